@@ -1,0 +1,57 @@
+# Sourced by ./demo, ./check, ./bench and .ci/run: installs the Debian packages that are missing.
+# docs/dependencies.md says what each is for.
+
+carom_build_packages="g++ cmake ninja-build pkg-config libbullet-dev libeigen3-dev libsndfile1-dev
+  nlohmann-json3-dev libcli11-dev"
+carom_test_packages="libgtest-dev libvalijson-dev"
+carom_bench_packages="libbenchmark-dev"
+carom_lint_packages="clang clang-format clang-tidy libclang-rt-14-dev"
+
+carom_require() {
+  local package missing=""
+  for package in "$@"; do
+    # A package stays in dpkg's list after removal, so its state is asked, not its presence.
+    [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" = installed ] ||
+      missing="$missing $package"
+  done
+  [ -n "$missing" ] || return 0
+  local sudo=""
+  if [ "$(id -u)" -ne 0 ]; then
+    if ! command -v sudo >/dev/null; then
+      echo "carom: these Debian packages are missing, and there is neither root nor sudo to install them:" >&2
+      echo "   $missing" >&2
+      echo "   as root: apt-get install$missing" >&2
+      exit 1
+    fi
+    sudo=sudo
+  fi
+  echo "installing$missing"
+  local log
+  log=$(mktemp)
+  if ! { $sudo apt-get update -qq &&
+         DEBIAN_FRONTEND=noninteractive $sudo apt-get install -y -qq --no-install-recommends $missing; } \
+       >"$log" 2>&1 </dev/null; then
+    tail -n 15 "$log" >&2
+    rm -f "$log"
+    echo "carom: apt-get could not install:$missing" >&2
+    echo "   what it said is above; is the network there, and is this Debian 12 or newer?" >&2
+    exit 1
+  fi
+  rm -f "$log"
+}
+
+# carom_build PRESET: configures and builds, quietly unless it fails.
+carom_build() {
+  command -v dpkg-query >/dev/null || {
+    echo "carom: this script installs with apt-get; elsewhere, see docs/dependencies.md and run" >&2
+    echo "   cmake --preset $1 && cmake --build --preset $1" >&2
+    exit 1
+  }
+  mkdir -p build
+  local log=build/$1.log
+  if ! cmake --preset "$1" >"$log" 2>&1 || ! cmake --build --preset "$1" >>"$log" 2>&1; then
+    tail -n 40 "$log" >&2
+    echo "carom: the build of preset '$1' failed; the whole log is $log" >&2
+    exit 1
+  fi
+}

@@ -1,0 +1,22 @@
+#include "audio/hertz.h"
+
+#include <cassert>
+#include <cmath>
+
+namespace carom {
+namespace {
+
+/// Johnson 1985, section 11.4, as printed there; integrating the contact equation gives 2.8683.
+constexpr double kDurationFactor = 2.87;
+
+}  // namespace
+
+double hertzDuration(const ImpulseEvent& event, const Material& material, const Material& other) {
+  const double curvature = 1.0 / event.radius + 1.0 / event.otherRadius;  // 0 of a flat side
+  assert(curvature > 0.0 && "two flat faces have no Hertz contact");
+  const double modulus = contactModulus(material, other);
+  const double ratio = event.effectiveMass / modulus;
+  return kDurationFactor * std::pow(ratio * ratio * curvature / event.approachSpeed, 0.2);
+}
+
+}  // namespace carom

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "audio/impulse_event.h"
+#include "audio/material.h"
+
+namespace carom {
+
+/// Duration of an elastic contact after Hertz (Johnson 1985, section 11.4; Chadwick, Zheng, James
+/// 2012, eq. 6; the seed's eq. 4 and 5), in seconds:
+///
+///     tau = 2.87 (m^2 / (R E*^2 V))^(1/5),   1/R = 1/R1 + 1/R2
+///
+/// with the event's effective mass m, approach speed V and radii, and the contact modulus E* of
+/// the two materials. Frictionless, elastic, small contact patch; 2.87 rounds 2.8683.
+/// At least one of the two radii must be finite. [any thread]
+double hertzDuration(const ImpulseEvent& event, const Material& material, const Material& other);
+
+}  // namespace carom

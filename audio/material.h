@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cmath>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace carom {
+
+/// What a body is made of, as far as contact and its sound need it.
+/// Valid: density > 0, Young's modulus > 0, 0 <= Poisson's ratio < 0.5, 0 <= restitution <= 1.
+struct Material {
+  std::string name;
+  double density = 0.0;        ///< kg/m^3
+  double youngsModulus = 0.0;  ///< Pa
+  double poissonsRatio = 0.0;  ///< 1
+  double restitution = 0.0;    ///< 1, of two bodies of this material; see combinedRestitution
+};
+
+/// The built-in materials. Density, Young's modulus and Poisson's ratio of the first four are
+/// those of Chadwick, Zheng, James 2012 ("Precomputed acceleration noise"), which the seed
+/// document repeats as its table 1; every other row and all restitutions name their source in
+/// material.cpp and docs/acceleration_noise.md. [any thread]
+std::span<const Material> materialTable();
+
+/// The row of that name, or nullptr. [any thread]
+const Material* findMaterial(std::string_view name);
+
+/// Restitution of a pair: the geometric mean, so that a pair of one material has that material's
+/// own value. Bullet multiplies instead: hand it sqrt(restitution) per body and it agrees.
+/// Inline, so that `native/` needs this header alone. [any thread]
+inline double combinedRestitution(double restitution, double otherRestitution) {
+  return std::sqrt(restitution * otherRestitution);
+}
+
+/// Contact modulus E* of Hertz: 1/E* = (1-nu1^2)/E1 + (1-nu2^2)/E2 (Johnson 1985, eq. 4.5), Pa.
+/// [any thread]
+double contactModulus(const Material& material, const Material& other);
+
+}  // namespace carom

@@ -1,0 +1,275 @@
+#include "audio/sound_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+#include <sstream>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <sndfile.h>
+
+namespace carom {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kBlockSamples = 8192;
+constexpr double kShortScale = 32768.0;  // libsndfile's own: a sample of 1.0 reads back as 1.0
+constexpr std::uint64_t kRiffLimit =
+    0xFFFFFFFFu - 4096u;  // 32-bit lengths, less room for the header
+
+struct CloseSound {
+  void operator()(SNDFILE* file) const { sf_close(file); }
+};
+using SoundHandle = std::unique_ptr<SNDFILE, CloseSound>;
+
+Error failure(const fs::path& path, const std::string& reason) {
+  return Error{"sound file '" + path.string() + "': " + reason};
+}
+
+int subtype(SampleFormat format) {
+  return format == SampleFormat::float32 ? SF_FORMAT_FLOAT : SF_FORMAT_PCM_16;
+}
+
+std::uint64_t bytesPerSample(SampleFormat format) {
+  return format == SampleFormat::float32 ? sizeof(float) : sizeof(short);
+}
+
+SF_INFO layout(const SoundFileSettings& settings, int format) {
+  SF_INFO info = {};
+  info.samplerate = static_cast<int>(std::lround(settings.sampleRate));
+  info.channels = static_cast<int>(settings.channels);
+  info.format = format;
+  return info;
+}
+
+SoundHandle openToWrite(const fs::path& path, SF_INFO info) {
+  SoundHandle file(sf_open(path.c_str(), SFM_WRITE, &info));
+  // The peak chunk holds the time of day, and the same sound must give the same file.
+  if (file) sf_command(file.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
+  return file;
+}
+
+/// A file beside its final place that goes with its owner unless it is given its name.
+class PartialFile {
+ public:
+  explicit PartialFile(const fs::path& finalPath) : path_(finalPath) {
+    // Two writers of one path must not write into one file.
+    std::ostringstream suffix;
+    suffix << '.' << std::hex << std::random_device{}() << ".partial";
+    path_ += suffix.str();
+  }
+  PartialFile(const PartialFile&) = delete;
+  PartialFile& operator=(const PartialFile&) = delete;
+  ~PartialFile() {
+    std::error_code ignored;
+    if (!path_.empty()) fs::remove(path_, ignored);
+  }
+
+  const fs::path& path() const { return path_; }
+
+  std::error_code rename(const fs::path& finalPath) {
+    std::error_code reason;
+    fs::rename(path_, finalPath, reason);
+    if (!reason) path_.clear();
+    return reason;
+  }
+
+ private:
+  fs::path path_;
+};
+
+short toShort(double sample) {
+  const double scaled = std::nearbyint(sample * kShortScale);
+  return static_cast<short>(std::clamp(scaled, -kShortScale, kShortScale - 1.0));
+}
+
+/// Writes interleaved full-scale values in the file's own format; false when the disk refuses.
+bool writeSamples(SNDFILE* file, SampleFormat format, std::span<const float> samples) {
+  const auto count = static_cast<sf_count_t>(samples.size());
+  if (format == SampleFormat::float32) return sf_write_float(file, samples.data(), count) == count;
+  std::array<short, kBlockSamples> shorts = {};
+  for (std::size_t begin = 0; begin < samples.size(); begin += kBlockSamples) {
+    const std::size_t part = std::min(kBlockSamples, samples.size() - begin);
+    std::transform(samples.begin() + static_cast<std::ptrdiff_t>(begin),
+                   samples.begin() + static_cast<std::ptrdiff_t>(begin + part), shorts.begin(),
+                   toShort);
+    const auto wanted = static_cast<sf_count_t>(part);
+    if (sf_write_short(file, shorts.data(), wanted) != wanted) return false;
+  }
+  return true;
+}
+
+std::string whyNot(const SoundFileSettings& settings) {
+  if (!(settings.sampleRate >= 1.0 && settings.sampleRate <= 1e6))
+    return "sample rate " + std::to_string(settings.sampleRate) + " Hz is not from 1 to 1000000 Hz";
+  if (settings.channels < 1 || settings.channels > 1024)
+    return std::to_string(settings.channels) + " channels; it takes 1 to 1024";
+  const SF_INFO info = layout(settings, SF_FORMAT_WAV | subtype(settings.format));
+  return sf_format_check(&info) == SF_TRUE ? "" : "libsndfile cannot write this format";
+}
+
+std::string whyNot(const fs::path& path) {
+  std::error_code ignored;
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  if (!path.has_filename()) return "it names no file";
+  if (fs::is_directory(path, ignored)) return "a folder has this name";
+  if (!fs::is_directory(folder, ignored))
+    return "folder '" + folder.string() + "' does not exist; create it first";
+  return {};
+}
+
+}  // namespace
+
+struct SoundFileWriter::State {
+  State(fs::path finalPath, const SoundFileSettings& wanted)
+      : path(std::move(finalPath)), settings(wanted), partial(path) {}
+
+  /// The loudest sample is known only at the end, so a file to be normalised is kept in float
+  /// first, in a container without a limit of size.
+  SampleFormat streamFormat() const {
+    return settings.normalize ? SampleFormat::float32 : settings.format;
+  }
+  Status open();
+  Status fail(const std::string& reason);
+  Status append(std::span<const float* const> channels, std::size_t begin, std::size_t frames);
+  bool take(float pressure, float& sample);
+  Status normalizeInto(const PartialFile& target);
+  Status giveName(PartialFile& file);
+
+  fs::path path;
+  SoundFileSettings settings;
+  PartialFile partial;  // declared before `file`: closed first, then removed
+  SoundHandle file;
+  std::vector<float> block;
+  std::uint64_t framesWritten = 0;
+  double peak = 0.0;  // Pa
+  std::uint64_t clipped = 0;
+  bool failed = false;
+};
+
+Status SoundFileWriter::State::fail(const std::string& reason) {
+  failed = true;
+  return failure(path, reason);
+}
+
+Status SoundFileWriter::State::open() {
+  const int container = settings.normalize ? SF_FORMAT_W64 : SF_FORMAT_WAV;
+  file = openToWrite(partial.path(), layout(settings, container | subtype(streamFormat())));
+  if (!file) return fail(std::string("cannot be created: ") + sf_strerror(nullptr));
+  return std::monostate{};
+}
+
+/// False where the pressure is not a number that a file can hold.
+bool SoundFileWriter::State::take(float pressure, float& sample) {
+  const double magnitude = std::abs(static_cast<double>(pressure));
+  peak = std::max(peak, magnitude);
+  if (magnitude > kFullScalePressure && streamFormat() == SampleFormat::pcm16) ++clipped;
+  sample = static_cast<float>(static_cast<double>(pressure) / kFullScalePressure);
+  return std::isfinite(pressure);
+}
+
+Status SoundFileWriter::State::append(std::span<const float* const> channels, std::size_t begin,
+                                      std::size_t frames) {
+  block.resize(frames * channels.size());
+  for (std::size_t frame = 0; frame < frames; ++frame) {
+    for (std::size_t channel = 0; channel < channels.size(); ++channel) {
+      float& sample = block[frame * channels.size() + channel];
+      if (!take(channels[channel][begin + frame], sample))
+        return fail("pressure of channel " + std::to_string(channel) + ", frame " +
+                    std::to_string(framesWritten + frame) + " is not finite");
+    }
+  }
+  if (!writeSamples(file.get(), streamFormat(), block))
+    return fail(std::string("cannot be written: ") + sf_strerror(file.get()));
+  framesWritten += frames;
+  return std::monostate{};
+}
+
+Status SoundFileWriter::State::normalizeInto(const PartialFile& target) {
+  SF_INFO info = {};
+  const SoundHandle source(sf_open(partial.path().c_str(), SFM_READ, &info));
+  if (!source) return fail(std::string("cannot be read back: ") + sf_strerror(nullptr));
+  SoundHandle scaled =
+      openToWrite(target.path(), layout(settings, SF_FORMAT_WAV | subtype(settings.format)));
+  if (!scaled) return fail(std::string("cannot be created: ") + sf_strerror(nullptr));
+
+  const auto loudest = static_cast<float>(peak / kFullScalePressure);
+  block.resize(kBlockSamples / settings.channels * settings.channels);
+  for (;;) {
+    const sf_count_t count =
+        sf_read_float(source.get(), block.data(), static_cast<sf_count_t>(block.size()));
+    if (count <= 0) break;
+    const std::span<float> part(block.data(), static_cast<std::size_t>(count));
+    // Divided, not multiplied by a reciprocal: the loudest sample is then 1 exactly.
+    for (float& sample : part)
+      sample = loudest > 0.0F ? sample / loudest : 0.0F;
+    if (!writeSamples(scaled.get(), settings.format, part))
+      return fail(std::string("cannot be written: ") + sf_strerror(scaled.get()));
+  }
+  if (const int code = sf_close(scaled.release()); code != SF_ERR_NO_ERROR)
+    return fail(std::string("cannot be closed: ") + sf_error_number(code));
+  return std::monostate{};
+}
+
+Status SoundFileWriter::State::giveName(PartialFile& finished) {
+  if (const std::error_code reason = finished.rename(path); reason)
+    return fail("cannot be given its name: " + reason.message());
+  return std::monostate{};
+}
+
+SoundFileWriter::SoundFileWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
+SoundFileWriter::SoundFileWriter(SoundFileWriter&&) noexcept = default;
+SoundFileWriter& SoundFileWriter::operator=(SoundFileWriter&&) noexcept = default;
+SoundFileWriter::~SoundFileWriter() = default;
+
+Result<SoundFileWriter> SoundFileWriter::create(const fs::path& path,
+                                                const SoundFileSettings& settings) {
+  if (const std::string reason = whyNot(settings); !reason.empty()) return failure(path, reason);
+  if (const std::string reason = whyNot(path); !reason.empty()) return failure(path, reason);
+  auto state = std::make_unique<State>(path, settings);
+  if (const Status opened = state->open(); !opened) return opened.error();
+  return SoundFileWriter(std::move(state));
+}
+
+Status SoundFileWriter::write(std::span<const float* const> channels, std::size_t frames) {
+  State& state = *state_;
+  if (!state.file || state.failed) return failure(state.path, "is finished or has failed");
+  if (channels.size() != state.settings.channels)
+    return state.fail("got " + std::to_string(channels.size()) + " channels, has " +
+                      std::to_string(state.settings.channels));
+  const std::uint64_t frameBytes = bytesPerSample(state.settings.format) * channels.size();
+  if (frames > kRiffLimit / frameBytes - state.framesWritten)
+    return state.fail("a WAV file holds 4 GiB, here " + std::to_string(kRiffLimit / frameBytes) +
+                      " frames; write a shorter sound, fewer channels or PCM16");
+  const std::size_t step = std::max<std::size_t>(1, kBlockSamples / channels.size());
+  for (std::size_t begin = 0; begin < frames; begin += step) {
+    if (Status part = state.append(channels, begin, std::min(step, frames - begin)); !part)
+      return part;
+  }
+  return std::monostate{};
+}
+
+Status SoundFileWriter::finish() {
+  State& state = *state_;
+  if (!state.file || state.failed) return failure(state.path, "is finished or has failed");
+  if (const int code = sf_close(state.file.release()); code != SF_ERR_NO_ERROR)
+    return state.fail(std::string("cannot be closed: ") + sf_error_number(code));
+  if (!state.settings.normalize) return state.giveName(state.partial);
+  PartialFile scaled(state.path);
+  if (Status done = state.normalizeInto(scaled); !done) return done;
+  return state.giveName(scaled);
+}
+
+double SoundFileWriter::peakPressure() const {
+  return state_->peak;
+}
+std::uint64_t SoundFileWriter::clippedSamples() const {
+  return state_->clipped;
+}
+
+}  // namespace carom

@@ -1,0 +1,22 @@
+# One layer = one library: carom_layer(audio SOURCES ... DEPENDS ...) makes carom_audio, alias carom::audio.
+function(carom_layer name)
+  cmake_parse_arguments(ARG "" "EXPORT_NAME" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(carom_${name} STATIC ${ARG_SOURCES})
+  add_library(carom::${name} ALIAS carom_${name})
+  target_link_libraries(carom_${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  carom_compile_options(carom_${name})
+  target_include_directories(carom_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
+endfunction()
+
+# -ffp-contract=off everywhere: the same source gives the same bits at every optimisation level,
+# and where a fused multiply-add is wanted it is written as one.
+function(carom_compile_options target)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  set_target_properties(${target} PROPERTIES
+    CXX_EXTENSIONS OFF CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
+    POSITION_INDEPENDENT_CODE ON)
+  target_compile_options(${target} PRIVATE
+    -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor
+    -Wold-style-cast -Woverloaded-virtual -ffp-contract=off -fno-math-errno
+    $<$<BOOL:${CAROM_WARNINGS_AS_ERRORS}>:-Werror>)
+endfunction()

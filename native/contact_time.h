@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "audio/vector.h"
+
+namespace carom {
+
+/// The time of a contact that does not happen, s.
+inline constexpr double kNever = std::numeric_limits<double>::infinity();
+
+/// x x' + y y' + z z', added from left to right. Eigen's own dot product may add in another order
+/// when it vectorises, so the last bit would depend on the compiler's target. [any thread]
+inline double dotInOrder(const Vec3& left, const Vec3& right) noexcept {
+  return left.x() * right.x() + left.y() * right.y() + left.z() * right.z();
+}
+
+/// Time until two spheres in straight relative motion first touch, s from now; kNever if they do
+/// not. It is the smaller root of a t^2 + 2 b t + c = 0 with a = v.v, b = d.v, c = d.d - R^2.
+///
+/// Two bodies in free flight under the same uniform gravity move so, and the result is then exact.
+/// The root is taken as c / q with q = -b + sqrt(D), a sum of two positive numbers. D = b^2 - a c
+/// is evaluated as a R^2 - |d x v|^2 (Lagrange's identity) in factors, so that neither a distant
+/// start nor a nearly grazing pass costs digits beyond those of d and v themselves.
+///
+/// - separating, or at relative rest: kNever, whether the spheres touch or not
+/// - touching or overlapping and approaching: 0
+/// - grazing, D = 0: the time of closest approach
+///
+/// `separation` d: m, from the centre of the one to the centre of the other; `relativeVelocity` v:
+/// m/s, its rate of change; `radiusSum` R: m, > 0. Finite values, and speeds whose square does not
+/// underflow (> 1e-150 m/s). [any thread]
+inline double sphereContactTime(const Vec3& separation, const Vec3& relativeVelocity,
+                                double radiusSum) noexcept {
+  const double closing = -dotInOrder(separation, relativeVelocity);
+  if (!(closing > 0.0)) return kNever;
+  const double gap = dotInOrder(separation, separation) - radiusSum * radiusSum;
+  if (gap <= 0.0) return 0.0;
+  const Vec3 moment(separation.y() * relativeVelocity.z() - separation.z() * relativeVelocity.y(),
+                    separation.z() * relativeVelocity.x() - separation.x() * relativeVelocity.z(),
+                    separation.x() * relativeVelocity.y() - separation.y() * relativeVelocity.x());
+  const double reach = radiusSum * radiusSum * dotInOrder(relativeVelocity, relativeVelocity);
+  const double miss = dotInOrder(moment, moment);
+  if (miss > reach) return kNever;
+  return gap / (closing + std::sqrt(reach - miss));
+}
+
+/// Time until a point at `height` above a surface, moving with `velocity` along the normal under
+/// the constant `acceleration`, reaches the surface from above, s from now; kNever if it does not.
+/// It is the smallest fitting root of a t^2 / 2 + v t + h = 0, in the form without cancellation.
+/// For a sphere and a plane the height is that of the sphere's lowest point.
+///
+/// At or below the surface (rounding leaves a body just below it after a bounce):
+/// - approaching: 0
+/// - at rest: 0 when it is accelerated in, otherwise kNever
+/// - leaving: the time of its return to the surface, kNever when it is not accelerated in. A body
+///   too slow to come out returns to the height it has now, after 2 v / |a|, so that a contact
+///   which has been resolved is never found again at once.
+///
+/// m, m/s, m/s^2, positive along the normal; finite values. [any thread]
+inline double planeContactTime(double height, double velocity, double acceleration) noexcept {
+  const bool touching = height <= 0.0;
+  if (touching && velocity < 0.0) return 0.0;
+  const bool pulledIn = acceleration < 0.0;
+  if (velocity >= 0.0 && !pulledIn) return kNever;
+
+  const double discriminant = velocity * velocity - 2.0 * acceleration * height;
+  if (velocity < 0.0) {
+    if (discriminant < 0.0) return kNever;  // turned round above the surface
+    return 2.0 * height / (std::sqrt(discriminant) - velocity);
+  }
+  if (discriminant < 0.0) return 2.0 * velocity / -acceleration;  // below it, and too slow
+  return (velocity + std::sqrt(discriminant)) / -acceleration;
+}
+
+}  // namespace carom

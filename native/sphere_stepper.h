@@ -1,0 +1,135 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "audio/impulse_event.h"
+#include "audio/result.h"
+
+namespace carom {
+
+/// A rigid, frictionless sphere that does not spin.
+struct Sphere {
+  BodyId id = 0;
+  double radius = 0.0;           ///< m, > 0
+  double mass = 0.0;             ///< kg, > 0
+  double restitution = 1.0;      ///< 0 to 1; a pair has combinedRestitution of both
+  Vec3 position = Vec3::Zero();  ///< m, world frame, centre, at time 0
+  Vec3 velocity = Vec3::Zero();  ///< m/s, world frame, at time 0
+};
+
+/// An immovable half-space; the spheres are on the side its normal points to.
+struct Plane {
+  BodyId id = 0;                ///< shares one set of ids with the spheres
+  Vec3 normal = Vec3::UnitY();  ///< unit within 1e-9; create() removes the rest
+  double offset = 0.0;          ///< m, the plane is { x : normal . x = offset }
+  double restitution = 1.0;     ///< 0 to 1
+};
+
+struct SphereWorld {
+  Vec3 gravity = Vec3::Zero();  ///< m/s^2, the same for every sphere
+  std::vector<Sphere> spheres;
+  std::vector<Plane> planes;
+  /// m/s, >= 0. A contact that approaches more slowly keeps its energy and is not reported: it is
+  /// how this stepper rests. See SphereStepper. Zero reports and damps every contact.
+  double restSpeed = 0.005;
+};
+
+/// State of one sphere.
+struct SphereState {
+  Vec3 position;  ///< m, world frame
+  Vec3 velocity;  ///< m/s, world frame
+};
+
+struct SphereStepperCounters {
+  std::uint64_t collisions = 0;    ///< reported, two events each
+  std::uint64_t restContacts = 0;  ///< slower than restSpeed: elastic, not reported
+  std::uint64_t collapses = 0;     ///< runs of contacts too dense to be followed; see SphereStepper
+  std::uint64_t staleContacts = 0;  ///< predictions found outdated, and made again
+};
+
+/// Rigid spheres among immovable planes under uniform gravity, stepped from contact to contact.
+/// Nothing is quantised to a time step: each contact is found in closed form (contact_time.h),
+/// resolved at its instant, and reported as two ImpulseEvents.
+///
+/// Model. Free flight on a parabola; an instantaneous impulse along the normal,
+///     j = (1 + e) m v,   v the approach speed,   1/m = 1/m1 + 1/m2 (a plane has 1/m2 = 0),
+/// with e = combinedRestitution of the two. Contacts at one instant are resolved one after the
+/// other, in the order of body ids, as often as it takes. Not modelled: friction, spin, moving
+/// planes, drag, forces of lasting contacts.
+///
+/// Method. As in event-driven molecular dynamics (Alder and Wainwright 1959; one queue entry per
+/// sphere after Lubachevsky 1991, J. Comput. Phys. 94, 255): every sphere keeps its state at its
+/// own last contact and one predicted contact, in a heap; a contact changes, and has predicted
+/// anew, its two partners only. A prediction against a partner that has collided since is told by
+/// the partner's count of contacts, and made again when it is due. Predicting looks at all other
+/// spheres, so a contact costs O(N) and memory is O(N).
+///
+/// Rest. A contact that approaches more slowly than restSpeed is elastic and is not reported. So a
+/// reported contact with e < 1 takes at least (1 - e^2) m restSpeed^2 / 2 from the energy, there
+/// can only be finitely many, and the endless sequence of ever smaller bounces ends. A ball "at
+/// rest" keeps bouncing, by v^2 / 2g: 1.3 um for the default. A sphere that a plane's contact has
+/// left with less than the hop speed, the smaller of restSpeed / 2 and what gravity gives in
+/// 0.25 ms, leaves its next rest contact there at hop speed, once for each reported contact in
+/// which the plane took at least that energy. A sphere that starts at rest on a plane gets the same
+/// once, from nothing: m restSpeed^2 / 8 at most. But for these grants energy never grows.
+///
+/// Collapse. With restSpeed = 0, and in a few symmetric arrangements otherwise, infinitely many
+/// contacts fall into a finite time. When one sphere has had 1000 contacts in a row less than 1 us
+/// apart, its own rest speed is raised to 1 mm/s for good, unless it was higher, and its next plane
+/// contact may hop unpaid. Each such run is counted in `collapses`. So advanceTo always ends;
+/// a pile with restSpeed = 0 costs some 10^4 contacts per sphere and second.
+///
+/// Precision. Positions carry rounding errors only: no tolerance enters. Contact times are kept to
+/// twice the precision of a double inside, so that they are as accurate a day after the start as
+/// just after it; events round them to double (7 ps after a day). The state of a sphere is
+/// re-based at its own contacts only, so results do not depend on where advanceTo stops: not by one
+/// bit. Only + - * / and sqrt are used: compiled without contraction and fast-math, the results are
+/// the same bits on every compiler and at every optimisation level.
+///
+/// Valid for radii, speeds and masses whose squares and products stay normal doubles (1e-100 to
+/// 1e100). A moved-from stepper can only be assigned to or destroyed. Not thread-safe: one thread
+/// at a time; [physics thread] throughout.
+class SphereStepper {
+ public:
+  /// Refuses values outside the ranges above, anything not finite, equal ids, and overlaps at time
+  /// 0 of more than 1e-9 of the smaller radius. Spheres may touch at the start. O(N^2).
+  static Result<SphereStepper> create(SphereWorld world);
+
+  SphereStepper(SphereStepper&& other) noexcept;
+  SphereStepper& operator=(SphereStepper&& other) noexcept;
+  SphereStepper(const SphereStepper&) = delete;
+  SphereStepper& operator=(const SphereStepper&) = delete;
+  ~SphereStepper();
+
+  /// Advances to `time` (s, finite, not before time()) and returns the events of all collisions on
+  /// the way, in order of time, valid until the next call. The two shares of a collision follow
+  /// each other; of two spheres the lower id comes first, of sphere and plane the sphere. Any other
+  /// `time` is an error of the caller: asserted, and without assertions nothing moves.
+  std::span<const ImpulseEvent> advanceTo(double time);
+
+  double time() const;  ///< s
+  std::size_t sphereCount() const;
+  SphereState state(std::size_t sphere) const;  ///< at time(), by position in SphereWorld::spheres
+  const SphereStepperCounters& counters() const;
+  double kineticEnergy() const;    ///< J, at time()
+  double potentialEnergy() const;  ///< J, at time(), zero at the origin
+
+  /// Whether the stepper is consistent: states finite; no overlap at time() above 1e-8 of the
+  /// smaller radius or the rounding of the coordinates; queue in order, no contact due before
+  /// time() or before its sphere's last one. If not, `why` (may be null) says what. O(N^2).
+  bool validate(std::string* why) const;
+
+ private:
+  class Simulation;
+
+  explicit SphereStepper(std::unique_ptr<Simulation> simulation);
+
+  std::unique_ptr<Simulation> simulation_;
+};
+
+}  // namespace carom

@@ -1,0 +1,16 @@
+#pragma once
+
+#include "audio/result.h"
+#include "native/sphere_stepper.h"
+
+namespace carom {
+
+/// Overlap at time 0 that counts as touching, relative to the smaller radius: above the rounding of
+/// coordinates that were computed to touch, far below anything visible.
+inline constexpr double kTouchingOverlap = 1e-9;
+
+/// The world with its normals scaled to length 1 within rounding, or what is wrong with it: which
+/// sphere or plane by id, which value, and what would be accepted. Internal to native/.
+Result<SphereWorld> checkedWorld(SphereWorld world);
+
+}  // namespace carom

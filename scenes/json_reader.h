@@ -1,0 +1,142 @@
+#pragma once
+
+#include <cstddef>
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "audio/result.h"
+#include "audio/vector.h"
+
+namespace carom {
+
+/// Keeps the first error of a document and drops what follows from it.
+class FirstError {
+ public:
+  /// `document` stands in front of the message: a file name.
+  explicit FirstError(std::string_view document) : document_(document) {}
+
+  explicit operator bool() const { return error_.has_value(); }
+
+  /// `place` is a JSON pointer, or a line and column, or empty for the document as a whole.
+  void record(std::string_view place, std::string_view what);
+
+  /// Only when there is one.
+  const Error& error() const { return *error_; }
+
+ private:
+  std::string document_;
+  std::optional<Error> error_;
+};
+
+/// Limits of one JSON document, so that a bad one costs bounded time and memory.
+struct JsonLimits {
+  std::size_t maxDepth = 32;          ///< containers inside each other
+  std::size_t maxValues = 2'000'000;  ///< of any kind
+};
+
+/// Strict JSON (RFC 8259): UTF-8, no comments, no duplicate keys, no number that overflows.
+/// Never throws; nullopt means that `error` holds the reason. [any thread]
+std::optional<nlohmann::json> parseJson(std::string_view text, FirstError& error,
+                                        const JsonLimits& limits = {});
+
+/// Which numbers a field takes, and how to say so.
+struct NumberRange {
+  std::string_view noun;  ///< with its article: "a radius"
+  double min = 0.0;
+  double max = 0.0;
+  std::string_view unit{};  ///< "metres"; empty for a pure number
+  bool aboveMin = false;    ///< min itself is refused
+  bool belowMax = false;    ///< max itself is refused
+  bool whole = false;       ///< integers only (1e3 and 1000.0 are integers)
+
+  bool contains(double value) const;
+  std::string describe() const;  ///< "a number from 1e-6 to 10000 (metres)"
+};
+
+/// Which texts a field takes.
+struct TextRange {
+  std::string_view noun;
+  std::size_t minLength = 0;  ///< Unicode code points
+  std::size_t maxLength = 0;  ///< Unicode code points
+  bool multiline = false;     ///< control characters (line breaks, tabs) may occur
+
+  bool contains(std::string_view text) const;
+  std::string describe() const;
+};
+
+struct Interval {
+  double min = 0.0;
+  double max = 0.0;
+};
+
+/// One value of a document with its place. Every read either returns a value that is in range, or
+/// records an error there and returns a harmless default; so a reader is a plain list of fields,
+/// and asks once at the end whether it all went well.
+class JsonNode {
+ public:
+  /// Borrows `value` and `error`, which must outlive the node.
+  JsonNode(const nlohmann::json& value, std::string pointer, FirstError& error)
+      : value_(&value), pointer_(std::move(pointer)), error_(&error) {}
+
+  bool failed() const { return static_cast<bool>(*error_); }
+  void fail(std::string_view what) const { error_->record(pointer_, what); }
+  /// fail("VALUE is not NOUN; expected EXPECTED")
+  void failAs(std::string_view noun, std::string_view expected) const;
+
+  const std::string& pointer() const { return pointer_; }
+  bool isObject() const { return value_->is_object(); }
+  bool isArray() const { return value_->is_array(); }
+  bool isString() const { return value_->is_string(); }
+
+  /// Whether this is an object with no key but the known ones.
+  bool expectObject(std::string_view noun, std::initializer_list<std::string_view> keys) const;
+  /// The elements; an error and none if this is no array or the count is out of range.
+  std::vector<JsonNode> elements(std::string_view noun, std::size_t min, std::size_t max) const;
+  /// The members in the order of their keys, with the keys; only of an object.
+  std::vector<std::pair<std::string, JsonNode>> members() const;
+
+  std::optional<JsonNode> find(std::string_view key) const;
+  /// The same; absence is an error.
+  std::optional<JsonNode> require(std::string_view key, std::string_view expected) const;
+
+  double number(const NumberRange& range) const;
+  Vec3 vector(const NumberRange& component) const;
+  std::string text(const TextRange& range) const;
+  /// A number, or [min, max].
+  Interval interval(const NumberRange& range) const;
+  /// Which of the words this is.
+  std::size_t choice(std::string_view noun, std::initializer_list<std::string_view> words) const;
+
+  /// Members: required, or with the value that stands for an absent one.
+  double number(std::string_view key, const NumberRange& range) const;
+  double number(std::string_view key, const NumberRange& range, double absent) const;
+  Vec3 vector(std::string_view key, const NumberRange& component) const;
+  Vec3 vector(std::string_view key, const NumberRange& component, const Vec3& absent) const;
+  std::string text(std::string_view key, const TextRange& range, std::string_view absent) const;
+
+ private:
+  std::string childPointer(std::string_view key) const;
+
+  const nlohmann::json* value_;
+  std::string pointer_;
+  FirstError* error_;
+};
+
+/// `words` as "a", "b", "c"; a long list is cut.
+std::string quotedList(const std::vector<std::string_view>& words);
+
+/// ` (did you mean "NEAREST"?)`, or empty when no word is near.
+std::string suggestion(std::string_view word, const std::vector<std::string_view>& words);
+
+/// In quotation marks, cut when long, control characters replaced.
+std::string inQuotes(std::string_view text);
+
+/// As short as it can be read back: 0.05, 1e-6, 1e4.
+std::string formatNumber(double value);
+
+}  // namespace carom

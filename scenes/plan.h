@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "scenes/scene.h"
+
+namespace carom {
+
+struct LeftOut {
+  std::string stage;
+  std::string why;
+};
+
+/// The stages that a scene needs, and those it does without: decided before the run from what is in
+/// the scene. Stage names are stable; docs/scenes.md lists them.
+struct Plan {
+  std::vector<std::string> needed;  ///< in the order of the data flow
+  std::vector<LeftOut> leftOut;
+};
+
+Plan makePlan(const Scene& scene);
+
+}  // namespace carom

@@ -1,0 +1,93 @@
+#include "scenes/render.h"
+
+#include <chrono>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "scenes/events_file.h"
+#include "scenes/scene_sound.h"
+
+namespace carom {
+namespace {
+
+constexpr std::size_t kBlockFrames = 4096;
+
+struct Files {
+  SoundFileWriter sound;
+  std::optional<EventsFileWriter> events;
+};
+
+Result<Files> openFiles(const Scene& scene, const RenderOptions& options) {
+  SoundFileSettings settings;
+  settings.sampleRate = scene.sampleRate;
+  settings.channels = scene.listeners.size();
+  settings.format = options.format;
+  settings.normalize = options.normalize;
+  Result<SoundFileWriter> sound = SoundFileWriter::create(options.soundFile, settings);
+  if (!sound) return sound.error();
+  Files files{*std::move(sound), std::nullopt};
+  if (options.eventsFile) {
+    Result<EventsFileWriter> events = EventsFileWriter::create(*options.eventsFile);
+    if (!events) return events.error();
+    files.events.emplace(*std::move(events));
+  }
+  return files;
+}
+
+Status renderInto(Files& files, const Scene& scene, SceneSound& sound, RenderReport& report,
+                  const RenderOptions& options) {
+  std::vector<std::vector<float>> channels(scene.listeners.size(),
+                                           std::vector<float>(kBlockFrames));
+  std::vector<const float*> pointers;
+  for (const auto& channel : channels)
+    pointers.push_back(channel.data());
+  while (const std::size_t frames = sound.render(channels)) {
+    if (Status written = files.sound.write(pointers, frames); !written) return written;
+    for (const ImpulseEvent& event : sound.settledEvents()) {
+      ++report.events;
+      if (files.events) files.events->write(event, scene, sound.synth().contactDuration(event));
+    }
+    if (options.progress) {
+      options.progress(static_cast<double>(sound.framesDone()) /
+                       static_cast<double>(sound.frames()));
+    }
+  }
+  if (Status finished = files.sound.finish(); !finished) return finished;
+  return files.events ? files.events->finish() : Status(std::monostate{});
+}
+
+void leaveOutCounted(Plan& plan, std::uint64_t count, const std::string& stage,
+                     const std::string& why) {
+  if (count > 0) plan.leftOut.push_back({stage, std::to_string(count) + " " + why});
+}
+
+}  // namespace
+
+Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  Result<SceneSound> sound = SceneSound::create(scene);
+  if (!sound) return sound.error();
+  Result<Files> files = openFiles(scene, options);
+  if (!files) return files.error();
+
+  RenderReport report;
+  report.file = options.soundFile;
+  report.plan = makePlan(scene);
+  if (Status done = renderInto(*files, scene, *sound, report, options); !done) {
+    return done.error();
+  }
+  report.sampleRate = scene.sampleRate;
+  report.duration = static_cast<double>(sound->frames()) / scene.sampleRate;
+  report.channels = scene.listeners.size();
+  report.peak = files->sound.peakPressure();
+  report.clippedSamples = files->sound.clippedSamples();
+  report.synth = sound->synth().counters();
+  leaveOutCounted(report.plan, report.synth.inaudible, "inaudible_clicks",
+                  "clicks stay below the threshold of hearing at every listener");
+  report.wallTime = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return report;
+}
+
+}  // namespace carom

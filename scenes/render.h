@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+
+#include "audio/result.h"
+#include "audio/sound_file.h"
+#include "audio/synth.h"
+#include "scenes/plan.h"
+#include "scenes/scene.h"
+
+namespace carom {
+
+struct RenderOptions {
+  std::filesystem::path soundFile;
+  SampleFormat format = SampleFormat::float32;
+  bool normalize = false;  ///< scales the file to 0 dBFS; see SoundFileSettings
+  std::optional<std::filesystem::path> eventsFile;
+  /// Called now and then with the share of the scene that is done, 0 to 1.
+  std::function<void(double share)> progress;
+};
+
+struct RenderReport {
+  std::filesystem::path file;
+  double duration = 0.0;    ///< s
+  double sampleRate = 0.0;  ///< Hz
+  std::size_t channels = 0;
+  std::uint64_t events = 0;  ///< rows of the events file: two per collision
+  double peak = 0.0;         ///< Pa, before any normalisation
+  std::uint64_t clippedSamples = 0;
+  double wallTime = 0.0;  ///< s, mechanics, synthesis and writing
+  Plan plan;              ///< with what was left out at run time
+  SynthCounters synth;
+
+  double realtimeFactor() const { return wallTime > 0.0 ? duration / wallTime : 0.0; }
+};
+
+/// Renders a scene into a sound file, one channel per listener, in pascals over kFullScalePressure.
+/// No file appears, and none is replaced, unless all of it succeeds. [one thread]
+Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& options);
+
+}  // namespace carom

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "audio/impulse_event.h"
+#include "audio/listener.h"
+#include "audio/material.h"
+#include "audio/medium.h"
+
+namespace carom {
+
+struct SphereShape {
+  double radius = 0.0;           ///< m
+  double mass = 0.0;             ///< kg
+  Vec3 position = Vec3::Zero();  ///< m, world frame, centre, at time 0
+  Vec3 velocity = Vec3::Zero();  ///< m/s, world frame, at time 0
+};
+
+/// Immovable half-space { x : normal . x <= offset }; the free side is where the normal points.
+struct PlaneShape {
+  Vec3 normal = Vec3::UnitY();  ///< unit
+  double offset = 0.0;          ///< m
+};
+
+struct SceneBody {
+  std::string name;  ///< unique in the scene
+  Material material;
+  std::variant<SphereShape, PlaneShape> shape;
+};
+
+enum class StepperType { native, bullet };
+
+inline constexpr double kShortestStep = 1e-5;  ///< s, of Bullet
+inline constexpr double kLongestStep = 0.1;    ///< s
+
+struct StepperSettings {
+  StepperType type = StepperType::native;
+  double step = 1.0 / 240.0;  ///< s, Bullet's fixed step; the native stepper has none
+  double restSpeed = 0.005;   ///< m/s, slower contacts are rest, not collisions; either stepper
+};
+
+/// A scene, whole: boxes and groups already expanded, every value checked. A body's index here is
+/// its BodyId on either stepper.
+struct Scene {
+  std::string name;
+  std::string description;
+  double duration = 0.0;             ///< s
+  double sampleRate = 48000.0;       ///< Hz
+  Vec3 gravity = {0.0, -9.81, 0.0};  ///< m/s^2
+  Medium medium;
+  StepperSettings stepper;
+  std::vector<SceneBody> bodies;
+  std::vector<Listener> listeners;
+};
+
+}  // namespace carom

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string_view>
+
+#include "audio/result.h"
+#include "scenes/scene.h"
+
+namespace carom {
+
+/// How large a scene may be. docs/scenes.md lists the range of every field.
+struct SceneLimits {
+  static constexpr std::uintmax_t kFileSize = std::uintmax_t{16} << 20U;  ///< bytes
+  static constexpr std::size_t kSpheres = 100'000;  ///< those of groups included
+  static constexpr std::size_t kPlanes = 1000;      ///< six for each box
+  static constexpr std::size_t kListeners = 256;
+};
+
+/// Reads a scene file. An error names the file, the place as a JSON pointer (or line and column
+/// where it is not JSON), what is wrong there, and what would be accepted. The same file gives the
+/// same scene, bit for bit, on every platform with IEEE doubles. Never throws for bad input.
+/// [any thread]
+Result<Scene> loadScene(const std::filesystem::path& file);
+
+/// The same from text in memory; `name` stands for the file in messages, and its stem for the
+/// scene's name if the text gives none. [any thread]
+Result<Scene> parseScene(std::string_view text, std::string_view name);
+
+}  // namespace carom

@@ -1,0 +1,87 @@
+#include "scenes/scene_sound.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace carom {
+namespace {
+
+// The sound of a contact begins 2 tau before it (see Synth::leadTime); contacts of up to 50 ms are
+// heard whole. The synth counts those that are not.
+constexpr double kLookahead = 0.1;  // s
+
+SoundBody soundBody(const SceneBody& body) {
+  SoundBody sound;
+  sound.material = body.material;
+  if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) {
+    sound.mass = sphere->mass;
+    sound.radius = sphere->radius;
+  }
+  return sound;
+}
+
+bool earlier(const ImpulseEvent& a, const ImpulseEvent& b) {
+  return a.time < b.time;
+}
+
+}  // namespace
+
+Result<SceneSound> SceneSound::create(const Scene& scene) {
+  SynthSettings settings;
+  settings.sampleRate = scene.sampleRate;
+  settings.medium = scene.medium;
+  Result<Synth> synth = Synth::create(settings, scene.listeners);
+  if (!synth) return Error{scene.name + ": " + synth.error().message};
+  for (std::size_t index = 0; index < scene.bodies.size(); ++index) {
+    const Status set = synth->setBody(static_cast<BodyId>(index), soundBody(scene.bodies[index]));
+    if (!set)
+      return Error{scene.name + ": " + scene.bodies[index].name + ": " + set.error().message};
+  }
+  Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene);
+  if (!stepper) return stepper.error();
+  return SceneSound(scene, *std::move(stepper), *std::move(synth));
+}
+
+SceneSound::SceneSound(const Scene& scene, std::unique_ptr<SceneStepper> stepper, Synth synth)
+    : duration_(scene.duration),
+      sampleRate_(scene.sampleRate),
+      frames_(std::llround(scene.duration * scene.sampleRate)),
+      stepper_(std::move(stepper)),
+      synth_(std::move(synth)) {}
+
+std::size_t SceneSound::render(std::span<std::vector<float>> channels) {
+  settled_.clear();
+  const auto room = static_cast<std::int64_t>(channels.front().size());
+  const std::int64_t count = std::min(room, frames_ - framesDone_);
+  if (count <= 0) return 0;
+  runAhead(static_cast<double>(framesDone_ + count) / sampleRate_ + kLookahead);
+  std::vector<float*> pointers;
+  for (std::vector<float>& channel : channels)
+    pointers.push_back(channel.data());
+  synth_.render<float>(pointers, static_cast<std::size_t>(count));
+  framesDone_ += count;
+  return static_cast<std::size_t>(count);
+}
+
+void SceneSound::runAhead(double time) {
+  const double target = std::min(time, duration_);
+  while (stepper_->settledTime() < target) {
+    const double lag = std::max(0.0, target - stepper_->settledTime());
+    const auto events = stepper_->advanceTo(stepper_->settledTime() + lag + stepper_->latency());
+    known_.insert(known_.end(), events.begin(), events.end());
+  }
+  std::stable_sort(known_.begin(), known_.end(), earlier);
+  const double settledTime = stepper_->settledTime();
+  const auto open = std::find_if(known_.begin(), known_.end(), [&](const ImpulseEvent& event) {
+    return event.time >= settledTime && settledTime < duration_;
+  });
+  for (auto event = known_.begin(); event != open; ++event) {
+    if (event->time > duration_) continue;
+    synth_.schedule(*event);
+    settled_.push_back(*event);
+  }
+  known_.erase(known_.begin(), open);
+}
+
+}  // namespace carom

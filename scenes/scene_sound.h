@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "audio/impulse_event.h"
+#include "audio/result.h"
+#include "audio/synth.h"
+#include "scenes/scene.h"
+#include "scenes/scene_stepper.h"
+
+namespace carom {
+
+/// A scene as sound: its mechanics run just ahead of its synthesis, so memory does not grow with
+/// the length of the scene. [one thread]
+class SceneSound {
+ public:
+  static Result<SceneSound> create(const Scene& scene);
+
+  /// Renders the next samples, at most channels[i].size() of each channel, and returns how many:
+  /// 0 at the end of the scene.
+  std::size_t render(std::span<std::vector<float>> channels);
+
+  /// Events that were settled by the last `render`, in order of time over the whole scene, up to
+  /// its duration.
+  std::span<const ImpulseEvent> settledEvents() const { return settled_; }
+
+  const Synth& synth() const { return synth_; }
+  std::int64_t frames() const { return frames_; }  ///< of the whole scene
+  std::int64_t framesDone() const { return framesDone_; }
+
+ private:
+  SceneSound(const Scene& scene, std::unique_ptr<SceneStepper> stepper, Synth synth);
+  void runAhead(double time);
+
+  double duration_;
+  double sampleRate_;
+  std::int64_t frames_;
+  std::int64_t framesDone_ = 0;
+  std::unique_ptr<SceneStepper> stepper_;
+  Synth synth_;
+  std::vector<ImpulseEvent> known_;    // not settled yet
+  std::vector<ImpulseEvent> settled_;  // by the last render
+};
+
+}  // namespace carom

@@ -1,0 +1,96 @@
+#include "scenes/scene_stepper.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "bullet_bridge/bullet_bridge.h"
+#include "native/sphere_stepper.h"
+#include "scenes/bullet_scene.h"
+
+namespace carom {
+namespace {
+
+SphereWorld sphereWorld(const Scene& scene) {
+  SphereWorld world;
+  world.gravity = scene.gravity;
+  world.restSpeed = scene.stepper.restSpeed;
+  for (std::size_t index = 0; index < scene.bodies.size(); ++index) {
+    const SceneBody& body = scene.bodies[index];
+    const auto id = static_cast<BodyId>(index);
+    const double restitution = body.material.restitution;
+    if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) {
+      world.spheres.push_back(
+          {id, sphere->radius, sphere->mass, restitution, sphere->position, sphere->velocity});
+    } else {
+      const auto& plane = std::get<PlaneShape>(body.shape);
+      world.planes.push_back({id, plane.normal, plane.offset, restitution});
+    }
+  }
+  return world;
+}
+
+class NativeSceneStepper : public SceneStepper {
+ public:
+  explicit NativeSceneStepper(SphereStepper stepper) : stepper_(std::move(stepper)) {}
+
+  std::span<const ImpulseEvent> advanceTo(double time) override { return stepper_.advanceTo(time); }
+  double settledTime() const override { return stepper_.time(); }
+  double latency() const override { return 0.0; }
+
+ private:
+  SphereStepper stepper_;
+};
+
+class BulletSceneStepper : public SceneStepper {
+ public:
+  BulletSceneStepper(std::unique_ptr<BulletScene> scene, BulletBridge bridge, double step)
+      : scene_(std::move(scene)), bridge_(std::move(bridge)), step_(step) {}
+
+  std::span<const ImpulseEvent> advanceTo(double time) override {
+    bridge_.clearEvents();
+    while (bridge_.time() < time)
+      scene_->world().stepSimulation(static_cast<btScalar>(step_), 0);
+    return bridge_.events();
+  }
+  // A contact is seen at the start of a substep, and dated back by up to one more.
+  double settledTime() const override { return bridge_.time() - latency(); }
+  double latency() const override { return 2.0 * step_; }
+
+ private:
+  std::unique_ptr<BulletScene> scene_;  // before the bridge: it must outlive it
+  BulletBridge bridge_;
+  double step_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene) {
+  if (scene.stepper.type == StepperType::native) {
+    Result<SphereStepper> stepper = SphereStepper::create(sphereWorld(scene));
+    if (!stepper) return Error{scene.name + ": " + stepper.error().message};
+    return std::unique_ptr<SceneStepper>(new NativeSceneStepper(*std::move(stepper)));
+  }
+  auto bulletScene = std::make_unique<BulletScene>(scene);
+  Result<BulletBridge> bridge =
+      BulletBridge::attach(bulletScene->world(), {.restSpeed = scene.stepper.restSpeed});
+  if (!bridge) return Error{scene.name + ": " + bridge.error().message};
+  return std::unique_ptr<SceneStepper>(
+      new BulletSceneStepper(std::move(bulletScene), *std::move(bridge), scene.stepper.step));
+}
+
+Result<std::vector<ImpulseEvent>> sceneEvents(const Scene& scene) {
+  Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene);
+  if (!stepper) return stepper.error();
+  std::vector<ImpulseEvent> events;
+  while ((*stepper)->settledTime() < scene.duration) {
+    const auto known = (*stepper)->advanceTo(scene.duration + (*stepper)->latency());
+    events.insert(events.end(), known.begin(), known.end());
+  }
+  std::erase_if(events, [&](const ImpulseEvent& event) { return event.time > scene.duration; });
+  std::stable_sort(events.begin(), events.end(),
+                   [](const ImpulseEvent& a, const ImpulseEvent& b) { return a.time < b.time; });
+  return events;
+}
+
+}  // namespace carom

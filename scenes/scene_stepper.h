@@ -1,0 +1,36 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "audio/impulse_event.h"
+#include "audio/result.h"
+#include "scenes/scene.h"
+
+namespace carom {
+
+/// The mechanics of a scene, on either stepper. [one thread]
+class SceneStepper {
+ public:
+  virtual ~SceneStepper() = default;
+
+  /// Runs to `time` (s) or just beyond, and returns the events that became known on the way, valid
+  /// until the next call. They are in order of time within one substep, not always across two.
+  virtual std::span<const ImpulseEvent> advanceTo(double time) = 0;
+
+  /// s: every event before this time has been returned.
+  virtual double settledTime() const = 0;
+
+  /// s: how far the run is ahead of what is settled.
+  virtual double latency() const = 0;
+};
+
+/// The stepper that scene.stepper asks for, at the scene's start. Refuses what that stepper cannot
+/// do.
+Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene);
+
+/// Every event of the scene up to its duration, in order of time.
+Result<std::vector<ImpulseEvent>> sceneEvents(const Scene& scene);
+
+}  // namespace carom

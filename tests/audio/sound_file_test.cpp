@@ -1,0 +1,274 @@
+#include "audio/sound_file.h"
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <sndfile.h>
+
+namespace carom {
+namespace {
+
+namespace fs = std::filesystem;
+
+class SoundFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(testing::TempDir()) / (std::string("carom_sound_file_") + test->name());
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  fs::path path() const { return folder_ / "clicks.wav"; }
+  std::size_t filesInFolder() const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {}));
+  }
+
+  fs::path folder_;
+};
+
+struct Recording {
+  SF_INFO info = {};
+  std::vector<double> samples;  // interleaved, 1.0 is full scale
+};
+
+Recording read(const fs::path& path) {
+  Recording recording;
+  SNDFILE* file = sf_open(path.c_str(), SFM_READ, &recording.info);
+  EXPECT_NE(file, nullptr) << sf_strerror(nullptr);
+  if (file == nullptr) return recording;
+  recording.samples.resize(
+      static_cast<std::size_t>(recording.info.frames * recording.info.channels));
+  sf_readf_double(file, recording.samples.data(), recording.info.frames);
+  sf_close(file);
+  return recording;
+}
+
+std::string contents(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::vector<float> ramp(std::size_t frames, float scale) {
+  std::vector<float> samples(frames);
+  for (std::size_t frame = 0; frame < frames; ++frame)
+    samples[frame] = scale * std::sin(0.01F * static_cast<float>(frame));
+  return samples;
+}
+
+void writeMono(const fs::path& path, const SoundFileSettings& settings,
+               const std::vector<float>& samples) {
+  auto writer = SoundFileWriter::create(path, settings);
+  ASSERT_TRUE(writer) << writer.error().message;
+  const std::array<const float*, 1> channels = {samples.data()};
+  ASSERT_TRUE(writer->write(channels, samples.size()));
+  const Status finished = writer->finish();
+  ASSERT_TRUE(finished) << finished.error().message;
+}
+
+TEST_F(SoundFile, TwentyPascalsAreFullScale) {
+  writeMono(path(), {}, {20.0F, -10.0F, 0.02F, 0.0F});
+  const Recording recording = read(path());
+  EXPECT_EQ(recording.info.samplerate, 48000);
+  EXPECT_EQ(recording.info.channels, 1);
+  EXPECT_EQ(recording.info.format, SF_FORMAT_WAV | SF_FORMAT_FLOAT);
+  ASSERT_EQ(recording.samples.size(), 4u);
+  EXPECT_EQ(recording.samples[0], 1.0);
+  EXPECT_EQ(recording.samples[1], -0.5);
+  EXPECT_NEAR(recording.samples[2], 1e-3, 1e-10);
+  EXPECT_EQ(recording.samples[3], 0.0);
+}
+
+TEST_F(SoundFile, FloatKeepsWhatIsLouderThanFullScale) {
+  writeMono(path(), {}, {60.0F});
+  EXPECT_EQ(read(path()).samples.at(0), 3.0);
+}
+
+TEST_F(SoundFile, ChannelsAreInterleavedInOrder) {
+  const std::vector<float> left = ramp(20001, 5.0F);  // longer than one block of the writer
+  const std::vector<float> right = ramp(20001, -3.0F);
+  SoundFileSettings settings;
+  settings.channels = 2;
+  settings.sampleRate = 44100.0;
+  auto writer = SoundFileWriter::create(path(), settings);
+  ASSERT_TRUE(writer);
+  ASSERT_TRUE(writer->write(std::array{left.data(), right.data()}, 9));
+  ASSERT_TRUE(writer->write(std::array{left.data() + 9, right.data() + 9}, left.size() - 9));
+  ASSERT_TRUE(writer->finish());
+  const Recording recording = read(path());
+  EXPECT_EQ(recording.info.samplerate, 44100);
+  ASSERT_EQ(recording.info.channels, 2);
+  ASSERT_EQ(recording.samples.size(), 2 * left.size());
+  for (std::size_t frame = 0; frame < left.size(); ++frame) {
+    EXPECT_FLOAT_EQ(static_cast<float>(recording.samples[2 * frame]), left[frame] / 20.0F);
+    EXPECT_FLOAT_EQ(static_cast<float>(recording.samples[2 * frame + 1]), right[frame] / 20.0F);
+  }
+}
+
+TEST_F(SoundFile, Pcm16ClipsAndCounts) {
+  SoundFileSettings settings;
+  settings.format = SampleFormat::pcm16;
+  const std::vector<float> samples = {10.0F, 25.0F, -25.0F, 20.0F, -20.0F, 0.001F};
+  auto writer = SoundFileWriter::create(path(), settings);
+  ASSERT_TRUE(writer);
+  ASSERT_TRUE(writer->write(std::array{samples.data()}, samples.size()));
+  EXPECT_EQ(writer->clippedSamples(), 2u);
+  EXPECT_EQ(writer->peakPressure(), 25.0);
+  ASSERT_TRUE(writer->finish());
+  const Recording recording = read(path());
+  EXPECT_EQ(recording.info.format, SF_FORMAT_WAV | SF_FORMAT_PCM_16);
+  ASSERT_EQ(recording.samples.size(), samples.size());
+  const double step = 1.0 / 32768.0;
+  EXPECT_EQ(recording.samples[0], 0.5);
+  EXPECT_EQ(recording.samples[1], 1.0 - step);
+  EXPECT_EQ(recording.samples[2], -1.0);
+  EXPECT_EQ(recording.samples[3], 1.0 - step);
+  EXPECT_EQ(recording.samples[4], -1.0);
+  EXPECT_NEAR(recording.samples[5], 0.001 / 20.0, 0.5 * step);
+}
+
+TEST_F(SoundFile, NormalisedPeakIsOne) {
+  SoundFileSettings settings;
+  settings.normalize = true;
+  std::vector<float> samples = ramp(30000, 0.003F);
+  samples[12345] = -0.0371F;
+  writeMono(path(), settings, samples);
+  const Recording recording = read(path());
+  EXPECT_EQ(recording.info.format, SF_FORMAT_WAV | SF_FORMAT_FLOAT);
+  ASSERT_EQ(recording.samples.size(), samples.size());
+  EXPECT_EQ(recording.samples[12345], -1.0);
+  for (std::size_t frame = 0; frame < samples.size(); ++frame)
+    EXPECT_NEAR(recording.samples[frame], samples[frame] / 0.0371F, 1e-6);
+  EXPECT_EQ(filesInFolder(), 1u);
+}
+
+TEST_F(SoundFile, NormalisedPcm16OfLoudSoundDoesNotClip) {
+  SoundFileSettings settings;
+  settings.normalize = true;
+  settings.format = SampleFormat::pcm16;
+  const std::vector<float> samples = {100.0F, -200.0F, 50.0F};
+  auto writer = SoundFileWriter::create(path(), settings);
+  ASSERT_TRUE(writer);
+  ASSERT_TRUE(writer->write(std::array{samples.data()}, samples.size()));
+  ASSERT_TRUE(writer->finish());
+  EXPECT_EQ(writer->clippedSamples(), 0u);
+  EXPECT_EQ(read(path()).samples, (std::vector<double>{0.5, -1.0, 0.25}));
+}
+
+TEST_F(SoundFile, NormalisedSilenceStaysSilent) {
+  SoundFileSettings settings;
+  settings.normalize = true;
+  writeMono(path(), settings, std::vector<float>(100, 0.0F));
+  EXPECT_EQ(read(path()).samples, std::vector<double>(100, 0.0));
+}
+
+TEST_F(SoundFile, UnfinishedFileLeavesWhatWasThereAndNothingElse) {
+  std::ofstream(path()) << "old";
+  for (const bool normalize : {false, true}) {
+    SoundFileSettings settings;
+    settings.normalize = normalize;
+    auto writer = SoundFileWriter::create(path(), settings);
+    ASSERT_TRUE(writer);
+    const std::vector<float> samples = ramp(50000, 1.0F);
+    ASSERT_TRUE(writer->write(std::array{samples.data()}, samples.size()));
+    EXPECT_EQ(contents(path()), "old");
+  }
+  EXPECT_EQ(contents(path()), "old");
+  EXPECT_EQ(filesInFolder(), 1u);
+}
+
+TEST_F(SoundFile, FinishedFileReplacesWhatWasThere) {
+  std::ofstream(path()) << "old";
+  writeMono(path(), {}, {1.0F, 2.0F});
+  EXPECT_EQ(read(path()).samples.size(), 2u);
+  EXPECT_EQ(filesInFolder(), 1u);
+}
+
+TEST_F(SoundFile, SameSoundGivesTheSameBytes) {
+  writeMono(folder_ / "one.wav", {}, ramp(1000, 1.0F));
+  writeMono(folder_ / "two.wav", {}, ramp(1000, 1.0F));
+  EXPECT_EQ(contents(folder_ / "one.wav"), contents(folder_ / "two.wav"));
+}
+
+TEST_F(SoundFile, TwoWritersOfOnePathDoNotMix) {
+  auto first = SoundFileWriter::create(path(), {});
+  auto second = SoundFileWriter::create(path(), {});
+  ASSERT_TRUE(first);
+  ASSERT_TRUE(second);
+  const float one = 2.0F;
+  const float two = 4.0F;
+  ASSERT_TRUE(first->write(std::array{&one}, 1));
+  ASSERT_TRUE(second->write(std::array{&two}, 1));
+  ASSERT_TRUE(first->finish());
+  ASSERT_TRUE(second->finish());
+  EXPECT_FLOAT_EQ(static_cast<float>(read(path()).samples.at(0)), 0.2F);
+  EXPECT_EQ(filesInFolder(), 1u);
+}
+
+TEST_F(SoundFile, MissingFolderIsNamed) {
+  const auto writer = SoundFileWriter::create(folder_ / "nowhere" / "clicks.wav", {});
+  ASSERT_FALSE(writer);
+  const std::string& message = writer.error().message;
+  EXPECT_NE(message.find((folder_ / "nowhere").string()), std::string::npos) << message;
+  EXPECT_NE(message.find("does not exist"), std::string::npos) << message;
+}
+
+TEST_F(SoundFile, RefusesAFolderAsItsName) {
+  EXPECT_FALSE(SoundFileWriter::create(folder_, {}));
+  EXPECT_FALSE(SoundFileWriter::create(folder_ / "", {}));
+}
+
+TEST_F(SoundFile, RefusesSettingsOutOfRange) {
+  EXPECT_FALSE(SoundFileWriter::create(path(), {.channels = 0}));
+  EXPECT_FALSE(SoundFileWriter::create(path(), {.channels = 5000}));
+  EXPECT_FALSE(SoundFileWriter::create(path(), {.sampleRate = 0.0}));
+  EXPECT_FALSE(
+      SoundFileWriter::create(path(), {.sampleRate = std::numeric_limits<double>::quiet_NaN()}));
+  EXPECT_EQ(filesInFolder(), 0u);
+}
+
+TEST_F(SoundFile, RefusesMoreThanAWavFileHolds) {
+  auto writer = SoundFileWriter::create(path(), {});
+  ASSERT_TRUE(writer);
+  const float sample = 0.0F;
+  const Status written = writer->write(std::array{&sample}, std::size_t{1} << 30U);
+  ASSERT_FALSE(written);
+  EXPECT_NE(written.error().message.find("4 GiB"), std::string::npos);
+}
+
+TEST_F(SoundFile, RefusesPressureThatIsNotFinite) {
+  auto writer = SoundFileWriter::create(path(), {});
+  ASSERT_TRUE(writer);
+  const std::vector<float> samples = {1.0F, std::numeric_limits<float>::quiet_NaN()};
+  const Status written = writer->write(std::array{samples.data()}, samples.size());
+  ASSERT_FALSE(written);
+  EXPECT_NE(written.error().message.find("frame 1"), std::string::npos);
+  EXPECT_FALSE(writer->finish());
+  EXPECT_FALSE(fs::exists(path()));
+}
+
+TEST_F(SoundFile, RefusesTheWrongNumberOfChannels) {
+  auto writer = SoundFileWriter::create(path(), {.channels = 2});
+  ASSERT_TRUE(writer);
+  const float sample = 0.0F;
+  EXPECT_FALSE(writer->write(std::array{&sample}, 1));
+}
+
+TEST_F(SoundFile, FinishesOnce) {
+  auto writer = SoundFileWriter::create(path(), {});
+  ASSERT_TRUE(writer);
+  ASSERT_TRUE(writer->finish());
+  EXPECT_FALSE(writer->finish());
+  EXPECT_EQ(read(path()).info.frames, 0);
+}
+
+}  // namespace
+}  // namespace carom

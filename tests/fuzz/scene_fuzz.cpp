@@ -1,0 +1,46 @@
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string_view>
+#include <variant>
+
+#include "scenes/scene_loader.h"
+
+namespace {
+
+void require(bool promise) {
+  if (!promise) std::abort();
+}
+
+/// What a stepper and a renderer rely on without asking again.
+void requireSound(const carom::Scene& scene) {
+  require(scene.duration > 0.0 && scene.sampleRate > 0.0 && scene.gravity.allFinite());
+  require(!scene.name.empty() && !scene.listeners.empty());
+  std::size_t spheres = 0;
+  for (const carom::SceneBody& body : scene.bodies) {
+    require(!body.name.empty() && body.material.density > 0.0);
+    if (const auto* sphere = std::get_if<carom::SphereShape>(&body.shape)) {
+      ++spheres;
+      require(sphere->radius > 0.0 && sphere->mass > 0.0 && std::isfinite(sphere->mass));
+      require(sphere->position.allFinite() && sphere->velocity.allFinite());
+    } else if (const auto* plane = std::get_if<carom::PlaneShape>(&body.shape)) {
+      require(std::abs(plane->normal.norm() - 1.0) < 1e-12 && std::isfinite(plane->offset));
+    }
+  }
+  require(spheres > 0 && spheres <= carom::SceneLimits::kSpheres);
+}
+
+}  // namespace
+
+/// Any bytes are either a sound scene or an error with a message.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  const auto scene = carom::parseScene(text, "fuzz.json");
+  if (scene) {
+    requireSound(*scene);
+  } else {
+    require(std::string_view(scene.error().message).starts_with("fuzz.json: "));
+  }
+  return 0;
+}

@@ -1,0 +1,147 @@
+#include "plugin/sound.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/bullet_bridge/sphere_world.h"
+
+namespace carom {
+namespace {
+
+// A steel ball that falls 0.2 m onto a floor, heard from right above.
+class DroppedBall : public testing::Test {
+ protected:
+  DroppedBall() {
+    world_.addPlane(Vec3::UnitY(), 0.0, 1.0);
+    ball_ = &world_.addBall({.radius = kRadius,
+                             .mass = 8940.0 * 4.0 / 3.0 * 3.14159265 * std::pow(kRadius, 3),
+                             .position = {0.0, kRadius + kDrop, 0.0},
+                             .restitution = 0.8});
+  }
+
+  Sound attached(SoundSettings settings = {}) {
+    settings.listeners = {{"above", {0.0, kHeight, 0.0}}};
+    Result<Sound> sound = Sound::attach(world_.world, settings);
+    EXPECT_TRUE(sound);
+    return *std::move(sound);
+  }
+
+  // What an application does: step by the frame, and take what can be heard.
+  std::vector<float> play(Sound& sound, double seconds) {
+    std::vector<float> samples;
+    std::array<float, 512> block{};
+    for (int frame = 0; frame < static_cast<int>(seconds * 60.0); ++frame) {
+      world_.world.stepSimulation(btScalar(1.0 / 60.0), 10, btScalar(1.0 / 240.0));
+      while (sound.framesReady() > 0) {
+        float* channel = block.data();
+        const std::size_t count = sound.render(std::span<float* const>(&channel, 1), block.size());
+        samples.insert(samples.end(), block.begin(),
+                       block.begin() + static_cast<std::ptrdiff_t>(count));
+      }
+    }
+    return samples;
+  }
+
+  static constexpr double kRadius = 0.01;  // m
+  static constexpr double kDrop = 0.2;     // m
+  static constexpr double kHeight = 0.5;   // m
+  SphereBulletWorld world_{9.81};
+  btRigidBody* ball_ = nullptr;
+};
+
+TEST_F(DroppedBall, ClicksWhenItLandsWithoutBeingToldAnything) {
+  Sound sound = attached();
+  const std::vector<float> samples = play(sound, 0.4);
+  ASSERT_GT(samples.size(), std::size_t{48 * 250});
+  const auto loudest = std::max_element(samples.begin(), samples.end(),
+                                        [](float a, float b) { return std::abs(a) < std::abs(b); });
+  // Bullet falls along its own path: half a step early at the speed of the landing.
+  const double landing = std::sqrt(2.0 * kDrop / 9.81) + (kHeight - kRadius) / 343.0;
+  EXPECT_NEAR(static_cast<double>(loudest - samples.begin()) / 48000.0, landing, 1.0 / 240.0);
+  // Steel on concrete, as the densities suggest: tau = 112.6 us, and equations (1) to (10) by hand
+  // give 3.31 Pa. Bullet lands up to half a step early, so a little slower.
+  EXPECT_NEAR(std::abs(*loudest), 3.31F, 0.07F);
+  EXPECT_EQ(sound.counters().late, 0U);
+}
+
+TEST_F(DroppedBall, IsSilentBeforeItLands) {
+  Sound sound = attached();
+  const std::vector<float> samples = play(sound, 0.2);  // it lands at 0.202 s
+  ASSERT_FALSE(samples.empty());
+  EXPECT_TRUE(std::all_of(samples.begin(), samples.end(), [](float p) { return p == 0.0F; }));
+}
+
+// tau is inversely proportional to E*^(2/5): the softer ball sounds longer, and quieter by tau^2.
+TEST_F(DroppedBall, SoundsAsTheMaterialThatIsSet) {
+  Sound steel = attached();
+  const std::vector<float> hard = play(steel, 0.35);
+  SphereBulletWorld other(9.81);
+  other.addPlane(Vec3::UnitY(), 0.0, 1.0);
+  btRigidBody& ball = other.addBall({.radius = kRadius,
+                                     .mass = 1.0 / static_cast<double>(ball_->getInvMass()),
+                                     .position = {0.0, kRadius + kDrop, 0.0},
+                                     .restitution = 0.8});
+  SoundSettings settings;
+  settings.listeners = {{"above", {0.0, kHeight, 0.0}}};
+  Result<Sound> rubber = Sound::attach(other.world, settings);
+  ASSERT_TRUE(rubber);
+  ASSERT_TRUE(rubber->setMaterial(ball, *findMaterial("rubber")));
+  for (int i = 0; i < 96; ++i)
+    other.step(1.0 / 240.0);
+  std::vector<float> soft(rubber->framesReady());
+  float* channel = soft.data();
+  rubber->render(std::span<float* const>(&channel, 1), soft.size());
+  const auto peak = [](const std::vector<float>& samples) {
+    float loudest = 0.0F;
+    for (const float p : samples)
+      loudest = std::max(loudest, std::abs(p));
+    return loudest;
+  };
+  EXPECT_GT(peak(soft), 0.0F);
+  EXPECT_LT(peak(soft), 1e-2F * peak(hard));
+}
+
+TEST_F(DroppedBall, RendersTheSameBitsWhateverTheBlocks) {
+  Sound sound = attached();
+  const std::vector<float> blocks = play(sound, 0.4);
+  SphereBulletWorld again(9.81);
+  again.addPlane(Vec3::UnitY(), 0.0, 1.0);
+  again.addBall({.radius = kRadius,
+                 .mass = 8940.0 * 4.0 / 3.0 * 3.14159265 * std::pow(kRadius, 3),
+                 .position = {0.0, kRadius + kDrop, 0.0},
+                 .restitution = 0.8});
+  SoundSettings settings;
+  settings.listeners = {{"above", {0.0, kHeight, 0.0}}};
+  Result<Sound> whole = Sound::attach(again.world, settings);
+  ASSERT_TRUE(whole);
+  for (int i = 0; i < 24; ++i) {
+    again.world.stepSimulation(btScalar(1.0 / 60.0), 10, btScalar(1.0 / 240.0));
+  }
+  std::vector<float> once(whole->framesReady());
+  float* channel = once.data();
+  ASSERT_EQ(whole->render(std::span<float* const>(&channel, 1), once.size()), once.size());
+  EXPECT_EQ(once, blocks);
+}
+
+TEST_F(DroppedBall, RefusesWhatItCannotDo) {
+  EXPECT_FALSE(Sound::attach(world_.world, {.latency = -1.0}));
+  EXPECT_FALSE(Sound::attach(world_.world, {.latency = std::nan("")}));
+  EXPECT_FALSE(Sound::attach(world_.world, {.sampleRate = 0.0}));
+  EXPECT_FALSE(Sound::attach(world_.world, {.listeners = {}}));
+  EXPECT_FALSE(Sound::attach(world_.world, {.restSpeed = -1.0}));
+  Sound sound = attached();
+  EXPECT_FALSE(Sound::attach(world_.world));  // one for each world
+  btSphereShape shape(1);
+  btRigidBody stranger(1, nullptr, &shape);
+  EXPECT_FALSE(sound.setMaterial(stranger, *findMaterial("steel")));
+  Material impossible = *findMaterial("steel");
+  impossible.poissonsRatio = 0.5;
+  EXPECT_FALSE(sound.setMaterial(*ball_, impossible));
+}
+
+}  // namespace
+}  // namespace carom

@@ -1,0 +1,869 @@
+#include "scenes/scene_loader.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <numbers>
+#include <ostream>
+#include <random>
+#include <set>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <valijson/adapters/nlohmann_json_adapter.hpp>
+#include <valijson/schema.hpp>
+#include <valijson/schema_parser.hpp>
+#include <valijson/validator.hpp>
+
+#include "audio/material.h"
+
+namespace carom {
+namespace {
+
+using nlohmann::json;
+
+const std::filesystem::path kScenes = std::filesystem::path(CAROM_SOURCE_DIR) / "scenes";
+
+/// A good document, which the tests spoil in one place at a time.
+constexpr const char* kOneBall = R"({
+  "duration": 1,
+  "bodies": [
+    {"type": "sphere", "radius": 0.01, "material": "steel", "position": [0, 1, 0]},
+    {"type": "plane", "normal": [0, 1, 0], "offset": 0, "material": "concrete"}
+  ],
+  "listeners": [{"position": [0, 1, 1]}]
+})";
+
+json oneBall() {
+  return json::parse(kOneBall);
+}
+
+/// oneBall() with the value at a JSON pointer set.
+json with(const std::string& pointer, json value) {
+  json document = oneBall();
+  document[json::json_pointer(pointer)] = std::move(value);
+  return document;
+}
+
+json without(const std::string& pointer) {
+  json document = oneBall();
+  const json::json_pointer place(pointer);
+  document[place.parent_pointer()].erase(place.back());
+  return document;
+}
+
+json withBodies(json bodies) {
+  return with("/bodies", std::move(bodies));
+}
+
+json sphereAt(double radius, double x, double y, double z) {
+  return {{"type", "sphere"}, {"radius", radius}, {"material", "glass"}, {"position", {x, y, z}}};
+}
+
+json planeOf(json normal) {
+  return {{"type", "plane"}, {"normal", std::move(normal)}, {"offset", 0}, {"material", "wood"}};
+}
+
+json groupOf(std::size_t count, json radius, double halfWidth) {
+  return {{"type", "spheres"},
+          {"count", count},
+          {"radius", std::move(radius)},
+          {"material", "glass"},
+          {"min", {-halfWidth, -halfWidth, -halfWidth}},
+          {"max", {halfWidth, halfWidth, halfWidth}}};
+}
+
+json oak() {
+  return {
+      {"density", 700}, {"youngs_modulus", 1e10}, {"poissons_ratio", 0.3}, {"restitution", 0.5}};
+}
+
+Result<Scene> parsed(const json& document) {
+  return parseScene(document.dump(), "test.json");
+}
+
+std::string messageOf(const Result<Scene>& scene) {
+  return scene ? "(accepted)" : scene.error().message;
+}
+
+Scene accepted(const json& document) {
+  const Result<Scene> scene = parsed(document);
+  EXPECT_TRUE(scene) << messageOf(scene);
+  return scene ? *scene : Scene{};
+}
+
+const SphereShape& sphereOf(const SceneBody& body) {
+  return std::get<SphereShape>(body.shape);
+}
+const PlaneShape& planeShapeOf(const SceneBody& body) {
+  return std::get<PlaneShape>(body.shape);
+}
+
+std::string readFile(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+std::vector<std::filesystem::path> libraryFiles() {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(kScenes / "library")) {
+    if (entry.path().extension() == ".json") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// The deepest overlap of two spheres or of a sphere and a plane, in radii; by all pairs.
+double deepestOverlap(const Scene& scene) {
+  double deepest = 0.0;
+  for (const SceneBody& body : scene.bodies) {
+    const auto* sphere = std::get_if<SphereShape>(&body.shape);
+    if (sphere == nullptr) continue;
+    for (const SceneBody& other : scene.bodies) {
+      if (&other == &body) continue;
+      double gap = 0.0;
+      if (const auto* plane = std::get_if<PlaneShape>(&other.shape)) {
+        gap = plane->normal.dot(sphere->position) - plane->offset - sphere->radius;
+      } else {
+        gap = (sphereOf(other).position - sphere->position).norm() - sphereOf(other).radius -
+              sphere->radius;
+      }
+      deepest = std::max(deepest, -gap / sphere->radius);
+    }
+  }
+  return deepest;
+}
+
+/// What the rest of the program takes for granted; empty when all of it holds.
+std::string brokenPromise(const Scene& scene) {
+  std::set<std::string> names;
+  bool movable = false;
+  for (const SceneBody& body : scene.bodies) {
+    if (body.name.empty() || !names.insert(body.name).second) return "name " + body.name;
+    const Material& material = body.material;
+    if (material.name.empty() || !(material.density > 0.0) || !(material.youngsModulus > 0.0) ||
+        !(material.poissonsRatio >= 0.0 && material.poissonsRatio < 0.5) ||
+        !(material.restitution >= 0.0 && material.restitution <= 1.0)) {
+      return "material of " + body.name;
+    }
+    if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) {
+      movable = true;
+      if (!(sphere->radius >= 1e-6 && sphere->radius <= 1e4)) return "radius of " + body.name;
+      if (!(sphere->mass > 0.0) || !std::isfinite(sphere->mass)) return "mass of " + body.name;
+      if (!(sphere->position.cwiseAbs().maxCoeff() <= 1e6)) return "position of " + body.name;
+      if (!(sphere->velocity.cwiseAbs().maxCoeff() <= 1e4)) return "velocity of " + body.name;
+    } else if (std::abs(planeShapeOf(body).normal.norm() - 1.0) > 1e-12) {
+      return "normal of " + body.name;
+    }
+  }
+  if (!movable) return "nothing moves";
+  if (!(scene.duration > 0.0 && scene.duration <= 3600.0)) return "duration";
+  if (!(scene.sampleRate >= 8000.0 && scene.sampleRate <= 192000.0)) return "sample rate";
+  if (scene.listeners.empty() || scene.name.empty()) return "listeners or name";
+  return deepestOverlap(scene) > 1.001e-9 ? "overlap" : "";
+}
+
+// --- What a document means -----------------------------------------------------------------------
+
+TEST(SceneLoader, DefaultsAreThoseOfTheReference) {
+  const Scene scene = accepted(oneBall());
+  EXPECT_EQ(scene.name, "test");
+  EXPECT_EQ(scene.description, "");
+  EXPECT_EQ(scene.sampleRate, 48000.0);
+  EXPECT_EQ(scene.gravity, Vec3(0.0, -9.81, 0.0));
+  EXPECT_EQ(scene.medium.density, 1.2);
+  EXPECT_EQ(scene.medium.speedOfSound, 343.0);
+  EXPECT_EQ(scene.stepper.type, StepperType::native);
+  EXPECT_EQ(scene.stepper.step, 1.0 / 240.0);
+  EXPECT_EQ(scene.stepper.restSpeed, 0.005);
+  ASSERT_EQ(scene.bodies.size(), 2U);
+  EXPECT_EQ(scene.bodies[0].name, "sphere1");
+  EXPECT_EQ(scene.bodies[1].name, "plane1");
+  EXPECT_EQ(sphereOf(scene.bodies[0]).velocity, Vec3::Zero());
+  ASSERT_EQ(scene.listeners.size(), 1U);
+  EXPECT_EQ(scene.listeners[0].name, "listener1");
+}
+
+TEST(SceneLoader, EveryFieldArrivesWhereItBelongs) {
+  json document = oneBall();
+  document["$schema"] = "scene.schema.json";
+  document["name"] = "Fallversuch \u00fc";
+  document["description"] = "two\nlines";
+  document["sample_rate"] = 96000.0;
+  document["seed"] = 9007199254740992;
+  document["gravity"] = {1, 2, 3};
+  document["air"] = {{"density", 1.1}, {"speed_of_sound", 330}};
+  document["stepper"] = {{"type", "bullet"}, {"step", 0.01}, {"rest_speed", 0}};
+  document["materials"] = {{"oak", oak()}};
+  document["bodies"][0] = {{"type", "sphere"},  {"name", "ball"},        {"radius", 0.5},
+                           {"material", "oak"}, {"position", {1, 2, 3}}, {"velocity", {4, 5, 6}},
+                           {"mass", 7}};
+  document["listeners"] = {{{"name", "ear"}, {"position", {7, 8, 9}}}};
+  const Scene scene = accepted(document);
+  EXPECT_EQ(scene.name, "Fallversuch \u00fc");
+  EXPECT_EQ(scene.description, "two\nlines");
+  EXPECT_EQ(scene.sampleRate, 96000.0);
+  EXPECT_EQ(scene.gravity, Vec3(1, 2, 3));
+  EXPECT_EQ(scene.medium.density, 1.1);
+  EXPECT_EQ(scene.medium.speedOfSound, 330.0);
+  EXPECT_EQ(scene.stepper.type, StepperType::bullet);
+  EXPECT_EQ(scene.stepper.step, 0.01);
+  EXPECT_EQ(scene.stepper.restSpeed, 0.0);
+  const SceneBody& ball = scene.bodies.at(0);
+  EXPECT_EQ(ball.name, "ball");
+  EXPECT_EQ(ball.material.name, "oak");
+  EXPECT_EQ(ball.material.density, 700.0);
+  EXPECT_EQ(ball.material.youngsModulus, 1e10);
+  EXPECT_EQ(ball.material.poissonsRatio, 0.3);
+  EXPECT_EQ(ball.material.restitution, 0.5);
+  EXPECT_EQ(sphereOf(ball).radius, 0.5);
+  EXPECT_EQ(sphereOf(ball).mass, 7.0);
+  EXPECT_EQ(sphereOf(ball).position, Vec3(1, 2, 3));
+  EXPECT_EQ(sphereOf(ball).velocity, Vec3(4, 5, 6));
+  EXPECT_EQ(scene.listeners.at(0).name, "ear");
+  EXPECT_EQ(scene.listeners.at(0).position, Vec3(7, 8, 9));
+}
+
+TEST(SceneLoader, MassIsDensityTimesVolumeUnlessGiven) {
+  // A steel ball of 1 cm radius: 8940 kg/m^3 * 4.18879 cm^3 = 37.448 g, by hand.
+  EXPECT_NEAR(sphereOf(accepted(oneBall()).bodies.at(0)).mass, 0.037448, 5e-7);
+}
+
+TEST(SceneLoader, InlineMaterialsAreNamedAfterTheirBody) {
+  json named = with("/bodies/0/material", oak());
+  EXPECT_EQ(accepted(named).bodies.at(0).material.name, "sphere1");
+  named["bodies"][0]["name"] = "ball";
+  EXPECT_EQ(accepted(named).bodies.at(0).material.name, "ball");
+}
+
+TEST(SceneLoader, DefaultNamesStepAsideForGivenOnes) {
+  json document =
+      withBodies({sphereAt(0.1, 0, 0, 0), sphereAt(0.1, 1, 0, 0), sphereAt(0.1, 2, 0, 0)});
+  document["bodies"][2]["name"] = "sphere1";
+  document["listeners"] = {{{"position", {0, 0, 0}}},
+                           {{"position", {0, 0, 0}}, {"name", "listener1"}}};
+  const Scene scene = accepted(document);
+  EXPECT_EQ(scene.bodies.at(0).name, "sphere2");
+  EXPECT_EQ(scene.bodies.at(1).name, "sphere3");
+  EXPECT_EQ(scene.listeners.at(0).name, "listener2");
+}
+
+TEST(SceneLoader, DefaultNamesStepAsideForPartsOfGivenOnes) {
+  json document = withBodies(
+      {sphereAt(0.1, 0, 0, 0),
+       {{"type", "box"}, {"material", "wood"}, {"min", {-1, -1, -1}}, {"max", {1, 1, 1}}}});
+  document["bodies"][0]["name"] = "box1.left";
+  EXPECT_EQ(accepted(document).bodies.at(1).name, "box2.left");
+}
+
+TEST(SceneLoader, NormalsOfAnyLengthAreNormalised) {
+  for (const double length : {1e-300, 5e-324, 1e-3, 1.0, 1e6}) {
+    json document = with("/bodies/1/normal", {0, length, length});
+    document["bodies"][1].erase("offset");
+    document["bodies"][1]["point"] = {5, -1, 0};
+    const PlaneShape plane = planeShapeOf(accepted(document).bodies.at(1));
+    EXPECT_TRUE(plane.normal.isApprox(Vec3(0, std::sqrt(0.5), std::sqrt(0.5)), 1e-15)) << length;
+    EXPECT_NEAR(plane.offset, -std::sqrt(0.5), 1e-15) << length;
+  }
+}
+
+TEST(SceneLoader, BoxIsSixPlanesThatFaceInwards) {
+  const Vec3 min(-1, -2, -3);
+  const Vec3 max(4, 5, 6);
+  json document = withBodies({sphereAt(0.1, 0, 0, 0),
+                              {{"type", "box"},
+                               {"name", "crate"},
+                               {"material", "wood"},
+                               {"min", {-1, -2, -3}},
+                               {"max", {4, 5, 6}}}});
+  const Scene scene = accepted(document);
+  ASSERT_EQ(scene.bodies.size(), 7U);
+  // Each wall by a point of its surface, opposite to which the others lie.
+  const std::map<std::string, std::pair<Vec3, Vec3>> walls = {
+      {"crate.left", {Vec3(-1, 0, 0), Vec3(1, 0, 0)}},
+      {"crate.right", {Vec3(4, 0, 0), Vec3(-1, 0, 0)}},
+      {"crate.bottom", {Vec3(0, -2, 0), Vec3(0, 1, 0)}},
+      {"crate.top", {Vec3(0, 5, 0), Vec3(0, -1, 0)}},
+      {"crate.back", {Vec3(0, 0, -3), Vec3(0, 0, 1)}},
+      {"crate.front", {Vec3(0, 0, 6), Vec3(0, 0, -1)}}};
+  for (std::size_t index = 1; index < scene.bodies.size(); ++index) {
+    const SceneBody& body = scene.bodies[index];
+    const PlaneShape& wall = planeShapeOf(body);
+    ASSERT_TRUE(walls.contains(body.name)) << body.name;
+    EXPECT_EQ(wall.normal, walls.at(body.name).second) << body.name;
+    EXPECT_EQ(wall.normal.dot(walls.at(body.name).first), wall.offset) << body.name;
+    EXPECT_GT(wall.normal.dot(0.5 * (min + max)), wall.offset) << body.name;
+    EXPECT_EQ(body.material.name, "wood");
+  }
+}
+
+TEST(SceneLoader, TouchingIsNoOverlap) {
+  accepted(
+      withBodies({sphereAt(0.1, 0, 0.1, 0), sphereAt(0.2, 0.3, 0.1, 0), planeOf({1, 0, 0})})
+          .patch(json::parse(R"([{"op": "add", "path": "/bodies/2/offset", "value": -0.1}])")));
+  accepted(withBodies({sphereAt(0.1, 0, 0, 0), sphereAt(0.1, 0.2 - 5e-11, 0, 0)}));
+}
+
+// --- Groups --------------------------------------------------------------------------------------
+
+TEST(SceneGroup, SpheresLieInTheirBoxAndDoNotOverlap) {
+  json document = withBodies({sphereAt(0.2, 0.3, 0.3, 0), groupOf(300, {0.02, 0.06}, 0.5),
+                              planeOf({1, 1, 0}), groupOf(20, {0.05, 0.1}, 2.0)});
+  const Scene scene = accepted(document);
+  ASSERT_EQ(scene.bodies.size(), 322U);
+  EXPECT_EQ(scene.bodies[1].name, "spheres1.1");
+  EXPECT_EQ(scene.bodies[300].name, "spheres1.300");
+  EXPECT_EQ(scene.bodies[321].name, "spheres2.20");
+  EXPECT_EQ(deepestOverlap(scene), 0.0);
+  for (std::size_t index = 1; index <= 300; ++index) {
+    const SphereShape& sphere = sphereOf(scene.bodies[index]);
+    EXPECT_LE(sphere.position.cwiseAbs().maxCoeff() + sphere.radius, 0.5);
+  }
+}
+
+TEST(SceneGroup, RadiiSpeedsAndMaterialsAreSpreadOverTheirRanges) {
+  json document = withBodies({groupOf(2000, {0.01, 0.02}, 2.0)});
+  document["bodies"][0]["speed"] = {1, 3};
+  document["bodies"][0]["material"] = {"steel", oak(), "glass"};
+  const Scene scene = accepted(document);
+  double radii = 0.0;
+  double speeds = 0.0;
+  Vec3 velocities = Vec3::Zero();
+  std::map<std::string, int> materials;
+  for (const SceneBody& body : scene.bodies) {
+    const SphereShape& sphere = sphereOf(body);
+    ASSERT_TRUE(sphere.radius >= 0.01 && sphere.radius <= 0.02);
+    ASSERT_TRUE(sphere.velocity.norm() >= 1.0 - 1e-12 && sphere.velocity.norm() <= 3.0 + 1e-12);
+    const double volume = 4.0 / 3.0 * std::numbers::pi * std::pow(sphere.radius, 3);
+    EXPECT_NEAR(sphere.mass, body.material.density * volume, 1e-12);
+    radii += sphere.radius / 2000.0;
+    speeds += sphere.velocity.norm() / 2000.0;
+    velocities += sphere.velocity / 2000.0;
+    ++materials[body.material.name];
+  }
+  // Means of uniform distributions, within five standard errors.
+  EXPECT_NEAR(radii, 0.015, 5.0 * 0.01 / std::sqrt(12.0 * 2000.0));
+  EXPECT_NEAR(speeds, 2.0, 5.0 * 2.0 / std::sqrt(12.0 * 2000.0));
+  EXPECT_LT(velocities.cwiseAbs().maxCoeff(), 5.0 * std::sqrt(13.0 / 9.0 / 2000.0));
+  ASSERT_EQ(materials.size(), 3U);
+  EXPECT_TRUE(materials.contains("spheres1.material2"));
+  for (const auto& [name, count] : materials)
+    EXPECT_NEAR(count, 2000.0 / 3.0, 110.0) << name;
+}
+
+TEST(SceneGroup, SameSeedGivesTheSameBitsAndAnotherSeedOthers) {
+  json document = withBodies({groupOf(50, {0.01, 0.02}, 0.5)});
+  document["bodies"][0]["speed"] = 1;
+  const Scene first = accepted(document);
+  const Scene again = accepted(document);
+  document["seed"] = 1;
+  const Scene other = accepted(document);
+  for (std::size_t body = 0; body < first.bodies.size(); ++body) {
+    const SphereShape& sphere = sphereOf(first.bodies[body]);
+    EXPECT_EQ(sphere.position, sphereOf(again.bodies[body]).position);
+    EXPECT_EQ(sphere.velocity, sphereOf(again.bodies[body]).velocity);
+    EXPECT_EQ(sphere.radius, sphereOf(again.bodies[body]).radius);
+    EXPECT_NE(sphere.position, sphereOf(other.bodies[body]).position);
+    EXPECT_NE(sphere.radius, sphereOf(other.bodies[body]).radius);
+  }
+}
+
+TEST(SceneGroup, TwoGroupsOfOneSceneDiffer) {
+  const Scene scene =
+      accepted(withBodies({groupOf(1, {0.01, 0.02}, 1.0), groupOf(1, {0.01, 0.02}, 1.0)}));
+  EXPECT_NE(sphereOf(scene.bodies.at(0)).radius, sphereOf(scene.bodies.at(1)).radius);
+}
+
+TEST(SceneGroup, TenThousandSpheresFindRoomInAFifthOfTheBox) {
+  const Scene scene = accepted(withBodies({groupOf(10000, {0.005, 0.02}, 0.4)}));
+  ASSERT_EQ(scene.bodies.size(), 10000U);
+  double volume = 0.0;
+  for (const SceneBody& body : scene.bodies) {
+    volume += 4.0 / 3.0 * std::numbers::pi * std::pow(sphereOf(body).radius, 3);
+  }
+  EXPECT_GT(volume / 0.512, 0.2);
+  EXPECT_EQ(deepestOverlap(scene), 0.0);
+}
+
+TEST(SceneGroup, SaysHowManyFitted) {
+  const std::string message = messageOf(parsed(withBodies({groupOf(40, 0.2, 0.5)})));
+  std::size_t fitted = 0;
+  ASSERT_EQ(std::sscanf(message.c_str(), "test.json: /bodies/0: only %zu of 40", &fitted), 1)
+      << message;
+  EXPECT_GE(fitted, 4U);   // eight would fit in a grid
+  EXPECT_LE(fitted, 15U);  // at most 0.5 of the volume
+}
+
+// --- What is refused -----------------------------------------------------------------------------
+
+struct Refusal {
+  std::string name;
+  std::string text;
+  std::string place;               // a JSON pointer, or line and column
+  std::vector<std::string> words;  // what the message must say
+};
+
+/// For the reports of GoogleTest.
+std::ostream& operator<<(std::ostream& stream, const Refusal& refusal) {
+  return stream << refusal.text.substr(0, 300);
+}
+
+Refusal refusal(std::string name, const json& document, std::string place,
+                std::vector<std::string> words) {
+  return {std::move(name), document.dump(), std::move(place), std::move(words)};
+}
+
+/// Those which the schema describes as well.
+std::vector<Refusal> shapeRefusals() {
+  std::vector<Refusal> list;
+  const auto add = [&list](const json& document, const std::string& place,
+                           const std::vector<std::string>& words) {
+    list.push_back(refusal(place + " " + words.front(), document, place, words));
+  };
+  // Unknown and missing keys.
+  add(with("/durration", 2), "/durration",
+      {"unknown key", "did you mean \"duration\"", "\"seed\""});
+  add(with("/bodies/0/raduis", 1), "/bodies/0/raduis", {"unknown key", "did you mean \"radius\""});
+  add(with("/bodies/1/radius", 1), "/bodies/1/radius", {"unknown key", "\"normal\""});
+  add(with("/listeners/0/gain", 1), "/listeners/0/gain", {"unknown key", "\"position\""});
+  add(with("/air", {{"temperature", 20}}), "/air/temperature", {"unknown key", "\"density\""});
+  add(with("/stepper", {{"dt", 1}}), "/stepper/dt", {"unknown key", "\"step\""});
+  add(without("/duration"), "/duration", {"missing", "a number above 0 up to 3600 (seconds)"});
+  add(without("/bodies"), "/bodies", {"missing", "array"});
+  add(without("/listeners"), "/listeners", {"missing", "listener"});
+  for (const char* key : {"type", "radius", "material", "position"}) {
+    add(without(std::string("/bodies/0/") + key), std::string("/bodies/0/") + key, {"missing"});
+  }
+  add(without("/bodies/1/normal"), "/bodies/1/normal", {"missing", "[x, y, z]"});
+  add(without("/bodies/1/offset"), "/bodies/1", {"no place", "\"point\" or \"offset\""});
+  add(with("/bodies/1/point", {0, 0, 0}), "/bodies/1", {"a point and an offset", "one of the two"});
+  add(without("/listeners/0/position"), "/listeners/0/position", {"missing"});
+  // Wrong types.
+  add(json::array(), "", {"an array of length 0 is not a scene", "an object"});
+  add(with("/duration", "1"), "/duration", {"\"1\" is not a duration", "a number"});
+  add(with("/duration", nullptr), "/duration", {"null is not a duration"});
+  add(with("/name", 3), "/name", {"3 is not a name", "a string of 1 to 100 characters"});
+  add(with("/description", json::array()), "/description", {"is not a description"});
+  add(with("/gravity", -9.81), "/gravity", {"-9.81 is not a vector", "[x, y, z]"});
+  add(with("/gravity", {0, -9.81}), "/gravity", {"an array of length 2", "[x, y, z]"});
+  add(with("/gravity", {0, "down", 0}), "/gravity/1", {"\"down\" is not a component of gravity"});
+  add(with("/air", 1), "/air", {"1 is not a description of the air"});
+  add(with("/stepper", "bullet"), "/stepper", {"\"bullet\" is not a stepper"});
+  add(with("/stepper", {{"type", "bulet"}}), "/stepper/type",
+      {"\"bulet\" is not a type of stepper", "did you mean \"bullet\""});
+  add(with("/materials", json::array()), "/materials", {"is not a set of materials"});
+  add(with("/bodies", json::object()), "/bodies", {"is not a list of bodies"});
+  add(with("/bodies/0", 1), "/bodies/0", {"1 is not a body"});
+  add(with("/bodies/0/type", "ball"), "/bodies/0/type", {"\"ball\" is not a type", "\"spheres\""});
+  add(with("/bodies/0/material", 1), "/bodies/0/material", {"1 is not a material"});
+  add(with("/listeners", json::object()), "/listeners", {"is not a list of listeners"});
+  add(with("/listeners/0", true), "/listeners/0", {"true is not a listener"});
+  add(with("/$schema", 1), "/$schema", {"is not the address"});
+  // Numbers out of range.
+  const std::vector<std::pair<std::string, std::vector<json>>> ranges = {
+      {"/duration", {0, -1, 3600.1, 1e300}},
+      {"/sample_rate", {7999, 192001, 44100.5, -48000}},
+      {"/seed", {-1, 0.5, 9007199254740994, 18446744073709551615U, 1e30}},
+      {"/gravity/0", {1e4 + 1, -2e4}},
+      {"/air/density", {0, -1, 1e5}},
+      {"/air/speed_of_sound", {0, 0.5, 1e5}},
+      {"/stepper/rest_speed", {-0.001, 2e4}},
+      {"/bodies/0/radius", {0, -0.05, 9e-7, 10001}},
+      {"/bodies/0/mass", {0, -1, 1e19}},
+      {"/bodies/0/position/1", {1.1e6, -1.1e6}},
+      {"/bodies/0/velocity/2", {10001, -1e5}},
+      {"/bodies/1/offset", {1.1e6}},
+      {"/bodies/1/normal/0", {1e7}},
+      {"/listeners/0/position/0", {-1e7}},
+      {"/materials/oak/density", {0, -1, 1e6}},
+      {"/materials/oak/youngs_modulus", {0, -1e9, 1e14}},
+      {"/materials/oak/poissons_ratio", {-0.1, 0.5, 0.7}},
+      {"/materials/oak/restitution", {-0.1, 1.1}}};
+  json full = oneBall();
+  full["gravity"] = {0, 0, 0};
+  full["air"] = {{"density", 1}};
+  full["stepper"] = {{"type", "bullet"}};
+  full["bodies"][0]["velocity"] = {0, 0, 0};
+  full["materials"]["oak"] = oak();
+  for (const auto& [pointer, values] : ranges) {
+    for (const json& value : values) {
+      json document = full;
+      document[json::json_pointer(pointer)] = value;
+      add(document, pointer, {" is not a", "; expected a "});
+    }
+  }
+  for (const json& step : {json(0), json(-0.01), json(9e-6), json(0.11)}) {
+    add(with("/stepper", {{"type", "bullet"}, {"step", step}}), "/stepper/step", {"is not a step"});
+  }
+  add(with("/stepper", {{"type", "native"}, {"step", 0.01}}), "/stepper/step",
+      {"the native stepper has no step", "\"bullet\""});
+  add(with("/stepper", {{"step", 0.01}}), "/stepper/step", {"the native stepper has no step"});
+  add(with("/materials", {{"oak", {{"density", 1}}}}), "/materials/oak/youngs_modulus",
+      {"missing"});
+  add(with("/materials", {{"", oak()}}), "/materials/", {"not a name"});
+  add(with("/name", ""), "/name", {"\"\" is not a name"});
+  add(with("/name", std::string(101, 'x')), "/name", {"is not a name"});
+  // Groups.
+  const auto spoilt = [](const std::string& key, json value) {
+    json group = groupOf(3, 0.1, 1.0);
+    group[key] = std::move(value);
+    return withBodies({group});
+  };
+  add(spoilt("count", 0), "/bodies/0/count", {"0 is not a count", "from 1 to 100000"});
+  add(spoilt("count", 1.5), "/bodies/0/count", {"1.5 is not a count", "whole"});
+  add(spoilt("count", 100001), "/bodies/0/count", {"is not a count"});
+  add(spoilt("radius", "big"), "/bodies/0/radius", {"\"big\" is not a radius", "[min, max]"});
+  add(spoilt("radius", {1, 2, 3}), "/bodies/0/radius", {"an array of length 3", "[min, max]"});
+  add(spoilt("radius", {0, 1}), "/bodies/0/radius/0", {"0 is not a radius"});
+  add(spoilt("speed", -1), "/bodies/0/speed", {"-1 is not a speed"});
+  add(spoilt("speed", {0, 1e5}), "/bodies/0/speed/1", {"is not a speed"});
+  add(spoilt("material", json::array()), "/bodies/0/material", {"is not a choice of materials"});
+  add(spoilt("position", {0, 0, 0}), "/bodies/0/position", {"unknown key"});
+  add(spoilt("min", {0, 0}), "/bodies/0/min", {"an array of length 2"});
+  add(with("/bodies", json::array()), "/bodies", {"empty scene"});
+  add(with("/listeners", json::array()), "/listeners", {"is not a list of listeners", "1 to 256"});
+  return list;
+}
+
+/// Those which only the loader can see.
+std::vector<Refusal> meaningRefusals() {
+  std::vector<Refusal> list;
+  const auto add = [&list](const json& document, const std::string& place,
+                           const std::vector<std::string>& words) {
+    list.push_back(refusal(place + " " + words.front(), document, place, words));
+  };
+  add(withBodies({planeOf({0, 1, 0})}), "/bodies", {"empty scene", "at least one sphere"});
+  add(with("/bodies/1/normal", {0, 0, 0}), "/bodies/1/normal", {"no direction", "not 0"});
+  add(with("/bodies/0/material", "steal"), "/bodies/0/material",
+      {"unknown material \"steal\"", "did you mean \"steel\"", "\"ceramic\"", "\"concrete\""});
+  json own = with("/materials", {{"oak", oak()}});
+  own["bodies"][0]["material"] = "elm";
+  add(own, "/bodies/0/material", {"unknown material \"elm\"", "\"oak\""});
+  add(with("/materials", {{"steel", oak()}}), "/materials/steel", {"built-in", "another name"});
+  add(with("/materials", {{"a\nb", oak()}}), "/materials/a?b", {"not a name"});
+  add(with("/name", "a\tb"), "/name", {"\"a?b\" is not a name", "on one line"});
+  add(with("/name", std::string("a\0b", 3)), "/name", {"is not a name"});
+  json twins = withBodies({sphereAt(0.1, 0, 0, 0), sphereAt(0.1, 1, 0, 0)});
+  twins["bodies"][0]["name"] = twins["bodies"][1]["name"] = "twin";
+  add(twins, "/bodies/1/name", {"the name \"twin\" is taken"});
+  json part = withBodies({sphereAt(0.1, 0, 0, 0), groupOf(2, 0.1, 1.0)});
+  part["bodies"][0]["name"] = "a.2";
+  part["bodies"][1]["name"] = "a";
+  add(part, "/bodies/1", {"the name \"a.2\" is taken"});
+  const json listener = {{"name", "ear"}, {"position", {0, 0, 0}}};
+  add(with("/listeners", {listener, listener}), "/listeners/1/name", {"\"ear\" is taken"});
+  for (const double top : {0.0, -1.0}) {
+    json box = {{"type", "box"}, {"material", "wood"}, {"min", {0, 0, 0}}, {"max", {1, top, 1}}};
+    add(withBodies({sphereAt(0.1, 0.5, 0.5, 0.5), box}), "/bodies/1/max",
+        {"is not above the minimum 0 along y", "max > min"});
+  }
+  add(withBodies({sphereAt(0.1, 0, 0, 0), sphereAt(0.1, 0.15, 0, 0)}), "/bodies/1",
+      {"\"sphere2\" overlaps \"sphere1\" by 0.05", "metres"});
+  add(withBodies({sphereAt(0.1, 0, 0, 0), sphereAt(0.1, 0.2 - 3e-10, 0, 0)}), "/bodies/1",
+      {"overlaps"});
+  add(withBodies({sphereAt(1e-6, 0, 0, 0), sphereAt(1e4, 9999, 0, 0)}), "/bodies/1", {"overlaps"});
+  add(with("/bodies/0/position", {0, 0.005, 0}), "/bodies/0",
+      {"\"sphere1\" reaches 0.005 metres into \"plane1\"", "the normal points to"});
+  add(withBodies({groupOf(3, {0.2, 0.1}, 1.0)}), "/bodies/0/radius", {"minimum", "above"});
+  add(withBodies({groupOf(60000, 0.1, 1e3), groupOf(60000, 0.1, 1e3)}), "/bodies/1/count",
+      {"more than 100000 spheres"});
+  add(withBodies({groupOf(1, 2.0, 1.0)}), "/bodies/0", {"only 0 of 1 spheres", "more room"});
+  json planes = json::array();
+  for (int plane = 0; plane < 1001; ++plane)
+    planes.push_back(planeOf({0, 1, 0}));
+  add(withBodies(planes), "/bodies/1000", {"more than 1000 planes"});
+  return list;
+}
+
+/// Those which are not even documents.
+std::vector<Refusal> syntaxRefusals() {
+  std::string deep = R"({"bodies": )" + std::string(100, '[') + std::string(100, ']') + "}";
+  return {
+      {"empty", "", "the document is empty", {"expected a JSON object"}},
+      {"blank", " \n\t ", "the document is empty", {"expected a JSON object"}},
+      {"comma", "{\n  \"duration\": 1,\n}", "line 3, column 1", {"not JSON", "'}'"}},
+      {"cut", "{\n  \"duration\": 1", "line 2, column ", {"not JSON", "end of input"}},
+      {"two", "{} {}", "line 1, column 4", {"not JSON"}},
+      {"comment", "{} // done", "line 1, column 4", {"not JSON"}},
+      {"nan", "{\"duration\": NaN}", "line 1, column 14", {"not JSON"}},
+      {"utf8", "{\"name\": \"\xff\"}", "line 1, column 11", {"not JSON", "UTF-8"}},
+      {"overlong", "{\"name\": \"\xc0\x80\"}", "line 1, column 11", {"not JSON", "UTF-8"}},
+      {"surrogate", R"({"name": "\ud800"})", "line 1, column ", {"not JSON"}},
+      {"overflow", R"({"duration": 1e999})", "/duration", {"1e999 is too large"}},
+      {"overflow in an array", R"({"a": [0, [1, -1e999]]})", "/a/1/1", {"-1e999 is too large"}},
+      {"twice", R"({"duration": 1, "duration": 1})", "/duration", {"appears twice"}},
+      {"twice inside", R"({"bodies": [{}, {"a/b": 1, "a/b": 2}]})", "/bodies/1/a~1b", {"twice"}},
+      {"deep", deep, "/bodies/0/0/0", {"nested too deep", "at most 32"}}};
+}
+
+class SceneRefusal : public testing::TestWithParam<Refusal> {};
+
+TEST_P(SceneRefusal, NamesThePlaceAndTheRemedy) {
+  const Refusal& refusal = GetParam();
+  const std::string message = messageOf(parseScene(refusal.text, "test.json"));
+  EXPECT_TRUE(message.starts_with("test.json: " + refusal.place)) << message;
+  for (const std::string& word : refusal.words) {
+    EXPECT_NE(message.find(word), std::string::npos) << message << "\nlacks " << word;
+  }
+  EXPECT_LT(message.size(), 2000U);
+}
+
+std::string indexName(const testing::TestParamInfo<Refusal>& info) {
+  std::string name = std::to_string(info.index) + '_';
+  for (const char c : info.param.name.substr(0, 40)) {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0) name += c;
+  }
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Shape, SceneRefusal, testing::ValuesIn(shapeRefusals()), indexName);
+INSTANTIATE_TEST_SUITE_P(Meaning, SceneRefusal, testing::ValuesIn(meaningRefusals()), indexName);
+INSTANTIATE_TEST_SUITE_P(Syntax, SceneRefusal, testing::ValuesIn(syntaxRefusals()), indexName);
+
+TEST(SceneLoader, MessageIsOneSentenceWithFilePlaceFaultAndRemedy) {
+  EXPECT_EQ(messageOf(parsed(with("/bodies/0/radius", -0.05))),
+            "test.json: /bodies/0/radius: -0.05 is not a radius; "
+            "expected a number from 1e-6 to 10000 (metres)");
+}
+
+TEST(SceneLoader, TooManyValuesAreRefusedBeforeTheyFillTheMemory) {
+  std::string text = "[0";
+  for (int value = 0; value < 2'000'000; ++value)
+    text += ",0";
+  const std::string message = messageOf(parseScene(text + "]", "test.json"));
+  EXPECT_NE(message.find("more than 2000000 values"), std::string::npos) << message;
+}
+
+TEST(SceneLoader, TooLargeTextIsRefused) {
+  const std::string text(SceneLimits::kFileSize + 1, ' ');
+  EXPECT_NE(messageOf(parseScene(text, "test.json")).find("larger than"), std::string::npos);
+}
+
+TEST(SceneLoader, FilesThatCannotBeReadAreRefusedByName) {
+  const std::filesystem::path folder = testing::TempDir();
+  EXPECT_EQ(messageOf(loadScene(folder)), folder.string() + ": a directory; expected a scene file");
+  const std::filesystem::path absent = folder / "no_such_scene.json";
+  EXPECT_EQ(messageOf(loadScene(absent)),
+            absent.string() + ": no such file; expected a scene file");
+  EXPECT_FALSE(loadScene("/dev/zero"));
+  EXPECT_FALSE(loadScene(std::string(5000, 'x')));
+  const std::filesystem::path empty = folder / "carom_empty_scene.json";
+  std::ofstream(empty).close();
+  EXPECT_NE(messageOf(loadScene(empty)).find("the document is empty"), std::string::npos);
+  std::filesystem::remove(empty);
+}
+
+// --- Schema --------------------------------------------------------------------------------------
+
+/// The schema in the repository, checked by a library that shares no code with the loader.
+class SceneSchema : public testing::Test {
+ protected:
+  SceneSchema() {
+    const json document = json::parse(readFile(kScenes / "scene.schema.json"));
+    valijson::SchemaParser parser;
+    parser.populateSchema(valijson::adapters::NlohmannJsonAdapter(document), schema_);
+  }
+
+  bool accepts(const json& document) const {
+    valijson::Validator validator(valijson::Validator::kStrongTypes);
+    return validator.validate(schema_, valijson::adapters::NlohmannJsonAdapter(document), nullptr);
+  }
+
+ private:
+  valijson::Schema schema_;
+};
+
+std::vector<json> goodDocuments() {
+  std::vector<json> documents = {oneBall(),
+                                 with("/$schema", "x"),
+                                 with("/name", "ball"),
+                                 with("/description", ""),
+                                 with("/duration", 3600),
+                                 with("/duration", 1e-300),
+                                 with("/sample_rate", 8000),
+                                 with("/sample_rate", 192000),
+                                 with("/seed", 9007199254740992),
+                                 with("/gravity", {0, 0, 0}),
+                                 with("/air", json::object()),
+                                 with("/air", {{"density", 1000}, {"speed_of_sound", 1500}}),
+                                 with("/stepper", json::object()),
+                                 with("/stepper", {{"type", "native"}, {"rest_speed", 0}}),
+                                 with("/stepper", {{"type", "bullet"}, {"step", 0.1}}),
+                                 with("/stepper", {{"type", "bullet"}, {"step", 1e-5}}),
+                                 with("/materials", json::object()),
+                                 with("/materials", {{"oak", oak()}}),
+                                 with("/bodies/0/material", oak()),
+                                 with("/bodies/0/radius", 1e-6),
+                                 with("/bodies/0/mass", 1e-21),
+                                 with("/bodies/0/velocity", {1e4, -1e4, 0}),
+                                 with("/bodies/0/name", std::string(100, 'x')),
+                                 with("/bodies/0/position", {1e6, 1e6, -1e6}),
+                                 with("/listeners/0/name", "ear"),
+                                 withBodies({groupOf(2, 0.1, 1.0)}),
+                                 withBodies({groupOf(2, {0.1, 0.1}, 1.0)})};
+  json group = groupOf(2, 0.1, 1.0);
+  group["material"] = {"glass", oak()};
+  group["speed"] = {0, 1};
+  group["name"] = "group";
+  documents.push_back(withBodies({group}));
+  return documents;
+}
+
+TEST_F(SceneSchema, AcceptsTheLibraryAndEveryGoodDocumentAsTheLoaderDoes) {
+  for (const auto& file : libraryFiles())
+    EXPECT_TRUE(accepts(json::parse(readFile(file)))) << file;
+  for (const json& document : goodDocuments()) {
+    EXPECT_TRUE(accepts(document)) << document;
+    EXPECT_TRUE(parsed(document)) << messageOf(parsed(document));
+  }
+}
+
+TEST_F(SceneSchema, RefusesEveryShapeErrorThatTheLoaderRefuses) {
+  for (const Refusal& refusal : shapeRefusals()) {
+    EXPECT_FALSE(accepts(json::parse(refusal.text))) << refusal.name << '\n' << refusal.text;
+    EXPECT_FALSE(parseScene(refusal.text, "test.json")) << refusal.text;
+  }
+}
+
+TEST_F(SceneSchema, EveryObjectRefusesUnknownKeysAndDescribesItsOwn) {
+  const json schema = json::parse(readFile(kScenes / "scene.schema.json")).flatten();
+  for (const auto& [pointer, value] : schema.items()) {
+    if (!pointer.ends_with("/type") || value != "object") continue;
+    const std::string owner = pointer.substr(0, pointer.size() - 5);
+    EXPECT_TRUE(schema.contains(owner + "/description")) << owner;
+    const bool closed = schema.contains(owner + "/additionalProperties") ||
+                        schema.contains(owner + "/additionalProperties/$ref");
+    EXPECT_TRUE(closed) << owner;
+  }
+}
+
+// --- Library -------------------------------------------------------------------------------------
+
+TEST(SceneLibrary, EverySceneLoadsKeepsTheInvariantsAndSaysWhatItIs) {
+  const std::vector<std::filesystem::path> files = libraryFiles();
+  EXPECT_GE(files.size(), 5U);
+  for (const auto& file : files) {
+    const Result<Scene> scene = loadScene(file);
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_EQ(brokenPromise(*scene), "") << file;
+    EXPECT_EQ(scene->name, file.stem().string());
+    EXPECT_GT(scene->description.size(), 100U) << file;
+  }
+}
+
+Scene libraryScene(const std::string& name) {
+  const Result<Scene> scene = loadScene(kScenes / "library" / (name + ".json"));
+  EXPECT_TRUE(scene) << messageOf(scene);
+  return scene ? *scene : Scene{};
+}
+
+TEST(SceneLibrary, BouncingBallRestsBeforeTheEnd) {
+  const Scene scene = libraryScene("bouncing_ball");
+  ASSERT_EQ(scene.bodies.size(), 2U);
+  const double restitution =
+      std::sqrt(scene.bodies[0].material.restitution * scene.bodies[1].material.restitution);
+  EXPECT_NEAR(restitution, 0.8, 0.02);
+  const double firstTouch = std::sqrt(2.0 * 0.5 / 9.81);
+  EXPECT_LT(firstTouch * (1.0 + restitution) / (1.0 - restitution), scene.duration - 0.5);
+}
+
+TEST(SceneLibrary, TwoBallsMeetObliquelyBetweenTwoSteps) {
+  const Scene scene = libraryScene("two_balls");
+  const SphereShape& left = sphereOf(scene.bodies.at(0));
+  const SphereShape& right = sphereOf(scene.bodies.at(1));
+  const Vec3 apart = right.position - left.position;
+  const Vec3 closing = left.velocity - right.velocity;
+  const double along = apart.dot(closing.normalized());
+  const double impact = std::sqrt(apart.squaredNorm() - along * along);
+  const double reach = left.radius + right.radius;
+  EXPECT_NEAR(std::asin(impact / reach), std::numbers::pi / 6.0, 1e-6);
+  const double time = (along - std::sqrt(reach * reach - impact * impact)) / closing.norm();
+  EXPECT_NEAR(time, 0.4037, 5e-5);
+  const double phase = time / scene.stepper.step - std::floor(time / scene.stepper.step);
+  EXPECT_NEAR(phase, 0.222, 0.005);
+}
+
+TEST(SceneLibrary, MarblesAreAShowcase) {
+  const Scene scene = libraryScene("marbles_in_a_box");
+  std::set<std::string> materials;
+  std::size_t marbles = 0;
+  for (const SceneBody& body : scene.bodies) {
+    if (!std::holds_alternative<SphereShape>(body.shape)) continue;
+    ++marbles;
+    materials.insert(body.material.name);
+  }
+  EXPECT_GE(marbles, 60U);
+  EXPECT_EQ(materials, (std::set<std::string>{"ceramic", "glass", "plastic", "steel"}));
+  ASSERT_EQ(scene.listeners.size(), 2U);
+  EXPECT_NEAR((scene.listeners[0].position - scene.listeners[1].position).norm(), 0.17, 0.01);
+}
+
+// --- Robustness ----------------------------------------------------------------------------------
+
+/// One random change: a byte dropped, flipped or doubled, the end cut off, two bytes swapped, or a
+/// number replaced by a nasty one.
+std::string mutated(std::string text, std::mt19937_64& random) {
+  static const std::vector<std::string> kNasty = {"-1", "0",  "1e999", "1e-320", "null", "\"\"",
+                                                  "[]", "{}", "1e6",   "100000", "-0.0", "0.5"};
+  const std::size_t place = random() % text.size();
+  switch (random() % 6) {
+    case 0:
+      return text.erase(place, 1);
+    case 1:
+      text[place] = static_cast<char>(static_cast<unsigned char>(text[place]) ^
+                                      (1U << static_cast<unsigned>(random() % 8)));
+      return text;
+    case 2:
+      return text.insert(place, 1, text[place]);
+    case 3:
+      return text.substr(0, place);
+    case 4: {
+      const std::size_t other = random() % text.size();
+      std::swap(text[place], text[other]);
+      return text;
+    }
+    default: {
+      const std::size_t start = text.find_first_of("-0123456789", place);
+      if (start == std::string::npos) return text;
+      const std::size_t end = text.find_first_not_of("-+.eE0123456789", start);
+      return text.replace(start, end - start, kNasty[random() % kNasty.size()]);
+    }
+  }
+}
+
+TEST(SceneRobustness, ThousandsOfSpoiltScenesAreErrorsOrSoundScenes) {
+  std::mt19937_64 random(20260101);
+  std::size_t acceptedCount = 0;
+  for (const auto& file : libraryFiles()) {
+    const std::string original = readFile(file);
+    for (int mutant = 0; mutant < 1000; ++mutant) {
+      std::string text = mutated(original, random);
+      if (mutant % 2 == 1) text = mutated(text.empty() ? original : text, random);
+      const Result<Scene> scene = parseScene(text, "mutant.json");
+      if (!scene) {
+        EXPECT_TRUE(scene.error().message.starts_with("mutant.json: "));
+        continue;
+      }
+      ++acceptedCount;
+      if (scene->bodies.size() < 1000) {
+        ASSERT_EQ(brokenPromise(*scene), "") << text;
+      }
+    }
+  }
+  EXPECT_GT(acceptedCount, 500U);  // else the mutants test the JSON parser only
+}
+
+}  // namespace
+}  // namespace carom

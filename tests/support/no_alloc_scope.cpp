@@ -1,0 +1,83 @@
+#include "tests/support/no_alloc_scope.h"
+
+#include <cstdlib>
+#include <new>
+
+namespace {
+
+thread_local constinit std::size_t allocationsOfThread = 0;
+
+void* countedAllocation(std::size_t size) {
+  ++allocationsOfThread;
+  return std::malloc(size == 0 ? 1 : size);  // NOLINT(cppcoreguidelines-no-malloc): this is `new`
+}
+
+void* countedAllocation(std::size_t size, std::align_val_t alignment) {
+  ++allocationsOfThread;
+  const auto step = static_cast<std::size_t>(alignment);
+  return std::aligned_alloc(step, (size + step - 1) / step * step);  // NOLINT: as above
+}
+
+void* orThrow(void* memory) {
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+
+void release(void* memory) noexcept {
+  std::free(memory);  // NOLINT: as above
+}
+
+}  // namespace
+
+// The array and the nothrow forms of the library end in these.
+void* operator new(std::size_t size) {
+  return orThrow(countedAllocation(size));
+}
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  return orThrow(countedAllocation(size, alignment));
+}
+void operator delete(void* memory) noexcept {
+  release(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  release(memory);
+}
+void operator delete(void* memory, std::align_val_t) noexcept {
+  release(memory);
+}
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  release(memory);
+}
+
+// Spelled out because a sanitizer brings its own, which do not end in ours.
+void* operator new[](std::size_t size) {
+  return orThrow(countedAllocation(size));
+}
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  return countedAllocation(size);
+}
+void* operator new[](std::size_t size, const std::nothrow_t&) noexcept {
+  return countedAllocation(size);
+}
+void operator delete[](void* memory) noexcept {
+  release(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept {
+  release(memory);
+}
+void operator delete(void* memory, const std::nothrow_t&) noexcept {
+  release(memory);
+}
+void operator delete[](void* memory, const std::nothrow_t&) noexcept {
+  release(memory);
+}
+
+namespace carom::test {
+
+NoAllocScope::NoAllocScope() : before_(allocationsOfThread) {}
+
+std::size_t NoAllocScope::allocations() const {
+  return allocationsOfThread - before_;
+}
+
+}  // namespace carom::test
