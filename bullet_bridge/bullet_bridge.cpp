@@ -70,19 +70,21 @@ class PairMotion {
   Motion sphere_, other_, relative_;
 };
 
-// Before the solver, at the start of the substep. Velocities at the nodes are free of the g dt/2 by
-// which a resting body bobs between them.
-double nodeApproachSpeed(const ContactPair& pair) {
+// The pair as it stands at the start of the substep, with the velocity of that node before or after
+// the solver. Velocities at the nodes are free of the g dt/2 by which a resting body bobs between.
+PairMotion nodeMotion(const ContactPair& pair, Vec3 SubstepMotion::*velocity) {
   const SubstepMotion& sphere = pair.sphere->current;
   const SubstepMotion& other = pair.other->current;
-  const PairMotion node(pair, {sphere.start, sphere.velocityBefore, Vec3::Zero()},
-                        {other.start, other.velocityBefore, Vec3::Zero()});
-  return node.approachSpeedAt(0.0);
+  return {pair,
+          {sphere.start, sphere.*velocity, Vec3::Zero()},
+          {other.start, other.*velocity, Vec3::Zero()}};
 }
 
-struct Instant {
-  double start = 0.0;   // s, simulation clock, start of the motion that `offset` counts from
-  double offset = 0.0;  // s
+// When a pair touches, on one of its ways.
+struct Touch {
+  double start = 0.0;      // s, simulation clock, where the way begins
+  double offset = 0.0;     // s, after that
+  double nodeSpeed = 0.0;  // m/s, approach at the node where Bullet solves: what it goes by
 };
 
 const btSphereShape* asSphere(const btCollisionObject& object) {
@@ -105,12 +107,17 @@ void placePlane(const btStaticPlaneShape& shape, const btTransform& pose, Contac
   pair.otherRadius = kNever;
 }
 
-// Restitution and impulse of the points that the solver looked at.
+// Restitution and impulse of the points that the solver looked at. A pair that has none yet bounces
+// as Bullet will set up its points.
 void readPoints(const btPersistentManifold& manifold, ContactPair& pair) {
+  if (manifold.getNumContacts() == 0) {
+    pair.restitution = static_cast<double>(
+        btManifoldResult::calculateCombinedRestitution(pair.sphere->object, pair.other->object));
+  }
   for (int i = 0; i < manifold.getNumContacts(); ++i) {
     const btManifoldPoint& point = manifold.getContactPoint(i);
-    if (point.getDistance() > manifold.getContactProcessingThreshold()) continue;
     pair.restitution = std::max(pair.restitution, static_cast<double>(point.m_combinedRestitution));
+    if (point.getDistance() > manifold.getContactProcessingThreshold()) continue;
     pair.solverImpulse += static_cast<double>(point.getAppliedImpulse());
   }
 }
@@ -164,10 +171,10 @@ class BulletBridge::Impl : public TickHook {
   void readManifold(const btPersistentManifold& manifold, double dt);
   std::optional<ContactPair> contactPair(const btPersistentManifold& manifold);
   void resolve(const ContactPair& pair, double dt);
-  bool reportAhead(const ContactPair& pair, const PairMotion& now);
-  bool reportBehind(const ContactPair& pair, const PairMotion& now);
-  void report(const ContactPair& pair, const PairMotion& motion, const Instant& instant);
-  double restitution(const ContactPair& pair) const;
+  bool reportWithin(const ContactPair& pair, const PairMotion& now, double dt);
+  bool reportAhead(const ContactPair& pair, double dt);
+  bool reportBehind(const ContactPair& pair);
+  void report(const ContactPair& pair, const PairMotion& motion, const Touch& touch);
 
   BulletBridgeSettings settings_;
   BodyTracker tracker_;
@@ -187,7 +194,7 @@ void BulletBridge::Impl::onStepEnd(double dt) {
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
     const btPersistentManifold& manifold =
         *const_cast<btDispatcher&>(dispatcher).getManifoldByIndexInternal(i);
-    if (manifold.getNumContacts() > 0) readManifold(manifold, dt);
+    readManifold(manifold, dt);
   }
   std::stable_sort(events.begin() + static_cast<std::ptrdiff_t>(first), events.end(),
                    [](const ImpulseEvent& a, const ImpulseEvent& b) { return a.time < b.time; });
@@ -210,7 +217,7 @@ std::optional<ContactPair> BulletBridge::Impl::contactPair(const btPersistentMan
   pair.sphere = body0;
   pair.other = body1;
   if (sphere == nullptr) {
-    ++counters.unsupported;
+    if (manifold.getNumContacts() > 0) ++counters.unsupported;
     return std::nullopt;
   }
   pair.radius = static_cast<double>(sphere->getRadius());
@@ -219,7 +226,7 @@ std::optional<ContactPair> BulletBridge::Impl::contactPair(const btPersistentMan
   } else if (const btStaticPlaneShape* plane = asPlane(*body1->object)) {
     placePlane(*plane, body1->object->getWorldTransform(), pair);
   } else {
-    ++counters.unsupported;
+    if (manifold.getNumContacts() > 0) ++counters.unsupported;
     return std::nullopt;
   }
   return pair;
@@ -233,69 +240,77 @@ void BulletBridge::Impl::readManifold(const btPersistentManifold& manifold, doub
 }
 
 void BulletBridge::Impl::resolve(const ContactPair& pair, double dt) {
-  const SubstepMotion& sphere = pair.sphere->current;
-  const SubstepMotion& other = pair.other->current;
-  const PairMotion now(pair, sphere.unhindered(dt), other.unhindered(dt));
-  const PairMotion after(pair, {sphere.start, sphere.velocityAfter, Vec3::Zero()},
-                         {other.start, other.velocityAfter, Vec3::Zero()});
-  const bool turned = after.approachSpeedAt(0.0) <= settings_.restSpeed;
-
+  const bool approaching =
+      nodeMotion(pair, &SubstepMotion::velocityAfter).approachSpeedAt(0.0) > settings_.restSpeed;
   const auto open = open_.find(pair.key());
-  const bool reportedBefore = open != open_.end() && open->second + 1 == counters.substeps;
-  const bool reported =
-      reportedBefore || (now.gapAt(0.0) > 0.0 ? reportAhead(pair, now) : reportBehind(pair, now));
-  if (reported && !turned) {
-    open_[pair.key()] = counters.substeps;
-  } else if (open != open_.end()) {
-    open_.erase(open);
+  if (open != open_.end()) {
+    const bool current = open->second + 1 == counters.substeps;
+    if (current && approaching) open->second = counters.substeps;
+    if (!current || !approaching) open_.erase(open);
+    if (current) return;
   }
+  const PairMotion now(pair, pair.sphere->current.actual(dt), pair.other->current.actual(dt));
+  const bool reported = now.gapAt(0.0) > 0.0 ? reportWithin(pair, now, dt) || reportAhead(pair, dt)
+                                             : reportBehind(pair);
+  if (reported && approaching) open_[pair.key()] = counters.substeps;
 }
 
-// A gap is left, and Bullet acted on it all the same.
-bool BulletBridge::Impl::reportAhead(const ContactPair& pair, const PairMotion& now) {
-  const double approach = nodeApproachSpeed(pair);
-  if (!(pair.solverImpulse > 0.0) || approach <= settings_.restSpeed) return false;
-  const double time = now.touchTime(2.0 * now.gapAt(0.0) / approach);
+// On the way that the bodies went.
+bool BulletBridge::Impl::reportWithin(const ContactPair& pair, const PairMotion& now, double dt) {
+  const double time = now.touchTime(dt);
   if (time == kNever) return false;
-  ++counters.ahead;
-  report(pair, now, {time_, time});
+  const Vec3 velocity = pair.sphere->current.velocityAfter - pair.other->current.velocityAfter;
+  const double nodeSpeed = -velocity.dot(now.normalAt(time));
+  if (nodeSpeed <= settings_.restSpeed) return false;
+  report(pair, now, {time_, time, nodeSpeed});
   return true;
 }
 
-// Overlapping at the start of this substep: the pair touched in the one before, unless the host has
-// only now pushed the two together.
-bool BulletBridge::Impl::reportBehind(const ContactPair& pair, const PairMotion& now) {
+// Bullet's solver acted on the gap, and the bodies did not touch: without it, they would.
+bool BulletBridge::Impl::reportAhead(const ContactPair& pair, double dt) {
+  if (!(pair.solverImpulse > 0.0)) return false;
+  const double nodeSpeed = nodeMotion(pair, &SubstepMotion::velocityBefore).approachSpeedAt(0.0);
+  if (nodeSpeed <= settings_.restSpeed) return false;
+  const PairMotion free(pair, pair.sphere->current.unhindered(dt),
+                        pair.other->current.unhindered(dt));
+  const double time = free.touchTime(2.0 * free.gapAt(0.0) / nodeSpeed);
+  if (time == kNever) return false;
+  ++counters.ahead;
+  report(pair, free, {time_, time, nodeSpeed});
+  return true;
+}
+
+// Overlapping at the start, though no touch was seen: Bullet had no manifold for the pair in the
+// substep before; or the host, or rounding, has only now brought the two together.
+bool BulletBridge::Impl::reportBehind(const ContactPair& pair) {
+  const PairMotion node = nodeMotion(pair, &SubstepMotion::velocityBefore);
+  const double nodeSpeed = node.approachSpeedAt(0.0);
+  if (nodeSpeed <= settings_.restSpeed) return false;
   if (pair.sphere->previous.known && pair.other->previous.known) {
     const PairMotion before(pair, pair.sphere->previous.actual(previousDt_),
                             pair.other->previous.actual(previousDt_));
-    // The mean velocity over the substep, for the same reason as in nodeApproachSpeed.
-    const double time = before.touchTime(previousDt_);
-    if (time < kNever && before.approachSpeedAt(0.5 * previousDt_) > settings_.restSpeed) {
-      report(pair, before, {time_ - previousDt_, time});
+    const double time = before.gapAt(0.0) > 0.0 ? before.touchTime(previousDt_) : kNever;
+    if (time < kNever) {
+      report(pair, before, {time_ - previousDt_, time, nodeSpeed});
       return true;
     }
   }
-  if (nodeApproachSpeed(pair) <= settings_.restSpeed) return false;
-  report(pair, now, {time_, 0.0});
+  report(pair, node, {time_, 0.0, nodeSpeed});
   return true;
 }
 
 void BulletBridge::Impl::report(const ContactPair& pair, const PairMotion& motion,
-                                const Instant& instant) {
-  ImpulseEvent event = sphereShare(pair, motion, instant.offset);
-  event.time = instant.start + instant.offset;
-  event.impulse =
-      (1.0 + restitution(pair)) * event.effectiveMass * event.approachSpeed * event.normal;
-  events.push_back(event);
-  events.push_back(otherShare(event, motion, instant.offset));
-  ++counters.collisions;
-}
-
-// Bullet compares its threshold with the velocity before the solver, at the node where it solves.
-double BulletBridge::Impl::restitution(const ContactPair& pair) const {
+                                const Touch& touch) {
+  // Bullet does not bounce below its threshold.
   const double threshold =
       static_cast<double>(world().getSolverInfo().m_restitutionVelocityThreshold);
-  return nodeApproachSpeed(pair) < threshold ? 0.0 : pair.restitution;
+  const double restitution = touch.nodeSpeed < threshold ? 0.0 : pair.restitution;
+  ImpulseEvent event = sphereShare(pair, motion, touch.offset);
+  event.time = touch.start + touch.offset;
+  event.impulse = (1.0 + restitution) * event.effectiveMass * event.approachSpeed * event.normal;
+  events.push_back(event);
+  events.push_back(otherShare(event, motion, touch.offset));
+  ++counters.collisions;
 }
 
 Result<BulletBridge> BulletBridge::attach(btDynamicsWorld& world,

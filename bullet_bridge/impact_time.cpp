@@ -51,6 +51,9 @@ double sphereTouchTime(const Motion& relative, double distance, double horizon) 
   const double c = gapSquared(relative, distance, 0.0);
   const double b = relative.position.dot(relative.velocity);
   if (c <= 0.0) return b < 0.0 ? 0.0 : kNever;
+  const double farthest =
+      horizon * (relative.velocity.norm() + 0.5 * horizon * relative.acceleration.norm());
+  if (relative.position.norm() - distance > farthest) return kNever;
   if (!relative.acceleration.isZero(0.0)) return bracketedTouch(relative, distance, horizon);
   if (b >= 0.0) return kNever;
   return within(firstRoot(relative.velocity.squaredNorm(), b, c), horizon);

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "audio/impulse_event.h"
@@ -22,10 +24,12 @@ struct ReferenceCollision {
 /// find.
 ///
 /// Told the states before and after every step, it tests all pairs with the native stepper's closed
-/// forms, and knows neither manifolds nor the bridge: slow, obvious, independent. In step k Bullet
-/// moves a body along x_k + (w - g dt/2) s + g s^2/2 with the velocity w after its solver, so that
-/// a first touch within the step is exact. Where Bullet turns a body back from a plane before it
-/// touches (a speculative contact), the collision is the one of the path without the solver.
+/// forms, and shares nothing with the bridge: slow, obvious, independent. In step k Bullet moves a
+/// body along x_k + (w - a dt/2) s + a s^2/2 with the velocity w after its solver, so that a first
+/// touch within the step is exact. Where Bullet turns a pair back before it touches (a speculative
+/// contact; which pairs, only the applied impulses in its manifolds tell), the collision is the one
+/// of the path without the solver. A pair that overlaps and approaches without having touched
+/// collides at once.
 ///
 /// A contact slower than the scene's rest speed is none; after a collision a pair counts again once
 /// it no longer approaches. Restitution is the scene's, or 0 below Bullet's restitution velocity
@@ -44,15 +48,19 @@ class LocalReference {
     Vec3 position;        // m, before the step
     Vec3 velocityBefore;  // m/s
     Vec3 velocityAfter;   // m/s, after the solver
+    Vec3 acceleration;    // m/s^2, zero when asleep
   };
-  // A pair along its line of centres, or a sphere above a plane: everything scalar or relative.
+  // A sphere seen from another, or above a plane.
   struct PairStep {
-    std::size_t first, second;
-    Vec3 offset;          // m, position of the first from the second; along the normal for a plane
+    std::size_t first = 0;
+    std::size_t second = 0;
+    Vec3 offset;          // m, between the centres; from the plane, along its normal
     Vec3 velocityBefore;  // m/s, relative
     Vec3 velocityAfter;
-    double reach = 0.0;  // m, sum of the radii
-    bool plane = false;
+    Vec3 acceleration;    // m/s^2, relative
+    double reach = 0.0;   // m, sum of the radii
+    bool pushed = false;  // Bullet's solver pushed the two apart in this step
+    const PlaneShape* plane = nullptr;
   };
   struct Touch {
     double time = 0.0;  // s, after the start of the step
@@ -60,18 +68,15 @@ class LocalReference {
     double nodeSpeed = 0.0;  // m/s, what Bullet compares with its threshold
   };
 
+  void readPushedPairs(BulletScene& world);
   void testPair(const PairStep& pair, double dt);
-  bool findActualTouch(const PairStep& pair, double dt, Touch& touch) const;
-  bool findPreventedTouch(const PairStep& pair, double dt, Touch& touch) const;
-  double touchTime(const PairStep& pair, const Vec3& velocity) const;
-  Vec3 normalAt(const PairStep& pair, const Vec3& velocity, double time) const;
-  double approachAt(const PairStep& pair, const Vec3& velocity, double time) const;
   void record(const PairStep& pair, const Touch& touch);
 
   const Scene& scene_;
   double time_ = 0.0;
   double restitutionThreshold_ = 0.0;  // m/s, Bullet's
   std::vector<BodyStep> bodies_;
+  std::set<std::pair<const btCollisionObject*, const btCollisionObject*>> pushed_;
   std::unordered_set<std::uint64_t> collided_;  // and still approaching
   std::vector<ReferenceCollision> collisions_;
 };
