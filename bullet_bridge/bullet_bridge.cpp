@@ -172,8 +172,8 @@ class BulletBridge::Impl : public TickHook {
   std::optional<ContactPair> contactPair(const btPersistentManifold& manifold);
   void resolve(const ContactPair& pair, double dt);
   bool reportWithin(const ContactPair& pair, const PairMotion& now, double dt);
-  bool reportAhead(const ContactPair& pair, double dt);
-  bool reportBehind(const ContactPair& pair);
+  bool reportPrevented(const ContactPair& pair, double dt);
+  bool reportBehind(const ContactPair& pair, double dt);
   void report(const ContactPair& pair, const PairMotion& motion, const Touch& touch);
 
   BulletBridgeSettings settings_;
@@ -250,8 +250,9 @@ void BulletBridge::Impl::resolve(const ContactPair& pair, double dt) {
     if (current) return;
   }
   const PairMotion now(pair, pair.sphere->current.actual(dt), pair.other->current.actual(dt));
-  const bool reported = now.gapAt(0.0) > 0.0 ? reportWithin(pair, now, dt) || reportAhead(pair, dt)
-                                             : reportBehind(pair);
+  const bool reported = now.gapAt(0.0) > 0.0
+                            ? reportPrevented(pair, dt) || reportWithin(pair, now, dt)
+                            : reportBehind(pair, dt);
   if (reported && approaching) open_[pair.key()] = counters.substeps;
 }
 
@@ -266,8 +267,9 @@ bool BulletBridge::Impl::reportWithin(const ContactPair& pair, const PairMotion&
   return true;
 }
 
-// Bullet's solver acted on the gap, and the bodies did not touch: without it, they would.
-bool BulletBridge::Impl::reportAhead(const ContactPair& pair, double dt) {
+// Bullet's solver acted on a gap, so that the bodies do not touch, or too slowly: without it they
+// would have, on the way that they were on.
+bool BulletBridge::Impl::reportPrevented(const ContactPair& pair, double dt) {
   if (!(pair.solverImpulse > 0.0)) return false;
   const double nodeSpeed = nodeMotion(pair, &SubstepMotion::velocityBefore).approachSpeedAt(0.0);
   if (nodeSpeed <= settings_.restSpeed) return false;
@@ -282,9 +284,8 @@ bool BulletBridge::Impl::reportAhead(const ContactPair& pair, double dt) {
 
 // Overlapping at the start, though no touch was seen: Bullet had no manifold for the pair in the
 // substep before; or the host, or rounding, has only now brought the two together.
-bool BulletBridge::Impl::reportBehind(const ContactPair& pair) {
-  const PairMotion node = nodeMotion(pair, &SubstepMotion::velocityBefore);
-  const double nodeSpeed = node.approachSpeedAt(0.0);
+bool BulletBridge::Impl::reportBehind(const ContactPair& pair, double dt) {
+  const double nodeSpeed = nodeMotion(pair, &SubstepMotion::velocityBefore).approachSpeedAt(0.0);
   if (nodeSpeed <= settings_.restSpeed) return false;
   if (pair.sphere->previous.known && pair.other->previous.known) {
     const PairMotion before(pair, pair.sphere->previous.actual(previousDt_),
@@ -295,7 +296,9 @@ bool BulletBridge::Impl::reportBehind(const ContactPair& pair) {
       return true;
     }
   }
-  report(pair, node, {time_, 0.0, nodeSpeed});
+  const PairMotion free(pair, pair.sphere->current.unhindered(dt),
+                        pair.other->current.unhindered(dt));
+  report(pair, free, {time_, 0.0, nodeSpeed});
   return true;
 }
 

@@ -144,19 +144,20 @@ void LocalReference::testPair(const PairStep& pair, double dt) {
   const double farthest = dt * (pair.velocityAfter.norm() + dt * pair.acceleration.norm());
   if (!pair.pushed && actual.gapAt(0.0) > farthest) return;
 
+  const Path free{pair.offset, pair.velocityBefore + (0.5 * dt) * pair.acceleration,
+                  pair.acceleration, pair.reach, pair.plane};
   Touch touch;
   touch.nodeSpeed = -pair.velocityBefore.dot(actual.normalAt(0.0));
   if (actual.gapAt(0.0) <= 0.0) {
-    touch.approachSpeed = touch.nodeSpeed;
-  } else if (const double time = actual.touchTime(dt); time <= dt) {
-    touch = {time, actual.approachSpeedAt(time), -pair.velocityAfter.dot(actual.normalAt(time))};
-  } else if (pair.pushed) {
-    const Path free{pair.offset, pair.velocityBefore + (0.5 * dt) * pair.acceleration,
-                    pair.acceleration, pair.reach, pair.plane};
+    touch.approachSpeed = free.approachSpeedAt(0.0);
+  } else if (pair.pushed && touch.nodeSpeed > restSpeed) {
     touch.time = free.touchTime(4.0 * dt);
     if (touch.time < kNever) touch.approachSpeed = free.approachSpeedAt(touch.time);
   } else {
-    return;
+    touch.time = actual.touchTime(dt);
+    if (touch.time > dt) return;
+    touch.approachSpeed = actual.approachSpeedAt(touch.time);
+    touch.nodeSpeed = -pair.velocityAfter.dot(actual.normalAt(touch.time));
   }
   if (touch.time == kNever || !(touch.nodeSpeed > restSpeed)) return;
   record(pair, touch);
