@@ -31,20 +31,21 @@ struct BulletBridgeCounters {
 ///
 /// Bullet detects contacts at the start of a substep and reports impulses that carry support load,
 /// Baumgarte energy and speculative losses (docs/bridge.md). The bridge therefore takes from Bullet
-/// only that a pair is in contact and the motion of its bodies. Bullet moves a body along an exact
-/// parabola within each substep (see Motion), so the time of first touch is a root in closed form,
-/// of Bullet's own trajectory; the impulse follows from the state at that time,
+/// only which pairs are near (its manifolds, with or without points), the motion of their bodies,
+/// and whether the solver acted on a gap. Bullet moves a body along an exact parabola within each
+/// substep (see Motion), so the time of first touch on Bullet's own path is a root in closed form.
+/// Where the solver acts on a gap (a speculative contact), it is that of the path without the
+/// solver, which may lie after the end of the substep. The impulse follows from the state at that
+/// time,
 ///
 ///     j = (1 + e) m |vn| n,   1/m = 1/m1 + 1/m2
 ///
 /// with the restitution e that Bullet holds for the pair, or 0 where Bullet does not bounce
-/// (approach below its restitution velocity threshold).
+/// (approach below its restitution velocity threshold). A pair that has collided may collide again
+/// once it no longer approaches, so an impact that Bullet spreads over several substeps is one.
 ///
-/// A pair that overlaps at the start of substep k touched in substep k - 1 and is dated there. A
-/// speculative contact, which Bullet bounces although a gap is left, is dated where the bodies
-/// would have touched had it let them; that may lie after the end of the substep. Events therefore
-/// reach back one substep and ahead by the time that the margin takes; within one substep they are
-/// sorted.
+/// Events of a substep are sorted by time. They lie in it or after it; a pair that overlaps before
+/// Bullet had a manifold for it is dated back into the substep before.
 ///
 /// Frictionless spheres (btSphereShape) and planes (btStaticPlaneShape) in this version; contacts
 /// of other pairs are counted as `unsupported`. Bullet's precision sets the accuracy of times: in

@@ -53,9 +53,9 @@ class BulletSceneStepper : public SceneStepper {
       scene_->world().stepSimulation(static_cast<btScalar>(step_), 0);
     return bridge_.events();
   }
-  // A contact is seen at the start of a substep, and dated back by up to one more.
+  // What is reported after a substep happened in it or in the one before (see BulletBridge).
   double settledTime() const override { return bridge_.time() - latency(); }
-  double latency() const override { return 2.0 * step_; }
+  double latency() const override { return step_; }
 
  private:
   std::unique_ptr<BulletScene> scene_;  // before the bridge: it must outlive it

@@ -203,6 +203,21 @@ TEST(BulletBridge, ABallThatTheHostPushesDownFromRestIsHeardAtTheNode) {
   EXPECT_NEAR(events[0].approachSpeed, 2.0, 0.03);
 }
 
+// The spheres overlap for less than a step and part again between two nodes: Bullet never sees it.
+TEST(BulletBridge, AGrazingHitBetweenTwoNodesIsReported) {
+  const double dt = 1.0 / 60;
+  SphereBulletWorld world;
+  const double miss = 0.0995;  // m, of 0.1 m that still touch: the chord is 0.4 steps long
+  world.addBall({.position = {-0.315, miss, 0}, .velocity = {3, 0, 0}});
+  world.addBall({});
+  BulletBridge bridge = attached(world);
+  world.step(dt, 12);
+  ASSERT_EQ(bridge.events().size(), 2u);
+  const double along = std::sqrt(0.1 * 0.1 - miss * miss);
+  EXPECT_NEAR(bridge.events()[0].time, (0.315 - along) / 3.0, 2e-5);  // grazing multiplies rounding
+  EXPECT_NEAR(bridge.events()[0].approachSpeed, 3.0 * along / 0.1, 1e-3);
+}
+
 TEST(BulletBridge, SubstepsOfOneCallEachHaveTheirOwnTime) {
   SphereBulletWorld world;
   world.addPlane(Vec3::UnitY(), 0.0, 1.0);
