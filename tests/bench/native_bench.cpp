@@ -1,0 +1,266 @@
+// What the native stepper costs: collisions per second in an elastic gas without gravity, against
+// two loops of the same run, one obvious and one fast; the break of a pool table; memory.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+#include <malloc.h>
+
+#include "native/sphere_stepper.h"
+#include "tests/bench/cell_yardstick.h"
+#include "tests/bench/figures.h"
+#include "tests/bench/native_yardstick.h"
+
+namespace carom::bench {
+namespace {
+
+SphereStepper makeStepper(SphereWorld world) {
+  Result<SphereStepper> stepper = SphereStepper::create(std::move(world));
+  if (!stepper) std::abort();
+  return *std::move(stepper);
+}
+
+// --- The gas -----------------------------------------------------------------------------------
+
+/// The gas between six walls. Ids are those of AllPairsGas.
+SphereWorld gasWorld(const Gas& gas) {
+  SphereWorld world;
+  world.restSpeed = 0.0;
+  for (const Vec3& position : gas.positions) {
+    const auto id = static_cast<BodyId>(world.spheres.size());
+    world.spheres.push_back({id, gas.radius, 1.0, 1.0, position, gas.velocities[id]});
+  }
+  auto id = static_cast<BodyId>(world.spheres.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    world.planes.push_back({id++, Vec3::Unit(axis), 0.0, 1.0});
+    world.planes.push_back({id++, -Vec3::Unit(axis), -gas.side, 1.0});
+  }
+  return world;
+}
+
+/// A gas under way, from iteration to iteration, some fifty collisions in each.
+struct FlyingGas {
+  explicit FlyingGas(const Gas& gas)
+      : stepper(makeStepper(gasWorld(gas))), startEnergy(kineticEnergy(gas.velocities)) {
+    while (stepper.counters().collisions < 50) {
+      interval = 0.1 * stepper.time() + 1e-4;
+      advance();
+    }
+    const std::uint64_t before = stepper.counters().collisions;
+    advance();
+    interval *= 50.0 / static_cast<double>(stepper.counters().collisions - before + 1);
+  }
+  std::span<const ImpulseEvent> advance() { return stepper.advanceTo(stepper.time() + interval); }
+  /// Relative, after so many collisions.
+  double energyError(std::uint64_t collisions) {
+    while (stepper.counters().collisions < collisions)
+      advance();
+    return std::abs(stepper.kineticEnergy() / startEnergy - 1.0);
+  }
+
+  SphereStepper stepper;
+  double startEnergy = 0.0;  ///< J
+  double interval = 0.0;     ///< s
+};
+
+/// Whether the first so many collisions are the same ones, in the same order, to 1e-9 s. That holds
+/// for some ten per sphere, until chaos has amplified the rounding.
+bool agrees(const Gas& gas, std::size_t collisions) {
+  SphereStepper stepper = makeStepper(gasWorld(gas));
+  AllPairsGas allPairs(gas);
+  std::vector<ImpulseEvent> events;
+  for (std::size_t collision = 0; collision < collisions; ++collision) {
+    while (events.size() <= 2 * collision) {
+      const auto more = stepper.advanceTo(stepper.time() + 1e-3);
+      events.insert(events.end(), more.begin(), more.end());
+    }
+    const AllPairsGas::Collision expected = allPairs.next();
+    const ImpulseEvent& event = events[2 * collision];
+    if (event.body != expected.sphere || event.other != expected.partner ||
+        std::abs(event.time - expected.time) > 1e-9)
+      return false;
+  }
+  return true;
+}
+
+Work stepGas(std::shared_ptr<FlyingGas> flying) {
+  return [flying = std::move(flying)](benchmark::State& state) {
+    const std::uint64_t before = flying->stepper.counters().collisions;
+    for ([[maybe_unused]] const auto iteration : state)
+      benchmark::DoNotOptimize(flying->advance().data());
+    const std::uint64_t collisions = flying->stepper.counters().collisions - before;
+    reportRate(state, static_cast<double>(collisions) / static_cast<double>(state.iterations()));
+  };
+}
+
+Work stepAllPairs(const Gas& gas) {
+  const auto allPairs = std::make_shared<AllPairsGas>(gas);
+  return [allPairs](benchmark::State& state) {
+    for ([[maybe_unused]] const auto iteration : state)
+      benchmark::DoNotOptimize(allPairs->next());
+    reportRate(state, 1.0);
+  };
+}
+
+Work stepCells(const Gas& gas) {
+  const auto cells = std::make_shared<CellGas>(gas);
+  return [cells](benchmark::State& state) {
+    for ([[maybe_unused]] const auto iteration : state)
+      cells->collide();
+    benchmark::DoNotOptimize(cells->kineticEnergy());
+    reportRate(state, 1.0);
+  };
+}
+
+Work fail(std::string why) {
+  return [why = std::move(why)](benchmark::State& state) { state.SkipWithError(why.c_str()); };
+}
+
+std::string text(const char* format, double value, std::size_t count) {
+  char buffer[96];
+  std::snprintf(buffer, sizeof buffer, format, value, count);
+  return buffer;
+}
+
+/// Both must find the same `compared` first collisions.
+void addAllPairsFigure(Figures& figures, std::size_t count, std::size_t compared) {
+  const Gas gas = makeGas(count);
+  const bool same = agrees(gas, compared);
+  const auto flying = std::make_shared<FlyingGas>(gas);
+  figures.add({.name = "gas, N = " + std::to_string(count),
+               .unit = "k collisions/s",
+               .subject = same ? stepGas(flying) : fail("other collisions than all pairs find"),
+               .yardstickName = "all pairs after each collision",
+               .yardstick = stepAllPairs(gas),
+               .sense = Sense::higherIsBetter,
+               .error = text("energy %.0e in 4000; first %zu collisions the same",
+                             flying->energyError(4000), compared),
+               .scale = 1e-3});
+}
+
+void addCellFigure(Figures& figures, std::size_t count, std::size_t collisions) {
+  const Gas gas = makeGas(count);
+  const auto flying = std::make_shared<FlyingGas>(gas);
+  figures.add({.name = "gas, N = " + std::to_string(count),
+               .unit = "k collisions/s",
+               .subject = stepGas(flying),
+               .yardstickName = "minimal cells and heap, periodic",
+               .yardstick = stepCells(gas),
+               .bar = Bar{Bar::Of::ratio, 1.0},
+               .sense = Sense::higherIsBetter,
+               .error = text("energy %.0e in %zu", flying->energyError(collisions), collisions),
+               .scale = 1e-3});
+}
+
+// --- The break ---------------------------------------------------------------------------------
+
+constexpr double kBall = 0.028575;  // m, radius of a pool ball
+constexpr std::size_t kBreakCollisions = 87;
+
+/// Nine balls in a diamond, 0.1 mm apart, and a cue ball at 8 m/s between four cushions: no
+/// friction, no gravity.
+SphereWorld nineBallBreak() {
+  constexpr std::array<int, 5> kRows = {1, 2, 3, 2, 1};
+  const double pitch = 2.0 * kBall + 1e-4;
+  SphereWorld world;
+  const auto place = [&](const Vec3& position, const Vec3& velocity) {
+    const auto id = static_cast<BodyId>(world.spheres.size());
+    world.spheres.push_back({id, kBall, 0.17, 0.95, position, velocity});
+  };
+  place({-0.635, 0.0, 0.004}, {8.0, 0.0, 0.0});
+  for (std::size_t row = 0; row < kRows.size(); ++row) {
+    const double x = 0.635 + static_cast<double>(row) * 0.5 * std::sqrt(3.0) * pitch;
+    for (int ball = 0; ball < kRows[row]; ++ball)
+      place({x, 0.0, pitch * (ball - 0.5 * (kRows[row] - 1))}, Vec3::Zero());
+  }
+  world.planes = {{100, Vec3::UnitX(), -1.27, 0.6},
+                  {101, -Vec3::UnitX(), -1.27, 0.6},
+                  {102, Vec3::UnitZ(), -0.635, 0.6},
+                  {103, -Vec3::UnitZ(), -0.635, 0.6}};
+  return world;
+}
+
+/// s, of the last of the first kBreakCollisions.
+std::optional<double> endOfBreak() {
+  SphereStepper stepper = makeStepper(nineBallBreak());
+  const auto events = stepper.advanceTo(60.0);
+  if (events.size() < 2 * kBreakCollisions) return std::nullopt;
+  return events[2 * kBreakCollisions - 1].time;
+}
+
+Work playBreak() {
+  const std::optional<double> end = endOfBreak();
+  if (!end) return fail("the balls lie still after less than 87 collisions");
+  return [end = *end](benchmark::State& state) {
+    const SphereWorld world = nineBallBreak();
+    for ([[maybe_unused]] const auto iteration : state) {
+      SphereStepper stepper = makeStepper(world);
+      benchmark::DoNotOptimize(stepper.advanceTo(end).data());
+    }
+    reportTime(state, 1.0);
+  };
+}
+
+void addBreakFigure(Figures& figures) {
+  figures.add({.name = "nine-ball break, 87 collisions",
+               .unit = "ms",
+               .subject = playBreak(),
+               .bar = Bar{Bar::Of::value, 0.5},
+               .sense = Sense::lowerIsBetter,
+               .scale = 1e3});
+}
+
+// --- Memory ------------------------------------------------------------------------------------
+
+/// Bytes that the heap has handed out.
+std::size_t heapBytes() {
+  const struct mallinfo2 info = mallinfo2();
+  return info.uordblks + info.hblkhd;
+}
+
+void weighStepper(benchmark::State& state, std::size_t count) {
+  const SphereWorld world = gasWorld(makeGas(count));
+  double perSphere = 0.0;
+  for ([[maybe_unused]] const auto iteration : state) {
+    const std::size_t before = heapBytes();
+    const SphereStepper stepper = makeStepper(world);
+    perSphere = static_cast<double>(heapBytes() - before) / static_cast<double>(count);
+  }
+  reportValue(state, perSphere);
+}
+
+/// 1563 fill arrays that grow by doubling as 100,000 do.
+void addMemoryFigure(Figures& figures, std::size_t count) {
+  figures.add({.name = "memory, N = " + std::to_string(count),
+               .unit = "kB per sphere",
+               .subject = [count](benchmark::State& state) { weighStepper(state, count); },
+               .bar = Bar{Bar::Of::value, 0.3},
+               .sense = Sense::lowerIsBetter,
+               .scale = 1e-3});
+}
+
+}  // namespace
+}  // namespace carom::bench
+
+int main(int argc, char** argv) {
+  carom::bench::Figures figures;
+  carom::bench::addAllPairsFigure(figures, 64, 256);
+  carom::bench::addAllPairsFigure(figures, 512, 512);
+  carom::bench::addAllPairsFigure(figures, 4096, 5);
+  carom::bench::addCellFigure(figures, 100, 4000);
+  carom::bench::addCellFigure(figures, 1000, 4000);
+  carom::bench::addCellFigure(figures, 10000, 1000);
+  carom::bench::addBreakFigure(figures);
+  carom::bench::addMemoryFigure(figures, 1563);
+  return figures.run(argc, argv);
+}
