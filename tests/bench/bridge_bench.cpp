@@ -1,0 +1,177 @@
+// What the bridge adds to Bullet's step, and how exact the collisions are that it buys.
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <benchmark/benchmark.h>
+
+#include "bullet_bridge/bullet_bridge.h"
+#include "scenes/bullet_scene.h"
+#include "scenes/compare.h"
+#include "scenes/scene_loader.h"
+#include "tests/bench/figures.h"
+
+namespace carom::bench {
+namespace {
+
+constexpr double kStep = 1.0 / 240.0;  // s
+
+Scene sceneOf(Result<Scene> loaded) {
+  if (!loaded) {
+    std::fprintf(stderr, "%s\n", loaded.error().message.c_str());
+    std::exit(1);
+  }
+  Scene scene = *std::move(loaded);
+  scene.stepper.type = StepperType::bullet;
+  scene.stepper.step = kStep;
+  return scene;
+}
+
+Scene marbles() {
+  return sceneOf(loadScene(CAROM_SOURCE_DIR "/scenes/library/marbles_in_a_box.json"));
+}
+
+/// A thousand steel balls of 5 cm radius fall together.
+Scene thousandBalls() {
+  return sceneOf(parseScene(R"({
+    "duration": 0.15,
+    "bodies": [
+      {"type": "box", "min": [-1, 0, -1], "max": [1, 4, 1], "material": "steel"},
+      {"type": "spheres", "count": 1000, "radius": 0.05, "material": "steel",
+       "min": [-1, 0, -1], "max": [1, 1.2, 1], "speed": [0, 2]}
+    ],
+    "listeners": [{"position": [0, 2, 2]}]
+  })",
+                            "thousand_balls"));
+}
+
+int stepsOf(const Scene& scene) {
+  return static_cast<int>(std::lround(scene.duration / kStep));
+}
+
+/// s, CPU time of this thread.
+double cpuTime() {
+  std::timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// A Bullet world under way, with a bridge or without.
+class Run {
+ public:
+  Run(const Scene& scene, bool bridged) : world_(scene) {
+    if (!bridged) return;
+    Result<BulletBridge> bridge =
+        BulletBridge::attach(world_.world(), {.restSpeed = scene.stepper.restSpeed});
+    if (!bridge) std::abort();
+    bridge_.emplace(*std::move(bridge));
+  }
+
+  void step() {
+    const double start = cpuTime();
+    world_.world().stepSimulation(static_cast<btScalar>(kStep), 0);
+    if (bridge_) {
+      benchmark::DoNotOptimize(bridge_->events().data());
+      bridge_->clearEvents();
+    }
+    seconds_ += cpuTime() - start;
+  }
+  double seconds() const { return seconds_; }
+  btVector3 place(std::size_t body) const {
+    return world_.body(body).getWorldTransform().getOrigin();
+  }
+
+ private:
+  BulletScene world_;
+  std::optional<BulletBridge> bridge_;
+  double seconds_ = 0.0;  // CPU time in Bullet and in the bridge
+};
+
+/// The whole scene in two worlds, step by step in turn.
+void runBoth(Run& with, Run& without, const Scene& scene) {
+  for (int step = 0; step < stepsOf(scene); ++step) {
+    Run& first = step % 2 == 0 ? with : without;
+    Run& second = step % 2 == 0 ? without : with;
+    first.step();
+    second.step();
+  }
+}
+
+/// The bridge only looks on: both worlds must end alike, bit for bit.
+bool endAlike(const Run& with, const Run& without, const Scene& scene) {
+  for (std::size_t body = 0; body < scene.bodies.size(); ++body) {
+    if (with.place(body) != without.place(body)) return false;
+  }
+  return true;
+}
+
+void measureShare(benchmark::State& state, const Scene& scene) {
+  double with = 0.0;
+  double without = 0.0;
+  for ([[maybe_unused]] const auto iteration : state) {
+    Run bridged(scene, true);
+    Run plain(scene, false);
+    runBoth(bridged, plain, scene);
+    if (!endAlike(bridged, plain, scene)) return state.SkipWithError("the bridge moved a body");
+    with += bridged.seconds();
+    without += plain.seconds();
+  }
+  reportValue(state, (with - without) / without);
+}
+
+void measureStep(benchmark::State& state, const Scene& scene) {
+  double seconds = 0.0;
+  for ([[maybe_unused]] const auto iteration : state) {
+    Run plain(scene, false);
+    for (int step = 0; step < stepsOf(scene); ++step)
+      plain.step();
+    seconds += plain.seconds();
+  }
+  reportValue(state, seconds / stepsOf(scene) / static_cast<double>(state.iterations()));
+}
+
+/// Of the times of the scene's collisions, against the path that Bullet took.
+std::string timeError(const Scene& scene) {
+  const double steps[] = {kStep};
+  const Result<CompareReport> report = compareScene(scene, steps);
+  if (!report) std::abort();
+  const CompareRun& run = report->runs.front();
+  char text[128];
+  std::snprintf(
+      text, sizeof text, "time %.0f us rms, %.0f us max of %llu; missed %llu, spurious %llu",
+      1e6 * run.timeError.rms, 1e6 * run.timeError.max,
+      static_cast<unsigned long long>(run.matched), static_cast<unsigned long long>(run.missed),
+      static_cast<unsigned long long>(run.spurious));
+  return text;
+}
+
+void addScene(Figures& figures, const std::string& name, const Scene& scene) {
+  figures.add({.name = name + ", bridge",
+               .unit = "% of Bullet's step",
+               .subject = [scene](benchmark::State& state) { measureShare(state, scene); },
+               .bar = Bar{Bar::Of::value, 3.0},
+               .sense = Sense::lowerIsBetter,
+               .error = timeError(scene),
+               .scale = 100.0});
+  figures.add({.name = name + ", Bullet alone",
+               .unit = "us per step",
+               .subject = [scene](benchmark::State& state) { measureStep(state, scene); },
+               .sense = Sense::lowerIsBetter,
+               .scale = 1e6});
+}
+
+}  // namespace
+}  // namespace carom::bench
+
+int main(int argc, char** argv) {
+  carom::bench::Figures figures;
+  carom::bench::addScene(figures, "marbles in a box", carom::bench::marbles());
+  carom::bench::addScene(figures, "1000 balls", carom::bench::thousandBalls());
+  return figures.run(argc, argv);
+}

@@ -1,0 +1,83 @@
+// What a scene costs from its file's contents to its samples, as a multiple of real time.
+
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include "scenes/scene_loader.h"
+#include "scenes/scene_sound.h"
+#include "scenes/scene_stepper.h"
+#include "tests/bench/figures.h"
+
+namespace carom::bench {
+namespace {
+
+constexpr std::size_t kBlock = 4096;  // samples
+
+Scene libraryScene(const std::string& name) {
+  Result<Scene> scene = loadScene(CAROM_SOURCE_DIR "/scenes/library/" + name + ".json");
+  if (!scene) {
+    std::fprintf(stderr, "%s\n", scene.error().message.c_str());
+    std::exit(1);
+  }
+  return *std::move(scene);
+}
+
+Scene on(Scene scene, StepperType type) {
+  scene.stepper.type = type;
+  scene.stepper.step = StepperSettings{}.step;
+  return scene;
+}
+
+void renderScene(benchmark::State& state, const Scene& scene) {
+  std::vector<std::vector<float>> channels(scene.listeners.size(), std::vector<float>(kBlock));
+  for ([[maybe_unused]] const auto iteration : state) {
+    Result<SceneSound> sound = SceneSound::create(scene);
+    if (!sound) return state.SkipWithError(sound.error().message.c_str());
+    while (sound->render(channels) > 0)
+      benchmark::DoNotOptimize(channels.front().data());
+  }
+  reportRate(state, scene.duration);
+}
+
+void runMechanics(benchmark::State& state, const Scene& scene) {
+  for ([[maybe_unused]] const auto iteration : state) {
+    const Result<std::vector<ImpulseEvent>> events = sceneEvents(scene);
+    if (!events) return state.SkipWithError(events.error().message.c_str());
+    benchmark::DoNotOptimize(events->data());
+  }
+  reportRate(state, scene.duration);
+}
+
+std::string collisions(const Scene& scene) {
+  const Result<std::vector<ImpulseEvent>> events = sceneEvents(scene);
+  return events ? std::to_string(events->size() / 2) + " collisions" : "";
+}
+
+void addScene(Figures& figures, const Scene& scene) {
+  const bool bullet = scene.stepper.type == StepperType::bullet;
+  figures.add({.name = scene.name + (bullet ? ", Bullet at 1/240 s" : ", native"),
+               .unit = "x real time",
+               .subject = [scene](benchmark::State& state) { renderScene(state, scene); },
+               .yardstickName = "mechanics alone, " + collisions(scene),
+               .yardstick = [scene](benchmark::State& state) { runMechanics(state, scene); },
+               .sense = Sense::higherIsBetter});
+}
+
+}  // namespace
+}  // namespace carom::bench
+
+int main(int argc, char** argv) {
+  using namespace carom::bench;
+  Figures figures;
+  const carom::Scene marbles = libraryScene("marbles_in_a_box");
+  addScene(figures, on(marbles, carom::StepperType::native));
+  addScene(figures, on(marbles, carom::StepperType::bullet));
+  for (const char* name : {"billiard_break", "bouncing_ball", "newtons_cradle"})
+    addScene(figures, on(libraryScene(name), carom::StepperType::native));
+  return figures.run(argc, argv);
+}
