@@ -1,5 +1,6 @@
 #include "bullet_bridge/body_tracker.h"
 
+#include <unordered_map>
 #include <utility>
 
 namespace carom {
@@ -14,19 +15,24 @@ Vec3 positionOf(const btCollisionObject& object) {
   return toVec3(object.getWorldTransform().getOrigin());
 }
 
-}  // namespace
-
-TrackedBody BodyTracker::enter(const btCollisionObject& object) {
-  const auto known = indexOf_.find(&object);
-  if (known != indexOf_.end() && bodies_[known->second].proxyId == proxyIdOf(object)) {
-    return bodies_[known->second];
+void readShape(TrackedBody& body) {
+  const btCollisionShape& shape = *body.object->getCollisionShape();
+  if (shape.getShapeType() == SPHERE_SHAPE_PROXYTYPE) {
+    body.shape = ContactShape::sphere;
+    body.radius = static_cast<double>(static_cast<const btSphereShape&>(shape).getRadius());
+  } else if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE) {
+    const auto& plane = static_cast<const btStaticPlaneShape&>(shape);
+    const btTransform& pose = body.object->getWorldTransform();
+    body.shape = ContactShape::plane;
+    body.planeNormal = toVec3(pose.getBasis() * plane.getPlaneNormal()).normalized();
+    body.planeOffset = static_cast<double>(plane.getPlaneConstant()) +
+                       body.planeNormal.dot(toVec3(pose.getOrigin()));
+  } else {
+    body.shape = ContactShape::other;
   }
-  TrackedBody body;
-  body.object = &object;
-  body.proxyId = proxyIdOf(object);
-  body.id = nextId_++;
-  return body;
 }
+
+}  // namespace
 
 // Bodies come and go between substeps, and removal reorders the world's array.
 void BodyTracker::matchWorld(const btCollisionWorld& world) {
@@ -39,22 +45,33 @@ void BodyTracker::matchWorld(const btCollisionWorld& world) {
   }
   if (same) return;
 
-  std::vector<TrackedBody> matched;
-  matched.reserve(count);
-  for (std::size_t i = 0; i < count; ++i)
-    matched.push_back(enter(*objects[static_cast<int>(i)]));
+  std::unordered_map<const btCollisionObject*, const TrackedBody*> known;
+  for (const TrackedBody& body : bodies_)
+    known[body.object] = &body;
+  std::vector<TrackedBody> matched(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const btCollisionObject* object = objects[static_cast<int>(i)];
+    const auto found = known.find(object);
+    if (found != known.end() && found->second->proxyId == proxyIdOf(*object)) {
+      matched[i] = *found->second;
+    } else {
+      matched[i].object = object;
+      matched[i].proxyId = proxyIdOf(*object);
+      matched[i].id = nextId_++;
+    }
+  }
   bodies_ = std::move(matched);
   indexOf_.clear();
   for (std::size_t i = 0; i < count; ++i)
-    indexOf_[bodies_[i].object] = i;
+    indexOf_[bodies_[i].id] = i;
 }
 
 void BodyTracker::beginSubstep(const btCollisionWorld& world) {
   matchWorld(world);
   for (TrackedBody& body : bodies_) {
-    body.previous = body.current;
     body.current = {};
     body.current.start = positionOf(*body.object);
+    readShape(body);
     const btRigidBody* rigid = btRigidBody::upcast(body.object);
     if (rigid == nullptr) continue;
     body.inverseMass = static_cast<double>(rigid->getInvMass());
@@ -81,13 +98,13 @@ void BodyTracker::endSubstep(const btCollisionWorld& world) {
   }
 }
 
-void BodyTracker::forgetMotion() {
-  for (TrackedBody& body : bodies_)
-    body.previous = body.current = {};
+const TrackedBody* BodyTracker::find(const btCollisionObject& object) const {
+  const auto index = static_cast<std::size_t>(object.getWorldArrayIndex());  // -1: in no world
+  return index < bodies_.size() && bodies_[index].object == &object ? &bodies_[index] : nullptr;
 }
 
-const TrackedBody* BodyTracker::find(const btCollisionObject* object) const {
-  const auto found = indexOf_.find(object);
+const TrackedBody* BodyTracker::find(BodyId id) const {
+  const auto found = indexOf_.find(id);
   return found == indexOf_.end() ? nullptr : &bodies_[found->second];
 }
 

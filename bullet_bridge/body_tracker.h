@@ -33,34 +33,39 @@ struct SubstepMotion {
   }
 };
 
+enum class ContactShape { sphere, plane, other };
+
 struct TrackedBody {
   const btCollisionObject* object = nullptr;
   int proxyId = -1;  ///< tells a new object at an old address from the old one
   BodyId id = 0;
   double inverseMass = 0.0;  ///< 1/kg; 0 for static and kinematic bodies
-  SubstepMotion previous;    ///< substep k - 1
-  SubstepMotion current;     ///< substep k
+
+  ContactShape shape = ContactShape::other;
+  double radius = 0.0;               ///< m, of a sphere
+  Vec3 planeNormal = Vec3::UnitY();  ///< world frame, of a plane
+  double planeOffset = 0.0;          ///< m, from the world's origin along the normal
+
+  SubstepMotion current;
 };
 
-/// The motion of every body of a world over the last two substeps. [physics thread]
+/// The motion of every body of a world over one substep. [physics thread]
 class BodyTracker {
  public:
   void beginSubstep(const btCollisionWorld& world);
   void endSubstep(const btCollisionWorld& world);
-  /// Forgets the motions (not the ids): the next two substeps are needed to know any again.
-  void forgetMotion();
-
-  /// nullptr for an object that was not in the world for the whole substep. Does not follow the
-  /// pointer: it may dangle.
-  const TrackedBody* find(const btCollisionObject* object) const;
-  std::size_t size() const { return bodies_.size(); }
+  /// nullptr for an object that was not in the world for the whole substep.
+  const TrackedBody* find(const btCollisionObject& object) const;
+  /// nullptr when it is no longer in the world.
+  const TrackedBody* find(BodyId id) const;
+  /// In the order of the world's own array.
+  const std::vector<TrackedBody>& bodies() const { return bodies_; }
 
  private:
   void matchWorld(const btCollisionWorld& world);
-  TrackedBody enter(const btCollisionObject& object);
 
-  std::vector<TrackedBody> bodies_;  // in the order of the world's own array
-  std::unordered_map<const btCollisionObject*, std::size_t> indexOf_;
+  std::vector<TrackedBody> bodies_;
+  std::unordered_map<BodyId, std::size_t> indexOf_;
   BodyId nextId_ = 0;
 };
 

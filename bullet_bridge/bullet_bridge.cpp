@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
-#include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -12,6 +11,7 @@
 
 #include "bullet_bridge/body_tracker.h"
 #include "bullet_bridge/impact_time.h"
+#include "bullet_bridge/near_spheres.h"
 #include "bullet_bridge/tick_hook.h"
 
 namespace carom {
@@ -19,22 +19,23 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// A touching pair, told by its shapes: sphere-sphere, or sphere on plane with the sphere first.
+// Two spheres, or a sphere and a plane.
 struct ContactPair {
   const TrackedBody* sphere = nullptr;
   const TrackedBody* other = nullptr;
-  double radius = 0.0;
-  double otherRadius = 0.0;         // m; infinite for a plane
-  Vec3 planeNormal = Vec3::Zero();  // world frame, planes only
-  double planeOffset = 0.0;
-  double restitution = 0.0;    // Bullet's, for this pair
-  double solverImpulse = 0.0;  // N s, sum over the points, along the normal
 
-  bool onPlane() const { return std::isinf(otherRadius); }
+  bool onPlane() const { return other->shape == ContactShape::plane; }
+  double otherRadius() const { return onPlane() ? kNever : other->radius; }
   std::uint64_t key() const {
     const auto [low, high] = std::minmax(sphere->id, other->id);
-    return (static_cast<std::uint64_t>(low) << 32) | high;
+    return (std::uint64_t{low} << 32) | high;
   }
+};
+
+// What Bullet's manifolds say about a pair.
+struct SolvedContact {
+  double restitution = 0.0;
+  double impulse = 0.0;  // N s, sum over the points that the solver looked at, along the normal
 };
 
 // The relative motion of a pair over one substep: of the sphere's centre, seen from the other's.
@@ -48,12 +49,12 @@ class PairMotion {
   }
   double touchTime(double horizon) const {
     if (!pair_.onPlane()) return sphereTouchTime(relative_, reach(), horizon);
-    return planeTouchTime(height(0.0), relative_.velocity.dot(pair_.planeNormal),
-                          relative_.acceleration.dot(pair_.planeNormal), horizon);
+    return planeTouchTime(height(0.0), relative_.velocity.dot(pair_.other->planeNormal),
+                          relative_.acceleration.dot(pair_.other->planeNormal), horizon);
   }
   // From the other body towards the sphere.
   Vec3 normalAt(double s) const {
-    return pair_.onPlane() ? pair_.planeNormal : relative_.positionAt(s).normalized();
+    return pair_.onPlane() ? pair_.other->planeNormal : relative_.positionAt(s).normalized();
   }
   double approachSpeedAt(double s) const { return -relative_.velocityAt(s).dot(normalAt(s)); }
 
@@ -61,9 +62,10 @@ class PairMotion {
   const Motion& other() const { return other_; }
 
  private:
-  double reach() const { return pair_.radius + pair_.otherRadius; }
+  double reach() const { return pair_.sphere->radius + pair_.other->radius; }
   double height(double s) const {
-    return sphere_.positionAt(s).dot(pair_.planeNormal) - pair_.planeOffset - pair_.radius;
+    return sphere_.positionAt(s).dot(pair_.other->planeNormal) - pair_.other->planeOffset -
+           pair_.sphere->radius;
   }
 
   const ContactPair& pair_;
@@ -80,47 +82,26 @@ PairMotion nodeMotion(const ContactPair& pair, Vec3 SubstepMotion::*velocity) {
           {other.start, other.*velocity, Vec3::Zero()}};
 }
 
+// Whether a sphere may touch a plane in the substep, or be acted on by Bullet's solver, which it is
+// where approach and rebound together would close the gap in one substep.
+bool mayMeetPlane(const TrackedBody& sphere, const TrackedBody& plane, double dt) {
+  const SubstepMotion& motion = sphere.current;
+  const double height = motion.start.dot(plane.planeNormal) - plane.planeOffset - sphere.radius;
+  const double falls = std::max(-motion.velocityBefore.dot(plane.planeNormal), 0.0) +
+                       std::max(-motion.velocityAfter.dot(plane.planeNormal), 0.0) +
+                       dt * std::abs(motion.acceleration.dot(plane.planeNormal));
+  return height <= 2.0 * dt * falls;
+}
+
+btBroadphaseProxy* proxyOf(const btCollisionObject& object) {
+  return const_cast<btBroadphaseProxy*>(object.getBroadphaseHandle());  // Bullet asks for it so
+}
+
 // When a pair touches, on one of its ways.
 struct Touch {
-  double start = 0.0;      // s, simulation clock, where the way begins
-  double offset = 0.0;     // s, after that
+  double offset = 0.0;     // s, after the start of the substep
   double nodeSpeed = 0.0;  // m/s, approach at the node where Bullet solves: what it goes by
 };
-
-const btSphereShape* asSphere(const btCollisionObject& object) {
-  const btCollisionShape* shape = object.getCollisionShape();
-  return shape->getShapeType() == SPHERE_SHAPE_PROXYTYPE ? static_cast<const btSphereShape*>(shape)
-                                                         : nullptr;
-}
-
-const btStaticPlaneShape* asPlane(const btCollisionObject& object) {
-  const btCollisionShape* shape = object.getCollisionShape();
-  return shape->getShapeType() == STATIC_PLANE_PROXYTYPE
-             ? static_cast<const btStaticPlaneShape*>(shape)
-             : nullptr;
-}
-
-void placePlane(const btStaticPlaneShape& shape, const btTransform& pose, ContactPair& pair) {
-  pair.planeNormal = toVec3(pose.getBasis() * shape.getPlaneNormal()).normalized();
-  pair.planeOffset = static_cast<double>(shape.getPlaneConstant()) +
-                     pair.planeNormal.dot(toVec3(pose.getOrigin()));
-  pair.otherRadius = kNever;
-}
-
-// Restitution and impulse of the points that the solver looked at. A pair that has none yet bounces
-// as Bullet will set up its points.
-void readPoints(const btPersistentManifold& manifold, ContactPair& pair) {
-  if (manifold.getNumContacts() == 0) {
-    pair.restitution = static_cast<double>(
-        btManifoldResult::calculateCombinedRestitution(pair.sphere->object, pair.other->object));
-  }
-  for (int i = 0; i < manifold.getNumContacts(); ++i) {
-    const btManifoldPoint& point = manifold.getContactPoint(i);
-    pair.restitution = std::max(pair.restitution, static_cast<double>(point.m_combinedRestitution));
-    if (point.getDistance() > manifold.getContactProcessingThreshold()) continue;
-    pair.solverImpulse += static_cast<double>(point.getAppliedImpulse());
-  }
-}
 
 ImpulseEvent sphereShare(const ContactPair& pair, const PairMotion& motion, double offset) {
   ImpulseEvent event;
@@ -129,11 +110,11 @@ ImpulseEvent sphereShare(const ContactPair& pair, const PairMotion& motion, doub
   event.normal = motion.normalAt(offset);
   event.bodyPosition = motion.sphere().positionAt(offset);
   event.bodyVelocity = motion.sphere().velocityAt(offset);
-  event.position = event.bodyPosition - pair.radius * event.normal;
+  event.position = event.bodyPosition - pair.sphere->radius * event.normal;
   event.approachSpeed = motion.approachSpeedAt(offset);
   event.effectiveMass = 1.0 / (pair.sphere->inverseMass + pair.other->inverseMass);
-  event.radius = pair.radius;
-  event.otherRadius = pair.otherRadius;
+  event.radius = pair.sphere->radius;
+  event.otherRadius = pair.otherRadius();
   return event;
 }
 
@@ -155,7 +136,6 @@ class BulletBridge::Impl : public TickHook {
   Impl(btDynamicsWorld& world, const BulletBridgeSettings& settings)
       : TickHook(world), settings_(settings) {
     tracker_.beginSubstep(world);  // ids are known, and in the world's order, from now on
-    tracker_.forgetMotion();
   }
 
   std::vector<ImpulseEvent> events;
@@ -168,21 +148,29 @@ class BulletBridge::Impl : public TickHook {
   void onStepStart(double) override { tracker_.beginSubstep(world()); }
   void onStepEnd(double dt) override;
 
-  void readManifold(const btPersistentManifold& manifold, double dt);
-  std::optional<ContactPair> contactPair(const btPersistentManifold& manifold);
+  void resolvePlanes(double dt);
+  void countUnsupported();
+  bool collides(const ContactPair& pair);
+  bool readManifolds(const ContactPair& pair);
+  SolvedContact solvedContact(const ContactPair& pair);
+  bool isOver(std::uint64_t key) const;
+  bool approachesAfter(const ContactPair& pair) const;
   void resolve(const ContactPair& pair, double dt);
   bool reportWithin(const ContactPair& pair, const PairMotion& now, double dt);
   bool reportPrevented(const ContactPair& pair, double dt);
-  bool reportBehind(const ContactPair& pair, double dt);
+  bool reportAtNode(const ContactPair& pair, double dt);
   void report(const ContactPair& pair, const PairMotion& motion, const Touch& touch);
 
   BulletBridgeSettings settings_;
   BodyTracker tracker_;
-  double time_ = 0.0;        // s, at the start of the substep under way
-  double previousDt_ = 0.0;  // s
-  // Pairs whose impact was reported and which the solver had not turned around by the substep
-  // given: an impact that Bullet spreads over several substeps is still one.
-  std::unordered_map<std::uint64_t, std::uint64_t> open_;
+  NearSpheres nearSpheres_;
+  std::vector<const TrackedBody*> planes_;  // of this substep; kept for its memory
+  btManifoldArray manifolds_;               // of one pair; kept for its memory
+  double time_ = 0.0;                       // s, at the start of the substep under way
+  // Pairs whose impact was reported and is not over: one that Bullet spreads over several substeps
+  // is still one.
+  std::unordered_set<std::uint64_t> open_;
+  std::vector<std::uint64_t> opened_;  // in this substep
 };
 
 void BulletBridge::Impl::onStepEnd(double dt) {
@@ -190,70 +178,118 @@ void BulletBridge::Impl::onStepEnd(double dt) {
   counters.substepsWithoutStart = static_cast<std::uint64_t>(startsMissed());
   tracker_.endSubstep(world());
   const std::size_t first = events.size();
-  const btDispatcher& dispatcher = *world().getDispatcher();
-  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
-    const btPersistentManifold& manifold =
-        *const_cast<btDispatcher&>(dispatcher).getManifoldByIndexInternal(i);
-    readManifold(manifold, dt);
+  const std::vector<TrackedBody>& bodies = tracker_.bodies();
+  for (const auto& [sphere, other] : nearSpheres_.find(bodies, dt)) {
+    resolve({&bodies[sphere], &bodies[other]}, dt);
   }
+  resolvePlanes(dt);
+  std::erase_if(open_, [this](std::uint64_t key) { return isOver(key); });
+  open_.insert(opened_.begin(), opened_.end());
+  opened_.clear();
+  countUnsupported();
   std::stable_sort(events.begin() + static_cast<std::ptrdiff_t>(first), events.end(),
                    [](const ImpulseEvent& a, const ImpulseEvent& b) { return a.time < b.time; });
   time_ += dt;
-  previousDt_ = dt;
 }
 
-std::optional<ContactPair> BulletBridge::Impl::contactPair(const btPersistentManifold& manifold) {
-  const TrackedBody* body0 = tracker_.find(manifold.getBody0());
-  const TrackedBody* body1 = tracker_.find(manifold.getBody1());
-  if (body0 == nullptr || body1 == nullptr || !body0->current.known || !body1->current.known) {
-    return std::nullopt;
+void BulletBridge::Impl::resolvePlanes(double dt) {
+  planes_.clear();
+  for (const TrackedBody& body : tracker_.bodies()) {
+    if (body.shape == ContactShape::plane && body.current.known) planes_.push_back(&body);
   }
-  if (!body0->object->hasContactResponse() || !body1->object->hasContactResponse()) {
-    return std::nullopt;
+  for (const TrackedBody& sphere : tracker_.bodies()) {
+    if (sphere.shape != ContactShape::sphere || !sphere.current.known) continue;
+    for (const TrackedBody* plane : planes_) {
+      if (sphere.inverseMass + plane->inverseMass == 0.0) continue;
+      if (mayMeetPlane(sphere, *plane, dt)) resolve({&sphere, plane}, dt);
+    }
   }
-  if (asSphere(*body0->object) == nullptr) std::swap(body0, body1);
-  const btSphereShape* sphere = asSphere(*body0->object);
-  ContactPair pair;
-  pair.sphere = body0;
-  pair.other = body1;
-  if (sphere == nullptr) {
-    if (manifold.getNumContacts() > 0) ++counters.unsupported;
-    return std::nullopt;
-  }
-  pair.radius = static_cast<double>(sphere->getRadius());
-  if (const btSphereShape* otherSphere = asSphere(*body1->object)) {
-    pair.otherRadius = static_cast<double>(otherSphere->getRadius());
-  } else if (const btStaticPlaneShape* plane = asPlane(*body1->object)) {
-    placePlane(*plane, body1->object->getWorldTransform(), pair);
-  } else {
-    if (manifold.getNumContacts() > 0) ++counters.unsupported;
-    return std::nullopt;
-  }
-  return pair;
 }
 
-void BulletBridge::Impl::readManifold(const btPersistentManifold& manifold, double dt) {
-  std::optional<ContactPair> pair = contactPair(manifold);
-  if (!pair || pair->sphere->inverseMass + pair->other->inverseMass == 0.0) return;
-  readPoints(manifold, *pair);
-  resolve(*pair, dt);
+// Contacts of other shapes than spheres and planes. Manifolds are searched only where there are
+// any.
+void BulletBridge::Impl::countUnsupported() {
+  const auto other = [](const TrackedBody& body) { return body.shape == ContactShape::other; };
+  if (std::none_of(tracker_.bodies().begin(), tracker_.bodies().end(), other)) return;
+  btDispatcher& dispatcher = *world().getDispatcher();
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+    if (manifold.getNumContacts() == 0) continue;
+    const TrackedBody* body0 = tracker_.find(*manifold.getBody0());
+    const TrackedBody* body1 = tracker_.find(*manifold.getBody1());
+    if (body0 == nullptr || body1 == nullptr) continue;
+    if (other(*body0) || other(*body1)) ++counters.unsupported;
+  }
+}
+
+// Whether Bullet would let the two collide: groups and masks, ignored pairs, bodies without
+// response.
+bool BulletBridge::Impl::collides(const ContactPair& pair) {
+  btDispatcher& dispatcher = *world().getDispatcher();
+  const btCollisionObject& sphere = *pair.sphere->object;
+  const btCollisionObject& other = *pair.other->object;
+  return dispatcher.needsResponse(&sphere, &other) && dispatcher.needsCollision(&sphere, &other) &&
+         world().getPairCache()->needsBroadphaseCollision(proxyOf(sphere), proxyOf(other));
+}
+
+// Into manifolds_; whether there are any points.
+bool BulletBridge::Impl::readManifolds(const ContactPair& pair) {
+  manifolds_.resize(0);
+  const btBroadphasePair* entry =
+      world().getPairCache()->findPair(proxyOf(*pair.sphere->object), proxyOf(*pair.other->object));
+  if (entry == nullptr || entry->m_algorithm == nullptr) return false;
+  entry->m_algorithm->getAllContactManifolds(manifolds_);
+  for (int i = 0; i < manifolds_.size(); ++i) {
+    if (manifolds_[i]->getNumContacts() > 0) return true;
+  }
+  return false;
+}
+
+// A pair that has no points yet will bounce as Bullet sets them up.
+SolvedContact BulletBridge::Impl::solvedContact(const ContactPair& pair) {
+  SolvedContact contact;
+  if (!readManifolds(pair)) {
+    contact.restitution = static_cast<double>(
+        btManifoldResult::calculateCombinedRestitution(pair.sphere->object, pair.other->object));
+    return contact;
+  }
+  for (int m = 0; m < manifolds_.size(); ++m) {
+    const btPersistentManifold& manifold = *manifolds_[m];
+    for (int i = 0; i < manifold.getNumContacts(); ++i) {
+      const btManifoldPoint& point = manifold.getContactPoint(i);
+      contact.restitution =
+          std::max(contact.restitution, static_cast<double>(point.m_combinedRestitution));
+      if (point.getDistance() > manifold.getContactProcessingThreshold()) continue;
+      contact.impulse += static_cast<double>(point.getAppliedImpulse());
+    }
+  }
+  return contact;
+}
+
+// An impact is over when the pair does not approach any longer, or is apart: it tunnelled, or the
+// host moved it.
+bool BulletBridge::Impl::isOver(std::uint64_t key) const {
+  const TrackedBody* sphere = tracker_.find(static_cast<BodyId>(key >> 32));
+  const TrackedBody* other = tracker_.find(static_cast<BodyId>(key & 0xFFFFFFFF));
+  if (sphere == nullptr || other == nullptr) return true;
+  if (sphere->shape != ContactShape::sphere) std::swap(sphere, other);
+  const ContactPair pair{sphere, other};
+  const PairMotion after = nodeMotion(pair, &SubstepMotion::velocityAfter);
+  return after.gapAt(0.0) > sphere->radius || !approachesAfter(pair);
+}
+
+bool BulletBridge::Impl::approachesAfter(const ContactPair& pair) const {
+  const PairMotion after = nodeMotion(pair, &SubstepMotion::velocityAfter);
+  return after.approachSpeedAt(0.0) > settings_.restSpeed;
 }
 
 void BulletBridge::Impl::resolve(const ContactPair& pair, double dt) {
-  const bool approaching =
-      nodeMotion(pair, &SubstepMotion::velocityAfter).approachSpeedAt(0.0) > settings_.restSpeed;
-  const auto open = open_.find(pair.key());
-  if (open != open_.end()) {
-    const bool current = open->second + 1 == counters.substeps;
-    if (current && approaching) open->second = counters.substeps;
-    if (!current || !approaching) open_.erase(open);
-    if (current) return;
-  }
+  if (open_.contains(pair.key())) return;
   const PairMotion now(pair, pair.sphere->current.actual(dt), pair.other->current.actual(dt));
   const bool reported = now.gapAt(0.0) > 0.0
                             ? reportPrevented(pair, dt) || reportWithin(pair, now, dt)
-                            : reportBehind(pair, dt);
-  if (reported && approaching) open_[pair.key()] = counters.substeps;
+                            : reportAtNode(pair, dt);
+  if (reported && approachesAfter(pair)) opened_.push_back(pair.key());
 }
 
 // On the way that the bodies went.
@@ -262,43 +298,33 @@ bool BulletBridge::Impl::reportWithin(const ContactPair& pair, const PairMotion&
   if (time == kNever) return false;
   const Vec3 velocity = pair.sphere->current.velocityAfter - pair.other->current.velocityAfter;
   const double nodeSpeed = -velocity.dot(now.normalAt(time));
-  if (nodeSpeed <= settings_.restSpeed) return false;
-  report(pair, now, {time_, time, nodeSpeed});
+  if (nodeSpeed <= settings_.restSpeed || !collides(pair)) return false;
+  report(pair, now, {time, nodeSpeed});
   return true;
 }
 
 // Bullet's solver acted on a gap, so that the bodies do not touch, or too slowly: without it they
 // would have, on the way that they were on.
 bool BulletBridge::Impl::reportPrevented(const ContactPair& pair, double dt) {
-  if (!(pair.solverImpulse > 0.0)) return false;
   const double nodeSpeed = nodeMotion(pair, &SubstepMotion::velocityBefore).approachSpeedAt(0.0);
-  if (nodeSpeed <= settings_.restSpeed) return false;
+  if (nodeSpeed <= settings_.restSpeed || !(solvedContact(pair).impulse > 0.0)) return false;
   const PairMotion free(pair, pair.sphere->current.unhindered(dt),
                         pair.other->current.unhindered(dt));
   const double time = free.touchTime(2.0 * free.gapAt(0.0) / nodeSpeed);
   if (time == kNever) return false;
   ++counters.ahead;
-  report(pair, free, {time_, time, nodeSpeed});
+  report(pair, free, {time, nodeSpeed});
   return true;
 }
 
-// Overlapping at the start, though no touch was seen: Bullet had no manifold for the pair in the
-// substep before; or the host, or rounding, has only now brought the two together.
-bool BulletBridge::Impl::reportBehind(const ContactPair& pair, double dt) {
+// Overlapping at the start without having touched: the host, or rounding, has brought the two
+// together.
+bool BulletBridge::Impl::reportAtNode(const ContactPair& pair, double dt) {
   const double nodeSpeed = nodeMotion(pair, &SubstepMotion::velocityBefore).approachSpeedAt(0.0);
-  if (nodeSpeed <= settings_.restSpeed) return false;
-  if (pair.sphere->previous.known && pair.other->previous.known) {
-    const PairMotion before(pair, pair.sphere->previous.actual(previousDt_),
-                            pair.other->previous.actual(previousDt_));
-    const double time = before.gapAt(0.0) > 0.0 ? before.touchTime(previousDt_) : kNever;
-    if (time < kNever) {
-      report(pair, before, {time_ - previousDt_, time, nodeSpeed});
-      return true;
-    }
-  }
+  if (nodeSpeed <= settings_.restSpeed || !collides(pair)) return false;
   const PairMotion free(pair, pair.sphere->current.unhindered(dt),
                         pair.other->current.unhindered(dt));
-  report(pair, free, {time_, 0.0, nodeSpeed});
+  report(pair, free, {0.0, nodeSpeed});
   return true;
 }
 
@@ -307,9 +333,9 @@ void BulletBridge::Impl::report(const ContactPair& pair, const PairMotion& motio
   // Bullet does not bounce below its threshold.
   const double threshold =
       static_cast<double>(world().getSolverInfo().m_restitutionVelocityThreshold);
-  const double restitution = touch.nodeSpeed < threshold ? 0.0 : pair.restitution;
+  const double restitution = touch.nodeSpeed < threshold ? 0.0 : solvedContact(pair).restitution;
   ImpulseEvent event = sphereShare(pair, motion, touch.offset);
-  event.time = touch.start + touch.offset;
+  event.time = time_ + touch.offset;
   event.impulse = (1.0 + restitution) * event.effectiveMass * event.approachSpeed * event.normal;
   events.push_back(event);
   events.push_back(otherShare(event, motion, touch.offset));
@@ -349,7 +375,7 @@ const BulletBridgeCounters& BulletBridge::counters() const {
 }
 
 Result<BodyId> BulletBridge::bodyId(const btCollisionObject& object) const {
-  if (const TrackedBody* body = impl_->tracker().find(&object)) return body->id;
+  if (const TrackedBody* body = impl_->tracker().find(object)) return body->id;
   return Error{
       "BulletBridge: this object has not been in the world for a substep; expected one "
       "that was there at attach or has been stepped since"};

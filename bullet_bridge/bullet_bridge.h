@@ -31,12 +31,11 @@ struct BulletBridgeCounters {
 ///
 /// Bullet detects contacts at the start of a substep and reports impulses that carry support load,
 /// Baumgarte energy and speculative losses (docs/bridge.md). The bridge therefore takes from Bullet
-/// only which pairs are near (its manifolds, with or without points), the motion of their bodies,
-/// and whether the solver acted on a gap. Bullet moves a body along an exact parabola within each
-/// substep (see Motion), so the time of first touch on Bullet's own path is a root in closed form.
-/// Where the solver acts on a gap (a speculative contact), it is that of the path without the
-/// solver, which may lie after the end of the substep. The impulse follows from the state at that
-/// time,
+/// only the motion of its bodies, which pairs it lets collide, and whether its solver acted on a
+/// gap. Bullet moves a body along an exact parabola within each substep (see Motion), so the time
+/// of first touch on Bullet's own path is a root in closed form. Where the solver acts on a gap (a
+/// speculative contact), it is that of the path without the solver, which may lie after the end of
+/// the substep. The impulse follows from the state at that time,
 ///
 ///     j = (1 + e) m |vn| n,   1/m = 1/m1 + 1/m2
 ///
@@ -44,8 +43,9 @@ struct BulletBridgeCounters {
 /// (approach below its restitution velocity threshold). A pair that has collided may collide again
 /// once it no longer approaches, so an impact that Bullet spreads over several substeps is one.
 ///
-/// Events of a substep are sorted by time. They lie in it or after it; a pair that overlaps before
-/// Bullet had a manifold for it is dated back into the substep before.
+/// Events of a substep are sorted by time, and lie in it or after it. A pair that overlaps at its
+/// start without having touched (put there by the host) is dated there. Spheres that Bullet lets
+/// tunnel through each other within a substep are reported, as what they would have done.
 ///
 /// Frictionless spheres (btSphereShape) and planes (btStaticPlaneShape) in this version; contacts
 /// of other pairs are counted as `unsupported`. Bullet's precision sets the accuracy of times: in

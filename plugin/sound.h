@@ -23,7 +23,7 @@ struct SoundSettings {
   std::vector<Listener> listeners = {{"listener", Vec3::Zero()}};  ///< one channel each
   double restSpeed = 0.005;  ///< m/s, slower contacts are rest and make no click
   /// s, how far the sound stays behind the simulation, to know every event of a block before it is
-  /// rendered: one of Bullet's substeps, and the lead of the longest contact (Synth::leadTime).
+  /// rendered: the lead of the longest contact (Synth::leadTime).
   /// What comes later than that still sounds from there on, and is counted.
   double latency = 0.05;
 };

@@ -82,8 +82,7 @@ Result<BulletRun> runBullet(const Scene& scene) {
   LocalReference reference(scene);
   BulletRun run;
   const auto step = static_cast<btScalar>(scene.stepper.step);
-  // One step more than the scene lasts: the bridge may report that much later.
-  while (bridge->time() < scene.duration + scene.stepper.step) {
+  while (bridge->time() < scene.duration) {
     reference.beforeStep(world);
     const Stopwatch stopwatch;
     world.world().stepSimulation(step, 0);

@@ -138,7 +138,7 @@ void LocalReference::testPair(const PairStep& pair, double dt) {
   const double restSpeed = scene_.stepper.restSpeed;
   const bool approaching = -pair.velocityAfter.dot(actual.normalAt(0.0)) > restSpeed;
   const bool collided = collided_.contains(key);
-  if (collided && !approaching) collided_.erase(key);
+  if (collided && (!approaching || actual.gapAt(0.0) > pair.reach)) collided_.erase(key);
   if (collided) return;
 
   const double farthest = dt * (pair.velocityAfter.norm() + dt * pair.acceleration.norm());

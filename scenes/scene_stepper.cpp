@@ -53,9 +53,10 @@ class BulletSceneStepper : public SceneStepper {
       scene_->world().stepSimulation(static_cast<btScalar>(step_), 0);
     return bridge_.events();
   }
-  // What is reported after a substep happened in it or in the one before (see BulletBridge).
-  double settledTime() const override { return bridge_.time() - latency(); }
-  double latency() const override { return step_; }
+  double settledTime() const override {
+    return bridge_.time();
+  }  // events lie in or after a substep
+  double latency() const override { return 0.0; }
 
  private:
   std::unique_ptr<BulletScene> scene_;  // before the bridge: it must outlive it
