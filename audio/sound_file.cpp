@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <random>
-#include <sstream>
 #include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
 
 #include <sndfile.h>
+
+#include "audio/partial_file.h"
 
 namespace carom {
 namespace {
@@ -54,35 +54,6 @@ SoundHandle openToWrite(const fs::path& path, SF_INFO info) {
   return file;
 }
 
-/// A file beside its final place that goes with its owner unless it is given its name.
-class PartialFile {
- public:
-  explicit PartialFile(const fs::path& finalPath) : path_(finalPath) {
-    // Two writers of one path must not write into one file.
-    std::ostringstream suffix;
-    suffix << '.' << std::hex << std::random_device{}() << ".partial";
-    path_ += suffix.str();
-  }
-  PartialFile(const PartialFile&) = delete;
-  PartialFile& operator=(const PartialFile&) = delete;
-  ~PartialFile() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove(path_, ignored);
-  }
-
-  const fs::path& path() const { return path_; }
-
-  std::error_code rename(const fs::path& finalPath) {
-    std::error_code reason;
-    fs::rename(path_, finalPath, reason);
-    if (!reason) path_.clear();
-    return reason;
-  }
-
- private:
-  fs::path path_;
-};
-
 short toShort(double sample) {
   const double scaled = std::nearbyint(sample * kShortScale);
   return static_cast<short>(std::clamp(scaled, -kShortScale, kShortScale - 1.0));
@@ -111,16 +82,6 @@ std::string whyNot(const SoundFileSettings& settings) {
     return std::to_string(settings.channels) + " channels; it takes 1 to 1024";
   const SF_INFO info = layout(settings, SF_FORMAT_WAV | subtype(settings.format));
   return sf_format_check(&info) == SF_TRUE ? "" : "libsndfile cannot write this format";
-}
-
-std::string whyNot(const fs::path& path) {
-  std::error_code ignored;
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  if (!path.has_filename()) return "it names no file";
-  if (fs::is_directory(path, ignored)) return "a folder has this name";
-  if (!fs::is_directory(folder, ignored))
-    return "folder '" + folder.string() + "' does not exist; create it first";
-  return {};
 }
 
 }  // namespace
@@ -217,7 +178,7 @@ Status SoundFileWriter::State::normalizeInto(const PartialFile& target) {
 }
 
 Status SoundFileWriter::State::giveName(PartialFile& finished) {
-  if (const std::error_code reason = finished.rename(path); reason)
+  if (const std::error_code reason = finished.giveName(); reason)
     return fail("cannot be given its name: " + reason.message());
   return std::monostate{};
 }
@@ -230,7 +191,7 @@ SoundFileWriter::~SoundFileWriter() = default;
 Result<SoundFileWriter> SoundFileWriter::create(const fs::path& path,
                                                 const SoundFileSettings& settings) {
   if (const std::string reason = whyNot(settings); !reason.empty()) return failure(path, reason);
-  if (const std::string reason = whyNot(path); !reason.empty()) return failure(path, reason);
+  if (const std::string reason = whyNoFileAt(path); !reason.empty()) return failure(path, reason);
   auto state = std::make_unique<State>(path, settings);
   if (const Status opened = state->open(); !opened) return opened.error();
   return SoundFileWriter(std::move(state));

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 namespace carom {
@@ -38,28 +39,20 @@ void append(std::string& row, const std::string& name) {
 
 }  // namespace
 
-EventsFileWriter::EventsFileWriter(std::filesystem::path path, std::filesystem::path partial,
-                                   std::ofstream stream)
-    : path_(std::move(path)), partial_(std::move(partial)), stream_(std::move(stream)) {}
+EventsFileWriter::EventsFileWriter(PartialFile file, std::ofstream stream)
+    : file_(std::move(file)), stream_(std::move(stream)) {}
 
-EventsFileWriter::~EventsFileWriter() {
-  if (!stream_.is_open()) return;
-  stream_.close();
-  std::error_code ignored;
-  std::filesystem::remove(partial_, ignored);
+Error EventsFileWriter::failure(const std::string& reason) const {
+  return Error{"events file '" + file_.finalPath().string() + "': " + reason};
 }
 
 Result<EventsFileWriter> EventsFileWriter::create(const std::filesystem::path& path) {
-  std::filesystem::path partial = path;
-  partial += ".part";
-  std::ofstream stream(partial, std::ios::binary | std::ios::trunc);
-  if (!stream) {
-    return Error{
-        path.string() +
-        ": cannot be written; expected a file name in a folder that exists and is writable"};
-  }
-  stream << kHeader;
-  return EventsFileWriter(path, std::move(partial), std::move(stream));
+  EventsFileWriter writer(PartialFile{path}, std::ofstream{});
+  if (const std::string reason = whyNoFileAt(path); !reason.empty()) return writer.failure(reason);
+  writer.stream_.open(writer.file_.path(), std::ios::binary | std::ios::trunc);
+  if (!writer.stream_) return writer.failure("cannot be created; is its folder writable?");
+  writer.stream_ << kHeader;
+  return writer;
 }
 
 void EventsFileWriter::write(const ImpulseEvent& event, const Scene& scene, double duration) {
@@ -81,18 +74,19 @@ void EventsFileWriter::write(const ImpulseEvent& event, const Scene& scene, doub
   stream_ << row;
 }
 
-Status EventsFileWriter::finish() {
+Status EventsFileWriter::close() {
   stream_.close();
-  std::error_code error;
-  if (!stream_) {
-    std::filesystem::remove(partial_, error);
-    return Error{path_.string() + ": writing failed; is there room on the disk?"};
+  if (!stream_) return failure("cannot be written; is there room on the disk?");
+  return std::monostate{};
+}
+
+Status EventsFileWriter::finish() {
+  if (stream_.is_open() || !stream_) {
+    if (Status closed = close(); !closed) return closed;
   }
-  std::filesystem::rename(partial_, path_, error);
-  if (!error) return std::monostate{};
-  const std::string reason = error.message();
-  std::filesystem::remove(partial_, error);
-  return Error{path_.string() + ": cannot be put in place: " + reason};
+  if (const std::error_code reason = file_.giveName(); reason)
+    return failure("cannot be given its name: " + reason.message());
+  return std::monostate{};
 }
 
 }  // namespace carom

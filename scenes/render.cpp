@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "audio/partial_file.h"
 #include "scenes/events_file.h"
 #include "scenes/scene_sound.h"
 
@@ -20,6 +21,10 @@ struct Files {
 };
 
 Result<Files> openFiles(const Scene& scene, const RenderOptions& options) {
+  if (options.eventsFile && isSameFile(options.soundFile, *options.eventsFile)) {
+    return Error{options.soundFile.string() +
+                 ": is to hold both the sound and the events; expected two names"};
+  }
   SoundFileSettings settings;
   settings.sampleRate = scene.sampleRate;
   settings.channels = scene.listeners.size();
@@ -34,6 +39,14 @@ Result<Files> openFiles(const Scene& scene, const RenderOptions& options) {
     files.events.emplace(*std::move(events));
   }
   return files;
+}
+
+// Both or none: all that can go wrong comes before the first of them has its name.
+Status nameFiles(Files& files) {
+  if (!files.events) return files.sound.finish();
+  if (Status closed = files.events->close(); !closed) return closed;
+  if (Status finished = files.sound.finish(); !finished) return finished;
+  return files.events->finish();
 }
 
 Status renderInto(Files& files, const Scene& scene, SceneSound& sound, RenderReport& report,
@@ -54,8 +67,7 @@ Status renderInto(Files& files, const Scene& scene, SceneSound& sound, RenderRep
                        static_cast<double>(sound.frames()));
     }
   }
-  if (Status finished = files.sound.finish(); !finished) return finished;
-  return files.events ? files.events->finish() : Status(std::monostate{});
+  return nameFiles(files);
 }
 
 void leaveOutCounted(Plan& plan, std::uint64_t count, const std::string& stage,

@@ -17,9 +17,9 @@ struct RenderOptions {
   std::filesystem::path soundFile;
   SampleFormat format = SampleFormat::float32;
   bool normalize = false;  ///< scales the file to 0 dBFS; see SoundFileSettings
-  std::optional<std::filesystem::path> eventsFile;
+  std::optional<std::filesystem::path> eventsFile = {};  ///< not the same as soundFile
   /// Called now and then with the share of the scene that is done, 0 to 1.
-  std::function<void(double share)> progress;
+  std::function<void(double share)> progress = {};
 };
 
 struct RenderReport {
