@@ -10,6 +10,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "audio/partial_file.h"
 #include "scenes/compare.h"
 #include "scenes/plan.h"
 #include "scenes/progress_bar.h"
@@ -49,7 +50,32 @@ void applyStepper(const Arguments& arguments, Scene& scene) {
   if (arguments.step > 0.0) scene.stepper.step = arguments.step;
 }
 
+// Why the files that are to be written cannot be, before anything is read; empty where they can.
+std::string whyNoOutputs(const Arguments& arguments) {
+  if (isSameFile(arguments.output, arguments.scene))
+    return "--output: " + arguments.output + " is the scene itself; expected another name";
+  if (arguments.events.empty()) return {};
+  if (isSameFile(arguments.events, arguments.scene))
+    return "--events: " + arguments.events + " is the scene itself; expected another name";
+  if (isSameFile(arguments.events, arguments.output))
+    return "--events: " + arguments.events + " is the sound file too; expected another name";
+  return {};
+}
+
+// An answer that did not get out is a failure: a full disk, a closed pipe.
+int answer(const std::string& text) {
+  std::cout << text << std::flush;
+  return std::cout ? kDone : fail(kFailed, "standard output cannot be written");
+}
+
+// Names of files need not be UTF-8; in JSON their odd bytes become U+FFFD.
+std::string jsonText(const nlohmann::ordered_json& object) {
+  return object.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
 int render(const Arguments& arguments) {
+  if (const std::string reason = whyNoOutputs(arguments); !reason.empty())
+    return fail(kBadInput, reason);
   Result<Scene> scene = loadScene(arguments.scene);
   if (!scene) return fail(kBadInput, scene.error().message);
   applyStepper(arguments, *scene);
@@ -65,8 +91,8 @@ int render(const Arguments& arguments) {
   if (!arguments.events.empty()) options.eventsFile = arguments.events;
   options.progress = [&](double share) { bar.show(share); };
   const Result<RenderReport> report = renderScene(*scene, options);
-  if (!report) return fail(kFailed, report.error().message);
   bar.clear();
+  if (!report) return fail(kFailed, report.error().message);
   if (report->clippedSamples > 0) {
     std::cerr << "carom: " << arguments.output << ": " << report->clippedSamples
               << " samples exceed full scale and were clipped; --format float32 keeps them, "
@@ -77,15 +103,13 @@ int render(const Arguments& arguments) {
               << " contacts last longer than 50 ms and lost the "
                  "beginning of their sound\n";
   }
-  std::cout << (arguments.json ? renderJson(*report).dump(2) + "\n" : renderText(*report));
-  return kDone;
+  return answer(arguments.json ? jsonText(renderJson(*report)) : renderText(*report));
 }
 
 int info(const Arguments& arguments) {
   const Result<Scene> scene = loadScene(arguments.scene);
   if (!scene) return fail(kBadInput, scene.error().message);
-  std::cout << (arguments.json ? infoJson(*scene).dump(2) + "\n" : infoText(*scene));
-  return kDone;
+  return answer(arguments.json ? jsonText(infoJson(*scene)) : infoText(*scene));
 }
 
 int compare(const Arguments& arguments) {
@@ -96,11 +120,10 @@ int compare(const Arguments& arguments) {
   ProgressBar bar("comparing " + scene->name);
   const Result<CompareReport> report =
       compareScene(*scene, steps, [&](double share) { bar.show(share); });
-  if (!report) return fail(kFailed, report.error().message);
   bar.clear();
-  std::cout << (arguments.json ? compareJson(*scene, *report).dump(2) + "\n"
+  if (!report) return fail(kFailed, report.error().message);
+  return answer(arguments.json ? jsonText(compareJson(*scene, *report))
                                : compareText(*scene, *report));
-  return kDone;
 }
 
 // A step that Bullet can take; the same as in scene files. (CLI::Range lets NaN pass.)
@@ -115,6 +138,11 @@ CLI::Validator stepRange() {
   return {check, "SECONDS"};
 }
 
+CLI::Validator fileName() {
+  return {[](const std::string& text) { return std::string(text.empty() ? "names no file" : ""); },
+          "FILE"};
+}
+
 void addScene(CLI::App& command, Arguments& arguments) {
   command.add_option("SCENE", arguments.scene, "scene file (JSON, docs/scenes.md)")->required();
   command.add_flag("--json", arguments.json, "print one JSON object instead of text");
@@ -123,13 +151,16 @@ void addScene(CLI::App& command, Arguments& arguments) {
 CLI::App* addRender(CLI::App& app, Arguments& arguments) {
   CLI::App* command = app.add_subcommand("render", "Render a scene into a WAV file");
   addScene(*command, arguments);
-  command->add_option("-o,--output", arguments.output, "WAV file to write")->required();
+  command->add_option("-o,--output", arguments.output, "WAV file to write")
+      ->required()
+      ->check(fileName());
   command->add_option("--stepper", arguments.stepper, "mechanics; default: the scene's choice")
       ->check(CLI::IsMember({"native", "bullet"}));
   command->add_option("--step", arguments.step, "Bullet's fixed step in seconds")
       ->check(stepRange());
-  command->add_option("--events", arguments.events,
-                      "also write every impulse event to this CSV file");
+  command
+      ->add_option("--events", arguments.events, "also write every impulse event to this CSV file")
+      ->check(fileName());
   command->add_option("--format", arguments.format, "sample format")
       ->check(CLI::IsMember({"float32", "pcm16"}))
       ->capture_default_str();
@@ -171,12 +202,12 @@ int run(int argc, char** argv) {
   CLI::App app("Carom: physically based contact sound");
   app.name("carom");
   app.set_version_flag("--version", CAROM_VERSION);
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);  // so that a wrong word is named; none is caught below
   app.footer("carom COMMAND --help shows the options of a command, with examples.");
   Arguments arguments;
   const CLI::App* renderCommand = addRender(app, arguments);
   const CLI::App* infoCommand = addInfo(app, arguments);
-  addCompare(app, arguments);
+  const CLI::App* compareCommand = addCompare(app, arguments);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -184,7 +215,8 @@ int run(int argc, char** argv) {
   }
   if (renderCommand->parsed()) return render(arguments);
   if (infoCommand->parsed()) return info(arguments);
-  return compare(arguments);
+  if (compareCommand->parsed()) return compare(arguments);
+  return fail(kBadInput, "no command; expected render, info or compare (carom --help)");
 }
 
 }  // namespace

@@ -145,9 +145,9 @@ Json infoJson(const Scene& scene) {
 }
 
 std::string renderText(const RenderReport& report) {
-  std::string text =
-      format("%s: %.4g s, %zu channel%s at %g Hz\n", report.file.string().c_str(), report.duration,
-             report.channels, report.channels == 1 ? "" : "s", report.sampleRate);
+  std::string text = report.file.string();
+  text += format(": %.4g s, %zu channel%s at %g Hz\n", report.duration, report.channels,
+                 report.channels == 1 ? "" : "s", report.sampleRate);
   text += format("events    %llu (two per collision)\n",
                  static_cast<unsigned long long>(report.events));
   if (report.peak > 0.0) {
