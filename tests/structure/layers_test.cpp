@@ -1,0 +1,183 @@
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <regex>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace carom::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+/// A folder and what its files may include. Standard headers (<NAME> without a dot or a slash) are
+/// open to all; everything else has to match here, as it stands between the quotation marks or
+/// brackets: so nothing is included by a path of its own, nor by a macro.
+struct Layer {
+  std::string folder;
+  std::string mayInclude;  // regular expression, of the whole name
+};
+
+constexpr const char* kVocabulary =
+    "audio/(impulse_event|contact_state|material|sound_body|listener|medium|vector|result)\\.h";
+constexpr const char* kEigen = "Eigen/[A-Za-z]+";
+constexpr const char* kBullet =
+    "(bt[A-Za-z]+\\.h|(LinearMath|BulletCollision|BulletDynamics)/[A-Za-z/]+\\.h)";
+
+/// The table of folders in the design, once more.
+std::vector<Layer> layers() {
+  const std::string vocabulary = kVocabulary;
+  const std::string eigen = kEigen;
+  const std::string bullet = kBullet;
+  return {
+      {"audio", "audio/.*|" + eigen},
+      {"native", "native/.*|" + vocabulary},
+      {"bullet_bridge", "bullet_bridge/.*|" + vocabulary + "|" + bullet},
+      {"plugin", "plugin/.*|audio/.*|bullet_bridge/.*|" + bullet},
+      {"scenes", "(?!tests/).*"},
+  };
+}
+
+/// Files that may include one thing more.
+const std::vector<Layer>& exceptions() {
+  static const std::vector<Layer> list = {{"audio/sound_file.cpp", "sndfile\\.h"}};
+  return list;
+}
+
+bool isStandard(const std::string& name, char bracket) {
+  return bracket == '<' && name.find_first_of("./") == std::string::npos;
+}
+
+bool matches(const std::string& name, const std::string& expression) {
+  return std::regex_match(name, std::regex(expression));
+}
+
+bool mayInclude(const Layer& layer, const std::string& file, const std::string& name,
+                char bracket) {
+  if (isStandard(name, bracket) || matches(name, layer.mayInclude)) return true;
+  return std::ranges::any_of(exceptions(), [&](const Layer& exception) {
+    return exception.folder == file && matches(name, exception.mayInclude);
+  });
+}
+
+/// "FILE:LINE includes NAME" for each line of `text` that breaks the rules of `layer`.
+std::vector<std::string> violations(const Layer& layer, const std::string& file,
+                                    const std::string& text) {
+  static const std::regex include(R"(^\s*#\s*(include|include_next|import)\b\s*(.)([^">]*).*)");
+  std::vector<std::string> found;
+  std::istringstream lines(text);
+  std::size_t number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    std::smatch parts;
+    if (!std::regex_match(line, parts, include)) continue;
+    if (mayInclude(layer, file, parts[3], parts[2].str().front())) continue;
+    found.push_back(file + ":" + std::to_string(number) + " includes " + parts[3].str());
+  }
+  return found;
+}
+
+Layer layerOf(const std::string& folder) {
+  const std::vector<Layer> all = layers();
+  return *std::ranges::find(all, folder, &Layer::folder);
+}
+
+/// Of one line in a file of the folder.
+std::vector<std::string> violations(const std::string& folder, const std::string& line) {
+  return violations(layerOf(folder), folder + "/some.cpp", line);
+}
+
+bool isSource(const fs::path& path) {
+  const std::string extension = path.extension().string();
+  return extension == ".h" || extension == ".cpp" || extension == ".c" || extension == ".hpp" ||
+         extension == ".inl";
+}
+
+std::string contents(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+class Layers : public testing::TestWithParam<Layer> {};
+
+TEST_P(Layers, IncludeOnlyWhatLiesBelowThem) {
+  const fs::path root = CAROM_SOURCE_DIR;
+  std::size_t files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(root / GetParam().folder)) {
+    if (!isSource(entry.path())) continue;
+    ++files;
+    const std::string file = entry.path().lexically_relative(root).generic_string();
+    EXPECT_THAT(violations(GetParam(), file, contents(entry.path())), IsEmpty());
+  }
+  EXPECT_GT(files, 1u);
+}
+
+INSTANTIATE_TEST_SUITE_P(, Layers, testing::ValuesIn(layers()),
+                         [](const auto& layer) { return layer.param.folder; });
+
+TEST(LayersCheck, FindsEveryIncludeThatPointsUpOrAcross) {
+  for (const auto& [folder, name] : std::vector<std::pair<std::string, std::string>>{
+           {"audio", "\"native/sphere_stepper.h\""},
+           {"audio", "\"scenes/scene.h\""},
+           {"audio", "<btBulletDynamicsCommon.h>"},
+           {"audio", "<nlohmann/json.hpp>"},
+           {"audio", "<sndfile.h>"},
+           {"audio", "\"synth.h\""},
+           {"audio", "\"../scenes/scene.h\""},
+           {"audio", "CONFIGURED_HEADER"},
+           {"native", "\"audio/synth.h\""},
+           {"native", "\"bullet_bridge/motion.h\""},
+           {"native", "<LinearMath/btVector3.h>"},
+           {"bullet_bridge", "\"audio/synth.h\""},
+           {"bullet_bridge", "\"native/contact_time.h\""},
+           {"bullet_bridge", "\"plugin/sound.h\""},
+           {"plugin", "\"native/sphere_stepper.h\""},
+           {"plugin", "\"scenes/scene.h\""},
+           {"plugin", "<CLI/CLI.hpp>"},
+           {"scenes", "\"tests/support/recording.h\""},
+           {"plugin", "\"tests/support/recording.h\""},
+           {"audio", "<tests/support/recording.h>"}}) {
+    for (const std::string directive : {"#include ", "  #  include ", "#import "})
+      EXPECT_THAT(violations(folder, directive + name), SizeIs(1)) << folder << ' ' << name;
+  }
+}
+
+TEST(LayersCheck, AllowsWhatTheTableAllows) {
+  for (const auto& [folder, name] : std::vector<std::pair<std::string, std::string>>{
+           {"audio", "<vector>"},
+           {"audio", "<Eigen/Core>"},
+           {"audio", "\"audio/hertz.h\""},
+           {"native", "\"audio/impulse_event.h\""},
+           {"native", "\"native/instant.h\""},
+           {"bullet_bridge", "<btBulletDynamicsCommon.h>"},
+           {"bullet_bridge", "<BulletCollision/CollisionShapes/btSphereShape.h>"},
+           {"bullet_bridge", "\"audio/material.h\""},
+           {"plugin", "\"audio/synth.h\""},
+           {"plugin", "\"bullet_bridge/bullet_bridge.h\""},
+           {"scenes", "\"native/sphere_stepper.h\""},
+           {"scenes", "<CLI/CLI.hpp>"}}) {
+    EXPECT_THAT(violations(folder, "#include " + name), IsEmpty()) << folder << ' ' << name;
+  }
+}
+
+TEST(LayersCheck, NamesTheFileAndTheLine) {
+  EXPECT_THAT(violations("native", "#pragma once\n\n#include \"scenes/plan.h\"\n"),
+              testing::ElementsAre("native/some.cpp:3 includes scenes/plan.h"));
+}
+
+TEST(LayersCheck, IgnoresIncludesThatAreNone) {
+  EXPECT_THAT(violations("audio", "// #include \"scenes/plan.h\"\nincluded(\"scenes/x.h\");\n"),
+              IsEmpty());
+}
+
+}  // namespace
+}  // namespace carom::test
