@@ -1,0 +1,492 @@
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <pty.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "tests/scenes/library.h"
+#include "tests/support/recording.h"
+#include "tests/support/temporary_folder.h"
+
+namespace carom::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+struct Outcome {
+  int code = -1;  ///< exit code; 1000 + the signal that killed it
+  std::string out;
+  std::string err;
+};
+
+struct RunSettings {
+  rlim_t largestFile = RLIM_INFINITY;  ///< bytes: writing fails beyond, as on a full disk
+  std::string out = {};                ///< a file for standard output; otherwise it is captured
+  int err = -1;                        ///< a descriptor for standard error; likewise
+};
+
+int openForWriting(const fs::path& path) {
+  return open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+}
+
+/// In the child: becomes `carom`.
+[[noreturn]] void become(std::vector<std::string> arguments, int out, int err, rlim_t largestFile) {
+  dup2(out, STDOUT_FILENO);
+  dup2(err, STDERR_FILENO);
+  const rlimit limit = {largestFile, largestFile};
+  setrlimit(RLIMIT_FSIZE, &limit);
+  std::signal(SIGXFSZ, SIG_IGN);
+  arguments.insert(arguments.begin(), "carom");
+  std::vector<char*> pointers;
+  for (std::string& argument : arguments)
+    pointers.push_back(argument.data());
+  pointers.push_back(nullptr);
+  execv(CAROM_COMMAND, pointers.data());
+  _exit(127);
+}
+
+/// Runs the built command and waits for it.
+Outcome carom(const std::vector<std::string>& arguments, const RunSettings& settings = {}) {
+  const TemporaryFolder folder;
+  const fs::path outFile = settings.out.empty() ? folder / "out" : fs::path(settings.out);
+  const int out = openForWriting(outFile);
+  const int err = settings.err >= 0 ? settings.err : openForWriting(folder / "err");
+  const pid_t child = fork();
+  if (child == 0) become(arguments, out, err, settings.largestFile);
+  int status = 0;
+  waitpid(child, &status, 0);
+  close(out);
+  Outcome outcome;
+  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
+  if (settings.out.empty()) outcome.out = contents(outFile);
+  if (settings.err < 0) {
+    close(err);
+    outcome.err = contents(folder / "err");
+  }
+  return outcome;
+}
+
+std::string library(std::string_view name) {
+  return libraryFile(name).string();
+}
+
+void expectRefused(const std::vector<std::string>& arguments, int code) {
+  const Outcome outcome = carom(arguments);
+  const std::string command = testing::PrintToString(arguments);
+  EXPECT_EQ(outcome.code, code) << command << outcome.err;
+  EXPECT_EQ(outcome.out, "") << command;
+  EXPECT_FALSE(outcome.err.empty()) << command;
+}
+
+json parsed(const Outcome& outcome) {
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  json object = json::parse(outcome.out, nullptr, false);  // refuses anything after the object
+  EXPECT_TRUE(object.is_object()) << outcome.out;
+  return object;
+}
+
+class Cli : public testing::Test {
+ protected:
+  std::string at(const std::string& name) const { return (folder_ / name).string(); }
+
+  std::string fileWith(const std::string& text) const {
+    std::ofstream(folder_ / "scene.json", std::ios::binary) << text;
+    return at("scene.json");
+  }
+
+  const TemporaryFolder folder_;
+};
+
+// Exit codes
+
+TEST_F(Cli, UsageErrorsAre2) {
+  const std::string scene = library("two_balls");
+  expectRefused({}, 2);
+  expectRefused({"frobnicate"}, 2);
+  expectRefused({"--frobnicate"}, 2);
+  expectRefused({"render"}, 2);
+  expectRefused({"info"}, 2);
+  expectRefused({"compare"}, 2);
+  expectRefused({"render", scene}, 2);
+  expectRefused({"render", scene, "-o"}, 2);
+  expectRefused({"render", scene, "-o", ""}, 2);
+  expectRefused({"render", scene, "-o", at("sound.wav"), "--events", ""}, 2);
+  expectRefused({"render", scene, scene, "-o", at("sound.wav")}, 2);
+  expectRefused({"render", scene, "-o", at("sound.wav"), "--frobnicate"}, 2);
+  expectRefused({"render", scene, "-o", at("sound.wav"), "--stepper", "mujoco"}, 2);
+  expectRefused({"render", scene, "-o", at("sound.wav"), "--format", "mp3"}, 2);
+  expectRefused({"info", scene, "--step", "0.01"}, 2);
+  expectRefused({"info", scene, "render", scene, "-o", at("sound.wav")}, 2);
+  EXPECT_EQ(folder_.entries(), 0u);
+}
+
+TEST_F(Cli, StepsThatBulletCannotTakeAre2AndTheMessageSaysWhatItTakes) {
+  for (const std::string step : {"nan", "NAN", "inf", "-inf", "0", "-0.01", "1", "1e-6", "1e999",
+                                 "-1e999", "0.01x", "0,01", "x", "", "1/60", "0.01 0.02"}) {
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"compare", library("two_balls"), "--step=" + step},
+          {"render", library("two_balls"), "-o", at("sound.wav"), "--step=" + step}}) {
+      const Outcome outcome = carom(command);
+      EXPECT_EQ(outcome.code, 2) << step;
+      EXPECT_EQ(outcome.out, "") << step;
+      EXPECT_NE(outcome.err.find("--step"), std::string::npos) << outcome.err;
+      if (!step.empty()) {
+        EXPECT_NE(outcome.err.find("from 1e-5 to 0.1"), std::string::npos) << outcome.err;
+      }
+    }
+  }
+  EXPECT_EQ(folder_.entries(), 0u);
+}
+
+TEST_F(Cli, AStepForTheNativeStepperIs2) {
+  expectRefused({"render", library("bouncing_ball"), "-o", at("sound.wav"), "--step", "0.01"}, 2);
+  expectRefused({"render", library("two_balls"), "-o", at("sound.wav"), "--stepper", "native",
+                 "--step", "0.01"},
+                2);
+  EXPECT_EQ(folder_.entries(), 0u);
+}
+
+TEST_F(Cli, BadScenesAre2ForEveryCommandAndTheMessageNamesThem) {
+  fs::create_directory(folder_ / "directory");
+  ASSERT_EQ(mkfifo((folder_ / "fifo").c_str(), 0600), 0);
+  std::string garbage;
+  for (int byte = 0; byte < 4096; ++byte)
+    garbage += static_cast<char>(byte * 167 + byte / 7);
+  std::vector<std::string> scenes = {at("missing.json"), at("directory"), at("fifo"), ""};
+  int number = 0;
+  for (const std::string& text :
+       {std::string(), garbage, std::string(3, '\0'), std::string("{"), std::string("[]"),
+        std::string("null"), std::string(100'000, '['), std::string("\xff\xfe{}"),
+        std::string(R"({"duration": 1e999, "bodies": [], "listeners": []})"),
+        std::string(R"({"duration": 1e308, "bodies": [], "listeners": []})"),
+        std::string(R"({"duration": -1, "bodies": [], "listeners": []})"),
+        std::string(R"({"duration": 1, "bodies": [{"type": "spheres", "count": 1e15}]})")}) {
+    scenes.push_back(at("bad" + std::to_string(number++) + ".json"));
+    std::ofstream(scenes.back(), std::ios::binary) << text;
+  }
+  const std::size_t before = folder_.entries();
+  for (const std::string& scene : scenes) {
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"render", scene, "-o", at("sound.wav")},
+          {"render", scene, "-o", at("sound.wav"), "--json", "--events", at("events.csv")},
+          {"info", scene},
+          {"compare", scene, "--json"}}) {
+      expectRefused(command, 2);
+      if (scene.empty()) continue;
+      EXPECT_NE(carom(command).err.find(scene), std::string::npos) << scene;
+    }
+  }
+  EXPECT_EQ(folder_.entries(), before);
+}
+
+TEST_F(Cli, OutputsThatCannotBeWrittenAre1AndNothingIsLeft) {
+  fs::create_directory(folder_ / "directory");
+  const std::string scene = library("two_balls");
+  for (const std::string& target : {at("no/sound.wav"), at("directory"), at("directory/"),
+                                    std::string("/proc/sound.wav"), std::string("/dev/full")}) {
+    expectRefused({"render", scene, "-o", target}, 1);
+    expectRefused({"render", scene, "-o", target, "--json", "--normalize"}, 1);
+    expectRefused({"render", scene, "-o", at("sound.wav"), "--events", target}, 1);
+    EXPECT_FALSE(fs::exists(folder_ / "sound.wav")) << target;
+    EXPECT_EQ(folder_.entries(), 1u) << target;
+  }
+  EXPECT_TRUE(fs::is_character_file("/dev/full"));
+}
+
+TEST_F(Cli, AFullDiskIs1AndNothingIsLeft) {
+  const RunSettings small = {.largestFile = 16'384};
+  const std::string scene = library("two_balls");  // 192 kB of sound
+  for (const std::vector<std::string>& options :
+       {std::vector<std::string>{}, {"--normalize"}, {"--format", "pcm16"}, {"--json"}}) {
+    std::vector<std::string> command = {"render",        scene,      "-o",
+                                        at("sound.wav"), "--events", at("events.csv")};
+    command.insert(command.end(), options.begin(), options.end());
+    const Outcome outcome = carom(command, small);
+    EXPECT_EQ(outcome.code, 1);
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_NE(outcome.err.find(at("sound.wav")), std::string::npos) << outcome.err;
+    EXPECT_EQ(folder_.entries(), 0u);
+  }
+}
+
+TEST_F(Cli, ADiskThatIsTooFullForTheEventsAloneLeavesNoSoundEither) {
+  // Half a second of 8 kHz in PCM16 is 8 kB; the events of forty balls are more.
+  const std::string scene = fileWith(R"({
+    "duration": 0.5, "sample_rate": 8000,
+    "bodies": [
+      {"type": "box", "min": [-0.1, 0, -0.1], "max": [0.1, 0.5, 0.1], "material": "steel"},
+      {"type": "spheres", "count": 40, "radius": 0.01, "material": "steel",
+       "min": [-0.1, 0, -0.1], "max": [0.1, 0.5, 0.1], "speed": 2}],
+    "listeners": [{"position": [0, 1, 1]}]})");
+  const std::vector<std::string> command = {"render",   scene,   "-o",       at("sound.wav"),
+                                            "--format", "pcm16", "--events", at("events.csv")};
+  ASSERT_EQ(carom(command).code, 0);
+  ASSERT_LT(fs::file_size(at("sound.wav")), 16'384u);
+  ASSERT_GT(fs::file_size(at("events.csv")), 16'384u);
+  fs::remove(at("sound.wav"));
+  fs::remove(at("events.csv"));
+  const Outcome outcome = carom(command, {.largestFile = 16'384});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.err.find(at("events.csv")), std::string::npos) << outcome.err;
+  EXPECT_EQ(folder_.entries(), 1u);
+}
+
+TEST_F(Cli, OneNameForTwoFilesIs2AndTheSceneSurvives) {
+  fs::copy_file(libraryFile("two_balls"), folder_ / "scene.json");
+  const std::string scene = at("scene.json");
+  const std::string text = contents(scene);
+  expectRefused({"render", scene, "-o", scene}, 2);
+  expectRefused({"render", scene, "-o", at("./scene.json")}, 2);
+  expectRefused({"render", scene, "-o", at("sound.wav"), "--events", scene}, 2);
+  expectRefused({"render", scene, "-o", at("sound.wav"), "--events", at("sound.wav")}, 2);
+  EXPECT_EQ(contents(scene), text);
+  EXPECT_EQ(folder_.entries(), 1u);
+}
+
+TEST_F(Cli, AnAnswerThatCannotBeGivenIs1) {
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"info", library("two_balls")},
+        {"info", library("two_balls"), "--json"},
+        {"compare", library("two_balls")},
+        {"render", library("two_balls"), "-o", at("sound.wav")}}) {
+    const Outcome outcome = carom(command, {.out = "/dev/full"});
+    EXPECT_EQ(outcome.code, 1);
+    EXPECT_FALSE(outcome.err.empty());
+  }
+}
+
+TEST_F(Cli, UsageErrorsNameTheWrongWord) {
+  EXPECT_NE(carom({"frobnicate"}).err.find("frobnicate"), std::string::npos);
+  EXPECT_NE(carom({"info", library("two_balls"), "--verbose"}).err.find("--verbose"),
+            std::string::npos);
+  EXPECT_NE(carom({}).err.find("expected render, info or compare"), std::string::npos);
+}
+
+// Help
+
+TEST_F(Cli, HelpOfEveryCommandHasAnExample) {
+  EXPECT_EQ(carom({"--help"}).code, 0);
+  for (const std::string command : {"render", "info", "compare"}) {
+    EXPECT_NE(carom({"--help"}).out.find("\n  " + command + " "), std::string::npos);
+    const Outcome help = carom({command, "--help"});
+    EXPECT_EQ(help.code, 0);
+    EXPECT_EQ(help.err, "");
+    EXPECT_NE(help.out.find("Example"), std::string::npos) << help.out;
+    EXPECT_NE(help.out.find("\n  carom " + command + " scenes/library/"), std::string::npos);
+  }
+}
+
+/// Every line of the help that begins with `carom COMMAND`, as arguments.
+std::vector<std::vector<std::string>> examplesOf(const std::string& command) {
+  std::vector<std::vector<std::string>> examples;
+  std::istringstream lines(carom({command, "--help"}).out);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::vector<std::string> arguments;
+    for (std::string word; words >> word;)
+      arguments.push_back(word);
+    if (arguments.size() < 2 || arguments[0] != "carom" || arguments[1] != command) continue;
+    examples.emplace_back(arguments.begin() + 1, arguments.end());
+  }
+  return examples;
+}
+
+TEST_F(Cli, ExamplesInTheHelpOfRenderAndInfoWorkAsTheyStand) {
+  for (const std::string command : {"render", "info"}) {
+    const auto examples = examplesOf(command);
+    ASSERT_FALSE(examples.empty());
+    for (std::vector<std::string> example : examples) {
+      for (std::string& word : example) {
+        if (word.starts_with("scenes/")) word = (fs::path(CAROM_SOURCE_DIR) / word).string();
+        if (word.ends_with(".wav") || word.ends_with(".csv")) word = at(word);
+      }
+      const Outcome outcome = carom(example);
+      EXPECT_EQ(outcome.code, 0) << outcome.err;
+      EXPECT_NE(outcome.out, "");
+    }
+  }
+}
+
+// Output
+
+TEST_F(Cli, RenderJsonIsOneObjectWithTheDocumentedKeys) {
+  for (const std::string_view name : {"two_balls", "newtons_cradle", "bouncing_ball"}) {
+    const Outcome outcome = carom({"render", library(name), "-o", at("sound.wav"), "--json"});
+    const json report = parsed(outcome);
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_EQ(report.at("file"), at("sound.wav"));
+    EXPECT_TRUE(report.at("events").is_number_unsigned());
+    for (const std::string key : {"duration_s", "peak_pa", "wall_s", "realtime_factor"}) {
+      ASSERT_TRUE(report.at(key).is_number()) << key;
+      EXPECT_GT(report.at(key).get<double>(), 0.0) << key;
+    }
+    const Recording recording = readRecording(folder_ / "sound.wav");
+    EXPECT_EQ(report.at("sample_rate_hz"), recording.info.samplerate);
+    EXPECT_EQ(report.at("channels"), recording.info.channels);
+    EXPECT_NEAR(report.at("duration_s").get<double>(),
+                static_cast<double>(recording.info.frames) / recording.info.samplerate, 1e-12);
+    EXPECT_NEAR(report.at("peak_pa").get<double>() / (20.0 * recording.peak()), 1.0, 1e-7);
+    EXPECT_NEAR(report.at("realtime_factor").get<double>() * report.at("wall_s").get<double>(),
+                report.at("duration_s").get<double>(), 1e-9);
+    const json& plan = report.at("plan");
+    ASSERT_TRUE(plan.at("needed").is_array());
+    EXPECT_TRUE(std::ranges::all_of(plan.at("needed"), &json::is_string));
+    ASSERT_TRUE(plan.at("left_out").is_array());
+    for (const json& entry : plan.at("left_out"))
+      EXPECT_TRUE(entry.at("stage").is_string() && entry.at("why").is_string());
+  }
+}
+
+TEST_F(Cli, CompareJsonIsOneObjectWithTheDocumentedKeys) {
+  const json report = parsed(carom(
+      {"compare", library("newtons_cradle"), "--json", "--step", "0.016667", "--step", "0.002"}));
+  const json& runs = report.at("runs");
+  ASSERT_TRUE(runs.is_array());
+  ASSERT_EQ(runs.size(), 2u);
+  EXPECT_EQ(runs[0].at("step_s"), 0.016667);
+  EXPECT_EQ(runs[1].at("step_s"), 0.002);
+  for (const json& run : runs) {
+    for (const std::string key : {"events_reference", "matched", "missed", "spurious"})
+      EXPECT_TRUE(run.at(key).is_number_unsigned()) << key;
+    EXPECT_TRUE(run.at("level_difference_db").is_number());
+    for (const std::string key : {"time_error_us", "impulse_error", "global_time_difference_us"}) {
+      ASSERT_TRUE(run.at(key).at("rms").is_number() && run.at(key).at("max").is_number()) << key;
+      EXPECT_LE(run.at(key).at("rms").get<double>(), run.at(key).at("max").get<double>());
+    }
+    EXPECT_GT(run.at("events_reference").get<int>(), 0);
+  }
+}
+
+TEST_F(Cli, CompareOfTwoBallsMatchesTheOneCollision) {
+  const json report =
+      parsed(carom({"compare", library("two_balls"), "--step", "0.016667", "--json"}));
+  const json& run = report.at("runs").at(0);
+  EXPECT_EQ(run.at("events_reference"), 1);
+  EXPECT_EQ(run.at("matched"), 1);
+  EXPECT_EQ(run.at("missed"), 0);
+  EXPECT_EQ(run.at("spurious"), 0);
+  EXPECT_LT(run.at("time_error_us").at("max").get<double>(), 1.0);
+  EXPECT_LT(run.at("impulse_error").at("max").get<double>(), 1e-3);
+}
+
+TEST_F(Cli, CompareTakesThreeStepsUnlessToldOtherwise) {
+  const json report = parsed(carom({"compare", library("two_balls"), "--json"}));
+  EXPECT_EQ(report.at("runs").size(), 3u);
+}
+
+TEST_F(Cli, WhatNeverHappenedIsNullInJson) {
+  json scene = json::parse(contents(libraryFile("two_balls")));
+  scene["duration"] = 0.4;  // they touch at 0.4037 s
+  const json report = parsed(carom({"compare", fileWith(scene.dump()), "--json"}));
+  EXPECT_TRUE(report.at("runs").at(0).at("level_difference_db").is_null());
+  EXPECT_EQ(report.at("runs").at(0).at("events_reference"), 0);
+}
+
+TEST_F(Cli, InfoOfEveryLibrarySceneSaysWhatIsInIt) {
+  for (const std::string_view name : kLibrary) {
+    const Outcome text = carom({"info", library(name)});
+    EXPECT_EQ(text.code, 0);
+    EXPECT_EQ(text.err, "");
+    EXPECT_TRUE(text.out.starts_with(std::string(name) + "\n")) << text.out;
+    const json report = parsed(carom({"info", library(name), "--json"}));
+    EXPECT_EQ(report.at("name"), name);
+    const json file = json::parse(contents(libraryFile(name)));
+    EXPECT_EQ(report.at("duration_s"), file.at("duration"));
+    EXPECT_EQ(report.at("stepper").at("type"), file.at("stepper").at("type"));
+    EXPECT_EQ(report.at("listeners").size(), file.at("listeners").size());
+    std::size_t spheres = 0;
+    for (const json& body : file.at("bodies")) {
+      if (body.at("type") == "sphere") ++spheres;
+      if (body.at("type") == "spheres") spheres += body.at("count").get<std::size_t>();
+    }
+    EXPECT_EQ(report.at("spheres"), spheres);
+    EXPECT_FALSE(report.at("plan").at("needed").empty());
+  }
+}
+
+TEST_F(Cli, FileNamesThatAreNotUtf8DoNotBreakTheJson) {
+  const std::string name = at("a\xff\"b.wav");
+  const json report = parsed(carom({"render", library("two_balls"), "-o", name, "--json"}));
+  EXPECT_TRUE(fs::exists(name));
+  EXPECT_NE(report.at("file").get<std::string>().find("\xef\xbf\xbd\"b.wav"), std::string::npos);
+}
+
+TEST_F(Cli, LongFileNamesArePrintedWhole) {
+  std::string name = folder_.path().string();
+  for (int level = 0; level < 4; ++level) {
+    name += "/" + std::string(200, 'x');
+    fs::create_directory(name);
+  }
+  name += "/sound.wav";
+  const Outcome outcome = carom({"render", library("two_balls"), "-o", name});
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_TRUE(outcome.out.starts_with(name + ": 1 s, 1 channel at 48000 Hz\n")) << outcome.out;
+}
+
+TEST_F(Cli, ClippedSamplesAreToldOnStandardError) {
+  const Outcome outcome =
+      carom({"render", library("two_balls"), "-o", at("sound.wav"), "--format", "pcm16", "--json"});
+  const json report = parsed(outcome);
+  ASSERT_GT(report.at("clipped_samples").get<int>(), 0);
+  EXPECT_NE(outcome.err.find(report.at("clipped_samples").dump() + " samples"), std::string::npos);
+}
+
+TEST_F(Cli, TheSteppersGiveDifferentSounds) {
+  for (const std::string stepper : {"native", "bullet"}) {
+    EXPECT_EQ(
+        carom({"render", library("newtons_cradle"), "-o", at(stepper), "--stepper", stepper}).code,
+        0);
+  }
+  EXPECT_EQ(carom({"render", library("newtons_cradle"), "-o", at("default")}).code, 0);
+  EXPECT_EQ(contents(at("default")), contents(at("native")));
+  EXPECT_NE(contents(at("default")), contents(at("bullet")));
+}
+
+// Progress
+
+/// What a run writes to standard error when that is a terminal.
+std::string onTerminal(const std::vector<std::string>& command) {
+  int reader = -1;
+  int terminal = -1;
+  if (openpty(&reader, &terminal, nullptr, nullptr, nullptr) != 0) return {};
+  EXPECT_EQ(carom(command, {.err = terminal}).code, 0);
+  std::string text(65536, '\0');
+  fcntl(reader, F_SETFL, O_NONBLOCK);
+  const ssize_t size = read(reader, text.data(), text.size());
+  text.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
+  close(terminal);
+  close(reader);
+  return text;
+}
+
+TEST_F(Cli, ProgressIsShownOnATerminalAndNowhereElse) {
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"render", library("two_balls"), "-o", at("sound.wav")},
+        {"compare", library("two_balls"), "--step", "0.01"}}) {
+    const std::string shown = onTerminal(command);
+    EXPECT_NE(shown.find("100 %"), std::string::npos) << shown;
+    EXPECT_TRUE(shown.ends_with("\r\033[K")) << shown;  // and cleared
+    const Outcome piped = carom(command);
+    EXPECT_EQ(piped.err, "");
+    EXPECT_EQ(piped.out.find('\r'), std::string::npos);
+    EXPECT_EQ(piped.out.find('\033'), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace carom::test

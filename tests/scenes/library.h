@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <string_view>
+
+#include "scenes/scene.h"
+#include "scenes/scene_loader.h"
+
+namespace carom::test {
+
+inline constexpr std::string_view kLibrary[] = {"bouncing_ball", "two_balls", "newtons_cradle",
+                                                "billiard_break", "marbles_in_a_box"};
+
+inline std::filesystem::path libraryFile(std::string_view name) {
+  return std::filesystem::path(CAROM_SOURCE_DIR) / "scenes" / "library" /
+         (std::string(name) + ".json");
+}
+
+/// A scene that the test needs to be good.
+inline Scene orAbort(Result<Scene> scene) {
+  if (!scene) {
+    std::cerr << scene.error().message << '\n';
+    std::abort();
+  }
+  return *std::move(scene);
+}
+
+inline Scene libraryScene(std::string_view name) {
+  return orAbort(loadScene(libraryFile(name)));
+}
+
+inline Scene onStepper(Scene scene, StepperType type, double step = 1.0 / 240.0) {
+  scene.stepper.type = type;
+  scene.stepper.step = step;
+  return scene;
+}
+
+/// Twelve marbles of two materials in a box, for a third of a second, in stereo.
+inline Scene fewMarbles() {
+  return orAbort(parseScene(R"({
+    "duration": 0.35,
+    "seed": 5,
+    "bodies": [
+      {"type": "box", "name": "box", "min": [-0.06, 0, -0.06], "max": [0.06, 1, 0.06],
+       "material": "wood"},
+      {"type": "spheres", "name": "marbles", "count": 12, "radius": [0.006, 0.009],
+       "material": ["glass", "steel"], "min": [-0.05, 0.02, -0.05], "max": [0.05, 0.12, 0.05],
+       "speed": [0, 1]}
+    ],
+    "listeners": [{"name": "left", "position": [-0.1, 0.4, 0.3]},
+                  {"name": "right", "position": [0.1, 0.4, 0.3]}]
+  })",
+                            "few_marbles.json"));
+}
+
+}  // namespace carom::test

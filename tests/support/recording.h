@@ -1,0 +1,49 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <sndfile.h>
+
+namespace carom::test {
+
+/// A sound file, read back by libsndfile.
+struct Recording {
+  SF_INFO info = {};
+  std::vector<double> samples;  ///< interleaved, 1.0 is full scale
+
+  std::size_t channels() const { return static_cast<std::size_t>(info.channels); }
+
+  std::vector<double> channel(std::size_t index) const {
+    std::vector<double> plane;
+    for (std::size_t sample = index; sample < samples.size(); sample += channels())
+      plane.push_back(samples[sample]);
+    return plane;
+  }
+
+  double peak() const {
+    double peak = 0.0;
+    for (const double sample : samples)
+      peak = std::max(peak, std::abs(sample));
+    return peak;
+  }
+};
+
+/// Empty, and a failure of the test, where it cannot be read.
+inline Recording readRecording(const std::filesystem::path& path) {
+  Recording recording;
+  SNDFILE* file = sf_open(path.c_str(), SFM_READ, &recording.info);
+  EXPECT_NE(file, nullptr) << sf_strerror(nullptr);
+  if (file == nullptr) return recording;
+  recording.samples.resize(
+      static_cast<std::size_t>(recording.info.frames * recording.info.channels));
+  sf_readf_double(file, recording.samples.data(), recording.info.frames);
+  sf_close(file);
+  return recording;
+}
+
+}  // namespace carom::test
