@@ -61,13 +61,27 @@ class BouncingBall : public testing::Test {
  protected:
   const Material steel_ = *findMaterial("steel");
   const Material concrete_ = *findMaterial("concrete");
-  const std::vector<Impact> impacts_ = analyticImpacts(
-      std::sqrt(static_cast<long double>(steel_.restitution) * concrete_.restitution), kRestSpeed);
+  const long double restitution_ =
+      std::sqrt(static_cast<long double>(steel_.restitution) * concrete_.restitution);
+  const std::vector<Impact> impacts_ = analyticImpacts(restitution_, kRestSpeed);
 
   /// When the detector should fire: it is early by 0.0547 tau (onset_detector.h).
   double expectedOnset(const Impact& impact) const {
     return static_cast<double>(impact.time + distanceToListener() / kSoundSpeed -
                                0.0547L * hertzTau(steel_, concrete_, impact.speed));
+  }
+
+  /// Pa: eq. (1) with the steepest jerk of eq. (10), at v = 1/sqrt(12), where the acceleration
+  /// pulse changes the speed by (1 + e) times that of the impact.
+  double expectedPeak(const Impact& impact) const {
+    const long double tau = hertzTau(steel_, concrete_, impact.speed);
+    const long double distance = distanceToListener();
+    const long double cosine = (0.7L - kRadius) / distance;
+    const long double slope = std::sqrt(12.0L) * std::exp(-0.5L);
+    const long double jerk = std::numbers::pi_v<long double> / 2.0L * (1.0L + restitution_) *
+                             impact.speed * slope / (tau * tau);
+    return static_cast<double>(1.20L * kRadius * kRadius * kRadius * cosine /
+                               (2.0L * kSoundSpeed * distance) * jerk);
   }
 };
 
@@ -90,6 +104,23 @@ TEST_F(BouncingBall, IsHeardAtTheAnalyticTimesWithinOneSample) {
   }
   RecordProperty("largest_onset_deviation_samples", std::to_string(largest));
   std::cout << "largest onset deviation: " << largest << " samples\n";
+}
+
+TEST_F(BouncingBall, IsAsLoudAsTheEquationsSay) {
+  const TemporaryFolder folder;
+  const auto report =
+      renderScene(libraryScene("bouncing_ball"), {.soundFile = folder / "ball.wav"});
+  ASSERT_TRUE(report) << report.error().message;
+  const Recording recording = readRecording(folder / "ball.wav");
+  const std::vector<Onset> onsets = findOnsets(recording.channel(0), recording.info.samplerate);
+  ASSERT_EQ(onsets.size(), impacts_.size());
+  for (std::size_t impact = 0; impact < impacts_.size(); ++impact) {
+    // The loudest sample is at most half a sample beside the top, and 5 samples or more make tau:
+    // 12 % below it.
+    const double ratio = 20.0 * onsets[impact].peak / expectedPeak(impacts_[impact]);
+    EXPECT_GT(ratio, 0.87) << "impact " << impact;
+    EXPECT_LT(ratio, 1.0001) << "impact " << impact;
+  }
 }
 
 TEST_F(BouncingBall, IsHeardLaterAndHalfAsLoudAtTwiceTheDistance) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "audio/material.h"
 #include "scenes/scene.h"
 #include "scenes/scene_loader.h"
 
@@ -54,6 +55,15 @@ inline Scene fewMarbles() {
                   {"name": "right", "position": [0.1, 0.4, 0.3]}]
   })",
                             "few_marbles.json"));
+}
+
+/// The same, of rubber: contacts of milliseconds, whose sound begins before it could have arrived
+/// from the touch itself (Synth::leadTime).
+inline Scene fewRubberBalls() {
+  Scene scene = fewMarbles();
+  for (SceneBody& body : scene.bodies)
+    body.material = *findMaterial("rubber");
+  return scene;
 }
 
 }  // namespace carom::test

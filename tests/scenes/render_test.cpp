@@ -34,7 +34,7 @@ RenderReport rendered(const Scene& scene, const RenderOptions& options) {
 /// scale.
 std::vector<Scene> variousScenes() {
   return {libraryScene("two_balls"), libraryScene("newtons_cradle"), fewMarbles(),
-          onStepper(fewMarbles(), StepperType::bullet)};
+          onStepper(fewMarbles(), StepperType::bullet), fewRubberBalls()};
 }
 
 std::vector<std::vector<std::string>> eventRows(const fs::path& file) {
@@ -289,7 +289,7 @@ Pieces renderedInBlocksOf(std::size_t frames, const Scene& scene) {
 TEST(Render, BlockSizeDoesNotMatter) {
   for (const Scene& scene :
        {onStepper(fewMarbles(), StepperType::native), onStepper(fewMarbles(), StepperType::bullet),
-        onStepper(fewMarbles(), StepperType::bullet, 1.0 / 60.0)}) {
+        onStepper(fewMarbles(), StepperType::bullet, 1.0 / 60.0), fewRubberBalls()}) {
     const Pieces whole = renderedInBlocksOf(100'000, scene);
     ASSERT_FALSE(whole.events.empty());
     for (const std::size_t frames : {1U, 7U, 480U, 4096U}) {

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <ostream>
 #include <regex>
 #include <sstream>
 #include <string>
@@ -26,6 +27,10 @@ struct Layer {
   std::string folder;
   std::string mayInclude;  // regular expression, of the whole name
 };
+
+void PrintTo(const Layer& layer, std::ostream* out) {
+  *out << layer.folder << '/';
+}
 
 constexpr const char* kVocabulary =
     "audio/(impulse_event|contact_state|material|sound_body|listener|medium|vector|result)\\.h";
