@@ -54,6 +54,7 @@ Status renderInto(Files& files, const Scene& scene, SceneSound& sound, RenderRep
   std::vector<std::vector<float>> channels(scene.listeners.size(),
                                            std::vector<float>(kBlockFrames));
   std::vector<const float*> pointers;
+  pointers.reserve(channels.size());
   for (const auto& channel : channels)
     pointers.push_back(channel.data());
   while (const std::size_t frames = sound.render(channels)) {

@@ -53,6 +53,7 @@ int openForWriting(const fs::path& path) {
   std::signal(SIGXFSZ, SIG_IGN);
   arguments.insert(arguments.begin(), "carom");
   std::vector<char*> pointers;
+  pointers.reserve(arguments.size() + 1);
   for (std::string& argument : arguments)
     pointers.push_back(argument.data());
   pointers.push_back(nullptr);

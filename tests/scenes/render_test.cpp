@@ -95,10 +95,10 @@ std::vector<double> soundOf(const std::vector<WrittenClick>& clicks, const Vec3&
     const double arrival = click.time + (listener - click.centre).norm() / 343.0;
     const double rate = recording.info.samplerate;
     const double reach = 4.0 * click.tau;
-    const auto first = std::max(0.0, std::floor((arrival - reach) * rate));
-    const auto last = std::min((arrival + reach) * rate, static_cast<double>(pressure.size()) - 1);
-    for (double sample = first; sample <= last; ++sample)
-      pressure[static_cast<std::size_t>(sample)] += click.pressure(sample / rate, listener);
+    const auto first = static_cast<std::size_t>(std::max(0.0, (arrival - reach) * rate));
+    const auto end = static_cast<std::size_t>((arrival + reach) * rate);
+    for (std::size_t sample = first; sample < std::min(end, pressure.size()); ++sample)
+      pressure[sample] += click.pressure(static_cast<double>(sample) / rate, listener);
   }
   return pressure;
 }
@@ -321,7 +321,7 @@ TEST(Render, PlanSaysHowManyClicksCouldNotBeHeard) {
     const TemporaryFolder folder;
     const RenderReport report = rendered(scene, {.soundFile = folder / "sound.wav"});
     const auto entry = std::ranges::find(report.plan.leftOut, "inaudible_clicks", &LeftOut::stage);
-    const std::string why = entry == report.plan.leftOut.end() ? "" : entry->why;
+    std::string why = entry == report.plan.leftOut.end() ? "" : entry->why;
     EXPECT_EQ(report.peak == 0.0, report.synth.inaudible == report.synth.events);
     return why;
   };
