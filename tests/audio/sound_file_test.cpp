@@ -4,58 +4,31 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <sndfile.h>
+#include <sys/stat.h>
+
+#include "tests/support/recording.h"
+#include "tests/support/temporary_folder.h"
 
 namespace carom {
 namespace {
 
 namespace fs = std::filesystem;
 
+using test::contents;
+using test::Recording;
+
 class SoundFile : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(testing::TempDir()) / (std::string("carom_sound_file_") + test->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   fs::path path() const { return folder_ / "clicks.wav"; }
-  std::size_t filesInFolder() const {
-    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {}));
-  }
 
-  fs::path folder_;
+  const test::TemporaryFolder folder_;
 };
-
-struct Recording {
-  SF_INFO info = {};
-  std::vector<double> samples;  // interleaved, 1.0 is full scale
-};
-
-Recording read(const fs::path& path) {
-  Recording recording;
-  SNDFILE* file = sf_open(path.c_str(), SFM_READ, &recording.info);
-  EXPECT_NE(file, nullptr) << sf_strerror(nullptr);
-  if (file == nullptr) return recording;
-  recording.samples.resize(
-      static_cast<std::size_t>(recording.info.frames * recording.info.channels));
-  sf_readf_double(file, recording.samples.data(), recording.info.frames);
-  sf_close(file);
-  return recording;
-}
-
-std::string contents(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 std::vector<float> ramp(std::size_t frames, float scale) {
   std::vector<float> samples(frames);
@@ -76,7 +49,7 @@ void writeMono(const fs::path& path, const SoundFileSettings& settings,
 
 TEST_F(SoundFile, TwentyPascalsAreFullScale) {
   writeMono(path(), {}, {20.0F, -10.0F, 0.02F, 0.0F});
-  const Recording recording = read(path());
+  const Recording recording = test::readRecording(path());
   EXPECT_EQ(recording.info.samplerate, 48000);
   EXPECT_EQ(recording.info.channels, 1);
   EXPECT_EQ(recording.info.format, SF_FORMAT_WAV | SF_FORMAT_FLOAT);
@@ -89,7 +62,7 @@ TEST_F(SoundFile, TwentyPascalsAreFullScale) {
 
 TEST_F(SoundFile, FloatKeepsWhatIsLouderThanFullScale) {
   writeMono(path(), {}, {60.0F});
-  EXPECT_EQ(read(path()).samples.at(0), 3.0);
+  EXPECT_EQ(test::readRecording(path()).samples.at(0), 3.0);
 }
 
 TEST_F(SoundFile, ChannelsAreInterleavedInOrder) {
@@ -103,7 +76,7 @@ TEST_F(SoundFile, ChannelsAreInterleavedInOrder) {
   ASSERT_TRUE(writer->write(std::array{left.data(), right.data()}, 9));
   ASSERT_TRUE(writer->write(std::array{left.data() + 9, right.data() + 9}, left.size() - 9));
   ASSERT_TRUE(writer->finish());
-  const Recording recording = read(path());
+  const Recording recording = test::readRecording(path());
   EXPECT_EQ(recording.info.samplerate, 44100);
   ASSERT_EQ(recording.info.channels, 2);
   ASSERT_EQ(recording.samples.size(), 2 * left.size());
@@ -123,7 +96,7 @@ TEST_F(SoundFile, Pcm16ClipsAndCounts) {
   EXPECT_EQ(writer->clippedSamples(), 2u);
   EXPECT_EQ(writer->peakPressure(), 25.0);
   ASSERT_TRUE(writer->finish());
-  const Recording recording = read(path());
+  const Recording recording = test::readRecording(path());
   EXPECT_EQ(recording.info.format, SF_FORMAT_WAV | SF_FORMAT_PCM_16);
   ASSERT_EQ(recording.samples.size(), samples.size());
   const double step = 1.0 / 32768.0;
@@ -141,13 +114,13 @@ TEST_F(SoundFile, NormalisedPeakIsOne) {
   std::vector<float> samples = ramp(30000, 0.003F);
   samples[12345] = -0.0371F;
   writeMono(path(), settings, samples);
-  const Recording recording = read(path());
+  const Recording recording = test::readRecording(path());
   EXPECT_EQ(recording.info.format, SF_FORMAT_WAV | SF_FORMAT_FLOAT);
   ASSERT_EQ(recording.samples.size(), samples.size());
   EXPECT_EQ(recording.samples[12345], -1.0);
   for (std::size_t frame = 0; frame < samples.size(); ++frame)
     EXPECT_NEAR(recording.samples[frame], samples[frame] / 0.0371F, 1e-6);
-  EXPECT_EQ(filesInFolder(), 1u);
+  EXPECT_EQ(folder_.entries(), 1u);
 }
 
 TEST_F(SoundFile, NormalisedPcm16OfLoudSoundDoesNotClip) {
@@ -160,14 +133,14 @@ TEST_F(SoundFile, NormalisedPcm16OfLoudSoundDoesNotClip) {
   ASSERT_TRUE(writer->write(std::array{samples.data()}, samples.size()));
   ASSERT_TRUE(writer->finish());
   EXPECT_EQ(writer->clippedSamples(), 0u);
-  EXPECT_EQ(read(path()).samples, (std::vector<double>{0.5, -1.0, 0.25}));
+  EXPECT_EQ(test::readRecording(path()).samples, (std::vector<double>{0.5, -1.0, 0.25}));
 }
 
 TEST_F(SoundFile, NormalisedSilenceStaysSilent) {
   SoundFileSettings settings;
   settings.normalize = true;
   writeMono(path(), settings, std::vector<float>(100, 0.0F));
-  EXPECT_EQ(read(path()).samples, std::vector<double>(100, 0.0));
+  EXPECT_EQ(test::readRecording(path()).samples, std::vector<double>(100, 0.0));
 }
 
 TEST_F(SoundFile, UnfinishedFileLeavesWhatWasThereAndNothingElse) {
@@ -182,14 +155,14 @@ TEST_F(SoundFile, UnfinishedFileLeavesWhatWasThereAndNothingElse) {
     EXPECT_EQ(contents(path()), "old");
   }
   EXPECT_EQ(contents(path()), "old");
-  EXPECT_EQ(filesInFolder(), 1u);
+  EXPECT_EQ(folder_.entries(), 1u);
 }
 
 TEST_F(SoundFile, FinishedFileReplacesWhatWasThere) {
   std::ofstream(path()) << "old";
   writeMono(path(), {}, {1.0F, 2.0F});
-  EXPECT_EQ(read(path()).samples.size(), 2u);
-  EXPECT_EQ(filesInFolder(), 1u);
+  EXPECT_EQ(test::readRecording(path()).samples.size(), 2u);
+  EXPECT_EQ(folder_.entries(), 1u);
 }
 
 TEST_F(SoundFile, SameSoundGivesTheSameBytes) {
@@ -209,12 +182,12 @@ TEST_F(SoundFile, TwoWritersOfOnePathDoNotMix) {
   ASSERT_TRUE(second->write(std::array{&two}, 1));
   ASSERT_TRUE(first->finish());
   ASSERT_TRUE(second->finish());
-  EXPECT_FLOAT_EQ(static_cast<float>(read(path()).samples.at(0)), 0.2F);
-  EXPECT_EQ(filesInFolder(), 1u);
+  EXPECT_FLOAT_EQ(static_cast<float>(test::readRecording(path()).samples.at(0)), 0.2F);
+  EXPECT_EQ(folder_.entries(), 1u);
 }
 
 TEST_F(SoundFile, MissingFolderIsNamed) {
-  const auto writer = SoundFileWriter::create(folder_ / "nowhere" / "clicks.wav", {});
+  const auto writer = SoundFileWriter::create(folder_ / "nowhere/clicks.wav", {});
   ASSERT_FALSE(writer);
   const std::string& message = writer.error().message;
   EXPECT_NE(message.find((folder_ / "nowhere").string()), std::string::npos) << message;
@@ -222,8 +195,15 @@ TEST_F(SoundFile, MissingFolderIsNamed) {
 }
 
 TEST_F(SoundFile, RefusesAFolderAsItsName) {
-  EXPECT_FALSE(SoundFileWriter::create(folder_, {}));
+  EXPECT_FALSE(SoundFileWriter::create(folder_.path(), {}));
   EXPECT_FALSE(SoundFileWriter::create(folder_ / "", {}));
+}
+
+TEST_F(SoundFile, RefusesToReplaceWhatIsNoFile) {
+  ASSERT_EQ(mkfifo(path().c_str(), 0600), 0);
+  EXPECT_FALSE(SoundFileWriter::create(path(), {}));
+  EXPECT_TRUE(fs::is_fifo(path()));
+  EXPECT_EQ(folder_.entries(), 1u);
 }
 
 TEST_F(SoundFile, RefusesSettingsOutOfRange) {
@@ -232,7 +212,7 @@ TEST_F(SoundFile, RefusesSettingsOutOfRange) {
   EXPECT_FALSE(SoundFileWriter::create(path(), {.sampleRate = 0.0}));
   EXPECT_FALSE(
       SoundFileWriter::create(path(), {.sampleRate = std::numeric_limits<double>::quiet_NaN()}));
-  EXPECT_EQ(filesInFolder(), 0u);
+  EXPECT_EQ(folder_.entries(), 0u);
 }
 
 TEST_F(SoundFile, RefusesMoreThanAWavFileHolds) {
@@ -267,7 +247,7 @@ TEST_F(SoundFile, FinishesOnce) {
   ASSERT_TRUE(writer);
   ASSERT_TRUE(writer->finish());
   EXPECT_FALSE(writer->finish());
-  EXPECT_EQ(read(path()).info.frames, 0);
+  EXPECT_EQ(test::readRecording(path()).info.frames, 0);
 }
 
 }  // namespace

@@ -307,8 +307,8 @@ std::vector<std::vector<std::string>> examplesOf(const std::string& command) {
   return examples;
 }
 
-TEST_F(Cli, ExamplesInTheHelpOfRenderAndInfoWorkAsTheyStand) {
-  for (const std::string command : {"render", "info"}) {
+TEST_F(Cli, ExamplesInTheHelpWorkAsTheyStand) {
+  for (const std::string command : {"render", "info", "compare"}) {
     const auto examples = examplesOf(command);
     ASSERT_FALSE(examples.empty());
     for (std::vector<std::string> example : examples) {

@@ -1,8 +1,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <ostream>
 #include <regex>
 #include <sstream>
@@ -12,6 +10,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/support/temporary_folder.h"
 
 namespace carom::test {
 namespace {
@@ -105,11 +105,6 @@ bool isSource(const fs::path& path) {
   const std::string extension = path.extension().string();
   return extension == ".h" || extension == ".cpp" || extension == ".c" || extension == ".hpp" ||
          extension == ".inl";
-}
-
-std::string contents(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 class Layers : public testing::TestWithParam<Layer> {};
