@@ -218,6 +218,35 @@ TEST(BulletBridge, AGrazingHitBetweenTwoNodesIsReported) {
   EXPECT_NEAR(bridge.events()[0].approachSpeed, 3.0 * along / 0.1, 1e-3);
 }
 
+// 5 mm balls at 30 m/s move 50 diameters a step: Bullet lets them through.
+TEST(BulletBridge, BallsThatTunnelAreReportedAsTheyWouldHaveHit) {
+  SphereBulletWorld world;
+  world.addBall({.radius = 0.005, .position = {-0.76, 0, 0}, .velocity = {30, 0, 0}});
+  const btRigidBody& other = world.addBall({.radius = 0.005});
+  BulletBridge bridge = attached(world);
+  world.step(1.0 / 60, 4);
+  ASSERT_EQ(other.getLinearVelocity().x(), 0) << "Bullet did not tunnel: choose another case";
+  ASSERT_EQ(bridge.events().size(), 2u);
+  EXPECT_NEAR(bridge.events()[0].time, 0.75 / 30.0, 1e-6);
+}
+
+TEST(BulletBridge, PairsThatBulletDoesNotLetCollideAreSilent) {
+  for (const bool byMask : {true, false}) {
+    SphereBulletWorld world;
+    btRigidBody& ball = world.addBall({.position = {-0.3, 0, 0}, .velocity = {3, 0, 0}});
+    btRigidBody& other = world.addBall({});
+    if (byMask) {
+      world.world.removeRigidBody(&other);
+      world.world.addRigidBody(&other, 2, 2);
+    } else {
+      ball.setIgnoreCollisionCheck(&other, true);
+    }
+    BulletBridge bridge = attached(world);
+    world.step(1.0 / 240, 60);
+    EXPECT_TRUE(bridge.events().empty()) << byMask;
+  }
+}
+
 TEST(BulletBridge, SubstepsOfOneCallEachHaveTheirOwnTime) {
   SphereBulletWorld world;
   world.addPlane(Vec3::UnitY(), 0.0, 1.0);
