@@ -1,0 +1,68 @@
+// A steel ball falls on a floor. Writes ball.wav, two seconds. This is the example of README.md.
+
+#include <array>
+#include <cstddef>
+#include <cstdio>
+#include <span>
+
+#include <btBulletDynamicsCommon.h>
+
+#include "audio/sound_file.h"
+#include "plugin/sound.h"
+
+namespace {
+
+int fail(const carom::Error& error) {
+  std::fprintf(stderr, "%s\n", error.message.c_str());
+  return 1;
+}
+
+}  // namespace
+
+int main() {
+  // Bullet, as any application has it: a floor, and a ball of 1 cm half a metre above it.
+  btStaticPlaneShape floorShape(btVector3(0, 1, 0), 0);
+  btSphereShape ballShape(btScalar(0.01));
+  btRigidBody floor(0, nullptr, &floorShape);
+  btRigidBody ball(btScalar(0.033), nullptr, &ballShape);
+  ball.setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(0, btScalar(0.51), 0)));
+  floor.setRestitution(btScalar(0.8));
+  ball.setRestitution(btScalar(0.9));
+
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher(&configuration);
+  btDbvtBroadphase broadphase;
+  btSequentialImpulseConstraintSolver solver;
+  btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
+  world.setGravity(btVector3(0, btScalar(-9.81), 0));
+  world.addRigidBody(&floor);
+  world.addRigidBody(&ball);
+
+  // Carom: attached once. Materials are guessed from mass and volume unless they are set.
+  carom::SoundSettings settings;
+  settings.listeners = {{"ear", {0.6, 0.7, 0.4}}};  // m, one channel each
+  carom::Result<carom::Sound> sound = carom::Sound::attach(world, settings);
+  if (!sound) return fail(sound.error());
+  const carom::Status set = sound->setMaterial(ball, *carom::findMaterial("steel"));
+  if (!set) return fail(set.error());
+
+  carom::Result<carom::SoundFileWriter> file = carom::SoundFileWriter::create("ball.wav", {});
+  if (!file) return fail(file.error());
+
+  // Step as ever, then take what can be heard by now.
+  std::array<float, 1024> block{};  // Pa
+  for (int frame = 0; frame < 120; ++frame) {
+    world.stepSimulation(btScalar(1.0 / 60.0), 10, btScalar(1.0 / 240.0));
+    while (sound->framesReady() > 0) {
+      float* channel = block.data();
+      const std::size_t count = sound->render(std::span<float* const>(&channel, 1), block.size());
+      const carom::Status written = file->write(std::span<const float* const>(&channel, 1), count);
+      if (!written) return fail(written.error());
+    }
+  }
+  const carom::Status finished = file->finish();
+  if (!finished) return fail(finished.error());
+  std::printf("ball.wav: %llu clicks, peak %.2f Pa\n",
+              static_cast<unsigned long long>(sound->counters().events), file->peakPressure());
+  return 0;
+}
