@@ -1,7 +1,10 @@
 // The carom command: render, info, compare. Exit codes: 0 done, 1 failed, 2 bad input.
 
+#include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <optional>
 #include <string>
@@ -50,10 +53,20 @@ void applyStepper(const Arguments& arguments, Scene& scene) {
   if (arguments.step > 0.0) scene.stepper.step = arguments.step;
 }
 
+// A name that promises another format would hold WAV all the same.
+bool isWavName(const std::string& file) {
+  std::string extension = std::filesystem::path(file).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension.empty() || extension == ".wav";
+}
+
 // Why the files that are to be written cannot be, before anything is read; empty where they can.
 std::string whyNoOutputs(const Arguments& arguments) {
   if (isSameFile(arguments.output, arguments.scene))
     return "--output: " + arguments.output + " is the scene itself; expected another name";
+  if (!isWavName(arguments.output))
+    return "--output: '" + arguments.output + "' is not the name of a WAV file; expected FILE.wav";
   if (arguments.events.empty()) return {};
   if (isSameFile(arguments.events, arguments.scene))
     return "--events: " + arguments.events + " is the scene itself; expected another name";
@@ -138,6 +151,14 @@ CLI::Validator stepRange() {
   return {check, "SECONDS"};
 }
 
+CLI::Validator oneOf(const std::string& first, const std::string& second) {
+  const auto check = [first, second](const std::string& text) -> std::string {
+    if (text == first || text == second) return {};
+    return "'" + text + "' is unknown; expected " + first + " or " + second;
+  };
+  return {check, first + "|" + second};
+}
+
 CLI::Validator fileName() {
   return {[](const std::string& text) { return std::string(text.empty() ? "names no file" : ""); },
           "FILE"};
@@ -155,14 +176,14 @@ CLI::App* addRender(CLI::App& app, Arguments& arguments) {
       ->required()
       ->check(fileName());
   command->add_option("--stepper", arguments.stepper, "mechanics; default: the scene's choice")
-      ->check(CLI::IsMember({"native", "bullet"}));
+      ->check(oneOf("native", "bullet"));
   command->add_option("--step", arguments.step, "Bullet's fixed step in seconds")
       ->check(stepRange());
   command
       ->add_option("--events", arguments.events, "also write every impulse event to this CSV file")
       ->check(fileName());
   command->add_option("--format", arguments.format, "sample format")
-      ->check(CLI::IsMember({"float32", "pcm16"}))
+      ->check(oneOf("float32", "pcm16"))
       ->capture_default_str();
   command->add_flag("--normalize", arguments.normalize,
                     "scale the file to full scale; otherwise 1.0 is 20 Pa in every file");
@@ -198,20 +219,35 @@ CLI::App* addCompare(CLI::App& app, Arguments& arguments) {
   return command;
 }
 
+// What a wrong command line is answered with.
+std::string usageError(const CLI::App* app, const CLI::Error& error) {
+  const auto commands =
+      app->get_subcommands([](const CLI::App* command) { return command->parsed(); });
+  std::string command = "carom";
+  if (!commands.empty()) command += " " + commands.front()->get_name();
+  return command + ": " + error.what() + "\n" + command + " --help shows what is expected\n";
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Carom: physically based contact sound");
   app.name("carom");
   app.set_version_flag("--version", CAROM_VERSION);
   app.require_subcommand(0, 1);  // so that a wrong word is named; none is caught below
+  app.failure_message(usageError);
   app.footer("carom COMMAND --help shows the options of a command, with examples.");
   Arguments arguments;
   const CLI::App* renderCommand = addRender(app, arguments);
   const CLI::App* infoCommand = addInfo(app, arguments);
   const CLI::App* compareCommand = addCompare(app, arguments);
+  app.allow_extras();  // after the commands, which do not inherit it then
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kBadInput;
+  }
+  if (app.remaining_size() > 0) {
+    return fail(kBadInput, "unknown command '" + app.remaining().front() +
+                               "'; expected render, info or compare (carom --help)");
   }
   if (renderCommand->parsed()) return render(arguments);
   if (infoCommand->parsed()) return info(arguments);

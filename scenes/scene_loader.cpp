@@ -788,8 +788,8 @@ Result<Scene> loadScene(const std::filesystem::path& file) {
 Result<Scene> parseScene(std::string_view text, std::string_view name) {
   FirstError error(name);
   if (text.size() > SceneLimits::kFileSize) {
-    error.record({}, "larger than " + std::to_string(SceneLimits::kFileSize) +
-                         " bytes; expected a scene of at most that size");
+    error.record({}, "larger than " + std::to_string(SceneLimits::kFileSize >> 20U) +
+                         " MiB; expected a scene of at most that size");
     return error.error();
   }
   const std::optional<nlohmann::json> document = parseJson(text, error);
