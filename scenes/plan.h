@@ -13,7 +13,7 @@ struct LeftOut {
 };
 
 /// The stages that a scene needs, and those it does without: decided before the run from what is in
-/// the scene. Stage names are stable; docs/scenes.md lists them.
+/// the scene. Stage names are stable; docs/cli.md lists them.
 struct Plan {
   std::vector<std::string> needed;  ///< in the order of the data flow
   std::vector<LeftOut> leftOut;

@@ -95,6 +95,7 @@ Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& option
   report.duration = static_cast<double>(sound->frames()) / scene.sampleRate;
   report.channels = scene.listeners.size();
   report.peak = files->sound.peakPressure();
+  if (options.normalize && report.peak > 0.0) report.fullScale = report.peak;
   report.clippedSamples = files->sound.clippedSamples();
   report.synth = sound->synth().counters();
   leaveOutCounted(report.plan, report.synth.inaudible, "inaudible_clicks",

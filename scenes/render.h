@@ -27,8 +27,9 @@ struct RenderReport {
   double duration = 0.0;    ///< s
   double sampleRate = 0.0;  ///< Hz
   std::size_t channels = 0;
-  std::uint64_t events = 0;  ///< rows of the events file: two per collision
-  double peak = 0.0;         ///< Pa, before any normalisation
+  std::uint64_t events = 0;               ///< rows of the events file: two per collision
+  double peak = 0.0;                      ///< Pa, before any normalisation
+  double fullScale = kFullScalePressure;  ///< Pa that a sample of 1.0 in the file stands for
   std::uint64_t clippedSamples = 0;
   double wallTime = 0.0;  ///< s, mechanics, synthesis and writing
   Plan plan;              ///< with what was left out at run time

@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <limits>
 #include <map>
+#include <sstream>
+#include <string>
 
 #include <nlohmann/json.hpp>
 
@@ -94,6 +96,55 @@ Contents contentsOf(const Scene& scene) {
   return contents;
 }
 
+// "1 click", "2 clicks".
+std::string counted(std::uint64_t count, const char* noun) {
+  return std::to_string(count) + ' ' + noun + (count == 1 ? "" : "s");
+}
+
+std::string rangeText(double smallest, double largest) {
+  const std::string low = format("%.3g", smallest);
+  const std::string high = format("%.3g", largest);
+  return low == high ? low : low + " to " + high;
+}
+
+// Broken between words into lines of at most kWidth bytes, unless a word is longer.
+std::string wrapped(const std::string& text) {
+  constexpr std::size_t kWidth = 100;
+  std::istringstream words(text);
+  std::string lines;
+  std::size_t used = 0;
+  for (std::string word; words >> word;) {
+    const bool fits = used > 0 && used + 1 + word.size() <= kWidth;
+    if (used > 0) lines += fits ? ' ' : '\n';
+    lines += word;
+    used = word.size() + (fits ? used + 1 : 0);
+  }
+  return lines.empty() ? lines : lines + '\n';
+}
+
+std::string peakText(const RenderReport& report) {
+  if (report.peak <= 0.0) return "peak      silence\n";
+  std::string text = format("peak      %.4g Pa (%.1f dB SPL); 1.0 in the file is %.4g Pa\n",
+                            report.peak, soundPressureLevel(report.peak), report.fullScale);
+  if (report.peak > report.fullScale && report.clippedSamples == 0) {
+    text += format("          %.1f dB above 1.0, so players clip it; --normalize scales it down\n",
+                   20.0 * std::log10(report.peak / report.fullScale));
+  }
+  return text;
+}
+
+std::string compareRow(const CompareRun& run) {
+  const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+  const std::string until =
+      std::isfinite(run.divergedAt) ? format("%.3g", run.divergedAt) : std::string("the end");
+  const double level = std::abs(run.levelDifference) < 0.005 ? 0.0 : run.levelDifference;
+  return format("%-9.4g %-6llu %-6llu %-6llu %-9llu %-9.3g %-9.3g %-8.2g %-9.2g %-9s %-9.3g %.2f\n",
+                run.step, count(run.reference), count(run.matched), count(run.missed),
+                count(run.spurious), 1e6 * run.timeError.rms, 1e6 * run.timeError.max,
+                run.impulseError.rms, run.impulseError.max, until.c_str(),
+                1e6 * run.globalDifference.rms, level);
+}
+
 Json vectorJson(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
 }
@@ -102,22 +153,24 @@ Json vectorJson(const Vec3& v) {
 
 std::string infoText(const Scene& scene) {
   const Contents contents = contentsOf(scene);
-  std::string text =
-      scene.name + "\n" + (scene.description.empty() ? "" : scene.description + "\n");
-  text += format("lasts     %g s at %g Hz, gravity %g %g %g m/s^2\n", scene.duration,
+  std::string text = scene.name + "\n" + wrapped(scene.description);
+  text += format("lasts     %g s at %g Hz, gravity (%g %g %g) m/s^2\n", scene.duration,
                  scene.sampleRate, scene.gravity.x(), scene.gravity.y(), scene.gravity.z());
-  text += format("spheres   %zu, radius %g to %g mm, %.4g kg in all:", contents.spheres,
-                 1e3 * contents.smallest, 1e3 * contents.largest, contents.mass);
+  text += format("spheres   %zu, radius %s mm, %.3g kg in all", contents.spheres,
+                 rangeText(1e3 * contents.smallest, 1e3 * contents.largest).c_str(), contents.mass);
+  const char* separator = ": ";
   for (const auto& [material, count] : contents.spheresByMaterial) {
-    text += format(" %zu %s", count, material.c_str());
+    text += separator + std::to_string(count) + ' ' + material;
+    separator = ", ";
   }
-  text += format("\nplanes    %zu\nlisteners", contents.planes);
+  text += format("\nplanes    %zu\n", contents.planes);
   for (const Listener& listener : scene.listeners) {
-    text += format(" %s (%g %g %g)", listener.name.c_str(), listener.position.x(),
-                   listener.position.y(), listener.position.z());
+    text += format("listener  at (%g %g %g) m: %s\n", listener.position.x(), listener.position.y(),
+                   listener.position.z(), listener.name.c_str());
   }
-  text += std::string("\nstepper   ") + stepperName(scene.stepper.type);
-  if (scene.stepper.type == StepperType::bullet) text += format(", step %g s", scene.stepper.step);
+  text += std::string("stepper   ") + stepperName(scene.stepper.type);
+  if (scene.stepper.type == StepperType::bullet)
+    text += format(", step %.4g s", scene.stepper.step);
   return text + '\n' + planText(makePlan(scene));
 }
 
@@ -146,24 +199,26 @@ Json infoJson(const Scene& scene) {
 }
 
 std::string renderText(const RenderReport& report) {
-  std::string text = report.file.string();
-  text += format(": %.4g s, %zu channel%s at %g Hz\n", report.duration, report.channels,
-                 report.channels == 1 ? "" : "s", report.sampleRate);
-  text += format("events    %llu (two per collision)\n",
-                 static_cast<unsigned long long>(report.events));
-  if (report.peak > 0.0) {
-    text += format("peak      %.4g Pa (%.1f dB SPL); 1.0 in the file is %g Pa\n", report.peak,
-                   soundPressureLevel(report.peak), kFullScalePressure);
-  } else {
-    text += "peak      silence\n";
-  }
-  if (report.synth.undersampled > 0) {
-    text +=
-        format("aliased   %llu clicks are shorter than 4 samples (docs/acceleration_noise.md)\n",
-               static_cast<unsigned long long>(report.synth.undersampled));
-  }
+  const SynthCounters& synth = report.synth;
+  std::string text = report.file.string();  // of any length
+  text += format(": %.4g s, %s at %g Hz\n", report.duration,
+                 counted(report.channels, "channel").c_str(), report.sampleRate);
   text +=
-      format("time      %.3g s, %.3g times real time\n", report.wallTime, report.realtimeFactor());
+      format("events    %llu, two for each of ", static_cast<unsigned long long>(report.events)) +
+      counted(report.events / 2, "collision") + '\n';
+  text += format("clicks    %llu", static_cast<unsigned long long>(synth.events - synth.inaudible));
+  if (synth.immovable > 0)
+    text += format("; %llu events are of planes, which cannot move",
+                   static_cast<unsigned long long>(synth.immovable));
+  text += '\n';
+  text += peakText(report);
+  if (synth.undersampled > 0) {
+    text += "aliased   " + counted(synth.undersampled, "click") +
+            " shorter than 4 samples, of uncertain level; a higher sample_rate in the scene holds "
+            "them\n";
+  }
+  text += format("took      %.3g s, %.*f times faster than real time\n", report.wallTime,
+                 report.realtimeFactor() < 100.0 ? 1 : 0, report.realtimeFactor());
   return text + planText(report.plan);
 }
 
@@ -174,7 +229,7 @@ Json renderJson(const RenderReport& report) {
           {"channels", report.channels},
           {"events", report.events},
           {"peak_pa", report.peak},
-          {"full_scale_pa", kFullScalePressure},
+          {"full_scale_pa", report.fullScale},
           {"clipped_samples", report.clippedSamples},
           {"clicks_inaudible", report.synth.inaudible},
           {"clicks_undersampled", report.synth.undersampled},
@@ -186,24 +241,16 @@ Json renderJson(const RenderReport& report) {
 
 std::string compareText(const Scene& scene, const CompareReport& report) {
   std::string text =
-      format("%s: %llu collisions on the native stepper, in %.3g s\n\n", scene.name.c_str(),
-             static_cast<unsigned long long>(report.nativeCollisions), report.nativeWallTime);
-  text +=
-      "Bullet    collisions on its own path      time error us     impulse error    against "
-      "native\n"
-      "step s    exact  found  missed  spurious  rms      max      rms      max      to s    rms "
-      "us  "
-      "  level dB\n";
-  for (const CompareRun& run : report.runs) {
-    text += format(
-        "%-9.4g %-6llu %-6llu %-7llu %-9llu %-8.3g %-8.3g %-8.2g %-8.2g %-7.3g %-9.3g %+.2f\n",
-        run.step, static_cast<unsigned long long>(run.reference),
-        static_cast<unsigned long long>(run.matched), static_cast<unsigned long long>(run.missed),
-        static_cast<unsigned long long>(run.spurious), 1e6 * run.timeError.rms,
-        1e6 * run.timeError.max, run.impulseError.rms, run.impulseError.max,
-        std::min(run.divergedAt, scene.duration), 1e6 * run.globalDifference.rms,
-        run.levelDifference);
-  }
+      scene.name + ": " + counted(report.nativeCollisions, "collision") +
+      format(" on the native stepper, computed in %.3g ms\n\n", 1e3 * report.nativeWallTime) +
+      "          against the exact collisions of the path that Bullet took            "
+      "against the native run\n"
+      "          collisions                     time error us       impulse error      "
+      "same      time us   level\n"
+      "step s    exact  found  missed spurious  rms       max       rms      max       "
+      "until s   rms       dB\n";
+  for (const CompareRun& run : report.runs)
+    text += compareRow(run);
   return text;
 }
 
