@@ -72,6 +72,7 @@ class Sound::Impl {
   }
 
   const SynthCounters& counters() const { return synth_.counters(); }
+  std::uint64_t unsupportedContacts() const { return bridge_.counters().unsupported; }
 
  private:
   void guessNewBodies() {
@@ -121,6 +122,10 @@ std::size_t Sound::render(std::span<float* const> channels, std::size_t room) {
 }
 const SynthCounters& Sound::counters() const {
   return impl_->counters();
+}
+
+std::uint64_t Sound::unsupportedContacts() const {
+  return impl_->unsupportedContacts();
 }
 
 }  // namespace carom

@@ -127,6 +127,20 @@ TEST_F(DroppedBall, RendersTheSameBitsWhateverTheBlocks) {
   EXPECT_EQ(once, blocks);
 }
 
+TEST_F(DroppedBall, SaysWhenThereAreShapesThatItDoesNotHear) {
+  btBoxShape shape(btVector3(btScalar(0.05), btScalar(0.05), btScalar(0.05)));
+  btRigidBody box(1, nullptr, &shape);
+  box.setCenterOfMassTransform(
+      btTransform(btQuaternion::getIdentity(), btVector3(1, btScalar(0.049), 0)));
+  Sound sound = attached();
+  world_.step(1.0 / 240.0, 3);
+  EXPECT_EQ(sound.unsupportedContacts(), 0U);
+  world_.world.addRigidBody(&box);
+  world_.step(1.0 / 240.0, 3);
+  EXPECT_EQ(sound.unsupportedContacts(), 3U);
+  world_.world.removeRigidBody(&box);
+}
+
 TEST_F(DroppedBall, RefusesWhatItCannotDo) {
   EXPECT_FALSE(Sound::attach(world_.world, {.latency = -1.0}));
   EXPECT_FALSE(Sound::attach(world_.world, {.latency = std::nan("")}));
