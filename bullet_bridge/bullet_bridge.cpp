@@ -97,6 +97,10 @@ btBroadphaseProxy* proxyOf(const btCollisionObject& object) {
   return const_cast<btBroadphaseProxy*>(object.getBroadphaseHandle());  // Bullet asks for it so
 }
 
+const btCollisionObject& objectOf(const btBroadphaseProxy& proxy) {
+  return *static_cast<const btCollisionObject*>(proxy.m_clientObject);
+}
+
 // When a pair touches, on one of its ways.
 struct Touch {
   double offset = 0.0;     // s, after the start of the substep
@@ -151,7 +155,7 @@ class BulletBridge::Impl : public TickHook {
   void resolvePlanes(double dt);
   void countUnsupported();
   bool collides(const ContactPair& pair);
-  bool readManifolds(const ContactPair& pair);
+  bool readManifolds(const btBroadphasePair& entry);
   SolvedContact solvedContact(const ContactPair& pair);
   bool isOver(std::uint64_t key) const;
   bool approachesAfter(const ContactPair& pair) const;
@@ -206,19 +210,18 @@ void BulletBridge::Impl::resolvePlanes(double dt) {
   }
 }
 
-// Contacts of other shapes than spheres and planes. Manifolds are searched only where there are
-// any.
+// Contacts of other shapes than spheres and planes, searched only where there are any. By way of
+// the broadphase: the bodies of a manifold may be gone.
 void BulletBridge::Impl::countUnsupported() {
   const auto other = [](const TrackedBody& body) { return body.shape == ContactShape::other; };
   if (std::none_of(tracker_.bodies().begin(), tracker_.bodies().end(), other)) return;
-  btDispatcher& dispatcher = *world().getDispatcher();
-  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
-    const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
-    if (manifold.getNumContacts() == 0) continue;
-    const TrackedBody* body0 = tracker_.find(*manifold.getBody0());
-    const TrackedBody* body1 = tracker_.find(*manifold.getBody1());
-    if (body0 == nullptr || body1 == nullptr) continue;
-    if (other(*body0) || other(*body1)) ++counters.unsupported;
+  btOverlappingPairCache& near = *world().getPairCache();
+  for (int i = 0; i < near.getNumOverlappingPairs(); ++i) {
+    const btBroadphasePair& entry = near.getOverlappingPairArrayPtr()[i];
+    const TrackedBody* body0 = tracker_.find(objectOf(*entry.m_pProxy0));
+    const TrackedBody* body1 = tracker_.find(objectOf(*entry.m_pProxy1));
+    if (body0 == nullptr || body1 == nullptr || !(other(*body0) || other(*body1))) continue;
+    if (readManifolds(entry)) ++counters.unsupported;
   }
 }
 
@@ -233,12 +236,10 @@ bool BulletBridge::Impl::collides(const ContactPair& pair) {
 }
 
 // Into manifolds_; whether there are any points.
-bool BulletBridge::Impl::readManifolds(const ContactPair& pair) {
+bool BulletBridge::Impl::readManifolds(const btBroadphasePair& entry) {
   manifolds_.resize(0);
-  const btBroadphasePair* entry =
-      world().getPairCache()->findPair(proxyOf(*pair.sphere->object), proxyOf(*pair.other->object));
-  if (entry == nullptr || entry->m_algorithm == nullptr) return false;
-  entry->m_algorithm->getAllContactManifolds(manifolds_);
+  if (entry.m_algorithm == nullptr) return false;
+  entry.m_algorithm->getAllContactManifolds(manifolds_);
   for (int i = 0; i < manifolds_.size(); ++i) {
     if (manifolds_[i]->getNumContacts() > 0) return true;
   }
@@ -248,7 +249,9 @@ bool BulletBridge::Impl::readManifolds(const ContactPair& pair) {
 // A pair that has no points yet will bounce as Bullet sets them up.
 SolvedContact BulletBridge::Impl::solvedContact(const ContactPair& pair) {
   SolvedContact contact;
-  if (!readManifolds(pair)) {
+  const btBroadphasePair* entry =
+      world().getPairCache()->findPair(proxyOf(*pair.sphere->object), proxyOf(*pair.other->object));
+  if (entry == nullptr || !readManifolds(*entry)) {
     contact.restitution = static_cast<double>(
         btManifoldResult::calculateCombinedRestitution(pair.sphere->object, pair.other->object));
     return contact;

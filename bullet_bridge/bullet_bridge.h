@@ -22,7 +22,7 @@ struct BulletBridgeCounters {
   std::uint64_t substeps = 0;
   std::uint64_t collisions = 0;  ///< reported, two events each
   std::uint64_t ahead = 0;       ///< of these, Bullet bounced before touching (speculative contact)
-  std::uint64_t unsupported = 0;  ///< contacts of pairs other than sphere-sphere and sphere-plane
+  std::uint64_t unsupported = 0;  ///< pairs of other shapes in contact, once per substep
   std::uint64_t substepsWithoutStart =
       0;  ///< the host took the pre-tick slot: nothing reported there
 };

@@ -57,7 +57,7 @@ class Sound {
   std::size_t render(std::span<float* const> channels, std::size_t room);
 
   const SynthCounters& counters() const;
-  /// Contact manifolds seen, once per substep each, of shapes that this version does not hear.
+  /// Pairs in contact, once per substep each, of shapes that this version does not hear.
   std::uint64_t unsupportedContacts() const;
 
  private:
