@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -22,16 +23,24 @@ class NearSpheres {
  private:
   // In single precision, rounded outwards: small, and read in order.
   struct Box {
-    float low[3];  // m, world frame
-    float high[3];
+    std::array<float, 3> low{};  // m, world frame
+    std::array<float, 3> high{};
     std::uint32_t body = 0;
     bool movable = false;
   };
 
   void fillBoxes(const std::vector<TrackedBody>& bodies, double dt);
-  int widestAxis() const;
+  void chooseAxes();
+  std::size_t stripOf(float place) const;
+  void visit(std::uint32_t box, std::size_t strip);
 
   std::vector<Box> boxes_;
+  std::size_t sweep_ = 0;    // axis along which the boxes are visited
+  std::size_t across_ = 1;   // axis that the strips divide
+  float firstStrip_ = 0.0F;  // m, where it begins
+  std::size_t stripCount_ = 1;
+  float stripWidth_ = 1.0F;                         // m
+  std::vector<std::vector<std::uint32_t>> strips_;  // boxes that the sweep has not passed yet
   std::vector<Pair> pairs_;
 };
 
