@@ -111,7 +111,7 @@ Problem checkAbove(const Sphere& sphere, const Plane& plane) {
 Problem checkApart(const SphereWorld& world) {
   for (std::size_t sphere = 0; sphere < world.spheres.size(); ++sphere) {
     for (std::size_t other = sphere + 1; other < world.spheres.size(); ++other) {
-      const Problem problem = checkPairApart(world.spheres[sphere], world.spheres[other]);
+      Problem problem = checkPairApart(world.spheres[sphere], world.spheres[other]);
       if (problem) return problem;
     }
     for (const Plane& plane : world.planes) {

@@ -61,6 +61,7 @@ template <class Sample = double>
 std::vector<Sample> renderMono(Synth& synth, std::size_t frames) {
   std::vector<std::vector<Sample>> planes(synth.listeners().size(), std::vector<Sample>(frames));
   std::vector<Sample*> channels;
+  channels.reserve(planes.size());
   for (std::vector<Sample>& plane : planes)
     channels.push_back(plane.data());
   synth.render<Sample>(channels, frames);

@@ -18,7 +18,6 @@ namespace carom {
 namespace {
 
 using test::BallDrop;
-using test::kBall;
 using test::kFloor;
 using test::makeSynth;
 using test::NoAllocScope;

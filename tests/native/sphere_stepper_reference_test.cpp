@@ -150,7 +150,7 @@ TEST_P(AgainstAllPairs, ElasticMixedSpheresInABoxMeetInTheSameOrder) {
 }
 
 TEST_P(AgainstAllPairs, DampedMixedSpheresUnderGravityMeetInTheSameOrder) {
-  const auto seed = static_cast<std::uint64_t>(100 + GetParam());
+  const std::uint64_t seed = 100 + static_cast<std::uint64_t>(GetParam());
   SphereWorld world = gasInBox(4, 0.9, seed);
   world.spheres.resize(20 + seed % 41);
   world.gravity = {1.0, -9.81, 0.5};

@@ -94,7 +94,9 @@ inline SphereWorld gasInBox(int side, double restitution, std::uint64_t seed) {
   const double spacing = 0.07;
   const double half = 0.5 * spacing * side;
   for (int cell = 0; cell < side * side * side; ++cell) {
-    const Vec3 corner(cell % side, (cell / side) % side, cell / (side * side));
+    const int row = cell / side;
+    const int layer = row / side;
+    const Vec3 corner(cell % side, row % side, layer);
     Sphere sphere = sphereAt(static_cast<BodyId>(cell), Vec3::Zero(), random.inCube(1.0));
     sphere.position = spacing * (corner + Vec3::Constant(0.5)) - Vec3::Constant(half);
     sphere.radius = random.between(0.01, 0.03);

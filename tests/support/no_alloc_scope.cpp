@@ -9,7 +9,7 @@ thread_local constinit std::size_t allocationsOfThread = 0;
 
 void* countedAllocation(std::size_t size) {
   ++allocationsOfThread;
-  return std::malloc(size == 0 ? 1 : size);  // NOLINT(cppcoreguidelines-no-malloc): this is `new`
+  return std::malloc(size == 0 ? 1 : size);  // NOLINT: this is `new`
 }
 
 void* countedAllocation(std::size_t size, std::align_val_t alignment) {
