@@ -144,7 +144,7 @@ std::string timeError(const Scene& scene) {
   const CompareRun& run = report->runs.front();
   char text[128];
   std::snprintf(
-      text, sizeof text, "time %.0f us rms, %.0f us max of %llu; missed %llu, spurious %llu",
+      text, sizeof text, "time %.2g us rms, %.2g us max of %llu; missed %llu, spurious %llu",
       1e6 * run.timeError.rms, 1e6 * run.timeError.max,
       static_cast<unsigned long long>(run.matched), static_cast<unsigned long long>(run.missed),
       static_cast<unsigned long long>(run.spurious));
