@@ -31,7 +31,7 @@ void NearSpheres::fillBoxes(const std::vector<TrackedBody>& bodies, double dt) {
     const TrackedBody& body = bodies[i];
     const SubstepMotion& motion = body.current;
     if (body.shape != ContactShape::sphere || !motion.known) continue;
-    Box& box = boxes_.emplace_back();
+    Box box;
     box.body = static_cast<std::uint32_t>(i);
     box.movable = body.inverseMass > 0.0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -42,6 +42,11 @@ void NearSpheres::fillBoxes(const std::vector<TrackedBody>& bodies, double dt) {
       const double reach = body.radius + 0.125 * dt * dt * std::abs(motion.acceleration[component]);
       box.low[axis] = roundedDown(std::min(start, end) - reach);
       box.high[axis] = roundedUp(std::max(start, end) + reach);
+    }
+    const auto finite = [](float value) { return std::isfinite(value); };
+    if (std::all_of(box.low.begin(), box.low.end(), finite) &&
+        std::all_of(box.high.begin(), box.high.end(), finite)) {
+      boxes_.push_back(box);
     }
   }
 }
@@ -66,7 +71,8 @@ void NearSpheres::chooseAxes() {
 
   const auto count = static_cast<float>(boxes_.size());
   const float wanted = range[across_] * count / (kBoxesPerStrip * extent[across_]);
-  const auto strips = static_cast<std::size_t>(std::clamp(wanted, 1.0F, count));
+  // Where all boxes are points in one place, `wanted` is not a number: then one strip, too.
+  const auto strips = static_cast<std::size_t>(wanted > 1.0F ? std::min(wanted, count) : 1.0F);
   firstStrip_ = least[across_];
   stripWidth_ = range[across_] / static_cast<float>(strips);
   if (strips_.size() < strips) strips_.resize(strips);

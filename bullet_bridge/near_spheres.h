@@ -11,8 +11,9 @@
 namespace carom {
 
 /// Pairs of spheres that may touch within the substep that has just ended: those whose bounding
-/// boxes over the way that they went overlap, found by sort and sweep along one axis. Bullet's own
-/// list of near pairs holds many times more, because its boxes are some centimetres too large.
+/// boxes over the way that they went overlap, found by a sweep along one axis in strips across
+/// another. Bullet's own list of near pairs holds many times more, because its boxes are some
+/// centimetres too large. A sphere that is not at a finite place has no pairs.
 class NearSpheres {
  public:
   using Pair = std::pair<std::size_t, std::size_t>;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 #include <set>
 #include <utility>
@@ -75,6 +76,36 @@ TEST(NearSpheres, LeavesOutOtherShapesAndBodiesWithoutAMotion) {
   EXPECT_EQ(near.find(bodies, 0.01), (std::vector<NearSpheres::Pair>{{0, 2}}));
   bodies[2].current.known = false;
   EXPECT_TRUE(near.find(bodies, 0.01).empty());
+}
+
+TEST(NearSpheres, SpheresThatAreNowhereDoNotDisturbTheOthers) {
+  std::vector<TrackedBody> bodies = randomSpheres(40, 5);
+  NearSpheres near;
+  std::set<NearSpheres::Pair> expected;
+  for (const auto& [a, b] : near.find(bodies, 0.01)) {
+    if (a % 8 != 3 && b % 8 != 3) expected.insert(std::minmax(a, b));
+  }
+  ASSERT_FALSE(expected.empty());
+  for (std::size_t body = 3; body < bodies.size(); body += 8) {
+    bodies[body].current.start[static_cast<Eigen::Index>(body) % 3] =
+        body < 20 ? std::nan("") : std::numeric_limits<double>::infinity();
+  }
+  std::set<NearSpheres::Pair> pairs;
+  for (const auto& [a, b] : near.find(bodies, 0.01))
+    pairs.insert(std::minmax(a, b));
+  EXPECT_EQ(pairs, expected);
+}
+
+TEST(NearSpheres, PointsInOnePlaceArePairs) {
+  std::vector<TrackedBody> bodies = randomSpheres(2, 1);
+  for (TrackedBody& body : bodies) {
+    body.radius = 0.0;
+    body.inverseMass = 1.0;
+    body.current = {};
+    body.current.known = true;
+  }
+  NearSpheres near;
+  EXPECT_EQ(near.find(bodies, 0.01), (std::vector<NearSpheres::Pair>{{0, 1}}));
 }
 
 }  // namespace
