@@ -67,8 +67,7 @@ std::size_t SceneSound::render(std::span<std::vector<float>> channels) {
 void SceneSound::runAhead(double time) {
   const double target = std::min(time, duration_);
   while (stepper_->settledTime() < target) {
-    const double lag = std::max(0.0, target - stepper_->settledTime());
-    const auto events = stepper_->advanceTo(stepper_->settledTime() + lag + stepper_->latency());
+    const auto events = stepper_->advanceTo(target);
     known_.insert(known_.end(), events.begin(), events.end());
   }
   std::stable_sort(known_.begin(), known_.end(), earlier);

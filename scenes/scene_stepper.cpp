@@ -36,7 +36,6 @@ class NativeSceneStepper : public SceneStepper {
 
   std::span<const ImpulseEvent> advanceTo(double time) override { return stepper_.advanceTo(time); }
   double settledTime() const override { return stepper_.time(); }
-  double latency() const override { return 0.0; }
 
  private:
   SphereStepper stepper_;
@@ -53,10 +52,8 @@ class BulletSceneStepper : public SceneStepper {
       scene_->world().stepSimulation(static_cast<btScalar>(step_), 0);
     return bridge_.events();
   }
-  double settledTime() const override {
-    return bridge_.time();
-  }  // events lie in or after a substep
-  double latency() const override { return 0.0; }
+  // Events lie in the substep that reports them, or after it.
+  double settledTime() const override { return bridge_.time(); }
 
  private:
   std::unique_ptr<BulletScene> scene_;  // before the bridge: it must outlive it
@@ -85,7 +82,7 @@ Result<std::vector<ImpulseEvent>> sceneEvents(const Scene& scene) {
   if (!stepper) return stepper.error();
   std::vector<ImpulseEvent> events;
   while ((*stepper)->settledTime() < scene.duration) {
-    const auto known = (*stepper)->advanceTo(scene.duration + (*stepper)->latency());
+    const auto known = (*stepper)->advanceTo(scene.duration);
     events.insert(events.end(), known.begin(), known.end());
   }
   std::erase_if(events, [&](const ImpulseEvent& event) { return event.time > scene.duration; });

@@ -21,9 +21,6 @@ class SceneStepper {
 
   /// s: every event before this time has been returned.
   virtual double settledTime() const = 0;
-
-  /// s: how far the run is ahead of what is settled.
-  virtual double latency() const = 0;
 };
 
 /// The stepper that scene.stepper asks for, at the scene's start. Refuses what that stepper cannot
