@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 #include "audio/vector.h"
 
@@ -21,16 +22,24 @@ struct ImpulseEvent {
   BodyId body = 0;    ///< whose share this is
   BodyId other = 0;   ///< the body it hit
 
-  Vec3 impulse = Vec3::Zero();   ///< N s, world frame, on `body`; the other's share is its negative
+  /// N s, world frame, on `body`; the other's share is its negative. The physical one: restitution
+  /// acts on the approach along the normal, j = (1 + e) m |vn|.
+  Vec3 impulse = Vec3::Zero();
+  /// N s, world frame, on `body`: what the mechanics itself applied for this impact, if it is not
+  /// exact (a time-stepping solver adds support load, friction, correction of penetration, and
+  /// swallows some of the bounce). Empty where it is not known, or not another than `impulse`.
+  std::optional<Vec3> appliedImpulse;
   Vec3 position = Vec3::Zero();  ///< m, world frame, the contact point at `time`
   Vec3 normal = Vec3::UnitX();   ///< 1, world frame, unit, from the other body towards `body`
 
   double approachSpeed = 0.0;  ///< m/s, > 0, relative normal speed just before touching
   double effectiveMass = 0.0;  ///< kg, of the pair along the normal: 1/m = 1/m1 + 1/m2 + rotation
 
-  /// m, > 0, local radius of curvature of `body` at the contact; infinite where it is flat.
+  /// m, local radius of curvature of `body` at the contact: infinite where it is flat, 0 at an edge
+  /// or corner. Where the two principal curvatures differ it is the inverse of their mean, so that
+  /// the sum over both bodies is twice Hertz's A + B (Johnson 1985, eq. 4.3).
   double radius = std::numeric_limits<double>::infinity();
-  /// m, > 0, of the other body.
+  /// m, of the other body.
   double otherRadius = std::numeric_limits<double>::infinity();
 
   Vec3 bodyPosition = Vec3::Zero();         ///< m, world frame, centre of mass of `body` at `time`
