@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+
+#include "bullet_bridge/body_tracker.h"
+#include "bullet_bridge/convex_piece.h"
+#include "bullet_bridge/rigid_motion.h"
+
+namespace carom {
+
+/// Axis-aligned, in the frame of a mesh.
+struct SweptBox {
+  Vec3 low, high;
+  SweptBox grownBy(double reach) const {
+    return {low - Vec3::Constant(reach), high + Vec3::Constant(reach)};
+  }
+};
+
+/// What a piece of a moving body may pass through in [0, horizon], seen from a mesh that is part of
+/// another moving body, where it has the given rotation and offset.
+SweptBox sweptBox(const ConvexPiece& piece, const RigidMotion& body, const RigidMotion& meshBody,
+                  const Eigen::Matrix3d& meshRotation, const Vec3& meshOffset, double horizon);
+
+bool mayReachInto(const std::array<Vec3, 3>& triangle, const SweptBox& box);
+btVector3 roundedOutwards(const Vec3& corner, bool up);
+
+/// Calls `visit` with the triangles of a mesh that may reach into the box.
+template <class Visit>
+void forEachTriangle(const btConcaveShape& mesh, const SweptBox& box, Visit visit) {
+  struct Visitor : btTriangleCallback {
+    Visitor(const SweptBox& within, Visit& call) : box(within), visit(call) {}
+    void processTriangle(btVector3* triangle, int, int) override {
+      const std::array<Vec3, 3> corners{toVec3(triangle[0]), toVec3(triangle[1]),
+                                        toVec3(triangle[2])};
+      if (mayReachInto(corners, box)) visit(corners);
+    }
+    const SweptBox& box;
+    Visit& visit;
+  };
+  Visitor visitor(box, visit);
+  mesh.processAllTriangles(&visitor, roundedOutwards(box.low, false),
+                           roundedOutwards(box.high, true));
+}
+
+}  // namespace carom
