@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <limits>
-#include <optional>
 
 #include "audio/vector.h"
 
@@ -27,10 +26,11 @@ struct ImpulseEvent {
   Vec3 impulse = Vec3::Zero();
   /// N s, world frame, on `body`: what the mechanics itself applied for this impact, if it is not
   /// exact (a time-stepping solver adds support load, friction, correction of penetration, and
-  /// swallows some of the bounce). Empty where it is not known, or not another than `impulse`.
-  std::optional<Vec3> appliedImpulse;
-  Vec3 position = Vec3::Zero();  ///< m, world frame, the contact point at `time`
-  Vec3 normal = Vec3::UnitX();   ///< 1, world frame, unit, from the other body towards `body`
+  /// swallows some of the bounce). Meaningful only where `hasAppliedImpulse`.
+  Vec3 appliedImpulse = Vec3::Zero();
+  bool hasAppliedImpulse = false;  ///< it is known, and another than `impulse`
+  Vec3 position = Vec3::Zero();    ///< m, world frame, the contact point at `time`
+  Vec3 normal = Vec3::UnitX();     ///< 1, world frame, unit, from the other body towards `body`
 
   double approachSpeed = 0.0;  ///< m/s, > 0, relative normal speed just before touching
   double effectiveMass = 0.0;  ///< kg, of the pair along the normal: 1/m = 1/m1 + 1/m2 + rotation

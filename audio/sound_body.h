@@ -14,6 +14,9 @@ struct SoundBody {
   double mass = std::numeric_limits<double>::infinity();
   /// m, > 0, radius of the radiating sphere; not used where the mass is infinite.
   double radius = 0.0;
+  /// m, > 0, how blunt its edges and corners are: the radius of curvature where it is hit there,
+  /// and of both bodies where two flat faces meet. The default is that of a machined edge.
+  double edgeRadius = 1e-3;
 };
 
 }  // namespace carom

@@ -40,9 +40,16 @@ bool isFinite(const ImpulseEvent& event) {
 }
 
 bool isContact(const ImpulseEvent& event) {
-  const bool curved = std::isfinite(event.radius) || std::isfinite(event.otherRadius);
-  return curved && event.radius > 0.0 && event.otherRadius > 0.0 &&
-         isPositive(event.approachSpeed) && isPositive(event.effectiveMass);
+  return event.radius >= 0.0 && event.otherRadius >= 0.0 && isPositive(event.approachSpeed) &&
+         isPositive(event.effectiveMass);
+}
+
+// Edges are blunt, and two flat faces touch first where they are not flat.
+ImpulseEvent blunted(ImpulseEvent event, const SoundBody& body, const SoundBody& other) {
+  const bool flat = std::isinf(event.radius) && std::isinf(event.otherRadius);
+  if (event.radius == 0.0 || flat) event.radius = body.edgeRadius;
+  if (event.otherRadius == 0.0 || flat) event.otherRadius = other.edgeRadius;
+  return event;
 }
 
 std::string whyNot(const Material& material) {
@@ -61,6 +68,7 @@ std::string whyNot(const SoundBody& body) {
   if (!(body.mass > 0.0)) return "mass must be positive (kg), infinite for an immovable body";
   if (std::isfinite(body.mass) && !isPositive(body.radius))
     return "radius must be positive (m) for a body that can move";
+  if (!isPositive(body.edgeRadius)) return "edge radius must be positive (m)";
   return {};
 }
 
@@ -111,10 +119,20 @@ double Synth::contactDuration(const ImpulseEvent& event) const {
   const SoundBody* body = findBody(event.body);
   const SoundBody* other = findBody(event.other);
   if (body == nullptr || other == nullptr || !isContact(event)) return 0.0;
-  return hertzDuration(event, body->material, other->material);
+  return hertzDuration(blunted(event, *body, *other), body->material, other->material);
 }
 
 void Synth::schedule(const ImpulseEvent& event) {
+  if (settings_.impulse == ImpulseChoice::applied && event.hasAppliedImpulse) {
+    ImpulseEvent applied = event;
+    applied.impulse = event.appliedImpulse;
+    scheduleImpulse(applied);
+  } else {
+    scheduleImpulse(event);
+  }
+}
+
+void Synth::scheduleImpulse(const ImpulseEvent& event) {
   const double duration = isFinite(event) ? contactDuration(event) : 0.0;
   if (!isPositive(duration)) {
     ++counters_.rejected;

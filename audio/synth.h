@@ -18,8 +18,15 @@ namespace carom {
 /// Hearing begins at 20 uPa (ISO 389-7 at 1 kHz, rounded); 120 dB above it is 20 Pa.
 inline constexpr double kHearingThreshold = 20e-6;  ///< Pa
 
+/// Which of the two impulses of an event sounds.
+enum class ImpulseChoice : std::uint8_t {
+  physical,  ///< ImpulseEvent::impulse
+  applied,   ///< ImpulseEvent::appliedImpulse, if the mechanics has given one
+};
+
 struct SynthSettings {
   double sampleRate = 48000.0;  ///< Hz, 8000 to 192000
+  ImpulseChoice impulse = ImpulseChoice::physical;
   Medium medium = {};
   /// Pa. A click whose peak stays below it at every listener is left out, and counted.
   double audibleThreshold = kHearingThreshold;
@@ -32,7 +39,7 @@ struct SynthCounters {
   std::uint64_t late = 0;       ///< of `events`, began before the first sample still to be rendered
   std::uint64_t undersampled =
       0;  ///< of `events`, contact shorter than 4 samples: aliased, see the class
-  std::uint64_t rejected = 0;  ///< not finite, unknown body, or no curvature: never sounded
+  std::uint64_t rejected = 0;  ///< not finite, unknown body, or no approach: never sounded
 };
 
 /// The sound layer: from impulse events to pressure at listeners.
@@ -96,13 +103,14 @@ class Synth {
   std::size_t pendingClicks() const { return waiting_.size() + sounding_.size(); }
 
   /// s, the Hertz duration of the contact of `event`; 0 where a body is unknown or the event has
-  /// no duration (not finite, both sides flat, nothing approaching).
+  /// no duration (not finite, nothing approaching).
   double contactDuration(const ImpulseEvent& event) const;
 
  private:
   Synth(const SynthSettings& settings, std::vector<Listener> listeners);
 
   const SoundBody* findBody(BodyId id) const;
+  void scheduleImpulse(const ImpulseEvent& event);
   bool makeClicks(const ImpulseEvent& event, const SoundBody& body, double duration);
   bool anyAudible() const;
   void countTiming(double duration);

@@ -1,7 +1,14 @@
 #include "bullet_bridge/body_tracker.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <unordered_map>
 #include <utility>
+
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+
+#include "bullet_bridge/multibody_link.h"
 
 namespace carom {
 namespace {
@@ -15,24 +22,99 @@ Vec3 positionOf(const btCollisionObject& object) {
   return toVec3(object.getWorldTransform().getOrigin());
 }
 
+// Bullet holds a contact up to this gap (btCollisionShape::getContactBreakingThreshold), and the
+// narrowphase reports none beyond.
+double contactMargin(const btCollisionShape& shape) {
+  return static_cast<double>(shape.getContactBreakingThreshold(gContactBreakingThreshold));
+}
+
+void readPlane(TrackedBody& body) {
+  const auto& plane = static_cast<const btStaticPlaneShape&>(*body.object->getCollisionShape());
+  const btTransform& pose = body.object->getWorldTransform();
+  body.planeNormal = toVec3(pose.getBasis() * plane.getPlaneNormal()).normalized();
+  body.planeOffset = static_cast<double>(plane.getPlaneConstant()) +
+                     body.planeNormal.dot(toVec3(pose.getOrigin()));
+}
+
+void readOther(TrackedBody& body) {
+  const btCollisionShape& shape = *body.object->getCollisionShape();
+  btVector3 centre(0, 0, 0);
+  btScalar radius = 0;
+  shape.getBoundingSphere(centre, radius);
+  body.radius = static_cast<double>(radius) + toVec3(centre).norm();
+  body.margin = contactMargin(shape);
+}
+
+bool touchesNothing(const btCollisionObject& object) {
+  return !object.hasContactResponse() ||
+         (object.getInternalType() &
+          (btCollisionObject::CO_RIGID_BODY | btCollisionObject::CO_FEATHERSTONE_LINK |
+           btCollisionObject::CO_COLLISION_OBJECT)) == 0;
+}
+
 void readShape(TrackedBody& body) {
   const btCollisionShape& shape = *body.object->getCollisionShape();
-  if (shape.getShapeType() == SPHERE_SHAPE_PROXYTYPE) {
+  if (touchesNothing(*body.object)) {
+    body.shape = ContactShape::none;
+  } else if (shape.getShapeType() == SPHERE_SHAPE_PROXYTYPE) {
     body.shape = ContactShape::sphere;
     body.radius = static_cast<double>(static_cast<const btSphereShape&>(shape).getRadius());
+    // As contactMargin, of a sphere: the disc is that of the box around it.
+    body.margin =
+        0.02 * std::max(std::numbers::sqrt3 * body.radius, double{gContactBreakingThreshold} * 50);
   } else if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE) {
-    const auto& plane = static_cast<const btStaticPlaneShape&>(shape);
-    const btTransform& pose = body.object->getWorldTransform();
     body.shape = ContactShape::plane;
-    body.planeNormal = toVec3(pose.getBasis() * plane.getPlaneNormal()).normalized();
-    body.planeOffset = static_cast<double>(plane.getPlaneConstant()) +
-                       body.planeNormal.dot(toVec3(pose.getOrigin()));
+    readPlane(body);
   } else {
     body.shape = ContactShape::other;
+    readOther(body);
   }
 }
 
+BodyKind kindOf(const btCollisionObject& object) {
+  if (object.isKinematicObject()) return BodyKind::kinematic;
+  if (btMultiBodyLinkCollider::upcast(&object) != nullptr) return BodyKind::link;
+  const bool moves = btRigidBody::upcast(&object) != nullptr && !object.isStaticObject();
+  return moves ? BodyKind::rigid : BodyKind::fixed;
+}
+
+// Bullet turns a body by at most a quarter of pi in a substep, in this way
+// (btTransformUtil::integrateTransform): beyond, the quaternion's two parts no longer belong to the
+// same angle.
+Vec3 turnedAt(const Vec3& angularVelocity, double dt) {
+  constexpr double kLimit = 0.25 * std::numbers::pi;
+  const double speed = angularVelocity.norm();
+  if (speed * dt <= kLimit) return angularVelocity;
+  const double angle =
+      2.0 * std::atan2(speed * dt / kLimit * std::sin(0.5 * kLimit), std::cos(0.5 * kLimit));
+  return angularVelocity * (angle / (speed * dt));
+}
+
+// rad/s, world frame, from one orientation to the other within dt.
+Vec3 turnRate(const Quat& from, const Quat& to, double dt) {
+  const Eigen::AngleAxisd turn((to * from.conjugate()).normalized());
+  const double angle = std::remainder(turn.angle(), 2.0 * std::numbers::pi);
+  return angle / dt * turn.axis();
+}
+
 }  // namespace
+
+Quat TrackedBody::orientationAtStart(double dt) const {
+  if (shape != ContactShape::sphere) return current.orientation;
+  // Of a sphere, worked back from where it is now.
+  const Vec3 turn = -dt * turnedAt(current.angularAfter, dt);
+  const Quat now = toQuat(object->getWorldTransform());
+  const double angle = turn.norm();
+  return angle > 0.0 ? Quat(Eigen::AngleAxisd(-angle, -turn / angle)).normalized() * now : now;
+}
+
+RigidMotion TrackedBody::actual(double dt) const {
+  return {current.actual(dt), orientationAtStart(dt), turnedAt(current.angularAfter, dt)};
+}
+
+RigidMotion TrackedBody::unhindered(double dt) const {
+  return {current.unhindered(dt), orientationAtStart(dt), turnedAt(current.angularBefore, dt)};
+}
 
 // Bodies come and go between substeps, and removal reorders the world's array.
 void BodyTracker::matchWorld(const btCollisionWorld& world) {
@@ -45,15 +127,17 @@ void BodyTracker::matchWorld(const btCollisionWorld& world) {
   }
   if (same) return;
 
-  std::unordered_map<const btCollisionObject*, const TrackedBody*> known;
-  for (const TrackedBody& body : bodies_)
-    known[body.object] = &body;
+  std::unordered_map<const btCollisionObject*, std::size_t> known;
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    known[bodies_[i].object] = i;
   std::vector<TrackedBody> matched(count);
+  std::vector<Trail> trails(count);
   for (std::size_t i = 0; i < count; ++i) {
     const btCollisionObject* object = objects[static_cast<int>(i)];
     const auto found = known.find(object);
-    if (found != known.end() && found->second->proxyId == proxyIdOf(*object)) {
-      matched[i] = *found->second;
+    if (found != known.end() && bodies_[found->second].proxyId == proxyIdOf(*object)) {
+      matched[i] = bodies_[found->second];
+      trails[i] = trails_[found->second];
     } else {
       matched[i].object = object;
       matched[i].proxyId = proxyIdOf(*object);
@@ -61,41 +145,127 @@ void BodyTracker::matchWorld(const btCollisionWorld& world) {
     }
   }
   bodies_ = std::move(matched);
+  trails_ = std::move(trails);
   indexOf_.clear();
   for (std::size_t i = 0; i < count; ++i)
     indexOf_[bodies_[i].id] = i;
 }
 
-void BodyTracker::beginSubstep(const btCollisionWorld& world) {
+void BodyTracker::beginSubstep(const btCollisionWorld& world, double dt) {
   matchWorld(world);
-  for (TrackedBody& body : bodies_) {
-    body.current = {};
-    body.current.start = positionOf(*body.object);
-    readShape(body);
-    const btRigidBody* rigid = btRigidBody::upcast(body.object);
-    if (rigid == nullptr) continue;
-    body.inverseMass = static_cast<double>(rigid->getInvMass());
-    if (rigid->isStaticObject()) continue;
-    body.current.velocityBefore = toVec3(rigid->getLinearVelocity());
-    if (rigid->isActive()) {
-      body.current.acceleration = body.inverseMass * toVec3(rigid->getTotalForce());
-    }
+  hasOtherShapes_ = false;
+  hasContinuous_ = false;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    TrackedBody& body = bodies_[i];
+    beginBody(body, trails_[i]);
+    if (body.kind == BodyKind::kinematic) beginKinematic(body, trails_[i], dt);
+    hasOtherShapes_ = hasOtherShapes_ || body.shape == ContactShape::other;
+    hasContinuous_ = hasContinuous_ || body.continuous;
   }
 }
 
-void BodyTracker::endSubstep(const btCollisionWorld& world) {
+void BodyTracker::beginBody(TrackedBody& body, Trail& trail) {
+  const btCollisionObject& object = *body.object;
+  if (body.shape == ContactShape::other) trail.previous = body.current;
+  body.kind = kindOf(object);
+  body.awake = object.isActive() && body.kind != BodyKind::fixed;
+  body.continuous = object.getCcdSquareMotionThreshold() > 0;
+  body.inverseMass = 0.0;
+  readShape(body);
+
+  SubstepMotion& motion = body.current;
+  motion.known = false;
+  motion.start = positionOf(object);
+  motion.velocityBefore = motion.velocityAfter = motion.acceleration = Vec3::Zero();
+  motion.angularBefore = motion.angularAfter = Vec3::Zero();
+  if (body.shape != ContactShape::sphere) motion.orientation = toQuat(object.getWorldTransform());
+  if (body.kind == BodyKind::rigid) {
+    const auto& rigid = static_cast<const btRigidBody&>(object);
+    body.inverseMass = static_cast<double>(rigid.getInvMass());
+    motion.velocityBefore = toVec3(rigid.getLinearVelocity());
+    motion.angularBefore = toVec3(rigid.getAngularVelocity());
+    if (body.awake) motion.acceleration = body.inverseMass * toVec3(rigid.getTotalForce());
+  } else if (body.kind == BodyKind::link) {
+    const LinkVelocity velocity = linkVelocity(static_cast<const btMultiBodyLinkCollider&>(object));
+    motion.velocityBefore = velocity.linear;
+    motion.angularBefore = velocity.angular;
+  }
+}
+
+// A new target that the body's velocity leads to is approached at that velocity; any other is a
+// jump.
+void BodyTracker::beginKinematic(TrackedBody& body, Trail& trail, double dt) {
+  const auto* rigid = btRigidBody::upcast(body.object);
+  SubstepMotion& motion = body.current;
+  if (rigid == nullptr) return;
+  const btTransform& target = body.object->getWorldTransform();
+  const Vec3 velocity = toVec3(rigid->getLinearVelocity());
+  const Vec3 angular = toVec3(rigid->getAngularVelocity());
+  if (!trail.followed) {
+    trail.place = motion.start;
+    trail.turn = toQuat(target);
+    trail.followed = true;
+  }
+  trail.target = target;
+  const Vec3 way = motion.start - trail.place;
+  const Vec3 turn = turnRate(trail.turn, toQuat(target), 1.0);
+  const bool shifts = velocity.squaredNorm() > 0.0;
+  const double duration = shifts ? way.dot(velocity) / velocity.squaredNorm()
+                                 : turn.dot(angular) / std::max(angular.squaredNorm(), 1e-300);
+  const double off =
+      (way - duration * velocity).norm() + body.radius * (turn - duration * angular).norm();
+  const double size = way.norm() + body.radius * turn.norm();
+  const bool leads = duration > 0.5 * dt && off <= 1e-3 * size;
+  if (!leads) {
+    trail.place = motion.start;
+    trail.turn = toQuat(target);
+    return;
+  }
+  motion.start = trail.place;
+  motion.orientation = trail.turn;
+  motion.velocityBefore = motion.velocityAfter = velocity;
+  motion.angularBefore = motion.angularAfter = angular;
+  const bool arrives = duration < 1.5 * dt;
+  trail.place = arrives ? toVec3(target.getOrigin()) : Vec3(trail.place + dt * velocity);
+  trail.turn =
+      arrives || angular.isZero(0.0)
+          ? toQuat(target)
+          : Quat(Eigen::AngleAxisd(dt * angular.norm(), angular.normalized())) * trail.turn;
+  if (body.shape == ContactShape::plane) {
+    body.planeOffset += (motion.start - toVec3(target.getOrigin())).dot(body.planeNormal);
+  }
+}
+
+void BodyTracker::endSubstep(const btCollisionWorld& world, double dt) {
   const auto& objects = world.getCollisionObjectArray();
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    TrackedBody& body = bodies_[i];
     const int index = static_cast<int>(i);
     // A callback may have removed bodies since the start: only what is still in place is followed.
-    if (index >= objects.size() || objects[index] != body.object) continue;
-    const btRigidBody* rigid = btRigidBody::upcast(body.object);
-    if (rigid != nullptr && !rigid->isStaticObject()) {
-      body.current.velocityAfter = toVec3(rigid->getLinearVelocity());
-    }
-    body.current.known = true;
+    if (index >= objects.size() || objects[index] != bodies_[i].object) continue;
+    endBody(bodies_[i], dt);
   }
+}
+
+void BodyTracker::endBody(TrackedBody& body, double dt) {
+  SubstepMotion& motion = body.current;
+  if (body.kind == BodyKind::rigid) {
+    const auto& rigid = static_cast<const btRigidBody&>(*body.object);
+    motion.velocityAfter = toVec3(rigid.getLinearVelocity());
+    motion.angularAfter = toVec3(rigid.getAngularVelocity());
+    body.awake = body.awake || rigid.isActive();  // something may have woken it
+  } else if (body.kind == BodyKind::link) {
+    // Its joints take it along a curve: followed by the parabola that joins its two places and ends
+    // at its velocity.
+    const auto& link = static_cast<const btMultiBodyLinkCollider&>(*body.object);
+    const LinkVelocity velocity = linkVelocity(link);
+    motion.velocityAfter = (positionOf(link) - motion.start) / dt;
+    motion.acceleration = 2.0 / dt * (velocity.linear - motion.velocityAfter);
+    motion.angularAfter = velocity.angular;
+    if (body.shape != ContactShape::sphere) {
+      motion.angularAfter = turnRate(motion.orientation, toQuat(link.getWorldTransform()), dt);
+    }
+  }
+  motion.known = true;
 }
 
 const TrackedBody* BodyTracker::find(const btCollisionObject& object) const {
@@ -106,6 +276,10 @@ const TrackedBody* BodyTracker::find(const btCollisionObject& object) const {
 const TrackedBody* BodyTracker::find(BodyId id) const {
   const auto found = indexOf_.find(id);
   return found == indexOf_.end() ? nullptr : &bodies_[found->second];
+}
+
+const SubstepMotion& BodyTracker::previous(const TrackedBody& body) const {
+  return trails_[static_cast<std::size_t>(&body - bodies_.data())].previous;
 }
 
 }  // namespace carom

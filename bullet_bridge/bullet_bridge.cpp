@@ -3,133 +3,90 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <unordered_set>
+#include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include <btBulletDynamicsCommon.h>
 
+#include "bullet_bridge/blow.h"
 #include "bullet_bridge/body_tracker.h"
-#include "bullet_bridge/impact_time.h"
-#include "bullet_bridge/near_spheres.h"
+#include "bullet_bridge/impact_finder.h"
+#include "bullet_bridge/lasting_contact.h"
+#include "bullet_bridge/near_boxes.h"
+#include "bullet_bridge/pair_records.h"
+#include "bullet_bridge/solved_contact.h"
+#include "bullet_bridge/swept_boxes.h"
 #include "bullet_bridge/tick_hook.h"
 
 namespace carom {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
-
-// Two spheres, or a sphere and a plane.
-struct ContactPair {
-  const TrackedBody* sphere = nullptr;
-  const TrackedBody* other = nullptr;
-
-  bool onPlane() const { return other->shape == ContactShape::plane; }
-  double otherRadius() const { return onPlane() ? kNever : other->radius; }
-  std::uint64_t key() const {
-    const auto [low, high] = std::minmax(sphere->id, other->id);
-    return (std::uint64_t{low} << 32) | high;
-  }
-};
-
-// What Bullet's manifolds say about a pair.
-struct SolvedContact {
-  double restitution = 0.0;
-  double impulse = 0.0;  // N s, sum over the points that the solver looked at, along the normal
-};
-
-// The relative motion of a pair over one substep: of the sphere's centre, seen from the other's.
-class PairMotion {
- public:
-  PairMotion(const ContactPair& pair, const Motion& sphere, const Motion& other)
-      : pair_(pair), sphere_(sphere), other_(other), relative_(sphere - other) {}
-
-  double gapAt(double s) const {
-    return pair_.onPlane() ? height(s) : relative_.positionAt(s).norm() - reach();
-  }
-  double touchTime(double horizon) const {
-    if (!pair_.onPlane()) return sphereTouchTime(relative_, reach(), horizon);
-    return planeTouchTime(height(0.0), relative_.velocity.dot(pair_.other->planeNormal),
-                          relative_.acceleration.dot(pair_.other->planeNormal), horizon);
-  }
-  // From the other body towards the sphere.
-  Vec3 normalAt(double s) const {
-    return pair_.onPlane() ? pair_.other->planeNormal : relative_.positionAt(s).normalized();
-  }
-  double approachSpeedAt(double s) const { return -relative_.velocityAt(s).dot(normalAt(s)); }
-
-  const Motion& sphere() const { return sphere_; }
-  const Motion& other() const { return other_; }
-
- private:
-  double reach() const { return pair_.sphere->radius + pair_.other->radius; }
-  double height(double s) const {
-    return sphere_.positionAt(s).dot(pair_.other->planeNormal) - pair_.other->planeOffset -
-           pair_.sphere->radius;
-  }
-
-  const ContactPair& pair_;
-  Motion sphere_, other_, relative_;
-};
-
-// The pair as it stands at the start of the substep, with the velocity of that node before or after
-// the solver. Velocities at the nodes are free of the g dt/2 by which a resting body bobs between.
-PairMotion nodeMotion(const ContactPair& pair, Vec3 SubstepMotion::*velocity) {
-  const SubstepMotion& sphere = pair.sphere->current;
-  const SubstepMotion& other = pair.other->current;
-  return {pair,
-          {sphere.start, sphere.*velocity, Vec3::Zero()},
-          {other.start, other.*velocity, Vec3::Zero()}};
-}
+// Substeps without load after which a lasting contact has ended.
+constexpr int kIdleSubsteps = 3;
+// Substeps in which Bullet may act on an impact that no longer approaches.
+constexpr int kSolvedSubsteps = 2;
+// s, and substeps: the longest that an event waits for the end of its impact.
+constexpr double kLongestWait = 0.02;
+constexpr double kLongestWaitSubsteps = 3.0;
+// A contact that other shapes hold at several points rocks by what gravity adds in a substep.
+constexpr double kRocking = 2.0;
 
 // Whether a sphere may touch a plane in the substep, or be acted on by Bullet's solver, which it is
 // where approach and rebound together would close the gap in one substep.
 bool mayMeetPlane(const TrackedBody& sphere, const TrackedBody& plane, double dt) {
   const SubstepMotion& motion = sphere.current;
   const double height = motion.start.dot(plane.planeNormal) - plane.planeOffset - sphere.radius;
-  const double falls = std::max(-motion.velocityBefore.dot(plane.planeNormal), 0.0) +
-                       std::max(-motion.velocityAfter.dot(plane.planeNormal), 0.0) +
+  const Vec3& moves = plane.current.velocityBefore;
+  const double falls = std::max(-(motion.velocityBefore - moves).dot(plane.planeNormal), 0.0) +
+                       std::max(-(motion.velocityAfter - moves).dot(plane.planeNormal), 0.0) +
                        dt * std::abs(motion.acceleration.dot(plane.planeNormal));
   return height <= 2.0 * dt * falls;
 }
 
-btBroadphaseProxy* proxyOf(const btCollisionObject& object) {
-  return const_cast<btBroadphaseProxy*>(object.getBroadphaseHandle());  // Bullet asks for it so
+// m/s, more than any two points of the pair approach each other at the start of the substep.
+double fastest(const ContactPair& pair, Vec3 SubstepMotion::*velocity,
+               Vec3 SubstepMotion::*angular) {
+  const SubstepMotion& body = pair.body->current;
+  const SubstepMotion& other = pair.other->current;
+  double speed = (body.*velocity - other.*velocity).norm();
+  if (pair.isClosedForm()) return speed;
+  speed += (body.*angular).norm() * pair.body->radius;
+  if (pair.other->shape != ContactShape::plane) {
+    const double reach = (body.start - other.start).norm() + pair.body->radius;
+    speed += (other.*angular).norm() * std::min(pair.other->radius, reach);
+  }
+  return speed;
 }
 
-const btCollisionObject& objectOf(const btBroadphaseProxy& proxy) {
-  return *static_cast<const btCollisionObject*>(proxy.m_clientObject);
-}
-
-// When a pair touches, on one of its ways.
-struct Touch {
-  double offset = 0.0;     // s, after the start of the substep
-  double nodeSpeed = 0.0;  // m/s, approach at the node where Bullet solves: what it goes by
-};
-
-ImpulseEvent sphereShare(const ContactPair& pair, const PairMotion& motion, double offset) {
+ImpulseEvent eventOf(const FoundImpact& found, const Blow& blow) {
   ImpulseEvent event;
-  event.body = pair.sphere->id;
-  event.other = pair.other->id;
-  event.normal = motion.normalAt(offset);
-  event.bodyPosition = motion.sphere().positionAt(offset);
-  event.bodyVelocity = motion.sphere().velocityAt(offset);
-  event.position = event.bodyPosition - pair.sphere->radius * event.normal;
-  event.approachSpeed = motion.approachSpeedAt(offset);
-  event.effectiveMass = 1.0 / (pair.sphere->inverseMass + pair.other->inverseMass);
-  event.radius = pair.sphere->radius;
-  event.otherRadius = pair.otherRadius();
+  event.body = found.motion.pair().body->id;
+  event.other = found.motion.pair().other->id;
+  event.impulse = blow.impulse;
+  event.position = blow.position;
+  event.normal = blow.normal;
+  event.approachSpeed = blow.approachSpeed;
+  event.effectiveMass = blow.effectiveMass;
+  event.radius = found.radius;
+  event.otherRadius = found.otherRadius;
   return event;
 }
 
-ImpulseEvent otherShare(const ImpulseEvent& sphere, const PairMotion& motion, double offset) {
-  ImpulseEvent other = sphere;
+void setState(ImpulseEvent& event, const RigidMotion& motion, double s) {
+  event.bodyPosition = motion.centre.positionAt(s);
+  event.bodyVelocity = motion.centre.velocityAt(s);
+  event.bodyOrientation = Quat(motion.poseAt(s).rotation);
+  event.bodyAngularVelocity = motion.angularVelocity;
+}
+
+ImpulseEvent otherShare(const ImpulseEvent& body) {
+  ImpulseEvent other = body;
   std::swap(other.body, other.other);
   std::swap(other.radius, other.otherRadius);
-  other.normal = -sphere.normal;
-  other.impulse = -sphere.impulse;
-  other.bodyPosition = motion.other().positionAt(offset);
-  other.bodyVelocity = motion.other().velocityAt(offset);
+  other.normal = -body.normal;
+  other.impulse = -body.impulse;
   return other;
 }
 
@@ -138,211 +95,334 @@ ImpulseEvent otherShare(const ImpulseEvent& sphere, const PairMotion& motion, do
 class BulletBridge::Impl : public TickHook {
  public:
   Impl(btDynamicsWorld& world, const BulletBridgeSettings& settings)
-      : TickHook(world), settings_(settings) {
-    tracker_.beginSubstep(world);  // ids are known, and in the world's order, from now on
+      : TickHook(world), settings_(settings), reader_(world) {
+    tracker_.beginSubstep(world, 1.0);  // ids are known, and in the world's order, from now on
   }
 
   std::vector<ImpulseEvent> events;
+  std::vector<ContactState> contacts;
   BulletBridgeCounters counters;
 
   double time() const { return time_; }
+  double settledTime();
+  void flush();
   const BodyTracker& tracker() const { return tracker_; }
 
  private:
-  void onStepStart(double) override { tracker_.beginSubstep(world()); }
+  void onStepStart(double dt) override { tracker_.beginSubstep(world(), dt); }
   void onStepEnd(double dt) override;
 
+  void resolveNear(double dt);
   void resolvePlanes(double dt);
-  void countUnsupported();
-  bool collides(const ContactPair& pair);
-  bool readManifolds(const btBroadphasePair& entry);
-  SolvedContact solvedContact(const ContactPair& pair);
-  bool isOver(std::uint64_t key) const;
-  bool approachesAfter(const ContactPair& pair) const;
   void resolve(const ContactPair& pair, double dt);
-  bool reportWithin(const ContactPair& pair, const PairMotion& now, double dt);
-  bool reportPrevented(const ContactPair& pair, double dt);
-  bool reportAtNode(const ContactPair& pair, double dt);
-  void report(const ContactPair& pair, const PairMotion& motion, const Touch& touch);
+  void resolveContact(const PairMotion& now, const Proximity& start, PairRecord* record);
+  std::optional<FoundImpact> find(const PairMotion& now, const Proximity& start,
+                                  const SolvedContact* solved, const PairRecord* record);
+  bool mayCollide(const ContactPair& pair) const;
+  double impactSpeed(const ContactPair& pair, const PairRecord* record) const;
+  double holdDistance(const ContactPair& pair) const;
+
+  PairRecord& recordOf(const ContactPair& pair, PairRecord* record);
+  void open(PairRecord& record, const FoundImpact& found, double restitution);
+  void follow(PairRecord& record, const PairMotion& now, const SolvedContact& solved);
+  void close(PairRecord& record);
+  void deliver(PairRecord& record);
+  void keepContact(PairRecord& record, const PairMotion& now, const SolvedContact& solved);
+  void endContact(PairRecord& record);
+  void revisit(PairRecord& record);
+  void leave(PairRecord& record);
 
   BulletBridgeSettings settings_;
   BodyTracker tracker_;
-  NearSpheres nearSpheres_;
+  SweptBoxes boxes_;
+  NearBoxes nearBoxes_;
+  ContactReader reader_;
+  ImpactFinder finder_;
+  BlowSolver blows_;
+  MultibodyMass multibodies_;
+  PairRecords records_;
   std::vector<const TrackedBody*> planes_;  // of this substep; kept for its memory
-  btManifoldArray manifolds_;               // of one pair; kept for its memory
   double time_ = 0.0;                       // s, at the start of the substep under way
-  // Pairs whose impact was reported and is not over: one that Bullet spreads over several substeps
-  // is still one.
-  std::unordered_set<std::uint64_t> open_;
-  std::vector<std::uint64_t> opened_;  // in this substep
+  double dt_ = 0.0;                         // s, its length
+  double previousDt_ = 0.0;
+  double previousTime_ = 0.0;
 };
 
 void BulletBridge::Impl::onStepEnd(double dt) {
   ++counters.substeps;
   counters.substepsWithoutStart = static_cast<std::uint64_t>(startsMissed());
-  tracker_.endSubstep(world());
+  dt_ = dt;
+  tracker_.endSubstep(world(), dt);
+  reader_.beginReading(tracker_.hasContinuous());
   const std::size_t first = events.size();
-  const std::vector<TrackedBody>& bodies = tracker_.bodies();
-  for (const auto& [sphere, other] : nearSpheres_.find(bodies, dt)) {
-    resolve({&bodies[sphere], &bodies[other]}, dt);
-  }
+  resolveNear(dt);
   resolvePlanes(dt);
-  std::erase_if(open_, [this](std::uint64_t key) { return isOver(key); });
-  open_.insert(opened_.begin(), opened_.end());
-  opened_.clear();
-  countUnsupported();
+  records_.forEach([this](PairRecord& record) {
+    if (!record.visited) revisit(record);
+  });
+  records_.endSubstep();
   std::stable_sort(events.begin() + static_cast<std::ptrdiff_t>(first), events.end(),
                    [](const ImpulseEvent& a, const ImpulseEvent& b) { return a.time < b.time; });
+  previousTime_ = time_;
+  previousDt_ = dt;
   time_ += dt;
 }
 
+void BulletBridge::Impl::resolveNear(double dt) {
+  const std::vector<TrackedBody>& bodies = tracker_.bodies();
+  for (const auto& [first, second] : nearBoxes_.find(boxes_.of(tracker_, dt))) {
+    resolve(ContactPair::of(bodies[first], bodies[second]), dt);
+  }
+}
+
+// Planes have no box: they are tested against every body.
 void BulletBridge::Impl::resolvePlanes(double dt) {
   planes_.clear();
   for (const TrackedBody& body : tracker_.bodies()) {
     if (body.shape == ContactShape::plane && body.current.known) planes_.push_back(&body);
   }
-  for (const TrackedBody& sphere : tracker_.bodies()) {
-    if (sphere.shape != ContactShape::sphere || !sphere.current.known) continue;
+  if (planes_.empty()) return;
+  for (const TrackedBody& body : tracker_.bodies()) {
+    if (!body.current.known) continue;
+    if (body.shape != ContactShape::sphere && body.shape != ContactShape::other) continue;
     for (const TrackedBody* plane : planes_) {
-      if (sphere.inverseMass + plane->inverseMass == 0.0) continue;
-      if (mayMeetPlane(sphere, *plane, dt)) resolve({&sphere, plane}, dt);
+      if (!body.awake && !plane->awake) continue;
+      if (mayMeetPlane(body, *plane, dt)) resolve({&body, plane}, dt);
     }
   }
 }
 
-// Contacts of other shapes than spheres and planes, searched only where there are any. By way of
-// the broadphase: the bodies of a manifold may be gone.
-void BulletBridge::Impl::countUnsupported() {
-  const auto other = [](const TrackedBody& body) { return body.shape == ContactShape::other; };
-  if (std::none_of(tracker_.bodies().begin(), tracker_.bodies().end(), other)) return;
-  btOverlappingPairCache& near = *world().getPairCache();
-  for (int i = 0; i < near.getNumOverlappingPairs(); ++i) {
-    const btBroadphasePair& entry = near.getOverlappingPairArrayPtr()[i];
-    const TrackedBody* body0 = tracker_.find(objectOf(*entry.m_pProxy0));
-    const TrackedBody* body1 = tracker_.find(objectOf(*entry.m_pProxy1));
-    if (body0 == nullptr || body1 == nullptr || !(other(*body0) || other(*body1))) continue;
-    if (readManifolds(entry)) ++counters.unsupported;
-  }
+bool BulletBridge::Impl::mayCollide(const ContactPair& pair) const {
+  const auto immovable = [](const TrackedBody& body) {
+    return body.kind == BodyKind::fixed || body.kind == BodyKind::kinematic;
+  };
+  return !(immovable(*pair.body) && immovable(*pair.other)) && reader_.collides(pair);
 }
 
-// Whether Bullet would let the two collide: groups and masks, ignored pairs, bodies without
-// response.
-bool BulletBridge::Impl::collides(const ContactPair& pair) {
-  btDispatcher& dispatcher = *world().getDispatcher();
-  const btCollisionObject& sphere = *pair.sphere->object;
-  const btCollisionObject& other = *pair.other->object;
-  return dispatcher.needsResponse(&sphere, &other) && dispatcher.needsCollision(&sphere, &other) &&
-         world().getPairCache()->needsBroadphaseCollision(proxyOf(sphere), proxyOf(other));
+// m, gap above which Bullet's solver does not act.
+double BulletBridge::Impl::holdDistance(const ContactPair& pair) const {
+  if (pair.isOnPlane()) return pair.body->margin;
+  if (!pair.isClosedForm()) return std::max(pair.body->margin, pair.other->margin);
+  return 1e-5 * (pair.body->radius + pair.other->radius);  // two spheres: rounding
 }
 
-// Into manifolds_; whether there are any points.
-bool BulletBridge::Impl::readManifolds(const btBroadphasePair& entry) {
-  manifolds_.resize(0);
-  if (entry.m_algorithm == nullptr) return false;
-  entry.m_algorithm->getAllContactManifolds(manifolds_);
-  for (int i = 0; i < manifolds_.size(); ++i) {
-    if (manifolds_[i]->getNumContacts() > 0) return true;
-  }
-  return false;
-}
-
-// A pair that has no points yet will bounce as Bullet sets them up.
-SolvedContact BulletBridge::Impl::solvedContact(const ContactPair& pair) {
-  SolvedContact contact;
-  const btBroadphasePair* entry =
-      world().getPairCache()->findPair(proxyOf(*pair.sphere->object), proxyOf(*pair.other->object));
-  if (entry == nullptr || !readManifolds(*entry)) {
-    contact.restitution = static_cast<double>(
-        btManifoldResult::calculateCombinedRestitution(pair.sphere->object, pair.other->object));
-    return contact;
-  }
-  for (int m = 0; m < manifolds_.size(); ++m) {
-    const btPersistentManifold& manifold = *manifolds_[m];
-    for (int i = 0; i < manifold.getNumContacts(); ++i) {
-      const btManifoldPoint& point = manifold.getContactPoint(i);
-      contact.restitution =
-          std::max(contact.restitution, static_cast<double>(point.m_combinedRestitution));
-      if (point.getDistance() > manifold.getContactProcessingThreshold()) continue;
-      contact.impulse += static_cast<double>(point.getAppliedImpulse());
-    }
-  }
-  return contact;
-}
-
-// An impact is over when the pair does not approach any longer, or is apart: it tunnelled, or the
-// host moved it.
-bool BulletBridge::Impl::isOver(std::uint64_t key) const {
-  const TrackedBody* sphere = tracker_.find(static_cast<BodyId>(key >> 32));
-  const TrackedBody* other = tracker_.find(static_cast<BodyId>(key & 0xFFFFFFFF));
-  if (sphere == nullptr || other == nullptr) return true;
-  if (sphere->shape != ContactShape::sphere) std::swap(sphere, other);
-  const ContactPair pair{sphere, other};
-  const PairMotion after = nodeMotion(pair, &SubstepMotion::velocityAfter);
-  return after.gapAt(0.0) > sphere->radius || !approachesAfter(pair);
-}
-
-bool BulletBridge::Impl::approachesAfter(const ContactPair& pair) const {
-  const PairMotion after = nodeMotion(pair, &SubstepMotion::velocityAfter);
-  return after.approachSpeedAt(0.0) > settings_.restSpeed;
+double BulletBridge::Impl::impactSpeed(const ContactPair& pair, const PairRecord* record) const {
+  if (pair.isClosedForm() || record == nullptr || !record->lasting) return settings_.restSpeed;
+  const double acceleration =
+      std::max(pair.body->current.acceleration.norm(), pair.other->current.acceleration.norm());
+  return std::max(settings_.restSpeed, kRocking * acceleration * dt_);
 }
 
 void BulletBridge::Impl::resolve(const ContactPair& pair, double dt) {
-  if (open_.contains(pair.key())) return;
-  const PairMotion now(pair, pair.sphere->current.actual(dt), pair.other->current.actual(dt));
-  const bool reported = now.gapAt(0.0) > 0.0
-                            ? reportPrevented(pair, dt) || reportWithin(pair, now, dt)
-                            : reportAtNode(pair, dt);
-  if (reported && approachesAfter(pair)) opened_.push_back(pair.key());
+  PairRecord* record = records_.find(pair.key());
+  const PairMotion now(pair, Way::actual, dt, dt, finder_.pieces());
+  if (!now.isFollowed()) {
+    if (!reader_.read(pair).points.empty()) ++counters.unsupported;
+    return;
+  }
+  const Proximity start = now.proximityAt(0.0);
+  if (record != nullptr || start.gap <= holdDistance(pair)) {
+    resolveContact(now, start, record);
+    return;
+  }
+  if (const auto found = find(now, start, nullptr, nullptr)) {
+    PairRecord& added = recordOf(pair, nullptr);
+    open(added, *found, reader_.read(pair).restitution);
+  }
 }
 
-// On the way that the bodies went.
-bool BulletBridge::Impl::reportWithin(const ContactPair& pair, const PairMotion& now, double dt) {
-  const double time = now.touchTime(dt);
-  if (time == kNever) return false;
-  const Vec3 velocity = pair.sphere->current.velocityAfter - pair.other->current.velocityAfter;
-  const double nodeSpeed = -velocity.dot(now.normalAt(time));
-  if (nodeSpeed <= settings_.restSpeed || !collides(pair)) return false;
-  report(pair, now, {time, nodeSpeed});
-  return true;
+// Where Bullet's solver may have had a part in it.
+void BulletBridge::Impl::resolveContact(const PairMotion& now, const Proximity& start,
+                                        PairRecord* record) {
+  const SolvedContact& solved = reader_.read(now.pair());
+  if (record != nullptr) record->visited = true;
+  if (record != nullptr && record->open) {
+    follow(*record, now, solved);
+    return;
+  }
+  if (record != nullptr && record->spent) {
+    const double speed = approachAtNode(now.pair(), Way::actual, start.point, start.normal);
+    record->spent = speed > settings_.restSpeed && start.gap <= now.pair().body->radius;
+  } else if (const auto found = find(now, start, &solved, record)) {
+    PairRecord& opened = recordOf(now.pair(), record);
+    open(opened, *found, solved.restitution);
+    if (found->solved) follow(opened, now, solved);  // solved already
+    return;
+  }
+  if (solved.impulse > 0.0 || (record != nullptr && record->lasting)) {
+    keepContact(recordOf(now.pair(), record), now, solved);
+  }
 }
 
-// Bullet's solver acted on a gap, so that the bodies do not touch, or too slowly: without it they
-// would have, on the way that they were on.
-bool BulletBridge::Impl::reportPrevented(const ContactPair& pair, double dt) {
-  const double nodeSpeed = nodeMotion(pair, &SubstepMotion::velocityBefore).approachSpeedAt(0.0);
-  if (nodeSpeed <= settings_.restSpeed || !(solvedContact(pair).impulse > 0.0)) return false;
-  const PairMotion free(pair, pair.sphere->current.unhindered(dt),
-                        pair.other->current.unhindered(dt));
-  const double time = free.touchTime(2.0 * free.gapAt(0.0) / nodeSpeed);
-  if (time == kNever) return false;
-  ++counters.ahead;
-  report(pair, free, {time, nodeSpeed});
-  return true;
+std::optional<FoundImpact> BulletBridge::Impl::find(const PairMotion& now, const Proximity& start,
+                                                    const SolvedContact* solved,
+                                                    const PairRecord* record) {
+  const ContactPair& pair = now.pair();
+  const ImpactFinder::Substep substep{dt_, impactSpeed(pair, record)};
+  const double speed =
+      std::max(fastest(pair, &SubstepMotion::velocityBefore, &SubstepMotion::angularBefore),
+               fastest(pair, &SubstepMotion::velocityAfter, &SubstepMotion::angularAfter));
+  if (speed <= substep.restSpeed) return std::nullopt;
+
+  std::optional<FoundImpact> found;
+  if (start.gap > 0.0) {
+    if (solved != nullptr) found = finder_.prevented(now, start, *solved, substep);
+    if (!found) found = finder_.within(now, substep);
+  } else if (pair.isClosedForm()) {
+    found = finder_.overlapping(now, substep);
+  } else {
+    found = finder_.newPoints(
+        now, *solved, substep,
+        {tracker_.previous(*pair.body), tracker_.previous(*pair.other), previousDt_});
+  }
+  return found && mayCollide(pair) ? found : std::nullopt;
 }
 
-// Overlapping at the start without having touched: the host, or rounding, has brought the two
-// together.
-bool BulletBridge::Impl::reportAtNode(const ContactPair& pair, double dt) {
-  const double nodeSpeed = nodeMotion(pair, &SubstepMotion::velocityBefore).approachSpeedAt(0.0);
-  if (nodeSpeed <= settings_.restSpeed || !collides(pair)) return false;
-  const PairMotion free(pair, pair.sphere->current.unhindered(dt),
-                        pair.other->current.unhindered(dt));
-  report(pair, free, {0.0, nodeSpeed});
-  return true;
+PairRecord& BulletBridge::Impl::recordOf(const ContactPair& pair, PairRecord* record) {
+  if (record != nullptr) return *record;
+  PairRecord& added = records_.add(pair.key());
+  added.body = pair.body->id;
+  added.other = pair.other->id;
+  added.visited = true;
+  return added;
 }
 
-void BulletBridge::Impl::report(const ContactPair& pair, const PairMotion& motion,
-                                const Touch& touch) {
-  // Bullet does not bounce below its threshold.
+void BulletBridge::Impl::open(PairRecord& record, const FoundImpact& found, double restitution) {
   const double threshold =
       static_cast<double>(world().getSolverInfo().m_restitutionVelocityThreshold);
-  const double restitution = touch.nodeSpeed < threshold ? 0.0 : solvedContact(pair).restitution;
-  ImpulseEvent event = sphereShare(pair, motion, touch.offset);
-  event.time = time_ + touch.offset;
-  event.impulse = (1.0 + restitution) * event.effectiveMass * event.approachSpeed * event.normal;
-  events.push_back(event);
-  events.push_back(otherShare(event, motion, touch.offset));
+  const bool bounces = found.nodeSpeed >= threshold;  // Bullet does not, below it
+  record.open = true;
+  record.impact = {};
+  Impact& impact = record.impact;
+  impact.restitution = bounces ? restitution : 0.0;
+  impact.foundAt = time_;
+  const PairInertia inertia(found.motion, found.s, multibodies_);
+  const Blow blow = blows_.solve(found.points, inertia, impact.restitution);
+  impact.body = eventOf(found, blow);
+  impact.body.time = time_ + found.offset;
+  impact.other = otherShare(impact.body);
+  setState(impact.body, found.motion.body(), found.s);
+  setState(impact.other, found.motion.other(), found.s);
+  // The motions that impacts are found on leave out how spheres are turned.
+  const auto turn = [&](ImpulseEvent& event, const TrackedBody& body) {
+    if (body.shape == ContactShape::sphere)
+      event.bodyOrientation = Quat(body.actual(dt_).poseAt(found.offset).rotation);
+  };
+  turn(impact.body, *found.motion.pair().body);
+  turn(impact.other, *found.motion.pair().other);
+
   ++counters.collisions;
+  counters.merged += found.points.size() - 1;
+  if (found.solved && found.offset > 0.0) ++counters.ahead;
+  if (!bounces && restitution > 0.0) ++counters.belowThreshold;
+  if (settings_.delivery == EventDelivery::prompt) deliver(record);
+}
+
+// An impact is over when the pair no longer approaches and is apart, or has been solved often
+// enough; or when it is well apart anyway, because it tunnelled or the host moved it.
+void BulletBridge::Impl::follow(PairRecord& record, const PairMotion& now,
+                                const SolvedContact& solved) {
+  Impact& impact = record.impact;
+  const double sign = record.body == now.pair().body->id ? 1.0 : -1.0;
+  impact.applied += sign * solved.applied;
+  if (solved.impulse > 0.0) ++impact.solved;
+
+  const Proximity end = now.proximityAt(dt_);
+  const Vec3 normal = now.pair().isClosedForm() ? end.normal : Vec3(sign * impact.body.normal);
+  const Vec3 point = now.pair().isClosedForm() ? end.point : impact.body.position;
+  const bool approaches =
+      approachAtNode(now.pair(), Way::actual, point, normal) > settings_.restSpeed;
+  const double waited = time_ + dt_ - impact.foundAt;
+  const bool waitedLong = waited >= std::max(kLongestWait, (kLongestWaitSubsteps - 0.5) * dt_);
+  if (!approaches) {
+    if (end.gap > 0.0 || impact.solved >= kSolvedSubsteps || waitedLong) close(record);
+  } else if (end.gap > now.pair().body->radius) {
+    close(record);
+  } else if (waitedLong) {
+    close(record);
+    record.spent = true;
+  }
+}
+
+void BulletBridge::Impl::close(PairRecord& record) {
+  record.open = false;
+  if (record.impact.solved == 0) ++counters.unseen;
+  deliver(record);
+}
+
+void BulletBridge::Impl::deliver(PairRecord& record) {
+  Impact& impact = record.impact;
+  if (impact.delivered) return;
+  impact.delivered = true;
+  if (settings_.delivery == EventDelivery::complete) {
+    impact.body.appliedImpulse = impact.applied;
+    impact.other.appliedImpulse = -impact.applied;
+    impact.body.hasAppliedImpulse = impact.other.hasAppliedImpulse = true;
+  }
+  events.push_back(impact.body);
+  events.push_back(impact.other);
+  ++counters.delivered;
+}
+
+void BulletBridge::Impl::keepContact(PairRecord& record, const PairMotion& now,
+                                     const SolvedContact& solved) {
+  const bool begins = !record.lasting;
+  record.lasting = true;
+  record.idle = solved.impulse > 0.0 ? 0 : record.idle + 1;
+  record.state = lastingContact(now, solved, time_, dt_);
+  record.state.phase = begins ? ContactPhase::begin : ContactPhase::during;
+  if (begins) ++counters.contactsBegun;
+  if (record.idle >= kIdleSubsteps) {
+    record.lasting = false;
+    record.state.phase = ContactPhase::end;
+  }
+  contacts.push_back(record.state);
+}
+
+void BulletBridge::Impl::endContact(PairRecord& record) {
+  ContactState end = record.state;
+  end.time = time_;
+  end.duration = dt_;
+  end.phase = ContactPhase::end;
+  end.normalLoad = 0.0;
+  end.appliedImpulse = end.slipVelocity = end.rollingVelocity = Vec3::Zero();
+  end.pathStart = end.pathEnd;
+  end.otherPathStart = end.otherPathEnd;
+  contacts.push_back(end);
+  record.lasting = false;
+}
+
+// The two are not so near each other that they could touch in this substep.
+void BulletBridge::Impl::revisit(PairRecord& record) {
+  const TrackedBody* body = tracker_.find(record.body);
+  const TrackedBody* other = tracker_.find(record.other);
+  const bool there = body != nullptr && other != nullptr && body->current.known &&
+                     other->current.known && (body->awake || other->awake);
+  if (there) resolve(ContactPair::of(*body, *other), dt_);
+  if (!record.visited) leave(record);
+}
+
+// Asleep or gone.
+void BulletBridge::Impl::leave(PairRecord& record) {
+  if (record.open) close(record);
+  if (record.lasting) endContact(record);
+  record.spent = false;
+}
+
+double BulletBridge::Impl::settledTime() {
+  // New points of a contact that lasts are dated in the substep before.
+  double settled = tracker_.hasOtherShapes() ? previousTime_ : time_;
+  records_.forEach([&settled](const PairRecord& record) {
+    if (record.open && !record.impact.delivered)
+      settled = std::min(settled, record.impact.body.time);
+  });
+  return settled;
+}
+
+void BulletBridge::Impl::flush() {
+  records_.forEach([this](PairRecord& record) {
+    if (record.open) deliver(record);
+  });
 }
 
 Result<BulletBridge> BulletBridge::attach(btDynamicsWorld& world,
@@ -367,11 +447,21 @@ BulletBridge::~BulletBridge() = default;
 std::span<const ImpulseEvent> BulletBridge::events() const {
   return impl_->events;
 }
-void BulletBridge::clearEvents() {
+std::span<const ContactState> BulletBridge::contacts() const {
+  return impl_->contacts;
+}
+void BulletBridge::clear() {
   impl_->events.clear();
+  impl_->contacts.clear();
+}
+void BulletBridge::flush() {
+  impl_->flush();
 }
 double BulletBridge::time() const {
   return impl_->time();
+}
+double BulletBridge::settledTime() const {
+  return impl_->settledTime();
 }
 const BulletBridgeCounters& BulletBridge::counters() const {
   return impl_->counters;

@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 
+#include "audio/contact_state.h"
 #include "audio/impulse_event.h"
 #include "audio/result.h"
 
@@ -12,44 +13,71 @@ class btDynamicsWorld;
 
 namespace carom {
 
+/// When the bridge hands an event out.
+enum class EventDelivery : std::uint8_t {
+  /// When Bullet has finished with the impact, with what it applied: usually one or two substeps
+  /// after the touch, at the latest after three substeps or 20 ms, whichever is longer.
+  complete,
+  /// In the substep in which the bodies touch, without `appliedImpulse`.
+  prompt,
+};
+
 struct BulletBridgeSettings {
   /// m/s. A contact that approaches more slowly is rest, not a collision. Bullet itself does not
   /// bounce below its restitution velocity threshold (0.2 m/s unless set).
   double restSpeed = 0.005;
+  EventDelivery delivery = EventDelivery::complete;
 };
 
 struct BulletBridgeCounters {
   std::uint64_t substeps = 0;
-  std::uint64_t collisions = 0;  ///< reported, two events each
+  std::uint64_t collisions = 0;  ///< found, two events each
+  std::uint64_t delivered = 0;   ///< of these, handed out
   std::uint64_t ahead = 0;       ///< of these, Bullet bounced before touching (speculative contact)
-  std::uint64_t unsupported = 0;  ///< pairs of other shapes in contact, once per substep
+  std::uint64_t merged = 0;      ///< contact points beyond the first of an impact
+  /// Impacts that Bullet's solver never acted on: the bodies grazed or passed through each other.
+  std::uint64_t unseen = 0;
+  /// Impacts after which the bodies part at less than half of what restitution asks for.
+  std::uint64_t swallowed = 0;
+  /// Impacts slower than Bullet's restitution velocity threshold, which therefore do not bounce.
+  std::uint64_t belowThreshold = 0;
+  std::uint64_t contactsBegun = 0;  ///< lasting contacts
+  std::uint64_t unsupported = 0;    ///< pairs in contact that cannot be followed, once per substep
   std::uint64_t substepsWithoutStart =
       0;  ///< the host took the pre-tick slot: nothing reported there
 };
 
-/// Bullet world -> impulse events, each collision once per body, at its exact time.
+/// Bullet world -> impulse events and contact states: each collision once per body, at its exact
+/// time.
 ///
 /// Bullet detects contacts at the start of a substep and reports impulses that carry support load,
-/// Baumgarte energy and speculative losses (docs/bridge.md). The bridge therefore takes from Bullet
-/// only the motion of its bodies, which pairs it lets collide, and whether its solver acted on a
-/// gap. Bullet moves a body along an exact parabola within each substep (see Motion), so the time
-/// of first touch on Bullet's own path is a root in closed form. Where the solver acts on a gap (a
-/// speculative contact), it is that of the path without the solver, which may lie after the end of
-/// the substep. The impulse follows from the state at that time,
+/// Baumgarte energy and speculative losses (docs/bridge.md). The bridge therefore takes the motion
+/// of the bodies from Bullet, which pairs it lets collide and what its solver applied, and finds
+/// the touch itself. Bullet moves a body along an exact parabola within each substep (see Motion)
+/// and turns it at constant angular velocity, so the time of first touch on Bullet's own path is a
+/// root: in closed form for spheres and planes, by conservative advancement on the convex pieces of
+/// all other shapes. Where the solver acts on a gap (a speculative contact), it is that of the path
+/// without the solver, which may lie after the end of the substep.
 ///
-///     j = (1 + e) m |vn| n,   1/m = 1/m1 + 1/m2
+/// The impulse follows from the state at that time,
+///
+///     j = (1 + e) m |vn|,   1/m = sum over both bodies of 1/m_i + (r x n) . I_i^-1 (r x n)
 ///
 /// with the restitution e that Bullet holds for the pair, or 0 where Bullet does not bounce
-/// (approach below its restitution velocity threshold). A pair that has collided may collide again
-/// once it no longer approaches, so an impact that Bullet spreads over several substeps is one.
+/// (approach below its restitution velocity threshold). Points that land together (a box on its
+/// face) are solved together and make one event; it is at their mean, weighted by impulse.
 ///
-/// Events of a substep are sorted by time, and lie in it or after it. A pair that overlaps at its
-/// start without having touched (put there by the host) is dated there. Spheres that Bullet lets
-/// tunnel through each other within a substep are reported, as what they would have done.
+/// An impact lasts until the two no longer approach and are apart, or Bullet has worked on it for
+/// two substeps: all that Bullet applies to the pair until then is its `appliedImpulse`. So one
+/// that Bullet spreads over several substeps, points, manifolds or its continuous detection is one
+/// event per body. What Bullet applies outside of impacts is in the contact states: the two
+/// together are the pair's whole momentum.
 ///
-/// Frictionless spheres (btSphereShape) and planes (btStaticPlaneShape) in this version; contacts
-/// of other pairs are counted as `unsupported`. Bullet's precision sets the accuracy of times: in
-/// float builds, about 0.1 us near the origin at 3 m/s, growing with the distance from it.
+/// Bodies: rigid, kinematic, static, and links of multibodies, in any btDynamicsWorld (discrete,
+/// multithreaded, multibody, soft and rigid). All of Bullet's shapes but for pairs of two concave
+/// ones and signed distance fields, which are counted as `unsupported`. Soft bodies make no events.
+/// Bullet's precision sets the accuracy of times: in float builds, about 0.1 us near the origin at
+/// 3 m/s, growing with the distance from it.
 ///
 /// [physics thread], not inside a tick callback. The world must outlive the bridge. The host's tick
 /// callbacks, contact callbacks, user pointers and user indices keep working (see TickHook).
@@ -64,12 +92,18 @@ class BulletBridge {
   /// Detaches and restores the host's callback.
   ~BulletBridge();
 
-  /// Events since the last clearEvents.
+  /// Since the last `clear`. Those of one substep are in order of time.
   std::span<const ImpulseEvent> events() const;
-  void clearEvents();
+  /// Lasting contacts since the last `clear`, one for each pair and substep.
+  std::span<const ContactState> contacts() const;
+  void clear();
+  /// Hands out the events of impacts that are not over, with what is known of them.
+  void flush();
 
   /// s, the simulation clock: sum of all substeps since attaching.
   double time() const;
+  /// s, every event before this time has been handed out.
+  double settledTime() const;
   /// The id that events carry for this object; ids count from 0 in the order in which objects were
   /// first seen, the world's own order at attach. Refuses objects that are not in the world.
   Result<BodyId> bodyId(const btCollisionObject& object) const;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <Eigen/Geometry>
-
 #include "audio/vector.h"
 #include "bullet_bridge/motion.h"
 

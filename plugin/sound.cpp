@@ -21,15 +21,53 @@ const Material& nearestByDensity(double density) {
   });
 }
 
+double boxVolume(const btVector3& size) {
+  return static_cast<double>(size.x()) * static_cast<double>(size.y()) *
+         static_cast<double>(size.z());
+}
+
+// m^3. Hulls and other shapes without a short formula fill about half of the box around them.
+double volumeOf(const btCollisionShape& shape) {
+  constexpr double kPi = std::numbers::pi;
+  btVector3 low;
+  btVector3 high;
+  shape.getAabb(btTransform::getIdentity(), low, high);
+  const double box = boxVolume(high - low);
+  switch (shape.getShapeType()) {
+    case SPHERE_SHAPE_PROXYTYPE:
+      return kPi / 6.0 * box;
+    case BOX_SHAPE_PROXYTYPE:
+      return box;
+    case CYLINDER_SHAPE_PROXYTYPE:
+      return kPi / 4.0 * box;
+    case CONE_SHAPE_PROXYTYPE:
+      return kPi / 12.0 * box;
+    case CAPSULE_SHAPE_PROXYTYPE: {
+      const auto& capsule = static_cast<const btCapsuleShape&>(shape);
+      const auto radius = static_cast<double>(capsule.getRadius());
+      const double length = 2.0 * static_cast<double>(capsule.getHalfHeight());
+      return kPi * radius * radius * (length + 4.0 / 3.0 * radius);
+    }
+    case COMPOUND_SHAPE_PROXYTYPE: {
+      const auto& compound = static_cast<const btCompoundShape&>(shape);
+      double sum = 0.0;
+      for (int i = 0; i < compound.getNumChildShapes(); ++i)
+        sum += volumeOf(*compound.getChildShape(i));
+      return sum;
+    }
+    default:
+      return 0.5 * box;
+  }
+}
+
 SoundBody guessBody(const btCollisionObject& object) {
   SoundBody body;
   const btRigidBody* rigid = btRigidBody::upcast(&object);
-  const btCollisionShape& shape = *object.getCollisionShape();
   const bool movable = rigid != nullptr && rigid->getInvMass() > 0;
-  if (movable && shape.getShapeType() == SPHERE_SHAPE_PROXYTYPE) {
+  const double volume = movable ? volumeOf(*object.getCollisionShape()) : 0.0;
+  if (movable && volume > 0.0 && std::isfinite(volume)) {
     body.mass = 1.0 / static_cast<double>(rigid->getInvMass());
-    body.radius = static_cast<double>(static_cast<const btSphereShape&>(shape).getRadius());
-    const double volume = 4.0 / 3.0 * std::numbers::pi * std::pow(body.radius, 3);
+    body.radius = std::cbrt(volume * 0.75 / std::numbers::pi);
     body.material = nearestByDensity(body.mass / volume);
   } else {
     body.material = *findMaterial("concrete");
@@ -65,7 +103,7 @@ class Sound::Impl {
       if (!bodies_.contains(event.body) || !bodies_.contains(event.other)) guessNewBodies();
       synth_.schedule(event);
     }
-    bridge_.clearEvents();
+    bridge_.clear();
     const std::size_t frames = std::min(room, framesReady());
     synth_.render<float>(channels, frames);
     return frames;
@@ -99,9 +137,13 @@ Result<Sound> Sound::attach(btDynamicsWorld& world, const SoundSettings& setting
   SynthSettings synthSettings;
   synthSettings.sampleRate = settings.sampleRate;
   synthSettings.medium = settings.medium;
+  synthSettings.impulse = settings.impulse;
   Result<Synth> synth = Synth::create(synthSettings, settings.listeners);
   if (!synth) return synth.error();
-  Result<BulletBridge> bridge = BulletBridge::attach(world, {.restSpeed = settings.restSpeed});
+  BulletBridgeSettings bridgeSettings;
+  bridgeSettings.restSpeed = settings.restSpeed;
+  if (settings.impulse == ImpulseChoice::physical) bridgeSettings.delivery = EventDelivery::prompt;
+  Result<BulletBridge> bridge = BulletBridge::attach(world, bridgeSettings);
   if (!bridge) return bridge.error();
   return Sound(std::make_unique<Impl>(world, settings, *std::move(bridge), *std::move(synth)));
 }

@@ -22,6 +22,9 @@ struct SoundSettings {
   Medium medium = {};
   std::vector<Listener> listeners = {{"listener", Vec3::Zero()}};  ///< one channel each
   double restSpeed = 0.005;  ///< m/s, slower contacts are rest and make no click
+  /// The impulse that follows from the motion, or the one that Bullet's solver applied, which is
+  /// known one to three substeps later.
+  ImpulseChoice impulse = ImpulseChoice::physical;
   /// s, how far the sound stays behind the simulation, to know every event of a block before it is
   /// rendered: the lead of the longest contact (Synth::leadTime).
   /// What comes later than that still sounds from there on, and is counted.
@@ -36,9 +39,10 @@ struct SoundSettings {
 ///
 /// Every rigid body gets a material without being asked: the built-in one whose density is nearest
 /// (in ratio) to the body's mass over its shape's volume, concrete for an immovable body, with the
-/// restitution that the body has in Bullet. This version hears spheres on spheres and on planes
-/// (see BulletBridge). It renders offline or from the thread that steps the world; it has no device
-/// and no queue yet. [one thread]. The world must outlive it.
+/// restitution that the body has in Bullet. Bodies of all shapes are heard (see BulletBridge); one
+/// that is not a sphere radiates as the sphere of its volume. It renders offline or from the thread
+/// that steps the world; it has no device and no queue yet. [one thread]. The world must outlive
+/// it.
 class Sound {
  public:
   /// Refuses what BulletBridge and Synth refuse, and a latency that is negative or not finite.
@@ -57,7 +61,7 @@ class Sound {
   std::size_t render(std::span<float* const> channels, std::size_t room);
 
   const SynthCounters& counters() const;
-  /// Pairs in contact, once per substep each, of shapes that this version does not hear.
+  /// Pairs in contact, once per substep each, of shapes that the bridge cannot follow.
   std::uint64_t unsupportedContacts() const;
 
  private:

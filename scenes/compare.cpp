@@ -76,8 +76,8 @@ struct BulletRun {
 
 Result<BulletRun> runBullet(const Scene& scene) {
   BulletScene world(scene);
-  Result<BulletBridge> bridge =
-      BulletBridge::attach(world.world(), {.restSpeed = scene.stepper.restSpeed});
+  Result<BulletBridge> bridge = BulletBridge::attach(
+      world.world(), {.restSpeed = scene.stepper.restSpeed, .delivery = EventDelivery::prompt});
   if (!bridge) return bridge.error();
   LocalReference reference(scene);
   BulletRun run;

@@ -47,13 +47,12 @@ class BulletSceneStepper : public SceneStepper {
       : scene_(std::move(scene)), bridge_(std::move(bridge)), step_(step) {}
 
   std::span<const ImpulseEvent> advanceTo(double time) override {
-    bridge_.clearEvents();
+    bridge_.clear();
     while (bridge_.time() < time)
       scene_->world().stepSimulation(static_cast<btScalar>(step_), 0);
     return bridge_.events();
   }
-  // Events lie in the substep that reports them, or after it.
-  double settledTime() const override { return bridge_.time(); }
+  double settledTime() const override { return bridge_.settledTime(); }
 
  private:
   std::unique_ptr<BulletScene> scene_;  // before the bridge: it must outlive it
@@ -70,8 +69,9 @@ Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene) {
     return std::unique_ptr<SceneStepper>(new NativeSceneStepper(*std::move(stepper)));
   }
   auto bulletScene = std::make_unique<BulletScene>(scene);
-  Result<BulletBridge> bridge =
-      BulletBridge::attach(bulletScene->world(), {.restSpeed = scene.stepper.restSpeed});
+  Result<BulletBridge> bridge = BulletBridge::attach(
+      bulletScene->world(),
+      {.restSpeed = scene.stepper.restSpeed, .delivery = EventDelivery::prompt});
   if (!bridge) return Error{scene.name + ": " + bridge.error().message};
   return std::unique_ptr<SceneStepper>(
       new BulletSceneStepper(std::move(bulletScene), *std::move(bridge), scene.stepper.step));

@@ -470,12 +470,44 @@ std::vector<ImpulseEvent> brokenEvents() {
   add([](ImpulseEvent& e) { e.effectiveMass = 0.0; });
   add([](ImpulseEvent& e) { e.radius = kNaN; });
   add([](ImpulseEvent& e) { e.radius = -0.01; });
-  add([](ImpulseEvent& e) { e.radius = 0.0; });
-  add([](ImpulseEvent& e) { e.radius = kInfinity; });  // both flat
   add([](ImpulseEvent& e) { e.otherRadius = kNaN; });
   add([](ImpulseEvent& e) { e.body = 77; });
   add([](ImpulseEvent& e) { e.other = 77; });
   return broken;
+}
+
+// What is sharp or flat touches as a ball of the edge radius would.
+TEST(Synth, EdgesAndFlatFacesAreBluntedToTheEdgeRadius) {
+  Synth synth = makeSynth({}, {kAbove});
+  const SoundBody blunt;  // for its default
+  ImpulseEvent rounded = BallDrop{.time = 0.01}.event();
+  rounded.radius = blunt.edgeRadius;
+  const double asBall = synth.contactDuration(rounded);
+  ASSERT_GT(asBall, 0.0);
+  ImpulseEvent corner = rounded;
+  corner.radius = 0.0;
+  EXPECT_DOUBLE_EQ(synth.contactDuration(corner), asBall);
+  // Two equal balls have half the radius between them: Hertz's duration goes with R^(-1/5).
+  ImpulseEvent faces = rounded;
+  faces.radius = kInfinity;
+  EXPECT_NEAR(synth.contactDuration(faces), asBall * std::pow(2.0, 0.2), 1e-9 * asBall);
+}
+
+TEST(Synth, TheAppliedImpulseSoundsWhereItIsChosenAndGiven) {
+  ImpulseEvent event = BallDrop{.time = 0.01}.event();
+  const auto peak = [&](ImpulseChoice choice) {
+    SynthSettings settings;
+    settings.impulse = choice;
+    Synth synth = makeSynth({}, {kAbove}, settings);
+    synth.schedule(event);
+    return peakOf(renderMono(synth, 4800));
+  };
+  const double physical = peak(ImpulseChoice::physical);
+  EXPECT_DOUBLE_EQ(peak(ImpulseChoice::applied), physical) << "none is given";
+  event.appliedImpulse = 0.25 * event.impulse;
+  event.hasAppliedImpulse = true;
+  EXPECT_DOUBLE_EQ(peak(ImpulseChoice::physical), physical);
+  EXPECT_NEAR(peak(ImpulseChoice::applied), 0.25 * physical, 1e-6 * physical);
 }
 
 TEST(Synth, BrokenEventsAreRejectedAndNeverSound) {

@@ -78,7 +78,7 @@ class Run {
     world_.world().stepSimulation(static_cast<btScalar>(kStep), 0);
     if (bridge_) {
       benchmark::DoNotOptimize(bridge_->events().data());
-      bridge_->clearEvents();
+      bridge_->clear();
     }
     seconds_ += cpuTime() - start;
   }

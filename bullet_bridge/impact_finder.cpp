@@ -1,0 +1,181 @@
+#include "bullet_bridge/impact_finder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace carom {
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+Vec3 nodeVelocity(const SubstepMotion& motion, Way way, const Vec3& arm) {
+  return way == Way::actual ? Vec3(motion.velocityAfter + motion.angularAfter.cross(arm))
+                            : Vec3(motion.velocityBefore + motion.angularBefore.cross(arm));
+}
+
+// At a later point of a way: the node's velocities, turned with the bodies.
+double nodeSpeedAt(const PairMotion& motion, Way way, const Proximity& touch, double s) {
+  const SubstepMotion& body = motion.pair().body->current;
+  const SubstepMotion& other = motion.pair().other->current;
+  const Vec3 arm = touch.point - motion.body().centre.positionAt(s);
+  const Vec3 otherArm = touch.point - motion.other().centre.positionAt(s);
+  return (nodeVelocity(other, way, otherArm) - nodeVelocity(body, way, arm)).dot(touch.normal);
+}
+
+// s, how long ago a point of `body` passed the tangent plane of `other`, or the other way round;
+// `apart(t)` is their distance along the normal t ago, at 0 <= 0.
+template <class Apart>
+double passedAgo(Apart apart, double longest) {
+  if (apart(longest) <= 0.0) return 0.0;
+  double inside = 0.0;
+  double outside = longest;
+  for (int bit = 0; bit < 60; ++bit) {
+    const double middle = 0.5 * (inside + outside);
+    (apart(middle) > 0.0 ? outside : inside) = middle;
+  }
+  return inside;
+}
+
+RigidMotion motionOf(const SubstepMotion& motion, double dt) {
+  return {motion.actual(dt), motion.orientation, motion.angularAfter};
+}
+
+}  // namespace
+
+double approachAtNode(const ContactPair& pair, Way way, const Vec3& point, const Vec3& normal) {
+  const SubstepMotion& body = pair.body->current;
+  const SubstepMotion& other = pair.other->current;
+  return (nodeVelocity(other, way, point - other.start) -
+          nodeVelocity(body, way, point - body.start))
+      .dot(normal);
+}
+
+// With the corners that follow close behind the first: Bullet will solve them together.
+std::optional<FoundImpact> ImpactFinder::complete(FoundImpact found, const Proximity& touch,
+                                                  double depth) {
+  points_.clear();
+  const auto add = [&](const Vec3& point) {
+    const double speed = found.motion.approachSpeedAt(point, touch.normal, found.s);
+    if (speed > 0.0) points_.push_back({point, touch.normal, speed});
+  };
+  if (!found.motion.pair().isClosedForm()) {
+    for (const Vec3& point : found.motion.pieces().patchAt(found.s, touch, depth))
+      add(point);
+  }
+  if (points_.empty()) add(touch.point);
+  if (points_.empty()) return std::nullopt;
+  found.radius = found.motion.radiusAt(PairSide::body, found.s, touch);
+  found.otherRadius = found.motion.radiusAt(PairSide::other, found.s, touch);
+  found.points = points_;
+  return found;
+}
+
+std::optional<FoundImpact> ImpactFinder::within(const PairMotion& now, const Substep& substep) {
+  FoundImpact found{.motion = now};
+  found.s = found.offset = now.touchTime(substep.dt);
+  if (found.s == kNever) return std::nullopt;
+  const Proximity touch = now.proximityAt(found.s);
+  found.nodeSpeed = nodeSpeedAt(now, Way::actual, touch, found.s);
+  if (!(found.nodeSpeed > substep.restSpeed)) return std::nullopt;
+  return complete(found, touch, found.nodeSpeed * (substep.dt - found.s));
+}
+
+std::optional<FoundImpact> ImpactFinder::prevented(const PairMotion& now, const Proximity& start,
+                                                   const SolvedContact& solved,
+                                                   const Substep& substep) {
+  if (!(solved.impulse > 0.0)) return std::nullopt;
+  double deepest = start.gap;
+  double nodeSpeed = approachAtNode(now.pair(), Way::unhindered, start.point, start.normal);
+  for (const SolvedPoint& point : solved.points) {
+    if (!(point.impulse > 0.0)) continue;
+    deepest = std::max(deepest, point.gap);
+    nodeSpeed = std::max(nodeSpeed,
+                         approachAtNode(now.pair(), Way::unhindered, point.position, point.normal));
+  }
+  if (!(nodeSpeed > substep.restSpeed)) return std::nullopt;
+  const double horizon = 2.0 * start.gap / nodeSpeed;
+  FoundImpact found{.motion =
+                        PairMotion(now.pair(), Way::unhindered, substep.dt, horizon, freePieces_)};
+  found.nodeSpeed = nodeSpeed;
+  found.solved = true;
+  found.s = found.offset = found.motion.touchTime(horizon);
+  if (found.s == kNever) return std::nullopt;
+  return complete(found, found.motion.proximityAt(found.s), deepest - start.gap);
+}
+
+std::optional<FoundImpact> ImpactFinder::overlapping(const PairMotion& now,
+                                                     const Substep& substep) {
+  FoundImpact found{.motion =
+                        PairMotion(now.pair(), Way::unhindered, substep.dt, 0.0, freePieces_)};
+  const Proximity touch = found.motion.proximityAt(0.0);
+  found.nodeSpeed = approachAtNode(now.pair(), Way::unhindered, touch.point, touch.normal);
+  found.solved = true;
+  if (!(found.nodeSpeed > substep.restSpeed)) return std::nullopt;
+  return complete(found, touch, 0.0);
+}
+
+std::optional<FoundImpact> ImpactFinder::newPoints(const PairMotion& now,
+                                                   const SolvedContact& solved,
+                                                   const Substep& substep,
+                                                   const PreviousSubstep& previous) {
+  points_.clear();
+  const SolvedPoint* deepest = nullptr;
+  double nodeSpeed = 0.0;
+  for (const SolvedPoint& point : solved.points) {
+    const double speed = approachAtNode(now.pair(), Way::unhindered, point.position, point.normal);
+    if (speed <= 0.0 || (point.gap > 0.0 && !(point.impulse > 0.0))) continue;
+    points_.push_back({point.position, point.normal, speed});
+    if (speed <= substep.restSpeed) continue;
+    nodeSpeed = std::max(nodeSpeed, speed);
+    if (deepest == nullptr || point.gap < deepest->gap) deepest = &point;
+  }
+  if (deepest == nullptr) return std::nullopt;
+
+  FoundImpact found{.motion =
+                        PairMotion(now.pair(), Way::unhindered, substep.dt, 0.0, freePieces_)};
+  found.nodeSpeed = nodeSpeed;
+  found.solved = true;
+  Proximity touch = now.proximityAt(0.0);
+  touch.gap = deepest->gap;
+  touch.normal = deepest->normal;
+  touch.otherPoint = deepest->position;
+  touch.point = deepest->position + deepest->gap * deepest->normal;
+  found.radius = now.radiusAt(PairSide::body, 0.0, touch);
+  found.otherRadius = now.radiusAt(PairSide::other, 0.0, touch);
+  found.points = points_;
+  if (deepest->gap < 0.0 && previous.body.known && previous.other.known) {
+    dateBack(found, touch, previous);
+  }
+  return found;
+}
+
+// To when the deepest of the points met the other surface, in the substep before.
+void ImpactFinder::dateBack(FoundImpact& found, const Proximity& touch,
+                            const PreviousSubstep& previous) {
+  const RigidMotion body = motionOf(previous.body, previous.dt);
+  const RigidMotion other = motionOf(previous.other, previous.dt);
+  const Pose bodyNow = body.poseAt(previous.dt);
+  const Pose otherNow = other.poseAt(previous.dt);
+  const Vec3 bodyPoint = bodyNow.toLocal(touch.point);
+  const Vec3 otherPoint = otherNow.toLocal(touch.otherPoint);
+  const Vec3 otherNormal = otherNow.rotation.transpose() * touch.normal;
+  const auto apart = [&](double ago) {
+    const Pose bodyThen = body.poseAt(previous.dt - ago);
+    const Pose otherThen = other.poseAt(previous.dt - ago);
+    return (bodyThen.toWorld(bodyPoint) - otherThen.toWorld(otherPoint))
+        .dot(otherThen.rotation * otherNormal);
+  };
+  const double ago = passedAgo(apart, previous.dt);
+  found.motion = PairMotion(found.motion.pair(), body, other);
+  found.s = previous.dt - ago;
+  found.offset = -ago;
+  const Pose bodyThen = body.poseAt(found.s);
+  for (BlowPoint& point : points_) {
+    point.position = bodyThen.toWorld(bodyNow.toLocal(point.position));
+    const double speed = found.motion.approachSpeedAt(point.position, point.normal, found.s);
+    if (speed > 0.0) point.approachSpeed = speed;
+  }
+}
+
+}  // namespace carom

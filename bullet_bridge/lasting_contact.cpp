@@ -1,0 +1,84 @@
+#include "bullet_bridge/lasting_contact.h"
+
+#include <cmath>
+#include <limits>
+
+namespace carom {
+namespace {
+
+struct Meeting {
+  Vec3 position;
+  Vec3 normal;
+};
+
+// Mean of the points, weighted by load; where there is none, the nearest points of the two shapes.
+Meeting meetingOf(const PairMotion& now, const SolvedContact& solved) {
+  Meeting mean{Vec3::Zero(), Vec3::Zero()};
+  double sum = 0.0;
+  for (const SolvedPoint& point : solved.points) {
+    mean.position += point.impulse * point.position;
+    mean.normal += point.impulse * point.normal;
+    sum += point.impulse;
+  }
+  if (sum > 0.0 && !mean.normal.isZero()) return {mean.position / sum, mean.normal.normalized()};
+  const Proximity near = now.proximityAt(0.0);
+  return {near.otherPoint, near.normal};
+}
+
+Proximity proximityOf(const PairMotion& now, const Meeting& meeting) {
+  Proximity near = now.proximityAt(0.0);
+  near.point = near.otherPoint = meeting.position;
+  near.normal = meeting.normal;
+  return near;
+}
+
+// m/s, of the contact point: that of the centre of curvature of the more curved body.
+Vec3 contactVelocity(const PairMotion& now, const Meeting& meeting, double s) {
+  const Proximity near = proximityOf(now, meeting);
+  const double radius = now.rollingRadius(PairSide::body, near);
+  const double otherRadius = now.rollingRadius(PairSide::other, near);
+  if (std::isinf(radius) && std::isinf(otherRadius)) {
+    return now.bodyVelocityAt(meeting.position, s);
+  }
+  return radius <= otherRadius
+             ? now.bodyVelocityAt(meeting.position + radius * meeting.normal, s)
+             : now.otherVelocityAt(meeting.position - otherRadius * meeting.normal, s);
+}
+
+}  // namespace
+
+ContactState lastingContact(const PairMotion& now, const SolvedContact& solved, double time,
+                            double dt) {
+  const Meeting meeting = meetingOf(now, solved);
+  const auto tangential = [&](const Vec3& v) {
+    return Vec3(v - v.dot(meeting.normal) * meeting.normal);
+  };
+  // In the middle of the substep, where the parabola has the mean velocity.
+  const double middle = 0.5 * dt;
+  const Vec3 bodyVelocity = now.bodyVelocityAt(meeting.position, middle);
+  const Vec3 otherVelocity = now.otherVelocityAt(meeting.position, middle);
+  const Vec3 pointVelocity = contactVelocity(now, meeting, middle);
+
+  ContactState state;
+  state.time = time;
+  state.duration = dt;
+  state.body = now.pair().body->id;
+  state.other = now.pair().other->id;
+  state.normal = meeting.normal;
+  state.position = meeting.position;
+  state.normalLoad = std::max(0.0, solved.applied.dot(meeting.normal)) / dt;
+  state.appliedImpulse = solved.applied;
+  state.slipVelocity = tangential(bodyVelocity - otherVelocity);
+  state.rollingVelocity = tangential(pointVelocity - 0.5 * (bodyVelocity + otherVelocity));
+
+  const RigidMotion body = now.pair().body->actual(dt);
+  const RigidMotion other = now.pair().other->actual(dt);
+  const Vec3 end = meeting.position + dt * pointVelocity;
+  state.pathStart = body.poseAt(0.0).toLocal(meeting.position);
+  state.pathEnd = body.poseAt(dt).toLocal(end);
+  state.otherPathStart = other.poseAt(0.0).toLocal(meeting.position);
+  state.otherPathEnd = other.poseAt(dt).toLocal(end);
+  return state;
+}
+
+}  // namespace carom

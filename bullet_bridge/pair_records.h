@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "audio/contact_state.h"
+#include "audio/impulse_event.h"
+
+namespace carom {
+
+/// An impact that was found: both bodies' shares, and what Bullet has applied for it so far.
+struct Impact {
+  ImpulseEvent body;   ///< its share of the pair's `body`
+  ImpulseEvent other;  ///< the other body's
+  double restitution = 0.0;
+  double foundAt = 0.0;         ///< s, start of the substep in which it was found
+  Vec3 applied = Vec3::Zero();  ///< N s, on the pair's `body`
+  int solved = 0;               ///< substeps in which Bullet's solver has acted
+  bool delivered = false;
+};
+
+/// What the bridge remembers of a pair from one substep to the next.
+struct PairRecord {
+  BodyId body = 0;
+  BodyId other = 0;
+  bool open = false;     ///< an impact is under way: what Bullet applies belongs to it
+  bool spent = false;    ///< it was delivered, but the two still approach: not another one
+  bool lasting = false;  ///< in lasting contact
+  bool visited = false;  ///< in this substep
+  int idle = 0;          ///< substeps of the lasting contact without load, up to now
+  Impact impact;
+  ContactState state;  ///< of the substep before
+
+  bool isNeeded() const { return open || spent || lasting; }
+};
+
+/// The records of all pairs that need one, found by key. Memory is kept; a record stays where it is
+/// until the end of the substep in which it is no longer needed.
+class PairRecords {
+ public:
+  /// nullptr if there is none. Records made in this substep are not found until its end.
+  PairRecord* find(std::uint64_t key);
+  /// Of a pair that has none.
+  PairRecord& add(std::uint64_t key);
+  /// Forgets what is no longer needed. Order of `forEach` is that of the keys.
+  void endSubstep();
+
+  template <class Visit>
+  void forEach(Visit visit) {
+    for (const Entry& entry : entries_)
+      visit(records_[entry.second]);
+  }
+
+ private:
+  using Entry = std::pair<std::uint64_t, std::uint32_t>;  // key and place
+
+  std::vector<Entry> entries_;  // sorted by key up to known_, then this substep's
+  std::size_t known_ = 0;
+  std::vector<PairRecord> records_;
+  std::vector<std::uint32_t> free_;  // places
+};
+
+}  // namespace carom

@@ -1,0 +1,93 @@
+#include "bullet_bridge/swept_boxes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace carom {
+namespace {
+
+// Doubles become floats with a relative error of 2^-24.
+constexpr float kOutwards = std::numeric_limits<float>::epsilon();
+
+float roundedDown(double value) {
+  const auto nearest = static_cast<float>(value);
+  return nearest - kOutwards * std::abs(nearest);
+}
+
+float roundedUp(double value) {
+  const auto nearest = static_cast<float>(value);
+  return nearest + kOutwards * std::abs(nearest);
+}
+
+// m, in one direction: how far the centre of a body leaves its start during the substep.
+struct Travel {
+  double low = 0.0;
+  double high = 0.0;
+};
+
+// Between its ends a parabola leaves their range by up to a dt^2 / 8. Bullet's solver acts on gaps
+// that approach and rebound together, at most twice the approach, would close.
+Travel travelOf(const SubstepMotion& motion, Eigen::Index axis, double dt, bool speculative) {
+  const double bulge = 0.125 * dt * dt * std::abs(motion.acceleration[axis]);
+  const double went = dt * motion.velocityAfter[axis];
+  Travel travel{std::min(0.0, went) - bulge, std::max(0.0, went) + bulge};
+  if (speculative) {
+    const double would = 2.0 * dt * (motion.velocityBefore[axis] + dt * motion.acceleration[axis]);
+    travel.low = std::min(travel.low, would);
+    travel.high = std::max(travel.high, would);
+  }
+  return travel;
+}
+
+// m, around the body's centre at the start of the substep, whatever it turns meanwhile.
+void readExtent(const TrackedBody& body, double dt, Vec3& low, Vec3& high) {
+  if (body.shape == ContactShape::sphere) {
+    low.setConstant(-body.radius);
+    high.setConstant(body.radius);
+    return;
+  }
+  btTransform pose = body.object->getWorldTransform();  // now: it has turned
+  pose.setOrigin(btVector3(0, 0, 0));
+  btVector3 least;
+  btVector3 most;
+  body.object->getCollisionShape()->getAabb(pose, least, most);
+  const double turn =
+      dt * std::max(body.current.angularBefore.norm(), body.current.angularAfter.norm());
+  const double bulge = body.radius * std::min(2.0 * turn, 2.0);
+  low = toVec3(least).array() - bulge;
+  high = toVec3(most).array() + bulge;
+}
+
+SweptBox boxOf(const TrackedBody& body, double dt, bool speculative) {
+  SweptBox box;
+  box.active = body.awake;
+  Vec3 low;
+  Vec3 high;
+  readExtent(body, dt, low, high);
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const Travel travel = travelOf(body.current, axis, dt, speculative);
+    const double start = body.current.start[axis];
+    box.low[static_cast<std::size_t>(axis)] = roundedDown(start + low[axis] + travel.low);
+    box.high[static_cast<std::size_t>(axis)] = roundedUp(start + high[axis] + travel.high);
+  }
+  return box;
+}
+
+}  // namespace
+
+std::span<const SweptBox> SweptBoxes::of(const BodyTracker& tracker, double dt) {
+  boxes_.clear();
+  const std::vector<TrackedBody>& bodies = tracker.bodies();
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const TrackedBody& body = bodies[i];
+    if (body.shape != ContactShape::sphere && body.shape != ContactShape::other) continue;
+    if (!body.current.known) continue;
+    SweptBox box = boxOf(body, dt, tracker.hasOtherShapes());
+    box.body = static_cast<std::uint32_t>(i);
+    boxes_.push_back(box);
+  }
+  return boxes_;
+}
+
+}  // namespace carom
