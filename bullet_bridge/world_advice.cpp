@@ -232,8 +232,8 @@ void adviseRestitutionThreshold(const Survey& survey, List& list) {
     advice.reason = "Nothing bounces below " + text(threshold, " m/s");
     if (survey.gravity > 0.0) {
       advice.reason += ", a fall of " + length(threshold * threshold / (2.0 * survey.gravity)) +
-                       ", so the last chatter is lost; less than twice what gravity adds in a step "
-                       "would give up calm rest for it";
+                       ", so the last chatter is lost; the advised value loses only bounces that "
+                       "last less than four steps";
     }
   } else if (survey.links() > 0 && threshold < 1.5 * perStep) {
     advice.reason = "Links at rest bounce for ever, at up to " + text(perStep, " m/s") +
@@ -412,7 +412,7 @@ void adviseContinuousCollision(const Survey& survey, List& list) {
   if (advice.bodies == 0) return;
   advice.reason = "Above " + text(slowest, " m/s") +
                   " it stops bodies before they touch, at restitution 0, so that bounces are too "
-                  "slow by 38 % on average; a smaller step does without.";
+                  "slow by a third or more; a smaller step does without.";
   list.push_back(std::move(advice));
 }
 

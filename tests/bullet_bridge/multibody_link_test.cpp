@@ -10,6 +10,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/no_alloc_scope.h"
+
 namespace carom {
 namespace {
 
@@ -349,6 +351,19 @@ TEST(MultibodyMass, APointAgainstItselfIsNotMovedByOppositeImpulses) {
   const Vec3 point = tree->centre(5);
   EXPECT_NEAR(mass.inverseEffectiveMass((*tree)[5], point, (*tree)[5], point, Vec3::UnitX()), 0.0,
               1e-12);
+}
+
+TEST(MultibodyMass, AllocatesNothingOnceItHasSeenTheLargest) {
+  const auto large = randomTree(1, false);
+  Tree small(0, 1.0, Vec3(1, 1, 1), false);
+  small.finish();
+  MultibodyMass mass;
+  mass.inverseEffectiveMass((*large)[5], Vec3::Zero(), Vec3::UnitX());
+  const test::NoAllocScope scope;
+  mass.inverseEffectiveMass(small[-1], Vec3::Zero(), Vec3::UnitX());
+  mass.inverseEffectiveMass((*large)[5], Vec3::Zero(), (*large)[2], Vec3::UnitY(), Vec3::UnitX());
+  linkVelocity((*large)[5]);
+  EXPECT_EQ(scope.allocations(), 0u);
 }
 
 /// Bullet's own articulated body algorithm, brought up to date by a step of no duration.
