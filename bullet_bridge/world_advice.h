@@ -43,7 +43,8 @@ struct AdviceSettings {
   /// Lets tune change Bullet's globals, which concern all worlds of the process.
   bool processWide = false;
   /// Lets tune switch off what pushes links out of what they have penetrated: bounces become right,
-  /// but a link that does not bounce stays as deep as it went in, up to |v| dt.
+  /// but a link that does not bounce stays as deep as it went in, up to |v| dt. Bullet has one
+  /// number for both, so rigid bodies of that world are not pushed apart either.
   bool leaveLinksInside = false;
 };
 
