@@ -8,14 +8,28 @@
 namespace carom {
 namespace {
 
-constexpr float kCellPerBox = 1.25F;      // edge of a cell, in largest boxes
-constexpr float kSmallestCell = 1e-6F;    // m
-constexpr float kFarthestCell = 0x1p19F;  // beyond, rounding would take boxes out of their cells
+constexpr float kEdge = 1.0625F;     // of a cell, in largest boxes
+constexpr float kLeastEdge = 1e-4F;  // m
+// Floats still tell 32 places within a cell here: rounding does not use up what kEdge leaves.
+constexpr float kFarthestCell = 0x1p18F;
 constexpr std::uint32_t kLoose = std::numeric_limits<std::uint32_t>::max();
 constexpr std::uint64_t kFewestCells = 64;
 constexpr std::uint64_t kCellsPerBox = 2;      // on the lattice, rounded up to a power of two
 constexpr std::uint64_t kMostCellsPerBox = 8;  // with a number each
 constexpr std::uint64_t kCostOfRow = 3;        // of looking it up, in boxes
+
+constexpr int kPartBits = 10;  // a cell has 2^10 parts
+constexpr float kOnePart = 0x1p-10F;
+
+// In a code, the 20 bits of each coordinate have a guard on top, which takes the borrow when two
+// codes are subtracted; below it is then the sign of the difference, as all are small.
+constexpr int kCodeBits = 21;
+constexpr std::uint64_t kGuard = std::uint64_t{1} << (kCodeBits - 1);
+constexpr std::uint64_t kGuards = kGuard | kGuard << kCodeBits | kGuard << 2 * kCodeBits;
+constexpr std::uint64_t kSigns = kGuards >> 1;
+
+constexpr std::size_t kBlock = 1024;  // candidates at a time, which stay in the first cache
+constexpr std::uint32_t kChunk = 4;   // boxes of a range that are gathered without a branch
 
 // Steps of a lattice that fills the numbers evenly (powers of the inverse plastic number), for
 // cells that are too many to have a number each.
@@ -48,6 +62,36 @@ constexpr bool neighboursAlwaysDiffer() {
 }
 static_assert(neighboursAlwaysDiffer());
 
+std::uint64_t codeOf(const std::array<std::int32_t, 3>& part) {
+  const auto bits = [](std::int32_t value) {
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(value)) & (kGuard - 1);
+  };
+  return bits(part[0]) | bits(part[1]) << kCodeBits | bits(part[2]) << 2 * kCodeBits;
+}
+
+struct IndexRange {
+  std::uint32_t begin = 0, end = 0;
+};
+
+// Writes a few more than there are, where most ranges are short and nobody can foretell how short.
+std::uint64_t* gather(std::uint32_t index, const IndexRange& range, std::uint64_t* out) {
+  const std::uint64_t first = std::uint64_t{index} << 32 | range.begin;
+  const std::uint32_t count = range.end - range.begin;
+  for (std::uint32_t i = 0; i < kChunk; ++i)
+    out[i] = first + i;
+  for (std::uint32_t i = kChunk; i < count; ++i)
+    out[i] = first + i;
+  return out + count;
+}
+
+std::uint32_t firstOf(std::uint64_t candidate) {
+  return static_cast<std::uint32_t>(candidate >> 32);
+}
+
+std::uint32_t secondOf(std::uint64_t candidate) {
+  return static_cast<std::uint32_t>(candidate);
+}
+
 void findAmong(std::span<const SweptBox> boxes, const SweptBox& box, PairList& found) {
   found.reserve(boxes.size());
   for (const SweptBox& other : boxes)
@@ -56,10 +100,17 @@ void findAmong(std::span<const SweptBox> boxes, const SweptBox& box, PairList& f
 
 }  // namespace
 
+// Rounded towards zero, where two parts become one: that is quicker than rounding down, and of two
+// places the greater one still has no smaller part.
+BoxGrid::Cell BoxGrid::partAt(const std::array<float, 3>& place) const {
+  return {static_cast<std::int32_t>(place[0] * partsPerMetre_),
+          static_cast<std::int32_t>(place[1] * partsPerMetre_),
+          static_cast<std::int32_t>(place[2] * partsPerMetre_)};
+}
+
 BoxGrid::Cell BoxGrid::cellAt(const std::array<float, 3>& place) const {
-  return {static_cast<std::int32_t>(place[0] * cellsPerMetre_),
-          static_cast<std::int32_t>(place[1] * cellsPerMetre_),
-          static_cast<std::int32_t>(place[2] * cellsPerMetre_)};
+  const Cell part = partAt(place);
+  return {part[0] >> kPartBits, part[1] >> kPartBits, part[2] >> kPartBits};
 }
 
 std::uint32_t BoxGrid::numberOf(const Cell& cell) const {
@@ -75,7 +126,8 @@ bool BoxGrid::fits(const SweptBox& box) const {
 }
 
 void BoxGrid::build(std::span<const SweptBox> boxes, float size) {
-  cellsPerMetre_ = 1.0F / std::max(kCellPerBox * size, kSmallestCell);
+  cellsPerMetre_ = 1.0F / std::max(kEdge * size, kLeastEdge);
+  partsPerMetre_ = cellsPerMetre_ * static_cast<float>(1 << kPartBits);
   measure(boxes);
   setStrides();
   countBoxes(boxes);
@@ -99,7 +151,7 @@ void BoxGrid::measure(std::span<const SweptBox> boxes) {
     }
   }
   count_ = static_cast<std::uint32_t>(boxes.size() - loose_.size());
-  occupied_ = count_ == 0 ? Range{} : Range{cellAt(low), cellAt(high)};
+  occupied_ = count_ == 0 ? CellRange{} : CellRange{cellAt(low), cellAt(high)};
 }
 
 // Rows of at least three cells in planes of at least three rows: then the neighbours of a cell have
@@ -133,11 +185,13 @@ void BoxGrid::sortBoxes(std::span<const SweptBox> boxes) {
   for (std::uint32_t& start : starts_)
     start = end += start;
   boxes_.resize(count_);
+  codes_.resize(count_);
   cellOf_.resize(count_);
   for (std::size_t i = boxes.size(); i-- > 0;) {
     if (unsorted_[i] == kLoose) continue;
     const std::uint32_t place = --starts_[unsorted_[i]];
     boxes_[place] = boxes[i];
+    codes_[place] = {codeOf(partAt(boxes[i].low)), codeOf(partAt(boxes[i].high))};
     cellOf_[place] = unsorted_[i];
   }
 }
@@ -150,43 +204,80 @@ void BoxGrid::repeatFirstCells() {
   starts_[cells + 2] = count_ + repeated;
   boxes_.resize(count_ + repeated);
   std::copy_n(boxes_.begin(), repeated, boxes_.begin() + count_);
+  codes_.resize(count_ + repeated);
+  std::copy_n(codes_.begin(), repeated, codes_.begin() + count_);
 }
 
 // The rest of its cell, the next cell, and three cells in each of the four rows that follow; the
 // others' turn found, or finds, what lies before.
-void BoxGrid::findForward(std::uint32_t index, PairList& found) const {
-  const SweptBox box = boxes_[index];
+void BoxGrid::gatherForward(std::uint32_t index) {
   const std::uint32_t cell = cellOf_[index];
-  const auto findFrom = [&](std::uint32_t begin, std::uint32_t end) {
-    findAmong({boxes_.data() + begin, boxes_.data() + end}, box, found);
-  };
-  findFrom(index + 1, starts_[cell + 2]);
-  for (const std::uint32_t stride :
-       {strideY_, strideZ_ - strideY_, strideZ_, strideZ_ + strideY_}) {
+  const auto rowAt = [this, cell](std::uint32_t stride) {
     const std::uint32_t first = (cell + stride - 1) & mask_;
-    findFrom(starts_[first], starts_[first + 3]);
-  }
+    return IndexRange{starts_[first], starts_[first + 3]};
+  };
+  const std::array<IndexRange, 5> ranges{IndexRange{index + 1, starts_[cell + 2]}, rowAt(strideY_),
+                                         rowAt(strideZ_ - strideY_), rowAt(strideZ_),
+                                         rowAt(strideZ_ + strideY_)};
+  std::size_t most = candidateCount_ + kChunk;
+  for (const IndexRange& range : ranges)
+    most += range.end - range.begin;
+  if (candidates_.size() < most) candidates_.resize(2 * most);
+  Candidate* out = candidates_.data() + candidateCount_;
+  for (const IndexRange& range : ranges)
+    out = gather(index, range, out);
+  candidateCount_ = most - kChunk;
 }
 
-void BoxGrid::findWithin(PairList& found) const {
-  for (std::uint32_t index = 0; index < count_; ++index)
-    findForward(index, found);
+// By their codes: keeps those that overlap, and a few that only nearly do.
+void BoxGrid::dropApart() {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < candidateCount_; ++i) {
+    const Candidate candidate = candidates_[i];
+    const Code& a = codes_[firstOf(candidate)];
+    const Code& b = codes_[secondOf(candidate)];
+    const std::uint64_t apart = ((a.high | kGuards) - b.low) | ((b.high | kGuards) - a.low);
+    candidates_[kept] = candidate;
+    kept += (apart & kSigns) == 0 ? 1 : 0;
+  }
+  candidateCount_ = kept;
+}
+
+void BoxGrid::confirm(PairList& found) {
+  dropApart();
+  found.reserve(candidateCount_);
+  for (std::size_t i = 0; i < candidateCount_; ++i) {
+    const SweptBox& a = boxes_[firstOf(candidates_[i])];
+    const SweptBox& b = boxes_[secondOf(candidates_[i])];
+    found.addIf(overlap(a, b), a.body, b.body);
+  }
+  candidateCount_ = 0;
+}
+
+void BoxGrid::findWithin(PairList& found) {
+  for (std::uint32_t index = 0; index < count_; ++index) {
+    gatherForward(index);
+    if (candidateCount_ >= kBlock) confirm(found);
+  }
+  confirm(found);
   for (std::size_t i = 0; i < loose_.size(); ++i) {
     findAmong({boxes_.data(), count_}, loose_[i], found);
     findAmong(std::span(loose_).subspan(i + 1), loose_[i], found);
   }
 }
 
-// The cells where lowest corners of boxes that overlap `box` may lie.
-BoxGrid::Range BoxGrid::reachOf(const SweptBox& box) const {
-  Range reach;
+// The cells where lowest corners of boxes that overlap `box` may lie. A part more because of those
+// just below zero, which count as zero.
+BoxGrid::CellRange BoxGrid::reachOf(const SweptBox& box) const {
+  CellRange reach;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto low = static_cast<float>(occupied_.low[axis]);
     const auto high = static_cast<float>(occupied_.high[axis]);
     const float from = std::clamp(box.low[axis] * cellsPerMetre_ - 1.0F, low - 1.0F, high + 1.0F);
-    const float to = std::clamp(box.high[axis] * cellsPerMetre_, low - 1.0F, high + 1.0F);
-    reach.low[axis] = std::max(static_cast<std::int32_t>(from), occupied_.low[axis]);
-    reach.high[axis] = std::min(static_cast<std::int32_t>(to), occupied_.high[axis]);
+    const float to =
+        std::clamp(box.high[axis] * cellsPerMetre_ + kOnePart, low - 1.0F, high + 1.0F);
+    reach.low[axis] = std::max(static_cast<std::int32_t>(std::floor(from)), occupied_.low[axis]);
+    reach.high[axis] = std::min(static_cast<std::int32_t>(std::floor(to)), occupied_.high[axis]);
   }
   return reach;
 }
@@ -195,7 +286,7 @@ std::size_t BoxGrid::costAround(const SweptBox& box) const {
   return costOf(reachOf(box)) + loose_.size();
 }
 
-std::size_t BoxGrid::costOf(const Range& reach) const {
+std::size_t BoxGrid::costOf(const CellRange& reach) const {
   const auto cells = [&](std::size_t axis) {
     return static_cast<std::uint64_t>(std::max(reach.high[axis] - reach.low[axis] + 1, 0));
   };
@@ -206,7 +297,7 @@ std::size_t BoxGrid::costOf(const Range& reach) const {
 
 void BoxGrid::findAround(const SweptBox& box, PairList& found) const {
   findAmong(loose_, box, found);
-  const Range reach = reachOf(box);
+  const CellRange reach = reachOf(box);
   const std::size_t cost = costOf(reach);
   if (cost == 0) return;
   if (cost == count_) return findAmong({boxes_.data(), count_}, box, found);
@@ -217,7 +308,8 @@ void BoxGrid::findAround(const SweptBox& box, PairList& found) const {
 }
 
 // The numbers of a row may wrap around once: it has fewer cells than there are boxes.
-void BoxGrid::findInRow(const Range& reach, Cell row, const SweptBox& box, PairList& found) const {
+void BoxGrid::findInRow(const CellRange& reach, Cell row, const SweptBox& box,
+                        PairList& found) const {
   const std::uint32_t length = static_cast<std::uint32_t>(reach.high[0] - reach.low[0] + 1);
   const std::uint32_t first = numberOf(row);
   const std::uint32_t beforeWrap = std::min(length, mask_ + 1 - first);

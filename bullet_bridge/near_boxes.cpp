@@ -80,7 +80,7 @@ void NearBoxes::distribute(std::span<const SweptBox> boxes) {
   }
 }
 
-const BoxGrid& NearBoxes::gridOf(const Level& level, Group& group) {
+BoxGrid& NearBoxes::gridOf(const Level& level, Group& group) {
   if (!group.built) group.grid.build(group.boxes, level.size);
   group.built = true;
   return group.grid;

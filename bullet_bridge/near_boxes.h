@@ -47,7 +47,7 @@ class NearBoxes {
   void measure(std::span<const SweptBox> boxes);
   void setLevels();
   void distribute(std::span<const SweptBox> boxes);
-  const BoxGrid& gridOf(const Level& level, Group& group);
+  BoxGrid& gridOf(const Level& level, Group& group);
   void findBetween(const Level& large, Group& largeBoxes, const Level& small, Group& smallBoxes);
   void findAcross(const Group& group, const BoxGrid& grid);
 

@@ -136,6 +136,24 @@ TEST(NearBoxes, FindsEveryPairOfFewSmallBoxesAmongManyLargeOnes) {
   expectAllPairsOnce(boxes);
 }
 
+TEST(NearBoxes, LargeBoxesThatEndJustBelowZeroFindSmallOnesThatBeginThere) {
+  Random random(6);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    Boxes boxes;
+    while (boxes.size() < 3000) {
+      Place place = random.placeIn(1.0);
+      if (random(0.0, 1.0) < 0.1) place[axis] = 0.05 - random(0.0, 3e-4);
+      addCube(boxes, place, 0.1);
+    }
+    for (int i = 0; i < 10; ++i) {
+      Place place = random.placeIn(0.5);
+      place[axis] = -0.25 - random(0.0, 3e-4);
+      addCube(boxes, place, 0.5);
+    }
+    expectAllPairsOnce(boxes);
+  }
+}
+
 TEST(NearBoxes, FindsEveryPairInPlanesAndRows) {
   Random random(5);
   for (std::size_t axis = 0; axis < 3; ++axis) {
