@@ -66,7 +66,13 @@ Nearest nearestOnTriangle(const Simplex& simplex, std::size_t i, std::size_t j, 
     nearest.weights[i] = atStart;
     nearest.weights[j] = atFirst;
     nearest.weights[k] = atSecond;
-    nearest.point = (start.dot(normal) / squared) * normal;
+    // A point of a near triangle has its direction best from the triangle's normal, but that one is
+    // rounded where the triangle is small or thin and far.
+    const double height = start.dot(normal);
+    const double longest = std::max(first.squaredNorm(), second.squaredNorm());
+    const bool near = height * height * longest < squared * squared;
+    nearest.point = near ? Vec3((height / squared) * normal)
+                         : Vec3(start + atFirst * first + atSecond * second);
     nearest.squared = nearest.point.squaredNorm();
     return nearest;
   }
@@ -139,14 +145,22 @@ bool holds(const Simplex& simplex, const Vec3& difference) {
   return false;
 }
 
-CoreDistance fromSimplex(const Simplex& simplex, const Nearest& nearest, double overlap) {
-  CoreDistance result;
+Corner nearestCorner(const Simplex& simplex, const Nearest& nearest) {
+  Corner corner{nearest.point, Vec3::Zero(), Vec3::Zero()};
   for (std::size_t i = 0; i < simplex.count; ++i) {
-    result.point += nearest.weights[i] * simplex.corners[i].body;
-    result.otherPoint += nearest.weights[i] * simplex.corners[i].other;
+    corner.body += nearest.weights[i] * simplex.corners[i].body;
+    corner.other += nearest.weights[i] * simplex.corners[i].other;
   }
+  return corner;
+}
+
+CoreDistance fromSimplex(const Simplex& simplex, const Nearest& nearest, double overlap) {
+  const Corner corner = nearestCorner(simplex, nearest);
+  CoreDistance result;
+  result.point = corner.body;
+  result.otherPoint = corner.other;
   const double distance = std::sqrt(nearest.squared);
-  if (!(distance > overlap)) return result;
+  if (distance <= overlap) return result;  // what is not a number stays so
   result.distance = distance;
   result.normal = nearest.point / distance;
   return result;
@@ -190,7 +204,13 @@ CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, con
     Simplex grown = simplex;
     grown.corners[grown.count++] = corner;
     Nearest better = nearestInSimplex(grown);
-    if (!(better.squared < nearest.squared)) break;
+    if (!(better.squared < nearest.squared)) {
+      // Too thin a simplex for its digits: on from its nearest point alone.
+      grown.corners = {nearestCorner(simplex, nearest), corner};
+      grown.count = 2;
+      better = nearestInSimplex(grown);
+      if (!(better.squared < nearest.squared)) break;
+    }
     reduce(grown, better);
     simplex = grown;
     nearest = better;

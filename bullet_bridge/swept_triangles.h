@@ -37,6 +37,7 @@ void forEachTriangle(const btConcaveShape& mesh, const SweptBox& box, Visit visi
     const SweptBox& box;
     Visit& visit;
   };
+  if (!box.low.allFinite() || !box.high.allFinite()) return;  // Bullet would quantize it
   Visitor visitor(box, visit);
   mesh.processAllTriangles(&visitor, roundedOutwards(box.low, false),
                            roundedOutwards(box.high, true));
