@@ -172,7 +172,8 @@ void ConvexPiece::scaleBy(double factor) {
 ConvexPiece ConvexPiece::withSharpEdges() const {
   ConvexPiece sharp = *this;
   // In Bullet's own precision, which gives back the size that the box was made with.
-  sharp.half_ = scale_.x() * toVec3(static_cast<const btBoxShape*>(shape_)->getHalfExtentsWithMargin());
+  sharp.half_ =
+      scale_.x() * toVec3(static_cast<const btBoxShape*>(shape_)->getHalfExtentsWithMargin());
   sharp.margin_ = 0.0;
   sharp.ballRadius_ = sharp.half_.norm();
   return sharp;

@@ -131,7 +131,10 @@ std::uint32_t ShapePair::variantAgainst(Side& side, Leaf& leaf, const Leaf& agai
   const bool onPlane = against.type == STATIC_PLANE_PROXYTYPE;
   const bool sharp =
       piece.core() == Core::box && (onPlane || (isBox && against.type == BOX_SHAPE_PROXYTYPE));
-  const bool bare = !isBox && leaf.polyhedron && against.polyhedron;
+  // Bullet's detector of spheres and triangles knows no margin of the triangle.
+  const bool bare =
+      (!isBox && leaf.polyhedron && against.polyhedron) ||
+      (leaf.type == TRIANGLE_SHAPE_PROXYTYPE && against.type == SPHERE_SHAPE_PROXYTYPE);
   if (!sharp && !bare) return leaf.piece;
   if (leaf.variant == leaf.piece) {
     leaf.variant = static_cast<std::uint32_t>(side.pieces.size());
