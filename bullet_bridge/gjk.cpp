@@ -177,7 +177,8 @@ CoreDistance aboveHalfSpace(const PlacedPiece& body, const PlacedPiece& plane) {
 
 }  // namespace
 
-CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, const Vec3& guess) {
+CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, const Vec3& guess,
+                          double gapTolerance) {
   if (other.piece->core() == ConvexPiece::Core::halfSpace) return aboveHalfSpace(body, other);
   if (body.piece->core() == ConvexPiece::Core::halfSpace) {
     CoreDistance result = aboveHalfSpace(other, body);
@@ -194,12 +195,15 @@ CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, con
   nearest.weights[0] = 1.0;
   nearest.squared = nearest.point.squaredNorm();
   const double overlap = kRounding * size;
+  const double margins = body.piece->margin() + other.piece->margin();
   int iteration = 0;
   for (; iteration < kMaxIterations && nearest.squared > overlap * overlap; ++iteration) {
     const Corner corner = cornerAgainst(body, other, nearest.point);
     const double excess = nearest.squared - nearest.point.dot(corner.difference);
-    const double rounding = kRounding * size * std::sqrt(nearest.squared);
-    if (!(excess > std::max(kTolerance * nearest.squared, rounding))) break;
+    const double length = std::sqrt(nearest.squared);
+    const double tolerated = std::max({kTolerance * nearest.squared, kRounding * size * length,
+                                       gapTolerance * (nearest.squared - margins * length)});
+    if (!(excess > tolerated)) break;
     if (holds(simplex, corner.difference)) break;
     Simplex grown = simplex;
     grown.corners[grown.count++] = corner;

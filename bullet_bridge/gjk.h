@@ -30,7 +30,10 @@ struct CoreDistance {
 /// Petrinic and Barbieri (2017), but relative to one of its corners: that keeps the digits when a
 /// simplex is small and far. Stops when distance and lower bound differ by 1e-12 of the distance or
 /// by rounding, or after 100 iterations. `guess` is a direction from other to body, the nearer to
-/// the normal the faster. Overlap of cores is found, not measured. [any thread]
-CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, const Vec3& guess);
+/// the normal the faster. Overlap of cores is found, not measured.
+/// With a `gapTolerance` it stops as soon as distance and lower bound differ by no more than that
+/// fraction of the gap, which is the distance less both margins. [any thread]
+CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, const Vec3& guess,
+                          double gapTolerance = 0.0);
 
 }  // namespace carom

@@ -313,11 +313,14 @@ SeparationBound ShapePair::boundFrom(const Pair& pair, const Placed& placed, con
 
 double ShapePair::touchTime(Pair& pair, double horizon) {
   constexpr int kMaxSteps = 100;
+  constexpr double kGapTolerance = 0.02;
   double s = 0.0;
   if (pair.axis.isZero(0.0)) pair.axis = Vec3::UnitY();
   for (int step = 0; step < kMaxSteps; ++step) {
     const Placed placed = place(pair, s);
-    const CoreDistance distance = coreDistance(placed.first, placed.second, pair.axis);
+    // The bound holds along any direction: one that is nearly the normal will do.
+    const CoreDistance distance =
+        coreDistance(placed.first, placed.second, pair.axis, kGapTolerance);
     const double gap =
         distance.distance - placed.first.piece->margin() - placed.second.piece->margin();
     if (std::isnan(gap)) return kNever;
