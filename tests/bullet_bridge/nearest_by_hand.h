@@ -170,8 +170,8 @@ inline double roundRound(const RoundSet& one, const Pose& pose, const RoundSet& 
   return distance;
 }
 
-/// The first time at which `gap` is no longer positive, by looking at `pieces` instants and at `hint`
-/// (a time, or infinity): a touch between two of them is missed.
+/// The first time at which `gap` is no longer positive, by looking at `pieces` instants and at
+/// `hint` (a time, or infinity): a touch between two of them is missed.
 template <class Gap>
 double searchedTouch(Gap gap, double horizon, int pieces, double hint) {
   double low = 0.0;
