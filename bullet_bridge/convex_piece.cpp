@@ -82,8 +82,8 @@ bool ConvexPiece::readPoints(const btConvexShape& shape) {
   } else if (type == CONVEX_HULL_SHAPE_PROXYTYPE) {
     const auto& hull = static_cast<const btConvexHullShape&>(shape);
     core_ = Core::points;
-    points_ = hull.getUnscaledPoints();
     pointCount_ = hull.getNumPoints();
+    if (pointCount_ > 0) points_ = hull.getUnscaledPoints();
     scale_ = toVec3(hull.getLocalScalingNV());
     return pointCount_ > 0;
   } else if (type == CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE) {
