@@ -14,7 +14,9 @@ constexpr double kRounding = 4.0 * std::numeric_limits<double>::epsilon();
 
 // A corner of the difference of the two cores, and what it is the difference of.
 struct Corner {
-  Vec3 difference, body, other;
+  Vec3 difference = Vec3::Zero();
+  Vec3 body = Vec3::Zero();
+  Vec3 other = Vec3::Zero();
 };
 
 struct Simplex {
