@@ -1,0 +1,177 @@
+// How exact the bridge's collisions are: one table, every case beside an independent reference.
+// Usage: bench_bridge_accuracy [--only TEXT] [--worst]
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bullet_bridge/bullet_bridge.h"
+#include "tests/bench/accuracy_cases.h"
+#include "tests/bench/accuracy_table.h"
+#include "tests/bench/pair_reference.h"
+#include "tests/bullet_bridge/bridge_access.h"
+
+namespace carom::bench {
+namespace {
+
+constexpr double kSteps[] = {1.0 / 60, 1.0 / 240, 1.0 / 1000};  // s
+constexpr int kDeliverySteps = 5;  // an event comes some substeps after its impact
+
+/// One run: what the reference says, and what the bridge says.
+struct PairRun {
+  std::vector<ReferenceImpact> reference;
+  std::vector<ReferenceImpact> bridge;
+  double end = 0.0;  // s; later impacts do not count, the bridge may not have told them all
+  int needless = 0;
+  double pathError = 0.0;  // m
+  bool unsupported = false;
+};
+
+void collect(BulletBridge& bridge, PairRun& run) {
+  for (const ImpulseEvent& event : bridge.events()) {
+    if (event.body == 0) run.bridge.push_back({event.time, event.impulse.norm()});
+  }
+  clearBridge(bridge);
+}
+
+PairRun follow(PairWorld& world, const PairCase& which, double dt) {
+  Result<BulletBridge> bridge = BulletBridge::attach(world.world);
+  if (!bridge) std::abort();
+  PairReference reference(
+      *world.bodies[0], *world.bodies[1],
+      double(world.bodies[0]->getRestitution() * world.bodies[1]->getRestitution()),
+      double(world.world.getSolverInfo().m_restitutionVelocityThreshold));
+  PairRun run;
+  const double exactStep = double(btScalar(dt));
+  int left = int(std::lround(which.duration / dt));
+  for (double time = 0.0; left > -kDeliverySteps; --left, time += exactStep) {
+    const bool compared = left > 0;
+    if (compared) reference.beforeStep(exactStep);
+    world.world.stepSimulation(btScalar(dt), 0);
+    if (compared) reference.afterStep(exactStep);
+    if (compared) run.end = time + exactStep;
+    if (which.firstOnly && !reference.impacts().empty()) left = std::min(left, 1);
+    collect(*bridge, run);
+  }
+  run.reference = reference.impacts();
+  run.needless = reference.needless();
+  run.pathError = reference.pathError();
+  run.unsupported = sawUnsupported(*bridge);
+  return run;
+}
+
+void noteMiss(AccuracyRow& row, const char* what, double time, const std::string& run) {
+  if (!row.firstMiss.empty()) return;
+  row.firstMiss = std::string(what) + " at " + std::to_string(time) + " s, " + run;
+}
+
+// All impacts of the run, each with the nearest that the bridge has within a substep.
+void compareAll(PairRun& run, const std::string& name, AccuracyRow& row) {
+  for (const ReferenceImpact& impact : run.reference) {
+    const auto nearest =
+        std::min_element(run.bridge.begin(), run.bridge.end(), [&](const auto& a, const auto& b) {
+          return std::abs(a.time - impact.time) < std::abs(b.time - impact.time);
+        });
+    const bool found =
+        nearest != run.bridge.end() && std::abs(nearest->time - impact.time) <= row.step;
+    if (impact.time >= run.end && !found) continue;
+    ++row.impacts;
+    if (!found) {
+      ++row.missed;
+      noteMiss(row, "missed", impact.time, name);
+      continue;
+    }
+    row.addMatch(1e6 * std::abs(nearest->time - impact.time),
+                 std::abs(nearest->impulse / impact.impulse - 1.0), name);
+    run.bridge.erase(nearest);
+  }
+  for (const ReferenceImpact& impact : run.bridge) {
+    if (impact.time >= run.end) continue;
+    ++row.spurious;
+    noteMiss(row, "spurious", impact.time, name);
+  }
+}
+
+// Only the first: what the bridge has before it is spurious, and what it has at the same time
+// again; of what comes later this reference knows nothing.
+void keepFirst(PairRun& run) {
+  constexpr double kSame = 50e-6;  // s
+  if (run.reference.empty()) return;
+  const double first = run.reference.front().time;
+  run.reference.resize(1);
+  std::sort(run.bridge.begin(), run.bridge.end(),
+            [](const auto& a, const auto& b) { return a.time < b.time; });
+  const auto later = std::find_if(run.bridge.begin(), run.bridge.end(),
+                                  [&](const auto& a) { return a.time > first + kSame; });
+  // If the bridge is late, its first is what there is to compare.
+  run.bridge.erase(later == run.bridge.begin() && later != run.bridge.end() ? later + 1 : later,
+                   run.bridge.end());
+  run.end = 1e9;
+}
+
+// The same everywhere, unlike std::hash.
+std::uint64_t seedOf(const std::string& name, double dt, int run) {
+  std::uint64_t seed = std::uint64_t(std::lround(1.0 / dt)) * 1000003U + std::uint64_t(run);
+  for (const char letter : name)
+    seed = (seed ^ static_cast<unsigned char>(letter)) * 1099511628211U;
+  return seed;
+}
+
+AccuracyRow rowOf(const PairCase& which, double dt) {
+  AccuracyRow row;
+  row.name = which.name;
+  row.step = dt;
+  row.barRms = which.barRms;
+  row.barMax = which.barMax;
+  row.barImpulse = which.barImpulse;
+  for (int number = 0; number < which.runs; ++number) {
+    Random random(seedOf(which.name, dt, number));
+    PairWorld world(which.firstOnly || which.name == "sphere on plane" ? 9.81 : 0.0);
+    const std::string name =
+        "run " + std::to_string(number) + ": " + which.build(world, random, number, dt);
+    PairRun run = follow(world, which, dt);
+    ++row.runs;
+    row.needless += run.needless;
+    row.pathError = std::max(row.pathError, run.pathError);
+    row.unsupported = row.unsupported || run.unsupported;
+    if (which.firstOnly) keepFirst(run);
+    compareAll(run, name, row);
+  }
+  return row;
+}
+
+struct Options {
+  std::string only;  // part of the case's name
+  bool worst = false;
+};
+
+void printCases(const std::vector<PairCase>& cases, const Options& options) {
+  for (const PairCase& which : cases) {
+    if (which.name.find(options.only) == std::string::npos) continue;
+    for (const double dt : kSteps) {
+      const AccuracyRow row = rowOf(which, dt);
+      printRow(row);
+      if (options.worst) printWorst(row);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace carom::bench
+
+int main(int argc, char** argv) {
+  carom::bench::Options options;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view argument = argv[i];
+    if (argument == "--worst") options.worst = true;
+    if (argument == "--only" && i + 1 < argc) options.only = argv[++i];
+  }
+  carom::bench::printHeader();
+  carom::bench::printCases(carom::bench::sphereCases(), options);
+  carom::bench::printCases(carom::bench::shapeCases(), options);
+  return 0;
+}
