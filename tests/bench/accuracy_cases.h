@@ -2,37 +2,13 @@
 
 #include <functional>
 #include <limits>
-#include <random>
 #include <string>
 #include <vector>
 
 #include "tests/bench/pair_world.h"
+#include "tests/support/random.h"
 
 namespace carom::bench {
-
-/// Numbers that are the same everywhere.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : engine_(seed) {}
-  double between(double low, double high) {
-    return low + (high - low) * double(engine_() >> 11) * 0x1p-53;
-  }
-  int below(int limit) { return int(between(0.0, double(limit))); }
-  Vec3 inCube() { return {between(-1, 1), between(-1, 1), between(-1, 1)}; }
-  Vec3 direction() {
-    for (;;) {
-      const Vec3 point = inCube();
-      if (point.norm() <= 1.0 && point.norm() > 0.1) return point.normalized();
-    }
-  }
-  Quat orientation() {
-    const Vec3 axis = direction();
-    return Quat(Eigen::AngleAxisd(between(0.0, 2.0 * 3.141592653589793), axis));
-  }
-
- private:
-  std::mt19937_64 engine_;
-};
 
 /// What many runs of a pair of bodies have in common.
 struct PairCase {

@@ -64,6 +64,28 @@ void printRow(const AccuracyRow& row) {
   std::fflush(stdout);
 }
 
+void printRestRow(const std::string& name, double step, int events, bool supported) {
+  std::printf("| %s | 1/%.0f | 1 | 0 | 0 | 0 | ", name.c_str(), 1.0 / step);
+  if (supported) {
+    std::printf("%d | | | | 0 events | %s |\n", events, events == 0 ? "holds" : "missed");
+  } else {
+    std::printf("| | | | 0 events | not supported |\n");
+  }
+  std::fflush(stdout);
+}
+
+void printBalanceRow(const std::string& name, double step, int runs, int collisions,
+                     double imbalance, double bar, bool supported) {
+  std::printf("| %s | 1/%.0f | %d | %d | | | | | | ", name.c_str(), 1.0 / step, runs, collisions);
+  if (supported) {
+    std::printf("%.2g | %g %% | %s |\n", 100.0 * imbalance, 100.0 * bar,
+                imbalance <= bar ? "holds" : "missed");
+  } else {
+    std::printf("| %g %% | not supported |\n", 100.0 * bar);
+  }
+  std::fflush(stdout);
+}
+
 void printWorst(const AccuracyRow& row) {
   std::fprintf(stderr,
                "%s, 1/%.0f: worst %s; missed or spurious: %s; needless pushes %d; path %.1g m\n",

@@ -35,6 +35,11 @@ struct AccuracyRow {
 
 void printHeader();
 void printRow(const AccuracyRow& row);
+/// One in which nothing may be heard: of `events`, the bar is none.
+void printRestRow(const std::string& name, double step, int events, bool supported);
+/// One whose impulses must balance: the greatest imbalance, a fraction, against its bar.
+void printBalanceRow(const std::string& name, double step, int runs, int collisions,
+                     double imbalance, double bar, bool supported);
 /// To the error stream: the runs to look at.
 void printWorst(const AccuracyRow& row);
 

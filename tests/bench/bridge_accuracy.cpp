@@ -11,6 +11,8 @@
 
 #include "bullet_bridge/bullet_bridge.h"
 #include "tests/bench/accuracy_cases.h"
+#include "tests/bench/accuracy_momentum.h"
+#include "tests/bench/accuracy_rest.h"
 #include "tests/bench/accuracy_table.h"
 #include "tests/bench/pair_reference.h"
 #include "tests/bullet_bridge/bridge_access.h"
@@ -149,13 +151,43 @@ struct Options {
   bool worst = false;
 };
 
+bool isWanted(const std::string& name, const Options& options) {
+  return name.find(options.only) != std::string::npos;
+}
+
 void printCases(const std::vector<PairCase>& cases, const Options& options) {
   for (const PairCase& which : cases) {
-    if (which.name.find(options.only) == std::string::npos) continue;
+    if (!isWanted(which.name, options)) continue;
     for (const double dt : kSteps) {
       const AccuracyRow row = rowOf(which, dt);
       printRow(row);
       if (options.worst) printWorst(row);
+    }
+  }
+}
+
+void printMomentum(const Options& options) {
+  for (const bool friction : {false, true}) {
+    for (const bool prompt : {false, true}) {
+      const std::string name = std::string("momentum, ") + (friction ? "with" : "no") +
+                               " friction, " + (prompt ? "prompt" : "complete") + " delivery";
+      if (!isWanted(name, options)) continue;
+      for (const double dt : kSteps) {
+        const MomentumCase which{dt, friction, prompt, 200};
+        const MomentumResult result = runMomentum(which);
+        printBalanceRow(name, dt, which.scenes, result.collisions, result.imbalance, 1e-5,
+                        !result.unsupported);
+      }
+    }
+  }
+}
+
+void printRest(const Options& options) {
+  for (const RestCase& which : restCases()) {
+    if (!isWanted(which.name(), options)) continue;
+    for (const double dt : {1.0 / 60, 1.0 / 240}) {
+      const RestResult result = runRest(which, dt);
+      printRestRow(which.name(), dt, result.events, !result.unsupported);
     }
   }
 }
@@ -173,5 +205,7 @@ int main(int argc, char** argv) {
   carom::bench::printHeader();
   carom::bench::printCases(carom::bench::sphereCases(), options);
   carom::bench::printCases(carom::bench::shapeCases(), options);
+  carom::bench::printMomentum(options);
+  carom::bench::printRest(options);
   return 0;
 }

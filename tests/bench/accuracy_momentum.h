@@ -1,0 +1,24 @@
+#pragma once
+
+namespace carom::bench {
+
+struct MomentumCase {
+  double step = 0.0;  ///< s
+  bool friction = false;
+  bool prompt = false;  ///< events as soon as they are known, instead of when they are over
+  int scenes = 0;
+};
+
+struct MomentumResult {
+  int collisions = 0;
+  /// Greatest over all bodies: of what they changed in momentum beyond what was reported as
+  /// applied and what gravity gave, relative to the sum of the impulses' magnitudes.
+  double imbalance = 0.0;
+  bool unsupported = false;
+};
+
+/// Random bodies thrown at each other over a plane. Each scene is followed from its start to a
+/// random time; then all bodies are taken apart, so that whatever was applied gets reported.
+MomentumResult runMomentum(const MomentumCase& which);
+
+}  // namespace carom::bench

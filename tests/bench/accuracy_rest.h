@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace carom::bench {
+
+/// Bodies that touch the ground at rest, for a while: nothing may be heard.
+struct RestCase {
+  enum class Shape { sphere, box };
+  enum class Ground { plane, box };
+  Shape shape = Shape::sphere;
+  Ground ground = Ground::plane;
+  int bodies = 0;
+  bool maySleep = true;
+  std::string name() const;
+};
+
+struct RestResult {
+  int events = 0;
+  bool unsupported = false;
+};
+
+std::vector<RestCase> restCases();
+/// 10 s in steps of `dt`, s.
+RestResult runRest(const RestCase& which, double dt);
+
+}  // namespace carom::bench
