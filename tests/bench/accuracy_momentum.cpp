@@ -15,7 +15,6 @@ namespace carom::bench {
 namespace {
 
 constexpr double kGravity = 9.81;  // m/s^2
-constexpr int kCalmSteps = 8;      // after which nothing is pending
 
 Vec3 toVec3(const btVector3& v) {
   return {double(v.x()), double(v.y()), double(v.z())};
@@ -68,9 +67,7 @@ Scene::Scene(const MomentumCase& which, int number)
   const int bodies = 2 + random_.below(6);
   for (int i = 0; i < bodies; ++i)
     addBody(friction);
-  BulletBridgeSettings settings;
-  if (which.prompt) settings = promptly(settings);
-  Result<BulletBridge> bridge = BulletBridge::attach(world_.world, settings);
+  Result<BulletBridge> bridge = BulletBridge::attach(world_.world);
   if (!bridge) std::abort();
   bridge_.push_back(*std::move(bridge));
   for (Account& account : accounts_)
@@ -123,7 +120,7 @@ void Scene::takeApart() {
     pose.setOrigin(btVector3(btScalar(100 * i), btScalar(1000), 0));
     accounts_[i].body->setCenterOfMassTransform(pose);
   }
-  for (int i = 0; i < kCalmSteps; ++i)
+  for (int i = 0; i < stepsUntilDelivered(dt_); ++i)
     step();
 }
 

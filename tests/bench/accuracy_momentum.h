@@ -5,7 +5,6 @@ namespace carom::bench {
 struct MomentumCase {
   double step = 0.0;  ///< s
   bool friction = false;
-  bool prompt = false;  ///< events as soon as they are known, instead of when they are over
   int scenes = 0;
 };
 

@@ -21,7 +21,6 @@ namespace carom::bench {
 namespace {
 
 constexpr double kSteps[] = {1.0 / 60, 1.0 / 240, 1.0 / 1000};  // s
-constexpr int kDeliverySteps = 5;  // an event comes some substeps after its impact
 
 /// One run: what the reference says, and what the bridge says.
 struct PairRun {
@@ -50,7 +49,8 @@ PairRun follow(PairWorld& world, const PairCase& which, double dt) {
   PairRun run;
   const double exactStep = double(btScalar(dt));
   int left = int(std::lround(which.duration / dt));
-  for (double time = 0.0; left > -kDeliverySteps; --left, time += exactStep) {
+  const int after = stepsUntilDelivered(exactStep);
+  for (double time = 0.0; left > -after; --left, time += exactStep) {
     const bool compared = left > 0;
     if (compared) reference.beforeStep(exactStep);
     world.world.stepSimulation(btScalar(dt), 0);
@@ -168,16 +168,14 @@ void printCases(const std::vector<PairCase>& cases, const Options& options) {
 
 void printMomentum(const Options& options) {
   for (const bool friction : {false, true}) {
-    for (const bool prompt : {false, true}) {
-      const std::string name = std::string("momentum, ") + (friction ? "with" : "no") +
-                               " friction, " + (prompt ? "prompt" : "complete") + " delivery";
-      if (!isWanted(name, options)) continue;
-      for (const double dt : kSteps) {
-        const MomentumCase which{dt, friction, prompt, 200};
-        const MomentumResult result = runMomentum(which);
-        printBalanceRow(name, dt, which.scenes, result.collisions, result.imbalance, 1e-5,
-                        !result.unsupported);
-      }
+    const std::string name =
+        std::string("momentum, ") + (friction ? "with friction" : "no friction");
+    if (!isWanted(name, options)) continue;
+    for (const double dt : kSteps) {
+      const MomentumCase which{dt, friction, 200};
+      const MomentumResult result = runMomentum(which);
+      printBalanceRow(name, dt, which.scenes, result.collisions, result.imbalance, 1e-5,
+                      !result.unsupported);
     }
   }
 }

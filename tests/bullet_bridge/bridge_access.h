@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <span>
 
 #include "audio/contact_state.h"
@@ -42,6 +43,12 @@ double settledTimeOf(const Bridge& bridge) {
   } else {
     return bridge.time();
   }
+}
+
+/// How many substeps after an impact it has been delivered in any case.
+inline int stepsUntilDelivered(double step) {
+  constexpr double kLongest = 0.02;  // s; or three substeps, if they are longer
+  return 5 + static_cast<int>(std::ceil(kLongest / step));
 }
 
 /// Settings that deliver at once, if there is a choice.

@@ -17,7 +17,6 @@ namespace {
 constexpr double kRounding = 1e-9;
 // Bullet acts on a gap that closes within two substeps; with room.
 constexpr double kLookAhead = 4.0;  // substeps
-constexpr int kCalmSteps = 8;       // after which nothing is pending
 
 bool isFinite(const Vec3& vector) {
   return vector.allFinite();
@@ -199,7 +198,7 @@ RandomSceneResult runRandomScene(std::uint64_t seed, bool prompt) {
     scene.advance();
     watch.read(scene.bodiesEver());
   }
-  scene.calm(kCalmSteps);
+  scene.calm(stepsUntilDelivered(scene.step()));
   watch.read(scene.bodiesEver());
   watch.finish();
   return watch.result;
