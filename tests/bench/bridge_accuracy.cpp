@@ -1,9 +1,10 @@
 // How exact the bridge's collisions are: one table, every case beside an independent reference.
-// Usage: bench_bridge_accuracy [--only TEXT] [--worst]
+// Usage: bench_bridge_accuracy [--only TEXT] [--worst] [--run NUMBER]
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <string>
 #include <string_view>
@@ -34,7 +35,11 @@ struct PairRun {
 
 void collect(BulletBridge& bridge, PairRun& run) {
   for (const ImpulseEvent& event : bridge.events()) {
-    if (event.body == 0) run.bridge.push_back({event.time, event.impulse.norm()});
+    if (event.body != 0) continue;
+    run.bridge.push_back({.time = event.time,
+                          .impulse = event.impulse.norm(),
+                          .speed = event.approachSpeed,
+                          .mass = event.effectiveMass});
   }
   clearBridge(bridge);
 }
@@ -66,9 +71,11 @@ PairRun follow(PairWorld& world, const PairCase& which, double dt) {
   return run;
 }
 
-void noteMiss(AccuracyRow& row, const char* what, double time, const std::string& run) {
+void noteMiss(AccuracyRow& row, const char* what, const ReferenceImpact& impact,
+              const std::string& run) {
   if (!row.firstMiss.empty()) return;
-  row.firstMiss = std::string(what) + " at " + std::to_string(time) + " s, " + run;
+  row.firstMiss = std::string(what) + " at " + std::to_string(impact.time) + " s with " +
+                  std::to_string(impact.speed) + " m/s, " + run;
 }
 
 // All impacts of the run, each with the nearest that the bridge has within a substep.
@@ -84,7 +91,7 @@ void compareAll(PairRun& run, const std::string& name, AccuracyRow& row) {
     ++row.impacts;
     if (!found) {
       ++row.missed;
-      noteMiss(row, "missed", impact.time, name);
+      noteMiss(row, "missed", impact, name);
       continue;
     }
     row.addMatch(1e6 * std::abs(nearest->time - impact.time),
@@ -94,7 +101,7 @@ void compareAll(PairRun& run, const std::string& name, AccuracyRow& row) {
   for (const ReferenceImpact& impact : run.bridge) {
     if (impact.time >= run.end) continue;
     ++row.spurious;
-    noteMiss(row, "spurious", impact.time, name);
+    noteMiss(row, "spurious", impact, name);
   }
 }
 
@@ -123,7 +130,30 @@ std::uint64_t seedOf(const std::string& name, double dt, int run) {
   return seed;
 }
 
-AccuracyRow rowOf(const PairCase& which, double dt) {
+struct Options {
+  std::string only;  // part of the case's name
+  bool worst = false;
+  int run = -1;  // only this one, in detail
+};
+
+// To the error stream.
+void printRun(const PairRun& run, const std::string& name, double dt) {
+  std::fprintf(stderr, "%s, 1/%.0f\n", name.c_str(), 1.0 / dt);
+  for (const auto* list : {&run.reference, &run.bridge}) {
+    for (const ReferenceImpact& impact : *list) {
+      std::fprintf(stderr, "  %s %.9f s, %.6g m/s, %.6g kg, %.6g N s",
+                   list == &run.bridge ? "bridge   " : "reference", impact.time, impact.speed,
+                   impact.mass, impact.impulse);
+      if (list == &run.reference) {
+        std::fprintf(stderr, ", %.2f substeps after its node%s", (impact.time - impact.node) / dt,
+                     impact.ahead ? ", speculative" : "");
+      }
+      std::fprintf(stderr, "\n");
+    }
+  }
+}
+
+AccuracyRow rowOf(const PairCase& which, double dt, const Options& options) {
   AccuracyRow row;
   row.name = which.name;
   row.step = dt;
@@ -131,11 +161,13 @@ AccuracyRow rowOf(const PairCase& which, double dt) {
   row.barMax = which.barMax;
   row.barImpulse = which.barImpulse;
   for (int number = 0; number < which.runs; ++number) {
+    if (options.run >= 0 && number != options.run) continue;
     Random random(seedOf(which.name, dt, number));
     PairWorld world(which.firstOnly || which.name == "sphere on plane" ? 9.81 : 0.0);
     const std::string name =
         "run " + std::to_string(number) + ": " + which.build(world, random, number, dt);
     PairRun run = follow(world, which, dt);
+    if (options.run >= 0) printRun(run, name, dt);
     ++row.runs;
     row.needless += run.needless;
     row.pathError = std::max(row.pathError, run.pathError);
@@ -146,11 +178,6 @@ AccuracyRow rowOf(const PairCase& which, double dt) {
   return row;
 }
 
-struct Options {
-  std::string only;  // part of the case's name
-  bool worst = false;
-};
-
 bool isWanted(const std::string& name, const Options& options) {
   return name.find(options.only) != std::string::npos;
 }
@@ -159,7 +186,7 @@ void printCases(const std::vector<PairCase>& cases, const Options& options) {
   for (const PairCase& which : cases) {
     if (!isWanted(which.name, options)) continue;
     for (const double dt : kSteps) {
-      const AccuracyRow row = rowOf(which, dt);
+      const AccuracyRow row = rowOf(which, dt, options);
       printRow(row);
       if (options.worst) printWorst(row);
     }
@@ -198,6 +225,7 @@ int main(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument = argv[i];
     if (argument == "--worst") options.worst = true;
+    if (argument == "--run" && i + 1 < argc) options.run = std::atoi(argv[++i]);
     if (argument == "--only" && i + 1 < argc) options.only = argv[++i];
   }
   carom::bench::printHeader();

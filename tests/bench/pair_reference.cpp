@@ -186,7 +186,8 @@ void PairReference::find(double dt) {
   const double before = approachSpeed(&Body::before, 0.0, &Body::before);
   if (gap_ <= 0.0) return record(&Body::free, 0.0, before);
   if (pushed() && before > kRestSpeed) {
-    const std::optional<double> touch = firstTouch(&Body::free, 4.0 * dt);
+    // Bullet acts on a gap that closes within 1 + e substeps; with room for what turns meanwhile.
+    const std::optional<double> touch = firstTouch(&Body::free, 1.1 * (1.0 + restitution_) * dt);
     if (!touch) ++needless_;
     return touch ? record(&Body::free, *touch, before) : void();
   }
@@ -198,7 +199,13 @@ void PairReference::record(Way way, double time, double nodeSpeed) {
   if (!(nodeSpeed > kRestSpeed)) return;
   const double restitution = nodeSpeed < restitutionThreshold_ ? 0.0 : restitution_;
   const double speed = approachSpeed(way, time, way);
-  impacts_.push_back({time_ + time, (1.0 + restitution) * speed / inverseMass(way, time)});
+  const double mass = 1.0 / inverseMass(way, time);
+  impacts_.push_back({.time = time_ + time,
+                      .impulse = (1.0 + restitution) * mass * speed,
+                      .speed = speed,
+                      .mass = mass,
+                      .node = time_,
+                      .ahead = way == &Body::free});
   collided_ = approachSpeed(&Body::before, 0.0, &Body::after) > kRestSpeed;
 }
 

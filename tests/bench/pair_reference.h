@@ -24,6 +24,10 @@ struct BodyPath {
 struct ReferenceImpact {
   double time = 0.0;     ///< s
   double impulse = 0.0;  ///< N s, magnitude
+  double speed = 0.0;    ///< m/s, of approach
+  double mass = 0.0;     ///< kg, effective
+  double node = 0.0;     ///< s, the node before it
+  bool ahead = false;    ///< a speculative contact
 };
 
 /// The exact impacts of one pair of bodies on the path that Bullet takes.
