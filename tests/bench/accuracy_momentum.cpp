@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <vector>
@@ -51,7 +52,9 @@ class Scene {
   void step();
   void book(BodyId id, const Vec3& impulse);
   void takeApart();
+  double imbalanceOf(const Account& account, const Vec3& fallen) const;
 
+  bool told_;
   double dt_;
   Random random_;
   PairWorld world_{kGravity};
@@ -60,7 +63,7 @@ class Scene {
 };
 
 Scene::Scene(const MomentumCase& which, int number)
-    : dt_(which.step), random_(std::uint64_t(number)) {
+    : told_(which.only >= 0), dt_(which.step), random_(std::uint64_t(number)) {
   const double friction = which.friction ? 0.5 : 0.0;
   world_.add(std::make_shared<btStaticPlaneShape>(btVector3(0, 1, 0), btScalar(0)),
              {.restitution = 0.7, .friction = 1.0});
@@ -124,20 +127,30 @@ void Scene::takeApart() {
     step();
 }
 
+double Scene::imbalanceOf(const Account& account, const Vec3& fallen) const {
+  const double mass = 1.0 / double(account.body->getInvMass());
+  const Vec3 changed =
+      mass * (toVec3(account.body->getLinearVelocity()) - account.velocityAtStart - fallen);
+  // Of a body that nothing has touched there is nothing to compare but rounding.
+  const double scale = std::max(account.magnitudes, mass * 0.5);
+  const Vec3 lacking = changed - account.reported;
+  if (told_) {
+    std::fprintf(stderr, "  body %u (%s): sum of |J| %.6g N s, not reported (%.3g %.3g %.3g) N s\n",
+                 account.id, account.body->getCollisionShape()->getName(), account.magnitudes,
+                 lacking.x(), lacking.y(), lacking.z());
+  }
+  return lacking.norm() / scale;
+}
+
 void Scene::run(MomentumResult& result) {
   const int steps = int(random_.between(0.1, 1.0) / dt_);
   for (int i = 0; i < steps; ++i)
     step();
   takeApart();
+  if (told_) std::fprintf(stderr, "  %d substeps of 1/%.0f s\n", steps, 1.0 / dt_);
   const Vec3 fallen = -kGravity * steps * double(btScalar(dt_)) * Vec3::UnitY();
-  for (const Account& account : accounts_) {
-    const double mass = 1.0 / double(account.body->getInvMass());
-    const Vec3 changed =
-        mass * (toVec3(account.body->getLinearVelocity()) - account.velocityAtStart - fallen);
-    // Of a body that nothing has touched there is nothing to compare but rounding.
-    const double scale = std::max(account.magnitudes, mass * 0.5);
-    result.imbalance = std::max(result.imbalance, (changed - account.reported).norm() / scale);
-  }
+  for (const Account& account : accounts_)
+    result.imbalance = std::max(result.imbalance, imbalanceOf(account, fallen));
   result.collisions += int(bridge_.front().counters().collisions);
   result.unsupported = result.unsupported || !kHasContacts<BulletBridge>;
 }
@@ -146,8 +159,12 @@ void Scene::run(MomentumResult& result) {
 
 MomentumResult runMomentum(const MomentumCase& which) {
   MomentumResult result;
-  for (int number = 0; number < which.scenes; ++number)
+  for (int number = 0; number < which.scenes; ++number) {
+    if (which.only >= 0 && number != which.only) continue;
+    const double before = result.imbalance;
     Scene(which, number).run(result);
+    if (result.imbalance > before) result.worst = number;
+  }
   return result;
 }
 

@@ -6,6 +6,7 @@ struct MomentumCase {
   double step = 0.0;  ///< s
   bool friction = false;
   int scenes = 0;
+  int only = -1;  ///< this scene alone, told to the error stream body by body
 };
 
 struct MomentumResult {
@@ -13,6 +14,7 @@ struct MomentumResult {
   /// Greatest over all bodies: of what they changed in momentum beyond what was reported as
   /// applied and what gravity gave, relative to the sum of the impulses' magnitudes.
   double imbalance = 0.0;
+  int worst = -1;  ///< the scene of it
   bool unsupported = false;
 };
 

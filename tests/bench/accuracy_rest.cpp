@@ -1,5 +1,6 @@
 #include "tests/bench/accuracy_rest.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <memory>
@@ -48,6 +49,15 @@ void addBodies(PairWorld& world, const RestCase& which, int side) {
   }
 }
 
+double greatestSpeed(const PairWorld& world) {
+  double speed = 0.0;
+  for (const auto& body : world.bodies) {
+    const double turning = kHalf * double(body->getAngularVelocity().length());
+    speed = std::max(speed, turning + double(body->getLinearVelocity().length()));
+  }
+  return speed;
+}
+
 }  // namespace
 
 std::string RestCase::name() const {
@@ -78,6 +88,7 @@ RestResult runRest(const RestCase& which, double dt) {
   RestResult result;
   for (int step = 0; step < int(std::lround(kDuration / dt)); ++step) {
     world.world.stepSimulation(btScalar(dt), 0);
+    result.speed = std::max(result.speed, greatestSpeed(world));
     result.events += int(bridge->events().size());
     clearBridge(*bridge);
   }

@@ -18,6 +18,7 @@ struct RestCase {
 
 struct RestResult {
   int events = 0;
+  double speed = 0.0;  ///< m/s, greatest of a body's surface, in Bullet
   bool unsupported = false;
 };
 

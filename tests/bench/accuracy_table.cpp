@@ -64,8 +64,9 @@ void printRow(const AccuracyRow& row) {
   std::fflush(stdout);
 }
 
-void printRestRow(const std::string& name, double step, int events, bool supported) {
-  std::printf("| %s | 1/%.0f | 1 | 0 | 0 | 0 | ", name.c_str(), 1.0 / step);
+void printRestRow(const std::string& name, double step, int events, double speed, bool supported) {
+  std::printf("| %s (in Bullet up to %.1g m/s) | 1/%.0f | 1 | 0 | 0 | 0 | ", name.c_str(), speed,
+              1.0 / step);
   if (supported) {
     std::printf("%d | | | | 0 events | %s |\n", events, events == 0 ? "holds" : "missed");
   } else {

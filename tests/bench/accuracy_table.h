@@ -35,8 +35,9 @@ struct AccuracyRow {
 
 void printHeader();
 void printRow(const AccuracyRow& row);
-/// One in which nothing may be heard: of `events`, the bar is none.
-void printRestRow(const std::string& name, double step, int events, bool supported);
+/// One in which nothing may be heard: of `events`, the bar is none. `speed`, m/s, is the greatest
+/// of a body's surface in Bullet, which ought to be 0.
+void printRestRow(const std::string& name, double step, int events, double speed, bool supported);
 /// One whose impulses must balance: the greatest imbalance, a fraction, against its bar.
 void printBalanceRow(const std::string& name, double step, int runs, int collisions,
                      double imbalance, double bar, bool supported);

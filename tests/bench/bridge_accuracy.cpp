@@ -199,10 +199,12 @@ void printMomentum(const Options& options) {
         std::string("momentum, ") + (friction ? "with friction" : "no friction");
     if (!isWanted(name, options)) continue;
     for (const double dt : kSteps) {
-      const MomentumCase which{dt, friction, 200};
+      const MomentumCase which{dt, friction, 200, options.run};
       const MomentumResult result = runMomentum(which);
       printBalanceRow(name, dt, which.scenes, result.collisions, result.imbalance, 1e-5,
                       !result.unsupported);
+      if (options.worst)
+        std::fprintf(stderr, "%s, 1/%.0f: worst run %d\n", name.c_str(), 1.0 / dt, result.worst);
     }
   }
 }
@@ -212,7 +214,7 @@ void printRest(const Options& options) {
     if (!isWanted(which.name(), options)) continue;
     for (const double dt : {1.0 / 60, 1.0 / 240}) {
       const RestResult result = runRest(which, dt);
-      printRestRow(which.name(), dt, result.events, !result.unsupported);
+      printRestRow(which.name(), dt, result.events, result.speed, !result.unsupported);
     }
   }
 }
