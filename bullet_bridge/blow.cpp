@@ -17,9 +17,10 @@ PairInertia::Answer PairInertia::answerOf(const TrackedBody& body, const RigidMo
   if (body.kind == BodyKind::link) answer.link = btMultiBodyLinkCollider::upcast(body.object);
   if (body.kind != BodyKind::rigid) return answer;
   const auto& rigid = static_cast<const btRigidBody&>(*body.object);
+  answer.inverseMass = body.inverseMass * toVec3(rigid.getLinearFactor());
+  if (body.shape == ContactShape::sphere) return answer;  // an impulse along the normal turns none
   const Vec3 angularFactor = toVec3(rigid.getAngularFactor());
   const Eigen::Matrix3d turn = motion.poseAt(s).rotation;
-  answer.inverseMass = body.inverseMass * toVec3(rigid.getLinearFactor());
   answer.inverseInertia = angularFactor.asDiagonal() * turn *
                           toVec3(rigid.getInvInertiaDiagLocal()).asDiagonal() * turn.transpose();
   return answer;

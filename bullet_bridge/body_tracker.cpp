@@ -28,6 +28,13 @@ double contactMargin(const btCollisionShape& shape) {
   return static_cast<double>(shape.getContactBreakingThreshold(gContactBreakingThreshold));
 }
 
+bool usesRelativeMargin(const btCollisionWorld& world) {
+  const auto* dispatcher = dynamic_cast<const btCollisionDispatcher*>(world.getDispatcher());
+  return dispatcher != nullptr &&
+         (dispatcher->getDispatcherFlags() &
+          btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD) != 0;
+}
+
 void readPlane(TrackedBody& body) {
   const auto& plane = static_cast<const btStaticPlaneShape&>(*body.object->getCollisionShape());
   const btTransform& pose = body.object->getWorldTransform();
@@ -52,30 +59,37 @@ bool touchesNothing(const btCollisionObject& object) {
            btCollisionObject::CO_COLLISION_OBJECT)) == 0;
 }
 
-void readShape(TrackedBody& body) {
-  const btCollisionShape& shape = *body.object->getCollisionShape();
-  if (touchesNothing(*body.object)) {
-    body.shape = ContactShape::none;
-  } else if (shape.getShapeType() == SPHERE_SHAPE_PROXYTYPE) {
-    body.shape = ContactShape::sphere;
-    body.radius = static_cast<double>(static_cast<const btSphereShape&>(shape).getRadius());
-    // As contactMargin, of a sphere: the disc is that of the box around it.
-    body.margin =
-        0.02 * std::max(std::numbers::sqrt3 * body.radius, double{gContactBreakingThreshold} * 50);
-  } else if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE) {
-    body.shape = ContactShape::plane;
-    readPlane(body);
-  } else {
-    body.shape = ContactShape::other;
-    readOther(body);
-  }
-}
-
 BodyKind kindOf(const btCollisionObject& object) {
   if (object.isKinematicObject()) return BodyKind::kinematic;
   if (btMultiBodyLinkCollider::upcast(&object) != nullptr) return BodyKind::link;
   const bool moves = btRigidBody::upcast(&object) != nullptr && !object.isStaticObject();
   return moves ? BodyKind::rigid : BodyKind::fixed;
+}
+
+// What Bullet leaves of a velocity after dt (btRigidBody::applyDamping).
+double damping(btScalar perSecond, double dt) {
+  return perSecond == 0 ? 1.0 : std::pow(1.0 - static_cast<double>(perSecond), dt);
+}
+
+// rad/s, world frame: what the solver would leave a body with that touches nothing, as it adds
+// torque and gyroscopic terms (btSequentialImpulseConstraintSolver::convertBodies).
+Vec3 freeSpin(const btRigidBody& rigid, double dt) {
+  const auto step = static_cast<btScalar>(dt);
+  const double kept = damping(rigid.getAngularDamping(), dt);
+  Vec3 spin = kept * toVec3(rigid.getAngularVelocity());
+  if (rigid.getTotalTorque().length2() > 0) {
+    spin += dt * toVec3(rigid.getInvInertiaTensorWorld() * rigid.getTotalTorque());
+  }
+  if (rigid.getAngularVelocity().length2() == 0) return spin;
+  if ((rigid.getFlags() & BT_ENABLE_GYROSCOPIC_FORCE_EXPLICIT) != 0) {
+    spin -= dt * toVec3(rigid.getInvInertiaTensorWorld() *
+                        rigid.computeGyroscopicForceExplicit(btScalar(1e30)));
+  }
+  if ((rigid.getFlags() & BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_WORLD) != 0)
+    spin += toVec3(rigid.computeGyroscopicImpulseImplicit_World(step));
+  if ((rigid.getFlags() & BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY) != 0)
+    spin += toVec3(rigid.computeGyroscopicImpulseImplicit_Body(step));
+  return spin;
 }
 
 // Bullet turns a body by at most a quarter of pi in a substep, in this way
@@ -113,7 +127,7 @@ RigidMotion TrackedBody::actual(double dt) const {
 }
 
 RigidMotion TrackedBody::unhindered(double dt) const {
-  return {current.unhindered(dt), orientationAtStart(dt), turnedAt(current.angularBefore, dt)};
+  return {current.unhindered(dt), orientationAtStart(dt), turnedAt(current.angularFree, dt)};
 }
 
 // Bodies come and go between substeps, and removal reorders the world's array.
@@ -151,44 +165,73 @@ void BodyTracker::matchWorld(const btCollisionWorld& world) {
     indexOf_[bodies_[i].id] = i;
 }
 
+void BodyTracker::readShape(TrackedBody& body) const {
+  const btCollisionShape& shape = *body.object->getCollisionShape();
+  if (touchesNothing(*body.object)) {
+    body.shape = ContactShape::none;
+  } else if (shape.getShapeType() == SPHERE_SHAPE_PROXYTYPE) {
+    body.shape = ContactShape::sphere;
+    body.radius = static_cast<double>(static_cast<const btSphereShape&>(shape).getRadius());
+    // As contactMargin, of a sphere: the disc is that of the box around it.
+    body.margin = double{gContactBreakingThreshold} * std::numbers::sqrt3 * body.radius;
+  } else if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE) {
+    body.shape = ContactShape::plane;
+    readPlane(body);
+  } else {
+    body.shape = ContactShape::other;
+    readOther(body);
+  }
+  if (!relativeMargin_) body.margin = double{gContactBreakingThreshold};
+}
+
 void BodyTracker::beginSubstep(const btCollisionWorld& world, double dt) {
   matchWorld(world);
-  hasOtherShapes_ = false;
-  hasContinuous_ = false;
+  relativeMargin_ = usesRelativeMargin(world);
+  hasOtherShapes_ = hasPlanes_ = hasContinuous_ = false;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     TrackedBody& body = bodies_[i];
-    beginBody(body, trails_[i]);
+    beginBody(body, trails_[i], dt);
     if (body.kind == BodyKind::kinematic) beginKinematic(body, trails_[i], dt);
     hasOtherShapes_ = hasOtherShapes_ || body.shape == ContactShape::other;
+    hasPlanes_ = hasPlanes_ || body.shape == ContactShape::plane;
     hasContinuous_ = hasContinuous_ || body.continuous;
   }
 }
 
-void BodyTracker::beginBody(TrackedBody& body, Trail& trail) {
+void BodyTracker::beginBody(TrackedBody& body, Trail& trail, double dt) {
   const btCollisionObject& object = *body.object;
   if (body.shape == ContactShape::other) trail.previous = body.current;
   body.kind = kindOf(object);
   body.awake = object.isActive() && body.kind != BodyKind::fixed;
   body.continuous = object.getCcdSquareMotionThreshold() > 0;
   body.inverseMass = 0.0;
+  body.arrival = 0.0;
   readShape(body);
 
   SubstepMotion& motion = body.current;
   motion.known = false;
   motion.start = positionOf(object);
-  motion.velocityBefore = motion.velocityAfter = motion.acceleration = Vec3::Zero();
-  motion.angularBefore = motion.angularAfter = Vec3::Zero();
+  motion.velocityBefore = motion.velocityAfter = motion.velocityFree = Vec3::Zero();
+  motion.acceleration = Vec3::Zero();
+  motion.angularBefore = motion.angularAfter = motion.angularFree = Vec3::Zero();
   if (body.shape != ContactShape::sphere) motion.orientation = toQuat(object.getWorldTransform());
   if (body.kind == BodyKind::rigid) {
     const auto& rigid = static_cast<const btRigidBody&>(object);
     body.inverseMass = static_cast<double>(rigid.getInvMass());
     motion.velocityBefore = toVec3(rigid.getLinearVelocity());
     motion.angularBefore = toVec3(rigid.getAngularVelocity());
-    if (body.awake) motion.acceleration = body.inverseMass * toVec3(rigid.getTotalForce());
+    motion.velocityFree = motion.velocityBefore;
+    motion.angularFree = motion.angularBefore;
+    if (body.awake) {
+      motion.acceleration = body.inverseMass * toVec3(rigid.getTotalForce());
+      motion.velocityFree =
+          damping(rigid.getLinearDamping(), dt) * motion.velocityBefore + dt * motion.acceleration;
+      if (body.shape == ContactShape::other) motion.angularFree = freeSpin(rigid, dt);
+    }
   } else if (body.kind == BodyKind::link) {
     const LinkVelocity velocity = linkVelocity(static_cast<const btMultiBodyLinkCollider&>(object));
-    motion.velocityBefore = velocity.linear;
-    motion.angularBefore = velocity.angular;
+    motion.velocityBefore = motion.velocityFree = velocity.linear;
+    motion.angularBefore = motion.angularFree = velocity.angular;
   }
 }
 
@@ -223,8 +266,9 @@ void BodyTracker::beginKinematic(TrackedBody& body, Trail& trail, double dt) {
   }
   motion.start = trail.place;
   motion.orientation = trail.turn;
-  motion.velocityBefore = motion.velocityAfter = velocity;
-  motion.angularBefore = motion.angularAfter = angular;
+  motion.velocityBefore = motion.velocityAfter = motion.velocityFree = velocity;
+  motion.angularBefore = motion.angularAfter = motion.angularFree = angular;
+  body.arrival = duration;
   const bool arrives = duration < 1.5 * dt;
   trail.place = arrives ? toVec3(target.getOrigin()) : Vec3(trail.place + dt * velocity);
   trail.turn =

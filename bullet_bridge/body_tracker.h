@@ -25,10 +25,12 @@ inline Quat toQuat(const btTransform& pose) {
 struct SubstepMotion {
   Vec3 start = Vec3::Zero();            ///< m, centre of mass at the start
   Vec3 velocityBefore = Vec3::Zero();   ///< m/s, at the start, before the solver
+  Vec3 velocityFree = Vec3::Zero();     ///< m/s, after a solver that finds no contacts
   Vec3 velocityAfter = Vec3::Zero();    ///< m/s, after the solver: what carries the body to the end
   Vec3 acceleration = Vec3::Zero();     ///< m/s^2, total force over mass
   Quat orientation = Quat::Identity();  ///< body to world, at the start; not kept of spheres
   Vec3 angularBefore = Vec3::Zero();    ///< rad/s, world frame, before the solver
+  Vec3 angularFree = Vec3::Zero();      ///< rad/s, as velocityFree; of spheres as before
   Vec3 angularAfter = Vec3::Zero();     ///< rad/s, after the solver
   bool known = false;                   ///< the body was in the world for the whole substep
 
@@ -38,7 +40,7 @@ struct SubstepMotion {
   }
   /// The way it would have gone had the solver not touched it.
   Motion unhindered(double dt) const {
-    return {start, velocityBefore + (0.5 * dt) * acceleration, acceleration};
+    return {start, velocityFree - (0.5 * dt) * acceleration, acceleration};
   }
 };
 
@@ -63,6 +65,9 @@ struct TrackedBody {
   double margin = 0.0;               ///< m, gap below which Bullet may hold a contact
   Vec3 planeNormal = Vec3::UnitY();  ///< world frame, of a plane
   double planeOffset = 0.0;          ///< m, from the world's origin along the normal
+
+  /// s, kinematic: until it is where Bullet has put it already, from the start of the substep.
+  double arrival = 0.0;
 
   SubstepMotion current;
 
@@ -91,8 +96,9 @@ class BodyTracker {
   const std::vector<TrackedBody>& bodies() const { return bodies_; }
   /// What a body of another shape than sphere and plane did in the substep before, if it was there.
   const SubstepMotion& previous(const TrackedBody& body) const;
-  /// Whether any body is followed by its pieces, or may be stopped short.
+  /// Whether any body is followed by its pieces, is a plane, or may be stopped short.
   bool hasOtherShapes() const { return hasOtherShapes_; }
+  bool hasPlanes() const { return hasPlanes_; }
   bool hasContinuous() const { return hasContinuous_; }
 
  private:
@@ -106,7 +112,8 @@ class BodyTracker {
   };
 
   void matchWorld(const btCollisionWorld& world);
-  void beginBody(TrackedBody& body, Trail& trail);
+  void beginBody(TrackedBody& body, Trail& trail, double dt);
+  void readShape(TrackedBody& body) const;
   void beginKinematic(TrackedBody& body, Trail& trail, double dt);
   void endBody(TrackedBody& body, double dt);
 
@@ -115,7 +122,9 @@ class BodyTracker {
   std::unordered_map<BodyId, std::size_t> indexOf_;
   BodyId nextId_ = 0;
   bool hasOtherShapes_ = false;
+  bool hasPlanes_ = false;
   bool hasContinuous_ = false;
+  bool relativeMargin_ = true;  // of contacts: Bullet takes it from the shape's size
 };
 
 }  // namespace carom

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,7 +16,7 @@
 #include "bullet_bridge/near_boxes.h"
 #include "bullet_bridge/pair_records.h"
 #include "bullet_bridge/solved_contact.h"
-#include "bullet_bridge/swept_boxes.h"
+#include "bullet_bridge/swept_bounds.h"
 #include "bullet_bridge/tick_hook.h"
 
 namespace carom {
@@ -30,19 +29,49 @@ constexpr int kSolvedSubsteps = 2;
 // s, and substeps: the longest that an event waits for the end of its impact.
 constexpr double kLongestWait = 0.02;
 constexpr double kLongestWaitSubsteps = 3.0;
+// Of the sum of two radii: two spheres within it may have been in Bullet's hands, for its rounding.
+constexpr double kTouching = 1.0 + 1e-5;
 // A contact that other shapes hold at several points rocks by what gravity adds in a substep.
 constexpr double kRocking = 2.0;
 
-// Whether a sphere may touch a plane in the substep, or be acted on by Bullet's solver, which it is
-// where approach and rebound together would close the gap in one substep.
-bool mayMeetPlane(const TrackedBody& sphere, const TrackedBody& plane, double dt) {
-  const SubstepMotion& motion = sphere.current;
-  const double height = motion.start.dot(plane.planeNormal) - plane.planeOffset - sphere.radius;
+// m, how far a body may come in one direction before Bullet's solver has no part in it, which it
+// has where approach and rebound together would close the gap in one substep.
+double reachOf(const SubstepMotion& motion, double dt) {
+  return 2.0 * dt *
+         (motion.velocityBefore.norm() + motion.velocityAfter.norm() +
+          dt * motion.acceleration.norm());
+}
+
+// Whether a body may touch a plane in the substep, or be acted on by Bullet's solver above it.
+bool mayMeetPlane(const TrackedBody& body, const TrackedBody& plane, double dt) {
+  const SubstepMotion& motion = body.current;
+  const double height = motion.start.dot(plane.planeNormal) - plane.planeOffset - body.radius;
   const Vec3& moves = plane.current.velocityBefore;
+  const double spin =
+      body.shape == ContactShape::sphere
+          ? 0.0
+          : body.radius * (motion.angularBefore.norm() + motion.angularAfter.norm());
   const double falls = std::max(-(motion.velocityBefore - moves).dot(plane.planeNormal), 0.0) +
                        std::max(-(motion.velocityAfter - moves).dot(plane.planeNormal), 0.0) +
-                       dt * std::abs(motion.acceleration.dot(plane.planeNormal));
+                       dt * std::abs(motion.acceleration.dot(plane.planeNormal)) + spin;
   return height <= 2.0 * dt * falls;
+}
+
+// Two spheres that stay apart on their way; nothing for other pairs. Most near pairs are such.
+bool stayApart(const TrackedBody& body, const TrackedBody& other, double dt) {
+  if (body.shape != ContactShape::sphere || other.shape != ContactShape::sphere) return false;
+  const SubstepMotion& motion = body.current;
+  const SubstepMotion& otherMotion = other.current;
+  if (motion.acceleration != otherMotion.acceleration) return false;
+  const Vec3 apart = motion.start - otherMotion.start;
+  const Vec3 velocity = motion.velocityAfter - otherMotion.velocityAfter;
+  const double touching = kTouching * (body.radius + other.radius);
+  const double outside = apart.squaredNorm() - touching * touching;
+  if (!(outside > 0.0)) return false;
+  const double closing = -apart.dot(velocity);
+  if (closing <= 0.0) return true;
+  const double nearest = std::min(dt, closing / velocity.squaredNorm());
+  return (apart + nearest * velocity).squaredNorm() > touching * touching;
 }
 
 // m/s, more than any two points of the pair approach each other at the start of the substep.
@@ -77,7 +106,7 @@ ImpulseEvent eventOf(const FoundImpact& found, const Blow& blow) {
 void setState(ImpulseEvent& event, const RigidMotion& motion, double s) {
   event.bodyPosition = motion.centre.positionAt(s);
   event.bodyVelocity = motion.centre.velocityAt(s);
-  event.bodyOrientation = Quat(motion.poseAt(s).rotation);
+  event.bodyOrientation = motion.orientationAt(s);
   event.bodyAngularVelocity = motion.angularVelocity;
 }
 
@@ -112,12 +141,14 @@ class BulletBridge::Impl : public TickHook {
   void onStepStart(double dt) override { tracker_.beginSubstep(world(), dt); }
   void onStepEnd(double dt) override;
 
+  void sortEvents(std::size_t first);
+  void gatherBodies(double dt);
   void resolveNear(double dt);
   void resolvePlanes(double dt);
   void resolve(const ContactPair& pair, double dt);
   void resolveContact(const PairMotion& now, const Proximity& start, PairRecord* record);
-  std::optional<FoundImpact> find(const PairMotion& now, const Proximity& start,
-                                  const SolvedContact* solved, const PairRecord* record);
+  const FoundImpact* find(const PairMotion& now, const Proximity& start,
+                          const SolvedContact* solved, const PairRecord* record);
   bool mayCollide(const ContactPair& pair) const;
   double impactSpeed(const ContactPair& pair, const PairRecord* record) const;
   double holdDistance(const ContactPair& pair) const;
@@ -134,16 +165,25 @@ class BulletBridge::Impl : public TickHook {
 
   BulletBridgeSettings settings_;
   BodyTracker tracker_;
-  SweptBoxes boxes_;
+  std::vector<SweptBox> boxes_;
   NearBoxes nearBoxes_;
   ContactReader reader_;
   ImpactFinder finder_;
   BlowSolver blows_;
   MultibodyMass multibodies_;
   PairRecords records_;
-  std::vector<const TrackedBody*> planes_;  // of this substep; kept for its memory
-  double time_ = 0.0;                       // s, at the start of the substep under way
-  double dt_ = 0.0;                         // s, its length
+  // A body that may meet a plane, with all that it may reach in this substep.
+  struct Ball {
+    Vec3 centre;
+    double radius = 0.0;
+    const TrackedBody* body = nullptr;
+  };
+  std::vector<const TrackedBody*> planes_;  // of this substep, as the next; kept for their memory
+  std::vector<Ball> balls_;
+  std::vector<std::pair<double, std::size_t>> order_;
+  std::vector<ImpulseEvent> sorted_;
+  double time_ = 0.0;  // s, at the start of the substep under way
+  double dt_ = 0.0;    // s, its length
   double previousDt_ = 0.0;
   double previousTime_ = 0.0;
 };
@@ -155,39 +195,69 @@ void BulletBridge::Impl::onStepEnd(double dt) {
   tracker_.endSubstep(world(), dt);
   reader_.beginReading(tracker_.hasContinuous());
   const std::size_t first = events.size();
+  gatherBodies(dt);
   resolveNear(dt);
   resolvePlanes(dt);
   records_.forEach([this](PairRecord& record) {
     if (!record.visited) revisit(record);
   });
   records_.endSubstep();
-  std::stable_sort(events.begin() + static_cast<std::ptrdiff_t>(first), events.end(),
-                   [](const ImpulseEvent& a, const ImpulseEvent& b) { return a.time < b.time; });
+  sortEvents(first);
   previousTime_ = time_;
   previousDt_ = dt;
   time_ += dt;
 }
 
+// By time, from the first of this substep on; those of one time stay as they are.
+void BulletBridge::Impl::sortEvents(std::size_t first) {
+  order_.clear();
+  for (std::size_t i = first; i < events.size(); ++i)
+    order_.emplace_back(events[i].time, i);
+  if (std::is_sorted(order_.begin(), order_.end())) return;
+  std::sort(order_.begin(), order_.end());
+  sorted_.clear();
+  for (const auto& [time, i] : order_)
+    sorted_.push_back(events[i]);
+  std::copy(sorted_.begin(), sorted_.end(), events.begin() + static_cast<std::ptrdiff_t>(first));
+}
+
+// What every body may reach in this substep.
+void BulletBridge::Impl::gatherBodies(double dt) {
+  boxes_.clear();
+  planes_.clear();
+  balls_.clear();
+  const std::vector<TrackedBody>& bodies = tracker_.bodies();
+  const bool speculative = tracker_.hasOtherShapes();
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const TrackedBody& body = bodies[i];
+    if (!body.current.known || body.shape == ContactShape::none) continue;
+    if (body.shape == ContactShape::plane) {
+      planes_.push_back(&body);
+      continue;
+    }
+    boxes_.push_back(sweptBox(body, dt, speculative));
+    boxes_.back().body = static_cast<std::uint32_t>(i);
+    if (tracker_.hasPlanes())
+      balls_.push_back({body.current.start, body.radius + reachOf(body.current, dt), &body});
+  }
+}
+
 void BulletBridge::Impl::resolveNear(double dt) {
   const std::vector<TrackedBody>& bodies = tracker_.bodies();
-  for (const auto& [first, second] : nearBoxes_.find(boxes_.of(tracker_, dt))) {
+  for (const auto& [first, second] : nearBoxes_.find(boxes_)) {
+    if (stayApart(bodies[first], bodies[second], dt)) continue;
     resolve(ContactPair::of(bodies[first], bodies[second]), dt);
   }
 }
 
 // Planes have no box: they are tested against every body.
 void BulletBridge::Impl::resolvePlanes(double dt) {
-  planes_.clear();
-  for (const TrackedBody& body : tracker_.bodies()) {
-    if (body.shape == ContactShape::plane && body.current.known) planes_.push_back(&body);
-  }
-  if (planes_.empty()) return;
-  for (const TrackedBody& body : tracker_.bodies()) {
-    if (!body.current.known) continue;
-    if (body.shape != ContactShape::sphere && body.shape != ContactShape::other) continue;
-    for (const TrackedBody* plane : planes_) {
-      if (!body.awake && !plane->awake) continue;
-      if (mayMeetPlane(body, *plane, dt)) resolve({&body, plane}, dt);
+  for (const TrackedBody* plane : planes_) {
+    const double reach = reachOf(plane->current, dt) + plane->planeOffset;
+    for (const Ball& ball : balls_) {
+      if (ball.centre.dot(plane->planeNormal) > ball.radius + reach) continue;
+      if (!ball.body->awake && !plane->awake) continue;
+      if (mayMeetPlane(*ball.body, *plane, dt)) resolve({ball.body, plane}, dt);
     }
   }
 }
@@ -203,7 +273,7 @@ bool BulletBridge::Impl::mayCollide(const ContactPair& pair) const {
 double BulletBridge::Impl::holdDistance(const ContactPair& pair) const {
   if (pair.isOnPlane()) return pair.body->margin;
   if (!pair.isClosedForm()) return std::max(pair.body->margin, pair.other->margin);
-  return 1e-5 * (pair.body->radius + pair.other->radius);  // two spheres: rounding
+  return (kTouching - 1.0) * (pair.body->radius + pair.other->radius);
 }
 
 double BulletBridge::Impl::impactSpeed(const ContactPair& pair, const PairRecord* record) const {
@@ -225,9 +295,9 @@ void BulletBridge::Impl::resolve(const ContactPair& pair, double dt) {
     resolveContact(now, start, record);
     return;
   }
-  if (const auto found = find(now, start, nullptr, nullptr)) {
+  if (const FoundImpact* found = find(now, start, nullptr, nullptr)) {
     PairRecord& added = recordOf(pair, nullptr);
-    open(added, *found, reader_.read(pair).restitution);
+    open(added, *found, combinedRestitution(pair));
   }
 }
 
@@ -237,13 +307,20 @@ void BulletBridge::Impl::resolveContact(const PairMotion& now, const Proximity& 
   const SolvedContact& solved = reader_.read(now.pair());
   if (record != nullptr) record->visited = true;
   if (record != nullptr && record->open) {
-    follow(*record, now, solved);
+    const FoundImpact* again = record->impact.parted ? find(now, start, &solved, record) : nullptr;
+    if (again == nullptr) {
+      follow(*record, now, solved);
+      return;
+    }
+    close(*record);
+    open(*record, *again, solved.restitution);
+    if (again->solved) follow(*record, now, solved);
     return;
   }
   if (record != nullptr && record->spent) {
     const double speed = approachAtNode(now.pair(), Way::actual, start.point, start.normal);
     record->spent = speed > settings_.restSpeed && start.gap <= now.pair().body->radius;
-  } else if (const auto found = find(now, start, &solved, record)) {
+  } else if (const FoundImpact* found = find(now, start, &solved, record)) {
     PairRecord& opened = recordOf(now.pair(), record);
     open(opened, *found, solved.restitution);
     if (found->solved) follow(opened, now, solved);  // solved already
@@ -254,20 +331,19 @@ void BulletBridge::Impl::resolveContact(const PairMotion& now, const Proximity& 
   }
 }
 
-std::optional<FoundImpact> BulletBridge::Impl::find(const PairMotion& now, const Proximity& start,
-                                                    const SolvedContact* solved,
-                                                    const PairRecord* record) {
+const FoundImpact* BulletBridge::Impl::find(const PairMotion& now, const Proximity& start,
+                                            const SolvedContact* solved, const PairRecord* record) {
   const ContactPair& pair = now.pair();
   const ImpactFinder::Substep substep{dt_, impactSpeed(pair, record)};
   const double speed =
       std::max(fastest(pair, &SubstepMotion::velocityBefore, &SubstepMotion::angularBefore),
                fastest(pair, &SubstepMotion::velocityAfter, &SubstepMotion::angularAfter));
-  if (speed <= substep.restSpeed) return std::nullopt;
+  if (speed <= substep.restSpeed) return nullptr;
 
-  std::optional<FoundImpact> found;
+  const FoundImpact* found = nullptr;
   if (start.gap > 0.0) {
     if (solved != nullptr) found = finder_.prevented(now, start, *solved, substep);
-    if (!found) found = finder_.within(now, substep);
+    if (found == nullptr) found = finder_.within(now, substep);
   } else if (pair.isClosedForm()) {
     found = finder_.overlapping(now, substep);
   } else {
@@ -275,7 +351,7 @@ std::optional<FoundImpact> BulletBridge::Impl::find(const PairMotion& now, const
         now, *solved, substep,
         {tracker_.previous(*pair.body), tracker_.previous(*pair.other), previousDt_});
   }
-  return found && mayCollide(pair) ? found : std::nullopt;
+  return found != nullptr && mayCollide(pair) ? found : nullptr;
 }
 
 PairRecord& BulletBridge::Impl::recordOf(const ContactPair& pair, PairRecord* record) {
@@ -292,8 +368,10 @@ void BulletBridge::Impl::open(PairRecord& record, const FoundImpact& found, doub
       static_cast<double>(world().getSolverInfo().m_restitutionVelocityThreshold);
   const bool bounces = found.nodeSpeed >= threshold;  // Bullet does not, below it
   record.open = true;
-  record.impact = {};
   Impact& impact = record.impact;
+  impact.applied = Vec3::Zero();
+  impact.solved = 0;
+  impact.parted = impact.delivered = false;
   impact.restitution = bounces ? restitution : 0.0;
   impact.foundAt = time_;
   const PairInertia inertia(found.motion, found.s, multibodies_);
@@ -306,7 +384,7 @@ void BulletBridge::Impl::open(PairRecord& record, const FoundImpact& found, doub
   // The motions that impacts are found on leave out how spheres are turned.
   const auto turn = [&](ImpulseEvent& event, const TrackedBody& body) {
     if (body.shape == ContactShape::sphere)
-      event.bodyOrientation = Quat(body.actual(dt_).poseAt(found.offset).rotation);
+      event.bodyOrientation = body.actual(dt_).orientationAt(found.offset);
   };
   turn(impact.body, *found.motion.pair().body);
   turn(impact.other, *found.motion.pair().other);
@@ -335,6 +413,7 @@ void BulletBridge::Impl::follow(PairRecord& record, const PairMotion& now,
   const double waited = time_ + dt_ - impact.foundAt;
   const bool waitedLong = waited >= std::max(kLongestWait, (kLongestWaitSubsteps - 0.5) * dt_);
   if (!approaches) {
+    impact.parted = impact.solved > 0;
     if (end.gap > 0.0 || impact.solved >= kSolvedSubsteps || waitedLong) close(record);
   } else if (end.gap > now.pair().body->radius) {
     close(record);

@@ -51,9 +51,14 @@ double approachAtNode(const ContactPair& pair, Way way, const Vec3& point, const
       .dot(normal);
 }
 
+FoundImpact& ImpactFinder::begin(const PairMotion& motion) {
+  found_ = {.motion = motion};
+  return found_;
+}
+
 // With the corners that follow close behind the first: Bullet will solve them together.
-std::optional<FoundImpact> ImpactFinder::complete(FoundImpact found, const Proximity& touch,
-                                                  double depth) {
+bool ImpactFinder::complete(const Proximity& touch, double depth) {
+  FoundImpact& found = found_;
   points_.clear();
   const auto add = [&](const Vec3& point) {
     const double speed = found.motion.approachSpeedAt(point, touch.normal, found.s);
@@ -64,27 +69,26 @@ std::optional<FoundImpact> ImpactFinder::complete(FoundImpact found, const Proxi
       add(point);
   }
   if (points_.empty()) add(touch.point);
-  if (points_.empty()) return std::nullopt;
+  if (points_.empty()) return false;
   found.radius = found.motion.radiusAt(PairSide::body, found.s, touch);
   found.otherRadius = found.motion.radiusAt(PairSide::other, found.s, touch);
   found.points = points_;
-  return found;
+  return true;
 }
 
-std::optional<FoundImpact> ImpactFinder::within(const PairMotion& now, const Substep& substep) {
-  FoundImpact found{.motion = now};
+const FoundImpact* ImpactFinder::within(const PairMotion& now, const Substep& substep) {
+  FoundImpact& found = begin(now);
   found.s = found.offset = now.touchTime(substep.dt);
-  if (found.s == kNever) return std::nullopt;
+  if (found.s == kNever) return nullptr;
   const Proximity touch = now.proximityAt(found.s);
   found.nodeSpeed = nodeSpeedAt(now, Way::actual, touch, found.s);
-  if (!(found.nodeSpeed > substep.restSpeed)) return std::nullopt;
-  return complete(found, touch, found.nodeSpeed * (substep.dt - found.s));
+  if (!(found.nodeSpeed > substep.restSpeed)) return nullptr;
+  return complete(touch, found.nodeSpeed * (substep.dt - found.s)) ? &found_ : nullptr;
 }
 
-std::optional<FoundImpact> ImpactFinder::prevented(const PairMotion& now, const Proximity& start,
-                                                   const SolvedContact& solved,
-                                                   const Substep& substep) {
-  if (!(solved.impulse > 0.0)) return std::nullopt;
+const FoundImpact* ImpactFinder::prevented(const PairMotion& now, const Proximity& start,
+                                           const SolvedContact& solved, const Substep& substep) {
+  if (!(solved.impulse > 0.0)) return nullptr;
   double deepest = start.gap;
   double nodeSpeed = approachAtNode(now.pair(), Way::unhindered, start.point, start.normal);
   for (const SolvedPoint& point : solved.points) {
@@ -93,32 +97,32 @@ std::optional<FoundImpact> ImpactFinder::prevented(const PairMotion& now, const 
     nodeSpeed = std::max(nodeSpeed,
                          approachAtNode(now.pair(), Way::unhindered, point.position, point.normal));
   }
-  if (!(nodeSpeed > substep.restSpeed)) return std::nullopt;
-  const double horizon = 2.0 * start.gap / nodeSpeed;
-  FoundImpact found{.motion =
-                        PairMotion(now.pair(), Way::unhindered, substep.dt, horizon, freePieces_)};
+  if (!(nodeSpeed > substep.restSpeed)) return nullptr;
+  // Bullet acts on gaps that approach and rebound, which is no faster, would close in a substep;
+  // but it has put a kinematic body where that will be some substeps ahead.
+  const double ahead = std::max(now.pair().body->arrival, now.pair().other->arrival);
+  const double horizon = std::min(2.0 * start.gap / nodeSpeed, 2.5 * substep.dt + ahead);
+  FoundImpact& found =
+      begin(PairMotion(now.pair(), Way::unhindered, substep.dt, horizon, freePieces_));
   found.nodeSpeed = nodeSpeed;
   found.solved = true;
   found.s = found.offset = found.motion.touchTime(horizon);
-  if (found.s == kNever) return std::nullopt;
-  return complete(found, found.motion.proximityAt(found.s), deepest - start.gap);
+  if (found.s == kNever) return nullptr;
+  return complete(found.motion.proximityAt(found.s), deepest - start.gap) ? &found_ : nullptr;
 }
 
-std::optional<FoundImpact> ImpactFinder::overlapping(const PairMotion& now,
-                                                     const Substep& substep) {
-  FoundImpact found{.motion =
-                        PairMotion(now.pair(), Way::unhindered, substep.dt, 0.0, freePieces_)};
+const FoundImpact* ImpactFinder::overlapping(const PairMotion& now, const Substep& substep) {
+  FoundImpact& found = begin(PairMotion(now.pair(), Way::unhindered, substep.dt, 0.0, freePieces_));
   const Proximity touch = found.motion.proximityAt(0.0);
   found.nodeSpeed = approachAtNode(now.pair(), Way::unhindered, touch.point, touch.normal);
   found.solved = true;
-  if (!(found.nodeSpeed > substep.restSpeed)) return std::nullopt;
-  return complete(found, touch, 0.0);
+  if (!(found.nodeSpeed > substep.restSpeed)) return nullptr;
+  return complete(touch, 0.0) ? &found_ : nullptr;
 }
 
-std::optional<FoundImpact> ImpactFinder::newPoints(const PairMotion& now,
-                                                   const SolvedContact& solved,
-                                                   const Substep& substep,
-                                                   const PreviousSubstep& previous) {
+const FoundImpact* ImpactFinder::newPoints(const PairMotion& now, const SolvedContact& solved,
+                                           const Substep& substep,
+                                           const PreviousSubstep& previous) {
   points_.clear();
   const SolvedPoint* deepest = nullptr;
   double nodeSpeed = 0.0;
@@ -130,10 +134,9 @@ std::optional<FoundImpact> ImpactFinder::newPoints(const PairMotion& now,
     nodeSpeed = std::max(nodeSpeed, speed);
     if (deepest == nullptr || point.gap < deepest->gap) deepest = &point;
   }
-  if (deepest == nullptr) return std::nullopt;
+  if (deepest == nullptr) return nullptr;
 
-  FoundImpact found{.motion =
-                        PairMotion(now.pair(), Way::unhindered, substep.dt, 0.0, freePieces_)};
+  FoundImpact& found = begin(PairMotion(now.pair(), Way::unhindered, substep.dt, 0.0, freePieces_));
   found.nodeSpeed = nodeSpeed;
   found.solved = true;
   Proximity touch = now.proximityAt(0.0);
@@ -145,14 +148,14 @@ std::optional<FoundImpact> ImpactFinder::newPoints(const PairMotion& now,
   found.otherRadius = now.radiusAt(PairSide::other, 0.0, touch);
   found.points = points_;
   if (deepest->gap < 0.0 && previous.body.known && previous.other.known) {
-    dateBack(found, touch, previous);
+    dateBack(touch, previous);
   }
-  return found;
+  return &found_;
 }
 
 // To when the deepest of the points met the other surface, in the substep before.
-void ImpactFinder::dateBack(FoundImpact& found, const Proximity& touch,
-                            const PreviousSubstep& previous) {
+void ImpactFinder::dateBack(const Proximity& touch, const PreviousSubstep& previous) {
+  FoundImpact& found = found_;
   const RigidMotion body = motionOf(previous.body, previous.dt);
   const RigidMotion other = motionOf(previous.other, previous.dt);
   const Pose bodyNow = body.poseAt(previous.dt);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,10 +18,11 @@ struct FoundImpact {
   bool solved = false;     ///< Bullet has acted on it in this substep
   double radius = 0.0;     ///< m, as ImpulseEvent::radius, of the pair's `body`
   double otherRadius = 0.0;
-  std::span<const BlowPoint> points = {};  ///< valid until the finder's next call
+  std::span<const BlowPoint> points = {};
 };
 
-/// Finds the first touch of a pair in a substep. [physics thread]
+/// Finds the first touch of a pair in a substep: nullptr if there is none, else valid until the
+/// next call. [physics thread]
 class ImpactFinder {
  public:
   /// dt is the substep's length; an approach up to `restSpeed` (m/s) is none.
@@ -39,29 +39,31 @@ class ImpactFinder {
   };
 
   /// On the way that the bodies went, apart at its start.
-  std::optional<FoundImpact> within(const PairMotion& now, const Substep& substep);
+  const FoundImpact* within(const PairMotion& now, const Substep& substep);
   /// Bullet's solver acted on a gap, so that the bodies do not touch, or too slowly: on the way
   /// that they would have gone.
-  std::optional<FoundImpact> prevented(const PairMotion& now, const Proximity& start,
-                                       const SolvedContact& solved, const Substep& substep);
+  const FoundImpact* prevented(const PairMotion& now, const Proximity& start,
+                               const SolvedContact& solved, const Substep& substep);
   /// Spheres and planes that overlap at the start without having touched: the host, or rounding,
   /// has brought them together. Dated there.
-  std::optional<FoundImpact> overlapping(const PairMotion& now, const Substep& substep);
+  const FoundImpact* overlapping(const PairMotion& now, const Substep& substep);
   /// Other shapes that overlap at the start: new points of a contact that approach there. Dated
   /// where the deepest of them met the other surface in the substep before, as an offset below
   /// zero.
-  std::optional<FoundImpact> newPoints(const PairMotion& now, const SolvedContact& solved,
-                                       const Substep& substep, const PreviousSubstep& previous);
+  const FoundImpact* newPoints(const PairMotion& now, const SolvedContact& solved,
+                               const Substep& substep, const PreviousSubstep& previous);
 
   /// For PairMotion.
   ShapePair& pieces() { return pieces_; }
 
  private:
-  std::optional<FoundImpact> complete(FoundImpact found, const Proximity& touch, double depth);
-  void dateBack(FoundImpact& found, const Proximity& touch, const PreviousSubstep& previous);
+  FoundImpact& begin(const PairMotion& motion);
+  bool complete(const Proximity& touch, double depth);
+  void dateBack(const Proximity& touch, const PreviousSubstep& previous);
 
   ShapePair pieces_;      // of the way that the caller asked for
   ShapePair freePieces_;  // of the other way
+  FoundImpact found_;
   std::vector<BlowPoint> points_;
 };
 

@@ -17,6 +17,7 @@ enum class Way : std::uint8_t { actual, unhindered };
 /// else. Times are seconds after the start of the substep.
 class PairMotion {
  public:
+  PairMotion() = default;
   /// `horizon` bounds the times that will be asked for.
   PairMotion(const ContactPair& pair, Way way, double dt, double horizon, ShapePair& pieces);
   /// With motions of the caller's own; only for velocities and places, not for the gap.

@@ -18,8 +18,10 @@ PairRecord& PairRecords::add(std::uint64_t key) {
   const std::uint32_t place = free_.back();
   free_.pop_back();
   entries_.emplace_back(key, place);
-  records_[place] = {};
-  return records_[place];
+  PairRecord& record = records_[place];
+  record.open = record.spent = record.lasting = record.visited = false;
+  record.idle = 0;
+  return record;
 }
 
 void PairRecords::endSubstep() {

@@ -17,6 +17,7 @@ struct Impact {
   double foundAt = 0.0;         ///< s, start of the substep in which it was found
   Vec3 applied = Vec3::Zero();  ///< N s, on the pair's `body`
   int solved = 0;               ///< substeps in which Bullet's solver has acted
+  bool parted = false;          ///< it has been solved, and the two no longer approached after it
   bool delivered = false;
 };
 
@@ -41,7 +42,7 @@ class PairRecords {
  public:
   /// nullptr if there is none. Records made in this substep are not found until its end.
   PairRecord* find(std::uint64_t key);
-  /// Of a pair that has none.
+  /// Of a pair that has none; `impact` and `state` are as they were in some other use.
   PairRecord& add(std::uint64_t key);
   /// Forgets what is no longer needed. Order of `forEach` is that of the keys.
   void endSubstep();

@@ -2,11 +2,14 @@
 
 namespace carom {
 
-Pose RigidMotion::poseAt(double s) const {
+Quat RigidMotion::orientationAt(double s) const {
   const double angle = s * angularVelocity.norm();
-  if (angle == 0.0) return {centre.positionAt(s), orientation.toRotationMatrix()};
-  const Quat turn(Eigen::AngleAxisd(angle, angularVelocity.normalized()));
-  return {centre.positionAt(s), (turn * orientation).toRotationMatrix()};
+  if (angle == 0.0) return orientation;
+  return Quat(Eigen::AngleAxisd(angle, angularVelocity.normalized())) * orientation;
+}
+
+Pose RigidMotion::poseAt(double s) const {
+  return {centre.positionAt(s), orientationAt(s).toRotationMatrix()};
 }
 
 }  // namespace carom

@@ -19,6 +19,7 @@ struct RigidMotion {
   Quat orientation = Quat::Identity();  ///< body to world, at s = 0
   Vec3 angularVelocity = Vec3::Zero();  ///< rad/s, world frame
 
+  Quat orientationAt(double s) const;
   Pose poseAt(double s) const;
   /// m/s, world frame, of the material point of the body that is at `point` (m, world frame).
   Vec3 velocityAt(const Vec3& point, double s) const {

@@ -36,6 +36,11 @@ bool isBetween(const btPersistentManifold& manifold, const btCollisionObject* fi
 
 }  // namespace
 
+double combinedRestitution(const ContactPair& pair) {
+  return static_cast<double>(
+      btManifoldResult::calculateCombinedRestitution(pair.body->object, pair.other->object));
+}
+
 void ContactReader::beginReading(bool continuous) {
   predicted_.clear();
   auto* discrete = continuous ? dynamic_cast<btDiscreteDynamicsWorld*>(&world_) : nullptr;
@@ -73,8 +78,7 @@ const SolvedContact& ContactReader::read(const ContactPair& pair) {
   }
   if (contact_.restitution == 0.0) {
     // Perhaps not detected yet, or only predicted: it will bounce as Bullet sets its points up.
-    contact_.restitution = static_cast<double>(
-        btManifoldResult::calculateCombinedRestitution(pair.body->object, pair.other->object));
+    contact_.restitution = combinedRestitution(pair);
   }
   return contact_;
 }

@@ -28,6 +28,9 @@ struct SolvedContact {
   std::vector<SolvedPoint> points;
 };
 
+/// What Bullet will give a pair that it holds no contact of yet.
+double combinedRestitution(const ContactPair& pair);
+
 /// Reads what Bullet's solver did to a pair in the substep that has just ended. [physics thread]
 ///
 /// An applied impulse is left out where it is a stale number: points that the solver skipped (a gap

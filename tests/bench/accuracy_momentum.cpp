@@ -9,7 +9,7 @@
 
 #include "bullet_bridge/bullet_bridge.h"
 #include "tests/bench/pair_world.h"
-#include "tests/bullet_bridge/bridge_access.h"
+#include "tests/bullet_bridge/delivery_time.h"
 #include "tests/support/random.h"
 
 namespace carom::bench {
@@ -108,12 +108,12 @@ void Scene::step() {
   world_.world.stepSimulation(btScalar(dt_), 0);
   BulletBridge& bridge = bridge_.front();
   for (const ImpulseEvent& event : bridge.events())
-    book(event.body, event.appliedImpulse.value_or(event.impulse));
-  for (const ContactState& contact : contactsOf(bridge)) {
+    book(event.body, event.appliedImpulse);
+  for (const ContactState& contact : bridge.contacts()) {
     book(contact.body, contact.appliedImpulse);
     book(contact.other, -contact.appliedImpulse);
   }
-  clearBridge(bridge);
+  bridge.clear();
 }
 
 void Scene::takeApart() {
@@ -152,7 +152,6 @@ void Scene::run(MomentumResult& result) {
   for (const Account& account : accounts_)
     result.imbalance = std::max(result.imbalance, imbalanceOf(account, fallen));
   result.collisions += int(bridge_.front().counters().collisions);
-  result.unsupported = result.unsupported || !kHasContacts<BulletBridge>;
 }
 
 }  // namespace

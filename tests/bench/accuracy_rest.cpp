@@ -7,7 +7,6 @@
 
 #include "bullet_bridge/bullet_bridge.h"
 #include "tests/bench/pair_world.h"
-#include "tests/bullet_bridge/bridge_access.h"
 #include "tests/support/random.h"
 
 namespace carom::bench {
@@ -90,9 +89,9 @@ RestResult runRest(const RestCase& which, double dt) {
     world.world.stepSimulation(btScalar(dt), 0);
     result.speed = std::max(result.speed, greatestSpeed(world));
     result.events += int(bridge->events().size());
-    clearBridge(*bridge);
+    bridge->clear();
   }
-  result.unsupported = sawUnsupported(*bridge);
+  result.unsupported = bridge->counters().unsupported > 0;
   return result;
 }
 

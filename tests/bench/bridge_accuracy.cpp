@@ -16,7 +16,7 @@
 #include "tests/bench/accuracy_rest.h"
 #include "tests/bench/accuracy_table.h"
 #include "tests/bench/pair_reference.h"
-#include "tests/bullet_bridge/bridge_access.h"
+#include "tests/bullet_bridge/delivery_time.h"
 
 namespace carom::bench {
 namespace {
@@ -41,7 +41,7 @@ void collect(BulletBridge& bridge, PairRun& run) {
                           .speed = event.approachSpeed,
                           .mass = event.effectiveMass});
   }
-  clearBridge(bridge);
+  bridge.clear();
 }
 
 PairRun follow(PairWorld& world, const PairCase& which, double dt) {
@@ -67,7 +67,7 @@ PairRun follow(PairWorld& world, const PairCase& which, double dt) {
   run.reference = reference.impacts();
   run.needless = reference.needless();
   run.pathError = reference.pathError();
-  run.unsupported = sawUnsupported(*bridge);
+  run.unsupported = bridge->counters().unsupported > 0;
   return run;
 }
 

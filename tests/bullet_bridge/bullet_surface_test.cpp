@@ -183,8 +183,8 @@ TEST(BulletSurface, MeshesAreWhereBulletsNarrowphaseHasThem) {
   btTriangleMesh data;
   Random random(7);
   for (int i = 0; i < 12; ++i) {
-    const Vec3 at = random.vector(8.0);
-    data.addTriangle(bt(at), bt(at + random.vector(8.0)), bt(at + random.vector(8.0)));
+    const Vec3 at = (8.0 * random.inCube());
+    data.addTriangle(bt(at), bt(at + (8.0 * random.inCube())), bt(at + (8.0 * random.inCube())));
   }
   auto own = std::make_unique<btBvhTriangleMeshShape>(&data, true);
   own->setMargin(scalar(kMargin));

@@ -58,8 +58,8 @@ TEST(Gjk, HullsAreAsFarApartAsTheirNearestCornersEdgesAndFaces) {
     Points corners, otherCorners;
     btConvexHullShape hull, other;
     for (int i = 0; i < 8; ++i) {
-      corners.push_back(rounded(random.vector(size)));
-      otherCorners.push_back(rounded(random.vector(1.0)));
+      corners.push_back(rounded((size * random.inCube())));
+      otherCorners.push_back(rounded((1.0 * random.inCube())));
       hull.addPoint(bt(corners.back()));
       other.addPoint(bt(otherCorners.back()));
     }

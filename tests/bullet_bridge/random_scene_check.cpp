@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "bullet_bridge/bullet_bridge.h"
-#include "tests/bullet_bridge/bridge_access.h"
+#include "tests/bullet_bridge/delivery_time.h"
 #include "tests/bullet_bridge/random_scene.h"
 
 namespace carom {
@@ -30,7 +30,7 @@ bool isRadius(double radius) {
 class Watch {
  public:
   Watch(BulletBridge& bridge, double step) : bridge_(bridge), step_(step) {
-    settled_ = settledTimeOf(bridge);
+    settled_ = bridge.settledTime();
   }
 
   void read(int bodiesEver);
@@ -67,13 +67,13 @@ void Watch::read(int bodiesEver) {
   for (const ImpulseEvent& event : bridge_.events())
     checkEvent(event, bodiesEver);
   checkShares();
-  for (const ContactState& contact : contactsOf(bridge_))
+  for (const ContactState& contact : bridge_.contacts())
     checkContact(contact, bodiesEver);
-  const double settled = settledTimeOf(bridge_);
+  const double settled = bridge_.settledTime();
   if (!(settled >= settled_)) fail("the settled time went back to ", settled);
   settled_ = settled;
-  result.contacts += contactsOf(bridge_).size();
-  clearBridge(bridge_);
+  result.contacts += bridge_.contacts().size();
+  bridge_.clear();
 }
 
 void Watch::checkEvent(const ImpulseEvent& event, int bodiesEver) {
@@ -85,7 +85,7 @@ void Watch::checkEvent(const ImpulseEvent& event, int bodiesEver) {
   if (!isFinite(event.impulse) || !isFinite(event.position) || !isFinite(event.normal) ||
       !isFinite(event.bodyPosition) || !isFinite(event.bodyVelocity) ||
       !isFinite(event.bodyAngularVelocity) || !event.bodyOrientation.coeffs().allFinite() ||
-      (event.appliedImpulse && !isFinite(*event.appliedImpulse)))
+      !isFinite(event.appliedImpulse))
     fail("a vector of an event is not finite", ids());
   if (!isRadius(event.radius) || !isRadius(event.otherRadius)) fail("a radius is none", ids());
   if (!(std::abs(event.normal.norm() - 1.0) < 1e-6)) fail("a normal is not unit", ids());
@@ -125,9 +125,8 @@ void Watch::checkShares() {
     if ((one.impulse + two.impulse).norm() > kRounding * one.impulse.norm() ||
         (one.normal + two.normal).norm() > kRounding)
       return fail("two shares are not opposite, at ", one.time, " s");
-    if (one.appliedImpulse.has_value() != two.appliedImpulse.has_value() ||
-        (one.appliedImpulse && (*one.appliedImpulse + *two.appliedImpulse).norm() >
-                                   kRounding * one.appliedImpulse->norm()))
+    if (one.hasAppliedImpulse != two.hasAppliedImpulse ||
+        (one.appliedImpulse + two.appliedImpulse).norm() > kRounding * one.appliedImpulse.norm())
       return fail("two applied shares are not opposite, at ", one.time, " s");
     if (i > 0 && key(one) == key(*sorted[i - 1])) fail("a duplicate, at ", one.time, " s");
   }
@@ -180,7 +179,7 @@ void Watch::finish() {
   const BulletBridgeCounters& counters = bridge_.counters();
   result.substeps = counters.substeps;
   result.collisions = counters.collisions;
-  result.unsupported = sawUnsupported(bridge_) ? 1 : 0;
+  result.unsupported = bridge_.counters().unsupported > 0 ? 1 : 0;
   if (2 * counters.collisions != delivered_)
     fail(counters.collisions, " collisions counted, ", delivered_, " events delivered");
 }
@@ -189,9 +188,9 @@ void Watch::finish() {
 
 RandomSceneResult runRandomScene(std::uint64_t seed, bool prompt) {
   RandomScene scene(seed);
-  const BulletBridgeSettings settings;
-  Result<BulletBridge> bridge =
-      BulletBridge::attach(scene.world(), prompt ? promptly(settings) : settings);
+  BulletBridgeSettings settings;
+  if (prompt) settings.delivery = EventDelivery::prompt;
+  Result<BulletBridge> bridge = BulletBridge::attach(scene.world(), settings);
   if (!bridge) return {.failure = bridge.error().message};
   Watch watch(*bridge, scene.step());
   for (int call = 0; call < scene.calls(); ++call) {

@@ -64,7 +64,7 @@ TEST(ShapePair, EveryPairOfConvexShapesHasGapZeroAtItsTouchAndIsApartBefore) {
         const MovingShape body{shape.get(), tumbling(random, 0.3, 10.0, 30.0)};
         MovingShape other{against.get(), {}};
         other.motion.orientation = random.orientation();
-        other.motion.angularVelocity = random.vector(20.0);
+        other.motion.angularVelocity = (20.0 * random.inCube());
         const double horizon = 1.0 / 30.0;
         ASSERT_TRUE(pair.set(body, other, horizon, 0.01));
         ASSERT_TRUE(swapped.set(other, body, horizon, 0.01));
@@ -128,7 +128,7 @@ double lowest(const Points& points) {
 // Falling and tumbling onto the plane y = 0 so that it gets there within the substep, or just not.
 RigidMotion falling(Random& random, double size) {
   RigidMotion motion = tumbling(random, 1.0, 1.0, 40.0);
-  motion.centre.position = random.vector(1.0);
+  motion.centre.position = (1.0 * random.inCube());
   motion.centre.position.y() = random.between(1.01, 1.8) * size;
   motion.centre.velocity = Vec3(1.0, -random.between(0.2, 60.0 * size), 2.0);
   return motion;
@@ -183,7 +183,7 @@ TEST(ShapePair, TumblingShapesTouchAPlaneWhenTheirLowestPointDoes) {
   ShapePair pair;
   const auto check = [&](const btConvexShape& shape, double size, auto gapOf) {
     Tally tally;
-    for (int trial = 0; trial < 60; ++trial) {
+    for (int trial = 0; trial < 80; ++trial) {
       const RigidMotion motion = falling(random, size);
       if (gapOf(motion.poseAt(0.0)) <= 0.0) continue;
       Times times = timesOf(pair, {&shape, motion}, {&plane, {}});
@@ -211,8 +211,8 @@ TEST(ShapePair, ATurningPlaneIsTouchedWhenTheLowestCornerGetsToIt) {
   for (int trial = 0; trial < 60; ++trial) {
     const RigidMotion motion = falling(random, 0.1);
     RigidMotion tilting;
-    tilting.centre.velocity = random.vector(3.0);
-    tilting.angularVelocity = random.vector(5.0);
+    tilting.centre.velocity = (3.0 * random.inCube());
+    tilting.angularVelocity = (5.0 * random.inCube());
     const auto gap = [&](double s) {
       Points corners =
           by_hand::boxCorners(toVec3(box.getHalfExtentsWithMargin()), motion.poseAt(s));
@@ -242,7 +242,7 @@ TEST(ShapePair, BoxesAndHullsTouchWhenCornersEdgesOrFacesDo) {
     const RigidMotion motion = tumbling(random, 0.15, 8.0, 60.0);
     RigidMotion other;
     other.orientation = random.orientation();
-    other.angularVelocity = random.vector(60.0);
+    other.angularVelocity = (60.0 * random.inCube());
     // Against a box a box is sharp, against a hull it is rounded by its margin.
     const auto boxGap = [&](double s) {
       return by_hand::hullHullOrOverlap(
@@ -312,7 +312,7 @@ TEST(ShapePair, RoundShapesTouchEachOtherWhenTheirProjectionsMeet) {
         const RigidMotion motion = tumbling(random, 0.14, 8.0, 50.0);
         RigidMotion other;
         other.orientation = random.orientation();
-        other.angularVelocity = random.vector(50.0);
+        other.angularVelocity = (50.0 * random.inCube());
         Vec3 start = motion.centre.position;
         const auto gap = [&](double s) {
           return by_hand::roundRound(one.set, motion.poseAt(s), two.set, other.poseAt(s), start,

@@ -1,4 +1,4 @@
-#include "bullet_bridge/swept_boxes.h"
+#include "bullet_bridge/swept_bounds.h"
 
 #include <algorithm>
 #include <cmath>
@@ -59,7 +59,9 @@ void readExtent(const TrackedBody& body, double dt, Vec3& low, Vec3& high) {
   high = toVec3(most).array() + bulge;
 }
 
-SweptBox boxOf(const TrackedBody& body, double dt, bool speculative) {
+}  // namespace
+
+SweptBox sweptBox(const TrackedBody& body, double dt, bool speculative) {
   SweptBox box;
   box.active = body.awake;
   Vec3 low;
@@ -72,22 +74,6 @@ SweptBox boxOf(const TrackedBody& body, double dt, bool speculative) {
     box.high[static_cast<std::size_t>(axis)] = roundedUp(start + high[axis] + travel.high);
   }
   return box;
-}
-
-}  // namespace
-
-std::span<const SweptBox> SweptBoxes::of(const BodyTracker& tracker, double dt) {
-  boxes_.clear();
-  const std::vector<TrackedBody>& bodies = tracker.bodies();
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const TrackedBody& body = bodies[i];
-    if (body.shape != ContactShape::sphere && body.shape != ContactShape::other) continue;
-    if (!body.current.known) continue;
-    SweptBox box = boxOf(body, dt, tracker.hasOtherShapes());
-    box.body = static_cast<std::uint32_t>(i);
-    boxes_.push_back(box);
-  }
-  return boxes_;
 }
 
 }  // namespace carom
