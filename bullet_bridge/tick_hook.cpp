@@ -70,8 +70,8 @@ void TickHook::preTick(btDynamicsWorld* world, btScalar dt) {
   TickHook* hook = findHook(world);
   if (hook == nullptr) return;
   hook->started_ = true;
-  hook->onStepStart(static_cast<double>(dt));
   if (hook->next_ != nullptr) hook->next_(world, dt);
+  hook->onStepStart(static_cast<double>(dt));
 }
 
 void TickHook::updateAction(btCollisionWorld*, btScalar dt) {

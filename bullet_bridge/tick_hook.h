@@ -9,7 +9,8 @@ namespace carom {
 ///
 /// The end comes through btActionInterface, of which a world has any number. The start has a single
 /// slot, Bullet's pre-tick callback, without a getter: it is taken over and what was there is
-/// called after ours. The world's user info is left alone. When the host sets its own callback
+/// called before ours, so that the forces that it applies are seen. The world's user info is left
+/// alone. When the host sets its own callback
 /// later, ours is lost for one substep, then put in front again (`startsMissed`).
 ///
 /// One hook per world. [physics thread]. The world must outlive the hook.
