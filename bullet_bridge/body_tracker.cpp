@@ -18,6 +18,10 @@ int proxyIdOf(const btCollisionObject& object) {
   return proxy == nullptr ? -1 : proxy->getUid();
 }
 
+bool isSame(const TrackedBody& body, const btCollisionObject& object) {
+  return body.object == &object && body.proxyId == proxyIdOf(object);
+}
+
 Vec3 positionOf(const btCollisionObject& object) {
   return toVec3(object.getWorldTransform().getOrigin());
 }
@@ -137,7 +141,7 @@ void BodyTracker::matchWorld(const btCollisionWorld& world) {
   bool same = bodies_.size() == count;
   for (std::size_t i = 0; same && i < count; ++i) {
     const btCollisionObject* object = objects[static_cast<int>(i)];
-    same = bodies_[i].object == object && bodies_[i].proxyId == proxyIdOf(*object);
+    same = isSame(bodies_[i], *object);
   }
   if (same) return;
 
@@ -149,7 +153,7 @@ void BodyTracker::matchWorld(const btCollisionWorld& world) {
   for (std::size_t i = 0; i < count; ++i) {
     const btCollisionObject* object = objects[static_cast<int>(i)];
     const auto found = known.find(object);
-    if (found != known.end() && bodies_[found->second].proxyId == proxyIdOf(*object)) {
+    if (found != known.end() && isSame(bodies_[found->second], *object)) {
       matched[i] = bodies_[found->second];
       trails[i] = trails_[found->second];
     } else {
@@ -282,11 +286,14 @@ void BodyTracker::beginKinematic(TrackedBody& body, Trail& trail, double dt) {
 
 void BodyTracker::endSubstep(const btCollisionWorld& world, double dt) {
   const auto& objects = world.getCollisionObjectArray();
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const int index = static_cast<int>(i);
-    // A callback may have removed bodies since the start: only what is still in place is followed.
-    if (index >= objects.size() || objects[index] != bodies_[i].object) continue;
-    endBody(bodies_[i], dt);
+  for (int i = 0; i < objects.size(); ++i) {
+    const auto index = static_cast<std::size_t>(i);
+    const bool inPlace = index < bodies_.size() && isSame(bodies_[index], *objects[i]);
+    // A callback may have removed bodies since the start, which reorders the world's array.
+    const auto body = inPlace ? bodies_.begin() + i : std::ranges::find_if(bodies_, [&](auto& one) {
+      return isSame(one, *objects[i]);
+    });
+    if (body != bodies_.end()) endBody(*body, dt);
   }
 }
 
@@ -314,7 +321,9 @@ void BodyTracker::endBody(TrackedBody& body, double dt) {
 
 const TrackedBody* BodyTracker::find(const btCollisionObject& object) const {
   const auto index = static_cast<std::size_t>(object.getWorldArrayIndex());  // -1: in no world
-  return index < bodies_.size() && bodies_[index].object == &object ? &bodies_[index] : nullptr;
+  if (index < bodies_.size() && isSame(bodies_[index], object)) return &bodies_[index];
+  const auto moved = std::ranges::find_if(bodies_, [&](auto& one) { return isSame(one, object); });
+  return moved == bodies_.end() ? nullptr : &*moved;
 }
 
 const TrackedBody* BodyTracker::find(BodyId id) const {
