@@ -33,6 +33,7 @@ constexpr double kLongestWaitSubsteps = 3.0;
 constexpr double kTouching = 1.0 + 1e-5;
 // A contact that other shapes hold at several points rocks by what gravity adds in a substep.
 constexpr double kRocking = 2.0;
+constexpr double kAnyGap = std::numeric_limits<double>::infinity();
 
 // m, how far a body may come in one direction before Bullet's solver has no part in it, which it
 // has where approach and rebound together would close the gap in one substep.
@@ -60,6 +61,7 @@ bool mayMeetPlane(const TrackedBody& body, const TrackedBody& plane, double dt) 
 // Two spheres that stay apart on their way; nothing for other pairs. Most near pairs are such.
 bool stayApart(const TrackedBody& body, const TrackedBody& other, double dt) {
   if (body.shape != ContactShape::sphere || other.shape != ContactShape::sphere) return false;
+  if (body.continuous || other.continuous) return false;
   const SubstepMotion& motion = body.current;
   const SubstepMotion& otherMotion = other.current;
   if (motion.acceleration != otherMotion.acceleration) return false;
@@ -227,7 +229,7 @@ void BulletBridge::Impl::gatherBodies(double dt) {
   planes_.clear();
   balls_.clear();
   const std::vector<TrackedBody>& bodies = tracker_.bodies();
-  const bool speculative = tracker_.hasOtherShapes();
+  const bool speculative = tracker_.hasOtherShapes() || tracker_.hasContinuous();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const TrackedBody& body = bodies[i];
     if (!body.current.known || body.shape == ContactShape::none) continue;
@@ -269,8 +271,9 @@ bool BulletBridge::Impl::mayCollide(const ContactPair& pair) const {
   return !(immovable(*pair.body) && immovable(*pair.other)) && reader_.collides(pair);
 }
 
-// m, gap above which Bullet's solver does not act.
+// m, gap above which Bullet's solver does not act. Its continuous detection acts on any.
 double BulletBridge::Impl::holdDistance(const ContactPair& pair) const {
+  if (pair.body->continuous || pair.other->continuous) return kAnyGap;
   if (pair.isOnPlane()) return pair.body->margin;
   if (!pair.isClosedForm()) return std::max(pair.body->margin, pair.other->margin);
   return (kTouching - 1.0) * (pair.body->radius + pair.other->radius);
