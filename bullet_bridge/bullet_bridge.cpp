@@ -45,6 +45,7 @@ double reachOf(const SubstepMotion& motion, double dt) {
 
 // Whether a body may touch a plane in the substep, or be acted on by Bullet's solver above it.
 bool mayMeetPlane(const TrackedBody& body, const TrackedBody& plane, double dt) {
+  if (plane.kind == BodyKind::kinematic) return true;  // Bullet may have put it ahead of its path
   const SubstepMotion& motion = body.current;
   const double height = motion.start.dot(plane.planeNormal) - plane.planeOffset - body.radius;
   const Vec3& moves = plane.current.velocityBefore;
@@ -58,10 +59,16 @@ bool mayMeetPlane(const TrackedBody& body, const TrackedBody& plane, double dt) 
   return height <= 2.0 * dt * falls;
 }
 
+// Whether Bullet may act on a body across any gap: by its continuous detection, and where it has put
+// a kinematic body ahead of its path.
+bool mayActAnywhere(const TrackedBody& body) {
+  return body.continuous || body.kind == BodyKind::kinematic;
+}
+
 // Two spheres that stay apart on their way; nothing for other pairs. Most near pairs are such.
 bool stayApart(const TrackedBody& body, const TrackedBody& other, double dt) {
   if (body.shape != ContactShape::sphere || other.shape != ContactShape::sphere) return false;
-  if (body.continuous || other.continuous) return false;
+  if (mayActAnywhere(body) || mayActAnywhere(other)) return false;
   const SubstepMotion& motion = body.current;
   const SubstepMotion& otherMotion = other.current;
   if (motion.acceleration != otherMotion.acceleration) return false;
@@ -256,8 +263,9 @@ void BulletBridge::Impl::resolveNear(double dt) {
 void BulletBridge::Impl::resolvePlanes(double dt) {
   for (const TrackedBody* plane : planes_) {
     const double reach = reachOf(plane->current, dt) + plane->planeOffset;
+    const bool anywhere = plane->kind == BodyKind::kinematic;
     for (const Ball& ball : balls_) {
-      if (ball.centre.dot(plane->planeNormal) > ball.radius + reach) continue;
+      if (!anywhere && ball.centre.dot(plane->planeNormal) > ball.radius + reach) continue;
       if (!ball.body->awake && !plane->awake) continue;
       if (mayMeetPlane(*ball.body, *plane, dt)) resolve({ball.body, plane}, dt);
     }
@@ -271,9 +279,9 @@ bool BulletBridge::Impl::mayCollide(const ContactPair& pair) const {
   return !(immovable(*pair.body) && immovable(*pair.other)) && reader_.collides(pair);
 }
 
-// m, gap above which Bullet's solver does not act. Its continuous detection acts on any.
+// m, gap above which Bullet's solver does not act.
 double BulletBridge::Impl::holdDistance(const ContactPair& pair) const {
-  if (pair.body->continuous || pair.other->continuous) return kAnyGap;
+  if (mayActAnywhere(*pair.body) || mayActAnywhere(*pair.other)) return kAnyGap;
   if (pair.isOnPlane()) return pair.body->margin;
   if (!pair.isClosedForm()) return std::max(pair.body->margin, pair.other->margin);
   return (kTouching - 1.0) * (pair.body->radius + pair.other->radius);

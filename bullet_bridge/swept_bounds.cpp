@@ -42,7 +42,8 @@ Travel travelOf(const SubstepMotion& motion, Eigen::Index axis, double dt, bool 
 
 // m, around the body's centre at the start of the substep, whatever it turns meanwhile.
 void readExtent(const TrackedBody& body, double dt, Vec3& low, Vec3& high) {
-  if (body.shape == ContactShape::sphere) {
+  const bool lags = body.kind == BodyKind::kinematic && !body.current.angularAfter.isZero(0.0);
+  if (body.shape == ContactShape::sphere || lags) {
     low.setConstant(-body.radius);
     high.setConstant(body.radius);
     return;
@@ -59,6 +60,16 @@ void readExtent(const TrackedBody& body, double dt, Vec3& low, Vec3& high) {
   high = toVec3(most).array() + bulge;
 }
 
+// Bullet puts a kinematic body at the end of its path at once, and lets it collide there.
+void addPlace(const TrackedBody& body, SweptBox& box) {
+  const Vec3 place = toVec3(body.object->getWorldTransform().getOrigin());
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double centre = place[static_cast<Eigen::Index>(axis)];
+    box.low[axis] = std::min(box.low[axis], roundedDown(centre - body.radius));
+    box.high[axis] = std::max(box.high[axis], roundedUp(centre + body.radius));
+  }
+}
+
 }  // namespace
 
 SweptBox sweptBox(const TrackedBody& body, double dt, bool speculative) {
@@ -73,6 +84,7 @@ SweptBox sweptBox(const TrackedBody& body, double dt, bool speculative) {
     box.low[static_cast<std::size_t>(axis)] = roundedDown(start + low[axis] + travel.low);
     box.high[static_cast<std::size_t>(axis)] = roundedUp(start + high[axis] + travel.high);
   }
+  if (body.kind == BodyKind::kinematic && body.awake) addPlace(body, box);
   return box;
 }
 
