@@ -18,6 +18,16 @@ int proxyIdOf(const btCollisionObject& object) {
   return proxy == nullptr ? -1 : proxy->getUid();
 }
 
+// By an impulse that is not a stale number.
+bool isSolved(const btPersistentManifold& manifold) {
+  for (int i = 0; i < manifold.getNumContacts(); ++i) {
+    const btManifoldPoint& point = manifold.getContactPoint(i);
+    const bool solved = point.getDistance() <= manifold.getContactProcessingThreshold();
+    if (solved && point.getAppliedImpulse() > 0) return true;
+  }
+  return false;
+}
+
 bool isSame(const TrackedBody& body, const btCollisionObject& object) {
   return body.object == &object && body.proxyId == proxyIdOf(object);
 }
@@ -191,7 +201,7 @@ void BodyTracker::readShape(TrackedBody& body) const {
 void BodyTracker::beginSubstep(const btCollisionWorld& world, double dt) {
   matchWorld(world);
   relativeMargin_ = usesRelativeMargin(world);
-  hasOtherShapes_ = hasPlanes_ = hasContinuous_ = false;
+  hasOtherShapes_ = hasPlanes_ = hasContinuous_ = hasLinks_ = false;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     TrackedBody& body = bodies_[i];
     beginBody(body, trails_[i], dt);
@@ -199,6 +209,7 @@ void BodyTracker::beginSubstep(const btCollisionWorld& world, double dt) {
     hasOtherShapes_ = hasOtherShapes_ || body.shape == ContactShape::other;
     hasPlanes_ = hasPlanes_ || body.shape == ContactShape::plane;
     hasContinuous_ = hasContinuous_ || body.continuous;
+    hasLinks_ = hasLinks_ || body.kind == BodyKind::link;
   }
 }
 
@@ -285,6 +296,7 @@ void BodyTracker::beginKinematic(TrackedBody& body, Trail& trail, double dt) {
 }
 
 void BodyTracker::endSubstep(const btCollisionWorld& world, double dt) {
+  findPushedMultibodies(world);
   const auto& objects = world.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i) {
     const auto index = static_cast<std::size_t>(i);
@@ -293,11 +305,42 @@ void BodyTracker::endSubstep(const btCollisionWorld& world, double dt) {
     const auto body = inPlace ? bodies_.begin() + i : std::ranges::find_if(bodies_, [&](auto& one) {
       return isSame(one, *objects[i]);
     });
-    if (body != bodies_.end()) endBody(*body, dt);
+    if (body == bodies_.end()) continue;
+    endBody(*body, trails_[static_cast<std::size_t>(body - bodies_.begin())], dt);
   }
 }
 
-void BodyTracker::endBody(TrackedBody& body, double dt) {
+// Those that Bullet's solver has pushed through a contact in this substep.
+void BodyTracker::findPushedMultibodies(const btCollisionWorld& world) {
+  pushed_.clear();
+  if (!hasLinks_) return;
+  auto& dispatcher = const_cast<btDispatcher&>(*world.getDispatcher());  // Bullet asks for it so
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+    if (!isSolved(manifold)) continue;
+    for (const btCollisionObject* object : {manifold.getBody0(), manifold.getBody1()}) {
+      const auto* link = btMultiBodyLinkCollider::upcast(object);
+      if (link != nullptr) pushed_.push_back(link->m_multiBody);
+    }
+  }
+}
+
+// Its joints take it along a curve: followed by the parabola through its two places that changes
+// its velocity as its joints do when nothing pushes them. As Bullet moves joints at their velocity
+// at the end, that parabola's velocity is not quite the link's at the nodes.
+void BodyTracker::endLink(const btMultiBodyLinkCollider& link, SubstepMotion& motion, Trail& trail,
+                          double dt) {
+  const Vec3 velocity = linkVelocity(link).linear;
+  motion.velocityAfter = (positionOf(link) - motion.start) / dt;
+  if (std::ranges::find(pushed_, link.m_multiBody) == pushed_.end()) {
+    trail.acceleration = (velocity - motion.velocityBefore) / dt;
+    trail.bend = motion.velocityAfter - velocity;
+  }
+  motion.acceleration = trail.acceleration;
+  motion.velocityBefore += trail.bend;
+}
+
+void BodyTracker::endBody(TrackedBody& body, Trail& trail, double dt) {
   SubstepMotion& motion = body.current;
   if (body.kind == BodyKind::rigid) {
     const auto& rigid = static_cast<const btRigidBody&>(*body.object);
@@ -305,13 +348,9 @@ void BodyTracker::endBody(TrackedBody& body, double dt) {
     motion.angularAfter = toVec3(rigid.getAngularVelocity());
     body.awake = body.awake || rigid.isActive();  // something may have woken it
   } else if (body.kind == BodyKind::link) {
-    // Its joints take it along a curve: followed by the parabola that joins its two places and ends
-    // at its velocity.
     const auto& link = static_cast<const btMultiBodyLinkCollider&>(*body.object);
-    const LinkVelocity velocity = linkVelocity(link);
-    motion.velocityAfter = (positionOf(link) - motion.start) / dt;
-    motion.acceleration = 2.0 / dt * (velocity.linear - motion.velocityAfter);
-    motion.angularAfter = velocity.angular;
+    endLink(link, motion, trail, dt);
+    motion.angularAfter = linkVelocity(link).angular;
     if (body.shape != ContactShape::sphere) {
       motion.angularAfter = turnRate(motion.orientation, toQuat(link.getWorldTransform()), dt);
     }

@@ -9,6 +9,9 @@
 #include "audio/impulse_event.h"
 #include "bullet_bridge/rigid_motion.h"
 
+class btMultiBody;
+class btMultiBodyLinkCollider;
+
 namespace carom {
 
 inline Vec3 toVec3(const btVector3& v) {
@@ -109,13 +112,17 @@ class BodyTracker {
     Vec3 place = Vec3::Zero();
     Quat turn = Quat::Identity();
     btTransform target = btTransform::getIdentity();  // where Bullet has put it
+    Vec3 acceleration = Vec3::Zero();                 // link: latest without a push
+    Vec3 bend = Vec3::Zero();  // likewise, m/s: its mean velocity less that at the end
   };
 
   void matchWorld(const btCollisionWorld& world);
   void beginBody(TrackedBody& body, Trail& trail, double dt);
   void readShape(TrackedBody& body) const;
   void beginKinematic(TrackedBody& body, Trail& trail, double dt);
-  void endBody(TrackedBody& body, double dt);
+  void endBody(TrackedBody& body, Trail& trail, double dt);
+  void endLink(const btMultiBodyLinkCollider& link, SubstepMotion& motion, Trail& trail, double dt);
+  void findPushedMultibodies(const btCollisionWorld& world);
 
   std::vector<TrackedBody> bodies_;
   std::vector<Trail> trails_;  // as bodies_
@@ -125,6 +132,8 @@ class BodyTracker {
   bool hasPlanes_ = false;
   bool hasContinuous_ = false;
   bool relativeMargin_ = true;  // of contacts: Bullet takes it from the shape's size
+  bool hasLinks_ = false;
+  std::vector<const btMultiBody*> pushed_;  // in this substep; kept for its memory
 };
 
 }  // namespace carom
