@@ -8,6 +8,8 @@ namespace carom {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
+// Corners at the same height but for this, of the body's radius, land together: rounding.
+constexpr double kTogether = 1e-4;
 
 Vec3 nodeVelocity(const SubstepMotion& motion, Way way, const Vec3& arm) {
   return way == Way::actual ? Vec3(motion.velocityAfter + motion.angularAfter.cross(arm))
@@ -65,7 +67,8 @@ bool ImpactFinder::complete(const Proximity& touch, double depth) {
     if (speed > 0.0) points_.push_back({point, touch.normal, speed});
   };
   if (!found.motion.pair().isClosedForm()) {
-    for (const Vec3& point : found.motion.pieces().patchAt(found.s, touch, depth))
+    const double together = std::max(depth, kTogether * found.motion.pair().body->radius);
+    for (const Vec3& point : found.motion.pieces().patchAt(found.s, touch, together))
       add(point);
   }
   if (points_.empty()) add(touch.point);
