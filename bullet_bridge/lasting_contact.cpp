@@ -32,17 +32,22 @@ Proximity proximityOf(const PairMotion& now, const Meeting& meeting) {
   return near;
 }
 
+// m/s, mean over the substep, of the material point that is at `point` at its start.
+Vec3 meanVelocity(const RigidMotion& of, const Vec3& point, double dt) {
+  return of.centre.velocityAt(0.5 * dt) + of.angularVelocity.cross(point - of.centre.position);
+}
+
 // m/s, of the contact point: that of the centre of curvature of the more curved body.
-Vec3 contactVelocity(const PairMotion& now, const Meeting& meeting, double s) {
+Vec3 contactVelocity(const PairMotion& now, const Meeting& meeting, double dt) {
   const Proximity near = proximityOf(now, meeting);
   const double radius = now.rollingRadius(PairSide::body, near);
   const double otherRadius = now.rollingRadius(PairSide::other, near);
   if (std::isinf(radius) && std::isinf(otherRadius)) {
-    return now.bodyVelocityAt(meeting.position, s);
+    return meanVelocity(now.body(), meeting.position, dt);
   }
   return radius <= otherRadius
-             ? now.bodyVelocityAt(meeting.position + radius * meeting.normal, s)
-             : now.otherVelocityAt(meeting.position - otherRadius * meeting.normal, s);
+             ? meanVelocity(now.body(), meeting.position + radius * meeting.normal, dt)
+             : meanVelocity(now.other(), meeting.position - otherRadius * meeting.normal, dt);
 }
 
 }  // namespace
@@ -53,11 +58,9 @@ ContactState lastingContact(const PairMotion& now, const SolvedContact& solved, 
   const auto tangential = [&](const Vec3& v) {
     return Vec3(v - v.dot(meeting.normal) * meeting.normal);
   };
-  // In the middle of the substep, where the parabola has the mean velocity.
-  const double middle = 0.5 * dt;
-  const Vec3 bodyVelocity = now.bodyVelocityAt(meeting.position, middle);
-  const Vec3 otherVelocity = now.otherVelocityAt(meeting.position, middle);
-  const Vec3 pointVelocity = contactVelocity(now, meeting, middle);
+  const Vec3 bodyVelocity = meanVelocity(now.body(), meeting.position, dt);
+  const Vec3 otherVelocity = meanVelocity(now.other(), meeting.position, dt);
+  const Vec3 pointVelocity = contactVelocity(now, meeting, dt);
 
   ContactState state;
   state.time = time;
