@@ -61,6 +61,18 @@ BlowPoint meanOf(std::span<const BlowPoint> points) {
 
 }  // namespace
 
+// Where to start from: what would do if all points bore the same. It decides the shares where the
+// motion does not, as of a body that cannot turn.
+void BlowSolver::shareEvenly(std::span<const BlowPoint> points, double restitution) {
+  const std::size_t count = points.size();
+  for (std::size_t row = 0; row < count; ++row) {
+    double sum = 0.0;
+    for (std::size_t column = 0; column < count; ++column)
+      sum += matrix_[row * count + column];
+    if (sum > 0.0) impulses_[row] = (1.0 + restitution) * points[row].approachSpeed / sum;
+  }
+}
+
 Blow BlowSolver::solve(std::span<const BlowPoint> points, const PairInertia& inertia,
                        double restitution) {
   if (inertia.hasLink() && points.size() > 1) {
@@ -76,6 +88,7 @@ Blow BlowSolver::solve(std::span<const BlowPoint> points, const PairInertia& ine
     for (std::size_t column = 0; column < count; ++column)
       matrix_[row * count + column] = inertia.between(points[row], points[column]);
   }
+  shareEvenly(points, restitution);
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     double change = 0.0;
     double largest = 0.0;

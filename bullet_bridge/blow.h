@@ -59,6 +59,8 @@ class BlowSolver {
   Blow solve(std::span<const BlowPoint> points, const PairInertia& inertia, double restitution);
 
  private:
+  void shareEvenly(std::span<const BlowPoint> points, double restitution);
+
   std::vector<double> matrix_;  // kept for their memory
   std::vector<double> impulses_;
 };
