@@ -338,6 +338,7 @@ void BodyTracker::endLink(const btMultiBodyLinkCollider& link, SubstepMotion& mo
   }
   motion.acceleration = trail.acceleration;
   motion.velocityBefore += trail.bend;
+  motion.velocityFree = motion.velocityBefore + dt * motion.acceleration;
 }
 
 void BodyTracker::endBody(TrackedBody& body, Trail& trail, double dt) {

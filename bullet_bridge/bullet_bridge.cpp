@@ -159,6 +159,7 @@ class BulletBridge::Impl : public TickHook {
   const FoundImpact* find(const PairMotion& now, const Proximity& start,
                           const SolvedContact* solved, const PairRecord* record);
   bool mayCollide(const ContactPair& pair) const;
+  bool isRest(const FoundImpact& found) const { return found.onset <= settings_.restSpeed; }
   double impactSpeed(const ContactPair& pair, const PairRecord* record) const;
   double holdDistance(const ContactPair& pair) const;
 
@@ -308,7 +309,8 @@ void BulletBridge::Impl::resolve(const ContactPair& pair, double dt) {
   }
   if (const FoundImpact* found = find(now, start, nullptr, nullptr)) {
     PairRecord& added = recordOf(pair, nullptr);
-    open(added, *found, combinedRestitution(pair));
+    added.spent = isRest(*found);
+    if (!added.spent) open(added, *found, combinedRestitution(pair));
   }
 }
 
@@ -333,9 +335,13 @@ void BulletBridge::Impl::resolveContact(const PairMotion& now, const Proximity& 
     record->spent = speed > settings_.restSpeed && start.gap <= now.pair().body->radius;
   } else if (const FoundImpact* found = find(now, start, &solved, record)) {
     PairRecord& opened = recordOf(now.pair(), record);
-    open(opened, *found, solved.restitution);
-    if (found->solved) follow(opened, now, solved);  // solved already
-    return;
+    opened.spent = isRest(*found);
+    if (!opened.spent) {
+      open(opened, *found, solved.restitution);
+      if (found->solved) follow(opened, now, solved);  // solved already
+      return;
+    }
+    record = &opened;
   }
   if (solved.impulse > 0.0 || (record != nullptr && record->lasting)) {
     keepContact(recordOf(now.pair(), record), now, solved);
@@ -354,7 +360,7 @@ const FoundImpact* BulletBridge::Impl::find(const PairMotion& now, const Proximi
   const FoundImpact* found = nullptr;
   if (start.gap > 0.0) {
     if (solved != nullptr) found = finder_.prevented(now, start, *solved, substep);
-    if (found == nullptr) found = finder_.within(now, substep);
+    if (found == nullptr) found = finder_.within(now, start, substep);
   } else if (pair.isClosedForm()) {
     found = finder_.overlapping(now, substep);
   } else {

@@ -25,6 +25,16 @@ double nodeSpeedAt(const PairMotion& motion, Way way, const Proximity& touch, do
   return (nodeVelocity(other, way, otherArm) - nodeVelocity(body, way, arm)).dot(touch.normal);
 }
 
+// m/s, see FoundImpact::onset. `gap` is that at the start of the substep.
+double onsetSpeed(const SubstepMotion& body, const SubstepMotion& other, const Proximity& touch,
+                  double gap, double dt) {
+  const Vec3 bodyVelocity = nodeVelocity(body, Way::actual, touch.point - body.start);
+  const Vec3 otherVelocity = nodeVelocity(other, Way::actual, touch.point - other.start);
+  const double pull = std::max(0.0, (other.acceleration - body.acceleration).dot(touch.normal));
+  const double speed = (otherVelocity - bodyVelocity).dot(touch.normal) - pull * dt;
+  return std::hypot(std::max(0.0, speed), std::sqrt(2.0 * pull * std::max(0.0, gap)));
+}
+
 // s, how long ago a point of `body` passed the tangent plane of `other`, or the other way round;
 // `apart(t)` is their distance along the normal t ago, at 0 <= 0.
 template <class Apart>
@@ -79,13 +89,16 @@ bool ImpactFinder::complete(const Proximity& touch, double depth) {
   return true;
 }
 
-const FoundImpact* ImpactFinder::within(const PairMotion& now, const Substep& substep) {
+const FoundImpact* ImpactFinder::within(const PairMotion& now, const Proximity& start,
+                                        const Substep& substep) {
   FoundImpact& found = begin(now);
   found.s = found.offset = now.touchTime(substep.dt);
   if (found.s == kNever) return nullptr;
   const Proximity touch = now.proximityAt(found.s);
   found.nodeSpeed = nodeSpeedAt(now, Way::actual, touch, found.s);
   if (!(found.nodeSpeed > substep.restSpeed)) return nullptr;
+  const ContactPair& pair = now.pair();
+  found.onset = onsetSpeed(pair.body->current, pair.other->current, touch, start.gap, substep.dt);
   return complete(touch, found.nodeSpeed * (substep.dt - found.s)) ? &found_ : nullptr;
 }
 
@@ -173,6 +186,7 @@ void ImpactFinder::dateBack(const Proximity& touch, const PreviousSubstep& previ
         .dot(otherThen.rotation * otherNormal);
   };
   const double ago = passedAgo(apart, previous.dt);
+  found.onset = onsetSpeed(previous.body, previous.other, touch, apart(previous.dt), previous.dt);
   found.motion = PairMotion(found.motion.pair(), body, other);
   found.s = previous.dt - ago;
   found.offset = -ago;

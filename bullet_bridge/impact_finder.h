@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -15,8 +16,12 @@ struct FoundImpact {
   double s = 0.0;          ///< s, on that motion
   double offset = 0.0;     ///< s, after the start of the substep
   double nodeSpeed = 0.0;  ///< m/s, approach at the node where Bullet solves: what it goes by
-  bool solved = false;     ///< Bullet has acted on it in this substep
-  double radius = 0.0;     ///< m, as ImpulseEvent::radius, of the pair's `body`
+  /// m/s, approach by what they had at the start of the substep and by their fall from there. That
+  /// of bodies that lie on each other but for rounding is none, though Bullet lets them fall for a
+  /// substep and meet at g dt.
+  double onset = std::numeric_limits<double>::infinity();
+  bool solved = false;  ///< Bullet has acted on it in this substep
+  double radius = 0.0;  ///< m, as ImpulseEvent::radius, of the pair's `body`
   double otherRadius = 0.0;
   std::span<const BlowPoint> points = {};
 };
@@ -39,7 +44,8 @@ class ImpactFinder {
   };
 
   /// On the way that the bodies went, apart at its start.
-  const FoundImpact* within(const PairMotion& now, const Substep& substep);
+  const FoundImpact* within(const PairMotion& now, const Proximity& start,
+                            const Substep& substep);
   /// Bullet's solver acted on a gap, so that the bodies do not touch, or too slowly: on the way
   /// that they would have gone.
   const FoundImpact* prevented(const PairMotion& now, const Proximity& start,

@@ -26,7 +26,7 @@ struct PairRecord {
   BodyId body = 0;
   BodyId other = 0;
   bool open = false;     ///< an impact is under way: what Bullet applies belongs to it
-  bool spent = false;    ///< it was delivered, but the two still approach: not another one
+  bool spent = false;    ///< it was delivered, or is rest, but the two still approach: no impact
   bool lasting = false;  ///< in lasting contact
   bool visited = false;  ///< in this substep
   int idle = 0;          ///< substeps of the lasting contact without load, up to now
