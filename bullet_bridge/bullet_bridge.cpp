@@ -336,12 +336,12 @@ void BulletBridge::Impl::resolveContact(const PairMotion& now, const Proximity& 
   } else if (const FoundImpact* found = find(now, start, &solved, record)) {
     PairRecord& opened = recordOf(now.pair(), record);
     opened.spent = isRest(*found);
-    if (!opened.spent) {
-      open(opened, *found, solved.restitution);
-      if (found->solved) follow(opened, now, solved);  // solved already
+    if (!opened.spent) open(opened, *found, solved.restitution);
+    if (found->solved && opened.open) {
+      follow(opened, now, solved);
       return;
     }
-    record = &opened;
+    record = &opened;  // what Bullet has applied up to now is from before the impact
   }
   if (solved.impulse > 0.0 || (record != nullptr && record->lasting)) {
     keepContact(recordOf(now.pair(), record), now, solved);
