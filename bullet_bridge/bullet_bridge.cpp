@@ -343,7 +343,8 @@ void BulletBridge::Impl::resolveContact(const PairMotion& now, const Proximity& 
     }
     record = &opened;  // what Bullet has applied up to now is from before the impact
   }
-  if (solved.impulse > 0.0 || (record != nullptr && record->lasting)) {
+  // Bullet's friction may act where its normal impulse has come back to zero.
+  if (!solved.applied.isZero(0.0) || (record != nullptr && record->lasting)) {
     keepContact(recordOf(now.pair(), record), now, solved);
   }
 }
