@@ -25,14 +25,23 @@ double nodeSpeedAt(const PairMotion& motion, Way way, const Proximity& touch, do
   return (nodeVelocity(other, way, otherArm) - nodeVelocity(body, way, arm)).dot(touch.normal);
 }
 
+// m/s, along the normal: what forces have added to a body's velocity in the substep. Those that the
+// solver has held, as of a body that lies on another, have not.
+double gainOf(const SubstepMotion& motion, const Vec3& normal, double dt) {
+  const double force = dt * motion.acceleration.dot(normal);
+  const double change = (motion.velocityAfter - motion.velocityBefore).dot(normal);
+  return force > 0.0 ? std::clamp(change, 0.0, force) : std::clamp(change, force, 0.0);
+}
+
 // m/s, see FoundImpact::onset. `gap` is that at the start of the substep.
 double onsetSpeed(const SubstepMotion& body, const SubstepMotion& other, const Proximity& touch,
                   double gap, double dt) {
   const Vec3 bodyVelocity = nodeVelocity(body, Way::actual, touch.point - body.start);
   const Vec3 otherVelocity = nodeVelocity(other, Way::actual, touch.point - other.start);
-  const double pull = std::max(0.0, (other.acceleration - body.acceleration).dot(touch.normal));
-  const double speed = (otherVelocity - bodyVelocity).dot(touch.normal) - pull * dt;
-  return std::hypot(std::max(0.0, speed), std::sqrt(2.0 * pull * std::max(0.0, gap)));
+  const double gain = gainOf(other, touch.normal, dt) - gainOf(body, touch.normal, dt);
+  const double speed = (otherVelocity - bodyVelocity).dot(touch.normal) - gain;
+  const double fall = 2.0 * std::max(0.0, gain / dt) * std::max(0.0, gap);
+  return std::hypot(std::max(0.0, speed), std::sqrt(fall));
 }
 
 // s, how long ago a point of `body` passed the tangent plane of `other`, or the other way round;
