@@ -10,6 +10,10 @@ namespace {
 constexpr double kNever = std::numeric_limits<double>::infinity();
 // Corners at the same height but for this, of the body's radius, land together: rounding.
 constexpr double kTogether = 1e-4;
+// How far above a contact to look for what else is there, of the body's radius; and 1 - the cosine
+// of the angle by which a normal may be off.
+constexpr double kProbeHeight = 0.1;
+constexpr double kProbeSlack = 2e-4;
 
 Vec3 nodeVelocity(const SubstepMotion& motion, Way way, const Vec3& arm) {
   return way == Way::actual ? Vec3(motion.velocityAfter + motion.angularAfter.cross(arm))
@@ -77,6 +81,36 @@ FoundImpact& ImpactFinder::begin(const PairMotion& motion) {
   return found_;
 }
 
+// Bullet takes a body that slides or rolls over the edge between two triangles in a plane to hit
+// that edge. Neither that nor an edge inside a compound is part of the surface: there, the way
+// along the contact's normal does not lead away from it as fast as it should.
+bool ImpactFinder::isOnSurface(const PairMotion& now, const SolvedPoint& point) {
+  const auto hasInnerEdges = [](const btCollisionShape& shape) {
+    return shape.isConcave() || shape.isCompound();
+  };
+  const btCollisionShape& body = *now.pair().body->object->getCollisionShape();
+  const btCollisionShape& other = *now.pair().other->object->getCollisionShape();
+  const double height = kProbeHeight * now.pair().body->radius;
+  if (hasInnerEdges(other) &&
+      !isOutwards({&other, now.other()}, point.position, point.normal, height))
+    return false;
+  const Vec3 onBody = point.position + point.gap * point.normal;
+  return !hasInnerEdges(body) || isOutwards({&body, now.body()}, onBody, -point.normal, height);
+}
+
+bool ImpactFinder::isOutwards(const MovingShape& shape, const Vec3& place, const Vec3& normal,
+                              double height) {
+  const auto distanceAt = [&](double above) {
+    RigidMotion motion;
+    motion.centre.position = place + above * normal;
+    const bool followed = probe_.set({&probeShape_, motion}, shape, 0.0, 3.0 * height);
+    return followed ? probe_.proximityAt(0.0).gap : kNever;
+  };
+  const double low = distanceAt(height);
+  const double high = distanceAt(2.0 * height);
+  return !(high - low < (1.0 - kProbeSlack) * height);
+}
+
 // With the corners that follow close behind the first: Bullet will solve them together.
 bool ImpactFinder::complete(const Proximity& touch, double depth) {
   FoundImpact& found = found_;
@@ -118,9 +152,10 @@ const FoundImpact* ImpactFinder::prevented(const PairMotion& now, const Proximit
   double nodeSpeed = approachAtNode(now.pair(), Way::unhindered, start.point, start.normal);
   for (const SolvedPoint& point : solved.points) {
     if (!(point.impulse > 0.0)) continue;
+    const double speed = approachAtNode(now.pair(), Way::unhindered, point.position, point.normal);
+    if (speed > substep.restSpeed && !isOnSurface(now, point)) continue;
     deepest = std::max(deepest, point.gap);
-    nodeSpeed = std::max(nodeSpeed,
-                         approachAtNode(now.pair(), Way::unhindered, point.position, point.normal));
+    nodeSpeed = std::max(nodeSpeed, speed);
   }
   if (!(nodeSpeed > substep.restSpeed)) return nullptr;
   // Bullet acts on gaps that approach and rebound, which is no faster, would close in a substep;
@@ -154,6 +189,7 @@ const FoundImpact* ImpactFinder::newPoints(const PairMotion& now, const SolvedCo
   for (const SolvedPoint& point : solved.points) {
     const double speed = approachAtNode(now.pair(), Way::unhindered, point.position, point.normal);
     if (speed <= 0.0 || (point.gap > 0.0 && !(point.impulse > 0.0))) continue;
+    if (speed > substep.restSpeed && !isOnSurface(now, point)) continue;
     points_.push_back({point.position, point.normal, speed});
     if (speed <= substep.restSpeed) continue;
     nodeSpeed = std::max(nodeSpeed, speed);

@@ -64,11 +64,15 @@ class ImpactFinder {
 
  private:
   FoundImpact& begin(const PairMotion& motion);
+  bool isOnSurface(const PairMotion& now, const SolvedPoint& point);
+  bool isOutwards(const MovingShape& shape, const Vec3& place, const Vec3& normal, double height);
   bool complete(const Proximity& touch, double depth);
   void dateBack(const Proximity& touch, const PreviousSubstep& previous);
 
   ShapePair pieces_;      // of the way that the caller asked for
   ShapePair freePieces_;  // of the other way
+  ShapePair probe_;
+  btSphereShape probeShape_{btScalar(0)};
   FoundImpact found_;
   std::vector<BlowPoint> points_;
 };
