@@ -59,8 +59,8 @@ bool mayMeetPlane(const TrackedBody& body, const TrackedBody& plane, double dt) 
   return height <= 2.0 * dt * falls;
 }
 
-// Whether Bullet may act on a body across any gap: by its continuous detection, and where it has put
-// a kinematic body ahead of its path.
+// Whether Bullet may act on a body across any gap: by its continuous detection, and where it has
+// put a kinematic body ahead of its path.
 bool mayActAnywhere(const TrackedBody& body) {
   return body.continuous || body.kind == BodyKind::kinematic;
 }

@@ -44,8 +44,7 @@ class ImpactFinder {
   };
 
   /// On the way that the bodies went, apart at its start.
-  const FoundImpact* within(const PairMotion& now, const Proximity& start,
-                            const Substep& substep);
+  const FoundImpact* within(const PairMotion& now, const Proximity& start, const Substep& substep);
   /// Bullet's solver acted on a gap, so that the bodies do not touch, or too slowly: on the way
   /// that they would have gone.
   const FoundImpact* prevented(const PairMotion& now, const Proximity& start,
