@@ -15,6 +15,11 @@ namespace carom {
 namespace {
 
 using Body = AnyWorld::Body;
+using testing::AnyOf;
+using testing::Each;
+using testing::Field;
+using testing::SizeIs;
+using testing::Truly;
 
 constexpr double kGravity = 9.81;
 constexpr double kTime = kDoubleBullet ? 1e-9 : 1e-6;  // s, see worlds_test.cpp
@@ -31,7 +36,8 @@ std::vector<ContactState> contactsOf(const BulletBridge& bridge, const btCollisi
 double meanLoad(const std::vector<ContactState>& contacts, double from, double to) {
   double impulse = 0.0;
   for (const ContactState& contact : contacts) {
-    if (contact.time >= from && contact.time < to) impulse += contact.normalLoad * contact.duration;
+    const double middle = contact.time + 0.5 * contact.duration;
+    if (middle >= from && middle < to) impulse += contact.normalLoad * contact.duration;
   }
   return impulse / (to - from);
 }
@@ -179,7 +185,7 @@ TEST(Impacts, ARodThatLandsOnOneEndAndThenOnTheOtherMakesTwo) {
     auto events = eventsOf(bridge, rod);
     std::erase_if(events, [](const ImpulseEvent& event) { return event.approachSpeed < 0.3; });
     // Bullet may let the rod spring up from the second, to fall once more.
-    ASSERT_THAT(events, testing::SizeIs(testing::AnyOf(2, 3))) << "step " << dt;
+    ASSERT_THAT(events, SizeIs(AnyOf(2, 3))) << "step " << dt;
     EXPECT_LT(events[0].position.x(), -0.1);
     EXPECT_GT(events[1].position.x(), 0.05);
     EXPECT_GT(events[1].time, events[0].time + 0.03);
@@ -217,16 +223,17 @@ class RestsAt : public testing::TestWithParam<double> {};
 
 TEST_P(RestsAt, EveryBodyIsSilentAndBearsItsWeight) {
   const double dt = GetParam();
+  constexpr double kLow = 0.05 - 1e-6;  // Bullet holds what has sunk in, be it ever so little
   AnyWorld world(kGravity);
   world.addGround(world.box({3, 0.5, 3}), 0.5, -0.5);
-  world.add(world.sphere(0.05), {.mass = 0.3, .position = {0, 0.05, 0}, .friction = 0.5});
-  world.add(world.box({0.1, 0.05, 0.2}), {.mass = 2, .position = {1, 0.05, 0}, .friction = 0.5});
+  world.add(world.sphere(0.05), {.mass = 0.3, .position = {0, kLow, 0}, .friction = 0.5});
+  world.add(world.box({0.1, 0.05, 0.2}), {.mass = 2, .position = {1, kLow, 0}, .friction = 0.5});
   world.add(world.shape<btCylinderShape>(btVector3(btScalar(0.1), btScalar(0.05), btScalar(0.1))),
-            {.mass = 1, .position = {-1, 0.05, 0}, .friction = 0.5});
+            {.mass = 1, .position = {-1, kLow, 0}, .friction = 0.5});
   auto& table = world.shape<btCompoundShape>();
   for (const double side : {-0.1, 0.1})
     table.addChildShape(poseAt({side, 0, 0}), &world.box({0.02, 0.05, 0.1}));
-  world.add(table, {.mass = 0.7, .position = {0, 0.05, 1}, .friction = 0.5});
+  world.add(table, {.mass = 0.7, .position = {0, kLow, 1}, .friction = 0.5});
   BulletBridge bridge = world.attach();
   world.step(dt, int(1.5 / dt));
   EXPECT_TRUE(bridge.events().empty());
@@ -282,13 +289,29 @@ TEST(Rest, BeginsAgainWithoutAnEventWhenTheBodyIsWoken) {
   expectWholeLives(bridge.contacts());
 }
 
+// Bullet sees no contact where rounding leaves a gap, lets the upper box fall for a substep, and
+// catches it at g dt.
+TEST(Rest, ABoxThatIsPutExactlyOnAnotherIsSilent) {
+  for (const double dt : {1.0 / 60, 1.0 / 240, 1.0 / 1000}) {
+    AnyWorld world(kGravity);
+    world.addGround(world.box({1, 0.5, 1}), 0.5, -0.5);
+    btCollisionShape& shape = world.box({0.1, 0.1, 0.1});
+    for (int i = 0; i < 2; ++i)
+      world.add(shape, {.position = {0, 0.1 + 0.2 * i, 0}, .restitution = 0, .friction = 0.5});
+    BulletBridge bridge = world.attach();
+    world.step(dt, int(0.5 / dt));
+    EXPECT_TRUE(bridge.events().empty()) << "step " << dt;
+  }
+}
+
 TEST(Rest, EachBoxOfAStackBearsThoseAbove) {
   for (const double dt : {1.0 / 60, 1.0 / 240}) {
     AnyWorld world(kGravity);
     world.addGround(world.box({1, 0.5, 1}), 0.5, -0.5);
     btCollisionShape& shape = world.box({0.1, 0.1, 0.1});
     for (int i = 0; i < 5; ++i)
-      world.add(shape, {.mass = 1, .position = {0, 0.1 + 0.2 * i, 0}, .friction = 0.5});
+      world.add(shape,
+                {.mass = 1, .position = {0, 0.1 - 1e-6 + (0.2 - 1e-6) * i, 0}, .friction = 0.5});
     BulletBridge bridge = world.attach();
     world.step(dt, int(1.5 / dt));
     EXPECT_TRUE(bridge.events().empty()) << "step " << dt;
@@ -443,41 +466,29 @@ btRigidBody& addRollingBall(AnyWorld& world, const Vec3& velocity) {
                                         .friction = 0.5});
 }
 
-// With a processing threshold of 0 Bullet leaves the edges alone, as long as the ball has not sunk
-// in.
-TEST(Meshes, ABallRollsOverInnerEdgesInSilenceAndHitsTheWallOnce) {
-  for (const double dt : {1.0 / 60, 1.0 / 240}) {
-    FloorMesh floor;
-    AnyWorld world(kGravity);
-    world.addGround(world.shape<btBvhTriangleMeshShape>(&floor.mesh, true), 1.0);
-    const Vec3 velocity = 1.5 * Vec3(1, 0, 0.21).normalized();
-    btRigidBody& ball = addRollingBall(world, velocity);
-    ball.setContactProcessingThreshold(0);
-    BulletBridge bridge = world.attach();
-    const double time = 1.95 / velocity.x();
-    world.stepUntil(bridge, time + 0.1, dt);
-    bridge.flush();
-    const auto events = eventsOf(bridge, ball);
-    ASSERT_EQ(events.size(), 1u) << "step " << dt;
-    EXPECT_LT(events[0].normal.x(), -0.999);
-    EXPECT_NEAR(events[0].approachSpeed, velocity.x(), 0.01 * velocity.x());
-    EXPECT_NEAR(events[0].time, time, 0.01 * time);
-  }
-}
-
-// By default Bullet slows the ball down at each edge and lets it hop: it lands again, but it never
-// hits an edge.
-TEST(Meshes, WhatBulletDoesAtInnerEdgesIsNotAHitOfTheEdge) {
-  for (const double dt : {1.0 / 60, 1.0 / 240}) {
+// Bullet slows the ball down at the edges and lets it hop, even with its own remedy
+// (btAdjustInternalEdgeContacts) or a processing threshold of 0: the ball does land again, on the
+// face. But it never hits an edge.
+TEST(Meshes, ABallThatRollsOverInnerEdgesHitsNoneOfThemAndTheWallOnce) {
+  for (const double dt : {1.0 / 60, 1.0 / 240, 1.0 / 1000}) {
     FloorMesh floor;
     AnyWorld world(kGravity);
     world.addGround(world.shape<btBvhTriangleMeshShape>(&floor.mesh, true), 1.0);
     const btRigidBody& ball = addRollingBall(world, 1.5 * Vec3(1, 0, 0.21).normalized());
     BulletBridge bridge = world.attach();
-    world.stepUntil(bridge, 1.2, dt);
-    ASSERT_LT(ball.getLinearVelocity().x(), 1.4) << "Bullet has no inner edges: choose another";
-    for (const ImpulseEvent& event : eventsOf(bridge, ball))
-      EXPECT_GT(event.normal.y(), 0.9999) << "step " << dt << " at " << event.time;
+    while (ball.getWorldTransform().getOrigin().x() < btScalar(1.9) && bridge.time() < 5.0)
+      world.step(dt);
+    const auto before = eventsOf(bridge, ball);
+    EXPECT_THAT(before, Each(Field(&ImpulseEvent::normal,
+                                   Truly([](const Vec3& normal) { return normal.y() > 0.999; }))))
+        << "step " << dt;
+    world.stepUntil(bridge, bridge.time() + 0.2, dt);
+    bridge.flush();
+    EXPECT_EQ(
+        std::ranges::count_if(eventsOf(bridge, ball),
+                              [](const ImpulseEvent& event) { return event.normal.x() < -0.9; }),
+        1)
+        << "step " << dt;
   }
 }
 
