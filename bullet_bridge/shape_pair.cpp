@@ -405,6 +405,8 @@ std::span<const Vec3> ShapePair::patchAt(double s, const Proximity& around, doub
 }
 
 LocalShape ShapePair::localShape(PairSide side, double s, const Proximity& at) const {
+  constexpr double kFlat = std::numeric_limits<double>::infinity();
+  if (at.pair >= pairs_.size()) return {kFlat, kFlat};  // nothing near
   const Pair& pair = pairs_[at.pair];
   const Placed placed = place(pair, s);
   const bool isFirst = (side == PairSide::body) != pair.flipped;
