@@ -157,7 +157,7 @@ struct RoundSet {
 /// By alternating projections: of the one nearest to the other's nearest, and so on. From above,
 /// and slow where the sets are nearly parallel.
 inline double roundRound(const RoundSet& one, const Pose& pose, const RoundSet& two,
-                         const Pose& otherPose, Vec3& start, int rounds = 200000) {
+                         const Pose& otherPose, Vec3& start, int rounds = 20000) {
   double distance = std::numeric_limits<double>::infinity();
   for (int round = 0; round < rounds; ++round) {
     const Vec3 there = otherPose.toWorld(two.project(otherPose.toLocal(start)));

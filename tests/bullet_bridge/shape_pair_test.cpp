@@ -316,7 +316,7 @@ TEST(ShapePair, RoundShapesTouchEachOtherWhenTheirProjectionsMeet) {
         Vec3 start = motion.centre.position;
         const auto gap = [&](double s) {
           return by_hand::roundRound(one.set, motion.poseAt(s), two.set, other.poseAt(s), start,
-                                     3000) -
+                                     100000) -
                  one.margin - two.margin;
         };
         if (gap(0.0) <= 0.0) continue;
