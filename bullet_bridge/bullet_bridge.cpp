@@ -33,6 +33,8 @@ constexpr double kLongestWaitSubsteps = 3.0;
 constexpr double kTouching = 1.0 + 1e-5;
 // A contact that other shapes hold at several points rocks by what gravity adds in a substep.
 constexpr double kRocking = 2.0;
+// Cosine of the angle between two impacts of a pair that are not one.
+constexpr double kOtherSide = 0.5;
 constexpr double kAnyGap = std::numeric_limits<double>::infinity();
 
 // m, how far a body may come in one direction before Bullet's solver has no part in it, which it
@@ -159,6 +161,8 @@ class BulletBridge::Impl : public TickHook {
   const FoundImpact* find(const PairMotion& now, const Proximity& start,
                           const SolvedContact* solved, const PairRecord* record);
   bool mayCollide(const ContactPair& pair) const;
+  bool hitsElsewhere(const PairRecord& record, const PairMotion& now,
+                     const SolvedContact& solved) const;
   bool isRest(const FoundImpact& found) const { return found.onset <= settings_.restSpeed; }
   double impactSpeed(const ContactPair& pair, const PairRecord* record) const;
   double holdDistance(const ContactPair& pair) const;
@@ -319,6 +323,7 @@ void BulletBridge::Impl::resolveContact(const PairMotion& now, const Proximity& 
                                         PairRecord* record) {
   const SolvedContact& solved = reader_.read(now.pair());
   if (record != nullptr) record->visited = true;
+  if (record != nullptr && record->open && hitsElsewhere(*record, now, solved)) close(*record);
   if (record != nullptr && record->open) {
     const FoundImpact* again = record->impact.parted ? find(now, start, &solved, record) : nullptr;
     if (again == nullptr) {
@@ -347,6 +352,18 @@ void BulletBridge::Impl::resolveContact(const PairMotion& now, const Proximity& 
   if (!solved.applied.isZero(0.0) || (record != nullptr && record->lasting)) {
     keepContact(recordOf(now.pair(), record), now, solved);
   }
+}
+
+// Whether the pair meets from another side while an impact is under way, as a ball that lands on a
+// mesh and then hits a wall of it.
+bool BulletBridge::Impl::hitsElsewhere(const PairRecord& record, const PairMotion& now,
+                                       const SolvedContact& solved) const {
+  const double sign = record.body == now.pair().body->id ? 1.0 : -1.0;
+  return std::ranges::any_of(solved.points, [&](const SolvedPoint& point) {
+    const double speed = approachAtNode(now.pair(), Way::unhindered, point.position, point.normal);
+    return point.impulse > 0.0 && sign * point.normal.dot(record.impact.body.normal) < kOtherSide &&
+           speed > record.impact.body.approachSpeed;
+  });
 }
 
 const FoundImpact* BulletBridge::Impl::find(const PairMotion& now, const Proximity& start,
