@@ -44,9 +44,7 @@ double PairInertia::between(const BlowPoint& at, const BlowPoint& by) const {
   return answer(body_, at, by) + answer(other_, at, by);
 }
 
-namespace {
-
-BlowPoint meanOf(std::span<const BlowPoint> points) {
+BlowPoint BlowSolver::meanOf(std::span<const BlowPoint> points) {
   BlowPoint mean;
   mean.normal = Vec3::Zero();
   const auto count = static_cast<double>(points.size());
@@ -58,8 +56,6 @@ BlowPoint meanOf(std::span<const BlowPoint> points) {
   mean.normal.normalize();
   return mean;
 }
-
-}  // namespace
 
 // Where to start from: what would do if all points bore the same. It decides the shares where the
 // motion does not, as of a body that cannot turn.
@@ -73,14 +69,10 @@ void BlowSolver::shareEvenly(std::span<const BlowPoint> points, double restituti
   }
 }
 
-Blow BlowSolver::solve(std::span<const BlowPoint> points, const PairInertia& inertia,
-                       double restitution) {
-  if (inertia.hasLink() && points.size() > 1) {
-    const BlowPoint mean = meanOf(points);
-    return solve({&mean, 1}, inertia, restitution);
-  }
+std::span<const double> BlowSolver::solve(std::span<const BlowPoint> points,
+                                          const PairInertia& inertia, double restitution) {
   constexpr int kSweeps = 500;
-  constexpr double kEnough = 1e-13;  // of the largest impulse
+  constexpr double kEnough = 1e-12;  // of the largest impulse
   const std::size_t count = points.size();
   matrix_.resize(count * count);
   impulses_.assign(count, 0.0);
@@ -104,14 +96,18 @@ Blow BlowSolver::solve(std::span<const BlowPoint> points, const PairInertia& ine
     }
     if (change <= kEnough * largest) break;
   }
+  return impulses_;
+}
 
+Blow BlowSolver::sum(std::span<const BlowPoint> points, std::span<const double> impulses,
+                     double restitution) {
   Blow blow;
   double sum = 0.0;
-  for (std::size_t i = 0; i < count; ++i) {
-    blow.impulse += impulses_[i] * points[i].normal;
-    blow.position += impulses_[i] * points[i].position;
-    blow.approachSpeed += impulses_[i] * points[i].approachSpeed;
-    sum += impulses_[i];
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    blow.impulse += impulses[i] * points[i].normal;
+    blow.position += impulses[i] * points[i].position;
+    blow.approachSpeed += impulses[i] * points[i].approachSpeed;
+    sum += impulses[i];
   }
   if (!(sum > 0.0)) return {};
   blow.position /= sum;

@@ -12,7 +12,8 @@ namespace carom {
 struct BlowPoint {
   Vec3 position = Vec3::Zero();  ///< m, world frame
   Vec3 normal = Vec3::UnitX();   ///< 1, world frame, towards the pair's `body`
-  double approachSpeed = 0.0;    ///< m/s, before the blow, > 0
+  double approachSpeed = 0.0;    ///< m/s, at the first touch, > 0
+  double delay = 0.0;            ///< s, after the first touch, until it lands itself
 };
 
 /// What all the points of one impact amount to.
@@ -53,10 +54,17 @@ class PairInertia {
 ///     j = (1 + e) m |vn|,   1/m = sum over both bodies of 1/m_i + (r x n) . I_i^-1 (r x n)
 ///
 /// For several, the linear complementarity problem of Stronge 2018 (Impact Mechanics, chapter 5),
-/// by projected Gauss-Seidel. With a link of a multibody, several points act as one at their mean.
+/// by projected Gauss-Seidel. For links of multibodies, only with one point.
 class BlowSolver {
  public:
-  Blow solve(std::span<const BlowPoint> points, const PairInertia& inertia, double restitution);
+  /// N s for each point. Valid until the next call.
+  std::span<const double> solve(std::span<const BlowPoint> points, const PairInertia& inertia,
+                                double restitution);
+  /// One point in place of several.
+  static BlowPoint meanOf(std::span<const BlowPoint> points);
+  /// What some of those points amount to; nothing, with no impulse, if they carry none.
+  static Blow sum(std::span<const BlowPoint> points, std::span<const double> impulses,
+                  double restitution);
 
  private:
   void shareEvenly(std::span<const BlowPoint> points, double restitution);

@@ -31,6 +31,8 @@ constexpr double kLongestWait = 0.02;
 constexpr double kLongestWaitSubsteps = 3.0;
 // Of the sum of two radii: two spheres within it may have been in Bullet's hands, for its rounding.
 constexpr double kTouching = 1.0 + 1e-5;
+// s. Corners of a body that land within it make one blow: about as long as a hard contact lasts.
+constexpr double kOneBlow = 2e-4;
 // A contact that other shapes hold at several points rocks by what gravity adds in a substep.
 constexpr double kRocking = 2.0;
 // Cosine of the angle between two impacts of a pair that are not one.
@@ -169,6 +171,8 @@ class BulletBridge::Impl : public TickHook {
 
   PairRecord& recordOf(const ContactPair& pair, PairRecord* record);
   void open(PairRecord& record, const FoundImpact& found, double restitution);
+  void addLandings(Impact& impact, const FoundImpact& found);
+  Landing landingOf(const FoundImpact& found, const Blow& blow, double delay) const;
   void follow(PairRecord& record, const PairMotion& now, const SolvedContact& solved);
   void close(PairRecord& record);
   void deliver(PairRecord& record);
@@ -361,8 +365,9 @@ bool BulletBridge::Impl::hitsElsewhere(const PairRecord& record, const PairMotio
   const double sign = record.body == now.pair().body->id ? 1.0 : -1.0;
   return std::ranges::any_of(solved.points, [&](const SolvedPoint& point) {
     const double speed = approachAtNode(now.pair(), Way::unhindered, point.position, point.normal);
-    return point.impulse > 0.0 && sign * point.normal.dot(record.impact.body.normal) < kOtherSide &&
-           speed > record.impact.body.approachSpeed;
+    return point.impulse > 0.0 &&
+           sign * point.normal.dot(record.impact.landings.front().body.normal) < kOtherSide &&
+           speed > record.impact.landings.front().body.approachSpeed;
   });
 }
 
@@ -402,33 +407,71 @@ void BulletBridge::Impl::open(PairRecord& record, const FoundImpact& found, doub
   const double threshold =
       static_cast<double>(world().getSolverInfo().m_restitutionVelocityThreshold);
   const bool bounces = found.nodeSpeed >= threshold;  // Bullet does not, below it
-  record.open = true;
   Impact& impact = record.impact;
   impact.applied = Vec3::Zero();
   impact.solved = 0;
   impact.parted = impact.delivered = false;
   impact.restitution = bounces ? restitution : 0.0;
   impact.foundAt = time_;
-  const PairInertia inertia(found.motion, found.s, multibodies_);
-  const Blow blow = blows_.solve(found.points, inertia, impact.restitution);
-  impact.body = eventOf(found, blow);
-  impact.body.time = time_ + found.offset;
-  impact.other = otherShare(impact.body);
-  setState(impact.body, found.motion.body(), found.s);
-  setState(impact.other, found.motion.other(), found.s);
-  // The motions that impacts are found on leave out how spheres are turned.
-  const auto turn = [&](ImpulseEvent& event, const TrackedBody& body) {
-    if (body.shape == ContactShape::sphere)
-      event.bodyOrientation = body.actual(dt_).orientationAt(found.offset);
-  };
-  turn(impact.body, *found.motion.pair().body);
-  turn(impact.other, *found.motion.pair().other);
+  addLandings(impact, found);
+  record.open = !impact.landings.empty();
+  record.spent = !record.open;  // nothing can be moved
+  if (!record.open) return;
 
-  ++counters.collisions;
-  counters.merged += found.points.size() - 1;
+  counters.collisions += impact.landings.size();
+  counters.merged += found.points.size() - impact.landings.size();
   if (found.solved && found.offset > 0.0) ++counters.ahead;
   if (!bounces && restitution > 0.0) ++counters.belowThreshold;
   if (settings_.delivery == EventDelivery::prompt) deliver(record);
+}
+
+// Points that land within one blow make one event.
+void BulletBridge::Impl::addLandings(Impact& impact, const FoundImpact& found) {
+  const PairInertia inertia(found.motion, found.s, multibodies_);
+  BlowPoint mean;
+  std::span<const BlowPoint> points = found.points;
+  if (inertia.hasLink() && points.size() > 1) {
+    mean = BlowSolver::meanOf(points);
+    points = {&mean, 1};
+  }
+  const std::span<const double> impulses = blows_.solve(points, inertia, impact.restitution);
+  double whole = 0.0;
+  impact.landings.clear();
+  for (std::size_t begin = 0; begin < points.size();) {
+    std::size_t end = begin;
+    while (end < points.size() && points[end].delay <= points[begin].delay + kOneBlow)
+      ++end;
+    const std::size_t count = end - begin;
+    const Blow blow = BlowSolver::sum(points.subspan(begin, count), impulses.subspan(begin, count),
+                                      impact.restitution);
+    if (blow.effectiveMass > 0.0) {
+      impact.landings.push_back(landingOf(found, blow, points[begin].delay));
+      whole += impact.landings.back().part;
+    }
+    begin = end;
+  }
+  for (Landing& landing : impact.landings)
+    landing.part /= whole;
+}
+
+// Its `part` is in N s.
+Landing BulletBridge::Impl::landingOf(const FoundImpact& found, const Blow& blow,
+                                      double delay) const {
+  Landing landing;
+  landing.part = blow.impulse.norm();
+  landing.body = eventOf(found, blow);
+  landing.body.time = time_ + found.offset + delay;
+  landing.other = otherShare(landing.body);
+  setState(landing.body, found.motion.body(), found.s + delay);
+  setState(landing.other, found.motion.other(), found.s + delay);
+  // The motions that impacts are found on leave out how spheres are turned.
+  const auto turn = [&](ImpulseEvent& event, const TrackedBody& body) {
+    if (body.shape == ContactShape::sphere)
+      event.bodyOrientation = body.actual(dt_).orientationAt(found.offset + delay);
+  };
+  turn(landing.body, *found.motion.pair().body);
+  turn(landing.other, *found.motion.pair().other);
+  return landing;
 }
 
 // An impact is over when the pair no longer approaches and is apart, or has been solved often
@@ -440,9 +483,10 @@ void BulletBridge::Impl::follow(PairRecord& record, const PairMotion& now,
   impact.applied += sign * solved.applied;
   if (solved.impulse > 0.0) ++impact.solved;
 
+  const ImpulseEvent& first = impact.landings.front().body;
   const Proximity end = now.proximityAt(dt_);
-  const Vec3 normal = now.pair().isClosedForm() ? end.normal : Vec3(sign * impact.body.normal);
-  const Vec3 point = now.pair().isClosedForm() ? end.point : impact.body.position;
+  const Vec3 normal = now.pair().isClosedForm() ? end.normal : Vec3(sign * first.normal);
+  const Vec3 point = now.pair().isClosedForm() ? end.point : first.position;
   const bool approaches =
       approachAtNode(now.pair(), Way::actual, point, normal) > settings_.restSpeed;
   const double waited = time_ + dt_ - impact.foundAt;
@@ -468,14 +512,16 @@ void BulletBridge::Impl::deliver(PairRecord& record) {
   Impact& impact = record.impact;
   if (impact.delivered) return;
   impact.delivered = true;
-  if (settings_.delivery == EventDelivery::complete) {
-    impact.body.appliedImpulse = impact.applied;
-    impact.other.appliedImpulse = -impact.applied;
-    impact.body.hasAppliedImpulse = impact.other.hasAppliedImpulse = true;
+  for (Landing& landing : impact.landings) {
+    if (settings_.delivery == EventDelivery::complete) {
+      landing.body.appliedImpulse = landing.part * impact.applied;
+      landing.other.appliedImpulse = -landing.body.appliedImpulse;
+      landing.body.hasAppliedImpulse = landing.other.hasAppliedImpulse = true;
+    }
+    events.push_back(landing.body);
+    events.push_back(landing.other);
+    ++counters.delivered;
   }
-  events.push_back(impact.body);
-  events.push_back(impact.other);
-  ++counters.delivered;
 }
 
 void BulletBridge::Impl::keepContact(PairRecord& record, const PairMotion& now,
@@ -528,7 +574,7 @@ double BulletBridge::Impl::settledTime() {
   double settled = tracker_.hasOtherShapes() ? previousTime_ : time_;
   records_.forEach([&settled](const PairRecord& record) {
     if (record.open && !record.impact.delivered)
-      settled = std::min(settled, record.impact.body.time);
+      settled = std::min(settled, record.impact.landings.front().body.time);
   });
   return settled;
 }

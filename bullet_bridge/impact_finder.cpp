@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace carom {
 namespace {
@@ -112,7 +113,7 @@ bool ImpactFinder::isOutwards(const MovingShape& shape, const Vec3& place, const
 }
 
 // With the corners that follow close behind the first: Bullet will solve them together.
-bool ImpactFinder::complete(const Proximity& touch, double depth) {
+bool ImpactFinder::complete(const Proximity& touch, const Following& following) {
   FoundImpact& found = found_;
   points_.clear();
   const auto add = [&](const Vec3& point) {
@@ -120,16 +121,66 @@ bool ImpactFinder::complete(const Proximity& touch, double depth) {
     if (speed > 0.0) points_.push_back({point, touch.normal, speed});
   };
   if (!found.motion.pair().isClosedForm()) {
-    const double together = std::max(depth, kTogether * found.motion.pair().body->radius);
+    const double together = std::max(following.depth, kTogether * found.motion.pair().body->radius);
     for (const Vec3& point : found.motion.pieces().patchAt(found.s, touch, together))
       add(point);
   }
-  if (points_.empty()) add(touch.point);
-  if (points_.empty()) return false;
   found.radius = found.motion.radiusAt(PairSide::body, found.s, touch);
   found.otherRadius = found.motion.radiusAt(PairSide::other, found.s, touch);
+  keepOutermost(touch.normal);
+  for (BlowPoint& point : points_)
+    point.delay = delayOf(point, touch);
+  std::erase_if(points_, [&](const BlowPoint& point) { return point.delay > following.latest; });
+  std::sort(points_.begin(), points_.end(),
+            [](const BlowPoint& a, const BlowPoint& b) { return a.delay < b.delay; });
+  if (points_.empty()) add(touch.point);
+  if (points_.empty()) return false;
+  points_.front().delay = 0.0;  // the first touch itself
   found.points = points_;
   return true;
+}
+
+// Of many points in a plane, those that hold the others between them.
+void ImpactFinder::keepOutermost(const Vec3& normal) {
+  constexpr std::size_t kMost = 8;
+  if (points_.size() <= kMost) return;
+  const Vec3 right = normal.unitOrthogonal();
+  const Vec3 ahead = normal.cross(right);
+  for (std::size_t kept = 0; kept < kMost; ++kept) {
+    const double angle = 2.0 * std::numbers::pi * static_cast<double>(kept) / double{kMost};
+    const Vec3 towards = std::cos(angle) * right + std::sin(angle) * ahead;
+    const auto outermost =
+        std::max_element(points_.begin() + static_cast<std::ptrdiff_t>(kept), points_.end(),
+                         [&](const BlowPoint& a, const BlowPoint& b) {
+                           return a.position.dot(towards) < b.position.dot(towards);
+                         });
+    std::swap(points_[kept], *outermost);
+  }
+  points_.resize(kMost);
+}
+
+// s, until a corner of one body meets the face of the other that was touched at found_.s.
+double ImpactFinder::delayOf(const BlowPoint& point, const Proximity& touch) const {
+  const bool faceOnOther = std::isinf(found_.otherRadius) || !std::isinf(found_.radius);
+  const RigidMotion& body = found_.motion.body();
+  const RigidMotion& other = found_.motion.other();
+  const Vec3 bodyPoint = body.poseAt(found_.s).toLocal(faceOnOther ? point.position : touch.point);
+  const Pose otherPose = other.poseAt(found_.s);
+  const Vec3 otherPoint = otherPose.toLocal(faceOnOther ? touch.otherPoint : point.position);
+  const Vec3 faceNormal =
+      (faceOnOther ? otherPose : body.poseAt(found_.s)).rotation.transpose() * touch.normal;
+  double delay = 0.0;
+  for (int step = 0; step < 4; ++step) {
+    const Pose bodyThen = body.poseAt(found_.s + delay);
+    const Pose otherThen = other.poseAt(found_.s + delay);
+    const Vec3 normal = (faceOnOther ? otherThen : bodyThen).rotation * faceNormal;
+    const Vec3 corner = faceOnOther ? bodyThen.toWorld(bodyPoint) : otherThen.toWorld(otherPoint);
+    const double height = (bodyThen.toWorld(bodyPoint) - otherThen.toWorld(otherPoint)).dot(normal);
+    const double speed = found_.motion.approachSpeedAt(corner, normal, found_.s + delay);
+    if (!(speed > 0.0)) break;
+    delay = std::max(0.0, delay + height / speed);
+  }
+  return delay;
 }
 
 const FoundImpact* ImpactFinder::within(const PairMotion& now, const Proximity& start,
@@ -142,7 +193,8 @@ const FoundImpact* ImpactFinder::within(const PairMotion& now, const Proximity& 
   if (!(found.nodeSpeed > substep.restSpeed)) return nullptr;
   const ContactPair& pair = now.pair();
   found.onset = onsetSpeed(pair.body->current, pair.other->current, touch, start.gap, substep.dt);
-  return complete(touch, found.nodeSpeed * (substep.dt - found.s)) ? &found_ : nullptr;
+  const double rest = substep.dt - found.s;  // at the next node Bullet solves what is down by then
+  return complete(touch, {found.nodeSpeed * rest, rest}) ? &found_ : nullptr;
 }
 
 const FoundImpact* ImpactFinder::prevented(const PairMotion& now, const Proximity& start,
@@ -168,7 +220,8 @@ const FoundImpact* ImpactFinder::prevented(const PairMotion& now, const Proximit
   found.solved = true;
   found.s = found.offset = found.motion.touchTime(horizon);
   if (found.s == kNever) return nullptr;
-  return complete(found.motion.proximityAt(found.s), deepest - start.gap) ? &found_ : nullptr;
+  const Following following{deepest - start.gap, 2.0 * substep.dt};
+  return complete(found.motion.proximityAt(found.s), following) ? &found_ : nullptr;
 }
 
 const FoundImpact* ImpactFinder::overlapping(const PairMotion& now, const Substep& substep) {
@@ -177,7 +230,7 @@ const FoundImpact* ImpactFinder::overlapping(const PairMotion& now, const Subste
   found.nodeSpeed = approachAtNode(now.pair(), Way::unhindered, touch.point, touch.normal);
   found.solved = true;
   if (!(found.nodeSpeed > substep.restSpeed)) return nullptr;
-  return complete(touch, 0.0) ? &found_ : nullptr;
+  return complete(touch, {}) ? &found_ : nullptr;
 }
 
 const FoundImpact* ImpactFinder::newPoints(const PairMotion& now, const SolvedContact& solved,

@@ -65,7 +65,14 @@ class ImpactFinder {
   FoundImpact& begin(const PairMotion& motion);
   bool isOnSurface(const PairMotion& now, const SolvedPoint& point);
   bool isOutwards(const MovingShape& shape, const Vec3& place, const Vec3& normal, double height);
-  bool complete(const Proximity& touch, double depth);
+  // Which corners count that follow the first.
+  struct Following {
+    double depth = 0.0;   // m, above the touch
+    double latest = 0.0;  // s, after it
+  };
+  bool complete(const Proximity& touch, const Following& following);
+  void keepOutermost(const Vec3& normal);
+  double delayOf(const BlowPoint& point, const Proximity& touch) const;
   void dateBack(const Proximity& touch, const PreviousSubstep& previous);
 
   ShapePair pieces_;      // of the way that the caller asked for

@@ -9,10 +9,18 @@
 
 namespace carom {
 
-/// An impact that was found: both bodies' shares, and what Bullet has applied for it so far.
-struct Impact {
-  ImpulseEvent body;   ///< its share of the pair's `body`
+/// Both bodies' shares of a blow, and how much of its impact that is.
+struct Landing {
+  ImpulseEvent body;   ///< the share of the pair's `body`
   ImpulseEvent other;  ///< the other body's
+  double part = 1.0;   ///< of the sum of all physical impulses of the impact
+};
+
+/// An impact that was found, and what Bullet has applied for it so far. It may have several
+/// landings, in order of time: corners that reach the other surface one after the other, but which
+/// Bullet solves together.
+struct Impact {
+  std::vector<Landing> landings;
   double restitution = 0.0;
   double foundAt = 0.0;         ///< s, start of the substep in which it was found
   Vec3 applied = Vec3::Zero();  ///< N s, on the pair's `body`
