@@ -483,12 +483,9 @@ void BulletBridge::Impl::follow(PairRecord& record, const PairMotion& now,
   impact.applied += sign * solved.applied;
   if (solved.impulse > 0.0) ++impact.solved;
 
-  const ImpulseEvent& first = impact.landings.front().body;
-  const Proximity end = now.proximityAt(dt_);
-  const Vec3 normal = now.pair().isClosedForm() ? end.normal : Vec3(sign * first.normal);
-  const Vec3 point = now.pair().isClosedForm() ? end.point : first.position;
-  const bool approaches =
-      approachAtNode(now.pair(), Way::actual, point, normal) > settings_.restSpeed;
+  Proximity end = now.proximityAt(dt_);
+  if (!now.pair().isClosedForm()) end.normal = sign * impact.landings.front().body.normal;
+  const bool approaches = approachWithNode(now, Way::actual, end, dt_) > settings_.restSpeed;
   const double waited = time_ + dt_ - impact.foundAt;
   const bool waitedLong = waited >= std::max(kLongestWait, (kLongestWaitSubsteps - 0.5) * dt_);
   if (!approaches) {

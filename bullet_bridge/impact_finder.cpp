@@ -21,15 +21,6 @@ Vec3 nodeVelocity(const SubstepMotion& motion, Way way, const Vec3& arm) {
                             : Vec3(motion.velocityBefore + motion.angularBefore.cross(arm));
 }
 
-// At a later point of a way: the node's velocities, turned with the bodies.
-double nodeSpeedAt(const PairMotion& motion, Way way, const Proximity& touch, double s) {
-  const SubstepMotion& body = motion.pair().body->current;
-  const SubstepMotion& other = motion.pair().other->current;
-  const Vec3 arm = touch.point - motion.body().centre.positionAt(s);
-  const Vec3 otherArm = touch.point - motion.other().centre.positionAt(s);
-  return (nodeVelocity(other, way, otherArm) - nodeVelocity(body, way, arm)).dot(touch.normal);
-}
-
 // m/s, along the normal: what forces have added to a body's velocity in the substep. Those that the
 // solver has held, as of a body that lies on another, have not.
 double gainOf(const SubstepMotion& motion, const Vec3& normal, double dt) {
@@ -38,13 +29,12 @@ double gainOf(const SubstepMotion& motion, const Vec3& normal, double dt) {
   return force > 0.0 ? std::clamp(change, 0.0, force) : std::clamp(change, force, 0.0);
 }
 
-// m/s, see FoundImpact::onset. `gap` is that at the start of the substep.
-double onsetSpeed(const SubstepMotion& body, const SubstepMotion& other, const Proximity& touch,
-                  double gap, double dt) {
-  const Vec3 bodyVelocity = nodeVelocity(body, Way::actual, touch.point - body.start);
-  const Vec3 otherVelocity = nodeVelocity(other, Way::actual, touch.point - other.start);
-  const double gain = gainOf(other, touch.normal, dt) - gainOf(body, touch.normal, dt);
-  const double speed = (otherVelocity - bodyVelocity).dot(touch.normal) - gain;
+// m/s, see FoundImpact::onset. `nodeSpeed` is the approach after the solver, `gap` that at the
+// start of the substep.
+double onsetSpeed(double nodeSpeed, const SubstepMotion& body, const SubstepMotion& other,
+                  const Vec3& normal, double gap, double dt) {
+  const double gain = gainOf(other, normal, dt) - gainOf(body, normal, dt);
+  const double speed = nodeSpeed - gain;
   const double fall = 2.0 * std::max(0.0, gain / dt) * std::max(0.0, gap);
   return std::hypot(std::max(0.0, speed), std::sqrt(fall));
 }
@@ -68,6 +58,14 @@ RigidMotion motionOf(const SubstepMotion& motion, double dt) {
 }
 
 }  // namespace
+
+double approachWithNode(const PairMotion& motion, Way way, const Proximity& touch, double s) {
+  const SubstepMotion& body = motion.pair().body->current;
+  const SubstepMotion& other = motion.pair().other->current;
+  const Vec3 arm = touch.point - motion.body().centre.positionAt(s);
+  const Vec3 otherArm = touch.point - motion.other().centre.positionAt(s);
+  return (nodeVelocity(other, way, otherArm) - nodeVelocity(body, way, arm)).dot(touch.normal);
+}
 
 double approachAtNode(const ContactPair& pair, Way way, const Vec3& point, const Vec3& normal) {
   const SubstepMotion& body = pair.body->current;
@@ -189,10 +187,11 @@ const FoundImpact* ImpactFinder::within(const PairMotion& now, const Proximity& 
   found.s = found.offset = now.touchTime(substep.dt);
   if (found.s == kNever) return nullptr;
   const Proximity touch = now.proximityAt(found.s);
-  found.nodeSpeed = nodeSpeedAt(now, Way::actual, touch, found.s);
+  found.nodeSpeed = approachWithNode(now, Way::actual, touch, found.s);
   if (!(found.nodeSpeed > substep.restSpeed)) return nullptr;
   const ContactPair& pair = now.pair();
-  found.onset = onsetSpeed(pair.body->current, pair.other->current, touch, start.gap, substep.dt);
+  found.onset = onsetSpeed(found.nodeSpeed, pair.body->current, pair.other->current, touch.normal,
+                           start.gap, substep.dt);
   const double rest = substep.dt - found.s;  // at the next node Bullet solves what is down by then
   return complete(touch, {found.nodeSpeed * rest, rest}) ? &found_ : nullptr;
 }
@@ -284,7 +283,13 @@ void ImpactFinder::dateBack(const Proximity& touch, const PreviousSubstep& previ
         .dot(otherThen.rotation * otherNormal);
   };
   const double ago = passedAgo(apart, previous.dt);
-  found.onset = onsetSpeed(previous.body, previous.other, touch, apart(previous.dt), previous.dt);
+  const Vec3 arm = touch.point - bodyNow.position;
+  const Vec3 otherArm = touch.point - otherNow.position;
+  const double nodeSpeed = (nodeVelocity(previous.other, Way::actual, otherArm) -
+                            nodeVelocity(previous.body, Way::actual, arm))
+                               .dot(touch.normal);
+  found.onset = onsetSpeed(nodeSpeed, previous.body, previous.other, touch.normal,
+                           apart(previous.dt), previous.dt);
   found.motion = PairMotion(found.motion.pair(), body, other);
   found.s = previous.dt - ago;
   found.offset = -ago;

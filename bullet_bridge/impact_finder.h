@@ -88,4 +88,7 @@ class ImpactFinder {
 /// body bobs between them.
 double approachAtNode(const ContactPair& pair, Way way, const Vec3& point, const Vec3& normal);
 
+/// m/s, the same at a later point of a way: the node's velocities, at where the bodies are then.
+double approachWithNode(const PairMotion& motion, Way way, const Proximity& touch, double s);
+
 }  // namespace carom
