@@ -60,7 +60,8 @@ bool mayMeetPlane(const TrackedBody& body, const TrackedBody& plane, double dt) 
   const double falls = std::max(-(motion.velocityBefore - moves).dot(plane.planeNormal), 0.0) +
                        std::max(-(motion.velocityAfter - moves).dot(plane.planeNormal), 0.0) +
                        dt * std::abs(motion.acceleration.dot(plane.planeNormal)) + spin;
-  return height <= 2.0 * dt * falls;
+  // Bullet's friction may act on a contact that it holds even without load.
+  return height <= std::max(2.0 * dt * falls, body.margin);
 }
 
 // Whether Bullet may act on a body across any gap: by its continuous detection, and where it has
@@ -256,7 +257,8 @@ void BulletBridge::Impl::gatherBodies(double dt) {
     boxes_.push_back(sweptBox(body, dt, speculative));
     boxes_.back().body = static_cast<std::uint32_t>(i);
     if (tracker_.hasPlanes())
-      balls_.push_back({body.current.start, body.radius + reachOf(body.current, dt), &body});
+      balls_.push_back({body.current.start,
+                        body.radius + std::max(body.margin, reachOf(body.current, dt)), &body});
   }
 }
 

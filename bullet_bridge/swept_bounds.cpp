@@ -78,6 +78,11 @@ SweptBox sweptBox(const TrackedBody& body, double dt, bool speculative) {
   Vec3 low;
   Vec3 high;
   readExtent(body, dt, low, high);
+  if (speculative) {
+    // Bullet holds contacts over this gap, and its friction may act on them without load.
+    low.array() -= body.margin;
+    high.array() += body.margin;
+  }
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const Travel travel = travelOf(body.current, axis, dt, speculative);
     const double start = body.current.start[axis];
