@@ -172,6 +172,9 @@ void BoxGrid::setStrides() {
 }
 
 void BoxGrid::countBoxes(std::span<const SweptBox> boxes) {
+  // For as many cells as there can be at this count, so that boxes that spread later cost no
+  // memory.
+  starts_.reserve(std::bit_ceil(std::max(kMostCellsPerBox * boxes.size(), kFewestCells)) + 4);
   starts_.assign(std::size_t{mask_} + 4, 0);
   unsorted_.resize(boxes.size());
   for (std::size_t i = 0; i < boxes.size(); ++i) {
@@ -202,6 +205,8 @@ void BoxGrid::repeatFirstCells() {
   const std::uint32_t repeated = starts_[2];
   starts_[cells + 1] = count_ + starts_[1];
   starts_[cells + 2] = count_ + repeated;
+  boxes_.reserve(std::size_t{2} * count_);
+  codes_.reserve(std::size_t{2} * count_);
   boxes_.resize(count_ + repeated);
   std::copy_n(boxes_.begin(), repeated, boxes_.begin() + count_);
   codes_.resize(count_ + repeated);

@@ -33,6 +33,8 @@ constexpr double kLongestWaitSubsteps = 3.0;
 constexpr double kTouching = 1.0 + 1e-5;
 // s. Corners of a body that land within it make one blow: about as long as a hard contact lasts.
 constexpr double kOneBlow = 2e-4;
+// Of the speed that restitution asks for after an impact: less is a bounce that Bullet swallowed.
+constexpr double kSwallowed = 0.5;
 // A contact that other shapes hold at several points rocks by what gravity adds in a substep.
 constexpr double kRocking = 2.0;
 // Cosine of the angle between two impacts of a pair that are not one.
@@ -130,6 +132,18 @@ ImpulseEvent otherShare(const ImpulseEvent& body) {
   std::swap(other.radius, other.otherRadius);
   other.normal = -body.normal;
   other.impulse = -body.impulse;
+  return other;
+}
+
+// The same contact seen from the other body.
+ContactState mirrored(const ContactState& state) {
+  ContactState other = state;
+  std::swap(other.body, other.other);
+  std::swap(other.pathStart, other.otherPathStart);
+  std::swap(other.pathEnd, other.otherPathEnd);
+  other.normal = -state.normal;
+  other.appliedImpulse = -state.appliedImpulse;
+  other.slipVelocity = -state.slipVelocity;
   return other;
 }
 
@@ -487,7 +501,8 @@ void BulletBridge::Impl::follow(PairRecord& record, const PairMotion& now,
 
   Proximity end = now.proximityAt(dt_);
   if (!now.pair().isClosedForm()) end.normal = sign * impact.landings.front().body.normal;
-  const bool approaches = approachWithNode(now, Way::actual, end, dt_) > settings_.restSpeed;
+  const double approach = approachWithNode(now, Way::actual, end, dt_);
+  const bool approaches = approach > settings_.restSpeed;
   const double waited = time_ + dt_ - impact.foundAt;
   const bool waitedLong = waited >= std::max(kLongestWait, (kLongestWaitSubsteps - 0.5) * dt_);
   if (!approaches) {
@@ -499,6 +514,8 @@ void BulletBridge::Impl::follow(PairRecord& record, const PairMotion& now,
     close(record);
     record.spent = true;
   }
+  const double bounce = impact.restitution * impact.landings.front().body.approachSpeed;
+  if (!record.open && impact.solved > 0 && -approach < kSwallowed * bounce) ++counters.swallowed;
 }
 
 void BulletBridge::Impl::close(PairRecord& record) {
@@ -527,8 +544,9 @@ void BulletBridge::Impl::keepContact(PairRecord& record, const PairMotion& now,
                                      const SolvedContact& solved) {
   const bool begins = !record.lasting;
   record.lasting = true;
-  record.idle = solved.impulse > 0.0 ? 0 : record.idle + 1;
+  record.idle = begins || solved.impulse > 0.0 ? 0 : record.idle + 1;
   record.state = lastingContact(now, solved, time_, dt_);
+  if (record.state.body != record.body) record.state = mirrored(record.state);
   record.state.phase = begins ? ContactPhase::begin : ContactPhase::during;
   if (begins) ++counters.contactsBegun;
   if (record.idle >= kIdleSubsteps) {

@@ -76,7 +76,9 @@ void NearBoxes::distribute(std::span<const SweptBox> boxes) {
   for (const SweptBox& box : boxes) {
     if (!isFinite(box) || !overlap(box, reach_)) continue;
     Level& level = levels_[octaves_[octaveOf(sizeOf(box))].level];
-    (box.active ? level.active : level.inactive).boxes.push_back(box);
+    std::vector<SweptBox>& group = (box.active ? level.active : level.inactive).boxes;
+    if (group.empty()) group.reserve(boxes.size());
+    group.push_back(box);
   }
 }
 

@@ -14,6 +14,7 @@ PairRecord& PairRecords::add(std::uint64_t key) {
   if (free_.empty()) {
     free_.push_back(static_cast<std::uint32_t>(records_.size()));
     records_.emplace_back();
+    records_.back().impact.landings.reserve(1);
   }
   const std::uint32_t place = free_.back();
   free_.pop_back();

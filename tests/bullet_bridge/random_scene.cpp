@@ -161,9 +161,9 @@ Shape bumpyMesh(Random& random, double width, bool scaled) {
 
 Shape heightField(Random& random, double width) {
   constexpr int kSide = kCells + 1;
-  auto heights = std::make_shared<std::vector<float>>();
+  auto heights = std::make_shared<std::vector<btScalar>>();  // whatever PHY_FLOAT says
   for (int i = 0; i < kSide * kSide; ++i)
-    heights->push_back(float(width * random.between(-0.03, 0.03)));
+    heights->push_back(btScalar(width * random.between(-0.03, 0.03)));
   auto field = std::make_shared<Owning<btHeightfieldTerrainShape>>(
       kSide, kSide, heights->data(), btScalar(1), btScalar(-0.03 * width), btScalar(0.03 * width),
       1, PHY_FLOAT, false);
