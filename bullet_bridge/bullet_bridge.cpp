@@ -188,6 +188,7 @@ class BulletBridge::Impl : public TickHook {
   void open(PairRecord& record, const FoundImpact& found, double restitution);
   void addLandings(Impact& impact, const FoundImpact& found);
   Landing landingOf(const FoundImpact& found, const Blow& blow, double delay) const;
+  static void addApplied(PairRecord& record, const PairMotion& now, const SolvedContact& solved);
   void follow(PairRecord& record, const PairMotion& now, const SolvedContact& solved);
   void close(PairRecord& record);
   void deliver(PairRecord& record);
@@ -345,11 +346,17 @@ void BulletBridge::Impl::resolveContact(const PairMotion& now, const Proximity& 
   if (record != nullptr) record->visited = true;
   if (record != nullptr && record->open && hitsElsewhere(*record, now, solved)) close(*record);
   if (record != nullptr && record->open) {
-    const FoundImpact* again = record->impact.parted ? find(now, start, &solved, record) : nullptr;
+    // They may have grazed, or passed through each other, before Bullet could act.
+    const bool passed = start.gap > 0.0 && approachAtNode(now.pair(), Way::unhindered, start.point,
+                                                          start.normal) <= settings_.restSpeed;
+    const bool mayMeetAgain =
+        record->impact.parted || passed || start.gap > now.pair().body->radius;
+    const FoundImpact* again = mayMeetAgain ? find(now, start, &solved, record) : nullptr;
     if (again == nullptr) {
       follow(*record, now, solved);
       return;
     }
+    if (!again->solved) addApplied(*record, now, solved);  // it is still for the old one
     close(*record);
     open(*record, *again, solved.restitution);
     if (again->solved) follow(*record, now, solved);
@@ -490,15 +497,20 @@ Landing BulletBridge::Impl::landingOf(const FoundImpact& found, const Blow& blow
   return landing;
 }
 
+void BulletBridge::Impl::addApplied(PairRecord& record, const PairMotion& now,
+                                    const SolvedContact& solved) {
+  const double sign = record.body == now.pair().body->id ? 1.0 : -1.0;
+  record.impact.applied += sign * solved.applied;
+  if (solved.impulse > 0.0) ++record.impact.solved;
+}
+
 // An impact is over when the pair no longer approaches and is apart, or has been solved often
 // enough; or when it is well apart anyway, because it tunnelled or the host moved it.
 void BulletBridge::Impl::follow(PairRecord& record, const PairMotion& now,
                                 const SolvedContact& solved) {
   Impact& impact = record.impact;
+  addApplied(record, now, solved);
   const double sign = record.body == now.pair().body->id ? 1.0 : -1.0;
-  impact.applied += sign * solved.applied;
-  if (solved.impulse > 0.0) ++impact.solved;
-
   Proximity end = now.proximityAt(dt_);
   if (!now.pair().isClosedForm()) end.normal = sign * impact.landings.front().body.normal;
   const double approach = approachWithNode(now, Way::actual, end, dt_);
@@ -506,7 +518,7 @@ void BulletBridge::Impl::follow(PairRecord& record, const PairMotion& now,
   const double waited = time_ + dt_ - impact.foundAt;
   const bool waitedLong = waited >= std::max(kLongestWait, (kLongestWaitSubsteps - 0.5) * dt_);
   if (!approaches) {
-    impact.parted = impact.solved > 0;
+    impact.parted = true;
     if (end.gap > 0.0 || impact.solved >= kSolvedSubsteps || waitedLong) close(record);
   } else if (end.gap > now.pair().body->radius) {
     close(record);

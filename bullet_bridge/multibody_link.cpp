@@ -104,7 +104,7 @@ void MultibodyMass::readBase(const btMultiBody& body) {
 void MultibodyMass::readLink(const btMultiBody& body, int index) {
   const btMultibodyLink& source = body.getLink(index);
   Link& link = links_.emplace_back();
-  const Link& parent = links_[static_cast<std::size_t>(source.m_parent + 1)];
+  const Link& parent = links_[static_cast<std::size_t>(source.m_parent) + 1];
   link.parent = source.m_parent + 1;
   link.lastDof = parent.lastDof;
   link.rotation = parent.rotation * outOf(source.m_cachedRotParentToThis);
@@ -189,7 +189,7 @@ double MultibodyMass::inversePivot(std::size_t dof) {
 
 void MultibodyMass::addToJacobian(int link, const Vec3& point, const Vec3& direction) {
   const Vec3 place = point - reference_;
-  for (int dof = links_[static_cast<std::size_t>(link + 1)].lastDof; dof >= 0;) {
+  for (int dof = links_[static_cast<std::size_t>(link) + 1].lastDof; dof >= 0;) {
     const Dof& moving = dofs_[static_cast<std::size_t>(dof)];
     jacobian_[static_cast<std::size_t>(dof)] +=
         direction.dot(moving.twist.linear + moving.twist.angular.cross(place));

@@ -25,7 +25,7 @@ struct Impact {
   double foundAt = 0.0;         ///< s, start of the substep in which it was found
   Vec3 applied = Vec3::Zero();  ///< N s, on the pair's `body`
   int solved = 0;               ///< substeps in which Bullet's solver has acted
-  bool parted = false;          ///< it has been solved, and the two no longer approached after it
+  bool parted = false;          ///< the two no longer approached after it
   bool delivered = false;
 };
 

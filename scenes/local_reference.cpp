@@ -138,8 +138,11 @@ void LocalReference::testPair(const PairStep& pair, double dt) {
   const double restSpeed = scene_.stepper.restSpeed;
   const bool approaching = -pair.velocityAfter.dot(actual.normalAt(0.0)) > restSpeed;
   const bool collided = collided_.contains(key);
-  if (collided && (!approaching || actual.gapAt(0.0) > pair.reach)) collided_.erase(key);
-  if (collided) return;
+  const double gap = actual.gapAt(0.0);
+  const bool passed = gap > 0.0 && -pair.velocityBefore.dot(actual.normalAt(0.0)) <= restSpeed;
+  if (collided && (!approaching || passed || gap > pair.reach)) collided_.erase(key);
+  // Bullet may be at work on the old one still; but apart, and left alone, the two may meet again.
+  if (collided && (gap <= 0.0 || pair.pushed || collided_.contains(key))) return;
 
   const double farthest = dt * (pair.velocityAfter.norm() + dt * pair.acceleration.norm());
   if (!pair.pushed && actual.gapAt(0.0) > farthest) return;

@@ -32,8 +32,8 @@ struct ReferenceCollision {
 /// collides at once.
 ///
 /// A contact slower than the scene's rest speed is none; after a collision a pair counts again once
-/// it no longer approaches or is well apart. Restitution is the scene's, or 0 below Bullet's
-/// restitution velocity threshold.
+/// it no longer approaches, has passed, or is well apart. Restitution is the scene's, or 0 below
+/// Bullet's restitution velocity threshold.
 class LocalReference {
  public:
   explicit LocalReference(const Scene& scene);

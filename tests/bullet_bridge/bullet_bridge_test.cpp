@@ -208,7 +208,9 @@ TEST(BulletBridge, AllocatesNothingPerStepOnceItIsWarm) {
   std::mt19937 random(9);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   for (int i = 0; i < 125; ++i) {
-    const Vec3 cell(i % 5 - 2, i / 5 % 5 - 2, i / 25 - 2);
+    const int row = i / 5 % 5;
+    const int layer = i / 25;
+    const Vec3 cell(i % 5 - 2, row - 2, layer - 2);
     world.addBall({.position = 0.18 * cell,
                    .velocity = 3.0 * Vec3(uniform(random), uniform(random), uniform(random))});
   }
@@ -218,7 +220,7 @@ TEST(BulletBridge, AllocatesNothingPerStepOnceItIsWarm) {
     world.step(1.0 / 240);
     bridge.clear();
   };
-  for (int i = 0; i < 1000; ++i)
+  for (int i = 0; i < 4000; ++i)
     step();
   const std::uint64_t before = bridge.counters().collisions;
   const test::NoAllocScope scope;

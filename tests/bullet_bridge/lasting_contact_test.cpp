@@ -578,7 +578,8 @@ void addCrowd(AnyWorld& world, unsigned seed, double friction) {
     return Vec3(size * uniform(random), size * uniform(random), size * uniform(random));
   };
   for (int i = 0; i < 12; ++i) {
-    const Vec3 place = Vec3(0.2 * (i % 3), 0.2 + 0.25 * (i / 3), 0.1 * (i % 2)) + any(0.03);
+    const int layer = i / 3;
+    const Vec3 place = Vec3(0.2 * (i % 3), 0.2 + 0.25 * layer, 0.1 * (i % 2)) + any(0.03);
     world.add(anyShape(world, i), {.mass = 0.5 + 0.1 * i,
                                    .position = place,
                                    .velocity = any(1.0),

@@ -93,7 +93,7 @@ class Tree {
   }
 
   const btMultiBodyLinkCollider& operator[](int link) const {
-    return *colliders[static_cast<std::size_t>(link + 1)];
+    return *colliders[static_cast<std::size_t>(link) + 1];
   }
   Vec3 centre(int link) const { return vec((*this)[link].getWorldTransform().getOrigin()); }
 

@@ -500,10 +500,10 @@ TEST(ShapePair, MeshesAreTouchedWhereTheirTrianglesAre) {
 }
 
 TEST(ShapePair, TerrainIsTouchedWhereItsTrianglesAre) {
-  std::vector<btScalar> heights;  // whatever PHY_FLOAT says
+  std::vector<btScalar> heights(49);  // whatever PHY_FLOAT says
   Random random(30);
-  for (int i = 0; i < 49; ++i)
-    heights.push_back(scalar(random.between(-0.02, 0.02)));
+  for (btScalar& height : heights)
+    height = scalar(random.between(-0.02, 0.02));
   btHeightfieldTerrainShape terrain(7, 7, heights.data(), scalar(1), scalar(-0.02), scalar(0.02), 1,
                                     PHY_FLOAT, false);
   terrain.setLocalScaling(bt(Vec3(0.06, 1.0, 0.06)));

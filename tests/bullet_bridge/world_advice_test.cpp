@@ -17,9 +17,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-using testing::Not;
 using testing::SizeIs;
-using testing::UnorderedElementsAre;
 using Ball = SphereBulletWorld::Ball;
 
 constexpr double kStep = 1.0 / 240;
@@ -39,6 +37,7 @@ std::vector<Advice> adviceFor(const SphereBulletWorld& world, double step = kSte
 
 std::vector<AdviceKind> kindsOf(const std::vector<Advice>& list) {
   std::vector<AdviceKind> kinds;
+  kinds.reserve(list.size());
   for (const Advice& advice : list)
     kinds.push_back(advice.kind);
   return kinds;
@@ -378,7 +377,9 @@ double energyGain(bool tuneIt) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> speed(-2.0, 2.0);
   for (int i = 0; i < 300; ++i) {
-    const Vec3 place = 0.14 * (Vec3(i % 7, i / 7 % 7, i / 49) - Vec3(3, 3, 3));
+    const int row = i / 7 % 7;
+    const int layer = i / 49;
+    const Vec3 place = 0.14 * (Vec3(i % 7, row, layer) - Vec3(3, 3, 3));
     btRigidBody& ball = world.addBall(
         {.position = place, .velocity = {speed(random), speed(random), speed(random)}});
     ball.setActivationState(DISABLE_DEACTIVATION);

@@ -273,7 +273,7 @@ TEST(SoftWorld, ASoftBodyMakesNoEventsAndDisturbsNone) {
   }
   EXPECT_EQ(bridge.counters().unsupported, 0u);
   soft.removeSoftBody(cloth);
-  delete cloth;
+  delete cloth;  // NOLINT(cppcoreguidelines-owning-memory): Bullet's helper makes it so
 }
 
 // --- how a host steps ---
@@ -423,7 +423,7 @@ TEST(Regimes, ANewBodyAtAnOldAddressIsAnotherBody) {
     btRigidBody::btRigidBodyConstructionInfo info(1, nullptr, &shape);
     info.m_startWorldTransform = poseAt({0, height, 0});
     info.m_restitution = 1;
-    auto* body = new (memory.data()) btRigidBody(info);
+    auto* body = new (memory.data()) btRigidBody(info);  // NOLINT(cppcoreguidelines-owning-memory)
     world.world->addRigidBody(body);
     return body;
   };
