@@ -177,6 +177,8 @@ class BulletBridge::Impl : public TickHook {
   void resolveContact(const PairMotion& now, const Proximity& start, PairRecord* record);
   const FoundImpact* find(const PairMotion& now, const Proximity& start,
                           const SolvedContact* solved, const PairRecord* record);
+  void followOrReopen(PairRecord& record, const PairMotion& now, const Proximity& start,
+                      const SolvedContact& solved);
   bool mayCollide(const ContactPair& pair) const;
   bool hitsElsewhere(const PairRecord& record, const PairMotion& now,
                      const SolvedContact& solved) const;
@@ -344,22 +346,8 @@ void BulletBridge::Impl::resolveContact(const PairMotion& now, const Proximity& 
                                         PairRecord* record) {
   const SolvedContact& solved = reader_.read(now.pair());
   if (record != nullptr) record->visited = true;
-  if (record != nullptr && record->open && hitsElsewhere(*record, now, solved)) close(*record);
   if (record != nullptr && record->open) {
-    // They may have grazed, or passed through each other, before Bullet could act.
-    const bool passed = start.gap > 0.0 && approachAtNode(now.pair(), Way::unhindered, start.point,
-                                                          start.normal) <= settings_.restSpeed;
-    const bool mayMeetAgain =
-        record->impact.parted || passed || start.gap > now.pair().body->radius;
-    const FoundImpact* again = mayMeetAgain ? find(now, start, &solved, record) : nullptr;
-    if (again == nullptr) {
-      follow(*record, now, solved);
-      return;
-    }
-    if (!again->solved) addApplied(*record, now, solved);  // it is still for the old one
-    close(*record);
-    open(*record, *again, solved.restitution);
-    if (again->solved) follow(*record, now, solved);
+    followOrReopen(*record, now, start, solved);
     return;
   }
   if (record != nullptr && record->spent) {
@@ -379,6 +367,26 @@ void BulletBridge::Impl::resolveContact(const PairMotion& now, const Proximity& 
   if (!solved.applied.isZero(0.0) || (record != nullptr && record->lasting)) {
     keepContact(recordOf(now.pair(), record), now, solved);
   }
+}
+
+// An impact is under way: what there is belongs to it, unless it is another one.
+void BulletBridge::Impl::followOrReopen(PairRecord& record, const PairMotion& now,
+                                        const Proximity& start, const SolvedContact& solved) {
+  // They may have grazed, or passed through each other, before Bullet could act.
+  const bool passed = start.gap > 0.0 && approachAtNode(now.pair(), Way::unhindered, start.point,
+                                                        start.normal) <= settings_.restSpeed;
+  const bool mayMeetAgain = record.impact.parted || passed || start.gap > now.pair().body->radius ||
+                            hitsElsewhere(record, now, solved);
+  const FoundImpact* again = mayMeetAgain ? find(now, start, &solved, &record) : nullptr;
+  const double first = record.impact.landings.front().body.time;
+  if (again == nullptr || time_ + again->offset < first + kOneBlow) {
+    follow(record, now, solved);
+    return;
+  }
+  if (!again->solved) addApplied(record, now, solved);  // it is still for the old one
+  close(record);
+  open(record, *again, solved.restitution);
+  if (again->solved) follow(record, now, solved);
 }
 
 // Whether the pair meets from another side while an impact is under way, as a ball that lands on a
@@ -468,7 +476,9 @@ void BulletBridge::Impl::addLandings(Impact& impact, const FoundImpact& found) {
     const Blow blow = BlowSolver::sum(points.subspan(begin, count), impulses.subspan(begin, count),
                                       impact.restitution);
     if (blow.effectiveMass > 0.0) {
-      impact.landings.push_back(landingOf(found, blow, points[begin].delay));
+      // The first is at first touch, even where the corners that follow take all of it.
+      const double delay = impact.landings.empty() ? 0.0 : points[begin].delay;
+      impact.landings.push_back(landingOf(found, blow, delay));
       whole += impact.landings.back().part;
     }
     begin = end;
