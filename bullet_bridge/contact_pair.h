@@ -15,9 +15,9 @@ struct ContactPair {
   const TrackedBody* other = nullptr;
 
   static ContactPair of(const TrackedBody& first, const TrackedBody& second) {
-    const auto rank = [](const TrackedBody& body) {
-      return std::pair(body.shape == ContactShape::plane,
-                       body.kind == BodyKind::fixed || body.kind == BodyKind::kinematic);
+    const auto rank = [](const TrackedBody& one) {
+      return std::pair(one.shape == ContactShape::plane,
+                       one.kind == BodyKind::fixed || one.kind == BodyKind::kinematic);
     };
     return rank(second) < rank(first) ? ContactPair{&second, &first} : ContactPair{&first, &second};
   }
