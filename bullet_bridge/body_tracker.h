@@ -8,15 +8,13 @@
 
 #include "audio/impulse_event.h"
 #include "bullet_bridge/rigid_motion.h"
+#include "bullet_bridge/to_vec3.h"
 
 class btMultiBody;
 class btMultiBodyLinkCollider;
 
 namespace carom {
 
-inline Vec3 toVec3(const btVector3& v) {
-  return {static_cast<double>(v.x()), static_cast<double>(v.y()), static_cast<double>(v.z())};
-}
 inline Quat toQuat(const btTransform& pose) {
   const btQuaternion q = pose.getRotation();
   return Quat(static_cast<double>(q.w()), static_cast<double>(q.x()), static_cast<double>(q.y()),

@@ -135,6 +135,11 @@ ImpulseEvent otherShare(const ImpulseEvent& body) {
   return other;
 }
 
+// A body of a pair may become its `other`, as when the host makes it kinematic: -1 then.
+double signOf(const PairRecord& record, const PairMotion& now) {
+  return record.body == now.pair().body->id ? 1.0 : -1.0;
+}
+
 // The same contact seen from the other body.
 ContactState mirrored(const ContactState& state) {
   ContactState other = state;
@@ -194,7 +199,8 @@ class BulletBridge::Impl : public TickHook {
   void follow(PairRecord& record, const PairMotion& now, const SolvedContact& solved);
   void close(PairRecord& record);
   void deliver(PairRecord& record);
-  void keepContact(PairRecord& record, const PairMotion& now, const SolvedContact& solved);
+  void keepContact(PairRecord& record, const PairMotion& now, const Proximity& start,
+                   const SolvedContact& solved);
   void endContact(PairRecord& record);
   void revisit(PairRecord& record);
   void leave(PairRecord& record);
@@ -365,7 +371,7 @@ void BulletBridge::Impl::resolveContact(const PairMotion& now, const Proximity& 
   }
   // Bullet's friction may act where its normal impulse has come back to zero.
   if (!solved.applied.isZero(0.0) || (record != nullptr && record->lasting)) {
-    keepContact(recordOf(now.pair(), record), now, solved);
+    keepContact(recordOf(now.pair(), record), now, start, solved);
   }
 }
 
@@ -393,11 +399,10 @@ void BulletBridge::Impl::followOrReopen(PairRecord& record, const PairMotion& no
 // mesh and then hits a wall of it.
 bool BulletBridge::Impl::hitsElsewhere(const PairRecord& record, const PairMotion& now,
                                        const SolvedContact& solved) const {
-  const double sign = record.body == now.pair().body->id ? 1.0 : -1.0;
+  const Vec3 normal = signOf(record, now) * record.impact.landings.front().body.normal;
   return std::ranges::any_of(solved.points, [&](const SolvedPoint& point) {
     const double speed = approachAtNode(now.pair(), Way::unhindered, point.position, point.normal);
-    return point.impulse > 0.0 &&
-           sign * point.normal.dot(record.impact.landings.front().body.normal) < kOtherSide &&
+    return point.impulse > 0.0 && point.normal.dot(normal) < kOtherSide &&
            speed > record.impact.landings.front().body.approachSpeed;
   });
 }
@@ -509,8 +514,7 @@ Landing BulletBridge::Impl::landingOf(const FoundImpact& found, const Blow& blow
 
 void BulletBridge::Impl::addApplied(PairRecord& record, const PairMotion& now,
                                     const SolvedContact& solved) {
-  const double sign = record.body == now.pair().body->id ? 1.0 : -1.0;
-  record.impact.applied += sign * solved.applied;
+  record.impact.applied += signOf(record, now) * solved.applied;
   if (solved.impulse > 0.0) ++record.impact.solved;
 }
 
@@ -520,9 +524,9 @@ void BulletBridge::Impl::follow(PairRecord& record, const PairMotion& now,
                                 const SolvedContact& solved) {
   Impact& impact = record.impact;
   addApplied(record, now, solved);
-  const double sign = record.body == now.pair().body->id ? 1.0 : -1.0;
   Proximity end = now.proximityAt(dt_);
-  if (!now.pair().isClosedForm()) end.normal = sign * impact.landings.front().body.normal;
+  if (!now.pair().isClosedForm())
+    end.normal = signOf(record, now) * impact.landings.front().body.normal;
   const double approach = approachWithNode(now, Way::actual, end, dt_);
   const bool approaches = approach > settings_.restSpeed;
   const double waited = time_ + dt_ - impact.foundAt;
@@ -563,11 +567,11 @@ void BulletBridge::Impl::deliver(PairRecord& record) {
 }
 
 void BulletBridge::Impl::keepContact(PairRecord& record, const PairMotion& now,
-                                     const SolvedContact& solved) {
+                                     const Proximity& start, const SolvedContact& solved) {
   const bool begins = !record.lasting;
   record.lasting = true;
   record.idle = begins || solved.impulse > 0.0 ? 0 : record.idle + 1;
-  record.state = lastingContact(now, solved, time_, dt_);
+  record.state = lastingContact(now, start, solved, {time_, dt_});
   if (record.state.body != record.body) record.state = mirrored(record.state);
   record.state.phase = begins ? ContactPhase::begin : ContactPhase::during;
   if (begins) ++counters.contactsBegun;

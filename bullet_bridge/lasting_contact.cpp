@@ -6,30 +6,24 @@
 namespace carom {
 namespace {
 
-struct Meeting {
-  Vec3 position;
-  Vec3 normal;
-};
-
-// Mean of the points, weighted by load; where there is none, the nearest points of the two shapes.
-Meeting meetingOf(const PairMotion& now, const SolvedContact& solved) {
-  Meeting mean{Vec3::Zero(), Vec3::Zero()};
+// Where they meet, as one point of both: the mean of the points, weighted by load. Where there is
+// no load, the nearest point of the other.
+Proximity meetingOf(const Proximity& start, const SolvedContact& solved) {
+  Vec3 position = Vec3::Zero();
+  Vec3 normal = Vec3::Zero();
   double sum = 0.0;
   for (const SolvedPoint& point : solved.points) {
-    mean.position += point.impulse * point.position;
-    mean.normal += point.impulse * point.normal;
+    position += point.impulse * point.position;
+    normal += point.impulse * point.normal;
     sum += point.impulse;
   }
-  if (sum > 0.0 && !mean.normal.isZero()) return {mean.position / sum, mean.normal.normalized()};
-  const Proximity near = now.proximityAt(0.0);
-  return {near.otherPoint, near.normal};
-}
-
-Proximity proximityOf(const PairMotion& now, const Meeting& meeting) {
-  Proximity near = now.proximityAt(0.0);
-  near.point = near.otherPoint = meeting.position;
-  near.normal = meeting.normal;
-  return near;
+  Proximity meeting = start;
+  if (sum > 0.0 && !normal.isZero()) {
+    meeting.otherPoint = position / sum;
+    meeting.normal = normal.normalized();
+  }
+  meeting.point = meeting.otherPoint;
+  return meeting;
 }
 
 // m/s, mean over the substep, of the material point that is at `point` at its start.
@@ -38,37 +32,37 @@ Vec3 meanVelocity(const RigidMotion& of, const Vec3& point, double dt) {
 }
 
 // m/s, of the contact point: that of the centre of curvature of the more curved body.
-Vec3 contactVelocity(const PairMotion& now, const Meeting& meeting, double dt) {
-  const Proximity near = proximityOf(now, meeting);
-  const double radius = now.rollingRadius(PairSide::body, near);
-  const double otherRadius = now.rollingRadius(PairSide::other, near);
+Vec3 contactVelocity(const PairMotion& now, const Proximity& meeting, double dt) {
+  const double radius = now.rollingRadius(PairSide::body, meeting);
+  const double otherRadius = now.rollingRadius(PairSide::other, meeting);
   if (std::isinf(radius) && std::isinf(otherRadius)) {
-    return meanVelocity(now.body(), meeting.position, dt);
+    return meanVelocity(now.body(), meeting.point, dt);
   }
   return radius <= otherRadius
-             ? meanVelocity(now.body(), meeting.position + radius * meeting.normal, dt)
-             : meanVelocity(now.other(), meeting.position - otherRadius * meeting.normal, dt);
+             ? meanVelocity(now.body(), meeting.point + radius * meeting.normal, dt)
+             : meanVelocity(now.other(), meeting.point - otherRadius * meeting.normal, dt);
 }
 
 }  // namespace
 
-ContactState lastingContact(const PairMotion& now, const SolvedContact& solved, double time,
-                            double dt) {
-  const Meeting meeting = meetingOf(now, solved);
+ContactState lastingContact(const PairMotion& now, const Proximity& start,
+                            const SolvedContact& solved, const SubstepTime& substep) {
+  const Proximity meeting = meetingOf(start, solved);
+  const double dt = substep.length;
   const auto tangential = [&](const Vec3& v) {
     return Vec3(v - v.dot(meeting.normal) * meeting.normal);
   };
-  const Vec3 bodyVelocity = meanVelocity(now.body(), meeting.position, dt);
-  const Vec3 otherVelocity = meanVelocity(now.other(), meeting.position, dt);
+  const Vec3 bodyVelocity = meanVelocity(now.body(), meeting.point, dt);
+  const Vec3 otherVelocity = meanVelocity(now.other(), meeting.point, dt);
   const Vec3 pointVelocity = contactVelocity(now, meeting, dt);
 
   ContactState state;
-  state.time = time;
+  state.time = substep.start;
   state.duration = dt;
   state.body = now.pair().body->id;
   state.other = now.pair().other->id;
   state.normal = meeting.normal;
-  state.position = meeting.position;
+  state.position = meeting.point;
   state.normalLoad = std::max(0.0, solved.applied.dot(meeting.normal)) / dt;
   state.appliedImpulse = solved.applied;
   state.slipVelocity = tangential(bodyVelocity - otherVelocity);
@@ -76,10 +70,10 @@ ContactState lastingContact(const PairMotion& now, const SolvedContact& solved, 
 
   const RigidMotion body = now.pair().body->actual(dt);
   const RigidMotion other = now.pair().other->actual(dt);
-  const Vec3 end = meeting.position + dt * pointVelocity;
-  state.pathStart = body.poseAt(0.0).toLocal(meeting.position);
+  const Vec3 end = meeting.point + dt * pointVelocity;
+  state.pathStart = body.poseAt(0.0).toLocal(meeting.point);
   state.pathEnd = body.poseAt(dt).toLocal(end);
-  state.otherPathStart = other.poseAt(0.0).toLocal(meeting.position);
+  state.otherPathStart = other.poseAt(0.0).toLocal(meeting.point);
   state.otherPathEnd = other.poseAt(dt).toLocal(end);
   return state;
 }

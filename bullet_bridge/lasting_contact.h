@@ -6,9 +6,15 @@
 
 namespace carom {
 
-/// The lasting contact of a pair over the substep that has just ended, from what Bullet's solver
-/// held it with. `phase` is left to the caller.
-ContactState lastingContact(const PairMotion& now, const SolvedContact& solved, double time,
-                            double dt);
+/// The substep that has just ended, in the world's time: s.
+struct SubstepTime {
+  double start = 0.0;
+  double length = 0.0;
+};
+
+/// The lasting contact of a pair over that substep, from what Bullet's solver held it with. `start`
+/// is where the two were nearest as it began. `phase` is left to the caller.
+ContactState lastingContact(const PairMotion& now, const Proximity& start,
+                            const SolvedContact& solved, const SubstepTime& substep);
 
 }  // namespace carom

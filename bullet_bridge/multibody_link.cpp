@@ -2,14 +2,12 @@
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 
+#include "bullet_bridge/to_vec3.h"
+
 namespace carom {
 namespace {
 
 constexpr double kRounding = 1e-13;  // relative to the terms that cancel
-
-Vec3 toVec3(const btVector3& v) {
-  return {static_cast<double>(v.x()), static_cast<double>(v.y()), static_cast<double>(v.z())};
-}
 
 // Bullet's rotations of multibodies take the outer frame's coordinates to the inner one's.
 Eigen::Matrix3d outOf(const btQuaternion& into) {

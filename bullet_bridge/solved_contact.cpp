@@ -5,6 +5,8 @@
 namespace carom {
 namespace {
 
+constexpr double kUnknown = -1.0;  // no restitution is
+
 btBroadphaseProxy* proxyOf(const btCollisionObject& object) {
   return const_cast<btBroadphaseProxy*>(object.getBroadphaseHandle());  // Bullet asks for it so
 }
@@ -59,10 +61,9 @@ bool ContactReader::collides(const ContactPair& pair) const {
 }
 
 const SolvedContact& ContactReader::read(const ContactPair& pair) {
-  contact_.restitution = 0.0;
+  contact_.restitution = kUnknown;
   contact_.impulse = 0.0;
   contact_.applied = Vec3::Zero();
-  contact_.predicted = false;
   contact_.points.clear();
   const btBroadphasePair* entry =
       world_.getPairCache()->findPair(proxyOf(*pair.body->object), proxyOf(*pair.other->object));
@@ -76,8 +77,8 @@ const SolvedContact& ContactReader::read(const ContactPair& pair) {
     if (isBetween(*manifold, pair.body->object, pair.other->object))
       addManifold(pair, *manifold, true);
   }
-  if (contact_.restitution == 0.0) {
-    // Perhaps not detected yet, or only predicted: it will bounce as Bullet sets its points up.
+  if (contact_.restitution == kUnknown) {
+    // Not detected yet, or only predicted: it will bounce as Bullet sets its points up.
     contact_.restitution = combinedRestitution(pair);
   }
   return contact_;
@@ -90,11 +91,9 @@ void ContactReader::addManifold(const ContactPair& pair, const btPersistentManif
   for (int i = 0; i < manifold.getNumContacts(); ++i) {
     const btManifoldPoint& point = manifold.getContactPoint(i);
     const bool solved = awake && point.getDistance() <= manifold.getContactProcessingThreshold();
-    if (!predicted) {
+    if (!predicted) {  // those have none
       contact_.restitution =
           std::max(contact_.restitution, static_cast<double>(point.m_combinedRestitution));
-    } else if (solved && point.getAppliedImpulse() > 0) {
-      contact_.predicted = true;
     }
     addPoint(point, sign, solved);
   }

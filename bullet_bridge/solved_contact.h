@@ -24,7 +24,6 @@ struct SolvedContact {
   double restitution = 0.0;     ///< that of a pair without points is what Bullet will give it
   double impulse = 0.0;         ///< N s, sum over the points
   Vec3 applied = Vec3::Zero();  ///< N s, world frame, on `body`, friction included
-  bool predicted = false;       ///< part of it comes from Bullet's continuous detection
   std::vector<SolvedPoint> points;
 };
 
@@ -53,7 +52,7 @@ class ContactReader {
 
   btDynamicsWorld& world_;
   btManifoldArray manifolds_;                           // of one pair; kept for its memory
-  std::vector<const btPersistentManifold*> predicted_;  // of this substep, with an impulse
+  std::vector<const btPersistentManifold*> predicted_;  // of this substep
   SolvedContact contact_;
 };
 

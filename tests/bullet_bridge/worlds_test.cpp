@@ -607,6 +607,26 @@ TEST(Host, ContactCallbacksRunAsWithoutABridgeAndUserDataStays) {
   EXPECT_EQ(callsWithBridge(true), without);
 }
 
+bool withoutBounce(btManifoldPoint& point, const btCollisionObjectWrapper*, int, int,
+                   const btCollisionObjectWrapper*, int, int) {
+  point.m_combinedRestitution = 0;
+  return true;
+}
+
+TEST(Host, AContactCallbackMayTakeTheBounceAway) {
+  AnyWorld world(0.0);
+  world.addGround(world.box({1, 0.5, 1}), 0.0, -0.5);
+  btRigidBody& ball =
+      world.add(world.sphere(0.1), {.mass = 3.0, .position = {0, 0.2, 0}, .velocity = {0, -2, 0}});
+  ball.setCollisionFlags(ball.getCollisionFlags() | btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
+  gContactAddedCallback = withoutBounce;
+  BulletBridge bridge = world.attach();
+  world.step(1.0 / 1000, 100);
+  gContactAddedCallback = nullptr;
+  ASSERT_EQ(bridge.events().size(), 2u);
+  EXPECT_NEAR(bridge.events()[0].impulse.norm(), 3.0 * 2.0, 1e-4);
+}
+
 TEST(Host, TheMotionIsThatOfAWorldWithoutABridge) {
   std::array<btTransform, 2> ends;
   for (const bool bridged : {false, true}) {

@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -461,19 +463,25 @@ TEST_F(Cli, TheSteppersGiveDifferentSounds) {
 
 // Progress
 
-/// What a run writes to standard error when that is a terminal.
+/// What a run writes to standard error when that is a terminal. The kernel hands a terminal's text
+/// over in pieces and in its own time, so it is read to its end, and while the run goes on.
 std::string onTerminal(const std::vector<std::string>& command) {
   int reader = -1;
   int terminal = -1;
   if (openpty(&reader, &terminal, nullptr, nullptr, nullptr) != 0) return {};
+  std::future<std::string> text = std::async(std::launch::async, [reader] {
+    std::string all;
+    std::array<char, 4096> piece{};
+    for (ssize_t size = 0; (size = read(reader, piece.data(), piece.size())) > 0;) {
+      all.append(piece.data(), static_cast<std::size_t>(size));
+    }
+    return all;
+  });
   EXPECT_EQ(carom(command, {.err = terminal}).code, 0);
-  std::string text(65536, '\0');
-  fcntl(reader, F_SETFL, O_NONBLOCK);
-  const ssize_t size = read(reader, text.data(), text.size());
-  text.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
-  close(terminal);
+  close(terminal);  // the reader gets what is left, and then the end
+  const std::string shown = text.get();
   close(reader);
-  return text;
+  return shown;
 }
 
 TEST_F(Cli, ProgressIsShownOnATerminalAndNowhereElse) {
