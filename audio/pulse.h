@@ -1,0 +1,112 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+namespace carom {
+
+/// How a contact force rises and falls. See Pulse.
+enum class PulseShape : std::uint8_t {
+  hertz,              ///< the elastic contact of Hertz itself: the default
+  halfSine,           ///< pi/2 sin(pi u), Chadwick et al. 2012, eq. 8
+  gaussian,           ///< exponent 10, unit impulse
+  mitchellNetravali,  ///< the cubic of Mitchell & Netravali 1988, B = C = 1/3; pulls at its ends
+  handOut             ///< pi/2 exp(-6 (u - 1/2)^2): as gaussianPulse(), 13.7 % too much impulse
+};
+
+/// One point of a rule: the sum of weight * g(u) approximates the integral of force(u) g(u) du.
+struct PulseNode {
+  double u = 0.0;       ///< contact durations since first touch
+  double weight = 0.0;  ///< share of the impulse, dimensionless
+};
+
+/// The shape in time of a contact force, as an immutable object. All of it: [any thread].
+///
+///     a(t) = |j| / (m tau) * force(u),    da/dt = |j| / (m tau^2) * slope(u),    u = (t - t0) / tau
+///
+/// with the impulse j (N s), the mass m (kg) and the contact duration tau (s). The integral of
+/// force(u) is impulse(): 1, but for the hand-out's pulse.
+///
+/// Shapes, with their L2 error of force and of slope against `hertz` of the same duration:
+/// - `hertz`: the solution of m d'' = -K d^(3/2) (Johnson 1985, section 11.4). Force and slope are
+///   tabulated, to 1e-12 of their peaks. The slope starts as the square root of time: it is finite
+///   everywhere, its own derivative is not.
+/// - `halfSine`: 14.0 %, 38.8 %. Its slope jumps at both ends.
+/// - `gaussian`: 8.4 %, 23.3 %. It begins before the contact and ends after it.
+/// - `mitchellNetravali`: 30.8 %, 73.2 %. Chadwick, Zheng and James (2012) use this cubic as their
+///   smooth pulse; the width they give it belongs to their sampling and not to the contact. Here
+///   its support [-2, 2] becomes the contact's [0, 1]. It is negative in the outer 3/20 at either
+///   end, by at most 1/89 of its peak: no contact pulls, so use it for comparisons.
+/// - `handOut`: 22.7 %, 43.2 %. Its bits are those of pi/2 times gaussianPulse() and
+///   gaussianPulseSlope().
+/// Both Gaussians are cut where they are 5e-17 of their peak.
+class Pulse {
+ public:
+  /// The pulse of a shape: built at first use, lives as long as the program.
+  static const Pulse& of(PulseShape shape);
+
+  /// The force of a contact that loses energy, for a coefficient of restitution e in (0, 1]; values
+  /// below kLowestRestitution count as that. The contact law is that of Hunt and Crossley (1975,
+  /// J. Appl. Mech. 42, 440-445) on Hertz' spring:
+  ///
+  ///     m d'' = -K d^(3/2) (1 + chi d')
+  ///
+  /// It dissipates, never pulls, and ends at d = 0. With v = d', v dv / (1 + chi v) =
+  /// -(K/m) d^(3/2) dd; its left side integrated from the approach speed v0 to -e v0 is zero, as d
+  /// is 0 at both. So e decides x = chi v0 alone: x (1 + e) = ln((1 + x) / (1 - e x)).
+  ///
+  /// Skewed: steeper before its peak than after. u counts this contact's own duration, which is
+  /// dissipativeDuration() times the elastic one. Equals `hertz` at e = 1. Restitution that rests on
+  /// anything but the contact itself (vibration, plastic flow) is not modelled. Takes a third of a
+  /// millisecond; its rules are made as they are asked for.
+  static Pulse dissipativeHertz(double restitution);
+
+  double begin() const;  ///< contact durations, where the force begins: 0; Gaussians earlier
+  double end() const;    ///< contact durations, where it ends: 1; Gaussians later
+
+  double force(double u) const;  ///< dimensionless, 0 outside of [begin, end]
+  double slope(double u) const;  ///< d force / du, dimensionless, 0 outside of [begin, end]
+
+  double impulse() const;    ///< integral of force
+  double centre() const;     ///< contact durations, mean of u weighted by force
+  double peakForce() const;  ///< largest magnitude of force
+  double peakSlope() const;  ///< largest magnitude of slope
+
+  /// Gauss quadrature with the force as the weight function: `count` nodes within (begin, end),
+  /// ascending, their weights positive and of sum impulse(), exact for polynomials up to degree
+  /// 2 count - 1. `count` is one of ruleCounts(). Made once, at first use, which takes the longer
+  /// the larger it is, and may allocate and lock: ask for it before an audio thread does. The
+  /// span lives as long as any copy of this pulse.
+  ///
+  /// The `mitchellNetravali` pulse is no positive weight: see there for what replaces it.
+  std::span<const PulseNode> rule(std::size_t count) const;
+
+  /// The ladder of rules there are, ascending: 2 to 128 nodes.
+  static std::span<const std::size_t> ruleCounts();
+
+  /// The smallest rule whose transform, the sum of weight * exp(i w u), is that of the pulse for
+  /// every |w| <= bandwidth (rad per contact duration) within ruleTolerance(bandwidth); 0 where no
+  /// rule is good enough.
+  std::size_t ruleSize(double bandwidth) const;
+
+ private:
+  struct Model;
+  explicit Pulse(std::shared_ptr<const Model> model);
+
+  std::shared_ptr<const Model> model_;
+};
+
+/// Restitution below this counts as this: the contact then sticks rather than bounces.
+inline constexpr double kLowestRestitution = 0.05;
+
+/// What ruleSize() promises: 1e-7 * min(1, 30 / bandwidth)^1.5. The spectrum of a contact force
+/// falls as the power 2.5 of frequency, so that this is at most a few 1e-5 of it. [any thread]
+double ruleTolerance(double bandwidth);
+
+/// Duration of a contact of the given restitution, as a multiple of the elastic one's at the same
+/// approach speed: >= 1, and 1 at restitution 1. See Pulse::dissipativeHertz(). [any thread]
+double dissipativeDuration(double restitution);
+
+}  // namespace carom
