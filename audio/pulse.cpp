@@ -122,7 +122,8 @@ ContactState seriesState(const Branch& branch, double s) {
   const double t = s * s;
   const double fall = 0.4 * speed * std::sqrt(speed) * t * t * s;  // of rho, t^(5/2)
   const double stiffening = std::exp(branch.x * branch.firstRho);
-  return {speed * t - stiffening * fall * t * (2.0 / 7.0), branch.firstRho - branch.direction * fall};
+  return {speed * t - stiffening * fall * t * (2.0 / 7.0),
+          branch.firstRho - branch.direction * fall};
 }
 
 ContactState along(const ContactState& from, double step, const ContactState& rate) {
@@ -185,7 +186,7 @@ double contactDuration(const Contact& contact) {
 
 constexpr std::size_t kPieces = 32;
 constexpr std::size_t kTerms = 9;
-const double kHalfReach = std::sqrt(0.5);  // of s, where u = 1/2
+constexpr double kHalfReach = 0.5 * std::numbers::sqrt2;  // of s, where u = 1/2
 
 /// force / s^3 over one half of a contact, s the square root of the distance in u from its end: a
 /// smooth function, as piecewise polynomials.
@@ -314,7 +315,7 @@ const std::vector<PulseNode>& legendreNodes() {
 struct Grid {
   std::vector<PulseNode> nodes;
 
-  /// Integrates weight(s) ds over [from, to] in steps, and calls it with s and ds.
+  /// Adds weight(s, ds) at Gauss-Legendre nodes s, with their weights ds, of pieces of [from, to].
   template <class Weight>
   void add(double from, double to, std::size_t pieces, Weight weight) {
     const double half = 0.5 * (to - from) / static_cast<double>(pieces);
@@ -357,20 +358,23 @@ Recurrence stieltjes(const std::vector<PulseNode>& grid, std::size_t count) {
 
 std::vector<PulseNode> gaussRule(const std::vector<PulseNode>& grid, std::size_t count) {
   std::vector<PulseNode> nodes = gaussNodes(stieltjes(grid, count));
-  for (PulseNode& node : nodes) node.u += 0.5;
+  for (PulseNode& node : nodes)
+    node.u += 0.5;
   return nodes;
 }
 
 // ---- Closed forms ------------------------------------------------------------------------------
 
 constexpr double kGaussianExponent = 10.0;
-const double kGaussianPeak = std::sqrt(kGaussianExponent / pi);
-const double kGaussianReach = kPulseHalfWidth * std::sqrt(6.0 / kGaussianExponent);
+constexpr double kGaussianPeak = 3.1622776601683795 * std::numbers::inv_sqrtpi;  // sqrt(10 / pi)
+constexpr double kGaussianReach = 0.7745966692414834 * kPulseHalfWidth;          // sqrt(6 / 10)
 constexpr double kHandOutScale = 0.5 * pi;
 
 double gaussianForce(double u) {
   return kGaussianPeak * std::exp(-kGaussianExponent * (u - 0.5) * (u - 0.5));
 }
+
+constexpr double kCubicRoot = 0.15;  ///< contact durations: the cubic is negative before it
 
 /// The piecewise cubic of Mitchell and Netravali (1988, eq. 8) with B = C = 1/3.
 Jet mitchellNetravali(double x) {
@@ -382,6 +386,100 @@ Jet mitchellNetravali(double x) {
   }
   const double rest = 2.0 - y;
   return {(5.0 * rest - 3.0) * rest * rest / 18.0, -sign * (5.0 * rest - 2.0) * rest / 6.0};
+}
+
+/// The cubic pulls in its outer parts. What Gauss quadrature needs is a weight of one sign, so that
+/// each of its three parts has a rule of its own, of `outer` nodes the first and last.
+std::vector<PulseNode> splitRule(const std::vector<PulseNode>& grid, std::size_t count,
+                                 std::size_t outer) {
+  std::array<std::vector<PulseNode>, 3> parts;
+  for (const PulseNode& node : grid) {
+    const bool pulls = node.weight < 0.0;
+    parts[!pulls ? 1U : node.u < 0.0 ? 0U : 2U].push_back(node);
+  }
+  const std::array<std::size_t, 3> counts = {outer, count - 2 * outer, outer};
+  std::vector<PulseNode> nodes;
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    const double sign = part == 1 ? 1.0 : -1.0;
+    for (PulseNode& node : parts[part])
+      node.weight *= sign;
+    for (const PulseNode& node : gaussRule(parts[part], counts[part])) {
+      nodes.push_back({node.u, sign * node.weight});
+    }
+  }
+  return nodes;
+}
+
+// ---- Limits of the rules ---------------------------------------------------------------------
+
+using Limits = std::array<double, kRules>;
+
+/// Largest bandwidths (rad per contact duration) of each rule at ruleTolerance(), as measured on a
+/// raster of 1/16 and rounded down. A skewed pulse is narrower than an even one: what holds for the
+/// elastic contact holds for every restitution.
+constexpr Limits kHertzLimits = {0.1875, 0.9375, 2.1875, 3.9375, 6.0,    10.75,
+                                 16.0,   21.75,  33.75,  46.0,   58.625, 84.8125,
+                                 111.75, 139.5,  196.0,  253.5,  312.0,  430.25};
+constexpr Limits kHalfSineLimits = {0.125,  0.875, 2.0625, 3.75,  5.75,   10.375,
+                                    15.625, 21.25, 33.125, 45.25, 57.875, 84.0,
+                                    111.0,  138.5, 195.0,  252.5, 311.0,  429.25};
+constexpr Limits kGaussianLimits = {0.125, 0.625,   1.4375, 2.4375,  3.5,    5.75,
+                                    8.0,   10.1875, 14.25,  18.0625, 21.75,  29.3125,
+                                    36.75, 44.25,   59.375, 74.75,   90.125, 121.25};
+constexpr Limits kCubicLimits = {0.3125, 1.25,   0.125,  0.1875, 0.25,    3.25,
+                                 5.0625, 8.8125, 15.625, 29.25,  39.75,   58.25,
+                                 82.5,   113.25, 157.75, 207.75, 265.125, 370.75};
+constexpr Limits kHandOutLimits = {0.0625, 0.5,     1.0625,  1.8125, 2.6875,  4.4375,
+                                   6.125,  7.8125,  10.9375, 13.875, 16.8125, 22.625,
+                                   28.5,   34.4375, 46.125,  58.0,   70.0,    94.125};
+
+/// Nodes in each outer part of the cubic that let its rules reach these limits; 0: in no parts, as
+/// these two have all nodes within and all weights positive.
+constexpr std::array<std::size_t, kRules> kCubicOuter = {0, 0, 1, 1, 2, 2,  2,  3,  4,
+                                                         4, 5, 6, 8, 9, 12, 15, 17, 23};
+
+const Limits& limitsOf(PulseShape shape) {
+  switch (shape) {
+    case PulseShape::halfSine:
+      return kHalfSineLimits;
+    case PulseShape::gaussian:
+      return kGaussianLimits;
+    case PulseShape::mitchellNetravali:
+      return kCubicLimits;
+    case PulseShape::handOut:
+      return kHandOutLimits;
+    case PulseShape::hertz:
+      break;
+  }
+  return kHertzLimits;
+}
+
+/// Largest magnitude of `function` over [begin, end]: sampled, closest at the ends, then refined by
+/// golden section.
+template <class Function>
+double largestMagnitude(double begin, double end, Function function) {
+  constexpr int kSamples = 1024;
+  constexpr int kRefinements = 45;
+  constexpr double kGolden = std::numbers::phi - 1.0;
+  const auto at = [&](double sample) {
+    const double share = 0.5 - 0.5 * std::cos(pi * std::clamp(sample / kSamples, 0.0, 1.0));
+    return std::abs(function(begin + (end - begin) * share));
+  };
+  double best = 0.0;
+  double largest = at(0.0);
+  for (int sample = 1; sample <= kSamples; ++sample) {
+    const double value = at(sample);
+    if (value > largest) best = sample;
+    largest = std::max(largest, value);
+  }
+  double low = best - 1.0;
+  double high = best + 1.0;
+  for (int step = 0; step < kRefinements; ++step) {
+    const double width = kGolden * (high - low);
+    const bool later = at(high - width) < at(low + width);
+    (later ? low : high) = later ? high - width : low + width;
+  }
+  return std::max(largest, at(0.5 * (low + high)));
 }
 
 }  // namespace
@@ -407,9 +505,10 @@ struct Pulse::Model {
   double force(double u) const;
   double slope(double u) const;
   Jet tabulated(double u) const;
+  std::vector<double> breaks() const;
   std::vector<PulseNode> grid() const;
-  std::vector<PulseNode> makeRule(std::size_t count) const;
-  void measure();
+  std::vector<PulseNode> makeRule(std::size_t rung) const;
+  void findPeaks();
 };
 
 Jet Pulse::Model::tabulated(double u) const {
@@ -455,6 +554,13 @@ double Pulse::Model::slope(double u) const {
   return 0.0;
 }
 
+/// Where the grid's pieces must end, in s: at all for `hertz` (between the pieces of its table),
+/// and for the cubic where it changes sign and where its pieces meet.
+std::vector<double> Pulse::Model::breaks() const {
+  if (shape != PulseShape::mitchellNetravali) return {0.0, kHalfReach};
+  return {0.0, std::sqrt(kCubicRoot), 0.5, kHalfReach};
+}
+
 /// Over [0, 1] in s = sqrt(u) and sqrt(1 - u), where all is smooth between the pieces.
 std::vector<PulseNode> Pulse::Model::grid() const {
   Grid grid;
@@ -464,25 +570,131 @@ std::vector<PulseNode> Pulse::Model::grid() const {
     });
     return grid.nodes;
   }
-  grid.add(0.0, kHalfReach, kPieces, [&](double s, double step) {
-    return PulseNode{s * s - 0.5, force(s * s) * 2.0 * s * step};
-  });
-  grid.add(0.0, kHalfReach, kPieces, [&](double s, double step) {
-    return PulseNode{0.5 - s * s, force(1.0 - s * s) * 2.0 * s * step};
-  });
+  const std::vector<double> ends = breaks();
+  const std::size_t pieces = kPieces / (ends.size() - 1);
+  for (std::size_t part = 0; part + 1 < ends.size(); ++part) {
+    grid.add(ends[part], ends[part + 1], pieces, [&](double s, double step) {
+      return PulseNode{s * s - 0.5, force(s * s) * 2.0 * s * step};
+    });
+    grid.add(ends[part], ends[part + 1], pieces, [&](double s, double step) {
+      return PulseNode{0.5 - s * s, force(1.0 - s * s) * 2.0 * s * step};
+    });
+  }
   return grid.nodes;
 }
-std::vector<PulseNode> Pulse::Model::makeRule(std::size_t count) const {
-  return gaussRule(grid(), count);
+
+std::vector<PulseNode> Pulse::Model::makeRule(std::size_t rung) const {
+  const std::size_t outer = shape == PulseShape::mitchellNetravali ? kCubicOuter[rung] : 0;
+  if (outer > 0) return splitRule(grid(), kRuleCounts[rung], outer);
+  return gaussRule(grid(), kRuleCounts[rung]);
 }
-void Pulse::Model::measure() {}
-Pulse::Model::Model(PulseShape s) : shape(s) {
-  if (s == PulseShape::gaussian) { begin = 0.5 - kGaussianReach; end = 0.5 + kGaussianReach; }
-  if (s == PulseShape::handOut) { begin = -2.0; end = 3.0;  }
+
+void Pulse::Model::findPeaks() {
+  peakForce = largestMagnitude(begin, end, [&](double u) { return force(u); });
+  peakSlope = largestMagnitude(begin, end, [&](double u) { return slope(u); });
 }
+
+Pulse::Model::Model(PulseShape closedForm) : shape(closedForm) {
+  assert(shape != PulseShape::hertz);
+  if (shape == PulseShape::gaussian || shape == PulseShape::handOut) {
+    const double reach = shape == PulseShape::gaussian ? kGaussianReach : kPulseHalfWidth;
+    begin = 0.5 - reach;
+    end = 0.5 + reach;
+  }
+  if (shape == PulseShape::handOut) {
+    const double root = std::sqrt(6.0);
+    impulse = kHandOutScale / (root * std::numbers::inv_sqrtpi) * std::erf(root * kPulseHalfWidth);
+  }
+  findPeaks();
+}
+
 Pulse::Model::Model(const Contact& contact) {
   const double duration = contactDuration(contact);
-  rise = tabulate(compression(contact), duration, 1.0 + contact.restitution);
-  fall = tabulate(rebound(contact), duration, 1.0 + contact.restitution);
+  const double momentum = 1.0 + contact.restitution;
+  rise = tabulate(compression(contact), duration, momentum);
+  fall = tabulate(rebound(contact), duration, momentum);
+  // The integral of t m d'' is m (t d' - d) between two times at which d is 0.
+  centre = contact.restitution / momentum;
+  findPeaks();
 }
+
+Pulse::Pulse(std::shared_ptr<const Model> model) : model_(std::move(model)) {}
+
+const Pulse& Pulse::of(PulseShape shape) {
+  static const std::array<Pulse, 5> pulses = {
+      Pulse(std::make_shared<const Model>(Contact{})),
+      Pulse(std::make_shared<const Model>(PulseShape::halfSine)),
+      Pulse(std::make_shared<const Model>(PulseShape::gaussian)),
+      Pulse(std::make_shared<const Model>(PulseShape::mitchellNetravali)),
+      Pulse(std::make_shared<const Model>(PulseShape::handOut))};
+  return pulses[static_cast<std::size_t>(shape)];
 }
+
+Pulse Pulse::dissipativeHertz(double restitution) {
+  const Contact contact = makeContact(restitution);
+  return contact.x > 0.0 ? Pulse(std::make_shared<const Model>(contact)) : of(PulseShape::hertz);
+}
+
+double Pulse::begin() const {
+  return model_->begin;
+}
+
+double Pulse::end() const {
+  return model_->end;
+}
+
+double Pulse::force(double u) const {
+  return model_->force(u);
+}
+
+double Pulse::slope(double u) const {
+  return model_->slope(u);
+}
+
+double Pulse::impulse() const {
+  return model_->impulse;
+}
+
+double Pulse::centre() const {
+  return model_->centre;
+}
+
+double Pulse::peakForce() const {
+  return model_->peakForce;
+}
+
+double Pulse::peakSlope() const {
+  return model_->peakSlope;
+}
+
+std::span<const std::size_t> Pulse::ruleCounts() {
+  return kRuleCounts;
+}
+
+std::span<const PulseNode> Pulse::rule(std::size_t count) const {
+  const auto* const found = std::ranges::find(kRuleCounts, count);
+  assert(found != kRuleCounts.end());
+  if (found == kRuleCounts.end()) return {};
+  const auto rung = static_cast<std::size_t>(found - kRuleCounts.begin());
+  std::call_once(model_->ruleMade[rung], [&] { model_->rules[rung] = model_->makeRule(rung); });
+  return model_->rules[rung];
+}
+
+std::size_t Pulse::ruleSize(double bandwidth) const {
+  const Limits& limits = limitsOf(model_->shape);
+  for (std::size_t rung = 0; rung < kRules; ++rung) {
+    if (bandwidth <= limits[rung]) return kRuleCounts[rung];
+  }
+  return 0;
+}
+
+double ruleTolerance(double bandwidth) {
+  return 1e-7 * std::pow(std::min(1.0, 30.0 / bandwidth), 1.5);
+}
+
+double dissipativeDuration(double restitution) {
+  static const double elastic = contactDuration(Contact{});
+  return contactDuration(makeContact(restitution)) / elastic;
+}
+
+}  // namespace carom

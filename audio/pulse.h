@@ -24,7 +24,8 @@ struct PulseNode {
 
 /// The shape in time of a contact force, as an immutable object. All of it: [any thread].
 ///
-///     a(t) = |j| / (m tau) * force(u),    da/dt = |j| / (m tau^2) * slope(u),    u = (t - t0) / tau
+///     a(t) = |j| / (m tau) * force(u),    da/dt = |j| / (m tau^2) * slope(u),    u = (t - t0) /
+///     tau
 ///
 /// with the impulse j (N s), the mass m (kg) and the contact duration tau (s). The integral of
 /// force(u) is impulse(): 1, but for the hand-out's pulse.
@@ -35,10 +36,10 @@ struct PulseNode {
 ///   everywhere, its own derivative is not.
 /// - `halfSine`: 14.0 %, 38.8 %. Its slope jumps at both ends.
 /// - `gaussian`: 8.4 %, 23.3 %. It begins before the contact and ends after it.
-/// - `mitchellNetravali`: 30.8 %, 73.2 %. Chadwick, Zheng and James (2012) use this cubic as their
+/// - `mitchellNetravali`: 65.6 %, 201.7 %. Chadwick, Zheng and James (2012) use this cubic as their
 ///   smooth pulse; the width they give it belongs to their sampling and not to the contact. Here
 ///   its support [-2, 2] becomes the contact's [0, 1]. It is negative in the outer 3/20 at either
-///   end, by at most 1/89 of its peak: no contact pulls, so use it for comparisons.
+///   end, by at most 1/100 of its peak: no contact pulls, so use it for comparisons.
 /// - `handOut`: 22.7 %, 43.2 %. Its bits are those of pi/2 times gaussianPulse() and
 ///   gaussianPulseSlope().
 /// Both Gaussians are cut where they are 5e-17 of their peak.
@@ -58,9 +59,9 @@ class Pulse {
   /// is 0 at both. So e decides x = chi v0 alone: x (1 + e) = ln((1 + x) / (1 - e x)).
   ///
   /// Skewed: steeper before its peak than after. u counts this contact's own duration, which is
-  /// dissipativeDuration() times the elastic one. Equals `hertz` at e = 1. Restitution that rests on
-  /// anything but the contact itself (vibration, plastic flow) is not modelled. Takes a third of a
-  /// millisecond; its rules are made as they are asked for.
+  /// dissipativeDuration() times the elastic one. Equals `hertz` at e = 1. Restitution that rests
+  /// on anything but the contact itself (vibration, plastic flow) is not modelled. Takes about half
+  /// a millisecond; its rules are made as they are asked for.
   static Pulse dissipativeHertz(double restitution);
 
   double begin() const;  ///< contact durations, where the force begins: 0; Gaussians earlier
