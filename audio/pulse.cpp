@@ -374,7 +374,7 @@ double gaussianForce(double u) {
   return kGaussianPeak * std::exp(-kGaussianExponent * (u - 0.5) * (u - 0.5));
 }
 
-constexpr double kCubicRoot = 0.15;  ///< contact durations: the cubic is negative before it
+constexpr double kCubicRoot = 3.0 / 14.0;  ///< contact durations: the cubic is negative before it
 
 /// The piecewise cubic of Mitchell and Netravali (1988, eq. 8) with B = C = 1/3.
 Jet mitchellNetravali(double x) {
@@ -385,7 +385,7 @@ Jet mitchellNetravali(double x) {
     return {((7.0 * y - 12.0) * y * y + 16.0 / 3.0) / 6.0, sign * (21.0 * y - 24.0) * y / 6.0};
   }
   const double rest = 2.0 - y;
-  return {(5.0 * rest - 3.0) * rest * rest / 18.0, -sign * (5.0 * rest - 2.0) * rest / 6.0};
+  return {(7.0 * rest - 6.0) * rest * rest / 18.0, -sign * (7.0 * rest - 4.0) * rest / 6.0};
 }
 
 /// The cubic pulls in its outer parts. What Gauss quadrature needs is a weight of one sign, so that
@@ -426,17 +426,17 @@ constexpr Limits kHalfSineLimits = {0.125,  0.875, 2.0625, 3.75,  5.75,   10.375
 constexpr Limits kGaussianLimits = {0.125, 0.625,   1.4375, 2.4375,  3.5,    5.75,
                                     8.0,   10.1875, 14.25,  18.0625, 21.75,  29.3125,
                                     36.75, 44.25,   59.375, 74.75,   90.125, 121.25};
-constexpr Limits kCubicLimits = {0.3125, 1.25,   0.125,  0.1875, 0.25,    3.25,
-                                 5.0625, 8.8125, 15.625, 29.25,  39.75,   58.25,
-                                 82.5,   113.25, 157.75, 207.75, 265.125, 370.75};
+constexpr Limits kCubicLimits = {0.25,   0.0,      0.0,      0.0,      0.3125,  2.125,
+                                 3.875,  7.5625,   16.0,     28.3125,  37.0625, 56.125,
+                                 78.875, 100.3125, 151.4375, 204.9375, 254.875, 363.6875};
 constexpr Limits kHandOutLimits = {0.0625, 0.5,     1.0625,  1.8125, 2.6875,  4.4375,
                                    6.125,  7.8125,  10.9375, 13.875, 16.8125, 22.625,
                                    28.5,   34.4375, 46.125,  58.0,   70.0,    94.125};
 
 /// Nodes in each outer part of the cubic that let its rules reach these limits; 0: in no parts, as
-/// these two have all nodes within and all weights positive.
-constexpr std::array<std::size_t, kRules> kCubicOuter = {0, 0, 1, 1, 2, 2,  2,  3,  4,
-                                                         4, 5, 6, 8, 9, 12, 15, 17, 23};
+/// the rule of two for the whole has its nodes within and its weights positive.
+constexpr std::array<std::size_t, kRules> kCubicOuter = {0, 1, 1, 1,  2,  2,  3,  3,  4,
+                                                         5, 6, 8, 10, 12, 15, 19, 22, 30};
 
 const Limits& limitsOf(PulseShape shape) {
   switch (shape) {

@@ -36,10 +36,11 @@ struct PulseNode {
 ///   everywhere, its own derivative is not.
 /// - `halfSine`: 14.0 %, 38.8 %. Its slope jumps at both ends.
 /// - `gaussian`: 8.4 %, 23.3 %. It begins before the contact and ends after it.
-/// - `mitchellNetravali`: 65.6 %, 201.7 %. Chadwick, Zheng and James (2012) use this cubic as their
-///   smooth pulse; the width they give it belongs to their sampling and not to the contact. Here
-///   its support [-2, 2] becomes the contact's [0, 1]. It is negative in the outer 3/20 at either
-///   end, by at most 1/100 of its peak: no contact pulls, so use it for comparisons.
+/// - `mitchellNetravali`: 69.3 %, 206.7 %. Chadwick, Zheng and James (2012) use such a cubic as
+///   their smooth pulse; its width there belongs to their time step and not to the contact. Here
+///   its support [-2, 2] becomes the contact's [0, 1], which is narrow: with half the contact's
+///   duration as its unit it would err by 8.0 % and 22.3 %. It is negative in the outer 3/14 at
+///   either end, by at most 2/49 of its peak: no contact pulls, so use it for comparisons.
 /// - `handOut`: 22.7 %, 43.2 %. Its bits are those of pi/2 times gaussianPulse() and
 ///   gaussianPulseSlope().
 /// Both Gaussians are cut where they are 5e-17 of their peak.
@@ -81,7 +82,9 @@ class Pulse {
   /// the larger it is, and may allocate and lock: ask for it before an audio thread does. The
   /// span lives as long as any copy of this pulse.
   ///
-  /// The `mitchellNetravali` pulse is no positive weight: see there for what replaces it.
+  /// The `mitchellNetravali` pulse is no weight of one sign. Its rules of more than two nodes are
+  /// three Gauss rules, one each for the middle and for the parts that pull, whose weights are
+  /// negative; they are exact up to the degree that the smallest of the three allows, at least 1.
   std::span<const PulseNode> rule(std::size_t count) const;
 
   /// The ladder of rules there are, ascending: 2 to 128 nodes.

@@ -208,8 +208,7 @@ TEST(Pulse, HertzPeaksWhereItsEnergySays) {
   const double duration = 0.8 * beta * std::pow(1.25, 0.4);
   const Pulse& hertz = Pulse::of(PulseShape::hertz);
   EXPECT_NEAR(hertz.peakForce(), 0.5 * duration * std::pow(1.25, 0.6), 1e-12);
-  // The slope is largest where (d^(1/2) d')' = 0: d'^2 = 2 d^(5/2), thus (14/5) d^(5/2) = 1... of
-  // 1 - (4/5) d^(5/2) = 2 d^(5/2).
+  // The slope, 3/2 d^(1/2) d', is largest where d'^2 = 2 d^(5/2), and d'^2 = 1 - (4/5) d^(5/2).
   const double depth = std::pow(1.0 / 2.8, 0.4);
   const double slope = 1.5 * std::sqrt(depth) * std::sqrt(1.0 - 0.8 * std::pow(depth, 2.5));
   EXPECT_NEAR(hertz.peakSlope(), 0.5 * duration * duration * slope, 1e-10);
@@ -252,7 +251,7 @@ TEST(Pulse, ShapesErrAgainstHertzAsDocumented) {
       {PulseShape::halfSine, {14.0, 38.8}},
       {PulseShape::handOut, {22.7, 43.2}},
       {PulseShape::gaussian, {8.4, 23.3}},
-      {PulseShape::mitchellNetravali, {65.6, 201.7}}};
+      {PulseShape::mitchellNetravali, {69.3, 206.7}}};
   for (const auto& [shape, percent] : table) {
     const L2Errors errors = againstHertz(Pulse::of(shape));
     EXPECT_NEAR(errors.force, percent.force, 0.0501) << static_cast<int>(shape);
@@ -340,11 +339,11 @@ TEST(Pulse, CubicsAtEqualDistancesSumToOne) {
   EXPECT_DOUBLE_EQ(cubic.force(0.75), 4.0 / 18.0);
 }
 
-TEST(Pulse, CubicPullsByAHundredthOfItsPeak) {
+TEST(Pulse, CubicPullsAtItsEnds) {
   const Pulse& cubic = Pulse::of(PulseShape::mitchellNetravali);
-  EXPECT_NEAR(cubic.force(0.1) / cubic.peakForce(), -0.01, 1e-14);
-  EXPECT_NEAR(cubic.force(0.15), 0.0, 1e-14);
-  EXPECT_LT(cubic.force(0.14), 0.0);
+  EXPECT_NEAR(cubic.force(1.0 / 7.0) / cubic.peakForce(), -2.0 / 49.0, 1e-14);
+  EXPECT_NEAR(cubic.force(3.0 / 14.0), 0.0, 1e-14);
+  EXPECT_LT(cubic.force(0.2), 0.0);
 }
 
 // ---- Contacts that lose energy -----------------------------------------------------------------
@@ -453,7 +452,7 @@ TEST(PulseRule, IsExactForPolynomialsUpToTwiceItsCountLessOne) {
     const std::vector<PulseNode> grid = fineGrid(pulse, 400);
     const std::vector<double> exact = moments(grid, pulse, 255);
     for (const std::size_t count : Pulse::ruleCounts()) {
-      if (name == "cubic" && count > 3) break;
+      if (name == "cubic" && count > 2) break;
       const std::vector<double> sums = moments(pulse.rule(count), pulse, 2 * count - 1);
       for (std::size_t degree = 0; degree < sums.size(); ++degree) {
         EXPECT_NEAR(sums[degree], exact[degree], 2e-12) << name << ' ' << count << ' ' << degree;
@@ -471,7 +470,7 @@ TEST(PulseRule, HasAscendingNodesWithinAndWeightsOfTheForcesSign) {
       double sum = 0.0;
       for (const PulseNode& node : rule) {
         EXPECT_GT(node.u, before) << name << ' ' << count;
-        const bool mayPull = name == "cubic" && count > 3 && (node.u < 0.15 || node.u > 0.85);
+        const bool mayPull = name == "cubic" && count > 2 && std::abs(node.u - 0.5) > 2.0 / 7.0;
         EXPECT_GT(mayPull ? -node.weight : node.weight, 0.0) << name << ' ' << count;
         before = node.u;
         sum += node.weight;
@@ -561,7 +560,7 @@ TEST(PulseRule, SizeGrowsAsAQuarterOfTheBandwidth) {
     const std::size_t size = hertz.ruleSize(w);
     ASSERT_GT(size, 0U) << w;
     EXPECT_GE(static_cast<double>(size), 0.25 * w) << w;
-    EXPECT_LE(static_cast<double>(size), 1.4 * (0.25 * w + 8.0)) << w;
+    EXPECT_LE(static_cast<double>(size), 1.5 * (0.25 * w + 8.0)) << w;
   }
 }
 
@@ -590,7 +589,7 @@ TEST(Pulse, EvaluatesWithoutAllocation) {
   for (const auto& [name, pulse] : allPulses()) {
     pulse.rule(16);
     double sum = 0.0;
-    const NoAllocScope scope;
+    const test::NoAllocScope scope;
     for (int index = 0; index < 100; ++index) {
       sum += pulse.force(index * 0.01) + pulse.slope(index * 0.01);
     }
