@@ -259,6 +259,24 @@ TEST(Pulse, ShapesErrAgainstHertzAsDocumented) {
   }
 }
 
+TEST(Pulse, CubicWithHalfTheDurationAsItsUnitErrsLess) {
+  constexpr int kPoints = 200000;
+  const Pulse& hertz = Pulse::of(PulseShape::hertz);
+  const Pulse& cubic = Pulse::of(PulseShape::mitchellNetravali);
+  L2Errors difference;
+  L2Errors reference;
+  for (int point = 0; point < kPoints; ++point) {
+    const double u = -0.5 + 2.0 * (point + 0.5) / kPoints;
+    const double narrow = 0.5 + 0.5 * (u - 0.5);
+    difference.force += std::pow(0.5 * cubic.force(narrow) - hertz.force(u), 2.0);
+    difference.slope += std::pow(0.25 * cubic.slope(narrow) - hertz.slope(u), 2.0);
+    reference.force += std::pow(hertz.force(u), 2.0);
+    reference.slope += std::pow(hertz.slope(u), 2.0);
+  }
+  EXPECT_NEAR(100.0 * std::sqrt(difference.force / reference.force), 8.0, 0.05);
+  EXPECT_NEAR(100.0 * std::sqrt(difference.slope / reference.slope), 22.3, 0.05);
+}
+
 TEST(Pulse, ImpulseAndCentreAreTheIntegrals) {
   for (const auto& [name, pulse] : allPulses()) {
     const std::vector<PulseNode> grid = fineGrid(pulse, 512);
@@ -350,13 +368,13 @@ TEST(Pulse, CubicPullsAtItsEnds) {
 
 TEST(DissipativePulse, IsTheIntegratedContactOfItsRestitution) {
   const ContactRun elastic = runContact(0.0);
-  for (const double x : {0.01, 0.1, 0.4, 1.0, 3.0, 8.0}) {
+  for (const double x : {0.01, 0.1, 0.4, 1.0, 3.0, 8.0, 19.9}) {
     const ContactRun run = runContact(x);
     const double e = run.restitution();
     EXPECT_NEAR(x * (1.0 + e), std::log((1.0 + x) / (1.0 - e * x)), 1e-9 * (1.0 + x)) << x;
     const ContactErrors errors = compare(Pulse::dissipativeHertz(e), run);
-    EXPECT_LT(errors.force, 1e-10) << e;
-    EXPECT_LT(errors.slope, 1e-9) << e;
+    EXPECT_LT(errors.force, 1e-11) << e;
+    EXPECT_LT(errors.slope, e > 0.1 ? 1e-10 : 5e-9) << e;
     EXPECT_NEAR(dissipativeDuration(e), static_cast<double>(run.duration / elastic.duration), 1e-10)
         << e;
   }
@@ -576,6 +594,7 @@ TEST(PulseRule, IsOneForAllThreadsAndCopies) {
   const Pulse pulse = Pulse::dissipativeHertz(0.6);
   std::array<const PulseNode*, 4> firsts{};
   std::vector<std::thread> threads;
+  threads.reserve(firsts.size());
   for (const PulseNode*& first : firsts) {
     threads.emplace_back([copy = pulse, &first] { first = copy.rule(24).data(); });
   }
