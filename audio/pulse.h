@@ -24,22 +24,23 @@ struct PulseNode {
 
 /// The shape in time of a contact force, as an immutable object. All of it: [any thread].
 ///
-///     a(t) = |j| / (m tau) * force(u),    da/dt = |j| / (m tau^2) * slope(u),    u = (t - t0) /
-///     tau
+///     u = (t - t0) / tau
+///     a(t) = |j| / (m tau) * force(u)
+///     da/dt = |j| / (m tau^2) * slope(u)
 ///
 /// with the impulse j (N s), the mass m (kg) and the contact duration tau (s). The integral of
 /// force(u) is impulse(): 1, but for the hand-out's pulse.
 ///
 /// Shapes, with their L2 error of force and of slope against `hertz` of the same duration:
-/// - `hertz`: the solution of m d'' = -K d^(3/2) (Johnson 1985, section 11.4). Tabulated: the
-///   force is right to 1e-12 of its peak, the slope to 1e-11. The slope starts as the square root
-///   of time: it is finite everywhere, its own derivative is not.
+/// - `hertz`: the solution of m d'' = -K d^(3/2) (Johnson 1985, section 11.4). Tabulated: the force
+///   is right to 1e-12 of its peak, the slope to 1e-11. The slope starts as the square root of time:
+///   it is finite everywhere, its own derivative is not.
 /// - `halfSine`: 14.0 %, 38.8 %. Its slope jumps at both ends.
 /// - `gaussian`: 8.4 %, 23.3 %. It begins before the contact and ends after it.
-/// - `mitchellNetravali`: 69.3 %, 206.7 %. Chadwick, Zheng and James (2012) use such a cubic as
-///   their smooth pulse; its width there belongs to their time step and not to the contact. Here
-///   its support [-2, 2] becomes the contact's [0, 1], which is narrow: with half the contact's
-///   duration as its unit it would err by 8.0 % and 22.3 %. It is negative in the outer 3/14 at
+/// - `mitchellNetravali`: 69.3 %, 206.7 %. Chadwick, Zheng and James (2012) use a cubic of
+///   this family; how wide, for a given contact, is our choice and not taken from there. Its support
+///   [-2, 2] becomes the contact's [0, 1], which is narrow: with half the contact's duration as its
+///   unit it would err by 8.0 % and 22.3 %. It is negative in the outer 3/14 at
 ///   either end, by at most 2/49 of its peak: no contact pulls, so use it for comparisons.
 /// - `handOut`: 22.7 %, 43.2 %. Its bits are those of pi/2 times gaussianPulse() and
 ///   gaussianPulseSlope().
@@ -60,10 +61,10 @@ class Pulse {
   /// is 0 at both. So e decides x = chi v0 alone: x (1 + e) = ln((1 + x) / (1 - e x)).
   ///
   /// Skewed: steeper before its peak than after. u counts this contact's own duration, which is
-  /// dissipativeDuration() times the elastic one. Equals `hertz` at e = 1. Its
-  /// force is right to 1e-11 of its peak; its slope to 1e-10, and at the lowest restitution to
-  /// 5e-9. Restitution that rests on anything but the contact itself (vibration, plastic flow) is
-  /// not modelled. Takes about half a millisecond; its rules are made as they are asked for.
+  /// dissipativeDuration() times the elastic one. Equals `hertz` at e = 1. The force is right to
+  /// 1e-11 of its peak, the slope to 1e-10, and to 5e-9 where e is below 0.1. Restitution that rests
+  /// on anything but the contact itself (vibration, plastic flow) is not modelled. Takes about half
+  /// a millisecond; its rules are made as they are asked for.
   static Pulse dissipativeHertz(double restitution);
 
   double begin() const;  ///< contact durations, where the force begins: 0; Gaussians earlier
