@@ -10,7 +10,7 @@ namespace carom {
 /// How a contact force rises and falls. See Pulse.
 enum class PulseShape : std::uint8_t {
   hertz,              ///< the elastic contact of Hertz itself: the default
-  halfSine,           ///< pi/2 sin(pi u), Chadwick et al. 2012, eq. 8
+  halfSine,           ///< pi/2 sin(pi u)
   gaussian,           ///< exponent 10, unit impulse
   mitchellNetravali,  ///< the cubic of Mitchell & Netravali 1988, B = C = 1/3; pulls at its ends
   handOut             ///< pi/2 exp(-6 (u - 1/2)^2): as gaussianPulse(), 13.7 % too much impulse
@@ -33,12 +33,12 @@ struct PulseNode {
 ///
 /// Shapes, with their L2 error of force and of slope against `hertz` of the same duration:
 /// - `hertz`: the solution of m d'' = -K d^(3/2) (Johnson 1985, section 11.4). Tabulated: the force
-///   is right to 1e-12 of its peak, the slope to 1e-11. The slope starts as the square root of time:
-///   it is finite everywhere, its own derivative is not.
+///   is right to 1e-12 of its peak, the slope to 1e-11. The slope starts as the square root of
+///   time: it is finite everywhere, its own derivative is not.
 /// - `halfSine`: 14.0 %, 38.8 %. Its slope jumps at both ends.
 /// - `gaussian`: 8.4 %, 23.3 %. It begins before the contact and ends after it.
 /// - `mitchellNetravali`: 69.3 %, 206.7 %. Chadwick, Zheng and James (2012) use a cubic of
-///   this family; how wide, for a given contact, is our choice and not taken from there. Its support
+///   this family; its width for a contact is our choice. Its support
 ///   [-2, 2] becomes the contact's [0, 1], which is narrow: with half the contact's duration as its
 ///   unit it would err by 8.0 % and 22.3 %. It is negative in the outer 3/14 at
 ///   either end, by at most 2/49 of its peak: no contact pulls, so use it for comparisons.
@@ -62,8 +62,8 @@ class Pulse {
   ///
   /// Skewed: steeper before its peak than after. u counts this contact's own duration, which is
   /// dissipativeDuration() times the elastic one. Equals `hertz` at e = 1. The force is right to
-  /// 1e-11 of its peak, the slope to 1e-10, and to 5e-9 where e is below 0.1. Restitution that rests
-  /// on anything but the contact itself (vibration, plastic flow) is not modelled. Takes about half
+  /// 1e-11 of its peak, the slope to 1e-10, and to 5e-9 where e is below 0.1. What is
+  /// lost otherwise than in the contact (vibration, plastic flow) is not modelled. Takes about half
   /// a millisecond; its rules are made as they are asked for.
   static Pulse dissipativeHertz(double restitution);
 
