@@ -36,7 +36,7 @@ constexpr const char* kVocabulary =
     "audio/(impulse_event|contact_state|material|sound_body|listener|medium|vector|result)\\.h";
 constexpr const char* kEigen = "Eigen/[A-Za-z]+";
 constexpr const char* kBullet =
-    "(bt[A-Za-z]+\\.h|(LinearMath|BulletCollision|BulletDynamics)/[A-Za-z/]+\\.h)";
+    "(bt[A-Za-z0-9]+\\.h|(LinearMath|BulletCollision|BulletDynamics)/[A-Za-z0-9/]+\\.h)";
 
 /// The table of folders in the design, once more.
 std::vector<Layer> layers() {
