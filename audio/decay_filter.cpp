@@ -1,0 +1,166 @@
+#include "audio/decay_filter.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+namespace carom {
+namespace {
+
+using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, static_cast<int>(kBandCount), 1>;
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0,
+                             static_cast<int>(kBandCount), static_cast<int>(kBandCount)>;
+
+constexpr double kHighestBand = 0.45;  // of the sample rate
+constexpr double kSlowest = 0.6;       // see the header
+constexpr int kIterations = 30;
+constexpr double kSmoothest = 1e3;  // of the smoothing: beyond it, one gain for all
+
+double warped(double frequency, double sampleRate) {
+  return std::tan(std::numbers::pi * frequency / sampleRate);
+}
+
+double amplitude(double decibel) {
+  return std::pow(10.0, decibel / 20.0);
+}
+
+/// Finds the gains of the shelves. gains[0]: dB at 0 Hz; gains[k]: dB, what shelf k adds above the
+/// edge between bands k-1 and k.
+class CascadeDesign {
+ public:
+  CascadeDesign(double samples, const DecayTimes& times, double sampleRate)
+      : sampleRate_(sampleRate) {
+    const auto past = std::ranges::upper_bound(kOctaveBands, kHighestBand * sampleRate);
+    bands_ = past - kOctaveBands.begin();
+    targets_.resize(bands_);
+    for (Eigen::Index band = 0; band < bands_; ++band) {
+      targets_[band] = -60.0 * samples / (sampleRate * times[static_cast<std::size_t>(band)]);
+    }
+    linearise();
+  }
+
+  std::vector<ReflectionFilter> make() const {
+    const Vector gains = solve();
+    std::vector<ReflectionFilter> cascade;
+    for (Eigen::Index shelf = 1; shelf < bands_; ++shelf) {
+      cascade.push_back(makeShelf(edge(shelf), gains[shelf]));
+    }
+    cascade.front().b0 *= amplitude(gains[0]);
+    cascade.front().b1 *= amplitude(gains[0]);
+    return cascade;
+  }
+
+ private:
+  static double centre(Eigen::Index band) { return kOctaveBands[static_cast<std::size_t>(band)]; }
+  /// Warped, between bands shelf - 1 and shelf.
+  double edge(Eigen::Index shelf) const {
+    return warped(std::sqrt(centre(shelf - 1) * centre(shelf)), sampleRate_);
+  }
+
+  /// (1 + sqrt(G) s) / (1 + s / sqrt(G)): 1 at 0 Hz, G far above the edge, sqrt(G) on it.
+  static ReflectionFilter makeShelf(double edge, double decibel) {
+    const double root = amplitude(decibel / 2.0);
+    const double zero = root / edge;
+    const double pole = 1.0 / (root * edge);
+    return {(1.0 + zero) / (1.0 + pole), (1.0 - zero) / (1.0 + pole), (1.0 - pole) / (1.0 + pole)};
+  }
+
+  static double shelfGain(double edge, double decibel, double x) {
+    const double root = amplitude(decibel / 2.0);
+    const double zero = root * x / edge;
+    const double pole = x / (root * edge);
+    return 10.0 * std::log10((1.0 + zero * zero) / (1.0 + pole * pole));
+  }
+
+  double gainAt(const Vector& gains, double x) const {
+    double sum = gains[0];
+    for (Eigen::Index shelf = 1; shelf < bands_; ++shelf) {
+      sum += shelfGain(edge(shelf), gains[shelf], x);
+    }
+    return sum;
+  }
+
+  /// The derivative at gains of 0 dB: a shelf adds x^2 / (1 + x^2) of its gain, x over its edge.
+  void linearise() {
+    slope_ = Matrix::Ones(bands_, bands_);
+    for (Eigen::Index band = 0; band < bands_; ++band) {
+      for (Eigen::Index shelf = 1; shelf < bands_; ++shelf) {
+        const double x = warped(centre(band), sampleRate_) / edge(shelf);
+        slope_(band, shelf) = x * x / (1.0 + x * x);
+      }
+    }
+  }
+
+  Vector solve() const {
+    for (double smoothing = 0.0; smoothing <= kSmoothest;
+         smoothing = smoothing == 0.0 ? 1e-4 : 2.0 * smoothing) {
+      const Vector gains = fit(smoothing);
+      if (decaysEverywhere(gains)) return gains;
+    }
+    Vector flat = Vector::Zero(bands_);
+    flat[0] = targets_.maxCoeff();
+    return flat;
+  }
+
+  Vector fit(double smoothing) const {
+    Matrix penalty = smoothing * Matrix::Identity(bands_, bands_);
+    penalty(0, 0) = 0.0;
+    const Matrix normal = slope_.transpose() * slope_ + penalty;
+    const Eigen::LDLT<Matrix> factors(normal);
+    Vector gains = Vector::Zero(bands_);
+    for (int iteration = 0; iteration < kIterations; ++iteration) {
+      const Vector right = slope_.transpose() * missing(gains) - penalty * gains;
+      gains += factors.solve(right);
+    }
+    return gains;
+  }
+
+  Vector missing(const Vector& gains) const {
+    Vector rest = targets_;
+    for (Eigen::Index band = 0; band < bands_; ++band) {
+      rest[band] -= gainAt(gains, warped(centre(band), sampleRate_));
+    }
+    return rest;
+  }
+
+  bool decaysEverywhere(const Vector& gains) const {
+    const double limit = kSlowest * targets_.maxCoeff();
+    constexpr int kPoints = 256;
+    for (int point = 0; point <= kPoints; ++point) {
+      const double frequency = 10.0 * std::pow(0.0499 * sampleRate_, 1.0 * point / kPoints);
+      if (!(gainAt(gains, warped(frequency, sampleRate_)) <= limit)) return false;
+    }
+    return true;
+  }
+
+  double sampleRate_;
+  Eigen::Index bands_ = 0;
+  Vector targets_;  // dB at the centres
+  Matrix slope_;    // band by gain
+};
+
+}  // namespace
+
+std::vector<ReflectionFilter> decayCascade(double samples, const DecayTimes& times,
+                                           double sampleRate) {
+  assert(samples > 0.0 && sampleRate >= 8000.0 && std::ranges::min(times) > 0.0);
+  return CascadeDesign(samples, times, sampleRate).make();
+}
+
+double decayTimeOf(const std::vector<ReflectionFilter>& cascade, double samples, double frequency,
+                   double sampleRate) {
+  double logarithm = 0.0;
+  for (const ReflectionFilter& filter : cascade) {
+    logarithm += std::log10(std::abs(frequencyResponse(filter, frequency, sampleRate)));
+  }
+  if (logarithm == 0.0) return std::numeric_limits<double>::infinity();
+  return -3.0 * samples / (sampleRate * logarithm);
+}
+
+}  // namespace carom
