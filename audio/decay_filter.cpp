@@ -18,6 +18,8 @@ using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0,
                              static_cast<int>(kBandCount), static_cast<int>(kBandCount)>;
 
 constexpr double kHighestBand = 0.45;  // of the sample rate
+constexpr double kSilence = -120.0;    // dB: more than that per pass is not asked of a filter
+constexpr double kSteepest = 60.0;     // dB of a shelf: keeps its pole away from the unit circle
 constexpr double kSlowest = 0.6;       // see the header
 constexpr int kIterations = 30;
 constexpr double kSmoothest = 1e3;  // of the smoothing: beyond it, one gain for all
@@ -40,7 +42,8 @@ class CascadeDesign {
     bands_ = past - kOctaveBands.begin();
     targets_.resize(bands_);
     for (Eigen::Index band = 0; band < bands_; ++band) {
-      targets_[band] = -60.0 * samples / (sampleRate * times[static_cast<std::size_t>(band)]);
+      const double time = times[static_cast<std::size_t>(band)];
+      targets_[band] = std::max(-60.0 * samples / (sampleRate * time), kSilence);
     }
     linearise();
   }
@@ -101,7 +104,7 @@ class CascadeDesign {
     for (double smoothing = 0.0; smoothing <= kSmoothest;
          smoothing = smoothing == 0.0 ? 1e-4 : 2.0 * smoothing) {
       const Vector gains = fit(smoothing);
-      if (decaysEverywhere(gains)) return gains;
+      if (isModerate(gains) && decaysEverywhere(gains)) return gains;
     }
     Vector flat = Vector::Zero(bands_);
     flat[0] = targets_.maxCoeff();
@@ -129,8 +132,14 @@ class CascadeDesign {
     return rest;
   }
 
+  bool isModerate(const Vector& gains) const {
+    return gains.tail(bands_ - 1).cwiseAbs().maxCoeff() <= kSteepest;
+  }
+
   bool decaysEverywhere(const Vector& gains) const {
     const double limit = kSlowest * targets_.maxCoeff();
+    // At 0 Hz and at half the sample rate, and between.
+    if (!(gains[0] <= limit && gains.sum() <= limit)) return false;
     constexpr int kPoints = 256;
     for (int point = 0; point <= kPoints; ++point) {
       const double frequency = 10.0 * std::pow(0.0499 * sampleRate_, 1.0 * point / kPoints);

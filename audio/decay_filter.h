@@ -22,7 +22,8 @@ using DecayTimes = std::array<double, kBandCount>;
 /// and above the highest band it goes on as the outermost shelf does. Where times leap so much from
 /// band to band that the curve through them would somewhere decay less than 0.6 times as fast as
 /// the slowest band, it is smoothed until it does not: so |H| <= 1 at every frequency, whatever is
-/// asked. Bands above 0.45 of the sample rate are left out.
+/// asked; more than 120 dB per pass is not attempted. Bands above 0.45 of the sample rate are left
+/// out.
 ///
 /// Requires samples > 0, a sample rate (Hz) of at least 8000 and times > 0, all or none infinite.
 std::vector<ReflectionFilter> decayCascade(double samples, const DecayTimes& times,
