@@ -101,10 +101,11 @@ class CascadeDesign {
   }
 
   Vector solve() const {
-    for (double smoothing = 0.0; smoothing <= kSmoothest;
-         smoothing = smoothing == 0.0 ? 1e-4 : 2.0 * smoothing) {
-      const Vector gains = fit(smoothing);
+    double smoothing = 0.0;
+    while (smoothing <= kSmoothest) {
+      Vector gains = fit(smoothing);
       if (isModerate(gains) && decaysEverywhere(gains)) return gains;
+      smoothing = std::max(1e-4, 2.0 * smoothing);
     }
     Vector flat = Vector::Zero(bands_);
     flat[0] = targets_.maxCoeff();

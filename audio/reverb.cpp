@@ -57,7 +57,7 @@ double flushed(double value) noexcept {
 }
 
 double usable(double sample) noexcept {
-  return std::isfinite(sample) ? std::clamp(sample, -kLargest, kLargest) : 0.0;
+  return std::isfinite(sample) ? flushed(std::clamp(sample, -kLargest, kLargest)) : 0.0;
 }
 
 DecayTimes decayTimesOf(const RoomMeasures& room, double speedOfSound,
@@ -275,7 +275,7 @@ void Reverb::process(std::span<const double> in, std::span<double* const> addTo)
 double Reverb::delayInput(double sample) noexcept {
   if (onset_.empty()) return sample;
   double value = onset_[onsetCursor_];
-  onset_[onsetCursor_] = flushed(sample);
+  onset_[onsetCursor_] = sample;
   onsetCursor_ = onsetCursor_ + 1 == onset_.size() ? 0 : onsetCursor_ + 1;
   for (InputSection& section : onsetSections_) {
     const double out = section.filter.b0 * value + section.state;

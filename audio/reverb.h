@@ -85,8 +85,8 @@ class Reverb {
                                std::size_t channels);
 
   /// Adds the tail of `in` (Pa at 1 m, see the class) to in.size() samples of each channel, in
-  /// pascals. Requires addTo.size() == channels(). A sample that is not finite counts as 0, and a
-  /// magnitude beyond 1e100 as that.
+  /// pascals. Requires addTo.size() == channels(). A sample that is not finite, or below 1e-30 in
+  /// magnitude, counts as 0, one beyond 1e100 as that.
   void process(std::span<const double> in, std::span<double* const> addTo) noexcept;
 
   /// Whether `process` with zeros would add nothing, now and ever; it may then be left out.

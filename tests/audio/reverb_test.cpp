@@ -433,6 +433,32 @@ TEST(Reverb, HoldsNothingSubnormalWhileItDies) {
   }
 }
 
+/// The filters on the way in have nothing to do for seconds while the lines still sound.
+TEST(Reverb, HoldsNothingSubnormalAfterItsOnset) {
+  ReverbSettings settings = hall();
+  settings.onset = 0.2;
+  Reverb reverb = makeReverb(settings);
+  run(reverb, impulse(0.001));
+  for (int block = 0; block < 150; ++block) {
+    run(reverb, Signal(1000, 0.0));
+    std::string why;
+    ASSERT_TRUE(reverb.validate(&why)) << why;
+  }
+  EXPECT_FALSE(reverb.isSilent());
+}
+
+/// A line receives a quarter of the input.
+TEST(Reverb, DropsWhatIsBelowTheSmallestPressure) {
+  for (const double pressure : {5e-324, 1e-310, 0.9e-30, 3.9e-30, 4.1e-30}) {
+    Reverb reverb = makeReverb(livingRoom());
+    Signal in = impulse(0.001);
+    in[0] = pressure;
+    run(reverb, in);
+    EXPECT_EQ(reverb.storedEnergy() > 0.0, pressure > 4e-30) << pressure;
+    EXPECT_EQ(reverb.isSilent(), pressure < 1e-30) << pressure;
+  }
+}
+
 TEST(Reverb, SurvivesAnInputThatIsNoNumber) {
   Reverb reverb = makeReverb(livingRoom());
   Reverb clean = makeReverb(livingRoom());
