@@ -24,7 +24,7 @@ constexpr std::size_t kMaxSamples = 16384;
 constexpr std::size_t kMaxDirections = 20000;
 constexpr double kSameDirection = 1e-3;  // rad
 constexpr double kOnsetLevel = 0.1;      // of the peak
-constexpr double kTailEnergy = 1e-5;
+constexpr double kTailEnergy = 1e-4;
 constexpr std::size_t kLead = 16;  // samples before the onset: half of the blending kernel
 constexpr std::size_t kFade = 16;  // samples
 constexpr double kPoleGap = 30.0 * pi / 180.0;
@@ -242,26 +242,30 @@ class HrtfBuilder {
     return sum;
   }
 
-  /// Samples after which less than kTailEnergy of the energy follows.
-  static std::size_t neededLength(const std::vector<double>& response) {
-    double energy = 0.0;
-    for (const double sample : response)
-      energy += sample * sample;
+  static double energyOf(const std::vector<double>& response) {
+    return std::inner_product(response.begin(), response.end(), response.begin(), 0.0);
+  }
+
+  /// Samples after which less than `allowed` energy follows.
+  static std::size_t neededLength(const std::vector<double>& response, double allowed) {
     double tail = 0.0;
     std::size_t length = response.size();
-    while (length > 0) {
+    for (; length > 0; --length) {
       tail += response[length - 1] * response[length - 1];
-      if (tail > kTailEnergy * energy) break;
-      --length;
+      if (tail > allowed) break;
     }
     return length;
   }
 
   void trim() {
+    double energy = 0.0;
+    for (const Pair& pair : pairs_)
+      energy += energyOf(pair.aligned[0]) + energyOf(pair.aligned[1]);
+    const double allowed = kTailEnergy * energy / (2.0 * static_cast<double>(pairs_.size()));
     std::size_t needed = 0;
     for (const Pair& pair : pairs_)
       for (const std::vector<double>& response : pair.aligned)
-        needed = std::max(needed, neededLength(response));
+        needed = std::max(needed, neededLength(response, allowed));
     for (Pair& pair : pairs_)
       for (std::vector<double>& response : pair.aligned)
         fadeOut(response, needed);
