@@ -24,9 +24,8 @@ constexpr std::size_t kMaxSamples = 16384;
 constexpr std::size_t kMaxDirections = 20000;
 constexpr double kSameDirection = 1e-3;  // rad
 constexpr double kOnsetLevel = 0.1;      // of the peak
-constexpr double kTailEnergy = 1e-4;
-constexpr std::size_t kLead = 16;  // samples before the onset: half of the blending kernel
-constexpr std::size_t kFade = 16;  // samples
+constexpr std::size_t kLead = 16;        // samples before the onset: half of the blending kernel
+constexpr std::size_t kFade = 16;        // samples
 constexpr double kPoleGap = 30.0 * pi / 180.0;
 constexpr double kRingWidth = 5.0 * pi / 180.0;
 constexpr double kKaiserBeta = 8.0;
@@ -161,8 +160,9 @@ double energyAt(std::span<const double> response, double cyclesPerSample) {
 /// What `create` does, step by step.
 class HrtfBuilder {
  public:
-  HrtfBuilder(const HrtfMeasurements& measurements, double sampleRate)
+  HrtfBuilder(const HrtfMeasurements& measurements, double sampleRate, const HrtfSettings& settings)
       : measurements_(measurements),
+        settings_(settings),
         sampleRate_(sampleRate),
         ratio_(measurements.sampleRate / sampleRate),
         kernel_(kResampleHalfWidth, ratio_ > 1.0 ? 0.95 / ratio_ : 1.0, kKaiserBeta),
@@ -261,7 +261,8 @@ class HrtfBuilder {
     double energy = 0.0;
     for (const Pair& pair : pairs_)
       energy += energyOf(pair.aligned[0]) + energyOf(pair.aligned[1]);
-    const double allowed = kTailEnergy * energy / (2.0 * static_cast<double>(pairs_.size()));
+    const double allowed =
+        settings_.tailEnergy * energy / (2.0 * static_cast<double>(pairs_.size()));
     std::size_t needed = 0;
     for (const Pair& pair : pairs_)
       for (const std::vector<double>& response : pair.aligned)
@@ -320,6 +321,7 @@ class HrtfBuilder {
   }
 
   const HrtfMeasurements& measurements_;
+  HrtfSettings settings_;
   double sampleRate_;  // Hz
   double ratio_;       // samples of the set for each sample wanted
   SincKernel kernel_;
@@ -331,22 +333,27 @@ class HrtfBuilder {
 HrtfSet::HrtfSet(SphereMesh mesh)
     : mesh_(std::move(mesh)), kernel_(kBlendHalfWidth, 1.0, kKaiserBeta) {}
 
-Result<HrtfSet> HrtfSet::create(const HrtfMeasurements& measurements, double sampleRate) {
+Result<HrtfSet> HrtfSet::create(const HrtfMeasurements& measurements, double sampleRate,
+                                const HrtfSettings& settings) {
+  if (!(settings.tailEnergy >= 0.0 && settings.tailEnergy < 1.0))
+    return Error{"head-related responses: tailEnergy is " + std::to_string(settings.tailEnergy) +
+                 "; it takes 0 to below 1"};
   if (const std::string reason = whyNot(measurements, sampleRate); !reason.empty())
     return Error{"head-related responses: " + reason};
-  Result<HrtfSet> set = HrtfBuilder(measurements, sampleRate).build();
+  Result<HrtfSet> set = HrtfBuilder(measurements, sampleRate, settings).build();
   if (!set) return Error{"head-related responses: " + set.error().message};
   return set;
 }
 
-Result<HrtfSet> HrtfSet::load(const std::filesystem::path& path, double sampleRate) {
+Result<HrtfSet> HrtfSet::load(const std::filesystem::path& path, double sampleRate,
+                              const HrtfSettings& settings) {
   if (!isSampleRate(sampleRate))
     return Error{"head-related responses: the wanted sample rate is " + std::to_string(sampleRate) +
                  " Hz; it takes 8000 to 384000 Hz"};
   const std::filesystem::path file = path.empty() ? defaultSofaFile() : path;
   const Result<HrtfMeasurements> measurements = readSofaFile(file);
   if (!measurements) return measurements.error();
-  Result<HrtfSet> set = create(*measurements, sampleRate);
+  Result<HrtfSet> set = create(*measurements, sampleRate, settings);
   if (!set) return Error{"SOFA file '" + file.string() + "': " + set.error().message};
   return set;
 }

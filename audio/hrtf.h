@@ -31,6 +31,12 @@ struct HrtfMeasurements {
   std::vector<HrtfMeasurement> items;
 };
 
+struct HrtfSettings {
+  /// Of the mean energy of a response: all end where, in every one, less than this follows. What
+  /// comes later is mostly the room and the noise of the measurement, and each sample costs.
+  double tailEnergy = 1e-2;
+};
+
 /// Head-related impulse responses, made ready to render with: what turns the pressure that would
 /// be in the middle of the head, were it not there, into the pressure at both ears.
 ///
@@ -42,8 +48,8 @@ struct HrtfMeasurements {
 /// What is done to a set:
 /// - resampled to the given rate, band-limited;
 /// - the delay that all have in common is taken away (`latency` says what is left of it);
-/// - cut where, in every response, less than 1e-5 (-50 dB) of its energy follows, and faded out
-///   before that;
+/// - cut where the rest of every response holds less than `HrtfSettings::tailEnergy`, and faded
+///   out over 16 samples;
 /// - scaled by one factor so that the mean energy of a frontal source from 200 Hz to 1 kHz, over
 ///   both ears, is that of the free field: gain 1;
 /// - where nothing was measured within 30 degrees of straight up or straight down, a direction is
@@ -64,13 +70,16 @@ class HrtfSet {
   /// @param sampleRate Hz, 8000 to 384000
   /// Errors: no such file, not a SOFA file, another convention, sizes that contradict each other,
   /// what `create` refuses, and a build without libmysofa. [any thread but the audio thread]
-  static Result<HrtfSet> load(const std::filesystem::path& path, double sampleRate);
+  static Result<HrtfSet> load(const std::filesystem::path& path, double sampleRate,
+                              const HrtfSettings& settings = {});
 
   /// The same from measurements in memory. Refuses: sample rates outside 8000 to 384000 Hz, values
   /// that are not finite, a silent response, lengths that differ or exceed 16384, delays outside 0
-  /// to 16384 samples, more than 20000 directions, directions that do not surround the listener.
+  /// to 16384 samples, more than 20000 directions, directions that do not surround the listener,
+  /// a tail energy outside 0 to 1.
   /// Of several measurements of one direction the farthest counts (by length of the direction).
-  static Result<HrtfSet> create(const HrtfMeasurements& measurements, double sampleRate);
+  static Result<HrtfSet> create(const HrtfMeasurements& measurements, double sampleRate,
+                                const HrtfSettings& settings = {});
 
   double sampleRate() const { return sampleRate_; }                 ///< Hz
   std::size_t directions() const { return mesh_.points().size(); }  ///< poles added are the last
@@ -80,9 +89,9 @@ class HrtfSet {
   /// Samples of an aligned response, and of a whole one with its delay in it.
   std::size_t alignedLength() const { return alignedLength_; }
   std::size_t length() const { return length_; }
-  /// s, in whole and in aligned responses alike, delays aside: the place of the sound that reaches
-  /// the middle of the head at time 0, by the delays of a frontal source. Subtract it from the time
-  /// of arrival at the middle of the head.
+  /// s, in a whole response as in an aligned one after its delay: the place of the sound that
+  /// reaches the middle of the head at time 0, by the mean delay of a frontal source. Subtract it
+  /// from the time of arrival at the middle of the head.
   double latency() const { return latency_; }
 
   /// s, at least 0: by how much the response of one direction is later than its aligned response.
@@ -91,7 +100,7 @@ class HrtfSet {
   std::span<const float> aligned(std::size_t index, Ear ear) const;
 
   /// Neighbours of a direction (from the listener to the source, listener frame, any length) and
-  /// their shares: continuous, see SphereMesh. About 0.1 us. [any thread; does not allocate]
+  /// their shares: continuous, see SphereMesh. [any thread; does not allocate]
   SphereWeights lookup(const Vec3& direction) const noexcept { return mesh_.weights(direction); }
 
   /// Writes the aligned response between directions to the first `alignedLength` samples of
@@ -102,7 +111,7 @@ class HrtfSet {
 
   /// Writes the whole response between directions, with its delay in it to fractions of a sample
   /// (windowed sinc, 32 taps: flat within 0.1 dB to 0.42 of the sample rate), to the first `length`
-  /// samples of `response`. The sum over both ears of neighbours never combs.
+  /// samples of `response`.
   /// [any thread; does not allocate]
   void blend(const SphereWeights& where, Ear ear, std::span<double> response) const noexcept;
 
