@@ -26,7 +26,7 @@ class SphereMesh {
  public:
   /// Nothing when the points do not surround the origin: fewer than four, two closer than 1e-4
   /// rad, or a gap between them wider than `kMaxGap` from its middle to its edge.
-  /// Time grows with the square of the number of points: 0.02 s for 1000, some seconds for 20000.
+  /// Time grows with the square of the number of points: some ms for 1000, a second for 20000.
   static std::optional<SphereMesh> create(std::vector<Vec3> unitDirections);
 
   /// Of any direction of any length; of the zero vector or one that is not finite: the first

@@ -139,7 +139,7 @@ TEST_F(DefaultHrtf, IsContinuousAllAround) {
       worst = std::max(worst, difference(before, now));
       before = std::move(now);
     }
-    EXPECT_LT(worst, 0.02) << elevation;
+    EXPECT_LT(worst, 0.006) << elevation;
   }
 }
 
