@@ -110,9 +110,8 @@ class HrtfSet {
                       std::span<double> response) const noexcept;
 
   /// Writes the whole response between directions, with its delay in it to fractions of a sample
-  /// (windowed sinc, 32 taps: flat within 0.01 dB to 0.42 of the sample rate), to the first `length`
-  /// samples of `response`.
-  /// [any thread; does not allocate]
+  /// (windowed sinc, 32 taps: flat within 0.01 dB to 0.42 of the sample rate), to the first
+  /// `length` samples of `response`. [any thread; does not allocate]
   void blend(const SphereWeights& where, Ear ear, std::span<double> response) const noexcept;
 
  private:
