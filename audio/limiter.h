@@ -39,8 +39,8 @@ struct LimiterSettings {
 ///
 /// Not modelled: it bounds samples, not the true peak between them. What a converter reconstructs
 /// may overshoot the ceiling: with limited clicks at 48 kHz by 0.01 dB where the contact lasts 1
-/// ms, 0.1 dB at 200 us, 0.7 dB at 100 us and 1.3 dB at 50 us (measured, limiter_test.cpp), as the
-/// sampled clicks do without it. Leave room with `ceiling` where that matters.
+/// ms, 0.1 dB at 200 us, 0.7 dB at 100 us and 1.3 dB at 50 us (measured, limiter_test.cpp).
+/// Leave room with `ceiling` where that matters.
 class Limiter {
  public:
   /// Refuses settings out of the ranges above. Allocates all that is ever needed. [any thread]

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
+#include <sstream>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -10,6 +12,7 @@
 
 #include <sndfile.h>
 
+#include "audio/limiter.h"
 #include "audio/partial_file.h"
 
 namespace carom {
@@ -75,11 +78,24 @@ bool writeSamples(SNDFILE* file, SampleFormat format, std::span<const float> sam
   return true;
 }
 
+std::string numberText(double number) {
+  std::ostringstream text;
+  text << number;
+  return text.str();
+}
+
 std::string whyNot(const SoundFileSettings& settings) {
   if (!(settings.sampleRate >= 1.0 && settings.sampleRate <= 1e6))
     return "sample rate " + std::to_string(settings.sampleRate) + " Hz is not from 1 to 1000000 Hz";
   if (settings.channels < 1 || settings.channels > 1024)
     return std::to_string(settings.channels) + " channels; it takes 1 to 1024";
+  if (!(settings.fullScalePressure > 0.0 && std::isfinite(settings.fullScalePressure)))
+    return "full scale of " + numberText(settings.fullScalePressure) +
+           " Pa; expected a pressure above 0";
+  if (settings.limit && settings.normalize)
+    return "is to be limited and normalised; expected one of the two, a normalised file has "
+           "nothing "
+           "to limit";
   const SF_INFO info = layout(settings, SF_FORMAT_WAV | subtype(settings.format));
   return sf_format_check(&info) == SF_TRUE ? "" : "libsndfile cannot write this format";
 }
@@ -99,6 +115,8 @@ struct SoundFileWriter::State {
   Status fail(const std::string& reason);
   Status append(std::span<const float* const> channels, std::size_t begin, std::size_t frames);
   bool take(float pressure, float& sample);
+  Status appendScaled(std::size_t frames);
+  Status flushLimiter();
   Status normalizeInto(const PartialFile& target);
   Status giveName(PartialFile& file);
 
@@ -106,7 +124,11 @@ struct SoundFileWriter::State {
   SoundFileSettings settings;
   PartialFile partial;  // declared before `file`: closed first, then removed
   SoundHandle file;
-  std::vector<float> block;
+  std::optional<Limiter> limiter;
+  std::size_t delay = 0;  // frames of the limiter's delay that are still to come out
+  std::vector<std::vector<float>> scaled;  // by channel, 1.0 is full scale
+  std::vector<float*> scaledPointers;
+  std::vector<float> block;  // interleaved
   std::uint64_t framesWritten = 0;
   double peak = 0.0;  // Pa
   std::uint64_t clipped = 0;
@@ -122,42 +144,77 @@ Status SoundFileWriter::State::open() {
   const int container = settings.normalize ? SF_FORMAT_W64 : SF_FORMAT_WAV;
   file = openToWrite(partial.path(), layout(settings, container | subtype(streamFormat())));
   if (!file) return fail(std::string("cannot be created: ") + sf_strerror(nullptr));
+  scaled.resize(settings.channels);
+  if (!settings.limit) return std::monostate{};
+  Result<Limiter> made =
+      Limiter::create({.sampleRate = settings.sampleRate, .channels = settings.channels});
+  if (!made) return fail(made.error().message);
+  limiter.emplace(*std::move(made));
+  delay = limiter->latency();
   return std::monostate{};
 }
 
 /// False where the pressure is not a number that a file can hold.
 bool SoundFileWriter::State::take(float pressure, float& sample) {
+  const double fullScale = settings.normalize ? kFullScalePressure : settings.fullScalePressure;
   const double magnitude = std::abs(static_cast<double>(pressure));
   peak = std::max(peak, magnitude);
-  if (magnitude > kFullScalePressure && streamFormat() == SampleFormat::pcm16) ++clipped;
-  sample = static_cast<float>(static_cast<double>(pressure) / kFullScalePressure);
-  return std::isfinite(pressure);
+  if (magnitude > fullScale && streamFormat() == SampleFormat::pcm16 && !limiter) ++clipped;
+  sample = static_cast<float>(static_cast<double>(pressure) / fullScale);
+  return std::isfinite(sample);
 }
 
 Status SoundFileWriter::State::append(std::span<const float* const> channels, std::size_t begin,
                                       std::size_t frames) {
-  block.resize(frames * channels.size());
-  for (std::size_t frame = 0; frame < frames; ++frame) {
-    for (std::size_t channel = 0; channel < channels.size(); ++channel) {
-      float& sample = block[frame * channels.size() + channel];
-      if (!take(channels[channel][begin + frame], sample))
+  for (std::size_t channel = 0; channel < channels.size(); ++channel) {
+    scaled[channel].resize(frames);
+    for (std::size_t frame = 0; frame < frames; ++frame) {
+      if (!take(channels[channel][begin + frame], scaled[channel][frame]))
         return fail("pressure of channel " + std::to_string(channel) + ", frame " +
                     std::to_string(framesWritten + frame) + " is not finite");
     }
   }
+  framesWritten += frames;
+  return appendScaled(frames);
+}
+
+/// Limits and writes what is in `scaled`.
+Status SoundFileWriter::State::appendScaled(std::size_t frames) {
+  std::size_t first = 0;
+  if (limiter) {
+    scaledPointers.clear();
+    for (std::vector<float>& channel : scaled)
+      scaledPointers.push_back(channel.data());
+    limiter->process(scaledPointers, frames);
+    first = std::min(delay, frames);
+    delay -= first;
+  }
+  const std::size_t channels = scaled.size();
+  block.resize((frames - first) * channels);
+  for (std::size_t channel = 0; channel < channels; ++channel) {
+    for (std::size_t frame = first; frame < frames; ++frame)
+      block[(frame - first) * channels + channel] = scaled[channel][frame];
+  }
   if (!writeSamples(file.get(), streamFormat(), block))
     return fail(std::string("cannot be written: ") + sf_strerror(file.get()));
-  framesWritten += frames;
   return std::monostate{};
+}
+
+/// What is still inside the limiter comes out.
+Status SoundFileWriter::State::flushLimiter() {
+  if (!limiter || framesWritten == 0) return std::monostate{};
+  for (std::vector<float>& channel : scaled)
+    channel.assign(limiter->latency(), 0.0F);
+  return appendScaled(limiter->latency());
 }
 
 Status SoundFileWriter::State::normalizeInto(const PartialFile& target) {
   SF_INFO info = {};
   const SoundHandle source(sf_open(partial.path().c_str(), SFM_READ, &info));
   if (!source) return fail(std::string("cannot be read back: ") + sf_strerror(nullptr));
-  SoundHandle scaled =
+  SoundHandle louder =
       openToWrite(target.path(), layout(settings, SF_FORMAT_WAV | subtype(settings.format)));
-  if (!scaled) return fail(std::string("cannot be created: ") + sf_strerror(nullptr));
+  if (!louder) return fail(std::string("cannot be created: ") + sf_strerror(nullptr));
 
   const auto loudest = static_cast<float>(peak / kFullScalePressure);
   block.resize(kBlockSamples / settings.channels * settings.channels);
@@ -169,10 +226,10 @@ Status SoundFileWriter::State::normalizeInto(const PartialFile& target) {
     // Divided, not multiplied by a reciprocal: the loudest sample is then 1 exactly.
     for (float& sample : part)
       sample = loudest > 0.0F ? sample / loudest : 0.0F;
-    if (!writeSamples(scaled.get(), settings.format, part))
-      return fail(std::string("cannot be written: ") + sf_strerror(scaled.get()));
+    if (!writeSamples(louder.get(), settings.format, part))
+      return fail(std::string("cannot be written: ") + sf_strerror(louder.get()));
   }
-  if (const int code = sf_close(scaled.release()); code != SF_ERR_NO_ERROR)
+  if (const int code = sf_close(louder.release()); code != SF_ERR_NO_ERROR)
     return fail(std::string("cannot be closed: ") + sf_error_number(code));
   return std::monostate{};
 }
@@ -218,12 +275,13 @@ Status SoundFileWriter::write(std::span<const float* const> channels, std::size_
 Status SoundFileWriter::finish() {
   State& state = *state_;
   if (!state.file || state.failed) return failure(state.path, "is finished or has failed");
+  if (Status flushed = state.flushLimiter(); !flushed) return flushed;
   if (const int code = sf_close(state.file.release()); code != SF_ERR_NO_ERROR)
     return state.fail(std::string("cannot be closed: ") + sf_error_number(code));
   if (!state.settings.normalize) return state.giveName(state.partial);
-  PartialFile scaled(state.path);
-  if (Status done = state.normalizeInto(scaled); !done) return done;
-  return state.giveName(scaled);
+  PartialFile louder(state.path);
+  if (Status done = state.normalizeInto(louder); !done) return done;
+  return state.giveName(louder);
 }
 
 double SoundFileWriter::peakPressure() const {
@@ -231,6 +289,9 @@ double SoundFileWriter::peakPressure() const {
 }
 std::uint64_t SoundFileWriter::clippedSamples() const {
   return state_->clipped;
+}
+double SoundFileWriter::gainReduction() const {
+  return state_->limiter ? state_->limiter->largestReduction() : 0.0;
 }
 
 }  // namespace carom

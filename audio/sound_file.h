@@ -10,8 +10,8 @@
 
 namespace carom {
 
-/// Pa that a sample value of 1.0 (0 dBFS) stands for, in every file Carom writes: 120 dB above
-/// the threshold of hearing. Float files keep louder peaks as they are; PCM16 clips them, counted.
+/// Pa that a sample value of 1.0 (0 dBFS) stands for, unless a file is asked for another: 120 dB
+/// peak above the threshold of hearing, 20 uPa.
 inline constexpr double kFullScalePressure = 20.0;
 
 enum class SampleFormat { float32, pcm16 };
@@ -20,8 +20,15 @@ struct SoundFileSettings {
   double sampleRate = 48000.0;  ///< Hz; written as the nearest whole number
   std::size_t channels = 1;
   SampleFormat format = SampleFormat::float32;
+  /// Pa, above 0: what 1.0 in the file stands for. Levels of two files compare where it is the
+  /// same.
+  double fullScalePressure = kFullScalePressure;
+  /// Turns down what exceeds full scale (Limiter, with its default times), all channels together;
+  /// its delay is taken out again. Otherwise float files keep louder peaks as they are, and PCM16
+  /// clips and counts them. Not together with `normalize`.
+  bool limit = false;
   /// Scales the file so that its loudest sample is 0 dBFS: levels of two files then no longer
-  /// compare.
+  /// compare. `fullScalePressure` plays no part then.
   bool normalize = false;
 };
 
@@ -41,8 +48,11 @@ class SoundFileWriter {
   /// Closes the file and gives it its name. Once.
   Status finish();
 
-  double peakPressure() const;           ///< Pa, largest magnitude written so far
+  double peakPressure() const;           ///< Pa, largest magnitude written so far, before limiting
   std::uint64_t clippedSamples() const;  ///< samples beyond full scale, PCM16 only
+  /// dB, 0 or more: by how much the limiter has turned down at most. Up to the last samples after
+  /// `finish` only.
+  double gainReduction() const;
 
  private:
   struct State;

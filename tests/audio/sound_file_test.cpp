@@ -1,5 +1,6 @@
 #include "audio/sound_file.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -63,6 +64,94 @@ TEST_F(SoundFile, TwentyPascalsAreFullScale) {
 TEST_F(SoundFile, FloatKeepsWhatIsLouderThanFullScale) {
   writeMono(path(), {}, {60.0F});
   EXPECT_EQ(test::readRecording(path()).samples.at(0), 3.0);
+}
+
+TEST_F(SoundFile, FullScaleIsThePressureThatIsAskedFor) {
+  SoundFileSettings settings;
+  settings.fullScalePressure = 100.0;
+  writeMono(path(), settings, {20.0F, -100.0F, 250.0F});
+  EXPECT_EQ(test::readRecording(path()).samples,
+            (std::vector<double>{static_cast<double>(0.2F), -1.0, 2.5}));
+  settings.format = SampleFormat::pcm16;
+  auto writer = SoundFileWriter::create(path(), settings);
+  ASSERT_TRUE(writer);
+  const std::vector<float> samples = {50.0F, 99.0F, -101.0F};
+  ASSERT_TRUE(writer->write(std::array{samples.data()}, samples.size()));
+  EXPECT_EQ(writer->clippedSamples(), 1u);
+  ASSERT_TRUE(writer->finish());
+  EXPECT_EQ(test::readRecording(path()).samples.at(0), 0.5);
+}
+
+/// A click as a contact makes one, of that peak: the derivative of a Gaussian.
+void addClick(std::vector<float>& samples, std::size_t centre, double peak) {
+  for (std::size_t frame = centre - 40; frame <= centre + 40; ++frame) {
+    const double u = (static_cast<double>(frame) - static_cast<double>(centre)) / 6.0;
+    samples[frame] += static_cast<float>(peak * u * std::exp(0.5 - 0.5 * u * u));
+  }
+}
+
+/// Of the click at `centre` in the file against the same click at `peak`, over `peak`.
+double clickError(const Recording& recording, std::size_t centre, double peak) {
+  double largest = 0.0;
+  for (std::size_t frame = centre - 40; frame <= centre + 40; ++frame) {
+    const double u = (static_cast<double>(frame) - static_cast<double>(centre)) / 6.0;
+    const double click = peak * u * std::exp(0.5 - 0.5 * u * u);
+    largest = std::max(largest, std::abs(recording.samples[frame] * 20.0 - click));
+  }
+  return largest / peak;
+}
+
+TEST_F(SoundFile, A120dBQuieterClickSurvivesBesideALoudOne) {
+  // 20 Pa, at full scale, and 20 uPa, where hearing begins.
+  std::vector<float> samples(20'000, 0.0F);
+  addClick(samples, 5000, 20.0);
+  addClick(samples, 6000, 20e-6);
+  addClick(samples, 4000, -20e-6);
+  for (const bool limit : {false, true}) {
+    SoundFileSettings settings;
+    settings.limit = limit;
+    writeMono(path(), settings, samples);
+    const Recording recording = test::readRecording(path());
+    EXPECT_LT(clickError(recording, 5000, 20.0), 1e-6);
+    EXPECT_LT(clickError(recording, 6000, 20e-6), 1e-6);
+    EXPECT_LT(clickError(recording, 4000, -20e-6), 1e-6);
+  }
+}
+
+TEST_F(SoundFile, LimitedPeaksReachFullScaleAndNothingMoves) {
+  for (const SampleFormat format : {SampleFormat::float32, SampleFormat::pcm16}) {
+    SoundFileSettings settings;
+    settings.format = format;
+    settings.limit = true;
+    std::vector<float> samples(120'000, 0.0F);
+    addClick(samples, 5000, 200.0);
+    addClick(samples, 4800, 2.0);     // before the look-ahead: untouched
+    addClick(samples, 110'000, 2.0);  // after the release: untouched
+    auto writer = SoundFileWriter::create(path(), settings);
+    ASSERT_TRUE(writer);
+    ASSERT_TRUE(writer->write(std::array{samples.data()}, 5003));
+    ASSERT_TRUE(writer->write(std::array{samples.data() + 5003}, samples.size() - 5003));
+    ASSERT_TRUE(writer->finish());
+    EXPECT_EQ(writer->peakPressure(), 200.0F);
+    EXPECT_EQ(writer->clippedSamples(), 0u);
+    EXPECT_NEAR(writer->gainReduction(), 20.0, 1e-4);
+    const Recording recording = test::readRecording(path());
+    ASSERT_EQ(recording.samples.size(), samples.size());
+    EXPECT_NEAR(recording.peak(), 1.0, 1.0 / 32768.0);
+    const double step = format == SampleFormat::pcm16 ? 20.0 / 32768.0 / 2.0 : 1e-6;  // of 2 Pa
+    EXPECT_LT(clickError(recording, 4800, 2.0), step);
+    EXPECT_LT(clickError(recording, 110'000, 2.0), step);
+    EXPECT_LT(clickError(recording, 5000, 20.0), 0.01);  // the release begins inside the click
+  }
+}
+
+TEST_F(SoundFile, LimitedFilesShorterThanTheLookAheadAreWhole) {
+  for (const std::size_t frames : {0U, 1U, 20U, 95U, 96U}) {
+    SoundFileSettings settings;
+    settings.limit = true;
+    writeMono(path(), settings, std::vector<float>(frames, 10.0F));
+    EXPECT_EQ(test::readRecording(path()).samples, std::vector<double>(frames, 0.5));
+  }
 }
 
 TEST_F(SoundFile, ChannelsAreInterleavedInOrder) {
@@ -210,6 +299,10 @@ TEST_F(SoundFile, RefusesSettingsOutOfRange) {
   EXPECT_FALSE(SoundFileWriter::create(path(), {.channels = 0}));
   EXPECT_FALSE(SoundFileWriter::create(path(), {.channels = 5000}));
   EXPECT_FALSE(SoundFileWriter::create(path(), {.sampleRate = 0.0}));
+  EXPECT_FALSE(SoundFileWriter::create(path(), {.fullScalePressure = 0.0}));
+  EXPECT_FALSE(SoundFileWriter::create(
+      path(), {.fullScalePressure = std::numeric_limits<double>::infinity()}));
+  EXPECT_FALSE(SoundFileWriter::create(path(), {.limit = true, .normalize = true}));
   EXPECT_FALSE(
       SoundFileWriter::create(path(), {.sampleRate = std::numeric_limits<double>::quiet_NaN()}));
   EXPECT_EQ(folder_.entries(), 0u);
