@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -14,6 +15,7 @@
 #include <nlohmann/json.hpp>
 
 #include "audio/partial_file.h"
+#include "audio/synth.h"
 #include "scenes/compare.h"
 #include "scenes/plan.h"
 #include "scenes/progress_bar.h"
@@ -28,6 +30,9 @@ constexpr int kDone = 0;
 constexpr int kFailed = 1;
 constexpr int kBadInput = 2;
 
+constexpr double kLeastFullScale = 0.002;    // Pa, 40 dB
+constexpr double kMostFullScale = 200000.0;  // Pa, 200 dB
+
 int fail(int code, const std::string& message) {
   std::cerr << "carom: " << message << '\n';
   return code;
@@ -41,6 +46,9 @@ struct Arguments {
   std::string events;
   std::string format = "float32";
   bool normalize = false;
+  bool limit = false;
+  bool noLimit = false;
+  std::string fullScale;  // empty: kFullScalePressure
   std::string stepper;
   double step = 0.0;  // 0: the scene's own
   // compare
@@ -86,6 +94,44 @@ std::string jsonText(const nlohmann::ordered_json& object) {
   return object.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
+// Pa of "PA" or of "LEVELdB" above 20 uPa; nullopt where it is neither, or out of range.
+std::optional<double> fullScalePressure(const std::string& text) {
+  const bool level = text.size() > 2 && CLI::detail::to_lower(text.substr(text.size() - 2)) == "db";
+  double number = 0.0;
+  if (!CLI::detail::lexical_cast(level ? text.substr(0, text.size() - 2) : text, number)) return {};
+  const double pressure = level ? kHearingThreshold * std::pow(10.0, number / 20.0) : number;
+  // Half a step of rounding around the limits, so that either unit may name them.
+  if (!(pressure >= kLeastFullScale * (1.0 - 1e-12) && pressure <= kMostFullScale * (1.0 + 1e-12)))
+    return {};
+  return pressure;
+}
+
+RenderOptions renderOptions(const Arguments& arguments) {
+  RenderOptions options;
+  options.soundFile = arguments.output;
+  options.format = arguments.format == "pcm16" ? SampleFormat::pcm16 : SampleFormat::float32;
+  options.normalize = arguments.normalize;
+  if (arguments.limit || arguments.noLimit) options.limit = arguments.limit;
+  options.fullScale = fullScalePressure(arguments.fullScale).value_or(kFullScalePressure);
+  if (!arguments.events.empty()) options.eventsFile = arguments.events;
+  return options;
+}
+
+// What happened to samples beyond full scale, where nobody asked for it.
+void warnOfLoudness(const Arguments& arguments, const RenderReport& report) {
+  if (report.clippedSamples > 0) {
+    std::cerr << "carom: " << arguments.output << ": " << report.clippedSamples
+              << " samples exceed full scale and were clipped; --limit turns them down instead, "
+                 "--format float32 keeps them, --normalize scales the file down\n";
+  }
+  if (report.gainReduction > 0.0 && !arguments.limit) {
+    std::cerr << "carom: " << arguments.output
+              << ": peaks exceed full scale and were turned down by up to "
+              << std::round(10.0 * report.gainReduction) / 10.0
+              << " dB; --full-scale, --normalize or --format float32 makes room for them\n";
+  }
+}
+
 int render(const Arguments& arguments) {
   if (const std::string reason = whyNoOutputs(arguments); !reason.empty())
     return fail(kBadInput, reason);
@@ -97,20 +143,12 @@ int render(const Arguments& arguments) {
                 "--step: the native stepper has no step; expected --stepper bullet with it");
   }
   ProgressBar bar("rendering " + scene->name);
-  RenderOptions options;
-  options.soundFile = arguments.output;
-  options.format = arguments.format == "pcm16" ? SampleFormat::pcm16 : SampleFormat::float32;
-  options.normalize = arguments.normalize;
-  if (!arguments.events.empty()) options.eventsFile = arguments.events;
+  RenderOptions options = renderOptions(arguments);
   options.progress = [&](double share) { bar.show(share); };
   const Result<RenderReport> report = renderScene(*scene, options);
   bar.clear();
   if (!report) return fail(kFailed, report.error().message);
-  if (report->clippedSamples > 0) {
-    std::cerr << "carom: " << arguments.output << ": " << report->clippedSamples
-              << " samples exceed full scale and were clipped; --format float32 keeps them, "
-                 "--normalize scales the file down\n";
-  }
+  warnOfLoudness(arguments, *report);
   if (report->synth.late > 0) {
     std::cerr << "carom: " << report->synth.late
               << " contacts last longer than 50 ms and lost the "
@@ -151,6 +189,16 @@ CLI::Validator stepRange() {
   return {check, "SECONDS"};
 }
 
+CLI::Validator fullScaleRange() {
+  const auto check = [](const std::string& text) -> std::string {
+    if (fullScalePressure(text)) return {};
+    return "'" + text +
+           "' is not a full scale; expected a pressure from 0.002 to 200000 (pascals), or a level "
+           "from 40dB to 200dB (above 20 uPa)";
+  };
+  return {check, "PA|LEVELdB"};
+}
+
 CLI::Validator oneOf(const std::string& first, const std::string& second) {
   const auto check = [first, second](const std::string& text) -> std::string {
     if (text == first || text == second) return {};
@@ -185,13 +233,29 @@ CLI::App* addRender(CLI::App& app, Arguments& arguments) {
   command->add_option("--format", arguments.format, "sample format")
       ->check(oneOf("float32", "pcm16"))
       ->capture_default_str();
-  command->add_flag("--normalize", arguments.normalize,
-                    "scale the file to full scale; otherwise 1.0 is 20 Pa in every file");
+  CLI::Option* normalize = command->add_flag("--normalize", arguments.normalize,
+                                             "scale the file so that its loudest sample is 1.0");
+  command
+      ->add_option(
+          "--full-scale", arguments.fullScale,
+          "what 1.0 in the file is: pascals, or a level such as 120dB; default: 20 (120dB)")
+      ->check(fullScaleRange())
+      ->excludes(normalize);
+  CLI::Option* limit =
+      command
+          ->add_flag("--limit", arguments.limit,
+                     "turn down what exceeds full scale; the default with --format pcm16")
+          ->excludes(normalize);
+  command
+      ->add_flag("--no-limit", arguments.noLimit,
+                 "let it stand (float32) or clip it (pcm16); the default with --format float32")
+      ->excludes(limit);
   command->footer(
       "Examples:\n"
       "  carom render scenes/library/marbles_in_a_box.json -o marbles.wav\n"
       "  carom render scenes/library/two_balls.json -o balls.wav --stepper bullet --step 0.004\n"
-      "  carom render scenes/library/bouncing_ball.json -o ball.wav --events ball.csv --json");
+      "  carom render scenes/library/bouncing_ball.json -o ball.wav --events ball.csv --json\n"
+      "  carom render scenes/library/two_balls.json -o balls.wav --limit --full-scale 110dB");
   return command;
 }
 

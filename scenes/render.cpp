@@ -20,6 +20,10 @@ struct Files {
   std::optional<EventsFileWriter> events;
 };
 
+bool isLimited(const RenderOptions& options) {
+  return options.limit.value_or(options.format == SampleFormat::pcm16 && !options.normalize);
+}
+
 Result<Files> openFiles(const Scene& scene, const RenderOptions& options) {
   if (options.eventsFile && isSameFile(options.soundFile, *options.eventsFile)) {
     return Error{options.soundFile.string() +
@@ -29,6 +33,8 @@ Result<Files> openFiles(const Scene& scene, const RenderOptions& options) {
   settings.sampleRate = scene.sampleRate;
   settings.channels = scene.listeners.size();
   settings.format = options.format;
+  settings.fullScalePressure = options.fullScale;
+  settings.limit = isLimited(options);
   settings.normalize = options.normalize;
   Result<SoundFileWriter> sound = SoundFileWriter::create(options.soundFile, settings);
   if (!sound) return sound.error();
@@ -95,8 +101,11 @@ Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& option
   report.duration = static_cast<double>(sound->frames()) / scene.sampleRate;
   report.channels = scene.listeners.size();
   report.peak = files->sound.peakPressure();
-  if (options.normalize && report.peak > 0.0) report.fullScale = report.peak;
+  report.fullScale = options.fullScale;
+  if (options.normalize) report.fullScale = report.peak > 0.0 ? report.peak : kFullScalePressure;
   report.clippedSamples = files->sound.clippedSamples();
+  report.limiter = isLimited(options);
+  report.gainReduction = files->sound.gainReduction();
   report.synth = sound->synth().counters();
   leaveOutCounted(report.plan, report.synth.inaudible, "inaudible_clicks",
                   "clicks stay below the threshold of hearing at every listener");

@@ -16,7 +16,11 @@ namespace carom {
 struct RenderOptions {
   std::filesystem::path soundFile;
   SampleFormat format = SampleFormat::float32;
-  bool normalize = false;  ///< scales the file to 0 dBFS; see SoundFileSettings
+  bool normalize = false;                 ///< scales the file to 0 dBFS; see SoundFileSettings
+  double fullScale = kFullScalePressure;  ///< Pa that 1.0 in the file stands for; not if normalised
+  /// Turns down what exceeds full scale; see SoundFileSettings::limit. If not set: PCM16, which
+  /// could only clip, is limited, unless it is normalised; float32, which keeps it, is not.
+  std::optional<bool> limit = {};
   std::optional<std::filesystem::path> eventsFile = {};  ///< not the same as soundFile
   /// Called now and then with the share of the scene that is done, 0 to 1.
   std::function<void(double share)> progress = {};
@@ -31,14 +35,16 @@ struct RenderReport {
   double peak = 0.0;                      ///< Pa, before any normalisation
   double fullScale = kFullScalePressure;  ///< Pa that a sample of 1.0 in the file stands for
   std::uint64_t clippedSamples = 0;
-  double wallTime = 0.0;  ///< s, mechanics, synthesis and writing
-  Plan plan;              ///< with what was left out at run time
+  bool limiter = false;        ///< whether there was one
+  double gainReduction = 0.0;  ///< dB, by how much it turned down at most
+  double wallTime = 0.0;       ///< s, mechanics, synthesis and writing
+  Plan plan;                   ///< with what was left out at run time
   SynthCounters synth;
 
   double realtimeFactor() const { return wallTime > 0.0 ? duration / wallTime : 0.0; }
 };
 
-/// Renders a scene into a sound file, one channel per listener, in pascals over kFullScalePressure.
+/// Renders a scene into a sound file, one channel per listener, in pascals over the full scale.
 /// No file appears, and none is replaced, unless all of it succeeds. [one thread]
 Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& options);
 

@@ -126,9 +126,13 @@ std::string peakText(const RenderReport& report) {
   if (report.peak <= 0.0) return "peak      silence\n";
   std::string text = format("peak      %.4g Pa (%.1f dB SPL); 1.0 in the file is %.4g Pa\n",
                             report.peak, soundPressureLevel(report.peak), report.fullScale);
-  if (report.peak > report.fullScale && report.clippedSamples == 0) {
-    text += format("          %.1f dB above 1.0, so players clip it; --normalize scales it down\n",
-                   20.0 * std::log10(report.peak / report.fullScale));
+  if (report.gainReduction > 0.0) {
+    text += format("limited   by %.1f dB at most\n", report.gainReduction);
+  } else if (report.peak > report.fullScale && report.clippedSamples == 0) {
+    text += format(
+        "          %.1f dB above 1.0, so players clip it; --limit turns it down there, "
+        "--normalize everywhere\n",
+        20.0 * std::log10(report.peak / report.fullScale));
   }
   return text;
 }
@@ -231,6 +235,8 @@ Json renderJson(const RenderReport& report) {
           {"peak_pa", report.peak},
           {"full_scale_pa", report.fullScale},
           {"clipped_samples", report.clippedSamples},
+          {"limiter", report.limiter},
+          {"largest_gain_reduction_db", number(report.gainReduction)},
           {"clicks_inaudible", report.synth.inaudible},
           {"clicks_undersampled", report.synth.undersampled},
           {"clicks_late", report.synth.late},

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -443,11 +444,76 @@ TEST_F(Cli, LongFileNamesArePrintedWhole) {
 }
 
 TEST_F(Cli, ClippedSamplesAreToldOnStandardError) {
-  const Outcome outcome =
-      carom({"render", library("two_balls"), "-o", at("sound.wav"), "--format", "pcm16", "--json"});
+  const Outcome outcome = carom({"render", library("two_balls"), "-o", at("sound.wav"), "--format",
+                                 "pcm16", "--no-limit", "--json"});
   const json report = parsed(outcome);
   ASSERT_GT(report.at("clipped_samples").get<int>(), 0);
+  EXPECT_EQ(report.at("limiter"), false);
+  EXPECT_EQ(report.at("largest_gain_reduction_db"), 0.0);
   EXPECT_NE(outcome.err.find(report.at("clipped_samples").dump() + " samples"), std::string::npos);
+}
+
+TEST_F(Cli, Pcm16IsLimitedAndFloatIsNotUnlessAsked) {
+  const std::vector<std::string> render = {"render", library("two_balls"), "-o", at("sound.wav"),
+                                           "--json"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), render.begin(), render.end());
+    return carom(more);
+  };
+  const Outcome unasked = with({"--format", "pcm16"});
+  json report = parsed(unasked);
+  EXPECT_EQ(report.at("limiter"), true);
+  EXPECT_EQ(report.at("clipped_samples"), 0);
+  const double peak = report.at("peak_pa");
+  EXPECT_NEAR(report.at("largest_gain_reduction_db").get<double>(), 20.0 * std::log10(peak / 20.0),
+              1e-4);
+  EXPECT_NE(unasked.err.find("turned down by up to"), std::string::npos) << unasked.err;
+  report = parsed(with({}));
+  EXPECT_EQ(report.at("limiter"), false);
+  EXPECT_GT(readRecording(at("sound.wav")).peak(), 1.0);
+  const Outcome asked = with({"--limit"});
+  report = parsed(asked);
+  EXPECT_EQ(report.at("limiter"), true);
+  EXPECT_EQ(asked.err, "");
+  EXPECT_LE(readRecording(at("sound.wav")).peak(), 1.0);
+  report = parsed(with({"--format", "pcm16", "--normalize"}));
+  EXPECT_EQ(report.at("limiter"), false);
+}
+
+TEST_F(Cli, FullScaleIsAPressureOrALevel) {
+  for (const std::string fullScale : {"200", "2e2", "140dB", "140DB"}) {
+    const json report = parsed(carom({"render", library("two_balls"), "-o", at("sound.wav"),
+                                      "--full-scale", fullScale, "--json"}));
+    EXPECT_NEAR(report.at("full_scale_pa").get<double>(), 200.0, 1e-9) << fullScale;
+    EXPECT_NEAR(readRecording(at("sound.wav")).peak() * 200.0, report.at("peak_pa").get<double>(),
+                1e-4);
+  }
+  for (const std::string fullScale : {"0.002", "200000", "40dB", "200dB"}) {
+    EXPECT_EQ(
+        carom({"render", library("two_balls"), "-o", at("sound.wav"), "--full-scale", fullScale})
+            .code,
+        0)
+        << fullScale;
+  }
+}
+
+TEST_F(Cli, FullScalesThatMakeNoSenseAre2) {
+  for (const std::string fullScale :
+       {"0", "-20", "nan", "inf", "1e999", "dB", "20 dBx", "500dB", "0dB", "20Pa", "x", ""}) {
+    const Outcome outcome =
+        carom({"render", library("two_balls"), "-o", at("sound.wav"), "--full-scale=" + fullScale});
+    EXPECT_EQ(outcome.code, 2) << fullScale;
+    EXPECT_NE(outcome.err.find("--full-scale"), std::string::npos) << outcome.err;
+  }
+  for (const std::vector<std::string>& both : {std::vector<std::string>{"--limit", "--no-limit"},
+                                               {"--limit", "--normalize"},
+                                               {"--full-scale", "20", "--normalize"}}) {
+    std::vector<std::string> command = {"render", library("two_balls"), "-o", at("sound.wav")};
+    command.insert(command.end(), both.begin(), both.end());
+    const std::string message = expectRefused(command, 2);
+    EXPECT_NE(message.find(both.front()), std::string::npos) << message;
+  }
+  EXPECT_EQ(folder_.entries(), 0u);
 }
 
 TEST_F(Cli, TheSteppersGiveDifferentSounds) {

@@ -231,12 +231,59 @@ TEST(Render, NormalizeScalesTheFileToOneAndNothingElse) {
   }
 }
 
+TEST(Render, FullScaleOnlyScalesTheFile) {
+  const Scene scene = libraryScene("two_balls");
+  const TemporaryFolder folder;
+  const RenderReport plain = rendered(scene, {.soundFile = folder / "plain.wav"});
+  const RenderReport scaled =
+      rendered(scene, {.soundFile = folder / "scaled.wav", .fullScale = 80.0});
+  EXPECT_EQ(plain.fullScale, 20.0);
+  EXPECT_EQ(scaled.fullScale, 80.0);
+  EXPECT_EQ(scaled.peak, plain.peak);
+  std::vector<double> quarter = readRecording(folder / "plain.wav").samples;
+  for (double& sample : quarter)
+    sample /= 4.0;
+  EXPECT_EQ(readRecording(folder / "scaled.wav").samples, quarter);
+}
+
+TEST(Render, LimitingIsTheDefaultOfPcm16AndLeavesTheRestOfTheSoundInItsPlace) {
+  const Scene scene = libraryScene("two_balls");  // 31 Pa at the listener
+  const TemporaryFolder folder;
+  const RenderReport plain = rendered(scene, {.soundFile = folder / "plain.wav"});
+  const RenderReport limited =
+      rendered(scene, {.soundFile = folder / "limited.wav", .limit = true});
+  const RenderReport narrow =
+      rendered(scene, {.soundFile = folder / "short.wav", .format = SampleFormat::pcm16});
+  EXPECT_FALSE(plain.limiter);
+  EXPECT_EQ(plain.gainReduction, 0.0);
+  for (const RenderReport& report : {limited, narrow}) {
+    EXPECT_TRUE(report.limiter);
+    EXPECT_EQ(report.clippedSamples, 0u);
+    EXPECT_EQ(report.peak, plain.peak);
+    EXPECT_NEAR(report.gainReduction, 20.0 * std::log10(plain.peak / 20.0), 1e-4);
+  }
+  const std::vector<double> before = readRecording(folder / "plain.wav").samples;
+  const std::vector<double> after = readRecording(folder / "limited.wav").samples;
+  const std::vector<double> rounded = readRecording(folder / "short.wav").samples;
+  ASSERT_EQ(after.size(), before.size());
+  ASSERT_EQ(rounded.size(), before.size());
+  const double least = 20.0 / plain.peak;
+  for (std::size_t sample = 0; sample < before.size(); ++sample) {
+    EXPECT_LE(std::abs(after[sample]), 1.0);
+    EXPECT_NEAR(rounded[sample], after[sample], 1.0001 / 32768.0);  // 1.0 has no PCM16
+    if (before[sample] == 0.0) continue;
+    EXPECT_GE(after[sample] / before[sample], least * (1.0 - 1e-6));  // a gain, and no shift
+    EXPECT_LE(after[sample] / before[sample], 1.0);
+  }
+  EXPECT_NEAR(readRecording(folder / "limited.wav").peak(), 1.0, 1e-6);
+}
+
 TEST(Render, Pcm16ClipsWhatExceedsFullScaleAndCountsIt) {
   const Scene scene = libraryScene("two_balls");  // 31 Pa at the listener
   const TemporaryFolder folder;
   const RenderReport wide = rendered(scene, {.soundFile = folder / "float.wav"});
-  const RenderReport narrow =
-      rendered(scene, {.soundFile = folder / "short.wav", .format = SampleFormat::pcm16});
+  const RenderReport narrow = rendered(
+      scene, {.soundFile = folder / "short.wav", .format = SampleFormat::pcm16, .limit = false});
   const Recording whole = readRecording(folder / "float.wav");
   const Recording clipped = readRecording(folder / "short.wav");
   ASSERT_EQ(whole.samples.size(), clipped.samples.size());
