@@ -39,8 +39,9 @@ bool isBetween(const btPersistentManifold& manifold, const btCollisionObject* fi
 }  // namespace
 
 double combinedRestitution(const ContactPair& pair) {
+  // What Bullet itself calls; a host may have put its own there.
   return static_cast<double>(
-      btManifoldResult::calculateCombinedRestitution(pair.body->object, pair.other->object));
+      gCalculateCombinedRestitutionCallback(pair.body->object, pair.other->object));
 }
 
 void ContactReader::beginReading(bool continuous) {

@@ -6,7 +6,6 @@
 #include <sstream>
 #include <utility>
 
-#include "audio/material.h"
 #include "native/contact_queue.h"
 #include "native/contact_time.h"
 #include "native/instant.h"
@@ -39,8 +38,9 @@ struct Motion {
 /// What a sphere is, and how it rests.
 struct Body {
   BodyId id = 0;
-  double mass = 0.0;                ///< kg
-  double restitution = 0.0;         ///< 1
+  double mass = 0.0;         ///< kg
+  double restitution = 0.0;  ///< 1
+  SurfaceId surface = 0;
   double restSpeed = 0.0;           ///< m/s, its own, raised by a collapse
   double hopAllowance = 0.0;        ///< J/kg, taken by planes, which a resting hop may give back
   std::uint32_t rapidContacts = 0;  ///< in a row, kCollapseInterval apart or less
@@ -143,6 +143,7 @@ class SphereStepper::Simulation {
   bool validateApart(std::size_t sphere, std::string* why) const;
 
   Vec3 gravity_;
+  RestitutionTable restitutions_;
   std::vector<Motion> motions_;  ///< this and the next four by sphere
   std::vector<double> radii_;    ///< m; with the motions all that a prediction reads
   std::vector<Body> bodies_;
@@ -169,7 +170,7 @@ std::vector<BodyId> idsOf(const std::vector<Sphere>& spheres) {
 }  // namespace
 
 SphereStepper::Simulation::Simulation(const SphereWorld& world)
-    : gravity_(world.gravity), queue_(idsOf(world.spheres)) {
+    : gravity_(world.gravity), restitutions_(world.restitutions), queue_(idsOf(world.spheres)) {
   const double level = kLevel * std::sqrt(dotInOrder(gravity_, gravity_));
   for (const Plane& plane : world.planes) {
     const double acceleration = dotInOrder(plane.normal, gravity_);
@@ -190,6 +191,7 @@ void SphereStepper::Simulation::addSphere(const Sphere& sphere) {
   body.id = sphere.id;
   body.mass = sphere.mass;
   body.restitution = sphere.restitution;
+  body.surface = sphere.surface;
   bodies_.push_back(body);
   motions_.push_back({sphere.position, sphere.velocity, Instant{}});
   radii_.push_back(sphere.radius);
@@ -316,8 +318,9 @@ void SphereStepper::Simulation::collide(std::size_t sphere, Motion motion, std::
   const Body& body = bodies_[sphere];
   const Body& otherBody = bodies_[other];
   const bool resting = approachSpeed < std::max(body.restSpeed, otherBody.restSpeed);
-  const double restitution =
-      resting ? 1.0 : combinedRestitution(body.restitution, otherBody.restitution);
+  const double restitution = resting ? 1.0
+                                     : restitutions_.of(body.surface, body.restitution,
+                                                        otherBody.surface, otherBody.restitution);
   // The share of each in the change of velocity, so that equal masses swap theirs exactly.
   const double share = otherBody.mass / (body.mass + otherBody.mass);
   const double otherShare = body.mass / (body.mass + otherBody.mass);
@@ -426,7 +429,8 @@ void SphereStepper::Simulation::noteContact(std::size_t sphere) {
 
 /// Rebound speed of a reported contact; the plane owes the sphere a hop when it took that much.
 double SphereStepper::Simulation::damp(Body& body, const Wall& wall, double approachSpeed) const {
-  const double restitution = combinedRestitution(body.restitution, wall.plane.restitution);
+  const double restitution =
+      restitutions_.of(body.surface, body.restitution, wall.plane.surface, wall.plane.restitution);
   const double rebound = restitution * approachSpeed;
   const double taken = 0.5 * (approachSpeed - rebound) * (approachSpeed + rebound);
   const double highestHop = 0.125 * body.restSpeed * body.restSpeed;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "audio/impulse_event.h"
+#include "audio/restitution_table.h"
 #include "audio/result.h"
 
 namespace carom {
@@ -17,9 +18,10 @@ struct Sphere {
   BodyId id = 0;
   double radius = 0.0;           ///< m, > 0
   double mass = 0.0;             ///< kg, > 0
-  double restitution = 1.0;      ///< 0 to 1; a pair has combinedRestitution of both
+  double restitution = 1.0;      ///< 0 to 1; a pair has combinedRestitution of both, or ...
   Vec3 position = Vec3::Zero();  ///< m, world frame, centre, at time 0
   Vec3 velocity = Vec3::Zero();  ///< m/s, world frame, at time 0
+  SurfaceId surface = 0;         ///< ... what SphereWorld::restitutions holds for their surfaces
 };
 
 /// An immovable half-space; the spheres are on the side its normal points to.
@@ -28,12 +30,14 @@ struct Plane {
   Vec3 normal = Vec3::UnitY();  ///< unit within 1e-9; create() removes the rest
   double offset = 0.0;          ///< m, the plane is { x : normal . x = offset }
   double restitution = 1.0;     ///< 0 to 1
+  SurfaceId surface = 0;        ///< as of a Sphere
 };
 
 struct SphereWorld {
   Vec3 gravity = Vec3::Zero();  ///< m/s^2, the same for every sphere
   std::vector<Sphere> spheres;
   std::vector<Plane> planes;
+  RestitutionTable restitutions;  ///< of pairs of surfaces, instead of the mean of the two bodies
   /// m/s, >= 0. A contact that approaches more slowly keeps its energy and is not reported: it is
   /// how this stepper rests. See SphereStepper. Zero reports and damps every contact.
   double restSpeed = 0.005;
@@ -58,8 +62,8 @@ struct SphereStepperCounters {
 ///
 /// Model. Free flight on a parabola; an instantaneous impulse along the normal,
 ///     j = (1 + e) m v,   v the approach speed,   1/m = 1/m1 + 1/m2 (a plane has 1/m2 = 0),
-/// with e = combinedRestitution of the two. Contacts at one instant are resolved one after the
-/// other, in the order of body ids, as often as it takes. Not modelled: friction, spin, moving
+/// with e that of the pair (RestitutionTable::of). Contacts at one instant are resolved one after
+/// the other, in the order of body ids, as often as it takes. Not modelled: friction, spin, moving
 /// planes, drag, forces of lasting contacts.
 ///
 /// Method. As in event-driven molecular dynamics (Alder and Wainwright 1959; one queue entry per

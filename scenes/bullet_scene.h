@@ -12,6 +12,14 @@ namespace carom {
 /// A scene as a Bullet world, with Bullet's own defaults but for what would change the mechanics
 /// that the scene describes: no friction, no damping, and bodies fall asleep only below the scene's
 /// rest speed. Body i of the world is body i of the scene. [one thread]
+///
+/// Restitutions of pairs of materials. Bullet knows bodies only, and one function for the whole
+/// process that combines two of them (gCalculateCombinedRestitutionCallback). While there is a
+/// scene with such pairs, that function is ours: it answers for two bodies of one such scene, and
+/// hands on all others to what was there before, which comes back with the last of these scenes.
+/// So any number of worlds, of ours and of others, may live side by side; but since Bullet reads
+/// that slot without a lock, no world may step on another thread while the first such scene is made
+/// or the last one goes. Scenes without such pairs leave the slot alone.
 class BulletScene {
  public:
   explicit BulletScene(const Scene& scene);
@@ -23,15 +31,17 @@ class BulletScene {
   const btRigidBody& body(std::size_t index) const { return *bodies_[index]; }
 
  private:
+  const RestitutionTable* table() const { return restitutions_.empty() ? nullptr : &restitutions_; }
   void addBody(const SceneBody& body, double restSpeed);
-  std::unique_ptr<btRigidBody> makeSphere(const SphereShape& sphere);
-  std::unique_ptr<btRigidBody> makePlane(const PlaneShape& plane);
+  std::unique_ptr<btRigidBody> makeSphere(const SceneBody& body, const SphereShape& sphere);
+  std::unique_ptr<btRigidBody> makePlane(const SceneBody& body, const PlaneShape& plane);
 
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_{&configuration_};
   btDbvtBroadphase broadphase_;
   btSequentialImpulseConstraintSolver solver_;
   btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
+  RestitutionTable restitutions_;
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
 };

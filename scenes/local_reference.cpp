@@ -171,9 +171,7 @@ void LocalReference::record(const PairStep& pair, const Touch& touch) {
   const SceneBody& first = scene_.bodies[pair.first];
   const SceneBody& second = scene_.bodies[pair.second];
   const double restitution =
-      touch.nodeSpeed < restitutionThreshold_
-          ? 0.0
-          : combinedRestitution(first.material.restitution, second.material.restitution);
+      touch.nodeSpeed < restitutionThreshold_ ? 0.0 : restitutionOf(scene_, first, second);
   const double mass = 1.0 / (inverseMass(first) + inverseMass(second));
   const auto [low, high] = std::minmax(pair.first, pair.second);
   collisions_.push_back({static_cast<BodyId>(low), static_cast<BodyId>(high), time_ + touch.time,

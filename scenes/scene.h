@@ -10,6 +10,7 @@
 #include "audio/listener.h"
 #include "audio/material.h"
 #include "audio/medium.h"
+#include "audio/restitution_table.h"
 
 namespace carom {
 
@@ -30,6 +31,7 @@ struct SceneBody {
   std::string name;  ///< unique in the scene
   Material material;
   std::variant<SphereShape, PlaneShape> shape;
+  SurfaceId surface = 0;  ///< the kind of its material in Scene::restitutions; 0: has none there
 };
 
 enum class StepperType { native, bullet };
@@ -54,7 +56,15 @@ struct Scene {
   Medium medium;
   StepperSettings stepper;
   std::vector<SceneBody> bodies;
+  RestitutionTable restitutions;  ///< of pairs of materials that have one of their own
   std::vector<Listener> listeners;
 };
+
+/// 1, of these two bodies of the scene: what the scene says of their materials, or the geometric
+/// mean. [any thread]
+inline double restitutionOf(const Scene& scene, const SceneBody& body, const SceneBody& other) {
+  return scene.restitutions.of(body.surface, body.material.restitution, other.surface,
+                               other.material.restitution);
+}
 
 }  // namespace carom

@@ -60,6 +60,8 @@ constexpr NumberRange kCount{.noun = "a count of spheres",
                              .whole = true};
 
 constexpr TextRange kName{.noun = "a name", .minLength = 1, .maxLength = 100};
+constexpr TextRange kMaterialName{
+    .noun = "the name of a material", .minLength = 1, .maxLength = 100};
 constexpr TextRange kDescription{
     .noun = "a description", .minLength = 0, .maxLength = 10000, .multiline = true};
 constexpr TextRange kSchemaAddress{
@@ -67,6 +69,7 @@ constexpr TextRange kSchemaAddress{
 
 constexpr std::size_t kMaxEntries = SceneLimits::kSpheres + SceneLimits::kPlanes;
 constexpr std::size_t kMaxMaterials = 1000;
+constexpr std::size_t kMaxRestitutions = 1000;
 
 constexpr double kOverlapTolerance = 1e-9;  // of the radius: rounding in the file, not a mistake
 constexpr double kPlacingClearance = 1e-3;  // of the radius: what a group leaves free
@@ -278,12 +281,23 @@ class SceneReader {
   Scene read(const JsonNode& root, std::string_view defaultName);
 
  private:
+  /// What a body is made of, and which surface that is.
+  struct Covering {
+    Material material;
+    SurfaceId surface = 0;
+  };
+
   void readAir(const JsonNode& air);
   void readStepper(const JsonNode& stepper);
   void readMaterials(const JsonNode& materials);
   Material readMaterialObject(const JsonNode& node, std::string name);
   Material material(const JsonNode& node, const std::string& inlineName);
   std::vector<std::string_view> knownMaterials() const;
+  bool checkKnown(const JsonNode& node, const std::string& name, const std::string& otherwise);
+  void readRestitutions(const JsonNode& restitutions);
+  void readRestitution(const JsonNode& entry);
+  SurfaceId surfaceOf(const std::string& material);
+  SurfaceId surfaceOf(const JsonNode& material) const;
 
   void readBodies(const JsonNode& root);
   void reserveNames(const std::vector<JsonNode>& entries, Names& names);
@@ -293,12 +307,12 @@ class SceneReader {
   void readPlane(const JsonNode& entry);
   void readBox(const JsonNode& entry);
   void readGroup(const JsonNode& entry);
-  std::vector<Material> groupMaterials(const JsonNode& entry, const std::string& name);
+  std::vector<Covering> groupMaterials(const JsonNode& entry, const std::string& name);
   void readListeners(const JsonNode& root);
 
   bool readCorners(const JsonNode& entry, Vec3& min, Vec3& max);
   bool countSpheres(const JsonNode& node, std::size_t count);
-  void addPlane(const JsonNode& entry, std::string name, Material material, const Vec3& normal,
+  void addPlane(const JsonNode& entry, std::string name, Covering covering, const Vec3& normal,
                 double offset);
   void addBody(const JsonNode& entry, SceneBody body);
 
@@ -317,6 +331,7 @@ class SceneReader {
   Scene scene_;
   std::uint64_t seed_ = 0;
   std::map<std::string, Material, std::less<>> ownMaterials_;
+  std::map<std::string, SurfaceId, std::less<>> surfaces_;  // of materials in "restitutions"
   Names bodyNames_;
   std::set<std::string> finalNames_;
   std::vector<std::string> places_;  // JSON pointers, by body
@@ -329,9 +344,9 @@ class SceneReader {
 };
 
 Scene SceneReader::read(const JsonNode& root, std::string_view defaultName) {
-  if (!root.expectObject("a scene",
-                         {"$schema", "name", "description", "duration", "sample_rate", "seed",
-                          "gravity", "air", "stepper", "materials", "bodies", "listeners"})) {
+  if (!root.expectObject("a scene", {"$schema", "name", "description", "duration", "sample_rate",
+                                     "seed", "gravity", "air", "stepper", "materials",
+                                     "restitutions", "bodies", "listeners"})) {
     return {};
   }
   root.text("$schema", kSchemaAddress, "");
@@ -344,6 +359,8 @@ Scene SceneReader::read(const JsonNode& root, std::string_view defaultName) {
   if (const auto air = root.find("air")) readAir(*air);
   if (const auto stepper = root.find("stepper")) readStepper(*stepper);
   if (const auto materials = root.find("materials")) readMaterials(*materials);
+  if (const auto restitutions = root.find("restitutions"); restitutions && ok())
+    readRestitutions(*restitutions);
   if (ok()) readBodies(root);
   if (ok()) readListeners(root);
   if (ok()) checkOverlaps();
@@ -416,10 +433,57 @@ Material SceneReader::material(const JsonNode& node, const std::string& inlineNa
   if (!ok()) return {};
   if (const Material* builtIn = findMaterial(name)) return *builtIn;
   if (const auto own = ownMaterials_.find(name); own != ownMaterials_.end()) return own->second;
+  checkKnown(node, name, ", or an object with its properties");
+  return {};
+}
+
+bool SceneReader::checkKnown(const JsonNode& node, const std::string& name,
+                             const std::string& otherwise) {
+  if (findMaterial(name) != nullptr || ownMaterials_.contains(name)) return true;
   const std::vector<std::string_view> known = knownMaterials();
   node.fail("unknown material " + inQuotes(name) + suggestion(name, known) + "; expected one of " +
-            quotedList(known) + ", or an object with its properties");
-  return {};
+            quotedList(known) + otherwise);
+  return false;
+}
+
+void SceneReader::readRestitutions(const JsonNode& restitutions) {
+  const auto entries = restitutions.elements("a list of restitutions", 0, kMaxRestitutions);
+  for (const JsonNode& entry : entries) {
+    if (!ok()) return;
+    readRestitution(entry);
+  }
+}
+
+void SceneReader::readRestitution(const JsonNode& entry) {
+  if (!entry.expectObject("a restitution of two materials", {"materials", "restitution"})) return;
+  const auto materials = entry.require("materials", "an array of two names of materials");
+  const double restitution = entry.number("restitution", kRestitution);
+  if (!materials || !ok()) return;
+  std::array<std::string, 2> names;
+  const std::vector<JsonNode> pair = materials->elements("a pair of materials", 2, 2);
+  for (std::size_t side = 0; side < pair.size(); ++side) {
+    names.at(side) = pair[side].text(kMaterialName);
+    if (!ok() || !checkKnown(pair[side], names.at(side), "")) return;
+  }
+  if (!ok()) return;
+  const SurfaceId surface = surfaceOf(names[0]);
+  if (!scene_.restitutions.set(surface, surfaceOf(names[1]), restitution)) {
+    materials->fail(inQuotes(names[0]) + " and " + inQuotes(names[1]) +
+                    " have a restitution already; expected each pair once, in either order");
+  }
+}
+
+/// Of a material that is named in "restitutions": given one at its first appearance.
+SurfaceId SceneReader::surfaceOf(const std::string& material) {
+  return surfaces_.try_emplace(material, static_cast<SurfaceId>(surfaces_.size() + 1))
+      .first->second;
+}
+
+/// Of the material of a body: one that has no name there is of no surface.
+SurfaceId SceneReader::surfaceOf(const JsonNode& material) const {
+  if (!material.isString()) return 0;
+  const auto place = surfaces_.find(material.text(kName));
+  return place == surfaces_.end() ? 0 : place->second;
 }
 
 std::vector<std::string_view> SceneReader::knownMaterials() const {
@@ -492,6 +556,7 @@ void SceneReader::readSphere(const JsonNode& entry) {
   sphere.radius = entry.number("radius", kRadius);
   if (const auto node = entry.require("material", "a material")) {
     body.material = material(*node, body.name);
+    body.surface = surfaceOf(*node);
   }
   sphere.position = entry.vector("position", kCoordinate);
   sphere.velocity = entry.vector("velocity", kVelocity, Vec3::Zero());
@@ -522,7 +587,7 @@ void SceneReader::readPlane(const JsonNode& entry) {
   const Vec3 normal = (direction / largest).normalized();  // the first division saves tiny ones
   const double distance =
       point ? normal.dot(point->vector(kCoordinate)) : offset->number(kCoordinate);
-  addPlane(entry, name, material(*node, name), normal, distance);
+  addPlane(entry, name, {material(*node, name), surfaceOf(*node)}, normal, distance);
 }
 
 void SceneReader::readBox(const JsonNode& entry) {
@@ -532,7 +597,8 @@ void SceneReader::readBox(const JsonNode& entry) {
   Vec3 max = Vec3::Zero();
   if (!readCorners(entry, min, max)) return;
   const auto node = entry.require("material", "a material");
-  const Material wall = node ? material(*node, name) : Material{};
+  if (!ok()) return;
+  const Covering wall = {material(*node, name), surfaceOf(*node)};
   if (!ok()) return;
   addPlane(entry, name + ".left", wall, Vec3::UnitX(), min.x());
   addPlane(entry, name + ".right", wall, -Vec3::UnitX(), -max.x());
@@ -551,7 +617,7 @@ void SceneReader::readGroup(const JsonNode& entry) {
   const auto count = static_cast<std::size_t>(entry.number("count", kCount));
   const auto radius = entry.require("radius", kRadius.describe() + ", or [min, max] of such");
   const Interval radii = radius ? radius->interval(kRadius) : Interval{};
-  const std::vector<Material> materials = groupMaterials(entry, name);
+  const std::vector<Covering> materials = groupMaterials(entry, name);
   const auto speed = entry.find("speed");
   const Interval speeds = speed ? speed->interval(kSpeed) : Interval{};
   Vec3 min = Vec3::Zero();
@@ -563,23 +629,25 @@ void SceneReader::readGroup(const JsonNode& entry) {
   for (std::size_t member = 0; member < count; ++member) {
     SphereShape sphere;
     sphere.radius = group.random.within(radii);
-    const Material& picked = materials[group.random.index(materials.size())];
-    sphere.mass = sphereMass(picked.density, sphere.radius);
+    const Covering& picked = materials[group.random.index(materials.size())];
+    sphere.mass = sphereMass(picked.material.density, sphere.radius);
     sphere.velocity = group.random.within(speeds) * group.random.direction();
-    addBody(entry, {name + '.' + std::to_string(member + 1), picked, sphere});
+    addBody(entry,
+            {name + '.' + std::to_string(member + 1), picked.material, sphere, picked.surface});
   }
   groups_.push_back(std::move(group));
 }
 
-std::vector<Material> SceneReader::groupMaterials(const JsonNode& entry, const std::string& name) {
-  std::vector<Material> materials;
+std::vector<SceneReader::Covering> SceneReader::groupMaterials(const JsonNode& entry,
+                                                               const std::string& name) {
+  std::vector<Covering> materials;
   const auto node = entry.require("material", "a material, or an array of materials");
   if (!node) return materials;
-  if (!node->isArray()) return {material(*node, name)};
+  if (!node->isArray()) return {{material(*node, name), surfaceOf(*node)}};
   const auto choices = node->elements("a choice of materials", 1, kMaxMaterials);
   for (const JsonNode& choice : choices) {
-    materials.push_back(
-        material(choice, name + ".material" + std::to_string(materials.size() + 1)));
+    const std::string own = name + ".material" + std::to_string(materials.size() + 1);
+    materials.push_back({material(choice, own), surfaceOf(choice)});
   }
   return materials;
 }
@@ -624,14 +692,15 @@ bool SceneReader::countSpheres(const JsonNode& node, std::size_t count) {
   return ok();
 }
 
-void SceneReader::addPlane(const JsonNode& entry, std::string name, Material material,
+void SceneReader::addPlane(const JsonNode& entry, std::string name, Covering covering,
                            const Vec3& normal, double offset) {
   planes_.push_back(scene_.bodies.size());
   if (planes_.size() > SceneLimits::kPlanes) {
     entry.fail("the scene has more than " + std::to_string(SceneLimits::kPlanes) +
                " planes; expected at most that many, six for each box");
   }
-  addBody(entry, {std::move(name), std::move(material), PlaneShape{normal, offset}});
+  addBody(entry, {std::move(name), std::move(covering.material), PlaneShape{normal, offset},
+                  covering.surface});
 }
 
 void SceneReader::addBody(const JsonNode& entry, SceneBody body) {

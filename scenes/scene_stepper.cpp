@@ -15,16 +15,17 @@ SphereWorld sphereWorld(const Scene& scene) {
   SphereWorld world;
   world.gravity = scene.gravity;
   world.restSpeed = scene.stepper.restSpeed;
+  world.restitutions = scene.restitutions;
   for (std::size_t index = 0; index < scene.bodies.size(); ++index) {
     const SceneBody& body = scene.bodies[index];
     const auto id = static_cast<BodyId>(index);
     const double restitution = body.material.restitution;
     if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) {
-      world.spheres.push_back(
-          {id, sphere->radius, sphere->mass, restitution, sphere->position, sphere->velocity});
+      world.spheres.push_back({id, sphere->radius, sphere->mass, restitution, sphere->position,
+                               sphere->velocity, body.surface});
     } else {
       const auto& plane = std::get<PlaneShape>(body.shape);
-      world.planes.push_back({id, plane.normal, plane.offset, restitution});
+      world.planes.push_back({id, plane.normal, plane.offset, restitution, body.surface});
     }
   }
   return world;

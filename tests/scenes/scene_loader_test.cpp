@@ -241,6 +241,36 @@ TEST(SceneLoader, MassIsDensityTimesVolumeUnlessGiven) {
   EXPECT_NEAR(sphereOf(accepted(oneBall()).bodies.at(0)).mass, 0.037448, 5e-7);
 }
 
+TEST(SceneLoader, RestitutionsArePairsOfNamesWhateverTheBodiesAreCalled) {
+  json document = with("/materials", {{"oak", oak()}});
+  document["restitutions"] = {{{"materials", {"oak", "steel"}}, {"restitution", 0.125}},
+                              {{"materials", {"glass", "glass"}}, {"restitution", 0.25}}};
+  document["bodies"] = {sphereAt(0.1, 0, 0, 0), sphereAt(0.1, 1, 0, 0), sphereAt(0.1, 2, 0, 0),
+                        sphereAt(0.1, 3, 0, 0), groupOf(1, 0.1, 0.5)};
+  document["bodies"][4]["min"] = {5, 5, 5};
+  document["bodies"][4]["max"] = {6, 6, 6};
+  document["bodies"][4]["material"] = {"oak"};
+  document["bodies"][1]["material"] = "steel";
+  document["bodies"][2]["material"] = oak();  // one of its own, though its body is called oak
+  document["bodies"][2]["name"] = "oak";
+  document["bodies"].push_back(
+      {{"type", "plane"}, {"normal", {0, 1, 0}}, {"offset", -9}, {"material", "steel"}});
+  document["bodies"].push_back(
+      {{"type", "box"}, {"min", {-9, -9, -9}}, {"max", {9, 9, 9}}, {"material", "oak"}});
+  const Scene scene = accepted(document);
+  const auto of = [&](std::size_t body, std::size_t other) {
+    return restitutionOf(scene, scene.bodies.at(body), scene.bodies.at(other));
+  };
+  EXPECT_EQ(scene.restitutions.size(), 2U);
+  EXPECT_EQ(of(0, 3), 0.25);             // glass and glass
+  EXPECT_EQ(of(1, 4), 0.125);            // steel, and the group's oak
+  EXPECT_EQ(of(4, 5), 0.125);            // oak, and the steel plane
+  EXPECT_EQ(of(6, 1), 0.125);            // a wall of oak, and steel
+  EXPECT_EQ(of(1, 2), std::sqrt(0.45));  // steel, and an oak without a name
+  EXPECT_EQ(of(1, 5), std::sqrt(0.81));  // steel and steel
+  EXPECT_EQ(of(2, 2), std::sqrt(0.25));
+}
+
 TEST(SceneLoader, InlineMaterialsAreNamedAfterTheirBody) {
   json named = with("/bodies/0/material", oak());
   EXPECT_EQ(accepted(named).bodies.at(0).material.name, "sphere1");
@@ -510,6 +540,30 @@ std::vector<Refusal> shapeRefusals() {
   add(with("/stepper", {{"type", "native"}, {"step", 0.01}}), "/stepper/step",
       {"the native stepper has no step", "\"bullet\""});
   add(with("/stepper", {{"step", 0.01}}), "/stepper/step", {"the native stepper has no step"});
+  const auto pair = [](json materials, json restitution) {
+    return with("/restitutions",
+                {{{"materials", std::move(materials)}, {"restitution", std::move(restitution)}}});
+  };
+  add(with("/restitutions", json::object()), "/restitutions", {"not a list of restitutions"});
+  add(with("/restitutions", {1}), "/restitutions/0", {"1 is not a restitution of two materials"});
+  add(with("/restitutions", {{{"materials", {"wood", "glass"}}}}), "/restitutions/0/restitution",
+      {"missing", "from 0 to 1"});
+  add(with("/restitutions", {{{"restitution", 0.5}}}), "/restitutions/0/materials", {"missing"});
+  add(with("/restitutions",
+           {{{"materials", {"wood", "glass"}}, {"restitution", 0.5}, {"speed", 1}}}),
+      "/restitutions/0/speed", {"unknown key", "\"restitution\""});
+  add(pair({"wood", "glass"}, 1.01), "/restitutions/0/restitution", {"1.01 is not a restitution"});
+  add(pair({"wood", "glass"}, -0.5), "/restitutions/0/restitution", {"-0.5 is not a restitution"});
+  add(pair({"wood", "glass"}, "high"), "/restitutions/0/restitution", {"is not a restitution"});
+  add(pair("wood", 0.5), "/restitutions/0/materials", {"is not a pair of materials"});
+  add(pair({"wood"}, 0.5), "/restitutions/0/materials", {"is not a pair of materials"});
+  add(pair({"wood", "glass", "steel"}, 0.5), "/restitutions/0/materials",
+      {"is not a pair of materials"});
+  add(pair({"wood", oak()}, 0.5), "/restitutions/0/materials/1", {"not the name of a material"});
+  add(pair({"", "wood"}, 0.5), "/restitutions/0/materials/0", {"not the name of a material"});
+  add(with("/restitutions",
+           json::array_t(1001, {{"materials", {"wood", "glass"}}, {"restitution", 0.5}})),
+      "/restitutions", {"is not a list of restitutions", "1000"});
   add(with("/materials", {{"oak", {{"density", 1}}}}), "/materials/oak/youngs_modulus",
       {"missing"});
   add(with("/materials", {{"", oak()}}), "/materials/", {"not a name"});
@@ -552,6 +606,15 @@ std::vector<Refusal> meaningRefusals() {
   own["bodies"][0]["material"] = "elm";
   add(own, "/bodies/0/material", {"unknown material \"elm\"", "\"oak\""});
   add(with("/materials", {{"steel", oak()}}), "/materials/steel", {"built-in", "another name"});
+  const auto pair = [](const std::string& first, const std::string& second) {
+    return json{{"materials", {first, second}}, {"restitution", 0.5}};
+  };
+  add(with("/restitutions", {pair("steel", "oka")}), "/restitutions/0/materials/1",
+      {"unknown material \"oka\"", "expected one of", "\"ceramic\""});
+  for (const auto& again : {pair("steel", "wood"), pair("wood", "steel")}) {
+    add(with("/restitutions", {pair("steel", "wood"), pair("wood", "wood"), again}),
+        "/restitutions/2/materials", {"have a restitution already", "each pair once"});
+  }
   add(with("/materials", {{"a\nb", oak()}}), "/materials/a?b", {"not a name"});
   add(with("/name", "a\tb"), "/name", {"\"a?b\" is not a name", "on one line"});
   add(with("/name", std::string("a\0b", 3)), "/name", {"is not a name"});
@@ -686,33 +749,37 @@ class SceneSchema : public testing::Test {
 };
 
 std::vector<json> goodDocuments() {
-  std::vector<json> documents = {oneBall(),
-                                 with("/$schema", "x"),
-                                 with("/name", "ball"),
-                                 with("/description", ""),
-                                 with("/duration", 3600),
-                                 with("/duration", 1e-300),
-                                 with("/sample_rate", 8000),
-                                 with("/sample_rate", 192000),
-                                 with("/seed", 9007199254740992),
-                                 with("/gravity", {0, 0, 0}),
-                                 with("/air", json::object()),
-                                 with("/air", {{"density", 1000}, {"speed_of_sound", 1500}}),
-                                 with("/stepper", json::object()),
-                                 with("/stepper", {{"type", "native"}, {"rest_speed", 0}}),
-                                 with("/stepper", {{"type", "bullet"}, {"step", 0.1}}),
-                                 with("/stepper", {{"type", "bullet"}, {"step", 1e-5}}),
-                                 with("/materials", json::object()),
-                                 with("/materials", {{"oak", oak()}}),
-                                 with("/bodies/0/material", oak()),
-                                 with("/bodies/0/radius", 1e-6),
-                                 with("/bodies/0/mass", 1e-21),
-                                 with("/bodies/0/velocity", {1e4, -1e4, 0}),
-                                 with("/bodies/0/name", std::string(100, 'x')),
-                                 with("/bodies/0/position", {1e6, 1e6, -1e6}),
-                                 with("/listeners/0/name", "ear"),
-                                 withBodies({groupOf(2, 0.1, 1.0)}),
-                                 withBodies({groupOf(2, {0.1, 0.1}, 1.0)})};
+  std::vector<json> documents = {
+      oneBall(),
+      with("/$schema", "x"),
+      with("/name", "ball"),
+      with("/description", ""),
+      with("/duration", 3600),
+      with("/duration", 1e-300),
+      with("/sample_rate", 8000),
+      with("/sample_rate", 192000),
+      with("/seed", 9007199254740992),
+      with("/gravity", {0, 0, 0}),
+      with("/air", json::object()),
+      with("/air", {{"density", 1000}, {"speed_of_sound", 1500}}),
+      with("/stepper", json::object()),
+      with("/stepper", {{"type", "native"}, {"rest_speed", 0}}),
+      with("/stepper", {{"type", "bullet"}, {"step", 0.1}}),
+      with("/stepper", {{"type", "bullet"}, {"step", 1e-5}}),
+      with("/materials", json::object()),
+      with("/materials", {{"oak", oak()}}),
+      with("/restitutions", json::array()),
+      with("/restitutions", {{{"materials", {"wood", "wood"}}, {"restitution", 0}},
+                             {{"materials", {"wood", "steel"}}, {"restitution", 1}}}),
+      with("/bodies/0/material", oak()),
+      with("/bodies/0/radius", 1e-6),
+      with("/bodies/0/mass", 1e-21),
+      with("/bodies/0/velocity", {1e4, -1e4, 0}),
+      with("/bodies/0/name", std::string(100, 'x')),
+      with("/bodies/0/position", {1e6, 1e6, -1e6}),
+      with("/listeners/0/name", "ear"),
+      withBodies({groupOf(2, 0.1, 1.0)}),
+      withBodies({groupOf(2, {0.1, 0.1}, 1.0)})};
   json group = groupOf(2, 0.1, 1.0);
   group["material"] = {"glass", oak()};
   group["speed"] = {0, 1};
