@@ -17,13 +17,17 @@ struct Material {
   double restitution = 0.0;    ///< 1, of two bodies of this material; see combinedRestitution
 };
 
-/// The built-in materials. Density, Young's modulus and Poisson's ratio of the first four are
+/// The common materials, eight rows: the first of builtInMaterials(), and those to guess from where
+/// only a density is known. Density, Young's modulus and Poisson's ratio of the first four are
 /// those of Chadwick, Zheng, James 2012 ("Precomputed acceleration noise"), which the seed
-/// document repeats as its table 1; every other row and all restitutions name their source in
-/// material.cpp and docs/acceleration_noise.md. [any thread]
+/// document repeats as its table 1. [any thread]
 std::span<const Material> materialTable();
 
-/// The row of that name, or nullptr. [any thread]
+/// All built-in materials, the common ones first. Each row names its sources in docs/materials.md.
+/// [any thread]
+std::span<const Material> builtInMaterials();
+
+/// The built-in material of that name, or nullptr. [any thread]
 const Material* findMaterial(std::string_view name);
 
 /// Restitution of a pair: the geometric mean, so that a pair of one material has that material's

@@ -488,7 +488,7 @@ SurfaceId SceneReader::surfaceOf(const JsonNode& material) const {
 
 std::vector<std::string_view> SceneReader::knownMaterials() const {
   std::vector<std::string_view> known;
-  for (const Material& builtIn : materialTable())
+  for (const Material& builtIn : builtInMaterials())
     known.emplace_back(builtIn.name);
   for (const auto& [name, own] : ownMaterials_)
     known.emplace_back(name);

@@ -37,7 +37,7 @@ constexpr const char* kVocabulary =
     "vector|result)\\.h";
 constexpr const char* kEigen = "Eigen/[A-Za-z]+";
 constexpr const char* kBullet =
-    "(bt[A-Za-z0-9]+\\.h|(LinearMath|BulletCollision|BulletDynamics)/[A-Za-z0-9/]+\\.h)";
+    "(bt[A-Za-z]+\\.h|(LinearMath|BulletCollision|BulletDynamics)/[A-Za-z0-9/]+\\.h)";
 
 /// The table of folders in the design, once more.
 std::vector<Layer> layers() {
@@ -55,8 +55,7 @@ std::vector<Layer> layers() {
 
 /// Files that may include one thing more.
 const std::vector<Layer>& exceptions() {
-  static const std::vector<Layer> list = {{"audio/sound_file.cpp", "sndfile\\.h"},
-                                          {"audio/sofa_file.cpp", "mysofa\\.h"}};
+  static const std::vector<Layer> list = {{"audio/sound_file.cpp", "sndfile\\.h"}};
   return list;
 }
 
