@@ -488,10 +488,10 @@ SurfaceId SceneReader::surfaceOf(const JsonNode& material) const {
 
 std::vector<std::string_view> SceneReader::knownMaterials() const {
   std::vector<std::string_view> known;
+  for (const auto& [name, own] : ownMaterials_)  // first: messages do not list them all
+    known.emplace_back(name);
   for (const Material& builtIn : builtInMaterials())
     known.emplace_back(builtIn.name);
-  for (const auto& [name, own] : ownMaterials_)
-    known.emplace_back(name);
   return known;
 }
 
