@@ -1,0 +1,200 @@
+#include "audio/panel_radiator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "audio/panel_mesh.h"
+#include "audio/source_panel.h"
+
+namespace carom {
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+constexpr std::size_t kCoarsest = 40;  // panels
+constexpr std::size_t kLeastPanels = 16;
+constexpr double kSmoothOrder = 2.0;
+constexpr double kSharpOrder = 1.2;
+
+std::vector<SourcePanel> panelsOf(const SurfaceMesh& mesh) {
+  std::vector<SourcePanel> panels;
+  panels.reserve(mesh.triangles.size());
+  for (const auto& [first, second, third] : mesh.triangles)
+    panels.emplace_back(
+        std::array<Vec3, 3>{mesh.vertices[first], mesh.vertices[second], mesh.vertices[third]});
+  return panels;
+}
+
+// v.n for unit translations and unit turns about the origin, a row per panel.
+Eigen::MatrixXd unitMotions(const std::vector<SourcePanel>& panels) {
+  Eigen::MatrixXd motions(static_cast<Eigen::Index>(panels.size()), 6);
+  for (Eigen::Index row = 0; row < motions.rows(); ++row) {
+    const SourcePanel& panel = panels[static_cast<std::size_t>(row)];
+    motions.row(row) << panel.normal().transpose(),
+        panel.centroid().cross(panel.normal()).transpose();
+  }
+  return motions;
+}
+
+// The gradient in the point is minus that in the panel.
+Matrix6 addedVolumeOn(const SurfaceMesh& mesh) {
+  const std::vector<SourcePanel> panels = panelsOf(mesh);
+  const Eigen::MatrixXd motions = unitMotions(panels);
+  const Eigen::Index count = motions.rows();
+  Eigen::MatrixXd matrix(count, count);
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(count, 6);
+  for (Eigen::Index column = 0; column < count; ++column) {
+    const SourcePanel& panel = panels[static_cast<std::size_t>(column)];
+    for (Eigen::Index row = 0; row < count; ++row) {
+      const SourceField field =
+          row == column ? panel.fieldAtCentroid()
+                        : panel.fieldAt(panels[static_cast<std::size_t>(row)].centroid());
+      matrix(row, column) = field.gradient.dot(panel.normal()) / (4.0 * std::numbers::pi);
+      right.row(row) -= field.potential / (4.0 * std::numbers::pi) * motions.row(column);
+    }
+    matrix(column, column) = 0.5;
+  }
+  const Eigen::MatrixXd potential = matrix.partialPivLu().solve(right);
+  Matrix6 added = Matrix6::Zero();
+  for (Eigen::Index row = 0; row < count; ++row)
+    added -= panels[static_cast<std::size_t>(row)].area() * motions.row(row).transpose() *
+             potential.row(row);
+  return added;
+}
+
+Matrix6 symmetricPart(const Matrix6& matrix) {
+  return 0.5 * (matrix + matrix.transpose());
+}
+
+// Extrapolation, and rounding for a body of revolution, may leave a little less than nothing.
+Matrix6 positivePart(const Matrix6& matrix) {
+  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(matrix);
+  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
+         eigen.eigenvectors().transpose();
+}
+
+struct Level {
+  Matrix6 added;
+  std::size_t panels;
+};
+
+// From coarse to fine; three in steps of two in panel size, two, two in steps of sqrt 2, or one.
+std::vector<SurfaceMesh> levelsOf(const SurfaceMesh& base, const PanelSettings& settings) {
+  std::vector<SurfaceMesh> levels = {halvedSurface(base, std::min(kCoarsest, settings.panels))};
+  while (levels.size() < 3 && 4 * levels.back().triangles.size() <= settings.panels)
+    levels.push_back(quarteredSurface(levels.back()));
+  return levels;
+}
+
+// The limit of a sequence whose error falls with the order-th power of the panel size.
+Matrix6 limitOf(const std::vector<Matrix6>& levels, double order) {
+  const Matrix6& fine = levels.back();
+  return fine + (fine - levels[levels.size() - 2]) / (std::exp2(order) - 1.0);
+}
+
+double orderOf(const std::vector<Matrix6>& levels, bool sharp) {
+  if (levels.size() < 3) return sharp ? kSharpOrder : kSmoothOrder;
+  const double before = (levels[1] - levels[0]).norm();
+  const double after = (levels[2] - levels[1]).norm();
+  return std::clamp(std::log2(before / after), 1.0, kSmoothOrder);
+}
+
+// Of a mesh about its centroid and of unit size.
+PanelSolution solveUnit(const SurfaceMesh& mesh, const PanelSettings& settings) {
+  PanelSolution solution;
+  const SurfaceMesh base = clusteredSurface(mesh, settings.panels);
+  std::vector<SurfaceMesh> meshes = levelsOf(base, settings);
+  if (!settings.extrapolate) meshes.erase(meshes.begin(), meshes.end() - 1);
+  std::vector<Matrix6> levels;
+  for (const SurfaceMesh& level : meshes)
+    levels.push_back(addedVolumeOn(level));
+  const Matrix6& fine = levels.back();
+  solution.panels = meshes.back().triangles.size();
+  solution.asymmetry = (fine - fine.transpose()).norm() / fine.norm();
+  Matrix6 added = fine;
+  if (levels.size() > 1) {
+    const bool sharp = sharpEdgeLength(base) > 0.5 * std::sqrt(surfaceArea(base));
+    solution.order = orderOf(levels, sharp);
+    added = limitOf(levels, solution.order);
+    solution.correction = (added - fine).norm() / added.norm();
+  }
+  solution.radiator.addedVolume = positivePart(symmetricPart(added));
+  return solution;
+}
+
+double reachOf(const SurfaceMesh& mesh, const Vec3& centre) {
+  double reach = 0.0;
+  for (const auto& triangle : mesh.triangles) {
+    for (const std::uint32_t corner : triangle)
+      reach = std::max(reach, (mesh.vertices[corner] - centre).norm());
+  }
+  return reach;
+}
+
+}  // namespace
+
+Result<PanelSolution> solvePanels(const SurfaceMesh& surface, const PanelSettings& settings) {
+  if (settings.panels < kLeastPanels) {
+    return Error{"panelRadiator: panels is " + std::to_string(settings.panels) +
+                 "; expected at least " + std::to_string(kLeastPanels)};
+  }
+  Result<SurfaceMesh> clean = cleanSurface(surface);
+  if (!clean) return clean.error();
+  const double volume = signedVolume(*clean);
+  const Vec3 centroid = volumeCentroid(*clean);
+  const double scale = reachOf(*clean, centroid);
+  for (Vec3& vertex : clean->vertices)
+    vertex = (vertex - centroid) / scale;
+  PanelSolution solution = solveUnit(*clean, settings);
+  if (!solution.radiator.addedVolume.allFinite()) {
+    return Error{"surface: no flow around it was found; expected a body thicker than " +
+                 std::to_string(1.0 / std::sqrt(static_cast<double>(settings.panels))) +
+                 " of its extent if it has more than " + std::to_string(settings.panels) +
+                 " triangles"};
+  }
+  Matrix6& added = solution.radiator.addedVolume;
+  added *= scale * scale * scale;
+  added.bottomRows<3>() *= scale;
+  added.rightCols<3>() *= scale;
+  solution.radiator.volume = volume;
+  solution.radiator = solution.radiator.about(-centroid);
+  return solution;
+}
+
+Result<RigidRadiator> panelRadiator(const SurfaceMesh& surface, const PanelSettings& settings) {
+  const Result<PanelSolution> solution = solvePanels(surface, settings);
+  if (!solution) return solution.error();
+  return solution->radiator;
+}
+
+std::size_t RadiatorCache::Hash::operator()(const SurfaceMesh& mesh) const {
+  std::size_t hash = mesh.triangles.size();
+  const auto mix = [&hash](std::size_t value) {
+    hash ^= value + 0x9e3779b97f4a7c15ULL + (hash << 6U) + (hash >> 2U);
+  };
+  for (const Vec3& vertex : mesh.vertices) {
+    for (const double coordinate : vertex)
+      mix(std::hash<double>{}(coordinate));
+  }
+  for (const auto& triangle : mesh.triangles) {
+    for (const std::uint32_t corner : triangle)
+      mix(corner);
+  }
+  return hash;
+}
+
+const Result<RigidRadiator>& RadiatorCache::radiatorOf(const SurfaceMesh& surface) {
+  const auto found = radiators_.find(surface);
+  if (found != radiators_.end()) return found->second;
+  return radiators_.emplace(surface, panelRadiator(surface, settings_)).first->second;
+}
+
+}  // namespace carom

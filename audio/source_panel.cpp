@@ -1,0 +1,48 @@
+#include "audio/source_panel.h"
+
+#include <cmath>
+
+namespace carom {
+
+SourcePanel::SourcePanel(const std::array<Vec3, 3>& corners)
+    : corners_(corners), centroid_((corners[0] + corners[1] + corners[2]) / 3.0) {
+  const Vec3 cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+  area_ = 0.5 * cross.norm();
+  normal_ = cross.normalized();
+  for (std::size_t edge = 0; edge < 3; ++edge) {
+    const Vec3 along = corners[(edge + 1) % 3] - corners[edge];
+    lengths_[edge] = along.norm();
+    outward_[edge] = along.cross(normal_) / lengths_[edge];
+  }
+}
+
+SourceField SourcePanel::fieldAt(const Vec3& point) const {
+  return field(point, false);
+}
+
+SourceField SourcePanel::fieldAtCentroid() const {
+  return field(centroid_, true);
+}
+
+SourceField SourcePanel::field(const Vec3& point, bool inPlane) const {
+  const std::array<Vec3, 3> to = {corners_[0] - point, corners_[1] - point, corners_[2] - point};
+  const std::array<double, 3> distance = {to[0].norm(), to[1].norm(), to[2].norm()};
+  SourceField field;
+  for (std::size_t edge = 0; edge < 3; ++edge) {
+    const double sum = distance[edge] + distance[(edge + 1) % 3];
+    const double logarithm = std::log((sum + lengths_[edge]) / (sum - lengths_[edge]));
+    field.potential += to[edge].dot(outward_[edge]) * logarithm;
+    field.gradient -= logarithm * outward_[edge];
+  }
+  if (inPlane) return field;
+  const double height = -to[0].dot(normal_);
+  const double solidAngle =
+      2.0 * std::atan2(-to[0].dot(to[1].cross(to[2])),
+                       distance[0] * distance[1] * distance[2] + to[0].dot(to[1]) * distance[2] +
+                           to[1].dot(to[2]) * distance[0] + to[2].dot(to[0]) * distance[1]);
+  field.potential -= height * solidAngle;
+  field.gradient -= solidAngle * normal_;
+  return field;
+}
+
+}  // namespace carom

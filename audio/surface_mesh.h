@@ -1,0 +1,36 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "audio/vector.h"
+
+namespace carom {
+
+/// The surface of a solid as triangles, in the frame and about the origin of whoever made it.
+/// Closed: each edge is passed as often one way as the other. Each triangle counter-clockwise seen
+/// from outside. None of this is checked here; closedSurface says whether it holds.
+struct SurfaceMesh {
+  std::vector<Vec3> vertices;                           ///< m, body frame
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices into `vertices`
+
+  bool operator==(const SurfaceMesh&) const = default;
+};
+
+/// m^3, by the divergence theorem: negative for a surface that is inside out, the sum for several
+/// bodies, less the cavities. Does not depend on the origin if the surface is closed. [any thread]
+double signedVolume(const SurfaceMesh& mesh);
+
+/// m, the centre of the enclosed volume; not finite if there is none. [any thread]
+Vec3 volumeCentroid(const SurfaceMesh& mesh);
+
+/// m^2. [any thread]
+double surfaceArea(const SurfaceMesh& mesh);
+
+/// Whether each edge is passed as often one way as the other: so no border, and no two neighbours
+/// of which one is inside out. By indices: vertices that coincide are not the same. Several bodies,
+/// cavities, and edges where four triangles meet are closed too. [any thread]
+bool closedSurface(const SurfaceMesh& mesh);
+
+}  // namespace carom
