@@ -230,13 +230,31 @@ struct Quadric {
   }
 };
 
+// Which of six ways a normal faces: opposite sides of a thin body are never drawn together.
+std::int64_t facing(const Vec3& normal) {
+  Eigen::Index axis = 0;
+  normal.cwiseAbs().maxCoeff(&axis);
+  return 2 * axis + (normal[axis] > 0.0 ? 1 : 0);
+}
+
+std::vector<Vec3> vertexNormals(const SurfaceMesh& mesh) {
+  std::vector<Vec3> normals(mesh.vertices.size(), Vec3::Zero());
+  for (const Triangle& triangle : mesh.triangles) {
+    for (const std::uint32_t corner : triangle)
+      normals[corner] += twiceAreaOf(mesh, triangle);
+  }
+  return normals;
+}
+
 SurfaceMesh clustered(const SurfaceMesh& mesh, double cell) {
-  std::map<std::array<std::int64_t, 3>, std::uint32_t> cells;
+  const std::vector<Vec3> normals = vertexNormals(mesh);
+  std::map<std::array<std::int64_t, 4>, std::uint32_t> cells;
   std::vector<std::uint32_t> name(mesh.vertices.size(), 0);
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    std::array<std::int64_t, 3> place{};
+    std::array<std::int64_t, 4> place{};
     for (std::size_t axis = 0; axis < 3; ++axis)
       place[axis] = std::llround(mesh.vertices[v][static_cast<Eigen::Index>(axis)] / cell);
+    place[3] = facing(normals[v]);
     name[v] = cells.try_emplace(place, index(cells.size())).first->second;
   }
   std::vector<Quadric> quadrics(cells.size());
@@ -313,7 +331,7 @@ SurfaceMesh clusteredSurface(const SurfaceMesh& mesh, std::size_t most) {
 }
 
 SurfaceMesh halvedSurface(SurfaceMesh mesh, std::size_t least) {
-  while (mesh.triangles.size() < least) {
+  while (!mesh.triangles.empty() && mesh.triangles.size() < least) {
     double longest = 0.0;
     std::size_t side = 0;
     for (const Triangle& triangle : mesh.triangles)

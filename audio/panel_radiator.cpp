@@ -21,6 +21,7 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr std::size_t kCoarsest = 40;  // panels
 constexpr std::size_t kLeastPanels = 16;
+constexpr double kVolumeLost = 0.3;  // or won, by clustering
 constexpr double kSmoothOrder = 2.0;
 constexpr double kSharpOrder = 1.2;
 
@@ -86,7 +87,7 @@ struct Level {
   std::size_t panels;
 };
 
-// From coarse to fine; three in steps of two in panel size, two, two in steps of sqrt 2, or one.
+// From coarse to fine; one to three, each of half the panel size of the one before.
 std::vector<SurfaceMesh> levelsOf(const SurfaceMesh& base, const PanelSettings& settings) {
   std::vector<SurfaceMesh> levels = {halvedSurface(base, std::min(kCoarsest, settings.panels))};
   while (levels.size() < 3 && 4 * levels.back().triangles.size() <= settings.panels)
@@ -108,9 +109,8 @@ double orderOf(const std::vector<Matrix6>& levels, bool sharp) {
 }
 
 // Of a mesh about its centroid and of unit size.
-PanelSolution solveUnit(const SurfaceMesh& mesh, const PanelSettings& settings) {
+PanelSolution solveUnit(const SurfaceMesh& base, const PanelSettings& settings) {
   PanelSolution solution;
-  const SurfaceMesh base = clusteredSurface(mesh, settings.panels);
   std::vector<SurfaceMesh> meshes = levelsOf(base, settings);
   if (!settings.extrapolate) meshes.erase(meshes.begin(), meshes.end() - 1);
   std::vector<Matrix6> levels;
@@ -153,13 +153,14 @@ Result<PanelSolution> solvePanels(const SurfaceMesh& surface, const PanelSetting
   const double scale = reachOf(*clean, centroid);
   for (Vec3& vertex : clean->vertices)
     vertex = (vertex - centroid) / scale;
-  PanelSolution solution = solveUnit(*clean, settings);
-  if (!solution.radiator.addedVolume.allFinite()) {
-    return Error{"surface: no flow around it was found; expected a body thicker than " +
-                 std::to_string(1.0 / std::sqrt(static_cast<double>(settings.panels))) +
-                 " of its extent if it has more than " + std::to_string(settings.panels) +
-                 " triangles"};
+  const SurfaceMesh base = clusteredSurface(*clean, settings.panels);
+  const double kept = signedVolume(base) / signedVolume(*clean);
+  if (!(kept > 1.0 - kVolumeLost && kept < 1.0 + kVolumeLost)) {
+    return Error{"surface: simplified from " + std::to_string(clean->triangles.size()) + " to " +
+                 std::to_string(base.triangles.size()) + " triangles it has " +
+                 std::to_string(kept) + " of its volume; expected a simpler mesh, or more panels"};
   }
+  PanelSolution solution = solveUnit(base, settings);
   Matrix6& added = solution.radiator.addedVolume;
   added *= scale * scale * scale;
   added.bottomRows<3>() *= scale;

@@ -44,7 +44,8 @@ struct PanelSolution {
 /// the order of convergence is that of the three results, within 1 (edges of thin plates)
 /// and 2 (smooth); with two results it is 1.2 for a body with sharp edges and 2 without. A mesh of
 /// more triangles than `panels` is clustered first (clusteredSurface); volume and centroid
-/// always are those of the mesh as given. A body lost in clustering is an error.
+/// always are those of the mesh as given. A change of its volume by more
+/// than 30 % there is an error.
 ///
 /// Errors: those of cleanSurface. Several bodies that do not touch are solved as one rigid body.
 /// [any thread], allocates; a tenth of a second for a box.
