@@ -20,7 +20,7 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr std::size_t kCoarsest = 40;  // panels
-constexpr std::size_t kLeastPanels = 16;
+constexpr std::size_t kLeastPanels = 160;
 constexpr double kVolumeLost = 0.3;  // or won, by clustering
 constexpr double kSmoothOrder = 2.0;
 constexpr double kSharpOrder = 1.2;
@@ -108,8 +108,12 @@ double orderOf(const std::vector<Matrix6>& levels, bool sharp) {
   return std::clamp(std::log2(before / after), 1.0, kSmoothOrder);
 }
 
+bool hasSharpEdges(const SurfaceMesh& mesh) {
+  return sharpEdgeLength(mesh) > 0.5 * std::sqrt(surfaceArea(mesh));
+}
+
 // Of a mesh about its centroid and of unit size.
-PanelSolution solveUnit(const SurfaceMesh& base, const PanelSettings& settings) {
+PanelSolution solveUnit(const SurfaceMesh& base, const PanelSettings& settings, bool sharp) {
   PanelSolution solution;
   std::vector<SurfaceMesh> meshes = levelsOf(base, settings);
   if (!settings.extrapolate) meshes.erase(meshes.begin(), meshes.end() - 1);
@@ -121,7 +125,6 @@ PanelSolution solveUnit(const SurfaceMesh& base, const PanelSettings& settings) 
   solution.asymmetry = (fine - fine.transpose()).norm() / fine.norm();
   Matrix6 added = fine;
   if (levels.size() > 1) {
-    const bool sharp = sharpEdgeLength(base) > 0.5 * std::sqrt(surfaceArea(base));
     solution.order = orderOf(levels, sharp);
     added = limitOf(levels, solution.order);
     solution.correction = (added - fine).norm() / added.norm();
@@ -153,20 +156,23 @@ Result<PanelSolution> solvePanels(const SurfaceMesh& surface, const PanelSetting
   const double scale = reachOf(*clean, centroid);
   for (Vec3& vertex : clean->vertices)
     vertex = (vertex - centroid) / scale;
-  const SurfaceMesh base = clusteredSurface(*clean, settings.panels);
+  const bool sharp = hasSharpEdges(*clean);
+  const std::size_t most = sharp && settings.extrapolate ? settings.panels / 4 : settings.panels;
+  const SurfaceMesh base = clusteredSurface(*clean, most);
   const double kept = signedVolume(base) / signedVolume(*clean);
   if (!(kept > 1.0 - kVolumeLost && kept < 1.0 + kVolumeLost)) {
     return Error{"surface: simplified from " + std::to_string(clean->triangles.size()) + " to " +
                  std::to_string(base.triangles.size()) + " triangles it has " +
                  std::to_string(kept) + " of its volume; expected a simpler mesh, or more panels"};
   }
-  PanelSolution solution = solveUnit(base, settings);
+  PanelSolution solution = solveUnit(base, settings, sharp);
   Matrix6& added = solution.radiator.addedVolume;
   added *= scale * scale * scale;
   added.bottomRows<3>() *= scale;
   added.rightCols<3>() *= scale;
   solution.radiator.volume = volume;
   solution.radiator = solution.radiator.about(-centroid);
+  added = symmetricPart(added);
   return solution;
 }
 

@@ -11,8 +11,8 @@ namespace carom {
 
 /// How finely a surface is solved.
 struct PanelSettings {
-  /// Most panels in the finest solution, at least 16: memory grows with its square, time with its
-  /// cube. Meshes of more triangles are simplified to it.
+  /// Most panels in the finest solution, at least 160: memory grows with its square, time with its
+  /// cube. Finer meshes are simplified.
   std::size_t panels = 1300;
   /// Solve on coarser panels too and carry the sequence to its limit. Off: the finest as it is.
   bool extrapolate = true;
@@ -42,10 +42,16 @@ struct PanelSolution {
 ///
 /// Panels: a coarse mesh is halved along its longest edges to 40, then quartered up to twice;
 /// the order of convergence is that of the three results, within 1 (edges of thin plates)
-/// and 2 (smooth); with two results it is 1.2 for a body with sharp edges and 2 without. A mesh of
-/// more triangles than `panels` is clustered first (clusteredSurface); volume and centroid
-/// always are those of the mesh as given. A change of its volume by more
-/// than 30 % there is an error.
+/// and 2 (smooth); with two results it is 1.2 for a body with sharp edges and 2 without; with one,
+/// of a smooth mesh of more than `panels` / 4 triangles, nothing is extrapolated. Meshes that are
+/// too fine are clustered first (clusteredSurface): over `panels` if smooth, over `panels` / 4 if
+/// they have sharp edges, where extrapolation counts for more than shape. Volume and centroid
+/// always are those of the mesh as given; clustering that changes it by 30 % is an error.
+///
+/// Measured: within 1 % for spheres and ellipsoids 1:2:3 of 512 triangles and more (1.5 % in
+/// rotation), a cube 0.637 of its volume with every mesh within 0.7 %, but 3 % for one of
+/// 326 triangles or more that is not clustered; a square plate to 1 % of the thin limit however
+/// thin; a round disc of thickness 1:100 to 6 %. The surface that is solved is the polyhedron.
 ///
 /// Errors: those of cleanSurface. Several bodies that do not touch are solved as one rigid body.
 /// [any thread], allocates; a tenth of a second for a box.

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "audio/surface_mesh.h"
+
+namespace carom {
+
+/// The surface of the union of convex solids, each closed and outward: the parts of each that lie in
+/// none of the others. Faces that coincide are kept once if they look the same way, not at all if
+/// they touch back to back. `tolerance` (m): what is nearer than this is one. Nothing if the
+/// parts do not close. Time grows with the square of the number of triangles. [any thread]
+std::optional<SurfaceMesh> unionOfConvex(const std::vector<SurfaceMesh>& solids, double tolerance);
+
+/// Vertices within `tolerance` (m) of each other become one; triangles that vanish are dropped.
+SurfaceMesh welded(const SurfaceMesh& mesh, double tolerance);
+
+}  // namespace carom
