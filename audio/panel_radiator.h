@@ -61,7 +61,8 @@ Result<PanelSolution> solvePanels(const SurfaceMesh& surface, const PanelSetting
 Result<RigidRadiator> panelRadiator(const SurfaceMesh& surface, const PanelSettings& settings = {});
 
 /// Radiators by the content of their meshes: one solution for all bodies of equal shape. Keeps a
-/// copy of each mesh and compares it whole, so there is nothing to go stale; errors are kept too.
+/// copy of each mesh and compares it whole, so there is nothing to go stale; errors are kept too
+/// (a mesh that is not finite equals none, and takes a new place each time).
 /// [one thread at a time]
 class RadiatorCache {
  public:

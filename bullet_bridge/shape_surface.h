@@ -10,13 +10,15 @@ namespace carom {
 /// The surface of a Bullet shape as the host sees it: closed, outward, m, in the frame of the shape
 /// (a rigid body's centre of mass is its origin). With local scaling, and with margins as Bullet's
 /// own debug drawing takes them: inside the outline of boxes and cylinders, and not counted where
-/// Bullet inflates the shape by them (hulls, cones, meshes), since they are a skin of the collision.
+/// Bullet inflates the shape by them (hulls, cones, meshes), since they are a skin of the
+/// collision.
 ///
 ///  - Box, convex hull, point cloud, tetrahedron: their polyhedron (btConvexHullComputer, which
 ///    may leave out points within 1e-4 of the hull's extent from the rest).
-///  - Sphere, capsule, cylinder, cone: polyhedra of 128 to 224 triangles, with the exact volume.
+///  - Sphere, capsule, cylinder, cone: polyhedra of 32 to 256 triangles, with the exact volume.
 ///  - Multi-sphere: hull of its spheres, each as 66 points, a little outside. Other convex shapes:
-///    hull of 258 support points, which is inside the shape: a smooth one loses about 3 % of volume.
+///    hull of 258 support points, which is inside the shape: a smooth one loses about 3 % of
+///    volume.
 ///  - Triangle meshes (static, GImpact, scaled): as they are; corners within 1e-6 of the extent are
 ///    one. An open one is an error.
 ///  - Compound: the union of its convex children, each cut by the planes of the others, so boxes

@@ -61,8 +61,7 @@ Solid solidOf(const SurfaceMesh& mesh, double tolerance) {
 
 enum class Lies { above, on, below, across };
 
-template <class Points>
-Lies sideOf(const Plane& plane, const Points& points, double tolerance) {
+Lies sideOf(const Plane& plane, const Polygon& points, double tolerance) {
   bool above = false;
   bool below = false;
   for (const Vec3& point : points) {
@@ -106,12 +105,16 @@ bool apart(const Polygon& polygon, const Solid& solid, double tolerance) {
   const Vec3 margin = Vec3::Constant(2.0 * tolerance);
   if (((low - margin).array() > solid.high.array()).any()) return true;
   if (((high + margin).array() < solid.low.array()).any()) return true;
-  const Lies lies = sideOf(planeOf(polygon), solid.vertices, tolerance);
-  return lies == Lies::above;  // its face looks at nothing of the solid but from outside
+  const Plane plane = planeOf(polygon);
+  const auto beyond = [&](double sign) {
+    return std::all_of(solid.vertices.begin(), solid.vertices.end(),
+                       [&](const Vec3& vertex) { return sign * plane.above(vertex) > tolerance; });
+  };
+  return beyond(1.0) || beyond(-1.0);
 }
 
-// What of the polygon is outside the solid. A face that lies on one of the solid's, looking the same
-// way, counts as outside for one of the two only.
+// What of the polygon is outside the solid. A face that lies on one of the solid's, looking the
+// same way, counts as outside for one of the two only.
 std::vector<Polygon> outside(const Polygon& polygon, const Solid& solid, bool keepCoincident,
                              double tolerance) {
   const Vec3 normal = planeOf(polygon).normal;
@@ -144,9 +147,7 @@ std::vector<Polygon> outsideOfAll(const Polygon& face, const std::vector<Solid>&
     if (other == own) continue;
     std::vector<Polygon> next;
     for (const Polygon& part : parts) {
-      if (twiceArea(part).norm() < tolerance * tolerance) {
-        continue;
-      }
+      if (twiceArea(part).norm() < tolerance * tolerance) continue;
       if (apart(part, solids[other], tolerance)) {
         next.push_back(part);
         continue;
@@ -219,8 +220,8 @@ void triangulate(Ring ring, SurfaceMesh& mesh) {
         best = k;
       }
     }
-    mesh.triangles.push_back({ring[(best + ring.size() - 1) % ring.size()], ring[best],
-                              ring[(best + 1) % ring.size()]});
+    mesh.triangles.push_back(
+        {ring[(best + ring.size() - 1) % ring.size()], ring[best], ring[(best + 1) % ring.size()]});
     ring.erase(ring.begin() + static_cast<std::ptrdiff_t>(best));
   }
 }
@@ -271,8 +272,7 @@ SurfaceMesh welded(const SurfaceMesh& mesh, double tolerance) {
   return result;
 }
 
-std::optional<SurfaceMesh> unionOfConvex(const std::vector<SurfaceMesh>& meshes,
-                                         double tolerance) {
+std::optional<SurfaceMesh> unionOfConvex(const std::vector<SurfaceMesh>& meshes, double tolerance) {
   std::vector<Solid> solids;
   for (const SurfaceMesh& mesh : meshes)
     solids.push_back(solidOf(mesh, tolerance));
