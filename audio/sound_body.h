@@ -1,22 +1,34 @@
 #pragma once
 
 #include <limits>
+#include <memory>
+
+#include <Eigen/Core>
 
 #include "audio/material.h"
+#include "audio/rigid_radiator.h"
 
 namespace carom {
 
-/// What a body radiates as. This version knows rigid spheres, and bodies that do not radiate
-/// (planes, anything immovable): those only lend their material to the contact.
+/// What a body radiates as: a rigid sphere, a rigid body of any shape, or nothing at all (planes,
+/// anything immovable), in which case it only lends its material to the contact.
 struct SoundBody {
   Material material;
   /// kg, > 0; infinite for a body that no impulse moves, which makes no acceleration noise.
   double mass = std::numeric_limits<double>::infinity();
-  /// m, > 0, radius of the radiating sphere; not used where the mass is infinite.
+  /// m, > 0, radius of the radiating sphere; not used where the mass is infinite or `shape` is
+  /// given.
   double radius = 0.0;
   /// m, > 0, how blunt its edges and corners are: the radius of curvature where it is hit there,
   /// and of both bodies where two flat faces meet. The default is that of a machined edge.
   double edgeRadius = 1e-3;
+  /// How a body that is no sphere pushes the air, about its centre of mass, in its own frame.
+  /// Shared between bodies of one shape. Exact for long wavelengths; above them it is filtered
+  /// like the sphere of RigidRadiator::radius, which is an approximation.
+  std::shared_ptr<const RigidRadiator> shape = nullptr;
+  /// 1/(kg m^2), body frame, about the centre of mass: how it starts to turn when it is hit. Only
+  /// used with `shape`; zero for a body that does not turn.
+  Eigen::Matrix3d inverseInertia = Eigen::Matrix3d::Zero();
 };
 
 }  // namespace carom

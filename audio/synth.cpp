@@ -1,32 +1,44 @@
 #include "audio/synth.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
+#include <limits>
+#include <numbers>
 #include <string>
 #include <tuple>
+#include <unordered_map>
 #include <utility>
 
+#include "audio/acceleration_noise.h"
+#include "audio/click_bus.h"
+#include "audio/click_kernels.h"
 #include "audio/hertz.h"
+#include "audio/hrtf.h"
+#include "audio/long_rule.h"
+#include "audio/receiver.h"
+#include "audio/spread_kernel.h"
 
 namespace carom {
 namespace {
 
 /// Frames summed in double before they are handed on: small enough to stay in the first cache.
-constexpr std::size_t kMixFrames = 256;
-/// Shorter contacts alias; docs/acceleration_noise.md has the error.
+constexpr std::size_t kMixFrames = ClickBus::kMaxFrames;
+/// Shorter contacts alias if they are sampled naively; docs/acceleration_noise.md has the error.
 constexpr double kWellSampled = 4.0;
 constexpr double kLowestRate = 8000.0;
 constexpr double kHighestRate = 192000.0;
-
-/// A total order by content: equal clicks are interchangeable, so the order of two calls of
-/// `schedule` can never be heard.
-bool soundsLater(const SampledClick& click, const SampledClick& than) {
-  const auto key = [](const SampledClick& c) {
-    return std::tie(c.first, c.centre, c.fraction, c.duration, c.amplitude, c.channel);
-  };
-  return key(click) > key(than);
-}
+/// Beyond this index a double, and so a time, skips whole samples: 5900 years at 48 kHz.
+constexpr double kExactSamples = 0x1.0p+53;
+/// Half the reach of the kernel that puts instants on samples.
+constexpr auto kReach = static_cast<std::int64_t>(kSpreadWidth / 2);
+/// Dissipative pulses are made at this many values of restitution, evenly.
+constexpr std::size_t kRestitutions = 64;
+/// Nodes; see chooseRule.
+constexpr std::size_t kLargestGaussRule = 48;
+/// A set of head-related responses may be louder than the free field by that, at some frequency.
+constexpr double kLoudestEar = 4.0;
 
 bool isPositive(double value) {
   return std::isfinite(value) && value > 0.0;
@@ -66,8 +78,9 @@ std::string whyNot(const SoundBody& body) {
   if (std::string reason = whyNot(body.material); !reason.empty())
     return "material '" + body.material.name + "': " + reason;
   if (!(body.mass > 0.0)) return "mass must be positive (kg), infinite for an immovable body";
-  if (std::isfinite(body.mass) && !isPositive(body.radius))
+  if (std::isfinite(body.mass) && !isPositive(body.shape ? body.shape->radius() : body.radius))
     return "radius must be positive (m) for a body that can move";
+  if (!body.inverseInertia.allFinite()) return "inverse inertia must be finite (1/(kg m^2))";
   if (!isPositive(body.edgeRadius)) return "edge radius must be positive (m)";
   return {};
 }
@@ -81,48 +94,336 @@ std::string whyNot(const SynthSettings& settings, const std::vector<Listener>& l
   if (!(std::isfinite(settings.audibleThreshold) && settings.audibleThreshold >= 0.0))
     return "audible threshold must be a finite pressure of at least 0 Pa";
   if (listeners.empty()) return "there is no listener: at least one is needed";
-  for (std::size_t channel = 0; channel < listeners.size(); ++channel) {
-    if (!listeners[channel].position.allFinite())
-      return "position of listener " + std::to_string(channel) + " ('" + listeners[channel].name +
-             "') must be finite";
+  for (std::size_t index = 0; index < listeners.size(); ++index) {
+    if (const std::string reason = whyNot(listeners[index]); !reason.empty())
+      return "listener " + std::to_string(index) + " ('" + listeners[index].name + "'): " + reason;
   }
   return {};
 }
 
-}  // namespace
+/// A time in samples, without loss: the product's rounding error is recovered and kept.
+struct SampleTime {
+  std::int64_t whole = 0;
+  double fraction = 0.0;
+};
 
-Synth::Synth(const SynthSettings& settings, std::vector<Listener> listeners)
-    : settings_(settings),
-      listeners_(std::move(listeners)),
-      clicks_(listeners_.size()),
-      mix_(kMixFrames * listeners_.size()) {}
-
-Result<Synth> Synth::create(const SynthSettings& settings, std::vector<Listener> listeners) {
-  if (std::string reason = whyNot(settings, listeners); !reason.empty())
-    return Error{"synth: " + reason};
-  return Synth(settings, std::move(listeners));
+SampleTime samplesOf(double seconds, double further, double sampleRate) {
+  const double product = seconds * sampleRate;
+  const double rounding = std::fma(seconds, sampleRate, -product);
+  const double floor = std::floor(product);
+  const double rest = (product - floor) + rounding + further * sampleRate;
+  const double carry = std::floor(rest);
+  return {static_cast<std::int64_t>(floor) + static_cast<std::int64_t>(carry), rest - carry};
 }
 
-Status Synth::setBody(BodyId id, const SoundBody& body) {
-  if (const std::string reason = whyNot(body); !reason.empty())
-    return Error{"sound body " + std::to_string(id) + ": " + reason};
-  bodies_.insert_or_assign(id, body);
+/// s, of an ear's response against that of the middle of the head.
+double earDelay(const HrtfSet& set, const SphereWeights& where, Ear ear) {
+  double delay = -set.latency();
+  for (std::size_t i = 0; i < where.index.size(); ++i)
+    delay += where.weight[i] * set.delay(where.index[i], ear);
+  return delay;
+}
+
+/// A quantity at the begin, the middle and the end of a contact, as a parabola in u.
+struct Parabola {
+  double at0 = 0.0;
+  double slope = 0.0;
+  double curve = 0.0;
+
+  Parabola(double begin, double middle, double end)
+      : at0(begin),
+        slope(4.0 * middle - 3.0 * begin - end),
+        curve(2.0 * (begin - 2.0 * middle + end)) {}
+};
+
+}  // namespace
+
+class Synth::Impl {
+ public:
+  Impl(const SynthSettings& settings, std::vector<Listener> listeners);
+
+  Status prepare();
+  Status setBody(BodyId id, const SoundBody& body);
+  Status moveListener(std::size_t listener, const ListenerPose& pose);
+  void schedule(const ImpulseEvent& event);
+  template <class Sample>
+  void render(std::span<Sample* const> channels, std::size_t frames) noexcept;
+  Status seek(double seconds);
+  double time() const { return static_cast<double>(position_) / settings_.sampleRate; }
+  double leadTime(double contactDuration) const;
+  double contactDuration(const ImpulseEvent& event) const;
+  bool isSilent() const;
+
+  const std::vector<Listener>& listeners() const { return listeners_; }
+  std::size_t channelCount() const { return channels_.size(); }
+  const SynthCounters& counters() const { return counters_; }
+  std::size_t pendingClicks() const { return waiting_.size(); }
+
+ private:
+  struct Body {
+    SoundBody sound;
+    std::uint32_t filter = 0;
+  };
+  struct Channel {
+    std::uint32_t listener = 0;
+    Receiver receiver;
+    Ear ear = Ear::left;  // of a binaural listener
+    bool isEar = false;
+  };
+  struct Path {
+    const Image* image = nullptr;  // null: direct
+    std::uint32_t chain = 0;       // of wall filters
+  };
+  /// What the clicks of one event have in common.
+  struct Contact {
+    double time = 0.0;      // s
+    double duration = 0.0;  // s
+    const Pulse* pulse = nullptr;
+    Strike strike;
+    std::uint32_t filter = 0;
+  };
+  /// The way of a contact's sound to one receiver, at its begin, middle and end.
+  struct Way {
+    std::array<double, 3> delays{};  // s
+    std::array<double, 3> gains{};   // Pa s^2: of the slope of a force of integral 1
+    double distance = 0.0;           // m, in the middle, not below the body's radius
+    SphereWeights ears;              // where a binaural channel hears it from
+  };
+  /// A click on its way, laid over the samples of its bus.
+  struct Click {
+    std::int64_t first = 0;  // sample of the bus
+    ClickTrack track;        // from that sample on
+    double near = 0.0;       // weight of near over far
+    const Pulse* pulse = nullptr;
+    std::span<const PulseNode> nodes;  // empty: those of the long rule, made when it begins
+    std::uint64_t key = 0;             // of the bus
+    std::uint32_t bus = 0;
+    std::uint32_t samples = 0;
+    std::uint32_t channel = 0;
+    SphereWeights ears;
+  };
+  struct Waiting {
+    std::int64_t first = 0;
+    std::uint32_t slot = 0;
+  };
+  struct Bus {
+    ClickBus line;
+    std::uint64_t key = 0;
+    std::uint32_t pending = 0;  // clicks that wait for it
+  };
+
+  Status prepareListeners();
+  Status prepareRoom();
+  std::uint32_t filterOf(double radius);
+  const Body* findBody(BodyId id) const;
+  double restitutionOf(const ImpulseEvent& event) const;
+  const Pulse& pulseOf(const ImpulseEvent& event);
+  void scheduleImpulse(const ImpulseEvent& event);
+  bool layClicks(const Contact& contact);
+  bool findWay(const Contact& contact, const Channel& channel, const Image* image, Way& way) const;
+  bool layClick(const Contact& contact, const Way& way, std::uint32_t chain, std::uint32_t channel);
+  void chooseRule(Click& click) const;
+  bool isFiltered() const;
+  void countPeak(const Contact& contact, const Way& way, const Channel& channel);
+  void countTiming(double duration);
+  void enqueueClicks();
+  std::uint64_t keyOf(std::uint32_t filter, std::uint32_t chain, std::uint32_t channel) const;
+  std::uint32_t busOf(std::uint64_t key);
+  std::uint32_t idleBus();
+  bool isLater(const Waiting& a, const Waiting& b) const;
+  void beginUntil(std::int64_t end) noexcept;
+  void begin(const Click& click) noexcept;
+  std::span<const double> samplesOf(const Click& click) noexcept;
+  void mix(std::size_t frames) noexcept;
+  void reverberate(std::size_t frames) noexcept;
+
+  SynthSettings settings_;
+  std::vector<Listener> listeners_;
+  std::vector<PoseTrack> tracks_;  // one per listener
+  std::vector<Channel> channels_;
+  std::unordered_map<BodyId, Body> bodies_;
+  SynthCounters counters_;
+
+  std::vector<std::unique_ptr<const RadiationFilter>> filters_;
+  std::unordered_map<double, std::uint32_t> filterOfCorner_;
+  std::vector<Image> images_;
+  std::vector<std::vector<ReflectionFilter>> chains_;  // the first is empty: the direct path
+  std::vector<Path> paths_;                            // the first is direct
+  std::vector<std::optional<Pulse>> dissipative_;      // by restitution, made when first needed
+
+  const ClickKernels& kernels_ = fastestKernels();
+  std::int64_t position_ = 0;  // the next sample to be rendered
+  std::vector<Click> laid_;    // of the event in hand
+  double peak_ = 0.0;          // Pa, a bound for them
+  std::vector<Click> clicks_;  // by slot
+  std::vector<std::uint32_t> freeSlots_;
+  std::vector<Waiting> waiting_;  // min-heap, the earliest first
+  std::vector<Bus> buses_;
+  std::vector<std::uint32_t> busOrder_;  // all, by key: the order in which they are summed
+  std::unordered_map<std::uint64_t, std::uint32_t> busOfKey_;
+  std::size_t idleCursor_ = 0;   // where the search for a bus that nobody needs goes on
+  std::vector<Reverb> reverbs_;  // one per listener, or none
+  std::size_t mostSamples_ = 0;  // of any click so far, its ears' responses included
+
+  PlacedNodes placed_;
+  std::vector<PulseNode> longRule_;
+  std::vector<double> x_;         // a click's samples, zeros in front for the response
+  std::vector<double> response_;  // of an ear
+  std::vector<double> heard_;     // the samples through it
+  std::vector<double> mix_;       // Pa, kMixFrames per channel, planar
+  std::vector<double> send_;      // Pa at 1 m, into the reverberation
+};
+
+Synth::Impl::Impl(const SynthSettings& settings, std::vector<Listener> listeners)
+    : settings_(settings),
+      listeners_(std::move(listeners)),
+      dissipative_(kRestitutions + 1),
+      send_(kMixFrames) {}
+
+Status Synth::Impl::prepare() {
+  if (Status listeners = prepareListeners(); !listeners) return listeners;
+  if (Status room = prepareRoom(); !room) return room;
+  mix_.resize(kMixFrames * channels_.size());
+  SpreadTable::instance();  // not while rendering
   return std::monostate{};
 }
 
-const SoundBody* Synth::findBody(BodyId id) const {
+Status Synth::Impl::prepareListeners() {
+  std::size_t longest = 0;
+  for (std::size_t index = 0; index < listeners_.size(); ++index) {
+    Listener& listener = listeners_[index];
+    const bool binaural = listener.format == ListenerFormat::binaural;
+    if (binaural && listener.hrtf == nullptr) {
+      auto set = defaultHrtf(settings_.sampleRate);
+      if (!set) return Error{"listener '" + listener.name + "': " + set.error().message};
+      listener.hrtf = *set;
+    }
+    if (binaural && listener.hrtf->sampleRate() != settings_.sampleRate)
+      return Error{"listener '" + listener.name + "': its head-related responses are for " +
+                   std::to_string(listener.hrtf->sampleRate()) + " Hz, not " +
+                   std::to_string(settings_.sampleRate) + " Hz"};
+    if (binaural) longest = std::max(longest, listener.hrtf->alignedLength());
+    tracks_.emplace_back(ListenerPose{0.0, listener.position, listener.orientation});
+    const Receivers receivers = receiversOf(listener);
+    for (std::size_t i = 0; i < receivers.size(); ++i) {
+      channels_.push_back({.listener = static_cast<std::uint32_t>(index),
+                           .receiver = receivers[i],
+                           .ear = i == 0 ? Ear::left : Ear::right,
+                           .isEar = binaural});
+    }
+  }
+  response_.resize(longest);
+  return std::monostate{};
+}
+
+Status Synth::Impl::prepareRoom() {
+  chains_.emplace_back();
+  paths_.emplace_back();
+  if (!settings_.room.reflectors.empty()) {
+    Result<std::vector<Image>> images = makeImages(settings_.room);
+    if (!images) return Error{"room: " + images.error().message};
+    images_ = *std::move(images);
+  }
+  for (const Image& image : images_) {
+    std::vector<ReflectionFilter> chain;
+    for (const std::size_t wall : image.reflectors)
+      chain.push_back(
+          reflectionFilter(settings_.room.reflectors[wall].absorption, settings_.sampleRate));
+    std::ranges::sort(chain, {},
+                      [](const ReflectionFilter& f) { return std::tie(f.b0, f.b1, f.a1); });
+    // Paths over walls that reflect alike share their filters.
+    const auto same = std::ranges::find_if(chains_, [&](const auto& other) {
+      return std::ranges::equal(chain, other, [](const auto& f, const auto& g) {
+        return std::tie(f.b0, f.b1, f.a1) == std::tie(g.b0, g.b1, g.a1);
+      });
+    });
+    paths_.push_back({&image, static_cast<std::uint32_t>(same - chains_.begin())});
+    if (same == chains_.end()) chains_.push_back(std::move(chain));
+  }
+  if (!settings_.reverb) return std::monostate{};
+  for (const Listener& listener : listeners_) {
+    Result<Reverb> reverb =
+        Reverb::create(*settings_.reverb, settings_.sampleRate, carom::channelCount(listener));
+    if (!reverb) return Error{"reverberation: " + reverb.error().message};
+    reverbs_.push_back(*std::move(reverb));
+  }
+  return std::monostate{};
+}
+
+Status Synth::Impl::setBody(BodyId id, const SoundBody& body) {
+  if (const std::string reason = whyNot(body); !reason.empty())
+    return Error{"sound body " + std::to_string(id) + ": " + reason};
+  Body known{body, 0};
+  if (std::isfinite(body.mass))
+    known.filter = filterOf(body.shape ? body.shape->radius() : body.radius);
+  bodies_.insert_or_assign(id, std::move(known));
+  return std::monostate{};
+}
+
+/// Bodies of one radius share a filter, and the compact model has one for all.
+std::uint32_t Synth::Impl::filterOf(double radius) {
+  const double corner = settings_.radiation == Radiation::exact
+                            ? settings_.medium.speedOfSound /
+                                  (std::min(radius, kLargestRadius) * settings_.sampleRate)
+                            : std::numeric_limits<double>::infinity();
+  const auto [entry, isNew] =
+      filterOfCorner_.try_emplace(corner, static_cast<std::uint32_t>(filters_.size()));
+  if (isNew) {
+    const auto input = settings_.sampling == Sampling::bandLimited ? RadiationFilter::Input::spread
+                                                                   : RadiationFilter::Input::bare;
+    filters_.push_back(std::make_unique<RadiationFilter>(corner, input));
+  }
+  return entry->second;
+}
+
+Status Synth::Impl::moveListener(std::size_t listener, const ListenerPose& pose) {
+  if (listener >= listeners_.size())
+    return Error{"synth: there is no listener " + std::to_string(listener) + "; there are " +
+                 std::to_string(listeners_.size())};
+  if (!tracks_[listener].append(pose))
+    return Error{
+        "synth: pose of listener " + std::to_string(listener) + " at " + std::to_string(pose.time) +
+        " s: expected finite values, a unit quaternion, a later time than the last pose's, "
+        "and at most 180 m/s from there"};
+  return std::monostate{};
+}
+
+const Synth::Impl::Body* Synth::Impl::findBody(BodyId id) const {
   const auto entry = bodies_.find(id);
   return entry == bodies_.end() ? nullptr : &entry->second;
 }
 
-double Synth::contactDuration(const ImpulseEvent& event) const {
-  const SoundBody* body = findBody(event.body);
-  const SoundBody* other = findBody(event.other);
-  if (body == nullptr || other == nullptr || !isContact(event)) return 0.0;
-  return hertzDuration(blunted(event, *body, *other), body->material, other->material);
+double Synth::Impl::restitutionOf(const ImpulseEvent& event) const {
+  const double bounce = event.impulse.norm() / (event.effectiveMass * event.approachSpeed) - 1.0;
+  return std::clamp(bounce, kLowestRestitution, 1.0);
 }
 
-void Synth::schedule(const ImpulseEvent& event) {
+const Pulse& Synth::Impl::pulseOf(const ImpulseEvent& event) {
+  if (!settings_.dissipative) return Pulse::of(settings_.pulse);
+  const double steps = restitutionOf(event) * static_cast<double>(kRestitutions);
+  std::optional<Pulse>& pulse = dissipative_[static_cast<std::size_t>(std::lround(steps))];
+  if (!pulse)
+    pulse = Pulse::dissipativeHertz(std::round(steps) / static_cast<double>(kRestitutions));
+  return *pulse;
+}
+
+double Synth::Impl::contactDuration(const ImpulseEvent& event) const {
+  const Body* body = findBody(event.body);
+  const Body* other = findBody(event.other);
+  if (body == nullptr || other == nullptr || !isContact(event)) return 0.0;
+  const double elastic = hertzDuration(blunted(event, body->sound, other->sound),
+                                       body->sound.material, other->sound.material);
+  return settings_.dissipative ? elastic * dissipativeDuration(restitutionOf(event)) : elastic;
+}
+
+double Synth::Impl::leadTime(double contactDuration) const {
+  const double pulse = -Pulse::of(settings_.pulse).begin() * contactDuration;
+  // The whole samples that the pulse falls between, too.
+  const auto filter = static_cast<double>(kReach - RadiationFilter::kFirstTap + 2);
+  return pulse + filter / settings_.sampleRate;
+}
+
+void Synth::Impl::schedule(const ImpulseEvent& event) {
   if (settings_.impulse == ImpulseChoice::applied && event.hasAppliedImpulse) {
     ImpulseEvent applied = event;
     applied.impulse = event.appliedImpulse;
@@ -132,104 +433,366 @@ void Synth::schedule(const ImpulseEvent& event) {
   }
 }
 
-void Synth::scheduleImpulse(const ImpulseEvent& event) {
+void Synth::Impl::scheduleImpulse(const ImpulseEvent& event) {
   const double duration = isFinite(event) ? contactDuration(event) : 0.0;
   if (!isPositive(duration)) {
     ++counters_.rejected;
     return;
   }
-  const SoundBody& body = *findBody(event.body);
-  if (std::isinf(body.mass)) {
+  const Body& body = *findBody(event.body);
+  if (std::isinf(body.sound.mass)) {
     ++counters_.immovable;
     return;
   }
-  if (!makeClicks(event, body, duration)) {
+  const Contact contact{.time = event.time,
+                        .duration = duration,
+                        .pulse = &pulseOf(event),
+                        .strike = makeStrike(event, body.sound, settings_.medium),
+                        .filter = body.filter};
+  if (!layClicks(contact)) {
     ++counters_.rejected;
     return;
   }
   ++counters_.events;
   countTiming(duration);
-  if (anyAudible())
+  if (peak_ > 0.0 && peak_ >= settings_.audibleThreshold)
     enqueueClicks();
   else
     ++counters_.inaudible;
 }
 
-/// False where numbers so large came together that the click cannot be placed on the clock.
-bool Synth::makeClicks(const ImpulseEvent& event, const SoundBody& body, double duration) {
-  for (std::size_t channel = 0; channel < listeners_.size(); ++channel) {
-    const Click click =
-        makeClick(event, body, duration, listeners_[channel].position, settings_.medium);
-    if (!std::isfinite(click.peak()) || !canSample(click, settings_.sampleRate)) return false;
-    clicks_[channel] =
-        sampleClick(click, settings_.sampleRate, static_cast<std::uint32_t>(channel));
+/// False where numbers so large came together that a click cannot be placed on the clock.
+bool Synth::Impl::layClicks(const Contact& contact) {
+  laid_.clear();
+  peak_ = 0.0;
+  for (std::uint32_t channel = 0; channel < channels_.size(); ++channel) {
+    for (const Path& path : paths_) {
+      Way way;
+      if (!findWay(contact, channels_[channel], path.image, way)) continue;
+      countPeak(contact, way, channels_[channel]);
+      if (!layClick(contact, way, path.chain, channel)) return false;
+    }
+  }
+  if (reverbs_.empty()) return true;
+  // What the room gets: the mean over all directions, at 1 m.
+  Way send;
+  send.gains.fill(contact.strike.dipole.norm() / std::numbers::sqrt3);
+  send.distance = std::max(1.0, contact.strike.radius);
+  return layClick(contact, send, 0, static_cast<std::uint32_t>(channels_.size()));
+}
+
+/// False where a wall is in the way.
+bool Synth::Impl::findWay(const Contact& contact, const Channel& channel, const Image* image,
+                          Way& way) const {
+  const Strike& strike = contact.strike;
+  const PoseTrack& track = tracks_[channel.listener];
+  const double speedOfSound = settings_.medium.speedOfSound;
+  // The sound starts at the surface, and the filter lets it through no earlier.
+  const double ahead =
+      settings_.radiation == Radiation::exact ? std::min(strike.radius, kLargestRadius) : 0.0;
+  const Vec3 dipole = image != nullptr ? image->vector(strike.dipole) : strike.dipole;
+  for (const std::size_t part : {0u, 1u, 2u}) {
+    if (part > 0 && !settings_.doppler) {
+      way.delays[part] = way.delays[0];
+      way.gains[part] = way.gains[0];
+      continue;
+    }
+    const double later = 0.5 * static_cast<double>(part) * contact.duration;
+    const Vec3 place = strike.position + later * strike.velocity;
+    const Vec3 from = image != nullptr ? image->position(place) : place;
+    const Arrival arrival = arrivalOf(track, {.time = contact.time + later, .position = from},
+                                      speedOfSound, channel.receiver.offset);
+    const double distance = std::max(arrival.distance, strike.radius);
+    if (part == 0 && image != nullptr) {
+      const Vec3 ear = from - arrival.distance * arrival.towardsSource;
+      if (!isVisible(settings_.room, *image, place, ear)) return false;
+    }
+    double gain = -dipole.dot(arrival.towardsSource) / distance;
+    double delay = (distance - ahead) / speedOfSound;
+    if (channel.isEar) {
+      const HrtfSet& set = *listeners_[channel.listener].hrtf;
+      const SphereWeights ears =
+          set.lookup(arrival.orientation.conjugate() * arrival.towardsSource);
+      if (part == 0) way.ears = ears;
+      delay += earDelay(set, ears, channel.ear);
+    } else {
+      gain *= carom::gain(channel.receiver, arrival.orientation, arrival.towardsSource);
+    }
+    way.delays[part] = delay;
+    way.gains[part] = gain;
+    way.distance = distance;
   }
   return true;
 }
 
-bool Synth::anyAudible() const {
-  return std::ranges::any_of(clicks_, [this](const SampledClick& click) {
-    const double peak = std::abs(click.amplitude) * kPulsePeakSlope;
-    return peak > 0.0 && peak >= settings_.audibleThreshold;
-  });
-}
-
-void Synth::countTiming(double duration) {
-  const auto begun = [this](const SampledClick& click) { return click.first < position_; };
-  if (std::ranges::any_of(clicks_, begun)) ++counters_.late;
-  if (duration * settings_.sampleRate < kWellSampled) ++counters_.undersampled;
-}
-
-void Synth::enqueueClicks() {
-  for (const SampledClick& click : clicks_) {
-    const bool over = click.end <= position_ || click.end == click.first;
-    if (over || click.amplitude == 0.0) continue;
-    waiting_.push_back(click);
-    std::ranges::push_heap(waiting_, soundsLater);
+/// An upper bound: of the pulse's slope, of what the band holds of it, and of what a body of that
+/// size lets through (its response's total variation is 1.35 c/a).
+void Synth::Impl::countPeak(const Contact& contact, const Way& way, const Channel& channel) {
+  const double rate = settings_.sampleRate;
+  const bool naive = settings_.sampling == Sampling::naive;
+  const double inBand = std::numbers::pi * (naive ? 1e6 : 0.5);
+  const double force = std::min(contact.pulse->peakForce() / contact.duration, inBand * rate);
+  double slope = std::min(contact.pulse->peakSlope() / (contact.duration * contact.duration),
+                          inBand * rate * rate);
+  if (settings_.radiation == Radiation::exact) {
+    const double corner = settings_.medium.speedOfSound / contact.strike.radius;
+    slope = std::min(1.1 * slope, 1.35 * corner * force);
+    slope += 1.1 * force * settings_.medium.speedOfSound / way.distance;
   }
-  reserveSounding();
+  const double gain =
+      std::max({std::abs(way.gains[0]), std::abs(way.gains[1]), std::abs(way.gains[2])});
+  peak_ = std::max(peak_, gain * slope * (channel.isEar ? kLoudestEar : 1.0));
 }
 
-/// Every click may come to sound at once; `render` must then find the room ready.
-void Synth::reserveSounding() {
-  const std::size_t needed = pendingClicks();
-  if (sounding_.capacity() < needed) sounding_.reserve(std::max(needed, 2 * sounding_.capacity()));
+bool Synth::Impl::layClick(const Contact& contact, const Way& way, std::uint32_t chain,
+                           std::uint32_t channel) {
+  const double rate = settings_.sampleRate;
+  const double extent = std::abs(contact.time) + way.delays[0] + way.delays[2] +
+                        (contact.pulse->end() - contact.pulse->begin()) * contact.duration;
+  const double loudness = (std::abs(way.gains[0]) + std::abs(way.gains[2])) * rate * rate;
+  if (!(extent * rate < kExactSamples) || !std::isfinite(loudness)) return false;
+  if (loudness == 0.0 && way.gains[1] == 0.0) return true;
+
+  Click click;
+  click.pulse = contact.pulse;
+  const SampleTime start = carom::samplesOf(contact.time, way.delays[0], rate);
+  const Parabola delay(0.0, way.delays[1] - way.delays[0], way.delays[2] - way.delays[0]);
+  const Parabola gain(way.gains[0], way.gains[1], way.gains[2]);
+  click.track = {.start = start.fraction,
+                 .length = (contact.duration + delay.slope) * rate,
+                 .bend = delay.curve * rate,
+                 .gain = gain.at0 * rate * rate,
+                 .slope = gain.slope * rate * rate,
+                 .curve = gain.curve * rate * rate};
+  const double still = contact.duration * rate;
+  // Faster than sound, or nearly: time would fold.
+  if (!(click.track.length > 0.1 * still) || !(click.track.length < 10.0 * still) ||
+      !(std::abs(click.track.bend) < 0.1 * click.track.length)) {
+    click.track.length = still;
+    click.track.bend = 0.0;
+  }
+  const std::int64_t first =
+      static_cast<std::int64_t>(std::floor(click.track.at(contact.pulse->begin()))) - kReach;
+  click.track.start -= static_cast<double>(first);
+  const double last = click.track.at(contact.pulse->end());
+  click.samples =
+      static_cast<std::uint32_t>(std::ceil(last)) + static_cast<std::uint32_t>(kReach) + 1;
+  click.first = start.whole + first + (isFiltered() ? RadiationFilter::kFirstTap : 0);
+  click.near = settings_.medium.speedOfSound / (way.distance * rate);
+  click.channel = channel;
+  click.ears = way.ears;
+  click.key = keyOf(contact.filter, chain, channel);
+  if (settings_.sampling == Sampling::bandLimited) chooseRule(click);
+  laid_.push_back(click);
+  return true;
 }
 
-void Synth::beginUntil(std::int64_t end) noexcept {
+/// Of the Gauss rules the smallest that is right for all that would fold back into the band once.
+/// What they get wrong beyond grows with their size; long contacts are better off without them.
+void Synth::Impl::chooseRule(Click& click) const {
+  const double bandwidth = 2.0 * std::numbers::pi * (1.0 + kBand) * click.track.length;
+  const std::size_t size = click.pulse->ruleSize(bandwidth);
+  if (size > 0 && size <= kLargestGaussRule) click.nodes = click.pulse->rule(size);
+}
+
+/// Whether pulses are put in as force, for RadiationFilter, or as pressure.
+bool Synth::Impl::isFiltered() const {
+  return settings_.sampling == Sampling::bandLimited || settings_.radiation == Radiation::exact;
+}
+
+void Synth::Impl::countTiming(double duration) {
+  const auto begun = [this](const Click& click) { return click.first < position_; };
+  if (std::ranges::any_of(laid_, begun)) ++counters_.late;
+  if (settings_.sampling == Sampling::naive && duration * settings_.sampleRate < kWellSampled)
+    ++counters_.undersampled;
+}
+
+std::uint64_t Synth::Impl::keyOf(std::uint32_t filter, std::uint32_t chain,
+                                 std::uint32_t channel) const {
+  return (static_cast<std::uint64_t>(filter) * chains_.size() + chain) * (channels_.size() + 1) +
+         channel;
+}
+
+void Synth::Impl::enqueueClicks() {
+  for (const Click& click : laid_) {
+    const std::size_t room = click.samples + response_.size();
+    const auto oldest = position_ - static_cast<std::int64_t>(ClickBus::kHistory);
+    if (click.first + static_cast<std::int64_t>(room) <= oldest) continue;
+    std::uint32_t slot = static_cast<std::uint32_t>(clicks_.size());
+    if (freeSlots_.empty()) {
+      clicks_.push_back(click);
+      freeSlots_.reserve(clicks_.capacity());  // for `render`, which gives all of them back
+    } else {
+      slot = freeSlots_.back();
+      freeSlots_.pop_back();
+      clicks_[slot] = click;
+    }
+    clicks_[slot].bus = busOf(click.key);
+    ++buses_[clicks_[slot].bus].pending;
+    waiting_.push_back({click.first, slot});
+    std::ranges::push_heap(waiting_,
+                           [this](const auto& a, const auto& b) { return isLater(a, b); });
+
+    mostSamples_ = std::max(mostSamples_, room);
+    buses_[clicks_[slot].bus].line.reserve(kMixFrames, mostSamples_);
+    const std::size_t nodes =
+        click.nodes.empty() ? longRuleSize(*click.pulse, click.track.length) : click.nodes.size();
+    if (click.nodes.empty()) longRule_.reserve(nodes);
+    if (placed_.weight.size() < nodes + ClickKernels::kRoom) placed_.resize(nodes);
+  }
+  const std::size_t room = mostSamples_ + response_.size() + 2 * ClickKernels::kRoom;
+  if (x_.size() < room) x_.resize(2 * room);
+  if (heard_.size() < room && !response_.empty()) heard_.resize(2 * room);
+}
+
+/// The bus of that key: the one that has it, one that nobody needs any more, or a new one.
+std::uint32_t Synth::Impl::busOf(std::uint64_t key) {
+  if (const auto known = busOfKey_.find(key); known != busOfKey_.end()) return known->second;
+  std::uint32_t index = idleBus();
+  if (index < buses_.size()) {
+    busOfKey_.erase(buses_[index].key);
+    std::erase(busOrder_, index);
+  } else {
+    buses_.push_back({ClickBus(kernels_), 0, 0});
+  }
+  Bus& bus = buses_[index];
+  bus.key = key;
+  const std::uint64_t path = key / (channels_.size() + 1);
+  bus.line.restart({.radiation = isFiltered() ? filters_[path / chains_.size()].get() : nullptr,
+                    .reflections = chains_[path % chains_.size()]},
+                   position_);
+  busOfKey_.emplace(key, index);
+  const auto place = std::ranges::upper_bound(busOrder_, key, {},
+                                              [this](std::uint32_t i) { return buses_[i].key; });
+  busOrder_.insert(place, index);
+  return index;
+}
+
+/// One of the next few that is silent and not waited for, or the number of buses.
+std::uint32_t Synth::Impl::idleBus() {
+  constexpr std::size_t kLooks = 8;
+  for (std::size_t look = 0; look < std::min(kLooks, buses_.size()); ++look) {
+    idleCursor_ = (idleCursor_ + 1) % buses_.size();
+    const Bus& bus = buses_[idleCursor_];
+    if (bus.pending == 0 && bus.line.isSilent()) return static_cast<std::uint32_t>(idleCursor_);
+  }
+  return static_cast<std::uint32_t>(buses_.size());
+}
+
+/// A total order by content: equal clicks are interchangeable, so the order of two calls of
+/// `schedule` can never be heard.
+bool Synth::Impl::isLater(const Waiting& a, const Waiting& b) const {
+  if (a.first != b.first) return a.first > b.first;
+  const auto contentOf = [](const Click& click) {
+    const ClickTrack& t = click.track;
+    return std::tie(click.key, t.start, t.length, t.bend, t.gain, t.slope, t.curve, click.near);
+  };
+  return contentOf(clicks_[a.slot]) > contentOf(clicks_[b.slot]);
+}
+
+void Synth::Impl::beginUntil(std::int64_t end) noexcept {
   while (!waiting_.empty() && waiting_.front().first < end) {
-    std::ranges::pop_heap(waiting_, soundsLater);
-    sounding_.push_back(waiting_.back());
+    std::ranges::pop_heap(waiting_, [this](const auto& a, const auto& b) { return isLater(a, b); });
+    const std::uint32_t slot = waiting_.back().slot;
     waiting_.pop_back();
+    begin(clicks_[slot]);
+    freeSlots_.push_back(slot);
   }
 }
 
-/// Sums what sounds into mix_ and advances the clock. The order of the sum is that of sounding_:
-/// by first sample, whatever the blocks, because who begins in a later block comes later anyway.
-void Synth::mix(std::size_t frames) noexcept {
-  const std::int64_t end = position_ + static_cast<std::int64_t>(frames);
-  for (std::size_t channel = 0; channel < listeners_.size(); ++channel)
-    std::fill_n(&mix_[channel * kMixFrames], frames, 0.0);
-  beginUntil(end);
-  for (const SampledClick& click : sounding_)
-    addClick(click, position_, {&mix_[click.channel * kMixFrames], frames});
-  std::erase_if(sounding_, [end](const SampledClick& click) { return click.end <= end; });
-  position_ = end;
+void Synth::Impl::begin(const Click& click) noexcept {
+  Bus& bus = buses_[click.bus];
+  --bus.pending;
+  std::span<const double> samples = samplesOf(click);
+  if (click.channel < channels_.size() && channels_[click.channel].isEar) {
+    const Channel& channel = channels_[click.channel];
+    const HrtfSet& set = *listeners_[channel.listener].hrtf;
+    const std::span<double> response(response_.data(), set.alignedLength());
+    set.blendAligned(click.ears, channel.ear, response);
+    const std::size_t length = samples.size() + response.size() - 1;
+    std::fill_n(heard_.begin(), length, 0.0);
+    std::fill_n(x_.begin() + std::ssize(response_) + std::ssize(samples),
+                ClickKernels::kRoom + response.size(), 0.0);
+    kernels_.filter(samples.data(), response, heard_.data(), length);
+    samples = {heard_.data(), length};
+  }
+  bus.line.add(click.first, samples, 1.0,
+               settings_.radiation == Radiation::exact ? click.near : 0.0);
 }
 
-Status Synth::seek(double seconds) {
+/// Behind as many zeros in x_ as an ear's response needs.
+std::span<const double> Synth::Impl::samplesOf(const Click& click) noexcept {
+  const std::span<double> x(x_.data() + response_.size(), click.samples);
+  const ClickTrack& track = click.track;
+  if (settings_.sampling == Sampling::bandLimited) {
+    if (click.nodes.empty()) makeLongRule(*click.pulse, click.track.length, longRule_);
+    const std::span<const PulseNode> nodes = click.nodes.empty() ? longRule_ : click.nodes;
+    kernels_.place(nodes, track, placed_);
+    kernels_.spread(placed_, nodes.size(), x);
+    return x;
+  }
+  for (std::size_t n = 0; n < x.size(); ++n) {
+    const double u = (static_cast<double>(n) - track.start) / track.length;
+    const double value = isFiltered() ? click.pulse->force(u) / track.length
+                                      : click.pulse->slope(u) / (track.length * track.length);
+    x[n] = track.gainAt(u) * value;
+  }
+  return x;
+}
+
+void Synth::Impl::mix(std::size_t frames) noexcept {
+  std::ranges::fill(mix_, 0.0);
+  std::ranges::fill(send_, 0.0);
+  beginUntil(position_ + static_cast<std::int64_t>(frames));
+  for (const std::uint32_t index : busOrder_) {
+    Bus& bus = buses_[index];
+    const std::size_t channel = bus.key % (channels_.size() + 1);
+    double* to = channel < channels_.size() ? &mix_[channel * kMixFrames] : send_.data();
+    bus.line.advance({to, frames});
+  }
+  reverberate(frames);
+  position_ += static_cast<std::int64_t>(frames);
+}
+
+void Synth::Impl::reverberate(std::size_t frames) noexcept {
+  if (reverbs_.empty()) return;
+  const std::span<const double> input(send_.data(), frames);
+  const bool quiet = std::ranges::all_of(input, [](double sample) { return sample == 0.0; });
+  std::size_t channel = 0;
+  for (Reverb& reverb : reverbs_) {
+    std::array<double*, Reverb::kMaxChannels> outputs{};
+    for (std::size_t i = 0; i < reverb.channels(); ++i)
+      outputs[i] = &mix_[(channel + i) * kMixFrames];
+    if (!quiet || !reverb.isSilent()) reverb.process(input, {outputs.data(), reverb.channels()});
+    channel += reverb.channels();
+  }
+}
+
+bool Synth::Impl::isSilent() const {
+  return waiting_.empty() && std::ranges::all_of(reverbs_, &Reverb::isSilent) &&
+         std::ranges::all_of(buses_, [](const Bus& bus) { return bus.line.isSilent(); });
+}
+
+Status Synth::Impl::seek(double seconds) {
   if (!(std::abs(seconds) * settings_.sampleRate < kExactSamples))
     return Error{"synth: cannot seek to " + std::to_string(seconds) +
                  " s; the clock counts up to 2^53 samples"};
   position_ = std::llround(seconds * settings_.sampleRate);
   waiting_.clear();
-  sounding_.clear();
+  clicks_.clear();
+  freeSlots_.clear();
+  buses_.clear();
+  busOrder_.clear();
+  busOfKey_.clear();
+  idleCursor_ = 0;
+  for (Reverb& reverb : reverbs_)
+    reverb.reset();
   return std::monostate{};
 }
 
 template <class Sample>
-void Synth::render(std::span<Sample* const> channels, std::size_t frames) noexcept {
-  assert(channels.size() == listeners_.size());
+void Synth::Impl::render(std::span<Sample* const> channels, std::size_t frames) noexcept {
+  assert(channels.size() == channels_.size());
   for (std::size_t done = 0; done < frames;) {
     const std::size_t part = std::min(kMixFrames, frames - done);
     mix(part);
@@ -239,6 +802,62 @@ void Synth::render(std::span<Sample* const> channels, std::size_t frames) noexce
                      [](double pressure) { return static_cast<Sample>(pressure); });
     done += part;
   }
+}
+
+Result<Synth> Synth::create(const SynthSettings& settings, std::vector<Listener> listeners) {
+  if (const std::string reason = whyNot(settings, listeners); !reason.empty())
+    return Error{"synth: " + reason};
+  auto impl = std::make_unique<Impl>(settings, std::move(listeners));
+  if (const Status prepared = impl->prepare(); !prepared)
+    return Error{"synth: " + prepared.error().message};
+  return Synth(std::move(impl));
+}
+
+Synth::Synth(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Synth::Synth(Synth&&) noexcept = default;
+Synth& Synth::operator=(Synth&&) noexcept = default;
+Synth::~Synth() = default;
+
+Status Synth::setBody(BodyId id, const SoundBody& body) {
+  return impl_->setBody(id, body);
+}
+Status Synth::moveListener(std::size_t listener, const ListenerPose& pose) {
+  return impl_->moveListener(listener, pose);
+}
+void Synth::schedule(const ImpulseEvent& event) {
+  impl_->schedule(event);
+}
+Status Synth::seek(double seconds) {
+  return impl_->seek(seconds);
+}
+double Synth::time() const {
+  return impl_->time();
+}
+double Synth::leadTime(double contactDuration) const {
+  return impl_->leadTime(contactDuration);
+}
+double Synth::contactDuration(const ImpulseEvent& event) const {
+  return impl_->contactDuration(event);
+}
+bool Synth::isSilent() const {
+  return impl_->isSilent();
+}
+const std::vector<Listener>& Synth::listeners() const {
+  return impl_->listeners();
+}
+std::size_t Synth::channelCount() const {
+  return impl_->channelCount();
+}
+const SynthCounters& Synth::counters() const {
+  return impl_->counters();
+}
+std::size_t Synth::pendingClicks() const {
+  return impl_->pendingClicks();
+}
+
+template <class Sample>
+void Synth::render(std::span<Sample* const> channels, std::size_t frames) noexcept {
+  impl_->render<Sample>(channels, frames);
 }
 
 template void Synth::render<float>(std::span<float* const>, std::size_t) noexcept;

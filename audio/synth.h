@@ -2,15 +2,20 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
-#include "audio/acceleration_noise.h"
 #include "audio/impulse_event.h"
 #include "audio/listener.h"
 #include "audio/medium.h"
+#include "audio/pose_track.h"
+#include "audio/pulse.h"
+#include "audio/radiation_filter.h"
 #include "audio/result.h"
+#include "audio/reverb.h"
+#include "audio/room.h"
 #include "audio/sound_body.h"
 
 namespace carom {
@@ -24,12 +29,29 @@ enum class ImpulseChoice : std::uint8_t {
   applied,   ///< ImpulseEvent::appliedImpulse, if the mechanics has given one
 };
 
+/// How a pulse becomes samples.
+enum class Sampling : std::uint8_t {
+  bandLimited,  ///< what the samples can hold of it, at its exact time
+  naive,        ///< its value at each sample: aliases where contacts are short; for comparisons
+};
+
 struct SynthSettings {
   double sampleRate = 48000.0;  ///< Hz, 8000 to 192000
   ImpulseChoice impulse = ImpulseChoice::physical;
   Medium medium = {};
   /// Pa. A click whose peak stays below it at every listener is left out, and counted.
   double audibleThreshold = kHearingThreshold;
+
+  PulseShape pulse = PulseShape::hertz;
+  /// Contacts that lose energy last longer and are skewed: Pulse::dissipativeHertz at the event's
+  /// own restitution, instead of `pulse`.
+  bool dissipative = false;
+  Sampling sampling = Sampling::bandLimited;
+  Radiation radiation = Radiation::exact;
+  bool doppler = true;  ///< the way through the air may change while a contact lasts
+
+  Room room = {};                        ///< no reflectors: open air, which costs nothing
+  std::optional<ReverbSettings> reverb;  ///< of the same room; none costs nothing
 };
 
 struct SynthCounters {
@@ -38,49 +60,59 @@ struct SynthCounters {
   std::uint64_t inaudible = 0;  ///< of `events`, left out: below the threshold at every listener
   std::uint64_t late = 0;       ///< of `events`, began before the first sample still to be rendered
   std::uint64_t undersampled =
-      0;  ///< of `events`, contact shorter than 4 samples: aliased, see the class
+      0;  ///< of `events`, contact shorter than 4 samples where sampling is naive: aliased
   std::uint64_t rejected = 0;  ///< not finite, unknown body, or no approach: never sounded
 };
 
-/// The sound layer: from impulse events to pressure at listeners.
+/// The sound layer: from impulse events to pressure at listeners, in pascals.
 ///
-/// Model: a rigid sphere's acceleration noise, compact and far field (Howe 2002, eq. 3.8.5), with
-/// the acceleration pulse of a Hertz contact in its Gaussian approximation: the seed document's
-/// equations (1), (4), (6) to (10). For a body of radius a and mass m, at distance r,
+/// Model: acceleration noise. A rigid body that is hit pushes the air as a dipole (Strike) while
+/// the contact lasts (hertzDuration), with the force's own course over time (Pulse). Sound reaches
+/// each receiver of each listener directly and over the images of a room's walls, with the delay
+/// and loudness of its way (RadiationFilter: near field and size of the body included), Doppler
+/// shift from the motion of body and listener, and the walls' absorption; what is left of the room
+/// is a Reverb. Positive pressure comes first where the body is pushed towards the listener.
 ///
-///     p(t) = rho0 a^3 cos(theta) / (2 c r) * pi |j| / (2 m tau) * dS/dt(t - r/c; t0, tau)
-///     S(t; t0, tau) = exp(-6/tau^2 (t - t0 - tau/2)^2)
+/// Band-limited: pulses are put on the samples at their exact, fractional times by short
+/// convolution, of which nothing folds back into the band below 0.4167 of the sample rate
+/// (kBand); docs/acceleration_noise.md has the errors.
 ///
-/// theta is the angle between the impulse on the body and the direction from its centre to the
-/// listener: positive pressure where the body is pushed towards the listener and speeds up.
-///
-/// Deviations: the Gaussian is cut where it has fallen below double rounding (2.5 tau from its
-/// centre); a listener inside a body hears it as from its surface (r >= a).
-/// Not modelled yet: what a sample cannot hold. The pulse is evaluated at the samples at its exact,
-/// fractional time, so contacts shorter than about 4 samples alias (`undersampled` counts them;
-/// docs/acceleration_noise.md has the error).
+/// Deviations: within a click the distance changes by a parabola through its begin, middle and
+/// end, and with it the loudness. A listener inside a body hears it as from its surface. Bodies
+/// larger than kLargestRadius are filtered as of that radius.
 ///
 /// Deterministic, and independent of the block size: the set of events alone decides the bits, not
 /// the order of the calls of `schedule` nor how `render` is cut into blocks, as long as each event
 /// is handed over before its sound begins. A late event is heard from the next sample on.
 /// Single-threaded: one thread at a time, any. `render` neither throws nor allocates. Memory holds
-/// what is still to sound, and one fixed block per listener.
+/// what is still to sound.
 class Synth {
  public:
-  /// Refuses: sample rate or medium out of range, no listener, a listener that is not finite.
+  static constexpr double kLargestRadius = 30.0;  ///< m
+
+  /// Refuses: sample rate or medium out of range, no listener, a listener or a room that is not
+  /// valid (see there), a binaural listener whose responses cannot be loaded.
   static Result<Synth> create(const SynthSettings& settings, std::vector<Listener> listeners);
+  Synth(Synth&&) noexcept;
+  Synth& operator=(Synth&&) noexcept;
+  ~Synth();
 
   /// Says what `id` radiates as, from now on. Refuses values outside SoundBody's ranges.
   Status setBody(BodyId id, const SoundBody& body);
+
+  /// The next pose of a listener that moves. Until the first, it stands where it was created; see
+  /// PoseTrack for what lies between poses and after the last. What is heard of an event is decided
+  /// when it is scheduled. Refuses: no such listener, a pose that PoseTrack refuses.
+  Status moveListener(std::size_t listener, const ListenerPose& pose);
 
   /// Hands over one body's share of a collision. May allocate.
   /// To be heard whole, the event is handed over at least `leadTime` before the clock of `render`
   /// reaches it (less the delay to the nearest listener).
   void schedule(const ImpulseEvent& event);
 
-  /// Adds nothing to what is there: overwrites `frames` samples of each channel, one channel per
-  /// listener, in pascals, and advances the clock by frames / sampleRate.
-  /// Requires channels.size() == listeners().size(). Defined for float and double.
+  /// Adds nothing to what is there: overwrites `frames` samples of each channel, in pascals, and
+  /// advances the clock by frames / sampleRate. The channels are those of the first listener, then
+  /// those of the next. Requires channels.size() == channelCount(). Defined for float and double.
   template <class Sample>
   void render(std::span<Sample* const> channels, std::size_t frames) noexcept;
 
@@ -89,46 +121,28 @@ class Synth {
   Status seek(double seconds);
 
   /// s, simulation clock, of the next sample to be rendered.
-  double time() const { return static_cast<double>(position_) / settings_.sampleRate; }
-  /// s: how long before its own time the sound of a contact of duration tau begins (the Gaussian
-  /// has a tail before first touch), at no distance: 2 tau.
-  static double leadTime(double contactDuration) {
-    return (kPulseHalfWidth - 0.5) * contactDuration;
-  }
+  double time() const;
+  /// s: how long before its own time the sound of a contact of that duration (s) begins at no
+  /// distance: what a filter without delay rings ahead, and what a Gaussian has before first touch.
+  double leadTime(double contactDuration) const;
 
-  const std::vector<Listener>& listeners() const { return listeners_; }
-  const SynthCounters& counters() const { return counters_; }
+  const std::vector<Listener>& listeners() const;
+  std::size_t channelCount() const;
+  const SynthCounters& counters() const;
 
-  /// Clicks still to be sounded, one per event and listener: those begun and those waiting.
-  std::size_t pendingClicks() const { return waiting_.size() + sounding_.size(); }
+  /// Clicks still to begin: one per event, channel and path.
+  std::size_t pendingClicks() const;
+  /// Nothing is sounding, and nothing waits.
+  bool isSilent() const;
 
-  /// s, the Hertz duration of the contact of `event`; 0 where a body is unknown or the event has
-  /// no duration (not finite, nothing approaching).
+  /// s, the duration of the contact of `event`; 0 where a body is unknown or the event has no
+  /// duration (not finite, nothing approaching).
   double contactDuration(const ImpulseEvent& event) const;
 
  private:
-  Synth(const SynthSettings& settings, std::vector<Listener> listeners);
-
-  const SoundBody* findBody(BodyId id) const;
-  void scheduleImpulse(const ImpulseEvent& event);
-  bool makeClicks(const ImpulseEvent& event, const SoundBody& body, double duration);
-  bool anyAudible() const;
-  void countTiming(double duration);
-  void enqueueClicks();
-  void reserveSounding();
-  void beginUntil(std::int64_t end) noexcept;
-  void mix(std::size_t frames) noexcept;
-
-  SynthSettings settings_;
-  std::vector<Listener> listeners_;
-  std::unordered_map<BodyId, SoundBody> bodies_;
-  SynthCounters counters_;
-
-  std::int64_t position_ = 0;           // the next sample to be rendered
-  std::vector<SampledClick> clicks_;    // of the event in hand, one per listener
-  std::vector<SampledClick> waiting_;   // min-heap, the earliest first
-  std::vector<SampledClick> sounding_;  // in the order in which they are summed
-  std::vector<double> mix_;             // Pa, kMixFrames per listener, planar
+  class Impl;
+  explicit Synth(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace carom

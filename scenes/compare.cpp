@@ -160,7 +160,7 @@ void compareGlobally(const BulletRun& run, const std::vector<ReferenceCollision>
 Result<double> soundLevel(const Scene& scene) {
   Result<SceneSound> sound = SceneSound::create(scene);
   if (!sound) return sound.error();
-  std::vector<std::vector<float>> channels(scene.listeners.size(), std::vector<float>(4096));
+  std::vector<std::vector<float>> channels(sound->synth().channelCount(), std::vector<float>(4096));
   double sum = 0.0;
   while (const std::size_t frames = sound->render(channels)) {
     for (const auto& channel : channels) {

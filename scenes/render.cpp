@@ -15,6 +15,13 @@ namespace {
 
 constexpr std::size_t kBlockFrames = 4096;
 
+std::size_t channelsOf(const Scene& scene) {
+  std::size_t channels = 0;
+  for (const Listener& listener : scene.listeners)
+    channels += channelCount(listener);
+  return channels;
+}
+
 struct Files {
   SoundFileWriter sound;
   std::optional<EventsFileWriter> events;
@@ -31,7 +38,7 @@ Result<Files> openFiles(const Scene& scene, const RenderOptions& options) {
   }
   SoundFileSettings settings;
   settings.sampleRate = scene.sampleRate;
-  settings.channels = scene.listeners.size();
+  settings.channels = channelsOf(scene);
   settings.format = options.format;
   settings.fullScalePressure = options.fullScale;
   settings.limit = isLimited(options);
@@ -57,8 +64,7 @@ Status nameFiles(Files& files) {
 
 Status renderInto(Files& files, const Scene& scene, SceneSound& sound, RenderReport& report,
                   const RenderOptions& options) {
-  std::vector<std::vector<float>> channels(scene.listeners.size(),
-                                           std::vector<float>(kBlockFrames));
+  std::vector<std::vector<float>> channels(channelsOf(scene), std::vector<float>(kBlockFrames));
   std::vector<const float*> pointers;
   pointers.reserve(channels.size());
   for (const auto& channel : channels)
@@ -99,7 +105,7 @@ Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& option
   }
   report.sampleRate = scene.sampleRate;
   report.duration = static_cast<double>(sound->frames()) / scene.sampleRate;
-  report.channels = scene.listeners.size();
+  report.channels = channelsOf(scene);
   report.peak = files->sound.peakPressure();
   report.fullScale = options.fullScale;
   if (options.normalize) report.fullScale = report.peak > 0.0 ? report.peak : kFullScalePressure;

@@ -11,6 +11,7 @@
 #include "audio/material.h"
 #include "audio/medium.h"
 #include "audio/restitution_table.h"
+#include "audio/synth.h"
 
 namespace carom {
 
@@ -55,6 +56,7 @@ struct Scene {
   Vec3 gravity = {0.0, -9.81, 0.0};  ///< m/s^2
   Medium medium;
   StepperSettings stepper;
+  SynthSettings sound;  ///< its sample rate and medium are not used: the scene's are
   std::vector<SceneBody> bodies;
   RestitutionTable restitutions;  ///< of pairs of materials that have one of their own
   std::vector<Listener> listeners;

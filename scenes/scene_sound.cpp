@@ -7,8 +7,8 @@
 namespace carom {
 namespace {
 
-// The sound of a contact begins 2 tau before it (see Synth::leadTime); contacts of up to 50 ms are
-// heard whole. The synth counts those that are not.
+// The sound of a contact begins before it (see Synth::leadTime): at most 2 tau and some samples, so
+// contacts of up to 50 ms are heard whole. The synth counts those that are not.
 constexpr double kLookahead = 0.1;  // s
 
 SoundBody soundBody(const SceneBody& body) {
@@ -28,7 +28,7 @@ bool earlier(const ImpulseEvent& a, const ImpulseEvent& b) {
 }  // namespace
 
 Result<SceneSound> SceneSound::create(const Scene& scene) {
-  SynthSettings settings;
+  SynthSettings settings = scene.sound;
   settings.sampleRate = scene.sampleRate;
   settings.medium = scene.medium;
   Result<Synth> synth = Synth::create(settings, scene.listeners);

@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include "audio/acceleration_noise.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/support/no_alloc_scope.h"
 
@@ -83,6 +84,10 @@ TEST_P(SeedEquations, AreReproducedToDoublePrecision) {
 
   SynthSettings settings;
   settings.medium.speedOfSound = given.speedOfSound;
+  settings.pulse = PulseShape::handOut;
+  settings.sampling = Sampling::naive;
+  settings.radiation = Radiation::compact;
+  settings.doppler = false;
   Synth synth = makeSynth(drop, {{"seat", given.listener}}, settings);
   ASSERT_TRUE(synth.setBody(kFloor, {.material = plastic}));
   synth.schedule(event);
@@ -147,6 +152,8 @@ TEST(Synth, DelayIsThatOfTheWayThroughTheAirToAThousandthOfASample) {
   const BallDrop drop{.material = plastic, .radius = 0.05, .time = 0.01};
   SynthSettings settings;
   settings.sampleRate = 192000.0;
+  settings.radiation = Radiation::compact;
+  settings.doppler = false;
   const double tau = makeSynth(drop, {kAbove}, settings).contactDuration(drop.event());
   for (const double distance : {0.3, 1.0, 1.7321, 3.14159}) {
     Synth synth = makeSynth(drop, {{"", {0, 0, distance}}}, settings);
@@ -170,7 +177,7 @@ TEST(Synth, ClicksSuperpose) {
   const std::vector<double> b = renderMono(other, 1200);
   const std::vector<double> sum = renderMono(both, 1200);
   for (std::size_t sample = 0; sample < sum.size(); ++sample)
-    EXPECT_EQ(sum[sample], a[sample] + b[sample]);
+    EXPECT_NEAR(sum[sample], a[sample] + b[sample], 1e-12 * peakOf(sum));
 }
 
 TEST(Synth, EachListenerHasItsOwnChannel) {
@@ -262,7 +269,7 @@ TEST(Synth, EventsHandedOverJustInTimeGiveTheSameBits) {
   std::size_t next = 0;
   constexpr std::size_t kBlock = 90;
   for (std::size_t begin = 0; begin < kFrames; begin += kBlock) {
-    const double horizon = synth.time() + kBlock / 48000.0 + Synth::leadTime(300e-6);
+    const double horizon = synth.time() + kBlock / 48000.0 + synth.leadTime(300e-6);
     while (next < events.size() && events[next].time < horizon)
       synth.schedule(events[next++]);
     renderBlock(synth, planes, begin, kBlock);
@@ -357,12 +364,14 @@ TEST(Synth, SeekDropsWhatHasNotSounded) {
 
 TEST(Synth, LateEventIsHeardFromTheClockOnAndCounted) {
   const BallDrop drop{.time = 0.02};
-  Synth onTime = makeSynth(drop, {kAbove});
+  SynthSettings compact;  // without a recursion nothing depends on samples long past
+  compact.radiation = Radiation::compact;
+  Synth onTime = makeSynth(drop, {kAbove}, compact);
   onTime.schedule(drop.event());
   const std::vector<double> whole = renderMono(onTime, 2400);
 
   const std::size_t middle = firstLoud(whole) + 2;
-  Synth late = makeSynth(drop, {kAbove});
+  Synth late = makeSynth(drop, {kAbove}, compact);
   renderMono(late, middle);
   late.schedule(drop.event());
   const std::vector<double> rest = renderMono(late, whole.size() - middle);
@@ -384,7 +393,7 @@ TEST(Synth, EventThatIsOverIsLateAndTakesNoRoom) {
 TEST(Synth, EventHandedOverItsLeadTimeAheadIsNotLate) {
   BallDrop drop;
   Synth synth = makeSynth(drop, {{"touching", {0, 0, drop.radius}}});
-  drop.time = Synth::leadTime(synth.contactDuration(drop.event()));
+  drop.time = synth.leadTime(synth.contactDuration(drop.event()));
   synth.schedule(drop.event());
   EXPECT_EQ(synth.counters().late, 0u);
 }
@@ -419,7 +428,9 @@ TEST(Synth, ContactsShorterThanFourSamplesAreCounted) {
   const BallDrop small{.radius = 0.001, .time = 0.01};
   const BallDrop large{.radius = 0.05, .time = 0.01};
   for (const BallDrop& drop : {small, large}) {
-    Synth synth = makeSynth(drop, {kAbove});
+    SynthSettings naive;
+    naive.sampling = Sampling::naive;
+    Synth synth = makeSynth(drop, {kAbove}, naive);
     synth.schedule(drop.event());
     const bool isShort = synth.contactDuration(drop.event()) < 4.0 / 48000.0;
     EXPECT_EQ(synth.counters().undersampled, isShort ? 1u : 0u) << drop.radius;
@@ -498,6 +509,7 @@ TEST(Synth, TheAppliedImpulseSoundsWhereItIsChosenAndGiven) {
   const auto peak = [&](ImpulseChoice choice) {
     SynthSettings settings;
     settings.impulse = choice;
+    settings.doppler = false;  // a body that is hit less is faster during the contact
     Synth synth = makeSynth({}, {kAbove}, settings);
     synth.schedule(event);
     return peakOf(renderMono(synth, 4800));

@@ -87,8 +87,8 @@ class BouncingBall : public testing::Test {
 
 TEST_F(BouncingBall, IsHeardAtTheAnalyticTimesWithinOneSample) {
   const TemporaryFolder folder;
-  const auto report =
-      renderScene(libraryScene("bouncing_ball"), {.soundFile = folder / "ball.wav"});
+  const auto report = renderScene(asInTheHandOut(libraryScene("bouncing_ball")),
+                                  {.soundFile = folder / "ball.wav"});
   ASSERT_TRUE(report) << report.error().message;
   const Recording recording = readRecording(folder / "ball.wav");
   const double rate = recording.info.samplerate;
@@ -108,8 +108,8 @@ TEST_F(BouncingBall, IsHeardAtTheAnalyticTimesWithinOneSample) {
 
 TEST_F(BouncingBall, IsAsLoudAsTheEquationsSay) {
   const TemporaryFolder folder;
-  const auto report =
-      renderScene(libraryScene("bouncing_ball"), {.soundFile = folder / "ball.wav"});
+  const auto report = renderScene(asInTheHandOut(libraryScene("bouncing_ball")),
+                                  {.soundFile = folder / "ball.wav"});
   ASSERT_TRUE(report) << report.error().message;
   const Recording recording = readRecording(folder / "ball.wav");
   const std::vector<Onset> onsets = findOnsets(recording.channel(0), recording.info.samplerate);
@@ -125,7 +125,7 @@ TEST_F(BouncingBall, IsAsLoudAsTheEquationsSay) {
 
 TEST_F(BouncingBall, IsHeardLaterAndHalfAsLoudAtTwiceTheDistance) {
   const TemporaryFolder folder;
-  Scene scene = libraryScene("bouncing_ball");
+  Scene scene = asInTheHandOut(libraryScene("bouncing_ball"));
   scene.listeners.push_back({"far", {1.2, 0.01 + 2.0 * 0.69, 0.74}});
   const auto report = renderScene(scene, {.soundFile = folder / "ball.wav"});
   ASSERT_TRUE(report) << report.error().message;

@@ -57,6 +57,16 @@ inline Scene fewMarbles() {
                             "few_marbles.json"));
 }
 
+/// With the equations of the hand-out as they stand, sampled as they are: what a test can write
+/// again in a line.
+inline Scene asInTheHandOut(Scene scene) {
+  scene.sound.pulse = PulseShape::handOut;
+  scene.sound.sampling = Sampling::naive;
+  scene.sound.radiation = Radiation::compact;
+  scene.sound.doppler = false;
+  return scene;
+}
+
 /// The same, of rubber: contacts of milliseconds, whose sound begins before it could have arrived
 /// from the touch itself (Synth::leadTime).
 inline Scene fewRubberBalls() {

@@ -104,7 +104,8 @@ std::vector<double> soundOf(const std::vector<WrittenClick>& clicks, const Vec3&
 }
 
 TEST(Render, SoundIsTheSumOfTheClicksInTheEventsFile) {
-  for (const Scene& scene : variousScenes()) {
+  for (const Scene& any : variousScenes()) {
+    const Scene scene = asInTheHandOut(any);
     const TemporaryFolder folder;
     const RenderReport report =
         rendered(scene, {.soundFile = folder / "sound.wav", .eventsFile = folder / "events.csv"});

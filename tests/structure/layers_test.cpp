@@ -55,7 +55,9 @@ std::vector<Layer> layers() {
 
 /// Files that may include one thing more.
 const std::vector<Layer>& exceptions() {
-  static const std::vector<Layer> list = {{"audio/sound_file.cpp", "sndfile\\.h"}};
+  static const std::vector<Layer> list = {{"audio/sound_file.cpp", "sndfile\\.h"},
+                                          {"audio/sofa_file.cpp", "mysofa\\.h"},
+                                          {"audio/simd_kernels.cpp", "hwy/[a-z_]+\\.h"}};
   return list;
 }
 

@@ -33,35 +33,21 @@ std::vector<Segment> findSegments(std::span<const double> samples, double level,
   return segments;
 }
 
-/// Height of the parabola through a largest sample and its two neighbours.
-double parabolaPeak(double before, double top, double after) {
-  const double bend = before - 2.0 * top + after;
-  if (bend >= 0.0) return top;
-  const double tilt = after - before;
-  return top - tilt * tilt / (8.0 * bend);
-}
-
-/// Magnitude of a sample of the lobe's own sign; 0 outside and of the other sign.
+/// Magnitude of a sample of the given sign; 0 outside and of the other sign.
 double inLobe(std::span<const double> samples, std::ptrdiff_t sample, double sign) {
   if (sample < 0 || sample >= std::ssize(samples)) return 0.0;
   return std::max(0.0, sign * samples[static_cast<std::size_t>(sample)]);
 }
 
-double onsetSample(std::span<const double> samples, const Segment& segment) {
-  const double sign = samples[segment.begin] > 0.0 ? 1.0 : -1.0;
+double onsetSample(std::span<const double> samples, const Segment& segment, double peak) {
+  const double half = 0.5 * peak;
   auto sample = static_cast<std::ptrdiff_t>(segment.begin);
-  for (std::ptrdiff_t next = sample; inLobe(samples, next, sign) > 0.0; ++next) {
-    if (inLobe(samples, next, sign) > inLobe(samples, sample, sign)) sample = next;
-  }
-  const double extremum =
-      parabolaPeak(inLobe(samples, sample - 1, sign), inLobe(samples, sample, sign),
-                   inLobe(samples, sample + 1, sign));
-  const double half = 0.5 * extremum;
-  while (inLobe(samples, sample, sign) >= half)
-    --sample;
-  const double below = inLobe(samples, sample, sign);
-  const double above = inLobe(samples, sample + 1, sign);
-  return static_cast<double>(sample) + (half - below) / (above - below);
+  while (std::abs(samples[static_cast<std::size_t>(sample)]) < half)
+    ++sample;
+  const double sign = samples[static_cast<std::size_t>(sample)] > 0.0 ? 1.0 : -1.0;
+  const double above = inLobe(samples, sample, sign);
+  const double below = inLobe(samples, sample - 1, sign);
+  return static_cast<double>(sample) - (above - half) / (above - below);
 }
 
 double loudest(std::span<const double> samples) {
@@ -80,7 +66,8 @@ std::vector<Onset> findOnsets(std::span<const double> samples, double sampleRate
   std::vector<Onset> onsets;
   for (const Segment& segment : findSegments(samples, level, settings.gap * sampleRate)) {
     const auto click = samples.subspan(segment.begin, segment.end - segment.begin);
-    onsets.push_back({onsetSample(samples, segment) / sampleRate, loudest(click)});
+    const double peak = loudest(click);
+    onsets.push_back({onsetSample(samples, segment, peak) / sampleRate, peak});
   }
   return onsets;
 }

@@ -23,10 +23,11 @@ struct Onset {
 
 /// Finds the clicks in a recording, knowing nothing but its samples: no events, no tau.
 ///
-/// An onset is the time at which a click first reaches half of its first extremum, interpolated
-/// between samples. For the Gaussian jerk pulse that is at u = -0.0547 contact durations, so it is
-/// early by 0.0547 tau (11 us of 200 us): half of max v exp(-6 v^2), v = |u - 1/2|, is reached at
-/// v = 0.5547. Delay of the air is not taken off.
+/// An onset is the time at which a click first reaches half of its largest magnitude, interpolated
+/// between samples: what rings ahead of a band-limited click is far below. For the Gaussian jerk
+/// pulse that is at u = -0.0547 contact durations, so it is early by 0.0547 tau (11 us of 200 us):
+/// half of max v exp(-6 v^2), v = |u - 1/2|, is reached at v = 0.5547. Delay of the air is not
+/// taken off.
 ///
 /// Floor: clicks more than 100 dB below the loudest, or nearer than `gap` plus their own audible
 /// length to the one before, are not found.

@@ -1,0 +1,90 @@
+#include "audio/click_kernels.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "audio/spread_kernel.h"
+#if CAROM_SIMD
+#include "audio/simd_kernels.h"
+#endif
+
+namespace carom {
+namespace {
+
+constexpr double kHalfWidth = 0.5 * static_cast<double>(kSpreadWidth);
+constexpr double kPhases = static_cast<double>(SpreadTable::kPhases);
+
+void place(std::span<const PulseNode> nodes, const ClickTrack& track, PlacedNodes& placed) {
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const double left = track.at(nodes[i].u) - kHalfWidth;
+    const double first = std::ceil(left);
+    const double phase = (first - left) * kPhases;
+    const double row = std::floor(phase);
+    const double weight = nodes[i].weight * track.gainAt(nodes[i].u);
+    placed.weight[i] = weight * (1.0 - (phase - row));
+    placed.nextWeight[i] = weight * (phase - row);
+    placed.first[i] = static_cast<std::int64_t>(first);
+    placed.row[i] = static_cast<std::int64_t>(row);
+  }
+}
+
+void spread(const PlacedNodes& placed, std::size_t count, std::span<double> x) {
+  std::fill(x.begin(), x.end(), 0.0);
+  const SpreadTable& table = SpreadTable::instance();
+  for (std::size_t i = 0; i < count; ++i) {
+    const double* row = table.row(static_cast<std::size_t>(placed.row[i]));
+    const double* next = row + SpreadTable::kStride;
+    for (std::size_t m = 0; m < kSpreadWidth; ++m) {
+      const auto at = static_cast<std::size_t>(placed.first[i]) + m;
+      if (at < x.size()) x[at] += placed.weight[i] * row[m] + placed.nextWeight[i] * next[m];
+    }
+  }
+}
+
+void add(std::span<const double> from, double gain, double* to) {
+  for (std::size_t i = 0; i < from.size(); ++i)
+    to[i] += gain * from[i];
+}
+
+void filter(const double* from, std::span<const double> taps, double* to, std::size_t count) {
+  for (std::size_t n = 0; n < count; ++n) {
+    double sum = 0.0;
+    const double* input = from + n;
+    for (const double tap : taps)
+      sum += tap * *input--;
+    to[n] += sum;
+  }
+}
+
+std::vector<ClickKernels> makeAll() {
+  std::vector<ClickKernels> all;
+#if CAROM_SIMD
+  all = simdKernels();
+#endif
+  all.push_back({"plain", place, spread, add, filter});
+  return all;
+}
+
+}  // namespace
+
+void PlacedNodes::resize(std::size_t count) {
+  first.resize(count + ClickKernels::kRoom);
+  row.resize(count + ClickKernels::kRoom);
+  weight.resize(count + ClickKernels::kRoom);
+  nextWeight.resize(count + ClickKernels::kRoom);
+}
+
+std::span<const ClickKernels> allKernels() {
+  static const std::vector<ClickKernels> all = makeAll();
+  return all;
+}
+
+const ClickKernels& fastestKernels() {
+  return allKernels().front();
+}
+
+const ClickKernels& plainKernels() {
+  return allKernels().back();
+}
+
+}  // namespace carom

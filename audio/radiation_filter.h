@@ -1,0 +1,64 @@
+#pragma once
+
+#include <array>
+#include <complex>
+#include <cstddef>
+#include <cstdint>
+
+namespace carom {
+
+/// How a body's acceleration becomes pressure.
+enum class Radiation : std::uint8_t {
+  exact,    ///< a rigid sphere's, at any frequency and distance
+  compact,  ///< its limit for long wavelengths, far away
+};
+
+/// Pressure of a rigid sphere that oscillates along one axis, over the acceleration's own part of
+/// it: with G = rho0 a^3 cos(theta) / (2 c r), acceleration A(s) and delay r/c,
+///
+///     exact:    p = G e^{-s (r - a)/c} (s + c/r) A(s) / (1 + (a/c) s + (a^2 / (2 c^2)) s^2)
+///     compact:  p = G e^{-s r/c} s A(s)
+///
+/// This is the fraction and nothing before it: far + (c/r) near. Sources: Morse & Ingard 1968,
+/// Theoretical Acoustics, section 7.1, for the exact one; Howe 2002, eq. 3.8.5, for the compact.
+/// `omega` in rad/s, `corner` = c/a in 1/s, infinite for compact. [any thread]
+struct RadiationResponse {
+  std::complex<double> far;   ///< 1/s
+  std::complex<double> near;  ///< 1
+};
+RadiationResponse radiationResponse(double omega, double corner);
+
+/// The same on samples: taps and then a recursion whose poles are the sphere's own,
+///
+///     y[n] = sum over k of f[k] x[n - k - kFirstTap],   p[n] = y[n] + b1 p[n-1] + b2 p[n-2]
+///
+/// with far's taps per sample and not per second. The taps also undo what spreadKernel dims,
+/// unless the samples are bare ones. In the band (kBand) it is the response above to -90 dB at
+/// every frequency; beyond, it is not defined.
+class RadiationFilter {
+ public:
+  static constexpr std::size_t kTaps = 56;
+  static constexpr std::ptrdiff_t kFirstTap = -27;
+  using Taps = std::array<double, kTaps>;
+
+  enum class Input : std::uint8_t {
+    spread,  ///< instants put on the samples by spreadKernel
+    bare,    ///< values at the samples
+  };
+
+  /// `corner` in 1 / samples: c / (a * sample rate); infinite for the compact model.
+  RadiationFilter(double corner, Input input);
+
+  const Taps& far() const { return far_; }
+  const Taps& near() const { return near_; }
+  double b1() const { return b1_; }  ///< 0 where there is no recursion
+  double b2() const { return b2_; }
+
+ private:
+  Taps far_{};
+  Taps near_{};
+  double b1_ = 0.0;
+  double b2_ = 0.0;
+};
+
+}  // namespace carom
