@@ -18,7 +18,8 @@ void ClickBus::restart(const BusChain& chain, std::int64_t position) {
   position_ = position;
   std::ranges::fill(far_, 0.0);
   std::ranges::fill(near_, 0.0);
-  held_ = 0;
+  begin_ = held_ = 0;
+  hasNear_ = false;
   ringing_ = false;
   last_ = beforeLast_ = 0.0;
   reflected_.assign(chain.reflections.size(), 0.0);
@@ -40,37 +41,57 @@ void ClickBus::add(std::int64_t first, std::span<const double> x, double far,
   const auto at = static_cast<std::size_t>(begin + static_cast<std::int64_t>(cut));
   assert(at + x.size() + ClickKernels::kRoom <= far_.size());
   kernels_->add(x, far, &far_[at]);
-  if (near != 0.0) kernels_->add(x, near, &near_[at]);
+  if (near != 0.0) {
+    kernels_->add(x, near, &near_[at]);
+    hasNear_ = true;
+  }
+  begin_ = held_ == 0 ? at : std::min(begin_, at);
   held_ = std::max(held_, at + x.size());
 }
 
 void ClickBus::advance(std::span<double> to) noexcept {
   assert(to.size() <= kMaxFrames);
-  const std::size_t frames = to.size();
-  position_ += static_cast<std::int64_t>(frames);
+  position_ += static_cast<std::int64_t>(to.size());
   if (isSilent()) return;
+  // What is held is heard from kHistory samples before it on; until then nothing is.
+  const std::size_t quiet = ringing_ ? 0 : begin_ - std::min(begin_, kHistory);
+  const std::size_t skipped = std::min(quiet, to.size());
   std::array<double, kMaxFrames> buffer{};
-  const std::span<double> pressure(buffer.data(), frames);
-  if (held_ > 0) {
-    if (chain_.radiation == nullptr) {
-      std::copy_n(far_.data() + kHistory, frames, pressure.data());
-    } else {
-      kernels_->filter(far_.data() + kHistory, chain_.radiation->far(), pressure.data(), frames);
-      kernels_->filter(near_.data() + kHistory, chain_.radiation->near(), pressure.data(), frames);
-    }
-    const std::size_t left = held_ > frames ? held_ - frames : 0;
-    for (std::vector<double>* input : {&far_, &near_}) {
-      std::copy_n(input->data() + frames, left, input->data());
-      std::fill(input->data() + left, input->data() + held_, 0.0);
-    }
-    held_ = left;
-  }
-  runFilters(pressure);
-  for (std::size_t i = 0; i < frames; ++i)
-    to[i] += pressure[i];
+  const std::span<double> pressure(buffer.data(), to.size() - skipped);
+  drive(skipped, pressure.first(std::min(pressure.size(), held_ - std::min(held_, skipped))));
+  shift(to.size());
+  ring(pressure);
+  for (std::size_t i = 0; i < pressure.size(); ++i)
+    to[skipped + i] += pressure[i];
 }
 
-void ClickBus::runFilters(std::span<double> pressure) noexcept {
+void ClickBus::drive(std::size_t from, std::span<double> pressure) const noexcept {
+  if (pressure.empty()) return;
+  const std::size_t at = kHistory + from;
+  if (chain_.radiation == nullptr) {
+    std::copy_n(&far_[at], pressure.size(), pressure.data());
+    return;
+  }
+  const HeldInput held{static_cast<std::ptrdiff_t>(begin_) - static_cast<std::ptrdiff_t>(at),
+                       static_cast<std::ptrdiff_t>(held_) - static_cast<std::ptrdiff_t>(at)};
+  kernels_->filter(chain_.radiation->far(), &far_[at], held, pressure);
+  if (hasNear_) kernels_->filter(chain_.radiation->near(), &near_[at], held, pressure);
+}
+
+void ClickBus::shift(std::size_t frames) noexcept {
+  if (held_ == 0) return;
+  const std::size_t left = held_ - std::min(held_, frames);
+  const std::size_t kept = begin_ - std::min(begin_, frames);
+  for (std::vector<double>* input : {&far_, &near_}) {
+    std::copy(input->data() + kept + frames, input->data() + left + frames, input->data() + kept);
+    std::fill(input->data() + std::max(left, begin_), input->data() + held_, 0.0);
+  }
+  begin_ = kept;
+  held_ = left;
+}
+
+void ClickBus::ring(std::span<double> pressure) noexcept {
+  if (pressure.empty()) return;
   ringing_ = false;
   if (chain_.radiation != nullptr && chain_.radiation->b2() != 0.0) {
     const double b1 = chain_.radiation->b1();

@@ -13,8 +13,8 @@ namespace carom {
 
 /// What all clicks of a bus pass: of one radius, over one path, at one receiver.
 struct BusChain {
-  const RadiationFilter* radiation = nullptr;     ///< null: what is put in is pressure already
-  std::span<const ReflectionFilter> reflections;  ///< of the walls on the path, in a row
+  const RadiationFilter* radiation = nullptr;          ///< null: what is put in is pressure already
+  std::span<const ReflectionFilter> reflections = {};  ///< of the walls on the path, in a row
 };
 
 /// Collects clicks before their filters, which are linear and so need to run only once for all of
@@ -47,16 +47,20 @@ class ClickBus {
   bool isSilent() const { return held_ == 0 && !ringing_; }
 
  private:
-  void runFilters(std::span<double> pressure) noexcept;
+  void drive(std::size_t from, std::span<double> pressure) const noexcept;
+  void shift(std::size_t frames) noexcept;
+  void ring(std::span<double> pressure) noexcept;
 
   const ClickKernels* kernels_;
   BusChain chain_;
   std::int64_t position_ = 0;
   std::vector<double> far_;   // kHistory samples before the clock, and those after it
   std::vector<double> near_;  // likewise
-  std::size_t held_ = 0;      // samples of both that may not be zero
-  bool ringing_ = false;      // a recursion holds something
-  double last_ = 0.0;         // of the radiation's recursion
+  std::size_t begin_ = 0;     // of both, the samples [begin_, held_) may not be zero
+  std::size_t held_ = 0;
+  bool hasNear_ = false;  // near_ was ever used
+  bool ringing_ = false;  // a recursion holds something
+  double last_ = 0.0;     // of the radiation's recursion
   double beforeLast_ = 0.0;
   std::vector<double> reflected_;  // one state per reflection
 };

@@ -28,7 +28,7 @@ void place(std::span<const PulseNode> nodes, const ClickTrack& track, PlacedNode
   }
 }
 
-void spread(const PlacedNodes& placed, std::size_t count, std::span<double> x) {
+void spread(PlacedNodes& placed, std::size_t count, std::span<double> x) {
   std::fill(x.begin(), x.end(), 0.0);
   const SpreadTable& table = SpreadTable::instance();
   for (std::size_t i = 0; i < count; ++i) {
@@ -46,13 +46,22 @@ void add(std::span<const double> from, double gain, double* to) {
     to[i] += gain * from[i];
 }
 
-void filter(const double* from, std::span<const double> taps, double* to, std::size_t count) {
-  for (std::size_t n = 0; n < count; ++n) {
+void filter(const PaddedTaps& taps, const double* from, HeldInput held, std::span<double> to) {
+  constexpr auto kTaps = static_cast<std::ptrdiff_t>(PaddedTaps::kTaps);
+  for (std::ptrdiff_t n = 0; n < std::ssize(to); ++n) {
     double sum = 0.0;
-    const double* input = from + n;
-    for (const double tap : taps)
-      sum += tap * *input--;
-    to[n] += sum;
+    for (std::ptrdiff_t i = std::max(held.begin, n - kTaps + 1); i < std::min(held.end, n + 1); ++i)
+      sum += from[i] * taps.first()[n - i];
+    to[static_cast<std::size_t>(n)] += sum;
+  }
+}
+
+void convolve(std::span<const double> taps, const double* from, std::span<double> to) {
+  for (std::size_t n = 0; n < to.size(); ++n) {
+    double sum = 0.0;
+    for (std::size_t tap = taps.size(); tap-- > 0;)
+      sum += taps[tap] * *(from + n - tap);
+    to[n] = sum;
   }
 }
 
@@ -61,17 +70,23 @@ std::vector<ClickKernels> makeAll() {
 #if CAROM_SIMD
   all = simdKernels();
 #endif
-  all.push_back({"plain", place, spread, add, filter});
+  all.push_back({"plain", place, spread, add, filter, convolve});
   return all;
 }
 
 }  // namespace
 
-void PlacedNodes::resize(std::size_t count) {
-  first.resize(count + ClickKernels::kRoom);
-  row.resize(count + ClickKernels::kRoom);
-  weight.resize(count + ClickKernels::kRoom);
-  nextWeight.resize(count + ClickKernels::kRoom);
+void PlacedNodes::reserve(std::size_t nodes, std::size_t samples) {
+  const std::size_t room = nodes + ClickKernels::kRoom;
+  if (weight.size() < room) {
+    first.resize(room);
+    row.resize(room);
+    weight.resize(room);
+    nextWeight.resize(room);
+  }
+  constexpr std::size_t kMostLanes = 8;
+  const std::size_t parts = kMostLanes * (samples + kSpreadWidth + 2 * ClickKernels::kRoom);
+  if (partial.size() < parts) partial.resize(parts);
 }
 
 std::span<const ClickKernels> allKernels() {

@@ -31,8 +31,17 @@ struct PlacedNodes {
   std::vector<std::int64_t> row;    ///< index into the table, of the first of the two
   std::vector<double> weight;       ///< of that row
   std::vector<double> nextWeight;   ///< of the next row
+  /// What has been spread so far, apart for each place that a row may have in a vector.
+  std::vector<double> partial;
 
-  void resize(std::size_t count);  ///< with the room that the kernels need
+  /// Makes room for clicks of so many nodes and samples, and what the kernels need beyond.
+  void reserve(std::size_t nodes, std::size_t samples);
+};
+
+/// Of a filter's input, the elements [begin, end), counted from its first: before it below 0.
+struct HeldInput {
+  std::ptrdiff_t begin = 0;
+  std::ptrdiff_t end = 0;
 };
 
 /// The loops in which the time goes, on buffers. Written once in plain C++, and once vectorised
@@ -47,15 +56,19 @@ struct ClickKernels {
   /// Lays nodes, in order of time, along a track.
   void (*place)(std::span<const PulseNode> nodes, const ClickTrack& track, PlacedNodes& placed);
 
-  /// x = the sum of the first `count` placed nodes.
-  void (*spread)(const PlacedNodes& placed, std::size_t count, std::span<double> x);
+  /// x = the sum of the first `count` placed nodes, which are in order of time.
+  void (*spread)(PlacedNodes& placed, std::size_t count, std::span<double> x);
 
   /// to[n] += from[n] * gain.
   void (*add)(std::span<const double> from, double gain, double* to);
 
-  /// to[n] += sum over k of taps[k] from[n - k], for 0 <= n < count. Reads taps.size() - 1
-  /// elements in front of `from`, and kRoom behind what it needs.
-  void (*filter)(const double* from, std::span<const double> taps, double* to, std::size_t count);
+  /// to[n] += sum over k of taps[k] from[n - k]. Of `from`, which reaches from kTaps - 1 elements
+  /// in front to kRoom behind, only those that are held may differ from 0.
+  void (*filter)(const PaddedTaps& taps, const double* from, HeldInput held, std::span<double> to);
+
+  /// to[n] = sum over k of taps[k] from[n - k]. Reads taps.size() - 1 elements in front of `from`,
+  /// and kRoom behind to.size().
+  void (*convolve)(std::span<const double> taps, const double* from, std::span<double> to);
 };
 
 /// The plain ones: the reference.

@@ -117,12 +117,12 @@ RadiationFilter::RadiationFilter(double corner, Input input) {
   const Eigen::VectorXd far = fitOf(input, kTaps - 1).taps(slope);
   for (std::size_t tap = 0; tap + 1 < kTaps; ++tap) {
     const double value = far(static_cast<Eigen::Index>(tap));
-    far_[tap] += value;
-    far_[tap + 1] -= value;
+    far_.first()[tap] += value;
+    far_.first()[tap + 1] -= value;
   }
   if (std::isinf(corner)) return;
   const Eigen::VectorXd near = fitOf(input, kTaps).taps(numerator);
-  std::copy(near.begin(), near.end(), near_.begin());
+  std::copy(near.begin(), near.end(), near_.first());
 }
 
 }  // namespace carom

@@ -28,6 +28,20 @@ struct RadiationResponse {
 };
 RadiationResponse radiationResponse(double omega, double corner);
 
+/// A filter's taps, with zeros around them so that vectors may reach beyond.
+class PaddedTaps {
+ public:
+  static constexpr std::size_t kTaps = 56;
+  static constexpr std::size_t kPad = 32;
+
+  double* first() { return values_.data() + kPad; }
+  const double* first() const { return values_.data() + kPad; }
+  double operator[](std::size_t tap) const { return values_[kPad + tap]; }
+
+ private:
+  std::array<double, kPad + kTaps + kPad> values_{};
+};
+
 /// The same on samples: taps and then a recursion whose poles are the sphere's own,
 ///
 ///     y[n] = sum over k of f[k] x[n - k - kFirstTap],   p[n] = y[n] + b1 p[n-1] + b2 p[n-2]
@@ -37,9 +51,8 @@ RadiationResponse radiationResponse(double omega, double corner);
 /// every frequency; beyond, it is not defined.
 class RadiationFilter {
  public:
-  static constexpr std::size_t kTaps = 56;
+  static constexpr std::size_t kTaps = PaddedTaps::kTaps;
   static constexpr std::ptrdiff_t kFirstTap = -27;
-  using Taps = std::array<double, kTaps>;
 
   enum class Input : std::uint8_t {
     spread,  ///< instants put on the samples by spreadKernel
@@ -49,14 +62,14 @@ class RadiationFilter {
   /// `corner` in 1 / samples: c / (a * sample rate); infinite for the compact model.
   RadiationFilter(double corner, Input input);
 
-  const Taps& far() const { return far_; }
-  const Taps& near() const { return near_; }
+  const PaddedTaps& far() const { return far_; }
+  const PaddedTaps& near() const { return near_; }
   double b1() const { return b1_; }  ///< 0 where there is no recursion
   double b2() const { return b2_; }
 
  private:
-  Taps far_{};
-  Taps near_{};
+  PaddedTaps far_;
+  PaddedTaps near_;
   double b1_ = 0.0;
   double b2_ = 0.0;
 };

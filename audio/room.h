@@ -17,7 +17,7 @@ namespace carom {
 struct Reflector {
   Vec3 normal = Vec3::UnitZ();  ///< unit (to 1e-6), world frame, into the air
   double offset = 0.0;          ///< m, along the normal, from the world's origin
-  Absorption absorption;
+  Absorption absorption = {};
 };
 
 /// The air of a room is the intersection of its reflectors' half-spaces, so it is convex, and open

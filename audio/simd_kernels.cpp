@@ -1,6 +1,7 @@
 #include "audio/simd_kernels.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "audio/spread_kernel.h"
 
@@ -48,29 +49,56 @@ void place(std::span<const PulseNode> nodes, const ClickTrack& track, PlacedNode
   }
 }
 
-// A vector of samples at a time, of all nodes that reach it.
-void spread(const PlacedNodes& placed, std::size_t count, std::span<double> x) {
+// Rows start anywhere, vectors do not. So there is a buffer for each place that a row may have in a
+// vector: what is stored there is loaded again as it was, which is fast. Nodes whose rows start at
+// one sample are summed up before. The buffers are summed at last, each off by its place.
+void spread(PlacedNodes& placed, std::size_t count, std::span<double> x) {
   const Doubles d;
-  const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
+  const std::size_t lanes = hn::Lanes(d);
   const double* table = SpreadTable::instance().row(0);
-  std::size_t begin = 0;
-  std::size_t end = 0;
-  for (std::int64_t at = 0; at < std::ssize(x); at += lanes) {
-    while (begin < count && placed.first[begin] + static_cast<std::int64_t>(kSpreadWidth) <= at)
-      ++begin;
-    end = std::max(begin, end);
-    while (end < count && placed.first[end] < at + lanes)
+  // In front of each buffer are `lanes` zeros.
+  const std::size_t length = (x.size() + kSpreadWidth + lanes) / lanes * lanes + lanes;
+  double* const parts = placed.partial.data() + lanes;
+  std::uint32_t used = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    used |= 1U << (static_cast<std::size_t>(placed.first[i]) % lanes);
+  for (std::uint32_t left = used; left != 0; left &= left - 1) {
+    double* part = parts + static_cast<std::size_t>(std::countr_zero(left)) * length - lanes;
+    for (std::size_t n = 0; n < length; n += lanes)
+      hn::StoreU(hn::Zero(d), d, part + n);
+  }
+  for (std::size_t i = 0; i < count;) {
+    const auto start = static_cast<std::size_t>(placed.first[i]);
+    const std::size_t place = start % lanes;
+    double* to = parts + place * length + start - place;
+    std::size_t end = i + 1;
+    while (end < count && placed.first[end] == placed.first[i])
       ++end;
-    auto sum = hn::Zero(d);
-    auto nextSum = hn::Zero(d);
-    for (std::size_t i = begin; i < end; ++i) {
-      const double* row = table + placed.row[i] * static_cast<std::int64_t>(SpreadTable::kStride) +
-                          at - placed.first[i];
-      sum = hn::MulAdd(hn::Set(d, placed.weight[i]), hn::LoadU(d, row), sum);
-      nextSum = hn::MulAdd(hn::Set(d, placed.nextWeight[i]),
-                           hn::LoadU(d, row + SpreadTable::kStride), nextSum);
+    for (std::size_t n = 0; n < kSpreadWidth; n += 2 * lanes) {
+      auto sum0 = hn::LoadU(d, to + n);
+      auto sum1 = hn::LoadU(d, to + n + lanes);
+      for (std::size_t node = i; node < end; ++node) {
+        const double* row =
+            table + static_cast<std::size_t>(placed.row[node]) * SpreadTable::kStride + n;
+        const auto weight = hn::Set(d, placed.weight[node]);
+        const auto nextWeight = hn::Set(d, placed.nextWeight[node]);
+        sum0 = hn::MulAdd(weight, hn::Load(d, row), sum0);
+        sum1 = hn::MulAdd(weight, hn::Load(d, row + lanes), sum1);
+        sum0 = hn::MulAdd(nextWeight, hn::Load(d, row + SpreadTable::kStride), sum0);
+        sum1 = hn::MulAdd(nextWeight, hn::Load(d, row + SpreadTable::kStride + lanes), sum1);
+      }
+      hn::StoreU(sum0, d, to + n);
+      hn::StoreU(sum1, d, to + n + lanes);
     }
-    hn::StoreU(hn::Add(sum, nextSum), d, x.data() + at);
+    i = end;
+  }
+  for (std::size_t at = 0; at < x.size(); at += lanes) {
+    auto sum = hn::Zero(d);
+    for (std::uint32_t left = used; left != 0; left &= left - 1) {
+      const auto place = static_cast<std::size_t>(std::countr_zero(left));
+      sum = hn::Add(sum, hn::LoadU(d, parts + place * length + at - place));
+    }
+    hn::StoreU(sum, d, x.data() + at);
   }
 }
 
@@ -88,38 +116,76 @@ void add(std::span<const double> from, double gain, double* HWY_RESTRICT to) {
   hn::BlendedStore(sum, rest, d, to + whole);
 }
 
-// Four vectors of samples at a time, each sample's sum in the order of the taps.
-void filter(const double* HWY_RESTRICT from, std::span<const double> taps, double* HWY_RESTRICT to,
-            std::size_t count) {
+// Four vectors of samples at a time. Each sample is the sum of its inputs in their order, by input
+// where there are few and by tap where there are many: the same products, but for zeros.
+void filter(const PaddedTaps& taps, const double* HWY_RESTRICT from, HeldInput held,
+            std::span<double> to) {
   const Doubles d;
-  const std::size_t lanes = hn::Lanes(d);
-  for (std::size_t at = 0; at < count; at += 4 * lanes) {
+  const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+  constexpr auto kTaps = static_cast<std::ptrdiff_t>(PaddedTaps::kTaps);
+  const double* const first = taps.first();
+  for (std::ptrdiff_t at = 0; at < std::ssize(to); at += 4 * lanes) {
     auto sum0 = hn::Zero(d);
     auto sum1 = hn::Zero(d);
     auto sum2 = hn::Zero(d);
     auto sum3 = hn::Zero(d);
-    const double* input = from + at;
-    for (const double tap : taps) {
-      const auto weight = hn::Set(d, tap);
-      sum0 = hn::MulAdd(weight, hn::LoadU(d, input), sum0);
-      sum1 = hn::MulAdd(weight, hn::LoadU(d, input + lanes), sum1);
-      sum2 = hn::MulAdd(weight, hn::LoadU(d, input + 2 * lanes), sum2);
-      sum3 = hn::MulAdd(weight, hn::LoadU(d, input + 3 * lanes), sum3);
-      --input;
+    const std::ptrdiff_t begin = std::max(held.begin, at - kTaps + 1);
+    const std::ptrdiff_t end = std::min(held.end, at + 4 * lanes);
+    const auto step = [&](double factor, const double* values) {
+      const auto weight = hn::Set(d, factor);
+      sum0 = hn::MulAdd(weight, hn::LoadU(d, values), sum0);
+      sum1 = hn::MulAdd(weight, hn::LoadU(d, values + lanes), sum1);
+      sum2 = hn::MulAdd(weight, hn::LoadU(d, values + 2 * lanes), sum2);
+      sum3 = hn::MulAdd(weight, hn::LoadU(d, values + 3 * lanes), sum3);
+    };
+    if (end - begin < kTaps) {
+      for (std::ptrdiff_t i = begin; i < end; ++i)
+        step(from[i], first + at - i);
+    } else {
+      for (std::ptrdiff_t tap = kTaps - 1; tap >= 0; --tap)
+        step(first[tap], from + at - tap);
     }
     double sums[4 * 8];
     hn::StoreU(sum0, d, sums);
     hn::StoreU(sum1, d, sums + lanes);
     hn::StoreU(sum2, d, sums + 2 * lanes);
     hn::StoreU(sum3, d, sums + 3 * lanes);
-    const std::size_t here = std::min(4 * lanes, count - at);
+    const auto here = static_cast<std::size_t>(std::min(4 * lanes, std::ssize(to) - at));
     for (std::size_t i = 0; i < here; ++i)
-      to[at + i] += sums[i];
+      to[static_cast<std::size_t>(at) + i] += sums[i];
+  }
+}
+
+// As above, of any number of taps without zeros around them.
+void convolve(std::span<const double> taps, const double* HWY_RESTRICT from, std::span<double> to) {
+  const Doubles d;
+  const std::size_t lanes = hn::Lanes(d);
+  for (std::size_t at = 0; at < to.size(); at += 4 * lanes) {
+    auto sum0 = hn::Zero(d);
+    auto sum1 = hn::Zero(d);
+    auto sum2 = hn::Zero(d);
+    auto sum3 = hn::Zero(d);
+    for (std::size_t tap = taps.size(); tap-- > 0;) {
+      const auto weight = hn::Set(d, taps[tap]);
+      const double* input = from + at - tap;
+      sum0 = hn::MulAdd(weight, hn::LoadU(d, input), sum0);
+      sum1 = hn::MulAdd(weight, hn::LoadU(d, input + lanes), sum1);
+      sum2 = hn::MulAdd(weight, hn::LoadU(d, input + 2 * lanes), sum2);
+      sum3 = hn::MulAdd(weight, hn::LoadU(d, input + 3 * lanes), sum3);
+    }
+    double sums[4 * 8];
+    hn::StoreU(sum0, d, sums);
+    hn::StoreU(sum1, d, sums + lanes);
+    hn::StoreU(sum2, d, sums + 2 * lanes);
+    hn::StoreU(sum3, d, sums + 3 * lanes);
+    const std::size_t here = std::min(4 * lanes, to.size() - at);
+    for (std::size_t i = 0; i < here; ++i)
+      to[at + i] = sums[i];
   }
 }
 
 ClickKernels kernels() {
-  return {hwy::TargetName(HWY_TARGET), place, spread, add, filter};
+  return {hwy::TargetName(HWY_TARGET), place, spread, add, filter, convolve};
 }
 
 }  // namespace carom::HWY_NAMESPACE

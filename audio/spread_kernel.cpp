@@ -51,7 +51,7 @@ SpreadTable::SpreadTable() {
   for (std::size_t phase = 0; phase <= kPhases; ++phase) {
     for (std::size_t m = 0; m < kSpreadWidth; ++m) {
       const double from = static_cast<double>(phase) / static_cast<double>(kPhases);
-      rows_[phase * kStride + kPad + m] = spreadKernel(from + static_cast<double>(m) - kHalfWidth);
+      rows_[phase * kStride + m] = spreadKernel(from + static_cast<double>(m) - kHalfWidth);
     }
   }
 }

@@ -28,21 +28,19 @@ double spreadTransform(double frequency);
 /// The kernel's samples for instants between two samples, tabulated.
 class SpreadTable {
  public:
-  /// Zeros in front of and behind the samples of a row: a row may be read that far off.
-  static constexpr std::size_t kPad = 8;
-  static constexpr std::size_t kStride = kPad + kSpreadWidth + kPad;
+  static constexpr std::size_t kStride = kSpreadWidth;
   /// Between two rows one interpolates linearly: 110 dB down.
   static constexpr std::size_t kPhases = 256;
 
   static const SpreadTable& instance();
 
   /// Row `phase` of 0 to kPhases: spreadKernel(-kSpreadWidth / 2 + phase / kPhases + m) at [m],
-  /// 0 <= m < kSpreadWidth.
-  const double* row(std::size_t phase) const { return &rows_[phase * kStride + kPad]; }
+  /// 0 <= m < kSpreadWidth. On a boundary of 64 bytes.
+  const double* row(std::size_t phase) const { return &rows_[phase * kStride]; }
 
  private:
   SpreadTable();
-  std::array<double, (kPhases + 1) * kStride> rows_{};
+  alignas(64) std::array<double, (kPhases + 1) * kStride> rows_{};
 };
 
 }  // namespace carom

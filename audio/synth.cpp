@@ -101,6 +101,16 @@ std::string whyNot(const SynthSettings& settings, const std::vector<Listener>& l
   return {};
 }
 
+/// What a product of two numbers has lost (Dekker 1971): exact, below 1e290.
+double roundingOf(double a, double b, double product) {
+  constexpr double kSplit = 0x1.0p+27 + 1.0;
+  const double a1 = kSplit * a - (kSplit * a - a);
+  const double b1 = kSplit * b - (kSplit * b - b);
+  const double a2 = a - a1;
+  const double b2 = b - b1;
+  return ((a1 * b1 - product) + a1 * b2 + a2 * b1) + a2 * b2;
+}
+
 /// A time in samples, without loss: the product's rounding error is recovered and kept.
 struct SampleTime {
   std::int64_t whole = 0;
@@ -109,7 +119,7 @@ struct SampleTime {
 
 SampleTime samplesOf(double seconds, double further, double sampleRate) {
   const double product = seconds * sampleRate;
-  const double rounding = std::fma(seconds, sampleRate, -product);
+  const double rounding = roundingOf(seconds, sampleRate, product);
   const double floor = std::floor(product);
   const double rest = (product - floor) + rounding + further * sampleRate;
   const double carry = std::floor(rest);
@@ -167,7 +177,8 @@ class Synth::Impl {
   struct Channel {
     std::uint32_t listener = 0;
     Receiver receiver;
-    Ear ear = Ear::left;  // of a binaural listener
+    Vec3 place = Vec3::Zero();  // m, world frame, as long as the listener stands
+    Ear ear = Ear::left;        // of a binaural listener
     bool isEar = false;
   };
   struct Path {
@@ -180,6 +191,7 @@ class Synth::Impl {
     double duration = 0.0;  // s
     const Pulse* pulse = nullptr;
     Strike strike;
+    double ahead = 0.0;  // m: the sound starts at the surface, and the filter lets it wait
     std::uint32_t filter = 0;
   };
   /// The way of a contact's sound to one receiver, at its begin, middle and end.
@@ -204,6 +216,7 @@ class Synth::Impl {
   };
   struct Waiting {
     std::int64_t first = 0;
+    double start = 0.0;  // of the track: settles nearly all ties without a look at the click
     std::uint32_t slot = 0;
   };
   struct Bus {
@@ -220,6 +233,7 @@ class Synth::Impl {
   const Pulse& pulseOf(const ImpulseEvent& event);
   void scheduleImpulse(const ImpulseEvent& event);
   bool layClicks(const Contact& contact);
+  Arrival arrivalAt(const Channel& channel, double time, const Vec3& from) const;
   bool findWay(const Contact& contact, const Channel& channel, const Image* image, Way& way) const;
   bool layClick(const Contact& contact, const Way& way, std::uint32_t chain, std::uint32_t channel);
   void chooseRule(Click& click) const;
@@ -308,6 +322,7 @@ Status Synth::Impl::prepareListeners() {
     for (std::size_t i = 0; i < receivers.size(); ++i) {
       channels_.push_back({.listener = static_cast<std::uint32_t>(index),
                            .receiver = receivers[i],
+                           .place = listener.position + listener.orientation * receivers[i].offset,
                            .ear = i == 0 ? Ear::left : Ear::right,
                            .isEar = binaural});
     }
@@ -444,11 +459,13 @@ void Synth::Impl::scheduleImpulse(const ImpulseEvent& event) {
     ++counters_.immovable;
     return;
   }
-  const Contact contact{.time = event.time,
-                        .duration = duration,
-                        .pulse = &pulseOf(event),
-                        .strike = makeStrike(event, body.sound, settings_.medium),
-                        .filter = body.filter};
+  const bool exact = settings_.radiation == Radiation::exact;
+  Contact contact{.time = event.time,
+                  .duration = duration,
+                  .pulse = &pulseOf(event),
+                  .strike = makeStrike(event, body.sound, settings_.medium),
+                  .filter = body.filter};
+  if (exact) contact.ahead = std::min(contact.strike.radius, kLargestRadius);
   if (!layClicks(contact)) {
     ++counters_.rejected;
     return;
@@ -485,12 +502,9 @@ bool Synth::Impl::layClicks(const Contact& contact) {
 bool Synth::Impl::findWay(const Contact& contact, const Channel& channel, const Image* image,
                           Way& way) const {
   const Strike& strike = contact.strike;
-  const PoseTrack& track = tracks_[channel.listener];
-  const double speedOfSound = settings_.medium.speedOfSound;
-  // The sound starts at the surface, and the filter lets it through no earlier.
-  const double ahead =
-      settings_.radiation == Radiation::exact ? std::min(strike.radius, kLargestRadius) : 0.0;
   const Vec3 dipole = image != nullptr ? image->vector(strike.dipole) : strike.dipole;
+  const Vec3 velocity = image != nullptr ? image->vector(strike.velocity) : strike.velocity;
+  const Vec3 from = image != nullptr ? image->position(strike.position) : strike.position;
   for (const std::size_t part : {0u, 1u, 2u}) {
     if (part > 0 && !settings_.doppler) {
       way.delays[part] = way.delays[0];
@@ -498,31 +512,41 @@ bool Synth::Impl::findWay(const Contact& contact, const Channel& channel, const 
       continue;
     }
     const double later = 0.5 * static_cast<double>(part) * contact.duration;
-    const Vec3 place = strike.position + later * strike.velocity;
-    const Vec3 from = image != nullptr ? image->position(place) : place;
-    const Arrival arrival = arrivalOf(track, {.time = contact.time + later, .position = from},
-                                      speedOfSound, channel.receiver.offset);
-    const double distance = std::max(arrival.distance, strike.radius);
+    const Arrival arrival = arrivalAt(channel, contact.time + later, from + later * velocity);
     if (part == 0 && image != nullptr) {
       const Vec3 ear = from - arrival.distance * arrival.towardsSource;
-      if (!isVisible(settings_.room, *image, place, ear)) return false;
+      if (!isVisible(settings_.room, *image, strike.position, ear)) return false;
     }
-    double gain = -dipole.dot(arrival.towardsSource) / distance;
-    double delay = (distance - ahead) / speedOfSound;
+    const double distance = std::max(arrival.distance, strike.radius);
+    way.distance = distance;
+    way.gains[part] = -dipole.dot(arrival.towardsSource) / distance;
+    way.delays[part] = (distance - contact.ahead) / settings_.medium.speedOfSound;
     if (channel.isEar) {
       const HrtfSet& set = *listeners_[channel.listener].hrtf;
       const SphereWeights ears =
           set.lookup(arrival.orientation.conjugate() * arrival.towardsSource);
       if (part == 0) way.ears = ears;
-      delay += earDelay(set, ears, channel.ear);
-    } else {
-      gain *= carom::gain(channel.receiver, arrival.orientation, arrival.towardsSource);
+      way.delays[part] += earDelay(set, ears, channel.ear);
+    } else if (channel.receiver.pattern != 0.0) {
+      way.gains[part] *= gain(channel.receiver, arrival.orientation, arrival.towardsSource);
     }
-    way.delays[part] = delay;
-    way.gains[part] = gain;
-    way.distance = distance;
   }
   return true;
+}
+
+/// Where the wave that leaves `from` at `time` is heard. A listener that stands needs no solving.
+Arrival Synth::Impl::arrivalAt(const Channel& channel, double time, const Vec3& from) const {
+  const PoseTrack& track = tracks_[channel.listener];
+  if (track.size() > 1) {
+    return arrivalOf(track, {.time = time, .position = from}, settings_.medium.speedOfSound,
+                     channel.receiver.offset);
+  }
+  Arrival arrival;
+  const Vec3 towards = from - channel.place;
+  arrival.distance = towards.norm();
+  if (arrival.distance > 0.0) arrival.towardsSource = towards / arrival.distance;
+  arrival.orientation = listeners_[channel.listener].orientation;
+  return arrival;
 }
 
 /// An upper bound: of the pulse's slope, of what the band holds of it, and of what a body of that
@@ -587,10 +611,10 @@ bool Synth::Impl::layClick(const Contact& contact, const Way& way, std::uint32_t
   return true;
 }
 
-/// Of the Gauss rules the smallest that is right for all that would fold back into the band once.
-/// What they get wrong beyond grows with their size; long contacts are better off without them.
+/// Of the Gauss rules the smallest that is right up to the sample rate, beyond which the kernel is
+/// dark. What they get wrong there grows with their size; long contacts are better off without.
 void Synth::Impl::chooseRule(Click& click) const {
-  const double bandwidth = 2.0 * std::numbers::pi * (1.0 + kBand) * click.track.length;
+  const double bandwidth = 2.0 * std::numbers::pi * click.track.length;
   const std::size_t size = click.pulse->ruleSize(bandwidth);
   if (size > 0 && size <= kLargestGaussRule) click.nodes = click.pulse->rule(size);
 }
@@ -629,7 +653,7 @@ void Synth::Impl::enqueueClicks() {
     }
     clicks_[slot].bus = busOf(click.key);
     ++buses_[clicks_[slot].bus].pending;
-    waiting_.push_back({click.first, slot});
+    waiting_.push_back({click.first, click.track.start, slot});
     std::ranges::push_heap(waiting_,
                            [this](const auto& a, const auto& b) { return isLater(a, b); });
 
@@ -638,7 +662,7 @@ void Synth::Impl::enqueueClicks() {
     const std::size_t nodes =
         click.nodes.empty() ? longRuleSize(*click.pulse, click.track.length) : click.nodes.size();
     if (click.nodes.empty()) longRule_.reserve(nodes);
-    if (placed_.weight.size() < nodes + ClickKernels::kRoom) placed_.resize(nodes);
+    placed_.reserve(nodes, click.samples);
   }
   const std::size_t room = mostSamples_ + response_.size() + 2 * ClickKernels::kRoom;
   if (x_.size() < room) x_.resize(2 * room);
@@ -683,9 +707,10 @@ std::uint32_t Synth::Impl::idleBus() {
 /// `schedule` can never be heard.
 bool Synth::Impl::isLater(const Waiting& a, const Waiting& b) const {
   if (a.first != b.first) return a.first > b.first;
+  if (a.start != b.start) return a.start > b.start;
   const auto contentOf = [](const Click& click) {
     const ClickTrack& t = click.track;
-    return std::tie(click.key, t.start, t.length, t.bend, t.gain, t.slope, t.curve, click.near);
+    return std::tie(click.key, t.length, t.bend, t.gain, t.slope, t.curve, click.near);
   };
   return contentOf(clicks_[a.slot]) > contentOf(clicks_[b.slot]);
 }
@@ -710,10 +735,9 @@ void Synth::Impl::begin(const Click& click) noexcept {
     const std::span<double> response(response_.data(), set.alignedLength());
     set.blendAligned(click.ears, channel.ear, response);
     const std::size_t length = samples.size() + response.size() - 1;
-    std::fill_n(heard_.begin(), length, 0.0);
     std::fill_n(x_.begin() + std::ssize(response_) + std::ssize(samples),
                 ClickKernels::kRoom + response.size(), 0.0);
-    kernels_.filter(samples.data(), response, heard_.data(), length);
+    kernels_.convolve(response, samples.data(), {heard_.data(), length});
     samples = {heard_.data(), length};
   }
   bus.line.add(click.first, samples, 1.0,

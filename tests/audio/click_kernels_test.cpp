@@ -45,7 +45,7 @@ TEST_P(Kernels, SpreadPulsesAsTheFormulaDoesUpToTheTablesInterpolation) {
                              .curve = 0.2};
       const auto samples = static_cast<std::size_t>(std::ceil(track.at(1.0))) + 9;
       PlacedNodes placed;
-      placed.resize(count);
+      placed.reserve(count, samples);
       std::vector<double> x(samples + kRoom, 77.0);
       kernels().place(nodes, track, placed);
       kernels().spread(placed, count, {x.data(), samples});
@@ -60,30 +60,62 @@ TEST_P(Kernels, SpreadPulsesAsTheFormulaDoesUpToTheTablesInterpolation) {
   }
 }
 
-TEST_P(Kernels, EqualThePlainOnesToRounding) {
-  const ClickKernels& plain = plainKernels();
+PaddedTaps paddedTaps(const std::vector<double>& taps) {
+  PaddedTaps padded;
+  std::ranges::copy(taps, padded.first());
+  return padded;
+}
+
+// Few inputs and many: there are two ways through the filter.
+constexpr std::size_t kHeld[] = {1, 7, 20, 55, 56, 57, 190};
+
+TEST_P(Kernels, FilterAndConvolveAsTheSumsThatTheyAre) {
+  const std::vector<double> taps = noise(PaddedTaps::kTaps);
+  for (const std::size_t size : {1u, 7u, 31u, 32u, 33u, 150u}) {
+    for (const std::size_t heldSize : kHeld) {
+      std::vector<double> from(400, 0.0);
+      const std::vector<double> held = noise(heldSize);
+      std::ranges::copy(held, from.begin() + 60);
+      std::vector<double> filtered = noise(size + kRoom);
+      const std::vector<double> before = filtered;
+      std::vector<double> convolved(size + kRoom);
+      kernels().filter(paddedTaps(taps), &from[100],
+                       {-40, static_cast<std::ptrdiff_t>(heldSize) - 40}, {filtered.data(), size});
+      kernels().convolve(taps, &from[100], {convolved.data(), size});
+      for (std::size_t n = 0; n < size; ++n) {
+        double sum = 0.0;
+        for (std::size_t k = 0; k < taps.size(); ++k)
+          sum += taps[k] * from[100 + n - k];
+        EXPECT_NEAR(filtered[n], before[n] + sum, 1e-13) << size << ", " << heldSize << ", " << n;
+        EXPECT_NEAR(convolved[n], sum, 1e-13);
+      }
+      for (std::size_t n = size; n < filtered.size(); ++n)
+        EXPECT_EQ(filtered[n], before[n]) << "nothing behind it";
+    }
+  }
+}
+
+TEST_P(Kernels, AddWhatIsThereAndNothingBehindIt) {
   for (const std::size_t size : {1u, 7u, 8u, 31u, 32u, 33u, 256u}) {
-    const std::vector<double> from = noise(size + 200 + kRoom);
-    const std::vector<double> taps = noise(56);
+    const std::vector<double> from = noise(size);
     std::vector<double> to = noise(size + kRoom);
-    std::vector<double> plainTo = to;
-    kernels().add({from.data(), size}, 0.37, to.data());
-    plain.add({from.data(), size}, 0.37, plainTo.data());
-    kernels().filter(&from[100], taps, to.data(), size);
-    plain.filter(&from[100], taps, plainTo.data(), size);
+    const std::vector<double> before = to;
+    kernels().add(from, 0.37, to.data());
     for (std::size_t i = 0; i < to.size(); ++i)
-      EXPECT_NEAR(to[i], plainTo[i], 1e-13) << size << ", " << i;  // nothing behind it either
+      EXPECT_NEAR(to[i], before[i] + (i < size ? 0.37 * from[i] : 0.0), 1e-15) << size;
   }
 }
 
 TEST_P(Kernels, GiveASampleTheSameBitsWhereverABufferBegins) {
-  const std::vector<double> from = noise(600);
-  const std::vector<double> taps = noise(56);
-  std::vector<double> whole(256 + kRoom);
-  kernels().filter(&from[100], taps, whole.data(), 256);
+  const PaddedTaps taps = paddedTaps(noise(PaddedTaps::kTaps));
+  std::vector<double> from(600, 0.0);
+  std::ranges::copy(noise(180), from.begin() + 60);
+  std::vector<double> whole(256);
+  kernels().filter(taps, &from[100], {-40, 140}, whole);
   for (const std::size_t begin : {1u, 3u, 8u, 100u, 255u}) {
-    std::vector<double> part(256 + kRoom);
-    kernels().filter(&from[100 + begin], taps, part.data(), 256 - begin);
+    std::vector<double> part(256 - begin);
+    const auto off = static_cast<std::ptrdiff_t>(begin);
+    kernels().filter(taps, &from[100 + begin], {-40 - off, 140 - off}, part);
     for (std::size_t i = begin; i < 256; ++i)
       EXPECT_EQ(part[i - begin], whole[i]);
   }

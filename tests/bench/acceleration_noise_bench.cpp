@@ -1,11 +1,12 @@
-// What clicks cost: the kernel that adds one to a buffer, and the whole way from an event in to
-// samples out, one listener, 48 kHz.
+// What clicks cost: the kernel that puts one on the samples, the whole way from an event in to
+// samples out, and what a dense scene, a room and the exact radiation cost beside less.
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <span>
@@ -13,8 +14,12 @@
 #include <vector>
 
 #include <benchmark/benchmark.h>
+#include <sys/resource.h>
 
-#include "audio/acceleration_noise.h"
+#include "audio/click_bus.h"
+#include "audio/click_kernels.h"
+#include "audio/long_rule.h"
+#include "audio/spread_kernel.h"
 #include "audio/synth.h"
 #include "tests/bench/figures.h"
 
@@ -22,31 +27,85 @@ namespace carom::bench {
 namespace {
 
 constexpr double kRate = 48000.0;
-constexpr std::size_t kFrames = 4096;  // fits the first cache in float
-constexpr std::size_t kClicks = 1024;
-constexpr double kNaiveReach = 1.6;  // contact durations on either side: S is 2e-7 there
+constexpr std::size_t kFrames = 4096;  // the naive loop's buffer fits the first cache in float
+constexpr std::size_t kClicks = 2 * kFrames;  // 96,000 in a second of sound
+constexpr double kNaiveReach = 1.6;           // contact durations on either side: S is 2e-7 there
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Clicks of one duration at random places in a buffer of kFrames.
-std::vector<Click> makeClicks(double tau) {
+/// First touch of clicks at random places in a buffer of kFrames, in samples, ascending.
+std::vector<double> makeStarts() {
   std::mt19937_64 random(11);
-  std::uniform_real_distribution<double> place(0.1, 0.9);
-  std::vector<Click> clicks(kClicks);
-  for (Click& click : clicks)
-    click = {.time = place(random) * kFrames / kRate,
-             .delay = 0.0,
-             .duration = tau,
-             .amplitude = place(random)};
-  return clicks;
+  std::uniform_real_distribution<double> place(0.05, 0.95);
+  std::vector<double> starts(kClicks);
+  for (double& start : starts)
+    start = place(random) * kFrames;
+  std::ranges::sort(starts);
+  return starts;
 }
 
-void addClicks(benchmark::State& state, double tau) {
-  std::vector<SampledClick> clicks;
-  for (const Click& click : makeClicks(tau))
-    clicks.push_back(sampleClick(click, kRate, 0));
+/// A steel ball on steel at 1 m/s has contacts of tau if it is so large.
+double radiusOf(double tau) {
+  return tau / 7.76e-3;
+}
+
+/// What Synth does with a click once it is laid, and with its bus.
+class KernelRun {
+ public:
+  KernelRun(double tau, Radiation radiation)
+      : samples_(tau * kRate),
+        filter_(radiation == Radiation::exact ? 343.0 / (radiusOf(tau) * kRate) : kInfinity,
+                RadiationFilter::Input::spread),
+        near_(radiation == Radiation::exact ? 343.0 / kRate : 0.0),
+        bus_(kernels_) {
+    const Pulse& pulse = Pulse::of(PulseShape::hertz);
+    const std::size_t size = pulse.ruleSize(2.0 * std::numbers::pi * samples_);
+    if (size > 0 && size <= 48) {
+      nodes_.assign(pulse.rule(size).begin(), pulse.rule(size).end());
+    } else {
+      makeLongRule(pulse, samples_, nodes_);
+    }
+    x_.resize(static_cast<std::size_t>(samples_) + 100);
+    placed_.reserve(nodes_.size(), x_.size());
+    bus_.reserve(ClickBus::kMaxFrames, x_.size());
+  }
+
+  void render(std::span<const double> starts, std::span<double> pressure) {
+    bus_.restart({.radiation = &filter_}, 0);
+    std::size_t next = 0;
+    for (std::size_t done = 0; done < pressure.size(); done += ClickBus::kMaxFrames) {
+      const auto end = static_cast<double>(done + ClickBus::kMaxFrames);
+      for (; next < starts.size() && starts[next] < end; ++next)
+        add(starts[next]);
+      bus_.advance(pressure.subspan(done, ClickBus::kMaxFrames));
+    }
+  }
+
+ private:
+  void add(double start) {
+    const double whole = std::floor(start);
+    const ClickTrack track{.start = 8.0 + start - whole, .length = samples_, .gain = 1.0};
+    const auto count = static_cast<std::size_t>(track.start + samples_) + 10;
+    kernels_.place(nodes_, track, placed_);
+    kernels_.spread(placed_, nodes_.size(), {x_.data(), count});
+    bus_.add(static_cast<std::int64_t>(whole), {x_.data(), count}, 1.0, near_);
+  }
+
+  double samples_;
+  RadiationFilter filter_;
+  double near_;
+  const ClickKernels& kernels_ = fastestKernels();
+  ClickBus bus_;
+  std::vector<PulseNode> nodes_;
+  PlacedNodes placed_;
+  std::vector<double> x_;
+};
+
+void addClicks(benchmark::State& state, double tau, Radiation radiation) {
+  const std::vector<double> starts = makeStarts();
+  KernelRun run(tau, radiation);
   std::vector<double> pressure(kFrames, 0.0);
   for ([[maybe_unused]] const auto iteration : state) {
-    for (const SampledClick& click : clicks)
-      addClick(click, 0, pressure);
+    run.render(starts, pressure);
     benchmark::DoNotOptimize(pressure.data());
     benchmark::ClobberMemory();
   }
@@ -54,95 +113,169 @@ void addClicks(benchmark::State& state, double tau) {
 }
 
 /// The obvious loop: one exponential per sample, added to a float buffer.
-void addNaively(const Click& click, std::span<float> pressure) {
-  const double centre = (click.time + 0.5 * click.duration) * kRate;
-  const double reach = kNaiveReach * click.duration * kRate;
-  const auto begin = static_cast<std::size_t>(std::ceil(centre - reach));
-  const auto end = static_cast<std::size_t>(std::floor(centre + reach)) + 1;
+void addNaively(double start, double samples, double amplitude, std::span<float> pressure) {
+  const double centre = start + 0.5 * samples;
+  const double reach = kNaiveReach * samples;
+  const auto begin = static_cast<std::size_t>(std::max(0.0, std::ceil(centre - reach)));
+  const auto end =
+      std::min(pressure.size(), static_cast<std::size_t>(std::floor(centre + reach)) + 1);
   for (std::size_t sample = begin; sample < end; ++sample) {
-    const double u = (static_cast<double>(sample) - centre) / (click.duration * kRate);
-    pressure[sample] += static_cast<float>(click.amplitude * -12.0 * u * std::exp(-6.0 * u * u));
+    const double u = (static_cast<double>(sample) - centre) / samples;
+    pressure[sample] += static_cast<float>(amplitude * -12.0 * u * std::exp(-6.0 * u * u));
   }
 }
 
 void addClicksNaively(benchmark::State& state, double tau) {
-  const std::vector<Click> clicks = makeClicks(tau);
+  const std::vector<double> starts = makeStarts();
   std::vector<float> pressure(kFrames, 0.0F);
   for ([[maybe_unused]] const auto iteration : state) {
-    for (const Click& click : clicks)
-      addNaively(click, pressure);
+    for (const double start : starts)
+      addNaively(start, tau * kRate, 1.0, pressure);
     benchmark::DoNotOptimize(pressure.data());
     benchmark::ClobberMemory();
   }
   reportRate(state, kClicks);
 }
 
-void addKernelFigure(Figures& figures, double tau, double bar) {
+/// The limit: the samples are there and only have to be added.
+void accumulateClicks(benchmark::State& state, double tau) {
+  const std::vector<double> starts = makeStarts();
+  const auto count = static_cast<std::size_t>(2.0 * kNaiveReach * tau * kRate) + 1;
+  const std::vector<float> click(count, 1e-3F);
+  std::vector<float> pressure(kFrames + count, 0.0F);
+  for ([[maybe_unused]] const auto iteration : state) {
+    for (const double start : starts) {
+      float* const to = &pressure[static_cast<std::size_t>(start)];
+      for (std::size_t i = 0; i < count; ++i)
+        to[i] += click[i];
+    }
+    benchmark::DoNotOptimize(pressure.data());
+    benchmark::ClobberMemory();
+  }
+  reportRate(state, kClicks);
+}
+
+std::string named(const char* what, double tau) {
   char name[64];
-  std::snprintf(name, sizeof name, "kernel, tau %.0f us", tau * 1e6);
-  figures.add({.name = name,
+  std::snprintf(name, sizeof name, "%s, tau %.0f us", what, tau * 1e6);
+  return name;
+}
+
+void addKernelFigures(Figures& figures, double tau, double bar) {
+  const auto exact = [tau](benchmark::State& state) { addClicks(state, tau, Radiation::exact); };
+  figures.add({.name = named("kernel", tau),
                .unit = "M clicks/s",
-               .subject = [tau](benchmark::State& state) { addClicks(state, tau); },
+               .subject = exact,
                .yardstickName = "std::exp loop cut at 1.6 tau",
                .yardstick = [tau](benchmark::State& state) { addClicksNaively(state, tau); },
                .bar = Bar{Bar::Of::value, bar},
                .sense = Sense::higherIsBetter,
                .scale = 1e-6});
+  figures.add({.name = named("kernel beside the limit", tau),
+               .unit = "M clicks/s",
+               .subject = exact,
+               .yardstickName = "accumulate only",
+               .yardstick = [tau](benchmark::State& state) { accumulateClicks(state, tau); },
+               .sense = Sense::higherIsBetter,
+               .scale = 1e-6});
+  figures.add(
+      {.name = named("exact beside compact", tau),
+       .unit = "M clicks/s",
+       .subject = exact,
+       .yardstickName = "compact",
+       .yardstick = [tau](benchmark::State& state) { addClicks(state, tau, Radiation::compact); },
+       .bar = Bar{Bar::Of::ratio, 0.5},
+       .sense = Sense::higherIsBetter,
+       .scale = 1e-6});
 }
 
 // --- From an event in to samples out -----------------------------------------------------------
 
-constexpr BodyId kBall = 1;
-constexpr BodyId kFloor = 2;
+constexpr BodyId kFloor = 0;
 constexpr double kRadius = 0.005;  // m, of steel: tau is about 60 us
 constexpr std::size_t kBlock = 512;
+constexpr std::size_t kEvents = 20000;
 
-SoundBody steelBall() {
+SoundBody steelBall(double radius) {
   const Material& steel = *findMaterial("steel");
-  const double volume = 4.0 / 3.0 * std::numbers::pi * kRadius * kRadius * kRadius;
-  return {.material = steel, .mass = volume * steel.density, .radius = kRadius};
+  const double volume = 4.0 / 3.0 * std::numbers::pi * radius * radius * radius;
+  return {.material = steel, .mass = volume * steel.density, .radius = radius};
 }
 
-/// A thousand impacts in a tenth of a second, in the order of time.
-std::vector<ImpulseEvent> makeEvents() {
-  const SoundBody ball = steelBall();
+struct Traffic {
+  std::size_t events = kEvents;
+  double duration = 0.1;  // s
+  std::size_t balls = 1;
+  double smallest = kRadius;  // m
+  double largest = kRadius;
+};
+
+double radiusOf(const Traffic& traffic, std::size_t ball) {
+  const double share = static_cast<double>(ball) / static_cast<double>(traffic.balls);
+  return traffic.smallest * std::pow(traffic.largest / traffic.smallest, share);
+}
+
+/// Impacts in a box of a metre, in the order of time.
+std::vector<ImpulseEvent> makeEvents(const Traffic& traffic) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
-  std::vector<ImpulseEvent> events(kClicks);
+  std::vector<ImpulseEvent> events(traffic.events);
   for (ImpulseEvent& event : events) {
-    event.time = 0.01 + 0.1 * unit(random);
-    event.body = kBall;
+    const auto ball = static_cast<std::size_t>(unit(random) * static_cast<double>(traffic.balls));
+    const double radius = radiusOf(traffic, ball);
+    event.time = 0.01 + traffic.duration * unit(random);
+    event.body = static_cast<BodyId>(ball + 1);
     event.other = kFloor;
     event.approachSpeed = 0.1 + unit(random);
-    event.effectiveMass = ball.mass;
-    event.impulse = Vec3(0.0, 0.0, 1.9 * ball.mass * event.approachSpeed);
-    event.radius = kRadius;
-    event.bodyPosition = Vec3(unit(random), unit(random), kRadius);
+    event.effectiveMass = steelBall(radius).mass;
+    event.impulse = Vec3(0.0, 0.0, 1.9 * event.effectiveMass * event.approachSpeed);
+    event.bodyVelocity = Vec3(0.0, 0.0, -event.approachSpeed);
+    event.radius = radius;
+    event.bodyPosition = Vec3(unit(random), unit(random), radius);
+    event.position = event.bodyPosition - Vec3(0.0, 0.0, radius);
   }
   std::ranges::sort(events, {}, &ImpulseEvent::time);
   return events;
 }
 
-Synth makeSynth() {
-  auto synth = Synth::create({}, {{"seat", {0.0, 0.0, 1.5}}});
-  if (!synth || !synth->setBody(kBall, steelBall()) ||
-      !synth->setBody(kFloor, {.material = *findMaterial("steel")}))
-    std::abort();
+Synth makeSynth(const Traffic& traffic, const SynthSettings& settings,
+                const std::vector<Listener>& listeners) {
+  auto synth = Synth::create(settings, listeners);
+  if (!synth || !synth->setBody(kFloor, {.material = *findMaterial("steel")})) std::abort();
+  for (std::size_t ball = 0; ball < traffic.balls; ++ball) {
+    const auto id = static_cast<BodyId>(ball + 1);
+    if (!synth->setBody(id, steelBall(radiusOf(traffic, ball)))) std::abort();
+  }
   return *std::move(synth);
 }
 
-void scheduleAndRender(benchmark::State& state) {
-  const std::vector<ImpulseEvent> events = makeEvents();
-  Synth synth = makeSynth();
-  std::vector<float> samples(kBlock);
-  float* const channels[] = {samples.data()};
+/// Events are handed over as a simulation would: some blocks ahead.
+void play(Synth& synth, const std::vector<ImpulseEvent>& events,
+          std::vector<std::vector<float>>& channels) {
+  if (!synth.seek(0.0)) std::abort();
+  std::vector<float*> pointers;
+  for (std::vector<float>& channel : channels)
+    pointers.push_back(channel.data());
+  auto next = events.begin();
+  while (next != events.end() || synth.pendingClicks() > 0) {
+    for (; next != events.end() && next->time < synth.time() + 0.02; ++next)
+      synth.schedule(*next);
+    synth.render<float>(pointers, kBlock);
+  }
+}
+
+struct Seats {
+  SynthSettings settings = {};
+  std::vector<Listener> listeners = {{"seat", {0.0, 0.0, 1.5}}};
+};
+
+void scheduleAndRender(benchmark::State& state, const Traffic& traffic, const Seats& seats) {
+  const std::vector<ImpulseEvent> events = makeEvents(traffic);
+  Synth synth = makeSynth(traffic, seats.settings, seats.listeners);
+  std::vector<std::vector<float>> channels(synth.channelCount(), std::vector<float>(kBlock));
   for ([[maybe_unused]] const auto iteration : state) {
-    if (!synth.seek(0.0)) std::abort();
-    for (const ImpulseEvent& event : events)
-      synth.schedule(event);
-    while (synth.pendingClicks() > 0)
-      synth.render<float>(channels, kBlock);
-    benchmark::DoNotOptimize(samples.data());
+    play(synth, events, channels);
+    benchmark::DoNotOptimize(channels.front().data());
   }
   reportRate(state, static_cast<double>(events.size()));
 }
@@ -158,14 +291,12 @@ void soundNaively(const ImpulseEvent& event, const SoundBody& ball, std::span<fl
   const double jerk = std::numbers::pi * event.impulse.norm() / (2.0 * ball.mass * tau * tau);
   const double cosine = event.impulse.dot(towards) / (event.impulse.norm() * r);
   const double radiated = 1.2 * kRadius * kRadius * kRadius * cosine / (2.0 * 343.0 * r);
-  addNaively(
-      {.time = event.time + r / 343.0, .delay = 0.0, .duration = tau, .amplitude = radiated * jerk},
-      pressure);
+  addNaively((event.time + r / 343.0) * kRate, tau * kRate, radiated * jerk, pressure);
 }
 
 void soundEventsNaively(benchmark::State& state) {
-  const std::vector<ImpulseEvent> events = makeEvents();
-  const SoundBody ball = steelBall();
+  const std::vector<ImpulseEvent> events = makeEvents({});
+  const SoundBody ball = steelBall(kRadius);
   std::vector<float> pressure(static_cast<std::size_t>(0.13 * kRate), 0.0F);
   for ([[maybe_unused]] const auto iteration : state) {
     for (const ImpulseEvent& event : events)
@@ -179,7 +310,7 @@ void soundEventsNaively(benchmark::State& state) {
 void addEndToEndFigure(Figures& figures) {
   figures.add({.name = "schedule and render",
                .unit = "M events/s",
-               .subject = scheduleAndRender,
+               .subject = [](benchmark::State& state) { scheduleAndRender(state, {}, {}); },
                .yardstickName = "equations 1 to 10 in one loop",
                .yardstick = soundEventsNaively,
                .bar = Bar{Bar::Of::value, 2.0},
@@ -187,15 +318,95 @@ void addEndToEndFigure(Figures& figures) {
                .scale = 1e-6});
 }
 
+// --- A dense scene ------------------------------------------------------------------------------
+
+/// Two shares of each of 100,000 collisions in a second, of a thousand balls: of one size, as
+/// marbles are, or of a thousand sizes.
+constexpr Traffic kMarbles{.events = 200000, .duration = 1.0, .balls = 1000};
+constexpr Traffic kGravel{
+    .events = 200000, .duration = 1.0, .balls = 1000, .smallest = 0.001, .largest = 0.01};
+
+Seats pairOfSeats() {
+  return {.listeners = {{"left", {0.4, 0.5, 1.0}}, {"right", {0.6, 0.5, 1.0}}}};
+}
+
+void playDenseScene(benchmark::State& state, const Traffic& traffic) {
+  const std::vector<ImpulseEvent> events = makeEvents(traffic);
+  const Seats seats = pairOfSeats();
+  Synth synth = makeSynth(traffic, seats.settings, seats.listeners);
+  std::vector<std::vector<float>> channels(2, std::vector<float>(kBlock));
+  for ([[maybe_unused]] const auto iteration : state)
+    play(synth, events, channels);
+}
+
+void renderDenseScene(benchmark::State& state, const Traffic& traffic) {
+  playDenseScene(state, traffic);
+  reportRate(state, traffic.duration);
+}
+
+/// MB, of the whole process at its largest.
+void memoryOfDenseScene(benchmark::State& state) {
+  playDenseScene(state, kGravel);
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  reportValue(state, static_cast<double>(usage.ru_maxrss) / 1024.0);
+}
+
+void addDenseFigures(Figures& figures) {
+  figures.add({.name = "100,000 collisions/s, 2 listeners, balls of one size",
+               .unit = "x real time",
+               .subject = [](benchmark::State& state) { renderDenseScene(state, kMarbles); },
+               .bar = Bar{Bar::Of::value, 5.0},
+               .sense = Sense::higherIsBetter});
+  figures.add({.name = "100,000 collisions/s, 2 listeners, balls of 1000 sizes",
+               .unit = "x real time",
+               .subject = [](benchmark::State& state) { renderDenseScene(state, kGravel); },
+               .bar = Bar{Bar::Of::value, 5.0},
+               .sense = Sense::higherIsBetter});
+  figures.add({.name = "memory of that process, its events included",
+               .unit = "MB",
+               .subject = memoryOfDenseScene,
+               .bar = Bar{Bar::Of::value, 200.0},
+               .sense = Sense::lowerIsBetter});
+}
+
+// --- A room -------------------------------------------------------------------------------------
+
+Seats boxedSeat() {
+  Seats seats;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {-1.0, 1.0}) {
+      Reflector wall{.normal = -side * Vec3::Unit(axis), .offset = side > 0.0 ? -3.0 : -2.0};
+      wall.absorption.coefficients.fill(0.1);
+      seats.settings.room.reflectors.push_back(wall);
+    }
+  }
+  return seats;
+}
+
+void addRoomFigure(Figures& figures) {
+  figures.add(
+      {.name = "all six first-order images of a box",
+       .unit = "M events/s",
+       .subject = [](benchmark::State& state) { scheduleAndRender(state, {}, boxedSeat()); },
+       .yardstickName = "the direct path alone",
+       .yardstick = [](benchmark::State& state) { scheduleAndRender(state, {}, {}); },
+       .bar = Bar{Bar::Of::ratio, 1.0 / 7.0},
+       .sense = Sense::higherIsBetter,
+       .scale = 1e-6});
+}
+
 }  // namespace
 }  // namespace carom::bench
 
 int main(int argc, char** argv) {
   carom::bench::Figures figures;
-  carom::bench::addKernelFigure(figures, 10e-6, 10.0);
-  carom::bench::addKernelFigure(figures, 50e-6, 10.0);
-  carom::bench::addKernelFigure(figures, 200e-6, 8.0);
-  carom::bench::addKernelFigure(figures, 1e-3, 3.0);
+  carom::bench::addKernelFigures(figures, 10e-6, 10.0);
+  carom::bench::addKernelFigures(figures, 50e-6, 10.0);
+  carom::bench::addKernelFigures(figures, 200e-6, 8.0);
+  carom::bench::addKernelFigures(figures, 1e-3, 3.0);
   carom::bench::addEndToEndFigure(figures);
+  carom::bench::addDenseFigures(figures);
+  carom::bench::addRoomFigure(figures);
   return figures.run(argc, argv);
 }
