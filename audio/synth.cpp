@@ -39,6 +39,8 @@ constexpr std::size_t kRestitutions = 64;
 constexpr std::size_t kLargestGaussRule = 48;
 /// A set of head-related responses may be louder than the free field by that, at some frequency.
 constexpr double kLoudestEar = 4.0;
+/// A diffuse field's peaks over the root of its mean square.
+constexpr double kTailPeaks = 4.0;
 
 bool isPositive(double value) {
   return std::isfinite(value) && value > 0.0;
@@ -238,7 +240,8 @@ class Synth::Impl {
   bool layClick(const Contact& contact, const Way& way, std::uint32_t chain, std::uint32_t channel);
   void chooseRule(Click& click) const;
   bool isFiltered() const;
-  void countPeak(const Contact& contact, const Way& way, const Channel& channel);
+  double boundOf(const Contact& contact, const Way& way) const;
+  double tailOver(const Contact& contact) const;
   void countTiming(double duration);
   void enqueueClicks();
   std::uint64_t keyOf(std::uint32_t filter, std::uint32_t chain, std::uint32_t channel) const;
@@ -486,15 +489,18 @@ bool Synth::Impl::layClicks(const Contact& contact) {
     for (const Path& path : paths_) {
       Way way;
       if (!findWay(contact, channels_[channel], path.image, way)) continue;
-      countPeak(contact, way, channels_[channel]);
+      const double ear = channels_[channel].isEar ? kLoudestEar : 1.0;
+      peak_ = std::max(peak_, ear * boundOf(contact, way));
       if (!layClick(contact, way, path.chain, channel)) return false;
     }
   }
   if (reverbs_.empty()) return true;
-  // What the room gets: the mean over all directions, at 1 m.
+  // What the room gets: the mean over all directions, at 1 m, without the near field, which carries
+  // no power.
   Way send;
   send.gains.fill(contact.strike.dipole.norm() / std::numbers::sqrt3);
-  send.distance = std::max(1.0, contact.strike.radius);
+  send.distance = std::numeric_limits<double>::infinity();
+  peak_ = std::max(peak_, boundOf(contact, send) * tailOver(contact));
   return layClick(contact, send, 0, static_cast<std::uint32_t>(channels_.size()));
 }
 
@@ -549,9 +555,9 @@ Arrival Synth::Impl::arrivalAt(const Channel& channel, double time, const Vec3& 
   return arrival;
 }
 
-/// An upper bound: of the pulse's slope, of what the band holds of it, and of what a body of that
-/// size lets through (its response's total variation is 1.35 c/a).
-void Synth::Impl::countPeak(const Contact& contact, const Way& way, const Channel& channel) {
+/// An upper bound, in Pa: of the pulse's slope, of what the band holds of it, and of what a body of
+/// that size lets through (its response's total variation is 1.35 c/a).
+double Synth::Impl::boundOf(const Contact& contact, const Way& way) const {
   const double rate = settings_.sampleRate;
   const bool naive = settings_.sampling == Sampling::naive;
   const double inBand = std::numbers::pi * (naive ? 1e6 : 0.5);
@@ -565,7 +571,19 @@ void Synth::Impl::countPeak(const Contact& contact, const Way& way, const Channe
   }
   const double gain =
       std::max({std::abs(way.gains[0]), std::abs(way.gains[1]), std::abs(way.gains[2])});
-  peak_ = std::max(peak_, gain * slope * (channel.isEar ? kLoudestEar : 1.0));
+  return gain * slope;
+}
+
+/// The peak of the tail over that of what is sent: the diffuse field's level (Reverb) for a click
+/// that is at its peak while it lasts, and its peaks over its level.
+double Synth::Impl::tailOver(const Contact& contact) const {
+  const ReverbSettings& reverb = *settings_.reverb;
+  const double lasting =
+      (contact.pulse->end() - contact.pulse->begin()) * contact.duration +
+      static_cast<double>(kSpreadWidth + RadiationFilter::kTaps) / settings_.sampleRate +
+      5.0 * contact.strike.radius / settings_.medium.speedOfSound;
+  const double density = 4.0 * std::numbers::pi * reverb.speedOfSound / reverb.volume;  // 1/s
+  return reverb.gain * kTailPeaks * std::sqrt(density * lasting);
 }
 
 bool Synth::Impl::layClick(const Contact& contact, const Way& way, std::uint32_t chain,

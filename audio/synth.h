@@ -39,7 +39,8 @@ struct SynthSettings {
   double sampleRate = 48000.0;  ///< Hz, 8000 to 192000
   ImpulseChoice impulse = ImpulseChoice::physical;
   Medium medium = {};
-  /// Pa. A click whose peak stays below it at every listener is left out, and counted.
+  /// Pa. A click whose peak stays below it at every listener, and whose reverberation does, is left
+  /// out, and counted.
   double audibleThreshold = kHearingThreshold;
 
   PulseShape pulse = PulseShape::hertz;

@@ -68,6 +68,18 @@ std::vector<Sample> renderMono(Synth& synth, std::size_t frames) {
   return planes.front();
 }
 
+/// The next `frames` samples of every channel.
+template <class Sample = double>
+std::vector<std::vector<Sample>> renderPlanes(Synth& synth, std::size_t frames) {
+  std::vector<std::vector<Sample>> planes(synth.channelCount(), std::vector<Sample>(frames));
+  std::vector<Sample*> channels;
+  channels.reserve(planes.size());
+  for (std::vector<Sample>& plane : planes)
+    channels.push_back(plane.data());
+  synth.render<Sample>(channels, frames);
+  return planes;
+}
+
 inline double peakOf(const std::vector<double>& samples) {
   double peak = 0.0;
   for (const double sample : samples)
