@@ -258,6 +258,7 @@ class Synth::Impl {
   std::vector<Listener> listeners_;
   std::vector<PoseTrack> tracks_;  // one per listener
   std::vector<Channel> channels_;
+  double earliestEar_ = 0.0;  // s before the middle of its head, no ear hears anything earlier
   std::unordered_map<BodyId, Body> bodies_;
   SynthCounters counters_;
 
@@ -319,7 +320,10 @@ Status Synth::Impl::prepareListeners() {
       return Error{"listener '" + listener.name + "': its head-related responses are for " +
                    std::to_string(listener.hrtf->sampleRate()) + " Hz, not " +
                    std::to_string(settings_.sampleRate) + " Hz"};
-    if (binaural) longest = std::max(longest, listener.hrtf->alignedLength());
+    if (binaural) {
+      longest = std::max(longest, listener.hrtf->alignedLength());
+      earliestEar_ = std::max(earliestEar_, listener.hrtf->latency());
+    }
     tracks_.emplace_back(ListenerPose{0.0, listener.position, listener.orientation});
     const Receivers receivers = receiversOf(listener);
     for (std::size_t i = 0; i < receivers.size(); ++i) {
@@ -438,7 +442,7 @@ double Synth::Impl::leadTime(double contactDuration) const {
   const double pulse = -Pulse::of(settings_.pulse).begin() * contactDuration;
   // The whole samples that the pulse falls between, too.
   const auto filter = static_cast<double>(kReach - RadiationFilter::kFirstTap + 2);
-  return pulse + filter / settings_.sampleRate;
+  return pulse + filter / settings_.sampleRate + earliestEar_;
 }
 
 void Synth::Impl::schedule(const ImpulseEvent& event) {
@@ -728,7 +732,8 @@ bool Synth::Impl::isLater(const Waiting& a, const Waiting& b) const {
   if (a.start != b.start) return a.start > b.start;
   const auto contentOf = [](const Click& click) {
     const ClickTrack& t = click.track;
-    return std::tie(click.key, t.length, t.bend, t.gain, t.slope, t.curve, click.near);
+    return std::tuple(click.key, t.length, t.bend, t.gain, t.slope, t.curve, click.near,
+                      click.pulse->peakForce(), click.ears.index, click.ears.weight);
   };
   return contentOf(clicks_[a.slot]) > contentOf(clicks_[b.slot]);
 }

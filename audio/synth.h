@@ -124,7 +124,8 @@ class Synth {
   /// s, simulation clock, of the next sample to be rendered.
   double time() const;
   /// s: how long before its own time the sound of a contact of that duration (s) begins at no
-  /// distance: what a filter without delay rings ahead, and what a Gaussian has before first touch.
+  /// distance: what a filter without delay rings ahead, what a Gaussian has before first touch, and
+  /// by how much an ear can be nearer than the middle of its head.
   double leadTime(double contactDuration) const;
 
   const std::vector<Listener>& listeners() const;
