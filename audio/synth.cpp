@@ -37,6 +37,9 @@ constexpr auto kReach = static_cast<std::int64_t>(kSpreadWidth / 2);
 constexpr std::size_t kRestitutions = 64;
 /// Nodes; see chooseRule.
 constexpr std::size_t kLargestGaussRule = 48;
+/// By how much motion may stretch a click in time; beyond, it is that of bodies at rest.
+constexpr double kLeastStretch = 0.1;
+constexpr double kMostStretch = 10.0;
 /// A set of head-related responses may be louder than the free field by that, at some frequency.
 constexpr double kLoudestEar = 4.0;
 /// A diffuse field's peaks over the root of its mean square.
@@ -201,6 +204,7 @@ class Synth::Impl {
     std::array<double, 3> delays{};  // s
     std::array<double, 3> gains{};   // Pa s^2: of the slope of a force of integral 1
     double distance = 0.0;           // m, in the middle, not below the body's radius
+    double stretch = 1.0;            // of time, in the middle, by the receiver's own motion
     SphereWeights ears;              // where a binaural channel hears it from
   };
   /// A click on its way, laid over the samples of its bus.
@@ -257,6 +261,7 @@ class Synth::Impl {
   SynthSettings settings_;
   std::vector<Listener> listeners_;
   std::vector<PoseTrack> tracks_;  // one per listener
+  std::vector<bool> hasMoved_;     // likewise: a pose has come
   std::vector<Channel> channels_;
   double earliestEar_ = 0.0;  // s before the middle of its head, no ear hears anything earlier
   std::unordered_map<BodyId, Body> bodies_;
@@ -325,6 +330,7 @@ Status Synth::Impl::prepareListeners() {
       earliestEar_ = std::max(earliestEar_, listener.hrtf->latency());
     }
     tracks_.emplace_back(ListenerPose{0.0, listener.position, listener.orientation});
+    hasMoved_.push_back(false);
     const Receivers receivers = receiversOf(listener);
     for (std::size_t i = 0; i < receivers.size(); ++i) {
       channels_.push_back({.listener = static_cast<std::uint32_t>(index),
@@ -402,11 +408,14 @@ Status Synth::Impl::moveListener(std::size_t listener, const ListenerPose& pose)
   if (listener >= listeners_.size())
     return Error{"synth: there is no listener " + std::to_string(listener) + "; there are " +
                  std::to_string(listeners_.size())};
-  if (!tracks_[listener].append(pose))
+  PoseTrack& track = tracks_[listener];
+  const bool accepted = hasMoved_[listener] ? track.append(pose) : track.restart(pose);
+  if (!accepted)
     return Error{
         "synth: pose of listener " + std::to_string(listener) + " at " + std::to_string(pose.time) +
         " s: expected finite values, a unit quaternion, a later time than the last pose's, "
         "and at most 180 m/s from there"};
+  hasMoved_[listener] = true;
   return std::monostate{};
 }
 
@@ -528,7 +537,7 @@ bool Synth::Impl::findWay(const Contact& contact, const Channel& channel, const 
       if (!isVisible(settings_.room, *image, strike.position, ear)) return false;
     }
     const double distance = std::max(arrival.distance, strike.radius);
-    way.distance = distance;
+    if (part < 2) way.distance = distance;
     way.gains[part] = -dipole.dot(arrival.towardsSource) / distance;
     way.delays[part] = (distance - contact.ahead) / settings_.medium.speedOfSound;
     if (channel.isEar) {
@@ -540,6 +549,13 @@ bool Synth::Impl::findWay(const Contact& contact, const Channel& channel, const 
     } else if (channel.receiver.pattern != 0.0) {
       way.gains[part] *= gain(channel.receiver, arrival.orientation, arrival.towardsSource);
     }
+    if (!settings_.doppler) continue;
+    // A click is stretched as it is laid, and its force keeps its integral: as for a body that
+    // moves. Who moves through a field hears the pressure that is there, only faster or slower.
+    const bool overtaken = !(arrival.stretch > kLeastStretch && arrival.stretch < kMostStretch);
+    const double stretch = overtaken ? 1.0 : arrival.stretch;
+    way.gains[part] *= stretch * stretch;
+    if (part < 2) way.stretch = stretch;  // the middle's
   }
   return true;
 }
@@ -612,7 +628,8 @@ bool Synth::Impl::layClick(const Contact& contact, const Way& way, std::uint32_t
                  .curve = gain.curve * rate * rate};
   const double still = contact.duration * rate;
   // Faster than sound, or nearly: time would fold.
-  if (!(click.track.length > 0.1 * still) || !(click.track.length < 10.0 * still) ||
+  if (!(click.track.length > kLeastStretch * still) ||
+      !(click.track.length < kMostStretch * still) ||
       !(std::abs(click.track.bend) < 0.1 * click.track.length)) {
     click.track.length = still;
     click.track.bend = 0.0;
@@ -624,7 +641,7 @@ bool Synth::Impl::layClick(const Contact& contact, const Way& way, std::uint32_t
   click.samples =
       static_cast<std::uint32_t>(std::ceil(last)) + static_cast<std::uint32_t>(kReach) + 1;
   click.first = start.whole + first + (isFiltered() ? RadiationFilter::kFirstTap : 0);
-  click.near = settings_.medium.speedOfSound / (way.distance * rate);
+  click.near = settings_.medium.speedOfSound / (way.distance * way.stretch * rate);
   click.channel = channel;
   click.ears = way.ears;
   click.key = keyOf(contact.filter, chain, channel);
@@ -832,6 +849,9 @@ Status Synth::Impl::seek(double seconds) {
   busOrder_.clear();
   busOfKey_.clear();
   idleCursor_ = 0;
+  for (std::size_t index = 0; index < listeners_.size(); ++index)
+    tracks_[index].restart({0.0, listeners_[index].position, listeners_[index].orientation});
+  hasMoved_.assign(listeners_.size(), false);
   for (Reverb& reverb : reverbs_)
     reverb.reset();
   return std::monostate{};

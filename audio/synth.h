@@ -79,7 +79,9 @@ struct SynthCounters {
 /// (kBand); docs/acceleration_noise.md has the errors.
 ///
 /// Deviations: within a click the distance changes by a parabola through its begin, middle and
-/// end, and with it the loudness. A listener inside a body hears it as from its surface. Bodies
+/// end, and with it the loudness; what that change adds for a listener who moves (his speed over
+/// that of sound, times the near field) is not taken away. A body that moves sounds like a point
+/// force that does (Lowson 1965). A listener inside a body hears it as from its surface. Bodies
 /// larger than kLargestRadius are filtered as of that radius.
 ///
 /// Deterministic, and independent of the block size: the set of events alone decides the bits, not
@@ -101,9 +103,11 @@ class Synth {
   /// Says what `id` radiates as, from now on. Refuses values outside SoundBody's ranges.
   Status setBody(BodyId id, const SoundBody& body);
 
-  /// The next pose of a listener that moves. Until the first, it stands where it was created; see
-  /// PoseTrack for what lies between poses and after the last. What is heard of an event is decided
-  /// when it is scheduled. Refuses: no such listener, a pose that PoseTrack refuses.
+  /// The next pose of a listener that moves. Until the first call, it stands where it was created;
+  /// the first pose may be of any time and place, and the listener stands there at all times
+  /// before. See PoseTrack for what lies between poses and after the last. What is heard of an
+  /// event is decided when it is scheduled. Refuses: no such listener, a pose that PoseTrack
+  /// refuses.
   Status moveListener(std::size_t listener, const ListenerPose& pose);
 
   /// Hands over one body's share of a collision. May allocate.
@@ -118,7 +122,8 @@ class Synth {
   void render(std::span<Sample* const> channels, std::size_t frames) noexcept;
 
   /// Sets the clock to the sample nearest to `seconds` (simulation clock) and drops what has not
-  /// sounded yet: for a world whose clock does not begin at 0, and for replays.
+  /// sounded yet: for a world whose clock does not begin at 0, and for replays. Listeners are back
+  /// where they were created, and await their first pose.
   Status seek(double seconds);
 
   /// s, simulation clock, of the next sample to be rendered.
