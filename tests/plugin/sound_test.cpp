@@ -146,7 +146,9 @@ TEST_F(DroppedBall, HearsABoxAsWell) {
 TEST_F(DroppedBall, RefusesWhatItCannotDo) {
   EXPECT_FALSE(Sound::attach(world_.world, {.latency = -1.0}));
   EXPECT_FALSE(Sound::attach(world_.world, {.latency = std::nan("")}));
-  EXPECT_FALSE(Sound::attach(world_.world, {.sampleRate = 0.0}));
+  SoundSettings timeless;
+  timeless.synth.sampleRate = 0.0;
+  EXPECT_FALSE(Sound::attach(world_.world, timeless));
   EXPECT_FALSE(Sound::attach(world_.world, {.listeners = {}}));
   EXPECT_FALSE(Sound::attach(world_.world, {.restSpeed = -1.0}));
   Sound sound = attached();

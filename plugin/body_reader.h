@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_set>
+
+#include "audio/panel_radiator.h"
+#include "audio/result.h"
+#include "audio/sound_body.h"
+#include "plugin/radiator_choice.h"
+
+class btCollisionObject;
+class btCollisionShape;
+
+namespace carom {
+
+/// What a body of a Bullet world radiates as, and whether its shape could be solved.
+struct BodyReading {
+  SoundBody sound;
+  bool isLink = false;              ///< of a multibody, and it can move
+  std::optional<Error> unsolved{};  ///< why a movable body's shape is not what it radiates as
+};
+
+/// Bullet bodies as SoundBodies: mass and inertia as Bullet has them, added mass of their shape,
+/// the material guessed from their density.
+///
+/// Shapes are told apart by their surfaces as they are at this moment, with scaling, and not by
+/// their addresses. [one thread]
+class BodyReader {
+ public:
+  explicit BodyReader(RadiatorChoice choice) : choice_(choice) {}
+
+  /// Solves the body's shape if it is the first of its kind.
+  BodyReading read(const btCollisionObject& object);
+
+  /// Shapes solved so far.
+  std::uint64_t solved() const { return solved_.size(); }
+
+ private:
+  using Radiator = std::shared_ptr<const RigidRadiator>;
+
+  Result<Radiator> solve(const SurfaceMesh& surface);
+  void readShape(const btCollisionShape& shape, BodyReading& reading);
+
+  RadiatorChoice choice_;
+  std::shared_ptr<RadiatorCache> cache_ = std::make_shared<RadiatorCache>();
+  std::unordered_set<const RigidRadiator*> solved_;  // in cache_
+};
+
+}  // namespace carom
