@@ -97,10 +97,12 @@ class Sound {
   std::size_t framesReady() const;
   /// Renders up to `room` samples of each channel, in Pa or by SoundSettings::fullScale, and
   /// returns how many. Requires channels.size() == channelCount(). Sample n is what is heard at
-  /// (n - outputDelay()) / sample rate on the simulation clock.
+  /// (n - outputDelay()) / sample rate on the simulation clock. First takes over what the world did
+  /// since, which may allocate; the rest does not, so after a call with `room` 0 none does until
+  /// the next step.
   std::size_t render(std::span<float* const> channels, std::size_t room);
-  /// Frames by which the limiter delays what is rendered; 0 without. To hear the end
-  /// of a scene, step on for that long.
+  /// Frames by which the limiter delays what is rendered, its look-ahead; 0 without. To hear the
+  /// end of a scene, step on for that long.
   std::size_t outputDelay() const;
 
   const SynthCounters& counters() const;
