@@ -562,10 +562,9 @@ bool Synth::Impl::findWay(const Contact& contact, const Channel& channel, const 
 
 /// Where the wave that leaves `from` at `time` is heard. A listener that stands needs no solving.
 Arrival Synth::Impl::arrivalAt(const Channel& channel, double time, const Vec3& from) const {
-  const PoseTrack& track = tracks_[channel.listener];
-  if (track.size() > 1) {
-    return arrivalOf(track, {.time = time, .position = from}, settings_.medium.speedOfSound,
-                     channel.receiver.offset);
+  if (hasMoved_[channel.listener]) {
+    return arrivalOf(tracks_[channel.listener], {.time = time, .position = from},
+                     settings_.medium.speedOfSound, channel.receiver.offset);
   }
   Arrival arrival;
   const Vec3 towards = from - channel.place;
