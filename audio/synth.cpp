@@ -33,6 +33,8 @@ constexpr double kHighestRate = 192000.0;
 constexpr double kExactSamples = 0x1.0p+53;
 /// Half the reach of the kernel that puts instants on samples.
 constexpr auto kReach = static_cast<std::int64_t>(kSpreadWidth / 2);
+/// s. A longer contact has nothing in the audible band, and would take memory without end.
+constexpr double kLongestContact = 20.0;
 /// Dissipative pulses are made at this many values of restitution, evenly.
 constexpr std::size_t kRestitutions = 64;
 /// Nodes; see chooseRule.
@@ -611,7 +613,9 @@ bool Synth::Impl::layClick(const Contact& contact, const Way& way, std::uint32_t
   const double extent = std::abs(contact.time) + way.delays[0] + way.delays[2] +
                         (contact.pulse->end() - contact.pulse->begin()) * contact.duration;
   const double loudness = (std::abs(way.gains[0]) + std::abs(way.gains[2])) * rate * rate;
-  if (!(extent * rate < kExactSamples) || !std::isfinite(loudness)) return false;
+  const bool isFar = !(extent * rate < kExactSamples);
+  const bool isLong = !(contact.duration <= kLongestContact);
+  if (isFar || isLong || !std::isfinite(loudness)) return false;
   if (loudness == 0.0 && way.gains[1] == 0.0) return true;
 
   Click click;
@@ -696,7 +700,7 @@ void Synth::Impl::enqueueClicks() {
                            [this](const auto& a, const auto& b) { return isLater(a, b); });
 
     mostSamples_ = std::max(mostSamples_, room);
-    buses_[clicks_[slot].bus].line.reserve(kMixFrames, mostSamples_);
+    buses_[clicks_[slot].bus].line.reserve(kMixFrames, room);
     const std::size_t nodes =
         click.nodes.empty() ? longRuleSize(*click.pulse, click.track.length) : click.nodes.size();
     if (click.nodes.empty()) longRule_.reserve(nodes);

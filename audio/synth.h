@@ -62,7 +62,7 @@ struct SynthCounters {
   std::uint64_t late = 0;       ///< of `events`, began before the first sample still to be rendered
   std::uint64_t undersampled =
       0;  ///< of `events`, contact shorter than 4 samples where sampling is naive: aliased
-  std::uint64_t rejected = 0;  ///< not finite, unknown body, or no approach: never sounded
+  std::uint64_t rejected = 0;  ///< not finite, unknown body, no approach, over 20 s: never sounded
 };
 
 /// The sound layer: from impulse events to pressure at listeners, in pascals.

@@ -6,14 +6,17 @@
 namespace {
 
 thread_local constinit std::size_t allocationsOfThread = 0;
+thread_local constinit std::size_t bytesOfThread = 0;
 
 void* countedAllocation(std::size_t size) {
   ++allocationsOfThread;
+  bytesOfThread += size;
   return std::malloc(size == 0 ? 1 : size);  // NOLINT: this is `new`
 }
 
 void* countedAllocation(std::size_t size, std::align_val_t alignment) {
   ++allocationsOfThread;
+  bytesOfThread += size;
   const auto step = static_cast<std::size_t>(alignment);
   return std::aligned_alloc(step, (size + step - 1) / step * step);  // NOLINT: as above
 }
@@ -74,10 +77,14 @@ void operator delete[](void* memory, const std::nothrow_t&) noexcept {
 
 namespace carom::test {
 
-NoAllocScope::NoAllocScope() : before_(allocationsOfThread) {}
+NoAllocScope::NoAllocScope() : before_(allocationsOfThread), bytesBefore_(bytesOfThread) {}
 
 std::size_t NoAllocScope::allocations() const {
   return allocationsOfThread - before_;
+}
+
+std::size_t NoAllocScope::bytes() const {
+  return bytesOfThread - bytesBefore_;
 }
 
 }  // namespace carom::test

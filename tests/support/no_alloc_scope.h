@@ -14,9 +14,12 @@ class NoAllocScope {
  public:
   NoAllocScope();
   std::size_t allocations() const;
+  /// Asked for by this thread while it lives; what was given back is not taken off.
+  std::size_t bytes() const;
 
  private:
   std::size_t before_;
+  std::size_t bytesBefore_;
 };
 
 }  // namespace carom::test
