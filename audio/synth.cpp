@@ -14,9 +14,11 @@
 #include "audio/acceleration_noise.h"
 #include "audio/click_bus.h"
 #include "audio/click_kernels.h"
+#include "audio/click_queue.h"
 #include "audio/hertz.h"
 #include "audio/hrtf.h"
 #include "audio/long_rule.h"
+#include "audio/radiation_bank.h"
 #include "audio/receiver.h"
 #include "audio/spread_kernel.h"
 
@@ -118,6 +120,18 @@ double roundingOf(double a, double b, double product) {
   return ((a1 * b1 - product) + a1 * b2 + a2 * b1) + a2 * b2;
 }
 
+/// Asks for what will be read soon.
+template <class T>
+void prefetch(const T& object) {
+#if defined(__GNUC__)
+  const auto* bytes = reinterpret_cast<const std::byte*>(&object);
+  for (std::size_t at = 0; at < sizeof(T); at += 64)
+    __builtin_prefetch(bytes + at);
+#else
+  static_cast<void>(object);
+#endif
+}
+
 /// A time in samples, without loss: the product's rounding error is recovered and kept.
 struct SampleTime {
   std::int64_t whole = 0;
@@ -179,7 +193,7 @@ class Synth::Impl {
  private:
   struct Body {
     SoundBody sound;
-    std::uint32_t filter = 0;
+    const RadiationBank::Mix* filters = nullptr;
   };
   struct Channel {
     std::uint32_t listener = 0;
@@ -199,7 +213,7 @@ class Synth::Impl {
     const Pulse* pulse = nullptr;
     Strike strike;
     double ahead = 0.0;  // m: the sound starts at the surface, and the filter lets it wait
-    std::uint32_t filter = 0;
+    const RadiationBank::Mix* filters = nullptr;
   };
   /// The way of a contact's sound to one receiver, at its begin, middle and end.
   struct Way {
@@ -209,23 +223,18 @@ class Synth::Impl {
     double stretch = 1.0;            // of time, in the middle, by the receiver's own motion
     SphereWeights ears;              // where a binaural channel hears it from
   };
-  /// A click on its way, laid over the samples of its bus.
-  struct Click {
+  /// A click on its way, laid over the samples of its bus. Two lines of the cache: many wait.
+  struct alignas(64) Click {
     std::int64_t first = 0;  // sample of the bus
     ClickTrack track;        // from that sample on
     double near = 0.0;       // weight of near over far
     const Pulse* pulse = nullptr;
     std::span<const PulseNode> nodes;  // empty: those of the long rule, made when it begins
-    std::uint64_t key = 0;             // of the bus
-    std::uint32_t bus = 0;
-    std::uint32_t samples = 0;
+    const RadiationBank::Mix* filters = nullptr;
+    std::array<std::uint32_t, 4> buses{};  // one for each filter
+    std::uint32_t chain = 0;
     std::uint32_t channel = 0;
-    SphereWeights ears;
-  };
-  struct Waiting {
-    std::int64_t first = 0;
-    double start = 0.0;  // of the track: settles nearly all ties without a look at the click
-    std::uint32_t slot = 0;
+    std::uint32_t samples = 0;
   };
   struct Bus {
     ClickBus line;
@@ -235,7 +244,7 @@ class Synth::Impl {
 
   Status prepareListeners();
   Status prepareRoom();
-  std::uint32_t filterOf(double radius);
+  const RadiationBank::Mix& filtersOf(double radius);
   const Body* findBody(BodyId id) const;
   double restitutionOf(const ImpulseEvent& event) const;
   const Pulse& pulseOf(const ImpulseEvent& event);
@@ -253,9 +262,9 @@ class Synth::Impl {
   std::uint64_t keyOf(std::uint32_t filter, std::uint32_t chain, std::uint32_t channel) const;
   std::uint32_t busOf(std::uint64_t key);
   std::uint32_t idleBus();
-  bool isLater(const Waiting& a, const Waiting& b) const;
+  bool isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b) const;
   void beginUntil(std::int64_t end) noexcept;
-  void begin(const Click& click) noexcept;
+  void begin(std::uint32_t slot) noexcept;
   std::span<const double> samplesOf(const Click& click) noexcept;
   void mix(std::size_t frames) noexcept;
   void reverberate(std::size_t frames) noexcept;
@@ -269,20 +278,22 @@ class Synth::Impl {
   std::unordered_map<BodyId, Body> bodies_;
   SynthCounters counters_;
 
-  std::vector<std::unique_ptr<const RadiationFilter>> filters_;
-  std::unordered_map<double, std::uint32_t> filterOfCorner_;
+  RadiationBank filters_;
   std::vector<Image> images_;
   std::vector<std::vector<ReflectionFilter>> chains_;  // the first is empty: the direct path
   std::vector<Path> paths_;                            // the first is direct
   std::vector<std::optional<Pulse>> dissipative_;      // by restitution, made when first needed
 
   const ClickKernels& kernels_ = fastestKernels();
-  std::int64_t position_ = 0;  // the next sample to be rendered
-  std::vector<Click> laid_;    // of the event in hand
-  double peak_ = 0.0;          // Pa, a bound for them
-  std::vector<Click> clicks_;  // by slot
+  std::int64_t position_ = 0;            // the next sample to be rendered
+  std::vector<Click> laid_;              // of the event in hand
+  double peak_ = 0.0;                    // Pa, a bound for them
+  std::vector<Click> clicks_;            // by slot
+  std::vector<SphereWeights> ears_;      // likewise, where there is a head
+  std::vector<SphereWeights> laidEars_;  // of laid_
+  bool hasHeads_ = false;
   std::vector<std::uint32_t> freeSlots_;
-  std::vector<Waiting> waiting_;  // min-heap, the earliest first
+  ClickQueue waiting_;
   std::vector<Bus> buses_;
   std::vector<std::uint32_t> busOrder_;  // all, by key: the order in which they are summed
   std::unordered_map<std::uint64_t, std::uint32_t> busOfKey_;
@@ -302,6 +313,8 @@ class Synth::Impl {
 Synth::Impl::Impl(const SynthSettings& settings, std::vector<Listener> listeners)
     : settings_(settings),
       listeners_(std::move(listeners)),
+      filters_(settings.sampling == Sampling::bandLimited ? RadiationFilter::Input::spread
+                                                          : RadiationFilter::Input::bare),
       dissipative_(kRestitutions + 1),
       send_(kMixFrames) {}
 
@@ -328,6 +341,7 @@ Status Synth::Impl::prepareListeners() {
                    std::to_string(listener.hrtf->sampleRate()) + " Hz, not " +
                    std::to_string(settings_.sampleRate) + " Hz"};
     if (binaural) {
+      hasHeads_ = true;
       longest = std::max(longest, listener.hrtf->alignedLength());
       earliestEar_ = std::max(earliestEar_, listener.hrtf->latency());
     }
@@ -385,25 +399,17 @@ Status Synth::Impl::setBody(BodyId id, const SoundBody& body) {
     return Error{"sound body " + std::to_string(id) + ": " + reason};
   Body known{body, 0};
   if (std::isfinite(body.mass))
-    known.filter = filterOf(body.shape ? body.shape->radius() : body.radius);
+    known.filters = &filtersOf(body.shape ? body.shape->radius() : body.radius);
   bodies_.insert_or_assign(id, std::move(known));
   return std::monostate{};
 }
 
-/// Bodies of one radius share a filter, and the compact model has one for all.
-std::uint32_t Synth::Impl::filterOf(double radius) {
-  const double corner = settings_.radiation == Radiation::exact
-                            ? settings_.medium.speedOfSound /
-                                  (std::min(radius, kLargestRadius) * settings_.sampleRate)
-                            : std::numeric_limits<double>::infinity();
-  const auto [entry, isNew] =
-      filterOfCorner_.try_emplace(corner, static_cast<std::uint32_t>(filters_.size()));
-  if (isNew) {
-    const auto input = settings_.sampling == Sampling::bandLimited ? RadiationFilter::Input::spread
-                                                                   : RadiationFilter::Input::bare;
-    filters_.push_back(std::make_unique<RadiationFilter>(corner, input));
-  }
-  return entry->second;
+/// The compact model has one for all.
+const RadiationBank::Mix& Synth::Impl::filtersOf(double radius) {
+  if (settings_.radiation == Radiation::compact)
+    return filters_.mixOf(std::numeric_limits<double>::infinity());
+  return filters_.mixOf(settings_.medium.speedOfSound /
+                        (std::min(radius, kLargestRadius) * settings_.sampleRate));
 }
 
 Status Synth::Impl::moveListener(std::size_t listener, const ListenerPose& pose) {
@@ -482,7 +488,7 @@ void Synth::Impl::scheduleImpulse(const ImpulseEvent& event) {
                   .duration = duration,
                   .pulse = &pulseOf(event),
                   .strike = makeStrike(event, body.sound, settings_.medium),
-                  .filter = body.filter};
+                  .filters = body.filters};
   if (exact) contact.ahead = std::min(contact.strike.radius, kLargestRadius);
   if (!layClicks(contact)) {
     ++counters_.rejected;
@@ -499,6 +505,7 @@ void Synth::Impl::scheduleImpulse(const ImpulseEvent& event) {
 /// False where numbers so large came together that a click cannot be placed on the clock.
 bool Synth::Impl::layClicks(const Contact& contact) {
   laid_.clear();
+  laidEars_.clear();
   peak_ = 0.0;
   for (std::uint32_t channel = 0; channel < channels_.size(); ++channel) {
     for (const Path& path : paths_) {
@@ -646,10 +653,11 @@ bool Synth::Impl::layClick(const Contact& contact, const Way& way, std::uint32_t
   click.first = start.whole + first + (isFiltered() ? RadiationFilter::kFirstTap : 0);
   click.near = settings_.medium.speedOfSound / (way.distance * way.stretch * rate);
   click.channel = channel;
-  click.ears = way.ears;
-  click.key = keyOf(contact.filter, chain, channel);
+  click.filters = contact.filters;
+  click.chain = chain;
   if (settings_.sampling == Sampling::bandLimited) chooseRule(click);
   laid_.push_back(click);
+  if (hasHeads_) laidEars_.push_back(way.ears);
   return true;
 }
 
@@ -680,7 +688,8 @@ std::uint64_t Synth::Impl::keyOf(std::uint32_t filter, std::uint32_t chain,
 }
 
 void Synth::Impl::enqueueClicks() {
-  for (const Click& click : laid_) {
+  for (std::size_t index = 0; index < laid_.size(); ++index) {
+    const Click& click = laid_[index];
     const std::size_t room = click.samples + response_.size();
     const auto oldest = position_ - static_cast<std::int64_t>(ClickBus::kHistory);
     if (click.first + static_cast<std::int64_t>(room) <= oldest) continue;
@@ -693,14 +702,19 @@ void Synth::Impl::enqueueClicks() {
       freeSlots_.pop_back();
       clicks_[slot] = click;
     }
-    clicks_[slot].bus = busOf(click.key);
-    ++buses_[clicks_[slot].bus].pending;
-    waiting_.push_back({click.first, click.track.start, slot});
-    std::ranges::push_heap(waiting_,
-                           [this](const auto& a, const auto& b) { return isLater(a, b); });
+    if (hasHeads_) {
+      if (ears_.size() < clicks_.size()) ears_.resize(2 * clicks_.size());
+      ears_[slot] = laidEars_[index];
+    }
+    for (std::size_t i = 0; i < click.filters->count; ++i) {
+      const std::uint32_t bus = busOf(keyOf(click.filters->filters[i], click.chain, click.channel));
+      clicks_[slot].buses[i] = bus;
+      ++buses_[bus].pending;
+      buses_[bus].line.reserve(kMixFrames, room);
+    }
+    waiting_.push({click.first, click.track.start, slot}, position_);
 
     mostSamples_ = std::max(mostSamples_, room);
-    buses_[clicks_[slot].bus].line.reserve(kMixFrames, room);
     const std::size_t nodes =
         click.nodes.empty() ? longRuleSize(*click.pulse, click.track.length) : click.nodes.size();
     if (click.nodes.empty()) longRule_.reserve(nodes);
@@ -724,9 +738,11 @@ std::uint32_t Synth::Impl::busOf(std::uint64_t key) {
   Bus& bus = buses_[index];
   bus.key = key;
   const std::uint64_t path = key / (channels_.size() + 1);
-  bus.line.restart({.radiation = isFiltered() ? filters_[path / chains_.size()].get() : nullptr,
-                    .reflections = chains_[path % chains_.size()]},
-                   position_);
+  bus.line.restart(
+      {.radiation =
+           isFiltered() ? &filters_[static_cast<std::uint32_t>(path / chains_.size())] : nullptr,
+       .reflections = chains_[path % chains_.size()]},
+      position_);
   busOfKey_.emplace(key, index);
   const auto place = std::ranges::upper_bound(busOrder_, key, {},
                                               [this](std::uint32_t i) { return buses_[i].key; });
@@ -747,44 +763,52 @@ std::uint32_t Synth::Impl::idleBus() {
 
 /// A total order by content: equal clicks are interchangeable, so the order of two calls of
 /// `schedule` can never be heard.
-bool Synth::Impl::isLater(const Waiting& a, const Waiting& b) const {
-  if (a.first != b.first) return a.first > b.first;
-  if (a.start != b.start) return a.start > b.start;
-  const auto contentOf = [](const Click& click) {
+bool Synth::Impl::isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b) const {
+  if (a.first != b.first) return a.first < b.first;
+  if (a.start != b.start) return a.start < b.start;
+  const auto contentOf = [this](std::uint32_t slot) {
+    const Click& click = clicks_[slot];
     const ClickTrack& t = click.track;
-    return std::tuple(click.key, t.length, t.bend, t.gain, t.slope, t.curve, click.near,
-                      click.pulse->peakForce(), click.ears.index, click.ears.weight);
+    const SphereWeights ears = hasHeads_ ? ears_[slot] : SphereWeights{};
+    return std::tuple(click.filters->corner, click.chain, click.channel, t.length, t.bend, t.gain,
+                      t.slope, t.curve, click.near, click.pulse->peakForce(), ears.index,
+                      ears.weight);
   };
-  return contentOf(clicks_[a.slot]) > contentOf(clicks_[b.slot]);
+  return contentOf(a.slot) < contentOf(b.slot);
 }
 
 void Synth::Impl::beginUntil(std::int64_t end) noexcept {
-  while (!waiting_.empty() && waiting_.front().first < end) {
-    std::ranges::pop_heap(waiting_, [this](const auto& a, const auto& b) { return isLater(a, b); });
-    const std::uint32_t slot = waiting_.back().slot;
-    waiting_.pop_back();
-    begin(clicks_[slot]);
-    freeSlots_.push_back(slot);
+  const std::span<ClickQueue::Entry> due = waiting_.takeUntil(position_, end);
+  std::ranges::sort(due, [this](const auto& a, const auto& b) { return isEarlier(a, b); });
+  for (std::size_t i = 0; i < due.size(); ++i) {
+    constexpr std::size_t kAhead = 6;
+    if (i + kAhead < due.size()) prefetch(clicks_[due[i + kAhead].slot]);
+    begin(due[i].slot);
+    freeSlots_.push_back(due[i].slot);
   }
 }
 
-void Synth::Impl::begin(const Click& click) noexcept {
-  Bus& bus = buses_[click.bus];
-  --bus.pending;
+void Synth::Impl::begin(std::uint32_t slot) noexcept {
+  const Click& click = clicks_[slot];
   std::span<const double> samples = samplesOf(click);
   if (click.channel < channels_.size() && channels_[click.channel].isEar) {
     const Channel& channel = channels_[click.channel];
     const HrtfSet& set = *listeners_[channel.listener].hrtf;
     const std::span<double> response(response_.data(), set.alignedLength());
-    set.blendAligned(click.ears, channel.ear, response);
+    set.blendAligned(ears_[slot], channel.ear, response);
     const std::size_t length = samples.size() + response.size() - 1;
     std::fill_n(x_.begin() + std::ssize(response_) + std::ssize(samples),
                 ClickKernels::kRoom + response.size(), 0.0);
     kernels_.convolve(response, samples.data(), {heard_.data(), length});
     samples = {heard_.data(), length};
   }
-  bus.line.add(click.first, samples, 1.0,
-               settings_.radiation == Radiation::exact ? click.near : 0.0);
+  const double near = settings_.radiation == Radiation::exact ? click.near : 0.0;
+  for (std::size_t i = 0; i < click.filters->count; ++i) {
+    Bus& bus = buses_[click.buses[i]];
+    const double weight = click.filters->weights[i];
+    bus.line.add(click.first, samples, weight, weight * near);
+    --bus.pending;
+  }
 }
 
 /// Behind as many zeros in x_ as an ear's response needs.
@@ -836,7 +860,7 @@ void Synth::Impl::reverberate(std::size_t frames) noexcept {
 }
 
 bool Synth::Impl::isSilent() const {
-  return waiting_.empty() && std::ranges::all_of(reverbs_, &Reverb::isSilent) &&
+  return waiting_.size() == 0 && std::ranges::all_of(reverbs_, &Reverb::isSilent) &&
          std::ranges::all_of(buses_, [](const Bus& bus) { return bus.line.isSilent(); });
 }
 

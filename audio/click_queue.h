@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace carom {
+
+/// What waits for its sample: a calendar of lists, one for every kSpan samples, the same ones again
+/// after kDays of them. Nothing allocates but `push`. [one thread]
+class ClickQueue {
+ public:
+  static constexpr std::int64_t kSpan = 256;  // samples
+  static constexpr std::int64_t kDays = 1024;
+
+  struct Entry {
+    std::int64_t first = 0;  ///< sample at which it begins
+    double start = 0.0;      ///< after that sample: for the caller's order
+    std::uint32_t slot = 0;  ///< the caller's; no two that wait have the same, and small ones
+  };
+
+  ClickQueue() : days_(kDays, kNone) {}
+
+  /// `now` is the next sample that will be taken: what is late waits for that one.
+  void push(const Entry& entry, std::int64_t now);
+
+  /// What begins before `end`, in no order, and is in the queue no more. `now` is the `end` of the
+  /// call before. Valid until the next call.
+  std::span<Entry> takeUntil(std::int64_t now, std::int64_t end) noexcept;
+
+  std::size_t size() const { return size_; }
+  void clear();
+
+ private:
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+  struct Node {
+    Entry entry;
+    std::uint32_t next = kNone;
+  };
+  static std::size_t dayOf(std::int64_t sample);
+  void takeFrom(std::uint32_t& day, std::int64_t end) noexcept;
+
+  std::vector<std::uint32_t> days_;  // the first slot of each list
+  std::vector<Node> nodes_;          // by slot
+  std::vector<Entry> taken_;
+  std::size_t size_ = 0;
+};
+
+}  // namespace carom
