@@ -331,6 +331,12 @@ std::optional<JsonNode> JsonNode::require(std::string_view key, std::string_view
   return member;
 }
 
+bool JsonNode::boolean() const {
+  if (value_->is_boolean()) return value_->get<bool>();
+  failAs("a boolean", "true or false");
+  return false;
+}
+
 double JsonNode::number(const NumberRange& range) const {
   const double value = value_->is_number() ? toDouble(*value_) : std::nan("");
   if (range.contains(value)) return value;
@@ -382,6 +388,11 @@ std::size_t JsonNode::choice(std::string_view noun,
   if (found != words.end()) return static_cast<std::size_t>(found - words.begin());
   failAs(noun, "one of " + quotedList(words) + suggestion(word, words));
   return 0;
+}
+
+bool JsonNode::boolean(std::string_view key, bool absent) const {
+  const std::optional<JsonNode> member = find(key);
+  return member ? member->boolean() : absent;
 }
 
 double JsonNode::number(std::string_view key, const NumberRange& range) const {

@@ -92,6 +92,8 @@ class JsonNode {
   bool isObject() const { return value_->is_object(); }
   bool isArray() const { return value_->is_array(); }
   bool isString() const { return value_->is_string(); }
+  bool isNumber() const { return value_->is_number(); }
+  bool isBoolean() const { return value_->is_boolean(); }
 
   /// Whether this is an object with no key but the known ones.
   bool expectObject(std::string_view noun, std::initializer_list<std::string_view> keys) const;
@@ -104,6 +106,7 @@ class JsonNode {
   /// The same; absence is an error.
   std::optional<JsonNode> require(std::string_view key, std::string_view expected) const;
 
+  bool boolean() const;
   double number(const NumberRange& range) const;
   Vec3 vector(const NumberRange& component) const;
   std::string text(const TextRange& range) const;
@@ -113,6 +116,7 @@ class JsonNode {
   std::size_t choice(std::string_view noun, std::initializer_list<std::string_view> words) const;
 
   /// Members: required, or with the value that stands for an absent one.
+  bool boolean(std::string_view key, bool absent) const;
   double number(std::string_view key, const NumberRange& range) const;
   double number(std::string_view key, const NumberRange& range, double absent) const;
   Vec3 vector(std::string_view key, const NumberRange& component) const;

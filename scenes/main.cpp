@@ -7,6 +7,7 @@
 #include <exception>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -51,6 +52,9 @@ struct Arguments {
   std::string fullScale;  // empty: kFullScalePressure
   std::string stepper;
   double step = 0.0;  // 0: the scene's own
+  std::string pulse;  // these three, empty: the scene's own
+  std::string sampling;
+  std::string radiation;
   // compare
   std::vector<double> steps;
 };
@@ -59,6 +63,30 @@ void applyStepper(const Arguments& arguments, Scene& scene) {
   if (arguments.stepper == "native") scene.stepper.type = StepperType::native;
   if (arguments.stepper == "bullet") scene.stepper.type = StepperType::bullet;
   if (arguments.step > 0.0) scene.stepper.step = arguments.step;
+}
+
+constexpr const char* kDissipative = "dissipative";
+
+// Under the names that scene files have for them.
+const std::map<std::string, PulseShape>& pulseShapes() {
+  static const std::map<std::string, PulseShape> shapes = {
+      {"hertz", PulseShape::hertz},
+      {"half_sine", PulseShape::halfSine},
+      {"gaussian", PulseShape::gaussian},
+      {"mitchell_netravali", PulseShape::mitchellNetravali},
+      {"hand_out", PulseShape::handOut}};
+  return shapes;
+}
+
+void applySound(const Arguments& arguments, SynthSettings& sound) {
+  if (!arguments.pulse.empty()) {
+    sound.dissipative = arguments.pulse == kDissipative;
+    sound.pulse = sound.dissipative ? PulseShape::hertz : pulseShapes().at(arguments.pulse);
+  }
+  if (arguments.sampling == "band_limited") sound.sampling = Sampling::bandLimited;
+  if (arguments.sampling == "naive") sound.sampling = Sampling::naive;
+  if (arguments.radiation == "exact") sound.radiation = Radiation::exact;
+  if (arguments.radiation == "compact") sound.radiation = Radiation::compact;
 }
 
 // A name that promises another format would hold WAV all the same.
@@ -138,6 +166,7 @@ int render(const Arguments& arguments) {
   Result<Scene> scene = loadScene(arguments.scene);
   if (!scene) return fail(kBadInput, scene.error().message);
   applyStepper(arguments, *scene);
+  applySound(arguments, scene->sound);
   if (arguments.step > 0.0 && scene->stepper.type == StepperType::native) {
     return fail(kBadInput,
                 "--step: the native stepper has no step; expected --stepper bullet with it");
@@ -199,12 +228,25 @@ CLI::Validator fullScaleRange() {
   return {check, "PA|LEVELdB"};
 }
 
-CLI::Validator oneOf(const std::string& first, const std::string& second) {
-  const auto check = [first, second](const std::string& text) -> std::string {
-    if (text == first || text == second) return {};
-    return "'" + text + "' is unknown; expected " + first + " or " + second;
+CLI::Validator oneOf(const std::vector<std::string>& words) {
+  std::string list = words.front();  // "a, b or c"
+  std::string name = words.front();  // "a|b|c"
+  for (std::size_t word = 1; word < words.size(); ++word) {
+    list += (word + 1 < words.size() ? ", " : " or ") + words[word];
+    name += '|' + words[word];
+  }
+  const auto check = [words, list](const std::string& text) -> std::string {
+    if (std::find(words.begin(), words.end(), text) != words.end()) return {};
+    return "'" + text + "' is unknown; expected " + list;
   };
-  return {check, first + "|" + second};
+  return {check, name};
+}
+
+CLI::Validator onePulse() {
+  std::vector<std::string> words = {kDissipative};
+  for (const auto& [name, shape] : pulseShapes())
+    words.push_back(name);
+  return oneOf(words);
 }
 
 CLI::Validator fileName() {
@@ -224,14 +266,26 @@ CLI::App* addRender(CLI::App& app, Arguments& arguments) {
       ->required()
       ->check(fileName());
   command->add_option("--stepper", arguments.stepper, "mechanics; default: the scene's choice")
-      ->check(oneOf("native", "bullet"));
+      ->check(oneOf({"native", "bullet"}));
   command->add_option("--step", arguments.step, "Bullet's fixed step in seconds")
       ->check(stepRange());
+  command
+      ->add_option("--pulse", arguments.pulse,
+                   "force of a contact over time; default: the scene's choice")
+      ->check(onePulse());
+  command
+      ->add_option("--sampling", arguments.sampling,
+                   "how pulses become samples; default: the scene's choice")
+      ->check(oneOf({"band_limited", "naive"}));
+  command
+      ->add_option("--radiation", arguments.radiation,
+                   "of a rigid sphere, or of one that is small; default: the scene's choice")
+      ->check(oneOf({"exact", "compact"}));
   command
       ->add_option("--events", arguments.events, "also write every impulse event to this CSV file")
       ->check(fileName());
   command->add_option("--format", arguments.format, "sample format")
-      ->check(oneOf("float32", "pcm16"))
+      ->check(oneOf({"float32", "pcm16"}))
       ->capture_default_str();
   CLI::Option* normalize = command->add_flag("--normalize", arguments.normalize,
                                              "scale the file so that its loudest sample is 1.0");
@@ -255,7 +309,9 @@ CLI::App* addRender(CLI::App& app, Arguments& arguments) {
       "  carom render scenes/library/marbles_in_a_box.json -o marbles.wav\n"
       "  carom render scenes/library/two_balls.json -o balls.wav --stepper bullet --step 0.004\n"
       "  carom render scenes/library/bouncing_ball.json -o ball.wav --events ball.csv --json\n"
-      "  carom render scenes/library/two_balls.json -o balls.wav --limit --full-scale 110dB");
+      "  carom render scenes/library/two_balls.json -o balls.wav --limit --full-scale 110dB\n"
+      "  carom render scenes/library/two_balls.json -o balls.wav --pulse hand_out --sampling "
+      "naive");
   return command;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "scenes/scene_sound.h"
+
 namespace carom {
 namespace {
 
@@ -20,6 +22,30 @@ class PlanBuilder {
  private:
   Plan plan_;
 };
+
+std::string whyNoImages(const Scene& scene, bool planes) {
+  if (!planes) return "there is no plane that could reflect";
+  const Room& room = scene.sound.room;
+  if (room.reflectors.empty()) return "the scene has no room: its planes do not reflect sound";
+  return "the room's order is 0";
+}
+
+/// What becomes of the clicks.
+void addSound(const Scene& scene, bool planes, PlanBuilder& plan) {
+  const SynthSettings& sound = scene.sound;
+  const bool binaural = std::ranges::any_of(scene.listeners, [](const Listener& listener) {
+    return listener.format == ListenerFormat::binaural;
+  });
+  plan.stage("radiation", sound.radiation == Radiation::exact,
+             "bodies are taken as compact: small beside every wavelength");
+  plan.stage("doppler", sound.doppler, "switched off: distances stand still while a contact lasts");
+  plan.stage("moving_listeners", !scene.paths.empty(), "no listener has a path");
+  plan.stage("images", imageCount(scene) > 0, whyNoImages(scene, planes));
+  plan.stage("binaural", binaural, "no listener is binaural");
+  plan.stage(
+      "late_reverberation", sound.reverb.has_value(),
+      sound.room.reflectors.empty() ? "the scene has no room: open air" : "the room has no reverb");
+}
 
 }  // namespace
 
@@ -40,6 +66,7 @@ Plan makePlan(const Scene& scene) {
   plan.stage("acceleration_noise", true, "");
   plan.stage("acceleration_noise_of_planes", false,
              planes ? "planes are immovable: no impulse accelerates them" : "there is no plane");
+  addSound(scene, planes, plan);
   return plan.take();
 }
 

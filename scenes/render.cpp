@@ -8,19 +8,11 @@
 
 #include "audio/partial_file.h"
 #include "scenes/events_file.h"
-#include "scenes/scene_sound.h"
 
 namespace carom {
 namespace {
 
 constexpr std::size_t kBlockFrames = 4096;
-
-std::size_t channelsOf(const Scene& scene) {
-  std::size_t channels = 0;
-  for (const Listener& listener : scene.listeners)
-    channels += channelCount(listener);
-  return channels;
-}
 
 struct Files {
   SoundFileWriter sound;
@@ -106,6 +98,9 @@ Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& option
   report.sampleRate = scene.sampleRate;
   report.duration = static_cast<double>(sound->frames()) / scene.sampleRate;
   report.channels = channelsOf(scene);
+  report.listeners = listenerChannels(scene);
+  report.images = imageCount(scene);
+  report.reverb = scene.sound.reverb;
   report.peak = files->sound.peakPressure();
   report.fullScale = options.fullScale;
   if (options.normalize) report.fullScale = report.peak > 0.0 ? report.peak : kFullScalePressure;

@@ -4,12 +4,14 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "audio/result.h"
 #include "audio/sound_file.h"
 #include "audio/synth.h"
 #include "scenes/plan.h"
 #include "scenes/scene.h"
+#include "scenes/scene_sound.h"
 
 namespace carom {
 
@@ -31,6 +33,9 @@ struct RenderReport {
   double duration = 0.0;    ///< s
   double sampleRate = 0.0;  ///< Hz
   std::size_t channels = 0;
+  std::vector<ListenerChannels> listeners;  ///< whose channels these are
+  std::size_t images = 0;                   ///< mirror images of each source; 0 without a room
+  std::optional<ReverbSettings> reverb = {};
   std::uint64_t events = 0;               ///< rows of the events file: two per collision
   double peak = 0.0;                      ///< Pa, before any normalisation
   double fullScale = kFullScalePressure;  ///< Pa that a sample of 1.0 in the file stands for
@@ -44,7 +49,8 @@ struct RenderReport {
   double realtimeFactor() const { return wallTime > 0.0 ? duration / wallTime : 0.0; }
 };
 
-/// Renders a scene into a sound file, one channel per listener, in pascals over the full scale.
+/// Renders a scene into a sound file, the channels of its first listener first, in pascals over the
+/// full scale.
 /// No file appears, and none is replaced, unless all of it succeeds. [one thread]
 Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& options);
 

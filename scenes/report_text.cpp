@@ -6,8 +6,10 @@
 #include <cstdio>
 #include <limits>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -68,6 +70,45 @@ double soundPressureLevel(double pressure) {
 
 const char* stepperName(StepperType type) {
   return type == StepperType::native ? "native" : "bullet";
+}
+
+const char* formatName(ListenerFormat format) {
+  switch (format) {
+    case ListenerFormat::spacedPair:
+      return "spaced_pair";
+    case ListenerFormat::coincidentPair:
+      return "coincident_pair";
+    case ListenerFormat::binaural:
+      return "binaural";
+    case ListenerFormat::mono:
+      break;
+  }
+  return "mono";
+}
+
+const char* pulseName(const SynthSettings& sound) {
+  if (sound.dissipative) return "dissipative";
+  switch (sound.pulse) {
+    case PulseShape::halfSine:
+      return "half_sine";
+    case PulseShape::gaussian:
+      return "gaussian";
+    case PulseShape::mitchellNetravali:
+      return "mitchell_netravali";
+    case PulseShape::handOut:
+      return "hand_out";
+    case PulseShape::hertz:
+      break;
+  }
+  return "hertz";
+}
+
+const char* samplingName(Sampling sampling) {
+  return sampling == Sampling::naive ? "naive" : "band_limited";
+}
+
+const char* radiationName(Radiation radiation) {
+  return radiation == Radiation::compact ? "compact" : "exact";
 }
 
 struct Contents {
@@ -137,6 +178,51 @@ std::string peakText(const RenderReport& report) {
   return text;
 }
 
+// "0.41 to 0.9 s", over the octaves.
+std::string decayText(const DecayTimes& times) {
+  const auto [least, most] = std::minmax_element(times.begin(), times.end());
+  return rangeText(*least, *most) + " s";
+}
+
+// What walls do; nothing in open air.
+std::string roomText(std::size_t images, const std::optional<ReverbSettings>& reverb) {
+  if (images == 0 && !reverb) return {};
+  std::string text = "room      " + counted(images, "image") + " of each source";
+  if (reverb) {
+    text += format(", reverberation of %.3g m^3, T60 %s", reverb->volume,
+                   decayText(reverb->decayTimes).c_str());
+  }
+  return text + '\n';
+}
+
+// "listener  at (0 1 2) m: ears, binaural, moves"
+std::string listenerText(const Listener& listener, const ListenerChannels& channels) {
+  std::string text = format("listener  at (%g %g %g) m: ", listener.position.x(),
+                            listener.position.y(), listener.position.z()) +
+                     listener.name;
+  if (channels.format != ListenerFormat::mono)
+    text += std::string(", ") + formatName(channels.format);
+  if (channels.moves) text += ", moves";
+  return text + '\n';
+}
+
+// Only where there is more to know than that every listener has its channel.
+std::string channelsText(const std::vector<ListenerChannels>& listeners) {
+  const auto isPlain = [](const ListenerChannels& channels) {
+    return channels.format == ListenerFormat::mono && !channels.moves;
+  };
+  if (std::all_of(listeners.begin(), listeners.end(), isPlain)) return {};
+  std::string text;
+  for (const ListenerChannels& channels : listeners) {
+    text += text.empty() ? "channels  " : "          ";
+    text += std::to_string(channels.first);
+    if (channels.count > 1) text += ", " + std::to_string(channels.first + 1);
+    text += ": " + channels.name + ", " + formatName(channels.format) +
+            (channels.moves ? ", moves" : "") + '\n';
+  }
+  return text;
+}
+
 std::string compareRow(const CompareRun& run) {
   const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
   const std::string until =
@@ -151,6 +237,24 @@ std::string compareRow(const CompareRun& run) {
 
 Json vectorJson(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
+}
+
+Json channelsJson(const ListenerChannels& channels) {
+  Json list = Json::array();
+  for (std::size_t channel = 0; channel < channels.count; ++channel)
+    list.push_back(channels.first + channel);
+  return list;
+}
+
+Json reverbJson(const std::optional<ReverbSettings>& reverb) {
+  if (!reverb) return nullptr;
+  Json times = Json::array();
+  for (const double time : reverb->decayTimes)
+    times.push_back(number(time));
+  return {{"volume_m3", reverb->volume},
+          {"surface_m2", reverb->surface},
+          {"t60_s", times},
+          {"onset_s", reverb->onset}};
 }
 
 }  // namespace
@@ -168,10 +272,10 @@ std::string infoText(const Scene& scene) {
     separator = ", ";
   }
   text += format("\nplanes    %zu\n", contents.planes);
-  for (const Listener& listener : scene.listeners) {
-    text += format("listener  at (%g %g %g) m: %s\n", listener.position.x(), listener.position.y(),
-                   listener.position.z(), listener.name.c_str());
-  }
+  text += roomText(imageCount(scene), scene.sound.reverb);
+  const std::vector<ListenerChannels> channels = listenerChannels(scene);
+  for (std::size_t index = 0; index < channels.size(); ++index)
+    text += listenerText(scene.listeners[index], channels[index]);
   text += std::string("stepper   ") + stepperName(scene.stepper.type);
   if (scene.stepper.type == StepperType::bullet)
     text += format(", step %.4g s", scene.stepper.step);
@@ -181,8 +285,13 @@ std::string infoText(const Scene& scene) {
 Json infoJson(const Scene& scene) {
   const Contents contents = contentsOf(scene);
   Json listeners = Json::array();
-  for (const Listener& listener : scene.listeners) {
-    listeners.push_back({{"name", listener.name}, {"position_m", vectorJson(listener.position)}});
+  for (const ListenerChannels& channels : listenerChannels(scene)) {
+    const Listener& listener = scene.listeners[listeners.size()];
+    listeners.push_back({{"name", listener.name},
+                         {"position_m", vectorJson(listener.position)},
+                         {"format", formatName(channels.format)},
+                         {"channels", channelsJson(channels)},
+                         {"moves", channels.moves}});
   }
   Json stepper = {{"type", stepperName(scene.stepper.type)},
                   {"rest_speed_m_s", scene.stepper.restSpeed}};
@@ -198,6 +307,12 @@ Json infoJson(const Scene& scene) {
           {"mass_kg", contents.mass},
           {"planes", contents.planes},
           {"listeners", listeners},
+          {"images", imageCount(scene)},
+          {"reverb", reverbJson(scene.sound.reverb)},
+          {"sound",
+           {{"pulse", pulseName(scene.sound)},
+            {"sampling", samplingName(scene.sound.sampling)},
+            {"radiation", radiationName(scene.sound.radiation)}}},
           {"stepper", stepper},
           {"plan", planJson(makePlan(scene))}};
 }
@@ -215,6 +330,7 @@ std::string renderText(const RenderReport& report) {
     text += format("; %llu events are of planes, which cannot move",
                    static_cast<unsigned long long>(synth.immovable));
   text += '\n';
+  text += channelsText(report.listeners) + roomText(report.images, report.reverb);
   text += peakText(report);
   if (synth.undersampled > 0) {
     text += "aliased   " + counted(synth.undersampled, "click") +
@@ -227,10 +343,20 @@ std::string renderText(const RenderReport& report) {
 }
 
 Json renderJson(const RenderReport& report) {
+  Json listeners = Json::array();
+  for (const ListenerChannels& channels : report.listeners) {
+    listeners.push_back({{"name", channels.name},
+                         {"format", formatName(channels.format)},
+                         {"channels", channelsJson(channels)},
+                         {"moves", channels.moves}});
+  }
   return {{"file", report.file.string()},
           {"duration_s", report.duration},
           {"sample_rate_hz", report.sampleRate},
           {"channels", report.channels},
+          {"listeners", listeners},
+          {"images", report.images},
+          {"reverb", reverbJson(report.reverb)},
           {"events", report.events},
           {"peak_pa", report.peak},
           {"full_scale_pa", report.fullScale},

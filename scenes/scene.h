@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <variant>
@@ -10,6 +12,7 @@
 #include "audio/listener.h"
 #include "audio/material.h"
 #include "audio/medium.h"
+#include "audio/pose_track.h"
 #include "audio/restitution_table.h"
 #include "audio/synth.h"
 
@@ -46,6 +49,18 @@ struct StepperSettings {
   double restSpeed = 0.005;   ///< m/s, slower contacts are rest, not collisions; either stepper
 };
 
+/// Where a listener goes. At time 0 and before, it stands as Scene::listeners has it.
+struct ListenerPath {
+  std::size_t listener = 0;         ///< index in Scene::listeners
+  std::vector<ListenerPose> poses;  ///< times above 0, ascending; after the last it stands there
+};
+
+/// The responses of a binaural listener's head, still to be loaded.
+struct HeadFile {
+  std::size_t listener = 0;  ///< index in Scene::listeners
+  std::filesystem::path sofa;
+};
+
 /// A scene, whole: boxes and groups already expanded, every value checked. A body's index here is
 /// its BodyId on either stepper.
 struct Scene {
@@ -56,10 +71,12 @@ struct Scene {
   Vec3 gravity = {0.0, -9.81, 0.0};  ///< m/s^2
   Medium medium;
   StepperSettings stepper;
-  SynthSettings sound;  ///< its sample rate and medium are not used: the scene's are
+  SynthSettings sound;  ///< with the room; not used of it: sample rate and medium
   std::vector<SceneBody> bodies;
   RestitutionTable restitutions;  ///< of pairs of materials that have one of their own
   std::vector<Listener> listeners;
+  std::vector<ListenerPath> paths;  ///< of listeners that move, at most one for each
+  std::vector<HeadFile> headFiles;  ///< of binaural listeners that name one
 };
 
 /// 1, of these two bodies of the scene: what the scene says of their materials, or the geometric

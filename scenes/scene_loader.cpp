@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "scenes/json_reader.h"
+#include "scenes/sound_reader.h"
 
 namespace carom {
 namespace {
@@ -276,7 +277,9 @@ struct PendingGroup {
 /// dropped with the scene.
 class SceneReader {
  public:
-  explicit SceneReader(FirstError& error) : error_(error) {}
+  /// Names of files in the scene are relative to `folder`.
+  SceneReader(FirstError& error, std::filesystem::path folder)
+      : error_(error), folder_(std::move(folder)) {}
 
   Scene read(const JsonNode& root, std::string_view defaultName);
 
@@ -285,6 +288,11 @@ class SceneReader {
   struct Covering {
     Material material;
     SurfaceId surface = 0;
+  };
+  /// What a plane came from.
+  struct PlaneOrigin {
+    std::string entry;       // name of the plane itself, or of its box
+    bool isBuiltIn = false;  // its material, by name
   };
 
   void readAir(const JsonNode& air);
@@ -309,6 +317,8 @@ class SceneReader {
   void readGroup(const JsonNode& entry);
   std::vector<Covering> groupMaterials(const JsonNode& entry, const std::string& name);
   void readListeners(const JsonNode& root);
+  void addListener(const JsonNode& entry, Names& names);
+  std::vector<RoomPlane> roomPlanes() const;
 
   bool readCorners(const JsonNode& entry, Vec3& min, Vec3& max);
   bool countSpheres(const JsonNode& node, std::size_t count);
@@ -328,6 +338,7 @@ class SceneReader {
   bool ok() const { return !error_; }
 
   FirstError& error_;
+  std::filesystem::path folder_;
   Scene scene_;
   std::uint64_t seed_ = 0;
   std::map<std::string, Material, std::less<>> ownMaterials_;
@@ -337,7 +348,8 @@ class SceneReader {
   std::vector<std::string> places_;  // JSON pointers, by body
   std::vector<PendingGroup> groups_;
   std::vector<std::size_t> fixedSpheres_;
-  std::vector<std::size_t> planes_;  // bodies
+  std::vector<std::size_t> planes_;   // bodies
+  std::vector<PlaneOrigin> origins_;  // of planes_
   SphereGrid grid_;
   std::size_t sphereCount_ = 0;
   std::uint64_t planeWork_ = 0;
@@ -345,8 +357,8 @@ class SceneReader {
 
 Scene SceneReader::read(const JsonNode& root, std::string_view defaultName) {
   if (!root.expectObject("a scene", {"$schema", "name", "description", "duration", "sample_rate",
-                                     "seed", "gravity", "air", "stepper", "materials",
-                                     "restitutions", "bodies", "listeners"})) {
+                                     "seed", "gravity", "air", "stepper", "sound", "materials",
+                                     "restitutions", "bodies", "room", "listeners"})) {
     return {};
   }
   root.text("$schema", kSchemaAddress, "");
@@ -358,10 +370,13 @@ Scene SceneReader::read(const JsonNode& root, std::string_view defaultName) {
   scene_.gravity = root.vector("gravity", kGravity, scene_.gravity);
   if (const auto air = root.find("air")) readAir(*air);
   if (const auto stepper = root.find("stepper")) readStepper(*stepper);
+  if (const auto sound = root.find("sound")) readSound(*sound, scene_.sound);
   if (const auto materials = root.find("materials")) readMaterials(*materials);
   if (const auto restitutions = root.find("restitutions"); restitutions && ok())
     readRestitutions(*restitutions);
   if (ok()) readBodies(root);
+  if (const auto room = root.find("room"); room && ok())
+    readRoom(*room, roomPlanes(), scene_.medium.speedOfSound, scene_.sound);
   if (ok()) readListeners(root);
   if (ok()) checkOverlaps();
   if (ok()) placeGroups();
@@ -659,14 +674,38 @@ void SceneReader::readListeners(const JsonNode& root) {
       listeners->elements("a list of listeners", 1, SceneLimits::kListeners);
   Names names;
   for (const JsonNode& entry : entries) {
-    if (!entry.expectObject("a listener", {"name", "position"})) return;
+    if (!expectListener(entry)) return;
   }
   reserveNames(entries, names);
   for (const JsonNode& entry : entries) {
     if (!ok()) return;
-    scene_.listeners.push_back(
-        {entryName(entry, "listener", names), entry.vector("position", kCoordinate)});
+    addListener(entry, names);
   }
+}
+
+void SceneReader::addListener(const JsonNode& entry, Names& names) {
+  ListenerEntry read = readListener(entry, folder_);
+  read.listener.name = entryName(entry, "listener", names);
+  const std::size_t index = scene_.listeners.size();
+  scene_.listeners.push_back(std::move(read.listener));
+  if (!read.sofa.empty()) scene_.headFiles.push_back({index, std::move(read.sofa)});
+  if (!read.poses.empty()) scene_.paths.push_back({index, std::move(read.poses)});
+}
+
+std::vector<RoomPlane> SceneReader::roomPlanes() const {
+  std::vector<RoomPlane> planes;
+  for (std::size_t index = 0; index < planes_.size(); ++index) {
+    const SceneBody& body = scene_.bodies[planes_[index]];
+    const auto& shape = std::get<PlaneShape>(body.shape);
+    const PlaneOrigin& origin = origins_[index];
+    planes.push_back({.name = body.name,
+                      .entry = origin.entry,
+                      .surface = origin.isBuiltIn ? defaultSurface(body.material.name) : nullptr,
+                      .material = body.material.name,
+                      .normal = shape.normal,
+                      .offset = shape.offset});
+  }
+  return planes;
 }
 
 bool SceneReader::readCorners(const JsonNode& entry, Vec3& min, Vec3& max) {
@@ -695,6 +734,12 @@ bool SceneReader::countSpheres(const JsonNode& node, std::size_t count) {
 void SceneReader::addPlane(const JsonNode& entry, std::string name, Covering covering,
                            const Vec3& normal, double offset) {
   planes_.push_back(scene_.bodies.size());
+  const auto material = entry.find("material");
+  const bool isNamed =
+      material && material->isString() && findMaterial(covering.material.name) != nullptr;
+  // A wall is called BOX.left, and so on.
+  const bool isWall = entry.find("min").has_value();
+  origins_.push_back({isWall ? name.substr(0, name.rfind('.')) : name, isNamed});
   if (planes_.size() > SceneLimits::kPlanes) {
     entry.fail("the scene has more than " + std::to_string(SceneLimits::kPlanes) +
                " planes; expected at most that many, six for each box");
@@ -863,7 +908,7 @@ Result<Scene> parseScene(std::string_view text, std::string_view name) {
   }
   const std::optional<nlohmann::json> document = parseJson(text, error);
   if (!document) return error.error();
-  SceneReader reader(error);
+  SceneReader reader(error, std::filesystem::path(name).parent_path());
   Scene scene = reader.read(JsonNode(*document, "", error), defaultSceneName(name));
   if (error) return error.error();
   return scene;

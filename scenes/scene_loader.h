@@ -24,8 +24,9 @@ struct SceneLimits {
 /// [any thread]
 Result<Scene> loadScene(const std::filesystem::path& file);
 
-/// The same from text in memory; `name` stands for the file in messages, and its stem for the
-/// scene's name if the text gives none. [any thread]
+/// The same from text in memory; `name` stands for the file in messages, its stem for the scene's
+/// name if the text gives none, and its folder for where the files are that the scene names. Those
+/// are not opened, only looked for. [any thread]
 Result<Scene> parseScene(std::string_view text, std::string_view name);
 
 }  // namespace carom

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
+
+#include "audio/hrtf.h"
+#include "audio/room.h"
 
 namespace carom {
 namespace {
@@ -21,18 +25,82 @@ SoundBody soundBody(const SceneBody& body) {
   return sound;
 }
 
+/// s, in which a listener that gets to the end of its path comes to rest there: PoseTrack would
+/// go on for longer.
+constexpr double kStop = 1e-3;
+
+/// The scene's listeners, with the heads that they name.
+Result<std::vector<Listener>> equippedListeners(const Scene& scene) {
+  std::vector<Listener> listeners = scene.listeners;
+  std::map<std::filesystem::path, std::shared_ptr<const HrtfSet>> heads;
+  for (const HeadFile& head : scene.headFiles) {
+    std::shared_ptr<const HrtfSet>& set = heads[head.sofa];
+    if (set == nullptr) {
+      Result<HrtfSet> loaded = HrtfSet::load(head.sofa, scene.sampleRate);
+      if (!loaded) return loaded.error();
+      set = std::make_shared<const HrtfSet>(*std::move(loaded));
+    }
+    listeners.at(head.listener).hrtf = set;
+  }
+  return listeners;
+}
+
+/// All of a path at once: what is heard of an event depends on where a listener is when the sound
+/// gets there, which can be any time after it.
+Status follow(const ListenerPath& path, Synth& synth) {
+  for (const ListenerPose& pose : path.poses) {
+    if (Status moved = synth.moveListener(path.listener, pose); !moved) return moved;
+  }
+  if (path.poses.empty()) return std::monostate{};
+  ListenerPose rest = path.poses.back();
+  rest.time += kStop;
+  return synth.moveListener(path.listener, rest);
+}
+
 bool earlier(const ImpulseEvent& a, const ImpulseEvent& b) {
   return a.time < b.time;
 }
 
 }  // namespace
 
+std::vector<ListenerChannels> listenerChannels(const Scene& scene) {
+  std::vector<ListenerChannels> channels;
+  std::size_t first = 0;
+  for (std::size_t index = 0; index < scene.listeners.size(); ++index) {
+    const Listener& listener = scene.listeners[index];
+    const bool moves = std::ranges::any_of(
+        scene.paths, [index](const auto& path) { return path.listener == index; });
+    channels.push_back({listener.name, listener.format, first, channelCount(listener), moves});
+    first += channelCount(listener);
+  }
+  return channels;
+}
+
+std::size_t channelsOf(const Scene& scene) {
+  std::size_t channels = 0;
+  for (const Listener& listener : scene.listeners)
+    channels += channelCount(listener);
+  return channels;
+}
+
+std::size_t imageCount(const Scene& scene) {
+  if (scene.sound.room.reflectors.empty()) return 0;
+  const Result<std::vector<Image>> images = makeImages(scene.sound.room);
+  return images ? images->size() : 0;
+}
+
 Result<SceneSound> SceneSound::create(const Scene& scene) {
   SynthSettings settings = scene.sound;
   settings.sampleRate = scene.sampleRate;
   settings.medium = scene.medium;
-  Result<Synth> synth = Synth::create(settings, scene.listeners);
+  Result<std::vector<Listener>> listeners = equippedListeners(scene);
+  if (!listeners) return Error{scene.name + ": " + listeners.error().message};
+  Result<Synth> synth = Synth::create(settings, *std::move(listeners));
   if (!synth) return Error{scene.name + ": " + synth.error().message};
+  for (const ListenerPath& path : scene.paths) {
+    if (const Status followed = follow(path, *synth); !followed)
+      return Error{scene.name + ": " + followed.error().message};
+  }
   for (std::size_t index = 0; index < scene.bodies.size(); ++index) {
     const Status set = synth->setBody(static_cast<BodyId>(index), soundBody(scene.bodies[index]));
     if (!set)

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "audio/impulse_event.h"
@@ -14,10 +15,30 @@
 
 namespace carom {
 
+/// The channels of a scene's sound that one listener fills.
+struct ListenerChannels {
+  std::string name;
+  ListenerFormat format = ListenerFormat::mono;
+  std::size_t first = 0;  ///< index of the first of them
+  std::size_t count = 1;  ///< left and right, where there are two
+  bool moves = false;
+};
+
+/// In the order of the listeners. [any thread]
+std::vector<ListenerChannels> listenerChannels(const Scene& scene);
+
+/// All of them. [any thread]
+std::size_t channelsOf(const Scene& scene);
+
+/// How many mirror images each source of the scene has: 0 without a room. [any thread]
+std::size_t imageCount(const Scene& scene);
+
 /// A scene as sound: its mechanics run just ahead of its synthesis, so memory does not grow with
 /// the length of the scene. [one thread]
 class SceneSound {
  public:
+  /// Loads the heads that the scene names. An error names the scene, and the file or what else it
+  /// is about.
   static Result<SceneSound> create(const Scene& scene);
 
   /// Renders the next samples, at most channels[i].size() of each channel, and returns how many:

@@ -5,6 +5,10 @@
 #include <string_view>
 #include <variant>
 
+#include "audio/listener.h"
+#include "audio/pose_track.h"
+#include "audio/reverb.h"
+#include "audio/room.h"
 #include "scenes/scene_loader.h"
 
 namespace {
@@ -28,6 +32,19 @@ void requireSound(const carom::Scene& scene) {
       require(std::abs(plane->normal.norm() - 1.0) < 1e-12 && std::isfinite(plane->offset));
     }
   }
+  for (const carom::Listener& listener : scene.listeners)
+    require(carom::whyNot(listener).empty());
+  for (const carom::ListenerPath& path : scene.paths) {
+    const carom::Listener& listener = scene.listeners.at(path.listener);
+    carom::PoseTrack track({0.0, listener.position, listener.orientation});
+    for (const carom::ListenerPose& pose : path.poses)
+      require(track.append(pose));
+    require(track.droppedPoses() == 0);
+  }
+  const carom::Room& room = scene.sound.room;
+  require(room.reflectors.empty() || static_cast<bool>(carom::makeImages(room)));
+  require(!scene.sound.reverb ||
+          static_cast<bool>(carom::Reverb::create(*scene.sound.reverb, 8000.0, 1)));
   require(spheres > 0 && spheres <= carom::SceneLimits::kSpheres);
 }
 

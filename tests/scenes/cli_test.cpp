@@ -527,6 +527,99 @@ TEST_F(Cli, TheSteppersGiveDifferentSounds) {
   EXPECT_NE(contents(at("default")), contents(at("bullet")));
 }
 
+// Sound, rooms and listeners
+
+TEST_F(Cli, SoundOptionsDoWhatTheKeysOfTheSceneDo) {
+  const std::vector<std::vector<std::string>> choices = {{"--pulse", "pulse", "half_sine"},
+                                                         {"--pulse", "pulse", "hand_out"},
+                                                         {"--sampling", "sampling", "naive"},
+                                                         {"--radiation", "radiation", "compact"}};
+  EXPECT_EQ(carom({"render", library("newtons_cradle"), "-o", at("plain.wav")}).code, 0);
+  for (const auto& choice : choices) {
+    json scene = json::parse(contents(libraryFile("newtons_cradle")));
+    scene["sound"][choice[1]] = choice[2];
+    EXPECT_EQ(carom({"render", fileWith(scene.dump()), "-o", at("key.wav")}).code, 0);
+    EXPECT_EQ(
+        carom({"render", library("newtons_cradle"), "-o", at("option.wav"), choice[0], choice[2]})
+            .code,
+        0);
+    EXPECT_EQ(contents(at("option.wav")), contents(at("key.wav"))) << choice[2];
+    EXPECT_NE(contents(at("option.wav")), contents(at("plain.wav"))) << choice[2];
+    // And back.
+    const std::string back = choice[1] == "pulse"      ? "hertz"
+                             : choice[1] == "sampling" ? "band_limited"
+                                                       : "exact";
+    EXPECT_EQ(carom({"render", at("scene.json"), "-o", at("back.wav"), choice[0], back}).code, 0);
+    EXPECT_EQ(contents(at("back.wav")), contents(at("plain.wav"))) << choice[2];
+  }
+  json scene = json::parse(contents(libraryFile("newtons_cradle")));
+  scene["sound"]["dissipative"] = true;
+  EXPECT_EQ(carom({"render", fileWith(scene.dump()), "-o", at("key.wav")}).code, 0);
+  EXPECT_EQ(
+      carom({"render", library("newtons_cradle"), "-o", at("option.wav"), "--pulse", "dissipative"})
+          .code,
+      0);
+  EXPECT_EQ(contents(at("option.wav")), contents(at("key.wav")));
+  EXPECT_EQ(carom({"render", at("scene.json"), "-o", at("back.wav"), "--pulse", "hertz"}).code, 0);
+  EXPECT_EQ(contents(at("back.wav")), contents(at("plain.wav")));
+}
+
+TEST_F(Cli, SoundOptionsThatMakeNoSenseAre2AndTheMessageSaysWhatWould) {
+  for (const auto& [option, accepted] :
+       {std::pair{"--pulse", "hertz"}, {"--sampling", "naive"}, {"--radiation", "compact"}}) {
+    const std::string message =
+        expectRefused({"render", library("two_balls"), "-o", at("sound.wav"), option, "best"}, 2);
+    EXPECT_NE(message.find(option), std::string::npos) << message;
+    EXPECT_NE(message.find(accepted), std::string::npos) << message;
+  }
+}
+
+TEST_F(Cli, ReportsSayWhoHearsWhatThroughWhichWalls) {
+  json scene = json::parse(contents(libraryFile("fly_by")));
+  scene["bodies"].push_back(
+      {{"type", "plane"}, {"normal", {0, 1, 0}}, {"offset", 0}, {"material", "concrete"}});
+  scene["room"] = {{"reverb", {{"t60", 0.5}, {"volume", 100}, {"surface", 130}}}};
+  scene["duration"] = 0.1;
+  const std::string file = fileWith(scene.dump());
+  const json info = parsed(carom({"info", file, "--json"}));
+  const json render = parsed(carom({"render", file, "-o", at("sound.wav"), "--json"}));
+  for (const json& report : {info, render}) {
+    const json& listener = report.at("listeners").at(0);
+    EXPECT_EQ(listener.at("name"), "ortf");
+    EXPECT_EQ(listener.at("format"), "spaced_pair");
+    EXPECT_EQ(listener.at("channels"), (json{0, 1}));
+    EXPECT_EQ(listener.at("moves"), true);
+    EXPECT_EQ(report.at("images"), 1);
+    EXPECT_EQ(report.at("reverb").at("volume_m3"), 100.0);
+    EXPECT_EQ(report.at("reverb").at("t60_s").size(), 7u);
+  }
+  EXPECT_EQ(info.at("sound").at("pulse"), "hertz");
+  const json plain = parsed(carom({"info", library("two_balls"), "--json"}));
+  EXPECT_EQ(plain.at("images"), 0);
+  EXPECT_TRUE(plain.at("reverb").is_null());
+  EXPECT_EQ(plain.at("listeners").at(0).at("channels"), (json::array({0})));
+  const std::string text = carom({"render", file, "-o", at("sound.wav")}).out;
+  EXPECT_NE(text.find("channels  0, 1: ortf, spaced_pair, moves\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("room      1 image of each source, reverberation of 100 m^3, T60 0.5 s\n"),
+            std::string::npos)
+      << text;
+  EXPECT_NE(carom({"info", file}).out.find(": ortf, spaced_pair, moves\n"), std::string::npos);
+}
+
+TEST_F(Cli, HeadThatIsNoSofaFileIs1AndNothingIsLeft) {
+  json scene = json::parse(contents(libraryFile("two_balls")));
+  scene["listeners"][0].update({{"format", "binaural"}, {"sofa", "head.sofa"}});
+  std::ofstream(folder_ / "head.sofa") << "no SOFA file";
+  const std::string file = fileWith(scene.dump());
+  const std::string message = expectRefused({"render", file, "-o", at("sound.wav")}, 1);
+  EXPECT_NE(message.find(at("head.sofa")), std::string::npos) << message;
+  EXPECT_EQ(folder_.entries(), 2u);
+  fs::remove(folder_ / "head.sofa");
+  const std::string absent = expectRefused({"render", file, "-o", at("sound.wav")}, 2);
+  EXPECT_NE(absent.find("/listeners/0/sofa"), std::string::npos) << absent;
+  EXPECT_NE(absent.find(at("head.sofa").substr(0, 20)), std::string::npos) << absent;
+}
+
 // Progress
 
 /// What a run writes to standard error when that is a terminal. The kernel hands a terminal's text

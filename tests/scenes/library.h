@@ -12,8 +12,9 @@
 
 namespace carom::test {
 
-inline constexpr std::string_view kLibrary[] = {"bouncing_ball", "two_balls", "newtons_cradle",
-                                                "billiard_break", "marbles_in_a_box"};
+inline constexpr std::string_view kLibrary[] = {
+    "bouncing_ball",    "two_balls",         "newtons_cradle", "billiard_break",
+    "marbles_in_a_box", "marbles_in_a_room", "fly_by"};
 
 inline std::filesystem::path libraryFile(std::string_view name) {
   return std::filesystem::path(CAROM_SOURCE_DIR) / "scenes" / "library" /

@@ -47,24 +47,26 @@ using Stages = std::set<std::string>;
 
 TEST(Plan, OneBallOverAFloorNeedsNoSphereContacts) {
   const Scene scene = sceneOf({kFloor, ballAt(1.0)});
-  EXPECT_EQ(needed(scene),
-            (Stages{"native_stepper", "gravity", "sphere_plane_contacts", "acceleration_noise"}));
+  EXPECT_EQ(needed(scene), (Stages{"native_stepper", "gravity", "sphere_plane_contacts",
+                                   "acceleration_noise", "radiation", "doppler"}));
   EXPECT_EQ(leftOut(scene), (Stages{"bullet_world", "bullet_bridge", "sphere_sphere_contacts",
-                                    "acceleration_noise_of_planes"}));
+                                    "acceleration_noise_of_planes", "moving_listeners", "images",
+                                    "binaural", "late_reverberation"}));
 }
 
 TEST(Plan, TwoBallsInFreeFlightNeedNeitherPlanesNorGravity) {
   Scene scene = sceneOf({ballAt(0.0), ballAt(1.0)});
   scene.gravity.setZero();
-  EXPECT_EQ(needed(scene),
-            (Stages{"native_stepper", "sphere_sphere_contacts", "acceleration_noise"}));
+  EXPECT_EQ(needed(scene), (Stages{"native_stepper", "sphere_sphere_contacts", "acceleration_noise",
+                                   "radiation", "doppler"}));
   EXPECT_TRUE(leftOut(scene).contains("gravity"));
   EXPECT_TRUE(leftOut(scene).contains("sphere_plane_contacts"));
 }
 
 TEST(Plan, OneBallAloneNeedsNoContacts) {
   const Scene scene = sceneOf({ballAt(1.0)});
-  EXPECT_EQ(needed(scene), (Stages{"native_stepper", "gravity", "acceleration_noise"}));
+  EXPECT_EQ(needed(scene),
+            (Stages{"native_stepper", "gravity", "acceleration_noise", "radiation", "doppler"}));
 }
 
 TEST(Plan, GravityInAnyDirectionCounts) {
@@ -79,8 +81,41 @@ TEST(Plan, TheStepperDecidesBetweenNativeAndBulletWithItsBridge) {
   const Scene bullet = sceneOf({kFloor, ballAt(1.0), ballAt(2.0)}, StepperType::bullet);
   EXPECT_EQ(needed(bullet),
             (Stages{"bullet_world", "bullet_bridge", "gravity", "sphere_sphere_contacts",
-                    "sphere_plane_contacts", "acceleration_noise"}));
-  EXPECT_EQ(leftOut(bullet), (Stages{"native_stepper", "acceleration_noise_of_planes"}));
+                    "sphere_plane_contacts", "acceleration_noise", "radiation", "doppler"}));
+  EXPECT_TRUE(leftOut(bullet).contains("native_stepper"));
+}
+
+std::string whyLeftOut(const Scene& scene, std::string_view stage) {
+  const Plan plan = makePlan(scene);
+  const auto entry = std::ranges::find(plan.leftOut, stage, &LeftOut::stage);
+  return entry == plan.leftOut.end() ? "(needed)" : entry->why;
+}
+
+TEST(Plan, ImagesAndReverberationNeedARoomAndSayWhatIsMissing) {
+  Scene scene = sceneOf({ballAt(1.0)});
+  EXPECT_EQ(whyLeftOut(scene, "images"), "there is no plane that could reflect");
+  scene = sceneOf({kFloor, ballAt(1.0)});
+  EXPECT_NE(whyLeftOut(scene, "images").find("no room"), std::string::npos);
+  EXPECT_NE(whyLeftOut(scene, "late_reverberation").find("no room"), std::string::npos);
+  scene.sound.room.reflectors = {Reflector{Vec3::UnitY(), 0.0, {}}};
+  EXPECT_TRUE(needed(scene).contains("images"));
+  EXPECT_NE(whyLeftOut(scene, "late_reverberation").find("no reverb"), std::string::npos);
+  scene.sound.room.order = 0;
+  EXPECT_NE(whyLeftOut(scene, "images").find("order is 0"), std::string::npos);
+  scene.sound.reverb = ReverbSettings{.volume = 50.0, .surface = 90.0};
+  EXPECT_TRUE(needed(scene).contains("late_reverberation"));
+}
+
+TEST(Plan, StagesOfTheSoundFollowItsSettingsAndTheListeners) {
+  Scene scene = sceneOf({kFloor, ballAt(1.0)});
+  scene.sound.radiation = Radiation::compact;
+  scene.sound.doppler = false;
+  EXPECT_TRUE(leftOut(scene).contains("radiation"));
+  EXPECT_TRUE(leftOut(scene).contains("doppler"));
+  scene.listeners[0].format = ListenerFormat::binaural;
+  scene.paths = {{0, {ListenerPose{.time = 1.0}}}};
+  EXPECT_TRUE(needed(scene).contains("binaural"));
+  EXPECT_TRUE(needed(scene).contains("moving_listeners"));
 }
 
 TEST(Plan, NamesEveryStageOnceAndSaysWhyOneIsLeftOut) {

@@ -25,7 +25,10 @@
 #include <valijson/schema_parser.hpp>
 #include <valijson/validator.hpp>
 
+#include "audio/absorption.h"
+#include "audio/listener.h"
 #include "audio/material.h"
+#include "audio/room.h"
 
 namespace carom {
 namespace {
@@ -86,6 +89,29 @@ json groupOf(std::size_t count, json radius, double halfWidth) {
 json oak() {
   return {
       {"density", 700}, {"youngs_modulus", 1e10}, {"poissons_ratio", 0.3}, {"restitution", 0.5}};
+}
+
+/// A box of 5 x 3 x 4 m of that material around the ball, which has no plane then.
+json inBox(const std::string& material, json room) {
+  json document = oneBall();
+  document["bodies"][1] = {{"type", "box"},
+                           {"name", "hall"},
+                           {"min", {-2, 0, -2}},
+                           {"max", {3, 3, 2}},
+                           {"material", material}};
+  document["room"] = std::move(room);
+  return document;
+}
+
+/// oneBall() with these keys in its listener.
+json withListener(const json& keys) {
+  json document = oneBall();
+  document["listeners"][0].update(keys);
+  return document;
+}
+
+json poseAt(double time, double x, double y, double z) {
+  return {{"time", time}, {"position", {x, y, z}}};
 }
 
 Result<Scene> parsed(const json& document) {
@@ -172,6 +198,19 @@ std::string brokenPromise(const Scene& scene) {
   if (!(scene.duration > 0.0 && scene.duration <= 3600.0)) return "duration";
   if (!(scene.sampleRate >= 8000.0 && scene.sampleRate <= 192000.0)) return "sample rate";
   if (scene.listeners.empty() || scene.name.empty()) return "listeners or name";
+  for (const Listener& listener : scene.listeners) {
+    if (!whyNot(listener).empty()) return whyNot(listener);
+  }
+  for (const ListenerPath& path : scene.paths) {
+    PoseTrack track({0.0, scene.listeners.at(path.listener).position,
+                     scene.listeners.at(path.listener).orientation});
+    for (const ListenerPose& pose : path.poses) {
+      if (!track.append(pose)) return "path of " + scene.listeners.at(path.listener).name;
+    }
+    if (track.droppedPoses() > 0) return "poses dropped";
+  }
+  const Room& room = scene.sound.room;
+  if (!room.reflectors.empty() && !makeImages(room)) return "room";
   return deepestOverlap(scene) > 1.001e-9 ? "overlap" : "";
 }
 
@@ -234,6 +273,174 @@ TEST(SceneLoader, EveryFieldArrivesWhereItBelongs) {
   EXPECT_EQ(sphereOf(ball).velocity, Vec3(4, 5, 6));
   EXPECT_EQ(scene.listeners.at(0).name, "ear");
   EXPECT_EQ(scene.listeners.at(0).position, Vec3(7, 8, 9));
+}
+
+TEST(SceneLoader, SoundIsTheSynthsDefaultUnlessTheSceneSaysOtherwise) {
+  for (const json& document : {oneBall(), with("/sound", json::object())}) {
+    const SynthSettings sound = accepted(document).sound;
+    const SynthSettings absent;
+    EXPECT_EQ(sound.pulse, absent.pulse);
+    EXPECT_EQ(sound.dissipative, absent.dissipative);
+    EXPECT_EQ(sound.sampling, absent.sampling);
+    EXPECT_EQ(sound.radiation, absent.radiation);
+    EXPECT_EQ(sound.doppler, absent.doppler);
+    EXPECT_EQ(sound.audibleThreshold, absent.audibleThreshold);
+    EXPECT_EQ(sound.impulse, absent.impulse);
+    EXPECT_TRUE(sound.room.reflectors.empty());
+    EXPECT_FALSE(sound.reverb);
+  }
+  const SynthSettings sound = accepted(with("/sound", {{"pulse", "gaussian"},
+                                                       {"sampling", "naive"},
+                                                       {"radiation", "compact"},
+                                                       {"doppler", false},
+                                                       {"audible_threshold", 0.25},
+                                                       {"impulse", "applied"}}))
+                                  .sound;
+  EXPECT_EQ(sound.pulse, PulseShape::gaussian);
+  EXPECT_EQ(sound.sampling, Sampling::naive);
+  EXPECT_EQ(sound.radiation, Radiation::compact);
+  EXPECT_FALSE(sound.doppler);
+  EXPECT_EQ(sound.audibleThreshold, 0.25);
+  EXPECT_EQ(sound.impulse, ImpulseChoice::applied);
+  EXPECT_TRUE(accepted(with("/sound", {{"dissipative", true}})).sound.dissipative);
+  const std::map<std::string, PulseShape> shapes = {
+      {"hertz", PulseShape::hertz},
+      {"half_sine", PulseShape::halfSine},
+      {"mitchell_netravali", PulseShape::mitchellNetravali},
+      {"hand_out", PulseShape::handOut}};
+  for (const auto& [name, shape] : shapes)
+    EXPECT_EQ(accepted(with("/sound", {{"pulse", name}})).sound.pulse, shape) << name;
+}
+
+TEST(SceneLoader, EveryPlaneOfARoomReflectsOnTheSideItsNormalPointsTo) {
+  const Scene scene = accepted(with("/room", json::object()));
+  const Room& room = scene.sound.room;
+  EXPECT_EQ(room.order, 1);
+  ASSERT_EQ(room.reflectors.size(), 1U);
+  EXPECT_EQ(room.reflectors[0].normal, Vec3(0, 1, 0));
+  EXPECT_EQ(room.reflectors[0].absorption.coefficients,
+            findSurface("concrete")->absorption.coefficients);
+  // The ball is in the air of the room, and its image as far below the floor.
+  const auto images = makeImages(room);
+  ASSERT_TRUE(images);
+  ASSERT_EQ(images->size(), 1U);
+  const Vec3& ball = sphereOf(scene.bodies[0]).position;
+  EXPECT_TRUE(isVisible(room, images->front(), ball, scene.listeners[0].position));
+  EXPECT_EQ(images->front().position(ball), Vec3(0, -1, 0));
+}
+
+TEST(SceneLoader, WallsHaveTheSurfaceOfTheirNameThenOfTheirBoxThenOfTheirMaterial) {
+  const json bands = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7};
+  const Scene scene = accepted(
+      inBox("wood", {{"order", 2}, {"surfaces", {{"hall", "plaster"}, {"hall.top", bands}}}}));
+  const Room& room = scene.sound.room;
+  ASSERT_EQ(room.reflectors.size(), 6U);
+  EXPECT_EQ(room.order, 2);
+  for (const Reflector& wall : room.reflectors) {
+    const bool isTop = wall.normal.y() < -0.5;
+    EXPECT_EQ(wall.absorption.coefficients[2],
+              isTop ? 0.3 : findSurface("plaster")->absorption.coefficients[2]);
+  }
+  const Scene bare = accepted(inBox("wood", json::object()));
+  EXPECT_EQ(bare.sound.room.reflectors.at(5).absorption.coefficients,
+            findSurface("wood_floor")->absorption.coefficients);
+}
+
+TEST(SceneLoader, ReverberationIsTheBoxesOrWhatIsGiven) {
+  EXPECT_FALSE(accepted(inBox("wood", {{"reverb", false}})).sound.reverb);
+  const auto reverb = accepted(inBox("wood", {{"reverb", true}, {"order", 3}})).sound.reverb;
+  ASSERT_TRUE(reverb);
+  EXPECT_NEAR(reverb->volume, 60.0, 1e-9);
+  EXPECT_NEAR(reverb->surface, 2.0 * (15.0 + 20.0 + 12.0), 1e-9);
+  // Eyring by hand, at 1 kHz.
+  const double alpha = findSurface("wood_floor")->absorption.coefficients[3];
+  const double time = 24.0 * std::log(10.0) * 60.0 / (343.0 * 94.0 * -std::log(1.0 - alpha));
+  EXPECT_NEAR(reverb->decayTimes[3], time, 1e-9 * time);
+  const auto timed = accepted(inBox("wood", {{"reverb", {{"t60", 1.5}}}})).sound.reverb;
+  ASSERT_TRUE(timed);
+  EXPECT_NEAR(timed->volume, 60.0, 1e-9);
+  for (const double t60 : timed->decayTimes)
+    EXPECT_EQ(t60, 1.5);
+  json hall = with(
+      "/room",
+      {{"reverb", {{"t60", {3, 2.5, 2, 2, 1.8, 1.5, 1}}, {"volume", 2000}, {"surface", 1100}}}});
+  const auto given = accepted(hall).sound.reverb;
+  ASSERT_TRUE(given);
+  EXPECT_EQ(given->volume, 2000.0);
+  EXPECT_EQ(given->surface, 1100.0);
+  EXPECT_EQ(given->decayTimes.front(), 3.0);
+  EXPECT_EQ(given->decayTimes.back(), 1.0);
+  hall["bodies"].erase(1);
+  EXPECT_TRUE(accepted(hall).sound.reverb);  // walls need not be bodies for that
+  EXPECT_TRUE(accepted(hall).sound.room.reflectors.empty());
+}
+
+TEST(SceneLoader, ListenersHaveFormatsAndTheirAnglesAreInDegrees) {
+  const Scene plain = accepted(oneBall());
+  EXPECT_EQ(plain.listeners[0].format, ListenerFormat::mono);
+  EXPECT_EQ(plain.listeners[0].orientation.coeffs(), Quat::Identity().coeffs());
+  EXPECT_TRUE(plain.paths.empty());
+  const Listener pair =
+      accepted(
+          withListener(
+              {{"format", "spaced_pair"}, {"spacing", 0.17}, {"half_angle", 55}, {"pattern", 0.5}}))
+          .listeners[0];
+  EXPECT_EQ(pair.format, ListenerFormat::spacedPair);
+  EXPECT_EQ(pair.spacing, 0.17);
+  EXPECT_NEAR(pair.halfAngle, 0.9599310885968813, 1e-15);
+  EXPECT_EQ(pair.pattern, 0.5);
+  EXPECT_EQ(accepted(withListener({{"format", "coincident_pair"}})).listeners[0].format,
+            ListenerFormat::coincidentPair);
+  EXPECT_EQ(accepted(withListener({{"format", "binaural"}})).listeners[0].format,
+            ListenerFormat::binaural);
+}
+
+TEST(SceneLoader, ListenersLookWhereTheyAreTold) {
+  const auto axes = [](const json& keys) {
+    return accepted(withListener(keys)).listeners[0].orientation.toRotationMatrix();
+  };
+  // It stands at (0, 1, 1).
+  Eigen::Matrix3d frame = axes({{"looks_at", {4, 1, 1}}});
+  EXPECT_TRUE((-frame.col(2)).isApprox(Vec3::UnitX()));
+  EXPECT_TRUE(frame.col(0).isApprox(Vec3::UnitZ()));  // its right
+  EXPECT_TRUE(frame.col(1).isApprox(Vec3::UnitY()));
+  frame = axes({{"forward", {0, -1e-5, 0}}, {"up", {0, 0, -7}}});
+  EXPECT_TRUE((-frame.col(2)).isApprox(-Vec3::UnitY()));
+  EXPECT_TRUE(frame.col(1).isApprox(-Vec3::UnitZ()));
+  EXPECT_TRUE(frame.col(0).isApprox(Vec3::UnitX()));
+  frame = axes({{"forward", {0, 1, -1}}});  // up is made upright
+  EXPECT_TRUE(frame.col(1).isApprox(Vec3(0, 1, 1).normalized()));
+  EXPECT_TRUE(axes({{"forward", {0, 0, -1}}}).isIdentity(0.0));
+}
+
+TEST(SceneLoader, PosesKeepTheAimOfTheOneBefore) {
+  json path = {poseAt(1, 1, 1, 0), poseAt(2, 0, 1, -1), poseAt(3, 5, 1, 5)};
+  path[2]["forward"] = {0, 0, 1};
+  const Scene scene = accepted(withListener({{"looks_at", {0, 1, 0}}, {"path", path}}));
+  ASSERT_EQ(scene.paths.size(), 1U);
+  EXPECT_EQ(scene.paths[0].listener, 0U);
+  const auto& poses = scene.paths[0].poses;
+  ASSERT_EQ(poses.size(), 3U);
+  EXPECT_EQ(poses[1].time, 2.0);
+  EXPECT_EQ(poses[1].position, Vec3(0, 1, -1));
+  const auto forward = [](const Quat& orientation) { return Vec3(orientation * -Vec3::UnitZ()); };
+  EXPECT_TRUE(forward(scene.listeners[0].orientation).isApprox(-Vec3::UnitZ()));
+  EXPECT_TRUE(forward(poses[0].orientation).isApprox(-Vec3::UnitX()));
+  EXPECT_TRUE(forward(poses[1].orientation).isApprox(Vec3::UnitZ()));
+  EXPECT_TRUE(forward(poses[2].orientation).isApprox(Vec3::UnitZ()));
+}
+
+TEST(SceneLoader, SofaFilesAreRelativeToTheScene) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "carom_heads";
+  std::filesystem::create_directory(folder);
+  std::ofstream(folder / "head.sofa") << "x";
+  const json document = withListener({{"format", "binaural"}, {"sofa", "head.sofa"}});
+  std::ofstream(folder / "scene.json") << document;
+  const Result<Scene> scene = loadScene(folder / "scene.json");
+  ASSERT_TRUE(scene) << messageOf(scene);
+  ASSERT_EQ(scene->headFiles.size(), 1U);
+  EXPECT_EQ(scene->headFiles[0].sofa, folder / "head.sofa");
+  std::filesystem::remove_all(folder);
 }
 
 TEST(SceneLoader, MassIsDensityTimesVolumeUnlessGiven) {
@@ -586,6 +793,65 @@ std::vector<Refusal> shapeRefusals() {
   add(spoilt("material", json::array()), "/bodies/0/material", {"is not a choice of materials"});
   add(spoilt("position", {0, 0, 0}), "/bodies/0/position", {"unknown key"});
   add(spoilt("min", {0, 0}), "/bodies/0/min", {"an array of length 2"});
+  // Sound.
+  add(with("/sound", true), "/sound", {"true is not a description of the sound"});
+  add(with("/sound", {{"puls", "hertz"}}), "/sound/puls",
+      {"unknown key", "did you mean \"pulse\""});
+  add(with("/sound", {{"pulse", "herz"}}), "/sound/pulse",
+      {"\"herz\" is not a pulse", "did you mean \"hertz\"", "\"hand_out\""});
+  add(with("/sound", {{"dissipative", 1}}), "/sound/dissipative",
+      {"1 is not a boolean", "true or false"});
+  add(with("/sound", {{"doppler", "no"}}), "/sound/doppler", {"\"no\" is not a boolean"});
+  add(with("/sound", {{"sampling", "nave"}}), "/sound/sampling", {"not a way of sampling"});
+  add(with("/sound", {{"radiation", 3}}), "/sound/radiation", {"\"compact\""});
+  add(with("/sound", {{"audible_threshold", -1}}), "/sound/audible_threshold", {"pascals"});
+  add(with("/sound", {{"impulse", "none"}}), "/sound/impulse", {"\"physical\", \"applied\""});
+  // Rooms.
+  add(with("/room", 2), "/room", {"2 is not a room", "an object"});
+  add(with("/room", {{"walls", 6}}), "/room/walls", {"unknown key", "\"surfaces\""});
+  for (const json& order : {json(-1), json(33), json(1.5), json("two")})
+    add(with("/room", {{"order", order}}), "/room/order", {"not an order", "from 0 to 32"});
+  add(with("/room", {{"surfaces", "wood"}}), "/room/surfaces", {"is not a set of surfaces"});
+  const auto covered = [](json surface) {
+    return with("/room", {{"surfaces", {{"plane1", std::move(surface)}}}});
+  };
+  add(covered(0.5), "/room/surfaces/plane1", {"0.5 is not a surface", "7 absorption"});
+  add(covered(""), "/room/surfaces/plane1", {"not the name of a surface"});
+  add(covered({0.1, 0.2}), "/room/surfaces/plane1", {"array of length 2", "7"});
+  add(covered({0, 0, 0, 1.5, 0, 0, 0}), "/room/surfaces/plane1/3",
+      {"1.5 is not an absorption coefficient", "from 0 to 1"});
+  add(inBox("wood", {{"reverb", "long"}}), "/room/reverb", {"not a reverberation", "\"t60\""});
+  add(inBox("wood", {{"reverb", json::object()}}), "/room/reverb/t60", {"missing", "array of 7"});
+  add(inBox("wood", {{"reverb", {{"t60", 0.01}}}}), "/room/reverb/t60",
+      {"0.01 is not a reverberation time", "seconds"});
+  add(inBox("wood", {{"reverb", {{"t60", {1, 1, 1}}}}}), "/room/reverb/t60", {"length 3", "7"});
+  add(inBox("wood", {{"reverb", {{"t60", 1}, {"gain", 1}}}}), "/room/reverb/gain", {"unknown key"});
+  add(inBox("wood", {{"reverb", {{"t60", 1}, {"volume", 100}}}}), "/room/reverb",
+      {"a volume and no surface", "expected both"});
+  add(inBox("wood", {{"reverb", {{"t60", 1}, {"surface", 100}}}}), "/room/reverb",
+      {"a surface and no volume"});
+  // Listeners.
+  add(withListener({{"format", "stereo"}}), "/listeners/0/format",
+      {"\"stereo\" is not a format", "\"binaural\""});
+  add(withListener({{"format", "spaced_pair"}, {"spacing", 0}}), "/listeners/0/spacing",
+      {"0 is not a spacing", "metres"});
+  add(withListener({{"format", "coincident_pair"}, {"half_angle", 181}}), "/listeners/0/half_angle",
+      {"181 is not a half angle", "degrees"});
+  add(withListener({{"pattern", 2}}), "/listeners/0/pattern", {"2 is not a pattern"});
+  add(withListener({{"looks_at", {0, 0}}}), "/listeners/0/looks_at", {"[x, y, z]", "metres"});
+  add(withListener({{"forward", "left"}}), "/listeners/0/forward", {"[x, y, z]"});
+  add(withListener({{"looks_at", {0, 0, 0}}, {"forward", {1, 0, 0}}}), "/listeners/0",
+      {"\"looks_at\" and \"forward\"", "one of the two"});
+  add(withListener({{"format", "binaural"}, {"sofa", 1}}), "/listeners/0/sofa", {"name of a file"});
+  add(withListener({{"path", json::array()}}), "/listeners/0/path", {"not a path", "1 to 1000"});
+  add(withListener({{"path", json::array_t(1001, poseAt(1, 0, 1, 1))}}), "/listeners/0/path",
+      {"not a path", "1 to 1000"});
+  add(withListener({{"path", {1}}}), "/listeners/0/path/0", {"1 is not a pose"});
+  add(withListener({{"path", {{{"position", {0, 1, 1}}}}}}), "/listeners/0/path/0/time",
+      {"missing"});
+  add(withListener({{"path", {{{"time", 1}}}}}), "/listeners/0/path/0/position", {"missing"});
+  add(withListener({{"path", {poseAt(0, 0, 1, 1)}}}), "/listeners/0/path/0/time",
+      {"0 is not the time of a pose", "above 0"});
   add(with("/bodies", json::array()), "/bodies", {"empty scene"});
   add(with("/listeners", json::array()), "/listeners", {"is not a list of listeners", "1 to 256"});
   return list;
@@ -643,6 +909,62 @@ std::vector<Refusal> meaningRefusals() {
   add(withBodies({groupOf(60000, 0.1, 1e3), groupOf(60000, 0.1, 1e3)}), "/bodies/1/count",
       {"more than 100000 spheres"});
   add(withBodies({groupOf(1, 2.0, 1.0)}), "/bodies/0", {"only 0 of 1 spheres", "more room"});
+  // Sound.
+  add(with("/sound", {{"pulse", "gaussian"}, {"dissipative", true}}), "/sound/pulse",
+      {"a pulse of its own", "\"hertz\""});
+  json air = oneBall();
+  air["bodies"].erase(1);
+  air["room"] = json::object();
+  add(air, "/room", {"no plane that could reflect", "a plane or a box"});
+  json granite = with("/room", json::object());
+  granite["bodies"][1]["material"] = "granite";
+  add(granite, "/room",
+      {"what \"plane1\", of \"granite\", absorbs is not known", "\"plane1\" in \"surfaces\"",
+       "\"marble\"", "7 absorption"});
+  json inlined = with("/room", {{"surfaces", json::object()}});
+  inlined["bodies"][1]["material"] = oak();
+  inlined["bodies"][1]["name"] = "wood";  // its material is called so too, and is not ours
+  add(inlined, "/room/surfaces", {"of \"wood\", absorbs is not known"});
+  add(with("/room", {{"surfaces", {{"plane2", "wood_floor"}}}}), "/room/surfaces/plane2",
+      {"no plane or box \"plane2\"", "did you mean \"plane1\""});
+  add(with("/room", {{"surfaces", {{"sphere1", "wood_floor"}}}}), "/room/surfaces/sphere1",
+      {"no plane or box \"sphere1\""});
+  add(with("/room", {{"surfaces", {{"plane1", "wood_flor"}}}}), "/room/surfaces/plane1",
+      {"unknown surface \"wood_flor\"", "did you mean \"wood_floor\"", "\"curtain\""});
+  add(with("/room", {{"order", 2}}), "/room/order",
+      {"order 2 needs a box", "expected order 0 or 1"});
+  json twice = with("/room", json::object());
+  twice["bodies"].push_back(twice["bodies"][1]);
+  add(twice, "/room", {"the same plane as reflector 0", "expected planes that differ"});
+  add(with("/room", {{"reverb", true}}), "/room/reverb", {"needs a box", "\"volume\""});
+  add(with("/room", {{"reverb", {{"t60", 1}}}}), "/room/reverb",
+      {"needs a box", "expected \"volume\" and \"surface\""});
+  add(with("/room", {{"reverb", {{"t60", 1}, {"volume", 1000}, {"surface", 10}}}}), "/room/reverb",
+      {"surface", "the sphere of that volume"});
+  add(inBox("wood", {{"reverb", true}, {"surfaces", {{"hall", "rigid"}}}}), "/room/reverb",
+      {"rings for ever", "\"t60\""});
+  // Listeners.
+  add(withListener({{"spacing", 0.3}}), "/listeners/0/spacing",
+      {"no use for it", "\"spaced_pair\""});
+  add(withListener({{"half_angle", 30}}), "/listeners/0/half_angle", {"\"coincident_pair\""});
+  add(withListener({{"format", "binaural"}, {"pattern", 0.5}}), "/listeners/0/pattern",
+      {"no use for it"});
+  add(withListener({{"sofa", "head.sofa"}}), "/listeners/0/sofa", {"\"binaural\""});
+  add(withListener({{"format", "binaural"}, {"sofa", "no/such.sofa"}}), "/listeners/0/sofa",
+      {"there is no file \"no/such.sofa\"", "relative to the scene"});
+  add(withListener({{"format", "coincident_pair"}, {"pattern", 0}}), "/listeners/0",
+      {"would be the same", "\"pattern\" above 0"});
+  add(withListener({{"format", "coincident_pair"}, {"half_angle", 0}}), "/listeners/0",
+      {"would be the same", "\"half_angle\" above 0"});
+  add(withListener({{"forward", {0, 0, 0}}}), "/listeners/0/forward", {"no direction", "not 0"});
+  add(withListener({{"up", {0, 0, 0}}}), "/listeners/0/up", {"no direction"});
+  add(withListener({{"looks_at", {0, 1, 1}}}), "/listeners/0", {"where it stands"});
+  add(withListener({{"looks_at", {0, -5, 1}}}), "/listeners/0",
+      {"along its up direction", "[0, 1, 0] if absent"});
+  add(withListener({{"path", {poseAt(1, 0, 1, 1), poseAt(1, 0, 1, 2)}}}),
+      "/listeners/0/path/1/time", {"1 s is not after the pose before, at 1 s", "ascend"});
+  add(withListener({{"path", {poseAt(0.5, 0, 1, 101)}}}), "/listeners/0/path/0",
+      {"200 m/s", "at most 180 m/s"});
   json planes = json::array();
   for (int plane = 0; plane < 1001; ++plane)
     planes.push_back(planeOf({0, 1, 0}));
@@ -785,6 +1107,28 @@ std::vector<json> goodDocuments() {
   group["speed"] = {0, 1};
   group["name"] = "group";
   documents.push_back(withBodies({group}));
+  for (const json& sound :
+       {json::object(), json{{"pulse", "half_sine"}, {"doppler", true}},
+        json{{"dissipative", true}, {"sampling", "band_limited"}, {"radiation", "exact"}},
+        json{{"audible_threshold", 0}, {"impulse", "physical"}},
+        json{{"audible_threshold", 1000}, {"pulse", "mitchell_netravali"}}}) {
+    documents.push_back(with("/sound", sound));
+  }
+  documents.push_back(with("/room", json::object()));
+  documents.push_back(with("/room", {{"order", 0}, {"surfaces", {{"plane1", "rigid"}}}}));
+  documents.push_back(
+      with("/room", {{"reverb", {{"t60", 0.05}, {"volume", 0.1}, {"surface", 1.1}}}}));
+  documents.push_back(inBox("wood", {{"order", 5}, {"reverb", true}}));
+  documents.push_back(inBox("wood", {{"reverb", {{"t60", {1, 2, 3, 4, 5, 6, 100}}}}}));
+  documents.push_back(inBox("brass", {{"surfaces", {{"hall", {0, 0, 0, 1, 1, 1, 0.5}}}}}));
+  for (const json& listener :
+       {json{{"format", "mono"}, {"pattern", 1}, {"forward", {0, 1e6, 1e6}}},
+        json{{"format", "spaced_pair"}, {"spacing", 100}, {"half_angle", 180}},
+        json{{"format", "coincident_pair"}, {"half_angle", 45.5}, {"pattern", 0.1}},
+        json{{"format", "binaural"}, {"looks_at", {0, 0, 0}}, {"up", {0, 1, 0.5}}},
+        json{{"path", {poseAt(1e-3, 0, 1, 1.1), poseAt(3600, 0, 1e5, 1)}}}}) {
+    documents.push_back(withListener(listener));
+  }
   return documents;
 }
 
