@@ -48,6 +48,9 @@ Result<std::vector<Listener>> equippedListeners(const Scene& scene) {
 /// All of a path at once: what is heard of an event depends on where a listener is when the sound
 /// gets there, which can be any time after it.
 Status follow(const ListenerPath& path, Synth& synth) {
+  const Listener& start = synth.listeners()[path.listener];
+  const ListenerPose first{0.0, start.position, start.orientation};
+  if (Status moved = synth.moveListener(path.listener, first); !moved) return moved;
   for (const ListenerPose& pose : path.poses) {
     if (Status moved = synth.moveListener(path.listener, pose); !moved) return moved;
   }

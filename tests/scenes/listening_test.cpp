@@ -279,6 +279,40 @@ TEST(Listening, AtTheEndOfItsPathAListenerStands) {
             kFloat);
 }
 
+/// Hz: where the spectrum is largest, of a fifth of a second around `time`, through a Hann window:
+/// most of a click's spectrum is far above `frequency` and would leak.
+double loudestNear(double frequency, const std::vector<float>& samples, double time) {
+  const auto begin = samples.begin() + std::lround((time - 0.1) * kRate);
+  std::vector<float> part(begin, begin + std::lround(0.2 * kRate));
+  for (std::size_t sample = 0; sample < part.size(); ++sample) {
+    const double phase = static_cast<double>(sample) / static_cast<double>(part.size());
+    part[sample] *= static_cast<float>(0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * phase));
+  }
+  double loudest = 0.0;
+  double most = 0.0;
+  for (double tried = frequency - 90.0; tried <= frequency + 90.0; tried += 1.0) {
+    const double magnitude = spectrumAt(tried, part);
+    if (magnitude > most) loudest = tried;
+    most = std::max(most, magnitude);
+  }
+  return loudest;
+}
+
+TEST(Listening, FlyByIsSharpAtFirstAndFlatAtLastByTheDopplerEffect) {
+  const Channels channels = heard(libraryScene("fly_by"));
+  ASSERT_EQ(channels.size(), 2U);
+  // The middle of the pair is at (30 t - 36, 1, 6) m, the source at (0, 1, 0). Its hits alternate
+  // in direction, 100 pairs a second: odd harmonics of 100 Hz. This is the 21st.
+  for (const double time : {0.25, 2.15}) {
+    const Vec3 towards(36.0 - 30.0 * time, 0.0, -6.0);
+    const double mach = 30.0 / kSpeedOfSound * towards.normalized().x();
+    const double expected = 2100.0 * (1.0 + mach);
+    for (const std::vector<float>& channel : channels)
+      EXPECT_NEAR(loudestNear(expected, channel, time), expected, 2.0) << time;
+    EXPECT_GT(std::abs(expected - 2100.0), 175.0);
+  }
+}
+
 TEST(Listening, RoomOfABoxHasItsImagesAndItsReverberation) {
   const Scene room = libraryScene("marbles_in_a_room");
   EXPECT_EQ(imageCount(room), 24U);
