@@ -112,7 +112,9 @@ TEST(SoundListeners, RefuseToMoveBackInTimeOrWithoutBeingThere) {
   BouncingBall ball;
   Sound sound = ball.attach();
   EXPECT_EQ(sound.time(), 0.0);
-  EXPECT_FALSE(sound.moveListener(0, {0.0, Vec3::Zero()}));
+  EXPECT_TRUE(sound.moveListener(0, {0.0, {0.0, kHeight, 0.0}}));  // the first may be of any time
+  EXPECT_FALSE(sound.moveListener(0, {0.0, {0.0, kHeight, 0.0}}));
+  EXPECT_FALSE(sound.moveListener(0, {-1.0, {0.0, kHeight, 0.0}}));
   ball.bullet.step(1.0 / 60.0);
   EXPECT_NEAR(sound.time(), 1.0 / 60.0, 1e-8);
   EXPECT_FALSE(sound.moveListener(1, {sound.time(), {0.0, kHeight, 0.0}}));
