@@ -334,8 +334,7 @@ std::string renderText(const RenderReport& report) {
   text += peakText(report);
   if (synth.undersampled > 0) {
     text += "aliased   " + counted(synth.undersampled, "click") +
-            " shorter than 4 samples, of uncertain level; a higher sample_rate in the scene holds "
-            "them\n";
+            " shorter than 4 samples, of uncertain level; sampling band_limited holds them\n";
   }
   text += format("took      %.3g s, %.*f times faster than real time\n", report.wallTime,
                  report.realtimeFactor() < 100.0 ? 1 : 0, report.realtimeFactor());

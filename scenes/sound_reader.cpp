@@ -103,8 +103,9 @@ void RoomReader::readSurfaces(const JsonNode& surfaces) {
     };
     if (std::ranges::none_of(planes_, isNamed)) {
       node.fail("the scene has no plane or box " + inQuotes(name) + suggestion(name, known) +
-                "; expected one of " + (known.empty() ? "none" : quotedList(known)) +
-                ", or a wall of a box, such as \"box1.bottom\"");
+                (known.empty() ? "; expected no surfaces: there are no planes"
+                               : "; expected one of " + quotedList(known) +
+                                     ", or a wall of a box, such as \"box1.bottom\""));
       return;
     }
     surfaces_.emplace(name, readSurface(node));

@@ -916,6 +916,8 @@ std::vector<Refusal> meaningRefusals() {
   air["bodies"].erase(1);
   air["room"] = json::object();
   add(air, "/room", {"no plane that could reflect", "a plane or a box"});
+  air["room"] = {{"surfaces", {{"room", "plaster"}}}};
+  add(air, "/room/surfaces/room", {"no plane or box \"room\"", "expected no surfaces"});
   json granite = with("/room", json::object());
   granite["bodies"][1]["material"] = "granite";
   add(granite, "/room",
