@@ -61,7 +61,8 @@ TEST_P(EveryLibraryScene, IsHeardByTheBridgeCollisionByCollisionAtAnyStep) {
 
 INSTANTIATE_TEST_SUITE_P(Library, EveryLibraryScene,
                          testing::Values("bouncing_ball", "two_balls", "newtons_cradle",
-                                         "billiard_break", "marbles_in_a_box"),
+                                         "billiard_break", "marbles_in_a_box", "marbles_in_a_room",
+                                         "fly_by"),
                          [](const auto& scene) { return scene.param; });
 
 TEST(Compare, DifferencesFromTheNativeRunEndWhereTheRunsPart) {
