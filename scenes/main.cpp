@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -160,6 +161,21 @@ void warnOfLoudness(const Arguments& arguments, const RenderReport& report) {
   }
 }
 
+// Not refused, for some may be meant to stand outside; but it is a mistake more often.
+void warnOfListenersOutside(const Scene& scene) {
+  if (scene.sound.room.reflectors.empty()) return;
+  for (const Listener& listener : scene.listeners) {
+    const auto wall =
+        std::find_if(scene.bodies.begin(), scene.bodies.end(), [&listener](const SceneBody& body) {
+          const auto* plane = std::get_if<PlaneShape>(&body.shape);
+          return plane != nullptr && plane->normal.dot(listener.position) < plane->offset;
+        });
+    if (wall == scene.bodies.end()) continue;
+    std::cerr << "carom: " << listener.name << " stands behind " << wall->name
+              << ", out of the room: it hears no reflections there\n";
+  }
+}
+
 int render(const Arguments& arguments) {
   if (const std::string reason = whyNoOutputs(arguments); !reason.empty())
     return fail(kBadInput, reason);
@@ -171,6 +187,7 @@ int render(const Arguments& arguments) {
     return fail(kBadInput,
                 "--step: the native stepper has no step; expected --stepper bullet with it");
   }
+  warnOfListenersOutside(*scene);
   ProgressBar bar("rendering " + scene->name);
   RenderOptions options = renderOptions(arguments);
   options.progress = [&](double share) { bar.show(share); };

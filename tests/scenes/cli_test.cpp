@@ -606,6 +606,20 @@ TEST_F(Cli, ReportsSayWhoHearsWhatThroughWhichWalls) {
   EXPECT_NE(carom({"info", file}).out.find(": ortf, spaced_pair, moves\n"), std::string::npos);
 }
 
+TEST_F(Cli, ListenersBehindAWallAreToldOnStandardError) {
+  json scene = json::parse(contents(libraryFile("marbles_in_a_room")));
+  scene["duration"] = 0.1;
+  scene["listeners"] = {{{"name", "guest"}, {"position", {0, 1, 0}}},
+                        {{"name", "cellar"}, {"position", {0, -0.5, 0}}}};
+  const Outcome inside = carom({"render", fileWith(scene.dump()), "-o", at("sound.wav")});
+  EXPECT_EQ(inside.code, 0);
+  EXPECT_EQ(inside.err,
+            "carom: cellar stands behind room.bottom, out of the room: it hears no reflections "
+            "there\n");
+  scene.erase("room");
+  EXPECT_EQ(carom({"render", fileWith(scene.dump()), "-o", at("sound.wav")}).err, "");
+}
+
 TEST_F(Cli, HeadThatIsNoSofaFileIs1AndNothingIsLeft) {
   json scene = json::parse(contents(libraryFile("two_balls")));
   scene["listeners"][0].update({{"format", "binaural"}, {"sofa", "head.sofa"}});
