@@ -181,7 +181,8 @@ TEST(EventsFile, RefusesATargetThatIsNoFileBeforeAnythingIsWritten) {
         fs::path("/proc/events.csv")}) {
     const Result<EventsFileWriter> writer = EventsFileWriter::create(target);
     ASSERT_FALSE(writer) << target;
-    EXPECT_NE(writer.error().message.find("'" + target.string() + "': "), std::string::npos)
+    EXPECT_NE(writer.error().message.find(std::string("'") + target.string() + "': "),
+              std::string::npos)
         << writer.error().message;
   }
   EXPECT_TRUE(fs::is_fifo(folder / "fifo"));
