@@ -41,6 +41,39 @@ void spread(PlacedNodes& placed, std::size_t count, std::span<double> x) {
   }
 }
 
+void sample(const ForceTable& force, const ClickTrack& track, SampleRange range, Raster& raster) {
+  const auto last = static_cast<double>(force.cells.size());
+  const double curl = track.bend / track.length;
+  for (std::size_t m = 0; m < Raster::kRows; ++m) {
+    for (std::size_t n = range.begin; n < range.end; ++n) {
+      const double time = static_cast<double>(n) + 0.5 * static_cast<double>(m);
+      const double w = (time - track.start) / track.length;
+      const double bent = curl * w;
+      const double u = w * (1.0 - bent * (1.0 - 2.0 * bent));
+      const double rate = 0.5 * (1.0 - bent * (2.0 - 6.0 * bent)) / track.length;
+      const double place = (u - force.begin) * force.scale;
+      double value = 0.0;
+      if (place >= 0.0 && place < last) {
+        const ForceTable::Cell& cell = force.cells[static_cast<std::size_t>(place)];
+        value = (cell.value + cell.rise * (place - std::floor(place))) * track.gainAt(u) * rate;
+      }
+      raster.row(m)[n] = value;
+    }
+  }
+}
+
+void collect(const Raster& raster, std::span<double> x) {
+  const RasterTaps& taps = rasterTaps();
+  std::ranges::fill(x, 0.0);
+  for (std::size_t m = 0; m < Raster::kRows; ++m) {
+    for (std::size_t n = 0; n < x.size(); ++n) {
+      const double* const from = raster.row(m) + n + 7;
+      for (std::size_t q = 0; q < taps[m].size(); ++q)
+        x[n] += taps[m][q] * *(from - q);
+    }
+  }
+}
+
 void add(std::span<const double> from, double gain, double* to) {
   for (std::size_t i = 0; i < from.size(); ++i)
     to[i] += gain * from[i];
@@ -70,7 +103,7 @@ std::vector<ClickKernels> makeAll() {
 #if CAROM_SIMD
   all = simdKernels();
 #endif
-  all.push_back({"plain", place, spread, add, filter, convolve});
+  all.push_back({"plain", place, spread, sample, collect, add, filter, convolve});
   return all;
 }
 
@@ -87,6 +120,18 @@ void PlacedNodes::reserve(std::size_t nodes, std::size_t samples) {
   constexpr std::size_t kMostLanes = 8;
   const std::size_t parts = kMostLanes * (samples + kSpreadWidth + 2 * ClickKernels::kRoom);
   if (partial.size() < parts) partial.resize(parts);
+}
+
+const RasterTaps& rasterTaps() {
+  static const RasterTaps taps = [] {
+    RasterTaps made;
+    for (std::size_t m = 0; m < made.size(); ++m) {
+      for (std::size_t q = 0; q < made[m].size(); ++q)
+        made[m][q] = spreadKernel(static_cast<double>(q) - 7.0 - 0.5 * static_cast<double>(m));
+    }
+    return made;
+  }();
+  return taps;
 }
 
 std::span<const ClickKernels> allKernels() {

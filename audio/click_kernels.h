@@ -1,13 +1,16 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string_view>
 #include <vector>
 
+#include "audio/long_pulse.h"
 #include "audio/pulse.h"
 #include "audio/radiation_filter.h"
+#include "audio/spread_kernel.h"
 
 namespace carom {
 
@@ -38,11 +41,21 @@ struct PlacedNodes {
   void reserve(std::size_t nodes, std::size_t samples);
 };
 
+/// Samples [begin, end).
+struct SampleRange {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+};
+
 /// Of a filter's input, the elements [begin, end), counted from its first: before it below 0.
 struct HeldInput {
   std::ptrdiff_t begin = 0;
   std::ptrdiff_t end = 0;
 };
+
+/// spreadKernel(q - 7 - m / 2) at [m][q]: what a row of a raster becomes.
+using RasterTaps = std::array<std::array<double, kSpreadWidth>, Raster::kRows>;
+const RasterTaps& rasterTaps();
 
 /// The loops in which the time goes, on buffers. Written once in plain C++, and once vectorised
 /// for each instruction set that the compiler knows (Highway); all give the same result up to
@@ -58,6 +71,14 @@ struct ClickKernels {
 
   /// x = the sum of the first `count` placed nodes, which are in order of time.
   void (*spread)(PlacedNodes& placed, std::size_t count, std::span<double> x);
+
+  /// The raster's rows in `range`: force times gain along a track, as shares of the impulse. The
+  /// track's bend is at most 1e-3 of its length. kRoom elements behind the range may be zeroed.
+  void (*sample)(const ForceTable& force, const ClickTrack& track, SampleRange range,
+                 Raster& raster);
+
+  /// x[n] = the sum of the raster's values, each times the spreadKernel around it.
+  void (*collect)(const Raster& raster, std::span<double> x);
 
   /// to[n] += from[n] * gain.
   void (*add)(std::span<const double> from, double gain, double* to);

@@ -496,6 +496,9 @@ struct Pulse::Model {
   double peakSlope = 0.0;
   HalfTable rise;
   HalfTable fall;
+  std::vector<PulseEdge> edges;
+  mutable std::once_flag tableMade;
+  mutable std::vector<ForceTable::Cell> cells;
   mutable std::array<std::once_flag, kRules> ruleMade;
   mutable std::array<std::vector<PulseNode>, kRules> rules;
 
@@ -509,6 +512,8 @@ struct Pulse::Model {
   std::vector<PulseNode> grid() const;
   std::vector<PulseNode> makeRule(std::size_t rung) const;
   void findPeaks();
+  void findEdges();
+  std::vector<ForceTable::Cell> makeCells() const;
 };
 
 Jet Pulse::Model::tabulated(double u) const {
@@ -606,6 +611,7 @@ Pulse::Model::Model(PulseShape closedForm) : shape(closedForm) {
     impulse = kHandOutScale / (root * std::numbers::inv_sqrtpi) * std::erf(root * kPulseHalfWidth);
   }
   findPeaks();
+  findEdges();
 }
 
 Pulse::Model::Model(const Contact& contact) {
@@ -616,6 +622,51 @@ Pulse::Model::Model(const Contact& contact) {
   // The integral of t m d'' is m (t d' - d) between two times at which d is 0.
   centre = contact.restitution / momentum;
   findPeaks();
+  findEdges();
+}
+
+void Pulse::Model::findEdges() {
+  const auto addEnds = [this](EdgeKind kind, double first, double last) {
+    edges.push_back({0.0, kind, first, true});
+    edges.push_back({1.0, kind, last, false});
+  };
+  switch (shape) {
+    case PulseShape::hertz:
+      addEnds(EdgeKind::root, rise.at(0.0).value, fall.at(0.0).value);
+      break;
+    case PulseShape::halfSine:
+      addEnds(EdgeKind::corner, 0.5 * pi * pi, 0.5 * pi * pi);
+      addEnds(EdgeKind::cubic, -pi * pi * pi * pi / 12.0, -pi * pi * pi * pi / 12.0);
+      break;
+    case PulseShape::mitchellNetravali:
+      // At its ends 4 (7 x^3 - 6 x^2) / 18 of x = 4 u; between its pieces the second derivative in
+      // x jumps by 4/3 and the third by -28/3, 14 and -28/3.
+      addEnds(EdgeKind::parabola, -64.0 / 3.0, -64.0 / 3.0);
+      addEnds(EdgeKind::cubic, 896.0 / 9.0, 896.0 / 9.0);
+      edges.push_back({0.25, EdgeKind::parabola, 128.0 / 3.0, true});
+      edges.push_back({0.25, EdgeKind::cubic, -3584.0 / 9.0, true});
+      edges.push_back({0.5, EdgeKind::cubic, 1792.0 / 3.0, true});
+      edges.push_back({0.75, EdgeKind::parabola, -128.0 / 3.0, true});
+      edges.push_back({0.75, EdgeKind::cubic, -3584.0 / 9.0, true});
+      break;
+    case PulseShape::gaussian:
+    case PulseShape::handOut:
+      break;
+  }
+}
+
+std::vector<ForceTable::Cell> Pulse::Model::makeCells() const {
+  constexpr std::size_t kCells = 8192;
+  std::vector<ForceTable::Cell> table(kCells);
+  const auto at = [this](std::size_t cell) {
+    const double share = static_cast<double>(cell) / static_cast<double>(kCells);
+    return force(cell == kCells ? end : begin + (end - begin) * share);
+  };
+  for (std::size_t cell = 0; cell < kCells; ++cell) {
+    table[cell].value = static_cast<float>(at(cell));
+    table[cell].rise = static_cast<float>(at(cell + 1) - at(cell));
+  }
+  return table;
 }
 
 Pulse::Pulse(std::shared_ptr<const Model> model) : model_(std::move(model)) {}
@@ -665,6 +716,16 @@ double Pulse::peakForce() const {
 
 double Pulse::peakSlope() const {
   return model_->peakSlope;
+}
+
+std::span<const PulseEdge> Pulse::edges() const {
+  return model_->edges;
+}
+
+ForceTable Pulse::forceTable() const {
+  std::call_once(model_->tableMade, [this] { model_->cells = model_->makeCells(); });
+  const double cells = static_cast<double>(model_->cells.size());
+  return {model_->begin, cells / (model_->end - model_->begin), model_->cells};
 }
 
 std::span<const std::size_t> Pulse::ruleCounts() {

@@ -22,6 +22,34 @@ struct PulseNode {
   double weight = 0.0;  ///< share of the impulse, dimensionless
 };
 
+/// How a force begins at an edge, beside what is smooth there.
+enum class EdgeKind : std::uint8_t {
+  corner,    ///< like the time since
+  root,      ///< like its power 3/2
+  parabola,  ///< like its square
+  cubic,     ///< like its power 3
+};
+
+/// Near u, the force is a smooth function plus coefficient * |u - edge.u|^kind on one side of it.
+struct PulseEdge {
+  double u = 0.0;
+  EdgeKind kind = EdgeKind::root;
+  double coefficient = 0.0;
+  bool opens = true;  ///< on the later side
+};
+
+/// The force at evenly spaced u, for loops in which time counts: right to 1e-6 of its peak, and to
+/// 1e-7 away from the ends. Linear in each cell, value + rise * share of it.
+struct ForceTable {
+  struct Cell {
+    float value = 0.0F;
+    float rise = 0.0F;
+  };
+  double begin = 0.0;  ///< u of the first cell's begin
+  double scale = 0.0;  ///< cells per u
+  std::span<const Cell> cells;
+};
+
 /// The shape in time of a contact force, as an immutable object. All of it: [any thread].
 ///
 ///     u = (t - t0) / tau
@@ -77,6 +105,11 @@ class Pulse {
   double centre() const;     ///< contact durations, mean of u weighted by force
   double peakForce() const;  ///< largest magnitude of force
   double peakSlope() const;  ///< largest magnitude of slope
+
+  /// Where the force is not smooth: its ends, and where its pieces meet. None of a Gaussian.
+  std::span<const PulseEdge> edges() const;
+  /// Made once, at first use, which may allocate and lock, as for `rule`.
+  ForceTable forceTable() const;
 
   /// Gauss quadrature with the force as the weight function: `count` nodes within (begin, end),
   /// ascending, their weights positive and of sum impulse(), exact for polynomials up to degree

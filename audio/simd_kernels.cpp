@@ -102,6 +102,69 @@ void spread(PlacedNodes& placed, std::size_t count, std::span<double> x) {
   }
 }
 
+void sample(const ForceTable& force, const ClickTrack& track, SampleRange range, Raster& raster) {
+  const Doubles d;
+  const Indices di;
+  const hn::Rebind<float, Doubles> df;
+  const hn::Rebind<std::uint32_t, Doubles> du32;
+  const std::size_t lanes = hn::Lanes(d);
+  const auto* const cells = reinterpret_cast<const std::int64_t*>(force.cells.data());
+  const auto last = hn::Set(d, static_cast<double>(force.cells.size()));
+  const auto one = hn::Set(d, 1.0);
+  const auto curl = hn::Set(d, track.bend / track.length);
+  const auto perSample = hn::Set(d, 1.0 / track.length);
+  const auto perHalf = hn::Set(d, 0.5 / track.length);
+  for (std::size_t m = 0; m < Raster::kRows; ++m) {
+    const double from = 0.5 * static_cast<double>(m) - track.start;
+    for (std::size_t n = range.begin; n < range.end; n += lanes) {
+      const auto w = hn::Mul(hn::Iota(d, static_cast<double>(n) + from), perSample);
+      const auto bent = hn::Mul(curl, w);
+      const auto u =
+          hn::Mul(w, hn::NegMulAdd(bent, hn::NegMulAdd(hn::Set(d, 2.0), bent, one), one));
+      const auto rate = hn::Mul(
+          perHalf, hn::NegMulAdd(bent, hn::NegMulAdd(hn::Set(d, 6.0), bent, hn::Set(d, 2.0)), one));
+      const auto place = hn::Mul(hn::Sub(u, hn::Set(d, force.begin)), hn::Set(d, force.scale));
+      const auto inside = hn::And(hn::Ge(place, hn::Zero(d)), hn::Lt(place, last));
+      const auto cell = hn::Floor(hn::IfThenElseZero(inside, place));
+      // Both numbers of a cell at once.
+      const auto both = hn::BitCast(hn::RebindToUnsigned<Indices>(),
+                                    hn::GatherIndex(di, cells, hn::ConvertTo(di, cell)));
+      const auto value = hn::PromoteTo(d, hn::BitCast(df, hn::TruncateTo(du32, both)));
+      const auto rise =
+          hn::PromoteTo(d, hn::BitCast(df, hn::TruncateTo(du32, hn::ShiftRight<32>(both))));
+      const auto gain = hn::MulAdd(hn::MulAdd(u, hn::Set(d, track.curve), hn::Set(d, track.slope)),
+                                   u, hn::Set(d, track.gain));
+      const auto share = hn::Sub(place, cell);
+      const auto density = hn::Mul(hn::MulAdd(rise, share, value), hn::Mul(gain, rate));
+      hn::StoreU(hn::IfThenElseZero(inside, density), d, raster.row(m) + n);
+    }
+  }
+}
+
+void collect(const Raster& raster, std::span<double> x) {
+  const Doubles d;
+  const std::size_t lanes = hn::Lanes(d);
+  const RasterTaps& taps = rasterTaps();
+  for (std::size_t at = 0; at < x.size(); at += 2 * lanes) {
+    auto sum0 = hn::Zero(d);
+    auto sum1 = hn::Zero(d);
+    auto half0 = hn::Zero(d);
+    auto half1 = hn::Zero(d);
+    const double* const whole = raster.row(0) + at + 7;
+    const double* const between = raster.row(1) + at + 7;
+    for (std::size_t q = 0; q < kSpreadWidth; ++q) {
+      const auto weight = hn::Set(d, taps[0][q]);
+      const auto halfWeight = hn::Set(d, taps[1][q]);
+      sum0 = hn::MulAdd(weight, hn::LoadU(d, whole - q), sum0);
+      sum1 = hn::MulAdd(weight, hn::LoadU(d, whole - q + lanes), sum1);
+      half0 = hn::MulAdd(halfWeight, hn::LoadU(d, between - q), half0);
+      half1 = hn::MulAdd(halfWeight, hn::LoadU(d, between - q + lanes), half1);
+    }
+    hn::StoreU(hn::Add(sum0, half0), d, x.data() + at);
+    hn::StoreU(hn::Add(sum1, half1), d, x.data() + at + lanes);
+  }
+}
+
 void add(std::span<const double> from, double gain, double* HWY_RESTRICT to) {
   const Doubles d;
   const std::size_t lanes = hn::Lanes(d);
@@ -185,7 +248,7 @@ void convolve(std::span<const double> taps, const double* HWY_RESTRICT from, std
 }
 
 ClickKernels kernels() {
-  return {hwy::TargetName(HWY_TARGET), place, spread, add, filter, convolve};
+  return {hwy::TargetName(HWY_TARGET), place, spread, sample, collect, add, filter, convolve};
 }
 
 }  // namespace carom::HWY_NAMESPACE

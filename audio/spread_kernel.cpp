@@ -17,10 +17,11 @@ constexpr double kBeta = 14.0;
 double spreadKernel(double t) {
   const double inside = 1.0 - (t / kHalfWidth) * (t / kHalfWidth);
   if (inside < 0.0) return 0.0;
-  static const double scale = 1.0 / std::cyl_bessel_i(0.0, kBeta);
+  static const double scale = 1.0 / (std::cyl_bessel_i(0.0, kBeta) - 1.0);
   const double angle = 2.0 * std::numbers::pi * kCutOff * t;
   const double cardinal = angle == 0.0 ? 1.0 : std::sin(angle) / angle;
-  return scale * std::cyl_bessel_i(0.0, kBeta * std::sqrt(inside)) * cardinal;
+  // Less its value at the edge: where that fell on a sample, rounding decided whether it counted.
+  return scale * (std::cyl_bessel_i(0.0, kBeta * std::sqrt(inside)) - 1.0) * cardinal;
 }
 
 double spreadTransform(double frequency) {

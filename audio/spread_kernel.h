@@ -19,7 +19,7 @@ inline constexpr std::size_t kSpreadWidth = 16;
 
 /// 1, at `t` samples from its centre: a sine cardinal under a Kaiser window, 1 at the centre and 0
 /// beyond half the width. Within the band at most 25 dB dimmer than at its bottom; what folds back
-/// to a frequency in the band is at least 111 dB below what belongs there.
+/// to a frequency in the band is at least 109 dB below what belongs there.
 double spreadKernel(double t);
 
 /// Samples: the kernel's Fourier transform at `frequency` in cycles per sample, by quadrature.

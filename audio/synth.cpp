@@ -17,7 +17,7 @@
 #include "audio/click_queue.h"
 #include "audio/hertz.h"
 #include "audio/hrtf.h"
-#include "audio/long_rule.h"
+#include "audio/long_pulse.h"
 #include "audio/radiation_bank.h"
 #include "audio/receiver.h"
 #include "audio/spread_kernel.h"
@@ -37,8 +37,9 @@ constexpr double kExactSamples = 0x1.0p+53;
 constexpr auto kReach = static_cast<std::int64_t>(kSpreadWidth / 2);
 /// s. A longer contact has nothing in the audible band, and would take memory without end.
 constexpr double kLongestContact = 20.0;
-/// Dissipative pulses are made at this many values of restitution, evenly.
-constexpr std::size_t kRestitutions = 64;
+/// Dissipative pulses are made for so many restitutions as they come, and then only in steps.
+constexpr std::size_t kMostRestitutions = 256;
+constexpr double kFewRestitutions = 64.0;
 /// Nodes; see chooseRule.
 constexpr std::size_t kLargestGaussRule = 48;
 /// By how much motion may stretch a click in time; beyond, it is that of bodies at rest.
@@ -206,6 +207,11 @@ class Synth::Impl {
     const Image* image = nullptr;  // null: direct
     std::uint32_t chain = 0;       // of wall filters
   };
+  /// A contact that loses energy.
+  struct Lossy {
+    Pulse pulse;
+    double stretch = 1.0;  // of its duration over the elastic one's
+  };
   /// What the clicks of one event have in common.
   struct Contact {
     double time = 0.0;      // s
@@ -229,7 +235,7 @@ class Synth::Impl {
     ClickTrack track;        // from that sample on
     double near = 0.0;       // weight of near over far
     const Pulse* pulse = nullptr;
-    std::span<const PulseNode> nodes;  // empty: those of the long rule, made when it begins
+    std::span<const PulseNode> nodes;  // empty: it is long
     const RadiationBank::Mix* filters = nullptr;
     std::array<std::uint32_t, 4> buses{};  // one for each filter
     std::uint32_t chain = 0;
@@ -248,6 +254,7 @@ class Synth::Impl {
   const Body* findBody(BodyId id) const;
   double restitutionOf(const ImpulseEvent& event) const;
   const Pulse& pulseOf(const ImpulseEvent& event);
+  const Lossy& lossyOf(const ImpulseEvent& event) const;
   void scheduleImpulse(const ImpulseEvent& event);
   bool layClicks(const Contact& contact);
   Arrival arrivalAt(const Channel& channel, double time, const Vec3& from) const;
@@ -282,7 +289,7 @@ class Synth::Impl {
   std::vector<Image> images_;
   std::vector<std::vector<ReflectionFilter>> chains_;  // the first is empty: the direct path
   std::vector<Path> paths_;                            // the first is direct
-  std::vector<std::optional<Pulse>> dissipative_;      // by restitution, made when first needed
+  mutable std::unordered_map<double, Lossy> lossy_;    // by restitution, made when first needed
 
   const ClickKernels& kernels_ = fastestKernels();
   std::int64_t position_ = 0;            // the next sample to be rendered
@@ -302,7 +309,7 @@ class Synth::Impl {
   std::size_t mostSamples_ = 0;  // of any click so far, its ears' responses included
 
   PlacedNodes placed_;
-  std::vector<PulseNode> longRule_;
+  Raster raster_;
   std::vector<double> x_;         // a click's samples, zeros in front for the response
   std::vector<double> response_;  // of an ear
   std::vector<double> heard_;     // the samples through it
@@ -315,7 +322,6 @@ Synth::Impl::Impl(const SynthSettings& settings, std::vector<Listener> listeners
       listeners_(std::move(listeners)),
       filters_(settings.sampling == Sampling::bandLimited ? RadiationFilter::Input::spread
                                                           : RadiationFilter::Input::bare),
-      dissipative_(kRestitutions + 1),
       send_(kMixFrames) {}
 
 Status Synth::Impl::prepare() {
@@ -397,7 +403,7 @@ Status Synth::Impl::prepareRoom() {
 Status Synth::Impl::setBody(BodyId id, const SoundBody& body) {
   if (const std::string reason = whyNot(body); !reason.empty())
     return Error{"sound body " + std::to_string(id) + ": " + reason};
-  Body known{body, 0};
+  Body known{body, nullptr};
   if (std::isfinite(body.mass))
     known.filters = &filtersOf(body.shape ? body.shape->radius() : body.radius);
   bodies_.insert_or_assign(id, std::move(known));
@@ -438,12 +444,17 @@ double Synth::Impl::restitutionOf(const ImpulseEvent& event) const {
 }
 
 const Pulse& Synth::Impl::pulseOf(const ImpulseEvent& event) {
-  if (!settings_.dissipative) return Pulse::of(settings_.pulse);
-  const double steps = restitutionOf(event) * static_cast<double>(kRestitutions);
-  std::optional<Pulse>& pulse = dissipative_[static_cast<std::size_t>(std::lround(steps))];
-  if (!pulse)
-    pulse = Pulse::dissipativeHertz(std::round(steps) / static_cast<double>(kRestitutions));
-  return *pulse;
+  return settings_.dissipative ? lossyOf(event).pulse : Pulse::of(settings_.pulse);
+}
+
+/// Made once for each restitution that there is, and beyond many of them for the nearest of a few.
+const Synth::Impl::Lossy& Synth::Impl::lossyOf(const ImpulseEvent& event) const {
+  double restitution = restitutionOf(event);
+  if (lossy_.size() >= kMostRestitutions && !lossy_.contains(restitution))
+    restitution = std::round(restitution * kFewRestitutions) / kFewRestitutions;
+  if (const auto known = lossy_.find(restitution); known != lossy_.end()) return known->second;
+  Lossy made{Pulse::dissipativeHertz(restitution), dissipativeDuration(restitution)};
+  return lossy_.emplace(restitution, std::move(made)).first->second;
 }
 
 double Synth::Impl::contactDuration(const ImpulseEvent& event) const {
@@ -452,7 +463,7 @@ double Synth::Impl::contactDuration(const ImpulseEvent& event) const {
   if (body == nullptr || other == nullptr || !isContact(event)) return 0.0;
   const double elastic = hertzDuration(blunted(event, body->sound, other->sound),
                                        body->sound.material, other->sound.material);
-  return settings_.dissipative ? elastic * dissipativeDuration(restitutionOf(event)) : elastic;
+  return settings_.dissipative ? elastic * lossyOf(event).stretch : elastic;
 }
 
 double Synth::Impl::leadTime(double contactDuration) const {
@@ -715,10 +726,11 @@ void Synth::Impl::enqueueClicks() {
     waiting_.push({click.first, click.track.start, slot}, position_);
 
     mostSamples_ = std::max(mostSamples_, room);
-    const std::size_t nodes =
-        click.nodes.empty() ? longRuleSize(*click.pulse, click.track.length) : click.nodes.size();
-    if (click.nodes.empty()) longRule_.reserve(nodes);
-    placed_.reserve(nodes, click.samples);
+    if (click.nodes.empty()) {
+      raster_.reserve(click.samples);
+      click.pulse->forceTable();  // not while rendering
+    }
+    placed_.reserve(click.nodes.size(), click.samples);
   }
   const std::size_t room = mostSamples_ + response_.size() + 2 * ClickKernels::kRoom;
   if (x_.size() < room) x_.resize(2 * room);
@@ -816,10 +828,12 @@ std::span<const double> Synth::Impl::samplesOf(const Click& click) noexcept {
   const std::span<double> x(x_.data() + response_.size(), click.samples);
   const ClickTrack& track = click.track;
   if (settings_.sampling == Sampling::bandLimited) {
-    if (click.nodes.empty()) makeLongRule(*click.pulse, click.track.length, longRule_);
-    const std::span<const PulseNode> nodes = click.nodes.empty() ? longRule_ : click.nodes;
-    kernels_.place(nodes, track, placed_);
-    kernels_.spread(placed_, nodes.size(), x);
+    if (click.nodes.empty()) {
+      spreadLongPulse(*click.pulse, track, kernels_, raster_, x);
+    } else {
+      kernels_.place(click.nodes, track, placed_);
+      kernels_.spread(placed_, click.nodes.size(), x);
+    }
     return x;
   }
   for (std::size_t n = 0; n < x.size(); ++n) {

@@ -62,9 +62,34 @@ TEST_P(BandLimit, SoIsEveryOtherPulse) {
 INSTANTIATE_TEST_SUITE_P(Synth, BandLimit,
                          testing::Values(Ladder{1e-6, 48000.0}, Ladder{8e-6, 8000.0},
                                          Ladder{8e-6, 48000.0}, Ladder{8e-6, 192000.0},
-                                         Ladder{50e-6, 44100.0}, Ladder{200e-6, 48000.0},
+                                         Ladder{50e-6, 44100.0}, Ladder{165e-6, 48000.0},
+                                         Ladder{170e-6, 48000.0}, Ladder{200e-6, 48000.0},
                                          Ladder{320e-6, 48000.0}, Ladder{1e-3, 48000.0},
                                          Ladder{5e-3, 48000.0}, Ladder{0.1, 8000.0}));
+
+// Its nodes, or its raster, fall on samples, and its loudest part is 5 Hz.
+TEST(BandLimitOfLongContacts, HoldsWhereAContactLastsWholeSamples) {
+  for (const double phase : {0.0, 0.25, 0.5}) {
+    ClickCase click{.radiation = Radiation::compact,
+                    .duration = 0.1,
+                    .radius = 1.0,
+                    .distance = 2.0,
+                    .sampleRate = 48000.0};
+    click.time = (4800.0 + phase) / click.sampleRate;
+    EXPECT_LT(inBandError(click, click), kErrorBound) << phase;
+  }
+}
+
+TEST(BandLimitOfLossyContacts, HoldsForAnyRestitution) {
+  for (const double restitution : {0.1, 0.5, 0.9}) {
+    for (const double duration : {5e-6, 60e-6, 150e-6, 400e-6, 2e-3}) {
+      ClickCase click{.radiation = Radiation::compact, .duration = duration, .radius = 0.01};
+      click.restitution = restitution;
+      click.time += 0.37 / click.sampleRate;
+      EXPECT_LT(inBandError(click, click), kErrorBound) << restitution << " " << duration;
+    }
+  }
+}
 
 // At 192 kHz the oracle takes its time: once is enough.
 TEST(BandLimitOfLongContacts, HoldsFor100MillisecondsAt192Kilohertz) {

@@ -95,6 +95,41 @@ TEST_P(Kernels, FilterAndConvolveAsTheSumsThatTheyAre) {
   }
 }
 
+// Each value by itself, from the pulse and the formula of the kernel, without the edges'
+// corrections.
+TEST_P(Kernels, SampleAndCollectPulsesAsTheirFormulasDo) {
+  const Pulse& pulse = Pulse::of(PulseShape::hertz);
+  for (const double length : {10.0, 33.3, 120.0}) {
+    const ClickTrack track{.start = 8.0 + 0.5 * (1.0 + uniform()),
+                           .length = length,
+                           .bend = 9e-4 * length,
+                           .gain = 3.0,
+                           .slope = -0.4,
+                           .curve = 0.2};
+    const auto samples = static_cast<std::size_t>(std::ceil(track.at(1.0))) + 9;
+    Raster raster;
+    raster.reserve(samples);
+    raster.clear(samples);
+    kernels().sample(pulse.forceTable(), track, {8, samples - 8}, raster);
+    std::vector<double> x(samples + kRoom, 77.0);
+    kernels().collect(raster, {x.data(), samples});
+    std::vector<double> expected(samples, 0.0);
+    for (std::size_t half = 16; half < 2 * samples - 16; ++half) {
+      const double time = 0.5 * static_cast<double>(half);
+      double u = 0.5;  // solved for by bisection
+      for (double step = 0.5; step > 1e-13; step *= 0.5)
+        u += track.at(u) < time ? step : -step;
+      const double density = track.length + 2.0 * track.bend * u;
+      const double value = 0.5 * pulse.force(u) * track.gainAt(u) / density;
+      EXPECT_NEAR(raster.row(half % 2)[half / 2], value, 1e-5 / length) << length << " " << time;
+      for (std::size_t n = 0; n < samples; ++n)
+        expected[n] += raster.row(half % 2)[half / 2] * spreadKernel(static_cast<double>(n) - time);
+    }
+    for (std::size_t n = 0; n < samples; ++n)
+      EXPECT_NEAR(x[n], expected[n], 1e-13) << length << " " << n;
+  }
+}
+
 TEST_P(Kernels, AddWhatIsThereAndNothingBehindIt) {
   for (const std::size_t size : {1u, 7u, 8u, 31u, 32u, 33u, 256u}) {
     const std::vector<double> from = noise(size);

@@ -18,7 +18,7 @@
 
 #include "audio/click_bus.h"
 #include "audio/click_kernels.h"
-#include "audio/long_rule.h"
+#include "audio/long_pulse.h"
 #include "audio/spread_kernel.h"
 #include "audio/synth.h"
 #include "tests/bench/figures.h"
@@ -57,15 +57,13 @@ class KernelRun {
                 RadiationFilter::Input::spread),
         near_(radiation == Radiation::exact ? 343.0 / kRate : 0.0),
         bus_(kernels_) {
-    const Pulse& pulse = Pulse::of(PulseShape::hertz);
-    const std::size_t size = pulse.ruleSize(2.0 * std::numbers::pi * samples_);
+    const std::size_t size = pulse_.ruleSize(2.0 * std::numbers::pi * samples_);
     if (size > 0 && size <= 48) {
-      nodes_.assign(pulse.rule(size).begin(), pulse.rule(size).end());
-    } else {
-      makeLongRule(pulse, samples_, nodes_);
+      nodes_.assign(pulse_.rule(size).begin(), pulse_.rule(size).end());
     }
     x_.resize(static_cast<std::size_t>(samples_) + 100);
     placed_.reserve(nodes_.size(), x_.size());
+    raster_.reserve(x_.size());
     bus_.reserve(ClickBus::kMaxFrames, x_.size());
   }
 
@@ -85,11 +83,16 @@ class KernelRun {
     const double whole = std::floor(start);
     const ClickTrack track{.start = 8.0 + start - whole, .length = samples_, .gain = 1.0};
     const auto count = static_cast<std::size_t>(track.start + samples_) + 10;
-    kernels_.place(nodes_, track, placed_);
-    kernels_.spread(placed_, nodes_.size(), {x_.data(), count});
+    if (nodes_.empty()) {
+      spreadLongPulse(pulse_, track, kernels_, raster_, {x_.data(), count});
+    } else {
+      kernels_.place(nodes_, track, placed_);
+      kernels_.spread(placed_, nodes_.size(), {x_.data(), count});
+    }
     bus_.add(static_cast<std::int64_t>(whole), {x_.data(), count}, 1.0, near_);
   }
 
+  const Pulse& pulse_ = Pulse::of(PulseShape::hertz);
   double samples_;
   RadiationFilter filter_;
   double near_;
@@ -97,6 +100,7 @@ class KernelRun {
   ClickBus bus_;
   std::vector<PulseNode> nodes_;
   PlacedNodes placed_;
+  Raster raster_;
   std::vector<double> x_;
 };
 

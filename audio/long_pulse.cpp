@@ -1,0 +1,178 @@
+#include "audio/long_pulse.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include <Eigen/Dense>
+
+#include "audio/click_kernels.h"
+#include "audio/spread_kernel.h"
+
+namespace carom {
+namespace {
+
+using Complex = std::complex<double>;
+
+/// Longer contacts are loud at frequencies so low that the table's rounding would be heard.
+constexpr double kMostTabulated = 400.0;  // samples
+/// Times that bend more are solved for one by one.
+constexpr double kMostBend = 1e-3;
+
+constexpr auto kRows = static_cast<double>(Raster::kRows);
+constexpr std::size_t kPhases = 64;
+constexpr std::size_t kKinds = 4;
+constexpr auto kPoints = static_cast<Eigen::Index>(EdgeCorrection::kPoints);
+
+using CorrectionTable = std::array<EdgeCorrection, kPhases + 1>;
+
+/// What the raster's sum has too much at a frequency, of repetition m of the edge's spectrum.
+Complex repeated(double exponent, double omega, int m) {
+  const Complex s(0.0, omega - 2.0 * std::numbers::pi * m);
+  return std::tgamma(exponent + 1.0) * std::pow(s, -(exponent + 1.0));
+}
+
+CorrectionTable makeCorrections(double exponent) {
+  constexpr int kRepeats = 300;
+  constexpr int kFrequencies = 24;
+  const double widest = 2.0 * std::numbers::pi * kBand / kRows;
+  CorrectionTable table;
+  std::vector<std::array<Complex, kFrequencies>> spectra;
+  for (int m = -kRepeats; m <= kRepeats; ++m) {
+    std::array<Complex, kFrequencies>& spectrum = spectra.emplace_back();
+    for (int i = 0; i < kFrequencies && m != 0; ++i)
+      spectrum[static_cast<std::size_t>(i)] =
+          repeated(exponent, widest * i / (kFrequencies - 1), m);
+  }
+  for (std::size_t row = 0; row <= kPhases; ++row) {
+    const double phase = static_cast<double>(row) / kPhases;
+    Eigen::MatrixXd waves(2 * kFrequencies, kPoints);
+    Eigen::VectorXd wanted(2 * kFrequencies);
+    for (int i = 0; i < kFrequencies; ++i) {
+      const double omega = widest * i / (kFrequencies - 1);
+      Complex missing = 0.0;
+      for (int m = -kRepeats; m <= kRepeats; ++m)
+        missing -= std::polar(1.0, -2.0 * std::numbers::pi * m * phase) *
+                   spectra[static_cast<std::size_t>(m + kRepeats)][static_cast<std::size_t>(i)];
+      wanted[2 * i] = missing.real();
+      wanted[2 * i + 1] = missing.imag();
+      for (Eigen::Index point = 0; point < kPoints; ++point) {
+        const double time =
+            phase + static_cast<double>(point) - static_cast<double>(EdgeCorrection::kBefore);
+        waves(2 * i, point) = std::cos(omega * time);
+        waves(2 * i + 1, point) = -std::sin(omega * time);
+      }
+    }
+    const Eigen::VectorXd solved = waves.colPivHouseholderQr().solve(wanted);
+    std::copy_n(solved.data(), EdgeCorrection::kPoints, table[row].add.begin());
+  }
+  return table;
+}
+
+double exponentOf(EdgeKind kind) {
+  constexpr std::array<double, kKinds> kExponents = {1.0, 1.5, 2.0, 3.0};
+  return kExponents[static_cast<std::size_t>(kind)];
+}
+
+const std::array<CorrectionTable, kKinds>& corrections() {
+  static const std::array<CorrectionTable, kKinds> tables = {
+      makeCorrections(exponentOf(EdgeKind::corner)), makeCorrections(exponentOf(EdgeKind::root)),
+      makeCorrections(exponentOf(EdgeKind::parabola)),
+      makeCorrections(exponentOf(EdgeKind::cubic))};
+  return tables;
+}
+
+/// The u of a time, and how fast it runs.
+struct Place {
+  double u = 0.0;
+  double rate = 0.0;  // 1/samples
+};
+
+Place placeOf(const ClickTrack& track, double time) {
+  const double since = time - track.start;
+  const double rate =
+      std::sqrt(std::max(0.0, track.length * track.length + 4.0 * track.bend * since));
+  return {2.0 * since / (track.length + rate), 1.0 / rate};
+}
+
+void sampleOneByOne(const Pulse& pulse, const ClickTrack& track, SampleRange range,
+                    Raster& raster) {
+  for (std::size_t m = 0; m < Raster::kRows; ++m) {
+    for (std::size_t n = range.begin; n < range.end; ++n) {
+      const Place place = placeOf(track, static_cast<double>(n) + static_cast<double>(m) / kRows);
+      raster.row(m)[n] = pulse.force(place.u) * track.gainAt(place.u) * place.rate / kRows;
+    }
+  }
+}
+
+double powerOf(EdgeKind kind, double base) {
+  switch (kind) {
+    case EdgeKind::corner:
+      return base;
+    case EdgeKind::root:
+      return base * std::sqrt(base);
+    case EdgeKind::parabola:
+      return base * base;
+    case EdgeKind::cubic:
+      break;
+  }
+  return base * base * base;
+}
+
+void correctEdge(const PulseEdge& edge, const ClickTrack& track, Raster& raster) {
+  const double place = kRows * track.at(edge.u);  // in steps of the raster
+  const double nearest = edge.opens ? std::ceil(place) : std::floor(place);
+  const EdgeCorrection correction = edgeCorrection(edge.kind, std::abs(nearest - place));
+  const double step = 1.0 / (kRows * (track.length + 2.0 * track.bend * edge.u));
+  const double scale = edge.coefficient * track.gainAt(edge.u) * powerOf(edge.kind, step) * step;
+  const auto first = static_cast<std::size_t>(nearest);
+  for (std::size_t i = 0; i < EdgeCorrection::kPoints; ++i) {
+    const std::size_t point =
+        edge.opens ? first + i - EdgeCorrection::kBefore : first + EdgeCorrection::kBefore - i;
+    raster.row(point % Raster::kRows)[point / Raster::kRows] += scale * correction.add[i];
+  }
+}
+
+}  // namespace
+
+void Raster::reserve(std::size_t samples) {
+  const std::size_t needed = kRows * (samples + 2 * kPad);
+  if (values_.size() < needed) values_.resize(std::max(needed, 2 * values_.size()));
+  corrections();  // not while rendering
+}
+
+void Raster::clear(std::size_t samples) {
+  stride_ = samples + 2 * kPad;
+  std::fill_n(values_.begin(), kRows * stride_, 0.0);
+}
+
+EdgeCorrection edgeCorrection(EdgeKind kind, double phase) {
+  const CorrectionTable& table = corrections()[static_cast<std::size_t>(kind)];
+  const double place = std::clamp(phase, 0.0, 1.0) * kPhases;
+  const auto row = std::min(static_cast<std::size_t>(place), kPhases - 1);
+  const double share = place - static_cast<double>(row);
+  EdgeCorrection between;
+  for (std::size_t i = 0; i < EdgeCorrection::kPoints; ++i)
+    between.add[i] = (1.0 - share) * table[row].add[i] + share * table[row + 1].add[i];
+  return between;
+}
+
+void spreadLongPulse(const Pulse& pulse, const ClickTrack& track, const ClickKernels& kernels,
+                     Raster& raster, std::span<double> x) {
+  raster.clear(x.size());
+  const SampleRange range{static_cast<std::size_t>(track.at(pulse.begin())),
+                          static_cast<std::size_t>(track.at(pulse.end())) + 1};
+  const bool isTabulated =
+      track.length <= kMostTabulated && std::abs(track.bend) <= kMostBend * track.length;
+  if (isTabulated) {
+    kernels.sample(pulse.forceTable(), track, range, raster);
+  } else {
+    sampleOneByOne(pulse, track, range, raster);
+  }
+  for (const PulseEdge& edge : pulse.edges())
+    correctEdge(edge, track, raster);
+  kernels.collect(raster, x);
+}
+
+}  // namespace carom

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "audio/pulse.h"
+
+namespace carom {
+
+struct ClickKernels;
+struct ClickTrack;
+
+// Contacts that last many samples. Their force is evaluated at every half sample. What it has
+// beyond one and a half sample rates folds back into the band; in a pulse of many samples that is
+// due to its edges alone, where it is not smooth, and is known in advance from how it begins there
+// (Lyness 1971, "The calculation of Fourier coefficients by the Moebius inversion of the Poisson
+// summation formula", part I, Math. Comp. 25). A few values around each edge take it back.
+// [one thread] Nothing allocates but `reserve`.
+
+/// Shares of an impulse at whole and half samples, to be spread by spreadKernel.
+class Raster {
+ public:
+  static constexpr std::size_t kRows = 2;
+  /// Zeros in front of each row and behind it.
+  static constexpr std::size_t kPad = 48;
+
+  void reserve(std::size_t samples);
+  /// All zero, for so many samples.
+  void clear(std::size_t samples);
+
+  /// Of time n + m / 2 at [n], for row m.
+  double* row(std::size_t m) { return values_.data() + m * stride_ + kPad; }
+  const double* row(std::size_t m) const { return values_.data() + m * stride_ + kPad; }
+
+ private:
+  std::vector<double> values_;
+  std::size_t stride_ = 0;
+};
+
+/// x = the samples of a contact of at least ten samples; x[0] is the track's time 0.
+/// Shorter ones are better off with a rule of the pulse.
+void spreadLongPulse(const Pulse& pulse, const ClickTrack& track, const ClickKernels& kernels,
+                     Raster& raster, std::span<double> x);
+
+/// For t^exponent from an edge on, on a raster of step 1 whose first point behind the edge is
+/// `phase` behind it, 0 to 1: what to add at kPoints points, the first kBefore of them before that
+/// one, for the sum over the raster to become the integral, at all frequencies in the band.
+struct EdgeCorrection {
+  static constexpr std::size_t kPoints = 6;
+  static constexpr std::size_t kBefore = 2;  ///< of them
+  std::array<double, kPoints> add{};
+};
+EdgeCorrection edgeCorrection(EdgeKind kind, double phase);
+
+}  // namespace carom
