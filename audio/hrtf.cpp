@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <complex>
+#include <cstddef>
 #include <map>
 #include <mutex>
 #include <numbers>
@@ -111,12 +112,12 @@ class Continuous {
   double operator()(double time) const {
     const double reach = static_cast<double>(kernel_.halfWidth());
     const double end = static_cast<double>(samples_.size()) - 1.0;
-    const double first = std::max(0.0, std::ceil(time - reach));
-    const double last = std::min(end, std::floor(time + reach));
+    const auto first = static_cast<std::ptrdiff_t>(std::max(0.0, std::ceil(time - reach)));
+    const auto last = static_cast<std::ptrdiff_t>(std::min(end, std::floor(time + reach)));
     double sum = 0.0;
-    for (double sample = first; sample <= last; sample += 1.0)
-      sum +=
-          static_cast<double>(samples_[static_cast<std::size_t>(sample)]) * kernel_(time - sample);
+    for (std::ptrdiff_t sample = first; sample <= last; ++sample)
+      sum += static_cast<double>(samples_[static_cast<std::size_t>(sample)]) *
+             kernel_(time - static_cast<double>(sample));
     return sum;
   }
 
@@ -310,7 +311,7 @@ class HrtfBuilder {
     int count = 0;
     for (const Ear ear : kEars) {
       delay += 0.5 * set.blendAligned(front, ear, response);
-      for (double frequency = 200.0; frequency <= 1000.0; frequency += 10.0, ++count)
+      for (int frequency = 200; frequency <= 1000; frequency += 10, ++count)
         energy += energyAt(response, frequency / set.sampleRate_);
     }
     set.latency_ = delay + static_cast<double>(kLead) / set.sampleRate_;

@@ -151,6 +151,7 @@ std::vector<SurfaceMesh> bodiesOf(const SurfaceMesh& mesh) {
   for (const Triangle& triangle : mesh.triangles)
     parts[rootOf(parent, triangle[0])].push_back(triangle);
   std::vector<SurfaceMesh> bodies;
+  bodies.reserve(parts.size());
   for (auto& [root, triangles] : parts)
     bodies.push_back({mesh.vertices, std::move(triangles)});
   return bodies;

@@ -118,6 +118,7 @@ PanelSolution solveUnit(const SurfaceMesh& base, const PanelSettings& settings, 
   std::vector<SurfaceMesh> meshes = levelsOf(base, settings);
   if (!settings.extrapolate) meshes.erase(meshes.begin(), meshes.end() - 1);
   std::vector<Matrix6> levels;
+  levels.reserve(meshes.size());
   for (const SurfaceMesh& level : meshes)
     levels.push_back(addedVolumeOn(level));
   const Matrix6& fine = levels.back();

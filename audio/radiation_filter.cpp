@@ -20,8 +20,8 @@ constexpr double kDamping = 1e-13;
 /// With both poles further away than this the recursion has nothing left after one sample.
 constexpr double kInstant = 25.0;
 
-double omegaOf(int row) {
-  return 2.0 * std::numbers::pi * kBand * row / (kFrequencies - 1);
+double omegaOf(Eigen::Index row) {
+  return 2.0 * std::numbers::pi * kBand * static_cast<double>(row) / (kFrequencies - 1);
 }
 
 // The taps c that make  dimming(w) * sum c[k] e^{-i w (k + first)}  a given function of w, in the
@@ -31,7 +31,7 @@ class Fit {
  public:
   Fit(RadiationFilter::Input input, Eigen::Index taps) {
     Eigen::MatrixXd matrix(2 * kFrequencies, taps);
-    for (int row = 0; row < kFrequencies; ++row) {
+    for (Eigen::Index row = 0; row < kFrequencies; ++row) {
       const double omega = omegaOf(row);
       const double dimming = input == RadiationFilter::Input::spread
                                  ? spreadTransform(omega / (2.0 * std::numbers::pi))
@@ -51,7 +51,7 @@ class Fit {
   template <class Function>
   Eigen::VectorXd taps(const Function& wanted) const {
     Eigen::VectorXd values(2 * kFrequencies);
-    for (int row = 0; row < kFrequencies; ++row) {
+    for (Eigen::Index row = 0; row < kFrequencies; ++row) {
       const Complex value = wanted(omegaOf(row));
       values(2 * row) = value.real();
       values(2 * row + 1) = value.imag();

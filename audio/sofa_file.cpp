@@ -55,8 +55,8 @@ bool isSpherical(const MYSOFA_ARRAY& array, bool otherwise) {
 
 /// SOFA's frame; degrees of azimuth to the left and of elevation, and metres, when spherical.
 Vec3 cartesian(std::span<const float> triple, bool spherical) {
-  const Vec3 value(static_cast<double>(triple[0]), static_cast<double>(triple[1]),
-                   static_cast<double>(triple[2]));
+  Vec3 value(static_cast<double>(triple[0]), static_cast<double>(triple[1]),
+             static_cast<double>(triple[2]));
   if (!spherical) return value;
   const double azimuth = value[0] * std::numbers::pi / 180.0;
   const double elevation = value[1] * std::numbers::pi / 180.0;

@@ -201,6 +201,7 @@ SurfaceMesh coneSurface(const btConeShape& shape) {
 
 std::vector<Vec3> scaledPoints(const btVector3* points, int count, const btVector3& scale) {
   std::vector<Vec3> result;
+  result.reserve(static_cast<std::size_t>(count));
   for (int k = 0; k < count; ++k)
     result.push_back(toVec3(points[k] * scale));
   return result;
@@ -372,7 +373,7 @@ Status collect(const btCollisionShape& shape, const btTransform& pose, std::vect
   if (shape.isCompound()) {
     const auto& compound = static_cast<const btCompoundShape&>(shape);
     for (int child = 0; child < compound.getNumChildShapes(); ++child) {
-      const Status done =
+      Status done =
           collect(*compound.getChildShape(child), pose * compound.getChildTransform(child), parts);
       if (!done) return done;
     }

@@ -274,6 +274,7 @@ SurfaceMesh welded(const SurfaceMesh& mesh, double tolerance) {
 
 std::optional<SurfaceMesh> unionOfConvex(const std::vector<SurfaceMesh>& meshes, double tolerance) {
   std::vector<Solid> solids;
+  solids.reserve(meshes.size());
   for (const SurfaceMesh& mesh : meshes)
     solids.push_back(solidOf(mesh, tolerance));
   std::vector<Polygon> polygons;
