@@ -1,5 +1,6 @@
 #include "scenes/bullet_scene.h"
 
+#include <cassert>
 #include <cmath>
 #include <cstddef>
 #include <mutex>
@@ -46,7 +47,9 @@ btScalar combineRestitutions(const btCollisionObject* body, const btCollisionObj
   const auto* second = dynamic_cast<const SurfaceBody*>(other);
   if (first == nullptr || second == nullptr || first->restitutions == nullptr ||
       first->restitutions != second->restitutions) {
-    return slot().before(body, other);
+    const CalculateCombinedCallback before = slot().before;
+    assert(before != nullptr);  // stored before Bullet is given this function
+    return before(body, other);
   }
   return toBullet(first->restitutions->of(first->surface, first->restitution, second->surface,
                                           second->restitution));

@@ -652,7 +652,7 @@ std::string onTerminal(const std::vector<std::string>& command) {
   });
   EXPECT_EQ(carom(command, {.err = terminal}).code, 0);
   close(terminal);  // the reader gets what is left, and then the end
-  const std::string shown = text.get();
+  std::string shown = text.get();
   close(reader);
   return shown;
 }
