@@ -25,6 +25,11 @@ constexpr std::size_t kPhases = 64;
 constexpr std::size_t kKinds = 4;
 constexpr auto kPoints = static_cast<Eigen::Index>(EdgeCorrection::kPoints);
 
+/// e^(i angle), of each.
+Eigen::MatrixXcd wavesOf(const Eigen::MatrixXd& angles) {
+  return (Complex(0.0, 1.0) * angles).array().exp();
+}
+
 using CorrectionTable = std::array<EdgeCorrection, kPhases + 1>;
 
 /// What the raster's sum has too much at a frequency, of repetition m of the edge's spectrum.
@@ -35,36 +40,34 @@ Complex repeated(double exponent, double omega, int m) {
 
 CorrectionTable makeCorrections(double exponent) {
   constexpr int kRepeats = 300;
-  constexpr int kFrequencies = 24;
-  const double widest = 2.0 * std::numbers::pi * kBand / kRows;
-  CorrectionTable table;
-  std::vector<std::array<Complex, kFrequencies>> spectra;
-  for (int m = -kRepeats; m <= kRepeats; ++m) {
-    std::array<Complex, kFrequencies>& spectrum = spectra.emplace_back();
-    for (int i = 0; i < kFrequencies && m != 0; ++i)
-      spectrum[static_cast<std::size_t>(i)] =
-          repeated(exponent, widest * i / (kFrequencies - 1), m);
+  constexpr Eigen::Index kFrequencies = 24;
+  const Eigen::VectorXd omegas =
+      Eigen::VectorXd::LinSpaced(kFrequencies, 0.0, 2.0 * std::numbers::pi * kBand / kRows);
+  Eigen::MatrixXcd spectra(kFrequencies, 2 * kRepeats);
+  Eigen::VectorXd repeats(2 * kRepeats);
+  for (int m = 1; m <= kRepeats; ++m) {
+    const Eigen::Index column = m - 1;
+    repeats[column] = m;
+    repeats[kRepeats + column] = -m;
+    for (Eigen::Index i = 0; i < kFrequencies; ++i) {
+      spectra(i, column) = repeated(exponent, omegas[i], m);
+      spectra(i, kRepeats + column) = repeated(exponent, omegas[i], -m);
+    }
   }
+  CorrectionTable table;
   for (std::size_t row = 0; row <= kPhases; ++row) {
     const double phase = static_cast<double>(row) / kPhases;
-    Eigen::MatrixXd waves(2 * kFrequencies, kPoints);
-    Eigen::VectorXd wanted(2 * kFrequencies);
-    for (int i = 0; i < kFrequencies; ++i) {
-      const double omega = widest * i / (kFrequencies - 1);
-      Complex missing = 0.0;
-      for (int m = -kRepeats; m <= kRepeats; ++m)
-        missing -= std::polar(1.0, -2.0 * std::numbers::pi * m * phase) *
-                   spectra[static_cast<std::size_t>(m + kRepeats)][static_cast<std::size_t>(i)];
-      wanted[2 * i] = missing.real();
-      wanted[2 * i + 1] = missing.imag();
-      for (Eigen::Index point = 0; point < kPoints; ++point) {
-        const double time =
-            phase + static_cast<double>(point) - static_cast<double>(EdgeCorrection::kBefore);
-        waves(2 * i, point) = std::cos(omega * time);
-        waves(2 * i + 1, point) = -std::sin(omega * time);
-      }
-    }
-    const Eigen::VectorXd solved = waves.colPivHouseholderQr().solve(wanted);
+    const Eigen::VectorXd turns = -2.0 * std::numbers::pi * phase * repeats;
+    const Eigen::VectorXcd missing = -(spectra * wavesOf(turns));
+    const Eigen::VectorXd times =
+        Eigen::VectorXd::LinSpaced(kPoints, 0.0, static_cast<double>(kPoints - 1)).array() +
+        (phase - static_cast<double>(EdgeCorrection::kBefore));
+    const Eigen::MatrixXcd waves = wavesOf(-omegas * times.transpose());
+    Eigen::MatrixXd both(waves.rows() + waves.rows(), kPoints);
+    both << waves.real(), waves.imag();
+    Eigen::VectorXd wanted(both.rows());
+    wanted << missing.real(), missing.imag();
+    const Eigen::VectorXd solved = both.colPivHouseholderQr().solve(wanted);
     std::copy_n(solved.data(), EdgeCorrection::kPoints, table[row].add.begin());
   }
   return table;
