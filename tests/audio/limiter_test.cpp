@@ -249,8 +249,8 @@ double overshoot(const std::vector<float>& samples) {
         const double x = std::numbers::pi * (place / 16.0 - tap);
         const double window = 0.5 + 0.5 * std::cos(x / kReach);
         const double sinc = std::abs(x) < 1e-12 ? 1.0 : std::sin(x) / x;
-        value +=
-            window * sinc * static_cast<double>(samples[static_cast<std::size_t>(frame + tap)]);
+        const int sample = frame + tap;
+        value += window * sinc * static_cast<double>(samples[static_cast<std::size_t>(sample)]);
       }
       peak = std::max(peak, std::abs(value));
     }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -13,7 +12,6 @@
 namespace carom {
 namespace {
 
-using std::numbers::pi;
 
 constexpr double kSpeedOfSound = 343.0;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();

@@ -69,6 +69,7 @@ std::vector<Signal> run(Reverb& reverb, const Signal& in, std::size_t block = 51
   for (std::size_t begin = 0; begin < in.size(); begin += block) {
     const std::size_t count = std::min(block, in.size() - begin);
     std::vector<double*> pointers;
+    pointers.reserve(out.size());
     for (Signal& channel : out)
       pointers.push_back(channel.data() + begin);
     reverb.process(std::span(in).subspan(begin, count), pointers);
@@ -288,8 +289,8 @@ TEST(Reverb, EchoesBecomeDenserUntilTheyAreNoise) {
     const auto& lengths = reverb.lengths();
     const auto window = static_cast<std::size_t>(0.02 * kRate);
     const double early = echoDensity(out, lengths.front(), window);
-    const double middle = echoDensity(out, 2 * lengths.front(), window);
-    const double late = echoDensity(out, 3 * lengths.back(), window);
+    const double middle = echoDensity(out, std::size_t{2} * lengths.front(), window);
+    const double late = echoDensity(out, std::size_t{3} * lengths.back(), window);
     EXPECT_LT(early, middle);
     EXPECT_LT(middle, late);
     EXPECT_NEAR(late, 1.0, 0.2);

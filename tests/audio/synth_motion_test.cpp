@@ -18,10 +18,8 @@ namespace carom {
 namespace {
 
 using std::numbers::pi;
-using test::BallDrop;
 using test::kBall;
 using test::kFloor;
-using test::makeSynth;
 using test::peakOf;
 using test::renderMono;
 using test::spectrumOf;
@@ -130,6 +128,7 @@ Grid momentOfMovingBody(const Ride& ride) {
 
 std::vector<double> frequenciesFor(double duration) {
   std::vector<double> frequencies;
+  frequencies.reserve(240);
   const double low = 0.02 / duration;
   const double edge = kBand * kRate;
   for (int i = 0; i < 240; ++i)

@@ -544,7 +544,7 @@ TEST(Synth, ListenerInsideABodyHearsAFinitePressure) {
 }
 
 TEST(Synth, RefusesSettingsOutOfRange) {
-  const auto refused = [](SynthSettings settings, std::vector<Listener> seats) {
+  const auto refused = [](const SynthSettings& settings, std::vector<Listener> seats) {
     return !Synth::create(settings, std::move(seats));
   };
   SynthSettings settings;
