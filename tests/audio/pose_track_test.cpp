@@ -12,7 +12,6 @@
 namespace carom {
 namespace {
 
-
 constexpr double kSpeedOfSound = 343.0;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
