@@ -16,8 +16,9 @@ namespace carom::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// At most eight lanes: what is padded is padded for that.
-using Doubles = hn::CappedTag<double, 8>;
+// What is padded is padded for so many lanes.
+constexpr std::size_t kMostLanes = 8;
+using Doubles = hn::CappedTag<double, kMostLanes>;
 using Indices = hn::RebindToSigned<Doubles>;
 
 constexpr double kHalfWidth = 0.5 * static_cast<double>(kSpreadWidth);
@@ -30,9 +31,16 @@ void place(std::span<const PulseNode> nodes, const ClickTrack& track, PlacedNode
   const auto phases = hn::Set(d, kPhases);
   const auto one = hn::Set(d, 1.0);
   for (std::size_t i = 0; i < nodes.size(); i += lanes) {
+    // Whole vectors are read: what is left of the nodes, from a copy that is long enough.
+    PulseNode rest[kMostLanes];
+    const PulseNode* from = &nodes[i];
+    if (nodes.size() - i < lanes) {
+      std::ranges::copy(nodes.subspan(i), rest);
+      from = rest;
+    }
     hn::Vec<Doubles> u;
     hn::Vec<Doubles> weight;
-    hn::LoadInterleaved2(d, &nodes[i].u, u, weight);
+    hn::LoadInterleaved2(d, &from->u, u, weight);
     const auto far = hn::MulAdd(u, hn::Set(d, track.bend), hn::Set(d, track.length));
     const auto left = hn::MulAdd(u, far, hn::Set(d, track.start - kHalfWidth));
     const auto gain = hn::MulAdd(hn::MulAdd(u, hn::Set(d, track.curve), hn::Set(d, track.slope)), u,
@@ -173,10 +181,11 @@ void add(std::span<const double> from, double gain, double* HWY_RESTRICT to) {
   for (std::size_t i = 0; i < whole; i += lanes)
     hn::StoreU(hn::MulAdd(factor, hn::LoadU(d, &from[i]), hn::LoadU(d, to + i)), d, to + i);
   if (whole == from.size()) return;
-  const auto rest = hn::FirstN(d, from.size() - whole);
-  const auto sum =
-      hn::MulAdd(factor, hn::MaskedLoad(rest, d, &from[whole]), hn::LoadU(d, to + whole));
-  hn::BlendedStore(sum, rest, d, to + whole);
+  // Through a vector that is there as a whole, as a masked load may read what it leaves out.
+  double rest[kMostLanes] = {};
+  std::ranges::copy(from.subspan(whole), rest);
+  hn::StoreU(hn::MulAdd(factor, hn::LoadU(d, rest), hn::LoadU(d, to + whole)), d, rest);
+  std::copy_n(rest, from.size() - whole, to + whole);
 }
 
 // Four vectors of samples at a time. Each sample is the sum of its inputs in their order, by input
@@ -208,7 +217,7 @@ void filter(const PaddedTaps& taps, const double* HWY_RESTRICT from, HeldInput h
       for (std::ptrdiff_t tap = kTaps - 1; tap >= 0; --tap)
         step(first[tap], from + at - tap);
     }
-    double sums[4 * 8];
+    double sums[4 * kMostLanes];
     hn::StoreU(sum0, d, sums);
     hn::StoreU(sum1, d, sums + lanes);
     hn::StoreU(sum2, d, sums + 2 * lanes);
@@ -236,7 +245,7 @@ void convolve(std::span<const double> taps, const double* HWY_RESTRICT from, std
       sum2 = hn::MulAdd(weight, hn::LoadU(d, input + 2 * lanes), sum2);
       sum3 = hn::MulAdd(weight, hn::LoadU(d, input + 3 * lanes), sum3);
     }
-    double sums[4 * 8];
+    double sums[4 * kMostLanes];
     hn::StoreU(sum0, d, sums);
     hn::StoreU(sum1, d, sums + lanes);
     hn::StoreU(sum2, d, sums + 2 * lanes);
