@@ -67,7 +67,7 @@ void collect(const Raster& raster, std::span<double> x) {
   std::ranges::fill(x, 0.0);
   for (std::size_t m = 0; m < Raster::kRows; ++m) {
     for (std::size_t n = 0; n < x.size(); ++n) {
-      const double* const from = raster.row(m) + n + 7;
+      const double* const from = raster.row(m) + n + kRasterCentre;
       for (std::size_t q = 0; q < taps[m].size(); ++q)
         x[n] += taps[m][q] * *(from - q);
     }
@@ -117,8 +117,8 @@ void PlacedNodes::reserve(std::size_t nodes, std::size_t samples) {
     weight.resize(room);
     nextWeight.resize(room);
   }
-  constexpr std::size_t kMostLanes = 8;
-  const std::size_t parts = kMostLanes * (samples + kSpreadWidth + 2 * ClickKernels::kRoom);
+  const std::size_t parts =
+      ClickKernels::kMostLanes * (samples + kSpreadWidth + 2 * ClickKernels::kRoom);
   if (partial.size() < parts) partial.resize(parts);
 }
 
@@ -127,7 +127,8 @@ const RasterTaps& rasterTaps() {
     RasterTaps made;
     for (std::size_t m = 0; m < made.size(); ++m) {
       for (std::size_t q = 0; q < made[m].size(); ++q)
-        made[m][q] = spreadKernel(static_cast<double>(q) - 7.0 - 0.5 * static_cast<double>(m));
+        made[m][q] = spreadKernel(static_cast<double>(q) - static_cast<double>(kRasterCentre) -
+                                  0.5 * static_cast<double>(m));
     }
     return made;
   }();

@@ -53,7 +53,9 @@ struct HeldInput {
   std::ptrdiff_t end = 0;
 };
 
-/// spreadKernel(q - 7 - m / 2) at [m][q]: what a row of a raster becomes.
+/// The tap that falls on a raster's own sample in row 0.
+inline constexpr std::size_t kRasterCentre = kSpreadWidth / 2 - 1;
+/// spreadKernel(q - kRasterCentre - m / 2) at [m][q]: what a row of a raster becomes.
 using RasterTaps = std::array<std::array<double, kSpreadWidth>, Raster::kRows>;
 const RasterTaps& rasterTaps();
 
@@ -63,6 +65,8 @@ const RasterTaps& rasterTaps();
 struct ClickKernels {
   /// Elements behind the end of `placed`, `x` and `to` that may be written too.
   static constexpr std::size_t kRoom = 32;
+  /// Of a vector, at most: what is padded is padded for so many.
+  static constexpr std::size_t kMostLanes = 8;
 
   std::string_view name;  ///< of the instruction set
 

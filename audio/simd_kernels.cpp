@@ -16,8 +16,7 @@ namespace carom::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// What is padded is padded for so many lanes.
-constexpr std::size_t kMostLanes = 8;
+constexpr std::size_t kMostLanes = ClickKernels::kMostLanes;
 using Doubles = hn::CappedTag<double, kMostLanes>;
 using Indices = hn::RebindToSigned<Doubles>;
 
@@ -30,14 +29,7 @@ void place(std::span<const PulseNode> nodes, const ClickTrack& track, PlacedNode
   const std::size_t lanes = hn::Lanes(d);
   const auto phases = hn::Set(d, kPhases);
   const auto one = hn::Set(d, 1.0);
-  for (std::size_t i = 0; i < nodes.size(); i += lanes) {
-    // Whole vectors are read: what is left of the nodes, from a copy that is long enough.
-    PulseNode rest[kMostLanes];
-    const PulseNode* from = &nodes[i];
-    if (nodes.size() - i < lanes) {
-      std::ranges::copy(nodes.subspan(i), rest);
-      from = rest;
-    }
+  const auto placeVector = [&](const PulseNode* from, std::size_t i) {
     hn::Vec<Doubles> u;
     hn::Vec<Doubles> weight;
     hn::LoadInterleaved2(d, &from->u, u, weight);
@@ -54,7 +46,15 @@ void place(std::span<const PulseNode> nodes, const ClickTrack& track, PlacedNode
     hn::StoreU(hn::Mul(scaled, between), d, &placed.nextWeight[i]);
     hn::StoreU(hn::ConvertTo(di, first), di, &placed.first[i]);
     hn::StoreU(hn::ConvertTo(di, row), di, &placed.row[i]);
-  }
+  };
+  const std::size_t whole = nodes.size() - nodes.size() % lanes;
+  for (std::size_t i = 0; i < whole; i += lanes)
+    placeVector(&nodes[i], i);
+  if (whole == nodes.size()) return;
+  // A vector is read as a whole: what is left, from a copy that is long enough.
+  PulseNode rest[kMostLanes];
+  std::ranges::copy(nodes.subspan(whole), rest);
+  placeVector(rest, whole);
 }
 
 // Rows start anywhere, vectors do not. So there is a buffer for each place that a row may have in a
@@ -158,8 +158,8 @@ void collect(const Raster& raster, std::span<double> x) {
     auto sum1 = hn::Zero(d);
     auto half0 = hn::Zero(d);
     auto half1 = hn::Zero(d);
-    const double* const whole = raster.row(0) + at + 7;
-    const double* const between = raster.row(1) + at + 7;
+    const double* const whole = raster.row(0) + at + kRasterCentre;
+    const double* const between = raster.row(1) + at + kRasterCentre;
     for (std::size_t q = 0; q < kSpreadWidth; ++q) {
       const auto weight = hn::Set(d, taps[0][q]);
       const auto halfWeight = hn::Set(d, taps[1][q]);

@@ -253,7 +253,7 @@ class Synth::Impl {
   const RadiationBank::Mix& filtersOf(double radius);
   const Body* findBody(BodyId id) const;
   double restitutionOf(const ImpulseEvent& event) const;
-  const Pulse& pulseOf(const ImpulseEvent& event);
+  const Pulse& pulseOf(const ImpulseEvent& event) const;
   const Lossy& lossyOf(const ImpulseEvent& event) const;
   void scheduleImpulse(const ImpulseEvent& event);
   bool layClicks(const Contact& contact);
@@ -443,7 +443,7 @@ double Synth::Impl::restitutionOf(const ImpulseEvent& event) const {
   return std::clamp(bounce, kLowestRestitution, 1.0);
 }
 
-const Pulse& Synth::Impl::pulseOf(const ImpulseEvent& event) {
+const Pulse& Synth::Impl::pulseOf(const ImpulseEvent& event) const {
   return settings_.dissipative ? lossyOf(event).pulse : Pulse::of(settings_.pulse);
 }
 
