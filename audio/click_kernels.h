@@ -67,10 +67,12 @@ struct ClickKernels {
   static constexpr std::size_t kRoom = 32;
   /// Of a vector, at most: what is padded is padded for so many.
   static constexpr std::size_t kMostLanes = 8;
+  static_assert(Pulse::kRulePadding + 1 >= kMostLanes);
 
   std::string_view name;  ///< of the instruction set
 
-  /// Lays nodes, in order of time, along a track.
+  /// Lays nodes, in order of time, along a track. Behind the last one so many are read that the
+  /// last vector is whole, as there are behind a rule of a Pulse.
   void (*place)(std::span<const PulseNode> nodes, const ClickTrack& track, PlacedNodes& placed);
 
   /// x = the sum of the first `count` placed nodes, which are in order of time.

@@ -737,8 +737,12 @@ std::span<const PulseNode> Pulse::rule(std::size_t count) const {
   assert(found != kRuleCounts.end());
   if (found == kRuleCounts.end()) return {};
   const auto rung = static_cast<std::size_t>(found - kRuleCounts.begin());
-  std::call_once(model_->ruleMade[rung], [&] { model_->rules[rung] = model_->makeRule(rung); });
-  return model_->rules[rung];
+  std::vector<PulseNode>& made = model_->rules[rung];
+  std::call_once(model_->ruleMade[rung], [&] {
+    made = model_->makeRule(rung);
+    made.resize(made.size() + kRulePadding);
+  });
+  return std::span(made).first(made.size() - kRulePadding);
 }
 
 std::size_t Pulse::ruleSize(double bandwidth) const {

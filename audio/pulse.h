@@ -111,6 +111,8 @@ class Pulse {
   /// Made once, at first use, which may allocate and lock, as for `rule`.
   ForceTable forceTable() const;
 
+  /// Nodes behind the last one of a rule that may be read, for loops over whole vectors of them.
+  static constexpr std::size_t kRulePadding = 7;
   /// Gauss quadrature with the force as the weight function: `count` nodes within (begin, end),
   /// ascending, their weights positive and of sum impulse(), exact for polynomials up to degree
   /// 2 count - 1. `count` is one of ruleCounts(). Made once, at first use, which takes the longer

@@ -29,10 +29,10 @@ void place(std::span<const PulseNode> nodes, const ClickTrack& track, PlacedNode
   const std::size_t lanes = hn::Lanes(d);
   const auto phases = hn::Set(d, kPhases);
   const auto one = hn::Set(d, 1.0);
-  const auto placeVector = [&](const PulseNode* from, std::size_t i) {
+  for (std::size_t i = 0; i < nodes.size(); i += lanes) {
     hn::Vec<Doubles> u;
     hn::Vec<Doubles> weight;
-    hn::LoadInterleaved2(d, &from->u, u, weight);
+    hn::LoadInterleaved2(d, &nodes[i].u, u, weight);
     const auto far = hn::MulAdd(u, hn::Set(d, track.bend), hn::Set(d, track.length));
     const auto left = hn::MulAdd(u, far, hn::Set(d, track.start - kHalfWidth));
     const auto gain = hn::MulAdd(hn::MulAdd(u, hn::Set(d, track.curve), hn::Set(d, track.slope)), u,
@@ -46,15 +46,7 @@ void place(std::span<const PulseNode> nodes, const ClickTrack& track, PlacedNode
     hn::StoreU(hn::Mul(scaled, between), d, &placed.nextWeight[i]);
     hn::StoreU(hn::ConvertTo(di, first), di, &placed.first[i]);
     hn::StoreU(hn::ConvertTo(di, row), di, &placed.row[i]);
-  };
-  const std::size_t whole = nodes.size() - nodes.size() % lanes;
-  for (std::size_t i = 0; i < whole; i += lanes)
-    placeVector(&nodes[i], i);
-  if (whole == nodes.size()) return;
-  // A vector is read as a whole: what is left, from a copy that is long enough.
-  PulseNode rest[kMostLanes];
-  std::ranges::copy(nodes.subspan(whole), rest);
-  placeVector(rest, whole);
+  }
 }
 
 // Rows start anywhere, vectors do not. So there is a buffer for each place that a row may have in a

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <span>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -33,7 +34,8 @@ class Kernels : public testing::TestWithParam<std::size_t> {
 TEST_P(Kernels, SpreadPulsesAsTheFormulaDoesUpToTheTablesInterpolation) {
   for (const std::size_t count : {2u, 3u, 8u, 13u, 48u}) {
     for (const double length : {0.01, 0.7, 5.3, 40.0}) {
-      std::vector<PulseNode> nodes(count);
+      std::vector<PulseNode> padded(count + Pulse::kRulePadding, {0.3, 1e9});
+      const std::span<PulseNode> nodes = std::span(padded).first(count);
       for (std::size_t i = 0; i < count; ++i)
         nodes[i] = {(static_cast<double>(i) + 0.5 + 0.3 * uniform()) / static_cast<double>(count),
                     1.0 + uniform()};

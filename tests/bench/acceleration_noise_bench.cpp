@@ -58,9 +58,7 @@ class KernelRun {
         near_(radiation == Radiation::exact ? 343.0 / kRate : 0.0),
         bus_(kernels_) {
     const std::size_t size = pulse_.ruleSize(2.0 * std::numbers::pi * samples_);
-    if (size > 0 && size <= 48) {
-      nodes_.assign(pulse_.rule(size).begin(), pulse_.rule(size).end());
-    }
+    if (size > 0 && size <= 48) nodes_ = pulse_.rule(size);
     x_.resize(static_cast<std::size_t>(samples_) + 100);
     placed_.reserve(nodes_.size(), x_.size());
     raster_.reserve(x_.size());
@@ -98,7 +96,7 @@ class KernelRun {
   double near_;
   const ClickKernels& kernels_ = fastestKernels();
   ClickBus bus_;
-  std::vector<PulseNode> nodes_;
+  std::span<const PulseNode> nodes_;  // empty: the click is long
   PlacedNodes placed_;
   Raster raster_;
   std::vector<double> x_;
