@@ -1,62 +1,66 @@
 #include "native/contact_queue.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace carom {
 
-ContactQueue::ContactQueue(const std::vector<BodyId>& ids) : slotOf_(ids.size()) {
-  slots_.reserve(ids.size());
-  for (std::size_t sphere = 0; sphere < ids.size(); ++sphere) {
-    slots_.push_back({Instant::never(), static_cast<std::uint32_t>(sphere), ids[sphere]});
+ContactQueue::ContactQueue(std::size_t spheres)
+    : times_(spheres, Instant::never()), spheres_(spheres), slotOf_(spheres) {
+  std::iota(spheres_.begin(), spheres_.end(), 0U);  // in order is a heap
+  std::iota(slotOf_.begin(), slotOf_.end(), 0U);
+}
+
+void ContactQueue::place(std::size_t slot, const Entry& entry) {
+  times_[slot] = entry.time;
+  spheres_[slot] = entry.sphere;
+  slotOf_[entry.sphere] = static_cast<std::uint32_t>(slot);
+}
+
+std::size_t ContactQueue::rise(std::size_t slot, const Entry& entry) {
+  while (slot > 0) {
+    const std::size_t parent = (slot - 1) / kChildren;
+    const Entry above = this->entry(parent);
+    if (!earlier(entry, above)) break;
+    place(slot, above);
+    slot = parent;
   }
-  std::sort(slots_.begin(), slots_.end(), earlier);  // a sorted array is a heap
-  for (std::size_t position = 0; position < slots_.size(); ++position) {
-    slotOf_[slots_[position].sphere] = position;
+  return slot;
+}
+
+std::size_t ContactQueue::sink(std::size_t slot, const Entry& entry) {
+  for (;;) {
+    const std::size_t first = kChildren * slot + 1;
+    if (first >= times_.size()) return slot;
+    const std::size_t end = std::min(first + kChildren, times_.size());
+    std::size_t soonest = first;
+    Entry below = this->entry(first);
+    for (std::size_t child = first + 1; child < end; ++child) {
+      const Entry candidate = this->entry(child);
+      if (!earlier(candidate, below)) continue;
+      soonest = child;
+      below = candidate;
+    }
+    if (!earlier(below, entry)) return slot;
+    place(slot, below);
+    slot = soonest;
   }
 }
 
-bool ContactQueue::earlier(const Slot& left, const Slot& right) {
-  if (left.time == right.time) return left.id < right.id;
-  return left.time < right.time;
-}
-
-void ContactQueue::place(std::size_t position, const Slot& slot) {
-  slots_[position] = slot;
-  slotOf_[slot.sphere] = position;
-}
-
-std::size_t ContactQueue::rise(std::size_t position, const Slot& slot) {
-  while (position > 0) {
-    const std::size_t parent = (position - 1) / 2;
-    if (!earlier(slot, slots_[parent])) break;
-    place(position, slots_[parent]);
-    position = parent;
+void ContactQueue::setTime(std::uint32_t sphere, const Instant& time) {
+  const std::size_t slot = slotOf_[sphere];
+  const Entry entry{time, sphere};
+  if (time < times_[slot]) {
+    place(rise(slot, entry), entry);
+  } else {
+    place(sink(slot, entry), entry);
   }
-  return position;
-}
-
-std::size_t ContactQueue::sink(std::size_t position, const Slot& slot) {
-  for (std::size_t child = 2 * position + 1; child < slots_.size(); child = 2 * position + 1) {
-    if (child + 1 < slots_.size() && earlier(slots_[child + 1], slots_[child])) ++child;
-    if (!earlier(slots_[child], slot)) break;
-    place(position, slots_[child]);
-    position = child;
-  }
-  return position;
-}
-
-void ContactQueue::setTime(std::size_t sphere, const Instant& time) {
-  const std::size_t position = slotOf_[sphere];
-  Slot slot = slots_[position];
-  slot.time = time;
-  const std::size_t risen = rise(position, slot);
-  place(risen == position ? sink(position, slot) : risen, slot);
 }
 
 bool ContactQueue::valid() const {
-  for (std::size_t position = 0; position < slots_.size(); ++position) {
-    if (slotOf_[slots_[position].sphere] != position) return false;
-    if (position > 0 && earlier(slots_[position], slots_[(position - 1) / 2])) return false;
+  for (std::size_t slot = 0; slot < times_.size(); ++slot) {
+    if (slotOf_[spheres_[slot]] != slot) return false;
+    if (slot > 0 && earlier(entry(slot), entry((slot - 1) / kChildren))) return false;
   }
   return true;
 }

@@ -4,41 +4,47 @@
 #include <cstdint>
 #include <vector>
 
-#include "audio/impulse_event.h"
 #include "native/instant.h"
 
 namespace carom {
 
-/// The next contact time of every sphere, earliest first: an indexed binary heap with exactly one
-/// entry per sphere, which moves when its time changes. Equal times are ordered by body id.
+/// When each sphere needs attention next, earliest first: an indexed heap with exactly one entry per
+/// sphere, which moves when its time changes. Equal times are in order of the spheres. Four children
+/// to a node, so that a sink reads one cache line per level.
+///
 /// Internal to native/. Construction allocates, nothing else does.
 class ContactQueue {
  public:
-  /// One entry per id, at never. Sphere k below is the k-th id.
-  explicit ContactQueue(const std::vector<BodyId>& ids);
+  explicit ContactQueue(std::size_t spheres);  ///< all at never
 
-  bool empty() const { return slots_.empty(); }
-  std::size_t earliest() const { return slots_.front().sphere; }  ///< a sphere; not when empty
-  const Instant& time(std::size_t sphere) const { return slots_[slotOf_[sphere]].time; }
-  void setTime(std::size_t sphere, const Instant& time);
+  bool empty() const { return spheres_.empty(); }
+  std::uint32_t earliest() const { return spheres_.front(); }  ///< not when empty
+  const Instant& time(std::uint32_t sphere) const { return times_[slotOf_[sphere]]; }
+  const Instant& earliestTime() const { return times_.front(); }  ///< not when empty
+  void setTime(std::uint32_t sphere, const Instant& time);
 
   /// Whether parents are not later than children and the index is the inverse of the heap.
   bool valid() const;
 
  private:
-  struct Slot {
+  static constexpr std::size_t kChildren = 4;
+
+  struct Entry {
     Instant time;
     std::uint32_t sphere = 0;
-    BodyId id = 0;
   };
 
-  static bool earlier(const Slot& left, const Slot& right);
-  void place(std::size_t position, const Slot& slot);
-  std::size_t rise(std::size_t position, const Slot& slot);
-  std::size_t sink(std::size_t position, const Slot& slot);
+  static bool earlier(const Entry& left, const Entry& right) {
+    return left.time < right.time || (left.time == right.time && left.sphere < right.sphere);
+  }
+  Entry entry(std::size_t slot) const { return {times_[slot], spheres_[slot]}; }
+  void place(std::size_t slot, const Entry& entry);
+  std::size_t rise(std::size_t slot, const Entry& entry);
+  std::size_t sink(std::size_t slot, const Entry& entry);
 
-  std::vector<Slot> slots_;
-  std::vector<std::size_t> slotOf_;  ///< by sphere
+  std::vector<Instant> times_;          ///< by slot
+  std::vector<std::uint32_t> spheres_;  ///< by slot
+  std::vector<std::uint32_t> slotOf_;   ///< by sphere
 };
 
 }  // namespace carom

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 #include <sstream>
 #include <utility>
 
-#include "native/contact_queue.h"
+#include "native/agenda.h"
 #include "native/contact_time.h"
 #include "native/instant.h"
 #include "native/world_check.h"
@@ -26,36 +27,14 @@ constexpr double kLevel = 1e-15;         ///< of gravity: below it a plane is pa
 constexpr double kOverlapTolerance = 1e-8;    ///< of the smaller radius, for validate()
 constexpr double kRoundingTolerance = 1e-12;  ///< of the coordinates, for validate()
 
-constexpr std::uint32_t kNobody = 0xFFFFFFFF;
-
-/// A parabola: where a sphere was at its last contact, from which its present follows.
-struct Motion {
-  Vec3 position = Vec3::Zero();  ///< m, world frame, at `since`
-  Vec3 velocity = Vec3::Zero();  ///< m/s, world frame, at `since`
-  Instant since;
-};
-
-/// What a sphere is, and how it rests.
-struct Body {
-  BodyId id = 0;
+/// What a sphere is but for its size, and how it rests.
+struct Substance {
   double mass = 0.0;         ///< kg
   double restitution = 0.0;  ///< 1
   SurfaceId surface = 0;
   double restSpeed = 0.0;           ///< m/s, its own, raised by a collapse
   double hopAllowance = 0.0;        ///< J/kg, taken by planes, which a resting hop may give back
   std::uint32_t rapidContacts = 0;  ///< in a row, kCollapseInterval apart or less
-};
-
-/// A plane, and the part of gravity along its normal.
-struct Wall {
-  Plane plane;
-  double acceleration = 0.0;  ///< m/s^2, negative: pulls spheres towards the plane
-};
-
-/// What a sphere meets next. Its time is in the queue.
-struct Contact {
-  std::uint32_t partner = kNobody;    ///< a sphere, or the number of spheres + a wall
-  std::uint32_t partnerContacts = 0;  ///< how many the partner had had when this was predicted
 };
 
 /// One collision as its first body sees it, before its velocity changes.
@@ -107,50 +86,40 @@ class SphereStepper::Simulation {
 
   const std::vector<ImpulseEvent>& events() const { return events_; }
   double time() const { return time_; }
-  std::size_t sphereCount() const { return motions_.size(); }
+  std::size_t sphereCount() const { return bodies_.count(); }
   const SphereStepperCounters& counters() const { return counters_; }
-  Motion motionAt(std::size_t sphere, const Instant& instant) const;
-  Motion motionAtTime(std::size_t sphere) const { return motionAt(sphere, {time_, 0.0}); }
+  /// At time(), by position in SphereWorld::spheres.
+  Motion motionOf(std::size_t listed) const { return motionAtTime(order_[listed]); }
   double kineticEnergy() const;
   double potentialEnergy() const;
   bool validate(std::string* why) const;
 
+
  private:
-  void addSphere(const Sphere& sphere);
-  double hopSpeed(const Body& body, const Wall& wall) const;
+  Motion motionAtTime(std::size_t sphere) const { return bodies_.at(sphere, {time_, 0.0}); }
+  double hopSpeed(const Substance& body, const Wall& wall) const;
   void grantFirstHop(std::size_t sphere);
 
-  void predict(std::size_t sphere);
-  void lookForWalls(const Motion& motion, double radius, double& soonest, Contact& contact) const;
-  void lookForSpheres(std::size_t sphere, const Motion& motion, double& soonest,
-                      Contact& contact) const;
-  double contactTime(const Motion& motion, double radius, std::size_t other) const;
-  BodyId idOf(const Contact& contact) const;
-
   void step();
-  void meetSphere(std::size_t sphere, std::size_t other);
-  void collide(std::size_t sphere, Motion motion, std::size_t other, Motion otherMotion,
+  void meetSphere(std::uint32_t sphere, std::uint32_t other);
+  void collide(std::uint32_t sphere, Motion motion, std::uint32_t other, Motion otherMotion,
                const Vec3& normal, double approachSpeed);
-  void meetWall(std::size_t sphere, const Wall& wall);
-  void bounce(std::size_t sphere, Motion motion, const Wall& wall, double approachSpeed);
-  void noteContact(std::size_t sphere);
-  double restingRebound(Body& body, const Wall& wall, double approachSpeed) const;
-  double damp(Body& body, const Wall& wall, double approachSpeed) const;
-  void leave(std::size_t sphere, const Motion& motion);
+  void meetWall(std::uint32_t sphere, const Wall& wall);
+  void bounce(std::uint32_t sphere, Motion motion, const Wall& wall, double approachSpeed);
+  void noteContact(std::uint32_t sphere);
+  double restingRebound(Substance& body, const Wall& wall, double approachSpeed) const;
+  double damp(Substance& body, const Wall& wall, double approachSpeed) const;
+  void leave(std::uint32_t sphere, const Motion& motion);
   void report(const Side& first, const Side& second, const Impact& impact);
 
   bool validateSphere(std::size_t sphere, std::string* why) const;
   bool validateApart(std::size_t sphere, std::string* why) const;
 
-  Vec3 gravity_;
   RestitutionTable restitutions_;
-  std::vector<Motion> motions_;  ///< this and the next four by sphere
-  std::vector<double> radii_;    ///< m; with the motions all that a prediction reads
-  std::vector<Body> bodies_;
-  std::vector<Contact> contacts_;
-  std::vector<std::uint32_t> contactCounts_;  ///< may wrap round: only compared for equality
-  std::vector<Wall> walls_;
-  ContactQueue queue_;
+  std::vector<std::uint32_t> order_;  ///< by position in SphereWorld::spheres: which sphere it is
+  Bodies bodies_;
+  std::vector<Substance> substances_;  ///< by sphere
+  Agenda agenda_;
   Instant now_;        ///< of the contact at hand
   double time_ = 0.0;  ///< s, where advanceTo stopped
   std::vector<ImpulseEvent> events_;
@@ -159,164 +128,103 @@ class SphereStepper::Simulation {
 
 namespace {
 
-std::vector<BodyId> idsOf(const std::vector<Sphere>& spheres) {
-  std::vector<BodyId> ids;
-  ids.reserve(spheres.size());
-  for (const Sphere& sphere : spheres)
-    ids.push_back(sphere.id);
-  return ids;
+/// Positions in `spheres`, in order of the ids.
+std::vector<std::uint32_t> byId(const std::vector<Sphere>& spheres) {
+  std::vector<std::uint32_t> listed(spheres.size());
+  std::iota(listed.begin(), listed.end(), 0U);
+  std::ranges::sort(listed, {}, [&](std::uint32_t at) { return spheres[at].id; });
+  return listed;
+}
+
+Bodies bodiesOf(const SphereWorld& world) {
+  Bodies bodies;
+  bodies.gravity = world.gravity;
+  const double level = kLevel * std::sqrt(dotInOrder(world.gravity, world.gravity));
+  for (const Plane& plane : world.planes) {
+    const double acceleration = dotInOrder(plane.normal, world.gravity);
+    bodies.walls.push_back({plane, std::abs(acceleration) > level ? acceleration : 0.0});
+  }
+  bodies.motions.reserve(world.spheres.size());
+  bodies.radii.reserve(world.spheres.size());
+  bodies.ids.reserve(world.spheres.size());
+  for (const std::uint32_t listed : byId(world.spheres)) {
+    const Sphere& sphere = world.spheres[listed];
+    bodies.motions.push_back({sphere.position, sphere.velocity, Instant{}});
+    bodies.radii.push_back(sphere.radius);
+    bodies.ids.push_back(sphere.id);
+  }
+  return bodies;
 }
 
 }  // namespace
 
 SphereStepper::Simulation::Simulation(const SphereWorld& world)
-    : gravity_(world.gravity), restitutions_(world.restitutions), queue_(idsOf(world.spheres)) {
-  const double level = kLevel * std::sqrt(dotInOrder(gravity_, gravity_));
-  for (const Plane& plane : world.planes) {
-    const double acceleration = dotInOrder(plane.normal, gravity_);
-    walls_.push_back({plane, std::abs(acceleration) > level ? acceleration : 0.0});
-  }
-  for (const Sphere& sphere : world.spheres) {
-    addSphere(sphere);
-    bodies_.back().restSpeed = world.restSpeed;
+    : restitutions_(world.restitutions),
+      order_(world.spheres.size()),
+      bodies_(bodiesOf(world)),
+      agenda_(bodies_) {
+  substances_.reserve(world.spheres.size());
+  for (const std::uint32_t listed : byId(world.spheres)) {
+    const Sphere& sphere = world.spheres[listed];
+    order_[listed] = static_cast<std::uint32_t>(substances_.size());
+    substances_.push_back({sphere.mass, sphere.restitution, sphere.surface, world.restSpeed});
   }
   for (std::size_t sphere = 0; sphere < sphereCount(); ++sphere)
     grantFirstHop(sphere);
-  for (std::size_t sphere = 0; sphere < sphereCount(); ++sphere)
-    predict(sphere);
-}
-
-void SphereStepper::Simulation::addSphere(const Sphere& sphere) {
-  Body body;
-  body.id = sphere.id;
-  body.mass = sphere.mass;
-  body.restitution = sphere.restitution;
-  body.surface = sphere.surface;
-  bodies_.push_back(body);
-  motions_.push_back({sphere.position, sphere.velocity, Instant{}});
-  radii_.push_back(sphere.radius);
-  contacts_.emplace_back();
-  contactCounts_.push_back(0);
-}
-
-Motion SphereStepper::Simulation::motionAt(std::size_t sphere, const Instant& instant) const {
-  const Motion& motion = motions_[sphere];
-  const double flight = elapsed(motion.since, instant);
-  const Vec3 gained = flight * gravity_;
-  return {motion.position + flight * (motion.velocity + 0.5 * gained), motion.velocity + gained,
-          instant};
-}
-
-// ---- Prediction
-
-BodyId SphereStepper::Simulation::idOf(const Contact& contact) const {
-  const std::size_t count = sphereCount();
-  if (contact.partner == kNobody) return kNobody;
-  return contact.partner < count ? bodies_[contact.partner].id
-                                 : walls_[contact.partner - count].plane.id;
-}
-
-void SphereStepper::Simulation::lookForWalls(const Motion& motion, double radius, double& soonest,
-                                             Contact& contact) const {
-  for (std::size_t index = 0; index < walls_.size(); ++index) {
-    const Wall& wall = walls_[index];
-    const double height = dotInOrder(wall.plane.normal, motion.position) - wall.plane.offset;
-    const double wait = planeContactTime(
-        height - radius, dotInOrder(wall.plane.normal, motion.velocity), wall.acceleration);
-    if (wait > soonest || wait == kNever) continue;
-    if (wait == soonest && wall.plane.id > idOf(contact)) continue;
-    soonest = wait;
-    contact = {static_cast<std::uint32_t>(sphereCount() + index), 0};
-  }
-}
-
-double SphereStepper::Simulation::contactTime(const Motion& motion, double radius,
-                                              std::size_t other) const {
-  const Motion& base = motions_[other];
-  const double flight = elapsed(base.since, motion.since);
-  const Vec3 gained = flight * gravity_;
-  const Vec3 separation =
-      motion.position - (base.position + flight * (base.velocity + 0.5 * gained));
-  const Vec3 velocity = motion.velocity - (base.velocity + gained);
-  return sphereContactTime(separation, velocity, radius + radii_[other]);
-}
-
-void SphereStepper::Simulation::lookForSpheres(std::size_t sphere, const Motion& motion,
-                                               double& soonest, Contact& contact) const {
-  const double radius = radii_[sphere];
-  for (std::size_t other = 0; other < sphereCount(); ++other) {
-    if (other == sphere) continue;
-    const double wait = contactTime(motion, radius, other);
-    if (wait > soonest || wait == kNever) continue;
-    // A partner that is due earlier looks for this sphere itself after that contact.
-    if (!(wait < elapsed(motion.since, queue_.time(other)))) continue;
-    if (wait == soonest && bodies_[other].id > idOf(contact)) continue;
-    soonest = wait;
-    contact = {static_cast<std::uint32_t>(other), contactCounts_[other]};
-  }
-}
-
-/// Finds the sphere's next contact from now_ on. The partner is told, because it is the partner's
-/// next contact too: so that others do not reckon with it any longer.
-void SphereStepper::Simulation::predict(std::size_t sphere) {
-  const Motion motion = motionAt(sphere, now_);
-  double soonest = kNever;
-  Contact contact;
-  lookForWalls(motion, radii_[sphere], soonest, contact);
-  lookForSpheres(sphere, motion, soonest, contact);
-  const Instant due = after(now_, soonest);
-  contacts_[sphere] = contact;
-  queue_.setTime(sphere, due);
-  if (contact.partner < sphereCount()) {
-    contacts_[contact.partner] = {static_cast<std::uint32_t>(sphere), contactCounts_[sphere]};
-    queue_.setTime(contact.partner, due);
-  }
+  for (std::uint32_t sphere = 0; sphere < sphereCount(); ++sphere)
+    agenda_.predict(sphere, now_);
 }
 
 // ---- Contacts
 
 void SphereStepper::Simulation::advanceTo(double time) {
   events_.clear();
-  while (!queue_.empty() && queue_.time(queue_.earliest()).seconds <= time)
+  while (!agenda_.empty() && agenda_.firstTime().seconds <= time)
     step();
   time_ = time;
 }
 
 void SphereStepper::Simulation::step() {
-  const std::size_t sphere = queue_.earliest();
-  const Contact contact = contacts_[sphere];
-  now_ = queue_.time(sphere);
+  const std::uint32_t sphere = agenda_.first();
+  now_ = agenda_.firstTime();
+  if (agenda_.firstCrosses()) {
+    agenda_.cross(sphere, now_);
+    return;
+  }
+  const Agenda::Contact contact = agenda_.contact(sphere);
   if (contact.partner >= sphereCount()) {
-    meetWall(sphere, walls_[contact.partner - sphereCount()]);
-  } else if (contact.partnerContacts == contactCounts_[contact.partner]) {
-    const bool inOrder = bodies_[sphere].id < bodies_[contact.partner].id;
-    meetSphere(inOrder ? sphere : contact.partner, inOrder ? contact.partner : sphere);
+    meetWall(sphere, bodies_.walls[contact.partner - sphereCount()]);
+  } else if (agenda_.upToDate(contact)) {
+    meetSphere(std::min(sphere, contact.partner), std::max(sphere, contact.partner));
   } else {
     ++counters_.staleContacts;
-    predict(sphere);
+    agenda_.predict(sphere, now_);
   }
 }
 
-void SphereStepper::Simulation::meetSphere(std::size_t sphere, std::size_t other) {
-  const Motion motion = motionAt(sphere, now_);
-  const Motion otherMotion = motionAt(other, now_);
+void SphereStepper::Simulation::meetSphere(std::uint32_t sphere, std::uint32_t other) {
+  const Motion motion = bodies_.at(sphere, now_);
+  const Motion otherMotion = bodies_.at(other, now_);
   const Vec3 separation = motion.position - otherMotion.position;
   const double closing = -dotInOrder(separation, motion.velocity - otherMotion.velocity);
-  if (closing > 0.0) {  // otherwise a pass so close that rounding decided
+  if (closing > 0.0) {
     noteContact(sphere);
     noteContact(other);
     const double distance = std::sqrt(dotInOrder(separation, separation));
     collide(sphere, motion, other, otherMotion, separation / distance, closing / distance);
+  } else {  // a pass so close that rounding decided: predicted from here it is one
+    leave(sphere, motion);
+    leave(other, otherMotion);
   }
-  predict(sphere);
-  predict(other);
+  agenda_.predict(sphere, now_);
+  agenda_.predict(other, now_);
 }
 
-void SphereStepper::Simulation::collide(std::size_t sphere, Motion motion, std::size_t other,
+void SphereStepper::Simulation::collide(std::uint32_t sphere, Motion motion, std::uint32_t other,
                                         Motion otherMotion, const Vec3& normal,
                                         double approachSpeed) {
-  const Body& body = bodies_[sphere];
-  const Body& otherBody = bodies_[other];
+  const Substance& body = substances_[sphere];
+  const Substance& otherBody = substances_[other];
   const bool resting = approachSpeed < std::max(body.restSpeed, otherBody.restSpeed);
   const double restitution = resting ? 1.0
                                      : restitutions_.of(body.surface, body.restitution,
@@ -335,8 +243,8 @@ void SphereStepper::Simulation::collide(std::size_t sphere, Motion motion, std::
   if (resting) {
     ++counters_.restContacts;
   } else {
-    report({body.id, radii_[sphere], motion.position, motion.velocity},
-           {otherBody.id, radii_[other], otherMotion.position, otherMotion.velocity}, impact);
+    report({bodies_.ids[sphere], bodies_.radii[sphere], motion.position, motion.velocity},
+           {bodies_.ids[other], bodies_.radii[other], otherMotion.position, otherMotion.velocity}, impact);
   }
   motion.velocity += (share * change) * normal;
   otherMotion.velocity -= (otherShare * change) * normal;
@@ -344,27 +252,29 @@ void SphereStepper::Simulation::collide(std::size_t sphere, Motion motion, std::
   leave(other, otherMotion);
 }
 
-void SphereStepper::Simulation::meetWall(std::size_t sphere, const Wall& wall) {
-  const Motion motion = motionAt(sphere, now_);
+void SphereStepper::Simulation::meetWall(std::uint32_t sphere, const Wall& wall) {
+  const Motion motion = bodies_.at(sphere, now_);
   const double approachSpeed = -dotInOrder(wall.plane.normal, motion.velocity);
   // Where rounding has turned the last of a slow approach round, gravity still presses.
   if (approachSpeed >= 0.0 || wall.acceleration < 0.0) {
     noteContact(sphere);
     bounce(sphere, motion, wall, std::max(approachSpeed, 0.0));
+  } else {  // so slow that rounding decided
+    leave(sphere, motion);
   }
-  predict(sphere);
+  agenda_.predict(sphere, now_);
 }
 
-void SphereStepper::Simulation::bounce(std::size_t sphere, Motion motion, const Wall& wall,
+void SphereStepper::Simulation::bounce(std::uint32_t sphere, Motion motion, const Wall& wall,
                                        double approachSpeed) {
-  Body& body = bodies_[sphere];
+  Substance& body = substances_[sphere];
   const Vec3& normal = wall.plane.normal;
   double rebound = 0.0;
   if (approachSpeed > 0.0 && approachSpeed >= body.restSpeed) {
     rebound = damp(body, wall, approachSpeed);
     const double impulse = body.mass * (approachSpeed + rebound);
-    report({body.id, radii_[sphere], motion.position, motion.velocity},
-           {wall.plane.id, kNever, motion.position - radii_[sphere] * normal, Vec3::Zero()},
+    report({bodies_.ids[sphere], bodies_.radii[sphere], motion.position, motion.velocity},
+           {wall.plane.id, kNever, motion.position - bodies_.radii[sphere] * normal, Vec3::Zero()},
            {normal, approachSpeed, body.mass, impulse});
   } else {
     ++counters_.restContacts;
@@ -379,10 +289,9 @@ void SphereStepper::Simulation::bounce(std::size_t sphere, Motion motion, const 
 }
 
 /// Takes the sphere from now_ on along a new parabola; what others predicted with it is outdated.
-void SphereStepper::Simulation::leave(std::size_t sphere, const Motion& motion) {
-  motions_[sphere] = motion;
-  ++contactCounts_[sphere];
-  queue_.setTime(sphere, Instant::never());
+void SphereStepper::Simulation::leave(std::uint32_t sphere, const Motion& motion) {
+  bodies_.motions[sphere] = motion;
+  agenda_.forget(sphere);
 }
 
 void SphereStepper::Simulation::report(const Side& first, const Side& second,
@@ -395,18 +304,18 @@ void SphereStepper::Simulation::report(const Side& first, const Side& second,
 
 // ---- Rest
 
-double SphereStepper::Simulation::hopSpeed(const Body& body, const Wall& wall) const {
+double SphereStepper::Simulation::hopSpeed(const Substance& body, const Wall& wall) const {
   return std::min(0.5 * body.restSpeed, 0.5 * kHopTime * -wall.acceleration);
 }
 
 /// A sphere that starts on a plane with less normal energy than a hop has may hop once.
 void SphereStepper::Simulation::grantFirstHop(std::size_t sphere) {
-  Body& body = bodies_[sphere];
-  const Motion& motion = motions_[sphere];
-  for (const Wall& wall : walls_) {
+  Substance& body = substances_[sphere];
+  const Motion& motion = bodies_.motions[sphere];
+  for (const Wall& wall : bodies_.walls) {
     if (!(wall.acceleration < 0.0)) continue;
     const double height =
-        dotInOrder(wall.plane.normal, motion.position) - wall.plane.offset - radii_[sphere];
+        dotInOrder(wall.plane.normal, motion.position) - wall.plane.offset - bodies_.radii[sphere];
     const double speed = dotInOrder(wall.plane.normal, motion.velocity);
     const double hop = hopSpeed(body, wall);
     const double hopEnergy = 0.5 * hop * hop;
@@ -416,9 +325,9 @@ void SphereStepper::Simulation::grantFirstHop(std::size_t sphere) {
 }
 
 /// Watches for collapse; see SphereStepper.
-void SphereStepper::Simulation::noteContact(std::size_t sphere) {
-  Body& body = bodies_[sphere];
-  const bool rapid = elapsed(motions_[sphere].since, now_) < kCollapseInterval;
+void SphereStepper::Simulation::noteContact(std::uint32_t sphere) {
+  Substance& body = substances_[sphere];
+  const bool rapid = elapsed(bodies_.motions[sphere].since, now_) < kCollapseInterval;
   body.rapidContacts = rapid ? body.rapidContacts + 1 : 0;
   if (body.rapidContacts != kCollapseRun) return;
   ++counters_.collapses;
@@ -428,7 +337,7 @@ void SphereStepper::Simulation::noteContact(std::size_t sphere) {
 }
 
 /// Rebound speed of a reported contact; the plane owes the sphere a hop when it took that much.
-double SphereStepper::Simulation::damp(Body& body, const Wall& wall, double approachSpeed) const {
+double SphereStepper::Simulation::damp(Substance& body, const Wall& wall, double approachSpeed) const {
   const double restitution =
       restitutions_.of(body.surface, body.restitution, wall.plane.surface, wall.plane.restitution);
   const double rebound = restitution * approachSpeed;
@@ -439,7 +348,7 @@ double SphereStepper::Simulation::damp(Body& body, const Wall& wall, double appr
 }
 
 /// Rebound speed of an unreported contact.
-double SphereStepper::Simulation::restingRebound(Body& body, const Wall& wall,
+double SphereStepper::Simulation::restingRebound(Substance& body, const Wall& wall,
                                                  double approachSpeed) const {
   const double hop = hopSpeed(body, wall);
   if (approachSpeed >= hop) return approachSpeed;
@@ -455,7 +364,7 @@ double SphereStepper::Simulation::kineticEnergy() const {
   double energy = 0.0;
   for (std::size_t sphere = 0; sphere < sphereCount(); ++sphere) {
     const Vec3 velocity = motionAtTime(sphere).velocity;
-    energy += 0.5 * bodies_[sphere].mass * dotInOrder(velocity, velocity);
+    energy += 0.5 * substances_[sphere].mass * dotInOrder(velocity, velocity);
   }
   return energy;
 }
@@ -463,13 +372,13 @@ double SphereStepper::Simulation::kineticEnergy() const {
 double SphereStepper::Simulation::potentialEnergy() const {
   double energy = 0.0;
   for (std::size_t sphere = 0; sphere < sphereCount(); ++sphere) {
-    energy -= bodies_[sphere].mass * dotInOrder(gravity_, motionAtTime(sphere).position);
+    energy -= substances_[sphere].mass * dotInOrder(bodies_.gravity, motionAtTime(sphere).position);
   }
   return energy;
 }
 
 bool SphereStepper::Simulation::validate(std::string* why) const {
-  if (!queue_.valid()) return fail(why, "the contact queue is out of order");
+  if (!agenda_.queueValid()) return fail(why, "the contact queue is out of order");
   for (std::size_t sphere = 0; sphere < sphereCount(); ++sphere) {
     if (!validateSphere(sphere, why) || !validateApart(sphere, why)) return false;
   }
@@ -477,36 +386,32 @@ bool SphereStepper::Simulation::validate(std::string* why) const {
 }
 
 bool SphereStepper::Simulation::validateSphere(std::size_t sphere, std::string* why) const {
-  const std::string name = "sphere " + std::to_string(bodies_[sphere].id);
-  const Motion& motion = motions_[sphere];
+  const std::string name = "sphere " + std::to_string(bodies_.ids[sphere]);
+  const Motion& motion = bodies_.motions[sphere];
   if (!motion.position.allFinite() || !motion.velocity.allFinite()) {
     return fail(why, name + ": position or velocity is not finite");
   }
-  const Instant& due = queue_.time(sphere);
-  if (due < motion.since) return fail(why, name + ": next contact is before its last");
-  if (due.seconds <= time_ && time_ > 0.0) return fail(why, name + ": a contact is overdue");
-  const bool partner = contacts_[sphere].partner < sphereCount() + walls_.size();
-  if (partner == (due == Instant::never())) {
-    return fail(why, name + ": partner and time of the next contact disagree");
-  }
+  std::string what;
+  if (!agenda_.validate(static_cast<std::uint32_t>(sphere), time_, &what))
+    return fail(why, name + ": " + what);
   return true;
 }
 
 bool SphereStepper::Simulation::validateApart(std::size_t sphere, std::string* why) const {
-  const std::string name = "sphere " + std::to_string(bodies_[sphere].id);
+  const std::string name = "sphere " + std::to_string(bodies_.ids[sphere]);
   const Vec3 position = motionAtTime(sphere).position;
   const double rounding = kRoundingTolerance * position.cwiseAbs().maxCoeff();
   for (std::size_t other = sphere + 1; other < sphereCount(); ++other) {
     const double distance = (position - motionAtTime(other).position).norm();
-    const double allowed = kOverlapTolerance * std::min(radii_[sphere], radii_[other]) + rounding;
-    if (distance + allowed < radii_[sphere] + radii_[other]) {
-      return fail(why, name + ": overlaps sphere " + std::to_string(bodies_[other].id));
+    const double allowed = kOverlapTolerance * std::min(bodies_.radii[sphere], bodies_.radii[other]) + rounding;
+    if (distance + allowed < bodies_.radii[sphere] + bodies_.radii[other]) {
+      return fail(why, name + ": overlaps sphere " + std::to_string(bodies_.ids[other]));
     }
   }
-  for (const Wall& wall : walls_) {
+  for (const Wall& wall : bodies_.walls) {
     const double height = dotInOrder(wall.plane.normal, position) - wall.plane.offset;
-    const double allowed = kOverlapTolerance * radii_[sphere] + rounding;
-    if (height + allowed < radii_[sphere]) {
+    const double allowed = kOverlapTolerance * bodies_.radii[sphere] + rounding;
+    if (height + allowed < bodies_.radii[sphere]) {
       return fail(why, name + ": overlaps plane " + std::to_string(wall.plane.id));
     }
   }
@@ -545,7 +450,7 @@ std::size_t SphereStepper::sphereCount() const {
 
 SphereState SphereStepper::state(std::size_t sphere) const {
   assert(sphere < simulation_->sphereCount());
-  const Motion motion = simulation_->motionAtTime(sphere);
+  const Motion motion = simulation_->motionOf(sphere);
   return {motion.position, motion.velocity};
 }
 

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <utility>
 
+#include "native/cell_grid.h"
 #include "native/contact_time.h"
 
 namespace carom {
@@ -109,13 +110,22 @@ Problem checkAbove(const Sphere& sphere, const Plane& plane) {
 }
 
 Problem checkApart(const SphereWorld& world) {
-  for (std::size_t sphere = 0; sphere < world.spheres.size(); ++sphere) {
-    for (std::size_t other = sphere + 1; other < world.spheres.size(); ++other) {
-      Problem problem = checkPairApart(world.spheres[sphere], world.spheres[other]);
-      if (problem) return problem;
-    }
+  std::vector<Vec3> positions;
+  std::vector<double> radii;
+  for (const Sphere& sphere : world.spheres) {
+    positions.push_back(sphere.position);
+    radii.push_back(sphere.radius);
+  }
+  const CellGrid grid(positions, radii);
+  for (std::uint32_t sphere = 0; sphere < world.spheres.size(); ++sphere) {
+    Problem problem;
+    grid.visitNear(sphere, [&](std::uint32_t other) {
+      if (!problem && other > sphere)
+        problem = checkPairApart(world.spheres[sphere], world.spheres[other]);
+    });
+    if (problem) return problem;
     for (const Plane& plane : world.planes) {
-      if (Problem problem = checkAbove(world.spheres[sphere], plane)) return problem;
+      if ((problem = checkAbove(world.spheres[sphere], plane))) return problem;
     }
   }
   return {};

@@ -1,0 +1,173 @@
+#include "native/agenda.h"
+
+#include <algorithm>
+
+#include "native/contact_time.h"
+
+namespace carom {
+namespace {
+
+std::vector<Vec3> positionsOf(const Bodies& bodies) {
+  std::vector<Vec3> positions;
+  positions.reserve(bodies.count());
+  for (const Motion& motion : bodies.motions)
+    positions.push_back(motion.position);
+  return positions;
+}
+
+const Instant& earlierOf(const Instant& one, const Instant& other) {
+  return other < one ? other : one;
+}
+
+/// The instant of first touch of two spheres; never before the later of those since which they
+/// move as they do.
+Instant pairContact(const Motion& motion, const Motion& other, const Vec3& gravity,
+                    double radiusSum) {
+  const double lag = elapsed(other.since, motion.since);
+  const Vec3 gained = lag * gravity;
+  Vec3 separation = motion.position - other.position;
+  Vec3 velocity = motion.velocity - other.velocity - gained;
+  // The earlier one is taken to the instant of the later one. `velocity` is that of both, always:
+  // it does not change under the same gravity.
+  if (lag >= 0.0) {
+    separation -= lag * (other.velocity + 0.5 * gained);
+    const double wait = sphereContactTime(separation, velocity, radiusSum);
+    return wait == kNever ? Instant::never() : after(motion.since, wait);
+  }
+  separation -= lag * (motion.velocity - 0.5 * gained);
+  const double wait = sphereContactTime(separation, velocity, radiusSum);
+  return wait == kNever ? Instant::never() : after(other.since, wait);
+}
+
+}  // namespace
+
+Agenda::Agenda(const Bodies& bodies)
+    : bodies_(bodies),
+      grid_(positionsOf(bodies), bodies.radii),
+      futures_(bodies.count()),
+      queue_(bodies.count()) {
+  const auto& radii = bodies.radii;
+  const bool equal = std::ranges::adjacent_find(radii, std::ranges::not_equal_to{}) == radii.end();
+  if (!radii.empty() && equal) radius_ = radii.front();
+}
+
+bool Agenda::firstCrosses() const {
+  const Future& future = futures_[first()];
+  return future.crossing < future.contact.time;
+}
+
+bool Agenda::upToDate(const Contact& contact) const {
+  return contact.partnerChanges == futures_[contact.partner].changes;
+}
+
+void Agenda::forget(std::uint32_t sphere) {
+  Future& future = futures_[sphere];
+  ++future.changes;
+  future.contact = {};
+}
+
+BodyId Agenda::idOf(const Contact& contact) const {
+  if (contact.partner == kNobody) return kNobody;
+  const std::size_t count = bodies_.count();
+  return contact.partner < count ? bodies_.ids[contact.partner]
+                                 : bodies_.walls[contact.partner - count].plane.id;
+}
+
+void Agenda::lookForWalls(std::uint32_t sphere, const Instant& now, Contact& best) const {
+  const Motion& motion = bodies_.motions[sphere];
+  for (std::size_t index = 0; index < bodies_.walls.size(); ++index) {
+    const Wall& wall = bodies_.walls[index];
+    const Vec3& normal = wall.plane.normal;
+    const double height = dotInOrder(normal, motion.position) - wall.plane.offset;
+    const double wait = planeContactTime(height - bodies_.radii[sphere],
+                                         dotInOrder(normal, motion.velocity), wall.acceleration);
+    if (wait == kNever) continue;
+    const Instant time = std::max(after(motion.since, wait), now);
+    if (best.time < time || (best.time == time && wall.plane.id > idOf(best))) continue;
+    best = {time, static_cast<std::uint32_t>(bodies_.count() + index), 0};
+  }
+}
+
+inline void Agenda::lookAt(std::uint32_t sphere, std::uint32_t other, const Instant& now,
+                           Contact& best) const {
+  const double radiusSum =
+      radius_ > 0.0 ? 2.0 * radius_ : bodies_.radii[sphere] + bodies_.radii[other];
+  Instant time = pairContact(bodies_.motions[sphere], bodies_.motions[other], bodies_.gravity,
+                             radiusSum);
+  if (!(time < Instant::never())) return;
+  time = std::max(time, now);
+  if (best.time < time || (best.time == time && bodies_.ids[other] >= idOf(best))) return;
+  // A partner that is due earlier looks for this sphere itself after that contact.
+  if (!(time < futures_[other].contact.time)) return;
+  best = {time, other, futures_[other].changes};
+}
+
+void Agenda::predict(std::uint32_t sphere, const Instant& now) {
+  Contact best;
+  lookForWalls(sphere, now, best);
+  grid_.visitNear(sphere, [&](std::uint32_t other) { lookAt(sphere, other, now, best); });
+  predictCrossing(sphere, now);
+  futures_[sphere].contact = best;
+  claim(sphere, best);
+  schedule(sphere);
+}
+
+void Agenda::predictCrossing(std::uint32_t sphere, const Instant& now) {
+  if (grid_.levelCount() == 0) return;
+  const Motion motion = bodies_.at(sphere, now);
+  const CellGrid::Crossing crossing =
+      grid_.nextCrossing(sphere, {motion.position, motion.velocity, bodies_.gravity});
+  Future& future = futures_[sphere];
+  future.crossing = after(now, crossing.wait);
+  future.axis = crossing.axis;
+  future.up = crossing.up;
+}
+
+void Agenda::cross(std::uint32_t sphere, const Instant& now) {
+  Future& future = futures_[sphere];
+  const CellGrid::Crossing crossing{0.0, future.axis, future.up};
+  grid_.cross(sphere, crossing);
+  predictCrossing(sphere, now);
+  Contact best = future.contact;
+  grid_.visitNew(sphere, crossing,
+                 [&](std::uint32_t other) { lookAt(sphere, other, now, best); });
+  if (best.time < future.contact.time) {
+    future.contact = best;
+    claim(sphere, best);
+  }
+  schedule(sphere);
+}
+
+/// A sphere's next contact is its partner's too: so that others do not reckon with it any longer.
+void Agenda::claim(std::uint32_t sphere, const Contact& found) {
+  if (found.partner >= bodies_.count()) return;
+  futures_[found.partner].contact = {found.time, sphere, futures_[sphere].changes};
+  schedule(found.partner);
+}
+
+void Agenda::schedule(std::uint32_t sphere) {
+  const Future& future = futures_[sphere];
+  queue_.setTime(sphere, earlierOf(future.contact.time, future.crossing));
+}
+
+bool Agenda::validate(std::uint32_t sphere, double time, std::string* why) const {
+  const auto fail = [&](const char* text) {
+    if (why != nullptr) *why = text;
+    return false;
+  };
+  const Future& future = futures_[sphere];
+  const Motion& motion = bodies_.motions[sphere];
+  if (queue_.time(sphere) != earlierOf(future.contact.time, future.crossing))
+    return fail("the queue has another time than its next contact or crossing");
+  if (future.contact.time < motion.since) return fail("next contact is before its last");
+  if (future.contact.time.seconds <= time && time > 0.0) return fail("a contact is overdue");
+  const bool partner = future.contact.partner < bodies_.count() + bodies_.walls.size();
+  if (partner == (future.contact.time == Instant::never()))
+    return fail("partner and time of the next contact disagree");
+  const Vec3 position = bodies_.at(sphere, {time, 0.0}).position;
+  if (!grid_.holds(sphere, position, 1e-12 * position.cwiseAbs().maxCoeff() + 1e-12))
+    return fail("it is not in the cell where it should be");
+  return true;
+}
+
+}  // namespace carom

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "native/cell_grid.h"
+#include "native/contact_queue.h"
+#include "native/motion.h"
+#include "native/sphere_stepper.h"
+
+namespace carom {
+
+/// A plane, and the part of gravity along its normal.
+struct Wall {
+  Plane plane;
+  double acceleration = 0.0;  ///< m/s^2, negative: pulls spheres towards the plane
+};
+
+/// What moves, and in what. Spheres are in order of their ids.
+struct Bodies {
+  Vec3 gravity = Vec3::Zero();  ///< m/s^2
+  std::vector<Motion> motions;  ///< by sphere
+  std::vector<double> radii;    ///< m, by sphere
+  std::vector<BodyId> ids;      ///< by sphere, ascending
+  std::vector<Wall> walls;
+
+  std::size_t count() const { return motions.size(); }  ///< of spheres
+  Motion at(std::size_t sphere, const Instant& instant) const {
+    return motions[sphere].at(instant, gravity);
+  }
+};
+
+/// What every sphere does next, and which is the first: it meets another or a wall, or leaves its
+/// cell. A contact is predicted from the motions of the two that meet, taken at the later of the
+/// instants since which they hold, and from nothing else. So it is the same, bit for bit, whenever
+/// and however it is found: from either side, after any crossing, with any cells or none.
+///
+/// As in event-driven molecular dynamics with one entry per sphere (Lubachevsky 1991, J. Comput.
+/// Phys. 94, 255). A contact that is found is entered for both; a prediction with a partner whose
+/// motion has changed since is told by the partner's count of changes, and made again when due.
+///
+/// Internal to native/. Construction allocates, nothing else does.
+class Agenda {
+ public:
+  static constexpr std::uint32_t kNobody = CellGrid::kNobody;
+
+  struct Contact {
+    Instant time = Instant::never();
+    std::uint32_t partner = kNobody;   ///< a sphere, or the number of spheres + a wall
+    std::uint32_t partnerChanges = 0;  ///< how many the partner had had when it was predicted
+  };
+
+  /// Looks at `bodies` whenever it predicts; they must outlive it.
+  explicit Agenda(const Bodies& bodies);
+
+  bool empty() const { return queue_.empty(); }
+  std::uint32_t first() const { return queue_.earliest(); }
+  const Instant& firstTime() const { return queue_.earliestTime(); }
+  /// Whether the first sphere leaves its cell, instead of meeting another or a wall.
+  bool firstCrosses() const;
+  const Contact& contact(std::uint32_t sphere) const { return futures_[sphere].contact; }
+  /// Whether the contact's partner, a sphere, still moves as it did when this was predicted.
+  bool upToDate(const Contact& contact) const;
+
+  /// Forgets what was predicted for a sphere whose motion has changed, and what others predicted
+  /// with it: both must be called, for all that have changed, before anything is predicted.
+  void forget(std::uint32_t sphere);
+  /// Finds the sphere's next contact and crossing from `now` on.
+  void predict(std::uint32_t sphere, const Instant& now);
+  /// Takes the sphere to the next cell at `now`, its time of crossing.
+  void cross(std::uint32_t sphere, const Instant& now);
+
+  bool validate(std::uint32_t sphere, double time, std::string* why) const;
+  bool queueValid() const { return queue_.valid(); }
+
+ private:
+  struct Future {
+    Contact contact;
+    Instant crossing = Instant::never();
+    std::uint32_t changes = 0;  ///< of motion; may wrap round: only compared for equality
+    std::uint8_t axis = 0;
+    bool up = false;
+  };
+
+  void lookForWalls(std::uint32_t sphere, const Instant& now, Contact& best) const;
+  void lookAt(std::uint32_t sphere, std::uint32_t other, const Instant& now, Contact& best) const;
+  BodyId idOf(const Contact& contact) const;
+  void predictCrossing(std::uint32_t sphere, const Instant& now);
+  void claim(std::uint32_t sphere, const Contact& found);
+  void schedule(std::uint32_t sphere);
+
+  const Bodies& bodies_;
+  double radius_ = 0.0;  ///< m, of all spheres, if they are equal
+  CellGrid grid_;
+  std::vector<Future> futures_;  ///< by sphere
+  ContactQueue queue_;
+};
+
+}  // namespace carom

@@ -1,0 +1,192 @@
+#include "native/cell_grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "native/contact_time.h"
+
+namespace carom {
+namespace {
+
+/// Cells are wider than they must be by so much: more than the rounding of a position in its cell.
+constexpr double kMargin = 1.0 + 1e-9;
+/// Where spheres are far apart, cells are so much of the mean distance wide: fewer crossings.
+constexpr double kOfSpacing = 0.5;
+constexpr int kLeastBits = 2;     ///< three neighbouring cells must be three
+constexpr int kMostLevels = 40;   ///< a ratio of the radii of 10^12
+constexpr double kSlotsPerSphere = 4.0;
+
+struct Extent {
+  Vec3 low;
+  Vec3 high;
+};
+
+Extent extentOf(std::span<const Vec3> positions) {
+  Extent extent{positions.front(), positions.front()};
+  for (const Vec3& position : positions) {
+    extent.low = extent.low.cwiseMin(position);
+    extent.high = extent.high.cwiseMax(position);
+  }
+  return extent;
+}
+
+/// m, the edge of the cube that each sphere has to itself.
+double meanSpacing(const Extent& extent, double diameter, std::size_t count) {
+  double volume = 1.0;
+  for (int axis = 0; axis < 3; ++axis)
+    volume *= extent.high[axis] - extent.low[axis] + diameter;
+  return std::cbrt(volume / static_cast<double>(count));
+}
+
+/// The power of two of cells after which a level's table repeats: what it takes to tell all of
+/// `extent` apart, unless that is too much for so many spheres.
+std::array<int, 3> tableBits(const Extent& extent, double width, std::size_t spheres) {
+  std::array<int, 3> bits{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto at = static_cast<Eigen::Index>(axis);
+    const double cells = (extent.high[at] - extent.low[at]) / width + 2.0;
+    bits[axis] = std::max(kLeastBits, std::ilogb(std::min(cells, 1e9)) + 1);
+  }
+  const int most = std::ilogb(kSlotsPerSphere * static_cast<double>(spheres)) + 1;
+  while (bits[0] + bits[1] + bits[2] > std::max(most, 3 * kLeastBits))
+    --*std::max_element(bits.begin(), bits.end());
+  return bits;
+}
+
+}  // namespace
+
+CellGrid::CellGrid(std::span<const Vec3> positions, std::span<const double> radii)
+    : sphereCount_(radii.size()) {
+  if (radii.size() <= kFewSpheres) return;
+  const auto [least, largest] = std::ranges::minmax(radii);
+  const Extent extent = extentOf(positions);
+  const double spacing = kOfSpacing * meanSpacing(extent, 2.0 * largest, radii.size());
+  // Widths are the largest one halved again and again, down to that of the smallest sphere.
+  const double widest = std::max(2.0 * largest * kMargin, spacing);
+  const double finest = std::max(2.0 * least * kMargin, spacing);
+  const int halvings = std::clamp(std::ilogb(widest / finest), 0, kMostLevels);
+  const auto levelFor = [&](double radius) {
+    int level = 0;
+    while (std::ldexp(widest, level - halvings) < 2.0 * radius * kMargin)
+      ++level;
+    return level;
+  };
+  std::array<std::size_t, kMostLevels + 1> populations{};
+  for (const double radius : radii)
+    ++populations[static_cast<std::size_t>(levelFor(radius))];
+  std::array<std::uint8_t, kMostLevels + 1> place{};
+  std::size_t natives = 0;
+  for (int level = 0; level <= halvings; ++level) {
+    const auto index = static_cast<std::size_t>(level);
+    place[index] = static_cast<std::uint8_t>(levels_.size());
+    natives += populations[index];
+    if (populations[index] == 0) continue;
+    Level& made = levels_.emplace_back();
+    made.width = std::ldexp(widest, level - halvings);
+    made.shift = level;
+    made.bits = tableBits(extent, made.width, natives);
+    const std::size_t slots = std::size_t{1} << (made.bits[0] + made.bits[1] + made.bits[2]);
+    made.natives.assign(slots, kNobody);
+    if (levels_.size() > 1) made.visitors.assign(slots, kNobody);
+    made.next.assign(radii.size(), kNobody);
+    made.previous.assign(radii.size(), kNobody);
+  }
+  for (std::uint32_t sphere = 0; sphere < radii.size(); ++sphere) {
+    const std::size_t home = place[static_cast<std::size_t>(levelFor(radii[sphere]))];
+    levelOf_.push_back(static_cast<std::uint8_t>(home));
+    Cell cell;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      cell[axis] = static_cast<std::int64_t>(std::floor(
+          positions[sphere][static_cast<Eigen::Index>(axis)] / levels_[home].width));
+    cells_.push_back(cell);
+    for (std::size_t level = home; level < levels_.size(); ++level)
+      enter(sphere, level, cellAt(sphere, levels_[level]));
+  }
+}
+
+std::vector<std::uint32_t>& CellGrid::heads(std::uint32_t sphere, std::size_t level) {
+  return level == levelOf_[sphere] ? levels_[level].natives : levels_[level].visitors;
+}
+
+void CellGrid::enter(std::uint32_t sphere, std::size_t level, const Cell& cell) {
+  Level& there = levels_[level];
+  std::uint32_t& head = heads(sphere, level)[slot(there, cell)];
+  there.next[sphere] = head;
+  there.previous[sphere] = kNobody;
+  if (head != kNobody) there.previous[head] = sphere;
+  head = sphere;
+}
+
+void CellGrid::leave(std::uint32_t sphere, std::size_t level, const Cell& cell) {
+  Level& there = levels_[level];
+  const std::uint32_t next = there.next[sphere];
+  const std::uint32_t previous = there.previous[sphere];
+  if (next != kNobody) there.previous[next] = previous;
+  if (previous != kNobody) {
+    there.next[previous] = next;
+  } else {
+    heads(sphere, level)[slot(there, cell)] = next;
+  }
+}
+
+CellGrid::Crossing CellGrid::nextCrossing(std::uint32_t sphere, const Course& course) const {
+  Crossing crossing{kNever, 0, false};
+  if (levels_.empty()) return crossing;
+  const double width = levels_[levelOf_[sphere]].width;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto at = static_cast<Eigen::Index>(axis);
+    const auto cell = static_cast<double>(cells_[sphere][axis]);
+    const double low = course.position[at] - cell * width;
+    const double high = (cell + 1.0) * width - course.position[at];
+    const double velocity = course.velocity[at];
+    const double acceleration = course.acceleration[at];
+    const auto consider = [&](double wait, bool up) {
+      if (wait < crossing.wait) crossing = {wait, static_cast<std::uint8_t>(axis), up};
+    };
+    if (acceleration == 0.0) {
+      if (velocity > 0.0) consider(std::max(high, 0.0) / velocity, true);
+      if (velocity < 0.0) consider(std::max(low, 0.0) / -velocity, false);
+    } else {
+      consider(planeContactTime(low, velocity, acceleration), false);
+      consider(planeContactTime(high, -velocity, -acceleration), true);
+    }
+  }
+  return crossing;
+}
+
+void CellGrid::cross(std::uint32_t sphere, const Crossing& crossing) {
+  const Cell before = cells_[sphere];
+  cells_[sphere][crossing.axis] += crossing.up ? 1 : -1;
+  const std::size_t home = levelOf_[sphere];
+  for (std::size_t level = home; level < levels_.size(); ++level) {
+    const int shift = levels_[level].shift - levels_[home].shift;
+    Cell from = before;
+    for (std::int64_t& part : from)
+      part >>= shift;
+    const Cell to = cellAt(sphere, levels_[level]);
+    if (from == to) break;
+    leave(sphere, level, from);
+    enter(sphere, level, to);
+  }
+}
+
+bool CellGrid::holds(std::uint32_t sphere, const Vec3& position, double tolerance) const {
+  if (levels_.empty()) return true;
+  const std::size_t home = levelOf_[sphere];
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double from = position[static_cast<Eigen::Index>(axis)] -
+                        static_cast<double>(cells_[sphere][axis]) * levels_[home].width;
+    if (!(from >= -tolerance && from <= levels_[home].width + tolerance)) return false;
+  }
+  for (std::size_t level = home; level < levels_.size(); ++level) {
+    const Level& there = levels_[level];
+    const auto& lists = level == home ? there.natives : there.visitors;
+    bool found = false;
+    visitList(there, lists[slot(there, cellAt(sphere, there))],
+              [&](std::uint32_t other) { found = found || other == sphere; });
+    if (!found) return false;
+  }
+  return true;
+}
+
+}  // namespace carom
