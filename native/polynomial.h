@@ -1,0 +1,25 @@
+#pragma once
+
+#include <array>
+
+namespace carom {
+
+/// c0 + c1 t + c2 t^2 + c3 t^3 + c4 t^4, lowest first.
+using Quartic = std::array<double, 5>;
+
+/// By Horner's rule. [any thread]
+double valueAt(const Quartic& polynomial, double t) noexcept;
+
+/// The first t >= `from` at which the polynomial falls through zero: from above, or from zero, to
+/// below. Infinity if it never does. What is below zero at `from` already must rise above it first;
+/// where it is below and falling the caller decides.
+///
+/// Found as what it is: between neighbouring zeros of its derivative the polynomial is monotone, so
+/// there is one fall in an interval or none, and the derivative's zeros are found in the same way
+/// from those of the second derivative, which are in closed form. Each is bracketed and refined by
+/// Newton's method, kept in its bracket by bisection, until the bracket is two neighbouring doubles
+/// or the value is lost in rounding. So a near graze is a question of the coefficients' rounding,
+/// not of convergence. Only + - * / and sqrt. Finite coefficients. [any thread]
+double firstFall(const Quartic& polynomial, double from) noexcept;
+
+}  // namespace carom
