@@ -92,8 +92,8 @@ inline void Agenda::lookAt(std::uint32_t sphere, std::uint32_t other, const Inst
                            Contact& best) const {
   const double radiusSum =
       radius_ > 0.0 ? 2.0 * radius_ : bodies_.radii[sphere] + bodies_.radii[other];
-  Instant time = pairContact(bodies_.motions[sphere], bodies_.motions[other], bodies_.gravity,
-                             radiusSum);
+  Instant time =
+      pairContact(bodies_.motions[sphere], bodies_.motions[other], bodies_.gravity, radiusSum);
   if (!(time < Instant::never())) return;
   time = std::max(time, now);
   if (best.time < time || (best.time == time && bodies_.ids[other] >= idOf(best))) return;
@@ -129,8 +129,7 @@ void Agenda::cross(std::uint32_t sphere, const Instant& now) {
   grid_.cross(sphere, crossing);
   predictCrossing(sphere, now);
   Contact best = future.contact;
-  grid_.visitNew(sphere, crossing,
-                 [&](std::uint32_t other) { lookAt(sphere, other, now, best); });
+  grid_.visitNew(sphere, crossing, [&](std::uint32_t other) { lookAt(sphere, other, now, best); });
   if (best.time < future.contact.time) {
     future.contact = best;
     claim(sphere, best);

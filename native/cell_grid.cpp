@@ -12,8 +12,8 @@ namespace {
 constexpr double kMargin = 1.0 + 1e-9;
 /// Where spheres are far apart, cells are so much of the mean distance wide: fewer crossings.
 constexpr double kOfSpacing = 0.5;
-constexpr int kLeastBits = 2;     ///< three neighbouring cells must be three
-constexpr int kMostLevels = 40;   ///< a ratio of the radii of 10^12
+constexpr int kLeastBits = 2;    ///< three neighbouring cells must be three
+constexpr int kMostLevels = 40;  ///< a ratio of the radii of 10^12
 constexpr double kSlotsPerSphere = 4.0;
 
 struct Extent {
@@ -96,8 +96,8 @@ CellGrid::CellGrid(std::span<const Vec3> positions, std::span<const double> radi
     levelOf_.push_back(static_cast<std::uint8_t>(home));
     Cell cell;
     for (std::size_t axis = 0; axis < 3; ++axis)
-      cell[axis] = static_cast<std::int64_t>(std::floor(
-          positions[sphere][static_cast<Eigen::Index>(axis)] / levels_[home].width));
+      cell[axis] = static_cast<std::int64_t>(
+          std::floor(positions[sphere][static_cast<Eigen::Index>(axis)] / levels_[home].width));
     cells_.push_back(cell);
     for (std::size_t level = home; level < levels_.size(); ++level)
       enter(sphere, level, cellAt(sphere, levels_[level]));

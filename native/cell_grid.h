@@ -10,12 +10,12 @@
 
 namespace carom {
 
-/// Which spheres are near which: a hierarchical grid of cells (Ogarko and Luding 2012, Comput. Phys.
-/// Commun. 183, 931). A level has cells at least as wide as the spheres that live there, so that
-/// two of them can only touch if their cells are neighbours. Each level's cells are a whole number
-/// of the next finer level's cells wide, and every sphere is also a visitor in the cells around it
-/// of each coarser level: so a large sphere finds the small ones near it without looking at all the
-/// small cells that it covers, and a small one finds the large ones.
+/// Which spheres are near which: a hierarchical grid of cells (Ogarko and Luding 2012, Comput.
+/// Phys. Commun. 183, 931). A level has cells at least as wide as the spheres that live there, so
+/// that two of them can only touch if their cells are neighbours. Each level's cells are a whole
+/// number of the next finer level's cells wide, and every sphere is also a visitor in the cells
+/// around it of each coarser level: so a large sphere finds the small ones near it without looking
+/// at all the small cells that it covers, and a small one finds the large ones.
 ///
 /// Space has no end: cells are counted from the origin in all directions, and share a table that
 /// repeats after a power of two of cells. What is far away may so be looked at in vain, but nothing
@@ -65,9 +65,9 @@ class CellGrid {
   using Cell = std::array<std::int64_t, 3>;
 
   struct Level {
-    double width = 0.0;           ///< m, of a cell
-    int shift = 0;                ///< 2^shift cells of the finest level make one of this
-    std::array<int, 3> bits{};    ///< the table repeats after 2^bits cells
+    double width = 0.0;                   ///< m, of a cell
+    int shift = 0;                        ///< 2^shift cells of the finest level make one of this
+    std::array<int, 3> bits{};            ///< the table repeats after 2^bits cells
     std::vector<std::uint32_t> natives;   ///< by slot: the first sphere whose level this is
     std::vector<std::uint32_t> visitors;  ///< by slot: the first of a finer level
     std::vector<std::uint32_t> next;      ///< by sphere, in the same cell
@@ -93,9 +93,9 @@ class CellGrid {
                   const Visit& visit) const;
 
   std::size_t sphereCount_ = 0;
-  std::vector<Level> levels_;           ///< the finest first
-  std::vector<std::uint8_t> levelOf_;   ///< by sphere
-  std::vector<Cell> cells_;             ///< by sphere, of its own level
+  std::vector<Level> levels_;          ///< the finest first
+  std::vector<std::uint8_t> levelOf_;  ///< by sphere
+  std::vector<Cell> cells_;            ///< by sphere, of its own level
 };
 
 // ---- Visits are inlined: a stepper spends most of its time in them.
@@ -162,8 +162,8 @@ void CellGrid::visitNew(std::uint32_t sphere, const Crossing& crossing, const Vi
   for (std::size_t coarser = home + 1; coarser < levels_.size(); ++coarser) {
     const Level& level = levels_[coarser];
     const Cell cell = cellAt(sphere, level);
-    const std::int64_t before = (cells_[sphere][crossing.axis] - direction) >>
-                                (level.shift - levels_[home].shift);
+    const std::int64_t before =
+        (cells_[sphere][crossing.axis] - direction) >> (level.shift - levels_[home].shift);
     if (before == cell[crossing.axis]) continue;
     visitCells(level, cell, range, false, visit);
   }

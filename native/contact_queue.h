@@ -8,9 +8,9 @@
 
 namespace carom {
 
-/// When each sphere needs attention next, earliest first: an indexed heap with exactly one entry per
-/// sphere, which moves when its time changes. Equal times are in order of the spheres. Four children
-/// to a node, so that a sink reads one cache line per level.
+/// When each sphere needs attention next, earliest first: an indexed heap with exactly one entry
+/// per sphere, which moves when its time changes. Equal times are in order of the spheres. Four
+/// children to a node, so that a sink reads one cache line per level.
 ///
 /// Internal to native/. Construction allocates, nothing else does.
 class ContactQueue {

@@ -94,7 +94,6 @@ class SphereStepper::Simulation {
   double potentialEnergy() const;
   bool validate(std::string* why) const;
 
-
  private:
   Motion motionAtTime(std::size_t sphere) const { return bodies_.at(sphere, {time_, 0.0}); }
   double hopSpeed(const Substance& body, const Wall& wall) const;
@@ -244,7 +243,8 @@ void SphereStepper::Simulation::collide(std::uint32_t sphere, Motion motion, std
     ++counters_.restContacts;
   } else {
     report({bodies_.ids[sphere], bodies_.radii[sphere], motion.position, motion.velocity},
-           {bodies_.ids[other], bodies_.radii[other], otherMotion.position, otherMotion.velocity}, impact);
+           {bodies_.ids[other], bodies_.radii[other], otherMotion.position, otherMotion.velocity},
+           impact);
   }
   motion.velocity += (share * change) * normal;
   otherMotion.velocity -= (otherShare * change) * normal;
@@ -337,7 +337,8 @@ void SphereStepper::Simulation::noteContact(std::uint32_t sphere) {
 }
 
 /// Rebound speed of a reported contact; the plane owes the sphere a hop when it took that much.
-double SphereStepper::Simulation::damp(Substance& body, const Wall& wall, double approachSpeed) const {
+double SphereStepper::Simulation::damp(Substance& body, const Wall& wall,
+                                       double approachSpeed) const {
   const double restitution =
       restitutions_.of(body.surface, body.restitution, wall.plane.surface, wall.plane.restitution);
   const double rebound = restitution * approachSpeed;
@@ -403,7 +404,8 @@ bool SphereStepper::Simulation::validateApart(std::size_t sphere, std::string* w
   const double rounding = kRoundingTolerance * position.cwiseAbs().maxCoeff();
   for (std::size_t other = sphere + 1; other < sphereCount(); ++other) {
     const double distance = (position - motionAtTime(other).position).norm();
-    const double allowed = kOverlapTolerance * std::min(bodies_.radii[sphere], bodies_.radii[other]) + rounding;
+    const double allowed =
+        kOverlapTolerance * std::min(bodies_.radii[sphere], bodies_.radii[other]) + rounding;
     if (distance + allowed < bodies_.radii[sphere] + bodies_.radii[other]) {
       return fail(why, name + ": overlaps sphere " + std::to_string(bodies_.ids[other]));
     }
