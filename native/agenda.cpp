@@ -1,11 +1,14 @@
 #include "native/agenda.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "native/contact_time.h"
 
 namespace carom {
 namespace {
+
+constexpr double kRounding = 1e-9;  ///< what certainly covers it
 
 std::vector<Vec3> positionsOf(const Bodies& bodies) {
   std::vector<Vec3> positions;
@@ -15,28 +18,49 @@ std::vector<Vec3> positionsOf(const Bodies& bodies) {
   return positions;
 }
 
+double lengthOf(const Vec3& vector) {
+  return std::sqrt(dotInOrder(vector, vector));
+}
+
 const Instant& earlierOf(const Instant& one, const Instant& other) {
   return other < one ? other : one;
 }
 
-/// The instant of first touch of two spheres; never before the later of those since which they
-/// move as they do.
-Instant pairContact(const Motion& motion, const Motion& other, const Vec3& gravity,
-                    double radiusSum) {
+/// The instant of first touch of two spheres under the same acceleration; never before the later of
+/// the instants since which they move as they do.
+Instant straightContact(const Motion& motion, const Motion& other, const Vec3& acceleration,
+                        double radiusSum) {
   const double lag = elapsed(other.since, motion.since);
-  const Vec3 gained = lag * gravity;
+  const Vec3 gained = lag * acceleration;
   Vec3 separation = motion.position - other.position;
-  Vec3 velocity = motion.velocity - other.velocity - gained;
-  // The earlier one is taken to the instant of the later one. `velocity` is that of both, always:
-  // it does not change under the same gravity.
+  // The earlier one is taken to the instant of the later one. `velocity` is that of both, always.
+  const Vec3 velocity = motion.velocity - other.velocity - gained;
   if (lag >= 0.0) {
     separation -= lag * (other.velocity + 0.5 * gained);
-    const double wait = sphereContactTime(separation, velocity, radiusSum);
-    return wait == kNever ? Instant::never() : after(motion.since, wait);
+  } else {
+    separation -= lag * (motion.velocity - 0.5 * gained);
   }
-  separation -= lag * (motion.velocity - 0.5 * gained);
   const double wait = sphereContactTime(separation, velocity, radiusSum);
-  return wait == kNever ? Instant::never() : after(other.since, wait);
+  if (wait == kNever) return Instant::never();
+  return after(lag >= 0.0 ? motion.since : other.since, wait);
+}
+
+/// As above, under different accelerations; never, too, if it is certainly not before `best`.
+Instant curvedContact(const Motion& motion, const Vec3& acceleration, const Motion& other,
+                      const Vec3& otherAcceleration, double radiusSum, const Instant& best) {
+  const bool later = elapsed(other.since, motion.since) >= 0.0;
+  const Instant& from = later ? motion.since : other.since;
+  const Motion here = later ? motion : motion.at(from, acceleration);
+  const Motion there = later ? other.at(from, otherAcceleration) : other;
+  const Vec3 separation = here.position - there.position;
+  const Vec3 velocity = here.velocity - there.velocity;
+  const Vec3 relative = acceleration - otherAcceleration;
+  const double horizon = elapsed(from, best) * (1.0 + kRounding);
+  const double way = horizon * (lengthOf(velocity) + horizon * lengthOf(relative));
+  const double reach = (radiusSum + way) * (1.0 + kRounding);
+  if (dotInOrder(separation, separation) > reach * reach) return Instant::never();
+  const double wait = sphereContactTime(separation, velocity, relative, radiusSum, horizon);
+  return wait == kNever ? Instant::never() : after(from, wait);
 }
 
 }  // namespace
@@ -63,6 +87,7 @@ bool Agenda::upToDate(const Contact& contact) const {
 void Agenda::forget(std::uint32_t sphere) {
   Future& future = futures_[sphere];
   ++future.changes;
+  if (future.contact.partner != kNobody) future.lastPartner = future.contact.partner;
   future.contact = {};
 }
 
@@ -75,12 +100,14 @@ BodyId Agenda::idOf(const Contact& contact) const {
 
 void Agenda::lookForWalls(std::uint32_t sphere, const Instant& now, Contact& best) const {
   const Motion& motion = bodies_.motions[sphere];
-  for (std::size_t index = 0; index < bodies_.walls.size(); ++index) {
+  const Vec3& pull = bodies_.accelerations[sphere];
+  for (std::uint32_t index = 0; index < bodies_.walls.size(); ++index) {
+    if (bodies_.holds[sphere].has(index)) continue;
     const Wall& wall = bodies_.walls[index];
     const Vec3& normal = wall.plane.normal;
-    const double height = dotInOrder(normal, motion.position) - wall.plane.offset;
-    const double wait = planeContactTime(height - bodies_.radii[sphere],
-                                         dotInOrder(normal, motion.velocity), wall.acceleration);
+    const double wait = planeContactTime(
+        bodies_.height(sphere, wall, motion.position, motion.since),
+        dotInOrder(normal, motion.velocity) - wall.speed, bodies_.alongNormal(normal, pull));
     if (wait == kNever) continue;
     const Instant time = std::max(after(motion.since, wait), now);
     if (best.time < time || (best.time == time && wall.plane.id > idOf(best))) continue;
@@ -92,8 +119,13 @@ inline void Agenda::lookAt(std::uint32_t sphere, std::uint32_t other, const Inst
                            Contact& best) const {
   const double radiusSum =
       radius_ > 0.0 ? 2.0 * radius_ : bodies_.radii[sphere] + bodies_.radii[other];
-  Instant time =
-      pairContact(bodies_.motions[sphere], bodies_.motions[other], bodies_.gravity, radiusSum);
+  const Motion& motion = bodies_.motions[sphere];
+  const Motion& otherMotion = bodies_.motions[other];
+  const Vec3& pull = bodies_.accelerations[sphere];
+  Instant time = bodies_.apart == 0 || pull == bodies_.accelerations[other]
+                     ? straightContact(motion, otherMotion, pull, radiusSum)
+                     : curvedContact(motion, pull, otherMotion, bodies_.accelerations[other],
+                                     radiusSum, best.time);
   if (!(time < Instant::never())) return;
   time = std::max(time, now);
   if (best.time < time || (best.time == time && bodies_.ids[other] >= idOf(best))) return;
@@ -105,6 +137,9 @@ inline void Agenda::lookAt(std::uint32_t sphere, std::uint32_t other, const Inst
 void Agenda::predict(std::uint32_t sphere, const Instant& now) {
   Contact best;
   lookForWalls(sphere, now, best);
+  // Whom it met last it often meets next, and soon, as while it hops: nobody later is looked at.
+  const std::uint32_t last = futures_[sphere].lastPartner;
+  if (bodies_.apart > 0 && last < bodies_.count()) lookAt(sphere, last, now, best);
   grid_.visitNear(sphere, [&](std::uint32_t other) { lookAt(sphere, other, now, best); });
   predictCrossing(sphere, now);
   futures_[sphere].contact = best;
@@ -116,7 +151,7 @@ void Agenda::predictCrossing(std::uint32_t sphere, const Instant& now) {
   if (grid_.levelCount() == 0) return;
   const Motion motion = bodies_.at(sphere, now);
   const CellGrid::Crossing crossing =
-      grid_.nextCrossing(sphere, {motion.position, motion.velocity, bodies_.gravity});
+      grid_.nextCrossing(sphere, {motion.position, motion.velocity, bodies_.accelerations[sphere]});
   Future& future = futures_[sphere];
   future.crossing = after(now, crossing.wait);
   future.axis = crossing.axis;

@@ -5,32 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "native/bodies.h"
 #include "native/cell_grid.h"
 #include "native/contact_queue.h"
-#include "native/motion.h"
-#include "native/sphere_stepper.h"
 
 namespace carom {
-
-/// A plane, and the part of gravity along its normal.
-struct Wall {
-  Plane plane;
-  double acceleration = 0.0;  ///< m/s^2, negative: pulls spheres towards the plane
-};
-
-/// What moves, and in what. Spheres are in order of their ids.
-struct Bodies {
-  Vec3 gravity = Vec3::Zero();  ///< m/s^2
-  std::vector<Motion> motions;  ///< by sphere
-  std::vector<double> radii;    ///< m, by sphere
-  std::vector<BodyId> ids;      ///< by sphere, ascending
-  std::vector<Wall> walls;
-
-  std::size_t count() const { return motions.size(); }  ///< of spheres
-  Motion at(std::size_t sphere, const Instant& instant) const {
-    return motions[sphere].at(instant, gravity);
-  }
-};
 
 /// What every sphere does next, and which is the first: it meets another or a wall, or leaves its
 /// cell. A contact is predicted from the motions of the two that meet, taken at the later of the
@@ -72,6 +51,12 @@ class Agenda {
   /// Takes the sphere to the next cell at `now`, its time of crossing.
   void cross(std::uint32_t sphere, const Instant& now);
 
+  /// Calls visit(other) for all spheres that may touch this one; see CellGrid.
+  template <class Visit>
+  void visitNear(std::uint32_t sphere, const Visit& visit) const {
+    grid_.visitNear(sphere, visit);
+  }
+
   bool validate(std::uint32_t sphere, double time, std::string* why) const;
   bool queueValid() const { return queue_.valid(); }
 
@@ -80,6 +65,7 @@ class Agenda {
     Contact contact;
     Instant crossing = Instant::never();
     std::uint32_t changes = 0;  ///< of motion; may wrap round: only compared for equality
+    std::uint32_t lastPartner = kNobody;
     std::uint8_t axis = 0;
     bool up = false;
   };

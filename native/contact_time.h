@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "audio/vector.h"
+#include "native/polynomial.h"
 
 namespace carom {
 
@@ -44,6 +45,28 @@ inline double sphereContactTime(const Vec3& separation, const Vec3& relativeVelo
   const double miss = dotInOrder(moment, moment);
   if (miss > reach) return kNever;
   return gap / (closing + std::sqrt(reach - miss));
+}
+
+/// As above, of two spheres whose accelerations differ by `acceleration` (m/s^2), which is
+/// constant: the first time at which the square of their distance falls through R^2, a quartic in
+/// time. What touches or overlaps and is neither approaching nor accelerated in leaves first, and
+/// comes back to R, or if it never gets that far to the overlap that it has now. Never, too, if it
+/// is after `until`, s from now. [any thread]
+inline double sphereContactTime(const Vec3& separation, const Vec3& relativeVelocity,
+                                const Vec3& acceleration, double radiusSum, double until) noexcept {
+  const double gap = dotInOrder(separation, separation) - radiusSum * radiusSum;
+  const double closing = dotInOrder(separation, relativeVelocity);
+  const double bend =
+      dotInOrder(relativeVelocity, relativeVelocity) + dotInOrder(separation, acceleration);
+  if (gap <= 0.0 && (closing < 0.0 || (closing == 0.0 && bend < 0.0))) return 0.0;
+  Quartic distance{gap, 2.0 * closing, bend, dotInOrder(relativeVelocity, acceleration),
+                   0.25 * dotInOrder(acceleration, acceleration)};
+  // Whether it is in time is one question and when it is another, whose answer is the same bits
+  // whatever `until` is.
+  if (firstFall(distance, 0.0, until) < kNever) return firstFall(distance, 0.0);
+  if (gap >= 0.0) return kNever;
+  distance[0] = 0.0;
+  return firstFall(distance, 0.0, until) < kNever ? firstFall(distance, 0.0) : kNever;
 }
 
 /// Time until a point at `height` above a surface, moving with `velocity` along the normal under

@@ -10,7 +10,13 @@ namespace carom {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kEnough = 4.0 * std::numeric_limits<double>::epsilon();  ///< of t, a last step
 constexpr int kMostSteps = 2200;  ///< bisection alone could need them, from 1e300 to 1e-300
+
+struct Interval {
+  double from = 0.0;
+  double until = kInfinity;
+};
 
 /// In ascending order; at most as many as a polynomial of degree 4 has.
 struct Roots {
@@ -53,29 +59,49 @@ double beyond(std::span<const double> c, double from) {
   return far > 0.0 ? far : 1.0;
 }
 
+/// The zero in [low, high] of the polynomial without what is above t^2, which is near where
+/// accelerations matter little yet; or else the middle.
+double guess(std::span<const double> c, double low, double high) {
+  const double half = -0.5 * c[1];
+  const double discriminant = half * half - c[0] * c[2];
+  if (discriminant >= 0.0) {
+    const double far = half + std::copysign(std::sqrt(discriminant), half);
+    for (const double root : {c[0] / far, far / c[2]}) {
+      if (root > low && root < high) return root;
+    }
+  }
+  return 0.5 * (low + high);
+}
+
 /// The zero in [low, high], at whose ends the signs differ.
-double refine(std::span<const double> c, double low, double high) {
-  const bool rising = value(c, low) < 0.0;
-  double t = 0.5 * (low + high);
+double refine(std::span<const double> c, double low, double high, bool rising) {
+  double t = guess(c, low, high);
+  double before = high - low;  // the last step but one
+  double last = before;
   for (int step = 0; step < kMostSteps; ++step) {
     const double here = value(c, t);
     if (here == 0.0) return t;
     ((here < 0.0) == rising ? low : high) = t;
-    const double newton = t - here / slope(c, t);
-    const double next = newton > low && newton < high ? newton : 0.5 * (low + high);
+    double next = t - here / slope(c, t);
+    if (std::abs(next - t) <= kEnough * std::abs(t)) return t;
+    // Newton's steps must halve every second time; a polynomial far off does not let them.
+    const bool slow = !(2.0 * std::abs(next - t) < before);
+    if (slow || !(next > low && next < high)) next = 0.5 * (low + high);
     if (next == t || next <= low || next >= high) return t;
+    before = last;
+    last = std::abs(next - t);
     t = next;
   }
   return t;
 }
 
-Roots rootsAbove(std::span<const double> c, double from);
+Roots rootsIn(std::span<const double> c, const Interval& in);
 
 /// Where the polynomial changes its sign between neighbouring points of a division on which it is
 /// monotone.
-Roots rootsBetween(std::span<const double> c, double from, const Roots& division) {
+Roots rootsBetween(std::span<const double> c, const Interval& in, const Roots& division) {
   Roots roots;
-  double low = from;
+  double low = in.from;
   const auto look = [&](double high) {
     if (!(high > low)) return;
     const double before = value(c, low);
@@ -83,20 +109,20 @@ Roots rootsBetween(std::span<const double> c, double from, const Roots& division
     if (before == 0.0) {
       if (roots.count == 0 || roots.at[roots.count - 1] < low) roots.add(low);
     } else if (behind != 0.0 && (before < 0.0) != (behind < 0.0)) {
-      roots.add(refine(c, low, high));
+      roots.add(refine(c, low, high, before < 0.0));
     }
     low = high;
   };
   for (const double high : division.all())
     look(high);
-  look(beyond(c, from));
+  look(in.until < kInfinity ? in.until : beyond(c, in.from));
   return roots;
 }
 
-Roots rootsOfQuadratic(std::span<const double> c, double from) {
+Roots rootsOfQuadratic(std::span<const double> c, const Interval& in) {
   Roots roots;
   const auto add = [&](double root) {
-    if (root > from && std::isfinite(root)) roots.add(root);
+    if (root > in.from && root < in.until) roots.add(root);
   };
   const double half = -0.5 * c[1];
   if (c[2] == 0.0) {
@@ -114,12 +140,12 @@ Roots rootsOfQuadratic(std::span<const double> c, double from) {
   return roots;
 }
 
-Roots rootsAbove(std::span<const double> c, double from) {
-  if (c.size() == 3) return rootsOfQuadratic(c, from);
+Roots rootsIn(std::span<const double> c, const Interval& in) {
+  if (c.size() == 3) return rootsOfQuadratic(c, in);
   std::array<double, 4> derivative{};
   for (std::size_t i = 1; i < c.size(); ++i)
     derivative[i - 1] = static_cast<double>(i) * c[i];
-  return rootsBetween(c, from, rootsAbove({derivative.data(), c.size() - 1}, from));
+  return rootsBetween(c, in, rootsIn({derivative.data(), c.size() - 1}, in));
 }
 
 }  // namespace
@@ -128,19 +154,23 @@ double valueAt(const Quartic& polynomial, double t) noexcept {
   return value(polynomial, t);
 }
 
-double firstFall(const Quartic& polynomial, double from) noexcept {
+double firstFall(const Quartic& polynomial, double from, double until) noexcept {
+  const Interval in{from, until};
   std::array<double, 4> derivative{};
   for (std::size_t i = 1; i < polynomial.size(); ++i)
     derivative[i - 1] = static_cast<double>(i) * polynomial[i];
-  const Roots turns = rootsAbove(derivative, from);
+  const Roots turns = rootsIn(derivative, in);
   double low = from;
+  double before = value(polynomial, low);
   for (std::size_t i = 0; i <= turns.count; ++i) {
-    const double high = i < turns.count ? turns.at[i] : beyond(polynomial, from);
+    const double end = until < kInfinity ? until : beyond(polynomial, from);
+    const double high = i < turns.count ? turns.at[i] : end;
     if (!(high > low)) continue;
-    const double before = value(polynomial, low);
-    if (before >= 0.0 && value(polynomial, high) < 0.0)
-      return before == 0.0 ? low : refine(polynomial, low, high);
+    const double behind = value(polynomial, high);
+    if (before >= 0.0 && behind < 0.0)
+      return before == 0.0 ? low : refine(polynomial, low, high, false);
     low = high;
+    before = behind;
   }
   return kInfinity;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 
 namespace carom {
 
@@ -10,9 +11,9 @@ using Quartic = std::array<double, 5>;
 /// By Horner's rule. [any thread]
 double valueAt(const Quartic& polynomial, double t) noexcept;
 
-/// The first t >= `from` at which the polynomial falls through zero: from above, or from zero, to
-/// below. Infinity if it never does. What is below zero at `from` already must rise above it first;
-/// where it is below and falling the caller decides.
+/// The first t from `from` to `until` at which the polynomial falls through zero: from above, or
+/// from zero, to below. Infinity if it never does. What is below zero at `from` already must rise
+/// above it first; where it is below and falling the caller decides.
 ///
 /// Found as what it is: between neighbouring zeros of its derivative the polynomial is monotone, so
 /// there is one fall in an interval or none, and the derivative's zeros are found in the same way
@@ -20,6 +21,7 @@ double valueAt(const Quartic& polynomial, double t) noexcept;
 /// Newton's method, kept in its bracket by bisection, until the bracket is two neighbouring doubles
 /// or the value is lost in rounding. So a near graze is a question of the coefficients' rounding,
 /// not of convergence. Only + - * / and sqrt. Finite coefficients. [any thread]
-double firstFall(const Quartic& polynomial, double from) noexcept;
+double firstFall(const Quartic& polynomial, double from,
+                 double until = std::numeric_limits<double>::infinity()) noexcept;
 
 }  // namespace carom

@@ -8,40 +8,10 @@
 #include <vector>
 
 #include "audio/impulse_event.h"
-#include "audio/restitution_table.h"
 #include "audio/result.h"
+#include "native/sphere_world.h"
 
 namespace carom {
-
-/// A rigid, frictionless sphere that does not spin.
-struct Sphere {
-  BodyId id = 0;
-  double radius = 0.0;           ///< m, > 0
-  double mass = 0.0;             ///< kg, > 0
-  double restitution = 1.0;      ///< 0 to 1; a pair has combinedRestitution of both, or ...
-  Vec3 position = Vec3::Zero();  ///< m, world frame, centre, at time 0
-  Vec3 velocity = Vec3::Zero();  ///< m/s, world frame, at time 0
-  SurfaceId surface = 0;         ///< ... what SphereWorld::restitutions holds for their surfaces
-};
-
-/// An immovable half-space; the spheres are on the side its normal points to.
-struct Plane {
-  BodyId id = 0;                ///< shares one set of ids with the spheres
-  Vec3 normal = Vec3::UnitY();  ///< unit within 1e-9; create() removes the rest
-  double offset = 0.0;          ///< m, the plane is { x : normal . x = offset }
-  double restitution = 1.0;     ///< 0 to 1
-  SurfaceId surface = 0;        ///< as of a Sphere
-};
-
-struct SphereWorld {
-  Vec3 gravity = Vec3::Zero();  ///< m/s^2, the same for every sphere
-  std::vector<Sphere> spheres;
-  std::vector<Plane> planes;
-  RestitutionTable restitutions;  ///< of pairs of surfaces, instead of the mean of the two bodies
-  /// m/s, >= 0. A contact that approaches more slowly keeps its energy and is not reported: it is
-  /// how this stepper rests. See SphereStepper. Zero reports and damps every contact.
-  double restSpeed = 0.005;
-};
 
 /// State of one sphere.
 struct SphereState {
@@ -51,7 +21,9 @@ struct SphereState {
 
 struct SphereStepperCounters {
   std::uint64_t collisions = 0;    ///< reported, two events each
-  std::uint64_t restContacts = 0;  ///< slower than restSpeed: elastic, not reported
+  std::uint64_t restContacts = 0;  ///< slower than restSpeed, not reported
+  std::uint64_t laidDown = 0;      ///< spheres put to sleep, each time
+  std::uint64_t woken = 0;         ///< spheres woken, each time
   std::uint64_t collapses = 0;     ///< runs of contacts too dense to be followed; see SphereStepper
   std::uint64_t staleContacts = 0;  ///< predictions found outdated, and made again
 };

@@ -83,8 +83,9 @@ TEST(SphereStepper, BouncesFollowTheGeometricSeriesUntilRestSpeed) {
     EXPECT_NEAR(event.approachSpeed, impactSpeed * power, 1e-12);
     EXPECT_NEAR(event.impulse.y(), 1.8 * 0.2 * impactSpeed * power, 1e-12);
   }
-  EXPECT_GT(stepper.counters().restContacts, 100U);
-  EXPECT_LT(stepper.state(0).position.y() - 0.05, 1.3e-6);
+  EXPECT_EQ(stepper.counters().restContacts, 1U) << "the next one ends it";
+  EXPECT_EQ(stepper.state(0).velocity, Vec3::Zero());
+  EXPECT_NEAR(stepper.state(0).position.y(), 0.05, 1e-15);
 }
 
 TEST(SphereStepper, BounceIntervalsADayAfterTheStartKeepUnderANanosecond) {
@@ -292,26 +293,21 @@ TEST(SphereStepper, EnergyNeverGrowsWhileItIsLost) {
       ASSERT_TRUE(valid(stepper));
     }
     EXPECT_LT(lowest, start - 0.1 * std::abs(start));
-    // Without any rebound, clusters do collapse.
-    if (restitution > 0.0) {
-      EXPECT_EQ(stepper.counters().collapses, 0U) << restitution;
-    }
   }
 }
 
-TEST(SphereStepper, ABallPlacedOnTheFloorStaysSilentWithinAMicrometre) {
+TEST(SphereStepper, ABallPlacedOnTheFloorStaysSilentAndWhereItIs) {
   SphereStepper stepper = stepperOf(droppedBall(0.0, 0.7));
   EXPECT_TRUE(eventsUntil(stepper, 10.0).empty());
-  EXPECT_NEAR(stepper.state(0).position.y(), 0.05, 1e-6);
-  EXPECT_LT(stepper.counters().restContacts, 40'000U);
-  EXPECT_EQ(stepper.counters().collapses, 0U);
+  EXPECT_EQ(stepper.state(0).position.y(), 0.05);
+  EXPECT_EQ(stepper.counters().restContacts, 1U);
 }
 
 TEST(SphereStepper, ABallPlacedOnTheFloorWithRoundingStaysToo) {
   for (const double error : {-1e-12, -1e-17, 1e-17, 1e-13, 1e-9}) {
     SphereStepper stepper = stepperOf(droppedBall(error, 0.7));
     EXPECT_TRUE(eventsUntil(stepper, 1.0).empty()) << error;
-    EXPECT_LT(stepper.counters().restContacts, 4'000U) << error;
+    EXPECT_LE(stepper.counters().restContacts, 2U) << error;
   }
 }
 
@@ -350,10 +346,10 @@ TEST(SphereStepper, InelasticCollapseWithoutRestSpeedEndsAndIsCounted) {
   SphereStepper stepper = stepperOf(world);
   const std::vector<ImpulseEvent> events = eventsUntil(stepper, 3.0);
   const double end = std::sqrt(2.0 / 9.81) * 3.0;  // sum of the series for e = 1/2
-  EXPECT_NEAR(events[60].time, end, 1e-8);
-  EXPECT_GE(stepper.counters().collapses, 1U);
-  EXPECT_LE(stepper.counters().collapses, 2U);
-  EXPECT_LT(stepper.counters().collisions + stepper.counters().restContacts, 30'000U);
+  // A bounce that would last less than 10 us is none: v0 / 2^k < g 5 us from k = 17 on.
+  ASSERT_EQ(events.size(), 2U * 17U);
+  EXPECT_NEAR(events.back().time, end, 2e-5);
+  EXPECT_EQ(stepper.state(0).velocity, Vec3::Zero());
 }
 
 TEST(SphereStepper, InelasticCollapseBetweenThreeBallsEnds) {
@@ -375,8 +371,8 @@ TEST(SphereStepper, BallsRestingSideBySideInAVeeStayQuiet) {
   world.spheres = {sphereAt(1, {0.0, 0.05 / s, 0.0}), sphereAt(2, {0.0, 0.05 / s, 0.1})};
   SphereStepper stepper = stepperOf(world);
   EXPECT_TRUE(eventsUntil(stepper, 2.0).empty());
-  EXPECT_NEAR(stepper.state(0).position.y(), 0.05 / s, 1e-5);
-  EXPECT_LT(stepper.counters().restContacts, 40'000U);
+  EXPECT_NEAR(stepper.state(0).position.y(), 0.05 / s, 1e-14);
+  EXPECT_LE(stepper.counters().restContacts, 8U);
 }
 
 TEST(SphereStepper, MassRatioOfABillionReflectsTheLightBallAtTwiceTheSpeed) {

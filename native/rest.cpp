@@ -1,0 +1,277 @@
+// How things come to rest: the part of SphereStepper::Simulation that its documentation calls Rest,
+// Sleep and Collapse.
+
+#include <algorithm>
+#include <cmath>
+
+#include "native/contact_time.h"
+#include "native/resting.h"
+#include "native/simulation.h"
+
+namespace carom {
+namespace {
+
+// These define resting and are documented in SphereStepper.
+constexpr double kLeastFlight = 1e-5;         ///< s, a bounce on a wall that is shorter is none
+constexpr double kHopTime = 0.5e-3;           ///< s, of a hop on another sphere, if it is paid for
+constexpr double kLeastHopTime = 20e-6;       ///< s, otherwise
+constexpr double kFirstHops = 10.0;           ///< of that time, which a sphere may have unpaid
+constexpr double kCollapseInterval = 1e-6;    ///< s, contacts of one sphere closer than this ...
+constexpr std::uint32_t kCollapseRun = 1000;  ///< ... so many times in a row are a collapse
+constexpr double kCollapseRestSpeed = 0.001;  ///< m/s, rest speed of a sphere after a collapse
+constexpr double kCalmTime = 0.02;            ///< s, of calm before sleep
+constexpr double kCalmSpeed = 2.0;            ///< of the rest speed: what is faster is not calm
+constexpr double kRetryTime = 0.005;          ///< s, between two attempts to sleep
+constexpr double kSleepPull = 1e-3;           ///< of gravity: what may be left of it in sleep
+
+constexpr double kLeastRebound = 1e-15;  ///< of the speed: what its rounding cannot swallow
+constexpr double kHeldSpeed = 1e-12;     ///< of the speed: what is less along a normal is rounding
+
+double lengthOf(const Vec3& vector) {
+  return std::sqrt(dotInOrder(vector, vector));
+}
+
+}  // namespace
+
+// ---- On walls
+
+double SphereStepper::Simulation::wallRebound(std::uint32_t sphere, std::uint32_t index,
+                                              double approachSpeed) {
+  const Substance& body = substances_[sphere];
+  const Plane& plane = bodies_.walls[index].plane;
+  const double restitution =
+      restitutions_.of(body.surface, body.restitution, plane.surface, plane.restitution);
+  const bool slow = approachSpeed < body.restSpeed;
+  const double rebound = slow && restitution < 1.0 ? 0.0 : restitution * approachSpeed;
+  allowHop(sphere, 0.5 * body.mass * (approachSpeed - rebound) * (approachSpeed + rebound));
+  const double pressed = -bodies_.alongNormal(plane.normal, bodies_.accelerations[sphere]);
+  if (2.0 * rebound < kLeastFlight * pressed) return 0.0;
+  if (rebound <= kLeastRebound * lengthOf(bodies_.motions[sphere].velocity)) return 0.0;
+  return rebound;
+}
+
+/// The sphere stays on the wall, as far as it is pressed against it.
+void SphereStepper::Simulation::hold(std::uint32_t sphere, Motion& motion, std::uint32_t index) {
+  Holds& holds = bodies_.holds[sphere];
+  if (holds.count < Holds::kMost) {
+    holds.walls[holds.count++] = index;
+  } else {  // between so many walls nothing moves
+    holds.walls.back() = index;
+    motion.velocity.setZero();
+  }
+}
+
+/// After a change of velocity: lets go of the walls that the sphere leaves or runs into, and draws
+/// it along the others.
+void SphereStepper::Simulation::keepHolds(std::uint32_t sphere, Motion& motion) {
+  if (substances_[sphere].asleep) return;
+  Holds& holds = bodies_.holds[sphere];
+  if (holds.count == 0) {
+    bodies_.setAcceleration(sphere, bodies_.gravity);
+    return;
+  }
+  std::array<Vec3, Holds::kMost> normals;
+  std::array<double, Holds::kMost> speeds{};
+  Holds kept;
+  for (const std::uint32_t index : holds.all()) {
+    const Wall& wall = bodies_.walls[index];
+    const double speed = dotInOrder(wall.plane.normal, motion.velocity);
+    const double rounding = kHeldSpeed * (lengthOf(motion.velocity) + std::abs(wall.speed));
+    if (std::abs(speed - wall.speed) > rounding) continue;
+    normals[kept.count] = wall.plane.normal;
+    speeds[kept.count] = wall.speed;
+    kept.walls[kept.count++] = index;
+  }
+  const Carried carried = carriedBy(bodies_.gravity, {normals.data(), kept.count});
+  Holds touching;
+  for (std::uint32_t k = 0; k < kept.count; ++k) {
+    if ((carried.touching >> k & 1U) == 0) continue;
+    normals[touching.count] = normals[k];
+    speeds[touching.count] = speeds[k];
+    touching.walls[touching.count++] = kept.walls[k];
+  }
+  holds = touching;
+  motion.velocity =
+      heldVelocity(motion.velocity, {normals.data(), holds.count}, {speeds.data(), holds.count});
+  bodies_.setAcceleration(sphere, carried.acceleration);
+}
+
+// ---- On other spheres
+
+/// m/s^2, at which the two are drawn into each other.
+double SphereStepper::Simulation::pull(std::uint32_t sphere, std::uint32_t other,
+                                       const Vec3& normal) const {
+  return -dotInOrder(normal, bodies_.accelerations[sphere] - bodies_.accelerations[other]);
+}
+
+void SphereStepper::Simulation::grantFirstHops() {
+  const double speed = 0.5 * kLeastHopTime * lengthOf(bodies_.gravity);
+  for (Substance& substance : substances_)
+    substance.hopAllowance = kFirstHops * 0.5 * substance.mass * speed * speed;
+}
+
+/// What contacts take may be given back, up to the energy of one long hop.
+void SphereStepper::Simulation::allowHop(std::uint32_t sphere, double energy) {
+  Substance& body = substances_[sphere];
+  const double most = 0.125 * body.mass * body.restSpeed * body.restSpeed;
+  body.hopAllowance = std::max(body.hopAllowance, std::min(body.hopAllowance + energy, most));
+}
+
+/// m/s per N s, the change of velocity by a slow impulse along `direction`.
+Vec3 SphereStepper::Simulation::yielding(std::uint32_t sphere, const Vec3& direction) const {
+  const Substance& body = substances_[sphere];
+  if (body.asleep) return Vec3::Zero();
+  std::array<Vec3, Holds::kMost> normals;
+  const Holds& holds = bodies_.holds[sphere];
+  for (std::size_t k = 0; k < holds.count; ++k)
+    normals[k] = bodies_.walls[holds.walls[k]].plane.normal;
+  return carriedBy(direction, {normals.data(), holds.count}).acceleration / body.mass;
+}
+
+/// Rebound speed of a pair that is drawn together: that of a hop if there is energy for it.
+double SphereStepper::Simulation::restingRebound(const Pair& pair, double effectiveMass) {
+  const double drawn = pull(pair.sphere, pair.other, pair.normal);
+  if (drawn <= 0.0) return pair.approachSpeed;
+  Substance& one = substances_[pair.sphere];
+  Substance& two = substances_[pair.other];
+  const double least = 0.5 * kLeastHopTime * drawn;
+  const double longest = 0.5 * std::max(one.restSpeed, two.restSpeed);
+  for (const double hop : {std::min(longest, 0.5 * kHopTime * drawn), least}) {
+    if (pair.approachSpeed >= hop) return pair.approachSpeed;
+    const double needed =
+        0.5 * effectiveMass * (hop - pair.approachSpeed) * (hop + pair.approachSpeed);
+    if (needed > one.hopAllowance + two.hopAllowance) continue;
+    const double paid = std::min(needed, one.hopAllowance);
+    one.hopAllowance -= paid;
+    two.hopAllowance -= needed - paid;
+    return hop;
+  }
+  return pair.approachSpeed;
+}
+
+/// Watches for collapse and for calm.
+void SphereStepper::Simulation::noteContact(std::uint32_t sphere, const Motion& motion,
+                                            double approachSpeed) {
+  Substance& body = substances_[sphere];
+  if (body.asleep) return;
+  const bool rapid = elapsed(bodies_.motions[sphere].since, now_) < kCollapseInterval;
+  body.rapidContacts = rapid ? body.rapidContacts + 1 : 0;
+  if (body.rapidContacts == kCollapseRun) {
+    ++counters_.collapses;
+    body.restSpeed = std::max(body.restSpeed, kCollapseRestSpeed);
+    body.hopAllowance = 0.125 * body.mass * body.restSpeed * body.restSpeed;
+    body.rapidContacts = 0;
+  }
+  const double calm = kCalmSpeed * body.restSpeed;
+  if (approachSpeed >= body.restSpeed ||
+      dotInOrder(motion.velocity, motion.velocity) > calm * calm) {
+    body.calmSince = Instant::never();
+  } else if (!(body.calmSince < Instant::never())) {
+    body.calmSince = now_;
+  }
+}
+
+// ---- Sleep
+
+/// Whether the two are as near as they are while they hop.
+bool SphereStepper::Simulation::touches(std::uint32_t sphere, const Vec3& position,
+                                        std::uint32_t other) const {
+  const double restSpeed = std::max(substances_[sphere].restSpeed, substances_[other].restSpeed);
+  const double least = std::min(bodies_.radii[sphere], bodies_.radii[other]);
+  const double gap =
+      std::min(0.01 * least, restSpeed * restSpeed / lengthOf(bodies_.gravity)) + 1e-9 * least;
+  const double reach = bodies_.radii[sphere] + bodies_.radii[other] + gap;
+  const Vec3 separation = position - bodies_.at(other, now_).position;
+  return dotInOrder(separation, separation) <= reach * reach;
+}
+
+/// Of the spheres that are calm, those that are linked to this one by calm ones that touch: in
+/// order, this one among them.
+std::vector<std::uint32_t> SphereStepper::Simulation::calmNeighbours(std::uint32_t sphere) const {
+  std::vector<std::uint32_t> found{sphere};
+  for (std::size_t next = 0; next < found.size(); ++next) {
+    const std::uint32_t at = found[next];
+    const Vec3 position = bodies_.at(at, now_).position;
+    agenda_.visitNear(at, [&](std::uint32_t other) {
+      const Substance& body = substances_[other];
+      if (body.asleep || !(body.calmSince < now_)) return;
+      if (elapsed(body.calmSince, now_) < 0.5 * kCalmTime) return;
+      if (!touches(at, position, other) || std::ranges::find(found, other) != found.end()) return;
+      found.push_back(other);
+    });
+  }
+  std::ranges::sort(found);
+  return found;
+}
+
+/// Whether walls at rest, sleeping spheres and the candidates (in order) that it touches carry it.
+bool SphereStepper::Simulation::carried(std::uint32_t sphere,
+                                        std::span<const std::uint32_t> candidates) const {
+  std::array<Vec3, kMostSurfaces> normals;
+  std::size_t count = 0;
+  const Vec3 position = bodies_.at(sphere, now_).position;
+  const double restSpeed = substances_[sphere].restSpeed;
+  const double gap =
+      std::min(0.01 * bodies_.radii[sphere], restSpeed * restSpeed / lengthOf(bodies_.gravity)) +
+      1e-9 * bodies_.radii[sphere];
+  for (const Wall& wall : bodies_.walls) {
+    if (count == normals.size() || wall.speed != 0.0) continue;
+    if (bodies_.height(sphere, wall, position, now_) <= gap) normals[count++] = wall.plane.normal;
+  }
+  agenda_.visitNear(sphere, [&](std::uint32_t other) {
+    if (count == normals.size() || !touches(sphere, position, other)) return;
+    if (!substances_[other].asleep && !std::ranges::binary_search(candidates, other)) return;
+    const Vec3 separation = position - bodies_.at(other, now_).position;
+    normals[count++] = separation / lengthOf(separation);
+  });
+  const Vec3 left = carriedBy(bodies_.gravity, {normals.data(), count}).acceleration;
+  return lengthOf(left) <= kSleepPull * lengthOf(bodies_.gravity);
+}
+
+void SphereStepper::Simulation::trySleep(std::uint32_t sphere) {
+  Substance& body = substances_[sphere];
+  if (body.asleep || !(body.calmSince < now_) || now_ < body.nextTry) return;
+  if (elapsed(body.calmSince, now_) < kCalmTime || bodies_.gravity == Vec3::Zero()) return;
+  body.nextTry = after(now_, kRetryTime);
+  std::vector<std::uint32_t> candidates = calmNeighbours(sphere);
+  for (bool dropped = true; dropped;) {  // until those that are left carry each other
+    const auto fallen = std::ranges::partition(
+        candidates, [&, all = candidates](std::uint32_t at) { return carried(at, all); });
+    dropped = !fallen.empty();
+    candidates.erase(fallen.begin(), fallen.end());
+    std::ranges::sort(candidates);
+  }
+  for (const std::uint32_t at : candidates)
+    layDown(at);
+}
+
+void SphereStepper::Simulation::layDown(std::uint32_t sphere) {
+  ++counters_.laidDown;
+  substances_[sphere].asleep = true;
+  Motion motion = bodies_.at(sphere, now_);
+  motion.velocity.setZero();
+  bodies_.setAcceleration(sphere, Vec3::Zero());
+  leave(sphere, motion);
+}
+
+/// And whoever sleeps on it, if nothing else carries them.
+void SphereStepper::Simulation::wake(std::uint32_t sphere) {
+  std::vector<std::uint32_t> woken{sphere};
+  while (!woken.empty()) {
+    const std::uint32_t at = woken.back();
+    woken.pop_back();
+    Substance& body = substances_[at];
+    if (!body.asleep) continue;
+    ++counters_.woken;
+    body.asleep = false;
+    body.calmSince = Instant::never();
+    leave(at, bodies_.at(at, now_));
+    const Vec3 position = bodies_.motions[at].position;
+    agenda_.visitNear(at, [&](std::uint32_t other) {
+      if (substances_[other].asleep && touches(at, position, other) && !carried(other, {}))
+        woken.push_back(other);
+    });
+  }
+}
+
+}  // namespace carom

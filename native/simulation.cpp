@@ -1,0 +1,343 @@
+#include "native/simulation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "native/contact_time.h"
+
+namespace carom {
+namespace {
+
+constexpr double kLeastRebound = 1e-15;  ///< of the speed: what its rounding cannot swallow
+constexpr double kLevel = 1e-15;         ///< of gravity: below it a plane is parallel to gravity
+
+constexpr double kOverlapTolerance = 1e-8;    ///< of the smaller radius, for validate()
+constexpr double kRoundingTolerance = 1e-12;  ///< of the coordinates, for validate()
+
+double lengthOf(const Vec3& vector) {
+  return std::sqrt(dotInOrder(vector, vector));
+}
+
+ImpulseEvent shareOf(const Side& body, const Side& other, const Impact& impact, double sign,
+                     const Vec3& point, double time) {
+  ImpulseEvent event;
+  event.time = time;
+  event.body = body.id;
+  event.other = other.id;
+  event.impulse = (sign * impact.impulse) * impact.normal;
+  event.position = point;
+  event.normal = sign * impact.normal;
+  event.approachSpeed = impact.approachSpeed;
+  event.effectiveMass = impact.effectiveMass;
+  event.radius = body.radius;
+  event.otherRadius = other.radius;
+  event.bodyPosition = body.position;
+  event.bodyVelocity = body.velocity;
+  return event;
+}
+
+bool fail(std::string* why, const std::string& text) {
+  if (why != nullptr) *why = text;
+  return false;
+}
+
+/// Positions in `spheres`, in order of the ids.
+std::vector<std::uint32_t> byId(const std::vector<Sphere>& spheres) {
+  std::vector<std::uint32_t> listed(spheres.size());
+  std::iota(listed.begin(), listed.end(), 0U);
+  std::ranges::sort(listed, {}, [&](std::uint32_t at) { return spheres[at].id; });
+  return listed;
+}
+
+Bodies bodiesOf(const SphereWorld& world) {
+  Bodies bodies;
+  bodies.gravity = world.gravity;
+  bodies.level = kLevel * lengthOf(world.gravity);
+  for (const Plane& plane : world.planes)
+    bodies.walls.push_back({plane, dotInOrder(plane.normal, plane.velocity)});
+  const std::size_t count = world.spheres.size();
+  bodies.motions.reserve(count);
+  bodies.radii.reserve(count);
+  bodies.ids.reserve(count);
+  for (const std::uint32_t listed : byId(world.spheres)) {
+    const Sphere& sphere = world.spheres[listed];
+    bodies.motions.push_back({sphere.position, sphere.velocity, Instant{}});
+    bodies.radii.push_back(sphere.radius);
+    bodies.ids.push_back(sphere.id);
+  }
+  bodies.accelerations.assign(count, world.gravity);
+  bodies.holds.resize(count);
+  return bodies;
+}
+
+}  // namespace
+
+SphereStepper::Simulation::Simulation(const SphereWorld& world)
+    : restitutions_(world.restitutions),
+      restSpeed_(world.restSpeed),
+      order_(world.spheres.size()),
+      bodies_(bodiesOf(world)),
+      agenda_(bodies_) {
+  substances_.reserve(world.spheres.size());
+  for (const std::uint32_t listed : byId(world.spheres)) {
+    const Sphere& sphere = world.spheres[listed];
+    order_[listed] = static_cast<std::uint32_t>(substances_.size());
+    Substance& substance = substances_.emplace_back();
+    substance.mass = sphere.mass;
+    substance.restitution = sphere.restitution;
+    substance.surface = sphere.surface;
+    substance.restSpeed = world.restSpeed;
+  }
+  grantFirstHops();
+  for (std::uint32_t sphere = 0; sphere < sphereCount(); ++sphere)
+    agenda_.predict(sphere, now_);
+}
+
+void SphereStepper::Simulation::advanceTo(double time) {
+  events_.clear();
+  while (!agenda_.empty() && agenda_.firstTime().seconds <= time)
+    step();
+  time_ = time;
+}
+
+void SphereStepper::Simulation::step() {
+  const std::uint32_t sphere = agenda_.first();
+  now_ = agenda_.firstTime();
+  if (agenda_.firstCrosses()) {
+    agenda_.cross(sphere, now_);
+    return;
+  }
+  const Agenda::Contact contact = agenda_.contact(sphere);
+  if (contact.partner >= sphereCount()) {
+    meetWall(sphere, static_cast<std::uint32_t>(contact.partner - sphereCount()));
+  } else if (agenda_.upToDate(contact)) {
+    meetSphere(std::min(sphere, contact.partner), std::max(sphere, contact.partner));
+  } else {
+    ++counters_.staleContacts;
+    agenda_.predict(sphere, now_);
+  }
+}
+
+/// Takes the sphere from now_ on along a new course; what others predicted with it is outdated.
+void SphereStepper::Simulation::leave(std::uint32_t sphere, const Motion& motion) {
+  bodies_.motions[sphere] = motion;
+  keepHolds(sphere, bodies_.motions[sphere]);
+  agenda_.forget(sphere);
+  changed_.push_back(sphere);
+}
+
+void SphereStepper::Simulation::predictChanged() {
+  std::ranges::sort(changed_);
+  const auto twice = std::ranges::unique(changed_);
+  changed_.erase(twice.begin(), twice.end());
+  for (const std::uint32_t sphere : changed_)
+    agenda_.predict(sphere, now_);
+  changed_.clear();
+}
+
+void SphereStepper::Simulation::report(const Side& first, const Side& second,
+                                       const Impact& impact) {
+  ++counters_.collisions;
+  const Vec3 point = first.position - first.radius * impact.normal;
+  events_.push_back(shareOf(first, second, impact, 1.0, point, now_.seconds));
+  events_.push_back(shareOf(second, first, impact, -1.0, point, now_.seconds));
+}
+
+// ---- Spheres
+
+void SphereStepper::Simulation::meetSphere(std::uint32_t sphere, std::uint32_t other) {
+  Pair pair{sphere, other, bodies_.at(sphere, now_), bodies_.at(other, now_), {}, 0.0};
+  const Vec3 separation = pair.motion.position - pair.otherMotion.position;
+  const double distance = lengthOf(separation);
+  pair.normal = separation / distance;
+  pair.approachSpeed =
+      -dotInOrder(separation, pair.motion.velocity - pair.otherMotion.velocity) / distance;
+  const double restSpeed = std::max(substances_[sphere].restSpeed, substances_[other].restSpeed);
+  if (pair.approachSpeed >= restSpeed && pair.approachSpeed > 0.0) {
+    wake(sphere);
+    wake(other);
+    collide(pair);
+  } else if (pair.approachSpeed > 0.0 || pull(sphere, other, pair.normal) > 0.0) {
+    pair.approachSpeed = std::max(pair.approachSpeed, 0.0);
+    touch(pair);
+  } else {  // a pass so close that rounding decided: predicted from here it is one
+    leave(sphere, pair.motion);
+    leave(other, pair.otherMotion);
+  }
+  predictChanged();
+}
+
+void SphereStepper::Simulation::collide(const Pair& pair) {
+  Substance& one = substances_[pair.sphere];
+  Substance& two = substances_[pair.other];
+  noteContact(pair.sphere, pair.motion, pair.approachSpeed);
+  noteContact(pair.other, pair.otherMotion, pair.approachSpeed);
+  const double restitution =
+      restitutions_.of(one.surface, one.restitution, two.surface, two.restitution);
+  // The share of each in the change of velocity, so that equal masses swap theirs exactly.
+  const double share = two.mass / (one.mass + two.mass);
+  const double otherShare = one.mass / (one.mass + two.mass);
+  const double change = (1.0 + restitution) * pair.approachSpeed;
+  const double mass = one.mass * share;
+  const double taken = 0.5 * mass * (1.0 - restitution) * (1.0 + restitution) * pair.approachSpeed *
+                       pair.approachSpeed;
+  allowHop(pair.sphere, 0.5 * taken);
+  allowHop(pair.other, 0.5 * taken);
+  report({bodies_.ids[pair.sphere], bodies_.radii[pair.sphere], pair.motion.position,
+          pair.motion.velocity},
+         {bodies_.ids[pair.other], bodies_.radii[pair.other], pair.otherMotion.position,
+          pair.otherMotion.velocity},
+         {pair.normal, pair.approachSpeed, mass, mass * change});
+  Motion motion = pair.motion;
+  Motion otherMotion = pair.otherMotion;
+  motion.velocity += (share * change) * pair.normal;
+  otherMotion.velocity -= (otherShare * change) * pair.normal;
+  leave(pair.sphere, motion);
+  leave(pair.other, otherMotion);
+}
+
+/// Slower than restSpeed: elastic, but for a hop, and unreported. Neither a sphere that sleeps
+/// gives way, nor one on a wall towards it.
+void SphereStepper::Simulation::touch(const Pair& pair) {
+  ++counters_.restContacts;
+  noteContact(pair.sphere, pair.motion, pair.approachSpeed);
+  noteContact(pair.other, pair.otherMotion, pair.approachSpeed);
+  const Vec3 yield = yielding(pair.sphere, pair.normal);
+  const Vec3 otherYield = yielding(pair.other, -pair.normal);
+  const double compliance = dotInOrder(pair.normal, yield - otherYield);
+  Motion motion = pair.motion;
+  Motion otherMotion = pair.otherMotion;
+  if (compliance > 0.0) {
+    const double speed = lengthOf(motion.velocity) + lengthOf(otherMotion.velocity);
+    // It must part, or rounding finds the same contact again at the same instant.
+    const double rebound = std::max(restingRebound(pair, 1.0 / compliance), kLeastRebound * speed);
+    const double impulse = (pair.approachSpeed + rebound) / compliance;
+    motion.velocity += impulse * yield;
+    otherMotion.velocity += impulse * otherYield;
+  }
+  leave(pair.sphere, motion);
+  leave(pair.other, otherMotion);
+  trySleep(pair.sphere);
+  trySleep(pair.other);
+}
+
+// ---- Walls
+
+void SphereStepper::Simulation::meetWall(std::uint32_t sphere, std::uint32_t index) {
+  wake(sphere);
+  const Wall& wall = bodies_.walls[index];
+  const Motion motion = bodies_.at(sphere, now_);
+  const Vec3& normal = wall.plane.normal;
+  const double approachSpeed = wall.speed - dotInOrder(normal, motion.velocity);
+  // Where rounding has turned the last of a slow approach round, gravity still presses.
+  if (approachSpeed >= 0.0 || bodies_.alongNormal(normal, bodies_.accelerations[sphere]) < 0.0) {
+    noteContact(sphere, motion, std::max(approachSpeed, 0.0));
+    bounce(sphere, motion, index, std::max(approachSpeed, 0.0));
+  } else {  // so slow that rounding decided
+    leave(sphere, motion);
+  }
+  predictChanged();
+}
+
+void SphereStepper::Simulation::bounce(std::uint32_t sphere, Motion motion, std::uint32_t index,
+                                       double approachSpeed) {
+  const Substance& body = substances_[sphere];
+  const Wall& wall = bodies_.walls[index];
+  const Vec3& normal = wall.plane.normal;
+  const double rebound = wallRebound(sphere, index, approachSpeed);
+  if (approachSpeed > 0.0 && approachSpeed >= body.restSpeed) {
+    const double impulse = body.mass * (approachSpeed + rebound);
+    report({bodies_.ids[sphere], bodies_.radii[sphere], motion.position, motion.velocity},
+           {wall.plane.id, kNever, motion.position - bodies_.radii[sphere] * normal,
+            wall.plane.velocity},
+           {normal, approachSpeed, body.mass, impulse});
+  } else {
+    ++counters_.restContacts;
+  }
+  motion.velocity += (approachSpeed + rebound) * normal;
+  if (rebound == 0.0) hold(sphere, motion, index);
+  leave(sphere, motion);
+}
+
+// ---- Inspection
+
+double SphereStepper::Simulation::kineticEnergy() const {
+  double energy = 0.0;
+  for (std::size_t sphere = 0; sphere < sphereCount(); ++sphere) {
+    const Vec3 velocity = motionAtTime(sphere).velocity;
+    energy += 0.5 * substances_[sphere].mass * dotInOrder(velocity, velocity);
+  }
+  return energy;
+}
+
+double SphereStepper::Simulation::potentialEnergy() const {
+  double energy = 0.0;
+  for (std::size_t sphere = 0; sphere < sphereCount(); ++sphere) {
+    energy -= substances_[sphere].mass * dotInOrder(bodies_.gravity, motionAtTime(sphere).position);
+  }
+  return energy;
+}
+
+bool SphereStepper::Simulation::validate(std::string* why) const {
+  if (!agenda_.queueValid()) return fail(why, "the contact queue is out of order");
+  std::size_t apart = 0;
+  for (std::size_t sphere = 0; sphere < sphereCount(); ++sphere) {
+    if (bodies_.accelerations[sphere] != bodies_.gravity) ++apart;
+    if (!validateSphere(sphere, why) || !validateApart(sphere, why)) return false;
+  }
+  if (apart != bodies_.apart)
+    return fail(why, "the count of the spheres not in free fall is wrong");
+  return true;
+}
+
+bool SphereStepper::Simulation::validateSphere(std::size_t sphere, std::string* why) const {
+  const std::string name = "sphere " + std::to_string(bodies_.ids[sphere]);
+  const Motion& motion = bodies_.motions[sphere];
+  if (!motion.position.allFinite() || !motion.velocity.allFinite() ||
+      !bodies_.accelerations[sphere].allFinite()) {
+    return fail(why, name + ": position, velocity or acceleration is not finite");
+  }
+  std::string what;
+  if (!agenda_.validate(static_cast<std::uint32_t>(sphere), time_, &what))
+    return fail(why, name + ": " + what);
+  const Motion present = motionAtTime(sphere);
+  for (const std::uint32_t index : bodies_.holds[sphere].all()) {
+    const Wall& wall = bodies_.walls[index];
+    const double height = bodies_.height(sphere, wall, present.position, present.since);
+    const double allowed = kOverlapTolerance * bodies_.radii[sphere] +
+                           kRoundingTolerance * present.position.cwiseAbs().maxCoeff();
+    if (std::abs(height) > allowed)
+      return fail(why,
+                  name + ": is off plane " + std::to_string(wall.plane.id) + ", which it holds");
+  }
+  const bool still =
+      present.velocity == Vec3::Zero() && bodies_.accelerations[sphere] == Vec3::Zero();
+  if (substances_[sphere].asleep && !still) return fail(why, name + ": moves in its sleep");
+  return true;
+}
+
+bool SphereStepper::Simulation::validateApart(std::size_t sphere, std::string* why) const {
+  const std::string name = "sphere " + std::to_string(bodies_.ids[sphere]);
+  const Motion present = motionAtTime(sphere);
+  const double rounding = kRoundingTolerance * present.position.cwiseAbs().maxCoeff();
+  for (std::size_t other = sphere + 1; other < sphereCount(); ++other) {
+    const double distance = (present.position - motionAtTime(other).position).norm();
+    const double allowed =
+        kOverlapTolerance * std::min(bodies_.radii[sphere], bodies_.radii[other]) + rounding;
+    if (distance + allowed < bodies_.radii[sphere] + bodies_.radii[other]) {
+      return fail(why, name + ": overlaps sphere " + std::to_string(bodies_.ids[other]));
+    }
+  }
+  for (const Wall& wall : bodies_.walls) {
+    const double height = bodies_.height(sphere, wall, present.position, present.since);
+    const double allowed = kOverlapTolerance * bodies_.radii[sphere] + rounding;
+    if (height < -allowed) {
+      return fail(why, name + ": overlaps plane " + std::to_string(wall.plane.id));
+    }
+  }
+  return true;
+}
+
+}  // namespace carom
