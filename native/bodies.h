@@ -22,7 +22,7 @@ struct Wall {
 /// The walls that a sphere touches and does not leave: it moves along them, and is not predicted to
 /// meet them.
 struct Holds {
-  static constexpr std::size_t kMost = 4;
+  static constexpr std::size_t kMost = 3;
 
   std::array<std::uint32_t, kMost> walls{};
   std::uint32_t count = 0;

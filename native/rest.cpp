@@ -20,7 +20,7 @@ constexpr double kCollapseInterval = 1e-6;    ///< s, contacts of one sphere clo
 constexpr std::uint32_t kCollapseRun = 1000;  ///< ... so many times in a row are a collapse
 constexpr double kCollapseRestSpeed = 0.001;  ///< m/s, rest speed of a sphere after a collapse
 constexpr double kCalmTime = 0.02;            ///< s, of calm before sleep
-constexpr double kCalmSpeed = 2.0;            ///< of the rest speed: what is faster is not calm
+constexpr double kCalmDrift = 0.25;           ///< of the rest speed: what moves slower is calm
 constexpr double kRetryTime = 0.005;          ///< s, between two attempts to sleep
 constexpr double kSleepPull = 1e-3;           ///< of gravity: what may be left of it in sleep
 
@@ -41,7 +41,7 @@ double SphereStepper::Simulation::wallRebound(std::uint32_t sphere, std::uint32_
   const Plane& plane = bodies_.walls[index].plane;
   const double restitution =
       restitutions_.of(body.surface, body.restitution, plane.surface, plane.restitution);
-  const bool slow = approachSpeed < body.restSpeed;
+  const bool slow = approachSpeed < restSpeed(sphere);
   const double rebound = slow && restitution < 1.0 ? 0.0 : restitution * approachSpeed;
   allowHop(sphere, 0.5 * body.mass * (approachSpeed - rebound) * (approachSpeed + rebound));
   const double pressed = -bodies_.alongNormal(plane.normal, bodies_.accelerations[sphere]);
@@ -113,7 +113,8 @@ void SphereStepper::Simulation::grantFirstHops() {
 /// What contacts take may be given back, up to the energy of one long hop.
 void SphereStepper::Simulation::allowHop(std::uint32_t sphere, double energy) {
   Substance& body = substances_[sphere];
-  const double most = 0.125 * body.mass * body.restSpeed * body.restSpeed;
+  const double fastest = restSpeed(sphere);
+  const double most = 0.125 * body.mass * fastest * fastest;
   body.hopAllowance = std::max(body.hopAllowance, std::min(body.hopAllowance + energy, most));
 }
 
@@ -135,7 +136,7 @@ double SphereStepper::Simulation::restingRebound(const Pair& pair, double effect
   Substance& one = substances_[pair.sphere];
   Substance& two = substances_[pair.other];
   const double least = 0.5 * kLeastHopTime * drawn;
-  const double longest = 0.5 * std::max(one.restSpeed, two.restSpeed);
+  const double longest = 0.5 * std::max(restSpeed(pair.sphere), restSpeed(pair.other));
   for (const double hop : {std::min(longest, 0.5 * kHopTime * drawn), least}) {
     if (pair.approachSpeed >= hop) return pair.approachSpeed;
     const double needed =
@@ -149,38 +150,44 @@ double SphereStepper::Simulation::restingRebound(const Pair& pair, double effect
   return pair.approachSpeed;
 }
 
+/// m/s, slower contacts of the sphere are rest.
+double SphereStepper::Simulation::restSpeed(std::uint32_t sphere) const {
+  return substances_[sphere].collapsed ? std::max(restSpeed_, kCollapseRestSpeed) : restSpeed_;
+}
+
 /// Watches for collapse and for calm.
-void SphereStepper::Simulation::noteContact(std::uint32_t sphere, const Motion& motion,
-                                            double approachSpeed) {
+void SphereStepper::Simulation::noteContact(std::uint32_t sphere, const Motion& motion) {
   Substance& body = substances_[sphere];
   if (body.asleep) return;
   const bool rapid = elapsed(bodies_.motions[sphere].since, now_) < kCollapseInterval;
-  body.rapidContacts = rapid ? body.rapidContacts + 1 : 0;
+  body.rapidContacts = rapid ? static_cast<std::uint16_t>(body.rapidContacts + 1) : 0;
   if (body.rapidContacts == kCollapseRun) {
     ++counters_.collapses;
-    body.restSpeed = std::max(body.restSpeed, kCollapseRestSpeed);
-    body.hopAllowance = 0.125 * body.mass * body.restSpeed * body.restSpeed;
+    body.collapsed = true;
+    body.hopAllowance = 0.125 * body.mass * restSpeed(sphere) * restSpeed(sphere);
     body.rapidContacts = 0;
   }
-  const double calm = kCalmSpeed * body.restSpeed;
-  if (approachSpeed >= body.restSpeed ||
-      dotInOrder(motion.velocity, motion.velocity) > calm * calm) {
-    body.calmSince = Instant::never();
-  } else if (!(body.calmSince < Instant::never())) {
-    body.calmSince = now_;
+  const Vec3 moved = motion.position - body.calmPlace;
+  const double drift = kCalmDrift * restSpeed(sphere) * kCalmTime;
+  if (body.calmSince == kNever || dotInOrder(moved, moved) > drift * drift) {
+    body.calmSince = now_.seconds;
+    body.calmPlace = motion.position;
   }
 }
 
 // ---- Sleep
 
-/// Whether the two are as near as they are while they hop.
+/// m, between two that touch but for their hops.
+double SphereStepper::Simulation::touchingGap(double radius) const {
+  const double speed = std::max(restSpeed_, kCollapseRestSpeed);
+  return std::min(0.01 * radius, speed * speed / lengthOf(bodies_.gravity)) + 1e-9 * radius;
+}
+
 bool SphereStepper::Simulation::touches(std::uint32_t sphere, const Vec3& position,
                                         std::uint32_t other) const {
-  const double restSpeed = std::max(substances_[sphere].restSpeed, substances_[other].restSpeed);
-  const double least = std::min(bodies_.radii[sphere], bodies_.radii[other]);
-  const double gap =
-      std::min(0.01 * least, restSpeed * restSpeed / lengthOf(bodies_.gravity)) + 1e-9 * least;
-  const double reach = bodies_.radii[sphere] + bodies_.radii[other] + gap;
+  const double radius = bodies_.radii[sphere];
+  const double otherRadius = bodies_.radii[other];
+  const double reach = radius + otherRadius + touchingGap(std::min(radius, otherRadius));
   const Vec3 separation = position - bodies_.at(other, now_).position;
   return dotInOrder(separation, separation) <= reach * reach;
 }
@@ -194,8 +201,7 @@ std::vector<std::uint32_t> SphereStepper::Simulation::calmNeighbours(std::uint32
     const Vec3 position = bodies_.at(at, now_).position;
     agenda_.visitNear(at, [&](std::uint32_t other) {
       const Substance& body = substances_[other];
-      if (body.asleep || !(body.calmSince < now_)) return;
-      if (elapsed(body.calmSince, now_) < 0.5 * kCalmTime) return;
+      if (body.asleep || !(now_.seconds - body.calmSince >= 0.5 * kCalmTime)) return;
       if (!touches(at, position, other) || std::ranges::find(found, other) != found.end()) return;
       found.push_back(other);
     });
@@ -210,10 +216,7 @@ bool SphereStepper::Simulation::carried(std::uint32_t sphere,
   std::array<Vec3, kMostSurfaces> normals;
   std::size_t count = 0;
   const Vec3 position = bodies_.at(sphere, now_).position;
-  const double restSpeed = substances_[sphere].restSpeed;
-  const double gap =
-      std::min(0.01 * bodies_.radii[sphere], restSpeed * restSpeed / lengthOf(bodies_.gravity)) +
-      1e-9 * bodies_.radii[sphere];
+  const double gap = touchingGap(bodies_.radii[sphere]);
   for (const Wall& wall : bodies_.walls) {
     if (count == normals.size() || wall.speed != 0.0) continue;
     if (bodies_.height(sphere, wall, position, now_) <= gap) normals[count++] = wall.plane.normal;
@@ -228,11 +231,15 @@ bool SphereStepper::Simulation::carried(std::uint32_t sphere,
   return lengthOf(left) <= kSleepPull * lengthOf(bodies_.gravity);
 }
 
+/// Whether it rests without anybody's help.
+bool SphereStepper::Simulation::carriedByWalls(std::uint32_t sphere) const {
+  return bodies_.holds[sphere].count > 0 && bodies_.accelerations[sphere] == Vec3::Zero();
+}
+
 void SphereStepper::Simulation::trySleep(std::uint32_t sphere) {
   Substance& body = substances_[sphere];
-  if (body.asleep || !(body.calmSince < now_) || now_ < body.nextTry) return;
-  if (elapsed(body.calmSince, now_) < kCalmTime || bodies_.gravity == Vec3::Zero()) return;
-  body.nextTry = after(now_, kRetryTime);
+  if (body.asleep || !(now_.seconds - body.calmSince >= kCalmTime)) return;
+  if (bodies_.gravity == Vec3::Zero() || carriedByWalls(sphere)) return;
   std::vector<std::uint32_t> candidates = calmNeighbours(sphere);
   for (bool dropped = true; dropped;) {  // until those that are left carry each other
     const auto fallen = std::ranges::partition(
@@ -241,6 +248,8 @@ void SphereStepper::Simulation::trySleep(std::uint32_t sphere) {
     candidates.erase(fallen.begin(), fallen.end());
     std::ranges::sort(candidates);
   }
+  if (!std::ranges::binary_search(candidates, sphere))
+    body.calmSince = now_.seconds - kCalmTime + kRetryTime;
   for (const std::uint32_t at : candidates)
     layDown(at);
 }
@@ -264,7 +273,7 @@ void SphereStepper::Simulation::wake(std::uint32_t sphere) {
     if (!body.asleep) continue;
     ++counters_.woken;
     body.asleep = false;
-    body.calmSince = Instant::never();
+    body.calmSince = kNever;
     leave(at, bodies_.at(at, now_));
     const Vec3 position = bodies_.motions[at].position;
     agenda_.visitNear(at, [&](std::uint32_t other) {

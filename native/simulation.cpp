@@ -10,6 +10,7 @@
 namespace carom {
 namespace {
 
+constexpr double kWakeSpeed = 4.0;       ///< of the rest speed: what is slower lets sleep
 constexpr double kLeastRebound = 1e-15;  ///< of the speed: what its rounding cannot swallow
 constexpr double kLevel = 1e-15;         ///< of gravity: below it a plane is parallel to gravity
 
@@ -88,7 +89,6 @@ SphereStepper::Simulation::Simulation(const SphereWorld& world)
     substance.mass = sphere.mass;
     substance.restitution = sphere.restitution;
     substance.surface = sphere.surface;
-    substance.restSpeed = world.restSpeed;
   }
   grantFirstHops();
   for (std::uint32_t sphere = 0; sphere < sphereCount(); ++sphere)
@@ -154,10 +154,12 @@ void SphereStepper::Simulation::meetSphere(std::uint32_t sphere, std::uint32_t o
   pair.normal = separation / distance;
   pair.approachSpeed =
       -dotInOrder(separation, pair.motion.velocity - pair.otherMotion.velocity) / distance;
-  const double restSpeed = std::max(substances_[sphere].restSpeed, substances_[other].restSpeed);
-  if (pair.approachSpeed >= restSpeed && pair.approachSpeed > 0.0) {
-    wake(sphere);
-    wake(other);
+  const double slowest = std::max(restSpeed(sphere), restSpeed(other));
+  if (pair.approachSpeed >= slowest && pair.approachSpeed > 0.0) {
+    if (pair.approachSpeed >= kWakeSpeed * slowest) {
+      wake(sphere);
+      wake(other);
+    }
     collide(pair);
   } else if (pair.approachSpeed > 0.0 || pull(sphere, other, pair.normal) > 0.0) {
     pair.approachSpeed = std::max(pair.approachSpeed, 0.0);
@@ -172,15 +174,20 @@ void SphereStepper::Simulation::meetSphere(std::uint32_t sphere, std::uint32_t o
 void SphereStepper::Simulation::collide(const Pair& pair) {
   Substance& one = substances_[pair.sphere];
   Substance& two = substances_[pair.other];
-  noteContact(pair.sphere, pair.motion, pair.approachSpeed);
-  noteContact(pair.other, pair.otherMotion, pair.approachSpeed);
+  noteContact(pair.sphere, pair.motion);
+  noteContact(pair.other, pair.otherMotion);
   const double restitution =
       restitutions_.of(one.surface, one.restitution, two.surface, two.restitution);
   // The share of each in the change of velocity, so that equal masses swap theirs exactly.
-  const double share = two.mass / (one.mass + two.mass);
-  const double otherShare = one.mass / (one.mass + two.mass);
+  double share = two.mass / (one.mass + two.mass);
+  double otherShare = one.mass / (one.mass + two.mass);
+  double mass = one.mass * share;
+  if (one.asleep || two.asleep) {  // what sleeps on does not give way
+    share = two.asleep ? 1.0 : 0.0;
+    otherShare = two.asleep ? 0.0 : 1.0;
+    mass = two.asleep ? one.mass : two.mass;
+  }
   const double change = (1.0 + restitution) * pair.approachSpeed;
-  const double mass = one.mass * share;
   const double taken = 0.5 * mass * (1.0 - restitution) * (1.0 + restitution) * pair.approachSpeed *
                        pair.approachSpeed;
   allowHop(pair.sphere, 0.5 * taken);
@@ -202,8 +209,8 @@ void SphereStepper::Simulation::collide(const Pair& pair) {
 /// gives way, nor one on a wall towards it.
 void SphereStepper::Simulation::touch(const Pair& pair) {
   ++counters_.restContacts;
-  noteContact(pair.sphere, pair.motion, pair.approachSpeed);
-  noteContact(pair.other, pair.otherMotion, pair.approachSpeed);
+  noteContact(pair.sphere, pair.motion);
+  noteContact(pair.other, pair.otherMotion);
   const Vec3 yield = yielding(pair.sphere, pair.normal);
   const Vec3 otherYield = yielding(pair.other, -pair.normal);
   const double compliance = dotInOrder(pair.normal, yield - otherYield);
@@ -233,7 +240,7 @@ void SphereStepper::Simulation::meetWall(std::uint32_t sphere, std::uint32_t ind
   const double approachSpeed = wall.speed - dotInOrder(normal, motion.velocity);
   // Where rounding has turned the last of a slow approach round, gravity still presses.
   if (approachSpeed >= 0.0 || bodies_.alongNormal(normal, bodies_.accelerations[sphere]) < 0.0) {
-    noteContact(sphere, motion, std::max(approachSpeed, 0.0));
+    noteContact(sphere, motion);
     bounce(sphere, motion, index, std::max(approachSpeed, 0.0));
   } else {  // so slow that rounding decided
     leave(sphere, motion);
@@ -247,7 +254,7 @@ void SphereStepper::Simulation::bounce(std::uint32_t sphere, Motion motion, std:
   const Wall& wall = bodies_.walls[index];
   const Vec3& normal = wall.plane.normal;
   const double rebound = wallRebound(sphere, index, approachSpeed);
-  if (approachSpeed > 0.0 && approachSpeed >= body.restSpeed) {
+  if (approachSpeed > 0.0 && approachSpeed >= restSpeed(sphere)) {
     const double impulse = body.mass * (approachSpeed + rebound);
     report({bodies_.ids[sphere], bodies_.radii[sphere], motion.position, motion.velocity},
            {wall.plane.id, kNever, motion.position - bodies_.radii[sphere] * normal,

@@ -16,12 +16,12 @@ struct Substance {
   double mass = 0.0;         ///< kg
   double restitution = 0.0;  ///< 1
   SurfaceId surface = 0;
+  std::uint16_t rapidContacts = 0;  ///< in a row, kCollapseInterval apart or less
   bool asleep = false;
-  double restSpeed = 0.0;           ///< m/s, its own, raised by a collapse
-  double hopAllowance = 0.0;        ///< J, that a hop may give back
-  std::uint32_t rapidContacts = 0;  ///< in a row, kCollapseInterval apart or less
-  Instant calmSince = Instant::never();
-  Instant nextTry;  ///< to go to sleep, not before
+  bool collapsed = false;         ///< once: its rest speed is raised
+  double hopAllowance = 0.0;      ///< J, that a hop may give back
+  double calmSince = kNever;      ///< s: it has kept to ...
+  Vec3 calmPlace = Vec3::Zero();  ///< m, ... this place
 };
 
 /// One collision as its first body sees it, before its velocity changes.
@@ -85,15 +85,18 @@ class SphereStepper::Simulation {
   void grantFirstHops();
   void allowHop(std::uint32_t sphere, double energy);
   double pull(std::uint32_t sphere, std::uint32_t other, const Vec3& normal) const;
+  double restSpeed(std::uint32_t sphere) const;
   Vec3 yielding(std::uint32_t sphere, const Vec3& direction) const;
   double restingRebound(const Pair& pair, double effectiveMass);
   double wallRebound(std::uint32_t sphere, std::uint32_t index, double approachSpeed);
-  void noteContact(std::uint32_t sphere, const Motion& motion, double approachSpeed);
+  void noteContact(std::uint32_t sphere, const Motion& motion);
   void hold(std::uint32_t sphere, Motion& motion, std::uint32_t index);
   void keepHolds(std::uint32_t sphere, Motion& motion);
   void trySleep(std::uint32_t sphere);
+  double touchingGap(double radius) const;
   bool touches(std::uint32_t sphere, const Vec3& position, std::uint32_t other) const;
   std::vector<std::uint32_t> calmNeighbours(std::uint32_t sphere) const;
+  bool carriedByWalls(std::uint32_t sphere) const;
   bool carried(std::uint32_t sphere, std::span<const std::uint32_t> candidates) const;
   void layDown(std::uint32_t sphere);
   void wake(std::uint32_t sphere);
