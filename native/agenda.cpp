@@ -115,7 +115,8 @@ void Agenda::lookForWalls(std::uint32_t sphere, const Instant& now, Contact& bes
   }
 }
 
-inline void Agenda::lookAt(std::uint32_t sphere, std::uint32_t other, const Instant& now,
+/// Whether it is sooner than the best, and now the best itself.
+inline bool Agenda::lookAt(std::uint32_t sphere, std::uint32_t other, const Instant& now,
                            Contact& best) const {
   const double radiusSum =
       radius_ > 0.0 ? 2.0 * radius_ : bodies_.radii[sphere] + bodies_.radii[other];
@@ -126,34 +127,53 @@ inline void Agenda::lookAt(std::uint32_t sphere, std::uint32_t other, const Inst
                      ? straightContact(motion, otherMotion, pull, radiusSum)
                      : curvedContact(motion, pull, otherMotion, bodies_.accelerations[other],
                                      radiusSum, best.time);
-  if (!(time < Instant::never())) return;
+  if (!(time < Instant::never())) return false;
   time = std::max(time, now);
-  if (best.time < time || (best.time == time && bodies_.ids[other] >= idOf(best))) return;
+  if (best.time < time || (best.time == time && bodies_.ids[other] >= idOf(best))) return false;
   // A partner that is due earlier looks for this sphere itself after that contact.
-  if (!(time < futures_[other].contact.time)) return;
+  if (!(time < futures_[other].contact.time)) return false;
   best = {time, other, futures_[other].changes};
+  return true;
+}
+
+/// Looks at all those that `visitAll` visits, as long as they may be sooner than the best.
+template <class VisitAll>
+void Agenda::lookAround(std::uint32_t sphere, const Motion& motion, Contact& best,
+                        const VisitAll& visitAll) const {
+  const double speed = lengthOf(motion.velocity);
+  const double pull = lengthOf(bodies_.accelerations[sphere]);
+  const auto way = [&] {
+    const double time = elapsed(motion.since, best.time);
+    return time < kNever ? time * (speed + time * pull) : kNever;
+  };
+  CellGrid::Probe probe{motion.position, bodies_.radii[sphere], way()};
+  visitAll(probe, [&](std::uint32_t other) {
+    if (lookAt(sphere, other, motion.since, best)) probe.way = way();
+  });
 }
 
 void Agenda::predict(std::uint32_t sphere, const Instant& now) {
+  const Motion motion = bodies_.at(sphere, now);
   Contact best;
   lookForWalls(sphere, now, best);
   // Whom it met last it often meets next, and soon, as while it hops: nobody later is looked at.
   const std::uint32_t last = futures_[sphere].lastPartner;
   if (bodies_.apart > 0 && last < bodies_.count()) lookAt(sphere, last, now, best);
-  grid_.visitNear(sphere, [&](std::uint32_t other) { lookAt(sphere, other, now, best); });
-  predictCrossing(sphere, now);
+  lookAround(sphere, motion, best, [&](const CellGrid::Probe& probe, const auto& visit) {
+    grid_.visitNear(sphere, probe, visit);
+  });
+  predictCrossing(sphere, motion);
   futures_[sphere].contact = best;
   claim(sphere, best);
   schedule(sphere);
 }
 
-void Agenda::predictCrossing(std::uint32_t sphere, const Instant& now) {
+void Agenda::predictCrossing(std::uint32_t sphere, const Motion& motion) {
   if (grid_.levelCount() == 0) return;
-  const Motion motion = bodies_.at(sphere, now);
   const CellGrid::Crossing crossing =
       grid_.nextCrossing(sphere, {motion.position, motion.velocity, bodies_.accelerations[sphere]});
   Future& future = futures_[sphere];
-  future.crossing = after(now, crossing.wait);
+  future.crossing = after(motion.since, crossing.wait);
   future.axis = crossing.axis;
   future.up = crossing.up;
 }
@@ -161,10 +181,13 @@ void Agenda::predictCrossing(std::uint32_t sphere, const Instant& now) {
 void Agenda::cross(std::uint32_t sphere, const Instant& now) {
   Future& future = futures_[sphere];
   const CellGrid::Crossing crossing{0.0, future.axis, future.up};
+  const Motion motion = bodies_.at(sphere, now);
   grid_.cross(sphere, crossing);
-  predictCrossing(sphere, now);
+  predictCrossing(sphere, motion);
   Contact best = future.contact;
-  grid_.visitNew(sphere, crossing, [&](std::uint32_t other) { lookAt(sphere, other, now, best); });
+  lookAround(sphere, motion, best, [&](const CellGrid::Probe& probe, const auto& visit) {
+    grid_.visitNew(sphere, crossing, probe, visit);
+  });
   if (best.time < future.contact.time) {
     future.contact = best;
     claim(sphere, best);

@@ -51,10 +51,11 @@ class Agenda {
   /// Takes the sphere to the next cell at `now`, its time of crossing.
   void cross(std::uint32_t sphere, const Instant& now);
 
-  /// Calls visit(other) for all spheres that may touch this one; see CellGrid.
+  /// Calls visit(other) for all spheres that are within `way` m of this one at `position`, and some
+  /// more.
   template <class Visit>
-  void visitNear(std::uint32_t sphere, const Visit& visit) const {
-    grid_.visitNear(sphere, visit);
+  void visitNear(std::uint32_t sphere, const Vec3& position, double way, const Visit& visit) const {
+    grid_.visitNear(sphere, {position, bodies_.radii[sphere], way}, visit);
   }
 
   bool validate(std::uint32_t sphere, double time, std::string* why) const;
@@ -71,9 +72,12 @@ class Agenda {
   };
 
   void lookForWalls(std::uint32_t sphere, const Instant& now, Contact& best) const;
-  void lookAt(std::uint32_t sphere, std::uint32_t other, const Instant& now, Contact& best) const;
+  bool lookAt(std::uint32_t sphere, std::uint32_t other, const Instant& now, Contact& best) const;
   BodyId idOf(const Contact& contact) const;
-  void predictCrossing(std::uint32_t sphere, const Instant& now);
+  template <class VisitAll>
+  void lookAround(std::uint32_t sphere, const Motion& motion, Contact& best,
+                  const VisitAll& visitAll) const;
+  void predictCrossing(std::uint32_t sphere, const Motion& motion);
   void claim(std::uint32_t sphere, const Contact& found);
   void schedule(std::uint32_t sphere);
 

@@ -93,6 +93,7 @@ CellGrid::CellGrid(std::span<const Vec3> positions, std::span<const double> radi
   }
   for (std::uint32_t sphere = 0; sphere < radii.size(); ++sphere) {
     const std::size_t home = place[static_cast<std::size_t>(levelFor(radii[sphere]))];
+    levels_[home].largest = std::max(levels_[home].largest, radii[sphere]);
     levelOf_.push_back(static_cast<std::uint8_t>(home));
     Cell cell;
     for (std::size_t axis = 0; axis < 3; ++axis)

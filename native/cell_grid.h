@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -25,6 +26,7 @@ namespace carom {
 class CellGrid {
  public:
   static constexpr std::uint32_t kNobody = 0xFFFFFFFF;
+  static constexpr double kSurely = 1.0 + 1e-9;  ///< covers the rounding of a distance
   /// A grid of cells costs more than looking at so many spheres.
   static constexpr std::size_t kFewSpheres = 24;
 
@@ -47,13 +49,22 @@ class CellGrid {
   /// Moves the sphere to the next cell.
   void cross(std::uint32_t sphere, const Crossing& crossing);
 
-  /// Calls visit(other) for all spheres that may touch this one before either of them crosses.
-  /// Some come more than once where the table repeats.
+  /// Where a sphere is, and how far it may be soon: what is farther away is left out, a cell at a
+  /// time. `way` may shrink while others are visited.
+  struct Probe {
+    Vec3 position;                                         ///< m
+    double radius = 0.0;                                   ///< m
+    double way = std::numeric_limits<double>::infinity();  ///< m
+  };
+
+  /// Calls visit(other) for all spheres that may touch this one on its way before either of them
+  /// crosses. Some come more than once where the table repeats.
   template <class Visit>
-  void visitNear(std::uint32_t sphere, const Visit& visit) const;
+  void visitNear(std::uint32_t sphere, const Probe& probe, const Visit& visit) const;
   /// Those among them that were not, or may not have been, before the sphere crossed.
   template <class Visit>
-  void visitNew(std::uint32_t sphere, const Crossing& crossing, const Visit& visit) const;
+  void visitNew(std::uint32_t sphere, const Crossing& crossing, const Probe& probe,
+                const Visit& visit) const;
 
   std::size_t levelCount() const { return levels_.size(); }  ///< 0: no grid
 
@@ -66,6 +77,7 @@ class CellGrid {
 
   struct Level {
     double width = 0.0;                   ///< m, of a cell
+    double largest = 0.0;                 ///< m, the radius of its largest sphere
     int shift = 0;                        ///< 2^shift cells of the finest level make one of this
     std::array<int, 3> bits{};            ///< the table repeats after 2^bits cells
     std::vector<std::uint32_t> natives;   ///< by slot: the first sphere whose level this is
@@ -74,10 +86,11 @@ class CellGrid {
     std::vector<std::uint32_t> previous;  ///< by sphere
   };
 
-  /// Cells [low, high] around a cell.
+  /// Cells [low, high] around a cell, and whether with the visitors there.
   struct Range {
     std::array<int, 3> low = {-1, -1, -1};
     std::array<int, 3> high = {1, 1, 1};
+    bool visitors = false;
   };
 
   static std::size_t slot(const Level& level, const Cell& cell);
@@ -89,7 +102,7 @@ class CellGrid {
   template <class Visit>
   void visitList(const Level& level, std::uint32_t first, const Visit& visit) const;
   template <class Visit>
-  void visitCells(const Level& level, const Cell& cell, const Range& range, bool visitors,
+  void visitCells(const Level& level, const Cell& cell, const Range& range, const Probe& probe,
                   const Visit& visit) const;
 
   std::size_t sphereCount_ = 0;
@@ -123,21 +136,35 @@ void CellGrid::visitList(const Level& level, std::uint32_t first, const Visit& v
 }
 
 template <class Visit>
-void CellGrid::visitCells(const Level& level, const Cell& cell, const Range& range, bool visitors,
-                          const Visit& visit) const {
+void CellGrid::visitCells(const Level& level, const Cell& cell, const Range& range,
+                          const Probe& probe, const Visit& visit) const {
+  // Squared distances to the cells before, at and behind its own, by axis.
+  std::array<std::array<double, 3>, 3> squares{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double from = probe.position[static_cast<Eigen::Index>(axis)] -
+                        static_cast<double>(cell[axis]) * level.width;
+    squares[axis] = {from * from, 0.0, (level.width - from) * (level.width - from)};
+  }
+  // Its own cell is in the middle of the range, and nearer ones are not sorted: a short way is
+  // found soon, as hops are with whom it met last.
   for (int z = range.low[2]; z <= range.high[2]; ++z) {
     for (int y = range.low[1]; y <= range.high[1]; ++y) {
+      const double across =
+          squares[2][static_cast<std::size_t>(z + 1)] + squares[1][static_cast<std::size_t>(y + 1)];
       for (int x = range.low[0]; x <= range.high[0]; ++x) {
+        const double reach = (probe.radius + level.largest + probe.way) * kSurely;
+        if (across + squares[0][static_cast<std::size_t>(x + 1)] > reach * reach) continue;
         const std::size_t at = slot(level, {cell[0] + x, cell[1] + y, cell[2] + z});
         visitList(level, level.natives[at], visit);
-        if (visitors) visitList(level, level.visitors[at], visit);
+        if (!range.visitors) continue;
+        visitList(level, level.visitors[at], visit);
       }
     }
   }
 }
 
 template <class Visit>
-void CellGrid::visitNear(std::uint32_t sphere, const Visit& visit) const {
+void CellGrid::visitNear(std::uint32_t sphere, const Probe& probe, const Visit& visit) const {
   const auto others = [&](std::uint32_t other) {
     if (other != sphere) visit(other);
   };
@@ -147,25 +174,31 @@ void CellGrid::visitNear(std::uint32_t sphere, const Visit& visit) const {
     return;
   }
   const std::size_t home = levelOf_[sphere];
-  visitCells(levels_[home], cells_[sphere], Range{}, home > 0, others);
+  Range range;
+  range.visitors = home > 0;
+  visitCells(levels_[home], cells_[sphere], range, probe, others);
+  range.visitors = false;
   for (std::size_t coarser = home + 1; coarser < levels_.size(); ++coarser)
-    visitCells(levels_[coarser], cellAt(sphere, levels_[coarser]), Range{}, false, others);
+    visitCells(levels_[coarser], cellAt(sphere, levels_[coarser]), range, probe, others);
 }
 
 template <class Visit>
-void CellGrid::visitNew(std::uint32_t sphere, const Crossing& crossing, const Visit& visit) const {
+void CellGrid::visitNew(std::uint32_t sphere, const Crossing& crossing, const Probe& probe,
+                        const Visit& visit) const {
   const std::size_t home = levelOf_[sphere];
   const int direction = crossing.up ? 1 : -1;
   Range range;
   range.low[crossing.axis] = range.high[crossing.axis] = direction;
-  visitCells(levels_[home], cells_[sphere], range, home > 0, visit);
+  range.visitors = home > 0;
+  visitCells(levels_[home], cells_[sphere], range, probe, visit);
+  range.visitors = false;
   for (std::size_t coarser = home + 1; coarser < levels_.size(); ++coarser) {
     const Level& level = levels_[coarser];
     const Cell cell = cellAt(sphere, level);
     const std::int64_t before =
         (cells_[sphere][crossing.axis] - direction) >> (level.shift - levels_[home].shift);
     if (before == cell[crossing.axis]) continue;
-    visitCells(level, cell, range, false, visit);
+    visitCells(level, cell, range, probe, visit);
   }
 }
 

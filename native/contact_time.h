@@ -61,12 +61,10 @@ inline double sphereContactTime(const Vec3& separation, const Vec3& relativeVelo
   if (gap <= 0.0 && (closing < 0.0 || (closing == 0.0 && bend < 0.0))) return 0.0;
   Quartic distance{gap, 2.0 * closing, bend, dotInOrder(relativeVelocity, acceleration),
                    0.25 * dotInOrder(acceleration, acceleration)};
-  // Whether it is in time is one question and when it is another, whose answer is the same bits
-  // whatever `until` is.
-  if (firstFall(distance, 0.0, until) < kNever) return firstFall(distance, 0.0);
-  if (gap >= 0.0) return kNever;
+  const double wait = firstFall(distance, 0.0, until);
+  if (wait < kNever || gap >= 0.0) return wait;
   distance[0] = 0.0;
-  return firstFall(distance, 0.0, until) < kNever ? firstFall(distance, 0.0) : kNever;
+  return firstFall(distance, 0.0, until);
 }
 
 /// Time until a point at `height` above a surface, moving with `velocity` along the normal under

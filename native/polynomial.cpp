@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <span>
 
 namespace carom {
@@ -11,6 +12,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kEnough = 4.0 * std::numeric_limits<double>::epsilon();  ///< of t, a last step
+constexpr int kNewtonSteps = 12;
 constexpr int kMostSteps = 2200;  ///< bisection alone could need them, from 1e300 to 1e-300
 
 struct Interval {
@@ -59,23 +61,28 @@ double beyond(std::span<const double> c, double from) {
   return far > 0.0 ? far : 1.0;
 }
 
-/// The zero in [low, high] of the polynomial without what is above t^2, which is near where
-/// accelerations matter little yet; or else the middle.
-double guess(std::span<const double> c, double low, double high) {
+/// Newton's method from the zero of the polynomial without what is above t^2, which is near where
+/// accelerations matter little yet. If it converges in [low, high], then to what does not depend on
+/// them.
+std::optional<double> newton(std::span<const double> c, double low, double high) {
   const double half = -0.5 * c[1];
   const double discriminant = half * half - c[0] * c[2];
-  if (discriminant >= 0.0) {
-    const double far = half + std::copysign(std::sqrt(discriminant), half);
-    for (const double root : {c[0] / far, far / c[2]}) {
-      if (root > low && root < high) return root;
+  if (discriminant < 0.0) return std::nullopt;
+  const double far = half + std::copysign(std::sqrt(discriminant), half);
+  for (double t : {c[0] / far, far / c[2]}) {
+    for (int step = 0; step < kNewtonSteps && t >= low && t <= high; ++step) {
+      const double next = t - value(c, t) / slope(c, t);
+      if (std::abs(next - t) <= kEnough * std::abs(t)) return t;
+      t = next;
     }
   }
-  return 0.5 * (low + high);
+  return std::nullopt;
 }
 
 /// The zero in [low, high], at whose ends the signs differ.
 double refine(std::span<const double> c, double low, double high, bool rising) {
-  double t = guess(c, low, high);
+  if (const std::optional<double> found = newton(c, low, high)) return *found;
+  double t = 0.5 * (low + high);
   double before = high - low;  // the last step but one
   double last = before;
   for (int step = 0; step < kMostSteps; ++step) {
@@ -148,6 +155,16 @@ Roots rootsIn(std::span<const double> c, const Interval& in) {
   return rootsBetween(c, in, rootsIn({derivative.data(), c.size() - 1}, in));
 }
 
+/// Whether a short look tells that nothing falls below zero.
+bool staysAbove(const Quartic& c, double from, double until) {
+  if (from != 0.0 || !(until < kInfinity)) return false;
+  const auto least = [](double coefficient) { return std::min(coefficient, 0.0); };
+  const double lowest =
+      c[0] +
+      until * (least(c[1]) + until * (least(c[2]) + until * (least(c[3]) + until * least(c[4]))));
+  return lowest > 0.0;
+}
+
 }  // namespace
 
 double valueAt(const Quartic& polynomial, double t) noexcept {
@@ -155,6 +172,7 @@ double valueAt(const Quartic& polynomial, double t) noexcept {
 }
 
 double firstFall(const Quartic& polynomial, double from, double until) noexcept {
+  if (staysAbove(polynomial, from, until)) return kInfinity;
   const Interval in{from, until};
   std::array<double, 4> derivative{};
   for (std::size_t i = 1; i < polynomial.size(); ++i)

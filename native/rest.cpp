@@ -199,7 +199,7 @@ std::vector<std::uint32_t> SphereStepper::Simulation::calmNeighbours(std::uint32
   for (std::size_t next = 0; next < found.size(); ++next) {
     const std::uint32_t at = found[next];
     const Vec3 position = bodies_.at(at, now_).position;
-    agenda_.visitNear(at, [&](std::uint32_t other) {
+    agenda_.visitNear(at, position, touchingGap(bodies_.radii[at]), [&](std::uint32_t other) {
       const Substance& body = substances_[other];
       if (body.asleep || !(now_.seconds - body.calmSince >= 0.5 * kCalmTime)) return;
       if (!touches(at, position, other) || std::ranges::find(found, other) != found.end()) return;
@@ -221,7 +221,7 @@ bool SphereStepper::Simulation::carried(std::uint32_t sphere,
     if (count == normals.size() || wall.speed != 0.0) continue;
     if (bodies_.height(sphere, wall, position, now_) <= gap) normals[count++] = wall.plane.normal;
   }
-  agenda_.visitNear(sphere, [&](std::uint32_t other) {
+  agenda_.visitNear(sphere, position, gap, [&](std::uint32_t other) {
     if (count == normals.size() || !touches(sphere, position, other)) return;
     if (!substances_[other].asleep && !std::ranges::binary_search(candidates, other)) return;
     const Vec3 separation = position - bodies_.at(other, now_).position;
@@ -276,7 +276,7 @@ void SphereStepper::Simulation::wake(std::uint32_t sphere) {
     body.calmSince = kNever;
     leave(at, bodies_.at(at, now_));
     const Vec3 position = bodies_.motions[at].position;
-    agenda_.visitNear(at, [&](std::uint32_t other) {
+    agenda_.visitNear(at, position, touchingGap(bodies_.radii[at]), [&](std::uint32_t other) {
       if (substances_[other].asleep && touches(at, position, other) && !carried(other, {}))
         woken.push_back(other);
     });

@@ -119,7 +119,7 @@ Problem checkApart(const SphereWorld& world) {
   const CellGrid grid(positions, radii);
   for (std::uint32_t sphere = 0; sphere < world.spheres.size(); ++sphere) {
     Problem problem;
-    grid.visitNear(sphere, [&](std::uint32_t other) {
+    grid.visitNear(sphere, {positions[sphere], radii[sphere], 0.0}, [&](std::uint32_t other) {
       if (!problem && other > sphere)
         problem = checkPairApart(world.spheres[sphere], world.spheres[other]);
     });
