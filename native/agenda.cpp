@@ -26,23 +26,28 @@ const Instant& earlierOf(const Instant& one, const Instant& other) {
   return other < one ? other : one;
 }
 
-/// The instant of first touch of two spheres under the same acceleration; never before the later of
-/// the instants since which they move as they do.
-Instant straightContact(const Motion& motion, const Motion& other, const Vec3& acceleration,
-                        double radiusSum) {
+/// Whether two spheres under the same acceleration touch, and the instant at which they first do;
+/// never before the later of the instants since which they move as they do.
+inline bool straightContact(const Motion& motion, const Motion& other, const Vec3& acceleration,
+                            double radiusSum, Instant& time) {
   const double lag = elapsed(other.since, motion.since);
-  const Vec3 gained = lag * acceleration;
-  Vec3 separation = motion.position - other.position;
-  // The earlier one is taken to the instant of the later one. `velocity` is that of both, always.
-  const Vec3 velocity = motion.velocity - other.velocity - gained;
-  if (lag >= 0.0) {
-    separation -= lag * (other.velocity + 0.5 * gained);
-  } else {
-    separation -= lag * (motion.velocity - 0.5 * gained);
-  }
-  const double wait = sphereContactTime(separation, velocity, radiusSum);
-  if (wait == kNever) return Instant::never();
-  return after(lag >= 0.0 ? motion.since : other.since, wait);
+  // The earlier one is taken to the instant of the later one. One axis after the other: Eigen's
+  // pairs cost more than they save.
+  const bool later = lag >= 0.0;
+  const Vec3& flown = later ? other.velocity : motion.velocity;
+  const double half = later ? 0.5 * lag : -0.5 * lag;
+  const auto apart = [&](int axis) {
+    return motion.position[axis] - other.position[axis] -
+           lag * (flown[axis] + half * acceleration[axis]);
+  };
+  const auto faster = [&](int axis) {  // then and always
+    return motion.velocity[axis] - other.velocity[axis] - lag * acceleration[axis];
+  };
+  const double wait = sphereContactTime({apart(0), apart(1), apart(2)},
+                                        {faster(0), faster(1), faster(2)}, radiusSum);
+  if (wait == kNever) return false;
+  time = after(later ? motion.since : other.since, wait);
+  return true;
 }
 
 /// As above, under different accelerations; never, too, if it is certainly not before `best`.
@@ -75,11 +80,6 @@ Agenda::Agenda(const Bodies& bodies)
   if (!radii.empty() && equal) radius_ = radii.front();
 }
 
-bool Agenda::firstCrosses() const {
-  const Future& future = futures_[first()];
-  return future.crossing < future.contact.time;
-}
-
 bool Agenda::upToDate(const Contact& contact) const {
   return contact.partnerChanges == futures_[contact.partner].changes;
 }
@@ -98,73 +98,94 @@ BodyId Agenda::idOf(const Contact& contact) const {
                                  : bodies_.walls[contact.partner - count].plane.id;
 }
 
-void Agenda::lookForWalls(std::uint32_t sphere, const Instant& now, Contact& best) const {
-  const Motion& motion = bodies_.motions[sphere];
-  const Vec3& pull = bodies_.accelerations[sphere];
+/// The search for the next contact of one sphere: what it reads again and again, in one place.
+struct Agenda::Search {
+  std::uint32_t sphere;
+  Motion motion;
+  Vec3 pull;      ///< m/s^2
+  double radius;  ///< m
+  Instant now;
+  Contact best;
+
+  /// m, as far as it may get before its best contact.
+  double way() const {
+    const double time = elapsed(motion.since, best.time);
+    return time < kNever ? time * (lengthOf(motion.velocity) + time * lengthOf(pull)) : kNever;
+  }
+};
+
+void Agenda::lookForWalls(Search& search) const {
+  const Motion& motion = search.motion;
+  const Holds& holds = bodies_.holds[search.sphere];
+  double soonest = kNever;  // since the motion's beginning, a little later than the best
   for (std::uint32_t index = 0; index < bodies_.walls.size(); ++index) {
-    if (bodies_.holds[sphere].has(index)) continue;
     const Wall& wall = bodies_.walls[index];
     const Vec3& normal = wall.plane.normal;
+    const double pull = bodies_.alongNormal(normal, search.pull);
+    const double velocity = dotInOrder(normal, motion.velocity) - wall.speed;
+    if ((velocity >= 0.0 && pull >= 0.0) || holds.has(index)) continue;
     const double wait = planeContactTime(
-        bodies_.height(sphere, wall, motion.position, motion.since),
-        dotInOrder(normal, motion.velocity) - wall.speed, bodies_.alongNormal(normal, pull));
-    if (wait == kNever) continue;
-    const Instant time = std::max(after(motion.since, wait), now);
+        bodies_.height(search.sphere, wall, motion.position, motion.since), velocity, pull);
+    if (wait > soonest || wait == kNever) continue;
+    const Instant time = std::max(after(motion.since, wait), search.now);
+    Contact& best = search.best;
     if (best.time < time || (best.time == time && wall.plane.id > idOf(best))) continue;
     best = {time, static_cast<std::uint32_t>(bodies_.count() + index), 0};
+    soonest = elapsed(motion.since, time) * (1.0 + kRounding);
   }
 }
 
-/// Whether it is sooner than the best, and now the best itself.
-inline bool Agenda::lookAt(std::uint32_t sphere, std::uint32_t other, const Instant& now,
-                           Contact& best) const {
-  const double radiusSum =
-      radius_ > 0.0 ? 2.0 * radius_ : bodies_.radii[sphere] + bodies_.radii[other];
-  const Motion& motion = bodies_.motions[sphere];
+inline void Agenda::lookAt(std::uint32_t other, Search& search) const {
   const Motion& otherMotion = bodies_.motions[other];
-  const Vec3& pull = bodies_.accelerations[sphere];
-  Instant time = bodies_.apart == 0 || pull == bodies_.accelerations[other]
-                     ? straightContact(motion, otherMotion, pull, radiusSum)
-                     : curvedContact(motion, pull, otherMotion, bodies_.accelerations[other],
-                                     radiusSum, best.time);
-  if (!(time < Instant::never())) return false;
-  time = std::max(time, now);
-  if (best.time < time || (best.time == time && bodies_.ids[other] >= idOf(best))) return false;
+  const double radiusSum = search.radius + (radius_ > 0.0 ? radius_ : bodies_.radii[other]);
+  Instant time;
+  if (bodies_.apart == 0 || search.pull == bodies_.accelerations[other]) {
+    if (!straightContact(search.motion, otherMotion, search.pull, radiusSum, time)) return;
+  } else {
+    time = curvedContact(search.motion, search.pull, otherMotion, bodies_.accelerations[other],
+                         radiusSum, search.best.time);
+    if (!(time < Instant::never())) return;
+  }
+  offer({std::max(time, search.now), other, futures_[other].changes}, search);
+}
+
+/// A contact with a sphere, which may be the best so far.
+void Agenda::offer(const Contact& contact, Search& search) const {
+  const Contact& best = search.best;
+  if (best.time < contact.time) return;
+  if (best.time == contact.time && idOf(contact) >= idOf(best)) return;
   // A partner that is due earlier looks for this sphere itself after that contact.
-  if (!(time < futures_[other].contact.time)) return false;
-  best = {time, other, futures_[other].changes};
-  return true;
+  if (contact.time < futures_[contact.partner].contact.time) search.best = contact;
 }
 
 /// Looks at all those that `visitAll` visits, as long as they may be sooner than the best.
 template <class VisitAll>
-void Agenda::lookAround(std::uint32_t sphere, const Motion& motion, Contact& best,
-                        const VisitAll& visitAll) const {
-  const double speed = lengthOf(motion.velocity);
-  const double pull = lengthOf(bodies_.accelerations[sphere]);
-  const auto way = [&] {
-    const double time = elapsed(motion.since, best.time);
-    return time < kNever ? time * (speed + time * pull) : kNever;
+void Agenda::lookAround(const Vec3& position, Search& search, const VisitAll& visitAll) const {
+  const CellGrid::Probe probe{position, search.radius, search.way()};
+  struct Look {
+    const Agenda& agenda;
+    Search& search;
+    void operator()(std::uint32_t other) const { agenda.lookAt(other, search); }
+    void soon(std::uint32_t other) const { __builtin_prefetch(&agenda.bodies_.motions[other]); }
   };
-  CellGrid::Probe probe{motion.position, bodies_.radii[sphere], way()};
-  visitAll(probe, [&](std::uint32_t other) {
-    if (lookAt(sphere, other, motion.since, best)) probe.way = way();
-  });
+  visitAll(probe, Look{*this, search});
 }
 
 void Agenda::predict(std::uint32_t sphere, const Instant& now) {
-  const Motion motion = bodies_.at(sphere, now);
-  Contact best;
-  lookForWalls(sphere, now, best);
+  const Motion present = bodies_.at(sphere, now);
+  Search search{
+      sphere, bodies_.motions[sphere], bodies_.accelerations[sphere], bodies_.radii[sphere], now,
+      {}};
+  lookForWalls(search);
   // Whom it met last it often meets next, and soon, as while it hops: nobody later is looked at.
   const std::uint32_t last = futures_[sphere].lastPartner;
-  if (bodies_.apart > 0 && last < bodies_.count()) lookAt(sphere, last, now, best);
-  lookAround(sphere, motion, best, [&](const CellGrid::Probe& probe, const auto& visit) {
+  if (bodies_.apart > 0 && last < bodies_.count()) lookAt(last, search);
+  lookAround(present.position, search, [&](const CellGrid::Probe& probe, const auto& visit) {
     grid_.visitNear(sphere, probe, visit);
   });
-  predictCrossing(sphere, motion);
-  futures_[sphere].contact = best;
-  claim(sphere, best);
+  predictCrossing(sphere, present);
+  futures_[sphere].contact = search.best;
+  claim(sphere, search.best);
   schedule(sphere);
 }
 
@@ -184,13 +205,15 @@ void Agenda::cross(std::uint32_t sphere, const Instant& now) {
   const Motion motion = bodies_.at(sphere, now);
   grid_.cross(sphere, crossing);
   predictCrossing(sphere, motion);
-  Contact best = future.contact;
-  lookAround(sphere, motion, best, [&](const CellGrid::Probe& probe, const auto& visit) {
+  Search search{
+      sphere, bodies_.motions[sphere], bodies_.accelerations[sphere], bodies_.radii[sphere],
+      now,    future.contact};
+  lookAround(motion.position, search, [&](const CellGrid::Probe& probe, const auto& visit) {
     grid_.visitNew(sphere, crossing, probe, visit);
   });
-  if (best.time < future.contact.time) {
-    future.contact = best;
-    claim(sphere, best);
+  if (search.best.time < future.contact.time) {
+    future.contact = search.best;
+    claim(sphere, search.best);
   }
   schedule(sphere);
 }

@@ -34,11 +34,12 @@ class Agenda {
   /// Looks at `bodies` whenever it predicts; they must outlive it.
   explicit Agenda(const Bodies& bodies);
 
-  bool empty() const { return queue_.empty(); }
-  std::uint32_t first() const { return queue_.earliest(); }
-  const Instant& firstTime() const { return queue_.earliestTime(); }
-  /// Whether the first sphere leaves its cell, instead of meeting another or a wall.
-  bool firstCrosses() const;
+  std::uint32_t first() { return queue_.earliest(); }  ///< kNobody if nothing will happen
+  const Instant& time(std::uint32_t sphere) const { return queue_.time(sphere); }
+  /// Whether the sphere leaves its cell next, instead of meeting another or a wall.
+  bool crosses(std::uint32_t sphere) const {
+    return futures_[sphere].crossing < futures_[sphere].contact.time;
+  }
   const Contact& contact(std::uint32_t sphere) const { return futures_[sphere].contact; }
   /// Whether the contact's partner, a sphere, still moves as it did when this was predicted.
   bool upToDate(const Contact& contact) const;
@@ -62,6 +63,7 @@ class Agenda {
   bool queueValid() const { return queue_.valid(); }
 
  private:
+  struct Search;
   struct Future {
     Contact contact;
     Instant crossing = Instant::never();
@@ -71,12 +73,12 @@ class Agenda {
     bool up = false;
   };
 
-  void lookForWalls(std::uint32_t sphere, const Instant& now, Contact& best) const;
-  bool lookAt(std::uint32_t sphere, std::uint32_t other, const Instant& now, Contact& best) const;
+  void lookForWalls(Search& search) const;
+  void lookAt(std::uint32_t other, Search& search) const;
+  void offer(const Contact& contact, Search& search) const;
   BodyId idOf(const Contact& contact) const;
   template <class VisitAll>
-  void lookAround(std::uint32_t sphere, const Motion& motion, Contact& best,
-                  const VisitAll& visitAll) const;
+  void lookAround(const Vec3& position, Search& search, const VisitAll& visitAll) const;
   void predictCrossing(std::uint32_t sphere, const Motion& motion);
   void claim(std::uint32_t sphere, const Contact& found);
   void schedule(std::uint32_t sphere);

@@ -62,8 +62,9 @@ struct Bodies {
   /// m, from the wall at `instant` to the lowest point of the sphere if it were at `position`.
   double height(std::size_t sphere, const Wall& wall, const Vec3& position,
                 const Instant& instant) const {
-    const double offset = wall.plane.offset + wall.speed * elapsed(Instant{}, instant);
-    return dotInOrder(wall.plane.normal, position) - offset - radii[sphere];
+    const double height =
+        dotInOrder(wall.plane.normal, position) - wall.plane.offset - radii[sphere];
+    return wall.speed == 0.0 ? height : height - wall.speed * elapsed(Instant{}, instant);
   }
   /// m/s^2, along a normal; 0 where only rounding makes it another.
   double alongNormal(const Vec3& normal, const Vec3& acceleration) const {

@@ -85,6 +85,7 @@ CellGrid::CellGrid(std::span<const Vec3> positions, std::span<const double> radi
     made.width = std::ldexp(widest, level - halvings);
     made.shift = level;
     made.bits = tableBits(extent, made.width, natives);
+    made.shifts = {0, made.bits[0], made.bits[0] + made.bits[1]};
     const std::size_t slots = std::size_t{1} << (made.bits[0] + made.bits[1] + made.bits[2]);
     made.natives.assign(slots, kNobody);
     if (levels_.size() > 1) made.visitors.assign(slots, kNobody);
@@ -182,10 +183,10 @@ bool CellGrid::holds(std::uint32_t sphere, const Vec3& position, double toleranc
   for (std::size_t level = home; level < levels_.size(); ++level) {
     const Level& there = levels_[level];
     const auto& lists = level == home ? there.natives : there.visitors;
-    bool found = false;
-    visitList(there, lists[slot(there, cellAt(sphere, there))],
-              [&](std::uint32_t other) { found = found || other == sphere; });
-    if (!found) return false;
+    std::uint32_t at = lists[slot(there, cellAt(sphere, there))];
+    while (at != kNobody && at != sphere)
+      at = there.next[at];
+    if (at != sphere) return false;
   }
   return true;
 }

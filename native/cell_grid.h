@@ -50,7 +50,7 @@ class CellGrid {
   void cross(std::uint32_t sphere, const Crossing& crossing);
 
   /// Where a sphere is, and how far it may be soon: what is farther away is left out, a cell at a
-  /// time. `way` may shrink while others are visited.
+  /// time.
   struct Probe {
     Vec3 position;                                         ///< m
     double radius = 0.0;                                   ///< m
@@ -80,19 +80,21 @@ class CellGrid {
     double largest = 0.0;                 ///< m, the radius of its largest sphere
     int shift = 0;                        ///< 2^shift cells of the finest level make one of this
     std::array<int, 3> bits{};            ///< the table repeats after 2^bits cells
+    std::array<int, 3> shifts{};          ///< of each axis in a slot
     std::vector<std::uint32_t> natives;   ///< by slot: the first sphere whose level this is
     std::vector<std::uint32_t> visitors;  ///< by slot: the first of a finer level
     std::vector<std::uint32_t> next;      ///< by sphere, in the same cell
     std::vector<std::uint32_t> previous;  ///< by sphere
   };
 
-  /// Cells [low, high] around a cell, and whether with the visitors there.
+  /// Cells [low, high] by axis, where 1 is a sphere's own; and whether with the visitors there.
   struct Range {
-    std::array<int, 3> low = {-1, -1, -1};
-    std::array<int, 3> high = {1, 1, 1};
+    std::array<std::size_t, 3> low = {0, 0, 0};
+    std::array<std::size_t, 3> high = {2, 2, 2};
     bool visitors = false;
   };
 
+  static std::size_t slotPart(const Level& level, std::size_t axis, std::int64_t cell);
   static std::size_t slot(const Level& level, const Cell& cell);
   Cell cellAt(std::uint32_t sphere, const Level& level) const;
   void enter(std::uint32_t sphere, std::size_t level, const Cell& cell);
@@ -100,10 +102,10 @@ class CellGrid {
   std::vector<std::uint32_t>& heads(std::uint32_t sphere, std::size_t level);
 
   template <class Visit>
-  void visitList(const Level& level, std::uint32_t first, const Visit& visit) const;
+  static void visitAll(std::span<const std::uint32_t> spheres, const Visit& visit);
   template <class Visit>
-  void visitCells(const Level& level, const Cell& cell, const Range& range, const Probe& probe,
-                  const Visit& visit) const;
+  void visitCells(std::uint32_t sphere, const Level& level, const Cell& cell, const Range& range,
+                  const Probe& probe, const Visit& visit) const;
 
   std::size_t sphereCount_ = 0;
   std::vector<Level> levels_;          ///< the finest first
@@ -113,12 +115,13 @@ class CellGrid {
 
 // ---- Visits are inlined: a stepper spends most of its time in them.
 
+inline std::size_t CellGrid::slotPart(const Level& level, std::size_t axis, std::int64_t cell) {
+  const auto mask = (std::uint64_t{1} << level.bits[axis]) - 1;
+  return (static_cast<std::uint64_t>(cell) & mask) << level.shifts[axis];
+}
+
 inline std::size_t CellGrid::slot(const Level& level, const Cell& cell) {
-  const auto part = [&](std::size_t axis) {
-    const auto mask = (std::uint64_t{1} << level.bits[axis]) - 1;
-    return static_cast<std::uint64_t>(cell[axis]) & mask;
-  };
-  return ((part(2) << level.bits[1] | part(1)) << level.bits[0]) | part(0);
+  return slotPart(level, 0, cell[0]) | slotPart(level, 1, cell[1]) | slotPart(level, 2, cell[2]);
 }
 
 inline CellGrid::Cell CellGrid::cellAt(std::uint32_t sphere, const Level& level) const {
@@ -130,56 +133,74 @@ inline CellGrid::Cell CellGrid::cellAt(std::uint32_t sphere, const Level& level)
 }
 
 template <class Visit>
-void CellGrid::visitList(const Level& level, std::uint32_t first, const Visit& visit) const {
-  for (std::uint32_t other = first; other != kNobody; other = level.next[other])
-    visit(other);
+void CellGrid::visitAll(std::span<const std::uint32_t> spheres, const Visit& visit) {
+  for (const std::uint32_t sphere : spheres)
+    visit(sphere);
 }
 
 template <class Visit>
-void CellGrid::visitCells(const Level& level, const Cell& cell, const Range& range,
-                          const Probe& probe, const Visit& visit) const {
-  // Squared distances to the cells before, at and behind its own, by axis.
+void CellGrid::visitCells(std::uint32_t sphere, const Level& level, const Cell& cell,
+                          const Range& range, const Probe& probe, const Visit& visit) const {
+  // Of the cells before, at and behind its own, by axis: squared distances, and shares of the
+  // slots.
   std::array<std::array<double, 3>, 3> squares{};
+  std::array<std::array<std::size_t, 3>, 3> slots{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double from = probe.position[static_cast<Eigen::Index>(axis)] -
                         static_cast<double>(cell[axis]) * level.width;
     squares[axis] = {from * from, 0.0, (level.width - from) * (level.width - from)};
+    for (std::size_t at = 0; at < 3; ++at)
+      slots[axis][at] = slotPart(level, axis, cell[axis] + static_cast<std::int64_t>(at) - 1);
   }
-  // Its own cell is in the middle of the range, and nearer ones are not sorted: a short way is
-  // found soon, as hops are with whom it met last.
-  for (int z = range.low[2]; z <= range.high[2]; ++z) {
-    for (int y = range.low[1]; y <= range.high[1]; ++y) {
-      const double across =
-          squares[2][static_cast<std::size_t>(z + 1)] + squares[1][static_cast<std::size_t>(y + 1)];
-      for (int x = range.low[0]; x <= range.high[0]; ++x) {
-        const double reach = (probe.radius + level.largest + probe.way) * kSurely;
-        if (across + squares[0][static_cast<std::size_t>(x + 1)] > reach * reach) continue;
-        const std::size_t at = slot(level, {cell[0] + x, cell[1] + y, cell[2] + z});
-        visitList(level, level.natives[at], visit);
-        if (!range.visitors) continue;
-        visitList(level, level.visitors[at], visit);
+  const double reach = (probe.radius + level.largest + probe.way) * kSurely;
+  const double within = reach * reach;
+  // First who is there, then what they do: two simple loops are faster than one.
+  std::array<std::uint32_t, 128> found;
+  std::size_t count = 0;
+  const std::uint32_t* const next = level.next.data();
+  const auto collect = [&](std::uint32_t first) {
+    for (std::uint32_t other = first; other != kNobody; other = next[other]) {
+      if (count == found.size()) {
+        visitAll(std::span(found.data(), count), visit);
+        count = 0;
       }
+      if (other == sphere) continue;
+      found[count++] = other;
+      if constexpr (requires { visit.soon(other); }) visit.soon(other);
+    }
+  };
+  const auto collectRow = [&](double across, std::size_t row, const std::uint32_t* heads) {
+    const std::size_t end = range.high[0];
+    for (std::size_t x = range.low[0]; x <= end; ++x) {
+      if (across + squares[0][x] <= within) collect(heads[row | slots[0][x]]);
+    }
+  };
+  for (std::size_t z = range.low[2]; z <= range.high[2]; ++z) {
+    for (std::size_t y = range.low[1]; y <= range.high[1]; ++y) {
+      const double across = squares[2][z] + squares[1][y];
+      if (across > within) continue;
+      const std::size_t row = slots[2][z] | slots[1][y];
+      collectRow(across, row, level.natives.data());
+      if (range.visitors) collectRow(across, row, level.visitors.data());
     }
   }
+  visitAll(std::span(found.data(), count), visit);
 }
 
 template <class Visit>
 void CellGrid::visitNear(std::uint32_t sphere, const Probe& probe, const Visit& visit) const {
-  const auto others = [&](std::uint32_t other) {
-    if (other != sphere) visit(other);
-  };
   if (levels_.empty()) {
     for (std::uint32_t other = 0; other < sphereCount_; ++other)
-      others(other);
+      if (other != sphere) visit(other);
     return;
   }
   const std::size_t home = levelOf_[sphere];
   Range range;
   range.visitors = home > 0;
-  visitCells(levels_[home], cells_[sphere], range, probe, others);
+  visitCells(sphere, levels_[home], cells_[sphere], range, probe, visit);
   range.visitors = false;
   for (std::size_t coarser = home + 1; coarser < levels_.size(); ++coarser)
-    visitCells(levels_[coarser], cellAt(sphere, levels_[coarser]), range, probe, others);
+    visitCells(sphere, levels_[coarser], cellAt(sphere, levels_[coarser]), range, probe, visit);
 }
 
 template <class Visit>
@@ -188,9 +209,9 @@ void CellGrid::visitNew(std::uint32_t sphere, const Crossing& crossing, const Pr
   const std::size_t home = levelOf_[sphere];
   const int direction = crossing.up ? 1 : -1;
   Range range;
-  range.low[crossing.axis] = range.high[crossing.axis] = direction;
+  range.low[crossing.axis] = range.high[crossing.axis] = crossing.up ? 2 : 0;
   range.visitors = home > 0;
-  visitCells(levels_[home], cells_[sphere], range, probe, visit);
+  visitCells(sphere, levels_[home], cells_[sphere], range, probe, visit);
   range.visitors = false;
   for (std::size_t coarser = home + 1; coarser < levels_.size(); ++coarser) {
     const Level& level = levels_[coarser];
@@ -198,7 +219,7 @@ void CellGrid::visitNew(std::uint32_t sphere, const Crossing& crossing, const Pr
     const std::int64_t before =
         (cells_[sphere][crossing.axis] - direction) >> (level.shift - levels_[home].shift);
     if (before == cell[crossing.axis]) continue;
-    visitCells(level, cell, range, probe, visit);
+    visitCells(sphere, level, cell, range, probe, visit);
   }
 }
 

@@ -1,68 +1,139 @@
 #include "native/contact_queue.h"
 
 #include <algorithm>
-#include <numeric>
+#include <bit>
+#include <cmath>
+#include <limits>
 
 namespace carom {
+namespace {
+
+constexpr double kLastDay = 0x1p62;
+constexpr double kSpheresPerDay = 1.0;      ///< aimed at
+constexpr std::uint64_t kAdaptAfter = 512;  ///< found, or as many as there are spheres
+constexpr std::uint64_t kTolerable = 6;     ///< looks for each that is found
+constexpr std::int64_t kEmptyDays = 256;    ///< in a row, before all are looked at
+
+}  // namespace
 
 ContactQueue::ContactQueue(std::size_t spheres)
-    : times_(spheres, Instant::never()), spheres_(spheres), slotOf_(spheres) {
-  std::iota(spheres_.begin(), spheres_.end(), 0U);  // in order is a heap
-  std::iota(slotOf_.begin(), slotOf_.end(), 0U);
+    : entries_(spheres), days_(std::bit_ceil(std::max<std::size_t>(spheres, 16)), kNobody) {}
+
+std::int64_t ContactQueue::dayOf(const Instant& time) const {
+  return static_cast<std::int64_t>(std::min(time.seconds * daysPerSecond_, kLastDay));
 }
 
-void ContactQueue::place(std::size_t slot, const Entry& entry) {
-  times_[slot] = entry.time;
-  spheres_[slot] = entry.sphere;
-  slotOf_[entry.sphere] = static_cast<std::uint32_t>(slot);
+bool ContactQueue::earlier(std::uint32_t sphere, std::uint32_t other) const {
+  const Instant& time = entries_[sphere].time;
+  const Instant& otherTime = entries_[other].time;
+  if (time.seconds != otherTime.seconds) return time.seconds < otherTime.seconds;
+  if (time.rest != otherTime.rest) return time.rest < otherTime.rest;
+  return sphere < other;
 }
 
-std::size_t ContactQueue::rise(std::size_t slot, const Entry& entry) {
-  while (slot > 0) {
-    const std::size_t parent = (slot - 1) / kChildren;
-    const Entry above = this->entry(parent);
-    if (!earlier(entry, above)) break;
-    place(slot, above);
-    slot = parent;
+void ContactQueue::link(std::uint32_t sphere) {
+  Entry& entry = entries_[sphere];
+  if (!(entry.time < Instant::never())) return;
+  const std::int64_t day = dayOf(entry.time);
+  today_ = std::min(today_, day);
+  std::uint32_t& first = days_[slotOf(day)];
+  entry.next = first;
+  entry.previous = kNobody;
+  if (first != kNobody) entries_[first].previous = sphere;
+  first = sphere;
+  ++linked_;
+}
+
+void ContactQueue::unlink(std::uint32_t sphere) {
+  const Entry& entry = entries_[sphere];
+  if (!(entry.time < Instant::never())) return;
+  if (entry.next != kNobody) entries_[entry.next].previous = entry.previous;
+  if (entry.previous != kNobody) {
+    entries_[entry.previous].next = entry.next;
+  } else {
+    days_[slotOf(dayOf(entry.time))] = entry.next;
   }
-  return slot;
-}
-
-std::size_t ContactQueue::sink(std::size_t slot, const Entry& entry) {
-  for (;;) {
-    const std::size_t first = kChildren * slot + 1;
-    if (first >= times_.size()) return slot;
-    const std::size_t end = std::min(first + kChildren, times_.size());
-    std::size_t soonest = first;
-    Entry below = this->entry(first);
-    for (std::size_t child = first + 1; child < end; ++child) {
-      const Entry candidate = this->entry(child);
-      if (!earlier(candidate, below)) continue;
-      soonest = child;
-      below = candidate;
-    }
-    if (!earlier(below, entry)) return slot;
-    place(slot, below);
-    slot = soonest;
-  }
+  --linked_;
 }
 
 void ContactQueue::setTime(std::uint32_t sphere, const Instant& time) {
-  const std::size_t slot = slotOf_[sphere];
-  const Entry entry{time, sphere};
-  if (time < times_[slot]) {
-    place(rise(slot, entry), entry);
-  } else {
-    place(sink(slot, entry), entry);
+  if (entries_[sphere].time == time) return;
+  unlink(sphere);
+  entries_[sphere].time = time;
+  link(sphere);
+  if (sphere == earliest_) {
+    earliest_ = kNobody;
+  } else if (earliest_ != kNobody && earlier(sphere, earliest_)) {
+    earliest_ = sphere;
   }
 }
 
-bool ContactQueue::valid() const {
-  for (std::size_t slot = 0; slot < times_.size(); ++slot) {
-    if (slotOf_[spheres_[slot]] != slot) return false;
-    if (slot > 0 && earlier(entry(slot), entry((slot - 1) / kChildren))) return false;
+void ContactQueue::findEarliest() {
+  if (linked_ == 0) return;
+  ++found_;
+  if (visited_ > kTolerable * (found_ + entries_.size()) ||
+      found_ > std::max<std::uint64_t>(kAdaptAfter, entries_.size())) {
+    adapt();
+    return;
   }
-  return true;
+  for (std::int64_t empty = 0; empty < kEmptyDays; ++empty, ++today_) {
+    ++visited_;
+    for (std::uint32_t sphere = days_[slotOf(today_)]; sphere != kNobody;
+         sphere = entries_[sphere].next) {
+      ++visited_;
+      if (dayOf(entries_[sphere].time) != today_) continue;  // of a later year
+      if (earliest_ == kNobody || earlier(sphere, earliest_)) earliest_ = sphere;
+    }
+    if (earliest_ != kNobody) return;
+  }
+  jump();
+}
+
+/// To the next day that is not empty, however far.
+void ContactQueue::jump() {
+  visited_ += entries_.size();
+  for (std::uint32_t sphere = 0; sphere < entries_.size(); ++sphere) {
+    if (earliest_ == kNobody || earlier(sphere, earliest_)) earliest_ = sphere;
+  }
+  today_ = dayOf(entries_[earliest_].time);
+}
+
+/// Spans such that about one sphere comes due in each, if those of late were not.
+void ContactQueue::adapt() {
+  jump();
+  const Instant now = entries_[earliest_].time;
+  const double passed = elapsed(since_, now);
+  if (visited_ > kTolerable * found_ && passed > 0.0)
+    rebuild(static_cast<double>(found_) / (kSpheresPerDay * passed));
+  since_ = now;
+  found_ = 0;
+  visited_ = 0;
+}
+
+void ContactQueue::rebuild(double daysPerSecond) {
+  std::ranges::fill(days_, kNobody);
+  daysPerSecond_ = daysPerSecond;
+  linked_ = 0;
+  today_ = static_cast<std::int64_t>(kLastDay);
+  for (std::uint32_t sphere = 0; sphere < entries_.size(); ++sphere)
+    link(sphere);
+}
+
+bool ContactQueue::valid() const {
+  std::size_t linked = 0;
+  for (std::uint32_t sphere = 0; sphere < entries_.size(); ++sphere) {
+    const Entry& entry = entries_[sphere];
+    if (!(entry.time < Instant::never())) continue;
+    ++linked;
+    const std::int64_t day = dayOf(entry.time);
+    if (day < today_) return false;
+    if (earliest_ != kNobody && earlier(sphere, earliest_)) return false;
+    std::uint32_t at = days_[slotOf(day)];
+    while (at != kNobody && at != sphere)
+      at = entries_[at].next;
+    if (at != sphere) return false;
+  }
+  return linked == linked_;
 }
 
 }  // namespace carom

@@ -8,43 +8,60 @@
 
 namespace carom {
 
-/// When each sphere needs attention next, earliest first: an indexed heap with exactly one entry
-/// per sphere, which moves when its time changes. Equal times are in order of the spheres. Four
-/// children to a node, so that a sink reads one cache line per level.
+/// When each sphere needs attention next, earliest first, and of equal times the lower sphere. A
+/// calendar queue (Brown 1988, Commun. ACM 31, 1220): a list for each short span of time, the same
+/// lists again after a while. So a change costs the same for any number of spheres, and touches
+/// little memory. The span follows the rate at which spheres come due; the order does not depend on
+/// it.
 ///
-/// Internal to native/. Construction allocates, nothing else does.
+/// Internal to native/. Allocates when it is constructed, and when the span is changed.
 class ContactQueue {
  public:
+  static constexpr std::uint32_t kNobody = 0xFFFFFFFF;
+
   explicit ContactQueue(std::size_t spheres);  ///< all at never
 
-  bool empty() const { return spheres_.empty(); }
-  std::uint32_t earliest() const { return spheres_.front(); }  ///< not when empty
-  const Instant& time(std::uint32_t sphere) const { return times_[slotOf_[sphere]]; }
-  const Instant& earliestTime() const { return times_.front(); }  ///< not when empty
+  /// Whose time is the earliest; kNobody if all are at never.
+  std::uint32_t earliest() {
+    if (earliest_ == kNobody) findEarliest();
+    return earliest_;
+  }
+  const Instant& time(std::uint32_t sphere) const { return entries_[sphere].time; }
   void setTime(std::uint32_t sphere, const Instant& time);
 
-  /// Whether parents are not later than children and the index is the inverse of the heap.
+  /// Whether each sphere is in the list of its time, and none is due before the earliest.
   bool valid() const;
 
  private:
-  static constexpr std::size_t kChildren = 4;
-
   struct Entry {
-    Instant time;
-    std::uint32_t sphere = 0;
+    Instant time = Instant::never();
+    std::uint32_t next = kNobody;
+    std::uint32_t previous = kNobody;
   };
 
-  static bool earlier(const Entry& left, const Entry& right) {
-    return left.time < right.time || (left.time == right.time && left.sphere < right.sphere);
+  std::int64_t dayOf(const Instant& time) const;
+  std::size_t slotOf(std::int64_t day) const {
+    return static_cast<std::size_t>(day) & (days_.size() - 1);
   }
-  Entry entry(std::size_t slot) const { return {times_[slot], spheres_[slot]}; }
-  void place(std::size_t slot, const Entry& entry);
-  std::size_t rise(std::size_t slot, const Entry& entry);
-  std::size_t sink(std::size_t slot, const Entry& entry);
+  bool earlier(std::uint32_t sphere, std::uint32_t other) const;
+  void link(std::uint32_t sphere);
+  void unlink(std::uint32_t sphere);
+  void findEarliest();
+  void jump();
+  void adapt();
+  void rebuild(double daysPerSecond);
 
-  std::vector<Instant> times_;          ///< by slot
-  std::vector<std::uint32_t> spheres_;  ///< by slot
-  std::vector<std::uint32_t> slotOf_;   ///< by sphere
+  std::vector<Entry> entries_;       ///< by sphere
+  std::vector<std::uint32_t> days_;  ///< by slot: the first of its list
+  double daysPerSecond_ = 1000.0;
+  std::int64_t today_ = 0;            ///< nothing is due before
+  std::uint32_t earliest_ = kNobody;  ///< kNobody: not known
+  std::size_t linked_ = 0;            ///< spheres that are not at never
+
+  // Since the last change of the span:
+  std::uint64_t found_ = 0;    ///< earliest ones
+  std::uint64_t visited_ = 0;  ///< entries and days that were looked at for them
+  Instant since_;
 };
 
 }  // namespace carom

@@ -36,12 +36,16 @@ inline double sphereContactTime(const Vec3& separation, const Vec3& relativeVelo
                                 double radiusSum) noexcept {
   const double closing = -dotInOrder(separation, relativeVelocity);
   if (!(closing > 0.0)) return kNever;
-  const double gap = dotInOrder(separation, separation) - radiusSum * radiusSum;
+  const double squared = dotInOrder(separation, separation);
+  const double gap = squared - radiusSum * radiusSum;
   if (gap <= 0.0) return 0.0;
+  const double speed = dotInOrder(relativeVelocity, relativeVelocity);
+  // Most pass by far: b^2 - a c tells so at once, by more than its rounding.
+  if (closing * closing < speed * (gap - 1e-9 * squared)) return kNever;
   const Vec3 moment(separation.y() * relativeVelocity.z() - separation.z() * relativeVelocity.y(),
                     separation.z() * relativeVelocity.x() - separation.x() * relativeVelocity.z(),
                     separation.x() * relativeVelocity.y() - separation.y() * relativeVelocity.x());
-  const double reach = radiusSum * radiusSum * dotInOrder(relativeVelocity, relativeVelocity);
+  const double reach = radiusSum * radiusSum * speed;
   const double miss = dotInOrder(moment, moment);
   if (miss > reach) return kNever;
   return gap / (closing + std::sqrt(reach - miss));

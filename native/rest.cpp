@@ -18,7 +18,7 @@ constexpr double kLeastHopTime = 20e-6;       ///< s, otherwise
 constexpr double kFirstHops = 10.0;           ///< of that time, which a sphere may have unpaid
 constexpr double kCollapseInterval = 1e-6;    ///< s, contacts of one sphere closer than this ...
 constexpr std::uint32_t kCollapseRun = 1000;  ///< ... so many times in a row are a collapse
-constexpr double kCollapseRestSpeed = 0.001;  ///< m/s, rest speed of a sphere after a collapse
+constexpr double kCollapseRestSpeed = 0.005;  ///< m/s, rest speed of a sphere after a collapse
 constexpr double kCalmTime = 0.02;            ///< s, of calm before sleep
 constexpr double kCalmDrift = 0.25;           ///< of the rest speed: what moves slower is calm
 constexpr double kRetryTime = 0.005;          ///< s, between two attempts to sleep
@@ -155,24 +155,31 @@ double SphereStepper::Simulation::restSpeed(std::uint32_t sphere) const {
   return substances_[sphere].collapsed ? std::max(restSpeed_, kCollapseRestSpeed) : restSpeed_;
 }
 
-/// Watches for collapse and for calm.
-void SphereStepper::Simulation::noteContact(std::uint32_t sphere, const Motion& motion) {
+/// Watches for collapse, and returns whether it has just happened; and for calm.
+bool SphereStepper::Simulation::noteContact(std::uint32_t sphere, const Motion& motion) {
   Substance& body = substances_[sphere];
-  if (body.asleep) return;
-  const bool rapid = elapsed(bodies_.motions[sphere].since, now_) < kCollapseInterval;
-  body.rapidContacts = rapid ? static_cast<std::uint16_t>(body.rapidContacts + 1) : 0;
-  if (body.rapidContacts == kCollapseRun) {
-    ++counters_.collapses;
-    body.collapsed = true;
-    body.hopAllowance = 0.125 * body.mass * restSpeed(sphere) * restSpeed(sphere);
-    body.rapidContacts = 0;
-  }
+  if (body.asleep) return false;
   const Vec3 moved = motion.position - body.calmPlace;
   const double drift = kCalmDrift * restSpeed(sphere) * kCalmTime;
   if (body.calmSince == kNever || dotInOrder(moved, moved) > drift * drift) {
     body.calmSince = now_.seconds;
     body.calmPlace = motion.position;
   }
+  const bool rapid = elapsed(bodies_.motions[sphere].since, now_) < kCollapseInterval;
+  body.rapidContacts = rapid ? static_cast<std::uint16_t>(body.rapidContacts + 1) : 0;
+  if (body.rapidContacts != kCollapseRun) return false;
+  ++counters_.collapses;
+  body.collapsed = true;
+  body.hopAllowance = 0.125 * body.mass * restSpeed(sphere) * restSpeed(sphere);
+  body.rapidContacts = 0;
+  return true;
+}
+
+/// What has collapsed in contacts that are rest has no room left to move in, and may sleep at once.
+void SphereStepper::Simulation::stop(std::uint32_t sphere, Motion& motion) {
+  if (bodies_.gravity == Vec3::Zero()) return;
+  motion.velocity.setZero();
+  substances_[sphere].calmSince = now_.seconds - kCalmTime;
 }
 
 // ---- Sleep
@@ -201,9 +208,9 @@ std::vector<std::uint32_t> SphereStepper::Simulation::calmNeighbours(std::uint32
     const Vec3 position = bodies_.at(at, now_).position;
     agenda_.visitNear(at, position, touchingGap(bodies_.radii[at]), [&](std::uint32_t other) {
       const Substance& body = substances_[other];
-      if (body.asleep || !(now_.seconds - body.calmSince >= 0.5 * kCalmTime)) return;
-      if (!touches(at, position, other) || std::ranges::find(found, other) != found.end()) return;
-      found.push_back(other);
+      if (!body.asleep && now_.seconds - body.calmSince >= 0.5 * kCalmTime &&
+          touches(at, position, other) && std::ranges::find(found, other) == found.end())
+        found.push_back(other);
     });
   }
   std::ranges::sort(found);
@@ -265,6 +272,7 @@ void SphereStepper::Simulation::layDown(std::uint32_t sphere) {
 
 /// And whoever sleeps on it, if nothing else carries them.
 void SphereStepper::Simulation::wake(std::uint32_t sphere) {
+  if (!substances_[sphere].asleep) return;
   std::vector<std::uint32_t> woken{sphere};
   while (!woken.empty()) {
     const std::uint32_t at = woken.back();

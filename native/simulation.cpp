@@ -97,15 +97,16 @@ SphereStepper::Simulation::Simulation(const SphereWorld& world)
 
 void SphereStepper::Simulation::advanceTo(double time) {
   events_.clear();
-  while (!agenda_.empty() && agenda_.firstTime().seconds <= time)
-    step();
+  for (std::uint32_t first = agenda_.first();
+       first != Agenda::kNobody && agenda_.time(first).seconds <= time; first = agenda_.first())
+    step(first);
   time_ = time;
 }
 
-void SphereStepper::Simulation::step() {
-  const std::uint32_t sphere = agenda_.first();
-  now_ = agenda_.firstTime();
-  if (agenda_.firstCrosses()) {
+/// What the sphere does next is what happens next.
+void SphereStepper::Simulation::step(std::uint32_t sphere) {
+  now_ = agenda_.time(sphere);
+  if (agenda_.crosses(sphere)) {
     agenda_.cross(sphere, now_);
     return;
   }
@@ -209,8 +210,8 @@ void SphereStepper::Simulation::collide(const Pair& pair) {
 /// gives way, nor one on a wall towards it.
 void SphereStepper::Simulation::touch(const Pair& pair) {
   ++counters_.restContacts;
-  noteContact(pair.sphere, pair.motion);
-  noteContact(pair.other, pair.otherMotion);
+  const bool stuck = noteContact(pair.sphere, pair.motion);
+  const bool otherStuck = noteContact(pair.other, pair.otherMotion);
   const Vec3 yield = yielding(pair.sphere, pair.normal);
   const Vec3 otherYield = yielding(pair.other, -pair.normal);
   const double compliance = dotInOrder(pair.normal, yield - otherYield);
@@ -224,6 +225,8 @@ void SphereStepper::Simulation::touch(const Pair& pair) {
     motion.velocity += impulse * yield;
     otherMotion.velocity += impulse * otherYield;
   }
+  if (stuck) stop(pair.sphere, motion);
+  if (otherStuck) stop(pair.other, otherMotion);
   leave(pair.sphere, motion);
   leave(pair.other, otherMotion);
   trySleep(pair.sphere);

@@ -71,7 +71,7 @@ class SphereStepper::Simulation {
 
   Motion motionAtTime(std::size_t sphere) const { return bodies_.at(sphere, {time_, 0.0}); }
 
-  void step();
+  void step(std::uint32_t sphere);
   void meetSphere(std::uint32_t sphere, std::uint32_t other);
   void collide(const Pair& pair);
   void touch(const Pair& pair);
@@ -89,7 +89,8 @@ class SphereStepper::Simulation {
   Vec3 yielding(std::uint32_t sphere, const Vec3& direction) const;
   double restingRebound(const Pair& pair, double effectiveMass);
   double wallRebound(std::uint32_t sphere, std::uint32_t index, double approachSpeed);
-  void noteContact(std::uint32_t sphere, const Motion& motion);
+  bool noteContact(std::uint32_t sphere, const Motion& motion);
+  void stop(std::uint32_t sphere, Motion& motion);
   void hold(std::uint32_t sphere, Motion& motion, std::uint32_t index);
   void keepHolds(std::uint32_t sphere, Motion& motion);
   void trySleep(std::uint32_t sphere);
