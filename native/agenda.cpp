@@ -176,6 +176,7 @@ void Agenda::predict(std::uint32_t sphere, const Instant& now) {
   Search search{
       sphere, bodies_.motions[sphere], bodies_.accelerations[sphere], bodies_.radii[sphere], now,
       {}};
+  search.best.time = turnOf(sphere);  // what is later is predicted anew then
   lookForWalls(search);
   // Whom it met last it often meets next, and soon, as while it hops: nobody later is looked at.
   const std::uint32_t last = futures_[sphere].lastPartner;
@@ -184,6 +185,7 @@ void Agenda::predict(std::uint32_t sphere, const Instant& now) {
     grid_.visitNear(sphere, probe, visit);
   });
   predictCrossing(sphere, present);
+  if (search.best.partner == kNobody) search.best.time = Instant::never();
   futures_[sphere].contact = search.best;
   claim(sphere, search.best);
   schedule(sphere);
@@ -225,9 +227,18 @@ void Agenda::claim(std::uint32_t sphere, const Contact& found) {
   schedule(found.partner);
 }
 
+void Agenda::setTurn(std::uint32_t sphere, const Instant& time) {
+  if (turns_.empty()) {
+    if (time == Instant::never()) return;
+    turns_.assign(bodies_.count(), Instant::never());
+  }
+  turns_[sphere] = time;
+}
+
 void Agenda::schedule(std::uint32_t sphere) {
   const Future& future = futures_[sphere];
-  queue_.setTime(sphere, earlierOf(future.contact.time, future.crossing));
+  const Instant& next = earlierOf(future.contact.time, future.crossing);
+  queue_.setTime(sphere, turns_.empty() ? next : earlierOf(next, turns_[sphere]));
 }
 
 bool Agenda::validate(std::uint32_t sphere, double time, std::string* why) const {
@@ -237,8 +248,9 @@ bool Agenda::validate(std::uint32_t sphere, double time, std::string* why) const
   };
   const Future& future = futures_[sphere];
   const Motion& motion = bodies_.motions[sphere];
-  if (queue_.time(sphere) != earlierOf(future.contact.time, future.crossing))
-    return fail("the queue has another time than its next contact or crossing");
+  if (queue_.time(sphere) !=
+      earlierOf(earlierOf(future.contact.time, future.crossing), turnOf(sphere)))
+    return fail("the queue has another time than its next contact, crossing or turn");
   if (future.contact.time < motion.since) return fail("next contact is before its last");
   if (future.contact.time.seconds <= time && time > 0.0) return fail("a contact is overdue");
   const bool partner = future.contact.partner < bodies_.count() + bodies_.walls.size();

@@ -38,7 +38,13 @@ class Agenda {
   const Instant& time(std::uint32_t sphere) const { return queue_.time(sphere); }
   /// Whether the sphere leaves its cell next, instead of meeting another or a wall.
   bool crosses(std::uint32_t sphere) const {
-    return futures_[sphere].crossing < futures_[sphere].contact.time;
+    return futures_[sphere].crossing < futures_[sphere].contact.time && !turns(sphere);
+  }
+  /// Whether its motion changes by itself next.
+  bool turns(std::uint32_t sphere) const {
+    if (turns_.empty()) return false;
+    const Future& future = futures_[sphere];
+    return turns_[sphere] < future.contact.time && turns_[sphere] < future.crossing;
   }
   const Contact& contact(std::uint32_t sphere) const { return futures_[sphere].contact; }
   /// Whether the contact's partner, a sphere, still moves as it did when this was predicted.
@@ -49,6 +55,9 @@ class Agenda {
   void forget(std::uint32_t sphere);
   /// Finds the sphere's next contact and crossing from `now` on.
   void predict(std::uint32_t sphere, const Instant& now);
+  /// The sphere's motion changes by itself at `time`, unless something else changes it before. To
+  /// be set, or taken back with never, before what is predicted then.
+  void setTurn(std::uint32_t sphere, const Instant& time);
   /// Takes the sphere to the next cell at `now`, its time of crossing.
   void cross(std::uint32_t sphere, const Instant& now);
 
@@ -82,11 +91,15 @@ class Agenda {
   void predictCrossing(std::uint32_t sphere, const Motion& motion);
   void claim(std::uint32_t sphere, const Contact& found);
   void schedule(std::uint32_t sphere);
+  Instant turnOf(std::uint32_t sphere) const {
+    return turns_.empty() ? Instant::never() : turns_[sphere];
+  }
 
   const Bodies& bodies_;
   double radius_ = 0.0;  ///< m, of all spheres, if they are equal
   CellGrid grid_;
   std::vector<Future> futures_;  ///< by sphere
+  std::vector<Instant> turns_;   ///< by sphere; empty until there is one
   ContactQueue queue_;
 };
 

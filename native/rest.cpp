@@ -39,12 +39,13 @@ double SphereStepper::Simulation::wallRebound(std::uint32_t sphere, std::uint32_
                                               double approachSpeed) {
   const Substance& body = substances_[sphere];
   const Plane& plane = bodies_.walls[index].plane;
-  const double restitution =
-      restitutions_.of(body.surface, body.restitution, plane.surface, plane.restitution);
+  const double restitution = wallRestitution(sphere, plane, approachSpeed);
   const bool slow = approachSpeed < restSpeed(sphere);
   const double rebound = slow && restitution < 1.0 ? 0.0 : restitution * approachSpeed;
   allowHop(sphere, 0.5 * body.mass * (approachSpeed - rebound) * (approachSpeed + rebound));
   const double pressed = -bodies_.alongNormal(plane.normal, bodies_.accelerations[sphere]);
+  if (linkage_.hasRods(sphere))  // that no wall holds
+    return std::max(rebound, 0.5 * kLeastHopTime * lengthOf(bodies_.gravity));
   if (2.0 * rebound < kLeastFlight * pressed) return 0.0;
   if (rebound <= kLeastRebound * lengthOf(bodies_.motions[sphere].velocity)) return 0.0;
   return rebound;
@@ -66,8 +67,9 @@ void SphereStepper::Simulation::hold(std::uint32_t sphere, Motion& motion, std::
 void SphereStepper::Simulation::keepHolds(std::uint32_t sphere, Motion& motion) {
   if (substances_[sphere].asleep) return;
   Holds& holds = bodies_.holds[sphere];
+  const Vec3 pull = pullOn(sphere);
   if (holds.count == 0) {
-    bodies_.setAcceleration(sphere, bodies_.gravity);
+    bodies_.setAcceleration(sphere, pull);
     return;
   }
   std::array<Vec3, Holds::kMost> normals;
@@ -82,7 +84,7 @@ void SphereStepper::Simulation::keepHolds(std::uint32_t sphere, Motion& motion) 
     speeds[kept.count] = wall.speed;
     kept.walls[kept.count++] = index;
   }
-  const Carried carried = carriedBy(bodies_.gravity, {normals.data(), kept.count});
+  const Carried carried = carriedBy(pull, {normals.data(), kept.count});
   Holds touching;
   for (std::uint32_t k = 0; k < kept.count; ++k) {
     if ((carried.touching >> k & 1U) == 0) continue;
@@ -161,7 +163,8 @@ bool SphereStepper::Simulation::noteContact(std::uint32_t sphere, const Motion& 
   if (body.asleep) return false;
   const Vec3 moved = motion.position - body.calmPlace;
   const double drift = kCalmDrift * restSpeed(sphere) * kCalmTime;
-  if (body.calmSince == kNever || dotInOrder(moved, moved) > drift * drift) {
+  const bool calm = body.calmSince != kNever && dotInOrder(moved, moved) <= drift * drift;
+  if (!calm && !linked(sphere)) {  // what springs or rods hold never sleeps
     body.calmSince = now_.seconds;
     body.calmPlace = motion.position;
   }

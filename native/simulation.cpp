@@ -80,6 +80,7 @@ SphereStepper::Simulation::Simulation(const SphereWorld& world)
       restSpeed_(world.restSpeed),
       order_(world.spheres.size()),
       bodies_(bodiesOf(world)),
+      linkage_(world, bodies_.ids),
       agenda_(bodies_) {
   substances_.reserve(world.spheres.size());
   for (const std::uint32_t listed : byId(world.spheres)) {
@@ -90,7 +91,10 @@ SphereStepper::Simulation::Simulation(const SphereWorld& world)
     substance.restitution = sphere.restitution;
     substance.surface = sphere.surface;
   }
+  takeMechanics(world);
   grantFirstHops();
+  restartGroups();
+  changed_.clear();
   for (std::uint32_t sphere = 0; sphere < sphereCount(); ++sphere)
     agenda_.predict(sphere, now_);
 }
@@ -106,6 +110,10 @@ void SphereStepper::Simulation::advanceTo(double time) {
 /// What the sphere does next is what happens next.
 void SphereStepper::Simulation::step(std::uint32_t sphere) {
   now_ = agenda_.time(sphere);
+  if (agenda_.turns(sphere)) {
+    turn(sphere);
+    return;
+  }
   if (agenda_.crosses(sphere)) {
     agenda_.cross(sphere, now_);
     return;
@@ -123,13 +131,21 @@ void SphereStepper::Simulation::step(std::uint32_t sphere) {
 
 /// Takes the sphere from now_ on along a new course; what others predicted with it is outdated.
 void SphereStepper::Simulation::leave(std::uint32_t sphere, const Motion& motion) {
+  rebase(sphere, motion);
+  if (linked(sphere)) restarts_.push_back(linkage_.groupOf(sphere));
+}
+
+void SphereStepper::Simulation::rebase(std::uint32_t sphere, const Motion& motion) {
+  if (!spins_.empty()) spins_[sphere] = {spinAt(sphere, motion.since), Vec3::Zero()};
   bodies_.motions[sphere] = motion;
   keepHolds(sphere, bodies_.motions[sphere]);
+  roll(sphere);
   agenda_.forget(sphere);
   changed_.push_back(sphere);
 }
 
 void SphereStepper::Simulation::predictChanged() {
+  if (!restarts_.empty()) restartGroups();
   std::ranges::sort(changed_);
   const auto twice = std::ranges::unique(changed_);
   changed_.erase(twice.begin(), twice.end());
@@ -172,13 +188,51 @@ void SphereStepper::Simulation::meetSphere(std::uint32_t sphere, std::uint32_t o
   predictChanged();
 }
 
+double SphereStepper::Simulation::restitutionOf(std::uint32_t sphere, std::uint32_t other,
+                                                double approachSpeed) const {
+  const Substance& one = substances_[sphere];
+  const Substance& two = substances_[other];
+  if (laws_.empty())
+    return restitutions_.of(one.surface, one.restitution, two.surface, two.restitution);
+  return restitutions_.of(one.surface, restitutionAt(one.restitution, laws_[sphere], approachSpeed),
+                          two.surface, restitutionAt(two.restitution, laws_[other], approachSpeed));
+}
+
+/// Between what rods hold.
+void SphereStepper::Simulation::collideLinked(const Pair& pair, double restitution) {
+  const Give give = giveOf(pair);
+  const double compliance = dotInOrder(pair.normal, give.yield - give.otherYield);
+  Motion motion = pair.motion;
+  Motion otherMotion = pair.otherMotion;
+  if (compliance > 0.0) {
+    const double impulse = (1.0 + restitution) * pair.approachSpeed / compliance;
+    reportPair(pair, 1.0 / compliance, impulse);
+    motion.velocity += impulse * give.yield;
+    otherMotion.velocity += impulse * give.otherYield;
+    drag(give, impulse);
+  }
+  leave(pair.sphere, motion);
+  leave(pair.other, otherMotion);
+}
+
+void SphereStepper::Simulation::reportPair(const Pair& pair, double mass, double impulse) {
+  report({bodies_.ids[pair.sphere], bodies_.radii[pair.sphere], pair.motion.position,
+          pair.motion.velocity},
+         {bodies_.ids[pair.other], bodies_.radii[pair.other], pair.otherMotion.position,
+          pair.otherMotion.velocity},
+         {pair.normal, pair.approachSpeed, mass, impulse});
+}
+
 void SphereStepper::Simulation::collide(const Pair& pair) {
   Substance& one = substances_[pair.sphere];
   Substance& two = substances_[pair.other];
   noteContact(pair.sphere, pair.motion);
   noteContact(pair.other, pair.otherMotion);
-  const double restitution =
-      restitutions_.of(one.surface, one.restitution, two.surface, two.restitution);
+  const double restitution = restitutionOf(pair.sphere, pair.other, pair.approachSpeed);
+  if (linkage_.hasRods(pair.sphere) || linkage_.hasRods(pair.other)) {
+    collideLinked(pair, restitution);
+    return;
+  }
   // The share of each in the change of velocity, so that equal masses swap theirs exactly.
   double share = two.mass / (one.mass + two.mass);
   double otherShare = one.mass / (one.mass + two.mass);
@@ -193,15 +247,12 @@ void SphereStepper::Simulation::collide(const Pair& pair) {
                        pair.approachSpeed;
   allowHop(pair.sphere, 0.5 * taken);
   allowHop(pair.other, 0.5 * taken);
-  report({bodies_.ids[pair.sphere], bodies_.radii[pair.sphere], pair.motion.position,
-          pair.motion.velocity},
-         {bodies_.ids[pair.other], bodies_.radii[pair.other], pair.otherMotion.position,
-          pair.otherMotion.velocity},
-         {pair.normal, pair.approachSpeed, mass, mass * change});
+  reportPair(pair, mass, mass * change);
   Motion motion = pair.motion;
   Motion otherMotion = pair.otherMotion;
   motion.velocity += (share * change) * pair.normal;
   otherMotion.velocity -= (otherShare * change) * pair.normal;
+  rub(pair, mass * change, motion, otherMotion);
   leave(pair.sphere, motion);
   leave(pair.other, otherMotion);
 }
@@ -212,9 +263,8 @@ void SphereStepper::Simulation::touch(const Pair& pair) {
   ++counters_.restContacts;
   const bool stuck = noteContact(pair.sphere, pair.motion);
   const bool otherStuck = noteContact(pair.other, pair.otherMotion);
-  const Vec3 yield = yielding(pair.sphere, pair.normal);
-  const Vec3 otherYield = yielding(pair.other, -pair.normal);
-  const double compliance = dotInOrder(pair.normal, yield - otherYield);
+  const Give give = giveOf(pair);
+  const double compliance = dotInOrder(pair.normal, give.yield - give.otherYield);
   Motion motion = pair.motion;
   Motion otherMotion = pair.otherMotion;
   if (compliance > 0.0) {
@@ -222,8 +272,9 @@ void SphereStepper::Simulation::touch(const Pair& pair) {
     // It must part, or rounding finds the same contact again at the same instant.
     const double rebound = std::max(restingRebound(pair, 1.0 / compliance), kLeastRebound * speed);
     const double impulse = (pair.approachSpeed + rebound) / compliance;
-    motion.velocity += impulse * yield;
-    otherMotion.velocity += impulse * otherYield;
+    motion.velocity += impulse * give.yield;
+    otherMotion.velocity += impulse * give.otherYield;
+    drag(give, impulse);
   }
   if (stuck) stop(pair.sphere, motion);
   if (otherStuck) stop(pair.other, otherMotion);
@@ -257,16 +308,29 @@ void SphereStepper::Simulation::bounce(std::uint32_t sphere, Motion motion, std:
   const Wall& wall = bodies_.walls[index];
   const Vec3& normal = wall.plane.normal;
   const double rebound = wallRebound(sphere, index, approachSpeed);
+  Give give{normal / body.mass, Vec3::Zero(), {}};
+  double mass = body.mass;
+  if (linkage_.hasRods(sphere)) {
+    give = giveOf({sphere, Agenda::kNobody, motion, {}, normal, approachSpeed});
+    const double compliance = dotInOrder(normal, give.yield);
+    mass = compliance > 0.0 ? 1.0 / compliance : 0.0;
+  }
+  const double impulse = mass * (approachSpeed + rebound);
   if (approachSpeed > 0.0 && approachSpeed >= restSpeed(sphere)) {
-    const double impulse = body.mass * (approachSpeed + rebound);
     report({bodies_.ids[sphere], bodies_.radii[sphere], motion.position, motion.velocity},
            {wall.plane.id, kNever, motion.position - bodies_.radii[sphere] * normal,
             wall.plane.velocity},
-           {normal, approachSpeed, body.mass, impulse});
+           {normal, approachSpeed, mass, impulse});
   } else {
     ++counters_.restContacts;
   }
-  motion.velocity += (approachSpeed + rebound) * normal;
+  rubOnWall(sphere, wall.plane, impulse, motion);
+  if (linkage_.hasRods(sphere)) {
+    motion.velocity += impulse * give.yield;
+    drag(give, impulse);
+  } else {
+    motion.velocity += (approachSpeed + rebound) * normal;
+  }
   if (rebound == 0.0) hold(sphere, motion, index);
   leave(sphere, motion);
 }
@@ -278,6 +342,8 @@ double SphereStepper::Simulation::kineticEnergy() const {
   for (std::size_t sphere = 0; sphere < sphereCount(); ++sphere) {
     const Vec3 velocity = motionAtTime(sphere).velocity;
     energy += 0.5 * substances_[sphere].mass * dotInOrder(velocity, velocity);
+    const Vec3 rim = bodies_.radii[sphere] * spinAt(sphere, {time_, 0.0});
+    energy += 0.2 * substances_[sphere].mass * dotInOrder(rim, rim);
   }
   return energy;
 }
@@ -287,6 +353,8 @@ double SphereStepper::Simulation::potentialEnergy() const {
   for (std::size_t sphere = 0; sphere < sphereCount(); ++sphere) {
     energy -= substances_[sphere].mass * dotInOrder(bodies_.gravity, motionAtTime(sphere).position);
   }
+  for (std::uint32_t group = 0; group < linkage_.groupCount(); ++group)
+    energy += linkage_.potentialEnergy(group, motionsOf(group, {time_, 0.0}));
   return energy;
 }
 

@@ -3,10 +3,13 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "native/agenda.h"
 #include "native/bodies.h"
+#include "native/linkage.h"
+#include "native/rolling.h"
 #include "native/sphere_stepper.h"
 
 namespace carom {
@@ -14,7 +17,7 @@ namespace carom {
 /// What a sphere is but for its size, and how it comes to rest.
 struct Substance {
   double mass = 0.0;         ///< kg
-  double restitution = 0.0;  ///< 1
+  double restitution = 0.0;  ///< 1, at the speed of its law
   SurfaceId surface = 0;
   std::uint16_t rapidContacts = 0;  ///< in a row, kCollapseInterval apart or less
   bool asleep = false;
@@ -53,6 +56,7 @@ class SphereStepper::Simulation {
   const SphereStepperCounters& counters() const { return counters_; }
   /// At time(), by position in SphereWorld::spheres.
   Motion motionOf(std::size_t listed) const { return motionAtTime(order_[listed]); }
+  Vec3 spinOf(std::size_t listed) const { return spinAt(order_[listed], {time_, 0.0}); }
   bool asleep(std::size_t listed) const { return substances_[order_[listed]].asleep; }
   double kineticEnergy() const;
   double potentialEnergy() const;
@@ -62,11 +66,18 @@ class SphereStepper::Simulation {
   /// Two spheres at the instant of their contact.
   struct Pair {
     std::uint32_t sphere = 0;
-    std::uint32_t other = 0;
+    std::uint32_t other = 0;  ///< Agenda::kNobody: something immovable
     Motion motion;
     Motion otherMotion;
     Vec3 normal;  ///< from the other
     double approachSpeed = 0.0;
+  };
+
+  /// What an impulse of 1 N s between two does, m/s.
+  struct Give {
+    Vec3 yield = Vec3::Zero();
+    Vec3 otherYield = Vec3::Zero();
+    std::vector<std::pair<std::uint32_t, Vec3>> others;  ///< that rods connect with them
   };
 
   Motion motionAtTime(std::size_t sphere) const { return bodies_.at(sphere, {time_, 0.0}); }
@@ -74,12 +85,32 @@ class SphereStepper::Simulation {
   void step(std::uint32_t sphere);
   void meetSphere(std::uint32_t sphere, std::uint32_t other);
   void collide(const Pair& pair);
+  void collideLinked(const Pair& pair, double restitution);
+  void reportPair(const Pair& pair, double mass, double impulse);
+  void takeMechanics(const SphereWorld& world);
   void touch(const Pair& pair);
   void meetWall(std::uint32_t sphere, std::uint32_t index);
   void bounce(std::uint32_t sphere, Motion motion, std::uint32_t index, double approachSpeed);
   void leave(std::uint32_t sphere, const Motion& motion);
+  void rebase(std::uint32_t sphere, const Motion& motion);
+  double restitutionOf(std::uint32_t sphere, std::uint32_t other, double approachSpeed) const;
+  double wallRestitution(std::uint32_t sphere, const Plane& plane, double approachSpeed) const;
   void report(const Side& first, const Side& second, const Impact& impact);
   void predictChanged();
+
+  // What bends paths, and what turns spheres: mechanics.cpp.
+  void turn(std::uint32_t sphere);
+  bool linked(std::size_t sphere) const { return linkage_.groupOf(sphere) != Linkage::kNoGroup; }
+  Vec3 pullOn(std::uint32_t sphere) const;
+  std::vector<Motion> motionsOf(std::uint32_t group, const Instant& instant) const;
+  void restartGroup(std::uint32_t group);
+  void restartGroups();
+  Give giveOf(const Pair& pair) const;
+  void drag(const Give& give, double impulse);
+  Vec3 spinAt(std::size_t sphere, const Instant& instant) const;
+  void rub(const Pair& pair, double impulse, Motion& motion, Motion& otherMotion);
+  void rubOnWall(std::uint32_t sphere, const Plane& plane, double impulse, Motion& motion);
+  void roll(std::uint32_t sphere);
 
   // How things come to rest: rest.cpp.
   void grantFirstHops();
@@ -110,6 +141,12 @@ class SphereStepper::Simulation {
   std::vector<std::uint32_t> order_;  ///< by position in SphereWorld::spheres: which sphere it is
   Bodies bodies_;
   std::vector<Substance> substances_;  ///< by sphere
+  Linkage linkage_;
+  std::vector<Vec3> pulls_;                ///< m/s^2, by sphere, of what is linked; or empty
+  std::vector<std::uint32_t> restarts_;    ///< groups, since the last prediction
+  std::vector<Spin> spins_;                ///< by sphere; empty where nothing spins
+  std::vector<SphereFriction> frictions_;  ///< by sphere; empty where nothing spins
+  std::vector<RestitutionLaw> laws_;       ///< by sphere; empty where all are constant
   Agenda agenda_;
   std::vector<std::uint32_t> changed_;  ///< spheres whose motion has, since the last prediction
   Instant now_;                         ///< of the contact at hand

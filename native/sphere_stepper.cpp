@@ -40,7 +40,7 @@ std::size_t SphereStepper::sphereCount() const {
 SphereState SphereStepper::state(std::size_t sphere) const {
   assert(sphere < simulation_->sphereCount());
   const Motion motion = simulation_->motionOf(sphere);
-  return {motion.position, motion.velocity};
+  return {motion.position, motion.velocity, simulation_->spinOf(sphere)};
 }
 
 const SphereStepperCounters& SphereStepper::counters() const {

@@ -17,6 +17,7 @@ namespace carom {
 struct SphereState {
   Vec3 position;  ///< m, world frame
   Vec3 velocity;  ///< m/s, world frame
+  Vec3 spin;      ///< rad/s, world frame
 };
 
 struct SphereStepperCounters {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <sstream>
 #include <utility>
 
@@ -54,19 +55,41 @@ Problem firstOf(std::initializer_list<Problem> problems) {
   return {};
 }
 
+Problem checkNotNegative(const std::string& owner, const char* what, const char* unit,
+                         double value) {
+  if (std::isfinite(value) && value >= 0.0) return {};
+  return error(owner, ": ", what, " is ", value, unit, "; it must be finite and not below 0");
+}
+
+Problem checkFriction(const std::string& owner, const SphereFriction& friction) {
+  return firstOf({checkNotNegative(owner, "sliding friction", "", friction.sliding),
+                  checkNotNegative(owner, "rolling friction", "", friction.rolling),
+                  checkNotNegative(owner, "pivoting friction", " m", friction.pivoting),
+                  checkFinite(owner, "spin", friction.spin)});
+}
+
+Problem checkLaw(const std::string& owner, const RestitutionLaw& law) {
+  if (law.law == SpeedLaw::constant) return {};
+  return checkPositive(owner, "speed of the restitution", "m/s", law.speed);
+}
+
 Problem checkSphere(const Sphere& sphere) {
   const std::string owner = name(sphere);
   return firstOf({checkPositive(owner, "radius", "m", sphere.radius),
                   checkPositive(owner, "mass", "kg", sphere.mass),
                   checkRestitution(owner, sphere.restitution),
                   checkFinite(owner, "position", sphere.position),
-                  checkFinite(owner, "velocity", sphere.velocity)});
+                  checkFinite(owner, "velocity", sphere.velocity),
+                  checkFriction(owner, sphere.friction), checkLaw(owner, sphere.restitutionLaw)});
 }
 
 Problem checkPlane(const Plane& plane) {
   const std::string owner = name(plane);
   if (Problem problem = firstOf({checkFinite(owner, "normal", plane.normal),
-                                 checkRestitution(owner, plane.restitution)})) {
+                                 checkRestitution(owner, plane.restitution),
+                                 checkFinite(owner, "velocity", plane.velocity),
+                                 checkNotNegative(owner, "friction", "", plane.friction),
+                                 checkLaw(owner, plane.restitutionLaw)})) {
     return problem;
   }
   const double length = std::sqrt(dotInOrder(plane.normal, plane.normal));
@@ -85,6 +108,8 @@ Problem checkIds(const SphereWorld& world) {
     ids.push_back(plane.id);
   std::sort(ids.begin(), ids.end());
   const auto twin = std::adjacent_find(ids.begin(), ids.end());
+  if (ids.empty() || ids.back() == kAnchor)
+    return ids.empty() ? Problem{} : error("id ", kAnchor, " means no body; ids must be below");
   if (twin == ids.end()) return {};
   return error("id ", *twin, " is used twice; every sphere and plane must have an id of its own");
 }
@@ -138,6 +163,65 @@ Problem checkSettings(const SphereWorld& world) {
   return checkFinite("world", "gravity", world.gravity);
 }
 
+/// Both ends of a spring or rod: spheres of the world, and not the same.
+template <class Joint>
+Problem checkEnds(const std::string& owner, const Joint& joint, std::span<const BodyId> ids) {
+  for (const BodyId end : {joint.sphere, joint.other}) {
+    if (!std::ranges::binary_search(ids, end) && !(end == joint.other && end == kAnchor))
+      return error(owner, ": ends at ", end, "; it must be the id of a sphere",
+                   " (or kAnchor, for the other end)");
+  }
+  if (joint.sphere == joint.other)
+    return error(owner, ": begins and ends at sphere ", joint.sphere,
+                 "; it must join two spheres, or one and a fixed point");
+  return checkFinite(owner, "anchor", joint.anchor);
+}
+
+Problem checkSpring(const std::string& owner, const Spring& spring) {
+  return firstOf({checkNotNegative(owner, "length", " m", spring.length),
+                  checkNotNegative(owner, "stiffness", " N/m", spring.stiffness),
+                  checkNotNegative(owner, "damping", " N s/m", spring.damping)});
+}
+
+Problem checkRod(const std::string& owner, const Rod& rod, const SphereWorld& world) {
+  const auto positionOf = [&](BodyId id) {
+    return std::ranges::find(world.spheres, id, &Sphere::id)->position;
+  };
+  const Vec3 end = rod.other == kAnchor ? rod.anchor : positionOf(rod.other);
+  if (positionOf(rod.sphere) != end) return {};
+  return error(owner, ": has length 0 at time 0; its ends must be apart");
+}
+
+Problem checkForces(const SphereWorld& world) {
+  for (const ForceField& field : world.fields) {
+    if (Problem problem = checkFinite("force field", "centre", field.centre)) return problem;
+    if (!std::isfinite(field.harmonic) || !std::isfinite(field.inverseSquare))
+      return error("force field: strengths are ", field.harmonic, " 1/s^2 and ",
+                   field.inverseSquare, " m^3/s^2; they must be finite");
+  }
+  return firstOf({checkNotNegative("drag", "rate", " 1/s", world.drag.rate),
+                  checkFinite("drag", "wind", world.drag.wind),
+                  checkNotNegative("world", "forceStep", " s", world.forceStep)});
+}
+
+Problem checkJoints(const SphereWorld& world) {
+  std::vector<BodyId> ids;
+  for (const Sphere& sphere : world.spheres)
+    ids.push_back(sphere.id);
+  std::ranges::sort(ids);
+  for (std::size_t i = 0; i < world.springs.size(); ++i) {
+    const std::string owner = "spring " + std::to_string(i);
+    if (Problem problem = checkEnds(owner, world.springs[i], ids)) return problem;
+    if (Problem problem = checkSpring(owner, world.springs[i])) return problem;
+  }
+  for (std::size_t i = 0; i < world.rods.size(); ++i) {
+    const std::string owner = "rod " + std::to_string(i);
+    if (Problem problem = checkEnds(owner, world.rods[i], ids)) return problem;
+    if (Problem problem = checkRod(owner, world.rods[i], world)) return problem;
+  }
+  return {};
+}
+
 Problem checkBodies(const SphereWorld& world) {
   for (const Sphere& sphere : world.spheres) {
     if (Problem problem = checkSphere(sphere)) return problem;
@@ -151,7 +235,7 @@ Problem checkBodies(const SphereWorld& world) {
 }  // namespace
 
 Result<SphereWorld> checkedWorld(SphereWorld world) {
-  for (const auto check : {checkSettings, checkBodies, checkIds}) {
+  for (const auto check : {checkSettings, checkBodies, checkIds, checkForces, checkJoints}) {
     if (Problem problem = check(world)) return *problem;
   }
   for (Plane& plane : world.planes) {

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+namespace carom {
+
+/// Solves A x = b in place by Gaussian elimination with pivoting: `matrix` (row by row,
+/// overwritten) and `values` (b, then x) of n^2 and n numbers. Where a column has no pivot above
+/// `rounding` times the largest entry, the equations are dependent, and its x is 0. Always the same
+/// order of operations, so the same bits everywhere. [any thread]
+void solveInPlace(std::span<double> matrix, std::span<double> values, double rounding = 1e-13);
+
+}  // namespace carom

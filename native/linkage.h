@@ -1,0 +1,108 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "native/motion.h"
+#include "native/sphere_world.h"
+
+namespace carom {
+
+/// Radians of a group's fastest motion in one step, unless SphereWorld::forceStep says otherwise: a
+/// spring's frequency is then off by 1.0e-6.
+inline constexpr double kForceStepAngle = 0.005;
+
+/// What bends the paths of spheres between their contacts: springs, rods, fields and drag. Spheres
+/// that springs and rods connect form a group, which is stepped together; where there are fields or
+/// drag, every other sphere is a group of its own. Spheres without any of it are in no group.
+///
+/// Method. In each step the acceleration of a sphere is constant, so its path is a parabola and its
+/// contacts are in closed form as everywhere. It is what the forces are at the middle of the step,
+/// x + v h / 2: position Verlet, which is of second order, reversible, and keeps energy without
+/// drift (Hairer, Lubich, Wanner 2003, Acta Numerica 12, 399, eq. 1.6). A contact begins a new step
+/// of the whole group. A spring's frequency w is off by (w h)^2 / 24. The forces of rods act along
+/// their directions at the middle too, and are such that every rod has its length at the end: a
+/// position Verlet with the constraints of SHAKE (Ryckaert, Ciccotti, Berendsen 1977, J. Comput.
+/// Phys. 23, 327). Within the step a rod that turns at w is off its length by (w h)^4 / 32 of it.
+/// Drag and dampers act at the velocity at the middle.
+///
+/// Internal to native/. [any thread]
+class Linkage {
+ public:
+  static constexpr std::uint32_t kNoGroup = 0xFFFFFFFF;
+
+  /// `ids` of the spheres, ascending: spheres are counted in this order.
+  Linkage(const SphereWorld& world, std::span<const BodyId> ids);
+
+  std::size_t groupCount() const { return groups_.size(); }
+  /// kNoGroup for a free sphere.
+  std::uint32_t groupOf(std::size_t sphere) const {
+    return groupOf_.empty() ? kNoGroup : groupOf_[sphere];
+  }
+  bool hasRods(std::size_t sphere) const {
+    return groupOf(sphere) != kNoGroup && !groups_[groupOf(sphere)].rods.empty();
+  }
+  std::span<const std::uint32_t> members(std::uint32_t group) const {
+    return groups_[group].spheres;
+  }
+  double step(std::uint32_t group) const { return groups_[group].step; }  ///< s
+
+  /// Of the group's members, over a step from `motions` (all of one instant): m/s^2.
+  std::vector<Vec3> accelerations(std::uint32_t group, std::span<const Motion> motions) const;
+  /// What impulses (N s, one per member) do to the members' velocities, m/s: rods keep the rate at
+  /// which they change their lengths, zero. Only the positions of `motions` matter.
+  std::vector<Vec3> response(std::uint32_t group, std::span<const Motion> motions,
+                             std::span<const Vec3> impulses) const;
+  /// J, of the springs and fields.
+  double potentialEnergy(std::uint32_t group, std::span<const Motion> motions) const;
+
+ private:
+  static constexpr std::uint32_t kFixed = 0xFFFFFFFF;
+
+  /// Two members, or one and a fixed point.
+  struct Ends {
+    std::uint32_t one = 0;  ///< a member's place in its group
+    std::uint32_t other = kFixed;
+    Vec3 anchor = Vec3::Zero();
+  };
+  struct Coil {
+    Ends ends;
+    Spring spring;
+  };
+  struct Bar {
+    Ends ends;
+    double square = 0.0;  ///< m^2, of its length
+  };
+  struct Group {
+    std::vector<std::uint32_t> spheres;  ///< ascending
+    std::vector<double> masses;          ///< kg, of these
+    std::vector<Coil> springs;
+    std::vector<Bar> rods;
+    double step = 0.0;  ///< s
+  };
+
+  /// m, from the other end to the first.
+  static Vec3 between(const Ends& ends, std::span<const Vec3> positions);
+  static double inverseMass(const Group& group, const Ends& ends);
+  static double coupling(const Group& group, const Ends& one, const Ends& other);
+  static void push(const Group& group, const Ends& ends, const Vec3& force,
+                   std::vector<Vec3>& changes);
+  void connect(const SphereWorld& world, std::span<const BodyId> ids);
+  double stepOf(const SphereWorld& world, const Group& group,
+                std::span<const Motion> motions) const;
+  Vec3 fieldAt(const Vec3& position) const;
+  static void damp(const Group& group, std::span<const Vec3> middles,
+                   std::span<const Vec3> velocities, std::vector<Vec3>& pulls);
+  static void pullByRods(const Group& group, std::span<const Vec3> middles,
+                         std::span<const Motion> motions, std::vector<Vec3>& pulls);
+
+  std::vector<std::uint32_t> groupOf_;  ///< by sphere; empty if there are no groups
+  std::vector<Group> groups_;
+  std::vector<ForceField> fields_;
+  Drag drag_;
+  Vec3 gravity_;
+};
+
+}  // namespace carom

@@ -1,0 +1,271 @@
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/native/sphere_worlds.h"
+
+namespace carom::test {
+namespace {
+
+double energyOf(const SphereStepper& stepper) {
+  return stepper.kineticEnergy() + stepper.potentialEnergy();
+}
+
+void expectValid(const SphereStepper& stepper) {
+  std::string why;
+  EXPECT_TRUE(stepper.validate(&why)) << why;
+}
+
+/// The mean time between two passes of a coordinate through zero from above.
+template <class Coordinate>
+double periodOf(SphereStepper& stepper, double step, double until, const Coordinate& coordinate) {
+  double before = coordinate();
+  double first = 0.0;
+  double last = 0.0;
+  int passes = 0;
+  for (double time = step; time < until; time += step) {
+    stepper.advanceTo(time);
+    const double now = coordinate();
+    if (before > 0.0 && now <= 0.0) {
+      last = time - step * now / (now - before);
+      if (passes == 0) first = last;
+      ++passes;
+    }
+    before = now;
+  }
+  return (last - first) / (passes - 1);
+}
+
+/// 2 pi sqrt(L / g) / M(1, cos(angle / 2)), with Gauss's arithmetic-geometric mean.
+double pendulumPeriod(double length, double gravity, double angle) {
+  double mean = 1.0;
+  double geometric = std::cos(0.5 * angle);
+  for (int step = 0; step < 20; ++step) {
+    const double next = 0.5 * (mean + geometric);
+    geometric = std::sqrt(mean * geometric);
+    mean = next;
+  }
+  return 2.0 * std::numbers::pi * std::sqrt(length / gravity) / mean;
+}
+
+SphereWorld pendulum(double angle) {
+  SphereWorld world;
+  world.gravity = kEarthGravity;
+  world.spheres = {sphereAt(1, {std::sin(angle), -std::cos(angle), 0.0})};
+  world.rods = {{1, kAnchor, Vec3::Zero()}};
+  return world;
+}
+
+/// Five touching balls on pairs of rods of 0.2 m, the first one drawn aside.
+SphereWorld swingingCradle(double angle, double gap) {
+  const double radius = 0.01;
+  SphereWorld world;
+  world.gravity = kEarthGravity;
+  for (int ball = 0; ball < 5; ++ball) {
+    const double x = ball * (2.0 * radius + gap);
+    const double drawn = ball == 0 ? angle : 0.0;
+    Sphere sphere = sphereAt(static_cast<BodyId>(ball + 1),
+                             {x - 0.2 * std::sin(drawn), -0.2 * std::cos(drawn), 0.0});
+    sphere.radius = radius;
+    world.spheres.push_back(sphere);
+    for (const double side : {-0.1, 0.1})
+      world.rods.push_back({sphere.id, kAnchor, {x, 0.0, side}});
+  }
+  return world;
+}
+
+}  // namespace
+
+// ---- Rods
+
+TEST(Rods, PendulumHasThePeriodOfTheEllipticIntegral) {
+  for (const double angle : {0.1, 1.5, 3.0}) {
+    SphereStepper stepper = stepperOf(pendulum(angle));
+    const double expected = pendulumPeriod(1.0, 9.81, angle);
+    const double period =
+        periodOf(stepper, 1e-3, 4.5 * expected, [&] { return stepper.state(0).position.x(); });
+    EXPECT_NEAR(period, expected, 2e-6 * expected) << angle;
+    expectValid(stepper);
+  }
+}
+
+TEST(Rods, KeepTheirLengthBetweenTheStepsToo) {
+  SphereStepper stepper = stepperOf(pendulum(1.5));
+  for (int step = 1; step < 2000; ++step) {
+    stepper.advanceTo(1.234e-3 * step);
+    ASSERT_NEAR(stepper.state(0).position.norm(), 1.0, 1e-9);
+  }
+}
+
+TEST(Rods, PendulumKeepsItsEnergyWithoutDrift) {
+  SphereStepper stepper = stepperOf(pendulum(1.5));
+  const double start = energyOf(stepper);
+  for (int second = 1; second <= 100; ++second) {
+    stepper.advanceTo(second);
+    ASSERT_NEAR(energyOf(stepper), start, 1e-5 * 0.2 * 9.81);
+  }
+}
+
+TEST(Rods, DumbbellTurnsWithItsAngularMomentum) {
+  SphereWorld world;
+  world.spheres = {sphereAt(1, {0.3, 0.0, 0.0}, {0.0, 2.0, 0.5}),
+                   sphereAt(2, {-0.3, 0.0, 0.0}, {0.0, -1.0, 0.5})};
+  world.spheres[1].mass = 0.4;
+  world.rods = {{1, 2}};
+  SphereStepper stepper = stepperOf(world);
+  const auto momentum = [&] {
+    return Vec3(0.2 * stepper.state(0).velocity + 0.4 * stepper.state(1).velocity);
+  };
+  const auto turning = [&] {
+    return Vec3(0.2 * stepper.state(0).position.cross(stepper.state(0).velocity) +
+                0.4 * stepper.state(1).position.cross(stepper.state(1).velocity));
+  };
+  const Vec3 momentumBefore = momentum();
+  const Vec3 turningBefore = turning();
+  stepper.advanceTo(10.0);
+  EXPECT_LT((momentum() - momentumBefore).norm(), 1e-12);
+  EXPECT_LT((turning() - turningBefore).norm(), 1e-4 * turningBefore.norm());
+  EXPECT_NEAR((stepper.state(0).position - stepper.state(1).position).norm(), 0.6, 1e-10);
+}
+
+TEST(Rods, AnImpactTurnsADumbbellAsItsInertiaSays) {
+  // A ball hits one end of a dumbbell at right angles to its rod. The other end does not feel it:
+  // at right angles a massless rod passes nothing on. Along the rod it is one body of both masses.
+  for (const bool along : {false, true}) {
+    SphereWorld world;
+    world.spheres = {sphereAt(1, {0.0, 0.0, 0.0}), sphereAt(2, {0.3, 0.0, 0.0}),
+                     sphereAt(3, along ? Vec3(-0.2, 0.0, 0.0) : Vec3(0.0, -0.2, 0.0),
+                              along ? Vec3(1.0, 0.0, 0.0) : Vec3(0.0, 1.0, 0.0))};
+    world.rods = {{1, 2}};
+    SphereStepper stepper = stepperOf(world);
+    const auto events = stepper.advanceTo(0.11);
+    ASSERT_EQ(events.size(), 2U);
+    EXPECT_NEAR(events[0].effectiveMass, along ? 0.4 / 3.0 : 0.1, 1e-12);
+    const double speed = along ? stepper.state(2).velocity.x() : stepper.state(2).velocity.y();
+    EXPECT_NEAR(speed, along ? -1.0 / 3.0 : 0.0, 1e-12);
+  }
+}
+
+TEST(Rods, SwingingCradlePassesItsSwingOnAndBack) {
+  for (const double gap : {0.0, 1e-7}) {
+    const double angle = 0.5;
+    SphereStepper stepper = stepperOf(swingingCradle(angle, gap));
+    const double start = energyOf(stepper);
+    const double period = pendulumPeriod(0.2, 9.81, angle);
+    // After half a period the last ball is as far out as the first one was, and the others hang.
+    stepper.advanceTo(0.5 * period);
+    EXPECT_NEAR(stepper.state(4).position.x() - 4.0 * (0.02 + gap), 0.2 * std::sin(angle), 2e-4);
+    for (std::size_t ball = 0; ball < 4; ++ball)
+      EXPECT_NEAR(stepper.state(ball).position.y(), -0.2, 1e-5);
+    EXPECT_EQ(stepper.counters().collisions, 4U);
+    stepper.advanceTo(period);
+    EXPECT_NEAR(stepper.state(0).position.x(), -0.2 * std::sin(angle), 4e-4);
+    EXPECT_EQ(stepper.counters().collisions, 8U);
+    EXPECT_NEAR(energyOf(stepper), start, 1e-4 * std::abs(start));
+    expectValid(stepper);
+  }
+}
+
+// ---- Springs
+
+TEST(Springs, MoveAsTheLeapfrogOfAnOscillatorDoes) {
+  // Position Verlet of x'' = -w^2 x from rest is A cos(n angle), with cos(angle) = 1 - (w h)^2 / 2.
+  const double frequency = std::sqrt(100.0 * 1.5);
+  for (const double step : {0x1p-6, 0x1p-8}) {
+    SphereWorld world;
+    world.spheres = {sphereAt(1, {0.55, 0.0, 0.0}), sphereAt(2, {-0.55, 0.0, 0.0})};
+    world.spheres[0].mass = 1.0;
+    world.spheres[1].mass = 2.0;
+    world.springs = {{1, 2, Vec3::Zero(), 1.0, 100.0, 0.0}};
+    world.forceStep = step;
+    SphereStepper stepper = stepperOf(world);
+    const double angle = std::acos(1.0 - 0.5 * frequency * frequency * step * step);
+    for (int steps = 100; steps <= 2000; steps += 100) {
+      stepper.advanceTo(steps * step);
+      const double stretch = stepper.state(0).position.x() - stepper.state(1).position.x() - 1.0;
+      ASSERT_NEAR(stretch, 0.1 * std::cos(steps * angle), 1e-11);
+    }
+    EXPECT_NEAR(stepper.state(0).velocity.x() + 2.0 * stepper.state(1).velocity.x(), 0.0, 1e-12);
+  }
+}
+
+TEST(Springs, DampedOscillationDecaysAsItsClosedForm) {
+  SphereWorld world;
+  world.spheres = {sphereAt(1, {0.6, 0.0, 0.0})};
+  world.spheres[0].mass = 1.0;
+  world.springs = {{1, kAnchor, Vec3::Zero(), 0.5, 100.0, 2.0}};
+  SphereStepper stepper = stepperOf(world);
+  const double decay = 1.0;
+  const double frequency = std::sqrt(100.0 - decay * decay);
+  for (double time = 0.05; time < 3.0; time += 0.05) {
+    stepper.advanceTo(time);
+    const double expected =
+        0.1 * std::exp(-decay * time) *
+        (std::cos(frequency * time) + decay / frequency * std::sin(frequency * time));
+    ASSERT_NEAR(stepper.state(0).position.x() - 0.5, expected, 1e-6);
+  }
+}
+
+TEST(Springs, BallsOnASpringStillCollideExactly) {
+  // Thrown along x against a wall of one heavy ball: the time of the contact is that of the path.
+  SphereWorld world;
+  world.spheres = {sphereAt(1, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}), sphereAt(2, {0.5, 0.0, 0.0})};
+  world.spheres[1].mass = 1e9;
+  world.springs = {{1, kAnchor, Vec3(-10.0, 0.0, 0.0), 10.0, 0.2 * 4.0, 0.0}};  // w = 2/s
+  SphereStepper stepper = stepperOf(world);
+  const auto events = stepper.advanceTo(1.0);
+  ASSERT_EQ(events.size(), 2U);
+  // x = sin(w t) / w reaches 0.4 at asin(0.8) / 2 (the spring is long: it stays along x).
+  // The method is of second order: (w h)^2 is 2.5e-5.
+  EXPECT_NEAR(events[0].time, 0.5 * std::asin(0.8), 2.5e-5 * 0.46);
+  EXPECT_NEAR(events[0].approachSpeed, 0.6, 2.5e-5 * 0.6);
+}
+
+// ---- Fields and drag
+
+TEST(ForceFields, InverseSquareKeepsAKeplerOrbit) {
+  SphereWorld world;
+  world.spheres = {sphereAt(1, {1.0, 0.0, 0.0}, {0.0, 1.2, 0.0})};
+  world.fields = {{Vec3::Zero(), 0.0, 1.0}};
+  SphereStepper stepper = stepperOf(world);
+  const double start = energyOf(stepper);
+  const double axis = 1.0 / (2.0 - 1.2 * 1.2);  // vis viva, from its nearest point
+  const double period = 2.0 * std::numbers::pi * axis * std::sqrt(axis);
+  stepper.advanceTo(period);
+  EXPECT_LT((stepper.state(0).position - Vec3::UnitX()).norm(), 1e-4);
+  EXPECT_NEAR(energyOf(stepper), start, 1e-6);
+}
+
+TEST(ForceFields, DragReachesItsTerminalSpeed) {
+  SphereWorld world;
+  world.gravity = kEarthGravity;
+  world.spheres = {sphereAt(1, Vec3::Zero())};
+  world.drag = {2.0, Vec3(1.0, 0.0, 0.0)};
+  SphereStepper stepper = stepperOf(world);
+  for (const double time : {0.1, 0.5, 3.0}) {
+    stepper.advanceTo(time);
+    const double reached = 1.0 - std::exp(-2.0 * time);
+    EXPECT_NEAR(stepper.state(0).velocity.y(), -9.81 / 2.0 * reached, 1e-4);
+    EXPECT_NEAR(stepper.state(0).velocity.x(), reached, 1e-4);
+  }
+}
+
+TEST(ForceFields, WhereAdvanceToStopsChangesNoBit) {
+  SphereWorld world = swingingCradle(0.5, 0.0);
+  world.springs = {{1, 2, Vec3::Zero(), 0.02, 3.0, 0.01}};
+  world.drag.rate = 0.1;
+  SphereStepper whole = stepperOf(world);
+  SphereStepper pieces = stepperOf(world);
+  whole.advanceTo(2.0);
+  for (int piece = 1; piece <= 2048; ++piece)
+    pieces.advanceTo(piece / 1024.0);
+  for (std::size_t ball = 0; ball < 5; ++ball) {
+    EXPECT_EQ(whole.state(ball).position, pieces.state(ball).position);
+    EXPECT_EQ(whole.state(ball).velocity, pieces.state(ball).velocity);
+  }
+}
+
+}  // namespace carom::test

@@ -1,0 +1,256 @@
+#include <cmath>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "tests/native/sphere_worlds.h"
+
+namespace carom::test {
+namespace {
+
+constexpr double kGravity = 9.81;
+constexpr double kBallRadius = 0.028575;  // m, a pool ball
+constexpr double kBallMass = 0.17;
+
+Sphere ballAt(BodyId id, double x, double z, const Vec3& velocity) {
+  Sphere ball = sphereAt(id, {x, kBallRadius, z}, velocity);
+  ball.radius = kBallRadius;
+  ball.mass = kBallMass;
+  ball.restitution = 1.0;
+  ball.friction.sliding = 0.2;
+  return ball;
+}
+
+SphereWorld table() {
+  SphereWorld world;
+  world.gravity = kEarthGravity;
+  world.planes = {floorPlane(0.5)};
+  world.planes[0].friction = 0.2;
+  return world;
+}
+
+/// m/s, of the ball's lowest point.
+Vec3 slipOf(const SphereState& state, double radius) {
+  return state.velocity + state.spin.cross(Vec3(0.0, -radius, 0.0));
+}
+
+}  // namespace
+
+TEST(Rolling, ASlidingBallRollsWithFiveSeventhsOfItsSpeed) {
+  SphereWorld world = table();
+  world.spheres = {ballAt(1, 0.0, 0.0, {2.0, 0.0, 0.0})};
+  SphereStepper stepper = stepperOf(world);
+  const double slowing = 0.2 * kGravity;
+  const double rolls = 2.0 * 2.0 / (7.0 * slowing);
+  for (const double share : {0.3, 0.9, 1.0}) {
+    const double time = share * rolls;
+    stepper.advanceTo(time);
+    EXPECT_NEAR(stepper.state(0).velocity.x(), 2.0 - slowing * time, 1e-13);
+    EXPECT_NEAR(stepper.state(0).position.x(), time * (2.0 - 0.5 * slowing * time), 1e-13);
+    EXPECT_NEAR(stepper.state(0).spin.z(), -2.5 * slowing * time / kBallRadius, 1e-11);
+  }
+  stepper.advanceTo(rolls + 5.0);
+  EXPECT_NEAR(stepper.state(0).velocity.x(), 2.0 * 5.0 / 7.0, 1e-13);
+  EXPECT_NEAR(slipOf(stepper.state(0), kBallRadius).norm(), 0.0, 1e-13);
+  EXPECT_EQ(stepper.state(0).position.y(), kBallRadius);
+  EXPECT_TRUE(stepper.advanceTo(100.0).empty());
+}
+
+TEST(Rolling, ADrawShotComesBack) {
+  // Back spin of more than 5/2 of the speed over the radius turns the ball round: what stays is
+  // the angular momentum about a point of the table, (5 v + 2 r w) / 7.
+  SphereWorld world = table();
+  world.spheres = {ballAt(1, 0.0, 0.0, {1.0, 0.0, 0.0})};
+  world.spheres[0].friction.spin = {0.0, 0.0, 4.0 / kBallRadius};
+  SphereStepper stepper = stepperOf(world);
+  stepper.advanceTo(5.0);
+  EXPECT_NEAR(stepper.state(0).velocity.x(), (5.0 - 2.0 * 4.0) / 7.0, 1e-12);
+}
+
+TEST(Rolling, ASwervingBallFollowsAParabola) {
+  // With side spin about its way the slip is at an angle to the way, but constant in direction.
+  SphereWorld world = table();
+  world.spheres = {ballAt(1, 0.0, 0.0, {1.5, 0.0, 0.0})};
+  world.spheres[0].friction.spin = {30.0, 20.0, 10.0};
+  SphereStepper stepper = stepperOf(world);
+  const Vec3 slip = slipOf({{}, {1.5, 0.0, 0.0}, {30.0, 20.0, 10.0}}, kBallRadius);
+  const Vec3 slowing = 0.2 * kGravity * slip.normalized();
+  const double rolls = 2.0 * slip.norm() / (7.0 * 0.2 * kGravity);
+  stepper.advanceTo(0.7 * rolls);
+  const double time = 0.7 * rolls;
+  const Vec3 expected = time * Vec3(1.5, 0.0, 0.0) - 0.5 * time * time * slowing;
+  EXPECT_NEAR((stepper.state(0).position - Vec3(0.0, kBallRadius, 0.0) - expected).norm(), 0.0,
+              1e-13);
+  stepper.advanceTo(rolls + 1.0);
+  EXPECT_NEAR((stepper.state(0).velocity - (Vec3(1.5, 0.0, 0.0) - rolls * slowing)).norm(), 0.0,
+              1e-12);
+  EXPECT_NEAR(stepper.state(0).spin.y(), 20.0, 1e-12);  // nothing holds it up
+}
+
+TEST(Rolling, ResistanceStopsARollingBallAndPivotingFrictionItsSpin) {
+  SphereWorld world = table();
+  world.spheres = {ballAt(1, 0.0, 0.0, {1.0, 0.0, 0.0})};
+  world.spheres[0].friction.rolling = 0.01;
+  world.spheres[0].friction.pivoting = 1e-4;
+  world.spheres[0].friction.spin = {0.0, 10.0, -1.0 / kBallRadius};  // it rolls from the start
+  SphereStepper stepper = stepperOf(world);
+  const double pivoting = 1e-4 * kGravity / (0.4 * kBallRadius * kBallRadius);
+  stepper.advanceTo(3.0);
+  EXPECT_NEAR(stepper.state(0).velocity.x(), 1.0 - 0.0981 * 3.0, 1e-12);
+  EXPECT_NEAR(stepper.state(0).spin.y(), 10.0 - pivoting * 3.0, 1e-11);
+  stepper.advanceTo(100.0);
+  EXPECT_NEAR(stepper.state(0).position.x(), 1.0 / (2.0 * 0.0981), 1e-9);
+  EXPECT_EQ(stepper.state(0).velocity, Vec3::Zero());
+  EXPECT_LT(stepper.state(0).spin.norm(), 1e-12);
+}
+
+TEST(Rolling, ABallOnASlopeRollsOrSlidesAsItsFrictionAllows) {
+  for (const double friction : {0.5, 0.1}) {
+    SphereWorld world;
+    world.gravity = kEarthGravity;
+    const double angle = 0.5;
+    const Vec3 normal(std::sin(angle), std::cos(angle), 0.0);
+    Sphere ball = sphereAt(1, 0.05 * normal);
+    ball.restitution = 0.5;
+    ball.friction.sliding = friction;
+    world.spheres = {ball};
+    world.planes = {{kFirstPlane, normal, 0.0, 0.5}};
+    world.planes[0].friction = friction;
+    SphereStepper stepper = stepperOf(world);
+    stepper.advanceTo(1.0);
+    const double pull = kGravity * std::sin(angle);
+    const double rolling = 5.0 / 7.0 * pull;
+    const double sliding = pull - friction * kGravity * std::cos(angle);
+    const bool grips = 2.0 / 7.0 * pull <= friction * kGravity * std::cos(angle);
+    EXPECT_EQ(grips, friction == 0.5);
+    EXPECT_NEAR(stepper.state(0).velocity.norm(), grips ? rolling : sliding, 1e-9);
+  }
+}
+
+TEST(Rolling, AcrossASlopeTheCourseTendsToTheIntegratedOne) {
+  // Sliding across a slope: the slip turns, and nothing is in closed form. Against small steps.
+  const double angle = 0.3;
+  const Vec3 normal(std::sin(angle), std::cos(angle), 0.0);
+  SphereWorld world;
+  world.gravity = kEarthGravity;
+  Sphere ball = sphereAt(1, 0.05 * normal, {0.0, 0.0, 1.0});
+  ball.friction.sliding = 0.2;
+  world.spheres = {ball};
+  world.planes = {{kFirstPlane, normal, 0.0, 0.0}};
+  world.planes[0].friction = 0.2;
+  SphereStepper stepper = stepperOf(world);
+  stepper.advanceTo(0.5);
+
+  const double support = kGravity * normal.y();
+  const Vec3 pull = kEarthGravity + support * normal;
+  Vec3 velocity(0.0, 0.0, 1.0);
+  Vec3 slip = velocity;
+  const double step = 1e-6;
+  for (int count = 0; count < 500000; ++count) {
+    const bool rolls = slip.norm() < 2e-6;
+    const Vec3 friction =
+        rolls ? Vec3(-2.0 / 7.0 * pull) : Vec3(-0.2 * support * slip.normalized());
+    velocity += step * (pull + friction);
+    slip = rolls ? Vec3::Zero() : Vec3(slip + step * (pull + 3.5 * friction));
+  }
+  EXPECT_LT((stepper.state(0).velocity - velocity).norm(), 1e-4);
+}
+
+TEST(Rolling, AnImpactWithFrictionKeepsTheAngularMomentumAboutTheContact) {
+  // Two spinning balls in flight meet at an angle: momentum, and of each the angular momentum about
+  // the point of contact, stay; the slip is either gone or turned by friction's share.
+  for (const double friction : {0.05, 10.0}) {
+    SphereWorld world;
+    world.spheres = {ballAt(1, 0.0, 0.0, {1.0, 0.3, 0.0}), ballAt(2, 0.2, 0.01, {-0.5, 0.1, 0.2})};
+    for (Sphere& ball : world.spheres) {
+      ball.friction.sliding = friction;
+      ball.friction.spin = {20.0, -30.0, 10.0};
+    }
+    world.spheres[1].mass = 0.3;
+    SphereStepper stepper = stepperOf(world);
+    const auto events = stepper.advanceTo(0.3);
+    ASSERT_EQ(events.size(), 2U);
+    const Vec3 normal = events[0].normal;
+    const double impulse = events[0].impulse.norm();
+    const auto after = [&](std::size_t ball) { return stepper.state(ball); };
+    const Vec3 pushed = kBallMass * (after(0).velocity - Vec3(1.0, 0.3, 0.0));
+    const Vec3 otherPushed = 0.3 * (after(1).velocity - Vec3(-0.5, 0.1, 0.2));
+    EXPECT_LT((pushed + otherPushed).norm(), 1e-14);
+    const Vec3 rubbed = pushed - pushed.dot(normal) * normal;
+    const Vec3 turned =
+        0.4 * kBallMass * kBallRadius * kBallRadius * (after(0).spin - Vec3(20.0, -30.0, 10.0));
+    EXPECT_LT((turned - (-kBallRadius * normal).cross(rubbed)).norm(), 1e-15);
+    const Vec3 slip = after(0).velocity + after(0).spin.cross(-kBallRadius * normal) -
+                      after(1).velocity - after(1).spin.cross(kBallRadius * normal);
+    const Vec3 sliding = slip - slip.dot(normal) * normal;
+    if (friction > 1.0) {
+      EXPECT_LT(sliding.norm(), 1e-13);
+    } else {
+      EXPECT_NEAR(rubbed.norm(), friction * impulse, 1e-15);
+      EXPECT_LT(sliding.dot(rubbed), 0.0);  // it still slips, against the push
+    }
+    EXPECT_LT(stepper.kineticEnergy(),
+              0.5 * kBallMass * 1.09 + 0.5 * 0.3 * 0.3 +
+                  0.2 * (kBallMass + 0.3) * kBallRadius * kBallRadius * 1400.0);
+  }
+}
+
+TEST(Rolling, AStunnedCueBallStopsAndARollingOneFollows) {
+  // Head on against a frictionless ball: a cue ball that does not spin stops; one that rolls keeps
+  // its spin and follows with 2/7 of its speed.
+  for (const bool rolling : {false, true}) {
+    SphereWorld world = table();
+    world.spheres = {ballAt(1, 0.0, 0.0, {1.0, 0.0, 0.0}),
+                     ballAt(2, 2.0 * kBallRadius + 1e-3, 0.0, Vec3::Zero())};
+    world.spheres[1].friction.sliding = 0.0;
+    if (rolling) world.spheres[0].friction.spin = {0.0, 0.0, -1.0 / kBallRadius};
+    SphereStepper stepper = stepperOf(world);
+    stepper.advanceTo(3.0);
+    const double hit = rolling ? 1.0 : std::sqrt(1.0 - 2.0 * 0.2 * kGravity * 1e-3);
+    const double spin = rolling ? 1.0 : 2.5 * (1.0 - hit);
+    EXPECT_NEAR(stepper.state(0).velocity.x(), 2.0 / 7.0 * spin, 1e-12);
+    EXPECT_NEAR(stepper.state(1).velocity.x(), hit, 1e-12);
+    std::string why;
+    EXPECT_TRUE(stepper.validate(&why)) << why;
+  }
+}
+
+// ---- Restitution that depends on speed
+
+TEST(RestitutionLaw, FifthRootIsTheInverseOfTheFifthPower) {
+  for (const double root : {1e-30, 0.3, 1.0, 1.7, 2.0, 123.456, 1e30}) {
+    const double power = root * root * root * root * root;
+    EXPECT_NEAR(fifthRoot(power), root, 1e-15 * root);
+  }
+  EXPECT_EQ(fifthRoot(0.0), 0.0);
+}
+
+TEST(RestitutionLaw, SlowViscoelasticBouncesLoseLittle) {
+  // 1 - e ~ v^(1/5): from 1 m/s to 1e-5 m/s the loss falls tenfold.
+  const RestitutionLaw law{SpeedLaw::viscoelastic, 1.0};
+  const double slow = 1.0 / restitutionAt(0.8, law, 1e-5) - 1.0;
+  EXPECT_NEAR(slow, 0.1 * (1.0 / 0.8 - 1.0), 1e-12);
+  EXPECT_DOUBLE_EQ(restitutionAt(0.8, law, 1.0), 0.8);
+  EXPECT_EQ(restitutionAt(0.0, law, 0.5), 0.0);
+}
+
+TEST(RestitutionLaw, DroppedBallsBounceByTheirLaw) {
+  for (const double height : {0.01, 1.0, 5.0}) {
+    for (const SpeedLaw kind : {SpeedLaw::viscoelastic, SpeedLaw::plastic}) {
+      SphereWorld world = droppedBall(height, 0.8);
+      world.spheres[0].restitutionLaw = {kind, 1.0};
+      world.planes[0].restitutionLaw = {kind, 1.0};
+      SphereStepper stepper = stepperOf(world);
+      const double speed = std::sqrt(2.0 * kGravity * height);
+      const double fall = speed / kGravity;
+      stepper.advanceTo(fall * 1.0001);
+      const double left = stepper.state(0).velocity.y() + kGravity * 0.0001 * fall;
+      const double expected = kind == SpeedLaw::viscoelastic
+                                  ? 1.0 / (1.0 + 0.25 * std::pow(speed, 0.2))
+                                  : 0.8 * std::pow(std::max(speed, 1.0), -0.25);
+      EXPECT_NEAR(left / speed, expected, 1e-9);
+    }
+  }
+}
+
+}  // namespace carom::test
