@@ -106,8 +106,9 @@ void SphereStepper::Simulation::restartGroup(std::uint32_t group) {
 /// What 1 N s between the two does to them, and to all that rods connect with them.
 SphereStepper::Simulation::Give SphereStepper::Simulation::giveOf(const Pair& pair) const {
   Give give;
+  const bool alone = pair.other == Agenda::kNobody;
   const std::uint32_t group = linkage_.groupOf(pair.sphere);
-  const std::uint32_t otherGroup = linkage_.groupOf(pair.other);
+  const std::uint32_t otherGroup = alone ? Linkage::kNoGroup : linkage_.groupOf(pair.other);
   const auto respond = [&](std::uint32_t of, bool first, bool second) {
     const std::span<const std::uint32_t> members = linkage_.members(of);
     std::vector<Vec3> impulses(members.size(), Vec3::Zero());
@@ -125,13 +126,12 @@ SphereStepper::Simulation::Give SphereStepper::Simulation::giveOf(const Pair& pa
     }
   };
   const bool rods = linkage_.hasRods(pair.sphere);
-  const bool otherRods = pair.other != Agenda::kNobody && linkage_.hasRods(pair.other);
+  const bool otherRods = !alone && linkage_.hasRods(pair.other);
   const bool together = rods && otherRods && group == otherGroup;
   if (rods) respond(group, true, together);
   if (otherRods && !together) respond(otherGroup, false, true);
   if (!rods) give.yield = yielding(pair.sphere, pair.normal);
-  if (pair.other != Agenda::kNobody && !otherRods)
-    give.otherYield = yielding(pair.other, -pair.normal);
+  if (!alone && !otherRods) give.otherYield = yielding(pair.other, -pair.normal);
   return give;
 }
 
@@ -216,6 +216,7 @@ void SphereStepper::Simulation::roll(std::uint32_t sphere) {
   contact.normal = plane.normal;
   contact.radius = bodies_.radii[sphere];
   contact.support = std::max(-bodies_.alongNormal(plane.normal, bodies_.gravity), 0.0);
+  if (contact.support == 0.0) return;  // a wall that it is not pressed against
   contact.pull = bodies_.accelerations[sphere];
   contact.rolling = frictions_[sphere].rolling;
   contact.pivoting = frictions_[sphere].pivoting;
