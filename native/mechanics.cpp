@@ -84,8 +84,8 @@ std::vector<Motion> SphereStepper::Simulation::motionsOf(std::uint32_t group,
 
 void SphereStepper::Simulation::restartGroups() {
   std::ranges::sort(restarts_);
-  const auto twice = std::ranges::unique(restarts_);
-  restarts_.erase(twice.begin(), twice.end());
+
+  restarts_.erase(std::unique(restarts_.begin(), restarts_.end()), restarts_.end());
   for (const std::uint32_t group : restarts_)
     restartGroup(group);
   restarts_.clear();

@@ -252,10 +252,11 @@ void SphereStepper::Simulation::trySleep(std::uint32_t sphere) {
   if (bodies_.gravity == Vec3::Zero() || carriedByWalls(sphere)) return;
   std::vector<std::uint32_t> candidates = calmNeighbours(sphere);
   for (bool dropped = true; dropped;) {  // until those that are left carry each other
-    const auto fallen = std::ranges::partition(
-        candidates, [&, all = candidates](std::uint32_t at) { return carried(at, all); });
-    dropped = !fallen.empty();
-    candidates.erase(fallen.begin(), fallen.end());
+    const auto fallen =
+        std::partition(candidates.begin(), candidates.end(),
+                       [&, all = candidates](std::uint32_t at) { return carried(at, all); });
+    dropped = fallen != candidates.end();
+    candidates.erase(fallen, candidates.end());
     std::ranges::sort(candidates);
   }
   if (!std::ranges::binary_search(candidates, sphere))

@@ -147,10 +147,11 @@ void SphereStepper::Simulation::rebase(std::uint32_t sphere, const Motion& motio
 void SphereStepper::Simulation::predictChanged() {
   if (!restarts_.empty()) restartGroups();
   std::ranges::sort(changed_);
-  const auto twice = std::ranges::unique(changed_);
-  changed_.erase(twice.begin(), twice.end());
-  for (const std::uint32_t sphere : changed_)
+  changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
+  for (const std::uint32_t sphere : changed_) {
+    if (recording_ != nullptr) record(sphere);
     agenda_.predict(sphere, now_);
+  }
   changed_.clear();
 }
 
@@ -160,6 +161,8 @@ void SphereStepper::Simulation::report(const Side& first, const Side& second,
   const Vec3 point = first.position - first.radius * impact.normal;
   events_.push_back(shareOf(first, second, impact, 1.0, point, now_.seconds));
   events_.push_back(shareOf(second, first, impact, -1.0, point, now_.seconds));
+  if (recording_ != nullptr)
+    recording_->addCollision({events_.rbegin()[1], events_.back()}, now_, impact.impulse);
 }
 
 // ---- Spheres

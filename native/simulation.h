@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -9,6 +10,7 @@
 #include "native/agenda.h"
 #include "native/bodies.h"
 #include "native/linkage.h"
+#include "native/recording.h"
 #include "native/rolling.h"
 #include "native/sphere_stepper.h"
 
@@ -62,6 +64,9 @@ class SphereStepper::Simulation {
   double potentialEnergy() const;
   bool validate(std::string* why) const;
 
+  void startRecording();      // these two: record.cpp
+  Recording takeRecording();  ///< what has been recorded
+
  private:
   /// Two spheres at the instant of their contact.
   struct Pair {
@@ -97,6 +102,8 @@ class SphereStepper::Simulation {
   double wallRestitution(std::uint32_t sphere, const Plane& plane, double approachSpeed) const;
   void report(const Side& first, const Side& second, const Impact& impact);
   void predictChanged();
+  void record(std::uint32_t sphere);
+  Recording::World recordedWorld() const;
 
   // What bends paths, and what turns spheres: mechanics.cpp.
   void turn(std::uint32_t sphere);
@@ -153,6 +160,7 @@ class SphereStepper::Simulation {
   double time_ = 0.0;                   ///< s, where advanceTo stopped
   std::vector<ImpulseEvent> events_;
   SphereStepperCounters counters_;
+  std::unique_ptr<Recording> recording_;  ///< null: nothing is recorded
 };
 
 }  // namespace carom

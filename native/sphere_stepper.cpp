@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "native/recording.h"
 #include "native/simulation.h"
 #include "native/world_check.h"
 
@@ -27,6 +28,14 @@ std::span<const ImpulseEvent> SphereStepper::advanceTo(double time) {
   if (!ahead) return {};
   simulation_->advanceTo(time);
   return simulation_->events();
+}
+
+void SphereStepper::startRecording() {
+  simulation_->startRecording();
+}
+
+Recording SphereStepper::takeRecording() {
+  return simulation_->takeRecording();
 }
 
 double SphereStepper::time() const {

@@ -13,11 +13,13 @@
 
 namespace carom {
 
+class Recording;  // native/recording.h
+
 /// State of one sphere.
 struct SphereState {
-  Vec3 position;  ///< m, world frame
-  Vec3 velocity;  ///< m/s, world frame
-  Vec3 spin;      ///< rad/s, world frame
+  Vec3 position = Vec3::Zero();  ///< m, world frame
+  Vec3 velocity = Vec3::Zero();  ///< m/s, world frame
+  Vec3 spin = Vec3::Zero();      ///< rad/s, world frame; not in recordings
 };
 
 struct SphereStepperCounters {
@@ -88,6 +90,12 @@ class SphereStepper {
   /// each other; of two spheres the lower id comes first, of sphere and plane the sphere. Any other
   /// `time` is an error of the caller: asserted, and without assertions nothing moves.
   std::span<const ImpulseEvent> advanceTo(double time);
+
+  /// Records all that happens from time() on. What was recorded before is dropped. Costs nothing
+  /// until it is called, and changes no bit of what happens.
+  void startRecording();
+  /// What has been recorded up to time(), and ends it. Empty if nothing was started.
+  Recording takeRecording();
 
   double time() const;  ///< s
   std::size_t sphereCount() const;

@@ -1,7 +1,9 @@
-// The carom command: render, info, compare. Exit codes: 0 done, 1 failed, 2 bad input.
+// The carom command: render, info, compare, record, replay. Exit codes: 0 done, 1 failed, 2 bad
+// input.
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <exception>
@@ -9,6 +11,7 @@
 #include <iostream>
 #include <map>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <variant>
 #include <vector>
@@ -21,6 +24,7 @@
 #include "scenes/compare.h"
 #include "scenes/plan.h"
 #include "scenes/progress_bar.h"
+#include "scenes/recorded_scene.h"
 #include "scenes/render.h"
 #include "scenes/report_text.h"
 #include "scenes/scene_loader.h"
@@ -34,14 +38,17 @@ constexpr int kBadInput = 2;
 
 constexpr double kLeastFullScale = 0.002;    // Pa, 40 dB
 constexpr double kMostFullScale = 200000.0;  // Pa, 200 dB
+constexpr double kFarthestListener = 1e6;    // m, from the origin on each axis
 
 int fail(int code, const std::string& message) {
   std::cerr << "carom: " << message << '\n';
   return code;
 }
 
+constexpr const char* kCommands = "render, info, compare, record or replay";
+
 struct Arguments {
-  std::string scene;
+  std::string scene;  // replay: the recording
   bool json = false;
   // render
   std::string output;
@@ -58,6 +65,9 @@ struct Arguments {
   std::string radiation;
   // compare
   std::vector<double> steps;
+  // replay
+  std::vector<std::string> listeners;  // empty: the scene's
+  SoundSpan span;
 };
 
 void applyStepper(const Arguments& arguments, Scene& scene) {
@@ -99,14 +109,14 @@ bool isWavName(const std::string& file) {
 }
 
 // Why the files that are to be written cannot be, before anything is read; empty where they can.
-std::string whyNoOutputs(const Arguments& arguments) {
+std::string whyNoOutputs(const Arguments& arguments, const std::string& input = "scene") {
   if (isSameFile(arguments.output, arguments.scene))
-    return "--output: " + arguments.output + " is the scene itself; expected another name";
+    return "--output: " + arguments.output + " is the " + input + " itself; expected another name";
   if (!isWavName(arguments.output))
     return "--output: '" + arguments.output + "' is not the name of a WAV file; expected FILE.wav";
   if (arguments.events.empty()) return {};
   if (isSameFile(arguments.events, arguments.scene))
-    return "--events: " + arguments.events + " is the scene itself; expected another name";
+    return "--events: " + arguments.events + " is the " + input + " itself; expected another name";
   if (isSameFile(arguments.events, arguments.output))
     return "--events: " + arguments.events + " is the sound file too; expected another name";
   return {};
@@ -133,6 +143,19 @@ std::optional<double> fullScalePressure(const std::string& text) {
   if (!(pressure >= kLeastFullScale * (1.0 - 1e-12) && pressure <= kMostFullScale * (1.0 + 1e-12)))
     return {};
   return pressure;
+}
+
+// m, of "x,y,z"; nullopt where it is none.
+std::optional<Vec3> position(const std::string& text) {
+  Vec3 found = Vec3::Zero();
+  std::istringstream parts(text);
+  std::string part;
+  for (double& component : found) {
+    if (!std::getline(parts, part, ',') || !CLI::detail::lexical_cast(part, component)) return {};
+    if (!(std::abs(component) <= kFarthestListener)) return {};
+  }
+  if (std::getline(parts, part) || text.ends_with(',')) return {};
+  return found;
 }
 
 RenderOptions renderOptions(const Arguments& arguments) {
@@ -176,22 +199,15 @@ void warnOfListenersOutside(const Scene& scene) {
   }
 }
 
-int render(const Arguments& arguments) {
-  if (const std::string reason = whyNoOutputs(arguments); !reason.empty())
-    return fail(kBadInput, reason);
-  Result<Scene> scene = loadScene(arguments.scene);
-  if (!scene) return fail(kBadInput, scene.error().message);
-  applyStepper(arguments, *scene);
-  applySound(arguments, scene->sound);
-  if (arguments.step > 0.0 && scene->stepper.type == StepperType::native) {
-    return fail(kBadInput,
-                "--step: the native stepper has no step; expected --stepper bullet with it");
-  }
-  warnOfListenersOutside(*scene);
-  ProgressBar bar("rendering " + scene->name);
+// With what the command line asks for already in the scene.
+int renderInto(const Arguments& arguments, const Scene& scene, const Recording* recording) {
+  warnOfListenersOutside(scene);
+  ProgressBar bar("rendering " + scene.name);
   RenderOptions options = renderOptions(arguments);
+  options.recording = recording;
+  options.span = arguments.span;
   options.progress = [&](double share) { bar.show(share); };
-  const Result<RenderReport> report = renderScene(*scene, options);
+  const Result<RenderReport> report = renderScene(scene, options);
   bar.clear();
   if (!report) return fail(kFailed, report.error().message);
   warnOfLoudness(arguments, *report);
@@ -203,7 +219,96 @@ int render(const Arguments& arguments) {
   return answer(arguments.json ? jsonText(renderJson(*report)) : renderText(*report));
 }
 
+int render(const Arguments& arguments) {
+  if (const std::string reason = whyNoOutputs(arguments); !reason.empty())
+    return fail(kBadInput, reason);
+  Result<Scene> scene = loadScene(arguments.scene);
+  if (!scene) return fail(kBadInput, scene.error().message);
+  applyStepper(arguments, *scene);
+  applySound(arguments, scene->sound);
+  if (arguments.step > 0.0 && scene->stepper.type == StepperType::native) {
+    return fail(kBadInput,
+                "--step: the native stepper has no step; expected --stepper bullet with it");
+  }
+  return renderInto(arguments, *scene, nullptr);
+}
+
+int record(const Arguments& arguments) {
+  if (isSameFile(arguments.output, arguments.scene))
+    return fail(kBadInput,
+                "--output: " + arguments.output + " is the scene itself; expected another name");
+  Result<std::string> text = readSceneText(arguments.scene);
+  if (!text) return fail(kBadInput, text.error().message);
+  Result<Scene> scene = parseScene(*text, arguments.scene);
+  if (!scene) return fail(kBadInput, scene.error().message);
+  applyStepper(arguments, *scene);
+  if (scene->stepper.type != StepperType::native)
+    return fail(kBadInput, arguments.scene + ": " + whyNoRecordingOf(*scene));
+  ProgressBar bar("recording " + scene->name);
+  const auto start = std::chrono::steady_clock::now();
+  const Result<Recording> recording =
+      recordScene(*scene, *text, arguments.scene, [&](double share) { bar.show(share); });
+  bar.clear();
+  if (!recording) return fail(kBadInput, recording.error().message);
+  const Result<std::uintmax_t> bytes = saveRecording(*recording, arguments.output);
+  if (!bytes) return fail(kFailed, bytes.error().message);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  const RecordReport report{arguments.output, *bytes, took.count()};
+  return answer(arguments.json ? jsonText(recordJson(*recording, report))
+                               : recordText(*recording, report));
+}
+
+// Microphones where the command line wants them, instead of the scene's listeners.
+void applyListeners(const Arguments& arguments, Scene& scene) {
+  if (arguments.listeners.empty()) return;
+  scene.listeners.clear();
+  scene.paths.clear();
+  scene.headFiles.clear();
+  for (const std::string& text : arguments.listeners) {
+    Listener& listener = scene.listeners.emplace_back();
+    listener.name = "listener_" + std::to_string(scene.listeners.size());
+    listener.position = position(text).value();
+  }
+}
+
+// Why the scene has no such part; empty where it has.
+std::string whyNoSpan(const SoundSpan& span, const Scene& scene) {
+  std::ostringstream text;
+  if (span.from >= scene.duration) {
+    text << "--from: " << span.from << " s; expected less than " << scene.duration
+         << " s, where the recording ends";
+  } else if (span.to <= span.from) {
+    text << "--to: " << span.to << " s; expected more than --from, " << span.from << " s";
+  }
+  return text.str();
+}
+
+int replay(Arguments& arguments) {
+  if (const std::string reason = whyNoOutputs(arguments, "recording"); !reason.empty())
+    return fail(kBadInput, reason);
+  Result<RecordedScene> recorded = loadRecordedScene(arguments.scene);
+  if (!recorded) return fail(kBadInput, recorded.error().message);
+  Scene& scene = recorded->scene;
+  if (const std::string reason = whyNoSpan(arguments.span, scene); !reason.empty())
+    return fail(kBadInput, reason);
+  applySound(arguments, scene.sound);
+  applyListeners(arguments, scene);
+  return renderInto(arguments, scene, &recorded->recording);
+}
+
+int infoOfRecording(const Arguments& arguments) {
+  const Result<RecordedScene> recorded = loadRecordedScene(arguments.scene);
+  if (!recorded) return fail(kBadInput, recorded.error().message);
+  const RecordReport report{arguments.scene, recorded->bytes};
+  if (!arguments.json)
+    return answer(recordText(recorded->recording, report) + infoText(recorded->scene));
+  nlohmann::ordered_json object = infoJson(recorded->scene);
+  object["recording"] = recordJson(recorded->recording, report);
+  return answer(jsonText(object));
+}
+
 int info(const Arguments& arguments) {
+  if (isRecording(arguments.scene)) return infoOfRecording(arguments);
   const Result<Scene> scene = loadScene(arguments.scene);
   if (!scene) return fail(kBadInput, scene.error().message);
   return answer(arguments.json ? jsonText(infoJson(*scene)) : infoText(*scene));
@@ -276,51 +381,55 @@ void addScene(CLI::App& command, Arguments& arguments) {
   command.add_flag("--json", arguments.json, "print one JSON object instead of text");
 }
 
-CLI::App* addRender(CLI::App& app, Arguments& arguments) {
-  CLI::App* command = app.add_subcommand("render", "Render a scene into a WAV file");
-  addScene(*command, arguments);
-  command->add_option("-o,--output", arguments.output, "WAV file to write")
+// What a WAV file is made of, whoever moves the bodies.
+void addSound(CLI::App& command, Arguments& arguments) {
+  command.add_option("-o,--output", arguments.output, "WAV file to write")
       ->required()
       ->check(fileName());
-  command->add_option("--stepper", arguments.stepper, "mechanics; default: the scene's choice")
-      ->check(oneOf({"native", "bullet"}));
-  command->add_option("--step", arguments.step, "Bullet's fixed step in seconds")
-      ->check(stepRange());
   command
-      ->add_option("--pulse", arguments.pulse,
-                   "force of a contact over time; default: the scene's choice")
+      .add_option("--pulse", arguments.pulse,
+                  "force of a contact over time; default: the scene's choice")
       ->check(onePulse());
   command
-      ->add_option("--sampling", arguments.sampling,
-                   "how pulses become samples; default: the scene's choice")
+      .add_option("--sampling", arguments.sampling,
+                  "how pulses become samples; default: the scene's choice")
       ->check(oneOf({"band_limited", "naive"}));
   command
-      ->add_option("--radiation", arguments.radiation,
-                   "of a rigid sphere, or of one that is small; default: the scene's choice")
+      .add_option("--radiation", arguments.radiation,
+                  "of a rigid sphere, or of one that is small; default: the scene's choice")
       ->check(oneOf({"exact", "compact"}));
   command
-      ->add_option("--events", arguments.events, "also write every impulse event to this CSV file")
+      .add_option("--events", arguments.events, "also write every impulse event to this CSV file")
       ->check(fileName());
-  command->add_option("--format", arguments.format, "sample format")
+  command.add_option("--format", arguments.format, "sample format")
       ->check(oneOf({"float32", "pcm16"}))
       ->capture_default_str();
-  CLI::Option* normalize = command->add_flag("--normalize", arguments.normalize,
-                                             "scale the file so that its loudest sample is 1.0");
+  CLI::Option* normalize = command.add_flag("--normalize", arguments.normalize,
+                                            "scale the file so that its loudest sample is 1.0");
   command
-      ->add_option(
-          "--full-scale", arguments.fullScale,
-          "what 1.0 in the file is: pascals, or a level such as 120dB; default: 20 (120dB)")
+      .add_option("--full-scale", arguments.fullScale,
+                  "what 1.0 in the file is: pascals, or a level such as 120dB; default: 20 (120dB)")
       ->check(fullScaleRange())
       ->excludes(normalize);
   CLI::Option* limit =
       command
-          ->add_flag("--limit", arguments.limit,
-                     "turn down what exceeds full scale; the default with --format pcm16")
+          .add_flag("--limit", arguments.limit,
+                    "turn down what exceeds full scale; the default with --format pcm16")
           ->excludes(normalize);
   command
-      ->add_flag("--no-limit", arguments.noLimit,
-                 "let it stand (float32) or clip it (pcm16); the default with --format float32")
+      .add_flag("--no-limit", arguments.noLimit,
+                "let it stand (float32) or clip it (pcm16); the default with --format float32")
       ->excludes(limit);
+}
+
+CLI::App* addRender(CLI::App& app, Arguments& arguments) {
+  CLI::App* command = app.add_subcommand("render", "Render a scene into a WAV file");
+  addScene(*command, arguments);
+  addSound(*command, arguments);
+  command->add_option("--stepper", arguments.stepper, "mechanics; default: the scene's choice")
+      ->check(oneOf({"native", "bullet"}));
+  command->add_option("--step", arguments.step, "Bullet's fixed step in seconds")
+      ->check(stepRange());
   command->footer(
       "Examples:\n"
       "  carom render scenes/library/marbles_in_a_box.json -o marbles.wav\n"
@@ -356,6 +465,62 @@ CLI::App* addCompare(CLI::App& app, Arguments& arguments) {
   return command;
 }
 
+CLI::App* addRecord(CLI::App& app, Arguments& arguments) {
+  CLI::App* command =
+      app.add_subcommand("record", "Run a scene natively, and keep the run in a file");
+  addScene(*command, arguments);
+  command->add_option("-o,--output", arguments.output, "recording to write")
+      ->required()
+      ->check(fileName());
+  command
+      ->add_option("--stepper", arguments.stepper,
+                   "native: record a scene so that is for Bullet; no other can be recorded")
+      ->check(oneOf({"native"}));
+  command->footer(
+      "Example:\n  carom record scenes/library/marbles_in_a_box.json -o marbles.carom\n"
+      "  carom replay marbles.carom -o marbles.wav");
+  return command;
+}
+
+CLI::Validator positionRange() {
+  const auto check = [](const std::string& text) -> std::string {
+    if (position(text)) return {};
+    return "'" + text + "' is no position; expected x,y,z with numbers from -1e6 to 1e6 (metres)";
+  };
+  return {check, "X,Y,Z"};
+}
+
+CLI::Validator timeRange() {
+  const auto check = [](const std::string& text) -> std::string {
+    double time = 0.0;
+    if (CLI::detail::lexical_cast(text, time) && time >= 0.0 && std::isfinite(time)) return {};
+    return "'" + text + "' is no time; expected a number of seconds from 0 on";
+  };
+  return {check, "SECONDS"};
+}
+
+CLI::App* addReplay(CLI::App& app, Arguments& arguments) {
+  CLI::App* command =
+      app.add_subcommand("replay", "Render a recorded run into a WAV file, without stepping again");
+  command->add_option("FILE", arguments.scene, "file that 'carom record' wrote")->required();
+  command->add_flag("--json", arguments.json, "print one JSON object instead of text");
+  addSound(*command, arguments);
+  command
+      ->add_option("--listener", arguments.listeners,
+                   "a microphone at x,y,z in metres, instead of the scene's listeners; may be "
+                   "repeated")
+      ->check(positionRange())
+      ->allow_extra_args(false);
+  command->add_option("--from", arguments.span.from, "begin here; default: 0")->check(timeRange());
+  command->add_option("--to", arguments.span.to, "end here; default: the end")->check(timeRange());
+  command->footer(
+      "Examples:\n"
+      "  carom replay marbles.carom -o marbles.wav\n"
+      "  carom replay marbles.carom -o close.wav --listener=-0.1,0.3,0 --listener=0.1,0.3,0\n"
+      "  carom replay marbles.carom -o part.wav --from 1.5 --to 2 --events part.csv");
+  return command;
+}
+
 // What a wrong command line is answered with.
 std::string usageError(const CLI::App* app, const CLI::Error& error) {
   const auto commands =
@@ -376,6 +541,8 @@ int run(int argc, char** argv) {
   const CLI::App* renderCommand = addRender(app, arguments);
   const CLI::App* infoCommand = addInfo(app, arguments);
   const CLI::App* compareCommand = addCompare(app, arguments);
+  const CLI::App* recordCommand = addRecord(app, arguments);
+  const CLI::App* replayCommand = addReplay(app, arguments);
   app.allow_extras();  // after the commands, which do not inherit it then
   try {
     app.parse(argc, argv);
@@ -383,13 +550,15 @@ int run(int argc, char** argv) {
     return app.exit(error) == 0 ? kDone : kBadInput;
   }
   if (app.remaining_size() > 0) {
-    return fail(kBadInput, "unknown command '" + app.remaining().front() +
-                               "'; expected render, info or compare (carom --help)");
+    return fail(kBadInput, "unknown command '" + app.remaining().front() + "'; expected " +
+                               kCommands + " (carom --help)");
   }
   if (renderCommand->parsed()) return render(arguments);
   if (infoCommand->parsed()) return info(arguments);
   if (compareCommand->parsed()) return compare(arguments);
-  return fail(kBadInput, "no command; expected render, info or compare (carom --help)");
+  if (recordCommand->parsed()) return record(arguments);
+  if (replayCommand->parsed()) return replay(arguments);
+  return fail(kBadInput, std::string("no command; expected ") + kCommands + " (carom --help)");
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "scenes/render.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <string>
@@ -8,6 +9,7 @@
 
 #include "audio/partial_file.h"
 #include "scenes/events_file.h"
+#include "scenes/recorded_scene.h"
 
 namespace carom {
 namespace {
@@ -80,11 +82,23 @@ void leaveOutCounted(Plan& plan, std::uint64_t count, const std::string& stage,
   if (count > 0) plan.leftOut.push_back({stage, std::to_string(count) + " " + why});
 }
 
+Result<SceneSound> soundOf(const Scene& scene, const RenderOptions& options) {
+  if (options.recording == nullptr) return SceneSound::create(scene);
+  return SceneSound::create(
+      scene, replayStepper(*options.recording, firstEventTime(scene, options.span)), options.span);
+}
+
+/// A recording takes the place of the mechanics.
+void replaceStepper(Plan& plan) {
+  std::ranges::replace(plan.needed, "native_stepper", "recording");
+  plan.leftOut.insert(plan.leftOut.begin(), {"native_stepper", "the run has been recorded"});
+}
+
 }  // namespace
 
 Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  Result<SceneSound> sound = SceneSound::create(scene);
+  Result<SceneSound> sound = soundOf(scene, options);
   if (!sound) return sound.error();
   Result<Files> files = openFiles(scene, options);
   if (!files) return files.error();
@@ -92,6 +106,7 @@ Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& option
   RenderReport report;
   report.file = options.soundFile;
   report.plan = makePlan(scene);
+  if (options.recording != nullptr) replaceStepper(report.plan);
   if (Status done = renderInto(*files, scene, *sound, report, options); !done) {
     return done.error();
   }

@@ -9,6 +9,7 @@
 #include "audio/result.h"
 #include "audio/sound_file.h"
 #include "audio/synth.h"
+#include "native/recording.h"
 #include "scenes/plan.h"
 #include "scenes/scene.h"
 #include "scenes/scene_sound.h"
@@ -24,6 +25,9 @@ struct RenderOptions {
   /// could only clip, is limited, unless it is normalised; float32, which keeps it, is not.
   std::optional<bool> limit = {};
   std::optional<std::filesystem::path> eventsFile = {};  ///< not the same as soundFile
+  /// Not null: the scene's own run, instead of its mechanics.
+  const Recording* recording = nullptr;
+  SoundSpan span = {};  ///< of a recording only
   /// Called now and then with the share of the scene that is done, 0 to 1.
   std::function<void(double share)> progress = {};
 };

@@ -223,6 +223,10 @@ std::string channelsText(const std::vector<ListenerChannels>& listeners) {
   return text;
 }
 
+std::string hashText(const Recording& recording) {
+  return format("%016llx", static_cast<unsigned long long>(recording.trajectoryHash()));
+}
+
 std::string compareRow(const CompareRun& run) {
   const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
   const std::string until =
@@ -368,6 +372,31 @@ Json renderJson(const RenderReport& report) {
           {"wall_s", report.wallTime},
           {"realtime_factor", report.realtimeFactor()},
           {"plan", planJson(report.plan)}};
+}
+
+std::string recordText(const Recording& recording, const RecordReport& report) {
+  const std::size_t collisions = recording.collisionCount();
+  std::string text = report.file.string();  // of any length
+  text += format(": a recording of %g s, %llu bytes\n", recording.end() - recording.begin(),
+                 static_cast<unsigned long long>(report.bytes));
+  text += "holds     " + counted(collisions, "collision") + " and " +
+          counted(recording.segmentCount(), "parabola") + " of " +
+          counted(recording.sphereCount(), "sphere") + '\n';
+  text += "hash      " + hashText(recording) + " of the trajectory\n";
+  if (report.wallTime > 0.0) text += format("took      %.3g s\n", report.wallTime);
+  return text;
+}
+
+Json recordJson(const Recording& recording, const RecordReport& report) {
+  Json object = {{"file", report.file.string()},
+                 {"bytes", report.bytes},
+                 {"duration_s", recording.end() - recording.begin()},
+                 {"spheres", recording.sphereCount()},
+                 {"collisions", recording.collisionCount()},
+                 {"segments", recording.segmentCount()},
+                 {"trajectory_hash", hashText(recording)}};
+  if (report.wallTime > 0.0) object["wall_s"] = report.wallTime;
+  return object;
 }
 
 std::string compareText(const Scene& scene, const CompareReport& report) {

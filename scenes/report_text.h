@@ -1,9 +1,12 @@
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
 #include <string>
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "native/recording.h"
 #include "scenes/compare.h"
 #include "scenes/render.h"
 #include "scenes/scene.h"
@@ -17,6 +20,16 @@ nlohmann::ordered_json infoJson(const Scene& scene);
 
 std::string renderText(const RenderReport& report);
 nlohmann::ordered_json renderJson(const RenderReport& report);
+
+/// What became of a recording's file.
+struct RecordReport {
+  std::filesystem::path file;
+  std::uintmax_t bytes = 0;
+  double wallTime = 0.0;  ///< s, mechanics and writing; 0: it was only read
+};
+
+std::string recordText(const Recording& recording, const RecordReport& report);
+nlohmann::ordered_json recordJson(const Recording& recording, const RecordReport& report);
 
 std::string compareText(const Scene& scene, const CompareReport& report);
 nlohmann::ordered_json compareJson(const Scene& scene, const CompareReport& report);

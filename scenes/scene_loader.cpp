@@ -892,10 +892,16 @@ std::string defaultSceneName(std::string_view document) {
 
 }  // namespace
 
-Result<Scene> loadScene(const std::filesystem::path& file) {
+Result<std::string> readSceneText(const std::filesystem::path& file) {
   FirstError error(file.string());
-  const std::optional<std::string> text = readText(file, error);
+  std::optional<std::string> text = readText(file, error);
   if (!text) return error.error();
+  return *std::move(text);
+}
+
+Result<Scene> loadScene(const std::filesystem::path& file) {
+  const Result<std::string> text = readSceneText(file);
+  if (!text) return text.error();
   return parseScene(*text, file.string());
 }
 

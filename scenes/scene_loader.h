@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 #include "audio/result.h"
@@ -23,6 +24,9 @@ struct SceneLimits {
 /// same scene, bit for bit, on every platform with IEEE doubles. Never throws for bad input.
 /// [any thread]
 Result<Scene> loadScene(const std::filesystem::path& file);
+
+/// The text of a scene file, as it is; refuses what loadScene refuses without reading it.
+Result<std::string> readSceneText(const std::filesystem::path& file);
 
 /// The same from text in memory; `name` stands for the file in messages, its stem for the scene's
 /// name if the text gives none, and its folder for where the files are that the scene names. Those

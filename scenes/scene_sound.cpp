@@ -15,6 +15,10 @@ namespace {
 // contacts of up to 50 ms are heard whole. The synth counts those that are not.
 constexpr double kLookahead = 0.1;  // s
 
+constexpr double kLongestWay = 1.0;         // s, of sound through the air; see firstEventTime
+constexpr double kDecays = 2.0;             // of 60 dB each
+constexpr std::int64_t kSkipFrames = 4096;  // at a time
+
 SoundBody soundBody(const SceneBody& body) {
   SoundBody sound;
   sound.material = body.material;
@@ -92,7 +96,21 @@ std::size_t imageCount(const Scene& scene) {
   return images ? images->size() : 0;
 }
 
+double firstEventTime(const Scene& scene, const SoundSpan& span) {
+  double memory = kLongestWay;
+  if (const auto& reverb = scene.sound.reverb)
+    memory += kDecays * *std::ranges::max_element(reverb->decayTimes);
+  return std::max(0.0, span.from - memory);
+}
+
 Result<SceneSound> SceneSound::create(const Scene& scene) {
+  Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene);
+  if (!stepper) return stepper.error();
+  return create(scene, *std::move(stepper), {});
+}
+
+Result<SceneSound> SceneSound::create(const Scene& scene, std::unique_ptr<SceneStepper> stepper,
+                                      const SoundSpan& span) {
   SynthSettings settings = scene.sound;
   settings.sampleRate = scene.sampleRate;
   settings.medium = scene.medium;
@@ -100,6 +118,12 @@ Result<SceneSound> SceneSound::create(const Scene& scene) {
   if (!listeners) return Error{scene.name + ": " + listeners.error().message};
   Result<Synth> synth = Synth::create(settings, *std::move(listeners));
   if (!synth) return Error{scene.name + ": " + synth.error().message};
+  // Ahead of the first event, at least as far as in the midst of a whole scene.
+  const double start = std::max(0.0, firstEventTime(scene, span) - 2.0 * kLookahead);
+  if (start > 0.0) {
+    if (const Status sought = synth->seek(start); !sought)
+      return Error{scene.name + ": " + sought.error().message};
+  }
   for (const ListenerPath& path : scene.paths) {
     if (const Status followed = follow(path, *synth); !followed)
       return Error{scene.name + ": " + followed.error().message};
@@ -109,20 +133,36 @@ Result<SceneSound> SceneSound::create(const Scene& scene) {
     if (!set)
       return Error{scene.name + ": " + scene.bodies[index].name + ": " + set.error().message};
   }
-  Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene);
-  if (!stepper) return stepper.error();
-  return SceneSound(scene, *std::move(stepper), *std::move(synth));
+  SceneSound sound(scene, std::move(stepper), *std::move(synth), span);
+  sound.skipTo(sound.firstFrame_);
+  return sound;
 }
 
-SceneSound::SceneSound(const Scene& scene, std::unique_ptr<SceneStepper> stepper, Synth synth)
-    : duration_(scene.duration),
+SceneSound::SceneSound(const Scene& scene, std::unique_ptr<SceneStepper> stepper, Synth synth,
+                       const SoundSpan& span)
+    : span_(span),
+      duration_(scene.duration),
       sampleRate_(scene.sampleRate),
-      frames_(std::llround(scene.duration * scene.sampleRate)),
+      firstFrame_(std::llround(span.from * scene.sampleRate)),
+      frames_(std::llround(std::min(span.to, scene.duration) * scene.sampleRate)),
+      framesDone_(std::llround(synth.time() * scene.sampleRate)),
       stepper_(std::move(stepper)),
       synth_(std::move(synth)) {}
 
+/// What is heard before is not wanted, but the synth must have been through it.
+void SceneSound::skipTo(std::int64_t frame) {
+  std::vector<std::vector<float>> channels(synth_.channelCount());
+  while (framesDone_ < frame) {
+    const auto count = static_cast<std::size_t>(std::min(kSkipFrames, frame - framesDone_));
+    for (std::vector<float>& channel : channels)
+      channel.resize(count);
+    if (render(channels) == 0) return;
+    early_ = std::move(settled_);  // the mechanics are ahead: these may be wanted
+  }
+}
+
 std::size_t SceneSound::render(std::span<std::vector<float>> channels) {
-  settled_.clear();
+  settled_ = std::exchange(early_, {});
   const auto room = static_cast<std::int64_t>(channels.front().size());
   const std::int64_t count = std::min(room, frames_ - framesDone_);
   if (count <= 0) return 0;
@@ -149,7 +189,7 @@ void SceneSound::runAhead(double time) {
   for (auto event = known_.begin(); event != open; ++event) {
     if (event->time > duration_) continue;
     synth_.schedule(*event);
-    settled_.push_back(*event);
+    if (event->time >= span_.from && event->time <= span_.to) settled_.push_back(*event);
   }
   known_.erase(known_.begin(), open);
 }

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -33,6 +34,17 @@ std::size_t channelsOf(const Scene& scene);
 /// How many mirror images each source of the scene has: 0 without a room. [any thread]
 std::size_t imageCount(const Scene& scene);
 
+/// A part of a scene's time.
+struct SoundSpan {
+  double from = 0.0;                                    ///< s
+  double to = std::numeric_limits<double>::infinity();  ///< s; at most the scene's duration counts
+};
+
+/// s: from when on the events must be known for the sound of `span`. What happened earlier is no
+/// longer heard: its way would be longer than 1 s of sound (340 m), and its reverberation is down
+/// by 120 dB. [any thread]
+double firstEventTime(const Scene& scene, const SoundSpan& span);
+
 /// A scene as sound: its mechanics run just ahead of its synthesis, so memory does not grow with
 /// the length of the scene. [one thread]
 class SceneSound {
@@ -40,31 +52,40 @@ class SceneSound {
   /// Loads the heads that the scene names. An error names the scene, and the file or what else it
   /// is about.
   static Result<SceneSound> create(const Scene& scene);
+  /// The same of mechanics that run already, and of a part of it: the samples that the whole has
+  /// there. Events before firstEventTime need not come.
+  static Result<SceneSound> create(const Scene& scene, std::unique_ptr<SceneStepper> stepper,
+                                   const SoundSpan& span);
 
   /// Renders the next samples, at most channels[i].size() of each channel, and returns how many:
   /// 0 at the end of the scene.
   std::size_t render(std::span<std::vector<float>> channels);
 
   /// Events that were settled by the last `render`, in order of time over the whole scene, up to
-  /// its duration.
+  /// its duration; of a part of the scene, those in it.
   std::span<const ImpulseEvent> settledEvents() const { return settled_; }
 
   const Synth& synth() const { return synth_; }
-  std::int64_t frames() const { return frames_; }  ///< of the whole scene
-  std::int64_t framesDone() const { return framesDone_; }
+  std::int64_t frames() const { return frames_ - firstFrame_; }  ///< of the whole scene, or span
+  std::int64_t framesDone() const { return framesDone_ - firstFrame_; }
 
  private:
-  SceneSound(const Scene& scene, std::unique_ptr<SceneStepper> stepper, Synth synth);
+  SceneSound(const Scene& scene, std::unique_ptr<SceneStepper> stepper, Synth synth,
+             const SoundSpan& span);
+  void skipTo(std::int64_t frame);
   void runAhead(double time);
 
+  SoundSpan span_;
   double duration_;
   double sampleRate_;
+  std::int64_t firstFrame_;  // these three from the scene's start
   std::int64_t frames_;
-  std::int64_t framesDone_ = 0;
+  std::int64_t framesDone_;
   std::unique_ptr<SceneStepper> stepper_;
   Synth synth_;
   std::vector<ImpulseEvent> known_;    // not settled yet
   std::vector<ImpulseEvent> settled_;  // by the last render
+  std::vector<ImpulseEvent> early_;    // settled before the first sample that is wanted
 };
 
 }  // namespace carom

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "bullet_bridge/bullet_bridge.h"
-#include "native/sphere_stepper.h"
 #include "scenes/bullet_scene.h"
 
 namespace carom {
@@ -65,8 +64,8 @@ class BulletSceneStepper : public SceneStepper {
 
 Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene) {
   if (scene.stepper.type == StepperType::native) {
-    Result<SphereStepper> stepper = SphereStepper::create(sphereWorld(scene));
-    if (!stepper) return Error{scene.name + ": " + stepper.error().message};
+    Result<SphereStepper> stepper = nativeStepper(scene);
+    if (!stepper) return stepper.error();
     return std::unique_ptr<SceneStepper>(new NativeSceneStepper(*std::move(stepper)));
   }
   auto bulletScene = std::make_unique<BulletScene>(scene);
@@ -76,6 +75,12 @@ Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene) {
   if (!bridge) return Error{scene.name + ": " + bridge.error().message};
   return std::unique_ptr<SceneStepper>(
       new BulletSceneStepper(std::move(bulletScene), *std::move(bridge), scene.stepper.step));
+}
+
+Result<SphereStepper> nativeStepper(const Scene& scene) {
+  Result<SphereStepper> stepper = SphereStepper::create(sphereWorld(scene));
+  if (!stepper) return Error{scene.name + ": " + stepper.error().message};
+  return stepper;
 }
 
 Result<std::vector<ImpulseEvent>> sceneEvents(const Scene& scene) {

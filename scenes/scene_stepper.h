@@ -6,6 +6,7 @@
 
 #include "audio/impulse_event.h"
 #include "audio/result.h"
+#include "native/sphere_stepper.h"
 #include "scenes/scene.h"
 
 namespace carom {
@@ -26,6 +27,9 @@ class SceneStepper {
 /// The stepper that scene.stepper asks for, at the scene's start. Refuses what that stepper cannot
 /// do.
 Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene);
+
+/// The native stepper at the scene's start, whatever scene.stepper asks for.
+Result<SphereStepper> nativeStepper(const Scene& scene);
 
 /// Every event of the scene up to its duration, in order of time.
 Result<std::vector<ImpulseEvent>> sceneEvents(const Scene& scene);

@@ -27,14 +27,18 @@ class BitHash {
 
 }  // namespace
 
-std::uint64_t trajectoryHash() {
+SphereWorld trajectoryHashWorld() {
   SphereWorld world = gasInBox(3, 0.9, 7);
   world.gravity = {0.3, -9.81, 0.1};
   const Vec3 slant(0.48, 0.8, 0.36);
   world.planes.push_back({kFirstPlane + 6, slant, -0.146, 0.7});
-  SphereStepper stepper = stepperOf(world);
+  return world;
+}
+
+std::uint64_t trajectoryHash() {
+  SphereStepper stepper = stepperOf(trajectoryHashWorld());
   BitHash hash;
-  for (const ImpulseEvent& event : stepper.advanceTo(2.0)) {
+  for (const ImpulseEvent& event : stepper.advanceTo(kTrajectoryHashTime)) {
     hash.add(event.time);
     hash.add(event.impulse);
     hash.add(event.position);

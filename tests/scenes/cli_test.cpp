@@ -128,6 +128,13 @@ TEST_F(Cli, UsageErrorsAre2) {
   expectRefused({"render"}, 2);
   expectRefused({"info"}, 2);
   expectRefused({"compare"}, 2);
+  expectRefused({"record"}, 2);
+  expectRefused({"record", scene}, 2);
+  expectRefused({"record", library("bouncing_ball"), "-o", ""}, 2);
+  expectRefused({"record", library("bouncing_ball"), "-o", at("run.carom"), "--stepper", "bullet"},
+                2);
+  expectRefused({"replay"}, 2);
+  expectRefused({"replay", scene}, 2);
   expectRefused({"render", scene}, 2);
   expectRefused({"render", scene, "-o"}, 2);
   expectRefused({"render", scene, "-o", ""}, 2);
@@ -279,14 +286,15 @@ TEST_F(Cli, UsageErrorsNameTheWrongWord) {
   EXPECT_NE(carom({"frobnicate"}).err.find("frobnicate"), std::string::npos);
   EXPECT_NE(carom({"info", library("two_balls"), "--verbose"}).err.find("--verbose"),
             std::string::npos);
-  EXPECT_NE(carom({}).err.find("expected render, info or compare"), std::string::npos);
+  EXPECT_NE(carom({}).err.find("expected render, info, compare, record or replay"),
+            std::string::npos);
 }
 
 // Help
 
 TEST_F(Cli, HelpOfEveryCommandHasAnExample) {
   EXPECT_EQ(carom({"--help"}).code, 0);
-  for (const std::string command : {"render", "info", "compare"}) {
+  for (const std::string command : {"render", "info", "compare", "record"}) {
     EXPECT_NE(carom({"--help"}).out.find("\n  " + command + " "), std::string::npos);
     const Outcome help = carom({command, "--help"});
     EXPECT_EQ(help.code, 0);
@@ -312,13 +320,16 @@ std::vector<std::vector<std::string>> examplesOf(const std::string& command) {
 }
 
 TEST_F(Cli, ExamplesInTheHelpWorkAsTheyStand) {
-  for (const std::string command : {"render", "info", "compare"}) {
+  const std::string run = at("marbles.carom");
+  ASSERT_EQ(carom({"record", library("marbles_in_a_box"), "-o", run}).code, 0);
+  for (const std::string command : {"render", "info", "compare", "record", "replay"}) {
     const auto examples = examplesOf(command);
     ASSERT_FALSE(examples.empty());
     for (std::vector<std::string> example : examples) {
       for (std::string& word : example) {
         if (word.starts_with("scenes/")) word = (fs::path(CAROM_SOURCE_DIR) / word).string();
-        if (word.ends_with(".wav") || word.ends_with(".csv")) word = at(word);
+        if (word.ends_with(".wav") || word.ends_with(".csv") || word.ends_with(".carom"))
+          word = at(word);
       }
       const Outcome outcome = carom(example);
       EXPECT_EQ(outcome.code, 0) << outcome.err;
@@ -355,6 +366,109 @@ TEST_F(Cli, RenderJsonIsOneObjectWithTheDocumentedKeys) {
     for (const json& entry : plan.at("left_out"))
       EXPECT_TRUE(entry.at("stage").is_string() && entry.at("why").is_string());
   }
+}
+
+// Record and replay
+
+TEST_F(Cli, ReplayOfARecordedSceneIsTheRenderedSceneByteForByte) {
+  const std::string scene = library("marbles_in_a_room");  // with a head, from a file
+  const std::string run = at("run.carom");
+  ASSERT_EQ(carom({"render", scene, "-o", at("sound.wav"), "--events", at("a.csv")}).code, 0);
+  ASSERT_EQ(carom({"record", scene, "-o", run}).code, 0);
+  const Outcome outcome = carom({"replay", run, "-o", at("again.wav"), "--events", at("b.csv")});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_TRUE(contents(at("sound.wav")) == contents(at("again.wav")));
+  EXPECT_TRUE(contents(at("a.csv")) == contents(at("b.csv")));
+}
+
+TEST_F(Cli, ReplayForOtherListenersIsTheSceneWithThem) {
+  json scene = json::parse(contents(libraryFile("bouncing_ball")));
+  scene["listeners"] = {{{"position", {-0.5, 0.25, 0.0}}}, {{"position", {1.0, 2.0, -3.0}}}};
+  ASSERT_EQ(carom({"render", fileWith(scene.dump()), "-o", at("moved.wav")}).code, 0);
+  const std::string run = at("run.carom");
+  ASSERT_EQ(carom({"record", library("bouncing_ball"), "-o", run}).code, 0);
+  const Outcome outcome = carom({"replay", run, "-o", at("replayed.wav"), "--listener",
+                                 "-0.5,0.25,0", "--listener", "1,2,-3"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_TRUE(contents(at("moved.wav")) == contents(at("replayed.wav")));
+}
+
+TEST_F(Cli, RecordAndInfoJsonSayTheSameOfARecording) {
+  const std::string run = at("run.carom");
+  const json report = parsed(carom({"record", library("bouncing_ball"), "-o", run, "--json"}));
+  EXPECT_EQ(report.at("file"), run);
+  EXPECT_EQ(report.at("bytes"), fs::file_size(run));
+  EXPECT_EQ(report.at("duration_s"), 4.0);
+  EXPECT_EQ(report.at("spheres"), 1);
+  EXPECT_EQ(report.at("collisions"), 28);
+  EXPECT_GE(report.at("segments").get<int>(), 29);
+  EXPECT_EQ(report.at("trajectory_hash").get<std::string>().size(), 16U);
+  EXPECT_GT(report.at("wall_s").get<double>(), 0.0);
+  json inside = parsed(carom({"info", run, "--json"}));
+  EXPECT_EQ(inside.at("name"), "bouncing_ball");
+  for (const auto& [key, value] : inside.at("recording").items())
+    EXPECT_EQ(value, report.at(key)) << key;
+  EXPECT_EQ(carom({"info", run}).code, 0);
+}
+
+TEST_F(Cli, BadRecordingsAre2AndTheMessageNamesThem) {
+  const std::string run = at("run.carom");
+  ASSERT_EQ(carom({"record", library("bouncing_ball"), "-o", run}).code, 0);
+  std::string damaged = contents(run);
+  damaged[damaged.size() / 2] ^= 1;
+  std::ofstream(folder_ / "damaged.carom", std::ios::binary) << damaged;
+  const std::size_t before = folder_.entries();
+  for (const std::string& file : {at("missing.carom"), folder_.path().string(),
+                                  library("bouncing_ball"), at("damaged.carom")}) {
+    const std::string message = expectRefused({"replay", file, "-o", at("sound.wav")}, 2);
+    EXPECT_NE(message.find(file), std::string::npos) << message;
+  }
+  expectRefused({"info", at("damaged.carom")}, 2);
+  EXPECT_EQ(folder_.entries(), before);
+}
+
+TEST_F(Cli, ReplayRefusesTimesAndPlacesThatAreNone) {
+  const std::string run = at("run.carom");
+  ASSERT_EQ(carom({"record", library("bouncing_ball"), "-o", run}).code, 0);
+  const std::vector<std::string> replay = {"replay", run, "-o", at("sound.wav")};
+  for (const std::vector<std::string>& options : {std::vector<std::string>{"--from", "4"},
+                                                  {"--from", "nan"},
+                                                  {"--from", "-1"},
+                                                  {"--to", "0"},
+                                                  {"--from", "2", "--to", "1"},
+                                                  {"--to", "inf"},
+                                                  {"--listener", "1,2"},
+                                                  {"--listener", "1,2,3,4"},
+                                                  {"--listener", "1,2,x"},
+                                                  {"--listener", "1,2,nan"},
+                                                  {"--listener", ""},
+                                                  {"--listener", "1,2,3,"},
+                                                  {"--step", "0.01"}}) {
+    std::vector<std::string> command = replay;
+    command.insert(command.end(), options.begin(), options.end());
+    const std::string message = expectRefused(command, 2);
+    EXPECT_NE(message.find(options.front()), std::string::npos) << message;
+  }
+  expectRefused({"replay", run, "-o", run}, 2);
+  EXPECT_EQ(folder_.entries(), 1U);
+}
+
+TEST_F(Cli, ABulletSceneIsRecordedOnlyOnTheNativeStepper) {
+  const std::string scene = library("two_balls");
+  const std::string message = expectRefused({"record", scene, "-o", at("run.carom")}, 2);
+  EXPECT_NE(message.find("--stepper native"), std::string::npos) << message;
+  EXPECT_EQ(folder_.entries(), 0U);
+  EXPECT_EQ(carom({"record", scene, "-o", at("run.carom"), "--stepper", "native"}).code, 0);
+}
+
+TEST_F(Cli, ARecordingThatCannotBeWrittenIs1AndNothingIsLeft) {
+  const std::string scene = library("marbles_in_a_box");
+  expectRefused({"record", scene, "-o", at("no/run.carom")}, 1);
+  const Outcome outcome = carom({"record", scene, "-o", at("run.carom")}, {.largestFile = 16'384});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.err.find(at("run.carom")), std::string::npos) << outcome.err;
+  EXPECT_EQ(folder_.entries(), 0U);
+  expectRefused({"record", scene, "-o", scene}, 2);
 }
 
 TEST_F(Cli, CompareJsonIsOneObjectWithTheDocumentedKeys) {
