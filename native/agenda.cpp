@@ -8,7 +8,9 @@
 namespace carom {
 namespace {
 
-constexpr double kRounding = 1e-9;  ///< what certainly covers it
+constexpr double kRounding = 1e-9;     ///< what certainly covers it
+constexpr double kResolution = 4e-16;  ///< of a time: its seconds without the rest
+constexpr double kTieReach = 1e-9;  ///< of the radius: what a sphere moves between contacts at once
 
 std::vector<Vec3> positionsOf(const Bodies& bodies) {
   std::vector<Vec3> positions;
@@ -105,8 +107,33 @@ struct Agenda::Search {
   Vec3 pull;      ///< m/s^2
   double radius;  ///< m
   Instant now;
+  double window;  ///< s, within which contacts may be one
   Contact best;
+  double limit = kNever;  ///< s, what is later is neither before the best one nor tied with it
+  bool tied = false;
 
+  Search(std::uint32_t searcher, const Bodies& bodies, const Instant& from, const Contact& known)
+      : sphere(searcher),
+        motion(bodies.motions[searcher]),
+        pull(bodies.accelerations[searcher]),
+        radius(bodies.radii[searcher]),
+        now(from),
+        window(0.0),
+        best(known) {
+    const Vec3& velocity = motion.velocity;
+    const double speed = std::abs(velocity.x()) + std::abs(velocity.y()) + std::abs(velocity.z());
+    window = kResolution * now.seconds;  // of a sphere at rest those that come decide
+    if (speed > 0.0) window += kTieReach * radius / speed;
+    limit = best.time.seconds + window;
+  }
+  void prefer(const Contact& contact, bool withAnother) {
+    best = contact;
+    limit = best.time.seconds + window;
+    tied = withAnother;
+  }
+  bool together(const Instant& one, const Instant& other) const {
+    return std::abs(one.seconds - other.seconds) <= window;
+  }
   /// m, as far as it may get before its best contact.
   double way() const {
     const double time = elapsed(motion.since, best.time);
@@ -128,14 +155,18 @@ void Agenda::lookForWalls(Search& search) const {
         bodies_.height(search.sphere, wall, motion.position, motion.since), velocity, pull);
     if (wait > soonest || wait == kNever) continue;
     const Instant time = std::max(after(motion.since, wait), search.now);
-    Contact& best = search.best;
-    if (best.time < time || (best.time == time && wall.plane.id > idOf(best))) continue;
-    best = {time, static_cast<std::uint32_t>(bodies_.count() + index), 0};
-    soonest = elapsed(motion.since, time) * (1.0 + kRounding);
+    const Contact& best = search.best;
+    if (best.time < time || (best.time == time && wall.plane.id > idOf(best))) {
+      search.tied = search.tied || search.together(time, best.time);
+      continue;
+    }
+    search.prefer({time, static_cast<std::uint32_t>(bodies_.count() + index), 0},
+                  search.together(time, best.time));
+    soonest = elapsed(motion.since, time) * (1.0 + kRounding) + search.window;
   }
 }
 
-inline void Agenda::lookAt(std::uint32_t other, Search& search) const {
+inline void Agenda::lookAt(std::uint32_t other, Search& search) {
   const Motion& otherMotion = bodies_.motions[other];
   const double radiusSum = search.radius + (radius_ > 0.0 ? radius_ : bodies_.radii[other]);
   Instant time;
@@ -150,20 +181,54 @@ inline void Agenda::lookAt(std::uint32_t other, Search& search) const {
 }
 
 /// A contact with a sphere, which may be the best so far.
-void Agenda::offer(const Contact& contact, Search& search) const {
+void Agenda::offer(const Contact& contact, Search& search) {
+  const double seconds = contact.time.seconds;
+  if (search.limit < seconds) return;
   const Contact& best = search.best;
-  if (best.time < contact.time) return;
-  if (best.time == contact.time && idOf(contact) >= idOf(best)) return;
-  // A partner that is due earlier looks for this sphere itself after that contact.
-  if (contact.time < futures_[contact.partner].contact.time) search.best = contact;
+  const Contact& other = futures_[contact.partner].contact;
+  const double clear = seconds + search.window;
+  if (clear < best.time.seconds && clear < other.time.seconds) {
+    search.prefer(contact, false);
+    return;
+  }
+  if (other.time.seconds < seconds - search.window) return;  // it looks for this sphere itself
+  offerLate(contact, search);
+}
+
+/// As above, of one that is not before all others by more than what may be a tie.
+void Agenda::offerLate(const Contact& contact, Search& search) {
+  const Contact& best = search.best;
+  const Contact& other = futures_[contact.partner].contact;
+  const bool tied = other.partner != search.sphere && search.together(contact.time, other.time);
+  if (tied) tie(contact.partner);
+  if (best.time < contact.time || (best.time == contact.time && idOf(contact) >= idOf(best))) {
+    if (contact.partner != best.partner && search.together(contact.time, best.time))
+      search.tied = true;
+    return;
+  }
+  // A partner that is due earlier looks for this sphere itself after that contact; but what it
+  // knows of may be this very contact.
+  const bool known = other.partner == search.sphere && other.time == contact.time &&
+                     other.partnerChanges == futures_[search.sphere].changes;
+  if (contact.time < other.time || known)
+    search.prefer(contact, tied || search.together(contact.time, best.time));
+}
+
+/// The sphere's next contact may be one of several at its instant.
+void Agenda::tie(std::uint32_t sphere) {
+  Future& future = futures_[sphere];
+  future.tied = true;
+  const std::uint32_t partner = future.contact.partner;
+  if (partner < bodies_.count() && futures_[partner].contact.partner == sphere)
+    futures_[partner].tied = true;
 }
 
 /// Looks at all those that `visitAll` visits, as long as they may be sooner than the best.
 template <class VisitAll>
-void Agenda::lookAround(const Vec3& position, Search& search, const VisitAll& visitAll) const {
+void Agenda::lookAround(const Vec3& position, Search& search, const VisitAll& visitAll) {
   const CellGrid::Probe probe{position, search.radius, search.way()};
   struct Look {
-    const Agenda& agenda;
+    Agenda& agenda;
     Search& search;
     void operator()(std::uint32_t other) const { agenda.lookAt(other, search); }
     void soon(std::uint32_t other) const { __builtin_prefetch(&agenda.bodies_.motions[other]); }
@@ -173,9 +238,7 @@ void Agenda::lookAround(const Vec3& position, Search& search, const VisitAll& vi
 
 void Agenda::predict(std::uint32_t sphere, const Instant& now) {
   const Motion present = bodies_.at(sphere, now);
-  Search search{
-      sphere, bodies_.motions[sphere], bodies_.accelerations[sphere], bodies_.radii[sphere], now,
-      {}};
+  Search search(sphere, bodies_, now, {});
   search.best.time = turnOf(sphere);  // what is later is predicted anew then
   lookForWalls(search);
   // Whom it met last it often meets next, and soon, as while it hops: nobody later is looked at.
@@ -187,6 +250,7 @@ void Agenda::predict(std::uint32_t sphere, const Instant& now) {
   predictCrossing(sphere, present);
   if (search.best.partner == kNobody) search.best.time = Instant::never();
   futures_[sphere].contact = search.best;
+  futures_[sphere].tied = search.tied || search.together(now, search.best.time);
   claim(sphere, search.best);
   schedule(sphere);
 }
@@ -207,15 +271,16 @@ void Agenda::cross(std::uint32_t sphere, const Instant& now) {
   const Motion motion = bodies_.at(sphere, now);
   grid_.cross(sphere, crossing);
   predictCrossing(sphere, motion);
-  Search search{
-      sphere, bodies_.motions[sphere], bodies_.accelerations[sphere], bodies_.radii[sphere],
-      now,    future.contact};
+  Search search(sphere, bodies_, now, future.contact);
   lookAround(motion.position, search, [&](const CellGrid::Probe& probe, const auto& visit) {
     grid_.visitNew(sphere, crossing, probe, visit);
   });
   if (search.best.time < future.contact.time) {
     future.contact = search.best;
+    future.tied = search.tied;
     claim(sphere, search.best);
+  } else if (search.tied) {
+    tie(sphere);
   }
   schedule(sphere);
 }
@@ -224,6 +289,7 @@ void Agenda::cross(std::uint32_t sphere, const Instant& now) {
 void Agenda::claim(std::uint32_t sphere, const Contact& found) {
   if (found.partner >= bodies_.count()) return;
   futures_[found.partner].contact = {found.time, sphere, futures_[sphere].changes};
+  futures_[found.partner].tied = futures_[sphere].tied;
   schedule(found.partner);
 }
 

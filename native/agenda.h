@@ -47,6 +47,9 @@ class Agenda {
     return turns_[sphere] < future.contact.time && turns_[sphere] < future.crossing;
   }
   const Contact& contact(std::uint32_t sphere) const { return futures_[sphere].contact; }
+  /// Whether the contact may be one of several at its instant: another of one of the two is due
+  /// within kTieReach of it, or it has been found due at once.
+  bool tied(std::uint32_t sphere) const { return futures_[sphere].tied; }
   /// Whether the contact's partner, a sphere, still moves as it did when this was predicted.
   bool upToDate(const Contact& contact) const;
 
@@ -80,14 +83,17 @@ class Agenda {
     std::uint32_t lastPartner = kNobody;
     std::uint8_t axis = 0;
     bool up = false;
+    bool tied = false;
   };
 
   void lookForWalls(Search& search) const;
-  void lookAt(std::uint32_t other, Search& search) const;
-  void offer(const Contact& contact, Search& search) const;
+  void lookAt(std::uint32_t other, Search& search);
+  void offer(const Contact& contact, Search& search);
+  void offerLate(const Contact& contact, Search& search);
   BodyId idOf(const Contact& contact) const;
   template <class VisitAll>
-  void lookAround(const Vec3& position, Search& search, const VisitAll& visitAll) const;
+  void lookAround(const Vec3& position, Search& search, const VisitAll& visitAll);
+  void tie(std::uint32_t sphere);
   void predictCrossing(std::uint32_t sphere, const Motion& motion);
   void claim(std::uint32_t sphere, const Contact& found);
   void schedule(std::uint32_t sphere);

@@ -90,6 +90,7 @@ SphereStepper::Simulation::Simulation(const SphereWorld& world)
     substance.mass = sphere.mass;
     substance.restitution = sphere.restitution;
     substance.surface = sphere.surface;
+    if (world.simultaneous == Simultaneous::hertz) stiffnesses_.push_back(sphere.stiffness);
   }
   takeMechanics(world);
   grantFirstHops();
@@ -119,6 +120,7 @@ void SphereStepper::Simulation::step(std::uint32_t sphere) {
     return;
   }
   const Agenda::Contact contact = agenda_.contact(sphere);
+  tied_ = agenda_.tied(sphere);
   if (contact.partner >= sphereCount()) {
     meetWall(sphere, static_cast<std::uint32_t>(contact.partner - sphereCount()));
   } else if (agenda_.upToDate(contact)) {
@@ -180,7 +182,7 @@ void SphereStepper::Simulation::meetSphere(std::uint32_t sphere, std::uint32_t o
       wake(sphere);
       wake(other);
     }
-    collide(pair);
+    if (!meetTogether(sphere, other)) collide(pair);
   } else if (pair.approachSpeed > 0.0 || pull(sphere, other, pair.normal) > 0.0) {
     pair.approachSpeed = std::max(pair.approachSpeed, 0.0);
     touch(pair);
@@ -295,6 +297,11 @@ void SphereStepper::Simulation::meetWall(std::uint32_t sphere, std::uint32_t ind
   const Motion motion = bodies_.at(sphere, now_);
   const Vec3& normal = wall.plane.normal;
   const double approachSpeed = wall.speed - dotInOrder(normal, motion.velocity);
+  if (approachSpeed > 0.0 && approachSpeed >= restSpeed(sphere) &&
+      meetTogether(sphere, static_cast<std::uint32_t>(sphereCount() + index))) {
+    predictChanged();
+    return;
+  }
   // Where rounding has turned the last of a slow approach round, gravity still presses.
   if (approachSpeed >= 0.0 || bodies_.alongNormal(normal, bodies_.accelerations[sphere]) < 0.0) {
     noteContact(sphere, motion);
@@ -332,7 +339,9 @@ void SphereStepper::Simulation::bounce(std::uint32_t sphere, Motion motion, std:
     motion.velocity += impulse * give.yield;
     drag(give, impulse);
   } else {
-    motion.velocity += (approachSpeed + rebound) * normal;
+    // What is held does not leave either, be it by the rounding of a speed that has vanished.
+    const double onto = wall.speed - dotInOrder(normal, motion.velocity);
+    motion.velocity += (rebound == 0.0 ? onto : approachSpeed + rebound) * normal;
   }
   if (rebound == 0.0) hold(sphere, motion, index);
   leave(sphere, motion);

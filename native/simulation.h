@@ -100,6 +100,25 @@ class SphereStepper::Simulation {
   void rebase(std::uint32_t sphere, const Motion& motion);
   double restitutionOf(std::uint32_t sphere, std::uint32_t other, double approachSpeed) const;
   double wallRestitution(std::uint32_t sphere, const Plane& plane, double approachSpeed) const;
+
+  // Several contacts at one instant: simultaneous.cpp.
+  struct Cluster;
+  bool meetTogether(std::uint32_t sphere, std::uint32_t partner) {
+    return (tied_ || !stiffnesses_.empty()) && resolveCluster(sphere, partner);
+  }
+  bool resolveCluster(std::uint32_t sphere, std::uint32_t partner);
+  Cluster clusterAt(std::uint32_t sphere, std::uint32_t partner) const;
+  void gather(Cluster& cluster) const;
+  bool meets(std::uint32_t sphere, const Vec3& position, std::uint32_t other) const;
+  void describe(Cluster& cluster) const;
+  double clusterRestitution(std::uint32_t sphere, std::uint32_t partner,
+                            double approachSpeed) const;
+  double hertzStiffness(std::uint32_t sphere, std::uint32_t partner) const;
+  bool wakeHit(const Cluster& cluster);
+  void reportCluster(const Cluster& cluster);
+  bool applyCluster(const Cluster& cluster);
+  void settleRods(std::uint32_t group);
+
   void report(const Side& first, const Side& second, const Impact& impact);
   void predictChanged();
   void record(std::uint32_t sphere);
@@ -155,6 +174,8 @@ class SphereStepper::Simulation {
   std::vector<SphereFriction> frictions_;  ///< by sphere; empty where nothing spins
   std::vector<RestitutionLaw> laws_;       ///< by sphere; empty where all are constant
   Agenda agenda_;
+  std::vector<double> stiffnesses_;     ///< Pa, by sphere; empty but for Simultaneous::hertz
+  bool tied_ = false;                   ///< the contact at hand may be one of several
   std::vector<std::uint32_t> changed_;  ///< spheres whose motion has, since the last prediction
   Instant now_;                         ///< of the contact at hand
   double time_ = 0.0;                   ///< s, where advanceTo stopped

@@ -37,9 +37,17 @@ struct SphereStepperCounters {
 ///
 /// Model. Free flight on a parabola; an instantaneous impulse along the normal,
 ///     j = (1 + e) m v,   v the approach speed,   1/m = 1/m1 + 1/m2 (a plane has 1/m2 = 0),
-/// with e that of the pair (RestitutionTable::of). Contacts at one instant are resolved one after
-/// the other, in the order of body ids, as often as it takes. Not modelled: friction, spin, moving
-/// planes, drag, forces of lasting contacts.
+/// with e that of the pair (RestitutionTable::of). Not modelled: friction, spin, moving planes,
+/// drag, forces of lasting contacts.
+///
+/// Simultaneous contacts. A reported contact that may be tied with another one of its spheres, or
+/// that follows from a contact at the same instant, is resolved together with all that touch, from
+/// sphere to sphere, within 1e-9 of the smaller radius: as SphereWorld::simultaneous says
+/// (cluster.h). With Simultaneous::hertz every reported contact is. Each contact that gets an
+/// impulse is one collision, all at one time, in order of ids, with its total impulse; its approach
+/// speed is its own or, if greater, that of a pair by itself that needs this impulse. What sleeps
+/// gives way only if it is hit as hard as wakes it. Slower contacts than restSpeed, and contacts at
+/// one instant that share neither a sphere nor a cause, go one after the other, by ids.
 ///
 /// Method. As in event-driven molecular dynamics (Alder and Wainwright 1959; one queue entry per
 /// sphere after Lubachevsky 1991, J. Comput. Phys. 94, 255): every sphere keeps its state at its

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "audio/impulse_event.h"
@@ -23,14 +24,15 @@ struct SphereFriction {
 /// A rigid, homogeneous sphere.
 struct Sphere {
   BodyId id = 0;
-  double radius = 0.0;            ///< m, > 0
-  double mass = 0.0;              ///< kg, > 0
-  double restitution = 1.0;       ///< 0 to 1; a pair has combinedRestitution of both, or ...
-  Vec3 position = Vec3::Zero();   ///< m, world frame, centre, at time 0
-  Vec3 velocity = Vec3::Zero();   ///< m/s, world frame, at time 0
-  SurfaceId surface = 0;          ///< ... what SphereWorld::restitutions holds for their surfaces
+  double radius = 0.0;           ///< m, > 0
+  double mass = 0.0;             ///< kg, > 0
+  double restitution = 1.0;      ///< 0 to 1; a pair has combinedRestitution of both, or ...
+  Vec3 position = Vec3::Zero();  ///< m, world frame, centre, at time 0
+  Vec3 velocity = Vec3::Zero();  ///< m/s, world frame, at time 0
+  SurfaceId surface = 0;         ///< ... what SphereWorld::restitutions holds for their surfaces
   RestitutionLaw restitutionLaw = {};  ///< of its own restitution; pairs in the table are constant
   SphereFriction friction = {};
+  double stiffness = 0.0;  ///< Pa, E / (1 - nu^2): only read, and > 0, with Simultaneous::hertz
 };
 
 /// A half-space that nothing can push; the spheres are on the side its normal points to.
@@ -44,7 +46,8 @@ struct Plane {
   /// itself is felt through friction alone. The offset is that at time 0.
   Vec3 velocity = Vec3::Zero();
   RestitutionLaw restitutionLaw = {};  ///< of its own restitution
-  double friction = 0.0;          ///< 1, >= 0, Coulomb's
+  double friction = 0.0;               ///< 1, >= 0, Coulomb's
+  double stiffness = 0.0;              ///< Pa, as of a Sphere
 };
 
 /// The other end of a spring or rod that is held fast in space.
@@ -84,6 +87,14 @@ struct Drag {
   Vec3 wind = Vec3::Zero();  ///< m/s
 };
 
+/// How contacts at one instant are resolved that share bodies: a ball that hits two, a ball in a
+/// corner, touching balls in a row. Bodies touch that are less than 1e-9 of the smaller radius
+/// apart. See SphereStepper.
+enum class Simultaneous : std::uint8_t {
+  reflections,  ///< as Generalized Reflections (reflectCluster): the impulses of rigid bodies
+  hertz         ///< by following the forces of elastic contacts (followHertz): costs some ms each
+};
+
 struct SphereWorld {
   Vec3 gravity = Vec3::Zero();  ///< m/s^2, the same for every sphere
   std::vector<Sphere> spheres;
@@ -99,6 +110,7 @@ struct SphereWorld {
   /// m/s, >= 0. A contact that approaches more slowly is rest, and not reported: see SphereStepper.
   /// Zero reports and damps every contact.
   double restSpeed = 0.005;
+  Simultaneous simultaneous = Simultaneous::reflections;
 };
 
 }  // namespace carom

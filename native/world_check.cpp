@@ -222,6 +222,19 @@ Problem checkJoints(const SphereWorld& world) {
   return {};
 }
 
+Problem checkStiffness(const SphereWorld& world) {
+  if (world.simultaneous != Simultaneous::hertz) return {};
+  for (const Sphere& sphere : world.spheres) {
+    if (Problem problem = checkPositive(name(sphere), "stiffness", "Pa", sphere.stiffness))
+      return problem;
+  }
+  for (const Plane& plane : world.planes) {
+    if (Problem problem = checkPositive(name(plane), "stiffness", "Pa", plane.stiffness))
+      return problem;
+  }
+  return {};
+}
+
 Problem checkBodies(const SphereWorld& world) {
   for (const Sphere& sphere : world.spheres) {
     if (Problem problem = checkSphere(sphere)) return problem;
@@ -235,7 +248,8 @@ Problem checkBodies(const SphereWorld& world) {
 }  // namespace
 
 Result<SphereWorld> checkedWorld(SphereWorld world) {
-  for (const auto check : {checkSettings, checkBodies, checkIds, checkForces, checkJoints}) {
+  for (const auto check :
+       {checkSettings, checkBodies, checkStiffness, checkIds, checkForces, checkJoints}) {
     if (Problem problem = check(world)) return *problem;
   }
   for (Plane& plane : world.planes) {
