@@ -11,6 +11,7 @@ namespace {
 constexpr double kRounding = 1e-9;     ///< what certainly covers it
 constexpr double kResolution = 4e-16;  ///< of a time: its seconds without the rest
 constexpr double kTieReach = 1e-9;  ///< of the radius: what a sphere moves between contacts at once
+constexpr double kHeightRounding = 1e-15;  ///< of the coordinates, of a height
 
 std::vector<Vec3> positionsOf(const Bodies& bodies) {
   std::vector<Vec3> positions;
@@ -96,8 +97,10 @@ void Agenda::forget(std::uint32_t sphere) {
 BodyId Agenda::idOf(const Contact& contact) const {
   if (contact.partner == kNobody) return kNobody;
   const std::size_t count = bodies_.count();
-  return contact.partner < count ? bodies_.ids[contact.partner]
-                                 : bodies_.walls[contact.partner - count].plane.id;
+  if (contact.partner < count) return bodies_.ids[contact.partner];
+  const std::size_t index = contact.partner - count;
+  const std::size_t walls = bodies_.walls.size();
+  return index < walls ? bodies_.walls[index].plane.id : bodies_.solids[index - walls].box.id;
 }
 
 /// The search for the next contact of one sphere: what it reads again and again, in one place.
@@ -145,7 +148,7 @@ void Agenda::lookForWalls(Search& search) const {
   const Motion& motion = search.motion;
   const Holds& holds = bodies_.holds[search.sphere];
   double soonest = kNever;  // since the motion's beginning, a little later than the best
-  for (std::uint32_t index = 0; index < bodies_.walls.size(); ++index) {
+  for (std::uint32_t index = 0; index < bodies_.steady; ++index) {
     const Wall& wall = bodies_.walls[index];
     const Vec3& normal = wall.plane.normal;
     const double pull = bodies_.alongNormal(normal, search.pull);
@@ -163,6 +166,58 @@ void Agenda::lookForWalls(Search& search) const {
     search.prefer({time, static_cast<std::uint32_t>(bodies_.count() + index), 0},
                   search.together(time, best.time));
     soonest = elapsed(motion.since, time) * (1.0 + kRounding) + search.window;
+  }
+}
+
+/// A contact with a wall or a box, or a border, `wait` after the motion's beginning.
+void Agenda::offerImmovable(double wait, std::uint32_t index, Search& search) const {
+  if (wait == kNever) return;
+  const auto partner = static_cast<std::uint32_t>(bodies_.count() + index);
+  const Contact contact{std::max(after(search.motion.since, wait), search.now), partner, 0};
+  const Contact& best = search.best;
+  if (best.time < contact.time) return;
+  if (best.time == contact.time && idOf(best) < idOf(contact)) return;
+  search.best = contact;
+}
+
+void Agenda::lookForShakenWalls(Search& search) const {
+  const Motion& motion = search.motion;
+  for (std::uint32_t index = bodies_.steady; index < bodies_.faces; ++index) {
+    const Wall& wall = bodies_.walls[index];
+    const Vec3& normal = wall.plane.normal;
+    const double middle = bodies_.height(search.sphere, wall, motion.position, motion.since);
+    const double size = std::abs(dotInOrder(normal, motion.position)) +
+                        std::abs(wall.plane.offset) + search.radius +
+                        std::abs(wall.oscillation.amplitude);
+    const SmoothHeight smooth{middle, dotInOrder(normal, motion.velocity) - wall.speed,
+                              bodies_.alongNormal(normal, search.pull), kHeightRounding * size};
+    const double horizon = elapsed(motion.since, search.best.time) * (1.0 + kRounding);
+    offerImmovable(oscillatingContactTime(smooth, wall.oscillation, motion.since, horizon), index,
+                   search);
+  }
+}
+
+void Agenda::lookForBoxes(Search& search) const {
+  const Motion& motion = search.motion;
+  const auto walls = static_cast<std::uint32_t>(bodies_.walls.size());
+  const Holds& holds = bodies_.holds[search.sphere];
+  for (std::uint32_t index = 0; index < bodies_.solids.size(); ++index) {
+    const Solid& solid = bodies_.solids[index];
+    const double horizon = elapsed(motion.since, search.best.time) * (1.0 + kRounding);
+    const Vec3 separation = motion.position - solid.centreAt(motion.since);
+    const double way = horizon * (lengthOf(motion.velocity - solid.box.velocity) +
+                                  horizon * lengthOf(search.pull));
+    const double reach = (solid.reach + search.radius + way) * (1.0 + kRounding);
+    if (dotInOrder(separation, separation) > reach * reach) continue;
+    const BoxPath path = bodies_.pathBy(solid, motion, search.pull);
+    const std::uint32_t face = holds.faceOf(solid.firstFace);
+    if (face != Holds::kNone) {
+      const double exit = faceExitTime(solid.box.halfExtents, path, face - solid.firstFace);
+      offerImmovable(exit, face, search);
+    } else {
+      const double wait = boxContactTime(solid.box.halfExtents, path, search.radius, horizon);
+      offerImmovable(wait, walls + index, search);
+    }
   }
 }
 
@@ -241,6 +296,8 @@ void Agenda::predict(std::uint32_t sphere, const Instant& now) {
   Search search(sphere, bodies_, now, {});
   search.best.time = turnOf(sphere);  // what is later is predicted anew then
   lookForWalls(search);
+  if (bodies_.steady < bodies_.faces) lookForShakenWalls(search);
+  if (!bodies_.solids.empty()) lookForBoxes(search);
   // Whom it met last it often meets next, and soon, as while it hops: nobody later is looked at.
   const std::uint32_t last = futures_[sphere].lastPartner;
   if (bodies_.apart > 0 && last < bodies_.count()) lookAt(last, search);
@@ -272,8 +329,10 @@ void Agenda::cross(std::uint32_t sphere, const Instant& now) {
   grid_.cross(sphere, crossing);
   predictCrossing(sphere, motion);
   Search search(sphere, bodies_, now, future.contact);
+  // Not only at cells that are new: who predicted last may have left out the cell that the sphere
+  // comes from as too far, and reckons with it here from now on.
   lookAround(motion.position, search, [&](const CellGrid::Probe& probe, const auto& visit) {
-    grid_.visitNew(sphere, crossing, probe, visit);
+    grid_.visitNear(sphere, probe, visit);
   });
   if (search.best.time < future.contact.time) {
     future.contact = search.best;
@@ -319,7 +378,8 @@ bool Agenda::validate(std::uint32_t sphere, double time, std::string* why) const
     return fail("the queue has another time than its next contact, crossing or turn");
   if (future.contact.time < motion.since) return fail("next contact is before its last");
   if (future.contact.time.seconds <= time && time > 0.0) return fail("a contact is overdue");
-  const bool partner = future.contact.partner < bodies_.count() + bodies_.walls.size();
+  const bool partner =
+      future.contact.partner < bodies_.count() + bodies_.walls.size() + bodies_.solids.size();
   if (partner == (future.contact.time == Instant::never()))
     return fail("partner and time of the next contact disagree");
   const Vec3 position = bodies_.at(sphere, {time, 0.0}).position;

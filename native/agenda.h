@@ -27,7 +27,9 @@ class Agenda {
 
   struct Contact {
     Instant time = Instant::never();
-    std::uint32_t partner = kNobody;   ///< a sphere, or the number of spheres + a wall
+    /// A sphere; after those a wall; after those a box. A box's face (a wall) means that the
+    /// sphere, which holds it, comes to its border.
+    std::uint32_t partner = kNobody;
     std::uint32_t partnerChanges = 0;  ///< how many the partner had had when it was predicted
   };
 
@@ -87,6 +89,9 @@ class Agenda {
   };
 
   void lookForWalls(Search& search) const;
+  void lookForShakenWalls(Search& search) const;
+  void lookForBoxes(Search& search) const;
+  void offerImmovable(double wait, std::uint32_t index, Search& search) const;
   void lookAt(std::uint32_t other, Search& search);
   void offer(const Contact& contact, Search& search);
   void offerLate(const Contact& contact, Search& search);

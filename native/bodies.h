@@ -7,22 +7,47 @@
 #include <span>
 #include <vector>
 
+#include "native/box_contact.h"
 #include "native/contact_time.h"
 #include "native/motion.h"
+#include "native/shaking.h"
 #include "native/sphere_world.h"
 
 namespace carom {
 
-/// A plane as the search for contacts reads it.
+/// A plane as the search for contacts reads it, or a face of a box.
 struct Wall {
   Plane plane;
-  double speed = 0.0;  ///< m/s, along its normal
+  double speed = 0.0;            ///< m/s, along its normal, steadily
+  Oscillation oscillation = {};  ///< besides, of those that shake
+  std::uint32_t box = kNoBox;    ///< whose face it is
+
+  static constexpr std::uint32_t kNoBox = 0xFFFFFFFF;
+
+  bool shakes() const { return oscillation.amplitude != 0.0; }
+};
+
+/// A box as the search for contacts reads it.
+struct Solid {
+  Box box;
+  std::array<Vec3, 3> axes;     ///< unit, world frame
+  double reach = 0.0;           ///< m, of its farthest corner from its centre
+  std::uint32_t firstFace = 0;  ///< of the walls: its six faces follow, numbered as in BoxNearest
+
+  Vec3 centreAt(const Instant& instant) const {
+    return box.centre + elapsed(Instant{}, instant) * box.velocity;
+  }
+  Vec3 toWorld(const Vec3& vector) const {
+    return vector.x() * axes[0] + vector.y() * axes[1] + vector.z() * axes[2];
+  }
 };
 
 /// The walls that a sphere touches and does not leave: it moves along them, and is not predicted to
 /// meet them.
 struct Holds {
   static constexpr std::size_t kMost = 3;
+  static constexpr std::uint32_t kFaces = 6;  ///< of a box
+  static constexpr std::uint32_t kNone = 0xFFFFFFFF;
 
   std::array<std::uint32_t, kMost> walls{};
   std::uint32_t count = 0;
@@ -34,6 +59,20 @@ struct Holds {
     }
     return false;
   }
+  /// The wall that is held among the six faces from this one on, or kNone.
+  std::uint32_t faceOf(std::uint32_t firstFace) const {
+    for (const std::uint32_t held : all()) {
+      if (held >= firstFace && held < firstFace + kFaces) return held;
+    }
+    return kNone;
+  }
+  void drop(std::uint32_t wall) {
+    std::uint32_t kept = 0;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      if (walls[k] != wall) walls[kept++] = walls[k];
+    }
+    count = kept;
+  }
 };
 
 /// What moves, and in what. Spheres are in order of their ids. Internal to native/.
@@ -44,7 +83,10 @@ struct Bodies {
   std::vector<Holds> holds;         ///< by sphere
   std::vector<double> radii;        ///< m, by sphere
   std::vector<BodyId> ids;          ///< by sphere, ascending
-  std::vector<Wall> walls;
+  std::vector<Wall> walls;          ///< planes that do not shake, planes that do, faces
+  std::uint32_t steady = 0;         ///< walls before the first that shakes
+  std::uint32_t faces = 0;          ///< walls before the first face of a box
+  std::vector<Solid> solids;
   double level = 0.0;     ///< m/s^2: what is less along a normal is rounding
   std::size_t apart = 0;  ///< how many spheres have another acceleration than gravity
 
@@ -65,6 +107,23 @@ struct Bodies {
     const double height =
         dotInOrder(wall.plane.normal, position) - wall.plane.offset - radii[sphere];
     return wall.speed == 0.0 ? height : height - wall.speed * elapsed(Instant{}, instant);
+  }
+  /// m, as above, of a wall that may shake.
+  double clearance(std::size_t sphere, const Wall& wall, const Vec3& position,
+                   const Instant& instant) const {
+    const double smooth = height(sphere, wall, position, instant);
+    if (!wall.shakes()) return smooth;
+    return smooth - wall.oscillation.amplitude * wall.oscillation.at(instant).sine;
+  }
+  BoxNearest nearest(const Solid& solid, const Vec3& position, const Instant& instant) const {
+    return nearestOf(solid.box.halfExtents, along(solid.axes, position - solid.centreAt(instant)));
+  }
+  /// Of a sphere in the frame of a box, from the beginning of its motion.
+  BoxPath pathBy(const Solid& solid, const Motion& motion, const Vec3& acceleration) const {
+    return {along(solid.axes, motion.position - solid.centreAt(motion.since)),
+            along(solid.axes, motion.velocity - solid.box.velocity),
+            {alongNormal(solid.axes[0], acceleration), alongNormal(solid.axes[1], acceleration),
+             alongNormal(solid.axes[2], acceleration)}};
   }
   /// m/s^2, along a normal; 0 where only rounding makes it another.
   double alongNormal(const Vec3& normal, const Vec3& acceleration) const {

@@ -26,13 +26,12 @@ void SphereStepper::Simulation::takeMechanics(const SphereWorld& world) {
   if (linkage_.groupCount() > 0) pulls_.assign(sphereCount(), bodies_.gravity);
   for (std::uint32_t group = 0; group < linkage_.groupCount(); ++group)
     restarts_.push_back(group);
-  const bool lawful = std::ranges::any_of(world.spheres,
-                                          [](const Sphere& sphere) {
-                                            return sphere.restitutionLaw.law != SpeedLaw::constant;
-                                          }) ||
-                      std::ranges::any_of(world.planes, [](const Plane& plane) {
-                        return plane.restitutionLaw.law != SpeedLaw::constant;
-                      });
+  const auto isLawful = [](const auto& body) {
+    return body.restitutionLaw.law != SpeedLaw::constant;
+  };
+  const bool lawful = std::ranges::any_of(world.spheres, isLawful) ||
+                      std::ranges::any_of(world.planes, isLawful) ||
+                      std::ranges::any_of(world.boxes, isLawful);
   const bool spinning = std::ranges::any_of(world.spheres, [](const Sphere& sphere) {
     return sphere.friction.sliding > 0.0 || sphere.friction.spin != Vec3::Zero();
   });

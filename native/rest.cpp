@@ -220,16 +220,23 @@ std::vector<std::uint32_t> SphereStepper::Simulation::calmNeighbours(std::uint32
   return found;
 }
 
-/// Whether walls at rest, sleeping spheres and the candidates (in order) that it touches carry it.
+/// Whether walls and boxes at rest, sleeping spheres and the candidates (in order) that it touches
+/// carry it.
 bool SphereStepper::Simulation::carried(std::uint32_t sphere,
                                         std::span<const std::uint32_t> candidates) const {
   std::array<Vec3, kMostSurfaces> normals;
   std::size_t count = 0;
   const Vec3 position = bodies_.at(sphere, now_).position;
   const double gap = touchingGap(bodies_.radii[sphere]);
-  for (const Wall& wall : bodies_.walls) {
+  for (const Wall& wall : std::span(bodies_.walls).first(bodies_.steady)) {
     if (count == normals.size() || wall.speed != 0.0) continue;
     if (bodies_.height(sphere, wall, position, now_) <= gap) normals[count++] = wall.plane.normal;
+  }
+  for (const Solid& solid : bodies_.solids) {
+    if (count == normals.size() || solid.box.velocity != Vec3::Zero()) continue;
+    const BoxNearest nearest = bodies_.nearest(solid, position, now_);
+    if (nearest.distance - bodies_.radii[sphere] <= gap)
+      normals[count++] = solid.toWorld(nearest.normal);
   }
   agenda_.visitNear(sphere, position, gap, [&](std::uint32_t other) {
     if (count == normals.size() || !touches(sphere, position, other)) return;

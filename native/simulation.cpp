@@ -52,12 +52,52 @@ std::vector<std::uint32_t> byId(const std::vector<Sphere>& spheres) {
   return listed;
 }
 
+Wall wallOf(const Plane& plane) {
+  return {plane,
+          dotInOrder(plane.normal, plane.velocity),
+          {dotInOrder(plane.normal, plane.shaking.amplitude), plane.shaking.frequency,
+           plane.shaking.phase / kWholeTurn}};
+}
+
+/// The box, and its faces among the walls.
+void addBox(const Box& box, Bodies& bodies) {
+  Solid solid{box, columnsOf(box.orientation), lengthOf(box.halfExtents),
+              static_cast<std::uint32_t>(bodies.walls.size())};
+  for (std::size_t axis = 0; axis < solid.axes.size(); ++axis) {
+    for (const double side : {1.0, -1.0}) {
+      const Vec3 normal = side * solid.axes[axis];
+      const double offset =
+          dotInOrder(normal, box.centre) + box.halfExtents[static_cast<Eigen::Index>(axis)];
+      Plane plane{box.id, normal, offset, box.restitution, box.surface, box.velocity};
+      plane.restitutionLaw = box.restitutionLaw;
+      plane.friction = box.friction;
+      plane.stiffness = box.stiffness;
+      Wall face = wallOf(plane);
+      face.box = static_cast<std::uint32_t>(bodies.solids.size());
+      bodies.walls.push_back(face);
+    }
+  }
+  bodies.solids.push_back(solid);
+}
+
+void addWalls(const SphereWorld& world, Bodies& bodies) {
+  for (const bool shaken : {false, true}) {
+    for (const Plane& plane : world.planes) {
+      const Wall wall = wallOf(plane);
+      if (wall.shakes() == shaken) bodies.walls.push_back(wall);
+    }
+    if (!shaken) bodies.steady = static_cast<std::uint32_t>(bodies.walls.size());
+  }
+  bodies.faces = static_cast<std::uint32_t>(bodies.walls.size());
+  for (const Box& box : world.boxes)
+    addBox(box, bodies);
+}
+
 Bodies bodiesOf(const SphereWorld& world) {
   Bodies bodies;
   bodies.gravity = world.gravity;
   bodies.level = kLevel * lengthOf(world.gravity);
-  for (const Plane& plane : world.planes)
-    bodies.walls.push_back({plane, dotInOrder(plane.normal, plane.velocity)});
+  addWalls(world, bodies);
   const std::size_t count = world.spheres.size();
   bodies.motions.reserve(count);
   bodies.radii.reserve(count);
@@ -122,7 +162,7 @@ void SphereStepper::Simulation::step(std::uint32_t sphere) {
   const Agenda::Contact contact = agenda_.contact(sphere);
   tied_ = agenda_.tied(sphere);
   if (contact.partner >= sphereCount()) {
-    meetWall(sphere, static_cast<std::uint32_t>(contact.partner - sphereCount()));
+    meetImmovable(sphere, static_cast<std::uint32_t>(contact.partner - sphereCount()));
   } else if (agenda_.upToDate(contact)) {
     meetSphere(std::min(sphere, contact.partner), std::max(sphere, contact.partner));
   } else {
@@ -291,6 +331,19 @@ void SphereStepper::Simulation::touch(const Pair& pair) {
 
 // ---- Walls
 
+/// A wall, or after those a box.
+void SphereStepper::Simulation::meetImmovable(std::uint32_t sphere, std::uint32_t index) {
+  if (index < bodies_.steady) {
+    meetWall(sphere, index);
+  } else if (index < bodies_.faces) {
+    meetShaken(sphere, index);
+  } else if (index < bodies_.walls.size()) {
+    passBorder(sphere, index);
+  } else {
+    meetBox(sphere, static_cast<std::uint32_t>(index - bodies_.walls.size()));
+  }
+}
+
 void SphereStepper::Simulation::meetWall(std::uint32_t sphere, std::uint32_t index) {
   wake(sphere);
   const Wall& wall = bodies_.walls[index];
@@ -420,12 +473,23 @@ bool SphereStepper::Simulation::validateApart(std::size_t sphere, std::string* w
       return fail(why, name + ": overlaps sphere " + std::to_string(bodies_.ids[other]));
     }
   }
-  for (const Wall& wall : bodies_.walls) {
-    const double height = bodies_.height(sphere, wall, present.position, present.since);
-    const double allowed = kOverlapTolerance * bodies_.radii[sphere] + rounding;
-    if (height < -allowed) {
+  return validateOutside(sphere, why);
+}
+
+/// Of planes and boxes.
+bool SphereStepper::Simulation::validateOutside(std::size_t sphere, std::string* why) const {
+  const std::string name = "sphere " + std::to_string(bodies_.ids[sphere]);
+  const Motion present = motionAtTime(sphere);
+  const double allowed = kOverlapTolerance * bodies_.radii[sphere] +
+                         kRoundingTolerance * present.position.cwiseAbs().maxCoeff();
+  for (const Wall& wall : std::span(bodies_.walls).first(bodies_.faces)) {
+    if (bodies_.clearance(sphere, wall, present.position, present.since) < -allowed)
       return fail(why, name + ": overlaps plane " + std::to_string(wall.plane.id));
-    }
+  }
+  for (const Solid& solid : bodies_.solids) {
+    const BoxNearest nearest = bodies_.nearest(solid, present.position, present.since);
+    if (nearest.distance < bodies_.radii[sphere] - allowed)
+      return fail(why, name + ": overlaps box " + std::to_string(solid.box.id));
   }
   return true;
 }

@@ -84,6 +84,11 @@ class SphereStepper::Simulation {
     Vec3 otherYield = Vec3::Zero();
     std::vector<std::pair<std::uint32_t, Vec3>> others;  ///< that rods connect with them
   };
+  /// Off an edge or corner.
+  struct EdgeHop {
+    double rebound = 0.0;   ///< m/s
+    double sideways = 1.0;  ///< what remains of the speed across the normal
+  };
 
   Motion motionAtTime(std::size_t sphere) const { return bodies_.at(sphere, {time_, 0.0}); }
 
@@ -95,6 +100,7 @@ class SphereStepper::Simulation {
   void takeMechanics(const SphereWorld& world);
   void touch(const Pair& pair);
   void meetWall(std::uint32_t sphere, std::uint32_t index);
+  void meetImmovable(std::uint32_t sphere, std::uint32_t index);
   void bounce(std::uint32_t sphere, Motion motion, std::uint32_t index, double approachSpeed);
   void leave(std::uint32_t sphere, const Motion& motion);
   void rebase(std::uint32_t sphere, const Motion& motion);
@@ -118,6 +124,18 @@ class SphereStepper::Simulation {
   void reportCluster(const Cluster& cluster);
   bool applyCluster(const Cluster& cluster);
   void settleRods(std::uint32_t group);
+
+  // Surfaces that are finite or shake: surfaces.cpp.
+  void meetBox(std::uint32_t sphere, std::uint32_t index);
+  void meetEdge(std::uint32_t sphere, const Solid& solid, const Vec3& normal);
+  void strikeEdge(std::uint32_t sphere, const Solid& solid, const Impact& impact, Motion& motion);
+  void touchEdge(std::uint32_t sphere, const Solid& solid, const Impact& impact, Motion& motion);
+  Vec3 sidewaysOf(std::uint32_t sphere, const Vec3& velocity, const Vec3& normal) const;
+  EdgeHop edgeHop(std::uint32_t sphere, const Impact& impact, double mass, double square);
+  void passBorder(std::uint32_t sphere, std::uint32_t face);
+  void meetShaken(std::uint32_t sphere, std::uint32_t index);
+  void bounceOffShaken(std::uint32_t sphere, std::uint32_t index, const Impact& impact,
+                       double pressed, Motion& motion);
 
   void report(const Side& first, const Side& second, const Impact& impact);
   void predictChanged();
@@ -161,6 +179,7 @@ class SphereStepper::Simulation {
 
   bool validateSphere(std::size_t sphere, std::string* why) const;
   bool validateApart(std::size_t sphere, std::string* why) const;
+  bool validateOutside(std::size_t sphere, std::string* why) const;
 
   RestitutionTable restitutions_;
   double restSpeed_;                  ///< m/s

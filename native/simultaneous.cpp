@@ -110,7 +110,7 @@ void SphereStepper::Simulation::gather(Cluster& cluster) const {
     if (substances_[at].asleep) continue;
     const Vec3 position = bodies_.at(at, now_).position;
     const double reach = kTouching * bodies_.radii[at];
-    for (std::uint32_t index = 0; index < bodies_.walls.size(); ++index) {
+    for (std::uint32_t index = 0; index < bodies_.steady; ++index) {
       if (bodies_.height(at, bodies_.walls[index], position, now_) <= reach)
         cluster.touches.push_back({at, static_cast<std::uint32_t>(sphereCount() + index), 0});
     }

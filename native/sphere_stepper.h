@@ -37,8 +37,7 @@ struct SphereStepperCounters {
 ///
 /// Model. Free flight on a parabola; an instantaneous impulse along the normal,
 ///     j = (1 + e) m v,   v the approach speed,   1/m = 1/m1 + 1/m2 (a plane has 1/m2 = 0),
-/// with e that of the pair (RestitutionTable::of). Not modelled: friction, spin, moving planes,
-/// drag, forces of lasting contacts.
+/// with e that of the pair (RestitutionTable::of). Not modelled: forces of lasting contacts.
 ///
 /// Simultaneous contacts. A reported contact that may be tied with another one of its spheres, or
 /// that follows from a contact at the same instant, is resolved together with all that touch, from
@@ -55,6 +54,19 @@ struct SphereStepperCounters {
 /// anew, its two partners only. A prediction against a partner that has collided since is told by
 /// the partner's count of contacts, and made again when it is due. Predicting looks at all other
 /// spheres, so a contact costs O(N) and memory is O(N).
+///
+/// Boxes. In the frame of a box a sphere's path is a parabola, and the distance from the box is a
+/// polynomial between the planes of its faces: see boxContactTime. The normal is that from the
+/// nearest point, and `otherRadius` in an event 0 at an edge or corner. A box's face holds a sphere
+/// like a plane does, up to its border, whose time is predicted: there the sphere goes round the
+/// edge. A slow contact with an edge or corner is elastic, and a hop of at least 20 us where the
+/// sphere is pressed on: paid for like hops on spheres, otherwise by its own motion sideways.
+///
+/// Shaking. A plane may move steadily, and in a sine besides: contacts with it are found by
+/// conservative advancement, see oscillatingContactTime. It holds nothing: what lies there follows
+/// it in hops of 0.5 ms, which are rest and not reported, and is thrown where the plane falls away
+/// faster than gravity. Hops on it that gravity and the plane make within 20 us are rest whatever
+/// restSpeed is. Energy never grows but for what surfaces that move put in.
 ///
 /// Rest. A contact that approaches more slowly than restSpeed is elastic and is not reported. So a
 /// reported contact with e < 1 takes at least (1 - e^2) m restSpeed^2 / 2 from the energy, there

@@ -35,6 +35,13 @@ struct Sphere {
   double stiffness = 0.0;  ///< Pa, E / (1 - nu^2): only read, and > 0, with Simultaneous::hertz
 };
 
+/// A harmonic motion about a place: amplitude sin(2 pi frequency t + phase).
+struct Shaking {
+  Vec3 amplitude = Vec3::Zero();  ///< m, world frame, as a vector; zero: none
+  double frequency = 0.0;         ///< Hz, > 0 where there is an amplitude
+  double phase = 0.0;             ///< rad, at time 0
+};
+
 /// A half-space that nothing can push; the spheres are on the side its normal points to.
 struct Plane {
   BodyId id = 0;                ///< shares one set of ids with the spheres
@@ -45,8 +52,26 @@ struct Plane {
   /// m/s, world frame: a plane that is moved, and that no impact slows down. What it does along
   /// itself is felt through friction alone. The offset is that at time 0.
   Vec3 velocity = Vec3::Zero();
+  /// Besides: the offset is that of the middle. Of it, too, only what is along the normal is felt.
+  Shaking shaking = {};
   RestitutionLaw restitutionLaw = {};  ///< of its own restitution
-  double friction = 0.0;               ///< 1, >= 0, Coulomb's
+  double friction = 0.0;               ///< 1, >= 0, Coulomb's; not felt on a plane that shakes
+  double stiffness = 0.0;              ///< Pa, as of a Sphere
+};
+
+/// A solid box that nothing can push. With one half extent of 0 it is a rectangle, which has two
+/// faces; with two a needle, with three a point.
+struct Box {
+  BodyId id = 0;                        ///< shares one set of ids with spheres and planes
+  Vec3 centre = Vec3::Zero();           ///< m, world frame, at time 0
+  Vec3 halfExtents = Vec3::Ones();      ///< m, >= 0, along its own axes
+  Quat orientation = Quat::Identity();  ///< box to world; unit within 1e-9
+  double restitution = 1.0;             ///< 0 to 1
+  SurfaceId surface = 0;                ///< as of a Sphere
+  /// m/s, world frame: a box that is moved, and that no impact slows down or turns.
+  Vec3 velocity = Vec3::Zero();
+  RestitutionLaw restitutionLaw = {};  ///< of its own restitution
+  double friction = 0.0;               ///< 1, >= 0, Coulomb's, of its faces
   double stiffness = 0.0;              ///< Pa, as of a Sphere
 };
 
@@ -99,6 +124,7 @@ struct SphereWorld {
   Vec3 gravity = Vec3::Zero();  ///< m/s^2, the same for every sphere
   std::vector<Sphere> spheres;
   std::vector<Plane> planes;
+  std::vector<Box> boxes;
   RestitutionTable restitutions;  ///< of pairs of surfaces, instead of the mean of the two bodies
   std::vector<Spring> springs;
   std::vector<Rod> rods;

@@ -7,13 +7,15 @@
 #include <sstream>
 #include <utility>
 
+#include "native/box_contact.h"
 #include "native/cell_grid.h"
 #include "native/contact_time.h"
+#include "native/shaking.h"
 
 namespace carom {
 namespace {
 
-constexpr double kNormalTolerance = 1e-9;  ///< of the length of a plane's normal
+constexpr double kNormalTolerance = 1e-9;  ///< of the length of a normal or a quaternion
 
 using Problem = std::optional<Error>;
 
@@ -30,6 +32,9 @@ std::string name(const Sphere& sphere) {
 }
 std::string name(const Plane& plane) {
   return "plane " + std::to_string(plane.id);
+}
+std::string name(const Box& box) {
+  return "box " + std::to_string(box.id);
 }
 
 Problem checkPositive(const std::string& owner, const char* what, const char* unit, double value) {
@@ -83,6 +88,15 @@ Problem checkSphere(const Sphere& sphere) {
                   checkFriction(owner, sphere.friction), checkLaw(owner, sphere.restitutionLaw)});
 }
 
+Problem checkShaking(const std::string& owner, const Shaking& shaking) {
+  if (Problem problem = checkFinite(owner, "amplitude of shaking", shaking.amplitude))
+    return problem;
+  if (!std::isfinite(shaking.phase))
+    return error(owner, ": phase of shaking is ", shaking.phase, " rad; it must be finite");
+  if (shaking.amplitude == Vec3::Zero()) return {};
+  return checkPositive(owner, "frequency of shaking", "Hz", shaking.frequency);
+}
+
 Problem checkPlane(const Plane& plane) {
   const std::string owner = name(plane);
   if (Problem problem = firstOf({checkFinite(owner, "normal", plane.normal),
@@ -96,8 +110,33 @@ Problem checkPlane(const Plane& plane) {
   if (!(std::abs(length - 1.0) <= kNormalTolerance)) {
     return error(owner, ": normal has length ", length, "; it must be 1 within ", kNormalTolerance);
   }
-  if (std::isfinite(plane.offset)) return {};
-  return error(owner, ": offset is ", plane.offset, " m; it must be finite");
+  if (!std::isfinite(plane.offset))
+    return error(owner, ": offset is ", plane.offset, " m; it must be finite");
+  if (Problem problem = checkFinite(owner, "velocity", plane.velocity)) return problem;
+  return checkShaking(owner, plane.shaking);
+}
+
+double lengthOf(const Quat& orientation) {
+  return std::sqrt(orientation.w() * orientation.w() + orientation.x() * orientation.x() +
+                   orientation.y() * orientation.y() + orientation.z() * orientation.z());
+}
+
+Problem checkBox(const Box& box) {
+  const std::string owner = name(box);
+  if (Problem problem = firstOf({checkFinite(owner, "centre", box.centre),
+                                 checkFinite(owner, "halfExtents", box.halfExtents),
+                                 checkFinite(owner, "velocity", box.velocity),
+                                 checkRestitution(owner, box.restitution),
+                                 checkNotNegative(owner, "friction", "", box.friction),
+                                 checkLaw(owner, box.restitutionLaw)})) {
+    return problem;
+  }
+  const double least = box.halfExtents.minCoeff();
+  if (least < 0.0) return error(owner, ": a half extent is ", least, " m; it must not be below 0");
+  const double length = lengthOf(box.orientation);
+  if (std::abs(length - 1.0) <= kNormalTolerance) return {};
+  return error(owner, ": orientation has length ", length, "; it must be 1 within ",
+               kNormalTolerance);
 }
 
 Problem checkIds(const SphereWorld& world) {
@@ -106,12 +145,15 @@ Problem checkIds(const SphereWorld& world) {
     ids.push_back(sphere.id);
   for (const Plane& plane : world.planes)
     ids.push_back(plane.id);
+  for (const Box& box : world.boxes)
+    ids.push_back(box.id);
   std::sort(ids.begin(), ids.end());
   const auto twin = std::adjacent_find(ids.begin(), ids.end());
   if (ids.empty() || ids.back() == kAnchor)
     return ids.empty() ? Problem{} : error("id ", kAnchor, " means no body; ids must be below");
   if (twin == ids.end()) return {};
-  return error("id ", *twin, " is used twice; every sphere and plane must have an id of its own");
+  return error("id ", *twin,
+               " is used twice; every sphere, plane and box must have an id of its own");
 }
 
 Problem checkPairApart(const Sphere& sphere, const Sphere& other) {
@@ -125,13 +167,26 @@ Problem checkPairApart(const Sphere& sphere, const Sphere& other) {
 }
 
 Problem checkAbove(const Sphere& sphere, const Plane& plane) {
-  const double overlap = plane.offset + sphere.radius - dotInOrder(plane.normal, sphere.position);
+  const double shift = dotInOrder(plane.normal, plane.shaking.amplitude) *
+                       sineOfTurns(plane.shaking.phase / kWholeTurn).sine;
+  const double overlap =
+      plane.offset + shift + sphere.radius - dotInOrder(plane.normal, sphere.position);
   const double allowed = kTouchingOverlap * sphere.radius;
   if (overlap <= allowed) return {};
   return error(
       name(sphere), ": overlaps ", name(plane), " by ", overlap,
       " m at time 0; it must be on the side of the normal, and may reach below by at most ",
       allowed, " m");
+}
+
+Problem checkOutside(const Sphere& sphere, const Box& box) {
+  const Vec3 centre = along(columnsOf(box.orientation), sphere.position - box.centre);
+  const double overlap = sphere.radius - nearestOf(box.halfExtents, centre).distance;
+  const double allowed = kTouchingOverlap * sphere.radius;
+  if (overlap <= allowed) return {};
+  return error(name(sphere), ": overlaps ", name(box), " by ", overlap,
+               " m at time 0, or is inside; it must be outside, and may overlap by at most ",
+               allowed, " m");
 }
 
 Problem checkApart(const SphereWorld& world) {
@@ -151,6 +206,9 @@ Problem checkApart(const SphereWorld& world) {
     if (problem) return problem;
     for (const Plane& plane : world.planes) {
       if ((problem = checkAbove(world.spheres[sphere], plane))) return problem;
+    }
+    for (const Box& box : world.boxes) {
+      if ((problem = checkOutside(world.spheres[sphere], box))) return problem;
     }
   }
   return {};
@@ -228,6 +286,10 @@ Problem checkStiffness(const SphereWorld& world) {
     if (Problem problem = checkPositive(name(sphere), "stiffness", "Pa", sphere.stiffness))
       return problem;
   }
+  for (const Box& box : world.boxes) {
+    if (Problem problem = checkPositive(name(box), "stiffness", "Pa", box.stiffness))
+      return problem;
+  }
   for (const Plane& plane : world.planes) {
     if (Problem problem = checkPositive(name(plane), "stiffness", "Pa", plane.stiffness))
       return problem;
@@ -242,6 +304,9 @@ Problem checkBodies(const SphereWorld& world) {
   for (const Plane& plane : world.planes) {
     if (Problem problem = checkPlane(plane)) return problem;
   }
+  for (const Box& box : world.boxes) {
+    if (Problem problem = checkBox(box)) return problem;
+  }
   return {};
 }
 
@@ -254,6 +319,11 @@ Result<SphereWorld> checkedWorld(SphereWorld world) {
   }
   for (Plane& plane : world.planes) {
     plane.normal /= std::sqrt(dotInOrder(plane.normal, plane.normal));
+  }
+  for (Box& box : world.boxes) {
+    const double length = lengthOf(box.orientation);
+    for (double& part : box.orientation.coeffs())
+      part /= length;
   }
   if (Problem problem = checkApart(world)) return *problem;
   return world;

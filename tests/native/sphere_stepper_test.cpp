@@ -224,6 +224,22 @@ TEST(SphereStepper, GasKeepsEnergyOverAHundredThousandCollisions) {
   EXPECT_EQ(stepper.counters().restContacts, 0U);
 }
 
+/// A slow sphere that bounces looks at near cells alone. A fast one may come from farther away,
+/// over a cell that was near to both all the time.
+TEST(SphereStepper, FastSpheresMissNoSlowOneWhereverTheyCrossCells) {
+  for (const std::uint64_t seed : {165U, 249U}) {
+    SphereWorld world = gasInBox(3, 1.0, seed);
+    world.gravity = kEarthGravity;
+    for (Sphere& sphere : world.spheres)
+      sphere.velocity *= sphere.id % 3 == 0 ? 5.0 : 0.05;
+    SphereStepper stepper = stepperOf(world);
+    for (int step = 1; step <= 100; ++step) {
+      stepper.advanceTo(2e-4 * step);
+      ASSERT_TRUE(valid(stepper)) << seed << " " << step;
+    }
+  }
+}
+
 TEST(SphereStepper, MomentumChangesByTheImpulsesOfThePlanesOnly) {
   const SphereWorld world = gasInBox(6, 1.0, 4);
   SphereStepper stepper = stepperOf(world);
