@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "native/contact_time.h"
+#include "native/first_look.h"
 
 namespace carom {
 namespace {
@@ -31,11 +32,10 @@ const Instant& earlierOf(const Instant& one, const Instant& other) {
 
 /// Whether two spheres under the same acceleration touch, and the instant at which they first do;
 /// never before the later of the instants since which they move as they do.
-inline bool straightContact(const Motion& motion, const Motion& other, const Vec3& acceleration,
-                            double radiusSum, Instant& time) {
+bool straightContact(const Motion& motion, const Motion& other, const Vec3& acceleration,
+                     double radiusSum, Instant& time) {
   const double lag = elapsed(other.since, motion.since);
-  // The earlier one is taken to the instant of the later one. One axis after the other: Eigen's
-  // pairs cost more than they save.
+  // The earlier one is taken to the instant of the later one. FirstLook does the same.
   const bool later = lag >= 0.0;
   const Vec3& flown = later ? other.velocity : motion.velocity;
   const double half = later ? 0.5 * lag : -0.5 * lag;
@@ -77,11 +77,8 @@ Agenda::Agenda(const Bodies& bodies)
     : bodies_(bodies),
       grid_(positionsOf(bodies), bodies.radii),
       futures_(bodies.count()),
-      queue_(bodies.count()) {
-  const auto& radii = bodies.radii;
-  const bool equal = std::ranges::adjacent_find(radii, std::ranges::not_equal_to{}) == radii.end();
-  if (!radii.empty() && equal) radius_ = radii.front();
-}
+      flags_(bodies.count()),
+      queue_(bodies.count()) {}
 
 bool Agenda::upToDate(const Contact& contact) const {
   return contact.partnerChanges == futures_[contact.partner].changes;
@@ -112,7 +109,8 @@ struct Agenda::Search {
   Instant now;
   double window;  ///< s, within which contacts may be one
   Contact best;
-  double limit = kNever;  ///< s, what is later is neither before the best one nor tied with it
+  double limit = kNever;    ///< s, what is later is neither before the best one nor tied with it
+  double horizon = kNever;  ///< s, from the motion's beginning to `limit`
   bool tied = false;
 
   Search(std::uint32_t searcher, const Bodies& bodies, const Instant& from, const Contact& known)
@@ -121,17 +119,17 @@ struct Agenda::Search {
         pull(bodies.accelerations[searcher]),
         radius(bodies.radii[searcher]),
         now(from),
-        window(0.0),
-        best(known) {
+        window(0.0) {
     const Vec3& velocity = motion.velocity;
     const double speed = std::abs(velocity.x()) + std::abs(velocity.y()) + std::abs(velocity.z());
     window = kResolution * now.seconds;  // of a sphere at rest those that come decide
     if (speed > 0.0) window += kTieReach * radius / speed;
-    limit = best.time.seconds + window;
+    prefer(known, false);
   }
   void prefer(const Contact& contact, bool withAnother) {
     best = contact;
     limit = best.time.seconds + window;
+    horizon = elapsed(motion.since, best.time) + window;
     tied = withAnother;
   }
   bool together(const Instant& one, const Instant& other) const {
@@ -139,24 +137,26 @@ struct Agenda::Search {
   }
   /// m, as far as it may get before its best contact.
   double way() const {
-    const double time = elapsed(motion.since, best.time);
-    return time < kNever ? time * (lengthOf(motion.velocity) + time * lengthOf(pull)) : kNever;
+    return horizon < kNever ? horizon * (lengthOf(motion.velocity) + horizon * lengthOf(pull))
+                            : kNever;
   }
 };
 
 void Agenda::lookForWalls(Search& search) const {
   const Motion& motion = search.motion;
   const Holds& holds = bodies_.holds[search.sphere];
-  double soonest = kNever;  // since the motion's beginning, a little later than the best
+  const double way = search.way();
   for (std::uint32_t index = 0; index < bodies_.steady; ++index) {
     const Wall& wall = bodies_.walls[index];
     const Vec3& normal = wall.plane.normal;
+    const double height = bodies_.height(search.sphere, wall, motion.position, motion.since);
+    const double reach = wall.speed == 0.0 ? way : way + std::abs(wall.speed) * search.horizon;
+    if (height > reach * (1.0 + kRounding)) continue;  // it is not there before the best contact
     const double pull = bodies_.alongNormal(normal, search.pull);
     const double velocity = dotInOrder(normal, motion.velocity) - wall.speed;
     if ((velocity >= 0.0 && pull >= 0.0) || holds.has(index)) continue;
-    const double wait = planeContactTime(
-        bodies_.height(search.sphere, wall, motion.position, motion.since), velocity, pull);
-    if (wait > soonest || wait == kNever) continue;
+    const double wait = planeContactTime(height, velocity, pull);
+    if (wait == kNever) continue;
     const Instant time = std::max(after(motion.since, wait), search.now);
     const Contact& best = search.best;
     if (best.time < time || (best.time == time && wall.plane.id > idOf(best))) {
@@ -165,7 +165,6 @@ void Agenda::lookForWalls(Search& search) const {
     }
     search.prefer({time, static_cast<std::uint32_t>(bodies_.count() + index), 0},
                   search.together(time, best.time));
-    soonest = elapsed(motion.since, time) * (1.0 + kRounding) + search.window;
   }
 }
 
@@ -177,7 +176,7 @@ void Agenda::offerImmovable(double wait, std::uint32_t index, Search& search) co
   const Contact& best = search.best;
   if (best.time < contact.time) return;
   if (best.time == contact.time && idOf(best) < idOf(contact)) return;
-  search.best = contact;
+  search.prefer(contact, false);
 }
 
 void Agenda::lookForShakenWalls(Search& search) const {
@@ -221,18 +220,23 @@ void Agenda::lookForBoxes(Search& search) const {
   }
 }
 
-inline void Agenda::lookAt(std::uint32_t other, Search& search) {
-  const Motion& otherMotion = bodies_.motions[other];
-  const double radiusSum = search.radius + (radius_ > 0.0 ? radius_ : bodies_.radii[other]);
-  Instant time;
+void Agenda::lookAt(std::uint32_t other, Search& search) {
   if (bodies_.apart == 0 || search.pull == bodies_.accelerations[other]) {
-    if (!straightContact(search.motion, otherMotion, search.pull, radiusSum, time)) return;
-  } else {
-    time = curvedContact(search.motion, search.pull, otherMotion, bodies_.accelerations[other],
-                         radiusSum, search.best.time);
-    if (!(time < Instant::never())) return;
+    lookStraightAt(other, search);
+    return;
   }
-  offer({std::max(time, search.now), other, futures_[other].changes}, search);
+  const Instant time = curvedContact(search.motion, search.pull, bodies_.motions[other],
+                                     bodies_.accelerations[other],
+                                     search.radius + bodies_.radii[other], search.best.time);
+  if (time < Instant::never())
+    offer({std::max(time, search.now), other, futures_[other].changes}, search);
+}
+
+void Agenda::lookStraightAt(std::uint32_t other, Search& search) {
+  Instant time;
+  if (straightContact(search.motion, bodies_.motions[other], search.pull,
+                      search.radius + bodies_.radii[other], time))
+    offer({std::max(time, search.now), other, futures_[other].changes}, search);
 }
 
 /// A contact with a sphere, which may be the best so far.
@@ -271,43 +275,76 @@ void Agenda::offerLate(const Contact& contact, Search& search) {
 
 /// The sphere's next contact may be one of several at its instant.
 void Agenda::tie(std::uint32_t sphere) {
-  Future& future = futures_[sphere];
-  future.tied = true;
-  const std::uint32_t partner = future.contact.partner;
+  setTied(sphere, true);
+  const std::uint32_t partner = futures_[sphere].contact.partner;
   if (partner < bodies_.count() && futures_[partner].contact.partner == sphere)
-    futures_[partner].tied = true;
+    setTied(partner, true);
 }
 
-/// Looks at all those that `visitAll` visits, as long as they may be sooner than the best.
+struct Agenda::Look {
+  Agenda& agenda;
+  Search& search;
+  void operator()(std::uint32_t other) const { agenda.lookAt(other, search); }
+  void soon(std::uint32_t other) const { __builtin_prefetch(&agenda.bodies_.motions[other]); }
+};
+
+/// While all have the same acceleration.
+template <bool kPulled, bool kFresh>
+struct Agenda::LookStraight : Look {
+  using First = FirstLook<kPulled, kFresh>;
+  First first;
+
+  void both(std::uint32_t one, std::uint32_t two) const {
+    Agenda& all = this->agenda;
+    Search& mine = this->search;
+    const Bodies& bodies = all.bodies_;
+    const typename First::Two sums{mine.radius + bodies.radii[one],
+                                   mine.radius + bodies.radii[two]};
+    const unsigned may =
+        first.mayMeet(bodies.motions[one], bodies.motions[two], sums, mine.horizon);
+    if ((may & 1U) != 0) all.lookStraightAt(one, mine);
+    if ((may & 2U) != 0 && two != one) all.lookStraightAt(two, mine);
+  }
+};
+
+/// Looks at all those that `visitAll` visits. Cells out of its way are not left out: a sphere that
+/// comes from there into a nearer cell looks at new cells only, and would not find this one.
 template <class VisitAll>
 void Agenda::lookAround(const Vec3& position, Search& search, const VisitAll& visitAll) {
-  const CellGrid::Probe probe{position, search.radius, search.way()};
-  struct Look {
-    Agenda& agenda;
-    Search& search;
-    void operator()(std::uint32_t other) const { agenda.lookAt(other, search); }
-    void soon(std::uint32_t other) const { __builtin_prefetch(&agenda.bodies_.motions[other]); }
+  const CellGrid::Probe probe{position, search.radius};
+  const auto straight = [&]<bool kPulled, bool kFresh>() {
+    visitAll(probe, LookStraight<kPulled, kFresh>{{*this, search}, {search.motion, search.pull}});
   };
-  visitAll(probe, Look{*this, search});
+  const bool pulled = search.pull != Vec3::Zero();
+  const bool fresh = search.motion.since == search.now;
+  if (bodies_.apart > 0) {
+    visitAll(probe, Look{*this, search});
+  } else if (pulled) {
+    fresh ? straight.template operator()<true, true>()
+          : straight.template operator()<true, false>();
+  } else {
+    fresh ? straight.template operator()<false, true>()
+          : straight.template operator()<false, false>();
+  }
 }
 
 void Agenda::predict(std::uint32_t sphere, const Instant& now) {
   const Motion present = bodies_.at(sphere, now);
-  Search search(sphere, bodies_, now, {});
-  search.best.time = turnOf(sphere);  // what is later is predicted anew then
-  lookForWalls(search);
-  if (bodies_.steady < bodies_.faces) lookForShakenWalls(search);
-  if (!bodies_.solids.empty()) lookForBoxes(search);
+  // What is later than its turn is predicted anew then.
+  Search search(sphere, bodies_, now, {turnOf(sphere), kNobody, 0});
   // Whom it met last it often meets next, and soon, as while it hops: nobody later is looked at.
   const std::uint32_t last = futures_[sphere].lastPartner;
   if (bodies_.apart > 0 && last < bodies_.count()) lookAt(last, search);
   lookAround(present.position, search, [&](const CellGrid::Probe& probe, const auto& visit) {
     grid_.visitNear(sphere, probe, visit);
   });
+  lookForWalls(search);  // late: most are too far then
+  if (bodies_.steady < bodies_.faces) lookForShakenWalls(search);
+  if (!bodies_.solids.empty()) lookForBoxes(search);
   predictCrossing(sphere, present);
   if (search.best.partner == kNobody) search.best.time = Instant::never();
   futures_[sphere].contact = search.best;
-  futures_[sphere].tied = search.tied || search.together(now, search.best.time);
+  setTied(sphere, search.tied || search.together(now, search.best.time));
   claim(sphere, search.best);
   schedule(sphere);
 }
@@ -318,25 +355,24 @@ void Agenda::predictCrossing(std::uint32_t sphere, const Motion& motion) {
       grid_.nextCrossing(sphere, {motion.position, motion.velocity, bodies_.accelerations[sphere]});
   Future& future = futures_[sphere];
   future.crossing = after(motion.since, crossing.wait);
-  future.axis = crossing.axis;
-  future.up = crossing.up;
+  const unsigned face = 2U * crossing.axis + (crossing.up ? 1U : 0U);
+  flags_[sphere] = static_cast<std::uint8_t>((flags_[sphere] & kTied) | face);
 }
 
 void Agenda::cross(std::uint32_t sphere, const Instant& now) {
   Future& future = futures_[sphere];
-  const CellGrid::Crossing crossing{0.0, future.axis, future.up};
+  const unsigned face = flags_[sphere] & kFaces;
+  const CellGrid::Crossing crossing{0.0, static_cast<std::uint8_t>(face / 2), face % 2 == 1};
   const Motion motion = bodies_.at(sphere, now);
   grid_.cross(sphere, crossing);
   predictCrossing(sphere, motion);
   Search search(sphere, bodies_, now, future.contact);
-  // Not only at cells that are new: who predicted last may have left out the cell that the sphere
-  // comes from as too far, and reckons with it here from now on.
   lookAround(motion.position, search, [&](const CellGrid::Probe& probe, const auto& visit) {
-    grid_.visitNear(sphere, probe, visit);
+    grid_.visitNew(sphere, crossing, probe, visit);
   });
   if (search.best.time < future.contact.time) {
     future.contact = search.best;
-    future.tied = search.tied;
+    setTied(sphere, search.tied);
     claim(sphere, search.best);
   } else if (search.tied) {
     tie(sphere);
@@ -348,7 +384,7 @@ void Agenda::cross(std::uint32_t sphere, const Instant& now) {
 void Agenda::claim(std::uint32_t sphere, const Contact& found) {
   if (found.partner >= bodies_.count()) return;
   futures_[found.partner].contact = {found.time, sphere, futures_[sphere].changes};
-  futures_[found.partner].tied = futures_[sphere].tied;
+  setTied(found.partner, tied(sphere));
   schedule(found.partner);
 }
 

@@ -51,7 +51,7 @@ class Agenda {
   const Contact& contact(std::uint32_t sphere) const { return futures_[sphere].contact; }
   /// Whether the contact may be one of several at its instant: another of one of the two is due
   /// within kTieReach of it, or it has been found due at once.
-  bool tied(std::uint32_t sphere) const { return futures_[sphere].tied; }
+  bool tied(std::uint32_t sphere) const { return (flags_[sphere] & kTied) != 0; }
   /// Whether the contact's partner, a sphere, still moves as it did when this was predicted.
   bool upToDate(const Contact& contact) const;
 
@@ -77,15 +77,18 @@ class Agenda {
   bool queueValid() const { return queue_.valid(); }
 
  private:
+  static constexpr unsigned kFaces = 0x7F;
+  static constexpr unsigned kTied = 0x80;
+
   struct Search;
+  struct Look;
+  template <bool kPulled, bool kFresh>
+  struct LookStraight;
   struct Future {
     Contact contact;
     Instant crossing = Instant::never();
     std::uint32_t changes = 0;  ///< of motion; may wrap round: only compared for equality
     std::uint32_t lastPartner = kNobody;
-    std::uint8_t axis = 0;
-    bool up = false;
-    bool tied = false;
   };
 
   void lookForWalls(Search& search) const;
@@ -93,12 +96,17 @@ class Agenda {
   void lookForBoxes(Search& search) const;
   void offerImmovable(double wait, std::uint32_t index, Search& search) const;
   void lookAt(std::uint32_t other, Search& search);
+  void lookStraightAt(std::uint32_t other, Search& search);
   void offer(const Contact& contact, Search& search);
   void offerLate(const Contact& contact, Search& search);
   BodyId idOf(const Contact& contact) const;
   template <class VisitAll>
   void lookAround(const Vec3& position, Search& search, const VisitAll& visitAll);
   void tie(std::uint32_t sphere);
+  void setTied(std::uint32_t sphere, bool tied) {
+    const unsigned face = flags_[sphere] & kFaces;
+    flags_[sphere] = static_cast<std::uint8_t>(face | (tied ? kTied : 0U));
+  }
   void predictCrossing(std::uint32_t sphere, const Motion& motion);
   void claim(std::uint32_t sphere, const Contact& found);
   void schedule(std::uint32_t sphere);
@@ -107,10 +115,11 @@ class Agenda {
   }
 
   const Bodies& bodies_;
-  double radius_ = 0.0;  ///< m, of all spheres, if they are equal
   CellGrid grid_;
   std::vector<Future> futures_;  ///< by sphere
   std::vector<Instant> turns_;   ///< by sphere; empty until there is one
+  /// By sphere, through which face it leaves its cell: 2 axis + (1 if up); and kTied.
+  std::vector<std::uint8_t> flags_;
   ContactQueue queue_;
 };
 

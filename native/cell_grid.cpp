@@ -13,7 +13,11 @@ constexpr double kMargin = 1.0 + 1e-9;
 /// Where spheres are far apart, cells are so much of the mean distance wide: fewer crossings.
 constexpr double kOfSpacing = 0.5;
 constexpr int kLeastBits = 2;    ///< three neighbouring cells must be three
-constexpr int kMostLevels = 40;  ///< a ratio of the radii of 10^12
+constexpr int kMostLevels = 20;  ///< a ratio of the radii of 10^6; what is smaller shares the last
+constexpr int kMostTableBits = 30;
+constexpr int kMostCellBits = 30;  ///< of a cell's number
+constexpr int kCellBits = 20;      ///< so many are enough: who leaves them has left the others
+constexpr int kRoomBits = 2;       ///< but 2^2 times as many as the spheres take at first
 constexpr double kSlotsPerSphere = 4.0;
 
 struct Extent {
@@ -47,10 +51,18 @@ std::array<int, 3> tableBits(const Extent& extent, double width, std::size_t sph
     const double cells = (extent.high[at] - extent.low[at]) / width + 2.0;
     bits[axis] = std::max(kLeastBits, std::ilogb(std::min(cells, 1e9)) + 1);
   }
-  const int most = std::ilogb(kSlotsPerSphere * static_cast<double>(spheres)) + 1;
+  const int most =
+      std::min(std::ilogb(kSlotsPerSphere * static_cast<double>(spheres)) + 1, kMostTableBits);
   while (bits[0] + bits[1] + bits[2] > std::max(most, 3 * kLeastBits))
     --*std::max_element(bits.begin(), bits.end());
   return bits;
+}
+
+/// The power of two of cells of the coarsest level, from the middle, that are told apart.
+int cellBits(const Extent& extent, double width, int halvings) {
+  const double cells = (extent.high - extent.low).maxCoeff() / width + 1.0;
+  const int needed = std::ilogb(std::min(cells, 0x1p30)) + kRoomBits;
+  return std::min(std::max(needed, kCellBits), kMostCellBits - halvings);
 }
 
 }  // namespace
@@ -60,6 +72,7 @@ CellGrid::CellGrid(std::span<const Vec3> positions, std::span<const double> radi
   if (radii.size() <= kFewSpheres) return;
   const auto [least, largest] = std::ranges::minmax(radii);
   const Extent extent = extentOf(positions);
+  middle_ = 0.5 * extent.low + 0.5 * extent.high;
   const double spacing = kOfSpacing * meanSpacing(extent, 2.0 * largest, radii.size());
   // Widths are the largest one halved again and again, down to that of the smallest sphere.
   const double widest = std::max(2.0 * largest * kMargin, spacing);
@@ -74,6 +87,7 @@ CellGrid::CellGrid(std::span<const Vec3> positions, std::span<const double> radi
   std::array<std::size_t, kMostLevels + 1> populations{};
   for (const double radius : radii)
     ++populations[static_cast<std::size_t>(levelFor(radius))];
+  const int coarsestBits = cellBits(extent, widest, halvings);
   std::array<std::uint8_t, kMostLevels + 1> place{};
   std::size_t natives = 0;
   for (int level = 0; level <= halvings; ++level) {
@@ -84,9 +98,12 @@ CellGrid::CellGrid(std::span<const Vec3> positions, std::span<const double> radi
     Level& made = levels_.emplace_back();
     made.width = std::ldexp(widest, level - halvings);
     made.shift = level;
-    made.bits = tableBits(extent, made.width, natives);
-    made.shifts = {0, made.bits[0], made.bits[0] + made.bits[1]};
-    const std::size_t slots = std::size_t{1} << (made.bits[0] + made.bits[1] + made.bits[2]);
+    made.end = std::int32_t{1} << (coarsestBits + halvings - level);
+    const std::array<int, 3> bits = tableBits(extent, made.width, natives);
+    made.shifts = {0, bits[0], bits[0] + bits[1]};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      made.masks[axis] = ((Slot{1} << bits[axis]) - 1) << made.shifts[axis];
+    const std::size_t slots = std::size_t{1} << (bits[0] + bits[1] + bits[2]);
     made.natives.assign(slots, kNobody);
     if (levels_.size() > 1) made.visitors.assign(slots, kNobody);
     made.next.assign(radii.size(), kNobody);
@@ -96,14 +113,21 @@ CellGrid::CellGrid(std::span<const Vec3> positions, std::span<const double> radi
     const std::size_t home = place[static_cast<std::size_t>(levelFor(radii[sphere]))];
     levels_[home].largest = std::max(levels_[home].largest, radii[sphere]);
     levelOf_.push_back(static_cast<std::uint8_t>(home));
-    Cell cell;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      cell[axis] = static_cast<std::int64_t>(
-          std::floor(positions[sphere][static_cast<Eigen::Index>(axis)] / levels_[home].width));
-    cells_.push_back(cell);
+    cells_.push_back(cellOf(positions[sphere], levels_[home]));
     for (std::size_t level = home; level < levels_.size(); ++level)
       enter(sphere, level, cellAt(sphere, levels_[level]));
   }
+}
+
+CellGrid::Cell CellGrid::cellOf(const Vec3& position, const Level& level) const {
+  Cell cell;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto at = static_cast<Eigen::Index>(axis);
+    const double place = std::floor((position[at] - middle_[at]) / level.width);
+    cell[axis] = static_cast<std::int32_t>(
+        std::clamp(place, -static_cast<double>(level.end), static_cast<double>(level.end - 1)));
+  }
+  return cell;
 }
 
 std::vector<std::uint32_t>& CellGrid::heads(std::uint32_t sphere, std::size_t level) {
@@ -134,23 +158,25 @@ void CellGrid::leave(std::uint32_t sphere, std::size_t level, const Cell& cell) 
 CellGrid::Crossing CellGrid::nextCrossing(std::uint32_t sphere, const Course& course) const {
   Crossing crossing{kNever, 0, false};
   if (levels_.empty()) return crossing;
-  const double width = levels_[levelOf_[sphere]].width;
+  const Level& level = levels_[levelOf_[sphere]];
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto at = static_cast<Eigen::Index>(axis);
-    const auto cell = static_cast<double>(cells_[sphere][axis]);
-    const double low = course.position[at] - cell * width;
-    const double high = (cell + 1.0) * width - course.position[at];
+    const std::int32_t cell = cells_[sphere][axis];
+    const double low = course.position[at] - middle_[at] - static_cast<double>(cell) * level.width;
+    const double high = level.width - low;
     const double velocity = course.velocity[at];
     const double acceleration = course.acceleration[at];
+    const bool first = cell == -level.end;
+    const bool last = cell == level.end - 1;
     const auto consider = [&](double wait, bool up) {
       if (wait < crossing.wait) crossing = {wait, static_cast<std::uint8_t>(axis), up};
     };
     if (acceleration == 0.0) {
-      if (velocity > 0.0) consider(std::max(high, 0.0) / velocity, true);
-      if (velocity < 0.0) consider(std::max(low, 0.0) / -velocity, false);
+      if (velocity > 0.0 && !last) consider(std::max(high, 0.0) / velocity, true);
+      if (velocity < 0.0 && !first) consider(std::max(low, 0.0) / -velocity, false);
     } else {
-      consider(planeContactTime(low, velocity, acceleration), false);
-      consider(planeContactTime(high, -velocity, -acceleration), true);
+      if (!first) consider(planeContactTime(low, velocity, acceleration), false);
+      if (!last) consider(planeContactTime(high, -velocity, -acceleration), true);
     }
   }
   return crossing;
@@ -163,7 +189,7 @@ void CellGrid::cross(std::uint32_t sphere, const Crossing& crossing) {
   for (std::size_t level = home; level < levels_.size(); ++level) {
     const int shift = levels_[level].shift - levels_[home].shift;
     Cell from = before;
-    for (std::int64_t& part : from)
+    for (std::int32_t& part : from)
       part >>= shift;
     const Cell to = cellAt(sphere, levels_[level]);
     if (from == to) break;
@@ -175,10 +201,13 @@ void CellGrid::cross(std::uint32_t sphere, const Crossing& crossing) {
 bool CellGrid::holds(std::uint32_t sphere, const Vec3& position, double tolerance) const {
   if (levels_.empty()) return true;
   const std::size_t home = levelOf_[sphere];
+  const Level& own = levels_[home];
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double from = position[static_cast<Eigen::Index>(axis)] -
-                        static_cast<double>(cells_[sphere][axis]) * levels_[home].width;
-    if (!(from >= -tolerance && from <= levels_[home].width + tolerance)) return false;
+    const auto at = static_cast<Eigen::Index>(axis);
+    const std::int32_t cell = cells_[sphere][axis];
+    const double from = position[at] - middle_[at] - static_cast<double>(cell) * own.width;
+    if (cell != -own.end && !(from >= -tolerance)) return false;
+    if (cell != own.end - 1 && !(from <= own.width + tolerance)) return false;
   }
   for (std::size_t level = home; level < levels_.size(); ++level) {
     const Level& there = levels_[level];

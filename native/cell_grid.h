@@ -18,9 +18,11 @@ namespace carom {
 /// around it of each coarser level: so a large sphere finds the small ones near it without looking
 /// at all the small cells that it covers, and a small one finds the large ones.
 ///
-/// Space has no end: cells are counted from the origin in all directions, and share a table that
-/// repeats after a power of two of cells. What is far away may so be looked at in vain, but nothing
-/// near is missed. Few spheres have no grid at all: each is near every other, and never crosses.
+/// Cells are counted from the middle of the spheres, and share a table that repeats after a power
+/// of two of cells. What is far away may so be looked at in vain, but nothing near is missed. Space
+/// has no end: the last cells, some 10^6 from the middle, reach to infinity. So no position is too
+/// far, and what has flown away crosses no more; but a crowd out there is looked at as a whole.
+/// Few spheres have no grid at all: each is near every other, and never crosses.
 ///
 /// Internal to native/. Construction allocates, nothing else does.
 class CellGrid {
@@ -58,7 +60,8 @@ class CellGrid {
   };
 
   /// Calls visit(other) for all spheres that may touch this one on its way before either of them
-  /// crosses. Some come more than once where the table repeats.
+  /// crosses. Some come more than once where the table repeats. A visit that has them calls
+  /// soon(other) a while before, and both(one, other) for two at once, which may be the same.
   template <class Visit>
   void visitNear(std::uint32_t sphere, const Probe& probe, const Visit& visit) const;
   /// Those among them that were not, or may not have been, before the sphere crossed.
@@ -73,14 +76,16 @@ class CellGrid {
   bool holds(std::uint32_t sphere, const Vec3& position, double tolerance) const;
 
  private:
-  using Cell = std::array<std::int64_t, 3>;
+  using Cell = std::array<std::int32_t, 3>;
+  using Slot = std::uint32_t;  ///< three numbers of bits side by side, one of each axis
 
   struct Level {
     double width = 0.0;                   ///< m, of a cell
     double largest = 0.0;                 ///< m, the radius of its largest sphere
     int shift = 0;                        ///< 2^shift cells of the finest level make one of this
-    std::array<int, 3> bits{};            ///< the table repeats after 2^bits cells
+    std::int32_t end = 0;                 ///< the last cells are -end and end - 1
     std::array<int, 3> shifts{};          ///< of each axis in a slot
+    std::array<Slot, 3> masks{};          ///< of each axis in a slot: the table repeats after them
     std::vector<std::uint32_t> natives;   ///< by slot: the first sphere whose level this is
     std::vector<std::uint32_t> visitors;  ///< by slot: the first of a finer level
     std::vector<std::uint32_t> next;      ///< by sphere, in the same cell
@@ -94,20 +99,24 @@ class CellGrid {
     bool visitors = false;
   };
 
-  static std::size_t slotPart(const Level& level, std::size_t axis, std::int64_t cell);
-  static std::size_t slot(const Level& level, const Cell& cell);
+  static Slot slotPart(const Level& level, std::size_t axis, std::int32_t cell);
+  static Slot slot(const Level& level, const Cell& cell);
+  Cell cellOf(const Vec3& position, const Level& level) const;
   Cell cellAt(std::uint32_t sphere, const Level& level) const;
   void enter(std::uint32_t sphere, std::size_t level, const Cell& cell);
   void leave(std::uint32_t sphere, std::size_t level, const Cell& cell);
   std::vector<std::uint32_t>& heads(std::uint32_t sphere, std::size_t level);
 
   template <class Visit>
-  static void visitAll(std::span<const std::uint32_t> spheres, const Visit& visit);
-  template <class Visit>
   void visitCells(std::uint32_t sphere, const Level& level, const Cell& cell, const Range& range,
                   const Probe& probe, const Visit& visit) const;
+  template <class Visit>
+  static void visitLists(std::uint32_t sphere, const std::vector<std::uint32_t>& heads,
+                         const std::vector<std::uint32_t>& next, std::span<const Slot> cells,
+                         const Visit& visit);
 
   std::size_t sphereCount_ = 0;
+  Vec3 middle_ = Vec3::Zero();         ///< m, the corner of the cells 0
   std::vector<Level> levels_;          ///< the finest first
   std::vector<std::uint8_t> levelOf_;  ///< by sphere
   std::vector<Cell> cells_;            ///< by sphere, of its own level
@@ -115,27 +124,20 @@ class CellGrid {
 
 // ---- Visits are inlined: a stepper spends most of its time in them.
 
-inline std::size_t CellGrid::slotPart(const Level& level, std::size_t axis, std::int64_t cell) {
-  const auto mask = (std::uint64_t{1} << level.bits[axis]) - 1;
-  return (static_cast<std::uint64_t>(cell) & mask) << level.shifts[axis];
+inline CellGrid::Slot CellGrid::slotPart(const Level& level, std::size_t axis, std::int32_t cell) {
+  return (static_cast<Slot>(cell) << level.shifts[axis]) & level.masks[axis];
 }
 
-inline std::size_t CellGrid::slot(const Level& level, const Cell& cell) {
+inline CellGrid::Slot CellGrid::slot(const Level& level, const Cell& cell) {
   return slotPart(level, 0, cell[0]) | slotPart(level, 1, cell[1]) | slotPart(level, 2, cell[2]);
 }
 
 inline CellGrid::Cell CellGrid::cellAt(std::uint32_t sphere, const Level& level) const {
   Cell cell = cells_[sphere];
   const int shift = level.shift - levels_[levelOf_[sphere]].shift;
-  for (std::int64_t& part : cell)
+  for (std::int32_t& part : cell)
     part >>= shift;
   return cell;
-}
-
-template <class Visit>
-void CellGrid::visitAll(std::span<const std::uint32_t> spheres, const Visit& visit) {
-  for (const std::uint32_t sphere : spheres)
-    visit(sphere);
 }
 
 template <class Visit>
@@ -143,48 +145,64 @@ void CellGrid::visitCells(std::uint32_t sphere, const Level& level, const Cell& 
                           const Range& range, const Probe& probe, const Visit& visit) const {
   // Of the cells before, at and behind its own, by axis: squared distances, and shares of the
   // slots.
-  std::array<std::array<double, 3>, 3> squares{};
-  std::array<std::array<std::size_t, 3>, 3> slots{};
+  std::array<std::array<double, 3>, 3> squares;
+  std::array<std::array<Slot, 3>, 3> slots;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double from = probe.position[static_cast<Eigen::Index>(axis)] -
-                        static_cast<double>(cell[axis]) * level.width;
-    squares[axis] = {from * from, 0.0, (level.width - from) * (level.width - from)};
-    for (std::size_t at = 0; at < 3; ++at)
-      slots[axis][at] = slotPart(level, axis, cell[axis] + static_cast<std::int64_t>(at) - 1);
+    const auto at = static_cast<Eigen::Index>(axis);
+    const double before =
+        probe.position[at] - middle_[at] - static_cast<double>(cell[axis]) * level.width;
+    const double behind = level.width - before;
+    squares[axis] = {before * before, 0.0, behind * behind};
+    const Slot own = slotPart(level, axis, cell[axis]);
+    const Slot step = level.masks[axis] & (~level.masks[axis] + 1);  // its lowest bit
+    slots[axis] = {(own - step) & level.masks[axis], own, (own + step) & level.masks[axis]};
   }
   const double reach = (probe.radius + level.largest + probe.way) * kSurely;
   const double within = reach * reach;
-  // First who is there, then what they do: two simple loops are faster than one.
-  std::array<std::uint32_t, 128> found;
-  std::size_t count = 0;
-  const std::uint32_t* const next = level.next.data();
-  const auto collect = [&](std::uint32_t first) {
-    for (std::uint32_t other = first; other != kNobody; other = next[other]) {
-      if (count == found.size()) {
-        visitAll(std::span(found.data(), count), visit);
-        count = 0;
-      }
-      if (other == sphere) continue;
-      found[count++] = other;
-      if constexpr (requires { visit.soon(other); }) visit.soon(other);
-    }
-  };
-  const auto collectRow = [&](double across, std::size_t row, const std::uint32_t* heads) {
-    const std::size_t end = range.high[0];
-    for (std::size_t x = range.low[0]; x <= end; ++x) {
-      if (across + squares[0][x] <= within) collect(heads[row | slots[0][x]]);
-    }
-  };
+  // Which cells, then who is there, then what they do: simple loops are faster than one of all.
+  std::array<Slot, 27> cells;
+  std::size_t cellCount = 0;
   for (std::size_t z = range.low[2]; z <= range.high[2]; ++z) {
     for (std::size_t y = range.low[1]; y <= range.high[1]; ++y) {
       const double across = squares[2][z] + squares[1][y];
-      if (across > within) continue;
-      const std::size_t row = slots[2][z] | slots[1][y];
-      collectRow(across, row, level.natives.data());
-      if (range.visitors) collectRow(across, row, level.visitors.data());
+      const Slot row = slots[2][z] | slots[1][y];
+      for (std::size_t x = range.low[0]; x <= range.high[0]; ++x) {
+        cells[cellCount] = row | slots[0][x];
+        cellCount += across + squares[0][x] <= within ? 1U : 0U;
+      }
     }
   }
-  visitAll(std::span(found.data(), count), visit);
+  const std::span<const Slot> near(cells.data(), cellCount);
+  visitLists(sphere, level.natives, level.next, near, visit);
+  if (range.visitors) visitLists(sphere, level.visitors, level.next, near, visit);
+}
+
+template <class Visit>
+void CellGrid::visitLists(std::uint32_t sphere, const std::vector<std::uint32_t>& heads,
+                          const std::vector<std::uint32_t>& next, std::span<const Slot> cells,
+                          const Visit& visit) {
+  std::array<std::uint32_t, 128> found;
+  std::size_t count = 0;
+  const auto visitFound = [&] {
+    if constexpr (requires { visit.both(0U, 0U); }) {
+      if (count % 2 == 1) found[count] = found[count - 1];
+      for (std::size_t at = 0; at < count; at += 2)
+        visit.both(found[at], found[at + 1]);
+    } else {
+      for (std::size_t at = 0; at < count; ++at)
+        visit(found[at]);
+    }
+    count = 0;
+  };
+  for (const Slot cell : cells) {
+    for (std::uint32_t other = heads[cell]; other != kNobody; other = next[other]) {
+      if constexpr (requires { visit.soon(other); }) visit.soon(other);
+      found[count] = other;
+      count += other != sphere ? 1U : 0U;
+      if (count == found.size()) visitFound();
+    }
+  }
+  visitFound();
 }
 
 template <class Visit>
@@ -216,7 +234,7 @@ void CellGrid::visitNew(std::uint32_t sphere, const Crossing& crossing, const Pr
   for (std::size_t coarser = home + 1; coarser < levels_.size(); ++coarser) {
     const Level& level = levels_[coarser];
     const Cell cell = cellAt(sphere, level);
-    const std::int64_t before =
+    const std::int32_t before =
         (cells_[sphere][crossing.axis] - direction) >> (level.shift - levels_[home].shift);
     if (before == cell[crossing.axis]) continue;
     visitCells(sphere, level, cell, range, probe, visit);

@@ -259,6 +259,7 @@ void SphereStepper::Simulation::trySleep(std::uint32_t sphere) {
   if (bodies_.gravity == Vec3::Zero() || carriedByWalls(sphere)) return;
   std::vector<std::uint32_t> candidates = calmNeighbours(sphere);
   for (bool dropped = true; dropped;) {  // until those that are left carry each other
+    // Not std::ranges::partition: Clang 14 does not compile that of libstdc++ 12.
     const auto fallen =
         std::partition(candidates.begin(), candidates.end(),
                        [&, all = candidates](std::uint32_t at) { return carried(at, all); });

@@ -189,6 +189,7 @@ void SphereStepper::Simulation::rebase(std::uint32_t sphere, const Motion& motio
 void SphereStepper::Simulation::predictChanged() {
   if (!restarts_.empty()) restartGroups();
   std::ranges::sort(changed_);
+  // Not std::ranges::unique: Clang 14 does not compile that of libstdc++ 12.
   changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
   for (const std::uint32_t sphere : changed_) {
     if (recording_ != nullptr) record(sphere);

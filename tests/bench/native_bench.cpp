@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <memory>
 #include <optional>
 #include <string>
@@ -162,6 +163,34 @@ void addCellFigure(Figures& figures, std::size_t count, std::size_t collisions) 
                .scale = 1e-3});
 }
 
+/// The time of a collision among many over that among few, in turns.
+void addGrowthFigure(Figures& figures, std::size_t few, std::size_t many) {
+  const auto small = std::make_shared<FlyingGas>(makeGas(few));
+  const auto large = std::make_shared<FlyingGas>(makeGas(many));
+  const auto timeOf = [](FlyingGas& gas) {
+    constexpr std::uint64_t kCollisions = 20'000;
+    const std::uint64_t before = gas.stepper.counters().collisions;
+    const std::clock_t start = std::clock();
+    while (gas.stepper.counters().collisions < before + kCollisions)
+      benchmark::DoNotOptimize(gas.advance().data());
+    return static_cast<double>(std::clock() - start) /
+           static_cast<double>(gas.stepper.counters().collisions - before);
+  };
+  figures.add({.name = "cost, N = " + std::to_string(many) + " / N = " + std::to_string(few),
+               .unit = "1",
+               .subject =
+                   [=](benchmark::State& state) {
+                     double growth = 0.0;
+                     for ([[maybe_unused]] const auto iteration : state) {
+                       const double one = timeOf(*small);
+                       growth = timeOf(*large) / one;
+                     }
+                     reportValue(state, growth);
+                   },
+               .bar = Bar{Bar::Of::value, 2.5},
+               .sense = Sense::lowerIsBetter});
+}
+
 // --- The break ---------------------------------------------------------------------------------
 
 constexpr double kBall = 0.028575;  // m, radius of a pool ball
@@ -233,13 +262,14 @@ void weighStepper(benchmark::State& state, std::size_t count) {
   double perSphere = 0.0;
   for ([[maybe_unused]] const auto iteration : state) {
     const std::size_t before = heapBytes();
-    const SphereStepper stepper = makeStepper(world);
+    SphereStepper stepper = makeStepper(world);
+    for (int step = 1; step <= 10; ++step)  // some way on, in small batches of events
+      benchmark::DoNotOptimize(stepper.advanceTo(1e-4 * step).data());
     perSphere = static_cast<double>(heapBytes() - before) / static_cast<double>(count);
   }
   reportValue(state, perSphere);
 }
 
-/// 1563 fill arrays that grow by doubling as 100,000 do.
 void addMemoryFigure(Figures& figures, std::size_t count) {
   figures.add({.name = "memory, N = " + std::to_string(count),
                .unit = "kB per sphere",
@@ -260,7 +290,9 @@ int main(int argc, char** argv) {
   carom::bench::addCellFigure(figures, 100, 4000);
   carom::bench::addCellFigure(figures, 1000, 4000);
   carom::bench::addCellFigure(figures, 10000, 1000);
+  carom::bench::addCellFigure(figures, 100000, 1000);
+  carom::bench::addGrowthFigure(figures, 1000, 100000);
   carom::bench::addBreakFigure(figures);
-  carom::bench::addMemoryFigure(figures, 1563);
+  carom::bench::addMemoryFigure(figures, 100000);
   return figures.run(argc, argv);
 }

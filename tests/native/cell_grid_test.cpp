@@ -127,6 +127,8 @@ TEST(CellGrid, LeavesOutWhatIsFarAway) {
 TEST(CellGrid, CrossingsOfAParabolaAreWhereItLeavesTheCell) {
   Swarm all = swarm(400, 0.01, 5);
   const double width = 0.02 * (1.0 + 1e-9);
+  all.positions[0] = Vec3::Constant(-0.1);  // so that cells are counted from the origin
+  all.positions[1] = Vec3::Constant(0.1);
   all.positions[7] = Vec3::Constant(1.5 * width);
   const CellGrid grid(all.positions, all.radii);
   // Thrown up it leaves through the top; thrown up too slowly, through the bottom.
@@ -138,6 +140,34 @@ TEST(CellGrid, CrossingsOfAParabolaAreWhereItLeavesTheCell) {
     const double wait = crossing.wait;
     const double height = all.positions[7].y() + wait * speed - 0.5 * 9.81 * wait * wait;
     EXPECT_NEAR(height, crossing.up ? 2.0 * width : width, 1e-15);
+  }
+}
+
+TEST(CellGrid, WhatLeavesTheLastCellCrossesNoMore) {
+  Swarm all = swarm(100, 0.01, 5);
+  CellGrid grid(all.positions, all.radii);
+  const Vec3 velocity(1e6, 0.0, 0.0);
+  double time = 0.0;
+  for (int crossings = 0; time < 1e9; ++crossings) {
+    ASSERT_LT(crossings, 2'000'000);
+    const Vec3 position = all.positions[7] + time * velocity;
+    const auto crossing = grid.nextCrossing(7, {position, velocity, Vec3::Zero()});
+    time += crossing.wait;
+    if (time < 1e9) grid.cross(7, crossing);
+  }
+  EXPECT_TRUE(grid.holds(7, {1e15, all.positions[7].y(), all.positions[7].z()}, 1e-12));
+}
+
+TEST(CellGrid, FindsNeighboursWhereverTheyAreFromTheStart) {
+  for (const double away : {1e6, 1e12, 1e100}) {
+    Swarm all = swarm(100, 0.01, 5);
+    for (std::uint32_t sphere = 60; sphere < 100; ++sphere)
+      all.positions[sphere] *= away;
+    all.positions[99] = all.positions[98];
+    const CellGrid grid(all.positions, all.radii);
+    EXPECT_TRUE(near(grid, 98, {all.positions[98], 0.01, 0.0}).contains(99)) << away;
+    EXPECT_TRUE(near(grid, 99, {all.positions[99], 0.01, 0.0}).contains(98)) << away;
+    EXPECT_TRUE(grid.holds(99, all.positions[99], 1e-12 * away)) << away;
   }
 }
 

@@ -54,6 +54,50 @@ TEST(SphereStepperDeterminism, ListingOrderOfTheSpheresChangesNoBit) {
   }
 }
 
+constexpr BodyId kFirstBystander = 10'000;
+
+/// With a column of spheres high above the others: so many that the stepper uses cells.
+SphereWorld withBystanders(SphereWorld world, double radius, double height) {
+  for (int place = 0; place < 30; ++place) {
+    Sphere bystander = sphereAt(kFirstBystander + static_cast<BodyId>(place),
+                                {0.0, height + 2.1 * radius * place, 0.0});
+    bystander.radius = radius;
+    world.spheres.push_back(bystander);
+  }
+  return world;
+}
+
+bool isBystander(BodyId id) {
+  return id >= kFirstBystander && id < kFirstPlane;
+}
+
+// Up to 24 spheres have no cells: each looks at all others.
+TEST(SphereStepperDeterminism, CellsChangeNoBit) {
+  for (const Vec3& gravity : {Vec3(0.0, 0.0, 0.0), Vec3(0.5, -9.81, 0.25)}) {
+    SphereWorld world = gasInBox(3, 0.97, 13);
+    world.spheres.resize(24);
+    world.planes.erase(world.planes.begin() + 3);  // open at the top
+    world.gravity = gravity;
+    SphereStepper alone = stepperOf(world);
+    const auto expected = alone.advanceTo(0.5);
+    ASSERT_GT(expected.size(), 100U);
+    // Levels of large and of small cells, and a middle that is far away.
+    using Kind = std::pair<double, double>;
+    for (const auto& [radius, height] : {Kind{0.1, 50.0}, Kind{1e-4, 50.0}, Kind{0.01, 1e9}}) {
+      SphereStepper stepper = stepperOf(withBystanders(world, radius, height));
+      std::size_t compared = 0;
+      for (const ImpulseEvent& event : stepper.advanceTo(0.5)) {
+        if (isBystander(event.body) || isBystander(event.other)) continue;
+        ASSERT_LT(compared, expected.size());
+        ASSERT_TRUE(sameBits(event, expected[compared])) << radius << " " << compared;
+        ++compared;
+      }
+      EXPECT_EQ(compared, expected.size()) << radius;
+      EXPECT_TRUE(stepper.validate(nullptr));
+    }
+  }
+}
+
 TEST(SphereStepperDeterminism, TrajectoryHasTheSameBitsTwiceAndInEveryBuild) {
   const std::uint64_t hash = trajectoryHash();
   EXPECT_EQ(trajectoryHash(), hash);

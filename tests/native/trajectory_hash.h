@@ -1,17 +1,26 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "native/sphere_world.h"
 
 namespace carom::test {
 
-/// A dissipative gas in a box with a slant, under gravity.
-SphereWorld trajectoryHashWorld();
-inline constexpr double kTrajectoryHashTime = 2.0;  ///< s
+struct HashedRun {
+  SphereWorld world;
+  double duration = 0.0;  ///< s
+};
 
-/// FNV-1a over the bits of all events and final states of a dissipative gas in a box under
-/// gravity, after 2 s and some thousand contacts, so that every path of the stepper takes part.
+/// Runs in which every path of the stepper takes part: an elastic gas; a damped one under gravity
+/// with a slant and a moving wall; a pile that goes to sleep; a break with friction and spin, and
+/// one by Hertz's forces; a swinging cradle, springs, a field and drag; boxes and a shaking plane.
+std::vector<HashedRun> hashedRuns();
+
+/// FNV-1a over the bits of all events and final states of one run.
+std::uint64_t runHash(const HashedRun& run);
+
+/// That of all hashed runs, and of what they counted.
 std::uint64_t trajectoryHash();
 
 }  // namespace carom::test

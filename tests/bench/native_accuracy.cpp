@@ -1,0 +1,170 @@
+// How exact the native stepper is over long runs: a table of what it finds beside published values
+// and closed forms.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <numbers>
+#include <utility>
+
+#include "native/sphere_stepper.h"
+#include "tests/bench/native_yardstick.h"
+
+namespace carom::bench {
+namespace {
+
+SphereStepper makeStepper(SphereWorld world) {
+  Result<SphereStepper> stepper = SphereStepper::create(std::move(world));
+  if (!stepper) std::abort();
+  return *std::move(stepper);
+}
+
+void print(const char* what, double found, double expected, double error, double bar) {
+  std::printf("%-46s %14.8g %14.8g %10.1e %10.0e  %s\n", what, found, expected, error, bar,
+              error <= bar ? "" : "falls short");
+}
+
+/// Elastic spheres of 1 kg and 1 m across between six walls, which they fill to `fraction`.
+struct BoxedGas {
+  double side = 0.0;  ///< m
+  SphereWorld world;
+
+  BoxedGas(std::size_t count, double fraction) {
+    Gas gas = makeGas(count);
+    const double scale = std::cbrt(0.3 / fraction);
+    side = scale * gas.side;
+    world.restSpeed = 0.0;
+    for (const Vec3& position : gas.positions) {
+      const auto id = static_cast<BodyId>(world.spheres.size());
+      world.spheres.push_back({id, gas.radius, 1.0, 1.0, scale * position, gas.velocities[id]});
+    }
+    auto id = static_cast<BodyId>(count);
+    for (int axis = 0; axis < 3; ++axis) {
+      world.planes.push_back({id++, Vec3::Unit(axis), 0.0, 1.0});
+      world.planes.push_back({id++, -Vec3::Unit(axis), -side, 1.0});
+    }
+  }
+};
+
+// ---- Mean free time
+
+/// Collisions per sphere and second by Enskog's theory for spheres of 1 kg and 1 m across:
+/// 4 sqrt(pi) n sigma^2 g sqrt(kT / m), with g at contact after Carnahan and Starling (1969, J.
+/// Chem. Phys. 51, 635).
+double enskogRate(double density, double temperature) {
+  const double fraction = density * std::numbers::pi / 6.0;
+  const double contact = (1.0 - 0.5 * fraction) / std::pow(1.0 - fraction, 3);
+  return 4.0 * std::sqrt(std::numbers::pi * temperature) * density * contact;
+}
+
+/// Only what happens at least 3 diameters from the walls counts, against the theory for the density
+/// and the temperature there: walls gather spheres next to them, and the sound of the start is long
+/// in dying away.
+struct Centre {
+  double side = 0.0;
+  bool has(const Vec3& position) const {
+    return position.minCoeff() > kMargin && position.maxCoeff() < side - kMargin;
+  }
+  double volume() const { return std::pow(side - 2.0 * kMargin, 3); }
+  static constexpr double kMargin = 3.0;  ///< m
+};
+
+void printMeanFreeTime(double fraction) {
+  constexpr std::size_t kCount = 4096;
+  constexpr int kSamples = 1200;
+  const BoxedGas gas(kCount, fraction);
+  const Centre centre{gas.side};
+  SphereStepper stepper = makeStepper(gas.world);
+  const double rate =
+      enskogRate(fraction * 6.0 / std::numbers::pi, stepper.kineticEnergy() / (1.5 * kCount));
+  stepper.advanceTo(40.0 / rate);  // the lattice is forgotten
+  const double interval = 0.25 / rate;
+  double collisions = 0.0;
+  double present = 0.0;
+  double squares = 0.0;  // of their velocities
+  for (int sample = 0; sample < kSamples; ++sample) {
+    for (const ImpulseEvent& event : stepper.advanceTo(stepper.time() + interval))
+      collisions += event.body < kCount && event.other < kCount && centre.has(event.position);
+    for (std::size_t sphere = 0; sphere < kCount; ++sphere) {
+      const SphereState state = stepper.state(sphere);
+      if (!centre.has(state.position)) continue;
+      present += 1.0;
+      squares += state.velocity.squaredNorm();
+    }
+  }
+  const double found = present * interval / collisions;
+  const double expected =
+      1.0 / enskogRate(present / kSamples / centre.volume(), squares / (3.0 * present));
+  char what[64];
+  std::snprintf(what, sizeof what, "mean free time, s, %.0f %% of the volume", 100.0 * fraction);
+  print(what, found, expected, std::abs(found / expected - 1.0), 0.01);
+}
+
+// ---- Drift
+
+void printEnergyDrift() {
+  const BoxedGas gas(1000, 0.3);
+  SphereStepper stepper = makeStepper(gas.world);
+  const double start = stepper.kineticEnergy();
+  while (stepper.counters().collisions < 1'000'000)
+    stepper.advanceTo(stepper.time() + 0.1);
+  const double energy = stepper.kineticEnergy();
+  print("energy after 10^6 collisions, J", energy, start, std::abs(energy / start - 1.0), 1e-12);
+}
+
+/// The last of 10^7 collisions of one ball, and the worst error of all, against
+/// first + number * interval.
+void printTimeDrift(const char* what, SphereWorld world, long double first, long double interval) {
+  constexpr std::uint64_t kCollisions = 10'000'000;
+  SphereStepper stepper = makeStepper(std::move(world));
+  double last = 0.0;
+  long double worst = 0.0L;
+  std::uint64_t number = 0;
+  while (number < kCollisions) {
+    for (const ImpulseEvent& event :
+         stepper.advanceTo(stepper.time() + 1000.0 * static_cast<double>(interval))) {
+      if (event.body != 0 || number == kCollisions) continue;
+      last = event.time;
+      const long double expected = first + static_cast<long double>(number++) * interval;
+      worst = std::max(worst, std::abs(last - expected) / std::max(expected, 1.0L));
+    }
+  }
+  const long double end = first + static_cast<long double>(kCollisions - 1) * interval;
+  print(what, last, static_cast<double>(end), static_cast<double>(worst), 1e-14);
+}
+
+Sphere ball(const Vec3& position, const Vec3& velocity) {
+  return {0, 0.25, 1.0, 1.0, position, velocity};
+}
+
+void printTimeDrifts() {
+  SphereWorld corridor;
+  corridor.restSpeed = 0.0;
+  corridor.spheres = {ball(Vec3(0.5, 0.0, 0.0), Vec3(0.7, 0.0, 0.0))};
+  corridor.planes = {{1, Vec3::UnitX(), 0.0, 1.0}, {2, -Vec3::UnitX(), -1.1, 1.0}};
+  const auto speed = static_cast<long double>(0.7);
+  const auto wide = static_cast<long double>(1.1);
+  printTimeDrift("time after 10^7 bounces between two walls, s", corridor, (wide - 0.75L) / speed,
+                 (wide - 0.5L) / speed);
+  SphereWorld floor;
+  floor.gravity = {0.0, -9.81, 0.0};
+  floor.spheres = {ball(Vec3(0.0, 0.35, 0.0), Vec3::Zero())};
+  floor.planes = {{1, Vec3::UnitY(), 0.0, 1.0}};
+  const long double height = static_cast<long double>(0.35) - 0.25L;
+  const long double fall = std::sqrt(2.0L * height / static_cast<long double>(9.81));
+  printTimeDrift("time after 10^7 bounces on a floor, s", floor, fall, 2.0L * fall);
+}
+
+}  // namespace
+}  // namespace carom::bench
+
+int main() {
+  std::printf("%-46s %14s %14s %10s %10s\n", "", "found", "expected", "error", "bar");
+  for (const double fraction : {0.1, 0.2, 0.3, 0.4})
+    carom::bench::printMeanFreeTime(fraction);
+  carom::bench::printEnergyDrift();
+  carom::bench::printTimeDrifts();
+  return 0;
+}
