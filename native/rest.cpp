@@ -15,6 +15,7 @@ namespace {
 constexpr double kLeastFlight = 1e-5;         ///< s, a bounce on a wall that is shorter is none
 constexpr double kHopTime = 0.5e-3;           ///< s, of a hop on another sphere, if it is paid for
 constexpr double kLeastHopTime = 20e-6;       ///< s, otherwise
+constexpr double kRubbedHopTime = 0.1e-3;     ///< s, unpaid, where friction or forces damp hops
 constexpr double kFirstHops = 10.0;           ///< of that time, which a sphere may have unpaid
 constexpr double kCollapseInterval = 1e-6;    ///< s, contacts of one sphere closer than this ...
 constexpr std::uint32_t kCollapseRun = 1000;  ///< ... so many times in a row are a collapse
@@ -44,8 +45,10 @@ double SphereStepper::Simulation::wallRebound(std::uint32_t sphere, std::uint32_
   const double rebound = slow && restitution < 1.0 ? 0.0 : restitution * approachSpeed;
   allowHop(sphere, 0.5 * body.mass * (approachSpeed - rebound) * (approachSpeed + rebound));
   const double pressed = -bodies_.alongNormal(plane.normal, bodies_.accelerations[sphere]);
-  if (linkage_.hasRods(sphere))  // that no wall holds
-    return std::max(rebound, 0.5 * kLeastHopTime * lengthOf(bodies_.gravity));
+  // No wall holds what rods hold, nor what is pressed by its friction on another one alone.
+  const bool byFriction = pressed > 0.0 && bodies_.alongNormal(plane.normal, pullOn(sphere)) >= 0.0;
+  if (linkage_.hasRods(sphere) || byFriction)
+    return std::max(rebound, 0.5 * kRubbedHopTime * lengthOf(bodies_.accelerations[sphere]));
   if (2.0 * rebound < kLeastFlight * pressed) return 0.0;
   if (rebound <= kLeastRebound * lengthOf(bodies_.motions[sphere].velocity)) return 0.0;
   return rebound;
@@ -131,19 +134,29 @@ Vec3 SphereStepper::Simulation::yielding(std::uint32_t sphere, const Vec3& direc
   return carriedBy(direction, {normals.data(), holds.count}).acceleration / body.mass;
 }
 
+/// Whether what a hop has is lost again, so that it needs no payment, and would never end without:
+/// friction on the plane that it lies on works against it, or springs and rods do.
+bool SphereStepper::Simulation::hopsAreDamped(std::uint32_t sphere) const {
+  return linked(sphere) || (!frictions_.empty() && frictions_[sphere].sliding > 0.0);
+}
+
 /// Rebound speed of a pair that is drawn together: that of a hop if there is energy for it.
 double SphereStepper::Simulation::restingRebound(const Pair& pair, double effectiveMass) {
   const double drawn = pull(pair.sphere, pair.other, pair.normal);
   if (drawn <= 0.0) return pair.approachSpeed;
   Substance& one = substances_[pair.sphere];
   Substance& two = substances_[pair.other];
-  const double least = 0.5 * kLeastHopTime * drawn;
+  const bool rubbed = hopsAreDamped(pair.sphere) || hopsAreDamped(pair.other);
+  const double least = 0.5 * (rubbed ? kRubbedHopTime : kLeastHopTime) * drawn;
   const double longest = 0.5 * std::max(restSpeed(pair.sphere), restSpeed(pair.other));
   for (const double hop : {std::min(longest, 0.5 * kHopTime * drawn), least}) {
     if (pair.approachSpeed >= hop) return pair.approachSpeed;
     const double needed =
         0.5 * effectiveMass * (hop - pair.approachSpeed) * (hop + pair.approachSpeed);
-    if (needed > one.hopAllowance + two.hopAllowance) continue;
+    if (needed > one.hopAllowance + two.hopAllowance) {
+      if (rubbed && hop == least) return hop;
+      continue;
+    }
     const double paid = std::min(needed, one.hopAllowance);
     one.hopAllowance -= paid;
     two.hopAllowance -= needed - paid;

@@ -133,6 +133,8 @@ SphereStepper::Simulation::Simulation(const SphereWorld& world)
     if (world.simultaneous == Simultaneous::hertz) stiffnesses_.push_back(sphere.stiffness);
   }
   takeMechanics(world);
+  for (std::uint32_t group = 0; group < linkage_.groupCount(); ++group)
+    settleRods(group);
   grantFirstHops();
   restartGroups();
   changed_.clear();
@@ -385,10 +387,10 @@ void SphereStepper::Simulation::bounce(std::uint32_t sphere, Motion motion, std:
            {wall.plane.id, kNever, motion.position - bodies_.radii[sphere] * normal,
             wall.plane.velocity},
            {normal, approachSpeed, mass, impulse});
+    rubOnWall(sphere, wall.plane, impulse, motion);
   } else {
     ++counters_.restContacts;
   }
-  rubOnWall(sphere, wall.plane, impulse, motion);
   if (linkage_.hasRods(sphere)) {
     motion.velocity += impulse * give.yield;
     drag(give, impulse);

@@ -162,6 +162,7 @@ class SphereStepper::Simulation {
   double pull(std::uint32_t sphere, std::uint32_t other, const Vec3& normal) const;
   double restSpeed(std::uint32_t sphere) const;
   Vec3 yielding(std::uint32_t sphere, const Vec3& direction) const;
+  bool hopsAreDamped(std::uint32_t sphere) const;
   double restingRebound(const Pair& pair, double effectiveMass);
   double wallRebound(std::uint32_t sphere, std::uint32_t index, double approachSpeed);
   bool noteContact(std::uint32_t sphere, const Motion& motion);

@@ -273,6 +273,7 @@ bool SphereStepper::Simulation::applyCluster(const Cluster& cluster) {
 /// Exact where they are at right angles to the contacts, as in a cradle; otherwise energy is lost.
 void SphereStepper::Simulation::settleRods(std::uint32_t group) {
   const std::span<const std::uint32_t> members = linkage_.members(group);
+  if (!linkage_.hasRods(members.front())) return;
   std::vector<Motion> motions = motionsOf(group, now_);
   std::vector<Vec3> momenta;
   for (std::size_t i = 0; i < members.size(); ++i)

@@ -90,8 +90,8 @@ struct Spring {
 };
 
 /// A massless rigid rod between two centres, or a centre and a fixed point, that keeps the distance
-/// they have at time 0. Two rods from one sphere to two points make the bifilar pendulum of a
-/// Newton's cradle.
+/// they have at time 0; what of the velocities would change it is taken off at once. Two rods from
+/// one sphere to two points make the bifilar pendulum of a Newton's cradle.
 struct Rod {
   BodyId sphere = 0;
   BodyId other = kAnchor;
