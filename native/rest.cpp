@@ -68,7 +68,10 @@ void SphereStepper::Simulation::hold(std::uint32_t sphere, Motion& motion, std::
 /// After a change of velocity: lets go of the walls that the sphere leaves or runs into, and draws
 /// it along the others.
 void SphereStepper::Simulation::keepHolds(std::uint32_t sphere, Motion& motion) {
-  if (substances_[sphere].asleep) return;
+  if (substances_[sphere].asleep) {
+    bodies_.setAcceleration(sphere, Vec3::Zero());
+    return;
+  }
   Holds& holds = bodies_.holds[sphere];
   const Vec3 pull = pullOn(sphere);
   if (holds.count == 0) {
@@ -291,7 +294,6 @@ void SphereStepper::Simulation::layDown(std::uint32_t sphere) {
   substances_[sphere].asleep = true;
   Motion motion = bodies_.at(sphere, now_);
   motion.velocity.setZero();
-  bodies_.setAcceleration(sphere, Vec3::Zero());
   leave(sphere, motion);
 }
 

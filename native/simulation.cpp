@@ -136,6 +136,7 @@ SphereStepper::Simulation::Simulation(const SphereWorld& world)
   for (std::uint32_t group = 0; group < linkage_.groupCount(); ++group)
     settleRods(group);
   grantFirstHops();
+  openBooks();
   restartGroups();
   changed_.clear();
   for (std::uint32_t sphere = 0; sphere < sphereCount(); ++sphere)
@@ -181,9 +182,12 @@ void SphereStepper::Simulation::leave(std::uint32_t sphere, const Motion& motion
 
 void SphereStepper::Simulation::rebase(std::uint32_t sphere, const Motion& motion) {
   if (!spins_.empty()) spins_[sphere] = {spinAt(sphere, motion.since), Vec3::Zero()};
+  const Motion before = bodies_.at(sphere, motion.since);
+  if (bodies_.accelerations[sphere] != bodies_.gravity) bookForces(sphere, before, books_);
   bodies_.motions[sphere] = motion;
   keepHolds(sphere, bodies_.motions[sphere]);
   roll(sphere);
+  book(sphere, before.velocity, bodies_.motions[sphere].velocity);
   agenda_.forget(sphere);
   changed_.push_back(sphere);
 }
@@ -300,6 +304,7 @@ void SphereStepper::Simulation::collide(const Pair& pair) {
   Motion otherMotion = pair.otherMotion;
   motion.velocity += (share * change) * pair.normal;
   otherMotion.velocity -= (otherShare * change) * pair.normal;
+  if (!one.asleep && !two.asleep) audit(pair, motion, otherMotion, taken);
   rub(pair, mass * change, motion, otherMotion);
   leave(pair.sphere, motion);
   leave(pair.other, otherMotion);
@@ -435,7 +440,7 @@ bool SphereStepper::Simulation::validate(std::string* why) const {
   }
   if (apart != bodies_.apart)
     return fail(why, "the count of the spheres not in free fall is wrong");
-  return true;
+  return validateBooks(why);
 }
 
 bool SphereStepper::Simulation::validateSphere(std::size_t sphere, std::string* why) const {

@@ -29,6 +29,18 @@ struct Substance {
   Vec3 calmPlace = Vec3::Zero();  ///< m, ... this place
 };
 
+/// What momentum and energy should be, summed up from what has changed them: free flight changes
+/// them by gravity alone, a collision of two not at all or by what restitution takes, and all else
+/// by what it did to the velocities. For validate().
+struct Books {
+  Vec3 momentum = Vec3::Zero();    ///< kg m/s, without what gravity adds
+  double energy = 0.0;             ///< J, of translation and gravity
+  double momentumTurnover = 0.0;   ///< kg m/s, of all changes
+  double energyTurnover = 0.0;     ///< J
+  Vec3 unbalanced = Vec3::Zero();  ///< kg m/s, by which collisions of two have not kept momentum
+  double unexplained = 0.0;        ///< J, by which they have changed energy otherwise
+};
+
 /// One collision as its first body sees it, before its velocity changes.
 struct Impact {
   Vec3 normal;  ///< unit, towards the first body
@@ -104,6 +116,11 @@ class SphereStepper::Simulation {
   void bounce(std::uint32_t sphere, Motion motion, std::uint32_t index, double approachSpeed);
   void leave(std::uint32_t sphere, const Motion& motion);
   void rebase(std::uint32_t sphere, const Motion& motion);
+  void openBooks();
+  void book(std::uint32_t sphere, const Vec3& before, const Vec3& after);
+  void bookForces(std::uint32_t sphere, const Motion& now, Books& books) const;
+  void audit(const Pair& pair, const Motion& motion, const Motion& otherMotion, double taken);
+  bool validateBooks(std::string* why) const;
   double restitutionOf(std::uint32_t sphere, std::uint32_t other, double approachSpeed) const;
   double wallRestitution(std::uint32_t sphere, const Plane& plane, double approachSpeed) const;
 
@@ -201,6 +218,7 @@ class SphereStepper::Simulation {
   double time_ = 0.0;                   ///< s, where advanceTo stopped
   std::vector<ImpulseEvent> events_;
   SphereStepperCounters counters_;
+  Books books_;
   std::unique_ptr<Recording> recording_;  ///< null: nothing is recorded
 };
 
