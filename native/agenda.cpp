@@ -5,6 +5,7 @@
 
 #include "native/contact_time.h"
 #include "native/first_look.h"
+#include "native/vector_math.h"
 
 namespace carom {
 namespace {
@@ -20,10 +21,6 @@ std::vector<Vec3> positionsOf(const Bodies& bodies) {
   for (const Motion& motion : bodies.motions)
     positions.push_back(motion.position);
   return positions;
-}
-
-double lengthOf(const Vec3& vector) {
-  return std::sqrt(dotInOrder(vector, vector));
 }
 
 const Instant& earlierOf(const Instant& one, const Instant& other) {
@@ -102,24 +99,24 @@ BodyId Agenda::idOf(const Contact& contact) const {
 
 /// The search for the next contact of one sphere: what it reads again and again, in one place.
 struct Agenda::Search {
-  std::uint32_t sphere;
   Motion motion;
-  Vec3 pull;      ///< m/s^2
-  double radius;  ///< m
   Instant now;
-  double window;  ///< s, within which contacts may be one
-  Contact best;
+  Vec3 pull;                ///< m/s^2
+  double radius;            ///< m
+  double window;            ///< s, within which contacts may be one
   double limit = kNever;    ///< s, what is later is neither before the best one nor tied with it
   double horizon = kNever;  ///< s, from the motion's beginning to `limit`
+  Contact best;
+  std::uint32_t sphere;
   bool tied = false;
 
   Search(std::uint32_t searcher, const Bodies& bodies, const Instant& from, const Contact& known)
-      : sphere(searcher),
-        motion(bodies.motions[searcher]),
+      : motion(bodies.motions[searcher]),
+        now(from),
         pull(bodies.accelerations[searcher]),
         radius(bodies.radii[searcher]),
-        now(from),
-        window(0.0) {
+        window(0.0),
+        sphere(searcher) {
     const Vec3& velocity = motion.velocity;
     const double speed = std::abs(velocity.x()) + std::abs(velocity.y()) + std::abs(velocity.z());
     window = kResolution * now.seconds;  // of a sphere at rest those that come decide

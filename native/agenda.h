@@ -20,7 +20,7 @@ namespace carom {
 /// Phys. 94, 255). A contact that is found is entered for both; a prediction with a partner whose
 /// motion has changed since is told by the partner's count of changes, and made again when due.
 ///
-/// Internal to native/. Construction allocates, nothing else does.
+/// Internal to native/. Construction allocates, and the first setTurn; nothing else does.
 class Agenda {
  public:
   static constexpr std::uint32_t kNobody = CellGrid::kNobody;

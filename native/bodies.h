@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "native/box_contact.h"
-#include "native/contact_time.h"
 #include "native/motion.h"
 #include "native/shaking.h"
 #include "native/sphere_world.h"
+#include "native/vector_math.h"
 
 namespace carom {
 

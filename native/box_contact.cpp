@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "native/polynomial.h"
+#include "native/vector_math.h"
 
 namespace carom {
 namespace {

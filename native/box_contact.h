@@ -5,6 +5,7 @@
 
 #include "audio/vector.h"
 #include "native/contact_time.h"
+#include "native/vector_math.h"
 
 namespace carom {
 

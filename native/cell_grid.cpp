@@ -34,12 +34,24 @@ Extent extentOf(std::span<const Vec3> positions) {
   return extent;
 }
 
+/// By Newton's method, from a power of two that is no smaller: in which order spheres are looked at
+/// depends on the cells, so these must be the same everywhere, which std::cbrt does not promise.
+double cubeRoot(double value) {
+  if (!(value > 0.0)) return 0.0;
+  double root = std::ldexp(1.0, static_cast<int>(std::floor(std::ilogb(value) / 3.0)) + 1);
+  for (;;) {
+    const double next = (2.0 * root + value / (root * root)) / 3.0;
+    if (!(next < root)) return root;
+    root = next;
+  }
+}
+
 /// m, the edge of the cube that each sphere has to itself.
 double meanSpacing(const Extent& extent, double diameter, std::size_t count) {
   double volume = 1.0;
   for (int axis = 0; axis < 3; ++axis)
     volume *= extent.high[axis] - extent.low[axis] + diameter;
-  return std::cbrt(volume / static_cast<double>(count));
+  return cubeRoot(volume / static_cast<double>(count));
 }
 
 /// The power of two of cells after which a level's table repeats: what it takes to tell all of

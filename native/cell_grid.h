@@ -14,9 +14,9 @@ namespace carom {
 /// Which spheres are near which: a hierarchical grid of cells (Ogarko and Luding 2012, Comput.
 /// Phys. Commun. 183, 931). A level has cells at least as wide as the spheres that live there, so
 /// that two of them can only touch if their cells are neighbours. Each level's cells are a whole
-/// number of the next finer level's cells wide, and every sphere is also a visitor in the cells
-/// around it of each coarser level: so a large sphere finds the small ones near it without looking
-/// at all the small cells that it covers, and a small one finds the large ones.
+/// number of the next finer level's cells wide, and every sphere is also a visitor in the cell of
+/// each coarser level in which its own is: so a large sphere finds the small ones near it without
+/// looking at all the small cells that it covers, and a small one finds the large ones.
 ///
 /// Cells are counted from the middle of the spheres, and share a table that repeats after a power
 /// of two of cells. What is far away may so be looked at in vain, but nothing near is missed. Space

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "native/contact_time.h"
 #include "native/nearest_velocity.h"
+#include "native/vector_math.h"
 
 namespace carom {
 namespace {

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "native/cluster.h"
-#include "native/contact_time.h"
 #include "native/nearest_velocity.h"
 
 namespace carom {
@@ -68,9 +67,10 @@ double dampingOf(double restitution) {
 double fifthRoot(double value) {
   if (!(value > 0.0)) return 0.0;
   double root = std::ldexp(1.0, std::ilogb(value) / 5 + 1);
-  for (double next = root;; root = next) {
-    next = 0.8 * root + 0.2 * value / (root * root * root * root);
+  for (;;) {
+    const double next = 0.8 * root + 0.2 * value / (root * root * root * root);
     if (!(next < root)) return root;
+    root = next;
   }
 }
 

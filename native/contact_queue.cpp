@@ -9,10 +9,11 @@ namespace carom {
 namespace {
 
 constexpr double kLastDay = 0x1p62;
-constexpr double kSpheresPerDay = 1.0;      ///< aimed at
-constexpr std::uint64_t kAdaptAfter = 512;  ///< found, or as many as there are spheres
-constexpr std::uint64_t kTolerable = 6;     ///< looks for each that is found
-constexpr std::int64_t kEmptyDays = 256;    ///< in a row, before all are looked at
+constexpr double kMostDaysPerSecond = 1e100;  ///< so that every time has a day
+constexpr double kSpheresPerDay = 1.0;        ///< aimed at
+constexpr std::uint64_t kAdaptAfter = 512;    ///< found, or as many as there are spheres
+constexpr std::uint64_t kTolerable = 6;       ///< looks for each that is found
+constexpr std::int64_t kEmptyDays = 256;      ///< in a row, before all are looked at
 
 }  // namespace
 
@@ -104,7 +105,7 @@ void ContactQueue::adapt() {
   const Instant now = entries_[earliest_].time;
   const double passed = elapsed(since_, now);
   if (visited_ > kTolerable * found_ && passed > 0.0)
-    rebuild(static_cast<double>(found_) / (kSpheresPerDay * passed));
+    rebuild(std::min(static_cast<double>(found_) / (kSpheresPerDay * passed), kMostDaysPerSecond));
   since_ = now;
   found_ = 0;
   visited_ = 0;

@@ -14,7 +14,7 @@ namespace carom {
 /// little memory. The span follows the rate at which spheres come due; the order does not depend on
 /// it.
 ///
-/// Internal to native/. Allocates when it is constructed, and when the span is changed.
+/// Internal to native/. Construction allocates, nothing else does.
 class ContactQueue {
  public:
   static constexpr std::uint32_t kNobody = 0xFFFFFFFF;

@@ -5,17 +5,12 @@
 
 #include "audio/vector.h"
 #include "native/polynomial.h"
+#include "native/vector_math.h"
 
 namespace carom {
 
 /// The time of a contact that does not happen, s.
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
-
-/// x x' + y y' + z z', added from left to right. Eigen's own dot product may add in another order
-/// when it vectorises, so the last bit would depend on the compiler's target. [any thread]
-inline double dotInOrder(const Vec3& left, const Vec3& right) noexcept {
-  return left.x() * right.x() + left.y() * right.y() + left.z() * right.z();
-}
 
 /// Time until two spheres in straight relative motion first touch, s from now; kNever if they do
 /// not. It is the smaller root of a t^2 + 2 b t + c = 0 with a = v.v, b = d.v, c = d.d - R^2.
@@ -42,9 +37,7 @@ inline double sphereContactTime(const Vec3& separation, const Vec3& relativeVelo
   const double speed = dotInOrder(relativeVelocity, relativeVelocity);
   // Most pass by far: b^2 - a c tells so at once, by more than its rounding.
   if (closing * closing < speed * (gap - 1e-9 * squared)) return kNever;
-  const Vec3 moment(separation.y() * relativeVelocity.z() - separation.z() * relativeVelocity.y(),
-                    separation.z() * relativeVelocity.x() - separation.x() * relativeVelocity.z(),
-                    separation.x() * relativeVelocity.y() - separation.y() * relativeVelocity.x());
+  const Vec3 moment = cross(separation, relativeVelocity);
   const double reach = radiusSum * radiusSum * speed;
   const double miss = dotInOrder(moment, moment);
   if (miss > reach) return kNever;

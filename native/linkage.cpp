@@ -6,16 +6,13 @@
 
 #include "native/contact_time.h"
 #include "native/linear_system.h"
+#include "native/vector_math.h"
 
 namespace carom {
 namespace {
 
 constexpr int kMostRodIterations = 12;   ///< Newton's; it takes three or four
 constexpr double kRodTolerance = 1e-15;  ///< of the square of a rod's length
-
-double lengthOf(const Vec3& vector) {
-  return std::sqrt(dotInOrder(vector, vector));
-}
 
 Vec3 directionOf(const Vec3& vector) {
   const double length = lengthOf(vector);
@@ -58,7 +55,10 @@ class Sets {
 }  // namespace
 
 Linkage::Linkage(const SphereWorld& world, std::span<const BodyId> ids)
-    : fields_(world.fields), drag_(world.drag), gravity_(world.gravity) {
+    : fields_(world.fields),
+      drag_(world.drag),
+      gravity_(world.gravity),
+      stepGiven_(world.forceStep > 0.0) {
   const bool everywhere = !world.fields.empty() || world.drag.rate > 0.0;
   if (!everywhere && world.springs.empty() && world.rods.empty()) return;
   Sets sets(ids.size());
@@ -120,7 +120,7 @@ void Linkage::connect(const SphereWorld& world, std::span<const BodyId> ids) {
     std::vector<Motion> own;
     for (const std::uint32_t sphere : group.spheres)
       own.push_back(motions[sphere]);
-    group.step = world.forceStep > 0.0 ? world.forceStep : stepOf(world, group, own);
+    group.step = stepGiven_ ? world.forceStep : stepOf(world, group, own);
   }
 }
 
@@ -136,12 +136,9 @@ double Linkage::stepOf(const SphereWorld& world, const Group& group,
     fastest = std::max(fastest, coil.spring.damping * inverseMass(group, coil.ends));
   }
   for (const Bar& rod : group.rods) {
-    const double length = std::sqrt(rod.square);
-    Vec3 velocity = motions[rod.ends.one].velocity;
-    if (rod.ends.other != kFixed) velocity -= motions[rod.ends.other].velocity;
     // Once round, it falls by its length twice.
-    fastest = std::max(
-        fastest, 2.0 * std::sqrt(lengthOf(world.gravity) / length) + lengthOf(velocity) / length);
+    const double falling = 2.0 * std::sqrt(lengthOf(world.gravity) / std::sqrt(rod.square));
+    fastest = std::max(fastest, falling + turningRate(rod, motions));
   }
   for (std::size_t i = 0; i < squares.size(); ++i) {
     for (const ForceField& field : fields_) {
@@ -154,6 +151,23 @@ double Linkage::stepOf(const SphereWorld& world, const Group& group,
   }
   // Where nothing moves by itself, any step is exact.
   return fastest > 0.0 ? kForceStepAngle / fastest : 1.0;
+}
+
+/// rad/s, at most.
+double Linkage::turningRate(const Bar& rod, std::span<const Motion> motions) {
+  Vec3 velocity = motions[rod.ends.one].velocity;
+  if (rod.ends.other != kFixed) velocity -= motions[rod.ends.other].velocity;
+  return lengthOf(velocity) / std::sqrt(rod.square);
+}
+
+double Linkage::step(std::uint32_t index, std::span<const Motion> motions) const {
+  const Group& group = groups_[index];
+  if (stepGiven_) return group.step;
+  double fastest = 0.0;
+  for (const Bar& rod : group.rods)
+    fastest = std::max(fastest, turningRate(rod, motions));
+  // An impact may have made it faster than could be foreseen.
+  return fastest * group.step > kForceStepAngle ? kForceStepAngle / fastest : group.step;
 }
 
 Vec3 Linkage::between(const Ends& ends, std::span<const Vec3> positions) {
@@ -177,10 +191,10 @@ Vec3 Linkage::fieldAt(const Vec3& position) const {
   return pull;
 }
 
-std::vector<Vec3> Linkage::accelerations(std::uint32_t index,
-                                         std::span<const Motion> motions) const {
+std::vector<Vec3> Linkage::accelerations(std::uint32_t index, std::span<const Motion> motions,
+                                         double step) const {
   const Group& group = groups_[index];
-  const double half = 0.5 * group.step;
+  const double half = 0.5 * step;
   std::vector<Vec3> middles;
   std::vector<Vec3> pulls;
   for (const Motion& motion : motions) {
@@ -195,17 +209,17 @@ std::vector<Vec3> Linkage::accelerations(std::uint32_t index,
   std::vector<Vec3> velocities;  // at the middle, but for what is slowed
   for (std::size_t i = 0; i < motions.size(); ++i)
     velocities.push_back(motions[i].velocity + half * pulls[i]);
-  damp(group, middles, velocities, pulls);
+  damp(group, step, middles, velocities, pulls);
   if (drag_.rate > 0.0) {  // at the velocity at the middle, which it slows itself
     for (std::size_t i = 0; i < motions.size(); ++i)
       pulls[i] =
           (pulls[i] - drag_.rate * (motions[i].velocity - drag_.wind)) / (1.0 + drag_.rate * half);
   }
-  if (!group.rods.empty()) pullByRods(group, middles, motions, pulls);
+  if (!group.rods.empty()) pullByRods(group, step, middles, motions, pulls);
   return pulls;
 }
 
-void Linkage::damp(const Group& group, std::span<const Vec3> middles,
+void Linkage::damp(const Group& group, double step, std::span<const Vec3> middles,
                    std::span<const Vec3> velocities, std::vector<Vec3>& pulls) {
   for (const Coil& coil : group.springs) {
     if (coil.spring.damping == 0.0) continue;
@@ -213,18 +227,16 @@ void Linkage::damp(const Group& group, std::span<const Vec3> middles,
     Vec3 velocity = velocities[coil.ends.one];
     if (coil.ends.other != kFixed) velocity -= velocities[coil.ends.other];
     // As if it were alone, it slows the velocity at the middle too: so it cannot turn it round.
-    const double slowing =
-        1.0 + 0.5 * group.step * coil.spring.damping * inverseMass(group, coil.ends);
+    const double slowing = 1.0 + 0.5 * step * coil.spring.damping * inverseMass(group, coil.ends);
     push(group, coil.ends,
          (-coil.spring.damping * dotInOrder(velocity, direction) / slowing) * direction, pulls);
   }
 }
 
 /// Adds what makes every rod its length at the end of the step: Newton's method for the forces.
-void Linkage::pullByRods(const Group& group, std::span<const Vec3> middles,
+void Linkage::pullByRods(const Group& group, double step, std::span<const Vec3> middles,
                          std::span<const Motion> motions, std::vector<Vec3>& pulls) {
-  const double h = group.step;
-  const double lever = 0.5 * h * h;  // m for m/s^2
+  const double lever = 0.5 * step * step;  // m for m/s^2
   const std::size_t count = group.rods.size();
   std::vector<Vec3> directions;
   for (const Bar& rod : group.rods)
@@ -235,7 +247,7 @@ void Linkage::pullByRods(const Group& group, std::span<const Vec3> middles,
   double worst = kNever;
   for (int iteration = 0; iteration < kMostRodIterations; ++iteration) {
     for (std::size_t i = 0; i < motions.size(); ++i)
-      ends[i] = motions[i].position + h * motions[i].velocity + lever * pulls[i];
+      ends[i] = motions[i].position + step * motions[i].velocity + lever * pulls[i];
     double largest = 0.0;
     for (std::size_t k = 0; k < count; ++k) {
       const Vec3 along = between(group.rods[k].ends, ends);

@@ -11,7 +11,8 @@
 namespace carom {
 
 /// Radians of a group's fastest motion in one step, unless SphereWorld::forceStep says otherwise: a
-/// spring's frequency is then off by 1.0e-6.
+/// spring's frequency is then off by 1.0e-6. The fastest motion is estimated for the start; what
+/// fields make faster later on is not known then, but rods that turn faster shorten their steps.
 inline constexpr double kForceStepAngle = 0.005;
 
 /// What bends the paths of spheres between their contacts: springs, rods, fields and drag. Spheres
@@ -47,10 +48,11 @@ class Linkage {
   std::span<const std::uint32_t> members(std::uint32_t group) const {
     return groups_[group].spheres;
   }
-  double step(std::uint32_t group) const { return groups_[group].step; }  ///< s
-
-  /// Of the group's members, over a step from `motions` (all of one instant): m/s^2.
-  std::vector<Vec3> accelerations(std::uint32_t group, std::span<const Motion> motions) const;
+  /// s, of the group's step from `motions` (all of one instant) on.
+  double step(std::uint32_t group, std::span<const Motion> motions) const;
+  /// Of the group's members, over a step of `step` s from `motions` on: m/s^2.
+  std::vector<Vec3> accelerations(std::uint32_t group, std::span<const Motion> motions,
+                                  double step) const;
   /// What impulses (N s, one per member) do to the members' velocities, m/s: rods keep the rate at
   /// which they change their lengths, zero. Only the positions of `motions` matter.
   std::vector<Vec3> response(std::uint32_t group, std::span<const Motion> motions,
@@ -80,7 +82,7 @@ class Linkage {
     std::vector<double> masses;          ///< kg, of these
     std::vector<Coil> springs;
     std::vector<Bar> rods;
-    double step = 0.0;  ///< s
+    double step = 0.0;  ///< s, at most
   };
 
   /// m, from the other end to the first.
@@ -93,9 +95,11 @@ class Linkage {
   double stepOf(const SphereWorld& world, const Group& group,
                 std::span<const Motion> motions) const;
   Vec3 fieldAt(const Vec3& position) const;
-  static void damp(const Group& group, std::span<const Vec3> middles,
+  static double turningRate(const Bar& rod, std::span<const Motion> motions);
+  /// Both over `step` s.
+  static void damp(const Group& group, double step, std::span<const Vec3> middles,
                    std::span<const Vec3> velocities, std::vector<Vec3>& pulls);
-  static void pullByRods(const Group& group, std::span<const Vec3> middles,
+  static void pullByRods(const Group& group, double step, std::span<const Vec3> middles,
                          std::span<const Motion> motions, std::vector<Vec3>& pulls);
 
   std::vector<std::uint32_t> groupOf_;  ///< by sphere; empty if there are no groups
@@ -103,6 +107,7 @@ class Linkage {
   std::vector<ForceField> fields_;
   Drag drag_;
   Vec3 gravity_;
+  bool stepGiven_ = false;  ///< by SphereWorld::forceStep
 };
 
 }  // namespace carom

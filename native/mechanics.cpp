@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "native/contact_time.h"
 #include "native/simulation.h"
 
 namespace carom {
@@ -83,7 +82,6 @@ std::vector<Motion> SphereStepper::Simulation::motionsOf(std::uint32_t group,
 
 void SphereStepper::Simulation::restartGroups() {
   std::ranges::sort(restarts_);
-
   restarts_.erase(std::unique(restarts_.begin(), restarts_.end()), restarts_.end());
   for (const std::uint32_t group : restarts_)
     restartGroup(group);
@@ -94,11 +92,12 @@ void SphereStepper::Simulation::restartGroups() {
 void SphereStepper::Simulation::restartGroup(std::uint32_t group) {
   const std::span<const std::uint32_t> members = linkage_.members(group);
   const std::vector<Motion> motions = motionsOf(group, now_);
-  const std::vector<Vec3> pulls = linkage_.accelerations(group, motions);
+  const double step = linkage_.step(group, motions);
+  const std::vector<Vec3> pulls = linkage_.accelerations(group, motions, step);
   for (std::size_t i = 0; i < members.size(); ++i) {
     pulls_[members[i]] = pulls[i];
     rebase(members[i], motions[i]);
-    agenda_.setTurn(members[i], after(now_, linkage_.step(group)));
+    agenda_.setTurn(members[i], after(now_, step));
   }
 }
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "native/contact_time.h"
+#include "native/vector_math.h"
 
 namespace carom {
 namespace {
@@ -15,10 +15,6 @@ constexpr double kProximity = 1e-9;  ///< weight of the proximal term beside dia
 constexpr int kMostProximalSteps = 100;
 constexpr double kWorthwhile = 0.9;  ///< residuals that shrink by less do not any more
 constexpr double kSmallestPivot = 1e-20;
-
-double lengthOf(const Vec3& vector) {
-  return std::sqrt(dotInOrder(vector, vector));
-}
 
 /// min y.Q y / 2 + r.y over y >= -y0, around y0, for positive definite Q.
 class StrictProgramme {

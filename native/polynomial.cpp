@@ -29,6 +29,7 @@ struct Roots {
   std::span<const double> all() const { return {at.data(), count}; }
 };
 
+/// By Horner's rule.
 double value(std::span<const double> c, double t) {
   double sum = 0.0;
   for (std::size_t i = c.size(); i-- > 0;)
@@ -166,10 +167,6 @@ bool staysAbove(const Quartic& c, double from, double until) {
 }
 
 }  // namespace
-
-double valueAt(const Quartic& polynomial, double t) noexcept {
-  return value(polynomial, t);
-}
 
 double firstFall(const Quartic& polynomial, double from, double until) noexcept {
   if (staysAbove(polynomial, from, until)) return kInfinity;

@@ -8,9 +8,6 @@ namespace carom {
 /// c0 + c1 t + c2 t^2 + c3 t^3 + c4 t^4, lowest first.
 using Quartic = std::array<double, 5>;
 
-/// By Horner's rule. [any thread]
-double valueAt(const Quartic& polynomial, double t) noexcept;
-
 /// The first t from `from` to `until` at which the polynomial falls through zero: from above, or
 /// from zero, to below. Infinity if it never does. What is below zero at `from` already must rise
 /// above it first; where it is below and falling the caller decides.

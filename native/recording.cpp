@@ -5,8 +5,6 @@
 #include <cassert>
 #include <limits>
 
-#include "native/contact_time.h"
-
 namespace carom {
 namespace {
 

@@ -9,6 +9,7 @@
 
 #include "native/contact_time.h"
 #include "native/recording_archive.h"
+#include "native/vector_math.h"
 
 namespace carom {
 namespace {

@@ -7,14 +7,13 @@
 #include "native/contact_time.h"
 #include "native/resting.h"
 #include "native/simulation.h"
+#include "native/vector_math.h"
 
 namespace carom {
 namespace {
 
-// These define resting and are documented in SphereStepper.
+// These, too, define resting and are documented in SphereStepper.
 constexpr double kLeastFlight = 1e-5;         ///< s, a bounce on a wall that is shorter is none
-constexpr double kHopTime = 0.5e-3;           ///< s, of a hop on another sphere, if it is paid for
-constexpr double kLeastHopTime = 20e-6;       ///< s, otherwise
 constexpr double kRubbedHopTime = 0.1e-3;     ///< s, unpaid, where friction or forces damp hops
 constexpr double kFirstHops = 10.0;           ///< of that time, which a sphere may have unpaid
 constexpr double kCollapseInterval = 1e-6;    ///< s, contacts of one sphere closer than this ...
@@ -25,12 +24,7 @@ constexpr double kCalmDrift = 0.25;           ///< of the rest speed: what moves
 constexpr double kRetryTime = 0.005;          ///< s, between two attempts to sleep
 constexpr double kSleepPull = 1e-3;           ///< of gravity: what may be left of it in sleep
 
-constexpr double kLeastRebound = 1e-15;  ///< of the speed: what its rounding cannot swallow
-constexpr double kHeldSpeed = 1e-12;     ///< of the speed: what is less along a normal is rounding
-
-double lengthOf(const Vec3& vector) {
-  return std::sqrt(dotInOrder(vector, vector));
-}
+constexpr double kHeldSpeed = 1e-12;  ///< of the speed: what is less along a normal is rounding
 
 }  // namespace
 

@@ -6,17 +6,13 @@
 #include <cmath>
 #include <optional>
 
-#include "native/contact_time.h"
+#include "native/vector_math.h"
 
 namespace carom {
 namespace {
 
 constexpr double kRounding = 1e-12;  ///< of the pull
 constexpr double kParallel = 1e-9;   ///< normals that differ by less are one
-
-double lengthOf(const Vec3& vector) {
-  return std::sqrt(dotInOrder(vector, vector));
-}
 
 /// An orthonormal basis of what the chosen normals span; at most three.
 struct Basis {
@@ -38,11 +34,6 @@ struct Basis {
     return vector;
   }
 };
-
-Vec3 cross(const Vec3& u, const Vec3& v) {
-  return {u.y() * v.z() - u.z() * v.y(), u.z() * v.x() - u.x() * v.z(),
-          u.x() * v.y() - u.y() * v.x()};
-}
 
 /// Up to three of the surfaces: more are never needed to carry (Caratheodory).
 struct Choice {

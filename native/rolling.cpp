@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "native/contact_time.h"
+#include "native/vector_math.h"
 
 namespace carom {
 namespace {
@@ -14,15 +15,6 @@ constexpr double kLongestTurn = 2e-3;   ///< s, of such a course
 constexpr double kStillTime = 1e-9;     ///< s of the support: what is slower is rounding
 constexpr double kAligned = 1e-12;      ///< what of the pull is across is rounding
 constexpr double kInertia = 2.0 / 5.0;  ///< of m r^2
-
-double lengthOf(const Vec3& vector) {
-  return std::sqrt(dotInOrder(vector, vector));
-}
-
-Vec3 cross(const Vec3& u, const Vec3& v) {
-  return {u.y() * v.z() - u.z() * v.y(), u.z() * v.x() - u.x() * v.z(),
-          u.x() * v.y() - u.y() * v.x()};
-}
 
 Vec3 along(const Vec3& vector, const Vec3& normal) {
   return vector - dotInOrder(vector, normal) * normal;

@@ -6,20 +6,15 @@
 #include <utility>
 
 #include "native/contact_time.h"
+#include "native/vector_math.h"
 
 namespace carom {
 namespace {
 
-constexpr double kWakeSpeed = 4.0;       ///< of the rest speed: what is slower lets sleep
-constexpr double kLeastRebound = 1e-15;  ///< of the speed: what its rounding cannot swallow
-constexpr double kLevel = 1e-15;         ///< of gravity: below it a plane is parallel to gravity
+constexpr double kLevel = 1e-15;  ///< of gravity: below it a plane is parallel to gravity
 
 constexpr double kOverlapTolerance = 1e-8;    ///< of the smaller radius, for validate()
 constexpr double kRoundingTolerance = 1e-12;  ///< of the coordinates, for validate()
-
-double lengthOf(const Vec3& vector) {
-  return std::sqrt(dotInOrder(vector, vector));
-}
 
 ImpulseEvent shareOf(const Side& body, const Side& other, const Impact& impact, double sign,
                      const Vec3& point, double time) {
@@ -35,7 +30,9 @@ ImpulseEvent shareOf(const Side& body, const Side& other, const Impact& impact, 
   event.radius = body.radius;
   event.otherRadius = other.radius;
   event.bodyPosition = body.position;
+  event.bodyOrientation = body.orientation;
   event.bodyVelocity = body.velocity;
+  event.bodyAngularVelocity = body.spin;
   return event;
 }
 
@@ -216,8 +213,14 @@ void SphereStepper::Simulation::report(const Side& first, const Side& second,
 
 // ---- Spheres
 
+/// What an event says of a sphere that has come along `motion`.
+Side SphereStepper::Simulation::sideOf(std::uint32_t sphere, const Motion& motion) const {
+  return {bodies_.ids[sphere], bodies_.radii[sphere], motion.position,
+          motion.velocity,     Quat::Identity(),      spinAt(sphere, now_)};
+}
+
 void SphereStepper::Simulation::meetSphere(std::uint32_t sphere, std::uint32_t other) {
-  Pair pair{sphere, other, bodies_.at(sphere, now_), bodies_.at(other, now_), {}, 0.0};
+  Pair pair{bodies_.at(sphere, now_), bodies_.at(other, now_), {}, 0.0, sphere, other};
   const Vec3 separation = pair.motion.position - pair.otherMotion.position;
   const double distance = lengthOf(separation);
   pair.normal = separation / distance;
@@ -268,10 +271,7 @@ void SphereStepper::Simulation::collideLinked(const Pair& pair, double restituti
 }
 
 void SphereStepper::Simulation::reportPair(const Pair& pair, double mass, double impulse) {
-  report({bodies_.ids[pair.sphere], bodies_.radii[pair.sphere], pair.motion.position,
-          pair.motion.velocity},
-         {bodies_.ids[pair.other], bodies_.radii[pair.other], pair.otherMotion.position,
-          pair.otherMotion.velocity},
+  report(sideOf(pair.sphere, pair.motion), sideOf(pair.other, pair.otherMotion),
          {pair.normal, pair.approachSpeed, mass, impulse});
 }
 
@@ -373,6 +373,13 @@ void SphereStepper::Simulation::meetWall(std::uint32_t sphere, std::uint32_t ind
   predictChanged();
 }
 
+/// A wall that is struck at `point`: a plane is there, a face where its box is.
+Side SphereStepper::Simulation::wallSide(const Wall& wall, const Vec3& point) const {
+  if (wall.box == Wall::kNoBox) return {wall.plane.id, kNever, point, wall.plane.velocity};
+  const Solid& solid = bodies_.solids[wall.box];
+  return {solid.box.id, kNever, solid.centreAt(now_), solid.box.velocity, solid.box.orientation};
+}
+
 void SphereStepper::Simulation::bounce(std::uint32_t sphere, Motion motion, std::uint32_t index,
                                        double approachSpeed) {
   const Substance& body = substances_[sphere];
@@ -382,15 +389,13 @@ void SphereStepper::Simulation::bounce(std::uint32_t sphere, Motion motion, std:
   Give give{normal / body.mass, Vec3::Zero(), {}};
   double mass = body.mass;
   if (linkage_.hasRods(sphere)) {
-    give = giveOf({sphere, Agenda::kNobody, motion, {}, normal, approachSpeed});
+    give = giveOf({motion, {}, normal, approachSpeed, sphere, Agenda::kNobody});
     const double compliance = dotInOrder(normal, give.yield);
     mass = compliance > 0.0 ? 1.0 / compliance : 0.0;
   }
   const double impulse = mass * (approachSpeed + rebound);
   if (approachSpeed > 0.0 && approachSpeed >= restSpeed(sphere)) {
-    report({bodies_.ids[sphere], bodies_.radii[sphere], motion.position, motion.velocity},
-           {wall.plane.id, kNever, motion.position - bodies_.radii[sphere] * normal,
-            wall.plane.velocity},
+    report(sideOf(sphere, motion), wallSide(wall, motion.position - bodies_.radii[sphere] * normal),
            {normal, approachSpeed, mass, impulse});
     rubOnWall(sphere, wall.plane, impulse, motion);
   } else {

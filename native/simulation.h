@@ -16,6 +16,12 @@
 
 namespace carom {
 
+// These define resting and are documented in SphereStepper.
+inline constexpr double kHopTime = 0.5e-3;      ///< s, of a hop that is paid for
+inline constexpr double kLeastHopTime = 20e-6;  ///< s, of one that is not
+inline constexpr double kWakeSpeed = 4.0;       ///< of the rest speed: what is slower lets sleep
+inline constexpr double kLeastRebound = 1e-15;  ///< of the speed: more than its rounding swallows
+
 /// What a sphere is but for its size, and how it comes to rest.
 struct Substance {
   double mass = 0.0;         ///< kg
@@ -55,6 +61,8 @@ struct Side {
   double radius = kNever;  ///< m
   Vec3 position;
   Vec3 velocity;
+  Quat orientation = Quat::Identity();
+  Vec3 spin = Vec3::Zero();
 };
 
 /// What SphereStepper does. Spheres are counted in order of their ids. Internal to native/.
@@ -71,7 +79,6 @@ class SphereStepper::Simulation {
   /// At time(), by position in SphereWorld::spheres.
   Motion motionOf(std::size_t listed) const { return motionAtTime(order_[listed]); }
   Vec3 spinOf(std::size_t listed) const { return spinAt(order_[listed], {time_, 0.0}); }
-  bool asleep(std::size_t listed) const { return substances_[order_[listed]].asleep; }
   double kineticEnergy() const;
   double potentialEnergy() const;
   bool validate(std::string* why) const;
@@ -82,12 +89,12 @@ class SphereStepper::Simulation {
  private:
   /// Two spheres at the instant of their contact.
   struct Pair {
-    std::uint32_t sphere = 0;
-    std::uint32_t other = 0;  ///< Agenda::kNobody: something immovable
     Motion motion;
     Motion otherMotion;
     Vec3 normal;  ///< from the other
     double approachSpeed = 0.0;
+    std::uint32_t sphere = 0;
+    std::uint32_t other = 0;  ///< Agenda::kNobody: something immovable
   };
 
   /// What an impulse of 1 N s between two does, m/s.
@@ -123,6 +130,8 @@ class SphereStepper::Simulation {
   bool validateBooks(std::string* why) const;
   double restitutionOf(std::uint32_t sphere, std::uint32_t other, double approachSpeed) const;
   double wallRestitution(std::uint32_t sphere, const Plane& plane, double approachSpeed) const;
+  Side sideOf(std::uint32_t sphere, const Motion& motion) const;
+  Side wallSide(const Wall& wall, const Vec3& point) const;
 
   // Several contacts at one instant: simultaneous.cpp.
   struct Cluster;

@@ -9,16 +9,12 @@
 #include "native/cluster.h"
 #include "native/contact_time.h"
 #include "native/simulation.h"
+#include "native/vector_math.h"
 
 namespace carom {
 namespace {
 
 constexpr double kTouching = 1e-9;  ///< of the smaller radius; documented in Simultaneous
-constexpr double kWakeSpeed = 4.0;  ///< of the rest speed: what is slower lets sleep
-
-double lengthOf(const Vec3& vector) {
-  return std::sqrt(dotInOrder(vector, vector));
-}
 
 std::uint32_t placeIn(const std::vector<std::uint32_t>& sorted, std::uint32_t value) {
   return static_cast<std::uint32_t>(std::ranges::lower_bound(sorted, value) - sorted.begin());
@@ -224,14 +220,10 @@ void SphereStepper::Simulation::reportCluster(const Cluster& cluster) {
     }
     const Motion& motion = cluster.motions[contact.body];
     const Motion& other = cluster.motions[contact.other];
-    const double radius = bodies_.radii[touch.sphere];
-    Side second{touch.id, kNever, motion.position - radius * contact.normal, other.velocity};
-    if (wall) {
-      second.velocity = bodies_.walls[touch.partner - sphereCount()].plane.velocity;
-    } else {
-      second = {touch.id, bodies_.radii[touch.partner], other.position, other.velocity};
-    }
-    report({bodies_.ids[touch.sphere], radius, motion.position, motion.velocity}, second,
+    const Vec3 point = motion.position - bodies_.radii[touch.sphere] * contact.normal;
+    const Side second = wall ? wallSide(bodies_.walls[touch.partner - sphereCount()], point)
+                             : sideOf(touch.partner, other);
+    report(sideOf(touch.sphere, motion), second,
            {contact.normal, speed, cluster.effectiveMass(at), cluster.impulses.along[at]});
   }
 }

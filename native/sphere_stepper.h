@@ -31,13 +31,19 @@ struct SphereStepperCounters {
   std::uint64_t staleContacts = 0;  ///< predictions found outdated, and made again
 };
 
-/// Rigid spheres among immovable planes under uniform gravity, stepped from contact to contact.
-/// Nothing is quantised to a time step: each contact is found in closed form (contact_time.h),
-/// resolved at its instant, and reported as two ImpulseEvents.
+/// Rigid spheres among planes and boxes that nothing can push, stepped from contact to contact.
+/// Nothing is quantised to a time step: each contact is found as a root of a polynomial
+/// (contact_time.h), resolved at its instant, and reported as two ImpulseEvents.
 ///
-/// Model. Free flight on a parabola; an instantaneous impulse along the normal,
-///     j = (1 + e) m v,   v the approach speed,   1/m = 1/m1 + 1/m2 (a plane has 1/m2 = 0),
-/// with e that of the pair (RestitutionTable::of). Not modelled: forces of lasting contacts.
+/// Model. Flight on a parabola; an instantaneous impulse along the normal,
+///     j = (1 + e) m v,   v the approach speed,   1/m = 1/m1 + 1/m2 (a wall has 1/m2 = 0),
+/// with e that of the pair (RestitutionTable::of), which may depend on v (RestitutionLaw).
+/// Coulomb's friction acts in the same instant, and where a sphere is held on one wall it slides,
+/// rolls or pivots (rolling.h); not on edges, on planes that shake, on several walls at once, and
+/// not on what has rods. Springs, rods, fields and drag bend paths in steps (Linkage). The impulse
+/// between bodies that have rods is that of the whole linkage; where several contacts are resolved
+/// together, and on edges and planes that shake, rods take back afterwards what would change their
+/// lengths.
 ///
 /// Simultaneous contacts. A reported contact that may be tied with another one of its spheres, or
 /// that follows from a contact at the same instant, is resolved together with all that touch, from
@@ -46,14 +52,16 @@ struct SphereStepperCounters {
 /// impulse is one collision, all at one time, in order of ids, with its total impulse; its approach
 /// speed is its own or, if greater, that of a pair by itself that needs this impulse. What sleeps
 /// gives way only if it is hit as hard as wakes it. Slower contacts than restSpeed, and contacts at
-/// one instant that share neither a sphere nor a cause, go one after the other, by ids.
+/// one instant that share neither a sphere nor a cause, go one after the other, by ids; so do those
+/// with boxes, but for the face that is hit first, and those with planes that shake.
 ///
 /// Method. As in event-driven molecular dynamics (Alder and Wainwright 1959; one queue entry per
-/// sphere after Lubachevsky 1991, J. Comput. Phys. 94, 255): every sphere keeps its state at its
-/// own last contact and one predicted contact, in a heap; a contact changes, and has predicted
-/// anew, its two partners only. A prediction against a partner that has collided since is told by
-/// the partner's count of contacts, and made again when it is due. Predicting looks at all other
-/// spheres, so a contact costs O(N) and memory is O(N).
+/// sphere after Lubachevsky 1991, J. Comput. Phys. 94, 255): every sphere keeps its motion since
+/// its own last contact and one predicted contact, in a calendar queue; a contact changes, and has
+/// predicted anew, its two partners only. A prediction with a partner that has changed since is
+/// told by the partner's count of changes, and made again when it is due. Predicting looks at the
+/// spheres in the neighbouring cells of a grid (CellGrid), and at all planes and boxes. So a
+/// contact costs the same however many spheres there are, and memory is O(N).
 ///
 /// Boxes. In the frame of a box a sphere's path is a parabola, and the distance from the box is a
 /// polynomial between the planes of its faces: see boxContactTime. The normal is that from the
@@ -68,35 +76,45 @@ struct SphereStepperCounters {
 /// faster than gravity. Hops on it that gravity and the plane make within 20 us are rest whatever
 /// restSpeed is. Energy never grows but for what surfaces that move put in.
 ///
-/// Rest. A contact that approaches more slowly than restSpeed is elastic and is not reported. So a
-/// reported contact with e < 1 takes at least (1 - e^2) m restSpeed^2 / 2 from the energy, there
-/// can only be finitely many, and the endless sequence of ever smaller bounces ends. A ball "at
-/// rest" keeps bouncing, by v^2 / 2g: 1.3 um for the default. A sphere that a plane's contact has
-/// left with less than the hop speed, the smaller of restSpeed / 2 and what gravity gives in
-/// 0.25 ms, leaves its next rest contact there at hop speed, once for each reported contact in
-/// which the plane took at least that energy. A sphere that starts at rest on a plane gets the same
-/// once, from nothing: m restSpeed^2 / 8 at most. But for these grants energy never grows.
+/// Rest. A contact that approaches more slowly than restSpeed is not reported. So a reported
+/// contact with e < 1 takes at least (1 - e^2) m restSpeed^2 / 2 from the energy, there can only be
+/// finitely many, and the endless sequence of ever smaller bounces ends. Such a slow contact with a
+/// wall and e < 1, and any whose flight afterwards would be shorter than 10 us, has no rebound: the
+/// wall holds the sphere, which moves along it, by the acceleration that is left to it (carriedBy),
+/// until it is drawn or pushed off. Up to three walls hold it. A slow contact of two spheres is
+/// elastic; while they are drawn together it ends in a hop of 0.5 ms if that is paid for, otherwise
+/// of 20 us, otherwise at the speed of approach. What pays is the energy that contacts have taken
+/// from the two, up to m restSpeed^2 / 8 of each, and at the start that of ten hops of 20 us. But
+/// for these, energy never grows.
+///
+/// Sleep. A sphere that has kept to one place for 20 ms, within the way at a quarter of restSpeed,
+/// goes to sleep with the calm ones that touch it if walls, boxes, sleepers and they themselves
+/// carry each other, but for 1e-3 of gravity. It is at rest then, and does not give way. It wakes
+/// when it is hit with 4 restSpeed or more or by a wall, and when nothing carries it any longer
+/// because another one wakes. What is linked does not sleep, nor anything without gravity.
 ///
 /// Collapse. With restSpeed = 0, and in a few symmetric arrangements otherwise, infinitely many
 /// contacts fall into a finite time. When one sphere has had 1000 contacts in a row less than 1 us
-/// apart, its own rest speed is raised to 1 mm/s for good, unless it was higher, and its next plane
-/// contact may hop unpaid. Each such run is counted in `collapses`. So advanceTo always ends;
-/// a pile with restSpeed = 0 costs some 10^4 contacts per sphere and second.
+/// apart, its own rest speed is raised to 5 mm/s for good, unless it was higher, it may hop unpaid
+/// once, and if the contact at hand is rest it stands still. Each such run is counted in
+/// `collapses`. So advanceTo always ends.
 ///
-/// Precision. Positions carry rounding errors only: no tolerance enters. Contact times are kept to
-/// twice the precision of a double inside, so that they are as accurate a day after the start as
-/// just after it; events round them to double (7 ps after a day). The state of a sphere is
-/// re-based at its own contacts only, so results do not depend on where advanceTo stops: not by one
-/// bit. Only + - * / and sqrt are used: compiled without contraction and fast-math, the results are
-/// the same bits on every compiler and at every optimisation level.
+/// Precision. Positions carry rounding errors only, but for the steps of springs, rods, fields and
+/// drag. Contact times are kept to twice the precision of a double inside, so that they are as
+/// accurate a day after the start as just after it; events round them to double (7 ps after a day).
+/// The state of a sphere is re-based at its own contacts and turns only, so results do not depend
+/// on where advanceTo stops: not by one bit. Only + - * / and sqrt are used: compiled without
+/// contraction and fast-math, the results are the same bits on every compiler and at every
+/// optimisation level.
 ///
 /// Valid for radii, speeds and masses whose squares and products stay normal doubles (1e-100 to
 /// 1e100). A moved-from stepper can only be assigned to or destroyed. Not thread-safe: one thread
 /// at a time; [physics thread] throughout.
 class SphereStepper {
  public:
-  /// Refuses values outside the ranges above, anything not finite, equal ids, and overlaps at time
-  /// 0 of more than 1e-9 of the smaller radius. Spheres may touch at the start. O(N^2).
+  /// Refuses values that the fields of SphereWorld exclude, anything not finite, equal ids, joints
+  /// with unknown ends, and overlaps at time 0 of more than 1e-9 of the smaller radius. Spheres may
+  /// touch at the start. O(N) for N spheres of about one size.
   static Result<SphereStepper> create(SphereWorld world);
 
   SphereStepper(SphereStepper&& other) noexcept;

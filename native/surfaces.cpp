@@ -8,22 +8,16 @@
 #include "native/contact_time.h"
 #include "native/resting.h"
 #include "native/simulation.h"
+#include "native/vector_math.h"
 
 namespace carom {
 namespace {
 
 // These define rest on edges and on what shakes, and are documented in SphereStepper.
-constexpr double kHopTime = 0.5e-3;      ///< s, of a hop
-constexpr double kLeastHopTime = 20e-6;  ///< s, of a hop that has not been paid for
-constexpr double kMostHop = 0.4;         ///< of the rest speed: with what it grows by, still rest
+constexpr double kMostHop = 0.4;  ///< of the rest speed: with what it grows by, still rest
 
-constexpr double kLeastRebound = 1e-15;  ///< of the speed: what its rounding cannot swallow
-constexpr double kNudge = 2e-15;         ///< of the coordinates: more than their rounding
-constexpr double kBorder = 1e-12;        ///< of the coordinates: nearer to a border is at it
-
-double lengthOf(const Vec3& vector) {
-  return std::sqrt(dotInOrder(vector, vector));
-}
+constexpr double kNudge = 2e-15;   ///< of the coordinates: more than their rounding
+constexpr double kBorder = 1e-12;  ///< of the coordinates: nearer to a border is at it
 
 }  // namespace
 
@@ -32,16 +26,11 @@ double lengthOf(const Vec3& vector) {
 void SphereStepper::Simulation::meetBox(std::uint32_t sphere, std::uint32_t index) {
   const Solid& solid = bodies_.solids[index];
   const BoxNearest nearest = bodies_.nearest(solid, bodies_.at(sphere, now_).position, now_);
-  const std::size_t reported = events_.size();
   if (nearest.feature == BoxFeature::face) {
     meetWall(sphere, solid.firstFace + static_cast<std::uint32_t>(nearest.face));
   } else {
     meetEdge(sphere, solid, solid.toWorld(nearest.normal));
   }
-  if (events_.size() == reported) return;
-  ImpulseEvent& share = events_.back();  // the box's
-  share.bodyPosition = solid.centreAt(now_);
-  share.bodyOrientation = solid.box.orientation;
 }
 
 /// Or a corner.
@@ -70,9 +59,8 @@ void SphereStepper::Simulation::strikeEdge(std::uint32_t sphere, const Solid& so
   const double restitution = wallRestitution(sphere, bodies_.walls[solid.firstFace].plane, speed);
   const double rebound = restitution * speed;
   allowHop(sphere, 0.5 * body.mass * (speed - rebound) * (speed + rebound));
-  const double radius = bodies_.radii[sphere];
-  report({bodies_.ids[sphere], radius, motion.position, motion.velocity},
-         {solid.box.id, 0.0, solid.centreAt(now_), solid.box.velocity},
+  report(sideOf(sphere, motion),
+         {solid.box.id, 0.0, solid.centreAt(now_), solid.box.velocity, solid.box.orientation},
          {impact.normal, speed, body.mass, body.mass * (speed + rebound)});
   motion.velocity += (speed + rebound) * impact.normal;
 }
@@ -199,7 +187,7 @@ void SphereStepper::Simulation::bounceOffShaken(std::uint32_t sphere, std::uint3
   } else {
     const double radius = bodies_.radii[sphere];
     const double angular = wall.oscillation.angularFrequency();
-    report({bodies_.ids[sphere], radius, motion.position, motion.velocity},
+    report(sideOf(sphere, motion),
            {wall.plane.id, kNever, motion.position - radius * impact.normal,
             wall.plane.velocity +
                 (angular * wall.oscillation.at(now_).cosine) * wall.plane.shaking.amplitude},

@@ -2,15 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <optional>
 #include <span>
 #include <sstream>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "native/box_contact.h"
 #include "native/cell_grid.h"
-#include "native/contact_time.h"
 #include "native/shaking.h"
+#include "native/vector_math.h"
 
 namespace carom {
 namespace {
@@ -112,7 +115,6 @@ Problem checkPlane(const Plane& plane) {
   }
   if (!std::isfinite(plane.offset))
     return error(owner, ": offset is ", plane.offset, " m; it must be finite");
-  if (Problem problem = checkFinite(owner, "velocity", plane.velocity)) return problem;
   return checkShaking(owner, plane.shaking);
 }
 

@@ -9,8 +9,9 @@ namespace carom {
 /// coordinates that were computed to touch, far below anything visible.
 inline constexpr double kTouchingOverlap = 1e-9;
 
-/// The world with its normals scaled to length 1 within rounding, or what is wrong with it: which
-/// sphere or plane by id, which value, and what would be accepted. Internal to native/.
+/// The world with its normals and orientations scaled to length 1 within rounding, or what is wrong
+/// with it: which body by id, spring or rod by its place in the list, which value, and what would
+/// be accepted. Internal to native/.
 Result<SphereWorld> checkedWorld(SphereWorld world);
 
 }  // namespace carom

@@ -149,6 +149,24 @@ TEST(Rods, AnImpactTurnsADumbbellAsItsInertiaSays) {
   }
 }
 
+TEST(Rods, ADumbbellAtRestThatIsHitTurnsAtItsNewSpeed) {
+  // In free space nothing told beforehand how fast it would turn: end 1 takes the speed of 1 m/s
+  // of an equal ball at right angles, so it turns with 1 / 0.3 rad/s about a centre at 0.5 m/s.
+  SphereWorld world;
+  world.spheres = {sphereAt(1, {0.0, 0.0, 0.0}), sphereAt(2, {0.3, 0.0, 0.0}),
+                   sphereAt(3, {0.0, -0.2, 0.0}, {0.0, 1.0, 0.0})};
+  world.rods = {{1, 2}};
+  SphereStepper stepper = stepperOf(world);
+  for (const double time : {0.2, 0.35, 0.5}) {
+    stepper.advanceTo(time);
+    const double angle = (time - 0.1) / 0.3;
+    const Vec3 arm = 0.15 * Vec3(std::cos(angle), -std::sin(angle), 0.0);
+    const Vec3 centre(0.15, 0.5 * (time - 0.1), 0.0);
+    EXPECT_LT((stepper.state(0).position - (centre - arm)).norm(), 1e-5) << time;
+    EXPECT_LT((stepper.state(1).position - (centre + arm)).norm(), 1e-5) << time;
+  }
+}
+
 TEST(Rods, SwingingCradlePassesItsSwingOnAndBack) {
   for (const double gap : {0.0, 1e-7}) {
     const double angle = 0.5;

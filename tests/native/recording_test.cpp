@@ -143,6 +143,21 @@ TEST(Recording, HasTheTrajectoryHashOfTheRun) {
     EXPECT_EQ(recordedRun(run.world, run.duration).trajectoryHash(), runHash(run));
 }
 
+// More than the hash looks at: what an event says of a box, or of a plane that shakes.
+TEST(Recording, HasTheBitsOfAllEventsOfEveryHashedRun) {
+  for (const HashedRun& run : hashedRuns()) {
+    const Recording recording = recordedRun(run.world, run.duration);
+    SphereStepper stepper = stepperOf(run.world);
+    const auto expected = stepper.advanceTo(run.duration);
+    for (const Recording& each : {recording, redecoded(recording)}) {
+      const std::vector<ImpulseEvent> found = each.eventsBetween(-1.0, run.duration);
+      ASSERT_EQ(found.size(), expected.size());
+      for (std::size_t event = 0; event < found.size(); ++event)
+        ASSERT_TRUE(sameBits(found[event], expected[event])) << event;
+    }
+  }
+}
+
 TEST(Recording, OfNothingIsEmpty) {
   SphereStepper stepper = stepperOf(droppedBall(0.5, 0.8));
   stepper.advanceTo(1.0);

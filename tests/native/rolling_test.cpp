@@ -171,6 +171,8 @@ TEST(Rolling, AnImpactWithFrictionKeepsTheAngularMomentumAboutTheContact) {
     SphereStepper stepper = stepperOf(world);
     const auto events = stepper.advanceTo(0.3);
     ASSERT_EQ(events.size(), 2U);
+    for (const ImpulseEvent& event : events)
+      EXPECT_EQ(event.bodyAngularVelocity, Vec3(20.0, -30.0, 10.0)) << "that before the impact";
     const Vec3 normal = events[0].normal;
     const double impulse = events[0].impulse.norm();
     const auto after = [&](std::size_t ball) { return stepper.state(ball); };

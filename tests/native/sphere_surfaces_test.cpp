@@ -97,6 +97,28 @@ TEST(BoxesOfSpheres, TheBoxesShareOfAnEventIsFilled) {
   EXPECT_EQ(events[1].bodyVelocity, Vec3(0.0, 0.0, 0.5));
 }
 
+// Three balls fall as a tower, and all contacts are resolved together: the box's share of one of
+// them is not the last event then.
+TEST(BoxesOfSpheres, OnlyTheBoxesShareSaysWhereTheBoxIs) {
+  SphereWorld world = ballOverTable(0.3, 0.9);
+  world.spheres.push_back(sphereAt(2, {0.0, 0.45, 0.0}));
+  world.spheres.push_back(sphereAt(3, {0.0, 0.55, 0.0}));
+  world.simultaneous = Simultaneous::hertz;
+  for (Sphere& sphere : world.spheres)
+    sphere.stiffness = 6e9;
+  world.boxes[0].stiffness = 6e9;
+  world.boxes[0].orientation = Quat(0.8, 0.0, 0.6, 0.0);  // about the vertical
+  SphereStepper stepper = stepperOf(world);
+  const auto events = eventsUntil(stepper, 0.26);
+  ASSERT_EQ(events.size(), 6U);
+  for (const ImpulseEvent& event : events) {
+    const bool ofTheBox = event.body == kBox;
+    const double height = ofTheBox ? -0.1 : 0.1 * event.body - 0.05;
+    EXPECT_NEAR(event.bodyPosition.y(), height, 1e-9) << event.body;
+    EXPECT_EQ(event.bodyOrientation.y(), ofTheBox ? 0.6 : 0.0) << event.body;
+  }
+}
+
 TEST(BoxesOfSpheres, OffACornerTheVelocityIsMirrored) {
   SphereWorld world;
   world.spheres = {sphereAt(1, {0.0, 0.0, 0.0})};
