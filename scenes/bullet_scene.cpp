@@ -86,10 +86,7 @@ BulletScene::~BulletScene() {
 }
 
 void BulletScene::addBody(const SceneBody& body, double restSpeed) {
-  const auto* sphere = std::get_if<SphereShape>(&body.shape);
-  std::unique_ptr<btRigidBody> rigid = sphere != nullptr
-                                           ? makeSphere(body, *sphere)
-                                           : makePlane(body, std::get<PlaneShape>(body.shape));
+  std::unique_ptr<btRigidBody> rigid = makeBody(body);
   // Bullet multiplies the two restitutions of a pair; Carom takes the geometric mean.
   rigid->setRestitution(toBullet(std::sqrt(body.material.restitution)));
   rigid->setFriction(0);
@@ -97,6 +94,12 @@ void BulletScene::addBody(const SceneBody& body, double restSpeed) {
   rigid->setSleepingThresholds(toBullet(restSpeed), toBullet(restSpeed));
   world_.addRigidBody(rigid.get());
   bodies_.push_back(std::move(rigid));
+}
+
+std::unique_ptr<btRigidBody> BulletScene::makeBody(const SceneBody& body) {
+  if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) return makeSphere(body, *sphere);
+  if (const auto* plane = std::get_if<PlaneShape>(&body.shape)) return makePlane(body, *plane);
+  return makeBlock(body, std::get<BlockShape>(body.shape));
 }
 
 std::unique_ptr<btRigidBody> BulletScene::makeSphere(const SceneBody& body,
@@ -117,6 +120,19 @@ std::unique_ptr<btRigidBody> BulletScene::makePlane(const SceneBody& body,
                                                     const PlaneShape& plane) {
   auto shape = std::make_unique<btStaticPlaneShape>(toBullet(plane.normal), toBullet(plane.offset));
   const btRigidBody::btRigidBodyConstructionInfo info(0, nullptr, shape.get());
+  shapes_.push_back(std::move(shape));
+  return std::make_unique<SurfaceBody>(info, body, table());
+}
+
+std::unique_ptr<btRigidBody> BulletScene::makeBlock(const SceneBody& body,
+                                                    const BlockShape& block) {
+  auto shape = std::make_unique<btBoxShape>(toBullet(block.halfExtents));
+  shape->setMargin(0);  // Bullet rounds the edges by it
+  btRigidBody::btRigidBodyConstructionInfo info(0, nullptr, shape.get());
+  const Quat& turn = block.orientation;
+  info.m_startWorldTransform = btTransform(
+      btQuaternion(toBullet(turn.x()), toBullet(turn.y()), toBullet(turn.z()), toBullet(turn.w())),
+      toBullet(block.centre));
   shapes_.push_back(std::move(shape));
   return std::make_unique<SurfaceBody>(info, body, table());
 }

@@ -11,7 +11,8 @@ namespace carom {
 
 /// A scene as a Bullet world, with Bullet's own defaults but for what would change the mechanics
 /// that the scene describes: no friction, no damping, and bodies fall asleep only below the scene's
-/// rest speed. Body i of the world is body i of the scene. [one thread]
+/// rest speed. Body i of the world is body i of the scene. Only of scenes that Bullet can run, see
+/// whyNotOnBullet: of others it leaves out what it cannot do. [one thread]
 ///
 /// Restitutions of pairs of materials. Bullet knows bodies only, and one function for the whole
 /// process that combines two of them (gCalculateCombinedRestitutionCallback). While there is a
@@ -35,6 +36,8 @@ class BulletScene {
   void addBody(const SceneBody& body, double restSpeed);
   std::unique_ptr<btRigidBody> makeSphere(const SceneBody& body, const SphereShape& sphere);
   std::unique_ptr<btRigidBody> makePlane(const SceneBody& body, const PlaneShape& plane);
+  std::unique_ptr<btRigidBody> makeBlock(const SceneBody& body, const BlockShape& block);
+  std::unique_ptr<btRigidBody> makeBody(const SceneBody& body);
 
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_{&configuration_};

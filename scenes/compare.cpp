@@ -9,6 +9,7 @@
 #include "bullet_bridge/bullet_bridge.h"
 #include "scenes/bullet_scene.h"
 #include "scenes/local_reference.h"
+#include "scenes/native_only.h"
 #include "scenes/scene_sound.h"
 #include "scenes/scene_stepper.h"
 
@@ -82,7 +83,7 @@ Result<BulletRun> runBullet(const Scene& scene) {
   LocalReference reference(scene);
   BulletRun run;
   const auto step = static_cast<btScalar>(scene.stepper.step);
-  while (bridge->time() < scene.duration) {
+  while (bridge->settledTime() < scene.duration) {
     reference.beforeStep(world);
     const Stopwatch stopwatch;
     world.world().stepSimulation(step, 0);
@@ -184,6 +185,8 @@ Scene onBullet(const Scene& scene, double step) {
 
 Result<CompareReport> compareScene(const Scene& scene, std::span<const double> steps,
                                    const std::function<void(double share)>& progress) {
+  if (const std::string reason = whyNotOnBullet(scene); !reason.empty())
+    return Error{scene.name + ": " + reason + ""};
   Scene native = scene;
   native.stepper.type = StepperType::native;
   CompareReport report;

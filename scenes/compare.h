@@ -42,7 +42,8 @@ struct CompareReport {
   std::vector<CompareRun> runs;
 };
 
-/// Runs the scene on the native stepper and on Bullet at each of the steps (s). [one thread]
+/// Runs the scene on the native stepper and on Bullet at each of the steps (s). Refuses scenes that
+/// Bullet cannot run (whyNotOnBullet). [one thread]
 Result<CompareReport> compareScene(const Scene& scene, std::span<const double> steps,
                                    const std::function<void(double share)>& progress = {});
 

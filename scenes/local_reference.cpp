@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "native/box_contact.h"
 #include "native/contact_time.h"
 
 namespace carom {
@@ -22,21 +23,28 @@ std::uint64_t pairKey(std::size_t first, std::size_t second) {
   return (static_cast<std::uint64_t>(first) << 32) | second;
 }
 
-// The way of one sphere seen from another, or above a plane.
+// The way of one sphere seen from another or from a block, or above a plane.
 struct Path {
   Vec3 offset;
   Vec3 velocity;
   Vec3 acceleration;
   double reach = 0.0;
   const PlaneShape* plane = nullptr;
+  const BlockShape* block = nullptr;
 
   Vec3 offsetAt(double time) const {
     return offset + time * (velocity + (0.5 * time) * acceleration);
   }
+  Vec3 inBlock(const Vec3& vector) const { return along(columnsOf(block->orientation), vector); }
+  BoxNearest nearestAt(double time) const {
+    return nearestOf(block->halfExtents, inBlock(offsetAt(time)));
+  }
   Vec3 normalAt(double time) const {
+    if (block != nullptr) return block->orientation * nearestAt(time).normal;
     return plane != nullptr ? plane->normal : offsetAt(time).normalized();
   }
   double gapAt(double time) const {
+    if (block != nullptr) return nearestAt(time).distance - reach;
     return plane != nullptr ? offsetAt(time).dot(plane->normal) - reach
                             : offsetAt(time).norm() - reach;
   }
@@ -47,6 +55,11 @@ struct Path {
     if (plane != nullptr) {
       return planeContactTime(gapAt(0.0), velocity.dot(plane->normal),
                               acceleration.dot(plane->normal));
+    }
+    if (block != nullptr) {
+      return boxContactTime(block->halfExtents,
+                            {inBlock(offset), inBlock(velocity), inBlock(acceleration)}, reach,
+                            limit);
     }
     if (acceleration.isZero(0.0)) return sphereContactTime(offset, velocity, reach);
     return soughtTime(limit);
@@ -103,38 +116,42 @@ void LocalReference::afterStep(BulletScene& world, double dt) {
     bodies_[i].velocityAfter = toVec3(world.body(i).getLinearVelocity());
   }
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const auto* sphere = std::get_if<SphereShape>(&scene_.bodies[i].shape);
-    if (sphere == nullptr) continue;
+    if (!std::holds_alternative<SphereShape>(scene_.bodies[i].shape)) continue;
     for (std::size_t j = 0; j < bodies_.size(); ++j) {
-      const BodyStep& a = bodies_[i];
-      const BodyStep& b = bodies_[j];
-      PairStep pair;
-      pair.first = i;
-      pair.second = j;
-      pair.offset = a.position - b.position;
-      pair.velocityBefore = a.velocityBefore - b.velocityBefore;
-      pair.velocityAfter = a.velocityAfter - b.velocityAfter;
-      pair.acceleration = a.acceleration - b.acceleration;
-      pair.reach = sphere->radius;
-      pair.pushed = pushed_.contains({&world.body(i), &world.body(j)});
-      if (const auto* other = std::get_if<SphereShape>(&scene_.bodies[j].shape)) {
-        if (j <= i) continue;
-        pair.reach += other->radius;
-      } else {
-        pair.plane = &std::get<PlaneShape>(scene_.bodies[j].shape);
-        pair.offset =
-            (a.position.dot(pair.plane->normal) - pair.plane->offset) * pair.plane->normal;
-      }
-      testPair(pair, dt);
+      const bool isSphere = std::holds_alternative<SphereShape>(scene_.bodies[j].shape);
+      if (!isSphere || j > i) testPair(pairStep(i, j, world), dt);
     }
   }
   time_ += dt;
 }
 
+LocalReference::PairStep LocalReference::pairStep(std::size_t sphere, std::size_t other,
+                                                  BulletScene& world) const {
+  const BodyStep& a = bodies_[sphere];
+  const BodyStep& b = bodies_[other];
+  PairStep pair;
+  pair.first = sphere;
+  pair.second = other;
+  pair.offset = a.position - b.position;
+  pair.velocityBefore = a.velocityBefore - b.velocityBefore;
+  pair.velocityAfter = a.velocityAfter - b.velocityAfter;
+  pair.acceleration = a.acceleration - b.acceleration;
+  pair.reach = std::get<SphereShape>(scene_.bodies[sphere].shape).radius;
+  pair.pushed = pushed_.contains({&world.body(sphere), &world.body(other)});
+  const auto& shape = scene_.bodies[other].shape;
+  pair.plane = std::get_if<PlaneShape>(&shape);
+  pair.block = std::get_if<BlockShape>(&shape);
+  if (const auto* partner = std::get_if<SphereShape>(&shape)) pair.reach += partner->radius;
+  if (pair.plane != nullptr)
+    pair.offset = (a.position.dot(pair.plane->normal) - pair.plane->offset) * pair.plane->normal;
+  return pair;
+}
+
 void LocalReference::testPair(const PairStep& pair, double dt) {
   const std::uint64_t key = pairKey(pair.first, pair.second);
-  const Path actual{pair.offset, pair.velocityAfter - (0.5 * dt) * pair.acceleration,
-                    pair.acceleration, pair.reach, pair.plane};
+  const Path actual{pair.offset,       pair.velocityAfter - (0.5 * dt) * pair.acceleration,
+                    pair.acceleration, pair.reach,
+                    pair.plane,        pair.block};
   const double restSpeed = scene_.stepper.restSpeed;
   const bool approaching = -pair.velocityAfter.dot(actual.normalAt(0.0)) > restSpeed;
   const bool collided = collided_.contains(key);
@@ -147,8 +164,9 @@ void LocalReference::testPair(const PairStep& pair, double dt) {
   const double farthest = dt * (pair.velocityAfter.norm() + dt * pair.acceleration.norm());
   if (!pair.pushed && actual.gapAt(0.0) > farthest) return;
 
-  const Path free{pair.offset, pair.velocityBefore + (0.5 * dt) * pair.acceleration,
-                  pair.acceleration, pair.reach, pair.plane};
+  const Path free{pair.offset,       pair.velocityBefore + (0.5 * dt) * pair.acceleration,
+                  pair.acceleration, pair.reach,
+                  pair.plane,        pair.block};
   Touch touch;
   touch.nodeSpeed = -pair.velocityBefore.dot(actual.normalAt(0.0));
   if (actual.gapAt(0.0) <= 0.0) {

@@ -50,7 +50,7 @@ class LocalReference {
     Vec3 velocityAfter;   // m/s, after the solver
     Vec3 acceleration;    // m/s^2, zero when asleep
   };
-  // A sphere seen from another, or above a plane.
+  // A sphere seen from another or from a block, or above a plane.
   struct PairStep {
     std::size_t first = 0;
     std::size_t second = 0;
@@ -61,6 +61,7 @@ class LocalReference {
     double reach = 0.0;   // m, sum of the radii
     bool pushed = false;  // Bullet's solver pushed the two apart in this step
     const PlaneShape* plane = nullptr;
+    const BlockShape* block = nullptr;
   };
   struct Touch {
     double time = 0.0;  // s, after the start of the step
@@ -69,6 +70,7 @@ class LocalReference {
   };
 
   void readPushedPairs(BulletScene& world);
+  PairStep pairStep(std::size_t sphere, std::size_t other, BulletScene& world) const;
   void testPair(const PairStep& pair, double dt);
   void record(const PairStep& pair, const Touch& touch);
 

@@ -22,6 +22,7 @@
 #include "audio/partial_file.h"
 #include "audio/synth.h"
 #include "scenes/compare.h"
+#include "scenes/native_only.h"
 #include "scenes/plan.h"
 #include "scenes/progress_bar.h"
 #include "scenes/recorded_scene.h"
@@ -219,6 +220,11 @@ int renderInto(const Arguments& arguments, const Scene& scene, const Recording* 
   return answer(arguments.json ? jsonText(renderJson(*report)) : renderText(*report));
 }
 
+// Empty where the stepper that the scene runs on can do it.
+std::string whyNotRun(const Scene& scene) {
+  return scene.stepper.type == StepperType::bullet ? whyNotOnBullet(scene) : std::string();
+}
+
 int render(const Arguments& arguments) {
   if (const std::string reason = whyNoOutputs(arguments); !reason.empty())
     return fail(kBadInput, reason);
@@ -230,6 +236,8 @@ int render(const Arguments& arguments) {
     return fail(kBadInput,
                 "--step: the native stepper has no step; expected --stepper bullet with it");
   }
+  if (const std::string reason = whyNotRun(*scene); !reason.empty())
+    return fail(kBadInput, arguments.scene + ": " + reason);
   return renderInto(arguments, *scene, nullptr);
 }
 
@@ -319,6 +327,8 @@ int compare(const Arguments& arguments) {
   if (!scene) return fail(kBadInput, scene.error().message);
   std::vector<double> steps = arguments.steps;
   if (steps.empty()) steps = {1.0 / 60.0, 1.0 / 240.0, 1.0 / 1000.0};
+  if (const std::string reason = whyNotOnBullet(*scene); !reason.empty())
+    return fail(kBadInput, arguments.scene + ": " + reason);
   ProgressBar bar("comparing " + scene->name);
   const Result<CompareReport> report =
       compareScene(*scene, steps, [&](double share) { bar.show(share); });

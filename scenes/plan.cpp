@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "scenes/native_only.h"
 #include "scenes/scene_sound.h"
 
 namespace carom {
@@ -47,22 +48,40 @@ void addSound(const Scene& scene, bool planes, PlanBuilder& plan) {
       sound.room.reflectors.empty() ? "the scene has no room: open air" : "the room has no reverb");
 }
 
+template <class Shape>
+bool has(const Scene& scene) {
+  return std::ranges::any_of(scene.bodies, [](const SceneBody& body) {
+    return std::holds_alternative<Shape>(body.shape);
+  });
+}
+
+/// What the bodies do to each other, and what else moves them.
+void addMechanics(const Scene& scene, bool planes, PlanBuilder& plan) {
+  const auto spheres = std::ranges::count_if(scene.bodies, [](const SceneBody& body) {
+    return std::holds_alternative<SphereShape>(body.shape);
+  });
+  const SceneMechanics& mechanics = scene.mechanics;
+  const bool forces = !mechanics.rods.empty() || !mechanics.springs.empty() ||
+                      !mechanics.fields.empty() || mechanics.drag.rate > 0.0;
+  plan.stage("gravity", !scene.gravity.isZero(0.0),
+             forces ? "gravity is zero" : "gravity is zero: paths are straight lines");
+  plan.stage("forces", forces, "there are no springs, rods, fields and drag");
+  plan.stage("sphere_sphere_contacts", spheres > 1, "there is only one sphere");
+  plan.stage("sphere_plane_contacts", planes, "there is no plane");
+  plan.stage("sphere_block_contacts", has<BlockShape>(scene), "there is no block");
+  plan.stage("friction", hasFriction(scene), "no two bodies have friction");
+}
+
 }  // namespace
 
 Plan makePlan(const Scene& scene) {
-  const auto spheres = std::count_if(
-      scene.bodies.begin(), scene.bodies.end(),
-      [](const SceneBody& body) { return std::holds_alternative<SphereShape>(body.shape); });
-  const bool planes = static_cast<std::size_t>(spheres) < scene.bodies.size();
+  const bool planes = has<PlaneShape>(scene);
   const bool bullet = scene.stepper.type == StepperType::bullet;
-
   PlanBuilder plan;
   plan.stage("native_stepper", !bullet, "the scene runs on Bullet");
   plan.stage("bullet_world", bullet, "the scene runs on the native stepper");
   plan.stage("bullet_bridge", bullet, "the native stepper's events are exact as they are");
-  plan.stage("gravity", !scene.gravity.isZero(0.0), "gravity is zero: paths are straight lines");
-  plan.stage("sphere_sphere_contacts", spheres > 1, "there is only one sphere");
-  plan.stage("sphere_plane_contacts", planes, "there is no plane");
+  addMechanics(scene, planes, plan);
   plan.stage("acceleration_noise", true, "");
   plan.stage("acceleration_noise_of_planes", false,
              planes ? "planes are immovable: no impulse accelerates them" : "there is no plane");

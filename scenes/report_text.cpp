@@ -113,6 +113,7 @@ const char* radiationName(Radiation radiation) {
 
 struct Contents {
   std::size_t planes = 0;
+  std::size_t blocks = 0;
   std::map<std::string, std::size_t> spheresByMaterial;
   std::size_t spheres = 0;
   double smallest = std::numeric_limits<double>::infinity();  // m
@@ -125,7 +126,7 @@ Contents contentsOf(const Scene& scene) {
   for (const SceneBody& body : scene.bodies) {
     const auto* sphere = std::get_if<SphereShape>(&body.shape);
     if (sphere == nullptr) {
-      ++contents.planes;
+      ++(std::holds_alternative<PlaneShape>(body.shape) ? contents.planes : contents.blocks);
       continue;
     }
     ++contents.spheres;
@@ -276,6 +277,7 @@ std::string infoText(const Scene& scene) {
     separator = ", ";
   }
   text += format("\nplanes    %zu\n", contents.planes);
+  if (contents.blocks > 0) text += format("blocks    %zu\n", contents.blocks);
   text += roomText(imageCount(scene), scene.sound.reverb);
   const std::vector<ListenerChannels> channels = listenerChannels(scene);
   for (std::size_t index = 0; index < channels.size(); ++index)
@@ -310,6 +312,7 @@ Json infoJson(const Scene& scene) {
           {"radius_m", {{"min", contents.smallest}, {"max", contents.largest}}},
           {"mass_kg", contents.mass},
           {"planes", contents.planes},
+          {"blocks", contents.blocks},
           {"listeners", listeners},
           {"images", imageCount(scene)},
           {"reverb", reverbJson(scene.sound.reverb)},
@@ -331,7 +334,7 @@ std::string renderText(const RenderReport& report) {
       counted(report.events / 2, "collision") + '\n';
   text += format("clicks    %llu", static_cast<unsigned long long>(synth.events - synth.inaudible));
   if (synth.immovable > 0)
-    text += format("; %llu events are of planes, which cannot move",
+    text += format("; %llu events are of planes and blocks, which cannot move",
                    static_cast<unsigned long long>(synth.immovable));
   text += '\n';
   text += channelsText(report.listeners) + roomText(report.images, report.reverb);

@@ -13,8 +13,10 @@
 #include "audio/material.h"
 #include "audio/medium.h"
 #include "audio/pose_track.h"
+#include "audio/restitution_law.h"
 #include "audio/restitution_table.h"
 #include "audio/synth.h"
+#include "native/sphere_world.h"
 
 namespace carom {
 
@@ -23,19 +25,52 @@ struct SphereShape {
   double mass = 0.0;             ///< kg
   Vec3 position = Vec3::Zero();  ///< m, world frame, centre, at time 0
   Vec3 velocity = Vec3::Zero();  ///< m/s, world frame, at time 0
+  Vec3 spin = Vec3::Zero();      ///< rad/s, world frame, at time 0
 };
 
-/// Immovable half-space { x : normal . x <= offset }; the free side is where the normal points.
+/// Half-space { x : normal . x <= offset } that nothing can push; the free side is where the normal
+/// points.
 struct PlaneShape {
-  Vec3 normal = Vec3::UnitY();  ///< unit
-  double offset = 0.0;          ///< m
+  Vec3 normal = Vec3::UnitY();   ///< unit
+  double offset = 0.0;           ///< m, at time 0; of one that shakes, that of the middle
+  Vec3 velocity = Vec3::Zero();  ///< m/s, world frame
+  Shaking shaking = {};
+};
+
+/// Solid box that nothing can push.
+struct BlockShape {
+  Vec3 centre = Vec3::Zero();           ///< m, world frame, at time 0
+  Vec3 halfExtents = Vec3::Ones();      ///< m, > 0, along its own axes
+  Quat orientation = Quat::Identity();  ///< block to world, unit
+  Vec3 velocity = Vec3::Zero();         ///< m/s, world frame
+};
+
+/// How a body of some material touches others, beside what Material says. The defaults are those of
+/// all built-in materials.
+struct ContactTraits {
+  double friction = 0.0;          ///< 1, Coulomb's; of a pair the geometric mean
+  double rollingFriction = 0.0;   ///< 1, of spheres, see SphereFriction::rolling
+  double pivotingFriction = 0.0;  ///< m, of spheres, see SphereFriction::pivoting
+  RestitutionLaw restitutionLaw = {};
 };
 
 struct SceneBody {
   std::string name;  ///< unique in the scene
   Material material;
-  std::variant<SphereShape, PlaneShape> shape;
+  std::variant<SphereShape, PlaneShape, BlockShape> shape;
   SurfaceId surface = 0;  ///< the kind of its material in Scene::restitutions; 0: has none there
+  ContactTraits contact = {};
+};
+
+/// What acts on the bodies besides gravity and impacts. Ends of springs and rods are spheres by
+/// their index in Scene::bodies.
+struct SceneMechanics {
+  Simultaneous simultaneous = Simultaneous::reflections;
+  std::vector<Rod> rods;
+  std::vector<Spring> springs;
+  std::vector<ForceField> fields;
+  Drag drag = {};
+  double forceStep = 0.0;  ///< s, see SphereWorld::forceStep; 0: chosen for each group of spheres
 };
 
 enum class StepperType { native, bullet };
@@ -74,6 +109,7 @@ struct Scene {
   SynthSettings sound;  ///< with the room; not used of it: sample rate and medium
   std::vector<SceneBody> bodies;
   RestitutionTable restitutions;  ///< of pairs of materials that have one of their own
+  SceneMechanics mechanics;
   std::vector<Listener> listeners;
   std::vector<ListenerPath> paths;  ///< of listeners that move, at most one for each
   std::vector<HeadFile> headFiles;  ///< of binaural listeners that name one

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "scenes/json_reader.h"
+#include "scenes/mechanics_reader.h"
 #include "scenes/sound_reader.h"
 
 namespace carom {
@@ -68,7 +69,8 @@ constexpr TextRange kDescription{
 constexpr TextRange kSchemaAddress{
     .noun = "the address of a schema", .minLength = 0, .maxLength = 1000};
 
-constexpr std::size_t kMaxEntries = SceneLimits::kSpheres + SceneLimits::kPlanes;
+constexpr std::size_t kMaxEntries =
+    SceneLimits::kSpheres + SceneLimits::kPlanes + SceneLimits::kBlocks;
 constexpr std::size_t kMaxMaterials = 1000;
 constexpr std::size_t kMaxRestitutions = 1000;
 
@@ -284,10 +286,11 @@ class SceneReader {
   Scene read(const JsonNode& root, std::string_view defaultName);
 
  private:
-  /// What a body is made of, and which surface that is.
+  /// What a body is made of, which surface that is, and how it touches.
   struct Covering {
     Material material;
     SurfaceId surface = 0;
+    ContactTraits contact = {};
   };
   /// What a plane came from.
   struct PlaneOrigin {
@@ -298,8 +301,9 @@ class SceneReader {
   void readAir(const JsonNode& air);
   void readStepper(const JsonNode& stepper);
   void readMaterials(const JsonNode& materials);
-  Material readMaterialObject(const JsonNode& node, std::string name);
-  Material material(const JsonNode& node, const std::string& inlineName);
+  Covering readMaterialObject(const JsonNode& node, std::string name);
+  Covering namedMaterial(const JsonNode& node);
+  Covering covering(const JsonNode& node, const std::string& inlineName);
   std::vector<std::string_view> knownMaterials() const;
   bool checkKnown(const JsonNode& node, const std::string& name, const std::string& otherwise);
   void readRestitutions(const JsonNode& restitutions);
@@ -314,6 +318,7 @@ class SceneReader {
   void readSphere(const JsonNode& entry);
   void readPlane(const JsonNode& entry);
   void readBox(const JsonNode& entry);
+  void readBlock(const JsonNode& entry);
   void readGroup(const JsonNode& entry);
   std::vector<Covering> groupMaterials(const JsonNode& entry, const std::string& name);
   void readListeners(const JsonNode& root);
@@ -322,27 +327,27 @@ class SceneReader {
 
   bool readCorners(const JsonNode& entry, Vec3& min, Vec3& max);
   bool countSpheres(const JsonNode& node, std::size_t count);
-  void addPlane(const JsonNode& entry, std::string name, Covering covering, const Vec3& normal,
-                double offset);
+  void addPlane(const JsonNode& entry, std::string name, Covering covering,
+                const PlaneShape& plane);
   void addBody(const JsonNode& entry, SceneBody body);
 
   void checkOverlaps();
-  void checkPlanes(std::size_t body, const SphereShape& sphere);
+  void checkWalls(std::size_t body, const SphereShape& sphere);
   void placeGroups();
   void placeGroup(PendingGroup& group);
   bool placeSphere(PendingGroup& group, std::size_t body);
   bool isFree(const Vec3& centre, double radius);
-  double gapToPlane(std::size_t body, const Vec3& centre, double radius) const;
+  double gapToWall(std::size_t body, const Vec3& centre, double radius) const;
   SphereShape& sphere(std::size_t body) { return std::get<SphereShape>(scene_.bodies[body].shape); }
-  std::uint64_t placingWork() const { return grid_.work() + planeWork_; }
+  std::uint64_t placingWork() const { return grid_.work() + wallWork_; }
   bool ok() const { return !error_; }
 
   FirstError& error_;
   std::filesystem::path folder_;
   Scene scene_;
   std::uint64_t seed_ = 0;
-  std::map<std::string, Material, std::less<>> ownMaterials_;
-  std::map<std::string, SurfaceId, std::less<>> surfaces_;  // of materials in "restitutions"
+  std::map<std::string, Covering, std::less<>> ownMaterials_;  // without surfaces
+  std::map<std::string, SurfaceId, std::less<>> surfaces_;     // of materials in "restitutions"
   Names bodyNames_;
   std::set<std::string> finalNames_;
   std::vector<std::string> places_;  // JSON pointers, by body
@@ -350,15 +355,17 @@ class SceneReader {
   std::vector<std::size_t> fixedSpheres_;
   std::vector<std::size_t> planes_;   // bodies
   std::vector<PlaneOrigin> origins_;  // of planes_
+  std::vector<std::size_t> walls_;    // bodies: planes and blocks
   SphereGrid grid_;
   std::size_t sphereCount_ = 0;
-  std::uint64_t planeWork_ = 0;
+  std::size_t blockCount_ = 0;
+  std::uint64_t wallWork_ = 0;
 };
 
 Scene SceneReader::read(const JsonNode& root, std::string_view defaultName) {
   if (!root.expectObject("a scene", {"$schema", "name", "description", "duration", "sample_rate",
-                                     "seed", "gravity", "air", "stepper", "sound", "materials",
-                                     "restitutions", "bodies", "room", "listeners"})) {
+                                     "seed", "gravity", "air", "stepper", "mechanics", "sound",
+                                     "materials", "restitutions", "bodies", "room", "listeners"})) {
     return {};
   }
   root.text("$schema", kSchemaAddress, "");
@@ -380,6 +387,8 @@ Scene SceneReader::read(const JsonNode& root, std::string_view defaultName) {
   if (ok()) readListeners(root);
   if (ok()) checkOverlaps();
   if (ok()) placeGroups();
+  if (const auto mechanics = root.find("mechanics"); mechanics && ok())
+    readMechanics(*mechanics, scene_);
   return std::move(scene_);
 }
 
@@ -426,27 +435,35 @@ void SceneReader::readMaterials(const JsonNode& materials) {
   }
 }
 
-Material SceneReader::readMaterialObject(const JsonNode& node, std::string name) {
-  if (!node.expectObject("a material",
-                         {"density", "youngs_modulus", "poissons_ratio", "restitution"})) {
+SceneReader::Covering SceneReader::readMaterialObject(const JsonNode& node, std::string name) {
+  if (!node.expectObject("a material", {"density", "youngs_modulus", "poissons_ratio",
+                                        "restitution", "restitution_law", "restitution_speed",
+                                        "friction", "rolling_friction", "pivoting_friction"})) {
     return {};
   }
-  return {.name = std::move(name),
-          .density = node.number("density", kDensity),
-          .youngsModulus = node.number("youngs_modulus", kYoungsModulus),
-          .poissonsRatio = node.number("poissons_ratio", kPoissonsRatio),
-          .restitution = node.number("restitution", kRestitution)};
+  return {.material = {.name = std::move(name),
+                       .density = node.number("density", kDensity),
+                       .youngsModulus = node.number("youngs_modulus", kYoungsModulus),
+                       .poissonsRatio = node.number("poissons_ratio", kPoissonsRatio),
+                       .restitution = node.number("restitution", kRestitution)},
+          .contact = readContactTraits(node)};
 }
 
-Material SceneReader::material(const JsonNode& node, const std::string& inlineName) {
+SceneReader::Covering SceneReader::covering(const JsonNode& node, const std::string& inlineName) {
   if (node.isObject()) return readMaterialObject(node, inlineName);
   if (!node.isString()) {
     node.failAs("a material", "the name of one, or an object with its properties");
     return {};
   }
+  Covering covering = namedMaterial(node);
+  covering.surface = surfaceOf(node);
+  return covering;
+}
+
+SceneReader::Covering SceneReader::namedMaterial(const JsonNode& node) {
   const std::string name = node.text(kName);
   if (!ok()) return {};
-  if (const Material* builtIn = findMaterial(name)) return *builtIn;
+  if (const Material* builtIn = findMaterial(name)) return {.material = *builtIn};
   if (const auto own = ownMaterials_.find(name); own != ownMaterials_.end()) return own->second;
   checkKnown(node, name, ", or an object with its properties");
   return {};
@@ -549,19 +566,21 @@ void SceneReader::readBody(const JsonNode& entry) {
     entry.failAs("a body", "an object");
     return;
   }
-  const auto type = entry.require("type", R"(one of "sphere", "plane", "box", "spheres")");
+  const auto type = entry.require("type", R"(one of "sphere", "plane", "box", "spheres", "block")");
   if (!type) return;
-  const std::size_t choice = type->choice("a type of body", {"sphere", "plane", "box", "spheres"});
+  const std::size_t choice =
+      type->choice("a type of body", {"sphere", "plane", "box", "spheres", "block"});
   if (!ok()) return;
   using Read = void (SceneReader::*)(const JsonNode&);
-  constexpr std::array<Read, 4> kReaders = {&SceneReader::readSphere, &SceneReader::readPlane,
-                                            &SceneReader::readBox, &SceneReader::readGroup};
+  constexpr std::array<Read, 5> kReaders = {&SceneReader::readSphere, &SceneReader::readPlane,
+                                            &SceneReader::readBox, &SceneReader::readGroup,
+                                            &SceneReader::readBlock};
   (this->*kReaders.at(choice))(entry);
 }
 
 void SceneReader::readSphere(const JsonNode& entry) {
-  if (!entry.expectObject("a sphere",
-                          {"type", "name", "radius", "material", "position", "velocity", "mass"})) {
+  if (!entry.expectObject("a sphere", {"type", "name", "radius", "material", "position", "velocity",
+                                       "spin", "mass"})) {
     return;
   }
   if (!countSpheres(entry, 1)) return;
@@ -570,11 +589,14 @@ void SceneReader::readSphere(const JsonNode& entry) {
   SphereShape sphere;
   sphere.radius = entry.number("radius", kRadius);
   if (const auto node = entry.require("material", "a material")) {
-    body.material = material(*node, body.name);
-    body.surface = surfaceOf(*node);
+    Covering made = covering(*node, body.name);
+    body.material = std::move(made.material);
+    body.surface = made.surface;
+    body.contact = made.contact;
   }
   sphere.position = entry.vector("position", kCoordinate);
   sphere.velocity = entry.vector("velocity", kVelocity, Vec3::Zero());
+  sphere.spin = readSpin(entry);
   sphere.mass = entry.number("mass", kMass, sphereMass(body.material.density, sphere.radius));
   body.shape = sphere;
   fixedSpheres_.push_back(scene_.bodies.size());
@@ -582,7 +604,8 @@ void SceneReader::readSphere(const JsonNode& entry) {
 }
 
 void SceneReader::readPlane(const JsonNode& entry) {
-  if (!entry.expectObject("a plane", {"type", "name", "normal", "point", "offset", "material"})) {
+  if (!entry.expectObject("a plane", {"type", "name", "normal", "point", "offset", "material",
+                                      "velocity", "shaking"})) {
     return;
   }
   const std::string name = entryName(entry, "plane", bodyNames_);
@@ -599,10 +622,11 @@ void SceneReader::readPlane(const JsonNode& entry) {
   }
   const auto node = entry.require("material", "a material");
   if (!ok()) return;
-  const Vec3 normal = (direction / largest).normalized();  // the first division saves tiny ones
-  const double distance =
-      point ? normal.dot(point->vector(kCoordinate)) : offset->number(kCoordinate);
-  addPlane(entry, name, {material(*node, name), surfaceOf(*node)}, normal, distance);
+  PlaneShape plane;
+  plane.normal = (direction / largest).normalized();  // the first division saves tiny ones
+  plane.offset = point ? plane.normal.dot(point->vector(kCoordinate)) : offset->number(kCoordinate);
+  readMotion(entry, plane);
+  addPlane(entry, name, covering(*node, name), plane);
 }
 
 void SceneReader::readBox(const JsonNode& entry) {
@@ -613,14 +637,39 @@ void SceneReader::readBox(const JsonNode& entry) {
   if (!readCorners(entry, min, max)) return;
   const auto node = entry.require("material", "a material");
   if (!ok()) return;
-  const Covering wall = {material(*node, name), surfaceOf(*node)};
+  const Covering wall = covering(*node, name);
   if (!ok()) return;
-  addPlane(entry, name + ".left", wall, Vec3::UnitX(), min.x());
-  addPlane(entry, name + ".right", wall, -Vec3::UnitX(), -max.x());
-  addPlane(entry, name + ".bottom", wall, Vec3::UnitY(), min.y());
-  addPlane(entry, name + ".top", wall, -Vec3::UnitY(), -max.y());
-  addPlane(entry, name + ".back", wall, Vec3::UnitZ(), min.z());
-  addPlane(entry, name + ".front", wall, -Vec3::UnitZ(), -max.z());
+  addPlane(entry, name + ".left", wall, {Vec3::UnitX(), min.x()});
+  addPlane(entry, name + ".right", wall, {-Vec3::UnitX(), -max.x()});
+  addPlane(entry, name + ".bottom", wall, {Vec3::UnitY(), min.y()});
+  addPlane(entry, name + ".top", wall, {-Vec3::UnitY(), -max.y()});
+  addPlane(entry, name + ".back", wall, {Vec3::UnitZ(), min.z()});
+  addPlane(entry, name + ".front", wall, {-Vec3::UnitZ(), -max.z()});
+}
+
+void SceneReader::readBlock(const JsonNode& entry) {
+  if (!entry.expectObject("a block",
+                          {"type", "name", "min", "max", "rotation", "material", "velocity"})) {
+    return;
+  }
+  const std::string name = entryName(entry, "block", bodyNames_);
+  Vec3 min = Vec3::Zero();
+  Vec3 max = Vec3::Zero();
+  if (!readCorners(entry, min, max)) return;
+  BlockShape block;
+  block.centre = 0.5 * (min + max);
+  block.halfExtents = 0.5 * (max - min);
+  block.orientation = readRotation(entry);
+  block.velocity = entry.vector("velocity", kVelocity, Vec3::Zero());
+  const auto node = entry.require("material", "a material");
+  if (!ok()) return;
+  Covering made = covering(*node, name);
+  if (++blockCount_ > SceneLimits::kBlocks) {
+    entry.fail("the scene has more than " + std::to_string(SceneLimits::kBlocks) +
+               " blocks; expected at most that many");
+  }
+  walls_.push_back(scene_.bodies.size());
+  addBody(entry, {name, std::move(made.material), block, made.surface, made.contact});
 }
 
 void SceneReader::readGroup(const JsonNode& entry) {
@@ -647,8 +696,8 @@ void SceneReader::readGroup(const JsonNode& entry) {
     const Covering& picked = materials[group.random.index(materials.size())];
     sphere.mass = sphereMass(picked.material.density, sphere.radius);
     sphere.velocity = group.random.within(speeds) * group.random.direction();
-    addBody(entry,
-            {name + '.' + std::to_string(member + 1), picked.material, sphere, picked.surface});
+    addBody(entry, {name + '.' + std::to_string(member + 1), picked.material, sphere,
+                    picked.surface, picked.contact});
   }
   groups_.push_back(std::move(group));
 }
@@ -658,11 +707,11 @@ std::vector<SceneReader::Covering> SceneReader::groupMaterials(const JsonNode& e
   std::vector<Covering> materials;
   const auto node = entry.require("material", "a material, or an array of materials");
   if (!node) return materials;
-  if (!node->isArray()) return {{material(*node, name), surfaceOf(*node)}};
+  if (!node->isArray()) return {covering(*node, name)};
   const auto choices = node->elements("a choice of materials", 1, kMaxMaterials);
   for (const JsonNode& choice : choices) {
     const std::string own = name + ".material" + std::to_string(materials.size() + 1);
-    materials.push_back({material(choice, own), surfaceOf(choice)});
+    materials.push_back(covering(choice, own));
   }
   return materials;
 }
@@ -732,8 +781,9 @@ bool SceneReader::countSpheres(const JsonNode& node, std::size_t count) {
 }
 
 void SceneReader::addPlane(const JsonNode& entry, std::string name, Covering covering,
-                           const Vec3& normal, double offset) {
+                           const PlaneShape& plane) {
   planes_.push_back(scene_.bodies.size());
+  walls_.push_back(scene_.bodies.size());
   const auto material = entry.find("material");
   const bool isNamed =
       material && material->isString() && findMaterial(covering.material.name) != nullptr;
@@ -744,8 +794,8 @@ void SceneReader::addPlane(const JsonNode& entry, std::string name, Covering cov
     entry.fail("the scene has more than " + std::to_string(SceneLimits::kPlanes) +
                " planes; expected at most that many, six for each box");
   }
-  addBody(entry, {std::move(name), std::move(covering.material), PlaneShape{normal, offset},
-                  covering.surface});
+  addBody(entry, {std::move(name), std::move(covering.material), plane, covering.surface,
+                  covering.contact});
 }
 
 void SceneReader::addBody(const JsonNode& entry, SceneBody body) {
@@ -767,7 +817,7 @@ void SceneReader::checkOverlaps() {
                    });
   for (const std::size_t body : fixedSpheres_) {
     const SphereShape& shape = sphere(body);
-    checkPlanes(body, shape);
+    checkWalls(body, shape);
     const double allowed = -kOverlapTolerance * shape.radius;
     const auto* hit = grid_.nearerThan(allowed, shape.position, shape.radius);
     if (hit != nullptr) {
@@ -783,14 +833,18 @@ void SceneReader::checkOverlaps() {
   }
 }
 
-void SceneReader::checkPlanes(std::size_t body, const SphereShape& sphere) {
-  for (const std::size_t plane : planes_) {
-    const double gap = gapToPlane(plane, sphere.position, sphere.radius);
+void SceneReader::checkWalls(std::size_t body, const SphereShape& sphere) {
+  for (const std::size_t wall : walls_) {
+    const double gap = gapToWall(wall, sphere.position, sphere.radius);
     if (gap >= -kOverlapTolerance * sphere.radius) continue;
-    error_.record(places_[body], inQuotes(scene_.bodies[body].name) + " reaches " +
-                                     formatNumber(-gap) + " metres into " +
-                                     inQuotes(scene_.bodies[plane].name) +
-                                     " at the start; expected it on the side the normal points to");
+    const std::string name = inQuotes(scene_.bodies[body].name);
+    const std::string other = inQuotes(scene_.bodies[wall].name);
+    const bool isPlane = std::holds_alternative<PlaneShape>(scene_.bodies[wall].shape);
+    const std::string fault =
+        std::isinf(gap) ? name + " has its centre inside " + other
+                        : name + " reaches " + formatNumber(-gap) + " metres into " + other;
+    error_.record(places_[body], fault + " at the start; expected it " +
+                                     (isPlane ? "on the side the normal points to" : "outside"));
     return;
   }
 }
@@ -840,16 +894,18 @@ bool SceneReader::placeSphere(PendingGroup& group, std::size_t body) {
   return false;
 }
 
-double SceneReader::gapToPlane(std::size_t body, const Vec3& centre, double radius) const {
-  const auto& plane = std::get<PlaneShape>(scene_.bodies[body].shape);
-  return plane.normal.dot(centre) - plane.offset - radius;
+double SceneReader::gapToWall(std::size_t body, const Vec3& centre, double radius) const {
+  const SceneBody& wall = scene_.bodies[body];
+  if (const auto* plane = std::get_if<PlaneShape>(&wall.shape))
+    return gapAtStart(*plane, centre, radius);
+  return gapAtStart(std::get<BlockShape>(wall.shape), centre, radius);
 }
 
 bool SceneReader::isFree(const Vec3& centre, double radius) {
   const double clearance = kPlacingClearance * radius;
-  for (const std::size_t plane : planes_) {
-    ++planeWork_;
-    if (gapToPlane(plane, centre, radius) < clearance) return false;
+  for (const std::size_t wall : walls_) {
+    ++wallWork_;
+    if (gapToWall(wall, centre, radius) < clearance) return false;
   }
   return grid_.nearerThan(clearance, centre, radius) == nullptr;
 }

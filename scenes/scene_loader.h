@@ -16,6 +16,7 @@ struct SceneLimits {
   static constexpr std::uintmax_t kFileSize = std::uintmax_t{16} << 20U;  ///< bytes
   static constexpr std::size_t kSpheres = 100'000;  ///< those of groups included
   static constexpr std::size_t kPlanes = 1000;      ///< six for each box
+  static constexpr std::size_t kBlocks = 1000;
   static constexpr std::size_t kListeners = 256;
 };
 

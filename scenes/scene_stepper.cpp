@@ -1,30 +1,85 @@
 #include "scenes/scene_stepper.h"
 
 #include <algorithm>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "bullet_bridge/bullet_bridge.h"
 #include "scenes/bullet_scene.h"
+#include "scenes/native_only.h"
 
 namespace carom {
 namespace {
+
+/// Of a half-space of its material, Pa: what Simultaneous::hertz reads.
+double stiffnessOf(const Material& material) {
+  return material.youngsModulus / (1.0 - material.poissonsRatio * material.poissonsRatio);
+}
+
+Sphere nativeSphere(BodyId id, const SceneBody& body, const SphereShape& shape) {
+  const ContactTraits& contact = body.contact;
+  return {.id = id,
+          .radius = shape.radius,
+          .mass = shape.mass,
+          .restitution = body.material.restitution,
+          .position = shape.position,
+          .velocity = shape.velocity,
+          .surface = body.surface,
+          .restitutionLaw = contact.restitutionLaw,
+          .friction = {.sliding = contact.friction,
+                       .rolling = contact.rollingFriction,
+                       .pivoting = contact.pivotingFriction,
+                       .spin = shape.spin},
+          .stiffness = stiffnessOf(body.material)};
+}
+
+Plane nativePlane(BodyId id, const SceneBody& body, const PlaneShape& shape) {
+  return {.id = id,
+          .normal = shape.normal,
+          .offset = shape.offset,
+          .restitution = body.material.restitution,
+          .surface = body.surface,
+          .velocity = shape.velocity,
+          .shaking = shape.shaking,
+          .restitutionLaw = body.contact.restitutionLaw,
+          .friction = body.contact.friction,
+          .stiffness = stiffnessOf(body.material)};
+}
+
+Box nativeBox(BodyId id, const SceneBody& body, const BlockShape& shape) {
+  return {.id = id,
+          .centre = shape.centre,
+          .halfExtents = shape.halfExtents,
+          .orientation = shape.orientation,
+          .restitution = body.material.restitution,
+          .surface = body.surface,
+          .velocity = shape.velocity,
+          .restitutionLaw = body.contact.restitutionLaw,
+          .friction = body.contact.friction,
+          .stiffness = stiffnessOf(body.material)};
+}
 
 SphereWorld sphereWorld(const Scene& scene) {
   SphereWorld world;
   world.gravity = scene.gravity;
   world.restSpeed = scene.stepper.restSpeed;
   world.restitutions = scene.restitutions;
+  world.simultaneous = scene.mechanics.simultaneous;
+  world.rods = scene.mechanics.rods;
+  world.springs = scene.mechanics.springs;
+  world.fields = scene.mechanics.fields;
+  world.drag = scene.mechanics.drag;
+  world.forceStep = scene.mechanics.forceStep;
   for (std::size_t index = 0; index < scene.bodies.size(); ++index) {
     const SceneBody& body = scene.bodies[index];
     const auto id = static_cast<BodyId>(index);
-    const double restitution = body.material.restitution;
     if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) {
-      world.spheres.push_back({id, sphere->radius, sphere->mass, restitution, sphere->position,
-                               sphere->velocity, body.surface});
+      world.spheres.push_back(nativeSphere(id, body, *sphere));
+    } else if (const auto* plane = std::get_if<PlaneShape>(&body.shape)) {
+      world.planes.push_back(nativePlane(id, body, *plane));
     } else {
-      const auto& plane = std::get<PlaneShape>(body.shape);
-      world.planes.push_back({id, plane.normal, plane.offset, restitution, body.surface});
+      world.boxes.push_back(nativeBox(id, body, std::get<BlockShape>(body.shape)));
     }
   }
   return world;
@@ -48,7 +103,7 @@ class BulletSceneStepper : public SceneStepper {
 
   std::span<const ImpulseEvent> advanceTo(double time) override {
     bridge_.clear();
-    while (bridge_.time() < time)
+    while (bridge_.settledTime() < time)  // blocks: a substep behind the clock
       scene_->world().stepSimulation(static_cast<btScalar>(step_), 0);
     return bridge_.events();
   }
@@ -68,6 +123,8 @@ Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene) {
     if (!stepper) return stepper.error();
     return std::unique_ptr<SceneStepper>(new NativeSceneStepper(*std::move(stepper)));
   }
+  if (const std::string reason = whyNotOnBullet(scene); !reason.empty())
+    return Error{scene.name + ": " + reason};
   auto bulletScene = std::make_unique<BulletScene>(scene);
   Result<BulletBridge> bridge = BulletBridge::attach(
       bulletScene->world(),

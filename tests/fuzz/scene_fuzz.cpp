@@ -17,6 +17,15 @@ void require(bool promise) {
   if (!promise) std::abort();
 }
 
+/// Both ends are spheres, or one is.
+void requireEnds(const carom::Scene& scene, carom::BodyId sphere, carom::BodyId other) {
+  const auto isSphere = [&](carom::BodyId id) {
+    return std::holds_alternative<carom::SphereShape>(scene.bodies.at(id).shape);
+  };
+  require(isSphere(sphere) && sphere != other);
+  require(other == carom::kAnchor || isSphere(other));
+}
+
 /// What a stepper and a renderer rely on without asking again.
 void requireSound(const carom::Scene& scene) {
   require(scene.duration > 0.0 && scene.sampleRate > 0.0 && scene.gravity.allFinite());
@@ -30,8 +39,16 @@ void requireSound(const carom::Scene& scene) {
       require(sphere->position.allFinite() && sphere->velocity.allFinite());
     } else if (const auto* plane = std::get_if<carom::PlaneShape>(&body.shape)) {
       require(std::abs(plane->normal.norm() - 1.0) < 1e-12 && std::isfinite(plane->offset));
+      require(plane->velocity.allFinite() && plane->shaking.amplitude.allFinite());
+    } else if (const auto* block = std::get_if<carom::BlockShape>(&body.shape)) {
+      require(block->halfExtents.minCoeff() > 0.0 && block->centre.allFinite());
+      require(std::abs(block->orientation.norm() - 1.0) < 1e-12);
     }
   }
+  for (const carom::Rod& rod : scene.mechanics.rods)
+    requireEnds(scene, rod.sphere, rod.other);
+  for (const carom::Spring& spring : scene.mechanics.springs)
+    requireEnds(scene, spring.sphere, spring.other);
   for (const carom::Listener& listener : scene.listeners)
     require(carom::whyNot(listener).empty());
   for (const carom::ListenerPath& path : scene.paths) {

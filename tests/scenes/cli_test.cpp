@@ -538,6 +538,20 @@ TEST_F(Cli, InfoOfEveryLibrarySceneSaysWhatIsInIt) {
   }
 }
 
+TEST_F(Cli, WhatBulletCannotRunIsBadInputAndNamed) {
+  const std::string scene = library("swinging_cradle");
+  const std::string expected = "carom: " + scene +
+                               ": the scene has restitution laws and rods, which Bullet's stepper "
+                               "cannot do; expected the native stepper\n";
+  const Outcome rendered = carom({"render", scene, "-o", at("sound.wav"), "--stepper", "bullet"});
+  EXPECT_EQ(rendered.code, 2);
+  EXPECT_EQ(rendered.err, expected);
+  EXPECT_FALSE(fs::exists(at("sound.wav")));
+  const Outcome compared = carom({"compare", scene});
+  EXPECT_EQ(compared.code, 2);
+  EXPECT_EQ(compared.err, expected);
+}
+
 TEST_F(Cli, FileNamesThatAreNotUtf8DoNotBreakTheJson) {
   const std::string name = at("a\xff\"b.wav");
   const json report = parsed(carom({"render", library("two_balls"), "-o", name, "--json"}));

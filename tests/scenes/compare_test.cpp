@@ -62,7 +62,7 @@ TEST_P(EveryLibraryScene, IsHeardByTheBridgeCollisionByCollisionAtAnyStep) {
 INSTANTIATE_TEST_SUITE_P(Library, EveryLibraryScene,
                          testing::Values("bouncing_ball", "two_balls", "newtons_cradle",
                                          "billiard_break", "marbles_in_a_box", "marbles_in_a_room",
-                                         "fly_by"),
+                                         "fly_by", "marble_steps"),
                          [](const auto& scene) { return scene.param; });
 
 TEST(Compare, DifferencesFromTheNativeRunEndWhereTheRunsPart) {

@@ -13,8 +13,8 @@
 namespace carom::test {
 
 inline constexpr std::string_view kLibrary[] = {
-    "bouncing_ball",    "two_balls",         "newtons_cradle", "billiard_break",
-    "marbles_in_a_box", "marbles_in_a_room", "fly_by"};
+    "bouncing_ball",     "two_balls", "newtons_cradle",  "billiard_break",  "marbles_in_a_box",
+    "marbles_in_a_room", "fly_by",    "swinging_cradle", "nine_ball_break", "marble_steps"};
 
 inline std::filesystem::path libraryFile(std::string_view name) {
   return std::filesystem::path(CAROM_SOURCE_DIR) / "scenes" / "library" /

@@ -103,6 +103,34 @@ json inBox(const std::string& material, json room) {
   return document;
 }
 
+/// oneBall() with this block besides, of 1 m around (5, 5, 5).
+json withBlock(const json& keys) {
+  json document = oneBall();
+  json block = {{"type", "block"}, {"min", {4, 4, 4}}, {"max", {6, 6, 6}}, {"material", "wood"}};
+  block.update(keys);
+  document["bodies"].push_back(block);
+  return document;
+}
+
+/// oneBall() with one rod or spring, which is held at (1, 0, 0) where `keys` do not say otherwise.
+json withRod(const json& keys) {
+  json rod = {{"bodies", {"sphere1"}}, {"anchor", {1, 0, 0}}};
+  rod.update(keys);
+  return with("/mechanics", {{"rods", {rod}}});
+}
+json withSpring(const json& keys) {
+  json spring = {{"bodies", {"sphere1"}}, {"anchor", {1, 0, 0}}, {"length", 1}, {"stiffness", 100}};
+  spring.update(keys);
+  return with("/mechanics", {{"springs", {spring}}});
+}
+
+/// oneBall() of oak with these keys.
+json withOak(const json& keys) {
+  json material = oak();
+  material.update(keys);
+  return with("/bodies/0/material", material);
+}
+
 /// oneBall() with these keys in its listener.
 json withListener(const json& keys) {
   json document = oneBall();
@@ -151,7 +179,14 @@ std::vector<std::filesystem::path> libraryFiles() {
   return files;
 }
 
-/// The deepest overlap of two spheres or of a sphere and a plane, in radii; by all pairs.
+/// m; minus the radius where the centre is inside.
+double blockGap(const BlockShape& block, const SphereShape& sphere) {
+  const Vec3 place = block.orientation.conjugate() * (sphere.position - block.centre);
+  const Vec3 nearest = place.cwiseMax(-block.halfExtents).cwiseMin(block.halfExtents);
+  return (place - nearest).norm() - sphere.radius;
+}
+
+/// The deepest overlap of a sphere and anything else, in radii; by all pairs.
 double deepestOverlap(const Scene& scene) {
   double deepest = 0.0;
   for (const SceneBody& body : scene.bodies) {
@@ -161,7 +196,11 @@ double deepestOverlap(const Scene& scene) {
       if (&other == &body) continue;
       double gap = 0.0;
       if (const auto* plane = std::get_if<PlaneShape>(&other.shape)) {
-        gap = plane->normal.dot(sphere->position) - plane->offset - sphere->radius;
+        const double shift =
+            plane->normal.dot(plane->shaking.amplitude) * std::sin(plane->shaking.phase);
+        gap = plane->normal.dot(sphere->position) - plane->offset - shift - sphere->radius;
+      } else if (const auto* block = std::get_if<BlockShape>(&other.shape)) {
+        gap = blockGap(*block, *sphere);
       } else {
         gap = (sphereOf(other).position - sphere->position).norm() - sphereOf(other).radius -
               sphere->radius;
@@ -190,6 +229,9 @@ std::string brokenPromise(const Scene& scene) {
       if (!(sphere->mass > 0.0) || !std::isfinite(sphere->mass)) return "mass of " + body.name;
       if (!(sphere->position.cwiseAbs().maxCoeff() <= 1e6)) return "position of " + body.name;
       if (!(sphere->velocity.cwiseAbs().maxCoeff() <= 1e4)) return "velocity of " + body.name;
+    } else if (const auto* block = std::get_if<BlockShape>(&body.shape)) {
+      if (!(block->halfExtents.minCoeff() > 0.0)) return "extent of " + body.name;
+      if (std::abs(block->orientation.norm() - 1.0) > 1e-12) return "rotation of " + body.name;
     } else if (std::abs(planeShapeOf(body).normal.norm() - 1.0) > 1e-12) {
       return "normal of " + body.name;
     }
@@ -273,6 +315,116 @@ TEST(SceneLoader, EveryFieldArrivesWhereItBelongs) {
   EXPECT_EQ(sphereOf(ball).velocity, Vec3(4, 5, 6));
   EXPECT_EQ(scene.listeners.at(0).name, "ear");
   EXPECT_EQ(scene.listeners.at(0).position, Vec3(7, 8, 9));
+}
+
+TEST(SceneLoader, MechanicsAreOffUnlessTheSceneSaysOtherwise) {
+  for (const json& document : {oneBall(), with("/mechanics", json::object())}) {
+    const Scene scene = accepted(document);
+    for (const SceneBody& body : scene.bodies) {
+      EXPECT_EQ(body.contact.friction, 0.0);
+      EXPECT_EQ(body.contact.rollingFriction, 0.0);
+      EXPECT_EQ(body.contact.pivotingFriction, 0.0);
+      EXPECT_EQ(body.contact.restitutionLaw, RestitutionLaw{});
+    }
+    EXPECT_EQ(sphereOf(scene.bodies[0]).spin, Vec3::Zero());
+    EXPECT_EQ(planeShapeOf(scene.bodies[1]).velocity, Vec3::Zero());
+    EXPECT_EQ(planeShapeOf(scene.bodies[1]).shaking.amplitude, Vec3::Zero());
+    EXPECT_EQ(scene.mechanics.simultaneous, Simultaneous::reflections);
+    EXPECT_TRUE(scene.mechanics.rods.empty() && scene.mechanics.springs.empty());
+    EXPECT_TRUE(scene.mechanics.fields.empty());
+    EXPECT_EQ(scene.mechanics.drag.rate, 0.0);
+    EXPECT_EQ(scene.mechanics.forceStep, 0.0);
+  }
+}
+
+TEST(SceneLoader, FrictionAndLawsBelongToTheMaterialWhereverItIsUsed) {
+  json document = oneBall();
+  document["materials"]["oak"] = oak();
+  document["materials"]["oak"].update({{"friction", 0.3},
+                                       {"rolling_friction", 0.02},
+                                       {"pivoting_friction", 1e-4},
+                                       {"restitution_law", "plastic"},
+                                       {"restitution_speed", 0.5}});
+  document["bodies"][0]["material"] = "oak";
+  document["bodies"][1]["material"] = "oak";
+  document["bodies"].push_back(
+      {{"type", "box"}, {"material", "oak"}, {"min", {-9, -9, -9}}, {"max", {9, 9, 9}}});
+  json group = groupOf(2, 0.1, 1.0);
+  group["material"] = {"oak"};
+  group["min"] = {2, 2, 2};
+  group["max"] = {3, 3, 3};
+  document["bodies"].push_back(group);
+  json block = withBlock({{"material", "oak"}})["bodies"][2];
+  document["bodies"].push_back(block);
+  const Scene scene = accepted(document);
+  EXPECT_EQ(scene.bodies.size(), 11U);
+  for (const SceneBody& body : scene.bodies) {
+    EXPECT_EQ(body.contact.friction, 0.3) << body.name;
+    EXPECT_EQ(body.contact.rollingFriction, 0.02) << body.name;
+    EXPECT_EQ(body.contact.pivotingFriction, 1e-4) << body.name;
+    EXPECT_EQ(body.contact.restitutionLaw, (RestitutionLaw{SpeedLaw::plastic, 0.5})) << body.name;
+  }
+}
+
+TEST(SceneLoader, MotionsOfWallsAndSpinsArriveWhereTheyBelong) {
+  json document =
+      withBlock({{"velocity", {7, 8, 9}}, {"rotation", {{"axis", {0, -1e-9, 0}}, {"angle", 90}}}});
+  document["bodies"][0]["spin"] = {1, 2, 3};
+  document["bodies"][1].update(
+      {{"velocity", {4, 5, 6}},
+       {"shaking", {{"amplitude", {0, 0.1, 0}}, {"frequency", 5}, {"phase", -1}}}});
+  const Scene scene = accepted(document);
+  EXPECT_EQ(sphereOf(scene.bodies[0]).spin, Vec3(1, 2, 3));
+  const PlaneShape& plane = planeShapeOf(scene.bodies[1]);
+  EXPECT_EQ(plane.velocity, Vec3(4, 5, 6));
+  EXPECT_EQ(plane.shaking.amplitude, Vec3(0, 0.1, 0));
+  EXPECT_EQ(plane.shaking.frequency, 5.0);
+  EXPECT_EQ(plane.shaking.phase, -1.0);
+  EXPECT_EQ(scene.bodies[2].name, "block1");
+  const auto& block = std::get<BlockShape>(scene.bodies[2].shape);
+  EXPECT_EQ(block.centre, Vec3(5, 5, 5));
+  EXPECT_EQ(block.halfExtents, Vec3(1, 1, 1));
+  EXPECT_EQ(block.velocity, Vec3(7, 8, 9));
+  // By -90 degrees about y: x goes to z.
+  EXPECT_LT((block.orientation * Vec3::UnitX() - Vec3::UnitZ()).norm(), 1e-14);
+}
+
+TEST(SceneLoader, EndsOfRodsAndSpringsAreBodiesByName) {
+  json document = oneBall();
+  document["bodies"].push_back(groupOf(2, 0.1, 0.5));
+  document["bodies"][2]["min"] = {-9, 5, -9};
+  document["bodies"][2]["max"] = {9, 9, 9};
+  document["mechanics"] = {
+      {"simultaneous", "hertz"},
+      {"rods", {{{"bodies", {"spheres1.2", "sphere1"}}}}},
+      {"springs",
+       {{{"bodies", {"spheres1.1"}},
+         {"anchor", {1, 2, 3}},
+         {"length", 4},
+         {"stiffness", 5},
+         {"damping", 6}}}},
+      {"fields", {{{"centre", {1, 2, 3}}, {"harmonic", -4}, {"inverse_square", 5}}}},
+      {"drag", {{"rate", 0.5}, {"wind", {1, 0, 0}}}},
+      {"force_step", 0.001}};
+  const SceneMechanics mechanics = accepted(document).mechanics;
+  EXPECT_EQ(mechanics.simultaneous, Simultaneous::hertz);
+  ASSERT_EQ(mechanics.rods.size(), 1U);
+  EXPECT_EQ(mechanics.rods[0].sphere, 3U);
+  EXPECT_EQ(mechanics.rods[0].other, 0U);
+  ASSERT_EQ(mechanics.springs.size(), 1U);
+  EXPECT_EQ(mechanics.springs[0].sphere, 2U);
+  EXPECT_EQ(mechanics.springs[0].other, kAnchor);
+  EXPECT_EQ(mechanics.springs[0].anchor, Vec3(1, 2, 3));
+  EXPECT_EQ(mechanics.springs[0].length, 4.0);
+  EXPECT_EQ(mechanics.springs[0].stiffness, 5.0);
+  EXPECT_EQ(mechanics.springs[0].damping, 6.0);
+  ASSERT_EQ(mechanics.fields.size(), 1U);
+  EXPECT_EQ(mechanics.fields[0].centre, Vec3(1, 2, 3));
+  EXPECT_EQ(mechanics.fields[0].harmonic, -4.0);
+  EXPECT_EQ(mechanics.fields[0].inverseSquare, 5.0);
+  EXPECT_EQ(mechanics.drag.rate, 0.5);
+  EXPECT_EQ(mechanics.drag.wind, Vec3(1, 0, 0));
+  EXPECT_EQ(mechanics.forceStep, 0.001);
 }
 
 TEST(SceneLoader, SoundIsTheSynthsDefaultUnlessTheSceneSaysOtherwise) {
@@ -852,6 +1004,81 @@ std::vector<Refusal> shapeRefusals() {
   add(withListener({{"path", {{{"time", 1}}}}}), "/listeners/0/path/0/position", {"missing"});
   add(withListener({{"path", {poseAt(0, 0, 1, 1)}}}), "/listeners/0/path/0/time",
       {"0 is not the time of a pose", "above 0"});
+  // Mechanics.
+  add(withOak({{"friction", -0.1}}), "/bodies/0/material/friction",
+      {"-0.1 is not a coefficient of friction", "from 0 to 10"});
+  add(withOak({{"rolling_friction", 11}}), "/bodies/0/material/rolling_friction",
+      {"11 is not a coefficient of rolling friction"});
+  add(withOak({{"pivoting_friction", 2}}), "/bodies/0/material/pivoting_friction", {"metres"});
+  add(withOak({{"restitution_law", "elastic"}}), "/bodies/0/material/restitution_law",
+      {"\"elastic\" is not a law of restitution", "\"viscoelastic\""});
+  add(withOak({{"restitution_law", "plastic"}, {"restitution_speed", 0}}),
+      "/bodies/0/material/restitution_speed", {"0 is not a restitution speed", "m/s"});
+  add(withOak({{"restitution_speed", 1}}), "/bodies/0/material/restitution_speed",
+      {"has no use for it", "\"plastic\""});
+  add(withOak({{"restitution_law", "constant"}, {"restitution_speed", 1}}),
+      "/bodies/0/material/restitution_speed", {"has no use for it"});
+  add(with("/bodies/0/spin", {0, 0}), "/bodies/0/spin", {"array of length 2"});
+  add(with("/bodies/0/spin", {0, 0, 2e6}), "/bodies/0/spin/2", {"component of spin", "rad/s"});
+  add(with("/bodies/1/velocity", {0, 1e5, 0}), "/bodies/1/velocity/1", {"component of velocity"});
+  add(with("/bodies/1/shaking", 5), "/bodies/1/shaking", {"5 is not a shaking", "an object"});
+  const auto shaken = [](const json& keys) {
+    json shaking = {{"amplitude", {0, 0.1, 0}}, {"frequency", 5}};
+    shaking.update(keys);
+    return with("/bodies/1/shaking", shaking);
+  };
+  add(shaken({{"amplitude", 0.1}}), "/bodies/1/shaking/amplitude", {"0.1 is not a vector"});
+  add(shaken({{"amplitude", {0, 2000, 0}}}), "/bodies/1/shaking/amplitude/1", {"metres"});
+  add(shaken({{"frequency", 0}}), "/bodies/1/shaking/frequency", {"a frequency of shaking", "Hz"});
+  add(shaken({{"phase", "up"}}), "/bodies/1/shaking/phase", {"\"up\" is not a phase", "radians"});
+  add(shaken({{"damping", 1}}), "/bodies/1/shaking/damping", {"unknown key"});
+  add(with("/bodies/1/shaking", {{"amplitude", {0, 1, 0}}}), "/bodies/1/shaking/frequency",
+      {"missing"});
+  add(withBlock({{"radius", 1}}), "/bodies/2/radius", {"unknown key", "\"rotation\""});
+  add(withBlock({{"max", 6}}), "/bodies/2/max", {"6 is not a vector"});
+  add(withBlock({{"rotation", 45}}), "/bodies/2/rotation", {"45 is not a rotation"});
+  add(withBlock({{"rotation", {{"angle", 45}}}}), "/bodies/2/rotation/axis", {"missing"});
+  add(withBlock({{"rotation", {{"axis", {0, 1, 0}}}}}), "/bodies/2/rotation/angle", {"missing"});
+  add(withBlock({{"rotation", {{"axis", {0, 1, 0}}, {"angle", 361}}}}), "/bodies/2/rotation/angle",
+      {"361 is not an angle of rotation", "degrees"});
+  add(withBlock({{"velocity", {0, 0, "fast"}}}), "/bodies/2/velocity/2", {"\"fast\" is not"});
+  add(with("/mechanics", json::array()), "/mechanics", {"not a description of the mechanics"});
+  add(with("/mechanics", {{"rod", 1}}), "/mechanics/rod", {"unknown key", "\"rods\""});
+  add(with("/mechanics", {{"simultaneous", "herz"}}), "/mechanics/simultaneous",
+      {"did you mean \"hertz\"", "\"reflections\""});
+  add(with("/mechanics", {{"rods", 1}}), "/mechanics/rods", {"1 is not a list of rods"});
+  add(with("/mechanics", {{"rods", {1}}}), "/mechanics/rods/0", {"1 is not a rod"});
+  add(withRod({{"length", 1}}), "/mechanics/rods/0/length", {"unknown key"});
+  add(withRod({{"bodies", "sphere1"}}), "/mechanics/rods/0/bodies", {"not a list of ends"});
+  add(withRod({{"bodies", json::array()}}), "/mechanics/rods/0/bodies", {"array of length 1 to 2"});
+  add(withRod({{"bodies", {"sphere1", "sphere1"}}}), "/mechanics/rods/0",
+      {"joins two bodies and has an anchor", "one of these"});
+  add(with("/mechanics", {{"rods", {{{"bodies", {"sphere1"}}}}}}), "/mechanics/rods/0",
+      {"one body and no anchor"});
+  add(with("/mechanics", {{"rods", {{{"anchor", {0, 0, 0}}}}}}), "/mechanics/rods/0/bodies",
+      {"missing"});
+  add(withRod({{"anchor", {1, 2}}}), "/mechanics/rods/0/anchor", {"array of length 2"});
+  add(withSpring({{"length", -1}}), "/mechanics/springs/0/length", {"-1 is not a length"});
+  add(withSpring({{"stiffness", 1e13}}), "/mechanics/springs/0/stiffness", {"N/m"});
+  add(withSpring({{"damping", -1}}), "/mechanics/springs/0/damping", {"N s/m"});
+  add(withSpring({{"bodies", {1}}}), "/mechanics/springs/0/bodies/0", {"1 is not the name of a"});
+  add(with("/mechanics", {{"springs", {{{"bodies", {"sphere1"}}, {"anchor", {1, 0, 0}}}}}}),
+      "/mechanics/springs/0/length", {"missing"});
+  add(with("/mechanics", {{"fields", {{{"strength", 1}}}}}), "/mechanics/fields/0/strength",
+      {"unknown key", "\"harmonic\""});
+  add(with("/mechanics", {{"fields", {{{"harmonic", 1e9}}}}}), "/mechanics/fields/0/harmonic",
+      {"1/s^2"});
+  add(with("/mechanics", {{"fields", {{{"inverse_square", 1e16}}}}}),
+      "/mechanics/fields/0/inverse_square", {"m^3/s^2"});
+  add(with("/mechanics", {{"fields", {{{"centre", 0}}}}}), "/mechanics/fields/0/centre",
+      {"0 is not a vector"});
+  add(with("/mechanics", {{"drag", 1}}), "/mechanics/drag", {"1 is not a drag"});
+  add(with("/mechanics", {{"drag", json::object()}}), "/mechanics/drag/rate", {"missing"});
+  add(with("/mechanics", {{"drag", {{"rate", -1}}}}), "/mechanics/drag/rate", {"a rate of drag"});
+  add(with("/mechanics", {{"drag", {{"rate", 1}, {"wind", 3}}}}), "/mechanics/drag/wind",
+      {"3 is not a vector"});
+  for (const double step : {0.0, 0.2})
+    add(with("/mechanics", {{"force_step", step}}), "/mechanics/force_step", {"a step of forces"});
   add(with("/bodies", json::array()), "/bodies", {"empty scene"});
   add(with("/listeners", json::array()), "/listeners", {"is not a list of listeners", "1 to 256"});
   return list;
@@ -909,6 +1136,35 @@ std::vector<Refusal> meaningRefusals() {
   add(withBodies({groupOf(60000, 0.1, 1e3), groupOf(60000, 0.1, 1e3)}), "/bodies/1/count",
       {"more than 100000 spheres"});
   add(withBodies({groupOf(1, 2.0, 1.0)}), "/bodies/0", {"only 0 of 1 spheres", "more room"});
+  // Mechanics.
+  add(withBlock({{"min", {4, 6, 4}}}), "/bodies/2/max", {"6 is not above the minimum 6 along y"});
+  add(withBlock({{"rotation", {{"axis", {0, 0, 0}}, {"angle", 1}}}}), "/bodies/2/rotation/axis",
+      {"no direction", "not 0"});
+  add(withBlock({{"min", {-1, 0.5, -1}}, {"max", {1, 1.5, 1}}}), "/bodies/0",
+      {"\"sphere1\" has its centre inside \"block1\"", "expected it outside"});
+  add(withBlock({{"min", {-1, 0.5, -1}}, {"max", {1, 0.995, 1}}}), "/bodies/0",
+      {"\"sphere1\" reaches 0.005", "metres into \"block1\"", "expected it outside"});
+  // A quarter of a turn ahead, the floor is where the ball is.
+  json raised =
+      with("/bodies/1/shaking",
+           {{"amplitude", {0, 0.995, 0}}, {"frequency", 1}, {"phase", 1.5707963267948966}});
+  add(raised, "/bodies/0", {"\"sphere1\" reaches 0.005", "into \"plane1\""});
+  json blocks = oneBall();
+  for (int block = 0; block < 1001; ++block)
+    blocks["bodies"].push_back(withBlock(json::object())["bodies"][2]);
+  add(blocks, "/bodies/1002", {"more than 1000 blocks"});
+  add(withRod({{"bodies", {"sphere2"}}}), "/mechanics/rods/0/bodies/0",
+      {"there is no body \"sphere2\"", "name of a sphere"});
+  add(withRod({{"bodies", {"plane1"}}}), "/mechanics/rods/0/bodies/0",
+      {"\"plane1\" cannot move", "name of a sphere"});
+  add(withRod({{"anchor", {0, 1, 0}}}), "/mechanics/rods/0/anchor",
+      {"the rod has length 0", "\"sphere1\""});
+  const json both = {{"bodies", {"sphere1", "sphere1"}}};
+  add(with("/mechanics", {{"rods", {both}}}), "/mechanics/rods/0/bodies/1",
+      {"the rod begins and ends at one body"});
+  json furnished = withBlock(json::object());
+  furnished["room"] = {{"surfaces", {{"block1", "plaster"}}}};
+  add(furnished, "/room/surfaces/block1", {"no plane or box \"block1\""});
   // Sound.
   add(with("/sound", {{"pulse", "gaussian"}, {"dissipative", true}}), "/sound/pulse",
       {"a pulse of its own", "\"hertz\""});
@@ -1116,6 +1372,32 @@ std::vector<json> goodDocuments() {
         json{{"audible_threshold", 1000}, {"pulse", "mitchell_netravali"}}}) {
     documents.push_back(with("/sound", sound));
   }
+  for (const json& keys :
+       {json{{"friction", 10}, {"rolling_friction", 0}, {"pivoting_friction", 1}},
+        json{{"restitution_law", "constant"}}, json{{"restitution_law", "viscoelastic"}},
+        json{{"restitution_law", "plastic"}, {"restitution_speed", 1e-6}}}) {
+    documents.push_back(withOak(keys));
+  }
+  for (const json& keys : {json::object(), json{{"name", "step"}, {"velocity", {1, -1, 0}}},
+                           json{{"rotation", {{"axis", {1, 1e-300, 0}}, {"angle", -360}}}}}) {
+    documents.push_back(withBlock(keys));
+  }
+  documents.push_back(with("/bodies/0/spin", {1e6, -1e6, 0}));
+  documents.push_back(with("/bodies/1/velocity", {1, 1, 1}));
+  documents.push_back(
+      with("/bodies/1/shaking", {{"amplitude", {0, 0.5, 0}}, {"frequency", 1e4}, {"phase", 3}}));
+  documents.push_back(with("/mechanics", json::object()));
+  documents.push_back(with("/mechanics", {{"simultaneous", "reflections"},
+                                          {"rods", json::array()},
+                                          {"springs", json::array()},
+                                          {"fields", {json::object()}},
+                                          {"drag", {{"rate", 0}}},
+                                          {"force_step", 1e-6}}));
+  documents.push_back(withRod(json::object()));
+  documents.push_back(withSpring({{"length", 0}, {"stiffness", 0}, {"damping", 1e9}}));
+  json joined = withBodies({sphereAt(0.1, 0, 0, 0), sphereAt(0.1, 1, 0, 0)});
+  joined["mechanics"] = {{"rods", {{{"bodies", {"sphere1", "sphere2"}}}}}};
+  documents.push_back(joined);
   documents.push_back(with("/room", json::object()));
   documents.push_back(with("/room", {{"order", 0}, {"surfaces", {{"plane1", "rigid"}}}}));
   documents.push_back(

@@ -33,8 +33,8 @@ void PrintTo(const Layer& layer, std::ostream* out) {
 }
 
 constexpr const char* kVocabulary =
-    "audio/(impulse_event|contact_state|material|restitution_table|sound_body|rigid_radiator|"
-    "surface_mesh|listener|medium|vector|result)\\.h";
+    "audio/(impulse_event|contact_state|material|restitution_law|restitution_table|sound_body|"
+    "rigid_radiator|surface_mesh|listener|medium|vector|result)\\.h";
 constexpr const char* kEigen = "Eigen/[A-Za-z]+";
 constexpr const char* kBullet =
     "(bt[A-Za-z]+\\.h|(LinearMath|BulletCollision|BulletDynamics)/[A-Za-z0-9/]+\\.h)";
