@@ -56,9 +56,9 @@ TEST(Carried, OfTwoSlopesTheSteeperMayCarryNothing) {
 TEST(Carried, IsTheNearestAdmissibleAcceleration) {
   test::Random random(3);
   for (int trial = 0; trial < 300; ++trial) {
-    std::vector<Vec3> normals;
-    for (int k = 0; k < 1 + trial % 12; ++k)
-      normals.push_back((random.inCube(1.0) + Vec3(0.0, 0.7, 0.0)).normalized());
+    std::vector<Vec3> normals(static_cast<std::size_t>(1 + trial % 12));
+    for (Vec3& normal : normals)
+      normal = (random.inCube(1.0) + Vec3(0.0, 0.7, 0.0)).normalized();
     const Carried carried = carriedBy(kPull, normals);
     for (const Vec3& normal : normals)
       EXPECT_GE(normal.dot(carried.acceleration), -1e-10) << trial;

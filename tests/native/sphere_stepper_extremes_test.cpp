@@ -18,7 +18,9 @@ SphereWorld cloudAt(const Vec3& middle, int side) {
   SphereWorld world;
   world.restSpeed = 0.0;
   for (int place = 0; place < side * side * side; ++place) {
-    const Vec3 corner(place % side, place / side % side, place / (side * side));
+    const int row = place / side;
+    const int layer = row / side;
+    const Vec3 corner(place % side, row % side, layer);
     Sphere sphere = sphereAt(static_cast<BodyId>(place), middle + 0.00390625 * corner);
     sphere.velocity = random.inCube(1.0);
     sphere.radius = 0.001;
@@ -158,7 +160,9 @@ TEST(SphereStepperExtremes, StartingInExactContactKeepsMomentumAndEnergy) {
   SphereWorld world = cradle(1, 0.0, 0.0);
   world.spheres.clear();
   for (int place = 0; place < 27; ++place) {
-    const Vec3 corner(place % 3, place / 3 % 3, place / 9);
+    const int row = place / 3;
+    const int layer = row / 3;
+    const Vec3 corner(place % 3, row % 3, layer);
     Sphere sphere = sphereAt(static_cast<BodyId>(place), 0.125 * corner);
     sphere.radius = 0.0625;
     world.spheres.push_back(sphere);
