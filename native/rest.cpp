@@ -42,7 +42,8 @@ double SphereStepper::Simulation::wallRebound(std::uint32_t sphere, std::uint32_
   // No wall holds what rods hold, nor what is pressed by its friction on another one alone.
   const bool byFriction = pressed > 0.0 && bodies_.alongNormal(plane.normal, pullOn(sphere)) >= 0.0;
   if (linkage_.hasRods(sphere) || byFriction)
-    return std::max(rebound, 0.5 * kRubbedHopTime * lengthOf(bodies_.accelerations[sphere]));
+    return std::max(slow ? approachSpeed : rebound,
+                    0.5 * kRubbedHopTime * lengthOf(bodies_.accelerations[sphere]));
   if (2.0 * rebound < kLeastFlight * pressed) return 0.0;
   if (rebound <= kLeastRebound * lengthOf(bodies_.motions[sphere].velocity)) return 0.0;
   return rebound;

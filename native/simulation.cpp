@@ -409,7 +409,7 @@ void SphereStepper::Simulation::bounce(std::uint32_t sphere, Motion motion, std:
     const double onto = wall.speed - dotInOrder(normal, motion.velocity);
     motion.velocity += (rebound == 0.0 ? onto : approachSpeed + rebound) * normal;
   }
-  if (rebound == 0.0) hold(sphere, motion, index);
+  if (rebound == 0.0 && !linkage_.hasRods(sphere)) hold(sphere, motion, index);
   leave(sphere, motion);
 }
 

@@ -167,6 +167,24 @@ TEST(Rods, ADumbbellAtRestThatIsHitTurnsAtItsNewSpeed) {
   }
 }
 
+TEST(Rods, KeepTheirLengthOnAWallToo) {
+  // A dumbbell drifts onto a wall, one ball first, too slowly to be heard: no wall holds it.
+  SphereWorld world;
+  world.spheres = {sphereAt(1, {0.0, 0.051, 0.0}, {0.0, -0.003, 0.0}),
+                   sphereAt(2, {0.3, 0.2, 0.0}, {0.0, -0.003, 0.0})};
+  world.rods = {{1, 2}};
+  world.planes = {floorPlane(0.5)};
+  for (Sphere& sphere : world.spheres)
+    sphere.restitution = 0.5;
+  SphereStepper stepper = stepperOf(world);
+  const double length = (world.spheres[0].position - world.spheres[1].position).norm();
+  for (int step = 1; step <= 400; ++step) {
+    stepper.advanceTo(0.5 * step);
+    ASSERT_NEAR((stepper.state(0).position - stepper.state(1).position).norm(), length, 1e-9);
+    expectValid(stepper);
+  }
+}
+
 TEST(Rods, SwingingCradlePassesItsSwingOnAndBack) {
   for (const double gap : {0.0, 1e-7}) {
     const double angle = 0.5;

@@ -157,6 +157,56 @@ TEST(Rolling, AcrossASlopeTheCourseTendsToTheIntegratedOne) {
   EXPECT_LT((stepper.state(0).velocity - velocity).norm(), 1e-4);
 }
 
+TEST(Rolling, ABallThatSpinsIntoAWallComesAwayFromItInFewContacts) {
+  // Gravity draws it off the wall, but at first the friction of its spin on the floor is stronger.
+  for (const bool box : {false, true}) {
+    SphereWorld world = table();
+    world.gravity = {0.0, -9.81, 0.2};
+    if (box) {
+      Box block;
+      block.id = kFirstPlane + 1;
+      block.centre = {0.0, 0.5, -0.1};
+      block.halfExtents = {1.0, 0.5, 0.1};
+      block.restitution = 0.5;
+      world.boxes = {block};
+    } else {
+      world.planes.push_back({kFirstPlane + 1, Vec3::UnitZ(), 0.0, 0.5});
+    }
+    world.spheres = {ballAt(1, 0.0, kBallRadius, Vec3::Zero())};
+    world.spheres[0].friction.spin = {-40.0, 0.0, 0.0};
+    SphereStepper stepper = stepperOf(world);
+    EXPECT_TRUE(stepper.advanceTo(0.01).empty());
+    EXPECT_NEAR(stepper.state(0).position.z(), kBallRadius, 1e-4) << "still pressed to it";
+    stepper.advanceTo(5.0);
+    EXPECT_LT(stepper.counters().restContacts, 2000U);
+    EXPECT_EQ(stepper.counters().collapses, 0U);
+    EXPECT_GT(stepper.state(0).velocity.z(), 0.3) << "it rolls away, by 5/7 of the pull";
+    EXPECT_LT(slipOf(stepper.state(0), kBallRadius).norm(), 1e-9);
+  }
+}
+
+TEST(Rolling, BallsThatSpinInCornersDoNotLockUpTime) {
+  // Friction on one wall pushes a ball off the other and back: contacts by turns, ns apart.
+  for (const std::uint64_t seed : {41U, 43U, 44U, 45U}) {
+    SphereWorld world = gasInBox(3, 0.004, seed);
+    world.gravity = {0.3, -9.81, 0.2};
+    Random random(seed);
+    for (Plane& plane : world.planes)
+      plane.friction = 0.3;
+    for (Sphere& sphere : world.spheres) {
+      sphere.friction.sliding = 0.3;
+      sphere.friction.spin = random.inCube(20.0);
+    }
+    SphereStepper stepper = stepperOf(world);
+    for (int step = 1; step <= 50 && stepper.counters().restContacts < 400'000; ++step)
+      stepper.advanceTo(0.005 * step);
+    EXPECT_EQ(stepper.time(), 0.25) << seed;
+    EXPECT_LT(stepper.counters().collapses, 50U) << seed;
+    std::string why;
+    EXPECT_TRUE(stepper.validate(&why)) << why;
+  }
+}
+
 TEST(Rolling, AnImpactWithFrictionKeepsTheAngularMomentumAboutTheContact) {
   // Two spinning balls in flight meet at an angle: momentum, and of each the angular momentum about
   // the point of contact, stay; the slip is either gone or turned by friction's share.
