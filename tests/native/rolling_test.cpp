@@ -178,7 +178,7 @@ TEST(Rolling, ABallThatSpinsIntoAWallComesAwayFromItInFewContacts) {
     EXPECT_TRUE(stepper.advanceTo(0.01).empty());
     EXPECT_NEAR(stepper.state(0).position.z(), kBallRadius, 1e-4) << "still pressed to it";
     stepper.advanceTo(5.0);
-    EXPECT_LT(stepper.counters().restContacts, 2000U);
+    EXPECT_LT(stepper.counters().restContacts, 5000U) << "hops of 0.1 ms, while it is pressed";
     EXPECT_EQ(stepper.counters().collapses, 0U);
     EXPECT_GT(stepper.state(0).velocity.z(), 0.3) << "it rolls away, by 5/7 of the pull";
     EXPECT_LT(slipOf(stepper.state(0), kBallRadius).norm(), 1e-9);
