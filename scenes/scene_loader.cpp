@@ -837,12 +837,11 @@ void SceneReader::checkWalls(std::size_t body, const SphereShape& sphere) {
   for (const std::size_t wall : walls_) {
     const double gap = gapToWall(wall, sphere.position, sphere.radius);
     if (gap >= -kOverlapTolerance * sphere.radius) continue;
-    const std::string name = inQuotes(scene_.bodies[body].name);
-    const std::string other = inQuotes(scene_.bodies[wall].name);
     const bool isPlane = std::holds_alternative<PlaneShape>(scene_.bodies[wall].shape);
-    const std::string fault =
-        std::isinf(gap) ? name + " has its centre inside " + other
-                        : name + " reaches " + formatNumber(-gap) + " metres into " + other;
+    std::string fault = inQuotes(scene_.bodies[body].name);
+    fault += std::isinf(gap) ? " has its centre inside "
+                             : " reaches " + formatNumber(-gap) + " metres into ";
+    fault += inQuotes(scene_.bodies[wall].name);
     error_.record(places_[body], fault + " at the start; expected it " +
                                      (isPlane ? "on the side the normal points to" : "outside"));
     return;
