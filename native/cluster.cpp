@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
+#include "native/disjoint_sets.h"
 #include "native/nearest_velocity.h"
 #include "native/vector_math.h"
 
@@ -17,29 +17,6 @@ constexpr double kCollapsed = 1e-9;  ///< of the fastest approach
 constexpr double kTogether = 1e-3;   ///< of the fastest approach: slower ones wait for the others
 
 using Indices = std::vector<std::uint32_t>;
-
-/// Which bodies approaching contacts link.
-class Links {
- public:
-  explicit Links(std::size_t bodies) : parents_(bodies) {
-    std::iota(parents_.begin(), parents_.end(), 0U);
-  }
-  std::uint32_t root(std::uint32_t body) {
-    while (parents_[body] != body) {
-      parents_[body] = parents_[parents_[body]];
-      body = parents_[body];
-    }
-    return body;
-  }
-  void join(std::uint32_t body, std::uint32_t other) {
-    const std::uint32_t one = root(body);
-    const std::uint32_t two = root(other);
-    parents_[std::max(one, two)] = std::min(one, two);
-  }
-
- private:
-  Indices parents_;
-};
 
 class Reflections {
  public:
@@ -106,7 +83,7 @@ bool Reflections::goesOn(const Indices& chosen, std::size_t round) const {
 /// Those that are linked by movable bodies, together.
 std::vector<Indices> Reflections::independent(const Indices& chosen) const {
   if (chosen.size() == 1) return {chosen};
-  Links links(system_.velocities.size());
+  DisjointSets links(system_.velocities.size());
   const auto movable = [&](std::uint32_t body) { return system_.inverseMasses[body] > 0.0; };
   for (const std::uint32_t contact : chosen) {
     const ClusterContact& pair = system_.contacts[contact];
@@ -116,7 +93,7 @@ std::vector<Indices> Reflections::independent(const Indices& chosen) const {
   Indices groupOf(system_.velocities.size(), 0);  // by root: which group, counted from 1
   for (const std::uint32_t contact : chosen) {
     const ClusterContact& pair = system_.contacts[contact];
-    std::uint32_t& group = groupOf[links.root(movable(pair.body) ? pair.body : pair.other)];
+    std::uint32_t& group = groupOf[links.of(movable(pair.body) ? pair.body : pair.other)];
     if (group == 0) {
       groups.emplace_back();
       group = static_cast<std::uint32_t>(groups.size());

@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "audio/restitution_law.h"
 #include "native/cluster.h"
 #include "native/nearest_velocity.h"
 
@@ -62,17 +63,6 @@ double dampingOf(double restitution) {
 }
 
 // ---- Time
-
-/// Newton's method, from a power of two that is no smaller.
-double fifthRoot(double value) {
-  if (!(value > 0.0)) return 0.0;
-  double root = std::ldexp(1.0, std::ilogb(value) / 5 + 1);
-  for (;;) {
-    const double next = 0.8 * root + 0.2 * value / (root * root * root * root);
-    if (!(next < root)) return root;
-    root = next;
-  }
-}
 
 /// s, of the elastic contact of two bodies by themselves (Johnson 1985, section 11.4).
 double durationOf(double mass, double stiffness, double speed) {

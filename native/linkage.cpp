@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "native/contact_time.h"
+#include "native/disjoint_sets.h"
 #include "native/linear_system.h"
 #include "native/vector_math.h"
 
@@ -31,27 +31,6 @@ std::uint32_t placeOf(BodyId id, std::span<const BodyId> ids) {
   return static_cast<std::uint32_t>(std::ranges::lower_bound(ids, id) - ids.begin());
 }
 
-/// Sets of what is connected, each named by its lowest member.
-class Sets {
- public:
-  explicit Sets(std::size_t count) : parents_(count) {
-    std::iota(parents_.begin(), parents_.end(), 0U);
-  }
-  std::uint32_t of(std::uint32_t at) {
-    while (parents_[at] != at)
-      at = parents_[at] = parents_[parents_[at]];
-    return at;
-  }
-  void join(std::uint32_t one, std::uint32_t other) {
-    const std::uint32_t low = std::min(of(one), of(other));
-    parents_[of(one)] = low;
-    parents_[of(other)] = low;
-  }
-
- private:
-  std::vector<std::uint32_t> parents_;
-};
-
 }  // namespace
 
 Linkage::Linkage(const SphereWorld& world, std::span<const BodyId> ids)
@@ -61,7 +40,7 @@ Linkage::Linkage(const SphereWorld& world, std::span<const BodyId> ids)
       stepGiven_(world.forceStep > 0.0) {
   const bool everywhere = !world.fields.empty() || world.drag.rate > 0.0;
   if (!everywhere && world.springs.empty() && world.rods.empty()) return;
-  Sets sets(ids.size());
+  DisjointSets sets(ids.size());
   std::vector<bool> linked(ids.size(), everywhere);
   const auto link = [&](BodyId one, BodyId other) {
     linked[placeOf(one, ids)] = true;
@@ -242,7 +221,7 @@ void Linkage::pullByRods(const Group& group, double step, std::span<const Vec3> 
   for (const Bar& rod : group.rods)
     directions.push_back(directionOf(between(rod.ends, middles)));
   std::vector<Vec3> ends(motions.size());
-  std::vector<double> matrix(count * count);
+  std::vector<Vec3> along(count);
   std::vector<double> errors(count);
   double worst = kNever;
   for (int iteration = 0; iteration < kMostRodIterations; ++iteration) {
@@ -250,23 +229,33 @@ void Linkage::pullByRods(const Group& group, double step, std::span<const Vec3> 
       ends[i] = motions[i].position + step * motions[i].velocity + lever * pulls[i];
     double largest = 0.0;
     for (std::size_t k = 0; k < count; ++k) {
-      const Vec3 along = between(group.rods[k].ends, ends);
-      errors[k] = 0.5 * (group.rods[k].square - dotInOrder(along, along));
+      const Vec3 rod = between(group.rods[k].ends, ends);
+      errors[k] = 0.5 * (group.rods[k].square - dotInOrder(rod, rod));
       largest = std::max(largest, std::abs(errors[k]) / group.rods[k].square);
     }
     if (largest >= worst || largest <= kRodTolerance) return;
     worst = largest;
-    for (std::size_t k = 0; k < count; ++k) {
-      const Vec3 along = lever * between(group.rods[k].ends, ends);
-      for (std::size_t l = 0; l < count; ++l) {
-        matrix[k * count + l] = dotInOrder(along, directions[l]) *
-                                coupling(group, group.rods[k].ends, group.rods[l].ends);
-      }
-    }
-    solveInPlace(matrix, errors);
     for (std::size_t k = 0; k < count; ++k)
-      push(group, group.rods[k].ends, errors[k] * directions[k], pulls);
+      along[k] = lever * between(group.rods[k].ends, ends);
+    pushRods(group, {along, directions}, errors, pulls);
   }
+}
+
+/// Adds what pushes along the rods' directions do that change each rod, as seen along `seen`, by as
+/// much as `changes` says, which is used up.
+void Linkage::pushRods(const Group& group, const RodAxes& axes, std::vector<double>& changes,
+                       std::vector<Vec3>& pushed) {
+  const std::size_t count = group.rods.size();
+  std::vector<double> matrix(count * count);
+  for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t l = 0; l < count; ++l) {
+      matrix[k * count + l] = dotInOrder(axes.seen[k], axes.directions[l]) *
+                              coupling(group, group.rods[k].ends, group.rods[l].ends);
+    }
+  }
+  solveInPlace(matrix, changes);
+  for (std::size_t k = 0; k < count; ++k)
+    push(group, group.rods[k].ends, changes[k] * axes.directions[k], pushed);
 }
 
 /// 1/kg: how far the ends of one joint part by a unit push between those of another.
@@ -297,20 +286,13 @@ std::vector<Vec3> Linkage::response(std::uint32_t index, std::span<const Motion>
   std::vector<Vec3> directions;
   for (const Bar& rod : group.rods)
     directions.push_back(directionOf(between(rod.ends, positions)));
-  std::vector<double> matrix(count * count);
   std::vector<double> rates(count);
   for (std::size_t k = 0; k < count; ++k) {
     rates[k] = -dotInOrder(
         directions[k],
         between({group.rods[k].ends.one, group.rods[k].ends.other, Vec3::Zero()}, changes));
-    for (std::size_t l = 0; l < count; ++l) {
-      matrix[k * count + l] = dotInOrder(directions[k], directions[l]) *
-                              coupling(group, group.rods[k].ends, group.rods[l].ends);
-    }
   }
-  solveInPlace(matrix, rates);
-  for (std::size_t k = 0; k < count; ++k)
-    push(group, group.rods[k].ends, rates[k] * directions[k], changes);
+  pushRods(group, {directions, directions}, rates, changes);
   return changes;
 }
 

@@ -88,6 +88,13 @@ class Linkage {
   /// m, from the other end to the first.
   static Vec3 between(const Ends& ends, std::span<const Vec3> positions);
   static double inverseMass(const Group& group, const Ends& ends);
+  /// By rod, along which a change is seen and a push acts.
+  struct RodAxes {
+    std::span<const Vec3> seen;
+    std::span<const Vec3> directions;
+  };
+  static void pushRods(const Group& group, const RodAxes& axes, std::vector<double>& changes,
+                       std::vector<Vec3>& pushed);
   static double coupling(const Group& group, const Ends& one, const Ends& other);
   static void push(const Group& group, const Ends& ends, const Vec3& force,
                    std::vector<Vec3>& changes);

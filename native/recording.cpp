@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <bit>
 #include <cassert>
-#include <limits>
+
+#include "native/event_pair.h"
 
 namespace carom {
 namespace {
@@ -33,31 +34,6 @@ std::vector<std::uint64_t> bitsOf(ImpulseEvent event) {
       bits.push_back(std::bit_cast<std::uint64_t>(number));
   });
   return bits;
-}
-
-/// One partner of a collision, just before it.
-struct Side {
-  BodyId id = 0;
-  double radius = std::numeric_limits<double>::infinity();  ///< m
-  Vec3 position = Vec3::Zero();                             ///< m
-  Vec3 velocity = Vec3::Zero();                             ///< m/s
-};
-
-ImpulseEvent shareOf(const Recording::Collision& collision, const Side& body, const Side& other,
-                     double sign) {
-  ImpulseEvent event;
-  event.time = collision.time.seconds;
-  event.body = body.id;
-  event.other = other.id;
-  event.impulse = (sign * collision.impulse) * collision.normal;
-  event.normal = sign * collision.normal;
-  event.approachSpeed = collision.approachSpeed;
-  event.effectiveMass = collision.effectiveMass;
-  event.radius = body.radius;
-  event.otherRadius = other.radius;
-  event.bodyPosition = body.position;
-  event.bodyVelocity = body.velocity;
-  return event;
 }
 
 }  // namespace
@@ -133,8 +109,8 @@ Recording::Events Recording::rebuilt(const Collision& collision) const {
                 motion.velocity};
   };
   const Side first = sideOf(collision.first, collision.firstSegment);
-  const Vec3 point = first.position - first.radius * collision.normal;
-  Side second{.position = point};
+  Side second{.position = first.position - first.radius * collision.normal,
+              .velocity = Vec3::Zero()};
   if (collision.second < sphereCount()) {
     second = sideOf(collision.second, collision.secondSegment);
   } else if (collision.second != kNobody) {
@@ -142,10 +118,10 @@ Recording::Events Recording::rebuilt(const Collision& collision) const {
     second.id = wall.id;
     second.velocity = wall.velocity;
   }
-  Events events{shareOf(collision, first, second, 1.0), shareOf(collision, second, first, -1.0)};
-  for (ImpulseEvent& event : events)
-    event.position = point;
-  return events;
+  return eventsOf(
+      first, second,
+      {collision.normal, collision.approachSpeed, collision.effectiveMass, collision.impulse},
+      collision.time.seconds);
 }
 
 std::uint64_t Recording::trajectoryHash() const {

@@ -16,26 +16,6 @@ constexpr double kLevel = 1e-15;  ///< of gravity: below it a plane is parallel 
 constexpr double kOverlapTolerance = 1e-8;    ///< of the smaller radius, for validate()
 constexpr double kRoundingTolerance = 1e-12;  ///< of the coordinates, for validate()
 
-ImpulseEvent shareOf(const Side& body, const Side& other, const Impact& impact, double sign,
-                     const Vec3& point, double time) {
-  ImpulseEvent event;
-  event.time = time;
-  event.body = body.id;
-  event.other = other.id;
-  event.impulse = (sign * impact.impulse) * impact.normal;
-  event.position = point;
-  event.normal = sign * impact.normal;
-  event.approachSpeed = impact.approachSpeed;
-  event.effectiveMass = impact.effectiveMass;
-  event.radius = body.radius;
-  event.otherRadius = other.radius;
-  event.bodyPosition = body.position;
-  event.bodyOrientation = body.orientation;
-  event.bodyVelocity = body.velocity;
-  event.bodyAngularVelocity = body.spin;
-  return event;
-}
-
 bool fail(std::string* why, const std::string& text) {
   if (why != nullptr) *why = text;
   return false;
@@ -204,11 +184,9 @@ void SphereStepper::Simulation::predictChanged() {
 void SphereStepper::Simulation::report(const Side& first, const Side& second,
                                        const Impact& impact) {
   ++counters_.collisions;
-  const Vec3 point = first.position - first.radius * impact.normal;
-  events_.push_back(shareOf(first, second, impact, 1.0, point, now_.seconds));
-  events_.push_back(shareOf(second, first, impact, -1.0, point, now_.seconds));
-  if (recording_ != nullptr)
-    recording_->addCollision({events_.rbegin()[1], events_.back()}, now_, impact.impulse);
+  const Recording::Events events = eventsOf(first, second, impact, now_.seconds);
+  events_.insert(events_.end(), events.begin(), events.end());
+  if (recording_ != nullptr) recording_->addCollision(events, now_, impact.impulse);
 }
 
 // ---- Spheres
@@ -388,7 +366,8 @@ void SphereStepper::Simulation::bounce(std::uint32_t sphere, Motion motion, std:
   const double rebound = wallRebound(sphere, index, approachSpeed);
   Give give{normal / body.mass, Vec3::Zero(), {}};
   double mass = body.mass;
-  if (linkage_.hasRods(sphere)) {
+  const bool rods = linkage_.hasRods(sphere);
+  if (rods) {
     give = giveOf({motion, {}, normal, approachSpeed, sphere, Agenda::kNobody});
     const double compliance = dotInOrder(normal, give.yield);
     mass = compliance > 0.0 ? 1.0 / compliance : 0.0;
@@ -401,7 +380,7 @@ void SphereStepper::Simulation::bounce(std::uint32_t sphere, Motion motion, std:
   } else {
     ++counters_.restContacts;
   }
-  if (linkage_.hasRods(sphere)) {
+  if (rods) {
     motion.velocity += impulse * give.yield;
     drag(give, impulse);
   } else {
@@ -409,7 +388,7 @@ void SphereStepper::Simulation::bounce(std::uint32_t sphere, Motion motion, std:
     const double onto = wall.speed - dotInOrder(normal, motion.velocity);
     motion.velocity += (rebound == 0.0 ? onto : approachSpeed + rebound) * normal;
   }
-  if (rebound == 0.0 && !linkage_.hasRods(sphere)) hold(sphere, motion, index);
+  if (rebound == 0.0 && !rods) hold(sphere, motion, index);
   leave(sphere, motion);
 }
 

@@ -9,6 +9,7 @@
 
 #include "native/agenda.h"
 #include "native/bodies.h"
+#include "native/event_pair.h"
 #include "native/linkage.h"
 #include "native/recording.h"
 #include "native/rolling.h"
@@ -45,24 +46,6 @@ struct Books {
   double energyTurnover = 0.0;     ///< J
   Vec3 unbalanced = Vec3::Zero();  ///< kg m/s, by which collisions of two have not kept momentum
   double unexplained = 0.0;        ///< J, by which they have changed energy otherwise
-};
-
-/// One collision as its first body sees it, before its velocity changes.
-struct Impact {
-  Vec3 normal;  ///< unit, towards the first body
-  double approachSpeed = 0.0;
-  double effectiveMass = 0.0;
-  double impulse = 0.0;  ///< N s, on the first body along the normal
-};
-
-/// One partner of an impact.
-struct Side {
-  BodyId id = 0;
-  double radius = kNever;  ///< m
-  Vec3 position;
-  Vec3 velocity;
-  Quat orientation = Quat::Identity();
-  Vec3 spin = Vec3::Zero();
 };
 
 /// What SphereStepper does. Spheres are counted in order of their ids. Internal to native/.

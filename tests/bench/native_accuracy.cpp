@@ -9,17 +9,10 @@
 #include <numbers>
 #include <utility>
 
-#include "native/sphere_stepper.h"
-#include "tests/bench/native_yardstick.h"
+#include "tests/bench/gas_world.h"
 
 namespace carom::bench {
 namespace {
-
-SphereStepper makeStepper(SphereWorld world) {
-  Result<SphereStepper> stepper = SphereStepper::create(std::move(world));
-  if (!stepper) std::abort();
-  return *std::move(stepper);
-}
 
 void print(const char* what, double found, double expected, double error, double bar) {
   std::printf("%-46s %14.8g %14.8g %10.1e %10.0e  %s\n", what, found, expected, error, bar,
@@ -32,19 +25,10 @@ struct BoxedGas {
   SphereWorld world;
 
   BoxedGas(std::size_t count, double fraction) {
-    Gas gas = makeGas(count);
-    const double scale = std::cbrt(0.3 / fraction);
-    side = scale * gas.side;
-    world.restSpeed = 0.0;
-    for (const Vec3& position : gas.positions) {
-      const auto id = static_cast<BodyId>(world.spheres.size());
-      world.spheres.push_back({id, gas.radius, 1.0, 1.0, scale * position, gas.velocities[id]});
-    }
-    auto id = static_cast<BodyId>(count);
-    for (int axis = 0; axis < 3; ++axis) {
-      world.planes.push_back({id++, Vec3::Unit(axis), 0.0, 1.0});
-      world.planes.push_back({id++, -Vec3::Unit(axis), -side, 1.0});
-    }
+    const Gas gas = makeGas(count);
+    const double spread = std::cbrt(0.3 / fraction);
+    side = spread * gas.side;
+    world = gasWorld(gas, spread);
   }
 };
 

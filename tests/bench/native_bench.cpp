@@ -20,34 +20,12 @@
 #include "native/sphere_stepper.h"
 #include "tests/bench/cell_yardstick.h"
 #include "tests/bench/figures.h"
-#include "tests/bench/native_yardstick.h"
+#include "tests/bench/gas_world.h"
 
 namespace carom::bench {
 namespace {
 
-SphereStepper makeStepper(SphereWorld world) {
-  Result<SphereStepper> stepper = SphereStepper::create(std::move(world));
-  if (!stepper) std::abort();
-  return *std::move(stepper);
-}
-
 // --- The gas -----------------------------------------------------------------------------------
-
-/// The gas between six walls. Ids are those of AllPairsGas.
-SphereWorld gasWorld(const Gas& gas) {
-  SphereWorld world;
-  world.restSpeed = 0.0;
-  for (const Vec3& position : gas.positions) {
-    const auto id = static_cast<BodyId>(world.spheres.size());
-    world.spheres.push_back({id, gas.radius, 1.0, 1.0, position, gas.velocities[id]});
-  }
-  auto id = static_cast<BodyId>(world.spheres.size());
-  for (int axis = 0; axis < 3; ++axis) {
-    world.planes.push_back({id++, Vec3::Unit(axis), 0.0, 1.0});
-    world.planes.push_back({id++, -Vec3::Unit(axis), -gas.side, 1.0});
-  }
-  return world;
-}
 
 /// A gas under way, from iteration to iteration, some fifty collisions in each.
 struct FlyingGas {

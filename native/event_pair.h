@@ -1,0 +1,55 @@
+#pragma once
+
+#include <array>
+
+#include "audio/impulse_event.h"
+#include "native/contact_time.h"
+
+namespace carom {
+
+/// One collision as its first body sees it, before its velocity changes.
+struct Impact {
+  Vec3 normal;  ///< unit, towards the first body
+  double approachSpeed = 0.0;
+  double effectiveMass = 0.0;
+  double impulse = 0.0;  ///< N s, on the first body along the normal
+};
+
+/// One partner of an impact.
+struct Side {
+  BodyId id = 0;
+  double radius = kNever;  ///< m
+  Vec3 position;
+  Vec3 velocity;
+  Quat orientation = Quat::Identity();
+  Vec3 spin = Vec3::Zero();
+};
+
+/// The two events of one collision at `time` s, of `first`, which is a sphere, and of `second`: the
+/// same bits for a stepper that reports it and a recording that rebuilds it. Internal to native/.
+/// [any thread]
+inline std::array<ImpulseEvent, 2> eventsOf(const Side& first, const Side& second,
+                                            const Impact& impact, double time) {
+  const Vec3 point = first.position - first.radius * impact.normal;
+  const auto shareOf = [&](const Side& body, const Side& other, double sign) {
+    ImpulseEvent event;
+    event.time = time;
+    event.body = body.id;
+    event.other = other.id;
+    event.impulse = (sign * impact.impulse) * impact.normal;
+    event.position = point;
+    event.normal = sign * impact.normal;
+    event.approachSpeed = impact.approachSpeed;
+    event.effectiveMass = impact.effectiveMass;
+    event.radius = body.radius;
+    event.otherRadius = other.radius;
+    event.bodyPosition = body.position;
+    event.bodyOrientation = body.orientation;
+    event.bodyVelocity = body.velocity;
+    event.bodyAngularVelocity = body.spin;
+    return event;
+  };
+  return {shareOf(first, second, 1.0), shareOf(second, first, -1.0)};
+}
+
+}  // namespace carom
