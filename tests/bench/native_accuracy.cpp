@@ -43,44 +43,54 @@ double enskogRate(double density, double temperature) {
   return 4.0 * std::sqrt(std::numbers::pi * temperature) * density * contact;
 }
 
-/// Only what happens at least 3 diameters from the walls counts, against the theory for the density
-/// and the temperature there: walls gather spheres next to them, and the sound of the start is long
-/// in dying away.
-struct Centre {
+/// Walls gather spheres in layers next to them. So what happens counts by its place: nothing within
+/// 2 diameters of a wall, all in the middle, and smoothly between, because at a sharp border it
+/// would matter whether a layer is there.
+struct Window {
   double side = 0.0;
-  bool has(const Vec3& position) const {
-    return position.minCoeff() > kMargin && position.maxCoeff() < side - kMargin;
+  double weight(const Vec3& position) const {
+    double product = 1.0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double place = (position[axis] - kMargin) / (side - 2.0 * kMargin);
+      if (!(place > 0.0 && place < 1.0)) return 0.0;
+      const double sine = std::sin(std::numbers::pi * place);
+      product *= sine * sine;
+    }
+    return product;
   }
-  double volume() const { return std::pow(side - 2.0 * kMargin, 3); }
-  static constexpr double kMargin = 3.0;  ///< m
+  double volume() const { return std::pow(0.5 * (side - 2.0 * kMargin), 3); }  ///< m^3, weighted
+  static constexpr double kMargin = 2.0;                                       ///< m
 };
 
+/// Of what is in the window, against the theory for the density and the temperature there.
 void printMeanFreeTime(double fraction) {
   constexpr std::size_t kCount = 4096;
-  constexpr int kSamples = 1200;
+  constexpr int kSamples = 4800;
   const BoxedGas gas(kCount, fraction);
-  const Centre centre{gas.side};
+  const Window window{gas.side};
   SphereStepper stepper = makeStepper(gas.world);
   const double rate =
       enskogRate(fraction * 6.0 / std::numbers::pi, stepper.kineticEnergy() / (1.5 * kCount));
-  stepper.advanceTo(40.0 / rate);  // the lattice is forgotten
+  stepper.advanceTo(500.0 / rate);  // the lattice and its sound are forgotten
   const double interval = 0.25 / rate;
-  double collisions = 0.0;
+  double collisions = 0.0;  // of a sphere with another
   double present = 0.0;
   double squares = 0.0;  // of their velocities
   for (int sample = 0; sample < kSamples; ++sample) {
-    for (const ImpulseEvent& event : stepper.advanceTo(stepper.time() + interval))
-      collisions += event.body < kCount && event.other < kCount && centre.has(event.position);
+    for (const ImpulseEvent& event : stepper.advanceTo(stepper.time() + interval)) {
+      if (event.body < kCount && event.other < kCount)
+        collisions += window.weight(event.bodyPosition);
+    }
     for (std::size_t sphere = 0; sphere < kCount; ++sphere) {
       const SphereState state = stepper.state(sphere);
-      if (!centre.has(state.position)) continue;
-      present += 1.0;
-      squares += state.velocity.squaredNorm();
+      const double weight = window.weight(state.position);
+      present += weight;
+      squares += weight * state.velocity.squaredNorm();
     }
   }
   const double found = present * interval / collisions;
   const double expected =
-      1.0 / enskogRate(present / kSamples / centre.volume(), squares / (3.0 * present));
+      1.0 / enskogRate(present / kSamples / window.volume(), squares / (3.0 * present));
   char what[64];
   std::snprintf(what, sizeof what, "mean free time, s, %.0f %% of the volume", 100.0 * fraction);
   print(what, found, expected, std::abs(found / expected - 1.0), 0.01);
