@@ -88,6 +88,12 @@ void Agenda::forget(std::uint32_t sphere) {
   future.contact = {};
 }
 
+void Agenda::remove(std::uint32_t sphere) {
+  grid_.remove(sphere);
+  flags_[sphere] = static_cast<std::uint8_t>(kRemoved);
+  futures_[sphere].crossing = Instant::never();
+}
+
 BodyId Agenda::idOf(const Contact& contact) const {
   if (contact.partner == kNobody) return kNobody;
   const std::size_t count = bodies_.count();
@@ -326,12 +332,16 @@ void Agenda::lookAround(const Vec3& position, Search& search, const VisitAll& vi
 }
 
 void Agenda::predict(std::uint32_t sphere, const Instant& now) {
+  if (removed(sphere)) {
+    schedule(sphere);
+    return;
+  }
   const Motion present = bodies_.at(sphere, now);
   // What is later than its turn is predicted anew then.
   Search search(sphere, bodies_, now, {turnOf(sphere), kNobody, 0});
   // Whom it met last it often meets next, and soon, as while it hops: nobody later is looked at.
   const std::uint32_t last = futures_[sphere].lastPartner;
-  if (bodies_.apart > 0 && last < bodies_.count()) lookAt(last, search);
+  if (bodies_.apart > 0 && last < bodies_.count() && !removed(last)) lookAt(last, search);
   lookAround(present.position, search, [&](const CellGrid::Probe& probe, const auto& visit) {
     grid_.visitNear(sphere, probe, visit);
   });
@@ -415,6 +425,7 @@ bool Agenda::validate(std::uint32_t sphere, double time, std::string* why) const
       future.contact.partner < bodies_.count() + bodies_.walls.size() + bodies_.solids.size();
   if (partner == (future.contact.time == Instant::never()))
     return fail("partner and time of the next contact disagree");
+  if (removed(sphere)) return true;
   const Vec3 position = bodies_.at(sphere, {time, 0.0}).position;
   if (!grid_.holds(sphere, position, 1e-12 * position.cwiseAbs().maxCoeff() + 1e-12))
     return fail("it is not in the cell where it should be");

@@ -66,6 +66,10 @@ class Agenda {
   /// Takes the sphere to the next cell at `now`, its time of crossing.
   void cross(std::uint32_t sphere, const Instant& now);
 
+  /// Nothing touches the sphere from now on; to be followed by forget and predict.
+  void remove(std::uint32_t sphere);
+  bool removed(std::uint32_t sphere) const { return (flags_[sphere] & kRemoved) != 0; }
+
   /// Calls visit(other) for all spheres that are within `way` m of this one at `position`, and some
   /// more.
   template <class Visit>
@@ -77,7 +81,8 @@ class Agenda {
   bool queueValid() const { return queue_.valid(); }
 
  private:
-  static constexpr unsigned kFaces = 0x7F;
+  static constexpr unsigned kFaces = 0x07;
+  static constexpr unsigned kRemoved = 0x40;
   static constexpr unsigned kTied = 0x80;
 
   struct Search;
@@ -104,8 +109,8 @@ class Agenda {
   void lookAround(const Vec3& position, Search& search, const VisitAll& visitAll);
   void tie(std::uint32_t sphere);
   void setTied(std::uint32_t sphere, bool tied) {
-    const unsigned face = flags_[sphere] & kFaces;
-    flags_[sphere] = static_cast<std::uint8_t>(face | (tied ? kTied : 0U));
+    const unsigned others = flags_[sphere] & ~kTied;
+    flags_[sphere] = static_cast<std::uint8_t>(others | (tied ? kTied : 0U));
   }
   void predictCrossing(std::uint32_t sphere, const Motion& motion);
   void claim(std::uint32_t sphere, const Contact& found);
@@ -118,7 +123,7 @@ class Agenda {
   CellGrid grid_;
   std::vector<Future> futures_;  ///< by sphere
   std::vector<Instant> turns_;   ///< by sphere; empty until there is one
-  /// By sphere, through which face it leaves its cell: 2 axis + (1 if up); and kTied.
+  /// By sphere, through which face it leaves its cell: 2 axis + (1 if up); kTied and kRemoved.
   std::vector<std::uint8_t> flags_;
   ContactQueue queue_;
 };

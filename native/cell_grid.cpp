@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "native/contact_time.h"
 
@@ -79,9 +80,12 @@ int cellBits(const Extent& extent, double width, int halvings) {
 
 }  // namespace
 
-CellGrid::CellGrid(std::span<const Vec3> positions, std::span<const double> radii)
-    : sphereCount_(radii.size()) {
-  if (radii.size() <= kFewSpheres) return;
+CellGrid::CellGrid(std::span<const Vec3> positions, std::span<const double> radii) {
+  if (radii.size() <= kFewSpheres) {
+    few_.resize(radii.size());
+    std::iota(few_.begin(), few_.end(), 0U);
+    return;
+  }
   const auto [least, largest] = std::ranges::minmax(radii);
   const Extent extent = extentOf(positions);
   middle_ = 0.5 * extent.low + 0.5 * extent.high;
@@ -208,6 +212,13 @@ void CellGrid::cross(std::uint32_t sphere, const Crossing& crossing) {
     leave(sphere, level, from);
     enter(sphere, level, to);
   }
+}
+
+void CellGrid::remove(std::uint32_t sphere) {
+  std::erase(few_, sphere);
+  if (levels_.empty()) return;
+  for (std::size_t level = levelOf_[sphere]; level < levels_.size(); ++level)
+    leave(sphere, level, cellAt(sphere, levels_[level]));
 }
 
 bool CellGrid::holds(std::uint32_t sphere, const Vec3& position, double tolerance) const {

@@ -50,6 +50,8 @@ class CellGrid {
   Crossing nextCrossing(std::uint32_t sphere, const Course& course) const;
   /// Moves the sphere to the next cell.
   void cross(std::uint32_t sphere, const Crossing& crossing);
+  /// The sphere is near nobody any more. To be called once, and nothing else for it afterwards.
+  void remove(std::uint32_t sphere);
 
   /// Where a sphere is, and how far it may be soon: what is farther away is left out, a cell at a
   /// time.
@@ -115,7 +117,7 @@ class CellGrid {
                          const std::vector<std::uint32_t>& next, std::span<const Slot> cells,
                          const Visit& visit);
 
-  std::size_t sphereCount_ = 0;
+  std::vector<std::uint32_t> few_;     ///< all spheres, where there is no grid
   Vec3 middle_ = Vec3::Zero();         ///< m, the corner of the cells 0
   std::vector<Level> levels_;          ///< the finest first
   std::vector<std::uint8_t> levelOf_;  ///< by sphere
@@ -208,7 +210,7 @@ void CellGrid::visitLists(std::uint32_t sphere, const std::vector<std::uint32_t>
 template <class Visit>
 void CellGrid::visitNear(std::uint32_t sphere, const Probe& probe, const Visit& visit) const {
   if (levels_.empty()) {
-    for (std::uint32_t other = 0; other < sphereCount_; ++other)
+    for (const std::uint32_t other : few_)
       if (other != sphere) visit(other);
     return;
   }

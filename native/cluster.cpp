@@ -162,12 +162,12 @@ void Reflections::end() {
 
 ClusterImpulses Reflections::run(std::span<ClusterBody> bodies) {
   Indices chosen = foremost();
-  for (std::size_t round = 0; goesOn(chosen, round); ++round) {
+  ClusterImpulses result;
+  for (; goesOn(chosen, result.rounds); ++result.rounds) {
     for (const Indices& group : independent(chosen))
       reflect(group);
     chosen = foremost();
   }
-  ClusterImpulses result;
   result.settled = chosen.empty();
   if (!result.settled) end();
   for (std::size_t body = 0; body < bodies.size(); ++body) {

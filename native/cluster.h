@@ -25,6 +25,7 @@ struct ClusterContact {
 
 struct ClusterImpulses {
   std::vector<double> along;  ///< N s, by contact, >= 0: on `body` along the normal
+  std::size_t rounds = 0;     ///< of reflections that it took
   bool settled = true;        ///< false: what was left at last was ended inelastically
 };
 

@@ -17,7 +17,10 @@ constexpr double kLeastFlight = 1e-5;         ///< s, a bounce on a wall that is
 constexpr double kRubbedHopTime = 0.1e-3;     ///< s, unpaid, where friction or forces damp hops
 constexpr double kFirstHops = 10.0;           ///< of that time, which a sphere may have unpaid
 constexpr double kCollapseInterval = 1e-6;    ///< s, contacts of one sphere closer than this ...
-constexpr std::uint32_t kCollapseRun = 1000;  ///< ... so many times in a row are a collapse
+constexpr std::uint16_t kCollapseRun = 1000;  ///< ... so many times in a row are a collapse
+constexpr std::uint16_t kCrushRun = 5000;     ///< in a row, and the last so close: no way out
+constexpr double kCrushInterval = 1e-9;       ///< s, between surfaces that move; they give energy
+constexpr double kStuckInterval = 1e-12;      ///< s, elsewhere
 constexpr double kCollapseRestSpeed = 0.005;  ///< m/s, rest speed of a sphere after a collapse
 constexpr double kCalmTime = 0.02;            ///< s, of calm before sleep
 constexpr double kCalmDrift = 0.25;           ///< of the rest speed: what moves slower is calm
@@ -64,6 +67,7 @@ void SphereStepper::Simulation::hold(std::uint32_t sphere, Motion& motion, std::
 /// it along the others.
 void SphereStepper::Simulation::keepHolds(std::uint32_t sphere, Motion& motion) {
   if (substances_[sphere].asleep) {
+    motion.velocity.setZero();
     bodies_.setAcceleration(sphere, Vec3::Zero());
     return;
   }
@@ -179,14 +183,34 @@ bool SphereStepper::Simulation::noteContact(std::uint32_t sphere, const Motion& 
     body.calmSince = now_.seconds;
     body.calmPlace = motion.position;
   }
-  const bool rapid = elapsed(bodies_.motions[sphere].since, now_) < kCollapseInterval;
+  const double interval = elapsed(bodies_.motions[sphere].since, now_);
+  const bool rapid = interval < kCollapseInterval;
   body.rapidContacts = rapid ? static_cast<std::uint16_t>(body.rapidContacts + 1) : 0;
-  if (body.rapidContacts != kCollapseRun) return false;
+  if (!rapid || body.rapidContacts % kCollapseRun != 0) return false;
   ++counters_.collapses;
   body.collapsed = true;
   body.hopAllowance = 0.125 * body.mass * restSpeed(sphere) * restSpeed(sphere);
-  body.rapidContacts = 0;
+  if (body.rapidContacts == kCrushRun) {
+    body.rapidContacts = kCrushRun - kCollapseRun;
+    giveUp(sphere, interval);
+  }
   return true;
+}
+
+/// A sphere whose contacts leave it no time between them, the last `interval` s, though it has been
+/// stopped. Where surfaces move it is crushed: nothing touches it any more. Otherwise it is laid
+/// down.
+void SphereStepper::Simulation::giveUp(std::uint32_t sphere, double interval) {
+  const bool pressed = std::ranges::any_of(
+      bodies_.walls, [](const Wall& wall) { return wall.speed != 0.0 || wall.shakes(); });
+  if (interval >= (pressed ? kCrushInterval : kStuckInterval)) return;
+  if (pressed || linked(sphere)) {
+    ++counters_.crushed;
+    agenda_.remove(sphere);
+  } else {
+    ++counters_.laidDown;
+  }
+  substances_[sphere].asleep = !linked(sphere);  // it stays where it is
 }
 
 /// What has collapsed in contacts that are rest has no room left to move in, and may sleep at once.

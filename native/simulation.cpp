@@ -455,9 +455,11 @@ bool SphereStepper::Simulation::validateSphere(std::size_t sphere, std::string* 
 
 bool SphereStepper::Simulation::validateApart(std::size_t sphere, std::string* why) const {
   const std::string name = "sphere " + std::to_string(bodies_.ids[sphere]);
+  if (agenda_.removed(static_cast<std::uint32_t>(sphere))) return true;
   const Motion present = motionAtTime(sphere);
   const double rounding = kRoundingTolerance * present.position.cwiseAbs().maxCoeff();
   for (std::size_t other = sphere + 1; other < sphereCount(); ++other) {
+    if (agenda_.removed(static_cast<std::uint32_t>(other))) continue;
     const double distance = (present.position - motionAtTime(other).position).norm();
     const double allowed =
         kOverlapTolerance * std::min(bodies_.radii[sphere], bodies_.radii[other]) + rounding;

@@ -175,6 +175,7 @@ class SphereStepper::Simulation {
   double restingRebound(const Pair& pair, double effectiveMass);
   double wallRebound(std::uint32_t sphere, std::uint32_t index, double approachSpeed);
   bool noteContact(std::uint32_t sphere, const Motion& motion);
+  void giveUp(std::uint32_t sphere, double interval);
   void stop(std::uint32_t sphere, Motion& motion);
   void hold(std::uint32_t sphere, Motion& motion, std::uint32_t index);
   void keepHolds(std::uint32_t sphere, Motion& motion);

@@ -15,6 +15,7 @@ namespace carom {
 namespace {
 
 constexpr double kTouching = 1e-9;  ///< of the smaller radius; documented in Simultaneous
+constexpr std::size_t kRoundsPerContact = 100;  ///< of a cluster, where it counts contacts
 
 std::uint32_t placeIn(const std::vector<std::uint32_t>& sorted, std::uint32_t value) {
   return static_cast<std::uint32_t>(std::ranges::lower_bound(sorted, value) - sorted.begin());
@@ -242,10 +243,13 @@ bool SphereStepper::Simulation::applyCluster(const Cluster& cluster) {
   }
   if (moved.empty()) return false;
   reportCluster(cluster);
+  // Many rounds are as good as many contacts: what is crushed may need them again at once.
+  const std::size_t contacts = 1 + cluster.impulses.rounds / kRoundsPerContact;
   for (const std::uint32_t member : moved) {
     const std::uint32_t sphere = cluster.members[member];
     Motion motion = cluster.motions[member];
-    noteContact(sphere, motion);
+    for (std::size_t contact = 0; contact < contacts; ++contact)
+      noteContact(sphere, motion);
     allowHop(sphere, taken / static_cast<double>(moved.size()));
     motion.velocity = cluster.after[member].velocity;
     leave(sphere, motion);

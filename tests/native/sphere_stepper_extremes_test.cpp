@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -176,6 +177,80 @@ TEST(SphereStepperExtremes, StartingInExactContactKeepsMomentumAndEnergy) {
     velocity += stepper.state(sphere).velocity;
   EXPECT_LT((velocity - Vec3(1.0, 0.5, 0.25)).norm(), 1e-14);
   EXPECT_NEAR(stepper.kineticEnergy() / (0.1 * 1.3125), 1.0, 1e-14);
+}
+
+// ---- What cannot end well must end all the same
+
+/// `count` balls in a row on a floor between a wall and one that comes at 1 m/s, which would need
+/// their room after 0.2 s.
+SphereWorld press(int count, double restitution) {
+  SphereWorld world;
+  world.gravity = kEarthGravity;
+  for (int ball = 0; ball < count; ++ball) {
+    world.spheres.push_back(sphereAt(static_cast<BodyId>(ball), {0.05 + 0.1 * ball, 0.05, 0.0}));
+    world.spheres.back().restitution = restitution;
+  }
+  world.planes = {floorPlane(restitution),
+                  {kFirstPlane + 1, Vec3::UnitX(), 0.0, restitution},
+                  {kFirstPlane + 2, -Vec3::UnitX(), -(0.1 * count + 0.2), restitution}};
+  world.planes[2].velocity = {-1.0, 0.0, 0.0};
+  return world;
+}
+
+class Press : public testing::TestWithParam<double> {};
+
+TEST_P(Press, CrushesOneBallWhichStaysWhereItIs) {
+  SphereStepper stepper = stepperOf(press(1, GetParam()));
+  stepper.advanceTo(0.1999);
+  EXPECT_EQ(stepper.counters().crushed, 0U);
+  stepper.advanceTo(0.3);
+  EXPECT_EQ(stepper.counters().crushed, 1U);
+  EXPECT_NEAR(stepper.state(0).position.x(), 0.05, 1e-4);
+  EXPECT_EQ(stepper.state(0).velocity, Vec3::Zero());
+  std::string why;
+  EXPECT_TRUE(stepper.validate(&why)) << why;
+}
+
+INSTANTIATE_TEST_SUITE_P(Restitution, Press, testing::Values(0.0, 0.5, 0.9, 1.0));
+
+// Elastic ones would have all the energy of the first.
+TEST(SphereStepperExtremes, AMovingWallCrushesARowAndPassesOn) {
+  SphereStepper stepper = stepperOf(press(5, 0.9));
+  std::string why;
+  for (int step = 1; step <= 40; ++step) {
+    stepper.advanceTo(0.05 * step);
+    ASSERT_TRUE(stepper.validate(&why)) << why;
+  }
+  EXPECT_EQ(stepper.counters().crushed, 5U);
+}
+
+// The box comes down on it at 1 m/s; a ball beside it is not touched.
+TEST(SphereStepperExtremes, ABoxCrushesABallOnTheFloor) {
+  SphereWorld world;
+  world.gravity = kEarthGravity;
+  world.spheres = {sphereAt(1, {0.0, 0.05, 0.0}), sphereAt(2, {0.5, 0.05, 0.0})};
+  for (Sphere& sphere : world.spheres)
+    sphere.restitution = 0.5;
+  world.planes = {floorPlane(0.5)};
+  Box box{kFirstPlane + 1, {0.0, 0.4, 0.0}, {0.1, 0.1, 0.1}};
+  box.restitution = 0.5;
+  box.velocity = {0.0, -1.0, 0.0};
+  world.boxes = {box};
+  SphereStepper stepper = stepperOf(world);
+  stepper.advanceTo(1.0);
+  EXPECT_EQ(stepper.counters().crushed, 1U);
+  EXPECT_EQ(stepper.state(1).position, world.spheres[1].position);
+  std::string why;
+  EXPECT_TRUE(stepper.validate(&why)) << why;
+}
+
+TEST(SphereStepperExtremes, AMovingWallCrushesWhatHangsOnARod) {
+  SphereWorld world = press(1, 0.5);
+  world.rods = {{0, kAnchor, {0.05, 0.3, 0.0}}};
+  SphereStepper stepper = stepperOf(world);
+  stepper.advanceTo(0.5);
+  EXPECT_EQ(stepper.counters().crushed, 1U);
+  EXPECT_NEAR((stepper.state(0).position - Vec3(0.05, 0.3, 0.0)).norm(), 0.25, 1e-9);
 }
 
 }  // namespace
