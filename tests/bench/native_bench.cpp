@@ -17,6 +17,7 @@
 #include <benchmark/benchmark.h>
 #include <malloc.h>
 
+#include "native/recording_format.h"
 #include "native/sphere_stepper.h"
 #include "tests/bench/cell_yardstick.h"
 #include "tests/bench/figures.h"
@@ -141,32 +142,120 @@ void addCellFigure(Figures& figures, std::size_t count, std::size_t collisions) 
                .scale = 1e-3});
 }
 
-/// The time of a collision among many over that among few, in turns.
-void addGrowthFigure(Figures& figures, std::size_t few, std::size_t many) {
-  const auto small = std::make_shared<FlyingGas>(makeGas(few));
-  const auto large = std::make_shared<FlyingGas>(makeGas(many));
-  const auto timeOf = [](FlyingGas& gas) {
-    constexpr std::uint64_t kCollisions = 20'000;
-    const std::uint64_t before = gas.stepper.counters().collisions;
-    const std::clock_t start = std::clock();
-    while (gas.stepper.counters().collisions < before + kCollisions)
-      benchmark::DoNotOptimize(gas.advance().data());
-    return static_cast<double>(std::clock() - start) /
-           static_cast<double>(gas.stepper.counters().collisions - before);
+/// s of this process for each of some 20,000 collisions more.
+double collisionTime(FlyingGas& gas) {
+  const std::uint64_t before = gas.stepper.counters().collisions;
+  const std::clock_t start = std::clock();
+  while (gas.stepper.counters().collisions < before + 20'000)
+    benchmark::DoNotOptimize(gas.advance().data());
+  return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC /
+         static_cast<double>(gas.stepper.counters().collisions - before);
+}
+double collisionTime(CellGas& gas) {
+  const std::clock_t start = std::clock();
+  for (int collision = 0; collision < 20'000; ++collision)
+    gas.collide();
+  return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC / 20'000;
+}
+
+/// The time of a collision in `large` over that in `small`, in turns.
+template <class AnyGas>
+Work growth(std::shared_ptr<AnyGas> small, std::shared_ptr<AnyGas> large) {
+  return [small = std::move(small), large = std::move(large)](benchmark::State& state) {
+    double ratio = 0.0;
+    for ([[maybe_unused]] const auto iteration : state) {
+      const double one = collisionTime(*small);
+      ratio = collisionTime(*large) / one;
+    }
+    reportValue(state, ratio);
   };
-  figures.add({.name = "cost, N = " + std::to_string(many) + " / N = " + std::to_string(few),
-               .unit = "1",
+}
+
+void addGrowthFigure(Figures& figures, std::size_t few, std::size_t many) {
+  const Gas small = makeGas(few);
+  const Gas large = makeGas(many);
+  figures.add(
+      {.name = "cost, N = " + std::to_string(many) + " / N = " + std::to_string(few),
+       .unit = "1",
+       .subject = growth(std::make_shared<FlyingGas>(small), std::make_shared<FlyingGas>(large)),
+       .yardstickName = "the same of minimal cells and heap",
+       .yardstick = growth(std::make_shared<CellGas>(small), std::make_shared<CellGas>(large)),
+       .bar = Bar{Bar::Of::value, 2.5},
+       .sense = Sense::lowerIsBetter});
+}
+
+// --- Recording ---------------------------------------------------------------------------------
+
+/// The gas as it is recorded, a new recording for each iteration.
+Work recordGas(std::shared_ptr<FlyingGas> flying) {
+  return [flying = std::move(flying)](benchmark::State& state) {
+    const std::uint64_t before = flying->stepper.counters().collisions;
+    for ([[maybe_unused]] const auto iteration : state) {
+      flying->stepper.startRecording();
+      for (int part = 0; part < 100; ++part)
+        benchmark::DoNotOptimize(flying->advance().data());
+      benchmark::DoNotOptimize(flying->stepper.takeRecording());
+    }
+    const std::uint64_t collisions = flying->stepper.counters().collisions - before;
+    reportRate(state, static_cast<double>(collisions) / static_cast<double>(state.iterations()));
+  };
+}
+
+void addRecordingFigures(Figures& figures, std::size_t count) {
+  const Gas gas = makeGas(count);
+  figures.add({.name = "recorded gas, N = " + std::to_string(count),
+               .unit = "k collisions/s",
+               .subject = recordGas(std::make_shared<FlyingGas>(gas)),
+               .yardstickName = "not recorded",
+               .yardstick = stepGas(std::make_shared<FlyingGas>(gas)),
+               .sense = Sense::higherIsBetter,
+               .scale = 1e-3});
+  const auto flying = std::make_shared<FlyingGas>(gas);
+  flying->stepper.startRecording();
+  while (flying->stepper.counters().collisions < 100'000)
+    flying->advance();
+  const auto recording = std::make_shared<Recording>(flying->stepper.takeRecording());
+  const auto bytes = std::make_shared<std::vector<std::byte>>(*encoded(*recording));
+  figures.add({.name = "recording of 100000 collisions, written",
+               .unit = "ms",
                .subject =
-                   [=](benchmark::State& state) {
-                     double growth = 0.0;
-                     for ([[maybe_unused]] const auto iteration : state) {
-                       const double one = timeOf(*small);
-                       growth = timeOf(*large) / one;
-                     }
-                     reportValue(state, growth);
+                   [recording](benchmark::State& state) {
+                     for ([[maybe_unused]] const auto iteration : state)
+                       benchmark::DoNotOptimize(encoded(*recording));
+                     reportTime(state, 1.0);
                    },
-               .bar = Bar{Bar::Of::value, 2.5},
-               .sense = Sense::lowerIsBetter});
+               .sense = Sense::lowerIsBetter,
+               .error = text("%.1f bytes for each of %zu",
+                             static_cast<double>(bytes->size()) /
+                                 static_cast<double>(recording->collisionCount()),
+                             recording->collisionCount()),
+               .scale = 1e3});
+  figures.add({.name = "the same, read",
+               .unit = "ms",
+               .subject =
+                   [bytes](benchmark::State& state) {
+                     for ([[maybe_unused]] const auto iteration : state)
+                       benchmark::DoNotOptimize(decoded(*bytes, "bench"));
+                     reportTime(state, 1.0);
+                   },
+               .sense = Sense::lowerIsBetter,
+               .scale = 1e3});
+  figures.add({.name = "state at a time, of 100000 collisions",
+               .unit = "ns",
+               .subject =
+                   [recording](benchmark::State& state) {
+                     double place = 0.0;  // of the time, in steps that come back nowhere soon
+                     const double length = recording->end() - recording->begin();
+                     for ([[maybe_unused]] const auto iteration : state) {
+                       place += 0.6180339887498949;
+                       place -= std::floor(place);
+                       benchmark::DoNotOptimize(
+                           recording->state(7, recording->begin() + place * length));
+                     }
+                     reportTime(state, 1.0);
+                   },
+               .sense = Sense::lowerIsBetter,
+               .scale = 1e9});
 }
 
 // --- The break ---------------------------------------------------------------------------------
@@ -270,6 +359,7 @@ int main(int argc, char** argv) {
   carom::bench::addCellFigure(figures, 10000, 1000);
   carom::bench::addCellFigure(figures, 100000, 1000);
   carom::bench::addGrowthFigure(figures, 1000, 100000);
+  carom::bench::addRecordingFigures(figures, 1000);
   carom::bench::addBreakFigure(figures);
   carom::bench::addMemoryFigure(figures, 100000);
   return figures.run(argc, argv);
