@@ -98,10 +98,10 @@ struct SphereStepperCounters {
 /// contacts fall into a finite time. When one sphere has had 1000 contacts in a row less than 1 us
 /// apart, its own rest speed is raised to 5 mm/s for good, unless it was higher, it may hop unpaid
 /// once, and if the contact at hand is rest it stands still. Each such run is counted in
-/// `collapses`. After 5000 in a row, the last within 1 ps of the one before, or 1 ns where surfaces
-/// move, it has no way out. Among surfaces that move, or on a rod or spring, it is crushed: it
-/// stays where it is, or where its joints lead it, nothing touches it any more, and `crushed`
-/// counts it. Elsewhere it is put to sleep. So advanceTo always ends.
+/// `collapses`. After 5000 in a row, the last within 100 ps of the one before, or 1 ns where
+/// surfaces move, it has no way out. Among surfaces that move, or on a rod or spring, it is
+/// crushed: it stays where it is, or where its joints lead it, nothing touches it any more, and
+/// `crushed` counts it. Elsewhere it is put to sleep. So advanceTo always ends.
 ///
 /// Precision. Positions carry rounding errors only, but for the steps of springs, rods, fields and
 /// drag. Contact times are kept to twice the precision of a double inside, so that they are as

@@ -125,6 +125,8 @@ Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& option
   report.synth = sound->synth().counters();
   leaveOutCounted(report.plan, report.synth.inaudible, "inaudible_clicks",
                   "clicks stay below the threshold of hearing at every listener");
+  leaveOutCounted(report.plan, sound->stepper().crushed(), "crushed_spheres",
+                  "spheres were left no room by what moves, and touch nothing any more");
   report.wallTime = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return report;
 }

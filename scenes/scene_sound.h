@@ -66,6 +66,7 @@ class SceneSound {
   std::span<const ImpulseEvent> settledEvents() const { return settled_; }
 
   const Synth& synth() const { return synth_; }
+  const SceneStepper& stepper() const { return *stepper_; }
   std::int64_t frames() const { return frames_ - firstFrame_; }  ///< of the whole scene, or span
   std::int64_t framesDone() const { return framesDone_ - firstFrame_; }
 

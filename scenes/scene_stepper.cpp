@@ -91,6 +91,7 @@ class NativeSceneStepper : public SceneStepper {
 
   std::span<const ImpulseEvent> advanceTo(double time) override { return stepper_.advanceTo(time); }
   double settledTime() const override { return stepper_.time(); }
+  std::uint64_t crushed() const override { return stepper_.counters().crushed; }
 
  private:
   SphereStepper stepper_;

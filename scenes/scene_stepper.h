@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -22,6 +23,9 @@ class SceneStepper {
 
   /// s: every event before this time has been returned.
   virtual double settledTime() const = 0;
+
+  /// Spheres that nothing touches any more, as SphereStepperCounters says.
+  virtual std::uint64_t crushed() const { return 0; }
 };
 
 /// The stepper that scene.stepper asks for, at the scene's start. Refuses what that stepper cannot

@@ -379,6 +379,23 @@ TEST(Render, PlanSaysHowManyClicksCouldNotBeHeard) {
   EXPECT_TRUE(inaudible().starts_with("10 clicks "));
 }
 
+TEST(Render, PlanSaysHowManySpheresWereCrushed) {
+  Scene scene = libraryScene("bouncing_ball");
+  const auto crushed = [&] {
+    const TemporaryFolder folder;
+    const RenderReport report = rendered(scene, {.soundFile = folder / "sound.wav"});
+    const auto entry = std::ranges::find(report.plan.leftOut, "crushed_spheres", &LeftOut::stage);
+    return entry == report.plan.leftOut.end() ? std::string() : entry->why;
+  };
+  scene.duration = 1.0;
+  EXPECT_EQ(crushed(), "");
+  scene.bodies.push_back(scene.bodies[0]);
+  SceneBody& press = scene.bodies.back();
+  press.name = "press";
+  press.shape = PlaneShape{-Vec3::UnitY(), -0.6, {0.0, -1.0, 0.0}, {}};  // down to the floor
+  EXPECT_TRUE(crushed().starts_with("1 spheres "));
+}
+
 /// A render that cannot succeed, in a folder with a file of each kind that was there before.
 class FailedRender : public testing::Test {
  protected:
