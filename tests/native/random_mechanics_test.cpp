@@ -33,7 +33,7 @@ class RandomWorld {
     if (chance(0.2)) world_.drag = {random_.between(0.0, 2.0), random_.inCube(1.0)};
   }
   const SphereWorld& world() const { return world_; }
-  /// Neither potentialEnergy() nor what it counts knows of fields and of wind.
+  /// Whether nothing but gravity, contacts and rods acts: then energy cannot grow.
   bool hasEnergyOfItsOwn() const {
     return world_.fields.empty() && world_.drag.rate == 0.0 && world_.springs.empty();
   }

@@ -363,15 +363,19 @@ TEST(Render, TellsItsProgressFromStartToEnd) {
   EXPECT_EQ(shares.back(), 1.0);
 }
 
+/// Why the stage was left out, as the plan says; empty if it was not.
+std::string whyLeftOut(const RenderReport& report, const std::string& stage) {
+  const auto entry = std::ranges::find(report.plan.leftOut, stage, &LeftOut::stage);
+  return entry == report.plan.leftOut.end() ? std::string() : entry->why;
+}
+
 TEST(Render, PlanSaysHowManyClicksCouldNotBeHeard) {
   Scene scene = libraryScene("newtons_cradle");
   const auto inaudible = [&] {
     const TemporaryFolder folder;
     const RenderReport report = rendered(scene, {.soundFile = folder / "sound.wav"});
-    const auto entry = std::ranges::find(report.plan.leftOut, "inaudible_clicks", &LeftOut::stage);
-    std::string why = entry == report.plan.leftOut.end() ? "" : entry->why;
     EXPECT_EQ(report.peak == 0.0, report.synth.inaudible == report.synth.events);
-    return why;
+    return whyLeftOut(report, "inaudible_clicks");
   };
   EXPECT_EQ(inaudible(), "");
   scene.listeners[0].position *= 1e6;  // 700 km away
@@ -383,9 +387,7 @@ TEST(Render, PlanSaysHowManySpheresWereCrushed) {
   Scene scene = libraryScene("bouncing_ball");
   const auto crushed = [&] {
     const TemporaryFolder folder;
-    const RenderReport report = rendered(scene, {.soundFile = folder / "sound.wav"});
-    const auto entry = std::ranges::find(report.plan.leftOut, "crushed_spheres", &LeftOut::stage);
-    return entry == report.plan.leftOut.end() ? std::string() : entry->why;
+    return whyLeftOut(rendered(scene, {.soundFile = folder / "sound.wav"}), "crushed_spheres");
   };
   scene.duration = 1.0;
   EXPECT_EQ(crushed(), "");
