@@ -16,15 +16,31 @@ std::size_t ClickQueue::dayOf(std::int64_t sample) {
   return static_cast<std::size_t>(day < 0 ? day + kDays : day);
 }
 
+void ClickQueue::reserve(std::size_t slots) {
+  if (slots <= nodes_.size()) return;
+  nodes_.resize(slots);
+  taken_.reserve(slots);
+}
+
 void ClickQueue::push(const Entry& entry, std::int64_t now) {
-  if (entry.slot >= nodes_.size()) {
-    nodes_.resize(std::max<std::size_t>(entry.slot + 1, 2 * nodes_.size()));
-    taken_.reserve(nodes_.size());
-  }
-  std::uint32_t& day = days_[dayOf(std::max(entry.first, now))];
-  nodes_[entry.slot] = {entry, day};
-  day = entry.slot;
+  if (entry.slot >= nodes_.size())
+    reserve(std::max<std::size_t>(entry.slot + 1, 2 * nodes_.size()));
+  const std::size_t day = dayOf(std::max(entry.first, now));
+  const std::uint32_t next = days_[day];
+  if (next != kNone) nodes_[next].before = entry.slot;
+  nodes_[entry.slot] = {entry, next, kNone, static_cast<std::uint32_t>(day)};
+  days_[day] = entry.slot;
   ++size_;
+}
+
+void ClickQueue::remove(std::uint32_t slot) noexcept {
+  unlink(nodes_[slot]);
+  --size_;
+}
+
+void ClickQueue::unlink(const Node& node) noexcept {
+  (node.before == kNone ? days_[node.day] : nodes_[node.before].next) = node.next;
+  if (node.next != kNone) nodes_[node.next].before = node.before;
 }
 
 std::span<ClickQueue::Entry> ClickQueue::takeUntil(std::int64_t now, std::int64_t end) noexcept {
@@ -33,21 +49,18 @@ std::span<ClickQueue::Entry> ClickQueue::takeUntil(std::int64_t now, std::int64_
   const std::int64_t first = floorDivide(now, kSpan);
   const std::int64_t last = std::min(floorDivide(end - 1, kSpan), first + kDays - 1);
   for (std::int64_t day = first; day <= last; ++day)
-    takeFrom(days_[dayOf(day * kSpan)], end);
+    takeFrom(dayOf(day * kSpan), end);
   size_ -= taken_.size();
   return taken_;
 }
 
-void ClickQueue::takeFrom(std::uint32_t& day, std::int64_t end) noexcept {
-  std::uint32_t* link = &day;
-  while (*link != kNone) {
-    Node& node = nodes_[*link];
-    if (node.entry.first < end) {
-      taken_.push_back(node.entry);
-      *link = node.next;
-    } else {
-      link = &node.next;
-    }
+void ClickQueue::takeFrom(std::size_t day, std::int64_t end) noexcept {
+  for (std::uint32_t slot = days_[day]; slot != kNone;) {
+    const Node& node = nodes_[slot];
+    slot = node.next;
+    if (node.entry.first >= end) continue;
+    taken_.push_back(node.entry);
+    unlink(node);
   }
 }
 

@@ -25,6 +25,11 @@ class ClickQueue {
   /// `now` is the next sample that will be taken: what is late waits for that one.
   void push(const Entry& entry, std::int64_t now);
 
+  /// So that no `push` of a slot below `slots` allocates.
+  void reserve(std::size_t slots);
+  /// Takes one out that waits.
+  void remove(std::uint32_t slot) noexcept;
+
   /// What begins before `end`, in no order, and is in the queue no more. `now` is the `end` of the
   /// call before. Valid until the next call.
   std::span<Entry> takeUntil(std::int64_t now, std::int64_t end) noexcept;
@@ -37,9 +42,12 @@ class ClickQueue {
   struct Node {
     Entry entry;
     std::uint32_t next = kNone;
+    std::uint32_t before = kNone;  // kNone: it is the first of its day
+    std::uint32_t day = kNone;     // index
   };
   static std::size_t dayOf(std::int64_t sample);
-  void takeFrom(std::uint32_t& day, std::int64_t end) noexcept;
+  void takeFrom(std::size_t day, std::int64_t end) noexcept;
+  void unlink(const Node& node) noexcept;
 
   std::vector<std::uint32_t> days_;  // the first slot of each list
   std::vector<Node> nodes_;          // by slot

@@ -11,11 +11,6 @@ constexpr double kUnitTolerance = 1e-6;
 constexpr double kDelayTolerance = 1e-13;  // s: a step below this ends the search
 constexpr int kMaxSteps = 200;             // bisection alone ends in about 100
 
-bool isUsable(const ListenerPose& pose) {
-  return std::isfinite(pose.time) && pose.position.allFinite() &&
-         std::abs(pose.orientation.norm() - 1.0) <= kUnitTolerance;
-}
-
 /// Turn of `to` as seen from `from`, rad around an axis in the frame of `from`, the shorter way.
 Vec3 turnBetween(const Quat& from, const Quat& to) {
   Quat turn = from.conjugate() * to;
@@ -79,16 +74,21 @@ class Wave {
 
 }  // namespace
 
+bool isPose(const ListenerPose& pose) {
+  return std::isfinite(pose.time) && pose.position.allFinite() &&
+         std::abs(pose.orientation.norm() - 1.0) <= kUnitTolerance;
+}
+
 PoseTrack::PoseTrack(const ListenerPose& pose, const PoseTrackSettings& settings)
     : knots_(std::max<std::size_t>(settings.capacity, 2)), horizon_(settings.horizon) {
-  assert(isUsable(pose) && settings.horizon >= 0.0);
+  assert(isPose(pose) && settings.horizon >= 0.0);
   knots_[0].pose = pose;
   count_ = 1;
 }
 
 bool PoseTrack::append(const ListenerPose& pose) noexcept {
   Knot& last = knot(count_ - 1);
-  if (!isUsable(pose) || !(pose.time > last.pose.time)) return false;
+  if (!isPose(pose) || !(pose.time > last.pose.time)) return false;
   const Vec3 velocity = (pose.position - last.pose.position) / (pose.time - last.pose.time);
   if (!(velocity.norm() <= kMaxSpeed)) return false;
   // The curve goes on from a first pose with the velocity that leads to the second.
@@ -104,7 +104,7 @@ bool PoseTrack::append(const ListenerPose& pose) noexcept {
 }
 
 bool PoseTrack::restart(const ListenerPose& pose) noexcept {
-  if (!isUsable(pose)) return false;
+  if (!isPose(pose)) return false;
   first_ = 0;
   count_ = 1;
   isFirst_ = true;

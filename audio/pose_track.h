@@ -15,6 +15,9 @@ struct ListenerPose {
   Quat orientation = Quat::Identity();  ///< listener frame to world frame, unit length
 };
 
+/// Finite, and of unit length within 1e-6. [any thread]
+bool isPose(const ListenerPose& pose);
+
 struct PoseTrackSettings {
   std::size_t capacity = 1024;  ///< poses kept; the oldest goes for the next, counted
   /// s for which the last velocity goes on after the last pose; then the listener stands. Frames

@@ -12,6 +12,8 @@ const RadiationBank::Mix& RadiationBank::mixOf(double corner) {
   } else {
     mix = interpolated(corner);
   }
+  for (std::size_t i = 0; i < mix.count; ++i)
+    mix.responses[i] = filters_[mix.filters[i]].get();
   return mixes_.emplace(corner, mix).first->second;
 }
 

@@ -27,6 +27,7 @@ class RadiationBank {
     double corner = 0.0;  ///< 1/samples, what it stands for
     std::size_t count = 0;
     std::array<std::uint32_t, 4> filters{};
+    std::array<const RadiationFilter*, 4> responses{};  ///< theirs; they live as long as the bank
     std::array<double, 4> weights{};
   };
 

@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <memory>
+#include <string>
 
 #include <Eigen/Core>
 
@@ -30,5 +31,9 @@ struct SoundBody {
   /// used with `shape`; zero for a body that does not turn.
   Eigen::Matrix3d inverseInertia = Eigen::Matrix3d::Zero();
 };
+
+/// Why a body cannot be used: one sentence that begins with the field, or nothing when it can be.
+/// [any thread]
+std::string whyNot(const SoundBody& body);
 
 }  // namespace carom

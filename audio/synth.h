@@ -1,69 +1,18 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "audio/impulse_event.h"
 #include "audio/listener.h"
-#include "audio/medium.h"
 #include "audio/pose_track.h"
-#include "audio/pulse.h"
-#include "audio/radiation_filter.h"
 #include "audio/result.h"
-#include "audio/reverb.h"
-#include "audio/room.h"
 #include "audio/sound_body.h"
+#include "audio/synth_settings.h"
 
 namespace carom {
-
-/// Hearing begins at 20 uPa (ISO 389-7 at 1 kHz, rounded); 120 dB above it is 20 Pa.
-inline constexpr double kHearingThreshold = 20e-6;  ///< Pa
-
-/// Which of the two impulses of an event sounds.
-enum class ImpulseChoice : std::uint8_t {
-  physical,  ///< ImpulseEvent::impulse
-  applied,   ///< ImpulseEvent::appliedImpulse, if the mechanics has given one
-};
-
-/// How a pulse becomes samples.
-enum class Sampling : std::uint8_t {
-  bandLimited,  ///< what the samples can hold of it, at its exact time
-  naive,        ///< its value at each sample: aliases where contacts are short; for comparisons
-};
-
-struct SynthSettings {
-  double sampleRate = 48000.0;  ///< Hz, 8000 to 192000
-  ImpulseChoice impulse = ImpulseChoice::physical;
-  Medium medium = {};
-  /// Pa. A click whose peak stays below it at every listener, and whose reverberation does, is left
-  /// out, and counted.
-  double audibleThreshold = kHearingThreshold;
-
-  PulseShape pulse = PulseShape::hertz;
-  /// Contacts that lose energy last longer and are skewed: Pulse::dissipativeHertz at the event's
-  /// own restitution, instead of `pulse`.
-  bool dissipative = false;
-  Sampling sampling = Sampling::bandLimited;
-  Radiation radiation = Radiation::exact;
-  bool doppler = true;  ///< the way through the air may change while a contact lasts
-
-  Room room = {};                        ///< no reflectors: open air, which costs nothing
-  std::optional<ReverbSettings> reverb;  ///< of the same room; none costs nothing
-};
-
-struct SynthCounters {
-  std::uint64_t events = 0;     ///< scheduled, of bodies that can move
-  std::uint64_t immovable = 0;  ///< shares of bodies that no impulse moves: silent in this model
-  std::uint64_t inaudible = 0;  ///< of `events`, left out: below the threshold at every listener
-  std::uint64_t late = 0;       ///< of `events`, began before the first sample still to be rendered
-  std::uint64_t undersampled =
-      0;  ///< of `events`, contact shorter than 4 samples where sampling is naive: aliased
-  std::uint64_t rejected = 0;  ///< not finite, unknown body, no approach, over 20 s: never sounded
-};
 
 /// The sound layer: from impulse events to pressure at listeners, in pascals.
 ///
@@ -91,7 +40,7 @@ struct SynthCounters {
 /// what is still to sound.
 class Synth {
  public:
-  static constexpr double kLargestRadius = 30.0;  ///< m
+  static constexpr double kLargestRadius = kLargestFilteredRadius;  ///< m
 
   /// Refuses: sample rate or medium out of range, no listener, a listener or a room that is not
   /// valid (see there), a binaural listener whose responses cannot be loaded.
@@ -105,12 +54,19 @@ class Synth {
   /// order of these calls can be heard, at -98 dB.
   Status setBody(BodyId id, const SoundBody& body);
 
+  /// Its events are rejected from now on; what it sounds goes on.
+  void removeBody(BodyId id);
+
   /// The next pose of a listener that moves. Until the first call, it stands where it was created;
   /// the first pose may be of any time and place, and the listener stands there at all times
   /// before. See PoseTrack for what lies between poses and after the last. What is heard of an
   /// event is decided when it is scheduled. Refuses: no such listener, a pose that PoseTrack
   /// refuses.
   Status moveListener(std::size_t listener, const ListenerPose& pose);
+
+  /// The listener is there, and was so always: for what is too far away to have travelled to.
+  /// Refuses: no such listener, a pose that is not finite or not of unit length.
+  Status placeListener(std::size_t listener, const ListenerPose& pose);
 
   /// Hands over one body's share of a collision. May allocate.
   /// To be heard whole, the event is handed over at least `leadTime` before the clock of `render`
@@ -137,7 +93,8 @@ class Synth {
 
   const std::vector<Listener>& listeners() const;
   std::size_t channelCount() const;
-  const SynthCounters& counters() const;
+  double sampleRate() const;  ///< Hz
+  SynthCounters counters() const;
 
   /// Clicks still to begin: one per event, channel and path.
   std::size_t pendingClicks() const;

@@ -248,6 +248,7 @@ void BulletBridge::Impl::onStepEnd(double dt) {
   previousTime_ = time_;
   previousDt_ = dt;
   time_ += dt;
+  if (settings_.onSubstep) settings_.onSubstep();
 }
 
 // By time, from the first of this substep on; those of one time stay as they are.

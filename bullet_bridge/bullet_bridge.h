@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 
@@ -27,6 +28,9 @@ struct BulletBridgeSettings {
   /// bounce below its restitution velocity threshold (0.2 m/s unless set).
   double restSpeed = 0.005;
   EventDelivery delivery = EventDelivery::complete;
+  /// If set, called at the end of each substep, when its events are there: the only place within a
+  /// step where the bridge may be asked for them. Must not throw, nor detach the bridge.
+  std::function<void()> onSubstep = nullptr;
 };
 
 struct BulletBridgeCounters {

@@ -8,6 +8,12 @@ function(carom_layer name)
   target_include_directories(carom_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
 endfunction()
 
+# The layer's headers that a host may include, and those that these include: all that is installed.
+# `base` is the folder that their names start from.
+function(carom_public_headers name base)
+  target_sources(carom_${name} PUBLIC FILE_SET HEADERS BASE_DIRS ${base} FILES ${ARGN})
+endfunction()
+
 # -ffp-contract=off everywhere: the same source gives the same bits at every optimisation level,
 # and where a fused multiply-add is wanted it is written as one.
 function(carom_compile_options target)
@@ -19,4 +25,12 @@ function(carom_compile_options target)
     -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor
     -Wold-style-cast -Woverloaded-virtual -ffp-contract=off -fno-math-errno
     $<$<BOOL:${CAROM_WARNINGS_AS_ERRORS}>:-Werror>)
+endfunction()
+
+# Of what is written in C, as a host would: C99, and nothing beyond.
+function(carom_c_options target)
+  set_target_properties(${target} PROPERTIES C_STANDARD 99 C_STANDARD_REQUIRED ON C_EXTENSIONS OFF)
+  target_compile_options(${target} PRIVATE
+    $<$<COMPILE_LANGUAGE:C>:-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion
+    $<$<BOOL:${CAROM_WARNINGS_AS_ERRORS}>:-Werror>>)
 endfunction()

@@ -10,16 +10,10 @@
 
 #include "bullet_bridge/shape_surface.h"
 #include "bullet_bridge/to_vec3.h"
+#include "plugin/material_guess.h"
 
 namespace carom {
 namespace {
-
-const Material& nearestByDensity(double density) {
-  const auto table = materialTable();
-  return *std::min_element(table.begin(), table.end(), [&](const Material& a, const Material& b) {
-    return std::abs(std::log(a.density / density)) < std::abs(std::log(b.density / density));
-  });
-}
 
 double ballVolume(double radius) {
   return 4.0 / 3.0 * std::numbers::pi * radius * radius * radius;
@@ -103,7 +97,7 @@ BodyReading BodyReader::read(const btCollisionObject& object) {
   const double volume = ballVolume(body.radius);
   if (volume > 0.0 && std::isfinite(volume)) {
     body.mass = mass;
-    body.material = nearestByDensity(mass / volume);
+    body.material = materialByDensity(mass / volume);
     if (body.shape) body.inverseInertia = inverseInertiaOf(*rigid);
   } else {
     body.material = *findMaterial("concrete");

@@ -7,10 +7,11 @@
 #include <string>
 #include <unordered_set>
 
+#include "carom/radiator_choice.h"
+
 #include "audio/panel_radiator.h"
 #include "audio/result.h"
 #include "audio/sound_body.h"
-#include "plugin/radiator_choice.h"
 
 class btCollisionObject;
 class btCollisionShape;

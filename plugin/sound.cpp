@@ -1,11 +1,13 @@
-#include "plugin/sound.h"
+#include "carom/sound.h"
 
 #include <algorithm>
-#include <cmath>
+#include <optional>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
+#include "carom/event_sound.h"
 #include <btBulletDynamicsCommon.h>
 
 #include "bullet_bridge/bullet_bridge.h"
@@ -14,222 +16,315 @@
 namespace carom {
 namespace {
 
-std::string whyNot(const SoundSettings& settings) {
-  if (!(settings.latency >= 0.0) || !std::isfinite(settings.latency)) {
-    return "latency is " + std::to_string(settings.latency) +
-           "; expected a finite number of seconds, not negative";
-  }
-  const double fullScale = settings.fullScale.value_or(1.0);
-  if (!(fullScale > 0.0) || !std::isfinite(fullScale) || !std::isfinite(1.0 / fullScale)) {
-    return "full scale is " + std::to_string(fullScale) + "; expected a positive pressure (Pa)";
-  }
-  return {};
+/// Bodies that may be known beyond twice as many as there are, before those that went are looked
+/// for.
+constexpr std::size_t kForgotten = 64;
+
+Result<Material> materialNamed(std::string_view name) {
+  if (const auto found = findMaterial(name)) return *found;
+  std::string names;
+  for (const Material& material : materialTable())
+    names += (names.empty() ? "" : ", ") + std::string(material.name);
+  return Error{"sound: there is no material '" + std::string(name) + "'; there are " + names};
 }
 
-BulletBridgeSettings bridgeSettings(const SoundSettings& settings) {
-  BulletBridgeSettings bridge;
-  bridge.restSpeed = settings.restSpeed;
-  if (settings.synth.impulse == ImpulseChoice::physical) bridge.delivery = EventDelivery::prompt;
-  return bridge;
+Status whyRefused(const Material& material) {
+  SoundBody body;
+  body.material = material;
+  if (const std::string reason = whyNot(body); !reason.empty()) return Error{"sound: " + reason};
+  return std::monostate{};
+}
+
+bool isIn(const btDynamicsWorld& world, const btCollisionObject& object) {
+  const auto& objects = world.getCollisionObjectArray();
+  const int index = object.getWorldArrayIndex();
+  return index >= 0 && index < objects.size() && objects[index] == &object;
 }
 
 }  // namespace
 
 class Sound::Impl {
  public:
-  Impl(btDynamicsWorld& world, const SoundSettings& settings, BulletBridge bridge, Synth synth,
-       std::optional<Limiter> limiter)
-      : world_(world),
-        settings_(settings),
-        bridge_(std::move(bridge)),
-        synth_(std::move(synth)),
-        limiter_(std::move(limiter)),
-        reader_(settings.radiators) {}
+  Impl(btDynamicsWorld& world, const SoundSettings& settings, EventSound events)
+      : world_(world), events_(std::move(events)), reader_(settings.radiators) {}
 
-  Status setMaterial(const btCollisionObject& object, const Material& material) {
-    const Result<BodyId> id = bridge_.bodyId(object);
-    if (!id) return id.error();
-    BodyReading reading = reader_.read(object);
-    reading.sound.material = material;
-    Status set = synth_.setBody(*id, reading.sound);
-    if (!set) return set;
-    Known& known = noted(*id, reading);
-    known.sounds = true;
-    known.material = material;
-    return set;
-  }
+  Status listen(const SoundSettings& settings);
+  Status close();
 
-  void prepare() {
-    const auto& objects = world_.getCollisionObjectArray();
-    for (int i = 0; i < objects.size(); ++i) {
-      BodyReading reading = reader_.read(*objects[i]);
-      const Result<BodyId> id = bridge_.bodyId(*objects[i]);
-      if (!id) continue;  // not stepped yet: its shape is solved, and that is all that takes long
-      const Known& known = noted(*id, reading);
-      if (known.material) reading.sound.material = *known.material;
-      if (known.sounds) (void)synth_.setBody(*id, reading.sound);
-    }
-  }
+  Status setMaterial(const btCollisionObject& object, const Material& material);
+  Status setMaterial(const btCollisionShape& shape, const Material& material);
+  Status setMaterialOfUserIndex(int userIndex, const Material& material);
+  void prepare();
+  WorldSoundStatistics statistics() const;
 
-  Status moveListener(std::size_t listener, const ListenerPose& pose) {
-    return synth_.moveListener(listener, pose);
-  }
-
-  double time() const { return bridge_.time(); }
-  std::size_t channelCount() const { return synth_.channelCount(); }
-
-  std::size_t framesReady() const {
-    const double ahead = bridge_.time() - settings_.latency - synth_.time();
-    return ahead > 0.0 ? static_cast<std::size_t>(ahead * settings_.synth.sampleRate) : 0;
-  }
-
-  std::size_t render(std::span<float* const> channels, std::size_t room) {
-    for (const ImpulseEvent& event : bridge_.events()) {
-      if (!isKnown(event.body) || !isKnown(event.other)) readNewBodies();
-      synth_.schedule(event);
-    }
-    bridge_.clear();
-    const std::size_t frames = std::min(room, framesReady());
-    synth_.render<float>(channels, frames);
-    if (settings_.fullScale) scale(channels, frames);
-    if (limiter_) limiter_->process(channels, frames);
-    return frames;
-  }
-
-  std::size_t outputDelay() const { return limiter_ ? limiter_->latency() : 0; }
-
-  const SynthCounters& counters() const { return synth_.counters(); }
-  std::uint64_t unsupportedContacts() const { return bridge_.counters().unsupported; }
-  double largestReduction() const { return limiter_ ? limiter_->largestReduction() : 0.0; }
-
-  RadiatorCounters radiators() const {
-    RadiatorCounters counters;
-    counters.solved = reader_.solved();
-    counters.solvedInRender = solvedInRender_;
-    counters.unsolvedReason = unsolvedReason_;
-    for (const auto& [id, known] : bodies_) {
-      counters.unsolved += known.isUnsolved ? 1 : 0;
-      counters.links += known.isLink ? 1 : 0;
-    }
-    return counters;
-  }
+  EventSound& events() { return events_; }
+  const EventSound& events() const { return events_; }
 
  private:
   struct Known {
-    std::optional<Material> material;  // that was set
-    bool sounds = false;               // the synth was told of it
+    std::optional<Material> material;  // that was set for this body
     bool isUnsolved = false;
     bool isLink = false;
   };
 
-  bool isKnown(BodyId id) const {
-    const auto found = bodies_.find(id);
-    return found != bodies_.end() && found->second.sounds;
-  }
-
-  Known& noted(BodyId id, const BodyReading& reading) {
-    Known& known = bodies_[id];
-    known.isUnsolved = reading.unsolved.has_value();
-    known.isLink = reading.isLink;
-    if (reading.unsolved) unsolvedReason_ = reading.unsolved->message;
-    return known;
-  }
-
-  void readNewBodies() {
-    const std::uint64_t before = reader_.solved();
-    const auto& objects = world_.getCollisionObjectArray();
-    for (int i = 0; i < objects.size(); ++i) {
-      const Result<BodyId> id = bridge_.bodyId(*objects[i]);
-      if (!id || isKnown(*id)) continue;
-      const BodyReading reading = reader_.read(*objects[i]);
-      noted(*id, reading).sounds = true;
-      (void)synth_.setBody(*id, reading.sound);  // refused: its events are counted as rejected
-    }
-    solvedInRender_ += reader_.solved() - before;
-  }
-
-  void scale(std::span<float* const> channels, std::size_t frames) const {
-    const double perPascal = 1.0 / *settings_.fullScale;
-    for (float* const channel : channels) {
-      std::transform(channel, channel + frames, channel, [perPascal](float pressure) {
-        return static_cast<float>(perPascal * static_cast<double>(pressure));
-      });
-    }
-  }
+  void takeOver();
+  bool isRead(BodyId id) const { return id < isRead_.size() && isRead_[id]; }
+  void readAll();
+  void readNew();
+  void read(BodyId id, const btCollisionObject& object);
+  void forgetRemoved();
+  const Material* materialOf(const Known& known, const btCollisionObject& object) const;
 
   btDynamicsWorld& world_;
-  SoundSettings settings_;
-  BulletBridge bridge_;
-  Synth synth_;
-  std::optional<Limiter> limiter_;
+  EventSound events_;
   BodyReader reader_;
   std::unordered_map<BodyId, Known> bodies_;
+  std::vector<bool> isRead_;  // by id: whether it was ever in bodies_; asked for every event
+  /// Of bodies that no substep has seen yet, and so have no id.
+  std::unordered_map<const btCollisionObject*, Material> early_;
+  std::unordered_map<const btCollisionShape*, Material> ofShape_;
+  std::unordered_map<int, Material> ofUserIndex_;
   std::string unsolvedReason_;
-  std::uint64_t solvedInRender_ = 0;
+  std::uint64_t solvedInStep_ = 0;
+  std::uint64_t unsupported_ = 0;
+  std::optional<BulletBridge> bridge_;  // goes first: it calls takeOver
 };
 
-Result<Sound> Sound::attach(btDynamicsWorld& world, const SoundSettings& settings) {
-  if (const std::string reason = whyNot(settings); !reason.empty())
-    return Error{"Sound: " + reason};
-  Result<Synth> synth = Synth::create(settings.synth, settings.listeners);
-  if (!synth) return synth.error();
-  std::optional<Limiter> limiter;
-  if (settings.limiter) {
-    LimiterSettings wanted = *settings.limiter;
-    wanted.sampleRate = settings.synth.sampleRate;
-    wanted.channels = synth->channelCount();
-    Result<Limiter> made = Limiter::create(wanted);
-    if (!made) return made.error();
-    limiter = *std::move(made);
-  }
-  Result<BulletBridge> bridge = BulletBridge::attach(world, bridgeSettings(settings));
+Status Sound::Impl::listen(const SoundSettings& settings) {
+  BulletBridgeSettings wanted;
+  wanted.restSpeed = settings.restSpeed;
+  wanted.onSubstep = [this] { takeOver(); };
+  if (settings.synth.impulse == ImpulseChoice::physical) wanted.delivery = EventDelivery::prompt;
+  Result<BulletBridge> bridge = BulletBridge::attach(world_, wanted);
   if (!bridge) return bridge.error();
-  auto impl = std::make_unique<Impl>(world, settings, *std::move(bridge), *std::move(synth),
-                                     std::move(limiter));
-  impl->prepare();
+  bridge_ = *std::move(bridge);
+  prepare();
+  return std::monostate{};
+}
+
+/// At the end of each substep.
+void Sound::Impl::takeOver() {
+  for (const ImpulseEvent& event : bridge_->events()) {
+    if (!isRead(event.body) || !isRead(event.other)) readNew();
+    events_.post(event);
+  }
+  bridge_->clear();
+  events_.advanceTo(bridge_->time());
+  forgetRemoved();
+}
+
+Status Sound::Impl::close() {
+  if (bridge_) {
+    bridge_->flush();
+    for (const ImpulseEvent& event : bridge_->events())
+      events_.post(event);
+    unsupported_ = bridge_->counters().unsupported;
+    bridge_.reset();
+  }
+  events_.stop();
+  return events_.finishRecording();
+}
+
+const Material* Sound::Impl::materialOf(const Known& known, const btCollisionObject& object) const {
+  if (known.material) return &*known.material;
+  if (const auto found = ofShape_.find(object.getCollisionShape()); found != ofShape_.end())
+    return &found->second;
+  const auto found = ofUserIndex_.find(object.getUserIndex());
+  return found != ofUserIndex_.end() ? &found->second : nullptr;
+}
+
+void Sound::Impl::read(BodyId id, const btCollisionObject& object) {
+  BodyReading reading = reader_.read(object);
+  Known& known = bodies_[id];
+  if (isRead_.size() <= id) isRead_.resize(id + 1);
+  isRead_[id] = true;
+  if (const auto early = early_.find(&object); early != early_.end()) {
+    known.material = early->second;
+    early_.erase(early);
+  }
+  known.isUnsolved = reading.unsolved.has_value();
+  known.isLink = reading.isLink;
+  if (reading.unsolved) unsolvedReason_ = reading.unsolved->message;
+  if (const Material* material = materialOf(known, object)) reading.sound.material = *material;
+  (void)events_.setBody(id, reading.sound);  // refused: its events are counted as rejected
+}
+
+void Sound::Impl::readAll() {
+  const auto& objects = world_.getCollisionObjectArray();
+  for (int i = 0; i < objects.size(); ++i)
+    if (const Result<BodyId> id = bridge_->bodyId(*objects[i])) read(*id, *objects[i]);
+}
+
+void Sound::Impl::readNew() {
+  const std::uint64_t before = reader_.solved();
+  const auto& objects = world_.getCollisionObjectArray();
+  for (int i = 0; i < objects.size(); ++i) {
+    const Result<BodyId> id = bridge_->bodyId(*objects[i]);
+    if (id && !bodies_.contains(*id)) read(*id, *objects[i]);
+  }
+  solvedInStep_ += reader_.solved() - before;
+}
+
+void Sound::Impl::prepare() {
+  if (!bridge_) return;
+  readAll();
+  const auto& objects = world_.getCollisionObjectArray();
+  for (int i = 0; i < objects.size(); ++i)
+    if (!bridge_->bodyId(*objects[i])) (void)reader_.read(*objects[i]);  // solves its shape
+}
+
+/// Bodies come and go; the bridge gives no id twice.
+void Sound::Impl::forgetRemoved() {
+  const auto& objects = world_.getCollisionObjectArray();
+  if (bodies_.size() <= 2 * static_cast<std::size_t>(objects.size()) + kForgotten) return;
+  std::unordered_set<BodyId> present;
+  std::unordered_set<const btCollisionObject*> there;
+  for (int i = 0; i < objects.size(); ++i) {
+    there.insert(objects[i]);
+    if (const Result<BodyId> id = bridge_->bodyId(*objects[i])) present.insert(*id);
+  }
+  std::erase_if(early_, [&](const auto& entry) { return !there.contains(entry.first); });
+  std::erase_if(bodies_, [&](const auto& entry) {
+    if (present.contains(entry.first)) return false;
+    events_.removeBody(entry.first);
+    return true;
+  });
+}
+
+Status Sound::Impl::setMaterial(const btCollisionObject& object, const Material& material) {
+  if (Status refused = whyRefused(material); !refused) return refused;
+  if (!bridge_ || !isIn(world_, object))
+    return Error{"sound: this body is not in the world; add it before its material is set"};
+  early_.insert_or_assign(&object, material);
+  if (const Result<BodyId> id = bridge_->bodyId(object)) read(*id, object);
+  return std::monostate{};
+}
+
+Status Sound::Impl::setMaterial(const btCollisionShape& shape, const Material& material) {
+  if (Status refused = whyRefused(material); !refused) return refused;
+  ofShape_.insert_or_assign(&shape, material);
+  if (bridge_) readAll();
+  return std::monostate{};
+}
+
+Status Sound::Impl::setMaterialOfUserIndex(int userIndex, const Material& material) {
+  if (Status refused = whyRefused(material); !refused) return refused;
+  ofUserIndex_.insert_or_assign(userIndex, material);
+  if (bridge_) readAll();
+  return std::monostate{};
+}
+
+WorldSoundStatistics Sound::Impl::statistics() const {
+  WorldSoundStatistics all;
+  static_cast<SoundStatistics&>(all) = events_.statistics();
+  all.unsupportedContacts = bridge_ ? bridge_->counters().unsupported : unsupported_;
+  all.radiators.solved = reader_.solved();
+  all.radiators.solvedInStep = solvedInStep_;
+  all.radiators.unsolvedReason = unsolvedReason_;
+  for (const auto& [id, known] : bodies_) {
+    all.radiators.unsolved += known.isUnsolved ? 1 : 0;
+    all.radiators.links += known.isLink ? 1 : 0;
+  }
+  return all;
+}
+
+Result<Sound> Sound::attach(btDynamicsWorld& world, const SoundSettings& settings) {
+  Result<EventSound> events = EventSound::create(settings);
+  if (!events) return events.error();
+  auto impl = std::make_unique<Impl>(world, settings, *std::move(events));
+  if (const Status listening = impl->listen(settings); !listening) return listening.error();
   return Sound(std::move(impl));
 }
 
 Sound::Sound(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Sound::Sound(Sound&&) noexcept = default;
 Sound& Sound::operator=(Sound&&) noexcept = default;
-Sound::~Sound() = default;
+Sound::~Sound() {
+  if (impl_) (void)impl_->close();
+}
+
+Status Sound::close() {
+  return impl_->close();
+}
 
 Status Sound::setMaterial(const btCollisionObject& object, const Material& material) {
   return impl_->setMaterial(object, material);
 }
+Status Sound::setMaterial(const btCollisionObject& object, std::string_view name) {
+  const Result<Material> material = materialNamed(name);
+  return material ? setMaterial(object, *material) : material.error();
+}
+Status Sound::setMaterial(const btCollisionShape& shape, const Material& material) {
+  return impl_->setMaterial(shape, material);
+}
+Status Sound::setMaterial(const btCollisionShape& shape, std::string_view name) {
+  const Result<Material> material = materialNamed(name);
+  return material ? setMaterial(shape, *material) : material.error();
+}
+Status Sound::setMaterialOfUserIndex(int userIndex, const Material& material) {
+  return impl_->setMaterialOfUserIndex(userIndex, material);
+}
+Status Sound::setMaterialOfUserIndex(int userIndex, std::string_view name) {
+  const Result<Material> material = materialNamed(name);
+  return material ? setMaterialOfUserIndex(userIndex, *material) : material.error();
+}
+
 void Sound::prepare() {
   impl_->prepare();
 }
-Status Sound::moveListener(std::size_t listener, const ListenerPose& pose) {
-  return impl_->moveListener(listener, pose);
+Status Sound::setListener(const Vec3& position, const Quat& orientation, std::size_t listener) {
+  return impl_->events().setListener(position, orientation, listener);
 }
 double Sound::time() const {
-  return impl_->time();
+  return impl_->events().time();
+}
+void Sound::pause() {
+  impl_->events().pause();
+}
+Status Sound::setTimeScale(double scale) {
+  return impl_->events().setTimeScale(scale);
+}
+Status Sound::play() {
+  return impl_->events().play();
+}
+Status Sound::prepareRendering(double sampleRate) {
+  return impl_->events().prepareRendering(sampleRate);
+}
+void Sound::stop() {
+  impl_->events().stop();
+}
+Status Sound::record(const std::filesystem::path& file) {
+  return impl_->events().record(file);
+}
+Status Sound::finishRecording() {
+  return impl_->events().finishRecording();
+}
+void Sound::setGain(double gain) noexcept {
+  impl_->events().setGain(gain);
+}
+void Sound::setMuted(bool muted) noexcept {
+  impl_->events().setMuted(muted);
 }
 std::size_t Sound::channelCount() const {
-  return impl_->channelCount();
+  return impl_->events().channelCount();
+}
+double Sound::sampleRate() const {
+  return impl_->events().sampleRate();
 }
 std::size_t Sound::framesReady() const {
-  return impl_->framesReady();
-}
-std::size_t Sound::render(std::span<float* const> channels, std::size_t room) {
-  return impl_->render(channels, room);
+  return impl_->events().framesReady();
 }
 std::size_t Sound::outputDelay() const {
-  return impl_->outputDelay();
+  return impl_->events().outputDelay();
 }
-const SynthCounters& Sound::counters() const {
-  return impl_->counters();
+void Sound::render(std::span<float* const> channels, std::size_t frames) noexcept {
+  impl_->events().render(channels, frames);
 }
-RadiatorCounters Sound::radiators() const {
-  return impl_->radiators();
+void Sound::renderInterleaved(float* samples, std::size_t frames) noexcept {
+  impl_->events().renderInterleaved(samples, frames);
 }
-double Sound::largestReduction() const {
-  return impl_->largestReduction();
-}
-std::uint64_t Sound::unsupportedContacts() const {
-  return impl_->unsupportedContacts();
+WorldSoundStatistics Sound::statistics() const {
+  return impl_->statistics();
 }
 
 }  // namespace carom

@@ -1,14 +1,9 @@
 // A steel ball falls on a floor. Writes ball.wav, two seconds. This is the example of README.md.
 
-#include <array>
-#include <cstddef>
 #include <cstdio>
-#include <span>
 
 #include <btBulletDynamicsCommon.h>
-
-#include "audio/sound_file.h"
-#include "plugin/sound.h"
+#include <carom/sound.h>
 
 namespace {
 
@@ -41,28 +36,18 @@ int main() {
   // Carom: attached once. Materials are guessed from mass and volume unless they are set.
   carom::SoundSettings settings;
   settings.listeners = {{"ear", {0.6, 0.7, 0.4}}};  // m, one channel each
+  settings.record = "ball.wav";                     // or settings.play = true
   carom::Result<carom::Sound> sound = carom::Sound::attach(world, settings);
   if (!sound) return fail(sound.error());
-  const carom::Status set = sound->setMaterial(ball, *carom::findMaterial("steel"));
+  const carom::Status set = sound->setMaterial(ball, "steel");
   if (!set) return fail(set.error());
 
-  carom::Result<carom::SoundFileWriter> file = carom::SoundFileWriter::create("ball.wav", {});
-  if (!file) return fail(file.error());
-
-  // Step as ever, then take what can be heard by now.
-  std::array<float, 1024> block{};  // Pa
-  for (int frame = 0; frame < 120; ++frame) {
+  for (int frame = 0; frame < 120; ++frame)
     world.stepSimulation(btScalar(1.0 / 60.0), 10, btScalar(1.0 / 240.0));
-    while (sound->framesReady() > 0) {
-      float* channel = block.data();
-      const std::size_t count = sound->render(std::span<float* const>(&channel, 1), block.size());
-      const carom::Status written = file->write(std::span<const float* const>(&channel, 1), count);
-      if (!written) return fail(written.error());
-    }
-  }
-  const carom::Status finished = file->finish();
-  if (!finished) return fail(finished.error());
-  std::printf("ball.wav: %llu clicks, peak %.2f Pa\n",
-              static_cast<unsigned long long>(sound->counters().events), file->peakPressure());
+
+  const carom::WorldSoundStatistics heard = sound->statistics();
+  const carom::Status closed = sound->close();
+  if (!closed) return fail(closed.error());
+  std::printf("ball.wav: %llu clicks\n", static_cast<unsigned long long>(heard.events));
   return 0;
 }

@@ -194,6 +194,27 @@ TEST(SynthUnderStress, LateEventsSoundTheSameInAnyBlocks) {
   EXPECT_TRUE(takes[0] == takes[1]);
 }
 
+// The microphone beside the ball has missed it altogether; the head far away is in time.
+TEST(SynthUnderStress, ALateEventIsWholeForWhomItIsNotLate) {
+  Listener head{"head", {10, 2, 3}};
+  head.format = ListenerFormat::binaural;
+  head.hrtf = headAt(48000.0);
+  const BallDrop drop{.time = 0.01};
+  Planes<double> heard[2];
+  for (const bool late : {false, true}) {
+    Synth synth = makeSynth(drop, {{"beside", {0, 0, 0.1}}, head});
+    if (!late) synth.schedule(drop.event());
+    renderPlanes(synth, 1200);  // the head hears it after 0.041 s
+    if (late) synth.schedule(drop.event());
+    heard[late ? 1 : 0] = renderPlanes(synth, 2400);
+  }
+  for (const std::size_t ear : {1u, 2u}) {
+    ASSERT_GT(peakOf(heard[0][ear]), 0.0);
+    EXPECT_TRUE(heard[0][ear] == heard[1][ear]);
+  }
+  EXPECT_EQ(peakOf(heard[1][0]), 0.0);
+}
+
 TEST(SynthUnderStress, ASynthMovedWhileClicksArePendingGoesOn) {
   const std::vector<ImpulseEvent> events = bursts();
   Planes<double> wanted;

@@ -5,14 +5,16 @@
 #include <optional>
 #include <vector>
 
+#include "carom/sound.h"
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 #include <gtest/gtest.h>
 
-#include "plugin/sound.h"
+#include "audio/rigid_radiator.h"
 #include "tests/bullet_bridge/sphere_world.h"
+#include "tests/plugin/offline_sound.h"
 
 namespace carom {
 namespace {
@@ -29,17 +31,6 @@ float peakOf(const std::vector<float>& samples) {
   for (const float sample : samples)
     peak = std::max(peak, std::abs(sample));
   return peak;
-}
-
-// All that can be heard by now, of one channel.
-void take(Sound& sound, std::vector<float>& samples) {
-  std::array<float, 512> block{};
-  while (sound.framesReady() > 0) {
-    float* channel = block.data();
-    const std::size_t count = sound.render(std::span<float* const>(&channel, 1), block.size());
-    samples.insert(samples.end(), block.begin(),
-                   block.begin() + static_cast<std::ptrdiff_t>(count));
-  }
 }
 
 // A body of 1 kg at rest in the origin, without gravity. Small heavy shot hits it, whose own
@@ -74,18 +65,16 @@ class ShotAtBody : public testing::Test {
     SoundSettings settings;
     settings.listeners = {{"behind", kDistance * towards}};
     settings.radiators = choice;
-    Result<Sound> sound = Sound::attach(scene_.world, settings);
-    EXPECT_TRUE(sound);
-    return *std::move(sound);
+    return test::attachOffline(scene_.world, settings);
   }
 
   std::vector<float> play(Sound& sound) {
-    std::vector<float> samples;
+    std::vector<std::vector<float>> samples(1);
     for (int step = 0; step < 24; ++step) {
       scene_.step(1.0 / 240.0);
-      take(sound, samples);
+      test::takeReady(sound, samples);
     }
-    return samples;
+    return samples[0];
   }
 
   // Pa: of a shot at the body's surface, whose distance from the centre is given (m).
@@ -98,7 +87,7 @@ class ShotAtBody : public testing::Test {
     EXPECT_TRUE(sound.setMaterial(body, steel));
     EXPECT_TRUE(sound.setMaterial(*scene_.bodies.back(), steel));
     const float peak = peakOf(play(sound));
-    EXPECT_EQ(sound.counters().events, 2U);
+    EXPECT_EQ(sound.statistics().events, 2U);
     scene_.remove(*scene_.bodies.back());
     clear();
     return peak;
@@ -172,27 +161,27 @@ TEST_F(ShotAtBody, EqualShapesAreSolvedOnceWhoeverOwnsThem) {
   scene_.world.addRigidBody(&other);
   const btRigidBody& body = place(first);
   Sound sound = listening(Vec3::UnitX());
-  EXPECT_EQ(sound.radiators().solved, 1U);
+  EXPECT_EQ(sound.statistics().radiators.solved, 1U);
   EXPECT_TRUE(sound.setMaterial(body, *findMaterial("steel")));
   sound.prepare();
-  EXPECT_EQ(sound.radiators().solved, 1U);
-  EXPECT_EQ(sound.radiators().solvedInRender, 0U);
-  EXPECT_EQ(sound.radiators().unsolved, 0U);
+  EXPECT_EQ(sound.statistics().radiators.solved, 1U);
+  EXPECT_EQ(sound.statistics().radiators.solvedInStep, 0U);
+  EXPECT_EQ(sound.statistics().radiators.unsolved, 0U);
   scene_.world.removeRigidBody(&other);
 }
 
 TEST_F(ShotAtBody, SpheresNeedNoSolution) {
   shoot(Vec3::Zero(), Vec3::UnitX());
   Sound sound = listening(Vec3::UnitX());
-  EXPECT_EQ(sound.radiators().solved, 0U);
-  EXPECT_EQ(sound.radiators().unsolved, 0U);
+  EXPECT_EQ(sound.statistics().radiators.solved, 0U);
+  EXPECT_EQ(sound.statistics().radiators.unsolved, 0U);
 }
 
 TEST_F(ShotAtBody, EquivalentSpheresNeedNoSolution) {
   btBoxShape box(bt(0.05, 0.05, 0.05));
   place(box);
   Sound sound = listening(Vec3::UnitX(), RadiatorChoice::equivalentSphere);
-  EXPECT_EQ(sound.radiators().solved, 0U);
+  EXPECT_EQ(sound.statistics().radiators.solved, 0U);
 }
 
 // One storage, two shapes after each other: an address says nothing.
@@ -206,7 +195,7 @@ TEST_F(ShotAtBody, AShapeAtTheAddressOfAnotherIsItself) {
   place(*shape);
   scene_.step(1.0 / 240.0);
   sound.prepare();
-  EXPECT_EQ(sound.radiators().solved, 2U);
+  EXPECT_EQ(sound.statistics().radiators.solved, 2U);
   clear();
 }
 
@@ -237,8 +226,8 @@ TEST_F(ShotAtBody, ABodyThatComesLaterIsSolvedWhenItCollidesUnlessPrepared) {
     shoot({0.0, -0.02, 0.0}, Vec3::UnitY());
     if (prepared) sound.prepare();
     EXPECT_GT(peakOf(play(sound)), 0.0F);
-    EXPECT_EQ(sound.radiators().solved, 1U);
-    EXPECT_EQ(sound.radiators().solvedInRender, prepared ? 0U : 1U);
+    EXPECT_EQ(sound.statistics().radiators.solved, 1U);
+    EXPECT_EQ(sound.statistics().radiators.solvedInStep, prepared ? 0U : 1U);
     scene_.remove(*scene_.bodies.back());
     clear();
   }
@@ -264,11 +253,11 @@ TEST_F(ShotAtBody, AnOpenMeshFallsBackToASphereAndIsCounted) {
   place(open);
   shoot({0.0, -0.05, 0.0}, Vec3::UnitY());
   Sound sound = listening(Vec3::UnitY());
-  EXPECT_EQ(sound.radiators().unsolved, 1U);
-  EXPECT_FALSE(sound.radiators().unsolvedReason.empty());
-  EXPECT_EQ(sound.radiators().solved, 0U);
+  EXPECT_EQ(sound.statistics().radiators.unsolved, 1U);
+  EXPECT_FALSE(sound.statistics().radiators.unsolvedReason.empty());
+  EXPECT_EQ(sound.statistics().radiators.solved, 0U);
   sound.prepare();
-  EXPECT_EQ(sound.radiators().unsolved, 1U);  // bodies, not attempts
+  EXPECT_EQ(sound.statistics().radiators.unsolved, 1U);  // bodies, not attempts
   EXPECT_GT(peakOf(play(sound)), 0.0F);
   clear();
 }
@@ -291,9 +280,8 @@ TEST_F(ShotAtBody, ABodyTurnsAboutItsCentreOfMass) {
     SoundSettings settings;
     settings.synth.radiation = Radiation::compact;
     settings.listeners = {{"behind", kDistance * Vec3::UnitY()}};
-    Result<Sound> sound = Sound::attach(scene_.world, settings);
-    EXPECT_TRUE(sound);
-    const std::vector<float> samples = play(*sound);
+    Sound sound = test::attachOffline(scene_.world, settings);
+    const std::vector<float> samples = play(sound);
     double moment = 0.0;
     for (std::size_t sample = 0; sample < samples.size(); ++sample)
       moment += static_cast<double>(sample) * static_cast<double>(samples[sample]);
@@ -333,16 +321,15 @@ TEST(Links, RadiateAsSpheresAndAreCounted) {
   {
     SoundSettings settings;
     settings.listeners = {{"above", {0.0, 1.0, 0.0}}};
-    Result<Sound> sound = Sound::attach(world, settings);
-    ASSERT_TRUE(sound);
-    EXPECT_EQ(sound->radiators().links, 1U);
-    EXPECT_EQ(sound->radiators().solved, 0U);
-    std::vector<float> samples;
+    Sound sound = test::attachOffline(world, settings);
+    EXPECT_EQ(sound.statistics().radiators.links, 1U);
+    EXPECT_EQ(sound.statistics().radiators.solved, 0U);
+    std::vector<std::vector<float>> samples(1);
     for (int step = 0; step < 60; ++step) {
       world.stepSimulation(btScalar(1.0 / 240.0), 0);
-      take(*sound, samples);
+      test::takeReady(sound, samples);
     }
-    EXPECT_GT(peakOf(samples), 0.0F);
+    EXPECT_GT(peakOf(samples[0]), 0.0F);
   }
   world.removeMultiBody(&multibody);
   world.removeCollisionObject(&collider);

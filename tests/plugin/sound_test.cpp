@@ -1,4 +1,4 @@
-#include "plugin/sound.h"
+#include "carom/sound.h"
 
 #include <algorithm>
 #include <array>
@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/bullet_bridge/sphere_world.h"
+#include "tests/plugin/offline_sound.h"
 
 namespace carom {
 namespace {
@@ -25,25 +26,17 @@ class DroppedBall : public testing::Test {
 
   Sound attached(SoundSettings settings = {}) {
     settings.listeners = {{"above", {0.0, kHeight, 0.0}}};
-    Result<Sound> sound = Sound::attach(world_.world, settings);
-    EXPECT_TRUE(sound);
-    return *std::move(sound);
+    return test::attachOffline(world_.world, settings);
   }
 
   // What an application does: step by the frame, and take what can be heard.
   std::vector<float> play(Sound& sound, double seconds) {
-    std::vector<float> samples;
-    std::array<float, 512> block{};
+    std::vector<std::vector<float>> samples(1);
     for (int frame = 0; frame < static_cast<int>(seconds * 60.0); ++frame) {
       world_.world.stepSimulation(btScalar(1.0 / 60.0), 10, btScalar(1.0 / 240.0));
-      while (sound.framesReady() > 0) {
-        float* channel = block.data();
-        const std::size_t count = sound.render(std::span<float* const>(&channel, 1), block.size());
-        samples.insert(samples.end(), block.begin(),
-                       block.begin() + static_cast<std::ptrdiff_t>(count));
-      }
+      test::takeReady(sound, samples);
     }
-    return samples;
+    return samples[0];
   }
 
   static constexpr double kRadius = 0.01;  // m
@@ -66,7 +59,7 @@ TEST_F(DroppedBall, ClicksWhenItLandsWithoutBeingToldAnything) {
   // from this code, through a sphere's response with its near field, up to 20 kHz: 3.84 Pa. Bullet
   // lands up to half a step early, so a little slower, and no sample need be on the top.
   EXPECT_NEAR(std::abs(*loudest), 3.84F, 0.1F);
-  EXPECT_EQ(sound.counters().late, 0U);
+  EXPECT_EQ(sound.statistics().late, 0U);
 }
 
 TEST_F(DroppedBall, IsSilentBeforeItLands) {
@@ -88,14 +81,13 @@ TEST_F(DroppedBall, SoundsAsTheMaterialThatIsSet) {
                                      .restitution = 0.8});
   SoundSettings settings;
   settings.listeners = {{"above", {0.0, kHeight, 0.0}}};
-  Result<Sound> rubber = Sound::attach(other.world, settings);
-  ASSERT_TRUE(rubber);
-  ASSERT_TRUE(rubber->setMaterial(ball, *findMaterial("rubber")));
+  Sound rubber = test::attachOffline(other.world, settings);
+  ASSERT_TRUE(rubber.setMaterial(ball, *findMaterial("rubber")));
   for (int i = 0; i < 96; ++i)
     other.step(1.0 / 240.0);
-  std::vector<float> soft(rubber->framesReady());
+  std::vector<float> soft(rubber.framesReady());
   float* channel = soft.data();
-  rubber->render(std::span<float* const>(&channel, 1), soft.size());
+  rubber.render(std::span<float* const>(&channel, 1), soft.size());
   const auto peak = [](const std::vector<float>& samples) {
     float loudest = 0.0F;
     for (const float p : samples)
@@ -117,14 +109,13 @@ TEST_F(DroppedBall, RendersTheSameBitsWhateverTheBlocks) {
                  .restitution = 0.8});
   SoundSettings settings;
   settings.listeners = {{"above", {0.0, kHeight, 0.0}}};
-  Result<Sound> whole = Sound::attach(again.world, settings);
-  ASSERT_TRUE(whole);
+  Sound whole = test::attachOffline(again.world, settings);
   for (int i = 0; i < 24; ++i) {
     again.world.stepSimulation(btScalar(1.0 / 60.0), 10, btScalar(1.0 / 240.0));
   }
-  std::vector<float> once(whole->framesReady());
+  std::vector<float> once(whole.framesReady());
   float* channel = once.data();
-  ASSERT_EQ(whole->render(std::span<float* const>(&channel, 1), once.size()), once.size());
+  whole.render(std::span<float* const>(&channel, 1), once.size());
   EXPECT_EQ(once, blocks);
 }
 
@@ -136,8 +127,8 @@ TEST_F(DroppedBall, HearsABoxAsWell) {
   world_.world.addRigidBody(&box);
   Sound sound = attached();
   const std::vector<float> samples = play(sound, 0.19);  // it lands at 0.045 s, the ball at 0.2 s
-  EXPECT_GE(sound.counters().events, 1U);
-  EXPECT_EQ(sound.unsupportedContacts(), 0U);
+  EXPECT_GE(sound.statistics().events, 1U);
+  EXPECT_EQ(sound.statistics().unsupportedContacts, 0U);
   // Flat on its face, a long, soft blow; but heard.
   EXPECT_GT(*std::max_element(samples.begin(), samples.end()), 5 * kHearingThreshold);
   world_.world.removeRigidBody(&box);

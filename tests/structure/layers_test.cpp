@@ -48,7 +48,7 @@ std::vector<Layer> layers() {
       {"audio", "audio/.*|" + eigen},
       {"native", "native/.*|" + vocabulary},
       {"bullet_bridge", "bullet_bridge/.*|" + vocabulary + "|" + bullet},
-      {"plugin", "plugin/.*|audio/.*|bullet_bridge/.*|" + bullet},
+      {"plugin", "plugin/.*|carom/.*|audio/.*|bullet_bridge/.*|" + bullet},
       {"scenes", "(?!tests/).*"},
   };
 }
@@ -57,7 +57,12 @@ std::vector<Layer> layers() {
 const std::vector<Layer>& exceptions() {
   static const std::vector<Layer> list = {{"audio/sound_file.cpp", "sndfile\\.h"},
                                           {"audio/sofa_file.cpp", "mysofa\\.h"},
-                                          {"audio/simd_kernels.cpp", "hwy/[a-z_]+\\.h"}};
+                                          {"audio/simd_kernels.cpp", "hwy/[a-z_]+\\.h"},
+                                          {"plugin/audio_device.cpp", "SDL\\.h"},
+                                          {"plugin/carom/carom.h", "std(def|int)\\.h"},
+                                          {"plugin/examples/c_click.c", "stdio\\.h"},
+                                          {"plugin/examples/c_host.c", "(math|stdio)\\.h"},
+                                          {"plugin/pybullet/server_api.cpp", "dlfcn\\.h"}};
   return list;
 }
 

@@ -18,8 +18,8 @@ enum class RadiatorChoice : std::uint8_t {
 /// What the choice came to.
 struct RadiatorCounters {
   std::uint64_t solved = 0;  ///< shapes whose added mass is known; equal ones count once
-  /// Of `solved`, in `Sound::render`, which it held up; see Sound::prepare.
-  std::uint64_t solvedInRender = 0;
+  /// Of `solved`, within a step of the world, which it held up; see Sound::prepare.
+  std::uint64_t solvedInStep = 0;
   /// Bodies so far that can move and whose surface is open, too complicated or no solid. They
   /// sound as the sphere of their volume; of half the box around them if they have none; and not
   /// at all if that has none either.

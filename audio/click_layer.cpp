@@ -1,0 +1,424 @@
+#include "audio/click_layer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "audio/hertz.h"
+#include "audio/positive.h"
+#include "audio/spread_kernel.h"
+
+namespace carom {
+namespace {
+
+/// Shorter ones alias if they are sampled naively; docs/acceleration_noise.md has the error.
+constexpr double kWellSampled = 4.0;
+/// Half the reach of the kernel that puts instants on samples.
+constexpr auto kReach = static_cast<std::int64_t>(kSpreadWidth / 2);
+/// s. A longer contact has nothing in the audible band, and would take memory without end.
+constexpr double kLongestContact = 20.0;
+/// Dissipative pulses are made for so many restitutions as they come, and then only in steps.
+constexpr std::size_t kMostRestitutions = 256;
+constexpr double kFewRestitutions = 64.0;
+/// Nodes; see chooseRule.
+constexpr std::size_t kLargestGaussRule = 48;
+/// By how much motion may stretch a click in time; beyond, it is that of bodies at rest.
+constexpr double kLeastStretch = 0.1;
+constexpr double kMostStretch = 10.0;
+/// A set of head-related responses may be louder than the free field by that, at some frequency.
+constexpr double kLoudestEar = 4.0;
+/// A diffuse field's peaks over the root of its mean square.
+constexpr double kTailPeaks = 4.0;
+
+bool isFinite(const ImpulseEvent& event) {
+  return std::isfinite(event.time) && event.impulse.allFinite() && event.position.allFinite() &&
+         event.normal.allFinite() && event.bodyPosition.allFinite() &&
+         event.bodyOrientation.coeffs().allFinite() && event.bodyVelocity.allFinite() &&
+         event.bodyAngularVelocity.allFinite();
+}
+
+bool isContact(const ImpulseEvent& event) {
+  return event.radius >= 0.0 && event.otherRadius >= 0.0 && isPositive(event.approachSpeed) &&
+         isPositive(event.effectiveMass);
+}
+
+// Edges are blunt, and two flat faces touch first where they are not flat.
+ImpulseEvent blunted(ImpulseEvent event, const SoundBody& body, const SoundBody& other) {
+  const bool flat = std::isinf(event.radius) && std::isinf(event.otherRadius);
+  if (event.radius == 0.0 || flat) event.radius = body.edgeRadius;
+  if (event.otherRadius == 0.0 || flat) event.otherRadius = other.edgeRadius;
+  return event;
+}
+
+/// What a product of two numbers has lost (Dekker 1971): exact, below 1e290.
+double roundingOf(double a, double b, double product) {
+  constexpr double kSplit = 0x1.0p+27 + 1.0;
+  const double a1 = kSplit * a - (kSplit * a - a);
+  const double b1 = kSplit * b - (kSplit * b - b);
+  const double a2 = a - a1;
+  const double b2 = b - b1;
+  return ((a1 * b1 - product) + a1 * b2 + a2 * b1) + a2 * b2;
+}
+
+/// A time in samples, without loss: the product's rounding error is recovered and kept.
+struct SampleTime {
+  std::int64_t whole = 0;
+  double fraction = 0.0;
+};
+
+SampleTime samplesOf(double seconds, double further, double sampleRate) {
+  const double product = seconds * sampleRate;
+  const double rounding = roundingOf(seconds, sampleRate, product);
+  const double floor = std::floor(product);
+  const double rest = (product - floor) + rounding + further * sampleRate;
+  const double carry = std::floor(rest);
+  return {static_cast<std::int64_t>(floor) + static_cast<std::int64_t>(carry), rest - carry};
+}
+
+SampleTime shifted(SampleTime time, const SampleShift& shift) {
+  time.whole += shift.whole;
+  time.fraction += shift.fraction;
+  if (time.fraction >= 1.0) {
+    time.fraction -= 1.0;
+    ++time.whole;
+  }
+  return time;
+}
+
+/// s, of an ear's response against that of the middle of the head.
+double earDelay(const HrtfSet& set, const SphereWeights& where, Ear ear) {
+  double delay = -set.latency();
+  for (std::size_t i = 0; i < where.index.size(); ++i)
+    delay += where.weight[i] * set.delay(where.index[i], ear);
+  return delay;
+}
+
+/// A quantity at the begin, the middle and the end of a contact, as a parabola in u.
+struct Parabola {
+  double at0 = 0.0;
+  double slope = 0.0;
+  double curve = 0.0;
+
+  Parabola(double begin, double middle, double end)
+      : at0(begin),
+        slope(4.0 * middle - 3.0 * begin - end),
+        curve(2.0 * (begin - 2.0 * middle + end)) {}
+};
+
+}  // namespace
+
+ClickLayer::ClickLayer(std::shared_ptr<const SoundPaths> paths)
+    : paths_(std::move(paths)),
+      settings_(paths_->settings),
+      hasMoved_(paths_->listeners.size(), false),
+      filters_(settings_.sampling == Sampling::bandLimited ? RadiationFilter::Input::spread
+                                                           : RadiationFilter::Input::bare) {
+  for (const Listener& listener : paths_->listeners)
+    tracks_.emplace_back(ListenerPose{0.0, listener.position, listener.orientation});
+}
+
+void ClickLayer::restartListeners() {
+  for (std::size_t index = 0; index < tracks_.size(); ++index) {
+    const Listener& listener = paths_->listeners[index];
+    tracks_[index].restart({0.0, listener.position, listener.orientation});
+  }
+  hasMoved_.assign(tracks_.size(), false);
+}
+
+Status ClickLayer::setBody(BodyId id, const SoundBody& body) {
+  if (const std::string reason = whyNot(body); !reason.empty())
+    return Error{"sound body " + std::to_string(id) + ": " + reason};
+  Body known{body, nullptr};
+  if (std::isfinite(body.mass))
+    known.filters = &filtersOf(body.shape ? body.shape->radius() : body.radius);
+  bodies_.insert_or_assign(id, std::move(known));
+  return std::monostate{};
+}
+
+/// The compact model has one for all.
+const RadiationBank::Mix& ClickLayer::filtersOf(double radius) {
+  if (settings_.radiation == Radiation::compact)
+    return filters_.mixOf(std::numeric_limits<double>::infinity());
+  return filters_.mixOf(settings_.medium.speedOfSound /
+                        (std::min(radius, kLargestFilteredRadius) * settings_.sampleRate));
+}
+
+Status ClickLayer::moveListener(std::size_t listener, const ListenerPose& pose) {
+  if (listener >= tracks_.size()) return noListener(listener);
+  PoseTrack& track = tracks_[listener];
+  const bool accepted = hasMoved_[listener] ? track.append(pose) : track.restart(pose);
+  if (!accepted)
+    return Error{
+        "synth: pose of listener " + std::to_string(listener) + " at " + std::to_string(pose.time) +
+        " s: expected finite values, a unit quaternion, a later time than the last pose's, "
+        "and at most 180 m/s from there"};
+  hasMoved_[listener] = true;
+  return std::monostate{};
+}
+
+Status ClickLayer::placeListener(std::size_t listener, const ListenerPose& pose) {
+  if (listener >= tracks_.size()) return noListener(listener);
+  if (!tracks_[listener].restart(pose))
+    return Error{"synth: pose of listener " + std::to_string(listener) +
+                 ": expected finite values and a unit quaternion"};
+  hasMoved_[listener] = true;
+  return std::monostate{};
+}
+
+Error ClickLayer::noListener(std::size_t listener) const {
+  return Error{"synth: there is no listener " + std::to_string(listener) + "; there are " +
+               std::to_string(tracks_.size())};
+}
+
+const ClickLayer::Body* ClickLayer::findBody(BodyId id) const {
+  const auto entry = bodies_.find(id);
+  return entry == bodies_.end() ? nullptr : &entry->second;
+}
+
+double ClickLayer::restitutionOf(const ImpulseEvent& event) const {
+  const double bounce = event.impulse.norm() / (event.effectiveMass * event.approachSpeed) - 1.0;
+  return std::clamp(bounce, kLowestRestitution, 1.0);
+}
+
+const Pulse& ClickLayer::pulseOf(const ImpulseEvent& event) const {
+  return settings_.dissipative ? lossyOf(event).pulse : Pulse::of(settings_.pulse);
+}
+
+/// Made once for each restitution that there is, and beyond many of them for the nearest of a few.
+const ClickLayer::Lossy& ClickLayer::lossyOf(const ImpulseEvent& event) const {
+  double restitution = restitutionOf(event);
+  if (lossy_.size() >= kMostRestitutions && !lossy_.contains(restitution))
+    restitution = std::round(restitution * kFewRestitutions) / kFewRestitutions;
+  if (const auto known = lossy_.find(restitution); known != lossy_.end()) return known->second;
+  Lossy made{Pulse::dissipativeHertz(restitution), dissipativeDuration(restitution)};
+  return lossy_.emplace(restitution, std::move(made)).first->second;
+}
+
+double ClickLayer::contactDuration(const ImpulseEvent& event) const {
+  const Body* body = findBody(event.body);
+  const Body* other = findBody(event.other);
+  if (body == nullptr || other == nullptr || !isContact(event)) return 0.0;
+  const double elastic = hertzDuration(blunted(event, body->sound, other->sound),
+                                       body->sound.material, other->sound.material);
+  return settings_.dissipative ? elastic * lossyOf(event).stretch : elastic;
+}
+
+double ClickLayer::leadTime(double contactDuration) const {
+  const double pulse = -Pulse::of(settings_.pulse).begin() * contactDuration;
+  // The whole samples that the pulse falls between, too.
+  const auto filter = static_cast<double>(kReach - RadiationFilter::kFirstTap + 2);
+  return pulse + filter / settings_.sampleRate + paths_->earliestEar;
+}
+
+LaidSound ClickLayer::lay(const ImpulseEvent& event, const SampleShift& shift) {
+  if (settings_.impulse != ImpulseChoice::applied || !event.hasAppliedImpulse)
+    return layImpulse(event, shift);
+  ImpulseEvent applied = event;
+  applied.impulse = event.appliedImpulse;
+  return layImpulse(applied, shift);
+}
+
+LaidSound ClickLayer::layImpulse(const ImpulseEvent& event, const SampleShift& shift) {
+  const double duration = isFinite(event) ? contactDuration(event) : 0.0;
+  if (!isPositive(duration)) {
+    ++counters_.rejected;
+    return {};
+  }
+  const Body& body = *findBody(event.body);
+  if (std::isinf(body.sound.mass)) {
+    ++counters_.immovable;
+    return {};
+  }
+  const bool exact = settings_.radiation == Radiation::exact;
+  Contact contact{.time = event.time,
+                  .duration = duration,
+                  .pulse = &pulseOf(event),
+                  .strike = makeStrike(event, body.sound, settings_.medium),
+                  .filters = body.filters,
+                  .shift = shift};
+  if (exact) contact.ahead = std::min(contact.strike.radius, kLargestFilteredRadius);
+  if (!layClicks(contact)) {
+    ++counters_.rejected;
+    return {};
+  }
+  ++counters_.events;
+  if (settings_.sampling == Sampling::naive && duration * settings_.sampleRate < kWellSampled)
+    ++counters_.undersampled;
+  if (peak_ > 0.0 && peak_ >= settings_.audibleThreshold) return {peak_, laid_, laidEars_};
+  ++counters_.inaudible;
+  return {};
+}
+
+/// False where numbers so large came together that a click cannot be placed on the clock.
+bool ClickLayer::layClicks(const Contact& contact) {
+  laid_.clear();
+  laidEars_.clear();
+  peak_ = 0.0;
+  for (std::uint32_t channel = 0; channel < paths_->channels.size(); ++channel) {
+    for (const SoundPaths::Path& path : paths_->paths) {
+      Way way;
+      if (!findWay(contact, paths_->channels[channel], path.image, way)) continue;
+      const double ear = paths_->channels[channel].isEar ? kLoudestEar : 1.0;
+      peak_ = std::max(peak_, ear * boundOf(contact, way));
+      if (!layClick(contact, way, path.chain, channel)) return false;
+    }
+  }
+  if (!settings_.reverb) return true;
+  // What the room gets: the mean over all directions, at 1 m, without the near field, which carries
+  // no power.
+  Way send;
+  send.gains.fill(contact.strike.dipole.norm() / std::numbers::sqrt3);
+  send.distance = std::numeric_limits<double>::infinity();
+  peak_ = std::max(peak_, boundOf(contact, send) * tailOver(contact));
+  return layClick(contact, send, 0, static_cast<std::uint32_t>(paths_->channels.size()));
+}
+
+/// False where a wall is in the way.
+bool ClickLayer::findWay(const Contact& contact, const SoundPaths::Channel& channel,
+                         const Image* image, Way& way) const {
+  const Strike& strike = contact.strike;
+  const Vec3 dipole = image != nullptr ? image->vector(strike.dipole) : strike.dipole;
+  const Vec3 velocity = image != nullptr ? image->vector(strike.velocity) : strike.velocity;
+  const Vec3 from = image != nullptr ? image->position(strike.position) : strike.position;
+  for (const std::size_t part : {0u, 1u, 2u}) {
+    if (part > 0 && !settings_.doppler) {
+      way.delays[part] = way.delays[0];
+      way.gains[part] = way.gains[0];
+      continue;
+    }
+    const double later = 0.5 * static_cast<double>(part) * contact.duration;
+    const Arrival arrival = arrivalAt(channel, contact.time + later, from + later * velocity);
+    if (part == 0 && image != nullptr) {
+      const Vec3 ear = from - arrival.distance * arrival.towardsSource;
+      if (!isVisible(settings_.room, *image, strike.position, ear)) return false;
+    }
+    const double distance = std::max(arrival.distance, strike.radius);
+    if (part < 2) way.distance = distance;
+    way.gains[part] = -dipole.dot(arrival.towardsSource) / distance;
+    way.delays[part] = (distance - contact.ahead) / settings_.medium.speedOfSound;
+    if (channel.isEar) {
+      const HrtfSet& set = *paths_->listeners[channel.listener].hrtf;
+      const SphereWeights ears =
+          set.lookup(arrival.orientation.conjugate() * arrival.towardsSource);
+      if (part == 0) way.ears = ears;
+      way.delays[part] += earDelay(set, ears, channel.ear);
+    } else if (channel.receiver.pattern != 0.0) {
+      way.gains[part] *= gain(channel.receiver, arrival.orientation, arrival.towardsSource);
+    }
+    if (!settings_.doppler) continue;
+    // A click is stretched as it is laid, and its force keeps its integral: as for a body that
+    // moves. Who moves through a field hears the pressure that is there, only faster or slower.
+    const bool overtaken = !(arrival.stretch > kLeastStretch && arrival.stretch < kMostStretch);
+    const double stretch = overtaken ? 1.0 : arrival.stretch;
+    way.gains[part] *= stretch * stretch;
+    if (part < 2) way.stretch = stretch;  // the middle's
+  }
+  return true;
+}
+
+/// Where the wave that leaves `from` at `time` is heard. A listener that stands needs no solving.
+Arrival ClickLayer::arrivalAt(const SoundPaths::Channel& channel, double time,
+                              const Vec3& from) const {
+  if (hasMoved_[channel.listener]) {
+    return arrivalOf(tracks_[channel.listener], {.time = time, .position = from},
+                     settings_.medium.speedOfSound, channel.receiver.offset);
+  }
+  Arrival arrival;
+  const Vec3 towards = from - channel.place;
+  arrival.distance = towards.norm();
+  if (arrival.distance > 0.0) arrival.towardsSource = towards / arrival.distance;
+  arrival.orientation = paths_->listeners[channel.listener].orientation;
+  return arrival;
+}
+
+/// An upper bound, in Pa: of the pulse's slope, of what the band holds of it, and of what a body of
+/// that size lets through (its response's total variation is 1.35 c/a).
+double ClickLayer::boundOf(const Contact& contact, const Way& way) const {
+  const double rate = settings_.sampleRate;
+  const bool naive = settings_.sampling == Sampling::naive;
+  const double inBand = std::numbers::pi * (naive ? 1e6 : 0.5);
+  const double force = std::min(contact.pulse->peakForce() / contact.duration, inBand * rate);
+  double slope = std::min(contact.pulse->peakSlope() / (contact.duration * contact.duration),
+                          inBand * rate * rate);
+  if (settings_.radiation == Radiation::exact) {
+    const double corner = settings_.medium.speedOfSound / contact.strike.radius;
+    slope = std::min(1.1 * slope, 1.35 * corner * force);
+    slope += 1.1 * force * settings_.medium.speedOfSound / way.distance;
+  }
+  const double gain =
+      std::max({std::abs(way.gains[0]), std::abs(way.gains[1]), std::abs(way.gains[2])});
+  return gain * slope;
+}
+
+/// The peak of the tail over that of what is sent: the diffuse field's level (Reverb) for a click
+/// that is at its peak while it lasts, and its peaks over its level.
+double ClickLayer::tailOver(const Contact& contact) const {
+  const ReverbSettings& reverb = *settings_.reverb;
+  const double lasting =
+      (contact.pulse->end() - contact.pulse->begin()) * contact.duration +
+      static_cast<double>(kSpreadWidth + RadiationFilter::kTaps) / settings_.sampleRate +
+      5.0 * contact.strike.radius / settings_.medium.speedOfSound;
+  const double density = 4.0 * std::numbers::pi * reverb.speedOfSound / reverb.volume;  // 1/s
+  return reverb.gain * kTailPeaks * std::sqrt(density * lasting);
+}
+
+bool ClickLayer::layClick(const Contact& contact, const Way& way, std::uint32_t chain,
+                          std::uint32_t channel) {
+  const double rate = settings_.sampleRate;
+  const double extent = std::abs(contact.time) + way.delays[0] + way.delays[2] +
+                        (contact.pulse->end() - contact.pulse->begin()) * contact.duration;
+  const double loudness = (std::abs(way.gains[0]) + std::abs(way.gains[2])) * rate * rate;
+  const bool isFar = !(extent * rate < kExactSamples);
+  const bool isLong = !(contact.duration <= kLongestContact);
+  if (isFar || isLong || !std::isfinite(loudness)) return false;
+  if (loudness == 0.0 && way.gains[1] == 0.0) return true;
+
+  Click click;
+  click.pulse = contact.pulse;
+  const SampleTime start = shifted(samplesOf(contact.time, way.delays[0], rate), contact.shift);
+  const Parabola delay(0.0, way.delays[1] - way.delays[0], way.delays[2] - way.delays[0]);
+  const Parabola gain(way.gains[0], way.gains[1], way.gains[2]);
+  click.track = {.start = start.fraction,
+                 .length = (contact.duration + delay.slope) * rate,
+                 .bend = delay.curve * rate,
+                 .gain = gain.at0 * rate * rate,
+                 .slope = gain.slope * rate * rate,
+                 .curve = gain.curve * rate * rate};
+  const double still = contact.duration * rate;
+  // Faster than sound, or nearly: time would fold.
+  if (!(click.track.length > kLeastStretch * still) ||
+      !(click.track.length < kMostStretch * still) ||
+      !(std::abs(click.track.bend) < 0.1 * click.track.length)) {
+    click.track.length = still;
+    click.track.bend = 0.0;
+  }
+  const std::int64_t first =
+      static_cast<std::int64_t>(std::floor(click.track.at(contact.pulse->begin()))) - kReach;
+  click.track.start -= static_cast<double>(first);
+  const double last = click.track.at(contact.pulse->end());
+  click.samples =
+      static_cast<std::uint32_t>(std::ceil(last)) + static_cast<std::uint32_t>(kReach) + 1;
+  click.first = start.whole + first + (paths_->isFiltered() ? RadiationFilter::kFirstTap : 0);
+  click.near = settings_.medium.speedOfSound / (way.distance * way.stretch * rate);
+  click.channel = channel;
+  click.filters = contact.filters;
+  click.chain = chain;
+  if (settings_.sampling == Sampling::bandLimited) chooseRule(click);
+  if (click.nodes.empty()) click.pulse->forceTable();  // not while rendering
+  laid_.push_back(click);
+  if (paths_->hasHeads) laidEars_.push_back(way.ears);
+  return true;
+}
+
+/// Of the Gauss rules the smallest that is right up to the sample rate, beyond which the kernel is
+/// dark. What they get wrong there grows with their size; long contacts are better off without.
+void ClickLayer::chooseRule(Click& click) const {
+  const double bandwidth = 2.0 * std::numbers::pi * click.track.length;
+  const std::size_t size = click.pulse->ruleSize(bandwidth);
+  if (size > 0 && size <= kLargestGaussRule) click.nodes = click.pulse->rule(size);
+}
+
+}  // namespace carom

@@ -1,0 +1,125 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "audio/acceleration_noise.h"
+#include "audio/click.h"
+#include "audio/impulse_event.h"
+#include "audio/pose_track.h"
+#include "audio/pulse.h"
+#include "audio/radiation_bank.h"
+#include "audio/result.h"
+#include "audio/sound_body.h"
+#include "audio/sound_paths.h"
+
+namespace carom {
+
+/// The clicks of one event, until the next `lay`.
+struct LaidSound {
+  double peak = 0.0;                    ///< Pa, at any listener: an upper bound
+  std::span<const Click> clicks;        ///< empty: nothing to hear
+  std::span<const SphereWeights> ears;  ///< where binaural ones come from; empty without heads
+};
+
+/// Later than on the simulation clock, 0 <= fraction < 1.
+struct SampleShift {
+  std::int64_t whole = 0;  ///< leaves the bits of the samples as they are
+  double fraction = 0.0;
+};
+
+struct ClickLayerCounters {
+  std::uint64_t events = 0;        ///< laid, of bodies that can move
+  std::uint64_t immovable = 0;     ///< shares of bodies that no impulse moves: silent in this model
+  std::uint64_t inaudible = 0;     ///< of `events`, left out: below the threshold at every listener
+  std::uint64_t undersampled = 0;  ///< of `events`, contact shorter than 4 samples, naively sampled
+  std::uint64_t rejected = 0;      ///< not finite, unknown body, no approach, over 20 s
+};
+
+/// From events to clicks: what of the sound is decided when an event is known. It knows bodies,
+/// listeners and rooms, and allocates as it likes: in real time it belongs to the thread of the
+/// simulation. What it has laid is played by ClickPlayer, which knows neither. See Synth for the
+/// model. [one thread]
+class ClickLayer {
+ public:
+  explicit ClickLayer(std::shared_ptr<const SoundPaths> paths);
+
+  Status setBody(BodyId id, const SoundBody& body);  ///< as Synth::setBody
+  void removeBody(BodyId id) { bodies_.erase(id); }  ///< its events are rejected from now on
+  Status moveListener(std::size_t listener, const ListenerPose& pose);  ///< as Synth::moveListener
+  /// The listener is there, and was so always: for what is too far away to have travelled to.
+  Status placeListener(std::size_t listener, const ListenerPose& pose);
+  /// Listeners are back where they were created, and await their first pose.
+  void restartListeners();
+
+  /// Lays one event over the samples. Not to be heard, or refused: no clicks, and counted.
+  LaidSound lay(const ImpulseEvent& event, const SampleShift& shift = {});
+
+  const SoundPaths& paths() const { return *paths_; }
+  const ClickLayerCounters& counters() const { return counters_; }
+  double leadTime(double contactDuration) const;            ///< as Synth::leadTime
+  double contactDuration(const ImpulseEvent& event) const;  ///< as Synth::contactDuration
+
+ private:
+  struct Body {
+    SoundBody sound;
+    const RadiationBank::Mix* filters = nullptr;
+  };
+  /// A contact that loses energy.
+  struct Lossy {
+    Pulse pulse;
+    double stretch = 1.0;  // of its duration over the elastic one's
+  };
+  /// What the clicks of one event have in common.
+  struct Contact {
+    double time = 0.0;      // s
+    double duration = 0.0;  // s
+    const Pulse* pulse = nullptr;
+    Strike strike;
+    double ahead = 0.0;  // m: the sound starts at the surface, and the filter lets it wait
+    const RadiationBank::Mix* filters = nullptr;
+    SampleShift shift;
+  };
+  /// The way of a contact's sound to one receiver, at its begin, middle and end.
+  struct Way {
+    std::array<double, 3> delays{};  // s
+    std::array<double, 3> gains{};   // Pa s^2: of the slope of a force of integral 1
+    double distance = 0.0;           // m, in the middle, not below the body's radius
+    double stretch = 1.0;            // of time, in the middle, by the receiver's own motion
+    SphereWeights ears;              // where a binaural channel hears it from
+  };
+
+  Error noListener(std::size_t listener) const;
+  const RadiationBank::Mix& filtersOf(double radius);
+  const Body* findBody(BodyId id) const;
+  double restitutionOf(const ImpulseEvent& event) const;
+  const Pulse& pulseOf(const ImpulseEvent& event) const;
+  const Lossy& lossyOf(const ImpulseEvent& event) const;
+  LaidSound layImpulse(const ImpulseEvent& event, const SampleShift& shift);
+  bool layClicks(const Contact& contact);
+  Arrival arrivalAt(const SoundPaths::Channel& channel, double time, const Vec3& from) const;
+  bool findWay(const Contact& contact, const SoundPaths::Channel& channel, const Image* image,
+               Way& way) const;
+  bool layClick(const Contact& contact, const Way& way, std::uint32_t chain, std::uint32_t channel);
+  void chooseRule(Click& click) const;
+  double boundOf(const Contact& contact, const Way& way) const;
+  double tailOver(const Contact& contact) const;
+
+  std::shared_ptr<const SoundPaths> paths_;
+  const SynthSettings& settings_;  // of paths_
+  std::vector<PoseTrack> tracks_;  // one per listener
+  std::vector<bool> hasMoved_;     // likewise: a pose has come
+  std::unordered_map<BodyId, Body> bodies_;
+  ClickLayerCounters counters_;
+  RadiationBank filters_;
+  mutable std::unordered_map<double, Lossy> lossy_;  // by restitution, made when first needed
+  std::vector<Click> laid_;                          // of the event in hand
+  std::vector<SphereWeights> laidEars_;              // of laid_, where there is a head
+  double peak_ = 0.0;                                // Pa, a bound for them
+};
+
+}  // namespace carom

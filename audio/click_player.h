@@ -1,0 +1,163 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "audio/click.h"
+#include "audio/click_bus.h"
+#include "audio/click_layer.h"
+#include "audio/click_queue.h"
+#include "audio/reverb.h"
+#include "audio/sound_paths.h"
+#include "audio/voice_table.h"
+
+namespace carom {
+
+/// What a player may hold at most, made in advance: with it, nothing allocates any more.
+struct PlayerCapacity {
+  /// Events whose sound has still to begin at some receiver. Beyond it the quietest goes.
+  std::size_t voices = 2048;
+  /// Their clicks: one for each channel and path. At least those of one event, and no more than
+  /// all voices can have.
+  std::size_t clicks = 65536;
+  /// Filters that run at the same time: one for each size of body, channel and kind of path.
+  std::size_t buses = 256;
+  /// s. Longer contacts are left out: what they sound like lies below 30 Hz or so.
+  double longestContact = 0.05;
+};
+
+struct ClickPlayerCounters {
+  std::uint64_t late = 0;        ///< events that came after their first sample had been rendered
+  std::uint64_t tooLong = 0;     ///< left out: longer than PlayerCapacity::longestContact
+  std::uint64_t noBus = 0;       ///< left out: more sizes and paths at once than there are buses
+  std::uint64_t stolen = 0;      ///< left out: the quietest where there were too many voices
+  std::uint64_t overBudget = 0;  ///< left out: the quietest of a moment that would cost too much
+};
+
+/// From clicks to samples: the half of Synth that runs in time.
+///
+/// Without a capacity it takes whatever comes, and allocates in `add`. With one, memory is made at
+/// construction; then nothing allocates, locks or asks the system, and overload is decided thus:
+///
+/// - An event is played whole or left out whole, at all receivers, before any of it begins: so
+///   what is left out never clicks.
+/// - Too many events waiting: the quietest of them and the newcomer is left out.
+/// - Too much work (`setAllowance`): every kQuantum samples, of the events that are about to begin
+///   the loudest are taken that can be afforded. What has begun goes on.
+/// - An event that comes too late begins at the next sample, all of it later by as much. (Without a
+///   capacity it begins in the middle, as offline there is no reason to be late.)
+///
+/// The bits of what is played do not depend on the sizes of blocks. [one thread]
+class ClickPlayer {
+ public:
+  explicit ClickPlayer(std::shared_ptr<const SoundPaths> paths,
+                       std::optional<PlayerCapacity> capacity = std::nullopt);
+
+  /// Takes an event's clicks.
+  void add(const LaidSound& sound);
+
+  /// As Synth::render.
+  template <class Sample>
+  void render(std::span<Sample* const> channels, std::size_t frames) noexcept;
+
+  /// Drops all that has not sounded yet; the next sample is `position`.
+  void seek(std::int64_t position);
+
+  static constexpr std::size_t kQuantum = 64;  ///< samples
+  /// How much work there may be in a second, in the units of `takeWork`: infinite, unless set. Only
+  /// with a capacity.
+  void setAllowance(double workPerSecond) noexcept;
+  /// Done since this was last asked. The unit is about a nanosecond on some machine: what takes
+  /// longer counts more.
+  double takeWork() noexcept { return std::exchange(work_, 0.0); }
+  std::size_t clicksPerEvent() const;  ///< at most
+
+  std::int64_t position() const { return position_; }  ///< the next sample to be rendered
+  std::size_t pendingClicks() const { return waiting_.size(); }
+  std::size_t voices() const { return voices_.size(); }  ///< with a capacity
+  std::size_t busesInUse() const;
+  bool isSilent() const;
+  const ClickPlayerCounters& counters() const { return counters_; }
+
+ private:
+  struct Bus {
+    ClickBus line;
+    std::uint64_t key = 0;
+    std::uint32_t pending = 0;  // clicks that wait for it
+  };
+  struct BusOfKey {
+    std::uint64_t key = 0;
+    std::uint32_t bus = 0;
+  };
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+
+  void makeRoom();
+  std::size_t roomOf(const Click& click) const;
+  bool isTooLong(const LaidSound& sound) const;
+  bool isOver(const Click& click) const;
+  bool arrive(const LaidSound& sound);
+  bool makePlace(const LaidSound& sound) noexcept;
+  void dropFrom(std::uint32_t voice, std::int64_t from) noexcept;
+  void enqueue(Click click, const SphereWeights* ears, std::uint32_t voice);
+  bool findBuses(Click& click);
+  void leaveBuses(const Click& click) noexcept;
+  void reserveScratch(const Click& click);
+  std::uint64_t keyOf(std::uint32_t filter, std::uint32_t chain, std::uint32_t channel) const;
+  std::uint32_t busOf(const Click& click, std::size_t filter);
+  std::uint32_t idleBus();
+  bool isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b) const;
+  void beginUntil(std::int64_t end) noexcept;
+  void chooseVoices(std::span<const ClickQueue::Entry> due, std::int64_t end) noexcept;
+  void spend(double work) noexcept {
+    work_ += work;
+    affordable_ -= work;
+  }
+  std::size_t nextPart(std::size_t frames) noexcept;
+  double workOf(const Click& click) const noexcept;
+  void begin(std::uint32_t slot) noexcept;
+  std::span<const double> samplesOf(const Click& click) noexcept;
+  void mix(std::size_t frames) noexcept;
+  void reverberate(std::size_t frames) noexcept;
+
+  std::shared_ptr<const SoundPaths> paths_;
+  std::optional<PlayerCapacity> capacity_;
+  const SynthSettings& settings_;  // of paths_
+  const ClickKernels& kernels_ = fastestKernels();
+  ClickPlayerCounters counters_;
+
+  std::int64_t position_ = 0;
+  std::vector<Click> clicks_;        // by slot
+  std::vector<SphereWeights> ears_;  // likewise, where there is a head
+  std::vector<std::uint32_t> freeSlots_;
+  ClickQueue waiting_;
+  VoiceTable voices_;  // with a capacity
+  std::vector<Bus> buses_;
+  std::vector<BusOfKey> busOrder_;  // all, by key: the order in which they are summed
+  std::size_t idleCursor_ = 0;      // where the search for a bus that nobody needs goes on
+  std::vector<Reverb> reverbs_;     // one per listener, or none
+  std::size_t slots_ = 0;           // with a capacity: clicks that there may be
+  std::size_t mostSamples_ = 0;     // of any click so far, its ears' responses included
+
+  double allowance_ = std::numeric_limits<double>::infinity();  // work per second
+  double work_ = 0.0;
+  double affordable_ = allowance_;     // work, until the next quantum begins
+  std::size_t untilQuantum_ = 0;       // samples
+  std::vector<std::uint32_t> chosen_;  // voices, while some are chosen
+  std::vector<Click> arriving_;        // of an event that is being added
+
+  PlacedNodes placed_;
+  Raster raster_;
+  std::vector<double> x_;         // a click's samples, zeros in front for the response
+  std::vector<double> response_;  // of an ear
+  std::vector<double> heard_;     // the samples through it
+  std::vector<double> mix_;       // Pa, kMixFrames per channel, planar
+  std::vector<double> send_;      // Pa at 1 m, into the reverberation
+};
+
+}  // namespace carom

@@ -1,0 +1,33 @@
+#include "audio/sound_body.h"
+
+#include <cmath>
+
+#include "audio/positive.h"
+
+namespace carom {
+namespace {
+
+std::string whyNot(const Material& material) {
+  if (!isPositive(material.density)) return "density must be positive (kg/m^3)";
+  if (!isPositive(material.youngsModulus)) return "Young's modulus must be positive (Pa)";
+  if (!(material.poissonsRatio >= 0.0 && material.poissonsRatio < 0.5))
+    return "Poisson's ratio must be at least 0 and below 0.5";
+  if (!(material.restitution >= 0.0 && material.restitution <= 1.0))
+    return "restitution must be from 0 to 1";
+  return {};
+}
+
+}  // namespace
+
+std::string whyNot(const SoundBody& body) {
+  if (std::string reason = whyNot(body.material); !reason.empty())
+    return "material '" + body.material.name + "': " + reason;
+  if (!(body.mass > 0.0)) return "mass must be positive (kg), infinite for an immovable body";
+  if (std::isfinite(body.mass) && !isPositive(body.shape ? body.shape->radius() : body.radius))
+    return "radius must be positive (m) for a body that can move";
+  if (!body.inverseInertia.allFinite()) return "inverse inertia must be finite (1/(kg m^2))";
+  if (!isPositive(body.edgeRadius)) return "edge radius must be positive (m)";
+  return {};
+}
+
+}  // namespace carom

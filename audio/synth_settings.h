@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "audio/medium.h"
+#include "audio/pulse.h"
+#include "audio/radiation_filter.h"
+#include "audio/reverb.h"
+#include "audio/room.h"
+
+namespace carom {
+
+/// Hearing begins at 20 uPa (ISO 389-7 at 1 kHz, rounded); 120 dB above it is 20 Pa.
+inline constexpr double kHearingThreshold = 20e-6;  ///< Pa
+
+/// m: larger bodies are filtered as of this radius.
+inline constexpr double kLargestFilteredRadius = 30.0;
+
+/// Which of the two impulses of an event sounds.
+enum class ImpulseChoice : std::uint8_t {
+  physical,  ///< ImpulseEvent::impulse
+  applied,   ///< ImpulseEvent::appliedImpulse, if the mechanics has given one
+};
+
+/// How a pulse becomes samples.
+enum class Sampling : std::uint8_t {
+  bandLimited,  ///< what the samples can hold of it, at its exact time
+  naive,        ///< its value at each sample: aliases where contacts are short; for comparisons
+};
+
+struct SynthSettings {
+  double sampleRate = 48000.0;  ///< Hz, 8000 to 192000
+  ImpulseChoice impulse = ImpulseChoice::physical;
+  Medium medium = {};
+  /// Pa. A click whose peak stays below it at every listener, and whose reverberation does, is left
+  /// out, and counted.
+  double audibleThreshold = kHearingThreshold;
+
+  PulseShape pulse = PulseShape::hertz;
+  /// Contacts that lose energy last longer and are skewed: Pulse::dissipativeHertz at the event's
+  /// own restitution, instead of `pulse`.
+  bool dissipative = false;
+  Sampling sampling = Sampling::bandLimited;
+  Radiation radiation = Radiation::exact;
+  bool doppler = true;  ///< the way through the air may change while a contact lasts
+
+  Room room = {};                        ///< no reflectors: open air, which costs nothing
+  std::optional<ReverbSettings> reverb;  ///< of the same room; none costs nothing
+};
+
+struct SynthCounters {
+  std::uint64_t events = 0;     ///< scheduled, of bodies that can move
+  std::uint64_t immovable = 0;  ///< shares of bodies that no impulse moves: silent in this model
+  std::uint64_t inaudible = 0;  ///< of `events`, left out: below the threshold at every listener
+  std::uint64_t late = 0;       ///< of `events`, began before the first sample still to be rendered
+  std::uint64_t undersampled =
+      0;  ///< of `events`, contact shorter than 4 samples where sampling is naive: aliased
+  std::uint64_t rejected = 0;  ///< not finite, unknown body, no approach, over 20 s: never sounded
+};
+
+}  // namespace carom

@@ -1,0 +1,21 @@
+# Runs PROGRAM in a folder of its own. Fails unless it succeeds, prints what matches PRINTS, and, where SOUND
+# is given, leaves that file with a sound in it, which LISTEN judges.
+get_filename_component(name ${PROGRAM} NAME)
+set(folder ${CMAKE_CURRENT_BINARY_DIR}/${name}_output)
+file(REMOVE_RECURSE ${folder})
+file(MAKE_DIRECTORY ${folder})
+execute_process(COMMAND ${PROGRAM} WORKING_DIRECTORY ${folder}
+  RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE errors)
+message("${output}${errors}")
+if(NOT result EQUAL 0)
+  message(FATAL_ERROR "${name} ended with ${result}")
+endif()
+if(NOT output MATCHES "${PRINTS}")
+  message(FATAL_ERROR "${name} did not print what matches '${PRINTS}'")
+endif()
+if(SOUND)
+  execute_process(COMMAND ${LISTEN} ${folder}/${SOUND} RESULT_VARIABLE result)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "${name} left no sound in ${SOUND}")
+  endif()
+endif()

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <type_traits>
+
+#include "carom/carom.h"
+#include "carom/sound.h"
+
+#include "audio/impulse_event.h"
+#include "audio/material.h"
+#include "audio/result.h"
+#include "audio/sound_body.h"
+
+namespace carom {
+
+// The structs of carom.h as those of the library, and back. Errors name the field. [any thread]
+
+/// Largest difference in size (bytes) between a struct here and one of another version: more is a
+/// size that nobody has set.
+inline constexpr std::size_t kMostGrowth = 4096;
+
+/// Copies what is known of a caller's struct, by its `size`; see carom.h on growth. Refuses sizes
+/// that no version has had, and fields unknown here that are not zero.
+Status readStruct(const void* given, void* known, std::size_t size, const char* name);
+/// The reverse: fills what the caller knows; what is unknown here becomes zero.
+Status writeStruct(const void* known, void* given, std::size_t size, const char* name);
+
+/// `known` holds the defaults.
+template <class Struct>
+Result<Struct> readStruct(const Struct* given, Struct known, const char* name) {
+  static_assert(std::is_trivially_copyable_v<Struct>);
+  const Status read = readStruct(given, &known, sizeof(Struct), name);
+  if (!read) return read.error();
+  return known;
+}
+
+template <class Struct>
+Status writeStruct(const Struct& known, Struct* given, const char* name) {
+  return writeStruct(&known, given, sizeof(Struct), name);
+}
+
+/// writeStruct for one of which only the caller knows how large it is.
+template <class Struct>
+Status initStruct(const Struct& known, Struct* given, std::size_t size, const char* name) {
+  if (given == nullptr) return Error{std::string(name) + " is NULL"};
+  if (size >= sizeof(std::size_t)) given->size = size;
+  return writeStruct(known, given, name);
+}
+
+carom_settings defaultSettings();
+carom_listener defaultListener();
+carom_body defaultBody();
+carom_event defaultEvent();
+
+/// Of NULL, the defaults.
+Result<SoundSettings> settingsFrom(const carom_settings* given);
+Result<ImpulseEvent> eventFrom(const carom_event* given);
+Result<Material> materialFrom(const carom_material* given);
+Result<Material> materialNamed(const char* name);
+/// Of a built-in material, whose name lives for ever.
+carom_material toC(const Material& material);
+carom_statistics toC(const SoundStatistics& statistics);
+carom_statistics toC(const WorldSoundStatistics& statistics);
+
+}  // namespace carom

@@ -1,0 +1,103 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "carom/radiator_choice.h"
+
+#include "audio/limiter.h"
+#include "audio/listener.h"
+#include "audio/synth_settings.h"
+
+namespace carom {
+
+/// Which clock the samples that a host pulls follow.
+enum class SoundClock : std::uint8_t {
+  /// The samples': they are taken as time goes by, by a device or by the host's own callback. The
+  /// simulation is followed SoundSettings::latency behind, through its pauses, stalls and jumps
+  /// (see SoundTimeline).
+  realTime,
+  /// The simulation's: sample n is what is heard at n / sample rate on it. For rendering as fast as
+  /// the simulation steps; see EventSound::framesReady.
+  simulation,
+};
+
+/// What sound may cost in real time. Beyond it events are left out whole, before they begin: first
+/// what is inaudible at every listener, then the quietest. What was left out is counted.
+struct VoiceBudget {
+  /// Share of one core that rendering may take, above 0: no block costs more than this share of its
+  /// own duration, but for what has begun already. From measured time: whether it intervenes is the
+  /// only thing here that depends on the machine.
+  double cpuShare = 0.5;
+  /// Events whose sound has yet to begin at some listener; 1 to 65536.
+  std::size_t voices = 2048;
+  /// Sizes of bodies, times channels, times kinds of paths, that sound at the same moment; 1 to
+  /// 65536. 45 kB each.
+  std::size_t buses = 256;
+  /// s, above 0, up to 1. Longer contacts, which sound below 30 Hz or so, are left out.
+  double longestContact = 0.05;
+};
+
+struct SoundSettings {
+  /// Sample rate, medium, which impulse sounds (the one that Bullet's solver applied is known one
+  /// to three substeps later), pulse, sampling, radiation, Doppler effect, room and reverberation.
+  SynthSettings synth = {};
+  /// Channels are those of the first, then those of the next: see ListenerFormat.
+  std::vector<Listener> listeners = {defaultListener()};
+  /// s, the look-ahead: how far sound stays behind the simulation. It has to cover two substeps
+  /// (Bullet knows of a contact one to two of them later), the host's frame, a block of samples,
+  /// and Synth::leadTime. What comes later still sounds, later, and is counted.
+  double latency = 0.05;
+  SoundClock clock = SoundClock::realTime;
+  double restSpeed = 0.005;  ///< m/s; of a Bullet world: slower contacts are rest, and no click
+  RadiatorChoice radiators = RadiatorChoice::solved;  ///< of a Bullet world
+  VoiceBudget budget = {};
+  /// Pa, > 0, that come out as a sample of 1.0. None: samples are pascals, but on a device, where
+  /// it is kDeviceFullScale.
+  std::optional<double> fullScale = std::nullopt;
+  /// A look-ahead limiter behind all that (a device has one in any case), for an output that holds
+  /// no more than its ceiling, in units of the samples. It delays them by EventSound::outputDelay,
+  /// on top of `latency`. Its sample rate and channels are filled in. None: nothing is turned down.
+  std::optional<LimiterSettings> limiter = std::nullopt;
+  std::string record = {};  ///< if not empty: EventSound::record from the start
+  bool play = false;        ///< EventSound::play from the start
+
+  /// Two microphones 17 cm apart, turned outwards, open to the rear: over loudspeakers and over
+  /// headphones something comes from where it is, and nothing is silent behind.
+  static Listener defaultListener();
+};
+
+/// Pa for a sample of 1.0 on a device: peaks of 100 dB, about the loudest of headphones.
+inline constexpr double kDeviceFullScale = 2.0;
+
+/// What became of the events, and what it costs. All counts are since the sound was made; of a
+/// sound that is neither played nor pulled, those of the recording.
+struct SoundStatistics {
+  std::uint64_t events = 0;     ///< of bodies that can move, but for those of the next three
+  std::uint64_t immovable = 0;  ///< shares of bodies that no impulse moves: silent in this model
+  std::uint64_t rejected = 0;   ///< not finite, unknown body, no approach, over 20 s
+  std::uint64_t skipped = 0;    ///< while nobody listened, or the simulation ran ahead of time
+  // Of `events`, left out:
+  std::uint64_t inaudible = 0;    ///< below the threshold at every listener
+  std::uint64_t stolen = 0;       ///< the quietest, where more waited than VoiceBudget::voices
+  std::uint64_t overBudget = 0;   ///< the quietest, where they would cost too much
+  std::uint64_t noBus = 0;        ///< more sizes and paths at once than VoiceBudget::buses
+  std::uint64_t tooLong = 0;      ///< contact longer than VoiceBudget::longestContact
+  std::uint64_t queueFaults = 0;  ///< no room in the queue: nobody takes samples, or too rarely
+  // Of `events`, heard:
+  std::uint64_t late = 0;  ///< later than they happened, as they came after their time
+  // Of the clock:
+  std::uint64_t stalls = 0;  ///< the simulation fell behind by more than the look-ahead
+  std::uint64_t jumps = 0;   ///< it ran ahead, or back
+  // At this moment:
+  std::size_t voices = 0;      ///< events that wait for their sound to begin
+  std::size_t buses = 0;       ///< that are not silent
+  double cpuShare = 0.0;       ///< of one core, over the last second or so
+  double worstBlock = 0.0;     ///< the largest share of its own duration that a block has taken
+  double gainReduction = 0.0;  ///< dB, the most that a limiter has turned down
+};
+
+}  // namespace carom

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+
+#include "audio/impulse_event.h"
+#include "audio/vector.h"
+#include "bullet_bridge/motion.h"
+
+namespace carom {
+
+/// Where a body is at the start of a substep, and how it moves there: after the solver of the
+/// substep before.
+struct BodyState {
+  Vec3 position = Vec3::Zero();         ///< m, world frame, centre of mass
+  Quat orientation = Quat::Identity();  ///< principal axes of inertia to world
+  Vec3 velocity = Vec3::Zero();         ///< m/s, world frame
+  Vec3 angularVelocity = Vec3::Zero();  ///< rad/s, world frame
+};
+
+/// What a body is made up of, for mechanics.
+struct ContactBody {
+  enum class Form : std::uint8_t { other, sphere, box, cylinder, capsule, plane };
+
+  double mass = std::numeric_limits<double>::infinity();  ///< kg, > 0; infinite: nothing moves it
+  /// kg m^2, in the axes of BodyState::orientation; 0 about an axis about which it does not turn.
+  Vec3 inertia = Vec3::Zero();
+  std::optional<double> restitution = 0.0;  ///< 1, its factor of the pair's; none: not known
+  Form form = Form::other;
+  /// m: radius of a sphere, of a cylinder and of a capsule, whose axes are z.
+  double radius = 0.0;
+
+  bool isMovable() const { return mass < std::numeric_limits<double>::infinity(); }
+};
+
+/// A point of contact, at the start of the substep, and what the solver did there.
+struct TouchPoint {
+  BodyId body = 0;
+  BodyId other = 0;
+  Vec3 positionOnBody = Vec3::Zero();   ///< m, world frame
+  Vec3 positionOnOther = Vec3::Zero();  ///< m, world frame
+  Vec3 normal = Vec3::UnitX();          ///< 1, world frame, unit, from `other` towards `body`
+  double distance = 0.0;                ///< m, below 0 where they overlap
+  double impulse = 0.0;                 ///< N s, >= 0, along the normal, on `body`
+};
+
+/// One body of a pair, at the start of a substep.
+struct ContactSide {
+  BodyId id = 0;
+  ContactBody body{};
+  BodyState state{};
+  Vec3 acceleration = Vec3::Zero();  ///< m/s^2
+  /// It came here by its own motion, from this velocity (m/s), which was that of the start of the
+  /// substep before.
+  bool hasPast = false;
+  Vec3 velocityBefore = Vec3::Zero();
+
+  /// Its centre, from the start of the substep on, and back, for as long as nothing touches it: the
+  /// parabola through the nodes of symplectic Euler, `dt` (s) apart.
+  Motion way(double dt) const {
+    return {state.position, state.velocity + 0.5 * dt * acceleration, acceleration};
+  }
+};
+
+/// m/s, how fast the two approach at a point, at the start of the substep.
+double approachAt(const TouchPoint& point, const BodyState& body, const BodyState& other);
+
+/// One point in place of several: their mean, weighted by impulse, with all their impulse. Requires
+/// some impulse.
+TouchPoint meanOf(std::span<const TouchPoint> points);
+
+/// When two bodies first touch, and how.
+struct Touch {
+  double s = 0.0;               ///< s, after the start of the substep; below 0 before it
+  Vec3 normal = Vec3::UnitX();  ///< 1, world frame, unit, towards the first of the two
+  double approachSpeed = 0.0;   ///< m/s
+  /// m/s, the approach by what they had at the start of their last way, and by their fall from
+  /// there. That of bodies that lie on each other but for rounding is none, although a solver that
+  /// waits for overlap lets them meet at g dt.
+  double onset = std::numeric_limits<double>::infinity();
+};
+
+/// The lengths (s) of this substep and of the one before.
+struct ContactDurations {
+  double now = 0.0;
+  double before = 0.0;
+};
+
+/// Out of what holds at the start of a substep; see ContactListener for what it goes by. Nothing
+/// where they would not touch within two more. [any thread]
+std::optional<Touch> touchOf(const ContactSide& body, const ContactSide& other,
+                             const TouchPoint& point, const ContactDurations& durations);
+
+/// The shares of both bodies in an impact, at the time `touch.s` after the start of the substep.
+/// Slower approaches than `restitutionSpeed` (m/s) do not bounce. One of the two has to be movable.
+/// [any thread]
+std::array<ImpulseEvent, 2> sharesOf(const ContactSide& body, const ContactSide& other,
+                                     const TouchPoint& point, const Touch& touch, double duration,
+                                     double restitutionSpeed);
+
+}  // namespace carom

@@ -1,0 +1,248 @@
+#include "plugin/pybullet/server_sound.h"
+
+#include <algorithm>
+#include <sstream>
+#include <utility>
+
+#include "plugin/pybullet/body_description.h"
+
+namespace carom {
+namespace {
+
+constexpr int kBase = -1;
+constexpr int kAllLinks = -2;
+
+// Contacts are known of two substeps late; the rest is for the device's blocks.
+constexpr double kSubstepsLate = 3.0;
+constexpr double kLatency = 0.05;  // s, at least
+
+double substepOf(const b3::SimulationParameters& parameters) {
+  return parameters.deltaTime / std::max(1, parameters.substeps);
+}
+
+SoundSettings settingsFor(const b3::SimulationParameters& parameters) {
+  SoundSettings settings;
+  settings.latency = std::max(kLatency, kSubstepsLate * substepOf(parameters));
+  settings.listeners.front().position = {0.0, -1.0, 1.0};
+  settings.listeners.front().orientation = uprightOrientation();
+  return settings;
+}
+
+Vec3 vectorOf(const std::array<double, 3>& values) {
+  return {values[0], values[1], values[2]};
+}
+
+void write(std::ostream& out, const SoundStatistics& statistics) {
+  out << " events=" << statistics.events << " immovable=" << statistics.immovable
+      << " rejected=" << statistics.rejected << " inaudible=" << statistics.inaudible
+      << " stolen=" << statistics.stolen << " over_budget=" << statistics.overBudget
+      << " no_bus=" << statistics.noBus << " too_long=" << statistics.tooLong
+      << " skipped=" << statistics.skipped << " queue_faults=" << statistics.queueFaults
+      << " late=" << statistics.late << " stalls=" << statistics.stalls
+      << " jumps=" << statistics.jumps << " voices=" << statistics.voices
+      << " cpu_share=" << statistics.cpuShare;
+}
+
+Result<std::string> answer(const Status& status, std::string text) {
+  if (!status) return status.error();
+  return text;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ServerSound>> ServerSound::create(b3::ServerFunctions server,
+                                                         b3::Client client) {
+  ServerClient asking(std::move(server), client);
+  const std::optional<b3::SimulationParameters> parameters = asking.parameters();
+  if (!parameters) return Error{"the physics server does not tell its time step"};
+  Result<EventSound> sound = EventSound::create(settingsFor(*parameters));
+  if (!sound) return sound.error();
+  std::unique_ptr<ServerSound> made(new ServerSound(std::move(asking), *std::move(sound)));
+  for (const int body : made->client_.bodies())
+    made->addBody(body);
+  return made;
+}
+
+void ServerSound::beginSubstep() {
+  const std::optional<b3::SimulationParameters> parameters = client_.parameters();
+  duration_ = parameters ? substepOf(*parameters) : 0.0;
+  if (!(duration_ > 0.0)) return;
+  outer_ = parameters->deltaTime;
+  listener_.begin({time_, duration_, vectorOf(parameters->gravity), parameters->restitutionSpeed});
+  for (const auto& [body, mayMove] : bodies_) {
+    if (!mayMove) continue;
+    int link = kBase;
+    for (const BodyState& state : client_.states(body))
+      listener_.state(idOf({body, link++}), state);
+  }
+}
+
+void ServerSound::endSubstep() {
+  if (!(duration_ > 0.0)) return;
+  readContacts();
+  const std::span<const ImpulseEvent> events = listener_.finish(points_);
+  for (const ImpulseEvent& event : events)
+    sound_.post(event);
+  impacts_ += events.size() / 2;
+  time_ += duration_;
+  sound_.advanceTo(time_);
+}
+
+void ServerSound::readContacts() {
+  points_.clear();
+  for (const b3::ContactPoint& contact : client_.contacts()) {
+    const Key body{contact.bodyA, contact.linkA};
+    const Key other{contact.bodyB, contact.linkB};
+    if (body.body < 0 || other.body < 0 || body == other) continue;
+    points_.push_back({knownAs(body).id, knownAs(other).id, vectorOf(contact.positionOnA),
+                       vectorOf(contact.positionOnB), vectorOf(contact.normalOnB), contact.distance,
+                       contact.normalForce * outer_});
+  }
+}
+
+void ServerSound::hear(std::span<const b3::Notification> notifications) {
+  for (const b3::Notification& each : notifications) {
+    if (each.type == b3::kSimulationReset) {
+      while (!bodies_.empty())
+        removeBody(bodies_.begin()->first);
+    } else if (each.type == b3::kBodyAdded) {
+      addBody(each.body);
+    } else if (each.type == b3::kBodyRemoved) {
+      removeBody(each.body);
+    } else if (each.type == b3::kLinkDynamicsChanged) {
+      if (const auto body = bodies_.find(each.body); body != bodies_.end()) body->second = true;
+      if (const auto known = known_.find({each.body, each.link}); known != known_.end())
+        known->second.isDescribed = false;
+    }
+  }
+}
+
+void ServerSound::addBody(int body) {
+  removeBody(body);  // the number may have been another's
+  bodies_[body] = true;
+}
+
+void ServerSound::removeBody(int body) {
+  const auto isOfBody = [body](const auto& entry) { return entry.first.body == body; };
+  for (const auto& [key, known] : known_) {
+    if (key.body != body) continue;
+    sound_.removeBody(known.id);
+    listener_.removeBody(known.id);
+  }
+  std::erase_if(known_, isOfBody);
+  std::erase_if(materials_, isOfBody);
+  bodies_.erase(body);
+}
+
+ServerSound::Known& ServerSound::entry(Key key) {
+  const auto [found, isNew] = known_.try_emplace(key);
+  if (isNew) found->second.id = nextId_++;
+  return found->second;
+}
+
+BodyId ServerSound::idOf(Key key) {
+  return entry(key).id;
+}
+
+// Of something in a contact.
+ServerSound::Known& ServerSound::knownAs(Key key) {
+  Known& known = entry(key);
+  if (!known.isDescribed) describe(key, known);
+  return known;
+}
+
+void ServerSound::describe(Key key, Known& known) {
+  known.isDescribed = true;
+  bodies_.try_emplace(key.body, true);  // where no notification has come yet
+  const std::optional<b3::DynamicsInfo> dynamics = client_.dynamics(key);
+  if (!dynamics) return;
+  std::vector<b3::CollisionShape> shapes;
+  if (dynamics->bodyType == b3::kMultiBody) shapes = client_.shapes(key);
+  const BodyDescription body =
+      describeBody(*dynamics, shapes, listener_.isHeld(known.id), key.link != kBase, radiators_);
+  listener_.setBody(known.id, body.contact);
+  known.sound = body.sound;
+  (void)tell(key, known);  // refused: its events are counted as rejected
+  if (!body.contact.isMovable() && client_.states(key.body).size() == 1) bodies_[key.body] = false;
+}
+
+Status ServerSound::tell(Key key, const Known& known) {
+  SoundBody body = known.sound;
+  auto set = materials_.find(key);
+  if (set == materials_.end()) set = materials_.find({key.body, kAllLinks});
+  if (set != materials_.end()) {
+    const double restitution = body.material.restitution;  // the server's
+    body.material = *findMaterial(set->second);
+    body.material.restitution = restitution;
+  }
+  return sound_.setBody(known.id, body);
+}
+
+Result<std::string> ServerSound::execute(std::string_view text) {
+  const Result<Command> command = parseCommand(text);
+  if (!command) return command.error();
+  return std::visit([this](const auto& each) { return run(each); }, *command);
+}
+
+Result<std::string> ServerSound::run(const command::PlaceListener& place) {
+  return answer(sound_.setListener(place.position, place.orientation), "listener placed");
+}
+
+Result<std::string> ServerSound::run(const command::SetMaterial& set) {
+  const int links = static_cast<int>(client_.states(set.body).size()) - 1;  // besides the base
+  if (links < 0) return Error{"material: the server has no body " + std::to_string(set.body)};
+  if (set.link.value_or(kBase) >= links) {
+    return Error{"material: body " + std::to_string(set.body) + " has no link " +
+                 std::to_string(*set.link) + "; its links are -1 to " + std::to_string(links - 1)};
+  }
+  if (!set.link) {
+    std::erase_if(materials_, [&](const auto& entry) { return entry.first.body == set.body; });
+  }
+  materials_[{set.body, set.link.value_or(kAllLinks)}] = set.name;
+  for (const auto& [key, known] : known_) {
+    if (key.body != set.body || !known.isDescribed) continue;
+    if (const Status told = tell(key, known); !told) return told.error();
+  }
+  return "body " + std::to_string(set.body) + " is of " + set.name;
+}
+
+Result<std::string> ServerSound::run(const command::Record& record) {
+  return answer(sound_.record(record.file), "recording to " + record.file.string());
+}
+
+Result<std::string> ServerSound::run(const command::SetGain& set) {
+  sound_.setGain(set.gain);
+  return std::string("gain set");
+}
+
+Result<std::string> ServerSound::run(const command::Mute& mute) {
+  sound_.setMuted(mute.on);
+  return std::string(mute.on ? "muted" : "not muted");
+}
+
+Result<std::string> ServerSound::run(const command::Play&) {
+  return answer(sound_.play(), "playing");
+}
+
+Result<std::string> ServerSound::run(const command::Stop&) {
+  sound_.stop();
+  return answer(sound_.finishRecording(), "stopped");
+}
+
+Result<std::string> ServerSound::run(const command::Pause&) {
+  sound_.pause();
+  return std::string("paused until the next step");
+}
+
+Result<std::string> ServerSound::run(const command::Stats&) {
+  std::ostringstream text;
+  text << "time=" << time_ << " bodies=" << bodies_.size() << " impacts=" << impacts_;
+  write(text, sound_.statistics());
+  return text.str();
+}
+
+Result<std::string> ServerSound::run(const command::Help&) {
+  return std::string(kCommandHelp);
+}
+
+}  // namespace carom

@@ -1,0 +1,251 @@
+#include "plugin/sound_engine.h"
+
+#include <algorithm>
+#include <cassert>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace carom {
+namespace {
+
+/// Clicks taken out of the queue for each frame that is rendered, so that a burst does not hold up
+/// a block.
+constexpr std::size_t kArrivalsPerFrame = 16;
+/// s over which work and time are compared.
+constexpr double kMeasuring = 1.0;
+/// Work that has to be measured before its cost is believed; then, nanoseconds that it may take.
+constexpr double kEnoughWork = 1e5;
+constexpr double kLeastCost = 0.2;
+constexpr double kMostCost = 50.0;
+constexpr std::size_t kInterleavedFrames = 256;
+
+PlayerCapacity capacityOf(const VoiceBudget& budget) {
+  return {.voices = budget.voices, .buses = budget.buses, .longestContact = budget.longestContact};
+}
+
+/// As many clicks as may wait in the player, twice.
+std::size_t queueCapacity(const SoundSettings& settings, const SoundPaths& paths) {
+  const std::size_t perEvent = paths.channels.size() * paths.paths.size() + 1;
+  const std::size_t most = capacityOf(settings.budget).clicks;
+  return 2 * std::clamp(settings.budget.voices * perEvent, perEvent, std::max(most, perEvent));
+}
+
+void scale(std::span<float* const> channels, std::size_t frames, double fullScale) {
+  const double perPascal = 1.0 / fullScale;
+  for (float* const channel : channels) {
+    std::transform(channel, channel + frames, channel, [perPascal](float pressure) {
+      return static_cast<float>(perPascal * static_cast<double>(pressure));
+    });
+  }
+}
+
+}  // namespace
+
+Result<std::optional<Limiter>> makeLimiter(const SoundSettings& settings, std::size_t channels) {
+  if (!settings.limiter) return std::optional<Limiter>();
+  LimiterSettings wanted = *settings.limiter;
+  wanted.sampleRate = settings.synth.sampleRate;
+  wanted.channels = channels;
+  Result<Limiter> made = Limiter::create(wanted);
+  if (!made) return made.error();
+  return std::optional<Limiter>(*std::move(made));
+}
+
+Result<std::unique_ptr<SoundEngine>> SoundEngine::create(const SoundSettings& settings) {
+  auto paths = makeSoundPaths(settings.synth, settings.listeners);
+  if (!paths) return paths.error();
+  Result<std::optional<Limiter>> limiter = makeLimiter(settings, (*paths)->channels.size());
+  if (!limiter) return limiter.error();
+  return std::unique_ptr<SoundEngine>(new SoundEngine(settings, *paths, *std::move(limiter)));
+}
+
+SoundEngine::SoundEngine(const SoundSettings& settings,
+                         const std::shared_ptr<const SoundPaths>& paths,
+                         std::optional<Limiter> limiter)
+    : settings_(settings),
+      layer_(paths),
+      timeline_(settings.clock, settings.synth.sampleRate, settings.latency),
+      queue_(queueCapacity(settings, *paths)),
+      gain_(settings.synth.sampleRate),
+      player_(paths, capacityOf(settings.budget)),
+      limiter_(std::move(limiter)),
+      arrived_(player_.clicksPerEvent()),
+      arrivedEars_(player_.clicksPerEvent()),
+      planar_(kInterleavedFrames * paths->channels.size()) {
+  for (std::size_t channel = 0; channel < paths->channels.size(); ++channel)
+    planarChannels_.push_back(&planar_[channel * kInterleavedFrames]);
+}
+
+void SoundEngine::post(const ImpulseEvent& event) {
+  posted_.push_back(event);
+}
+
+void SoundEngine::advanceTo(double seconds) {
+  const TimelineStep step = timeline_.advance(seconds, rendered());
+  counters_.stalls += step == TimelineStep::stalled ? 1 : 0;
+  counters_.jumps += step == TimelineStep::jumped ? 1 : 0;
+  if (step == TimelineStep::skipped) {
+    counters_.skipped += posted_.size();
+  } else {
+    for (const ImpulseEvent& event : posted_)
+      lay(event);
+    send();
+  }
+  posted_.clear();
+}
+
+void SoundEngine::lay(const ImpulseEvent& event) {
+  const LaidSound sound = layer_.lay(event, timeline_.shiftAt(event.time));
+  if (sound.clicks.empty()) return;
+  laid_.push_back({sound.peak, laidClicks_.size(), sound.clicks.size()});
+  laidClicks_.insert(laidClicks_.end(), sound.clicks.begin(), sound.clicks.end());
+  laidEars_.insert(laidEars_.end(), sound.ears.begin(), sound.ears.end());
+  if (laid_.size() >= 2 * settings_.budget.voices)
+    counters_.stolen += keepLoudest(settings_.budget.voices);
+}
+
+/// Of the step's events; returns how many went.
+std::uint64_t SoundEngine::keepLoudest(std::size_t events) {
+  if (laid_.size() <= events) return 0;
+  const std::uint64_t gone = laid_.size() - events;
+  std::ranges::nth_element(laid_, laid_.begin() + static_cast<std::ptrdiff_t>(events),
+                           [](const Laid& a, const Laid& b) {
+                             return a.peak != b.peak ? a.peak > b.peak : a.first < b.first;
+                           });
+  laid_.resize(events);
+  std::ranges::sort(laid_, {}, &Laid::first);
+  std::size_t end = 0;
+  for (Laid& laid : laid_) {
+    const auto first = static_cast<std::ptrdiff_t>(laid.first);
+    const auto to = static_cast<std::ptrdiff_t>(end);
+    const auto count = static_cast<std::ptrdiff_t>(laid.count);
+    std::copy_n(laidClicks_.begin() + first, count, laidClicks_.begin() + to);
+    if (!laidEars_.empty()) std::copy_n(laidEars_.begin() + first, count, laidEars_.begin() + to);
+    laid.first = std::exchange(end, end + laid.count);
+  }
+  laidClicks_.resize(end);
+  if (!laidEars_.empty()) laidEars_.resize(end);
+  return gone;
+}
+
+/// Hands the step's events over: all there is room for, the loudest first to be taken.
+void SoundEngine::send() {
+  counters_.stolen += keepLoudest(settings_.budget.voices);
+  const std::size_t room = queue_.writable(laidClicks_.size());
+  if (room < laidClicks_.size()) {
+    const std::size_t perEvent = player_.clicksPerEvent();
+    counters_.queueFaults += keepLoudest(room / perEvent);
+  }
+  for (const Laid& laid : laid_) {
+    for (std::size_t i = 0; i < laid.count; ++i) {
+      const std::size_t at = laid.first + i;
+      queue_.put({laidClicks_[at], laidEars_.empty() ? SphereWeights{} : laidEars_[at], laid.peak,
+                  static_cast<std::uint32_t>(laid.count - i)});
+    }
+  }
+  queue_.publish();
+  laid_.clear();
+  laidClicks_.clear();
+  laidEars_.clear();
+}
+
+SoundStatistics SoundEngine::statistics() const {
+  SoundStatistics all = counters_;
+  const ClickLayerCounters& layer = layer_.counters();
+  all.events = layer.events;
+  all.immovable = layer.immovable;
+  all.rejected = layer.rejected;
+  all.inaudible = layer.inaudible;
+  constexpr auto kRelaxed = std::memory_order_relaxed;
+  all.stolen += shared_.stolen.load(kRelaxed);
+  all.late = shared_.late.load(kRelaxed);
+  all.overBudget = shared_.overBudget.load(kRelaxed);
+  all.noBus = shared_.noBus.load(kRelaxed);
+  all.tooLong = shared_.tooLong.load(kRelaxed);
+  all.voices = shared_.voices.load(kRelaxed);
+  all.buses = shared_.buses.load(kRelaxed);
+  all.cpuShare = shared_.cpuShare.load(kRelaxed);
+  all.worstBlock = shared_.worstBlock.load(kRelaxed);
+  all.gainReduction = shared_.gainReduction.load(kRelaxed);
+  return all;
+}
+
+void SoundEngine::render(std::span<float* const> channels, std::size_t frames) noexcept {
+  if (frames == 0) return;
+  const auto begin = std::chrono::steady_clock::now();
+  receive(frames);
+  player_.render<float>(channels, frames);
+  if (settings_.fullScale) scale(channels, frames, *settings_.fullScale);
+  gain_.apply(channels, frames);
+  if (limiter_) limiter_->process(channels, frames);
+  rendered_.store(player_.position(), std::memory_order_release);
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+  measure(taken.count(), frames);
+  publish();
+}
+
+/// From the queue into the player.
+void SoundEngine::receive(std::size_t frames) noexcept {
+  const std::size_t most = std::max(kArrivalsPerFrame * frames, arrived_.size());
+  const bool hasEars = layer_.paths().hasHeads;
+  for (std::size_t taken = 0; queue_.readable(1) > 0;) {
+    const std::size_t count = queue_.peek().ofEvent;
+    if (taken + count > most) break;
+    assert(queue_.readable(count) >= count);  // published together
+    for (std::size_t i = 0; i < count; ++i) {
+      arrived_[i] = queue_.peek(i).click;
+      if (hasEars) arrivedEars_[i] = queue_.peek(i).ears;
+    }
+    player_.add({.peak = queue_.peek().peak,
+                 .clicks = std::span(arrived_).first(count),
+                 .ears = std::span(arrivedEars_).first(hasEars ? count : 0)});
+    queue_.drop(count);
+    taken += count;
+  }
+}
+
+/// What work costs on this machine, and so how much of it may be done.
+void SoundEngine::measure(double seconds, std::size_t frames) noexcept {
+  const double duration = static_cast<double>(frames) / settings_.synth.sampleRate;
+  const double fading = std::exp(-duration / kMeasuring);
+  const double share = seconds / duration;
+  cpuShare_ = fading * cpuShare_ + (1.0 - fading) * share;
+  worstBlock_ = std::max(worstBlock_, share);
+  measuredTime_ = fading * measuredTime_ + seconds;
+  const double work = player_.takeWork();
+  measuredWork_ = fading * measuredWork_ + work;
+  if (measuredWork_ < kEnoughWork) return;
+  const double cost = std::clamp(1e9 * measuredTime_ / measuredWork_, kLeastCost, kMostCost);
+  player_.setAllowance(settings_.budget.cpuShare * 1e9 / cost);
+}
+
+void SoundEngine::publish() noexcept {
+  constexpr auto kRelaxed = std::memory_order_relaxed;
+  const ClickPlayerCounters& player = player_.counters();
+  shared_.late.store(player.late, kRelaxed);
+  shared_.stolen.store(player.stolen, kRelaxed);
+  shared_.overBudget.store(player.overBudget, kRelaxed);
+  shared_.noBus.store(player.noBus, kRelaxed);
+  shared_.tooLong.store(player.tooLong, kRelaxed);
+  shared_.voices.store(player_.voices(), kRelaxed);
+  shared_.buses.store(player_.busesInUse(), kRelaxed);
+  shared_.cpuShare.store(cpuShare_, kRelaxed);
+  shared_.worstBlock.store(worstBlock_, kRelaxed);
+  if (limiter_) shared_.gainReduction.store(limiter_->largestReduction(), kRelaxed);
+}
+
+void SoundEngine::renderInterleaved(float* samples, std::size_t frames) noexcept {
+  const std::size_t channels = planarChannels_.size();
+  for (std::size_t done = 0; done < frames;) {
+    const std::size_t part = std::min(kInterleavedFrames, frames - done);
+    render(planarChannels_, part);
+    for (std::size_t channel = 0; channel < channels; ++channel)
+      for (std::size_t frame = 0; frame < part; ++frame)
+        samples[(done + frame) * channels + channel] = planarChannels_[channel][frame];
+    done += part;
+  }
+}
+
+}  // namespace carom

@@ -1,0 +1,117 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "carom/sound_settings.h"
+
+#include "audio/click_layer.h"
+#include "audio/click_player.h"
+#include "audio/limiter.h"
+#include "audio/result.h"
+#include "plugin/output_gain.h"
+#include "plugin/sound_timeline.h"
+#include "plugin/spsc_queue.h"
+
+namespace carom {
+
+/// What SoundSettings::limiter asks for; none, if it does not. Refuses what Limiter refuses.
+Result<std::optional<Limiter>> makeLimiter(const SoundSettings& settings, std::size_t channels);
+
+/// Synth cut in two at the place where threads meet:
+///
+///     post, advanceTo     ClickLayer lays the events of a step, SoundTimeline says on which
+///     samples
+///          | SpscQueue
+///     render              ClickPlayer, gain, limiter
+///
+/// One event crosses whole. Where a step has more than the budget's voices, the loudest cross.
+///
+/// Padded, as the two ends of its queue have lines of the cache of their own.
+class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
+ public:
+  /// Refuses what makeSoundPaths and Limiter refuse.
+  static Result<std::unique_ptr<SoundEngine>> create(const SoundSettings& settings);
+
+  // [simulation thread]
+  ClickLayer& layer() { return layer_; }
+  SoundTimeline& timeline() { return timeline_; }
+  void post(const ImpulseEvent& event);
+  void advanceTo(double seconds);
+  SoundStatistics statistics() const;  ///< of this engine
+  const SoundSettings& settings() const { return settings_; }
+  std::size_t channelCount() const { return layer_.paths().channels.size(); }
+  std::size_t outputDelay() const { return limiter_ ? limiter_->latency() : 0; }
+  std::int64_t rendered() const { return rendered_.load(std::memory_order_acquire); }
+
+  OutputGain& gain() { return gain_; }  ///< [any thread]: its targets
+
+  // [audio thread]
+  void render(std::span<float* const> channels, std::size_t frames) noexcept;
+  void renderInterleaved(float* samples, std::size_t frames) noexcept;
+
+ private:
+  struct QueuedClick {
+    Click click;
+    SphereWeights ears;
+    double peak = 0.0;
+    std::uint32_t ofEvent = 0;  // clicks of its event, this one included, from here on
+  };
+  /// An event of the step in hand.
+  struct Laid {
+    double peak = 0.0;
+    std::size_t first = 0;  // click
+    std::size_t count = 0;
+  };
+  /// What the audio thread tells the other one.
+  struct Shared {
+    std::atomic<std::uint64_t> late{0}, stolen{0}, overBudget{0}, noBus{0}, tooLong{0};
+    std::atomic<std::size_t> voices{0}, buses{0};
+    std::atomic<double> cpuShare{0.0}, worstBlock{0.0}, gainReduction{0.0};
+  };
+
+  SoundEngine(const SoundSettings& settings, const std::shared_ptr<const SoundPaths>& paths,
+              std::optional<Limiter> limiter);
+  void lay(const ImpulseEvent& event);
+  std::uint64_t keepLoudest(std::size_t events);
+  void send();
+
+  void receive(std::size_t frames) noexcept;
+  void measure(double seconds, std::size_t frames) noexcept;
+  void publish() noexcept;
+
+  SoundSettings settings_;
+
+  // The simulation's.
+  ClickLayer layer_;
+  SoundTimeline timeline_;
+  std::vector<ImpulseEvent> posted_;  // in the step in hand
+  std::vector<Laid> laid_;
+  std::vector<Click> laidClicks_;
+  std::vector<SphereWeights> laidEars_;
+  SoundStatistics counters_;  // of what happens on this side
+
+  SpscQueue<QueuedClick> queue_;
+  std::atomic<std::int64_t> rendered_{0};
+  Shared shared_;
+  OutputGain gain_;
+
+  // The audio thread's.
+  ClickPlayer player_;
+  std::optional<Limiter> limiter_;
+  std::vector<Click> arrived_;  // of one event
+  std::vector<SphereWeights> arrivedEars_;
+  std::vector<float> planar_;  // for renderInterleaved
+  std::vector<float*> planarChannels_;
+  double measuredTime_ = 0.0;  // s, fading
+  double measuredWork_ = 0.0;  // likewise
+  double cpuShare_ = 0.0;
+  double worstBlock_ = 0.0;
+};
+
+}  // namespace carom

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "carom/sound_settings.h"
+
+#include "audio/result.h"
+#include "audio/sound_file.h"
+#include "audio/synth.h"
+
+namespace carom {
+
+/// A file that grows with the simulation: the offline renderer, fed as events come. Nothing is left
+/// out for its cost. [simulation thread]
+class SoundRecorder {
+ public:
+  /// Longer leaps of the simulation's clock are left out of the file.
+  static constexpr double kLongestStep = 60.0;  ///< s
+
+  /// Refuses what Synth and SoundFileWriter refuse.
+  static Result<SoundRecorder> create(const std::filesystem::path& file,
+                                      const SoundSettings& settings);
+
+  Synth& synth() { return synth_; }
+  const Synth& synth() const { return synth_; }
+  static bool isLeap(double from, double to) { return to < from || to > from + kLongestStep; }
+  /// The file begins at that time of the simulation, or goes on there after a leap. The listeners
+  /// have to be placed anew.
+  void startAt(double seconds);
+  /// Renders up to the latency before `seconds`.
+  void advanceTo(double seconds);
+  /// Renders up to `seconds`, on until all is silent, and completes the file. Anything that went
+  /// wrong since the beginning.
+  Status finish(double seconds);
+
+ private:
+  SoundRecorder(Synth synth, SoundFileWriter file, double latency);
+  void renderTo(double seconds);
+  void renderTail();
+  bool renderFrames(std::size_t frames);
+
+  Synth synth_;
+  SoundFileWriter file_;
+  double latency_;
+  std::optional<Error> failure_;
+  std::vector<std::vector<float>> block_;
+  std::vector<float*> channels_;
+  std::vector<const float*> written_;
+};
+
+}  // namespace carom

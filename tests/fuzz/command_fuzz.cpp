@@ -1,0 +1,44 @@
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string_view>
+
+#include "audio/material.h"
+#include "plugin/pybullet/command.h"
+
+namespace {
+
+void require(bool promise) {
+  if (!promise) std::abort();
+}
+
+// What is relied on without asking again.
+struct Promises {
+  void operator()(const carom::command::PlaceListener& listener) const {
+    require(listener.position.allFinite());
+    require(std::abs(listener.orientation.norm() - 1.0) < 1e-6);
+  }
+  void operator()(const carom::command::SetMaterial& set) const {
+    require(set.body >= 0);
+    require(carom::findMaterial(set.name) != nullptr);
+  }
+  void operator()(const carom::command::Record& record) const { require(!record.file.empty()); }
+  void operator()(const carom::command::SetGain& set) const {
+    require(set.gain >= 0.0 && set.gain <= 1000.0);
+  }
+  template <class Other>
+  void operator()(const Other&) const {}
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  const carom::Result<carom::Command> command = carom::parseCommand(text);
+  if (command)
+    std::visit(Promises{}, *command);
+  else
+    require(!command.error().message.empty());
+  return 0;
+}

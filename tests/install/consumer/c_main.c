@@ -1,0 +1,9 @@
+// The C interface of an installed Carom, linked as C.
+
+#include <carom/carom.h>
+#include <stdio.h>
+
+int main(void) {
+  printf("C interface %ld\n", (long)carom_version());
+  return 0;
+}

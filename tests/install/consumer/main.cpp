@@ -1,0 +1,70 @@
+// A program outside of the repository, that uses each component of an installed Carom.
+
+#include <cstdio>
+
+#include <btBulletDynamicsCommon.h>
+#include <carom/event_sound.h>
+#include <carom/sound.h>
+
+#include "audio/synth.h"
+#include "bullet_bridge/world_advice.h"
+#include "native/sphere_stepper.h"
+
+namespace {
+
+/// One of the components did not do what its headers say.
+int fail(const char* component) {
+  std::fprintf(stderr, "carom::%s does not work\n", component);
+  return 1;
+}
+
+/// Two spheres that meet head-on: one collision, two events.
+bool nativeWorks() {
+  carom::SphereWorld world;
+  for (const carom::BodyId id : {0U, 1U}) {
+    carom::Sphere sphere;
+    sphere.id = id;
+    sphere.radius = 0.01;  // m
+    sphere.mass = 1.0;     // kg
+    sphere.position = {0.1 * id, 0, 0};
+    sphere.velocity = {-1.0 * id, 0, 0};
+    world.spheres.push_back(sphere);
+  }
+  carom::Result<carom::SphereStepper> stepper = carom::SphereStepper::create(world);
+  return stepper && stepper->advanceTo(0.2).size() == 2;
+}
+
+/// A ball that falls 10 cm without a bounce clicks once in 0.2 s.
+bool pluginHears(btDynamicsWorld& world) {
+  carom::SoundSettings settings;
+  settings.clock = carom::SoundClock::simulation;
+  carom::Result<carom::Sound> sound = carom::Sound::attach(world, settings);
+  if (!sound || !sound->prepareRendering(48000.0)) return false;
+  for (int step = 0; step < 48; ++step)
+    world.stepSimulation(btScalar(1.0 / 240.0), 0);
+  return sound->statistics().events == 1 && sound->close();
+}
+
+}  // namespace
+
+int main() {
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher(&configuration);
+  btDbvtBroadphase broadphase;
+  btSequentialImpulseConstraintSolver solver;
+  btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
+  btStaticPlaneShape floorShape(btVector3(0, 1, 0), 0);
+  btSphereShape ballShape(btScalar(0.01));
+  btRigidBody floor(0, nullptr, &floorShape);
+  btRigidBody ball(btScalar(0.03), nullptr, &ballShape);
+  ball.setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(0, btScalar(0.11), 0)));
+  world.addRigidBody(&floor);
+  world.addRigidBody(&ball);
+
+  if (!carom::Synth::create({}, {carom::Listener()})) return fail("audio");
+  if (!nativeWorks()) return fail("native");
+  if (!carom::recommend(world, 1.0 / 240.0)) return fail("bullet");
+  if (!pluginHears(world)) return fail("plugin");
+  std::puts("all components work");
+  return 0;
+}

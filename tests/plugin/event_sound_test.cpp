@@ -1,0 +1,335 @@
+#include "carom/event_sound.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "audio/sound_file.h"
+#include "audio/synth.h"
+#include "tests/audio/ball_drop.h"
+#include "tests/support/recording.h"
+#include "tests/support/temporary_folder.h"
+
+namespace carom {
+namespace {
+
+using test::BallDrop;
+using test::kBall;
+using test::kFloor;
+using test::readRecording;
+using test::Recording;
+using test::TemporaryFolder;
+using testing::HasSubstr;
+
+constexpr double kRate = 48000.0;
+
+BallDrop drop(double time) {
+  return {.radius = 0.01, .speed = 1.0, .time = time};
+}
+
+SoundSettings near(SoundClock clock = SoundClock::simulation) {
+  SoundSettings settings;
+  settings.clock = clock;
+  settings.listeners = {{"near", {0.0, 0.2, 0.3}}};
+  return settings;
+}
+
+EventSound made(const SoundSettings& settings) {
+  Result<EventSound> sound = EventSound::create(settings);
+  EXPECT_TRUE(sound) << sound.error().message;
+  EXPECT_TRUE(sound->setBody(kBall, drop(0.0).ball()));
+  EXPECT_TRUE(sound->setBody(kFloor, drop(0.0).floor()));
+  return *std::move(sound);
+}
+
+std::vector<float> offline(const SoundSettings& settings, const std::vector<double>& times,
+                           std::size_t frames) {
+  Synth synth = test::makeSynth(drop(0.0), settings.listeners, settings.synth);
+  for (const double time : times)
+    synth.schedule(drop(time).event());
+  return test::renderPlanes<float>(synth, frames)[0];
+}
+
+std::vector<float> pulled(EventSound& sound, std::size_t frames) {
+  std::vector<float> samples(frames);
+  float* const channel = samples.data();
+  sound.render(std::span(&channel, 1), frames);
+  return samples;
+}
+
+TEST(EventSound, IsSilentBeforeItIsPrepared) {
+  EventSound sound = made(near());
+  sound.post(drop(0.01).event());
+  sound.advanceTo(0.1);
+  for (const float sample : pulled(sound, 1000))
+    ASSERT_EQ(sample, 0.0F);
+  EXPECT_EQ(sound.framesReady(), 0U);
+}
+
+TEST(EventSound, PreparedAgainAtAnotherRateItGoesOnAtThatRate) {
+  EventSound sound = made(near());
+  for (const double rate : {48000.0, 44100.0, 96000.0}) {
+    ASSERT_TRUE(sound.prepareRendering(rate));
+    EXPECT_EQ(sound.sampleRate(), rate);
+    SoundSettings settings = near();
+    settings.synth.sampleRate = rate;
+    sound.post(drop(0.02).event());
+    sound.advanceTo(sound.time() + 1e-3);
+    const auto frames = static_cast<std::size_t>(0.05 * rate);
+    EXPECT_EQ(pulled(sound, frames), offline(settings, {0.02}, frames)) << rate;
+  }
+  EXPECT_FALSE(sound.prepareRendering(1.0));
+  EXPECT_FALSE(sound.prepareRendering(std::nan("")));
+  EXPECT_EQ(sound.sampleRate(), 96000.0);  // as it was
+  EXPECT_EQ(sound.statistics().events, 3U);
+}
+
+TEST(EventSound, RecordsWhatTheOfflineRendererGives) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "clicks.wav";
+  SoundSettings settings = near();
+  settings.fullScale = 1.0;
+  EventSound sound = made(settings);
+  ASSERT_TRUE(sound.record(file));
+  EXPECT_FALSE(sound.record(folder.path() / "second.wav"));
+  const std::vector<double> times = {0.1, 0.105, 0.3};
+  for (int step = 1; step <= 100; ++step) {
+    for (const double time : times)
+      if (time > 0.005 * (step - 1) && time <= 0.005 * step) sound.post(drop(time).event());
+    sound.advanceTo(0.005 * step);
+  }
+  EXPECT_FALSE(std::filesystem::exists(file));
+  ASSERT_TRUE(sound.finishRecording());
+  const Recording recording = readRecording(file);
+  ASSERT_GE(recording.samples.size(), static_cast<std::size_t>(0.5 * kRate));
+  const std::vector<float> wanted = offline(near(), times, recording.samples.size());
+  EXPECT_TRUE(std::ranges::equal(recording.samples, wanted));
+  EXPECT_TRUE(sound.finishRecording());  // nothing is under way
+  EXPECT_EQ(sound.statistics().events, 3U);
+}
+
+TEST(EventSound, RecordsWhileItIsPulled) {
+  const TemporaryFolder folder;
+  SoundSettings settings = near();
+  settings.fullScale = 1.0;
+  EventSound sound = made(settings);
+  ASSERT_TRUE(sound.record(folder.path() / "both.wav"));
+  ASSERT_TRUE(sound.prepareRendering(kRate));
+  std::vector<float> samples;
+  for (int step = 1; step <= 50; ++step) {
+    if (step % 10 == 0) sound.post(drop(0.01 * step - 0.004).event());
+    sound.advanceTo(0.01 * step);
+    const std::vector<float> part = pulled(sound, sound.framesReady());
+    samples.insert(samples.end(), part.begin(), part.end());
+  }
+  ASSERT_TRUE(sound.finishRecording());
+  const Recording recording = readRecording(folder.path() / "both.wav");
+  ASSERT_GE(recording.samples.size(), samples.size());
+  EXPECT_TRUE(std::equal(samples.begin(), samples.end(), recording.samples.begin()));
+  EXPECT_EQ(sound.statistics().events, 5U);
+}
+
+TEST(EventSound, ARecordingCanBeginLaterAndLeavesLeapsOut) {
+  const TemporaryFolder folder;
+  SoundSettings settings = near();
+  settings.fullScale = 1.0;
+  EventSound sound = made(settings);
+  sound.advanceTo(1000.0);
+  ASSERT_TRUE(sound.record(folder.path() / "late.wav"));
+  sound.post(drop(1000.1).event());
+  sound.advanceTo(1000.2);
+  sound.advanceTo(5000.0);  // more than a minute
+  sound.post(drop(5000.1).event());
+  sound.advanceTo(5000.2);
+  ASSERT_TRUE(sound.finishRecording());
+  const Recording recording = readRecording(folder.path() / "late.wav");
+  EXPECT_LT(recording.samples.size(), static_cast<std::size_t>(0.6 * kRate));
+  EXPECT_GT(recording.samples.size(), static_cast<std::size_t>(0.3 * kRate));
+}
+
+TEST(EventSound, RefusesFilesThatCannotBe) {
+  EventSound sound = made(near());
+  const Status refused = sound.record("/no/such/folder/a.wav");
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("/no/such/folder"));
+  SoundSettings settings = near();
+  settings.record = "/no/such/folder/a.wav";
+  EXPECT_FALSE(EventSound::create(settings));
+}
+
+TEST(EventSound, RefusesSettingsThatCannotBe) {
+  const auto isRefused = [](auto change) {
+    SoundSettings settings = near();
+    change(settings);
+    return !EventSound::create(settings);
+  };
+  for (const double bad : {-1.0, std::nan(""), HUGE_VAL}) {
+    EXPECT_TRUE(isRefused([&](SoundSettings& s) { s.latency = bad; })) << bad;
+    EXPECT_TRUE(isRefused([&](SoundSettings& s) { s.fullScale = bad; })) << bad;
+    EXPECT_TRUE(isRefused([&](SoundSettings& s) { s.budget.longestContact = bad; })) << bad;
+    EXPECT_TRUE(isRefused([&](SoundSettings& s) { s.synth.sampleRate = bad; })) << bad;
+  }
+  EXPECT_TRUE(isRefused([](SoundSettings& s) { s.budget.cpuShare = 0.0; }));
+  EXPECT_TRUE(isRefused([](SoundSettings& s) { s.budget.cpuShare = std::nan(""); }));
+  EXPECT_TRUE(isRefused([](SoundSettings& s) { s.budget.voices = 0; }));
+  EXPECT_TRUE(isRefused([](SoundSettings& s) { s.budget.voices = std::size_t{1} << 60; }));
+  EXPECT_TRUE(isRefused([](SoundSettings& s) { s.budget.buses = 0; }));
+  EXPECT_TRUE(isRefused([](SoundSettings& s) { s.listeners.clear(); }));
+  EXPECT_TRUE(isRefused([](SoundSettings& s) { s.limiter.emplace().ceiling = -1.0F; }));
+}
+
+TEST(EventSound, TakesNonsenseWithoutHarm) {
+  EventSound sound = made(near());
+  ASSERT_TRUE(sound.prepareRendering(kRate));
+  ImpulseEvent event = drop(0.02).event();
+  event.time = std::nan("");
+  sound.post(event);
+  event = drop(0.02).event();
+  event.impulse.x() = HUGE_VAL;
+  sound.post(event);
+  event = drop(0.02).event();
+  event.body = 77;
+  sound.post(event);
+  event = drop(1e300).event();
+  sound.post(event);
+  sound.advanceTo(std::nan(""));
+  EXPECT_EQ(sound.time(), 0.0);
+  sound.advanceTo(0.1);
+  EXPECT_EQ(sound.statistics().rejected, 4U);
+  EXPECT_FALSE(sound.setBody(3, {.material = *findMaterial("steel"), .mass = -1.0}));
+  EXPECT_FALSE(sound.setListener({0.0, std::nan(""), 0.0}));
+  EXPECT_FALSE(sound.setListener({0.0, 0.0, 0.0}, Quat(2.0, 0.0, 0.0, 0.0)));
+  EXPECT_FALSE(sound.setListener({0.0, 0.0, 0.0}, Quat::Identity(), 1));
+  for (const double scale : {0.0, -1.0, std::nan(""), HUGE_VAL})
+    EXPECT_FALSE(sound.setTimeScale(scale));
+  sound.removeBody(99);
+  for (const float sample : pulled(sound, 4800))
+    ASSERT_EQ(sample, 0.0F);
+}
+
+TEST(EventSound, EventsOfARemovedBodyAreRejectedAndItsSoundGoesOn) {
+  EventSound sound = made(near());
+  ASSERT_TRUE(sound.prepareRendering(kRate));
+  sound.post(drop(0.02).event());
+  sound.advanceTo(0.025);
+  sound.removeBody(kBall);
+  sound.post(drop(0.03).event());
+  sound.advanceTo(0.04);
+  EXPECT_EQ(sound.statistics().rejected, 1U);
+  EXPECT_EQ(pulled(sound, 4800), offline(near(), {0.02}, 4800));
+}
+
+/// The environment of SDL, which picks its driver by it.
+class Device : public testing::TestWithParam<const char*> {
+ protected:
+  Device() {
+    setenv("SDL_AUDIODRIVER", GetParam(), 1);
+    setenv("SDL_DISKAUDIOFILE", file().c_str(), 1);
+  }
+  ~Device() override {
+    unsetenv("SDL_AUDIODRIVER");
+    unsetenv("SDL_DISKAUDIOFILE");
+  }
+  std::filesystem::path file() const { return folder_.path() / "played.raw"; }
+
+  std::vector<float> played() const {
+    std::ifstream stream(file(), std::ios::binary);
+    std::vector<float> samples;
+    for (float sample = 0; stream.read(reinterpret_cast<char*>(&sample), sizeof sample);)
+      samples.push_back(sample);
+    return samples;
+  }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+class DiskDevice : public Device {};
+class DummyDevice : public Device {};
+class NoDevice : public Device {};
+
+/// Steps until something is so, or for long.
+template <class Condition>
+void stepUntil(EventSound& sound, Condition isDone) {
+  for (int turn = 0; turn < 5000 && !isDone(); ++turn) {
+    sound.advanceTo(sound.time() + 1.0 / 240.0);
+    std::this_thread::sleep_for(std::chrono::milliseconds(4));
+  }
+}
+
+std::vector<float> fromOnset(const std::vector<float>& samples, std::size_t count) {
+  const auto onset = std::ranges::find_if(samples, [](float p) { return p != 0.0F; });
+  const auto left = static_cast<std::size_t>(samples.end() - onset);
+  return {onset, onset + static_cast<std::ptrdiff_t>(std::min(left, count))};
+}
+
+// What comes out of the loudspeaker, bit for bit: the offline renderer's, over full scale.
+TEST_P(DiskDevice, GetsTheSamplesOfTheOfflineRenderer) {
+  SoundSettings settings = near(SoundClock::realTime);
+  settings.fullScale = 8.0;  // Pa: the limiter need do nothing
+  EventSound sound = made(settings);
+  ASSERT_TRUE(sound.play());
+  stepUntil(sound, [&] { return sound.statistics().cpuShare > 0.0; });  // the device pulls
+  sound.pause();  // so that the clock is set here, whatever this machine does
+  sound.advanceTo(sound.time() + 1.0 / 240.0);
+  const double time = sound.time() + 1.0 / 480.0;
+  sound.post(drop(time).event());
+  const std::uintmax_t before = std::filesystem::file_size(file());
+  // A second of two channels, so that all of it has been pulled.
+  stepUntil(sound, [&] {
+    return std::filesystem::file_size(file()) > before + std::uintmax_t{48000} * 8;
+  });
+  EXPECT_EQ(sound.statistics().events, 1U);
+  settings.synth.sampleRate = sound.sampleRate();
+  sound.stop();
+  std::vector<float> left;
+  const std::vector<float> stereo = played();
+  for (std::size_t i = 0; i + 1 < stereo.size(); i += 2) {
+    ASSERT_EQ(stereo[i], stereo[i + 1]);  // one microphone, both loudspeakers
+    left.push_back(stereo[i]);
+  }
+  std::vector<float> wanted =
+      offline(settings, {time}, static_cast<std::size_t>((time + 0.1) * settings.synth.sampleRate));
+  for (float& sample : wanted)
+    sample /= 8.0F;
+  ASSERT_FALSE(fromOnset(left, 500).empty());
+  EXPECT_EQ(fromOnset(left, 500), fromOnset(wanted, 500));
+}
+INSTANTIATE_TEST_SUITE_P(Sdl, DiskDevice, testing::Values("disk"));
+
+TEST_P(DummyDevice, PlaysAndStopsAndPlaysAgain) {
+  EventSound sound = made(near(SoundClock::realTime));
+  for (int round = 0; round < 3; ++round) {
+    ASSERT_TRUE(sound.play());
+    ASSERT_TRUE(sound.play());  // again: a new device
+    sound.advanceTo(sound.time() + 0.01);
+    sound.stop();
+    ASSERT_TRUE(sound.prepareRendering(kRate));
+    EXPECT_FALSE(sound.play());  // the host pulls
+    sound.stop();
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Sdl, DummyDevice, testing::Values("dummy"));
+
+TEST_P(NoDevice, IsRefusedWithAReason) {
+  EventSound sound = made(near(SoundClock::realTime));
+  const Status played = sound.play();
+  ASSERT_FALSE(played);
+  EXPECT_THAT(played.error().message, HasSubstr("audio device"));
+  SoundSettings settings = near(SoundClock::realTime);
+  settings.play = true;
+  EXPECT_FALSE(EventSound::create(settings));
+}
+INSTANTIATE_TEST_SUITE_P(Sdl, NoDevice, testing::Values("nosuchdriver"));
+
+}  // namespace
+}  // namespace carom

@@ -1,0 +1,125 @@
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "carom/sound.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/bullet_bridge/sphere_world.h"
+#include "tests/plugin/offline_sound.h"
+
+// Which material a body has, by what it sounds like: its contacts last as its stiffness says.
+
+namespace carom {
+namespace {
+
+using testing::HasSubstr;
+using Samples = std::vector<std::vector<float>>;
+
+/// A ball that falls on a floor.
+struct Scene {
+  SphereBulletWorld bullet{9.81};
+  btRigidBody& floor = bullet.addPlane(Vec3::UnitY(), 0.0, 1.0);
+  btRigidBody& ball =
+      bullet.addBall({.radius = 0.01, .mass = 0.03, .position = {0, 0.1, 0}, .restitution = 0.8});
+};
+
+/// What is heard after `prepare` has done something to the scene.
+template <class Prepare>
+Samples heard(Prepare prepare) {
+  Scene scene;
+  SoundSettings settings;
+  settings.listeners = {{"near", {0.1, 0.3, 0.2}}};
+  Sound sound = test::attachOffline(scene.bullet.world, settings);
+  prepare(scene, sound);
+  Samples samples(1);
+  for (int step = 0; step < 80; ++step) {
+    scene.bullet.step(1.0 / 240.0);
+    test::takeReady(sound, samples);
+  }
+  return samples;
+}
+
+void require(const Status& status) {
+  EXPECT_TRUE(status) << status.error().message;
+}
+
+Samples ofBody(const std::string& name) {
+  return heard([&](Scene& scene, Sound& sound) { require(sound.setMaterial(scene.ball, name)); });
+}
+
+TEST(Materials, AreThoseOfTheBodyOfItsShapeOrOfItsUserIndex) {
+  const Samples rubber = ofBody("rubber");
+  const Samples untold = heard([](Scene&, Sound&) {});
+  ASSERT_NE(rubber, untold);
+  EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
+              require(sound.setMaterial(*scene.ball.getCollisionShape(), "rubber"));
+            }),
+            rubber);
+  EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
+              scene.ball.setUserIndex(7);
+              require(sound.setMaterialOfUserIndex(7, "rubber"));
+              require(sound.setMaterialOfUserIndex(8, "steel"));
+            }),
+            rubber);
+}
+
+TEST(Materials, OfTheBodyGoBeforeThoseOfTheShapeAndThoseBeforeTheUserIndexs) {
+  EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
+              scene.ball.setUserIndex(7);
+              require(sound.setMaterial(scene.ball, "rubber"));
+              require(sound.setMaterial(*scene.ball.getCollisionShape(), "glass"));
+              require(sound.setMaterialOfUserIndex(7, "steel"));
+            }),
+            ofBody("rubber"));
+  EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
+              scene.ball.setUserIndex(7);
+              require(sound.setMaterial(*scene.ball.getCollisionShape(), "glass"));
+              require(sound.setMaterialOfUserIndex(7, "steel"));
+            }),
+            ofBody("glass"));
+}
+
+// Bullet has not stepped with it, so the bridge has no number for it yet.
+TEST(Materials, CanBeSetForABodyThatHasJustComeIn) {
+  const auto fall = [](bool sets) {
+    return heard([sets](Scene& scene, Sound& sound) {
+      scene.bullet.remove(scene.ball);
+      btRigidBody& late = scene.bullet.addBall(
+          {.radius = 0.01, .mass = 0.03, .position = {0, 0.1, 0}, .restitution = 0.8});
+      if (sets) require(sound.setMaterial(late, "rubber"));
+    });
+  };
+  EXPECT_EQ(fall(true), ofBody("rubber"));
+  EXPECT_NE(fall(false), ofBody("rubber"));
+}
+
+TEST(Materials, StayThroughPrepare) {
+  EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
+              require(sound.setMaterial(scene.ball, "rubber"));
+              sound.prepare();
+            }),
+            ofBody("rubber"));
+}
+
+TEST(Materials, AreRefusedByNameWithTheNamesThereAre) {
+  Scene scene;
+  Sound sound = test::attachOffline(scene.bullet.world, {});
+  const Status refused = sound.setMaterial(scene.ball, "unobtainium");
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("'unobtainium'"));
+  EXPECT_THAT(refused.error().message, HasSubstr("steel"));
+  EXPECT_FALSE(sound.setMaterial(*scene.ball.getCollisionShape(), ""));
+  EXPECT_FALSE(sound.setMaterialOfUserIndex(1, "Steel "));
+  Material broken = *findMaterial("steel");
+  broken.youngsModulus = std::nan("");
+  EXPECT_FALSE(sound.setMaterialOfUserIndex(1, broken));
+  require(sound.close());
+  EXPECT_FALSE(sound.setMaterial(scene.ball, "steel"));  // it has let go of the world
+  require(sound.close());
+}
+
+}  // namespace
+}  // namespace carom

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "carom/sound.h"
+#include <gtest/gtest.h>
+
+namespace carom::test {
+
+/// A sound that is pulled as fast as its world steps.
+inline Sound attachOffline(btDynamicsWorld& world, SoundSettings settings) {
+  settings.clock = SoundClock::simulation;
+  Result<Sound> sound = Sound::attach(world, settings);
+  EXPECT_TRUE(sound) << sound.error().message;
+  const Status prepared = sound->prepareRendering(settings.synth.sampleRate);
+  EXPECT_TRUE(prepared);
+  return *std::move(sound);
+}
+
+/// All that can be heard by now, behind what each channel holds.
+inline void takeReady(Sound& sound, std::vector<std::vector<float>>& channels) {
+  constexpr std::size_t kBlock = 512;
+  channels.resize(sound.channelCount());
+  while (const std::size_t frames = std::min(sound.framesReady(), kBlock)) {
+    std::vector<float*> to;
+    for (std::vector<float>& channel : channels) {
+      channel.resize(channel.size() + frames);
+      to.push_back(channel.data() + channel.size() - frames);
+    }
+    sound.render(to, frames);
+  }
+}
+
+}  // namespace carom::test

@@ -1,0 +1,321 @@
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <memory>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <dlfcn.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "plugin/pybullet/server_abi.h"
+#include "tests/plugin/pybullet_stub.h"
+#include "tests/support/onset_detector.h"
+#include "tests/support/recording.h"
+#include "tests/support/temporary_folder.h"
+
+namespace carom::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+using Form = ServerStub::Body::Form;
+
+constexpr double kGravity = 9.81;        // m/s^2, the stub's
+constexpr double kSpeedOfSound = 343.2;  // m/s, at 20 degrees Celsius
+constexpr double kRadius = 0.05;         // m
+constexpr double kHeight = 0.3;          // m, fallen
+constexpr double kListener = 2.0;        // m, above the floor
+constexpr double kHalfSpacing = 0.085;   // m, of the default listener's microphones
+constexpr double kTick = 1.0 / 240.0;    // s
+
+/// The stub's library, as long as it lives.
+class StubLibrary {
+ public:
+  StubLibrary() : library_(dlopen(CAROM_PYBULLET_STUB, RTLD_NOW | RTLD_LOCAL)) {
+    if (library_ == nullptr) ADD_FAILURE() << dlerror();
+  }
+  StubLibrary(const StubLibrary&) = delete;
+  StubLibrary& operator=(const StubLibrary&) = delete;
+  ~StubLibrary() { dlclose(library_); }
+
+  std::unique_ptr<ServerStub> make() const {
+    using Make = ServerStub* (*)();
+    return std::unique_ptr<ServerStub>(reinterpret_cast<Make>(dlsym(library_, "makeServerStub"))());
+  }
+
+ private:
+  void* library_;
+};
+
+class PybulletPlugin : public testing::Test {
+ protected:
+  PybulletPlugin() { server->add({.form = Form::floor, .mass = 0.0, .restitution = 0.8}); }
+
+  void load() { ASSERT_EQ(server->load(CAROM_PYBULLET_PLUGIN, "_carom"), 0); }
+  int addBall(double height = kHeight) {
+    return server->add({.position = {0.0, 0.0, kRadius + height}});
+  }
+  void run(double seconds, double step = kTick) {
+    for (int count = static_cast<int>(std::lround(seconds / step)); count > 0; --count)
+      server->step();
+  }
+  std::string done(const std::string& command) {
+    const ServerStub::Reply reply = server->execute(command);
+    EXPECT_EQ(reply.result, 0) << reply.text;
+    EXPECT_EQ(reply.type, 1);
+    return reply.text;
+  }
+  std::string refused(const std::string& command) {
+    const ServerStub::Reply reply = server->execute(command);
+    EXPECT_EQ(reply.result, -1) << reply.text;
+    return reply.text;
+  }
+  std::size_t statistic(const std::string& name) {
+    const std::string stats = done("stats");
+    std::smatch found;
+    if (std::regex_search(stats, found, std::regex("\\b" + name + "=([0-9]+)")))
+      return std::stoul(found[1]);
+    ADD_FAILURE() << stats << " has no " << name;
+    return 0;
+  }
+  std::string file(const std::string& name) const { return (folder / name).string(); }
+
+  StubLibrary library;
+  std::unique_ptr<ServerStub> server = library.make();
+  TemporaryFolder folder;
+};
+
+// Of the parabola through the nodes of the ball's fall, which begins with g dt / 2.
+double touchTime(double height) {
+  const double first = 0.5 * kGravity * kTick;
+  return (std::sqrt(first * first + 2.0 * kGravity * height) - first) / kGravity;
+}
+
+// Times that the speed turns from down to up within one substep.
+std::size_t turns(const std::vector<double>& rising, double least) {
+  std::size_t count = 0;
+  for (std::size_t substep = 1; substep < rising.size(); ++substep)
+    if (rising[substep - 1] < -least && rising[substep] > 0.0) ++count;
+  return count;
+}
+
+std::vector<double> leftChannel(const Recording& recording) {
+  return recording.channel(0);
+}
+
+/// A ball of its own, or the link of another body.
+class PybulletBall : public PybulletPlugin, public testing::WithParamInterface<bool> {};
+
+TEST_P(PybulletBall, FirstBounceIsHeardWithinATenthOfAMillisecond) {
+  server->add({.position = {0.0, 0.0, kRadius + kHeight}, .isOnSlider = GetParam()});
+  load();
+  done("listener 0 0 " + std::to_string(kListener));
+  done("record " + file("bounce.wav"));
+  run(0.4);
+  done("stop");
+  const Recording recording = readRecording(file("bounce.wav"));
+  const auto onsets = findOnsets(leftChannel(recording), recording.info.samplerate);
+  ASSERT_GE(onsets.size(), 1U);
+  const double way = std::hypot(kListener - kRadius, kHalfSpacing);
+  const double error = onsets[0].time - (touchTime(kHeight) + way / kSpeedOfSound);
+  RecordProperty("error_us", std::to_string(error * 1e6));
+  EXPECT_NEAR(error, 0.0, 1e-4);
+}
+
+INSTANTIATE_TEST_SUITE_P(FreeAndLink, PybulletBall, testing::Bool());
+
+TEST_F(PybulletPlugin, EveryTurnOfTheBallIsOneClick) {
+  const int ball = addBall();
+  load();
+  done("listener 0 0 " + std::to_string(kListener));
+  done("record " + file("bounces.wav"));
+  run(1.5);
+  done("stop");
+  const std::size_t bounces = turns(server->risingSpeeds(ball), 0.2);
+  ASSERT_GE(bounces, 3U);
+  const Recording recording = readRecording(file("bounces.wav"));
+  EXPECT_EQ(findOnsets(leftChannel(recording), recording.info.samplerate).size(),
+            statistic("impacts"));
+  EXPECT_GE(statistic("impacts"), bounces);
+  EXPECT_LE(statistic("impacts"), bounces + 1);  // and the last, which does not turn it
+  EXPECT_EQ(statistic("late"), 0U);
+  EXPECT_EQ(statistic("rejected"), 0U);
+}
+
+TEST_F(PybulletPlugin, SubstepsWithinAStepAreAllSeen) {
+  const int ball = addBall();
+  load();
+  server->setTimeStep(4.0 * kTick, 4);
+  run(1.5, 4.0 * kTick);
+  const std::size_t bounces = turns(server->risingSpeeds(ball), 0.2);
+  ASSERT_GE(bounces, 3U);
+  EXPECT_EQ(server->risingSpeeds(ball).size(), 360U);
+  EXPECT_GE(statistic("impacts"), bounces);
+  EXPECT_LE(statistic("impacts"), bounces + 1);
+  EXPECT_THAT(done("stats"), StartsWith("time=1.5 bodies=2"));
+}
+
+TEST_F(PybulletPlugin, RestingAndSlidingBoxesAreSilent) {
+  const Vec3 half(0.1, 0.1, 0.05);
+  server->add(
+      {.form = Form::box, .halfEdges = {5.0, 5.0, 0.5}, .mass = 0.0, .position = {0.0, 0.0, 0.5}});
+  server->add({.form = Form::box, .halfEdges = half, .position = {0.0, 0.0, 1.05}});
+  server->add({.form = Form::box,
+               .halfEdges = half,
+               .position = {-2.0, 1.0, 1.05},
+               .velocity = {2.0, 0.0, 0.0}});
+  server->add({.position = {2.0, 2.0, 1.0 + kRadius}});
+  load();
+  run(2.0);
+  EXPECT_EQ(statistic("impacts"), 0U);
+}
+
+TEST_F(PybulletPlugin, BodyWithMaximalCoordinatesIsHeardToo) {
+  const int ball =
+      server->add({.position = {0.0, 0.0, kRadius + kHeight}, .hasMaximalCoordinates = true});
+  load();
+  run(1.0);
+  const std::size_t bounces = turns(server->risingSpeeds(ball), 0.2);
+  ASSERT_GE(bounces, 2U);
+  EXPECT_GE(statistic("impacts"), bounces);
+  EXPECT_EQ(statistic("rejected"), 0U);
+}
+
+// A server tells a mass of a fixed base as of any other, but it does not move.
+TEST_F(PybulletPlugin, FixedBaseWithAMassSoundsLikeOneWithout) {
+  std::vector<std::vector<double>> heard;
+  for (const double mass : {0.0, 0.5}) {
+    server = library.make();
+    server->add({.form = Form::box,
+                 .halfEdges = {1.0, 1.0, 0.5},
+                 .mass = mass,
+                 .position = {0.0, 0.0, 0.5},
+                 .isFixed = true});
+    server->add({.position = {0.0, 0.0, 1.0 + kRadius + kHeight}});
+    load();
+    done("listener 0 0 3");
+    done("record " + file("fixed.wav"));
+    run(0.4);
+    done("stop");
+    EXPECT_EQ(statistic("impacts"), 1U);
+    heard.push_back(readRecording(file("fixed.wav")).samples);
+  }
+  EXPECT_EQ(heard[0], heard[1]);
+}
+
+TEST_F(PybulletPlugin, BodyThatTakesARemovedOnesNumberIsHeard) {
+  load();
+  const int first = addBall();
+  run(0.3);
+  EXPECT_EQ(statistic("impacts"), 1U);
+  server->remove(first);
+  EXPECT_EQ(statistic("bodies"), 1U);
+  ASSERT_EQ(addBall(), first);
+  run(0.3);
+  EXPECT_EQ(statistic("impacts"), 2U);
+  EXPECT_EQ(statistic("rejected"), 0U);
+}
+
+TEST_F(PybulletPlugin, CommandsAnswer) {
+  const int ball = addBall();
+  load();
+  EXPECT_THAT(done("help"), HasSubstr("record FILE"));
+  EXPECT_EQ(done("listener 1 2 3"), "listener placed");
+  EXPECT_EQ(done("material " + std::to_string(ball) + " glass"), "body 1 is of glass");
+  EXPECT_EQ(done("material 1 -1 steel"), "body 1 is of steel");
+  done("gain 0.5");
+  done("mute on");
+  done("mute off");
+  done("pause");
+  done("stop");
+  EXPECT_THAT(done("stats"), StartsWith("time=0 bodies=2 impacts=0 events=0"));
+}
+
+TEST_F(PybulletPlugin, MaterialChangesWhatIsHeard) {
+  std::vector<std::vector<double>> heard;
+  for (const std::string material : {"steel", "wood"}) {
+    server = library.make();
+    server->add({.form = Form::floor, .mass = 0.0});
+    addBall();
+    load();
+    done("listener 0 0 " + std::to_string(kListener));
+    done("material 1 " + material);
+    done("record " + file("material.wav"));
+    run(0.4);
+    done("stop");
+    heard.push_back(readRecording(file("material.wav")).samples);
+  }
+  EXPECT_NE(heard[0], heard[1]);
+}
+
+TEST_F(PybulletPlugin, NonsenseIsRefusedWithAReason) {
+  load();
+  EXPECT_THAT(refused("sing"), HasSubstr("no command 'sing'"));
+  EXPECT_THAT(refused(""), HasSubstr("empty"));
+  EXPECT_THAT(refused("material 9 steel"), HasSubstr("no body 9"));
+  EXPECT_THAT(refused("material 0 3 steel"), HasSubstr("no link 3"));
+  EXPECT_THAT(refused("record " + file("no such folder/out.wav")), HasSubstr("no such folder"));
+  EXPECT_EQ(refused("record /n\xC3\xB6/out.wav").find('\xC3'), std::string::npos);
+  EXPECT_EQ(folder.entries(), 0U);
+}
+
+TEST_F(PybulletPlugin, UnloadingFinishesTheRecordingAndLeavesNothing) {
+  addBall();
+  load();
+  done("record " + file("cut.wav"));
+  run(0.4);
+  server->unload();
+  EXPECT_GT(readRecording(file("cut.wav")).peak(), 0.0);
+  EXPECT_EQ(dlopen(CAROM_PYBULLET_PLUGIN, RTLD_NOW | RTLD_NOLOAD), nullptr);
+  run(0.1);
+  load();
+  EXPECT_EQ(statistic("impacts"), 0U);
+}
+
+// Here this program is the server, and it exports none of its functions.
+TEST(PybulletPluginAlone, ServerWithoutTheFunctionsIsRefused) {
+  void* const plugin = dlopen(CAROM_PYBULLET_PLUGIN, RTLD_NOW | RTLD_LOCAL);
+  ASSERT_NE(plugin, nullptr) << dlerror();
+  using Call = int (*)(b3::PluginContext*);
+  const auto init = reinterpret_cast<Call>(dlsym(plugin, "initPlugin_carom"));
+  const auto tick = reinterpret_cast<Call>(dlsym(plugin, "postTickPluginCallback_carom"));
+  b3::PluginContext context{};
+  testing::internal::CaptureStderr();
+  EXPECT_NE(init(&context), b3::kMagicNumber);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("does not export b3"));
+  EXPECT_EQ(context.userPointer, nullptr);
+  EXPECT_EQ(tick(&context), -1);
+  EXPECT_EQ(init(nullptr), -1);
+  dlclose(plugin);
+}
+
+// What `nm` prints of a kind of its dynamic symbols.
+std::set<std::string> symbols(const std::string& option) {
+  const std::string command =
+      "'" CAROM_NM "' -D " + option + " --format=just-symbols '" + CAROM_PYBULLET_PLUGIN "'";
+  std::set<std::string> names;
+  FILE* const output = popen(command.c_str(), "r");  // NOLINT(*-command-processor): our own words
+  std::string line(1024, '\0');
+  while (std::fgets(line.data(), static_cast<int>(line.size()), output) != nullptr)
+    names.insert(line.substr(0, line.find('\n')));
+  pclose(output);
+  return names;
+}
+
+TEST(PybulletPluginAlone, ExportsWhatTheServerLooksUpAndNeedsNoBullet) {
+  EXPECT_THAT(symbols("--defined-only"),
+              testing::ElementsAre("executePluginCommand_carom", "exitPlugin_carom",
+                                   "initPlugin_carom", "postTickPluginCallback_carom",
+                                   "preTickPluginCallback_carom", "processNotifications_carom"));
+  const std::set<std::string> needed = symbols("--undefined-only");
+  EXPECT_GT(needed.size(), 10U);
+  for (const std::string& name : needed)
+    EXPECT_FALSE(std::regex_search(name, std::regex("^_ZT?[NKVIS]*[0-9]*bt[A-Z]"))) << name;
+}
+
+}  // namespace
+}  // namespace carom::test
