@@ -6,6 +6,33 @@ function(carom_layer name)
   target_link_libraries(carom_${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
   carom_compile_options(carom_${name})
   target_include_directories(carom_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
+  carom_precompile_as_layer(carom_${name})
+endfunction()
+
+# Gives the target what `owner`, a target made here for this alone, compiled once of `header`, which
+# needs the libraries named last.
+function(carom_precompile target owner header)
+  if(NOT CAROM_PRECOMPILED_HEADERS)
+    return()
+  endif()
+  # False alarms of GCC 12 about the standard library's strings, which it silences only where the
+  # header that they are in was read as text. The builds without precompiled headers keep them.
+  set(quiet -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow -Wno-stringop-overread)
+  if(NOT TARGET ${owner})
+    add_library(${owner} OBJECT ${PROJECT_SOURCE_DIR}/cmake/empty.cpp)
+    target_link_libraries(${owner} PRIVATE ${ARGN})
+    target_include_directories(${owner} PRIVATE ${PROJECT_SOURCE_DIR})
+    carom_compile_options(${owner})
+    target_compile_options(${owner} PRIVATE ${quiet})
+    target_precompile_headers(${owner} PRIVATE ${PROJECT_SOURCE_DIR}/${header})
+  endif()
+  target_compile_options(${target} PRIVATE ${quiet})
+  target_precompile_headers(${target} REUSE_FROM ${owner})
+endfunction()
+
+# What is compiled as the libraries are.
+function(carom_precompile_as_layer target)
+  carom_precompile(${target} carom_precompiled cmake/precompiled.h Eigen3::Eigen)
 endfunction()
 
 # The layer's headers that a host may include, and those that these include: all that is installed.

@@ -1,0 +1,15 @@
+// What most tests include, compiled once: see carom_precompile().
+#ifdef __cplusplus
+#include "cmake/precompiled.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <set>
+#include <sstream>
+#include <thread>
+#endif
