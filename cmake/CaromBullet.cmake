@@ -1,6 +1,5 @@
 # Debian ships Bullet twice, in float and in double, told apart by pkg-config module and one macro.
 # carom_find_bullet() defines carom_bullet_dependency for CAROM_BULLET_PRECISION; carom_import_bullet() any one.
-find_package(PkgConfig REQUIRED)
 
 function(carom_import_bullet precision target)
   if(precision STREQUAL "float")
@@ -10,12 +9,8 @@ function(carom_import_bullet precision target)
   else()
     message(FATAL_ERROR "CAROM_BULLET_PRECISION is '${precision}'; it takes float or double")
   endif()
-  pkg_check_modules(${target} QUIET IMPORTED_TARGET GLOBAL ${module})
-  if(NOT ${target}_FOUND)
-    message(FATAL_ERROR "Bullet (${precision}) not found: pkg-config knows no '${module}'. "
-      "On Debian: apt-get install libbullet-dev. To build without Bullet: -DCAROM_BULLET=OFF "
-      "-DCAROM_PLUGIN=OFF -DCAROM_SCENES=OFF")
-  endif()
+  carom_find_library(${target} ${module} NAME "Bullet (${precision})" PACKAGE libbullet-dev
+    WITHOUT "Bullet: -DCAROM_BULLET=OFF -DCAROM_PLUGIN=OFF -DCAROM_SCENES=OFF")
 endfunction()
 
 macro(carom_find_bullet)

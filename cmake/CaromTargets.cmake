@@ -61,3 +61,15 @@ function(carom_c_options target)
     $<$<COMPILE_LANGUAGE:C>:-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion
     $<$<BOOL:${CAROM_WARNINGS_AS_ERRORS}>:-Werror>>)
 endfunction()
+
+# PkgConfig::<target>, of a library that only pkg-config knows. Not found: says which Debian package
+# has it, and how to build without.
+function(carom_find_library target module)
+  cmake_parse_arguments(ARG "" "NAME;PACKAGE;WITHOUT" "" ${ARGN})
+  find_package(PkgConfig REQUIRED)
+  pkg_check_modules(${target} QUIET IMPORTED_TARGET GLOBAL ${module})
+  if(NOT ${target}_FOUND)
+    message(FATAL_ERROR "${ARG_NAME} not found: pkg-config knows no '${module}'. "
+      "On Debian: apt-get install ${ARG_PACKAGE}. To build without ${ARG_WITHOUT}")
+  endif()
+endfunction()
