@@ -8,7 +8,12 @@ namespace carom {
 
 namespace fs = std::filesystem;
 
-PartialFile::PartialFile(fs::path finalPath) : finalPath_(std::move(finalPath)), path_(finalPath_) {
+PartialFile::PartialFile(const fs::path& finalPath) {
+  // The working directory may be another one by the time that the name is given.
+  std::error_code failed;
+  finalPath_ = fs::absolute(finalPath, failed);
+  if (failed) finalPath_ = finalPath;
+  path_ = finalPath_;
   std::ostringstream suffix;
   suffix << '.' << std::hex << std::random_device{}() << ".partial";
   path_ += suffix.str();

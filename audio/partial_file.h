@@ -11,7 +11,7 @@ namespace carom {
 /// then. Two writers of one name do not meet. [one thread]
 class PartialFile {
  public:
-  explicit PartialFile(std::filesystem::path finalPath);
+  explicit PartialFile(const std::filesystem::path& finalPath);
   PartialFile(PartialFile&& other) noexcept;
   PartialFile& operator=(PartialFile&&) = delete;
   ~PartialFile();

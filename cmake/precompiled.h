@@ -2,8 +2,6 @@
 // Only an aid: every source includes what it uses, and the presets for release, fuzzing and
 // clang-tidy build without this file.
 #ifdef __cplusplus
-#include <Eigen/Dense>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,4 +20,6 @@
 #include <utility>
 #include <variant>
 #include <vector>
+
+#include <Eigen/Dense>
 #endif

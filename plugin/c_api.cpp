@@ -295,7 +295,8 @@ carom_status carom_post(carom_sound* sound, const carom_event* event) noexcept {
 
 carom_status carom_advance(carom_sound* sound, double seconds) noexcept {
   return onKind<EventSound>(sound, [&](EventSound& events) -> Status {
-    if (!std::isfinite(seconds)) return Error{"the time is not finite; expected seconds"};
+    if (!(std::abs(seconds) <= 1e9))
+      return Error{"the time is " + std::to_string(seconds) + "; expected seconds, at most 1e9"};
     events.advanceTo(seconds);
     return done();
   });

@@ -21,6 +21,8 @@ using Eigen::Matrix3d;
 /// Of the cube root of the volume: how far the centroid of a mesh may lie from the origin where its
 /// inertia is made by the library.
 constexpr double kOffCentre = 0.05;
+/// Vertices, and triangles. A number beyond is a mistake; a tenth of it takes minutes to solve.
+constexpr std::size_t kMostOfAMesh = 10'000'000;
 
 std::string whyNot(const carom_body& given) {
   if (given.shape < CAROM_SHAPE_SPHERE || given.shape > CAROM_SHAPE_MESH)
@@ -54,6 +56,11 @@ Result<SurfaceMesh> boxMesh(const double (&halfExtents)[3]) {
 Result<SurfaceMesh> meshOf(const carom_body& given) {
   if (given.vertices == nullptr) return Error{"vertices is NULL for a mesh"};
   if (given.triangles == nullptr) return Error{"triangles is NULL for a mesh"};
+  for (const auto& [name, count] : {std::pair("vertex_count", given.vertex_count),
+                                    std::pair("triangle_count", given.triangle_count)})
+    if (count > kMostOfAMesh)
+      return Error{std::string(name) + " is " + std::to_string(count) + "; expected at most " +
+                   std::to_string(kMostOfAMesh)};
   SurfaceMesh mesh;
   mesh.vertices.reserve(given.vertex_count);
   for (std::size_t vertex = 0; vertex < given.vertex_count; ++vertex) {

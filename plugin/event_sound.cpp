@@ -18,6 +18,10 @@
 namespace carom {
 namespace {
 
+/// m and s, beyond which a double has no samples any more, and much nearer than that.
+constexpr double kFarthest = 1e12;
+constexpr double kLongestClock = 1e9;
+
 std::string whyNot(const VoiceBudget& budget) {
   constexpr std::size_t kMost = 65536;
   if (!(budget.cpuShare > 0.0)) return "the CPU share of the budget must be above 0";
@@ -132,13 +136,15 @@ class EventSound::Impl {
   struct Pose {
     ListenerPose pose;
     bool isKnown = false;
+    bool isNew = false;  // the outputs have not heard of it
   };
 
   Status makeEngine(const SoundSettings& settings);
   template <class Layer>
   void bring(Layer& layer) const;
   template <class Layer>
-  static Status follow(Layer& layer, std::size_t listener, const ListenerPose& pose);
+  static void follow(Layer& layer, std::size_t listener, const ListenerPose& pose);
+  void moveListeners();
 
   SoundSettings settings_;
   std::size_t channels_ = 0;
@@ -148,6 +154,7 @@ class EventSound::Impl {
   bool muted_ = false;
   std::map<BodyId, SoundBody> bodies_;
   std::vector<Pose> poses_;  // the latest, by listener
+  bool haveMoved_ = false;   // one of them is new
   SoundStatistics before_;   // of engines, or recordings, that are no more
   bool hasPlayed_ = false;   // there was an engine
   std::optional<SoundRecorder> recorder_;
@@ -161,9 +168,10 @@ Status EventSound::Impl::prepare() {
   channels_ = (*paths)->channels.size();
   if (const auto limiter = makeLimiter(settings_, channels_); !limiter)
     return Error{"sound: " + limiter.error().message};
-  if (!settings_.record.empty())
-    if (Status recording = record(settings_.record); !recording) return recording;
-  if (settings_.play) return play();
+  if (settings_.play)
+    if (Status playing = play(); !playing) return playing;
+  // Last: a recording replaces the file, whatever comes of the rest.
+  if (!settings_.record.empty()) return record(settings_.record);
   return std::monostate{};
 }
 
@@ -185,9 +193,19 @@ void EventSound::Impl::removeBody(BodyId id) {
 
 /// `Layer` is a ClickLayer or a Synth.
 template <class Layer>
-Status EventSound::Impl::follow(Layer& layer, std::size_t listener, const ListenerPose& pose) {
-  if (layer.moveListener(listener, pose)) return std::monostate{};
-  return layer.placeListener(listener, pose);
+void EventSound::Impl::follow(Layer& layer, std::size_t listener, const ListenerPose& pose) {
+  if (!layer.moveListener(listener, pose)) (void)layer.placeListener(listener, pose);
+}
+
+/// What setListener was told last, before something is heard there.
+void EventSound::Impl::moveListeners() {
+  if (!std::exchange(haveMoved_, false)) return;
+  for (std::size_t listener = 0; listener < poses_.size(); ++listener) {
+    Pose& known = poses_[listener];
+    if (!std::exchange(known.isNew, false)) continue;
+    if (recorder_) follow(recorder_->synth(), listener, known.pose);
+    if (engine_) follow(engine_->layer(), listener, known.pose);
+  }
 }
 
 template <class Layer>
@@ -202,25 +220,23 @@ Status EventSound::Impl::setListener(std::size_t listener, const ListenerPose& p
   if (listener >= poses_.size())
     return Error{"sound: there is no listener " + std::to_string(listener) + "; there are " +
                  std::to_string(poses_.size())};
-  if (!isPose(pose))
+  if (!isPose(pose) || !(pose.position.norm() <= kFarthest))
     return Error{"sound: pose of listener " + std::to_string(listener) +
-                 ": expected finite values and a quaternion of unit length"};
-  Pose& known = poses_[listener];
-  if (known.isKnown && pose.time <= known.pose.time) return std::monostate{};
-  known = {pose, true};
-  if (recorder_)
-    if (Status followed = follow(recorder_->synth(), listener, pose); !followed) return followed;
-  if (engine_) return follow(engine_->layer(), listener, pose);
+                 ": expected a place within 1e12 m of the origin and a quaternion of unit length"};
+  poses_[listener] = {.pose = pose, .isKnown = true, .isNew = true};
+  haveMoved_ = true;
   return std::monostate{};
 }
 
 void EventSound::Impl::post(const ImpulseEvent& event) {
+  moveListeners();
   if (recorder_) recorder_->synth().schedule(event);
   if (engine_) engine_->post(event);
 }
 
 void EventSound::Impl::advanceTo(double seconds) {
-  if (!std::isfinite(seconds)) return;
+  if (!(std::abs(seconds) <= kLongestClock)) return;
+  moveListeners();
   if (seconds < time_) {
     for (Pose& known : poses_)
       known.pose.time = seconds;
@@ -259,7 +275,7 @@ Status EventSound::Impl::makeEngine(const SoundSettings& settings) {
 Status EventSound::Impl::play() {
   if (engine_ && !device_)
     return Error{"sound: samples are pulled by the host (prepareRendering); stop before play"};
-  device_.reset();
+  if (device_) return std::monostate{};
   Result<AudioDevice> device = AudioDevice::open(settings_.synth.sampleRate);
   if (!device) return Error{"sound: " + device.error().message};
   if (Status made = makeEngine(deviceSettings(settings_, device->sampleRate())); !made) return made;

@@ -23,7 +23,7 @@ constexpr std::size_t kForgotten = 64;
 Result<Material> materialNamed(std::string_view name) {
   if (const auto found = findMaterial(name)) return *found;
   std::string names;
-  for (const Material& material : materialTable())
+  for (const Material& material : builtInMaterials())
     names += (names.empty() ? "" : ", ") + std::string(material.name);
   return Error{"sound: there is no material '" + std::string(name) + "'; there are " + names};
 }
@@ -33,6 +33,12 @@ Status whyRefused(const Material& material) {
   body.material = material;
   if (const std::string reason = whyNot(body); !reason.empty()) return Error{"sound: " + reason};
   return std::monostate{};
+}
+
+/// No two bodies of a world ever have the same.
+int proxyIdOf(const btCollisionObject& object) {
+  const btBroadphaseProxy* proxy = object.getBroadphaseHandle();
+  return proxy == nullptr ? -1 : proxy->getUid();
 }
 
 bool isIn(const btDynamicsWorld& world, const btCollisionObject& object) {
@@ -50,6 +56,8 @@ class Sound::Impl {
 
   Status listen(const SoundSettings& settings);
   Status close();
+  /// After `close` there is nothing left to do it with.
+  Status whyClosed() const;
 
   Status setMaterial(const btCollisionObject& object, const Material& material);
   Status setMaterial(const btCollisionShape& shape, const Material& material);
@@ -80,8 +88,12 @@ class Sound::Impl {
   BodyReader reader_;
   std::unordered_map<BodyId, Known> bodies_;
   std::vector<bool> isRead_;  // by id: whether it was ever in bodies_; asked for every event
-  /// Of bodies that no substep has seen yet, and so have no id.
-  std::unordered_map<const btCollisionObject*, Material> early_;
+  /// Of bodies that no substep has seen yet, and so have no id. Another may come to their address.
+  struct Early {
+    int proxyId = -1;
+    Material material;
+  };
+  std::unordered_map<const btCollisionObject*, Early> early_;
   std::unordered_map<const btCollisionShape*, Material> ofShape_;
   std::unordered_map<int, Material> ofUserIndex_;
   std::string unsolvedReason_;
@@ -99,6 +111,13 @@ Status Sound::Impl::listen(const SoundSettings& settings) {
   if (!bridge) return bridge.error();
   bridge_ = *std::move(bridge);
   prepare();
+  // Last: a recording replaces the file, whatever comes of the rest.
+  if (!settings.record.empty()) return events_.record(settings.record);
+  return std::monostate{};
+}
+
+Status Sound::Impl::whyClosed() const {
+  if (!bridge_) return Error{"sound: it is closed; attach another"};
   return std::monostate{};
 }
 
@@ -139,7 +158,7 @@ void Sound::Impl::read(BodyId id, const btCollisionObject& object) {
   if (isRead_.size() <= id) isRead_.resize(id + 1);
   isRead_[id] = true;
   if (const auto early = early_.find(&object); early != early_.end()) {
-    known.material = early->second;
+    if (early->second.proxyId == proxyIdOf(object)) known.material = early->second.material;
     early_.erase(early);
   }
   known.isUnsolved = reading.unsolved.has_value();
@@ -192,25 +211,28 @@ void Sound::Impl::forgetRemoved() {
 }
 
 Status Sound::Impl::setMaterial(const btCollisionObject& object, const Material& material) {
+  if (Status closed = whyClosed(); !closed) return closed;
   if (Status refused = whyRefused(material); !refused) return refused;
-  if (!bridge_ || !isIn(world_, object))
+  if (!isIn(world_, object))
     return Error{"sound: this body is not in the world; add it before its material is set"};
-  early_.insert_or_assign(&object, material);
+  early_.insert_or_assign(&object, Early{proxyIdOf(object), material});
   if (const Result<BodyId> id = bridge_->bodyId(object)) read(*id, object);
   return std::monostate{};
 }
 
 Status Sound::Impl::setMaterial(const btCollisionShape& shape, const Material& material) {
+  if (Status closed = whyClosed(); !closed) return closed;
   if (Status refused = whyRefused(material); !refused) return refused;
   ofShape_.insert_or_assign(&shape, material);
-  if (bridge_) readAll();
+  readAll();
   return std::monostate{};
 }
 
 Status Sound::Impl::setMaterialOfUserIndex(int userIndex, const Material& material) {
+  if (Status closed = whyClosed(); !closed) return closed;
   if (Status refused = whyRefused(material); !refused) return refused;
   ofUserIndex_.insert_or_assign(userIndex, material);
-  if (bridge_) readAll();
+  readAll();
   return std::monostate{};
 }
 
@@ -229,7 +251,9 @@ WorldSoundStatistics Sound::Impl::statistics() const {
 }
 
 Result<Sound> Sound::attach(btDynamicsWorld& world, const SoundSettings& settings) {
-  Result<EventSound> events = EventSound::create(settings);
+  SoundSettings unrecorded = settings;
+  unrecorded.record.clear();
+  Result<EventSound> events = EventSound::create(unrecorded);
   if (!events) return events.error();
   auto impl = std::make_unique<Impl>(world, settings, *std::move(events));
   if (const Status listening = impl->listen(settings); !listening) return listening.error();
@@ -273,7 +297,8 @@ void Sound::prepare() {
   impl_->prepare();
 }
 Status Sound::setListener(const Vec3& position, const Quat& orientation, std::size_t listener) {
-  return impl_->events().setListener(position, orientation, listener);
+  const Status closed = impl_->whyClosed();
+  return closed ? impl_->events().setListener(position, orientation, listener) : closed;
 }
 double Sound::time() const {
   return impl_->events().time();
@@ -282,19 +307,23 @@ void Sound::pause() {
   impl_->events().pause();
 }
 Status Sound::setTimeScale(double scale) {
-  return impl_->events().setTimeScale(scale);
+  const Status closed = impl_->whyClosed();
+  return closed ? impl_->events().setTimeScale(scale) : closed;
 }
 Status Sound::play() {
-  return impl_->events().play();
+  const Status closed = impl_->whyClosed();
+  return closed ? impl_->events().play() : closed;
 }
 Status Sound::prepareRendering(double sampleRate) {
-  return impl_->events().prepareRendering(sampleRate);
+  const Status closed = impl_->whyClosed();
+  return closed ? impl_->events().prepareRendering(sampleRate) : closed;
 }
 void Sound::stop() {
   impl_->events().stop();
 }
 Status Sound::record(const std::filesystem::path& file) {
-  return impl_->events().record(file);
+  const Status closed = impl_->whyClosed();
+  return closed ? impl_->events().record(file) : closed;
 }
 Status Sound::finishRecording() {
   return impl_->events().finishRecording();

@@ -284,9 +284,9 @@ CAROM_API carom_status carom_remove_body(carom_sound* sound, uint32_t id) CAROM_
 /// Hands over one body's share of a collision. One that cannot sound (numbers that are not finite,
 /// unknown bodies, nothing that approaches) is no error: carom_statistics.rejected counts it.
 CAROM_API carom_status carom_post(carom_sound* sound, const carom_event* event) CAROM_NOEXCEPT;
-/// The simulation has come to `seconds` (finite); what was posted is on its way. The clock begins
-/// at 0: one that begins elsewhere is told so before the first carom_post. One that goes back
-/// begins anew there.
+/// The simulation has come to `seconds` (at most 1e9); what was posted is on its way. The clock
+/// begins at 0: one that begins elsewhere is told so before the first carom_post. One that goes
+/// back begins anew there.
 CAROM_API carom_status carom_advance(carom_sound* sound, double seconds) CAROM_NOEXCEPT;
 
 // Bullet worlds: of sounds from carom_attach. Objects are refused that are not in the world.
@@ -316,7 +316,8 @@ CAROM_API carom_status carom_prepare_bodies(carom_sound* sound) CAROM_NOEXCEPT;
 
 // Both kinds.
 
-/// Where a listener is, at the time of the simulation now: once a frame, if it moves.
+/// Where a listener is, at the time of the simulation now: once a frame, if it moves. Of
+/// several calls at the same time the last counts. At most 1e12 m from the origin.
 /// orientation: NULL for that of the world.
 CAROM_API carom_status carom_set_listener(carom_sound* sound, size_t listener,
                                           const double position[3],
@@ -327,7 +328,7 @@ CAROM_API double carom_time(const carom_sound* sound) CAROM_NOEXCEPT;
 CAROM_API carom_status carom_pause(carom_sound* sound) CAROM_NOEXCEPT;
 /// The simulation runs at `scale` times real time, 0.001 to 1000.
 CAROM_API carom_status carom_set_time_scale(carom_sound* sound, double scale) CAROM_NOEXCEPT;
-/// Plays on the default audio device. CAROM_ERROR_DEVICE if that cannot be.
+/// Plays on the default audio device, unless it does already. CAROM_ERROR_DEVICE if that cannot be.
 CAROM_API carom_status carom_play(carom_sound* sound) CAROM_NOEXCEPT;
 /// Gets ready for carom_render at a sample rate (Hz), again for another one. Not while it runs.
 CAROM_API carom_status carom_prepare_rendering(carom_sound* sound,

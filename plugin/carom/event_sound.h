@@ -48,16 +48,17 @@ class EventSound {
   void removeBody(BodyId id);
 
   /// Where a listener is, at the time that `advanceTo` told last: call it once a frame. From one
-  /// place to one that nobody reaches at 180 m/s it jumps. A second call at the same time is
-  /// ignored. Refuses: no such listener, not finite, an orientation not of unit length.
+  /// place to one that nobody reaches at 180 m/s it jumps. Of several calls at the same time the
+  /// last counts. Refuses: no such listener, not finite, farther than 1e12 m from the origin, an
+  /// orientation not of unit length.
   Status setListener(const Vec3& position, const Quat& orientation = Quat::Identity(),
                      std::size_t listener = 0);
 
   /// Hands over one body's share of a collision; its time is that of the simulation's clock.
   void post(const ImpulseEvent& event);
-  /// The simulation has come to `seconds`, which must be finite; what was posted is on its way. The
-  /// clock begins at 0: one that begins elsewhere is told so before the first `post`. One that goes
-  /// back begins anew there, and is counted as a jump.
+  /// The simulation has come to `seconds`, at most 1e9, or nothing happens; what was posted is on
+  /// its way. The clock begins at 0: one that begins elsewhere is told so before the first `post`.
+  /// One that goes back begins anew there, and is counted as a jump.
   void advanceTo(double seconds);
   double time() const;  ///< s, of the latest advanceTo
 
@@ -67,10 +68,12 @@ class EventSound {
   /// apart. Their own sound stays as it is. 1 unless set.
   Status setTimeScale(double scale);
 
-  /// Opens the default audio device and plays, at the rate of the device. Refuses: a build without
-  /// devices, no device, `prepareRendering` without `stop`.
+  /// Opens the default audio device and plays, at the rate of the device, unless it plays already:
+  /// `stop` first for what has become the default device since. Refuses: a build without devices,
+  /// no device, `prepareRendering` without `stop`.
   Status play();
-  /// Gets ready for `render` at a sample rate (Hz); again for another one. What was sounding stops.
+  /// Gets ready for `render` at a sample rate (Hz); again for another one. What was sounding stops,
+  /// and a device is closed.
   /// Not while `render` runs on another thread. Refuses a rate that Synth refuses.
   Status prepareRendering(double sampleRate);
   /// Closes the device; `render` gives silence. Not while the host's `render` runs.

@@ -66,14 +66,15 @@ class Sound {
   /// As `close`, whose errors are lost here.
   ~Sound();
 
-  /// Lets go of the world, stops, and finishes the recording; then everything else does nothing.
-  /// What finishRecording says.
+  /// Lets go of the world, stops, and finishes the recording; then everything else does nothing,
+  /// and what can refuse does. What finishRecording says.
   Status close();
 
   /// From now on, instead of the material that was guessed, for one body; for all that have a
   /// shape; for all whose user index (btCollisionObject::getUserIndex) this is. The first of these
-  /// that a body has is its own. Names are those of materialTable(). Refuses objects that are not
-  /// in the world, names that are not in the table, and materials that Synth::setBody refuses.
+  /// that a body has is its own. Names are those of builtInMaterials(). A shape's is kept for its
+  /// address, and a body without a user index has the index -1. Refuses objects that
+  /// are not in the world, unknown names, and materials that Synth::setBody refuses.
   Status setMaterial(const btCollisionObject& object, const Material& material);
   Status setMaterial(const btCollisionObject& object, std::string_view name);
   Status setMaterial(const btCollisionShape& shape, const Material& material);

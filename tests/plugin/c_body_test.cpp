@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -129,6 +130,21 @@ TEST(CBody, RefusesAMeshThatDoesNotLieAboutItsCentreOfMassUnlessItsInertiaIsGive
   EXPECT_NE(read.error().message.find("0.01"), std::string::npos) << read.error().message;
   body.inertia[0] = body.inertia[4] = body.inertia[8] = 1e-4;
   EXPECT_EQ(readOrFail(body).inverseInertia, Matrix3d(1e4 * Matrix3d::Identity()));
+}
+
+TEST(CBody, RefusesCountsThatNoMeshHas) {
+  for (const std::size_t count : {SIZE_MAX, SIZE_MAX / 3 + 2, std::size_t{1} << 40U}) {
+    const Tetrahedron shape({0.1, 0.1, 0.1});
+    carom_body vertices = shape.body();
+    vertices.vertex_count = count;
+    carom_body triangles = shape.body();
+    triangles.triangle_count = count;
+    for (const carom_body& body : {vertices, triangles}) {
+      const Result<SoundBody> read = CBodyReader(RadiatorChoice::solved).read(&body);
+      ASSERT_FALSE(read);
+      EXPECT_NE(read.error().message.find("expected at most"), std::string::npos);
+    }
+  }
 }
 
 TEST(CBody, IsTheSphereOfItsVolumeWhereThatIsChosen) {

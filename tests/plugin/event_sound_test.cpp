@@ -156,6 +156,34 @@ TEST(EventSound, ARecordingCanBeginLaterAndLeavesLeapsOut) {
   EXPECT_GT(recording.samples.size(), static_cast<std::size_t>(0.3 * kRate));
 }
 
+TEST(EventSound, ARecordingSurvivesAClockThatTellsNonsense) {
+  const TemporaryFolder folder;
+  EventSound sound = made(near());
+  ASSERT_TRUE(sound.record(folder / "clicks.wav"));
+  sound.post(drop(0.01).event());
+  sound.advanceTo(0.1);
+  for (const double nonsense : {1e18, -1e300, HUGE_VAL, std::nan("")}) {
+    sound.advanceTo(nonsense);
+    EXPECT_EQ(sound.time(), 0.1);
+  }
+  const Status finished = sound.finishRecording();
+  EXPECT_TRUE(finished) << finished.error().message;
+}
+
+TEST(EventSound, ARecordingStaysInItsFolder) {
+  const TemporaryFolder folder;
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(folder.path());
+  EventSound sound = made(near());
+  const Status begun = sound.record("clicks.wav");
+  std::filesystem::current_path(before);
+  ASSERT_TRUE(begun) << begun.error().message;
+  const Status finished = sound.finishRecording();
+  EXPECT_TRUE(finished) << finished.error().message;
+  EXPECT_TRUE(std::filesystem::exists(folder / "clicks.wav"));
+  EXPECT_EQ(folder.entries(), 1U);
+}
+
 TEST(EventSound, RefusesFilesThatCannotBe) {
   EventSound sound = made(near());
   const Status refused = sound.record("/no/such/folder/a.wav");
@@ -310,7 +338,12 @@ TEST_P(DummyDevice, PlaysAndStopsAndPlaysAgain) {
   EventSound sound = made(near(SoundClock::realTime));
   for (int round = 0; round < 3; ++round) {
     ASSERT_TRUE(sound.play());
-    ASSERT_TRUE(sound.play());  // again: a new device
+    sound.advanceTo(sound.time() + 0.01);
+    const SoundStatistics before = sound.statistics();
+    setenv("SDL_AUDIODRIVER", "nosuchdriver", 1);
+    ASSERT_TRUE(sound.play());  // it does
+    setenv("SDL_AUDIODRIVER", GetParam(), 1);
+    EXPECT_EQ(sound.statistics().jumps, before.jumps);
     sound.advanceTo(sound.time() + 0.01);
     sound.stop();
     ASSERT_TRUE(sound.prepareRendering(kRate));
@@ -328,6 +361,13 @@ TEST_P(NoDevice, IsRefusedWithAReason) {
   SoundSettings settings = near(SoundClock::realTime);
   settings.play = true;
   EXPECT_FALSE(EventSound::create(settings));
+  // What was recorded before is still there.
+  const TemporaryFolder folder;
+  settings.record = folder / "kept.wav";
+  std::ofstream(settings.record) << "kept";
+  EXPECT_FALSE(EventSound::create(settings));
+  EXPECT_EQ(test::contents(settings.record), "kept");
+  EXPECT_EQ(folder.entries(), 1U);
 }
 INSTANTIATE_TEST_SUITE_P(Sdl, NoDevice, testing::Values("nosuchdriver"));
 

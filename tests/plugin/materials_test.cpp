@@ -1,5 +1,8 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -96,6 +99,29 @@ TEST(Materials, CanBeSetForABodyThatHasJustComeIn) {
   EXPECT_NE(fall(false), ofBody("rubber"));
 }
 
+// A body goes before anything has hit it, and another one comes to its address.
+TEST(Materials, GoWithTheirBody) {
+  alignas(btRigidBody) std::array<std::byte, sizeof(btRigidBody)> place{};
+  btSphereShape shape(0.01F);
+  const auto fall = [&](const std::string& first) {
+    return heard([&](Scene& scene, Sound& sound) {
+      scene.bullet.remove(scene.ball);
+      for (const std::string& material : {first, std::string()}) {
+        auto* const body = new (place.data()) btRigidBody(0.03F, nullptr, &shape);
+        body->setWorldTransform(btTransform(btQuaternion::getIdentity(), {0, 0.1F, 0}));
+        body->setRestitution(0.8F);
+        scene.bullet.world.addRigidBody(body);
+        if (material.empty()) break;
+        require(sound.setMaterial(*body, material));
+        scene.bullet.step(1.0 / 240.0);
+        scene.bullet.world.removeRigidBody(body);
+        body->~btRigidBody();
+      }
+    });
+  };
+  EXPECT_EQ(fall("rubber"), fall("steel"));
+}
+
 TEST(Materials, StayThroughPrepare) {
   EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
               require(sound.setMaterial(scene.ball, "rubber"));
@@ -111,13 +137,16 @@ TEST(Materials, AreRefusedByNameWithTheNamesThereAre) {
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().message, HasSubstr("'unobtainium'"));
   EXPECT_THAT(refused.error().message, HasSubstr("steel"));
+  EXPECT_THAT(refused.error().message, HasSubstr("brass"));  // not one of the common ones
   EXPECT_FALSE(sound.setMaterial(*scene.ball.getCollisionShape(), ""));
   EXPECT_FALSE(sound.setMaterialOfUserIndex(1, "Steel "));
   Material broken = *findMaterial("steel");
   broken.youngsModulus = std::nan("");
   EXPECT_FALSE(sound.setMaterialOfUserIndex(1, broken));
   require(sound.close());
-  EXPECT_FALSE(sound.setMaterial(scene.ball, "steel"));  // it has let go of the world
+  const Status late = sound.setMaterial(scene.ball, "steel");
+  ASSERT_FALSE(late);
+  EXPECT_THAT(late.error().message, HasSubstr("closed"));
   require(sound.close());
 }
 

@@ -105,10 +105,25 @@ TEST(SoundListeners, AreRefusedWhereThereIsNoneAndWithoutAPose) {
   EXPECT_FALSE(sound.setListener({0.0, std::nan(""), 0.0}));
   EXPECT_FALSE(sound.setListener({0.0, kHeight, 0.0}, Quat(0.0, 0.0, 0.0, 0.0)));
   EXPECT_TRUE(sound.setListener({0.0, kHeight, 0.0}));
-  EXPECT_TRUE(sound.setListener({0.0, kHeight, 0.0}));  // at the same time: ignored
-  EXPECT_TRUE(sound.setListener({0.0, kHeight, 1e6}));  // likewise
+  EXPECT_FALSE(sound.setListener({0.0, 1e300, 0.0}));   // nothing is ever heard there
+  EXPECT_TRUE(sound.setListener({0.0, kHeight, 1e6}));  // at the same time: the last counts
   ball.bullet.step(1.0 / 60.0);
   EXPECT_TRUE(sound.setListener({0.0, kHeight, 1e6}));  // nobody travels so fast: it jumps
+}
+
+TEST(SoundListeners, AreWhereTheyWereLastToldToBe) {
+  const auto heard = [](const std::vector<Vec3>& places) {
+    BouncingBall ball;
+    Sound sound = ball.attach();
+    for (const Vec3& place : places)
+      EXPECT_TRUE(sound.setListener(place));
+    return play(ball, sound)[0];
+  };
+  const Vec3 near(0.0, 0.5 * kHeight, 0.0);
+  const Vec3 far(0.0, 50.0, 0.0);
+  ASSERT_NE(heard({near}), heard({far}));
+  EXPECT_EQ(heard({far, near}), heard({near}));
+  EXPECT_EQ(heard({near, near, far}), heard({far}));
 }
 
 TEST(SoundListeners, OfTwoFormatsFillTheirChannels) {

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "tests/bullet_bridge/sphere_world.h"
 #include "tests/plugin/offline_sound.h"
+#include "tests/support/temporary_folder.h"
 
 namespace carom {
 namespace {
@@ -132,6 +134,35 @@ TEST_F(DroppedBall, HearsABoxAsWell) {
   // Flat on its face, a long, soft blow; but heard.
   EXPECT_GT(*std::max_element(samples.begin(), samples.end()), 5 * kHearingThreshold);
   world_.world.removeRigidBody(&box);
+}
+
+TEST_F(DroppedBall, LeavesAnOldFileAloneWhereItIsRefused) {
+  const test::TemporaryFolder folder;
+  SoundSettings settings;
+  settings.record = folder / "kept.wav";
+  std::ofstream(settings.record) << "kept";
+  settings.restSpeed = -1.0;
+  EXPECT_FALSE(Sound::attach(world_.world, settings));
+  settings.restSpeed = 0.005;
+  const Sound first = attached();
+  EXPECT_FALSE(Sound::attach(world_.world, settings));  // a world has one
+  EXPECT_EQ(test::contents(settings.record), "kept");
+  EXPECT_EQ(folder.entries(), 1U);
+}
+
+TEST_F(DroppedBall, RefusesEverythingOnceItIsClosed) {
+  const test::TemporaryFolder folder;
+  Sound sound = attached();
+  ASSERT_TRUE(sound.close());
+  EXPECT_FALSE(sound.record(folder / "after.wav"));
+  EXPECT_FALSE(sound.prepareRendering(48000.0));
+  EXPECT_FALSE(sound.play());
+  EXPECT_FALSE(sound.setListener({0.0, 1.0, 0.0}));
+  EXPECT_FALSE(sound.setTimeScale(0.5));
+  EXPECT_FALSE(sound.setMaterialOfUserIndex(1, "steel"));
+  EXPECT_TRUE(sound.finishRecording());
+  EXPECT_TRUE(sound.close());
+  EXPECT_EQ(folder.entries(), 0U);
 }
 
 TEST_F(DroppedBall, RefusesWhatItCannotDo) {

@@ -1,10 +1,5 @@
 // What most tests include, compiled once: see carom_precompile().
 #ifdef __cplusplus
-#include "cmake/precompiled.h"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <atomic>
 #include <filesystem>
 #include <fstream>
@@ -12,4 +7,8 @@
 #include <set>
 #include <sstream>
 #include <thread>
+
+#include "cmake/precompiled.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #endif
