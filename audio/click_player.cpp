@@ -164,19 +164,17 @@ void ClickPlayer::dropFrom(std::uint32_t voice, std::int64_t from) noexcept {
 
 /// The clicks of an event with their buses, in arriving_; or none of them.
 bool ClickPlayer::arrive(const LaidSound& sound) {
-  arriving_.clear();
-  for (Click click : sound.clicks) {
-    if (!findBuses(click)) {
-      for (const Click& found : arriving_)
-        leaveBuses(found);
-      return false;
-    }
-    arriving_.push_back(click);
+  arriving_.assign(sound.clicks.begin(), sound.clicks.end());
+  for (std::size_t index = 0; index < arriving_.size(); ++index) {
+    if (findBuses(arriving_[index])) continue;
+    for (std::size_t found = 0; found < index; ++found)
+      leaveBuses(arriving_[found]);
+    return false;
   }
   return true;
 }
 
-void ClickPlayer::enqueue(Click click, const SphereWeights* ears, std::uint32_t voice) {
+void ClickPlayer::enqueue(const Click& click, const SphereWeights* ears, std::uint32_t voice) {
   std::uint32_t slot = static_cast<std::uint32_t>(clicks_.size());
   if (freeSlots_.empty()) {
     clicks_.push_back(click);

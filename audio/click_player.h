@@ -104,7 +104,7 @@ class ClickPlayer {
   bool arrive(const LaidSound& sound);
   bool makePlace(const LaidSound& sound) noexcept;
   void dropFrom(std::uint32_t voice, std::int64_t from) noexcept;
-  void enqueue(Click click, const SphereWeights* ears, std::uint32_t voice);
+  void enqueue(const Click& click, const SphereWeights* ears, std::uint32_t voice);
   bool findBuses(Click& click);
   void leaveBuses(const Click& click) noexcept;
   void reserveScratch(const Click& click);
