@@ -9,14 +9,10 @@
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include "bullet_bridge/multibody_link.h"
+#include "bullet_bridge/proxy_id.h"
 
 namespace carom {
 namespace {
-
-int proxyIdOf(const btCollisionObject& object) {
-  const btBroadphaseProxy* proxy = object.getBroadphaseHandle();
-  return proxy == nullptr ? -1 : proxy->getUid();
-}
 
 // By an impulse that is not a stale number.
 bool isSolved(const btPersistentManifold& manifold) {

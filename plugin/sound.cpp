@@ -11,6 +11,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include "bullet_bridge/bullet_bridge.h"
+#include "bullet_bridge/proxy_id.h"
 #include "plugin/body_reader.h"
 
 namespace carom {
@@ -33,12 +34,6 @@ Status whyRefused(const Material& material) {
   body.material = material;
   if (const std::string reason = whyNot(body); !reason.empty()) return Error{"sound: " + reason};
   return std::monostate{};
-}
-
-/// No two bodies of a world ever have the same.
-int proxyIdOf(const btCollisionObject& object) {
-  const btBroadphaseProxy* proxy = object.getBroadphaseHandle();
-  return proxy == nullptr ? -1 : proxy->getUid();
 }
 
 bool isIn(const btDynamicsWorld& world, const btCollisionObject& object) {

@@ -16,6 +16,7 @@
 #include "scenes/compare.h"
 #include "scenes/scene_loader.h"
 #include "tests/bench/figures.h"
+#include "tests/bench/thousand_balls.h"
 
 namespace carom::bench {
 namespace {
@@ -38,18 +39,8 @@ Scene marblesInABox() {
   return sceneOf(loadScene(CAROM_SOURCE_DIR "/scenes/library/marbles_in_a_box.json"));
 }
 
-/// A thousand steel balls of 5 cm radius fall together.
-Scene thousandBalls() {
-  return sceneOf(parseScene(R"({
-    "duration": 0.15,
-    "bodies": [
-      {"type": "box", "min": [-1, 0, -1], "max": [1, 4, 1], "material": "steel"},
-      {"type": "spheres", "count": 1000, "radius": 0.05, "material": "steel",
-       "min": [-1, 0, -1], "max": [1, 1.2, 1], "speed": [0, 2]}
-    ],
-    "listeners": [{"position": [0, 2, 2]}]
-  })",
-                            "thousand_balls"));
+Scene fallingBalls() {
+  return sceneOf(thousandBalls(0.15));
 }
 
 /// Ten times as many in ten times the space; a shorter time of them.
@@ -204,7 +195,7 @@ int main(int argc, char** argv) {
   using namespace carom::bench;
   Figures figures;
   const Scene marbles = marblesInABox();
-  const Scene thousand = thousandBalls();
+  const Scene thousand = fallingBalls();
   addScene(figures, {"marbles in a box", marbles, 3.0, timeError(marbles)});
   addScene(figures, {"1000 balls", thousand, 5.0, timeError(thousand)});
   // Without its error: the reference tests every pair of balls.

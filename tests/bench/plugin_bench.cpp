@@ -22,6 +22,7 @@
 #include "scenes/bullet_scene.h"
 #include "scenes/scene_loader.h"
 #include "tests/bench/figures.h"
+#include "tests/bench/thousand_balls.h"
 #include "tests/support/no_alloc_scope.h"
 #include "tests/support/random.h"
 
@@ -206,18 +207,9 @@ void addBlocks(Figures& figures) {
            faults);
 }
 
-/// A thousand steel balls of 5 cm radius fall together: the bridge's own scene.
-Scene thousandBalls() {
-  Result<Scene> scene = parseScene(R"({
-    "duration": 0.5,
-    "bodies": [
-      {"type": "box", "min": [-1, 0, -1], "max": [1, 4, 1], "material": "steel"},
-      {"type": "spheres", "count": 1000, "radius": 0.05, "material": "steel",
-       "min": [-1, 0, -1], "max": [1, 1.2, 1], "speed": [0, 2]}
-    ],
-    "listeners": [{"position": [0, 2, 2]}]
-  })",
-                                   "thousand_balls");
+/// The bridge's own scene, for longer.
+Scene fallingBalls() {
+  Result<Scene> scene = thousandBalls(0.5);
   if (!scene) std::abort();
   return *std::move(scene);
 }
@@ -308,7 +300,7 @@ std::string traffic(const Scene& scene) {
 }
 
 void addOverhead(Figures& figures) {
-  const Scene scene = thousandBalls();
+  const Scene scene = fallingBalls();
   const std::string underWay = traffic(scene);
   const auto add = [&](const std::string& name, std::optional<Bar> bar, auto part) {
     figures.add({.name = name,

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <btBulletCollisionCommon.h>
+
+namespace carom {
+
+/// Tells a new object at an old address from the old one; -1 for one that is in no world.
+inline int proxyIdOf(const btCollisionObject& object) {
+  const btBroadphaseProxy* proxy = object.getBroadphaseHandle();
+  return proxy == nullptr ? -1 : proxy->getUid();
+}
+
+}  // namespace carom
