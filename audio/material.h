@@ -8,13 +8,18 @@
 namespace carom {
 
 /// What a body is made of, as far as contact and its sound need it.
-/// Valid: density > 0, Young's modulus > 0, 0 <= Poisson's ratio < 0.5, 0 <= restitution <= 1.
+/// Valid: density > 0, Young's modulus > 0, 0 <= Poisson's ratio < 0.5, 0 <= restitution <= 1,
+/// dampingAlpha >= 0, dampingBeta >= 0.
 struct Material {
   std::string name;
   double density = 0.0;        ///< kg/m^3
   double youngsModulus = 0.0;  ///< Pa
   double poissonsRatio = 0.0;  ///< 1
   double restitution = 0.0;    ///< 1, of two bodies of this material; see combinedRestitution
+  /// 1/s and s, Rayleigh damping: C = alpha M + beta K, so a mode of angular frequency w decays as
+  /// exp(-(alpha + beta w^2) t / 2). Only for what rings.
+  double dampingAlpha = 0.0;
+  double dampingBeta = 0.0;
 };
 
 /// The common materials, eight rows: the first of builtInMaterials(), and those to guess from where

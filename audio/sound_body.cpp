@@ -5,7 +5,6 @@
 #include "audio/positive.h"
 
 namespace carom {
-namespace {
 
 std::string whyNot(const Material& material) {
   if (!isPositive(material.density)) return "density must be positive (kg/m^3)";
@@ -14,10 +13,12 @@ std::string whyNot(const Material& material) {
     return "Poisson's ratio must be at least 0 and below 0.5";
   if (!(material.restitution >= 0.0 && material.restitution <= 1.0))
     return "restitution must be from 0 to 1";
+  if (!(material.dampingAlpha >= 0.0) || std::isinf(material.dampingAlpha))
+    return "damping alpha must be at least 0 (1/s)";
+  if (!(material.dampingBeta >= 0.0) || std::isinf(material.dampingBeta))
+    return "damping beta must be at least 0 (s)";
   return {};
 }
-
-}  // namespace
 
 std::string whyNot(const SoundBody& body) {
   if (std::string reason = whyNot(body.material); !reason.empty())

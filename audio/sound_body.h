@@ -32,6 +32,9 @@ struct SoundBody {
   Eigen::Matrix3d inverseInertia = Eigen::Matrix3d::Zero();
 };
 
+/// Why a material cannot be used: one sentence, or nothing when it can be. [any thread]
+std::string whyNot(const Material& material);
+
 /// Why a body cannot be used: one sentence that begins with the field, or nothing when it can be.
 /// [any thread]
 std::string whyNot(const SoundBody& body);

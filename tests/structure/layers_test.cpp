@@ -34,7 +34,7 @@ void PrintTo(const Layer& layer, std::ostream* out) {
 
 constexpr const char* kVocabulary =
     "audio/(impulse_event|contact_state|material|restitution_law|restitution_table|sound_body|"
-    "rigid_radiator|surface_mesh|listener|medium|vector|result)\\.h";
+    "modal_model|rigid_radiator|surface_mesh|listener|medium|vector|result)\\.h";
 constexpr const char* kEigen = "Eigen/[A-Za-z]+";
 constexpr const char* kBullet =
     "(bt[A-Za-z]+\\.h|(LinearMath|BulletCollision|BulletDynamics)/[A-Za-z0-9/]+\\.h)";
@@ -47,6 +47,7 @@ std::vector<Layer> layers() {
   return {
       {"audio", "audio/.*|" + eigen},
       {"native", "native/.*|" + vocabulary},
+      {"modal", "modal/.*|audio/.*|" + eigen},
       {"bullet_bridge", "bullet_bridge/.*|" + vocabulary + "|" + bullet},
       {"plugin", "plugin/.*|carom/.*|audio/.*|bullet_bridge/.*|" + bullet},
       {"scenes", "(?!tests/).*"},
