@@ -46,6 +46,7 @@ ClickPlayer::ClickPlayer(std::shared_ptr<const SoundPaths> paths,
     : paths_(std::move(paths)),
       capacity_(capacity),
       settings_(paths_->settings),
+      sampler_(settings_.sampling, kernels_),
       response_(paths_->longestResponse),
       mix_(kMixFrames * paths_->channels.size()),
       send_(kMixFrames) {
@@ -77,7 +78,7 @@ void ClickPlayer::makeRoom() {
   Click longestClick;
   longestClick.samples = static_cast<std::uint32_t>(longest) + 2 * kSpreadWidth;
   reserveScratch(longestClick);
-  placed_.reserve(kMostNodes, longestClick.samples);
+  sampler_.reserve(kMostNodes, longestClick.samples);
   const auto& longestChain =
       *std::ranges::max_element(paths_->chains, {}, [](const auto& chain) { return chain.size(); });
   for (std::size_t bus = 0; bus < capacity_->buses; ++bus) {
@@ -216,8 +217,7 @@ void ClickPlayer::leaveBuses(const Click& click) noexcept {
 
 void ClickPlayer::reserveScratch(const Click& click) {
   mostSamples_ = std::max(mostSamples_, roomOf(click));
-  if (click.nodes.empty()) raster_.reserve(click.samples);
-  placed_.reserve(click.nodes.size(), click.samples);
+  sampler_.reserve(click.nodes.size(), click.samples);
   const std::size_t room = mostSamples_ + response_.size() + 2 * ClickKernels::kRoom;
   if (x_.size() < room) x_.resize(2 * room);
   if (heard_.size() < room && !response_.empty()) heard_.resize(2 * room);
@@ -361,23 +361,7 @@ void ClickPlayer::begin(std::uint32_t slot) noexcept {
 /// Behind as many zeros in x_ as an ear's response needs.
 std::span<const double> ClickPlayer::samplesOf(const Click& click) noexcept {
   const std::span<double> x(x_.data() + response_.size(), click.samples);
-  const ClickTrack& track = click.track;
-  if (settings_.sampling == Sampling::bandLimited) {
-    if (click.nodes.empty()) {
-      spreadLongPulse(*click.pulse, track, kernels_, raster_, x);
-    } else {
-      kernels_.place(click.nodes, track, placed_);
-      kernels_.spread(placed_, click.nodes.size(), x);
-    }
-    return x;
-  }
-  for (std::size_t n = 0; n < x.size(); ++n) {
-    const double u = (static_cast<double>(n) - track.start) / track.length;
-    const double value = paths_->isFiltered()
-                             ? click.pulse->force(u) / track.length
-                             : click.pulse->slope(u) / (track.length * track.length);
-    x[n] = track.gainAt(u) * value;
-  }
+  sampler_.sample(click, paths_->isFiltered() ? Drive::force : Drive::pressure, x);
   return x;
 }
 

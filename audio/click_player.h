@@ -13,6 +13,7 @@
 #include "audio/click_bus.h"
 #include "audio/click_layer.h"
 #include "audio/click_queue.h"
+#include "audio/click_sampler.h"
 #include "audio/reverb.h"
 #include "audio/sound_paths.h"
 #include "audio/voice_table.h"
@@ -151,8 +152,7 @@ class ClickPlayer {
   std::vector<std::uint32_t> chosen_;  // voices, while some are chosen
   std::vector<Click> arriving_;        // of an event that is being added
 
-  PlacedNodes placed_;
-  Raster raster_;
+  ClickSampler sampler_;
   std::vector<double> x_;         // a click's samples, zeros in front for the response
   std::vector<double> response_;  // of an ear
   std::vector<double> heard_;     // the samples through it

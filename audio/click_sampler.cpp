@@ -1,0 +1,30 @@
+#include "audio/click_sampler.h"
+
+namespace carom {
+
+void ClickSampler::reserve(std::size_t nodes, std::size_t samples) {
+  if (nodes == 0) raster_.reserve(samples);
+  placed_.reserve(nodes, samples);
+}
+
+void ClickSampler::sample(const Click& click, Drive drive, std::span<double> x) noexcept {
+  const ClickTrack& track = click.track;
+  if (sampling_ == Sampling::bandLimited) {
+    if (click.nodes.empty()) {
+      spreadLongPulse(*click.pulse, track, *kernels_, raster_, x);
+    } else {
+      kernels_->place(click.nodes, track, placed_);
+      kernels_->spread(placed_, click.nodes.size(), x);
+    }
+    return;
+  }
+  for (std::size_t n = 0; n < x.size(); ++n) {
+    const double u = (static_cast<double>(n) - track.start) / track.length;
+    const double value = drive == Drive::force
+                             ? click.pulse->force(u) / track.length
+                             : click.pulse->slope(u) / (track.length * track.length);
+    x[n] = track.gainAt(u) * value;
+  }
+}
+
+}  // namespace carom

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "audio/click.h"
+#include "audio/click_kernels.h"
+#include "audio/long_pulse.h"
+#include "audio/synth_settings.h"
+
+namespace carom {
+
+/// What of a contact's pulse is put on the samples.
+enum class Drive : std::uint8_t {
+  force,     ///< shares of its impulse, for what filters them
+  pressure,  ///< naive sampling of the compact model: the slope of the force, per sample
+};
+
+/// A click's pulse on the samples, at its exact time: what a filter or a resonator is driven with.
+/// [one thread] Nothing allocates but `reserve`.
+class ClickSampler {
+ public:
+  ClickSampler(Sampling sampling, const ClickKernels& kernels)
+      : sampling_(sampling), kernels_(&kernels) {}
+
+  /// Makes room for clicks of so many nodes (none: long ones) and samples.
+  void reserve(std::size_t nodes, std::size_t samples);
+
+  /// Fills x with click.samples values, and may write ClickKernels::kRoom behind them.
+  void sample(const Click& click, Drive drive, std::span<double> x) noexcept;
+
+ private:
+  Sampling sampling_;
+  const ClickKernels* kernels_;
+  PlacedNodes placed_;
+  Raster raster_;
+};
+
+}  // namespace carom

@@ -1,0 +1,66 @@
+#include "audio/surface_locator.h"
+
+#include <algorithm>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/audio/meshes.h"
+#include "tests/support/random.h"
+
+namespace carom::test {
+namespace {
+
+Vec3 placeOf(const SurfacePoint& point, const SurfaceMesh& mesh) {
+  Vec3 place = Vec3::Zero();
+  for (std::size_t corner = 0; corner < 3; ++corner)
+    place += point.weights[corner] * mesh.vertices[point.vertices[corner]];
+  return place;
+}
+
+TEST(SurfaceLocator, FindsTheNearestVertexAsASearchThroughAllOfThemDoes) {
+  const SurfaceMesh mesh = ellipsoidMesh({0.1, 0.05, 0.02}, 4);
+  const SurfaceLocator locator(mesh);
+  Random random(1);
+  for (int trial = 0; trial < 500; ++trial) {
+    const Vec3 point = 0.15 * random.inCube();
+    const auto nearest = std::ranges::min_element(
+        mesh.vertices, {}, [&](const Vec3& vertex) { return (vertex - point).squaredNorm(); });
+    EXPECT_EQ(locator.nearestVertex(point), nearest - mesh.vertices.begin());
+  }
+}
+
+TEST(SurfaceLocator, APointOfTheSurfaceIsFoundWhereItIs) {
+  const SurfaceMesh mesh = boxMesh({0.1, 0.02, 0.3});
+  const SurfaceLocator locator(mesh);
+  Random random(2);
+  for (int trial = 0; trial < 500; ++trial) {
+    Vec3 point = random.inCube().cwiseProduct(Vec3(0.1, 0.02, 0.3));
+    const int axis = random.below(3);
+    point[axis] = random.chance(0.5) ? mesh.vertices[0][axis] : mesh.vertices[7][axis];
+    const SurfacePoint found = locator.nearest(point);
+    EXPECT_LT((placeOf(found, mesh) - point).norm(), 1e-12);
+    EXPECT_NEAR(found.weights[0] + found.weights[1] + found.weights[2], 1.0, 1e-12);
+  }
+}
+
+TEST(SurfaceLocator, FarAwayItIsTheCornerOrTheFootOfThePerpendicular) {
+  const SurfaceMesh mesh = boxMesh({1.0, 1.0, 1.0});
+  const SurfaceLocator locator(mesh);
+  EXPECT_LT((placeOf(locator.nearest({9.0, 9.0, 9.0}), mesh) - Vec3(1, 1, 1)).norm(), 1e-12);
+  EXPECT_LT((placeOf(locator.nearest({5.0, 0.25, 0.5}), mesh) - Vec3(1, 0.25, 0.5)).norm(), 1e-12);
+  EXPECT_LT((placeOf(locator.nearest({5.0, -9.0, 0.5}), mesh) - Vec3(1, -1, 0.5)).norm(), 1e-12);
+}
+
+TEST(SurfaceLocator, VerticesAloneAndTrianglesWithoutAreaAreFound) {
+  SurfaceMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+  EXPECT_EQ(SurfaceLocator(mesh).nearest({1.2, 3, 0}).vertices[0], 1u);
+  mesh.triangles = {{0, 1, 2}, {1, 1, 1}};
+  const SurfacePoint found = SurfaceLocator(mesh).nearest({1.2, 3, 0});
+  EXPECT_TRUE(placeOf(found, mesh).allFinite());
+  EXPECT_LT((placeOf(found, mesh) - Vec3(1.2, 0, 0)).norm(), 0.2 + 1e-12);
+}
+
+}  // namespace
+}  // namespace carom::test
