@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "audio/result.h"
+
+namespace carom {
+
+/// All bytes of a regular file. An error names the file and says what failed. Not for files that
+/// somebody is writing to. [any thread; blocks on the disk]
+Result<std::vector<std::byte>> readBytes(const std::filesystem::path& path);
+
+/// Writes a file that appears whole or not at all, in place of what has the name: see PartialFile.
+/// [any thread; blocks on the disk]
+Status writeBytes(const std::filesystem::path& path, std::span<const std::byte> bytes);
+
+}  // namespace carom

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <complex>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "audio/click.h"
+#include "audio/impulse_event.h"
+#include "audio/modal_model.h"
+#include "audio/synth_settings.h"
+
+namespace carom {
+
+/// The modes of a model as resonators at one sample rate, those within the band (kBand) of it.
+/// Immutable, to be shared by all bodies of the model. [any thread]
+///
+/// y[n] = a1 y[n-1] + a2 y[n-2] + b0 x[n] + b1 x[n-1] has the poles exp((-decay +- i w) / rate), so
+/// frequency and decay are the mode's own, to rounding.
+struct ResonatorSet {
+  ResonatorSet(std::shared_ptr<const ModalModel> ofModel, const SynthSettings& settings);
+
+  std::shared_ptr<const ModalModel> model;
+  std::uint32_t order = 0;  ///< among all sets of a layer
+  std::size_t modes = 0;    ///< the first so many of the model's
+  std::size_t padded = 0;   ///< the length of the arrays: zeros behind the modes
+  std::vector<double> a1;
+  std::vector<double> a2;
+  std::vector<std::complex<double>> pole;  ///< rad/s: -decay + i w damped, one for each mode
+  /// 1: what is left of each mode in a pulse on the samples (spreadKernel).
+  std::vector<std::complex<double>> dimming;
+};
+
+/// What one contact excites of a body's modes at one receiver, over one path. As Click, it is laid
+/// by the simulation's side and knows no bodies, listeners or rooms.
+struct Ring {
+  Click drive;  ///< the force's pulse and its time; no filters, no buses
+  BodyId body = 0;
+  const ResonatorSet* resonators = nullptr;
+  std::size_t count = 0;  ///< of its resonators: all, or the first so many, padded
+  std::size_t taps = 0;   ///< where its b0 begin, and `count` behind it its b1
+  double direct = 0.0;    ///< of the pulse itself: what keeps the modes' sum still at 0 Hz
+};
+
+}  // namespace carom

@@ -1,0 +1,157 @@
+#include "audio/ring_layer.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "audio/absorption.h"
+#include "audio/hrtf.h"
+#include "audio/mode_transfer.h"
+#include "audio/pulse.h"
+
+namespace carom {
+namespace {
+
+using Complex = std::complex<double>;
+
+/// m, from the centre of mass to the farthest vertex.
+double enclosingRadius(const ModalModel& model) {
+  double radius = 0.0;
+  for (const Vec3& vertex : model.surface.vertices)
+    radius = std::max(radius, (vertex - model.centreOfMass).norm());
+  return radius;
+}
+
+/// Of an ear's aligned response, at w (rad per sample).
+Complex earResponse(std::span<const double> response, double w) {
+  const Complex turn = std::polar(1.0, -w);
+  Complex sum = 0.0;
+  for (std::size_t tap = response.size(); tap-- > 0;)
+    sum = sum * turn + response[tap];
+  return sum;
+}
+
+}  // namespace
+
+RingLayer::Source::Source(const ResonatorSet& modes)
+    : resonators(&modes), locator(modes.model->surface), radius(enclosingRadius(*modes.model)) {}
+
+RingLayer::RingLayer(std::shared_ptr<const SoundPaths> paths) : paths_(std::move(paths)) {
+  if (paths_->hasHeads) response_.resize(paths_->longestResponse);
+}
+
+const RingLayer::Source& RingLayer::sourceOf(const std::shared_ptr<const ModalModel>& model) {
+  std::unique_ptr<Source>& source = sources_[model.get()];
+  if (source != nullptr) return *source;
+  const SynthSettings& settings = paths_->settings;
+  sets_.push_back(std::make_unique<ResonatorSet>(model, settings));
+  ResonatorSet& set = *sets_.back();
+  set.order = static_cast<std::uint32_t>(sets_.size());
+  source = std::make_unique<Source>(set);
+  for (const auto& chain : paths_->chains) {
+    for (const Complex& pole : set.pole) {
+      const double frequency = pole.imag() / (2.0 * std::numbers::pi);
+      Complex response = 1.0;
+      for (const ReflectionFilter& wall : chain)
+        response *= frequencyResponse(wall, frequency, settings.sampleRate);
+      source->walls.push_back(response);
+    }
+  }
+  return *source;
+}
+
+bool RingLayer::strike(const ImpulseEvent& event, const SoundBody& body, const Source& source) {
+  const ModalModel& model = *source.resonators->model;
+  body_ = event.body;
+  source_ = &source;
+  orientation_ = event.bodyOrientation;
+  const Vec3 origin = body.modalOrigin.value_or(model.centreOfMass);
+  position_ = event.bodyPosition + orientation_ * (model.centreOfMass - origin);
+  rings_.clear();
+  taps_.clear();
+  loudest_.assign(source.resonators->modes, 0.0);
+
+  const Vec3 blow = orientation_.conjugate() * event.impulse;
+  const Vec3 where = orientation_.conjugate() * (event.position - event.bodyPosition) + origin;
+  const SurfacePoint point = source.locator.nearest(where);
+  excitation_.assign(source.resonators->modes, 0.0);
+  bool any = false;
+  for (std::size_t mode = 0; mode < excitation_.size(); ++mode) {
+    for (std::size_t corner = 0; corner < point.vertices.size(); ++corner)
+      excitation_[mode] +=
+          point.weights[corner] * model.shape(mode, point.vertices[corner]).dot(blow);
+    any = any || excitation_[mode] != 0.0;
+  }
+  return any;
+}
+
+void RingLayer::lay(const Click& drive, const RingWay& way) {
+  const ResonatorSet& set = *source_->resonators;
+  const Vec3 leaving = orientation_.conjugate() * way.toReceiver;
+  const double distance = std::max(leaving.norm(), source_->radius);
+  amplitudes_.resize(set.modes);
+  modeTransfers(*set.model, paths_->settings.modalRadiation, paths_->settings.medium,
+                leaving.normalized() * distance, amplitudes_);
+  const std::span<const Complex> walls =
+      std::span(source_->walls).subspan(way.chain * set.modes, set.modes);
+  for (std::size_t mode = 0; mode < set.modes; ++mode)
+    amplitudes_[mode] *= way.gain * walls[mode];
+  if (way.head != nullptr) {
+    const std::span<double> response = std::span(response_).first(way.head->alignedLength());
+    way.head->blendAligned(way.ears, way.ear, response);
+    for (std::size_t mode = 0; mode < set.modes; ++mode)
+      amplitudes_[mode] *=
+          earResponse(response, set.pole[mode].imag() / paths_->settings.sampleRate);
+  }
+  layAmplitudes(drive);
+}
+
+void RingLayer::laySend(const Click& drive) {
+  amplitudes_.resize(source_->resonators->modes);
+  meanTransfers(*source_->resonators->model, paths_->settings.modalRadiation,
+                paths_->settings.medium, amplitudes_);
+  layAmplitudes(drive);
+}
+
+/// Turns amplitudes_, transfers so far, into the taps of resonators.
+///
+/// After a unit impulse at time 0, q'' = delta(t) e + Re(-i s^2 e / w exp(s t)), where s is the
+/// pole, w its imaginary part and e the excitation. Each resonator is the second term's samples;
+/// the first is what keeps q'' still where the pulse is much longer than the period. On samples
+/// that is the one number for which nothing is left at 0 Hz.
+void RingLayer::layAmplitudes(const Click& drive) {
+  const ResonatorSet& set = *source_->resonators;
+  const double rate = paths_->settings.sampleRate;
+  Ring ring;
+  ring.drive = drive;
+  ring.body = body_;
+  ring.resonators = &set;
+  ring.count = set.padded;
+  ring.taps = taps_.size();
+  taps_.resize(taps_.size() + 2 * set.padded, 0.0);
+  const std::span<double> b0 = std::span(taps_).subspan(ring.taps, set.padded);
+  const std::span<double> b1 = std::span(taps_).subspan(ring.taps + set.padded, set.padded);
+  for (std::size_t mode = 0; mode < set.modes; ++mode) {
+    const Complex pole = set.pole[mode];
+    const Complex heard =
+        Complex(0.0, -1.0) * pole * pole * excitation_[mode] / pole.imag() * amplitudes_[mode];
+    loudest_[mode] = std::max(loudest_[mode], std::abs(heard));
+    const Complex amplitude = heard / set.dimming[mode];
+    b0[mode] = amplitude.real();
+    b1[mode] = (amplitude * std::exp(pole / rate)).real() - set.a1[mode] * b0[mode];
+    ring.direct -= (b0[mode] + b1[mode]) / (1.0 - set.a1[mode] - set.a2[mode]);
+  }
+  rings_.push_back(ring);
+}
+
+double RingLayer::peak(const Pulse& pulse, double duration) {
+  const PulseSpectrum& spectrum = spectra_.try_emplace(&pulse, pulse).first->second;
+  double sum = 0.0;
+  for (std::size_t mode = 0; mode < loudest_.size(); ++mode)
+    sum += loudest_[mode] * spectrum.bound(source_->resonators->pole[mode].imag() * duration);
+  return sum;
+}
+
+}  // namespace carom

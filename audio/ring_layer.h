@@ -1,0 +1,94 @@
+#pragma once
+
+#include <complex>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "audio/click.h"
+#include "audio/impulse_event.h"
+#include "audio/pulse_spectrum.h"
+#include "audio/ring.h"
+#include "audio/sound_body.h"
+#include "audio/sound_paths.h"
+#include "audio/surface_locator.h"
+
+namespace carom {
+
+/// The way of a ring to one receiver.
+struct RingWay {
+  Vec3 toReceiver = Vec3::Zero();  ///< m, world frame, from the centre of mass; mirrored back for
+                                   ///< an image, so that it leaves the body where the sound does
+  double gain = 1.0;               ///< 1, of the receiver, in that direction
+  const HrtfSet* head = nullptr;   ///< of an ear
+  SphereWeights ears;
+  Ear ear = Ear::left;
+  std::uint32_t chain = 0;  ///< of walls
+};
+
+/// From events to rings: which modes a contact excites, and how they are heard.
+///
+/// An impulse j at the point y gives mode i the velocity phi_i(y) . j; y is the nearest point of
+/// the model's surface, phi_i there the mean of its triangle's corners. The pulse of the contact,
+/// which drives the resonators, shapes their gains. What lies between the mode and the ear
+/// (radiation, walls, an ear's response) is taken at the mode's own frequency, as one complex
+/// factor; so it is exact for what rings long, and blurs the first period. What moves after the
+/// contact is not heard in what it excited: neither Doppler shift nor a turn of the body.
+///
+/// [one thread]
+class RingLayer {
+ public:
+  explicit RingLayer(std::shared_ptr<const SoundPaths> paths);
+
+  /// A body's model at the sample rate of the paths, where it can be hit. Lives as long as this.
+  struct Source {
+    explicit Source(const ResonatorSet& modes);
+    const ResonatorSet* resonators;
+    SurfaceLocator locator;
+    double radius = 0.0;  ///< m, about the centre of mass, of a sphere that holds the model
+    /// Responses of the walls of each chain at the modes' frequencies, chain by chain.
+    std::vector<std::complex<double>> walls;
+  };
+  const Source& sourceOf(const std::shared_ptr<const ModalModel>& model);
+
+  /// Begins the rings of an event: those of the one before are forgotten. False: it excites
+  /// nothing.
+  bool strike(const ImpulseEvent& event, const SoundBody& body, const Source& source);
+  /// m, world frame: the centre of mass of what has been struck.
+  const Vec3& position() const { return position_; }
+  double radius() const { return source_->radius; }
+  /// Adds a ring with this drive.
+  void lay(const Click& drive, const RingWay& way);
+  /// The same into the reverberation: the mean over all directions, at 1 m.
+  void laySend(const Click& drive);
+
+  /// Pa, a bound of the rings so far, for a contact of that pulse and duration (s).
+  double peak(const Pulse& pulse, double duration);
+  std::span<const Ring> rings() const { return rings_; }
+  std::span<const double> taps() const { return taps_; }
+
+ private:
+  void layAmplitudes(const Click& drive);
+
+  std::shared_ptr<const SoundPaths> paths_;
+  std::vector<std::unique_ptr<ResonatorSet>> sets_;
+  std::unordered_map<const ModalModel*, std::unique_ptr<Source>> sources_;
+  std::unordered_map<const Pulse*, PulseSpectrum> spectra_;
+  std::vector<double> response_;  // of an ear
+
+  // Of the event in hand.
+  BodyId body_ = 0;
+  const Source* source_ = nullptr;
+  Vec3 position_ = Vec3::Zero();
+  Quat orientation_ = Quat::Identity();
+  std::vector<double> excitation_;                // N s / sqrt(kg), one for each mode
+  std::vector<std::complex<double>> amplitudes_;  // Pa, of the ring in hand
+  std::vector<double> loudest_;                   // Pa, of each mode over all rings
+  std::vector<Ring> rings_;
+  std::vector<double> taps_;
+};
+
+}  // namespace carom

@@ -1,0 +1,349 @@
+#include "audio/ring_player.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <tuple>
+#include <utility>
+
+#include "audio/click_bus.h"
+#include "audio/pulse.h"
+#include "audio/spread_kernel.h"
+
+namespace carom {
+namespace {
+
+/// A resonator is over when it is this far below what can be heard of a click; with 1000 of them
+/// the rest is as loud as that.
+constexpr double kInaudible = 1e-3;
+/// Pa: and when nothing is left out for being quiet.
+constexpr double kSilence = 1e-15;
+/// What ClickLayer may give a click, of nodes.
+constexpr std::size_t kMostNodes = 48;
+
+std::int64_t gridFrom(std::int64_t sample) {
+  const std::int64_t past = sample & (RingPlayer::kGrid - 1);
+  return past == 0 ? sample : sample + RingPlayer::kGrid - past;
+}
+static_assert((RingPlayer::kGrid & (RingPlayer::kGrid - 1)) == 0);
+
+}  // namespace
+
+RingPlayer::RingPlayer(std::shared_ptr<const SoundPaths> paths,
+                       std::optional<RingCapacity> capacity)
+    : paths_(std::move(paths)),
+      capacity_(capacity),
+      sampler_(paths_->settings.sampling, fastestKernels()),
+      silence_(std::max(kInaudible * paths_->settings.audibleThreshold, kSilence)),
+      ahead_(paths_->channels.size() + 1) {
+  if (capacity_) makeRoom();
+}
+
+/// All the memory that a player with a capacity ever has.
+void RingPlayer::makeRoom() {
+  const Pulse& pulse = Pulse::of(paths_->settings.pulse);
+  const double longest =
+      (pulse.end() - pulse.begin()) * capacity_->longestContact * paths_->settings.sampleRate;
+  Click drive;
+  drive.samples = static_cast<std::uint32_t>(longest) + 2 * kSpreadWidth;
+  mostSamples_ = drive.samples;
+  reserve(drive, capacity_->modes);
+  sampler_.reserve(kMostNodes, drive.samples);
+  const auto room = [this](std::vector<double>& values) {
+    values.resize(2 * (capacity_->modes + ResonatorKernels::kWidth));
+  };
+  slots_.resize(capacity_->rings);
+  for (std::size_t slot = slots_.size(); slot-- > 0;) {
+    room(slots_[slot].taps);
+    freeSlots_.push_back(static_cast<std::uint32_t>(slot));
+  }
+  banks_.resize(capacity_->banks);
+  for (std::size_t bank = banks_.size(); bank-- > 0;) {
+    room(banks_[bank].y);
+    freeBanks_.push_back(static_cast<std::uint32_t>(bank));
+  }
+  order_.reserve(banks_.size());
+  driven_.reserve(slots_.size());
+  waiting_.reserve(slots_.size());
+}
+
+void RingPlayer::add(std::span<const Ring> rings, std::span<const double> taps) {
+  const auto first = std::ranges::min_element(rings, {}, [](const Ring& ring) {
+                       return ring.drive.first;
+                     })->drive.first;
+  if (first < position_) ++counters_.late;
+  const std::int64_t delay = capacity_ ? std::max<std::int64_t>(0, position_ - first) : 0;
+  for (const Ring& ring : rings) {
+    Ring later = ring;
+    later.drive.first += delay;
+    addOne(later, taps.subspan(ring.taps, 2 * ring.count));
+  }
+}
+
+void RingPlayer::addOne(Ring ring, std::span<const double> taps) {
+  if (capacity_ && ring.drive.samples > mostSamples_) {
+    ++counters_.tooLong;
+    return;
+  }
+  const std::uint32_t bank = bankOf(ring);
+  const std::uint32_t slot = bank == kNone ? kNone : freeSlot();
+  if (slot == kNone) {
+    ++counters_.noBank;
+    return;
+  }
+  const std::size_t count = banks_[bank].count;
+  Waiting& waiting = slots_[slot];
+  waiting.ring = ring;
+  waiting.bank = bank;
+  if (!capacity_) waiting.taps.resize(2 * count);
+  std::ranges::copy(taps.first(count), waiting.taps.begin());
+  std::ranges::copy(taps.subspan(ring.count, count),
+                    waiting.taps.begin() + static_cast<std::ptrdiff_t>(count));
+  ++banks_[bank].pending;
+  if (!capacity_) reserve(ring.drive, count);
+  waiting_.push({ring.drive.first, ring.drive.track.start, slot}, position_);
+}
+
+std::size_t RingPlayer::countOf(const Ring& ring) const {
+  if (!capacity_) return ring.count;
+  constexpr std::size_t kWidth = ResonatorKernels::kWidth;
+  return std::min(ring.count, (capacity_->modes + kWidth - 1) / kWidth * kWidth);
+}
+
+/// Samples that a drive may need from the clock on, in any of the buffers.
+std::size_t RingPlayer::roomOf(const Click& drive) const {
+  return drive.samples + static_cast<std::size_t>(2 * kGrid) + ClickBus::kMaxFrames +
+         2 * ClickKernels::kRoom;
+}
+
+void RingPlayer::reserve(const Click& drive, std::size_t count) {
+  const auto atLeast = [](std::vector<double>& values, std::size_t size) {
+    if (values.size() < size) values.resize(2 * size);
+  };
+  const std::size_t room = roomOf(drive);
+  atLeast(x_, room);
+  atLeast(out_, room);
+  for (std::vector<double>& ahead : ahead_)
+    atLeast(ahead, room);
+  atLeast(y_, 2 * (count + ResonatorKernels::kWidth));
+  sampler_.reserve(drive.nodes.size(), drive.samples);
+}
+
+/// The one of its body and channel, or a new one; kNone where there may be no more.
+std::uint32_t RingPlayer::bankOf(const Ring& ring) {
+  const auto keyOf = [this](std::uint32_t bank) {
+    return std::tuple(banks_[bank].body, banks_[bank].channel, banks_[bank].resonators->order);
+  };
+  const auto key = std::tuple(ring.body, ring.drive.channel, ring.resonators->order);
+  const auto place = std::ranges::lower_bound(order_, key, {}, keyOf);
+  if (place != order_.end() && keyOf(*place) == key) return *place;
+  const std::uint32_t index = freeBank();
+  if (index == kNone) return kNone;
+  Bank& bank = banks_[index];
+  bank.body = ring.body;
+  bank.channel = ring.drive.channel;
+  bank.resonators = ring.resonators;
+  bank.count = countOf(ring);
+  if (bank.y.size() < 2 * bank.count) bank.y.resize(2 * bank.count);
+  std::ranges::fill(bank.y, 0.0);
+  order_.insert(place, index);
+  return index;
+}
+
+std::uint32_t RingPlayer::freeBank() {
+  if (!freeBanks_.empty()) {
+    const std::uint32_t bank = freeBanks_.back();
+    freeBanks_.pop_back();
+    return bank;
+  }
+  if (capacity_) return kNone;
+  banks_.emplace_back();
+  freeBanks_.reserve(banks_.capacity());
+  return static_cast<std::uint32_t>(banks_.size() - 1);
+}
+
+std::uint32_t RingPlayer::freeSlot() {
+  if (!freeSlots_.empty()) {
+    const std::uint32_t slot = freeSlots_.back();
+    freeSlots_.pop_back();
+    return slot;
+  }
+  if (capacity_) return kNone;
+  slots_.emplace_back();
+  freeSlots_.reserve(slots_.capacity());
+  driven_.reserve(slots_.capacity());
+  return static_cast<std::uint32_t>(slots_.size() - 1);
+}
+
+/// A total order by content, so that the order of two calls of `add` can never be heard.
+bool RingPlayer::isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b) const {
+  if (a.first != b.first) return a.first < b.first;
+  if (a.start != b.start) return a.start < b.start;
+  const auto contentOf = [this](std::uint32_t slot) {
+    const Ring& ring = slots_[slot].ring;
+    const ClickTrack& track = ring.drive.track;
+    return std::tuple(ring.body, ring.drive.channel, ring.drive.chain, track.length, track.bend,
+                      ring.direct);
+  };
+  if (contentOf(a.slot) != contentOf(b.slot)) return contentOf(a.slot) < contentOf(b.slot);
+  const auto tapsOf = [this](std::uint32_t slot) {
+    return std::span(slots_[slot].taps).first(2 * banks_[slots_[slot].bank].count);
+  };
+  return std::ranges::lexicographical_compare(tapsOf(a.slot), tapsOf(b.slot));
+}
+
+void RingPlayer::mix(const Mix& mix) noexcept {
+  const std::int64_t end = position_ + static_cast<std::int64_t>(mix.frames);
+  const std::int64_t begin = position_;
+  beginUntil(end);
+  while (position_ < end) {
+    if (gridFrom(position_) == position_) {
+      joinAt(position_);
+      retire();
+    }
+    const std::int64_t next = std::min(end, gridFrom(position_ + 1));
+    ringFreely(mix, static_cast<std::size_t>(position_ - begin),
+               static_cast<std::size_t>(next - position_));
+    position_ = next;
+  }
+  addAhead(mix);
+}
+
+void RingPlayer::beginUntil(std::int64_t end) noexcept {
+  const std::span<ClickQueue::Entry> due = waiting_.takeUntil(position_, end);
+  std::ranges::sort(due, [this](const auto& a, const auto& b) { return isEarlier(a, b); });
+  for (const ClickQueue::Entry& entry : due)
+    drive(entry.slot);
+}
+
+/// Drives a ring's own resonators over its pulse, lays ahead what that sounds like, and keeps the
+/// state that goes into the bank.
+void RingPlayer::drive(std::uint32_t slot) noexcept {
+  Waiting& waiting = slots_[slot];
+  const Ring& ring = waiting.ring;
+  const Click& click = ring.drive;
+  const std::size_t count = banks_[waiting.bank].count;
+  const std::int64_t over = click.first + static_cast<std::int64_t>(click.samples);
+  const std::int64_t joins = gridFrom(std::max(over, position_ + 1));
+  const auto length = static_cast<std::size_t>(joins - click.first);
+  const std::size_t late =
+      click.first < position_ ? static_cast<std::size_t>(position_ - click.first) : std::size_t{0};
+  assert(length - late <= ahead_.front().size());
+  if (length + 1 > x_.size()) return giveBack(slot);  // so late that it is over
+  x_[0] = 0.0;
+  const std::span<double> x(x_.data() + 1, click.samples);
+  sampler_.sample(click, Drive::force, x);
+  std::fill(x_.begin() + 1 + std::ssize(x), x_.begin() + 1 + static_cast<std::ptrdiff_t>(length),
+            0.0);
+  std::fill_n(y_.begin(), 2 * count, 0.0);
+  std::fill_n(out_.begin(), length, 0.0);
+  const Resonators own{ring.resonators->a1.data(), ring.resonators->a2.data(), y_.data(),
+                       y_.data() + count, count};
+  kernels_.drive(own, {waiting.taps.data(), waiting.taps.data() + count, x_.data() + 1},
+                 {out_.data(), length});
+  std::vector<double>& ahead = ahead_[click.channel];
+  const std::size_t at =
+      click.first < position_ ? 0 : static_cast<std::size_t>(click.first - position_);
+  for (std::size_t n = late; n < length; ++n)
+    ahead[at + n - late] += out_[n] + ring.direct * (n < x.size() ? x[n] : 0.0);
+  aheadEnd_ = std::max(aheadEnd_, at + length - late);
+  std::copy_n(y_.begin(), 2 * count, waiting.taps.begin());
+  const auto place = std::ranges::upper_bound(driven_, joins, {}, &Driven::joins);
+  driven_.insert(place, {joins, slot});
+}
+
+void RingPlayer::joinAt(std::int64_t position) noexcept {
+  std::size_t joined = 0;
+  for (; joined < driven_.size() && driven_[joined].joins <= position; ++joined) {
+    const Waiting& waiting = slots_[driven_[joined].slot];
+    Bank& bank = banks_[waiting.bank];
+    for (std::size_t i = 0; i < 2 * bank.count; ++i)
+      bank.y[i] += waiting.taps[i];
+    bank.active = bank.count;
+    giveBack(driven_[joined].slot);
+  }
+  driven_.erase(driven_.begin(), driven_.begin() + static_cast<std::ptrdiff_t>(joined));
+}
+
+void RingPlayer::giveBack(std::uint32_t slot) noexcept {
+  --banks_[slots_[slot].bank].pending;
+  freeSlots_.push_back(slot);
+}
+
+/// Stops what is no longer heard.
+void RingPlayer::retire() noexcept {
+  const auto isOver = [this](std::uint32_t index) {
+    Bank& bank = banks_[index];
+    if (bank.active > 0) {
+      const Resonators resonators = resonatorsOf(bank);
+      if (kernels_.flush(resonators, silence_) == 0) bank.active = 0;
+      while (bank.active > 0 && isZero(bank, bank.active - ResonatorKernels::kWidth))
+        bank.active -= ResonatorKernels::kWidth;
+    }
+    if (bank.active > 0 || bank.pending > 0) return false;
+    freeBanks_.push_back(index);
+    return true;
+  };
+  order_.erase(std::remove_if(order_.begin(), order_.end(), isOver), order_.end());
+}
+
+/// Whether the kWidth resonators from `first` on are silent.
+bool RingPlayer::isZero(const Bank& bank, std::size_t first) const noexcept {
+  for (std::size_t i = first; i < first + ResonatorKernels::kWidth; ++i)
+    if (bank.y[i] != 0.0 || bank.y[bank.count + i] != 0.0) return false;
+  return true;
+}
+
+Resonators RingPlayer::resonatorsOf(Bank& bank) const noexcept {
+  const ResonatorSet& set = *bank.resonators;
+  return {set.a1.data(), set.a2.data(), bank.y.data(), bank.y.data() + bank.count, bank.active};
+}
+
+void RingPlayer::ringFreely(const Mix& mix, std::size_t from, std::size_t frames) noexcept {
+  for (const std::uint32_t index : order_) {
+    Bank& bank = banks_[index];
+    if (bank.active == 0) continue;
+    const bool isSend = bank.channel == paths_->channels.size();
+    double* const to = isSend ? mix.send : mix.channels + bank.channel * mix.stride;
+    kernels_.ring(resonatorsOf(bank), {to + from, frames});
+  }
+}
+
+void RingPlayer::addAhead(const Mix& mix) noexcept {
+  if (aheadEnd_ == 0) return;
+  const std::size_t now = std::min(mix.frames, aheadEnd_);
+  for (std::size_t channel = 0; channel < ahead_.size(); ++channel) {
+    std::vector<double>& ahead = ahead_[channel];
+    double* const to =
+        channel == paths_->channels.size() ? mix.send : mix.channels + channel * mix.stride;
+    for (std::size_t n = 0; n < now; ++n)
+      to[n] += ahead[n];
+    std::copy(ahead.data() + now, ahead.data() + aheadEnd_, ahead.data());
+    std::fill(ahead.data() + aheadEnd_ - now, ahead.data() + aheadEnd_, 0.0);
+  }
+  aheadEnd_ -= now;
+}
+
+std::size_t RingPlayer::resonatorsInUse() const {
+  std::size_t sum = 0;
+  for (const std::uint32_t index : order_)
+    sum += banks_[index].active;
+  return sum;
+}
+
+void RingPlayer::seek(std::int64_t position) {
+  position_ = position;
+  waiting_.clear();
+  slots_.clear();
+  freeSlots_.clear();
+  driven_.clear();
+  banks_.clear();
+  freeBanks_.clear();
+  order_.clear();
+  for (std::vector<double>& ahead : ahead_)
+    std::ranges::fill(ahead, 0.0);
+  aheadEnd_ = 0;
+  if (capacity_) makeRoom();
+}
+
+}  // namespace carom

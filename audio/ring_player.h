@@ -1,0 +1,139 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "audio/click_queue.h"
+#include "audio/click_sampler.h"
+#include "audio/resonator_kernels.h"
+#include "audio/ring.h"
+#include "audio/sound_paths.h"
+
+namespace carom {
+
+/// What a player of rings may hold at most, made in advance: with it, nothing allocates any more.
+struct RingCapacity {
+  std::size_t banks = 128;  ///< that sound or wait: one for each body and channel
+  std::size_t modes = 128;  ///< of a body; higher ones are left out
+  std::size_t rings = 512;  ///< that wait for their sample: one for each channel and path
+  /// s. Longer contacts are left out.
+  double longestContact = 0.05;
+};
+
+struct RingPlayerCounters {
+  std::uint64_t late = 0;     ///< rings that came after their first sample had been rendered
+  std::uint64_t tooLong = 0;  ///< left out: longer than RingCapacity::longestContact
+  std::uint64_t noBank = 0;   ///< left out: more of them, or more bodies, than there is room for
+};
+
+/// From rings to samples: banks of resonators, one for each body and channel, since what reaches a
+/// receiver over several paths rings in the same bank.
+///
+/// A ring drives resonators of its own from its first sample to the end of its pulse, and on to the
+/// next multiple of kGrid; what they hold then is added to the bank's, where it decays freely. On
+/// the same grid, resonators below `silence` are stopped, and a bank where none is left is free
+/// again. So the bits do not depend on the sizes of blocks. [one thread]
+class RingPlayer {
+ public:
+  static constexpr std::int64_t kGrid = 64;  ///< samples
+
+  RingPlayer(std::shared_ptr<const SoundPaths> paths,
+             std::optional<RingCapacity> capacity = std::nullopt);
+
+  /// Takes rings, whose taps are in `taps`. Without a capacity it takes whatever comes, and
+  /// allocates. With one, what has no room is left out, and what comes late is heard later by as
+  /// much.
+  void add(std::span<const Ring> rings, std::span<const double> taps);
+
+  /// Adds the next samples, at most ClickBus::kMaxFrames: planar, `stride` apart, and what goes
+  /// into the reverberation.
+  struct Mix {
+    double* channels = nullptr;
+    std::size_t stride = 0;
+    double* send = nullptr;
+    std::size_t frames = 0;
+  };
+  void mix(const Mix& mix) noexcept;
+
+  /// Silent; the next sample is `position`.
+  void seek(std::int64_t position);
+
+  bool isSilent() const { return waiting_.size() == 0 && driven_.empty() && banksInUse() == 0; }
+  std::size_t banksInUse() const { return order_.size(); }
+  std::size_t resonatorsInUse() const;
+  const RingPlayerCounters& counters() const { return counters_; }
+
+ private:
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+
+  /// Of one body at one channel.
+  struct Bank {
+    BodyId body = 0;
+    std::uint32_t channel = 0;
+    const ResonatorSet* resonators = nullptr;
+    std::size_t count = 0;      // of the resonators, padded
+    std::size_t active = 0;     // of `count`: those behind are silent, and the highest go first
+    std::uint32_t pending = 0;  // rings that wait for it or are driven
+    std::vector<double> y;      // y1, and y2 `count` behind them
+  };
+  /// A ring that waits, or is driven; in a slot.
+  struct Waiting {
+    Ring ring;
+    std::uint32_t bank = 0;
+    std::vector<double> taps;  // b0 and b1; once driven y1 and y2
+  };
+  /// A ring whose resonators go into their bank at `joins`.
+  struct Driven {
+    std::int64_t joins = 0;
+    std::uint32_t slot = 0;
+  };
+
+  void makeRoom();
+  void addOne(Ring ring, std::span<const double> taps);
+  std::size_t countOf(const Ring& ring) const;
+  std::size_t roomOf(const Click& drive) const;
+  void reserve(const Click& drive, std::size_t count);
+  std::uint32_t bankOf(const Ring& ring);
+  std::uint32_t freeBank();
+  std::uint32_t freeSlot();
+  bool isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b) const;
+  void beginUntil(std::int64_t end) noexcept;
+  void drive(std::uint32_t slot) noexcept;
+  void joinAt(std::int64_t position) noexcept;
+  void retire() noexcept;
+  void giveBack(std::uint32_t slot) noexcept;
+  bool isZero(const Bank& bank, std::size_t first) const noexcept;
+  Resonators resonatorsOf(Bank& bank) const noexcept;
+  void ringFreely(const Mix& mix, std::size_t from, std::size_t frames) noexcept;
+  void addAhead(const Mix& mix) noexcept;
+
+  std::shared_ptr<const SoundPaths> paths_;
+  std::optional<RingCapacity> capacity_;
+  const ResonatorKernels& kernels_ = fastestResonators();
+  ClickSampler sampler_;
+  RingPlayerCounters counters_;
+  double silence_;  // Pa
+
+  std::int64_t position_ = 0;
+  std::vector<Waiting> slots_;
+  std::vector<std::uint32_t> freeSlots_;
+  ClickQueue waiting_;
+  std::vector<Driven> driven_;  // by the time they join
+  std::vector<Bank> banks_;
+  std::vector<std::uint32_t> freeBanks_;
+  std::vector<std::uint32_t> order_;  // of banks in use, by body and channel: how they are summed
+
+  std::vector<double> x_;                   // a drive, one zero in front
+  std::vector<double> y_;                   // of the ring that is being driven
+  std::vector<double> out_;                 // what it sounds like
+  std::vector<std::vector<double>> ahead_;  // by channel: what driven rings have laid ahead
+  std::size_t mostSamples_ = 0;             // of a drive, with a capacity
+  std::size_t aheadEnd_ = 0;                // samples of them that may not be zero
+};
+
+}  // namespace carom
