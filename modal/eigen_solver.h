@@ -1,0 +1,58 @@
+#pragma once
+
+#include <limits>
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "audio/result.h"
+#include "modal/progress.h"
+#include "modal/sparse_factor.h"
+
+namespace carom {
+
+/// Which modes of K phi = lambda M phi are sought.
+struct EigenSettings {
+  Eigen::Index modes = 66;  ///< the lowest so many, rigid ones (lambda = 0) included
+  /// rad^2/s^2: those above are not sought. Finite: one factorisation more counts all below it.
+  double highest = std::numeric_limits<double>::infinity();
+  /// Of each mode: |Op v - theta v| / theta, Op = (K - shift M)^-1 M. The relative error of lambda
+  /// is its square over the relative distance to the next lambda.
+  double tolerance = 1e-6;
+  /// rad^2/s^2, negative. Best about as large as the lowest lambda that is not 0. None: 1e-7 times
+  /// the median of K_ii / M_ii.
+  std::optional<double> shift;
+  /// Prove by Sylvester's law of inertia that none is missing: one factorisation more.
+  bool count = true;
+};
+
+struct EigenSolution {
+  Eigen::VectorXd lambda;   ///< rad^2/s^2, ascending; those of rigid modes are rounding
+  Eigen::MatrixXd vectors;  ///< 1/sqrt(kg), a column for each: phi^T M phi = 1
+  /// Lambdas up to `highest`, by inertia; more than found if `modes` was less. None: not counted.
+  std::optional<Eigen::Index> below;
+  /// Whether the inertia says that no lower mode than the last was missed. False too if not asked.
+  bool counted = false;
+  double residual = 0.0;    ///< worst |K v - lambda M v| / (max(lambda, -shift) |M v|)
+  Eigen::Index solves = 0;  ///< right-hand sides
+  Eigen::Index factorisations = 0;
+};
+
+/// The lowest modes of K phi = lambda M phi, K symmetric and positive semidefinite, M symmetric and
+/// positive definite (it may be diagonal).
+///
+/// Block Lanczos (Golub and Underwood 1977) on (K - shift M)^-1 M, which is symmetric in the inner
+/// product of M (Ericsson and Ruhe 1980), with full reorthogonalisation, no restart, and the whole
+/// projection kept, so that the space may be extended by new random vectors at any time. Blocks
+/// because a factor is read from memory once for all columns. Memory: about three vectors for each
+/// mode sought. A multiplicity beyond the size of the block shows in the count, upon which the
+/// space is extended.
+///
+/// Deterministic: start vectors are of a fixed seed. Errors: sizes that do not match, no mode asked
+/// for, a shift that is not negative, a matrix that cannot be factorised, no convergence,
+/// cancelled. [any thread], allocates; the factorisation cannot be cancelled half-way.
+Result<EigenSolution> lowestModes(const SparseMatrix& stiffness, const SparseMatrix& mass,
+                                  const EigenSettings& settings = {},
+                                  const Progress& progress = {});
+
+}  // namespace carom

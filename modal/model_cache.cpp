@@ -1,0 +1,115 @@
+#include "modal/model_cache.h"
+
+#include <array>
+#include <bit>
+#include <cstdlib>
+#include <span>
+#include <system_error>
+#include <utility>
+#include <variant>
+
+#include "audio/modal_model_file.h"
+
+namespace carom {
+
+namespace fs = std::filesystem;
+
+void ModelKey::hashKind(char kind) {
+  const std::byte byte{static_cast<unsigned char>(kind)};
+  hash_.add({&byte, 1});
+}
+
+void ModelKey::hashNumber(std::uint64_t number) {
+  std::array<std::byte, sizeof number> bytes{};
+  for (std::size_t at = 0; at < bytes.size(); ++at)
+    bytes[at] = static_cast<std::byte>(number >> (8 * at) & 0xFF);
+  hash_.add(bytes);
+}
+
+ModelKey& ModelKey::add(std::uint64_t number) {
+  hashKind('u');
+  hashNumber(number);
+  return *this;
+}
+
+ModelKey& ModelKey::add(double number) {
+  hashKind('d');
+  hashNumber(std::bit_cast<std::uint64_t>(number));
+  return *this;
+}
+
+ModelKey& ModelKey::add(std::string_view text) {
+  hashKind('t');
+  hashNumber(text.size());
+  hash_.add(std::as_bytes(std::span(text)));
+  return *this;
+}
+
+ModelKey& ModelKey::add(const Material& material) {
+  add(std::string_view(material.name)).add(material.density).add(material.youngsModulus);
+  add(material.poissonsRatio).add(material.restitution);
+  return add(material.dampingAlpha).add(material.dampingBeta);
+}
+
+ModelKey& ModelKey::add(const SurfaceMesh& mesh) {
+  hashKind('s');
+  hashNumber(mesh.vertices.size());
+  hashNumber(mesh.triangles.size());
+  for (const Vec3& vertex : mesh.vertices)
+    for (const double coordinate : vertex)
+      hashNumber(std::bit_cast<std::uint64_t>(coordinate));
+  for (const auto& triangle : mesh.triangles)
+    for (const std::uint32_t vertex : triangle)
+      hashNumber(vertex);
+  return *this;
+}
+
+std::string ModelKey::text() const {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (const std::byte byte : Sha256(hash_).finish()) {
+    text += kDigits[std::to_integer<std::size_t>(byte >> 4)];
+    text += kDigits[std::to_integer<std::size_t>(byte & std::byte{0xF})];
+  }
+  return text;
+}
+
+ModelCache::ModelCache(fs::path folder) : folder_(std::move(folder)) {}
+
+fs::path ModelCache::defaultFolder() {
+  const auto absolute = [](const char* name) {
+    const char* value = std::getenv(name);
+    const fs::path path = value == nullptr ? "" : value;
+    return path.is_absolute() ? path : fs::path();
+  };
+  if (const fs::path cache = absolute("XDG_CACHE_HOME"); !cache.empty()) return cache / "carom";
+  if (const fs::path home = absolute("HOME"); !home.empty()) return home / ".cache" / "carom";
+  return {};
+}
+
+fs::path ModelCache::fileOf(const ModelKey& key) const {
+  return folder_ / (key.text() + std::string(kModalModelExtension));
+}
+
+std::optional<ModalModel> ModelCache::find(const ModelKey& key) const {
+  if (folder_.empty()) return std::nullopt;
+  Result<ModalModel> model = readModalModel(fileOf(key));
+  if (!model) return std::nullopt;
+  return *std::move(model);
+}
+
+Status ModelCache::store(const ModelKey& key, const ModalModel& model) {
+  const auto complain = [this](std::string why) -> Status {
+    if (std::exchange(complained_, true)) return std::monostate{};
+    return Error{"the model is not cached: " + std::move(why)};
+  };
+  if (folder_.empty()) return complain("neither XDG_CACHE_HOME nor HOME names a folder");
+  std::error_code failed;
+  fs::create_directories(folder_, failed);
+  if (failed) return complain(folder_.string() + ": " + failed.message());
+  if (const Status written = writeModalModel(fileOf(key), model); !written)
+    return complain(written.error().message);
+  return std::monostate{};
+}
+
+}  // namespace carom

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+
+#include "audio/material.h"
+#include "audio/modal_model.h"
+#include "audio/result.h"
+#include "audio/surface_mesh.h"
+#include "modal/progress.h"
+
+namespace carom {
+
+/// What the springs along the edges resist.
+enum class ShellSprings {
+  /// One degree of freedom for each vertex, its displacement along the vertex normal; a spring
+  /// pulls with k times the difference of the two. As in Ren and Lin's chapter: N numbers for N
+  /// vertices, K the weighted graph Laplacian. A membrane, more or less: a flat sheet sounds.
+  transverse,
+  /// Three degrees of freedom; a spring resists a change of its length, to first order. As in
+  /// Raghuvanshi and Lin: nothing resists the bending of a flat sheet, nor of the flat sides of a
+  /// body, and that motion, at 0 Hz, is counted among the rigid modes and not sounded.
+  axial,
+};
+
+/// A thin shell from a triangle mesh.
+struct ShellSettings {
+  double thickness = 2e-3;  ///< m, positive, less than the body's extent
+  ShellSprings springs = ShellSprings::transverse;
+  std::size_t minVertices = 200;   ///< a coarser mesh is subdivided; may give up to twice as many
+  std::size_t maxVertices = 1000;  ///< a denser one is simplified first; at least minVertices
+  std::size_t maxModes = 100;      ///< the lowest ones that are not rigid; at least 1
+
+  bool operator==(const ShellSettings&) const = default;
+};
+
+/// Particles and springs, at rest: m u'' + K u = f, u the displacements along the normals, or three
+/// for each vertex.
+///
+/// N. Raghuvanshi, M. C. Lin, "Physically Based Sound Synthesis for Large-Scale Virtual
+/// Environments", IEEE CG&A 27(1), 2007; Z. Ren, M. Lin, "Real-Time Sound Synthesis for Rigid
+/// Bodies", Game Programming Gems 8, equation 1: m_i = rho t a_i, k = Y t. The area a_i of a vertex
+/// is a third of its triangles'.
+///
+/// A model of games, not of plates: stiffness is that of the mesh as much as that of the body. Both
+/// m and k go with the thickness, so that frequencies do not depend on it; they go with
+/// sqrt(Y / rho) / size, like those of stretching, which lie far above those of bending. Poisson's
+/// ratio is not in it. FEM is for what has to be right.
+struct ShellNetwork {
+  ShellSprings springs = ShellSprings::transverse;
+  SurfaceMesh surface;                    ///< m, subdivided or simplified
+  std::vector<Vec3> normals;              ///< unit, of each vertex
+  Eigen::VectorXd masses;                 ///< kg, of each vertex, above 0
+  Eigen::SparseMatrix<double> stiffness;  ///< N/m, symmetric; 1 or 3 rows for each vertex
+};
+
+/// Mends the mesh (`mended`), makes it as fine as the settings say and hangs the network on it. The
+/// surface may be open; one with two sides counts once. Errors, each one sentence: what the
+/// settings or the material refuse; no triangles, indices out of range, coordinates that are not
+/// finite; a vertex without area; what simplification and subdivision refuse. Parts that share no
+/// vertex vibrate each by itself: checkMesh says so. [any thread]
+Result<ShellNetwork> shellNetwork(const SurfaceMesh& mesh, const Material& material,
+                                  const ShellSettings& settings);
+
+/// The modes of the network, with the mass, the centre of mass and the inertia of a shell of that
+/// thickness. A transverse mode displaces each vertex along its normal. Errors: those above; more
+/// than 3000 degrees of freedom; cancelled. Time grows with the third power of their number: a few
+/// seconds for 1000. [any thread but the audio thread]
+Result<ModalModel> shellModalModel(const SurfaceMesh& mesh, const Material& material,
+                                   const ShellSettings& settings, const Progress& progress = {});
+
+}  // namespace carom
