@@ -115,7 +115,8 @@ ClickLayer::ClickLayer(std::shared_ptr<const SoundPaths> paths)
       settings_(paths_->settings),
       hasMoved_(paths_->listeners.size(), false),
       filters_(settings_.sampling == Sampling::bandLimited ? RadiationFilter::Input::spread
-                                                           : RadiationFilter::Input::bare) {
+                                                           : RadiationFilter::Input::bare),
+      rings_(paths_) {
   for (const Listener& listener : paths_->listeners)
     tracks_.emplace_back(ListenerPose{0.0, listener.position, listener.orientation});
 }
@@ -134,6 +135,7 @@ Status ClickLayer::setBody(BodyId id, const SoundBody& body) {
   Body known{body, nullptr};
   if (std::isfinite(body.mass))
     known.filters = &filtersOf(body.shape ? body.shape->radius() : body.radius);
+  if (body.modal != nullptr) known.rings = &rings_.sourceOf(body.modal);
   bodies_.insert_or_assign(id, std::move(known));
   return std::monostate{};
 }
@@ -228,52 +230,90 @@ LaidSound ClickLayer::layImpulse(const ImpulseEvent& event, const SampleShift& s
     return {};
   }
   const Body& body = *findBody(event.body);
-  if (std::isinf(body.sound.mass)) {
+  if (body.filters == nullptr && body.rings == nullptr) {
     ++counters_.immovable;
     return {};
   }
-  const bool exact = settings_.radiation == Radiation::exact;
-  Contact contact{.time = event.time,
-                  .duration = duration,
-                  .pulse = &pulseOf(event),
-                  .strike = makeStrike(event, body.sound, settings_.medium),
-                  .filters = body.filters,
-                  .shift = shift};
-  if (exact) contact.ahead = std::min(contact.strike.radius, kLargestFilteredRadius);
-  if (!layClicks(contact)) {
+  if (!layContact(contactOf(event, body, duration, shift))) {
     ++counters_.rejected;
     return {};
   }
   ++counters_.events;
   if (settings_.sampling == Sampling::naive && duration * settings_.sampleRate < kWellSampled)
     ++counters_.undersampled;
-  if (peak_ > 0.0 && peak_ >= settings_.audibleThreshold) return {peak_, laid_, laidEars_};
-  ++counters_.inaudible;
-  return {};
+  LaidSound sound;
+  if (peak_ > 0.0 && peak_ >= settings_.audibleThreshold) {
+    sound.peak = peak_;
+    sound.clicks = laid_;
+    sound.ears = laidEars_;
+  }
+  if (ringPeak_ > 0.0 && ringPeak_ >= settings_.audibleThreshold) {
+    sound.ringPeak = ringPeak_;
+    sound.rings = rings_.rings();
+    sound.taps = rings_.taps();
+    ++counters_.rings;
+  }
+  if (sound.clicks.empty() && sound.rings.empty()) ++counters_.inaudible;
+  return sound;
+}
+
+ClickLayer::Contact ClickLayer::contactOf(const ImpulseEvent& event, const Body& body,
+                                          double duration, const SampleShift& shift) {
+  Contact contact{.time = event.time,
+                  .duration = duration,
+                  .pulse = &pulseOf(event),
+                  .strike = makeStrike(event, body.sound, settings_.medium),
+                  .filters = body.filters,
+                  .shift = shift};
+  if (settings_.radiation == Radiation::exact)
+    contact.ahead = std::min(contact.strike.radius, kLargestFilteredRadius);
+  if (body.rings == nullptr || !rings_.strike(event, body.sound, *body.rings)) return contact;
+  contact.rings = true;
+  if (body.filters == nullptr) {
+    contact.strike.position = rings_.position();
+    contact.strike.radius = contact.ahead = 0.0;
+  }
+  return contact;
 }
 
 /// False where numbers so large came together that a click cannot be placed on the clock.
-bool ClickLayer::layClicks(const Contact& contact) {
+bool ClickLayer::layContact(const Contact& contact) {
   laid_.clear();
   laidEars_.clear();
-  peak_ = 0.0;
+  peak_ = ringPeak_ = 0.0;
   for (std::uint32_t channel = 0; channel < paths_->channels.size(); ++channel) {
     for (const SoundPaths::Path& path : paths_->paths) {
       Way way;
       if (!findWay(contact, paths_->channels[channel], path.image, way)) continue;
-      const double ear = paths_->channels[channel].isEar ? kLoudestEar : 1.0;
-      peak_ = std::max(peak_, ear * boundOf(contact, way));
-      if (!layClick(contact, way, path.chain, channel)) return false;
+      if (!isPlaceable(contact, way)) return false;
+      const Place place{path.chain, channel, path.image};
+      if (contact.filters != nullptr) {
+        const double ear = paths_->channels[channel].isEar ? kLoudestEar : 1.0;
+        peak_ = std::max(peak_, ear * boundOf(contact, way));
+        layClick(contact, way, place);
+      }
+      if (contact.rings) layRing(contact, way, place);
     }
   }
-  if (!settings_.reverb) return true;
-  // What the room gets: the mean over all directions, at 1 m, without the near field, which carries
-  // no power.
+  if (settings_.reverb && !laySend(contact)) return false;
+  if (contact.rings) ringPeak_ = rings_.peak(*contact.pulse, contact.duration);
+  return true;
+}
+
+/// What the room gets: the mean over all directions, at 1 m, without the near field, which carries
+/// no power.
+bool ClickLayer::laySend(const Contact& contact) {
   Way send;
   send.gains.fill(contact.strike.dipole.norm() / std::numbers::sqrt3);
   send.distance = std::numeric_limits<double>::infinity();
-  peak_ = std::max(peak_, boundOf(contact, send) * tailOver(contact));
-  return layClick(contact, send, 0, static_cast<std::uint32_t>(paths_->channels.size()));
+  if (!isPlaceable(contact, send)) return false;
+  const Place place{.channel = static_cast<std::uint32_t>(paths_->channels.size())};
+  if (contact.filters != nullptr) {
+    peak_ = std::max(peak_, boundOf(contact, send) * tailOver(contact));
+    layClick(contact, send, place);
+  }
+  if (contact.rings) rings_.laySend(ringDrive(contact, send, place));
+  return true;
 }
 
 /// False where a wall is in the way.
@@ -298,6 +338,7 @@ bool ClickLayer::findWay(const Contact& contact, const SoundPaths::Channel& chan
     const double distance = std::max(arrival.distance, strike.radius);
     if (part < 2) way.distance = distance;
     way.gains[part] = -dipole.dot(arrival.towardsSource) / distance;
+    if (part == 0) way.towardsSource = arrival.towardsSource;
     way.delays[part] = (distance - contact.ahead) / settings_.medium.speedOfSound;
     if (channel.isEar) {
       const HrtfSet& set = *paths_->listeners[channel.listener].hrtf;
@@ -306,7 +347,9 @@ bool ClickLayer::findWay(const Contact& contact, const SoundPaths::Channel& chan
       if (part == 0) way.ears = ears;
       way.delays[part] += earDelay(set, ears, channel.ear);
     } else if (channel.receiver.pattern != 0.0) {
-      way.gains[part] *= gain(channel.receiver, arrival.orientation, arrival.towardsSource);
+      const double heard = gain(channel.receiver, arrival.orientation, arrival.towardsSource);
+      way.gains[part] *= heard;
+      if (part == 0) way.receiverGain = heard;
     }
     if (!settings_.doppler) continue;
     // A click is stretched as it is laid, and its force keeps its integral: as for a body that
@@ -365,28 +408,66 @@ double ClickLayer::tailOver(const Contact& contact) const {
   return reverb.gain * kTailPeaks * std::sqrt(density * lasting);
 }
 
-bool ClickLayer::layClick(const Contact& contact, const Way& way, std::uint32_t chain,
-                          std::uint32_t channel) {
+/// Whether there is a place on the clock for it, and a number for its loudness.
+bool ClickLayer::isPlaceable(const Contact& contact, const Way& way) const {
   const double rate = settings_.sampleRate;
   const double extent = std::abs(contact.time) + way.delays[0] + way.delays[2] +
                         (contact.pulse->end() - contact.pulse->begin()) * contact.duration;
   const double loudness = (std::abs(way.gains[0]) + std::abs(way.gains[2])) * rate * rate;
   const bool isFar = !(extent * rate < kExactSamples);
   const bool isLong = !(contact.duration <= kLongestContact);
-  if (isFar || isLong || !std::isfinite(loudness)) return false;
-  if (loudness == 0.0 && way.gains[1] == 0.0) return true;
+  return !isFar && !isLong && std::isfinite(loudness);
+}
 
+void ClickLayer::layClick(const Contact& contact, const Way& way, const Place& place) {
+  const double rate = settings_.sampleRate;
+  if (std::abs(way.gains[0]) + std::abs(way.gains[2]) == 0.0 && way.gains[1] == 0.0) return;
+  Click click = placed(contact, way);
+  const Parabola gain(way.gains[0], way.gains[1], way.gains[2]);
+  click.track.gain = gain.at0 * rate * rate;
+  click.track.slope = gain.slope * rate * rate;
+  click.track.curve = gain.curve * rate * rate;
+  if (paths_->isFiltered()) click.first += RadiationFilter::kFirstTap;
+  click.near = settings_.medium.speedOfSound / (way.distance * way.stretch * rate);
+  click.channel = place.channel;
+  click.filters = contact.filters;
+  click.chain = place.chain;
+  laid_.push_back(click);
+  if (paths_->hasHeads) laidEars_.push_back(way.ears);
+}
+
+/// The pulse of the contact on the samples, of gain 1: a click without filters.
+Click ClickLayer::ringDrive(const Contact& contact, Way way, const Place& place) const {
+  for (double& delay : way.delays)
+    delay += contact.ahead / settings_.medium.speedOfSound;
+  Click drive = placed(contact, way);
+  drive.track.gain = 1.0;
+  drive.channel = place.channel;
+  drive.chain = place.chain;
+  return drive;
+}
+
+void ClickLayer::layRing(const Contact& contact, const Way& way, const Place& place) {
+  const SoundPaths::Channel& channel = paths_->channels[place.channel];
+  RingWay ring{.toReceiver = -way.distance * way.towardsSource,
+               .gain = way.receiverGain,
+               .ears = way.ears,
+               .ear = channel.ear,
+               .chain = place.chain};
+  if (place.image != nullptr) ring.toReceiver = place.image->linear.transpose() * ring.toReceiver;
+  if (channel.isEar) ring.head = paths_->listeners[channel.listener].hrtf.get();
+  rings_.lay(ringDrive(contact, way, place), ring);
+}
+
+Click ClickLayer::placed(const Contact& contact, const Way& way) const {
+  const double rate = settings_.sampleRate;
   Click click;
   click.pulse = contact.pulse;
   const SampleTime start = shifted(samplesOf(contact.time, way.delays[0], rate), contact.shift);
   const Parabola delay(0.0, way.delays[1] - way.delays[0], way.delays[2] - way.delays[0]);
-  const Parabola gain(way.gains[0], way.gains[1], way.gains[2]);
   click.track = {.start = start.fraction,
                  .length = (contact.duration + delay.slope) * rate,
-                 .bend = delay.curve * rate,
-                 .gain = gain.at0 * rate * rate,
-                 .slope = gain.slope * rate * rate,
-                 .curve = gain.curve * rate * rate};
+                 .bend = delay.curve * rate};
   const double still = contact.duration * rate;
   // Faster than sound, or nearly: time would fold.
   if (!(click.track.length > kLeastStretch * still) ||
@@ -401,16 +482,10 @@ bool ClickLayer::layClick(const Contact& contact, const Way& way, std::uint32_t 
   const double last = click.track.at(contact.pulse->end());
   click.samples =
       static_cast<std::uint32_t>(std::ceil(last)) + static_cast<std::uint32_t>(kReach) + 1;
-  click.first = start.whole + first + (paths_->isFiltered() ? RadiationFilter::kFirstTap : 0);
-  click.near = settings_.medium.speedOfSound / (way.distance * way.stretch * rate);
-  click.channel = channel;
-  click.filters = contact.filters;
-  click.chain = chain;
+  click.first = start.whole + first;
   if (settings_.sampling == Sampling::bandLimited) chooseRule(click);
   if (click.nodes.empty()) click.pulse->forceTable();  // not while rendering
-  laid_.push_back(click);
-  if (paths_->hasHeads) laidEars_.push_back(way.ears);
-  return true;
+  return click;
 }
 
 /// Of the Gauss rules the smallest that is right up to the sample rate, beyond which the kernel is

@@ -14,16 +14,20 @@
 #include "audio/pulse.h"
 #include "audio/radiation_bank.h"
 #include "audio/result.h"
+#include "audio/ring_layer.h"
 #include "audio/sound_body.h"
 #include "audio/sound_paths.h"
 
 namespace carom {
 
-/// The clicks of one event, until the next `lay`.
+/// The sound of one event, until the next `lay`.
 struct LaidSound {
-  double peak = 0.0;                    ///< Pa, at any listener: an upper bound
-  std::span<const Click> clicks;        ///< empty: nothing to hear
-  std::span<const SphereWeights> ears;  ///< where binaural ones come from; empty without heads
+  double peak = 0.0;                         ///< Pa, of the clicks at any listener: an upper bound
+  std::span<const Click> clicks = {};        ///< empty: no click to hear
+  std::span<const SphereWeights> ears = {};  ///< where binaural ones come from; empty without heads
+  double ringPeak = 0.0;                     ///< Pa, of the rings
+  std::span<const Ring> rings = {};          ///< empty: nothing rings
+  std::span<const double> taps = {};         ///< of the rings
 };
 
 /// Later than on the simulation clock, 0 <= fraction < 1.
@@ -33,17 +37,18 @@ struct SampleShift {
 };
 
 struct ClickLayerCounters {
-  std::uint64_t events = 0;        ///< laid, of bodies that can move
-  std::uint64_t immovable = 0;     ///< shares of bodies that no impulse moves: silent in this model
+  std::uint64_t events = 0;        ///< laid, of bodies that can move or ring
+  std::uint64_t immovable = 0;     ///< shares of bodies that neither move nor ring
+  std::uint64_t rings = 0;         ///< of `events`, made a body ring that is heard
   std::uint64_t inaudible = 0;     ///< of `events`, left out: below the threshold at every listener
   std::uint64_t undersampled = 0;  ///< of `events`, contact shorter than 4 samples, naively sampled
   std::uint64_t rejected = 0;      ///< not finite, unknown body, no approach, over 20 s
 };
 
-/// From events to clicks: what of the sound is decided when an event is known. It knows bodies,
-/// listeners and rooms, and allocates as it likes: in real time it belongs to the thread of the
-/// simulation. What it has laid is played by ClickPlayer, which knows neither. See Synth for the
-/// model. [one thread]
+/// From events to clicks and rings: what of the sound is decided when an event is known. It knows
+/// bodies, listeners and rooms, and allocates as it likes: in real time it belongs to the thread of
+/// the simulation. What it has laid is played by ClickPlayer and RingPlayer, which know neither.
+/// See Synth for the model. [one thread]
 class ClickLayer {
  public:
   explicit ClickLayer(std::shared_ptr<const SoundPaths> paths);
@@ -67,7 +72,8 @@ class ClickLayer {
  private:
   struct Body {
     SoundBody sound;
-    const RadiationBank::Mix* filters = nullptr;
+    const RadiationBank::Mix* filters = nullptr;  // null: it does not click
+    const RingLayer::Source* rings = nullptr;     // null: it does not ring
   };
   /// A contact that loses energy.
   struct Lossy {
@@ -81,16 +87,26 @@ class ClickLayer {
     const Pulse* pulse = nullptr;
     Strike strike;
     double ahead = 0.0;  // m: the sound starts at the surface, and the filter lets it wait
-    const RadiationBank::Mix* filters = nullptr;
+    const RadiationBank::Mix* filters = nullptr;  // null: no click
     SampleShift shift;
+    bool rings = false;
   };
   /// The way of a contact's sound to one receiver, at its begin, middle and end.
   struct Way {
-    std::array<double, 3> delays{};  // s
-    std::array<double, 3> gains{};   // Pa s^2: of the slope of a force of integral 1
-    double distance = 0.0;           // m, in the middle, not below the body's radius
-    double stretch = 1.0;            // of time, in the middle, by the receiver's own motion
-    SphereWeights ears;              // where a binaural channel hears it from
+    std::array<double, 3> delays{};     // s
+    std::array<double, 3> gains{};      // Pa s^2: of the slope of a force of integral 1
+    double distance = 0.0;              // m, in the middle, not below the body's radius
+    double stretch = 1.0;               // of time, in the middle, by the receiver's own motion
+    SphereWeights ears;                 // where a binaural channel hears it from
+    Vec3 towardsSource = Vec3::Zero();  // unit, world frame, at the begin
+    double receiverGain = 1.0;          // likewise
+  };
+
+  /// Where a click or ring goes.
+  struct Place {
+    std::uint32_t chain = 0;
+    std::uint32_t channel = 0;
+    const Image* image = nullptr;
   };
 
   Error noListener(std::size_t listener) const;
@@ -100,11 +116,18 @@ class ClickLayer {
   const Pulse& pulseOf(const ImpulseEvent& event) const;
   const Lossy& lossyOf(const ImpulseEvent& event) const;
   LaidSound layImpulse(const ImpulseEvent& event, const SampleShift& shift);
-  bool layClicks(const Contact& contact);
+  Contact contactOf(const ImpulseEvent& event, const Body& body, double duration,
+                    const SampleShift& shift);
+  bool layContact(const Contact& contact);
+  bool laySend(const Contact& contact);
   Arrival arrivalAt(const SoundPaths::Channel& channel, double time, const Vec3& from) const;
   bool findWay(const Contact& contact, const SoundPaths::Channel& channel, const Image* image,
                Way& way) const;
-  bool layClick(const Contact& contact, const Way& way, std::uint32_t chain, std::uint32_t channel);
+  bool isPlaceable(const Contact& contact, const Way& way) const;
+  Click placed(const Contact& contact, const Way& way) const;
+  void layClick(const Contact& contact, const Way& way, const Place& place);
+  Click ringDrive(const Contact& contact, Way way, const Place& place) const;
+  void layRing(const Contact& contact, const Way& way, const Place& place);
   void chooseRule(Click& click) const;
   double boundOf(const Contact& contact, const Way& way) const;
   double tailOver(const Contact& contact) const;
@@ -116,10 +139,12 @@ class ClickLayer {
   std::unordered_map<BodyId, Body> bodies_;
   ClickLayerCounters counters_;
   RadiationBank filters_;
+  RingLayer rings_;
   mutable std::unordered_map<double, Lossy> lossy_;  // by restitution, made when first needed
   std::vector<Click> laid_;                          // of the event in hand
   std::vector<SphereWeights> laidEars_;              // of laid_, where there is a head
   double peak_ = 0.0;                                // Pa, a bound for them
+  double ringPeak_ = 0.0;                            // Pa, for the rings
 };
 
 }  // namespace carom

@@ -21,11 +21,12 @@ constexpr std::size_t kMostNodes = 48;
 // Rough, for `work`: nanoseconds where the widest vectors have four doubles.
 constexpr double kArrivalWork = 100.0;
 constexpr double kClickWork = 120.0;
-constexpr double kSampleWork = 0.7;    // per sample and filter
-constexpr double kNodeWork = 6.0;      // per node, or per sample of a long one
-constexpr double kResponseWork = 0.1;  // per sample and tap of an ear
-constexpr double kBusWork = 8.0;       // per sample, of a bus that is not silent
-constexpr double kReverbWork = 60.0;   // per sample and channel
+constexpr double kSampleWork = 0.7;     // per sample and filter
+constexpr double kNodeWork = 6.0;       // per node, or per sample of a long one
+constexpr double kResponseWork = 0.1;   // per sample and tap of an ear
+constexpr double kBusWork = 8.0;        // per sample, of a bus that is not silent
+constexpr double kResonatorWork = 0.2;  // per sample and mode
+constexpr double kReverbWork = 60.0;    // per sample and channel
 
 /// Asks for what will be read soon.
 template <class T>
@@ -46,6 +47,7 @@ ClickPlayer::ClickPlayer(std::shared_ptr<const SoundPaths> paths,
     : paths_(std::move(paths)),
       capacity_(capacity),
       settings_(paths_->settings),
+      rings_(paths_, capacity_ ? std::optional(capacity_->rings) : std::nullopt),
       sampler_(settings_.sampling, kernels_),
       response_(paths_->longestResponse),
       mix_(kMixFrames * paths_->channels.size()),
@@ -98,7 +100,11 @@ std::size_t ClickPlayer::roomOf(const Click& click) const {
 }
 
 void ClickPlayer::add(const LaidSound& sound) {
-  if (sound.clicks.empty()) return;
+  if (!sound.clicks.empty()) addClicks(sound);
+  if (!sound.rings.empty()) rings_.add(sound.rings, sound.taps);
+}
+
+void ClickPlayer::addClicks(const LaidSound& sound) {
   const auto first = std::ranges::min_element(sound.clicks, {}, &Click::first)->first;
   if (first < position_) ++counters_.late;
   if (capacity_ && isTooLong(sound)) {
@@ -377,6 +383,8 @@ void ClickPlayer::mix(std::size_t frames) noexcept {
     if (!line.isSilent()) spend(kBusWork * static_cast<double>(frames));
     line.advance({to, frames});
   }
+  spend(kResonatorWork * static_cast<double>(frames * rings_.resonatorsInUse()));
+  rings_.mix({mix_.data(), kMixFrames, send_.data(), frames});
   reverberate(frames);
   position_ += static_cast<std::int64_t>(frames);
 }
@@ -399,8 +407,8 @@ void ClickPlayer::reverberate(std::size_t frames) noexcept {
 }
 
 bool ClickPlayer::isSilent() const {
-  return waiting_.size() == 0 && std::ranges::all_of(reverbs_, &Reverb::isSilent) &&
-         busesInUse() == 0;
+  return waiting_.size() == 0 && rings_.isSilent() &&
+         std::ranges::all_of(reverbs_, &Reverb::isSilent) && busesInUse() == 0;
 }
 
 std::size_t ClickPlayer::busesInUse() const {
@@ -416,6 +424,7 @@ void ClickPlayer::seek(std::int64_t position) {
   buses_.clear();
   busOrder_.clear();
   idleCursor_ = 0;
+  rings_.seek(position);
   for (Reverb& reverb : reverbs_)
     reverb.reset();
   if (capacity_) makeRoom();

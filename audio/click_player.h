@@ -15,6 +15,7 @@
 #include "audio/click_queue.h"
 #include "audio/click_sampler.h"
 #include "audio/reverb.h"
+#include "audio/ring_player.h"
 #include "audio/sound_paths.h"
 #include "audio/voice_table.h"
 
@@ -31,6 +32,7 @@ struct PlayerCapacity {
   std::size_t buses = 256;
   /// s. Longer contacts are left out: what they sound like lies below 30 Hz or so.
   double longestContact = 0.05;
+  RingCapacity rings = {};
 };
 
 struct ClickPlayerCounters {
@@ -41,7 +43,7 @@ struct ClickPlayerCounters {
   std::uint64_t overBudget = 0;  ///< left out: the quietest of a moment that would cost too much
 };
 
-/// From clicks to samples: the half of Synth that runs in time.
+/// From clicks and rings to samples: the half of Synth that runs in time.
 ///
 /// Without a capacity it takes whatever comes, and allocates in `add`. With one, memory is made at
 /// construction; then nothing allocates, locks or asks the system, and overload is decided thus:
@@ -60,7 +62,7 @@ class ClickPlayer {
   explicit ClickPlayer(std::shared_ptr<const SoundPaths> paths,
                        std::optional<PlayerCapacity> capacity = std::nullopt);
 
-  /// Takes an event's clicks.
+  /// Takes an event's clicks and rings.
   void add(const LaidSound& sound);
 
   /// As Synth::render.
@@ -85,6 +87,7 @@ class ClickPlayer {
   std::size_t busesInUse() const;
   bool isSilent() const;
   const ClickPlayerCounters& counters() const { return counters_; }
+  const RingPlayer& rings() const { return rings_; }
 
  private:
   struct Bus {
@@ -98,6 +101,7 @@ class ClickPlayer {
   };
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
+  void addClicks(const LaidSound& sound);
   void makeRoom();
   std::size_t roomOf(const Click& click) const;
   bool isTooLong(const LaidSound& sound) const;
@@ -141,9 +145,10 @@ class ClickPlayer {
   std::vector<Bus> buses_;
   std::vector<BusOfKey> busOrder_;  // all, by key: the order in which they are summed
   std::size_t idleCursor_ = 0;      // where the search for a bus that nobody needs goes on
-  std::vector<Reverb> reverbs_;     // one per listener, or none
-  std::size_t slots_ = 0;           // with a capacity: clicks that there may be
-  std::size_t mostSamples_ = 0;     // of any click so far, its ears' responses included
+  RingPlayer rings_;
+  std::vector<Reverb> reverbs_;  // one per listener, or none
+  std::size_t slots_ = 0;        // with a capacity: clicks that there may be
+  std::size_t mostSamples_ = 0;  // of any click so far, its ears' responses included
 
   double allowance_ = std::numeric_limits<double>::infinity();  // work per second
   double work_ = 0.0;

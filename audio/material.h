@@ -20,6 +20,8 @@ struct Material {
   /// exp(-(alpha + beta w^2) t / 2). Only for what rings.
   double dampingAlpha = 0.0;
   double dampingBeta = 0.0;
+
+  bool operator==(const Material&) const = default;
 };
 
 /// The common materials, eight rows: the first of builtInMaterials(), and those to guess from where

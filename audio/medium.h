@@ -6,6 +6,8 @@ namespace carom {
 struct Medium {
   double density = 1.20;        ///< kg/m^3, rho0
   double speedOfSound = 343.0;  ///< m/s, c; the seed document computes with 330
+
+  bool operator==(const Medium&) const = default;
 };
 
 }  // namespace carom

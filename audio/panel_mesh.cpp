@@ -64,29 +64,6 @@ Status checkNumbers(const SurfaceMesh& mesh) {
   return std::monostate{};
 }
 
-// For each vertex the one that stands for it: the first, along x, within `distance`.
-std::vector<std::uint32_t> coincident(const std::vector<Vec3>& vertices, double distance) {
-  std::vector<std::uint32_t> order(vertices.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t left, std::uint32_t right) {
-    return std::pair(vertices[left].x(), left) < std::pair(vertices[right].x(), right);
-  });
-  std::vector<std::uint32_t> stands = order;
-  std::iota(stands.begin(), stands.end(), 0U);
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    const Vec3& here = vertices[order[k]];
-    for (std::size_t back = k; back-- > 0;) {
-      const Vec3& there = vertices[order[back]];
-      if (here.x() - there.x() > distance) break;
-      if ((here - there).norm() <= distance) {
-        stands[order[k]] = stands[order[back]];
-        break;
-      }
-    }
-  }
-  return stands;
-}
-
 bool degenerate(const Triangle& triangle) {
   return triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0];
 }

@@ -28,6 +28,9 @@ std::string whyNot(const SoundBody& body) {
     return "radius must be positive (m) for a body that can move";
   if (!body.inverseInertia.allFinite()) return "inverse inertia must be finite (1/(kg m^2))";
   if (!isPositive(body.edgeRadius)) return "edge radius must be positive (m)";
+  if (body.modalOrigin && !body.modalOrigin->allFinite()) return "modal origin must be finite (m)";
+  if (body.modal == nullptr) return {};
+  if (std::string reason = whyNot(*body.modal); !reason.empty()) return "modal model: " + reason;
   return {};
 }
 

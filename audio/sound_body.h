@@ -2,17 +2,20 @@
 
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <Eigen/Core>
 
 #include "audio/material.h"
+#include "audio/modal_model.h"
 #include "audio/rigid_radiator.h"
 
 namespace carom {
 
 /// What a body radiates as: a rigid sphere, a rigid body of any shape, or nothing at all (planes,
-/// anything immovable), in which case it only lends its material to the contact.
+/// anything immovable), in which case it only lends its material to the contact. Beside that, any
+/// body may ring.
 struct SoundBody {
   Material material;
   /// kg, > 0; infinite for a body that no impulse moves, which makes no acceleration noise.
@@ -30,6 +33,11 @@ struct SoundBody {
   /// 1/(kg m^2), body frame, about the centre of mass: how it starts to turn when it is hit. Only
   /// used with `shape`; zero for a body that does not turn.
   Eigen::Matrix3d inverseInertia = Eigen::Matrix3d::Zero();
+  /// How it rings when it is hit; also of a body that nothing moves. Shared between bodies of one
+  /// shape and material. Its axes are the body's own.
+  std::shared_ptr<const ModalModel> modal = nullptr;
+  /// m, model frame: where the body's own origin is. Empty: in the model's centre of mass.
+  std::optional<Vec3> modalOrigin = std::nullopt;
 };
 
 /// Why a material cannot be used: one sentence, or nothing when it can be. [any thread]

@@ -3,6 +3,19 @@
 #include <cmath>
 
 namespace carom {
+namespace {
+
+// m^2, the distance of the points of an edge, integrated along it: from one end to the other as
+// seen from the point, and the integral of 1 / distance.
+double distanceAlong(const Vec3& from, const Vec3& to, double length, double logarithm) {
+  const Vec3 along = (to - from) / length;
+  const double start = from.dot(along);
+  const double end = to.dot(along);
+  const double aside = from.squaredNorm() - start * start;  // squared, of the edge's line
+  return 0.5 * (end * to.norm() - start * from.norm() + aside * logarithm);
+}
+
+}  // namespace
 
 SourcePanel::SourcePanel(const std::array<Vec3, 3>& corners)
     : corners_(corners), centroid_((corners[0] + corners[1] + corners[2]) / 3.0) {
@@ -31,8 +44,11 @@ SourceField SourcePanel::field(const Vec3& point, bool inPlane) const {
   for (std::size_t edge = 0; edge < 3; ++edge) {
     const double sum = distance[edge] + distance[(edge + 1) % 3];
     const double logarithm = std::log((sum + lengths_[edge]) / (sum - lengths_[edge]));
-    field.potential += to[edge].dot(outward_[edge]) * logarithm;
+    const double aside = to[edge].dot(outward_[edge]);
+    field.potential += aside * logarithm;
     field.gradient -= logarithm * outward_[edge];
+    field.distance +=
+        aside / 3.0 * distanceAlong(to[edge], to[(edge + 1) % 3], lengths_[edge], logarithm);
   }
   if (inPlane) return field;
   const double height = -to[0].dot(normal_);
@@ -41,6 +57,7 @@ SourceField SourcePanel::field(const Vec3& point, bool inPlane) const {
                        distance[0] * distance[1] * distance[2] + to[0].dot(to[1]) * distance[2] +
                            to[1].dot(to[2]) * distance[0] + to[2].dot(to[0]) * distance[1]);
   field.potential -= height * solidAngle;
+  field.distance += height * height / 3.0 * field.potential;
   field.gradient -= solidAngle * normal_;
   return field;
 }

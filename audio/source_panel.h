@@ -10,13 +10,16 @@ namespace carom {
 struct SourceField {
   double potential = 0.0;        ///< m, the integral of 1 / distance over the triangle
   Vec3 gradient = Vec3::Zero();  ///< 1, of the potential, with respect to the point
+  double distance = 0.0;         ///< m^3, the integral of the distance over the triangle
 };
 
 /// A flat triangle of constant source strength, its potential in closed form: logarithms of its
 /// edges and one solid angle (Hess and Smith 1967; in the form of Wilton et al. 1984, eq. 5, and
 /// Graglia 1993; the logarithm after Newman 1986; the solid angle after van Oosterom and Strackee
-/// 1983). Exact to rounding. On the triangle the gradient is that of its plane: the jump of 2 pi
-/// either way along the normal is left to the caller. On an edge it is infinite. [any thread]
+/// 1983). The integral of the distance by the divergence theorem in the plane, where the divergence
+/// of (place in the plane) x distance is 3 distance - height^2 / distance. Exact to rounding. On
+/// the triangle the gradient is that of its plane: the jump of 2 pi either way along the normal is
+/// left to the caller. On an edge it is infinite. [any thread]
 class SourcePanel {
  public:
   /// Three corners, counter-clockwise about the normal, not on one line.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <complex>
 #include <cstddef>
 
 namespace carom {
@@ -24,6 +25,8 @@ double spreadKernel(double t);
 
 /// Samples: the kernel's Fourier transform at `frequency` in cycles per sample, by quadrature.
 double spreadTransform(double frequency);
+/// Samples: the same for what grows or decays, exp(s t), s in 1 / samples: what is left of it.
+std::complex<double> spreadTransform(std::complex<double> s);
 
 /// The kernel's samples for instants between two samples, tabulated.
 class SpreadTable {

@@ -1,6 +1,12 @@
 #include "audio/surface_mesh.h"
 
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <limits>
 #include <map>
+#include <numeric>
 #include <utility>
 
 namespace carom {
@@ -24,6 +30,78 @@ Tetrahedron tetrahedronOn(const SurfaceMesh& mesh, const std::array<std::uint32_
   const Vec3 c = mesh.vertices[triangle[2]] - apex;
   return {a.dot(b.cross(c)), a + b + c};
 }
+
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+constexpr double kCell = 4.0;  // distances to a side: mostly one cell is within reach of a point
+
+/// Points in the cells of a grid, each cell in one of some lists: two cells may share one, which
+/// costs time and nothing else.
+class PointGrid {
+ public:
+  PointGrid(const std::vector<Vec3>& points, double distance)
+      : points_(points),
+        distance_(distance),
+        last_(std::bit_ceil(2 * points.size() + 1), kNone),
+        before_(points.size(), kNone),
+        turn_(points.size(), 0) {}
+
+  void put(std::uint32_t point) {
+    std::uint32_t& last = last_[listOf(cellOf(points_[point]))];
+    before_[point] = last;
+    last = point;
+    turn_[point] = ++turns_;
+  }
+
+  /// The last one put there within the distance of `point`, or kNone.
+  std::uint32_t lastNear(const Vec3& point) const {
+    const Vec3 low = cellOf(point - Vec3::Constant(distance_));
+    const Vec3 high = cellOf(point + Vec3::Constant(distance_));
+    std::uint32_t found = kNone;
+    for (unsigned corner = 0; corner < 8; ++corner) {
+      Vec3 cell = low;
+      for (unsigned axis = 0; axis < 3; ++axis)
+        if ((corner >> axis & 1U) != 0) cell[axis] = high[axis];
+      found = later(found, lastNear(point, listOf(cell)));
+      if (low == high) break;
+    }
+    return found;
+  }
+
+ private:
+  Vec3 cellOf(const Vec3& point) const {
+    if (!(distance_ > 0.0)) return point;
+    return (point / (kCell * distance_)).array().floor();
+  }
+
+  std::size_t listOf(const Vec3& cell) const {
+    std::uint64_t hash = 0;
+    for (const double coordinate : cell) {
+      hash ^= std::bit_cast<std::uint64_t>(coordinate + 0.0);  // which has one zero only
+      hash *= 0x9e3779b97f4a7c15U;
+      hash ^= hash >> 32U;
+    }
+    return hash & (last_.size() - 1);
+  }
+
+  std::uint32_t lastNear(const Vec3& point, std::size_t list) const {
+    std::uint32_t other = last_[list];
+    while (other != kNone && !((points_[other] - point).norm() <= distance_))
+      other = before_[other];
+    return other;
+  }
+
+  std::uint32_t later(std::uint32_t one, std::uint32_t other) const {
+    if (one == kNone || other == kNone) return one == kNone ? other : one;
+    return turn_[one] > turn_[other] ? one : other;
+  }
+
+  const std::vector<Vec3>& points_;
+  double distance_;
+  std::vector<std::uint32_t> last_;    // of each list
+  std::vector<std::uint32_t> before_;  // of each point, in its list
+  std::vector<std::uint32_t> turn_;    // of each point
+  std::uint32_t turns_ = 0;
+};
 
 }  // namespace
 
@@ -68,6 +146,43 @@ bool closedSurface(const SurfaceMesh& mesh) {
     if (surplus != 0) return false;
   }
   return true;
+}
+
+std::vector<std::uint32_t> coincident(const std::vector<Vec3>& points, double distance) {
+  std::vector<std::uint32_t> order(points.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::vector<std::uint32_t> stands = order;
+  std::sort(order.begin(), order.end(), [&](std::uint32_t left, std::uint32_t right) {
+    return std::pair(points[left].x(), left) < std::pair(points[right].x(), right);
+  });
+  PointGrid grid(points, distance);
+  for (const std::uint32_t point : order) {
+    const std::uint32_t near = grid.lastNear(points[point]);
+    if (near != kNone) stands[point] = stands[near];
+    grid.put(point);
+  }
+  return stands;
+}
+
+SurfaceMesh welded(const SurfaceMesh& mesh, double tolerance) {
+  const std::vector<std::uint32_t> names = coincident(mesh.vertices, tolerance);
+  std::vector<std::uint32_t> place(mesh.vertices.size(), kNone);
+  SurfaceMesh result;
+  for (const auto& triangle : mesh.triangles) {
+    std::array<std::uint32_t, 3> now{};
+    std::transform(triangle.begin(), triangle.end(), now.begin(),
+                   [&](std::uint32_t corner) { return names[corner]; });
+    if (now[0] == now[1] || now[1] == now[2] || now[2] == now[0]) continue;
+    for (std::uint32_t& corner : now) {
+      if (place[corner] == kNone) {
+        place[corner] = static_cast<std::uint32_t>(result.vertices.size());
+        result.vertices.push_back(mesh.vertices[corner]);
+      }
+      corner = place[corner];
+    }
+    result.triangles.push_back(now);
+  }
+  return result;
 }
 
 }  // namespace carom

@@ -33,4 +33,13 @@ double surfaceArea(const SurfaceMesh& mesh);
 /// cavities, and edges where four triangles meet are closed too. [any thread]
 bool closedSurface(const SurfaceMesh& mesh);
 
+/// For each point the one that stands for it: points within `distance` (m) of each other have the
+/// same, and so do both ends of a chain of such neighbours, as far as it runs along x. Time grows
+/// with the number of points. [any thread]
+std::vector<std::uint32_t> coincident(const std::vector<Vec3>& points, double distance);
+
+/// Vertices within `tolerance` (m) of each other become one; triangles that vanish are dropped, and
+/// vertices that no triangle uses. [any thread]
+SurfaceMesh welded(const SurfaceMesh& mesh, double tolerance);
+
 }  // namespace carom

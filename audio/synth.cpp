@@ -36,6 +36,7 @@ Status Synth::Impl::seek(double seconds) {
 SynthCounters Synth::Impl::counters() const {
   const ClickLayerCounters& laid = layer_.counters();
   return {.events = laid.events,
+          .rings = laid.rings,
           .immovable = laid.immovable,
           .inaudible = laid.inaudible,
           .late = player_.counters().late,

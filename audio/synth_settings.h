@@ -29,6 +29,18 @@ enum class Sampling : std::uint8_t {
   naive,        ///< its value at each sample: aliases where contacts are short; for comparisons
 };
 
+/// How a mode of vibration becomes pressure.
+enum class ModalRadiation : std::uint8_t {
+  /// As ModeRadiation::multipoles have it: every mode in every direction as loud as it is. A mode
+  /// without them is a monopole.
+  directional,
+  /// Its volume velocity alone. Bending modes move no volume, and are hardly heard.
+  monopole,
+  /// Every mode of a body alike, as if its whole surface moved outwards together by the same
+  /// energy: the modes' ratios and directions are not physical, and the whole is too loud.
+  constant,
+};
+
 struct SynthSettings {
   double sampleRate = 48000.0;  ///< Hz, 8000 to 192000
   ImpulseChoice impulse = ImpulseChoice::physical;
@@ -43,6 +55,7 @@ struct SynthSettings {
   bool dissipative = false;
   Sampling sampling = Sampling::bandLimited;
   Radiation radiation = Radiation::exact;
+  ModalRadiation modalRadiation = ModalRadiation::directional;
   bool doppler = true;  ///< the way through the air may change while a contact lasts
 
   Room room = {};                        ///< no reflectors: open air, which costs nothing
@@ -50,8 +63,9 @@ struct SynthSettings {
 };
 
 struct SynthCounters {
-  std::uint64_t events = 0;     ///< scheduled, of bodies that can move
-  std::uint64_t immovable = 0;  ///< shares of bodies that no impulse moves: silent in this model
+  std::uint64_t events = 0;     ///< scheduled, of bodies that can move or ring
+  std::uint64_t rings = 0;      ///< of `events`, made a body ring that is heard
+  std::uint64_t immovable = 0;  ///< shares of bodies that neither move nor ring: silent
   std::uint64_t inaudible = 0;  ///< of `events`, left out: below the threshold at every listener
   std::uint64_t late = 0;       ///< of `events`, began before the first sample still to be rendered
   std::uint64_t undersampled =

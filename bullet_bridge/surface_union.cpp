@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numeric>
 #include <utility>
 
 namespace carom {
@@ -160,25 +158,6 @@ std::vector<Polygon> outsideOfAll(const Polygon& face, const std::vector<Solid>&
   return parts;
 }
 
-// Names for points: those within the tolerance of each other have the same.
-std::vector<std::uint32_t> namesOf(const std::vector<Vec3>& points, double tolerance) {
-  std::vector<std::uint32_t> order(points.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::vector<std::uint32_t> names = order;
-  std::sort(order.begin(), order.end(), [&](std::uint32_t left, std::uint32_t right) {
-    return std::pair(points[left].x(), left) < std::pair(points[right].x(), right);
-  });
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    for (std::size_t back = k; back-- > 0;) {
-      if (points[order[k]].x() - points[order[back]].x() > tolerance) break;
-      if ((points[order[k]] - points[order[back]]).norm() > tolerance) continue;
-      names[order[k]] = names[order[back]];
-      break;
-    }
-  }
-  return names;
-}
-
 // Vertices that lie on an edge of the ring, put into it in their order.
 Ring withVerticesOnEdges(const Ring& ring, const std::vector<Vec3>& points,
                          const std::vector<std::uint32_t>& used, double tolerance) {
@@ -230,7 +209,7 @@ SurfaceMesh assembled(const std::vector<Polygon>& polygons, double tolerance) {
   SurfaceMesh mesh;
   for (const Polygon& polygon : polygons)
     mesh.vertices.insert(mesh.vertices.end(), polygon.begin(), polygon.end());
-  const std::vector<std::uint32_t> names = namesOf(mesh.vertices, 4.0 * tolerance);
+  const std::vector<std::uint32_t> names = coincident(mesh.vertices, 4.0 * tolerance);
   std::vector<std::uint32_t> used = names;
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
@@ -249,28 +228,6 @@ SurfaceMesh assembled(const std::vector<Polygon>& polygons, double tolerance) {
 }
 
 }  // namespace
-
-SurfaceMesh welded(const SurfaceMesh& mesh, double tolerance) {
-  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-  const std::vector<std::uint32_t> names = namesOf(mesh.vertices, tolerance);
-  std::vector<std::uint32_t> place(mesh.vertices.size(), kNone);
-  SurfaceMesh result;
-  for (const auto& triangle : mesh.triangles) {
-    std::array<std::uint32_t, 3> now{};
-    std::transform(triangle.begin(), triangle.end(), now.begin(),
-                   [&](std::uint32_t corner) { return names[corner]; });
-    if (now[0] == now[1] || now[1] == now[2] || now[2] == now[0]) continue;
-    for (std::uint32_t& corner : now) {
-      if (place[corner] == kNone) {
-        place[corner] = static_cast<std::uint32_t>(result.vertices.size());
-        result.vertices.push_back(mesh.vertices[corner]);
-      }
-      corner = place[corner];
-    }
-    result.triangles.push_back(now);
-  }
-  return result;
-}
 
 std::optional<SurfaceMesh> unionOfConvex(const std::vector<SurfaceMesh>& meshes, double tolerance) {
   std::vector<Solid> solids;

@@ -13,7 +13,4 @@ namespace carom {
 /// parts do not close. Time grows with the square of the number of triangles. [any thread]
 std::optional<SurfaceMesh> unionOfConvex(const std::vector<SurfaceMesh>& solids, double tolerance);
 
-/// Vertices within `tolerance` (m) of each other become one; triangles that vanish are dropped.
-SurfaceMesh welded(const SurfaceMesh& mesh, double tolerance);
-
 }  // namespace carom

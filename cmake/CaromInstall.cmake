@@ -23,6 +23,8 @@ set(carom_dependency_table
   "PkgConfig::carom_sndfile|pkg|sndfile|libsndfile1-dev"
   "PkgConfig::carom_mysofa|pkg|libmysofa|libmysofa-dev"
   "PkgConfig::carom_highway|pkg|libhwy|libhwy-dev"
+  "PkgConfig::carom_assimp|pkg|assimp|libassimp-dev"
+  "meshoptimizer::meshoptimizer|package meshoptimizer||libmeshoptimizer-dev"
   "PkgConfig::carom_sdl2|pkg|sdl2|libsdl2-dev"
   "PkgConfig::carom_bullet_dependency|pkg|${carom_pc_bullet}|libbullet-dev")
 

@@ -27,6 +27,11 @@ std::string whyNot(const VoiceBudget& budget) {
   if (!(budget.cpuShare > 0.0)) return "the CPU share of the budget must be above 0";
   if (budget.voices < 1 || budget.voices > kMost) return "the budget's voices must be 1 to 65536";
   if (budget.buses < 1 || budget.buses > kMost) return "the budget's buses must be 1 to 65536";
+  constexpr std::size_t kMostRinging = 4096;
+  if (budget.ringingBodies < 1 || budget.ringingBodies > kMostRinging)
+    return "the budget's ringing bodies must be 1 to 4096";
+  if (budget.modes < 1 || budget.modes > kMostRinging)
+    return "the budget's modes must be 1 to 4096";
   if (!(budget.longestContact > 0.0 && budget.longestContact <= 1.0))
     return "the budget's longest contact must be above 0 and at most 1 s";
   return {};

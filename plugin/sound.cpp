@@ -29,9 +29,33 @@ Result<Material> materialNamed(std::string_view name) {
   return Error{"sound: there is no material '" + std::string(name) + "'; there are " + names};
 }
 
-Status whyRefused(const Material& material) {
+/// What was set for a body, a shape or a user index.
+struct Given {
+  std::optional<Material> material = std::nullopt;
+  std::shared_ptr<const ModalModel> modes = nullptr;
+  bool hasModes = false;  // null ones, too: it does not ring
+};
+
+Given given(const Material& material) {
+  return {.material = material};
+}
+
+Given given(std::shared_ptr<const ModalModel> modes) {
+  return {.modes = std::move(modes), .hasModes = true};
+}
+
+/// What is in `later` replaces what was there.
+void merge(Given& earlier, const Given& later) {
+  if (later.material) earlier.material = later.material;
+  if (!later.hasModes) return;
+  earlier.modes = later.modes;
+  earlier.hasModes = true;
+}
+
+Status whyRefused(const Given& given) {
   SoundBody body;
-  body.material = material;
+  body.material = given.material ? *given.material : builtInMaterials().front();
+  body.modal = given.modes;
   if (const std::string reason = whyNot(body); !reason.empty()) return Error{"sound: " + reason};
   return std::monostate{};
 }
@@ -54,9 +78,9 @@ class Sound::Impl {
   /// After `close` there is nothing left to do it with.
   Status whyClosed() const;
 
-  Status setMaterial(const btCollisionObject& object, const Material& material);
-  Status setMaterial(const btCollisionShape& shape, const Material& material);
-  Status setMaterialOfUserIndex(int userIndex, const Material& material);
+  Status give(const btCollisionObject& object, const Given& given);
+  Status give(const btCollisionShape& shape, const Given& given);
+  Status give(int userIndex, const Given& given);
   void prepare();
   WorldSoundStatistics statistics() const;
 
@@ -65,7 +89,7 @@ class Sound::Impl {
 
  private:
   struct Known {
-    std::optional<Material> material;  // that was set for this body
+    Given given;  // for this body
     bool isUnsolved = false;
     bool isLink = false;
   };
@@ -76,7 +100,7 @@ class Sound::Impl {
   void readNew();
   void read(BodyId id, const btCollisionObject& object);
   void forgetRemoved();
-  const Material* materialOf(const Known& known, const btCollisionObject& object) const;
+  Given givenFor(const Known& known, const btCollisionObject& object) const;
 
   btDynamicsWorld& world_;
   EventSound events_;
@@ -86,11 +110,11 @@ class Sound::Impl {
   /// Of bodies that no substep has seen yet, and so have no id. Another may come to their address.
   struct Early {
     int proxyId = -1;
-    Material material;
+    Given given;
   };
   std::unordered_map<const btCollisionObject*, Early> early_;
-  std::unordered_map<const btCollisionShape*, Material> ofShape_;
-  std::unordered_map<int, Material> ofUserIndex_;
+  std::unordered_map<const btCollisionShape*, Given> ofShape_;
+  std::unordered_map<int, Given> ofUserIndex_;
   std::string unsolvedReason_;
   std::uint64_t solvedInStep_ = 0;
   std::uint64_t unsupported_ = 0;
@@ -139,12 +163,14 @@ Status Sound::Impl::close() {
   return events_.finishRecording();
 }
 
-const Material* Sound::Impl::materialOf(const Known& known, const btCollisionObject& object) const {
-  if (known.material) return &*known.material;
+Given Sound::Impl::givenFor(const Known& known, const btCollisionObject& object) const {
+  Given all;
+  if (const auto found = ofUserIndex_.find(object.getUserIndex()); found != ofUserIndex_.end())
+    merge(all, found->second);
   if (const auto found = ofShape_.find(object.getCollisionShape()); found != ofShape_.end())
-    return &found->second;
-  const auto found = ofUserIndex_.find(object.getUserIndex());
-  return found != ofUserIndex_.end() ? &found->second : nullptr;
+    merge(all, found->second);
+  merge(all, known.given);
+  return all;
 }
 
 void Sound::Impl::read(BodyId id, const btCollisionObject& object) {
@@ -153,13 +179,20 @@ void Sound::Impl::read(BodyId id, const btCollisionObject& object) {
   if (isRead_.size() <= id) isRead_.resize(id + 1);
   isRead_[id] = true;
   if (const auto early = early_.find(&object); early != early_.end()) {
-    if (early->second.proxyId == proxyIdOf(object)) known.material = early->second.material;
+    if (early->second.proxyId == proxyIdOf(object)) merge(known.given, early->second.given);
     early_.erase(early);
   }
   known.isUnsolved = reading.unsolved.has_value();
   known.isLink = reading.isLink;
   if (reading.unsolved) unsolvedReason_ = reading.unsolved->message;
-  if (const Material* material = materialOf(known, object)) reading.sound.material = *material;
+  const Given given = givenFor(known, object);
+  if (given.material)
+    reading.sound.material = *given.material;
+  else if (given.modes)
+    reading.sound.material = given.modes->material;
+  reading.sound.modal = given.modes;
+  // Who does not move is where its shape is, wherever its centre of mass may be.
+  if (object.isStaticOrKinematicObject()) reading.sound.modalOrigin = Vec3::Zero();
   (void)events_.setBody(id, reading.sound);  // refused: its events are counted as rejected
 }
 
@@ -205,28 +238,30 @@ void Sound::Impl::forgetRemoved() {
   });
 }
 
-Status Sound::Impl::setMaterial(const btCollisionObject& object, const Material& material) {
+Status Sound::Impl::give(const btCollisionObject& object, const Given& given) {
   if (Status closed = whyClosed(); !closed) return closed;
-  if (Status refused = whyRefused(material); !refused) return refused;
+  if (Status refused = whyRefused(given); !refused) return refused;
   if (!isIn(world_, object))
-    return Error{"sound: this body is not in the world; add it before its material is set"};
-  early_.insert_or_assign(&object, Early{proxyIdOf(object), material});
+    return Error{"sound: this body is not in the world; add it before anything is set for it"};
+  Early& early = early_[&object];
+  if (early.proxyId != proxyIdOf(object)) early = {proxyIdOf(object), {}};
+  merge(early.given, given);
   if (const Result<BodyId> id = bridge_->bodyId(object)) read(*id, object);
   return std::monostate{};
 }
 
-Status Sound::Impl::setMaterial(const btCollisionShape& shape, const Material& material) {
+Status Sound::Impl::give(const btCollisionShape& shape, const Given& given) {
   if (Status closed = whyClosed(); !closed) return closed;
-  if (Status refused = whyRefused(material); !refused) return refused;
-  ofShape_.insert_or_assign(&shape, material);
+  if (Status refused = whyRefused(given); !refused) return refused;
+  merge(ofShape_[&shape], given);
   readAll();
   return std::monostate{};
 }
 
-Status Sound::Impl::setMaterialOfUserIndex(int userIndex, const Material& material) {
+Status Sound::Impl::give(int userIndex, const Given& given) {
   if (Status closed = whyClosed(); !closed) return closed;
-  if (Status refused = whyRefused(material); !refused) return refused;
-  ofUserIndex_.insert_or_assign(userIndex, material);
+  if (Status refused = whyRefused(given); !refused) return refused;
+  merge(ofUserIndex_[userIndex], given);
   readAll();
   return std::monostate{};
 }
@@ -267,25 +302,35 @@ Status Sound::close() {
 }
 
 Status Sound::setMaterial(const btCollisionObject& object, const Material& material) {
-  return impl_->setMaterial(object, material);
+  return impl_->give(object, given(material));
 }
 Status Sound::setMaterial(const btCollisionObject& object, std::string_view name) {
   const Result<Material> material = materialNamed(name);
   return material ? setMaterial(object, *material) : material.error();
 }
 Status Sound::setMaterial(const btCollisionShape& shape, const Material& material) {
-  return impl_->setMaterial(shape, material);
+  return impl_->give(shape, given(material));
 }
 Status Sound::setMaterial(const btCollisionShape& shape, std::string_view name) {
   const Result<Material> material = materialNamed(name);
   return material ? setMaterial(shape, *material) : material.error();
 }
 Status Sound::setMaterialOfUserIndex(int userIndex, const Material& material) {
-  return impl_->setMaterialOfUserIndex(userIndex, material);
+  return impl_->give(userIndex, given(material));
 }
 Status Sound::setMaterialOfUserIndex(int userIndex, std::string_view name) {
   const Result<Material> material = materialNamed(name);
   return material ? setMaterialOfUserIndex(userIndex, *material) : material.error();
+}
+
+Status Sound::setModes(const btCollisionObject& object, std::shared_ptr<const ModalModel> modes) {
+  return impl_->give(object, given(std::move(modes)));
+}
+Status Sound::setModes(const btCollisionShape& shape, std::shared_ptr<const ModalModel> modes) {
+  return impl_->give(shape, given(std::move(modes)));
+}
+Status Sound::setModesOfUserIndex(int userIndex, std::shared_ptr<const ModalModel> modes) {
+  return impl_->give(userIndex, given(std::move(modes)));
 }
 
 void Sound::prepare() {

@@ -13,6 +13,8 @@ namespace {
 /// Clicks taken out of the queue for each frame that is rendered, so that a burst does not hold up
 /// a block.
 constexpr std::size_t kArrivalsPerFrame = 16;
+/// Likewise, of rings.
+constexpr std::size_t kRingsPerFrame = 2;
 /// s over which work and time are compared.
 constexpr double kMeasuring = 1.0;
 /// Work that has to be measured before its cost is believed; then, nanoseconds that it may take.
@@ -22,7 +24,19 @@ constexpr double kMostCost = 50.0;
 constexpr std::size_t kInterleavedFrames = 256;
 
 PlayerCapacity capacityOf(const VoiceBudget& budget) {
-  return {.voices = budget.voices, .buses = budget.buses, .longestContact = budget.longestContact};
+  return {.voices = budget.voices,
+          .buses = budget.buses,
+          .longestContact = budget.longestContact,
+          .rings = {.banks = budget.ringingBodies,
+                    .modes = budget.modes,
+                    .rings = 4 * budget.ringingBodies,
+                    .longestContact = budget.longestContact}};
+}
+
+/// Of taps of so many modes.
+std::size_t padded(std::size_t modes) {
+  constexpr std::size_t kWidth = ResonatorKernels::kWidth;
+  return (modes + kWidth - 1) / kWidth * kWidth;
 }
 
 /// As many clicks as may wait in the player, twice.
@@ -68,11 +82,15 @@ SoundEngine::SoundEngine(const SoundSettings& settings,
       layer_(paths),
       timeline_(settings.clock, settings.synth.sampleRate, settings.latency),
       queue_(queueCapacity(settings, *paths)),
+      rings_(2 * capacityOf(settings.budget).rings.rings),
+      taps_(rings_.capacity() * 2 * padded(settings.budget.modes) / kTaps),
       gain_(settings.synth.sampleRate),
       player_(paths, capacityOf(settings.budget)),
       limiter_(std::move(limiter)),
       arrived_(player_.clicksPerEvent()),
       arrivedEars_(player_.clicksPerEvent()),
+      arrivedRings_(rings_.capacity()),
+      arrivedTaps_(taps_.capacity() * kTaps),
       planar_(kInterleavedFrames * paths->channels.size()) {
   for (std::size_t channel = 0; channel < paths->channels.size(); ++channel)
     planarChannels_.push_back(&planar_[channel * kInterleavedFrames]);
@@ -98,12 +116,36 @@ void SoundEngine::advanceTo(double seconds) {
 
 void SoundEngine::lay(const ImpulseEvent& event) {
   const LaidSound sound = layer_.lay(event, timeline_.shiftAt(event.time));
+  if (!sound.rings.empty()) sendRings(sound);
   if (sound.clicks.empty()) return;
   laid_.push_back({sound.peak, laidClicks_.size(), sound.clicks.size()});
   laidClicks_.insert(laidClicks_.end(), sound.clicks.begin(), sound.clicks.end());
   laidEars_.insert(laidEars_.end(), sound.ears.begin(), sound.ears.end());
   if (laid_.size() >= 2 * settings_.budget.voices)
     counters_.stolen += keepLoudest(settings_.budget.voices);
+}
+
+/// Of the first modes, as many as the player has room for; seen by the other thread with the step.
+void SoundEngine::sendRings(const LaidSound& sound) {
+  const std::size_t count = std::min(sound.rings.front().count, padded(settings_.budget.modes));
+  const std::size_t chunks = sound.rings.size() * 2 * count / kTaps;
+  if (rings_.writable(sound.rings.size()) < sound.rings.size() || taps_.writable(chunks) < chunks) {
+    ++counters_.queueFaults;
+    return;
+  }
+  for (std::size_t index = 0; index < sound.rings.size(); ++index) {
+    Ring ring = sound.rings[index];
+    for (std::size_t at = 0; at < 2 * count; at += kTaps) {
+      QueuedTaps chunk;
+      for (std::size_t i = 0; i < kTaps; ++i) {
+        const std::size_t tap = at + i < count ? at + i : ring.count + at + i - count;
+        chunk[i] = sound.taps[ring.taps + tap];
+      }
+      taps_.put(chunk);
+    }
+    ring.count = count;
+    rings_.put({ring, static_cast<std::uint32_t>(sound.rings.size() - index)});
+  }
 }
 
 /// Of the step's events; returns how many went.
@@ -146,6 +188,8 @@ void SoundEngine::send() {
     }
   }
   queue_.publish();
+  taps_.publish();  // before what needs them
+  rings_.publish();
   laid_.clear();
   laidClicks_.clear();
   laidEars_.clear();
@@ -164,6 +208,10 @@ SoundStatistics SoundEngine::statistics() const {
   all.overBudget = shared_.overBudget.load(kRelaxed);
   all.noBus = shared_.noBus.load(kRelaxed);
   all.tooLong = shared_.tooLong.load(kRelaxed);
+  all.rings = layer.rings;
+  all.noBank = shared_.noBank.load(kRelaxed);
+  all.ringing = shared_.banks.load(kRelaxed);
+  all.modes = shared_.modes.load(kRelaxed);
   all.voices = shared_.voices.load(kRelaxed);
   all.buses = shared_.buses.load(kRelaxed);
   all.cpuShare = shared_.cpuShare.load(kRelaxed);
@@ -176,6 +224,7 @@ void SoundEngine::render(std::span<float* const> channels, std::size_t frames) n
   if (frames == 0) return;
   const auto begin = std::chrono::steady_clock::now();
   receive(frames);
+  receiveRings(frames);
   player_.render<float>(channels, frames);
   if (settings_.fullScale) scale(channels, frames, *settings_.fullScale);
   gain_.apply(channels, frames);
@@ -206,6 +255,27 @@ void SoundEngine::receive(std::size_t frames) noexcept {
   }
 }
 
+void SoundEngine::receiveRings(std::size_t frames) noexcept {
+  for (std::size_t taken = 0; taken < kRingsPerFrame * frames && rings_.readable(1) > 0;) {
+    const std::size_t rings = rings_.peek().ofEvent;
+    const std::size_t count = rings_.peek().ring.count;
+    const std::size_t chunks = rings * 2 * count / kTaps;
+    [[maybe_unused]] const std::size_t there = taps_.readable(chunks);
+    assert(there >= chunks && rings_.readable(rings) >= rings);  // published together
+    for (std::size_t i = 0; i < rings; ++i) {
+      arrivedRings_[i] = rings_.peek(i).ring;
+      arrivedRings_[i].taps = i * 2 * count;
+    }
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk)
+      std::ranges::copy(taps_.peek(chunk),
+                        arrivedTaps_.begin() + static_cast<std::ptrdiff_t>(chunk * kTaps));
+    player_.add({.rings = std::span(arrivedRings_).first(rings), .taps = arrivedTaps_});
+    rings_.drop(rings);
+    taps_.drop(chunks);
+    taken += rings;
+  }
+}
+
 /// What work costs on this machine, and so how much of it may be done.
 void SoundEngine::measure(double seconds, std::size_t frames) noexcept {
   const double duration = static_cast<double>(frames) / settings_.synth.sampleRate;
@@ -229,6 +299,10 @@ void SoundEngine::publish() noexcept {
   shared_.overBudget.store(player.overBudget, kRelaxed);
   shared_.noBus.store(player.noBus, kRelaxed);
   shared_.tooLong.store(player.tooLong, kRelaxed);
+  const RingPlayer& rings = player_.rings();
+  shared_.noBank.store(rings.counters().noBank, kRelaxed);
+  shared_.banks.store(rings.banksInUse(), kRelaxed);
+  shared_.modes.store(rings.resonatorsInUse(), kRelaxed);
   shared_.voices.store(player_.voices(), kRelaxed);
   shared_.buses.store(player_.busesInUse(), kRelaxed);
   shared_.cpuShare.store(cpuShare_, kRelaxed);

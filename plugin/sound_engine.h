@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -68,10 +69,17 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
     std::size_t first = 0;  // click
     std::size_t count = 0;
   };
+  /// A ring, and its taps in another queue: kTaps of its b0 and b1 at a time.
+  static constexpr std::size_t kTaps = 16;
+  using QueuedTaps = std::array<double, kTaps>;
+  struct QueuedRing {
+    Ring ring;
+    std::uint32_t ofEvent = 0;  // rings of its event, this one included, from here on
+  };
   /// What the audio thread tells the other one.
   struct Shared {
-    std::atomic<std::uint64_t> late{0}, stolen{0}, overBudget{0}, noBus{0}, tooLong{0};
-    std::atomic<std::size_t> voices{0}, buses{0};
+    std::atomic<std::uint64_t> late{0}, stolen{0}, overBudget{0}, noBus{0}, tooLong{0}, noBank{0};
+    std::atomic<std::size_t> voices{0}, buses{0}, banks{0}, modes{0};
     std::atomic<double> cpuShare{0.0}, worstBlock{0.0}, gainReduction{0.0};
   };
 
@@ -80,8 +88,10 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   void lay(const ImpulseEvent& event);
   std::uint64_t keepLoudest(std::size_t events);
   void send();
+  void sendRings(const LaidSound& sound);
 
   void receive(std::size_t frames) noexcept;
+  void receiveRings(std::size_t frames) noexcept;
   void measure(double seconds, std::size_t frames) noexcept;
   void publish() noexcept;
 
@@ -97,6 +107,8 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   SoundStatistics counters_;  // of what happens on this side
 
   SpscQueue<QueuedClick> queue_;
+  SpscQueue<QueuedRing> rings_;
+  SpscQueue<QueuedTaps> taps_;  // of rings_, in their order
   std::atomic<std::int64_t> rendered_{0};
   Shared shared_;
   OutputGain gain_;
@@ -106,6 +118,8 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   std::optional<Limiter> limiter_;
   std::vector<Click> arrived_;  // of one event
   std::vector<SphereWeights> arrivedEars_;
+  std::vector<Ring> arrivedRings_;
+  std::vector<double> arrivedTaps_;
   std::vector<float> planar_;  // for renderInterleaved
   std::vector<float*> planarChannels_;
   double measuredTime_ = 0.0;  // s, fading

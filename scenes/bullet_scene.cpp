@@ -1,9 +1,12 @@
 #include "scenes/bullet_scene.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
 #include <mutex>
+
+#include "bullet_bridge/world_advice.h"
 
 namespace carom {
 namespace {
@@ -13,6 +16,12 @@ btScalar toBullet(double value) {
 }
 btVector3 toBullet(const Vec3& v) {
   return {toBullet(v.x()), toBullet(v.y()), toBullet(v.z())};
+}
+
+btTransform toBullet(const Quat& turn, const Vec3& place) {
+  const btQuaternion rotation(toBullet(turn.x()), toBullet(turn.y()), toBullet(turn.z()),
+                              toBullet(turn.w()));
+  return btTransform(rotation, toBullet(place));
 }
 
 /// A body that knows its surface. `table` is null in a scene without restitutions of pairs.
@@ -29,6 +38,12 @@ class SurfaceBody : public btRigidBody {
   const double restitution;
   const RestitutionTable* const restitutions;
 };
+
+constexpr int kCornersOnPlane = 4;  // as many as a contact of Bullet's can have
+
+bool isSolid(const SceneBody& body) {
+  return std::holds_alternative<SolidShape>(body.shape);
+}
 
 /// Our hold on Bullet's slot, which is one for the process; see BulletScene.
 struct CombinationSlot {
@@ -75,8 +90,13 @@ void leaveSlot() {
 BulletScene::BulletScene(const Scene& scene) : restitutions_(scene.restitutions) {
   if (!restitutions_.empty()) takeSlot();
   world_.setGravity(toBullet(scene.gravity));
+  const bool hasSolids = std::ranges::any_of(scene.bodies, isSolid);
+  if (hasSolids) prepareForSolids();
   for (const SceneBody& body : scene.bodies)
     addBody(body, scene.stepper.restSpeed);
+  if (!hasSolids) return;
+  [[maybe_unused]] const Result<Tuning> tuned = tune(world_, scene.stepper.step);
+  assert(tuned);  // the step has been checked
 }
 
 BulletScene::~BulletScene() {
@@ -85,7 +105,20 @@ BulletScene::~BulletScene() {
   if (!restitutions_.empty()) leaveSlot();
 }
 
+/// Polyhedra are separated by their faces and edges (see BulletSolid), and meet a plane with more
+/// than one corner in a step: on one at a time they rattle and do not rest. Neither is felt by
+/// spheres.
+void BulletScene::prepareForSolids() {
+  world_.getDispatchInfo().m_enableSatConvex = true;
+  configuration_.setPlaneConvexMultipointIterations(kCornersOnPlane, kCornersOnPlane);
+}
+
+Quat BulletScene::orientation(std::size_t index, const Quat& bullet) const {
+  return bullet * frames_[index].conjugate();
+}
+
 void BulletScene::addBody(const SceneBody& body, double restSpeed) {
+  frames_.push_back(Quat::Identity());  // unless makeBody knows better
   std::unique_ptr<btRigidBody> rigid = makeBody(body);
   // Bullet multiplies the two restitutions of a pair; Carom takes the geometric mean.
   rigid->setRestitution(toBullet(std::sqrt(body.material.restitution)));
@@ -99,6 +132,7 @@ void BulletScene::addBody(const SceneBody& body, double restSpeed) {
 std::unique_ptr<btRigidBody> BulletScene::makeBody(const SceneBody& body) {
   if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) return makeSphere(body, *sphere);
   if (const auto* plane = std::get_if<PlaneShape>(&body.shape)) return makePlane(body, *plane);
+  if (const auto* solid = std::get_if<SolidShape>(&body.shape)) return makeSolid(body, *solid);
   return makeBlock(body, std::get<BlockShape>(body.shape));
 }
 
@@ -128,13 +162,29 @@ std::unique_ptr<btRigidBody> BulletScene::makeBlock(const SceneBody& body,
                                                     const BlockShape& block) {
   auto shape = std::make_unique<btBoxShape>(toBullet(block.halfExtents));
   shape->setMargin(0);  // Bullet rounds the edges by it
+  if (world_.getDispatchInfo().m_enableSatConvex) shape->initializePolyhedralFeatures();
   btRigidBody::btRigidBodyConstructionInfo info(0, nullptr, shape.get());
-  const Quat& turn = block.orientation;
-  info.m_startWorldTransform = btTransform(
-      btQuaternion(toBullet(turn.x()), toBullet(turn.y()), toBullet(turn.z()), toBullet(turn.w())),
-      toBullet(block.centre));
+  info.m_startWorldTransform = toBullet(block.orientation, block.centre);
   shapes_.push_back(std::move(shape));
   return std::make_unique<SurfaceBody>(info, body, table());
+}
+
+std::unique_ptr<btRigidBody> BulletScene::makeSolid(const SceneBody& body,
+                                                    const SolidShape& solid) {
+  PrincipalAxes axes;
+  if (solid.canMove()) axes = principalAxes(solid.inertia);
+  frames_.back() = axes.toBody;
+  hasTurnedFrames_ = hasTurnedFrames_ || !axes.toBody.isApprox(Quat::Identity(), 0.0);
+  const BulletSolid& made = solids_.emplace_back(solid, axes.toBody);
+  const btScalar mass = solid.canMove() ? toBullet(solid.mass) : btScalar(0);
+  btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, &made.shape(),
+                                                toBullet(axes.inertia));
+  info.m_startWorldTransform = toBullet(solid.orientation * axes.toBody, solid.position);
+  auto rigid = std::make_unique<SurfaceBody>(info, body, table());
+  if (!solid.canMove()) return rigid;
+  rigid->setLinearVelocity(toBullet(solid.velocity));
+  rigid->setAngularVelocity(toBullet(solid.spin));
+  return rigid;
 }
 
 }  // namespace carom

@@ -5,6 +5,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include "scenes/bullet_solid.h"
 #include "scenes/scene.h"
 
 namespace carom {
@@ -13,6 +14,9 @@ namespace carom {
 /// that the scene describes: no friction, no damping, and bodies fall asleep only below the scene's
 /// rest speed. Body i of the world is body i of the scene. Only of scenes that Bullet can run, see
 /// whyNotOnBullet: of others it leaves out what it cannot do. [one thread]
+///
+/// A scene with solids is tuned besides (world_advice.h), all of it: with the defaults, flat bodies
+/// lose up to half of their bounce on a plane. Scenes without any keep the defaults.
 ///
 /// Restitutions of pairs of materials. Bullet knows bodies only, and one function for the whole
 /// process that combines two of them (gCalculateCombinedRestitutionCallback). While there is a
@@ -31,12 +35,21 @@ class BulletScene {
   btDiscreteDynamicsWorld& world() { return world_; }
   const btRigidBody& body(std::size_t index) const { return *bodies_[index]; }
 
+  /// Body to world, of the frame that the scene describes the body in (SolidShape), where Bullet's
+  /// own frame of it has the orientation `bullet`: a solid whose axes are not principal has another
+  /// one there.
+  Quat orientation(std::size_t index, const Quat& bullet) const;
+  /// Whether that is of any body not simply `bullet`.
+  bool hasTurnedFrames() const { return hasTurnedFrames_; }
+
  private:
   const RestitutionTable* table() const { return restitutions_.empty() ? nullptr : &restitutions_; }
+  void prepareForSolids();
   void addBody(const SceneBody& body, double restSpeed);
   std::unique_ptr<btRigidBody> makeSphere(const SceneBody& body, const SphereShape& sphere);
   std::unique_ptr<btRigidBody> makePlane(const SceneBody& body, const PlaneShape& plane);
   std::unique_ptr<btRigidBody> makeBlock(const SceneBody& body, const BlockShape& block);
+  std::unique_ptr<btRigidBody> makeSolid(const SceneBody& body, const SolidShape& solid);
   std::unique_ptr<btRigidBody> makeBody(const SceneBody& body);
 
   btDefaultCollisionConfiguration configuration_;
@@ -46,7 +59,10 @@ class BulletScene {
   btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
   RestitutionTable restitutions_;
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
+  std::vector<BulletSolid> solids_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
+  std::vector<Quat> frames_;  // by body: Bullet's to the scene's
+  bool hasTurnedFrames_ = false;
 };
 
 }  // namespace carom

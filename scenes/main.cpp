@@ -1,5 +1,5 @@
-// The carom command: render, info, compare, record, replay. Exit codes: 0 done, 1 failed, 2 bad
-// input.
+// The carom command: render, info, compare, record, replay, modes, strike. Exit codes: 0 done, 1
+// failed, 2 bad input.
 
 #include <algorithm>
 #include <cctype>
@@ -21,7 +21,10 @@
 
 #include "audio/partial_file.h"
 #include "audio/synth.h"
+#include "scenes/bullet_only.h"
+#include "scenes/command_line.h"
 #include "scenes/compare.h"
+#include "scenes/modes_command.h"
 #include "scenes/native_only.h"
 #include "scenes/plan.h"
 #include "scenes/progress_bar.h"
@@ -29,24 +32,12 @@
 #include "scenes/render.h"
 #include "scenes/report_text.h"
 #include "scenes/scene_loader.h"
+#include "scenes/strike_command.h"
 
 namespace carom {
 namespace {
 
-constexpr int kDone = 0;
-constexpr int kFailed = 1;
-constexpr int kBadInput = 2;
-
-constexpr double kLeastFullScale = 0.002;    // Pa, 40 dB
-constexpr double kMostFullScale = 200000.0;  // Pa, 200 dB
-constexpr double kFarthestListener = 1e6;    // m, from the origin on each axis
-
-int fail(int code, const std::string& message) {
-  std::cerr << "carom: " << message << '\n';
-  return code;
-}
-
-constexpr const char* kCommands = "render, info, compare, record or replay";
+constexpr const char* kCommands = "render, info, compare, record, replay, modes or strike";
 
 struct Arguments {
   std::string scene;  // replay: the recording
@@ -101,14 +92,6 @@ void applySound(const Arguments& arguments, SynthSettings& sound) {
   if (arguments.radiation == "compact") sound.radiation = Radiation::compact;
 }
 
-// A name that promises another format would hold WAV all the same.
-bool isWavName(const std::string& file) {
-  std::string extension = std::filesystem::path(file).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension.empty() || extension == ".wav";
-}
-
 // Why the files that are to be written cannot be, before anything is read; empty where they can.
 std::string whyNoOutputs(const Arguments& arguments, const std::string& input = "scene") {
   if (isSameFile(arguments.output, arguments.scene))
@@ -121,42 +104,6 @@ std::string whyNoOutputs(const Arguments& arguments, const std::string& input = 
   if (isSameFile(arguments.events, arguments.output))
     return "--events: " + arguments.events + " is the sound file too; expected another name";
   return {};
-}
-
-// An answer that did not get out is a failure: a full disk, a closed pipe.
-int answer(const std::string& text) {
-  std::cout << text << std::flush;
-  return std::cout ? kDone : fail(kFailed, "standard output cannot be written");
-}
-
-// Names of files need not be UTF-8; in JSON their odd bytes become U+FFFD.
-std::string jsonText(const nlohmann::ordered_json& object) {
-  return object.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
-}
-
-// Pa of "PA" or of "LEVELdB" above 20 uPa; nullopt where it is neither, or out of range.
-std::optional<double> fullScalePressure(const std::string& text) {
-  const bool level = text.size() > 2 && CLI::detail::to_lower(text.substr(text.size() - 2)) == "db";
-  double number = 0.0;
-  if (!CLI::detail::lexical_cast(level ? text.substr(0, text.size() - 2) : text, number)) return {};
-  const double pressure = level ? kHearingThreshold * std::pow(10.0, number / 20.0) : number;
-  // Half a step of rounding around the limits, so that either unit may name them.
-  if (!(pressure >= kLeastFullScale * (1.0 - 1e-12) && pressure <= kMostFullScale * (1.0 + 1e-12)))
-    return {};
-  return pressure;
-}
-
-// m, of "x,y,z"; nullopt where it is none.
-std::optional<Vec3> position(const std::string& text) {
-  Vec3 found = Vec3::Zero();
-  std::istringstream parts(text);
-  std::string part;
-  for (double& component : found) {
-    if (!std::getline(parts, part, ',') || !CLI::detail::lexical_cast(part, component)) return {};
-    if (!(std::abs(component) <= kFarthestListener)) return {};
-  }
-  if (std::getline(parts, part) || text.ends_with(',')) return {};
-  return found;
 }
 
 RenderOptions renderOptions(const Arguments& arguments) {
@@ -208,6 +155,12 @@ int renderInto(const Arguments& arguments, const Scene& scene, const Recording* 
   options.recording = recording;
   options.span = arguments.span;
   options.progress = [&](double share) { bar.show(share); };
+  ProgressBar modes("modes of " + scene.name);
+  options.analysis = [&modes](std::string_view, double share) {
+    modes.show(share);
+    if (share >= 1.0) modes.clear();
+    return true;
+  };
   const Result<RenderReport> report = renderScene(scene, options);
   bar.clear();
   if (!report) return fail(kFailed, report.error().message);
@@ -222,7 +175,7 @@ int renderInto(const Arguments& arguments, const Scene& scene, const Recording* 
 
 // Empty where the stepper that the scene runs on can do it.
 std::string whyNotRun(const Scene& scene) {
-  return scene.stepper.type == StepperType::bullet ? whyNotOnBullet(scene) : std::string();
+  return scene.stepper.type == StepperType::bullet ? whyNotOnBullet(scene) : whyNotOnNative(scene);
 }
 
 int render(const Arguments& arguments) {
@@ -275,7 +228,7 @@ void applyListeners(const Arguments& arguments, Scene& scene) {
   for (const std::string& text : arguments.listeners) {
     Listener& listener = scene.listeners.emplace_back();
     listener.name = "listener_" + std::to_string(scene.listeners.size());
-    listener.position = position(text).value();
+    listener.position = threeNumbers(text, kFarthestListener).value();
   }
 }
 
@@ -327,8 +280,9 @@ int compare(const Arguments& arguments) {
   if (!scene) return fail(kBadInput, scene.error().message);
   std::vector<double> steps = arguments.steps;
   if (steps.empty()) steps = {1.0 / 60.0, 1.0 / 240.0, 1.0 / 1000.0};
-  if (const std::string reason = whyNotOnBullet(*scene); !reason.empty())
-    return fail(kBadInput, arguments.scene + ": " + reason);
+  for (const std::string& reason : {whyNotOnBullet(*scene), whyNotOnNative(*scene)}) {
+    if (!reason.empty()) return fail(kBadInput, arguments.scene + ": " + reason);
+  }
   ProgressBar bar("comparing " + scene->name);
   const Result<CompareReport> report =
       compareScene(*scene, steps, [&](double share) { bar.show(share); });
@@ -350,40 +304,11 @@ CLI::Validator stepRange() {
   return {check, "SECONDS"};
 }
 
-CLI::Validator fullScaleRange() {
-  const auto check = [](const std::string& text) -> std::string {
-    if (fullScalePressure(text)) return {};
-    return "'" + text +
-           "' is not a full scale; expected a pressure from 0.002 to 200000 (pascals), or a level "
-           "from 40dB to 200dB (above 20 uPa)";
-  };
-  return {check, "PA|LEVELdB"};
-}
-
-CLI::Validator oneOf(const std::vector<std::string>& words) {
-  std::string list = words.front();  // "a, b or c"
-  std::string name = words.front();  // "a|b|c"
-  for (std::size_t word = 1; word < words.size(); ++word) {
-    list += (word + 1 < words.size() ? ", " : " or ") + words[word];
-    name += '|' + words[word];
-  }
-  const auto check = [words, list](const std::string& text) -> std::string {
-    if (std::find(words.begin(), words.end(), text) != words.end()) return {};
-    return "'" + text + "' is unknown; expected " + list;
-  };
-  return {check, name};
-}
-
 CLI::Validator onePulse() {
   std::vector<std::string> words = {kDissipative};
   for (const auto& [name, shape] : pulseShapes())
     words.push_back(name);
   return oneOf(words);
-}
-
-CLI::Validator fileName() {
-  return {[](const std::string& text) { return std::string(text.empty() ? "names no file" : ""); },
-          "FILE"};
 }
 
 void addScene(CLI::App& command, Arguments& arguments) {
@@ -492,14 +417,6 @@ CLI::App* addRecord(CLI::App& app, Arguments& arguments) {
   return command;
 }
 
-CLI::Validator positionRange() {
-  const auto check = [](const std::string& text) -> std::string {
-    if (position(text)) return {};
-    return "'" + text + "' is no position; expected x,y,z with numbers from -1e6 to 1e6 (metres)";
-  };
-  return {check, "X,Y,Z"};
-}
-
 CLI::Validator timeRange() {
   const auto check = [](const std::string& text) -> std::string {
     double time = 0.0;
@@ -553,6 +470,8 @@ int run(int argc, char** argv) {
   const CLI::App* compareCommand = addCompare(app, arguments);
   const CLI::App* recordCommand = addRecord(app, arguments);
   const CLI::App* replayCommand = addReplay(app, arguments);
+  const ModesCommand modes(app);
+  const StrikeCommand strike(app);
   app.allow_extras();  // after the commands, which do not inherit it then
   try {
     app.parse(argc, argv);
@@ -568,6 +487,8 @@ int run(int argc, char** argv) {
   if (compareCommand->parsed()) return compare(arguments);
   if (recordCommand->parsed()) return record(arguments);
   if (replayCommand->parsed()) return replay(arguments);
+  if (modes.parsed()) return modes.run();
+  if (strike.parsed()) return strike.run();
   return fail(kBadInput, std::string("no command; expected ") + kCommands + " (carom --help)");
 }
 

@@ -66,9 +66,14 @@ void addMechanics(const Scene& scene, bool planes, PlanBuilder& plan) {
   plan.stage("gravity", !scene.gravity.isZero(0.0),
              forces ? "gravity is zero" : "gravity is zero: paths are straight lines");
   plan.stage("forces", forces, "there are no springs, rods, fields and drag");
-  plan.stage("sphere_sphere_contacts", spheres > 1, "there is only one sphere");
-  plan.stage("sphere_plane_contacts", planes, "there is no plane");
-  plan.stage("sphere_block_contacts", has<BlockShape>(scene), "there is no block");
+  const std::string noSphere = "there is no sphere";
+  plan.stage("sphere_sphere_contacts", spheres > 1,
+             spheres > 0 ? "there is only one sphere" : noSphere);
+  plan.stage("sphere_plane_contacts", planes && spheres > 0,
+             planes ? noSphere : "there is no plane");
+  plan.stage("sphere_block_contacts", has<BlockShape>(scene) && spheres > 0,
+             has<BlockShape>(scene) ? noSphere : "there is no block");
+  plan.stage("solid_contacts", has<SolidShape>(scene), "there is no solid");
   plan.stage("friction", hasFriction(scene), "no two bodies have friction");
 }
 
@@ -85,6 +90,9 @@ Plan makePlan(const Scene& scene) {
   plan.stage("acceleration_noise", true, "");
   plan.stage("acceleration_noise_of_planes", false,
              planes ? "planes are immovable: no impulse accelerates them" : "there is no plane");
+  const bool rings = std::ranges::any_of(
+      scene.bodies, [](const SceneBody& body) { return body.ringing.has_value(); });
+  plan.stage("modal_bank", rings, "no body has modes");
   addSound(scene, planes, plan);
   return plan.take();
 }

@@ -83,9 +83,10 @@ void leaveOutCounted(Plan& plan, std::uint64_t count, const std::string& stage,
 }
 
 Result<SceneSound> soundOf(const Scene& scene, const RenderOptions& options) {
-  if (options.recording == nullptr) return SceneSound::create(scene);
-  return SceneSound::create(
-      scene, replayStepper(*options.recording, firstEventTime(scene, options.span)), options.span);
+  if (options.recording == nullptr) return SceneSound::create(scene, options.analysis);
+  return SceneSound::create(scene,
+                            replayStepper(*options.recording, firstEventTime(scene, options.span)),
+                            options.span, options.analysis);
 }
 
 /// A recording takes the place of the mechanics.

@@ -9,6 +9,7 @@
 #include "audio/result.h"
 #include "audio/sound_file.h"
 #include "audio/synth.h"
+#include "modal/progress.h"
 #include "native/recording.h"
 #include "scenes/plan.h"
 #include "scenes/scene.h"
@@ -30,6 +31,7 @@ struct RenderOptions {
   SoundSpan span = {};  ///< of a recording only
   /// Called now and then with the share of the scene that is done, 0 to 1.
   std::function<void(double share)> progress = {};
+  Progress analysis = {};  ///< of modes that have to be computed first
 };
 
 struct RenderReport {

@@ -114,6 +114,8 @@ const char* radiationName(Radiation radiation) {
 struct Contents {
   std::size_t planes = 0;
   std::size_t blocks = 0;
+  std::size_t solids = 0;
+  double solidMass = 0.0;  // kg, of those that move
   std::map<std::string, std::size_t> spheresByMaterial;
   std::size_t spheres = 0;
   double smallest = std::numeric_limits<double>::infinity();  // m
@@ -125,6 +127,11 @@ Contents contentsOf(const Scene& scene) {
   Contents contents;
   for (const SceneBody& body : scene.bodies) {
     const auto* sphere = std::get_if<SphereShape>(&body.shape);
+    if (const auto* solid = std::get_if<SolidShape>(&body.shape)) {
+      ++contents.solids;
+      if (solid->canMove()) contents.solidMass += solid->mass;
+      continue;
+    }
     if (sphere == nullptr) {
       ++(std::holds_alternative<PlaneShape>(body.shape) ? contents.planes : contents.blocks);
       continue;
@@ -147,6 +154,20 @@ std::string rangeText(double smallest, double largest) {
   const std::string low = format("%.3g", smallest);
   const std::string high = format("%.3g", largest);
   return low == high ? low : low + " to " + high;
+}
+
+// Empty where there is none.
+std::string spheresText(const Contents& contents) {
+  if (contents.spheres == 0) return {};
+  std::string text =
+      format("spheres   %zu, radius %s mm, %.3g kg in all", contents.spheres,
+             rangeText(1e3 * contents.smallest, 1e3 * contents.largest).c_str(), contents.mass);
+  const char* separator = ": ";
+  for (const auto& [material, count] : contents.spheresByMaterial) {
+    text += separator + std::to_string(count) + ' ' + material;
+    separator = ", ";
+  }
+  return text + '\n';
 }
 
 // Broken between words into lines of at most kWidth bytes, unless a word is longer.
@@ -244,6 +265,27 @@ Json vectorJson(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
 }
 
+Json radiusJson(const Contents& contents) {
+  if (contents.spheres == 0) return nullptr;
+  return {{"min", contents.smallest}, {"max", contents.largest}};
+}
+
+// With mass, and its centre in the frame of the shape, of those that move.
+Json solidsJson(const Scene& scene) {
+  Json solids = Json::array();
+  for (const SceneBody& body : scene.bodies) {
+    const auto* solid = std::get_if<SolidShape>(&body.shape);
+    if (solid == nullptr) continue;
+    Json entry = {{"name", body.name}, {"shape", formName(*solid)}, {"movable", solid->canMove()}};
+    if (solid->canMove()) {
+      entry["mass_kg"] = solid->mass;
+      entry["centre_of_mass_m"] = vectorJson(solid->centreOfMass);
+    }
+    solids.push_back(std::move(entry));
+  }
+  return solids;
+}
+
 Json channelsJson(const ListenerChannels& channels) {
   Json list = Json::array();
   for (std::size_t channel = 0; channel < channels.count; ++channel)
@@ -269,15 +311,10 @@ std::string infoText(const Scene& scene) {
   std::string text = scene.name + "\n" + wrapped(scene.description);
   text += format("lasts     %g s at %g Hz, gravity (%g %g %g) m/s^2\n", scene.duration,
                  scene.sampleRate, scene.gravity.x(), scene.gravity.y(), scene.gravity.z());
-  text += format("spheres   %zu, radius %s mm, %.3g kg in all", contents.spheres,
-                 rangeText(1e3 * contents.smallest, 1e3 * contents.largest).c_str(), contents.mass);
-  const char* separator = ": ";
-  for (const auto& [material, count] : contents.spheresByMaterial) {
-    text += separator + std::to_string(count) + ' ' + material;
-    separator = ", ";
-  }
-  text += format("\nplanes    %zu\n", contents.planes);
+  text += spheresText(contents) + format("planes    %zu\n", contents.planes);
   if (contents.blocks > 0) text += format("blocks    %zu\n", contents.blocks);
+  if (contents.solids > 0)
+    text += format("solids    %zu, %.3g kg in all\n", contents.solids, contents.solidMass);
   text += roomText(imageCount(scene), scene.sound.reverb);
   const std::vector<ListenerChannels> channels = listenerChannels(scene);
   for (std::size_t index = 0; index < channels.size(); ++index)
@@ -309,10 +346,11 @@ Json infoJson(const Scene& scene) {
           {"gravity_m_s2", vectorJson(scene.gravity)},
           {"spheres", contents.spheres},
           {"spheres_by_material", contents.spheresByMaterial},
-          {"radius_m", {{"min", contents.smallest}, {"max", contents.largest}}},
+          {"radius_m", radiusJson(contents)},
           {"mass_kg", contents.mass},
           {"planes", contents.planes},
           {"blocks", contents.blocks},
+          {"solids", solidsJson(scene)},
           {"listeners", listeners},
           {"images", imageCount(scene)},
           {"reverb", reverbJson(scene.sound.reverb)},
@@ -337,6 +375,8 @@ std::string renderText(const RenderReport& report) {
     text += format("; %llu events are of planes and blocks, which cannot move",
                    static_cast<unsigned long long>(synth.immovable));
   text += '\n';
+  if (synth.rings > 0)
+    text += format("rings     %llu\n", static_cast<unsigned long long>(synth.rings));
   text += channelsText(report.listeners) + roomText(report.images, report.reverb);
   text += peakText(report);
   if (synth.undersampled > 0) {
@@ -369,6 +409,7 @@ Json renderJson(const RenderReport& report) {
           {"clipped_samples", report.clippedSamples},
           {"limiter", report.limiter},
           {"largest_gain_reduction_db", number(report.gainReduction)},
+          {"rings", report.synth.rings},
           {"clicks_inaudible", report.synth.inaudible},
           {"clicks_undersampled", report.synth.undersampled},
           {"clicks_late", report.synth.late},

@@ -16,7 +16,9 @@
 #include "audio/restitution_law.h"
 #include "audio/restitution_table.h"
 #include "audio/synth.h"
+#include "modal/mesh_analysis.h"
 #include "native/sphere_world.h"
+#include "scenes/solid_shape.h"
 
 namespace carom {
 
@@ -54,12 +56,19 @@ struct ContactTraits {
   RestitutionLaw restitutionLaw = {};
 };
 
+/// How a body rings.
+struct Ringing {
+  std::filesystem::path model;    ///< a file, as it can be opened; empty: computed of its shape
+  MeshAnalysisSettings analysis;  ///< how it is computed
+};
+
 struct SceneBody {
   std::string name;  ///< unique in the scene
   Material material;
-  std::variant<SphereShape, PlaneShape, BlockShape> shape;
+  std::variant<SphereShape, PlaneShape, BlockShape, SolidShape> shape;
   SurfaceId surface = 0;  ///< the kind of its material in Scene::restitutions; 0: has none there
   ContactTraits contact = {};
+  std::optional<Ringing> ringing = std::nullopt;  ///< spheres and solids only
 };
 
 /// What acts on the bodies besides gravity and impacts. Ends of springs and rods are spheres by

@@ -19,6 +19,8 @@
 
 #include "scenes/json_reader.h"
 #include "scenes/mechanics_reader.h"
+#include "scenes/ringing_reader.h"
+#include "scenes/solid_reader.h"
 #include "scenes/sound_reader.h"
 
 namespace carom {
@@ -48,6 +50,10 @@ constexpr NumberRange kYoungsModulus{
 constexpr NumberRange kPoissonsRatio{
     .noun = "a Poisson's ratio", .min = 0.0, .max = 0.5, .belowMax = true};
 constexpr NumberRange kRestitution{.noun = "a restitution", .min = 0.0, .max = 1.0};
+constexpr NumberRange kDampingAlpha{
+    .noun = "a damping in proportion to mass", .min = 0.0, .max = 1e6, .unit = "1/s"};
+constexpr NumberRange kDampingBeta{
+    .noun = "a damping in proportion to stiffness", .min = 0.0, .max = 1.0, .unit = "s"};
 constexpr NumberRange kRadius{.noun = "a radius", .min = 1e-6, .max = 1e4, .unit = "metres"};
 constexpr NumberRange kMass{.noun = "a mass", .min = 1e-21, .max = 1e18, .unit = "kilograms"};
 constexpr NumberRange kCoordinate{
@@ -70,7 +76,7 @@ constexpr TextRange kSchemaAddress{
     .noun = "the address of a schema", .minLength = 0, .maxLength = 1000};
 
 constexpr std::size_t kMaxEntries =
-    SceneLimits::kSpheres + SceneLimits::kPlanes + SceneLimits::kBlocks;
+    SceneLimits::kSpheres + SceneLimits::kPlanes + SceneLimits::kBlocks + SceneLimits::kSolids;
 constexpr std::size_t kMaxMaterials = 1000;
 constexpr std::size_t kMaxRestitutions = 1000;
 
@@ -281,7 +287,7 @@ class SceneReader {
  public:
   /// Names of files in the scene are relative to `folder`.
   SceneReader(FirstError& error, std::filesystem::path folder)
-      : error_(error), folder_(std::move(folder)) {}
+      : error_(error), folder_(std::move(folder)), solids_(folder_) {}
 
   Scene read(const JsonNode& root, std::string_view defaultName);
 
@@ -319,6 +325,7 @@ class SceneReader {
   void readPlane(const JsonNode& entry);
   void readBox(const JsonNode& entry);
   void readBlock(const JsonNode& entry);
+  void readSolid(const JsonNode& entry);
   void readGroup(const JsonNode& entry);
   std::vector<Covering> groupMaterials(const JsonNode& entry, const std::string& name);
   void readListeners(const JsonNode& root);
@@ -344,6 +351,7 @@ class SceneReader {
 
   FirstError& error_;
   std::filesystem::path folder_;
+  SolidReader solids_;
   Scene scene_;
   std::uint64_t seed_ = 0;
   std::map<std::string, Covering, std::less<>> ownMaterials_;  // without surfaces
@@ -359,6 +367,8 @@ class SceneReader {
   SphereGrid grid_;
   std::size_t sphereCount_ = 0;
   std::size_t blockCount_ = 0;
+  std::size_t solidCount_ = 0;
+  bool anySolidMoves_ = false;
   std::uint64_t wallWork_ = 0;
 };
 
@@ -436,16 +446,19 @@ void SceneReader::readMaterials(const JsonNode& materials) {
 }
 
 SceneReader::Covering SceneReader::readMaterialObject(const JsonNode& node, std::string name) {
-  if (!node.expectObject("a material", {"density", "youngs_modulus", "poissons_ratio",
-                                        "restitution", "restitution_law", "restitution_speed",
-                                        "friction", "rolling_friction", "pivoting_friction"})) {
+  if (!node.expectObject("a material",
+                         {"density", "youngs_modulus", "poissons_ratio", "restitution",
+                          "restitution_law", "restitution_speed", "friction", "rolling_friction",
+                          "pivoting_friction", "damping_alpha", "damping_beta"})) {
     return {};
   }
   return {.material = {.name = std::move(name),
                        .density = node.number("density", kDensity),
                        .youngsModulus = node.number("youngs_modulus", kYoungsModulus),
                        .poissonsRatio = node.number("poissons_ratio", kPoissonsRatio),
-                       .restitution = node.number("restitution", kRestitution)},
+                       .restitution = node.number("restitution", kRestitution),
+                       .dampingAlpha = node.number("damping_alpha", kDampingAlpha, 0.0),
+                       .dampingBeta = node.number("damping_beta", kDampingBeta, 0.0)},
           .contact = readContactTraits(node)};
 }
 
@@ -540,8 +553,8 @@ void SceneReader::readBodies(const JsonNode& root) {
     if (!ok()) return;
     readBody(entry);
   }
-  if (ok() && sphereCount_ == 0) {
-    bodies->fail("empty scene: nothing in it can move; expected at least one sphere");
+  if (ok() && sphereCount_ == 0 && !anySolidMoves_) {
+    bodies->fail("empty scene: nothing in it can move; expected at least one sphere, or solid");
   }
 }
 
@@ -566,21 +579,22 @@ void SceneReader::readBody(const JsonNode& entry) {
     entry.failAs("a body", "an object");
     return;
   }
-  const auto type = entry.require("type", R"(one of "sphere", "plane", "box", "spheres", "block")");
+  const auto type =
+      entry.require("type", R"(one of "sphere", "plane", "box", "spheres", "block", "solid")");
   if (!type) return;
   const std::size_t choice =
-      type->choice("a type of body", {"sphere", "plane", "box", "spheres", "block"});
+      type->choice("a type of body", {"sphere", "plane", "box", "spheres", "block", "solid"});
   if (!ok()) return;
   using Read = void (SceneReader::*)(const JsonNode&);
-  constexpr std::array<Read, 5> kReaders = {&SceneReader::readSphere, &SceneReader::readPlane,
-                                            &SceneReader::readBox, &SceneReader::readGroup,
-                                            &SceneReader::readBlock};
+  constexpr std::array<Read, 6> kReaders = {&SceneReader::readSphere, &SceneReader::readPlane,
+                                            &SceneReader::readBox,    &SceneReader::readGroup,
+                                            &SceneReader::readBlock,  &SceneReader::readSolid};
   (this->*kReaders.at(choice))(entry);
 }
 
 void SceneReader::readSphere(const JsonNode& entry) {
   if (!entry.expectObject("a sphere", {"type", "name", "radius", "material", "position", "velocity",
-                                       "spin", "mass"})) {
+                                       "spin", "mass", "modes"})) {
     return;
   }
   if (!countSpheres(entry, 1)) return;
@@ -599,6 +613,7 @@ void SceneReader::readSphere(const JsonNode& entry) {
   sphere.spin = readSpin(entry);
   sphere.mass = entry.number("mass", kMass, sphereMass(body.material.density, sphere.radius));
   body.shape = sphere;
+  body.ringing = readRinging(entry, folder_);
   fixedSpheres_.push_back(scene_.bodies.size());
   addBody(entry, std::move(body));
 }
@@ -670,6 +685,23 @@ void SceneReader::readBlock(const JsonNode& entry) {
   }
   walls_.push_back(scene_.bodies.size());
   addBody(entry, {name, std::move(made.material), block, made.surface, made.contact});
+}
+
+void SceneReader::readSolid(const JsonNode& entry) {
+  if (!SolidReader::expectSolid(entry)) return;
+  const std::string name = entryName(entry, "solid", bodyNames_);
+  const auto node = entry.require("material", "a material");
+  if (!ok()) return;
+  Covering made = covering(*node, name);
+  if (!ok()) return;
+  const SolidShape solid = solids_.read(entry, made.material.density);
+  if (++solidCount_ > SceneLimits::kSolids) {
+    entry.fail("the scene has more than " + std::to_string(SceneLimits::kSolids) +
+               " solids; expected at most that many");
+  }
+  anySolidMoves_ = anySolidMoves_ || solid.canMove();
+  addBody(entry, {name, std::move(made.material), solid, made.surface, made.contact,
+                  readRinging(entry, folder_)});
 }
 
 void SceneReader::readGroup(const JsonNode& entry) {

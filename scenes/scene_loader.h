@@ -17,6 +17,7 @@ struct SceneLimits {
   static constexpr std::size_t kSpheres = 100'000;  ///< those of groups included
   static constexpr std::size_t kPlanes = 1000;      ///< six for each box
   static constexpr std::size_t kBlocks = 1000;
+  static constexpr std::size_t kSolids = 1000;
   static constexpr std::size_t kListeners = 256;
 };
 
@@ -30,8 +31,8 @@ Result<Scene> loadScene(const std::filesystem::path& file);
 Result<std::string> readSceneText(const std::filesystem::path& file);
 
 /// The same from text in memory; `name` stands for the file in messages, its stem for the scene's
-/// name if the text gives none, and its folder for where the files are that the scene names. Those
-/// are not opened, only looked for. [any thread]
+/// name if the text gives none, and its folder for where the files are that the scene names. Meshes
+/// are read; heads are not opened, only looked for. [any thread]
 Result<Scene> parseScene(std::string_view text, std::string_view name);
 
 }  // namespace carom

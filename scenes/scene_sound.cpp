@@ -3,10 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <utility>
 
+#include <Eigen/Dense>
+
 #include "audio/hrtf.h"
+#include "audio/panel_radiator.h"
 #include "audio/room.h"
+#include "scenes/bullet_solid.h"
+#include "scenes/scene_modes.h"
 
 namespace carom {
 namespace {
@@ -19,14 +25,42 @@ constexpr double kLongestWay = 1.0;         // s, of sound through the air; see 
 constexpr double kDecays = 2.0;             // of 60 dB each
 constexpr std::int64_t kSkipFrames = 4096;  // at a time
 
-SoundBody soundBody(const SceneBody& body) {
-  SoundBody sound;
-  sound.material = body.material;
-  if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) {
-    sound.mass = sphere->mass;
-    sound.radius = sphere->radius;
+/// Scene bodies as SoundBodies. The added mass of a solid is solved once for all of equal shape.
+class SoundBodies {
+ public:
+  Result<SoundBody> make(const SceneBody& body, const BodyModes& modes) {
+    SoundBody sound;
+    sound.material = body.material;
+    sound.modal = modes.model;
+    sound.modalOrigin = modes.origin;
+    if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) {
+      sound.mass = sphere->mass;
+      sound.radius = sphere->radius;
+    }
+    if (const auto* solid = std::get_if<SolidShape>(&body.shape); solid && solid->canMove()) {
+      const Result<RigidRadiator>& radiator = radiators_->radiatorOf(surfaceOf(*solid));
+      if (!radiator) return radiator.error();
+      sound.mass = solid->mass;
+      sound.shape = std::shared_ptr<const RigidRadiator>(radiators_, &*radiator);
+      sound.inverseInertia = solid->inertia.inverse();
+    }
+    return sound;
   }
-  return sound;
+
+ private:
+  std::shared_ptr<RadiatorCache> radiators_ = std::make_shared<RadiatorCache>();
+};
+
+Status setBodies(const Scene& scene, Synth& synth, const Progress& progress) {
+  const Result<std::vector<BodyModes>> modes = sceneModes(scene, progress);
+  if (!modes) return modes.error();
+  SoundBodies bodies;
+  for (std::size_t index = 0; index < scene.bodies.size(); ++index) {
+    const Result<SoundBody> sound = bodies.make(scene.bodies[index], (*modes)[index]);
+    Status set = sound ? synth.setBody(static_cast<BodyId>(index), *sound) : sound.error();
+    if (!set) return Error{scene.bodies[index].name + ": " + set.error().message};
+  }
+  return std::monostate{};
 }
 
 /// s, in which a listener that gets to the end of its path comes to rest there: PoseTrack would
@@ -103,14 +137,14 @@ double firstEventTime(const Scene& scene, const SoundSpan& span) {
   return std::max(0.0, span.from - memory);
 }
 
-Result<SceneSound> SceneSound::create(const Scene& scene) {
+Result<SceneSound> SceneSound::create(const Scene& scene, const Progress& progress) {
   Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene);
   if (!stepper) return stepper.error();
-  return create(scene, *std::move(stepper), {});
+  return create(scene, *std::move(stepper), {}, progress);
 }
 
 Result<SceneSound> SceneSound::create(const Scene& scene, std::unique_ptr<SceneStepper> stepper,
-                                      const SoundSpan& span) {
+                                      const SoundSpan& span, const Progress& progress) {
   SynthSettings settings = scene.sound;
   settings.sampleRate = scene.sampleRate;
   settings.medium = scene.medium;
@@ -128,11 +162,8 @@ Result<SceneSound> SceneSound::create(const Scene& scene, std::unique_ptr<SceneS
     if (const Status followed = follow(path, *synth); !followed)
       return Error{scene.name + ": " + followed.error().message};
   }
-  for (std::size_t index = 0; index < scene.bodies.size(); ++index) {
-    const Status set = synth->setBody(static_cast<BodyId>(index), soundBody(scene.bodies[index]));
-    if (!set)
-      return Error{scene.name + ": " + scene.bodies[index].name + ": " + set.error().message};
-  }
+  if (const Status set = setBodies(scene, *synth, progress); !set)
+    return Error{scene.name + ": " + set.error().message};
   SceneSound sound(scene, std::move(stepper), *std::move(synth), span);
   sound.skipTo(sound.firstFrame_);
   return sound;

@@ -11,6 +11,7 @@
 #include "audio/impulse_event.h"
 #include "audio/result.h"
 #include "audio/synth.h"
+#include "modal/progress.h"
 #include "scenes/scene.h"
 #include "scenes/scene_stepper.h"
 
@@ -49,13 +50,13 @@ double firstEventTime(const Scene& scene, const SoundSpan& span);
 /// the length of the scene. [one thread]
 class SceneSound {
  public:
-  /// Loads the heads that the scene names. An error names the scene, and the file or what else it
-  /// is about.
-  static Result<SceneSound> create(const Scene& scene);
+  /// Loads the heads and models that the scene names, and computes modes that it asks for, which
+  /// `progress` is told of. An error names the scene, and the file or what else it is about.
+  static Result<SceneSound> create(const Scene& scene, const Progress& progress = {});
   /// The same of mechanics that run already, and of a part of it: the samples that the whole has
   /// there. Events before firstEventTime need not come.
   static Result<SceneSound> create(const Scene& scene, std::unique_ptr<SceneStepper> stepper,
-                                   const SoundSpan& span);
+                                   const SoundSpan& span, const Progress& progress = {});
 
   /// Renders the next samples, at most channels[i].size() of each channel, and returns how many:
   /// 0 at the end of the scene.

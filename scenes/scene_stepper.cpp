@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bullet_bridge/bullet_bridge.h"
+#include "scenes/bullet_only.h"
 #include "scenes/bullet_scene.h"
 #include "scenes/native_only.h"
 
@@ -106,13 +107,21 @@ class BulletSceneStepper : public SceneStepper {
     bridge_.clear();
     while (bridge_.settledTime() < time)  // blocks: a substep behind the clock
       scene_->world().stepSimulation(static_cast<btScalar>(step_), 0);
-    return bridge_.events();
+    return scene_->hasTurnedFrames() ? inFramesOfTheScene(bridge_.events()) : bridge_.events();
   }
   double settledTime() const override { return bridge_.settledTime(); }
 
  private:
+  std::span<const ImpulseEvent> inFramesOfTheScene(std::span<const ImpulseEvent> events) {
+    events_.assign(events.begin(), events.end());
+    for (ImpulseEvent& event : events_)
+      event.bodyOrientation = scene_->orientation(event.body, event.bodyOrientation);
+    return events_;
+  }
+
   std::unique_ptr<BulletScene> scene_;  // before the bridge: it must outlive it
   BulletBridge bridge_;
+  std::vector<ImpulseEvent> events_;  // of the last call, where they are not the bridge's own
   double step_;
 };
 
@@ -136,6 +145,8 @@ Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene) {
 }
 
 Result<SphereStepper> nativeStepper(const Scene& scene) {
+  if (const std::string reason = whyNotOnNative(scene); !reason.empty())
+    return Error{scene.name + ": " + reason};
   Result<SphereStepper> stepper = SphereStepper::create(sphereWorld(scene));
   if (!stepper) return Error{scene.name + ": " + stepper.error().message};
   return stepper;

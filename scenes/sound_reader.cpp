@@ -377,8 +377,8 @@ std::vector<ListenerPose> readPath(const JsonNode& path, const Listener& listene
 
 void readSound(const JsonNode& node, SynthSettings& settings) {
   if (!node.expectObject("a description of the sound",
-                         {"pulse", "dissipative", "sampling", "radiation", "doppler",
-                          "audible_threshold", "impulse"})) {
+                         {"pulse", "dissipative", "sampling", "radiation", "modal_radiation",
+                          "doppler", "audible_threshold", "impulse"})) {
     return;
   }
   const auto pulse = node.find("pulse");
@@ -400,6 +400,12 @@ void readSound(const JsonNode& node, SynthSettings& settings) {
   if (const auto radiation = node.find("radiation")) {
     const bool compact = radiation->choice("a model of radiation", {"exact", "compact"}) == 1;
     settings.radiation = compact ? Radiation::compact : Radiation::exact;
+  }
+  if (const auto radiation = node.find("modal_radiation")) {
+    constexpr std::array<ModalRadiation, 3> kModels = {
+        ModalRadiation::directional, ModalRadiation::monopole, ModalRadiation::constant};
+    settings.modalRadiation =
+        kModels.at(radiation->choice("how modes radiate", {"directional", "monopole", "constant"}));
   }
   settings.doppler = node.boolean("doppler", settings.doppler);
   settings.audibleThreshold =

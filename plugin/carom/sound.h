@@ -11,6 +11,7 @@
 #include "carom/sound_settings.h"
 
 #include "audio/material.h"
+#include "audio/modal_model.h"
 #include "audio/result.h"
 #include "audio/vector.h"
 
@@ -81,6 +82,17 @@ class Sound {
   Status setMaterial(const btCollisionShape& shape, std::string_view name);
   Status setMaterialOfUserIndex(int userIndex, const Material& material);
   Status setMaterialOfUserIndex(int userIndex, std::string_view name);
+
+  /// From now on it rings when it is hit, with the modes of that model (see readModalModel, and
+  /// carom::modal for how they are computed): likewise for one body, for all that have a shape, for
+  /// all whose user index this is. One model may serve many. Null: it does not ring. A body that
+  /// has no other material gets the model's.
+  ///
+  /// The model's axes are those of the body. A body that moves has its origin in the model's centre
+  /// of mass; for one that is static or kinematic, the model is in the frame of its shape.
+  Status setModes(const btCollisionObject& object, std::shared_ptr<const ModalModel> modes);
+  Status setModes(const btCollisionShape& shape, std::shared_ptr<const ModalModel> modes);
+  Status setModesOfUserIndex(int userIndex, std::shared_ptr<const ModalModel> modes);
 
   /// Solves the shapes of bodies that came since, so that no collision need wait for it, and takes
   /// changed masses and shapes (btCollisionShape::setLocalScaling, setCollisionShape) into account;

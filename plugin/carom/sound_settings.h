@@ -39,6 +39,10 @@ struct VoiceBudget {
   std::size_t buses = 256;
   /// s, above 0, up to 1. Longer contacts, which sound below 30 Hz or so, are left out.
   double longestContact = 0.05;
+  /// Bodies that ring at the same moment, times channels; 1 to 4096. More are not heard to ring.
+  std::size_t ringingBodies = 128;
+  /// Of each body, at most; 1 to 4096. Higher modes are left out.
+  std::size_t modes = 128;
 };
 
 struct SoundSettings {
@@ -76,8 +80,8 @@ inline constexpr double kDeviceFullScale = 2.0;
 /// What became of the events, and what it costs. All counts are since the sound was made; of a
 /// sound that is neither played nor pulled, those of the recording.
 struct SoundStatistics {
-  std::uint64_t events = 0;     ///< of bodies that can move, but for those of the next three
-  std::uint64_t immovable = 0;  ///< shares of bodies that no impulse moves: silent in this model
+  std::uint64_t events = 0;  ///< of bodies that can move or ring, but for those of the next three
+  std::uint64_t immovable = 0;  ///< shares of bodies that neither move nor ring: silent
   std::uint64_t rejected = 0;   ///< not finite, unknown body, no approach, over 20 s
   std::uint64_t skipped = 0;    ///< while nobody listened, or the simulation ran ahead of time
   // Of `events`, left out:
@@ -86,15 +90,19 @@ struct SoundStatistics {
   std::uint64_t overBudget = 0;   ///< the quietest, where they would cost too much
   std::uint64_t noBus = 0;        ///< more sizes and paths at once than VoiceBudget::buses
   std::uint64_t tooLong = 0;      ///< contact longer than VoiceBudget::longestContact
+  std::uint64_t noBank = 0;       ///< rings, for lack of VoiceBudget::ringingBodies
   std::uint64_t queueFaults = 0;  ///< no room in the queue: nobody takes samples, or too rarely
   // Of `events`, heard:
-  std::uint64_t late = 0;  ///< later than they happened, as they came after their time
+  std::uint64_t rings = 0;  ///< made a body ring
+  std::uint64_t late = 0;   ///< later than they happened, as they came after their time
   // Of the clock:
   std::uint64_t stalls = 0;  ///< the simulation fell behind by more than the look-ahead
   std::uint64_t jumps = 0;   ///< it ran ahead, or back
   // At this moment:
   std::size_t voices = 0;      ///< events that wait for their sound to begin
   std::size_t buses = 0;       ///< that are not silent
+  std::size_t ringing = 0;     ///< bodies, times channels, that ring
+  std::size_t modes = 0;       ///< of all of them
   double cpuShare = 0.0;       ///< of one core, over the last second or so
   double worstBlock = 0.0;     ///< the largest share of its own duration that a block has taken
   double gainReduction = 0.0;  ///< dB, the most that a limiter has turned down

@@ -155,6 +155,67 @@ TEST(Material, UnknownNameHasNoRow) {
   EXPECT_EQ(findMaterial("Steel"), nullptr);
 }
 
+/// 1/s, of the amplitude of a mode of that frequency (Hz).
+double decayRate(const Material& material, double frequency) {
+  const double omega = 2.0 * std::numbers::pi * frequency;
+  return 0.5 * (material.dampingAlpha + material.dampingBeta * omega * omega);
+}
+
+/// s, in which a mode of 1 kHz falls by 60 dB.
+double ringTime(const std::string& name) {
+  return std::log(1000.0) / decayRate(*findMaterial(name), 1000.0);
+}
+
+TEST(Material, DampingIsThePublishedPair) {
+  // Wang and James 2019, "KleinPAT", table 4.
+  const struct {
+    const char* name;
+    double alpha, beta;
+  } pairs[] = {{"ceramic", 6, 1e-7},        {"glass", 1, 1e-7}, {"wood", 60, 2e-6},
+               {"plastic", 30, 1e-6},       {"steel", 5, 3e-8}, {"carbon_steel", 5, 3e-8},
+               {"polycarbonate", 0.5, 4e-7}};
+  for (const auto& pair : pairs) {
+    EXPECT_EQ(findMaterial(pair.name)->dampingAlpha, pair.alpha) << pair.name;
+    EXPECT_EQ(findMaterial(pair.name)->dampingBeta, pair.beta) << pair.name;
+  }
+}
+
+TEST(Material, MetalsRingAsLongAsTheirPublishedLossFactorsLetThem) {
+  // Cremer and Heckl 1988, at 20 C: the extremes of longitudinal and flexural loss factors. That of
+  // a mode is 2.2 / (f T), T its time of decay by 60 dB (their chapter on damping).
+  const struct {
+    const char* name;
+    double least, most;
+  } metals[] = {{"aluminium", 0.3e-5, 1e-4}, {"lead", 2e-2, 30e-2},     {"gold", 3e-4, 3e-4},
+                {"copper", 2e-3, 2e-3},      {"magnesium", 1e-4, 1e-4}, {"brass", 0.2e-3, 1e-3},
+                {"nickel", 0, 1e-3},         {"silver", 4e-4, 3e-3},    {"zinc", 3e-4, 3e-4},
+                {"tin", 20e-4, 20e-4}};
+  for (const auto& metal : metals) {
+    const double lossFactor = 2.2 / (1000.0 * ringTime(metal.name));
+    EXPECT_GE(lossFactor, 0.998 * metal.least) << metal.name;  // 2.2 is 2.1988
+    EXPECT_LE(lossFactor, 1.002 * metal.most) << metal.name;
+  }
+}
+
+TEST(Material, StopRingingInTheOrderThatEverybodyKnows) {
+  EXPECT_GT(ringTime("steel"), 5.0 * ringTime("concrete"));
+  EXPECT_GT(ringTime("steel"), 20.0 * ringTime("wood"));
+  EXPECT_GT(ringTime("glass"), 10.0 * ringTime("plastic"));
+  EXPECT_GT(ringTime("concrete"), ringTime("wood"));
+  EXPECT_GT(ringTime("wood"), ringTime("rubber"));
+  EXPECT_GT(ringTime("brass"), ringTime("lead"));
+}
+
+TEST(Material, EveryRowIsDampedAndNoneBeyondOscillation) {
+  for (const Material& material : builtInMaterials()) {
+    for (const double frequency : {20.0, 1000.0, 10000.0}) {
+      EXPECT_GT(decayRate(material, frequency), 0.0) << material.name;
+      EXPECT_LT(decayRate(material, frequency), 2.0 * std::numbers::pi * frequency)
+          << material.name << " at " << frequency;
+    }
+  }
+}
+
 TEST(Material, RubberIsNearlyIncompressible) {
   // Lindley's bulk modulus of 1150 MPa must come back from E and nu: E / (3 (1 - 2 nu)).
   const Material& rubber = *findMaterial("rubber");

@@ -26,15 +26,24 @@ void requireEnds(const carom::Scene& scene, carom::BodyId sphere, carom::BodyId 
   require(other == carom::kAnchor || isSphere(other));
 }
 
+void requireSound(const carom::SolidShape& solid) {
+  require(std::abs(solid.orientation.norm() - 1.0) < 1e-12 && solid.mass > 0.0);
+  require(solid.position.allFinite() && solid.velocity.allFinite() && solid.spin.allFinite());
+  if (!solid.canMove()) return;
+  require(solid.inertia.allFinite() && solid.inertia.determinant() > 0.0);
+}
+
 /// What a stepper and a renderer rely on without asking again.
 void requireSound(const carom::Scene& scene) {
   require(scene.duration > 0.0 && scene.sampleRate > 0.0 && scene.gravity.allFinite());
   require(!scene.name.empty() && !scene.listeners.empty());
   std::size_t spheres = 0;
+  bool moves = false;
   for (const carom::SceneBody& body : scene.bodies) {
     require(!body.name.empty() && body.material.density > 0.0);
     if (const auto* sphere = std::get_if<carom::SphereShape>(&body.shape)) {
       ++spheres;
+      moves = true;
       require(sphere->radius > 0.0 && sphere->mass > 0.0 && std::isfinite(sphere->mass));
       require(sphere->position.allFinite() && sphere->velocity.allFinite());
     } else if (const auto* plane = std::get_if<carom::PlaneShape>(&body.shape)) {
@@ -43,6 +52,9 @@ void requireSound(const carom::Scene& scene) {
     } else if (const auto* block = std::get_if<carom::BlockShape>(&body.shape)) {
       require(block->halfExtents.minCoeff() > 0.0 && block->centre.allFinite());
       require(std::abs(block->orientation.norm() - 1.0) < 1e-12);
+    } else if (const auto* solid = std::get_if<carom::SolidShape>(&body.shape)) {
+      requireSound(*solid);
+      moves = moves || solid->canMove();
     }
   }
   for (const carom::Rod& rod : scene.mechanics.rods)
@@ -62,7 +74,7 @@ void requireSound(const carom::Scene& scene) {
   require(room.reflectors.empty() || static_cast<bool>(carom::makeImages(room)));
   require(!scene.sound.reverb ||
           static_cast<bool>(carom::Reverb::create(*scene.sound.reverb, 8000.0, 1)));
-  require(spheres > 0 && spheres <= carom::SceneLimits::kSpheres);
+  require(moves && spheres <= carom::SceneLimits::kSpheres);
 }
 
 }  // namespace

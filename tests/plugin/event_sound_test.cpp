@@ -16,6 +16,7 @@
 #include "audio/sound_file.h"
 #include "audio/synth.h"
 #include "tests/audio/ball_drop.h"
+#include "tests/audio/ringing_box.h"
 #include "tests/support/recording.h"
 #include "tests/support/temporary_folder.h"
 
@@ -64,6 +65,16 @@ std::vector<float> pulled(EventSound& sound, std::size_t frames) {
   float* const channel = samples.data();
   sound.render(std::span(&channel, 1), frames);
   return samples;
+}
+
+/// The floor with so many modes, from 200 Hz on, that ring for long.
+SoundBody ringingFloor(std::size_t modes) {
+  std::vector<test::Tone> tones;
+  for (std::size_t mode = 0; mode < modes; ++mode)
+    tones.push_back({200.0 + 61.0 * static_cast<double>(mode), 1.0, 1e-4});
+  SoundBody floor = drop(0.0).floor();
+  floor.modal = test::boxOf(tones);
+  return floor;
 }
 
 TEST(EventSound, IsSilentBeforeItIsPrepared) {
@@ -136,6 +147,59 @@ TEST(EventSound, RecordsWhileItIsPulled) {
   ASSERT_GE(recording.samples.size(), samples.size());
   EXPECT_TRUE(std::equal(samples.begin(), samples.end(), recording.samples.begin()));
   EXPECT_EQ(sound.statistics().events, 5U);
+}
+
+// Across the queue, in blocks of any size: bit for bit what Synth gives.
+TEST(EventSound, ABodyRingsAsOffline) {
+  const SoundBody floor = ringingFloor(200);
+  SoundSettings settings = near();
+  settings.budget.modes = 200;
+  EventSound sound = made(settings);
+  ASSERT_TRUE(sound.setBody(kFloor, floor));
+  ASSERT_TRUE(sound.prepareRendering(kRate));
+  Synth synth = test::makeSynth(drop(0.0), settings.listeners, settings.synth);
+  ASSERT_TRUE(synth.setBody(kFloor, floor));
+  std::vector<float> samples;
+  for (int step = 1; step <= 40; ++step) {
+    if (step % 7 == 0) {
+      const ImpulseEvent event = test::floorShare(test::dropOnBox(0.01 * step - 0.004));
+      sound.post(event);
+      synth.schedule(event);
+    }
+    sound.advanceTo(0.01 * step);
+    while (sound.framesReady() > 0) {
+      const std::vector<float> part = pulled(
+          sound,
+          std::min<std::size_t>(sound.framesReady(), 37 + 11 * static_cast<std::size_t>(step % 5)));
+      samples.insert(samples.end(), part.begin(), part.end());
+    }
+  }
+  EXPECT_EQ(samples, test::renderPlanes<float>(synth, samples.size())[0]);
+  EXPECT_GT(std::ranges::max(samples), 1e-3F);
+  EXPECT_EQ(sound.statistics().rings, 5U);
+  EXPECT_EQ(sound.statistics().ringing, 1U);
+  EXPECT_EQ(sound.statistics().modes, 200U);
+  EXPECT_EQ(sound.statistics().noBank, 0U);
+}
+
+TEST(EventSound, BeyondItsBudgetBodiesRingInFewerModesOrNotAtAll) {
+  SoundSettings settings = near();
+  settings.budget.modes = 10;
+  settings.budget.ringingBodies = 2;
+  EventSound sound = made(settings);
+  for (const BodyId id : {10U, 11U, 12U})
+    ASSERT_TRUE(sound.setBody(id, ringingFloor(50)));
+  ASSERT_TRUE(sound.prepareRendering(kRate));
+  for (const BodyId id : {10U, 11U, 12U}) {
+    ImpulseEvent event = test::floorShare(test::dropOnBox(0.01));
+    event.body = id;
+    sound.post(event);
+  }
+  sound.advanceTo(0.1);
+  EXPECT_GT(std::ranges::max(pulled(sound, 2000)), 1e-3F);
+  EXPECT_EQ(sound.statistics().ringing, 2U);
+  EXPECT_EQ(sound.statistics().modes, 2U * 16U);  // whole vectors
+  EXPECT_EQ(sound.statistics().noBank, 1U);
 }
 
 TEST(EventSound, ARecordingCanBeginLaterAndLeavesLeapsOut) {

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <memory>
 #include <new>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/audio/ringing_box.h"
 #include "tests/bullet_bridge/sphere_world.h"
 #include "tests/plugin/offline_sound.h"
 
@@ -148,6 +150,77 @@ TEST(Materials, AreRefusedByNameWithTheNamesThereAre) {
   ASSERT_FALSE(late);
   EXPECT_THAT(late.error().message, HasSubstr("closed"));
   require(sound.close());
+}
+
+double loudest(const Samples& samples) {
+  double peak = 0.0;
+  for (const float sample : samples[0])
+    peak = std::max(peak, std::abs(static_cast<double>(sample)));
+  return peak;
+}
+
+/// Louder than any click here.
+std::shared_ptr<const ModalModel> bell() {
+  return test::boxOf({{440.0, 2.0, 0.2}, {1300.0, 5.0, 0.2}}, Vec3::UnitY());
+}
+
+TEST(Modes, RingInTheBodyOfItsShapeOrOfItsUserIndex) {
+  const Samples rings =
+      heard([](Scene& scene, Sound& sound) { require(sound.setModes(scene.ball, bell())); });
+  EXPECT_GT(loudest(rings), 3.0 * loudest(heard([](Scene&, Sound&) {})));
+  EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
+              require(sound.setModes(*scene.ball.getCollisionShape(), bell()));
+            }),
+            rings);
+  EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
+              scene.ball.setUserIndex(7);
+              require(sound.setModesOfUserIndex(7, bell()));
+            }),
+            rings);
+}
+
+TEST(Modes, OfTheBodyGoBeforeThoseOfItsShapeAndNoneAreModesToo) {
+  EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
+              require(sound.setModes(*scene.ball.getCollisionShape(), bell()));
+              require(sound.setModes(scene.ball, nullptr));
+              require(sound.setMaterial(scene.ball, "glass"));
+            }),
+            ofBody("glass"));
+}
+
+TEST(Modes, BringTheirMaterialAlongUnlessThereIsOne) {
+  const auto statistics = [](auto prepare) {
+    return heard([&](Scene& scene, Sound& sound) { prepare(scene, sound); });
+  };
+  const Samples steel = statistics([](Scene& scene, Sound& sound) {
+    require(sound.setMaterial(scene.ball, "steel"));
+    require(sound.setModes(scene.ball, bell()));
+  });
+  EXPECT_EQ(bell()->material.name, "steel");
+  EXPECT_EQ(
+      statistics([](Scene& scene, Sound& sound) { require(sound.setModes(scene.ball, bell())); }),
+      steel);
+  EXPECT_NE(statistics([](Scene& scene, Sound& sound) {
+              require(sound.setMaterial(scene.ball, "rubber"));
+              require(sound.setModes(scene.ball, bell()));
+            }),
+            steel);
+}
+
+TEST(Modes, OfAFloorRingThoughItDoesNotMove) {
+  EXPECT_GT(loudest(heard(
+                [](Scene& scene, Sound& sound) { require(sound.setModes(scene.floor, bell())); })),
+            3.0 * loudest(heard([](Scene&, Sound&) {})));
+}
+
+TEST(Modes, ThatCannotBeAreRefused) {
+  Scene scene;
+  Sound sound = test::attachOffline(scene.bullet.world, {});
+  auto broken = std::make_shared<ModalModel>(*bell());
+  broken->shapes.pop_back();
+  const Status refused = sound.setModes(scene.ball, broken);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("modal model: shapes must have three numbers"));
 }
 
 }  // namespace

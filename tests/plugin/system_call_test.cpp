@@ -12,6 +12,7 @@
 
 #include "plugin/sound_engine.h"
 #include "tests/audio/ball_drop.h"
+#include "tests/audio/ringing_box.h"
 
 namespace carom {
 namespace {
@@ -41,13 +42,18 @@ std::unique_ptr<SoundEngine> busyEngine() {
   std::unique_ptr<SoundEngine> engine = *SoundEngine::create(settings);
   const BallDrop drop;
   EXPECT_TRUE(engine->layer().setBody(test::kBall, drop.ball()));
-  EXPECT_TRUE(engine->layer().setBody(test::kFloor, drop.floor()));
+  SoundBody floor = drop.floor();
+  floor.modal = test::boxOf({{440.0, 5.0, 1e-3}, {1000.0, 20.0, 1e-3}, {9000.0, 99.0, 1e-3}});
+  EXPECT_TRUE(engine->layer().setBody(test::kFloor, floor));
   for (int i = 0; i < 3000; ++i) {
     ImpulseEvent event = drop.event();
     event.time = 1e-3 * i;
     event.position.x() += 1.0;
     event.bodyPosition.x() += 1.0;
     engine->post(event);
+    ImpulseEvent share = test::floorShare(drop);
+    share.time = event.time;
+    engine->post(share);
   }
   engine->advanceTo(3.0);
   engine->gain().setGain(0.9);

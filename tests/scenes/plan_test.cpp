@@ -52,8 +52,9 @@ TEST(Plan, OneBallOverAFloorNeedsNoSphereContacts) {
                                    "acceleration_noise", "radiation", "doppler"}));
   EXPECT_EQ(leftOut(scene),
             (Stages{"bullet_world", "bullet_bridge", "sphere_sphere_contacts",
-                    "acceleration_noise_of_planes", "forces", "sphere_block_contacts", "friction",
-                    "moving_listeners", "images", "binaural", "late_reverberation"}));
+                    "acceleration_noise_of_planes", "forces", "sphere_block_contacts",
+                    "solid_contacts", "friction", "modal_bank", "moving_listeners", "images",
+                    "binaural", "late_reverberation"}));
 }
 
 TEST(Plan, TwoBallsInFreeFlightNeedNeitherPlanesNorGravity) {
@@ -124,6 +125,9 @@ TEST(Plan, ForcesBlocksAndFrictionAreNeededWhereTheSceneHasThem) {
   EXPECT_TRUE(needed(libraryScene("swinging_cradle")).contains("forces"));
   EXPECT_TRUE(needed(libraryScene("nine_ball_break")).contains("friction"));
   EXPECT_TRUE(needed(libraryScene("marble_steps")).contains("sphere_block_contacts"));
+  const Scene solid = sceneOf({kFloor, {"brick", *findMaterial("wood"), SolidShape{}}});
+  EXPECT_TRUE(needed(solid).contains("solid_contacts"));
+  EXPECT_TRUE(leftOut(solid).contains("sphere_plane_contacts"));
   Scene scene = sceneOf({kFloor, ballAt(1.0)});
   scene.bodies[1].contact.friction = 0.5;  // against a floor without
   EXPECT_TRUE(leftOut(scene).contains("friction"));

@@ -112,6 +112,28 @@ json withBlock(const json& keys) {
   return document;
 }
 
+/// oneBall() with this solid besides, a box where `keys` do not say otherwise.
+json withSolid(const json& keys) {
+  json document = oneBall();
+  json solid = {{"type", "solid"},
+                {"shape", {{"type", "box"}, {"half_extents", {1, 2, 3}}}},
+                {"material", "wood"},
+                {"position", {5, 5, 5}}};
+  solid.update(keys);
+  document["bodies"].push_back(solid);
+  return document;
+}
+json withShape(const json& shape) {
+  return withSolid({{"shape", shape}});
+}
+/// With a file of tests/scenes/meshes.
+json withMesh(const std::string& file, const json& keys = json::object()) {
+  json shape = {{"type", "mesh"},
+                {"file", (kScenes.parent_path() / "tests/scenes/meshes" / file).string()}};
+  shape.update(keys);
+  return withShape(shape);
+}
+
 /// oneBall() with one rod or spring, which is held at (1, 0, 0) where `keys` do not say otherwise.
 json withRod(const json& keys) {
   json rod = {{"bodies", {"sphere1"}}, {"anchor", {1, 0, 0}}};
@@ -201,6 +223,8 @@ double deepestOverlap(const Scene& scene) {
         gap = plane->normal.dot(sphere->position) - plane->offset - shift - sphere->radius;
       } else if (const auto* block = std::get_if<BlockShape>(&other.shape)) {
         gap = blockGap(*block, *sphere);
+      } else if (std::holds_alternative<SolidShape>(other.shape)) {
+        continue;  // not looked at, see docs/scenes.md
       } else {
         gap = (sphereOf(other).position - sphere->position).norm() - sphereOf(other).radius -
               sphere->radius;
@@ -232,6 +256,13 @@ std::string brokenPromise(const Scene& scene) {
     } else if (const auto* block = std::get_if<BlockShape>(&body.shape)) {
       if (!(block->halfExtents.minCoeff() > 0.0)) return "extent of " + body.name;
       if (std::abs(block->orientation.norm() - 1.0) > 1e-12) return "rotation of " + body.name;
+    } else if (const auto* solid = std::get_if<SolidShape>(&body.shape)) {
+      movable = movable || solid->canMove();
+      if (!(solid->mass > 0.0)) return "mass of " + body.name;
+      if (std::abs(solid->orientation.norm() - 1.0) > 1e-12) return "rotation of " + body.name;
+      if (!solid->position.allFinite()) return "position of " + body.name;
+      const bool turns = solid->inertia.determinant() > 0.0 && solid->inertia.allFinite();
+      if (solid->canMove() && !turns) return "inertia of " + body.name;
     } else if (std::abs(planeShapeOf(body).normal.norm() - 1.0) > 1e-12) {
       return "normal of " + body.name;
     }
@@ -1019,6 +1050,44 @@ std::vector<Refusal> shapeRefusals() {
   add(withOak({{"restitution_law", "constant"}, {"restitution_speed", 1}}),
       "/bodies/0/material/restitution_speed", {"has no use for it"});
   add(with("/bodies/0/spin", {0, 0}), "/bodies/0/spin", {"array of length 2"});
+  // Solids.
+  add(withShape("box"), "/bodies/2/shape", {"\"box\" is not a shape", "an object"});
+  add(withShape({{"radius", 1}}), "/bodies/2/shape/type", {"missing", "\"cylinder\""});
+  add(withShape({{"type", "cube"}}), "/bodies/2/shape/type",
+      {"\"cube\" is not a type of shape", "\"mesh\""});
+  add(withShape({{"type", "box"}}), "/bodies/2/shape/half_extents", {"missing", "[x, y, z]"});
+  add(withShape({{"type", "box"}, {"half_extents", {1, 0, 1}}}), "/bodies/2/shape/half_extents/1",
+      {"0 is not a half extent", "from 1e-6 to 10000 (metres)"});
+  add(withShape({{"type", "box"}, {"half_extents", {1, 1, 1}}, {"radius", 1}}),
+      "/bodies/2/shape/radius", {"unknown key", "\"half_extents\""});
+  add(withShape({{"type", "cylinder"}, {"radius", 1}}), "/bodies/2/shape/height", {"missing"});
+  add(withShape({{"type", "cylinder"}, {"radius", 0}, {"height", 1}}), "/bodies/2/shape/radius",
+      {"0 is not a radius"});
+  add(withShape({{"type", "cylinder"}, {"radius", 1}, {"height", 3e4}}), "/bodies/2/shape/height",
+      {"30000 is not a height", "metres"});
+  add(withShape({{"type", "mesh"}}), "/bodies/2/shape/file", {"missing", "mesh file"});
+  add(withShape({{"type", "mesh"}, {"file", 1}}), "/bodies/2/shape/file", {"name of a file"});
+  add(withShape({{"type", "mesh"}, {"file", "a.obj"}, {"scale", 0}}), "/bodies/2/shape/scale",
+      {"0 is not a scale"});
+  add(withSolid({{"movable", 1}}), "/bodies/2/movable", {"1 is not a boolean"});
+  add(withSolid({{"mass", 0}}), "/bodies/2/mass", {"0 is not a mass", "kilograms"});
+  add(withSolid({{"spin", {2e6, 0, 0}}}), "/bodies/2/spin/0", {"component of spin"});
+  add(withSolid({{"velocity", 1}}), "/bodies/2/velocity", {"is not a vector"});
+  add(withSolid({{"rotation", {{"axis", {0, 1, 0}}}}}), "/bodies/2/rotation/angle", {"missing"});
+  add(withSolid({{"radius", 1}}), "/bodies/2/radius", {"unknown key", "\"shape\""});
+  for (const char* key : {"mass", "velocity", "spin"}) {
+    json still = withSolid({{"movable", false}});
+    still["bodies"][2][key] = std::string(key) == "mass" ? json(1) : json({0, 0, 0});
+    add(still, std::string("/bodies/2/") + key, {"cannot move has no use", "\"movable\": true"});
+  }
+  for (const char* key : {"shape", "material", "position"}) {
+    json lacking = withSolid(json::object());
+    lacking["bodies"][2].erase(key);
+    add(lacking, std::string("/bodies/2/") + key, {"missing"});
+  }
+  json pieced = withMesh("sheet.obj", {{"pieces", "a.obj"}});
+  pieced["bodies"][2]["movable"] = false;
+  add(pieced, "/bodies/2/shape/pieces", {"collides as it is", "\"movable\": true"});
   add(with("/bodies/0/spin", {0, 0, 2e6}), "/bodies/0/spin/2", {"component of spin", "rad/s"});
   add(with("/bodies/1/velocity", {0, 1e5, 0}), "/bodies/1/velocity/1", {"component of velocity"});
   add(with("/bodies/1/shaking", 5), "/bodies/1/shaking", {"5 is not a shaking", "an object"});
@@ -1153,6 +1222,27 @@ std::vector<Refusal> meaningRefusals() {
   for (int block = 0; block < 1001; ++block)
     blocks["bodies"].push_back(withBlock(json::object())["bodies"][2]);
   add(blocks, "/bodies/1002", {"more than 1000 blocks"});
+  json solids = oneBall();
+  for (int solid = 0; solid < 1001; ++solid)
+    solids["bodies"].push_back(withSolid(json::object())["bodies"][2]);
+  add(solids, "/bodies/1002", {"more than 1000 solids"});
+  json still = withSolid({{"movable", false}});
+  still["bodies"].erase(0);
+  add(still, "/bodies", {"nothing in it can move", "solid"});
+  const std::string file = "/bodies/2/shape/file";
+  add(withMesh("absent.obj"), file, {"there is no file", "absent.obj", "relative to the scene"});
+  add(withMesh(""), file, {"there is no file"});
+  add(withMesh("../meshes"), file, {"there is no file"});
+  add(withMesh("open_box.obj"), file, {"open_box.obj: the mesh is open", "\"movable\": false"});
+  add(withMesh("sheet.obj"), file, {"is open"});
+  add(withMesh("inside_out.obj"), file, {"is inside out", "counterclockwise"});
+  add(withMesh("brick.obj", {{"scale", 1000}}), file, {"is 100000 m across", "\"scale\""});
+  add(withMesh("brick.obj", {{"scale", 1e-6}, {"pieces", "absent.obj"}}), file,
+      {"there is no file", "absent.obj"});
+  add(withMesh("../solids_test.cpp"), file, {"its name ends in", ".obj"});
+  json flat = withMesh("brick.obj");
+  flat["bodies"][2]["shape"]["pieces"] = withMesh("sheet.obj")["bodies"][2]["shape"]["file"];
+  add(flat, file, {"sheet.obj: part 1 of 1 is flat", "convex pieces"});
   add(withRod({{"bodies", {"sphere2"}}}), "/mechanics/rods/0/bodies/0",
       {"there is no body \"sphere2\"", "name of a sphere"});
   add(withRod({{"bodies", {"plane1"}}}), "/mechanics/rods/0/bodies/0",
@@ -1382,6 +1472,23 @@ std::vector<json> goodDocuments() {
                            json{{"rotation", {{"axis", {1, 1e-300, 0}}, {"angle", -360}}}}}) {
     documents.push_back(withBlock(keys));
   }
+  for (const json& keys : {json::object(), json{{"movable", false}, {"name", "slab"}},
+                           json{{"mass", 1e18}, {"spin", {1e6, 0, 0}}, {"velocity", {0, 1, 0}}},
+                           json{{"rotation", {{"axis", {1, 0, 0}}, {"angle", 30}}}}}) {
+    documents.push_back(withSolid(keys));
+  }
+  documents.push_back(withShape({{"type", "cylinder"}, {"radius", 1e-6}, {"height", 2e4}}));
+  documents.push_back(withMesh("l_shape.obj"));
+  documents.push_back(withMesh("l_shape.obj", {{"scale", 1e-3}}));
+  json pieces = withMesh("l_shape.obj");
+  pieces["bodies"][2]["shape"]["pieces"] = withMesh("l_pieces.obj")["bodies"][2]["shape"]["file"];
+  documents.push_back(pieces);
+  json sheet = withMesh("sheet.obj");
+  sheet["bodies"][2]["movable"] = false;
+  documents.push_back(sheet);
+  json alone = withSolid(json::object());
+  alone["bodies"].erase(0);
+  documents.push_back(alone);
   documents.push_back(with("/bodies/0/spin", {1e6, -1e6, 0}));
   documents.push_back(with("/bodies/1/velocity", {1, 1, 1}));
   documents.push_back(

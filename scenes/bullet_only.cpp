@@ -1,0 +1,25 @@
+#include "scenes/bullet_only.h"
+
+#include <algorithm>
+#include <variant>
+
+namespace carom {
+namespace {
+
+bool isSolid(const SceneBody& body) {
+  return std::holds_alternative<SolidShape>(body.shape);
+}
+
+}  // namespace
+
+std::string whyNotOnNative(const Scene& scene) {
+  const auto body = std::ranges::find_if(scene.bodies, isSolid);
+  if (body == scene.bodies.end()) return {};
+  const auto& solid = std::get<SolidShape>(body->shape);
+  return "body \"" + body->name + "\": a " + (solid.canMove() ? "movable" : "solid") + ' ' +
+         formName(solid) +
+         " needs the bullet stepper; expected \"stepper\": {\"type\": \"bullet\"} in the scene, "
+         "or spheres, planes and blocks";
+}
+
+}  // namespace carom

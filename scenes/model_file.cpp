@@ -1,0 +1,33 @@
+#include "scenes/model_file.h"
+
+#include "audio/material.h"
+#include "audio/modal_model_file.h"
+#include "modal/gltf_audio.h"
+#include "modal/gltf_modal_model.h"
+
+namespace carom {
+namespace {
+
+bool isGltf(const std::filesystem::path& file) {
+  return file.extension() == ".glb" || file.extension() == ".gltf";
+}
+
+}  // namespace
+
+Result<ModalModel> loadModel(const std::filesystem::path& file) {
+  if (!isGltf(file)) return readModalModel(file);
+  const Result<GltfAudio> audio = readGltfAudio(file);
+  if (!audio) return audio.error();
+  Result<ModalModel> model = toModalModel(*audio, 0, 1.0, *findMaterial("steel"));
+  if (!model) return Error{file.string() + ": " + model.error().message};
+  return model;
+}
+
+Status writeModel(const std::filesystem::path& file, const ModalModel& model) {
+  if (!isGltf(file)) return writeModalModel(file, model);
+  GltfAudio audio;
+  addModalModel(audio, model);
+  return writeGltfAudio(file, audio);
+}
+
+}  // namespace carom

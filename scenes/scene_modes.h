@@ -1,0 +1,24 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "audio/modal_model.h"
+#include "audio/result.h"
+#include "modal/progress.h"
+#include "scenes/scene.h"
+
+namespace carom {
+
+/// How a body of a scene rings.
+struct BodyModes {
+  std::shared_ptr<const ModalModel> model;  ///< null: it does not
+  Vec3 origin = Vec3::Zero();               ///< m, model frame: where the body's own origin is
+};
+
+/// Of all bodies, in their order. Models are read or computed once for all that have the same, and
+/// what was computed before comes out of the cache (ModelCache). An error names the body.
+/// [one thread]
+Result<std::vector<BodyModes>> sceneModes(const Scene& scene, const Progress& progress = {});
+
+}  // namespace carom

@@ -1,0 +1,79 @@
+#include "scenes/solid_shape.h"
+
+#include <array>
+#include <cstddef>
+#include <numbers>
+
+#include <Eigen/Dense>
+
+namespace carom {
+namespace {
+
+constexpr double kPrincipal =
+    1e-9;  // of the largest inertia: products of inertia that are rounding
+
+/// Of a body whose covariance, the integral of x x^T over its volume, is known.
+Eigen::Matrix3d inertiaFrom(const Eigen::Matrix3d& covariance) {
+  return covariance.trace() * Eigen::Matrix3d::Identity() - covariance;
+}
+
+/// m^5, six times twenty times the covariance of the tetrahedron on a triangle with its apex at
+/// the origin.
+Eigen::Matrix3d covarianceOn(const std::array<Vec3, 3>& corners) {
+  const auto& [a, b, c] = corners;
+  const Vec3 sum = a + b + c;
+  return a.dot(b.cross(c)) *
+         (sum * sum.transpose() + a * a.transpose() + b * b.transpose() + c * c.transpose());
+}
+
+}  // namespace
+
+const char* formName(const SolidShape& solid) {
+  constexpr std::array<const char*, 3> kNames = {"box", "cylinder", "mesh"};
+  return kNames.at(solid.form.index());
+}
+
+SolidMeasures measuresOf(const BoxForm& box) {
+  SolidMeasures measures;
+  measures.volume = 8.0 * box.halfExtents.prod();
+  const Vec3 square = box.halfExtents.cwiseAbs2() / 3.0;
+  measures.inertia = measures.volume * inertiaFrom(square.asDiagonal());
+  return measures;
+}
+
+SolidMeasures measuresOf(const CylinderForm& cylinder) {
+  const double square = cylinder.radius * cylinder.radius;
+  SolidMeasures measures;
+  measures.volume = std::numbers::pi * square * cylinder.height;
+  const Vec3 covariance(0.25 * square, cylinder.height * cylinder.height / 12.0, 0.25 * square);
+  measures.inertia = measures.volume * inertiaFrom(covariance.asDiagonal());
+  return measures;
+}
+
+SolidMeasures measuresOf(const SurfaceMesh& surface) {
+  SolidMeasures measures;
+  measures.volume = signedVolume(surface);
+  measures.centroid = volumeCentroid(surface);
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (const auto& triangle : surface.triangles) {
+    std::array<Vec3, 3> corners;
+    for (std::size_t corner = 0; corner < corners.size(); ++corner)
+      corners.at(corner) = surface.vertices[triangle.at(corner)] - measures.centroid;
+    covariance += covarianceOn(corners);
+  }
+  measures.inertia = inertiaFrom(covariance / 120.0);
+  return measures;
+}
+
+PrincipalAxes principalAxes(const Eigen::Matrix3d& inertia) {
+  const Vec3 diagonal = inertia.diagonal();
+  const Eigen::Matrix3d products = inertia - Eigen::Matrix3d(diagonal.asDiagonal());
+  if (products.cwiseAbs().maxCoeff() <= kPrincipal * diagonal.maxCoeff())
+    return {Quat::Identity(), diagonal};
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(inertia);
+  Eigen::Matrix3d axes = solver.eigenvectors();
+  axes.col(2) = axes.col(0).cross(axes.col(1));  // never a reflection
+  return {Quat(axes).normalized(), solver.eigenvalues()};
+}
+
+}  // namespace carom

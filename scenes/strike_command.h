@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+namespace carom {
+
+/// `carom strike`: one blow on a body that rings, as a WAV file.
+class StrikeCommand {
+ public:
+  /// Outlives the parsing.
+  explicit StrikeCommand(CLI::App& app);
+  bool parsed() const { return command_->parsed(); }
+  /// The program's exit code.
+  int run() const;
+
+ private:
+  CLI::App* command_;
+  std::string model_;
+  std::string at_;
+  std::string impulse_;
+  std::string listener_ = "0,0,1";
+  std::string output_;
+  std::string fullScale_;
+  std::string radiation_ = "directional";
+  std::string hammerMaterial_ = "steel";
+  double hammerMass_ = 0.02;    // kg
+  double hammerRadius_ = 0.01;  // m
+  double duration_ = 0.0;       // s; 0: until it is silent
+  double sampleRate_ = 48000.0;
+  bool normalize_ = false;
+  bool noClick_ = false;
+  bool json_ = false;
+};
+
+}  // namespace carom

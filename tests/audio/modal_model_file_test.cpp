@@ -1,0 +1,281 @@
+#include "audio/modal_model_file.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <fstream>
+#include <limits>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/temporary_folder.h"
+
+namespace carom::test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+/// Each field has a value of its own, and some that a careless conversion changes: -0, the smallest
+/// number, thirds.
+ModalModel chime() {
+  ModalModel model;
+  model.name = "chime \"7\"\n";
+  model.material = {"bell bronze", 8600.0, 105e9, 1.0 / 3.0, 0.75, 0.5, 3e-8};
+  model.mass = 0.1;
+  model.centreOfMass = {0.125, -0.0, 1.0 / 3.0};
+  model.inertia << 1e-5, 2e-7, -3e-7, 2e-7, 4e-5, 5e-7, -3e-7, 5e-7, 6e-5;
+  model.surface.vertices = {Vec3(0.1, 0.2, 0.3), Vec3(-0.1, 0.0, 1e-300), Vec3(0.0, 0.4, -0.0),
+                            Vec3(5e-324, -0.2, 0.1)};
+  model.surface.triangles = {{0, 1, 2}, {3, 2, 1}};
+  model.modes = {{20.0, 0.0, {}},
+                 {440.0 / 3.0, 0.7, {-1e-3, {{1.0, -2.0}, {0.5, 0.25}, {-0.0, 3.0}, {4.0, 1e-9}}}}};
+  for (int value = 0; value < 24; ++value)
+    model.shapes.push_back(static_cast<float>(value - 11) / 7.0F);
+  model.medium = {1.19, 344.5};
+  model.leftOut = {6, 1, 70000, 3};
+  return model;
+}
+
+/// Numbers with the same bits: -0 is not 0.
+template <class Number>
+bool same(Number one, Number other) {
+  if constexpr (sizeof(Number) == sizeof(std::uint64_t))
+    return std::bit_cast<std::uint64_t>(one) == std::bit_cast<std::uint64_t>(other);
+  else
+    return std::bit_cast<std::uint32_t>(one) == std::bit_cast<std::uint32_t>(other);
+}
+template <class Matrix>
+bool sameMatrix(const Matrix& one, const Matrix& other) {
+  return std::equal(one.data(), one.data() + one.size(), other.data(), same<double>);
+}
+
+void expectSame(const ModalModel& one, const ModalModel& other) {
+  EXPECT_EQ(one.name, other.name);
+  EXPECT_EQ(one.material.name, other.material.name);
+  EXPECT_TRUE(same(one.material.density, other.material.density));
+  EXPECT_TRUE(same(one.material.youngsModulus, other.material.youngsModulus));
+  EXPECT_TRUE(same(one.material.poissonsRatio, other.material.poissonsRatio));
+  EXPECT_TRUE(same(one.material.restitution, other.material.restitution));
+  EXPECT_TRUE(same(one.material.dampingAlpha, other.material.dampingAlpha));
+  EXPECT_TRUE(same(one.material.dampingBeta, other.material.dampingBeta));
+  EXPECT_TRUE(same(one.mass, other.mass));
+  EXPECT_TRUE(sameMatrix(one.centreOfMass, other.centreOfMass));
+  EXPECT_TRUE(sameMatrix(one.inertia, other.inertia));
+  EXPECT_TRUE(same(one.medium.density, other.medium.density));
+  EXPECT_TRUE(same(one.medium.speedOfSound, other.medium.speedOfSound));
+  EXPECT_TRUE(std::ranges::equal(one.surface.vertices, other.surface.vertices, sameMatrix<Vec3>));
+  EXPECT_EQ(one.surface.triangles, other.surface.triangles);
+  EXPECT_TRUE(std::ranges::equal(one.shapes, other.shapes, same<float>));
+  EXPECT_EQ(one.leftOut.rigid, other.leftOut.rigid);
+  EXPECT_EQ(one.leftOut.below, other.leftOut.below);
+  EXPECT_EQ(one.leftOut.above, other.leftOut.above);
+  EXPECT_EQ(one.leftOut.overdamped, other.leftOut.overdamped);
+  ASSERT_EQ(one.modes.size(), other.modes.size());
+  for (std::size_t mode = 0; mode < one.modes.size(); ++mode) {
+    EXPECT_TRUE(same(one.modes[mode].frequency, other.modes[mode].frequency));
+    EXPECT_TRUE(same(one.modes[mode].decayRate, other.modes[mode].decayRate));
+    EXPECT_TRUE(same(one.modes[mode].radiation.volume, other.modes[mode].radiation.volume));
+    EXPECT_TRUE(std::ranges::equal(one.modes[mode].radiation.multipoles,
+                                   other.modes[mode].radiation.multipoles,
+                                   [](const auto& a, const auto& b) {
+                                     return same(a.real(), b.real()) && same(a.imag(), b.imag());
+                                   }));
+  }
+}
+
+std::vector<std::byte> chimeBytes() {
+  auto bytes = encodedModalModel(chime());
+  EXPECT_TRUE(bytes);
+  return *bytes;
+}
+
+/// The same content, with a checksum that fits.
+std::vector<std::byte> sealed(std::vector<std::byte> bytes) {
+  const std::uint64_t checksum =
+      modalModelChecksum(std::span<const std::byte>(bytes).first(bytes.size() - 8));
+  for (std::size_t byte = 0; byte < 8; ++byte)
+    bytes[bytes.size() - 8 + byte] = static_cast<std::byte>(checksum >> (8 * byte) & 0xFF);
+  return bytes;
+}
+
+std::string refusal(std::span<const std::byte> bytes) {
+  const auto model = decodedModalModel(bytes, "x.carom_modes");
+  return model ? "" : model.error().message;
+}
+
+/// Where a section's 8 bytes of length begin.
+std::size_t lengthAt(const std::vector<std::byte>& bytes, const std::string& tag) {
+  const auto found = std::ranges::find_end(
+      bytes, tag, [](std::byte byte, char letter) { return byte == std::byte(letter); });
+  return static_cast<std::size_t>(found.begin() - bytes.begin()) + tag.size();
+}
+
+TEST(ModalModelFile, ComesBackToTheBit) {
+  const TemporaryFolder folder;
+  const auto path = folder / "chime.carom_modes";
+  ASSERT_TRUE(writeModalModel(path, chime()));
+  EXPECT_EQ(folder.entries(), 1u);
+  const auto read = readModalModel(path);
+  ASSERT_TRUE(read) << read.error().message;
+  expectSame(*read, chime());
+}
+
+TEST(ModalModelFile, TakesAModelWithoutModes) {
+  ModalModel silent = chime();
+  silent.modes.clear();
+  silent.shapes.clear();
+  const auto bytes = encodedModalModel(silent);
+  ASSERT_TRUE(bytes);
+  const auto read = decodedModalModel(*bytes, "silent");
+  ASSERT_TRUE(read) << read.error().message;
+  expectSame(*read, silent);
+}
+
+// Typed by hand from docs/model_file.md.
+TEST(ModalModelFile, IsLaidOutAsDocumented) {
+  ModalModel model;
+  model.name = "m";
+  model.material = {"", 1.0, 2.0, 0.25, 0.5, 0.0, 0.0};
+  model.mass = 1.0;
+  model.surface.vertices = {Vec3::Zero()};
+  model.medium = {1.0, 2.0};
+  model.leftOut = {6, 0, 0, 0};
+  const auto zeros = [](std::size_t count) { return std::string(count, '\0'); };
+  const auto tall = [](char sixth, char seventh) {  // a double of which only two bytes are not 0
+    return std::string(6, '\0') + sixth + seventh;
+  };
+  const std::string one = tall('\xF0', '\x3F');
+  const std::string two = tall('\x00', '\x40');
+  const std::string body = '\x01' + zeros(7) + "m" + zeros(8) + one + two + tall('\xD0', '\x3F') +
+                           tall('\xE0', '\x3F') + zeros(16) + one + zeros(3 * 8 + 9 * 8) + one +
+                           two + '\x06' + zeros(15);
+  ASSERT_EQ(body.size(), 0xC9u);
+  const std::string content = "caromode" + ('\x01' + zeros(3)) + "body" + ('\xC9' + zeros(7)) +
+                              body + "surf" + ('\x28' + zeros(7)) + ('\x01' + zeros(7)) +
+                              zeros(24) + zeros(8) + "mode" + ('\x08' + zeros(7)) + zeros(8) +
+                              "shap" + ('\x08' + zeros(7)) + zeros(8);
+  const auto bytes = encodedModalModel(model);
+  ASSERT_TRUE(bytes) << bytes.error().message;
+  ASSERT_EQ(bytes->size(), content.size() + 8);
+  const std::string text(reinterpret_cast<const char*>(bytes->data()), content.size());
+  EXPECT_EQ(text, content);
+}
+
+// Of "a", as published with the hash (Fowler, Noll, Vo: test vectors of 64-bit FNV-1a).
+TEST(ModalModelFile, ChecksumIsFnv1a) {
+  const std::byte letter{'a'};
+  EXPECT_EQ(modalModelChecksum({&letter, 1}), 0xAF63DC4C8601EC8CU);
+  EXPECT_EQ(modalModelChecksum({}), 0xCBF29CE484222325U);
+}
+
+TEST(ModalModelFile, RefusesWhateverIsCutOff) {
+  const std::vector<std::byte> bytes = chimeBytes();
+  for (std::size_t size = 0; size < bytes.size(); ++size)
+    EXPECT_THAT(refusal(std::span(bytes).first(size)), StartsWith("x.carom_modes: ")) << size;
+}
+
+TEST(ModalModelFile, RefusesWhateverIsCutOffThoughItsChecksumFits) {
+  const std::vector<std::byte> bytes = chimeBytes();
+  for (std::size_t size = 20; size < bytes.size(); ++size)
+    EXPECT_THAT(refusal(sealed({bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)})),
+                StartsWith("x.carom_modes: "))
+        << size;
+}
+
+TEST(ModalModelFile, NoticesEveryChangedByte) {
+  const std::vector<std::byte> bytes = chimeBytes();
+  for (std::size_t at = 0; at < bytes.size(); ++at) {
+    std::vector<std::byte> changed = bytes;
+    changed[at] ^= std::byte{0x10};
+    EXPECT_NE(refusal(changed), "") << at;
+  }
+}
+
+TEST(ModalModelFile, SaysWhatIsWrong) {
+  const std::vector<std::byte> bytes = chimeBytes();
+  EXPECT_THAT(refusal({}), HasSubstr("is no modal model; expected a file that begins with"));
+
+  std::vector<std::byte> newer = bytes;
+  newer[8] = std::byte{2};
+  EXPECT_THAT(refusal(newer), HasSubstr("is a modal model of version 2; expected version 1"));
+
+  std::vector<std::byte> damaged = bytes;
+  damaged[40] ^= std::byte{1};
+  EXPECT_THAT(refusal(damaged), HasSubstr("its checksum does not fit"));
+
+  std::vector<std::byte> longer = bytes;
+  longer.insert(longer.end() - 8, 3, std::byte{0});
+  EXPECT_THAT(refusal(sealed(longer)), HasSubstr("has 3 bytes too many"));
+
+  std::vector<std::byte> other = bytes;
+  other[12] = std::byte{'B'};
+  EXPECT_THAT(refusal(sealed(other)), HasSubstr("has no section 'body' here (byte 12)"));
+}
+
+TEST(ModalModelFile, TrustsNoLength) {
+  const std::vector<std::byte> bytes = chimeBytes();
+  std::vector<std::byte> section = bytes;
+  section[lengthAt(bytes, "surf") + 6] = std::byte{0x7F};
+  EXPECT_THAT(refusal(sealed(section)), HasSubstr("section 'surf' is longer than the file"));
+
+  for (const std::string tag : {"surf", "mode", "shap"}) {
+    std::vector<std::byte> count = bytes;
+    count[lengthAt(bytes, tag) + 8 + 7] = std::byte{0xFF};
+    EXPECT_THAT(refusal(sealed(count)),
+                AllOf(HasSubstr("section '" + tag + "'"), HasSubstr("counts more elements")));
+  }
+
+  std::vector<std::byte> name = bytes;
+  name[lengthAt(bytes, "body") + 8 + 5] = std::byte{1};
+  EXPECT_THAT(refusal(sealed(name)), HasSubstr("a text that is longer than what is left"));
+
+  std::vector<std::byte> shorter = bytes;
+  shorter[lengthAt(bytes, "surf") + 8] = std::byte{3};  // vertices, of four
+  EXPECT_THAT(refusal(sealed(shorter)), HasSubstr("section 'surf'"));
+}
+
+TEST(ModalModelFile, GivesNoModelThatCannotBeUsed) {
+  std::vector<std::byte> bytes = chimeBytes();
+  const std::size_t triangle = lengthAt(bytes, "surf") + 8 + 8 + 4 * 24 + 8;
+  bytes[triangle] = std::byte{4};
+  EXPECT_THAT(refusal(sealed(bytes)), HasSubstr("surface has a triangle of vertex 4"));
+}
+
+TEST(ModalModelFile, WritesNoModelThatCannotBeUsed) {
+  const TemporaryFolder folder;
+  ModalModel model = chime();
+  model.mass = std::numeric_limits<double>::quiet_NaN();
+  const auto written = writeModalModel(folder / "m", model);
+  ASSERT_FALSE(written);
+  EXPECT_THAT(written.error().message, HasSubstr("mass must be positive"));
+  EXPECT_EQ(folder.entries(), 0u);
+}
+
+TEST(ModalModelFile, NamesTheFileThatCannotBeReadOrWritten) {
+  const TemporaryFolder folder;
+  const auto absent = readModalModel(folder / "absent");
+  ASSERT_FALSE(absent);
+  EXPECT_THAT(absent.error().message,
+              AllOf(StartsWith((folder / "absent").string()), HasSubstr("does not exist")));
+  const auto unwritable = writeModalModel(folder / "no" / "m", chime());
+  ASSERT_FALSE(unwritable);
+  EXPECT_THAT(unwritable.error().message, HasSubstr("create it first"));
+  EXPECT_FALSE(readModalModel(folder.path()));
+}
+
+TEST(ModalModelFile, LeavesTheOldFileWhereTheNewOneFails) {
+  const TemporaryFolder folder;
+  const auto path = folder / "m";
+  ASSERT_TRUE(writeModalModel(path, chime()));
+  ModalModel bad = chime();
+  bad.mass = -1.0;
+  ASSERT_FALSE(writeModalModel(path, bad));
+  EXPECT_TRUE(readModalModel(path));
+}
+
+}  // namespace
+}  // namespace carom::test

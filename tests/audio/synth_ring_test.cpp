@@ -1,0 +1,202 @@
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "audio/hertz.h"
+#include "audio/pulse.h"
+#include "audio/synth.h"
+#include "tests/audio/ball_drop.h"
+#include "tests/audio/ringing_box.h"
+#include "tests/support/no_alloc_scope.h"
+
+namespace carom::test {
+namespace {
+
+constexpr double kRate = 48000.0;
+const Listener kSeat{"seat", {0.0, 0.0, 1.0}};
+
+/// The floor rings, and the ball does not: its click is left out.
+Synth floorRings(const BallDrop& drop, const std::vector<Tone>& tones,
+                 const SynthSettings& settings = {}, const Listener& listener = kSeat) {
+  Synth synth = *Synth::create(settings, {listener});
+  SoundBody floor = drop.floor();
+  floor.modal = boxOf(tones);
+  EXPECT_TRUE(synth.setBody(kBall, {.material = drop.material}));
+  EXPECT_TRUE(synth.setBody(kFloor, floor));
+  return synth;
+}
+
+/// The pressure of monopoles, by brute force: each oscillator integrated with the contact's force
+/// (Runge-Kutta, 64 steps per sample and more), its acceleration heard r / c later.
+std::vector<double> integrated(const std::vector<Tone>& tones, const ImpulseEvent& event,
+                               double duration, double distance, std::size_t frames) {
+  constexpr int kSteps = 256;
+  const Pulse& pulse = Pulse::of(PulseShape::hertz);
+  const double h = 1.0 / (kRate * kSteps);
+  std::vector<double> heard(frames, 0.0);
+  for (const Tone& tone : tones) {
+    const double omega = 2.0 * std::numbers::pi * tone.frequency;
+    const double gain = 1.20 * tone.volume / (4.0 * std::numbers::pi * distance);
+    const auto acceleration = [&](double t, double q, double v) {
+      const double u = (t - event.time - distance / 343.0) / duration;
+      const double force = 5.0 * event.impulse.z() * pulse.force(u) / duration;
+      return force - 2.0 * tone.decayRate * v - omega * omega * q;
+    };
+    double q = 0.0;
+    double v = 0.0;
+    for (std::size_t frame = 0; frame < frames; ++frame) {
+      const double start = static_cast<double>(frame) / kRate;
+      heard[frame] += gain * acceleration(start, q, v);
+      for (int step = 0; step < kSteps; ++step) {
+        const double t = start + step * h;
+        const double a1 = acceleration(t, q, v);
+        const double a2 = acceleration(t + h / 2, q + h / 2 * v, v + h / 2 * a1);
+        const double a3 = acceleration(t + h / 2, q + h / 2 * (v + h / 2 * a1), v + h / 2 * a2);
+        const double a4 = acceleration(t + h, q + h * (v + h / 2 * a2), v + h * a3);
+        q += h * v + h * h / 6 * (a1 + a2 + a3);
+        v += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
+      }
+    }
+  }
+  return heard;
+}
+
+double rootMeanSquare(const std::vector<double>& samples, std::size_t from, std::size_t to) {
+  double sum = 0.0;
+  for (std::size_t i = from; i < to; ++i)
+    sum += samples[i] * samples[i];
+  return std::sqrt(sum / static_cast<double>(to - from));
+}
+
+struct RingCase {
+  double frequency;
+  double time;
+};
+
+class RingOfOneMode : public testing::TestWithParam<RingCase> {};
+
+// Attack and tail, for periods that are long and short against the contact of 39 us.
+TEST_P(RingOfOneMode, IsThatOfTheOscillatorThatTheContactDrives) {
+  const std::vector<Tone> tones = {{GetParam().frequency, 30.0, 1e-3}};
+  const BallDrop drop = dropOnBox(GetParam().time);
+  Synth synth = floorRings(drop, tones);
+  const ImpulseEvent event = floorShare(drop);
+  synth.schedule(event);
+  const std::vector<double> heard = renderMono(synth, 4800);
+  const std::vector<double> wanted =
+      integrated(tones, event, synth.contactDuration(event), 1.0, heard.size());
+  std::vector<double> error(heard.size());
+  for (std::size_t i = 0; i < heard.size(); ++i)
+    error[i] = heard[i] - wanted[i];
+  const auto begin = static_cast<std::size_t>((event.time + 1.0 / 343.0) * kRate);
+  // Behind the contact and what the band limit smears it over, it is the same ring.
+  EXPECT_LT(rootMeanSquare(error, begin + 30, heard.size()),
+            1e-5 * rootMeanSquare(wanted, begin + 30, heard.size()));
+  // Before it, silence but for what a filter without delay rings ahead.
+  EXPECT_LT(rootMeanSquare(heard, 0, begin - 20), 1e-12);
+}
+INSTANTIATE_TEST_SUITE_P(FromLowToHigh, RingOfOneMode,
+                         testing::Values(RingCase{60.0, 0.01}, RingCase{1000.0, 0.01},
+                                         RingCase{1000.0, 0.0100037}, RingCase{7000.0, 0.0100151},
+                                         RingCase{19000.0, 0.010009}, RingCase{12000.0, 0.01}));
+
+// Where the contact lasts many periods, its pulse excites next to nothing; and there is no thump of
+// the pulse itself either.
+TEST(SynthRing, AContactMuchLongerThanThePeriodLeavesTheModeStill) {
+  BallDrop drop = dropOnBox(0.01);
+  drop.material = *findMaterial("rubber");
+  drop.radius = 0.008;
+  const std::vector<Tone> high = {{18000.0, 30.0, 1e-3}};
+  SynthSettings settings;
+  settings.audibleThreshold = 0.0;
+  Synth synth = floorRings(drop, high, settings);
+  const ImpulseEvent event = floorShare(drop);
+  ASSERT_GT(synth.contactDuration(event), 20.0 / 18000.0);
+  synth.schedule(event);
+  const double peak = peakOf(renderMono(synth, 4800));
+  // Of an impulse that takes no time.
+  const double sharp = 1.20 * 1e-3 / (4.0 * std::numbers::pi) * 5.0 * std::abs(event.impulse.z()) *
+                       2.0 * std::numbers::pi * 18000.0;
+  EXPECT_LT(peak, 2e-3 * sharp);
+}
+
+TEST(SynthRing, BitsDoNotDependOnTheBlocks) {
+  const std::vector<Tone> tones = {{440.0, 5.0, 1e-3}, {3000.0, 30.0, 1e-3}, {9000.0, 99.0, 1e-3}};
+  const auto render = [&](std::vector<std::size_t> blocks) {
+    Synth synth = floorRings(dropOnBox(0.01), tones);
+    for (const double time : {0.01, 0.0131, 0.0132, 0.05})
+      synth.schedule(floorShare(dropOnBox(time)));
+    std::vector<double> all;
+    for (std::size_t block = 0; all.size() < 9600; ++block) {
+      const std::vector<double> part =
+          renderMono(synth, std::min(blocks[block % blocks.size()], 9600 - all.size()));
+      all.insert(all.end(), part.begin(), part.end());
+    }
+    return all;
+  };
+  const std::vector<double> whole = render({9600});
+  EXPECT_GT(peakOf(whole), 1e-3);
+  for (const std::vector<std::size_t>& blocks :
+       {std::vector<std::size_t>{1}, {64}, {7, 300, 1, 63}, {256, 255}})
+    EXPECT_EQ(render(blocks), whole);
+}
+
+TEST(SynthRing, BitsDoNotDependOnTheOrderOfTheEvents) {
+  const std::vector<Tone> tones = {{440.0, 5.0, 1e-3}, {3000.0, 30.0, 1e-3}};
+  const auto render = [&](std::vector<double> speeds) {
+    Synth synth = floorRings(dropOnBox(0.01), tones);
+    for (const double speed : speeds) {
+      BallDrop drop = dropOnBox(0.01);
+      drop.speed = speed;
+      synth.schedule(floorShare(drop));
+    }
+    return renderMono(synth, 4800);
+  };
+  EXPECT_EQ(render({1.0, 0.3, 1.7, 0.3001}), render({0.3001, 1.7, 1.0, 0.3}));
+}
+
+TEST(SynthRing, HitsAddUp) {
+  const std::vector<Tone> tones = {{440.0, 5.0, 1e-3}, {3000.0, 30.0, 1e-3}};
+  const auto render = [&](std::vector<double> times) {
+    Synth synth = floorRings(dropOnBox(0.01), tones);
+    for (const double time : times)
+      synth.schedule(floorShare(dropOnBox(time)));
+    return renderMono(synth, 9600);
+  };
+  const std::vector<double> both = render({0.01, 0.0717});
+  const std::vector<double> first = render({0.01});
+  const std::vector<double> second = render({0.0717});
+  for (std::size_t i = 0; i < both.size(); ++i)
+    ASSERT_NEAR(both[i], first[i] + second[i], 1e-12 * peakOf(both)) << i;
+}
+
+TEST(SynthRing, FallsSilentAndCountsWhatItDid) {
+  Synth synth = floorRings(dropOnBox(0.01), {{440.0, 50.0, 1e-3}, {3000.0, 90.0, 1e-3}});
+  synth.schedule(floorShare(dropOnBox(0.01)));
+  EXPECT_FALSE(synth.isSilent());
+  static_cast<void>(renderMono(synth, 48000));
+  EXPECT_TRUE(synth.isSilent());
+  EXPECT_EQ(peakOf(renderMono(synth, 100)), 0.0);
+  EXPECT_EQ(synth.counters().events, 1u);
+  EXPECT_EQ(synth.counters().rings, 1u);
+  EXPECT_EQ(synth.counters().immovable, 0u);
+}
+
+TEST(SynthRing, RenderingAllocatesNothing) {
+  Synth synth = floorRings(dropOnBox(0.01), {{440.0, 50.0, 1e-3}, {3000.0, 90.0, 1e-3}});
+  for (const double time : {0.01, 0.02, 0.03})
+    synth.schedule(floorShare(dropOnBox(time)));
+  std::vector<double> samples(48000);
+  double* const channel = samples.data();
+  const NoAllocScope scope;
+  synth.render<double>({&channel, 1}, samples.size());
+  EXPECT_EQ(scope.allocations(), 0u);
+}
+
+}  // namespace
+}  // namespace carom::test

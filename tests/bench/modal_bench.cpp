@@ -1,0 +1,266 @@
+// What modal sound costs: the bank of resonators.
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <ctime>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include "audio/resonator_kernels.h"
+#include "tests/bench/figures.h"
+#include "tests/bench/fma_peak.h"
+
+namespace carom::bench {
+namespace {
+
+constexpr double kRate = 48000.0;   // Hz
+constexpr std::size_t kBlock = 64;  // frames
+constexpr double kSilent = 1e-9;    // Pa
+
+/// Modes from 60 Hz to 18 kHz that have been struck.
+class Bank {
+ public:
+  Bank(std::size_t modes, double decayRate) {
+    for (std::vector<double>* array : {&a1_, &a2_, &y1_, &y2_, &b0_, &b1_})
+      array->resize((modes + kWidth - 1) / kWidth * kWidth);
+    for (std::size_t i = 0; i < modes; ++i) {
+      const double share = static_cast<double>(i) / static_cast<double>(modes);
+      const TwoPole pole =
+          TwoPole::of(6.283185307179586 * (60.0 + 17940.0 * share), decayRate, kRate);
+      a1_[i] = pole.a1;
+      a2_[i] = pole.a2;
+      y1_[i] = 1e-3;
+      b0_[i] = b1_[i] = 1e-6;
+    }
+    for (std::size_t n = 0; n < x_.size(); ++n)
+      x_[n] = std::sin(0.3 * static_cast<double>(n));
+  }
+
+  void ring(const ResonatorKernels& kernels) { kernels.ring(view(), out_); }
+  void drive(const ResonatorKernels& kernels) {
+    kernels.drive(view(), {b0_.data(), b1_.data(), &x_[1]}, out_);
+  }
+  void flush(const ResonatorKernels& kernels) { kernels.flush(view(), kSilent); }
+
+  /// The loop that everyone writes, mode by mode; and driven.
+  void ringPlainly() {
+    for (std::size_t i = 0; i < a1_.size(); ++i)
+      advancePlainly(i, [](double known, std::size_t /*n*/) { return known; });
+  }
+  void drivePlainly() {
+    for (std::size_t i = 0; i < a1_.size(); ++i)
+      advancePlainly(i, [&](double known, std::size_t n) {
+        return known + (b0_[i] * x_[n + 1] + b1_[i] * x_[n]);
+      });
+  }
+
+ private:
+  static constexpr std::size_t kWidth = ResonatorKernels::kWidth;
+
+  Resonators view() { return {a1_.data(), a2_.data(), y1_.data(), y2_.data(), a1_.size()}; }
+  template <class Input>
+  void advancePlainly(std::size_t i, Input input) {
+    const double a1 = a1_[i];
+    const double a2 = a2_[i];
+    double y1 = y1_[i];
+    double y2 = y2_[i];
+    for (std::size_t n = 0; n < out_.size(); ++n) {
+      const double y = a1 * y1 + input(a2 * y2, n);
+      y2 = y1;
+      y1 = y;
+      out_[n] += y;
+    }
+    y1_[i] = y1;
+    y2_[i] = y2;
+  }
+
+  std::vector<double> a1_, a2_, y1_, y2_, b0_, b1_;
+  std::vector<double> x_ = std::vector<double>(kBlock + 1);
+  std::vector<double> out_ = std::vector<double>(kBlock);
+};
+
+/// A loop in both its forms.
+struct Loop {
+  std::string name;
+  void (Bank::*ours)(const ResonatorKernels&);
+  void (Bank::*plain)();
+  double mostSlots;
+};
+
+const Loop kRing = {"ring", &Bank::ring, &Bank::ringPlainly, 4.0};
+const Loop kDrive = {"drive", &Bank::drive, &Bank::drivePlainly, 5.3};
+
+constexpr double kForever = 1e-6;  // 1/s: nothing decays
+
+double cpuSeconds() {
+  std::timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// Adds up what is done and how long it takes.
+class Rate {
+ public:
+  template <class Work>
+  void measure(double atLeast, Work work) {
+    const double start = cpuSeconds();
+    double end = start;
+    for (; end - start < atLeast; end = cpuSeconds())
+      done_ += work();
+    seconds_ += end - start;
+  }
+  double perSecond() const { return done_ / seconds_; }
+
+ private:
+  double done_ = 0.0;
+  double seconds_ = 0.0;
+};
+
+/// Multiply-adds that the machine could have done for each mode and sample, measured in turns.
+double laneSlots(const Loop& loop, const ResonatorKernels& kernels, const FmaPeak& peak,
+                 std::size_t modes) {
+  Bank bank(modes, kForever);
+  const auto render = [&] {
+    const std::size_t blocks = std::max<std::size_t>(1, 10000 / modes);
+    for (std::size_t block = 0; block < blocks; ++block)
+      (bank.*loop.ours)(kernels);
+    return static_cast<double>(blocks * modes * kBlock);
+  };
+  render();
+  Rate possible;
+  Rate reached;
+  for (int turn = 0; turn < 10; ++turn) {
+    possible.measure(1e-3, peak.work);
+    reached.measure(2e-3, render);
+  }
+  return possible.perSecond() / reached.perSecond();
+}
+
+std::string modesText(std::size_t modes) {
+  return (modes < 1000 ? "" : std::to_string(modes / 1000) + ",") +
+         (modes < 1000 ? std::to_string(modes) : std::to_string(1000 + modes % 1000).substr(1)) +
+         " modes";
+}
+
+void addRate(Figures& figures, const Loop& loop, std::size_t modes) {
+  const auto perBlock = static_cast<double>(modes * kBlock);
+  figures.add({.name = loop.name + ", " + modesText(modes),
+               .unit = "G mode-samples/s",
+               .subject =
+                   [=](benchmark::State& state) {
+                     Bank bank(modes, kForever);
+                     for ([[maybe_unused]] const auto iteration : state)
+                       (bank.*loop.ours)(fastestResonators());
+                     reportRate(state, perBlock);
+                   },
+               .yardstickName = "scalar loop",
+               .yardstick =
+                   [=](benchmark::State& state) {
+                     Bank bank(modes, kForever);
+                     for ([[maybe_unused]] const auto iteration : state)
+                       (bank.*loop.plain)();
+                     reportRate(state, perBlock);
+                   },
+               .bar = Bar{Bar::Of::ratio, 10.0},
+               .scale = 1e-9});
+}
+
+void addSlots(Figures& figures, const Loop& loop, const ResonatorKernels& kernels,
+              const FmaPeak& peak, std::size_t modes) {
+  figures.add({.name = loop.name + ", " + modesText(modes) + ", " + std::string(kernels.name),
+               .unit = "FMA lane-slots per mode-sample",
+               .subject =
+                   [=](benchmark::State& state) {
+                     double slots = 0.0;
+                     for ([[maybe_unused]] const auto iteration : state)
+                       slots = laneSlots(loop, kernels, peak, modes);
+                     reportValue(state, slots);
+                   },
+               .bar = Bar{Bar::Of::value, loop.mostSlots},
+               .sense = Sense::lowerIsBetter});
+}
+
+void addPeak(Figures& figures, const FmaPeak& peak) {
+  figures.add({.name = "FMA peak, " + std::string(peak.name),
+               .unit = "G lanes/s",
+               .subject =
+                   [=](benchmark::State& state) {
+                     double done = 0.0;
+                     for ([[maybe_unused]] const auto iteration : state)
+                       done = peak.work();
+                     reportRate(state, done);
+                   },
+               .scale = 1e-9});
+}
+
+constexpr std::size_t kSizes[] = {64, 256, 1024, 10000, 100000};
+
+/// The fastest kernels in all sizes, the others in one.
+void addKernels(Figures& figures) {
+  for (const Loop& loop : {kRing, kDrive})
+    for (const std::size_t modes : kSizes)
+      addRate(figures, loop, modes);
+  for (const FmaPeak& peak : fmaPeaks())
+    addPeak(figures, peak);
+  for (const Loop& loop : {kRing, kDrive}) {
+    for (const ResonatorKernels& kernels : allResonators()) {
+      const auto peak = std::ranges::find(fmaPeaks(), kernels.name, &FmaPeak::name);
+      if (peak == fmaPeaks().end()) continue;
+      const bool fastest = kernels.name == fastestResonators().name;
+      for (const std::size_t modes : kSizes)
+        if (fastest || modes == 1024) addSlots(figures, loop, kernels, *peak, modes);
+    }
+  }
+}
+
+/// A block after another, and what has died away is flushed.
+Work ringing(std::size_t modes, double decayRate, double warmUp, double perBlock) {
+  return [=](benchmark::State& state) {
+    Bank bank(modes, decayRate);
+    const ResonatorKernels& kernels = fastestResonators();
+    const auto render = [&] {
+      bank.ring(kernels);
+      bank.flush(kernels);
+    };
+    for (double time = 0.0; time < warmUp; time += static_cast<double>(kBlock) / kRate)
+      render();
+    for ([[maybe_unused]] const auto iteration : state)
+      render();
+    perBlock > 0.0 ? reportRate(state, perBlock)
+                   : reportTime(state, static_cast<double>(kBlock) / kRate);
+  };
+}
+
+void addRinging(Figures& figures) {
+  figures.add({.name = "10,000 modes at 48 kHz, flushed",
+               .unit = "% of one core",
+               .subject = ringing(10000, kForever, 0.0, 0.0),
+               .bar = Bar{Bar::Of::value, 20.0},
+               .sense = Sense::lowerIsBetter,
+               .scale = 100.0});
+  const double perBlock = 1024.0 * static_cast<double>(kBlock);
+  // Without flushing, 1 s of these would be denormal numbers.
+  figures.add({.name = "tail of 1,024 modes, flushed",
+               .unit = "G mode-samples/s",
+               .subject = ringing(1024, 1000.0, 1.0, perBlock),
+               .yardstickName = "in full swing",
+               .yardstick = ringing(1024, kForever, 0.0, perBlock),
+               .bar = Bar{Bar::Of::ratio, 0.9},
+               .scale = 1e-9});
+}
+
+}  // namespace
+}  // namespace carom::bench
+
+int main(int argc, char** argv) {
+  using namespace carom::bench;
+  Figures figures;
+  addKernels(figures);
+  addRinging(figures);
+  return figures.run(argc, argv);
+}

@@ -1,0 +1,45 @@
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <span>
+#include <string_view>
+
+#include "modal/gltf_audio.h"
+#include "modal/gltf_modal_model.h"
+
+namespace {
+
+void require(bool promise) {
+  if (!promise) std::abort();
+}
+
+/// What is accepted is allowed by the draft, and each model of it can be used or is refused.
+void use(const carom::GltfAudio& audio) {
+  require(carom::whyNot(audio).empty());
+  for (std::size_t index = 0; index < audio.models.size(); ++index) {
+    const auto model = carom::toModalModel(audio, index, 1.0, *carom::findMaterial("glass"));
+    if (!model) {
+      require(std::string_view(model.error().message).starts_with("modal model "));
+      continue;
+    }
+    require(carom::whyNot(*model).empty());
+    carom::GltfAudio again;
+    carom::addModalModel(again, *model);
+    // Doubles of the positions in the file, so floats hold them; of modes there may be none left.
+    if (!model->modes.empty()) require(carom::whyNot(again).empty());
+  }
+  for (const carom::GltfAudioNode& node : audio.nodes)
+    if (const auto scale = carom::uniformScale(node)) require(*scale > 0.0);
+}
+
+}  // namespace
+
+/// Any bytes are either what the draft allows or an error with a message. No other file is opened.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const auto audio = carom::parseGltfAudio(std::as_bytes(std::span(data, size)), "fuzz");
+  if (audio)
+    use(*audio);
+  else
+    require(std::string_view(audio.error().message).starts_with("fuzz: "));
+  return 0;
+}

@@ -1,0 +1,48 @@
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "audio/modal_model_file.h"
+
+namespace {
+
+constexpr std::size_t kChecksumSize = 8;
+
+void require(bool promise) {
+  if (!promise) std::abort();
+}
+
+/// What is accepted can be used, and has one form only: it is written as it was read.
+void read(std::span<const std::byte> bytes) {
+  const auto model = carom::decodedModalModel(bytes, "fuzz");
+  if (!model) {
+    require(std::string_view(model.error().message).starts_with("fuzz: "));
+    return;
+  }
+  require(carom::whyNot(*model).empty());
+  for (std::size_t mode = 0; mode < model->modes.size(); ++mode)
+    for (std::size_t vertex = 0; vertex < model->surface.vertices.size(); ++vertex)
+      require(model->shape(mode, vertex).allFinite());
+  const auto again = carom::encodedModalModel(*model);
+  require(static_cast<bool>(again));
+  require(std::vector<std::byte>(bytes.begin(), bytes.end()) == *again);
+}
+
+}  // namespace
+
+/// Any bytes, with a checksum that fits or without, are either a model that can be used or an
+/// error.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const auto given = std::as_bytes(std::span(data, size));
+  read(given);
+  if (size < kChecksumSize) return 0;
+  std::vector<std::byte> sealed(given.begin(), given.end() - kChecksumSize);
+  const std::uint64_t checksum = carom::modalModelChecksum(sealed);
+  for (std::size_t byte = 0; byte < kChecksumSize; ++byte)
+    sealed.push_back(static_cast<std::byte>(checksum >> (8 * byte) & 0xFFU));
+  read(sealed);
+  return 0;
+}

@@ -1,0 +1,374 @@
+#include "modal/mesh_file.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <ostream>
+#include <span>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/audio/meshes.h"
+#include "tests/support/temporary_folder.h"
+
+namespace carom::test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+/// Little endian, as all of these formats have it here.
+class Bytes {
+ public:
+  template <class Number>
+  Bytes& put(Number number) {
+    char raw[sizeof(Number)];
+    std::memcpy(raw, &number, sizeof(Number));
+    bytes_.append(raw, sizeof(Number));
+    return *this;
+  }
+  Bytes& put(const Vec3& point) {
+    for (const double coordinate : point)
+      put(static_cast<float>(coordinate));
+    return *this;
+  }
+  Bytes& text(const std::string& text) {
+    bytes_ += text;
+    return *this;
+  }
+  const std::string& string() const { return bytes_; }
+
+ private:
+  std::string bytes_;
+};
+
+Result<LoadedMesh> loaded(const std::string& bytes, const std::string& name,
+                          const MeshImport& import = {}) {
+  return meshFromBytes(std::as_bytes(std::span(bytes)), name, import);
+}
+
+std::string refusal(const std::string& bytes, const std::string& name,
+                    const MeshImport& import = {}) {
+  const auto mesh = loaded(bytes, name, import);
+  return mesh ? "" : mesh.error().message;
+}
+
+// ---- One box of 2 x 4 x 6 in every format
+
+const SurfaceMesh& box() {
+  static const SurfaceMesh mesh = boxMesh({1.0, 2.0, 3.0});
+  return mesh;
+}
+
+std::string textOf(const Vec3& point) {
+  std::ostringstream text;
+  text << point.x() << ' ' << point.y() << ' ' << point.z();
+  return text.str();
+}
+
+/// Its sides as polygons of four.
+std::string boxObj() {
+  std::string text = "# a box\no box\n";
+  for (const Vec3& vertex : box().vertices)
+    text += "v " + textOf(vertex) + "\n";
+  return text +
+         "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\n"
+         "f -8 -4 -2 -6\nf 2 4 8 6\n";
+}
+
+std::string boxPlyText() {
+  std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\n"
+      "property float z\nelement face 12\nproperty list uchar int vertex_indices\nend_header\n";
+  for (const Vec3& vertex : box().vertices)
+    text += textOf(vertex) + "\n";
+  for (const auto& [a, b, c] : box().triangles)
+    text += "3 " + std::to_string(a) + ' ' + std::to_string(b) + ' ' + std::to_string(c) + "\n";
+  return text;
+}
+
+std::string boxPlyBinary() {
+  Bytes bytes;
+  bytes.text(
+      "ply\nformat binary_little_endian 1.0\nelement vertex 8\nproperty double x\n"
+      "property double y\nproperty double z\nelement face 12\n"
+      "property list uchar uint vertex_indices\nend_header\n");
+  for (const Vec3& vertex : box().vertices)
+    bytes.put(vertex.x()).put(vertex.y()).put(vertex.z());
+  for (const auto& [a, b, c] : box().triangles)
+    bytes.put(std::uint8_t{3}).put(a).put(b).put(c);
+  return bytes.string();
+}
+
+std::string boxStlText() {
+  std::string text = "solid box\n";
+  for (const auto& triangle : box().triangles) {
+    text += "facet normal 0 0 0\nouter loop\n";
+    for (const std::uint32_t corner : triangle)
+      text += "vertex " + textOf(box().vertices[corner]) + "\n";
+    text += "endloop\nendfacet\n";
+  }
+  return text + "endsolid box\n";
+}
+
+std::string boxStlBinary() {
+  Bytes bytes;
+  bytes.text(std::string(80, ' ')).put(static_cast<std::uint32_t>(box().triangles.size()));
+  for (const auto& triangle : box().triangles) {
+    bytes.put(Vec3(0.0, 0.0, 0.0));
+    for (const std::uint32_t corner : triangle)
+      bytes.put(box().vertices[corner]);
+    bytes.put(std::uint16_t{0});
+  }
+  return bytes.string();
+}
+
+/// 8 positions in 96 bytes, then 36 indices in 72.
+std::string boxBuffer() {
+  Bytes bytes;
+  for (const Vec3& vertex : box().vertices)
+    bytes.put(vertex);
+  for (const auto& triangle : box().triangles)
+    for (const std::uint32_t corner : triangle)
+      bytes.put(static_cast<std::uint16_t>(corner));
+  return bytes.string();
+}
+
+/// `buffer` is what follows its length, `nodes` the list.
+std::string boxGltf(const std::string& buffer,
+                    const std::string& nodes = R"({"mesh": 0, "name": "box"})",
+                    const std::string& roots = "0") {
+  return R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [)" + roots +
+         R"(]}], "nodes": [)" + nodes +
+         R"(], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 8, "type": "VEC3",
+                   "min": [-1, -2, -3], "max": [1, 2, 3]},
+                  {"bufferView": 1, "componentType": 5123, "count": 36, "type": "SCALAR"}],
+    "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 96},
+                    {"buffer": 0, "byteOffset": 96, "byteLength": 72}],
+    "buffers": [{"byteLength": 168)" +
+         buffer + "}]}";
+}
+
+std::string boxGlb(const std::string& nodes = R"({"mesh": 0})", const std::string& roots = "0") {
+  std::string json = boxGltf("", nodes, roots);
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  const std::string binary = boxBuffer();
+  const auto length = [](std::size_t size) { return static_cast<std::uint32_t>(size); };
+  Bytes bytes;
+  bytes.text("glTF").put(std::uint32_t{2}).put(length(12 + 8 + json.size() + 8 + binary.size()));
+  bytes.put(length(json.size())).text("JSON").text(json);
+  bytes.put(length(binary.size())).text(std::string("BIN\0", 4)).text(binary);
+  return bytes.string();
+}
+
+struct FileOfBox {
+  std::string name;
+  std::string bytes;
+};
+
+void PrintTo(const FileOfBox& file, std::ostream* out) {
+  *out << file.name;
+}
+
+class EveryFormat : public testing::TestWithParam<FileOfBox> {};
+
+TEST_P(EveryFormat, GivesTheClosedBoxInMetres) {
+  const auto mesh = loaded(GetParam().bytes, GetParam().name);
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  EXPECT_EQ(mesh->meshes, 1u);
+  EXPECT_EQ(mesh->leftOut, 0u);
+  EXPECT_EQ(mesh->surface.vertices.size(), 8u);
+  EXPECT_EQ(mesh->surface.triangles.size(), 12u);
+  EXPECT_TRUE(closedSurface(mesh->surface));
+  EXPECT_NEAR(signedVolume(mesh->surface), 48.0, 1e-5);
+  EXPECT_NEAR(surfaceArea(mesh->surface), 88.0, 1e-5);
+}
+
+TEST_P(EveryFormat, IsScaledByTheUnit) {
+  const auto mesh = loaded(GetParam().bytes, GetParam().name, {.scale = 0.001});
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  EXPECT_NEAR(signedVolume(mesh->surface), 48e-9, 1e-14);
+}
+
+// A file that stops in the middle: an error that names it, or what there is of it, but no harm.
+TEST_P(EveryFormat, CutShortItIsRefusedOrStillASurface) {
+  const std::string& bytes = GetParam().bytes;
+  for (std::size_t length = 0; length < bytes.size(); length += 1 + bytes.size() / 60) {
+    const auto mesh = loaded(bytes.substr(0, length), GetParam().name);
+    if (mesh) {
+      for (const Vec3& vertex : mesh->surface.vertices)
+        EXPECT_TRUE(vertex.allFinite());
+    } else {
+      EXPECT_THAT(mesh.error().message, HasSubstr("mesh file '" + GetParam().name + "': "));
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    MeshFile, EveryFormat,
+    testing::Values(FileOfBox{"box.obj", boxObj()}, FileOfBox{"box.ply", boxPlyText()},
+                    FileOfBox{"binary.ply", boxPlyBinary()}, FileOfBox{"box.stl", boxStlText()},
+                    FileOfBox{"binary.STL", boxStlBinary()}, FileOfBox{"box.glb", boxGlb()}));
+
+// ---- glTF: nodes, and files beside it
+
+// One box at its place, and one mirrored, half as large, moved by 10 m along x, in a child.
+TEST(MeshFile, NodesPlaceTheirMeshesAndMirrorsStayOutward) {
+  const auto mesh = loaded(boxGlb(R"({"mesh": 0, "children": [1]},
+                                     {"translation": [10, 0, 0], "children": [2]},
+                                     {"mesh": 0, "scale": [-0.5, 0.5, 0.5]})"),
+                           "two.glb");
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  EXPECT_EQ(mesh->meshes, 2u);
+  EXPECT_EQ(mesh->surface.triangles.size(), 24u);
+  EXPECT_TRUE(closedSurface(mesh->surface));
+  EXPECT_NEAR(signedVolume(mesh->surface), 48.0 + 48.0 / 8.0, 1e-5);
+  EXPECT_NEAR(volumeCentroid(mesh->surface).x(), 10.0 / 9.0, 1e-6);
+}
+
+// A quarter turn about z takes the box from 2 x 4 to 4 x 2.
+TEST(MeshFile, NodesTurnTheirMeshes) {
+  const auto mesh =
+      loaded(boxGlb(R"({"mesh": 0, "rotation": [0, 0, 0.70710678, 0.70710678]})"), "turned.glb");
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  double widest = 0.0;
+  for (const Vec3& vertex : mesh->surface.vertices)
+    widest = std::max(widest, vertex.x());
+  EXPECT_NEAR(widest, 2.0, 1e-6);
+}
+
+TEST(MeshFile, AGltfFindsItsBufferBesideItAndNowhereElse) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "inner");
+  const auto write = [&](const std::string& name, const std::string& bytes) {
+    std::ofstream(folder / name, std::ios::binary) << bytes;
+    return folder / name;
+  };
+  write("box.bin", boxBuffer());
+  std::filesystem::create_directory(folder / "beside");
+  write("inner/box.bin", boxBuffer());
+  const auto with = [](const std::string& uri) { return boxGltf(R"(, "uri": ")" + uri + "\""); };
+  for (const auto* uri : {"box.bin", "inner/box.bin"}) {
+    const auto mesh = loadMesh(write("good.gltf", with(uri)));
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    EXPECT_NEAR(signedVolume(mesh->surface), 48.0, 1e-5);
+  }
+  for (const std::string& uri :
+       {std::string("../box.bin"), (folder / "box.bin").string(), std::string("none.bin")}) {
+    const auto mesh = loadMesh(write("beside/bad.gltf", with(uri)));
+    ASSERT_FALSE(mesh) << uri;
+    EXPECT_THAT(mesh.error().message, AllOf(HasSubstr("bad.gltf': "), HasSubstr(".bin")));
+  }
+}
+
+// ---- Other contents
+
+TEST(MeshFile, ManyMeshesAreOneAndWhatTouchesIsWelded) {
+  const auto mesh = loaded(
+      "o left\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+      "o right\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 4 5 6\n",
+      "two.obj");
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  EXPECT_EQ(mesh->meshes, 2u);
+  EXPECT_EQ(mesh->surface.vertices.size(), 4u);
+  EXPECT_NEAR(surfaceArea(mesh->surface), 1.0, 1e-6);
+}
+
+TEST(MeshFile, WeldingIsRelativeToTheExtentAndCanBeSet) {
+  // Twice a triangle of 1000, apart by 0.01 at one corner.
+  const std::string text =
+      "v 0 0 0\nv 1000 0 0\nv 0 1000 0\nv 1000 1000 0\nv 1000.01 0 0\nf 1 2 3\nf 5 4 3\n";
+  const auto strict = loaded(text, "gap.obj");
+  const auto loose = loaded(text, "gap.obj", {.weldTolerance = 1e-4});
+  ASSERT_TRUE(strict && loose);
+  EXPECT_EQ(strict->surface.vertices.size(), 5u);
+  EXPECT_EQ(loose->surface.vertices.size(), 4u);
+}
+
+// The concave corner at (1, 1) is not bridged: an L of three unit squares.
+TEST(MeshFile, ConcavePolygonsKeepTheirArea) {
+  const auto mesh =
+      loaded("v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nf 1 2 3 4 5 6\n", "l.obj");
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  EXPECT_EQ(mesh->surface.triangles.size(), 4u);
+  EXPECT_NEAR(surfaceArea(mesh->surface), 3.0, 1e-6);
+}
+
+TEST(MeshFile, LinesAndVanishingTrianglesAreCounted) {
+  const auto mesh =
+      loaded("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nl 1 4\nf 1 2 3\nf 1 2 2\n", "lines.obj");
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  EXPECT_EQ(mesh->surface.triangles.size(), 1u);
+  EXPECT_EQ(mesh->leftOut + mesh->vanished, 2u);
+}
+
+// ---- What is refused
+
+TEST(MeshFile, SaysWhatIsWrongWithThePath) {
+  const TemporaryFolder folder;
+  const auto refusalOf = [](const std::filesystem::path& path) {
+    const auto mesh = loadMesh(path);
+    return mesh ? "" : mesh.error().message;
+  };
+  std::ofstream(folder / "box.fbx") << "x";
+  std::ofstream(folder / "none.obj").close();
+  EXPECT_THAT(refusalOf(folder / "gone.obj"),
+              AllOf(HasSubstr("gone.obj': "), HasSubstr("there is no such file")));
+  EXPECT_THAT(refusalOf(folder.path()), HasSubstr("it is a folder; expected a file"));
+  EXPECT_THAT(refusalOf("/dev/null"), HasSubstr("it is not a regular file"));
+  EXPECT_THAT(refusalOf(folder / "box.fbx"),
+              HasSubstr("its name ends in '.fbx'; expected .obj, .ply, .stl, .gltf or .glb"));
+  EXPECT_THAT(refusalOf(folder / "none.obj"), HasSubstr("none.obj': it is empty"));
+}
+
+TEST(MeshFile, SaysWhatIsWrongInside) {
+  EXPECT_THAT(refusal("v 0 0 0\nv 1 0 0\nv 0 1 0\n", "points.obj"), HasSubstr("points.obj': "));
+  EXPECT_THAT(refusal("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 1 2\n", "flat.obj"),
+              HasSubstr("it has no triangles"));
+  EXPECT_THAT(refusal("hello", "text.stl"), HasSubstr("text.stl': Assimp cannot read it: "));
+  EXPECT_THAT(refusal("<html></html>", "page.gltf"), HasSubstr("Assimp cannot read it: "));
+  EXPECT_THAT(refusal("v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n", "nan.obj"),
+              HasSubstr("nan.obj': "));
+}
+
+TEST(MeshFile, RefusesIndicesThatAreOutOfRange) {
+  EXPECT_THAT(refusal("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n", "range.obj"),
+              HasSubstr("range.obj': "));
+  std::string ply = boxPlyText();
+  ply.replace(ply.rfind("3 1 7 5"), 7, "3 1 9 5");
+  EXPECT_THAT(refusal(ply, "range.ply"), HasSubstr("range.ply': polygon 11 names vertex 9 of 8"));
+}
+
+TEST(MeshFile, AGltfLosesTrianglesWhoseIndicesAreOutOfRange) {
+  std::string glb = boxGlb();
+  glb.replace(glb.size() - 2, 2, "\x09\x00", 2);
+  const auto mesh = loaded(glb, "range.glb");
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  EXPECT_FALSE(closedSurface(mesh->surface));
+}
+
+TEST(MeshFile, RefusesNumbersThatAreNotFinite) {
+  for (const float bad :
+       {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
+    std::string stl = boxStlBinary();
+    std::memcpy(&stl[84 + 12], &bad, sizeof bad);  // the first coordinate of the first vertex
+    EXPECT_THAT(refusal(stl, "bad.stl"), HasSubstr("vertex 0 is not finite"));
+  }
+}
+
+TEST(MeshFile, RefusesSettingsOutOfRange) {
+  EXPECT_THAT(refusal(boxObj(), "box.obj", {.scale = 0.0}), HasSubstr("the scale must be"));
+  EXPECT_THAT(refusal(boxObj(), "box.obj", {.scale = -1.0}), HasSubstr("the scale must be"));
+  EXPECT_THAT(refusal(boxObj(), "box.obj", {.weldTolerance = 0.5}), HasSubstr("from 0 to 0.1"));
+}
+
+}  // namespace
+}  // namespace carom::test

@@ -1,0 +1,153 @@
+#include "modal/model_cache.h"
+
+#include <cstdlib>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/temporary_folder.h"
+
+namespace carom::test {
+namespace {
+
+using testing::HasSubstr;
+
+ModalModel named(const std::string& name) {
+  ModalModel model;
+  model.name = name;
+  model.material = *findMaterial("glass");
+  model.mass = 1.0;
+  model.surface.vertices = {Vec3::Zero()};
+  return model;
+}
+
+/// An environment variable as it was, at the end.
+class Environment {
+ public:
+  Environment(const char* name, const char* value) : name_(name) {
+    if (const char* before = std::getenv(name)) before_ = before;
+    if (value == nullptr)
+      unsetenv(name);
+    else
+      setenv(name, value, 1);
+  }
+  Environment(const Environment&) = delete;
+  Environment& operator=(const Environment&) = delete;
+  ~Environment() {
+    if (before_)
+      setenv(name_, before_->c_str(), 1);
+    else
+      unsetenv(name_);
+  }
+
+ private:
+  const char* name_;
+  std::optional<std::string> before_;
+};
+
+TEST(ModelCache, FindsWhatWasStoredUnderItsKeyAlone) {
+  const TemporaryFolder folder;
+  ModelCache cache(folder / "made" / "here");
+  const ModelKey key = ModelKey().add("bell");
+  EXPECT_FALSE(cache.find(key));
+  ASSERT_TRUE(cache.store(key, named("bell")));
+  ASSERT_TRUE(cache.find(key));
+  EXPECT_EQ(cache.find(key)->name, "bell");
+  EXPECT_FALSE(cache.find(ModelKey().add("Bell")));
+}
+
+TEST(ModelCache, OverwritesADamagedFile) {
+  const TemporaryFolder folder;
+  ModelCache cache(folder.path());
+  const ModelKey key = ModelKey().add("bell");
+  ASSERT_TRUE(cache.store(key, named("bell")));
+  std::ofstream(folder / (key.text() + ".carom_modes"), std::ios::app) << "x";
+  EXPECT_FALSE(cache.find(key));
+  ASSERT_TRUE(cache.store(key, named("bell")));
+  EXPECT_TRUE(cache.find(key));
+}
+
+TEST(ModelCache, SaysOnceThatItCannotStore) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "file") << "not a folder";
+  ModelCache cache(folder / "file");
+  const auto first = cache.store(ModelKey().add("a"), named("a"));
+  ASSERT_FALSE(first);
+  EXPECT_THAT(first.error().message, HasSubstr("the model is not cached: "));
+  EXPECT_TRUE(cache.store(ModelKey().add("b"), named("b")));
+  EXPECT_FALSE(cache.find(ModelKey().add("a")));
+}
+
+TEST(ModelCache, LivesWhereXdgSays) {
+  {
+    const Environment cache("XDG_CACHE_HOME", "/there");
+    EXPECT_EQ(ModelCache::defaultFolder(), "/there/carom");
+  }
+  const Environment relative("XDG_CACHE_HOME", "not/absolute");
+  {
+    const Environment home("HOME", "/home/me");
+    EXPECT_EQ(ModelCache::defaultFolder(), "/home/me/.cache/carom");
+  }
+  const Environment homeless("HOME", nullptr);
+  EXPECT_EQ(ModelCache::defaultFolder(), "");
+  ModelCache nowhere;
+  EXPECT_FALSE(nowhere.store(ModelKey(), named("a")));
+  EXPECT_FALSE(nowhere.find(ModelKey()));
+}
+
+TEST(ModelCache, WritersOfOneKeyDoNotMeet) {
+  const TemporaryFolder folder;
+  const ModelKey key = ModelKey().add("bell");
+  std::vector<std::thread> writers;
+  for (int writer = 0; writer < 4; ++writer)
+    writers.emplace_back([&] {
+      ModelCache cache(folder.path());
+      for (int time = 0; time < 20; ++time) {
+        EXPECT_TRUE(cache.store(key, named("bell")));
+        EXPECT_TRUE(cache.find(key));
+      }
+    });
+  for (std::thread& writer : writers)
+    writer.join();
+  EXPECT_EQ(folder.entries(), 1u);
+}
+
+// Typed from `sha256sum`: the kind, the length in eight bytes, the text.
+TEST(ModelKey, IsTheHashOfLengthAndText) {
+  EXPECT_EQ(ModelKey().add("bell").text(),
+            "bde26913fb8243562f224ace7cb60ad270eea8b7f28c36ba0e603d3a0dccbcf8");
+}
+
+TEST(ModelKey, TellsApartWhateverDiffers) {
+  const SurfaceMesh mesh{{Vec3(1, 2, 3), Vec3(4, 5, 6), Vec3(7, 8, 9)}, {{0, 1, 2}}};
+  SurfaceMesh moved = mesh;
+  moved.vertices[2].z() += 1e-12;
+  SurfaceMesh turned = mesh;
+  turned.triangles[0] = {0, 2, 1};
+  Material glass = *findMaterial("glass");
+  Material damped = glass;
+  damped.dampingBeta *= 2.0;
+  const std::vector<std::string> keys = {ModelKey().text(),
+                                         ModelKey().add("").text(),
+                                         ModelKey().add("ab").add("c").text(),
+                                         ModelKey().add("a").add("bc").text(),
+                                         ModelKey().add(0.0).text(),
+                                         ModelKey().add(-0.0).text(),
+                                         ModelKey().add(std::uint64_t{1}).text(),
+                                         ModelKey().add(mesh).text(),
+                                         ModelKey().add(moved).text(),
+                                         ModelKey().add(turned).text(),
+                                         ModelKey().add(glass).text(),
+                                         ModelKey().add(damped).text()};
+  for (std::size_t one = 0; one < keys.size(); ++one)
+    for (std::size_t other = 0; other < keys.size(); ++other)
+      EXPECT_EQ(keys[one] == keys[other], one == other) << one << ' ' << other;
+}
+
+}  // namespace
+}  // namespace carom::test

@@ -1,0 +1,359 @@
+#include "modal/solid_model.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/audio/meshes.h"
+
+namespace carom {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using testing::HasSubstr;
+
+constexpr double kPi = std::numbers::pi;
+const Eigen::Matrix3d kSomeTurn =
+    Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+
+Material metal(double poissonsRatio) {
+  Material material;
+  material.name = "metal";
+  material.density = 2700.0;
+  material.youngsModulus = 70e9;
+  material.poissonsRatio = poissonsRatio;
+  return material;
+}
+
+SurfaceMesh turned(const SurfaceMesh& surface) {
+  return mapped(surface, [](const Vec3& vertex) { return Vec3(kSomeTurn * vertex); });
+}
+
+// Round, along x, of 64 sides.
+SurfaceMesh rod(double radius, double length) {
+  constexpr std::uint32_t kSides = 64;
+  SurfaceMesh mesh;
+  for (const double x : {-0.5 * length, 0.5 * length}) {
+    for (std::uint32_t side = 0; side < kSides; ++side) {
+      const double angle = 2.0 * kPi * side / kSides;
+      mesh.vertices.emplace_back(x, radius * std::cos(angle), radius * std::sin(angle));
+    }
+  }
+  mesh.vertices.emplace_back(-0.5 * length, 0.0, 0.0);
+  mesh.vertices.emplace_back(0.5 * length, 0.0, 0.0);
+  for (std::uint32_t side = 0; side < kSides; ++side) {
+    const std::uint32_t next = (side + 1) % kSides;
+    mesh.triangles.push_back({side, side + kSides, next});
+    mesh.triangles.push_back({next, side + kSides, next + kSides});
+    mesh.triangles.push_back({2 * kSides, side, next});
+    mesh.triangles.push_back({2 * kSides + 1, next + kSides, side + kSides});
+  }
+  return signedVolume(mesh) > 0.0 ? mesh : turnedInsideOut(mesh);
+}
+
+SolidSettings coarse(std::size_t degreesOfFreedom, Index maxModes) {
+  SolidSettings settings;
+  settings.grid.degreesOfFreedom = degreesOfFreedom;
+  settings.maxModes = maxModes;
+  return settings;
+}
+
+SolidSystem systemOf(const SurfaceMesh& surface, const Material& material,
+                     std::size_t degreesOfFreedom) {
+  Result<SolidSystem> system = solidSystem(surface, material, coarse(degreesOfFreedom, 1).grid);
+  EXPECT_TRUE(system) << (system ? "" : system.error().message);
+  return system ? *std::move(system) : SolidSystem{};
+}
+
+SolidAnalysis analysed(const SurfaceMesh& surface, const Material& material,
+                       const SolidSettings& settings) {
+  Result<SolidAnalysis> analysis = analyseSolid(surface, material, settings);
+  EXPECT_TRUE(analysis) << (analysis ? "" : analysis.error().message);
+  return analysis ? *std::move(analysis) : SolidAnalysis{};
+}
+
+// All of them, audible or not.
+VectorXd frequencies(const SurfaceMesh& surface, const Material& material,
+                     std::size_t degreesOfFreedom, Index count) {
+  const SolidSystem system = systemOf(surface, material, degreesOfFreedom);
+  EigenSettings settings;
+  settings.modes = 6 + count;
+  const Result<EigenSolution> solution = lowestModes(system.stiffness, system.mass, settings);
+  EXPECT_TRUE(solution && solution->counted);
+  if (!solution) return VectorXd::Zero(count);
+  const double lowest = solution->lambda[6];
+  EXPECT_LT(solution->lambda.head<6>().cwiseAbs().maxCoeff(), 1e-8 * lowest);
+  return solution->lambda.tail(count).cwiseSqrt() / (2.0 * kPi);
+}
+
+// u = gradient x + shift at the nodes.
+VectorXd linearField(const SolidSystem& system, const Eigen::Matrix3d& gradient,
+                     const Vec3& shift) {
+  VectorXd field(system.stiffness.rows());
+  for (std::size_t node = 0; node < system.grid.nodes.size(); ++node)
+    field.segment<3>(static_cast<Index>(3 * node)) = gradient * system.grid.nodes[node] + shift;
+  return field;
+}
+
+Eigen::Matrix3d crossMatrix(const Vec3& axis) {
+  Eigen::Matrix3d matrix;
+  matrix << 0, -axis.z(), axis.y(), axis.z(), 0, -axis.x(), -axis.y(), axis.x(), 0;
+  return matrix;
+}
+
+std::vector<SurfaceMesh> variousBodies() {
+  return {boxMesh({0.05, 0.03, 0.02}), turned(boxMesh({0.05, 0.03, 0.02})),
+          turned(ellipsoidMesh({0.05, 0.03, 0.04}, 3))};
+}
+
+// ---- Matrices
+
+TEST(SolidModel, RigidMotionsMeetNoForce) {
+  for (const SurfaceMesh& surface : variousBodies()) {
+    const SolidSystem system = systemOf(surface, metal(0.33), 2000);
+    const double stiffest = system.stiffness.diagonal().maxCoeff();
+    const Vec3 shift(1.0, -2.0, 0.5);
+    const VectorXd moved = linearField(system, Eigen::Matrix3d::Zero(), shift);
+    EXPECT_LT((system.stiffness * moved).lpNorm<Eigen::Infinity>(), 1e-12 * stiffest);
+    const VectorXd spun = linearField(system, crossMatrix({3.0, 1.0, -2.0}), Vec3::Zero());
+    EXPECT_LT((system.stiffness * spun).lpNorm<Eigen::Infinity>(), 1e-12 * stiffest);
+  }
+}
+
+TEST(SolidModel, MatricesAreSymmetric) {
+  const SolidSystem system = systemOf(variousBodies()[2], metal(0.33), 2000);
+  for (const SparseMatrix* matrix : {&system.stiffness, &system.mass}) {
+    const SparseMatrix transposed = matrix->transpose();
+    EXPECT_LT((*matrix - transposed).norm(), 1e-14 * matrix->norm());
+  }
+}
+
+// The patch test: energy is that of the body's volume, cut cells and all, and where nothing but
+// whole cells meet, stresses balance.
+TEST(SolidModel, ConstantStrainIsExact) {
+  const Material material = metal(0.33);
+  const double mu = material.youngsModulus / 2.66;  // E / (2 (1 + nu))
+  const double bulk = material.youngsModulus / (3.0 * (1.0 - 2.0 * 0.33));
+  Eigen::Matrix3d gradient;
+  gradient << 1.0, 0.4, -0.2, 0.3, -0.5, 0.7, 0.1, 0.2, 0.6;
+  const Eigen::Matrix3d strain = 0.5 * (gradient + gradient.transpose());
+  const Eigen::Matrix3d shear = strain - strain.trace() / 3.0 * Eigen::Matrix3d::Identity();
+  const double density = 0.5 * bulk * std::pow(strain.trace(), 2) + mu * shear.squaredNorm();
+  for (const SurfaceMesh& surface : variousBodies()) {
+    const SolidSystem system = systemOf(surface, material, 4000);
+    const VectorXd field = linearField(system, gradient, Vec3::Zero());
+    const VectorXd force = system.stiffness * field;
+    const double expected = density * signedVolume(surface);
+    EXPECT_NEAR(0.5 * field.dot(force), expected, 1e-11 * expected);
+    std::vector<int> wholeAround(system.grid.nodes.size(), 0);
+    for (const VoxelCell& cell : system.grid.cells)
+      for (const std::uint32_t node : cell.nodes)
+        wholeAround[node] += cell.boxCount == 0 ? 1 : 0;
+    int inner = 0;
+    for (std::size_t node = 0; node < wholeAround.size(); ++node) {
+      if (wholeAround[node] < 8) continue;
+      ++inner;
+      EXPECT_LT(force.segment<3>(static_cast<Index>(3 * node)).norm(), 1e-11 * force.norm());
+    }
+    EXPECT_GT(inner, 50);
+  }
+}
+
+TEST(SolidModel, MassIsThatOfTheSurface) {
+  for (const SurfaceMesh& surface : variousBodies()) {
+    const SolidSystem system = systemOf(surface, metal(0.33), 2000);
+    const Vec3 speed(1.0, 2.0, 2.0);
+    const VectorXd moving = linearField(system, Eigen::Matrix3d::Zero(), speed);
+    const double mass = 2700.0 * signedVolume(surface);
+    EXPECT_NEAR(moving.dot(system.mass * moving), 9.0 * mass, 1e-11 * mass);
+  }
+}
+
+TEST(SolidModel, ABoxTurnsWithItsInertia) {
+  const SolidSystem system = systemOf(boxMesh({0.05, 0.03, 0.02}), metal(0.33), 2000);
+  const double mass = 2700.0 * 0.1 * 0.06 * 0.04;
+  const VectorXd spun = linearField(system, crossMatrix(Vec3::UnitZ()), Vec3::Zero());
+  const double inertia = mass / 12.0 * (0.1 * 0.1 + 0.06 * 0.06);
+  EXPECT_NEAR(spun.dot(system.mass * spun), inertia, 1e-12 * inertia);
+}
+
+// ---- Frequencies
+
+// Slender enough for Euler and Bernoulli's flatwise bending; (kL)^2 of the free beam: Blevins,
+// Formulas for natural frequency and mode shape (1979), table 8-1.
+TEST(SolidModel, ABeamBendsTwistsAndStretchesAsTheoryHasIt) {
+  const double length = 0.4;
+  const double width = 0.03;
+  const double thickness = 0.01;
+  const Material material = metal(0.33);
+  const VectorXd found =
+      frequencies(boxMesh({0.5 * length, 0.5 * width, 0.5 * thickness}), material, 8000, 12);
+  const double waveSpeed = std::sqrt(material.youngsModulus / material.density);
+  const double unit = waveSpeed * thickness / (std::sqrt(12.0) * 2.0 * kPi * length * length);
+  EXPECT_NEAR(found[0], 22.373 * unit, 0.005 * found[0]);
+  EXPECT_NEAR(found[1], 61.673 * unit, 0.007 * found[1]);
+  // Saint-Venant's torsion constant of a 3 : 1 rectangle: Timoshenko and Goodier, Theory of
+  // Elasticity, table in section 109: 0.263 b t^3; the ends are free to warp.
+  const double torsion = 0.263 * width * std::pow(thickness, 3);
+  const double polar = width * thickness * (width * width + thickness * thickness) / 12.0;
+  const double twist = waveSpeed * std::sqrt(torsion / polar / 2.66) / (2.0 * length);
+  EXPECT_NEAR(found[4], twist, 0.015 * twist);
+  const double stretch = waveSpeed / (2.0 * length);
+  EXPECT_NEAR(found[11], stretch, 0.002 * stretch);
+}
+
+// Leissa, J. Sound Vib. 31 (1973) 257, table C21: nu = 0.3, omega a^2 sqrt(rho h / D).
+TEST(SolidModel, ASquarePlateRingsAsLeissaHasIt) {
+  const double side = 0.3;
+  const double thickness = 0.002;
+  const Material material = metal(0.3);
+  const VectorXd found =
+      frequencies(boxMesh({0.5 * side, 0.5 * side, 0.5 * thickness}), material, 9000, 6);
+  const double stiffness = material.youngsModulus * std::pow(thickness, 3) / (12.0 * 0.91);
+  const double unit = std::sqrt(stiffness / (material.density * thickness)) / (side * side);
+  const std::array<double, 6> leissa = {13.489, 19.789, 24.432, 35.024, 35.024, 61.526};
+  for (Index mode = 0; mode < 6; ++mode) {
+    const double expected = leissa[static_cast<std::size_t>(mode)] * unit / (2.0 * kPi);
+    EXPECT_NEAR(found[mode], expected, 0.01 * expected) << mode;
+  }
+}
+
+// Lamb, Proc. London Math. Soc. 13 (1882) 189: omega R / c_T of the twisting modes n = 2 of the
+// sphere is 0.7961 pi, of the oblate-prolate modes 0.840 pi at nu = 1/4; five of each.
+TEST(SolidModel, ASphereRingsAsLambHasIt) {
+  const double radius = 0.05;
+  const Material material = metal(0.25);
+  const VectorXd found =
+      frequencies(ellipsoidMesh({radius, radius, radius}, 4), material, 8000, 10);
+  const double shearSpeed = std::sqrt(material.youngsModulus / 2.5 / material.density);
+  for (Index mode = 0; mode < 10; ++mode) {
+    const double expected = (mode < 5 ? 0.7961 : 0.840) * shearSpeed / (2.0 * radius);
+    EXPECT_NEAR(found[mode], expected, 0.01 * expected) << mode;
+  }
+}
+
+// All of its cells across are cut. Twist: c_T / 2 L for a round section, as it does not warp.
+TEST(SolidModel, ARoundRodTwistsAndBendsThoughTheGridIsSquare) {
+  const double length = 0.2;
+  const double radius = 0.005;
+  const Material material = metal(0.33);
+  const VectorXd found = frequencies(rod(radius, length), material, 8000, 7);
+  const double waveSpeed = std::sqrt(material.youngsModulus / material.density);
+  const double bending = 22.373 * waveSpeed * 0.5 * radius / (2.0 * kPi * length * length);
+  EXPECT_NEAR(found[0], bending, 0.01 * bending);
+  EXPECT_NEAR(found[1], bending, 0.01 * bending);
+  const double twist = waveSpeed / std::sqrt(2.66) / (2.0 * length);
+  EXPECT_NEAR(found[6], twist, 0.005 * twist);
+}
+
+TEST(SolidModel, FrequenciesScaleWithSizeAndStiffness) {
+  const SurfaceMesh body = ellipsoidMesh({0.05, 0.03, 0.04}, 3);
+  const VectorXd found = frequencies(body, metal(0.3), 1500, 10);
+  const auto twice = [](const Vec3& vertex) { return Vec3(2.0 * vertex); };
+  EXPECT_LT((frequencies(mapped(body, twice), metal(0.3), 1500, 10) - 0.5 * found).norm(),
+            1e-9 * found.norm());
+  Material stiffer = metal(0.3);
+  stiffer.youngsModulus *= 9.0;
+  stiffer.density *= 4.0;
+  EXPECT_LT((frequencies(body, stiffer, 1500, 10) - 1.5 * found).norm(), 1e-9 * found.norm());
+}
+
+TEST(SolidModel, ABoxRingsTheSameHoweverItIsTurned) {
+  const SurfaceMesh body = boxMesh({0.05, 0.03, 0.02});
+  const VectorXd found = frequencies(body, metal(0.3), 2000, 10);
+  EXPECT_LT((frequencies(turned(body), metal(0.3), 2000, 10) - found).norm(), 1e-9 * found.norm());
+}
+
+// ---- The model
+
+TEST(SolidModel, AModelHasTheRigidBodyOfItsSurface) {
+  const Vec3 centre(0.1, 0.2, -0.3);
+  SurfaceMesh surface = mapped(boxMesh({0.05, 0.03, 0.02}), [&](const Vec3& vertex) {
+    return Vec3(kSomeTurn * vertex + centre);
+  });
+  for (const bool insideOut : {false, true}) {
+    if (insideOut) surface = turnedInsideOut(surface);
+    const ModalModel model = analysed(surface, metal(0.3), coarse(1000, 5)).model;
+    EXPECT_EQ(whyNot(model), "");
+    const double mass = 2700.0 * 0.1 * 0.06 * 0.04;
+    EXPECT_NEAR(model.mass, mass, 1e-12 * mass);
+    EXPECT_LT((model.centreOfMass - centre).norm(), 1e-14);
+    const Vec3 squares(0.1 * 0.1, 0.06 * 0.06, 0.04 * 0.04);
+    const Vec3 principal = mass / 12.0 * (Vec3::Constant(squares.sum()) - squares);
+    const Eigen::Matrix3d expected = kSomeTurn * principal.asDiagonal() * kSomeTurn.transpose();
+    EXPECT_LT((model.inertia - expected).norm(), 1e-12 * expected.norm());
+    EXPECT_EQ(model.leftOut.rigid, 6u);
+    EXPECT_EQ(model.surface, surface);
+  }
+}
+
+// An ellipsoid of semi-axes a, b, c has m (b^2 + c^2) / 5 about the first.
+TEST(SolidModel, AModelOfARoundBodyHasNearlyItsInertia) {
+  const SurfaceMesh surface = ellipsoidMesh({0.05, 0.03, 0.04}, 4);
+  const ModalModel model = analysed(surface, metal(0.3), coarse(3000, 1)).model;
+  EXPECT_NEAR(model.mass, 2700.0 * signedVolume(surface), 1e-12 * model.mass);
+  EXPECT_LT(model.centreOfMass.norm(), 1e-4 * 0.05);
+  const Vec3 expected = model.mass / 5.0 * Vec3(0.0025, 0.0041, 0.0034);
+  EXPECT_LT((model.inertia - Eigen::Matrix3d(expected.asDiagonal())).norm(),
+            0.005 * expected.norm());
+}
+
+// A free beam's bending is twice as wide at its ends as on the average (root mean square).
+TEST(SolidModel, ShapesAreOfUnitModalMass) {
+  const SurfaceMesh surface = turned(boxMesh({0.2, 0.015, 0.005}));
+  const Result<ModalModel> model = solidModalModel(surface, metal(0.33), coarse(4000, 3));
+  ASSERT_TRUE(model);
+  ASSERT_EQ(model->modes.size(), 3u);
+  const double end = 2.0 / std::sqrt(model->mass);
+  for (std::size_t vertex = 0; vertex < surface.vertices.size(); ++vertex) {
+    const Vec3 inBeam = kSomeTurn.transpose() * model->shape(0, vertex);
+    EXPECT_NEAR(std::abs(inBeam.z()), end, 0.01 * end);
+    EXPECT_LT(inBeam.head<2>().norm(), 0.1 * end);
+  }
+}
+
+TEST(SolidModel, SaysHowManyAudibleModesItLeftOut) {
+  const SurfaceMesh beam = boxMesh({0.2, 0.015, 0.005});
+  const SolidAnalysis few = analysed(beam, metal(0.33), coarse(2000, 7));
+  EXPECT_EQ(few.model.modes.size(), 7u);
+  EXPECT_TRUE(few.counted);
+  const SolidAnalysis all = analysed(beam, metal(0.33), coarse(2000, 500));
+  EXPECT_EQ(all.modesBeyond, 0);
+  EXPECT_EQ(static_cast<Index>(all.model.modes.size()), 7 + few.modesBeyond);
+  EXPECT_TRUE(all.counted);
+  EXPECT_LT(all.model.modes.back().frequency, kHighestMode);
+
+  const SolidAnalysis none = analysed(boxMesh({0.005, 0.005, 0.005}), metal(0.33), coarse(500, 9));
+  EXPECT_TRUE(none.model.modes.empty());
+  EXPECT_EQ(none.model.leftOut.rigid, 6u);
+}
+
+TEST(SolidModel, RefusesWhatIsNoSolid) {
+  const auto refusal = [](const SurfaceMesh& surface, const Material& material,
+                          const Progress& progress = {}) {
+    const Result<ModalModel> model = solidModalModel(surface, material, coarse(1000, 5), progress);
+    return model ? "" : model.error().message;
+  };
+  const SurfaceMesh box = boxMesh({0.05, 0.03, 0.02});
+  EXPECT_THAT(refusal({}, metal(0.3)), HasSubstr("no volume"));
+  EXPECT_THAT(refusal(box, metal(0.5)), HasSubstr("Poisson"));
+  Material weightless = metal(0.3);
+  weightless.density = 0.0;
+  EXPECT_THAT(refusal(box, weightless), HasSubstr("density"));
+  Material soft = metal(0.3);
+  soft.youngsModulus = 0.0;
+  EXPECT_THAT(refusal(box, soft), HasSubstr("Young"));
+  EXPECT_EQ(refusal(box, metal(0.3), [](std::string_view, double) { return false; }), kCancelled);
+}
+
+}  // namespace
+}  // namespace carom
