@@ -136,6 +136,7 @@ Status ClickLayer::setBody(BodyId id, const SoundBody& body) {
   if (std::isfinite(body.mass))
     known.filters = &filtersOf(body.shape ? body.shape->radius() : body.radius);
   if (body.modal != nullptr) known.rings = &rings_.sourceOf(body.modal);
+  anyRings_ = anyRings_ || known.rings != nullptr;
   bodies_.insert_or_assign(id, std::move(known));
   return std::monostate{};
 }
@@ -486,6 +487,64 @@ Click ClickLayer::placed(const Contact& contact, const Way& way) const {
   if (settings_.sampling == Sampling::bandLimited) chooseRule(click);
   if (click.nodes.empty()) click.pulse->forceTable();  // not while rendering
   return click;
+}
+
+void ClickLayer::removeBody(BodyId id) {
+  bodies_.erase(id);
+  rings_.forgetTouches(id);
+}
+
+LaidSound ClickLayer::touch(const ContactState& contact, const SampleShift& shift) {
+  if (!anyRings_) return {};  // worlds have many contacts
+  dampings_.clear();
+  dampingTaps_.clear();
+  const bool isFinite = std::isfinite(contact.time) && contact.pathStart.allFinite() &&
+                        contact.otherPathStart.allFinite() && contact.normalLoad >= 0.0;
+  const double rate = settings_.sampleRate;
+  if (!isFinite || settings_.contactLoss == 0.0 || !(std::abs(contact.time) * rate < kExactSamples))
+    return {};
+  const std::int64_t sample = shifted(samplesOf(contact.time, 0.0, rate), shift).whole;
+  for (const bool first : {true, false}) {
+    if (!touchOne(contact, first, sample)) continue;
+    Ring damping = rings_.rings().front();
+    damping.taps = dampingTaps_.size();
+    dampings_.push_back(damping);
+    dampingTaps_.insert(dampingTaps_.end(), rings_.taps().begin(), rings_.taps().end());
+  }
+  LaidSound changes;
+  changes.rings = dampings_;
+  changes.taps = dampingTaps_;
+  return changes;
+}
+
+/// Of the contact's first body, or the other one. False: nothing changes.
+bool ClickLayer::touchOne(const ContactState& contact, bool first, std::int64_t sample) {
+  const BodyId id = first ? contact.body : contact.other;
+  const BodyId otherId = first ? contact.other : contact.body;
+  const Body* body = findBody(id);
+  const Body* other = findBody(otherId);
+  if (body == nullptr || other == nullptr || body->rings == nullptr) return false;
+  const ModalModel& model = *body->sound.modal;
+  const Vec3& point = first ? contact.pathStart : contact.otherPathStart;
+  const bool isOver = contact.phase == ContactPhase::end;
+  return rings_.touch({.body = id,
+                       .other = otherId,
+                       .point = point + body->sound.modalOrigin.value_or(model.centreOfMass),
+                       .stiffness = isOver ? 0.0 : stiffnessOf(contact, *body, *other)},
+                      *body->rings, sample);
+}
+
+/// N/m, dF/dd of Hertz's F = K d^(3/2) at the load, K = 4/3 sqrt(R) E* (Johnson 1985, eq. 4.23).
+/// Flat faces touch where they are not flat, as in an impact.
+double ClickLayer::stiffnessOf(const ContactState& contact, const Body& body,
+                               const Body& other) const {
+  const auto radiusOf = [](const SoundBody& sound) {
+    return sound.radius > 0.0 && sound.shape == nullptr ? sound.radius : sound.edgeRadius;
+  };
+  const double radius = 1.0 / (1.0 / radiusOf(body.sound) + 1.0 / radiusOf(other.sound));
+  const double k =
+      4.0 / 3.0 * std::sqrt(radius) * contactModulus(body.sound.material, other.sound.material);
+  return 1.5 * std::cbrt(k * k * contact.normalLoad);
 }
 
 /// Of the Gauss rules the smallest that is right up to the sample rate, beyond which the kernel is

@@ -9,6 +9,7 @@
 
 #include "audio/acceleration_noise.h"
 #include "audio/click.h"
+#include "audio/contact_state.h"
 #include "audio/impulse_event.h"
 #include "audio/pose_track.h"
 #include "audio/pulse.h"
@@ -54,7 +55,7 @@ class ClickLayer {
   explicit ClickLayer(std::shared_ptr<const SoundPaths> paths);
 
   Status setBody(BodyId id, const SoundBody& body);  ///< as Synth::setBody
-  void removeBody(BodyId id) { bodies_.erase(id); }  ///< its events are rejected from now on
+  void removeBody(BodyId id);                        ///< its events are rejected from now on
   Status moveListener(std::size_t listener, const ListenerPose& pose);  ///< as Synth::moveListener
   /// The listener is there, and was so always: for what is too far away to have travelled to.
   Status placeListener(std::size_t listener, const ListenerPose& pose);
@@ -63,6 +64,11 @@ class ClickLayer {
 
   /// Lays one event over the samples. Not to be heard, or refused: no clicks, and counted.
   LaidSound lay(const ImpulseEvent& event, const SampleShift& shift = {});
+
+  /// What a lasting contact changes of the damping of what rings: rings that are none (see Ring).
+  LaidSound touch(const ContactState& contact, const SampleShift& shift = {});
+
+  bool anyRings() const { return anyRings_; }  ///< a body that rings was ever set
 
   const SoundPaths& paths() const { return *paths_; }
   const ClickLayerCounters& counters() const { return counters_; }
@@ -127,6 +133,8 @@ class ClickLayer {
   Click placed(const Contact& contact, const Way& way) const;
   void layClick(const Contact& contact, const Way& way, const Place& place);
   Click ringDrive(const Contact& contact, Way way, const Place& place) const;
+  double stiffnessOf(const ContactState& contact, const Body& body, const Body& other) const;
+  bool touchOne(const ContactState& contact, bool first, std::int64_t sample);
   void layRing(const Contact& contact, const Way& way, const Place& place);
   void chooseRule(Click& click) const;
   double boundOf(const Contact& contact, const Way& way) const;
@@ -143,8 +151,11 @@ class ClickLayer {
   mutable std::unordered_map<double, Lossy> lossy_;  // by restitution, made when first needed
   std::vector<Click> laid_;                          // of the event in hand
   std::vector<SphereWeights> laidEars_;              // of laid_, where there is a head
+  std::vector<Ring> dampings_;                       // of the lasting contact in hand
+  std::vector<double> dampingTaps_;                  // of these
   double peak_ = 0.0;                                // Pa, a bound for them
-  double ringPeak_ = 0.0;                            // Pa, for the rings
+  bool anyRings_ = false;
+  double ringPeak_ = 0.0;  // Pa, for the rings
 };
 
 }  // namespace carom

@@ -35,6 +35,9 @@ struct ResonatorSet {
 
 /// What one contact excites of a body's modes at one receiver, over one path. As Click, it is laid
 /// by the simulation's side and knows no bodies, listeners or rooms.
+///
+/// Without a pulse, it is a change of damping: from its time on, all resonators of the body have
+/// the taps as their a1 and a2.
 struct Ring {
   Click drive;  ///< the force's pulse and its time; no filters, no buses
   BodyId body = 0;
@@ -42,6 +45,8 @@ struct Ring {
   std::size_t count = 0;  ///< of its resonators: all, or the first so many, padded
   std::size_t taps = 0;   ///< where its b0 begin, and `count` behind it its b1
   double direct = 0.0;    ///< of the pulse itself: what keeps the modes' sum still at 0 Hz
+
+  bool isDamping() const { return drive.pulse == nullptr; }
 };
 
 }  // namespace carom

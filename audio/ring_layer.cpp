@@ -10,6 +10,7 @@
 #include "audio/hrtf.h"
 #include "audio/mode_transfer.h"
 #include "audio/pulse.h"
+#include "audio/resonator_kernels.h"
 
 namespace carom {
 namespace {
@@ -22,6 +23,36 @@ double enclosingRadius(const ModalModel& model) {
   for (const Vec3& vertex : model.surface.vertices)
     radius = std::max(radius, (vertex - model.centreOfMass).norm());
   return radius;
+}
+
+/// A touch that has changed by less is the one that was known.
+constexpr double kNewTouch = 1.25;  // of its stiffness
+constexpr double kMoved = 0.05;     // of the body's radius
+/// Of the frequency in rad/s: beyond, a perturbation says nothing.
+constexpr double kMostDamping = 0.5;
+
+/// Unit, of the triangle that the point is in.
+Vec3 normalAt(const SurfaceMesh& surface, const SurfacePoint& point) {
+  const Vec3& a = surface.vertices[point.vertices[0]];
+  const Vec3& b = surface.vertices[point.vertices[1]];
+  const Vec3& c = surface.vertices[point.vertices[2]];
+  return (b - a).cross(c - a).normalized();
+}
+
+/// 1/s, what a contact adds to the decay of each mode.
+std::vector<double> ratesOf(const RingLayer::Touch& touch, const RingLayer::Source& source,
+                            double loss) {
+  const ResonatorSet& set = *source.resonators;
+  const SurfacePoint point = source.locator.nearest(touch.point);
+  const Vec3 normal = normalAt(set.model->surface, point);
+  std::vector<double> rates(set.modes);
+  for (std::size_t mode = 0; mode < set.modes; ++mode) {
+    double along = 0.0;
+    for (std::size_t corner = 0; corner < point.vertices.size(); ++corner)
+      along += point.weights[corner] * set.model->shape(mode, point.vertices[corner]).dot(normal);
+    rates[mode] = loss * touch.stiffness * along * along / (2.0 * set.pole[mode].imag());
+  }
+  return rates;
 }
 
 /// Of an ear's aligned response, at w (rad per sample).
@@ -142,6 +173,54 @@ void RingLayer::layAmplitudes(const Click& drive) {
     b0[mode] = amplitude.real();
     b1[mode] = (amplitude * std::exp(pole / rate)).real() - set.a1[mode] * b0[mode];
     ring.direct -= (b0[mode] + b1[mode]) / (1.0 - set.a1[mode] - set.a2[mode]);
+  }
+  rings_.push_back(ring);
+}
+
+bool RingLayer::touch(const Touch& touch, const Source& source, std::int64_t first) {
+  rings_.clear();
+  taps_.clear();
+  const std::pair key(touch.body, touch.other);
+  const auto known = touching_.find(key);
+  if (!(touch.stiffness > 0.0)) {
+    if (known == touching_.end()) return false;
+    touching_.erase(known);
+  } else {
+    Touching& now = touching_[key];
+    const double ratio = touch.stiffness / now.stiffness;
+    const bool isNew = now.rates.empty() || !(ratio > 1.0 / kNewTouch && ratio < kNewTouch) ||
+                       (touch.point - now.point).norm() > kMoved * source.radius;
+    if (!isNew) return false;
+    now = {touch.stiffness, touch.point, ratesOf(touch, source, paths_->settings.contactLoss)};
+  }
+  layDamping(touch.body, *source.resonators, first);
+  return true;
+}
+
+void RingLayer::forgetTouches(BodyId body) {
+  std::erase_if(touching_, [body](const auto& entry) {
+    return entry.first.first == body || entry.first.second == body;
+  });
+}
+
+void RingLayer::layDamping(BodyId body, const ResonatorSet& set, std::int64_t first) {
+  Ring ring;
+  ring.drive.first = first;
+  ring.body = body;
+  ring.resonators = &set;
+  ring.count = set.padded;
+  taps_.assign(2 * set.padded, 0.0);
+  const double rate = paths_->settings.sampleRate;
+  for (std::size_t mode = 0; mode < set.modes; ++mode) {
+    double decay = -set.pole[mode].real();
+    for (auto at = touching_.lower_bound({body, 0}); at != touching_.end(); ++at) {
+      if (at->first.first != body) break;
+      if (mode < at->second.rates.size()) decay += at->second.rates[mode];
+    }
+    decay = std::min(decay, kMostDamping * set.pole[mode].imag());
+    const TwoPole two = TwoPole::of(set.pole[mode].imag(), decay, rate);
+    taps_[mode] = two.a1;
+    taps_[set.padded + mode] = two.a2;
   }
   rings_.push_back(ring);
 }

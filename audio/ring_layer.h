@@ -3,9 +3,11 @@
 #include <complex>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <span>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "audio/click.h"
@@ -38,6 +40,12 @@ struct RingWay {
 /// factor; so it is exact for what rings long, and blurs the first period. What moves after the
 /// contact is not heard in what it excited: neither Doppler shift nor a turn of the body.
 ///
+/// A lasting contact damps the modes of both bodies. It is taken for a spring between them, of
+/// Hertz's stiffness at its load, that loses energy by a loss factor eta: a dashpot of eta k / w at
+/// the contact, which adds eta k (phi . n)^2 / (2 w) to the decay rate of a mode (first order of
+/// perturbation; Rayleigh, Theory of Sound, section 102). Not modelled: that the spring raises
+/// frequencies, and that two bodies exchange their vibration.
+///
 /// [one thread]
 class RingLayer {
  public:
@@ -65,6 +73,18 @@ class RingLayer {
   /// The same into the reverberation: the mean over all directions, at 1 m.
   void laySend(const Click& drive);
 
+  /// What touches a body, and how.
+  struct Touch {
+    BodyId body = 0;
+    BodyId other = 0;
+    Vec3 point = Vec3::Zero();  ///< m, model frame
+    double stiffness = 0.0;     ///< N/m; 0: it does not any more
+  };
+  /// Lays the change of damping that follows, from `first` (sample of the clock) on: the only ring
+  /// then. False: there is none that counts.
+  bool touch(const Touch& touch, const Source& source, std::int64_t first);
+  void forgetTouches(BodyId body);
+
   /// Pa, a bound of the rings so far, for a contact of that pulse and duration (s).
   double peak(const Pulse& pulse, double duration);
   std::span<const Ring> rings() const { return rings_; }
@@ -72,11 +92,19 @@ class RingLayer {
 
  private:
   void layAmplitudes(const Click& drive);
+  void layDamping(BodyId body, const ResonatorSet& set, std::int64_t first);
 
   std::shared_ptr<const SoundPaths> paths_;
   std::vector<std::unique_ptr<ResonatorSet>> sets_;
   std::unordered_map<const ModalModel*, std::unique_ptr<Source>> sources_;
   std::unordered_map<const Pulse*, PulseSpectrum> spectra_;
+  /// What a contact adds to the decay rates of a body, by body and what touches it.
+  struct Touching {
+    double stiffness = 0.0;
+    Vec3 point = Vec3::Zero();
+    std::vector<double> rates;  // 1/s, one for each mode
+  };
+  std::map<std::pair<BodyId, BodyId>, Touching> touching_;
   std::vector<double> response_;  // of an ear
 
   // Of the event in hand.

@@ -60,10 +60,12 @@ void RingPlayer::makeRoom() {
   banks_.resize(capacity_->banks);
   for (std::size_t bank = banks_.size(); bank-- > 0;) {
     room(banks_[bank].y);
+    room(banks_[bank].damped);
     freeBanks_.push_back(static_cast<std::uint32_t>(bank));
   }
   order_.reserve(banks_.size());
   driven_.reserve(slots_.size());
+  dampings_.reserve(slots_.size());
   waiting_.reserve(slots_.size());
 }
 
@@ -71,7 +73,7 @@ void RingPlayer::add(std::span<const Ring> rings, std::span<const double> taps) 
   const auto first = std::ranges::min_element(rings, {}, [](const Ring& ring) {
                        return ring.drive.first;
                      })->drive.first;
-  if (first < position_) ++counters_.late;
+  if (first < position_ && !rings.front().isDamping()) ++counters_.late;
   const std::int64_t delay = capacity_ ? std::max<std::int64_t>(0, position_ - first) : 0;
   for (const Ring& ring : rings) {
     Ring later = ring;
@@ -85,13 +87,13 @@ void RingPlayer::addOne(Ring ring, std::span<const double> taps) {
     ++counters_.tooLong;
     return;
   }
-  const std::uint32_t bank = bankOf(ring);
-  const std::uint32_t slot = bank == kNone ? kNone : freeSlot();
+  const std::uint32_t bank = ring.isDamping() ? kNone : bankOf(ring);
+  const std::uint32_t slot = bank == kNone && !ring.isDamping() ? kNone : freeSlot();
   if (slot == kNone) {
     ++counters_.noBank;
     return;
   }
-  const std::size_t count = banks_[bank].count;
+  const std::size_t count = countOf(ring);
   Waiting& waiting = slots_[slot];
   waiting.ring = ring;
   waiting.bank = bank;
@@ -99,7 +101,7 @@ void RingPlayer::addOne(Ring ring, std::span<const double> taps) {
   std::ranges::copy(taps.first(count), waiting.taps.begin());
   std::ranges::copy(taps.subspan(ring.count, count),
                     waiting.taps.begin() + static_cast<std::ptrdiff_t>(count));
-  ++banks_[bank].pending;
+  if (bank != kNone) ++banks_[bank].pending;
   if (!capacity_) reserve(ring.drive, count);
   waiting_.push({ring.drive.first, ring.drive.track.start, slot}, position_);
 }
@@ -146,6 +148,10 @@ std::uint32_t RingPlayer::bankOf(const Ring& ring) {
   bank.count = countOf(ring);
   if (bank.y.size() < 2 * bank.count) bank.y.resize(2 * bank.count);
   std::ranges::fill(bank.y, 0.0);
+  bank.isDamped = false;
+  if (bank.damped.size() < 2 * bank.count) bank.damped.resize(2 * bank.count);
+  for (const std::uint32_t slot : dampings_)
+    dampBank(bank, slots_[slot]);
   order_.insert(place, index);
   return index;
 }
@@ -172,6 +178,7 @@ std::uint32_t RingPlayer::freeSlot() {
   slots_.emplace_back();
   freeSlots_.reserve(slots_.capacity());
   driven_.reserve(slots_.capacity());
+  dampings_.reserve(slots_.capacity());
   return static_cast<std::uint32_t>(slots_.size() - 1);
 }
 
@@ -182,12 +189,12 @@ bool RingPlayer::isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& 
   const auto contentOf = [this](std::uint32_t slot) {
     const Ring& ring = slots_[slot].ring;
     const ClickTrack& track = ring.drive.track;
-    return std::tuple(ring.body, ring.drive.channel, ring.drive.chain, track.length, track.bend,
-                      ring.direct);
+    return std::tuple(ring.isDamping(), ring.body, ring.drive.channel, ring.drive.chain,
+                      track.length, track.bend, ring.direct);
   };
   if (contentOf(a.slot) != contentOf(b.slot)) return contentOf(a.slot) < contentOf(b.slot);
   const auto tapsOf = [this](std::uint32_t slot) {
-    return std::span(slots_[slot].taps).first(2 * banks_[slots_[slot].bank].count);
+    return std::span(slots_[slot].taps).first(2 * countOf(slots_[slot].ring));
   };
   return std::ranges::lexicographical_compare(tapsOf(a.slot), tapsOf(b.slot));
 }
@@ -212,8 +219,45 @@ void RingPlayer::mix(const Mix& mix) noexcept {
 void RingPlayer::beginUntil(std::int64_t end) noexcept {
   const std::span<ClickQueue::Entry> due = waiting_.takeUntil(position_, end);
   std::ranges::sort(due, [this](const auto& a, const auto& b) { return isEarlier(a, b); });
-  for (const ClickQueue::Entry& entry : due)
-    drive(entry.slot);
+  for (const ClickQueue::Entry& entry : due) {
+    if (slots_[entry.slot].ring.isDamping())
+      joinLater(gridFrom(std::max(entry.first, position_)), entry.slot);
+    else
+      drive(entry.slot);
+  }
+}
+
+void RingPlayer::joinLater(std::int64_t joins, std::uint32_t slot) noexcept {
+  driven_.insert(std::ranges::upper_bound(driven_, joins, {}, &Driven::joins), {joins, slot});
+}
+
+/// From now on, in place of what was in force for the body.
+void RingPlayer::damp(std::uint32_t slot) noexcept {
+  const Waiting& waiting = slots_[slot];
+  const auto before = std::ranges::find_if(
+      dampings_, [&](std::uint32_t other) { return slots_[other].ring.body == waiting.ring.body; });
+  // Bodies that went without letting go would keep all slots in the end.
+  const bool isFull = capacity_ && dampings_.size() >= slots_.size() / 4;
+  const auto gone = before == dampings_.end() && isFull ? dampings_.begin() : before;
+  if (gone != dampings_.end()) {
+    freeSlots_.push_back(*gone);
+    dampings_.erase(gone);
+  }
+  for (const std::uint32_t index : order_)
+    dampBank(banks_[index], waiting);
+  const ResonatorSet& set = *waiting.ring.resonators;
+  const std::size_t count = countOf(waiting.ring);
+  if (std::equal(set.a2.begin(), set.a2.begin() + static_cast<std::ptrdiff_t>(count),
+                 waiting.taps.begin() + static_cast<std::ptrdiff_t>(count)))
+    freeSlots_.push_back(slot);  // as it rings by itself
+  else
+    dampings_.push_back(slot);
+}
+
+void RingPlayer::dampBank(Bank& bank, const Waiting& waiting) noexcept {
+  if (bank.body != waiting.ring.body || bank.resonators != waiting.ring.resonators) return;
+  std::copy_n(waiting.taps.begin(), 2 * bank.count, bank.damped.begin());
+  bank.isDamped = true;
 }
 
 /// Drives a ring's own resonators over its pulse, lays ahead what that sounds like, and keeps the
@@ -248,14 +292,17 @@ void RingPlayer::drive(std::uint32_t slot) noexcept {
     ahead[at + n - late] += out_[n] + ring.direct * (n < x.size() ? x[n] : 0.0);
   aheadEnd_ = std::max(aheadEnd_, at + length - late);
   std::copy_n(y_.begin(), 2 * count, waiting.taps.begin());
-  const auto place = std::ranges::upper_bound(driven_, joins, {}, &Driven::joins);
-  driven_.insert(place, {joins, slot});
+  joinLater(joins, slot);
 }
 
 void RingPlayer::joinAt(std::int64_t position) noexcept {
   std::size_t joined = 0;
   for (; joined < driven_.size() && driven_[joined].joins <= position; ++joined) {
     const Waiting& waiting = slots_[driven_[joined].slot];
+    if (waiting.ring.isDamping()) {
+      damp(driven_[joined].slot);
+      continue;
+    }
     Bank& bank = banks_[waiting.bank];
     for (std::size_t i = 0; i < 2 * bank.count; ++i)
       bank.y[i] += waiting.taps[i];
@@ -295,8 +342,9 @@ bool RingPlayer::isZero(const Bank& bank, std::size_t first) const noexcept {
 }
 
 Resonators RingPlayer::resonatorsOf(Bank& bank) const noexcept {
-  const ResonatorSet& set = *bank.resonators;
-  return {set.a1.data(), set.a2.data(), bank.y.data(), bank.y.data() + bank.count, bank.active};
+  const double* a1 = bank.isDamped ? bank.damped.data() : bank.resonators->a1.data();
+  const double* a2 = bank.isDamped ? bank.damped.data() + bank.count : bank.resonators->a2.data();
+  return {a1, a2, bank.y.data(), bank.y.data() + bank.count, bank.active};
 }
 
 void RingPlayer::ringFreely(const Mix& mix, std::size_t from, std::size_t frames) noexcept {
@@ -337,6 +385,7 @@ void RingPlayer::seek(std::int64_t position) {
   slots_.clear();
   freeSlots_.clear();
   driven_.clear();
+  dampings_.clear();
   banks_.clear();
   freeBanks_.clear();
   order_.clear();

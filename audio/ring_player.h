@@ -80,11 +80,13 @@ class RingPlayer {
     std::size_t active = 0;     // of `count`: those behind are silent, and the highest go first
     std::uint32_t pending = 0;  // rings that wait for it or are driven
     std::vector<double> y;      // y1, and y2 `count` behind them
+    bool isDamped = false;
+    std::vector<double> damped;  // a1 and a2 then, in the same way
   };
   /// A ring that waits, or is driven; in a slot.
   struct Waiting {
     Ring ring;
-    std::uint32_t bank = 0;
+    std::uint32_t bank = 0;    // kNone of a damping
     std::vector<double> taps;  // b0 and b1; once driven y1 and y2
   };
   /// A ring whose resonators go into their bank at `joins`.
@@ -104,9 +106,12 @@ class RingPlayer {
   bool isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b) const;
   void beginUntil(std::int64_t end) noexcept;
   void drive(std::uint32_t slot) noexcept;
+  void joinLater(std::int64_t joins, std::uint32_t slot) noexcept;
   void joinAt(std::int64_t position) noexcept;
   void retire() noexcept;
   void giveBack(std::uint32_t slot) noexcept;
+  void damp(std::uint32_t slot) noexcept;
+  void dampBank(Bank& bank, const Waiting& waiting) noexcept;
   bool isZero(const Bank& bank, std::size_t first) const noexcept;
   Resonators resonatorsOf(Bank& bank) const noexcept;
   void ringFreely(const Mix& mix, std::size_t from, std::size_t frames) noexcept;
@@ -123,7 +128,8 @@ class RingPlayer {
   std::vector<Waiting> slots_;
   std::vector<std::uint32_t> freeSlots_;
   ClickQueue waiting_;
-  std::vector<Driven> driven_;  // by the time they join
+  std::vector<Driven> driven_;           // by the time they join
+  std::vector<std::uint32_t> dampings_;  // slots of those in force, one for each body
   std::vector<Bank> banks_;
   std::vector<std::uint32_t> freeBanks_;
   std::vector<std::uint32_t> order_;  // of banks in use, by body and channel: how they are summed

@@ -70,6 +70,9 @@ Status Synth::placeListener(std::size_t listener, const ListenerPose& pose) {
 void Synth::schedule(const ImpulseEvent& event) {
   impl_->schedule(event);
 }
+void Synth::touch(const ContactState& contact) {
+  impl_->player_.add(impl_->layer_.touch(contact));
+}
 Status Synth::seek(double seconds) {
   return impl_->seek(seconds);
 }

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "audio/contact_state.h"
 #include "audio/impulse_event.h"
 #include "audio/listener.h"
 #include "audio/pose_track.h"
@@ -72,6 +73,11 @@ class Synth {
   /// To be heard whole, the event is handed over at least `leadTime` before the clock of `render`
   /// reaches it (less the delay to the nearest listener).
   void schedule(const ImpulseEvent& event);
+
+  /// A lasting contact, over one step of the mechanics: it damps what rings in the bodies that it
+  /// holds together (RingLayer), until it ends. One after the other as time goes by; what comes
+  /// late counts from the next sample on. May allocate.
+  void touch(const ContactState& contact);
 
   /// Adds nothing to what is there: overwrites `frames` samples of each channel, in pascals, and
   /// advances the clock by frames / sampleRate. The channels are those of the first listener, then

@@ -56,6 +56,9 @@ struct SynthSettings {
   Sampling sampling = Sampling::bandLimited;
   Radiation radiation = Radiation::exact;
   ModalRadiation modalRadiation = ModalRadiation::directional;
+  /// 1, loss factor of what two bodies in lasting contact press together: how much of a mode's
+  /// energy at the contact goes into it (RingLayer). 0: touching damps nothing.
+  double contactLoss = 0.1;
   bool doppler = true;  ///< the way through the air may change while a contact lasts
 
   Room room = {};                        ///< no reflectors: open air, which costs nothing

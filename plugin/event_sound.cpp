@@ -115,6 +115,7 @@ class EventSound::Impl {
   void removeBody(BodyId id);
   Status setListener(std::size_t listener, const ListenerPose& pose);
   void post(const ImpulseEvent& event);
+  void touch(const ContactState& contact);
   void advanceTo(double seconds);
   double time() const { return time_; }
   void pause() {
@@ -237,6 +238,11 @@ void EventSound::Impl::post(const ImpulseEvent& event) {
   moveListeners();
   if (recorder_) recorder_->synth().schedule(event);
   if (engine_) engine_->post(event);
+}
+
+void EventSound::Impl::touch(const ContactState& contact) {
+  if (recorder_) recorder_->synth().touch(contact);
+  if (engine_) engine_->touch(contact);
 }
 
 void EventSound::Impl::advanceTo(double seconds) {
@@ -386,6 +392,9 @@ Status EventSound::setListener(const Vec3& position, const Quat& orientation,
 }
 void EventSound::post(const ImpulseEvent& event) {
   impl_->post(event);
+}
+void EventSound::touch(const ContactState& contact) {
+  impl_->touch(contact);
 }
 void EventSound::advanceTo(double seconds) {
   impl_->advanceTo(seconds);

@@ -146,6 +146,8 @@ void Sound::Impl::takeOver() {
     if (!isRead(event.body) || !isRead(event.other)) readNew();
     events_.post(event);
   }
+  for (const ContactState& contact : bridge_->contacts())
+    events_.touch(contact);
   bridge_->clear();
   events_.advanceTo(bridge_->time());
   forgetRemoved();

@@ -100,6 +100,10 @@ void SoundEngine::post(const ImpulseEvent& event) {
   posted_.push_back(event);
 }
 
+void SoundEngine::touch(const ContactState& contact) {
+  if (layer_.anyRings()) touched_.push_back(contact);
+}
+
 void SoundEngine::advanceTo(double seconds) {
   const TimelineStep step = timeline_.advance(seconds, rendered());
   counters_.stalls += step == TimelineStep::stalled ? 1 : 0;
@@ -107,11 +111,17 @@ void SoundEngine::advanceTo(double seconds) {
   if (step == TimelineStep::skipped) {
     counters_.skipped += posted_.size();
   } else {
+    for (const ContactState& contact : touched_) {
+      const LaidSound changes = layer_.touch(contact, timeline_.shiftAt(contact.time));
+      for (const Ring& ring : changes.rings)
+        sendRings({.rings = std::span(&ring, 1), .taps = changes.taps});
+    }
     for (const ImpulseEvent& event : posted_)
       lay(event);
     send();
   }
   posted_.clear();
+  touched_.clear();
 }
 
 void SoundEngine::lay(const ImpulseEvent& event) {

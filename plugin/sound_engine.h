@@ -43,6 +43,7 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   ClickLayer& layer() { return layer_; }
   SoundTimeline& timeline() { return timeline_; }
   void post(const ImpulseEvent& event);
+  void touch(const ContactState& contact);
   void advanceTo(double seconds);
   SoundStatistics statistics() const;  ///< of this engine
   const SoundSettings& settings() const { return settings_; }
@@ -100,7 +101,8 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   // The simulation's.
   ClickLayer layer_;
   SoundTimeline timeline_;
-  std::vector<ImpulseEvent> posted_;  // in the step in hand
+  std::vector<ImpulseEvent> posted_;   // in the step in hand
+  std::vector<ContactState> touched_;  // likewise
   std::vector<Laid> laid_;
   std::vector<Click> laidClicks_;
   std::vector<SphereWeights> laidEars_;

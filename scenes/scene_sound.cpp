@@ -211,6 +211,8 @@ void SceneSound::runAhead(double time) {
   while (stepper_->settledTime() < target) {
     const auto events = stepper_->advanceTo(target);
     known_.insert(known_.end(), events.begin(), events.end());
+    for (const ContactState& contact : stepper_->contacts())
+      synth_.touch(contact);
   }
   std::stable_sort(known_.begin(), known_.end(), earlier);
   const double settledTime = stepper_->settledTime();

@@ -107,11 +107,26 @@ class BulletSceneStepper : public SceneStepper {
     bridge_.clear();
     while (bridge_.settledTime() < time)  // blocks: a substep behind the clock
       scene_->world().stepSimulation(static_cast<btScalar>(step_), 0);
-    return scene_->hasTurnedFrames() ? inFramesOfTheScene(bridge_.events()) : bridge_.events();
+    contacts_.assign(bridge_.contacts().begin(), bridge_.contacts().end());
+    if (!scene_->hasTurnedFrames()) return bridge_.events();
+    for (ContactState& contact : contacts_)
+      turn(contact);
+    return inFramesOfTheScene(bridge_.events());
   }
+  std::span<const ContactState> contacts() const override { return contacts_; }
   double settledTime() const override { return bridge_.settledTime(); }
 
  private:
+  // A body's own frame to the scene's: what its orientation is turned by, backwards.
+  void turn(ContactState& contact) const {
+    const Quat axes = scene_->orientation(contact.body, Quat::Identity()).conjugate();
+    const Quat otherAxes = scene_->orientation(contact.other, Quat::Identity()).conjugate();
+    for (Vec3* point : {&contact.pathStart, &contact.pathEnd})
+      *point = axes * *point;
+    for (Vec3* point : {&contact.otherPathStart, &contact.otherPathEnd})
+      *point = otherAxes * *point;
+  }
+
   std::span<const ImpulseEvent> inFramesOfTheScene(std::span<const ImpulseEvent> events) {
     events_.assign(events.begin(), events.end());
     for (ImpulseEvent& event : events_)
@@ -121,7 +136,8 @@ class BulletSceneStepper : public SceneStepper {
 
   std::unique_ptr<BulletScene> scene_;  // before the bridge: it must outlive it
   BulletBridge bridge_;
-  std::vector<ImpulseEvent> events_;  // of the last call, where they are not the bridge's own
+  std::vector<ContactState> contacts_;  // of the last call
+  std::vector<ImpulseEvent> events_;    // of the last call, where they are not the bridge's own
   double step_;
 };
 

@@ -21,6 +21,10 @@ class SceneStepper {
   /// until the next call. They are in order of time within one substep, not always across two.
   virtual std::span<const ImpulseEvent> advanceTo(double time) = 0;
 
+  /// Lasting contacts over the steps of the last advanceTo: of Bullet; the native stepper tells of
+  /// none.
+  virtual std::span<const ContactState> contacts() const { return {}; }
+
   /// s: every event before this time has been returned.
   virtual double settledTime() const = 0;
 

@@ -7,6 +7,7 @@
 
 #include "carom/sound_settings.h"
 
+#include "audio/contact_state.h"
 #include "audio/impulse_event.h"
 #include "audio/pose_track.h"
 #include "audio/result.h"
@@ -56,6 +57,9 @@ class EventSound {
 
   /// Hands over one body's share of a collision; its time is that of the simulation's clock.
   void post(const ImpulseEvent& event);
+  /// Hands over a lasting contact, over one step: it damps what rings in the bodies that it holds
+  /// together (see Synth::touch).
+  void touch(const ContactState& contact);
   /// The simulation has come to `seconds`, at most 1e9, or nothing happens; what was posted is on
   /// its way. The clock begins at 0: one that begins elsewhere is told so before the first `post`.
   /// One that goes back begins anew there, and is counted as a jump.

@@ -198,5 +198,83 @@ TEST(SynthRing, RenderingAllocatesNothing) {
   EXPECT_EQ(scope.allocations(), 0u);
 }
 
+/// The ball rests on the box from `begin` to `end`, with a load.
+void rest(Synth& synth, double begin, double end, double load) {
+  ContactState contact;
+  contact.body = kBall;
+  contact.other = kFloor;
+  contact.normal = Vec3::UnitZ();
+  contact.normalLoad = load;
+  contact.otherPathStart = contact.otherPathEnd = Vec3(0.0, 0.0, 0.01);
+  contact.duration = 1e-3;
+  for (double time = begin; time < end; time += contact.duration) {
+    contact.time = time;
+    contact.phase = time == begin ? ContactPhase::begin : ContactPhase::during;
+    synth.touch(contact);
+  }
+  contact.time = end;
+  contact.phase = ContactPhase::end;
+  contact.normalLoad = 0.0;
+  synth.touch(contact);
+}
+
+/// 1/s, between two times, by the energy in 10 ms after each.
+double decayBetween(const std::vector<double>& samples, double from, double to) {
+  const auto at = [](double time) { return static_cast<std::size_t>(time * kRate); };
+  return std::log(rootMeanSquare(samples, at(from), at(from + 0.01)) /
+                  rootMeanSquare(samples, at(to), at(to + 0.01))) /
+         (to - from);
+}
+
+// A dashpot c at the contact takes the power c v^2; with v = 5 q' (the shape is 5 along z) and
+// c = eta k / w, the energy q'^2 / 2 + ... of the mode decays by 25 c, its amplitude by half that.
+TEST(SynthRing, DecaysFasterWhileItIsTouched) {
+  const double frequency = 1000.0;
+  const double own = 3.0;
+  SynthSettings settings;
+  settings.contactLoss = 0.05;
+  Synth synth = floorRings(dropOnBox(0.01), {{frequency, own, 1.0}}, settings);
+  synth.schedule(floorShare(dropOnBox(0.01)));
+  const double load = 1e-4;
+  rest(synth, 0.2, 0.4, load);
+  const std::vector<double> heard = renderMono(synth, 36000);
+
+  // By the definition of stiffness, on the spheres' own law F(d) of the edges, 1 mm each.
+  const Material& steel = *findMaterial("steel");
+  const double effective =
+      steel.youngsModulus / (2.0 * (1.0 - steel.poissonsRatio * steel.poissonsRatio));
+  const double depth = std::pow(load / (4.0 / 3.0 * std::sqrt(0.5e-3) * effective), 2.0 / 3.0);
+  const double stiffness = 1.5 * load / depth;
+  const double dashpot = settings.contactLoss * stiffness / (2.0 * std::numbers::pi * frequency);
+  const double added = 25.0 * dashpot / 2.0;
+  ASSERT_GT(added, 5.0);
+  ASSERT_LT(added, 100.0);
+  EXPECT_NEAR(decayBetween(heard, 0.05, 0.18), own, 0.05);
+  EXPECT_NEAR(decayBetween(heard, 0.22, 0.37), own + added, 0.02 * (own + added));
+  EXPECT_NEAR(decayBetween(heard, 0.43, 0.7), own, 0.05);
+}
+
+TEST(SynthRing, ATouchThatDampsNothingChangesNoBits) {
+  const auto render = [](bool touched) {
+    SynthSettings settings;
+    settings.contactLoss = 0.0;
+    Synth synth = floorRings(dropOnBox(0.01), {{500.0, 5.0, 1.0}}, settings);
+    synth.schedule(floorShare(dropOnBox(0.01)));
+    if (touched) rest(synth, 0.02, 0.05, 10.0);
+    return renderMono(synth, 9600);
+  };
+  EXPECT_EQ(render(true), render(false));
+}
+
+// Whoever is struck while something lies on it is damped from the start.
+TEST(SynthRing, WhatIsStruckWhileItIsTouchedIsDampedToo) {
+  SynthSettings settings;
+  settings.contactLoss = 0.05;
+  Synth synth = floorRings(dropOnBox(0.1), {{1000.0, 3.0, 1.0}}, settings);
+  rest(synth, 0.02, 10.0, 1e-4);
+  synth.schedule(floorShare(dropOnBox(0.1)));
+  EXPECT_GT(decayBetween(renderMono(synth, 24000), 0.12, 0.3), 8.0);
+}
+
 }  // namespace
 }  // namespace carom::test
