@@ -31,7 +31,7 @@ and more degrees of freedom, against theory (tests/support/vibration_references.
   plate   0.3 x 0.3 x 0.002 m, nu = 0.3: Kirchhoff's plate, converged (Leissa's table is 0.1 to 1 %
           above it). Theory itself is 0.4 % above a plate that is not infinitely thin
   sphere  radius 0.1 m, nu = 0.25: Lamb. A sphere for the analysis is a mesh of 8192 triangles
-  brick   0.1 x 0.08 x 0.06 m, nu = 0.3: three-dimensional elasticity by Ritz's method
+  brick   0.2 x 0.16 x 0.12 m, nu = 0.3: three-dimensional elasticity by Ritz's method
 
   dof     degrees of freedom: three for each node
   cell    mm, its edges
@@ -94,7 +94,7 @@ Body sphere() {
 
 Body brick() {
   const Material material = aluminium(0.3);
-  const Vec3 edges(0.1, 0.08, 0.06);
+  const Vec3 edges(0.2, 0.16, 0.12);
   Body body{"brick", boxMesh(0.5 * edges), material, {{}}};
   for (const test::BoxMode& mode : test::boxModes(material, edges, {10, 10, 10}, kModes))
     body.theory[0].push_back(mode.frequency);

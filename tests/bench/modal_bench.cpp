@@ -1,17 +1,21 @@
-// What modal sound costs: the bank of resonators.
+// What modal sound costs: the bank of resonators; the analysis of a solid, once for each body.
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <ctime>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 
 #include "audio/resonator_kernels.h"
+#include "tests/bench/analysis_cost.h"
 #include "tests/bench/figures.h"
 #include "tests/bench/fma_peak.h"
 
@@ -254,6 +258,49 @@ void addRinging(Figures& figures) {
                .scale = 1e-9});
 }
 
+/// Does it once, however often the figures are repeated.
+class OnceMeasured {
+ public:
+  explicit OnceMeasured(std::function<WorkCost()> work) : work_(std::move(work)) {}
+
+  void report(benchmark::State& state, double WorkCost::*what) {
+    if (!cost_) cost_ = work_();
+    for ([[maybe_unused]] const auto iteration : state) {
+    }
+    if (std::isfinite(cost_->seconds))
+      reportValue(state, (*cost_).*what);
+    else
+      state.SkipWithError("the analysis failed");
+  }
+
+ private:
+  std::function<WorkCost()> work_;
+  std::optional<WorkCost> cost_;
+};
+
+void addAnalysis(Figures& figures, const std::string& name, std::function<WorkCost()> work,
+                 double mostSeconds) {
+  const auto measured = std::make_shared<OnceMeasured>(std::move(work));
+  figures.add({.name = name,
+               .unit = "s",
+               .subject = [=](benchmark::State& s) { measured->report(s, &WorkCost::seconds); },
+               .bar = Bar{Bar::Of::value, mostSeconds},
+               .sense = Sense::lowerIsBetter});
+  figures.add({.name = name + ", memory of the process",
+               .unit = "MB",
+               .subject = [=](benchmark::State& s) { measured->report(s, &WorkCost::megabytes); },
+               .sense = Sense::lowerIsBetter});
+}
+
+void addAnalyses(Figures& figures) {
+  addAnalysis(
+      figures, "60 modes of a cube, 20,000 dof", [] { return cubeAnalysis(20000); }, 8.0);
+  addAnalysis(
+      figures, "60 modes of a cube, 60,000 dof", [] { return cubeAnalysis(60000); }, 40.0);
+  addAnalysis(
+      figures, "radiation of these 60 modes", [] { return cubeRadiation(); }, 60.0);
+}
+
 }  // namespace
 }  // namespace carom::bench
 
@@ -262,5 +309,6 @@ int main(int argc, char** argv) {
   Figures figures;
   addKernels(figures);
   addRinging(figures);
+  addAnalyses(figures);
   return figures.run(argc, argv);
 }

@@ -1,0 +1,84 @@
+#include "tests/bench/analysis_cost.h"
+
+#include <cstdio>
+#include <ctime>
+#include <fstream>
+#include <limits>
+#include <string>
+
+#include <malloc.h>
+
+#include "modal/mesh_detail.h"
+#include "modal/mode_radiation.h"
+#include "modal/solid_model.h"
+#include "tests/audio/meshes.h"
+
+namespace carom::bench {
+namespace {
+
+constexpr Eigen::Index kModes = 60;
+
+double cpuSeconds() {
+  std::timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+// Linux's way to forget how large the process has been; proc(5).
+void forgetPeak() {
+  malloc_trim(0);
+  std::ofstream("/proc/self/clear_refs") << 5;
+}
+
+double peakMegabytes() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024.0;
+  return 0.0;
+}
+
+// `work` says whether it succeeded.
+template <class Work>
+WorkCost costOf(Work work) {
+  forgetPeak();
+  const double start = cpuSeconds();
+  if (!work()) return {std::numeric_limits<double>::infinity(), 0.0};
+  return {cpuSeconds() - start, peakMegabytes()};
+}
+
+// So soft that 60 of its modes are below 20 kHz.
+Material plastic() {
+  Material material;
+  material.name = "plastic";
+  material.density = 1200.0;
+  material.youngsModulus = 2.5e9;
+  material.poissonsRatio = 0.35;
+  return material;
+}
+
+Result<SolidAnalysis> analysedCube(std::size_t degreesOfFreedom) {
+  const Result<SurfaceMesh> surface = subdividedTo(boxMesh({0.05, 0.05, 0.05}), 1000);
+  if (!surface) return surface.error();
+  SolidSettings settings;
+  settings.grid.degreesOfFreedom = degreesOfFreedom;
+  settings.maxModes = kModes;
+  return analyseSolid(*surface, plastic(), settings);
+}
+
+bool isWhole(const Result<SolidAnalysis>& analysis) {
+  return analysis && analysis->counted && analysis->model.modes.size() == std::size_t{kModes};
+}
+
+}  // namespace
+
+WorkCost cubeAnalysis(std::size_t degreesOfFreedom) {
+  return costOf([=] { return isWhole(analysedCube(degreesOfFreedom)); });
+}
+
+WorkCost cubeRadiation() {
+  Result<SolidAnalysis> analysis = analysedCube(5000);
+  if (!isWhole(analysis)) return {std::numeric_limits<double>::infinity(), 0.0};
+  return costOf([&] { return static_cast<bool>(computeRadiation((*analysis).model)); });
+}
+
+}  // namespace carom::bench
