@@ -21,10 +21,10 @@ BAR = 1.0  # %
 
 # Okabe and Ito's palette, which the colour-blind tell apart; where the numbers stand.
 BODIES = {
-    "beam": ("beam, Timoshenko", "#0072B2", "o", (-5, -12), "right"),
-    "plate": ("plate, Leissa", "#D55E00", "s", (6, 5), "left"),
-    "sphere": ("sphere, Lamb", "#009E73", "^", (6, 5), "left"),
-    "brick": ("brick, elasticity by Ritz's method", "#000000", "D", (-5, -12), "right"),
+    "beam": ("beam, Timoshenko", "#0072B2", "o", (-6, -10), "right"),
+    "plate": ("plate, Leissa", "#D55E00", "s", (-6, -10), "right"),
+    "sphere": ("sphere, Lamb", "#009E73", "^", (3, -13), "left"),
+    "brick": ("brick, elasticity by Ritz's method", "#000000", "D", (6, 4), "left"),
 }
 
 
@@ -51,6 +51,7 @@ def draw(rows):
     figure, axes = plt.subplots(figsize=(7.6, 5.0))
     axes.set_xscale("log")
     axes.set_yscale("log")
+    axes.margins(x=0.08)
     axes.axhline(BAR, color="0.35", linewidth=1.6, zorder=1)
     for body in BODIES:
         draw_body(axes, rows, body)

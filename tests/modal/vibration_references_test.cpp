@@ -91,8 +91,8 @@ TEST(VibrationReferences, ALongBarTwistsInHalfWaves) {
 }
 
 // omega side^2 sqrt(rho h / D) at nu = 0.3: Leissa, J. Sound Vib. 31 (1973) 257, table C21, with 36
-// terms, so 0.8 % from above; and NAFEMS benchmark FV12 (side 10, h 0.05, E 200e9, rho 8000, in Hz)
-// as FinEtools' example FV12_vibration quotes it.
+// terms, so up to 1 % from above; and NAFEMS benchmark FV12 (side 10, h 0.05, E 200e9, rho 8000, in
+// Hz) as FinEtools' example FV12_vibration quotes it.
 TEST(VibrationReferences, APlateRingsAsTabulated) {
   Material steel = metal(0.3);
   steel.youngsModulus = 200e9;
