@@ -21,7 +21,7 @@ namespace {
 
 constexpr char kHelp[] =
     R"(usage: bench_modal_accuracy [--csv FILE] [--modes]
-       ./bench modal_accuracy [-- --csv FILE] [--modes]
+       ./bench modal_accuracy [-- [--csv FILE] [--modes]]
 
 The first 10 elastic modes of free aluminium bodies, as analyseSolid finds them, for grids of more
 and more degrees of freedom, against theory (tests/support/vibration_references.h):
@@ -29,7 +29,7 @@ and more degrees of freedom, against theory (tests/support/vibration_references.
   beam    0.4 x 0.03 x 0.01 m, nu = 0.33: Timoshenko's bending in both planes, Saint-Venant's torsion
           with warping, Love's rod; a mode is compared with the one of its kind, by its symmetry
   plate   0.3 x 0.3 x 0.002 m, nu = 0.3: Kirchhoff's plate, converged (Leissa's table is 0.2 to 1 %
-          above it). Theory itself is up to 0.3 % or more above three-dimensional elasticity
+          above it). Theory itself is 0.3 % or so above three-dimensional elasticity
   sphere  radius 0.1 m, nu = 0.25: Lamb. A sphere for the analysis is a mesh of 8192 triangles
   brick   0.2 x 0.16 x 0.12 m, nu = 0.3: three-dimensional elasticity by Ritz's method
 
