@@ -79,7 +79,22 @@ Result<SurfaceMesh> surfaceOf(const carom_body& given) {
   return given.shape == CAROM_SHAPE_BOX ? boxMesh(given.half_extents) : meshOf(given);
 }
 
-/// kg m^2, about the centre, of even density.
+/// m^5: the integral of x x^T over the solid, as a sum over the tetrahedra between the origin and
+/// each triangle (Tonon 2004, "Explicit exact formulas for the 3-D tetrahedron inertia tensor").
+Matrix3d secondMoment(const SurfaceMesh& solid) {
+  Matrix3d sum = Matrix3d::Zero();
+  for (const auto& triangle : solid.triangles) {
+    Matrix3d corners;
+    for (int corner = 0; corner < 3; ++corner)
+      corners.col(corner) = solid.vertices[triangle[static_cast<std::size_t>(corner)]];
+    const Vec3 total = corners.rowwise().sum();
+    sum +=
+        corners.determinant() / 120.0 * (corners * corners.transpose() + total * total.transpose());
+  }
+  return sum;
+}
+
+/// kg m^2, about the origin, of even density.
 Result<Matrix3d> evenInertia(const SurfaceMesh& solid, double mass) {
   const double volume = signedVolume(solid);
   const double distance = volumeCentroid(solid).norm();
