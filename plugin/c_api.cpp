@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <unordered_map>
 #include <utility>
 #include <variant>
 
@@ -19,6 +20,7 @@
 #include "carom/sound.h"
 #include <LinearMath/btScalar.h>
 
+#include "audio/modal_model_file.h"
 #include "plugin/c_body.h"
 #include "plugin/c_structs.h"
 
@@ -26,6 +28,7 @@ using carom::CBodyReader;
 using carom::Error;
 using carom::EventSound;
 using carom::Material;
+using carom::ModalModel;
 using carom::Result;
 using carom::Sound;
 using carom::Status;
@@ -42,7 +45,12 @@ struct carom_sound {
       : sound(std::move(made)), reader(radiators) {}
 
   std::variant<EventSound, Sound> sound;
-  CBodyReader reader;  // of bodies of posted events
+  CBodyReader reader;                                     // of bodies of posted events
+  std::unordered_map<uint32_t, carom::SoundBody> bodies;  // likewise, as they were set last
+};
+
+struct carom_modes {
+  std::shared_ptr<const ModalModel> model;
 };
 
 namespace {
@@ -152,8 +160,26 @@ carom_status setMaterial(carom_sound* handle, Subject subject, Source source) no
   });
 }
 
+std::shared_ptr<const ModalModel> modelOf(const carom_modes* modes) {
+  return modes == nullptr ? nullptr : modes->model;
+}
+
+Status setModes(Sound& sound, int userIndex, const carom_modes* modes) {
+  return sound.setModesOfUserIndex(userIndex, modelOf(modes));
+}
+
+template <class Object>
+Status setModes(Sound& sound, const Object* object, const carom_modes* modes) {
+  if (object == nullptr) return Error{"the object or shape that is to ring is NULL"};
+  return sound.setModes(*object, modelOf(modes));
+}
+
 Status done() {
   return std::monostate{};
+}
+
+std::filesystem::path pathOf(const char* utf8) {
+  return {reinterpret_cast<const char8_t*>(utf8)};
 }
 
 /// Lets go of what a sound holds on to.
@@ -187,7 +213,7 @@ const char* carom_status_text(carom_status status) noexcept {
     case CAROM_ERROR_KIND:
       return "not for this kind of sound";
     case CAROM_ERROR_FILE:
-      return "no recording";
+      return "no such file";
     case CAROM_ERROR_DEVICE:
       return "no audio device";
     case CAROM_ERROR_MEMORY:
@@ -250,6 +276,43 @@ carom_status carom_find_material(const char* name, carom_material* material) noe
   });
 }
 
+carom_status carom_load_modes(const char* path, carom_modes** modes) noexcept {
+  if (modes == nullptr) return isNull("the carom_modes** is NULL");
+  *modes = nullptr;
+  if (path == nullptr) return isNull("the path of the modes is NULL");
+  return guarded([&] {
+    Result<ModalModel> model = carom::readModalModel(pathOf(path));
+    if (!model) return failed(CAROM_ERROR_FILE, model.error().message);
+    auto read = std::make_unique<carom_modes>();
+    read->model = std::make_shared<const ModalModel>(*std::move(model));
+    *modes = read.release();
+    return static_cast<carom_status>(CAROM_OK);
+  });
+}
+
+void carom_free_modes(carom_modes* modes) noexcept {
+  const std::unique_ptr<carom_modes> owner(modes);
+}
+
+size_t carom_mode_count(const carom_modes* modes) noexcept {
+  return modes == nullptr ? 0 : modes->model->modes.size();
+}
+
+carom_status carom_mode_at(const carom_modes* modes, size_t index, double* frequency,
+                           double* decay_rate) noexcept {
+  if (modes == nullptr) return isNull("the carom_modes is NULL");
+  return guarded([&] {
+    if (index >= carom_mode_count(modes))
+      return failed(CAROM_ERROR_ARGUMENT, "there is no mode " + std::to_string(index) +
+                                              "; there are " +
+                                              std::to_string(carom_mode_count(modes)));
+    const carom::Mode& mode = modes->model->modes[index];
+    if (frequency != nullptr) *frequency = mode.frequency;
+    if (decay_rate != nullptr) *decay_rate = mode.decayRate;
+    return static_cast<carom_status>(CAROM_OK);
+  });
+}
+
 carom_status carom_create(const carom_settings* settings, carom_sound** sound) noexcept {
   return create(settings, sound,
                 [](const carom::SoundSettings& wanted) { return EventSound::create(wanted); });
@@ -271,15 +334,35 @@ carom_status carom_destroy(carom_sound* sound) noexcept {
 
 carom_status carom_set_body(carom_sound* sound, uint32_t id, const carom_body* body) noexcept {
   return onKind<EventSound>(sound, [&](EventSound& events) -> Status {
-    const Result<carom::SoundBody> read = sound->reader.read(body);
+    Result<carom::SoundBody> read = sound->reader.read(body);
     if (!read) return read.error();
-    return events.setBody(id, *read);
+    const auto known = sound->bodies.find(id);
+    if (known != sound->bodies.end()) read->modal = known->second.modal;
+    if (Status set = events.setBody(id, *read); !set) return set;
+    sound->bodies.insert_or_assign(id, *std::move(read));
+    return done();
+  });
+}
+
+carom_status carom_set_body_modes(carom_sound* sound, uint32_t id,
+                                  const carom_modes* modes) noexcept {
+  return onKind<EventSound>(sound, [&](EventSound& events) -> Status {
+    const auto known = sound->bodies.find(id);
+    if (known == sound->bodies.end())
+      return Error{"there is no body " + std::to_string(id) +
+                   " to ring; carom_set_body comes first"};
+    carom::SoundBody ringing = known->second;
+    ringing.modal = modelOf(modes);
+    if (Status set = events.setBody(id, ringing); !set) return set;
+    known->second = std::move(ringing);
+    return done();
   });
 }
 
 carom_status carom_remove_body(carom_sound* sound, uint32_t id) noexcept {
   return onKind<EventSound>(sound, [&](EventSound& events) {
     events.removeBody(id);
+    sound->bodies.erase(id);
     return done();
   });
 }
@@ -330,6 +413,21 @@ carom_status carom_set_shape_own_material(carom_sound* sound, const btCollisionS
 carom_status carom_set_user_index_own_material(carom_sound* sound, int user_index,
                                                const carom_material* material) noexcept {
   return setMaterial(sound, user_index, material);
+}
+
+carom_status carom_set_object_modes(carom_sound* sound, const btCollisionObject* object,
+                                    const carom_modes* modes) noexcept {
+  return onKind<Sound>(sound, [&](Sound& world) { return setModes(world, object, modes); });
+}
+
+carom_status carom_set_shape_modes(carom_sound* sound, const btCollisionShape* shape,
+                                   const carom_modes* modes) noexcept {
+  return onKind<Sound>(sound, [&](Sound& world) { return setModes(world, shape, modes); });
+}
+
+carom_status carom_set_user_index_modes(carom_sound* sound, int user_index,
+                                        const carom_modes* modes) noexcept {
+  return onKind<Sound>(sound, [&](Sound& world) { return setModes(world, user_index, modes); });
 }
 
 carom_status carom_prepare_bodies(carom_sound* sound) noexcept {
@@ -383,9 +481,7 @@ carom_status carom_stop(carom_sound* sound) noexcept {
 
 carom_status carom_record(carom_sound* sound, const char* path) noexcept {
   if (path == nullptr) return isNull("the path of the recording is NULL");
-  return onAny(sound, CAROM_ERROR_FILE, [&](auto& kind) {
-    return kind.record(std::filesystem::path(reinterpret_cast<const char8_t*>(path)));
-  });
+  return onAny(sound, CAROM_ERROR_FILE, [&](auto& kind) { return kind.record(pathOf(path)); });
 }
 
 carom_status carom_finish_recording(carom_sound* sound) noexcept {

@@ -17,13 +17,19 @@ template <class Struct, class Field>
 constexpr bool endsWith(Field Struct::*, std::size_t offset) {
   return offset + sizeof(Field) == sizeof(Struct);
 }
-static_assert(endsWith(&carom_settings::reserved, offsetof(carom_settings, reserved)));
+static_assert(endsWith(&carom_settings::modes, offsetof(carom_settings, modes)));
 static_assert(endsWith(&carom_listener::reserved, offsetof(carom_listener, reserved)));
 static_assert(endsWith(&carom_body::reserved, offsetof(carom_body, reserved)));
 static_assert(endsWith(&carom_event::reserved, offsetof(carom_event, reserved)));
-static_assert(endsWith(&carom_material::restitution, offsetof(carom_material, restitution)));
-static_assert(endsWith(&carom_statistics::unsupported_contacts,
-                       offsetof(carom_statistics, unsupported_contacts)));
+static_assert(endsWith(&carom_material::damping_beta, offsetof(carom_material, damping_beta)));
+static_assert(endsWith(&carom_statistics::modes, offsetof(carom_statistics, modes)));
+// Nor behind the last of the first version, where that was the end.
+static_assert(offsetof(carom_settings, reserved) + sizeof(std::int32_t) ==
+              kSizes<carom_settings>.first);
+static_assert(offsetof(carom_material, restitution) + sizeof(double) ==
+              kSizes<carom_material>.first);
+static_assert(offsetof(carom_statistics, unsupported_contacts) + sizeof(std::uint64_t) ==
+              kSizes<carom_statistics>.first);
 
 /// Of a caller's struct, whatever its version.
 std::size_t sizeOf(const void* given) {
@@ -32,13 +38,12 @@ std::size_t sizeOf(const void* given) {
   return size;
 }
 
-/// All versions so far have at least the fields of the first, which are those of today.
-std::string whyNotSize(const void* given, std::size_t known, const std::string& name) {
+std::string whyNotSize(const void* given, StructSizes sizes, const std::string& name) {
   if (given == nullptr) return name + " is NULL";
   const std::size_t size = sizeOf(given);
-  if (size >= known && size <= known + kMostGrowth) return {};
+  if (size == sizes.first || (size >= sizes.now && size <= sizes.now + kMostGrowth)) return {};
   return name + ".size is " + std::to_string(size) + "; expected sizeof(" + name + "), which is " +
-         std::to_string(known) + " in this version";
+         std::to_string(sizes.now) + " in this version";
 }
 
 bool isZero(const std::byte* bytes, std::size_t count) {
@@ -111,7 +116,9 @@ VoiceBudget budgetFrom(const carom_settings& given) {
   return {.cpuShare = given.cpu_share,
           .voices = given.voices,
           .buses = given.buses,
-          .longestContact = given.longest_contact};
+          .longestContact = given.longest_contact,
+          .ringingBodies = given.ringing_bodies,
+          .modes = given.modes};
 }
 
 SynthSettings synthFrom(const carom_settings& given) {
@@ -150,21 +157,22 @@ SoundSettings settingsFrom(const carom_settings& given, std::vector<Listener> li
 
 }  // namespace
 
-Status readStruct(const void* given, void* known, std::size_t size, const char* name) {
-  if (std::string reason = whyNotSize(given, size, name); !reason.empty()) return Error{reason};
+Status readStruct(const void* given, void* known, StructSizes sizes, const char* name) {
+  if (std::string reason = whyNotSize(given, sizes, name); !reason.empty()) return Error{reason};
   const auto* const bytes = static_cast<const std::byte*>(given);
-  if (!isZero(bytes + size, sizeOf(given) - size))
+  const std::size_t shared = std::min(sizes.now, sizeOf(given));
+  if (!isZero(bytes + shared, sizeOf(given) - shared))
     return Error{std::string(name) + " sets a field that this version of the library, " +
                  std::to_string(CAROM_VERSION) + ", does not know"};
-  std::memcpy(known, given, size);
+  std::memcpy(known, given, shared);
   return std::monostate{};
 }
 
-Status writeStruct(const void* known, void* given, std::size_t size, const char* name) {
-  if (std::string reason = whyNotSize(given, size, name); !reason.empty()) return Error{reason};
+Status writeStruct(const void* known, void* given, StructSizes sizes, const char* name) {
+  if (std::string reason = whyNotSize(given, sizes, name); !reason.empty()) return Error{reason};
   const std::size_t callers = sizeOf(given);
   std::memset(given, 0, callers);
-  std::memcpy(given, known, size);
+  std::memcpy(given, known, std::min(sizes.now, callers));
   std::memcpy(given, &callers, sizeof callers);
   return std::monostate{};
 }
@@ -188,6 +196,8 @@ carom_settings defaultSettings() {
   given.impulse = static_cast<std::int32_t>(settings.synth.impulse);
   given.radiators = static_cast<std::int32_t>(settings.radiators);
   given.doppler = settings.synth.doppler ? 1 : 0;
+  given.ringing_bodies = settings.budget.ringingBodies;
+  given.modes = settings.budget.modes;
   return given;
 }
 
@@ -263,7 +273,9 @@ Result<Material> materialFrom(const carom_material* given) {
                   .density = read->density,
                   .youngsModulus = read->youngs_modulus,
                   .poissonsRatio = read->poissons_ratio,
-                  .restitution = read->restitution};
+                  .restitution = read->restitution,
+                  .dampingAlpha = read->damping_alpha,
+                  .dampingBeta = read->damping_beta};
 }
 
 Result<Material> materialNamed(const char* name) {
@@ -286,7 +298,9 @@ carom_material toC(const Material& material) {
           .density = material.density,
           .youngs_modulus = material.youngsModulus,
           .poissons_ratio = material.poissonsRatio,
-          .restitution = material.restitution};
+          .restitution = material.restitution,
+          .damping_alpha = material.dampingAlpha,
+          .damping_beta = material.dampingBeta};
 }
 
 carom_statistics toC(const SoundStatistics& statistics) {
@@ -310,6 +324,10 @@ carom_statistics toC(const SoundStatistics& statistics) {
   given.cpu_share = statistics.cpuShare;
   given.worst_block = statistics.worstBlock;
   given.gain_reduction = statistics.gainReduction;
+  given.rings = statistics.rings;
+  given.no_bank = statistics.noBank;
+  given.ringing = statistics.ringing;
+  given.modes = statistics.modes;
   return given;
 }
 

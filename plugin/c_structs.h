@@ -20,24 +20,44 @@ namespace carom {
 /// size that nobody has set.
 inline constexpr std::size_t kMostGrowth = 4096;
 
-/// Copies what is known of a caller's struct, by its `size`; see carom.h on growth. Refuses sizes
-/// that no version has had, and fields unknown here that are not zero.
-Status readStruct(const void* given, void* known, std::size_t size, const char* name);
+/// Bytes of a struct in the first version, and now.
+struct StructSizes {
+  std::size_t first;
+  std::size_t now;
+};
+
+// What came since stands at the end.
+template <class Struct>
+inline constexpr StructSizes kSizes = {sizeof(Struct), sizeof(Struct)};
+template <>
+inline constexpr StructSizes kSizes<carom_settings> = {offsetof(carom_settings, ringing_bodies),
+                                                       sizeof(carom_settings)};
+template <>
+inline constexpr StructSizes kSizes<carom_material> = {offsetof(carom_material, damping_alpha),
+                                                       sizeof(carom_material)};
+template <>
+inline constexpr StructSizes kSizes<carom_statistics> = {offsetof(carom_statistics, rings),
+                                                         sizeof(carom_statistics)};
+
+/// Copies what is known of a caller's struct, by its `size`; see carom.h on growth. What an older
+/// caller does not know stays as it is in `known`. Refuses sizes that no version has had, and
+/// fields unknown here that are not zero.
+Status readStruct(const void* given, void* known, StructSizes sizes, const char* name);
 /// The reverse: fills what the caller knows; what is unknown here becomes zero.
-Status writeStruct(const void* known, void* given, std::size_t size, const char* name);
+Status writeStruct(const void* known, void* given, StructSizes sizes, const char* name);
 
 /// `known` holds the defaults.
 template <class Struct>
 Result<Struct> readStruct(const Struct* given, Struct known, const char* name) {
   static_assert(std::is_trivially_copyable_v<Struct>);
-  const Status read = readStruct(given, &known, sizeof(Struct), name);
+  const Status read = readStruct(given, &known, kSizes<Struct>, name);
   if (!read) return read.error();
   return known;
 }
 
 template <class Struct>
 Status writeStruct(const Struct& known, Struct* given, const char* name) {
-  return writeStruct(&known, given, sizeof(Struct), name);
+  return writeStruct(&known, given, kSizes<Struct>, name);
 }
 
 /// writeStruct for one of which only the caller knows how large it is.

@@ -61,8 +61,8 @@ void add(SoundStatistics& sum, const SoundStatistics& more) {
        {&SoundStatistics::events, &SoundStatistics::immovable, &SoundStatistics::rejected,
         &SoundStatistics::skipped, &SoundStatistics::inaudible, &SoundStatistics::stolen,
         &SoundStatistics::overBudget, &SoundStatistics::noBus, &SoundStatistics::tooLong,
-        &SoundStatistics::queueFaults, &SoundStatistics::late, &SoundStatistics::stalls,
-        &SoundStatistics::jumps})
+        &SoundStatistics::noBank, &SoundStatistics::queueFaults, &SoundStatistics::rings,
+        &SoundStatistics::late, &SoundStatistics::stalls, &SoundStatistics::jumps})
     sum.*count += more.*count;
 }
 
@@ -352,6 +352,7 @@ SoundStatistics EventSound::Impl::statistics() const {
   all.immovable += recorded.immovable;
   all.rejected += recorded.rejected;
   all.inaudible += recorded.inaudible;
+  all.rings += recorded.rings;
   all.late += recorded.late;
   return all;
 }

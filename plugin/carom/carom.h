@@ -31,8 +31,9 @@
 /// handles have nothing to do with each other.
 ///
 /// Growth. Structs begin with their size in bytes: set it by the struct's init function, or to
-/// sizeof where there is none. A library that knows more fields takes their defaults; one that
-/// knows fewer accepts the rest if it is zero, as its init function leaves it.
+/// sizeof where there is none. New fields come at the end. A library that knows more fields takes
+/// their defaults; one that knows fewer accepts the rest if it is zero, as its init function leaves
+/// it.
 
 #define CAROM_VERSION_MAJOR 0
 #define CAROM_VERSION_MINOR 1
@@ -69,12 +70,15 @@ typedef struct btDynamicsWorld btDynamicsWorld;
 /// Sound over a Bullet world or over posted events.
 typedef struct carom_sound carom_sound;
 
+/// How a body rings: its modes of vibration.
+typedef struct carom_modes carom_modes;
+
 typedef int32_t carom_status;
 enum {
   CAROM_OK = 0,
   CAROM_ERROR_ARGUMENT = 1,  ///< an argument, or what the state of the sound does not allow
   CAROM_ERROR_KIND = 2,      ///< a call for posted events on a Bullet world, or the reverse
-  CAROM_ERROR_FILE = 3,      ///< a recording cannot be begun, or has not been completed
+  CAROM_ERROR_FILE = 3,      ///< a recording cannot be begun or completed, or modes not be read
   CAROM_ERROR_DEVICE = 4,    ///< no audio device, or none that can be opened
   CAROM_ERROR_MEMORY = 5,    ///< no memory
   CAROM_ERROR_INTERNAL = 6   ///< a fault of the library itself
@@ -135,13 +139,15 @@ typedef struct carom_settings {
   double longest_contact;           ///< s: longer contacts are left out, above 0, up to 1
   double full_scale;                ///< Pa that come out as 1.0; 0: samples are pascals
   double limiter_ceiling;           ///< in units of the samples, where `limiter` is on
-  double rest_speed;  ///< m/s, slower contacts of a Bullet world are rest and make no click
-  int32_t limiter;    ///< 1: a look-ahead limiter at the end; 0: nothing is turned down
-  int32_t clock;      ///< CAROM_CLOCK_...
-  int32_t impulse;    ///< CAROM_IMPULSE_...
-  int32_t radiators;  ///< CAROM_RADIATORS_...
-  int32_t doppler;    ///< 1: motion within a contact is heard; 0: not
-  int32_t reserved;   ///< 0
+  double rest_speed;      ///< m/s, slower contacts of a Bullet world are rest and make no click
+  int32_t limiter;        ///< 1: a look-ahead limiter at the end; 0: nothing is turned down
+  int32_t clock;          ///< CAROM_CLOCK_...
+  int32_t impulse;        ///< CAROM_IMPULSE_...
+  int32_t radiators;      ///< CAROM_RADIATORS_...
+  int32_t doppler;        ///< 1: motion within a contact is heard; 0: not
+  int32_t reserved;       ///< 0
+  size_t ringing_bodies;  ///< bodies times channels that ring at the same moment, 1 to 4096
+  size_t modes;           ///< of each ringing body at most, 1 to 4096: higher ones are left out
 } carom_settings;
 
 /// What a body is made of.
@@ -152,6 +158,10 @@ typedef struct carom_material {
   double youngs_modulus;  ///< Pa, > 0
   double poissons_ratio;  ///< 0 to below 0.5
   double restitution;     ///< 0 to 1, of two bodies of this material
+  /// 1/s and s, 0 or above, Rayleigh damping: a mode of angular frequency w falls as
+  /// exp(-(alpha + beta w^2) t / 2). For who computes modes; those of a carom_modes have their own.
+  double damping_alpha;
+  double damping_beta;
 } carom_material;
 
 /// What a body of posted events radiates as. Its frame has its origin in the centre of mass.
@@ -159,8 +169,8 @@ typedef struct carom_body {
   size_t size;           ///< bytes, of this struct
   const char* material;  ///< name of a built-in one; not used if `own_material` is given
   const carom_material* own_material;  ///< or NULL
-  double mass;             ///< kg, > 0; INFINITY for a body that no impulse moves: it is silent
-  double radius;           ///< m, > 0, of a sphere
+  double mass;    ///< kg, > 0; INFINITY for a body that no impulse moves: it does not click
+  double radius;  ///< m, > 0, of a sphere
   double half_extents[3];  ///< m, > 0, of a box
   /// m, body frame, x, y, z of each vertex of a mesh. It must be closed.
   const double* vertices;
@@ -178,7 +188,8 @@ typedef struct carom_body {
 } carom_body;
 
 /// One body's share of one collision. A collision makes two, one for each body, with the same time
-/// and opposite impulses and normals; the share of an immovable body may be left out.
+/// and opposite impulses and normals; the share of an immovable body that does not ring may be left
+/// out.
 typedef struct carom_event {
   size_t size;                 ///< bytes, of this struct
   double time;                 ///< s, clock of the simulation: the instant of first touch
@@ -204,8 +215,8 @@ typedef struct carom_event {
 /// that is neither played nor rendered, those of the recordings.
 typedef struct carom_statistics {
   size_t size;            ///< bytes, of this struct
-  uint64_t events;        ///< of bodies that can move, but for those of the next three
-  uint64_t immovable;     ///< shares of bodies that no impulse moves
+  uint64_t events;        ///< of bodies that can move or ring, but for those of the next three
+  uint64_t immovable;     ///< shares of bodies that no impulse moves and that do not ring
   uint64_t rejected;      ///< not finite, unknown body, no approach, over 20 s
   uint64_t skipped;       ///< while nobody listened, or the simulation ran ahead of time
   uint64_t inaudible;     ///< left out: below the threshold at every listener
@@ -228,6 +239,11 @@ typedef struct carom_statistics {
   uint64_t unsolved_bodies;       ///< whose surface is open or no solid: they sound as a sphere
   uint64_t links;                 ///< of multibodies, that can move
   uint64_t unsupported_contacts;  ///< of shapes that the bridge cannot follow
+  // Of both:
+  uint64_t rings;    ///< of the events: made a body ring
+  uint64_t no_bank;  ///< left out: rings, where more would sound than `ringing_bodies`
+  uint64_t ringing;  ///< now: bodies times channels that ring
+  uint64_t modes;    ///< now: of all of them
 } carom_statistics;
 
 // Library.
@@ -258,6 +274,22 @@ CAROM_API carom_status carom_material_at(size_t index, carom_material* material)
 CAROM_API carom_status carom_find_material(const char* name,
                                            carom_material* material) CAROM_NOEXCEPT;
 
+// Modes of bodies that ring.
+
+/// Reads a model from a file (.carom_modes, which the C++ interface and the carom command write).
+/// `*modes` becomes NULL on an error: CAROM_ERROR_FILE if there is no such file, or no model in it.
+/// path: UTF-8. Blocks on the disk. [any thread]
+CAROM_API carom_status carom_load_modes(const char* path, carom_modes** modes) CAROM_NOEXCEPT;
+/// Whatever was given the modes keeps them and rings on. NULL is fine. [any thread]
+CAROM_API void carom_free_modes(carom_modes* modes) CAROM_NOEXCEPT;
+/// May be 0; 0 for NULL. [any thread]
+CAROM_API size_t carom_mode_count(const carom_modes* modes) CAROM_NOEXCEPT;
+/// Of the mode of that index, below the count, ascending in frequency: its undamped frequency (Hz),
+/// and the rate (1/s) at which its amplitude falls, as exp(-decay_rate t). Either may be NULL.
+/// [any thread]
+CAROM_API carom_status carom_mode_at(const carom_modes* modes, size_t index, double* frequency,
+                                     double* decay_rate) CAROM_NOEXCEPT;
+
 // A sound's life.
 
 /// Sound over posted events. settings: NULL for the defaults. `*sound` becomes NULL on an error.
@@ -279,6 +311,12 @@ CAROM_API carom_status carom_destroy(carom_sound* sound) CAROM_NOEXCEPT;
 /// up to 0.3 s.
 CAROM_API carom_status carom_set_body(carom_sound* sound, uint32_t id,
                                       const carom_body* body) CAROM_NOEXCEPT;
+/// From now on a body that was set rings when it is hit, with its frame's axes those of the model
+/// and its origin in the model's centre of mass. Many bodies may share modes. NULL: it does not
+/// ring. Kept when the body is set anew, until it is removed. It rings by the material of the
+/// model, and touches and clicks by that of carom_body.
+CAROM_API carom_status carom_set_body_modes(carom_sound* sound, uint32_t id,
+                                            const carom_modes* modes) CAROM_NOEXCEPT;
 /// What it sounds now goes on; its events are rejected from now on.
 CAROM_API carom_status carom_remove_body(carom_sound* sound, uint32_t id) CAROM_NOEXCEPT;
 /// Hands over one body's share of a collision. One that cannot sound (numbers that are not finite,
@@ -310,6 +348,17 @@ CAROM_API carom_status carom_set_shape_own_material(carom_sound* sound,
                                                     const carom_material* material) CAROM_NOEXCEPT;
 CAROM_API carom_status carom_set_user_index_own_material(
     carom_sound* sound, int user_index, const carom_material* material) CAROM_NOEXCEPT;
+/// From now on it rings when it is hit: for one body, for all that have a shape, for all with a
+/// user index. The first of these that a body has is its own. NULL: it does not ring, whatever
+/// its shape and its user index say. The model's axes are those of the body; a body that moves has
+/// its origin in the model's centre of mass, a static or kinematic one in the model's own. A body
+/// without a material of its own gets the model's.
+CAROM_API carom_status carom_set_object_modes(carom_sound* sound, const btCollisionObject* object,
+                                              const carom_modes* modes) CAROM_NOEXCEPT;
+CAROM_API carom_status carom_set_shape_modes(carom_sound* sound, const btCollisionShape* shape,
+                                             const carom_modes* modes) CAROM_NOEXCEPT;
+CAROM_API carom_status carom_set_user_index_modes(carom_sound* sound, int user_index,
+                                                  const carom_modes* modes) CAROM_NOEXCEPT;
 /// Solves the shapes of bodies that came since, so that no collision need wait for it, and takes
 /// changed masses and shapes into account.
 CAROM_API carom_status carom_prepare_bodies(carom_sound* sound) CAROM_NOEXCEPT;

@@ -12,7 +12,9 @@
 #include "audio/impulse_event.h"
 #include "audio/listener.h"
 #include "audio/material.h"
+#include "audio/modal_model_file.h"
 #include "audio/synth.h"
+#include "tests/audio/ringing_box.h"
 
 namespace {
 
@@ -75,6 +77,12 @@ void support_render_strike(float* samples, std::size_t frames) {
   synth->schedule(strike());
   float* const channel = samples;
   synth->render<float>(std::span<float* const>(&channel, 1), frames);
+}
+
+void support_write_modes(const char* path, double frequency, double decay_rate) {
+  const auto model = carom::test::boxOf(
+      {{.frequency = frequency, .decayRate = decay_rate, .volume = 0.2}}, carom::Vec3::UnitY());
+  if (!carom::writeModalModel(path, *model)) std::abort();
 }
 
 struct support_world {

@@ -23,6 +23,9 @@ extern "C" {
 /// Pa: what carom::Synth makes of the strike, from sample 0 on; no part of the C interface.
 void support_render_strike(float* samples, size_t frames);
 
+/// Writes a model of one mode, which sounds much louder than the strike: a body that moves along y.
+void support_write_modes(const char* path, double frequency, double decay_rate);
+
 /// A Bullet world: a floor at y = 0 and a ball whose lowest point is 0.2 m above it.
 typedef struct support_world support_world;
 support_world* support_world_make(void);

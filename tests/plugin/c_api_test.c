@@ -553,6 +553,176 @@ static void materials_are_set_by_object_shape_and_user_index(void) {
   support_world_free(world);
 }
 
+static const char* const modes_path = "c_api.carom_modes";
+
+// Of one mode.
+static carom_modes* load(double frequency, double decay_rate) {
+  carom_modes* modes = NULL;
+  support_write_modes(modes_path, frequency, decay_rate);
+  EXPECT_OK(carom_load_modes(modes_path, &modes));
+  if (modes == NULL) exit(1);
+  return modes;
+}
+
+static void modes_are_those_of_the_file(void) {
+  carom_modes* const modes = load(440.5, 3.25);
+  double frequency = 0.0;
+  double decay_rate = 0.0;
+  EXPECT(carom_mode_count(modes) == 1);
+  EXPECT_OK(carom_mode_at(modes, 0, &frequency, &decay_rate));
+  EXPECT(frequency == 440.5 && decay_rate == 3.25);
+  EXPECT_OK(carom_mode_at(modes, 0, NULL, NULL));
+  EXPECT_REFUSED(carom_mode_at(modes, 1, &frequency, NULL), "there is no mode 1; there are 1");
+  EXPECT_REFUSED(carom_mode_at(NULL, 0, &frequency, NULL), "carom_modes is NULL");
+  EXPECT(frequency == 440.5);
+  EXPECT(carom_mode_count(NULL) == 0);
+  carom_free_modes(modes);
+  carom_free_modes(NULL);
+}
+
+static void modes_that_cannot_be_read_are_refused(void) {
+  carom_modes* modes = load(440.0, 1.0);
+  FILE* file = NULL;
+  carom_free_modes(modes);
+  EXPECT(carom_load_modes("no/such/folder/gong.carom_modes", &modes) == CAROM_ERROR_FILE);
+  EXPECT(strstr(carom_last_message(), "no/such/folder/gong") != NULL);
+  EXPECT(modes == NULL);
+  file = fopen(modes_path, "ab");
+  EXPECT(file != NULL && fputc('x', file) == 'x' && fclose(file) == 0);
+  EXPECT(carom_load_modes(modes_path, &modes) == CAROM_ERROR_FILE);
+  EXPECT(strstr(carom_last_message(), modes_path) != NULL);
+  EXPECT_REFUSED(carom_load_modes(NULL, &modes), "NULL");
+  EXPECT_REFUSED(carom_load_modes(modes_path, NULL), "NULL");
+}
+
+// A kilohertz that falls with 20/s, which is exp(-1.6) in 80 ms. The modes are gone from the host
+// before the first sample.
+static void struck_body_rings_at_its_frequency_and_falls_at_its_rate(void) {
+  static float samples[FRAMES];
+  carom_sound* const sound = make_sound(NULL, STRIKE_HEIGHT);
+  carom_modes* const modes = load(1000.0, 20.0);
+  const carom_event event = strike();
+  const size_t early = 5200;  // 6 ms after the click has come
+  const size_t later = early + 3840;
+  int crossings = 0;
+  set_strike_bodies(sound);
+  EXPECT_OK(carom_set_body_modes(sound, BALL, modes));
+  carom_free_modes(modes);
+  EXPECT_OK(carom_prepare_rendering(sound, STRIKE_SAMPLE_RATE));
+  EXPECT_OK(carom_advance(sound, 0.0));
+  EXPECT_OK(carom_post(sound, &event));
+  EXPECT_OK(carom_advance(sound, 0.5));
+  pull(sound, samples);
+  for (size_t index = early; index < later; ++index)
+    crossings += (samples[index] < 0.0F) != (samples[index + 1] < 0.0F);
+  EXPECT(abs(crossings - 160) <= 1);
+  EXPECT(fabs((double)(peak_of(samples + later, 480) / peak_of(samples + early, 480)) - exp(-1.6)) <
+         0.002);
+  EXPECT(statistics_of(sound).rings == 1);
+  EXPECT(statistics_of(sound).ringing == 1);
+  EXPECT(statistics_of(sound).modes >= 1);
+  EXPECT(statistics_of(sound).no_bank == 0);
+  EXPECT_OK(carom_destroy(sound));
+}
+
+// How many of the strikes so far made a body ring, with one more.
+static uint64_t rings_with_a_strike_at(carom_sound* sound, double time) {
+  static float samples[FRAMES];
+  carom_event event = strike();
+  event.time = time;
+  EXPECT_OK(carom_post(sound, &event));
+  EXPECT_OK(carom_advance(sound, time + 0.25));
+  pull(sound, samples);
+  return statistics_of(sound).rings;
+}
+
+static void modes_stay_with_a_body_until_it_is_removed(void) {
+  carom_sound* const sound = make_sound(NULL, STRIKE_HEIGHT);
+  carom_modes* const modes = load(1000.0, 20.0);
+  EXPECT_REFUSED(carom_set_body_modes(sound, BALL, modes), "carom_set_body comes first");
+  set_strike_bodies(sound);
+  EXPECT_OK(carom_prepare_rendering(sound, STRIKE_SAMPLE_RATE));
+  EXPECT_OK(carom_advance(sound, 0.0));
+  EXPECT(rings_with_a_strike_at(sound, 0.1) == 0);
+  EXPECT_OK(carom_set_body_modes(sound, BALL, modes));
+  EXPECT(rings_with_a_strike_at(sound, 0.6) == 1);
+  set_strike_bodies(sound);
+  EXPECT(rings_with_a_strike_at(sound, 1.1) == 2);
+  EXPECT_OK(carom_set_body_modes(sound, BALL, NULL));
+  EXPECT(rings_with_a_strike_at(sound, 1.6) == 2);
+  EXPECT_OK(carom_set_body_modes(sound, BALL, modes));
+  EXPECT_OK(carom_remove_body(sound, BALL));
+  EXPECT_REFUSED(carom_set_body_modes(sound, BALL, modes), "carom_set_body comes first");
+  set_strike_bodies(sound);
+  EXPECT(rings_with_a_strike_at(sound, 2.1) == 2);
+  carom_free_modes(modes);
+  EXPECT_OK(carom_destroy(sound));
+}
+
+enum { BY_OBJECT = 1, BY_SHAPE = 2, BY_USER_INDEX = 4, NOT_BY_OBJECT = 8 };
+
+// Whether the ball of the Bullet world rings when it lands.
+static int rings_in_bullet(int ways) {
+  static float samples[24000];
+  float* channel = samples;
+  support_world* const world = support_world_make();
+  carom_modes* const modes = load(1000.0, 20.0);
+  carom_settings settings;
+  carom_listener listener;
+  carom_sound* sound = NULL;
+  uint64_t rings = 0;
+  EXPECT_OK(carom_listener_init(&listener, sizeof listener));
+  EXPECT_OK(carom_settings_init(&settings, sizeof settings));
+  listener.position[1] = 0.5;
+  settings.listeners = &listener;
+  settings.listener_count = 1;
+  settings.clock = CAROM_CLOCK_SIMULATION;
+  EXPECT_OK(carom_attach(support_world_bullet(world), &settings, &sound));
+  if (ways & BY_USER_INDEX) EXPECT_OK(carom_set_user_index_modes(sound, 7, modes));
+  if (ways & BY_SHAPE) EXPECT_OK(carom_set_shape_modes(sound, support_world_shape(world), modes));
+  if (ways & BY_OBJECT) EXPECT_OK(carom_set_object_modes(sound, support_world_ball(world), modes));
+  if (ways & NOT_BY_OBJECT)
+    EXPECT_OK(carom_set_object_modes(sound, support_world_ball(world), NULL));
+  carom_free_modes(modes);
+  EXPECT_OK(carom_prepare_rendering(sound, STRIKE_SAMPLE_RATE));
+  support_world_step(world, 0.6);
+  EXPECT_OK(carom_render(sound, &channel, 1, 24000));
+  EXPECT(statistics_of(sound).events == 2);
+  rings = statistics_of(sound).rings;
+  EXPECT(rings == 0 || rings == 2);
+  EXPECT_OK(carom_destroy(sound));
+  support_world_free(world);
+  return rings > 0;
+}
+
+static void modes_are_set_by_object_shape_and_user_index(void) {
+  EXPECT(!rings_in_bullet(0));
+  EXPECT(rings_in_bullet(BY_OBJECT));
+  EXPECT(rings_in_bullet(BY_SHAPE));
+  EXPECT(rings_in_bullet(BY_USER_INDEX));
+  EXPECT(!rings_in_bullet(BY_SHAPE | BY_USER_INDEX | NOT_BY_OBJECT));
+}
+
+static void modes_are_refused_for_what_is_not_there(void) {
+  support_world* const world = support_world_make();
+  carom_modes* const modes = load(1000.0, 20.0);
+  carom_sound* sound = NULL;
+  carom_sound* const of_events = make_sound(NULL, 1.0);
+  EXPECT_OK(carom_attach(support_world_bullet(world), NULL, &sound));
+  EXPECT_REFUSED(carom_set_object_modes(sound, NULL, modes), "NULL");
+  EXPECT_REFUSED(carom_set_shape_modes(sound, NULL, modes), "NULL");
+  EXPECT_REFUSED(carom_set_object_modes(sound, support_world_absent(world), modes),
+                 "not in the world");
+  EXPECT(carom_set_body_modes(sound, BALL, modes) == CAROM_ERROR_KIND);
+  EXPECT(carom_set_object_modes(of_events, support_world_ball(world), modes) == CAROM_ERROR_KIND);
+  EXPECT(carom_set_shape_modes(of_events, support_world_shape(world), modes) == CAROM_ERROR_KIND);
+  EXPECT(carom_set_user_index_modes(of_events, 7, modes) == CAROM_ERROR_KIND);
+  EXPECT_OK(carom_destroy(of_events));
+  EXPECT_OK(carom_destroy(sound));
+  carom_free_modes(modes);
+  support_world_free(world);
+}
+
 static void calls_of_the_other_kind_of_sound_are_refused(void) {
   support_world* const world = support_world_make();
   const btCollisionObject* const ball = support_world_ball(world);
@@ -593,6 +763,10 @@ static void null_handle_is_refused_by_every_call(void) {
   EXPECT_REFUSED(carom_set_object_own_material(NULL, NULL, NULL), "carom_sound is NULL");
   EXPECT_REFUSED(carom_set_shape_own_material(NULL, NULL, NULL), "carom_sound is NULL");
   EXPECT_REFUSED(carom_set_user_index_own_material(NULL, 0, NULL), "carom_sound is NULL");
+  EXPECT_REFUSED(carom_set_body_modes(NULL, 0, NULL), "carom_sound is NULL");
+  EXPECT_REFUSED(carom_set_object_modes(NULL, NULL, NULL), "carom_sound is NULL");
+  EXPECT_REFUSED(carom_set_shape_modes(NULL, NULL, NULL), "carom_sound is NULL");
+  EXPECT_REFUSED(carom_set_user_index_modes(NULL, 0, NULL), "carom_sound is NULL");
   EXPECT_REFUSED(carom_prepare_bodies(NULL), "carom_sound is NULL");
   EXPECT_REFUSED(carom_set_listener(NULL, 0, place, NULL), "carom_sound is NULL");
   EXPECT_REFUSED(carom_pause(NULL), "carom_sound is NULL");
@@ -698,6 +872,12 @@ static void settings_out_of_range_are_refused(void) {
   settings.voices = 0;
   EXPECT(create_with(&settings) == CAROM_ERROR_ARGUMENT);
   settings = defaults();
+  settings.ringing_bodies = 0;
+  EXPECT_REFUSED(create_with(&settings), "ringing bodies");
+  settings = defaults();
+  settings.modes = 4097;
+  EXPECT_REFUSED(create_with(&settings), "modes");
+  settings = defaults();
   settings.cpu_share = NAN;
   EXPECT(create_with(&settings) == CAROM_ERROR_ARGUMENT);
   settings = defaults();
@@ -797,6 +977,43 @@ static void structs_of_later_versions_are_known_by_their_size(void) {
   EXPECT_OK(carom_destroy(sound));
 }
 
+// As programs have them that were compiled before bodies rang; behind them lies anything.
+static void structs_of_the_first_version_are_known_by_their_size(void) {
+  carom_sound* const sound = make_sound(NULL, STRIKE_HEIGHT);
+  carom_settings settings;
+  carom_statistics statistics;
+  carom_statistics untouched;
+  carom_material material;
+  carom_body body;
+  memset(&settings, 0xFF, sizeof settings);
+  EXPECT_OK(carom_settings_init(&settings, offsetof(carom_settings, ringing_bodies)));
+  EXPECT(settings.voices == defaults().voices);
+  EXPECT(settings.ringing_bodies == (size_t)-1 && settings.modes == (size_t)-1);
+  EXPECT_OK(create_with(&settings));
+  settings.reserved = 1;
+  EXPECT_REFUSED(create_with(&settings), "carom_settings.reserved");
+
+  memset(&untouched, 0xFF, sizeof untouched);
+  statistics = untouched;
+  statistics.size = offsetof(carom_statistics, rings);
+  EXPECT_OK(carom_get_statistics(sound, &statistics));
+  EXPECT(statistics.size == offsetof(carom_statistics, rings) && statistics.events == 0);
+  EXPECT(memcmp(&statistics.rings, &untouched.rings,
+                sizeof statistics - offsetof(carom_statistics, rings)) == 0);
+
+  material.size = offsetof(carom_material, damping_alpha);
+  material.damping_alpha = -1.0;
+  material.damping_beta = NAN;
+  EXPECT_OK(carom_find_material("steel", &material));
+  EXPECT(material.density == 8940.0 && material.damping_alpha == -1.0);
+  EXPECT_OK(carom_body_init(&body, sizeof body));
+  body.own_material = &material;
+  EXPECT_OK(carom_set_body(sound, BLOCK, &body));
+  material.size = sizeof material;
+  EXPECT_REFUSED(carom_set_body(sound, BLOCK, &body), "damping");
+  EXPECT_OK(carom_destroy(sound));
+}
+
 static void structs_of_no_version_are_refused(void) {
   carom_sound* const sound = make_sound(NULL, 1.0);
   carom_event event = strike();
@@ -810,6 +1027,8 @@ static void structs_of_no_version_are_refused(void) {
   EXPECT_REFUSED(carom_get_statistics(sound, &statistics), "carom_statistics.size is 0");
   material.size = sizeof material - 1;
   EXPECT_REFUSED(carom_find_material("steel", &material), "carom_material.size");
+  material.size = offsetof(carom_material, damping_beta);  // between two versions
+  EXPECT_REFUSED(carom_find_material("steel", &material), "carom_material.size");
   EXPECT_REFUSED(carom_event_init(&event, 0), "carom_event.size");
   EXPECT_REFUSED(carom_body_init((carom_body*)&event, 7), "carom_body.size");
   EXPECT_OK(carom_destroy(sound));
@@ -819,6 +1038,7 @@ static void structs_of_no_version_are_refused(void) {
 static carom_status live(carom_sound** sound) {
   const carom_event event = strike();
   carom_body body;
+  carom_modes* modes = NULL;
   carom_status status = carom_create(NULL, sound);
   EXPECT((status == CAROM_OK) == (*sound != NULL));
   (void)carom_body_init(&body, sizeof body);
@@ -827,6 +1047,9 @@ static carom_status live(carom_sound** sound) {
   body.radius = STRIKE_RADIUS;
   if (status == CAROM_OK) status = carom_set_body(*sound, BALL, &body);
   if (status == CAROM_OK) status = carom_set_body(*sound, BLOCK, &body);
+  if (status == CAROM_OK) status = carom_load_modes(modes_path, &modes);
+  if (status == CAROM_OK) status = carom_set_body_modes(*sound, BALL, modes);
+  carom_free_modes(modes);
   if (status == CAROM_OK) status = carom_prepare_rendering(*sound, STRIKE_SAMPLE_RATE);
   if (status == CAROM_OK) status = carom_record(*sound, "c_api_memory.wav");
   if (status == CAROM_OK) status = carom_advance(*sound, 0.0);
@@ -839,6 +1062,7 @@ static carom_status live(carom_sound** sound) {
 static void lack_of_memory_is_a_status(void) {
   carom_status status = CAROM_ERROR_MEMORY;
   long pieces = 0;
+  carom_free_modes(load(1000.0, 20.0));
   while (status != CAROM_OK && pieces < 1000000) {
     carom_sound* sound = NULL;
     support_fail_after(pieces);
@@ -903,6 +1127,12 @@ int main(void) {
     CLAIM(events_are_counted_by_what_became_of_them),
     CLAIM(ball_of_a_bullet_world_is_heard_when_it_lands),
     CLAIM(materials_are_set_by_object_shape_and_user_index),
+    CLAIM(modes_are_those_of_the_file),
+    CLAIM(modes_that_cannot_be_read_are_refused),
+    CLAIM(struck_body_rings_at_its_frequency_and_falls_at_its_rate),
+    CLAIM(modes_stay_with_a_body_until_it_is_removed),
+    CLAIM(modes_are_set_by_object_shape_and_user_index),
+    CLAIM(modes_are_refused_for_what_is_not_there),
     CLAIM(calls_of_the_other_kind_of_sound_are_refused),
     CLAIM(null_handle_is_refused_by_every_call),
     CLAIM(null_arguments_are_refused),
@@ -911,6 +1141,7 @@ int main(void) {
     CLAIM(listeners_out_of_range_are_refused),
     CLAIM(bodies_out_of_range_are_refused),
     CLAIM(structs_of_later_versions_are_known_by_their_size),
+    CLAIM(structs_of_the_first_version_are_known_by_their_size),
     CLAIM(structs_of_no_version_are_refused),
     CLAIM(lack_of_memory_is_a_status),
     CLAIM(lack_of_memory_leaves_a_world_as_it_was),

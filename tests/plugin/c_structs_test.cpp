@@ -76,6 +76,8 @@ TEST(CStructs, DefaultsAreThoseOfTheLibrary) {
   EXPECT_EQ(settings->budget.voices, expected.budget.voices);
   EXPECT_EQ(settings->budget.buses, expected.budget.buses);
   EXPECT_EQ(settings->budget.longestContact, expected.budget.longestContact);
+  EXPECT_EQ(settings->budget.ringingBodies, expected.budget.ringingBodies);
+  EXPECT_EQ(settings->budget.modes, expected.budget.modes);
   EXPECT_EQ(settings->fullScale, expected.fullScale);
   EXPECT_FALSE(settings->limiter);
   EXPECT_EQ(settings->restSpeed, expected.restSpeed);
@@ -109,6 +111,8 @@ TEST(CStructs, EverySettingArrives) {
   given.impulse = CAROM_IMPULSE_APPLIED;
   given.radiators = CAROM_RADIATORS_EQUIVALENT_SPHERE;
   given.doppler = 0;
+  given.ringing_bodies = 5;
+  given.modes = 6;
   const Result<SoundSettings> settings = settingsFrom(&given);
   ASSERT_TRUE(settings);
   EXPECT_EQ(settings->synth.sampleRate, 44100);
@@ -128,6 +132,8 @@ TEST(CStructs, EverySettingArrives) {
   EXPECT_EQ(settings->synth.impulse, ImpulseChoice::applied);
   EXPECT_EQ(settings->radiators, RadiatorChoice::equivalentSphere);
   EXPECT_FALSE(settings->synth.doppler);
+  EXPECT_EQ(settings->budget.ringingBodies, 5u);
+  EXPECT_EQ(settings->budget.modes, 6u);
   EXPECT_EQ(settings->listeners.size(), 1u);  // the default one
 }
 
@@ -190,6 +196,10 @@ TEST(CStructs, EveryNumberOfStatisticsArrives) {
   given.radiators.unsolved = 21;
   given.radiators.links = 22;
   given.unsupportedContacts = 23;
+  given.rings = 24;
+  given.noBank = 25;
+  given.ringing = 26;
+  given.modes = 27;
   const carom_statistics told = toC(given);
   EXPECT_EQ(told.events, 1u);
   EXPECT_EQ(told.immovable, 2u);
@@ -214,6 +224,50 @@ TEST(CStructs, EveryNumberOfStatisticsArrives) {
   EXPECT_EQ(told.unsolved_bodies, 21u);
   EXPECT_EQ(told.links, 22u);
   EXPECT_EQ(told.unsupported_contacts, 23u);
+  EXPECT_EQ(told.rings, 24u);
+  EXPECT_EQ(told.no_bank, 25u);
+  EXPECT_EQ(told.ringing, 26u);
+  EXPECT_EQ(told.modes, 27u);
+}
+
+TEST(CStructs, EveryNumberOfAMaterialArrivesAndComesBack) {
+  carom_material given = {};
+  given.size = sizeof given;
+  given.name = "bronze";
+  given.density = 1;
+  given.youngs_modulus = 2;
+  given.poissons_ratio = 3;
+  given.restitution = 4;
+  given.damping_alpha = 5;
+  given.damping_beta = 6;
+  const Result<Material> material = materialFrom(&given);
+  ASSERT_TRUE(material);
+  EXPECT_EQ(*material, (Material{.name = "bronze",
+                                 .density = 1,
+                                 .youngsModulus = 2,
+                                 .poissonsRatio = 3,
+                                 .restitution = 4,
+                                 .dampingAlpha = 5,
+                                 .dampingBeta = 6}));
+  const carom_material told = toC(*material);
+  EXPECT_STREQ(told.name, "bronze");
+  EXPECT_EQ(told.density, 1);
+  EXPECT_EQ(told.youngs_modulus, 2);
+  EXPECT_EQ(told.poissons_ratio, 3);
+  EXPECT_EQ(told.restitution, 4);
+  EXPECT_EQ(told.damping_alpha, 5);
+  EXPECT_EQ(told.damping_beta, 6);
+}
+
+// Counted by a compiler from the header of that time: programs that are out there have them.
+TEST(CStructs, OfTheFirstVersionHaveTheSizesThatProgramsWereCompiledWith) {
+  if (sizeof(void*) != 8) GTEST_SKIP() << "counted for 64 bits";
+  EXPECT_EQ(kSizes<carom_settings>.first, 144u);
+  EXPECT_EQ(kSizes<carom_material>.first, 48u);
+  EXPECT_EQ(kSizes<carom_statistics>.first, 192u);
+  EXPECT_EQ(kSizes<carom_listener>.first, 104u);
+  EXPECT_EQ(kSizes<carom_body>.first, 184u);
+  EXPECT_EQ(kSizes<carom_event>.first, 264u);
 }
 
 }  // namespace

@@ -202,6 +202,29 @@ TEST(EventSound, BeyondItsBudgetBodiesRingInFewerModesOrNotAtAll) {
   EXPECT_EQ(sound.statistics().noBank, 1U);
 }
 
+TEST(EventSound, WhatRangAndWhatDidNotIsCountedOnWhenItHasStopped) {
+  SoundSettings settings = near();
+  settings.budget.ringingBodies = 1;
+  EventSound sound = made(settings);
+  for (const BodyId id : {10U, 11U})
+    ASSERT_TRUE(sound.setBody(id, ringingFloor(8)));
+  for (int round = 1; round <= 2; ++round) {
+    ASSERT_TRUE(sound.prepareRendering(kRate));
+    for (const BodyId id : {10U, 11U}) {
+      ImpulseEvent event = test::floorShare(test::dropOnBox(round - 0.09));
+      event.body = id;
+      sound.post(event);
+    }
+    sound.advanceTo(round);
+    while (sound.framesReady() > 0)
+      (void)pulled(sound, std::min<std::size_t>(sound.framesReady(), 1000));
+    sound.stop();
+    EXPECT_EQ(sound.statistics().rings, 2U * static_cast<unsigned>(round));
+    EXPECT_EQ(sound.statistics().noBank, static_cast<unsigned>(round));
+    EXPECT_EQ(sound.statistics().ringing, 0U);
+  }
+}
+
 TEST(EventSound, ARecordingCanBeginLaterAndLeavesLeapsOut) {
   const TemporaryFolder folder;
   SoundSettings settings = near();
