@@ -11,8 +11,10 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-# The libraries that layers may link: CMake target, how a consumer finds it, its Debian package.
-# "pkg MODULE" by pkg-config, "package ARGUMENTS" by find_package with : for spaces.
+# The libraries that layers may link: CMake target; how a consumer's CMake finds it; how its pkg-config
+# does, a module or flags for the linker; its Debian package.
+# "pkg" by pkg-config, "package ARGUMENTS" by find_package with : for spaces, "library" as the file
+# that the flags name first, of what has neither.
 set(carom_pc_bullet bullet)
 if(CAROM_BULLET_PRECISION STREQUAL "double")
   set(carom_pc_bullet bullet-float64)
@@ -24,28 +26,30 @@ set(carom_dependency_table
   "PkgConfig::carom_mysofa|pkg|libmysofa|libmysofa-dev"
   "PkgConfig::carom_highway|pkg|libhwy|libhwy-dev"
   "PkgConfig::carom_assimp|pkg|assimp|libassimp-dev"
-  "meshoptimizer::meshoptimizer|package meshoptimizer||libmeshoptimizer-dev"
+  "meshoptimizer::meshoptimizer|package meshoptimizer|-lmeshoptimizer|libmeshoptimizer-dev"
+  "carom_mumps|library|-ldmumps_seq -ldl|libmumps-seq-dev"
   "PkgConfig::carom_sdl2|pkg|sdl2|libsdl2-dev"
   "PkgConfig::carom_bullet_dependency|pkg|${carom_pc_bullet}|libbullet-dev")
 
 # In the order of the layers, lowest first.
 set(carom_components)
-foreach(component audio native bullet plugin)
+foreach(component audio modal native bullet plugin)
   if(TARGET carom_${component})
     list(APPEND carom_components ${component})
   endif()
 endforeach()
 
 set(carom_audio_description "Physically based contact sound: from impulse events to pressure")
+set(carom_modal_description "The modes of meshes, and how they radiate, for Carom")
 set(carom_native_description "Event-driven reference mechanics for Carom")
 set(carom_bullet_description "Impulse events with exact times from Bullet worlds")
 set(carom_plugin_description "Contact sound for Bullet applications")
 set(carom_shared_description "The C interface of Carom as a shared library")
 
 # Sorts what carom_<component> links, its own PUBLIC and PRIVATE libraries, into
-# carom_<component>_<below|packages|modules|requires|debian>.
+# carom_<component>_<below|packages|modules|files|requires|flags|debian>.
 function(carom_sort_dependencies component)
-  foreach(list below packages modules requires debian)
+  foreach(list below packages modules files requires flags debian)
     set(${list})
   endforeach()
   get_target_property(libraries carom_${component} LINK_LIBRARIES)
@@ -53,6 +57,8 @@ function(carom_sort_dependencies component)
     if(library MATCHES "^carom::(.+)$")
       list(APPEND below ${carom_${CMAKE_MATCH_1}_below} ${CMAKE_MATCH_1})
       list(APPEND requires carom-${CMAKE_MATCH_1})
+      continue()
+    elseif(library MATCHES "^[$]<BUILD_INTERFACE:")  # headers that only the sources include
       continue()
     endif()
     set(rows ${carom_dependency_table})
@@ -69,15 +75,22 @@ function(carom_sort_dependencies component)
     if(how STREQUAL "pkg")
       string(REPLACE "PkgConfig::" "" target ${library})
       list(APPEND modules ${target}=${module})
+    elseif(how STREQUAL "library")
+      string(REGEX MATCH "^-l([^ ]+)" file "${module}")
+      list(APPEND files ${library}=${CMAKE_MATCH_1})
     else()
       string(REPLACE "package " "" how ${how})
       list(APPEND packages ${how})
     endif()
-    list(APPEND requires ${module})
+    if(module MATCHES "^-l")
+      list(APPEND flags ${module})
+    else()
+      list(APPEND requires ${module})
+    endif()
     list(APPEND debian ${package})
   endforeach()
   list(REMOVE_DUPLICATES below)
-  foreach(list below packages modules requires debian)
+  foreach(list below packages modules files requires flags debian)
     set(carom_${component}_${list} "${${list}}" PARENT_SCOPE)
   endforeach()
 endfunction()
@@ -121,7 +134,7 @@ endif()
 
 set(carom_config_component_tables)
 foreach(component IN LISTS carom_components)
-  foreach(list below packages modules)
+  foreach(list below packages modules files)
     string(APPEND carom_config_component_tables
       "set(_carom_${list}_${component} ${carom_${component}_${list}})\n")
   endforeach()
@@ -162,6 +175,7 @@ foreach(component IN LISTS carom_components)
     list(APPEND carom_pc_all carom-${component})
   endif()
   list(JOIN carom_${component}_requires " " carom_pc_requires)
+  list(JOIN carom_${component}_flags " " carom_pc_flags)
   set(carom_pc_description ${carom_${component}_description})
   configure_file(${PROJECT_SOURCE_DIR}/cmake/carom-component.pc.in
     ${PROJECT_BINARY_DIR}/install/carom-${component}.pc @ONLY)

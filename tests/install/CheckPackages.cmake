@@ -30,10 +30,14 @@ endfunction()
 file(GLOB development ${FOLDER}/libcarom-dev_*.deb)
 expect_files(${development} include/carom/sound.h include/carom/event_sound.h
   include/carom/audio/material.h include/carom/bullet_bridge/bullet_bridge.h
-  include/carom/native/sphere_stepper.h ${LIBDIR}/libcarom_audio.a ${LIBDIR}/libcarom_native.a
+  include/carom/modal/mesh_analysis.h include/carom/native/sphere_stepper.h
+  ${LIBDIR}/libcarom_audio.a ${LIBDIR}/libcarom_modal.a ${LIBDIR}/libcarom_native.a
   ${LIBDIR}/libcarom_bullet.a ${LIBDIR}/libcarom_plugin.a ${LIBDIR}/cmake/carom/carom-config.cmake
   ${LIBDIR}/pkgconfig/carom.pc share/doc/libcarom-dev/copyright)
 expect_field(${development} Depends "libeigen3-dev.*libsndfile1-dev.*libbullet-dev.*libsdl2-dev")
+if(MUMPS)
+  expect_field(${development} Depends "libmumps-seq-dev")
+endif()
 expect_field(${development} Section libdevel)
 expect_field(${development} Maintainer "^Carom developers <carom@localhost>")
 expect_field(${development} Version "^${VERSION}-")

@@ -6,8 +6,10 @@
 #include <carom/event_sound.h>
 #include <carom/sound.h>
 
+#include "audio/modal_model_file.h"
 #include "audio/synth.h"
 #include "bullet_bridge/world_advice.h"
+#include "modal/mesh_analysis.h"
 #include "native/sphere_stepper.h"
 
 namespace {
@@ -32,6 +34,27 @@ bool nativeWorks() {
   }
   carom::Result<carom::SphereStepper> stepper = carom::SphereStepper::create(world);
   return stepper && stepper->advanceTo(0.2).size() == 2;
+}
+
+/// A steel box of 4 x 6 x 10 cm has modes, the model of them a file, and that the same modes.
+bool modalAnalyses() {
+  carom::SurfaceMesh box;
+  for (const double x : {0.0, 0.04})
+    for (const double y : {0.0, 0.06})
+      for (const double z : {0.0, 0.1})
+        box.vertices.emplace_back(x, y, z);
+  box.triangles = {{0, 1, 3}, {0, 3, 2}, {4, 6, 7}, {4, 7, 5}, {0, 4, 5}, {0, 5, 1},
+                   {2, 3, 7}, {2, 7, 6}, {0, 2, 6}, {0, 6, 4}, {1, 5, 7}, {1, 7, 3}};
+  carom::MeshAnalysisSettings settings;
+  settings.radiation.reset();  // seconds
+  settings.solid.maxModes = 6;
+  const carom::Result<carom::MeshAnalysis> analysis =
+      carom::analyseMesh(box, *carom::findMaterial("steel"), settings);
+  if (!analysis || analysis->model.modes.empty()) return false;
+  const char* const file = "consumer.carom_modes";
+  if (!carom::writeModalModel(file, analysis->model)) return false;
+  const carom::Result<carom::ModalModel> read = carom::readModalModel(file);
+  return read && read->modes.size() == analysis->model.modes.size();
 }
 
 /// A ball that falls 10 cm without a bounce clicks once in 0.2 s.
@@ -62,6 +85,7 @@ int main() {
   world.addRigidBody(&ball);
 
   if (!carom::Synth::create({}, {carom::Listener()})) return fail("audio");
+  if (!modalAnalyses()) return fail("modal");
   if (!nativeWorks()) return fail("native");
   if (!carom::recommend(world, 1.0 / 240.0)) return fail("bullet");
   if (!pluginHears(world)) return fail("plugin");
