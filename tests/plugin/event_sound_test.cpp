@@ -225,6 +225,20 @@ TEST(EventSound, WhatRangAndWhatDidNotIsCountedOnWhenItHasStopped) {
   }
 }
 
+TEST(EventSound, WhatRangInARecordingIsCounted) {
+  const TemporaryFolder folder;
+  EventSound sound = made(near());
+  ASSERT_TRUE(sound.setBody(10, ringingFloor(8)));
+  ASSERT_TRUE(sound.record(folder.path() / "rings.wav"));
+  ImpulseEvent event = test::floorShare(test::dropOnBox(0.01));
+  event.body = 10;
+  sound.post(event);
+  sound.advanceTo(0.1);
+  EXPECT_EQ(sound.statistics().rings, 1U);
+  ASSERT_TRUE(sound.finishRecording());
+  EXPECT_EQ(sound.statistics().rings, 1U);
+}
+
 TEST(EventSound, ARecordingCanBeginLaterAndLeavesLeapsOut) {
   const TemporaryFolder folder;
   SoundSettings settings = near();
