@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <iomanip>
 #include <iostream>
 #include <sstream>
 
@@ -105,6 +106,18 @@ CLI::Validator numberRange(double low, double high, const std::string& unit) {
     double number = 0.0;
     if (CLI::detail::lexical_cast(text, number) && number >= low && number <= high) return {};
     return "'" + text + "' is not such a number; expected one from " + expected;
+  };
+  return {check, "NUMBER"};
+}
+
+CLI::Validator wholeNumberRange(double low, double high) {
+  std::ostringstream range;
+  range << std::fixed << std::setprecision(0) << low << " to " << high;
+  const auto check = [low, high, expected = range.str()](const std::string& text) -> std::string {
+    double number = 0.0;
+    const bool read = CLI::detail::lexical_cast(text, number);
+    if (read && number >= low && number <= high && number == std::floor(number)) return {};
+    return "'" + text + "' is not such a number; expected a whole one from " + expected;
   };
   return {check, "NUMBER"};
 }

@@ -40,5 +40,7 @@ CLI::Validator fullScaleRange();
 CLI::Validator positionRange();
 /// A number from low to high. (CLI::Range lets NaN pass.)
 CLI::Validator numberRange(double low, double high, const std::string& unit);
+/// The same without a fraction, of things that are counted.
+CLI::Validator wholeNumberRange(double low, double high);
 
 }  // namespace carom

@@ -57,7 +57,7 @@ std::string modesText(const MeshAnalysis& analysis) {
   const ModalModel& model = analysis.model;
   std::ostringstream text;
   text << model.name << ": " << model.material.name << ", " << std::setprecision(4) << model.mass
-       << " kg, " << model.modes.size() << " modes"
+       << " kg, " << model.modes.size() << (model.modes.size() == 1 ? " mode" : " modes")
        << (analysis.isFromCache ? ", from the cache" : "") << "\n\n"
        << "  mode   frequency    decay rate   60 dB in   radiates as\n"
        << "                Hz           1/s          s\n";
@@ -115,16 +115,16 @@ ModesCommand::ModesCommand(CLI::App& app)
       ->needs(thickness)
       ->capture_default_str();
   command_->add_option("--dofs", degreesOfFreedom_, "degrees of freedom of a solid, about")
-      ->check(numberRange(100, 1e6, ""))
+      ->check(wholeNumberRange(100, 1e6))
       ->excludes(thickness)
       ->capture_default_str();
   command_->add_option("--modes", modes_, "at most so many")
-      ->check(numberRange(1, 2000, ""))
+      ->check(wholeNumberRange(1, 2000))
       ->capture_default_str();
   CLI::Option* silent = command_->add_flag("--no-radiation", noRadiation_,
                                            "leave out how they radiate: they are monopoles then");
   command_->add_option("--panels", panels_, "to compute with how they radiate")
-      ->check(numberRange(100, 5000, ""))
+      ->check(wholeNumberRange(100, 5000))
       ->excludes(silent)
       ->capture_default_str();
   command_->add_option("--cache", cacheFolder_, "folder of models computed before")
@@ -144,7 +144,7 @@ int ModesCommand::run() const {
     if (isSameFile(output_, mesh_))
       return fail(kBadInput, "--output: " + output_ + " is the mesh itself; expected another name");
     if (const std::string reason = whyNoFileAt(output_); !reason.empty())
-      return fail(kBadInput, "--output: " + output_ + " " + reason);
+      return fail(kFailed, "--output: " + output_ + ": " + reason);
   }
   const Result<LoadedMesh> mesh = loadMesh(mesh_, {.scale = scale_});
   if (!mesh) return fail(kBadInput, mesh.error().message);

@@ -24,6 +24,7 @@ namespace {
 
 constexpr double kLongest = 60.0;     // s
 constexpr double kFarthest = 1e4;     // m and N s
+constexpr double kNearest = 1e-3;     // m, of the listener
 constexpr double kBefore = 0.02;      // s of silence in front of the blow
 constexpr double kRestitution = 0.5;  // of the hammer
 constexpr BodyId kBody = 0;
@@ -87,7 +88,8 @@ Result<StrikeReport> renderStrike(Synth& synth, const ImpulseEvent& event, doubl
   const double limit = seconds > 0.0 ? seconds : kLongest;
   std::vector<double> samples(kBlock);
   std::vector<float> rounded(kBlock);
-  auto left = static_cast<std::size_t>(std::llround(limit * settings.sampleRate));
+  const auto most = static_cast<std::size_t>(std::llround(limit * settings.sampleRate));
+  std::size_t left = most;
   while (left > 0 && (seconds > 0.0 || !synth.isSilent())) {
     const std::size_t frames = std::min(left, kBlock);
     double* const channel = samples.data();
@@ -96,9 +98,9 @@ Result<StrikeReport> renderStrike(Synth& synth, const ImpulseEvent& event, doubl
     const float* const plane = rounded.data();
     if (const Status written = writer->write(std::span(&plane, 1), frames); !written)
       return written.error();
-    report.duration += static_cast<double>(frames) / settings.sampleRate;
     left -= frames;
   }
+  report.duration = static_cast<double>(most - left) / settings.sampleRate;
   if (const Status finished = writer->finish(); !finished) return finished.error();
   report.peak = writer->peakPressure();
   return report;
@@ -170,6 +172,10 @@ int StrikeCommand::run() const {
   const Vec3 impulse = *threeNumbers(impulse_, kFarthest);
   if (impulse.norm() < 1e-12)
     return fail(kBadInput, "--impulse: nothing hits; expected at least 1e-12 N s");
+  const Vec3 listener = *threeNumbers(listener_, kFarthest);
+  if (listener.norm() < kNearest)
+    return fail(kBadInput,
+                "--listener: it is in the centre of mass; expected at least 1 mm away from it");
   Result<ModalModel> loaded = loadModel(model_);
   if (!loaded) return fail(kBadInput, loaded.error().message);
   const auto model = std::make_shared<const ModalModel>(*std::move(loaded));
@@ -179,8 +185,7 @@ int StrikeCommand::run() const {
   settings.medium = model->medium;
   if (radiation_ == "monopole") settings.modalRadiation = ModalRadiation::monopole;
   if (radiation_ == "constant") settings.modalRadiation = ModalRadiation::constant;
-  Result<Synth> synth =
-      Synth::create(settings, {{"listener", *threeNumbers(listener_, kFarthest)}});
+  Result<Synth> synth = Synth::create(settings, {{"listener", listener}});
   if (!synth) return fail(kBadInput, synth.error().message);
   if (const Status set = synth->setBody(kBody, struckBody(model, !noClick_)); !set)
     return fail(kBadInput, model_ + ": " + set.error().message);

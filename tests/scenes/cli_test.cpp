@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -12,15 +11,13 @@
 #include <string_view>
 #include <vector>
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <pty.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
+#include "tests/scenes/command.h"
 #include "tests/scenes/library.h"
 #include "tests/support/recording.h"
 #include "tests/support/temporary_folder.h"
@@ -30,81 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-struct Outcome {
-  int code = -1;  ///< exit code; 1000 + the signal that killed it
-  std::string out;
-  std::string err;
-};
-
-struct RunSettings {
-  rlim_t largestFile = RLIM_INFINITY;  ///< bytes: writing fails beyond, as on a full disk
-  std::string out = {};                ///< a file for standard output; otherwise it is captured
-  int err = -1;                        ///< a descriptor for standard error; likewise
-};
-
-int openForWriting(const fs::path& path) {
-  return open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-}
-
-/// In the child: becomes `carom`.
-[[noreturn]] void become(std::vector<std::string> arguments, int out, int err, rlim_t largestFile) {
-  dup2(out, STDOUT_FILENO);
-  dup2(err, STDERR_FILENO);
-  const rlimit limit = {largestFile, largestFile};
-  setrlimit(RLIMIT_FSIZE, &limit);
-  std::signal(SIGXFSZ, SIG_IGN);
-  arguments.insert(arguments.begin(), "carom");
-  std::vector<char*> pointers;
-  pointers.reserve(arguments.size() + 1);
-  for (std::string& argument : arguments)
-    pointers.push_back(argument.data());
-  pointers.push_back(nullptr);
-  execv(CAROM_COMMAND, pointers.data());
-  _exit(127);
-}
-
-/// Runs the built command and waits for it.
-Outcome carom(const std::vector<std::string>& arguments, const RunSettings& settings = {}) {
-  const TemporaryFolder folder;
-  const fs::path outFile = settings.out.empty() ? folder / "out" : fs::path(settings.out);
-  const int out = openForWriting(outFile);
-  const int err = settings.err >= 0 ? settings.err : openForWriting(folder / "err");
-  const pid_t child = fork();
-  if (child == 0) become(arguments, out, err, settings.largestFile);
-  int status = 0;
-  waitpid(child, &status, 0);
-  close(out);
-  Outcome outcome;
-  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
-  if (settings.out.empty()) outcome.out = contents(outFile);
-  if (settings.err < 0) {
-    close(err);
-    outcome.err = contents(folder / "err");
-  }
-  return outcome;
-}
-
-std::string library(std::string_view name) {
-  return libraryFile(name).string();
-}
-
-/// Returns the message.
-std::string expectRefused(const std::vector<std::string>& arguments, int code) {
-  const Outcome outcome = carom(arguments);
-  const std::string command = testing::PrintToString(arguments);
-  EXPECT_EQ(outcome.code, code) << command << outcome.err;
-  EXPECT_EQ(outcome.out, "") << command;
-  EXPECT_FALSE(outcome.err.empty()) << command;
-  return outcome.err;
-}
-
-json parsed(const Outcome& outcome) {
-  EXPECT_EQ(outcome.code, 0) << outcome.err;
-  json object = json::parse(outcome.out, nullptr, false);  // refuses anything after the object
-  EXPECT_TRUE(object.is_object()) << outcome.out;
-  return object;
-}
 
 class Cli : public testing::Test {
  protected:
@@ -286,7 +208,7 @@ TEST_F(Cli, UsageErrorsNameTheWrongWord) {
   EXPECT_NE(carom({"frobnicate"}).err.find("frobnicate"), std::string::npos);
   EXPECT_NE(carom({"info", library("two_balls"), "--verbose"}).err.find("--verbose"),
             std::string::npos);
-  EXPECT_NE(carom({}).err.find("expected render, info, compare, record or replay"),
+  EXPECT_NE(carom({}).err.find("expected render, info, compare, record, replay, modes or strike"),
             std::string::npos);
 }
 
