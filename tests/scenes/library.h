@@ -16,6 +16,10 @@ inline constexpr std::string_view kLibrary[] = {
     "bouncing_ball",     "two_balls", "newtons_cradle",  "billiard_break",  "marbles_in_a_box",
     "marbles_in_a_room", "fly_by",    "swinging_cradle", "nine_ball_break", "marble_steps"};
 
+/// What only Bullet can run, and rings: the rest of the library.
+inline constexpr std::string_view kRingingLibrary[] = {"dropped_wrench", "glass_and_plate",
+                                                       "wood_blocks"};
+
 inline std::filesystem::path libraryFile(std::string_view name) {
   return std::filesystem::path(CAROM_SOURCE_DIR) / "scenes" / "library" /
          (std::string(name) + ".json");

@@ -184,6 +184,13 @@ TEST(Plan, WhatIsLeftOutNeverHappensInARun) {
   }
 }
 
+TEST(Plan, TheBankOfModesIsNeededWhereABodyRings) {
+  for (const std::string_view name : kRingingLibrary)
+    EXPECT_TRUE(needed(libraryScene(name)).contains("modal_bank")) << name;
+  for (const std::string_view name : kLibrary)
+    EXPECT_TRUE(leftOut(libraryScene(name)).contains("modal_bank")) << name;
+}
+
 TEST(Plan, EveryStageIsDocumented) {
   const std::string page = contents(std::filesystem::path(CAROM_SOURCE_DIR) / "docs" / "scenes.md");
   const Scene scene = sceneOf({kFloor, ballAt(1.0)});

@@ -134,6 +134,11 @@ json withMesh(const std::string& file, const json& keys = json::object()) {
   return withShape(shape);
 }
 
+/// oneBall(), which rings as this says.
+json withModes(json modes) {
+  return with("/bodies/0/modes", std::move(modes));
+}
+
 /// oneBall() with one rod or spring, which is held at (1, 0, 0) where `keys` do not say otherwise.
 json withRod(const json& keys) {
   json rod = {{"bodies", {"sphere1"}}, {"anchor", {1, 0, 0}}};
@@ -466,6 +471,7 @@ TEST(SceneLoader, SoundIsTheSynthsDefaultUnlessTheSceneSaysOtherwise) {
     EXPECT_EQ(sound.dissipative, absent.dissipative);
     EXPECT_EQ(sound.sampling, absent.sampling);
     EXPECT_EQ(sound.radiation, absent.radiation);
+    EXPECT_EQ(sound.modalRadiation, absent.modalRadiation);
     EXPECT_EQ(sound.doppler, absent.doppler);
     EXPECT_EQ(sound.audibleThreshold, absent.audibleThreshold);
     EXPECT_EQ(sound.impulse, absent.impulse);
@@ -475,6 +481,7 @@ TEST(SceneLoader, SoundIsTheSynthsDefaultUnlessTheSceneSaysOtherwise) {
   const SynthSettings sound = accepted(with("/sound", {{"pulse", "gaussian"},
                                                        {"sampling", "naive"},
                                                        {"radiation", "compact"},
+                                                       {"modal_radiation", "monopole"},
                                                        {"doppler", false},
                                                        {"audible_threshold", 0.25},
                                                        {"impulse", "applied"}}))
@@ -482,6 +489,7 @@ TEST(SceneLoader, SoundIsTheSynthsDefaultUnlessTheSceneSaysOtherwise) {
   EXPECT_EQ(sound.pulse, PulseShape::gaussian);
   EXPECT_EQ(sound.sampling, Sampling::naive);
   EXPECT_EQ(sound.radiation, Radiation::compact);
+  EXPECT_EQ(sound.modalRadiation, ModalRadiation::monopole);
   EXPECT_FALSE(sound.doppler);
   EXPECT_EQ(sound.audibleThreshold, 0.25);
   EXPECT_EQ(sound.impulse, ImpulseChoice::applied);
@@ -493,6 +501,55 @@ TEST(SceneLoader, SoundIsTheSynthsDefaultUnlessTheSceneSaysOtherwise) {
       {"hand_out", PulseShape::handOut}};
   for (const auto& [name, shape] : shapes)
     EXPECT_EQ(accepted(with("/sound", {{"pulse", name}})).sound.pulse, shape) << name;
+}
+
+TEST(SceneLoader, BodiesRingAsTheirModesSayAndNotAtAllWithoutThem) {
+  const auto ringing = [](const json& document, std::size_t body) {
+    return accepted(document).bodies.at(body).ringing;
+  };
+  EXPECT_FALSE(ringing(oneBall(), 0));
+  const auto file = ringing(withModes("models/ball.carom_modes"), 0);
+  ASSERT_TRUE(file);
+  EXPECT_EQ(file->model.filename(), "ball.carom_modes");
+  EXPECT_EQ(file->model.parent_path().filename(), "models");
+  const auto plain = ringing(withModes(json::object()), 0);
+  ASSERT_TRUE(plain);
+  EXPECT_TRUE(plain->model.empty());
+  MeshAnalysisSettings defaults;
+  defaults.shell.maxModes = 60;  // "count", of either
+  EXPECT_EQ(plain->analysis, defaults);
+  const auto solid = ringing(
+      withSolid({{"modes", {{"body", "solid"}, {"dofs", 3000}, {"count", 7}, {"panels", 200}}}}),
+      2);
+  ASSERT_TRUE(solid);
+  EXPECT_EQ(solid->analysis.body, BodyModel::solid);
+  EXPECT_EQ(solid->analysis.solid.grid.degreesOfFreedom, 3000U);
+  EXPECT_EQ(solid->analysis.solid.maxModes, 7);
+  ASSERT_TRUE(solid->analysis.radiation);
+  EXPECT_EQ(solid->analysis.radiation->panels, 200U);
+  const auto shell = ringing(
+      withModes({{"body", "shell"}, {"thickness", 0.002}, {"springs", "axial"}, {"count", 9}}), 0);
+  ASSERT_TRUE(shell);
+  EXPECT_EQ(shell->analysis.body, BodyModel::shell);
+  EXPECT_EQ(shell->analysis.shell.thickness, 0.002);
+  EXPECT_EQ(shell->analysis.shell.springs, ShellSprings::axial);
+  EXPECT_EQ(shell->analysis.shell.maxModes, 9U);
+}
+
+TEST(SceneLoader, ModelFilesAreRelativeToTheSceneAndNotOpenedYet) {
+  const Result<Scene> scene =
+      parseScene(withModes("ball.carom_modes").dump(), "/some/folder/test.json");
+  ASSERT_TRUE(scene) << messageOf(scene);
+  EXPECT_EQ(scene->bodies[0].ringing->model, "/some/folder/ball.carom_modes");
+}
+
+TEST(SceneLoader, DampingBelongsToTheMaterial) {
+  const Scene scene = accepted(withOak({{"damping_alpha", 20}, {"damping_beta", 2e-6}}));
+  EXPECT_EQ(scene.bodies[0].material.dampingAlpha, 20.0);
+  EXPECT_EQ(scene.bodies[0].material.dampingBeta, 2e-6);
+  const Scene without = accepted(withOak(json::object()));
+  EXPECT_EQ(without.bodies[0].material.dampingAlpha, 0.0);
+  EXPECT_EQ(without.bodies[0].material.dampingBeta, 0.0);
 }
 
 TEST(SceneLoader, EveryPlaneOfARoomReflectsOnTheSideItsNormalPointsTo) {
@@ -1148,6 +1205,49 @@ std::vector<Refusal> shapeRefusals() {
       {"3 is not a vector"});
   for (const double step : {0.0, 0.2})
     add(with("/mechanics", {{"force_step", step}}), "/mechanics/force_step", {"a step of forces"});
+  const std::string modes = "/bodies/0/modes";
+  for (const json& wrong : {json(1), json(true), json::array()})
+    add(withModes(wrong), modes, {"modes", "a model file, or an object"});
+  add(withModes(""), modes, {"the name of a file"});
+  add(withModes(std::string(1001, 'x')), modes, {"the name of a file"});
+  add(withModes({{"material", "steel"}}), modes + "/material", {"unknown key", "\"dofs\""});
+  add(withModes({{"body", "beam"}}), modes + "/body", {"\"solid\", \"shell\""});
+  add(withModes({{"body", "shell"}}), modes + "/thickness", {"missing", "metres"});
+  for (const double thickness : {0.0, -1e-3, 1001.0})
+    add(withModes({{"body", "shell"}, {"thickness", thickness}}), modes + "/thickness",
+        {"a thickness"});
+  add(withModes({{"body", "shell"}, {"thickness", 0.01}, {"springs", "coil"}}), modes + "/springs",
+      {"\"transverse\", \"axial\""});
+  add(withModes({{"body", "shell"}, {"thickness", 0.01}, {"dofs", 3000}}), modes + "/dofs",
+      {"no use for it", "\"solid\""});
+  for (const json& keys : {json::object(), json{{"body", "solid"}}}) {
+    json thick = keys;
+    thick["thickness"] = 0.01;
+    add(withModes(thick), modes + "/thickness", {"no use for it", "\"shell\""});
+    json sprung = keys;
+    sprung["springs"] = "axial";
+    add(withModes(sprung), modes + "/springs", {"no use for it", "\"shell\""});
+  }
+  for (const json& degrees : {json(99), json(1000001), json(1000.5), json("many")})
+    add(withModes({{"dofs", degrees}}), modes + "/dofs", {"a number of degrees of freedom"});
+  for (const json& count : {json(0), json(2001), json(1.5)})
+    add(withModes({{"count", count}}), modes + "/count", {"a number of modes"});
+  for (const json& panels : {json(99), json(5001), json(100.5)})
+    add(withModes({{"panels", panels}}), modes + "/panels", {"a number of panels"});
+  add(withSolid({{"modes", 3}}), "/bodies/2/modes", {"3 is not modes"});
+  add(with("/bodies/1/modes", json::object()), "/bodies/1/modes", {"unknown key"});
+  add(withBlock({{"modes", json::object()}}), "/bodies/2/modes", {"unknown key"});
+  json group = groupOf(2, 0.1, 1.0);
+  group["modes"] = json::object();
+  add(withBodies({group}), "/bodies/0/modes", {"unknown key"});
+  for (const double damping : {-1.0, 1.1e6})
+    add(withOak({{"damping_alpha", damping}}), "/bodies/0/material/damping_alpha",
+        {"in proportion to mass", "1/s"});
+  for (const double damping : {-1.0, 1.1})
+    add(withOak({{"damping_beta", damping}}), "/bodies/0/material/damping_beta",
+        {"in proportion to stiffness"});
+  add(with("/sound", {{"modal_radiation", "loud"}}), "/sound/modal_radiation",
+      {"\"directional\", \"monopole\", \"constant\""});
   add(with("/bodies", json::array()), "/bodies", {"empty scene"});
   add(with("/listeners", json::array()), "/listeners", {"is not a list of listeners", "1 to 256"});
   return list;
@@ -1477,6 +1577,18 @@ std::vector<json> goodDocuments() {
                            json{{"rotation", {{"axis", {1, 0, 0}}, {"angle", 30}}}}}) {
     documents.push_back(withSolid(keys));
   }
+  for (const json& modes :
+       {json("x"), json(std::string(1000, 'x')), json::object(), json{{"body", "solid"}},
+        json{{"dofs", 100}, {"count", 1}, {"panels", 100}},
+        json{{"dofs", 1000000}, {"count", 2000}, {"panels", 5000}},
+        json{{"body", "shell"}, {"thickness", 1e-6}},
+        json{{"body", "shell"}, {"thickness", 1000}, {"springs", "axial"}, {"count", 1}}}) {
+    documents.push_back(withModes(modes));
+    documents.push_back(withSolid({{"modes", modes}, {"movable", false}}));
+  }
+  documents.push_back(withOak({{"damping_alpha", 1e6}, {"damping_beta", 1}}));
+  for (const char* radiation : {"directional", "monopole", "constant"})
+    documents.push_back(with("/sound", {{"modal_radiation", radiation}}));
   documents.push_back(withShape({{"type", "cylinder"}, {"radius", 1e-6}, {"height", 2e4}}));
   documents.push_back(withMesh("l_shape.obj"));
   documents.push_back(withMesh("l_shape.obj", {{"scale", 1e-3}}));

@@ -1,0 +1,182 @@
+#include "scenes/scene_modes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "audio/modal_model_file.h"
+#include "scenes/scene_sound.h"
+#include "tests/scenes/library.h"
+#include "tests/support/temporary_folder.h"
+
+namespace carom::test {
+namespace {
+
+const std::string kCoarse = R"({"dofs": 600, "count": 4, "panels": 200})";
+
+/// Bars of steel, 20 x 2 x 1 cm, that fall on a floor of concrete.
+Scene fallingBars(const std::vector<std::string>& modes) {
+  std::string bodies =
+      R"({"type": "plane", "normal": [0, 1, 0], "offset": 0, "material": "concrete"})";
+  for (std::size_t bar = 0; bar < modes.size(); ++bar)
+    bodies += R"(, {"type": "solid", "shape": {"type": "box", "half_extents": [0.1, 0.01, 0.005]},
+                   "material": "carbon_steel", "rotation": {"axis": [0, 0, 1], "angle": 20},
+                   "position": [0, 0.1, )" +
+              std::to_string(bar) + "]" + (modes[bar].empty() ? "" : ", \"modes\": " + modes[bar]) +
+              "}";
+  return orAbort(parseScene(R"({"duration": 0.5, "stepper": {"type": "bullet", "step": 0.001},
+      "listeners": [{"position": [0, 0.5, 0.5]}], "bodies": [)" +
+                                bodies + "]}",
+                            "bars.json"));
+}
+
+/// Of what remains when all bounces are over, Pa^2 s per sample.
+double tailOf(const Scene& scene) {
+  Result<SceneSound> sound = SceneSound::create(scene);
+  EXPECT_TRUE(sound) << sound.error().message;
+  std::vector<float> all;
+  std::vector<std::vector<float>> block(1, std::vector<float>(1024));
+  while (const std::size_t count = sound->render(block))
+    all.insert(all.end(), block[0].begin(), block[0].begin() + static_cast<std::ptrdiff_t>(count));
+  double sum = 0.0;
+  for (std::size_t sample = all.size() / 2; sample < all.size(); ++sample)
+    sum += static_cast<double>(all[sample]) * static_cast<double>(all[sample]);
+  return sum;
+}
+
+/// Models that are computed are kept in a folder of the test's own.
+class SceneModes : public testing::Test {
+ protected:
+  SceneModes() { setenv("XDG_CACHE_HOME", folder_.path().c_str(), 1); }
+  ~SceneModes() override { unsetenv("XDG_CACHE_HOME"); }
+
+  const TemporaryFolder folder_;
+};
+
+TEST_F(SceneModes, BodiesOfOneShapeAndMaterialShareOneModel) {
+  Scene scene = fallingBars({kCoarse, kCoarse, "", kCoarse});
+  scene.bodies.back().material = *findMaterial("brass");
+  const auto modes = sceneModes(scene);
+  ASSERT_TRUE(modes) << modes.error().message;
+  ASSERT_EQ(modes->size(), 5U);
+  EXPECT_EQ((*modes)[0].model, nullptr);  // the floor
+  ASSERT_NE((*modes)[1].model, nullptr);
+  EXPECT_EQ((*modes)[1].model, (*modes)[2].model);
+  EXPECT_EQ((*modes)[3].model, nullptr);
+  ASSERT_NE((*modes)[4].model, nullptr);
+  EXPECT_NE((*modes)[4].model, (*modes)[1].model);
+  EXPECT_EQ((*modes)[4].model->material.name, "brass");
+  EXPECT_EQ((*modes)[1].model->modes.size(), 4U);
+}
+
+TEST_F(SceneModes, BodiesThatNameOneFileShareOneModelInTheFrameOfTheirShape) {
+  const auto computed = sceneModes(fallingBars({kCoarse}));
+  ASSERT_TRUE(computed);
+  const std::filesystem::path file = folder_ / "bar.carom_modes";
+  ASSERT_TRUE(writeModalModel(file, *(*computed)[1].model));
+  const std::string name = '"' + file.string() + '"';
+  Scene scene = fallingBars({name, name});
+  std::get<SolidShape>(scene.bodies[1].shape).centreOfMass = Vec3(0.01, 0.02, 0.03);
+  const auto modes = sceneModes(scene);
+  ASSERT_TRUE(modes) << modes.error().message;
+  ASSERT_NE((*modes)[1].model, nullptr);
+  EXPECT_EQ((*modes)[1].model, (*modes)[2].model);
+  EXPECT_EQ((*modes)[1].origin, Vec3(0.01, 0.02, 0.03));
+  EXPECT_EQ((*modes)[2].origin, Vec3::Zero());
+}
+
+TEST_F(SceneModes, TheSecondTimeTheyComeFromTheCache) {
+  const auto stages = [&] {
+    int told = 0;
+    EXPECT_TRUE(sceneModes(fallingBars({kCoarse}), [&](std::string_view, double) {
+      ++told;
+      return true;
+    }));
+    return told;
+  };
+  EXPECT_GT(stages(), 0);
+  EXPECT_EQ(stages(), 0);
+}
+
+TEST_F(SceneModes, ABodyWhoseModesAllLieAboveHearingIsSilentAndNoError) {
+  const Scene scene = orAbort(parseScene(R"({"duration": 1, "stepper": {"type": "bullet"},
+    "listeners": [{"position": [0, 1, 1]}],
+    "bodies": [{"type": "solid", "shape": {"type": "box", "half_extents": [0.005, 0.005, 0.005]},
+                "material": "carbon_steel", "position": [0, 1, 0],
+                "modes": {"dofs": 600, "panels": 200}}]})",
+                                         "die.json"));
+  const auto modes = sceneModes(scene);
+  ASSERT_TRUE(modes) << modes.error().message;
+  EXPECT_EQ((*modes)[0].model, nullptr);
+  EXPECT_TRUE(SceneSound::create(scene));
+}
+
+// The lowest mode of a solid sphere is torsional: 2.5011 = ka of shear waves (Lamb 1882), the
+// lowest spheroidal one 2.64 at a Poisson's ratio of 0.3.
+TEST_F(SceneModes, ASphereRingsAsLambSays) {
+  Scene scene = orAbort(parseScene(R"({"duration": 1, "listeners": [{"position": [0, 1, 1]}],
+    "bodies": [{"type": "sphere", "radius": 0.2, "material": "carbon_steel", "position": [0, 1, 0],
+                "modes": {"dofs": 3000, "count": 10, "panels": 120}}]})",
+                                   "sphere.json"));
+  const auto modes = sceneModes(scene);
+  ASSERT_TRUE(modes) << modes.error().message;
+  ASSERT_NE((*modes)[0].model, nullptr);
+  const ModalModel& model = *(*modes)[0].model;
+  const Material& steel = scene.bodies[0].material;
+  const double shear =
+      std::sqrt(steel.youngsModulus / (2.0 * (1.0 + steel.poissonsRatio)) / steel.density);
+  const double unit = shear / (2.0 * std::numbers::pi * 0.2);
+  ASSERT_EQ(model.modes.size(), 10U);
+  for (std::size_t mode = 0; mode < 5; ++mode)
+    EXPECT_NEAR(model.modes[mode].frequency, 2.5011 * unit, 0.03 * 2.5011 * unit) << mode;
+  for (std::size_t mode = 5; mode < 10; ++mode)
+    EXPECT_NEAR(model.modes[mode].frequency, 2.64 * unit, 0.03 * 2.64 * unit) << mode;
+  EXPECT_LT(model.centreOfMass.norm(), 1e-3);
+}
+
+TEST_F(SceneModes, WhatRingsIsHeardLongerThanWhatDoesNot) {
+  const double dry = tailOf(fallingBars({""}));
+  const double ringing = tailOf(fallingBars({kCoarse}));
+  EXPECT_GT(ringing, 10.0 * dry);
+}
+
+TEST_F(SceneModes, ErrorsNameTheBody) {
+  const auto absent = sceneModes(fallingBars({"\"absent.carom_modes\""}));
+  ASSERT_FALSE(absent);
+  EXPECT_EQ(absent.error().message.find("solid1: "), 0U) << absent.error().message;
+  EXPECT_NE(absent.error().message.find("absent.carom_modes"), std::string::npos);
+  std::ofstream(folder_ / "text.carom_modes") << "no model";
+  const auto text = sceneModes(fallingBars({'"' + (folder_ / "text.carom_modes").string() + '"'}));
+  ASSERT_FALSE(text);
+  EXPECT_EQ(text.error().message.find("solid1: "), 0U) << text.error().message;
+  const auto thick = sceneModes(fallingBars({R"({"body": "shell", "thickness": 900})"}));
+  ASSERT_FALSE(thick);
+  EXPECT_EQ(thick.error().message.find("solid1: modes: "), 0U) << thick.error().message;
+}
+
+TEST_F(SceneModes, CanBeStopped) {
+  const auto stopped =
+      sceneModes(fallingBars({kCoarse}), [](std::string_view, double) { return false; });
+  ASSERT_FALSE(stopped);
+  EXPECT_NE(stopped.error().message.find(kCancelled), std::string::npos);
+}
+
+TEST(SceneModesOfTheLibrary, AreAskedForByEveryRingingScene) {
+  for (const std::string_view name : kRingingLibrary) {
+    const Scene scene = libraryScene(name);
+    EXPECT_TRUE(std::ranges::any_of(scene.bodies, [](const SceneBody& body) {
+      return body.ringing.has_value();
+    })) << name;
+    EXPECT_EQ(scene.stepper.type, StepperType::bullet) << name;
+  }
+}
+
+}  // namespace
+}  // namespace carom::test
