@@ -198,6 +198,16 @@ TEST(SynthRing, RenderingAllocatesNothing) {
   EXPECT_EQ(scope.allocations(), 0u);
 }
 
+TEST(SynthRing, IsHeardInTheMiddleOfTheBodyAsFromItsSurface) {
+  const auto peakAt = [](const Vec3& place) {
+    Synth synth = floorRings(dropOnBox(0.01), {{440.0, 50.0, 1e-3}}, {}, {"inside", place});
+    synth.schedule(floorShare(dropOnBox(0.01)));
+    return peakOf(renderMono(synth, 4800));
+  };
+  const double surface = 0.01 * std::sqrt(3.0);
+  EXPECT_NEAR(peakAt(Vec3::Zero()), peakAt({0.0, 0.0, surface}), 1e-2 * peakAt(Vec3::Zero()));
+}
+
 /// The ball rests on the box from `begin` to `end`, with a load.
 void rest(Synth& synth, double begin, double end, double load) {
   ContactState contact;
