@@ -272,7 +272,8 @@ ClickLayer::Contact ClickLayer::contactOf(const ImpulseEvent& event, const Body&
   contact.rings = true;
   if (body.filters == nullptr) {
     contact.strike.position = rings_.position();
-    contact.strike.radius = contact.ahead = 0.0;
+    contact.strike.radius = rings_.radius();  // nobody hears it from within
+    contact.ahead = 0.0;
   }
   return contact;
 }

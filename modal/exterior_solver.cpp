@@ -7,9 +7,10 @@
 #include <limits>
 #include <numbers>
 
-#include "modal/triangle_points.h"
 #include <Eigen/LU>
 #include <Eigen/QR>
+
+#include "modal/triangle_points.h"
 
 namespace carom {
 namespace {

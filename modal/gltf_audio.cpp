@@ -6,10 +6,9 @@
 #include <limits>
 #include <utility>
 
-#include "modal/gltf_document.h"
-
 #include "audio/byte_file.h"
 #include "audio/positive.h"
+#include "modal/gltf_document.h"
 
 namespace carom {
 

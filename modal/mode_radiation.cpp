@@ -9,11 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "audio/multipole.h"
 #include "modal/exterior_solver.h"
 #include "modal/radiating_panels.h"
 #include "modal/triangle_points.h"
-
-#include "audio/multipole.h"
 
 namespace carom {
 namespace {

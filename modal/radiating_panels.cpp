@@ -8,9 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "modal/triangle_points.h"
-
 #include "audio/panel_mesh.h"
+#include "modal/triangle_points.h"
 
 namespace carom {
 namespace {

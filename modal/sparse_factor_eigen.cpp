@@ -1,7 +1,8 @@
 #include <utility>
 
-#include "modal/sparse_factor.h"
 #include <Eigen/SparseCholesky>
+
+#include "modal/sparse_factor.h"
 
 namespace carom {
 

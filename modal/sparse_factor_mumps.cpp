@@ -3,9 +3,10 @@
 #include <utility>
 #include <vector>
 
-#include "modal/sparse_factor.h"
 #include <dlfcn.h>
 #include <dmumps_c.h>
+
+#include "modal/sparse_factor.h"
 
 namespace carom {
 namespace {

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "modal/audible_modes.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "modal/audible_modes.h"
 #include "tests/support/temporary_folder.h"
 
 namespace carom::test {
