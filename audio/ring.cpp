@@ -5,6 +5,8 @@
 #include <numbers>
 #include <utility>
 
+#include <Eigen/QR>
+
 #include "audio/resonator_kernels.h"
 #include "audio/spread_kernel.h"
 #include "audio/synth_settings.h"
@@ -12,9 +14,82 @@
 namespace carom {
 namespace {
 
+using Complex = std::complex<double>;
+
 std::size_t modesInBand(const ModalModel& model, double sampleRate) {
   const auto end = std::ranges::upper_bound(model.modes, kBand * sampleRate, {}, &Mode::frequency);
   return static_cast<std::size_t>(end - model.modes.begin());
+}
+
+/// Fits ResonatorSet::rest by least squares over the band, as it is heard: weighted by what the
+/// spread pulse has there. All in samples.
+class RestFit {
+ public:
+  explicit RestFit(Sampling sampling) {
+    Eigen::MatrixXd waves(2 * kFrequencies, kTaps);
+    for (Eigen::Index row = 0; row < kFrequencies; ++row) {
+      const double w = omega(row);
+      const bool spread = sampling == Sampling::bandLimited;
+      dimming_[row] = spread ? spreadTransform(w / (2.0 * std::numbers::pi)) : 1.0;
+      weight_[row] = row == 0 ? kStill : dimming_[row];
+      for (Eigen::Index tap = 0; tap < kTaps; ++tap) {
+        const double angle = w * static_cast<double>(tap - kTaps / 2);
+        waves(row, tap) = weight_[row] * std::cos(angle);
+        waves(kFrequencies + row, tap) = -weight_[row] * std::sin(angle);
+      }
+    }
+    inverse_ = waves.completeOrthogonalDecomposition().pseudoInverse();
+  }
+
+  RestTaps<Complex> of(Complex pole, Complex dimming) const {
+    // The limit at a pole on the axis is finite, but not what leads there.
+    pole -= kAside;
+    const Eigen::VectorXd real = tapsOf(pole, dimming, 1.0);
+    const Eigen::VectorXd imaginary = tapsOf(pole, dimming, Complex(0.0, 1.0));
+    RestTaps<Complex> rest;
+    for (std::size_t tap = 0; tap < rest.size(); ++tap) {
+      const auto row = static_cast<Eigen::Index>(tap);
+      rest[tap] = {real[row], -imaginary[row]};
+    }
+    return rest;
+  }
+
+ private:
+  static constexpr Eigen::Index kFrequencies = 96;
+  static constexpr Eigen::Index kTaps = 2 * kRestReach + 1;
+  static constexpr double kStill = 1000.0;  // nothing is to be left at 0 Hz
+  static constexpr double kAside = 1e-7;
+
+  static double omega(Eigen::Index row) {
+    return 2.0 * std::numbers::pi * kBand * static_cast<double>(row) / (kFrequencies - 1);
+  }
+
+  Eigen::VectorXd tapsOf(Complex pole, Complex dimming, Complex amplitude) const {
+    const Complex ours = amplitude / dimming;
+    const double still = (amplitude / pole).real();
+    Eigen::VectorXd wanted(2 * kFrequencies);
+    for (Eigen::Index row = 0; row < kFrequencies; ++row) {
+      const Complex s(0.0, omega(row));
+      const Complex mode =
+          0.5 * (amplitude / (s - pole) + std::conj(amplitude) / (s - std::conj(pole))) + still;
+      const Complex resonator = 0.5 * (ours / (1.0 - std::exp(pole - s)) +
+                                       std::conj(ours) / (1.0 - std::exp(std::conj(pole) - s)));
+      const Complex rest = weight_[row] * (mode / dimming_[row] - resonator);
+      wanted[row] = rest.real();
+      wanted[kFrequencies + row] = rest.imag();
+    }
+    return inverse_ * wanted;
+  }
+
+  Eigen::VectorXd dimming_ = Eigen::VectorXd::Zero(kFrequencies);
+  Eigen::VectorXd weight_ = dimming_;
+  Eigen::MatrixXd inverse_;
+};
+
+const RestFit& restFit(Sampling sampling) {
+  static const RestFit spread(Sampling::bandLimited);
+  static const RestFit naive(Sampling::naive);
+  return sampling == Sampling::bandLimited ? spread : naive;
 }
 
 }  // namespace
@@ -27,7 +102,9 @@ ResonatorSet::ResonatorSet(std::shared_ptr<const ModalModel> ofModel, const Synt
       a1(padded),
       a2(padded),
       pole(modes),
-      dimming(modes, 1.0) {
+      dimming(modes, 1.0),
+      rest(modes) {
+  const RestFit& fit = restFit(settings.sampling);
   for (std::size_t mode = 0; mode < modes; ++mode) {
     const double omega = 2.0 * std::numbers::pi * model->modes[mode].frequency;
     const double sampleRate = settings.sampleRate;
@@ -38,6 +115,7 @@ ResonatorSet::ResonatorSet(std::shared_ptr<const ModalModel> ofModel, const Synt
     a2[mode] = two.a2;
     if (settings.sampling == Sampling::bandLimited)
       dimming[mode] = spreadTransform(pole[mode] / sampleRate);
+    rest[mode] = fit.of(pole[mode] / sampleRate, dimming[mode]);
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <complex>
 #include <cstddef>
 #include <cstdint>
@@ -13,6 +14,12 @@
 #include "audio/synth_settings.h"
 
 namespace carom {
+
+/// How far the rest of a ring reaches to either side of its drive, samples.
+inline constexpr std::size_t kRestReach = 16;
+/// Taps at -kRestReach to kRestReach samples.
+template <class Number>
+using RestTaps = std::array<Number, 2 * kRestReach + 1>;
 
 /// The modes of a model as resonators at one sample rate, those within the band (kBand) of it.
 /// Immutable, to be shared by all bodies of the model. [any thread]
@@ -31,6 +38,12 @@ struct ResonatorSet {
   std::vector<std::complex<double>> pole;  ///< rad/s: -decay + i w damped, one for each mode
   /// 1: what is left of each mode in a pulse on the samples (spreadKernel).
   std::vector<std::complex<double>> dimming;
+  /// What a mode's resonator is short of below and above its own frequency, where it is driven: of
+  /// a ring Re(A exp(s t)) the pulse on the samples goes through the taps Re(A rest) as well. The
+  /// sum is the mode's response to the pulse at all frequencies of the band, less what an impulse
+  /// moves at 0 Hz; the resonator alone has it at its own, and elsewhere it differs by what the
+  /// samples fold back, and by how much more its own frequency is dimmed than others.
+  std::vector<RestTaps<std::complex<double>>> rest;
 };
 
 /// What one contact excites of a body's modes at one receiver, over one path. As Click, it is laid
@@ -42,9 +55,9 @@ struct Ring {
   Click drive;  ///< the force's pulse and its time; no filters, no buses
   BodyId body = 0;
   const ResonatorSet* resonators = nullptr;
-  std::size_t count = 0;  ///< of its resonators: all, or the first so many, padded
-  std::size_t taps = 0;   ///< where its b0 begin, and `count` behind it its b1
-  double direct = 0.0;    ///< of the pulse itself: what keeps the modes' sum still at 0 Hz
+  std::size_t count = 0;    ///< of its resonators: all, or the first so many, padded
+  std::size_t taps = 0;     ///< where its b0 begin, and `count` behind it its b1
+  RestTaps<double> rest{};  ///< of the pulse itself: ResonatorSet::rest
 
   bool isDamping() const { return drive.pulse == nullptr; }
 };

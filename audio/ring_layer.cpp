@@ -154,13 +154,15 @@ void RingLayer::laySend(const Click& drive) {
 ///
 /// After a unit impulse at time 0, q'' = delta(t) e + Re(-i s^2 e / w exp(s t)), where s is the
 /// pole, w its imaginary part and e the excitation. Each resonator is the second term's samples;
-/// the first is what keeps q'' still where the pulse is much longer than the period. On samples
-/// that is the one number for which nothing is left at 0 Hz.
+/// the first, which keeps q'' still where the pulse is much longer than the period, is in the rest.
 void RingLayer::layAmplitudes(const Click& drive) {
   const ResonatorSet& set = *source_->resonators;
   const double rate = paths_->settings.sampleRate;
   Ring ring;
   ring.drive = drive;
+  ring.drive.first -= static_cast<std::int64_t>(kRestReach);
+  ring.drive.track.start += static_cast<double>(kRestReach);
+  ring.drive.samples += static_cast<std::uint32_t>(2 * kRestReach);
   ring.body = body_;
   ring.resonators = &set;
   ring.count = set.padded;
@@ -176,7 +178,8 @@ void RingLayer::layAmplitudes(const Click& drive) {
     const Complex amplitude = heard / set.dimming[mode];
     b0[mode] = amplitude.real();
     b1[mode] = (amplitude * std::exp(pole / rate)).real() - set.a1[mode] * b0[mode];
-    ring.direct -= (b0[mode] + b1[mode]) / (1.0 - set.a1[mode] - set.a2[mode]);
+    for (std::size_t tap = 0; tap < ring.rest.size(); ++tap)
+      ring.rest[tap] += (heard * set.rest[mode][tap]).real();
   }
   rings_.push_back(ring);
 }

@@ -27,6 +27,16 @@ std::int64_t gridFrom(std::int64_t sample) {
 }
 static_assert((RingPlayer::kGrid & (RingPlayer::kGrid - 1)) == 0);
 
+/// The drive has as many zeros at its ends as the taps reach.
+void addRest(const RestTaps<double>& rest, std::span<const double> x, std::span<double> out) {
+  for (std::size_t tap = 0; tap < rest.size(); ++tap) {
+    const std::size_t from = tap < kRestReach ? kRestReach - tap : 0;
+    const std::size_t to = tap > kRestReach ? x.size() - (tap - kRestReach) : x.size();
+    for (std::size_t n = from; n < to; ++n)
+      out[n + tap - kRestReach] += rest[tap] * x[n];
+  }
+}
+
 }  // namespace
 
 RingPlayer::RingPlayer(std::shared_ptr<const SoundPaths> paths,
@@ -45,7 +55,7 @@ void RingPlayer::makeRoom() {
   const double longest =
       (pulse.end() - pulse.begin()) * capacity_->longestContact * paths_->settings.sampleRate;
   Click drive;
-  drive.samples = static_cast<std::uint32_t>(longest) + 2 * kSpreadWidth;
+  drive.samples = static_cast<std::uint32_t>(longest) + 2 * (kSpreadWidth + kRestReach);
   mostSamples_ = drive.samples;
   reserve(drive, capacity_->modes);
   sampler_.reserve(kMostNodes, drive.samples);
@@ -190,7 +200,7 @@ bool RingPlayer::isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& 
     const Ring& ring = slots_[slot].ring;
     const ClickTrack& track = ring.drive.track;
     return std::tuple(ring.isDamping(), ring.body, ring.drive.channel, ring.drive.chain,
-                      track.length, track.bend, ring.direct);
+                      track.length, track.bend, ring.rest);
   };
   if (contentOf(a.slot) != contentOf(b.slot)) return contentOf(a.slot) < contentOf(b.slot);
   const auto tapsOf = [this](std::uint32_t slot) {
@@ -288,8 +298,9 @@ void RingPlayer::drive(std::uint32_t slot) noexcept {
   std::vector<double>& ahead = ahead_[click.channel];
   const std::size_t at =
       click.first < position_ ? 0 : static_cast<std::size_t>(click.first - position_);
+  addRest(ring.rest, x, {out_.data(), length});
   for (std::size_t n = late; n < length; ++n)
-    ahead[at + n - late] += out_[n] + ring.direct * (n < x.size() ? x[n] : 0.0);
+    ahead[at + n - late] += out_[n];
   aheadEnd_ = std::max(aheadEnd_, at + length - late);
   std::copy_n(y_.begin(), 2 * count, waiting.taps.begin());
   joinLater(joins, slot);

@@ -1,0 +1,76 @@
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/audio/meshes.h"
+#include "tests/audio/ringing_box.h"
+#include "tests/support/struck_model.h"
+
+namespace carom::test {
+namespace {
+
+constexpr double kBar = -40.0;         // dB
+constexpr std::size_t kFrames = 2400;  // 50 ms
+
+struct ShellCase {
+  const char* name;
+  ShellSprings springs;
+  double step;  // s, of the coarser one of two integrations
+};
+
+class WaveformOfAShell : public testing::TestWithParam<ShellCase> {};
+
+// The same network by modes and by direct integration, the limit of small steps: all of its modes
+// are in the band. The integration is as exact as that if its finer step alone is.
+TEST_P(WaveformOfAShell, IsThatOfTheNetworkIntegratedDirectly) {
+  ShellSettings settings{.thickness = 4e-3, .springs = GetParam().springs, .minVertices = 50};
+  settings.maxModes = 1000;
+  const StruckModel body = struckShell(ellipsoidMesh({0.4, 0.32, 0.26}, 2),
+                                       *findMaterial("polycarbonate"), settings, {1, 2, 3});
+  ASSERT_EQ(body.model->leftOut.above + body.model->leftOut.overdamped, 0u);
+  const std::vector<double> coarse = directSound(body, GetParam().step, kFrames);
+  const std::vector<double> fine = directSound(body, 0.5 * GetParam().step, kFrames);
+  const std::vector<double> direct = limitOf(coarse, fine);
+  EXPECT_LT(differenceInDecibels(fine, direct), kBar);
+  EXPECT_LT(differenceInDecibels(modalSound(body, kFrames), direct), kBar);
+}
+INSTANTIATE_TEST_SUITE_P(BySprings, WaveformOfAShell,
+                         testing::Values(ShellCase{"transverse", ShellSprings::transverse, 3e-6},
+                                         ShellCase{"axial", ShellSprings::axial, 6e-6}),
+                         [](const testing::TestParamInfo<ShellCase>& param) {
+                           return param.param.name;
+                         });
+
+// Where many modes are much higher than what the contact excites, they sum up in the attack: each
+// is far off its resonance, and most of what the resonators say there cancels. 60 modes, to the top
+// of the band; heard is what the low-pass leaves.
+TEST(ModalWaveform, AttackOfHighModesIsThatOfTheOscillators) {
+  std::vector<Tone> tones;
+  StruckModel body;
+  const Eigen::Index count = 60;
+  Eigen::VectorXd stiffness(count);
+  for (Eigen::Index mode = 0; mode < count; ++mode) {
+    tones.push_back(
+        {1000.0 + 315.0 * static_cast<double>(mode), 300.0, mode % 3 == 0 ? 2e-3 : 1e-3});
+    stiffness[mode] = std::pow(2.0 * std::numbers::pi * tones.back().frequency, 2.0);
+  }
+  body.model = boxOf(tones, -Vec3::UnitX());
+  body.inward = -Vec3::UnitX();
+  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(count);
+  body.direct.mass = ones.asDiagonal().toDenseMatrix().sparseView();
+  body.direct.stiffness = stiffness.asDiagonal().toDenseMatrix().sparseView();
+  body.direct.alpha = 600.0;
+  body.direct.push = 5.0 * ones;
+  body.direct.flow = ones;
+  for (Eigen::Index mode = 0; mode < count; ++mode)
+    body.direct.flow[mode] = tones[static_cast<std::size_t>(mode)].volume;
+  constexpr std::size_t kAttack = 420;
+  const std::vector<double> direct =
+      limitOf(directSound(body, 0.5e-6, kAttack), directSound(body, 0.25e-6, kAttack));
+  EXPECT_LT(differenceInDecibels(modalSound(body, kAttack), direct), kBar);
+}
+
+}  // namespace
+}  // namespace carom::test

@@ -1,0 +1,205 @@
+#include "tests/support/struck_model.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "modal/mode_radiation.h"
+#include "modal/solid_model.h"
+#include "tests/audio/meshes.h"
+
+namespace carom::test {
+namespace {
+
+using Eigen::Index;
+
+constexpr double kRate = 48000.0;
+
+template <class T>
+T valueOf(Result<T> result) {
+  if (!result) std::abort();
+  return *std::move(result);
+}
+
+double seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+// m^2, of each vertex: the integral of the outward normal over a surface between whose vertices
+// displacements are linear.
+std::vector<Vec3> vertexAreas(const SurfaceMesh& mesh) {
+  std::vector<Vec3> areas(mesh.vertices.size(), Vec3::Zero());
+  for (const auto& [first, second, third] : mesh.triangles) {
+    const Vec3& at = mesh.vertices[first];
+    const Vec3 sixth = (mesh.vertices[second] - at).cross(mesh.vertices[third] - at) / 6.0;
+    for (const std::uint32_t corner : {first, second, third})
+      areas[corner] += sixth;
+  }
+  return areas;
+}
+
+std::uint32_t farthest(const SurfaceMesh& mesh, const Vec3& side) {
+  const auto found = std::ranges::max_element(mesh.vertices, {},
+                                              [&](const Vec3& vertex) { return vertex.dot(side); });
+  return static_cast<std::uint32_t>(found - mesh.vertices.begin());
+}
+
+// The volume velocity does not depend on the panels, and monopoles need no more.
+std::shared_ptr<const ModalModel> withVolumes(ModalModel model) {
+  static_cast<void>(valueOf(computeRadiation(model, {.panels = 100, .maxOrder = 0})));
+  return std::make_shared<const ModalModel>(std::move(model));
+}
+
+// The outside of a grid that is a whole box; node[i] is the grid's node of vertex i.
+struct Skin {
+  SurfaceMesh surface;
+  std::vector<std::uint32_t> node;
+};
+
+Skin skinOf(const VoxelMesh& grid) {
+  // Corners of the faces at the near end of x, y, z, outwards; those at the far end, turned over.
+  constexpr std::array<std::array<std::size_t, 4>, 3> kFaces = {
+      {{0, 4, 6, 2}, {0, 1, 5, 4}, {0, 2, 3, 1}}};
+  Skin skin;
+  std::map<std::uint32_t, std::uint32_t> vertices;
+  const auto vertexOf = [&](std::uint32_t node) {
+    const auto next = static_cast<std::uint32_t>(skin.node.size());
+    const auto [found, fresh] = vertices.try_emplace(node, next);
+    if (fresh) skin.node.push_back(node);
+    return found->second;
+  };
+  for (const VoxelCell& cell : grid.cells) {
+    for (std::size_t face = 0; face < 6; ++face) {
+      const std::size_t axis = face / 2;
+      const bool far = face % 2 == 1;
+      if (cell.place[axis] != (far ? grid.count[axis] - 1 : 0)) continue;
+      std::array<std::uint32_t, 4> corners{};
+      for (std::size_t corner = 0; corner < 4; ++corner)
+        corners[corner] = vertexOf(cell.nodes[kFaces[axis][corner] + (far ? 1U << axis : 0U)]);
+      if (far) std::swap(corners[1], corners[3]);
+      skin.surface.triangles.push_back({corners[0], corners[1], corners[2]});
+      skin.surface.triangles.push_back({corners[0], corners[2], corners[3]});
+    }
+  }
+  for (const std::uint32_t node : skin.node)
+    skin.surface.vertices.push_back(grid.nodes[node]);
+  return skin;
+}
+
+}  // namespace
+
+StruckModel struckShell(const SurfaceMesh& mesh, const Material& material,
+                        const ShellSettings& settings, const Vec3& side) {
+  const ShellNetwork network = valueOf(shellNetwork(mesh, material, settings));
+  const std::vector<Vec3> areas = vertexAreas(network.surface);
+  const bool axial = settings.springs == ShellSprings::axial;
+  const Index perVertex = axial ? 3 : 1;
+  StruckModel body;
+  body.vertex = farthest(network.surface, side);
+  body.inward = -network.normals[body.vertex];
+  DrivenBody& direct = body.direct;
+  direct = {
+      .stiffness = network.stiffness, .alpha = material.dampingAlpha, .beta = material.dampingBeta};
+  const Index rows = network.stiffness.rows();
+  Eigen::VectorXd masses(rows);
+  direct.push = direct.flow = Eigen::VectorXd::Zero(rows);
+  for (std::size_t vertex = 0; vertex < areas.size(); ++vertex) {
+    const Index row = perVertex * static_cast<Index>(vertex);
+    const Vec3& normal = network.normals[vertex];
+    masses.segment(row, perVertex).setConstant(network.masses[static_cast<Index>(vertex)]);
+    const bool hit = vertex == body.vertex;
+    if (axial) {
+      direct.flow.segment<3>(row) = areas[vertex];
+      if (hit) direct.push.segment<3>(row) = body.inward;
+    } else {
+      direct.flow[row] = areas[vertex].dot(normal);
+      if (hit) direct.push[row] = body.inward.dot(normal);
+    }
+  }
+  if (!axial) direct.push -= masses * (direct.push.sum() / masses.sum());
+  direct.mass = masses.asDiagonal().toDenseMatrix().sparseView();
+  const double start = seconds();
+  ModalModel model = valueOf(shellModalModel(mesh, material, settings));
+  body.analysisTime = seconds() - start;
+  body.model = withVolumes(std::move(model));
+  return body;
+}
+
+StruckModel struckBox(const Vec3& half, const Material& material, std::size_t degreesOfFreedom,
+                      const Vec3& side) {
+  SolidSettings settings;
+  settings.grid.degreesOfFreedom = degreesOfFreedom;
+  settings.maxModes = 2000;
+  SolidSystem system = valueOf(solidSystem(boxMesh(half), material, settings.grid));
+  const Skin skin = skinOf(system.grid);
+  StruckModel body;
+  body.vertex = farthest(skin.surface, side);
+  body.inward = -Vec3::UnitZ();
+  const Index rows = system.stiffness.rows();
+  body.direct = {.mass = system.mass,
+                 .stiffness = system.stiffness,
+                 .alpha = material.dampingAlpha,
+                 .beta = material.dampingBeta,
+                 .push = Eigen::VectorXd::Zero(rows),
+                 .flow = Eigen::VectorXd::Zero(rows)};
+  body.direct.push.segment<3>(3 * static_cast<Index>(skin.node[body.vertex])) = body.inward;
+  const std::vector<Vec3> areas = vertexAreas(skin.surface);
+  for (std::size_t vertex = 0; vertex < areas.size(); ++vertex)
+    body.direct.flow.segment<3>(3 * static_cast<Index>(skin.node[vertex])) = areas[vertex];
+  const double start = seconds();
+  ModalModel model = valueOf(solidModalModel(skin.surface, material, settings));
+  body.analysisTime = seconds() - start;
+  body.model = withVolumes(std::move(model));
+  return body;
+}
+
+BallStrike strikeOf(const StruckModel& body) {
+  return {.ball = *findMaterial("steel"),
+          .body = body.model->material,
+          .at = body.model->surface.vertices[body.vertex] - body.model->centreOfMass,
+          .inward = body.inward,
+          .time = kStrikeTime};
+}
+
+std::vector<double> modalSound(const StruckModel& body, std::size_t frames) {
+  const BallStrike strike = strikeOf(body);
+  SynthSettings settings;
+  settings.modalRadiation = ModalRadiation::monopole;
+  settings.audibleThreshold = 0.0;
+  Synth synth =
+      valueOf(Synth::create(settings, {{.name = "seat", .position = {kDistance, 0.0, 0.0}}}));
+  const SoundBody ball{.material = strike.ball};
+  const SoundBody struck{.material = strike.body, .modal = body.model};
+  if (!synth.setBody(1, ball) || !synth.setBody(2, struck)) std::abort();
+  synth.schedule(strike.event());
+  // The low-pass looks ahead.
+  std::vector<double> samples(frames + 100);
+  double* const channel = samples.data();
+  synth.render<double>({&channel, 1}, samples.size());
+  return inTheBand(samples, 1.0 / kRate, 0.0, frames);
+}
+
+std::vector<double> directSound(const StruckModel& body, double step, std::size_t frames) {
+  const HertzContact contact(strikeOf(body));
+  const double end = static_cast<double>(frames + 100) / kRate;
+  std::vector<double> samples = volumeAcceleration(
+      body.direct, [&](double t) { return contact.force(t); }, step, end - kStrikeTime);
+  const Medium air;
+  for (double& sample : samples)
+    sample *= air.density / (4.0 * std::numbers::pi * kDistance);
+  return inTheBand(samples, step, kStrikeTime + kDistance / air.speedOfSound, frames);
+}
+
+std::vector<double> limitOf(const std::vector<double>& atStep, const std::vector<double>& atHalf) {
+  std::vector<double> limit = atHalf;
+  for (std::size_t index = 0; index < limit.size(); ++index)
+    limit[index] += (atHalf[index] - atStep[index]) / 3.0;
+  return limit;
+}
+
+}  // namespace carom::test
