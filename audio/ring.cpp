@@ -33,7 +33,7 @@ class RestFit {
       dimming_[row] = spread ? spreadTransform(w / (2.0 * std::numbers::pi)) : 1.0;
       weight_[row] = row == 0 ? kStill : dimming_[row];
       for (Eigen::Index tap = 0; tap < kTaps; ++tap) {
-        const double angle = w * static_cast<double>(tap - kTaps / 2);
+        const double angle = w * static_cast<double>(tap - kMiddle);
         waves(row, tap) = weight_[row] * std::cos(angle);
         waves(kFrequencies + row, tap) = -weight_[row] * std::sin(angle);
       }
@@ -56,7 +56,8 @@ class RestFit {
 
  private:
   static constexpr Eigen::Index kFrequencies = 96;
-  static constexpr Eigen::Index kTaps = 2 * kRestReach + 1;
+  static constexpr Eigen::Index kMiddle = kRestReach;
+  static constexpr Eigen::Index kTaps = 2 * kMiddle + 1;
   static constexpr double kStill = 1000.0;  // nothing is to be left at 0 Hz
   static constexpr double kAside = 1e-7;
 

@@ -10,7 +10,8 @@ namespace carom {
 
 /// How many functions there are up to an order: (order + 1)^2.
 constexpr std::size_t harmonicCount(int order) {
-  return static_cast<std::size_t>((order + 1) * (order + 1));
+  const auto side = static_cast<std::size_t>(order) + 1;
+  return side * side;
 }
 
 /// Real orthonormal spherical harmonics of the unit direction (x, y, z), all up to `order`, into
@@ -25,7 +26,10 @@ template <class Number>
 void sphericalHarmonics(const Number& x, const Number& y, const Number& z, int order,
                         std::span<Number> values) {
   assert(values.size() >= harmonicCount(order));
-  const auto at = [](int l, int m) { return static_cast<std::size_t>(l * l + l + m); };
+  const auto at = [](int l, int m) {
+    const int index = l * l + l + m;
+    return static_cast<std::size_t>(index);
+  };
   Number cosine(1.0);  // sin^m(theta) times cos(m phi)
   Number sine(0.0);
   double sectoral = std::sqrt(0.25 / std::numbers::pi);  // of l = m, less its power of sin(theta)

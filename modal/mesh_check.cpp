@@ -355,6 +355,7 @@ std::vector<Part> separate(const SurfaceMesh& mesh) {
     }
   }
   std::vector<Part> result;
+  result.reserve(parts.size());
   for (auto& [name, part] : parts)
     result.push_back(std::move(part));
   return result;

@@ -114,9 +114,10 @@ class Expansion {
   std::vector<Complex> multipoles() const {
     std::vector<Complex> result = sums_;
     const std::array<Complex, 4> powers = {Complex(1, 0), {0, 1}, {-1, 0}, {0, -1}};
-    for (int l = 0; l <= order_; ++l)
-      for (int m = -l; m <= l; ++m)
-        result[static_cast<std::size_t>(l * l + l + m)] *= powers[static_cast<std::size_t>(l) % 4];
+    std::size_t index = 0;
+    for (std::size_t l = 0; index < result.size(); ++l)
+      for (std::size_t m = 0; m <= 2 * l; ++m)
+        result[index++] *= powers[l % 4];
     return result;
   }
 

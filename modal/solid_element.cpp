@@ -86,8 +86,8 @@ Products stiffnessOf(const Products& products, const Material& material) {
   const double mu = material.youngsModulus / (2.0 * (1.0 + nu));
   const double lambda = 2.0 * mu * nu / (1.0 - 2.0 * nu);
   Products stiffness;
-  for (int row = 0; row < kFunctions; ++row) {
-    for (int column = 0; column < kFunctions; ++column) {
+  for (Eigen::Index row = 0; row < kFunctions; ++row) {
+    for (Eigen::Index column = 0; column < kFunctions; ++column) {
       const Eigen::Matrix3d product = products.block<3, 3>(3 * row, 3 * column);
       stiffness.block<3, 3>(3 * row, 3 * column) =
           lambda * product + mu * product.transpose() +

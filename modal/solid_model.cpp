@@ -64,7 +64,7 @@ class BlockMatrix {
         start[1] = start[0] + static_cast<int>(stored_ * graph.of(node).size());
         for (const std::uint32_t neighbour : graph.of(node))
           for (std::size_t other = 0; other < stored_; ++other)
-            *row++ = static_cast<int>(3 * neighbour + (diagonalBlocks ? axis : other));
+            *row++ = static_cast<int>(3 * std::size_t{neighbour} + (diagonalBlocks ? axis : other));
       }
     }
     std::fill_n(matrix_.valuePtr(), entries, 0.0);
@@ -78,7 +78,8 @@ class BlockMatrix {
         const std::size_t rank = graph_.rank(cell.nodes[to], cell.nodes[from]);
         for (std::size_t axis = 0; axis < 3; ++axis) {
           double* const at = matrix_.valuePtr() +
-                             matrix_.outerIndexPtr()[3 * cell.nodes[to] + axis] + stored_ * rank;
+                             matrix_.outerIndexPtr()[3 * std::size_t{cell.nodes[to]} + axis] +
+                             stored_ * rank;
           for (std::size_t other = 0; other < stored_; ++other)
             at[other] += block(from, to, other, axis);
         }
@@ -86,7 +87,11 @@ class BlockMatrix {
     }
   }
 
-  SparseMatrix take() { return std::move(matrix_); }
+  SparseMatrix take() {
+    SparseMatrix taken;
+    taken.swap(matrix_);
+    return taken;
+  }
 
  private:
   const NodeGraph& graph_;

@@ -177,7 +177,8 @@ class Raster {
   }
 
   std::size_t rowsAcross(int axis) const {
-    return static_cast<std::size_t>(count_[static_cast<std::size_t>(axis)] * rows_);
+    const int rows = count_[static_cast<std::size_t>(axis)] * rows_;
+    return static_cast<std::size_t>(rows);
   }
   double rowAt(std::size_t index) const {
     return (static_cast<double>(index) + 0.5 + kAside) / rows_;
@@ -468,7 +469,8 @@ std::string metres(double size) {
 
 Error tooCoarse(const Voxeliser& voxeliser, double size, const std::string& why) {
   std::string message = "cells of " + metres(size) + " are too coarse for the body: " + why;
-  for (double finer = size / 1.25; finer >= size / kFinest; finer /= 1.25) {
+  double finer = size / 1.25;
+  for (; finer >= size / kFinest; finer /= 1.25) {
     const std::array<int, 3> count = voxeliser.countFor(finer);
     if (static_cast<double>(productOf(count)) > kMostCells) break;
     const VoxelMesh mesh = voxeliser.grid(count);
