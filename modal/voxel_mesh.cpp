@@ -21,7 +21,7 @@ constexpr double kVolumeOff = 0.05;    // that is borne
 constexpr double kSnap = 1e-9;         // of a cell: surfaces that lie on its faces
 // Of a row: rays pass beside the vertices and edges of grids and boxes.
 constexpr double kAside = 1.37e-6;
-constexpr double kFinest = 8.0;     // times finer is what is tried for a remedy
+constexpr int kTries = 9;           // of cells by 1.25 finer each, for a remedy: to an eighth
 constexpr double kMostCells = 3e7;  // in the grid's box, inside or not
 
 // ---- The frame
@@ -469,8 +469,9 @@ std::string metres(double size) {
 
 Error tooCoarse(const Voxeliser& voxeliser, double size, const std::string& why) {
   std::string message = "cells of " + metres(size) + " are too coarse for the body: " + why;
-  double finer = size / 1.25;
-  for (; finer >= size / kFinest; finer /= 1.25) {
+  double finer = size;
+  for (int attempt = 0; attempt < kTries; ++attempt) {
+    finer /= 1.25;
     const std::array<int, 3> count = voxeliser.countFor(finer);
     if (static_cast<double>(productOf(count)) > kMostCells) break;
     const VoxelMesh mesh = voxeliser.grid(count);
