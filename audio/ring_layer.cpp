@@ -9,6 +9,7 @@
 #include "audio/absorption.h"
 #include "audio/hrtf.h"
 #include "audio/mode_transfer.h"
+#include "audio/multipole.h"
 #include "audio/pulse.h"
 #include "audio/resonator_kernels.h"
 
@@ -16,14 +17,6 @@ namespace carom {
 namespace {
 
 using Complex = std::complex<double>;
-
-/// m, from the centre of mass to the farthest vertex.
-double enclosingRadius(const ModalModel& model) {
-  double radius = 0.0;
-  for (const Vec3& vertex : model.surface.vertices)
-    radius = std::max(radius, (vertex - model.centreOfMass).norm());
-  return radius;
-}
 
 /// m: nobody is nearer to the middle of what rings.
 constexpr double kNearest = 1e-6;
@@ -69,7 +62,9 @@ Complex earResponse(std::span<const double> response, double w) {
 }  // namespace
 
 RingLayer::Source::Source(const ResonatorSet& modes)
-    : resonators(&modes), locator(modes.model->surface), radius(enclosingRadius(*modes.model)) {}
+    : resonators(&modes),
+      locator(modes.model->surface),
+      radius(enclosingRadius(modes.model->surface, modes.model->centreOfMass)) {}
 
 RingLayer::RingLayer(std::shared_ptr<const SoundPaths> paths) : paths_(std::move(paths)) {
   if (paths_->hasHeads) response_.resize(paths_->longestResponse);
