@@ -1,5 +1,6 @@
 #include "audio/byte_file.h"
 
+#include <cstdint>
 #include <fstream>
 #include <string>
 #include <system_error>
@@ -8,22 +9,27 @@
 #include "audio/partial_file.h"
 
 namespace carom {
+namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::uintmax_t kMaxFileSize = 1U << 30;  // bytes
+
+}  // namespace
+
 Result<std::vector<std::byte>> readBytes(const fs::path& path) {
-  const auto refuse = [&path](const std::string& why) { return Error{path.string() + ": " + why}; };
-  std::error_code failed;
-  if (!fs::is_regular_file(path, failed)) {
-    return refuse(fs::exists(path, failed) ? "is no regular file"
-                                           : "does not exist; expected a file to read");
-  }
-  const std::uintmax_t size = fs::file_size(path, failed);
+  std::error_code code;
+  const fs::file_status status = fs::status(path, code);
+  if (!fs::exists(status)) return Error{"there is no such file"};
+  if (fs::is_directory(status)) return Error{"it is a folder; expected a file"};
+  if (!fs::is_regular_file(status)) return Error{"it is not a regular file"};
+  const std::uintmax_t size = fs::file_size(path, code);
+  if (code || size > kMaxFileSize) return Error{"it is larger than 1 GiB"};
   std::ifstream stream(path, std::ios::binary);
-  if (failed || !stream) return refuse("may not be read");
-  std::vector<std::byte> bytes(size);
-  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
-  if (!stream) return refuse("cannot be read to its end");
+  std::vector<std::byte> bytes(static_cast<std::size_t>(size));
+  // Bytes may be looked at as characters.
+  if (!stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size)))
+    return Error{"it may not be read"};
   return bytes;
 }
 

@@ -9,8 +9,9 @@
 
 namespace carom {
 
-/// All bytes of a regular file. An error names the file and says what failed. Not for files that
-/// somebody is writing to. [any thread; blocks on the disk]
+/// All of a regular file of at most 1 GiB. Errors, without its name: it is missing, a folder,
+/// something else, too large, or may not be read. Not for files that somebody is writing to.
+/// [any thread; blocks on the disk]
 Result<std::vector<std::byte>> readBytes(const std::filesystem::path& path);
 
 /// Writes a file that appears whole or not at all, in place of what has the name: see PartialFile.

@@ -15,6 +15,9 @@ namespace carom {
 /// Beyond this index a double, and so a time, skips whole samples: 5900 years at 48 kHz.
 inline constexpr double kExactSamples = 0x1.0p+53;
 
+/// A pulse that takes more nodes than these is sampled as a long one.
+inline constexpr std::size_t kMostNodes = 48;
+
 /// What one contact of one body sounds like at one receiver, over one path: laid over the samples
 /// of its buses, and free of bodies, listeners and rooms. What it points to is immutable, and lives
 /// as long as the ClickLayer that laid it. Two lines of the cache: many wait.

@@ -23,8 +23,6 @@ constexpr double kLongestContact = 20.0;
 /// Dissipative pulses are made for so many restitutions as they come, and then only in steps.
 constexpr std::size_t kMostRestitutions = 256;
 constexpr double kFewRestitutions = 64.0;
-/// Nodes; see chooseRule.
-constexpr std::size_t kLargestGaussRule = 48;
 /// By how much motion may stretch a click in time; beyond, it is that of bodies at rest.
 constexpr double kLeastStretch = 0.1;
 constexpr double kMostStretch = 10.0;
@@ -130,8 +128,13 @@ void ClickLayer::restartListeners() {
 }
 
 Status ClickLayer::setBody(BodyId id, const SoundBody& body) {
-  if (const std::string reason = whyNot(body); !reason.empty())
-    return Error{"sound body " + std::to_string(id) + ": " + reason};
+  const auto refuse = [id](const std::string& why) {
+    return Error{"sound body " + std::to_string(id) + ": " + why};
+  };
+  if (const std::string reason = whyNot(body); !reason.empty()) return refuse(reason);
+  if (body.modal != nullptr && !rings_.knows(*body.modal))
+    if (const std::string reason = whyNot(*body.modal); !reason.empty())
+      return refuse("modal model: " + reason);
   Body known{body, nullptr};
   if (std::isfinite(body.mass))
     known.filters = &filtersOf(body.shape ? body.shape->radius() : body.radius);
@@ -249,7 +252,6 @@ LaidSound ClickLayer::layImpulse(const ImpulseEvent& event, const SampleShift& s
     sound.ears = laidEars_;
   }
   if (ringPeak_ > 0.0 && ringPeak_ >= settings_.audibleThreshold) {
-    sound.ringPeak = ringPeak_;
     sound.rings = rings_.rings();
     sound.taps = rings_.taps();
     ++counters_.rings;
@@ -553,7 +555,7 @@ double ClickLayer::stiffnessOf(const ContactState& contact, const Body& body,
 void ClickLayer::chooseRule(Click& click) const {
   const double bandwidth = 2.0 * std::numbers::pi * click.track.length;
   const std::size_t size = click.pulse->ruleSize(bandwidth);
-  if (size > 0 && size <= kLargestGaussRule) click.nodes = click.pulse->rule(size);
+  if (size > 0 && size <= kMostNodes) click.nodes = click.pulse->rule(size);
 }
 
 }  // namespace carom

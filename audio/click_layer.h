@@ -26,7 +26,6 @@ struct LaidSound {
   double peak = 0.0;                         ///< Pa, of the clicks at any listener: an upper bound
   std::span<const Click> clicks = {};        ///< empty: no click to hear
   std::span<const SphereWeights> ears = {};  ///< where binaural ones come from; empty without heads
-  double ringPeak = 0.0;                     ///< Pa, of the rings
   std::span<const Ring> rings = {};          ///< empty: nothing rings
   std::span<const double> taps = {};         ///< of the rings
 };

@@ -15,8 +15,6 @@ namespace {
 
 /// Frames summed in double before they are handed on: small enough to stay in the first cache.
 constexpr std::size_t kMixFrames = ClickBus::kMaxFrames;
-/// What ClickLayer may give a click, of nodes.
-constexpr std::size_t kMostNodes = 48;
 
 // Rough, for `work`: nanoseconds where the widest vectors have four doubles.
 constexpr double kArrivalWork = 100.0;

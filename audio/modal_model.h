@@ -81,6 +81,7 @@ struct ModalModel {
 };
 
 /// Why a model cannot be used: one sentence that begins with the field, or nothing when it can be.
+/// Looks at every number.
 /// [any thread]
 std::string whyNot(const ModalModel& model);
 

@@ -271,7 +271,7 @@ Status writeModalModel(const std::filesystem::path& path, const ModalModel& mode
 
 Result<ModalModel> readModalModel(const std::filesystem::path& path) {
   const Result<std::vector<std::byte>> bytes = readBytes(path);
-  if (!bytes) return bytes.error();
+  if (!bytes) return Error{path.string() + ": " + bytes.error().message};
   return decodedModalModel(*bytes, path.string());
 }
 

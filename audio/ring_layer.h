@@ -60,7 +60,10 @@ class RingLayer {
     /// Responses of the walls of each chain at the modes' frequencies, chain by chain.
     std::vector<std::complex<double>> walls;
   };
+  /// Of a model that whyNot has nothing against.
   const Source& sourceOf(const std::shared_ptr<const ModalModel>& model);
+
+  bool knows(const ModalModel& model) const { return sources_.contains(&model); }
 
   /// Begins the rings of an event: those of the one before are forgotten. False: it excites
   /// nothing.

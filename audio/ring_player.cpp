@@ -18,8 +18,6 @@ namespace {
 constexpr double kInaudible = 1e-3;
 /// Pa: and when nothing is left out for being quiet.
 constexpr double kSilence = 1e-15;
-/// What ClickLayer may give a click, of nodes.
-constexpr std::size_t kMostNodes = 48;
 
 std::int64_t gridFrom(std::int64_t sample) {
   const std::int64_t past = sample & (RingPlayer::kGrid - 1);

@@ -29,8 +29,6 @@ std::string whyNot(const SoundBody& body) {
   if (!body.inverseInertia.allFinite()) return "inverse inertia must be finite (1/(kg m^2))";
   if (!isPositive(body.edgeRadius)) return "edge radius must be positive (m)";
   if (body.modalOrigin && !body.modalOrigin->allFinite()) return "modal origin must be finite (m)";
-  if (body.modal == nullptr) return {};
-  if (std::string reason = whyNot(*body.modal); !reason.empty()) return "modal model: " + reason;
   return {};
 }
 

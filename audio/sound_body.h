@@ -44,6 +44,7 @@ struct SoundBody {
 std::string whyNot(const Material& material);
 
 /// Why a body cannot be used: one sentence that begins with the field, or nothing when it can be.
+/// Does not look into its modal model, which many bodies may share: whyNot(ModalModel) does.
 /// [any thread]
 std::string whyNot(const SoundBody& body);
 

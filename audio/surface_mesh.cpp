@@ -9,6 +9,8 @@
 #include <numeric>
 #include <utility>
 
+#include <Eigen/LU>
+
 namespace carom {
 namespace {
 
@@ -121,6 +123,20 @@ Vec3 volumeCentroid(const SurfaceMesh& mesh) {
     moment += 0.25 * part.sixfold * part.sum;
   }
   return apexOf(mesh) + moment / sixfold;
+}
+
+Eigen::Matrix3d secondMoment(const SurfaceMesh& mesh, const Vec3& from) {
+  Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
+  for (const auto& triangle : mesh.triangles) {
+    // Of a tetrahedron with one corner at the origin: V / 20 (sum of x x^T, and of the sum's own).
+    Eigen::Matrix3d corners;
+    for (Eigen::Index corner = 0; corner < 3; ++corner)
+      corners.col(corner) = mesh.vertices[triangle[static_cast<std::size_t>(corner)]] - from;
+    const Vec3 sum = corners.rowwise().sum();
+    moment +=
+        corners.determinant() / 120.0 * (corners * corners.transpose() + sum * sum.transpose());
+  }
+  return moment;
 }
 
 double surfaceArea(const SurfaceMesh& mesh) {

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "audio/vector.h"
 
 namespace carom {
@@ -24,6 +26,11 @@ double signedVolume(const SurfaceMesh& mesh);
 
 /// m, the centre of the enclosed volume; not finite if there is none. [any thread]
 Vec3 volumeCentroid(const SurfaceMesh& mesh);
+
+/// m^5, the integral of x x^T over the enclosed volume, x from the point `from` (m): a solid of
+/// even density has the inertia density (trace - this) about it (Tonon 2004, "Explicit exact
+/// formulas for the 3-D tetrahedron inertia tensor"). Signs as of signedVolume. [any thread]
+Eigen::Matrix3d secondMoment(const SurfaceMesh& mesh, const Vec3& from);
 
 /// m^2. [any thread]
 double surfaceArea(const SurfaceMesh& mesh);

@@ -21,7 +21,8 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
-#include "modal/file_bytes.h"
+#include "audio/byte_file.h"
+#include "modal/printable.h"
 
 namespace carom {
 namespace {
@@ -50,7 +51,7 @@ class FilesOfMesh : public Assimp::IOSystem {
     if (mode == nullptr || *mode != 'r') return nullptr;
     if (file == name_) return streamOf(bytes_).release();
     if (!mayOpen(file)) return nullptr;
-    Result<std::vector<std::byte>> found = bytesOfFile(*folder_ / file);
+    Result<std::vector<std::byte>> found = readBytes(*folder_ / file);
     if (!found) return nullptr;
     beside_.push_back(*std::move(found));
     return streamOf(beside_.back()).release();

@@ -448,7 +448,7 @@ Result<GltfAudio> parseGltfAudio(std::span<const std::byte> bytes, std::string_v
 
 Result<GltfAudio> readGltfAudio(const fs::path& path) {
   const Result<std::vector<std::byte>> bytes = readBytes(path);
-  if (!bytes) return bytes.error();
+  if (!bytes) return Error{path.string() + ": " + bytes.error().message};
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   return parseGltfAudio(*bytes, path.string(), folder);
 }

@@ -378,7 +378,7 @@ std::vector<std::byte> GltfDocument::loadBuffer(std::size_t which, const JsonVie
   const std::optional<fs::path> path = localPath(uri);
   if (!path) return refused("must be base64, or the path of a file below the folder of this one");
   Result<std::vector<std::byte>> bytes = readBytes(folder_ / *path);
-  return bytes ? *std::move(bytes) : refused(bytes.error().message);
+  return bytes ? *std::move(bytes) : refused("'" + path->string() + "': " + bytes.error().message);
 }
 
 std::vector<float> GltfDocument::scalars(const JsonView& reference) {

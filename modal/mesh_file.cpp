@@ -9,11 +9,12 @@
 #include <utility>
 #include <vector>
 
+#include "audio/byte_file.h"
 #include "audio/positive.h"
 #include "modal/assimp_reader.h"
-#include "modal/file_bytes.h"
 #include "modal/ply_reader.h"
 #include "modal/polygon_mesh.h"
+#include "modal/printable.h"
 
 namespace carom {
 namespace {
@@ -110,7 +111,7 @@ Error refused(const fs::path& name, const Error& error) {
 }  // namespace
 
 Result<LoadedMesh> loadMesh(const fs::path& path, const MeshImport& import) {
-  const Result<std::vector<std::byte>> bytes = bytesOfFile(path);
+  const Result<std::vector<std::byte>> bytes = readBytes(path);
   if (!bytes) return refused(path, bytes.error());
   Result<LoadedMesh> result = read(*bytes, path, path.parent_path(), import);
   if (!result) return refused(path, result.error());

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "audio/sound_body.h"
 #include "modal/audible_modes.h"
 #include "modal/solid_element.h"
 
@@ -133,16 +134,6 @@ void assemble(SolidSystem& system, const Material& material) {
   }
   system.stiffness = stiffness.take();
   system.mass = mass.take();
-}
-
-std::string whyNot(const Material& material) {
-  if (!(material.density > 0.0 && std::isfinite(material.density)))
-    return "density must be positive (kg/m^3)";
-  if (!(material.youngsModulus > 0.0 && std::isfinite(material.youngsModulus)))
-    return "Young's modulus must be positive (Pa)";
-  if (!(material.poissonsRatio > -1.0 && material.poissonsRatio < 0.5))
-    return "Poisson's ratio must be above -1 and below 0.5";
-  return {};
 }
 
 // From the matrix of masses: exact for what moves rigidly in the grid, and for overlapping bodies.

@@ -19,7 +19,7 @@ Vec3 footInPlane(const std::array<Vec3, 3>& corners, const Vec3& point) {
 }  // namespace
 
 Vec3 closestOnTriangle(const std::array<Vec3, 3>& corners, const Vec3& point) {
-  const Vec3 foot = footInPlane(corners, point);
+  Vec3 foot = footInPlane(corners, point);
   if (foot.minCoeff() >= 0.0) return foot;
   Vec3 closest = Vec3::Zero();
   double least = std::numeric_limits<double>::infinity();

@@ -44,25 +44,9 @@ Extent extentOf(const SurfaceMesh& surface, const Eigen::Matrix3d& axes) {
   return {low, high - low};
 }
 
-// Integral of x x^T over the enclosed volume, from its centroid.
-Eigen::Matrix3d secondMoment(const SurfaceMesh& surface) {
-  const Vec3 centroid = volumeCentroid(surface);
-  Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
-  for (const auto& triangle : surface.triangles) {
-    // Of a tetrahedron with one corner at the origin: V / 20 (sum of x x^T, and of the sum's own).
-    Eigen::Matrix3d corners;
-    for (Eigen::Index corner = 0; corner < 3; ++corner)
-      corners.col(corner) = surface.vertices[triangle[static_cast<std::size_t>(corner)]] - centroid;
-    const Vec3 sum = corners.rowwise().sum();
-    moment +=
-        corners.determinant() / 120.0 * (corners * corners.transpose() + sum * sum.transpose());
-  }
-  return moment;
-}
-
 Eigen::Matrix3d principalAxes(const SurfaceMesh& surface) {
-  Eigen::Matrix3d axes =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(secondMoment(surface)).eigenvectors();
+  const Eigen::Matrix3d moment = secondMoment(surface, volumeCentroid(surface));
+  Eigen::Matrix3d axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moment).eigenvectors();
   if (axes.determinant() < 0.0) axes.col(2) *= -1.0;
   return axes;
 }

@@ -79,21 +79,6 @@ Result<SurfaceMesh> surfaceOf(const carom_body& given) {
   return given.shape == CAROM_SHAPE_BOX ? boxMesh(given.half_extents) : meshOf(given);
 }
 
-/// m^5: the integral of x x^T over the solid, as a sum over the tetrahedra between the origin and
-/// each triangle (Tonon 2004, "Explicit exact formulas for the 3-D tetrahedron inertia tensor").
-Matrix3d secondMoment(const SurfaceMesh& solid) {
-  Matrix3d sum = Matrix3d::Zero();
-  for (const auto& triangle : solid.triangles) {
-    Matrix3d corners;
-    for (int corner = 0; corner < 3; ++corner)
-      corners.col(corner) = solid.vertices[triangle[static_cast<std::size_t>(corner)]];
-    const Vec3 total = corners.rowwise().sum();
-    sum +=
-        corners.determinant() / 120.0 * (corners * corners.transpose() + total * total.transpose());
-  }
-  return sum;
-}
-
 /// kg m^2, about the origin, of even density.
 Result<Matrix3d> evenInertia(const SurfaceMesh& solid, double mass) {
   const double volume = signedVolume(solid);
@@ -102,7 +87,7 @@ Result<Matrix3d> evenInertia(const SurfaceMesh& solid, double mass) {
     return Error{"inertia is not given, and the centroid of the mesh lies " +
                  std::to_string(distance) +
                  " m from the origin, which must be the centre of mass: move it there, or give it"};
-  const Matrix3d moment = secondMoment(solid);
+  const Matrix3d moment = secondMoment(solid, Vec3::Zero());
   return Matrix3d(mass / volume * (moment.trace() * Matrix3d::Identity() - moment));
 }
 

@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -159,10 +161,11 @@ class EventSound::Impl {
   double gain_ = 1.0;
   bool muted_ = false;
   std::map<BodyId, SoundBody> bodies_;
-  std::vector<Pose> poses_;  // the latest, by listener
-  bool haveMoved_ = false;   // one of them is new
-  SoundStatistics before_;   // of engines, or recordings, that are no more
-  bool hasPlayed_ = false;   // there was an engine
+  std::set<std::shared_ptr<const ModalModel>> models_;  // that can be used
+  std::vector<Pose> poses_;                             // the latest, by listener
+  bool haveMoved_ = false;                              // one of them is new
+  SoundStatistics before_;  // of engines, or recordings, that are no more
+  bool hasPlayed_ = false;  // there was an engine
   std::optional<SoundRecorder> recorder_;
   std::unique_ptr<SoundEngine> engine_;
   std::optional<AudioDevice> device_;  // goes before the engine that it pulls from
@@ -182,8 +185,15 @@ Status EventSound::Impl::prepare() {
 }
 
 Status EventSound::Impl::setBody(BodyId id, const SoundBody& body) {
-  if (const std::string reason = whyNot(body); !reason.empty())
-    return Error{"sound body " + std::to_string(id) + ": " + reason};
+  const auto refuse = [id](const std::string& why) {
+    return Error{"sound body " + std::to_string(id) + ": " + why};
+  };
+  if (const std::string reason = whyNot(body); !reason.empty()) return refuse(reason);
+  if (body.modal != nullptr && !models_.contains(body.modal)) {
+    if (const std::string reason = whyNot(*body.modal); !reason.empty())
+      return refuse("modal model: " + reason);
+    models_.insert(body.modal);
+  }
   bodies_.insert_or_assign(id, body);
   if (recorder_)
     if (Status set = recorder_->synth().setBody(id, body); !set) return set;

@@ -55,8 +55,10 @@ void merge(Given& earlier, const Given& later) {
 Status whyRefused(const Given& given) {
   SoundBody body;
   body.material = given.material ? *given.material : builtInMaterials().front();
-  body.modal = given.modes;
   if (const std::string reason = whyNot(body); !reason.empty()) return Error{"sound: " + reason};
+  if (given.modes != nullptr)
+    if (const std::string reason = whyNot(*given.modes); !reason.empty())
+      return Error{"sound: modal model: " + reason};
   return std::monostate{};
 }
 

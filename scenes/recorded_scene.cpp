@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "audio/partial_file.h"
+#include "audio/byte_file.h"
 #include "native/recording_format.h"
 #include "native/sphere_stepper.h"
 #include "scenes/scene_loader.h"
@@ -50,24 +50,6 @@ class ReplayStepper : public SceneStepper {
   std::size_t next_;  // collision
   std::vector<ImpulseEvent> events_;
 };
-
-Result<std::vector<std::byte>> readBytes(const fs::path& file) {
-  const auto refuse = [&](const char* why) { return Error{file.string() + ": " + why}; };
-  std::error_code code;
-  const auto status = fs::status(file, code);
-  if (!fs::exists(status)) return refuse("no such file; expected one that 'carom record' wrote");
-  if (!fs::is_regular_file(status))
-    return refuse("not a regular file; expected one that 'carom record' wrote");
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) return refuse("the file cannot be opened; expected one that may be read");
-  std::vector<std::byte> bytes(fs::file_size(file, code));
-  if (code) return refuse("the file's size cannot be told; expected one that may be read");
-  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): bytes are what a stream gives
-  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  if (static_cast<std::size_t>(stream.gcount()) != bytes.size())
-    return refuse("the file cannot be read to its end");
-  return bytes;
-}
 
 bool isBody(const Scene& scene, BodyId id) {
   return id < scene.bodies.size();
@@ -141,28 +123,17 @@ Result<Recording> recordScene(const Scene& scene, std::string_view text, std::st
 }
 
 Result<std::uintmax_t> saveRecording(const Recording& recording, const fs::path& file) {
-  const auto refuse = [&](const std::string& why) {
-    return Error{"recording '" + file.string() + "': " + why};
-  };
-  if (const std::string reason = whyNoFileAt(file); !reason.empty()) return refuse(reason);
   const Result<std::vector<std::byte>> bytes = encoded(recording);
-  if (!bytes) return refuse(bytes.error().message);
-  PartialFile partial(file);
-  std::ofstream stream(partial.path(), std::ios::binary | std::ios::trunc);
-  if (!stream) return refuse("cannot be created; is its folder writable?");
-  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): bytes are what a stream takes
-  stream.write(reinterpret_cast<const char*>(bytes->data()),
-               static_cast<std::streamsize>(bytes->size()));
-  stream.close();
-  if (!stream) return refuse("cannot be written; is there room on the disk?");
-  if (const std::error_code reason = partial.giveName(); reason)
-    return refuse("cannot be given its name: " + reason.message());
+  if (!bytes) return Error{file.string() + ": " + bytes.error().message};
+  if (Status written = writeBytes(file, *bytes); !written) return written.error();
   return std::uintmax_t{bytes->size()};
 }
 
 Result<RecordedScene> loadRecordedScene(const fs::path& file) {
   const Result<std::vector<std::byte>> bytes = readBytes(file);
-  if (!bytes) return bytes.error();
+  if (!bytes)
+    return Error{file.string() + ": " + bytes.error().message +
+                 " (of one that 'carom record' wrote)"};
   Result<Recording> recording = decoded(*bytes, file.string());
   if (!recording) return recording.error();
   Result<Scene> scene = sceneOf(*recording, file.string());

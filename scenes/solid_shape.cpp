@@ -17,15 +17,6 @@ Eigen::Matrix3d inertiaFrom(const Eigen::Matrix3d& covariance) {
   return covariance.trace() * Eigen::Matrix3d::Identity() - covariance;
 }
 
-/// m^5, six times twenty times the covariance of the tetrahedron on a triangle with its apex at
-/// the origin.
-Eigen::Matrix3d covarianceOn(const std::array<Vec3, 3>& corners) {
-  const auto& [a, b, c] = corners;
-  const Vec3 sum = a + b + c;
-  return a.dot(b.cross(c)) *
-         (sum * sum.transpose() + a * a.transpose() + b * b.transpose() + c * c.transpose());
-}
-
 }  // namespace
 
 const char* formName(const SolidShape& solid) {
@@ -54,14 +45,7 @@ SolidMeasures measuresOf(const SurfaceMesh& surface) {
   SolidMeasures measures;
   measures.volume = signedVolume(surface);
   measures.centroid = volumeCentroid(surface);
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (const auto& triangle : surface.triangles) {
-    std::array<Vec3, 3> corners;
-    for (std::size_t corner = 0; corner < corners.size(); ++corner)
-      corners.at(corner) = surface.vertices[triangle.at(corner)] - measures.centroid;
-    covariance += covarianceOn(corners);
-  }
-  measures.inertia = inertiaFrom(covariance / 120.0);
+  measures.inertia = inertiaFrom(secondMoment(surface, measures.centroid));
   return measures;
 }
 

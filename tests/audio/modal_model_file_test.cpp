@@ -109,9 +109,10 @@ std::string refusal(std::span<const std::byte> bytes) {
 
 /// Where a section's 8 bytes of length begin.
 std::size_t lengthAt(const std::vector<std::byte>& bytes, const std::string& tag) {
-  const auto found = std::ranges::find_end(
-      bytes, tag, [](std::byte byte, char letter) { return byte == std::byte(letter); });
-  return static_cast<std::size_t>(found.begin() - bytes.begin()) + tag.size();
+  const auto found =
+      std::find_end(bytes.begin(), bytes.end(), tag.begin(), tag.end(),
+                    [](std::byte byte, char letter) { return byte == std::byte(letter); });
+  return static_cast<std::size_t>(found - bytes.begin()) + tag.size();
 }
 
 TEST(ModalModelFile, ComesBackToTheBit) {
@@ -260,7 +261,7 @@ TEST(ModalModelFile, NamesTheFileThatCannotBeReadOrWritten) {
   const auto absent = readModalModel(folder / "absent");
   ASSERT_FALSE(absent);
   EXPECT_THAT(absent.error().message,
-              AllOf(StartsWith((folder / "absent").string()), HasSubstr("does not exist")));
+              AllOf(StartsWith((folder / "absent").string()), HasSubstr("there is no such file")));
   const auto unwritable = writeModalModel(folder / "no" / "m", chime());
   ASSERT_FALSE(unwritable);
   EXPECT_THAT(unwritable.error().message, HasSubstr("create it first"));

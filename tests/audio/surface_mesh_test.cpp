@@ -22,6 +22,17 @@ TEST(SurfaceMesh, VolumeCentroidAndAreaOfABoxFarFromTheOrigin) {
   EXPECT_TRUE(closedSurface(box));
 }
 
+TEST(SurfaceMesh, SecondMomentIsTheSumOverABoxOfItsParallelAxes) {
+  // Of a box with half extents a, b, c: V diag(a^2, b^2, c^2) / 3 about its middle, plus V d d^T.
+  const Vec3 away(0.5, -2.0, 3.0);
+  const SurfaceMesh box = mapped(boxMesh({1, 2, 3}), [&](const Vec3& v) { return Vec3(v + away); });
+  Eigen::Matrix3d expected = Vec3(16.0, 64.0, 144.0).asDiagonal();
+  EXPECT_LT((secondMoment(box, away) - expected).norm(), 1e-11);
+  EXPECT_LT((secondMoment(turnedInsideOut(box), away) + expected).norm(), 1e-11);
+  expected += 48.0 * away * away.transpose();
+  EXPECT_LT((secondMoment(box, Vec3::Zero()) - expected).norm(), 1e-10);
+}
+
 /// Every triangle with three vertices of its own.
 SurfaceMesh soupOf(const SurfaceMesh& mesh) {
   SurfaceMesh soup;

@@ -149,7 +149,7 @@ TEST(SynthRing, BitsDoNotDependOnTheBlocks) {
 
 TEST(SynthRing, BitsDoNotDependOnTheOrderOfTheEvents) {
   const std::vector<Tone> tones = {{440.0, 5.0, 1e-3}, {3000.0, 30.0, 1e-3}};
-  const auto render = [&](std::vector<double> speeds) {
+  const auto render = [&](const std::vector<double>& speeds) {
     Synth synth = floorRings(dropOnBox(0.01), tones);
     for (const double speed : speeds) {
       BallDrop drop = dropOnBox(0.01);
@@ -163,7 +163,7 @@ TEST(SynthRing, BitsDoNotDependOnTheOrderOfTheEvents) {
 
 TEST(SynthRing, HitsAddUp) {
   const std::vector<Tone> tones = {{440.0, 5.0, 1e-3}, {3000.0, 30.0, 1e-3}};
-  const auto render = [&](std::vector<double> times) {
+  const auto render = [&](const std::vector<double>& times) {
     Synth synth = floorRings(dropOnBox(0.01), tones);
     for (const double time : times)
       synth.schedule(floorShare(dropOnBox(time)));

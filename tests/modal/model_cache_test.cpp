@@ -104,6 +104,7 @@ TEST(ModelCache, WritersOfOneKeyDoNotMeet) {
   const TemporaryFolder folder;
   const ModelKey key = ModelKey().add("bell");
   std::vector<std::thread> writers;
+  writers.reserve(4);
   for (int writer = 0; writer < 4; ++writer)
     writers.emplace_back([&] {
       ModelCache cache(folder.path());

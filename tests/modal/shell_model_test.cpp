@@ -175,7 +175,8 @@ TEST(ShellModel, AnyMeshAgreesWithEnergiesAddedUpByHand) {
         const auto from = triangle[side];
         const auto to = triangle[(side + 1) % 3];
         const Vec3 along = (mesh.vertices[to] - mesh.vertices[from]).normalized();
-        const double longer = along.dot(moved.segment<3>(3 * to) - moved.segment<3>(3 * from));
+        const double longer = along.dot(moved.segment<3>(3 * Eigen::Index{to}) -
+                                        moved.segment<3>(3 * Eigen::Index{from}));
         energy += 0.5 * 0.5 * (5e9 * 2e-3) * longer * longer;
       }
     }

@@ -48,8 +48,9 @@ TEST(VoxelMesh, ABoxIsWholeCellsHoweverItIsTurned) {
     const Vec3 centre(0.3, -0.2, 0.1);
     const VoxelMesh mesh = gridOf(
         mapped(boxMesh(half), [&](const Vec3& vertex) { return Vec3(turn * vertex + centre); }));
-    const std::size_t places =
-        static_cast<std::size_t>(mesh.count[0] * mesh.count[1] * mesh.count[2]);
+    std::size_t places = 1;
+    for (const int count : mesh.count)
+      places *= static_cast<std::size_t>(count);
     EXPECT_EQ(mesh.cells.size(), places);
     EXPECT_TRUE(mesh.boxes.empty());
     EXPECT_NEAR(mesh.sampled, 8.0 * half.prod(), 1e-12 * half.prod());

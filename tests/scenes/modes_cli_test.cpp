@@ -238,7 +238,7 @@ TEST_F(ModesCli, WrongUseOfModesIs2WithOneSentenceAndNothingIsWritten) {
            {modes("bar.obj", {"--cache", ""}), "names no file"},
            {modes("bar.obj", {"-o", mesh}), "the mesh itself"},
            {modes("bar.obj", {"-o", ""}), "names no file"}}) {
-    if (command.back() != mesh && command.back() != "")
+    if (command.back() != mesh && !command.back().empty())
       command.insert(command.end(), output.begin(), output.end());
     const std::string message = expectRefused(command, 2);
     EXPECT_NE(message.find(says), std::string::npos) << message;
