@@ -57,6 +57,7 @@ struct BulletSolid::Builder {
   void addHulls(const SolidMesh& mesh) const {
     for (const std::vector<Vec3>& piece : mesh.pieces) {
       std::vector<Vec3> points;
+      points.reserve(piece.size());
       for (const Vec3& point : piece)
         points.push_back(axes.conjugate() * (point - solid.centreOfMass));
       made.shapes_.push_back(hullOf(points));

@@ -83,7 +83,7 @@ std::vector<Vec3> spreadOf(const std::vector<Vec3>& points) {
 }  // namespace
 
 std::vector<Vec3> collisionCorners(const std::vector<Vec3>& points, std::size_t most) {
-  const std::vector<Vec3> all = Hull(points).corners();
+  std::vector<Vec3> all = Hull(points).corners();
   if (all.size() <= most) return all;
   std::vector<Vec3> chosen = spreadOf(all);
   while (chosen.size() < most) {

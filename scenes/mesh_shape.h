@@ -32,6 +32,7 @@ class MeshShelf {
     std::filesystem::path pieces;  ///< empty: collides as its hull
     double scale = 1.0;            ///< m, of one unit of both files
 
+    // NOLINTNEXTLINE(modernize-use-nullptr): it takes the 0 of the default one for a pointer
     auto operator<=>(const Request&) const = default;
   };
 

@@ -241,7 +241,7 @@ TEST(ModalModelFile, TrustsNoLength) {
 
 TEST(ModalModelFile, GivesNoModelThatCannotBeUsed) {
   std::vector<std::byte> bytes = chimeBytes();
-  const std::size_t triangle = lengthAt(bytes, "surf") + 8 + 8 + 4 * 24 + 8;
+  const std::size_t triangle = lengthAt(bytes, "surf") + 8 + 8 + std::size_t{4} * 24 + 8;
   bytes[triangle] = std::byte{4};
   EXPECT_THAT(refusal(sealed(bytes)), HasSubstr("surface has a triangle of vertex 4"));
 }
