@@ -172,7 +172,8 @@ void Recording::addCollision(const Collision& collision, const Events* exception
   const bool same =
       bitsOf(plain[0]) == bitsOf((*exception)[0]) && bitsOf(plain[1]) == bitsOf((*exception)[1]);
   added.exception = kNobody;
-  if (same) return;
+  // What nobody was struck by is not rebuilt from the other body, so its events are kept.
+  if (same && added.second != kNobody) return;
   added.exception = static_cast<std::uint32_t>(exceptions_.size());
   exceptions_.push_back(*exception);
 }

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -148,6 +151,19 @@ TEST(RecordingFormat, WithAForgedChecksumIsASoundRecordingOrAnError) {
     }
   }
   EXPECT_GT(sound, 0);
+}
+
+// Made up by a fuzzer: a collision with nobody, whose events are those that would be rebuilt.
+TEST(RecordingFormat, WhatIsAcceptedCanBeWrittenAgain) {
+  std::ifstream file(CAROM_SOURCE_DIR "/tests/fuzz/corpus/recording/nobody.carom",
+                     std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  const auto given = std::as_bytes(std::span(text));
+  const Result<Recording> recording = decoded(resealed({given.begin(), given.end()}), "a.carom");
+  ASSERT_TRUE(recording) << recording.error().message;
+  const Result<Recording> again = decoded(encodedBytes(*recording), "b.carom");
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(again->trajectoryHash(), recording->trajectoryHash());
 }
 
 TEST(RecordingFormat, SaysWhatIsWrongAndWhatIsExpected) {
