@@ -30,6 +30,20 @@ constexpr double kMostStretch = 10.0;
 constexpr double kLoudestEar = 4.0;
 /// A diffuse field's peaks over the root of its mean square.
 constexpr double kTailPeaks = 4.0;
+/// Of friction over load, where the mechanics says more.
+constexpr double kMostFriction = 2.0;
+
+/// N s: about what of a train comes at once, as there is one node to a sample or less.
+double loudestOf(std::span<const PulseNode> train) {
+  double loudest = 0.0;
+  for (std::size_t index = 0; index < train.size(); ++index) {
+    double sum = 0.0;
+    for (std::size_t near = index; near < std::min(index + 4, train.size()); ++near)
+      sum += std::abs(train[near].weight);
+    loudest = std::max(loudest, sum);
+  }
+  return loudest;
+}
 
 bool isFinite(const ImpulseEvent& event) {
   return std::isfinite(event.time) && event.impulse.allFinite() && event.position.allFinite() &&
@@ -140,6 +154,7 @@ Status ClickLayer::setBody(BodyId id, const SoundBody& body) {
     known.filters = &filtersOf(body.shape ? body.shape->radius() : body.radius);
   if (body.modal != nullptr) known.rings = &rings_.sourceOf(body.modal);
   anyRings_ = anyRings_ || known.rings != nullptr;
+  anyTextures_ = anyTextures_ || body.texture != nullptr;
   bodies_.insert_or_assign(id, std::move(known));
   return std::monostate{};
 }
@@ -238,13 +253,23 @@ LaidSound ClickLayer::layImpulse(const ImpulseEvent& event, const SampleShift& s
     ++counters_.immovable;
     return {};
   }
-  if (!layContact(contactOf(event, body, duration, shift))) {
+  Contact contact = contactOf(event, body, duration, shift);
+  contact.pulse = &pulseOf(event);
+  if (!layContact(contact)) {
     ++counters_.rejected;
     return {};
   }
   ++counters_.events;
   if (settings_.sampling == Sampling::naive && duration * settings_.sampleRate < kWellSampled)
     ++counters_.undersampled;
+  const LaidSound sound = soundOf();
+  if (!sound.rings.empty()) ++counters_.rings;
+  if (sound.clicks.empty() && sound.rings.empty()) ++counters_.inaudible;
+  return sound;
+}
+
+/// What has been laid, as far as it can be heard.
+LaidSound ClickLayer::soundOf() const {
   LaidSound sound;
   if (peak_ > 0.0 && peak_ >= settings_.audibleThreshold) {
     sound.peak = peak_;
@@ -254,9 +279,7 @@ LaidSound ClickLayer::layImpulse(const ImpulseEvent& event, const SampleShift& s
   if (ringPeak_ > 0.0 && ringPeak_ >= settings_.audibleThreshold) {
     sound.rings = rings_.rings();
     sound.taps = rings_.taps();
-    ++counters_.rings;
   }
-  if (sound.clicks.empty() && sound.rings.empty()) ++counters_.inaudible;
   return sound;
 }
 
@@ -264,7 +287,6 @@ ClickLayer::Contact ClickLayer::contactOf(const ImpulseEvent& event, const Body&
                                           double duration, const SampleShift& shift) {
   Contact contact{.time = event.time,
                   .duration = duration,
-                  .pulse = &pulseOf(event),
                   .strike = makeStrike(event, body.sound, settings_.medium),
                   .filters = body.filters,
                   .shift = shift};
@@ -300,7 +322,9 @@ bool ClickLayer::layContact(const Contact& contact) {
     }
   }
   if (settings_.reverb && !laySend(contact)) return false;
-  if (contact.rings) ringPeak_ = rings_.peak(*contact.pulse, contact.duration);
+  if (!contact.rings) return true;
+  ringPeak_ = contact.train.empty() ? rings_.peak(*contact.pulse, contact.duration)
+                                    : rings_.peak(contact.train);
   return true;
 }
 
@@ -387,9 +411,14 @@ double ClickLayer::boundOf(const Contact& contact, const Way& way) const {
   const double rate = settings_.sampleRate;
   const bool naive = settings_.sampling == Sampling::naive;
   const double inBand = std::numbers::pi * (naive ? 1e6 : 0.5);
-  const double force = std::min(contact.pulse->peakForce() / contact.duration, inBand * rate);
+  double force = std::min(contact.pulse->peakForce() / contact.duration, inBand * rate);
   double slope = std::min(contact.pulse->peakSlope() / (contact.duration * contact.duration),
                           inBand * rate * rate);
+  if (!contact.train.empty()) {
+    const double loudest = loudestOf(contact.train);
+    force = loudest * rate;
+    slope = loudest * 0.5 * std::numbers::pi * rate * rate;
+  }
   if (settings_.radiation == Radiation::exact) {
     const double corner = settings_.medium.speedOfSound / contact.strike.radius;
     slope = std::min(1.1 * slope, 1.35 * corner * force);
@@ -487,7 +516,10 @@ Click ClickLayer::placed(const Contact& contact, const Way& way) const {
   click.samples =
       static_cast<std::uint32_t>(std::ceil(last)) + static_cast<std::uint32_t>(kReach) + 1;
   click.first = start.whole + first;
-  if (settings_.sampling == Sampling::bandLimited) chooseRule(click);
+  if (!contact.train.empty())
+    click.nodes = contact.train;
+  else if (settings_.sampling == Sampling::bandLimited)
+    chooseRule(click);
   if (click.nodes.empty()) click.pulse->forceTable();  // not while rendering
   return click;
 }
@@ -495,6 +527,9 @@ Click ClickLayer::placed(const Contact& contact, const Way& way) const {
 void ClickLayer::removeBody(BodyId id) {
   bodies_.erase(id);
   rings_.forgetTouches(id);
+  std::erase_if(sliding_, [id](const auto& entry) {
+    return entry.first.first == id || entry.first.second == id;
+  });
 }
 
 LaidSound ClickLayer::touch(const ContactState& contact, const SampleShift& shift) {
@@ -537,16 +572,123 @@ bool ClickLayer::touchOne(const ContactState& contact, bool first, std::int64_t 
                       *body->rings, sample);
 }
 
-/// N/m, dF/dd of Hertz's F = K d^(3/2) at the load, K = 4/3 sqrt(R) E* (Johnson 1985, eq. 4.23).
-/// Flat faces touch where they are not flat, as in an impact.
-double ClickLayer::stiffnessOf(const ContactState& contact, const Body& body,
-                               const Body& other) const {
+/// What can be slid on: two known bodies, and numbers.
+bool ClickLayer::isDriven(const ContactState& contact) const {
+  const bool isNumber = std::isfinite(contact.time) && isPositive(contact.duration) &&
+                        contact.normal.allFinite() && contact.position.allFinite() &&
+                        contact.normalLoad >= 0.0 && std::isfinite(contact.normalLoad) &&
+                        contact.appliedImpulse.allFinite() && contact.bodyPosition.allFinite() &&
+                        contact.otherPosition.allFinite() && contact.bodyVelocity.allFinite() &&
+                        contact.otherVelocity.allFinite() &&
+                        contact.bodyOrientation.coeffs().allFinite() &&
+                        contact.otherOrientation.coeffs().allFinite() &&
+                        contact.pathStart.allFinite() && contact.pathEnd.allFinite() &&
+                        contact.otherPathStart.allFinite() && contact.otherPathEnd.allFinite();
+  return isNumber && contact.duration <= kLongestContact &&
+         std::abs(contact.time) * settings_.sampleRate < kExactSamples;
+}
+
+/// The pair's, with the nodes of this step; null where there is none.
+ClickLayer::Sliding* ClickLayer::advanced(const ContactState& contact) {
+  const std::pair key(contact.body, contact.other);
+  const Body* body = findBody(contact.body);
+  const Body* other = findBody(contact.other);
+  const bool isSmooth = body == nullptr || other == nullptr ||
+                        (body->sound.texture == nullptr && other->sound.texture == nullptr);
+  if (isSmooth || contact.phase == ContactPhase::end || !isDriven(contact)) {
+    sliding_.erase(key);
+    return nullptr;
+  }
+  const auto inverseMass = [&contact](const SoundBody& sound, const Vec3& at, const Quat& turn) {
+    if (std::isinf(sound.mass)) return 0.0;
+    const Vec3 lever = turn.conjugate() * (contact.position - at).cross(contact.normal);
+    return 1.0 / sound.mass + (sound.shape ? lever.dot(sound.inverseInertia * lever) : 0.0);
+  };
+  const double inverse = inverseMass(body->sound, contact.bodyPosition, contact.bodyOrientation) +
+                         inverseMass(other->sound, contact.otherPosition, contact.otherOrientation);
+  if (!isPositive(inverse)) return nullptr;
+  Sliding& sliding = sliding_[key];
+  sliding.mass = 1.0 / inverse;
+  const Material& material = body->sound.material;
+  const Material& otherMaterial = other->sound.material;
+  sliding.drive.advance(
+      {.duration = contact.duration,
+       .load = contact.normalLoad,
+       .mass = sliding.mass,
+       .width = contactWidth(contact, *body, *other),
+       .restitution = combinedRestitution(material.restitution, otherMaterial.restitution),
+       .sampleRate = settings_.sampleRate,
+       .surfaces = {{{body->sound.texture.get(), contact.pathStart, contact.pathEnd,
+                      contact.bodyOrientation.conjugate() * contact.normal},
+                     {other->sound.texture.get(), contact.otherPathStart, contact.otherPathEnd,
+                      contact.otherOrientation.conjugate() * contact.normal}}}},
+      sliding.nodes);
+  return &sliding;
+}
+
+/// Of an impulse of 1 N s along the normal, with the friction that goes with it.
+ImpulseEvent ClickLayer::slidingEvent(const ContactState& contact, bool first) const {
+  const double pressed = contact.appliedImpulse.dot(contact.normal);
+  Vec3 along = Vec3::Zero();
+  if (pressed > 0.0) along = contact.appliedImpulse / pressed - contact.normal;
+  if (along.norm() > kMostFriction) along *= kMostFriction / along.norm();
+  const double sign = first ? 1.0 : -1.0;
+  ImpulseEvent event;
+  event.time = contact.time;
+  event.body = first ? contact.body : contact.other;
+  event.other = first ? contact.other : contact.body;
+  event.position = contact.position;
+  event.normal = sign * contact.normal;
+  event.impulse = sign * (contact.normal + along);
+  event.bodyPosition = first ? contact.bodyPosition : contact.otherPosition;
+  event.bodyOrientation = first ? contact.bodyOrientation : contact.otherOrientation;
+  event.bodyVelocity = first ? contact.bodyVelocity : contact.otherVelocity;
+  return event;
+}
+
+LaidSound ClickLayer::slide(const ContactState& state, bool first, const SampleShift& shift) {
+  // The naive compact model has no filter that could take a force.
+  if (!anyTextures_ || !paths_->isFiltered()) return {};
+  if (first) slidingNow_ = advanced(state);
+  if (slidingNow_ == nullptr || slidingNow_->nodes.empty()) return {};
+  const Body& body = *findBody(first ? state.body : state.other);
+  if (body.filters == nullptr && body.rings == nullptr) return {};
+  const ImpulseEvent event = slidingEvent(state, first);
+  Contact contact = contactOf(event, body, state.duration, shift);
+  contact.pulse = &Pulse::of(PulseShape::hertz);  // from the begin of the step to its end
+  contact.train =
+      std::span(slidingNow_->nodes).first(slidingNow_->nodes.size() - Pulse::kRulePadding);
+  contact.strike.velocity = event.bodyVelocity;
+  if (!layContact(contact)) {
+    ++counters_.rejected;
+    return {};
+  }
+  ++counters_.slides;
+  LaidSound sound = soundOf();
+  sound.train = slidingNow_->nodes;
+  return sound;
+}
+
+/// m, across the patch that Hertz's contact has at the load (Johnson 1985, eq. 4.22): 2 a.
+double ClickLayer::contactWidth(const ContactState& contact, const Body& body,
+                                const Body& other) const {
+  const double modulus = contactModulus(body.sound.material, other.sound.material);
+  return 2.0 * std::cbrt(0.75 * contact.normalLoad * contactRadius(body, other) / modulus);
+}
+
+/// m. Flat faces touch where they are not flat, as in an impact.
+double ClickLayer::contactRadius(const Body& body, const Body& other) {
   const auto radiusOf = [](const SoundBody& sound) {
     return sound.radius > 0.0 && sound.shape == nullptr ? sound.radius : sound.edgeRadius;
   };
-  const double radius = 1.0 / (1.0 / radiusOf(body.sound) + 1.0 / radiusOf(other.sound));
-  const double k =
-      4.0 / 3.0 * std::sqrt(radius) * contactModulus(body.sound.material, other.sound.material);
+  return 1.0 / (1.0 / radiusOf(body.sound) + 1.0 / radiusOf(other.sound));
+}
+
+/// N/m, dF/dd of Hertz's F = K d^(3/2) at the load, K = 4/3 sqrt(R) E* (Johnson 1985, eq. 4.23).
+double ClickLayer::stiffnessOf(const ContactState& contact, const Body& body,
+                               const Body& other) const {
+  const double k = 4.0 / 3.0 * std::sqrt(contactRadius(body, other)) *
+                   contactModulus(body.sound.material, other.sound.material);
   return 1.5 * std::cbrt(k * k * contact.normalLoad);
 }
 

@@ -2,13 +2,16 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <span>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "audio/acceleration_noise.h"
 #include "audio/click.h"
+#include "audio/contact_drive.h"
 #include "audio/contact_state.h"
 #include "audio/impulse_event.h"
 #include "audio/pose_track.h"
@@ -28,6 +31,9 @@ struct LaidSound {
   std::span<const SphereWeights> ears = {};  ///< where binaural ones come from; empty without heads
   std::span<const Ring> rings = {};          ///< empty: nothing rings
   std::span<const double> taps = {};         ///< of the rings
+  /// What drives all of them, if that is no pulse: their nodes, and Pulse::kRulePadding behind
+  /// them. Not kept: who plays it has a copy.
+  std::span<const PulseNode> train = {};
 };
 
 /// Later than on the simulation clock, 0 <= fraction < 1.
@@ -40,6 +46,7 @@ struct ClickLayerCounters {
   std::uint64_t events = 0;        ///< laid, of bodies that can move or ring
   std::uint64_t immovable = 0;     ///< shares of bodies that neither move nor ring
   std::uint64_t rings = 0;         ///< of `events`, made a body ring that is heard
+  std::uint64_t slides = 0;        ///< steps of a body that slides or rolls over bumps
   std::uint64_t inaudible = 0;     ///< of `events`, left out: below the threshold at every listener
   std::uint64_t undersampled = 0;  ///< of `events`, contact shorter than 4 samples, naively sampled
   std::uint64_t rejected = 0;      ///< not finite, unknown body, no approach, over 20 s
@@ -66,6 +73,11 @@ class ClickLayer {
 
   /// What a lasting contact changes of the damping of what rings: rings that are none (see Ring).
   LaidSound touch(const ContactState& contact, const SampleShift& shift = {});
+
+  /// What a lasting contact sounds like where it slides or rolls over bumps: the share of its first
+  /// body, or of the other one, which is to be asked for after it. One step after the other.
+  LaidSound slide(const ContactState& contact, bool first, const SampleShift& shift = {});
+  bool anyTextures() const { return anyTextures_; }  ///< a body with bumps was ever set
 
   bool anyRings() const { return anyRings_; }  ///< a body that rings was ever set
 
@@ -95,6 +107,7 @@ class ClickLayer {
     const RadiationBank::Mix* filters = nullptr;  // null: no click
     SampleShift shift;
     bool rings = false;
+    std::span<const PulseNode> train = {};  // in place of the pulse; without the padding
   };
   /// The way of a contact's sound to one receiver, at its begin, middle and end.
   struct Way {
@@ -112,6 +125,13 @@ class ClickLayer {
     std::uint32_t chain = 0;
     std::uint32_t channel = 0;
     const Image* image = nullptr;
+  };
+
+  /// Of two bodies that slide or roll on each other.
+  struct Sliding {
+    ContactDrive drive;
+    std::vector<PulseNode> nodes;  // of the step in hand, and the padding
+    double mass = 0.0;             // kg, along the normal
   };
 
   Error noListener(std::size_t listener) const;
@@ -132,6 +152,12 @@ class ClickLayer {
   Click placed(const Contact& contact, const Way& way) const;
   void layClick(const Contact& contact, const Way& way, const Place& place);
   Click ringDrive(const Contact& contact, Way way, const Place& place) const;
+  bool isDriven(const ContactState& contact) const;
+  Sliding* advanced(const ContactState& contact);
+  ImpulseEvent slidingEvent(const ContactState& contact, bool first) const;
+  static double contactRadius(const Body& body, const Body& other);
+  double contactWidth(const ContactState& contact, const Body& body, const Body& other) const;
+  LaidSound soundOf() const;
   double stiffnessOf(const ContactState& contact, const Body& body, const Body& other) const;
   bool touchOne(const ContactState& contact, bool first, std::int64_t sample);
   void layRing(const Contact& contact, const Way& way, const Place& place);
@@ -152,7 +178,10 @@ class ClickLayer {
   std::vector<SphereWeights> laidEars_;              // of laid_, where there is a head
   std::vector<Ring> dampings_;                       // of the lasting contact in hand
   std::vector<double> dampingTaps_;                  // of these
-  double peak_ = 0.0;                                // Pa, a bound for them
+  std::map<std::pair<BodyId, BodyId>, Sliding> sliding_;
+  Sliding* slidingNow_ = nullptr;  // of the step in hand
+  bool anyTextures_ = false;
+  double peak_ = 0.0;  // Pa, a bound for them
   bool anyRings_ = false;
   double ringPeak_ = 0.0;  // Pa, for the rings
 };

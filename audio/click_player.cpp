@@ -98,8 +98,35 @@ std::size_t ClickPlayer::roomOf(const Click& click) const {
 }
 
 void ClickPlayer::add(const LaidSound& sound) {
-  if (!sound.clicks.empty()) addClicks(sound);
-  if (!sound.rings.empty()) rings_.add(sound.rings, sound.taps);
+  LaidSound kept = sound;
+  if (!sound.train.empty() && !(sound.clicks.empty() && sound.rings.empty()))
+    kept.train = keptTrain(sound);
+  if (!kept.clicks.empty()) addClicks(kept);
+  if (!kept.rings.empty()) rings_.add(kept.rings, kept.taps, playable(kept.train));
+}
+
+/// Without the padding behind them.
+std::span<const PulseNode> ClickPlayer::playable(std::span<const PulseNode> train) {
+  return train.empty() ? train : train.first(train.size() - Pulse::kRulePadding);
+}
+
+/// A copy of the sound's nodes, which lives until all of it has begun.
+std::span<const PulseNode> ClickPlayer::keptTrain(const LaidSound& sound) {
+  std::int64_t first = std::numeric_limits<std::int64_t>::max();
+  std::int64_t last = position_;
+  const auto include = [&](const Click& click) {
+    first = std::min(first, click.first);
+    last = std::max(last, click.first);
+  };
+  std::ranges::for_each(sound.clicks, include);
+  std::ranges::for_each(sound.rings, include, &Ring::drive);
+  last += std::max<std::int64_t>(0, position_ - first);  // what is late comes later by as much
+  auto train =
+      std::ranges::find_if(trains_, [this](const Train& other) { return other.last < position_; });
+  if (train == trains_.end()) train = trains_.insert(trains_.end(), Train());
+  train->nodes.assign(sound.train.begin(), sound.train.end());
+  train->last = last;
+  return train->nodes;
 }
 
 void ClickPlayer::addClicks(const LaidSound& sound) {
@@ -170,6 +197,9 @@ void ClickPlayer::dropFrom(std::uint32_t voice, std::int64_t from) noexcept {
 /// The clicks of an event with their buses, in arriving_; or none of them.
 bool ClickPlayer::arrive(const LaidSound& sound) {
   arriving_.assign(sound.clicks.begin(), sound.clicks.end());
+  if (!sound.train.empty())
+    for (Click& click : arriving_)
+      click.nodes = playable(sound.train);
   for (std::size_t index = 0; index < arriving_.size(); ++index) {
     if (findBuses(arriving_[index])) continue;
     for (std::size_t found = 0; found < index; ++found)
@@ -416,6 +446,7 @@ std::size_t ClickPlayer::busesInUse() const {
 
 void ClickPlayer::seek(std::int64_t position) {
   position_ = position;
+  trains_.clear();
   waiting_.clear();
   clicks_.clear();
   freeSlots_.clear();

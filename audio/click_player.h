@@ -101,7 +101,15 @@ class ClickPlayer {
   };
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
+  /// The nodes of a lasting contact's step, for its clicks and rings.
+  struct Train {
+    std::vector<PulseNode> nodes;
+    std::int64_t last = 0;  // sample at which the last of them begins
+  };
+
   void addClicks(const LaidSound& sound);
+  static std::span<const PulseNode> playable(std::span<const PulseNode> train);
+  std::span<const PulseNode> keptTrain(const LaidSound& sound);
   void makeRoom();
   std::size_t roomOf(const Click& click) const;
   bool isTooLong(const LaidSound& sound) const;
@@ -156,6 +164,7 @@ class ClickPlayer {
   std::size_t untilQuantum_ = 0;       // samples
   std::vector<std::uint32_t> chosen_;  // voices, while some are chosen
   std::vector<Click> arriving_;        // of an event that is being added
+  std::vector<Train> trains_;          // some of them over
 
   ClickSampler sampler_;
   std::vector<double> x_;         // a click's samples, zeros in front for the response

@@ -9,15 +9,13 @@ void ClickSampler::reserve(std::size_t nodes, std::size_t samples) {
 
 void ClickSampler::sample(const Click& click, Drive drive, std::span<double> x) noexcept {
   const ClickTrack& track = click.track;
-  if (sampling_ == Sampling::bandLimited) {
-    if (click.nodes.empty()) {
-      spreadLongPulse(*click.pulse, track, *kernels_, raster_, x);
-    } else {
-      kernels_->place(click.nodes, track, placed_);
-      kernels_->spread(placed_, click.nodes.size(), x);
-    }
+  if (!click.nodes.empty()) {
+    kernels_->place(click.nodes, track, placed_);
+    kernels_->spread(placed_, click.nodes.size(), x);
     return;
   }
+  if (sampling_ == Sampling::bandLimited)
+    return spreadLongPulse(*click.pulse, track, *kernels_, raster_, x);
   for (std::size_t n = 0; n < x.size(); ++n) {
     const double u = (static_cast<double>(n) - track.start) / track.length;
     const double value = drive == Drive::force

@@ -35,6 +35,13 @@ struct ContactState {
   /// the speed of a sliding block; the full speed of a wheel that rolls.
   Vec3 rollingVelocity = Vec3::Zero();
 
+  Vec3 bodyPosition = Vec3::Zero();         ///< m, world frame, centre of mass of `body` at `time`
+  Quat bodyOrientation = Quat::Identity();  ///< body to world, at `time`
+  Vec3 bodyVelocity = Vec3::Zero();         ///< m/s, world frame, of its centre, mean over the step
+  Vec3 otherPosition = Vec3::Zero();        ///< likewise of the other body
+  Quat otherOrientation = Quat::Identity();
+  Vec3 otherVelocity = Vec3::Zero();
+
   Vec3 pathStart = Vec3::Zero();       ///< m, frame of `body`, the contact point at `time`
   Vec3 pathEnd = Vec3::Zero();         ///< m, frame of `body`, at time + duration
   Vec3 otherPathStart = Vec3::Zero();  ///< m, frame of the other body

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include "audio/absorption.h"
@@ -233,6 +234,13 @@ double RingLayer::peak(const Pulse& pulse, double duration) {
   for (std::size_t mode = 0; mode < loudest_.size(); ++mode)
     sum += loudest_[mode] * spectrum.bound(source_->resonators->pole[mode].imag() * duration);
   return sum;
+}
+
+double RingLayer::peak(std::span<const PulseNode> train) const {
+  double impulses = 0.0;
+  for (const PulseNode& node : train)
+    impulses += std::abs(node.weight);
+  return impulses * std::accumulate(loudest_.begin(), loudest_.end(), 0.0);
 }
 
 }  // namespace carom

@@ -90,6 +90,8 @@ class RingLayer {
 
   /// Pa, a bound of the rings so far, for a contact of that pulse and duration (s).
   double peak(const Pulse& pulse, double duration);
+  /// The same for a train of impulses, N s: as if all of them came at a mode's crests.
+  double peak(std::span<const PulseNode> train) const;
   std::span<const Ring> rings() const { return rings_; }
   std::span<const double> taps() const { return taps_; }
 

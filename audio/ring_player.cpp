@@ -77,7 +77,8 @@ void RingPlayer::makeRoom() {
   waiting_.reserve(slots_.size());
 }
 
-void RingPlayer::add(std::span<const Ring> rings, std::span<const double> taps) {
+void RingPlayer::add(std::span<const Ring> rings, std::span<const double> taps,
+                     std::span<const PulseNode> train) {
   const auto first = std::ranges::min_element(rings, {}, [](const Ring& ring) {
                        return ring.drive.first;
                      })->drive.first;
@@ -86,6 +87,7 @@ void RingPlayer::add(std::span<const Ring> rings, std::span<const double> taps) 
   for (const Ring& ring : rings) {
     Ring later = ring;
     later.drive.first += delay;
+    if (!train.empty()) later.drive.nodes = train;
     addOne(later, taps.subspan(ring.taps, 2 * ring.count));
   }
 }

@@ -48,7 +48,9 @@ class RingPlayer {
   /// Takes rings, whose taps are in `taps`. Without a capacity it takes whatever comes, and
   /// allocates. With one, what has no room is left out, and what comes late is heard later by as
   /// much.
-  void add(std::span<const Ring> rings, std::span<const double> taps);
+  /// `train`, if not empty, are the nodes of all of them in place of their own.
+  void add(std::span<const Ring> rings, std::span<const double> taps,
+           std::span<const PulseNode> train = {});
 
   /// Adds the next samples, at most ClickBus::kMaxFrames: planar, `stride` apart, and what goes
   /// into the reverberation.

@@ -10,6 +10,7 @@
 #include "audio/material.h"
 #include "audio/modal_model.h"
 #include "audio/rigid_radiator.h"
+#include "audio/surface_texture.h"
 
 namespace carom {
 
@@ -33,6 +34,9 @@ struct SoundBody {
   /// 1/(kg m^2), body frame, about the centre of mass: how it starts to turn when it is hit. Only
   /// used with `shape`; zero for a body that does not turn.
   Eigen::Matrix3d inverseInertia = Eigen::Matrix3d::Zero();
+  /// Its bumps, which sound where it slides or rolls; null: it is smooth. Laid on it along the axes
+  /// of the body, on each side along the axis that is nearest to the side's normal.
+  std::shared_ptr<const SurfaceTexture> texture = nullptr;
   /// How it rings when it is hit; also of a body that nothing moves. Shared between bodies of one
   /// shape and material. Its axes are the body's own.
   std::shared_ptr<const ModalModel> modal = nullptr;

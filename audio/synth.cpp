@@ -72,6 +72,8 @@ void Synth::schedule(const ImpulseEvent& event) {
 }
 void Synth::touch(const ContactState& contact) {
   impl_->player_.add(impl_->layer_.touch(contact));
+  for (const bool first : {true, false})
+    impl_->player_.add(impl_->layer_.slide(contact, first));
 }
 Status Synth::seek(double seconds) {
   return impl_->seek(seconds);

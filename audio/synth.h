@@ -75,8 +75,9 @@ class Synth {
   void schedule(const ImpulseEvent& event);
 
   /// A lasting contact, over one step of the mechanics: it damps what rings in the bodies that it
-  /// holds together (RingLayer), until it ends. One after the other as time goes by; what comes
-  /// late counts from the next sample on. May allocate.
+  /// holds together (RingLayer), until it ends; and where it slides or rolls over bumps
+  /// (SoundBody::texture), it drives both bodies with the impulses of its way (ContactDrive). One
+  /// after the other as time goes by; what comes late counts from the next sample on. May allocate.
   void touch(const ContactState& contact);
 
   /// Adds nothing to what is there: overwrites `frames` samples of each channel, in pascals, and

@@ -144,6 +144,9 @@ double signOf(const PairRecord& record, const PairMotion& now) {
 ContactState mirrored(const ContactState& state) {
   ContactState other = state;
   std::swap(other.body, other.other);
+  std::swap(other.bodyPosition, other.otherPosition);
+  std::swap(other.bodyOrientation, other.otherOrientation);
+  std::swap(other.bodyVelocity, other.otherVelocity);
   std::swap(other.pathStart, other.otherPathStart);
   std::swap(other.pathEnd, other.otherPathEnd);
   other.normal = -state.normal;

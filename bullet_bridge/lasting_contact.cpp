@@ -71,6 +71,12 @@ ContactState lastingContact(const PairMotion& now, const Proximity& start,
   const RigidMotion body = now.pair().body->actual(dt);
   const RigidMotion other = now.pair().other->actual(dt);
   const Vec3 end = meeting.point + dt * pointVelocity;
+  state.bodyPosition = body.centre.position;
+  state.bodyOrientation = body.orientationAt(0.0);
+  state.bodyVelocity = (body.centre.positionAt(dt) - body.centre.position) / dt;
+  state.otherPosition = other.centre.position;
+  state.otherOrientation = other.orientationAt(0.0);
+  state.otherVelocity = (other.centre.positionAt(dt) - other.centre.position) / dt;
   state.pathStart = body.poseAt(0.0).toLocal(meeting.point);
   state.pathEnd = body.poseAt(dt).toLocal(end);
   state.otherPathStart = other.poseAt(0.0).toLocal(meeting.point);

@@ -121,6 +121,8 @@ class BulletSceneStepper : public SceneStepper {
   void turn(ContactState& contact) const {
     const Quat axes = scene_->orientation(contact.body, Quat::Identity()).conjugate();
     const Quat otherAxes = scene_->orientation(contact.other, Quat::Identity()).conjugate();
+    contact.bodyOrientation = scene_->orientation(contact.body, contact.bodyOrientation);
+    contact.otherOrientation = scene_->orientation(contact.other, contact.otherOrientation);
     for (Vec3* point : {&contact.pathStart, &contact.pathEnd})
       *point = axes * *point;
     for (Vec3* point : {&contact.otherPathStart, &contact.otherPathEnd})

@@ -1,0 +1,201 @@
+#include "audio/contact_drive.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/random.h"
+
+namespace carom {
+namespace {
+
+constexpr double kTexel = 1e-3;
+constexpr double kWave = 32.0 * kTexel;
+
+SurfaceTexture waves(float steepness) {
+  std::vector<SurfaceTexture::Slope> slopes;
+  for (std::size_t v = 0; v < 2; ++v)
+    for (std::size_t u = 0; u < 64; ++u)
+      slopes.emplace_back(
+          steepness * static_cast<float>(
+                          std::cos(2.0 * std::numbers::pi * (static_cast<double>(u) + 0.5) / 32.0)),
+          0.0F);
+  return *SurfaceTexture::ofSlopes({64, 2}, kTexel, slopes);
+}
+
+/// Along x at that speed, from `from` on.
+ContactDrive::Step slideAlong(const SurfaceTexture& texture, double from, double speed,
+                              double duration) {
+  ContactDrive::Step step;
+  step.duration = duration;
+  step.load = 1e6;
+  step.mass = 0.3;
+  step.width = 1e-4;
+  step.sampleRate = 48000.0;
+  step.surfaces[1].texture = &texture;
+  step.surfaces[1].from = {from, 0.0, 0.0};
+  step.surfaces[1].to = {from + speed * duration, 0.0, 0.0};
+  return step;
+}
+
+std::vector<PulseNode> withoutPadding(std::vector<PulseNode> nodes) {
+  if (!nodes.empty()) nodes.resize(nodes.size() - Pulse::kRulePadding);
+  return nodes;
+}
+
+/// Of a wave, what a quadratic spline through its texels keeps: the transform of the spline.
+const double kKept = std::pow(std::sin(std::numbers::pi / 32.0) / (std::numbers::pi / 32.0), 3);
+
+// Of a wave of slope s cos(k x): m v s (cos(k x2) - cos(k x1)) between any two nodes.
+TEST(ContactDrive, ImpulsesAddUpToTheMomentumThatTheSlopeAsksFor) {
+  const SurfaceTexture texture = waves(0.1F);
+  ContactDrive drive;
+  const double speed = 0.7;
+  const double duration = 0.01;
+  std::vector<PulseNode> nodes;
+  double momentum = 0.0;
+  double first = 0.0;
+  for (int index = 0; index < 20; ++index) {
+    drive.advance(slideAlong(texture, index * speed * duration, speed, duration), nodes);
+    const std::vector<PulseNode> train = withoutPadding(nodes);
+    ASSERT_FALSE(train.empty());
+    const double dt = duration / static_cast<double>(train.size());
+    for (const PulseNode& node : train) {
+      momentum += node.weight;
+      const double x = speed * (duration * (index + node.u) + 0.5 * dt);
+      const double expected =
+          kKept * 0.3 * speed * 0.1 * std::cos(2.0 * std::numbers::pi * x / kWave);
+      if (index == 0 && node.u == 0.0) first = expected;
+      EXPECT_NEAR(momentum + first, expected, 0.3 * speed * 0.1 * 1e-3);
+    }
+  }
+}
+
+TEST(ContactDrive, NothingPullsHarderThanTheLoad) {
+  const SurfaceTexture texture = waves(0.5F);
+  for (const double load : {0.0, 0.1, 3.0, 100.0}) {
+    ContactDrive drive;
+    std::vector<PulseNode> nodes;
+    double momentum = 0.0;
+    double pulls = 0.0;
+    for (int index = 0; index < 200; ++index) {
+      ContactDrive::Step step = slideAlong(texture, index * 0.02, 2.0, 0.01);
+      step.load = load;
+      step.restitution = 0.6;
+      drive.advance(step, nodes);
+      const std::vector<PulseNode> train = withoutPadding(nodes);
+      const double dt = 0.01 / static_cast<double>(train.size());
+      for (const PulseNode& node : train) {
+        EXPECT_GE(node.weight, -load * dt - 1e-12);
+        momentum += node.weight;
+        pulls = std::min(pulls, momentum);
+      }
+    }
+    // It never takes off for good: what throws it up is at most the steepest slope's speed.
+    EXPECT_LT(std::abs(momentum), 3.0 * 0.3 * 2.0 * 0.5 + load * 2.0);
+  }
+}
+
+// In flight the only force is the load's: the impulses of a long chatter carry it in the mean.
+TEST(ContactDrive, AChatteringContactIsHeldUpByItsImpacts) {
+  const SurfaceTexture texture = waves(0.5F);
+  ContactDrive drive;
+  std::vector<PulseNode> nodes;
+  double sum = 0.0;
+  double strongest = 0.0;
+  std::size_t falling = 0;
+  std::size_t count = 0;
+  for (int index = 0; index < 2000; ++index) {
+    ContactDrive::Step step = slideAlong(texture, index * 0.02, 2.0, 0.01);
+    step.load = 20.0;
+    step.restitution = 0.5;
+    drive.advance(step, nodes);
+    const double dt = 0.01 / static_cast<double>(nodes.size() - Pulse::kRulePadding);
+    for (const PulseNode& node : withoutPadding(nodes)) {
+      sum += node.weight;
+      strongest = std::max(strongest, node.weight);
+      ++count;
+      if (std::abs(node.weight + 20.0 * dt) < 1e-9) ++falling;
+    }
+  }
+  EXPECT_GT(static_cast<double>(falling) / static_cast<double>(count), 0.3);  // it does fly
+  EXPECT_GT(strongest, 0.02);  // and comes down hard, beside m v s = 0.3
+  EXPECT_LT(strongest, 2.0 * 0.3 * 2.0);
+  EXPECT_LT(std::abs(sum), 0.02 * 20.0 * 20.0);  // of the load over 20 s
+}
+
+TEST(ContactDrive, AtRestThereIsNothing) {
+  const SurfaceTexture texture = waves(0.5F);
+  ContactDrive drive;
+  std::vector<PulseNode> nodes = {{0.0, 1.0}};
+  drive.advance(slideAlong(texture, 0.0, 0.9e-3, 0.01), nodes);
+  EXPECT_TRUE(nodes.empty());
+  drive.advance(slideAlong(texture, 0.0, 1.1e-3, 0.01), nodes);
+  EXPECT_FALSE(nodes.empty());
+  drive.advance(slideAlong(texture, 0.0, 0.6e-3, 0.01), nodes);  // hysteresis
+  EXPECT_FALSE(nodes.empty());
+  drive.advance(slideAlong(texture, 0.0, 0.4e-3, 0.01), nodes);
+  EXPECT_TRUE(nodes.empty());
+  drive.advance(slideAlong(texture, 0.0, 2000.0, 0.01), nodes);  // a jump in place
+  EXPECT_TRUE(nodes.empty());
+}
+
+// Two bodies that roll on each other scan both surfaces; one that slides, that of the other.
+TEST(ContactDrive, BothSurfacesCount) {
+  const SurfaceTexture texture = waves(0.1F);
+  std::vector<PulseNode> one;
+  std::vector<PulseNode> both;
+  ContactDrive::Step step = slideAlong(texture, 0.003, 1.0, 0.01);
+  ContactDrive().advance(step, one);
+  step.surfaces[0] = step.surfaces[1];
+  ContactDrive().advance(step, both);
+  ASSERT_EQ(one.size(), both.size());
+  for (std::size_t index = 0; index < one.size(); ++index)
+    EXPECT_NEAR(both[index].weight, 2.0 * one[index].weight, 1e-12);
+}
+
+TEST(ContactDrive, AnyHistoryStaysBounded) {
+  const SurfaceTexture rough = *SurfaceTexture::rough({1e-3, 1e-3, 0.5}, 3);
+  Random random(4);
+  for (int history = 0; history < 200; ++history) {
+    ContactDrive drive;
+    std::vector<PulseNode> nodes;
+    Vec3 at = Vec3::Zero();
+    double fastest = 0.0;
+    double heaviest = 0.0;
+    const double mass = std::pow(10.0, random.between(-4.0, 4.0));
+    for (int index = 0; index < 20; ++index) {
+      ContactDrive::Step step =
+          slideAlong(rough, 0.0, 0.0, std::pow(10.0, random.between(-4.0, -1.5)));
+      step.mass = mass;
+      step.load = random.between(0.0, 1.0) < 0.2 ? 0.0 : std::pow(10.0, random.between(-6.0, 6.0));
+      step.width = std::pow(10.0, random.between(-6.0, 0.0));
+      step.restitution = random.between(0.0, 1.0);
+      const double speed = std::pow(10.0, random.between(-4.0, 2.0));
+      step.surfaces[1].from = at;
+      at += speed * step.duration * random.inCube();
+      if (random.between(0.0, 1.0) < 0.1) at = 1e6 * random.inCube();
+      step.surfaces[1].to = at;
+      step.surfaces[1].normal = random.inCube().normalized();
+      fastest =
+          std::max(fastest, (step.surfaces[1].to - step.surfaces[1].from).norm() / step.duration);
+      heaviest = std::max(heaviest, step.load);
+      drive.advance(step, nodes);
+      for (const PulseNode& node : nodes) {
+        ASSERT_TRUE(std::isfinite(node.weight));
+        // Met by the steepest slope at the fastest speed, having been thrown up by another one and
+        // fallen from as far as they part; and back.
+        const double slope = std::min(fastest, ContactDrive::kFastest) * 15.0;
+        const double fallen = std::sqrt(2.0 * heaviest / mass + 4.0 * slope * slope);
+        ASSERT_LE(node.weight, 2.0 * mass * (slope + fallen + heaviest / mass * step.duration));
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace carom
