@@ -2,7 +2,7 @@
 # docs/dependencies.md says what each is for.
 
 carom_build_packages="g++ cmake ninja-build pkg-config libbullet-dev libeigen3-dev libsndfile1-dev
-  libmysofa-dev libhwy-dev libsdl2-dev libassimp-dev libmeshoptimizer-dev libmumps-seq-dev
+  libmysofa-dev libpng-dev libhwy-dev libsdl2-dev libassimp-dev libmeshoptimizer-dev libmumps-seq-dev
   libopenblas0-serial nlohmann-json3-dev libcli11-dev"
 carom_test_packages="libgtest-dev libgmock-dev libvalijson-dev dpkg-dev file"
 carom_bench_packages="libbenchmark-dev"

@@ -66,13 +66,14 @@ double waveNumber(Eigen::Index index, Eigen::Index count) {
 
 }  // namespace
 
-Result<SurfaceTexture> SurfaceTexture::ofSlopes(Size size, double texel,
+Result<SurfaceTexture> SurfaceTexture::ofSlopes(Size size, const Eigen::Vector2d& texel,
                                                 std::vector<Slope> slopes) {
   if (!isSide(size.width) || !isSide(size.height))
     return Error{"surface texture: " + std::to_string(size.width) + " x " +
                  std::to_string(size.height) +
                  " texels; expected powers of two, at most 8192 along each side"};
-  if (!isPositive(texel)) return Error{"surface texture: the texel must be positive (m)"};
+  if (!isPositive(texel.x()) || !isPositive(texel.y()))
+    return Error{"surface texture: the texel must be positive (m)"};
   if (slopes.size() != size.width * size.height)
     return Error{"surface texture: expected one slope for each texel"};
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
@@ -87,7 +88,8 @@ Result<SurfaceTexture> SurfaceTexture::ofSlopes(Size size, double texel,
   SurfaceTexture texture;
   texture.size_ = size;
   texture.texel_ = texel;
-  texture.levels_.push_back({size, 1.0 / texel, 0.0, std::move(slopes)});
+  texture.width_ = std::sqrt(texel.x() * texel.y());
+  texture.levels_.push_back({size, texel.cwiseInverse(), 0.0, std::move(slopes)});
   texture.addLevels();
   return texture;
 }
@@ -98,8 +100,11 @@ void SurfaceTexture::addLevels() {
     // A side of one texel stays: both halves of the mean are the same texel then.
     const std::size_t alongU = std::min<std::size_t>(fine.size.width, 2);
     const std::size_t alongV = std::min<std::size_t>(fine.size.height, 2);
-    Level coarse{
-        {fine.size.width / alongU, fine.size.height / alongV}, 0.5 * fine.perMetre, 0.0, {}};
+    const Eigen::Vector2d halved(static_cast<double>(alongU), static_cast<double>(alongV));
+    Level coarse{{fine.size.width / alongU, fine.size.height / alongV},
+                 fine.perMetre.cwiseQuotient(halved),
+                 0.0,
+                 {}};
     coarse.slopes.reserve(coarse.size.width * coarse.size.height);
     for (std::size_t v = 0; v < coarse.size.height; ++v) {
       for (std::size_t u = 0; u < coarse.size.width; ++u) {
@@ -159,12 +164,12 @@ Result<SurfaceTexture> SurfaceTexture::rough(const Roughness& roughness, std::ui
       for (Eigen::Index row = 0; row < kCount; ++row)
         slopes[static_cast<std::size_t>(column * kCount + row)][axis] = waves(row, column).real();
   }
-  return ofSlopes({kRoughTexels, kRoughTexels}, texel, std::move(slopes));
+  return ofSlopes({kRoughTexels, kRoughTexels}, {texel, texel}, std::move(slopes));
 }
 
 Eigen::Vector2d SurfaceTexture::slope(const Eigen::Vector2d& at, double width) const {
   // A texel of width w averages about as a look of width w does.
-  const double depth = std::log2(std::max(width / texel_, 1.0));
+  const double depth = std::log2(std::max(width / width_, 1.0));
   const double last = static_cast<double>(levels_.size() - 1);
   if (depth >= last) return sample(levels_.back(), at);
   const auto level = static_cast<std::size_t>(depth);
@@ -189,8 +194,8 @@ Eigen::Vector2d SurfaceTexture::sample(const Level& level, const Eigen::Vector2d
   };
   std::array<std::size_t, 3> u{};
   std::array<std::size_t, 3> v{};
-  const auto alongU = weightsAt(at.x() * level.perMetre, level.size.width, u);
-  const auto alongV = weightsAt(at.y() * level.perMetre, level.size.height, v);
+  const auto alongU = weightsAt(at.x() * level.perMetre.x(), level.size.width, u);
+  const auto alongV = weightsAt(at.y() * level.perMetre.y(), level.size.height, v);
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (std::size_t row = 0; row < 3; ++row) {
     const Slope* line = &level.slopes[v[row] * level.size.width];
@@ -201,7 +206,7 @@ Eigen::Vector2d SurfaceTexture::sample(const Level& level, const Eigen::Vector2d
 }
 
 double SurfaceTexture::rmsSlope(double width) const {
-  const double depth = std::log2(std::max(width / texel_, 1.0));
+  const double depth = std::log2(std::max(width / width_, 1.0));
   const double last = static_cast<double>(levels_.size() - 1);
   if (depth >= last) return levels_.back().rms;
   const auto level = static_cast<std::size_t>(depth);

@@ -38,17 +38,18 @@ class SurfaceTexture {
   /// 1: steeper slopes count as that (84 degrees).
   static constexpr float kSteepest = 10.0F;
 
-  /// Of slopes at the middles of texels, row by row from v = 0 on; `texel` in m, > 0. The mean
-  /// slope is taken away: a surface that repeats climbs nowhere. Errors: sizes, texel, a slope that
-  /// is no number.
-  static Result<SurfaceTexture> ofSlopes(Size size, double texel, std::vector<Slope> slopes);
+  /// Of slopes at the middles of texels, row by row from v = 0 on; `texel` in m, > 0, along u and
+  /// v. The mean slope is taken away: a surface that repeats climbs nowhere. Errors: sizes, texel,
+  /// a slope that is no number.
+  static Result<SurfaceTexture> ofSlopes(Size size, const Eigen::Vector2d& texel,
+                                         std::vector<Slope> slopes);
 
   /// A surface of that roughness, the same one for each seed: 512 x 512 texels of an eighth of the
   /// correlation length. Its slopes are those of waves as short as two texels. Errors: values
   /// outside of Roughness's ranges.
   static Result<SurfaceTexture> rough(const Roughness& roughness, std::uint64_t seed);
 
-  double texel() const { return texel_; }  ///< m
+  const Eigen::Vector2d& texel() const { return texel_; }  ///< m, along u and v
   Size size() const { return size_; }
 
   /// The slopes at a point (m), as a look of that width (m) sees them: waves shorter than about
@@ -61,8 +62,8 @@ class SurfaceTexture {
  private:
   struct Level {
     Size size;
-    double perMetre = 0.0;  // texels
-    double rms = 0.0;       // of the slope along a line
+    Eigen::Vector2d perMetre = Eigen::Vector2d::Zero();  // texels
+    double rms = 0.0;                                    // of the slope along a line
     std::vector<Slope> slopes;
   };
   SurfaceTexture() = default;
@@ -70,7 +71,8 @@ class SurfaceTexture {
   Eigen::Vector2d sample(const Level& level, const Eigen::Vector2d& at) const;
 
   Size size_;
-  double texel_ = 0.0;
+  Eigen::Vector2d texel_ = Eigen::Vector2d::Zero();
+  double width_ = 0.0;         // m, of a look that sees single texels
   std::vector<Level> levels_;  // the finest first; each half of the one before
 };
 

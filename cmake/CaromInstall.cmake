@@ -24,6 +24,7 @@ set(carom_dependency_table
   "Threads::Threads|package Threads||"
   "PkgConfig::carom_sndfile|pkg|sndfile|libsndfile1-dev"
   "PkgConfig::carom_mysofa|pkg|libmysofa|libmysofa-dev"
+  "PkgConfig::carom_png|pkg|libpng|libpng-dev"
   "PkgConfig::carom_highway|pkg|libhwy|libhwy-dev"
   "PkgConfig::carom_assimp|pkg|assimp|libassimp-dev"
   "meshoptimizer::meshoptimizer|package meshoptimizer|-lmeshoptimizer|libmeshoptimizer-dev"

@@ -24,7 +24,7 @@ SurfaceTexture waves(float steepness) {
           steepness * static_cast<float>(
                           std::cos(2.0 * std::numbers::pi * (static_cast<double>(u) + 0.5) / 32.0)),
           0.0F);
-  return *SurfaceTexture::ofSlopes({64, 2}, kTexel, slopes);
+  return *SurfaceTexture::ofSlopes({64, 2}, {kTexel, kTexel}, slopes);
 }
 
 /// Along x at that speed, from `from` on.

@@ -26,7 +26,7 @@ SurfaceTexture waves(std::size_t texels, double texel, double periods) {
                                                       (static_cast<double>(u) + 0.5) /
                                                       static_cast<double>(texels))),
                           0.0F);
-  return *SurfaceTexture::ofSlopes({texels, texels}, texel, slopes);
+  return *SurfaceTexture::ofSlopes({texels, texels}, {texel, texel}, slopes);
 }
 
 TEST(SurfaceTexture, FollowsAWaveBetweenItsTexels) {
@@ -44,11 +44,11 @@ TEST(SurfaceTexture, FollowsAWaveBetweenItsTexels) {
 
 TEST(SurfaceTexture, RepeatsInBothDirections) {
   const SurfaceTexture texture = *SurfaceTexture::rough({1e-6, 1e-4, 0.8}, 7);
-  const double period = 512.0 * texture.texel();
+  const double period = 512.0 * texture.texel().x();
   Random random(2);
   for (int trial = 0; trial < 100; ++trial) {
     const Eigen::Vector2d at(random.between(0.0, period), random.between(0.0, period));
-    const double width = random.between(0.0, 20.0) * texture.texel();
+    const double width = random.between(0.0, 20.0) * texture.texel().x();
     const Eigen::Vector2d there = texture.slope(at + period * Eigen::Vector2d(-3.0, 2.0), width);
     EXPECT_LT((texture.slope(at, width) - there).norm(), 1e-9);
   }
@@ -71,11 +71,11 @@ TEST(SurfaceTexture, AWideLookAveragesShortWavesOut) {
 TEST(SurfaceTexture, RoughSurfaceHasItsHeightAndIsOneSurface) {
   const Roughness roughness{3e-6, 2e-4, 0.8};
   const SurfaceTexture texture = *SurfaceTexture::rough(roughness, 1);
-  const double step = texture.texel() / 8.0;
+  const double step = texture.texel().x() / 8.0;
   double square = 0.0;
   std::size_t count = 0;
   for (int line = 0; line < 64; ++line) {
-    const double v = 8.37 * line * texture.texel();
+    const double v = 8.37 * line * texture.texel().x();
     std::vector<double> heights = {0.0};
     double mean = 0.0;
     for (int index = 0; index < 512 * 8; ++index) {
@@ -111,7 +111,7 @@ TEST(SurfaceTexture, RoughnessIsTheSameForASeedAndAnotherForAnother) {
 TEST(SurfaceTexture, SaysWhatItCannotBeMadeOf) {
   const std::vector<Slope> four(4, Slope::Zero());
   const auto refusal = [](SurfaceTexture::Size size, double texel, std::vector<Slope> slopes) {
-    const auto made = SurfaceTexture::ofSlopes(size, texel, std::move(slopes));
+    const auto made = SurfaceTexture::ofSlopes(size, {texel, 1e-3}, std::move(slopes));
     return made ? std::string() : made.error().message;
   };
   EXPECT_EQ(refusal({2, 2}, 1e-3, four), "");

@@ -29,7 +29,7 @@ std::shared_ptr<const SurfaceTexture> wavyFloor() {
                          std::cos(2.0 * std::numbers::pi * (static_cast<double>(u) + 0.5) / 16.0)),
         0.0F);
   return std::make_shared<const SurfaceTexture>(
-      *SurfaceTexture::ofSlopes({16, 1}, kWave / 16.0, slopes));
+      *SurfaceTexture::ofSlopes({16, 1}, {kWave / 16.0, kWave / 16.0}, slopes));
 }
 
 /// A steel ball that slides over a wavy floor along x, pressed down by `load`, for half a second.

@@ -58,6 +58,8 @@ std::vector<Layer> layers() {
 const std::vector<Layer>& exceptions() {
   static const std::vector<Layer> list = {{"audio/sound_file.cpp", "sndfile\\.h"},
                                           {"audio/sofa_file.cpp", "mysofa\\.h"},
+                                          {"audio/normal_map.cpp", "png\\.h"},
+                                          {"audio/surface_texture.cpp", "unsupported/Eigen/FFT"},
                                           {"audio/simd_kernels.cpp", "hwy/[a-z_]+\\.h"},
                                           {"audio/simd_resonators.cpp", "hwy/[a-z_]+\\.h"},
                                           {"modal/gltf_document.h", "nlohmann/json\\.hpp"},

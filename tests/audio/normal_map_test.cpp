@@ -1,0 +1,166 @@
+#include "audio/normal_map.h"
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <png.h>
+
+#include "tests/support/temporary_folder.h"
+
+namespace carom::test {
+namespace {
+
+using testing::HasSubstr;
+
+/// A picture written by libpng's other interface.
+std::vector<std::byte> pngOf(std::uint32_t format, std::uint32_t width, std::uint32_t height,
+                             const std::vector<std::uint8_t>& pixels) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = width;
+  image.height = height;
+  image.format = format;
+  png_alloc_size_t size = 0;
+  if (png_image_write_to_memory(&image, nullptr, &size, 0, pixels.data(), 0, nullptr) == 0)
+    std::abort();
+  std::vector<std::byte> bytes(size);
+  if (png_image_write_to_memory(&image, bytes.data(), &size, 0, pixels.data(), 0, nullptr) == 0)
+    std::abort();
+  bytes.resize(size);
+  return bytes;
+}
+
+/// The colours of a normal, x right, y up, z outwards, on 8 bits.
+std::array<std::uint8_t, 3> colourOf(double slopeRight, double slopeUp) {
+  const double length = std::sqrt(slopeRight * slopeRight + slopeUp * slopeUp + 1.0);
+  const auto byteOf = [length](double component) {
+    return static_cast<std::uint8_t>(std::lround(128.0 + 127.0 * component / length));
+  };
+  return {byteOf(-slopeRight), byteOf(-slopeUp), byteOf(1.0)};
+}
+
+/// Of 4 x 2 texels, each of which has other slopes, which add up to nothing.
+struct Patch {
+  std::vector<Eigen::Vector2d> slopes = {{0.3, 0.0},   {-0.3, 0.1}, {0.0, 0.2},    {0.0, -0.3},
+                                         {-0.2, -0.1}, {0.2, 0.1},  {-0.25, 0.05}, {0.25, -0.05}};
+  std::vector<std::byte> png() const {
+    std::vector<std::uint8_t> pixels;
+    for (const int row : {1, 0})  // the picture's highest row first
+      for (int column = 0; column < 4; ++column) {
+        const Eigen::Vector2d& slope = slopes[static_cast<std::size_t>(4 * row + column)];
+        for (const std::uint8_t byte : colourOf(slope.x(), slope.y()))
+          pixels.push_back(byte);
+      }
+    return pngOf(PNG_FORMAT_RGB, 4, 2, pixels);
+  }
+};
+
+/// The slopes of texels, undone from what the spline between them makes: by differences there are
+/// none to undo on average, so means over whole rows and columns are compared.
+Eigen::Vector2d meanOver(const SurfaceTexture& texture, const Eigen::Vector2d& from,
+                         const Eigen::Vector2d& to) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  constexpr int kSteps = 1000;
+  for (int step = 0; step < kSteps; ++step)
+    sum += texture.slope(from + (step + 0.5) / kSteps * (to - from), 0.0);
+  return sum / kSteps;
+}
+
+TEST(NormalMap, SlopesAreThoseOfTheColours) {
+  const Patch patch;
+  const auto texture =
+      normalMapFromBytes(patch.png(), "patch", {.size = {0.04, 0.02}, .greenIsDown = false});
+  ASSERT_TRUE(texture) << texture.error().message;
+  EXPECT_EQ(texture->size().width, 4u);
+  EXPECT_EQ(texture->size().height, 2u);
+  EXPECT_NEAR(texture->texel().x(), 0.01, 1e-15);
+  EXPECT_NEAR(texture->texel().y(), 0.01, 1e-15);
+  // Across rows the spline of two rows that repeat keeps the mean; along a row's middle it keeps
+  // 3/4 of the row and 1/4 of the other one.
+  for (const int row : {0, 1}) {
+    Eigen::Vector2d own = Eigen::Vector2d::Zero();
+    Eigen::Vector2d other = Eigen::Vector2d::Zero();
+    for (int column = 0; column < 4; ++column) {
+      own += 0.25 * patch.slopes[static_cast<std::size_t>(4 * row + column)];
+      other += 0.25 * patch.slopes[static_cast<std::size_t>(4 * (1 - row) + column)];
+    }
+    const double v = 0.01 * (row + 0.5);
+    const Eigen::Vector2d mean = meanOver(*texture, {0.0, v}, {0.04, v});
+    EXPECT_LT((mean - 0.75 * own - 0.25 * other).norm(), 0.01) << row;
+  }
+  // Of a column's middle, 3/4 of it and 1/8 of each neighbour.
+  for (int column = 0; column < 4; ++column) {
+    const auto of = [&](int which) {
+      const auto index = static_cast<std::size_t>((which + 4) % 4);
+      return Eigen::Vector2d(0.5 * (patch.slopes[index] + patch.slopes[4 + index]));
+    };
+    const double u = 0.01 * (column + 0.5);
+    const Eigen::Vector2d mean = meanOver(*texture, {u, 0.0}, {u, 0.02});
+    const Eigen::Vector2d expected =
+        0.75 * of(column) + 0.125 * of(column - 1) + 0.125 * of(column + 1);
+    EXPECT_LT((mean - expected).norm(), 0.01) << column;
+  }
+}
+
+TEST(NormalMap, GreenMayPointDownAndSlopesMayBeStronger) {
+  const Patch patch;
+  const auto up = normalMapFromBytes(patch.png(), "patch", {});
+  const auto down = normalMapFromBytes(patch.png(), "patch", {.greenIsDown = true});
+  const auto twice = normalMapFromBytes(patch.png(), "patch", {.strength = 2.0});
+  ASSERT_TRUE(up && down && twice);
+  const Eigen::Vector2d at(0.3, 0.7);
+  const Eigen::Vector2d slope = up->slope(at, 0.0);
+  EXPECT_NEAR(down->slope(at, 0.0).x(), slope.x(), 1e-7);
+  EXPECT_NEAR(down->slope(at, 0.0).y(), -slope.y(), 1e-7);
+  EXPECT_LT((twice->slope(at, 0.0) - 2.0 * slope).norm(), 1e-6);
+}
+
+TEST(NormalMap, AFlatMapIsFlat) {
+  const auto texture = normalMapFromBytes(pngOf(PNG_FORMAT_RGB, 1, 1, {128, 128, 255}), "flat", {});
+  ASSERT_TRUE(texture) << texture.error().message;
+  EXPECT_EQ(texture->slope({0.2, 0.3}, 0.0).norm(), 0.0);
+}
+
+TEST(NormalMap, TakesAnyFormatWithColours) {
+  std::vector<std::uint8_t> pixels;
+  for (int texel = 0; texel < 3 * 5; ++texel)
+    for (const std::uint8_t byte :
+         {std::uint8_t{200}, std::uint8_t{100}, std::uint8_t{220}, std::uint8_t{9}})
+      pixels.push_back(byte);
+  const auto texture = normalMapFromBytes(pngOf(PNG_FORMAT_RGBA, 3, 5, pixels), "alpha", {});
+  ASSERT_TRUE(texture) << texture.error().message;
+  EXPECT_EQ(texture->size().width, 4u);  // resampled
+  EXPECT_EQ(texture->size().height, 8u);
+}
+
+TEST(NormalMap, SaysWhatItCannotRead) {
+  const auto refusal = [](const std::vector<std::byte>& bytes,
+                          const NormalMapSettings& settings = {}) {
+    const auto made = normalMapFromBytes(bytes, "bumps.png", settings);
+    return made ? std::string() : made.error().message;
+  };
+  const std::vector<std::byte> png = Patch().png();
+  EXPECT_EQ(refusal(png), "");
+  EXPECT_EQ(refusal({}), "normal map 'bumps.png': it is no PNG file");
+  EXPECT_THAT(refusal(std::vector<std::byte>(100, std::byte{7})), HasSubstr("no PNG"));
+  for (std::size_t length = 8; length + 12 < png.size(); ++length)
+    EXPECT_THAT(refusal({png.begin(), png.begin() + static_cast<std::ptrdiff_t>(length)}),
+                HasSubstr("normal map 'bumps.png': it "));
+  EXPECT_THAT(refusal(pngOf(PNG_FORMAT_GRAY, 2, 1, {100, 200})), HasSubstr("grey"));
+  EXPECT_THAT(refusal(pngOf(PNG_FORMAT_RGB, 1, 1, {10, 10, 10})),
+              HasSubstr("no normal points outwards"));
+  EXPECT_THAT(refusal(png, {.size = {0.0, 1.0}}), HasSubstr("size must be positive"));
+  EXPECT_THAT(refusal(png, {.strength = -1.0}), HasSubstr("strength"));
+  const auto missing = readNormalMap("/nowhere/bumps.png", {});
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().message, "normal map '/nowhere/bumps.png': there is no such file");
+}
+
+}  // namespace
+}  // namespace carom::test
