@@ -32,6 +32,8 @@ constexpr double kLoudestEar = 4.0;
 constexpr double kTailPeaks = 4.0;
 /// Of friction over load, where the mechanics says more.
 constexpr double kMostFriction = 2.0;
+/// s: a step that takes longer says nothing of how its contact moved.
+constexpr double kLongestStep = 1.0;
 
 /// N s: about what of a train comes at once, as there is one node to a sample or less.
 double loudestOf(std::span<const PulseNode> train) {
@@ -527,6 +529,7 @@ Click ClickLayer::placed(const Contact& contact, const Way& way) const {
 void ClickLayer::removeBody(BodyId id) {
   bodies_.erase(id);
   rings_.forgetTouches(id);
+  slidingNow_ = nullptr;
   std::erase_if(sliding_, [id](const auto& entry) {
     return entry.first.first == id || entry.first.second == id;
   });
@@ -572,7 +575,7 @@ bool ClickLayer::touchOne(const ContactState& contact, bool first, std::int64_t 
                       *body->rings, sample);
 }
 
-/// What can be slid on: two known bodies, and numbers.
+/// All of it are numbers, and of a place on the clock.
 bool ClickLayer::isDriven(const ContactState& contact) const {
   const bool isNumber = std::isfinite(contact.time) && isPositive(contact.duration) &&
                         contact.normal.allFinite() && contact.position.allFinite() &&
@@ -584,7 +587,7 @@ bool ClickLayer::isDriven(const ContactState& contact) const {
                         contact.otherOrientation.coeffs().allFinite() &&
                         contact.pathStart.allFinite() && contact.pathEnd.allFinite() &&
                         contact.otherPathStart.allFinite() && contact.otherPathEnd.allFinite();
-  return isNumber && contact.duration <= kLongestContact &&
+  return isNumber && contact.duration <= kLongestStep &&
          std::abs(contact.time) * settings_.sampleRate < kExactSamples;
 }
 
@@ -608,13 +611,12 @@ ClickLayer::Sliding* ClickLayer::advanced(const ContactState& contact) {
                          inverseMass(other->sound, contact.otherPosition, contact.otherOrientation);
   if (!isPositive(inverse)) return nullptr;
   Sliding& sliding = sliding_[key];
-  sliding.mass = 1.0 / inverse;
   const Material& material = body->sound.material;
   const Material& otherMaterial = other->sound.material;
   sliding.drive.advance(
       {.duration = contact.duration,
        .load = contact.normalLoad,
-       .mass = sliding.mass,
+       .mass = 1.0 / inverse,
        .width = contactWidth(contact, *body, *other),
        .restitution = combinedRestitution(material.restitution, otherMaterial.restitution),
        .sampleRate = settings_.sampleRate,

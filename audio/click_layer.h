@@ -131,7 +131,6 @@ class ClickLayer {
   struct Sliding {
     ContactDrive drive;
     std::vector<PulseNode> nodes;  // of the step in hand, and the padding
-    double mass = 0.0;             // kg, along the normal
   };
 
   Error noListener(std::size_t listener) const;

@@ -42,7 +42,7 @@ class ContactDrive {
     double duration = 0.0;     ///< s, > 0
     double load = 0.0;         ///< N, >= 0
     double mass = 0.0;         ///< kg, > 0, of the pair along the normal
-    double width = 0.0;        ///< m, > 0, of the contact
+    double width = 0.0;        ///< m, >= 0, of the contact
     double restitution = 0.0;  ///< 1, 0 to 1
     double sampleRate = 0.0;   ///< Hz: there is about one node to a sample, or fewer
     std::array<ScannedSurface, 2> surfaces;

@@ -47,7 +47,7 @@ bool isSide(std::size_t count) {
 void inverseTransform(Eigen::MatrixXcf& values) {
   Eigen::FFT<float> transform;
   transform.SetFlag(Eigen::FFT<float>::Unscaled);
-  const auto turn = [&](Eigen::VectorXcf line) {
+  const auto turn = [&](const Eigen::VectorXcf& line) {
     Eigen::VectorXcf turned(line.size());
     transform.inv(turned, line);
     return turned;
@@ -174,9 +174,8 @@ Eigen::Vector2d SurfaceTexture::slope(const Eigen::Vector2d& at, double width) c
   if (depth >= last) return sample(levels_.back(), at);
   const auto level = static_cast<std::size_t>(depth);
   const double share = depth - static_cast<double>(level);
-  const Eigen::Vector2d fine = sample(levels_[level], at);
-  if (share == 0.0) return fine;
-  return (1.0 - share) * fine + share * sample(levels_[level + 1], at);
+  if (share == 0.0) return sample(levels_[level], at);
+  return (1.0 - share) * sample(levels_[level], at) + share * sample(levels_[level + 1], at);
 }
 
 /// Quadratic B-splines: the slope has a slope everywhere, so that a path over texels has no corners
