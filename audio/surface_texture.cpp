@@ -186,7 +186,7 @@ Eigen::Vector2d SurfaceTexture::sample(const Level& level, const Eigen::Vector2d
     const double t = place - nearest - 0.5;
     const double wrapped =
         nearest - std::floor(nearest / static_cast<double>(count)) * static_cast<double>(count);
-    const auto middle = std::min(static_cast<std::size_t>(wrapped), count - 1);
+    const auto middle = std::min(static_cast<std::size_t>(std::max(0.0, wrapped)), count - 1);
     const std::size_t mask = count - 1;
     index = {(middle + mask) & mask, middle, (middle + 1) & mask};
     return std::array{0.5 * (0.5 - t) * (0.5 - t), 0.75 - t * t, 0.5 * (0.5 + t) * (0.5 + t)};
