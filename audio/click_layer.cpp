@@ -417,9 +417,8 @@ double ClickLayer::boundOf(const Contact& contact, const Way& way) const {
   double slope = std::min(contact.pulse->peakSlope() / (contact.duration * contact.duration),
                           inBand * rate * rate);
   if (!contact.train.empty()) {
-    const double loudest = loudestOf(contact.train);
-    force = loudest * rate;
-    slope = loudest * 0.5 * std::numbers::pi * rate * rate;
+    force = contact.loudest * rate;
+    slope = contact.loudest * 0.5 * std::numbers::pi * rate * rate;
   }
   if (settings_.radiation == Radiation::exact) {
     const double corner = settings_.medium.speedOfSound / contact.strike.radius;
@@ -660,6 +659,7 @@ LaidSound ClickLayer::slide(const ContactState& state, bool first, const SampleS
   contact.pulse = &Pulse::of(PulseShape::hertz);  // from the begin of the step to its end
   contact.train =
       std::span(slidingNow_->nodes).first(slidingNow_->nodes.size() - Pulse::kRulePadding);
+  contact.loudest = loudestOf(contact.train);
   contact.strike.velocity = event.bodyVelocity;
   if (!layContact(contact)) {
     ++counters_.rejected;

@@ -77,7 +77,6 @@ class ClickLayer {
   /// What a lasting contact sounds like where it slides or rolls over bumps: the share of its first
   /// body, or of the other one, which is to be asked for after it. One step after the other.
   LaidSound slide(const ContactState& contact, bool first, const SampleShift& shift = {});
-  bool anyTextures() const { return anyTextures_; }  ///< a body with bumps was ever set
 
   bool anyRings() const { return anyRings_; }  ///< a body that rings was ever set
 
@@ -108,6 +107,7 @@ class ClickLayer {
     SampleShift shift;
     bool rings = false;
     std::span<const PulseNode> train = {};  // in place of the pulse; without the padding
+    double loudest = 0.0;                   // N s, about what of the train comes at once
   };
   /// The way of a contact's sound to one receiver, at its begin, middle and end.
   struct Way {
