@@ -34,14 +34,30 @@ constexpr double kTailPeaks = 4.0;
 constexpr double kMostFriction = 2.0;
 /// s: a step that takes longer says nothing of how its contact moved.
 constexpr double kLongestStep = 1.0;
+/// 1, for ClickLayer::slideRank: what slides is not given up for what is hardly louder.
+constexpr double kSlidesOn = 2.0;
+/// m: nearer makes no difference there.
+constexpr double kNearest = 0.1;
+/// s, in which a slide comes up.
+constexpr double kFadingIn = 1e-3;
+/// s and m, for ClickLayer::follow.
+constexpr double kTurning = 0.03;
+constexpr double kFarthestOffset = 1.0;
+/// 1, of the load along the way: what rolling loses where the mechanics knows of no loss.
+constexpr double kRollingLoss = 0.01;
+/// One pattern for all that is rough; where it is looked at differs.
+constexpr std::uint64_t kRoughSeed = 1;
+
+/// Nodes that come at once, more or less.
+constexpr std::size_t kAtOnce = 4;
 
 /// N s: about what of a train comes at once, as there is one node to a sample or less.
 double loudestOf(std::span<const PulseNode> train) {
   double loudest = 0.0;
+  double sum = 0.0;
   for (std::size_t index = 0; index < train.size(); ++index) {
-    double sum = 0.0;
-    for (std::size_t near = index; near < std::min(index + 4, train.size()); ++near)
-      sum += std::abs(train[near].weight);
+    sum += std::abs(train[index].weight);
+    if (index >= kAtOnce) sum -= std::abs(train[index - kAtOnce].weight);
     loudest = std::max(loudest, sum);
   }
   return loudest;
@@ -156,7 +172,7 @@ Status ClickLayer::setBody(BodyId id, const SoundBody& body) {
     known.filters = &filtersOf(body.shape ? body.shape->radius() : body.radius);
   if (body.modal != nullptr) known.rings = &rings_.sourceOf(body.modal);
   anyRings_ = anyRings_ || known.rings != nullptr;
-  anyTextures_ = anyTextures_ || body.texture != nullptr;
+  anyTextures_ = anyTextures_ || body.texture != nullptr || body.material.roughness.rmsHeight > 0.0;
   bodies_.insert_or_assign(id, std::move(known));
   return std::monostate{};
 }
@@ -197,6 +213,11 @@ Error ClickLayer::noListener(std::size_t listener) const {
 }
 
 const ClickLayer::Body* ClickLayer::findBody(BodyId id) const {
+  const auto entry = bodies_.find(id);
+  return entry == bodies_.end() ? nullptr : &entry->second;
+}
+
+ClickLayer::Body* ClickLayer::findBody(BodyId id) {
   const auto entry = bodies_.find(id);
   return entry == bodies_.end() ? nullptr : &entry->second;
 }
@@ -292,6 +313,7 @@ ClickLayer::Contact ClickLayer::contactOf(const ImpulseEvent& event, const Body&
                   .strike = makeStrike(event, body.sound, settings_.medium),
                   .filters = body.filters,
                   .shift = shift};
+  contact.dipoleBefore = contact.strike.dipole;
   if (settings_.radiation == Radiation::exact)
     contact.ahead = std::min(contact.strike.radius, kLargestFilteredRadius);
   if (body.rings == nullptr || !rings_.strike(event, body.sound, *body.rings)) return contact;
@@ -334,7 +356,8 @@ bool ClickLayer::layContact(const Contact& contact) {
 /// no power.
 bool ClickLayer::laySend(const Contact& contact) {
   Way send;
-  send.gains.fill(contact.strike.dipole.norm() / std::numbers::sqrt3);
+  for (std::size_t part = 0; part < send.gains.size(); ++part)
+    send.gains[part] = dipoleAt(contact, part).norm() / std::numbers::sqrt3;
   send.distance = std::numeric_limits<double>::infinity();
   if (!isPlaceable(contact, send)) return false;
   const Place place{.channel = static_cast<std::uint32_t>(paths_->channels.size())};
@@ -346,20 +369,31 @@ bool ClickLayer::laySend(const Contact& contact) {
   return true;
 }
 
+/// At the begin, the middle or the end.
+Vec3 ClickLayer::dipoleAt(const Contact& contact, std::size_t part) {
+  const double share = 0.5 * static_cast<double>(part);
+  return contact.dipoleBefore + share * (contact.strike.dipole - contact.dipoleBefore);
+}
+
 /// False where a wall is in the way.
 bool ClickLayer::findWay(const Contact& contact, const SoundPaths::Channel& channel,
                          const Image* image, Way& way) const {
   const Strike& strike = contact.strike;
-  const Vec3 dipole = image != nullptr ? image->vector(strike.dipole) : strike.dipole;
   const Vec3 velocity = image != nullptr ? image->vector(strike.velocity) : strike.velocity;
   const Vec3 from = image != nullptr ? image->position(strike.position) : strike.position;
   for (const std::size_t part : {0u, 1u, 2u}) {
     if (part > 0 && !settings_.doppler) {
       way.delays[part] = way.delays[0];
-      way.gains[part] = way.gains[0];
+      // What lasts may be pushed otherwise at its end.
+      const Vec3 turned = dipoleAt(contact, part);
+      way.gains[part] =
+          -(image != nullptr ? image->vector(turned) : turned).dot(way.towardsSource) *
+          way.receiverGain / std::max(way.distance, strike.radius);
       continue;
     }
-    const double later = 0.5 * static_cast<double>(part) * contact.duration;
+    const Vec3 pushed = dipoleAt(contact, part);
+    const Vec3 dipole = image != nullptr ? image->vector(pushed) : pushed;
+    const double later = 0.5 * static_cast<double>(part) * contact.duration / contact.shift.stretch;
     const Arrival arrival = arrivalAt(channel, contact.time + later, from + later * velocity);
     if (part == 0 && image != nullptr) {
       const Vec3 ear = from - arrival.distance * arrival.towardsSource;
@@ -570,7 +604,7 @@ bool ClickLayer::touchOne(const ContactState& contact, bool first, std::int64_t 
   return rings_.touch({.body = id,
                        .other = otherId,
                        .point = point + body->sound.modalOrigin.value_or(model.centreOfMass),
-                       .stiffness = isOver ? 0.0 : stiffnessOf(contact, *body, *other)},
+                       .stiffness = isOver ? 0.0 : hertzStiffness(hertzOf(contact, *body, *other))},
                       *body->rings, sample);
 }
 
@@ -579,9 +613,10 @@ bool ClickLayer::isDriven(const ContactState& contact) const {
   const bool isNumber = std::isfinite(contact.time) && isPositive(contact.duration) &&
                         contact.normal.allFinite() && contact.position.allFinite() &&
                         contact.normalLoad >= 0.0 && std::isfinite(contact.normalLoad) &&
-                        contact.appliedImpulse.allFinite() && contact.bodyPosition.allFinite() &&
-                        contact.otherPosition.allFinite() && contact.bodyVelocity.allFinite() &&
-                        contact.otherVelocity.allFinite() &&
+                        contact.radius >= 0.0 && contact.otherRadius >= 0.0 &&
+                        contact.slipVelocity.allFinite() && contact.appliedImpulse.allFinite() &&
+                        contact.bodyPosition.allFinite() && contact.otherPosition.allFinite() &&
+                        contact.bodyVelocity.allFinite() && contact.otherVelocity.allFinite() &&
                         contact.bodyOrientation.coeffs().allFinite() &&
                         contact.otherOrientation.coeffs().allFinite() &&
                         contact.pathStart.allFinite() && contact.pathEnd.allFinite() &&
@@ -591,44 +626,158 @@ bool ClickLayer::isDriven(const ContactState& contact) const {
 }
 
 /// The pair's, with the nodes of this step; null where there is none.
-ClickLayer::Sliding* ClickLayer::advanced(const ContactState& contact) {
+ClickLayer::Sliding* ClickLayer::advanced(const ContactState& contact, double stretch) {
   const std::pair key(contact.body, contact.other);
-  const Body* body = findBody(contact.body);
-  const Body* other = findBody(contact.other);
-  const bool isSmooth = body == nullptr || other == nullptr ||
-                        (body->sound.texture == nullptr && other->sound.texture == nullptr);
-  if (isSmooth || contact.phase == ContactPhase::end || !isDriven(contact)) {
+  const double loudest = steepestImpulse(contact);
+  if (loudest == 0.0) {
+    if (!sliding_.empty()) sliding_.erase(key);
+    return nullptr;
+  }
+  Body* const body = findBody(contact.body);
+  Body* const other = findBody(contact.other);
+  if (isInaudible(contact, loudest, *body, *other)) {
+    ++counters_.inaudibleSlides;
     sliding_.erase(key);
     return nullptr;
   }
-  const auto inverseMass = [&contact](const SoundBody& sound, const Vec3& at, const Quat& turn) {
-    if (std::isinf(sound.mass)) return 0.0;
-    const Vec3 lever = turn.conjugate() * (contact.position - at).cross(contact.normal);
-    return 1.0 / sound.mass + (sound.shape ? lever.dot(sound.inverseInertia * lever) : 0.0);
-  };
-  const double inverse = inverseMass(body->sound, contact.bodyPosition, contact.bodyOrientation) +
-                         inverseMass(other->sound, contact.otherPosition, contact.otherOrientation);
-  if (!isPositive(inverse)) return nullptr;
+  const HertzContact hertz = hertzOf(contact, *body, *other);
   Sliding& sliding = sliding_[key];
   const Material& material = body->sound.material;
   const Material& otherMaterial = other->sound.material;
   sliding.drive.advance(
       {.duration = contact.duration,
        .load = contact.normalLoad,
-       .mass = 1.0 / inverse,
-       .width = contactWidth(contact, *body, *other),
+       .mass = massOf(contact, *body, *other),
+       .radius = hertz.radius,
+       .modulus = hertz.modulus,
        .restitution = combinedRestitution(material.restitution, otherMaterial.restitution),
-       .sampleRate = settings_.sampleRate,
-       .surfaces = {{{body->sound.texture.get(), contact.pathStart, contact.pathEnd,
-                      contact.bodyOrientation.conjugate() * contact.normal},
-                     {other->sound.texture.get(), contact.otherPathStart, contact.otherPathEnd,
-                      contact.otherOrientation.conjugate() * contact.normal}}}},
+       .work = workOf(contact),
+       .sampleRate = stretch * settings_.sampleRate,
+       .surfaces = {{{textureOf(*body), coordinatesOf(*body), contact.pathStart, contact.pathEnd,
+                      contact.bodyOrientation.conjugate() * contact.normal, ballRadius(*body)},
+                     {textureOf(*other), coordinatesOf(*other), contact.otherPathStart,
+                      contact.otherPathEnd, contact.otherOrientation.conjugate() * contact.normal,
+                      ballRadius(*other)}}}},
       sliding.nodes);
+  follow(contact, sliding);
+  if (!sliding.sounds) fadeIn(sliding.nodes, contact.duration);
+  sliding.sounds = !sliding.nodes.empty();
   return &sliding;
 }
 
-/// Of an impulse of 1 N s along the normal, with the friction that goes with it.
-ImpulseEvent ClickLayer::slidingEvent(const ContactState& contact, bool first) const {
+/// Nothing begins with a jump of its force.
+void ClickLayer::fadeIn(std::vector<PulseNode>& nodes, double duration) {
+  for (PulseNode& node : nodes)
+    node.weight *= std::min(1.0, node.u * duration / kFadingIn);
+}
+
+/// Mechanics in steps says of a body with many points now that one of them bears it and now that:
+/// where it is pushed moves on steadily, and turns to where it is said to be over kTurning.
+void ClickLayer::follow(const ContactState& contact, Sliding& sliding) {
+  const double kept = std::exp(-contact.duration / kTurning);
+  const auto followOne = [kept](Sliding::Side& side, const Vec3& start, const Vec3& end) {
+    side.offset = side.isKnown ? Vec3(kept * (side.offset + side.end - start)) : Vec3::Zero();
+    if (side.offset.norm() > kFarthestOffset) side.offset.setZero();
+    side.isKnown = true;
+    side.end = end;
+  };
+  followOne(sliding.sides[0], contact.pathStart, contact.pathEnd);
+  followOne(sliding.sides[1], contact.otherPathStart, contact.otherPathEnd);
+}
+
+/// Over a surface, as fast as what sounds.
+bool ClickLayer::isMoving(const ContactState& contact) {
+  const double farthest = std::max((contact.pathEnd - contact.pathStart).squaredNorm(),
+                                   (contact.otherPathEnd - contact.otherPathStart).squaredNorm());
+  const double least = 0.5 * ContactDrive::kSlowest * contact.duration;
+  return farthest >= least * least;
+}
+
+/// kg, of the pair along the normal; 0 where nothing moves either.
+double ClickLayer::massOf(const ContactState& contact, const Body& body, const Body& other) {
+  const auto inverseMass = [&contact](const SoundBody& sound, const Vec3& at, const Quat& turn) {
+    if (std::isinf(sound.mass)) return 0.0;
+    const Vec3 lever = turn.conjugate() * (contact.position - at).cross(contact.normal);
+    return 1.0 / sound.mass + (sound.shape ? lever.dot(sound.inverseInertia * lever) : 0.0);
+  };
+  const double inverse = inverseMass(body.sound, contact.bodyPosition, contact.bodyOrientation) +
+                         inverseMass(other.sound, contact.otherPosition, contact.otherOrientation);
+  return isPositive(inverse) ? 1.0 / inverse : 0.0;
+}
+
+/// J, what friction takes in the step, and rolling at least.
+double ClickLayer::workOf(const ContactState& contact) {
+  const double farthest = std::max((contact.pathEnd - contact.pathStart).norm(),
+                                   (contact.otherPathEnd - contact.otherPathStart).norm());
+  return std::max(-contact.appliedImpulse.dot(contact.slipVelocity),
+                  kRollingLoss * contact.normalLoad * farthest);
+}
+
+/// N s, more than comes at once of the step: twice as fast as the steepest bumps push, and back. 0
+/// for what does not slide.
+double ClickLayer::steepestImpulse(const ContactState& contact) {
+  if (contact.phase == ContactPhase::end || !isMoving(contact) || !isDriven(contact)) return 0.0;
+  Body* const body = findBody(contact.body);
+  Body* const other = findBody(contact.other);
+  if (body == nullptr || other == nullptr) return 0.0;
+  const auto pushed = [this, &contact](Body& scanned, const Vec3& from, const Vec3& to) {
+    const SurfaceTexture* texture = textureOf(scanned);
+    return texture == nullptr ? 0.0 : texture->steepest() * (to - from).norm() / contact.duration;
+  };
+  return 4.0 * massOf(contact, *body, *other) *
+         (pushed(*body, contact.pathStart, contact.pathEnd) +
+          pushed(*other, contact.otherPathStart, contact.otherPathEnd));
+}
+
+double ClickLayer::slideRank(const ContactState& contact) {
+  const double loudest = anyTextures_ ? steepestImpulse(contact) : 0.0;
+  if (loudest == 0.0) return 0.0;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t index = 0; index < tracks_.size(); ++index)
+    nearest =
+        std::min(nearest, (tracks_[index].at(contact.time).position - contact.position).norm());
+  const bool slides = sliding_.contains({contact.body, contact.other});
+  return (slides ? kSlidesOn : 1.0) * loudest / std::max(nearest, kNearest);
+}
+
+/// Neither body can be heard, whatever comes of the bumps.
+bool ClickLayer::isInaudible(const ContactState& contact, double loudest, const Body& body,
+                             const Body& other) {
+  if (settings_.audibleThreshold == 0.0) return false;
+  for (const bool first : {true, false}) {
+    const Body& sounding = first ? body : other;
+    // What rings may gather for longer than a step.
+    if (sounding.rings != nullptr) return false;
+    if (sounding.filters == nullptr) continue;
+    Contact probe =
+        contactOf(slidingEvent(contact, first, Vec3::Zero()), sounding, contact.duration, {});
+    probe.pulse = &Pulse::of(PulseShape::hertz);
+    const std::array<PulseNode, 1> train = {{{0.0, loudest}}};
+    probe.train = train;
+    probe.loudest = loudest;
+    if (!layContact(probe) || peak_ >= settings_.audibleThreshold) return false;
+  }
+  return true;
+}
+
+/// Made of the material where the body has none of its own; null: it is smooth.
+const SurfaceTexture* ClickLayer::textureOf(Body& body) {
+  if (body.sound.texture != nullptr) return body.sound.texture.get();
+  const Roughness& roughness = body.sound.material.roughness;
+  if (body.rough == nullptr && roughness.rmsHeight > 0.0)
+    body.rough =
+        std::make_shared<const SurfaceTexture>(*SurfaceTexture::rough(roughness, kRoughSeed));
+  return body.rough.get();
+}
+
+/// Of a texture of its own only: roughness is the same all over.
+const TextureCoordinates* ClickLayer::coordinatesOf(const Body& body) {
+  return body.sound.texture != nullptr ? body.sound.textureCoordinates.get() : nullptr;
+}
+
+/// Of an impulse of 1 N s along the normal, with the friction that goes with it; `offset` (m, body
+/// frame) beside where the contact point is said to be.
+ImpulseEvent ClickLayer::slidingEvent(const ContactState& contact, bool first, const Vec3& offset) {
   const double pressed = contact.appliedImpulse.dot(contact.normal);
   Vec3 along = Vec3::Zero();
   if (pressed > 0.0) along = contact.appliedImpulse / pressed - contact.normal;
@@ -638,60 +787,65 @@ ImpulseEvent ClickLayer::slidingEvent(const ContactState& contact, bool first) c
   event.time = contact.time;
   event.body = first ? contact.body : contact.other;
   event.other = first ? contact.other : contact.body;
-  event.position = contact.position;
   event.normal = sign * contact.normal;
   event.impulse = sign * (contact.normal + along);
   event.bodyPosition = first ? contact.bodyPosition : contact.otherPosition;
   event.bodyOrientation = first ? contact.bodyOrientation : contact.otherOrientation;
   event.bodyVelocity = first ? contact.bodyVelocity : contact.otherVelocity;
+  event.position = contact.position + event.bodyOrientation * offset;
   return event;
 }
 
 LaidSound ClickLayer::slide(const ContactState& state, bool first, const SampleShift& shift) {
   // The naive compact model has no filter that could take a force.
   if (!anyTextures_ || !paths_->isFiltered()) return {};
-  if (first) slidingNow_ = advanced(state);
+  const bool isStretched = !(shift.stretch > kLeastStretch && shift.stretch < kMostStretch);
+  if (first) slidingNow_ = isStretched ? nullptr : advanced(state, shift.stretch);
   if (slidingNow_ == nullptr || slidingNow_->nodes.empty()) return {};
   const Body& body = *findBody(first ? state.body : state.other);
   if (body.filters == nullptr && body.rings == nullptr) return {};
-  const ImpulseEvent event = slidingEvent(state, first);
-  Contact contact = contactOf(event, body, state.duration, shift);
+  Sliding::Side& side = slidingNow_->sides[first ? 0 : 1];
+  const ImpulseEvent event = slidingEvent(state, first, side.offset);
+  Contact contact = contactOf(event, body, state.duration * shift.stretch, shift);
   contact.pulse = &Pulse::of(PulseShape::hertz);  // from the begin of the step to its end
-  contact.train =
-      std::span(slidingNow_->nodes).first(slidingNow_->nodes.size() - Pulse::kRulePadding);
+  contact.train = slidingNow_->nodes;
   contact.loudest = loudestOf(contact.train);
   contact.strike.velocity = event.bodyVelocity;
+  // From how it was pushed before to how it is: a jump would click.
+  contact.dipoleBefore = side.dipole.value_or(contact.strike.dipole);
+  side.dipole = contact.strike.dipole;
   if (!layContact(contact)) {
     ++counters_.rejected;
     return {};
   }
-  ++counters_.slides;
   LaidSound sound = soundOf();
+  ++(sound.clicks.empty() && sound.rings.empty() ? counters_.inaudibleSlides : counters_.slides);
   sound.train = slidingNow_->nodes;
   return sound;
 }
 
-/// m, across the patch that Hertz's contact has at the load (Johnson 1985, eq. 4.22): 2 a.
-double ClickLayer::contactWidth(const ContactState& contact, const Body& body,
-                                const Body& other) const {
-  const double modulus = contactModulus(body.sound.material, other.sound.material);
-  return 2.0 * std::cbrt(0.75 * contact.normalLoad * contactRadius(body, other) / modulus);
-}
-
-/// m. Flat faces touch where they are not flat, as in an impact.
-double ClickLayer::contactRadius(const Body& body, const Body& other) {
-  const auto radiusOf = [](const SoundBody& sound) {
-    return sound.radius > 0.0 && sound.shape == nullptr ? sound.radius : sound.edgeRadius;
+/// m. Edges are blunt, and flat faces touch where they are not flat, as in an impact; so does an
+/// edge on a face, as mechanics in steps says of a face now that it is one and now that it is on
+/// its edge.
+double ClickLayer::contactRadius(const ContactState& contact, const Body& body, const Body& other) {
+  const double radius = ballRadius(body) > 0.0 ? ballRadius(body) : contact.radius;
+  const double otherRadius = ballRadius(other) > 0.0 ? ballRadius(other) : contact.otherRadius;
+  const bool isCurved = isPositive(radius) || isPositive(otherRadius);
+  const auto blunt = [isCurved](double given, const Body& touched) {
+    return isCurved && given > 0.0 ? given : touched.sound.edgeRadius;
   };
-  return 1.0 / (1.0 / radiusOf(body.sound) + 1.0 / radiusOf(other.sound));
+  return 1.0 / (1.0 / blunt(radius, body) + 1.0 / blunt(otherRadius, other));
 }
 
-/// N/m, dF/dd of Hertz's F = K d^(3/2) at the load, K = 4/3 sqrt(R) E* (Johnson 1985, eq. 4.23).
-double ClickLayer::stiffnessOf(const ContactState& contact, const Body& body,
-                               const Body& other) const {
-  const double k = 4.0 / 3.0 * std::sqrt(contactRadius(body, other)) *
-                   contactModulus(body.sound.material, other.sound.material);
-  return 1.5 * std::cbrt(k * k * contact.normalLoad);
+/// m; 0 for what is none.
+double ClickLayer::ballRadius(const Body& body) {
+  return body.sound.shape == nullptr ? body.sound.radius : 0.0;
+}
+
+HertzContact ClickLayer::hertzOf(const ContactState& contact, const Body& body, const Body& other) {
+  return {.load = contact.normalLoad,
+          .radius = contactRadius(contact, body, other),
+          .modulus = contactModulus(body.sound.material, other.sound.material)};
 }
 
 /// Of the Gauss rules the smallest that is right up to the sample rate, beyond which the kernel is

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <unordered_map>
 #include <utility>
@@ -13,6 +15,7 @@
 #include "audio/click.h"
 #include "audio/contact_drive.h"
 #include "audio/contact_state.h"
+#include "audio/hertz.h"
 #include "audio/impulse_event.h"
 #include "audio/pose_track.h"
 #include "audio/pulse.h"
@@ -31,8 +34,7 @@ struct LaidSound {
   std::span<const SphereWeights> ears = {};  ///< where binaural ones come from; empty without heads
   std::span<const Ring> rings = {};          ///< empty: nothing rings
   std::span<const double> taps = {};         ///< of the rings
-  /// What drives all of them, if that is no pulse: their nodes, and Pulse::kRulePadding behind
-  /// them. Not kept: who plays it has a copy.
+  /// What drives all of them, if that is no pulse: their nodes. Not kept: who plays it has a copy.
   std::span<const PulseNode> train = {};
 };
 
@@ -40,13 +42,15 @@ struct LaidSound {
 struct SampleShift {
   std::int64_t whole = 0;  ///< leaves the bits of the samples as they are
   double fraction = 0.0;
+  double stretch = 1.0;  ///< how much longer what lasts is there
 };
 
 struct ClickLayerCounters {
-  std::uint64_t events = 0;        ///< laid, of bodies that can move or ring
-  std::uint64_t immovable = 0;     ///< shares of bodies that neither move nor ring
-  std::uint64_t rings = 0;         ///< of `events`, made a body ring that is heard
-  std::uint64_t slides = 0;        ///< steps of a body that slides or rolls over bumps
+  std::uint64_t events = 0;           ///< laid, of bodies that can move or ring
+  std::uint64_t immovable = 0;        ///< shares of bodies that neither move nor ring
+  std::uint64_t rings = 0;            ///< of `events`, made a body ring that is heard
+  std::uint64_t slides = 0;           ///< steps of a body that slides or rolls and is heard
+  std::uint64_t inaudibleSlides = 0;  ///< likewise, left out: below the threshold everywhere
   std::uint64_t inaudible = 0;     ///< of `events`, left out: below the threshold at every listener
   std::uint64_t undersampled = 0;  ///< of `events`, contact shorter than 4 samples, naively sampled
   std::uint64_t rejected = 0;      ///< not finite, unknown body, no approach, over 20 s
@@ -78,7 +82,15 @@ class ClickLayer {
   /// body, or of the other one, which is to be asked for after it. One step after the other.
   LaidSound slide(const ContactState& contact, bool first, const SampleShift& shift = {});
 
-  bool anyRings() const { return anyRings_; }  ///< a body that rings was ever set
+  /// How loud a lasting contact may become, beside others: N s over m to the nearest microphone,
+  /// more for what slides already; 0 for what does not slide.
+  double slideRank(const ContactState& contact);
+  /// It is not heard any more: what it slides later is a new slide.
+  void endSlide(const ContactState& contact) { sliding_.erase({contact.body, contact.other}); }
+
+  /// Whether `touch` or `slide` may have something to say: a body that rings, or is not smooth, was
+  /// ever set.
+  bool hearsTouches() const { return anyRings_ || anyTextures_; }
 
   const SoundPaths& paths() const { return *paths_; }
   const ClickLayerCounters& counters() const { return counters_; }
@@ -88,8 +100,9 @@ class ClickLayer {
  private:
   struct Body {
     SoundBody sound;
-    const RadiationBank::Mix* filters = nullptr;  // null: it does not click
-    const RingLayer::Source* rings = nullptr;     // null: it does not ring
+    const RadiationBank::Mix* filters = nullptr;            // null: it does not click
+    const RingLayer::Source* rings = nullptr;               // null: it does not ring
+    std::shared_ptr<const SurfaceTexture> rough = nullptr;  // of its material, once it has slid
   };
   /// A contact that loses energy.
   struct Lossy {
@@ -99,14 +112,15 @@ class ClickLayer {
   /// What the clicks of one event have in common.
   struct Contact {
     double time = 0.0;      // s
-    double duration = 0.0;  // s
+    double duration = 0.0;  // s, on the clock of the samples
     const Pulse* pulse = nullptr;
     Strike strike;
+    Vec3 dipoleBefore = Vec3::Zero();  // at its begin; the strike's is at its end
     double ahead = 0.0;  // m: the sound starts at the surface, and the filter lets it wait
     const RadiationBank::Mix* filters = nullptr;  // null: no click
     SampleShift shift;
     bool rings = false;
-    std::span<const PulseNode> train = {};  // in place of the pulse; without the padding
+    std::span<const PulseNode> train = {};  // in place of the pulse
     double loudest = 0.0;                   // N s, about what of the train comes at once
   };
   /// The way of a contact's sound to one receiver, at its begin, middle and end.
@@ -130,12 +144,22 @@ class ClickLayer {
   /// Of two bodies that slide or roll on each other.
   struct Sliding {
     ContactDrive drive;
-    std::vector<PulseNode> nodes;  // of the step in hand, and the padding
+    std::vector<PulseNode> nodes;  // of the step in hand
+    bool sounds = false;           // in the step before
+    /// Of each body, the latest.
+    struct Side {
+      bool isKnown = false;
+      Vec3 end = Vec3::Zero();     // m, body frame: where the contact point's path ended
+      Vec3 offset = Vec3::Zero();  // m, likewise: from where it is to where it is taken to be
+      std::optional<Vec3> dipole;  // Strike::dipole
+    };
+    std::array<Side, 2> sides;
   };
 
   Error noListener(std::size_t listener) const;
   const RadiationBank::Mix& filtersOf(double radius);
   const Body* findBody(BodyId id) const;
+  Body* findBody(BodyId id);
   double restitutionOf(const ImpulseEvent& event) const;
   const Pulse& pulseOf(const ImpulseEvent& event) const;
   const Lossy& lossyOf(const ImpulseEvent& event) const;
@@ -145,6 +169,7 @@ class ClickLayer {
   bool layContact(const Contact& contact);
   bool laySend(const Contact& contact);
   Arrival arrivalAt(const SoundPaths::Channel& channel, double time, const Vec3& from) const;
+  static Vec3 dipoleAt(const Contact& contact, std::size_t part);
   bool findWay(const Contact& contact, const SoundPaths::Channel& channel, const Image* image,
                Way& way) const;
   bool isPlaceable(const Contact& contact, const Way& way) const;
@@ -152,12 +177,22 @@ class ClickLayer {
   void layClick(const Contact& contact, const Way& way, const Place& place);
   Click ringDrive(const Contact& contact, Way way, const Place& place) const;
   bool isDriven(const ContactState& contact) const;
-  Sliding* advanced(const ContactState& contact);
-  ImpulseEvent slidingEvent(const ContactState& contact, bool first) const;
-  static double contactRadius(const Body& body, const Body& other);
-  double contactWidth(const ContactState& contact, const Body& body, const Body& other) const;
+  Sliding* advanced(const ContactState& contact, double stretch);
+  static void fadeIn(std::vector<PulseNode>& nodes, double duration);
+  static void follow(const ContactState& contact, Sliding& sliding);
+  static ImpulseEvent slidingEvent(const ContactState& contact, bool first, const Vec3& offset);
+  static bool isMoving(const ContactState& contact);
+  static double massOf(const ContactState& contact, const Body& body, const Body& other);
+  static double workOf(const ContactState& contact);
+  double steepestImpulse(const ContactState& contact);
+  bool isInaudible(const ContactState& contact, double loudest, const Body& body,
+                   const Body& other);
+  const SurfaceTexture* textureOf(Body& body);
+  static const TextureCoordinates* coordinatesOf(const Body& body);
+  static double ballRadius(const Body& body);
+  static double contactRadius(const ContactState& contact, const Body& body, const Body& other);
   LaidSound soundOf() const;
-  double stiffnessOf(const ContactState& contact, const Body& body, const Body& other) const;
+  static HertzContact hertzOf(const ContactState& contact, const Body& body, const Body& other);
   bool touchOne(const ContactState& contact, bool first, std::int64_t sample);
   void layRing(const Contact& contact, const Way& way, const Place& place);
   void chooseRule(Click& click) const;
@@ -179,8 +214,8 @@ class ClickLayer {
   std::vector<double> dampingTaps_;                  // of these
   std::map<std::pair<BodyId, BodyId>, Sliding> sliding_;
   Sliding* slidingNow_ = nullptr;  // of the step in hand
-  bool anyTextures_ = false;
-  double peak_ = 0.0;  // Pa, a bound for them
+  bool anyTextures_ = false;       // or roughness
+  double peak_ = 0.0;              // Pa, a bound for them
   bool anyRings_ = false;
   double ringPeak_ = 0.0;  // Pa, for the rings
 };

@@ -46,6 +46,7 @@ ClickPlayer::ClickPlayer(std::shared_ptr<const SoundPaths> paths,
       capacity_(capacity),
       settings_(paths_->settings),
       rings_(paths_, capacity_ ? std::optional(capacity_->rings) : std::nullopt),
+      trains_(capacity_ ? std::optional(capacity_->nodes) : std::nullopt),
       sampler_(settings_.sampling, kernels_),
       response_(paths_->longestResponse),
       mix_(kMixFrames * paths_->channels.size()),
@@ -78,7 +79,8 @@ void ClickPlayer::makeRoom() {
   Click longestClick;
   longestClick.samples = static_cast<std::uint32_t>(longest) + 2 * kSpreadWidth;
   reserveScratch(longestClick);
-  sampler_.reserve(kMostNodes, longestClick.samples);
+  mostNodes_ = std::min(capacity_->nodes, std::size_t{longestClick.samples});
+  sampler_.reserve(std::max(kMostNodes, mostNodes_), longestClick.samples);
   const auto& longestChain =
       *std::ranges::max_element(paths_->chains, {}, [](const auto& chain) { return chain.size(); });
   for (std::size_t bus = 0; bus < capacity_->buses; ++bus) {
@@ -99,15 +101,19 @@ std::size_t ClickPlayer::roomOf(const Click& click) const {
 
 void ClickPlayer::add(const LaidSound& sound) {
   LaidSound kept = sound;
-  if (!sound.train.empty() && !(sound.clicks.empty() && sound.rings.empty()))
+  if (!sound.train.empty() && !(sound.clicks.empty() && sound.rings.empty())) {
+    if (capacity_ && sound.train.size() > mostNodes_) {
+      ++counters_.tooLong;
+      return;
+    }
     kept.train = keptTrain(sound);
+    if (kept.train.empty()) {
+      ++counters_.noTrain;
+      return;
+    }
+  }
   if (!kept.clicks.empty()) addClicks(kept);
-  if (!kept.rings.empty()) rings_.add(kept.rings, kept.taps, playable(kept.train));
-}
-
-/// Without the padding behind them.
-std::span<const PulseNode> ClickPlayer::playable(std::span<const PulseNode> train) {
-  return train.empty() ? train : train.first(train.size() - Pulse::kRulePadding);
+  if (!kept.rings.empty()) rings_.add(kept.rings, kept.taps, kept.train);
 }
 
 /// A copy of the sound's nodes, which lives until all of it has begun.
@@ -121,12 +127,7 @@ std::span<const PulseNode> ClickPlayer::keptTrain(const LaidSound& sound) {
   std::ranges::for_each(sound.clicks, include);
   std::ranges::for_each(sound.rings, include, &Ring::drive);
   last += std::max<std::int64_t>(0, position_ - first);  // what is late comes later by as much
-  auto train =
-      std::ranges::find_if(trains_, [this](const Train& other) { return other.last < position_; });
-  if (train == trains_.end()) train = trains_.insert(trains_.end(), Train());
-  train->nodes.assign(sound.train.begin(), sound.train.end());
-  train->last = last;
-  return train->nodes;
+  return trains_.keep(sound.train, last, position_);
 }
 
 void ClickPlayer::addClicks(const LaidSound& sound) {
@@ -199,7 +200,7 @@ bool ClickPlayer::arrive(const LaidSound& sound) {
   arriving_.assign(sound.clicks.begin(), sound.clicks.end());
   if (!sound.train.empty())
     for (Click& click : arriving_)
-      click.nodes = playable(sound.train);
+      click.nodes = sound.train;
   for (std::size_t index = 0; index < arriving_.size(); ++index) {
     if (findBuses(arriving_[index])) continue;
     for (std::size_t found = 0; found < index; ++found)

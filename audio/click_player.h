@@ -17,6 +17,7 @@
 #include "audio/reverb.h"
 #include "audio/ring_player.h"
 #include "audio/sound_paths.h"
+#include "audio/train_store.h"
 #include "audio/voice_table.h"
 
 namespace carom {
@@ -30,6 +31,8 @@ struct PlayerCapacity {
   std::size_t clicks = 65536;
   /// Filters that run at the same time: one for each size of body, channel and kind of path.
   std::size_t buses = 256;
+  /// Nodes of lasting contacts whose sound has still to begin; beyond it they are left out.
+  std::size_t nodes = 0;
   /// s. Longer contacts are left out: what they sound like lies below 30 Hz or so.
   double longestContact = 0.05;
   RingCapacity rings = {};
@@ -38,6 +41,7 @@ struct PlayerCapacity {
 struct ClickPlayerCounters {
   std::uint64_t late = 0;        ///< events that came after their first sample had been rendered
   std::uint64_t tooLong = 0;     ///< left out: longer than PlayerCapacity::longestContact
+  std::uint64_t noTrain = 0;     ///< steps of lasting contacts left out: too many at once
   std::uint64_t noBus = 0;       ///< left out: more sizes and paths at once than there are buses
   std::uint64_t stolen = 0;      ///< left out: the quietest where there were too many voices
   std::uint64_t overBudget = 0;  ///< left out: the quietest of a moment that would cost too much
@@ -101,14 +105,7 @@ class ClickPlayer {
   };
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-  /// The nodes of a lasting contact's step, for its clicks and rings.
-  struct Train {
-    std::vector<PulseNode> nodes;
-    std::int64_t last = 0;  // sample at which the last of them begins
-  };
-
   void addClicks(const LaidSound& sound);
-  static std::span<const PulseNode> playable(std::span<const PulseNode> train);
   std::span<const PulseNode> keptTrain(const LaidSound& sound);
   void makeRoom();
   std::size_t roomOf(const Click& click) const;
@@ -156,6 +153,7 @@ class ClickPlayer {
   RingPlayer rings_;
   std::vector<Reverb> reverbs_;  // one per listener, or none
   std::size_t slots_ = 0;        // with a capacity: clicks that there may be
+  std::size_t mostNodes_ = 0;    // of a train, with a capacity
   std::size_t mostSamples_ = 0;  // of any click so far, its ears' responses included
 
   double allowance_ = std::numeric_limits<double>::infinity();  // work per second
@@ -164,7 +162,7 @@ class ClickPlayer {
   std::size_t untilQuantum_ = 0;       // samples
   std::vector<std::uint32_t> chosen_;  // voices, while some are chosen
   std::vector<Click> arriving_;        // of an event that is being added
-  std::vector<Train> trains_;          // some of them over
+  TrainStore trains_;
 
   ClickSampler sampler_;
   std::vector<double> x_;         // a click's samples, zeros in front for the response

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include "audio/impulse_event.h"
 #include "audio/vector.h"
 
@@ -15,8 +17,8 @@ enum class ContactPhase { begin, during, end };
 /// applied to the pair.
 ///
 /// The contact point is the mean of all points between the two bodies, weighted by their load. It
-/// moves with the centre of curvature of the more curved body, which is what a rolling body does;
-/// two flat sides move it with `body`.
+/// moves with the centre of curvature of the more curved body, which is what a rolling body does,
+/// or along its rim, which is what a coin does; two flat sides move it with `body`.
 struct ContactState {
   double time = 0.0;      ///< s, simulation clock, start of the step
   double duration = 0.0;  ///< s, of the step
@@ -28,6 +30,11 @@ struct ContactState {
   Vec3 position = Vec3::Zero();        ///< m, world frame, the contact point at `time`
   double normalLoad = 0.0;             ///< N, >= 0, mean over the step
   Vec3 appliedImpulse = Vec3::Zero();  ///< N s, world frame, on `body`, over the step, friction too
+
+  /// m, local radius of curvature of `body` at the contact: infinite where it is flat, 0 at an edge
+  /// or corner; as ImpulseEvent::radius.
+  double radius = std::numeric_limits<double>::infinity();
+  double otherRadius = std::numeric_limits<double>::infinity();  ///< m, of the other body
 
   /// m/s, world frame, tangential: the surface of `body` at the contact, seen from the other's.
   Vec3 slipVelocity = Vec3::Zero();

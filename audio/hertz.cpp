@@ -19,4 +19,13 @@ double hertzDuration(const ImpulseEvent& event, const Material& material, const 
   return kDurationFactor * std::pow(ratio * ratio * curvature / event.approachSpeed, 0.2);
 }
 
+double hertzWidth(const HertzContact& contact) {
+  return 2.0 * std::cbrt(0.75 * contact.load * contact.radius / contact.modulus);
+}
+
+double hertzStiffness(const HertzContact& contact) {
+  const double k = 4.0 / 3.0 * std::sqrt(contact.radius) * contact.modulus;
+  return 1.5 * std::cbrt(k * k * contact.load);
+}
+
 }  // namespace carom

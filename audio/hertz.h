@@ -15,4 +15,18 @@ namespace carom {
 /// At least one of the two radii must be finite. [any thread]
 double hertzDuration(const ImpulseEvent& event, const Material& material, const Material& other);
 
+/// Two bodies that press on each other.
+struct HertzContact {
+  double load = 0.0;     ///< N, >= 0
+  double radius = 0.0;   ///< m, > 0: 1/R = 1/R1 + 1/R2
+  double modulus = 0.0;  ///< Pa, > 0, see contactModulus; infinite: rigid
+};
+
+/// m, across the circle where they touch: 2 a (Johnson 1985, eq. 4.22). [any thread]
+double hertzWidth(const HertzContact& contact);
+
+/// N/m, dF/dd of F = K d^(3/2) at the load, K = 4/3 sqrt(R) E* (Johnson 1985, eq. 4.23). [any
+/// thread]
+double hertzStiffness(const HertzContact& contact);
+
 }  // namespace carom

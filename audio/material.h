@@ -7,9 +7,21 @@
 
 namespace carom {
 
+/// Statistics of a rough surface, isotropic and Gaussian: its heights' spectrum is flat for
+/// waves longer than 2 pi correlation lengths and falls as q^(-2 (1 + hurst)) for shorter ones
+/// (self-affine with roll-off: Persson et al. 2005, J. Phys.: Condens. Matter 17, R1, section 2).
+/// Valid: 0 <= rmsHeight <= correlationLength, 0 < correlationLength, 0 < hurst <= 1.
+struct Roughness {
+  double rmsHeight = 0.0;           ///< m; 0: smooth
+  double correlationLength = 1e-4;  ///< m
+  double hurst = 0.8;               ///< 1: the larger, the less there is of short waves
+
+  bool operator==(const Roughness&) const = default;
+};
+
 /// What a body is made of, as far as contact and its sound need it.
 /// Valid: density > 0, Young's modulus > 0, 0 <= Poisson's ratio < 0.5, 0 <= restitution <= 1,
-/// dampingAlpha >= 0, dampingBeta >= 0.
+/// dampingAlpha >= 0, dampingBeta >= 0, a valid roughness.
 struct Material {
   std::string name;
   double density = 0.0;        ///< kg/m^3
@@ -20,6 +32,7 @@ struct Material {
   /// exp(-(alpha + beta w^2) t / 2). Only for what rings.
   double dampingAlpha = 0.0;
   double dampingBeta = 0.0;
+  Roughness roughness = {};  ///< of its surface as it is commonly made; smooth unless given
 
   bool operator==(const Material&) const = default;
 };

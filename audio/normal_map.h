@@ -26,7 +26,7 @@ struct NormalMapSettings {
 /// no gamma. u runs along the picture's rows, v up from its lowest row. A side that is no power of
 /// two is resampled to the next one.
 ///
-/// Errors, which begin with `name`: no PNG, damaged, grey (a height map has to be made a normal map
+/// Errors, which name it: no PNG, damaged, grey (a height map has to be made a normal map
 /// first), larger than 8192, normals that point inwards all over, settings out of range. [any
 /// thread]
 Result<SurfaceTexture> normalMapFromBytes(std::span<const std::byte> bytes, std::string_view name,

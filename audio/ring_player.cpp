@@ -56,7 +56,7 @@ void RingPlayer::makeRoom() {
   drive.samples = static_cast<std::uint32_t>(longest) + 2 * (kSpreadWidth + kRestReach);
   mostSamples_ = drive.samples;
   reserve(drive, capacity_->modes);
-  sampler_.reserve(kMostNodes, drive.samples);
+  sampler_.reserve(std::max<std::size_t>(kMostNodes, drive.samples), drive.samples);
   const auto room = [this](std::vector<double>& values) {
     values.resize(2 * (capacity_->modes + ResonatorKernels::kWidth));
   };

@@ -17,6 +17,8 @@ std::string whyNot(const Material& material) {
     return "damping alpha must be at least 0 (1/s)";
   if (!(material.dampingBeta >= 0.0) || std::isinf(material.dampingBeta))
     return "damping beta must be at least 0 (s)";
+  if (std::string reason = whyNot(material.roughness); !reason.empty())
+    return "roughness: " + reason;
   return {};
 }
 

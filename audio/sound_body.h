@@ -11,6 +11,7 @@
 #include "audio/modal_model.h"
 #include "audio/rigid_radiator.h"
 #include "audio/surface_texture.h"
+#include "audio/texture_coordinates.h"
 
 namespace carom {
 
@@ -34,9 +35,13 @@ struct SoundBody {
   /// 1/(kg m^2), body frame, about the centre of mass: how it starts to turn when it is hit. Only
   /// used with `shape`; zero for a body that does not turn.
   Eigen::Matrix3d inverseInertia = Eigen::Matrix3d::Zero();
-  /// Its bumps, which sound where it slides or rolls; null: it is smooth. Laid on it along the axes
-  /// of the body, on each side along the axis that is nearest to the side's normal.
+  /// Its bumps, which sound where it slides or rolls; null: those of its material's roughness. Laid
+  /// on it along the axes of the body, on each side along the axis that is nearest to the side's
+  /// normal, and turned onto the side; on a sphere along its great circles from there, so that it
+  /// keeps its lengths.
   std::shared_ptr<const SurfaceTexture> texture = nullptr;
+  /// How `texture` lies on its mesh, in the frame of the body, if not as just said.
+  std::shared_ptr<const TextureCoordinates> textureCoordinates = nullptr;
   /// How it rings when it is hit; also of a body that nothing moves. Shared between bodies of one
   /// shape and material. Its axes are the body's own.
   std::shared_ptr<const ModalModel> modal = nullptr;

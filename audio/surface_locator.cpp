@@ -2,129 +2,103 @@
 
 #include <algorithm>
 #include <cassert>
-#include <limits>
 #include <numeric>
 
 namespace carom {
 namespace {
 
-/// Barycentric coordinates of the point of the triangle abc nearest to p.
-std::array<double, 3> nearestInTriangle(const Vec3& p, const Vec3& a, const Vec3& b,
-                                        const Vec3& c) {
-  const Vec3 ab = b - a;
-  const Vec3 ac = c - a;
-  const double d1 = ab.dot(p - a);
-  const double d2 = ac.dot(p - a);
-  if (d1 <= 0.0 && d2 <= 0.0) return {1.0, 0.0, 0.0};
-  const double d3 = ab.dot(p - b);
-  const double d4 = ac.dot(p - b);
-  if (d3 >= 0.0 && d4 <= d3) return {0.0, 1.0, 0.0};
-  const double d5 = ab.dot(p - c);
-  const double d6 = ac.dot(p - c);
-  if (d6 >= 0.0 && d5 <= d6) return {0.0, 0.0, 1.0};
-  const double areaC = d1 * d4 - d3 * d2;
-  if (areaC <= 0.0 && d1 >= 0.0 && d3 <= 0.0) {
-    const double t = d1 / (d1 - d3);
-    return {1.0 - t, t, 0.0};
-  }
-  const double areaB = d5 * d2 - d1 * d6;
-  if (areaB <= 0.0 && d2 >= 0.0 && d6 <= 0.0) {
-    const double t = d2 / (d2 - d6);
-    return {1.0 - t, 0.0, t};
-  }
-  const double areaA = d3 * d6 - d5 * d4;
-  if (areaA <= 0.0 && d4 >= d3 && d5 >= d6) {
-    const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-    return {0.0, 1.0 - t, t};
-  }
-  const double area = areaA + areaB + areaC;
-  return {areaA / area, areaB / area, areaC / area};
-}
+/// Items that are looked at one by one.
+constexpr std::uint32_t kFew = 4;
 
 }  // namespace
 
 SurfaceLocator::SurfaceLocator(const SurfaceMesh& mesh)
-    : mesh_(mesh),
-      order_(mesh.vertices.size()),
-      axis_(mesh.vertices.size()),
-      firstOf_(mesh.vertices.size() + 1) {
+    : mesh_(mesh), items_(mesh.triangles.empty() ? mesh.vertices.size() : mesh.triangles.size()) {
   assert(!mesh.vertices.empty());
-  std::iota(order_.begin(), order_.end(), 0u);
-  build(0, order_.size());
-  for (const auto& triangle : mesh.triangles)
-    for (const std::uint32_t vertex : triangle)
-      ++firstOf_[vertex + 1];
-  std::partial_sum(firstOf_.begin(), firstOf_.end(), firstOf_.begin());
-  triangles_.resize(firstOf_.back());
-  std::vector<std::uint32_t> next(firstOf_.begin(), firstOf_.end() - 1);
-  for (std::uint32_t index = 0; index < mesh.triangles.size(); ++index)
-    for (const std::uint32_t vertex : mesh.triangles[index])
-      triangles_[next[vertex]++] = index;
+  std::iota(items_.begin(), items_.end(), 0u);
+  build(0, static_cast<std::uint32_t>(items_.size()));
 }
 
-/// The middle one of [begin, end) along the longest side of their box, and so on in both halves.
-void SurfaceLocator::build(std::size_t begin, std::size_t end) {
-  if (end - begin < 2) return;
+/// A vertex is a triangle of no size.
+std::array<std::uint32_t, 3> SurfaceLocator::cornersOf(std::uint32_t item) const {
+  if (mesh_.triangles.empty()) return {item, item, item};
+  return mesh_.triangles[item];
+}
+
+Eigen::AlignedBox3d SurfaceLocator::boxOf(std::uint32_t item) const {
   Eigen::AlignedBox3d box;
-  for (std::size_t at = begin; at < end; ++at)
-    box.extend(mesh_.vertices[order_[at]]);
+  for (const std::uint32_t corner : cornersOf(item))
+    box.extend(mesh_.vertices[corner]);
+  return box;
+}
+
+/// Halves by the middles of the items, along the longest side of their box.
+void SurfaceLocator::build(std::uint32_t begin, std::uint32_t end) {
+  const std::size_t node = nodes_.size();
+  nodes_.push_back({{}, begin, end, 0});
+  Eigen::AlignedBox3d middles;
+  for (std::uint32_t at = begin; at < end; ++at) {
+    const Eigen::AlignedBox3d box = boxOf(items_[at]);
+    nodes_[node].box.extend(box);
+    middles.extend(box.center());
+  }
+  if (end - begin <= kFew) return;
   Eigen::Index axis = 0;
-  box.sizes().maxCoeff(&axis);
-  const std::size_t middle = begin + (end - begin) / 2;
-  const auto at = [this](std::size_t index) {
-    return order_.begin() + static_cast<std::ptrdiff_t>(index);
+  middles.sizes().maxCoeff(&axis);
+  const std::uint32_t middle = begin + (end - begin) / 2;
+  const auto at = [this](std::uint32_t index) {
+    return items_.begin() + static_cast<std::ptrdiff_t>(index);
   };
   std::nth_element(at(begin), at(middle), at(end), [this, axis](auto a, auto b) {
-    const double xa = mesh_.vertices[a][axis];
-    const double xb = mesh_.vertices[b][axis];
+    const double xa = boxOf(a).center()[axis];
+    const double xb = boxOf(b).center()[axis];
     return xa != xb ? xa < xb : a < b;
   });
-  axis_[middle] = static_cast<std::uint8_t>(axis);
   build(begin, middle);
-  build(middle + 1, end);
+  nodes_[node].right = static_cast<std::uint32_t>(nodes_.size());
+  build(middle, end);
 }
 
-void SurfaceLocator::search(const Vec3& point, std::size_t begin, std::size_t end,
-                            Best& best) const {
-  if (begin >= end) return;
-  const std::size_t middle = begin + (end - begin) / 2;
-  const std::uint32_t vertex = order_[middle];
-  const double distance2 = (mesh_.vertices[vertex] - point).squaredNorm();
-  if (distance2 < best.distance2 || (distance2 == best.distance2 && vertex < best.vertex))
-    best = {distance2, vertex};
-  const int axis = axis_[middle];
-  const double beyond = point[axis] - mesh_.vertices[vertex][axis];
-  const bool left = beyond < 0.0;
-  search(point, left ? begin : middle + 1, left ? middle : end, best);
-  if (beyond * beyond <= best.distance2)
-    search(point, left ? middle + 1 : begin, left ? end : middle, best);
+void SurfaceLocator::look(const Vec3& point, std::uint32_t item, Best& best) const {
+  const auto take = [&](const std::array<std::uint32_t, 3>& corners,
+                        const std::array<double, 3>& weights) {
+    Vec3 place = Vec3::Zero();
+    for (std::size_t corner = 0; corner < corners.size(); ++corner)
+      place += weights[corner] * mesh_.vertices[corners[corner]];
+    const double distance2 = (place - point).squaredNorm();
+    if (distance2 < best.distance2) best = {distance2, {corners, weights, item}};
+  };
+  const std::array<std::uint32_t, 3> corners = cornersOf(item);
+  const std::array<double, 3> weights = nearestInTriangle(
+      point, mesh_.vertices[corners[0]], mesh_.vertices[corners[1]], mesh_.vertices[corners[2]]);
+  if (weights[0] + weights[1] + weights[2] < 2.0) {
+    take(corners, weights);
+  } else {  // NaN: it has no area
+    for (const std::uint32_t corner : corners)
+      take({corner, corner, corner}, {1.0, 0.0, 0.0});
+  }
 }
 
-std::uint32_t SurfaceLocator::nearestVertex(const Vec3& point) const {
-  Best best{std::numeric_limits<double>::infinity(), order_.front()};
-  search(point, 0, order_.size(), best);
-  return best.vertex;
+void SurfaceLocator::search(const Vec3& point, const Node& node, Best& best) const {
+  if (node.right == 0) {
+    for (std::uint32_t at = node.begin; at < node.end; ++at)
+      look(point, items_[at], best);
+    return;
+  }
+  const Node& left = *(&node + 1);
+  const Node& right = nodes_[node.right];
+  const double toLeft = left.box.squaredExteriorDistance(point);
+  const double toRight = right.box.squaredExteriorDistance(point);
+  const bool leftFirst = toLeft <= toRight;
+  if (std::min(toLeft, toRight) < best.distance2) search(point, leftFirst ? left : right, best);
+  if (std::max(toLeft, toRight) < best.distance2) search(point, leftFirst ? right : left, best);
 }
 
 SurfacePoint SurfaceLocator::nearest(const Vec3& point) const {
-  const std::uint32_t vertex = nearestVertex(point);
-  SurfacePoint found{{vertex, vertex, vertex}, {1.0, 0.0, 0.0}};
-  double least = std::numeric_limits<double>::infinity();
-  for (std::uint32_t at = firstOf_[vertex]; at < firstOf_[vertex + 1]; ++at) {
-    const auto& corners = mesh_.triangles[triangles_[at]];
-    const Vec3& a = mesh_.vertices[corners[0]];
-    const Vec3& b = mesh_.vertices[corners[1]];
-    const Vec3& c = mesh_.vertices[corners[2]];
-    const std::array<double, 3> weights = nearestInTriangle(point, a, b, c);
-    if (!(weights[0] + weights[1] + weights[2] < 2.0)) continue;  // NaN: it has no area
-    const double distance2 =
-        (weights[0] * a + weights[1] * b + weights[2] * c - point).squaredNorm();
-    if (distance2 < least) {
-      least = distance2;
-      found = {corners, weights};
-    }
-  }
-  return found;
+  Best best;
+  best.point.vertices = cornersOf(0);
+  search(point, nodes_.front(), best);
+  return best.point;
 }
 
 }  // namespace carom

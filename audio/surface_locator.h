@@ -3,7 +3,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
+
+#include <Eigen/Geometry>
 
 #include "audio/surface_mesh.h"
 #include "audio/vector.h"
@@ -14,35 +17,40 @@ namespace carom {
 struct SurfacePoint {
   std::array<std::uint32_t, 3> vertices{};
   std::array<double, 3> weights{1.0, 0.0, 0.0};
+  std::uint32_t triangle = 0;  ///< in the mesh; of a mesh without triangles, the vertex
 };
 
 /// Finds the point of a surface that is nearest to a given one. Immutable. [any thread]
 ///
-/// A k-d tree finds the nearest vertex (Bentley 1975), and of the triangles at that vertex the
-/// nearest point is taken (Ericson 2005, Real-Time Collision Detection, section 5.1.5). On a mesh
-/// whose triangles are much longer than wide, another triangle can be nearer; by how much is
-/// bounded by the distance to the nearest vertex.
+/// A tree of boxes about triangles. Looking for it allocates nothing.
 class SurfaceLocator {
  public:
   /// `mesh` outlives it, and has vertices. Without triangles a vertex is found.
   explicit SurfaceLocator(const SurfaceMesh& mesh);
 
   SurfacePoint nearest(const Vec3& point) const;
-  std::uint32_t nearestVertex(const Vec3& point) const;
 
  private:
-  struct Best {
-    double distance2;
-    std::uint32_t vertex;
+  /// The items from `begin` on; those of its halves follow each other.
+  struct Node {
+    Eigen::AlignedBox3d box;
+    std::uint32_t begin = 0;
+    std::uint32_t end = 0;
+    std::uint32_t right = 0;  // its second half, the first being next to it; 0: it has none
   };
-  void build(std::size_t begin, std::size_t end);
-  void search(const Vec3& point, std::size_t begin, std::size_t end, Best& best) const;
+  struct Best {
+    double distance2 = std::numeric_limits<double>::infinity();
+    SurfacePoint point;
+  };
+  std::array<std::uint32_t, 3> cornersOf(std::uint32_t item) const;
+  Eigen::AlignedBox3d boxOf(std::uint32_t item) const;
+  void build(std::uint32_t begin, std::uint32_t end);
+  void search(const Vec3& point, const Node& node, Best& best) const;
+  void look(const Vec3& point, std::uint32_t item, Best& best) const;
 
   const SurfaceMesh& mesh_;
-  std::vector<std::uint32_t> order_;      // of vertices: a tree whose roots are in the middles
-  std::vector<std::uint8_t> axis_;        // of the cut at each of them
-  std::vector<std::uint32_t> firstOf_;    // by vertex, into triangles_
-  std::vector<std::uint32_t> triangles_;  // around each vertex
+  std::vector<std::uint32_t> items_;  // triangles, or vertices
+  std::vector<Node> nodes_;           // the whole first
 };
 
 }  // namespace carom

@@ -107,6 +107,38 @@ class PointGrid {
 
 }  // namespace
 
+std::array<double, 3> nearestInTriangle(const Vec3& point, const Vec3& a, const Vec3& b,
+                                        const Vec3& c) {
+  const Vec3 ab = b - a;
+  const Vec3 ac = c - a;
+  const double d1 = ab.dot(point - a);
+  const double d2 = ac.dot(point - a);
+  if (d1 <= 0.0 && d2 <= 0.0) return {1.0, 0.0, 0.0};
+  const double d3 = ab.dot(point - b);
+  const double d4 = ac.dot(point - b);
+  if (d3 >= 0.0 && d4 <= d3) return {0.0, 1.0, 0.0};
+  const double d5 = ab.dot(point - c);
+  const double d6 = ac.dot(point - c);
+  if (d6 >= 0.0 && d5 <= d6) return {0.0, 0.0, 1.0};
+  const double areaC = d1 * d4 - d3 * d2;
+  if (areaC <= 0.0 && d1 >= 0.0 && d3 <= 0.0) {
+    const double t = d1 / (d1 - d3);
+    return {1.0 - t, t, 0.0};
+  }
+  const double areaB = d5 * d2 - d1 * d6;
+  if (areaB <= 0.0 && d2 >= 0.0 && d6 <= 0.0) {
+    const double t = d2 / (d2 - d6);
+    return {1.0 - t, 0.0, t};
+  }
+  const double areaA = d3 * d6 - d5 * d4;
+  if (areaA <= 0.0 && d4 >= d3 && d5 >= d6) {
+    const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    return {0.0, 1.0 - t, t};
+  }
+  const double area = areaA + areaB + areaC;
+  return {areaA / area, areaB / area, areaC / area};
+}
+
 double signedVolume(const SurfaceMesh& mesh) {
   double sixfold = 0.0;
   for (const auto& triangle : mesh.triangles)
@@ -180,11 +212,13 @@ std::vector<std::uint32_t> coincident(const std::vector<Vec3>& points, double di
   return stands;
 }
 
-SurfaceMesh welded(const SurfaceMesh& mesh, double tolerance) {
+SurfaceMesh welded(const SurfaceMesh& mesh, double tolerance, std::vector<std::uint32_t>* kept) {
   const std::vector<std::uint32_t> names = coincident(mesh.vertices, tolerance);
   std::vector<std::uint32_t> place(mesh.vertices.size(), kNone);
   SurfaceMesh result;
-  for (const auto& triangle : mesh.triangles) {
+  if (kept != nullptr) kept->clear();
+  for (std::uint32_t index = 0; index < mesh.triangles.size(); ++index) {
+    const auto& triangle = mesh.triangles[index];
     std::array<std::uint32_t, 3> now{};
     std::transform(triangle.begin(), triangle.end(), now.begin(),
                    [&](std::uint32_t corner) { return names[corner]; });
@@ -197,6 +231,7 @@ SurfaceMesh welded(const SurfaceMesh& mesh, double tolerance) {
       corner = place[corner];
     }
     result.triangles.push_back(now);
+    if (kept != nullptr) kept->push_back(index);
   }
   return result;
 }

@@ -20,6 +20,11 @@ struct SurfaceMesh {
   bool operator==(const SurfaceMesh&) const = default;
 };
 
+/// Weights of the corners a, b and c in the point of their triangle that is nearest to `point`: at
+/// least 0, of sum 1. Ericson 2005, Real-Time Collision Detection, section 5.1.5. [any thread]
+std::array<double, 3> nearestInTriangle(const Vec3& point, const Vec3& a, const Vec3& b,
+                                        const Vec3& c);
+
 /// m^3, by the divergence theorem: negative for a surface that is inside out, the sum for several
 /// bodies, less the cavities. Does not depend on the origin if the surface is closed. [any thread]
 double signedVolume(const SurfaceMesh& mesh);
@@ -46,7 +51,8 @@ bool closedSurface(const SurfaceMesh& mesh);
 std::vector<std::uint32_t> coincident(const std::vector<Vec3>& points, double distance);
 
 /// Vertices within `tolerance` (m) of each other become one; triangles that vanish are dropped, and
-/// vertices that no triangle uses. [any thread]
-SurfaceMesh welded(const SurfaceMesh& mesh, double tolerance);
+/// vertices that no triangle uses. `kept`, if given, is told which triangles are left. [any thread]
+SurfaceMesh welded(const SurfaceMesh& mesh, double tolerance,
+                   std::vector<std::uint32_t>* kept = nullptr);
 
 }  // namespace carom

@@ -4,6 +4,8 @@
 #include <bit>
 #include <cmath>
 #include <complex>
+#include <map>
+#include <mutex>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -19,6 +21,9 @@ using Complex = std::complex<float>;
 
 constexpr std::size_t kRoughTexels = 512;
 constexpr double kTexelsPerCorrelation = 8.0;
+
+/// Texels: farther away there is no telling them apart.
+constexpr double kFarthest = 0x1.0p+53;
 
 /// Counts up and mixes (splitmix64: Steele, Lea, Flood 2014), so that the numbers are the same
 /// everywhere.
@@ -85,24 +90,27 @@ Result<SurfaceTexture> SurfaceTexture::ofSlopes(Size size, const Eigen::Vector2d
   mean /= static_cast<double>(slopes.size());
   for (Slope& slope : slopes)
     slope -= mean.cast<float>();
+  auto texels = std::make_shared<Texels>();
+  texels->texel = texel;
+  texels->width = std::sqrt(texel.x() * texel.y());
+  texels->levels.push_back({size, texel.cwiseInverse(), 0.0, 0.0, std::move(slopes)});
+  addLevels(*texels);
   SurfaceTexture texture;
-  texture.size_ = size;
-  texture.texel_ = texel;
-  texture.width_ = std::sqrt(texel.x() * texel.y());
-  texture.levels_.push_back({size, texel.cwiseInverse(), 0.0, std::move(slopes)});
-  texture.addLevels();
+  texture.texels_ = std::move(texels);
   return texture;
 }
 
-void SurfaceTexture::addLevels() {
-  while (levels_.back().size.width > 1 || levels_.back().size.height > 1) {
-    const Level& fine = levels_.back();
+void SurfaceTexture::addLevels(Texels& texels) {
+  std::vector<Level>& levels = texels.levels;
+  while (levels.back().size.width > 1 || levels.back().size.height > 1) {
+    const Level& fine = levels.back();
     // A side of one texel stays: both halves of the mean are the same texel then.
     const std::size_t alongU = std::min<std::size_t>(fine.size.width, 2);
     const std::size_t alongV = std::min<std::size_t>(fine.size.height, 2);
     const Eigen::Vector2d halved(static_cast<double>(alongU), static_cast<double>(alongV));
     Level coarse{{fine.size.width / alongU, fine.size.height / alongV},
                  fine.perMetre.cwiseQuotient(halved),
+                 0.0,
                  0.0,
                  {}};
     coarse.slopes.reserve(coarse.size.width * coarse.size.height);
@@ -115,23 +123,88 @@ void SurfaceTexture::addLevels() {
                                             at(alongU - 1, alongV - 1)));
       }
     }
-    levels_.push_back(std::move(coarse));
+    levels.push_back(std::move(coarse));
   }
-  for (Level& level : levels_) {
-    double sum = 0.0;
+  measure(texels);
+}
+
+void SurfaceTexture::measure(Texels& texels) {
+  double finer = 0.0;  // mean square of the slopes of the level before
+  for (std::size_t index = 0; index < texels.levels.size(); ++index) {
+    Level& level = texels.levels[index];
+    level.curvature = curvatureOf(level);
+    double square = 0.0;
     for (const Slope& slope : level.slopes)
-      sum += static_cast<double>(slope.squaredNorm());
-    level.rms = std::sqrt(0.5 * sum / static_cast<double>(level.slopes.size()));
+      square += static_cast<double>(slope.squaredNorm());
+    square /= static_cast<double>(level.slopes.size());
+    if (index > 0) {
+      // Of texels of w, halving loses the waves from 2 w to 4 w.
+      const double width = texels.width * std::exp2(static_cast<double>(index - 1));
+      const double waveNumber = 2.0 * std::numbers::pi / (3.0 * width);
+      level.lost = std::hypot(texels.levels[index - 1].lost,
+                              std::sqrt(std::max(0.0, finer - square)) / waveNumber);
+    }
+    finer = square;
   }
+  for (const Slope& slope : texels.levels.front().slopes)
+    texels.steepest = std::max(texels.steepest, static_cast<double>(slope.norm()));
+}
+
+/// Along any line: the mean over both directions, from texel to texel.
+double SurfaceTexture::curvatureOf(const Level& level) {
+  const auto [width, height] = level.size;
+  double sum = 0.0;
+  for (std::size_t v = 0; v < height; ++v) {
+    for (std::size_t u = 0; u < width; ++u) {
+      const Slope& here = level.slopes[v * width + u];
+      const Slope& right = level.slopes[v * width + (u + 1) % width];
+      const Slope& above = level.slopes[(v + 1) % height * width + u];
+      const double alongU = static_cast<double>(right.x() - here.x()) * level.perMetre.x();
+      const double alongV = static_cast<double>(above.y() - here.y()) * level.perMetre.y();
+      sum += 0.5 * (alongU * alongU + alongV * alongV);
+    }
+  }
+  return std::sqrt(sum / static_cast<double>(width * height));
+}
+
+std::string whyNot(const Roughness& roughness) {
+  if (!isPositive(roughness.correlationLength))
+    return "the correlation length must be positive (m)";
+  if (!(roughness.rmsHeight >= 0.0 && roughness.rmsHeight <= roughness.correlationLength))
+    return "the rms height must be at least 0 and at most the correlation length (m)";
+  if (!(roughness.hurst > 0.0 && roughness.hurst <= 1.0))
+    return "the Hurst exponent must be above 0 and at most 1";
+  return {};
 }
 
 Result<SurfaceTexture> SurfaceTexture::rough(const Roughness& roughness, std::uint64_t seed) {
-  if (!(roughness.rmsHeight >= 0.0) || std::isinf(roughness.rmsHeight))
-    return Error{"roughness: the rms height must be at least 0 (m)"};
-  if (!isPositive(roughness.correlationLength))
-    return Error{"roughness: the correlation length must be positive (m)"};
-  if (!(roughness.hurst > 0.0 && roughness.hurst <= 1.0))
-    return Error{"roughness: the Hurst exponent must be above 0 and at most 1"};
+  if (const std::string reason = whyNot(roughness); !reason.empty())
+    return Error{"roughness: " + reason};
+  SurfaceTexture texture;
+  texture.texels_ = roughTexels(roughness.hurst, seed);
+  texture.scale_ = roughness.correlationLength;
+  texture.steepness_ = roughness.rmsHeight / roughness.correlationLength;
+  // By the golden ratio: a way along an axis of a body crosses the pattern elsewhere each time, so
+  // that its repetition is no tone.
+  texture.axis_ = Eigen::Vector2d(1.0, 0.5 * (std::sqrt(5.0) - 1.0)).normalized();
+  return texture;
+}
+
+/// Of rms height 1 and correlation length 1: made once while somebody has it.
+std::shared_ptr<const SurfaceTexture::Texels> SurfaceTexture::roughTexels(double hurst,
+                                                                          std::uint64_t seed) {
+  static std::mutex mutex;
+  static std::map<std::pair<double, std::uint64_t>, std::weak_ptr<const Texels>> known;
+  const std::lock_guard<std::mutex> lock(mutex);
+  std::weak_ptr<const Texels>& place = known[{hurst, seed}];
+  if (auto texels = place.lock()) return texels;
+  std::shared_ptr<const Texels> made = makeRoughTexels(hurst, seed);
+  place = made;
+  return made;
+}
+
+std::shared_ptr<const SurfaceTexture::Texels> SurfaceTexture::makeRoughTexels(double hurst,
+                                                                              std::uint64_t seed) {
   constexpr auto kCount = static_cast<Eigen::Index>(kRoughTexels);
   // Random phases; both slopes at once, as real and imaginary parts, since the height is real.
   Mixer random(seed);
@@ -144,14 +217,14 @@ Result<SurfaceTexture> SurfaceTexture::rough(const Roughness& roughness, std::ui
       const double length = q.norm() * kTexelsPerCorrelation;
       const bool isHighest = 2 * row == kCount || 2 * column == kCount;
       if (length == 0.0 || isHighest) continue;
-      const double amplitude = std::pow(std::max(1.0, length), -(1.0 + roughness.hurst));
+      const double amplitude = std::pow(std::max(1.0, length), -(1.0 + hurst));
       heights(row, column) = Complex(std::polar(amplitude, phase));
       power += amplitude * amplitude;
     }
   }
   // The real part of a sum of waves has half of their power.
-  const double scale = roughness.rmsHeight / std::sqrt(0.5 * power);
-  const double texel = roughness.correlationLength / kTexelsPerCorrelation;
+  const double scale = 1.0 / std::sqrt(0.5 * power);
+  const double texel = 1.0 / kTexelsPerCorrelation;
   std::vector<Slope> slopes(kRoughTexels * kRoughTexels);
   for (const Eigen::Index axis : {0, 1}) {
     Eigen::MatrixXcf waves = heights;
@@ -164,53 +237,88 @@ Result<SurfaceTexture> SurfaceTexture::rough(const Roughness& roughness, std::ui
       for (Eigen::Index row = 0; row < kCount; ++row)
         slopes[static_cast<std::size_t>(column * kCount + row)][axis] = waves(row, column).real();
   }
-  return ofSlopes({kRoughTexels, kRoughTexels}, {texel, texel}, std::move(slopes));
+  auto texels = std::make_shared<Texels>();
+  texels->texel = {texel, texel};
+  texels->width = texel;
+  texels->levels.push_back(
+      {{kRoughTexels, kRoughTexels}, texels->texel.cwiseInverse(), 0.0, 0.0, std::move(slopes)});
+  addLevels(*texels);
+  return texels;
 }
 
-Eigen::Vector2d SurfaceTexture::slope(const Eigen::Vector2d& at, double width) const {
-  // A texel of width w averages about as a look of width w does.
-  const double depth = std::log2(std::max(width / width_, 1.0));
-  const double last = static_cast<double>(levels_.size() - 1);
-  if (depth >= last) return sample(levels_.back(), at);
+SurfaceTexture::Look SurfaceTexture::look(double width) const {
+  // A texel is a mean over itself, and the spline between texels one over three of them: together
+  // they have the variance of a mean over two.
+  const double depth = std::log2(std::max(0.5 * width / (scale_ * texels_->width), 1.0));
+  const double last = static_cast<double>(texels_->levels.size() - 1);
+  if (depth >= last) return {.fine = &texels_->levels.back()};
   const auto level = static_cast<std::size_t>(depth);
   const double share = depth - static_cast<double>(level);
-  if (share == 0.0) return sample(levels_[level], at);
-  return (1.0 - share) * sample(levels_[level], at) + share * sample(levels_[level + 1], at);
+  const Level* fine = &texels_->levels[level];
+  return {.fine = fine, .coarse = share > 0.0 ? fine + 1 : nullptr, .share = share};
+}
+
+double SurfaceTexture::widthOf(double curvature) const {
+  const std::vector<Level>& levels = texels_->levels;
+  const double wanted = curvature * scale_ / steepness_;  // of the texels
+  if (levels.front().curvature <= wanted) return 0.0;
+  std::size_t level = 1;
+  while (level + 1 < levels.size() && levels[level].curvature > wanted)
+    ++level;
+  // Between two of them as a power of the width.
+  const double finer = levels[level - 1].curvature;
+  const double coarser = std::max(levels[level].curvature, 1e-9 * finer);
+  const double share = std::clamp(std::log(finer / wanted) / std::log(finer / coarser), 0.0, 1.0);
+  return 2.0 * scale_ * texels_->width * std::exp2(static_cast<double>(level - 1) + share);
+}
+
+double SurfaceTexture::widthOf(const Look& look) const {
+  const auto level = static_cast<double>(look.fine - texels_->levels.data());
+  return scale_ * texels_->width * std::exp2(level);
+}
+
+double SurfaceTexture::heightBelow(double width) const {
+  const Look seen = look(width);
+  double lost = seen.fine->lost;
+  if (seen.coarse != nullptr) lost += seen.share * (seen.coarse->lost - lost);
+  return steepness_ * scale_ * lost;
+}
+
+Eigen::Vector2d SurfaceTexture::slope(const Look& look, const Eigen::Vector2d& at) const {
+  const Eigen::Vector2d place(axis_.dot(at) / scale_,
+                              (axis_.x() * at.y() - axis_.y() * at.x()) / scale_);
+  Eigen::Vector2d slope = look.fine->at(place);
+  if (look.coarse != nullptr)
+    slope = (1.0 - look.share) * slope + look.share * look.coarse->at(place);
+  return steepness_ * Eigen::Vector2d(axis_.x() * slope.x() - axis_.y() * slope.y(),
+                                      axis_.y() * slope.x() + axis_.x() * slope.y());
 }
 
 /// Quadratic B-splines: the slope has a slope everywhere, so that a path over texels has no corners
 /// that would sound.
-Eigen::Vector2d SurfaceTexture::sample(const Level& level, const Eigen::Vector2d& at) const {
-  const auto weightsAt = [](double place, std::size_t count, std::array<std::size_t, 3>& index) {
-    const double nearest = std::floor(place);
-    const double t = place - nearest - 0.5;
-    const double wrapped =
-        nearest - std::floor(nearest / static_cast<double>(count)) * static_cast<double>(count);
-    const auto middle = std::min(static_cast<std::size_t>(std::max(0.0, wrapped)), count - 1);
-    const std::size_t mask = count - 1;
-    index = {(middle + mask) & mask, middle, (middle + 1) & mask};
-    return std::array{0.5 * (0.5 - t) * (0.5 - t), 0.75 - t * t, 0.5 * (0.5 + t) * (0.5 + t)};
+Eigen::Vector2d SurfaceTexture::Level::at(const Eigen::Vector2d& place) const {
+  struct Taps {
+    std::array<std::size_t, 3> index;
+    std::array<float, 3> weight;
   };
-  std::array<std::size_t, 3> u{};
-  std::array<std::size_t, 3> v{};
-  const auto alongU = weightsAt(at.x() * level.perMetre.x(), level.size.width, u);
-  const auto alongV = weightsAt(at.y() * level.perMetre.y(), level.size.height, v);
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  const auto tapsAt = [](double coordinate, std::size_t count) {
+    const double nearest = std::floor(std::clamp(coordinate, -kFarthest, kFarthest));
+    const auto t = static_cast<float>(coordinate - nearest) - 0.5F;
+    // Counts are powers of two, so the mask wraps what is below zero, too.
+    const auto middle = static_cast<std::size_t>(static_cast<std::int64_t>(nearest));
+    const std::size_t mask = count - 1;
+    return Taps{{(middle - 1) & mask, middle & mask, (middle + 1) & mask},
+                {0.5F * (0.5F - t) * (0.5F - t), 0.75F - t * t, 0.5F * (0.5F + t) * (0.5F + t)}};
+  };
+  const Taps u = tapsAt(place.x() * perMetre.x(), size.width);
+  const Taps v = tapsAt(place.y() * perMetre.y(), size.height);
+  Slope sum = Slope::Zero();
   for (std::size_t row = 0; row < 3; ++row) {
-    const Slope* line = &level.slopes[v[row] * level.size.width];
-    for (std::size_t column = 0; column < 3; ++column)
-      sum += alongV[row] * alongU[column] * line[u[column]].cast<double>();
+    const Slope* line = &slopes[v.index[row] * size.width];
+    sum += v.weight[row] * (u.weight[0] * line[u.index[0]] + u.weight[1] * line[u.index[1]] +
+                            u.weight[2] * line[u.index[2]]);
   }
-  return sum;
-}
-
-double SurfaceTexture::rmsSlope(double width) const {
-  const double depth = std::log2(std::max(width / width_, 1.0));
-  const double last = static_cast<double>(levels_.size() - 1);
-  if (depth >= last) return levels_.back().rms;
-  const auto level = static_cast<std::size_t>(depth);
-  const double share = depth - static_cast<double>(level);
-  return (1.0 - share) * levels_[level].rms + share * levels_[level + 1].rms;
+  return sum.cast<double>();
 }
 
 }  // namespace carom

@@ -2,25 +2,16 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include "audio/material.h"
 #include "audio/result.h"
 
 namespace carom {
-
-/// Statistics of a rough surface, isotropic and Gaussian: its heights' spectrum is flat for
-/// waves longer than 2 pi correlation lengths and falls as q^(-2 (1 + hurst)) for shorter ones
-/// (self-affine with roll-off: Persson et al. 2005, J. Phys.: Condens. Matter 17, R1, section 2).
-struct Roughness {
-  double rmsHeight = 0.0;          ///< m, >= 0; 0: smooth
-  double correlationLength = 0.0;  ///< m, > 0
-  double hurst = 0.8;              ///< 1, above 0, at most 1
-
-  bool operator==(const Roughness&) const = default;
-};
 
 /// The bumps of a surface as slopes of its height over a plane, on square texels that repeat
 /// without end in both directions; with coarser copies, so that any smoothing is one look.
@@ -45,35 +36,75 @@ class SurfaceTexture {
                                          std::vector<Slope> slopes);
 
   /// A surface of that roughness, the same one for each seed: 512 x 512 texels of an eighth of the
-  /// correlation length. Its slopes are those of waves as short as two texels. Errors: values
-  /// outside of Roughness's ranges.
+  /// correlation length. Its slopes are those of waves as short as two texels. Textures of one
+  /// Hurst exponent and seed share their memory, however rough. Errors: as whyNot(Roughness).
   static Result<SurfaceTexture> rough(const Roughness& roughness, std::uint64_t seed);
 
-  const Eigen::Vector2d& texel() const { return texel_; }  ///< m, along u and v
-  Size size() const { return size_; }
-
-  /// The slopes at a point (m), as a look of that width (m) sees them: waves shorter than about
-  /// twice the width are averaged out. Interpolated, between texels and between copies.
-  Eigen::Vector2d slope(const Eigen::Vector2d& at, double width) const;
-
-  /// 1, root of the mean square of the slope along a line, in a look of that width.
-  double rmsSlope(double width) const;
+  Eigen::Vector2d texel() const { return scale_ * texels_->texel; }  ///< m, along u and v
+  Size size() const { return texels_->levels.front().size; }
 
  private:
   struct Level {
     Size size;
     Eigen::Vector2d perMetre = Eigen::Vector2d::Zero();  // texels
-    double rms = 0.0;                                    // of the slope along a line
+    double curvature = 0.0;                              // 1/m, root of its mean square
+    double lost = 0.0;  // m, rms height of the waves that finer levels have and this has not
     std::vector<Slope> slopes;
-  };
-  SurfaceTexture() = default;
-  void addLevels();
-  Eigen::Vector2d sample(const Level& level, const Eigen::Vector2d& at) const;
 
-  Size size_;
-  Eigen::Vector2d texel_ = Eigen::Vector2d::Zero();
-  double width_ = 0.0;         // m, of a look that sees single texels
-  std::vector<Level> levels_;  // the finest first; each half of the one before
+    Eigen::Vector2d at(const Eigen::Vector2d& place) const;
+  };
+  /// Of what may be scaled to many textures.
+  struct Texels {
+    Eigen::Vector2d texel = Eigen::Vector2d::Zero();
+    double width = 0.0;         // m, of a look that sees single texels
+    double steepest = 0.0;      // along any line
+    std::vector<Level> levels;  // the finest first; each half of the one before
+  };
+
+ public:
+  /// A look of some width at the texture, for many places. Lives as long as it.
+  struct Look {
+    const Level* fine = nullptr;
+    const Level* coarse = nullptr;  ///< null: `fine` alone
+    double share = 0.0;             ///< of `coarse`
+  };
+  /// `width` in m: waves shorter than about twice the width are averaged out.
+  Look look(double width) const;
+
+  /// m, of the finest look at which the bumps are in the mean (of squares) no more curved than that
+  /// (1/m).
+  double widthOf(double curvature) const;
+
+  /// m, of a texel of the finer of the two.
+  double widthOf(const Look& look) const;
+
+  /// m, rms height of the bumps that a look of that width (m) averages out.
+  double heightBelow(double width) const;
+
+  /// The slopes at a point (m). Interpolated, between texels and between copies.
+  Eigen::Vector2d slope(const Look& look, const Eigen::Vector2d& at) const;
+  Eigen::Vector2d slope(const Eigen::Vector2d& at, double width) const {
+    return slope(look(width), at);
+  }
+
+  /// 1, of any look along any line.
+  double steepest() const { return steepness_ * texels_->steepest; }
+
+ private:
+  SurfaceTexture() = default;
+  static std::shared_ptr<const Texels> roughTexels(double hurst, std::uint64_t seed);
+  static std::shared_ptr<const Texels> makeRoughTexels(double hurst, std::uint64_t seed);
+  static void addLevels(Texels& texels);
+  static void measure(Texels& texels);
+  static double curvatureOf(const Level& level);
+
+  std::shared_ptr<const Texels> texels_;
+  double scale_ = 1.0;                               // of lengths
+  double steepness_ = 1.0;                           // of slopes
+  Eigen::Vector2d axis_ = Eigen::Vector2d::UnitX();  // of the texels, unit
 };
+
+/// Why it cannot be used: one sentence, or nothing when it can be. [any thread]
+std::string whyNot(const Roughness& roughness);
 
 }  // namespace carom

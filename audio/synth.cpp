@@ -41,7 +41,9 @@ SynthCounters Synth::Impl::counters() const {
           .inaudible = laid.inaudible,
           .late = player_.counters().late,
           .undersampled = laid.undersampled,
-          .rejected = laid.rejected};
+          .rejected = laid.rejected,
+          .slides = laid.slides,
+          .inaudibleSlides = laid.inaudibleSlides};
 }
 
 Result<Synth> Synth::create(const SynthSettings& settings, std::vector<Listener> listeners) {

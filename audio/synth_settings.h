@@ -74,6 +74,8 @@ struct SynthCounters {
   std::uint64_t undersampled =
       0;  ///< of `events`, contact shorter than 4 samples where sampling is naive: aliased
   std::uint64_t rejected = 0;  ///< not finite, unknown body, no approach, over 20 s: never sounded
+  std::uint64_t slides = 0;    ///< steps in which a body that slides or rolls is heard
+  std::uint64_t inaudibleSlides = 0;  ///< likewise, left out: below the threshold everywhere
 };
 
 }  // namespace carom

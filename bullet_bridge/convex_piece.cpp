@@ -421,7 +421,8 @@ LocalShape ConvexPiece::shapeFacing(const Vec3& direction) const {
       return shapeOfFeature((direction.cwiseAbs().array() < kSameDirection).count() == 2 ? 2 : 0);
     case Core::cylinder:
       if (std::abs(axial) < kSameDirection) return {2.0 * (radius_ + margin_), radius_ + margin_};
-      return shapeOfFeature(std::abs(axial) > 1.0 - 0.5 * kSameDirection * kSameDirection ? 2 : 0);
+      if (std::abs(axial) > 1.0 - 0.5 * kSameDirection * kSameDirection) return shapeOfFeature(2);
+      return {.rimAxis = unit(axis_), .rimRadius = radius_};
     case Core::cone:
       return shapeOfCone(axial);
     case Core::points:

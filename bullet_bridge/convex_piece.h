@@ -17,6 +17,9 @@ struct LocalShape {
   double radius = 0.0;  ///< m, 1 / mean curvature: flat is infinity, edge or corner 0
   double rollingRadius =
       0.0;  ///< m, the smaller principal radius: flat is infinity, edge or corner 0
+  /// Unit, the axis of a round rim that is touched, of either sign; zero: it is no rim.
+  Vec3 rimAxis = Vec3::Zero();
+  double rimRadius = 0.0;  ///< m
 };
 
 /// A convex set as Bullet collides it: a core rounded by a margin. It is a view of a shape, not a

@@ -6,6 +6,11 @@
 namespace carom {
 namespace {
 
+/// rad, along a rim in a step; a coin's rim of that tilt a turns at sqrt(4 g / (R sin a)) (Euler's
+/// disk: Moffatt 2000, Nature 404, 833).
+constexpr double kFarthestTurn = 0.5;
+constexpr double kWeight = 10.0;  // m/s^2
+
 // Where they meet, as one point of both: the mean of the points, weighted by load. Where there is
 // no load, the nearest point of the other.
 Proximity meetingOf(const Proximity& start, const SolvedContact& solved) {
@@ -31,10 +36,31 @@ Vec3 meanVelocity(const RigidMotion& of, const Vec3& point, double dt) {
   return of.centre.velocityAt(0.5 * dt) + of.angularVelocity.cross(point - of.centre.position);
 }
 
-// m/s, of the contact point: that of the centre of curvature of the more curved body.
-Vec3 contactVelocity(const PairMotion& now, const Proximity& meeting, double dt) {
-  const double radius = now.rollingRadius(PairSide::body, meeting);
-  const double otherRadius = now.rollingRadius(PairSide::other, meeting);
+// m/s, of the point of a rim that is the farthest along `down` (unit), while the rim turns. It is
+// at e R from the rim's centre; e is `down` without its part along the axis, made unit.
+Vec3 rimVelocity(const RigidMotion& of, const LocalShape& rim, const Vec3& point, const Vec3& down,
+                 double dt) {
+  const Vec3 across = down - down.dot(rim.rimAxis) * rim.rimAxis;
+  const double length = across.norm();
+  // What lies almost flat rolls faster than steps can tell, or only rattles.
+  const double lowest = 4.0 * kWeight * dt * dt / (rim.rimRadius * kFarthestTurn * kFarthestTurn);
+  if (length <= lowest) return meanVelocity(of, point, dt);
+  const Vec3 e = across / length;
+  const Vec3 turning = of.angularVelocity.cross(rim.rimAxis);
+  Vec3 change = -down.dot(turning) * rim.rimAxis - down.dot(rim.rimAxis) * turning;
+  change -= change.dot(e) * e;
+  return meanVelocity(of, point - rim.rimRadius * e, dt) + rim.rimRadius / length * change;
+}
+
+// m/s, of the contact point: that of the centre of curvature of the more curved body, or of a rim.
+Vec3 contactVelocity(const PairMotion& now, const Proximity& meeting, const LocalShape& shape,
+                     const LocalShape& otherShape, double dt) {
+  const double radius = shape.rollingRadius;
+  const double otherRadius = otherShape.rollingRadius;
+  if (shape.rimRadius > 0.0 && std::isinf(otherRadius))
+    return rimVelocity(now.body(), shape, meeting.point, -meeting.normal, dt);
+  if (otherShape.rimRadius > 0.0 && std::isinf(radius))
+    return rimVelocity(now.other(), otherShape, meeting.point, meeting.normal, dt);
   if (std::isinf(radius) && std::isinf(otherRadius)) {
     return meanVelocity(now.body(), meeting.point, dt);
   }
@@ -54,7 +80,10 @@ ContactState lastingContact(const PairMotion& now, const Proximity& start,
   };
   const Vec3 bodyVelocity = meanVelocity(now.body(), meeting.point, dt);
   const Vec3 otherVelocity = meanVelocity(now.other(), meeting.point, dt);
-  const Vec3 pointVelocity = contactVelocity(now, meeting, dt);
+  // By our own normal: Bullet's is often askew by more than faces are told from edges.
+  const LocalShape shape = now.shapeAt(PairSide::body, start);
+  const LocalShape otherShape = now.shapeAt(PairSide::other, start);
+  const Vec3 pointVelocity = contactVelocity(now, meeting, shape, otherShape, dt);
 
   ContactState state;
   state.time = substep.start;
@@ -65,6 +94,8 @@ ContactState lastingContact(const PairMotion& now, const Proximity& start,
   state.position = meeting.point;
   state.normalLoad = std::max(0.0, solved.applied.dot(meeting.normal)) / dt;
   state.appliedImpulse = solved.applied;
+  state.radius = shape.radius;
+  state.otherRadius = otherShape.radius;
   state.slipVelocity = tangential(bodyVelocity - otherVelocity);
   state.rollingVelocity = tangential(pointVelocity - 0.5 * (bodyVelocity + otherVelocity));
 

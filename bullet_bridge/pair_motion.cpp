@@ -67,9 +67,10 @@ double PairMotion::radiusAt(PairSide side, double s, const Proximity& touch) con
                                                       : trackedOf(side).radius;
 }
 
-double PairMotion::rollingRadius(PairSide side, const Proximity& touch) const {
-  if (!pair_.isClosedForm()) return pieces_->localShape(side, 0.0, touch).rollingRadius;
-  return radiusAt(side, 0.0, touch);
+LocalShape PairMotion::shapeAt(PairSide side, const Proximity& touch) const {
+  if (!pair_.isClosedForm()) return pieces_->localShape(side, 0.0, touch);
+  const double radius = radiusAt(side, 0.0, touch);
+  return {.radius = radius, .rollingRadius = radius};
 }
 
 double PairMotion::touchTime(double horizon) const {

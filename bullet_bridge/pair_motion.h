@@ -40,8 +40,8 @@ class PairMotion {
 
   /// m, inverse of the mean curvature of one body where it touches (ImpulseEvent::radius).
   double radiusAt(PairSide side, double s, const Proximity& touch) const;
-  /// m, the smallest radius of curvature there; infinite where it is flat, 0 at an edge or corner.
-  double rollingRadius(PairSide side, const Proximity& touch) const;
+  /// Of one body where it touches at the start; its axis in the world frame.
+  LocalShape shapeAt(PairSide side, const Proximity& touch) const;
 
   const ContactPair& pair() const { return pair_; }
   /// Without the orientation of spheres, which takes some work: see TrackedBody::actual.

@@ -412,7 +412,9 @@ LocalShape ShapePair::localShape(PairSide side, double s, const Proximity& at) c
   const bool isFirst = (side == PairSide::body) != pair.flipped;
   const PlacedPiece& piece = isFirst ? placed.first : placed.second;
   const Vec3 outwards = side == PairSide::body ? Vec3(-at.normal) : at.normal;
-  return piece.piece->shapeFacing(piece.rotation.transpose() * outwards);
+  LocalShape shape = piece.piece->shapeFacing(piece.rotation.transpose() * outwards);
+  shape.rimAxis = piece.rotation * shape.rimAxis;
+  return shape;
 }
 
 }  // namespace carom

@@ -63,7 +63,7 @@ class ShapePair {
   /// whose corner it is. Valid until the next call.
   std::span<const Vec3> patchAt(double s, const Proximity& around, double depth);
 
-  /// Flat where no pieces are near.
+  /// Flat where no pieces are near. Its axis is in the world frame.
   LocalShape localShape(PairSide side, double s, const Proximity& at) const;
 
   static constexpr std::size_t kPatchPoints = 8;

@@ -118,6 +118,13 @@ void addVertices(const Placed& placed, PolygonMesh& all) {
   }
 }
 
+/// Of the first picture, if it is flat.
+void addCoordinates(const aiMesh& mesh, PolygonMesh& all) {
+  if (mesh.mTextureCoords[0] == nullptr || mesh.mNumUVComponents[0] != 2) return;
+  for (const aiVector3D& at : std::span(mesh.mTextureCoords[0], mesh.mNumVertices))
+    all.coordinates.emplace_back(at.x, at.y);
+}
+
 /// False if it names a vertex that its mesh does not have.
 bool addFace(const aiFace& face, std::size_t first, bool mirrored, PolygonMesh& all) {
   if (face.mNumIndices < 3) {
@@ -140,6 +147,7 @@ std::string add(const Placed& placed, PolygonMesh& all) {
   if (mesh.mVertices == nullptr || mesh.mFaces == nullptr) return "";
   const std::size_t first = all.vertices.size();
   addVertices(placed, all);
+  addCoordinates(mesh, all);
   const bool mirrored = placed.place.Determinant() < 0.0F;
   for (unsigned face = 0; face < mesh.mNumFaces; ++face)
     if (!addFace(mesh.mFaces[face], first, mirrored, all))
@@ -181,6 +189,7 @@ Result<PolygonMesh> read(std::span<const std::byte> bytes, const std::string& ex
   PolygonMesh all;
   for (const Placed& placed : placedMeshes(*scene))
     if (std::string reason = add(placed, all); !reason.empty()) return Error{reason};
+  if (all.coordinates.size() != all.vertices.size()) all.coordinates.clear();
   return all;
 }
 

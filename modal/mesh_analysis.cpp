@@ -90,19 +90,6 @@ Result<MeshAnalysis> analyseAsShell(const SurfaceMesh& surface, const Material& 
   return analysis;
 }
 
-/// By the mean of each triangle's corners.
-void findVolumes(ModalModel& model) {
-  for (std::size_t mode = 0; mode < model.modes.size(); ++mode) {
-    double volume = 0.0;
-    for (const auto& [a, b, c] : model.surface.triangles) {
-      const std::vector<Vec3>& at = model.surface.vertices;
-      const Vec3 moved = model.shape(mode, a) + model.shape(mode, b) + model.shape(mode, c);
-      volume += (at[b] - at[a]).cross(at[c] - at[a]).dot(moved) / 6.0;
-    }
-    model.modes[mode].radiation.volume = volume;
-  }
-}
-
 Result<MeshAnalysis> analysed(const SurfaceMesh& mesh, const Material& material,
                               const MeshAnalysisSettings& settings, const Progress& progress) {
   const SurfaceMesh surface = mended(mesh).surface;

@@ -84,7 +84,15 @@ Result<LoadedMesh> surfaceOf(const PolygonMesh& mesh, const MeshImport& import) 
   }
   for (std::size_t index = 0; index < mesh.polygons(); ++index)
     triangulate(mesh.polygon(index), loose.vertices, loose.triangles);
-  result.surface = welded(loose, import.weldTolerance * extentOf(loose.vertices));
+  std::vector<std::uint32_t> kept;
+  result.surface = welded(loose, import.weldTolerance * extentOf(loose.vertices), &kept);
+  // Of the vertices before they are welded: along a seam one place has two.
+  if (!mesh.coordinates.empty()) {
+    for (const std::uint32_t index : kept) {
+      const auto& [a, b, c] = loose.triangles[index];
+      result.coordinates.push_back({mesh.coordinates[a], mesh.coordinates[b], mesh.coordinates[c]});
+    }
+  }
   result.vanished = loose.triangles.size() - result.surface.triangles.size();
   if (result.surface.triangles.empty()) return Error{"it has no triangles; expected a surface"};
   return result;

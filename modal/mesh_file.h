@@ -4,9 +4,11 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "audio/result.h"
 #include "audio/surface_mesh.h"
+#include "audio/texture_coordinates.h"
 
 namespace carom {
 
@@ -20,14 +22,18 @@ struct MeshImport {
 
 /// What was in a mesh file.
 struct LoadedMesh {
-  SurfaceMesh surface;       ///< m, all meshes in one, in the frame of the file
+  SurfaceMesh surface;  ///< m, all meshes in one, in the frame of the file
+  /// Of the first picture on it, by triangle of `surface`, u to the right and v up; empty, unless
+  /// all of its meshes have them. Nothing is checked of them.
+  std::vector<TextureCoordinates::Corners> coordinates;
   std::size_t meshes = 0;    ///< how many went into it, each as often as the file places it
   std::size_t vanished = 0;  ///< triangles whose corners were one within the tolerance
   std::size_t leftOut = 0;   ///< points and lines, which have no surface
 };
 
 /// The meshes of an OBJ, PLY (text or binary), STL (text or binary) or glTF 2 file (.gltf, .glb),
-/// each where its nodes place it; polygons in triangles, materials and all else left aside. What
+/// each where its nodes place it; polygons in triangles, with the texture coordinates of the first
+/// picture; materials and all else left aside. What
 /// the extension says is what the file has to be. glTF is in metres, the others in whatever their
 /// author thought of: nothing is converted but by `import.scale`. Nothing is checked of the shape:
 /// checkMesh does that.

@@ -240,6 +240,18 @@ class Radiation {
 
 }  // namespace
 
+void findVolumes(ModalModel& model) {
+  for (std::size_t mode = 0; mode < model.modes.size(); ++mode) {
+    double volume = 0.0;
+    for (const auto& [a, b, c] : model.surface.triangles) {
+      const std::vector<Vec3>& at = model.surface.vertices;
+      const Vec3 moved = model.shape(mode, a) + model.shape(mode, b) + model.shape(mode, c);
+      volume += (at[b] - at[a]).cross(at[c] - at[a]).dot(moved) / 6.0;
+    }
+    model.modes[mode].radiation.volume = volume;
+  }
+}
+
 Result<RadiationReport> computeRadiation(ModalModel& model, const RadiationSettings& settings,
                                          const Progress& progress) {
   if (const Status status = check(model, settings); !status) return status.error();

@@ -19,6 +19,10 @@ struct RadiationSettings {
   bool operator==(const RadiationSettings&) const = default;
 };
 
+/// Fills in `radiation.volume` of every mode, and nothing else: the monopole of long waves, from
+/// the mean of each triangle's corners. [any thread]
+void findVolumes(ModalModel& model);
+
 /// What the radiation of a model was computed with, and how far it can be trusted.
 struct RadiationReport {
   std::size_t panels = 0;

@@ -234,8 +234,29 @@ std::optional<std::size_t> whole(double value) {
   return static_cast<std::size_t>(value);
 }
 
-/// Where a value goes: into a coordinate, among the corners of a polygon, or nowhere.
-enum class Role { none, x, y, z, corners };
+/// Where a value goes: into a coordinate of space or of a picture, among the corners of a polygon,
+/// or nowhere.
+enum class Role { none, x, y, z, u, v, corners };
+
+Role roleOfVertex(std::string_view name) {
+  // There are three customs for pictures.
+  constexpr std::array<std::pair<std::string_view, Role>, 9> kNames = {{{"x", Role::x},
+                                                                        {"y", Role::y},
+                                                                        {"z", Role::z},
+                                                                        {"u", Role::u},
+                                                                        {"v", Role::v},
+                                                                        {"s", Role::u},
+                                                                        {"t", Role::v},
+                                                                        {"texture_u", Role::u},
+                                                                        {"texture_v", Role::v}}};
+  const auto* found = std::ranges::find(kNames, name, [](const auto& one) { return one.first; });
+  return found == kNames.end() ? Role::none : found->second;
+}
+
+struct Vertex {
+  Vec3 position = Vec3::Zero();
+  Eigen::Vector2d coordinates = Eigen::Vector2d::Zero();
+};
 
 class Reader {
  public:
@@ -246,16 +267,13 @@ class Reader {
     mesh_.meshes = 1;
     for (const Element& element : header_.elements)
       if (std::string reason = readElement(element); !reason.empty()) return Error{reason};
+    if (mesh_.coordinates.size() != mesh_.vertices.size()) mesh_.coordinates.clear();
     return std::move(mesh_);
   }
 
  private:
   static Role roleOf(const Element& element, const Property& property) {
-    if (element.name == "vertex" && !property.counted && property.name.size() == 1) {
-      const std::size_t axis = std::string_view("xyz").find(property.name[0]);
-      if (axis != std::string_view::npos)
-        return std::array<Role, 3>{Role::x, Role::y, Role::z}[axis];
-    }
+    if (element.name == "vertex" && !property.counted) return roleOfVertex(property.name);
     const bool named = property.name == "vertex_indices" || property.name == "vertex_index";
     return element.name == "face" && property.counted && named ? Role::corners : Role::none;
   }
@@ -277,14 +295,17 @@ class Reader {
     std::vector<Role> roles;
     for (const Property& property : element.properties)
       roles.push_back(roleOf(element, property));
+    const bool hasCoordinates = std::ranges::find(roles, Role::u) != roles.end() &&
+                                std::ranges::find(roles, Role::v) != roles.end();
     for (std::uint64_t row = 0; row < element.count; ++row) {
-      Vec3 position = Vec3::Zero();
+      Vertex vertex;
       for (std::size_t index = 0; index < roles.size(); ++index) {
-        std::string reason = readProperty(element.properties[index], roles[index], position);
+        std::string reason = readProperty(element.properties[index], roles[index], vertex);
         if (reason == kEnd) return tooShort(element, row);
         if (!reason.empty()) return element.name + " " + std::to_string(row) + " " + reason;
       }
-      if (element.name == "vertex") mesh_.vertices.push_back(position);
+      if (element.name == "vertex") mesh_.vertices.push_back(vertex.position);
+      if (hasCoordinates) mesh_.coordinates.push_back(vertex.coordinates);
     }
     return "";
   }
@@ -294,13 +315,15 @@ class Reader {
            std::to_string(row) + " of " + std::to_string(element.count);
   }
 
-  std::string readProperty(const Property& property, Role role, Vec3& position) {
+  std::string readProperty(const Property& property, Role role, Vertex& vertex) {
     if (property.counted) return readList(property, role);
     const std::optional<double> value = numbers_.next(property.type);
     if (!value) return kEnd;
-    if (role == Role::x) position.x() = *value;
-    if (role == Role::y) position.y() = *value;
-    if (role == Role::z) position.z() = *value;
+    if (role == Role::x) vertex.position.x() = *value;
+    if (role == Role::y) vertex.position.y() = *value;
+    if (role == Role::z) vertex.position.z() = *value;
+    if (role == Role::u) vertex.coordinates.x() = *value;
+    if (role == Role::v) vertex.coordinates.y() = *value;
     return "";
   }
 

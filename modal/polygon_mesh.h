@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "audio/vector.h"
 
 namespace carom {
@@ -16,8 +18,10 @@ struct PolygonMesh {
   std::vector<Vec3> vertices;          ///< units of the file
   std::vector<std::uint32_t> corners;  ///< indices into `vertices`, polygon by polygon
   std::vector<std::size_t> ends;       ///< in `corners`: past the last one of each polygon
-  std::size_t meshes = 0;              ///< how many it was made of
-  std::size_t leftOut = 0;             ///< points and lines
+  /// 1, by vertex: where on a picture it is, u to the right and v up. Empty, unless all have one.
+  std::vector<Eigen::Vector2d> coordinates;
+  std::size_t meshes = 0;   ///< how many it was made of
+  std::size_t leftOut = 0;  ///< points and lines
 
   std::size_t polygons() const { return ends.size(); }
   std::span<const std::uint32_t> polygon(std::size_t index) const {

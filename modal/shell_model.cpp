@@ -238,6 +238,7 @@ Result<ModalModel> shellModalModel(const SurfaceMesh& mesh, const Material& mate
     modes.shapes = alongNormals(modes.shapes, network->normals);
   ModalModel model;
   model.material = material;
+  model.material.roughness = {};  // of the surface, not of what rings
   model.surface = network->surface;
   setMass(model, material.density * settings.thickness);
   keepAudibleModes(model, modes, rigidBelow);

@@ -141,6 +141,7 @@ ModalModel rigidPart(const SurfaceMesh& surface, const Material& material,
                      const SolidSystem& system) {
   ModalModel model;
   model.material = material;
+  model.material.roughness = {};  // of the surface, not of what rings
   model.surface = surface;
   const auto count = static_cast<Eigen::Index>(system.grid.nodes.size());
   // A column moves all nodes along x, by 1 or by one of their coordinates.

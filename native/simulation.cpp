@@ -128,6 +128,17 @@ void SphereStepper::Simulation::advanceTo(double time) {
   time_ = time;
 }
 
+void SphereStepper::Simulation::push(std::size_t listed, const Vec3& impulse) {
+  const std::uint32_t sphere = order_[listed];
+  now_ = {time_, 0.0};
+  wake(sphere);
+  Motion motion = bodies_.at(sphere, now_);
+  motion.velocity += impulse / substances_[sphere].mass;
+  leave(sphere, motion);
+  if (linkage_.hasRods(sphere)) settleRods(linkage_.groupOf(sphere));
+  predictChanged();
+}
+
 /// What the sphere does next is what happens next.
 void SphereStepper::Simulation::step(std::uint32_t sphere) {
   now_ = agenda_.time(sphere);

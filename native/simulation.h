@@ -54,6 +54,7 @@ class SphereStepper::Simulation {
   explicit Simulation(const SphereWorld& world);
 
   void advanceTo(double time);
+  void push(std::size_t listed, const Vec3& impulse);
 
   const std::vector<ImpulseEvent>& events() const { return events_; }
   double time() const { return time_; }

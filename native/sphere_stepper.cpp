@@ -30,6 +30,12 @@ std::span<const ImpulseEvent> SphereStepper::advanceTo(double time) {
   return simulation_->events();
 }
 
+void SphereStepper::push(std::size_t sphere, const Vec3& impulse) {
+  const bool isOne = sphere < simulation_->sphereCount() && impulse.allFinite();
+  assert(isOne && "SphereStepper::push: a sphere, and a finite impulse");
+  if (isOne) simulation_->push(sphere, impulse);
+}
+
 void SphereStepper::startRecording() {
   simulation_->startRecording();
 }

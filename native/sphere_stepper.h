@@ -133,6 +133,11 @@ class SphereStepper {
   /// `time` is an error of the caller: asserted, and without assertions nothing moves.
   std::span<const ImpulseEvent> advanceTo(double time);
 
+  /// An impulse (N s, finite) on a sphere, by position in SphereWorld::spheres, at time(), through
+  /// its centre: no collision, and no event. It wakes what sleeps; rods take back what would change
+  /// their lengths. Anything else is an error of the caller, as with advanceTo.
+  void push(std::size_t sphere, const Vec3& impulse);
+
   /// Records all that happens from time() on. What was recorded before is dropped. Costs nothing
   /// until it is called, and changes no bit of what happens.
   void startRecording();

@@ -269,13 +269,15 @@ Result<ImpulseEvent> eventFrom(const carom_event* given) {
 Result<Material> materialFrom(const carom_material* given) {
   const Result<carom_material> read = readStruct(given, carom_material{}, "carom_material");
   if (!read) return read.error();
+  const Material* known = read->name != nullptr ? findMaterial(read->name) : nullptr;
   return Material{.name = read->name != nullptr ? read->name : "",
                   .density = read->density,
                   .youngsModulus = read->youngs_modulus,
                   .poissonsRatio = read->poissons_ratio,
                   .restitution = read->restitution,
                   .dampingAlpha = read->damping_alpha,
-                  .dampingBeta = read->damping_beta};
+                  .dampingBeta = read->damping_beta,
+                  .roughness = known != nullptr ? known->roughness : Roughness{}};
 }
 
 Result<Material> materialNamed(const char* name) {

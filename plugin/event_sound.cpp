@@ -32,6 +32,8 @@ std::string whyNot(const VoiceBudget& budget) {
   constexpr std::size_t kMostRinging = 4096;
   if (budget.ringingBodies < 1 || budget.ringingBodies > kMostRinging)
     return "the budget's ringing bodies must be 1 to 4096";
+  if (budget.slidingContacts > kMostRinging)
+    return "the budget's sliding contacts must be 0 to 4096";
   if (budget.modes < 1 || budget.modes > kMostRinging)
     return "the budget's modes must be 1 to 4096";
   if (!(budget.longestContact > 0.0 && budget.longestContact <= 1.0))
@@ -64,7 +66,9 @@ void add(SoundStatistics& sum, const SoundStatistics& more) {
         &SoundStatistics::skipped, &SoundStatistics::inaudible, &SoundStatistics::stolen,
         &SoundStatistics::overBudget, &SoundStatistics::noBus, &SoundStatistics::tooLong,
         &SoundStatistics::noBank, &SoundStatistics::queueFaults, &SoundStatistics::rings,
-        &SoundStatistics::late, &SoundStatistics::stalls, &SoundStatistics::jumps})
+        &SoundStatistics::slides, &SoundStatistics::slidesInaudible,
+        &SoundStatistics::slidesLeftOut, &SoundStatistics::late, &SoundStatistics::stalls,
+        &SoundStatistics::jumps})
     sum.*count += more.*count;
 }
 
@@ -363,6 +367,8 @@ SoundStatistics EventSound::Impl::statistics() const {
   all.rejected += recorded.rejected;
   all.inaudible += recorded.inaudible;
   all.rings += recorded.rings;
+  all.slides += recorded.slides;
+  all.slidesInaudible += recorded.inaudibleSlides;
   all.late += recorded.late;
   return all;
 }

@@ -34,6 +34,9 @@ struct Given {
   std::optional<Material> material = std::nullopt;
   std::shared_ptr<const ModalModel> modes = nullptr;
   bool hasModes = false;  // null ones, too: it does not ring
+  std::shared_ptr<const SurfaceTexture> texture = nullptr;
+  std::shared_ptr<const TextureCoordinates> coordinates = nullptr;  // of the texture
+  bool hasTexture = false;  // null ones, too: that of its material
 };
 
 Given given(const Material& material) {
@@ -44,12 +47,30 @@ Given given(std::shared_ptr<const ModalModel> modes) {
   return {.modes = std::move(modes), .hasModes = true};
 }
 
+Given given(std::shared_ptr<const SurfaceTexture> texture,
+            std::shared_ptr<const TextureCoordinates> coordinates) {
+  return {.texture = std::move(texture), .coordinates = std::move(coordinates), .hasTexture = true};
+}
+
 /// What is in `later` replaces what was there.
 void merge(Given& earlier, const Given& later) {
   if (later.material) earlier.material = later.material;
-  if (!later.hasModes) return;
-  earlier.modes = later.modes;
-  earlier.hasModes = true;
+  if (later.hasModes) {
+    earlier.modes = later.modes;
+    earlier.hasModes = true;
+  }
+  if (later.hasTexture) {
+    earlier.texture = later.texture;
+    earlier.coordinates = later.coordinates;
+    earlier.hasTexture = true;
+  }
+}
+
+/// A model does not know its surface: that of what its material is called.
+Material ofModes(const ModalModel& modes) {
+  Material material = modes.material;
+  if (const Material* known = findMaterial(material.name)) material.roughness = known->roughness;
+  return material;
 }
 
 Status whyRefused(const Given& given) {
@@ -193,8 +214,10 @@ void Sound::Impl::read(BodyId id, const btCollisionObject& object) {
   if (given.material)
     reading.sound.material = *given.material;
   else if (given.modes)
-    reading.sound.material = given.modes->material;
+    reading.sound.material = ofModes(*given.modes);
   reading.sound.modal = given.modes;
+  reading.sound.texture = given.texture;
+  reading.sound.textureCoordinates = given.coordinates;
   // Who does not move is where its shape is, wherever its centre of mass may be.
   if (object.isStaticOrKinematicObject()) reading.sound.modalOrigin = Vec3::Zero();
   (void)events_.setBody(id, reading.sound);  // refused: its events are counted as rejected
@@ -335,6 +358,21 @@ Status Sound::setModes(const btCollisionShape& shape, std::shared_ptr<const Moda
 }
 Status Sound::setModesOfUserIndex(int userIndex, std::shared_ptr<const ModalModel> modes) {
   return impl_->give(userIndex, given(std::move(modes)));
+}
+
+Status Sound::setTexture(const btCollisionObject& object,
+                         std::shared_ptr<const SurfaceTexture> texture,
+                         std::shared_ptr<const TextureCoordinates> coordinates) {
+  return impl_->give(object, given(std::move(texture), std::move(coordinates)));
+}
+Status Sound::setTexture(const btCollisionShape& shape,
+                         std::shared_ptr<const SurfaceTexture> texture,
+                         std::shared_ptr<const TextureCoordinates> coordinates) {
+  return impl_->give(shape, given(std::move(texture), std::move(coordinates)));
+}
+Status Sound::setTextureOfUserIndex(int userIndex, std::shared_ptr<const SurfaceTexture> texture,
+                                    std::shared_ptr<const TextureCoordinates> coordinates) {
+  return impl_->give(userIndex, given(std::move(texture), std::move(coordinates)));
 }
 
 void Sound::prepare() {

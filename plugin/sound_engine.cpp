@@ -23,9 +23,24 @@ constexpr double kLeastCost = 0.2;
 constexpr double kMostCost = 50.0;
 constexpr std::size_t kInterleavedFrames = 256;
 
-PlayerCapacity capacityOf(const VoiceBudget& budget) {
+/// s, for which the nodes of what slides are held at most beyond the look-ahead: a step and the
+/// way.
+constexpr double kTrainsHeld = 0.1;
+/// s, of nodes that cross at once: more than a frame of the host.
+constexpr double kTrainsQueued = 0.06;
+
+/// Of both bodies of each contact.
+std::size_t nodesOf(const SoundSettings& settings, double seconds) {
+  const auto bodies = 2.0 * static_cast<double>(settings.budget.slidingContacts);
+  return static_cast<std::size_t>(std::ceil(bodies * settings.synth.sampleRate * seconds));
+}
+
+PlayerCapacity capacityOf(const SoundSettings& settings) {
+  const VoiceBudget& budget = settings.budget;
   return {.voices = budget.voices,
           .buses = budget.buses,
+          // A body that clicks and rings has them twice.
+          .nodes = 2 * nodesOf(settings, settings.latency + kTrainsHeld),
           .longestContact = budget.longestContact,
           .rings = {.banks = budget.ringingBodies,
                     .modes = budget.modes,
@@ -42,7 +57,7 @@ std::size_t padded(std::size_t modes) {
 /// As many clicks as may wait in the player, twice.
 std::size_t queueCapacity(const SoundSettings& settings, const SoundPaths& paths) {
   const std::size_t perEvent = paths.channels.size() * paths.paths.size() + 1;
-  const std::size_t most = capacityOf(settings.budget).clicks;
+  const std::size_t most = capacityOf(settings).clicks;
   return 2 * std::clamp(settings.budget.voices * perEvent, perEvent, std::max(most, perEvent));
 }
 
@@ -82,15 +97,18 @@ SoundEngine::SoundEngine(const SoundSettings& settings,
       layer_(paths),
       timeline_(settings.clock, settings.synth.sampleRate, settings.latency),
       queue_(queueCapacity(settings, *paths)),
-      rings_(2 * capacityOf(settings.budget).rings.rings),
+      rings_(2 * capacityOf(settings).rings.rings),
       taps_(rings_.capacity() * 2 * padded(settings.budget.modes) / kTaps),
+      trains_(nodesOf(settings, kTrainsQueued)),
+      ringTrains_(nodesOf(settings, kTrainsQueued)),
       gain_(settings.synth.sampleRate),
-      player_(paths, capacityOf(settings.budget)),
+      player_(paths, capacityOf(settings)),
       limiter_(std::move(limiter)),
       arrived_(player_.clicksPerEvent()),
       arrivedEars_(player_.clicksPerEvent()),
       arrivedRings_(rings_.capacity()),
       arrivedTaps_(taps_.capacity() * kTaps),
+      arrivedTrain_(trains_.capacity()),
       planar_(kInterleavedFrames * paths->channels.size()) {
   for (std::size_t channel = 0; channel < paths->channels.size(); ++channel)
     planarChannels_.push_back(&planar_[channel * kInterleavedFrames]);
@@ -101,7 +119,7 @@ void SoundEngine::post(const ImpulseEvent& event) {
 }
 
 void SoundEngine::touch(const ContactState& contact) {
-  if (layer_.anyRings()) touched_.push_back(contact);
+  if (layer_.hearsTouches()) touched_.push_back(contact);
 }
 
 void SoundEngine::advanceTo(double seconds) {
@@ -111,11 +129,7 @@ void SoundEngine::advanceTo(double seconds) {
   if (step == TimelineStep::skipped) {
     counters_.skipped += posted_.size();
   } else {
-    for (const ContactState& contact : touched_) {
-      const LaidSound changes = layer_.touch(contact, timeline_.shiftAt(contact.time));
-      for (const Ring& ring : changes.rings)
-        sendRings({.rings = std::span(&ring, 1), .taps = changes.taps});
-    }
+    layTouches();
     for (const ImpulseEvent& event : posted_)
       lay(event);
     send();
@@ -128,21 +142,81 @@ void SoundEngine::lay(const ImpulseEvent& event) {
   const LaidSound sound = layer_.lay(event, timeline_.shiftAt(event.time));
   if (!sound.rings.empty()) sendRings(sound);
   if (sound.clicks.empty()) return;
-  laid_.push_back({sound.peak, laidClicks_.size(), sound.clicks.size()});
-  laidClicks_.insert(laidClicks_.end(), sound.clicks.begin(), sound.clicks.end());
-  laidEars_.insert(laidEars_.end(), sound.ears.begin(), sound.ears.end());
+  keepClicks(sound);
   if (laid_.size() >= 2 * settings_.budget.voices)
     counters_.stolen += keepLoudest(settings_.budget.voices);
+}
+
+void SoundEngine::keepClicks(const LaidSound& sound) {
+  laid_.push_back(
+      {sound.peak, laidClicks_.size(), sound.clicks.size(), laidNodes_.size(), sound.train.size()});
+  laidClicks_.insert(laidClicks_.end(), sound.clicks.begin(), sound.clicks.end());
+  laidEars_.insert(laidEars_.end(), sound.ears.begin(), sound.ears.end());
+  laidNodes_.insert(laidNodes_.end(), sound.train.begin(), sound.train.end());
+}
+
+/// Of the contacts of each moment as many slide as the budget allows; a step of the world may be
+/// several of its mechanics.
+void SoundEngine::layTouches() {
+  for (std::size_t first = 0; first < touched_.size();) {
+    const std::size_t begin = first;
+    std::size_t end = first + 1;
+    while (end < touched_.size() && touched_[end].time == touched_[first].time)
+      ++end;
+    const double least = rankToSlide(std::span(touched_).subspan(first, end - first));
+    for (; first < end; ++first)
+      layTouch(touched_[first], slideRanks_[first - begin], least);
+  }
+}
+
+/// What a contact of that moment needs to slide; the ranks of all are in slideRanks_ then.
+double SoundEngine::rankToSlide(std::span<const ContactState> moment) {
+  slideRanks_.clear();
+  for (const ContactState& contact : moment)
+    slideRanks_.push_back(layer_.slideRank(contact));
+  constexpr double kAny = std::numeric_limits<double>::min();
+  const std::size_t most = settings_.budget.slidingContacts;
+  if (most == 0) return std::numeric_limits<double>::infinity();
+  if (slideRanks_.size() <= most) return kAny;
+  sortedRanks_ = slideRanks_;
+  const auto last = sortedRanks_.begin() + static_cast<std::ptrdiff_t>(most - 1);
+  std::ranges::nth_element(sortedRanks_, last, std::ranges::greater{});
+  return std::max(*last, kAny);
+}
+
+void SoundEngine::layTouch(const ContactState& contact, double rank, double least) {
+  SampleShift shift = timeline_.shiftAt(contact.time);
+  const LaidSound changes = layer_.touch(contact, shift);
+  for (const Ring& ring : changes.rings)
+    sendRings({.rings = std::span(&ring, 1), .taps = changes.taps});
+  if (rank < least) {
+    layer_.endSlide(contact);
+    counters_.slidesLeftOut += rank > 0.0 ? 1 : 0;
+    return;
+  }
+  const SampleShift end = timeline_.shiftAt(contact.time + contact.duration);
+  const double longer =
+      static_cast<double>(end.whole - shift.whole) + end.fraction - shift.fraction;
+  shift.stretch += longer / (contact.duration * settings_.synth.sampleRate);
+  for (const bool first : {true, false}) {
+    const LaidSound sound = layer_.slide(contact, first, shift);
+    if (!sound.rings.empty()) sendRings(sound);
+    if (!sound.clicks.empty()) keepClicks(sound);
+  }
 }
 
 /// Of the first modes, as many as the player has room for; seen by the other thread with the step.
 void SoundEngine::sendRings(const LaidSound& sound) {
   const std::size_t count = std::min(sound.rings.front().count, padded(settings_.budget.modes));
   const std::size_t chunks = sound.rings.size() * 2 * count / kTaps;
-  if (rings_.writable(sound.rings.size()) < sound.rings.size() || taps_.writable(chunks) < chunks) {
+  const std::size_t nodes = sound.train.size();
+  if (rings_.writable(sound.rings.size()) < sound.rings.size() || taps_.writable(chunks) < chunks ||
+      ringTrains_.writable(nodes) < nodes) {
     ++counters_.queueFaults;
     return;
   }
+  for (const PulseNode& node : sound.train)
+    ringTrains_.put(node);
   for (std::size_t index = 0; index < sound.rings.size(); ++index) {
     Ring ring = sound.rings[index];
     for (std::size_t at = 0; at < 2 * count; at += kTaps) {
@@ -154,7 +228,8 @@ void SoundEngine::sendRings(const LaidSound& sound) {
       taps_.put(chunk);
     }
     ring.count = count;
-    rings_.put({ring, static_cast<std::uint32_t>(sound.rings.size() - index)});
+    rings_.put({ring, static_cast<std::uint32_t>(sound.rings.size() - index),
+                static_cast<std::uint32_t>(nodes)});
   }
 }
 
@@ -191,18 +266,28 @@ void SoundEngine::send() {
     counters_.queueFaults += keepLoudest(room / perEvent);
   }
   for (const Laid& laid : laid_) {
+    if (trains_.writable(laid.nodes) < laid.nodes) {
+      ++counters_.queueFaults;
+      continue;
+    }
+    for (std::size_t i = 0; i < laid.nodes; ++i)
+      trains_.put(laidNodes_[laid.firstNode + i]);
     for (std::size_t i = 0; i < laid.count; ++i) {
       const std::size_t at = laid.first + i;
       queue_.put({laidClicks_[at], laidEars_.empty() ? SphereWeights{} : laidEars_[at], laid.peak,
-                  static_cast<std::uint32_t>(laid.count - i)});
+                  static_cast<std::uint32_t>(laid.count - i),
+                  static_cast<std::uint32_t>(laid.nodes)});
     }
   }
+  trains_.publish();  // before what needs them
   queue_.publish();
-  taps_.publish();  // before what needs them
+  ringTrains_.publish();
+  taps_.publish();
   rings_.publish();
   laid_.clear();
   laidClicks_.clear();
   laidEars_.clear();
+  laidNodes_.clear();
 }
 
 SoundStatistics SoundEngine::statistics() const {
@@ -219,6 +304,9 @@ SoundStatistics SoundEngine::statistics() const {
   all.noBus = shared_.noBus.load(kRelaxed);
   all.tooLong = shared_.tooLong.load(kRelaxed);
   all.rings = layer.rings;
+  all.slides = layer.slides;
+  all.slidesInaudible = layer.inaudibleSlides;
+  all.slidesLeftOut += shared_.noTrain.load(kRelaxed);
   all.noBank = shared_.noBank.load(kRelaxed);
   all.ringing = shared_.banks.load(kRelaxed);
   all.modes = shared_.modes.load(kRelaxed);
@@ -259,10 +347,22 @@ void SoundEngine::receive(std::size_t frames) noexcept {
     }
     player_.add({.peak = queue_.peek().peak,
                  .clicks = std::span(arrived_).first(count),
-                 .ears = std::span(arrivedEars_).first(hasEars ? count : 0)});
+                 .ears = std::span(arrivedEars_).first(hasEars ? count : 0),
+                 .train = arrivedTrain(trains_, queue_.peek().nodes)});
     queue_.drop(count);
     taken += count;
   }
+}
+
+/// The next so many nodes, out of the queue; until the next call.
+std::span<const PulseNode> SoundEngine::arrivedTrain(SpscQueue<PulseNode>& from,
+                                                     std::size_t nodes) noexcept {
+  [[maybe_unused]] const std::size_t there = from.readable(nodes);
+  assert(there >= nodes);  // published before what they are of
+  for (std::size_t i = 0; i < nodes; ++i)
+    arrivedTrain_[i] = from.peek(i);
+  from.drop(nodes);
+  return std::span(arrivedTrain_).first(nodes);
 }
 
 void SoundEngine::receiveRings(std::size_t frames) noexcept {
@@ -279,7 +379,9 @@ void SoundEngine::receiveRings(std::size_t frames) noexcept {
     for (std::size_t chunk = 0; chunk < chunks; ++chunk)
       std::ranges::copy(taps_.peek(chunk),
                         arrivedTaps_.begin() + static_cast<std::ptrdiff_t>(chunk * kTaps));
-    player_.add({.rings = std::span(arrivedRings_).first(rings), .taps = arrivedTaps_});
+    player_.add({.rings = std::span(arrivedRings_).first(rings),
+                 .taps = arrivedTaps_,
+                 .train = arrivedTrain(ringTrains_, rings_.peek().nodes)});
     rings_.drop(rings);
     taps_.drop(chunks);
     taken += rings;
@@ -309,6 +411,7 @@ void SoundEngine::publish() noexcept {
   shared_.overBudget.store(player.overBudget, kRelaxed);
   shared_.noBus.store(player.noBus, kRelaxed);
   shared_.tooLong.store(player.tooLong, kRelaxed);
+  shared_.noTrain.store(player.noTrain, kRelaxed);
   const RingPlayer& rings = player_.rings();
   shared_.noBank.store(rings.counters().noBank, kRelaxed);
   shared_.banks.store(rings.banksInUse(), kRelaxed);

@@ -63,12 +63,15 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
     SphereWeights ears;
     double peak = 0.0;
     std::uint32_t ofEvent = 0;  // clicks of its event, this one included, from here on
+    std::uint32_t nodes = 0;    // of its event's train, in trains_
   };
   /// An event of the step in hand.
   struct Laid {
     double peak = 0.0;
     std::size_t first = 0;  // click
     std::size_t count = 0;
+    std::size_t firstNode = 0;
+    std::size_t nodes = 0;  // 0: it is no step of a slide
   };
   /// A ring, and its taps in another queue: kTaps of its b0 and b1 at a time.
   static constexpr std::size_t kTaps = 16;
@@ -76,10 +79,12 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   struct QueuedRing {
     Ring ring;
     std::uint32_t ofEvent = 0;  // rings of its event, this one included, from here on
+    std::uint32_t nodes = 0;    // of its event's train, in ringTrains_
   };
   /// What the audio thread tells the other one.
   struct Shared {
-    std::atomic<std::uint64_t> late{0}, stolen{0}, overBudget{0}, noBus{0}, tooLong{0}, noBank{0};
+    std::atomic<std::uint64_t> late{0}, stolen{0}, overBudget{0}, noBus{0}, tooLong{0}, noBank{0},
+        noTrain{0};
     std::atomic<std::size_t> voices{0}, buses{0}, banks{0}, modes{0};
     std::atomic<double> cpuShare{0.0}, worstBlock{0.0}, gainReduction{0.0};
   };
@@ -87,12 +92,17 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   SoundEngine(const SoundSettings& settings, const std::shared_ptr<const SoundPaths>& paths,
               std::optional<Limiter> limiter);
   void lay(const ImpulseEvent& event);
+  void layTouch(const ContactState& contact, double rank, double least);
+  double rankToSlide(std::span<const ContactState> moment);
+  void layTouches();
+  void keepClicks(const LaidSound& sound);
   std::uint64_t keepLoudest(std::size_t events);
   void send();
   void sendRings(const LaidSound& sound);
 
   void receive(std::size_t frames) noexcept;
   void receiveRings(std::size_t frames) noexcept;
+  std::span<const PulseNode> arrivedTrain(SpscQueue<PulseNode>& from, std::size_t nodes) noexcept;
   void measure(double seconds, std::size_t frames) noexcept;
   void publish() noexcept;
 
@@ -106,11 +116,16 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   std::vector<Laid> laid_;
   std::vector<Click> laidClicks_;
   std::vector<SphereWeights> laidEars_;
-  SoundStatistics counters_;  // of what happens on this side
+  std::vector<PulseNode> laidNodes_;
+  std::vector<double> slideRanks_;   // of the moment in hand
+  std::vector<double> sortedRanks_;  // likewise
+  SoundStatistics counters_;         // of what happens on this side
 
   SpscQueue<QueuedClick> queue_;
   SpscQueue<QueuedRing> rings_;
-  SpscQueue<QueuedTaps> taps_;  // of rings_, in their order
+  SpscQueue<QueuedTaps> taps_;       // of rings_, in their order
+  SpscQueue<PulseNode> trains_;      // of queue_, in their order
+  SpscQueue<PulseNode> ringTrains_;  // of rings_, likewise
   std::atomic<std::int64_t> rendered_{0};
   Shared shared_;
   OutputGain gain_;
@@ -122,6 +137,7 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   std::vector<SphereWeights> arrivedEars_;
   std::vector<Ring> arrivedRings_;
   std::vector<double> arrivedTaps_;
+  std::vector<PulseNode> arrivedTrain_;
   std::vector<float> planar_;  // for renderInterleaved
   std::vector<float*> planarChannels_;
   double measuredTime_ = 0.0;  // s, fading

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <variant>
 
+#include "scenes/jello_scene.h"
+
 namespace carom {
 namespace {
 
@@ -14,7 +16,7 @@ bool isSolid(const SceneBody& body) {
 
 std::string whyNotOnNative(const Scene& scene) {
   const auto body = std::ranges::find_if(scene.bodies, isSolid);
-  if (body == scene.bodies.end()) return {};
+  if (body == scene.bodies.end()) return whyNoJello(scene);
   const auto& solid = std::get<SolidShape>(body->shape);
   return "body \"" + body->name + "\": a " + (solid.canMove() ? "movable" : "solid") + ' ' +
          formName(solid) +

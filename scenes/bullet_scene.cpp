@@ -24,6 +24,12 @@ btTransform toBullet(const Quat& turn, const Vec3& place) {
   return btTransform(rotation, toBullet(place));
 }
 
+/// What a sphere's rolling and pivoting are held up by, as arms of what presses it on.
+struct RollingArms {
+  double rolling = 0.0;   // m
+  double pivoting = 0.0;  // m
+};
+
 /// A body that knows its surface. `table` is null in a scene without restitutions of pairs.
 class SurfaceBody : public btRigidBody {
  public:
@@ -32,11 +38,19 @@ class SurfaceBody : public btRigidBody {
       : btRigidBody(info),
         surface(body.surface),
         restitution(body.material.restitution),
-        restitutions(table) {}
+        restitutions(table) {
+    const auto* sphere = std::get_if<SphereShape>(&body.shape);
+    if (sphere == nullptr) return;
+    isSphere = true;
+    // A homogeneous sphere is slowed by 5/7 of the torque over m r.
+    arms = {1.4 * body.contact.rollingFriction * sphere->radius, body.contact.pivotingFriction};
+  }
 
   const SurfaceId surface;
   const double restitution;
   const RestitutionTable* const restitutions;
+  bool isSphere = false;
+  RollingArms arms;
 };
 
 constexpr int kCornersOnPlane = 4;  // as many as a contact of Bullet's can have
@@ -45,15 +59,21 @@ bool isSolid(const SceneBody& body) {
   return std::holds_alternative<SolidShape>(body.shape);
 }
 
-/// Our hold on Bullet's slot, which is one for the process; see BulletScene.
-struct CombinationSlot {
+bool resistsRolling(const SceneBody& body) {
+  return body.contact.rollingFriction > 0.0 || body.contact.pivotingFriction > 0.0;
+}
+
+/// Our hold on Bullet's slots, which are those of the process; see BulletScene.
+struct CombinationSlots {
   std::mutex mutex;
-  std::size_t scenes = 0;  // that need it
-  CalculateCombinedCallback before = nullptr;
+  std::size_t scenes = 0;                           // that need them
+  CalculateCombinedCallback restitution = nullptr;  // what was there before
+  CalculateCombinedCallback rolling = nullptr;
+  CalculateCombinedCallback spinning = nullptr;
 };
 
-CombinationSlot& slot() {
-  static CombinationSlot only;
+CombinationSlots& slots() {
+  static CombinationSlots only;
   return only;
 }
 
@@ -62,7 +82,7 @@ btScalar combineRestitutions(const btCollisionObject* body, const btCollisionObj
   const auto* second = dynamic_cast<const SurfaceBody*>(other);
   if (first == nullptr || second == nullptr || first->restitutions == nullptr ||
       first->restitutions != second->restitutions) {
-    const CalculateCombinedCallback before = slot().before;
+    const CalculateCombinedCallback before = slots().restitution;
     assert(before != nullptr);  // stored before Bullet is given this function
     return before(body, other);
   }
@@ -70,25 +90,62 @@ btScalar combineRestitutions(const btCollisionObject* body, const btCollisionObj
                                           second->restitution));
 }
 
-void takeSlot() {
-  const std::lock_guard<std::mutex> lock(slot().mutex);
-  if (slot().scenes++ > 0) return;
-  slot().before = gCalculateCombinedRestitutionCallback;
-  gCalculateCombinedRestitutionCallback = combineRestitutions;
+/// Of a sphere on what is none: the native stepper knows no other rolling.
+btScalar combineArms(const btCollisionObject* body, const btCollisionObject* other,
+                     double RollingArms::*arm, CalculateCombinedCallback before) {
+  const auto* first = dynamic_cast<const SurfaceBody*>(body);
+  const auto* second = dynamic_cast<const SurfaceBody*>(other);
+  if (first == nullptr || second == nullptr) {
+    assert(before != nullptr);  // as above
+    return before(body, other);
+  }
+  if (first->isSphere == second->isSphere) return 0;
+  return toBullet((first->isSphere ? first : second)->arms.*arm);
+}
+
+btScalar combineRolling(const btCollisionObject* body, const btCollisionObject* other) {
+  return combineArms(body, other, &RollingArms::rolling, slots().rolling);
+}
+
+btScalar combineSpinning(const btCollisionObject* body, const btCollisionObject* other) {
+  return combineArms(body, other, &RollingArms::pivoting, slots().spinning);
+}
+
+/// Ours in the place of what is there, which is remembered.
+void take(CalculateCombinedCallback& slot, CalculateCombinedCallback ours,
+          CalculateCombinedCallback& before) {
+  before = slot;
+  slot = ours;
+}
+
+void takeSlots() {
+  const std::lock_guard<std::mutex> lock(slots().mutex);
+  if (slots().scenes++ > 0) return;
+  take(gCalculateCombinedRestitutionCallback, combineRestitutions, slots().restitution);
+  take(gCalculateCombinedRollingFrictionCallback, combineRolling, slots().rolling);
+  take(gCalculateCombinedSpinningFrictionCallback, combineSpinning, slots().spinning);
 }
 
 // What somebody else has put there since stays.
-void leaveSlot() {
-  const std::lock_guard<std::mutex> lock(slot().mutex);
-  if (--slot().scenes > 0) return;
-  if (gCalculateCombinedRestitutionCallback == combineRestitutions)
-    gCalculateCombinedRestitutionCallback = slot().before;
+void give(CalculateCombinedCallback& slot, CalculateCombinedCallback ours,
+          CalculateCombinedCallback before) {
+  if (slot == ours) slot = before;
+}
+
+void leaveSlots() {
+  const std::lock_guard<std::mutex> lock(slots().mutex);
+  if (--slots().scenes > 0) return;
+  give(gCalculateCombinedRestitutionCallback, combineRestitutions, slots().restitution);
+  give(gCalculateCombinedRollingFrictionCallback, combineRolling, slots().rolling);
+  give(gCalculateCombinedSpinningFrictionCallback, combineSpinning, slots().spinning);
 }
 
 }  // namespace
 
-BulletScene::BulletScene(const Scene& scene) : restitutions_(scene.restitutions) {
-  if (!restitutions_.empty()) takeSlot();
+BulletScene::BulletScene(const Scene& scene)
+    : restitutions_(scene.restitutions),
+      needsSlots_(!restitutions_.empty() || std::ranges::any_of(scene.bodies, resistsRolling)) {
+  if (needsSlots_) takeSlots();
   world_.setGravity(toBullet(scene.gravity));
   const bool hasSolids = std::ranges::any_of(scene.bodies, isSolid);
   if (hasSolids) prepareForSolids();
@@ -102,7 +159,7 @@ BulletScene::BulletScene(const Scene& scene) : restitutions_(scene.restitutions)
 BulletScene::~BulletScene() {
   for (const auto& body : bodies_)
     world_.removeRigidBody(body.get());
-  if (!restitutions_.empty()) leaveSlot();
+  if (needsSlots_) leaveSlots();
 }
 
 /// Polyhedra are separated by their faces and edges (see BulletSolid), and meet a plane with more
@@ -122,7 +179,8 @@ void BulletScene::addBody(const SceneBody& body, double restSpeed) {
   std::unique_ptr<btRigidBody> rigid = makeBody(body);
   // Bullet multiplies the two restitutions of a pair; Carom takes the geometric mean.
   rigid->setRestitution(toBullet(std::sqrt(body.material.restitution)));
-  rigid->setFriction(0);
+  // Likewise of friction.
+  rigid->setFriction(toBullet(std::sqrt(body.contact.friction)));
   rigid->setDamping(0, 0);
   rigid->setSleepingThresholds(toBullet(restSpeed), toBullet(restSpeed));
   world_.addRigidBody(rigid.get());
@@ -146,6 +204,7 @@ std::unique_ptr<btRigidBody> BulletScene::makeSphere(const SceneBody& body,
   info.m_startWorldTransform.setOrigin(toBullet(sphere.position));
   auto rigid = std::make_unique<SurfaceBody>(info, body, table());
   rigid->setLinearVelocity(toBullet(sphere.velocity));
+  rigid->setAngularVelocity(toBullet(sphere.spin));
   shapes_.push_back(std::move(shape));
   return rigid;
 }

@@ -11,20 +11,21 @@
 namespace carom {
 
 /// A scene as a Bullet world, with Bullet's own defaults but for what would change the mechanics
-/// that the scene describes: no friction, no damping, and bodies fall asleep only below the scene's
-/// rest speed. Body i of the world is body i of the scene. Only of scenes that Bullet can run, see
-/// whyNotOnBullet: of others it leaves out what it cannot do. [one thread]
+/// that the scene describes: its friction, no damping, and bodies fall asleep only below the
+/// scene's rest speed. Body i of the world is body i of the scene. Only of scenes that Bullet can
+/// run, see whyNotOnBullet: of others it leaves out what it cannot do. [one thread]
 ///
 /// A scene with solids is tuned besides (world_advice.h), all of it: with the defaults, flat bodies
 /// lose up to half of their bounce on a plane. Scenes without any keep the defaults.
 ///
-/// Restitutions of pairs of materials. Bullet knows bodies only, and one function for the whole
-/// process that combines two of them (gCalculateCombinedRestitutionCallback). While there is a
-/// scene with such pairs, that function is ours: it answers for two bodies of one such scene, and
-/// hands on all others to what was there before, which comes back with the last of these scenes.
-/// So any number of worlds, of ours and of others, may live side by side; but since Bullet reads
-/// that slot without a lock, no world may step on another thread while the first such scene is made
-/// or the last one goes. Scenes without such pairs leave the slot alone.
+/// Restitutions of pairs of materials, and what holds up rolling. Bullet knows bodies only, and one
+/// function of each for the whole process that combines two of them
+/// (gCalculateCombinedRestitutionCallback and its like). While there is a scene that needs them,
+/// these functions are ours: they answer for two bodies of such scenes, and hand on all others to
+/// what was there before, which comes back with the last of these scenes. So any number of worlds,
+/// of ours and of others, may live side by side; but since Bullet reads those slots without a lock,
+/// no world may step on another thread while the first such scene is made or the last one goes.
+/// Scenes without such things leave the slots alone.
 class BulletScene {
  public:
   explicit BulletScene(const Scene& scene);
@@ -58,6 +59,7 @@ class BulletScene {
   btSequentialImpulseConstraintSolver solver_;
   btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
   RestitutionTable restitutions_;
+  bool needsSlots_;
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<BulletSolid> solids_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;

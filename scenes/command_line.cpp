@@ -91,6 +91,17 @@ CLI::Validator fullScaleRange() {
   return {check, "PA|LEVELdB"};
 }
 
+CLI::Option* addScale(CLI::App& command, bool& normalize, std::string& fullScale) {
+  CLI::Option* flag = command.add_flag("--normalize", normalize,
+                                       "scale the file so that its loudest sample is 1.0");
+  command
+      .add_option("--full-scale", fullScale,
+                  "what 1.0 in the file is: pascals, or a level such as 120dB; default: 20 (120dB)")
+      ->check(fullScaleRange())
+      ->excludes(flag);
+  return flag;
+}
+
 CLI::Validator positionRange() {
   const auto check = [](const std::string& text) -> std::string {
     if (threeNumbers(text, kFarthestListener)) return {};

@@ -37,6 +37,9 @@ inline constexpr double kFarthestListener = 1e6;  ///< m, from the origin on eac
 CLI::Validator oneOf(const std::vector<std::string>& words);
 CLI::Validator fileName();
 CLI::Validator fullScaleRange();
+/// --normalize, which is returned, and --full-scale: what 1.0 in a sound file is. Both outlive the
+/// parsing.
+CLI::Option* addScale(CLI::App& command, bool& normalize, std::string& fullScale);
 CLI::Validator positionRange();
 /// A number from low to high. (CLI::Range lets NaN pass.)
 CLI::Validator numberRange(double low, double high, const std::string& unit);

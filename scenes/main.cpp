@@ -1,5 +1,5 @@
-// The carom command: render, info, compare, record, replay, modes, strike. Exit codes: 0 done, 1
-// failed, 2 bad input.
+// The carom command: render, info, compare, record, replay, modes, strike, jello. Exit codes: 0
+// done, 1 failed, 2 bad input.
 
 #include <algorithm>
 #include <cctype>
@@ -24,6 +24,8 @@
 #include "scenes/bullet_only.h"
 #include "scenes/command_line.h"
 #include "scenes/compare.h"
+#include "scenes/jello_command.h"
+#include "scenes/jello_scene.h"
 #include "scenes/modes_command.h"
 #include "scenes/native_only.h"
 #include "scenes/plan.h"
@@ -37,7 +39,7 @@
 namespace carom {
 namespace {
 
-constexpr const char* kCommands = "render, info, compare, record, replay, modes or strike";
+constexpr const char* kCommands = "render, info, compare, record, replay, modes, strike or jello";
 
 struct Arguments {
   std::string scene;  // replay: the recording
@@ -191,6 +193,8 @@ int render(const Arguments& arguments) {
   }
   if (const std::string reason = whyNotRun(*scene); !reason.empty())
     return fail(kBadInput, arguments.scene + ": " + reason);
+  if (const std::string why = whyUnstable(*scene); !why.empty())
+    std::cerr << "carom: " << arguments.scene << ": " << why << '\n';
   return renderInto(arguments, *scene, nullptr);
 }
 
@@ -203,8 +207,8 @@ int record(const Arguments& arguments) {
   Result<Scene> scene = parseScene(*text, arguments.scene);
   if (!scene) return fail(kBadInput, scene.error().message);
   applyStepper(arguments, *scene);
-  if (scene->stepper.type != StepperType::native)
-    return fail(kBadInput, arguments.scene + ": " + whyNoRecordingOf(*scene));
+  if (const std::string reason = whyNoRecordingOf(*scene); !reason.empty())
+    return fail(kBadInput, arguments.scene + ": " + reason);
   ProgressBar bar("recording " + scene->name);
   const auto start = std::chrono::steady_clock::now();
   const Result<Recording> recording =
@@ -339,13 +343,7 @@ void addSound(CLI::App& command, Arguments& arguments) {
   command.add_option("--format", arguments.format, "sample format")
       ->check(oneOf({"float32", "pcm16"}))
       ->capture_default_str();
-  CLI::Option* normalize = command.add_flag("--normalize", arguments.normalize,
-                                            "scale the file so that its loudest sample is 1.0");
-  command
-      .add_option("--full-scale", arguments.fullScale,
-                  "what 1.0 in the file is: pascals, or a level such as 120dB; default: 20 (120dB)")
-      ->check(fullScaleRange())
-      ->excludes(normalize);
+  CLI::Option* normalize = addScale(command, arguments.normalize, arguments.fullScale);
   CLI::Option* limit =
       command
           .add_flag("--limit", arguments.limit,
@@ -472,6 +470,7 @@ int run(int argc, char** argv) {
   const CLI::App* replayCommand = addReplay(app, arguments);
   const ModesCommand modes(app);
   const StrikeCommand strike(app);
+  const JelloCommand jello(app);
   app.allow_extras();  // after the commands, which do not inherit it then
   try {
     app.parse(argc, argv);
@@ -489,6 +488,7 @@ int run(int argc, char** argv) {
   if (replayCommand->parsed()) return replay(arguments);
   if (modes.parsed()) return modes.run();
   if (strike.parsed()) return strike.run();
+  if (jello.parsed()) return jello.run();
   return fail(kBadInput, std::string("no command; expected ") + kCommands + " (carom --help)");
 }
 

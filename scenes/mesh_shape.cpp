@@ -14,8 +14,6 @@
 
 #include <Eigen/Dense>
 
-#include "modal/mesh_file.h"
-
 namespace carom {
 namespace {
 
@@ -64,11 +62,11 @@ std::size_t rootOf(std::size_t triangle, std::vector<std::size_t>& parents) {
 }
 
 Result<std::vector<std::vector<Vec3>>> piecesOf(const std::filesystem::path& file, double scale) {
-  const Result<SurfaceMesh> mesh = meshOf(file, scale);
+  const Result<LoadedMesh> mesh = meshOf(file, scale);
   if (!mesh) return mesh.error();
-  if (const std::string reason = whyNot(*mesh, false); !reason.empty())
+  if (const std::string reason = whyNot(mesh->surface, false); !reason.empty())
     return Error{file.string() + ": " + reason};
-  std::vector<std::vector<Vec3>> pieces = connectedParts(*mesh);
+  std::vector<std::vector<Vec3>> pieces = connectedParts(mesh->surface);
   for (std::size_t piece = 0; piece < pieces.size(); ++piece) {
     if (isFlat(pieces[piece]))
       return Error{file.string() + ": part " + std::to_string(piece + 1) + " of " +
@@ -79,11 +77,9 @@ Result<std::vector<std::vector<Vec3>>> piecesOf(const std::filesystem::path& fil
 
 }  // namespace
 
-Result<SurfaceMesh> meshOf(const std::filesystem::path& file, double scale) {
+Result<LoadedMesh> meshOf(const std::filesystem::path& file, double scale) {
   if (std::string reason = whyNotAFile(file); !reason.empty()) return Error{std::move(reason)};
-  Result<LoadedMesh> mesh = loadMesh(file, {.scale = scale});
-  if (!mesh) return mesh.error();
-  return std::move(mesh->surface);
+  return loadMesh(file, {.scale = scale});
 }
 
 std::string whyNot(const SurfaceMesh& surface, bool canMove) {
@@ -140,9 +136,10 @@ Result<std::shared_ptr<const SolidMesh>> MeshShelf::get(const Request& request) 
   std::shared_ptr<const SolidMesh>& place = meshes_[request];
   if (place != nullptr) return place;
   SolidMesh mesh;
-  Result<SurfaceMesh> surface = meshOf(request.file, request.scale);
-  if (!surface) return surface.error();
-  mesh.surface = *std::move(surface);
+  Result<LoadedMesh> loaded = meshOf(request.file, request.scale);
+  if (!loaded) return loaded.error();
+  mesh.surface = std::move(loaded->surface);
+  mesh.coordinates = std::move(loaded->coordinates);
   if (request.pieces.empty()) {
     mesh.pieces = {mesh.surface.vertices};  // all are used: it has been welded
   } else {

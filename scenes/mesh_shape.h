@@ -7,13 +7,14 @@
 #include <vector>
 
 #include "audio/result.h"
+#include "modal/mesh_file.h"
 #include "scenes/solid_shape.h"
 
 namespace carom {
 
 /// Reads a mesh, in units of `scale` metres. An error names the file, what is wrong with it and
 /// what would be accepted. Corners that more than one triangle has are one vertex. [any thread]
-Result<SurfaceMesh> meshOf(const std::filesystem::path& file, double scale);
+Result<LoadedMesh> meshOf(const std::filesystem::path& file, double scale);
 
 /// Why a mesh cannot be that of a body; empty where it can. One that moves has to have a volume:
 /// closed, and outward. [any thread]

@@ -9,11 +9,6 @@
 namespace carom {
 namespace {
 
-bool isSpinning(const SceneBody& body) {
-  const auto* sphere = std::get_if<SphereShape>(&body.shape);
-  return sphere != nullptr && !sphere->spin.isZero(0.0);
-}
-
 bool isMovingWall(const SceneBody& body) {
   if (const auto* block = std::get_if<BlockShape>(&body.shape)) return !block->velocity.isZero(0.0);
   const auto* plane = std::get_if<PlaneShape>(&body.shape);
@@ -23,11 +18,6 @@ bool isMovingWall(const SceneBody& body) {
 bool isShaken(const SceneBody& body) {
   const auto* plane = std::get_if<PlaneShape>(&body.shape);
   return plane != nullptr && !plane->shaking.amplitude.isZero(0.0);
-}
-
-bool isRough(const SceneBody& body) {
-  const ContactTraits& contact = body.contact;
-  return contact.friction > 0.0 || contact.rollingFriction > 0.0 || contact.pivotingFriction > 0.0;
 }
 
 bool hasLaw(const SceneBody& body) {
@@ -51,8 +41,7 @@ std::string whyNotOnBullet(const Scene& scene) {
   };
   const SceneMechanics& mechanics = scene.mechanics;
   const std::pair<bool, const char*> features[] = {
-      {any(isRough), "friction"},
-      {any(isSpinning), "spin"},
+      {jelloOf(scene) != nullptr, "a jello"},
       {any(hasLaw), "restitution laws"},
       {any(isMovingWall), "moving planes or blocks"},
       {any(isShaken), "shaking planes"},
@@ -72,13 +61,15 @@ std::string whyNotOnBullet(const Scene& scene) {
 
 bool hasFriction(const Scene& scene) {
   std::size_t rough = 0;
-  bool sphere = false;
+  bool anyMoves = false;
   for (const SceneBody& body : scene.bodies) {
     if (!(body.contact.friction > 0.0)) continue;
     ++rough;
-    sphere = sphere || std::holds_alternative<SphereShape>(body.shape);
+    const auto* solid = std::get_if<SolidShape>(&body.shape);
+    anyMoves = anyMoves || std::holds_alternative<SphereShape>(body.shape) ||
+               (solid != nullptr && solid->canMove());
   }
-  return sphere && rough > 1;
+  return anyMoves && rough > 1;
 }
 
 }  // namespace carom

@@ -74,6 +74,7 @@ void addMechanics(const Scene& scene, bool planes, PlanBuilder& plan) {
   plan.stage("sphere_block_contacts", has<BlockShape>(scene) && spheres > 0,
              has<BlockShape>(scene) ? noSphere : "there is no block");
   plan.stage("solid_contacts", has<SolidShape>(scene), "there is no solid");
+  plan.stage("jello", jelloOf(scene) != nullptr, "there is no jello");
   plan.stage("friction", hasFriction(scene), "no two bodies have friction");
 }
 
@@ -88,11 +89,18 @@ Plan makePlan(const Scene& scene) {
   plan.stage("bullet_bridge", bullet, "the native stepper's events are exact as they are");
   addMechanics(scene, planes, plan);
   plan.stage("acceleration_noise", true, "");
+  const bool bumps = std::ranges::any_of(scene.bodies, [](const SceneBody& body) {
+    return body.normalMap.has_value() || body.material.roughness.rmsHeight > 0.0;
+  });
+  plan.stage("lasting_contacts", bullet && bumps,
+             bullet ? "every body is smooth"
+                    : "the native stepper tells of collisions, not of what slides or rolls");
   plan.stage("acceleration_noise_of_planes", false,
              planes ? "planes are immovable: no impulse accelerates them" : "there is no plane");
   const bool rings = std::ranges::any_of(
       scene.bodies, [](const SceneBody& body) { return body.ringing.has_value(); });
   plan.stage("modal_bank", rings, "no body has modes");
+  plan.stage("deforming_source", jelloOf(scene) != nullptr, "nothing deforms");
   addSound(scene, planes, plan);
   return plan.take();
 }

@@ -96,6 +96,8 @@ Result<Scene> sceneOf(const Recording& recording, const std::string& file) {
 }  // namespace
 
 std::string whyNoRecordingOf(const Scene& scene) {
+  if (jelloOf(scene) != nullptr)
+    return "has a jello, which cannot be recorded; expected rigid bodies only";
   if (scene.stepper.type == StepperType::native) return {};
   return "runs on Bullet, which cannot be recorded; expected the stepper \"native\" in the scene, "
          "or "

@@ -74,6 +74,8 @@ Status renderInto(Files& files, const Scene& scene, SceneSound& sound, RenderRep
                        static_cast<double>(sound.frames()));
     }
   }
+  if (const std::string failure = sound.stepper().failure(); !failure.empty())
+    return Error{scene.name + ": " + failure};
   return nameFiles(files);
 }
 
@@ -126,6 +128,8 @@ Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& option
   report.synth = sound->synth().counters();
   leaveOutCounted(report.plan, report.synth.inaudible, "inaudible_clicks",
                   "clicks stay below the threshold of hearing at every listener");
+  leaveOutCounted(report.plan, report.synth.inaudibleSlides, "inaudible_slides",
+                  "steps of sliding or rolling stay below it");
   leaveOutCounted(report.plan, sound->stepper().crushed(), "crushed_spheres",
                   "spheres were left no room by what moves, and touch nothing any more");
   report.wallTime = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -116,6 +116,7 @@ struct Contents {
   std::size_t blocks = 0;
   std::size_t solids = 0;
   double solidMass = 0.0;  // kg, of those that move
+  const JelloShape* jello = nullptr;
   std::map<std::string, std::size_t> spheresByMaterial;
   std::size_t spheres = 0;
   double smallest = std::numeric_limits<double>::infinity();  // m
@@ -130,6 +131,10 @@ Contents contentsOf(const Scene& scene) {
     if (const auto* solid = std::get_if<SolidShape>(&body.shape)) {
       ++contents.solids;
       if (solid->canMove()) contents.solidMass += solid->mass;
+      continue;
+    }
+    if (const auto* jello = std::get_if<std::shared_ptr<const JelloShape>>(&body.shape)) {
+      contents.jello = jello->get();
       continue;
     }
     if (sphere == nullptr) {
@@ -168,6 +173,17 @@ std::string spheresText(const Contents& contents) {
     separator = ", ";
   }
   return text + '\n';
+}
+
+// Empty where there is none.
+std::string jelloText(const JelloShape* jello) {
+  if (jello == nullptr) return {};
+  const JelloLattice& lattice = jello->lattice;
+  const std::size_t points = lattice.count * lattice.count * lattice.count;
+  return format("jello     %zu points, %.3g x %.3g x %.3g m, %.3g kg, springs of %.3g N/m, %s\n",
+                points, lattice.size.x(), lattice.size.y(), lattice.size.z(),
+                lattice.pointMass * static_cast<double>(points), lattice.stiffness,
+                jello->integrator ? nameOf(*jello->integrator) : "auto");
 }
 
 // Broken between words into lines of at most kWidth bytes, unless a word is longer.
@@ -286,6 +302,23 @@ Json solidsJson(const Scene& scene) {
   return solids;
 }
 
+Json jelloJson(const JelloShape* jello) {
+  if (jello == nullptr) return nullptr;
+  const JelloLattice& lattice = jello->lattice;
+  const auto points = static_cast<double>(lattice.count);
+  Json object = {{"points", lattice.count},
+                 {"size_m", vectorJson(lattice.size)},
+                 {"mass_kg", lattice.pointMass * points * points * points},
+                 {"stiffness_n_m", lattice.stiffness},
+                 {"damping_n_s_m", lattice.damping},
+                 {"integrator", jello->integrator ? nameOf(*jello->integrator) : "auto"}};
+  if (jello->step > 0.0)
+    object["step_s"] = jello->step;
+  else
+    object["error_m"] = jello->error;
+  return object;
+}
+
 Json channelsJson(const ListenerChannels& channels) {
   Json list = Json::array();
   for (std::size_t channel = 0; channel < channels.count; ++channel)
@@ -315,6 +348,7 @@ std::string infoText(const Scene& scene) {
   if (contents.blocks > 0) text += format("blocks    %zu\n", contents.blocks);
   if (contents.solids > 0)
     text += format("solids    %zu, %.3g kg in all\n", contents.solids, contents.solidMass);
+  text += jelloText(contents.jello);
   text += roomText(imageCount(scene), scene.sound.reverb);
   const std::vector<ListenerChannels> channels = listenerChannels(scene);
   for (std::size_t index = 0; index < channels.size(); ++index)
@@ -351,6 +385,7 @@ Json infoJson(const Scene& scene) {
           {"planes", contents.planes},
           {"blocks", contents.blocks},
           {"solids", solidsJson(scene)},
+          {"jello", jelloJson(contents.jello)},
           {"listeners", listeners},
           {"images", imageCount(scene)},
           {"reverb", reverbJson(scene.sound.reverb)},
@@ -377,6 +412,8 @@ std::string renderText(const RenderReport& report) {
   text += '\n';
   if (synth.rings > 0)
     text += format("rings     %llu\n", static_cast<unsigned long long>(synth.rings));
+  if (synth.slides > 0)
+    text += format("slides    %llu steps\n", static_cast<unsigned long long>(synth.slides));
   text += channelsText(report.listeners) + roomText(report.images, report.reverb);
   text += peakText(report);
   if (synth.undersampled > 0) {
@@ -411,6 +448,8 @@ Json renderJson(const RenderReport& report) {
           {"largest_gain_reduction_db", number(report.gainReduction)},
           {"rings", report.synth.rings},
           {"clicks_inaudible", report.synth.inaudible},
+          {"slides", report.synth.slides},
+          {"slides_inaudible", report.synth.inaudibleSlides},
           {"clicks_undersampled", report.synth.undersampled},
           {"clicks_late", report.synth.late},
           {"wall_s", report.wallTime},

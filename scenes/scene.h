@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -12,11 +13,13 @@
 #include "audio/listener.h"
 #include "audio/material.h"
 #include "audio/medium.h"
+#include "audio/normal_map.h"
 #include "audio/pose_track.h"
 #include "audio/restitution_law.h"
 #include "audio/restitution_table.h"
 #include "audio/synth.h"
 #include "modal/mesh_analysis.h"
+#include "native/jello_world.h"
 #include "native/sphere_world.h"
 #include "scenes/solid_shape.h"
 
@@ -47,6 +50,19 @@ struct BlockShape {
   Vec3 velocity = Vec3::Zero();         ///< m/s, world frame
 };
 
+/// A lattice of springs (native/jello_world.h), and how it is stepped.
+struct JelloShape {
+  JelloLattice lattice;
+  JelloPenalty contact;
+  JelloField field = {};
+  std::vector<Vec3> positions;                ///< m, world frame, of its points at time 0
+  std::vector<Vec3> velocities;               ///< m/s
+  std::optional<JelloIntegrator> integrator;  ///< empty: the cheapest for `error`
+  double step = 0.0;                          ///< s; 0: the largest for `error`
+  double error = 1e-4;                        ///< m, of its points, root of the mean square
+  std::size_t stepsPerPicture = 0;            ///< of a trajectory; 0: nearest to 1/60 s
+};
+
 /// How a body of some material touches others, beside what Material says. The defaults are those of
 /// all built-in materials.
 struct ContactTraits {
@@ -62,13 +78,23 @@ struct Ringing {
   MeshAnalysisSettings analysis;  ///< how it is computed
 };
 
+/// Bumps of a body by a picture, still to be loaded.
+struct NormalMapFile {
+  std::filesystem::path file;  ///< PNG, as it can be opened
+  NormalMapSettings settings;  ///< without a size, if it lies as the mesh of the body says
+  bool byCoordinates = false;  ///< of the mesh
+};
+
 struct SceneBody {
   std::string name;  ///< unique in the scene
   Material material;
-  std::variant<SphereShape, PlaneShape, BlockShape, SolidShape> shape;
+  std::variant<SphereShape, PlaneShape, BlockShape, SolidShape, std::shared_ptr<const JelloShape>>
+      shape;
   SurfaceId surface = 0;  ///< the kind of its material in Scene::restitutions; 0: has none there
   ContactTraits contact = {};
   std::optional<Ringing> ringing = std::nullopt;  ///< spheres and solids only
+  /// Empty: the bumps are those of the material's roughness.
+  std::optional<NormalMapFile> normalMap = std::nullopt;
 };
 
 /// What acts on the bodies besides gravity and impacts. Ends of springs and rods are spheres by
@@ -106,7 +132,7 @@ struct HeadFile {
 };
 
 /// A scene, whole: boxes and groups already expanded, every value checked. A body's index here is
-/// its BodyId on either stepper.
+/// its BodyId on either stepper. There is at most one jello.
 struct Scene {
   std::string name;
   std::string description;
@@ -123,6 +149,14 @@ struct Scene {
   std::vector<ListenerPath> paths;  ///< of listeners that move, at most one for each
   std::vector<HeadFile> headFiles;  ///< of binaural listeners that name one
 };
+
+/// Its jello, or null. [any thread]
+inline const JelloShape* jelloOf(const Scene& scene) {
+  for (const SceneBody& body : scene.bodies)
+    if (const auto* jello = std::get_if<std::shared_ptr<const JelloShape>>(&body.shape))
+      return jello->get();
+  return nullptr;
+}
 
 /// 1, of these two bodies of the scene: what the scene says of their materials, or the geometric
 /// mean. [any thread]

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <map>
+#include <memory>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -17,11 +19,16 @@
 #include <utility>
 #include <vector>
 
+#include <Eigen/Geometry>
+
+#include "native/jello_skin.h"
+#include "scenes/jello_reader.h"
 #include "scenes/json_reader.h"
 #include "scenes/mechanics_reader.h"
 #include "scenes/ringing_reader.h"
 #include "scenes/solid_reader.h"
 #include "scenes/sound_reader.h"
+#include "scenes/surface_reader.h"
 
 namespace carom {
 namespace {
@@ -281,6 +288,12 @@ struct PendingGroup {
   GroupRandom random;
 };
 
+/// Whether its mesh says how a picture lies on it.
+bool isUnwrapped(const SceneBody& body) {
+  const auto* solid = std::get_if<SolidShape>(&body.shape);
+  return solid != nullptr && hasTextureCoordinates(*solid);
+}
+
 /// Reads one document into one scene. Every error ends in `error`; what follows the first one is
 /// dropped with the scene.
 class SceneReader {
@@ -297,6 +310,9 @@ class SceneReader {
     Material material;
     SurfaceId surface = 0;
     ContactTraits contact = {};
+    std::optional<NormalMapFile> normalMap = std::nullopt;
+
+    SceneBody body(std::string name) &&;
   };
   /// What a plane came from.
   struct PlaneOrigin {
@@ -310,6 +326,7 @@ class SceneReader {
   Covering readMaterialObject(const JsonNode& node, std::string name);
   Covering namedMaterial(const JsonNode& node);
   Covering covering(const JsonNode& node, const std::string& inlineName);
+  Covering coveringOf(const JsonNode& entry, const std::string& name);
   std::vector<std::string_view> knownMaterials() const;
   bool checkKnown(const JsonNode& node, const std::string& name, const std::string& otherwise);
   void readRestitutions(const JsonNode& restitutions);
@@ -326,6 +343,7 @@ class SceneReader {
   void readBox(const JsonNode& entry);
   void readBlock(const JsonNode& entry);
   void readSolid(const JsonNode& entry);
+  void readJelloBody(const JsonNode& entry);
   void readGroup(const JsonNode& entry);
   std::vector<Covering> groupMaterials(const JsonNode& entry, const std::string& name);
   void readListeners(const JsonNode& root);
@@ -339,11 +357,13 @@ class SceneReader {
   void addBody(const JsonNode& entry, SceneBody body);
 
   void checkOverlaps();
+  void checkJello();
   void checkWalls(std::size_t body, const SphereShape& sphere);
   void placeGroups();
   void placeGroup(PendingGroup& group);
   bool placeSphere(PendingGroup& group, std::size_t body);
   bool isFree(const Vec3& centre, double radius);
+  bool isInJello(const Vec3& centre, double radius);
   double gapToWall(std::size_t body, const Vec3& centre, double radius) const;
   SphereShape& sphere(std::size_t body) { return std::get<SphereShape>(scene_.bodies[body].shape); }
   std::uint64_t placingWork() const { return grid_.work() + wallWork_; }
@@ -369,6 +389,10 @@ class SceneReader {
   std::size_t blockCount_ = 0;
   std::size_t solidCount_ = 0;
   bool anySolidMoves_ = false;
+  std::shared_ptr<const JelloShape> jello_;
+  std::optional<JelloSkin> skin_;                  // of the jello
+  std::array<std::vector<double>, 3> skinPlaces_;  // m, of its points
+  Eigen::AlignedBox3d skinBox_;                    // m, about them
   std::uint64_t wallWork_ = 0;
 };
 
@@ -449,7 +473,7 @@ SceneReader::Covering SceneReader::readMaterialObject(const JsonNode& node, std:
   if (!node.expectObject("a material",
                          {"density", "youngs_modulus", "poissons_ratio", "restitution",
                           "restitution_law", "restitution_speed", "friction", "rolling_friction",
-                          "pivoting_friction", "damping_alpha", "damping_beta"})) {
+                          "pivoting_friction", "damping_alpha", "damping_beta", "roughness"})) {
     return {};
   }
   return {.material = {.name = std::move(name),
@@ -458,7 +482,8 @@ SceneReader::Covering SceneReader::readMaterialObject(const JsonNode& node, std:
                        .poissonsRatio = node.number("poissons_ratio", kPoissonsRatio),
                        .restitution = node.number("restitution", kRestitution),
                        .dampingAlpha = node.number("damping_alpha", kDampingAlpha, 0.0),
-                       .dampingBeta = node.number("damping_beta", kDampingBeta, 0.0)},
+                       .dampingBeta = node.number("damping_beta", kDampingBeta, 0.0),
+                       .roughness = readRoughness(node, {})},
           .contact = readContactTraits(node)};
 }
 
@@ -471,6 +496,27 @@ SceneReader::Covering SceneReader::covering(const JsonNode& node, const std::str
   Covering covering = namedMaterial(node);
   covering.surface = surfaceOf(node);
   return covering;
+}
+
+/// The material of a body, with what the body says of its own surface.
+SceneReader::Covering SceneReader::coveringOf(const JsonNode& entry, const std::string& name) {
+  const auto node = entry.require("material", "a material");
+  if (!node || !ok()) return {};
+  Covering made = covering(*node, name);
+  made.material.roughness = readRoughness(entry, made.material.roughness);
+  made.normalMap = readNormalMapEntry(entry, folder_);
+  return made;
+}
+
+/// Without a shape.
+SceneBody SceneReader::Covering::body(std::string name) && {
+  SceneBody made;
+  made.name = std::move(name);
+  made.material = std::move(material);
+  made.surface = surface;
+  made.contact = contact;
+  made.normalMap = std::move(normalMap);
+  return made;
 }
 
 SceneReader::Covering SceneReader::namedMaterial(const JsonNode& node) {
@@ -553,8 +599,9 @@ void SceneReader::readBodies(const JsonNode& root) {
     if (!ok()) return;
     readBody(entry);
   }
-  if (ok() && sphereCount_ == 0 && !anySolidMoves_) {
-    bodies->fail("empty scene: nothing in it can move; expected at least one sphere, or solid");
+  if (ok() && sphereCount_ == 0 && !anySolidMoves_ && jello_ == nullptr) {
+    bodies->fail(
+        "empty scene: nothing in it can move; expected at least one sphere, solid or jello");
   }
 }
 
@@ -579,35 +626,30 @@ void SceneReader::readBody(const JsonNode& entry) {
     entry.failAs("a body", "an object");
     return;
   }
-  const auto type =
-      entry.require("type", R"(one of "sphere", "plane", "box", "spheres", "block", "solid")");
+  const auto type = entry.require(
+      "type", R"(one of "sphere", "plane", "box", "spheres", "block", "solid", "jello")");
   if (!type) return;
-  const std::size_t choice =
-      type->choice("a type of body", {"sphere", "plane", "box", "spheres", "block", "solid"});
+  const std::size_t choice = type->choice(
+      "a type of body", {"sphere", "plane", "box", "spheres", "block", "solid", "jello"});
   if (!ok()) return;
   using Read = void (SceneReader::*)(const JsonNode&);
-  constexpr std::array<Read, 6> kReaders = {&SceneReader::readSphere, &SceneReader::readPlane,
-                                            &SceneReader::readBox,    &SceneReader::readGroup,
-                                            &SceneReader::readBlock,  &SceneReader::readSolid};
+  constexpr std::array<Read, 7> kReaders = {&SceneReader::readSphere,   &SceneReader::readPlane,
+                                            &SceneReader::readBox,      &SceneReader::readGroup,
+                                            &SceneReader::readBlock,    &SceneReader::readSolid,
+                                            &SceneReader::readJelloBody};
   (this->*kReaders.at(choice))(entry);
 }
 
 void SceneReader::readSphere(const JsonNode& entry) {
   if (!entry.expectObject("a sphere", {"type", "name", "radius", "material", "position", "velocity",
-                                       "spin", "mass", "modes"})) {
+                                       "spin", "mass", "modes", "roughness", "normal_map"})) {
     return;
   }
   if (!countSpheres(entry, 1)) return;
-  SceneBody body;
-  body.name = entryName(entry, "sphere", bodyNames_);
+  const std::string name = entryName(entry, "sphere", bodyNames_);
   SphereShape sphere;
   sphere.radius = entry.number("radius", kRadius);
-  if (const auto node = entry.require("material", "a material")) {
-    Covering made = covering(*node, body.name);
-    body.material = std::move(made.material);
-    body.surface = made.surface;
-    body.contact = made.contact;
-  }
+  SceneBody body = coveringOf(entry, name).body(name);
   sphere.position = entry.vector("position", kCoordinate);
   sphere.velocity = entry.vector("velocity", kVelocity, Vec3::Zero());
   sphere.spin = readSpin(entry);
@@ -620,7 +662,7 @@ void SceneReader::readSphere(const JsonNode& entry) {
 
 void SceneReader::readPlane(const JsonNode& entry) {
   if (!entry.expectObject("a plane", {"type", "name", "normal", "point", "offset", "material",
-                                      "velocity", "shaking"})) {
+                                      "velocity", "shaking", "roughness", "normal_map"})) {
     return;
   }
   const std::string name = entryName(entry, "plane", bodyNames_);
@@ -635,24 +677,24 @@ void SceneReader::readPlane(const JsonNode& entry) {
     entry.fail(point ? "the plane has a point and an offset; expected one of the two"
                      : "the plane has no place; expected \"point\" or \"offset\"");
   }
-  const auto node = entry.require("material", "a material");
+  Covering made = coveringOf(entry, name);
   if (!ok()) return;
   PlaneShape plane;
   plane.normal = (direction / largest).normalized();  // the first division saves tiny ones
   plane.offset = point ? plane.normal.dot(point->vector(kCoordinate)) : offset->number(kCoordinate);
   readMotion(entry, plane);
-  addPlane(entry, name, covering(*node, name), plane);
+  addPlane(entry, name, std::move(made), plane);
 }
 
 void SceneReader::readBox(const JsonNode& entry) {
-  if (!entry.expectObject("a box", {"type", "name", "min", "max", "material"})) return;
+  if (!entry.expectObject("a box",
+                          {"type", "name", "min", "max", "material", "roughness", "normal_map"}))
+    return;
   const std::string name = entryName(entry, "box", bodyNames_);
   Vec3 min = Vec3::Zero();
   Vec3 max = Vec3::Zero();
   if (!readCorners(entry, min, max)) return;
-  const auto node = entry.require("material", "a material");
-  if (!ok()) return;
-  const Covering wall = covering(*node, name);
+  const Covering wall = coveringOf(entry, name);
   if (!ok()) return;
   addPlane(entry, name + ".left", wall, {Vec3::UnitX(), min.x()});
   addPlane(entry, name + ".right", wall, {-Vec3::UnitX(), -max.x()});
@@ -663,8 +705,8 @@ void SceneReader::readBox(const JsonNode& entry) {
 }
 
 void SceneReader::readBlock(const JsonNode& entry) {
-  if (!entry.expectObject("a block",
-                          {"type", "name", "min", "max", "rotation", "material", "velocity"})) {
+  if (!entry.expectObject("a block", {"type", "name", "min", "max", "rotation", "material",
+                                      "velocity", "roughness", "normal_map"})) {
     return;
   }
   const std::string name = entryName(entry, "block", bodyNames_);
@@ -676,23 +718,22 @@ void SceneReader::readBlock(const JsonNode& entry) {
   block.halfExtents = 0.5 * (max - min);
   block.orientation = readRotation(entry);
   block.velocity = entry.vector("velocity", kVelocity, Vec3::Zero());
-  const auto node = entry.require("material", "a material");
+  Covering made = coveringOf(entry, name);
   if (!ok()) return;
-  Covering made = covering(*node, name);
   if (++blockCount_ > SceneLimits::kBlocks) {
     entry.fail("the scene has more than " + std::to_string(SceneLimits::kBlocks) +
                " blocks; expected at most that many");
   }
   walls_.push_back(scene_.bodies.size());
-  addBody(entry, {name, std::move(made.material), block, made.surface, made.contact});
+  SceneBody body = std::move(made).body(name);
+  body.shape = block;
+  addBody(entry, std::move(body));
 }
 
 void SceneReader::readSolid(const JsonNode& entry) {
   if (!SolidReader::expectSolid(entry)) return;
   const std::string name = entryName(entry, "solid", bodyNames_);
-  const auto node = entry.require("material", "a material");
-  if (!ok()) return;
-  Covering made = covering(*node, name);
+  Covering made = coveringOf(entry, name);
   if (!ok()) return;
   const SolidShape solid = solids_.read(entry, made.material.density);
   if (++solidCount_ > SceneLimits::kSolids) {
@@ -700,8 +741,33 @@ void SceneReader::readSolid(const JsonNode& entry) {
                " solids; expected at most that many");
   }
   anySolidMoves_ = anySolidMoves_ || solid.canMove();
-  addBody(entry, {name, std::move(made.material), solid, made.surface, made.contact,
-                  readRinging(entry, folder_)});
+  SceneBody body = std::move(made).body(name);
+  body.shape = solid;
+  body.ringing = readRinging(entry, folder_);
+  addBody(entry, std::move(body));
+}
+
+void SceneReader::readJelloBody(const JsonNode& entry) {
+  if (!expectJello(entry)) return;
+  const std::string name = entryName(entry, "jello", bodyNames_);
+  auto jello = std::make_shared<JelloShape>(readJello(entry));
+  if (!ok()) return;
+  if (jello_ != nullptr) {
+    entry.fail("the scene has a jello already; expected one");
+    return;
+  }
+  jello_ = jello;
+  skin_.emplace(jello->lattice.count);
+  for (Eigen::Index axis = 0; axis < 3; ++axis)
+    for (const Vec3& point : jello->positions)
+      skinPlaces_[static_cast<std::size_t>(axis)].push_back(point[axis]);
+  for (const Vec3& point : jello->positions)
+    skinBox_.extend(point);
+  SceneBody body;
+  body.name = name;
+  body.material = jelloMaterial(jello->lattice);
+  body.shape = std::move(jello);
+  addBody(entry, std::move(body));
 }
 
 void SceneReader::readGroup(const JsonNode& entry) {
@@ -826,12 +892,20 @@ void SceneReader::addPlane(const JsonNode& entry, std::string name, Covering cov
     entry.fail("the scene has more than " + std::to_string(SceneLimits::kPlanes) +
                " planes; expected at most that many, six for each box");
   }
-  addBody(entry, {std::move(name), std::move(covering.material), plane, covering.surface,
-                  covering.contact});
+  SceneBody body = std::move(covering).body(std::move(name));
+  body.shape = plane;
+  addBody(entry, std::move(body));
 }
 
 void SceneReader::addBody(const JsonNode& entry, SceneBody body) {
   if (!ok()) return;
+  if (body.normalMap && body.normalMap->byCoordinates && !isUnwrapped(body)) {
+    entry.find("normal_map")
+        ->fail(
+            "has no \"size\", and the body no mesh with texture coordinates; expected width and "
+            "height of the whole picture (metres)");
+    return;
+  }
   if (!finalNames_.insert(body.name).second) {
     entry.fail("the name " + inQuotes(body.name) + " is taken; expected names that differ");
     return;
@@ -843,6 +917,7 @@ void SceneReader::addBody(const JsonNode& entry, SceneBody body) {
 /// The larger spheres first, so that a query never meets smaller ones (see SphereGrid), and none
 /// in the grid overlap, so that its cells stay short.
 void SceneReader::checkOverlaps() {
+  checkJello();
   std::stable_sort(fixedSpheres_.begin(), fixedSpheres_.end(),
                    [this](std::size_t body, std::size_t next) {
                      return sphere(body).radius > sphere(next).radius;
@@ -850,6 +925,9 @@ void SceneReader::checkOverlaps() {
   for (const std::size_t body : fixedSpheres_) {
     const SphereShape& shape = sphere(body);
     checkWalls(body, shape);
+    if (isInJello(shape.position, (1.0 - kOverlapTolerance) * shape.radius))
+      error_.record(places_[body], inQuotes(scene_.bodies[body].name) +
+                                       " reaches into the jello at the start; expected it outside");
     const double allowed = -kOverlapTolerance * shape.radius;
     const auto* hit = grid_.nearerThan(allowed, shape.position, shape.radius);
     if (hit != nullptr) {
@@ -862,6 +940,26 @@ void SceneReader::checkOverlaps() {
     }
     if (!ok()) return;
     grid_.insert({shape.position, shape.radius, body});
+  }
+}
+
+/// A point beyond a wall would be thrown out of it.
+void SceneReader::checkJello() {
+  if (jello_ == nullptr) return;
+  const double allowed = kOverlapTolerance * jello_->lattice.size.maxCoeff();
+  for (const std::size_t wall : planes_) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Vec3& point : jello_->positions)
+      least = std::min(least, gapToWall(wall, point, 0.0));
+    if (least >= -allowed) continue;
+    const auto body = std::ranges::find_if(scene_.bodies, [](const SceneBody& candidate) {
+      return std::holds_alternative<std::shared_ptr<const JelloShape>>(candidate.shape);
+    });
+    error_.record(places_[static_cast<std::size_t>(body - scene_.bodies.begin())],
+                  inQuotes(body->name) + " reaches " + formatNumber(-least) + " metres into " +
+                      inQuotes(scene_.bodies[wall].name) +
+                      " at the start; expected it on the side the normal points to");
+    return;
   }
 }
 
@@ -938,7 +1036,15 @@ bool SceneReader::isFree(const Vec3& centre, double radius) {
     ++wallWork_;
     if (gapToWall(wall, centre, radius) < clearance) return false;
   }
+  if (isInJello(centre, radius + clearance)) return false;
   return grid_.nearerThan(clearance, centre, radius) == nullptr;
+}
+
+bool SceneReader::isInJello(const Vec3& centre, double radius) {
+  if (!skin_ || skinBox_.squaredExteriorDistance(centre) > radius * radius) return false;
+  wallWork_ += skin_->squares().size();
+  const auto& [x, y, z] = skinPlaces_;
+  return skin_->meet({x.data(), y.data(), z.data()}, centre, radius).has_value();
 }
 
 // ---------------------------------------------------------------------------------------------

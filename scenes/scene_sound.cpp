@@ -21,15 +21,18 @@ namespace {
 // contacts of up to 50 ms are heard whole. The synth counts those that are not.
 constexpr double kLookahead = 0.1;  // s
 
-constexpr double kLongestWay = 1.0;         // s, of sound through the air; see firstEventTime
 constexpr double kDecays = 2.0;             // of 60 dB each
 constexpr std::int64_t kSkipFrames = 4096;  // at a time
 
-/// Scene bodies as SoundBodies. The added mass of a solid is solved once for all of equal shape.
+/// Scene bodies as SoundBodies. The added mass of a solid is solved once for all of equal shape,
+/// and a normal map read once for all that have it the same way.
 class SoundBodies {
  public:
   Result<SoundBody> make(const SceneBody& body, const BodyModes& modes) {
     SoundBody sound;
+    if (body.normalMap) {
+      if (Status laid = layTexture(body, sound); !laid) return laid.error();
+    }
     sound.material = body.material;
     sound.modal = modes.model;
     sound.modalOrigin = modes.origin;
@@ -48,6 +51,43 @@ class SoundBodies {
   }
 
  private:
+  Status layTexture(const SceneBody& body, SoundBody& sound) {
+    NormalMapFile map = *body.normalMap;
+    if (map.byCoordinates) {
+      auto coordinates = coordinatesOf(std::get<SolidShape>(body.shape));
+      if (!coordinates) return coordinates.error();
+      sound.textureCoordinates = *std::move(coordinates);
+      map.settings.size = sound.textureCoordinates->size();
+    }
+    auto texture = textureOf(map);
+    if (!texture) return texture.error();
+    sound.texture = *std::move(texture);
+    return std::monostate{};
+  }
+
+  Result<std::shared_ptr<const SurfaceTexture>> textureOf(const NormalMapFile& map) {
+    for (const auto& [known, texture] : textures_)
+      if (known.file == map.file && known.settings == map.settings) return texture;
+    Result<SurfaceTexture> read = readNormalMap(map.file, map.settings);
+    if (!read) return read.error();
+    textures_.emplace_back(map, std::make_shared<const SurfaceTexture>(*std::move(read)));
+    return textures_.back().second;
+  }
+
+  Result<std::shared_ptr<const TextureCoordinates>> coordinatesOf(const SolidShape& solid) {
+    const auto& mesh = std::get<std::shared_ptr<const SolidMesh>>(solid.form);
+    // Bodies that move have another origin than those that do not.
+    auto& known = coordinates_[{mesh.get(), solid.canMove()}];
+    if (known != nullptr) return known;
+    Result<TextureCoordinates> made = TextureCoordinates::of(surfaceOf(solid), mesh->coordinates);
+    if (!made) return made.error();
+    known = std::make_shared<const TextureCoordinates>(*std::move(made));
+    return known;
+  }
+
+  std::vector<std::pair<NormalMapFile, std::shared_ptr<const SurfaceTexture>>> textures_;
+  std::map<std::pair<const SolidMesh*, bool>, std::shared_ptr<const TextureCoordinates>>
+      coordinates_;
   std::shared_ptr<RadiatorCache> radiators_ = std::make_shared<RadiatorCache>();
 };
 
@@ -83,19 +123,22 @@ Result<std::vector<Listener>> equippedListeners(const Scene& scene) {
   return listeners;
 }
 
+/// A path's poses, from time 0 to where it comes to rest.
+std::vector<ListenerPose> posesOf(const ListenerPath& path, const Listener& start) {
+  std::vector<ListenerPose> poses = {{0.0, start.position, start.orientation}};
+  poses.insert(poses.end(), path.poses.begin(), path.poses.end());
+  if (path.poses.empty()) return poses;
+  poses.push_back(path.poses.back());
+  poses.back().time += kStop;
+  return poses;
+}
+
 /// All of a path at once: what is heard of an event depends on where a listener is when the sound
 /// gets there, which can be any time after it.
 Status follow(const ListenerPath& path, Synth& synth) {
-  const Listener& start = synth.listeners()[path.listener];
-  const ListenerPose first{0.0, start.position, start.orientation};
-  if (Status moved = synth.moveListener(path.listener, first); !moved) return moved;
-  for (const ListenerPose& pose : path.poses) {
+  for (const ListenerPose& pose : posesOf(path, synth.listeners()[path.listener]))
     if (Status moved = synth.moveListener(path.listener, pose); !moved) return moved;
-  }
-  if (path.poses.empty()) return std::monostate{};
-  ListenerPose rest = path.poses.back();
-  rest.time += kStop;
-  return synth.moveListener(path.listener, rest);
+  return std::monostate{};
 }
 
 bool earlier(const ImpulseEvent& a, const ImpulseEvent& b) {
@@ -128,6 +171,14 @@ std::size_t imageCount(const Scene& scene) {
   if (scene.sound.room.reflectors.empty()) return 0;
   const Result<std::vector<Image>> images = makeImages(scene.sound.room);
   return images ? images->size() : 0;
+}
+
+PoseTrack trackOf(const ListenerPath& path, const Listener& start) {
+  const std::vector<ListenerPose> poses = posesOf(path, start);
+  PoseTrack track(poses.front(), {.capacity = poses.size() + 1});
+  for (const ListenerPose& pose : poses)
+    track.append(pose);
+  return track;
 }
 
 double firstEventTime(const Scene& scene, const SoundSpan& span) {
@@ -164,7 +215,14 @@ Result<SceneSound> SceneSound::create(const Scene& scene, std::unique_ptr<SceneS
   }
   if (const Status set = setBodies(scene, *synth, progress); !set)
     return Error{scene.name + ": " + set.error().message};
+  std::optional<JelloVoice> voice;
+  if (const double step = stepper->hearDeformations(); step > 0.0) {
+    Result<JelloVoice> made = JelloVoice::create(scene, step);
+    if (!made) return Error{scene.name + ": " + made.error().message};
+    voice = *std::move(made);
+  }
   SceneSound sound(scene, std::move(stepper), *std::move(synth), span);
+  sound.voice_ = std::move(voice);
   sound.skipTo(sound.firstFrame_);
   return sound;
 }
@@ -195,25 +253,32 @@ void SceneSound::skipTo(std::int64_t frame) {
 std::size_t SceneSound::render(std::span<std::vector<float>> channels) {
   settled_ = std::exchange(early_, {});
   const auto room = static_cast<std::int64_t>(channels.front().size());
-  const std::int64_t count = std::min(room, frames_ - framesDone_);
+  std::int64_t count = std::min(room, frames_ - framesDone_);
   if (count <= 0) return 0;
   runAhead(static_cast<double>(framesDone_ + count) / sampleRate_ + kLookahead);
+  count = std::min(room, frames_ - framesDone_);  // no longer as many, if the mechanics failed
+  if (count <= 0) return 0;
   std::vector<float*> pointers;
   for (std::vector<float>& channel : channels)
     pointers.push_back(channel.data());
   synth_.render<float>(pointers, static_cast<std::size_t>(count));
+  if (voice_) voice_->addTo(pointers, framesDone_, static_cast<std::size_t>(count));
   framesDone_ += count;
   return static_cast<std::size_t>(count);
 }
 
 void SceneSound::runAhead(double time) {
-  const double target = std::min(time, duration_);
-  while (stepper_->settledTime() < target) {
+  const double ahead = voice_ ? voice_->lookahead() : 0.0;
+  const double target = std::min(time + ahead, duration_ + ahead);
+  while (stepper_->settledTime() < target && stepper_->failure().empty()) {
     const auto events = stepper_->advanceTo(target);
     known_.insert(known_.end(), events.begin(), events.end());
     for (const ContactState& contact : stepper_->contacts())
       synth_.touch(contact);
+    if (voice_) voice_->add(stepper_->deformations());
   }
+  if (!stepper_->failure().empty())
+    frames_ = std::min(frames_, static_cast<std::int64_t>(stepper_->settledTime() * sampleRate_));
   std::stable_sort(known_.begin(), known_.end(), earlier);
   const double settledTime = stepper_->settledTime();
   const auto open = std::find_if(known_.begin(), known_.end(), [&](const ImpulseEvent& event) {

@@ -4,14 +4,17 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "audio/impulse_event.h"
+#include "audio/pose_track.h"
 #include "audio/result.h"
 #include "audio/synth.h"
 #include "modal/progress.h"
+#include "scenes/jello_voice.h"
 #include "scenes/scene.h"
 #include "scenes/scene_stepper.h"
 
@@ -34,6 +37,13 @@ std::size_t channelsOf(const Scene& scene);
 
 /// How many mirror images each source of the scene has: 0 without a room. [any thread]
 std::size_t imageCount(const Scene& scene);
+
+/// s, of sound through the air, after which it is no longer heard; see firstEventTime.
+inline constexpr double kLongestWay = 1.0;
+
+/// A listener on its way: it stands at the scene's place before, and at the last pose after it.
+/// [any thread]
+PoseTrack trackOf(const ListenerPath& path, const Listener& start);
 
 /// A part of a scene's time.
 struct SoundSpan {
@@ -59,7 +69,7 @@ class SceneSound {
                                    const SoundSpan& span, const Progress& progress = {});
 
   /// Renders the next samples, at most channels[i].size() of each channel, and returns how many:
-  /// 0 at the end of the scene.
+  /// 0 at the end of the scene, or of what the mechanics got to (SceneStepper::failure).
   std::size_t render(std::span<std::vector<float>> channels);
 
   /// Events that were settled by the last `render`, in order of time over the whole scene, up to
@@ -85,6 +95,7 @@ class SceneSound {
   std::int64_t framesDone_;
   std::unique_ptr<SceneStepper> stepper_;
   Synth synth_;
+  std::optional<JelloVoice> voice_;
   std::vector<ImpulseEvent> known_;    // not settled yet
   std::vector<ImpulseEvent> settled_;  // by the last render
   std::vector<ImpulseEvent> early_;    // settled before the first sample that is wanted

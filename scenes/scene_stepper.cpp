@@ -8,6 +8,7 @@
 #include "bullet_bridge/bullet_bridge.h"
 #include "scenes/bullet_only.h"
 #include "scenes/bullet_scene.h"
+#include "scenes/jello_scene.h"
 #include "scenes/native_only.h"
 
 namespace carom {
@@ -59,31 +60,6 @@ Box nativeBox(BodyId id, const SceneBody& body, const BlockShape& shape) {
           .restitutionLaw = body.contact.restitutionLaw,
           .friction = body.contact.friction,
           .stiffness = stiffnessOf(body.material)};
-}
-
-SphereWorld sphereWorld(const Scene& scene) {
-  SphereWorld world;
-  world.gravity = scene.gravity;
-  world.restSpeed = scene.stepper.restSpeed;
-  world.restitutions = scene.restitutions;
-  world.simultaneous = scene.mechanics.simultaneous;
-  world.rods = scene.mechanics.rods;
-  world.springs = scene.mechanics.springs;
-  world.fields = scene.mechanics.fields;
-  world.drag = scene.mechanics.drag;
-  world.forceStep = scene.mechanics.forceStep;
-  for (std::size_t index = 0; index < scene.bodies.size(); ++index) {
-    const SceneBody& body = scene.bodies[index];
-    const auto id = static_cast<BodyId>(index);
-    if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) {
-      world.spheres.push_back(nativeSphere(id, body, *sphere));
-    } else if (const auto* plane = std::get_if<PlaneShape>(&body.shape)) {
-      world.planes.push_back(nativePlane(id, body, *plane));
-    } else {
-      world.boxes.push_back(nativeBox(id, body, std::get<BlockShape>(body.shape)));
-    }
-  }
-  return world;
 }
 
 class NativeSceneStepper : public SceneStepper {
@@ -145,7 +121,37 @@ class BulletSceneStepper : public SceneStepper {
 
 }  // namespace
 
+SphereWorld sphereWorld(const Scene& scene) {
+  SphereWorld world;
+  world.gravity = scene.gravity;
+  world.restSpeed = scene.stepper.restSpeed;
+  world.restitutions = scene.restitutions;
+  world.simultaneous = scene.mechanics.simultaneous;
+  world.rods = scene.mechanics.rods;
+  world.springs = scene.mechanics.springs;
+  world.fields = scene.mechanics.fields;
+  world.drag = scene.mechanics.drag;
+  world.forceStep = scene.mechanics.forceStep;
+  for (std::size_t index = 0; index < scene.bodies.size(); ++index) {
+    const SceneBody& body = scene.bodies[index];
+    const auto id = static_cast<BodyId>(index);
+    if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) {
+      world.spheres.push_back(nativeSphere(id, body, *sphere));
+    } else if (const auto* plane = std::get_if<PlaneShape>(&body.shape)) {
+      world.planes.push_back(nativePlane(id, body, *plane));
+    } else if (const auto* block = std::get_if<BlockShape>(&body.shape)) {
+      world.boxes.push_back(nativeBox(id, body, *block));
+    }
+  }
+  return world;
+}
+
 Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene) {
+  if (scene.stepper.type == StepperType::native && jelloOf(scene) != nullptr) {
+    auto stepper = JelloSceneStepper::create(scene);
+    if (!stepper) return stepper.error();
+    return std::unique_ptr<SceneStepper>(*std::move(stepper));
+  }
   if (scene.stepper.type == StepperType::native) {
     Result<SphereStepper> stepper = nativeStepper(scene);
     if (!stepper) return stepper.error();
@@ -165,6 +171,8 @@ Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene) {
 Result<SphereStepper> nativeStepper(const Scene& scene) {
   if (const std::string reason = whyNotOnNative(scene); !reason.empty())
     return Error{scene.name + ": " + reason};
+  if (jelloOf(scene) != nullptr)
+    return Error{scene.name + ": has a jello; expected a scene without, for this"};
   Result<SphereStepper> stepper = SphereStepper::create(sphereWorld(scene));
   if (!stepper) return Error{scene.name + ": " + stepper.error().message};
   return stepper;
@@ -177,6 +185,8 @@ Result<std::vector<ImpulseEvent>> sceneEvents(const Scene& scene) {
   while ((*stepper)->settledTime() < scene.duration) {
     const auto known = (*stepper)->advanceTo(scene.duration);
     events.insert(events.end(), known.begin(), known.end());
+    if (const std::string failure = (*stepper)->failure(); !failure.empty())
+      return Error{scene.name + ": " + failure};
   }
   std::erase_if(events, [&](const ImpulseEvent& event) { return event.time > scene.duration; });
   std::stable_sort(events.begin(), events.end(),

@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
+#include "audio/deforming_source.h"
 #include "audio/impulse_event.h"
 #include "audio/result.h"
 #include "native/sphere_stepper.h"
@@ -28,6 +30,15 @@ class SceneStepper {
   /// s: every event before this time has been returned.
   virtual double settledTime() const = 0;
 
+  /// Why it cannot go on, as a jello that has blown up: settledTime() stays. Empty otherwise.
+  virtual std::string failure() const { return {}; }
+
+  /// Someone listens to what deforms: before the first advanceTo, or there are no deformations().
+  /// Returns the time between them, s; 0 where nothing deforms.
+  virtual double hearDeformations() { return 0.0; }
+  /// What the jello did to the air in the last advanceTo, from time 0 on.
+  virtual std::span<const DeformingState> deformations() const { return {}; }
+
   /// Spheres that nothing touches any more, as SphereStepperCounters says.
   virtual std::uint64_t crushed() const { return 0; }
 };
@@ -38,6 +49,9 @@ Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene);
 
 /// The native stepper at the scene's start, whatever scene.stepper asks for.
 Result<SphereStepper> nativeStepper(const Scene& scene);
+
+/// What the native stepper makes of the scene's bodies but for its jello. [any thread]
+SphereWorld sphereWorld(const Scene& scene);
 
 /// Every event of the scene up to its duration, in order of time.
 Result<std::vector<ImpulseEvent>> sceneEvents(const Scene& scene);

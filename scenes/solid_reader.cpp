@@ -64,8 +64,9 @@ void refuseMotion(const JsonNode& entry) {
 }  // namespace
 
 bool SolidReader::expectSolid(const JsonNode& entry) {
-  return entry.expectObject("a solid", {"type", "name", "shape", "material", "position", "rotation",
-                                        "velocity", "spin", "mass", "movable", "modes"});
+  return entry.expectObject(
+      "a solid", {"type", "name", "shape", "material", "position", "rotation", "velocity", "spin",
+                  "mass", "movable", "modes", "roughness", "normal_map"});
 }
 
 SolidShape SolidReader::read(const JsonNode& entry, double density) {

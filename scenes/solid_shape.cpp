@@ -41,6 +41,11 @@ SolidMeasures measuresOf(const CylinderForm& cylinder) {
   return measures;
 }
 
+bool hasTextureCoordinates(const SolidShape& solid) {
+  const auto* mesh = std::get_if<std::shared_ptr<const SolidMesh>>(&solid.form);
+  return mesh != nullptr && !(*mesh)->coordinates.empty();
+}
+
 SolidMeasures measuresOf(const SurfaceMesh& surface) {
   SolidMeasures measures;
   measures.volume = signedVolume(surface);

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "audio/surface_mesh.h"
+#include "audio/texture_coordinates.h"
 #include "audio/vector.h"
 
 namespace carom {
@@ -34,6 +35,8 @@ struct CylinderForm {
 /// its file.
 struct SolidMesh {
   SurfaceMesh surface;  ///< m; closed and outward where a body that moves has it
+  /// By triangle, of a picture on it; empty if the file has none.
+  std::vector<TextureCoordinates::Corners> coordinates;
   /// m: a body that moves collides as the hulls of these, of which there is at least one.
   std::vector<std::vector<Vec3>> pieces;
 };
@@ -56,6 +59,9 @@ struct SolidShape {
 
   bool canMove() const { return mass < std::numeric_limits<double>::infinity(); }
 };
+
+/// Whether a picture lies on it: of a mesh whose file says how. [any thread]
+bool hasTextureCoordinates(const SolidShape& solid);
 
 /// "box", "cylinder" or "mesh". [any thread]
 const char* formName(const SolidShape& solid);

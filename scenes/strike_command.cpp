@@ -149,14 +149,7 @@ StrikeCommand::StrikeCommand(CLI::App& app)
   command_->add_option("--sample-rate", sampleRate_, "Hz")
       ->check(numberRange(8000, 192000, "Hz"))
       ->capture_default_str();
-  CLI::Option* normalize =
-      command_->add_flag("--normalize", normalize_, "scale the file so that its peak is 1.0");
-  command_
-      ->add_option(
-          "--full-scale", fullScale_,
-          "what 1.0 in the file is: pascals, or a level such as 120dB; default: 20 (120dB)")
-      ->check(fullScaleRange())
-      ->excludes(normalize);
+  addScale(*command_, normalize_, fullScale_);
   command_->add_flag("--json", json_, "print one JSON object instead of text");
   command_->footer(
       "Example:\n"

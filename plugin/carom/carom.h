@@ -150,7 +150,8 @@ typedef struct carom_settings {
   size_t modes;           ///< of each ringing body at most, 1 to 4096: higher ones are left out
 } carom_settings;
 
-/// What a body is made of.
+/// What a body is made of. Its surface is as rough as that of the built-in one of the same name,
+/// or smooth, and then it does not sound where it slides or rolls on what is smooth, too.
 typedef struct carom_material {
   size_t size;            ///< bytes, of this struct
   const char* name;       ///< may be NULL where a material is handed in; out: lives for ever

@@ -13,6 +13,8 @@
 #include "audio/material.h"
 #include "audio/modal_model.h"
 #include "audio/result.h"
+#include "audio/surface_texture.h"
+#include "audio/texture_coordinates.h"
 #include "audio/vector.h"
 
 class btCollisionObject;
@@ -93,6 +95,19 @@ class Sound {
   Status setModes(const btCollisionObject& object, std::shared_ptr<const ModalModel> modes);
   Status setModes(const btCollisionShape& shape, std::shared_ptr<const ModalModel> modes);
   Status setModesOfUserIndex(int userIndex, std::shared_ptr<const ModalModel> modes);
+
+  /// From now on its bumps, which sound where it slides or rolls, are those of that texture (see
+  /// readNormalMap, and SurfaceTexture::rough): likewise for one body, for all that have a shape,
+  /// for all whose user index this is. Null: those of its material's roughness.
+  ///
+  /// With the texture coordinates of its mesh, in the frame of the body, it lies as these say
+  /// (TextureCoordinates::size is the size of the picture then); without, along the body's axes.
+  Status setTexture(const btCollisionObject& object, std::shared_ptr<const SurfaceTexture> texture,
+                    std::shared_ptr<const TextureCoordinates> coordinates = nullptr);
+  Status setTexture(const btCollisionShape& shape, std::shared_ptr<const SurfaceTexture> texture,
+                    std::shared_ptr<const TextureCoordinates> coordinates = nullptr);
+  Status setTextureOfUserIndex(int userIndex, std::shared_ptr<const SurfaceTexture> texture,
+                               std::shared_ptr<const TextureCoordinates> coordinates = nullptr);
 
   /// Solves the shapes of bodies that came since, so that no collision need wait for it, and takes
   /// changed masses and shapes (btCollisionShape::setLocalScaling, setCollisionShape) into account;

@@ -41,6 +41,9 @@ struct VoiceBudget {
   double longestContact = 0.05;
   /// Bodies that ring at the same moment, times channels; 1 to 4096. More are not heard to ring.
   std::size_t ringingBodies = 128;
+  /// Contacts that slide or roll at the same moment; 0 to 4096. The quietest beyond are left out,
+  /// for as long; what is left out in its midst ends with a jump of its force. 0.7 MB each.
+  std::size_t slidingContacts = 32;
   /// Of each body, at most; 1 to 4096. Higher modes are left out.
   std::size_t modes = 128;
 };
@@ -95,6 +98,10 @@ struct SoundStatistics {
   // Of `events`, heard:
   std::uint64_t rings = 0;  ///< made a body ring
   std::uint64_t late = 0;   ///< later than they happened, as they came after their time
+  // Steps of bodies that slide or roll:
+  std::uint64_t slides = 0;           ///< heard, or left out of these by the counts above
+  std::uint64_t slidesInaudible = 0;  ///< below the threshold at every listener
+  std::uint64_t slidesLeftOut = 0;    ///< contacts, beyond VoiceBudget::slidingContacts
   // Of the clock:
   std::uint64_t stalls = 0;  ///< the simulation fell behind by more than the look-ahead
   std::uint64_t jumps = 0;   ///< it ran ahead, or back

@@ -1,6 +1,7 @@
 #include "audio/surface_locator.h"
 
 #include <algorithm>
+#include <limits>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,16 +19,51 @@ Vec3 placeOf(const SurfacePoint& point, const SurfaceMesh& mesh) {
   return place;
 }
 
-TEST(SurfaceLocator, FindsTheNearestVertexAsASearchThroughAllOfThemDoes) {
-  const SurfaceMesh mesh = ellipsoidMesh({0.1, 0.05, 0.02}, 4);
+/// Of all triangles, by many points of each: no nearer than that, but for how far apart these are.
+double nearestBySampling(const Vec3& point, const SurfaceMesh& mesh) {
+  constexpr int kParts = 8;
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& [a, b, c] : mesh.triangles) {
+    for (int i = 0; i <= kParts; ++i) {
+      for (int j = 0; i + j <= kParts; ++j) {
+        const double u = static_cast<double>(i) / kParts;
+        const double v = static_cast<double>(j) / kParts;
+        const Vec3 at =
+            (1.0 - u - v) * mesh.vertices[a] + u * mesh.vertices[b] + v * mesh.vertices[c];
+        least = std::min(least, (at - point).norm());
+      }
+    }
+  }
+  return least;
+}
+
+TEST(SurfaceLocator, FindsThePointThatASearchThroughAllTrianglesFinds) {
+  const SurfaceMesh mesh = ellipsoidMesh({0.1, 0.05, 0.02}, 3);
   const SurfaceLocator locator(mesh);
   Random random(1);
-  for (int trial = 0; trial < 500; ++trial) {
+  for (int trial = 0; trial < 200; ++trial) {
     const Vec3 point = 0.15 * random.inCube();
-    const auto nearest = std::ranges::min_element(
-        mesh.vertices, {}, [&](const Vec3& vertex) { return (vertex - point).squaredNorm(); });
-    EXPECT_EQ(locator.nearestVertex(point), nearest - mesh.vertices.begin());
+    const SurfacePoint found = locator.nearest(point);
+    const double distance = (placeOf(found, mesh) - point).norm();
+    const double sampled = nearestBySampling(point, mesh);
+    EXPECT_LE(distance, sampled + 1e-15);
+    EXPECT_GT(distance, sampled - 0.002);  // m, of an eighth of an edge
+    EXPECT_EQ(mesh.triangles[found.triangle], found.vertices);
   }
+}
+
+/// A slab with a finely meshed knob on it: from the middle of the slab the nearest vertex is one of
+/// the knob.
+TEST(SurfaceLocator, ALargeTriangleIsFoundBesideManySmallOnes) {
+  SurfaceMesh mesh = boxMesh({1.0, 1.0, 0.01});
+  const SurfaceMesh knob = ellipsoidMesh({0.02, 0.02, 0.02}, 3);
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (const Vec3& vertex : knob.vertices)
+    mesh.vertices.emplace_back(vertex + Vec3(0.1, 0.2, 0.03));
+  for (const auto& [a, b, c] : knob.triangles)
+    mesh.triangles.push_back({first + a, first + b, first + c});
+  const SurfacePoint found = SurfaceLocator(mesh).nearest({0.1, -0.1, 0.01});
+  EXPECT_LT((placeOf(found, mesh) - Vec3(0.1, -0.1, 0.01)).norm(), 1e-12);
 }
 
 TEST(SurfaceLocator, APointOfTheSurfaceIsFoundWhereItIs) {

@@ -43,9 +43,13 @@ TEST(SurfaceTexture, FollowsAWaveBetweenItsTexels) {
 }
 
 TEST(SurfaceTexture, RepeatsInBothDirections) {
-  const SurfaceTexture texture = *SurfaceTexture::rough({1e-6, 1e-4, 0.8}, 7);
-  const double period = 512.0 * texture.texel().x();
   Random random(2);
+  std::vector<Slope> slopes;
+  slopes.reserve(std::size_t{64} * 64);
+  for (int index = 0; index < 64 * 64; ++index)
+    slopes.emplace_back(0.01F * random.inCube().head<2>().cast<float>());
+  const SurfaceTexture texture = *SurfaceTexture::ofSlopes({64, 64}, {1e-5, 1e-5}, slopes);
+  const double period = 64e-5;
   for (int trial = 0; trial < 100; ++trial) {
     const Eigen::Vector2d at(random.between(0.0, period), random.between(0.0, period));
     const double width = random.between(0.0, 20.0) * texture.texel().x();
@@ -57,11 +61,11 @@ TEST(SurfaceTexture, RepeatsInBothDirections) {
 TEST(SurfaceTexture, AWideLookAveragesShortWavesOut) {
   const double texel = 1e-3;
   const SurfaceTexture texture = waves(256, texel, 32.0);  // of 8 texels
-  EXPECT_GT(texture.rmsSlope(0.0), 0.49);
-  EXPECT_LT(texture.rmsSlope(0.0), 0.51);
+  EXPECT_GT(texture.steepest(), 0.9);
+  EXPECT_LE(texture.steepest(), 1.0);
   for (int step = 0; step < 50; ++step) {
     const Eigen::Vector2d at(0.37e-3 * step, 0.0);
-    EXPECT_LT(std::abs(texture.slope(at, 8.0 * texel).x()), 1e-6);
+    EXPECT_LT(std::abs(texture.slope(at, 16.0 * texel).x()), 1e-6);
     EXPECT_LT(std::abs(texture.slope(at, 1.0).x()), 1e-6);  // wider than all of it
   }
 }
@@ -72,14 +76,18 @@ TEST(SurfaceTexture, RoughSurfaceHasItsHeightAndIsOneSurface) {
   const Roughness roughness{3e-6, 2e-4, 0.8};
   const SurfaceTexture texture = *SurfaceTexture::rough(roughness, 1);
   const double step = texture.texel().x() / 8.0;
+  // Along these it repeats.
+  const Eigen::Vector2d u = Eigen::Vector2d(2.0, std::sqrt(5.0) - 1.0).normalized();
+  const Eigen::Vector2d v(-u.y(), u.x());
   double square = 0.0;
   std::size_t count = 0;
   for (int line = 0; line < 64; ++line) {
-    const double v = 8.37 * line * texture.texel().x();
+    const Eigen::Vector2d from = 8.37 * line * texture.texel().x() * v;
     std::vector<double> heights = {0.0};
     double mean = 0.0;
     for (int index = 0; index < 512 * 8; ++index) {
-      heights.push_back(heights.back() + step * texture.slope({(index + 0.5) * step, v}, 0.0).x());
+      heights.push_back(heights.back() +
+                        step * texture.slope(from + (index + 0.5) * step * u, 0.0).dot(u));
       mean += heights.back();
     }
     EXPECT_NEAR(heights.back(), 0.0, 1e-3 * roughness.rmsHeight);
@@ -97,7 +105,8 @@ TEST(SurfaceTexture, RoughSurfaceHasItsHeightAndIsOneSurface) {
     around += texture.slope({at, 0.0}, 0.0).x() + texture.slope({1e-3, at}, 0.0).y() -
               texture.slope({at, 1e-3}, 0.0).x() - texture.slope({0.0, at}, 0.0).y();
   }
-  EXPECT_NEAR(around * 1e-6, 0.0, 0.02 * roughness.rmsHeight);
+  // Across the texels their spline is a surface only so far.
+  EXPECT_NEAR(around * 1e-6, 0.0, 0.1 * roughness.rmsHeight);
 }
 
 TEST(SurfaceTexture, RoughnessIsTheSameForASeedAndAnotherForAnother) {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <cstddef>
@@ -8,151 +9,35 @@
 
 #include <gtest/gtest.h>
 
+#include "audio/material.h"
 #include "audio/surface_texture.h"
 #include "audio/synth.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/audio/ringing_box.h"
-#include "tests/support/click_spectrum.h"
+#include "tests/support/random.h"
+#include "tests/support/wavy_slide.h"
 
 namespace carom::test {
 namespace {
-
-constexpr double kRate = 48000.0;
-constexpr double kWave = 0.002;  // m, of the floor
-constexpr float kSteepness = 0.02F;
-
-std::shared_ptr<const SurfaceTexture> wavyFloor() {
-  std::vector<SurfaceTexture::Slope> slopes;
-  for (std::size_t u = 0; u < 16; ++u)
-    slopes.emplace_back(
-        kSteepness * static_cast<float>(
-                         std::cos(2.0 * std::numbers::pi * (static_cast<double>(u) + 0.5) / 16.0)),
-        0.0F);
-  return std::make_shared<const SurfaceTexture>(
-      *SurfaceTexture::ofSlopes({16, 1}, {kWave / 16.0, kWave / 16.0}, slopes));
-}
-
-/// A steel ball that slides over a wavy floor along x, pressed down by `load`, for half a second.
-struct Slide {
-  double speed = 1.0;         // m/s
-  double load = 5.0;          // N: it follows the floor
-  double step = 1.0 / 240.0;  // s
-  double sampleRate = kRate;
-  double radius = 0.005;  // m
-  Vec3 listener = {0.25, 3.0, 1.0};
-};
-
-constexpr double kDuration = 0.5;
-
-void play(Synth& synth, const Slide& slide) {
-  const auto steps = std::lround(kDuration / slide.step);
-  for (long index = 0; index < steps; ++index) {
-    ContactState state;
-    state.time = static_cast<double>(index) * slide.step;
-    state.duration = slide.step;
-    state.phase = index == 0 ? ContactPhase::begin : ContactPhase::during;
-    state.body = kBall;
-    state.other = kFloor;
-    state.normal = Vec3::UnitZ();
-    state.position = {slide.speed * state.time, 0.0, 0.0};
-    state.normalLoad = slide.load;
-    state.appliedImpulse = slide.load * slide.step * Vec3::UnitZ();
-    state.slipVelocity = slide.speed * Vec3::UnitX();
-    state.rollingVelocity = 0.5 * slide.speed * Vec3::UnitX();
-    state.bodyPosition = state.position + slide.radius * Vec3::UnitZ();
-    state.bodyVelocity = slide.speed * Vec3::UnitX();
-    state.pathStart = state.pathEnd = -slide.radius * Vec3::UnitZ();
-    state.otherPathStart = state.position;
-    state.otherPathEnd = state.position + slide.speed * slide.step * Vec3::UnitX();
-    synth.touch(state);
-  }
-}
-
-std::vector<double> rendered(Synth& synth, std::size_t frames) {
-  std::vector<double> samples(frames);
-  double* const channel = samples.data();
-  synth.render<double>(std::span(&channel, 1), frames);
-  return samples;
-}
-
-Synth synthOf(const Slide& slide) {
-  BallDrop drop;
-  drop.radius = slide.radius;
-  SynthSettings settings;
-  settings.sampleRate = slide.sampleRate;
-  settings.audibleThreshold = 0.0;
-  Synth synth = *Synth::create(settings, {{"seat", slide.listener}});
-  SoundBody floor = drop.floor();
-  floor.texture = wavyFloor();
-  EXPECT_TRUE(synth.setBody(kBall, drop.ball()));
-  EXPECT_TRUE(synth.setBody(kFloor, floor));
-  return synth;
-}
-
-std::vector<double> soundOf(const Slide& slide) {
-  Synth synth = synthOf(slide);
-  play(synth, slide);
-  return rendered(synth, static_cast<std::size_t>(kDuration * slide.sampleRate));
-}
-
-/// Of the middle of the sound, with a Hann window: Pa, amplitude of a tone at that frequency.
-double amplitudeAt(const std::vector<double>& sound, double frequency) {
-  std::complex<double> sum = 0.0;
-  double weight = 0.0;
-  const std::size_t from = sound.size() / 5;
-  const std::size_t count = sound.size() * 3 / 5;
-  for (std::size_t n = 0; n < count; ++n) {
-    const double window = 1.0 - std::cos(2.0 * std::numbers::pi * static_cast<double>(n) /
-                                         static_cast<double>(count));
-    sum += window * sound[from + n] *
-           std::polar(1.0, -2.0 * std::numbers::pi * frequency * static_cast<double>(n) / kRate);
-    weight += window;
-  }
-  return 2.0 * std::abs(sum) / weight;
-}
-
-double loudestFrequency(const std::vector<double>& sound, double low, double high) {
-  double best = low;
-  // A tone is 13 Hz wide in that window.
-  for (const double step : {4.0, 0.1}) {
-    double most = 0.0;
-    const double begin = step == 4.0 ? low : best - 4.0;
-    const double end = step == 4.0 ? high : best + 4.0;
-    for (double frequency = begin; frequency <= end; frequency += step) {
-      const double amplitude = amplitudeAt(sound, frequency);
-      if (amplitude <= most) continue;
-      most = amplitude;
-      best = frequency;
-    }
-  }
-  return best;
-}
-
-double rms(const std::vector<double>& samples) {
-  double sum = 0.0;
-  for (const double sample : samples)
-    sum += sample * sample;
-  return std::sqrt(sum / static_cast<double>(samples.size()));
-}
 
 TEST(SynthSlide, SoundsAtSpeedOverWavelength) {
   for (const double speed : {0.5, 1.0, 2.0}) {
     const std::vector<double> sound = soundOf({.speed = speed});
     const double heard = loudestFrequency(sound, 100.0, 4000.0);
-    EXPECT_NEAR(heard, speed / kWave, 0.005 * speed / kWave);
+    EXPECT_NEAR(heard, speed / WavySlide::kWave, 0.005 * speed / WavySlide::kWave);
   }
 }
 
 // p = rho a^3 / (2 c r) w^2 v s cos(elevation), of a small sphere that a force m v s w moves.
 TEST(SynthSlide, IsAsLoudAsTheBallThatFollowsTheFloor) {
   for (const double speed : {0.5, 1.0, 2.0}) {
-    const Slide slide{.speed = speed};
-    const double frequency = speed / kWave;
+    const WavySlide slide{.speed = speed};
+    const double frequency = speed / WavySlide::kWave;
     const double w = 2.0 * std::numbers::pi * frequency;
     const Vec3 way = slide.listener - Vec3(0.25, 0.0, slide.radius);
     const double a = slide.radius;
     const double expected = 1.20 * a * a * a / (2.0 * 343.0 * way.norm()) * w * w * speed *
-                            static_cast<double>(kSteepness) * way.z() / way.norm();
+                            static_cast<double>(WavySlide::kSteepness) * way.z() / way.norm();
     // Near field and size: (k r)^2 is over 700, (k a)^2 below 0.01; the floor's 16 texels to a wave
     // are averaged by the spline to 0.981 of its slope.
     EXPECT_NEAR(amplitudeAt(soundOf(slide), frequency), expected * 0.981, 0.03 * expected);
@@ -178,20 +63,20 @@ TEST(SynthSlide, AtRestThereIsSilence) {
 // its frequency it is far louder than beside it.
 TEST(SynthSlide, DrivesTheModesOfWhatIsSlidOn) {
   const auto level = [](double speed) {
-    const Slide slide{.speed = speed};
+    const WavySlide slide{.speed = speed};
     Synth synth = synthOf(slide);
     SoundBody floor = BallDrop().floor();
     floor.texture = wavyFloor();
     floor.modal = boxOf({{.frequency = 500.0, .decayRate = 10.0}});
     EXPECT_TRUE(synth.setBody(kFloor, floor));
     play(synth, slide);
-    return rms(rendered(synth, static_cast<std::size_t>(kDuration * kRate)));
+    return rms(rendered(synth, static_cast<std::size_t>(WavySlide::kDuration * WavySlide::kRate)));
   };
   EXPECT_GT(level(1.0), 10.0 * level(1.3));
 }
 
 TEST(SynthSlide, BitsDoNotDependOnTheBlocks) {
-  const Slide slide{.speed = 1.0, .load = 0.05};
+  const WavySlide slide{.speed = 1.0, .load = 0.05};
   Synth whole = synthOf(slide);
   play(whole, slide);
   const std::vector<double> expected = rendered(whole, 12000);
@@ -204,6 +89,107 @@ TEST(SynthSlide, BitsDoNotDependOnTheBlocks) {
   }
   EXPECT_EQ(sound, expected);
   EXPECT_GT(rms(sound), 0.0);
+}
+
+/// Balls and floors of every size, weight and resolution of their maps.
+struct Crowd {
+  static constexpr BodyId kCount = 12;
+  std::array<double, kCount> radii{};   // m
+  std::array<double, kCount> masses{};  // kg
+
+  /// Body `kCount + i` is the floor of texels of 1 um times 10^i.
+  Synth synth() {
+    SynthSettings settings;
+    settings.audibleThreshold = 0.0;
+    Synth made = *Synth::create(settings, {{"seat", Vec3(0.0, 0.0, 5.0)}});
+    Random random(11);
+    const Material steel = *findMaterial("steel");
+    const auto textureOf = [](double texel) {
+      return std::make_shared<const SurfaceTexture>(
+          *SurfaceTexture::rough({8.0 * texel, 8.0 * texel, 0.5}, 5));
+    };
+    for (BodyId id = 0; id < kCount; ++id) {
+      const double texel = std::pow(10.0, -6.0 + static_cast<double>(id % 7));
+      radii[id] = random.logBetween(1e-3, 1.0);
+      masses[id] = random.logBetween(1e-4, 1e4);
+      EXPECT_TRUE(made.setBody(id, {.material = steel,
+                                    .mass = masses[id],
+                                    .radius = radii[id],
+                                    .texture = textureOf(texel)}));
+      EXPECT_TRUE(made.setBody(kCount + id, {.material = steel, .texture = textureOf(texel)}));
+    }
+    return made;
+  }
+};
+
+/// Speeds to 100 m/s, loads to 1e6 N, maps of 1 um to 1 m, teleports: what is heard is finite, and
+/// no louder than a ball whose whole surface moves as fast as what can have been given to it.
+TEST(SynthSlide, NoHistoryBursts) {
+  constexpr double kPause = 0.04;  // s, for one to be over
+  constexpr double kSteepest = 15.0;
+  Crowd crowd;
+  Synth synth = crowd.synth();
+  Random random(12);
+  double before = 0.0;  // Pa, the bound of the history before
+  double loudest = 0.0;
+  for (int history = 0; history < 10000; ++history) {
+    const auto ball = static_cast<BodyId>(random.below(Crowd::kCount));
+    const BodyId floor = Crowd::kCount + static_cast<BodyId>(random.below(Crowd::kCount));
+    const double mass = crowd.masses[ball];
+    const double radius = crowd.radii[ball];
+    double time = kPause * history + 0.01;
+    double fastest = 0.0;
+    double heaviest = 0.0;
+    double longest = 0.0;
+    Vec3 floorPlace = random.inCube();
+    Vec3 ballPlace = radius * random.direction();
+    for (int index = 0; index < 4; ++index) {
+      ContactState state;
+      state.time = time;
+      state.duration = random.logBetween(1e-4, 5e-3);
+      state.phase = index == 0   ? ContactPhase::begin
+                    : index == 3 ? ContactPhase::end
+                                 : ContactPhase::during;
+      state.body = ball;
+      state.other = floor;
+      state.normal = random.direction();
+      state.position = random.inCube();
+      state.normalLoad = random.chance(0.2) ? 0.0 : random.logBetween(1e-6, 1e6);
+      state.appliedImpulse = state.normalLoad * state.duration * (state.normal + random.inCube());
+      state.slipVelocity = random.logBetween(1e-4, 100.0) * random.direction();
+      state.bodyPosition = state.position + radius * state.normal;
+      state.bodyVelocity = state.slipVelocity;
+      if (random.chance(0.1)) floorPlace = 1e6 * random.inCube();
+      state.otherPathStart = floorPlace;
+      floorPlace += state.duration * state.slipVelocity;
+      state.otherPathEnd = floorPlace;
+      state.pathStart = ballPlace;
+      ballPlace = radius * (ballPlace + state.duration * state.slipVelocity).normalized();
+      state.pathEnd = ballPlace;
+      fastest +=
+          state.slipVelocity.norm() + (state.pathEnd - state.pathStart).norm() / state.duration;
+      heaviest = std::max(heaviest, state.normalLoad);
+      longest = std::max(longest, state.duration);
+      time += state.duration;
+      synth.touch(state);
+    }
+    // Thrown up by the steepest slopes of both surfaces, fallen from as far as they part (1 m), and
+    // pressed by the load for as long as a step.
+    const double slope = kSteepest * fastest;
+    const double fallen = std::sqrt(2.0 * heaviest * 1.1 / mass + 4.0 * slope * slope);
+    const double speed = 2.0 * (slope + fallen + heaviest / mass * longest);
+    const double away = 5.0 - std::sqrt(3.0) - radius;  // m, of its surface, at least
+    // Of a sphere whose surface moves at that speed all over; twice, for the band's overshoot.
+    const double bound = 2.0 * 1.2 * 343.0 * speed * std::min(1.0, radius / away);
+    for (const double pressure : rendered(synth, static_cast<std::size_t>(kPause * 48000.0))) {
+      ASSERT_TRUE(std::isfinite(pressure)) << history;
+      ASSERT_LE(std::abs(pressure), std::max(bound, before)) << history;
+      loudest = std::max(loudest, std::abs(pressure));
+    }
+    before = bound;
+  }
+  EXPECT_GT(synth.counters().slides, 5000U);
+  EXPECT_GT(loudest, 1.0);
 }
 
 }  // namespace

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
-#include <string_view>
 #include <vector>
 
+#include "tests/bench/table_program.h"
 #include "tests/support/bar_strike.h"
 
 namespace carom::bench {
@@ -97,9 +97,6 @@ int run() {
 }  // namespace carom::bench
 
 int main(int argc, char** argv) {
-  if (argc == 1) return carom::bench::run();
-  const bool asked = std::string_view(argv[1]) == "--help";
-  if (!asked) std::fprintf(stderr, "bench_modal_levels: what is '%s'?\n\n", argv[1]);
-  std::fputs(carom::bench::kHelp, asked ? stdout : stderr);
-  return asked ? 0 : 2;
+  return carom::bench::TableProgram{"bench_modal_levels", carom::bench::kHelp, carom::bench::run}
+      .main(argc, argv);
 }

@@ -3,10 +3,10 @@
 
 #include <chrono>
 #include <cstdio>
-#include <string_view>
 #include <vector>
 
 #include "tests/audio/meshes.h"
+#include "tests/bench/table_program.h"
 #include "tests/support/struck_model.h"
 
 namespace carom::bench {
@@ -96,9 +96,6 @@ int run() {
 }  // namespace carom::bench
 
 int main(int argc, char** argv) {
-  if (argc == 1) return carom::bench::run();
-  const bool asked = std::string_view(argv[1]) == "--help";
-  if (!asked) std::fprintf(stderr, "bench_modal_waveform: what is '%s'?\n\n", argv[1]);
-  std::fputs(carom::bench::kHelp, asked ? stdout : stderr);
-  return asked ? 0 : 2;
+  return carom::bench::TableProgram{"bench_modal_waveform", carom::bench::kHelp, carom::bench::run}
+      .main(argc, argv);
 }

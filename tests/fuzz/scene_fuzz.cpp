@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <memory>
 #include <string_view>
 #include <variant>
 
@@ -33,6 +34,16 @@ void requireSound(const carom::SolidShape& solid) {
   require(solid.inertia.allFinite() && solid.inertia.determinant() > 0.0);
 }
 
+void requireSound(const carom::JelloShape& jello) {
+  carom::JelloWorld world;
+  world.lattice = jello.lattice;
+  world.contact = jello.contact;
+  world.field = jello.field;
+  world.positions = jello.positions;
+  world.velocities = jello.velocities;
+  require(carom::whyNot(world).empty() && (jello.integrator || jello.step == 0.0));
+}
+
 /// What a stepper and a renderer rely on without asking again.
 void requireSound(const carom::Scene& scene) {
   require(scene.duration > 0.0 && scene.sampleRate > 0.0 && scene.gravity.allFinite());
@@ -55,6 +66,10 @@ void requireSound(const carom::Scene& scene) {
     } else if (const auto* solid = std::get_if<carom::SolidShape>(&body.shape)) {
       requireSound(*solid);
       moves = moves || solid->canMove();
+    } else if (const auto* jello =
+                   std::get_if<std::shared_ptr<const carom::JelloShape>>(&body.shape)) {
+      requireSound(**jello);
+      moves = true;
     }
   }
   for (const carom::Rod& rod : scene.mechanics.rods)

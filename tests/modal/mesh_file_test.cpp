@@ -218,6 +218,99 @@ INSTANTIATE_TEST_SUITE_P(
                     FileOfBox{"binary.ply", boxPlyBinary()}, FileOfBox{"box.stl", boxStlText()},
                     FileOfBox{"binary.STL", boxStlBinary()}, FileOfBox{"box.glb", boxGlb()}));
 
+// ---- Coordinates of pictures
+
+/// A square in two triangles, u twice x and v thrice y, in three formats.
+std::string squareObj() {
+  return "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 2 0\nvt 2 3\nvt 0 3\n"
+         "f 1/1 2/2 3/3 4/4\n";
+}
+
+std::string squarePly(const std::string& u, const std::string& v) {
+  return "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+         "property float z\nproperty float " +
+         u + "\nproperty float " + v +
+         "\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+         "0 0 0 0 0\n1 0 0 2 0\n1 1 0 2 3\n0 1 0 0 3\n4 0 1 2 3\n";
+}
+
+/// glTF has v downwards.
+std::string squareGlb() {
+  Bytes binary;
+  for (const Vec3& vertex : {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(1, 1, 0), Vec3(0, 1, 0)})
+    binary.put(vertex);
+  for (const auto& [u, v] : {std::pair{0.0F, 1.0F}, {2.0F, 1.0F}, {2.0F, -2.0F}, {0.0F, -2.0F}})
+    binary.put(u).put(v);
+  for (const int index : {0, 1, 2, 0, 2, 3})
+    binary.put(static_cast<std::uint16_t>(index));
+  std::string json =
+      R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2}]}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
+                   "min": [0, 0, 0], "max": [1, 1, 0]},
+                  {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2"},
+                  {"bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR"}],
+    "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 48},
+                    {"buffer": 0, "byteOffset": 48, "byteLength": 32},
+                    {"buffer": 0, "byteOffset": 80, "byteLength": 12}],
+    "buffers": [{"byteLength": 92}]})";
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  Bytes bytes;
+  const auto length = [](std::size_t size) { return static_cast<std::uint32_t>(size); };
+  bytes.text("glTF").put(std::uint32_t{2});
+  bytes.put(length(12 + 8 + json.size() + 8 + binary.string().size()));
+  bytes.put(length(json.size())).text("JSON").text(json);
+  bytes.put(length(binary.string().size())).text(std::string("BIN\0", 4)).text(binary.string());
+  return bytes.string();
+}
+
+class EveryPicture : public testing::TestWithParam<FileOfBox> {};
+
+TEST_P(EveryPicture, LiesWhereItsFileSays) {
+  const auto mesh = loaded(GetParam().bytes, GetParam().name);
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  ASSERT_EQ(mesh->surface.triangles.size(), 2u);
+  ASSERT_EQ(mesh->coordinates.size(), 2u);
+  for (std::size_t index = 0; index < 2; ++index) {
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const Vec3& at = mesh->surface.vertices[mesh->surface.triangles[index][corner]];
+      EXPECT_EQ(mesh->coordinates[index][corner], Eigen::Vector2d(2.0 * at.x(), 3.0 * at.y()));
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    MeshFile, EveryPicture,
+    testing::Values(FileOfBox{"square.obj", squareObj()}, FileOfBox{"uv.ply", squarePly("u", "v")},
+                    FileOfBox{"st.ply", squarePly("s", "t")},
+                    FileOfBox{"texture.ply", squarePly("texture_u", "texture_v")},
+                    FileOfBox{"square.glb", squareGlb()}));
+
+// Where two sheets of a picture meet, a vertex has two places on it, and stays one vertex.
+TEST(MeshFile, ASeamOfAPictureTearsNoSurface) {
+  const auto mesh = loaded(
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0.5 0.5\n"
+      "f 1/1 2/2 3/3\nf 1/4 3/2 4/1\n",
+      "seam.obj");
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  EXPECT_EQ(mesh->surface.vertices.size(), 4u);
+  ASSERT_EQ(mesh->coordinates.size(), 2u);
+  EXPECT_EQ(mesh->coordinates[0][0], Eigen::Vector2d(0.0, 0.0));
+  EXPECT_EQ(mesh->coordinates[1][0], Eigen::Vector2d(0.5, 0.5));
+}
+
+TEST(MeshFile, WithoutAPictureOnAllOfItItHasNone) {
+  for (const std::string& bytes :
+       {boxObj(), squareObj() + "v 0 0 1\nv 1 0 1\nv 1 1 1\no two\nf 5 6 7\n"}) {
+    const auto mesh = loaded(bytes, "box.obj");
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    EXPECT_TRUE(mesh->coordinates.empty());
+  }
+  const auto onlyU = loaded(squarePly("u", "w"), "u.ply");
+  ASSERT_TRUE(onlyU);
+  EXPECT_TRUE(onlyU->coordinates.empty());
+}
+
 // ---- glTF: nodes, and files beside it
 
 // One box at its place, and one mirrored, half as large, moved by 10 m along x, in a child.

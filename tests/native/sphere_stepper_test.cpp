@@ -538,5 +538,73 @@ TEST(SphereStepperDeathTest, GoingBackInTimeIsAsserted) {
 }
 #endif
 
+TEST(SphereStepper, APushIsAnImpulseAndNoCollision) {
+  SphereWorld world;
+  world.spheres = {sphereAt(1, {0.0, 1.0, 0.0}, {1.0, 0.0, 0.0}), sphereAt(2, {0.0, 2.0, 0.0})};
+  SphereStepper stepper = *SphereStepper::create(world);
+  stepper.advanceTo(0.5);
+  stepper.push(0, {0.1, 0.0, -0.2});
+  EXPECT_TRUE(stepper.advanceTo(1.5).empty());
+  // 0.2 kg
+  EXPECT_LT((stepper.state(0).position - Vec3(0.5 + 1.5, 1.0, -1.0)).norm(), 1e-12);
+  EXPECT_EQ(stepper.state(1).position, Vec3(0.0, 2.0, 0.0));
+  std::string why;
+  EXPECT_TRUE(stepper.validate(&why)) << why;
+}
+
+TEST(SphereStepper, APushBringsACollisionForward) {
+  SphereWorld world;
+  world.spheres = {sphereAt(1, Vec3::Zero(), {1.0, 0.0, 0.0}), sphereAt(2, {1.1, 0.0, 0.0})};
+  SphereStepper stepper = *SphereStepper::create(world);
+  stepper.advanceTo(0.5);
+  stepper.push(0, {0.2, 0.0, 0.0});  // to 2 m/s, with 0.5 m to go
+  const auto events = stepper.advanceTo(2.0);
+  ASSERT_EQ(events.size(), 2U);
+  EXPECT_NEAR(events[0].time, 0.75, 1e-12);
+  EXPECT_NEAR(events[0].impulse.norm(), 0.4, 1e-12);
+}
+
+TEST(SphereStepper, APushOntoTheFloorSinksNothing) {
+  SphereWorld world;
+  world.gravity = kEarthGravity;
+  world.restSpeed = 0.005;
+  world.spheres = {sphereAt(1, {0.0, 0.06, 0.0})};
+  world.spheres.front().restitution = 0.3;
+  world.planes = {floorPlane(0.3)};
+  SphereStepper stepper = *SphereStepper::create(world);
+  stepper.advanceTo(2.0);
+  for (int step = 1; step <= 1000; ++step) {  // and a little aside
+    stepper.push(0, {1e-5, -1e-3, 0.0});
+    stepper.advanceTo(2.0 + 1e-3 * step);
+    ASSERT_NEAR(stepper.state(0).position.y(), 0.05, 1e-6) << step;
+  }
+  EXPECT_NEAR(stepper.state(0).velocity.x(), 1000 * 1e-5 / 0.2, 1e-9);
+  std::string why;
+  EXPECT_TRUE(stepper.validate(&why)) << why;
+}
+
+TEST(SphereStepper, APushWakesWhatSleeps) {
+  SphereWorld world;
+  world.gravity = kEarthGravity;
+  world.restSpeed = 0.005;
+  world.planes = boxOf(0.12, 0.3);
+  for (BodyId id = 1; id <= 8; ++id) {  // two layers, the upper one not quite above the lower
+    const double off = id > 4 ? 0.01 : 0.0;
+    world.spheres.push_back(
+        sphereAt(id, {(id % 2 == 0 ? 0.055 : -0.055) + off, id > 4 ? 0.06 : -0.06,
+                      (id % 4 < 2 ? 0.055 : -0.055) - off}));
+    world.spheres.back().restitution = 0.3;
+  }
+  SphereStepper stepper = *SphereStepper::create(world);
+  stepper.advanceTo(6.0);
+  const auto asleep = [&] { return stepper.counters().laidDown - stepper.counters().woken; };
+  ASSERT_EQ(asleep(), 8U);
+  const Vec3 before = stepper.state(7).position;
+  stepper.push(7, {0.0, 0.1, 0.0});
+  EXPECT_LT(asleep(), 8U);  // and whatever leaned on it
+  stepper.advanceTo(6.05);
+  EXPECT_GT(stepper.state(7).position.y() - before.y(), 0.012);  // free, 0.0127
+}
+
 }  // namespace
 }  // namespace carom

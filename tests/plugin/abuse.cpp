@@ -137,10 +137,11 @@ class Playground {
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
 };
 
-SoundSettings abusedSettings() {
+SoundSettings abusedSettings(bool slides) {
   SoundSettings settings;
   settings.budget.voices = 256;
   settings.budget.buses = 128;
+  settings.budget.slidingContacts = slides ? 8 : 0;
   return settings;
 }
 
@@ -357,8 +358,8 @@ class Abuse {
   Random random_;
   AbuseReport report_;
   Playground world_{random_};
-  Sound sound_ = std::move(*Sound::attach(world_.world(), abusedSettings()));
-  EventSound events_ = std::move(*EventSound::create(abusedSettings()));
+  Sound sound_ = std::move(*Sound::attach(world_.world(), abusedSettings(settings_.slides)));
+  EventSound events_ = std::move(*EventSound::create(abusedSettings(settings_.slides)));
   Ear<Sound> worldEar_{sound_, random_};
   Ear<EventSound> eventEar_{events_, random_};
   Vec3 place_ = Vec3::Zero();

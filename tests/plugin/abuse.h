@@ -42,6 +42,9 @@ class GlitchDetector {
 struct AbuseSettings {
   double seconds = 600.0;  ///< of sound
   std::uint64_t seed = 1;
+  /// Bodies may slide as well. What cuts a slide off in its midst (a body that goes, a clock that
+  /// leaps) is heard as a click, so there may be glitches then.
+  bool slides = false;
 };
 
 struct AbuseReport {

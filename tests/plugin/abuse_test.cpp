@@ -78,5 +78,13 @@ TEST(Plugin, SurvivesAHostThatDoesEverythingWrong) {
   }
 }
 
+TEST(Plugin, SoDoesWhatSlides) {
+  const AbuseReport report = abuse({.seconds = 20.0, .seed = 3, .slides = true});
+  SCOPED_TRACE(report.text());
+  EXPECT_EQ(report.notFinite, 0U);
+  EXPECT_GT(report.ofWorld.slides, 100U);
+  EXPECT_LT(report.peak, 1e4);
+}
+
 }  // namespace
 }  // namespace carom

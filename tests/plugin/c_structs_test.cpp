@@ -248,7 +248,8 @@ TEST(CStructs, EveryNumberOfAMaterialArrivesAndComesBack) {
                                  .poissonsRatio = 3,
                                  .restitution = 4,
                                  .dampingAlpha = 5,
-                                 .dampingBeta = 6}));
+                                 .dampingBeta = 6,
+                                 .roughness = findMaterial("bronze")->roughness}));
   const carom_material told = toC(*material);
   EXPECT_STREQ(told.name, "bronze");
   EXPECT_EQ(told.density, 1);

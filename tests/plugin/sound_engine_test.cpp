@@ -219,6 +219,95 @@ TEST(SoundEngine, CountsWhatAQueueThatNobodyEmptiesCannotHold) {
   EXPECT_EQ(statistics.events, 1000U);
 }
 
+/// Balls that slide along x without turning, each at its own speed, over one step.
+std::vector<ContactState> slides(int step, BodyId balls) {
+  std::vector<ContactState> all;
+  for (BodyId id = 0; id < balls; ++id) {
+    const double radius = ballOf(id).radius;
+    const double speed = 0.5 + 0.02 * static_cast<double>(id);
+    const Vec3 place(speed * kStep * step, 0.01 * static_cast<double>(id), 0.0);
+    const Vec3 way = speed * kStep * Vec3::UnitX();
+    ContactState state;
+    state.time = kStep * step;
+    state.duration = kStep;
+    state.phase = step == 0 ? ContactPhase::begin : ContactPhase::during;
+    state.body = id;
+    state.other = kFloor;
+    state.normal = Vec3::UnitZ();
+    state.position = place;
+    state.normalLoad = 9.81 * ballOf(id).mass;
+    state.appliedImpulse = kStep * state.normalLoad * (Vec3::UnitZ() - 0.2 * Vec3::UnitX());
+    state.slipVelocity = speed * Vec3::UnitX();
+    state.radius = radius;
+    state.bodyPosition = place + radius * Vec3::UnitZ();
+    state.bodyVelocity = state.slipVelocity;
+    state.pathStart = state.pathEnd = -radius * Vec3::UnitZ();
+    state.otherPathStart = place;
+    state.otherPathEnd = place + way;
+    all.push_back(state);
+  }
+  return all;
+}
+
+TEST(SoundEngine, SlidesHaveTheBitsOfTheOfflineRenderer) {
+  SoundSettings wanted = settings(SoundClock::simulation);
+  wanted.budget.slidingContacts = kBodies;
+  const auto engine = makeEngine(wanted);
+  Synth synth = *Synth::create(wanted.synth, wanted.listeners);
+  introduce(synth);
+  Planes planes(2);
+  Random random(11);
+  constexpr int kSteps = 120;
+  for (int step = 0; step < kSteps; ++step) {
+    for (const ContactState& state : slides(step, kBodies)) {
+      engine->touch(state);
+      synth.touch(state);
+    }
+    const double time = kStep * (step + 1);
+    engine->advanceTo(time);
+    while (static_cast<double>(planes[0].size()) < (time - 0.02) * kRate)
+      render(*engine, planes, static_cast<std::size_t>(1 + random.below(100)));
+  }
+  EXPECT_TRUE(planes == test::renderPlanes<float>(synth, planes[0].size()));
+  EXPECT_GT(*std::ranges::max_element(planes[0]), 1e-4F);
+  const SoundStatistics statistics = engine->statistics();
+  EXPECT_EQ(statistics.slides, synth.counters().slides);
+  EXPECT_GT(statistics.slides, 100U * kBodies);
+  EXPECT_EQ(statistics.slidesLeftOut + statistics.queueFaults + statistics.late, 0U);
+}
+
+// Of more than there may be, the loudest: what is heard is what the offline renderer makes of them.
+TEST(SoundEngine, OfTooManyThatSlideTheLoudestAreHeard) {
+  SoundSettings wanted = settings(SoundClock::simulation);
+  wanted.budget.slidingContacts = 1;
+  wanted.synth.audibleThreshold = 0.0;
+  const auto engine = makeEngine(wanted);
+  for (const ContactState& state : slides(0, 10))
+    engine->touch(state);
+  engine->advanceTo(kStep);
+  EXPECT_EQ(engine->statistics().slides, 1U);
+  EXPECT_EQ(engine->statistics().slidesLeftOut, 9U);
+}
+
+TEST(SoundEngine, SlidesAllocateNothingWhileTheyAreRendered) {
+  SoundSettings wanted = settings(SoundClock::realTime);
+  wanted.budget = {.voices = 64, .buses = 64, .slidingContacts = 8};
+  const auto engine = makeEngine(wanted);
+  std::array<float, std::size_t{2} * 512> block{};
+  std::size_t allocations = 0;
+  Random random(5);
+  for (int step = 0; step < 500; ++step) {
+    for (const ContactState& state : slides(step, kBodies))
+      if (random.chance(0.7)) engine->touch(state);
+    engine->advanceTo(kStep * (step + 1));
+    const test::NoAllocScope scope;
+    engine->renderInterleaved(block.data(), static_cast<std::size_t>(random.below(512)));
+    allocations += scope.allocations();
+  }
+  EXPECT_EQ(allocations, 0U);
+  EXPECT_GT(engine->statistics().slidesLeftOut, 0U);
+}
+
 double largestStep(const std::vector<float>& samples) {
   double largest = 0.0;
   for (std::size_t i = 1; i < samples.size(); ++i)

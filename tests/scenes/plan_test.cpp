@@ -50,11 +50,12 @@ TEST(Plan, OneBallOverAFloorNeedsNoSphereContacts) {
   const Scene scene = sceneOf({kFloor, ballAt(1.0)});
   EXPECT_EQ(needed(scene), (Stages{"native_stepper", "gravity", "sphere_plane_contacts",
                                    "acceleration_noise", "radiation", "doppler"}));
-  EXPECT_EQ(leftOut(scene),
-            (Stages{"bullet_world", "bullet_bridge", "sphere_sphere_contacts",
-                    "acceleration_noise_of_planes", "forces", "sphere_block_contacts",
-                    "solid_contacts", "friction", "modal_bank", "moving_listeners", "images",
-                    "binaural", "late_reverberation"}));
+  EXPECT_EQ(
+      leftOut(scene),
+      (Stages{"bullet_world", "bullet_bridge", "sphere_sphere_contacts",
+              "acceleration_noise_of_planes", "forces", "sphere_block_contacts", "solid_contacts",
+              "jello", "friction", "lasting_contacts", "modal_bank", "deforming_source",
+              "moving_listeners", "images", "binaural", "late_reverberation"}));
 }
 
 TEST(Plan, TwoBallsInFreeFlightNeedNeitherPlanesNorGravity) {
@@ -84,8 +85,13 @@ TEST(Plan, TheStepperDecidesBetweenNativeAndBulletWithItsBridge) {
   const Scene bullet = sceneOf({kFloor, ballAt(1.0), ballAt(2.0)}, StepperType::bullet);
   EXPECT_EQ(needed(bullet),
             (Stages{"bullet_world", "bullet_bridge", "gravity", "sphere_sphere_contacts",
-                    "sphere_plane_contacts", "acceleration_noise", "radiation", "doppler"}));
+                    "sphere_plane_contacts", "lasting_contacts", "acceleration_noise", "radiation",
+                    "doppler"}));
   EXPECT_TRUE(leftOut(bullet).contains("native_stepper"));
+  Scene smooth = bullet;
+  for (SceneBody& body : smooth.bodies)
+    body.material.roughness = {};
+  EXPECT_TRUE(leftOut(smooth).contains("lasting_contacts"));
 }
 
 std::string whyLeftOut(const Scene& scene, std::string_view stage) {

@@ -18,6 +18,7 @@
 #include "bullet_bridge/to_vec3.h"
 #include "scenes/bullet_only.h"
 #include "scenes/bullet_scene.h"
+#include "scenes/bullet_solid.h"
 #include "scenes/collision_corners.h"
 #include "scenes/mesh_shape.h"
 #include "scenes/scene_loader.h"
@@ -321,7 +322,7 @@ TEST(BulletSolids, MeshThatLandsOnACornerHasTheEffectiveMassOfItsOwnTensor) {
 
 TEST(BulletSolids, MeshTurnedByTheSceneMovesAsTheSameMeshTurnedInItsFile) {
   const Quat turn(Eigen::AngleAxisd(50.0 * std::numbers::pi / 180.0, Vec3(1, 2, 3).normalized()));
-  SurfaceMesh mesh = *meshOf(meshFile("l_shape.obj"), 0.001);
+  SurfaceMesh mesh = meshOf(meshFile("l_shape.obj"), 0.001)->surface;
   const TemporaryFolder folder;
   std::ofstream file(folder / "turned.obj");
   file.precision(17);
@@ -604,6 +605,80 @@ TEST(SolidSound, PlateIsLouderFlatThanOnItsEdge) {
     return levelOf(soundOf(scene));
   };
   EXPECT_GT(dropped(0.1, 0.002, 0.1), dropped(0.002, 0.1, 0.1) + 10.0);
+}
+
+// ---- Pictures on meshes
+
+constexpr double kPictureWidth = 0.225;   // m
+constexpr double kPictureHeight = 0.150;  // m
+
+/// Of a box that slides along z over a floor of 1 m x 2 m, of two triangles, with that normal map.
+std::vector<float> slideOver(const std::filesystem::path& floor, json normalMap) {
+  normalMap["strength"] = 0.01;  // so flat that the box stays on it
+  normalMap["file"] =
+      (std::filesystem::path(CAROM_SOURCE_DIR) / "scenes/library/textures/brick.png").string();
+  const json plate = solidOf({{"type", "mesh"}, {"file", floor.string()}}, {0, 0, 0},
+                             {{"movable", false}, {"normal_map", normalMap}});
+  const json slider =
+      solidOf(boxForm(0.02, 0.01, 0.03), {0.1, 0.01, -0.4}, {{"velocity", {0.3, 0, 1}}});
+  Result<SceneSound> sound = SceneSound::create(sceneOf({slider, plate}, 0.25));
+  EXPECT_TRUE(sound) << sound.error().message;
+  std::vector<std::vector<float>> block(1, std::vector<float>(100'000));
+  block[0].resize(sound->render(block));
+  return block[0];
+}
+
+std::filesystem::path writtenFloor(const std::filesystem::path& file, double scale, double turn) {
+  std::ofstream text(file);
+  text.precision(17);
+  for (const auto& [x, z] : {std::pair{-0.5, -1.0}, {-0.5, 1.0}, {0.5, 1.0}, {0.5, -1.0}}) {
+    const Eigen::Vector2d at = scale * (Eigen::Rotation2Dd(turn) * Eigen::Vector2d(z, x));
+    text << "v " << x << " 0 " << z << "\nvt " << at.x() / kPictureWidth << ' '
+         << at.y() / kPictureHeight << '\n';
+  }
+  text << "f 1/1 2/2 3/3 4/4\n";
+  return file;
+}
+
+TEST(TexturedMeshes, CoordinatesInTheFileLayThePictureOnTheBody) {
+  const TemporaryFolder folder;
+  const auto along = writtenFloor(folder / "along.obj", 1.0, 0.0);
+  // Planar is along z and x, too.
+  const std::vector<float> planar = slideOver(along, {{"size", {kPictureWidth, kPictureHeight}}});
+  const std::vector<float> same = slideOver(along, json::object());
+  ASSERT_EQ(planar.size(), same.size());
+  std::vector<float> difference = planar;
+  for (std::size_t index = 0; index < planar.size(); ++index)
+    difference[index] -= same[index];
+  EXPECT_LT(levelOf(difference), levelOf(planar) - 60.0);
+  // Turned it is another sound, and about as loud.
+  const auto turned = slideOver(writtenFloor(folder / "turned.obj", 1.0, 1.0), json::object());
+  for (std::size_t index = 0; index < planar.size(); ++index)
+    difference[index] = turned[index] - same[index];
+  EXPECT_GT(levelOf(difference), levelOf(planar) - 6.0);
+  EXPECT_NEAR(levelOf(turned), levelOf(planar), 6.0);
+}
+
+TEST(TexturedMeshes, CoordinatesGoWithTheMeshOfABodyThatMoves) {
+  const TemporaryFolder folder;
+  // A wedge with a picture on it, whose centre of mass is not where the file has its origin.
+  std::ofstream text(folder / "wedge.obj");
+  text << "v 0 0 0\nv 0.1 0 0\nv 0 0 0.1\nv 0 0.1 0\nvt 0 0\nvt 1 0\nvt 0 1\n"
+          "f 1/1 2/2 3/3\nf 1/1 3/2 4/3\nf 1/1 4/2 2/3\nf 2/1 4/2 3/3\n";
+  text.close();
+  const json form = {{"type", "mesh"}, {"file", (folder / "wedge.obj").string()}};
+  const Scene scene = sceneOf(solidOf(form, {0, 0, 0}));
+  EXPECT_TRUE(hasTextureCoordinates(solidIn(scene)));
+  EXPECT_FALSE(
+      hasTextureCoordinates(solidIn(sceneOf(solidOf(meshForm("l_shape.obj"), {0, 0, 0})))));
+  const auto coordinates = TextureCoordinates::of(
+      surfaceOf(solidIn(scene)),
+      std::get<std::shared_ptr<const SolidMesh>>(solidIn(scene).form)->coordinates);
+  ASSERT_TRUE(coordinates) << coordinates.error().message;
+  // The third of the way along the bottom's edge in the file is there from the centre of mass.
+  const Vec3 point = Vec3(0.025, 0.0, 0.05) - Vec3(0.025, 0.025, 0.025);
+  const Eigen::Vector2d at = coordinates->at(point).at.cwiseQuotient(coordinates->size());
+  EXPECT_LT((at - Eigen::Vector2d(0.25, 0.5)).norm(), 1e-6);
 }
 
 }  // namespace

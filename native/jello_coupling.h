@@ -1,0 +1,79 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "audio/impulse_event.h"
+#include "audio/result.h"
+#include "native/jello_stepper.h"
+#include "native/sphere_stepper.h"
+
+namespace carom {
+
+/// The jello with the spheres as its balls, led by whoever steps them. [any thread]
+JelloWorld withSpheres(JelloWorld jello, const SphereWorld& spheres);
+
+/// A jello among rigid spheres: the spheres fly and collide with each other and with walls as
+/// SphereStepper says, at exact times, and the jello pushes them, and they it, by penalties.
+///
+/// Splitting: in each step the jello moves first, with the spheres in free fall through it. What it
+/// has done to a sphere is then done to it as an impulse: half of it at the begin and half at the
+/// end of the step, where the integrator is of second order or more, so that the coupling is of
+/// second order, too; otherwise all of it at the begin, as symplectic Euler does. Momentum is kept
+/// to rounding. Spheres that do not touch the jello keep every bit of their own stepper's way.
+///
+/// Events: those of the spheres; and a pair for each touch of a sphere and the jello that began at
+/// SphereWorld::restSpeed or faster: at the begin of the step in which it began, with the impulse
+/// until it ended, or of its first kLongestTouch, what comes after being rest. A touch that is felt
+/// again within kSameTouch has not ended. [physics thread]
+class JelloCoupling {
+ public:
+  static constexpr double kLongestTouch = 0.05;  ///< s
+  static constexpr double kSameTouch = 2e-3;     ///< s
+
+  /// Of spheres with ids other than the jello's. `jello` has no balls. Errors: as both steppers
+  /// say; a jello with balls.
+  static Result<JelloCoupling> create(JelloWorld jello, const SphereWorld& spheres,
+                                      const JelloStepping& stepping);
+
+  /// By one step of the jello. Error: it has blown up; all is as before the step.
+  Status advance();
+  /// What became known in the last step; the events of one collision follow each other.
+  std::span<const ImpulseEvent> events() const { return events_; }
+  /// s: all events before have been told.
+  double settledTime() const;
+
+  double time() const { return jello_.time(); }  ///< s
+  const JelloStepper& jello() const { return jello_; }
+  const SphereStepper& spheres() const { return spheres_; }
+
+ private:
+  /// Of one sphere and the jello, from its begin on.
+  struct Touch {
+    double begin = 0.0;  // s
+    double last = 0.0;   // s, when it was felt
+    Vec3 impulse = Vec3::Zero();
+    Vec3 point = Vec3::Zero();
+    SphereState sphere = {};
+    Vec3 jelloVelocity = Vec3::Zero();
+    double approachSpeed = 0.0;  // m/s
+    bool isTold = false;         // what comes is rest
+  };
+
+  JelloCoupling(JelloStepper jello, SphereStepper spheres, double restSpeed);
+  void feel(std::size_t ball, const JelloTouch& touch, double begin, const Vec3& impulse);
+  void endTouches();
+  void tell(std::size_t ball, Touch& touch);
+  void lead();
+
+  JelloStepper jello_;
+  SphereStepper spheres_;
+  double restSpeed_;  // m/s
+  double firstShare_;
+  double jelloMass_;                           // kg
+  std::vector<std::optional<Touch>> touches_;  // by ball
+  std::vector<ImpulseEvent> events_;
+};
+
+}  // namespace carom

@@ -1,0 +1,128 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "audio/result.h"
+#include "native/jello_kernels.h"
+#include "native/jello_skin.h"
+#include "native/jello_worker.h"
+#include "native/jello_world.h"
+
+namespace carom {
+
+/// How a jello is stepped: one is as good as stable at `step` (s, > 0) if jelloLimits says so.
+struct JelloStepping {
+  JelloIntegrator integrator = JelloIntegrator::rungeKutta4;
+  double step = 0.0;
+};
+
+/// J. `total` stays what it is where nothing damps, and falls where something does.
+struct JelloEnergy {
+  double kinetic = 0.0;
+  double elastic = 0.0;  ///< of springs
+  double gravity = 0.0;  ///< above the origin
+  double contact = 0.0;  ///< of what is pressed into walls and balls
+
+  double total() const { return kinetic + elastic + gravity + contact; }
+};
+
+/// What a ball has done with the jello in a step.
+struct JelloTouch {
+  bool isThere = false;         ///< it was in it
+  Vec3 impulse = Vec3::Zero();  ///< N s, on the ball
+  // Means over where it touches, weighted by force; only if there is an impulse.
+  Vec3 point = Vec3::Zero();     ///< m
+  Vec3 velocity = Vec3::Zero();  ///< m/s, of the jello
+};
+
+/// Steps a jello and its balls. Deterministic: the same bits on any machine, whatever its
+/// instruction set, but with backwardEuler, whose linear solver is Eigen's. A lattice of
+/// kSplitFrom points along each axis or more is computed in two halves, by a thread of its own
+/// where there is a second core; the bits are those of one core. [one thread]
+class JelloStepper {
+ public:
+  static constexpr std::size_t kSplitFrom = 24;
+
+  /// `step` in s. Errors: as whyNot(JelloWorld), or a step that is not positive. Whether the step
+  /// is stable is not looked at here: see jelloLimits.
+  static Result<JelloStepper> create(JelloWorld world, JelloIntegrator integrator, double step);
+
+  /// By one step. Error: it has blown up, with the time and what to change; the state is that
+  /// before the step, and stays so.
+  Status advance();
+
+  /// Puts a ball there: m, m/s.
+  void setBall(std::size_t ball, const Vec3& position, const Vec3& velocity);
+
+  double time() const { return static_cast<double>(steps_) * step_; }  ///< s
+  double step() const { return step_; }
+  std::size_t steps() const { return steps_; }
+  const JelloWorld& world() const { return world_; }  ///< as it was at time 0
+
+  Vec3 position(std::size_t point) const { return at(0, point); }  ///< m
+  Vec3 velocity(std::size_t point) const { return at(3, point); }  ///< m/s
+  Vec3 ballPosition(std::size_t ball) const { return at(0, world_.pointCount() + ball); }
+  Vec3 ballVelocity(std::size_t ball) const { return at(3, world_.pointCount() + ball); }
+
+  JelloEnergy energy() const;
+  Vec3 momentum() const;         ///< N s, of the jello and its balls
+  Vec3 angularMomentum() const;  ///< N m s, about the origin, of points and balls as points
+  double volume() const;         ///< m^3, enclosed by the outermost points, in triangles
+  Vec3 centre() const;           ///< m, of the jello's mass
+  Vec3 jelloMomentum() const;    ///< N s, without the balls
+  /// Of the last step, by ball.
+  std::span<const JelloTouch> touches() const { return touches_; }
+
+ private:
+  JelloStepper(JelloWorld world, JelloIntegrator integrator, double step);
+
+  /// Places x, y, z, then velocities x, y, z: kJelloSlack zeros around each.
+  using Values = JelloValues;
+  Vec3 at(std::size_t array, std::size_t index) const;
+  void put(std::size_t array, std::size_t index, const Vec3& value);
+  JelloSkin::Places places() const;
+  std::size_t bodies() const { return world_.pointCount() + world_.balls.size(); }
+  std::size_t stride() const {  // a multiple of kJelloBlock
+    return (bodies() / kJelloBlock + 1) * kJelloBlock + 2 * kJelloSlack;
+  }
+  JelloArrays arraysOf(const Values& values, Values& accelerations) const;
+  std::size_t parts() const;
+  void inParts(const std::function<void(std::size_t)>& part);
+  void addSprings(const JelloArrays& arrays);
+  void addField(const JelloArrays& arrays) const;
+  void addBalls(const JelloArrays& arrays, double share);
+  void pushBySkin(std::size_t ball, const JelloArrays& arrays, double share);
+  void accelerate(const Values& values, double share, Values& accelerations);
+  struct Terms;
+  void combine(const Terms& places, const Terms& speeds, Values& out);
+  void explicitStep();
+  void symplecticStep();
+  void midpointStep();
+  void rungeKuttaStep();
+  void implicitStep();
+  bool hasBlownUp() const;
+
+  JelloWorld world_;
+  JelloIntegrator integrator_;
+  double step_;
+  std::size_t steps_ = 0;
+  JelloSprings springs_;
+  JelloSkin skin_;
+  std::vector<JelloWall> walls_;
+  Values now_;
+  Values before_;
+  std::array<Values, 4> accelerations_;  // x, y and z, m/s^2, at each stage
+  Values stage_;
+  Values upperForces_;  // N, of the second half of the springs, where there are two
+  std::unique_ptr<JelloWorker> worker_;  // where there is a second core for it
+  std::vector<double> inverseMass_;      // 1/kg, by body
+  std::vector<JelloTouch> touches_;
+  std::vector<double> touchSizes_;  // N s, by ball, of the points of its touch so far
+};
+
+}  // namespace carom

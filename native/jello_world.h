@@ -1,0 +1,132 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "audio/impulse_event.h"
+#include "audio/vector.h"
+
+namespace carom {
+
+/// How a jello is stepped.
+enum class JelloIntegrator {
+  explicitEuler,    ///< of first order; gains energy where damping does not take it
+  symplecticEuler,  ///< velocities first, then places by the new ones: first order, keeps energy
+  midpoint,         ///< Runge and Kutta's of second order
+  rungeKutta4,      ///< the classic one, of fourth order
+  backwardEuler     ///< one step of Newton's method: first order, stable, loses energy
+};
+
+inline constexpr std::size_t kJelloIntegrators = 5;
+
+/// "explicit_euler", "symplectic_euler", "midpoint", "rk4" or "backward_euler". [any thread]
+const char* nameOf(JelloIntegrator integrator);
+
+/// Mass points at the corners of a lattice of boxes, each of the same mass, joined by springs: to
+/// the next along each axis (structural), along the diagonals of faces and boxes (shear), and to
+/// the next but one along each axis (bend). F = -k (|L| - R) L / |L| - d ((v . L) / |L|) L / |L|,
+/// with the length R that the spring has in a box that nothing deforms.
+struct JelloLattice {
+  std::size_t count = 8;     ///< points along each axis, 2 to kMostJelloPoints
+  Vec3 size = Vec3::Ones();  ///< m, > 0, of the whole box at rest
+  double pointMass = 1.0;    ///< kg, > 0, of each point
+  double stiffness = 0.0;    ///< N/m, >= 0, of every spring
+  double damping = 0.0;      ///< N s/m, >= 0, of every spring
+};
+
+inline constexpr std::size_t kMostJelloPoints = 128;
+
+/// A push back of what is beyond a surface: k times how deep, and d times how fast inwards, along
+/// the normal. Never a pull.
+struct JelloPenalty {
+  double stiffness = 0.0;  ///< N/m, >= 0
+  double damping = 0.0;    ///< N s/m, >= 0
+};
+
+/// Points are on the side that the normal points to.
+struct JelloPlane {
+  BodyId id = 0;
+  Vec3 normal = Vec3::UnitY();  ///< unit
+  double offset = 0.0;          ///< m, the plane is { x : normal . x = offset }
+};
+
+/// A rigid ball that jello, planes and walls push by penalties.
+struct JelloBall {
+  BodyId id = 0;
+  double radius = 0.0;           ///< m, > 0
+  double mass = 0.0;             ///< kg, > 0
+  Vec3 position = Vec3::Zero();  ///< m, at time 0
+  Vec3 velocity = Vec3::Zero();  ///< m/s, at time 0
+};
+
+/// Forces on each point, given on a grid over a box, its corners included; trilinear between, and
+/// that of the nearest point of the box outside of it.
+struct JelloField {
+  std::size_t count = 0;     ///< along each axis; 0: none, 1: the same everywhere
+  Vec3 min = Vec3::Zero();   ///< m
+  Vec3 max = Vec3::Zero();   ///< m
+  std::vector<Vec3> forces;  ///< N, count^3, x outermost
+};
+
+struct JelloBox {
+  Vec3 min = Vec3::Zero();  ///< m
+  Vec3 max = Vec3::Zero();  ///< m
+};
+
+/// All that a jello is in, at time 0. Points in order of x, y, z along the lattice, z the fastest.
+struct JelloWorld {
+  BodyId id = 0;  ///< of the jello
+  JelloLattice lattice;
+  JelloPenalty contact;
+  Vec3 gravity = Vec3::Zero();   ///< m/s^2
+  std::optional<JelloBox> room;  ///< all is inside of it
+  std::vector<JelloPlane> planes;
+  JelloField field;
+  std::vector<JelloBall> balls;
+  /// Balls meet the jello only, and whoever steps them says where they are: JelloStepper::setBall.
+  bool ballsAreLed = false;
+  std::vector<Vec3> positions;   ///< m, world frame, count^3
+  std::vector<Vec3> velocities;  ///< m/s, world frame, count^3
+
+  std::size_t pointCount() const { return lattice.count * lattice.count * lattice.count; }
+};
+
+/// The points of a lattice that nothing deforms: turned, then moved so that its middle is there.
+/// [any thread]
+std::vector<Vec3> restingPoints(const JelloLattice& lattice, const Vec3& middle,
+                                const Quat& orientation = Quat::Identity());
+
+/// Why it cannot be run: one sentence that says what and what would be accepted, or nothing when it
+/// can be. [any thread]
+std::string whyNot(const JelloWorld& world);
+
+/// From a point to what it has a spring to, in points along x, y and z: half of them, the other
+/// ends being those of the others.
+inline constexpr std::size_t kJelloSprings = 16;
+struct JelloSpring {
+  std::array<int, 3> to{};
+};
+const std::array<JelloSpring, kJelloSprings>& jelloSprings();
+
+/// Calls `visit(a, b, which)` for each spring of a lattice: points a and b, of kind `which` of
+/// jelloSprings().
+template <typename Visit>
+void forEachSpring(const JelloLattice& lattice, Visit visit) {
+  const auto n = static_cast<std::ptrdiff_t>(lattice.count);
+  const auto isIn = [n](std::ptrdiff_t place) { return place >= 0 && place < n; };
+  for (std::ptrdiff_t i = 0; i < n; ++i)
+    for (std::ptrdiff_t j = 0; j < n; ++j)
+      for (std::ptrdiff_t k = 0; k < n; ++k)
+        for (std::size_t which = 0; which < kJelloSprings; ++which) {
+          const auto& [x, y, z] = jelloSprings()[which].to;
+          if (isIn(i + x) && isIn(j + y) && isIn(k + z))
+            visit(static_cast<std::size_t>((i * n + j) * n + k),
+                  static_cast<std::size_t>(((i + x) * n + j + y) * n + k + z), which);
+        }
+}
+
+}  // namespace carom

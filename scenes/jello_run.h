@@ -1,0 +1,70 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "audio/result.h"
+#include "audio/sound_file.h"
+#include "scenes/jello_scene.h"
+#include "scenes/scene.h"
+
+namespace carom {
+
+/// What is wanted of a run of a scene with a jello.
+struct JelloOptions {
+  /// WAV, at the rate of the scene, a channel for each of its listeners' as `carom render` has it;
+  /// format and scale as `sound` says.
+  std::optional<std::filesystem::path> soundFile;
+  SoundFileSettings sound = {};
+  std::optional<std::filesystem::path> trajectoryFile;  ///< see docs/jello.md
+  std::optional<std::filesystem::path> energyFile;      ///< CSV, a row for each picture
+  std::function<void(double share)> progress = {};      ///< of 1
+};
+
+struct JelloReport {
+  std::size_t steps = 0;
+  double stepsPerSecond = 0.0;  ///< of processor time
+  JelloEnergy start;
+  JelloEnergy end;
+  Vec3 momentum = Vec3::Zero();  ///< N s, of jello and spheres, at the end
+  std::size_t touches = 0;       ///< of spheres and the jello, that were events
+  double peak = 0.0;             ///< Pa
+  std::string blowUp;            ///< empty, or when and why
+};
+
+/// A run of a scene with a jello. [one thread]
+class JelloRun {
+ public:
+  /// Chooses integrator and step where the scene leaves that open. `scene` outlives it. Errors: no
+  /// jello, a stepper other than the native one, what cannot be run.
+  static Result<JelloRun> create(const Scene& scene, const JelloOptions& options);
+  JelloRun(JelloRun&&) noexcept;
+  ~JelloRun();
+
+  const JelloChoice& choice() const { return choice_; }
+  /// s, the largest stable step of the chosen integrator: see jelloLimits.
+  double limit() const { return limit_; }
+
+  /// Once: runs it, and writes what is wanted. A run that blows up is no error: the files hold what
+  /// came before. Errors: a file that cannot be written; none of them is there then.
+  Result<JelloReport> run();
+
+ private:
+  class Tables;
+
+  JelloRun(const Scene& scene, const JelloOptions& options);
+  Status hear(JelloReport& report);
+  JelloReport reportOf(const JelloSceneStepper& stepper) const;
+
+  const Scene& scene_;
+  JelloOptions options_;
+  std::unique_ptr<Tables> tables_;
+  std::unique_ptr<JelloSceneStepper> stepper_;
+  JelloChoice choice_;
+  double limit_ = 0.0;
+};
+
+}  // namespace carom

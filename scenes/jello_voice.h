@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "audio/deforming_source.h"
+#include "audio/listener.h"
+#include "audio/pose_track.h"
+#include "audio/result.h"
+#include "scenes/scene.h"
+
+namespace carom {
+
+/// What listeners hear of a body that deforms, straight through the air: without the images of a
+/// room and its reverberation. The two ears of a binaural listener are apart, but no head is
+/// between them. [one thread]
+class JelloVoice {
+ public:
+  /// `step` in s, between states. Errors: settings out of range.
+  static Result<JelloVoice> create(const Scene& scene, double step);
+
+  /// s, by how much the mechanics must be ahead of the sound.
+  double lookahead() const { return source_.lookahead(); }
+  void add(std::span<const DeformingState> states);
+  /// Adds to `frames` samples of all channels, from sample `firstFrame` of the scene on.
+  void addTo(std::span<float* const> channels, std::int64_t firstFrame, std::size_t frames);
+
+ private:
+  JelloVoice(const Scene& scene, DeformingSource source);
+
+  DeformingSource source_;
+  double sampleRate_;
+  std::vector<Listener> listeners_;
+  std::vector<PoseTrack> tracks_;
+};
+
+}  // namespace carom
