@@ -151,7 +151,7 @@ BulletScene::BulletScene(const Scene& scene)
   if (hasSolids) prepareForSolids();
   for (const SceneBody& body : scene.bodies)
     addBody(body, scene.stepper.restSpeed);
-  if (!hasSolids) return;
+  if (!hasSolids && !scene.stepper.tuned) return;
   [[maybe_unused]] const Result<Tuning> tuned = tune(world_, scene.stepper.step);
   assert(tuned);  // the step has been checked
 }

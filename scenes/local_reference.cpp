@@ -103,7 +103,7 @@ void LocalReference::readPushedPairs(BulletScene& world) {
   for (int m = 0; m < dispatcher.getNumManifolds(); ++m) {
     const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(m);
     for (int point = 0; point < manifold.getNumContacts(); ++point) {
-      if (manifold.getContactPoint(point).getAppliedImpulse() <= 0) continue;
+      if (!isPushed(manifold, manifold.getContactPoint(point))) continue;
       pushed_.insert({manifold.getBody0(), manifold.getBody1()});
       pushed_.insert({manifold.getBody1(), manifold.getBody0()});
     }
@@ -170,8 +170,10 @@ void LocalReference::testPair(const PairStep& pair, double dt) {
   Touch touch;
   touch.nodeSpeed = -pair.velocityBefore.dot(actual.normalAt(0.0));
   if (actual.gapAt(0.0) <= 0.0) {
+    touch.isFree = true;
     touch.approachSpeed = free.approachSpeedAt(0.0);
   } else if (pair.pushed && touch.nodeSpeed > restSpeed) {
+    touch.isFree = true;
     touch.time = free.touchTime(4.0 * dt);
     if (touch.time < kNever) touch.approachSpeed = free.approachSpeedAt(touch.time);
   } else {
@@ -181,19 +183,62 @@ void LocalReference::testPair(const PairStep& pair, double dt) {
     touch.nodeSpeed = -pair.velocityAfter.dot(actual.normalAt(touch.time));
   }
   if (touch.time == kNever || !(touch.nodeSpeed > restSpeed)) return;
-  record(pair, touch);
+  record(pair, touch, dt);
   if (approaching) collided_.insert(key);
 }
 
-void LocalReference::record(const PairStep& pair, const Touch& touch) {
+LocalReference::BodyStep LocalReference::stateAt(std::size_t body, const Touch& touch,
+                                                 double dt) const {
+  BodyStep state = bodies_[body];
+  const double half = touch.isFree ? 0.5 * dt : -0.5 * dt;
+  const Vec3 velocity = touch.isFree ? state.velocityBefore : state.velocityAfter;
+  const Vec3 start = velocity + half * state.acceleration;
+  state.position += touch.time * (start + (0.5 * touch.time) * state.acceleration);
+  state.velocityBefore = start + touch.time * state.acceleration;
+  return state;
+}
+
+void LocalReference::record(const PairStep& pair, const Touch& touch, double dt) {
   const SceneBody& first = scene_.bodies[pair.first];
   const SceneBody& second = scene_.bodies[pair.second];
   const double restitution =
       touch.nodeSpeed < restitutionThreshold_ ? 0.0 : restitutionOf(scene_, first, second);
   const double mass = 1.0 / (inverseMass(first) + inverseMass(second));
+  const double impulse = (1.0 + restitution) * mass * touch.approachSpeed;
   const auto [low, high] = std::minmax(pair.first, pair.second);
-  collisions_.push_back({static_cast<BodyId>(low), static_cast<BodyId>(high), time_ + touch.time,
-                         (1.0 + restitution) * mass * touch.approachSpeed});
+  const double time = time_ + touch.time;
+  collisions_.push_back({static_cast<BodyId>(low), static_cast<BodyId>(high), time, impulse});
+
+  const BodyStep sphere = stateAt(pair.first, touch, dt);
+  const BodyStep partner = stateAt(pair.second, touch, dt);
+  const Path path{sphere.position - partner.position, {}, {}, pair.reach, pair.plane, pair.block};
+  const double radius = std::get<SphereShape>(first.shape).radius;
+  ImpulseEvent event;
+  event.time = time;
+  event.body = static_cast<BodyId>(pair.first);
+  event.other = static_cast<BodyId>(pair.second);
+  event.normal = path.normalAt(0.0);
+  event.impulse = impulse * event.normal;
+  event.position = sphere.position - radius * event.normal;
+  event.approachSpeed = touch.approachSpeed;
+  event.effectiveMass = mass;
+  event.radius = radius;
+  if (const auto* other = std::get_if<SphereShape>(&second.shape))
+    event.otherRadius = other->radius;
+  if (pair.block != nullptr && path.nearestAt(0.0).feature != BoxFeature::face)
+    event.otherRadius = 0.0;
+  event.bodyPosition = sphere.position;
+  event.bodyVelocity = sphere.velocityBefore;
+  ImpulseEvent share = event;
+  std::swap(share.body, share.other);
+  std::swap(share.radius, share.otherRadius);
+  share.normal = -event.normal;
+  share.impulse = -event.impulse;
+  share.bodyPosition = partner.position;
+  share.bodyVelocity = partner.velocityBefore;
+  if (pair.block != nullptr) share.bodyOrientation = pair.block->orientation;
+  events_.push_back(event);
+  events_.push_back(share);
 }
 
 }  // namespace carom

@@ -8,17 +8,10 @@
 
 #include "audio/impulse_event.h"
 #include "scenes/bullet_scene.h"
+#include "scenes/collision_match.h"
 #include "scenes/scene.h"
 
 namespace carom {
-
-/// One collision of the reference: which pair, when, how hard.
-struct ReferenceCollision {
-  BodyId body = 0;  ///< the lower of the two ids
-  BodyId other = 0;
-  double time = 0.0;     ///< s
-  double impulse = 0.0;  ///< N s, magnitude
-};
 
 /// The exact collisions of the path that a Bullet world really takes: what its bridge ought to
 /// find.
@@ -41,7 +34,9 @@ class LocalReference {
   void beforeStep(BulletScene& world);
   void afterStep(BulletScene& world, double dt);
 
-  const std::vector<ReferenceCollision>& collisions() const { return collisions_; }
+  const std::vector<Collision>& collisions() const { return collisions_; }
+  /// The same as events, two for each, with all that their sound depends on.
+  const std::vector<ImpulseEvent>& events() const { return events_; }
 
  private:
   struct BodyStep {
@@ -67,12 +62,14 @@ class LocalReference {
     double time = 0.0;  // s, after the start of the step
     double approachSpeed = 0.0;
     double nodeSpeed = 0.0;  // m/s, what Bullet compares with its threshold
+    bool isFree = false;     // on the path without the solver
   };
 
   void readPushedPairs(BulletScene& world);
   PairStep pairStep(std::size_t sphere, std::size_t other, BulletScene& world) const;
   void testPair(const PairStep& pair, double dt);
-  void record(const PairStep& pair, const Touch& touch);
+  void record(const PairStep& pair, const Touch& touch, double dt);
+  BodyStep stateAt(std::size_t body, const Touch& touch, double dt) const;
 
   const Scene& scene_;
   double time_ = 0.0;
@@ -80,7 +77,8 @@ class LocalReference {
   std::vector<BodyStep> bodies_;
   std::set<std::pair<const btCollisionObject*, const btCollisionObject*>> pushed_;
   std::unordered_set<std::uint64_t> collided_;  // and still approaching
-  std::vector<ReferenceCollision> collisions_;
+  std::vector<Collision> collisions_;
+  std::vector<ImpulseEvent> events_;
 };
 
 }  // namespace carom

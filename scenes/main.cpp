@@ -1,5 +1,5 @@
-// The carom command: render, info, compare, record, replay, modes, strike, jello. Exit codes: 0
-// done, 1 failed, 2 bad input.
+// The carom command: render, info, compare, report, record, replay, modes, strike, jello. Exit
+// codes: 0 done, 1 failed, 2 bad input.
 
 #include <algorithm>
 #include <cctype>
@@ -32,6 +32,7 @@
 #include "scenes/progress_bar.h"
 #include "scenes/recorded_scene.h"
 #include "scenes/render.h"
+#include "scenes/report_command.h"
 #include "scenes/report_text.h"
 #include "scenes/scene_loader.h"
 #include "scenes/strike_command.h"
@@ -39,7 +40,7 @@
 namespace carom {
 namespace {
 
-constexpr const char* kCommands = "render, info, compare, record, replay, modes, strike or jello";
+constexpr const char* kCommands = "render, info, compare, report, record, replay, modes, strike or jello";
 
 struct Arguments {
   std::string scene;  // replay: the recording
@@ -466,6 +467,7 @@ int run(int argc, char** argv) {
   const CLI::App* renderCommand = addRender(app, arguments);
   const CLI::App* infoCommand = addInfo(app, arguments);
   const CLI::App* compareCommand = addCompare(app, arguments);
+  const ReportCommand report(app);
   const CLI::App* recordCommand = addRecord(app, arguments);
   const CLI::App* replayCommand = addReplay(app, arguments);
   const ModesCommand modes(app);
@@ -484,6 +486,7 @@ int run(int argc, char** argv) {
   if (renderCommand->parsed()) return render(arguments);
   if (infoCommand->parsed()) return info(arguments);
   if (compareCommand->parsed()) return compare(arguments);
+  if (report.parsed()) return report.run();
   if (recordCommand->parsed()) return record(arguments);
   if (replayCommand->parsed()) return replay(arguments);
   if (modes.parsed()) return modes.run();

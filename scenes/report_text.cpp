@@ -267,14 +267,15 @@ std::string hashText(const Recording& recording) {
 
 std::string compareRow(const CompareRun& run) {
   const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
-  const std::string until =
-      std::isfinite(run.divergedAt) ? format("%.3g", run.divergedAt) : std::string("the end");
+  const std::string until = std::isfinite(run.global.divergedAt)
+                                ? format("%.3g", run.global.divergedAt)
+                                : std::string("the end");
   const double level = std::abs(run.levelDifference) < 0.005 ? 0.0 : run.levelDifference;
   return format("%-9.4g %-6llu %-6llu %-6llu %-9llu %-9.3g %-9.3g %-8.2g %-9.2g %-9s %-9.3g %.2f\n",
-                run.step, count(run.reference), count(run.matched), count(run.missed),
-                count(run.spurious), 1e6 * run.timeError.rms, 1e6 * run.timeError.max,
-                run.impulseError.rms, run.impulseError.max, until.c_str(),
-                1e6 * run.globalDifference.rms, level);
+                run.step, count(run.local.reference), count(run.local.matched),
+                count(run.local.missed), count(run.local.spurious), 1e6 * run.local.timeError.rms,
+                1e6 * run.local.timeError.max, run.local.impulseError.rms,
+                run.local.impulseError.max, until.c_str(), 1e6 * run.global.difference.rms, level);
 }
 
 Json vectorJson(const Vec3& v) {
@@ -501,15 +502,15 @@ Json compareJson(const Scene& scene, const CompareReport& report) {
   Json runs = Json::array();
   for (const CompareRun& run : report.runs) {
     runs.push_back({{"step_s", run.step},
-                    {"events_reference", run.reference},
-                    {"matched", run.matched},
-                    {"missed", run.missed},
-                    {"spurious", run.spurious},
-                    {"time_error_us", errors(run.timeError, 1e6)},
-                    {"impulse_error", errors(run.impulseError, 1.0)},
-                    {"global_time_difference_us", errors(run.globalDifference, 1e6)},
-                    {"global_events_compared", run.globalCompared},
-                    {"global_diverged_at_s", number(run.divergedAt)},
+                    {"events_reference", run.local.reference},
+                    {"matched", run.local.matched},
+                    {"missed", run.local.missed},
+                    {"spurious", run.local.spurious},
+                    {"time_error_us", errors(run.local.timeError, 1e6)},
+                    {"impulse_error", errors(run.local.impulseError, 1.0)},
+                    {"global_time_difference_us", errors(run.global.difference, 1e6)},
+                    {"global_events_compared", run.global.compared},
+                    {"global_diverged_at_s", number(run.global.divergedAt)},
                     {"level_difference_db", number(run.levelDifference)},
                     {"wall_s", run.wallTime}});
   }

@@ -117,6 +117,7 @@ struct StepperSettings {
   StepperType type = StepperType::native;
   double step = 1.0 / 240.0;  ///< s, Bullet's fixed step; the native stepper has none
   double restSpeed = 0.005;   ///< m/s, slower contacts are rest, not collisions; either stepper
+  bool tuned = false;         ///< Bullet as `tune` sets it; with solids it always is
 };
 
 /// Where a listener goes. At time 0 and before, it stands as Scene::listeners has it.
@@ -148,6 +149,7 @@ struct Scene {
   std::vector<Listener> listeners;
   std::vector<ListenerPath> paths;  ///< of listeners that move, at most one for each
   std::vector<HeadFile> headFiles;  ///< of binaural listeners that name one
+  std::optional<std::size_t> mostModes;  ///< of a body that are heard, its lowest; empty: all
 };
 
 /// Its jello, or null. [any thread]

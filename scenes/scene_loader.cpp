@@ -434,7 +434,7 @@ void SceneReader::readAir(const JsonNode& air) {
 }
 
 void SceneReader::readStepper(const JsonNode& stepper) {
-  if (!stepper.expectObject("a stepper", {"type", "step", "rest_speed"})) return;
+  if (!stepper.expectObject("a stepper", {"type", "step", "rest_speed", "tuned"})) return;
   StepperSettings& settings = scene_.stepper;
   if (const auto type = stepper.find("type")) {
     const bool native = type->choice("a type of stepper", {"native", "bullet"}) == 0;
@@ -442,9 +442,14 @@ void SceneReader::readStepper(const JsonNode& stepper) {
   }
   settings.step = stepper.number("step", kStep, settings.step);
   settings.restSpeed = stepper.number("rest_speed", kRestSpeed, settings.restSpeed);
+  settings.tuned = stepper.boolean("tuned", settings.tuned);
   const auto step = stepper.find("step");
   if (step && settings.type == StepperType::native) {
     step->fail("the native stepper has no step; expected none, or \"type\": \"bullet\"");
+  }
+  const auto tuned = stepper.find("tuned");
+  if (tuned && settings.type == StepperType::native) {
+    tuned->fail("the native stepper has nothing to tune; expected none, or \"type\": \"bullet\"");
   }
 }
 

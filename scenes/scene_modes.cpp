@@ -73,8 +73,21 @@ class ModesOfBodies {
     return modes;
   }
 
- private:
   using Model = std::shared_ptr<const ModalModel>;
+
+  /// The same model with no more modes than that; null without any.
+  Model lowest(const Model& model, std::size_t most) {
+    if (model->modes.size() <= most) return model;
+    Model& cut = cut_[model];
+    if (most == 0 || cut != nullptr) return cut;
+    ModalModel fewer = *model;
+    fewer.modes.resize(most);
+    fewer.shapes.resize(most * 3 * fewer.surface.vertices.size());
+    cut = std::make_shared<const ModalModel>(std::move(fewer));
+    return cut;
+  }
+
+ private:
   struct Computed {
     SurfaceMesh surface;
     Material material;
@@ -109,6 +122,7 @@ class ModesOfBodies {
   ModelCache cache_;
   std::map<std::filesystem::path, Model> files_;
   std::vector<Computed> computed_;
+  std::map<Model, Model> cut_;
 };
 
 }  // namespace
@@ -119,6 +133,8 @@ Result<std::vector<BodyModes>> sceneModes(const Scene& scene, const Progress& pr
   for (const SceneBody& body : scene.bodies) {
     Result<BodyModes> made = modes.make(body, progress);
     if (!made) return Error{body.name + ": " + made.error().message};
+    if (scene.mostModes && made->model != nullptr)
+      made->model = modes.lowest(made->model, *scene.mostModes);
     all.push_back(*std::move(made));
   }
   return all;

@@ -160,9 +160,12 @@ Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene) {
   if (const std::string reason = whyNotOnBullet(scene); !reason.empty())
     return Error{scene.name + ": " + reason};
   auto bulletScene = std::make_unique<BulletScene>(scene);
+  // What Bullet applied is known when it is done with an impact, some steps after the touch.
+  const EventDelivery delivery = scene.sound.impulse == ImpulseChoice::applied
+                                     ? EventDelivery::complete
+                                     : EventDelivery::prompt;
   Result<BulletBridge> bridge = BulletBridge::attach(
-      bulletScene->world(),
-      {.restSpeed = scene.stepper.restSpeed, .delivery = EventDelivery::prompt});
+      bulletScene->world(), {.restSpeed = scene.stepper.restSpeed, .delivery = delivery});
   if (!bridge) return Error{scene.name + ": " + bridge.error().message};
   return std::unique_ptr<SceneStepper>(
       new BulletSceneStepper(std::move(bulletScene), *std::move(bridge), scene.stepper.step));

@@ -121,10 +121,10 @@ TEST(PairRestitutionInBullet, IsHeldAgainstTheReferenceCollisionByCollision) {
   const Result<CompareReport> report = compareScene(scene, steps);
   ASSERT_TRUE(report);
   for (const CompareRun& run : report->runs) {
-    EXPECT_GE(run.reference, 4u);
-    EXPECT_EQ(run.missed, 0u) << run.step;
-    EXPECT_EQ(run.spurious, 0u) << run.step;
-    EXPECT_LT(run.impulseError.max, 1e-3) << run.step;
+    EXPECT_GE(run.local.reference, 4u);
+    EXPECT_EQ(run.local.missed, 0u) << run.step;
+    EXPECT_EQ(run.local.spurious, 0u) << run.step;
+    EXPECT_LT(run.local.impulseError.max, 1e-3) << run.step;
   }
 }
 

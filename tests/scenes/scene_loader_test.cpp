@@ -339,7 +339,7 @@ TEST(SceneLoader, EveryFieldArrivesWhereItBelongs) {
   document["seed"] = 9007199254740992;
   document["gravity"] = {1, 2, 3};
   document["air"] = {{"density", 1.1}, {"speed_of_sound", 330}};
-  document["stepper"] = {{"type", "bullet"}, {"step", 0.01}, {"rest_speed", 0}};
+  document["stepper"] = {{"type", "bullet"}, {"step", 0.01}, {"rest_speed", 0}, {"tuned", true}};
   document["materials"] = {{"oak", oak()}};
   document["bodies"][0] = {{"type", "sphere"},  {"name", "ball"},        {"radius", 0.5},
                            {"material", "oak"}, {"position", {1, 2, 3}}, {"velocity", {4, 5, 6}},
@@ -355,6 +355,7 @@ TEST(SceneLoader, EveryFieldArrivesWhereItBelongs) {
   EXPECT_EQ(scene.stepper.type, StepperType::bullet);
   EXPECT_EQ(scene.stepper.step, 0.01);
   EXPECT_EQ(scene.stepper.restSpeed, 0.0);
+  EXPECT_TRUE(scene.stepper.tuned);
   const SceneBody& ball = scene.bodies.at(0);
   EXPECT_EQ(ball.name, "ball");
   EXPECT_EQ(ball.material.name, "oak");
@@ -1004,6 +1005,8 @@ std::vector<Refusal> shapeRefusals() {
   add(with("/stepper", {{"type", "native"}, {"step", 0.01}}), "/stepper/step",
       {"the native stepper has no step", "\"bullet\""});
   add(with("/stepper", {{"step", 0.01}}), "/stepper/step", {"the native stepper has no step"});
+  add(with("/stepper", {{"tuned", true}}), "/stepper/tuned",
+      {"the native stepper has nothing to tune", "\"bullet\""});
   const auto pair = [](json materials, json restitution) {
     return with("/restitutions",
                 {{{"materials", std::move(materials)}, {"restitution", std::move(restitution)}}});

@@ -161,6 +161,29 @@ TEST_F(SceneModes, ErrorsNameTheBody) {
   EXPECT_EQ(thick.error().message.find("solid1: modes: "), 0U) << thick.error().message;
 }
 
+TEST_F(SceneModes, CanBeCutToTheLowest) {
+  Scene scene = fallingBars({kCoarse, kCoarse});
+  const auto all = sceneModes(scene);
+  ASSERT_TRUE(all) << all.error().message;
+  const ModalModel& whole = *(*all)[1].model;
+  ASSERT_GT(whole.modes.size(), 2U);
+  scene.mostModes = 2;
+  const auto cut = sceneModes(scene);
+  ASSERT_TRUE(cut) << cut.error().message;
+  const ModalModel& lowest = *(*cut)[1].model;
+  EXPECT_EQ((*cut)[1].model, (*cut)[2].model);
+  ASSERT_EQ(lowest.modes.size(), 2U);
+  for (std::size_t mode = 0; mode < 2; ++mode) {
+    EXPECT_EQ(lowest.modes[mode].frequency, whole.modes[mode].frequency);
+    for (std::size_t vertex = 0; vertex < whole.surface.vertices.size(); ++vertex)
+      EXPECT_EQ(lowest.shape(mode, vertex), whole.shape(mode, vertex));
+  }
+  scene.mostModes = whole.modes.size();
+  EXPECT_EQ((*sceneModes(scene))[1].model->modes.size(), whole.modes.size());
+  scene.mostModes = 0;
+  EXPECT_EQ((*sceneModes(scene))[1].model, nullptr);
+}
+
 TEST_F(SceneModes, CanBeStopped) {
   const auto stopped =
       sceneModes(fallingBars({kCoarse}), [](std::string_view, double) { return false; });

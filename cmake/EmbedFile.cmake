@@ -1,0 +1,18 @@
+# cmake -DINPUT= -DOUTPUT= -DNAME= -DHEADER= -P EmbedFile.cmake: a C++ file that holds INPUT's bytes.
+file(READ ${INPUT} bytes HEX)
+string(REGEX REPLACE "(..)" "0x\\1," bytes "${bytes}")
+file(WRITE ${OUTPUT} "#include \"${HEADER}\"
+
+namespace carom {
+namespace {
+
+constexpr unsigned char kBytes[] = {
+${bytes}
+};
+
+}  // namespace
+
+const std::string_view ${NAME}(reinterpret_cast<const char*>(kBytes), sizeof kBytes);
+
+}  // namespace carom
+")

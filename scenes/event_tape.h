@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "audio/contact_state.h"
+#include "audio/deforming_source.h"
+#include "audio/impulse_event.h"
+#include "audio/result.h"
+#include "scenes/scene_stepper.h"
+
+namespace carom {
+
+/// What a stepper told in one call.
+struct TapePortion {
+  double settledTime = 0.0;  ///< s, after it
+  std::vector<ImpulseEvent> events;
+  std::vector<ContactState> contacts;
+  std::vector<DeformingState> deformations;
+};
+
+/// All that a stepper told of a run, to be heard again without stepping: for comparisons of what
+/// becomes of the same events. Unlike a Recording it is of any stepper, holds no states between
+/// events, and stays in memory.
+struct EventTape {
+  std::vector<TapePortion> portions;
+  double deformationStep = 0.0;  ///< s, see SceneStepper::hearDeformations
+  std::uint64_t crushed = 0;
+  double seconds = 0.0;  ///< s, wall time in the stepper
+};
+
+/// Runs `stepper` from its start to `duration` (s), in portions as SceneSound asks for them.
+/// Errors: the stepper's failure. [one thread]
+Result<EventTape> recordTape(SceneStepper& stepper, double duration);
+
+/// Every event on it, in order of time. [any thread]
+std::vector<ImpulseEvent> eventsOf(const EventTape& tape);
+
+/// Tells it all again. [one thread]
+std::unique_ptr<SceneStepper> tapeStepper(std::shared_ptr<const EventTape> tape);
+
+}  // namespace carom

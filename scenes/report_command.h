@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+namespace carom {
+
+/// `carom report`: scenes in all ways that make a difference, and what each costs and is off by.
+class ReportCommand {
+ public:
+  /// Outlives the parsing.
+  explicit ReportCommand(CLI::App& app);
+  bool parsed() const { return command_->parsed(); }
+  /// The program's exit code.
+  int run() const;
+
+ private:
+  CLI::App* command_;
+  std::vector<std::string> scenes_;
+  std::string output_;
+  std::size_t runs_ = 3;
+  double budget_ = 10.0;  // s
+  bool json_ = false;
+};
+
+}  // namespace carom

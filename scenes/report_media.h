@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "scenes/report.h"
+
+namespace carom {
+
+/// Base64 (RFC 4648, section 4) of bytes. [any thread]
+std::string base64(std::string_view bytes);
+
+/// What a page shows and plays of each variant, under its id: "audio" (a data URI of FLAC, or of
+/// WAV where libsndfile has no FLAC), "waveform" and "spectrogram", of the first channel and at
+/// most the first kHeard seconds. All of one scene to the same scale, in which the reference's peak
+/// is a quarter: what is louder by more than 12 dB is clipped.
+nlohmann::ordered_json mediaJson(const SceneReport& report);
+
+inline constexpr double kHeard = 3.0;  ///< s
+
+/// The picture of a spectrogram's data: columns of rows bytes each, from the lowest frequency up.
+struct Spectrogram {
+  std::size_t columns = 0;
+  std::size_t rows = 0;
+  std::string data;
+};
+
+inline constexpr double kLowestShown = 50.0;    ///< Hz
+inline constexpr double kQuietestShown = 0.0;   ///< dB above 20 uPa: a byte of 0
+inline constexpr double kLoudestShown = 100.0;  ///< dB: 255
+
+/// Levels in bands of equal ratio from kLowestShown to 0.45 of the sample rate, at equal times.
+/// [any thread]
+Spectrogram spectrogramOf(const std::vector<float>& samples, double sampleRate);
+
+}  // namespace carom
