@@ -915,6 +915,8 @@ function show({report, media}) {
   const links = views.map((view) => make('li', {}, make('a', {href: '#' + encodeURIComponent(view.section.id)}, spaced(view.scene.name))));
   document.getElementById('contents').append(make('ul', {}, links));
   followTheme();
+  const only = /^#only=(.+)$/.exec(location.hash);
+  if (only) for (const view of views) view.section.hidden = view.scene.name !== decodeURIComponent(only[1]);
 }
 
 // ---- Self test: the page opened with #selftest says on <html> what it really shows ----
