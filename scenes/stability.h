@@ -74,6 +74,8 @@ struct StabilityReport {
   double took = 0.0;  ///< s
 
   std::size_t failed() const;
+  /// Of the program that has run it: 0, or 1 if a case failed.
+  int exitCode() const { return failed() > 0 ? 1 : 0; }
 };
 
 /// Told before each case, and after the last.

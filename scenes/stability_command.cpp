@@ -75,7 +75,7 @@ int StabilityCommand::run() const {
     if (const Status written = writeText(output_, jsonText(object)); !written)
       return fail(kFailed, written.error().message);
   const int answered = answer(json_ ? jsonText(object) : stabilityText(report));
-  return report.failed() > 0 ? kFailed : answered;
+  return answered == kDone ? report.exitCode() : answered;
 }
 
 }  // namespace carom
