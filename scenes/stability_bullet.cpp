@@ -355,6 +355,33 @@ Measurements day(StabilityForm form) {
           atMost("time_error_of_a_touch_then", std::abs(late), 1e-7, "s")};
 }
 
+// So fast that Bullet finds them on this side of each other, and then on that one.
+Measurements tunnelling(StabilityForm /*form*/) {
+  Worst doubled;
+  Worst time;
+  double told = 0.0;
+  double balls = 0.0;
+  for (const double speed : {50.0, 1e3, 1e4}) {
+    for (const double phase : {0.1, 0.35, 0.6, 0.85}) {
+      const double touch = (10.0 + phase) * kStep;
+      Run run({ballOf({.radius = 0.05,
+                       .mass = 1.0,
+                       .position = {-0.1 - speed * touch, 0.0, 0.0},
+                       .velocity = {speed, 0.0, 0.0}}),
+               ballOf({.radius = 0.05, .mass = 1.0})});
+      run.advance(30);
+      const auto heard = run.events();
+      balls += 1.0;
+      if (heard.size() > 2) doubled.add(static_cast<double>(heard.size()) - 2.0);
+      if (heard.empty()) continue;
+      told += 1.0;
+      time.add(std::abs(heard[0].time - touch));
+    }
+  }
+  return {atMost("told_twice", doubled.value(), 0.0), exactly("share_told", told / balls, 1.0),
+          atMost("time_error_of_what_is_told", time.value(), 1e-6, "s")};
+}
+
 // What a host may hand to Bullet by mistake.
 Measurements nonsense(StabilityForm /*form*/) {
   Worst odd;
@@ -410,6 +437,8 @@ void addBulletCases(std::vector<StabilityCase>& cases) {
        pile},
       {"bullet.day", "24 hours", "an hour (full: a day) of steps, then a touch",
        "the clock is the sum of all steps; the touch is where gap over speed puts it", day},
+      {"bullet.tunnelling", "speed", "a ball flies at another at 50 to 1e4 m/s, up to 42 m a step",
+       "told once, at gap over speed, though Bullet itself sees nothing", tunnelling},
       {"bullet.nonsense", "nonsense", "velocities that are no numbers, infinite, or 1e30 m/s",
        "no event that is not finite", nonsense},
   };

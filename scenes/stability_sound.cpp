@@ -436,10 +436,66 @@ Measurements clickAfterADay(StabilityForm /*form*/) {
                  2.0 * std::numbers::pi * 20e3 * (0x1p-37 + 0x1p-39))};
 }
 
-/// Everything at once, of which only some has a law: it has to be finite.
+// A click a minute, without a break, at a rate at which a minute is a whole number of samples.
+Measurements clickLongRun(StabilityForm form) {
+  constexpr double kRate = 8000.0;
+  constexpr double kMinute = 60.0;
+  const int minutes = form == StabilityForm::brief ? 10 : 1440;
+  Synth synth = synthOf({}, {.sampleRate = kRate});
+  std::vector<double> first;
+  Worst error;
+  double odd = 0.0;
+  for (int minute = 0; minute < minutes; ++minute) {
+    synth.schedule(Impact{.time = minute * kMinute + 0.0123}.event());
+    const std::vector<double> sound = rendered(synth, static_cast<std::size_t>(kMinute * kRate));
+    if (first.empty()) first = sound;
+    for (std::size_t sample = 0; sample < sound.size(); ++sample) {
+      error.add(std::abs(sound[sample] - first[sample]));
+      if (sound[sample] != 0.0 && std::fpclassify(sound[sample]) == FP_SUBNORMAL) odd += 1.0;
+    }
+  }
+  Worst peak;
+  for (const double sample : first)
+    peak.add(std::abs(sample));
+  return {atMost("beside_the_first_click", error.value() / peak.value(), 1e-7),
+          exactly("denormal_samples", odd, 0.0)};
+}
+
+/// Pa, in any channel of a microphone and two pairs, one of them with cardioids.
+double loudestOf(const Impact& impact, const Seat& seat) {
+  SynthSettings settings;
+  settings.sampleRate = seat.sampleRate;
+  settings.audibleThreshold = 0.0;
+  settings.dissipative = true;
+  const Vec3 place(0.0, 0.0, seat.distance);
+  Listener spaced{.name = "spaced", .position = place};
+  spaced.format = ListenerFormat::spacedPair;
+  Listener coincident{.name = "coincident", .position = place};
+  coincident.format = ListenerFormat::coincidentPair;
+  Synth synth =
+      orThrow(Synth::create(settings, {{.name = "mono", .position = place}, spaced, coincident}));
+  orThrow(synth.setBody(kBall, impact.ball()));
+  orThrow(synth.setBody(kOther, impact.other()));
+  orThrow(synth.seek(seat.distance / kSound));
+  synth.schedule(impact.event());
+  synth.schedule(impact.otherEvent());
+  std::vector<std::vector<double>> planes(synth.channelCount(), std::vector<double>(256));
+  std::vector<double*> channels;
+  channels.reserve(planes.size());
+  for (std::vector<double>& plane : planes)
+    channels.push_back(plane.data());
+  synth.render<double>(channels, planes.front().size());
+  Worst loudest;
+  for (const std::vector<double>& plane : planes)
+    for (const double sample : plane)
+      loudest.add(std::abs(sample));
+  return loudest.value();
+}
+
+// Everything at once, of which only some has a law: it has to be finite.
 Measurements clickEverything(StabilityForm form) {
   double odd = 0.0;
-  double heardOf = 0.0;
+  double impacts = 0.0;
   const std::vector<double> rates = form == StabilityForm::full
                                         ? std::vector<double>(kRates.begin(), kRates.end())
                                         : std::vector<double>{8000.0, 192000.0};
@@ -449,21 +505,15 @@ Measurements clickEverything(StabilityForm form) {
         for (const double speed : {1e-9, 1.0, 1e4})
           for (const double distance : {1e-3, 1.0, 1e4})
             for (const double otherRadius : {0.0, 10.0}) {
-              const Impact impact{
-                  .radius = radius, .modulus = modulus, .speed = speed, .otherRadius = otherRadius};
-              Synth synth = synthOf(
-                  impact,
-                  {.sampleRate = rate, .distance = distance, .doppler = true, .dissipative = true});
-              orThrow(synth.seek(distance / kSound));
-              synth.schedule(impact.event());
-              synth.schedule(impact.otherEvent());
-              Worst loudest;
-              for (const double sample : rendered(synth, 256))
-                loudest.add(std::abs(sample));
-              heardOf += 1.0;
-              if (!std::isfinite(loudest.value())) odd += 1.0;
+              const double loudest = loudestOf({.radius = radius,
+                                                .modulus = modulus,
+                                                .speed = speed,
+                                                .otherRadius = otherRadius},
+                                               {.sampleRate = rate, .distance = distance});
+              impacts += 1.0;
+              if (!std::isfinite(loudest)) odd += 1.0;
             }
-  return {atLeast("impacts", heardOf, 200.0), exactly("not_finite", odd, 0.0)};
+  return {atLeast("impacts", impacts, 200.0), exactly("not_finite", odd, 0.0)};
 }
 
 Measurements clickNonsense(StabilityForm /*form*/) {
@@ -494,7 +544,21 @@ Measurements clickNonsense(StabilityForm /*form*/) {
   Worst heard;
   for (const double sample : rendered(synth, 4800))
     heard.add(std::abs(sample));
-  return {exactly("rejected", static_cast<double>(synth.counters().rejected), scheduled),
+  double taken = 0.0;
+  for (const double rate : {nan, infinite, -48000.0, 0.0, 7999.0, 192001.0}) {
+    SynthSettings settings;
+    settings.sampleRate = rate;
+    if (Synth::create(settings, {{.name = "seat", .position = Vec3::UnitZ()}})) taken += 1.0;
+  }
+  for (const double place : {nan, infinite})
+    if (Synth::create({}, {{.name = "seat", .position = {place, 0.0, 0.0}}})) taken += 1.0;
+  for (const double odd : {nan, infinite, -1.0, 0.0}) {
+    SoundBody body = Impact{}.ball();
+    body.radius = odd;
+    if (synth.setBody(3, body)) taken += 1.0;
+  }
+  return {exactly("settings_taken", taken, 0.0),
+          exactly("rejected", static_cast<double>(synth.counters().rejected), scheduled),
           exactly("loudest_sample", heard.value(), 0.0, "Pa")};
 }
 
@@ -533,8 +597,12 @@ void addSoundCases(std::vector<StabilityCase>& cases) {
        "sound is linear: 1000 times one", clickSimultaneous},
       {"click.after_a_day", "24 hours", "clicks 24 h after the start",
        "those of the first second, but for 7.3 ps, the rounding of their time", clickAfterADay},
+      {"click.long_run", "24 hours",
+       "a click a minute for 10 minutes (full: 24 hours), without a break",
+       "each as the first, but for the rounding of its time; no denormal numbers", clickLongRun},
       {"click.everything", "nonsense",
-       "all extremes of stiffness, size, speed, distance and rate with each other",
+       "all extremes of stiffness, size, speed, distance and rate with each other, at a microphone "
+       "and two pairs",
        "every sample is finite", clickEverything},
       {"click.nonsense", "nonsense", "events with values that are no numbers, infinite, or 0",
        "each is rejected and counted; silence", clickNonsense},
