@@ -430,6 +430,48 @@ Measurements simultaneous(StabilityForm /*form*/) {
           atMost("ball_on_two_error", ballOnTwoError(), 1e-14, "m/s")};
 }
 
+/// A heavy ball, a light one and a heavy one touch, and the first comes at 1 m/s: what the light
+/// one hands over between the two.
+struct Squeezed {
+  Worst momentum;  // share
+  Worst energy;    // share
+  Worst swapped;   // m/s, beside heavy balls that swap their speeds, over the light one's share
+
+  void look(double ratio, Simultaneous how) {
+    SphereWorld world = row(3, 1);
+    world.simultaneous = how;
+    for (Sphere& sphere : world.spheres) {
+      sphere.mass = sphere.id == 1 ? 1.0 : ratio;
+      sphere.stiffness = 1e9;
+    }
+    SphereStepper stepper = stepperOf(world);
+    stepper.advanceTo(2.0);
+    double sum = 0.0;
+    for (std::size_t ball = 0; ball < 3; ++ball)
+      sum += world.spheres[ball].mass * stepper.state(ball).velocity.x();
+    momentum.addShare(sum, ratio);
+    energy.addShare(stepper.kineticEnergy(), 0.5 * ratio);
+    swapped.add(std::abs(stepper.state(2).velocity.x() - 1.0) * ratio);
+  }
+};
+
+// By energy and momentum, the two heavy ones swap their speeds but for the light one's share: it
+// leaves with at most 1 m/s, and so with 1 / M of the momentum.
+Measurements squeezed(StabilityForm /*form*/) {
+  Squeezed rigid;
+  for (const double ratio : {1e3, 1e6, 1e9})
+    rigid.look(ratio, Simultaneous::reflections);
+  Squeezed springs;
+  for (const double ratio : {1e3, 1e6})  // beyond: docs/stability.md
+    springs.look(ratio, Simultaneous::hertz);
+  return {atMost("momentum_error", rigid.momentum.value(), 1e-12),
+          atMost("energy_error", rigid.energy.value(), 1e-12),
+          atMost("beside_a_swap_times_ratio", rigid.swapped.value(), 1.0, "m/s"),
+          atMost("momentum_error_by_hertz", springs.momentum.value(), 1e-12),
+          atMost("energy_error_by_hertz", springs.energy.value(), 1e-12),
+          atMost("beside_a_swap_times_ratio_by_hertz", springs.swapped.value(), 1.0, "m/s")};
+}
+
 // Of touching balls that follow Hertz's law there is no other scale but the speed: how stiff they
 // are decides how long it takes, and not where they go.
 Measurements stiffness(StabilityForm /*form*/) {
@@ -688,6 +730,10 @@ void addNativeCases(std::vector<StabilityCase>& cases) {
        "touching cradles of 5 and 100, a corner of three planes, a ball on two",
        "as many leave as come; all speeds are reversed; -1/5 and 2 sqrt(3) / 5 of the speed",
        simultaneous},
+      {"native.squeezed", "mass ratio",
+       "a ball between two that are 1e3 to 1e9 times as heavy (by Hertz's law to 1e6), touching",
+       "momentum and energy: the heavy ones swap their speeds but for the light one's share",
+       squeezed},
       {"native.stack", "stacks and piles", "a column of balls on the floor for 10 s",
        "exactly upright it stays, without a sound", stack},
       {"native.stack_mass_ratio", "stacks and piles",
