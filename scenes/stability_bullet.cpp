@@ -284,7 +284,7 @@ std::vector<SceneBody> columnOf(int count) {
 Measurements stack(StabilityForm /*form*/) {
   constexpr int kCount = 3;
   Run run(columnOf(kCount), kEarth);
-  run.idle(4 * 240);
+  run.idle(960);
   run.advanceFor(1.0);
   const double load = run.meanLoad(0, 1.0);
   Worst sunk;
@@ -319,7 +319,7 @@ Measurements pile(StabilityForm form) {
     bodies.push_back(ballOf({.radius = 0.05, .mass = 0.5, .position = place}, 0.3));
   }
   Run run(std::move(bodies), kEarth);
-  run.idle(8 * 240);
+  run.idle(1920);
   run.advanceFor(2.0);
   Worst sunk;
   Worst overlap;

@@ -209,7 +209,8 @@ TEST_F(Cli, UsageErrorsNameTheWrongWord) {
   EXPECT_NE(carom({"info", library("two_balls"), "--verbose"}).err.find("--verbose"),
             std::string::npos);
   EXPECT_NE(
-      carom({}).err.find("expected render, info, compare, record, replay, modes, strike or jello"),
+      carom({}).err.find("expected render, info, compare, record, replay, modes, strike, jello or "
+                         "stability"),
       std::string::npos);
 }
 
