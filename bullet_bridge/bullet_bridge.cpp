@@ -177,6 +177,7 @@ class BulletBridge::Impl : public TickHook {
   void onStepStart(double dt) override { tracker_.beginSubstep(world(), dt); }
   void onStepEnd(double dt) override;
 
+  void addToClock(double dt);
   void sortEvents(std::size_t first);
   void gatherBodies(double dt);
   void resolveNear(double dt);
@@ -227,8 +228,9 @@ class BulletBridge::Impl : public TickHook {
   std::vector<Ball> balls_;
   std::vector<std::pair<double, std::size_t>> order_;
   std::vector<ImpulseEvent> sorted_;
-  double time_ = 0.0;  // s, at the start of the substep under way
-  double dt_ = 0.0;    // s, its length
+  double time_ = 0.0;      // s, at the start of the substep under way
+  double timeRest_ = 0.0;  // s, what rounding has left out of it
+  double dt_ = 0.0;        // s, its length
   double previousDt_ = 0.0;
   double previousTime_ = 0.0;
 };
@@ -250,8 +252,17 @@ void BulletBridge::Impl::onStepEnd(double dt) {
   sortEvents(first);
   previousTime_ = time_;
   previousDt_ = dt;
-  time_ += dt;
+  addToClock(dt);
   if (settings_.onSubstep) settings_.onSubstep();
+}
+
+// A compensated sum (Kahan 1965, Commun. ACM 8, 40): the roundings of millions of equal steps, as
+// of a host in double precision that runs for a day, are mostly to one side.
+void BulletBridge::Impl::addToClock(double dt) {
+  const double step = dt + timeRest_;
+  const double next = time_ + step;
+  timeRest_ = step - (next - time_);
+  time_ = next;
 }
 
 // By time, from the first of this substep on; those of one time stay as they are.

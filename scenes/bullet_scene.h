@@ -16,8 +16,8 @@ namespace carom {
 /// run, see whyNotOnBullet: of others it leaves out what it cannot do. [one thread]
 ///
 /// A scene with solids is tuned besides (world_advice.h), all of it: with the defaults, flat bodies
-/// lose up to half of their bounce on a plane. Scenes without any keep the defaults, unless they ask
-/// for the same (StepperSettings::tuned).
+/// lose up to half of their bounce on a plane. Scenes without any keep the defaults, unless they
+/// ask for the same (StepperSettings::tuned).
 ///
 /// Restitutions of pairs of materials, and what holds up rolling. Bullet knows bodies only, and one
 /// function of each for the whole process that combines two of them
@@ -68,8 +68,8 @@ class BulletScene {
   bool hasTurnedFrames_ = false;
 };
 
-/// Whether Bullet's solver pushed two bodies apart at this point in the last step. Points beyond the
-/// distance that it works on keep the impulse of an earlier one (see tune).
+/// Whether Bullet's solver pushed two bodies apart at this point in the last step. Points beyond
+/// the distance that it works on keep the impulse of an earlier one (see tune).
 inline bool isPushed(const btPersistentManifold& manifold, const btManifoldPoint& point) {
   return point.getAppliedImpulse() > 0 &&
          point.getDistance() <= manifold.getContactProcessingThreshold();

@@ -1,5 +1,5 @@
-// The carom command: render, info, compare, report, record, replay, modes, strike, jello. Exit
-// codes: 0 done, 1 failed, 2 bad input.
+// The carom command: render, info, compare, report, record, replay, modes, strike, jello,
+// stability. Exit codes: 0 done, 1 failed, 2 bad input.
 
 #include <algorithm>
 #include <cctype>
@@ -35,12 +35,14 @@
 #include "scenes/report_command.h"
 #include "scenes/report_text.h"
 #include "scenes/scene_loader.h"
+#include "scenes/stability_command.h"
 #include "scenes/strike_command.h"
 
 namespace carom {
 namespace {
 
-constexpr const char* kCommands = "render, info, compare, report, record, replay, modes, strike or jello";
+constexpr const char* kCommands =
+    "render, info, compare, report, record, replay, modes, strike, jello or stability";
 
 struct Arguments {
   std::string scene;  // replay: the recording
@@ -473,6 +475,7 @@ int run(int argc, char** argv) {
   const ModesCommand modes(app);
   const StrikeCommand strike(app);
   const JelloCommand jello(app);
+  const StabilityCommand stability(app);
   app.allow_extras();  // after the commands, which do not inherit it then
   try {
     app.parse(argc, argv);
@@ -492,6 +495,7 @@ int run(int argc, char** argv) {
   if (modes.parsed()) return modes.run();
   if (strike.parsed()) return strike.run();
   if (jello.parsed()) return jello.run();
+  if (stability.parsed()) return stability.run();
   return fail(kBadInput, std::string("no command; expected ") + kCommands + " (carom --help)");
 }
 

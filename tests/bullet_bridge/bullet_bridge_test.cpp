@@ -309,6 +309,16 @@ TEST(BulletBridge, PairsThatBulletDoesNotLetCollideAreSilent) {
   }
 }
 
+// Simply added up, 0.1 s in double precision would be off by 0.5 us.
+TEST(BulletBridge, TheClockOfADayIsTheSumOfItsStepsWithinANanosecond) {
+  SphereBulletWorld world;
+  const BulletBridge bridge = attached(world);
+  constexpr int kSteps = 864'000;
+  world.step(0.1, kSteps);
+  const double step = btScalar(0.1);
+  EXPECT_NEAR(bridge.time(), kSteps * step, 1e-9);
+}
+
 TEST(BulletBridge, SubstepsOfOneCallEachHaveTheirOwnTime) {
   SphereBulletWorld world;
   world.addPlane(Vec3::UnitY(), 0.0, 1.0);

@@ -208,9 +208,10 @@ TEST_F(Cli, UsageErrorsNameTheWrongWord) {
   EXPECT_NE(carom({"frobnicate"}).err.find("frobnicate"), std::string::npos);
   EXPECT_NE(carom({"info", library("two_balls"), "--verbose"}).err.find("--verbose"),
             std::string::npos);
-  EXPECT_NE(
-      carom({}).err.find("expected render, info, compare, record, replay, modes, strike or jello"),
-      std::string::npos);
+  EXPECT_NE(carom({}).err.find(
+                "expected render, info, compare, report, record, replay, modes, strike, jello or "
+                "stability"),
+            std::string::npos);
 }
 
 // Help

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "audio/result.h"
+#include "scenes/stability.h"
+
+namespace carom {
+
+// The cases of each module. Only for the files of stability_*.cpp.
+
+void addNativeCases(std::vector<StabilityCase>& cases);
+void addSoundCases(std::vector<StabilityCase>& cases);
+void addModalCases(std::vector<StabilityCase>& cases);
+void addContactCases(std::vector<StabilityCase>& cases);
+void addJelloCases(std::vector<StabilityCase>& cases);
+void addBulletCases(std::vector<StabilityCase>& cases);
+
+/// What a case needs to go on: what is refused there is a failed verdict.
+template <class T>
+T orThrow(Result<T> result) {
+  if (!result) throw std::runtime_error(result.error().message);
+  return *std::move(result);
+}
+
+inline void orThrow(const Status& status) {
+  if (!status) throw std::runtime_error(status.error().message);
+}
+
+/// The largest of many; NaN once there was one.
+class Worst {
+ public:
+  void add(double value) {
+    if (!(value <= value_)) value_ = std::isnan(value_) ? value_ : value;
+  }
+  /// The error of a value as a share of what is expected.
+  void addShare(double value, double expected) { add(std::abs(value / expected - 1.0)); }
+  double value() const { return value_; }
+
+ private:
+  double value_ = 0.0;
+};
+
+}  // namespace carom

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "scenes/stability.h"
+
+namespace carom {
+
+/// `carom stability`: runs stiff and extreme cases, and says what theory expects of each.
+class StabilityCommand {
+ public:
+  /// Outlives the parsing.
+  explicit StabilityCommand(CLI::App& app);
+  bool parsed() const { return command_->parsed(); }
+  /// The program's exit code: 1 if a case fails.
+  int run() const;
+
+ private:
+  StabilityForm form() const { return short_ ? StabilityForm::brief : StabilityForm::full; }
+  int list(const std::vector<StabilityCase>& cases) const;
+
+  CLI::App* command_;
+  std::string only_;
+  std::string output_;
+  bool short_ = false;
+  bool list_ = false;
+  bool json_ = false;
+};
+
+}  // namespace carom
