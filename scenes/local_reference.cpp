@@ -211,7 +211,12 @@ void LocalReference::record(const PairStep& pair, const Touch& touch, double dt)
 
   const BodyStep sphere = stateAt(pair.first, touch, dt);
   const BodyStep partner = stateAt(pair.second, touch, dt);
-  const Path path{sphere.position - partner.position, {}, {}, pair.reach, pair.plane, pair.block};
+  const Path path{sphere.position - partner.position,
+                  Vec3::Zero(),
+                  Vec3::Zero(),
+                  pair.reach,
+                  pair.plane,
+                  pair.block};
   const double radius = std::get<SphereShape>(first.shape).radius;
   ImpulseEvent event;
   event.time = time;

@@ -1,7 +1,6 @@
 #include "scenes/render.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -10,6 +9,7 @@
 #include "audio/partial_file.h"
 #include "scenes/events_file.h"
 #include "scenes/recorded_scene.h"
+#include "scenes/stopwatch.h"
 
 namespace carom {
 namespace {
@@ -100,7 +100,7 @@ void replaceStepper(Plan& plan) {
 }  // namespace
 
 Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch stopwatch;
   Result<SceneSound> sound = soundOf(scene, options);
   if (!sound) return sound.error();
   Result<Files> files = openFiles(scene, options);
@@ -132,7 +132,7 @@ Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& option
                   "steps of sliding or rolling stay below it");
   leaveOutCounted(report.plan, sound->stepper().crushed(), "crushed_spheres",
                   "spheres were left no room by what moves, and touch nothing any more");
-  report.wallTime = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  report.wallTime = stopwatch.seconds();
   return report;
 }
 

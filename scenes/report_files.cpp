@@ -60,9 +60,9 @@ Json machineJson() {
   const std::string compiler = "unknown";
 #endif
 #ifdef NDEBUG
-  const char* build = "without assertions";
+  const char* build = "release";
 #else
-  const char* build = "with assertions";
+  const char* build = "development";
 #endif
   return {{"processor", processor()},
           {"cores", std::thread::hardware_concurrency()},

@@ -19,7 +19,7 @@ std::string base64(std::string_view bytes);
 /// is a quarter: what is louder by more than 12 dB is clipped.
 nlohmann::ordered_json mediaJson(const SceneReport& report);
 
-inline constexpr double kHeard = 3.0;  ///< s
+inline constexpr double kHeard = 2.0;  ///< s
 
 /// The picture of a spectrogram's data: columns of rows bytes each, from the lowest frequency up.
 struct Spectrogram {

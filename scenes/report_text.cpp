@@ -356,7 +356,7 @@ std::string infoText(const Scene& scene) {
     text += listenerText(scene.listeners[index], channels[index]);
   text += std::string("stepper   ") + stepperName(scene.stepper.type);
   if (scene.stepper.type == StepperType::bullet)
-    text += format(", step %.4g s", scene.stepper.step);
+    text += format(", step %.4g s%s", scene.stepper.step, scene.stepper.tuned ? ", tuned" : "");
   return text + '\n' + planText(makePlan(scene));
 }
 
@@ -373,7 +373,10 @@ Json infoJson(const Scene& scene) {
   }
   Json stepper = {{"type", stepperName(scene.stepper.type)},
                   {"rest_speed_m_s", scene.stepper.restSpeed}};
-  if (scene.stepper.type == StepperType::bullet) stepper["step_s"] = scene.stepper.step;
+  if (scene.stepper.type == StepperType::bullet) {
+    stepper["step_s"] = scene.stepper.step;
+    stepper["tuned"] = scene.stepper.tuned;
+  }
   return {{"name", scene.name},
           {"description", scene.description},
           {"duration_s", scene.duration},

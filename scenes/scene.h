@@ -147,8 +147,8 @@ struct Scene {
   RestitutionTable restitutions;  ///< of pairs of materials that have one of their own
   SceneMechanics mechanics;
   std::vector<Listener> listeners;
-  std::vector<ListenerPath> paths;  ///< of listeners that move, at most one for each
-  std::vector<HeadFile> headFiles;  ///< of binaural listeners that name one
+  std::vector<ListenerPath> paths;       ///< of listeners that move, at most one for each
+  std::vector<HeadFile> headFiles;       ///< of binaural listeners that name one
   std::optional<std::size_t> mostModes;  ///< of a body that are heard, its lowest; empty: all
 };
 

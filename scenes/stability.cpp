@@ -1,7 +1,6 @@
 #include "scenes/stability.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <exception>
 #include <iomanip>
@@ -11,15 +10,12 @@
 #include <nlohmann/json.hpp>
 
 #include "scenes/stability_cases.h"
+#include "scenes/stopwatch.h"
 
 namespace carom {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-double secondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 std::string numberText(double number) {
   std::ostringstream text;
@@ -124,7 +120,7 @@ nlohmann::ordered_json jsonOf(const StabilityVerdict& verdict) {
 StabilityVerdict verdictOf(const StabilityCase& item, StabilityForm form) {
   StabilityVerdict verdict;
   verdict.of = item;
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch stopwatch;
   try {
     verdict.measurements = item.measure(form);
     if (verdict.measurements.empty()) verdict.error = "it measured nothing";
@@ -133,7 +129,7 @@ StabilityVerdict verdictOf(const StabilityCase& item, StabilityForm form) {
   } catch (...) {
     verdict.error = "it threw something unknown";
   }
-  verdict.took = secondsSince(start);
+  verdict.took = stopwatch.seconds();
   return verdict;
 }
 
@@ -230,7 +226,7 @@ StabilityReport runStability(const std::vector<StabilityCase>& cases, StabilityF
   StabilityReport report;
   report.form = form;
   report.verdicts.reserve(cases.size());
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch stopwatch;
   for (const StabilityCase& item : cases) {
     if (progress)
       progress(item.id,
@@ -238,7 +234,7 @@ StabilityReport runStability(const std::vector<StabilityCase>& cases, StabilityF
     report.verdicts.push_back(verdictOf(item, form));
   }
   if (progress) progress("", 1.0);
-  report.took = secondsSince(start);
+  report.took = stopwatch.seconds();
   return report;
 }
 

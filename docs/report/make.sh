@@ -9,10 +9,10 @@ scenes="bouncing_ball newtons_cradle billiard_break marbles_in_a_box dropped_wre
 
 carom_require $carom_build_packages $carom_bench_packages chromium python3
 carom_build release
-build/release/scenes/carom report $(printf 'scenes/library/%s.json ' $scenes) --runs 5 -o docs/report
+build/release/scenes/carom report $(printf 'scenes/library/%s.json ' $scenes) --runs 3 -o docs/report
 python3 docs/report/prices.py docs/report/report.json >docs/report/prices.md
 python3 tests/report_page/page_test.py --page docs/report/index.html
 for scene in $scenes; do
-  chromium --headless=new --no-sandbox --disable-gpu --hide-scrollbars --window-size=1100,1900 --virtual-time-budget=30000 \
+  chromium --headless=new --no-sandbox --disable-gpu --hide-scrollbars --window-size=1100,2450 --virtual-time-budget=30000 \
     --screenshot="docs/figures/report_$scene.png" "file://$PWD/docs/report/index.html#only=$scene" >/dev/null 2>&1
 done

@@ -1,5 +1,5 @@
 // What a scene pays for what it does not need: features that are linked in, and features that are
-// configured and never come into play. Each figure is beside the same scene without them.
+// configured and never come into play, beside the same scene without them. Prints a table.
 
 #include <algorithm>
 #include <array>
@@ -7,23 +7,21 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <memory>
+#include <functional>
+#include <limits>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include <benchmark/benchmark.h>
-#include <fcntl.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "scenes/memory_use.h"
 #include "scenes/scene_loader.h"
 #include "scenes/scene_sound.h"
 #include "scenes/scene_stepper.h"
-#include "tests/bench/figures.h"
+#include "scenes/stopwatch.h"
 
 namespace carom::bench {
 namespace {
@@ -31,7 +29,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kBlock = 4096;  // samples
-constexpr Bar kFree = {Bar::Of::ratio, 1.02};
+constexpr double kFree = 1.02;        // times what it costs without
+constexpr int kRuns = 25;
 
 template <class T>
 T orExit(Result<T> result) {
@@ -46,26 +45,29 @@ std::string libraryFile(const std::string& name) {
   return CAROM_SOURCE_DIR "/scenes/library/" + name + ".json";
 }
 
-/// Eighty marbles for two seconds, with nothing but clicks: no roughness, nobody rings.
-Scene plain() {
-  Scene scene = orExit(loadScene(libraryFile("marbles_in_a_box")));
+/// Two seconds of a scene with nothing but clicks: no roughness, nobody rings. Of eighty marbles,
+/// unless it is another.
+Scene plain(const std::string& name = "marbles_in_a_box") {
+  Scene scene = orExit(loadScene(libraryFile(name)));
   scene.duration = 2.0;
   for (SceneBody& body : scene.bodies)
     body.material.roughness = {};
   return scene;
 }
 
-/// What can be configured in a scene, and is not needed by these marbles.
+/// What can be configured in a scene, and is not needed by it.
 struct Feature {
   std::string name;
   Scene scene;
+  Scene without;
 };
 
 SceneBody farBell() {
   SceneBody bell = {"bell", *findMaterial("steel"),
                     SphereShape{.radius = 0.1, .mass = 32.0, .position = {0.0, 500.0, 500.0}}};
   bell.ringing = Ringing{};
-  bell.ringing->analysis.degreesOfFreedom = 2000;
+  bell.ringing->analysis.solid.grid.degreesOfFreedom = 2000;
+  bell.ringing->analysis.radiation.reset();
   return bell;
 }
 
@@ -73,25 +75,17 @@ std::vector<Feature> features() {
   std::vector<Feature> all;
   Scene rough = plain();
   for (SceneBody& body : rough.bodies)
-    body.material.roughness = findMaterial("brick")->roughness;
-  all.push_back({"bumps on every body", std::move(rough)});
-  Scene bell = plain();
-  bell.gravity = Vec3::Zero();
+    body.material.roughness = findMaterial("concrete")->roughness;
+  all.push_back({"bumps on every body", std::move(rough), plain()});
+  Scene bell = plain("newtons_cradle");
   bell.bodies.push_back(farBell());
-  all.push_back({"a bell that nothing strikes", std::move(bell)});
+  all.push_back({"a bell that nothing strikes", std::move(bell), plain("newtons_cradle")});
   Scene loss = plain();
   loss.sound.contactLoss = 0.5;
   loss.sound.modalRadiation = ModalRadiation::monopole;
   loss.mostModes = 16;
-  all.push_back({"settings of modes without modes", std::move(loss)});
+  all.push_back({"settings of modes without modes", std::move(loss), plain()});
   return all;
-}
-
-/// The same scene without the feature.
-Scene without(const Feature& feature) {
-  Scene scene = plain();
-  scene.gravity = feature.scene.gravity;
-  return scene;
 }
 
 using Channels = std::vector<std::vector<float>>;
@@ -100,6 +94,7 @@ template <class Heard>
 void render(const Scene& scene, const Heard& heard) {
   SceneSound sound = orExit(SceneSound::create(scene));
   Channels channels(channelsOf(scene), std::vector<float>(kBlock));
+  heard(channels, 0);
   while (const std::size_t frames = sound.render(channels))
     heard(channels, frames);
 }
@@ -122,6 +117,7 @@ void renderByHand(const Scene& scene, const Heard& heard) {
     orExit(synth.setBody(static_cast<BodyId>(id), body));
   }
   Channels channels(channelsOf(scene), std::vector<float>(kBlock));
+  heard(channels, 0);
   const auto frames = static_cast<std::size_t>(scene.duration * scene.sampleRate);
   for (std::size_t done = 0; done < frames; done += kBlock) {
     const std::size_t count = std::min(kBlock, frames - done);
@@ -138,21 +134,32 @@ void renderByHand(const Scene& scene, const Heard& heard) {
 
 using Renderer = std::function<void(const std::function<void(const Channels&, std::size_t)>&)>;
 
-void timeOf(benchmark::State& state, const Scene& scene, const Renderer& renderer) {
-  for ([[maybe_unused]] const auto iteration : state)
-    renderer([](const Channels& channels, std::size_t) {
-      benchmark::DoNotOptimize(channels.front().data());
-    });
-  reportTime(state, scene.duration);
-}
+/// What rendering costs once all is made.
+struct Cost {
+  double seconds = std::numeric_limits<double>::infinity();  // for a simulated second
+  double bytes = 0.0;                                        // of heap at most, with what is made
 
-void memoryOf(benchmark::State& state, const Renderer& renderer) {
-  std::size_t most = 0;
+  void takeSmaller(const Cost& other) {
+    seconds = std::min(seconds, other.seconds);
+    bytes = std::max(bytes, other.bytes);
+  }
+};
+
+Cost costOf(const Renderer& renderer, double duration) {
   const std::size_t before = heapInUse().value_or(0);
-  for ([[maybe_unused]] const auto iteration : state)
-    renderer(
-        [&most](const Channels&, std::size_t) { most = std::max(most, heapInUse().value_or(0)); });
-  reportValue(state, static_cast<double>(most) - static_cast<double>(before));
+  std::size_t most = before;
+  std::optional<Stopwatch> stopwatch;
+  renderer([&](const Channels&, std::size_t frames) {
+    if (frames == 0) {
+      most = std::max(most, heapInUse().value_or(0));
+      stopwatch.emplace();
+    }
+  });
+  Cost cost;
+  cost.seconds = stopwatch->seconds() / duration;
+  renderer([&](const Channels&, std::size_t) { most = std::max(most, heapInUse().value_or(0)); });
+  cost.bytes = static_cast<double>(most - before);
+  return cost;
 }
 
 std::vector<float> samplesOf(const Renderer& renderer) {
@@ -169,34 +176,30 @@ struct Pair {
   std::string name;
   Scene scene;
   Renderer with;
-  std::string yardstick;
   Renderer without;
 };
 
-void addPair(Figures& figures, const Pair& pair) {
+void printRow(const std::string& name, const std::string& unit, double with, double without,
+              const std::string& bar, const std::string& verdict, bool same) {
+  std::printf("| %s | %.4g %s | %.4g %s | %.3f | %s | %s | %s |\n", name.c_str(), with,
+              unit.c_str(), without, unit.c_str(), with / without, bar.c_str(), verdict.c_str(),
+              same ? "the same" : "other");
+}
+
+void printPair(const Pair& pair) {
   const bool same = samplesOf(pair.with) == samplesOf(pair.without);
-  const std::string error = same ? "the same samples" : "other samples";
-  const Scene scene = pair.scene;
-  const Renderer with = pair.with;
-  const Renderer without = pair.without;
-  figures.add({.name = pair.name + ": time",
-               .unit = "ms per s",
-               .subject = [=](benchmark::State& state) { timeOf(state, scene, with); },
-               .yardstickName = pair.yardstick,
-               .yardstick = [=](benchmark::State& state) { timeOf(state, scene, without); },
-               .bar = kFree,
-               .sense = Sense::lowerIsBetter,
-               .error = error,
-               .scale = 1e3});
-  figures.add({.name = pair.name + ": heap",
-               .unit = "kB",
-               .subject = [=](benchmark::State& state) { memoryOf(state, with); },
-               .yardstickName = pair.yardstick,
-               .yardstick = [=](benchmark::State& state) { memoryOf(state, without); },
-               .bar = kFree,
-               .sense = Sense::lowerIsBetter,
-               .error = error,
-               .scale = 1e-3});
+  Cost with;
+  Cost without;
+  // In turns, and the least of each: what else the machine does only adds.
+  for (int run = 0; run < kRuns; ++run) {
+    with.takeSmaller(costOf(pair.with, pair.scene.duration));
+    without.takeSmaller(costOf(pair.without, pair.scene.duration));
+  }
+  const double ratio = with.seconds / without.seconds;
+  printRow(pair.name + ": time", "ms/s", 1e3 * with.seconds, 1e3 * without.seconds, "<= 1.02",
+           ratio <= kFree ? "holds" : "falls short", same);
+  printRow(pair.name + ": heap", "kB", 1e-3 * with.bytes, 1e-3 * without.bytes, "<= 1.02",
+           with.bytes / without.bytes <= kFree ? "holds" : "falls short", same);
 }
 
 Renderer whole(const Scene& scene) {
@@ -210,26 +213,15 @@ struct Usage {
   bool worked = false;
 };
 
-Usage usageOf(std::vector<std::string> arguments) {
-  std::vector<char*> pointers;
-  pointers.reserve(arguments.size() + 1);
-  for (std::string& argument : arguments)
-    pointers.push_back(argument.data());
-  pointers.push_back(nullptr);
-  const pid_t child = vfork();
-  if (child == 0) {
-    execv(pointers.front(), pointers.data());
-    _exit(127);
-  }
-  int status = 0;
-  rusage used{};
-  if (child < 0 || wait4(child, &status, 0, &used) != child) return {};
-  const auto seconds = [](const timeval& time) {
-    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
-  };
-  return {seconds(used.ru_utime) + seconds(used.ru_stime),
-          1024.0 * static_cast<double>(used.ru_maxrss),
-          WIFEXITED(status) && WEXITSTATUS(status) == 0};
+/// Of a program, with arguments that need no quotes inside.
+Usage usageOf(const std::string& program, const std::string& arguments) {
+  const std::string command = "'" CAROM_PROCESS_USAGE "' '" + program + "' " + arguments;
+  FILE* said = popen(command.c_str(), "r");
+  if (said == nullptr) return {};
+  Usage usage;
+  const int read = std::fscanf(said, "%lf %lf", &usage.seconds, &usage.bytes);
+  usage.worked = pclose(said) == 0 && read == 2;
+  return usage;
 }
 
 std::string contentsOf(const fs::path& file) {
@@ -238,58 +230,41 @@ std::string contentsOf(const fs::path& file) {
   return text.str();
 }
 
-void addProcesses(Figures& figures) {
+void printProcesses() {
   const fs::path folder = fs::temp_directory_path();
   const std::string all = folder / ("carom_plan_all_" + std::to_string(getpid()) + ".wav");
   const std::string bare = folder / ("carom_plan_bare_" + std::to_string(getpid()) + ".wav");
-  // Without standard output: the command says what it did.
-  const std::vector<std::string> command = {"/bin/sh", "-c",
-                                            std::string("exec " CAROM_COMMAND " render '") +
-                                                libraryFile("newtons_cradle") + "' -o " + all +
-                                                " >/dev/null"};
-  const std::vector<std::string> byHand = {CAROM_PLAN_BARE, bare};
-  const bool worked = usageOf(command).worked && usageOf(byHand).worked;
-  const bool same = worked && contentsOf(all) == contentsOf(bare);
+  const std::string arguments = "render '" + libraryFile("newtons_cradle") + "' -o '" + all + "'";
+  Usage with{std::numeric_limits<double>::infinity(), 0.0, true};
+  Usage without = with;
+  for (int run = 0; run < kRuns; ++run) {
+    const Usage one = usageOf(CAROM_COMMAND, arguments);
+    const Usage other = usageOf(CAROM_PLAN_BARE, "'" + bare + "'");
+    with = {std::min(with.seconds, one.seconds), one.bytes, with.worked && one.worked};
+    without = {std::min(without.seconds, other.seconds), other.bytes,
+               without.worked && other.worked};
+  }
+  const bool same = with.worked && without.worked && contentsOf(all) == contentsOf(bare);
   fs::remove(all);
   fs::remove(bare);
-  const auto add = [&](const std::string& name, const std::string& unit, double Usage::*part,
-                       double scale) {
-    const auto measure = [part](const std::vector<std::string>& arguments,
-                                const std::string& file) {
-      return [part, arguments, file](benchmark::State& state) {
-        Usage usage;
-        for ([[maybe_unused]] const auto iteration : state)
-          usage = usageOf(arguments);
-        fs::remove(file);
-        if (!usage.worked) return state.SkipWithError("the process failed");
-        reportValue(state, usage.*part);
-      };
-    };
-    figures.add({.name = name,
-                 .unit = unit,
-                 .subject = measure(command, all),
-                 .yardstickName = "a program of native and audio alone",
-                 .yardstick = measure(byHand, bare),
-                 .sense = Sense::lowerIsBetter,
-                 .error = same ? "the same file" : "another file",
-                 .scale = scale});
-  };
-  add("carom render, the process: processor time", "ms", &Usage::seconds, 1e3);
-  add("carom render, the process: memory", "MB", &Usage::bytes, 1e-6);
+  printRow("`carom render`, the process: processor time", "ms", 1e3 * with.seconds,
+           1e3 * without.seconds, "none", "", same);
+  printRow("`carom render`, the process: memory", "MB", 1e-6 * with.bytes, 1e-6 * without.bytes,
+           "none", "", same);
 }
 
 }  // namespace
 }  // namespace carom::bench
 
-int main(int argc, char** argv) {
+int main() {
   using namespace carom::bench;
-  Figures figures;
+  std::printf(
+      "| what | with | without | ratio | bar | | samples |\n|---|---|---|---|---|---|---|\n");
   const carom::Scene scene = plain();
-  addPair(figures, {"everything linked in", scene, whole(scene), "stages by hand",
-                    [scene](const auto& heard) { renderByHand(scene, heard); }});
+  printPair({"everything linked in, beside the stages by hand", scene, whole(scene),
+             [scene](const auto& heard) { renderByHand(scene, heard); }});
   for (const Feature& feature : features())
-    addPair(figures, {feature.name, feature.scene, whole(feature.scene), "without it",
-                      whole(without(feature))});
-  addProcesses(figures);
-  return figures.run(argc, argv);
+    printPair({feature.name, feature.scene, whole(feature.scene), whole(feature.without)});
+  printProcesses();
+  return 0;
 }

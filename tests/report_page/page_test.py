@@ -151,7 +151,7 @@ def expected(report, media):
 
 def number(text):
     """The number that a cell shows, its unit (s, B, m, %, dB) taken into account."""
-    match = re.fullmatch(r"([−\d.]+)(?:·10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?(?:\u202f(dB|%|([fpnµmkMGT]?)(?:s|B)))?", text)
+    match = re.fullmatch(r"([−\d.]+)(?:·10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?(?:\u202f(dB|%|([fpnµmkMGT]?)(?:s|B|m)))?", text)
     if not match:
         return None
     mantissa, power, unit, prefix = match.groups()
