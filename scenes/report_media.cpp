@@ -188,7 +188,7 @@ class Levels {
   // Narrow rows share their bins, so that low frequencies have no gaps.
   double levelOf(double from, double to) const {
     double sum = 0.0;
-    for (auto bin = static_cast<std::size_t>(from + 0.5);
+    for (auto bin = static_cast<std::size_t>(std::lround(from));
          static_cast<double>(bin) - 0.5 < to && bin < samples_.size() / 2; ++bin) {
       const double low = std::max(from, static_cast<double>(bin) - 0.5);
       const double high = std::min(to, static_cast<double>(bin) + 0.5);

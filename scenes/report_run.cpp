@@ -78,7 +78,9 @@ void watchBullet(const Scene& scene, MechanicsRun& run) {
 Status watchSpheres(const Scene& scene, MechanicsRun& run) {
   Result<SphereStepper> stepper = nativeStepper(scene);
   if (!stepper) return stepper.error();
-  for (double time = 0.0; time <= scene.duration; time += kPicture) {
+  const auto pictures = static_cast<std::size_t>(scene.duration / kPicture);
+  for (std::size_t picture = 0; picture <= pictures; ++picture) {
+    const double time = kPicture * static_cast<double>(picture);
     static_cast<void>(stepper->advanceTo(time));
     run.energies.push_back({time, stepper->kineticEnergy(), stepper->potentialEnergy()});
   }

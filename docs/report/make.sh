@@ -7,7 +7,7 @@ source .ci/dependencies.sh
 
 scenes="bouncing_ball newtons_cradle billiard_break marbles_in_a_box dropped_wrench marble_rolls_on_wood jello_and_marbles"
 
-carom_require $carom_build_packages $carom_bench_packages chromium python3
+carom_require $carom_build_packages $carom_bench_packages $carom_page_packages
 carom_build release
 build/release/scenes/carom report $(printf 'scenes/library/%s.json ' $scenes) --runs 3 -o docs/report
 python3 docs/report/prices.py docs/report/report.json >docs/report/prices.md
