@@ -102,10 +102,9 @@ class SceneReporter {
 
   Status add(const ReportChoice& choice) {
     const Scene scene = sceneOf(scene_, choice);
-    Result<std::string> why = whyTooLong(choice, scene);
-    if (!why) return why.error();
-    if (!why->empty()) {
-      report_.leftOut.push_back({choice.label, *why});
+    const std::string why = whyTooLong(choice, scene);
+    if (!why.empty()) {
+      report_.leftOut.push_back({choice.label, why});
       return std::monostate{};
     }
     const MechanicsKey key = keyOf(choice);
@@ -122,11 +121,11 @@ class SceneReporter {
     return measure(choice, scene, mechanics_.at(key));
   }
 
-  /// Bullet's from how long coarser steps took.
-  Result<std::string> whyTooLong(const ReportChoice& choice, const Scene& scene) const {
-    if (report_.variants.empty() || mechanics_.contains(keyOf(choice))) return std::string();
+  /// Or why it cannot be run at all. Bullet's from how long coarser steps took.
+  std::string whyTooLong(const ReportChoice& choice, const Scene& scene) const {
+    if (report_.variants.empty() || mechanics_.contains(keyOf(choice))) return {};
     Result<double> seconds = expectedSeconds(scene);
-    if (!seconds) return seconds.error();
+    if (!seconds) return seconds.error().message;
     if (choice.stepper.type == StepperType::bullet) {
       for (const auto& [key, mechanics] : mechanics_) {
         const auto& [onBullet, step, tuned, integrator, jelloStep] = key;
@@ -134,7 +133,7 @@ class SceneReporter {
           *seconds = std::max(*seconds, mechanics.run.seconds.front() * step / choice.stepper.step);
       }
     }
-    if (*seconds <= options_.budget) return std::string();
+    if (*seconds <= options_.budget) return {};
     return "a run would take about " + std::to_string(std::lround(*seconds)) + " s";
   }
 
