@@ -10,6 +10,7 @@
 #include "scenes/bullet_only.h"
 #include "scenes/jello_scene.h"
 #include "scenes/native_only.h"
+#include "scenes/sound_names.h"
 
 namespace carom {
 namespace {
@@ -19,22 +20,6 @@ constexpr int kGameRate = 60;                         // Hz
 constexpr int kFilmRate = 1000;                       // Hz
 constexpr std::size_t kGameModes = 16;
 constexpr std::array<std::size_t, 4> kModes = {64, 16, 4, 0};
-
-const char* nameOf(PulseShape shape) {
-  switch (shape) {
-    case PulseShape::hertz:
-      return "hertz";
-    case PulseShape::halfSine:
-      return "half_sine";
-    case PulseShape::gaussian:
-      return "gaussian";
-    case PulseShape::mitchellNetravali:
-      return "mitchell_netravali";
-    case PulseShape::handOut:
-      return "hand_out";
-  }
-  return "";
-}
 
 const char* nameOf(EventTime time) {
   switch (time) {
@@ -168,7 +153,7 @@ class Grid {
 
   void addPulse(PulseShape shape, const std::string& label) {
     ReportChoice choice =
-        variant(VariantGroup::sound, std::string("pulse_") + nameOf(shape), label);
+        variant(VariantGroup::sound, std::string("pulse_") + carom::nameOf(shape), label);
     choice.dissipative = false;
     choice.pulse = shape;
     add(choice);
@@ -335,9 +320,9 @@ std::vector<std::pair<std::string, std::variant<std::string, double, bool>>> nam
     word("integrator", carom::nameOf(choice.jello->integrator));
     names.emplace_back("step", choice.jello->step);
   }
-  word("pulse", choice.dissipative ? "dissipative" : nameOf(choice.pulse));
-  word("sampling", choice.sampling == Sampling::bandLimited ? "band_limited" : "naive");
-  word("radiation", choice.radiation == Radiation::exact ? "exact" : "compact");
+  word("pulse", pulseName(choice.pulse, choice.dissipative));
+  word("sampling", samplingName(choice.sampling));
+  word("radiation", radiationName(choice.radiation));
   names.emplace_back("doppler", choice.doppler);
   if (choice.mostModes) names.emplace_back("modes", static_cast<double>(*choice.mostModes));
   return names;

@@ -17,6 +17,7 @@
 #include "audio/partial_file.h"
 #include "scenes/report_media.h"
 #include "scenes/report_page.h"
+#include "scenes/report_text.h"
 
 namespace carom {
 namespace {
@@ -68,13 +69,6 @@ Json machineJson() {
           {"cores", std::thread::hardware_concurrency()},
           {"compiler", compiler},
           {"build", build}};
-}
-
-Json planJson(const Plan& plan) {
-  Json leftOut = Json::array();
-  for (const LeftOut& entry : plan.leftOut)
-    leftOut.push_back({{"stage", entry.stage}, {"why", entry.why}});
-  return {{"needed", plan.needed}, {"left_out", leftOut}};
 }
 
 const char* nameOf(LocalKind kind) {

@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "scenes/plan.h"
+#include "scenes/sound_names.h"
 
 namespace carom {
 namespace {
@@ -41,14 +42,6 @@ Json number(double value) {
 
 Json errors(const ErrorSummary& summary, double scale) {
   return {{"rms", summary.rms * scale}, {"max", summary.max * scale}};
-}
-
-Json planJson(const Plan& plan) {
-  Json leftOut = Json::array();
-  for (const LeftOut& entry : plan.leftOut) {
-    leftOut.push_back({{"stage", entry.stage}, {"why", entry.why}});
-  }
-  return {{"needed", plan.needed}, {"left_out", leftOut}};
 }
 
 std::string planText(const Plan& plan) {
@@ -84,31 +77,6 @@ const char* formatName(ListenerFormat format) {
       break;
   }
   return "mono";
-}
-
-const char* pulseName(const SynthSettings& sound) {
-  if (sound.dissipative) return "dissipative";
-  switch (sound.pulse) {
-    case PulseShape::halfSine:
-      return "half_sine";
-    case PulseShape::gaussian:
-      return "gaussian";
-    case PulseShape::mitchellNetravali:
-      return "mitchell_netravali";
-    case PulseShape::handOut:
-      return "hand_out";
-    case PulseShape::hertz:
-      break;
-  }
-  return "hertz";
-}
-
-const char* samplingName(Sampling sampling) {
-  return sampling == Sampling::naive ? "naive" : "band_limited";
-}
-
-const char* radiationName(Radiation radiation) {
-  return radiation == Radiation::compact ? "compact" : "exact";
 }
 
 struct Contents {
@@ -340,6 +308,14 @@ Json reverbJson(const std::optional<ReverbSettings>& reverb) {
 
 }  // namespace
 
+nlohmann::ordered_json planJson(const Plan& plan) {
+  Json leftOut = Json::array();
+  for (const LeftOut& entry : plan.leftOut) {
+    leftOut.push_back({{"stage", entry.stage}, {"why", entry.why}});
+  }
+  return {{"needed", plan.needed}, {"left_out", leftOut}};
+}
+
 std::string infoText(const Scene& scene) {
   const Contents contents = contentsOf(scene);
   std::string text = scene.name + "\n" + wrapped(scene.description);
@@ -394,7 +370,7 @@ Json infoJson(const Scene& scene) {
           {"images", imageCount(scene)},
           {"reverb", reverbJson(scene.sound.reverb)},
           {"sound",
-           {{"pulse", pulseName(scene.sound)},
+           {{"pulse", pulseName(scene.sound.pulse, scene.sound.dissipative)},
             {"sampling", samplingName(scene.sound.sampling)},
             {"radiation", radiationName(scene.sound.radiation)}}},
           {"stepper", stepper},

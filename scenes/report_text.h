@@ -8,12 +8,15 @@
 
 #include "native/recording.h"
 #include "scenes/compare.h"
+#include "scenes/plan.h"
 #include "scenes/render.h"
 #include "scenes/scene.h"
 
 namespace carom {
 
 /// What the commands print: text for people, JSON with stable keys for programs (docs/cli.md).
+
+nlohmann::ordered_json planJson(const Plan& plan);
 
 std::string infoText(const Scene& scene);
 nlohmann::ordered_json infoJson(const Scene& scene);

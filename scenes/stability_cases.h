@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <span>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "audio/result.h"
+#include "audio/synth.h"
 #include "scenes/stability.h"
 
 namespace carom {
@@ -44,5 +47,13 @@ class Worst {
  private:
   double value_ = 0.0;
 };
+
+/// The next samples of a synth with one channel, Pa.
+inline std::vector<double> rendered(Synth& synth, std::size_t frames) {
+  std::vector<double> samples(frames);
+  double* const channel = samples.data();
+  synth.render<double>(std::span(&channel, 1), frames);
+  return samples;
+}
 
 }  // namespace carom

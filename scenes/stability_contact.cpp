@@ -96,13 +96,6 @@ Synth synthOf(const Slide& slide) {
   return synth;
 }
 
-std::vector<double> rendered(Synth& synth, std::size_t frames) {
-  std::vector<double> samples(frames);
-  double* const channel = samples.data();
-  synth.render<double>(std::span(&channel, 1), frames);
-  return samples;
-}
-
 std::vector<double> soundOf(const Slide& slide) {
   Synth synth = synthOf(slide);
   const auto steps = std::lround(slide.duration / slide.step);

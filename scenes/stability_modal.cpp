@@ -92,13 +92,6 @@ Synth synthOf(const Tone& tone, double sampleRate) {
   return synth;
 }
 
-std::vector<double> rendered(Synth& synth, std::size_t frames) {
-  std::vector<double> samples(frames);
-  double* const channel = samples.data();
-  synth.render<double>(std::span(&channel, 1), frames);
-  return samples;
-}
-
 /// Renders and drops what comes until the clock is there.
 void renderUntil(Synth& synth, double time) {
   constexpr double kBlock = 65536.0;

@@ -227,13 +227,6 @@ Synth synthOf(const Impact& impact, const Seat& seat) {
   return synth;
 }
 
-std::vector<double> rendered(Synth& synth, std::size_t frames) {
-  std::vector<double> samples(frames);
-  double* const channel = samples.data();
-  synth.render<double>(std::span(&channel, 1), frames);
-  return samples;
-}
-
 /// All that is heard of the impact: from well before its sound arrives to well after.
 Heard hear(const Impact& impact, const Seat& seat) {
   Synth synth = synthOf(impact, seat);

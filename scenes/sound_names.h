@@ -1,0 +1,15 @@
+#pragma once
+
+#include "audio/synth_settings.h"
+
+namespace carom {
+
+// Names of choices of sound, as scene files and the command line have them. [any thread]
+
+const char* nameOf(PulseShape shape);
+/// That of `pulse`, or "dissipative".
+const char* pulseName(PulseShape pulse, bool dissipative);
+const char* samplingName(Sampling sampling);
+const char* radiationName(Radiation radiation);
+
+}  // namespace carom
