@@ -9,6 +9,8 @@ carom_test_packages="libgtest-dev libgmock-dev libvalijson-dev dpkg-dev file"
 carom_page_packages="chromium python3"
 carom_bench_packages="libbenchmark-dev"
 carom_lint_packages="clang clang-format clang-tidy libclang-rt-14-dev"
+# A second standard library, for what other platforms have: compiled, not run.
+carom_libcxx_packages="clang-19 libc++-19-dev libc++abi-19-dev"
 
 carom_require() {
   local package missing=""
@@ -43,7 +45,7 @@ carom_require() {
   rm -f "$log"
 }
 
-# carom_build PRESET: configures and builds, quietly unless it fails.
+# carom_build PRESET [TARGET]...: configures and builds, quietly unless it fails.
 carom_build() {
   command -v dpkg-query >/dev/null || {
     echo "carom: this script installs with apt-get; elsewhere, see docs/dependencies.md and run" >&2
@@ -52,7 +54,8 @@ carom_build() {
   }
   mkdir -p build
   local log=build/$1.log
-  if ! cmake --preset "$1" >"$log" 2>&1 || ! cmake --build --preset "$1" >>"$log" 2>&1; then
+  if ! cmake --preset "$1" >"$log" 2>&1 ||
+     ! cmake --build --preset "$1" ${2:+--target "${@:2}"} >>"$log" 2>&1; then
     tail -n 40 "$log" >&2
     echo "carom: the build of preset '$1' failed; the whole log is $log" >&2
     exit 1

@@ -1,4 +1,4 @@
-#include "audio/absorption.h"
+#include "carom/audio/absorption.h"
 
 #include <algorithm>
 #include <cassert>

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 constexpr double kExponent = 6.0;  // of eq. 9
@@ -46,4 +46,4 @@ Strike makeStrike(const ImpulseEvent& event, const SoundBody& body, const Medium
   return strike;
 }
 
-}  // namespace carom
+}  // namespace carom::audio

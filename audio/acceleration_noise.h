@@ -1,10 +1,10 @@
 #pragma once
 
-#include "audio/impulse_event.h"
-#include "audio/medium.h"
-#include "audio/sound_body.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/material.h"
+#include "carom/audio/sound_body.h"
 
-namespace carom {
+namespace carom::audio {
 
 // The hand-out's pulse, and what a hit does to the air, as pure functions. All of this file:
 // [any thread], no allocation.
@@ -41,4 +41,4 @@ struct Strike {
 /// the event is finite.
 Strike makeStrike(const ImpulseEvent& event, const SoundBody& body, const Medium& medium);
 
-}  // namespace carom
+}  // namespace carom::audio

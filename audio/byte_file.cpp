@@ -8,7 +8,7 @@
 
 #include "audio/partial_file.h"
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 namespace fs = std::filesystem;
@@ -47,4 +47,4 @@ Status writeBytes(const fs::path& path, std::span<const std::byte> bytes) {
   return std::monostate{};
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "audio/result.h"
+#include "carom/audio/result.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// All of a regular file of at most 1 GiB. Errors, without its name: it is missing, a folder,
 /// something else, too large, or may not be read. Not for files that somebody is writing to.
@@ -18,4 +18,4 @@ Result<std::vector<std::byte>> readBytes(const std::filesystem::path& path);
 /// [any thread; blocks on the disk]
 Status writeBytes(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -10,7 +10,7 @@
 #include "audio/radiation_bank.h"
 #include "audio/sphere_mesh.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// Beyond this index a double, and so a time, skips whole samples: 5900 years at 48 kHz.
 inline constexpr double kExactSamples = 0x1.0p+53;
@@ -34,4 +34,4 @@ struct alignas(64) Click {
   std::uint32_t samples = 0;
 };
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -5,7 +5,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 /// Pa: what rings on below it is over. It is 220 dB below the threshold of hearing.
@@ -118,4 +118,4 @@ void ClickBus::ring(std::span<double> pressure) noexcept {
   }
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -5,11 +5,11 @@
 #include <span>
 #include <vector>
 
-#include "audio/absorption.h"
 #include "audio/click_kernels.h"
 #include "audio/radiation_filter.h"
+#include "carom/audio/absorption.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// What all clicks of a bus pass: of one radius, over one path, at one receiver.
 struct BusChain {
@@ -65,4 +65,4 @@ class ClickBus {
   std::vector<double> reflected_;  // one state per reflection
 };
 
-}  // namespace carom
+}  // namespace carom::audio

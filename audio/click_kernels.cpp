@@ -8,7 +8,7 @@
 #include "audio/simd_kernels.h"
 #endif
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 constexpr double kHalfWidth = 0.5 * static_cast<double>(kSpreadWidth);
@@ -148,4 +148,4 @@ const ClickKernels& plainKernels() {
   return allKernels().back();
 }
 
-}  // namespace carom
+}  // namespace carom::audio

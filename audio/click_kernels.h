@@ -12,7 +12,7 @@
 #include "audio/radiation_filter.h"
 #include "audio/spread_kernel.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// Where the instants of a pulse fall on the samples, and how loud: polynomials in u, the time in
 /// contact durations since first touch.
@@ -105,4 +105,4 @@ const ClickKernels& fastestKernels();
 /// All of them, the plain ones last: for tests and measurements.
 std::span<const ClickKernels> allKernels();
 
-}  // namespace carom
+}  // namespace carom::audio

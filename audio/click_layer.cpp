@@ -11,7 +11,7 @@
 #include "audio/positive.h"
 #include "audio/spread_kernel.h"
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 /// Shorter ones alias if they are sampled naively; docs/acceleration_noise.md has the error.
@@ -856,4 +856,4 @@ void ClickLayer::chooseRule(Click& click) const {
   if (size > 0 && size <= kMostNodes) click.nodes = click.pulse->rule(size);
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -14,18 +14,18 @@
 #include "audio/acceleration_noise.h"
 #include "audio/click.h"
 #include "audio/contact_drive.h"
-#include "audio/contact_state.h"
 #include "audio/hertz.h"
-#include "audio/impulse_event.h"
 #include "audio/pose_track.h"
 #include "audio/pulse.h"
 #include "audio/radiation_bank.h"
-#include "audio/result.h"
 #include "audio/ring_layer.h"
-#include "audio/sound_body.h"
 #include "audio/sound_paths.h"
+#include "carom/audio/contact_state.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/result.h"
+#include "carom/audio/sound_body.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// The sound of one event, until the next `lay`.
 struct LaidSound {
@@ -220,4 +220,4 @@ class ClickLayer {
   double ringPeak_ = 0.0;  // Pa, for the rings
 };
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -10,7 +10,7 @@
 #include "audio/hrtf.h"
 #include "audio/spread_kernel.h"
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 /// Frames summed in double before they are handed on: small enough to stay in the first cache.
@@ -497,4 +497,4 @@ std::size_t ClickPlayer::nextPart(std::size_t frames) noexcept {
 template void ClickPlayer::render<float>(std::span<float* const>, std::size_t) noexcept;
 template void ClickPlayer::render<double>(std::span<double* const>, std::size_t) noexcept;
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -20,7 +20,7 @@
 #include "audio/train_store.h"
 #include "audio/voice_table.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// What a player may hold at most, made in advance: with it, nothing allocates any more.
 struct PlayerCapacity {
@@ -172,4 +172,4 @@ class ClickPlayer {
   std::vector<double> send_;      // Pa at 1 m, into the reverberation
 };
 
-}  // namespace carom
+}  // namespace carom::audio

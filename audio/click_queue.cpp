@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 std::int64_t floorDivide(std::int64_t a, std::int64_t b) {
@@ -69,4 +69,4 @@ void ClickQueue::clear() {
   size_ = 0;
 }
 
-}  // namespace carom
+}  // namespace carom::audio

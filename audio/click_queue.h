@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-namespace carom {
+namespace carom::audio {
 
 /// What waits for its sample: a calendar of lists, one for every kSpan samples, the same ones again
 /// after kDays of them. Nothing allocates but `push`. [one thread]
@@ -55,4 +55,4 @@ class ClickQueue {
   std::size_t size_ = 0;
 };
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -1,6 +1,6 @@
 #include "audio/click_sampler.h"
 
-namespace carom {
+namespace carom::audio {
 
 void ClickSampler::reserve(std::size_t nodes, std::size_t samples) {
   if (nodes == 0) raster_.reserve(samples);
@@ -25,4 +25,4 @@ void ClickSampler::sample(const Click& click, Drive drive, std::span<double> x) 
   }
 }
 
-}  // namespace carom
+}  // namespace carom::audio

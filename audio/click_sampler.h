@@ -7,9 +7,9 @@
 #include "audio/click.h"
 #include "audio/click_kernels.h"
 #include "audio/long_pulse.h"
-#include "audio/synth_settings.h"
+#include "carom/audio/synth_settings.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// What of a contact's pulse is put on the samples.
 enum class Drive : std::uint8_t {
@@ -37,4 +37,4 @@ class ClickSampler {
   Raster raster_;
 };
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -6,7 +6,7 @@
 
 #include "audio/hertz.h"
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 /// By how much another axis must be nearer to the normal to be looked along instead.
@@ -55,13 +55,13 @@ int axisOf(const Vec3& normal, int before) {
 
 /// On the plane across the normal, turned as little as it takes from that across the axis; of a
 /// ball unrolled, so that lengths stay along the great circles through its pole.
-Eigen::Vector2d projected(const ScannedSurface& surface, const Vec3& point, int axis) {
+Vec2 projected(const ScannedSurface& surface, const Vec3& point, int axis) {
   const int first = (axis + 1) % 3;
   const int second = (axis + 2) % 3;
   if (surface.ballRadius > 0.0) {
     const double height = std::abs(point[axis]);
     return surface.ballRadius *
-           Eigen::Vector2d(std::atan2(point[first], height), std::atan2(point[second], height));
+           Vec2(std::atan2(point[first], height), std::atan2(point[second], height));
   }
   const Vec3& normal = surface.normal;
   const Vec3 u = (Vec3::Unit(first) - normal[first] * normal).normalized();
@@ -112,7 +112,7 @@ void ContactDrive::tighten(const Step& step, double dt) {
 /// Where a surface is looked at in the step, along an axis.
 void ContactDrive::project(const ScannedSurface& surface, Scan& scan) {
   const int axis = axisOf(surface.normal, scan.axis);
-  const Eigen::Vector2d from = projected(surface, surface.from, axis);
+  const Vec2 from = projected(surface, surface.from, axis);
   scan.along = projected(surface, surface.to, axis) - from;
   scan.climbed = scan.along;
   if (axis != scan.axis)
@@ -136,7 +136,7 @@ void ContactDrive::unwrap(const ScannedSurface& surface, Scan& scan) {
   }
   // Over several triangles of one sheet, their coordinates lead; across a seam they leap.
   const double length = scan.along.norm();
-  const Eigen::Vector2d to = surface.coordinates->at(surface.to).at;
+  const Vec2 to = surface.coordinates->at(surface.to).at;
   if ((to - from.at - scan.along).norm() <= kLeap * length) scan.along = to - from.at;
   const bool isFirst = scan.axis != kUnwrapped;
   const bool goesOn = (surface.from - scan.end).norm() <= kLeap * way.norm();
@@ -296,4 +296,4 @@ void ContactDrive::advance(const Step& step, std::vector<PulseNode>& nodes) {
     scan.at += scan.along;
 }
 
-}  // namespace carom
+}  // namespace carom::audio

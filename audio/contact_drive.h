@@ -7,11 +7,11 @@
 #include <Eigen/Core>
 
 #include "audio/pulse.h"
-#include "audio/surface_texture.h"
-#include "audio/texture_coordinates.h"
-#include "audio/vector.h"
+#include "carom/audio/surface_texture.h"
+#include "carom/audio/texture_coordinates.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// One of the two surfaces of a lasting contact, over one step of the mechanics.
 struct ScannedSurface {
@@ -81,15 +81,14 @@ class ContactDrive {
  private:
   /// Of one of the surfaces.
   struct Scan {
-    int axis = -1;                                    // looked along
-    Eigen::Vector2d at = Eigen::Vector2d::Zero();     // m, on the texture
-    Eigen::Vector2d along = Eigen::Vector2d::Zero();  // m, on the texture, in the step
-    Eigen::Vector2d climbed =
-        Eigen::Vector2d::Zero();                      // m, on the body, in the step, as slopes are
-    Eigen::Vector2d moved = Eigen::Vector2d::Zero();  // m, on the body, since it began to move
-    double stretch = 1.0;                             // see TextureCoordinates::Patch
-    Vec3 end = Vec3::Zero();                          // m, of the path, frame of the body
-    Eigen::Vector2d led = Eigen::Vector2d::Zero();    // m, on the texture: where that is
+    int axis = -1;                // looked along
+    Vec2 at = Vec2::Zero();       // m, on the texture
+    Vec2 along = Vec2::Zero();    // m, on the texture, in the step
+    Vec2 climbed = Vec2::Zero();  // m, on the body, in the step, as slopes are
+    Vec2 moved = Vec2::Zero();    // m, on the body, since it began to move
+    double stretch = 1.0;         // see TextureCoordinates::Patch
+    Vec3 end = Vec3::Zero();      // m, of the path, frame of the body
+    Vec2 led = Vec2::Zero();      // m, on the texture: where that is
     SurfaceTexture::Look look;
     const SurfaceTexture* texture = nullptr;  // null: nothing to see in this step
   };
@@ -131,4 +130,4 @@ class ContactDrive {
   std::vector<double> pushed_;  // m/s, of the step in hand, by node
 };
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -10,7 +10,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, static_cast<int>(kBandCount), 1>;
@@ -173,4 +173,4 @@ double decayTimeOf(const std::vector<ReflectionFilter>& cascade, double samples,
   return -3.0 * samples / (sampleRate * logarithm);
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -1,17 +1,13 @@
 #pragma once
 
-#include <array>
 #include <vector>
 
-#include "audio/absorption.h"
+#include "carom/audio/absorption.h"
 
-namespace carom {
+namespace carom::audio {
 
 // The filter of a delay line that makes its sound decay in a given time in each band. All of this
 // file: [any thread].
-
-/// s, in the bands of kOctaveBands: the time in which the energy falls by 60 dB. Infinity: never.
-using DecayTimes = std::array<double, kBandCount>;
 
 /// First-order filters in a row that leave 10^(-3 samples / (sampleRate T60(f))) of what passes
 /// `samples` of delay (Jot & Chaigne 1991, "Digital delay networks for designing artificial
@@ -34,4 +30,4 @@ std::vector<ReflectionFilter> decayCascade(double samples, const DecayTimes& tim
 double decayTimeOf(const std::vector<ReflectionFilter>& cascade, double samples, double frequency,
                    double sampleRate);
 
-}  // namespace carom
+}  // namespace carom::audio

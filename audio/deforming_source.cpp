@@ -9,7 +9,7 @@
 
 #include "audio/positive.h"
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -152,4 +152,4 @@ void DeformingSource::forgetBefore(double time) {
   }
 }
 
-}  // namespace carom
+}  // namespace carom::audio

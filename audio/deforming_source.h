@@ -3,11 +3,11 @@
 #include <cstddef>
 #include <deque>
 
-#include "audio/medium.h"
-#include "audio/result.h"
-#include "audio/vector.h"
+#include "carom/audio/material.h"
+#include "carom/audio/result.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// What a body that deforms does to the air, at one instant.
 struct DeformingState {
@@ -77,4 +77,4 @@ class DeformingSource {
   std::deque<Drive> drives_;  // of the same, but the last that wait for others
 };
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -3,7 +3,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 /// Johnson 1985, section 11.4, as printed there; integrating the contact equation gives 2.8683.
@@ -28,4 +28,4 @@ double hertzStiffness(const HertzContact& contact) {
   return 1.5 * std::cbrt(k * k * contact.load);
 }
 
-}  // namespace carom
+}  // namespace carom::audio

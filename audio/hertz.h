@@ -1,9 +1,9 @@
 #pragma once
 
-#include "audio/impulse_event.h"
-#include "audio/material.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/material.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// Duration of an elastic contact after Hertz (Johnson 1985, section 11.4; Chadwick, Zheng, James
 /// 2012, eq. 6; the seed's eq. 4 and 5), in seconds:
@@ -29,4 +29,4 @@ double hertzWidth(const HertzContact& contact);
 /// thread]
 double hertzStiffness(const HertzContact& contact);
 
-}  // namespace carom
+}  // namespace carom::audio

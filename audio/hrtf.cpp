@@ -6,14 +6,18 @@
 #include <complex>
 #include <cstddef>
 #include <map>
-#include <mutex>
 #include <numbers>
 #include <numeric>
 #include <utility>
 
+#include "audio/mutex.h"
 #include "audio/sofa_file.h"
+#include "carom/audio/listener.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 using std::numbers::pi;
@@ -407,9 +411,9 @@ void HrtfSet::blend(const SphereWeights& where, Ear ear,
 
 Result<std::shared_ptr<const HrtfSet>> defaultHrtf(double sampleRate) {
   // The one thing shared in this layer: a cache, which nothing depends on but time and memory.
-  static std::mutex mutex;
+  static Mutex mutex;
   static std::map<double, std::weak_ptr<const HrtfSet>> cache;
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   if (!isSampleRate(sampleRate)) return HrtfSet::load({}, sampleRate).error();
   if (std::shared_ptr<const HrtfSet> set = cache[sampleRate].lock()) return set;
   Result<HrtfSet> loaded = HrtfSet::load({}, sampleRate);
@@ -417,6 +421,14 @@ Result<std::shared_ptr<const HrtfSet>> defaultHrtf(double sampleRate) {
   auto set = std::make_shared<const HrtfSet>(*std::move(loaded));
   cache[sampleRate] = set;
   return set;
+}
+
+Result<std::shared_ptr<const HrtfSet>> loadHrtf(const std::filesystem::path& path,
+                                                double sampleRate) {
+  if (path.empty()) return defaultHrtf(sampleRate);
+  Result<HrtfSet> loaded = HrtfSet::load(path, sampleRate);
+  if (!loaded) return loaded.error();
+  return std::make_shared<const HrtfSet>(*std::move(loaded));
 }
 
 }  // namespace carom

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "audio/result.h"
 #include "audio/sinc_kernel.h"
 #include "audio/sphere_mesh.h"
-#include "audio/vector.h"
+#include "carom/audio/result.h"
+#include "carom/audio/vector.h"
 
 namespace carom {
 
@@ -84,7 +84,7 @@ class HrtfSet {
   double sampleRate() const { return sampleRate_; }                 ///< Hz
   std::size_t directions() const { return mesh_.points().size(); }  ///< poles added are the last
   const Vec3& direction(std::size_t index) const { return mesh_.points()[index]; }  ///< unit
-  const SphereMesh& mesh() const { return mesh_; }
+  const audio::SphereMesh& mesh() const { return mesh_; }
 
   /// Samples of an aligned response, and of a whole one with its delay in it.
   std::size_t alignedLength() const { return alignedLength_; }
@@ -101,28 +101,30 @@ class HrtfSet {
 
   /// Neighbours of a direction (from the listener to the source, listener frame, any length) and
   /// their shares: continuous, see SphereMesh. [any thread; does not allocate]
-  SphereWeights lookup(const Vec3& direction) const noexcept { return mesh_.weights(direction); }
+  audio::SphereWeights lookup(const Vec3& direction) const noexcept {
+    return mesh_.weights(direction);
+  }
 
   /// Writes the aligned response between directions to the first `alignedLength` samples of
   /// `response`, for callers that delay by themselves, and returns its delay in s.
   /// [any thread; does not allocate]
-  double blendAligned(const SphereWeights& where, Ear ear,
+  double blendAligned(const audio::SphereWeights& where, Ear ear,
                       std::span<double> response) const noexcept;
 
   /// Writes the whole response between directions, with its delay in it to fractions of a sample
   /// (windowed sinc, 32 taps: flat within 0.01 dB to 0.42 of the sample rate), to the first
   /// `length` samples of `response`. [any thread; does not allocate]
-  void blend(const SphereWeights& where, Ear ear, std::span<double> response) const noexcept;
+  void blend(const audio::SphereWeights& where, Ear ear, std::span<double> response) const noexcept;
 
  private:
   friend class HrtfBuilder;
-  explicit HrtfSet(SphereMesh mesh);
+  explicit HrtfSet(audio::SphereMesh mesh);
   static std::size_t slot(std::size_t index, Ear ear) {
     return 2 * index + static_cast<std::size_t>(ear);
   }
 
-  SphereMesh mesh_;
-  SincKernel kernel_;
+  audio::SphereMesh mesh_;
+  audio::SincKernel kernel_;
   double sampleRate_ = 0.0;
   double latency_ = 0.0;
   std::size_t alignedLength_ = 0;

@@ -1,10 +1,13 @@
-#include "audio/listener.h"
+#include "carom/audio/listener.h"
 
 #include <cmath>
 
 #include "audio/receiver.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 constexpr double kUnitTolerance = 1e-6;
@@ -52,6 +55,11 @@ std::string whyNot(const Listener& listener) {
   if (!isWithin(patternOf(listener), 0.0, 1.0))
     return rangeError("pattern", patternOf(listener), "0 (omnidirectional) to 1 (figure of eight)");
   return isPair(listener) ? whyNotPair(listener) : "";
+}
+
+bool isPose(const ListenerPose& pose) {
+  return std::isfinite(pose.time) && pose.position.allFinite() &&
+         std::abs(pose.orientation.norm() - 1.0) <= kUnitTolerance;
 }
 
 }  // namespace carom

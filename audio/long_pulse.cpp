@@ -10,7 +10,7 @@
 #include "audio/click_kernels.h"
 #include "audio/spread_kernel.h"
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 using Complex = std::complex<double>;
@@ -178,4 +178,4 @@ void spreadLongPulse(const Pulse& pulse, const ClickTrack& track, const ClickKer
   kernels.collect(raster, x);
 }
 
-}  // namespace carom
+}  // namespace carom::audio

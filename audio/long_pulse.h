@@ -7,7 +7,7 @@
 
 #include "audio/pulse.h"
 
-namespace carom {
+namespace carom::audio {
 
 struct ClickKernels;
 struct ClickTrack;
@@ -54,4 +54,4 @@ struct EdgeCorrection {
 };
 EdgeCorrection edgeCorrection(EdgeKind kind, double phase);
 
-}  // namespace carom
+}  // namespace carom::audio

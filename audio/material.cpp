@@ -1,4 +1,4 @@
-#include "audio/material.h"
+#include "carom/audio/material.h"
 
 #include <algorithm>
 #include <array>

@@ -1,13 +1,16 @@
-#include "audio/modal_model.h"
+#include "carom/audio/modal_model.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "audio/positive.h"
-#include "audio/sound_body.h"
+#include "carom/audio/sound_body.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 std::string whyNotSurface(const SurfaceMesh& surface) {

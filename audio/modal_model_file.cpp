@@ -1,4 +1,4 @@
-#include "audio/modal_model_file.h"
+#include "carom/audio/modal_model_file.h"
 
 #include <algorithm>
 #include <bit>
@@ -10,6 +10,9 @@
 #include "audio/byte_file.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 constexpr std::size_t kHeaderSize = kModalModelMagic.size() + sizeof(std::uint32_t);

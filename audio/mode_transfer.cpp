@@ -7,7 +7,7 @@
 
 #include "audio/multipole.h"
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 /// Of the constant model, at 1 m: the volume of a surface that moves outwards everywhere by the
@@ -66,4 +66,4 @@ void meanTransfers(const ModalModel& model, ModalRadiation radiation, const Medi
   }
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -3,12 +3,12 @@
 #include <complex>
 #include <span>
 
-#include "audio/medium.h"
-#include "audio/modal_model.h"
-#include "audio/synth_settings.h"
-#include "audio/vector.h"
+#include "carom/audio/material.h"
+#include "carom/audio/modal_model.h"
+#include "carom/audio/synth_settings.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::audio {
 
 // What is heard of a model's modes, by any of the models of ModalRadiation: Pa for a modal
 // acceleration q'' of 1 m sqrt(kg) / s^2, less the delay r / c. All of this file: [any thread], no
@@ -24,4 +24,4 @@ void modeTransfers(const ModalModel& model, ModalRadiation radiation, const Medi
 void meanTransfers(const ModalModel& model, ModalRadiation radiation, const Medium& medium,
                    std::span<std::complex<double>> transfers);
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace carom {
+namespace carom::audio {
 
 DirectionHarmonics::DirectionHarmonics(const Vec3& direction, int order) : order_(order) {
   assert(order >= 0 && order <= kHighestMultipole);
@@ -66,4 +66,4 @@ double enclosingRadius(const SurfaceMesh& surface, const Vec3& centre) {
   return radius;
 }
 
-}  // namespace carom
+}  // namespace carom::audio

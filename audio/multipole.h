@@ -4,11 +4,11 @@
 #include <complex>
 #include <span>
 
-#include "audio/modal_model.h"
 #include "audio/spherical_harmonics.h"
-#include "audio/vector.h"
+#include "carom/audio/modal_model.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// The highest order of multipoles that can be evaluated; terms above it are left out.
 inline constexpr int kHighestMultipole = 16;
@@ -82,4 +82,4 @@ double meanTransfer(const ModeRadiation& radiation);
 /// m, of the smallest sphere about `centre` that holds the surface. [any thread]
 double enclosingRadius(const SurfaceMesh& surface, const Vec3& centre);
 
-}  // namespace carom
+}  // namespace carom::audio

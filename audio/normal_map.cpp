@@ -1,4 +1,4 @@
-#include "audio/normal_map.h"
+#include "carom/audio/normal_map.h"
 
 #include <algorithm>
 #include <bit>
@@ -16,6 +16,9 @@
 #include "audio/positive.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 using Slope = SurfaceTexture::Slope;
@@ -174,8 +177,8 @@ Result<SurfaceTexture> normalMapFromBytes(std::span<const std::byte> bytes, std:
   if (pointsInwards(*picture))
     return refuse("no normal points outwards; expected blue above a half, as tangent space has it");
   const SurfaceTexture::Size size = roundedUp(*picture);
-  const Eigen::Vector2d texel(settings.size.x() / static_cast<double>(size.width),
-                              settings.size.y() / static_cast<double>(size.height));
+  const Vec2 texel(settings.size.x() / static_cast<double>(size.width),
+                   settings.size.y() / static_cast<double>(size.height));
   Result<SurfaceTexture> texture =
       SurfaceTexture::ofSlopes(size, texel, slopesOf(*picture, settings));
   if (!texture) return refuse(texture.error().message);

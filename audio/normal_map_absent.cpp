@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "audio/normal_map.h"
+#include "carom/audio/normal_map.h"
 
 namespace carom {
 

@@ -13,7 +13,7 @@
 
 #include "audio/source_panel.h"
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
@@ -350,4 +350,4 @@ double sharpEdgeLength(const SurfaceMesh& mesh) {
   return length;
 }
 
-}  // namespace carom
+}  // namespace carom::audio

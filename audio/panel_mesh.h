@@ -1,9 +1,9 @@
 #pragma once
 
-#include "audio/result.h"
-#include "audio/surface_mesh.h"
+#include "carom/audio/result.h"
+#include "carom/audio/surface_mesh.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// What a mesh from outside has to go through before panels are made of it: vertices within 1e-6 of
 /// its extent are one; it must be closed and enclose a volume; bodies that are inside out are
@@ -29,4 +29,4 @@ SurfaceMesh quarteredSurface(const SurfaceMesh& mesh);
 /// m, total length of edges where the normal turns by more than 45 degrees; of a closed mesh.
 double sharpEdgeLength(const SurfaceMesh& mesh);
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -1,4 +1,4 @@
-#include "audio/panel_radiator.h"
+#include "carom/audio/panel_radiator.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +15,9 @@
 #include "audio/source_panel.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -167,7 +170,7 @@ Result<PanelSolution> solvePanels(const SurfaceMesh& surface, const PanelSetting
                  std::to_string(kept) + " of its volume; expected a simpler mesh, or more panels"};
   }
   PanelSolution solution = solveUnit(base, settings, sharp);
-  Matrix6& added = solution.radiator.addedVolume;
+  Mat6& added = solution.radiator.addedVolume;
   added *= scale * scale * scale;
   added.bottomRows<3>() *= scale;
   added.rightCols<3>() *= scale;

@@ -4,7 +4,7 @@
 #include <sstream>
 #include <utility>
 
-namespace carom {
+namespace carom::audio {
 
 namespace fs = std::filesystem;
 
@@ -53,4 +53,4 @@ bool isSameFile(const fs::path& path, const fs::path& other) {
   return !reason && canonical == otherCanonical;
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -4,7 +4,7 @@
 #include <string>
 #include <system_error>
 
-namespace carom {
+namespace carom::audio {
 
 /// An output file that appears whole or not at all: it is written beside its final place, gets its
 /// name at the end, and goes with its owner if it never does. What had the name before stays until
@@ -35,4 +35,4 @@ std::string whyNoFileAt(const std::filesystem::path& path);
 /// Whether both name one file, be it there or not.
 bool isSameFile(const std::filesystem::path& path, const std::filesystem::path& other);
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -4,10 +4,9 @@
 #include <cassert>
 #include <cmath>
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
-constexpr double kUnitTolerance = 1e-6;
 constexpr double kDelayTolerance = 1e-13;  // s: a step below this ends the search
 constexpr int kMaxSteps = 200;             // bisection alone ends in about 100
 
@@ -73,11 +72,6 @@ class Wave {
 };
 
 }  // namespace
-
-bool isPose(const ListenerPose& pose) {
-  return std::isfinite(pose.time) && pose.position.allFinite() &&
-         std::abs(pose.orientation.norm() - 1.0) <= kUnitTolerance;
-}
 
 PoseTrack::PoseTrack(const ListenerPose& pose, const PoseTrackSettings& settings)
     : knots_(std::max<std::size_t>(settings.capacity, 2)), horizon_(settings.horizon) {
@@ -206,4 +200,4 @@ double arrivalTime(const PoseTrack& track, double emissionTime, const Vec3& sour
   return emissionTime + Wave(track, emission, speedOfSound, offset).delay();
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -4,19 +4,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "audio/vector.h"
+#include "carom/audio/listener.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
-
-/// Where a listener is and how it is turned, at one instant.
-struct ListenerPose {
-  double time = 0.0;                    ///< s, simulation clock
-  Vec3 position = Vec3::Zero();         ///< m, world frame
-  Quat orientation = Quat::Identity();  ///< listener frame to world frame, unit length
-};
-
-/// Finite, and of unit length within 1e-6. [any thread]
-bool isPose(const ListenerPose& pose);
+namespace carom::audio {
 
 struct PoseTrackSettings {
   std::size_t capacity = 1024;  ///< poses kept; the oldest goes for the next, counted
@@ -132,4 +123,4 @@ Arrival arrivalOf(const PoseTrack& track, const Emission& emission, double speed
 double arrivalTime(const PoseTrack& track, double emissionTime, const Vec3& sourcePosition,
                    double speedOfSound, const Vec3& offset = Vec3::Zero()) noexcept;
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -4,7 +4,6 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <mutex>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -12,8 +11,9 @@
 #include <Eigen/Dense>
 
 #include "audio/acceleration_noise.h"
+#include "audio/mutex.h"
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 using std::numbers::pi;
@@ -497,9 +497,9 @@ struct Pulse::Model {
   HalfTable rise;
   HalfTable fall;
   std::vector<PulseEdge> edges;
-  mutable std::once_flag tableMade;
+  mutable OnceFlag tableMade;
   mutable std::vector<ForceTable::Cell> cells;
-  mutable std::array<std::once_flag, kRules> ruleMade;
+  mutable std::array<OnceFlag, kRules> ruleMade;
   mutable std::array<std::vector<PulseNode>, kRules> rules;
 
   explicit Model(PulseShape shape);
@@ -723,7 +723,7 @@ std::span<const PulseEdge> Pulse::edges() const {
 }
 
 ForceTable Pulse::forceTable() const {
-  std::call_once(model_->tableMade, [this] { model_->cells = model_->makeCells(); });
+  callOnce(model_->tableMade, [this] { model_->cells = model_->makeCells(); });
   const double cells = static_cast<double>(model_->cells.size());
   return {model_->begin, cells / (model_->end - model_->begin), model_->cells};
 }
@@ -738,7 +738,7 @@ std::span<const PulseNode> Pulse::rule(std::size_t count) const {
   if (found == kRuleCounts.end()) return {};
   const auto rung = static_cast<std::size_t>(found - kRuleCounts.begin());
   std::vector<PulseNode>& made = model_->rules[rung];
-  std::call_once(model_->ruleMade[rung], [&] {
+  callOnce(model_->ruleMade[rung], [&] {
     made = model_->makeRule(rung);
     made.resize(made.size() + kRulePadding);
   });
@@ -762,4 +762,4 @@ double dissipativeDuration(double restitution) {
   return contactDuration(makeContact(restitution)) / elastic;
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -5,16 +5,9 @@
 #include <memory>
 #include <span>
 
-namespace carom {
+#include "carom/audio/synth_settings.h"
 
-/// How a contact force rises and falls. See Pulse.
-enum class PulseShape : std::uint8_t {
-  hertz,              ///< the elastic contact of Hertz itself: the default
-  halfSine,           ///< pi/2 sin(pi u)
-  gaussian,           ///< exponent 10, unit impulse
-  mitchellNetravali,  ///< the cubic of Mitchell & Netravali 1988, B = C = 1/3; pulls at its ends
-  handOut             ///< pi/2 exp(-6 (u - 1/2)^2): as gaussianPulse(), 13.7 % too much impulse
-};
+namespace carom::audio {
 
 /// One point of a rule: the sum of weight * g(u) approximates the integral of force(u) g(u) du.
 struct PulseNode {
@@ -151,4 +144,4 @@ double ruleTolerance(double bandwidth);
 /// approach speed: >= 1, and 1 at restitution 1. See Pulse::dissipativeHertz(). [any thread]
 double dissipativeDuration(double restitution);
 
-}  // namespace carom
+}  // namespace carom::audio

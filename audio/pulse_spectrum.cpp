@@ -5,7 +5,7 @@
 #include <complex>
 #include <span>
 
-namespace carom {
+namespace carom::audio {
 
 PulseSpectrum::PulseSpectrum(const Pulse& pulse) : impulse_(std::abs(pulse.impulse())) {
   const std::span<const PulseNode> nodes = pulse.rule(Pulse::ruleCounts().back());
@@ -29,4 +29,4 @@ double PulseSpectrum::bound(double w) const {
   return steps_[std::min(static_cast<std::size_t>(place), kSteps - 1)];
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -5,7 +5,7 @@
 
 #include "audio/pulse.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// An upper bound of a pulse's spectrum: what it leaves of a mode, at most. Immutable.
 /// [any thread]
@@ -27,4 +27,4 @@ class PulseSpectrum {
   std::array<double, kSteps> steps_{};  // from kLowest on, in equal ratios
 };
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace carom {
+namespace carom::audio {
 
 const RadiationBank::Mix& RadiationBank::mixOf(double corner) {
   if (const auto known = mixes_.find(corner); known != mixes_.end()) return known->second;
@@ -40,4 +40,4 @@ RadiationBank::Mix RadiationBank::interpolated(double corner) {
   return mix;
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -9,7 +9,7 @@
 
 #include "audio/radiation_filter.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// The filters of bodies of many sizes, at a cost that does not grow with how many there are. The
 /// first kOwn sizes have filters of their own. Any further one is interpolated, by a cubic in the
@@ -49,4 +49,4 @@ class RadiationBank {
   std::unordered_map<int, std::uint32_t> ofRung_;  // the ladder's
 };
 
-}  // namespace carom
+}  // namespace carom::audio

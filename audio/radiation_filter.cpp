@@ -9,7 +9,7 @@
 
 #include "audio/spread_kernel.h"
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 using Complex = std::complex<double>;
@@ -125,4 +125,4 @@ RadiationFilter::RadiationFilter(double corner, Input input) {
   std::copy(near.begin(), near.end(), near_.first());
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -5,13 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace carom {
+#include "carom/audio/synth_settings.h"
 
-/// How a body's acceleration becomes pressure.
-enum class Radiation : std::uint8_t {
-  exact,    ///< a rigid sphere's, at any frequency and distance
-  compact,  ///< its limit for long wavelengths, far away
-};
+namespace carom::audio {
 
 /// Pressure of a rigid sphere that oscillates along one axis, over the acceleration's own part of
 /// it: with G = rho0 a^3 cos(theta) / (2 c r), acceleration A(s) and delay r/c,
@@ -74,4 +70,4 @@ class RadiationFilter {
   double b2_ = 0.0;
 };
 
-}  // namespace carom
+}  // namespace carom::audio

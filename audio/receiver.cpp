@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 constexpr double kCardioid = 0.5;
@@ -57,4 +57,4 @@ double gain(const Receiver& receiver, const Quat& orientation, const Vec3& towar
   return (1.0 - receiver.pattern) + receiver.pattern * cosine;
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -3,10 +3,10 @@
 #include <array>
 #include <cstddef>
 
-#include "audio/listener.h"
-#include "audio/vector.h"
+#include "carom/audio/listener.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// One microphone of a listener: one channel.
 ///
@@ -48,4 +48,4 @@ double patternOf(const Listener& listener);
 /// [any thread; does not allocate]
 double gain(const Receiver& receiver, const Quat& orientation, const Vec3& towardsSource);
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -8,7 +8,7 @@
 #include "audio/simd_resonators.h"
 #endif
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 constexpr std::size_t kWidth = ResonatorKernels::kWidth;
@@ -85,4 +85,4 @@ const ResonatorKernels& plainResonators() {
   return allResonators().back();
 }
 
-}  // namespace carom
+}  // namespace carom::audio

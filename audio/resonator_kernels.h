@@ -5,7 +5,7 @@
 #include <span>
 #include <string_view>
 
-namespace carom {
+namespace carom::audio {
 
 /// What makes a recursion of two poles, y[n] = a1 y[n-1] + a2 y[n-2], one decaying oscillation
 /// exp(-decayRate t) cos(w t + phase), exactly and at any sample rate.
@@ -74,4 +74,4 @@ const ResonatorKernels& fastestResonators();
 /// All of them, the plain ones last: for tests and measurements.
 std::span<const ResonatorKernels> allResonators();
 
-}  // namespace carom
+}  // namespace carom::audio

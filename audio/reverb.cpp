@@ -6,10 +6,11 @@
 #include <limits>
 #include <numbers>
 
-namespace carom {
+#include "audio/decay_filter.h"
+
+namespace carom::audio {
 namespace {
 
-constexpr double kSixtyDecibel = 6.0 * std::numbers::ln10;  // of energy
 constexpr double kSmallest = 1e-30;                         // Pa: below it, 0
 constexpr double kLargest = 1e100;                          // Pa, of the input
 constexpr std::uint32_t kFlushEvery = 16;                   // samples
@@ -60,18 +61,6 @@ double usable(double sample) noexcept {
   return std::isfinite(sample) ? flushed(std::clamp(sample, -kLargest, kLargest)) : 0.0;
 }
 
-DecayTimes decayTimesOf(const RoomMeasures& room, double speedOfSound,
-                        const std::array<double, kBandCount>& airAttenuation,
-                        double (*exponent)(double)) {
-  DecayTimes times{};
-  for (std::size_t band = 0; band < kBandCount; ++band) {
-    const double area = room.surface * exponent(room.meanAbsorption.coefficients[band]) +
-                        4.0 * airAttenuation[band] * room.volume;
-    times[band] = 4.0 * kSixtyDecibel * room.volume / (speedOfSound * area);
-  }
-  return times;
-}
-
 Error outOfRange(const std::string& name, double value, const std::string& accepted) {
   return Error{"reverberation: " + name + " is " + std::to_string(value) + ", must be " + accepted};
 }
@@ -90,27 +79,6 @@ Status checkDecayTimes(const DecayTimes& times) {
     }
   }
   return std::monostate{};
-}
-
-Status checkSettings(const ReverbSettings& settings) {
-  if (!isBetween(settings.volume, 0.1, 1e6)) {
-    return outOfRange("volume", settings.volume, "0.1 to 1e6 m^3");
-  }
-  const double sphere = std::cbrt(36.0 * std::numbers::pi * settings.volume * settings.volume);
-  if (!isBetween(settings.surface, 0.999 * sphere, 100.0 * sphere)) {
-    return outOfRange("surface", settings.surface,
-                      "1 to 100 times the surface of the sphere of that volume, " +
-                          std::to_string(sphere) + " m^2");
-  }
-  if (!isBetween(settings.onset, 0.0, 1.0)) return outOfRange("onset", settings.onset, "0 to 1 s");
-  if (!isBetween(settings.gain, 0.0, 1e6)) return outOfRange("gain", settings.gain, "0 to 1e6");
-  if (!isBetween(settings.speedOfSound, 100.0, 2000.0)) {
-    return outOfRange("speedOfSound", settings.speedOfSound, "100 to 2000 m/s");
-  }
-  if (!isBetween(settings.silence, 1e-15, 1.0)) {
-    return outOfRange("silence", settings.silence, "1e-15 to 1 Pa");
-  }
-  return checkDecayTimes(settings.decayTimes);
 }
 
 double longestFinite(const DecayTimes& times) {
@@ -141,41 +109,25 @@ double stretchFor(double meanLength, double totalNeeded) {
 
 }  // namespace
 
-DecayTimes sabineDecayTimes(const RoomMeasures& room, double speedOfSound,
-                            const std::array<double, kBandCount>& airAttenuation) {
-  return decayTimesOf(room, speedOfSound, airAttenuation, [](double alpha) { return alpha; });
-}
-
-DecayTimes eyringDecayTimes(const RoomMeasures& room, double speedOfSound,
-                            const std::array<double, kBandCount>& airAttenuation) {
-  return decayTimesOf(room, speedOfSound, airAttenuation,
-                      [](double alpha) { return -std::log1p(-alpha); });
-}
-
-double onsetAfter(int order, double volume, double surface, double speedOfSound) {
-  return (order + 1) * 4.0 * volume / (surface * speedOfSound);
-}
-
-Result<ReverbSettings> reverbOfBox(const Room& room, double speedOfSound) {
-  const Result<RoomMeasures> measures = measureBox(room);
-  if (!measures) return measures.error();
-  ReverbSettings settings;
-  settings.volume = measures->volume;
-  settings.surface = measures->surface;
-  settings.speedOfSound = speedOfSound;
-  settings.decayTimes = eyringDecayTimes(*measures, speedOfSound);
-  for (double& time : settings.decayTimes) {
-    if (std::isinf(time)) {
-      return Error{
-          "reverberation: a box whose walls absorb nothing in some band rings for ever; "
-          "give a wall an absorption, or set the decay times by hand"};
-    }
-    time = std::max(time, kShortestDecay);
+Status checkSettings(const ReverbSettings& settings) {
+  if (!isBetween(settings.volume, 0.1, 1e6)) {
+    return outOfRange("volume", settings.volume, "0.1 to 1e6 m^3");
   }
-  settings.onset =
-      std::min(1.0, onsetAfter(room.order, settings.volume, settings.surface, speedOfSound));
-  if (Status checked = checkSettings(settings); !checked) return checked.error();
-  return settings;
+  const double sphere = std::cbrt(36.0 * std::numbers::pi * settings.volume * settings.volume);
+  if (!isBetween(settings.surface, 0.999 * sphere, 100.0 * sphere)) {
+    return outOfRange("surface", settings.surface,
+                      "1 to 100 times the surface of the sphere of that volume, " +
+                          std::to_string(sphere) + " m^2");
+  }
+  if (!isBetween(settings.onset, 0.0, 1.0)) return outOfRange("onset", settings.onset, "0 to 1 s");
+  if (!isBetween(settings.gain, 0.0, 1e6)) return outOfRange("gain", settings.gain, "0 to 1e6");
+  if (!isBetween(settings.speedOfSound, 100.0, 2000.0)) {
+    return outOfRange("speedOfSound", settings.speedOfSound, "100 to 2000 m/s");
+  }
+  if (!isBetween(settings.silence, 1e-15, 1.0)) {
+    return outOfRange("silence", settings.silence, "1e-15 to 1 Pa");
+  }
+  return checkDecayTimes(settings.decayTimes);
 }
 
 Result<Reverb> Reverb::create(const ReverbSettings& settings, double sampleRate,
@@ -394,4 +346,4 @@ bool Reverb::validate(std::string* why) const {
   return true;
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -1,4 +1,4 @@
-#include "audio/rigid_radiator.h"
+#include "carom/audio/rigid_radiator.h"
 
 #include <cassert>
 #include <cmath>

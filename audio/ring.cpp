@@ -9,9 +9,9 @@
 
 #include "audio/resonator_kernels.h"
 #include "audio/spread_kernel.h"
-#include "audio/synth_settings.h"
+#include "carom/audio/synth_settings.h"
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 using Complex = std::complex<double>;
@@ -120,4 +120,4 @@ ResonatorSet::ResonatorSet(std::shared_ptr<const ModalModel> ofModel, const Synt
   }
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "audio/click.h"
-#include "audio/impulse_event.h"
-#include "audio/modal_model.h"
-#include "audio/synth_settings.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/modal_model.h"
+#include "carom/audio/synth_settings.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// How far the rest of a ring reaches to either side of its drive, samples.
 inline constexpr std::size_t kRestReach = 16;
@@ -62,4 +62,4 @@ struct Ring {
   bool isDamping() const { return drive.pulse == nullptr; }
 };
 
-}  // namespace carom
+}  // namespace carom::audio

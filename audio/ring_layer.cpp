@@ -7,14 +7,14 @@
 #include <numeric>
 #include <utility>
 
-#include "audio/absorption.h"
 #include "audio/hrtf.h"
 #include "audio/mode_transfer.h"
 #include "audio/multipole.h"
 #include "audio/pulse.h"
 #include "audio/resonator_kernels.h"
+#include "carom/audio/absorption.h"
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 using Complex = std::complex<double>;
@@ -243,4 +243,4 @@ double RingLayer::peak(std::span<const PulseNode> train) const {
   return impulses * std::accumulate(loudest_.begin(), loudest_.end(), 0.0);
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -11,14 +11,14 @@
 #include <vector>
 
 #include "audio/click.h"
-#include "audio/impulse_event.h"
 #include "audio/pulse_spectrum.h"
 #include "audio/ring.h"
-#include "audio/sound_body.h"
 #include "audio/sound_paths.h"
 #include "audio/surface_locator.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/sound_body.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// The way of a ring to one receiver.
 struct RingWay {
@@ -124,4 +124,4 @@ class RingLayer {
   std::vector<double> taps_;
 };
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -10,7 +10,7 @@
 #include "audio/pulse.h"
 #include "audio/spread_kernel.h"
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 /// A resonator is over when it is this far below what can be heard of a click; with 1000 of them
@@ -406,4 +406,4 @@ void RingPlayer::seek(std::int64_t position) {
   if (capacity_) makeRoom();
 }
 
-}  // namespace carom
+}  // namespace carom::audio

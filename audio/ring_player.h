@@ -14,7 +14,7 @@
 #include "audio/ring.h"
 #include "audio/sound_paths.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// What a player of rings may hold at most, made in advance: with it, nothing allocates any more.
 struct RingCapacity {
@@ -144,4 +144,4 @@ class RingPlayer {
   std::size_t aheadEnd_ = 0;                // samples of them that may not be zero
 };
 
-}  // namespace carom
+}  // namespace carom::audio

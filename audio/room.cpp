@@ -1,4 +1,4 @@
-#include "audio/room.h"
+#include "carom/audio/room.h"
 
 #include <algorithm>
 #include <array>

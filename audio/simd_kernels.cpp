@@ -12,7 +12,7 @@
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
-namespace carom::HWY_NAMESPACE {
+namespace carom::audio::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -252,11 +252,11 @@ ClickKernels kernels() {
   return {hwy::TargetName(HWY_TARGET), place, spread, sample, collect, add, filter, convolve};
 }
 
-}  // namespace carom::HWY_NAMESPACE
+}  // namespace carom::audio::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace carom {
+namespace carom::audio {
 
 HWY_EXPORT(kernels);
 
@@ -270,5 +270,5 @@ std::vector<ClickKernels> simdKernels() {
   return all;
 }
 
-}  // namespace carom
+}  // namespace carom::audio
 #endif

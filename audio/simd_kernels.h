@@ -4,9 +4,9 @@
 
 #include "audio/click_kernels.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// The vectorised kernels that this machine can run, the widest first.
 std::vector<ClickKernels> simdKernels();
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -12,7 +12,7 @@
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
-namespace carom::HWY_NAMESPACE {
+namespace carom::audio::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -226,11 +226,11 @@ ResonatorKernels resonatorKernels() {
   return {hwy::TargetName(HWY_TARGET), ring, drive, flush};
 }
 
-}  // namespace carom::HWY_NAMESPACE
+}  // namespace carom::audio::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace carom {
+namespace carom::audio {
 
 HWY_EXPORT(resonatorKernels);
 
@@ -244,5 +244,5 @@ std::vector<ResonatorKernels> simdResonators() {
   return all;
 }
 
-}  // namespace carom
+}  // namespace carom::audio
 #endif

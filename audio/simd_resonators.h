@@ -4,9 +4,9 @@
 
 #include "audio/resonator_kernels.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// The vectorised kernels that this machine can run, the widest first.
 std::vector<ResonatorKernels> simdResonators();
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 constexpr double kPointsPerSample = 512.0;
@@ -47,4 +47,4 @@ double SincKernel::operator()(double x) const noexcept {
   return table_[point] + part * (table_[point + 1] - table_[point]);
 }
 
-}  // namespace carom
+}  // namespace carom::audio

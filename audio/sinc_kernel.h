@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace carom {
+namespace carom::audio {
 
 /// A sinc under a Kaiser window, tabulated: the kernel of band-limited interpolation.
 ///
@@ -26,4 +26,4 @@ class SincKernel {
   std::vector<double> table_;  // x >= 0, and two zeros
 };
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -14,7 +14,7 @@
 
 #include <mysofa.h>
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 namespace fs = std::filesystem;
@@ -222,4 +222,4 @@ fs::path defaultSofaFile() {
   return places.front();
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -3,9 +3,9 @@
 #include <filesystem>
 
 #include "audio/hrtf.h"
-#include "audio/result.h"
+#include "carom/audio/result.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// The measurements in a SOFA file (AES69) of convention SimpleFreeFieldHRIR, turned into the
 /// listener's frame: SOFA has x ahead, y left and z up. The length of each direction is the
@@ -22,4 +22,4 @@ Result<HrtfMeasurements> readSofaFile(const std::filesystem::path& path);
 /// The default set of libmysofa; where it was when Carom was built, if it is nowhere.
 std::filesystem::path defaultSofaFile();
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -2,7 +2,7 @@
 
 #include "audio/sofa_file.h"
 
-namespace carom {
+namespace carom::audio {
 
 Result<HrtfMeasurements> readSofaFile(const std::filesystem::path& path) {
   return Error{"SOFA file '" + path.string() +
@@ -13,4 +13,4 @@ std::filesystem::path defaultSofaFile() {
   return "default.sofa";
 }
 
-}  // namespace carom
+}  // namespace carom::audio

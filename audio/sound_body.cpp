@@ -1,10 +1,12 @@
-#include "audio/sound_body.h"
+#include "carom/audio/sound_body.h"
 
 #include <cmath>
 
 #include "audio/positive.h"
 
 namespace carom {
+
+using namespace audio;
 
 std::string whyNot(const Material& material) {
   if (!isPositive(material.density)) return "density must be positive (kg/m^3)";

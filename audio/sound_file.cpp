@@ -1,4 +1,4 @@
-#include "audio/sound_file.h"
+#include "carom/audio/sound_file.h"
 
 #include <algorithm>
 #include <array>
@@ -12,10 +12,13 @@
 
 #include <sndfile.h>
 
-#include "audio/limiter.h"
 #include "audio/partial_file.h"
+#include "carom/audio/limiter.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 namespace fs = std::filesystem;

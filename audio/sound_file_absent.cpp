@@ -1,4 +1,4 @@
-#include "audio/sound_file.h"
+#include "carom/audio/sound_file.h"
 
 // For builds without libsndfile.
 

@@ -7,8 +7,9 @@
 #include <utility>
 
 #include "audio/positive.h"
+#include "audio/reverb.h"
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 constexpr double kLowestRate = 8000.0;
@@ -107,4 +108,4 @@ Result<std::shared_ptr<const SoundPaths>> makeSoundPaths(const SynthSettings& se
   return std::shared_ptr<const SoundPaths>(std::move(paths));
 }
 
-}  // namespace carom
+}  // namespace carom::audio

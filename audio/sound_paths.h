@@ -5,15 +5,15 @@
 #include <memory>
 #include <vector>
 
-#include "audio/absorption.h"
 #include "audio/hrtf.h"
-#include "audio/listener.h"
 #include "audio/receiver.h"
-#include "audio/result.h"
-#include "audio/room.h"
-#include "audio/synth_settings.h"
+#include "carom/audio/absorption.h"
+#include "carom/audio/listener.h"
+#include "carom/audio/result.h"
+#include "carom/audio/room.h"
+#include "carom/audio/synth_settings.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// All ways from a source to the samples, as the settings and the listeners decide them: receivers,
 /// and the images of a room's walls with their filters. Immutable, to be shared between what lays
@@ -52,4 +52,4 @@ struct SoundPaths {
 Result<std::shared_ptr<const SoundPaths>> makeSoundPaths(const SynthSettings& settings,
                                                          std::vector<Listener> listeners);
 
-}  // namespace carom
+}  // namespace carom::audio

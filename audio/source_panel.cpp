@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 // m^2, the distance of the points of an edge, integrated along it: from one end to the other as
@@ -62,4 +62,4 @@ SourceField SourcePanel::field(const Vec3& point, bool inPlane) const {
   return field;
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -2,9 +2,9 @@
 
 #include <array>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// What a triangle with source strength 1 per area does at a point.
 struct SourceField {
@@ -44,4 +44,4 @@ class SourcePanel {
   double area_;
 };
 
-}  // namespace carom
+}  // namespace carom::audio

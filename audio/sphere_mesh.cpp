@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 using Corners = std::array<std::size_t, 3>;
@@ -248,4 +248,4 @@ SphereWeights SphereMesh::weights(const Vec3& direction) const noexcept {
   return result;
 }
 
-}  // namespace carom
+}  // namespace carom::audio

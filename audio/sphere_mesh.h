@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// Up to three of the points of a SphereMesh, and how much of each.
 struct SphereWeights {
@@ -58,4 +58,4 @@ class SphereMesh {
   std::vector<std::size_t> cells_;  // a triangle to start from, for each cell of a cube
 };
 
-}  // namespace carom
+}  // namespace carom::audio

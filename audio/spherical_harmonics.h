@@ -6,7 +6,7 @@
 #include <numbers>
 #include <span>
 
-namespace carom {
+namespace carom::audio {
 
 /// How many functions there are up to an order: (order + 1)^2.
 constexpr std::size_t harmonicCount(int order) {
@@ -56,4 +56,4 @@ void sphericalHarmonics(const Number& x, const Number& y, const Number& z, int o
   }
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -3,7 +3,9 @@
 #include <cmath>
 #include <numbers>
 
-namespace carom {
+#include "audio/bessel.h"
+
+namespace carom::audio {
 namespace {
 
 constexpr double kHalfWidth = 0.5 * static_cast<double>(kSpreadWidth);
@@ -37,11 +39,11 @@ auto integral(const Function& of) {
 double spreadKernel(double t) {
   const double inside = 1.0 - (t / kHalfWidth) * (t / kHalfWidth);
   if (inside < 0.0) return 0.0;
-  static const double scale = 1.0 / (std::cyl_bessel_i(0.0, kBeta) - 1.0);
+  static const double scale = 1.0 / (besselI0(kBeta) - 1.0);
   const double angle = 2.0 * std::numbers::pi * kCutOff * t;
   const double cardinal = angle == 0.0 ? 1.0 : std::sin(angle) / angle;
   // Less its value at the edge: where that fell on a sample, rounding decided whether it counted.
-  return scale * (std::cyl_bessel_i(0.0, kBeta * std::sqrt(inside)) - 1.0) * cardinal;
+  return scale * (besselI0(kBeta * std::sqrt(inside)) - 1.0) * cardinal;
 }
 
 double spreadTransform(double frequency) {
@@ -67,4 +69,4 @@ SpreadTable::SpreadTable() {
   }
 }
 
-}  // namespace carom
+}  // namespace carom::audio

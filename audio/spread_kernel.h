@@ -4,7 +4,7 @@
 #include <complex>
 #include <cstddef>
 
-namespace carom {
+namespace carom::audio {
 
 // How an instant between two samples is put on the samples: as the samples of a short, smooth bump
 // centred on it. The bump keeps what lies beyond the band from folding back into it, and dims the
@@ -46,4 +46,4 @@ class SpreadTable {
   alignas(64) std::array<double, (kPhases + 1) * kStride> rows_{};
 };
 
-}  // namespace carom
+}  // namespace carom::audio

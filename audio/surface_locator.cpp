@@ -4,7 +4,7 @@
 #include <cassert>
 #include <numeric>
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 /// Items that are looked at one by one.
@@ -101,4 +101,4 @@ SurfacePoint SurfaceLocator::nearest(const Vec3& point) const {
   return best.point;
 }
 
-}  // namespace carom
+}  // namespace carom::audio

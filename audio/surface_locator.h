@@ -8,10 +8,10 @@
 
 #include <Eigen/Geometry>
 
-#include "audio/surface_mesh.h"
-#include "audio/vector.h"
+#include "carom/audio/surface_mesh.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// A point of a surface as a mean of vertices: weights at least 0, of sum 1.
 struct SurfacePoint {
@@ -53,4 +53,4 @@ class SurfaceLocator {
   std::vector<Node> nodes_;           // the whole first
 };
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -1,4 +1,4 @@
-#include "audio/surface_mesh.h"
+#include "carom/audio/surface_mesh.h"
 
 #include <algorithm>
 #include <bit>

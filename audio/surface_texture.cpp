@@ -1,20 +1,23 @@
-#include "audio/surface_texture.h"
+#include "carom/audio/surface_texture.h"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <complex>
 #include <map>
-#include <mutex>
 #include <numbers>
 #include <string>
 #include <utility>
 
 #include <unsupported/Eigen/FFT>
 
+#include "audio/mutex.h"
 #include "audio/positive.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 using Complex = std::complex<float>;
@@ -71,7 +74,7 @@ double waveNumber(Eigen::Index index, Eigen::Index count) {
 
 }  // namespace
 
-Result<SurfaceTexture> SurfaceTexture::ofSlopes(Size size, const Eigen::Vector2d& texel,
+Result<SurfaceTexture> SurfaceTexture::ofSlopes(Size size, const Vec2& texel,
                                                 std::vector<Slope> slopes) {
   if (!isSide(size.width) || !isSide(size.height))
     return Error{"surface texture: " + std::to_string(size.width) + " x " +
@@ -81,7 +84,7 @@ Result<SurfaceTexture> SurfaceTexture::ofSlopes(Size size, const Eigen::Vector2d
     return Error{"surface texture: the texel must be positive (m)"};
   if (slopes.size() != size.width * size.height)
     return Error{"surface texture: expected one slope for each texel"};
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  Vec2 mean = Vec2::Zero();
   for (Slope& slope : slopes) {
     if (!slope.allFinite()) return Error{"surface texture: a slope is no number"};
     slope = slope.cwiseMax(-kSteepest).cwiseMin(kSteepest);
@@ -107,7 +110,7 @@ void SurfaceTexture::addLevels(Texels& texels) {
     // A side of one texel stays: both halves of the mean are the same texel then.
     const std::size_t alongU = std::min<std::size_t>(fine.size.width, 2);
     const std::size_t alongV = std::min<std::size_t>(fine.size.height, 2);
-    const Eigen::Vector2d halved(static_cast<double>(alongU), static_cast<double>(alongV));
+    const Vec2 halved(static_cast<double>(alongU), static_cast<double>(alongV));
     Level coarse{{fine.size.width / alongU, fine.size.height / alongV},
                  fine.perMetre.cwiseQuotient(halved),
                  0.0,
@@ -186,16 +189,16 @@ Result<SurfaceTexture> SurfaceTexture::rough(const Roughness& roughness, std::ui
   texture.steepness_ = roughness.rmsHeight / roughness.correlationLength;
   // By the golden ratio: a way along an axis of a body crosses the pattern elsewhere each time, so
   // that its repetition is no tone.
-  texture.axis_ = Eigen::Vector2d(1.0, 0.5 * (std::sqrt(5.0) - 1.0)).normalized();
+  texture.axis_ = Vec2(1.0, 0.5 * (std::sqrt(5.0) - 1.0)).normalized();
   return texture;
 }
 
 /// Of rms height 1 and correlation length 1: made once while somebody has it.
 std::shared_ptr<const SurfaceTexture::Texels> SurfaceTexture::roughTexels(double hurst,
                                                                           std::uint64_t seed) {
-  static std::mutex mutex;
+  static audio::Mutex mutex;
   static std::map<std::pair<double, std::uint64_t>, std::weak_ptr<const Texels>> known;
-  const std::lock_guard<std::mutex> lock(mutex);
+  const audio::MutexLock lock(mutex);
   std::weak_ptr<const Texels>& place = known[{hurst, seed}];
   if (auto texels = place.lock()) return texels;
   std::shared_ptr<const Texels> made = makeRoughTexels(hurst, seed);
@@ -213,7 +216,7 @@ std::shared_ptr<const SurfaceTexture::Texels> SurfaceTexture::makeRoughTexels(do
   for (Eigen::Index column = 0; column < kCount; ++column) {
     for (Eigen::Index row = 0; row < kCount; ++row) {
       const double phase = 2.0 * std::numbers::pi * random.next();
-      const Eigen::Vector2d q(waveNumber(row, kCount), waveNumber(column, kCount));
+      const Vec2 q(waveNumber(row, kCount), waveNumber(column, kCount));
       const double length = q.norm() * kTexelsPerCorrelation;
       const bool isHighest = 2 * row == kCount || 2 * column == kCount;
       if (length == 0.0 || isHighest) continue;
@@ -284,19 +287,18 @@ double SurfaceTexture::heightBelow(double width) const {
   return steepness_ * scale_ * lost;
 }
 
-Eigen::Vector2d SurfaceTexture::slope(const Look& look, const Eigen::Vector2d& at) const {
-  const Eigen::Vector2d place(axis_.dot(at) / scale_,
-                              (axis_.x() * at.y() - axis_.y() * at.x()) / scale_);
-  Eigen::Vector2d slope = look.fine->at(place);
+Vec2 SurfaceTexture::slope(const Look& look, const Vec2& at) const {
+  const Vec2 place(axis_.dot(at) / scale_, (axis_.x() * at.y() - axis_.y() * at.x()) / scale_);
+  Vec2 slope = look.fine->at(place);
   if (look.coarse != nullptr)
     slope = (1.0 - look.share) * slope + look.share * look.coarse->at(place);
-  return steepness_ * Eigen::Vector2d(axis_.x() * slope.x() - axis_.y() * slope.y(),
-                                      axis_.y() * slope.x() + axis_.x() * slope.y());
+  return steepness_ * Vec2(axis_.x() * slope.x() - axis_.y() * slope.y(),
+                           axis_.y() * slope.x() + axis_.x() * slope.y());
 }
 
 /// Quadratic B-splines: the slope has a slope everywhere, so that a path over texels has no corners
 /// that would sound.
-Eigen::Vector2d SurfaceTexture::Level::at(const Eigen::Vector2d& place) const {
+Vec2 SurfaceTexture::Level::at(const Vec2& place) const {
   struct Taps {
     std::array<std::size_t, 3> index;
     std::array<float, 3> weight;

@@ -1,4 +1,4 @@
-#include "audio/synth.h"
+#include "carom/audio/synth.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +10,9 @@
 #include "audio/sound_paths.h"
 
 namespace carom {
+
+using namespace audio;
+
 class Synth::Impl {
  public:
   explicit Impl(const std::shared_ptr<const SoundPaths>& paths) : layer_(paths), player_(paths) {}

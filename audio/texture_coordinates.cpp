@@ -1,4 +1,4 @@
-#include "audio/texture_coordinates.h"
+#include "carom/audio/texture_coordinates.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,12 @@
 #include <Eigen/Geometry>
 
 #include "audio/positive.h"
+#include "audio/surface_locator.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 std::string whyNot(const SurfaceMesh& mesh,
@@ -27,7 +31,7 @@ std::string whyNot(const SurfaceMesh& mesh,
   for (const Vec3& vertex : mesh.vertices)
     if (!vertex.allFinite()) return "a vertex is not finite";
   for (std::size_t index = 0; index < corners.size(); ++index)
-    for (const Eigen::Vector2d& corner : corners[index])
+    for (const Vec2& corner : corners[index])
       if (!corner.allFinite())
         return "a coordinate of triangle " + std::to_string(index) + " is not finite";
   return {};
@@ -38,14 +42,18 @@ std::string whyNot(const SurfaceMesh& mesh,
 TextureCoordinates::TextureCoordinates(SurfaceMesh mesh, std::vector<Corners> corners)
     : mesh_(std::make_unique<const SurfaceMesh>(std::move(mesh))),
       corners_(std::move(corners)),
-      locator_(*mesh_) {}
+      locator_(std::make_unique<const SurfaceLocator>(*mesh_)) {}
+
+TextureCoordinates::TextureCoordinates(TextureCoordinates&&) noexcept = default;
+TextureCoordinates& TextureCoordinates::operator=(TextureCoordinates&&) noexcept = default;
+TextureCoordinates::~TextureCoordinates() = default;
 
 Result<TextureCoordinates> TextureCoordinates::of(SurfaceMesh mesh, std::vector<Corners> corners) {
   if (const std::string reason = whyNot(mesh, corners); !reason.empty())
     return Error{"texture coordinates: " + reason};
   TextureCoordinates made(std::move(mesh), std::move(corners));
   double area = 0.0;
-  Eigen::Vector2d pictures = Eigen::Vector2d::Zero();  // m, area times pictures to a metre
+  Vec2 pictures = Vec2::Zero();  // m, area times pictures to a metre
   bool isSeen = false;
   for (std::size_t index = 0; index < made.mesh_->triangles.size(); ++index) {
     const auto& [a, b, c] = made.mesh_->triangles[index];
@@ -57,7 +65,7 @@ Result<TextureCoordinates> TextureCoordinates::of(SurfaceMesh mesh, std::vector<
     pictures += 0.5 * twice * patch.perMetre.rowwise().norm();
     isSeen = isSeen || patch.stretch > 0.0;
   }
-  const Eigen::Vector2d size = area * pictures.cwiseInverse();
+  const Vec2 size = area * pictures.cwiseInverse();
   if (!isSeen || !isPositive(size.x()) || !isPositive(size.y()))
     return Error{"texture coordinates: they lie in one line all over the mesh"};
   made.size_ = size;
@@ -71,8 +79,8 @@ TextureCoordinates::Patch TextureCoordinates::patchOf(std::size_t triangle) cons
   const Vec3 second = mesh_->vertices[c] - mesh_->vertices[a];
   const Vec3 across = first.cross(second);
   const Corners& corners = corners_[triangle];
-  const Eigen::Vector2d alongFirst = size_.cwiseProduct(corners[1] - corners[0]);
-  const Eigen::Vector2d alongSecond = size_.cwiseProduct(corners[2] - corners[0]);
+  const Vec2 alongFirst = size_.cwiseProduct(corners[1] - corners[0]);
+  const Vec2 alongSecond = size_.cwiseProduct(corners[2] - corners[0]);
   const double turned = alongFirst.x() * alongSecond.y() - alongFirst.y() * alongSecond.x();
   Patch patch;
   // By the edges that are dual to the triangle's own.
@@ -91,7 +99,7 @@ TextureCoordinates::Patch TextureCoordinates::patchOf(std::size_t triangle) cons
 }
 
 TextureCoordinates::Patch TextureCoordinates::at(const Vec3& point) const {
-  const SurfacePoint found = locator_.nearest(point);
+  const SurfacePoint found = locator_->nearest(point);
   Patch patch = patchOf(found.triangle);
   const auto& triangle = mesh_->triangles[found.triangle];
   const Corners& corners = corners_[found.triangle];

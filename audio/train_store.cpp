@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace carom {
+namespace carom::audio {
 namespace {
 
 /// Nodes of an arena that is made on demand, unless more are needed at once.
@@ -57,4 +57,4 @@ std::span<const PulseNode> TrainStore::keep(std::span<const PulseNode> train, st
   return {place, train.size()};
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -9,7 +9,7 @@
 
 #include "audio/pulse.h"
 
-namespace carom {
+namespace carom::audio {
 
 /// Holds the nodes of lasting contacts until all of their sound has begun: rings of memory, from
 /// which what is over falls out at one end. With a capacity there is one such ring, made in
@@ -42,4 +42,4 @@ class TrainStore {
   std::vector<Arena> arenas_;
 };
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <numeric>
 
-namespace carom {
+namespace carom::audio {
 
 void VoiceTable::reserve(std::size_t voices, std::size_t slots) {
   voices_.resize(voices);
@@ -96,4 +96,4 @@ void VoiceTable::sink(std::size_t place) noexcept {
   put(place, voice);
 }
 
-}  // namespace carom
+}  // namespace carom::audio

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace carom {
+namespace carom::audio {
 
 /// Events that wait for their sound to begin, the quietest of them at hand, and the slots of their
 /// clicks. Nothing allocates but `reserve`. [one thread]
@@ -64,4 +64,4 @@ class VoiceTable {
   std::uint64_t number_ = 0;
 };
 
-}  // namespace carom
+}  // namespace carom::audio

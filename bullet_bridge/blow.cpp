@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace carom {
+namespace carom::bullet {
 
 PairInertia::PairInertia(const PairMotion& motion, double s, MultibodyMass& multibodies)
     : body_(answerOf(*motion.pair().body, motion.body(), s)),
@@ -118,4 +118,4 @@ Blow BlowSolver::sum(std::span<const BlowPoint> points, std::span<const double> 
   return blow;
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -6,7 +6,7 @@
 #include "bullet_bridge/multibody_link.h"
 #include "bullet_bridge/pair_motion.h"
 
-namespace carom {
+namespace carom::bullet {
 
 /// A point at which two bodies meet.
 struct BlowPoint {
@@ -73,4 +73,4 @@ class BlowSolver {
   std::vector<double> impulses_;
 };
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -11,7 +11,7 @@
 #include "bullet_bridge/multibody_link.h"
 #include "bullet_bridge/proxy_id.h"
 
-namespace carom {
+namespace carom::bullet {
 namespace {
 
 // By an impulse that is not a stale number.
@@ -129,7 +129,8 @@ Quat TrackedBody::orientationAtStart(double dt) const {
   const Vec3 turn = -dt * turnedAt(current.angularAfter, dt);
   const Quat now = toQuat(object->getWorldTransform());
   const double angle = turn.norm();
-  return angle > 0.0 ? Quat(Eigen::AngleAxisd(-angle, -turn / angle)).normalized() * now : now;
+  if (!(angle > 0.0)) return now;
+  return Quat(Eigen::AngleAxisd(-angle, -turn / angle)).normalized() * now;
 }
 
 RigidMotion TrackedBody::actual(double dt) const {
@@ -282,10 +283,10 @@ void BodyTracker::beginKinematic(TrackedBody& body, Trail& trail, double dt) {
   body.arrival = duration;
   const bool arrives = duration < 1.5 * dt;
   trail.place = arrives ? toVec3(target.getOrigin()) : Vec3(trail.place + dt * velocity);
-  trail.turn =
-      arrives || angular.isZero(0.0)
-          ? toQuat(target)
-          : Quat(Eigen::AngleAxisd(dt * angular.norm(), angular.normalized())) * trail.turn;
+  if (arrives || angular.isZero(0.0))
+    trail.turn = toQuat(target);
+  else
+    trail.turn = Quat(Eigen::AngleAxisd(dt * angular.norm(), angular.normalized())) * trail.turn;
   if (body.shape == ContactShape::plane) {
     body.planeOffset += (motion.start - toVec3(target.getOrigin())).dot(body.planeNormal);
   }
@@ -371,4 +372,4 @@ const SubstepMotion& BodyTracker::previous(const TrackedBody& body) const {
   return trails_[static_cast<std::size_t>(&body - bodies_.data())].previous;
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -6,14 +6,14 @@
 
 #include <btBulletDynamicsCommon.h>
 
-#include "audio/impulse_event.h"
 #include "bullet_bridge/rigid_motion.h"
 #include "bullet_bridge/to_vec3.h"
+#include "carom/audio/impulse_event.h"
 
 class btMultiBody;
 class btMultiBodyLinkCollider;
 
-namespace carom {
+namespace carom::bullet {
 
 inline Quat toQuat(const btTransform& pose) {
   const btQuaternion q = pose.getRotation();
@@ -134,4 +134,4 @@ class BodyTracker {
   std::vector<const btMultiBody*> pushed_;  // in this substep; kept for its memory
 };
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace carom {
+namespace carom::bullet {
 namespace {
 
 constexpr float kEdge = 1.0625F;     // of a cell, in largest boxes
@@ -334,4 +334,4 @@ void BoxGrid::findInCells(std::uint32_t first, std::uint32_t end, Cell row, cons
   }
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

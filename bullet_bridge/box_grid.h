@@ -9,7 +9,7 @@
 #include "bullet_bridge/pair_list.h"
 #include "bullet_bridge/swept_box.h"
 
-namespace carom {
+namespace carom::bullet {
 
 /// Boxes of similar size, sorted into cubic cells no smaller than they are: each lies in the cell
 /// of its lowest corner, so two that overlap lie in neighbouring cells.
@@ -80,4 +80,4 @@ class BoxGrid {
   std::size_t candidateCount_ = 0;
 };
 
-}  // namespace carom
+}  // namespace carom::bullet

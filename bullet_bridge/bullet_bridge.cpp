@@ -1,4 +1,4 @@
-#include "bullet_bridge/bullet_bridge.h"
+#include "carom/bullet/bullet_bridge.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,6 +20,9 @@
 #include "bullet_bridge/tick_hook.h"
 
 namespace carom {
+
+using namespace bullet;
+
 namespace {
 
 // Substeps without load after which a lasting contact has ended.

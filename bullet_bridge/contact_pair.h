@@ -6,7 +6,7 @@
 
 #include "bullet_bridge/body_tracker.h"
 
-namespace carom {
+namespace carom::bullet {
 
 /// Two bodies that may touch. `other` is the one that cannot be moved, if there is one; of a sphere
 /// and a plane it is the plane.
@@ -35,4 +35,4 @@ struct ContactPair {
   }
 };
 
-}  // namespace carom
+}  // namespace carom::bullet

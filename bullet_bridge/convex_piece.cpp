@@ -6,7 +6,7 @@
 
 #include "bullet_bridge/body_tracker.h"
 
-namespace carom {
+namespace carom::bullet {
 namespace {
 
 constexpr double kFlat = std::numeric_limits<double>::infinity();
@@ -437,4 +437,4 @@ LocalShape ConvexPiece::shapeFacing(const Vec3& direction) const {
   }
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -8,9 +8,9 @@
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <btBulletCollisionCommon.h>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::bullet {
 
 /// Curvature of a surface where it is touched.
 struct LocalShape {
@@ -109,4 +109,4 @@ class ConvexPiece {
   const btConvexShape* shape_ = nullptr;  // spheres, sampled
 };
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace carom {
+namespace carom::bullet {
 namespace {
 
 constexpr int kMaxIterations = 100;
@@ -226,4 +226,4 @@ CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, con
   return result;
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

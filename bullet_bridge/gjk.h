@@ -1,9 +1,9 @@
 #pragma once
 
-#include "audio/vector.h"
 #include "bullet_bridge/convex_piece.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::bullet {
 
 /// A piece at one instant; coordinates are of a frame parallel to the world's.
 struct PlacedPiece {
@@ -36,4 +36,4 @@ struct CoreDistance {
 CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, const Vec3& guess,
                           double gapTolerance = 0.0);
 
-}  // namespace carom
+}  // namespace carom::bullet

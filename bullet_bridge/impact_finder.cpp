@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-namespace carom {
+namespace carom::bullet {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -301,4 +301,4 @@ void ImpactFinder::dateBack(const Proximity& touch, const PreviousSubstep& previ
   }
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -8,7 +8,7 @@
 #include "bullet_bridge/pair_motion.h"
 #include "bullet_bridge/solved_contact.h"
 
-namespace carom {
+namespace carom::bullet {
 
 /// An impact of a pair: when, where, and on which motion.
 struct FoundImpact {
@@ -91,4 +91,4 @@ double approachAtNode(const ContactPair& pair, Way way, const Vec3& point, const
 /// m/s, the same at a later point of a way: the node's velocities, at where the bodies are then.
 double approachWithNode(const PairMotion& motion, Way way, const Proximity& touch, double s);
 
-}  // namespace carom
+}  // namespace carom::bullet

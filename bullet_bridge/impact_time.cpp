@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-namespace carom {
+namespace carom::bullet {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -64,4 +64,4 @@ double planeTouchTime(double height, double rate, double acceleration, double ho
   return within(firstRoot(acceleration, rate, 2.0 * height), horizon);
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

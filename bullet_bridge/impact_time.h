@@ -2,7 +2,7 @@
 
 #include "bullet_bridge/motion.h"
 
-namespace carom {
+namespace carom::bullet {
 
 /// Times of first touch within [0, horizon], in seconds after the motion's start; infinity where
 /// there is none. A pair that already overlaps at 0 touches at 0 if it approaches, otherwise never.
@@ -15,4 +15,4 @@ double sphereTouchTime(const Motion& relative, double distance, double horizon);
 /// `height` above contact, its rate and acceleration along the plane's normal.
 double planeTouchTime(double height, double rate, double acceleration, double horizon);
 
-}  // namespace carom
+}  // namespace carom::bullet

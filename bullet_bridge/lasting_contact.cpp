@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-namespace carom {
+namespace carom::bullet {
 namespace {
 
 /// rad, along a rim in a step; a coin's rim of that tilt a turns at sqrt(4 g / (R sin a)) (Euler's
@@ -115,4 +115,4 @@ ContactState lastingContact(const PairMotion& now, const Proximity& start,
   return state;
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -1,10 +1,10 @@
 #pragma once
 
-#include "audio/contact_state.h"
 #include "bullet_bridge/pair_motion.h"
 #include "bullet_bridge/solved_contact.h"
+#include "carom/audio/contact_state.h"
 
-namespace carom {
+namespace carom::bullet {
 
 /// The substep that has just ended, in the world's time: s.
 struct SubstepTime {
@@ -17,4 +17,4 @@ struct SubstepTime {
 ContactState lastingContact(const PairMotion& now, const Proximity& start,
                             const SolvedContact& solved, const SubstepTime& substep);
 
-}  // namespace carom
+}  // namespace carom::bullet

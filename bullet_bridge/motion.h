@@ -1,8 +1,8 @@
 #pragma once
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::bullet {
 
 /// Motion of a point under constant acceleration. What Bullet does within one substep, exactly:
 /// with the velocity w after the solver and the acceleration a, symplectic Euler lands on the nodes
@@ -25,4 +25,4 @@ inline Motion operator-(const Motion& of, const Motion& relativeTo) {
           of.acceleration - relativeTo.acceleration};
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -4,7 +4,7 @@
 
 #include "bullet_bridge/to_vec3.h"
 
-namespace carom {
+namespace carom::bullet {
 namespace {
 
 constexpr double kRounding = 1e-13;  // relative to the terms that cancel
@@ -209,4 +209,4 @@ double MultibodyMass::inverseMassAlongJacobian() {
   return sum;
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -5,9 +5,9 @@
 
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::bullet {
 
 struct LinkVelocity {
   Vec3 linear = Vec3::Zero();   ///< m/s, world frame, of the link's centre of mass
@@ -98,4 +98,4 @@ class MultibodyMass {
   std::vector<double> jacobian_;
 };
 
-}  // namespace carom
+}  // namespace carom::bullet

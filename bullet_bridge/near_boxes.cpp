@@ -4,7 +4,7 @@
 #include <bit>
 #include <limits>
 
-namespace carom {
+namespace carom::bullet {
 namespace {
 
 constexpr float kMostSpread = 4.0F;        // of sizes within a level
@@ -127,4 +127,4 @@ std::span<const NearBoxes::Pair> NearBoxes::find(std::span<const SweptBox> boxes
   return found_.pairs();
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

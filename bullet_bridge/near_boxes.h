@@ -8,7 +8,7 @@
 
 #include "bullet_bridge/box_grid.h"
 
-namespace carom {
+namespace carom::bullet {
 
 /// Pairs of boxes that overlap or touch, at least one of which is active: what may meet within a
 /// substep. Every pair once, its lower body first. The order of the pairs, though not sorted,
@@ -58,4 +58,4 @@ class NearBoxes {
   PairList found_;
 };
 
-}  // namespace carom
+}  // namespace carom::bullet

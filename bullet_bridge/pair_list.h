@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace carom {
+namespace carom::bullet {
 
 /// Pairs found so far; its memory stays for the next substep.
 class PairList {
@@ -31,4 +31,4 @@ class PairList {
   std::size_t count_ = 0;
 };
 
-}  // namespace carom
+}  // namespace carom::bullet

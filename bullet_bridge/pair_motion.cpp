@@ -4,7 +4,7 @@
 
 #include "bullet_bridge/impact_time.h"
 
-namespace carom {
+namespace carom::bullet {
 namespace {
 
 RigidMotion motionOf(const TrackedBody& body, Way way, double dt) {
@@ -82,4 +82,4 @@ double PairMotion::touchTime(double horizon) const {
                         relative.acceleration.dot(normal), horizon);
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

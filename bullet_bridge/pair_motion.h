@@ -5,7 +5,7 @@
 #include "bullet_bridge/contact_pair.h"
 #include "bullet_bridge/shape_pair.h"
 
-namespace carom {
+namespace carom::bullet {
 
 /// Which of a body's two ways through a substep: the one that it went, or the one that it would
 /// have gone had the solver not touched it.
@@ -62,4 +62,4 @@ class PairMotion {
   bool followed_ = true;
 };
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace carom {
+namespace carom::bullet {
 
 PairRecord* PairRecords::find(std::uint64_t key) {
   const auto end = entries_.begin() + static_cast<std::ptrdiff_t>(known_);
@@ -37,4 +37,4 @@ void PairRecords::endSubstep() {
     records_[entry.second].visited = false;
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

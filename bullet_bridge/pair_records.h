@@ -4,10 +4,10 @@
 #include <utility>
 #include <vector>
 
-#include "audio/contact_state.h"
-#include "audio/impulse_event.h"
+#include "carom/audio/contact_state.h"
+#include "carom/audio/impulse_event.h"
 
-namespace carom {
+namespace carom::bullet {
 
 /// Both bodies' shares of a blow, and how much of its impact that is.
 struct Landing {
@@ -70,4 +70,4 @@ class PairRecords {
   std::vector<std::uint32_t> free_;  // places
 };
 
-}  // namespace carom
+}  // namespace carom::bullet

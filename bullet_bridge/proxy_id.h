@@ -2,7 +2,7 @@
 
 #include <btBulletCollisionCommon.h>
 
-namespace carom {
+namespace carom::bullet {
 
 /// Tells a new object at an old address from the old one; -1 for one that is in no world.
 inline int proxyIdOf(const btCollisionObject& object) {
@@ -10,4 +10,4 @@ inline int proxyIdOf(const btCollisionObject& object) {
   return proxy == nullptr ? -1 : proxy->getUid();
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -1,6 +1,6 @@
 #include "bullet_bridge/rigid_motion.h"
 
-namespace carom {
+namespace carom::bullet {
 
 Quat RigidMotion::orientationAt(double s) const {
   const double angle = s * angularVelocity.norm();
@@ -12,4 +12,4 @@ Pose RigidMotion::poseAt(double s) const {
   return {centre.positionAt(s), orientationAt(s).toRotationMatrix()};
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -1,9 +1,9 @@
 #pragma once
 
-#include "audio/vector.h"
 #include "bullet_bridge/motion.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::bullet {
 
 struct Pose {
   Vec3 position = Vec3::Zero();                            ///< m, world frame
@@ -27,4 +27,4 @@ struct RigidMotion {
   }
 };
 
-}  // namespace carom
+}  // namespace carom::bullet

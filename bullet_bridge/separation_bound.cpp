@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace carom {
+namespace carom::bullet {
 namespace {
 
 constexpr double kRounding = 8.0 * std::numeric_limits<double>::epsilon();
@@ -108,4 +108,4 @@ SeparationBound::Clear SeparationBound::clearTime(double horizon) const {
   return clear;
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

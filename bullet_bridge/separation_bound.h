@@ -3,7 +3,7 @@
 #include "bullet_bridge/gjk.h"
 #include "bullet_bridge/rigid_motion.h"
 
-namespace carom {
+namespace carom::bullet {
 
 /// A lower bound of the gap of two moving pieces over the time after an instant, along a direction
 /// that keeps still:
@@ -47,4 +47,4 @@ class SeparationBound {
   double rounding_ = 0.0;      // m
 };
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -7,7 +7,7 @@
 #include "bullet_bridge/body_tracker.h"
 #include "bullet_bridge/swept_triangles.h"
 
-namespace carom {
+namespace carom::bullet {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -174,9 +174,9 @@ void ShapePair::pairTriangles(Side& convex, const Leaf& leaf, Side& concave,
                               const ConcaveLeaf& mesh, bool flipped) {
   const bool isSphere = leaf.type == SPHERE_SHAPE_PROXYTYPE;
   const double margin = isSphere ? 0.0 : static_cast<double>(mesh.shape->getMargin());
-  const SweptBox box = sweptBox(convex.pieces[leaf.piece], convex.moving.motion,
-                                concave.moving.motion, mesh.rotation, mesh.offset, horizon_)
-                           .grownBy(margin + reach_);
+  const MeshFrameBox box = meshFrameBox(convex.pieces[leaf.piece], convex.moving.motion,
+                                        concave.moving.motion, mesh.rotation, mesh.offset, horizon_)
+                               .grownBy(margin + reach_);
   forEachTriangle(*mesh.shape, box, [&](const std::array<Vec3, 3>& corners) {
     // Bullet's detector of spheres passes over these.
     const double area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm();
@@ -417,4 +417,4 @@ LocalShape ShapePair::localShape(PairSide side, double s, const Proximity& at) c
   return shape;
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

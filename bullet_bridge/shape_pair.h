@@ -11,7 +11,7 @@
 #include "bullet_bridge/rigid_motion.h"
 #include "bullet_bridge/separation_bound.h"
 
-namespace carom {
+namespace carom::bullet {
 
 /// A Bullet shape and how its collision object's world transform moves.
 struct MovingShape {
@@ -129,4 +129,4 @@ class ShapePair {
   std::vector<Vec3> patch_;
 };
 
-}  // namespace carom
+}  // namespace carom::bullet

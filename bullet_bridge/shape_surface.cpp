@@ -15,7 +15,7 @@
 #include "bullet_bridge/surface_union.h"
 #include "bullet_bridge/to_vec3.h"
 
-namespace carom {
+namespace carom::bullet {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -442,4 +442,4 @@ Result<SurfaceMesh> shapeSurface(const btCollisionShape& shape) {
   return surface;
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -2,10 +2,10 @@
 
 #include <btBulletCollisionCommon.h>
 
-#include "audio/result.h"
-#include "audio/surface_mesh.h"
+#include "carom/audio/result.h"
+#include "carom/audio/surface_mesh.h"
 
-namespace carom {
+namespace carom::bullet {
 
 /// The surface of a Bullet shape as the host sees it: closed, outward, m, in the frame of the shape
 /// (a rigid body's centre of mass is its origin). With local scaling, and with margins as Bullet's
@@ -31,4 +31,4 @@ namespace carom {
 /// distance fields, and anything else that is not a solid body. [physics thread], allocates.
 Result<SurfaceMesh> shapeSurface(const btCollisionShape& shape);
 
-}  // namespace carom
+}  // namespace carom::bullet

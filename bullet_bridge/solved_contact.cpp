@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace carom {
+namespace carom::bullet {
 namespace {
 
 constexpr double kUnknown = -1.0;  // no restitution is
@@ -114,4 +114,4 @@ void ContactReader::addPoint(const btManifoldPoint& point, double sign, bool sol
   contact_.points.push_back(added);
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -7,7 +7,7 @@
 
 #include "bullet_bridge/contact_pair.h"
 
-namespace carom {
+namespace carom::bullet {
 
 /// One point of a contact as Bullet holds it after its solver: where it was at the start of the
 /// substep, and what the solver did there.
@@ -56,4 +56,4 @@ class ContactReader {
   SolvedContact contact_;
 };
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace carom {
+namespace carom::bullet {
 namespace {
 
 using Polygon = std::vector<Vec3>;
@@ -246,4 +246,4 @@ std::optional<SurfaceMesh> unionOfConvex(const std::vector<SurfaceMesh>& meshes,
   return mesh;
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -3,9 +3,9 @@
 #include <optional>
 #include <vector>
 
-#include "audio/surface_mesh.h"
+#include "carom/audio/surface_mesh.h"
 
-namespace carom {
+namespace carom::bullet {
 
 /// The surface of the union of convex solids, each closed and outward: the parts of each that lie
 /// in none of the others. Faces that coincide are kept once if they look the same way, not at all
@@ -13,4 +13,4 @@ namespace carom {
 /// parts do not close. Time grows with the square of the number of triangles. [any thread]
 std::optional<SurfaceMesh> unionOfConvex(const std::vector<SurfaceMesh>& solids, double tolerance);
 
-}  // namespace carom
+}  // namespace carom::bullet

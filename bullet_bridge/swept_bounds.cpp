@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace carom {
+namespace carom::bullet {
 namespace {
 
 // Doubles become floats with a relative error of 2^-24.
@@ -93,4 +93,4 @@ SweptBox sweptBox(const TrackedBody& body, double dt, bool speculative) {
   return box;
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

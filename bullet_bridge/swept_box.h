@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace carom {
+namespace carom::bullet {
 
 /// Box around the way of a body over a substep; low <= high.
 struct SweptBox {
@@ -24,4 +24,4 @@ inline bool overlap(const SweptBox& a, const SweptBox& b) {
   return (apart(0) | apart(1) | apart(2)) == 0;
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -4,10 +4,11 @@
 #include <cmath>
 #include <limits>
 
-namespace carom {
+namespace carom::bullet {
 
-SweptBox sweptBox(const ConvexPiece& piece, const RigidMotion& body, const RigidMotion& meshBody,
-                  const Eigen::Matrix3d& meshRotation, const Vec3& meshOffset, double horizon) {
+MeshFrameBox meshFrameBox(const ConvexPiece& piece, const RigidMotion& body,
+                          const RigidMotion& meshBody, const Eigen::Matrix3d& meshRotation,
+                          const Vec3& meshOffset, double horizon) {
   const auto seenFromMesh = [&](double s) {
     const Pose pose = meshBody.poseAt(s);
     const Vec3 apart = (body.centre - meshBody.centre).positionAt(s);
@@ -31,7 +32,7 @@ SweptBox sweptBox(const ConvexPiece& piece, const RigidMotion& body, const Rigid
   const Eigen::Matrix3d rotation = meshRotation.transpose() *
                                    meshBody.poseAt(0.0).rotation.transpose() *
                                    body.poseAt(0.0).rotation;
-  SweptBox box;
+  MeshFrameBox box;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const Vec3 direction = rotation.transpose() * Vec3::Unit(axis);
     const auto extent = [&](const Vec3& way) {
@@ -44,7 +45,7 @@ SweptBox sweptBox(const ConvexPiece& piece, const RigidMotion& body, const Rigid
   return box;
 }
 
-bool mayReachInto(const std::array<Vec3, 3>& triangle, const SweptBox& box) {
+bool mayReachInto(const std::array<Vec3, 3>& triangle, const MeshFrameBox& box) {
   const Vec3 low = triangle[0].cwiseMin(triangle[1]).cwiseMin(triangle[2]);
   const Vec3 high = triangle[0].cwiseMax(triangle[1]).cwiseMax(triangle[2]);
   if ((low.array() > box.high.array()).any() || (high.array() < box.low.array()).any()) {
@@ -65,4 +66,4 @@ btVector3 roundedOutwards(const Vec3& corner, bool up) {
   return rounded;
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -6,35 +6,36 @@
 #include "bullet_bridge/convex_piece.h"
 #include "bullet_bridge/rigid_motion.h"
 
-namespace carom {
+namespace carom::bullet {
 
 /// Axis-aligned, in the frame of a mesh.
-struct SweptBox {
+struct MeshFrameBox {
   Vec3 low, high;
-  SweptBox grownBy(double reach) const {
+  MeshFrameBox grownBy(double reach) const {
     return {low - Vec3::Constant(reach), high + Vec3::Constant(reach)};
   }
 };
 
 /// What a piece of a moving body may pass through in [0, horizon], seen from a mesh that is part of
 /// another moving body, where it has the given rotation and offset.
-SweptBox sweptBox(const ConvexPiece& piece, const RigidMotion& body, const RigidMotion& meshBody,
-                  const Eigen::Matrix3d& meshRotation, const Vec3& meshOffset, double horizon);
+MeshFrameBox meshFrameBox(const ConvexPiece& piece, const RigidMotion& body,
+                          const RigidMotion& meshBody, const Eigen::Matrix3d& meshRotation,
+                          const Vec3& meshOffset, double horizon);
 
-bool mayReachInto(const std::array<Vec3, 3>& triangle, const SweptBox& box);
+bool mayReachInto(const std::array<Vec3, 3>& triangle, const MeshFrameBox& box);
 btVector3 roundedOutwards(const Vec3& corner, bool up);
 
 /// Calls `visit` with the triangles of a mesh that may reach into the box.
 template <class Visit>
-void forEachTriangle(const btConcaveShape& mesh, const SweptBox& box, Visit visit) {
+void forEachTriangle(const btConcaveShape& mesh, const MeshFrameBox& box, Visit visit) {
   struct Visitor : btTriangleCallback {
-    Visitor(const SweptBox& within, Visit& call) : box(within), visit(call) {}
+    Visitor(const MeshFrameBox& within, Visit& call) : box(within), visit(call) {}
     void processTriangle(btVector3* triangle, int, int) override {
       const std::array<Vec3, 3> corners{toVec3(triangle[0]), toVec3(triangle[1]),
                                         toVec3(triangle[2])};
       if (mayReachInto(corners, box)) visit(corners);
     }
-    const SweptBox& box;
+    const MeshFrameBox& box;
     Visit& visit;
   };
   if (!box.low.allFinite() || !box.high.allFinite()) return;  // Bullet would quantize it
@@ -43,4 +44,4 @@ void forEachTriangle(const btConcaveShape& mesh, const SweptBox& box, Visit visi
                            roundedOutwards(box.high, true));
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

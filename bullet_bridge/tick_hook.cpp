@@ -1,10 +1,11 @@
 #include "bullet_bridge/tick_hook.h"
 
 #include <algorithm>
-#include <mutex>
 #include <vector>
 
-namespace carom {
+#include "audio/mutex.h"
+
+namespace carom::bullet {
 namespace {
 
 // The slot is protected and has no getter; a pointer to member through a derived class is the
@@ -18,7 +19,7 @@ struct SlotAccess : btDynamicsWorld {
 // A pre-tick callback gets the world and no context (the user info belongs to the host), so the
 // hooks of the process are found by their world. Worlds may be stepped on different threads.
 struct Registry {
-  std::mutex mutex;
+  audio::Mutex mutex;
   std::vector<std::pair<btDynamicsWorld*, TickHook*>> hooks;
 };
 
@@ -28,7 +29,7 @@ Registry& registry() {
 }
 
 TickHook* findHook(const btDynamicsWorld* world) {
-  const std::lock_guard lock(registry().mutex);
+  const audio::MutexLock lock(registry().mutex);
   for (const auto& [hooked, hook] : registry().hooks) {
     if (hooked == world) return hook;
   }
@@ -43,7 +44,7 @@ bool TickHook::isHooked(const btDynamicsWorld& world) {
 
 TickHook::TickHook(btDynamicsWorld& world) : world_(world) {
   {
-    const std::lock_guard lock(registry().mutex);
+    const audio::MutexLock lock(registry().mutex);
     registry().hooks.emplace_back(&world, this);
   }
   takeSlot();
@@ -55,7 +56,7 @@ TickHook::~TickHook() {
   // If the host put its own callback over ours, it stays: it is the host's wish.
   btInternalTickCallback& slot = SlotAccess::preTick(world_);
   if (slot == &TickHook::preTick) slot = next_;
-  const std::lock_guard lock(registry().mutex);
+  const audio::MutexLock lock(registry().mutex);
   std::erase(registry().hooks, std::pair<btDynamicsWorld*, TickHook*>(&world_, this));
 }
 
@@ -83,4 +84,4 @@ void TickHook::updateAction(btCollisionWorld*, btScalar dt) {
   started_ = false;
 }
 
-}  // namespace carom
+}  // namespace carom::bullet

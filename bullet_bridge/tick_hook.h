@@ -2,7 +2,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
-namespace carom {
+namespace carom::bullet {
 
 /// Calls back at the start and at the end of every internal substep of a world, and leaves the
 /// world's own slots to its host.
@@ -44,4 +44,4 @@ class TickHook : private btActionInterface {
   int startsMissed_ = 0;
 };
 
-}  // namespace carom
+}  // namespace carom::bullet

@@ -1,4 +1,4 @@
-#include "bullet_bridge/world_advice.h"
+#include "carom/bullet/world_advice.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +11,9 @@
 #include "bullet_bridge/multibody_link.h"
 
 namespace carom {
+
+using namespace bullet;
+
 namespace {
 
 constexpr double kBulletBreakingFactor = 0.02;  // Bullet's default

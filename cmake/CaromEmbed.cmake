@@ -1,6 +1,6 @@
-# carom_embed(TARGET HEADER file...): compiles files into TARGET, as std::string_views that the
-# header declares in namespace carom: embedded_NAME, with NAME the file's name and its dots as "_".
-function(carom_embed target header)
+# carom_embed(TARGET HEADER NAMESPACE file...): compiles files into TARGET, as std::string_views that
+# the header declares in that namespace: embedded_NAME, with NAME the file's name and its dots as "_".
+function(carom_embed target header namespace)
   set(outputs)
   foreach(file IN LISTS ARGN)
     get_filename_component(name ${file} NAME)
@@ -8,7 +8,7 @@ function(carom_embed target header)
     set(output ${CMAKE_CURRENT_BINARY_DIR}/embedded_${name}.cpp)
     add_custom_command(OUTPUT ${output}
       COMMAND ${CMAKE_COMMAND} -DINPUT=${CMAKE_CURRENT_SOURCE_DIR}/${file} -DOUTPUT=${output}
-        -DNAME=embedded_${name} -DHEADER=${header} -P ${PROJECT_SOURCE_DIR}/cmake/EmbedFile.cmake
+        -DNAME=embedded_${name} -DHEADER=${header} -DNAMESPACE=${namespace} -P ${PROJECT_SOURCE_DIR}/cmake/EmbedFile.cmake
       DEPENDS ${file} ${PROJECT_SOURCE_DIR}/cmake/EmbedFile.cmake
       COMMENT "Embedding ${file}" VERBATIM)
     list(APPEND outputs ${output})

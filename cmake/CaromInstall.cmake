@@ -2,8 +2,8 @@
 # Install components: Development for who builds against Carom, Library for who links libcarom.so,
 # Runtime for who runs the command.
 #
-#   include/carom/*.h            plugin/carom: what a host includes, as <carom/sound.h>
-#   include/carom/<layer>/*.h    what these include, and the other layers' own, as "audio/material.h"
+#   include/carom/*.h            of plugin/: what a host includes, as <carom/sound.h>
+#   include/carom/<layer>/*.h    what these include, and the other layers' own: <carom/audio/synth.h>
 #   lib/libcarom_<layer>.a, lib/cmake/carom/, lib/pkgconfig/carom*.pc
 #   lib/libcarom.so*             the C interface, if it is built as a shared library
 #   lib/carom/                   plugins that others load
@@ -102,15 +102,10 @@ set(carom_cmake_folder ${CMAKE_INSTALL_LIBDIR}/cmake/carom)
 set(carom_pc_folder ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 foreach(component IN LISTS carom_components)
   set_target_properties(carom_${component} PROPERTIES EXPORT_NAME ${component})
-  # Headers of plugin/ are named from plugin/, as carom/x.h; the others' from the root, as layer/x.h.
-  set(folder ${CMAKE_INSTALL_INCLUDEDIR}/carom)
-  if(component STREQUAL "plugin")
-    set(folder ${CMAKE_INSTALL_INCLUDEDIR})
-  endif()
   install(TARGETS carom_${component} EXPORT carom-${component}-targets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT Development
-    FILE_SET HEADERS DESTINATION ${folder} COMPONENT Development
-    INCLUDES DESTINATION ${folder})  # for a consumer's CMake before 3.23, which knows no file sets
+    FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT Development
+    INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})  # for a consumer's CMake before 3.23, which knows no file sets
   install(EXPORT carom-${component}-targets NAMESPACE carom:: DESTINATION ${carom_cmake_folder}
     COMPONENT Development)
   carom_sort_dependencies(${component})
@@ -168,7 +163,7 @@ string(REGEX REPLACE "/$" "" carom_pc_to_prefix "${carom_pc_to_prefix}")
 set(carom_pc_all)
 foreach(component IN LISTS carom_components)
   set(carom_pc_library carom_${component})
-  set(carom_pc_cflags "-I\${includedir} -I\${includedir}/carom")
+  set(carom_pc_cflags "-I\${includedir}")
   if(component STREQUAL "shared")
     set(carom_pc_library carom)
     set(carom_pc_cflags "-I\${includedir} -DCAROM_SHARED")

@@ -5,8 +5,12 @@ function(carom_layer name)
   add_library(carom::${name} ALIAS carom_${name})
   target_link_libraries(carom_${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
   carom_compile_options(carom_${name})
-  target_include_directories(carom_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
+  # First of all, so that no folder of a host's own, named on every command line by its
+  # include_directories(), can take the place of ours.
+  target_include_directories(carom_${name} BEFORE
+    PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>)
   carom_precompile_as_layer(carom_${name})
+  carom_public_headers(${name})
 endfunction()
 
 # Gives the target what `owner`, a target made here for this alone, compiled once of `header`, which
@@ -21,7 +25,6 @@ function(carom_precompile target owner header)
   if(NOT TARGET ${owner})
     add_library(${owner} OBJECT ${PROJECT_SOURCE_DIR}/cmake/empty.cpp)
     target_link_libraries(${owner} PRIVATE ${ARGN})
-    target_include_directories(${owner} PRIVATE ${PROJECT_SOURCE_DIR})
     carom_compile_options(${owner})
     target_compile_options(${owner} PRIVATE ${quiet})
     target_precompile_headers(${owner} PRIVATE ${PROJECT_SOURCE_DIR}/${header})
@@ -30,20 +33,30 @@ function(carom_precompile target owner header)
   target_precompile_headers(${target} REUSE_FROM ${owner})
 endfunction()
 
+# For executables, which are compiled for places of their own (-fPIE), and what they share with it.
+function(carom_precompiled_for_executables owner)
+  if(TARGET ${owner})
+    target_compile_options(${owner} PRIVATE -fPIE)
+    set_target_properties(${owner} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
+  endif()
+endfunction()
+
 # What is compiled as the libraries are.
 function(carom_precompile_as_layer target)
   carom_precompile(${target} carom_precompiled cmake/precompiled.h Eigen3::Eigen)
 endfunction()
 
-# The layer's headers that a host may include, and those that these include: all that is installed.
-# `base` is the folder that their names start from.
-function(carom_public_headers name base)
-  target_sources(carom_${name} PUBLIC FILE_SET HEADERS BASE_DIRS ${base} FILES ${ARGN})
+# All headers below include/ are the layer's public ones: what a host may include, as <carom/...>,
+# and what is installed.
+function(carom_public_headers name)
+  file(GLOB_RECURSE headers CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/include/*.h)
+  target_sources(carom_${name} PUBLIC FILE_SET HEADERS
+    BASE_DIRS ${CMAKE_CURRENT_SOURCE_DIR}/include FILES ${headers})
 endfunction()
 
 # -ffp-contract=off everywhere: the same source gives the same bits at every optimisation level,
 # and where a fused multiply-add is wanted it is written as one.
-function(carom_compile_options target)
+function(carom_host_options target)
   target_compile_features(${target} PUBLIC cxx_std_20)
   set_target_properties(${target} PROPERTIES
     CXX_EXTENSIONS OFF CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
@@ -52,6 +65,23 @@ function(carom_compile_options target)
     -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor
     -Wold-style-cast -Woverloaded-virtual -ffp-contract=off -fno-math-errno
     $<$<BOOL:${CAROM_WARNINGS_AS_ERRORS}>:-Werror>)
+endfunction()
+
+# Within a host that names no build type, which compiles without optimisation then, our libraries are
+# optimised all the same: contact sound at -O0 takes seventy times as long. A host that wants that
+# asks for it with the build type Debug, or with an -O of its own in CMAKE_CXX_FLAGS.
+set(carom_own_optimisation)
+if(NOT PROJECT_IS_TOP_LEVEL AND NOT carom_multi_config AND NOT CMAKE_BUILD_TYPE
+   AND NOT CMAKE_CXX_FLAGS MATCHES "(^| )-O")
+  set(carom_own_optimisation -O2)
+endif()
+
+# Our own targets see private headers too, which are included by their place in the repository.
+function(carom_compile_options target)
+  carom_host_options(${target})
+  target_compile_options(${target} PRIVATE ${carom_own_optimisation})
+  target_compile_definitions(${target} PRIVATE CAROM_THREADS=$<BOOL:${CAROM_THREADS}>)
+  target_include_directories(${target} BEFORE PRIVATE ${PROJECT_SOURCE_DIR})
 endfunction()
 
 # Of what is written in C, as a host would: C99, and nothing beyond.

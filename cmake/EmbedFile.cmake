@@ -1,9 +1,9 @@
-# cmake -DINPUT= -DOUTPUT= -DNAME= -DHEADER= -P EmbedFile.cmake: a C++ file that holds INPUT's bytes.
+# cmake -DINPUT= -DOUTPUT= -DNAME= -DHEADER= -DNAMESPACE= -P EmbedFile.cmake: a C++ file that holds INPUT's bytes.
 file(READ ${INPUT} bytes HEX)
 string(REGEX REPLACE "(..)" "0x\\1," bytes "${bytes}")
 file(WRITE ${OUTPUT} "#include \"${HEADER}\"
 
-namespace carom {
+namespace ${NAMESPACE} {
 namespace {
 
 constexpr unsigned char kBytes[] = {
@@ -14,5 +14,5 @@ ${bytes}
 
 const std::string_view ${NAME}(reinterpret_cast<const char*>(kBytes), sizeof kBytes);
 
-}  // namespace carom
+}  // namespace ${NAMESPACE}
 ")

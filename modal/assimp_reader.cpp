@@ -24,7 +24,10 @@
 #include "audio/byte_file.h"
 #include "modal/printable.h"
 
-namespace carom {
+namespace carom::modal {
+
+using namespace audio;
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -207,4 +210,4 @@ Result<PolygonMesh> readByAssimp(std::span<const std::byte> bytes, const std::st
   }
 }
 
-}  // namespace carom
+}  // namespace carom::modal

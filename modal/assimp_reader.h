@@ -6,10 +6,10 @@
 #include <span>
 #include <string>
 
-#include "audio/result.h"
+#include "carom/audio/result.h"
 #include "modal/polygon_mesh.h"
 
-namespace carom {
+namespace carom::modal {
 
 /// The polygons of an OBJ, STL or glTF 2 file as Assimp finds them, all meshes where their nodes
 /// place them; one that a node mirrors is turned, so that its outside stays outside.
@@ -21,4 +21,4 @@ namespace carom {
 Result<PolygonMesh> readByAssimp(std::span<const std::byte> bytes, const std::string& extension,
                                  const std::optional<std::filesystem::path>& folder);
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -2,7 +2,7 @@
 
 #include "modal/assimp_reader.h"
 
-namespace carom {
+namespace carom::modal {
 
 Result<PolygonMesh> readByAssimp(std::span<const std::byte>, const std::string& extension,
                                  const std::optional<std::filesystem::path>&) {
@@ -10,4 +10,4 @@ Result<PolygonMesh> readByAssimp(std::span<const std::byte>, const std::string& 
                "; build it with CAROM_MESHES=ON, or give it a .ply"};
 }
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-namespace carom {
+namespace carom::modal {
 
 void keepAudibleModes(ModalModel& model, const EigenModes& found, double rigidBelow) {
   assert(found.shapes.cols() == found.lambda.size());
@@ -34,4 +34,4 @@ void keepAudibleModes(ModalModel& model, const EigenModes& found, double rigidBe
   }
 }
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -2,9 +2,9 @@
 
 #include <Eigen/Core>
 
-#include "audio/modal_model.h"
+#include "carom/audio/modal_model.h"
 
-namespace carom {
+namespace carom::modal {
 
 /// What an eigensolver gives of K phi = lambda M phi.
 struct EigenModes {
@@ -19,4 +19,4 @@ struct EigenModes {
 /// below `rigidBelow` (rad^2/s^2), which belongs to the solver's accuracy. [any thread]
 void keepAudibleModes(ModalModel& model, const EigenModes& found, double rigidBelow);
 
-}  // namespace carom
+}  // namespace carom::modal

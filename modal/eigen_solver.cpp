@@ -10,7 +10,7 @@
 
 #include <Eigen/Eigenvalues>
 
-namespace carom {
+namespace carom::modal {
 namespace {
 
 using Eigen::Index;
@@ -326,4 +326,4 @@ Result<EigenSolution> lowestModes(const SparseMatrix& stiffness, const SparseMat
   return Search(stiffness, mass, settings, progress).run();
 }
 
-}  // namespace carom
+}  // namespace carom::modal

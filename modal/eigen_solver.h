@@ -5,11 +5,11 @@
 
 #include <Eigen/Core>
 
-#include "audio/result.h"
-#include "modal/progress.h"
+#include "carom/audio/result.h"
+#include "carom/modal/analysis_settings.h"
 #include "modal/sparse_factor.h"
 
-namespace carom {
+namespace carom::modal {
 
 /// Which modes of K phi = lambda M phi are sought.
 struct EigenSettings {
@@ -55,4 +55,4 @@ Result<EigenSolution> lowestModes(const SparseMatrix& stiffness, const SparseMat
                                   const EigenSettings& settings = {},
                                   const Progress& progress = {});
 
-}  // namespace carom
+}  // namespace carom::modal

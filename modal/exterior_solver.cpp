@@ -12,7 +12,10 @@
 
 #include "modal/triangle_points.h"
 
-namespace carom {
+namespace carom::modal {
+
+using namespace audio;
+
 namespace {
 
 using Complex = std::complex<double>;
@@ -228,4 +231,4 @@ Eigen::VectorXcd ExteriorSolver::solve(double waveNumber, const Eigen::VectorXcd
   return matrix.householderQr().solve(right);
 }
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -6,9 +6,9 @@
 #include <Eigen/Core>
 
 #include "audio/source_panel.h"
-#include "audio/surface_mesh.h"
+#include "carom/audio/surface_mesh.h"
 
-namespace carom {
+namespace carom::modal {
 
 /// Steady sound outside of closed surfaces whose normal velocity is known: the field u exp(i w t)
 /// whose Laplacian is -k^2 u, that goes outwards, and that has the given slope du/dn on
@@ -35,7 +35,7 @@ class ExteriorSolver {
   explicit ExteriorSolver(const SurfaceMesh& surface);
 
   /// The triangles, in their order.
-  const std::vector<SourcePanel>& panels() const { return panels_; }
+  const std::vector<audio::SourcePanel>& panels() const { return panels_; }
 
   /// Whether points inside have a part in the solution at this wave number (1/m).
   bool usesInteriorPoints(double waveNumber) const;
@@ -53,7 +53,7 @@ class ExteriorSolver {
   Influence influenceNear(double waveNumber, std::size_t equation, std::size_t panel) const;
   Influence influenceFar(double waveNumber, std::size_t equation, std::size_t panel) const;
 
-  std::vector<SourcePanel> panels_;
+  std::vector<audio::SourcePanel> panels_;
   std::vector<std::array<Vec3, 3>> nodes_;    // of each panel
   std::vector<std::vector<Vec3>> equations_;  // points of each: the panels', then one inside each
   double depth_ = 0.0;                        // m, of the deepest point inside
@@ -65,4 +65,4 @@ class ExteriorSolver {
   Eigen::MatrixXd climb_;       // m^2, integral of dr/dn'
 };
 
-}  // namespace carom
+}  // namespace carom::modal

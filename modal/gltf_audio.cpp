@@ -1,4 +1,4 @@
-#include "modal/gltf_audio.h"
+#include "carom/modal/gltf_audio.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +11,9 @@
 #include "modal/gltf_document.h"
 
 namespace carom {
+
+using namespace audio;
+using namespace modal;
 
 namespace fs = std::filesystem;
 

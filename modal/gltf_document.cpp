@@ -9,7 +9,9 @@
 
 #include "audio/byte_file.h"
 
-namespace carom {
+namespace carom::modal {
+
+using namespace audio;
 
 namespace fs = std::filesystem;
 
@@ -474,4 +476,4 @@ std::vector<std::byte> GltfBuilder::glb(Json json) const {
   return file;
 }
 
-}  // namespace carom
+}  // namespace carom::modal

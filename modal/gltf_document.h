@@ -14,9 +14,9 @@
 #include <Eigen/Core>
 #include <nlohmann/json.hpp>
 
-#include "audio/result.h"
+#include "carom/audio/result.h"
 
-namespace carom {
+namespace carom::modal {
 
 // glTF 2.0 as far as an extension with accessors needs it (Khronos, glTF 2.0 specification, 3.6 on
 // buffers and accessors, 4 on GLB). Internal to modal/: nothing here is in an installed header.
@@ -117,4 +117,4 @@ class GltfBuilder {
   Json bufferViews_ = Json::array();
 };
 
-}  // namespace carom
+}  // namespace carom::modal

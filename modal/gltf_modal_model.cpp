@@ -1,5 +1,3 @@
-#include "modal/gltf_modal_model.h"
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -9,6 +7,8 @@
 #include <utility>
 
 #include <Eigen/Eigenvalues>
+
+#include "carom/modal/gltf_audio.h"
 
 namespace carom {
 namespace {

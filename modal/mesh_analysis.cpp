@@ -1,4 +1,4 @@
-#include "modal/mesh_analysis.h"
+#include "carom/modal/mesh_analysis.h"
 
 #include <string>
 #include <utility>
@@ -6,8 +6,15 @@
 #include <Eigen/Geometry>
 
 #include "modal/mesh_detail.h"
+#include "modal/mode_radiation.h"
+#include "modal/model_key.h"
+#include "modal/shell_model.h"
+#include "modal/solid_model.h"
 
 namespace carom {
+
+using namespace modal;
+
 namespace {
 
 /// Raised whenever anything in modal/ gives other numbers than before.

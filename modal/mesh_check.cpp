@@ -1,4 +1,4 @@
-#include "modal/mesh_check.h"
+#include "carom/modal/mesh_check.h"
 
 #include <algorithm>
 #include <array>
@@ -14,6 +14,9 @@
 #include "modal/mesh_edges.h"
 
 namespace carom {
+
+using namespace modal;
+
 namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;

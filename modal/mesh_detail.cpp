@@ -12,7 +12,10 @@
 #include "audio/positive.h"
 #include "modal/mesh_edges.h"
 
-namespace carom {
+namespace carom::modal {
+
+using namespace audio;
+
 namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
@@ -124,4 +127,4 @@ Result<SurfaceMesh> subdividedTo(const SurfaceMesh& mesh, std::size_t least) {
   return fine;
 }
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -2,10 +2,10 @@
 
 #include <cstddef>
 
-#include "audio/result.h"
-#include "audio/surface_mesh.h"
+#include "carom/audio/result.h"
+#include "carom/audio/surface_mesh.h"
 
-namespace carom {
+namespace carom::modal {
 
 /// A subdivision that would give more triangles than this is refused.
 inline constexpr std::size_t kMostTriangles = 4'000'000;
@@ -29,4 +29,4 @@ Result<SurfaceMesh> subdividedTo(const SurfaceMesh& mesh, std::size_t least);
 /// build without meshoptimizer: whenever there is something to do. [any thread]
 Result<SurfaceMesh> simplified(const SurfaceMesh& mesh, std::size_t most);
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -5,7 +5,7 @@
 #include <tuple>
 #include <utility>
 
-namespace carom {
+namespace carom::modal {
 namespace {
 
 std::uint32_t rootOf(std::vector<std::uint32_t>& parent, std::uint32_t vertex) {
@@ -86,4 +86,4 @@ double extentOf(const SurfaceMesh& mesh) {
   return (high - low).maxCoeff();
 }
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "audio/surface_mesh.h"
+#include "carom/audio/surface_mesh.h"
 
-namespace carom {
+namespace carom::modal {
 
 /// One triangle's side of an edge.
 struct EdgeUse {
@@ -44,4 +44,4 @@ SurfaceMesh withoutUnused(SurfaceMesh mesh);
 /// m, the longest side of the box around all vertices; 0 without any.
 double extentOf(const SurfaceMesh& mesh);
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -1,4 +1,4 @@
-#include "modal/mesh_file.h"
+#include "carom/modal/mesh_file.h"
 
 #include <algorithm>
 #include <array>
@@ -17,6 +17,10 @@
 #include "modal/printable.h"
 
 namespace carom {
+
+using namespace audio;
+using namespace modal;
+
 namespace {
 
 namespace fs = std::filesystem;

@@ -9,7 +9,7 @@
 #include "modal/mesh_detail.h"
 #include "modal/mesh_edges.h"
 
-namespace carom {
+namespace carom::modal {
 namespace {
 
 constexpr std::size_t kFewest = 4;  // vertices of a solid
@@ -71,4 +71,4 @@ Result<SurfaceMesh> simplified(const SurfaceMesh& mesh, std::size_t most) {
                " are left); expected more vertices"};
 }
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -4,7 +4,7 @@
 
 #include "modal/mesh_detail.h"
 
-namespace carom {
+namespace carom::modal {
 
 Result<SurfaceMesh> simplified(const SurfaceMesh& mesh, std::size_t most) {
   if (mesh.vertices.size() <= most) return mesh;
@@ -13,4 +13,4 @@ Result<SurfaceMesh> simplified(const SurfaceMesh& mesh, std::size_t most) {
                " vertices; build it with CAROM_MESHES=ON, or allow as many"};
 }
 
-}  // namespace carom
+}  // namespace carom::modal

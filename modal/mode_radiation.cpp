@@ -14,7 +14,10 @@
 #include "modal/radiating_panels.h"
 #include "modal/triangle_points.h"
 
-namespace carom {
+namespace carom::modal {
+
+using namespace audio;
+
 namespace {
 
 using Complex = std::complex<double>;
@@ -273,4 +276,4 @@ Result<RadiationReport> computeRadiation(ModalModel& model, const RadiationSetti
   return report;
 }
 
-}  // namespace carom
+}  // namespace carom::modal

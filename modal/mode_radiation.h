@@ -2,35 +2,15 @@
 
 #include <cstddef>
 
-#include "audio/modal_model.h"
-#include "audio/result.h"
-#include "modal/progress.h"
+#include "carom/audio/modal_model.h"
+#include "carom/audio/result.h"
+#include "carom/modal/analysis_settings.h"
 
-namespace carom {
-
-/// How finely the sound around a body is computed.
-struct RadiationSettings {
-  /// Most panels, at least 100; half of them at least are used. Time grows with the cube, memory
-  /// with the square.
-  std::size_t panels = 800;
-  /// The highest order of multipoles, 0 to 16 (kHighestMultipole). Most modes need less.
-  int maxOrder = 12;
-
-  bool operator==(const RadiationSettings&) const = default;
-};
+namespace carom::modal {
 
 /// Fills in `radiation.volume` of every mode, and nothing else: the monopole of long waves, from
 /// the mean of each triangle's corners. [any thread]
 void findVolumes(ModalModel& model);
-
-/// What the radiation of a model was computed with, and how far it can be trusted.
-struct RadiationReport {
-  std::size_t panels = 0;
-  double goodUpTo = 0.0;       ///< Hz: above, six panels do not fit a wavelength in the air
-  std::size_t roughModes = 0;  ///< how many are above, or have waves of less than six panels
-  std::size_t cutModes = 0;    ///< how many would need a higher order; their power is right
-  double thickness = 0.0;      ///< m, of the sheet that an open surface was taken for; 0: a solid
-};
 
 /// Fills in `radiation` of every mode, for the air (or other fluid) of `model.medium` around a body
 /// that is alone and at rest: ModeRadiation is the definition. One steady solution outside for each
@@ -56,4 +36,4 @@ struct RadiationReport {
 Result<RadiationReport> computeRadiation(ModalModel& model, const RadiationSettings& settings = {},
                                          const Progress& progress = {});
 
-}  // namespace carom
+}  // namespace carom::modal

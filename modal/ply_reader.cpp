@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -14,7 +13,9 @@
 #include <utility>
 #include <vector>
 
-namespace carom {
+#include "audio/decimal.h"
+
+namespace carom::modal {
 namespace {
 
 constexpr std::size_t kMaxHeader = 1U << 16;  // bytes
@@ -179,7 +180,7 @@ class Numbers {
       ++at;
     if (at != end && *at == '+') ++at;
     double value = 0.0;
-    const auto [past, code] = std::from_chars(at, end, value);
+    const auto [past, code] = audio::readDecimal(at, end, value);
     if (code == std::errc::invalid_argument) return std::nullopt;
     bytes_ = bytes_.last(static_cast<std::size_t>(end - past));
     return code == std::errc() ? value : outOfRange(at, past);
@@ -255,7 +256,7 @@ Role roleOfVertex(std::string_view name) {
 
 struct Vertex {
   Vec3 position = Vec3::Zero();
-  Eigen::Vector2d coordinates = Eigen::Vector2d::Zero();
+  Vec2 coordinates = Vec2::Zero();
 };
 
 class Reader {
@@ -362,4 +363,4 @@ Result<PolygonMesh> readPly(std::span<const std::byte> bytes) {
   return Reader(*header, bytes).read();
 }
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -3,10 +3,10 @@
 #include <cstddef>
 #include <span>
 
-#include "audio/result.h"
+#include "carom/audio/result.h"
 #include "modal/polygon_mesh.h"
 
-namespace carom {
+namespace carom::modal {
 
 /// A PLY file (G. Turk, "The PLY polygon file format", 1994), text or binary of either byte order:
 /// x, y and z of its element `vertex`, and where it has them texture coordinates (u and v, s and t,
@@ -17,4 +17,4 @@ namespace carom {
 /// in ten slightly damaged PLY files. [any thread]
 Result<PolygonMesh> readPly(std::span<const std::byte> bytes);
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace carom {
+namespace carom::modal {
 namespace {
 
 /// Twice the area, along the normal of the plane that fits (Newell's).
@@ -73,4 +73,4 @@ void triangulate(std::span<const std::uint32_t> polygon, const std::vector<Vec3>
   if (polygon.size() >= 3) EarCutter(polygon, vertices).cut(triangles);
 }
 
-}  // namespace carom
+}  // namespace carom::modal

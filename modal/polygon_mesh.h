@@ -8,9 +8,9 @@
 
 #include <Eigen/Core>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::modal {
 
 /// What a mesh file holds before anybody has looked at it: polygons of any number of corners, which
 /// may name vertices that are not there.
@@ -19,7 +19,7 @@ struct PolygonMesh {
   std::vector<std::uint32_t> corners;  ///< indices into `vertices`, polygon by polygon
   std::vector<std::size_t> ends;       ///< in `corners`: past the last one of each polygon
   /// 1, by vertex: where on a picture it is, u to the right and v up. Empty, unless all have one.
-  std::vector<Eigen::Vector2d> coordinates;
+  std::vector<Vec2> coordinates;
   std::size_t meshes = 0;   ///< how many it was made of
   std::size_t leftOut = 0;  ///< points and lines
 
@@ -39,4 +39,4 @@ struct PolygonMesh {
 void triangulate(std::span<const std::uint32_t> polygon, const std::vector<Vec3>& vertices,
                  std::vector<std::array<std::uint32_t, 3>>& triangles);
 
-}  // namespace carom
+}  // namespace carom::modal

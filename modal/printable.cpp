@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-namespace carom {
+namespace carom::modal {
 namespace {
 
 constexpr std::size_t kMaxShown = 120;  // characters
@@ -16,4 +16,4 @@ std::string printable(std::string_view text) {
   return result;
 }
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -11,7 +11,10 @@
 #include "audio/panel_mesh.h"
 #include "modal/triangle_points.h"
 
-namespace carom {
+namespace carom::modal {
+
+using namespace audio;
+
 namespace {
 
 constexpr double kVolumeLost = 0.3;           // or won, by clustering
@@ -232,4 +235,4 @@ double resolvedShare(const RadiatingPanels& panels, const Eigen::VectorXd& shape
   return whole > 0.0 ? kept / whole : 1.0;
 }
 
-}  // namespace carom
+}  // namespace carom::modal

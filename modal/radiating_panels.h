@@ -2,10 +2,10 @@
 
 #include <Eigen/SparseCore>
 
-#include "audio/modal_model.h"
-#include "audio/result.h"
+#include "carom/audio/modal_model.h"
+#include "carom/audio/result.h"
 
-namespace carom {
+namespace carom::modal {
 
 /// The surface of a model as panels that sound is computed from, and how they move.
 struct RadiatingPanels {
@@ -35,4 +35,4 @@ Result<RadiatingPanels> radiatingPanels(const ModalModel& model, std::size_t mos
 /// the panels by that over the surface, 1 at best; 1 for a shape without any. [any thread]
 double resolvedShare(const RadiatingPanels& panels, const Eigen::VectorXd& shape);
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-namespace carom {
+namespace carom::modal {
 namespace {
 
 constexpr std::size_t kRounds = 64;
@@ -88,4 +88,4 @@ Sha256::Digest Sha256::finish() {
   return digest;
 }
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-namespace carom {
+namespace carom::modal {
 
 /// SHA-256 of bytes as they come (FIPS 180-4, sections 5 and 6.2). For content that has to be told
 /// apart, not for secrets. [any thread, one at a time]
@@ -31,4 +31,4 @@ class Sha256 {
   std::uint64_t size_ = 0;  ///< bytes so far
 };
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -12,13 +12,16 @@
 #include <Eigen/Eigenvalues>
 
 #include "audio/positive.h"
-#include "audio/sound_body.h"
+#include "carom/audio/sound_body.h"
+#include "carom/modal/mesh_check.h"
 #include "modal/audible_modes.h"
-#include "modal/mesh_check.h"
 #include "modal/mesh_detail.h"
 #include "modal/mesh_edges.h"
 
-namespace carom {
+namespace carom::modal {
+
+using namespace audio;
+
 namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
@@ -246,4 +249,4 @@ Result<ModalModel> shellModalModel(const SurfaceMesh& mesh, const Material& mate
   return model;
 }
 
-}  // namespace carom
+}  // namespace carom::modal

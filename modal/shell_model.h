@@ -6,36 +6,13 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
-#include "audio/material.h"
-#include "audio/modal_model.h"
-#include "audio/result.h"
-#include "audio/surface_mesh.h"
-#include "modal/progress.h"
+#include "carom/audio/material.h"
+#include "carom/audio/modal_model.h"
+#include "carom/audio/result.h"
+#include "carom/audio/surface_mesh.h"
+#include "carom/modal/analysis_settings.h"
 
-namespace carom {
-
-/// What the springs along the edges resist.
-enum class ShellSprings {
-  /// One degree of freedom for each vertex, its displacement along the vertex normal; a spring
-  /// pulls with k times the difference of the two. As in Ren and Lin's chapter: N numbers for N
-  /// vertices, K the weighted graph Laplacian. A membrane, more or less: a flat sheet sounds.
-  transverse,
-  /// Three degrees of freedom; a spring resists a change of its length, to first order. As in
-  /// Raghuvanshi and Lin: nothing resists the bending of a flat sheet, nor of the flat sides of a
-  /// body, and that motion, at 0 Hz, is counted among the rigid modes and not sounded.
-  axial,
-};
-
-/// A thin shell from a triangle mesh.
-struct ShellSettings {
-  double thickness = 2e-3;  ///< m, positive, less than the body's extent
-  ShellSprings springs = ShellSprings::transverse;
-  std::size_t minVertices = 200;   ///< a coarser mesh is subdivided; may give up to twice as many
-  std::size_t maxVertices = 1000;  ///< a denser one is simplified first; at least minVertices
-  std::size_t maxModes = 100;      ///< the lowest ones that are not rigid; at least 1
-
-  bool operator==(const ShellSettings&) const = default;
-};
+namespace carom::modal {
 
 /// Particles and springs, at rest: m u'' + K u = f, u the displacements along the normals, or three
 /// for each vertex.
@@ -72,4 +49,4 @@ Result<ShellNetwork> shellNetwork(const SurfaceMesh& mesh, const Material& mater
 Result<ModalModel> shellModalModel(const SurfaceMesh& mesh, const Material& material,
                                    const ShellSettings& settings, const Progress& progress = {});
 
-}  // namespace carom
+}  // namespace carom::modal

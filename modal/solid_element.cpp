@@ -5,7 +5,7 @@
 
 #include <Eigen/Cholesky>
 
-namespace carom {
+namespace carom::modal {
 namespace {
 
 constexpr int kNodes = 8;
@@ -118,4 +118,4 @@ ElementMatrices solidElement(const Vec3& cellSize, std::span<const CellBox> insi
   return matrices;
 }
 
-}  // namespace carom
+}  // namespace carom::modal

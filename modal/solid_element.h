@@ -4,10 +4,10 @@
 
 #include <Eigen/Core>
 
-#include "audio/material.h"
+#include "carom/audio/material.h"
 #include "modal/voxel_mesh.h"
 
-namespace carom {
+namespace carom::modal {
 
 /// Of one cell: rows and columns are node by node, three for each, in the order of its corners.
 struct ElementMatrices {
@@ -26,4 +26,4 @@ struct ElementMatrices {
 ElementMatrices solidElement(const Vec3& cellSize, std::span<const CellBox> inside,
                              const Material& material);
 
-}  // namespace carom
+}  // namespace carom::modal

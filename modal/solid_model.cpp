@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
-#include "audio/sound_body.h"
+#include "carom/audio/sound_body.h"
 #include "modal/audible_modes.h"
 #include "modal/solid_element.h"
 
-namespace carom {
+namespace carom::modal {
 namespace {
 
 constexpr Eigen::Index kRigidModes = 6;
@@ -227,4 +227,4 @@ Result<ModalModel> solidModalModel(const SurfaceMesh& surface, const Material& m
   return std::move(analysis->model);
 }
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -2,21 +2,14 @@
 
 #include <cstddef>
 
-#include "audio/material.h"
-#include "audio/modal_model.h"
-#include "audio/result.h"
+#include "carom/audio/material.h"
+#include "carom/audio/modal_model.h"
+#include "carom/audio/result.h"
+#include "carom/modal/analysis_settings.h"
 #include "modal/eigen_solver.h"
-#include "modal/progress.h"
 #include "modal/voxel_mesh.h"
 
-namespace carom {
-
-struct SolidSettings {
-  VoxelSettings grid;
-  Eigen::Index maxModes = 60;  ///< elastic ones up to kHighestMode; the lowest are kept
-
-  bool operator==(const SolidSettings&) const = default;
-};
+namespace carom::modal {
 
 /// A solid as masses and springs: M u'' + K u = f, free of supports. Of node n, u[3 n + axis] is
 /// the displacement along an axis of the body's frame.
@@ -57,4 +50,4 @@ Result<ModalModel> solidModalModel(const SurfaceMesh& surface, const Material& m
                                    const SolidSettings& settings = {},
                                    const Progress& progress = {});
 
-}  // namespace carom
+}  // namespace carom::modal

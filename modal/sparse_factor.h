@@ -5,9 +5,9 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
-#include "audio/result.h"
+#include "carom/audio/result.h"
 
-namespace carom {
+namespace carom::modal {
 
 /// Square, symmetric, both halves stored.
 using SparseMatrix = Eigen::SparseMatrix<double>;
@@ -44,4 +44,4 @@ class SparseFactor {
   std::unique_ptr<Implementation> implementation_;
 };
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -4,7 +4,7 @@
 
 #include "modal/sparse_factor.h"
 
-namespace carom {
+namespace carom::modal {
 
 struct SparseFactor::Implementation {
   Eigen::SimplicialLDLT<SparseMatrix> decomposition;
@@ -32,4 +32,4 @@ Eigen::Index SparseFactor::negative() const {
   return (implementation_->decomposition.vectorD().array() < 0.0).count();
 }
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -1,4 +1,3 @@
-#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -6,9 +5,10 @@
 #include <dlfcn.h>
 #include <dmumps_c.h>
 
+#include "audio/mutex.h"
 #include "modal/sparse_factor.h"
 
-namespace carom {
+namespace carom::modal {
 namespace {
 
 constexpr MUMPS_INT kWorldCommunicator = -987654;  // what MUMPS takes for all processes: one
@@ -23,8 +23,8 @@ constexpr int kAttempts = 4;
 enum Job : MUMPS_INT { kStart = -1, kEnd = -2, kAnalyse = 1, kFactorise = 2, kSolve = 3 };
 
 // MUMPS keeps state of its own outside of the instance.
-std::mutex& libraryMutex() {
-  static std::mutex mutex;
+audio::Mutex& libraryMutex() {
+  static audio::Mutex mutex;
   return mutex;
 }
 
@@ -84,7 +84,7 @@ struct SparseFactor::Implementation {
   MUMPS_INT info(int number) const { return instance.infog[number - 1]; }
 
   void run(Job job) {
-    const std::lock_guard lock(libraryMutex());
+    const audio::MutexLock lock(libraryMutex());
     const OneBlasThread oneThread;
     instance.job = job;
     dmumps_c(&instance);
@@ -151,4 +151,4 @@ Eigen::Index SparseFactor::negative() const {
   return implementation_->info(12);
 }
 
-}  // namespace carom
+}  // namespace carom::modal

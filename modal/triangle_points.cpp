@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace carom {
+namespace carom::modal {
 namespace {
 
 // Of the plane's point at the foot of the perpendicular: all at least 0 if that is in the triangle.
@@ -38,4 +38,4 @@ Vec3 closestOnTriangle(const std::array<Vec3, 3>& corners, const Vec3& point) {
   return closest;
 }
 
-}  // namespace carom
+}  // namespace carom::modal

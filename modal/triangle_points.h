@@ -3,10 +3,10 @@
 #include <array>
 #include <cstdint>
 
-#include "audio/surface_mesh.h"
-#include "audio/vector.h"
+#include "carom/audio/surface_mesh.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::modal {
 
 /// m, the three corners. [any thread]
 inline std::array<Vec3, 3> cornersOf(const SurfaceMesh& mesh, std::size_t triangle) {
@@ -23,4 +23,4 @@ inline Vec3 pointOf(const std::array<Vec3, 3>& corners, const Vec3& barycentric)
   return barycentric[0] * corners[0] + barycentric[1] * corners[1] + barycentric[2] * corners[2];
 }
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -9,7 +9,7 @@
 
 #include <Eigen/Eigenvalues>
 
-namespace carom {
+namespace carom::modal {
 namespace {
 
 constexpr double kFrameGain = 0.001;     // of the bounding box's volume, to turn the grid for
@@ -523,4 +523,4 @@ CellPoint locate(const VoxelMesh& mesh, const Vec3& point) {
   return result;
 }
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -6,21 +6,11 @@
 #include <optional>
 #include <vector>
 
-#include "audio/result.h"
-#include "audio/surface_mesh.h"
+#include "carom/audio/result.h"
+#include "carom/audio/surface_mesh.h"
+#include "carom/modal/analysis_settings.h"
 
-namespace carom {
-
-struct VoxelSettings {
-  /// Three for each node: the grid is made as fine as comes near it from below.
-  std::size_t degreesOfFreedom = 20000;
-  /// m, longest edge of a cell; degreesOfFreedom is then not looked at.
-  std::optional<double> cellSize;
-  /// Rows of samples across a cell, each way, in the cells that the surface cuts.
-  int rows = 6;
-
-  bool operator==(const VoxelSettings&) const = default;
-};
+namespace carom::modal {
 
 /// A box in a cell, from 0 to 1 along each of the cell's edges.
 struct CellBox {
@@ -85,4 +75,4 @@ Result<VoxelMesh> voxelMesh(const SurfaceMesh& surface, const VoxelSettings& set
 /// The cell that holds the point (m, body frame), or the nearest one. [any thread]
 CellPoint locate(const VoxelMesh& mesh, const Vec3& point);
 
-}  // namespace carom
+}  // namespace carom::modal

@@ -7,7 +7,7 @@
 #include "native/first_look.h"
 #include "native/vector_math.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 constexpr double kRounding = 1e-9;     ///< what certainly covers it
@@ -432,4 +432,4 @@ bool Agenda::validate(std::uint32_t sphere, double time, std::string* why) const
   return true;
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -9,7 +9,7 @@
 #include "native/cell_grid.h"
 #include "native/contact_queue.h"
 
-namespace carom {
+namespace carom::native {
 
 /// What every sphere does next, and which is the first: it meets another or a wall, or leaves its
 /// cell. A contact is predicted from the motions of the two that meet, taken at the later of the
@@ -128,4 +128,4 @@ class Agenda {
   ContactQueue queue_;
 };
 
-}  // namespace carom
+}  // namespace carom::native

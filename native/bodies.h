@@ -7,13 +7,13 @@
 #include <span>
 #include <vector>
 
+#include "carom/native/motion.h"
+#include "carom/native/sphere_world.h"
 #include "native/box_contact.h"
-#include "native/motion.h"
 #include "native/shaking.h"
-#include "native/sphere_world.h"
 #include "native/vector_math.h"
 
-namespace carom {
+namespace carom::native {
 
 /// A plane as the search for contacts reads it, or a face of a box.
 struct Wall {
@@ -132,4 +132,4 @@ struct Bodies {
   }
 };
 
-}  // namespace carom
+}  // namespace carom::native

@@ -1,11 +1,11 @@
-// The books of momentum and energy: the part of SphereStepper::Simulation that audits the rest.
+// The books of momentum and energy: the part of Simulation that audits the rest.
 
 #include <cmath>
 
 #include "native/contact_time.h"
 #include "native/simulation.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 constexpr double kBookRounding = 1e-12;   ///< of the turnover
@@ -22,7 +22,7 @@ bool fail(std::string* why, const char* text) {
 
 }  // namespace
 
-void SphereStepper::Simulation::openBooks() {
+void Simulation::openBooks() {
   books_ = {};
   for (std::size_t sphere = 0; sphere < sphereCount(); ++sphere) {
     const Motion& motion = bodies_.motions[sphere];
@@ -34,7 +34,7 @@ void SphereStepper::Simulation::openBooks() {
 }
 
 /// A change of velocity at one instant.
-void SphereStepper::Simulation::book(std::uint32_t sphere, const Vec3& before, const Vec3& after) {
+void Simulation::book(std::uint32_t sphere, const Vec3& before, const Vec3& after) {
   const Vec3 change = substances_[sphere].mass * (after - before);
   const double work = 0.5 * dotInOrder(change, before + after);
   books_.momentum += change;
@@ -44,8 +44,7 @@ void SphereStepper::Simulation::book(std::uint32_t sphere, const Vec3& before, c
 }
 
 /// What other forces than gravity have done in the flight that ends with `now`.
-void SphereStepper::Simulation::bookForces(std::uint32_t sphere, const Motion& now,
-                                           Books& books) const {
+void Simulation::bookForces(std::uint32_t sphere, const Motion& now, Books& books) const {
   const Motion& then = bodies_.motions[sphere];
   const Vec3 force = substances_[sphere].mass * (bodies_.accelerations[sphere] - bodies_.gravity);
   const Vec3 impulse = elapsed(then.since, now.since) * force;
@@ -57,8 +56,8 @@ void SphereStepper::Simulation::bookForces(std::uint32_t sphere, const Motion& n
 }
 
 /// A collision of two that nothing else takes part in: `taken` J by their restitution.
-void SphereStepper::Simulation::audit(const Pair& pair, const Motion& motion,
-                                      const Motion& otherMotion, double taken) {
+void Simulation::audit(const Pair& pair, const Motion& motion, const Motion& otherMotion,
+                       double taken) {
   const Vec3 change = substances_[pair.sphere].mass * (motion.velocity - pair.motion.velocity);
   const Vec3 otherChange =
       substances_[pair.other].mass * (otherMotion.velocity - pair.otherMotion.velocity);
@@ -69,7 +68,7 @@ void SphereStepper::Simulation::audit(const Pair& pair, const Motion& motion,
       taken;
 }
 
-bool SphereStepper::Simulation::validateBooks(std::string* why) const {
+bool Simulation::validateBooks(std::string* why) const {
   Books books = books_;
   Vec3 momentum = Vec3::Zero();
   double energy = 0.0;
@@ -99,4 +98,4 @@ bool SphereStepper::Simulation::validateBooks(std::string* why) const {
   return true;
 }
 
-}  // namespace carom
+}  // namespace carom::native

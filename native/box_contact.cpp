@@ -6,7 +6,7 @@
 #include "native/polynomial.h"
 #include "native/vector_math.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 constexpr double kParallel = 1e-14;     ///< of the speed: what is less towards an edge is none
@@ -275,4 +275,4 @@ double faceExitTime(const Vec3& halfExtents, const BoxPath& path, std::size_t fa
   return soonest;
 }
 
-}  // namespace carom
+}  // namespace carom::native

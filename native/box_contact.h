@@ -3,11 +3,11 @@
 #include <array>
 #include <cstddef>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 #include "native/contact_time.h"
 #include "native/vector_math.h"
 
-namespace carom {
+namespace carom::native {
 
 /// The columns of the rotation by a unit quaternion, in fixed order of additions: the axes of a box
 /// in the world. Exactly the world's own for the identity. [any thread]
@@ -61,4 +61,4 @@ double boxContactTime(const Vec3& halfExtents, const BoxPath& path, double radiu
 /// does across it; 0 if it is at the border, and moving or drawn out. [any thread]
 double faceExitTime(const Vec3& halfExtents, const BoxPath& path, std::size_t face) noexcept;
 
-}  // namespace carom
+}  // namespace carom::native

@@ -6,7 +6,7 @@
 
 #include "native/contact_time.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 /// Cells are wider than they must be by so much: more than the rounding of a position in its cell.
@@ -243,4 +243,4 @@ bool CellGrid::holds(std::uint32_t sphere, const Vec3& position, double toleranc
   return true;
 }
 
-}  // namespace carom
+}  // namespace carom::native

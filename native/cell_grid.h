@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::native {
 
 /// Which spheres are near which: a hierarchical grid of cells (Ogarko and Luding 2012, Comput.
 /// Phys. Commun. 183, 931). A level has cells at least as wide as the spheres that live there, so
@@ -243,4 +243,4 @@ void CellGrid::visitNew(std::uint32_t sphere, const Crossing& crossing, const Pr
   }
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -7,7 +7,7 @@
 #include "native/nearest_velocity.h"
 #include "native/vector_math.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 constexpr std::size_t kMostRounds = 100'000;
@@ -186,4 +186,4 @@ ClusterImpulses reflectCluster(std::span<ClusterBody> bodies,
   return Reflections(bodies, contacts).run(bodies);
 }
 
-}  // namespace carom
+}  // namespace carom::native

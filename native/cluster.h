@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::native {
 
 /// Something that takes part in a collision of several bodies at one instant.
 struct ClusterBody {
@@ -83,4 +83,4 @@ ClusterImpulses reflectCluster(std::span<ClusterBody> bodies,
 ClusterImpulses followHertz(std::span<ClusterBody> bodies,
                             std::span<const ClusterContact> contacts);
 
-}  // namespace carom
+}  // namespace carom::native

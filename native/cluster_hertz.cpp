@@ -4,11 +4,11 @@
 #include <limits>
 #include <utility>
 
-#include "audio/restitution_law.h"
+#include "carom/native/restitution.h"
 #include "native/cluster.h"
 #include "native/nearest_velocity.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 constexpr double kLowestRestitution = 0.05;  ///< as of audio/pulse.h
@@ -251,4 +251,4 @@ ClusterImpulses followHertz(std::span<ClusterBody> bodies,
   return HertzMotion(bodies, contacts).run(bodies);
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 constexpr double kLastDay = 0x1p62;
@@ -137,4 +137,4 @@ bool ContactQueue::valid() const {
   return linked == linked_;
 }
 
-}  // namespace carom
+}  // namespace carom::native

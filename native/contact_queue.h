@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "native/instant.h"
+#include "carom/native/motion.h"
 
-namespace carom {
+namespace carom::native {
 
 /// When each sphere needs attention next, earliest first, and of equal times the lower sphere. A
 /// calendar queue (Brown 1988, Commun. ACM 31, 1220): a list for each short span of time, the same
@@ -64,4 +64,4 @@ class ContactQueue {
   Instant since_;
 };
 
-}  // namespace carom
+}  // namespace carom::native

@@ -3,11 +3,11 @@
 #include <cmath>
 #include <limits>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 #include "native/polynomial.h"
 #include "native/vector_math.h"
 
-namespace carom {
+namespace carom::native {
 
 /// The time of a contact that does not happen, s.
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -92,4 +92,4 @@ inline double planeContactTime(double height, double velocity, double accelerati
   return (velocity + std::sqrt(discriminant)) / -acceleration;
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <vector>
 
-namespace carom {
+namespace carom::native {
 
 /// Which of so many things are connected: each set is named by its lowest member. Internal to
 /// native/.
@@ -32,4 +32,4 @@ class DisjointSets {
   std::vector<std::uint32_t> parents_;
 };
 
-}  // namespace carom
+}  // namespace carom::native

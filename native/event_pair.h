@@ -2,10 +2,10 @@
 
 #include <array>
 
-#include "audio/impulse_event.h"
+#include "carom/audio/impulse_event.h"
 #include "native/contact_time.h"
 
-namespace carom {
+namespace carom::native {
 
 /// One collision as its first body sees it, before its velocity changes.
 struct Impact {
@@ -52,4 +52,4 @@ inline std::array<ImpulseEvent, 2> eventsOf(const Side& first, const Side& secon
   return {shareOf(first, second, 1.0), shareOf(second, first, -1.0)};
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -3,10 +3,10 @@
 #include <array>
 #include <cstddef>
 
+#include "carom/native/motion.h"
 #include "native/contact_time.h"
-#include "native/motion.h"
 
-namespace carom {
+namespace carom::native {
 
 /// Tells of two spheres at once whether a third one may meet them soon, so that only those few that
 /// pass are looked at closely: no branches, and vector instructions of a kind that every processor
@@ -78,4 +78,4 @@ class FirstLook {
   std::array<Two, 3> acceleration_;
 };
 
-}  // namespace carom
+}  // namespace carom::native

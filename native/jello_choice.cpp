@@ -9,7 +9,7 @@
 #include "native/jello_coupling.h"
 #include "native/jello_limits.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 constexpr std::size_t kLooks = 16;
@@ -192,4 +192,4 @@ Result<JelloChoice> chooseStepping(const JelloWorld& jello, const SphereWorld& s
   return choice;
 }
 
-}  // namespace carom
+}  // namespace carom::native

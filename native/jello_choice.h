@@ -2,11 +2,11 @@
 
 #include <optional>
 
-#include "audio/result.h"
+#include "carom/audio/result.h"
+#include "carom/native/sphere_world.h"
 #include "native/jello_stepper.h"
-#include "native/sphere_world.h"
 
-namespace carom {
+namespace carom::native {
 
 /// What is wanted of a run.
 struct JelloWish {
@@ -36,4 +36,4 @@ Result<JelloChoice> chooseStepping(const JelloWorld& jello, const SphereWorld& s
 
 inline constexpr double kPilotSeconds = 2.0;
 
-}  // namespace carom
+}  // namespace carom::native

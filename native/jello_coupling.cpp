@@ -5,7 +5,7 @@
 
 #include "native/event_pair.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 bool isOfSecondOrder(JelloIntegrator integrator) {
@@ -126,4 +126,4 @@ double JelloCoupling::settledTime() const {
   return settled;
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -4,12 +4,12 @@
 #include <span>
 #include <vector>
 
-#include "audio/impulse_event.h"
-#include "audio/result.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/result.h"
+#include "carom/native/sphere_stepper.h"
 #include "native/jello_stepper.h"
-#include "native/sphere_stepper.h"
 
-namespace carom {
+namespace carom::native {
 
 /// The jello with the spheres as its balls, led by whoever steps them. [any thread]
 JelloWorld withSpheres(JelloWorld jello, const SphereWorld& spheres);
@@ -76,4 +76,4 @@ class JelloCoupling {
   std::vector<ImpulseEvent> events_;
 };
 
-}  // namespace carom
+}  // namespace carom::native

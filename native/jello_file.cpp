@@ -9,7 +9,9 @@
 #include <optional>
 #include <utility>
 
-namespace carom {
+#include "audio/decimal.h"
+
+namespace carom::native {
 namespace {
 
 constexpr std::size_t kPoints = 8;
@@ -110,7 +112,7 @@ class Reader {
     const std::string_view whole = word;
     if (word.size() > 1 && word.front() == '+') word.remove_prefix(1);
     double value = 0.0;
-    const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), value);
+    const auto [end, code] = audio::readDecimal(word.data(), word.data() + word.size(), value);
     if (code != std::errc() || end != word.data() + word.size() || !std::isfinite(value))
       fail(quoted(whole) + " is no number; expected " + what);
     return value;
@@ -276,4 +278,4 @@ Result<std::string> jelloText(const JelloFile& file) {
   return text;
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -4,10 +4,10 @@
 #include <string>
 #include <string_view>
 
-#include "audio/result.h"
+#include "carom/audio/result.h"
 #include "native/jello_world.h"
 
-namespace carom {
+namespace carom::native {
 
 /// What a world file of the classic assignment holds (J. Barbic, "The jello cube", USC CSCI 520): a
 /// lattice of 8 x 8 x 8 points, 1/7 apart at rest, in a room from -2 to 2 on each axis, with a
@@ -30,4 +30,4 @@ Result<JelloFile> jelloFromText(std::string_view text, const std::string& name);
 /// for, as another lattice or room, gravity, balls or a second plane. [any thread]
 Result<std::string> jelloText(const JelloFile& file);
 
-}  // namespace carom
+}  // namespace carom::native

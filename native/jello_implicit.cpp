@@ -7,7 +7,7 @@
 #include <Eigen/IterativeLinearSolvers>
 #include <Eigen/SparseCore>
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 /// Of the norm of the right side: far below what a step of first order is off by.
@@ -125,4 +125,4 @@ Eigen::VectorXd JelloImplicit::velocityChange(const std::vector<Vec3>& positions
   return solver.solve(parts.right);
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -8,7 +8,7 @@
 #include "native/jello_skin.h"
 #include "native/jello_world.h"
 
-namespace carom {
+namespace carom::native {
 
 /// The linear system of a backward Euler step. Internal to native/.
 class JelloImplicit {
@@ -37,4 +37,4 @@ class JelloImplicit {
   Of of_;
 };
 
-}  // namespace carom
+}  // namespace carom::native

@@ -9,7 +9,7 @@
 #include "native/simd_jello.h"
 #endif
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 /// 1 / sqrt(x), within 5e-14.
@@ -182,4 +182,4 @@ const JelloKernel& jelloKernel() {
   return kernel;
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -9,7 +9,7 @@
 
 #include "native/jello_world.h"
 
-namespace carom {
+namespace carom::native {
 
 /// Memory that begins where a line of the cache does, as vectors like it.
 template <typename Value>
@@ -116,4 +116,4 @@ const JelloKernel& jelloKernel();
 /// All that this machine can run, the widest first; the plain one is the last.
 std::vector<JelloKernel> jelloKernels();
 
-}  // namespace carom
+}  // namespace carom::native

@@ -11,7 +11,7 @@
 
 #include "native/jello_kernels.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 constexpr double kNever = 0.0;
@@ -200,4 +200,4 @@ JelloLimits jelloLimits(const JelloWorld& world) {
   return limits;
 }
 
-}  // namespace carom
+}  // namespace carom::native

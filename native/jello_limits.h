@@ -4,7 +4,7 @@
 
 #include "native/jello_world.h"
 
-namespace carom {
+namespace carom::native {
 
 /// How large a step may be.
 struct JelloLimits {
@@ -29,4 +29,4 @@ JelloLimits jelloLimits(const JelloWorld& world);
 /// [any thread]
 double largestStep(JelloIntegrator integrator, double frequency, double damping);
 
-}  // namespace carom
+}  // namespace carom::native

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "audio/surface_mesh.h"
+#include "carom/audio/surface_mesh.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 /// Of squares of lengths: what is as near as this is one place, met from two triangles.
@@ -110,4 +110,4 @@ std::optional<JelloSkin::Contact> JelloSkin::meet(const Places& places, const Ve
   return nearest;
 }
 
-}  // namespace carom
+}  // namespace carom::native

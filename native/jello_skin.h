@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::native {
 
 /// The outermost squares of a lattice of count^3 points, each in two triangles: where it ends.
 /// [any thread]
@@ -41,4 +41,4 @@ class JelloSkin {
   std::vector<Square> squares_;
 };
 
-}  // namespace carom
+}  // namespace carom::native

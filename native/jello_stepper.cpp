@@ -11,7 +11,7 @@
 
 #include "native/jello_implicit.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 /// Of the jello's own size: what has flown so far apart has blown up.
@@ -526,4 +526,4 @@ double JelloStepper::volume() const {
   return skin_.volume(places());
 }
 
-}  // namespace carom
+}  // namespace carom::native

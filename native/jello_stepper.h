@@ -7,13 +7,13 @@
 #include <span>
 #include <vector>
 
-#include "audio/result.h"
+#include "carom/audio/result.h"
 #include "native/jello_kernels.h"
 #include "native/jello_skin.h"
 #include "native/jello_worker.h"
 #include "native/jello_world.h"
 
-namespace carom {
+namespace carom::native {
 
 /// How a jello is stepped: one is as good as stable at `step` (s, > 0) if jelloLimits says so.
 struct JelloStepping {
@@ -125,4 +125,4 @@ class JelloStepper {
   std::vector<double> touchSizes_;  // N s, by ball, of the points of its touch so far
 };
 
-}  // namespace carom
+}  // namespace carom::native

@@ -1,6 +1,8 @@
 #include "native/jello_worker.h"
 
-namespace carom {
+namespace carom::native {
+
+#if CAROM_THREADS
 
 JelloWorker::JelloWorker() : thread_([this] { work(); }) {}
 
@@ -32,4 +34,13 @@ void JelloWorker::work() {
   }
 }
 
-}  // namespace carom
+#else
+
+void JelloWorker::run(const std::function<void(std::size_t)>& half) {
+  half(0);
+  half(1);
+}
+
+#endif
+
+}  // namespace carom::native

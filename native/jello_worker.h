@@ -1,23 +1,31 @@
 #pragma once
 
+#include <cstddef>
+#include <functional>
+
+#if CAROM_THREADS
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <thread>
+#endif
 
-namespace carom {
+namespace carom::native {
 
-/// A second thread that does one of two halves at a time. Internal to native/. [one thread]
+/// A second thread that does one of two halves at a time; both halves are done by the caller in a
+/// build without threads. Internal to native/. [one thread]
 class JelloWorker {
  public:
+#if CAROM_THREADS
   JelloWorker();
   ~JelloWorker();
   JelloWorker(const JelloWorker&) = delete;
   JelloWorker& operator=(const JelloWorker&) = delete;
+#endif
 
   /// Calls half(0) here and half(1) there, and returns when both have. Neither throws.
   void run(const std::function<void(std::size_t)>& half);
 
+#if CAROM_THREADS
  private:
   void work();
 
@@ -26,6 +34,7 @@ class JelloWorker {
   std::atomic<std::uint32_t> done_ = 0;
   bool ends_ = false;
   std::thread thread_;
+#endif
 };
 
-}  // namespace carom
+}  // namespace carom::native

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 bool isAbove(double value) {
@@ -119,4 +119,4 @@ std::string whyNot(const JelloWorld& world) {
   return whyNotAPlace(world.velocities, "velocities", world.pointCount());
 }
 
-}  // namespace carom
+}  // namespace carom::native

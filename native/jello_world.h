@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "audio/impulse_event.h"
-#include "audio/vector.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::native {
 
 /// How a jello is stepped.
 enum class JelloIntegrator {
@@ -129,4 +129,4 @@ void forEachSpring(const JelloLattice& lattice, Visit visit) {
         }
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-namespace carom {
+namespace carom::native {
 
 void solveInPlace(std::span<double> matrix, std::span<double> values, double rounding) {
   const std::size_t n = values.size();
@@ -44,4 +44,4 @@ void solveInPlace(std::span<double> matrix, std::span<double> values, double rou
   std::ranges::copy(solution, values.begin());
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <span>
 
-namespace carom {
+namespace carom::native {
 
 /// Solves A x = b in place by Gaussian elimination with pivoting: `matrix` (row by row,
 /// overwritten) and `values` (b, then x) of n^2 and n numbers. Where a column has no pivot above
@@ -11,4 +11,4 @@ namespace carom {
 /// order of operations, so the same bits everywhere. [any thread]
 void solveInPlace(std::span<double> matrix, std::span<double> values, double rounding = 1e-13);
 
-}  // namespace carom
+}  // namespace carom::native

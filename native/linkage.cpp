@@ -8,7 +8,7 @@
 #include "native/linear_system.h"
 #include "native/vector_math.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 constexpr int kMostRodIterations = 12;   ///< Newton's; it takes three or four
@@ -316,4 +316,4 @@ double Linkage::potentialEnergy(std::uint32_t index, std::span<const Motion> mot
   return energy;
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -5,10 +5,10 @@
 #include <span>
 #include <vector>
 
-#include "native/motion.h"
-#include "native/sphere_world.h"
+#include "carom/native/motion.h"
+#include "carom/native/sphere_world.h"
 
-namespace carom {
+namespace carom::native {
 
 /// Radians of a group's fastest motion in one step, unless SphereWorld::forceStep says otherwise: a
 /// spring's frequency is then off by 1.0e-6. The fastest motion is estimated for the start; what
@@ -117,4 +117,4 @@ class Linkage {
   bool stepGiven_ = false;  ///< by SphereWorld::forceStep
 };
 
-}  // namespace carom
+}  // namespace carom::native

@@ -1,4 +1,4 @@
-// What bends the paths of spheres and turns them: the part of SphereStepper::Simulation for
+// What bends the paths of spheres and turns them: the part of Simulation for
 // springs, rods, fields, friction and spin.
 
 #include <algorithm>
@@ -6,7 +6,7 @@
 
 #include "native/simulation.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 /// 1, Coulomb's, of a pair: the geometric mean, as of restitutions.
@@ -21,7 +21,7 @@ std::size_t placeOf(std::uint32_t sphere, std::span<const std::uint32_t> members
 }  // namespace
 
 /// Only what there is is kept: vectors stay empty for a world without.
-void SphereStepper::Simulation::takeMechanics(const SphereWorld& world) {
+void Simulation::takeMechanics(const SphereWorld& world) {
   if (linkage_.groupCount() > 0) pulls_.assign(sphereCount(), bodies_.gravity);
   for (std::uint32_t group = 0; group < linkage_.groupCount(); ++group)
     restarts_.push_back(group);
@@ -45,8 +45,8 @@ void SphereStepper::Simulation::takeMechanics(const SphereWorld& world) {
   }
 }
 
-double SphereStepper::Simulation::wallRestitution(std::uint32_t sphere, const Plane& plane,
-                                                  double approachSpeed) const {
+double Simulation::wallRestitution(std::uint32_t sphere, const Plane& plane,
+                                   double approachSpeed) const {
   const Substance& body = substances_[sphere];
   if (laws_.empty())
     return restitutions_.of(body.surface, body.restitution, plane.surface, plane.restitution);
@@ -56,7 +56,7 @@ double SphereStepper::Simulation::wallRestitution(std::uint32_t sphere, const Pl
 }
 
 /// The sphere's motion changes by itself: a step of its group ends, or it begins to roll, or stops.
-void SphereStepper::Simulation::turn(std::uint32_t sphere) {
+void Simulation::turn(std::uint32_t sphere) {
   if (linked(sphere)) {
     restarts_.push_back(linkage_.groupOf(sphere));
   } else {
@@ -68,19 +68,18 @@ void SphereStepper::Simulation::turn(std::uint32_t sphere) {
 // ---- Springs, rods and fields
 
 /// m/s^2, of everything but contacts.
-Vec3 SphereStepper::Simulation::pullOn(std::uint32_t sphere) const {
+Vec3 Simulation::pullOn(std::uint32_t sphere) const {
   return linked(sphere) ? pulls_[sphere] : bodies_.gravity;
 }
 
-std::vector<Motion> SphereStepper::Simulation::motionsOf(std::uint32_t group,
-                                                         const Instant& instant) const {
+std::vector<Motion> Simulation::motionsOf(std::uint32_t group, const Instant& instant) const {
   std::vector<Motion> motions;
   for (const std::uint32_t member : linkage_.members(group))
     motions.push_back(bodies_.at(member, instant));
   return motions;
 }
 
-void SphereStepper::Simulation::restartGroups() {
+void Simulation::restartGroups() {
   std::ranges::sort(restarts_);
   restarts_.erase(std::unique(restarts_.begin(), restarts_.end()), restarts_.end());
   for (const std::uint32_t group : restarts_)
@@ -89,7 +88,7 @@ void SphereStepper::Simulation::restartGroups() {
 }
 
 /// A new step of the group from now_ on.
-void SphereStepper::Simulation::restartGroup(std::uint32_t group) {
+void Simulation::restartGroup(std::uint32_t group) {
   const std::span<const std::uint32_t> members = linkage_.members(group);
   const std::vector<Motion> motions = motionsOf(group, now_);
   const double step = linkage_.step(group, motions);
@@ -102,7 +101,7 @@ void SphereStepper::Simulation::restartGroup(std::uint32_t group) {
 }
 
 /// What 1 N s between the two does to them, and to all that rods connect with them.
-SphereStepper::Simulation::Give SphereStepper::Simulation::giveOf(const Pair& pair) const {
+Simulation::Give Simulation::giveOf(const Pair& pair) const {
   Give give;
   const bool alone = pair.other == Agenda::kNobody;
   const std::uint32_t group = linkage_.groupOf(pair.sphere);
@@ -134,7 +133,7 @@ SphereStepper::Simulation::Give SphereStepper::Simulation::giveOf(const Pair& pa
 }
 
 /// The rest of those that rods connect.
-void SphereStepper::Simulation::drag(const Give& give, double impulse) {
+void Simulation::drag(const Give& give, double impulse) {
   for (const auto& [member, change] : give.others) {
     Motion motion = bodies_.at(member, now_);
     motion.velocity += impulse * change;
@@ -144,15 +143,14 @@ void SphereStepper::Simulation::drag(const Give& give, double impulse) {
 
 // ---- Friction and spin
 
-Vec3 SphereStepper::Simulation::spinAt(std::size_t sphere, const Instant& instant) const {
+Vec3 Simulation::spinAt(std::size_t sphere, const Instant& instant) const {
   if (spins_.empty()) return Vec3::Zero();
   const Spin& spin = spins_[sphere];
   return spin.velocity + elapsed(bodies_.motions[sphere].since, instant) * spin.acceleration;
 }
 
 /// Friction in an impact of two.
-void SphereStepper::Simulation::rub(const Pair& pair, double impulse, Motion& motion,
-                                    Motion& otherMotion) {
+void Simulation::rub(const Pair& pair, double impulse, Motion& motion, Motion& otherMotion) {
   if (spins_.empty()) return;
   const auto massOf = [&](std::uint32_t sphere) { return substances_[sphere].mass; };
   const auto inverseMass = [&](std::uint32_t sphere) {
@@ -182,8 +180,8 @@ void SphereStepper::Simulation::rub(const Pair& pair, double impulse, Motion& mo
                                               massOf(pair.other), contact.otherRadius);
 }
 
-void SphereStepper::Simulation::rubOnWall(std::uint32_t sphere, const Plane& plane, double impulse,
-                                          Motion& motion) {
+void Simulation::rubOnWall(std::uint32_t sphere, const Plane& plane, double impulse,
+                           Motion& motion) {
   if (spins_.empty() || linkage_.hasRods(sphere)) return;
   const double mass = substances_[sphere].mass;
   FrictionContact contact;
@@ -200,7 +198,7 @@ void SphereStepper::Simulation::rubOnWall(std::uint32_t sphere, const Plane& pla
 }
 
 /// Along the one plane that it is held on: sliding, rolling, or still.
-void SphereStepper::Simulation::roll(std::uint32_t sphere) {
+void Simulation::roll(std::uint32_t sphere) {
   if (spins_.empty()) return;
   Spin& spin = spins_[sphere];
   if (!linked(sphere)) agenda_.setTurn(sphere, Instant::never());
@@ -227,4 +225,4 @@ void SphereStepper::Simulation::roll(std::uint32_t sphere) {
   agenda_.setTurn(sphere, after(now_, course.duration));
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -7,7 +7,7 @@
 
 #include "native/vector_math.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 constexpr double kRounding = 2e-15;  ///< of the speeds that a difference is taken of
@@ -250,4 +250,4 @@ std::vector<double> impulsesToNearest(const ClusterSystem& system,
   return impulses;
 }
 
-}  // namespace carom
+}  // namespace carom::native

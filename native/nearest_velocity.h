@@ -6,7 +6,7 @@
 
 #include "native/cluster.h"
 
-namespace carom {
+namespace carom::native {
 
 /// A cluster, in units that suit rounding: masses are those of the first movable body, so that
 /// equal bodies have exactly 1. Internal to native/.
@@ -37,4 +37,4 @@ struct ClusterSystem {
 std::vector<double> impulsesToNearest(const ClusterSystem& system,
                                       std::span<const std::uint32_t> chosen);
 
-}  // namespace carom
+}  // namespace carom::native

@@ -7,7 +7,7 @@
 #include <optional>
 #include <span>
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -190,4 +190,4 @@ double firstFall(const Quartic& polynomial, double from, double until) noexcept 
   return kInfinity;
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -3,7 +3,7 @@
 #include <array>
 #include <limits>
 
-namespace carom {
+namespace carom::native {
 
 /// c0 + c1 t + c2 t^2 + c3 t^3 + c4 t^4, lowest first.
 using Quartic = std::array<double, 5>;
@@ -21,4 +21,4 @@ using Quartic = std::array<double, 5>;
 double firstFall(const Quartic& polynomial, double from,
                  double until = std::numeric_limits<double>::infinity()) noexcept;
 
-}  // namespace carom
+}  // namespace carom::native

@@ -1,4 +1,4 @@
-// How a run is written down: the part of SphereStepper::Simulation that fills a Recording.
+// How a run is written down: the part of Simulation that fills a Recording.
 
 #include <algorithm>
 #include <memory>
@@ -7,7 +7,7 @@
 
 #include "native/simulation.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 /// Of so many kinds of surfaces at most, all restitutions are noted.
@@ -33,7 +33,7 @@ std::vector<double> restitutionsAmong(std::vector<Kind> kinds, const Restitution
 
 }  // namespace
 
-Recording::World SphereStepper::Simulation::recordedWorld() const {
+Recording::World Simulation::recordedWorld() const {
   Recording::World world;
   world.gravity = bodies_.gravity;
   std::vector<Kind> kinds;
@@ -51,7 +51,7 @@ Recording::World SphereStepper::Simulation::recordedWorld() const {
   return world;
 }
 
-void SphereStepper::Simulation::startRecording() {
+void Simulation::startRecording() {
   std::vector<Recording::Segment> segments;
   for (std::size_t sphere = 0; sphere < sphereCount(); ++sphere) {
     const Motion& motion = bodies_.motions[sphere];
@@ -61,7 +61,7 @@ void SphereStepper::Simulation::startRecording() {
   recording_ = std::make_unique<Recording>(recordedWorld(), time_, segments);
 }
 
-Recording SphereStepper::Simulation::takeRecording() {
+Recording Simulation::takeRecording() {
   if (recording_ == nullptr) return {};
   Recording recording = std::move(*recording_);
   recording_.reset();
@@ -69,10 +69,10 @@ Recording SphereStepper::Simulation::takeRecording() {
   return recording;
 }
 
-void SphereStepper::Simulation::record(std::uint32_t sphere) {
+void Simulation::record(std::uint32_t sphere) {
   const Motion& motion = bodies_.motions[sphere];
   recording_->addSegment(
       sphere, {motion.since, motion.position, motion.velocity, bodies_.accelerations[sphere]});
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -1,4 +1,4 @@
-#include "native/recording.h"
+#include "carom/native/recording.h"
 
 #include <algorithm>
 #include <bit>
@@ -7,6 +7,9 @@
 #include "native/event_pair.h"
 
 namespace carom {
+
+using namespace native;
+
 namespace {
 
 /// FNV-1a, of 64 bits (Fowler, Noll, Vo; draft-eastlake-fnv).

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace carom {
+namespace carom::native {
 
 // Two classes of one shape, so that one function says what is written and what is read: each call
 // codes its argument, or sets it. Internal to native/.
@@ -132,4 +132,4 @@ class ByteReader {
   std::string fault_;
 };
 
-}  // namespace carom
+}  // namespace carom::native

@@ -1,4 +1,4 @@
-#include "native/recording_format.h"
+#include "carom/native/recording_format.h"
 
 #include <algorithm>
 #include <bit>
@@ -12,6 +12,9 @@
 #include "native/vector_math.h"
 
 namespace carom {
+
+using namespace native;
+
 namespace {
 
 using Sphere = Recording::Sphere;

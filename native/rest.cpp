@@ -1,4 +1,4 @@
-// How things come to rest: the part of SphereStepper::Simulation that its documentation calls Rest,
+// How things come to rest: the part of Simulation that its documentation calls Rest,
 // Sleep and Collapse.
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 #include "native/simulation.h"
 #include "native/vector_math.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 // These, too, define resting and are documented in SphereStepper.
@@ -33,8 +33,7 @@ constexpr double kHeldSpeed = 1e-12;  ///< of the speed: what is less along a no
 
 // ---- On walls
 
-double SphereStepper::Simulation::wallRebound(std::uint32_t sphere, std::uint32_t index,
-                                              double approachSpeed) {
+double Simulation::wallRebound(std::uint32_t sphere, std::uint32_t index, double approachSpeed) {
   const Substance& body = substances_[sphere];
   const Plane& plane = bodies_.walls[index].plane;
   const double restitution = wallRestitution(sphere, plane, approachSpeed);
@@ -53,7 +52,7 @@ double SphereStepper::Simulation::wallRebound(std::uint32_t sphere, std::uint32_
 }
 
 /// The sphere stays on the wall, as far as it is pressed against it.
-void SphereStepper::Simulation::hold(std::uint32_t sphere, Motion& motion, std::uint32_t index) {
+void Simulation::hold(std::uint32_t sphere, Motion& motion, std::uint32_t index) {
   Holds& holds = bodies_.holds[sphere];
   if (holds.count < Holds::kMost) {
     holds.walls[holds.count++] = index;
@@ -65,7 +64,7 @@ void SphereStepper::Simulation::hold(std::uint32_t sphere, Motion& motion, std::
 
 /// After a change of velocity: lets go of the walls that the sphere leaves or runs into, and draws
 /// it along the others.
-void SphereStepper::Simulation::keepHolds(std::uint32_t sphere, Motion& motion) {
+void Simulation::keepHolds(std::uint32_t sphere, Motion& motion) {
   if (substances_[sphere].asleep) {
     motion.velocity.setZero();
     bodies_.setAcceleration(sphere, Vec3::Zero());
@@ -106,19 +105,18 @@ void SphereStepper::Simulation::keepHolds(std::uint32_t sphere, Motion& motion) 
 // ---- On other spheres
 
 /// m/s^2, at which the two are drawn into each other.
-double SphereStepper::Simulation::pull(std::uint32_t sphere, std::uint32_t other,
-                                       const Vec3& normal) const {
+double Simulation::pull(std::uint32_t sphere, std::uint32_t other, const Vec3& normal) const {
   return -dotInOrder(normal, bodies_.accelerations[sphere] - bodies_.accelerations[other]);
 }
 
-void SphereStepper::Simulation::grantFirstHops() {
+void Simulation::grantFirstHops() {
   const double speed = 0.5 * kLeastHopTime * lengthOf(bodies_.gravity);
   for (Substance& substance : substances_)
     substance.hopAllowance = kFirstHops * 0.5 * substance.mass * speed * speed;
 }
 
 /// What contacts take may be given back, up to the energy of one long hop.
-void SphereStepper::Simulation::allowHop(std::uint32_t sphere, double energy) {
+void Simulation::allowHop(std::uint32_t sphere, double energy) {
   Substance& body = substances_[sphere];
   const double fastest = restSpeed(sphere);
   const double most = 0.125 * body.mass * fastest * fastest;
@@ -126,7 +124,7 @@ void SphereStepper::Simulation::allowHop(std::uint32_t sphere, double energy) {
 }
 
 /// m/s per N s, the change of velocity by a slow impulse along `direction`.
-Vec3 SphereStepper::Simulation::yielding(std::uint32_t sphere, const Vec3& direction) const {
+Vec3 Simulation::yielding(std::uint32_t sphere, const Vec3& direction) const {
   const Substance& body = substances_[sphere];
   if (body.asleep) return Vec3::Zero();
   std::array<Vec3, Holds::kMost> normals;
@@ -138,12 +136,12 @@ Vec3 SphereStepper::Simulation::yielding(std::uint32_t sphere, const Vec3& direc
 
 /// Whether what a hop has is lost again, so that it needs no payment, and would never end without:
 /// friction on the plane that it lies on works against it, or springs and rods do.
-bool SphereStepper::Simulation::hopsAreDamped(std::uint32_t sphere) const {
+bool Simulation::hopsAreDamped(std::uint32_t sphere) const {
   return linked(sphere) || (!frictions_.empty() && frictions_[sphere].sliding > 0.0);
 }
 
 /// Rebound speed of a pair that is drawn together: that of a hop if there is energy for it.
-double SphereStepper::Simulation::restingRebound(const Pair& pair, double effectiveMass) {
+double Simulation::restingRebound(const Pair& pair, double effectiveMass) {
   const double drawn = pull(pair.sphere, pair.other, pair.normal);
   if (drawn <= 0.0) return pair.approachSpeed;
   Substance& one = substances_[pair.sphere];
@@ -168,12 +166,12 @@ double SphereStepper::Simulation::restingRebound(const Pair& pair, double effect
 }
 
 /// m/s, slower contacts of the sphere are rest.
-double SphereStepper::Simulation::restSpeed(std::uint32_t sphere) const {
+double Simulation::restSpeed(std::uint32_t sphere) const {
   return substances_[sphere].collapsed ? std::max(restSpeed_, kCollapseRestSpeed) : restSpeed_;
 }
 
 /// Watches for collapse, and returns whether it has just happened; and for calm.
-bool SphereStepper::Simulation::noteContact(std::uint32_t sphere, const Motion& motion) {
+bool Simulation::noteContact(std::uint32_t sphere, const Motion& motion) {
   Substance& body = substances_[sphere];
   if (body.asleep) return false;
   const Vec3 moved = motion.position - body.calmPlace;
@@ -200,7 +198,7 @@ bool SphereStepper::Simulation::noteContact(std::uint32_t sphere, const Motion& 
 /// A sphere whose contacts leave it no time between them, the last `interval` s, though it has been
 /// stopped. Where surfaces move it is crushed: nothing touches it any more. Otherwise it is laid
 /// down.
-void SphereStepper::Simulation::giveUp(std::uint32_t sphere, double interval) {
+void Simulation::giveUp(std::uint32_t sphere, double interval) {
   const bool pressed = std::ranges::any_of(
       bodies_.walls, [](const Wall& wall) { return wall.speed != 0.0 || wall.shakes(); });
   if (interval >= (pressed ? kCrushInterval : kStuckInterval)) return;
@@ -214,7 +212,7 @@ void SphereStepper::Simulation::giveUp(std::uint32_t sphere, double interval) {
 }
 
 /// What has collapsed in contacts that are rest has no room left to move in, and may sleep at once.
-void SphereStepper::Simulation::stop(std::uint32_t sphere, Motion& motion) {
+void Simulation::stop(std::uint32_t sphere, Motion& motion) {
   if (bodies_.gravity == Vec3::Zero()) return;
   motion.velocity.setZero();
   substances_[sphere].calmSince = now_.seconds - kCalmTime;
@@ -223,13 +221,12 @@ void SphereStepper::Simulation::stop(std::uint32_t sphere, Motion& motion) {
 // ---- Sleep
 
 /// m, between two that touch but for their hops.
-double SphereStepper::Simulation::touchingGap(double radius) const {
+double Simulation::touchingGap(double radius) const {
   const double speed = std::max(restSpeed_, kCollapseRestSpeed);
   return std::min(0.01 * radius, speed * speed / lengthOf(bodies_.gravity)) + 1e-9 * radius;
 }
 
-bool SphereStepper::Simulation::touches(std::uint32_t sphere, const Vec3& position,
-                                        std::uint32_t other) const {
+bool Simulation::touches(std::uint32_t sphere, const Vec3& position, std::uint32_t other) const {
   const double radius = bodies_.radii[sphere];
   const double otherRadius = bodies_.radii[other];
   const double reach = radius + otherRadius + touchingGap(std::min(radius, otherRadius));
@@ -239,7 +236,7 @@ bool SphereStepper::Simulation::touches(std::uint32_t sphere, const Vec3& positi
 
 /// Of the spheres that are calm, those that are linked to this one by calm ones that touch: in
 /// order, this one among them.
-std::vector<std::uint32_t> SphereStepper::Simulation::calmNeighbours(std::uint32_t sphere) const {
+std::vector<std::uint32_t> Simulation::calmNeighbours(std::uint32_t sphere) const {
   std::vector<std::uint32_t> found{sphere};
   for (std::size_t next = 0; next < found.size(); ++next) {
     const std::uint32_t at = found[next];
@@ -257,8 +254,7 @@ std::vector<std::uint32_t> SphereStepper::Simulation::calmNeighbours(std::uint32
 
 /// Whether walls and boxes at rest, sleeping spheres and the candidates (in order) that it touches
 /// carry it.
-bool SphereStepper::Simulation::carried(std::uint32_t sphere,
-                                        std::span<const std::uint32_t> candidates) const {
+bool Simulation::carried(std::uint32_t sphere, std::span<const std::uint32_t> candidates) const {
   std::array<Vec3, kMostSurfaces> normals;
   std::size_t count = 0;
   const Vec3 position = bodies_.at(sphere, now_).position;
@@ -284,11 +280,11 @@ bool SphereStepper::Simulation::carried(std::uint32_t sphere,
 }
 
 /// Whether it rests without anybody's help.
-bool SphereStepper::Simulation::carriedByWalls(std::uint32_t sphere) const {
+bool Simulation::carriedByWalls(std::uint32_t sphere) const {
   return bodies_.holds[sphere].count > 0 && bodies_.accelerations[sphere] == Vec3::Zero();
 }
 
-void SphereStepper::Simulation::trySleep(std::uint32_t sphere) {
+void Simulation::trySleep(std::uint32_t sphere) {
   Substance& body = substances_[sphere];
   if (body.asleep || !(now_.seconds - body.calmSince >= kCalmTime)) return;
   if (bodies_.gravity == Vec3::Zero() || carriedByWalls(sphere)) return;
@@ -308,7 +304,7 @@ void SphereStepper::Simulation::trySleep(std::uint32_t sphere) {
     layDown(at);
 }
 
-void SphereStepper::Simulation::layDown(std::uint32_t sphere) {
+void Simulation::layDown(std::uint32_t sphere) {
   ++counters_.laidDown;
   substances_[sphere].asleep = true;
   Motion motion = bodies_.at(sphere, now_);
@@ -317,7 +313,7 @@ void SphereStepper::Simulation::layDown(std::uint32_t sphere) {
 }
 
 /// And whoever sleeps on it, if nothing else carries them.
-void SphereStepper::Simulation::wake(std::uint32_t sphere) {
+void Simulation::wake(std::uint32_t sphere) {
   if (!substances_[sphere].asleep) return;
   std::vector<std::uint32_t> woken{sphere};
   while (!woken.empty()) {
@@ -337,4 +333,4 @@ void SphereStepper::Simulation::wake(std::uint32_t sphere) {
   }
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -8,7 +8,7 @@
 
 #include "native/vector_math.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 constexpr double kRounding = 1e-12;  ///< of the pull
@@ -137,4 +137,4 @@ Vec3 heldVelocity(const Vec3& velocity, std::span<const Vec3> normals,
   return held;
 }
 
-}  // namespace carom
+}  // namespace carom::native

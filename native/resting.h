@@ -3,9 +3,9 @@
 #include <cstddef>
 #include <span>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::native {
 
 /// At most so many surfaces are looked at: one sphere has at most 12 equal neighbours.
 inline constexpr std::size_t kMostSurfaces = 24;
@@ -28,4 +28,4 @@ Carried carriedBy(const Vec3& pull, std::span<const Vec3> normals);
 Vec3 heldVelocity(const Vec3& velocity, std::span<const Vec3> normals,
                   std::span<const double> speeds);
 
-}  // namespace carom
+}  // namespace carom::native

@@ -7,7 +7,7 @@
 #include "native/contact_time.h"
 #include "native/vector_math.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 constexpr double kTurn = 0.05;          ///< rad, in one course
@@ -127,4 +127,4 @@ RollingCourse rollingCourse(const RollingContact& contact, const Vec3& velocity,
   return course;
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::native {
 
 /// How a homogeneous sphere turns: its spin, and how that changes, constant between two changes of
 /// its motion. Internal to native/.
@@ -63,4 +63,4 @@ struct RollingCourse {
 /// is against the plane, along it. [any thread]
 RollingCourse rollingCourse(const RollingContact& contact, const Vec3& velocity, const Vec3& spin);
 
-}  // namespace carom
+}  // namespace carom::native

@@ -6,7 +6,7 @@
 
 #include "native/contact_time.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 constexpr double kRounding = 1e-15;  ///< of the way
@@ -127,4 +127,4 @@ double oscillatingContactTime(const SmoothHeight& smooth, const Oscillation& osc
   return kNever;
 }
 
-}  // namespace carom
+}  // namespace carom::native

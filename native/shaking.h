@@ -1,8 +1,8 @@
 #pragma once
 
-#include "native/instant.h"
+#include "carom/native/motion.h"
 
-namespace carom {
+namespace carom::native {
 
 inline constexpr double kWholeTurn = 6.28318530717958647692;  ///< rad
 
@@ -52,4 +52,4 @@ struct SmoothHeight {
 double oscillatingContactTime(const SmoothHeight& smooth, const Oscillation& oscillation,
                               const Instant& start, double until) noexcept;
 
-}  // namespace carom
+}  // namespace carom::native

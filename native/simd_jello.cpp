@@ -14,7 +14,7 @@
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
-namespace carom::HWY_NAMESPACE {
+namespace carom::native::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -289,11 +289,11 @@ std::optional<JelloKernel> kernel() {
 #endif
 }
 
-}  // namespace carom::HWY_NAMESPACE
+}  // namespace carom::native::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace carom {
+namespace carom::native {
 
 HWY_EXPORT(kernel);
 
@@ -307,5 +307,5 @@ std::vector<JelloKernel> simdJelloKernels() {
   return all;
 }
 
-}  // namespace carom
+}  // namespace carom::native
 #endif

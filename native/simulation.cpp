@@ -8,7 +8,7 @@
 #include "native/contact_time.h"
 #include "native/vector_math.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 constexpr double kLevel = 1e-15;  ///< of gravity: below it a plane is parallel to gravity
@@ -92,7 +92,7 @@ Bodies bodiesOf(const SphereWorld& world) {
 
 }  // namespace
 
-SphereStepper::Simulation::Simulation(const SphereWorld& world)
+Simulation::Simulation(const SphereWorld& world)
     : restitutions_(world.restitutions),
       restSpeed_(world.restSpeed),
       order_(world.spheres.size()),
@@ -120,7 +120,7 @@ SphereStepper::Simulation::Simulation(const SphereWorld& world)
     agenda_.predict(sphere, now_);
 }
 
-void SphereStepper::Simulation::advanceTo(double time) {
+void Simulation::advanceTo(double time) {
   events_.clear();
   for (std::uint32_t first = agenda_.first();
        first != Agenda::kNobody && agenda_.time(first).seconds <= time; first = agenda_.first())
@@ -128,7 +128,7 @@ void SphereStepper::Simulation::advanceTo(double time) {
   time_ = time;
 }
 
-void SphereStepper::Simulation::push(std::size_t listed, const Vec3& impulse) {
+void Simulation::push(std::size_t listed, const Vec3& impulse) {
   const std::uint32_t sphere = order_[listed];
   now_ = {time_, 0.0};
   wake(sphere);
@@ -140,7 +140,7 @@ void SphereStepper::Simulation::push(std::size_t listed, const Vec3& impulse) {
 }
 
 /// What the sphere does next is what happens next.
-void SphereStepper::Simulation::step(std::uint32_t sphere) {
+void Simulation::step(std::uint32_t sphere) {
   now_ = agenda_.time(sphere);
   if (agenda_.turns(sphere)) {
     turn(sphere);
@@ -163,12 +163,12 @@ void SphereStepper::Simulation::step(std::uint32_t sphere) {
 }
 
 /// Takes the sphere from now_ on along a new course; what others predicted with it is outdated.
-void SphereStepper::Simulation::leave(std::uint32_t sphere, const Motion& motion) {
+void Simulation::leave(std::uint32_t sphere, const Motion& motion) {
   rebase(sphere, motion);
   if (linked(sphere)) restarts_.push_back(linkage_.groupOf(sphere));
 }
 
-void SphereStepper::Simulation::rebase(std::uint32_t sphere, const Motion& motion) {
+void Simulation::rebase(std::uint32_t sphere, const Motion& motion) {
   if (!spins_.empty()) spins_[sphere] = {spinAt(sphere, motion.since), Vec3::Zero()};
   const Motion before = bodies_.at(sphere, motion.since);
   if (bodies_.accelerations[sphere] != bodies_.gravity) bookForces(sphere, before, books_);
@@ -180,7 +180,7 @@ void SphereStepper::Simulation::rebase(std::uint32_t sphere, const Motion& motio
   changed_.push_back(sphere);
 }
 
-void SphereStepper::Simulation::predictChanged() {
+void Simulation::predictChanged() {
   if (!restarts_.empty()) restartGroups();
   std::ranges::sort(changed_);
   // Not std::ranges::unique: Clang 14 does not compile that of libstdc++ 12.
@@ -192,8 +192,7 @@ void SphereStepper::Simulation::predictChanged() {
   changed_.clear();
 }
 
-void SphereStepper::Simulation::report(const Side& first, const Side& second,
-                                       const Impact& impact) {
+void Simulation::report(const Side& first, const Side& second, const Impact& impact) {
   ++counters_.collisions;
   const Recording::Events events = eventsOf(first, second, impact, now_.seconds);
   events_.insert(events_.end(), events.begin(), events.end());
@@ -203,12 +202,12 @@ void SphereStepper::Simulation::report(const Side& first, const Side& second,
 // ---- Spheres
 
 /// What an event says of a sphere that has come along `motion`.
-Side SphereStepper::Simulation::sideOf(std::uint32_t sphere, const Motion& motion) const {
+Side Simulation::sideOf(std::uint32_t sphere, const Motion& motion) const {
   return {bodies_.ids[sphere], bodies_.radii[sphere], motion.position,
           motion.velocity,     Quat::Identity(),      spinAt(sphere, now_)};
 }
 
-void SphereStepper::Simulation::meetSphere(std::uint32_t sphere, std::uint32_t other) {
+void Simulation::meetSphere(std::uint32_t sphere, std::uint32_t other) {
   Pair pair{bodies_.at(sphere, now_), bodies_.at(other, now_), {}, 0.0, sphere, other};
   const Vec3 separation = pair.motion.position - pair.otherMotion.position;
   const double distance = lengthOf(separation);
@@ -232,8 +231,8 @@ void SphereStepper::Simulation::meetSphere(std::uint32_t sphere, std::uint32_t o
   predictChanged();
 }
 
-double SphereStepper::Simulation::restitutionOf(std::uint32_t sphere, std::uint32_t other,
-                                                double approachSpeed) const {
+double Simulation::restitutionOf(std::uint32_t sphere, std::uint32_t other,
+                                 double approachSpeed) const {
   const Substance& one = substances_[sphere];
   const Substance& two = substances_[other];
   if (laws_.empty())
@@ -243,7 +242,7 @@ double SphereStepper::Simulation::restitutionOf(std::uint32_t sphere, std::uint3
 }
 
 /// Between what rods hold.
-void SphereStepper::Simulation::collideLinked(const Pair& pair, double restitution) {
+void Simulation::collideLinked(const Pair& pair, double restitution) {
   const Give give = giveOf(pair);
   const double compliance = dotInOrder(pair.normal, give.yield - give.otherYield);
   Motion motion = pair.motion;
@@ -259,12 +258,12 @@ void SphereStepper::Simulation::collideLinked(const Pair& pair, double restituti
   leave(pair.other, otherMotion);
 }
 
-void SphereStepper::Simulation::reportPair(const Pair& pair, double mass, double impulse) {
+void Simulation::reportPair(const Pair& pair, double mass, double impulse) {
   report(sideOf(pair.sphere, pair.motion), sideOf(pair.other, pair.otherMotion),
          {pair.normal, pair.approachSpeed, mass, impulse});
 }
 
-void SphereStepper::Simulation::collide(const Pair& pair) {
+void Simulation::collide(const Pair& pair) {
   Substance& one = substances_[pair.sphere];
   Substance& two = substances_[pair.other];
   noteContact(pair.sphere, pair.motion);
@@ -301,7 +300,7 @@ void SphereStepper::Simulation::collide(const Pair& pair) {
 
 /// Slower than restSpeed: elastic, but for a hop, and unreported. Neither a sphere that sleeps
 /// gives way, nor one on a wall towards it.
-void SphereStepper::Simulation::touch(const Pair& pair) {
+void Simulation::touch(const Pair& pair) {
   ++counters_.restContacts;
   const bool stuck = noteContact(pair.sphere, pair.motion);
   const bool otherStuck = noteContact(pair.other, pair.otherMotion);
@@ -329,7 +328,7 @@ void SphereStepper::Simulation::touch(const Pair& pair) {
 // ---- Walls
 
 /// A wall, or after those a box.
-void SphereStepper::Simulation::meetImmovable(std::uint32_t sphere, std::uint32_t index) {
+void Simulation::meetImmovable(std::uint32_t sphere, std::uint32_t index) {
   if (index < bodies_.steady) {
     meetWall(sphere, index);
   } else if (index < bodies_.faces) {
@@ -341,7 +340,7 @@ void SphereStepper::Simulation::meetImmovable(std::uint32_t sphere, std::uint32_
   }
 }
 
-void SphereStepper::Simulation::meetWall(std::uint32_t sphere, std::uint32_t index) {
+void Simulation::meetWall(std::uint32_t sphere, std::uint32_t index) {
   wake(sphere);
   const Wall& wall = bodies_.walls[index];
   const Motion motion = bodies_.at(sphere, now_);
@@ -363,14 +362,14 @@ void SphereStepper::Simulation::meetWall(std::uint32_t sphere, std::uint32_t ind
 }
 
 /// A wall that is struck at `point`: a plane is there, a face where its box is.
-Side SphereStepper::Simulation::wallSide(const Wall& wall, const Vec3& point) const {
+Side Simulation::wallSide(const Wall& wall, const Vec3& point) const {
   if (wall.box == Wall::kNoBox) return {wall.plane.id, kNever, point, wall.plane.velocity};
   const Solid& solid = bodies_.solids[wall.box];
   return {solid.box.id, kNever, solid.centreAt(now_), solid.box.velocity, solid.box.orientation};
 }
 
-void SphereStepper::Simulation::bounce(std::uint32_t sphere, Motion motion, std::uint32_t index,
-                                       double approachSpeed) {
+void Simulation::bounce(std::uint32_t sphere, Motion motion, std::uint32_t index,
+                        double approachSpeed) {
   const Substance& body = substances_[sphere];
   const Wall& wall = bodies_.walls[index];
   const Vec3& normal = wall.plane.normal;
@@ -405,7 +404,7 @@ void SphereStepper::Simulation::bounce(std::uint32_t sphere, Motion motion, std:
 
 // ---- Inspection
 
-double SphereStepper::Simulation::kineticEnergy() const {
+double Simulation::kineticEnergy() const {
   double energy = 0.0;
   for (std::size_t sphere = 0; sphere < sphereCount(); ++sphere) {
     const Vec3 velocity = motionAtTime(sphere).velocity;
@@ -416,7 +415,7 @@ double SphereStepper::Simulation::kineticEnergy() const {
   return energy;
 }
 
-double SphereStepper::Simulation::potentialEnergy() const {
+double Simulation::potentialEnergy() const {
   double energy = 0.0;
   for (std::size_t sphere = 0; sphere < sphereCount(); ++sphere) {
     energy -= substances_[sphere].mass * dotInOrder(bodies_.gravity, motionAtTime(sphere).position);
@@ -426,7 +425,7 @@ double SphereStepper::Simulation::potentialEnergy() const {
   return energy;
 }
 
-bool SphereStepper::Simulation::validate(std::string* why) const {
+bool Simulation::validate(std::string* why) const {
   if (!agenda_.queueValid()) return fail(why, "the contact queue is out of order");
   std::size_t apart = 0;
   for (std::size_t sphere = 0; sphere < sphereCount(); ++sphere) {
@@ -438,7 +437,7 @@ bool SphereStepper::Simulation::validate(std::string* why) const {
   return validateBooks(why);
 }
 
-bool SphereStepper::Simulation::validateSphere(std::size_t sphere, std::string* why) const {
+bool Simulation::validateSphere(std::size_t sphere, std::string* why) const {
   const std::string name = "sphere " + std::to_string(bodies_.ids[sphere]);
   const Motion& motion = bodies_.motions[sphere];
   if (!motion.position.allFinite() || !motion.velocity.allFinite() ||
@@ -464,7 +463,7 @@ bool SphereStepper::Simulation::validateSphere(std::size_t sphere, std::string* 
   return true;
 }
 
-bool SphereStepper::Simulation::validateApart(std::size_t sphere, std::string* why) const {
+bool Simulation::validateApart(std::size_t sphere, std::string* why) const {
   const std::string name = "sphere " + std::to_string(bodies_.ids[sphere]);
   if (agenda_.removed(static_cast<std::uint32_t>(sphere))) return true;
   const Motion present = motionAtTime(sphere);
@@ -482,7 +481,7 @@ bool SphereStepper::Simulation::validateApart(std::size_t sphere, std::string* w
 }
 
 /// Of planes and boxes.
-bool SphereStepper::Simulation::validateOutside(std::size_t sphere, std::string* why) const {
+bool Simulation::validateOutside(std::size_t sphere, std::string* why) const {
   const std::string name = "sphere " + std::to_string(bodies_.ids[sphere]);
   const Motion present = motionAtTime(sphere);
   const double allowed = kOverlapTolerance * bodies_.radii[sphere] +
@@ -499,4 +498,4 @@ bool SphereStepper::Simulation::validateOutside(std::size_t sphere, std::string*
   return true;
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -7,15 +7,15 @@
 #include <utility>
 #include <vector>
 
+#include "carom/native/recording.h"
+#include "carom/native/sphere_stepper.h"
 #include "native/agenda.h"
 #include "native/bodies.h"
 #include "native/event_pair.h"
 #include "native/linkage.h"
-#include "native/recording.h"
 #include "native/rolling.h"
-#include "native/sphere_stepper.h"
 
-namespace carom {
+namespace carom::native {
 
 // These define resting and are documented in SphereStepper.
 inline constexpr double kHopTime = 0.5e-3;      ///< s, of a hop that is paid for
@@ -49,7 +49,7 @@ struct Books {
 };
 
 /// What SphereStepper does. Spheres are counted in order of their ids. Internal to native/.
-class SphereStepper::Simulation {
+class Simulation {
  public:
   explicit Simulation(const SphereWorld& world);
 
@@ -216,4 +216,4 @@ class SphereStepper::Simulation {
   std::unique_ptr<Recording> recording_;  ///< null: nothing is recorded
 };
 
-}  // namespace carom
+}  // namespace carom::native

@@ -1,4 +1,4 @@
-// Several contacts at one instant: the part of SphereStepper::Simulation that its documentation
+// Several contacts at one instant: the part of Simulation that its documentation
 // calls Simultaneous contacts.
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 #include "native/simulation.h"
 #include "native/vector_math.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 constexpr double kTouching = 1e-9;  ///< of the smaller radius; documented in Simultaneous
@@ -29,7 +29,7 @@ void sortUnique(std::vector<std::uint32_t>& values) {
 }  // namespace
 
 /// The spheres that are linked by touching, what they touch, and what becomes of them.
-struct SphereStepper::Simulation::Cluster {
+struct Simulation::Cluster {
   struct Touch {
     std::uint32_t sphere = 0;   ///< the lower of two
     std::uint32_t partner = 0;  ///< a sphere, or the number of spheres + a wall
@@ -60,7 +60,7 @@ struct SphereStepper::Simulation::Cluster {
 };
 
 /// Resolves the contact together with all that touch, if there are any; false if not.
-bool SphereStepper::Simulation::resolveCluster(std::uint32_t sphere, std::uint32_t partner) {
+bool Simulation::resolveCluster(std::uint32_t sphere, std::uint32_t partner) {
   for (;;) {
     Cluster cluster = clusterAt(sphere, partner);
     if (cluster.touches.size() < 2) return false;
@@ -73,8 +73,7 @@ bool SphereStepper::Simulation::resolveCluster(std::uint32_t sphere, std::uint32
   }
 }
 
-SphereStepper::Simulation::Cluster SphereStepper::Simulation::clusterAt(
-    std::uint32_t sphere, std::uint32_t partner) const {
+Simulation::Cluster Simulation::clusterAt(std::uint32_t sphere, std::uint32_t partner) const {
   Cluster cluster;
   cluster.members = {sphere};
   cluster.touches = {{sphere, partner, 0}};
@@ -98,7 +97,7 @@ SphereStepper::Simulation::Cluster SphereStepper::Simulation::clusterAt(
 }
 
 /// From touch to touch. What sleeps belongs to it, but does not pass anything on.
-void SphereStepper::Simulation::gather(Cluster& cluster) const {
+void Simulation::gather(Cluster& cluster) const {
   std::vector<bool> found(sphereCount(), false);
   for (const std::uint32_t member : cluster.members)
     found[member] = true;
@@ -121,8 +120,7 @@ void SphereStepper::Simulation::gather(Cluster& cluster) const {
   }
 }
 
-bool SphereStepper::Simulation::meets(std::uint32_t sphere, const Vec3& position,
-                                      std::uint32_t other) const {
+bool Simulation::meets(std::uint32_t sphere, const Vec3& position, std::uint32_t other) const {
   const double radius = bodies_.radii[sphere];
   const double otherRadius = bodies_.radii[other];
   const double reach = radius + otherRadius + kTouching * std::min(radius, otherRadius);
@@ -131,7 +129,7 @@ bool SphereStepper::Simulation::meets(std::uint32_t sphere, const Vec3& position
 }
 
 /// As the functions that resolve it see it.
-void SphereStepper::Simulation::describe(Cluster& cluster) const {
+void Simulation::describe(Cluster& cluster) const {
   for (const std::uint32_t member : cluster.members) {
     ClusterBody& body = cluster.before.emplace_back();
     body.mass = kNever;
@@ -172,8 +170,8 @@ void SphereStepper::Simulation::describe(Cluster& cluster) const {
 }
 
 /// Of a contact in a cluster; `approachSpeed` is the cluster's fastest where the two only touch.
-double SphereStepper::Simulation::clusterRestitution(std::uint32_t sphere, std::uint32_t partner,
-                                                     double approachSpeed) const {
+double Simulation::clusterRestitution(std::uint32_t sphere, std::uint32_t partner,
+                                      double approachSpeed) const {
   if (partner < sphereCount()) return restitutionOf(sphere, partner, approachSpeed);
   const Plane& plane = bodies_.walls[partner - sphereCount()].plane;
   const double restitution = wallRestitution(sphere, plane, approachSpeed);
@@ -181,8 +179,7 @@ double SphereStepper::Simulation::clusterRestitution(std::uint32_t sphere, std::
 }
 
 /// N / m^1.5, 4/3 E* sqrt(R) (Johnson 1985, section 4.2).
-double SphereStepper::Simulation::hertzStiffness(std::uint32_t sphere,
-                                                 std::uint32_t partner) const {
+double Simulation::hertzStiffness(std::uint32_t sphere, std::uint32_t partner) const {
   const bool wall = partner >= sphereCount();
   const double own = stiffnesses_[sphere];
   const double others =
@@ -193,7 +190,7 @@ double SphereStepper::Simulation::hertzStiffness(std::uint32_t sphere,
 }
 
 /// Wakes those that are hit as hard as wakes a sphere that is hit by one; whether there are any.
-bool SphereStepper::Simulation::wakeHit(const Cluster& cluster) {
+bool Simulation::wakeHit(const Cluster& cluster) {
   bool any = false;
   for (std::size_t at = 0; at < cluster.touches.size(); ++at) {
     const Cluster::Touch& touch = cluster.touches[at];
@@ -207,7 +204,7 @@ bool SphereStepper::Simulation::wakeHit(const Cluster& cluster) {
   return any;
 }
 
-void SphereStepper::Simulation::reportCluster(const Cluster& cluster) {
+void Simulation::reportCluster(const Cluster& cluster) {
   for (std::size_t at = 0; at < cluster.touches.size(); ++at) {
     if (!(cluster.impulses.along[at] > 0.0)) continue;
     const Cluster::Touch& touch = cluster.touches[at];
@@ -230,7 +227,7 @@ void SphereStepper::Simulation::reportCluster(const Cluster& cluster) {
 }
 
 /// Reports it, and sends the spheres on their ways; false if nothing has changed.
-bool SphereStepper::Simulation::applyCluster(const Cluster& cluster) {
+bool Simulation::applyCluster(const Cluster& cluster) {
   double taken = 0.0;
   std::vector<std::uint32_t> moved;  // by member
   for (std::uint32_t member = 0; member < cluster.members.size(); ++member) {
@@ -267,7 +264,7 @@ bool SphereStepper::Simulation::applyCluster(const Cluster& cluster) {
 
 /// Rods have not taken part in the contacts: now they take back what would change their lengths.
 /// Exact where they are at right angles to the contacts, as in a cradle; otherwise energy is lost.
-void SphereStepper::Simulation::settleRods(std::uint32_t group) {
+void Simulation::settleRods(std::uint32_t group) {
   const std::span<const std::uint32_t> members = linkage_.members(group);
   if (!linkage_.hasRods(members.front())) return;
   std::vector<Motion> motions = motionsOf(group, now_);
@@ -281,4 +278,4 @@ void SphereStepper::Simulation::settleRods(std::uint32_t group) {
   }
 }
 
-}  // namespace carom
+}  // namespace carom::native

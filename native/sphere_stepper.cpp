@@ -1,22 +1,24 @@
-#include "native/sphere_stepper.h"
+#include "carom/native/sphere_stepper.h"
 
 #include <cassert>
 #include <cmath>
 #include <utility>
 
-#include "native/recording.h"
+#include "carom/native/recording.h"
 #include "native/simulation.h"
 #include "native/world_check.h"
 
 namespace carom {
 
+using namespace native;
+
 Result<SphereStepper> SphereStepper::create(SphereWorld world) {
   Result<SphereWorld> checked = checkedWorld(std::move(world));
   if (!checked) return checked.error();
-  return SphereStepper(std::make_unique<Simulation>(*checked));
+  return SphereStepper(std::make_unique<native::Simulation>(*checked));
 }
 
-SphereStepper::SphereStepper(std::unique_ptr<Simulation> simulation)
+SphereStepper::SphereStepper(std::unique_ptr<native::Simulation> simulation)
     : simulation_(std::move(simulation)) {}
 SphereStepper::SphereStepper(SphereStepper&& other) noexcept = default;
 SphereStepper& SphereStepper::operator=(SphereStepper&& other) noexcept = default;

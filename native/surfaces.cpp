@@ -1,4 +1,4 @@
-// Surfaces that are finite or shake: the part of SphereStepper::Simulation that its documentation
+// Surfaces that are finite or shake: the part of Simulation that its documentation
 // calls Boxes and Shaking.
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 #include "native/simulation.h"
 #include "native/vector_math.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 // These define rest on edges and on what shakes, and are documented in SphereStepper.
@@ -23,7 +23,7 @@ constexpr double kBorder = 1e-12;  ///< of the coordinates: nearer to a border i
 
 // ---- Boxes
 
-void SphereStepper::Simulation::meetBox(std::uint32_t sphere, std::uint32_t index) {
+void Simulation::meetBox(std::uint32_t sphere, std::uint32_t index) {
   const Solid& solid = bodies_.solids[index];
   const BoxNearest nearest = bodies_.nearest(solid, bodies_.at(sphere, now_).position, now_);
   if (nearest.feature == BoxFeature::face) {
@@ -34,8 +34,7 @@ void SphereStepper::Simulation::meetBox(std::uint32_t sphere, std::uint32_t inde
 }
 
 /// Or a corner.
-void SphereStepper::Simulation::meetEdge(std::uint32_t sphere, const Solid& solid,
-                                         const Vec3& normal) {
+void Simulation::meetEdge(std::uint32_t sphere, const Solid& solid, const Vec3& normal) {
   wake(sphere);
   Motion motion = bodies_.at(sphere, now_);
   const double approachSpeed = dotInOrder(normal, solid.box.velocity - motion.velocity);
@@ -52,8 +51,8 @@ void SphereStepper::Simulation::meetEdge(std::uint32_t sphere, const Solid& soli
   predictChanged();
 }
 
-void SphereStepper::Simulation::strikeEdge(std::uint32_t sphere, const Solid& solid,
-                                           const Impact& impact, Motion& motion) {
+void Simulation::strikeEdge(std::uint32_t sphere, const Solid& solid, const Impact& impact,
+                            Motion& motion) {
   const Substance& body = substances_[sphere];
   const double speed = impact.approachSpeed;
   const double restitution = wallRestitution(sphere, bodies_.walls[solid.firstFace].plane, speed);
@@ -66,8 +65,8 @@ void SphereStepper::Simulation::strikeEdge(std::uint32_t sphere, const Solid& so
 }
 
 /// Slower than restSpeed: elastic, but for a hop, and unreported.
-void SphereStepper::Simulation::touchEdge(std::uint32_t sphere, const Solid& solid,
-                                          const Impact& impact, Motion& motion) {
+void Simulation::touchEdge(std::uint32_t sphere, const Solid& solid, const Impact& impact,
+                           Motion& motion) {
   ++counters_.restContacts;
   const bool stuck = noteContact(sphere, motion);
   const Vec3 yield = yielding(sphere, impact.normal);
@@ -83,8 +82,7 @@ void SphereStepper::Simulation::touchEdge(std::uint32_t sphere, const Solid& sol
 }
 
 /// What of a velocity is neither along the normal nor along those of the walls that are held.
-Vec3 SphereStepper::Simulation::sidewaysOf(std::uint32_t sphere, const Vec3& velocity,
-                                           const Vec3& normal) const {
+Vec3 Simulation::sidewaysOf(std::uint32_t sphere, const Vec3& velocity, const Vec3& normal) const {
   std::array<Vec3, Holds::kMost + 1> normals{normal};
   constexpr std::array<double, Holds::kMost + 1> kStill{};
   std::size_t count = 1;
@@ -95,9 +93,8 @@ Vec3 SphereStepper::Simulation::sidewaysOf(std::uint32_t sphere, const Vec3& vel
 
 /// As restingRebound; a hop that nothing has paid for is taken from the motion sideways, whose
 /// square is `square`.
-SphereStepper::Simulation::EdgeHop SphereStepper::Simulation::edgeHop(std::uint32_t sphere,
-                                                                      const Impact& impact,
-                                                                      double mass, double square) {
+Simulation::EdgeHop Simulation::edgeHop(std::uint32_t sphere, const Impact& impact, double mass,
+                                        double square) {
   const double speed = impact.approachSpeed;
   const double pressed = -bodies_.alongNormal(impact.normal, bodies_.accelerations[sphere]);
   if (pressed <= 0.0) return {speed};
@@ -116,7 +113,7 @@ SphereStepper::Simulation::EdgeHop SphereStepper::Simulation::edgeHop(std::uint3
 }
 
 /// Takes the sphere round the border of a face that it holds.
-void SphereStepper::Simulation::passBorder(std::uint32_t sphere, std::uint32_t face) {
+void Simulation::passBorder(std::uint32_t sphere, std::uint32_t face) {
   wake(sphere);
   const Solid& solid = bodies_.solids[bodies_.walls[face].box];
   const Vec3& halfExtents = solid.box.halfExtents;
@@ -143,7 +140,7 @@ void SphereStepper::Simulation::passBorder(std::uint32_t sphere, std::uint32_t f
 // ---- What shakes
 
 /// Nothing is held on it: what lies there follows it in short hops, which the surface pays for.
-void SphereStepper::Simulation::meetShaken(std::uint32_t sphere, std::uint32_t index) {
+void Simulation::meetShaken(std::uint32_t sphere, std::uint32_t index) {
   wake(sphere);
   const Wall& wall = bodies_.walls[index];
   const Vec3& normal = wall.plane.normal;
@@ -163,9 +160,8 @@ void SphereStepper::Simulation::meetShaken(std::uint32_t sphere, std::uint32_t i
   predictChanged();
 }
 
-void SphereStepper::Simulation::bounceOffShaken(std::uint32_t sphere, std::uint32_t index,
-                                                const Impact& impact, double pressed,
-                                                Motion& motion) {
+void Simulation::bounceOffShaken(std::uint32_t sphere, std::uint32_t index, const Impact& impact,
+                                 double pressed, Motion& motion) {
   const Substance& body = substances_[sphere];
   const Wall& wall = bodies_.walls[index];
   const double speed = impact.approachSpeed;
@@ -197,4 +193,4 @@ void SphereStepper::Simulation::bounceOffShaken(std::uint32_t sphere, std::uint3
   motion.velocity += (speed + rebound) * direction;
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::native {
 
 // Products of vectors in a fixed order of operations. Eigen's own may add in another order when
 // they vectorise, so the last bit would depend on the compiler's target. Internal to native/. [any
@@ -24,4 +24,4 @@ inline Vec3 cross(const Vec3& left, const Vec3& right) noexcept {
           left.x() * right.y() - left.y() * right.x()};
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -15,7 +15,7 @@
 #include "native/shaking.h"
 #include "native/vector_math.h"
 
-namespace carom {
+namespace carom::native {
 namespace {
 
 constexpr double kNormalTolerance = 1e-9;  ///< of the length of a normal or a quaternion
@@ -331,4 +331,4 @@ Result<SphereWorld> checkedWorld(SphereWorld world) {
   return world;
 }
 
-}  // namespace carom
+}  // namespace carom::native

@@ -1,9 +1,9 @@
 #pragma once
 
-#include "audio/result.h"
-#include "native/sphere_stepper.h"
+#include "carom/audio/result.h"
+#include "carom/native/sphere_stepper.h"
 
-namespace carom {
+namespace carom::native {
 
 /// Overlap at time 0 that counts as touching, relative to the smaller radius: above the rounding of
 /// coordinates that were computed to touch, far below anything visible.
@@ -14,4 +14,4 @@ inline constexpr double kTouchingOverlap = 1e-9;
 /// be accepted. Internal to native/.
 Result<SphereWorld> checkedWorld(SphereWorld world);
 
-}  // namespace carom
+}  // namespace carom::native

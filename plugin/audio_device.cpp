@@ -6,7 +6,7 @@
 
 #include <SDL.h>
 
-namespace carom {
+namespace carom::plugin {
 namespace {
 
 constexpr int kChannels = 2;
@@ -85,4 +85,4 @@ void AudioDevice::start(Fill fill) {
   impl_->start(std::move(fill));
 }
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -4,9 +4,9 @@
 #include <functional>
 #include <memory>
 
-#include "audio/result.h"
+#include "carom/audio/result.h"
 
-namespace carom {
+namespace carom::plugin {
 
 /// The default audio device, by SDL.
 class AudioDevice {
@@ -32,4 +32,4 @@ class AudioDevice {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace carom
+}  // namespace carom::plugin

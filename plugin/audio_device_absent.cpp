@@ -4,7 +4,7 @@
 
 // For builds without SDL.
 
-namespace carom {
+namespace carom::plugin {
 
 class AudioDevice::Impl {};
 
@@ -24,4 +24,4 @@ double AudioDevice::sampleRate() const {
 }
 void AudioDevice::start(Fill) {}  // NOLINT(performance-unnecessary-value-param): as declared
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -12,7 +12,10 @@
 #include "bullet_bridge/to_vec3.h"
 #include "plugin/material_guess.h"
 
-namespace carom {
+namespace carom::plugin {
+
+using namespace bullet;
+
 namespace {
 
 double ballVolume(double radius) {
@@ -106,4 +109,4 @@ BodyReading BodyReader::read(const btCollisionObject& object) {
   return reading;
 }
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -7,16 +7,15 @@
 #include <string>
 #include <unordered_set>
 
-#include "carom/radiator_choice.h"
-
-#include "audio/panel_radiator.h"
-#include "audio/result.h"
-#include "audio/sound_body.h"
+#include "carom/audio/panel_radiator.h"
+#include "carom/audio/result.h"
+#include "carom/audio/sound_body.h"
+#include "carom/sound_settings.h"
 
 class btCollisionObject;
 class btCollisionShape;
 
-namespace carom {
+namespace carom::plugin {
 
 /// What a body of a Bullet world radiates as, and whether its shape could be solved.
 struct BodyReading {
@@ -51,4 +50,4 @@ class BodyReader {
   std::unordered_set<const RigidRadiator*> solved_;  // in cache_
 };
 
-}  // namespace carom
+}  // namespace carom::plugin

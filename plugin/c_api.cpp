@@ -15,16 +15,15 @@
 #include <utility>
 #include <variant>
 
+#include <LinearMath/btScalar.h>
+
+#include "carom/audio/modal_model_file.h"
 #include "carom/carom.h"
 #include "carom/event_sound.h"
 #include "carom/sound.h"
-#include <LinearMath/btScalar.h>
-
-#include "audio/modal_model_file.h"
 #include "plugin/c_body.h"
 #include "plugin/c_structs.h"
 
-using carom::CBodyReader;
 using carom::Error;
 using carom::EventSound;
 using carom::Material;
@@ -32,6 +31,7 @@ using carom::ModalModel;
 using carom::Result;
 using carom::Sound;
 using carom::Status;
+using carom::plugin::CBodyReader;
 
 static_assert(CAROM_VERSION_MAJOR == CAROM_PROJECT_MAJOR &&
                   CAROM_VERSION_MINOR == CAROM_PROJECT_MINOR &&
@@ -123,7 +123,7 @@ carom_status create(const carom_settings* given, carom_sound** handle, Make&& ma
   if (handle == nullptr) return isNull("the carom_sound** is NULL");
   *handle = nullptr;
   return guarded([&] {
-    const Result<carom::SoundSettings> settings = carom::settingsFrom(given);
+    const Result<carom::SoundSettings> settings = carom::plugin::settingsFrom(given);
     if (!settings) return failed(CAROM_ERROR_ARGUMENT, settings.error().message);
     auto sound = make(*settings);
     if (!sound) return failed(CAROM_ERROR_ARGUMENT, sound.error().message);
@@ -133,11 +133,11 @@ carom_status create(const carom_settings* given, carom_sound** handle, Make&& ma
 }
 
 Result<Material> materialOf(const char* name) {
-  return carom::materialNamed(name);
+  return carom::plugin::materialNamed(name);
 }
 
 Result<Material> materialOf(const carom_material* material) {
-  return carom::materialFrom(material);
+  return carom::plugin::materialFrom(material);
 }
 
 Status setMaterial(Sound& sound, int userIndex, const Material& material) {
@@ -231,24 +231,29 @@ const char* carom_last_message(void) noexcept {
 
 carom_status carom_settings_init(carom_settings* settings, size_t size) noexcept {
   return guarded([&] {
-    return outcome(carom::initStruct(carom::defaultSettings(), settings, size, "carom_settings"));
+    return outcome(carom::plugin::initStruct(carom::plugin::defaultSettings(), settings, size,
+                                             "carom_settings"));
   });
 }
 
 carom_status carom_listener_init(carom_listener* listener, size_t size) noexcept {
   return guarded([&] {
-    return outcome(carom::initStruct(carom::defaultListener(), listener, size, "carom_listener"));
+    return outcome(carom::plugin::initStruct(carom::plugin::defaultListener(), listener, size,
+                                             "carom_listener"));
   });
 }
 
 carom_status carom_body_init(carom_body* body, size_t size) noexcept {
-  return guarded(
-      [&] { return outcome(carom::initStruct(carom::defaultBody(), body, size, "carom_body")); });
+  return guarded([&] {
+    return outcome(
+        carom::plugin::initStruct(carom::plugin::defaultBody(), body, size, "carom_body"));
+  });
 }
 
 carom_status carom_event_init(carom_event* event, size_t size) noexcept {
   return guarded([&] {
-    return outcome(carom::initStruct(carom::defaultEvent(), event, size, "carom_event"));
+    return outcome(
+        carom::plugin::initStruct(carom::plugin::defaultEvent(), event, size, "carom_event"));
   });
 }
 
@@ -262,17 +267,18 @@ carom_status carom_material_at(size_t index, carom_material* material) noexcept 
     if (index >= all.size())
       return failed(CAROM_ERROR_ARGUMENT, "there is no material " + std::to_string(index) +
                                               "; there are " + std::to_string(all.size()));
-    return outcome(carom::writeStruct(carom::toC(all[index]), material, "carom_material"));
+    return outcome(
+        carom::plugin::writeStruct(carom::plugin::toC(all[index]), material, "carom_material"));
   });
 }
 
 carom_status carom_find_material(const char* name, carom_material* material) noexcept {
   return guarded([&] {
-    const Result<Material> known = carom::materialNamed(name);
+    const Result<Material> known = carom::plugin::materialNamed(name);
     if (!known) return failed(CAROM_ERROR_ARGUMENT, known.error().message);
     // The table's own, whose name stays.
-    return outcome(
-        carom::writeStruct(carom::toC(*carom::findMaterial(name)), material, "carom_material"));
+    return outcome(carom::plugin::writeStruct(carom::plugin::toC(*carom::findMaterial(name)),
+                                              material, "carom_material"));
   });
 }
 
@@ -369,7 +375,7 @@ carom_status carom_remove_body(carom_sound* sound, uint32_t id) noexcept {
 
 carom_status carom_post(carom_sound* sound, const carom_event* event) noexcept {
   return onKind<EventSound>(sound, [&](EventSound& events) -> Status {
-    const Result<carom::ImpulseEvent> read = carom::eventFrom(event);
+    const Result<carom::ImpulseEvent> read = carom::plugin::eventFrom(event);
     if (!read) return read.error();
     events.post(*read);
     return done();
@@ -506,7 +512,8 @@ carom_status carom_set_muted(carom_sound* sound, int32_t muted) noexcept {
 
 carom_status carom_get_statistics(const carom_sound* sound, carom_statistics* statistics) noexcept {
   return onAny(sound, CAROM_ERROR_ARGUMENT, [&](const auto& kind) {
-    return carom::writeStruct(carom::toC(kind.statistics()), statistics, "carom_statistics");
+    return carom::plugin::writeStruct(carom::plugin::toC(kind.statistics()), statistics,
+                                      "carom_statistics");
   });
 }
 

@@ -10,10 +10,13 @@
 #include <utility>
 
 #include "audio/panel_mesh.h"
-#include "audio/surface_mesh.h"
+#include "carom/audio/surface_mesh.h"
 #include "plugin/c_structs.h"
 
-namespace carom {
+namespace carom::plugin {
+
+using namespace audio;
+
 namespace {
 
 using Eigen::Matrix3d;
@@ -159,4 +162,4 @@ Result<SoundBody> CBodyReader::read(const carom_body* given) {
   return body;
 }
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -2,14 +2,13 @@
 
 #include <memory>
 
+#include "carom/audio/panel_radiator.h"
+#include "carom/audio/result.h"
+#include "carom/audio/sound_body.h"
 #include "carom/carom.h"
-#include "carom/radiator_choice.h"
+#include "carom/sound_settings.h"
 
-#include "audio/panel_radiator.h"
-#include "audio/result.h"
-#include "audio/sound_body.h"
-
-namespace carom {
+namespace carom::plugin {
 
 /// Makes SoundBodies of what a C host says about its bodies: mass and shape become the radius, or
 /// the added mass and the inertia. [one thread at a time]
@@ -28,4 +27,4 @@ class CBodyReader {
   std::shared_ptr<RadiatorCache> cache_ = std::make_shared<RadiatorCache>();
 };
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace carom {
+namespace carom::plugin {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -343,4 +343,4 @@ carom_statistics toC(const WorldSoundStatistics& statistics) {
   return given;
 }
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -4,15 +4,14 @@
 #include <string>
 #include <type_traits>
 
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/material.h"
+#include "carom/audio/result.h"
+#include "carom/audio/sound_body.h"
 #include "carom/carom.h"
 #include "carom/sound.h"
 
-#include "audio/impulse_event.h"
-#include "audio/material.h"
-#include "audio/result.h"
-#include "audio/sound_body.h"
-
-namespace carom {
+namespace carom::plugin {
 
 // The structs of carom.h as those of the library, and back. Errors name the field. [any thread]
 
@@ -83,4 +82,4 @@ carom_material toC(const Material& material);
 carom_statistics toC(const SoundStatistics& statistics);
 carom_statistics toC(const WorldSoundStatistics& statistics);
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -18,6 +18,10 @@
 #include "plugin/sound_recorder.h"
 
 namespace carom {
+
+using namespace audio;
+using namespace plugin;
+
 namespace {
 
 /// m and s, beyond which a double has no samples any more, and much nearer than that.

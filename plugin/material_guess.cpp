@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace carom {
+namespace carom::plugin {
 
 const Material& materialByDensity(double density) {
   const auto table = materialTable();
@@ -12,4 +12,4 @@ const Material& materialByDensity(double density) {
   });
 }
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -1,11 +1,11 @@
 #pragma once
 
-#include "audio/material.h"
+#include "carom/audio/material.h"
 
-namespace carom {
+namespace carom::plugin {
 
 /// What something is probably made of: the common material (materialTable) whose density is
 /// nearest in ratio to this one, kg/m^3, > 0. [any thread]
 const Material& materialByDensity(double density);
 
-}  // namespace carom
+}  // namespace carom::plugin

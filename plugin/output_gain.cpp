@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace carom {
+namespace carom::plugin {
 
 void OutputGain::setGain(double gain) noexcept {
   if (std::isnan(gain)) return;
@@ -32,4 +32,4 @@ void OutputGain::apply(std::span<float* const> channels, std::size_t frames) noe
   }
 }
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <span>
 
-namespace carom {
+namespace carom::plugin {
 
 /// A factor that another thread sets, reached without a step: along a straight line of kRamp. At 1,
 /// samples keep their bits.
@@ -35,4 +35,4 @@ class OutputGain {
   float now_ = 1.0F;
 };
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -7,14 +7,18 @@
 #include <unordered_set>
 #include <utility>
 
-#include "carom/event_sound.h"
 #include <btBulletDynamicsCommon.h>
 
-#include "bullet_bridge/bullet_bridge.h"
 #include "bullet_bridge/proxy_id.h"
+#include "carom/bullet/bullet_bridge.h"
+#include "carom/event_sound.h"
 #include "plugin/body_reader.h"
 
 namespace carom {
+
+using namespace bullet;
+using namespace plugin;
+
 namespace {
 
 /// Bodies that may be known beyond twice as many as there are, before those that went are looked

@@ -7,7 +7,10 @@
 #include <limits>
 #include <utility>
 
-namespace carom {
+namespace carom::plugin {
+
+using namespace audio;
+
 namespace {
 
 /// Clicks taken out of the queue for each frame that is rendered, so that a burst does not hold up
@@ -435,4 +438,4 @@ void SoundEngine::renderInterleaved(float* samples, std::size_t frames) noexcept
   }
 }
 
-}  // namespace carom
+}  // namespace carom::plugin

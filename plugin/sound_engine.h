@@ -9,17 +9,16 @@
 #include <span>
 #include <vector>
 
-#include "carom/sound_settings.h"
-
 #include "audio/click_layer.h"
 #include "audio/click_player.h"
-#include "audio/limiter.h"
-#include "audio/result.h"
+#include "carom/audio/limiter.h"
+#include "carom/audio/result.h"
+#include "carom/sound_settings.h"
 #include "plugin/output_gain.h"
 #include "plugin/sound_timeline.h"
 #include "plugin/spsc_queue.h"
 
-namespace carom {
+namespace carom::plugin {
 
 /// What SoundSettings::limiter asks for; none, if it does not. Refuses what Limiter refuses.
 Result<std::optional<Limiter>> makeLimiter(const SoundSettings& settings, std::size_t channels);
@@ -40,7 +39,7 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   static Result<std::unique_ptr<SoundEngine>> create(const SoundSettings& settings);
 
   // [simulation thread]
-  ClickLayer& layer() { return layer_; }
+  audio::ClickLayer& layer() { return layer_; }
   SoundTimeline& timeline() { return timeline_; }
   void post(const ImpulseEvent& event);
   void touch(const ContactState& contact);
@@ -59,8 +58,8 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
 
  private:
   struct QueuedClick {
-    Click click;
-    SphereWeights ears;
+    audio::Click click;
+    audio::SphereWeights ears;
     double peak = 0.0;
     std::uint32_t ofEvent = 0;  // clicks of its event, this one included, from here on
     std::uint32_t nodes = 0;    // of its event's train, in trains_
@@ -77,7 +76,7 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   static constexpr std::size_t kTaps = 16;
   using QueuedTaps = std::array<double, kTaps>;
   struct QueuedRing {
-    Ring ring;
+    audio::Ring ring;
     std::uint32_t ofEvent = 0;  // rings of its event, this one included, from here on
     std::uint32_t nodes = 0;    // of its event's train, in ringTrains_
   };
@@ -89,55 +88,56 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
     std::atomic<double> cpuShare{0.0}, worstBlock{0.0}, gainReduction{0.0};
   };
 
-  SoundEngine(const SoundSettings& settings, const std::shared_ptr<const SoundPaths>& paths,
+  SoundEngine(const SoundSettings& settings, const std::shared_ptr<const audio::SoundPaths>& paths,
               std::optional<Limiter> limiter);
   void lay(const ImpulseEvent& event);
   void layTouch(const ContactState& contact, double rank, double least);
   double rankToSlide(std::span<const ContactState> moment);
   void layTouches();
-  void keepClicks(const LaidSound& sound);
+  void keepClicks(const audio::LaidSound& sound);
   std::uint64_t keepLoudest(std::size_t events);
   void send();
-  void sendRings(const LaidSound& sound);
+  void sendRings(const audio::LaidSound& sound);
 
   void receive(std::size_t frames) noexcept;
   void receiveRings(std::size_t frames) noexcept;
-  std::span<const PulseNode> arrivedTrain(SpscQueue<PulseNode>& from, std::size_t nodes) noexcept;
+  std::span<const audio::PulseNode> arrivedTrain(SpscQueue<audio::PulseNode>& from,
+                                                 std::size_t nodes) noexcept;
   void measure(double seconds, std::size_t frames) noexcept;
   void publish() noexcept;
 
   SoundSettings settings_;
 
   // The simulation's.
-  ClickLayer layer_;
+  audio::ClickLayer layer_;
   SoundTimeline timeline_;
   std::vector<ImpulseEvent> posted_;   // in the step in hand
   std::vector<ContactState> touched_;  // likewise
   std::vector<Laid> laid_;
-  std::vector<Click> laidClicks_;
-  std::vector<SphereWeights> laidEars_;
-  std::vector<PulseNode> laidNodes_;
+  std::vector<audio::Click> laidClicks_;
+  std::vector<audio::SphereWeights> laidEars_;
+  std::vector<audio::PulseNode> laidNodes_;
   std::vector<double> slideRanks_;   // of the moment in hand
   std::vector<double> sortedRanks_;  // likewise
   SoundStatistics counters_;         // of what happens on this side
 
   SpscQueue<QueuedClick> queue_;
   SpscQueue<QueuedRing> rings_;
-  SpscQueue<QueuedTaps> taps_;       // of rings_, in their order
-  SpscQueue<PulseNode> trains_;      // of queue_, in their order
-  SpscQueue<PulseNode> ringTrains_;  // of rings_, likewise
+  SpscQueue<QueuedTaps> taps_;              // of rings_, in their order
+  SpscQueue<audio::PulseNode> trains_;      // of queue_, in their order
+  SpscQueue<audio::PulseNode> ringTrains_;  // of rings_, likewise
   std::atomic<std::int64_t> rendered_{0};
   Shared shared_;
   OutputGain gain_;
 
   // The audio thread's.
-  ClickPlayer player_;
+  audio::ClickPlayer player_;
   std::optional<Limiter> limiter_;
-  std::vector<Click> arrived_;  // of one event
-  std::vector<SphereWeights> arrivedEars_;
-  std::vector<Ring> arrivedRings_;
+  std::vector<audio::Click> arrived_;  // of one event
+  std::vector<audio::SphereWeights> arrivedEars_;
+  std::vector<audio::Ring> arrivedRings_;
   std::vector<double> arrivedTaps_;
-  std::vector<PulseNode> arrivedTrain_;
+  std::vector<audio::PulseNode> arrivedTrain_;
   std::vector<float> planar_;  // for renderInterleaved
   std::vector<float*> planarChannels_;
   double measuredTime_ = 0.0;  // s, fading
@@ -146,4 +146,4 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   double worstBlock_ = 0.0;
 };
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace carom {
+namespace carom::plugin {
 namespace {
 
 constexpr std::size_t kBlock = 1024;  // frames
@@ -77,4 +77,4 @@ Status SoundRecorder::finish(double seconds) {
   return file_.finish();
 }
 
-}  // namespace carom
+}  // namespace carom::plugin

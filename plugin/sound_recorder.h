@@ -6,13 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "carom/audio/result.h"
+#include "carom/audio/sound_file.h"
+#include "carom/audio/synth.h"
 #include "carom/sound_settings.h"
 
-#include "audio/result.h"
-#include "audio/sound_file.h"
-#include "audio/synth.h"
-
-namespace carom {
+namespace carom::plugin {
 
 /// A file that grows with the simulation: the offline renderer, fed as events come. Nothing is left
 /// out for its cost. [simulation thread]
@@ -52,4 +51,4 @@ class SoundRecorder {
   std::vector<const float*> written_;
 };
 
-}  // namespace carom
+}  // namespace carom::plugin

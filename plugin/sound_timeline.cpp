@@ -4,7 +4,9 @@
 #include <cmath>
 #include <iterator>
 
-namespace carom {
+namespace carom::plugin {
+
+using namespace audio;
 
 TimelineStep SoundTimeline::advance(double time, std::int64_t rendered) {
   if (clock_ == SoundClock::simulation) return TimelineStep::steady;
@@ -88,4 +90,4 @@ SampleShift SoundTimeline::shiftAt(double time) const {
   return {static_cast<std::int64_t>(whole), samples - whole};
 }
 
-}  // namespace carom
+}  // namespace carom::plugin

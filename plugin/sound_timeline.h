@@ -3,11 +3,10 @@
 #include <array>
 #include <cstdint>
 
+#include "audio/click_layer.h"
 #include "carom/sound_settings.h"
 
-#include "audio/click_layer.h"
-
-namespace carom {
+namespace carom::plugin {
 
 /// What became of a step of the simulation, beside the samples that went by.
 enum class TimelineStep : std::uint8_t {
@@ -56,7 +55,7 @@ class SoundTimeline {
   /// The simulation has come to `time`; so many samples have been rendered.
   TimelineStep advance(double time, std::int64_t rendered);
   /// Where the events fall that happened until then.
-  SampleShift shiftAt(double time) const;
+  audio::SampleShift shiftAt(double time) const;
 
   void pause() { resting_ = true; }
   void setScale(double scale);
@@ -87,4 +86,4 @@ class SoundTimeline {
   std::array<Piece, 4> pieces_{};
 };
 
-}  // namespace carom
+}  // namespace carom::plugin

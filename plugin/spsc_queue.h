@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace carom {
+namespace carom::plugin {
 
 /// A ring between one thread that writes and one that reads: where the simulation and the audio
 /// thread meet. Wait-free on both sides, without allocation: every call takes a bounded number of
@@ -75,4 +75,4 @@ class SpscQueue {
   End read_;
 };
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -5,7 +5,7 @@
 
 #include "scenes/jello_scene.h"
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 bool isSolid(const SceneBody& body) {
@@ -24,4 +24,4 @@ std::string whyNotOnNative(const Scene& scene) {
          "or spheres, planes and blocks";
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -4,10 +4,10 @@
 
 #include "scenes/scene.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// Why the native stepper cannot run this scene: the first body of a kind that only Bullet moves,
 /// in one sentence; empty where there is none. The other way round: whyNotOnBullet. [any thread]
 std::string whyNotOnNative(const Scene& scene);
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -4,11 +4,11 @@
 #include <cassert>
 #include <cmath>
 #include <cstddef>
-#include <mutex>
 
-#include "bullet_bridge/world_advice.h"
+#include "audio/mutex.h"
+#include "carom/bullet/world_advice.h"
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 btScalar toBullet(double value) {
@@ -65,7 +65,7 @@ bool resistsRolling(const SceneBody& body) {
 
 /// Our hold on Bullet's slots, which are those of the process; see BulletScene.
 struct CombinationSlots {
-  std::mutex mutex;
+  audio::Mutex mutex;
   std::size_t scenes = 0;                           // that need them
   CalculateCombinedCallback restitution = nullptr;  // what was there before
   CalculateCombinedCallback rolling = nullptr;
@@ -119,7 +119,7 @@ void take(CalculateCombinedCallback& slot, CalculateCombinedCallback ours,
 }
 
 void takeSlots() {
-  const std::lock_guard<std::mutex> lock(slots().mutex);
+  const audio::MutexLock lock(slots().mutex);
   if (slots().scenes++ > 0) return;
   take(gCalculateCombinedRestitutionCallback, combineRestitutions, slots().restitution);
   take(gCalculateCombinedRollingFrictionCallback, combineRolling, slots().rolling);
@@ -133,7 +133,7 @@ void give(CalculateCombinedCallback& slot, CalculateCombinedCallback ours,
 }
 
 void leaveSlots() {
-  const std::lock_guard<std::mutex> lock(slots().mutex);
+  const audio::MutexLock lock(slots().mutex);
   if (--slots().scenes > 0) return;
   give(gCalculateCombinedRestitutionCallback, combineRestitutions, slots().restitution);
   give(gCalculateCombinedRollingFrictionCallback, combineRolling, slots().rolling);
@@ -246,4 +246,4 @@ std::unique_ptr<btRigidBody> BulletScene::makeSolid(const SceneBody& body,
   return rigid;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

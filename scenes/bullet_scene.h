@@ -8,7 +8,7 @@
 #include "scenes/bullet_solid.h"
 #include "scenes/scene.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// A scene as a Bullet world, with Bullet's own defaults but for what would change the mechanics
 /// that the scene describes: its friction, no damping, and bodies fall asleep only below the
@@ -75,4 +75,4 @@ inline bool isPushed(const btPersistentManifold& manifold, const btManifoldPoint
          point.getDistance() <= manifold.getContactProcessingThreshold();
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

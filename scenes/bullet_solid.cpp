@@ -7,7 +7,10 @@
 #include "bullet_bridge/shape_surface.h"
 #include "scenes/collision_corners.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace bullet;
+
 namespace {
 
 btVector3 toBullet(const Vec3& v) {
@@ -98,4 +101,4 @@ SurfaceMesh surfaceOf(const SolidShape& solid) {
   return *std::move(surface);
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

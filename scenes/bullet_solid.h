@@ -5,11 +5,11 @@
 
 #include <btBulletDynamicsCommon.h>
 
-#include "audio/result.h"
-#include "audio/surface_mesh.h"
+#include "carom/audio/result.h"
+#include "carom/audio/surface_mesh.h"
 #include "scenes/solid_shape.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// What Bullet collides of a solid, and all that it is made of.
 class BulletSolid {
@@ -36,4 +36,4 @@ class BulletSolid {
 /// shapeSurface makes them. [any thread], allocates.
 SurfaceMesh surfaceOf(const SolidShape& solid);
 
-}  // namespace carom
+}  // namespace carom::scenes

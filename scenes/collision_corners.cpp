@@ -5,7 +5,7 @@
 
 #include <LinearMath/btConvexHullComputer.h>
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 /// Bullet's computer rounds coordinates, so its own corners are not used, but the points that they
@@ -96,4 +96,4 @@ std::vector<Vec3> collisionCorners(const std::vector<Vec3>& points, std::size_t 
   return Hull(chosen).corners();
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -3,9 +3,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// How many corners a hull that collides may have: separating two of them by their faces and edges
 /// (btPolyhedralContactClipping) takes a time that grows with the third power of it: some
@@ -19,4 +19,4 @@ inline constexpr std::size_t kMostCorners = 64;
 std::vector<Vec3> collisionCorners(const std::vector<Vec3>& points,
                                    std::size_t most = kMostCorners);
 
-}  // namespace carom
+}  // namespace carom::scenes

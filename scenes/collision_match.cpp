@@ -5,7 +5,7 @@
 #include <map>
 #include <utility>
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 using ByPair = std::map<std::pair<BodyId, BodyId>, std::vector<Collision>>;
@@ -101,4 +101,4 @@ CommonRun commonRun(std::span<const Collision> run, std::span<const Collision> r
   return common;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "audio/impulse_event.h"
+#include "carom/audio/impulse_event.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// One collision of a run: which pair, when, how hard.
 struct Collision {
@@ -65,4 +65,4 @@ struct CommonRun {
 CommonRun commonRun(std::span<const Collision> run, std::span<const Collision> reference,
                     double limit);
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -8,9 +8,12 @@
 #include <iostream>
 #include <sstream>
 
-#include "audio/synth_settings.h"
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
-namespace carom {
+#include "carom/audio/synth_settings.h"
+
+namespace carom::scenes {
 namespace {
 
 constexpr double kLeastFullScale = 0.002;    // Pa, 40 dB
@@ -133,4 +136,4 @@ CLI::Validator wholeNumberRange(double low, double high) {
   return {check, "NUMBER"};
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

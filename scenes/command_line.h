@@ -4,12 +4,17 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace CLI {
+class App;
+class Option;
+class Validator;
+}  // namespace CLI
+
+namespace carom::scenes {
 
 // What the commands of the program have in common. Only for main.cpp and the files of commands.
 
@@ -46,4 +51,4 @@ CLI::Validator numberRange(double low, double high, const std::string& unit);
 /// The same without a fraction, of things that are counted.
 CLI::Validator wholeNumberRange(double low, double high);
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "bullet_bridge/bullet_bridge.h"
+#include "carom/bullet/bullet_bridge.h"
 #include "scenes/bullet_scene.h"
 #include "scenes/local_reference.h"
 #include "scenes/native_only.h"
@@ -11,7 +11,7 @@
 #include "scenes/scene_stepper.h"
 #include "scenes/stopwatch.h"
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 struct BulletRun {
@@ -104,4 +104,4 @@ Result<CompareReport> compareScene(const Scene& scene, std::span<const double> s
   return report;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

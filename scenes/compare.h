@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "audio/result.h"
+#include "carom/audio/result.h"
 #include "scenes/collision_match.h"
 #include "scenes/scene.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// One Bullet run at one step. The errors are local: each collision that the bridge reports against
 /// the exact collision of the path that Bullet took (LocalReference). The global difference is
@@ -34,4 +34,4 @@ struct CompareReport {
 Result<CompareReport> compareScene(const Scene& scene, std::span<const double> steps,
                                    const std::function<void(double share)>& progress = {});
 
-}  // namespace carom
+}  // namespace carom::scenes

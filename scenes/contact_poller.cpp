@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 std::pair<BodyId, BodyId> ordered(BodyId a, BodyId b) {
@@ -71,4 +71,4 @@ std::optional<PolledContact> ContactPoller::nearest(BodyId body, BodyId other, d
   return *best;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "audio/impulse_event.h"
+#include "carom/audio/impulse_event.h"
 #include "scenes/bullet_scene.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// When an application without a bridge would take two bodies to have collided: one that looks at
 /// Bullet's contact points after every step.
@@ -50,4 +50,4 @@ class ContactPoller {
   std::map<Pair, std::vector<PolledContact>> seen_;
 };
 
-}  // namespace carom
+}  // namespace carom::scenes

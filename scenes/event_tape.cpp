@@ -6,7 +6,10 @@
 
 #include "scenes/stopwatch.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace audio;
+
 namespace {
 
 constexpr double kPortion = 4096.0 / 48000.0;  // s
@@ -84,4 +87,4 @@ std::unique_ptr<SceneStepper> tapeStepper(std::shared_ptr<const EventTape> tape)
   return std::make_unique<TapeStepper>(std::move(tape));
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

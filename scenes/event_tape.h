@@ -6,20 +6,20 @@
 #include <string>
 #include <vector>
 
-#include "audio/contact_state.h"
 #include "audio/deforming_source.h"
-#include "audio/impulse_event.h"
-#include "audio/result.h"
+#include "carom/audio/contact_state.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/result.h"
 #include "scenes/scene_stepper.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// What a stepper told in one call.
 struct TapePortion {
   double settledTime = 0.0;  ///< s, after it
   std::vector<ImpulseEvent> events;
   std::vector<ContactState> contacts;
-  std::vector<DeformingState> deformations;
+  std::vector<audio::DeformingState> deformations;
 };
 
 /// All that a stepper told of a run, to be heard again without stepping: for comparisons of what
@@ -42,4 +42,4 @@ std::vector<ImpulseEvent> eventsOf(const EventTape& tape);
 /// Tells it all again. [one thread]
 std::unique_ptr<SceneStepper> tapeStepper(std::shared_ptr<const EventTape> tape);
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -6,7 +6,10 @@
 #include <system_error>
 #include <utility>
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace audio;
+
 namespace {
 
 constexpr std::string_view kHeader =
@@ -89,4 +92,4 @@ Status EventsFileWriter::finish() {
   return std::monostate{};
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -3,12 +3,12 @@
 #include <filesystem>
 #include <fstream>
 
-#include "audio/impulse_event.h"
 #include "audio/partial_file.h"
-#include "audio/result.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/result.h"
 #include "scenes/scene.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// Writes impulse events as CSV (RFC 4180, header row, SI units in the column names, numbers with
 /// all their digits: reading them back gives the same bits). One row per event, so two per
@@ -26,11 +26,11 @@ class EventsFileWriter {
   Status finish();
 
  private:
-  EventsFileWriter(PartialFile file, std::ofstream stream);
+  EventsFileWriter(audio::PartialFile file, std::ofstream stream);
   Error failure(const std::string& reason) const;
 
-  PartialFile file_;  // declared before the stream: that is closed first, then this removed
+  audio::PartialFile file_;  // declared before the stream: that is closed first, then this removed
   std::ofstream stream_;
 };
 
-}  // namespace carom
+}  // namespace carom::scenes

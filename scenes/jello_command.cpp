@@ -9,6 +9,9 @@
 #include <string_view>
 #include <vector>
 
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
 #include "audio/byte_file.h"
 #include "audio/partial_file.h"
 #include "native/jello_file.h"
@@ -19,7 +22,11 @@
 #include "scenes/progress_bar.h"
 #include "scenes/scene_loader.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace audio;
+using namespace native;
+
 namespace {
 
 std::vector<std::string> integratorNames() {
@@ -225,6 +232,10 @@ Status JelloCommand::writeModes(const Scene& scene) const {
   return writeModel(modes_, *model);
 }
 
+bool JelloCommand::parsed() const {
+  return command_->parsed();
+}
+
 int JelloCommand::run() const {
   if (const std::string reason = whyNoOutputs(); !reason.empty()) return fail(kBadInput, reason);
   for (const std::string* name : {&output_, &trajectory_, &energy_, &modes_})
@@ -258,4 +269,4 @@ int JelloCommand::run() const {
   return answered;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

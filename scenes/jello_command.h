@@ -2,19 +2,21 @@
 
 #include <string>
 
-#include <CLI/CLI.hpp>
-
-#include "audio/result.h"
+#include "carom/audio/result.h"
 #include "scenes/scene.h"
 
-namespace carom {
+namespace CLI {
+class App;
+}
+
+namespace carom::scenes {
 
 /// `carom jello`: runs a jello, and writes its sound, its way and its energies.
 class JelloCommand {
  public:
   /// Outlives the parsing.
   explicit JelloCommand(CLI::App& app);
-  bool parsed() const { return command_->parsed(); }
+  bool parsed() const;
   /// The program's exit code.
   int run() const;
 
@@ -41,4 +43,4 @@ class JelloCommand {
   bool json_ = false;
 };
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -10,7 +10,11 @@
 #include "native/jello_skin.h"
 #include "scenes/jello_reader.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace modal;
+using namespace native;
+
 namespace {
 
 constexpr Eigen::Index kRigid = 6;
@@ -113,4 +117,4 @@ Result<ModalModel> jelloModalModel(const JelloLattice& lattice, const JelloModes
   return model;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

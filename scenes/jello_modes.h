@@ -3,14 +3,14 @@
 #include <cstddef>
 #include <optional>
 
-#include "audio/medium.h"
-#include "audio/modal_model.h"
-#include "audio/result.h"
+#include "carom/audio/material.h"
+#include "carom/audio/modal_model.h"
+#include "carom/audio/result.h"
+#include "carom/modal/analysis_settings.h"
 #include "modal/mode_radiation.h"
-#include "modal/progress.h"
 #include "native/jello_world.h"
 
-namespace carom {
+namespace carom::scenes {
 
 struct JelloModesSettings {
   std::size_t modes = 60;  ///< the lowest that are not rigid; at least 1
@@ -24,8 +24,8 @@ struct JelloModesSettings {
 /// is in proportion to stiffness. Its surface is its outermost squares. Errors: a lattice that
 /// cannot be run, one without stiffness, what lowestModes and computeRadiation refuse. [any thread
 /// but the audio thread]
-Result<ModalModel> jelloModalModel(const JelloLattice& lattice,
+Result<ModalModel> jelloModalModel(const native::JelloLattice& lattice,
                                    const JelloModesSettings& settings = {},
                                    const Progress& progress = {});
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -8,7 +8,10 @@
 
 #include "scenes/mechanics_reader.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace native;
+
 namespace {
 
 // scene.schema.json and docs/scenes.md repeat these; a test compares the schema.
@@ -180,4 +183,4 @@ Material jelloMaterial(const JelloLattice& lattice) {
   return material;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -1,10 +1,10 @@
 #pragma once
 
-#include "audio/material.h"
+#include "carom/audio/material.h"
 #include "scenes/json_reader.h"
 #include "scenes/scene.h"
 
-namespace carom {
+namespace carom::scenes {
 
 // The part of a scene document that says what a body of type "jello" is. Every error is recorded at
 // its node, and what was read is then dropped with the scene. docs/scenes.md has the fields.
@@ -19,6 +19,6 @@ JelloShape readJello(const JsonNode& entry);
 /// its springs give it along its axes, in the mean, for small strains (of a lattice without end;
 /// central forces make Poisson's ratio 1/4, after Cauchy: Love 1927, note B); at least 1 Pa. [any
 /// thread]
-Material jelloMaterial(const JelloLattice& lattice);
+Material jelloMaterial(const native::JelloLattice& lattice);
 
-}  // namespace carom
+}  // namespace carom::scenes

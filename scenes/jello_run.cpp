@@ -16,7 +16,11 @@
 #include "scenes/native_only.h"
 #include "scenes/scene_sound.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace audio;
+using namespace native;
+
 namespace {
 
 constexpr std::size_t kBlock = 4096;
@@ -237,4 +241,4 @@ Status JelloRun::hear(JelloReport& report) {
   return writer->finish();
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -6,12 +6,12 @@
 #include <optional>
 #include <string>
 
-#include "audio/result.h"
-#include "audio/sound_file.h"
+#include "carom/audio/result.h"
+#include "carom/audio/sound_file.h"
 #include "scenes/jello_scene.h"
 #include "scenes/scene.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// What is wanted of a run of a scene with a jello.
 struct JelloOptions {
@@ -27,8 +27,8 @@ struct JelloOptions {
 struct JelloReport {
   std::size_t steps = 0;
   double stepsPerSecond = 0.0;  ///< of processor time
-  JelloEnergy start;
-  JelloEnergy end;
+  native::JelloEnergy start;
+  native::JelloEnergy end;
   Vec3 momentum = Vec3::Zero();  ///< N s, of jello and spheres, at the end
   std::size_t touches = 0;       ///< of spheres and the jello, that were events
   double peak = 0.0;             ///< Pa
@@ -44,7 +44,7 @@ class JelloRun {
   JelloRun(JelloRun&&) noexcept;
   ~JelloRun();
 
-  const JelloChoice& choice() const { return choice_; }
+  const native::JelloChoice& choice() const { return choice_; }
   /// s, the largest stable step of the chosen integrator: see jelloLimits.
   double limit() const { return limit_; }
 
@@ -63,8 +63,8 @@ class JelloRun {
   JelloOptions options_;
   std::unique_ptr<Tables> tables_;
   std::unique_ptr<JelloSceneStepper> stepper_;
-  JelloChoice choice_;
+  native::JelloChoice choice_;
   double limit_ = 0.0;
 };
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -7,12 +7,15 @@
 #include <string>
 #include <utility>
 
-#include "audio/panel_radiator.h"
+#include "carom/audio/panel_radiator.h"
 #include "native/jello_limits.h"
 #include "scenes/bullet_solid.h"
 #include "scenes/jello_reader.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace native;
+
 namespace {
 
 /// For each sample of the sound: states that come faster are thinned out.
@@ -198,4 +201,4 @@ Scene sceneOf(const JelloFile& file, double duration, const Vec3& listener) {
   return scene;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

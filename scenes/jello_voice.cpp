@@ -6,7 +6,10 @@
 #include "audio/receiver.h"
 #include "scenes/scene_sound.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace audio;
+
 namespace {
 
 constexpr double kHalfHead = 0.0875;  // m, from the middle to either ear
@@ -62,4 +65,4 @@ void JelloVoice::addTo(std::span<float* const> channels, std::int64_t firstFrame
   }
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

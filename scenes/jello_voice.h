@@ -5,12 +5,12 @@
 #include <vector>
 
 #include "audio/deforming_source.h"
-#include "audio/listener.h"
 #include "audio/pose_track.h"
-#include "audio/result.h"
+#include "carom/audio/listener.h"
+#include "carom/audio/result.h"
 #include "scenes/scene.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// What listeners hear of a body that deforms, straight through the air: without the images of a
 /// room and its reverberation. The two ears of a binaural listener are apart, but no head is
@@ -22,17 +22,17 @@ class JelloVoice {
 
   /// s, by how much the mechanics must be ahead of the sound.
   double lookahead() const { return source_.lookahead(); }
-  void add(std::span<const DeformingState> states);
+  void add(std::span<const audio::DeformingState> states);
   /// Adds to `frames` samples of all channels, from sample `firstFrame` of the scene on.
   void addTo(std::span<float* const> channels, std::int64_t firstFrame, std::size_t frames);
 
  private:
-  JelloVoice(const Scene& scene, DeformingSource source);
+  JelloVoice(const Scene& scene, audio::DeformingSource source);
 
-  DeformingSource source_;
+  audio::DeformingSource source_;
   double sampleRate_;
   std::vector<Listener> listeners_;
-  std::vector<PoseTrack> tracks_;
+  std::vector<audio::PoseTrack> tracks_;
 };
 
-}  // namespace carom
+}  // namespace carom::scenes

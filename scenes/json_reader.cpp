@@ -8,7 +8,9 @@
 #include <numeric>
 #include <utility>
 
-namespace carom {
+#include <nlohmann/json.hpp>
+
+namespace carom::scenes {
 namespace {
 
 using nlohmann::json;
@@ -273,6 +275,22 @@ std::string TextRange::describe() const {
          " characters" + (multiline ? "" : " on one line");
 }
 
+bool JsonNode::isObject() const {
+  return value_->is_object();
+}
+bool JsonNode::isArray() const {
+  return value_->is_array();
+}
+bool JsonNode::isString() const {
+  return value_->is_string();
+}
+bool JsonNode::isNumber() const {
+  return value_->is_number();
+}
+bool JsonNode::isBoolean() const {
+  return value_->is_boolean();
+}
+
 void JsonNode::failAs(std::string_view noun, std::string_view expected) const {
   if (failed()) return;
   fail(described(*value_).append(" is not ").append(noun).append("; expected ").append(expected));
@@ -477,4 +495,4 @@ std::string formatNumber(double value) {
   return text;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

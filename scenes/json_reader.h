@@ -5,14 +5,15 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
-#include "audio/result.h"
-#include "audio/vector.h"
+#include "carom/audio/result.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// Keeps the first error of a document and drops what follows from it.
 class FirstError {
@@ -89,11 +90,11 @@ class JsonNode {
   void failAs(std::string_view noun, std::string_view expected) const;
 
   const std::string& pointer() const { return pointer_; }
-  bool isObject() const { return value_->is_object(); }
-  bool isArray() const { return value_->is_array(); }
-  bool isString() const { return value_->is_string(); }
-  bool isNumber() const { return value_->is_number(); }
-  bool isBoolean() const { return value_->is_boolean(); }
+  bool isObject() const;
+  bool isArray() const;
+  bool isString() const;
+  bool isNumber() const;
+  bool isBoolean() const;
 
   /// Whether this is an object with no key but the known ones.
   bool expectObject(std::string_view noun, std::initializer_list<std::string_view> keys) const;
@@ -143,4 +144,4 @@ std::string inQuotes(std::string_view text);
 /// As short as it can be read back: 0.05, 1e-6, 1e4.
 std::string formatNumber(double value);
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -7,7 +7,10 @@
 #include "native/box_contact.h"
 #include "native/contact_time.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace native;
+
 namespace {
 
 Vec3 toVec3(const btVector3& v) {
@@ -246,4 +249,4 @@ void LocalReference::record(const PairStep& pair, const Touch& touch, double dt)
   events_.push_back(share);
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -6,12 +6,12 @@
 #include <utility>
 #include <vector>
 
-#include "audio/impulse_event.h"
+#include "carom/audio/impulse_event.h"
 #include "scenes/bullet_scene.h"
 #include "scenes/collision_match.h"
 #include "scenes/scene.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// The exact collisions of the path that a Bullet world really takes: what its bridge ought to
 /// find.
@@ -81,4 +81,4 @@ class LocalReference {
   std::vector<ImpulseEvent> events_;
 };
 
-}  // namespace carom
+}  // namespace carom::scenes

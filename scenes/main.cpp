@@ -20,7 +20,7 @@
 #include <nlohmann/json.hpp>
 
 #include "audio/partial_file.h"
-#include "audio/synth.h"
+#include "carom/audio/synth.h"
 #include "scenes/bullet_only.h"
 #include "scenes/command_line.h"
 #include "scenes/compare.h"
@@ -38,7 +38,10 @@
 #include "scenes/stability_command.h"
 #include "scenes/strike_command.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace audio;
+
 namespace {
 
 constexpr const char* kCommands =
@@ -500,11 +503,11 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace carom
+}  // namespace carom::scenes
 
 int main(int argc, char** argv) {
   try {
-    return carom::run(argc, argv);
+    return carom::scenes::run(argc, argv);
   } catch (const std::exception& error) {
     std::cerr << "carom: " << error.what() << '\n';
   }

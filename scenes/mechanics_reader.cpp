@@ -13,7 +13,10 @@
 #include "native/contact_time.h"
 #include "native/shaking.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace native;
+
 namespace {
 
 // scene.schema.json and docs/scenes.md repeat these; a test compares the schema.
@@ -278,4 +281,4 @@ void readMechanics(const JsonNode& node, Scene& scene) {
   MechanicsReader(scene).read(node);
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -3,7 +3,7 @@
 #include "scenes/json_reader.h"
 #include "scenes/scene.h"
 
-namespace carom {
+namespace carom::scenes {
 
 // The parts of a scene document that say how bodies move and touch, beyond places, velocities and
 // restitutions. Every error is recorded at its node, and what was read is then dropped with the
@@ -30,4 +30,4 @@ double gapAtStart(const BlockShape& block, const Vec3& centre, double radius);
 /// Reads "mechanics" into `scene`, whose bodies are complete and in their places.
 void readMechanics(const JsonNode& node, Scene& scene);
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -5,7 +5,7 @@
 #include <malloc.h>
 #endif
 
-namespace carom {
+namespace carom::scenes {
 
 std::optional<std::size_t> heapInUse() {
 #ifdef CAROM_HAS_MALLINFO2
@@ -16,4 +16,4 @@ std::optional<std::size_t> heapInUse() {
 #endif
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -14,7 +14,7 @@
 
 #include <Eigen/Dense>
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 constexpr double kSmallest = 1e-6;  // m, across: as the radius of a sphere
@@ -151,4 +151,4 @@ Result<std::shared_ptr<const SolidMesh>> MeshShelf::get(const Request& request) 
   return place;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "audio/result.h"
-#include "modal/mesh_file.h"
+#include "carom/audio/result.h"
+#include "carom/modal/mesh_file.h"
 #include "scenes/solid_shape.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// Reads a mesh, in units of `scale` metres. An error names the file, what is wrong with it and
 /// what would be accepted. Corners that more than one triangle has are one vertex. [any thread]
@@ -43,4 +43,4 @@ class MeshShelf {
   std::map<Request, std::shared_ptr<const SolidMesh>> meshes_;
 };
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -1,11 +1,10 @@
 #include "scenes/model_file.h"
 
-#include "audio/material.h"
-#include "audio/modal_model_file.h"
-#include "modal/gltf_audio.h"
-#include "modal/gltf_modal_model.h"
+#include "carom/audio/material.h"
+#include "carom/audio/modal_model_file.h"
+#include "carom/modal/gltf_audio.h"
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 bool isGltf(const std::filesystem::path& file) {
@@ -30,4 +29,4 @@ Status writeModel(const std::filesystem::path& file, const ModalModel& model) {
   return writeGltfAudio(file, audio);
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -2,10 +2,10 @@
 
 #include <filesystem>
 
-#include "audio/modal_model.h"
-#include "audio/result.h"
+#include "carom/audio/modal_model.h"
+#include "carom/audio/result.h"
 
-namespace carom {
+namespace carom::scenes {
 
 // Modal models by the extension of their file: .glb and .gltf are glTF with KHR_audio_rigid_bodies
 // (modal/gltf_modal_model.h says what of a model that loses), all else is Carom's own format.
@@ -17,4 +17,4 @@ Result<ModalModel> loadModel(const std::filesystem::path& file);
 /// Replaces what has the name, at the end. [any thread but the audio thread]
 Status writeModel(const std::filesystem::path& file, const ModalModel& model);
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -7,14 +7,20 @@
 #include <optional>
 #include <sstream>
 
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
 #include "audio/partial_file.h"
-#include "modal/mesh_analysis.h"
-#include "modal/mesh_file.h"
+#include "carom/modal/mesh_analysis.h"
+#include "carom/modal/mesh_file.h"
 #include "scenes/command_line.h"
 #include "scenes/model_file.h"
 #include "scenes/progress_bar.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace audio;
+
 namespace {
 
 constexpr double kMillimetre = 1e-3;
@@ -139,6 +145,10 @@ ModesCommand::ModesCommand(CLI::App& app)
       "  carom modes bell.glb --material bronze --modes 100 --json");
 }
 
+bool ModesCommand::parsed() const {
+  return command_->parsed();
+}
+
 int ModesCommand::run() const {
   if (!output_.empty()) {
     if (isSameFile(output_, mesh_))
@@ -181,4 +191,4 @@ int ModesCommand::run() const {
   return answer(json_ ? jsonText(modesJson(*analysis)) : modesText(*analysis));
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

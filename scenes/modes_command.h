@@ -3,16 +3,18 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
-namespace carom {
+namespace carom::scenes {
 
 /// `carom modes`: from a mesh to a model file, with a table of its modes.
 class ModesCommand {
  public:
   /// Outlives the parsing.
   explicit ModesCommand(CLI::App& app);
-  bool parsed() const { return command_->parsed(); }
+  bool parsed() const;
   /// The program's exit code.
   int run() const;
 
@@ -34,4 +36,4 @@ class ModesCommand {
   bool json_ = false;
 };
 
-}  // namespace carom
+}  // namespace carom::scenes

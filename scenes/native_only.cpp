@@ -6,7 +6,7 @@
 #include <variant>
 #include <vector>
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 bool isMovingWall(const SceneBody& body) {
@@ -72,4 +72,4 @@ bool hasFriction(const Scene& scene) {
   return anyMoves && rough > 1;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -4,7 +4,7 @@
 
 #include "scenes/scene.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// Why Bullet cannot run this scene: all that is in it and that the native stepper alone can do, in
 /// one sentence; empty where there is nothing of it. Bullet has springs and friction of its own,
@@ -16,4 +16,4 @@ std::string whyNotOnBullet(const Scene& scene);
 /// friction against bodies without any slides as they do. [any thread]
 bool hasFriction(const Scene& scene);
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -6,7 +6,10 @@
 #include "scenes/native_only.h"
 #include "scenes/scene_sound.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace native;
+
 namespace {
 
 class PlanBuilder {
@@ -105,4 +108,4 @@ Plan makePlan(const Scene& scene) {
   return plan.take();
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

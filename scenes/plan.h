@@ -5,7 +5,7 @@
 
 #include "scenes/scene.h"
 
-namespace carom {
+namespace carom::scenes {
 
 struct LeftOut {
   std::string stage;
@@ -21,4 +21,4 @@ struct Plan {
 
 Plan makePlan(const Scene& scene);
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -6,7 +6,7 @@
 
 #include <unistd.h>
 
-namespace carom {
+namespace carom::scenes {
 
 ProgressBar::ProgressBar(std::string label)
     : label_(std::move(label)), terminal_(isatty(STDERR_FILENO) == 1) {}
@@ -33,4 +33,4 @@ void ProgressBar::show(double share) {
   std::fflush(stderr);
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace carom {
+namespace carom::scenes {
 
 /// A line on stderr that grows with the work done, on a terminal only: in a pipe or a log it is
 /// silent.
@@ -22,4 +22,4 @@ class ProgressBar {
   int shown_ = -1;  // percent
 };
 
-}  // namespace carom
+}  // namespace carom::scenes

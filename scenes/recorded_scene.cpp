@@ -13,11 +13,14 @@
 #include <vector>
 
 #include "audio/byte_file.h"
-#include "native/recording_format.h"
-#include "native/sphere_stepper.h"
+#include "carom/native/recording_format.h"
+#include "carom/native/sphere_stepper.h"
 #include "scenes/scene_loader.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace audio;
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -160,4 +163,4 @@ std::unique_ptr<SceneStepper> replayStepper(const Recording& recording, double b
   return std::make_unique<ReplayStepper>(recording, begin);
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -7,12 +7,12 @@
 #include <string>
 #include <string_view>
 
-#include "audio/result.h"
-#include "native/recording.h"
+#include "carom/audio/result.h"
+#include "carom/native/recording.h"
 #include "scenes/scene.h"
 #include "scenes/scene_stepper.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// A run with the scene that it is of: a file of `carom record`. The scene's text travels in the
 /// recording, so that no other file is needed but the heads that the scene names.
@@ -45,4 +45,4 @@ bool isRecording(const std::filesystem::path& file);
 /// it.
 std::unique_ptr<SceneStepper> replayStepper(const Recording& recording, double begin);
 
-}  // namespace carom
+}  // namespace carom::scenes

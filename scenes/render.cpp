@@ -11,7 +11,10 @@
 #include "scenes/recorded_scene.h"
 #include "scenes/stopwatch.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace audio;
+
 namespace {
 
 constexpr std::size_t kBlockFrames = 4096;
@@ -136,4 +139,4 @@ Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& option
   return report;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

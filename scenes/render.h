@@ -6,16 +6,16 @@
 #include <optional>
 #include <vector>
 
-#include "audio/result.h"
-#include "audio/sound_file.h"
-#include "audio/synth.h"
-#include "modal/progress.h"
-#include "native/recording.h"
+#include "carom/audio/result.h"
+#include "carom/audio/sound_file.h"
+#include "carom/audio/synth.h"
+#include "carom/modal/analysis_settings.h"
+#include "carom/native/recording.h"
 #include "scenes/plan.h"
 #include "scenes/scene.h"
 #include "scenes/scene_sound.h"
 
-namespace carom {
+namespace carom::scenes {
 
 struct RenderOptions {
   std::filesystem::path soundFile;
@@ -60,4 +60,4 @@ struct RenderReport {
 /// No file appears, and none is replaced, unless all of it succeeds. [one thread]
 Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& options);
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -10,7 +10,7 @@
 
 #include "scenes/report_run.h"
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 double medianOf(std::vector<double> values) {
@@ -271,4 +271,4 @@ Result<SceneReport> reportScene(const Scene& scene, const ReportOptions& options
   return SceneReporter(scene, options).run();
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

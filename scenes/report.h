@@ -8,14 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "audio/result.h"
+#include "carom/audio/result.h"
 #include "scenes/collision_match.h"
 #include "scenes/plan.h"
 #include "scenes/report_choices.h"
 #include "scenes/scene.h"
 #include "scenes/signal_error.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// s of wall time for a simulated second: medians of the runs.
 struct RunTime {
@@ -85,4 +85,4 @@ struct ReportOptions {
 /// reference cannot run. [one thread]
 Result<SceneReport> reportScene(const Scene& scene, const ReportOptions& options);
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -12,7 +12,10 @@
 #include "scenes/native_only.h"
 #include "scenes/sound_names.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace native;
+
 namespace {
 
 constexpr std::array kRates = {60, 240, 1000, 8000};  // Hz, Bullet's steps
@@ -153,7 +156,7 @@ class Grid {
 
   void addPulse(PulseShape shape, const std::string& label) {
     ReportChoice choice =
-        variant(VariantGroup::sound, std::string("pulse_") + carom::nameOf(shape), label);
+        variant(VariantGroup::sound, std::string("pulse_") + scenes::nameOf(shape), label);
     choice.dissipative = false;
     choice.pulse = shape;
     add(choice);
@@ -254,7 +257,7 @@ class Grid {
 
   void addJello(const JelloStepping& stepping) {
     const auto rate = static_cast<std::int64_t>(std::llround(1.0 / stepping.step));
-    const std::string name = carom::nameOf(stepping.integrator);
+    const std::string name = native::nameOf(stepping.integrator);
     std::string words = name;
     std::ranges::replace(words, '_', ' ');
     ReportChoice choice = variant(VariantGroup::jello, name + "_" + std::to_string(rate),
@@ -317,7 +320,7 @@ std::vector<std::pair<std::string, std::variant<std::string, double, bool>>> nam
     word("impulse", choice.impulse == ImpulseChoice::physical ? "physical" : "applied");
   }
   if (choice.jello) {
-    word("integrator", carom::nameOf(choice.jello->integrator));
+    word("integrator", native::nameOf(choice.jello->integrator));
     names.emplace_back("step", choice.jello->step);
   }
   word("pulse", pulseName(choice.pulse, choice.dissipative));
@@ -344,4 +347,4 @@ const char* nameOf(VariantGroup group) {
   return "";
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -10,7 +10,7 @@
 #include "native/jello_stepper.h"
 #include "scenes/scene.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// When a collision on Bullet is taken to have happened.
 enum class EventTime {
@@ -36,8 +36,8 @@ struct ReportChoice {
   Sampling sampling = Sampling::bandLimited;
   Radiation radiation = Radiation::exact;
   bool doppler = true;
-  std::optional<std::size_t> mostModes;  ///< of each body; empty: all
-  std::optional<JelloStepping> jello;    ///< with a jello only
+  std::optional<std::size_t> mostModes;        ///< of each body; empty: all
+  std::optional<native::JelloStepping> jello;  ///< with a jello only
 };
 
 struct ReportGrid {
@@ -63,4 +63,4 @@ std::vector<std::pair<std::string, std::variant<std::string, double, bool>>> nam
 
 const char* nameOf(VariantGroup group);  ///< [any thread]
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <utility>
 
+#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "scenes/command_line.h"
@@ -16,7 +17,7 @@
 #include "scenes/report_files.h"
 #include "scenes/scene_loader.h"
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 constexpr double kMostRuns = 1000;
@@ -91,6 +92,10 @@ ReportCommand::ReportCommand(CLI::App& app)
       "  carom report scenes/library/two_balls.json scenes/library/newtons_cradle.json -o report");
 }
 
+bool ReportCommand::parsed() const {
+  return command_->parsed();
+}
+
 int ReportCommand::run() const {
   const std::filesystem::path folder = output_;
   if (const std::string why = whyNoReportIn(folder); !why.empty())
@@ -119,4 +124,4 @@ int ReportCommand::run() const {
   return answer(text + "wrote " + reportFilesIn(folder).html.string() + "\n");
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -4,16 +4,18 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
-namespace carom {
+namespace carom::scenes {
 
 /// `carom report`: scenes in all ways that make a difference, and what each costs and is off by.
 class ReportCommand {
  public:
   /// Outlives the parsing.
   explicit ReportCommand(CLI::App& app);
-  bool parsed() const { return command_->parsed(); }
+  bool parsed() const;
   /// The program's exit code.
   int run() const;
 
@@ -26,4 +28,4 @@ class ReportCommand {
   bool json_ = false;
 };
 
-}  // namespace carom
+}  // namespace carom::scenes

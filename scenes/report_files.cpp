@@ -19,7 +19,11 @@
 #include "scenes/report_page.h"
 #include "scenes/report_text.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace audio;
+using namespace native;
+
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -341,4 +345,4 @@ Status writeReport(std::span<const SceneReport> scenes, const fs::path& folder) 
   return std::monostate{};
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

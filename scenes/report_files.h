@@ -6,10 +6,10 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "audio/result.h"
+#include "carom/audio/result.h"
 #include "scenes/report.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// What `carom report` writes, and docs/report.md describes.
 
@@ -37,4 +37,4 @@ std::string whyNoReportIn(const std::filesystem::path& folder);
 /// Writes all three, or none: makes the folder where it is missing.
 Status writeReport(std::span<const SceneReport> scenes, const std::filesystem::path& folder);
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -8,7 +8,7 @@
 
 #include "scenes/report.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// Base64 (RFC 4648, section 4) of bytes. [any thread]
 std::string base64(std::string_view bytes);
@@ -36,4 +36,4 @@ inline constexpr double kLoudestShown = 100.0;  ///< dB: 255
 /// [any thread]
 Spectrogram spectrogramOf(const std::vector<float>& samples, double sampleRate);
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -3,11 +3,11 @@
 #include <string_view>
 
 // The parts of the page of `carom report`, as they are in scenes/report_page.
-namespace carom {
+namespace carom::scenes {
 
 extern const std::string_view embedded_page_html;
 extern const std::string_view embedded_page_css;
 extern const std::string_view embedded_page_js;
 extern const std::string_view embedded_chart_umd_min_js;
 
-}  // namespace carom
+}  // namespace carom::scenes

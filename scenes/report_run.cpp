@@ -13,7 +13,10 @@
 #include "scenes/scene_stepper.h"
 #include "scenes/stopwatch.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace native;
+
 namespace {
 
 constexpr std::size_t kBlockFrames = 4096;
@@ -239,4 +242,4 @@ Result<SoundRun> runSound(const Scene& scene, const std::shared_ptr<const EventT
   return run;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

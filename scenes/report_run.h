@@ -6,14 +6,14 @@
 #include <optional>
 #include <vector>
 
-#include "audio/result.h"
+#include "carom/audio/result.h"
 #include "scenes/collision_match.h"
 #include "scenes/contact_poller.h"
 #include "scenes/event_tape.h"
 #include "scenes/report_choices.h"
 #include "scenes/signal_error.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// The mechanics of a variant, run: what `carom report` measures it by.
 struct MechanicsRun {
@@ -65,4 +65,4 @@ struct SoundRun {
 Result<SoundRun> runSound(const Scene& scene, const std::shared_ptr<const EventTape>& tape,
                           std::size_t runs);
 
-}  // namespace carom
+}  // namespace carom::scenes

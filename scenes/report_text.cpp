@@ -16,7 +16,10 @@
 #include "scenes/plan.h"
 #include "scenes/sound_names.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace native;
+
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -499,4 +502,4 @@ Json compareJson(const Scene& scene, const CompareReport& report) {
           {"runs", runs}};
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

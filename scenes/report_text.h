@@ -6,13 +6,13 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "native/recording.h"
+#include "carom/native/recording.h"
 #include "scenes/compare.h"
 #include "scenes/plan.h"
 #include "scenes/render.h"
 #include "scenes/scene.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// What the commands print: text for people, JSON with stable keys for programs (docs/cli.md).
 
@@ -37,4 +37,4 @@ nlohmann::ordered_json recordJson(const Recording& recording, const RecordReport
 std::string compareText(const Scene& scene, const CompareReport& report);
 nlohmann::ordered_json compareJson(const Scene& scene, const CompareReport& report);
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 // scene.schema.json and docs/scenes.md repeat these; a test compares the schema.
@@ -63,4 +63,4 @@ std::optional<Ringing> readRinging(const JsonNode& entry, const std::filesystem:
   return ringing;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -9,21 +9,19 @@
 #include <variant>
 #include <vector>
 
-#include "audio/impulse_event.h"
-#include "audio/listener.h"
-#include "audio/material.h"
-#include "audio/medium.h"
-#include "audio/normal_map.h"
 #include "audio/pose_track.h"
-#include "audio/restitution_law.h"
-#include "audio/restitution_table.h"
-#include "audio/synth.h"
-#include "modal/mesh_analysis.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/listener.h"
+#include "carom/audio/material.h"
+#include "carom/audio/normal_map.h"
+#include "carom/audio/synth.h"
+#include "carom/modal/mesh_analysis.h"
+#include "carom/native/restitution.h"
+#include "carom/native/sphere_world.h"
 #include "native/jello_world.h"
-#include "native/sphere_world.h"
 #include "scenes/solid_shape.h"
 
-namespace carom {
+namespace carom::scenes {
 
 struct SphereShape {
   double radius = 0.0;           ///< m
@@ -52,15 +50,15 @@ struct BlockShape {
 
 /// A lattice of springs (native/jello_world.h), and how it is stepped.
 struct JelloShape {
-  JelloLattice lattice;
-  JelloPenalty contact;
-  JelloField field = {};
-  std::vector<Vec3> positions;                ///< m, world frame, of its points at time 0
-  std::vector<Vec3> velocities;               ///< m/s
-  std::optional<JelloIntegrator> integrator;  ///< empty: the cheapest for `error`
-  double step = 0.0;                          ///< s; 0: the largest for `error`
-  double error = 1e-4;                        ///< m, of its points, root of the mean square
-  std::size_t stepsPerPicture = 0;            ///< of a trajectory; 0: nearest to 1/60 s
+  native::JelloLattice lattice;
+  native::JelloPenalty contact;
+  native::JelloField field = {};
+  std::vector<Vec3> positions;                        ///< m, world frame, of its points at time 0
+  std::vector<Vec3> velocities;                       ///< m/s
+  std::optional<native::JelloIntegrator> integrator;  ///< empty: the cheapest for `error`
+  double step = 0.0;                                  ///< s; 0: the largest for `error`
+  double error = 1e-4;                                ///< m, of its points, root of the mean square
+  std::size_t stepsPerPicture = 0;                    ///< of a trajectory; 0: nearest to 1/60 s
 };
 
 /// How a body of some material touches others, beside what Material says. The defaults are those of
@@ -167,4 +165,4 @@ inline double restitutionOf(const Scene& scene, const SceneBody& body, const Sce
                                other.material.restitution);
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

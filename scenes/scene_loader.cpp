@@ -20,6 +20,7 @@
 #include <vector>
 
 #include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
 
 #include "native/jello_skin.h"
 #include "scenes/jello_reader.h"
@@ -30,7 +31,10 @@
 #include "scenes/sound_reader.h"
 #include "scenes/surface_reader.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace native;
+
 namespace {
 
 // ---------------------------------------------------------------------------------------------
@@ -1118,4 +1122,4 @@ Result<Scene> parseScene(std::string_view text, std::string_view name) {
   return scene;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

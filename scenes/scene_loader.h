@@ -6,10 +6,10 @@
 #include <string>
 #include <string_view>
 
-#include "audio/result.h"
+#include "carom/audio/result.h"
 #include "scenes/scene.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// How large a scene may be. docs/scenes.md lists the range of every field.
 struct SceneLimits {
@@ -35,4 +35,4 @@ Result<std::string> readSceneText(const std::filesystem::path& file);
 /// are read; heads are not opened, only looked for. [any thread]
 Result<Scene> parseScene(std::string_view text, std::string_view name);
 
-}  // namespace carom
+}  // namespace carom::scenes

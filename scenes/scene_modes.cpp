@@ -10,11 +10,14 @@
 #include <utility>
 
 #include "audio/sphere_mesh.h"
-#include "modal/mesh_analysis.h"
+#include "carom/modal/mesh_analysis.h"
 #include "scenes/bullet_solid.h"
 #include "scenes/model_file.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace audio;
+
 namespace {
 
 constexpr std::size_t kSpherePoints = 600;
@@ -140,4 +143,4 @@ Result<std::vector<BodyModes>> sceneModes(const Scene& scene, const Progress& pr
   return all;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -3,12 +3,12 @@
 #include <memory>
 #include <vector>
 
-#include "audio/modal_model.h"
-#include "audio/result.h"
-#include "modal/progress.h"
+#include "carom/audio/modal_model.h"
+#include "carom/audio/result.h"
+#include "carom/modal/analysis_settings.h"
 #include "scenes/scene.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// How a body of a scene rings.
 struct BodyModes {
@@ -21,4 +21,4 @@ struct BodyModes {
 /// [one thread]
 Result<std::vector<BodyModes>> sceneModes(const Scene& scene, const Progress& progress = {});
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -9,12 +9,15 @@
 #include <Eigen/Dense>
 
 #include "audio/hrtf.h"
-#include "audio/panel_radiator.h"
-#include "audio/room.h"
+#include "carom/audio/panel_radiator.h"
+#include "carom/audio/room.h"
 #include "scenes/bullet_solid.h"
 #include "scenes/scene_modes.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace audio;
+
 namespace {
 
 // The sound of a contact begins before it (see Synth::leadTime): at most 2 tau and some samples, so
@@ -292,4 +295,4 @@ void SceneSound::runAhead(double time) {
   known_.erase(known_.begin(), open);
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -9,16 +9,16 @@
 #include <string>
 #include <vector>
 
-#include "audio/impulse_event.h"
 #include "audio/pose_track.h"
-#include "audio/result.h"
-#include "audio/synth.h"
-#include "modal/progress.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/result.h"
+#include "carom/audio/synth.h"
+#include "carom/modal/analysis_settings.h"
 #include "scenes/jello_voice.h"
 #include "scenes/scene.h"
 #include "scenes/scene_stepper.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// The channels of a scene's sound that one listener fills.
 struct ListenerChannels {
@@ -43,7 +43,7 @@ inline constexpr double kLongestWay = 1.0;
 
 /// A listener on its way: it stands at the scene's place before, and at the last pose after it.
 /// [any thread]
-PoseTrack trackOf(const ListenerPath& path, const Listener& start);
+audio::PoseTrack trackOf(const ListenerPath& path, const Listener& start);
 
 /// A part of a scene's time.
 struct SoundSpan {
@@ -101,4 +101,4 @@ class SceneSound {
   std::vector<ImpulseEvent> early_;    // settled before the first sample that is wanted
 };
 
-}  // namespace carom
+}  // namespace carom::scenes

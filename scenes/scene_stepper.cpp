@@ -5,13 +5,13 @@
 #include <utility>
 #include <vector>
 
-#include "bullet_bridge/bullet_bridge.h"
+#include "carom/bullet/bullet_bridge.h"
 #include "scenes/bullet_only.h"
 #include "scenes/bullet_scene.h"
 #include "scenes/jello_scene.h"
 #include "scenes/native_only.h"
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 /// Of a half-space of its material, Pa: what Simultaneous::hertz reads.
@@ -197,4 +197,4 @@ Result<std::vector<ImpulseEvent>> sceneEvents(const Scene& scene) {
   return events;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "audio/deforming_source.h"
-#include "audio/impulse_event.h"
-#include "audio/result.h"
-#include "native/sphere_stepper.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/result.h"
+#include "carom/native/sphere_stepper.h"
 #include "scenes/scene.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// The mechanics of a scene, on either stepper. [one thread]
 class SceneStepper {
@@ -37,7 +37,7 @@ class SceneStepper {
   /// Returns the time between them, s; 0 where nothing deforms.
   virtual double hearDeformations() { return 0.0; }
   /// What the jello did to the air in the last advanceTo, from time 0 on.
-  virtual std::span<const DeformingState> deformations() const { return {}; }
+  virtual std::span<const audio::DeformingState> deformations() const { return {}; }
 
   /// Spheres that nothing touches any more, as SphereStepperCounters says.
   virtual std::uint64_t crushed() const { return 0; }
@@ -56,4 +56,4 @@ SphereWorld sphereWorld(const Scene& scene);
 /// Every event of the scene up to its duration, in order of time.
 Result<std::vector<ImpulseEvent>> sceneEvents(const Scene& scene);
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -8,7 +8,7 @@
 
 #include <unsupported/Eigen/FFT>
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 constexpr double kLowestBand = 50.0;   // Hz
@@ -205,4 +205,4 @@ double rmsOf(std::span<const BandDifference> differences) {
   return differences.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(differences.size()));
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-namespace carom {
+namespace carom::scenes {
 
 /// What a listener hears: channels of equal length, Pa.
 using Signal = std::vector<std::vector<float>>;
@@ -50,4 +50,4 @@ std::vector<BandDifference> bandDifferences(std::span<const ThirdOctave> signal,
 /// dB, root of the mean square; 0 of none. [any thread]
 double rmsOf(std::span<const BandDifference> differences);
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -7,7 +7,10 @@
 
 #include "scenes/mechanics_reader.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace native;
+
 namespace {
 
 // scene.schema.json and docs/scenes.md repeat these; a test compares the schema.
@@ -123,4 +126,4 @@ void SolidReader::readMesh(const JsonNode& node, bool canMove, SolidShape& solid
   }
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

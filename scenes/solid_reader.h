@@ -6,7 +6,7 @@
 #include "scenes/mesh_shape.h"
 #include "scenes/solid_shape.h"
 
-namespace carom {
+namespace carom::scenes {
 
 // The part of a scene document that says what a body of type "solid" is. Every error is recorded at
 // its node, and what was read is then dropped with the scene. docs/scenes.md has the fields.
@@ -31,4 +31,4 @@ class SolidReader {
   MeshShelf meshes_;
 };
 
-}  // namespace carom
+}  // namespace carom::scenes

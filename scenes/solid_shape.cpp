@@ -6,7 +6,7 @@
 
 #include <Eigen/Dense>
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 constexpr double kPrincipal =
@@ -65,4 +65,4 @@ PrincipalAxes principalAxes(const Eigen::Matrix3d& inertia) {
   return {Quat(axes).normalized(), solver.eigenvalues()};
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

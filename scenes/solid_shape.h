@@ -7,11 +7,11 @@
 
 #include <Eigen/Core>
 
-#include "audio/surface_mesh.h"
-#include "audio/texture_coordinates.h"
-#include "audio/vector.h"
+#include "carom/audio/surface_mesh.h"
+#include "carom/audio/texture_coordinates.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// What a homogeneous body of density 1 weighs and how it resists turning. [any thread]
 struct SolidMeasures {
@@ -87,4 +87,4 @@ struct PrincipalAxes {
 /// would do. [any thread]
 PrincipalAxes principalAxes(const Eigen::Matrix3d& inertia);
 
-}  // namespace carom
+}  // namespace carom::scenes

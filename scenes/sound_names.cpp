@@ -1,6 +1,6 @@
 #include "scenes/sound_names.h"
 
-namespace carom {
+namespace carom::scenes {
 
 const char* nameOf(PulseShape shape) {
   switch (shape) {
@@ -30,4 +30,4 @@ const char* radiationName(Radiation radiation) {
   return radiation == Radiation::compact ? "compact" : "exact";
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "audio/synth_settings.h"
+#include "carom/audio/synth_settings.h"
 
-namespace carom {
+namespace carom::scenes {
 
 // Names of choices of sound, as scene files and the command line have them. [any thread]
 
@@ -12,4 +12,4 @@ const char* pulseName(PulseShape pulse, bool dissipative);
 const char* samplingName(Sampling sampling);
 const char* radiationName(Radiation radiation);
 
-}  // namespace carom
+}  // namespace carom::scenes

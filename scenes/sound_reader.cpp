@@ -10,7 +10,11 @@
 #include <system_error>
 #include <utility>
 
-namespace carom {
+#include "audio/reverb.h"
+namespace carom::scenes {
+
+using namespace audio;
+
 namespace {
 
 // scene.schema.json and docs/scenes.md repeat these; a test compares the schema.
@@ -449,4 +453,4 @@ ListenerEntry readListener(const JsonNode& entry, const std::filesystem::path& f
   return read;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "audio/pose_track.h"
-#include "audio/synth.h"
+#include "carom/audio/synth.h"
 #include "scenes/json_reader.h"
 
-namespace carom {
+namespace carom::scenes {
 
 // The parts of a scene document that say how it sounds: "sound", "room" and a listener. Every error
 // is recorded at its node, and what was read is then dropped with the scene. docs/scenes.md has the
@@ -50,4 +50,4 @@ bool expectListener(const JsonNode& entry);
 /// Reads a listener. File names are relative to `folder`.
 ListenerEntry readListener(const JsonNode& entry, const std::filesystem::path& folder);
 
-}  // namespace carom
+}  // namespace carom::scenes

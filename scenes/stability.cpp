@@ -12,7 +12,7 @@
 #include "scenes/stability_cases.h"
 #include "scenes/stopwatch.h"
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -282,4 +282,4 @@ nlohmann::ordered_json stabilityListJson(const std::vector<StabilityCase>& cases
   return object;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -8,7 +8,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-namespace carom {
+namespace carom::scenes {
 
 /// How much of it is run.
 enum class StabilityForm {
@@ -94,4 +94,4 @@ nlohmann::ordered_json stabilityJson(const StabilityReport& report);
 std::string stabilityListText(const std::vector<StabilityCase>& cases);
 nlohmann::ordered_json stabilityListJson(const std::vector<StabilityCase>& cases);
 
-}  // namespace carom
+}  // namespace carom::scenes

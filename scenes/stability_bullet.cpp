@@ -9,11 +9,11 @@
 #include <utility>
 #include <vector>
 
-#include "bullet_bridge/bullet_bridge.h"
+#include "carom/bullet/bullet_bridge.h"
 #include "scenes/bullet_scene.h"
 #include "scenes/stability_cases.h"
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 using Measurements = std::vector<Measurement>;
@@ -445,4 +445,4 @@ void addBulletCases(std::vector<StabilityCase>& cases) {
   cases.insert(cases.end(), all.begin(), all.end());
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include "audio/result.h"
-#include "audio/synth.h"
+#include "carom/audio/result.h"
+#include "carom/audio/synth.h"
 #include "scenes/stability.h"
 
-namespace carom {
+namespace carom::scenes {
 
 // The cases of each module. Only for the files of stability_*.cpp.
 
@@ -56,4 +56,4 @@ inline std::vector<double> rendered(Synth& synth, std::size_t frames) {
   return samples;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

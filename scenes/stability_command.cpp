@@ -6,12 +6,18 @@
 #include <string_view>
 #include <vector>
 
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
 #include "audio/byte_file.h"
 #include "audio/partial_file.h"
 #include "scenes/command_line.h"
 #include "scenes/progress_bar.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace audio;
+
 namespace {
 
 /// That no case has such an id, and which there are.
@@ -60,6 +66,10 @@ int StabilityCommand::list(const std::vector<StabilityCase>& cases) const {
   return answer(json_ ? jsonText(stabilityListJson(cases)) : stabilityListText(cases));
 }
 
+bool StabilityCommand::parsed() const {
+  return command_->parsed();
+}
+
 int StabilityCommand::run() const {
   const std::vector<StabilityCase> all = selectCases(stabilityCases(), form(), "");
   const std::vector<StabilityCase> cases = selectCases(all, form(), only_);
@@ -78,4 +88,4 @@ int StabilityCommand::run() const {
   return answered == kDone ? report.exitCode() : answered;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -2,18 +2,20 @@
 
 #include <string>
 
-#include <CLI/CLI.hpp>
-
 #include "scenes/stability.h"
 
-namespace carom {
+namespace CLI {
+class App;
+}
+
+namespace carom::scenes {
 
 /// `carom stability`: runs stiff and extreme cases, and says what theory expects of each.
 class StabilityCommand {
  public:
   /// Outlives the parsing.
   explicit StabilityCommand(CLI::App& app);
-  bool parsed() const { return command_->parsed(); }
+  bool parsed() const;
   /// The program's exit code: 1 if a case fails.
   int run() const;
 
@@ -29,4 +31,4 @@ class StabilityCommand {
   bool json_ = false;
 };
 
-}  // namespace carom
+}  // namespace carom::scenes

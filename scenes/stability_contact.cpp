@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "audio/surface_texture.h"
-#include "audio/synth.h"
+#include "carom/audio/surface_texture.h"
+#include "carom/audio/synth.h"
 #include "scenes/stability_cases.h"
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 using Measurements = std::vector<Measurement>;
@@ -253,4 +253,4 @@ void addContactCases(std::vector<StabilityCase>& cases) {
   cases.insert(cases.end(), all.begin(), all.end());
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -20,7 +20,10 @@
 #include "native/jello_stepper.h"
 #include "scenes/stability_cases.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace native;
+
 namespace {
 
 using Measurements = std::vector<Measurement>;
@@ -405,4 +408,4 @@ void addJelloCases(std::vector<StabilityCase>& cases) {
   cases.insert(cases.end(), all.begin(), all.end());
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -10,13 +10,16 @@
 #include <utility>
 #include <vector>
 
-#include "audio/modal_model.h"
 #include "audio/resonator_kernels.h"
 #include "audio/spread_kernel.h"
-#include "audio/synth.h"
+#include "carom/audio/modal_model.h"
+#include "carom/audio/synth.h"
 #include "scenes/stability_cases.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace audio;
+
 namespace {
 
 using Measurements = std::vector<Measurement>;
@@ -369,4 +372,4 @@ void addModalCases(std::vector<StabilityCase>& cases) {
   cases.insert(cases.end(), all.begin(), all.end());
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "native/sphere_stepper.h"
+#include "carom/native/sphere_stepper.h"
 #include "scenes/stability_cases.h"
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 using Measurements = std::vector<Measurement>;
@@ -760,4 +760,4 @@ void addNativeCases(std::vector<StabilityCase>& cases) {
   cases.insert(cases.end(), all.begin(), all.end());
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

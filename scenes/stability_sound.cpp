@@ -13,10 +13,13 @@
 #include <vector>
 
 #include "audio/hertz.h"
-#include "audio/synth.h"
+#include "carom/audio/synth.h"
 #include "scenes/stability_cases.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace audio;
+
 namespace {
 
 using Measurements = std::vector<Measurement>;
@@ -603,4 +606,4 @@ void addSoundCases(std::vector<StabilityCase>& cases) {
   cases.insert(cases.end(), all.begin(), all.end());
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -2,7 +2,7 @@
 
 #include <chrono>
 
-namespace carom {
+namespace carom::scenes {
 
 /// Wall time since it was made. [any thread]
 class Stopwatch {
@@ -15,4 +15,4 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-}  // namespace carom
+}  // namespace carom::scenes

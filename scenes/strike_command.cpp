@@ -9,17 +9,22 @@
 #include <sstream>
 #include <vector>
 
+#include <CLI/CLI.hpp>
 #include <Eigen/Dense>
+#include <nlohmann/json.hpp>
 
-#include "audio/panel_radiator.h"
 #include "audio/partial_file.h"
-#include "audio/sound_file.h"
 #include "audio/surface_locator.h"
-#include "audio/synth.h"
+#include "carom/audio/panel_radiator.h"
+#include "carom/audio/sound_file.h"
+#include "carom/audio/synth.h"
 #include "scenes/command_line.h"
 #include "scenes/model_file.h"
 
-namespace carom {
+namespace carom::scenes {
+
+using namespace audio;
+
 namespace {
 
 constexpr double kLongest = 60.0;     // s
@@ -156,6 +161,10 @@ StrikeCommand::StrikeCommand(CLI::App& app)
       "  carom strike wrench.carom_modes --at 0.1,0,0.004 --impulse 0,0,-0.05 -o wrench.wav");
 }
 
+bool StrikeCommand::parsed() const {
+  return command_->parsed();
+}
+
 int StrikeCommand::run() const {
   if (!isWavName(output_))
     return fail(kBadInput,
@@ -209,4 +218,4 @@ int StrikeCommand::run() const {
   return answer(text.str());
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -2,16 +2,18 @@
 
 #include <string>
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
-namespace carom {
+namespace carom::scenes {
 
 /// `carom strike`: one blow on a body that rings, as a WAV file.
 class StrikeCommand {
  public:
   /// Outlives the parsing.
   explicit StrikeCommand(CLI::App& app);
-  bool parsed() const { return command_->parsed(); }
+  bool parsed() const;
   /// The program's exit code.
   int run() const;
 
@@ -34,4 +36,4 @@ class StrikeCommand {
   bool json_ = false;
 };
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -4,7 +4,7 @@
 #include <string>
 #include <system_error>
 
-namespace carom {
+namespace carom::scenes {
 namespace {
 
 // scene.schema.json and docs/scenes.md repeat these; a test compares the schema.
@@ -18,8 +18,8 @@ constexpr NumberRange kSide{
 constexpr NumberRange kStrength{.noun = "a strength", .min = 0.0, .max = 100.0};
 constexpr TextRange kFileName{.noun = "the name of a file", .minLength = 1, .maxLength = 1000};
 
-Eigen::Vector2d readSize(const JsonNode& node) {
-  Eigen::Vector2d size = Eigen::Vector2d::Ones();
+Vec2 readSize(const JsonNode& node) {
+  Vec2 size = Vec2::Ones();
   const auto sides = node.elements("a size of a normal map", 2, 2);
   for (std::size_t axis = 0; axis < sides.size(); ++axis)
     size[static_cast<Eigen::Index>(axis)] = sides[axis].number(kSide);
@@ -64,4 +64,4 @@ std::optional<NormalMapFile> readNormalMapEntry(const JsonNode& entry,
   return map;
 }
 
-}  // namespace carom
+}  // namespace carom::scenes

@@ -6,7 +6,7 @@
 #include "scenes/json_reader.h"
 #include "scenes/scene.h"
 
-namespace carom {
+namespace carom::scenes {
 
 /// The "roughness" of a material or a body; `absent` where it says nothing. [any thread]
 Roughness readRoughness(const JsonNode& node, const Roughness& absent);
@@ -16,4 +16,4 @@ Roughness readRoughness(const JsonNode& node, const Roughness& absent);
 std::optional<NormalMapFile> readNormalMapEntry(const JsonNode& entry,
                                                 const std::filesystem::path& folder);
 
-}  // namespace carom
+}  // namespace carom::scenes

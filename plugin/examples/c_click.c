@@ -1,6 +1,6 @@
 // The smallest host in C: one collision of a steel ball with a table. Writes c_click.wav.
 
-#include "carom/carom.h"
+#include <carom/carom.h>
 #include <stdio.h>
 
 int main(void) {

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include <btBulletDynamicsCommon.h>
+
 #include <carom/sound.h>
 
 namespace {

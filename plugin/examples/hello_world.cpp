@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include <btBulletDynamicsCommon.h>
+
 #include <carom/sound.h>
 
 int main() {

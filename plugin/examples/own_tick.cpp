@@ -11,9 +11,9 @@
 #include <vector>
 
 #include <btBulletDynamicsCommon.h>
-#include <carom/sound.h>
 
-#include "audio/sound_file.h"
+#include <carom/audio/sound_file.h>
+#include <carom/sound.h>
 
 namespace {
 

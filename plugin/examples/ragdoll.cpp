@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <btBulletDynamicsCommon.h>
+
 #include <carom/sound.h>
 
 namespace {

@@ -8,9 +8,9 @@
 #include <span>
 
 #include <btBulletDynamicsCommon.h>
-#include <carom/sound.h>
 
-#include "audio/sound_file.h"
+#include <carom/audio/sound_file.h>
+#include <carom/sound.h>
 
 namespace {
 

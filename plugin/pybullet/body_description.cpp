@@ -10,7 +10,7 @@
 
 #include "plugin/material_guess.h"
 
-namespace carom {
+namespace carom::plugin {
 namespace {
 
 using Form = ContactBody::Form;
@@ -143,4 +143,4 @@ BodyDescription describeBody(const b3::DynamicsInfo& dynamics,
   return body;
 }
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -2,12 +2,12 @@
 
 #include <span>
 
-#include "audio/panel_radiator.h"
-#include "audio/sound_body.h"
+#include "carom/audio/panel_radiator.h"
+#include "carom/audio/sound_body.h"
 #include "plugin/pybullet/contact_listener.h"
 #include "plugin/pybullet/server_abi.h"
 
-namespace carom {
+namespace carom::plugin {
 
 /// A body of a physics server, for mechanics and for sound.
 struct BodyDescription {
@@ -26,4 +26,4 @@ BodyDescription describeBody(const b3::DynamicsInfo& dynamics,
                              std::span<const b3::CollisionShape> shapes, bool held, bool isLink,
                              RadiatorCache& radiators);
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -7,9 +7,10 @@
 #include <system_error>
 #include <vector>
 
-#include "audio/material.h"
+#include "audio/decimal.h"
+#include "carom/audio/material.h"
 
-namespace carom {
+namespace carom::plugin {
 namespace {
 
 constexpr std::string_view kBlank = " \t\r\n";
@@ -38,10 +39,17 @@ std::string inQuotes(std::string_view text) {
   return quoted;
 }
 
+std::from_chars_result read(const char* first, const char* last, int& value) {
+  return std::from_chars(first, last, value);
+}
+std::from_chars_result read(const char* first, const char* last, double& value) {
+  return audio::readDecimal(first, last, value);
+}
+
 template <class Number>
 std::optional<Number> number(std::string_view text) {
   Number value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const auto [end, error] = read(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
   return value;
 }
@@ -154,4 +162,4 @@ Result<Command> parseCommand(std::string_view text) {
   return bare(name, arguments);
 }
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -6,10 +6,10 @@
 #include <string_view>
 #include <variant>
 
-#include "audio/result.h"
-#include "audio/vector.h"
+#include "carom/audio/result.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::plugin {
 
 /// What p.executePluginCommand may ask for; see kCommandHelp.
 namespace command {
@@ -63,4 +63,4 @@ Quat uprightOrientation();
 /// a body is not known here. [any thread]
 Result<Command> parseCommand(std::string_view text);
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -5,7 +5,10 @@
 
 #include "bullet_bridge/impact_time.h"
 
-namespace carom {
+namespace carom::plugin {
+
+using namespace bullet;
+
 namespace {
 
 // How far ahead of time a solver acts, at most: (1 + e) substeps.
@@ -223,4 +226,4 @@ std::array<ImpulseEvent, 2> sharesOf(const ContactSide& body, const ContactSide&
   return {event, reaction};
 }
 
-}  // namespace carom
+}  // namespace carom::plugin

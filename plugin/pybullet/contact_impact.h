@@ -6,11 +6,11 @@
 #include <optional>
 #include <span>
 
-#include "audio/impulse_event.h"
-#include "audio/vector.h"
 #include "bullet_bridge/motion.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/vector.h"
 
-namespace carom {
+namespace carom::plugin {
 
 /// Where a body is at the start of a substep, and how it moves there: after the solver of the
 /// substep before.
@@ -60,7 +60,7 @@ struct ContactSide {
 
   /// Its centre, from the start of the substep on, and back, for as long as nothing touches it: the
   /// parabola through the nodes of symplectic Euler, `dt` (s) apart.
-  Motion way(double dt) const {
+  bullet::Motion way(double dt) const {
     return {state.position, state.velocity + 0.5 * dt * acceleration, acceleration};
   }
 };
@@ -101,4 +101,4 @@ std::array<ImpulseEvent, 2> sharesOf(const ContactSide& body, const ContactSide&
                                      const TouchPoint& point, const Touch& touch, double duration,
                                      double restitutionSpeed);
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace carom {
+namespace carom::plugin {
 namespace {
 
 // A body is where its velocity has brought it, but for rounding and for the bend in the way of a
@@ -183,4 +183,4 @@ bool ContactListener::begins(const ContactSide& body, const ContactSide& other,
   return !wasOpen;
 }
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -6,11 +6,11 @@
 #include <unordered_map>
 #include <vector>
 
-#include "audio/impulse_event.h"
-#include "audio/vector.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/vector.h"
 #include "plugin/pybullet/contact_impact.h"
 
-namespace carom {
+namespace carom::plugin {
 
 struct ContactSubstep {
   double time = 0.0;              ///< s, of its start
@@ -101,4 +101,4 @@ class ContactListener {
   std::vector<ImpulseEvent> events_;
 };
 
-}  // namespace carom
+}  // namespace carom::plugin

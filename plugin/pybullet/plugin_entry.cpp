@@ -23,7 +23,7 @@ using carom::b3::PluginContext;
 
 /// Behind the server's pointer, from initPlugin to exitPlugin.
 struct Plugin {
-  std::unique_ptr<carom::ServerSound> sound;
+  std::unique_ptr<carom::plugin::ServerSound> sound;
   // What the latest command said; the server reads it after the command, and again for the rest of
   // a long one.
   std::string text{};
@@ -70,7 +70,7 @@ int start(PluginContext& context, const void* caller) {
     complain(server.error().message.c_str());
     return -1;
   }
-  auto sound = carom::ServerSound::create(*std::move(server), context.client);
+  auto sound = carom::plugin::ServerSound::create(*std::move(server), context.client);
   if (!sound) {
     complain(sound.error().message.c_str());
     return -1;

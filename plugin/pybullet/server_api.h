@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "audio/result.h"
+#include "carom/audio/result.h"
 #include "plugin/pybullet/server_abi.h"
 
 namespace carom::b3 {

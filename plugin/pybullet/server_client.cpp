@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
-namespace carom {
+namespace carom::plugin {
 namespace {
 
 Vec3 vectorAt(const double* values) {
@@ -83,4 +83,4 @@ std::vector<b3::CollisionShape> ServerClient::shapes(Key key) {
   return {found.shapes, found.shapes + found.count};
 }
 
-}  // namespace carom
+}  // namespace carom::plugin

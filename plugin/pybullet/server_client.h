@@ -8,7 +8,7 @@
 #include "plugin/pybullet/contact_listener.h"
 #include "plugin/pybullet/server_api.h"
 
-namespace carom {
+namespace carom::plugin {
 
 /// Asks the physics server, from within: it answers at once, also in the middle of a step.
 /// What it does not know any more is nothing here. [physics thread]
@@ -44,4 +44,4 @@ class ServerClient {
   std::vector<BodyState> states_;
 };
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -6,7 +6,7 @@
 
 #include "plugin/pybullet/body_description.h"
 
-namespace carom {
+namespace carom::plugin {
 namespace {
 
 constexpr int kBase = -1;
@@ -245,4 +245,4 @@ Result<std::string> ServerSound::run(const command::Help&) {
   return std::string(kCommandHelp);
 }
 
-}  // namespace carom
+}  // namespace carom::plugin

@@ -9,15 +9,14 @@
 #include <unordered_map>
 #include <vector>
 
+#include "carom/audio/panel_radiator.h"
+#include "carom/audio/result.h"
 #include "carom/event_sound.h"
-
-#include "audio/panel_radiator.h"
-#include "audio/result.h"
 #include "plugin/pybullet/command.h"
 #include "plugin/pybullet/contact_listener.h"
 #include "plugin/pybullet/server_client.h"
 
-namespace carom {
+namespace carom::plugin {
 
 /// The sound of a physics server: asks it in every substep, and takes commands.
 ///
@@ -85,4 +84,4 @@ class ServerSound {
   std::vector<TouchPoint> points_;
 };
 
-}  // namespace carom
+}  // namespace carom::plugin

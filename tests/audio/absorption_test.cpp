@@ -1,4 +1,4 @@
-#include "audio/absorption.h"
+#include "carom/audio/absorption.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/material.h"
+#include "carom/audio/material.h"
 #include "tests/support/random.h"
 
 namespace carom {

@@ -11,6 +11,9 @@
 #include "tests/audio/ball_drop.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 using test::BallDrop;

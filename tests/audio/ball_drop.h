@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "audio/impulse_event.h"
-#include "audio/material.h"
-#include "audio/synth.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/material.h"
+#include "carom/audio/synth.h"
 
 namespace carom::test {
 

@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/synth.h"
+#include "carom/audio/synth.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/support/no_alloc_scope.h"
 #include "tests/support/random.h"
@@ -19,6 +19,9 @@
 // whose tests are its tests.
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 using test::BallDrop;

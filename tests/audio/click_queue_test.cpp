@@ -11,6 +11,9 @@
 #include "tests/support/random.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 /// Slots of what is taken, ascending.

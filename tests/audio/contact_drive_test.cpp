@@ -13,6 +13,9 @@
 #include "tests/support/random.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 constexpr double kTexel = 1e-3;

@@ -8,6 +8,9 @@
 #include <gtest/gtest.h>
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 constexpr double kPi = std::numbers::pi;

@@ -9,6 +9,9 @@
 #include <gtest/gtest.h>
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 double sphereMass(const Material& material, double radius) {

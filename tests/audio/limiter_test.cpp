@@ -1,4 +1,4 @@
-#include "audio/limiter.h"
+#include "carom/audio/limiter.h"
 
 #include <algorithm>
 #include <cmath>

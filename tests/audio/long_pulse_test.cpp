@@ -10,6 +10,9 @@
 #include "audio/spread_kernel.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 using Complex = std::complex<double>;

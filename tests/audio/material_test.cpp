@@ -1,4 +1,4 @@
-#include "audio/material.h"
+#include "carom/audio/material.h"
 
 #include <cmath>
 #include <numbers>
@@ -10,6 +10,9 @@
 #include "audio/hertz.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 struct PublishedRow {

@@ -5,7 +5,7 @@
 #include <map>
 #include <utility>
 
-#include "audio/surface_mesh.h"
+#include "carom/audio/surface_mesh.h"
 
 namespace carom {
 

@@ -1,4 +1,4 @@
-#include "audio/modal_model_file.h"
+#include "carom/audio/modal_model_file.h"
 
 #include <algorithm>
 #include <bit>

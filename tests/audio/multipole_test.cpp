@@ -11,6 +11,9 @@
 #include "tests/support/no_alloc_scope.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 using Complex = std::complex<double>;

@@ -1,4 +1,4 @@
-#include "audio/normal_map.h"
+#include "carom/audio/normal_map.h"
 
 #include <array>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "audio/panel_radiator.h"
+#include "carom/audio/panel_radiator.h"
 
 #include <cmath>
 #include <limits>
@@ -13,6 +13,9 @@
 #include "tests/audio/meshes.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 constexpr double kPi = std::numbers::pi;

@@ -10,6 +10,9 @@
 #include "tests/support/no_alloc_scope.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 constexpr double kSpeedOfSound = 343.0;

@@ -16,6 +16,9 @@
 #include "tests/support/no_alloc_scope.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 using std::numbers::pi;

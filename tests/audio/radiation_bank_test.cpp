@@ -11,6 +11,9 @@
 #include "audio/spread_kernel.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 using Complex = std::complex<double>;

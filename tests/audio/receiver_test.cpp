@@ -7,9 +7,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "audio/listener.h"
+#include "carom/audio/listener.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 using std::numbers::pi;

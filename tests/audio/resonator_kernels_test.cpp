@@ -12,6 +12,9 @@
 #include "tests/support/random.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 constexpr long double kTwoPi = 2.0L * std::numbers::pi_v<long double>;

@@ -14,10 +14,14 @@
 
 #include <gtest/gtest.h>
 
+#include "audio/decay_filter.h"
 #include "tests/support/no_alloc_scope.h"
 #include "tests/support/random.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 using test::NoAllocScope;

@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "audio/impulse_event.h"
-#include "audio/modal_model.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/modal_model.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/audio/meshes.h"
 

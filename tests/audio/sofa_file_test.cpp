@@ -20,6 +20,9 @@
 #include "tests/support/temporary_folder.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 namespace fs = std::filesystem;

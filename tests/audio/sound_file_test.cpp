@@ -1,4 +1,4 @@
-#include "audio/sound_file.h"
+#include "carom/audio/sound_file.h"
 
 #include <algorithm>
 #include <array>

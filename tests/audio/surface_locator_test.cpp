@@ -10,6 +10,9 @@
 #include "tests/support/random.h"
 
 namespace carom::test {
+
+using namespace audio;
+
 namespace {
 
 Vec3 placeOf(const SurfacePoint& point, const SurfaceMesh& mesh) {

@@ -1,4 +1,4 @@
-#include "audio/surface_texture.h"
+#include "carom/audio/surface_texture.h"
 
 #include <cmath>
 #include <cstddef>

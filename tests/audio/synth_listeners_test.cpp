@@ -18,6 +18,9 @@
 // Listeners of every format, against plain microphones at the same places.
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 using std::numbers::pi;
@@ -97,7 +100,7 @@ Listener turned(ListenerFormat format, const Vec3& place, const Quat& orientatio
 const Quat kTurn(Eigen::AngleAxisd(1.1, Vec3(0.6, 0.0, 0.8)));
 
 TEST(SynthListeners, ASpacedPairIsTwoMicrophonesOnItsOwnXAxis) {
-  for (const Quat& orientation : {Quat::Identity(), kTurn}) {
+  for (const Quat& orientation : {Quat(Quat::Identity()), kTurn}) {
     Listener pair = turned(ListenerFormat::spacedPair, {1, 0.5, 1}, orientation);
     pair.spacing = 0.8;
     const auto both = heard({pair}, hit());

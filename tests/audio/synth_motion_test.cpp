@@ -15,6 +15,9 @@
 // for each of very many samples, from the time at which it left; and against closed forms.
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 using std::numbers::pi;

@@ -9,12 +9,15 @@
 
 #include "audio/hertz.h"
 #include "audio/pulse.h"
-#include "audio/synth.h"
+#include "carom/audio/synth.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/audio/ringing_box.h"
 #include "tests/support/no_alloc_scope.h"
 
 namespace carom::test {
+
+using namespace audio;
+
 namespace {
 
 constexpr double kRate = 48000.0;

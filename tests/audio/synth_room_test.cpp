@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "audio/absorption.h"
+#include "carom/audio/absorption.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/support/click_spectrum.h"
 #include "tests/support/random.h"

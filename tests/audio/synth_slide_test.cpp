@@ -9,9 +9,9 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/material.h"
-#include "audio/surface_texture.h"
-#include "audio/synth.h"
+#include "carom/audio/material.h"
+#include "carom/audio/surface_texture.h"
+#include "carom/audio/synth.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/audio/ringing_box.h"
 #include "tests/support/random.h"

@@ -19,6 +19,9 @@
 // may depend on nothing but the events; it costs no allocation; and it is finite, whatever is hit.
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 using test::BallDrop;

@@ -1,4 +1,4 @@
-#include "audio/synth.h"
+#include "carom/audio/synth.h"
 
 #include <algorithm>
 #include <bit>
@@ -16,6 +16,9 @@
 #include "tests/support/no_alloc_scope.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 using test::BallDrop;

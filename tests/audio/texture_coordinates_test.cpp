@@ -1,4 +1,4 @@
-#include "audio/texture_coordinates.h"
+#include "carom/audio/texture_coordinates.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +15,9 @@
 #include "tests/support/random.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 using Corners = TextureCoordinates::Corners;
@@ -188,7 +191,7 @@ TEST(TextureCoordinates, OverASeamThePathGoesOnWhereTheOtherSheetSays) {
   const auto along = [](double s, double t) { return Vec3(s, 0.0, -0.1 * t); };
   Strip flat = strip(along, plain);
   for (std::size_t index = kQuads; index < flat.corners.size(); ++index)
-    for (Vector2d& corner : flat.corners[index])
+    for (Vec2& corner : flat.corners[index])
       corner.x() += 0.3125;
   const auto coordinates = TextureCoordinates::of(flat.mesh, flat.corners);
   ASSERT_TRUE(coordinates);
@@ -251,7 +254,7 @@ TEST(TextureCoordinates, WhatIsNoneIsRefused) {
   EXPECT_EQ(reason(bad), "texture coordinates: a coordinate of triangle 5 is not finite");
   bad = good;
   for (Corners& corners : bad.corners)
-    for (Vector2d& corner : corners)
+    for (Vec2& corner : corners)
       corner.y() = corner.x();
   EXPECT_EQ(reason(bad), "texture coordinates: they lie in one line all over the mesh");
 }

@@ -10,6 +10,9 @@
 #include "tests/support/random.h"
 
 namespace carom {
+
+using namespace audio;
+
 namespace {
 
 struct Kept {

@@ -20,10 +20,13 @@
 #include "audio/click_kernels.h"
 #include "audio/long_pulse.h"
 #include "audio/spread_kernel.h"
-#include "audio/synth.h"
+#include "carom/audio/synth.h"
 #include "tests/bench/figures.h"
 
 namespace carom::bench {
+
+using namespace audio;
+
 namespace {
 
 constexpr double kRate = 48000.0;

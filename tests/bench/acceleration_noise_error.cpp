@@ -12,12 +12,15 @@
 #include <string_view>
 #include <vector>
 
-#include "audio/medium.h"
+#include "carom/audio/material.h"
 #include "tests/bench/click_cost.h"
 #include "tests/bench/oversampled_click.h"
 #include "tests/support/click_spectrum.h"
 
 namespace carom::bench {
+
+using namespace audio;
+
 namespace {
 
 using test::ClickCase;

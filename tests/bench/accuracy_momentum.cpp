@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "bullet_bridge/bullet_bridge.h"
+#include "carom/bullet/bullet_bridge.h"
 #include "tests/bench/pair_world.h"
 #include "tests/bullet_bridge/delivery_time.h"
 #include "tests/support/random.h"

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <memory>
 
-#include "bullet_bridge/bullet_bridge.h"
+#include "carom/bullet/bullet_bridge.h"
 #include "tests/bench/pair_world.h"
 #include "tests/support/random.h"
 

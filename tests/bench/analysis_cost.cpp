@@ -14,6 +14,9 @@
 #include "tests/audio/meshes.h"
 
 namespace carom::bench {
+
+using namespace modal;
+
 namespace {
 
 constexpr Eigen::Index kModes = 60;

@@ -3,9 +3,9 @@
 #include <numbers>
 #include <vector>
 
-#include "audio/listener.h"
-#include "audio/sound_body.h"
-#include "native/sphere_world.h"
+#include "carom/audio/listener.h"
+#include "carom/audio/sound_body.h"
+#include "carom/native/sphere_world.h"
 
 namespace carom::bench {
 

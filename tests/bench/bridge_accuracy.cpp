@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "bullet_bridge/bullet_bridge.h"
+#include "carom/bullet/bullet_bridge.h"
 #include "tests/bench/accuracy_cases.h"
 #include "tests/bench/accuracy_momentum.h"
 #include "tests/bench/accuracy_rest.h"

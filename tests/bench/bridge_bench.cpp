@@ -11,7 +11,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "bullet_bridge/bullet_bridge.h"
+#include "carom/bullet/bullet_bridge.h"
 #include "scenes/bullet_scene.h"
 #include "scenes/compare.h"
 #include "scenes/scene_loader.h"
@@ -19,6 +19,9 @@
 #include "tests/bench/thousand_balls.h"
 
 namespace carom::bench {
+
+using namespace scenes;
+
 namespace {
 
 constexpr double kStep = 1.0 / 240.0;  // s

@@ -20,6 +20,10 @@
 #include "tests/support/wavy_slide.h"
 
 namespace carom::bench {
+
+using namespace audio;
+using namespace scenes;
+
 namespace {
 
 using test::WavySlide;

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "carom/event_sound.h"
 #include <benchmark/benchmark.h>
 
-#include "audio/material.h"
+#include "carom/audio/material.h"
+#include "carom/event_sound.h"
 #include "tests/bench/figures.h"
 
 namespace carom::bench {

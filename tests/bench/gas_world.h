@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <utility>
 
-#include "native/sphere_stepper.h"
+#include "carom/native/sphere_stepper.h"
 #include "tests/bench/native_yardstick.h"
 
 namespace carom::bench {

@@ -17,6 +17,10 @@
 #include "tests/support/random.h"
 
 namespace carom::bench {
+
+using namespace native;
+using namespace scenes;
+
 namespace {
 
 constexpr const char* kHelp =

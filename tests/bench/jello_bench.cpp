@@ -15,6 +15,9 @@
 #include "tests/bench/pointer_jello.h"
 
 namespace carom::bench {
+
+using namespace native;
+
 namespace {
 
 constexpr double kStep = 5e-4;  // s

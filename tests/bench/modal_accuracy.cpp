@@ -17,6 +17,9 @@
 #include "tests/support/vibration_references.h"
 
 namespace carom::bench {
+
+using namespace modal;
+
 namespace {
 
 constexpr char kHelp[] =

@@ -20,6 +20,9 @@
 #include "tests/bench/fma_peak.h"
 
 namespace carom::bench {
+
+using namespace audio;
+
 namespace {
 
 constexpr double kRate = 48000.0;   // Hz

@@ -17,8 +17,8 @@
 #include <benchmark/benchmark.h>
 #include <malloc.h>
 
-#include "native/recording_format.h"
-#include "native/sphere_stepper.h"
+#include "carom/native/recording_format.h"
+#include "carom/native/sphere_stepper.h"
 #include "tests/bench/cell_yardstick.h"
 #include "tests/bench/figures.h"
 #include "tests/bench/gas_world.h"

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 
 namespace carom::bench {
 

@@ -6,9 +6,12 @@
 #include <numbers>
 #include <vector>
 
-#include "audio/medium.h"
+#include "carom/audio/material.h"
 
 namespace carom::bench {
+
+using namespace audio;
+
 namespace {
 
 using test::ClickCase;

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 #include "tests/bench/reference_shape.h"
 
 class btRigidBody;

@@ -5,7 +5,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 
 namespace carom::bench {
 

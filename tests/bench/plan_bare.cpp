@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "audio/sound_file.h"
-#include "audio/synth.h"
-#include "native/sphere_stepper.h"
+#include "carom/audio/sound_file.h"
+#include "carom/audio/synth.h"
+#include "carom/native/sphere_stepper.h"
 #include "tests/bench/bare_cradle.h"
 
 namespace carom::bench {

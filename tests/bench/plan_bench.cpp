@@ -24,6 +24,9 @@
 #include "scenes/stopwatch.h"
 
 namespace carom::bench {
+
+using namespace scenes;
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -260,7 +263,7 @@ int main() {
   using namespace carom::bench;
   std::printf(
       "| what | with | without | ratio | bar | | samples |\n|---|---|---|---|---|---|---|\n");
-  const carom::Scene scene = plain();
+  const carom::scenes::Scene scene = plain();
   printPair({"everything linked in, beside the stages by hand", scene, whole(scene),
              [scene](const auto& heard) { renderByHand(scene, heard); }});
   for (const Feature& feature : features())

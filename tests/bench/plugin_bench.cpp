@@ -13,12 +13,12 @@
 #include <utility>
 #include <vector>
 
-#include "carom/event_sound.h"
-#include "carom/sound.h"
 #include <benchmark/benchmark.h>
 
-#include "audio/material.h"
-#include "bullet_bridge/bullet_bridge.h"
+#include "carom/audio/material.h"
+#include "carom/bullet/bullet_bridge.h"
+#include "carom/event_sound.h"
+#include "carom/sound.h"
 #include "scenes/bullet_scene.h"
 #include "scenes/scene_loader.h"
 #include "tests/bench/figures.h"
@@ -27,6 +27,9 @@
 #include "tests/support/random.h"
 
 namespace carom::bench {
+
+using namespace scenes;
+
 namespace {
 
 constexpr double kRate = 48000.0;      // Hz

@@ -4,6 +4,8 @@
 
 namespace carom::bench {
 
+using namespace native;
+
 PointerJello::PointerJello(const JelloWorld& world)
     : mass_(world.lattice.pointMass),
       stiffness_(world.lattice.stiffness),

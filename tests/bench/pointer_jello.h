@@ -11,7 +11,7 @@ namespace carom::bench {
 /// two of them, the classic Runge and Kutta step over it. Without walls, fields and balls.
 class PointerJello {
  public:
-  explicit PointerJello(const JelloWorld& world);
+  explicit PointerJello(const native::JelloWorld& world);
   void step(double h);
   Vec3 position(std::size_t point) const { return points_[point].position; }
 

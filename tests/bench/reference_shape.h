@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 
 class btCollisionShape;
 

@@ -14,6 +14,9 @@
 #include "tests/bench/figures.h"
 
 namespace carom::bench {
+
+using namespace scenes;
+
 namespace {
 
 constexpr std::size_t kBlock = 4096;  // samples
@@ -74,7 +77,7 @@ void addScene(Figures& figures, const Scene& scene) {
 int main(int argc, char** argv) {
   using namespace carom::bench;
   Figures figures;
-  const carom::Scene marbles = libraryScene("marbles_in_a_box");
+  const carom::scenes::Scene marbles = libraryScene("marbles_in_a_box");
   addScene(figures, on(marbles, carom::StepperType::native));
   addScene(figures, on(marbles, carom::StepperType::bullet));
   for (const char* name : {"billiard_break", "bouncing_ball", "newtons_cradle"})

@@ -7,7 +7,7 @@
 namespace carom::bench {
 
 /// A thousand steel balls of 5 cm radius fall together for so many seconds.
-inline Result<Scene> thousandBalls(double duration) {
+inline Result<scenes::Scene> thousandBalls(double duration) {
   return parseScene(R"({
     "duration": )" + std::to_string(duration) +
                         R"(,

@@ -1,4 +1,4 @@
-#include "bullet_bridge/bullet_bridge.h"
+#include "carom/bullet/bullet_bridge.h"
 
 #include <cmath>
 #include <random>
@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bullet_bridge/world_advice.h"
+#include "carom/bullet/world_advice.h"
 #include "tests/bullet_bridge/sphere_world.h"
 #include "tests/support/no_alloc_scope.h"
 

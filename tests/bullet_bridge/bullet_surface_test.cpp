@@ -12,6 +12,9 @@
 
 // Whether ShapePair sees the surface that Bullet's own dispatcher collides, whatever the shapes.
 namespace carom {
+
+using namespace bullet;
+
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();

@@ -11,6 +11,9 @@
 #include "tests/bullet_bridge/random_motion.h"
 
 namespace carom {
+
+using namespace bullet;
+
 namespace {
 
 using by_hand::Points;

@@ -7,6 +7,9 @@
 #include <gtest/gtest.h>
 
 namespace carom {
+
+using namespace bullet;
+
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();

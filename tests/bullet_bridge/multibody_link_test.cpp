@@ -13,6 +13,9 @@
 #include "tests/support/no_alloc_scope.h"
 
 namespace carom {
+
+using namespace bullet;
+
 namespace {
 
 constexpr bool kDouble = sizeof(btScalar) == 8;

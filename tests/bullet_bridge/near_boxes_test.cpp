@@ -14,6 +14,9 @@
 #include "tests/support/no_alloc_scope.h"
 
 namespace carom {
+
+using namespace bullet;
+
 namespace {
 
 using Boxes = std::vector<SweptBox>;

@@ -107,7 +107,7 @@ inline double hullHullOrOverlap(const Points& one, const Points& two) {
   return best > 0.0 ? hullHull(one, two) : std::min(best, 0.0);
 }
 
-inline Points boxCorners(const Vec3& half, const Pose& pose) {
+inline Points boxCorners(const Vec3& half, const bullet::Pose& pose) {
   Points corners;
   for (const double x : {-1.0, 1.0})
     for (const double y : {-1.0, 1.0})
@@ -156,8 +156,8 @@ struct RoundSet {
 
 /// By alternating projections: of the one nearest to the other's nearest, and so on. From above,
 /// and slow where the sets are nearly parallel.
-inline double roundRound(const RoundSet& one, const Pose& pose, const RoundSet& two,
-                         const Pose& otherPose, Vec3& start, int rounds = 20000) {
+inline double roundRound(const RoundSet& one, const bullet::Pose& pose, const RoundSet& two,
+                         const bullet::Pose& otherPose, Vec3& start, int rounds = 20000) {
   double distance = std::numeric_limits<double>::infinity();
   for (int round = 0; round < rounds; ++round) {
     const Vec3 there = otherPose.toWorld(two.project(otherPose.toLocal(start)));

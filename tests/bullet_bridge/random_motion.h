@@ -6,8 +6,8 @@
 namespace carom {
 
 /// A body that tumbles towards the origin from `distance` m away.
-inline RigidMotion tumbling(Random& random, double distance, double speed, double spin) {
-  RigidMotion motion;
+inline bullet::RigidMotion tumbling(Random& random, double distance, double speed, double spin) {
+  bullet::RigidMotion motion;
   const Vec3 from = random.direction();
   motion.centre.position = distance * from;
   motion.centre.velocity = speed * (0.2 * random.inCube() - from);

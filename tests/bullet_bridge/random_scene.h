@@ -7,7 +7,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 #include "tests/support/random.h"
 
 namespace carom {

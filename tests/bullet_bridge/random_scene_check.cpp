@@ -7,7 +7,7 @@
 #include <tuple>
 #include <utility>
 
-#include "bullet_bridge/bullet_bridge.h"
+#include "carom/bullet/bullet_bridge.h"
 #include "tests/bullet_bridge/delivery_time.h"
 #include "tests/bullet_bridge/random_scene.h"
 

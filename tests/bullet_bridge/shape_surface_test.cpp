@@ -10,10 +10,13 @@
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 #include <gtest/gtest.h>
 
-#include "audio/panel_radiator.h"
 #include "bullet_bridge/surface_union.h"
+#include "carom/audio/panel_radiator.h"
 
 namespace carom {
+
+using namespace bullet;
+
 namespace {
 
 constexpr double kPi = std::numbers::pi;

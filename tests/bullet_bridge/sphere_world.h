@@ -5,7 +5,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
-#include "bullet_bridge/bullet_bridge.h"
+#include "carom/bullet/bullet_bridge.h"
 
 namespace carom {
 

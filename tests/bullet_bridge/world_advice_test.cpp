@@ -1,4 +1,4 @@
-#include "bullet_bridge/world_advice.h"
+#include "carom/bullet/world_advice.h"
 
 #include <cmath>
 #include <functional>

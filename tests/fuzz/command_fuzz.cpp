@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "audio/material.h"
+#include "carom/audio/material.h"
 #include "plugin/pybullet/command.h"
 
 namespace {
@@ -15,16 +15,18 @@ void require(bool promise) {
 
 // What is relied on without asking again.
 struct Promises {
-  void operator()(const carom::command::PlaceListener& listener) const {
+  void operator()(const carom::plugin::command::PlaceListener& listener) const {
     require(listener.position.allFinite());
     require(std::abs(listener.orientation.norm() - 1.0) < 1e-6);
   }
-  void operator()(const carom::command::SetMaterial& set) const {
+  void operator()(const carom::plugin::command::SetMaterial& set) const {
     require(set.body >= 0);
     require(carom::findMaterial(set.name) != nullptr);
   }
-  void operator()(const carom::command::Record& record) const { require(!record.file.empty()); }
-  void operator()(const carom::command::SetGain& set) const {
+  void operator()(const carom::plugin::command::Record& record) const {
+    require(!record.file.empty());
+  }
+  void operator()(const carom::plugin::command::SetGain& set) const {
     require(set.gain >= 0.0 && set.gain <= 1000.0);
   }
   template <class Other>
@@ -35,7 +37,7 @@ struct Promises {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
-  const carom::Result<carom::Command> command = carom::parseCommand(text);
+  const carom::Result<carom::plugin::Command> command = carom::plugin::parseCommand(text);
   if (command)
     std::visit(Promises{}, *command);
   else

@@ -4,8 +4,7 @@
 #include <span>
 #include <string_view>
 
-#include "modal/gltf_audio.h"
-#include "modal/gltf_modal_model.h"
+#include "carom/modal/gltf_audio.h"
 
 namespace {
 

@@ -16,15 +16,15 @@ void require(bool promise) {
 /// Any text is either a world that can be written again and read the same, or an error with a name.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
-  const auto file = carom::jelloFromText(text, "fuzz.w");
+  const auto file = carom::native::jelloFromText(text, "fuzz.w");
   if (!file) {
     require(std::string_view(file.error().message).starts_with("fuzz.w: "));
     return 0;
   }
-  require(carom::whyNot(file->world).empty());
-  const auto written = carom::jelloText(*file);
+  require(carom::native::whyNot(file->world).empty());
+  const auto written = carom::native::jelloText(*file);
   require(static_cast<bool>(written));
-  const auto again = carom::jelloFromText(*written, "again.w");
+  const auto again = carom::native::jelloFromText(*written, "again.w");
   require(static_cast<bool>(again));
   require(again->world.positions == file->world.positions);
   require(again->world.velocities == file->world.velocities);

@@ -4,9 +4,9 @@
 #include <span>
 #include <string_view>
 
-#include "modal/mesh_check.h"
+#include "carom/modal/mesh_check.h"
+#include "carom/modal/mesh_file.h"
 #include "modal/mesh_detail.h"
-#include "modal/mesh_file.h"
 
 namespace {
 
@@ -36,7 +36,7 @@ void use(const SurfaceMesh& mesh) {
   const carom::MendedMesh mended = carom::mended(mesh);
   requireSound(mended.surface);
   if (mended.surface.vertices.size() > kManyVertices || mended.surface.triangles.empty()) return;
-  const auto fine = carom::subdividedTo(mended.surface, mended.surface.vertices.size() + 20);
+  const auto fine = carom::modal::subdividedTo(mended.surface, mended.surface.vertices.size() + 20);
   if (!fine) return;
   requireSound(*fine);
   require(carom::closedSurface(*fine) == carom::closedSurface(mended.surface));

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "audio/modal_model_file.h"
+#include "carom/audio/modal_model_file.h"
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <string_view>
 
-#include "audio/normal_map.h"
+#include "carom/audio/normal_map.h"
 
 namespace {
 

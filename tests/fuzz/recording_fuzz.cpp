@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
-#include "native/recording.h"
+#include "carom/native/recording.h"
+#include "carom/native/recording_format.h"
 #include "native/recording_archive.h"
-#include "native/recording_format.h"
 
 namespace {
 
@@ -78,7 +78,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size < kChecksumSize) return 0;
   std::vector<std::byte> sealed(given.begin(), given.end() - kChecksumSize);
   const std::uint64_t checksum = carom::recordingChecksum(sealed);
-  carom::ByteWriter(sealed).fixed(checksum, kChecksumSize);
+  carom::native::ByteWriter(sealed).fixed(checksum, kChecksumSize);
   read(sealed);
   return 0;
 }

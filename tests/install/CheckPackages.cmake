@@ -29,7 +29,7 @@ endfunction()
 
 file(GLOB development ${FOLDER}/libcarom-dev_*.deb)
 expect_files(${development} include/carom/sound.h include/carom/event_sound.h
-  include/carom/audio/material.h include/carom/bullet_bridge/bullet_bridge.h
+  include/carom/audio/material.h include/carom/bullet/bullet_bridge.h
   include/carom/modal/mesh_analysis.h include/carom/native/sphere_stepper.h
   ${LIBDIR}/libcarom_audio.a ${LIBDIR}/libcarom_modal.a ${LIBDIR}/libcarom_native.a
   ${LIBDIR}/libcarom_bullet.a ${LIBDIR}/libcarom_plugin.a ${LIBDIR}/cmake/carom/carom-config.cmake

@@ -8,6 +8,9 @@
 #include <gtest/gtest.h>
 
 namespace carom::test {
+
+using namespace modal;
+
 namespace {
 
 using testing::DoubleNear;

@@ -14,6 +14,9 @@
 #include "tests/support/random.h"
 
 namespace carom {
+
+using namespace modal;
+
 namespace {
 
 using Eigen::Index;

@@ -1,4 +1,4 @@
-#include "modal/gltf_audio.h"
+#include "carom/modal/gltf_audio.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,5 +1,3 @@
-#include "modal/gltf_modal_model.h"
-
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -10,10 +8,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "carom/modal/gltf_audio.h"
 #include "modal/audible_modes.h"
 #include "tests/support/temporary_folder.h"
 
 namespace carom::test {
+
+using namespace modal;
+
 namespace {
 
 using testing::HasSubstr;

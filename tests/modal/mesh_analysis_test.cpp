@@ -1,4 +1,4 @@
-#include "modal/mesh_analysis.h"
+#include "carom/modal/mesh_analysis.h"
 
 #include <cmath>
 #include <cstdint>
@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "modal/mesh_check.h"
+#include "carom/modal/mesh_check.h"
 #include "modal/mode_radiation.h"
 #include "modal/solid_model.h"
 #include "tests/audio/meshes.h"

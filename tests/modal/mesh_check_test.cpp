@@ -1,4 +1,4 @@
-#include "modal/mesh_check.h"
+#include "carom/modal/mesh_check.h"
 
 #include <algorithm>
 #include <array>

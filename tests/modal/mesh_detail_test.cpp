@@ -12,6 +12,9 @@
 #include "tests/support/random.h"
 
 namespace carom::test {
+
+using namespace modal;
+
 namespace {
 
 using testing::HasSubstr;

@@ -1,4 +1,4 @@
-#include "modal/mesh_file.h"
+#include "carom/modal/mesh_file.h"
 
 #include <algorithm>
 #include <cstdint>

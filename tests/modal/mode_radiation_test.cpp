@@ -16,6 +16,10 @@
 #include "tests/modal/ringing_models.h"
 
 namespace carom::test {
+
+using namespace audio;
+using namespace modal;
+
 namespace {
 
 using Complex = std::complex<double>;

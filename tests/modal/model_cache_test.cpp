@@ -1,4 +1,4 @@
-#include "modal/model_cache.h"
+#include "carom/modal/model_cache.h"
 
 #include <cstdlib>
 #include <fstream>
@@ -10,9 +10,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "modal/model_key.h"
 #include "tests/support/temporary_folder.h"
 
 namespace carom::test {
+
+using namespace modal;
+
 namespace {
 
 using testing::HasSubstr;

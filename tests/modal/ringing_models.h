@@ -6,8 +6,8 @@
 #include <functional>
 #include <numbers>
 
-#include "audio/modal_model.h"
 #include "audio/multipole.h"
+#include "carom/audio/modal_model.h"
 #include "tests/audio/meshes.h"
 
 namespace carom::test {
@@ -40,7 +40,7 @@ inline double frequencyOf(const ModalModel& model, double waveNumber) {
 /// Distance times H, far away.
 inline std::complex<double> farField(const ModeRadiation& radiation, const Vec3& direction) {
   const double farAway = 1e9;
-  return farAway * multipoleTransfer(radiation, DirectionHarmonics(direction), 1.0, farAway);
+  return farAway * multipoleTransfer(radiation, audio::DirectionHarmonics(direction), 1.0, farAway);
 }
 
 /// A bar along x, of any regular section: `around` corners on the ellipse of half.y and half.z that

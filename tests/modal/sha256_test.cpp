@@ -7,6 +7,9 @@
 #include <gtest/gtest.h>
 
 namespace carom::test {
+
+using namespace modal;
+
 namespace {
 
 std::string hex(const Sha256::Digest& digest) {

@@ -15,6 +15,9 @@
 #include "tests/support/random.h"
 
 namespace carom::test {
+
+using namespace modal;
+
 namespace {
 
 using std::numbers::pi;

@@ -15,6 +15,9 @@
 #include "tests/audio/meshes.h"
 
 namespace carom {
+
+using namespace modal;
+
 namespace {
 
 using Eigen::Index;

@@ -9,6 +9,9 @@
 #include "tests/native/sphere_worlds.h"
 
 namespace carom {
+
+using namespace native;
+
 namespace {
 
 using namespace test;

@@ -11,6 +11,9 @@
 #include "tests/native/sphere_worlds.h"
 
 namespace carom {
+
+using namespace native;
+
 namespace {
 
 using namespace test;

@@ -7,6 +7,9 @@
 #include "tests/native/sphere_worlds.h"
 
 namespace carom {
+
+using namespace native;
+
 namespace {
 
 using test::Random;

@@ -9,6 +9,9 @@
 #include "native/jello_limits.h"
 
 namespace carom {
+
+using namespace native;
+
 namespace {
 
 /// Pulled apart by a tenth and let go.

@@ -10,6 +10,9 @@
 #include "tests/native/sphere_worlds.h"
 
 namespace carom::test {
+
+using namespace native;
+
 namespace {
 
 constexpr BodyId kJelloId = 77;

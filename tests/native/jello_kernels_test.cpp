@@ -8,6 +8,9 @@
 #include "tests/support/random.h"
 
 namespace carom::test {
+
+using namespace native;
+
 namespace {
 
 /// A crumpled lattice in arrays, with forces of its own already there.

@@ -12,6 +12,9 @@
 #include "tests/support/random.h"
 
 namespace carom::test {
+
+using namespace native;
+
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();

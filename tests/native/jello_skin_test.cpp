@@ -10,6 +10,9 @@
 #include "tests/support/random.h"
 
 namespace carom::test {
+
+using namespace native;
+
 namespace {
 
 struct Points {

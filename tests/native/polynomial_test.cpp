@@ -8,6 +8,9 @@
 #include "tests/native/sphere_worlds.h"
 
 namespace carom {
+
+using namespace native;
+
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();

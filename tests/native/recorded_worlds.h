@@ -9,8 +9,8 @@
 
 #include <gtest/gtest.h>
 
-#include "native/recording.h"
-#include "native/recording_format.h"
+#include "carom/native/recording.h"
+#include "carom/native/recording_format.h"
 #include "tests/native/sphere_worlds.h"
 
 namespace carom::test {

@@ -1,4 +1,4 @@
-#include "native/recording_format.h"
+#include "carom/native/recording_format.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +15,9 @@
 #include "tests/native/recorded_worlds.h"
 
 namespace carom {
+
+using namespace native;
+
 namespace {
 
 using namespace test;

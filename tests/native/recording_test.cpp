@@ -1,4 +1,4 @@
-#include "native/recording.h"
+#include "carom/native/recording.h"
 
 #include <bit>
 #include <cmath>

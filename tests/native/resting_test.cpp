@@ -7,6 +7,9 @@
 #include "tests/native/sphere_worlds.h"
 
 namespace carom {
+
+using namespace native;
+
 namespace {
 
 const Vec3 kPull{0.0, -9.81, 0.0};

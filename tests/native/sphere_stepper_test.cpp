@@ -1,4 +1,4 @@
-#include "native/sphere_stepper.h"
+#include "carom/native/sphere_stepper.h"
 
 #include <cmath>
 #include <type_traits>

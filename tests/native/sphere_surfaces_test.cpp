@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "carom/native/sphere_stepper.h"
 #include "native/box_contact.h"
-#include "native/sphere_stepper.h"
 #include "tests/native/sphere_worlds.h"
 
 namespace carom {

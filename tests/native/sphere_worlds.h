@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "native/sphere_stepper.h"
+#include "carom/native/sphere_stepper.h"
 
 namespace carom::test {
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "native/sphere_world.h"
+#include "carom/native/sphere_world.h"
 
 namespace carom::test {
 

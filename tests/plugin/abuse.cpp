@@ -10,12 +10,12 @@
 #include <memory>
 #include <numbers>
 
-#include "carom/event_sound.h"
-#include "carom/sound.h"
 #include <btBulletDynamicsCommon.h>
 #include <unistd.h>
 
-#include "audio/material.h"
+#include "carom/audio/material.h"
+#include "carom/event_sound.h"
+#include "carom/sound.h"
 #include "tests/support/random.h"
 
 namespace carom::test {

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/synth.h"
+#include "carom/audio/synth.h"
 #include "tests/audio/ball_drop.h"
 
 namespace carom {

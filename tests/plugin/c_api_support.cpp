@@ -9,11 +9,11 @@
 
 #include <btBulletDynamicsCommon.h>
 
-#include "audio/impulse_event.h"
-#include "audio/listener.h"
-#include "audio/material.h"
-#include "audio/modal_model_file.h"
-#include "audio/synth.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/listener.h"
+#include "carom/audio/material.h"
+#include "carom/audio/modal_model_file.h"
+#include "carom/audio/synth.h"
 #include "tests/audio/ringing_box.h"
 
 namespace {

@@ -1,8 +1,9 @@
 #ifndef CAROM_TESTS_PLUGIN_C_API_SUPPORT_H
 #define CAROM_TESTS_PLUGIN_C_API_SUPPORT_H
 
-#include "carom/carom.h"
 #include <stddef.h>
+
+#include "carom/carom.h"
 
 // What the tests of the C interface cannot do in C.
 

@@ -14,6 +14,9 @@
 #include "plugin/c_structs.h"
 
 namespace carom {
+
+using namespace plugin;
+
 namespace {
 
 using Eigen::Matrix3d;

@@ -10,6 +10,9 @@
 #include <gtest/gtest.h>
 
 namespace carom {
+
+using namespace plugin;
+
 namespace {
 
 template <std::size_t count>

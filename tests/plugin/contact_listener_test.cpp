@@ -10,6 +10,9 @@
 #include <gtest/gtest.h>
 
 namespace carom {
+
+using namespace plugin;
+
 namespace {
 
 constexpr double kGravity = 9.81;         // m/s^2

@@ -13,8 +13,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "audio/sound_file.h"
-#include "audio/synth.h"
+#include "carom/audio/sound_file.h"
+#include "carom/audio/synth.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/audio/ringing_box.h"
 #include "tests/support/recording.h"

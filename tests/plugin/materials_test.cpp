@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "carom/sound.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "carom/sound.h"
 #include "tests/audio/ringing_box.h"
 #include "tests/bullet_bridge/sphere_world.h"
 #include "tests/plugin/offline_sound.h"

@@ -5,8 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "carom/sound.h"
 #include <gtest/gtest.h>
+
+#include "carom/sound.h"
 
 namespace carom::test {
 

@@ -5,9 +5,9 @@
 #include <numbers>
 #include <vector>
 
-#include "carom/sound.h"
 #include <gtest/gtest.h>
 
+#include "carom/sound.h"
 #include "tests/bullet_bridge/sphere_world.h"
 #include "tests/plugin/offline_sound.h"
 #include "tests/support/no_alloc_scope.h"

@@ -7,6 +7,9 @@
 #include "plugin/pybullet/command.h"
 
 namespace carom {
+
+using namespace plugin;
+
 namespace {
 
 using testing::HasSubstr;

@@ -8,6 +8,9 @@
 #include "plugin/pybullet/body_description.h"
 
 namespace carom {
+
+using namespace plugin;
+
 namespace {
 
 using Form = ContactBody::Form;

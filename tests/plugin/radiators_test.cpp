@@ -5,14 +5,14 @@
 #include <optional>
 #include <vector>
 
-#include "carom/sound.h"
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 #include <gtest/gtest.h>
 
-#include "audio/rigid_radiator.h"
+#include "carom/audio/rigid_radiator.h"
+#include "carom/sound.h"
 #include "tests/bullet_bridge/sphere_world.h"
 #include "tests/plugin/offline_sound.h"
 

@@ -12,12 +12,16 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/synth.h"
+#include "carom/audio/synth.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/support/no_alloc_scope.h"
 #include "tests/support/random.h"
 
 namespace carom {
+
+using namespace audio;
+using namespace plugin;
+
 namespace {
 
 using test::BallDrop;

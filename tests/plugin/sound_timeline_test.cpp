@@ -7,6 +7,10 @@
 #include <gtest/gtest.h>
 
 namespace carom {
+
+using namespace audio;
+using namespace plugin;
+
 namespace {
 
 constexpr double kRate = 48000.0;     // Hz

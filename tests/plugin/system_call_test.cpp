@@ -15,6 +15,9 @@
 #include "tests/audio/ringing_box.h"
 
 namespace carom {
+
+using namespace plugin;
+
 namespace {
 
 using test::BallDrop;

@@ -9,6 +9,9 @@
 #include "tests/scenes/library.h"
 
 namespace carom::test {
+
+using namespace scenes;
+
 namespace {
 
 /// Two balls that meet off centre: at 1/60 s, Bullet's own way of it is another one.

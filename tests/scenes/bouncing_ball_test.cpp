@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/material.h"
+#include "carom/audio/material.h"
 #include "scenes/render.h"
 #include "tests/scenes/library.h"
 #include "tests/support/onset_detector.h"
@@ -15,6 +15,9 @@
 #include "tests/support/temporary_folder.h"
 
 namespace carom::test {
+
+using namespace scenes;
+
 namespace {
 
 // What scenes/library/bouncing_ball.json says, written again.

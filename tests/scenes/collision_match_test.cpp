@@ -6,6 +6,9 @@
 #include <gtest/gtest.h>
 
 namespace carom::test {
+
+using namespace scenes;
+
 namespace {
 
 using Collisions = std::vector<Collision>;

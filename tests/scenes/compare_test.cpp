@@ -11,6 +11,9 @@
 #include "tests/scenes/library.h"
 
 namespace carom::test {
+
+using namespace scenes;
+
 namespace {
 
 CompareReport compared(const Scene& scene, const std::vector<double>& steps) {

@@ -11,6 +11,9 @@
 #include "tests/scenes/library.h"
 
 namespace carom::test {
+
+using namespace scenes;
+
 namespace {
 
 Signal live(const Scene& scene) {

@@ -24,6 +24,11 @@
 #include "tests/support/temporary_folder.h"
 
 namespace carom::test {
+
+using namespace audio;
+using namespace native;
+using namespace scenes;
+
 namespace {
 
 using testing::Contains;

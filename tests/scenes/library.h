@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "audio/material.h"
+#include "carom/audio/material.h"
 #include "scenes/scene.h"
 #include "scenes/scene_loader.h"
 
@@ -26,7 +26,7 @@ inline std::filesystem::path libraryFile(std::string_view name) {
 }
 
 /// A scene that the test needs to be good.
-inline Scene orAbort(Result<Scene> scene) {
+inline scenes::Scene orAbort(Result<scenes::Scene> scene) {
   if (!scene) {
     std::cerr << scene.error().message << '\n';
     std::abort();
@@ -34,19 +34,20 @@ inline Scene orAbort(Result<Scene> scene) {
   return *std::move(scene);
 }
 
-inline Scene libraryScene(std::string_view name) {
-  return orAbort(loadScene(libraryFile(name)));
+inline scenes::Scene libraryScene(std::string_view name) {
+  return orAbort(scenes::loadScene(libraryFile(name)));
 }
 
-inline Scene onStepper(Scene scene, StepperType type, double step = 1.0 / 240.0) {
+inline scenes::Scene onStepper(scenes::Scene scene, scenes::StepperType type,
+                               double step = 1.0 / 240.0) {
   scene.stepper.type = type;
   scene.stepper.step = step;
   return scene;
 }
 
 /// Twelve marbles of two materials in a box, for a third of a second, in stereo.
-inline Scene fewMarbles() {
-  return orAbort(parseScene(R"({
+inline scenes::Scene fewMarbles() {
+  return orAbort(scenes::parseScene(R"({
     "duration": 0.35,
     "seed": 5,
     "bodies": [
@@ -59,12 +60,12 @@ inline Scene fewMarbles() {
     "listeners": [{"name": "left", "position": [-0.1, 0.4, 0.3]},
                   {"name": "right", "position": [0.1, 0.4, 0.3]}]
   })",
-                            "few_marbles.json"));
+                                    "few_marbles.json"));
 }
 
 /// With the equations of the hand-out as they stand, sampled as they are: what a test can write
 /// again in a line.
-inline Scene asInTheHandOut(Scene scene) {
+inline scenes::Scene asInTheHandOut(scenes::Scene scene) {
   scene.sound.pulse = PulseShape::handOut;
   scene.sound.sampling = Sampling::naive;
   scene.sound.radiation = Radiation::compact;
@@ -74,9 +75,9 @@ inline Scene asInTheHandOut(Scene scene) {
 
 /// The same, of rubber: contacts of milliseconds, whose sound begins before it could have arrived
 /// from the touch itself (Synth::leadTime).
-inline Scene fewRubberBalls() {
-  Scene scene = fewMarbles();
-  for (SceneBody& body : scene.bodies)
+inline scenes::Scene fewRubberBalls() {
+  scenes::Scene scene = fewMarbles();
+  for (scenes::SceneBody& body : scene.bodies)
     body.material = *findMaterial("rubber");
   return scene;
 }

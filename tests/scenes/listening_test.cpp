@@ -20,6 +20,9 @@
 #include "tests/support/temporary_folder.h"
 
 namespace carom::test {
+
+using namespace scenes;
+
 namespace {
 
 using Channels = std::vector<std::vector<float>>;

@@ -14,6 +14,9 @@
 #include "tests/support/temporary_folder.h"
 
 namespace carom::test {
+
+using namespace scenes;
+
 namespace {
 
 const SceneBody kFloor = {"floor", *findMaterial("concrete"), PlaneShape{}};

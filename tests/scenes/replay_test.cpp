@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "native/recording_format.h"
+#include "carom/native/recording_format.h"
 #include "scenes/recorded_scene.h"
 #include "scenes/render.h"
 #include "tests/scenes/library.h"
@@ -17,6 +17,9 @@
 #include "tests/support/temporary_folder.h"
 
 namespace carom::test {
+
+using namespace scenes;
+
 namespace {
 
 namespace fs = std::filesystem;

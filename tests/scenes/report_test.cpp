@@ -20,6 +20,10 @@
 #include "tests/support/csv.h"
 
 namespace carom::test {
+
+using namespace native;
+using namespace scenes;
+
 namespace {
 
 using testing::HasSubstr;

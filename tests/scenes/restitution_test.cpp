@@ -13,6 +13,9 @@
 #include "tests/scenes/library.h"
 
 namespace carom::test {
+
+using namespace scenes;
+
 namespace {
 
 /// A steel ball and a rubber one fall onto a wooden floor from 0.3 m, far from each other, and a

@@ -25,12 +25,17 @@
 #include <valijson/schema_parser.hpp>
 #include <valijson/validator.hpp>
 
-#include "audio/absorption.h"
-#include "audio/listener.h"
-#include "audio/material.h"
-#include "audio/room.h"
+#include "carom/audio/absorption.h"
+#include "carom/audio/listener.h"
+#include "carom/audio/material.h"
+#include "carom/audio/room.h"
 
 namespace carom {
+
+using namespace audio;
+using namespace native;
+using namespace scenes;
+
 namespace {
 
 using nlohmann::json;

@@ -16,6 +16,9 @@
 #include "tests/scenes/library.h"
 
 namespace carom::test {
+
+using namespace scenes;
+
 namespace {
 
 constexpr double kGravity = 9.81;  // m/s^2

@@ -11,12 +11,15 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/modal_model_file.h"
+#include "carom/audio/modal_model_file.h"
 #include "scenes/scene_sound.h"
 #include "tests/scenes/library.h"
 #include "tests/support/temporary_folder.h"
 
 namespace carom::test {
+
+using namespace scenes;
+
 namespace {
 
 const std::string kCoarse = R"({"dofs": 600, "count": 4, "panels": 200})";

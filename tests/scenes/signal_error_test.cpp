@@ -8,6 +8,9 @@
 #include <gtest/gtest.h>
 
 namespace carom::test {
+
+using namespace scenes;
+
 namespace {
 
 constexpr double kRate = 48000.0;      // Hz

@@ -29,6 +29,10 @@
 #include "tests/support/temporary_folder.h"
 
 namespace carom::test {
+
+using namespace bullet;
+using namespace scenes;
+
 namespace {
 
 using nlohmann::json;

@@ -15,6 +15,9 @@
 #include <nlohmann/json.hpp>
 
 namespace carom {
+
+using namespace scenes;
+
 namespace {
 
 using testing::AllOf;

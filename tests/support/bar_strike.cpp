@@ -8,13 +8,17 @@
 
 #include <Eigen/Dense>
 
-#include "audio/panel_radiator.h"
-#include "audio/synth.h"
+#include "carom/audio/panel_radiator.h"
+#include "carom/audio/synth.h"
 #include "modal/mode_radiation.h"
 #include "modal/solid_model.h"
 #include "tests/modal/ringing_models.h"
 
 namespace carom::test {
+
+using namespace audio;
+using namespace modal;
+
 namespace {
 
 using Complex = std::complex<double>;

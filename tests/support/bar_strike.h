@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "audio/modal_model.h"
-#include "audio/rigid_radiator.h"
+#include "carom/audio/modal_model.h"
+#include "carom/audio/rigid_radiator.h"
 #include "tests/support/free_bar.h"
 #include "tests/support/hertz_contact.h"
 

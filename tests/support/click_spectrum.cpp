@@ -9,6 +9,9 @@
 #include "audio/spread_kernel.h"
 
 namespace carom::test {
+
+using namespace audio;
+
 namespace {
 
 using std::numbers::pi;

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "audio/pulse.h"
-#include "audio/synth.h"
+#include "carom/audio/synth.h"
 
 namespace carom::test {
 
@@ -30,7 +30,7 @@ ImpulseEvent makeClickEvent(const ClickCase& click);
 std::vector<double> renderClick(const ClickCase& click);
 
 /// How the ball's force rises and falls, and m/s, what it makes of the ball's speed: j / m.
-Pulse pulseOf(const ClickCase& click);
+audio::Pulse pulseOf(const ClickCase& click);
 double speedChange(const ClickCase& click);
 
 /// The Fourier transform at `frequencies` (Hz) of Pulse::force over the contact, dimensionless,

@@ -1,12 +1,13 @@
 #pragma once
 
-#include <charconv>
 #include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "audio/decimal.h"
 
 namespace carom::test {
 
@@ -41,7 +42,7 @@ inline std::vector<std::vector<std::string>> parseCsv(std::string_view text) {
 /// A field that is a number and nothing else.
 inline double numberOf(const std::string& field) {
   double value = 0.0;
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+  const auto [end, error] = audio::readDecimal(field.data(), field.data() + field.size(), value);
   EXPECT_TRUE(error == std::errc() && end == field.data() + field.size()) << '"' << field << '"';
   return value;
 }

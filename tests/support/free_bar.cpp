@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "audio/medium.h"
+#include "carom/audio/material.h"
 
 namespace carom::test {
 namespace {

@@ -3,8 +3,8 @@
 #include <complex>
 #include <functional>
 
-#include "audio/material.h"
-#include "audio/vector.h"
+#include "carom/audio/material.h"
+#include "carom/audio/vector.h"
 
 namespace carom::test {
 

@@ -3,8 +3,8 @@
 #include <complex>
 #include <vector>
 
-#include "audio/impulse_event.h"
-#include "audio/material.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/material.h"
 
 namespace carom::test {
 

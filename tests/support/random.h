@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <random>
 
-#include "audio/vector.h"
+#include "carom/audio/vector.h"
 
 namespace carom {
 

@@ -14,6 +14,9 @@
 #include "tests/audio/meshes.h"
 
 namespace carom::test {
+
+using namespace modal;
+
 namespace {
 
 using Eigen::Index;

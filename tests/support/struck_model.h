@@ -5,8 +5,8 @@
 
 #include <Eigen/Core>
 
-#include "audio/modal_model.h"
-#include "audio/synth.h"
+#include "carom/audio/modal_model.h"
+#include "carom/audio/synth.h"
 #include "modal/shell_model.h"
 #include "tests/support/direct_vibration.h"
 #include "tests/support/hertz_contact.h"

@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "audio/material.h"
-#include "audio/vector.h"
+#include "carom/audio/material.h"
+#include "carom/audio/vector.h"
 
 namespace carom::test {
 

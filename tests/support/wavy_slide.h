@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "audio/surface_texture.h"
-#include "audio/synth.h"
+#include "carom/audio/surface_texture.h"
+#include "carom/audio/synth.h"
 
 namespace carom::test {
 

@@ -3,14 +3,14 @@
 #include <cstdio>
 
 #include <btBulletDynamicsCommon.h>
-#include <carom/event_sound.h>
-#include <carom/sound.h>
 
-#include "audio/modal_model_file.h"
-#include "audio/synth.h"
-#include "bullet_bridge/world_advice.h"
-#include "modal/mesh_analysis.h"
-#include "native/sphere_stepper.h"
+#include <carom/audio/modal_model_file.h>
+#include <carom/audio/synth.h>
+#include <carom/bullet/world_advice.h>
+#include <carom/event_sound.h>
+#include <carom/modal/mesh_analysis.h>
+#include <carom/native/sphere_stepper.h>
+#include <carom/sound.h>
 
 namespace {
 

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cerrno>
+#include <charconv>
+#include <clocale>
+#include <cstdlib>
+#include <string>
+#include <system_error>
+
+namespace carom::audio {
+
+/// How many characters from `first` on have the form of a finite number that std::from_chars takes:
+/// digits with at most one point among them, before them no sign but a minus, behind them perhaps
+/// an exponent.
+inline const char* endOfDecimal(const char* first, const char* last) {
+  const auto digits = [last](const char* at) {
+    while (at != last && *at >= '0' && *at <= '9')
+      ++at;
+    return at;
+  };
+  const char* const begin = first != last && *first == '-' ? first + 1 : first;
+  const char* const whole = digits(begin);
+  const bool hasPoint = whole != last && *whole == '.';
+  const char* const mantissa = hasPoint ? digits(whole + 1) : whole;
+  if (mantissa - begin == (hasPoint ? 1 : 0)) return first;  // no digit at all
+  if (mantissa == last || (*mantissa != 'e' && *mantissa != 'E')) return mantissa;
+  const char* sign = mantissa + 1;
+  if (sign != last && (*sign == '+' || *sign == '-')) ++sign;
+  const char* const exponent = digits(sign);
+  return exponent == sign ? mantissa : exponent;
+}
+
+/// What std::from_chars does of finite numbers, by strtod in the C locale.
+inline std::from_chars_result readDecimalByStrtod(const char* first, const char* last,
+                                                  double& value) {
+  const char* const end = endOfDecimal(first, last);
+  if (end == first) return {first, std::errc::invalid_argument};
+  static const locale_t plain = newlocale(LC_ALL_MASK, "C", nullptr);
+  const std::string text(first, end);
+  errno = 0;
+  const double read = strtod_l(text.c_str(), nullptr, plain);
+  // strtod calls numbers out of range that are subnormal, and no more than inexact.
+  const bool isBeyond = errno == ERANGE && (read == 0.0 || read > 1.0 || read < -1.0);
+  if (isBeyond) return {end, std::errc::result_out_of_range};
+  value = read;
+  return {end, std::errc()};
+}
+
+/// std::from_chars of a double. Standard libraries that have it for integers alone (libc++ up to
+/// 19) read finite numbers alike; infinities and NaNs by name are no numbers there. [any thread]
+inline std::from_chars_result readDecimal(const char* first, const char* last, double& value) {
+#ifdef __cpp_lib_to_chars
+  return std::from_chars(first, last, value);
+#else
+  return readDecimalByStrtod(first, last, value);
+#endif
+}
+
+}  // namespace carom::audio

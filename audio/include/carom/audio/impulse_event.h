@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include <carom/audio/vector.h>
+
+namespace carom {
+
+/// Names a body for as long as its world exists; never used again for another body.
+using BodyId = std::uint32_t;
+
+/// One body's share of one collision: the vocabulary between mechanics and sound. A collision
+/// gives two events, one per body, with the same time and opposite impulses; an immovable body
+/// gets its share too, because it may ring.
+///
+/// What it leaves out: friction (the impulse is along the normal), and how long the contact lasts;
+/// that follows from the bodies' materials (see hertzDuration).
+struct ImpulseEvent {
+  double time = 0.0;  ///< s, simulation clock: the instant of first touch
+  BodyId body = 0;    ///< whose share this is
+  BodyId other = 0;   ///< the body it hit
+
+  /// N s, world frame, on `body`; the other's share is its negative. The physical one: restitution
+  /// acts on the approach along the normal, j = (1 + e) m |vn|.
+  Vec3 impulse = Vec3::Zero();
+  /// N s, world frame, on `body`: what the mechanics itself applied for this impact, if it is not
+  /// exact (a time-stepping solver adds support load, friction, correction of penetration, and
+  /// swallows some of the bounce). Meaningful only where `hasAppliedImpulse`.
+  Vec3 appliedImpulse = Vec3::Zero();
+  bool hasAppliedImpulse = false;  ///< it is known, and another than `impulse`
+  Vec3 position = Vec3::Zero();    ///< m, world frame, the contact point at `time`
+  Vec3 normal = Vec3::UnitX();     ///< 1, world frame, unit, from the other body towards `body`
+
+  double approachSpeed = 0.0;  ///< m/s, > 0, relative normal speed just before touching
+  double effectiveMass = 0.0;  ///< kg, of the pair along the normal: 1/m = 1/m1 + 1/m2 + rotation
+
+  /// m, local radius of curvature of `body` at the contact: infinite where it is flat, 0 at an edge
+  /// or corner. Where the two principal curvatures differ it is the inverse of their mean, so that
+  /// the sum over both bodies is twice Hertz's A + B (Johnson 1985, eq. 4.3).
+  double radius = std::numeric_limits<double>::infinity();
+  /// m, of the other body.
+  double otherRadius = std::numeric_limits<double>::infinity();
+
+  Vec3 bodyPosition = Vec3::Zero();         ///< m, world frame, centre of mass of `body` at `time`
+  Quat bodyOrientation = Quat::Identity();  ///< body to world, at `time`
+  Vec3 bodyVelocity = Vec3::Zero();         ///< m/s, world frame, centre of mass, just before
+  Vec3 bodyAngularVelocity = Vec3::Zero();  ///< rad/s, world frame, just before
+};
+
+// One layout for every host, whatever its compiler may vectorise with.
+static_assert(sizeof(ImpulseEvent) == 256 && alignof(ImpulseEvent) == alignof(double));
+
+}  // namespace carom

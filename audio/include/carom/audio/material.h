@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cmath>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace carom {
+
+/// Statistics of a rough surface, isotropic and Gaussian: its heights' spectrum is flat for
+/// waves longer than 2 pi correlation lengths and falls as q^(-2 (1 + hurst)) for shorter ones
+/// (self-affine with roll-off: Persson et al. 2005, J. Phys.: Condens. Matter 17, R1, section 2).
+/// Valid: 0 <= rmsHeight <= correlationLength, 0 < correlationLength, 0 < hurst <= 1.
+struct Roughness {
+  double rmsHeight = 0.0;           ///< m; 0: smooth
+  double correlationLength = 1e-4;  ///< m
+  double hurst = 0.8;               ///< 1: the larger, the less there is of short waves
+
+  bool operator==(const Roughness&) const = default;
+};
+
+/// What a body is made of, as far as contact and its sound need it.
+/// Valid: density > 0, Young's modulus > 0, 0 <= Poisson's ratio < 0.5, 0 <= restitution <= 1,
+/// dampingAlpha >= 0, dampingBeta >= 0, a valid roughness.
+struct Material {
+  std::string name;
+  double density = 0.0;        ///< kg/m^3
+  double youngsModulus = 0.0;  ///< Pa
+  double poissonsRatio = 0.0;  ///< 1
+  double restitution = 0.0;    ///< 1, of two bodies of this material; see combinedRestitution
+  /// 1/s and s, Rayleigh damping: C = alpha M + beta K, so a mode of angular frequency w decays as
+  /// exp(-(alpha + beta w^2) t / 2). Only for what rings.
+  double dampingAlpha = 0.0;
+  double dampingBeta = 0.0;
+  Roughness roughness = {};  ///< of its surface as it is commonly made; smooth unless given
+
+  bool operator==(const Material&) const = default;
+};
+
+/// The common materials, eight rows: the first of builtInMaterials(), and those to guess from where
+/// only a density is known. Density, Young's modulus and Poisson's ratio of the first four are
+/// those of Chadwick, Zheng, James 2012 ("Precomputed acceleration noise"), which the seed
+/// document repeats as its table 1. [any thread]
+std::span<const Material> materialTable();
+
+/// All built-in materials, the common ones first. Each row names its sources in docs/materials.md.
+/// [any thread]
+std::span<const Material> builtInMaterials();
+
+/// The built-in material of that name, or nullptr. [any thread]
+const Material* findMaterial(std::string_view name);
+
+/// Restitution of a pair: the geometric mean, so that a pair of one material has that material's
+/// own value. Bullet multiplies instead: hand it sqrt(restitution) per body and it agrees.
+/// Inline, so that `native/` needs this header alone. [any thread]
+inline double combinedRestitution(double restitution, double otherRestitution) {
+  return std::sqrt(restitution * otherRestitution);
+}
+
+/// Contact modulus E* of Hertz: 1/E* = (1-nu1^2)/E1 + (1-nu2^2)/E2 (Johnson 1985, eq. 4.5), Pa.
+/// [any thread]
+double contactModulus(const Material& material, const Material& other);
+
+/// The fluid that carries the sound: dry air at 20 degrees C and 101.325 kPa unless set.
+struct Medium {
+  double density = 1.20;        ///< kg/m^3, rho0
+  double speedOfSound = 343.0;  ///< m/s, c; the seed document computes with 330
+
+  bool operator==(const Medium&) const = default;
+};
+
+}  // namespace carom

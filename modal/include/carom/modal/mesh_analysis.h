@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include <carom/audio/material.h>
+#include <carom/audio/modal_model.h>
+#include <carom/audio/result.h>
+#include <carom/audio/surface_mesh.h>
+#include <carom/modal/analysis_settings.h>
+#include <carom/modal/mesh_check.h>
+#include <carom/modal/model_cache.h>
+
+namespace carom {
+
+/// A model, and what it took.
+struct MeshAnalysis {
+  ModalModel model;
+  std::vector<MeshFinding> findings;  ///< of the mesh as it was given
+  std::optional<std::size_t> degreesOfFreedom;
+  std::optional<RadiationReport> radiation;
+  bool isFromCache = false;  ///< then the two above are not known
+};
+
+/// From a mesh to a body that rings: mends the surface, analyses it, and computes how its modes
+/// radiate. What is in the cache already is not computed again. A body so small and stiff that all
+/// its modes lie above hearing gives a model without modes.
+///
+/// Errors: of a solid, what needSolid says; those of analyseSolid, shellModalModel and
+/// computeRadiation; kCancelled. A cache that cannot be
+/// written is no error. [any thread but the audio thread]
+Result<MeshAnalysis> analyseMesh(const SurfaceMesh& mesh, const Material& material,
+                                 const MeshAnalysisSettings& settings = {},
+                                 ModelCache* cache = nullptr, const Progress& progress = {});
+
+}  // namespace carom

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include <carom/audio/modal_model.h>
+#include <carom/audio/result.h>
+
+namespace carom {
+
+namespace modal {
+class ModelKey;
+}
+
+/// Models that were computed before, one file each (audio/modal_model_file.h) in one folder, which
+/// is made when the first is stored. Nothing is ever deleted; the folder may be, at any time.
+///
+/// Several caches, threads and processes may share a folder: a file appears whole or not at all,
+/// and two that store under one key store the same. A cache itself: one thread at a time.
+class ModelCache {
+ public:
+  explicit ModelCache(std::filesystem::path folder = defaultFolder());
+
+  /// $XDG_CACHE_HOME/carom, or ~/.cache/carom (XDG Base Directory Specification 0.8, which has a
+  /// path that is not absolute ignored); empty where neither is known, and nothing is cached then.
+  static std::filesystem::path defaultFolder();
+
+  const std::filesystem::path& folder() const { return folder_; }
+
+  /// Nothing if it was never stored, or if its file is damaged or of another version: store it anew
+  /// then. Blocks on the disk.
+  std::optional<ModalModel> find(const modal::ModelKey& key) const;
+
+  /// An error says why it could not be stored, which is no reason to stop: only the first time, for
+  /// later ones would say the same. Blocks on the disk.
+  Status store(const modal::ModelKey& key, const ModalModel& model);
+
+ private:
+  std::filesystem::path fileOf(const modal::ModelKey& key) const;
+
+  std::filesystem::path folder_;
+  bool complained_ = false;
+};
+
+}  // namespace carom
