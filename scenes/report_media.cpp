@@ -83,8 +83,8 @@ std::string encoded(const std::vector<std::int16_t>& samples, double sampleRate,
   return whole ? file.bytes : std::string();
 }
 
-/// Words of 16 bits whose last three are 0, which FLAC does not store: the page gets half as large, and
-/// what the rounding adds is 60 dB below the reference's peak.
+/// Words of 16 bits whose last three are 0, which FLAC does not store: the page gets half as large,
+/// and what the rounding adds is 60 dB below the reference's peak.
 constexpr int kLeftOut = 8;
 constexpr double kLoudestWord = 4095.0;
 

@@ -1,7 +1,8 @@
 // The smallest host in C: one collision of a steel ball with a table. Writes c_click.wav.
 
-#include <carom/carom.h>
 #include <stdio.h>
+
+#include <carom/carom.h>
 
 int main(void) {
   carom_body table;

@@ -1,6 +1,6 @@
-// The sizes and alignments of all public types, and the samples of one click, as this program's flags
-// have them: the same lines under all flags, or a host and a library that were compiled differently
-// would corrupt each other. Compiled and run by layout.sh.
+// The sizes and alignments of all public types, and the samples of one click, as this program's
+// flags have them: the same lines under all flags, or a host and a library that were compiled
+// differently would corrupt each other. Compiled and run by layout.sh.
 
 #include <bit>
 #include <cstdint>

@@ -1,12 +1,12 @@
 // The C interface, from C. Each claim is a function; main runs them all and says which fail.
 
-#include "carom/carom.h"
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "carom/carom.h"
 #include "tests/plugin/c_api_support.h"
 
 static int failures = 0;

@@ -1,7 +1,8 @@
 // The C interface of an installed Carom, linked as C.
 
-#include <carom/carom.h>
 #include <stdio.h>
+
+#include <carom/carom.h>
 
 int main(void) {
   printf("C interface %ld\n", (long)carom_version());

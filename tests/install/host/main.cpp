@@ -1,12 +1,12 @@
-// A host that has folders of its own called as Carom's are: it finds its own file in its own folder,
-// and Carom's below <carom/>.
+// A host that has folders of its own called as Carom's are: it finds its own file in its own
+// folder, and Carom's below <carom/>.
 
 #include <cstdio>
 
 #include <btBulletDynamicsCommon.h>
-#include <carom/sound.h>
 
 #include "audio/volume.h"
+#include <carom/sound.h>
 
 int main() {
   btDefaultCollisionConfiguration configuration;
