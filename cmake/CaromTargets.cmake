@@ -21,7 +21,10 @@ function(carom_precompile target owner header)
   endif()
   # False alarms of GCC 12 about the standard library's strings, which it silences only where the
   # header that they are in was read as text. The builds without precompiled headers keep them.
-  set(quiet -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow -Wno-stringop-overread)
+  set(quiet)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    set(quiet -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow -Wno-stringop-overread)
+  endif()
   if(NOT TARGET ${owner})
     add_library(${owner} OBJECT ${PROJECT_SOURCE_DIR}/cmake/empty.cpp)
     target_link_libraries(${owner} PRIVATE ${ARGN})

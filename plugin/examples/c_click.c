@@ -1,8 +1,7 @@
 // The smallest host in C: one collision of a steel ball with a table. Writes c_click.wav.
 
-#include <stdio.h>
-
 #include <carom/carom.h>
+#include <stdio.h>
 
 int main(void) {
   carom_body table;

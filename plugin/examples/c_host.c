@@ -1,10 +1,9 @@
 // A host in C with mechanics of its own: a glass marble that bounces on a wooden table until it
 // lies. Writes c_host.wav, two seconds.
 
+#include <carom/carom.h>
 #include <math.h>
 #include <stdio.h>
-
-#include <carom/carom.h>
 
 enum { MARBLE = 0, TABLE = 1 };
 

@@ -3,7 +3,6 @@
 #include <cstdio>
 
 #include <btBulletDynamicsCommon.h>
-
 #include <carom/sound.h>
 
 namespace {

@@ -4,7 +4,6 @@
 #include <cstdio>
 
 #include <btBulletDynamicsCommon.h>
-
 #include <carom/sound.h>
 
 int main() {

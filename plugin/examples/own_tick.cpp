@@ -11,7 +11,6 @@
 #include <vector>
 
 #include <btBulletDynamicsCommon.h>
-
 #include <carom/audio/sound_file.h>
 #include <carom/sound.h>
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include <btBulletDynamicsCommon.h>
-
 #include <carom/sound.h>
 
 namespace {

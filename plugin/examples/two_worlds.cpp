@@ -8,7 +8,6 @@
 #include <span>
 
 #include <btBulletDynamicsCommon.h>
-
 #include <carom/audio/sound_file.h>
 #include <carom/sound.h>
 

@@ -22,6 +22,8 @@
 #include "audio/spread_kernel.h"
 #include "carom/audio/synth.h"
 #include "tests/bench/figures.h"
+#include "tests/bench/machine_yardstick.h"
+#include "tests/bench/scale.h"
 
 namespace carom::bench {
 
@@ -146,8 +148,10 @@ void addClicksNaively(benchmark::State& state, double tau) {
 void accumulateClicks(benchmark::State& state, double tau) {
   const std::vector<double> starts = makeStarts();
   const auto count = static_cast<std::size_t>(2.0 * kNaiveReach * tau * kRate) + 1;
-  const std::vector<float> click(count, 1e-3F);
-  std::vector<float> pressure(kFrames + count, 0.0F);
+  // In one piece of memory: how the two lie to each other matters by a factor of two.
+  std::vector<float> memory(kFrames + 2 * count, 1e-3F);
+  const std::span<const float> click = std::span(memory).last(count);
+  const std::span<float> pressure = std::span(memory).first(kFrames + count);
   for ([[maybe_unused]] const auto iteration : state) {
     for (const double start : starts) {
       float* const to = &pressure[static_cast<std::size_t>(start)];
@@ -325,11 +329,20 @@ void addEndToEndFigure(Figures& figures) {
 
 // --- A dense scene ------------------------------------------------------------------------------
 
-/// Two shares of each of 100,000 collisions in a second, of a thousand balls: of one size, as
-/// marbles are, or of a thousand sizes.
-constexpr Traffic kMarbles{.events = 200000, .duration = 1.0, .balls = 1000};
-constexpr Traffic kGravel{
-    .events = 200000, .duration = 1.0, .balls = 1000, .smallest = 0.001, .largest = 0.01};
+/// Two shares of each of 100,000 collisions in a second, of a thousand balls of one size, as
+/// marbles are. A shorter time is as dense.
+Traffic marbles(const Scale& scale) {
+  return {.events = scale.of<std::size_t>(200000, 20000),
+          .duration = scale.of(1.0, 0.1),
+          .balls = 1000};
+}
+/// As many of a thousand sizes.
+Traffic gravel(const Scale& scale) {
+  Traffic traffic = marbles(scale);
+  traffic.smallest = 0.001;
+  traffic.largest = 0.01;
+  return traffic;
+}
 
 Seats pairOfSeats() {
   return {.listeners = {{"left", {0.4, 0.5, 1.0}}, {"right", {0.6, 0.5, 1.0}}}};
@@ -350,29 +363,32 @@ void renderDenseScene(benchmark::State& state, const Traffic& traffic) {
 }
 
 /// MB, of the whole process at its largest.
-void memoryOfDenseScene(benchmark::State& state) {
-  playDenseScene(state, kGravel);
+void memoryOfDenseScene(benchmark::State& state, const Traffic& traffic) {
+  playDenseScene(state, traffic);
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   reportValue(state, static_cast<double>(usage.ru_maxrss) / 1024.0);
 }
 
-void addDenseFigures(Figures& figures) {
-  figures.add({.name = "100,000 collisions/s, 2 listeners, balls of one size",
-               .unit = "x real time",
-               .subject = [](benchmark::State& state) { renderDenseScene(state, kMarbles); },
-               .bar = Bar{Bar::Of::value, 5.0},
-               .sense = Sense::higherIsBetter});
-  figures.add({.name = "100,000 collisions/s, 2 listeners, balls of 1000 sizes",
-               .unit = "x real time",
-               .subject = [](benchmark::State& state) { renderDenseScene(state, kGravel); },
-               .bar = Bar{Bar::Of::value, 5.0},
-               .sense = Sense::higherIsBetter});
-  figures.add({.name = "memory of that process, its events included",
-               .unit = "MB",
-               .subject = memoryOfDenseScene,
-               .bar = Bar{Bar::Of::value, 200.0},
-               .sense = Sense::lowerIsBetter});
+Figure denseFigure(const char* balls, const Traffic& traffic) {
+  return {.name = std::string("100,000 collisions/s, 2 listeners, balls of ") + balls,
+          .unit = "x real time",
+          .subject = [=](benchmark::State& state) { renderDenseScene(state, traffic); },
+          .yardstickName = kMachine,
+          .yardstick = machineRate(),
+          .bar = Bar{Bar::Of::value, 5.0},
+          .sense = Sense::higherIsBetter};
+}
+
+void addDenseFigures(Figures& figures, const Scale& scale) {
+  figures.add(denseFigure("one size", marbles(scale)));
+  figures.add(denseFigure("1000 sizes", gravel(scale)));
+  figures.add(besideItsBar(
+      {.name = "memory of that process, its events included",
+       .unit = "MB",
+       .subject = [=](benchmark::State& state) { memoryOfDenseScene(state, gravel(scale)); },
+       .bar = Bar{Bar::Of::value, 200.0},
+       .sense = Sense::lowerIsBetter}));
 }
 
 // --- A room -------------------------------------------------------------------------------------
@@ -411,7 +427,7 @@ int main(int argc, char** argv) {
   carom::bench::addKernelFigures(figures, 200e-6, 8.0);
   carom::bench::addKernelFigures(figures, 1e-3, 3.0);
   carom::bench::addEndToEndFigure(figures);
-  carom::bench::addDenseFigures(figures);
+  carom::bench::addDenseFigures(figures, carom::bench::scaleOf(argc, argv));
   carom::bench::addRoomFigure(figures);
   return figures.run(argc, argv);
 }

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 #include <limits>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "carom/audio/material.h"
 #include "tests/bench/click_cost.h"
 #include "tests/bench/oversampled_click.h"
+#include "tests/bench/scale.h"
 #include "tests/support/click_spectrum.h"
 
 namespace carom::bench {
@@ -27,8 +29,8 @@ using test::ClickCase;
 using Spectrum = std::vector<std::complex<double>>;
 
 constexpr char kHelp[] =
-    R"(usage: bench_acceleration_noise_error [--csv FILE]
-       ./bench acceleration_noise_error [-- --csv FILE]
+    R"(usage: bench_acceleration_noise_error [--csv FILE] [--short]
+       ./bench acceleration_noise_error [--short] [-- --csv FILE]
 
 One click of a rigid ball at a time, as Synth renders it, for every pulse x sampling x radiation and
 contact durations from 1 us to 100 ms, at 48 kHz; band-limited Hertz at 8 and 192 kHz too. The ball
@@ -53,10 +55,13 @@ equally long, the dissipative one (restitution 0.5) included.
              the same run, the least of 5 rounds
 
   --csv FILE   writes the rows to FILE as well
+  --short      two of the durations
 )";
 
 constexpr double kDurations[] = {1e-6, 10e-6, 30e-6, 100e-6, 300e-6, 1e-3, 10e-3, 100e-3};  // s
-constexpr double kBar = -80.0;                                                              // dB
+constexpr double kFewDurations[] = {30e-6, 300e-6};
+constexpr double kOracleDurations[] = {10e-6, 30e-6, 100e-6, 1e-3};
+constexpr double kBar = -80.0;         // dB
 constexpr double kMostSpread = 200.0;  // dB: beyond it, silent at some place
 constexpr int kPlaces = 16;
 constexpr double kSilence = 1e-300;
@@ -315,15 +320,20 @@ void printSummary(const std::vector<ErrorRow>& rows, const std::vector<Group>& g
   std::printf("%s\n", holds ? " none" : "");
 }
 
-void printOracle() {
+void printOracle(const Scale& scale) {
+  const std::span<const double> durations =
+      scale.of<std::span<const double>>(kOracleDurations, std::span(kOracleDurations).first(2));
   std::printf(
       "\nthe closed-form spectrum against the click at 64 times 48 kHz, difference in dB\n"
-      "%-18s %-9s %8s %8s %8s %8s\n",
-      "pulse", "radiation", "10 us", "30 us", "100 us", "1 ms");
+      "%-18s %-9s",
+      "pulse", "radiation");
+  for (const double duration : durations)
+    std::printf(" %8s", durationText(duration).c_str());
+  std::printf("\n");
   for (const NamedPulse& pulse : kPulses) {
     for (const Radiation radiation : {Radiation::exact, Radiation::compact}) {
       std::printf("%-18s %-9s", pulse.name, nameOf(radiation));
-      for (const double duration : {10e-6, 30e-6, 100e-6, 1e-3}) {
+      for (const double duration : durations) {
         ClickCase click = clickOf(pulse, duration, 48000.0);
         click.radiation = radiation;
         std::printf(" %8.1f", oversampledDifference(click));
@@ -352,19 +362,21 @@ bool writeCsv(const char* path, const std::vector<ErrorRow>& rows) {
   return std::fclose(file) == 0;
 }
 
-std::vector<Group> allGroups() {
+std::vector<Group> allGroups(const Scale& scale) {
+  const std::span<const double> durations =
+      scale.of<std::span<const double>>(kDurations, kFewDurations);
   std::vector<Group> groups;
-  for (const double duration : kDurations)
+  for (const double duration : durations)
     groups.push_back({.duration = duration});
   for (const double sampleRate : {8000.0, 192000.0}) {
-    for (const double duration : kDurations)
+    for (const double duration : durations)
       groups.push_back({.sampleRate = sampleRate, .duration = duration, .isReduced = true});
   }
   return groups;
 }
 
-int run(const char* csv) {
-  const std::vector<Group> groups = allGroups();
+int run(const char* csv, const Scale& scale) {
+  const std::vector<Group> groups = allGroups(scale);
   std::vector<ErrorRow> rows;
   for (const Group& group : groups) {
     const std::vector<ErrorRow> measured = measure(group);
@@ -372,7 +384,7 @@ int run(const char* csv) {
     rows.insert(rows.end(), measured.begin(), measured.end());
   }
   printSummary(rows, groups);
-  printOracle();
+  printOracle(scale);
   if (csv == nullptr || writeCsv(csv, rows)) return 0;
   std::fprintf(stderr, "bench_acceleration_noise_error: cannot write %s: %s\n", csv,
                std::strerror(errno));
@@ -390,6 +402,7 @@ int main(int argc, char** argv) {
       std::fputs(carom::bench::kHelp, stdout);
       return 0;
     }
+    if (argument == "--short") continue;
     if (argument != "--csv" || i + 1 == argc) {
       std::fprintf(stderr, "bench_acceleration_noise_error: what is '%s'?\n\n%s", argv[i],
                    carom::bench::kHelp);
@@ -397,5 +410,5 @@ int main(int argc, char** argv) {
     }
     csv = argv[++i];
   }
-  return carom::bench::run(csv);
+  return carom::bench::run(csv, carom::bench::scaleOf(argc, argv));
 }

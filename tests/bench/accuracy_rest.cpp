@@ -65,13 +65,13 @@ std::string RestCase::name() const {
          (maySleep ? "" : ", kept awake");
 }
 
-std::vector<RestCase> restCases() {
+std::vector<RestCase> restCases(int bodies) {
   std::vector<RestCase> cases;
   for (const auto shape : {RestCase::Shape::sphere, RestCase::Shape::box}) {
     for (const auto ground : {RestCase::Ground::plane, RestCase::Ground::box}) {
-      cases.push_back({shape, ground, 1000, false});
-      cases.push_back({shape, ground, 1000, true});
-      cases.push_back({shape, ground, 10000, true});
+      cases.push_back({shape, ground, bodies, false});
+      cases.push_back({shape, ground, bodies, true});
+      cases.push_back({shape, ground, 10 * bodies, true});
     }
   }
   return cases;

@@ -78,10 +78,11 @@ WorkCost cubeAnalysis(std::size_t degreesOfFreedom) {
   return costOf([=] { return isWhole(analysedCube(degreesOfFreedom)); });
 }
 
-WorkCost cubeRadiation() {
+WorkCost cubeRadiation(std::size_t panels) {
   Result<SolidAnalysis> analysis = analysedCube(5000);
   if (!isWhole(analysis)) return {std::numeric_limits<double>::infinity(), 0.0};
-  return costOf([&] { return static_cast<bool>(computeRadiation((*analysis).model)); });
+  return costOf(
+      [&] { return static_cast<bool>(computeRadiation((*analysis).model, {.panels = panels})); });
 }
 
 }  // namespace carom::bench

@@ -13,7 +13,7 @@ struct WorkCost {
 /// 60 elastic modes of a plastic cube of 0.1 m by analyseSolid.
 WorkCost cubeAnalysis(std::size_t degreesOfFreedom);
 
-/// The radiation of these 60 modes, once they are known.
-WorkCost cubeRadiation();
+/// The radiation of these 60 modes, once they are known, on at most so many panels.
+WorkCost cubeRadiation(std::size_t panels);
 
 }  // namespace carom::bench

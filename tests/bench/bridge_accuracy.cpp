@@ -1,5 +1,5 @@
 // How exact the bridge's collisions are: one table, every case beside an independent reference.
-// Usage: bench_bridge_accuracy [--only TEXT] [--worst] [--run NUMBER]
+// Usage: bench_bridge_accuracy [--only TEXT] [--worst] [--run NUMBER] [--short]
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +16,7 @@
 #include "tests/bench/accuracy_rest.h"
 #include "tests/bench/accuracy_table.h"
 #include "tests/bench/pair_reference.h"
+#include "tests/bench/scale.h"
 #include "tests/bullet_bridge/delivery_time.h"
 
 namespace carom::bench {
@@ -134,6 +135,7 @@ struct Options {
   std::string only;  // part of the case's name
   bool worst = false;
   int run = -1;  // only this one, in detail
+  Scale scale;   // of runs, the fiftieth part
 };
 
 // To the error stream.
@@ -160,7 +162,8 @@ AccuracyRow rowOf(const PairCase& which, double dt, const Options& options) {
   row.barRms = which.barRms;
   row.barMax = which.barMax;
   row.barImpulse = which.barImpulse;
-  for (int number = 0; number < which.runs; ++number) {
+  const int runs = options.scale.of(which.runs, which.runs / 50);
+  for (int number = 0; number < runs; ++number) {
     if (options.run >= 0 && number != options.run) continue;
     Random random(seedOf(which.name, dt, number));
     PairWorld world(which.firstOnly || which.name == "sphere on plane" ? 9.81 : 0.0);
@@ -199,7 +202,7 @@ void printMomentum(const Options& options) {
         std::string("momentum, ") + (friction ? "with friction" : "no friction");
     if (!isWanted(name, options)) continue;
     for (const double dt : kSteps) {
-      const MomentumCase which{dt, friction, 200, options.run};
+      const MomentumCase which{dt, friction, options.scale.of(200, 4), options.run};
       const MomentumResult result = runMomentum(which);
       printBalanceRow(name, dt, which.scenes, result.collisions, result.imbalance, 1e-5,
                       !result.unsupported);
@@ -210,7 +213,7 @@ void printMomentum(const Options& options) {
 }
 
 void printRest(const Options& options) {
-  for (const RestCase& which : restCases()) {
+  for (const RestCase& which : restCases(options.scale.of(1000, 30))) {
     if (!isWanted(which.name(), options)) continue;
     for (const double dt : {1.0 / 60, 1.0 / 240}) {
       const RestResult result = runRest(which, dt);
@@ -224,6 +227,7 @@ void printRest(const Options& options) {
 
 int main(int argc, char** argv) {
   carom::bench::Options options;
+  options.scale = carom::bench::scaleOf(argc, argv);
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument = argv[i];
     if (argument == "--worst") options.worst = true;

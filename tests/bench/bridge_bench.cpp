@@ -16,6 +16,8 @@
 #include "scenes/compare.h"
 #include "scenes/scene_loader.h"
 #include "tests/bench/figures.h"
+#include "tests/bench/machine_yardstick.h"
+#include "tests/bench/scale.h"
 #include "tests/bench/thousand_balls.h"
 
 namespace carom::bench {
@@ -38,17 +40,19 @@ Scene sceneOf(Result<Scene> loaded) {
   return scene;
 }
 
-Scene marblesInABox() {
-  return sceneOf(loadScene(CAROM_SOURCE_DIR "/scenes/library/marbles_in_a_box.json"));
+Scene marblesInABox(const Scale& scale) {
+  Scene scene = sceneOf(loadScene(CAROM_SOURCE_DIR "/scenes/library/marbles_in_a_box.json"));
+  scene.duration = scale.of(scene.duration, 1.0);
+  return scene;
 }
 
-Scene fallingBalls() {
-  return sceneOf(thousandBalls(0.15));
+Scene fallingBalls(const Scale& scale) {
+  return sceneOf(thousandBalls(scale.of(0.15, 0.08)));
 }
 
 /// Ten times as many in ten times the space; a shorter time of them.
-Scene tenThousandBalls() {
-  return sceneOf(parseScene(R"({
+Scene tenThousandBalls(const Scale& scale) {
+  Scene scene = sceneOf(parseScene(R"({
     "duration": 0.06,
     "bodies": [
       {"type": "box", "min": [-2.15, 0, -2.15], "max": [2.15, 8.6, 2.15], "material": "steel"},
@@ -57,7 +61,9 @@ Scene tenThousandBalls() {
     ],
     "listeners": [{"position": [0, 2, 2]}]
   })",
-                            "ten_thousand_balls"));
+                                   "ten_thousand_balls"));
+  scene.duration = scale.of(scene.duration, 0.03);
+  return scene;
 }
 
 int stepsOf(const Scene& scene) {
@@ -157,7 +163,7 @@ std::string timeError(const Scene& scene) {
   const double steps[] = {kStep};
   const Result<CompareReport> report = compareScene(scene, steps);
   if (!report) std::abort();
-  const CompareRun& run = report->runs.front();
+  const CollisionMatch& run = report->runs.front().local;
   char text[128];
   std::snprintf(
       text, sizeof text, "time %.2g us rms, %.2g us max of %llu; missed %llu, spurious %llu",
@@ -170,8 +176,9 @@ std::string timeError(const Scene& scene) {
 struct BenchScene {
   std::string name;
   Scene scene;
-  double bar = 0.0;   // % of Bullet's step
-  std::string error;  // of its collisions; may be empty
+  double bar = 0.0;    // % of Bullet's step
+  double noise = 0.0;  // of that, between two worlds without a bridge
+  std::string error;   // of its collisions; may be empty
 };
 
 void addScene(Figures& figures, const BenchScene& bench) {
@@ -179,13 +186,18 @@ void addScene(Figures& figures, const BenchScene& bench) {
   figures.add({.name = bench.name + ", bridge",
                .unit = "% of Bullet's step",
                .subject = [scene](benchmark::State& state) { measureShare(state, scene); },
+               .yardstickName = "Bullet's step",
+               .fixedYardstick = 100.0,
                .bar = Bar{Bar::Of::value, bench.bar},
                .sense = Sense::lowerIsBetter,
                .error = bench.error,
-               .scale = 100.0});
+               .scale = 100.0,
+               .noise = bench.noise});
   figures.add({.name = bench.name + ", Bullet alone",
                .unit = "us per step",
                .subject = [scene](benchmark::State& state) { measureStep(state, scene); },
+               .yardstickName = kMachine,
+               .yardstick = machineTime(),
                .sense = Sense::lowerIsBetter,
                .scale = 1e6});
 }
@@ -196,12 +208,13 @@ void addScene(Figures& figures, const BenchScene& bench) {
 int main(int argc, char** argv) {
   using namespace carom;
   using namespace carom::bench;
+  const Scale scale = scaleOf(argc, argv);
   Figures figures;
-  const Scene marbles = marblesInABox();
-  const Scene thousand = fallingBalls();
-  addScene(figures, {"marbles in a box", marbles, 3.0, timeError(marbles)});
-  addScene(figures, {"1000 balls", thousand, 5.0, timeError(thousand)});
+  const Scene marbles = marblesInABox(scale);
+  const Scene thousand = fallingBalls(scale);
+  addScene(figures, {"marbles in a box", marbles, 3.0, scale.of(0.5, 10.0), timeError(marbles)});
+  addScene(figures, {"1000 balls", thousand, 5.0, scale.of(3.0, 25.0), timeError(thousand)});
   // Without its error: the reference tests every pair of balls.
-  addScene(figures, {"10000 balls", tenThousandBalls(), 5.0, ""});
+  addScene(figures, {"10000 balls", tenThousandBalls(scale), 5.0, scale.of(3.0, 25.0), ""});
   return figures.run(argc, argv);
 }

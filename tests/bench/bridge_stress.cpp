@@ -1,5 +1,5 @@
 // Random scenes in great number: nothing that the bridge says may be absurd.
-// Usage: bench_bridge_stress [N] [--first SEED] [--seed SEED] [--prompt]
+// Usage: bench_bridge_stress [N] [--first SEED] [--seed SEED] [--prompt] [--short]
 
 #include <csignal>
 #include <cstdint>
@@ -73,6 +73,8 @@ Options parse(int argc, char** argv) {
     const bool more = i + 1 < argc;
     if (argument == "--prompt") {
       options.prompt = true;
+    } else if (argument == "--short") {
+      options.count = 1000;
     } else if (argument == "--seed" && more) {
       options.first = std::strtoull(argv[++i], nullptr, 10);
       options.count = 1;

@@ -31,7 +31,8 @@ using test::WavySlide;
 constexpr const char* kHelp =
     "Prints what slides and rolls against closed forms: pitch and level over a wavy floor, the "
     "same\n"
-    "scene on steps of 1/60, 1/240 and 1/1000 s, a ball that rolls from push-off to rest.\n";
+    "scene on steps of 1/60, 1/240 and 1/1000 s, a ball that rolls from push-off to rest.\n"
+    "With --short, of the slides one instead of eight.\n";
 
 /// m: above the middle of the way, so far that the ball's motion is across to it and shifts no
 /// pitch.
@@ -164,19 +165,18 @@ struct Sliding {
   double to;
 };
 
-constexpr int kPlaces = 8;             // slides beside each other
 constexpr double kPlacesApart = 0.05;  // m
 
 /// The floor is rough by chance: of one slide a band of some tens of hertz is known to 1 dB or so,
 /// whatever the steps. So several are taken, of which the first is shown by itself as well.
-void printSteps(const Sliding& sliding) {
+void printSteps(const Sliding& sliding, int places) {
   std::printf("\n%s: third octaves beside those at a step of 1/1000 s, dB\n", sliding.name);
-  std::printf("%17s %17s %17s\n", "", "one slide", "mean of 8");
+  std::printf("%17s %17s %15s %d\n", "", "one slide", "mean of", places);
   std::printf("%8s %8s %8s %8s %8s %8s\n", "Hz", "level", "1/60", "1/240", "1/60", "1/240");
   std::vector<std::vector<double>> powers(6);  // by step: of one slide, and of all
   std::vector<double> rests;
   const std::array<double, 3> steps = {1.0 / 60.0, 1.0 / 240.0, 1.0 / 1000.0};
-  for (int index = 0; index < 3 * kPlaces; ++index) {
+  for (int index = 0; index < 3 * places; ++index) {
     const auto which = static_cast<std::size_t>(index) % 3;
     Scene scene = sliding.scene;
     scene.stepper.step = steps[which];
@@ -289,7 +289,8 @@ void printRoll() {
   std::printf("worst: %.2f %%, %.2f dB\n", 100.0 * worstPitch, worstLevel);
 }
 
-int run() {
+int run(const Scale& scale) {
+  const int places = scale.of(8, 1);  // of slides beside each other
   printPitch();
   printLoad();
   const std::string box = R"({"type": "solid", "name": "box", "shape": {"type": "box",
@@ -297,11 +298,13 @@ int run() {
   printSteps({"a box slides without friction, at 1 m/s",
               readScene(box + R"("position": [-2, 0.03, 0], "velocity": [1, 0, 0]})",
                         R"("friction": 0,)", 4.0),
-              0.2, 3.6});
+              0.2, 3.6},
+             places);
   printSteps({"a box slides to rest, from 2 m/s",
               readScene(box + R"("position": [-1, 0.03, 0], "velocity": [2, 0, 0]})",
                         R"("friction": 0.15,)", 2.5),
-              0.1, 1.2});
+              0.1, 1.2},
+             places);
   printRoll();
   return 0;
 }

@@ -3,19 +3,41 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <map>
+#include <optional>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <benchmark/benchmark.h>
+
+#include "tests/bench/scale.h"
 
 namespace carom::bench {
 namespace {
 
 constexpr const char* kValue = "value";  // the counter that carries a measurement
 
-/// Median of the repetitions, by the name of the work.
-class MedianReporter : public benchmark::BenchmarkReporter {
+/// Of the repetitions; low and high are quartiles, of less than five their least and their most.
+struct Spread {
+  double low = 0.0;
+  double median = 0.0;
+  double high = 0.0;
+};
+
+std::optional<Spread> spreadOf(std::vector<double> values) {
+  if (values.empty()) return std::nullopt;
+  std::ranges::sort(values);
+  const std::size_t middle = values.size() / 2;
+  const std::size_t quarter = (values.size() - 1) / 4;
+  const double median =
+      values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+  return Spread{values[quarter], median, values[values.size() - 1 - quarter]};
+}
+
+/// Keeps the values of the repetitions, by the name of the work.
+class ValueReporter : public benchmark::BenchmarkReporter {
  public:
   bool ReportContext(const Context& /*context*/) override { return true; }
 
@@ -32,13 +54,12 @@ class MedianReporter : public benchmark::BenchmarkReporter {
 
   bool failed() const { return failed_; }
 
-  std::optional<double> median(const std::string& name) const {
-    const auto entry = values_.find(name);
-    if (entry == values_.end()) return std::nullopt;
-    std::vector<double> sorted = entry->second;
-    std::ranges::sort(sorted);
-    const std::size_t middle = sorted.size() / 2;
-    return sorted.size() % 2 == 1 ? sorted[middle] : 0.5 * (sorted[middle - 1] + sorted[middle]);
+  std::vector<double> values(const std::string& name, double scale) const {
+    std::vector<double> scaled;
+    if (const auto entry = values_.find(name); entry != values_.end()) scaled = entry->second;
+    for (double& value : scaled)
+      value *= scale;
+    return scaled;
   }
 
  private:
@@ -48,12 +69,12 @@ class MedianReporter : public benchmark::BenchmarkReporter {
 
 struct Row {
   const Figure* figure = nullptr;
-  std::optional<double> value = std::nullopt;
-  std::optional<double> yardstick = std::nullopt;
-  std::optional<double> ratio = std::nullopt;
+  std::optional<Spread> value = std::nullopt;
+  std::optional<Spread> yardstick = std::nullopt;
+  std::optional<Spread> ratio = std::nullopt;
   std::optional<bool> holds = std::nullopt;
 
-  bool measured() const { return value && (yardstick || !figure->yardstick); }
+  bool measured() const { return value && yardstick; }
 };
 
 std::string subjectName(const Figure& figure) {
@@ -63,28 +84,43 @@ std::string yardstickName(const Figure& figure) {
   return figure.name + " | yardstick: " + figure.yardstickName;
 }
 
-std::optional<double> scaled(std::optional<double> value, double scale) {
-  if (value) *value *= scale;
-  return value;
-}
-
 std::optional<bool> judge(const Row& row) {
   const std::optional<Bar>& bar = row.figure->bar;
   if (!bar) return std::nullopt;
-  const std::optional<double> reached = bar->of == Bar::Of::value ? row.value : row.ratio;
+  const std::optional<Spread> reached = bar->of == Bar::Of::value ? row.value : row.ratio;
   if (!reached) return std::nullopt;
-  return row.figure->sense == Sense::higherIsBetter ? *reached >= bar->limit
-                                                    : *reached <= bar->limit;
+  return row.figure->sense == Sense::higherIsBetter ? reached->median >= bar->limit
+                                                    : reached->median <= bar->limit;
 }
 
-Row makeRow(const Figure& figure, const MedianReporter& reporter) {
-  Row row{.figure = &figure};
-  row.value = scaled(reporter.median(subjectName(figure)), figure.scale);
-  if (figure.yardstick)
-    row.yardstick = scaled(reporter.median(yardstickName(figure)), figure.scale);
-  if (row.value && row.yardstick && *row.yardstick != 0.0) row.ratio = *row.value / *row.yardstick;
+/// Median over median, as it is shown; the spread is that of the repetitions, one by one.
+std::optional<Spread> ratioOf(const std::vector<double>& values,
+                              const std::vector<double>& yardsticks) {
+  const std::optional<Spread> value = spreadOf(values);
+  const std::optional<Spread> yardstick = spreadOf(yardsticks);
+  if (!value || !yardstick || yardstick->median == 0.0) return std::nullopt;
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < std::min(values.size(), yardsticks.size()); ++i)
+    if (yardsticks[i] != 0.0) ratios.push_back(values[i] / yardsticks[i]);
+  const double ratio = value->median / yardstick->median;
+  const Spread spread = spreadOf(std::move(ratios)).value_or(Spread{ratio, ratio, ratio});
+  return Spread{std::min(spread.low, ratio), ratio, std::max(spread.high, ratio)};
+}
+
+Row makeRow(const Figure& figure, const ValueReporter& reporter) {
+  const std::vector<double> values = reporter.values(subjectName(figure), figure.scale);
+  std::vector<double> yardsticks(values.size(), figure.fixedYardstick.value_or(0.0));
+  if (figure.yardstick) yardsticks = reporter.values(yardstickName(figure), figure.scale);
+  Row row{.figure = &figure,
+          .value = spreadOf(values),
+          .yardstick = spreadOf(yardsticks),
+          .ratio = ratioOf(values, yardsticks)};
   row.holds = judge(row);
   return row;
+}
+
+std::optional<double> medianOf(const std::optional<Spread>& spread) {
+  return spread ? std::optional(spread->median) : std::nullopt;
 }
 
 std::string number(std::optional<double> value) {
@@ -107,19 +143,33 @@ std::string verdict(const Row& row) {
   return *row.holds ? "holds" : "falls short";
 }
 
+/// Half of what lies between low and high, in percent of the median.
+std::string spreadText(const std::optional<Spread>& spread) {
+  if (!spread || spread->median == 0.0) return "-";
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f %%",
+                50.0 * std::abs((spread->high - spread->low) / spread->median));
+  return text;
+}
+
 std::vector<std::string> cells(const Row& row) {
   const Figure& figure = *row.figure;
-  std::string yardstick = "-";
-  if (figure.yardstick) yardstick = figure.yardstickName + " " + number(row.yardstick);
-  return {figure.name,       number(row.value),
-          figure.unit,       yardstick,
-          number(row.ratio), barText(figure),
-          verdict(row),      figure.error.empty() ? "-" : figure.error};
+  return {figure.name,
+          number(medianOf(row.value)),
+          spreadText(row.value),
+          figure.unit,
+          figure.yardstickName + " " + number(medianOf(row.yardstick)),
+          number(medianOf(row.ratio)),
+          spreadText(row.ratio),
+          barText(figure),
+          verdict(row),
+          figure.error.empty() ? "-" : figure.error};
 }
 
 void printTable(const std::vector<Row>& rows) {
-  std::vector<std::vector<std::string>> lines = {
-      {"figure", "value", "unit", "yardstick (same run)", "ratio", "bar", "verdict", "error"}};
+  std::vector<std::vector<std::string>> lines = {{"figure", "value", "+-", "unit",
+                                                  "yardstick (same run)", "ratio", "+-", "bar",
+                                                  "verdict", "error"}};
   for (const Row& row : rows)
     lines.push_back(cells(row));
   std::vector<std::size_t> widths(lines.front().size(), 0);
@@ -162,15 +212,23 @@ std::string jsonBar(const Figure& figure) {
          ", \"bar_of\": " + quoted(ratio ? "ratio" : "value");
 }
 
+std::string jsonSpread(const std::string& key, const std::optional<Spread>& spread) {
+  const std::optional<double> low = spread ? std::optional(spread->low) : std::nullopt;
+  const std::optional<double> high = spread ? std::optional(spread->high) : std::nullopt;
+  return "\"" + key + "\": " + jsonNumber(medianOf(spread)) + ", \"" + key +
+         "_low\": " + jsonNumber(low) + ", \"" + key + "_high\": " + jsonNumber(high);
+}
+
 std::string json(const Row& row) {
   const Figure& figure = *row.figure;
   const bool higher = figure.sense == Sense::higherIsBetter;
   std::string text = "{\"name\": " + quoted(figure.name);
-  text += ", \"value\": " + jsonNumber(row.value);
+  text += ", " + jsonSpread("value", row.value);
   text += ", \"unit\": " + quoted(figure.unit);
-  text += ", \"yardstick\": " + (figure.yardstick ? quoted(figure.yardstickName) : "null");
-  text += ", \"yardstick_value\": " + jsonNumber(row.yardstick);
-  text += ", \"ratio\": " + jsonNumber(row.ratio);
+  text += ", \"yardstick\": " + quoted(figure.yardstickName);
+  text += ", " + jsonSpread("yardstick_value", row.yardstick);
+  text += ", " + jsonSpread("ratio", row.ratio);
+  text += ", \"noise\": " + jsonNumber(figure.noise);
   text += ", " + jsonBar(figure);
   text += ", \"better\": " + quoted(higher ? "higher" : "lower");
   text += ", \"holds\": " + jsonHolds(row.holds);
@@ -178,26 +236,34 @@ std::string json(const Row& row) {
   return text + "}";
 }
 
-void printJson(const std::vector<Row>& rows) {
-  std::printf("{\"figures\": [");
+void printJson(const std::vector<Row>& rows, bool isShort) {
+  std::printf("{\"short\": %s, \"figures\": [", isShort ? "true" : "false");
   for (std::size_t row = 0; row < rows.size(); ++row)
     std::printf("%s\n  %s", row == 0 ? "" : ",", json(rows[row]).c_str());
   std::printf("\n]}\n");
 }
 
-/// Ours first, so that what the caller passes comes later and wins.
-std::vector<std::string> benchmarkArguments(int argc, char** argv, bool& asJson) {
-  std::vector<std::string> arguments = {argc > 0 ? argv[0] : "bench",
-                                        "--benchmark_enable_random_interleaving=true",
-                                        "--benchmark_repetitions=9", "--benchmark_min_time=0.05"};
+struct Options {
+  bool asJson = false;
+  bool isShort = false;
+  std::vector<std::string> arguments;  // for Google Benchmark; the first is the program's name
+};
+
+/// Ours come first, so that the caller's, which come later, win.
+Options parse(int argc, char** argv) {
+  Options options{
+      .isShort = scaleOf(argc, argv).isShort,
+      .arguments = {argc > 0 ? argv[0] : "bench", "--benchmark_enable_random_interleaving=true"}};
+  options.arguments.emplace_back(options.isShort ? "--benchmark_repetitions=2"
+                                                 : "--benchmark_repetitions=9");
+  options.arguments.emplace_back(options.isShort ? "--benchmark_min_time=0.02"
+                                                 : "--benchmark_min_time=0.05");
   for (int index = 1; index < argc; ++index) {
     const std::string_view argument = argv[index];
-    if (argument == "--json")
-      asJson = true;
-    else
-      arguments.emplace_back(argument);
+    if (argument == "--json") options.asJson = true;
+    if (argument != "--json" && argument != "--short") options.arguments.emplace_back(argument);
   }
-  return arguments;
+  return options;
 }
 
 bool initialize(std::vector<std::string>& arguments) {
@@ -230,19 +296,29 @@ void reportValue(benchmark::State& state, double value) {
   state.counters[kValue] = value;
 }
 
+Figure besideItsBar(Figure figure) {
+  const bool hasBar = figure.bar && figure.bar->of == Bar::Of::value && figure.bar->limit != 0.0;
+  figure.fixedYardstick = hasBar ? figure.bar->limit : 1.0;
+  figure.yardstickName = hasBar ? "its bar" : "one";
+  return figure;
+}
+
 void Figures::add(Figure figure) {
+  if (!figure.yardstick && !figure.fixedYardstick) {
+    std::fprintf(stderr, "the figure '%s' has no yardstick\n", figure.name.c_str());
+    std::abort();
+  }
   figures_.push_back(std::move(figure));
 }
 
 int Figures::run(int argc, char** argv) {
-  bool asJson = false;
-  std::vector<std::string> arguments = benchmarkArguments(argc, argv, asJson);
-  if (!initialize(arguments)) return 1;
+  Options options = parse(argc, argv);
+  if (!initialize(options.arguments)) return 1;
   for (const Figure& figure : figures_) {
     registerWork(subjectName(figure), figure.subject);
     if (figure.yardstick) registerWork(yardstickName(figure), figure.yardstick);
   }
-  MedianReporter reporter;
+  ValueReporter reporter;
   benchmark::RunSpecifiedBenchmarks(&reporter);
   benchmark::Shutdown();
 
@@ -251,7 +327,7 @@ int Figures::run(int argc, char** argv) {
     // What --benchmark_filter left out has no row; what failed has one without a value.
     if (Row row = makeRow(figure, reporter); row.value || reporter.failed()) rows.push_back(row);
   }
-  asJson ? printJson(rows) : printTable(rows);
+  options.asJson ? printJson(rows, options.isShort) : printTable(rows);
   return reporter.failed() || rows.empty() ? 1 : 0;
 }
 

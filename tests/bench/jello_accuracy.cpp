@@ -26,7 +26,8 @@ namespace {
 constexpr const char* kHelp =
     "Prints jello against what theory says: orders of convergence, steps at which it blows up, "
     "error\n"
-    "against run time, books of momentum and energy, and the frequencies of small swings.\n";
+    "against run time, books of momentum and energy, and the frequencies of small swings.\n"
+    "With --short, fewer steps, fewer stiffnesses and fewer modes.\n";
 
 constexpr std::array<JelloIntegrator, kJelloIntegrators> kAll = {
     JelloIntegrator::explicitEuler, JelloIntegrator::symplecticEuler, JelloIntegrator::midpoint,
@@ -82,33 +83,36 @@ double apart(const End& one, const End& other) {
   return std::sqrt(sum / static_cast<double>(one.places.size()));
 }
 
-void printOrders() {
-  std::printf("orders of convergence, 5^3 points, 0.064 s\n%-18s %10s %10s %10s %8s %8s\n", "",
-              "h, ms", "error, m", "at h/2", "order", "theory");
+void printOrders(const Scale& scale) {
+  const double duration = scale.of(0.064, 0.016);
+  std::printf("orders of convergence, 5^3 points, %g s\n%-18s %10s %10s %10s %8s %8s\n", duration,
+              "", "h, ms", "error, m", "at h/2", "order", "theory");
   const JelloWorld world = crumpled(5, 40.0, 0.005, 0.3);
-  const End reference = ranFor(world, JelloIntegrator::rungeKutta4, 5e-6, 0.064);
+  const End reference = ranFor(world, JelloIntegrator::rungeKutta4, 5e-6, duration);
   const std::array<double, kJelloIntegrators> steps = {1e-4, 1e-4, 5e-4, 1e-3, 1e-4};
   const std::array<double, kJelloIntegrators> theory = {1.0, 1.0, 2.0, 4.0, 1.0};
   for (std::size_t which = 0; which < kAll.size(); ++which) {
-    const double coarse = apart(ranFor(world, kAll[which], steps[which], 0.064), reference);
-    const double fine = apart(ranFor(world, kAll[which], 0.5 * steps[which], 0.064), reference);
+    const double coarse = apart(ranFor(world, kAll[which], steps[which], duration), reference);
+    const double fine = apart(ranFor(world, kAll[which], 0.5 * steps[which], duration), reference);
     std::printf("%-18s %10.3f %10.2e %10.2e %8.3f %8.0f\n", nameOf(kAll[which]), 1e3 * steps[which],
                 coarse, fine, std::log2(coarse / fine), theory[which]);
   }
 }
 
-/// Whether so small a motion grows a millionfold within 20,000 steps.
-bool grows(const JelloWorld& world, JelloIntegrator integrator, double step) {
+/// Whether so small a motion grows a millionfold within so many steps.
+bool grows(const JelloWorld& world, JelloIntegrator integrator, double step, int steps) {
   JelloStepper stepper = stepperOf(world, integrator, step);
   const double most = 1e6 * stepper.energy().total();
-  for (int index = 0; index < 20000; ++index) {
+  for (int index = 0; index < steps; ++index) {
     if (!stepper.advance()) return true;
     if (index % 50 == 49 && stepper.energy().total() > most) return true;
   }
   return false;
 }
 
-void printLimits() {
+void printLimits(const Scale& scale) {
+  const int steps = scale.of(20000, 1000);
+  const double stiffest = scale.of(2e6, 2.0);
   std::printf("\nlargest stable step, ms: predicted, and where it blows up; 4^3 points\n");
   std::printf("%-18s %8s", "damping, d w / k", "k, N/m");
   for (const JelloIntegrator integrator : kAll)
@@ -116,7 +120,7 @@ void printLimits() {
   std::printf("\n");
   double worst = 0.0;
   for (const double ratio : {0.0, 0.2, 3.0}) {
-    for (double stiffness = 1.0; stiffness < 2e6; stiffness *= 10.0) {
+    for (double stiffness = 1.0; stiffness < stiffest; stiffness *= 10.0) {
       JelloWorld world = crumpled(4, stiffness, 0.0, 1e-9);
       const double w = jelloLimits(world).highestFrequency;
       world.lattice.damping = ratio * stiffness / w;
@@ -126,19 +130,20 @@ void printLimits() {
         const double predicted = limits.free[which];
         if (predicted == 0.0) {
           // Growth is slow: theory has it at any step.
-          std::printf(" %12s %13s", "never", grows(world, kAll[which], 1.0 / w) ? "grows" : "none");
+          std::printf(" %12s %13s", "never",
+                      grows(world, kAll[which], 1.0 / w, steps) ? "grows" : "none");
           continue;
         }
         if (std::isinf(predicted)) {
           std::printf(" %12s %13s", "any",
-                      grows(world, kAll[which], 100.0 / w) ? "blows up" : "none");
+                      grows(world, kAll[which], 100.0 / w, steps) ? "blows up" : "none");
           continue;
         }
         double low = 0.5 * predicted;
         double high = 2.0 * predicted;
         for (int halving = 0; halving < 9; ++halving) {
           const double middle = 0.5 * (low + high);
-          (grows(world, kAll[which], middle) ? high : low) = middle;
+          (grows(world, kAll[which], middle, steps) ? high : low) = middle;
         }
         std::printf(" %12.4g %13.4g", 1e3 * predicted, 1e3 * low);
         worst = std::max(worst, std::abs(low / predicted - 1.0));
@@ -149,14 +154,15 @@ void printLimits() {
   std::printf("farthest from the prediction: %.1f %%\n", 100.0 * worst);
 }
 
-void printCosts() {
+void printCosts(const Scale& scale) {
   std::printf("\nerror against run time: 8^3 points, 0.2 s, k = 200 N/m, d = 0.25 N s/m\n");
   std::printf("%-18s %10s %12s %12s\n", "", "h, ms", "seconds", "error, m");
   JelloWorld world = crumpled(8, 200.0, 0.25, 0.3);
-  const End reference = ranFor(world, JelloIntegrator::rungeKutta4, 1e-5, 0.2);
+  const End reference = ranFor(world, JelloIntegrator::rungeKutta4, scale.of(1e-5, 1e-4), 0.2);
   for (const JelloIntegrator integrator : kAll) {
     const bool isImplicit = integrator == JelloIntegrator::backwardEuler;
-    for (double step = isImplicit ? 0.05 : 2e-3; step > (isImplicit ? 2e-3 : 2e-5); step *= 0.5) {
+    const double least = scale.of(isImplicit ? 2e-3 : 2e-5, isImplicit ? 2e-2 : 4e-4);
+    for (double step = isImplicit ? 0.05 : 2e-3; step > least; step *= 0.5) {
       const End end = ranFor(world, integrator, step, 0.2);
       if (end.places.empty())
         std::printf("%-18s %10.4f %12s %12s\n", nameOf(integrator), 1e3 * step, "-", "blew up");
@@ -167,10 +173,12 @@ void printCosts() {
   }
 }
 
-void printBooks() {
+void printBooks(const Scale& scale) {
+  const int steps = scale.of(10000, 1000);
   std::printf(
-      "\nbooks over 2 s, 5^3 points, steps of 0.2 ms: change of momentum and angular momentum\n"
-      "beside their first value, of energy without damping, largest growth in a step with it\n");
+      "\nbooks over %g s, 5^3 points, steps of 0.2 ms: change of momentum and angular momentum\n"
+      "beside their first value, of energy without damping, largest growth in a step with it\n",
+      2e-4 * steps);
   std::printf("%-18s %12s %12s %12s %12s\n", "", "momentum", "angular", "energy", "growth");
   for (const JelloIntegrator integrator : kAll) {
     if (integrator == JelloIntegrator::explicitEuler) continue;  // not stable at that step
@@ -181,7 +189,7 @@ void printBooks() {
       const Vec3 turning = stepper.angularMomentum();
       const double energy = stepper.energy().total();
       double before = energy;
-      for (int index = 0; index < 10000; ++index) {
+      for (int index = 0; index < steps; ++index) {
         if (!stepper.advance()) break;
         const double now = stepper.energy().total();
         if (damping > 0.0) books[3] = std::max(books[3], now / before - 1.0);
@@ -198,7 +206,7 @@ void printBooks() {
 }
 
 /// Each mode by itself is let go from a millionth of the lattice, and its period is counted.
-void printModes() {
+void printModes(const Scale& scale) {
   JelloWorld world = crumpled(6, 20000.0, 0.0, 0.0);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(test::stiffnessOf(world.lattice) /
                                                              world.lattice.pointMass);
@@ -211,7 +219,7 @@ void printModes() {
       "\nsmall swings, 6^3 points: modes by jelloModalModel, and what the direct run swings at\n"
       "%8s %14s %14s %12s\n",
       "mode", "modal, Hz", "direct, Hz", "error, %");
-  for (Eigen::Index mode = 6; mode < 16; ++mode) {
+  for (Eigen::Index mode = 6; mode < scale.of(16, 8); ++mode) {
     const double expected = model->modes[static_cast<std::size_t>(mode - 6)].frequency;
     const Eigen::VectorXd shape = modes.eigenvectors().col(mode);
     JelloWorld moved = world;
@@ -244,12 +252,12 @@ void printModes() {
   }
 }
 
-int run() {
-  printOrders();
-  printLimits();
-  printCosts();
-  printBooks();
-  printModes();
+int run(const Scale& scale) {
+  printOrders(scale);
+  printLimits(scale);
+  printCosts(scale);
+  printBooks(scale);
+  printModes(scale);
   return 0;
 }
 

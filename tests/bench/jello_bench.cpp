@@ -103,6 +103,8 @@ int main(int argc, char** argv) {
   figures.add({.name = "8^3 points at 0.5 ms",
                .unit = "times real time",
                .subject = stepping(8),
+               .yardstickName = "structs and pointers",
+               .yardstick = pointing(8),
                .bar = Bar{Bar::Of::value, 20.0},
                .scale = kStep});
   return figures.run(argc, argv);

@@ -8,12 +8,15 @@
 #include <cstdio>
 #include <cstring>
 #include <ctime>
+#include <iterator>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "modal/solid_model.h"
 #include "tests/audio/meshes.h"
+#include "tests/bench/scale.h"
 #include "tests/support/vibration_references.h"
 
 namespace carom::bench {
@@ -23,8 +26,8 @@ using namespace modal;
 namespace {
 
 constexpr char kHelp[] =
-    R"(usage: bench_modal_accuracy [--csv FILE] [--modes]
-       ./bench modal_accuracy [-- [--csv FILE] [--modes]]
+    R"(usage: bench_modal_accuracy [--csv FILE] [--modes] [--short]
+       ./bench modal_accuracy [--short] [-- [--csv FILE] [--modes]]
 
 The first 10 elastic modes of free aluminium bodies, as analyseSolid finds them, for grids of more
 and more degrees of freedom, against theory (tests/support/vibration_references.h):
@@ -43,10 +46,12 @@ and more degrees of freedom, against theory (tests/support/vibration_references.
 
   --csv FILE   writes the rows to FILE as well
   --modes      prints every mode
+  --short      the two coarsest grids, and a sphere of fewer triangles
 )";
 
 constexpr std::size_t kModes = 10;
 constexpr double kBar = 0.01;
+constexpr std::size_t kFewSizes = 2;
 constexpr std::size_t kSizes[] = {1000, 2000, 4000, 8000, 16000, 32000, 64000};
 
 using Kinds = std::vector<std::vector<double>>;  // Hz, ascending, of each kind
@@ -87,19 +92,20 @@ Body plate() {
           {test::squarePlateFrequencies(material, 0.3, 0.002, kModes)}};
 }
 
-Body sphere() {
+Body sphere(const Scale& scale) {
   const Material material = aluminium(0.25);
   return {"sphere",
-          ellipsoidMesh({0.1, 0.1, 0.1}, 5),
+          ellipsoidMesh({0.1, 0.1, 0.1}, scale.of(5, 3)),
           material,
           {test::sphereFrequencies(material, 0.1, kModes)}};
 }
 
-Body brick() {
+Body brick(const Scale& scale) {
   const Material material = aluminium(0.3);
   const Vec3 edges(0.2, 0.16, 0.12);
   Body body{"brick", boxMesh(0.5 * edges), material, {{}}};
-  for (const test::BoxMode& mode : test::boxModes(material, edges, {10, 10, 10}, kModes))
+  const int terms = scale.of(10, 7);
+  for (const test::BoxMode& mode : test::boxModes(material, edges, {terms, terms, terms}, kModes))
     body.theory[0].push_back(mode.frequency);
   return body;
 }
@@ -159,9 +165,9 @@ double cpuSeconds() {
 }
 
 /// Nothing, and a line to the error stream, where there is no grid so coarse.
-std::vector<AccuracyRow> measure(const Body& body) {
+std::vector<AccuracyRow> measure(const Body& body, const Scale& scale) {
   std::vector<AccuracyRow> rows;
-  for (const std::size_t size : kSizes) {
+  for (const std::size_t size : std::span(kSizes).first(scale.of(std::size(kSizes), kFewSizes))) {
     SolidSettings settings;
     settings.grid.degreesOfFreedom = size;
     settings.maxModes = kModes;
@@ -231,13 +237,13 @@ bool writeCsv(const char* path, const std::vector<std::vector<AccuracyRow>>& all
   return std::fclose(file) == 0;
 }
 
-int run(const char* csv, bool withModes) {
-  const std::vector<Body> bodies = {beam(), plate(), sphere(), brick()};
+int run(const char* csv, bool withModes, const Scale& scale) {
+  const std::vector<Body> bodies = {beam(), plate(), sphere(scale), brick(scale)};
   std::vector<std::vector<AccuracyRow>> all;
   std::printf("%-8s %8s %25s %9s %9s %5s\n", "body", "dof", "cell, mm", "time, s", "worst, %",
               "mode");
   for (const Body& body : bodies) {
-    all.push_back(measure(body));
+    all.push_back(measure(body, scale));
     if (all.back().empty()) return 1;
     printRows(all.back(), withModes);
   }
@@ -261,6 +267,7 @@ int main(int argc, char** argv) {
       std::fputs(carom::bench::kHelp, stdout);
       return 0;
     }
+    if (argument == "--short") continue;
     if (argument == "--modes") {
       withModes = true;
     } else if (argument == "--csv" && i + 1 < argc) {
@@ -271,5 +278,5 @@ int main(int argc, char** argv) {
       return 2;
     }
   }
-  return carom::bench::run(csv, withModes);
+  return carom::bench::run(csv, withModes, carom::bench::scaleOf(argc, argv));
 }

@@ -1,6 +1,7 @@
 // One strike, twice: by direct integration of the masses and springs, and by their modes. How far
 // the two sounds are apart, and what each costs. `--help` says how it is run.
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <vector>
@@ -15,8 +16,8 @@ namespace {
 using namespace test;
 
 constexpr char kHelp[] =
-    R"(usage: bench_modal_waveform
-       ./bench modal_waveform
+    R"(usage: bench_modal_waveform [--short]
+       ./bench modal_waveform [--short]
 
 Bodies of polycarbonate, hit by a steel ball of 10 mm radius at 0.1 m/s, in a contact of half a
 millisecond. The same matrices are integrated in time with the force of Hertz's contact
@@ -29,10 +30,20 @@ at 48 kHz through the same low-pass of 18 kHz, heard at 1 m, over 100 ms from th
 
 The reference is the limit of the two smallest steps, whose error goes with the step's square. The
 rows of the steps show that it does: 12 dB for half a step.
+
+  --short    20 ms, two steps each, and coarser meshes
 )";
 
-constexpr std::size_t kFrames = 5300;  // to 100 ms after the strike is heard
-constexpr std::size_t kAttack = 428;   // 2 ms after that
+/// How much of it is computed.
+struct Effort {
+  std::size_t frames = 5300;    // to 100 ms after the strike is heard
+  int subdivisions = 3;         // of the shells
+  std::size_t maxModes = 1000;  // likewise
+  std::size_t steps = 100;      // at most, the largest
+};
+constexpr Effort kShort{.frames = 1460, .subdivisions = 2, .maxModes = 200, .steps = 2};
+
+constexpr std::size_t kAttack = 428;  // 2 ms after that
 
 double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -49,12 +60,14 @@ void printRow(const char* method, const std::vector<double>& samples,
   std::fflush(stdout);
 }
 
-void compare(const char* name, const StruckModel& body, const std::vector<double>& steps) {
+void compare(const char* name, const StruckModel& body, std::vector<double> steps,
+             const Effort& effort) {
+  steps.resize(std::min(steps.size(), effort.steps));
   std::vector<std::vector<double>> sounds;
   std::vector<double> times;
   for (const double step : steps) {
     const double start = seconds();
-    sounds.push_back(directSound(body, step, kFrames));
+    sounds.push_back(directSound(body, step, effort.frames));
     times.push_back(seconds() - start);
   }
   const std::vector<double> reference = limitOf(sounds[sounds.size() - 2], sounds.back());
@@ -70,25 +83,26 @@ void compare(const char* name, const StruckModel& body, const std::vector<double
     printRow(method, sounds[index], reference, times[index]);
   }
   const double start = seconds();
-  const std::vector<double> modal = modalSound(body, kFrames);
+  const std::vector<double> modal = modalSound(body, effort.frames);
   printRow("modes", modal, reference, seconds() - start);
   std::printf("  %-34s %8s %8s %10.3g\n", "their analysis, once", "", "", body.analysisTime);
   std::fflush(stdout);
 }
 
-int run() {
+int run(const Scale& scale) {
+  const Effort effort = scale.of(Effort(), kShort);
   const Material material = *findMaterial("polycarbonate");
-  const Vec3 half(0.4, 0.32, 0.26);
+  const SurfaceMesh surface = ellipsoidMesh({0.4, 0.32, 0.26}, effort.subdivisions);
   ShellSettings shell{.thickness = 4e-3};
-  shell.maxModes = 1000;
-  compare("shell, transverse springs",
-          struckShell(ellipsoidMesh(half, 3), material, shell, {1, 2, 3}),
-          {16e-6, 8e-6, 4e-6, 2e-6, 1e-6, 0.5e-6});
+  shell.maxModes = effort.maxModes;
+  compare("shell, transverse springs", struckShell(surface, material, shell, {1, 2, 3}),
+          {16e-6, 8e-6, 4e-6, 2e-6, 1e-6, 0.5e-6}, effort);
   shell.springs = ShellSprings::axial;
-  compare("shell, axial springs", struckShell(ellipsoidMesh(half, 3), material, shell, {1, 2, 3}),
-          {16e-6, 8e-6, 4e-6, 2e-6, 1e-6});
-  compare("solid", struckBox({0.3, 0.15, 0.05}, material, 2000, {1, 2, 30}),
-          {8e-6, 4e-6, 2e-6, 1e-6});
+  compare("shell, axial springs", struckShell(surface, material, shell, {1, 2, 3}),
+          {16e-6, 8e-6, 4e-6, 2e-6, 1e-6}, effort);
+  compare("solid",
+          struckBox({0.3, 0.15, 0.05}, material, scale.of<std::size_t>(2000, 400), {1, 2, 30}),
+          {8e-6, 4e-6, 2e-6, 1e-6}, effort);
   return 0;
 }
 

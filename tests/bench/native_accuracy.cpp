@@ -8,13 +8,22 @@
 #include <cstdlib>
 #include <ctime>
 #include <numbers>
-#include <utility>
+#include <string>
 
 #include "tests/bench/gas_world.h"
+#include "tests/bench/table_program.h"
 #include "tests/support/random.h"
 
 namespace carom::bench {
 namespace {
+
+constexpr char kHelp[] =
+    R"(usage: bench_native_accuracy [--short]
+       ./bench native_accuracy [--short]
+
+How exact the native stepper is over long runs. With --short they are shorter and smaller, so that
+the mean free time misses its bar by chance.
+)";
 
 void print(const char* what, double found, double expected, double error, double bar) {
   std::printf("%-46s %14.8g %14.8g %10.1e %10.0e  %s\n", what, found, expected, error, bar,
@@ -65,25 +74,25 @@ struct Window {
 };
 
 /// Of what is in the window, against the theory for the density and the temperature there.
-void printMeanFreeTime(double fraction) {
-  constexpr std::size_t kCount = 4096;
-  constexpr int kSamples = 4800;
-  const BoxedGas gas(kCount, fraction);
+void printMeanFreeTime(double fraction, const Scale& scale) {
+  const std::size_t count = scale.of<std::size_t>(4096, 512);
+  const int samples = scale.of(4800, 100);
+  const BoxedGas gas(count, fraction);
   const Window window{gas.side};
   SphereStepper stepper = makeStepper(gas.world);
-  const double rate =
-      enskogRate(fraction * 6.0 / std::numbers::pi, stepper.kineticEnergy() / (1.5 * kCount));
-  stepper.advanceTo(500.0 / rate);  // the lattice and its sound are forgotten
+  const double rate = enskogRate(fraction * 6.0 / std::numbers::pi,
+                                 stepper.kineticEnergy() / (1.5 * static_cast<double>(count)));
+  stepper.advanceTo(scale.of(500.0, 10.0) / rate);  // the lattice and its sound are forgotten
   const double interval = 0.25 / rate;
   double collisions = 0.0;  // of a sphere with another
   double present = 0.0;
   double squares = 0.0;  // of their velocities
-  for (int sample = 0; sample < kSamples; ++sample) {
+  for (int sample = 0; sample < samples; ++sample) {
     for (const ImpulseEvent& event : stepper.advanceTo(stepper.time() + interval)) {
-      if (event.body < kCount && event.other < kCount)
+      if (event.body < count && event.other < count)
         collisions += window.weight(event.bodyPosition);
     }
-    for (std::size_t sphere = 0; sphere < kCount; ++sphere) {
+    for (std::size_t sphere = 0; sphere < count; ++sphere) {
       const SphereState state = stepper.state(sphere);
       const double weight = window.weight(state.position);
       present += weight;
@@ -92,7 +101,7 @@ void printMeanFreeTime(double fraction) {
   }
   const double found = present * interval / collisions;
   const double expected =
-      1.0 / enskogRate(present / kSamples / window.volume(), squares / (3.0 * present));
+      1.0 / enskogRate(present / samples / window.volume(), squares / (3.0 * present));
   char what[64];
   std::snprintf(what, sizeof what, "mean free time, s, %.0f %% of the volume", 100.0 * fraction);
   print(what, found, expected, std::abs(found / expected - 1.0), 0.01);
@@ -100,34 +109,45 @@ void printMeanFreeTime(double fraction) {
 
 // ---- Drift
 
-void printEnergyDrift() {
+void printEnergyDrift(const Scale& scale) {
+  const auto collisions = scale.of<std::uint64_t>(1'000'000, 20'000);
   const BoxedGas gas(1000, 0.3);
   SphereStepper stepper = makeStepper(gas.world);
   const double start = stepper.kineticEnergy();
-  while (stepper.counters().collisions < 1'000'000)
+  while (stepper.counters().collisions < collisions)
     stepper.advanceTo(stepper.time() + 0.1);
   const double energy = stepper.kineticEnergy();
-  print("energy after 10^6 collisions, J", energy, start, std::abs(energy / start - 1.0), 1e-12);
+  print(scale.of("energy after 10^6 collisions, J", "energy after 20,000 collisions, J"), energy,
+        start, std::abs(energy / start - 1.0), 1e-12);
 }
 
-/// The last of 10^7 collisions of one ball, and the worst error of all, against
-/// first + number * interval.
-void printTimeDrift(const char* what, SphereWorld world, long double first, long double interval) {
-  constexpr std::uint64_t kCollisions = 10'000'000;
-  SphereStepper stepper = makeStepper(std::move(world));
+/// One ball that meets what it meets again and again, after `first` and every `interval`.
+struct Bouncing {
+  const char* where = "";
+  SphereWorld world;
+  long double first = 0.0L;
+  long double interval = 0.0L;
+};
+
+/// The last of so many collisions, and the worst error of all.
+void printTimeDrift(const Bouncing& ball, std::uint64_t collisions) {
+  SphereStepper stepper = makeStepper(ball.world);
   double last = 0.0;
   long double worst = 0.0L;
   std::uint64_t number = 0;
-  while (number < kCollisions) {
+  while (number < collisions) {
     for (const ImpulseEvent& event :
-         stepper.advanceTo(stepper.time() + 1000.0 * static_cast<double>(interval))) {
-      if (event.body != 0 || number == kCollisions) continue;
+         stepper.advanceTo(stepper.time() + 1000.0 * static_cast<double>(ball.interval))) {
+      if (event.body != 0 || number == collisions) continue;
       last = event.time;
-      const long double expected = first + static_cast<long double>(number++) * interval;
+      const long double expected = ball.first + static_cast<long double>(number++) * ball.interval;
       worst = std::max(worst, std::abs(last - expected) / std::max(expected, 1.0L));
     }
   }
-  const long double end = first + static_cast<long double>(kCollisions - 1) * interval;
+  const long double end = ball.first + static_cast<long double>(collisions - 1) * ball.interval;
+  char what[64];
+  std::snprintf(what, sizeof what, "time after %.0e bounces %s, s", static_cast<double>(collisions),
+                ball.where);
   print(what, last, static_cast<double>(end), static_cast<double>(worst), 1e-14);
 }
 
@@ -135,22 +155,23 @@ Sphere ball(const Vec3& position, const Vec3& velocity) {
   return {0, 0.25, 1.0, 1.0, position, velocity};
 }
 
-void printTimeDrifts() {
+void printTimeDrifts(const Scale& scale) {
+  const auto collisions = scale.of<std::uint64_t>(10'000'000, 200'000);
   SphereWorld corridor;
   corridor.restSpeed = 0.0;
   corridor.spheres = {ball(Vec3(0.5, 0.0, 0.0), Vec3(0.7, 0.0, 0.0))};
   corridor.planes = {{1, Vec3::UnitX(), 0.0, 1.0}, {2, -Vec3::UnitX(), -1.1, 1.0}};
   const auto speed = static_cast<long double>(0.7);
   const auto wide = static_cast<long double>(1.1);
-  printTimeDrift("time after 10^7 bounces between two walls, s", corridor, (wide - 0.75L) / speed,
-                 (wide - 0.5L) / speed);
+  printTimeDrift({"between two walls", corridor, (wide - 0.75L) / speed, (wide - 0.5L) / speed},
+                 collisions);
   SphereWorld floor;
   floor.gravity = {0.0, -9.81, 0.0};
   floor.spheres = {ball(Vec3(0.0, 0.35, 0.0), Vec3::Zero())};
   floor.planes = {{1, Vec3::UnitY(), 0.0, 1.0}};
   const long double height = static_cast<long double>(0.35) - 0.25L;
   const long double fall = std::sqrt(2.0L * height / static_cast<long double>(9.81));
-  printTimeDrift("time after 10^7 bounces on a floor, s", floor, fall, 2.0L * fall);
+  printTimeDrift({"on a floor", floor, fall, 2.0L * fall}, collisions);
 }
 
 // ---- A pile
@@ -191,8 +212,9 @@ SphereWorld pouredSpheres(std::size_t count) {
   return world;
 }
 
-void printPile() {
-  SphereStepper stepper = makeStepper(pouredSpheres(1000));
+void printPile(const Scale& scale) {
+  const auto count = scale.of<std::size_t>(1000, 200);
+  SphereStepper stepper = makeStepper(pouredSpheres(count));
   const auto energyNow = [&] { return stepper.kineticEnergy() + stepper.potentialEnergy(); };
   const double start = energyNow();
   double before = start;
@@ -207,8 +229,8 @@ void printPile() {
   }
   const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   const SphereStepperCounters& counters = stepper.counters();
-  print("1000 poured spheres, after 2 s: energy of motion, J", stepper.kineticEnergy(), 0.0,
-        stepper.kineticEnergy() / (start - before), 1e-6);
+  print((std::to_string(count) + " poured spheres, after 2 s: energy of motion, J").c_str(),
+        stepper.kineticEnergy(), 0.0, stepper.kineticEnergy() / (start - before), 1e-6);
   print("  most energy gained in any 50 ms, J", gained, 0.0, gained / (start - before), 1e-6);
   print("  not valid", valid ? 0.0 : 1.0, 0.0, valid ? 0.0 : 1.0, 0.0);
   std::printf(
@@ -220,15 +242,20 @@ void printPile() {
       static_cast<unsigned long long>(counters.woken));
 }
 
+int run(const Scale& scale) {
+  std::printf("%-46s %14s %14s %10s %10s\n", "", "found", "expected", "error", "bar");
+  for (const double fraction : {0.1, 0.2, 0.3, 0.4})
+    printMeanFreeTime(fraction, scale);
+  printEnergyDrift(scale);
+  printTimeDrifts(scale);
+  printPile(scale);
+  return 0;
+}
+
 }  // namespace
 }  // namespace carom::bench
 
-int main() {
-  std::printf("%-46s %14s %14s %10s %10s\n", "", "found", "expected", "error", "bar");
-  for (const double fraction : {0.1, 0.2, 0.3, 0.4})
-    carom::bench::printMeanFreeTime(fraction);
-  carom::bench::printEnergyDrift();
-  carom::bench::printTimeDrifts();
-  carom::bench::printPile();
-  return 0;
+int main(int argc, char** argv) {
+  return carom::bench::TableProgram{"bench_native_accuracy", carom::bench::kHelp, carom::bench::run}
+      .main(argc, argv);
 }

@@ -22,6 +22,8 @@
 #include "tests/bench/cell_yardstick.h"
 #include "tests/bench/figures.h"
 #include "tests/bench/gas_world.h"
+#include "tests/bench/machine_yardstick.h"
+#include "tests/bench/scale.h"
 
 namespace carom::bench {
 namespace {
@@ -94,6 +96,8 @@ Work stepAllPairs(const Gas& gas) {
 
 Work stepCells(const Gas& gas) {
   const auto cells = std::make_shared<CellGas>(gas);
+  for (int collision = 0; collision < 50; ++collision)  // under way, as FlyingGas is
+    cells->collide();
   return [cells](benchmark::State& state) {
     for ([[maybe_unused]] const auto iteration : state)
       cells->collide();
@@ -142,46 +146,50 @@ void addCellFigure(Figures& figures, std::size_t count, std::size_t collisions) 
                .scale = 1e-3});
 }
 
-/// s of this process for each of some 20,000 collisions more.
-double collisionTime(FlyingGas& gas) {
+/// s of this process for each of about so many collisions more.
+double collisionTime(FlyingGas& gas, std::uint64_t collisions) {
   const std::uint64_t before = gas.stepper.counters().collisions;
   const std::clock_t start = std::clock();
-  while (gas.stepper.counters().collisions < before + 20'000)
+  while (gas.stepper.counters().collisions < before + collisions)
     benchmark::DoNotOptimize(gas.advance().data());
   return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC /
          static_cast<double>(gas.stepper.counters().collisions - before);
 }
-double collisionTime(CellGas& gas) {
+double collisionTime(CellGas& gas, std::uint64_t collisions) {
   const std::clock_t start = std::clock();
-  for (int collision = 0; collision < 20'000; ++collision)
+  for (std::uint64_t collision = 0; collision < collisions; ++collision)
     gas.collide();
-  return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC / 20'000;
+  return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC /
+         static_cast<double>(collisions);
 }
 
 /// The time of a collision in `large` over that in `small`, in turns.
 template <class AnyGas>
-Work growth(std::shared_ptr<AnyGas> small, std::shared_ptr<AnyGas> large) {
-  return [small = std::move(small), large = std::move(large)](benchmark::State& state) {
+Work growth(std::shared_ptr<AnyGas> small, std::shared_ptr<AnyGas> large,
+            std::uint64_t collisions) {
+  return [small = std::move(small), large = std::move(large), collisions](benchmark::State& state) {
     double ratio = 0.0;
     for ([[maybe_unused]] const auto iteration : state) {
-      const double one = collisionTime(*small);
-      ratio = collisionTime(*large) / one;
+      const double one = collisionTime(*small, collisions);
+      ratio = collisionTime(*large, collisions) / one;
     }
     reportValue(state, ratio);
   };
 }
 
-void addGrowthFigure(Figures& figures, std::size_t few, std::size_t many) {
+void addGrowthFigure(Figures& figures, std::size_t few, std::size_t many, const Scale& scale) {
+  const auto collisions = scale.of<std::uint64_t>(20'000, 5'000);
   const Gas small = makeGas(few);
   const Gas large = makeGas(many);
-  figures.add(
-      {.name = "cost, N = " + std::to_string(many) + " / N = " + std::to_string(few),
-       .unit = "1",
-       .subject = growth(std::make_shared<FlyingGas>(small), std::make_shared<FlyingGas>(large)),
-       .yardstickName = "the same of minimal cells and heap",
-       .yardstick = growth(std::make_shared<CellGas>(small), std::make_shared<CellGas>(large)),
-       .bar = Bar{Bar::Of::value, 2.5},
-       .sense = Sense::lowerIsBetter});
+  figures.add({.name = "cost, N = " + std::to_string(many) + " / N = " + std::to_string(few),
+               .unit = "1",
+               .subject = growth(std::make_shared<FlyingGas>(small),
+                                 std::make_shared<FlyingGas>(large), collisions),
+               .yardstickName = "the same of minimal cells and heap",
+               .yardstick = growth(std::make_shared<CellGas>(small),
+                                   std::make_shared<CellGas>(large), collisions),
+               .bar = Bar{Bar::Of::value, 2.5},
+               .sense = Sense::lowerIsBetter});
 }
 
 // --- Recording ---------------------------------------------------------------------------------
@@ -201,7 +209,7 @@ Work recordGas(std::shared_ptr<FlyingGas> flying) {
   };
 }
 
-void addRecordingFigures(Figures& figures, std::size_t count) {
+void addRecordingFigures(Figures& figures, std::size_t count, const Scale& scale) {
   const Gas gas = makeGas(count);
   figures.add({.name = "recorded gas, N = " + std::to_string(count),
                .unit = "k collisions/s",
@@ -212,7 +220,8 @@ void addRecordingFigures(Figures& figures, std::size_t count) {
                .scale = 1e-3});
   const auto flying = std::make_shared<FlyingGas>(gas);
   flying->stepper.startRecording();
-  while (flying->stepper.counters().collisions < 100'000)
+  const auto collisions = scale.of<std::uint64_t>(100'000, 10'000);
+  while (flying->stepper.counters().collisions < collisions)
     flying->advance();
   const auto recording = std::make_shared<Recording>(flying->stepper.takeRecording());
   const auto bytes = std::make_shared<std::vector<std::byte>>(*encoded(*recording));
@@ -224,6 +233,8 @@ void addRecordingFigures(Figures& figures, std::size_t count) {
                        benchmark::DoNotOptimize(encoded(*recording));
                      reportTime(state, 1.0);
                    },
+               .yardstickName = kMachine,
+               .yardstick = machineTime(),
                .sense = Sense::lowerIsBetter,
                .error = text("%.1f bytes for each of %zu",
                              static_cast<double>(bytes->size()) /
@@ -238,6 +249,8 @@ void addRecordingFigures(Figures& figures, std::size_t count) {
                        benchmark::DoNotOptimize(decoded(*bytes, "bench"));
                      reportTime(state, 1.0);
                    },
+               .yardstickName = kMachine,
+               .yardstick = machineTime(),
                .sense = Sense::lowerIsBetter,
                .scale = 1e3});
   figures.add({.name = "state at a time, of 100000 collisions",
@@ -254,6 +267,8 @@ void addRecordingFigures(Figures& figures, std::size_t count) {
                      }
                      reportTime(state, 1.0);
                    },
+               .yardstickName = kMachine,
+               .yardstick = machineTime(),
                .sense = Sense::lowerIsBetter,
                .scale = 1e9});
 }
@@ -311,6 +326,8 @@ void addBreakFigure(Figures& figures) {
   figures.add({.name = "nine-ball break, 87 collisions",
                .unit = "ms",
                .subject = playBreak(),
+               .yardstickName = kMachine,
+               .yardstick = machineTime(),
                .bar = Bar{Bar::Of::value, 0.5},
                .sense = Sense::lowerIsBetter,
                .scale = 1e3});
@@ -338,18 +355,20 @@ void weighStepper(benchmark::State& state, std::size_t count) {
 }
 
 void addMemoryFigure(Figures& figures, std::size_t count) {
-  figures.add({.name = "memory, N = " + std::to_string(count),
-               .unit = "kB per sphere",
-               .subject = [count](benchmark::State& state) { weighStepper(state, count); },
-               .bar = Bar{Bar::Of::value, 0.3},
-               .sense = Sense::lowerIsBetter,
-               .scale = 1e-3});
+  figures.add(
+      besideItsBar({.name = "memory, N = " + std::to_string(count),
+                    .unit = "kB per sphere",
+                    .subject = [count](benchmark::State& state) { weighStepper(state, count); },
+                    .bar = Bar{Bar::Of::value, 0.3},
+                    .sense = Sense::lowerIsBetter,
+                    .scale = 1e-3}));
 }
 
 }  // namespace
 }  // namespace carom::bench
 
 int main(int argc, char** argv) {
+  const carom::bench::Scale scale = carom::bench::scaleOf(argc, argv);
   carom::bench::Figures figures;
   carom::bench::addAllPairsFigure(figures, 64, 256);
   carom::bench::addAllPairsFigure(figures, 512, 512);
@@ -358,8 +377,8 @@ int main(int argc, char** argv) {
   carom::bench::addCellFigure(figures, 1000, 4000);
   carom::bench::addCellFigure(figures, 10000, 1000);
   carom::bench::addCellFigure(figures, 100000, 1000);
-  carom::bench::addGrowthFigure(figures, 1000, 100000);
-  carom::bench::addRecordingFigures(figures, 1000);
+  carom::bench::addGrowthFigure(figures, 1000, 100000, scale);
+  carom::bench::addRecordingFigures(figures, 1000, scale);
   carom::bench::addBreakFigure(figures);
   carom::bench::addMemoryFigure(figures, 100000);
   return figures.run(argc, argv);

@@ -1,6 +1,6 @@
 // How many instructions a collision costs: callgrind counts them, so the figure is the same however
-// busy the machine is. Without an argument it runs itself under valgrind, for a few and for more
-// collisions, and prints the difference.
+// busy the machine is. Without an argument, or with --short, it runs itself under valgrind, for a
+// few and for more collisions, and prints the difference.
 
 #include <cstdint>
 #include <cstdio>
@@ -10,12 +10,11 @@
 
 #include "tests/bench/cell_yardstick.h"
 #include "tests/bench/gas_world.h"
+#include "tests/bench/scale.h"
 
 namespace carom::bench {
 namespace {
 
-constexpr std::uint64_t kFew = 5'000;
-constexpr std::uint64_t kMany = 25'000;
 constexpr double kBar = 6000.0;
 
 /// Of the gas of 1000; and how many it has been in truth.
@@ -60,16 +59,17 @@ std::optional<Run> count(const char* program, const std::string& arguments) {
   return run;
 }
 
-std::optional<double> perCollision(const char* program, const std::string& what) {
-  const auto few = count(program, what + " " + std::to_string(kFew));
-  const auto many = count(program, what + " " + std::to_string(kMany));
+std::optional<double> perCollision(const char* program, const std::string& what,
+                                   const Scale& scale) {
+  const auto few = count(program, what + " " + std::to_string(scale.of(5'000, 500)));
+  const auto many = count(program, what + " " + std::to_string(scale.of(25'000, 2'500)));
   if (!few || !many) return std::nullopt;
   return (many->instructions - few->instructions) / (many->collisions - few->collisions);
 }
 
-int compare(const char* program) {
-  const auto ours = perCollision(program, "carom");
-  const auto minimal = perCollision(program, "minimal");
+int compare(const char* program, const Scale& scale) {
+  const auto ours = perCollision(program, "carom", scale);
+  const auto minimal = perCollision(program, "minimal", scale);
   if (!ours || !minimal) {
     std::fprintf(stderr, "native_instructions: needs valgrind (Debian package valgrind)\n");
     return 1;
@@ -86,11 +86,12 @@ int compare(const char* program) {
 
 int main(int argc, char** argv) {
   using namespace carom::bench;
-  if (argc == 1) return compare(argv[0]);
+  const Scale scale = scaleOf(argc, argv);
+  if (argc == 1 || (argc == 2 && scale.isShort)) return compare(argv[0], scale);
   const std::string what = argv[1];
   const std::uint64_t asked = argc == 3 ? std::strtoull(argv[2], nullptr, 10) : 0;
   if (asked == 0 || (what != "carom" && what != "minimal")) {
-    std::fprintf(stderr, "usage: %s [carom|minimal COLLISIONS]\n", argv[0]);
+    std::fprintf(stderr, "usage: %s [--short | carom|minimal COLLISIONS]\n", argv[0]);
     return 2;
   }
   const std::uint64_t collisions = what == "carom" ? step(asked) : stepYardstick(asked);

@@ -26,7 +26,7 @@ bool differs(const Vec3& velocity, const Vec3& expected) {
 
 Quat turnOf(const Vec3& rotation) {
   const double angle = rotation.norm();
-  return angle > 0.0 ? Quat(Eigen::AngleAxisd(angle, rotation / angle)) : Quat::Identity();
+  return Quat(Eigen::AngleAxisd(angle, angle > 0.0 ? Vec3(rotation / angle) : Vec3::UnitX()));
 }
 
 }  // namespace

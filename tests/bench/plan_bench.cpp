@@ -22,6 +22,7 @@
 #include "scenes/scene_sound.h"
 #include "scenes/scene_stepper.h"
 #include "scenes/stopwatch.h"
+#include "tests/bench/table_program.h"
 
 namespace carom::bench {
 
@@ -33,7 +34,13 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kBlock = 4096;  // samples
 constexpr double kFree = 1.02;        // times what it costs without
-constexpr int kRuns = 25;
+constexpr char kHelp[] =
+    R"(usage: bench_plan [--short]
+       ./bench plan [--short]
+
+What a scene pays for features that are linked in, and for those that are configured and never come
+into play, beside the same scene without them.
+)";
 
 template <class T>
 T orExit(Result<T> result) {
@@ -48,11 +55,17 @@ std::string libraryFile(const std::string& name) {
   return CAROM_SOURCE_DIR "/scenes/library/" + name + ".json";
 }
 
-/// Two seconds of a scene with nothing but clicks: no roughness, nobody rings. Of eighty marbles,
-/// unless it is another.
-Scene plain(const std::string& name = "marbles_in_a_box") {
+/// How often everything is measured, and for how long.
+struct Effort {
+  int runs = 25;
+  double duration = 2.0;  // s, simulated
+};
+
+/// A scene with nothing but clicks: no roughness, nobody rings. Of eighty marbles, unless it is
+/// another.
+Scene plain(const Effort& effort, const std::string& name = "marbles_in_a_box") {
   Scene scene = orExit(loadScene(libraryFile(name)));
-  scene.duration = 2.0;
+  scene.duration = effort.duration;
   for (SceneBody& body : scene.bodies)
     body.material.roughness = {};
   return scene;
@@ -74,20 +87,20 @@ SceneBody farBell() {
   return bell;
 }
 
-std::vector<Feature> features() {
+std::vector<Feature> features(const Effort& effort) {
   std::vector<Feature> all;
-  Scene rough = plain();
+  Scene rough = plain(effort);
   for (SceneBody& body : rough.bodies)
     body.material.roughness = findMaterial("concrete")->roughness;
-  all.push_back({"bumps on every body", std::move(rough), plain()});
-  Scene bell = plain("newtons_cradle");
+  all.push_back({"bumps on every body", std::move(rough), plain(effort)});
+  Scene bell = plain(effort, "newtons_cradle");
   bell.bodies.push_back(farBell());
-  all.push_back({"a bell that nothing strikes", std::move(bell), plain("newtons_cradle")});
-  Scene loss = plain();
+  all.push_back({"a bell that nothing strikes", std::move(bell), plain(effort, "newtons_cradle")});
+  Scene loss = plain(effort);
   loss.sound.contactLoss = 0.5;
   loss.sound.modalRadiation = ModalRadiation::monopole;
   loss.mostModes = 16;
-  all.push_back({"settings of modes without modes", std::move(loss), plain()});
+  all.push_back({"settings of modes without modes", std::move(loss), plain(effort)});
   return all;
 }
 
@@ -189,12 +202,12 @@ void printRow(const std::string& name, const std::string& unit, double with, dou
               same ? "the same" : "other");
 }
 
-void printPair(const Pair& pair) {
+void printPair(const Pair& pair, int runs) {
   const bool same = samplesOf(pair.with) == samplesOf(pair.without);
   Cost with;
   Cost without;
   // In turns, and the least of each: what else the machine does only adds.
-  for (int run = 0; run < kRuns; ++run) {
+  for (int run = 0; run < runs; ++run) {
     with.takeSmaller(costOf(pair.with, pair.scene.duration));
     without.takeSmaller(costOf(pair.without, pair.scene.duration));
   }
@@ -233,14 +246,14 @@ std::string contentsOf(const fs::path& file) {
   return text.str();
 }
 
-void printProcesses() {
+void printProcesses(int runs) {
   const fs::path folder = fs::temp_directory_path();
   const std::string all = folder / ("carom_plan_all_" + std::to_string(getpid()) + ".wav");
   const std::string bare = folder / ("carom_plan_bare_" + std::to_string(getpid()) + ".wav");
   const std::string arguments = "render '" + libraryFile("newtons_cradle") + "' -o '" + all + "'";
   Usage with{std::numeric_limits<double>::infinity(), 0.0, true};
   Usage without = with;
-  for (int run = 0; run < kRuns; ++run) {
+  for (int run = 0; run < runs; ++run) {
     const Usage one = usageOf(CAROM_COMMAND, arguments);
     const Usage other = usageOf(CAROM_PLAN_BARE, "'" + bare + "'");
     with = {std::min(with.seconds, one.seconds), one.bytes, with.worked && one.worked};
@@ -256,18 +269,25 @@ void printProcesses() {
            "none", "", same);
 }
 
+int run(const Scale& scale) {
+  const Effort effort = scale.of<Effort>({}, {.runs = 2, .duration = 0.5});
+  std::printf(
+      "| what | with | without | ratio | bar | | samples |\n|---|---|---|---|---|---|---|\n");
+  const Scene scene = plain(effort);
+  printPair({"everything linked in, beside the stages by hand", scene, whole(scene),
+             [scene](const auto& heard) { renderByHand(scene, heard); }},
+            effort.runs);
+  for (const Feature& feature : features(effort))
+    printPair({feature.name, feature.scene, whole(feature.scene), whole(feature.without)},
+              effort.runs);
+  printProcesses(effort.runs);
+  return 0;
+}
+
 }  // namespace
 }  // namespace carom::bench
 
-int main() {
-  using namespace carom::bench;
-  std::printf(
-      "| what | with | without | ratio | bar | | samples |\n|---|---|---|---|---|---|---|\n");
-  const carom::scenes::Scene scene = plain();
-  printPair({"everything linked in, beside the stages by hand", scene, whole(scene),
-             [scene](const auto& heard) { renderByHand(scene, heard); }});
-  for (const Feature& feature : features())
-    printPair({feature.name, feature.scene, whole(feature.scene), whole(feature.without)});
-  printProcesses();
-  return 0;
+int main(int argc, char** argv) {
+  return carom::bench::TableProgram{"bench_plan", carom::bench::kHelp, carom::bench::run}.main(
+      argc, argv);
 }

@@ -8,9 +8,9 @@ namespace carom::bench {
 
 /// A thousand steel balls of 5 cm radius fall together for so many seconds.
 inline Result<scenes::Scene> thousandBalls(double duration) {
-  return parseScene(R"({
+  return scenes::parseScene(R"({
     "duration": )" + std::to_string(duration) +
-                        R"(,
+                                R"(,
     "bodies": [
       {"type": "box", "min": [-1, 0, -1], "max": [1, 4, 1], "material": "steel"},
       {"type": "spheres", "count": 1000, "radius": 0.05, "material": "steel",
@@ -18,7 +18,7 @@ inline Result<scenes::Scene> thousandBalls(double duration) {
     ],
     "listeners": [{"position": [0, 2, 2]}]
   })",
-                    "thousand_balls");
+                            "thousand_balls");
 }
 
 }  // namespace carom::bench
