@@ -9,6 +9,7 @@
 
 #include "tests/audio/meshes.h"
 #include "tests/support/no_alloc_scope.h"
+#include "tests/support/special_functions.h"
 
 namespace carom {
 
@@ -23,7 +24,7 @@ constexpr double kPi = std::numbers::pi;
 double harmonic(int l, int m, double theta, double phi) {
   const int size = std::abs(m);
   const double legendre =
-      std::sph_legendre(static_cast<unsigned>(l), static_cast<unsigned>(size), theta);
+      test::sphericalLegendre(static_cast<unsigned>(l), static_cast<unsigned>(size), theta);
   if (m == 0) return legendre;
   const double sign = size % 2 == 0 ? 1.0 : -1.0;
   return sign * std::numbers::sqrt2 * legendre * (m > 0 ? std::cos(m * phi) : std::sin(size * phi));
@@ -36,7 +37,7 @@ Vec3 toward(double theta, double phi) {
 // h_l^(2) of the standard library.
 Complex hankel(int l, double z) {
   const auto order = static_cast<unsigned>(l);
-  return {std::sph_bessel(order, z), -std::sph_neumann(order, z)};
+  return {test::sphericalBessel(order, z), -test::sphericalNeumann(order, z)};
 }
 
 Complex iToThe(int power) {
@@ -51,7 +52,7 @@ ModeRadiation pointSourceAt(double radius, double theta, double phi, double k, i
   for (int l = 0; l <= order; ++l)
     for (int m = -l; m <= l; ++m)
       radiation.multipoles.push_back(4.0 * kPi * iToThe(l) *
-                                     std::sph_bessel(static_cast<unsigned>(l), k * radius) *
+                                     test::sphericalBessel(static_cast<unsigned>(l), k * radius) *
                                      harmonic(l, m, theta, phi));
   return radiation;
 }

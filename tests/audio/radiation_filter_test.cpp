@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "audio/spread_kernel.h"
+#include "tests/support/special_functions.h"
 
 namespace carom {
 
@@ -21,7 +22,7 @@ using Complex = std::complex<double>;
 
 // Outgoing spherical wave of first order, e^{-i w t} convention: h1 = j1 + i y1.
 Complex hankel(unsigned order, double x) {
-  return {std::sph_bessel(order, x), std::sph_neumann(order, x)};
+  return {test::sphericalBessel(order, x), test::sphericalNeumann(order, x)};
 }
 
 // Pressure over velocity of a rigid sphere that oscillates, straight ahead of it: the solution of

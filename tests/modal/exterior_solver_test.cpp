@@ -12,6 +12,7 @@
 
 #include "tests/audio/meshes.h"
 #include "tests/modal/ringing_models.h"
+#include "tests/support/special_functions.h"
 
 namespace carom::test {
 
@@ -26,7 +27,7 @@ constexpr double kPi = std::numbers::pi;
 // h_n^(2) of the standard library, and its derivative.
 Complex hankel(int n, double z) {
   const auto order = static_cast<unsigned>(n);
-  return {std::sph_bessel(order, z), -std::sph_neumann(order, z)};
+  return {test::sphericalBessel(order, z), -test::sphericalNeumann(order, z)};
 }
 
 Complex hankelSlope(int n, double z) {
@@ -34,7 +35,7 @@ Complex hankelSlope(int n, double z) {
 }
 
 double legendre(int n, double x) {
-  return std::legendre(static_cast<unsigned>(n), x);
+  return test::legendrePolynomial(static_cast<unsigned>(n), x);
 }
 
 // The error of u, root mean square, on a unit sphere whose slope is P_n(cos theta).

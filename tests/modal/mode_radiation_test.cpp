@@ -14,6 +14,7 @@
 
 #include "tests/audio/meshes.h"
 #include "tests/modal/ringing_models.h"
+#include "tests/support/special_functions.h"
 
 namespace carom::test {
 
@@ -68,8 +69,8 @@ double farErrorOf(const ModalModel& model, std::size_t mode,
 // h_n^(2)' and i^(n + 1), of the outgoing wave -rho0 h_n(kr) P_n / (k h_n'(ka)).
 Complex farOfSphere(int n, double ka, double k) {
   const auto order = static_cast<unsigned>(n);
-  const Complex here(std::sph_bessel(order, ka), -std::sph_neumann(order, ka));
-  const Complex above(std::sph_bessel(order + 1, ka), -std::sph_neumann(order + 1, ka));
+  const Complex here(test::sphericalBessel(order, ka), -test::sphericalNeumann(order, ka));
+  const Complex above(test::sphericalBessel(order + 1, ka), -test::sphericalNeumann(order + 1, ka));
   return -kAir * std::pow(Complex(0, 1), n + 1) / (k * k * (n / ka * here - above));
 }
 
@@ -82,7 +83,7 @@ TEST(ModeRadiation, SphereThatBreathesSwingsAndFlattensIsTheClosedForm) {
     addMode(model, frequencyOf(model, k), [](const Vec3& at) { return Vec3(at.normalized()); });
     addMode(model, frequencyOf(model, k), [](const Vec3&) { return Vec3(Vec3::UnitZ()); });
     addMode(model, frequencyOf(model, k), [](const Vec3& at) {
-      return Vec3(at.normalized() * std::legendre(2u, at.normalized().z()));
+      return Vec3(at.normalized() * test::legendrePolynomial(2u, at.normalized().z()));
     });
     const RadiationReport report = radiate(model);
     EXPECT_LE(report.panels, 800u);
@@ -91,7 +92,7 @@ TEST(ModeRadiation, SphereThatBreathesSwingsAndFlattensIsTheClosedForm) {
       EXPECT_LT(farErrorOf(model, static_cast<std::size_t>(n),
                            [&](const Vec3& d) {
                              return farOfSphere(n, ka, k) *
-                                    std::legendre(static_cast<unsigned>(n), d.z());
+                                    test::legendrePolynomial(static_cast<unsigned>(n), d.z());
                            }),
                 0.01 * (n + 1))
           << n << " at " << ka;

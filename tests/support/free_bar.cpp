@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "carom/audio/material.h"
+#include "tests/support/special_functions.h"
 
 namespace carom::test {
 namespace {
@@ -14,8 +15,8 @@ constexpr int kSlices = 2000;
 
 // H1^(2)'(z) = H0 - H1 / z.
 Complex hankelSlope(double z) {
-  const Complex zeroth(std::cyl_bessel_j(0.0, z), -std::cyl_neumann(0.0, z));
-  const Complex first(std::cyl_bessel_j(1.0, z), -std::cyl_neumann(1.0, z));
+  const Complex zeroth(test::besselJ(0, z), -test::besselY(0, z));
+  const Complex first(test::besselJ(1, z), -test::besselY(1, z));
   return zeroth - first / z;
 }
 

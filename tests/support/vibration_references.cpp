@@ -9,6 +9,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "tests/support/special_functions.h"
+
 namespace carom::test {
 namespace {
 
@@ -61,7 +63,7 @@ int degreeFor(std::size_t count) {
 }
 
 double besselOf(unsigned order, double at) {
-  return std::sph_bessel(order, at);
+  return test::sphericalBessel(order, at);
 }
 
 // 0 where a twisting mode of the sphere is, k = omega radius / (speed of shear waves).
