@@ -4,9 +4,9 @@
 #include <version>
 
 #ifndef __cpp_lib_math_special_functions
-#include <math.h>  // jn and yn are POSIX's
-
 #include <numbers>
+
+#include <math.h>  // jn and yn are POSIX's
 #endif
 
 namespace carom::test {
