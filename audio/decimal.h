@@ -30,7 +30,7 @@ inline const char* endOfDecimal(const char* first, const char* last) {
   return exponent == sign ? mantissa : exponent;
 }
 
-/// What std::from_chars does of finite numbers, by strtod in the C locale.
+/// Reads a finite number as std::from_chars would, by strtod in the C locale.
 inline std::from_chars_result readDecimalByStrtod(const char* first, const char* last,
                                                   double& value) {
   const char* const end = endOfDecimal(first, last);

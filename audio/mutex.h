@@ -8,7 +8,7 @@
 
 namespace carom::audio {
 
-// What guards the few things that a process shares: caches of tables, the registry of hooked
+// Mutexes guard the few things that a process shares: caches of tables, the registry of hooked
 // worlds. A build for a platform without threads (CAROM_THREADS=OFF) has nothing to guard.
 
 #if CAROM_THREADS

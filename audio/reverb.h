@@ -13,7 +13,7 @@
 
 namespace carom::audio {
 
-/// What Reverb::create has against the settings. [any thread]
+/// An error if the settings are out of the ranges that Reverb::create accepts. [any thread]
 Status checkSettings(const ReverbSettings& settings);
 
 /// Late reverberation: a feedback delay network (Jot & Chaigne 1991, "Digital delay networks for

@@ -1,4 +1,4 @@
-// What stands in for the standard library where a platform's lacks it, beside the standard library.
+// The stand-ins for functions that a platform's standard library may lack, held against this one's.
 
 #include <charconv>
 #include <cmath>

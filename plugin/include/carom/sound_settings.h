@@ -33,10 +33,10 @@ enum class RadiatorChoice : std::uint8_t {
   equivalentSphere,
 };
 
-/// What the choice came to.
+/// Counts of the shapes that a RadiatorChoice solved, and of those that it could not.
 struct RadiatorCounters {
   std::uint64_t solved = 0;  ///< shapes whose added mass is known; equal ones count once
-  /// Of `solved`, within a step of the world, which it held up; see Sound::prepare.
+  /// Shapes of `solved` that held up a step of the world; see Sound::prepare.
   std::uint64_t solvedInStep = 0;
   /// Bodies so far that can move and whose surface is open, too complicated or no solid. They
   /// sound as the sphere of their volume; of half the box around them if they have none; and not

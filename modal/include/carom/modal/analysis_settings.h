@@ -38,7 +38,7 @@ struct SolidSettings {
   bool operator==(const SolidSettings&) const = default;
 };
 
-/// What the springs along the edges resist.
+/// The kind of motion that the springs along the edges resist.
 enum class ShellSprings {
   /// One degree of freedom for each vertex, its displacement along the vertex normal; a spring
   /// pulls with k times the difference of the two. As in Ren and Lin's chapter: N numbers for N
@@ -72,7 +72,7 @@ struct RadiationSettings {
   bool operator==(const RadiationSettings&) const = default;
 };
 
-/// What the radiation of a model was computed with, and how far it can be trusted.
+/// The resolution that a model's radiation was computed with, and how far it can be trusted.
 struct RadiationReport {
   std::size_t panels = 0;
   double goodUpTo = 0.0;       ///< Hz: above, six panels do not fit a wavelength in the air
