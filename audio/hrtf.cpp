@@ -409,6 +409,13 @@ void HrtfSet::blend(const SphereWeights& where, Ear ear,
   }
 }
 
+static Result<std::shared_ptr<const HrtfSet>> loadShared(const std::filesystem::path& path,
+                                                         double sampleRate) {
+  Result<HrtfSet> loaded = HrtfSet::load(path, sampleRate);
+  if (!loaded) return loaded.error();
+  return std::make_shared<const HrtfSet>(*std::move(loaded));
+}
+
 Result<std::shared_ptr<const HrtfSet>> defaultHrtf(double sampleRate) {
   // The one thing shared in this layer: a cache, which nothing depends on but time and memory.
   static Mutex mutex;
@@ -416,19 +423,14 @@ Result<std::shared_ptr<const HrtfSet>> defaultHrtf(double sampleRate) {
   const MutexLock lock(mutex);
   if (!isSampleRate(sampleRate)) return HrtfSet::load({}, sampleRate).error();
   if (std::shared_ptr<const HrtfSet> set = cache[sampleRate].lock()) return set;
-  Result<HrtfSet> loaded = HrtfSet::load({}, sampleRate);
-  if (!loaded) return loaded.error();
-  auto set = std::make_shared<const HrtfSet>(*std::move(loaded));
-  cache[sampleRate] = set;
+  Result<std::shared_ptr<const HrtfSet>> set = loadShared({}, sampleRate);
+  if (set) cache[sampleRate] = *set;
   return set;
 }
 
 Result<std::shared_ptr<const HrtfSet>> loadHrtf(const std::filesystem::path& path,
                                                 double sampleRate) {
-  if (path.empty()) return defaultHrtf(sampleRate);
-  Result<HrtfSet> loaded = HrtfSet::load(path, sampleRate);
-  if (!loaded) return loaded.error();
-  return std::make_shared<const HrtfSet>(*std::move(loaded));
+  return path.empty() ? defaultHrtf(sampleRate) : loadShared(path, sampleRate);
 }
 
 }  // namespace carom

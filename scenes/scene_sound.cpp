@@ -8,7 +8,7 @@
 
 #include <Eigen/Dense>
 
-#include "audio/hrtf.h"
+#include "carom/audio/listener.h"
 #include "carom/audio/panel_radiator.h"
 #include "carom/audio/room.h"
 #include "scenes/bullet_solid.h"
@@ -117,9 +117,9 @@ Result<std::vector<Listener>> equippedListeners(const Scene& scene) {
   for (const HeadFile& head : scene.headFiles) {
     std::shared_ptr<const HrtfSet>& set = heads[head.sofa];
     if (set == nullptr) {
-      Result<HrtfSet> loaded = HrtfSet::load(head.sofa, scene.sampleRate);
+      Result<std::shared_ptr<const HrtfSet>> loaded = loadHrtf(head.sofa, scene.sampleRate);
       if (!loaded) return loaded.error();
-      set = std::make_shared<const HrtfSet>(*std::move(loaded));
+      set = *std::move(loaded);
     }
     listeners.at(head.listener).hrtf = set;
   }
