@@ -45,7 +45,7 @@ carom_require() {
   rm -f "$log"
 }
 
-# carom_build PRESET [TARGET]...: configures and builds, quietly unless it fails.
+# carom_build PRESET [-DOPTION=VALUE]... [TARGET]...: configures and builds, quietly unless it fails.
 carom_build() {
   command -v dpkg-query >/dev/null || {
     echo "carom: this script installs with apt-get; elsewhere, see docs/dependencies.md and run" >&2
@@ -53,11 +53,16 @@ carom_build() {
     exit 1
   }
   mkdir -p build
-  local log=build/$1.log
-  if ! cmake --preset "$1" >"$log" 2>&1 ||
-     ! cmake --build --preset "$1" ${2:+--target "${@:2}"} >>"$log" 2>&1; then
+  local preset=$1 log=build/$1.log options=()
+  shift
+  while [[ "${1:-}" == -D* ]]; do
+    options+=("$1")
+    shift
+  done
+  if ! cmake --preset "$preset" "${options[@]}" >"$log" 2>&1 ||
+     ! cmake --build --preset "$preset" ${1:+--target "$@"} >>"$log" 2>&1; then
     tail -n 40 "$log" >&2
-    echo "carom: the build of preset '$1' failed; the whole log is $log" >&2
+    echo "carom: the build of preset '$preset' failed; the whole log is $log" >&2
     exit 1
   fi
 }

@@ -1,4 +1,4 @@
-# Sourced by .ci/run and .ci/more: how their steps are told and run.
+# Sourced by .ci/run: how its steps are told and run.
 
 # Each step with the minutes since the start, and the CPU minutes that the one before has taken.
 last_step="" last_cpu=0
@@ -13,12 +13,6 @@ step() {
     printf -- '-- %s: %d:%02d CPU minutes\n' "$last_step" $(((cpu - last_cpu) / 60)) $(((cpu - last_cpu) % 60))
   last_step=$1 last_cpu=$cpu
   printf '\n== %s (at %d:%02d, %d CPU minutes)\n' "$1" $((SECONDS / 60)) $((SECONDS % 60)) $((cpu / 60))
-}
-# quietly LOG COMMAND...: shows the end of the log only where the command fails.
-quietly() {
-  local log=$1
-  shift
-  "$@" >"$log" 2>&1 || { tail -n 60 "$log"; return 1; }
 }
 # run_tests PRESET LOG OPTION...: ctest, of which only failures and the last lines are shown.
 run_tests() {

@@ -11,12 +11,11 @@
 namespace carom::audio {
 namespace {
 
-constexpr double kHalfWidth = 0.5 * static_cast<double>(kSpreadWidth);
 constexpr double kPhases = static_cast<double>(SpreadTable::kPhases);
 
 void place(std::span<const PulseNode> nodes, const ClickTrack& track, PlacedNodes& placed) {
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const double left = track.at(nodes[i].u) - kHalfWidth;
+    const double left = track.at(nodes[i].u) - kSpreadHalfWidth;
     const double first = std::ceil(left);
     const double phase = (first - left) * kPhases;
     const double row = std::floor(phase);

@@ -12,7 +12,7 @@ namespace {
 /// By how much another axis must be nearer to the normal to be looked along instead.
 constexpr double kTurned = 1.2;
 /// m: they part no further, so that they can meet again.
-constexpr double kFarthest = 1.0;
+constexpr double kFarthestPoint = 1.0;
 /// Of a step's way: a path that begins so near to where the last one ended is led there.
 constexpr double kNear = 2e-3;
 /// Of a step's way: a path that is farther from where it should be has leapt over a seam.
@@ -213,7 +213,7 @@ double ContactDrive::swing(double pushed) {
     speed += spring.perForce * force;
   }
   const double mean = speed_ + spring.implicit * (speed - speed_);
-  pressed_ = std::max(pressed_ + (pushed - mean) * spring.dt, -kFarthest);
+  pressed_ = std::max(pressed_ + (pushed - mean) * spring.dt, -kFarthestPoint);
   speed_ = speed;
   return force - load_;
 }

@@ -18,7 +18,7 @@ using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0,
                              static_cast<int>(kBandCount), static_cast<int>(kBandCount)>;
 
 constexpr double kHighestBand = 0.45;  // of the sample rate
-constexpr double kSilence = -120.0;    // dB: more than that per pass is not asked of a filter
+constexpr double kLeastGain = -120.0;  // dB: more than that per pass is not asked of a filter
 constexpr double kSteepest = 60.0;     // dB of a shelf: keeps its pole away from the unit circle
 constexpr double kSlowest = 0.6;       // see the header
 constexpr int kIterations = 30;
@@ -43,7 +43,7 @@ class CascadeDesign {
     targets_.resize(bands_);
     for (Eigen::Index band = 0; band < bands_; ++band) {
       const double time = times[static_cast<std::size_t>(band)];
-      targets_[band] = std::max(-60.0 * samples / (sampleRate * time), kSilence);
+      targets_[band] = std::max(-60.0 * samples / (sampleRate * time), kLeastGain);
     }
     linearise();
   }

@@ -14,18 +14,18 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 /// Of the slower of both rates, on either side.
-constexpr double kHalfWidth = 24.0;
+constexpr double kReadHalfWidth = 24.0;
 /// Of its Nyquist frequency: the middle of the fall.
 constexpr double kCutoff = 0.9;
-constexpr double kNearest = 1e-3;  // m
-constexpr int kLooks = 4;          // for when the sound left
+constexpr double kNearestEar = 1e-3;  // m
+constexpr int kLooks = 4;             // for when the sound left
 
 /// A sinc under Nuttall's window with a continuous slope, x in samples of the slower rate.
 double kernelOf(double x) {
   constexpr std::array<double, 4> kTerms = {0.355768, 0.487396, 0.144232, 0.012604};
   double window = 0.0;
   for (std::size_t term = 0; term < kTerms.size(); ++term)
-    window += kTerms[term] * std::cos(kPi / kHalfWidth * static_cast<double>(term) * x);
+    window += kTerms[term] * std::cos(kPi / kReadHalfWidth * static_cast<double>(term) * x);
   const double angle = kPi * kCutoff * x;
   return window * kCutoff * (std::abs(angle) < 1e-8 ? 1.0 : std::sin(angle) / angle);
 }
@@ -35,12 +35,12 @@ double kernelAt(double x) {
   constexpr double kFine = 1024.0;
   static const std::vector<double> table = [] {
     std::vector<double> values;
-    for (int index = 0; index <= static_cast<int>(kHalfWidth * kFine); ++index)
+    for (int index = 0; index <= static_cast<int>(kReadHalfWidth * kFine); ++index)
       values.push_back(kernelOf(index / kFine));
     values.insert(values.end(), 2, 0.0);
     return values;
   }();
-  const double place = std::min(std::abs(x), kHalfWidth) * kFine;
+  const double place = std::min(std::abs(x), kReadHalfWidth) * kFine;
   const double whole = std::floor(place);
   const double* values = table.data() + static_cast<std::ptrdiff_t>(whole);
   return values[0] + (place - whole) * (values[1] - values[0]);
@@ -66,7 +66,7 @@ Value secondDerivative(At at) {
 }
 
 /// Of the derivatives, in states.
-constexpr std::ptrdiff_t kLead = 4;
+constexpr std::ptrdiff_t kDerivativeLead = 4;
 
 }  // namespace
 
@@ -82,7 +82,7 @@ DeformingSource::DeformingSource(const DeformingSettings& settings)
     : settings_(settings), period_(std::max(settings.step, 1.0 / settings.sampleRate)) {}
 
 double DeformingSource::lookahead() const {
-  return kHalfWidth * period_ + static_cast<double>(kLead + 1) * settings_.step;
+  return kReadHalfWidth * period_ + static_cast<double>(kDerivativeLead + 1) * settings_.step;
 }
 
 const DeformingState& DeformingSource::state(std::ptrdiff_t index) const {
@@ -101,7 +101,7 @@ DeformingSource::Drive DeformingSource::driveAt(std::ptrdiff_t index) const {
 
 void DeformingSource::add(const DeformingState& state) {
   states_.push_back(state);
-  if (std::ssize(states_) > std::ssize(drives_) + kLead)
+  if (std::ssize(states_) > std::ssize(drives_) + kDerivativeLead)
     drives_.push_back(driveAt(first_ + std::ssize(drives_)));
 }
 
@@ -119,12 +119,12 @@ DeformingSource::Heard DeformingSource::at(const Vec3& ear, double time) const {
   double left = time;
   Vec3 way = ear - placeAt(left);
   for (int look = 0; look < kLooks; ++look) {
-    left = time - std::max(way.norm(), kNearest) / c;
+    left = time - std::max(way.norm(), kNearestEar) / c;
     way = ear - placeAt(left);
   }
-  const double r = std::max(way.norm(), kNearest);
+  const double r = std::max(way.norm(), kNearestEar);
   const Vec3 n = way / r;
-  const double reach = kHalfWidth * period_;
+  const double reach = kReadHalfWidth * period_;
   const auto first = std::max(
       first_, static_cast<std::ptrdiff_t>(std::ceil(std::max(0.0, left - reach) / settings_.step)));
   const auto last =
@@ -142,7 +142,8 @@ DeformingSource::Heard DeformingSource::at(const Vec3& ear, double time) const {
 }
 
 void DeformingSource::forgetBefore(double time) {
-  const double reach = kHalfWidth * period_ + static_cast<double>(2 * kLead) * settings_.step;
+  const double reach =
+      kReadHalfWidth * period_ + static_cast<double>(2 * kDerivativeLead) * settings_.step;
   const auto wanted =
       static_cast<std::ptrdiff_t>(std::floor(std::max(0.0, time - reach) / settings_.step));
   while (first_ < wanted && !drives_.empty()) {

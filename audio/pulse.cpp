@@ -43,7 +43,7 @@ struct Contact {
   double firstRho = 1.0;  ///< at first touch
 };
 
-struct ContactState {
+struct Indentation {
   double depth = 0.0;
   double rho = 0.0;
 };
@@ -55,11 +55,11 @@ struct Branch {
   double direction = 1.0;  ///< of time: 1 or -1
 
   double approach(double rho) const { return x == 0.0 ? rho : std::expm1(x * rho) / x; }
-  double force(const ContactState& state) const {
+  double force(const Indentation& state) const {
     return state.depth * std::sqrt(state.depth) * std::exp(x * state.rho);
   }
   /// d/ds with s the square root of the time since the branch began: all is smooth in s.
-  ContactState rate(double s, const ContactState& state) const {
+  Indentation rate(double s, const Indentation& state) const {
     const double step = 2.0 * s * direction;
     return {step * approach(state.rho), -step * state.depth * std::sqrt(state.depth)};
   }
@@ -117,7 +117,7 @@ Branch rebound(const Contact& contact) {
 /// The branch by its series, for s up to kSeriesEnd: what is left out is below 1e-15.
 constexpr double kSeriesEnd = 0.02;
 
-ContactState seriesState(const Branch& branch, double s) {
+Indentation seriesState(const Branch& branch, double s) {
   const double speed = branch.direction * branch.approach(branch.firstRho);
   const double t = s * s;
   const double fall = 0.4 * speed * std::sqrt(speed) * t * t * s;  // of rho, t^(5/2)
@@ -126,35 +126,35 @@ ContactState seriesState(const Branch& branch, double s) {
           branch.firstRho - branch.direction * fall};
 }
 
-ContactState along(const ContactState& from, double step, const ContactState& rate) {
+Indentation along(const Indentation& from, double step, const Indentation& rate) {
   return {from.depth + step * rate.depth, from.rho + step * rate.rho};
 }
 
 /// The modified midpoint rule (Gragg 1965) with `count` substeps: its error is even in the substep.
-ContactState midpointStep(const Branch& branch, double s, double step, int count,
-                          const ContactState& from) {
+Indentation midpointStep(const Branch& branch, double s, double step, int count,
+                         const Indentation& from) {
   const double h = step / count;
-  ContactState before = from;
-  ContactState state = along(from, h, branch.rate(s, from));
+  Indentation before = from;
+  Indentation state = along(from, h, branch.rate(s, from));
   for (int index = 1; index < count; ++index) {
-    const ContactState next = along(before, 2.0 * h, branch.rate(s + index * h, state));
+    const Indentation next = along(before, 2.0 * h, branch.rate(s + index * h, state));
     before = std::exchange(state, next);
   }
-  const ContactState last = along(before, h, branch.rate(s + step, state));
+  const Indentation last = along(before, h, branch.rate(s + step, state));
   return {0.5 * (state.depth + last.depth), 0.5 * (state.rho + last.rho)};
 }
 
 /// A step of eighth order: midpoint rules of 2, 4, 6 and 8 substeps, extrapolated to none.
-ContactState extrapolatedStep(const Branch& branch, double s, double step, ContactState from) {
-  std::array<ContactState, 4> column;
+Indentation extrapolatedStep(const Branch& branch, double s, double step, Indentation from) {
+  std::array<Indentation, 4> column;
   for (int row = 0; row < 4; ++row) {
     const auto at = static_cast<std::size_t>(row);
     column[at] = midpointStep(branch, s, step, 2 * (row + 1), from);
     for (int other = row - 1; other >= 0; --other) {
       const double ratio = (row + 1.0) / (other + 1.0);
       const auto to = static_cast<std::size_t>(other);
-      const ContactState gain{column[to + 1].depth - column[to].depth,
-                              column[to + 1].rho - column[to].rho};
+      const Indentation gain{column[to + 1].depth - column[to].depth,
+                             column[to + 1].rho - column[to].rho};
       column[to] = along(column[to + 1], 1.0 / (ratio * ratio - 1.0), gain);
     }
   }
@@ -165,7 +165,7 @@ ContactState extrapolatedStep(const Branch& branch, double s, double step, Conta
 double turningTime(const Branch& branch) {
   constexpr double kStep = 0.02;
   double s = kSeriesEnd;
-  ContactState state = seriesState(branch, s);
+  Indentation state = seriesState(branch, s);
   while (branch.direction * state.rho > 0.0) {
     state = extrapolatedStep(branch, s, kStep, state);
     s += kStep;
@@ -254,14 +254,14 @@ HalfTable tabulate(const Branch& branch, double duration, double impulse) {
   std::vector<double> values;
   const double root = std::sqrt(duration);
   double s = kSeriesEnd;
-  ContactState state = seriesState(branch, s);
+  Indentation state = seriesState(branch, s);
   for (const double node : HalfTable::sampleNodes()) {
     const double target = node * root;
     if (target > kSeriesEnd) {
       state = extrapolatedStep(branch, s, target - s, state);
       s = target;
     }
-    const ContactState there = target > kSeriesEnd ? state : seriesState(branch, target);
+    const Indentation there = target > kSeriesEnd ? state : seriesState(branch, target);
     values.push_back(branch.force(there) * duration / (impulse * node * node * node));
   }
   return HalfTable(values);

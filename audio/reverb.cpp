@@ -14,7 +14,6 @@ namespace {
 constexpr double kSmallest = 1e-30;        // Pa: below it, 0
 constexpr double kLargest = 1e100;         // Pa, of the input
 constexpr std::uint32_t kFlushEvery = 16;  // samples
-constexpr double kShortestDecay = 0.05;    // s
 constexpr double kShortLine = 0.55;        // of the mean free time
 constexpr double kLongLine = 1.7;
 constexpr double kLongestLine = 8.0;

@@ -13,6 +13,8 @@
 
 namespace carom::audio {
 
+inline constexpr double kShortestDecay = 0.05;  ///< s, of a decay time
+
 /// An error if the settings are out of the ranges that Reverb::create accepts. [any thread]
 Status checkSettings(const ReverbSettings& settings);
 

@@ -15,7 +15,6 @@ using namespace audio;
 namespace {
 
 constexpr double kSixtyDecibel = 6.0 * std::numbers::ln10;  // of energy
-constexpr double kShortestDecay = 0.05;                     // s
 
 DecayTimes decayTimesOf(const RoomMeasures& room, double speedOfSound,
                         const std::array<double, kBandCount>& airAttenuation,

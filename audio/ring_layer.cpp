@@ -20,7 +20,7 @@ namespace {
 using Complex = std::complex<double>;
 
 /// m: nobody is nearer to the middle of what rings.
-constexpr double kNearest = 1e-6;
+constexpr double kNearestListener = 1e-6;
 /// A touch that has changed by less is the one that was known.
 constexpr double kNewTouch = 1.25;  // of its stiffness
 constexpr double kMoved = 0.05;     // of the body's radius
@@ -121,7 +121,8 @@ void RingLayer::lay(const Click& drive, const RingWay& way) {
   // Whoever hears it from within is put on the sphere around it; in its very middle, on top.
   const bool isCentre = way.toReceiver.isZero(0.0);
   const Vec3 leaving = isCentre ? Vec3::UnitZ() : Vec3(orientation_.conjugate() * way.toReceiver);
-  const double distance = std::max({isCentre ? 0.0 : leaving.norm(), source_->radius, kNearest});
+  const double distance =
+      std::max({isCentre ? 0.0 : leaving.norm(), source_->radius, kNearestListener});
   amplitudes_.resize(set.modes);
   modeTransfers(*set.model, paths_->settings.modalRadiation, paths_->settings.medium,
                 leaving.normalized() * distance, amplitudes_);

@@ -17,7 +17,7 @@ namespace {
 /// the rest is as loud as that.
 constexpr double kInaudible = 1e-3;
 /// Pa: and when nothing is left out for being quiet.
-constexpr double kSilence = 1e-15;
+constexpr double kInaudibleRing = 1e-15;
 
 std::int64_t gridFrom(std::int64_t sample) {
   const std::int64_t past = sample & (RingPlayer::kGrid - 1);
@@ -42,7 +42,7 @@ RingPlayer::RingPlayer(std::shared_ptr<const SoundPaths> paths,
     : paths_(std::move(paths)),
       capacity_(capacity),
       sampler_(paths_->settings.sampling, fastestKernels()),
-      silence_(std::max(kInaudible * paths_->settings.audibleThreshold, kSilence)),
+      silence_(std::max(kInaudible * paths_->settings.audibleThreshold, kInaudibleRing)),
       ahead_(paths_->channels.size() + 1) {
   if (capacity_) makeRoom();
 }

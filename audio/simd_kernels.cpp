@@ -20,7 +20,6 @@ constexpr std::size_t kMostLanes = ClickKernels::kMostLanes;
 using Doubles = hn::CappedTag<double, kMostLanes>;
 using Indices = hn::RebindToSigned<Doubles>;
 
-constexpr double kHalfWidth = 0.5 * static_cast<double>(kSpreadWidth);
 constexpr double kPhases = static_cast<double>(SpreadTable::kPhases);
 
 void place(std::span<const PulseNode> nodes, const ClickTrack& track, PlacedNodes& placed) {
@@ -34,7 +33,7 @@ void place(std::span<const PulseNode> nodes, const ClickTrack& track, PlacedNode
     hn::Vec<Doubles> weight;
     hn::LoadInterleaved2(d, &nodes[i].u, u, weight);
     const auto far = hn::MulAdd(u, hn::Set(d, track.bend), hn::Set(d, track.length));
-    const auto left = hn::MulAdd(u, far, hn::Set(d, track.start - kHalfWidth));
+    const auto left = hn::MulAdd(u, far, hn::Set(d, track.start - kSpreadHalfWidth));
     const auto gain = hn::MulAdd(hn::MulAdd(u, hn::Set(d, track.curve), hn::Set(d, track.slope)), u,
                                  hn::Set(d, track.gain));
     const auto first = hn::Ceil(left);

@@ -10,7 +10,7 @@ namespace {
 constexpr double kPointsPerSample = 512.0;
 
 /// Modified Bessel function of the first kind and order zero, by its power series.
-double besselI0(double x) {
+double besselI0ForWindow(double x) {
   double term = 1.0;
   double sum = 1.0;
   for (int power = 1; term > 1e-17 * sum; ++power) {
@@ -34,7 +34,8 @@ SincKernel::SincKernel(std::size_t halfWidth, double cutoff, double beta)
   const double end = static_cast<double>(halfWidth);
   for (std::size_t point = 0; point + 2 < table_.size(); ++point) {
     const double x = static_cast<double>(point) / kPointsPerSample;
-    const double window = besselI0(beta * std::sqrt(1.0 - (x / end) * (x / end))) / besselI0(beta);
+    const double window =
+        besselI0ForWindow(beta * std::sqrt(1.0 - (x / end) * (x / end))) / besselI0ForWindow(beta);
     table_[point] = cutoff * sinc(cutoff * x) * window;
   }
 }

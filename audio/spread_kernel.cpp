@@ -8,8 +8,6 @@
 namespace carom::audio {
 namespace {
 
-constexpr double kHalfWidth = 0.5 * static_cast<double>(kSpreadWidth);
-
 // Chosen by a search over both for the least that folds back, with the dimming that they cost.
 constexpr double kCutOff = 0.30;  // cycles per sample
 constexpr double kBeta = 14.0;
@@ -19,7 +17,7 @@ constexpr double kBeta = 14.0;
 template <class Function>
 auto integral(const Function& of) {
   constexpr std::size_t kSteps = 512;
-  constexpr double kStep = kHalfWidth / kSteps;
+  constexpr double kStep = kSpreadHalfWidth / kSteps;
   static const auto values = [] {
     std::array<double, kSteps + 1> kernel{};
     for (std::size_t i = 0; i <= kSteps; ++i)
@@ -37,7 +35,7 @@ auto integral(const Function& of) {
 }  // namespace
 
 double spreadKernel(double t) {
-  const double inside = 1.0 - (t / kHalfWidth) * (t / kHalfWidth);
+  const double inside = 1.0 - (t / kSpreadHalfWidth) * (t / kSpreadHalfWidth);
   if (inside < 0.0) return 0.0;
   static const double scale = 1.0 / (besselI0(kBeta) - 1.0);
   const double angle = 2.0 * std::numbers::pi * kCutOff * t;
@@ -64,7 +62,7 @@ SpreadTable::SpreadTable() {
   for (std::size_t phase = 0; phase <= kPhases; ++phase) {
     for (std::size_t m = 0; m < kSpreadWidth; ++m) {
       const double from = static_cast<double>(phase) / static_cast<double>(kPhases);
-      rows_[phase * kStride + m] = spreadKernel(from + static_cast<double>(m) - kHalfWidth);
+      rows_[phase * kStride + m] = spreadKernel(from + static_cast<double>(m) - kSpreadHalfWidth);
     }
   }
 }

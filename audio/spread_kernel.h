@@ -17,6 +17,7 @@ inline constexpr double kBand = 0.4167;
 
 /// Samples that the kernel reaches over.
 inline constexpr std::size_t kSpreadWidth = 16;
+inline constexpr double kSpreadHalfWidth = 0.5 * static_cast<double>(kSpreadWidth);
 
 /// 1, at `t` samples from its centre: a sine cardinal under a Kaiser window, 1 at the centre and 0
 /// beyond half the width. Within the band at most 25 dB dimmer than at its bottom; what folds back

@@ -20,13 +20,13 @@ using namespace audio;
 
 namespace {
 
-using Complex = std::complex<float>;
+using Coefficient = std::complex<float>;
 
 constexpr std::size_t kRoughTexels = 512;
 constexpr double kTexelsPerCorrelation = 8.0;
 
 /// Texels: farther away there is no telling them apart.
-constexpr double kFarthest = 0x1.0p+53;
+constexpr double kFarthestCoordinate = 0x1.0p+53;
 
 /// Counts up and mixes (splitmix64: Steele, Lea, Flood 2014), so that the numbers are the same
 /// everywhere.
@@ -221,7 +221,7 @@ std::shared_ptr<const SurfaceTexture::Texels> SurfaceTexture::makeRoughTexels(do
       const bool isHighest = 2 * row == kCount || 2 * column == kCount;
       if (length == 0.0 || isHighest) continue;
       const double amplitude = std::pow(std::max(1.0, length), -(1.0 + hurst));
-      heights(row, column) = Complex(std::polar(amplitude, phase));
+      heights(row, column) = Coefficient(std::polar(amplitude, phase));
       power += amplitude * amplitude;
     }
   }
@@ -233,7 +233,7 @@ std::shared_ptr<const SurfaceTexture::Texels> SurfaceTexture::makeRoughTexels(do
     Eigen::MatrixXcf waves = heights;
     for (Eigen::Index column = 0; column < kCount; ++column)
       for (Eigen::Index row = 0; row < kCount; ++row)
-        waves(row, column) *= Complex(
+        waves(row, column) *= Coefficient(
             0.0F, static_cast<float>(scale / texel * waveNumber(axis == 0 ? row : column, kCount)));
     inverseTransform(waves);
     for (Eigen::Index column = 0; column < kCount; ++column)
@@ -304,7 +304,8 @@ Vec2 SurfaceTexture::Level::at(const Vec2& place) const {
     std::array<float, 3> weight;
   };
   const auto tapsAt = [](double coordinate, std::size_t count) {
-    const double nearest = std::floor(std::clamp(coordinate, -kFarthest, kFarthest));
+    const double nearest =
+        std::floor(std::clamp(coordinate, -kFarthestCoordinate, kFarthestCoordinate));
     const auto t = static_cast<float>(coordinate - nearest) - 0.5F;
     // Counts are powers of two, so the mask wraps what is below zero, too.
     const auto middle = static_cast<std::size_t>(static_cast<std::int64_t>(nearest));

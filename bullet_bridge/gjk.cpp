@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kMaxIterations = 100;
 constexpr double kTolerance = 1e-12;
-constexpr double kRounding = 4.0 * std::numeric_limits<double>::epsilon();
+constexpr double kSimplexRounding = 4.0 * std::numeric_limits<double>::epsilon();
 
 // A corner of the difference of the two cores, and what it is the difference of.
 struct Corner {
@@ -56,7 +56,8 @@ Nearest nearestOnTriangle(const Simplex& simplex, std::size_t i, std::size_t j, 
   const Vec3 second = simplex.at(k) - start;
   const Vec3 normal = first.cross(second);
   const double squared = normal.squaredNorm();
-  const double flat = kRounding * kRounding * first.squaredNorm() * second.squaredNorm();
+  const double flat =
+      kSimplexRounding * kSimplexRounding * first.squaredNorm() * second.squaredNorm();
   Nearest nearest;
   double atFirst = -1.0, atSecond = -1.0, atStart = -1.0;
   if (squared > flat) {
@@ -90,7 +91,7 @@ Nearest nearestInTetrahedron(const Simplex& simplex) {
   const Vec3 second = simplex.at(2) - start;
   const Vec3 third = simplex.at(3) - start;
   const double volume = first.dot(second.cross(third));
-  const double flat = kRounding * first.norm() * second.norm() * third.norm();
+  const double flat = kSimplexRounding * first.norm() * second.norm() * third.norm();
   std::array<double, 4> weights{-1.0, -1.0, -1.0, -1.0};
   if (std::abs(volume) > flat) {
     weights[1] = -start.dot(second.cross(third)) / volume;
@@ -196,15 +197,16 @@ CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, con
   nearest.point = simplex.at(0);
   nearest.weights[0] = 1.0;
   nearest.squared = nearest.point.squaredNorm();
-  const double overlap = kRounding * size;
+  const double overlap = kSimplexRounding * size;
   const double margins = body.piece->margin() + other.piece->margin();
   int iteration = 0;
   for (; iteration < kMaxIterations && nearest.squared > overlap * overlap; ++iteration) {
     const Corner corner = cornerAgainst(body, other, nearest.point);
     const double excess = nearest.squared - nearest.point.dot(corner.difference);
     const double length = std::sqrt(nearest.squared);
-    const double tolerated = std::max({kTolerance * nearest.squared, kRounding * size * length,
-                                       gapTolerance * (nearest.squared - margins * length)});
+    const double tolerated =
+        std::max({kTolerance * nearest.squared, kSimplexRounding * size * length,
+                  gapTolerance * (nearest.squared - margins * length)});
     if (!(excess > tolerated)) break;
     if (holds(simplex, corner.difference)) break;
     Simplex grown = simplex;

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
+
+#include "bullet_bridge/impact_time.h"
 
 namespace carom::bullet {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
 // Corners at the same height but for this, of the body's radius, land together: rounding.
 constexpr double kTogether = 1e-4;
 // How far above a contact to look for what else is there, of the body's radius; and 1 - the cosine

@@ -1,12 +1,9 @@
 #include "bullet_bridge/impact_time.h"
 
 #include <cmath>
-#include <limits>
 
 namespace carom::bullet {
 namespace {
-
-constexpr double kNever = std::numeric_limits<double>::infinity();
 
 double within(double time, double horizon) {
   return time <= horizon ? time : kNever;

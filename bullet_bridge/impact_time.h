@@ -1,8 +1,12 @@
 #pragma once
 
+#include <limits>
+
 #include "bullet_bridge/motion.h"
 
 namespace carom::bullet {
+
+inline constexpr double kNever = std::numeric_limits<double>::infinity();  ///< s
 
 /// Times of first touch within [0, horizon], in seconds after the motion's start; infinity where
 /// there is none. A pair that already overlaps at 0 touches at 0 if it approaches, otherwise never.

@@ -7,7 +7,7 @@
 namespace carom::bullet {
 namespace {
 
-constexpr double kRounding = 1e-13;  // relative to the terms that cancel
+constexpr double kTwistRounding = 1e-13;  // relative to the terms that cancel
 
 // Bullet's rotations of multibodies take the outer frame's coordinates to the inner one's.
 Eigen::Matrix3d outOf(const btQuaternion& into) {
@@ -149,8 +149,8 @@ void MultibodyMass::fillMassMatrix() {
   for (std::size_t row = 0; row < dofs_.size(); ++row) {
     const Inertia& moved = links_[dofs_[row].link].composite;
     const Twist& twist = dofs_[row].twist;
-    dofs_[row].rounding = kRounding * (moved.mass * twist.linear.squaredNorm() +
-                                       moved.second.trace() * twist.angular.squaredNorm());
+    dofs_[row].rounding = kTwistRounding * (moved.mass * twist.linear.squaredNorm() +
+                                            moved.second.trace() * twist.angular.squaredNorm());
     const Vec3 momentum = moved.mass * twist.linear + twist.angular.cross(moved.moment);
     const Vec3 spin = moved.second * twist.angular + moved.moment.cross(twist.linear);
     for (int column = static_cast<int>(row); column >= 0;) {

@@ -7,7 +7,7 @@
 namespace carom::bullet {
 namespace {
 
-constexpr double kRounding = 8.0 * std::numeric_limits<double>::epsilon();
+constexpr double kBoundRounding = 8.0 * std::numeric_limits<double>::epsilon();
 
 // m/s^2, of the points of a piece along n by its rotation.
 double centripetal(const Vec3& angularVelocity, const Vec3& tilt, double reach) {
@@ -24,7 +24,7 @@ SeparationBound::SeparationBound(const Side& body, const Side& other, const Moti
   onHalfSpace_ = against.core() == ConvexPiece::Core::halfSpace;
   distance_ = normal.dot(relative.position) - piece.margin() - against.margin();
   rate_ = normal.dot(relative.velocity);
-  rounding_ = kRounding * (piece.coreReach() + std::abs(distance_));
+  rounding_ = kBoundRounding * (piece.coreReach() + std::abs(distance_));
   if (onHalfSpace_) {
     bodyTilt_ = normal.cross(body.angularVelocity - other.angularVelocity);
     otherTilt_ = Vec3::Zero();
@@ -38,7 +38,7 @@ SeparationBound::SeparationBound(const Side& body, const Side& other, const Moti
   } else {
     bodyTilt_ = normal.cross(body.angularVelocity);
     otherTilt_ = normal.cross(other.angularVelocity);
-    rounding_ += kRounding * against.coreReach();
+    rounding_ += kBoundRounding * against.coreReach();
     curvature_ = centripetal(body.angularVelocity, bodyTilt_, piece.coreReach()) +
                  centripetal(other.angularVelocity, otherTilt_, against.coreReach());
   }

@@ -5,12 +5,11 @@
 #include <limits>
 
 #include "bullet_bridge/body_tracker.h"
+#include "bullet_bridge/impact_time.h"
 #include "bullet_bridge/swept_triangles.h"
 
 namespace carom::bullet {
 namespace {
-
-constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // s; what is left is then taken in one step.
 constexpr double kNearEnough = 1e-10;

@@ -24,6 +24,8 @@ function(carom_precompile target owner header)
   set(quiet)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     set(quiet -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow -Wno-stringop-overread)
+    # Each collection of garbage goes through all of the precompiled header: not before 2 GB.
+    list(APPEND quiet --param=ggc-min-heapsize=2000000)
   endif()
   if(NOT TARGET ${owner})
     add_library(${owner} OBJECT ${PROJECT_SOURCE_DIR}/cmake/empty.cpp)
@@ -68,6 +70,12 @@ function(carom_host_options target)
     -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor
     -Wold-style-cast -Woverloaded-virtual -ffp-contract=off -fno-math-errno
     $<$<BOOL:${CAROM_WARNINGS_AS_ERRORS}>:-Werror>)
+  if(CMAKE_UNITY_BUILD)
+    # GCC takes a source that another one includes for a header. To Clang, a name of one source shadows
+    # what an earlier one keeps to itself.
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>
+      $<$<CXX_COMPILER_ID:Clang>:-Wno-shadow>)
+  endif()
 endfunction()
 
 # Within a host that names no build type, which compiles without optimisation then, our libraries are

@@ -6,13 +6,13 @@ file(WRITE ${OUTPUT} "#include \"${HEADER}\"
 namespace ${NAMESPACE} {
 namespace {
 
-constexpr unsigned char kBytes[] = {
+constexpr unsigned char ${NAME}_bytes[] = {
 ${bytes}
 };
 
 }  // namespace
 
-const std::string_view ${NAME}(reinterpret_cast<const char*>(kBytes), sizeof kBytes);
+const std::string_view ${NAME}(reinterpret_cast<const char*>(${NAME}_bytes), sizeof ${NAME}_bytes);
 
 }  // namespace ${NAMESPACE}
 ")

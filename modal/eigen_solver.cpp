@@ -18,9 +18,9 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr Index kBlock = 8;
-constexpr Index kGuard = 4;      // modes beyond those wanted, among which to find a gap
-constexpr double kGap = 1e-4;    // relative, between lambdas, in which to count
-constexpr double kAside = 1e-7;  // relative: from a level where the factorisation breaks down
+constexpr Index kGuard = 4;           // modes beyond those wanted, among which to find a gap
+constexpr double kGap = 1e-4;         // relative, between lambdas, in which to count
+constexpr double kShiftAside = 1e-7;  // relative: from a level where the factorisation breaks down
 constexpr int kLevelsTried = 3;
 constexpr double kShiftShare = 1e-7;  // of the median of K_ii / M_ii
 constexpr int kExtensions = 4;        // of the space, when the count says that some are missing
@@ -199,7 +199,8 @@ class Search {
   Result<Index> countBelow(double level) {
     Result<SparseFactor> factor = factorOf(level, Definiteness::kIndefinite);
     for (int attempt = 1; !factor && attempt < kLevelsTried; ++attempt)
-      factor = factorOf(level + attempt * kAside * (level - shift_), Definiteness::kIndefinite);
+      factor =
+          factorOf(level + attempt * kShiftAside * (level - shift_), Definiteness::kIndefinite);
     if (!factor) return factor.error();
     return factor->negative();
   }

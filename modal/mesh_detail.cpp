@@ -20,7 +20,7 @@ namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
 constexpr double kNearlyLongest = 0.75;  // of the longest edge: is halved in the same pass
 
 double lengthOf(const SurfaceMesh& mesh, const EdgeUse& edge) {
@@ -34,12 +34,12 @@ double longestEdge(const SurfaceMesh& mesh, const MeshEdges& edges) {
   return longest;
 }
 
-/// The middles of a triangle's sides (from each corner to the next), or kNone.
+/// The middles of a triangle's sides (from each corner to the next), or kNoVertex.
 using Middles = std::array<std::uint32_t, 3>;
 
 /// Puts a vertex into the middle of each edge longer than `longest`.
 std::vector<Middles> addMiddles(SurfaceMesh& mesh, const MeshEdges& edges, double longest) {
-  std::vector<Middles> middles(mesh.triangles.size(), {kNone, kNone, kNone});
+  std::vector<Middles> middles(mesh.triangles.size(), {kNoVertex, kNoVertex, kNoVertex});
   for (std::size_t edge = 0; edge < edges.size(); ++edge) {
     if (!(lengthOf(mesh, edges[edge][0]) > longest)) continue;
     const auto middle = static_cast<std::uint32_t>(mesh.vertices.size());
@@ -72,13 +72,13 @@ void split(const SurfaceMesh& mesh, Triangle triangle, Middles middles,
   turnToLongest(mesh, triangle, middles);
   const auto [a, b, c] = triangle;
   const auto [ab, bc, ca] = middles;
-  if (ab == kNone) {
+  if (ab == kNoVertex) {
     pieces.push_back(triangle);
-  } else if (bc != kNone && ca != kNone) {
+  } else if (bc != kNoVertex && ca != kNoVertex) {
     pieces.insert(pieces.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
-  } else if (bc != kNone) {
+  } else if (bc != kNoVertex) {
     pieces.insert(pieces.end(), {{a, ab, c}, {ab, b, bc}, {ab, bc, c}});
-  } else if (ca != kNone) {
+  } else if (ca != kNoVertex) {
     pieces.insert(pieces.end(), {{ab, b, c}, {a, ab, ca}, {ab, c, ca}});
   } else {
     pieces.insert(pieces.end(), {{a, ab, c}, {ab, b, c}});

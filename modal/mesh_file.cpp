@@ -46,7 +46,7 @@ std::string formatOf(const fs::path& name) {
   return std::ranges::find(kExtensions, extension) != kExtensions.end() ? extension : "";
 }
 
-double extentOf(const std::vector<Vec3>& points) {
+double extentOfPoints(const std::vector<Vec3>& points) {
   if (points.empty()) return 0.0;
   Vec3 low = points.front();
   Vec3 high = low;
@@ -89,7 +89,7 @@ Result<LoadedMesh> surfaceOf(const PolygonMesh& mesh, const MeshImport& import) 
   for (std::size_t index = 0; index < mesh.polygons(); ++index)
     triangulate(mesh.polygon(index), loose.vertices, loose.triangles);
   std::vector<std::uint32_t> kept;
-  result.surface = welded(loose, import.weldTolerance * extentOf(loose.vertices), &kept);
+  result.surface = welded(loose, import.weldTolerance * extentOfPoints(loose.vertices), &kept);
   // Of the vertices before they are welded: along a seam one place has two.
   if (!mesh.coordinates.empty()) {
     for (const std::uint32_t index : kept) {

@@ -17,6 +17,7 @@
 #include "modal/audible_modes.h"
 #include "modal/mesh_detail.h"
 #include "modal/mesh_edges.h"
+#include "modal/sparse_factor.h"
 
 namespace carom::modal {
 
@@ -25,7 +26,6 @@ using namespace audio;
 namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
-using SparseMatrix = Eigen::SparseMatrix<double>;
 
 constexpr Eigen::Index kMostDegrees = 3000;  // of freedom
 constexpr double kRigid = 1e-10;             // of the bound of the largest eigenvalue

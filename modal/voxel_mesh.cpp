@@ -20,7 +20,7 @@ constexpr double kLeastInside = 0.01;  // of a cell
 constexpr double kVolumeOff = 0.05;    // that is borne
 constexpr double kSnap = 1e-9;         // of a cell: surfaces that lie on its faces
 // Of a row: rays pass beside the vertices and edges of grids and boxes.
-constexpr double kAside = 1.37e-6;
+constexpr double kGridShift = 1.37e-6;
 constexpr int kTries = 9;           // of cells by 1.25 finer each, for a remedy: to an eighth
 constexpr double kMostCells = 3e7;  // in the grid's box, inside or not
 
@@ -31,7 +31,7 @@ struct Extent {
   Vec3 size;
 };
 
-Extent extentOf(const SurfaceMesh& surface, const Eigen::Matrix3d& axes) {
+Extent extentAlong(const SurfaceMesh& surface, const Eigen::Matrix3d& axes) {
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
   Vec3 high = -low;
   for (const auto& triangle : surface.triangles) {
@@ -83,9 +83,9 @@ Eigen::Matrix3d bestAxes(const SurfaceMesh& surface) {
   std::vector<Eigen::Matrix3d> frames = faceAxes(surface);
   frames.push_back(principalAxes(surface));
   Eigen::Matrix3d best = Eigen::Matrix3d::Identity();
-  double least = (1.0 - kFrameGain) * extentOf(surface, best).size.prod();
+  double least = (1.0 - kFrameGain) * extentAlong(surface, best).size.prod();
   for (const Eigen::Matrix3d& axes : frames) {
-    const double volume = extentOf(surface, axes).size.prod();
+    const double volume = extentAlong(surface, axes).size.prod();
     if (!(volume < (1.0 - 1e-9) * least)) continue;
     least = volume;
     best = axes;
@@ -165,7 +165,7 @@ class Raster {
     return static_cast<std::size_t>(rows);
   }
   double rowAt(std::size_t index) const {
-    return (static_cast<double>(index) + 0.5 + kAside) / rows_;
+    return (static_cast<double>(index) + 0.5 + kGridShift) / rows_;
   }
   // Rows whose rays may be between two coordinates, in cells.
   std::pair<std::size_t, std::size_t> rowsBetween(double low, double high, int axis) const {
@@ -257,7 +257,7 @@ class Voxeliser {
         volume_(std::abs(signedVolume(surface))),
         turn_(signedVolume(surface) > 0.0 ? 1 : -1),
         axes_(bestAxes(surface)),
-        extent_(extentOf(surface, axes_)) {}
+        extent_(extentAlong(surface, axes_)) {}
 
   double volume() const { return volume_; }
   const Vec3& size() const { return extent_.size; }

@@ -10,8 +10,8 @@
 namespace carom::native {
 namespace {
 
-constexpr double kRounding = 1e-9;     ///< what certainly covers it
-constexpr double kResolution = 4e-16;  ///< of a time: its seconds without the rest
+constexpr double kTimeRounding = 1e-9;  ///< what certainly covers it
+constexpr double kResolution = 4e-16;   ///< of a time: its seconds without the rest
 constexpr double kTieReach = 1e-9;  ///< of the radius: what a sphere moves between contacts at once
 constexpr double kHeightRounding = 1e-15;  ///< of the coordinates, of a height
 
@@ -60,9 +60,9 @@ Instant curvedContact(const Motion& motion, const Vec3& acceleration, const Moti
   const Vec3 separation = here.position - there.position;
   const Vec3 velocity = here.velocity - there.velocity;
   const Vec3 relative = acceleration - otherAcceleration;
-  const double horizon = elapsed(from, best) * (1.0 + kRounding);
+  const double horizon = elapsed(from, best) * (1.0 + kTimeRounding);
   const double way = horizon * (lengthOf(velocity) + horizon * lengthOf(relative));
-  const double reach = (radiusSum + way) * (1.0 + kRounding);
+  const double reach = (radiusSum + way) * (1.0 + kTimeRounding);
   if (dotInOrder(separation, separation) > reach * reach) return Instant::never();
   const double wait = sphereContactTime(separation, velocity, relative, radiusSum, horizon);
   return wait == kNever ? Instant::never() : after(from, wait);
@@ -154,7 +154,8 @@ void Agenda::lookForWalls(Search& search) const {
     const Vec3& normal = wall.plane.normal;
     const double height = bodies_.height(search.sphere, wall, motion.position, motion.since);
     const double reach = wall.speed == 0.0 ? way : way + std::abs(wall.speed) * search.horizon;
-    if (height > reach * (1.0 + kRounding)) continue;  // it is not there before the best contact
+    if (height > reach * (1.0 + kTimeRounding))
+      continue;  // it is not there before the best contact
     const double pull = bodies_.alongNormal(normal, search.pull);
     const double velocity = dotInOrder(normal, motion.velocity) - wall.speed;
     if ((velocity >= 0.0 && pull >= 0.0) || holds.has(index)) continue;
@@ -193,7 +194,7 @@ void Agenda::lookForShakenWalls(Search& search) const {
                         std::abs(wall.oscillation.amplitude);
     const SmoothHeight smooth{middle, dotInOrder(normal, motion.velocity) - wall.speed,
                               bodies_.alongNormal(normal, search.pull), kHeightRounding * size};
-    const double horizon = elapsed(motion.since, search.best.time) * (1.0 + kRounding);
+    const double horizon = elapsed(motion.since, search.best.time) * (1.0 + kTimeRounding);
     offerImmovable(oscillatingContactTime(smooth, wall.oscillation, motion.since, horizon), index,
                    search);
   }
@@ -205,11 +206,11 @@ void Agenda::lookForBoxes(Search& search) const {
   const Holds& holds = bodies_.holds[search.sphere];
   for (std::uint32_t index = 0; index < bodies_.solids.size(); ++index) {
     const Solid& solid = bodies_.solids[index];
-    const double horizon = elapsed(motion.since, search.best.time) * (1.0 + kRounding);
+    const double horizon = elapsed(motion.since, search.best.time) * (1.0 + kTimeRounding);
     const Vec3 separation = motion.position - solid.centreAt(motion.since);
     const double way = horizon * (lengthOf(motion.velocity - solid.box.velocity) +
                                   horizon * lengthOf(search.pull));
-    const double reach = (solid.reach + search.radius + way) * (1.0 + kRounding);
+    const double reach = (solid.reach + search.radius + way) * (1.0 + kTimeRounding);
     if (dotInOrder(separation, separation) > reach * reach) continue;
     const BoxPath path = bodies_.pathBy(solid, motion, search.pull);
     const std::uint32_t face = holds.faceOf(solid.firstFace);

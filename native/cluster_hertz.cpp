@@ -12,11 +12,11 @@ namespace carom::native {
 namespace {
 
 constexpr double kLowestRestitution = 0.05;  ///< as of audio/pulse.h
-constexpr double kTolerance = 1e-13;         ///< of a step, of the cluster's speeds and overlaps
+constexpr double kStepTolerance = 1e-13;     ///< of a step, of the cluster's speeds and overlaps
 constexpr double kFirstStep = 1e-3;          ///< of the shortest contact
 constexpr double kLongestStep = 0.25;        ///< of it
 constexpr int kOrderGain = 64;               ///< the error of half a step is so much less
-constexpr int kMostSteps = 1'000'000;
+constexpr int kMostClusterSteps = 1'000'000;
 constexpr double kStill = 1e-11;  ///< of the cluster's speed: what approaches more slowly is left
 constexpr double kOpen = 1e-10;   ///< of the first overlap to be expected: less is rounding
 constexpr double kSmallArgument = 0.125;
@@ -128,8 +128,8 @@ HertzMotion::HertzMotion(std::span<const ClusterBody> bodies,
   length_ = kFirstStep * shortest;
   open_ = kOpen * speed_ * shortest;
   for (std::size_t contact = 0; contact < count_; ++contact) {
-    allowed_[contact] = kTolerance * speed_ * shortest;
-    allowed_[count_ + contact] = kTolerance * speed_ / system_.compliances[contact];
+    allowed_[contact] = kStepTolerance * speed_ * shortest;
+    allowed_[count_ + contact] = kStepTolerance * speed_ / system_.compliances[contact];
   }
 }
 
@@ -227,7 +227,7 @@ ClusterImpulses HertzMotion::run(std::span<ClusterBody> bodies) {
   result.along.assign(count_, 0.0);
   if (!(speed_ > 0.0)) return result;
   int steps = 0;
-  while (steps < kMostSteps && (pressed() || flyToNext())) {
+  while (steps < kMostClusterSteps && (pressed() || flyToNext())) {
     step();
     ++steps;
   }
@@ -240,7 +240,7 @@ ClusterImpulses HertzMotion::run(std::span<ClusterBody> bodies) {
   const ClusterImpulses rest = reflectCluster(bodies, system_.contacts);
   for (std::size_t contact = 0; contact < count_; ++contact)
     result.along[contact] += rest.along[contact];
-  result.settled = steps < kMostSteps;
+  result.settled = steps < kMostClusterSteps;
   return result;
 }
 

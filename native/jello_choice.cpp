@@ -17,7 +17,7 @@ constexpr double kOfLimit = 0.9;     ///< of what is stable, at most
 constexpr double kFirst = 0.5;       ///< of what is stable: the first step that is tried
 constexpr double kCoarsest = 1e-2;   ///< s, of what is stable at any step
 constexpr int kMostHalvings = 6;     ///< where the first steps blow up
-constexpr int kMostRounds = 2;       ///< of three steps each
+constexpr int kMostRefinements = 2;  ///< of three steps each
 constexpr double kFiner = 16.0;      ///< than what has been tried, at most
 constexpr double kLeastOrder = 0.5;  ///< that is believed
 
@@ -182,7 +182,8 @@ Result<JelloChoice> chooseStepping(const JelloWorld& jello, const SphereWorld& s
   }
   if (!best) return fault;
   JelloChoice choice = pilot.choiceOf(*best);
-  for (int round = 1; round < kMostRounds && choice.stepping.step < 0.5 * best->finest; ++round) {
+  for (int round = 1; round < kMostRefinements && choice.stepping.step < 0.5 * best->finest;
+       ++round) {
     Result<std::optional<Trial>> finer =
         pilot.tryFrom(best->method, best->limit, 2.0 * choice.stepping.step, nullptr);
     if (!finer) return finer.error();

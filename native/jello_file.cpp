@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kPoints = 8;
 constexpr double kRoom = 2.0;
 constexpr std::size_t kMostForces = 256;  // along each axis of the field
-constexpr double kMostSteps = 1e9;
+constexpr double kMostFileSteps = 1e9;
 
 /// Words and the lines that they are on.
 class Words {
@@ -149,7 +149,7 @@ class Reader {
       fail(quoted(word) +
            " is no integrator; expected Euler, RK4, symplectic_euler, midpoint or backward_euler");
     file_.step = positive("the step dt (s)");
-    file_.stepsPerFrame = count("the number of steps to a picture", 1.0, kMostSteps);
+    file_.stepsPerFrame = count("the number of steps to a picture", 1.0, kMostFileSteps);
   }
 
   std::optional<std::array<double, 4>> readPlane() {
@@ -203,7 +203,7 @@ std::string whyNotWritten(const JelloFile& file) {
   const JelloWorld& world = file.world;
   if (std::string reason = whyNot(world); !reason.empty()) return reason;
   if (!(std::isfinite(file.step) && file.step > 0.0)) return "the step must be positive (s)";
-  if (file.stepsPerFrame < 1 || static_cast<double>(file.stepsPerFrame) > kMostSteps)
+  if (file.stepsPerFrame < 1 || static_cast<double>(file.stepsPerFrame) > kMostFileSteps)
     return "there must be 1 to 10^9 steps to a picture";
   if (world.lattice.count != kPoints || world.lattice.size != Vec3::Ones())
     return "a world file is of 8 x 8 x 8 points in a cube of 1 m";

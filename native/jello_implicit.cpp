@@ -11,7 +11,7 @@ namespace carom::native {
 namespace {
 
 /// Of the norm of the right side: far below what a step of first order is off by.
-constexpr double kTolerance = 1e-12;
+constexpr double kSolverTolerance = 1e-12;
 
 using Matrix = Eigen::Matrix3d;
 
@@ -120,7 +120,7 @@ Eigen::VectorXd JelloImplicit::velocityChange(const std::vector<Vec3>& positions
   Eigen::SparseMatrix<double> matrix(forces.size(), forces.size());
   matrix.setFromTriplets(parts.entries.begin(), parts.entries.end());
   Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper> solver;
-  solver.setTolerance(kTolerance);
+  solver.setTolerance(kSolverTolerance);
   solver.compute(matrix);
   return solver.solve(parts.right);
 }

@@ -14,7 +14,7 @@
 namespace carom::native {
 namespace {
 
-constexpr double kNever = 0.0;
+constexpr double kNoStep = 0.0;
 constexpr double kAlways = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMostIterated = 24;  // points along an axis
 
@@ -116,7 +116,7 @@ double largestOfRungeKutta(double frequency, double damping, int order) {
   };
   const double fastest = std::max(std::abs(first), std::abs(second));
   double step = 1e-4 / fastest;
-  if (grows(step)) return kNever;
+  if (grows(step)) return kNoStep;
   while (!grows(1.01 * step))
     step *= 1.01;
   double low = step;
@@ -165,13 +165,13 @@ double largestStep(JelloIntegrator integrator, double frequency, double damping)
       // are within 1 while the trace is at least -1 - determinant.
       return (std::sqrt(damping * damping + 4.0 * square) - damping) / square;
     case JelloIntegrator::midpoint:
-      return damping > 0.0 ? largestOfRungeKutta(frequency, damping, 2) : kNever;
+      return damping > 0.0 ? largestOfRungeKutta(frequency, damping, 2) : kNoStep;
     case JelloIntegrator::rungeKutta4:
       return largestOfRungeKutta(frequency, damping, 4);
     case JelloIntegrator::backwardEuler:
       return kAlways;
   }
-  return kNever;
+  return kNoStep;
 }
 
 JelloLimits jelloLimits(const JelloWorld& world) {

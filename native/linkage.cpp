@@ -27,7 +27,7 @@ std::vector<Vec3> positionsOf(std::span<const Motion> motions) {
   return positions;
 }
 
-std::uint32_t placeOf(BodyId id, std::span<const BodyId> ids) {
+std::uint32_t bodyIndex(BodyId id, std::span<const BodyId> ids) {
   return static_cast<std::uint32_t>(std::ranges::lower_bound(ids, id) - ids.begin());
 }
 
@@ -43,10 +43,10 @@ Linkage::Linkage(const SphereWorld& world, std::span<const BodyId> ids)
   DisjointSets sets(ids.size());
   std::vector<bool> linked(ids.size(), everywhere);
   const auto link = [&](BodyId one, BodyId other) {
-    linked[placeOf(one, ids)] = true;
+    linked[bodyIndex(one, ids)] = true;
     if (other == kAnchor) return;
-    linked[placeOf(other, ids)] = true;
-    sets.join(placeOf(one, ids), placeOf(other, ids));
+    linked[bodyIndex(other, ids)] = true;
+    sets.join(bodyIndex(one, ids), bodyIndex(other, ids));
   };
   for (const Spring& spring : world.springs)
     link(spring.sphere, spring.other);
@@ -70,16 +70,16 @@ void Linkage::connect(const SphereWorld& world, std::span<const BodyId> ids) {
   std::vector<Motion> motions(ids.size());
   std::vector<double> masses(ids.size());
   for (const Sphere& sphere : world.spheres) {
-    motions[placeOf(sphere.id, ids)] = {sphere.position, sphere.velocity, Instant{}};
-    masses[placeOf(sphere.id, ids)] = sphere.mass;
+    motions[bodyIndex(sphere.id, ids)] = {sphere.position, sphere.velocity, Instant{}};
+    masses[bodyIndex(sphere.id, ids)] = sphere.mass;
   }
   const auto member = [&](std::uint32_t sphere) {
     const auto& spheres = groups_[groupOf_[sphere]].spheres;
     return static_cast<std::uint32_t>(std::ranges::lower_bound(spheres, sphere) - spheres.begin());
   };
   const auto endsOf = [&](const auto& joint) {
-    Ends ends{member(placeOf(joint.sphere, ids)), kFixed, joint.anchor};
-    if (joint.other != kAnchor) ends.other = member(placeOf(joint.other, ids));
+    Ends ends{member(bodyIndex(joint.sphere, ids)), kFixed, joint.anchor};
+    if (joint.other != kAnchor) ends.other = member(bodyIndex(joint.other, ids));
     return ends;
   };
   for (Group& group : groups_) {
@@ -87,12 +87,13 @@ void Linkage::connect(const SphereWorld& world, std::span<const BodyId> ids) {
       group.masses.push_back(masses[sphere]);
   }
   for (const Spring& spring : world.springs) {
-    groups_[groupOf_[placeOf(spring.sphere, ids)]].springs.push_back({endsOf(spring), spring});
+    groups_[groupOf_[bodyIndex(spring.sphere, ids)]].springs.push_back({endsOf(spring), spring});
   }
   for (const Rod& rod : world.rods) {
-    const Vec3 end = rod.other == kAnchor ? rod.anchor : motions[placeOf(rod.other, ids)].position;
-    const Vec3 along = motions[placeOf(rod.sphere, ids)].position - end;
-    groups_[groupOf_[placeOf(rod.sphere, ids)]].rods.push_back(
+    const Vec3 end =
+        rod.other == kAnchor ? rod.anchor : motions[bodyIndex(rod.other, ids)].position;
+    const Vec3 along = motions[bodyIndex(rod.sphere, ids)].position - end;
+    groups_[groupOf_[bodyIndex(rod.sphere, ids)]].rods.push_back(
         {endsOf(rod), dotInOrder(along, along)});
   }
   for (Group& group : groups_) {

@@ -15,7 +15,7 @@ namespace carom::native {
 /// fields make faster later on is not known then, but rods that turn faster shorten their steps.
 inline constexpr double kForceStepAngle = 0.005;
 
-/// What bends the paths of spheres between their contacts: springs, rods, fields and drag. Spheres
+/// Springs, rods, fields and drag, which bend the paths of spheres between their contacts. Spheres
 /// that springs and rods connect form a group, which is stepped together; where there are fields or
 /// drag, every other sphere is a group of its own. Spheres without any of it are in no group.
 ///

@@ -1,5 +1,5 @@
-// What bends the paths of spheres and turns them: the part of Simulation for
-// springs, rods, fields, friction and spin.
+// The part of Simulation for springs, rods and fields, which bend the paths of spheres, and for
+// friction and spin, which turn them.
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ double combinedFriction(double friction, double otherFriction) {
   return std::sqrt(friction * otherFriction);
 }
 
-std::size_t placeOf(std::uint32_t sphere, std::span<const std::uint32_t> members) {
+std::size_t memberIndex(std::uint32_t sphere, std::span<const std::uint32_t> members) {
   return static_cast<std::size_t>(std::ranges::lower_bound(members, sphere) - members.begin());
 }
 
@@ -109,8 +109,8 @@ Simulation::Give Simulation::giveOf(const Pair& pair) const {
   const auto respond = [&](std::uint32_t of, bool first, bool second) {
     const std::span<const std::uint32_t> members = linkage_.members(of);
     std::vector<Vec3> impulses(members.size(), Vec3::Zero());
-    if (first) impulses[placeOf(pair.sphere, members)] += pair.normal;
-    if (second) impulses[placeOf(pair.other, members)] -= pair.normal;
+    if (first) impulses[memberIndex(pair.sphere, members)] += pair.normal;
+    if (second) impulses[memberIndex(pair.other, members)] -= pair.normal;
     const std::vector<Vec3> changes = linkage_.response(of, motionsOf(of, now_), impulses);
     for (std::size_t i = 0; i < members.size(); ++i) {
       if (members[i] == pair.sphere) {

@@ -10,8 +10,8 @@
 namespace carom::native {
 namespace {
 
-constexpr double kRounding = 2e-15;  ///< of the speeds that a difference is taken of
-constexpr double kProximity = 1e-9;  ///< weight of the proximal term beside diagonals of 1
+constexpr double kSpeedRounding = 2e-15;  ///< of the speeds that a difference is taken of
+constexpr double kProximity = 1e-9;       ///< weight of the proximal term beside diagonals of 1
 constexpr int kMostProximalSteps = 100;
 constexpr double kWorthwhile = 0.9;  ///< residuals that shrink by less do not any more
 constexpr double kSmallestPivot = 1e-20;
@@ -140,7 +140,7 @@ std::size_t StrictProgramme::mostViolated(std::span<const double> residuals,
       gradient += part;
       scale = std::max(scale, std::abs(part));
     }
-    if (gradient < worst && gradient < -kRounding * scale) {
+    if (gradient < worst && gradient < -kSpeedRounding * scale) {
       worst = gradient;
       found = index;
     }
@@ -209,7 +209,7 @@ double ClusterSystem::openingSpeed(std::size_t contact, std::span<const Vec3> at
 
 double ClusterSystem::rounding(std::size_t contact, std::span<const Vec3> at) const {
   const ClusterContact& pair = contacts[contact];
-  return kRounding * (lengthOf(at[pair.body]) + lengthOf(at[pair.other]));
+  return kSpeedRounding * (lengthOf(at[pair.body]) + lengthOf(at[pair.other]));
 }
 
 void ClusterSystem::push(std::size_t contact, double impulse, std::span<Vec3> at) const {

@@ -13,7 +13,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kEnough = 4.0 * std::numeric_limits<double>::epsilon();  ///< of t, a last step
 constexpr int kNewtonSteps = 12;
-constexpr int kMostSteps = 2200;  ///< bisection alone could need them, from 1e300 to 1e-300
+constexpr int kMostBisections = 2200;  ///< bisection alone could need them, from 1e300 to 1e-300
 
 struct Interval {
   double from = 0.0;
@@ -86,7 +86,7 @@ double refine(std::span<const double> c, double low, double high, bool rising) {
   double t = 0.5 * (low + high);
   double before = high - low;  // the last step but one
   double last = before;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMostBisections; ++step) {
     const double here = value(c, t);
     if (here == 0.0) return t;
     ((here < 0.0) == rising ? low : high) = t;

@@ -17,7 +17,7 @@ using namespace native;
 
 namespace {
 
-using Sphere = Recording::Sphere;
+using RecordedSphere = Recording::Sphere;
 using Wall = Recording::Wall;
 using Segment = Recording::Segment;
 using Collision = Recording::Collision;
@@ -104,7 +104,9 @@ class Pass {
   const Segment& segment(std::uint32_t sphere) const {
     return recording_.segments(sphere)[current_[sphere]];
   }
-  const Sphere& sphere(std::uint32_t index) const { return recording_.world().spheres[index]; }
+  const RecordedSphere& sphere(std::uint32_t index) const {
+    return recording_.world().spheres[index];
+  }
   const Wall& wall(std::uint32_t body) const {
     return recording_.world().walls[body - recording_.sphereCount()];
   }
@@ -274,7 +276,7 @@ class Parts {
     number(end);
     archive_.check(0.0 <= begin && begin <= end, "it ends before it begins, or begins before 0");
   }
-  void sphere(Sphere& value, const Sphere* before) {
+  void sphere(RecordedSphere& value, const RecordedSphere* before) {
     const std::uint64_t least = before == nullptr ? 0 : std::uint64_t{before->id} + 1;
     std::uint64_t above = value.id - least;
     archive_.count(above);
@@ -607,7 +609,7 @@ void Decoder::world() {
   archive_.count(spheres);
   std::vector<Segment> segments;
   for (std::uint64_t sphere = 0; sphere < spheres && !archive_.failed(); ++sphere) {
-    Sphere next;
+    RecordedSphere next;
     parts_.sphere(next, world.spheres.empty() ? nullptr : &world.spheres.back());
     world.spheres.push_back(next);
     parts_.firstSegment(segments.emplace_back(), begin);

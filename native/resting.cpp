@@ -11,8 +11,8 @@
 namespace carom::native {
 namespace {
 
-constexpr double kRounding = 1e-12;  ///< of the pull
-constexpr double kParallel = 1e-9;   ///< normals that differ by less are one
+constexpr double kPullRounding = 1e-12;    ///< of the pull
+constexpr double kParallelNormals = 1e-9;  ///< normals that differ by less are one
 
 /// An orthonormal basis of what the chosen normals span; at most three.
 struct Basis {
@@ -25,7 +25,7 @@ struct Basis {
     for (std::size_t i = 0; i < count; ++i)
       rest -= dotInOrder(rest, along[i]) * along[i];
     const double length = lengthOf(rest);
-    if (length > kParallel) along[count++] = rest / length;
+    if (length > kParallelNormals) along[count++] = rest / length;
   }
   Vec3 without(Vec3 vector) const {
     if (count == along.size()) return Vec3::Zero();
@@ -62,7 +62,7 @@ bool pushes(const Vec3& force, std::span<const Vec3> normals, const Choice& choi
   const Vec3& third = normals[choice.at[2]];
   const double volume = dotInOrder(first, cross(second, third));
   const double side = std::copysign(1.0, volume);
-  return std::abs(volume) > kParallel &&
+  return std::abs(volume) > kParallelNormals &&
          side * dotInOrder(force, cross(second, third)) >= -tolerance &&
          side * dotInOrder(force, cross(third, first)) >= -tolerance &&
          side * dotInOrder(force, cross(first, second)) >= -tolerance;
@@ -71,7 +71,7 @@ bool pushes(const Vec3& force, std::span<const Vec3> normals, const Choice& choi
 /// The answer, if the chosen surfaces are those that push.
 std::optional<Carried> carriedByThese(const Vec3& pull, std::span<const Vec3> normals,
                                       const Choice& choice) {
-  const double tolerance = kRounding * lengthOf(pull);
+  const double tolerance = kPullRounding * lengthOf(pull);
   Basis basis;
   for (std::size_t k = 0; k < choice.count; ++k)
     basis.add(normals[choice.at[k]]);
@@ -126,7 +126,7 @@ Vec3 heldVelocity(const Vec3& velocity, std::span<const Vec3> normals,
       speed -= part * wanted[i];
     }
     const double length = lengthOf(rest);
-    if (length <= kParallel) continue;
+    if (length <= kParallelNormals) continue;
     along[count] = rest / length;
     wanted[count] = speed / length;
     ++count;

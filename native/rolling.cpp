@@ -16,7 +16,7 @@ constexpr double kStillTime = 1e-9;     ///< s of the support: what is slower is
 constexpr double kAligned = 1e-12;      ///< what of the pull is across is rounding
 constexpr double kInertia = 2.0 / 5.0;  ///< of m r^2
 
-Vec3 along(const Vec3& vector, const Vec3& normal) {
+Vec3 inSurface(const Vec3& vector, const Vec3& normal) {
   return vector - dotInOrder(vector, normal) * normal;
 }
 
@@ -103,7 +103,7 @@ Vec3 spinChange(const Vec3& arm, const Vec3& impulse, double mass, double radius
 Vec3 frictionImpulse(const FrictionContact& contact, double impulse) {
   const Vec3 turning = cross(contact.spin, -contact.radius * contact.normal) -
                        cross(contact.otherSpin, contact.otherRadius * contact.normal);
-  const Vec3 slip = along(contact.velocity + turning, contact.normal);
+  const Vec3 slip = inSurface(contact.velocity + turning, contact.normal);
   const double speed = lengthOf(slip);
   if (!(speed > 0.0)) return Vec3::Zero();
   const double give = (1.0 + 1.0 / kInertia) * (contact.inverseMass + contact.otherInverseMass);
@@ -113,7 +113,8 @@ Vec3 frictionImpulse(const FrictionContact& contact, double impulse) {
 RollingCourse rollingCourse(const RollingContact& contact, const Vec3& velocity, const Vec3& spin) {
   const double friction = contact.sliding * contact.support;
   const double give = 1.0 + 1.0 / kInertia;  // of the slip, against the sphere's own slowing
-  const Vec3 slip = velocity - contact.radius * along(cross(spin, contact.normal), contact.normal);
+  const Vec3 slip =
+      velocity - contact.radius * inSurface(cross(spin, contact.normal), contact.normal);
   RollingCourse course;
   if (lengthOf(slip) > kStillTime * contact.support) {
     course = slide(contact, velocity, spin, slowed(slip, contact.pull, give * friction));

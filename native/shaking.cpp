@@ -9,7 +9,7 @@
 namespace carom::native {
 namespace {
 
-constexpr double kRounding = 1e-15;  ///< of the way
+constexpr double kPathRounding = 1e-15;  ///< of the way
 
 /// Taylor's coefficients up to y^17 and y^16: for |y| <= pi / 4 the next terms are below 1e-17.
 constexpr int kTerms = 9;
@@ -68,7 +68,7 @@ Clearance clearanceAt(const SmoothHeight& smooth, const Oscillation& oscillation
   here.height = here.middle - shift;
   here.velocity = here.climb - oscillation.amplitude * angular * phase.cosine;
   here.acceleration = smooth.acceleration + angular * angular * shift;
-  here.rounding = smooth.rounding + kRounding * way;
+  here.rounding = smooth.rounding + kPathRounding * way;
   return here;
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kChannels = 2;
 /// Frames that the device asks for at once: 10.7 ms at 48 kHz.
-constexpr Uint16 kBlock = 512;
+constexpr Uint16 kDeviceBlock = 512;
 
 }  // namespace
 
@@ -49,7 +49,7 @@ Status AudioDevice::Impl::open(double sampleRate) {
   wanted.freq = static_cast<int>(sampleRate);
   wanted.format = AUDIO_F32SYS;
   wanted.channels = kChannels;
-  wanted.samples = kBlock;
+  wanted.samples = kDeviceBlock;
   wanted.callback = &Impl::pull;
   wanted.userdata = this;
   SDL_AudioSpec given{};

@@ -7,7 +7,7 @@
 namespace carom::plugin {
 namespace {
 
-constexpr std::size_t kBlock = 1024;  // frames
+constexpr std::size_t kRecordedBlock = 1024;  // frames
 /// s, after which a tail is cut: a church has less.
 constexpr double kLongestTail = 20.0;
 
@@ -31,7 +31,7 @@ SoundRecorder::SoundRecorder(Synth synth, SoundFileWriter file, double latency)
     : synth_(std::move(synth)),
       file_(std::move(file)),
       latency_(latency),
-      block_(synth_.channelCount(), std::vector<float>(kBlock)) {
+      block_(synth_.channelCount(), std::vector<float>(kRecordedBlock)) {
   for (std::vector<float>& channel : block_) {
     channels_.push_back(channel.data());
     written_.push_back(channel.data());
@@ -52,7 +52,8 @@ void SoundRecorder::renderTo(double seconds) {
   while (!failure_) {
     const double left = std::floor((seconds - synth_.time()) * rate);
     if (!(left >= 1.0)) return;
-    if (!renderFrames(static_cast<std::size_t>(std::min(left, static_cast<double>(kBlock)))))
+    if (!renderFrames(
+            static_cast<std::size_t>(std::min(left, static_cast<double>(kRecordedBlock)))))
       return;
   }
 }
@@ -67,7 +68,7 @@ bool SoundRecorder::renderFrames(std::size_t frames) {
 void SoundRecorder::renderTail() {
   const double end = synth_.time() + kLongestTail;
   while (!failure_ && !synth_.isSilent() && synth_.time() < end)
-    renderFrames(kBlock);
+    renderFrames(kRecordedBlock);
 }
 
 Status SoundRecorder::finish(double seconds) {

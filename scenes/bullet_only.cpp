@@ -6,13 +6,6 @@
 #include "scenes/jello_scene.h"
 
 namespace carom::scenes {
-namespace {
-
-bool isSolid(const SceneBody& body) {
-  return std::holds_alternative<SolidShape>(body.shape);
-}
-
-}  // namespace
 
 std::string whyNotOnNative(const Scene& scene) {
   const auto body = std::ranges::find_if(scene.bodies, isSolid);

@@ -11,19 +11,6 @@
 namespace carom::scenes {
 namespace {
 
-btScalar toBullet(double value) {
-  return static_cast<btScalar>(value);
-}
-btVector3 toBullet(const Vec3& v) {
-  return {toBullet(v.x()), toBullet(v.y()), toBullet(v.z())};
-}
-
-btTransform toBullet(const Quat& turn, const Vec3& place) {
-  const btQuaternion rotation(toBullet(turn.x()), toBullet(turn.y()), toBullet(turn.z()),
-                              toBullet(turn.w()));
-  return btTransform(rotation, toBullet(place));
-}
-
 /// What a sphere's rolling and pivoting are held up by, as arms of what presses it on.
 struct RollingArms {
   double rolling = 0.0;   // m
@@ -54,10 +41,6 @@ class SurfaceBody : public btRigidBody {
 };
 
 constexpr int kCornersOnPlane = 4;  // as many as a contact of Bullet's can have
-
-bool isSolid(const SceneBody& body) {
-  return std::holds_alternative<SolidShape>(body.shape);
-}
 
 bool resistsRolling(const SceneBody& body) {
   return body.contact.rollingFriction > 0.0 || body.contact.pivotingFriction > 0.0;

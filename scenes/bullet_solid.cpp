@@ -13,10 +13,6 @@ using namespace bullet;
 
 namespace {
 
-btVector3 toBullet(const Vec3& v) {
-  return {static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
-}
-
 std::unique_ptr<btCollisionShape> shapeOf(const BoxForm& box) {
   auto shape = std::make_unique<btBoxShape>(toBullet(box.halfExtents));
   shape->setMargin(0);

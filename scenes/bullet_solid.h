@@ -11,6 +11,18 @@
 
 namespace carom::scenes {
 
+inline btScalar toBullet(double value) {
+  return static_cast<btScalar>(value);
+}
+inline btVector3 toBullet(const Vec3& v) {
+  return {toBullet(v.x()), toBullet(v.y()), toBullet(v.z())};
+}
+inline btTransform toBullet(const Quat& turn, const Vec3& place) {
+  const btQuaternion rotation(toBullet(turn.x()), toBullet(turn.y()), toBullet(turn.z()),
+                              toBullet(turn.w()));
+  return btTransform(rotation, toBullet(place));
+}
+
 /// What Bullet collides of a solid, and all that it is made of.
 class BulletSolid {
  public:

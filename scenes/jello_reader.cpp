@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 
 #include "scenes/mechanics_reader.h"
+#include "scenes/scene_ranges.h"
 
 namespace carom::scenes {
 
@@ -21,15 +22,10 @@ constexpr NumberRange kPoints{.noun = "a number of points",
                               .max = static_cast<double>(kMostJelloPoints),
                               .whole = true};
 constexpr NumberRange kSize{.noun = "a size", .min = 1e-6, .max = 1e4, .unit = "metres"};
-constexpr NumberRange kMass{.noun = "a mass", .min = 1e-18, .max = 1e18, .unit = "kilograms"};
-constexpr NumberRange kStiffness{.noun = "a stiffness", .min = 0.0, .max = 1e12, .unit = "N/m"};
-constexpr NumberRange kDamping{.noun = "a damping", .min = 0.0, .max = 1e9, .unit = "N s/m"};
-constexpr NumberRange kPlace{.noun = "a coordinate", .min = -1e6, .max = 1e6, .unit = "metres"};
-constexpr NumberRange kVelocity{
-    .noun = "a component of velocity", .min = -1e4, .max = 1e4, .unit = "m/s"};
+constexpr NumberRange kPointMass{.noun = "a mass", .min = 1e-18, .max = 1e18, .unit = "kilograms"};
 constexpr NumberRange kForce{
     .noun = "a component of a force", .min = -1e12, .max = 1e12, .unit = "newtons"};
-constexpr NumberRange kStep{.noun = "a step", .min = 1e-7, .max = 0.1, .unit = "seconds"};
+constexpr NumberRange kJelloStep{.noun = "a step", .min = 1e-7, .max = 0.1, .unit = "seconds"};
 constexpr NumberRange kError{.noun = "an error", .min = 1e-9, .max = 1.0, .unit = "metres"};
 constexpr std::size_t kMostGridPoints = 128;
 
@@ -120,7 +116,7 @@ void readStepping(const JsonNode& entry, JelloShape& jello) {
         {"explicit_euler", "symplectic_euler", "midpoint", "rk4", "backward_euler", "auto"});
     if (choice < kJelloIntegrators) jello.integrator = static_cast<JelloIntegrator>(choice);
   }
-  jello.step = entry.number("step", kStep, 0.0);
+  jello.step = entry.number("step", kJelloStep, 0.0);
   jello.error = entry.number("error", kError, jello.error);
   const auto step = entry.find("step");
   if (step && !jello.integrator)
@@ -144,7 +140,7 @@ JelloShape readJello(const JsonNode& entry) {
   lattice.count =
       static_cast<std::size_t>(entry.number("points", kPoints, static_cast<double>(lattice.count)));
   lattice.size = entry.vector("size", kSize);
-  const double mass = entry.number("mass", kMass);
+  const double mass = entry.number("mass", kPointMass);
   if (entry.failed()) return jello;
   lattice.pointMass = mass / static_cast<double>(cubed(lattice.count));
   lattice.stiffness = entry.number("stiffness", kStiffness);

@@ -23,9 +23,9 @@ using namespace native;
 
 namespace {
 
-constexpr std::size_t kBlock = 4096;
-constexpr double kPicture = 1.0 / 60.0;  ///< s
-constexpr int kParts = 256;              ///< of a run that is not heard
+constexpr std::size_t kJelloBlockFrames = 4096;
+constexpr double kFramePeriod = 1.0 / 60.0;  ///< s
+constexpr int kParts = 256;                  ///< of a run that is not heard
 
 /// A file beside its final name.
 class Output {
@@ -139,7 +139,7 @@ class JelloRun::Tables {
     const double step = coupling.jello().step();
     wanted_ = static_cast<std::size_t>(std::ceil(duration_ / step - 1e-9));
     if (stepsPerPicture_ == 0)
-      stepsPerPicture_ = static_cast<std::size_t>(std::max(1.0, std::round(kPicture / step)));
+      stepsPerPicture_ = static_cast<std::size_t>(std::max(1.0, std::round(kFramePeriod / step)));
     report_.start = coupling.jello().energy();
     if (trajectory_)
       beginTrajectory(trajectory_->stream(), coupling,
@@ -224,7 +224,8 @@ Status JelloRun::hear(JelloReport& report) {
   options_.sound.channels = channelsOf(scene_);
   Result<SoundFileWriter> writer = SoundFileWriter::create(*options_.soundFile, options_.sound);
   if (!writer) return writer.error();
-  std::vector<std::vector<float>> channels(channelsOf(scene_), std::vector<float>(kBlock));
+  std::vector<std::vector<float>> channels(channelsOf(scene_),
+                                           std::vector<float>(kJelloBlockFrames));
   std::vector<const float*> pointers;
   pointers.reserve(channels.size());
   for (const auto& channel : channels)

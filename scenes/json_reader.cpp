@@ -17,7 +17,7 @@ using nlohmann::json;
 
 constexpr std::size_t kMaxShownText = 60;   // bytes of a user's text in a message
 constexpr std::size_t kMaxShownWords = 40;  // words of a list in a message
-constexpr std::uint64_t kMaxExactInteger = std::uint64_t{1} << 53U;
+constexpr std::uint64_t kExactIntegers = std::uint64_t{1} << 53U;
 
 bool isControl(char c) {
   return (c >= 0 && c < 0x20) || c == 0x7f;
@@ -210,8 +210,8 @@ double toDouble(const json& value) {
   if (!value.is_number_unsigned()) return value.get<double>();
   const auto integer = value.get<std::uint64_t>();
   const auto nearest = static_cast<double>(integer);
-  if (integer <= kMaxExactInteger) return nearest;
-  return std::max(nearest, static_cast<double>(kMaxExactInteger + 2));
+  if (integer <= kExactIntegers) return nearest;
+  return std::max(nearest, static_cast<double>(kExactIntegers + 2));
 }
 
 /// Levenshtein's edit distance, by rows.

@@ -12,6 +12,7 @@
 #include "native/box_contact.h"
 #include "native/contact_time.h"
 #include "native/shaking.h"
+#include "scenes/scene_ranges.h"
 
 namespace carom::scenes {
 
@@ -30,8 +31,6 @@ constexpr NumberRange kLawSpeed{
     .noun = "a restitution speed", .min = 1e-6, .max = 1e4, .unit = "m/s"};
 constexpr NumberRange kSpin{
     .noun = "a component of spin", .min = -1e6, .max = 1e6, .unit = "rad/s"};
-constexpr NumberRange kVelocity{
-    .noun = "a component of velocity", .min = -1e4, .max = 1e4, .unit = "m/s"};
 constexpr NumberRange kAmplitude{
     .noun = "a component of an amplitude", .min = -1e3, .max = 1e3, .unit = "metres"};
 constexpr NumberRange kFrequency{
@@ -40,10 +39,7 @@ constexpr NumberRange kPhase{.noun = "a phase", .min = -1e3, .max = 1e3, .unit =
 constexpr NumberRange kAxis{.noun = "a component of an axis", .min = -1e6, .max = 1e6};
 constexpr NumberRange kAngle{
     .noun = "an angle of rotation", .min = -360.0, .max = 360.0, .unit = "degrees"};
-constexpr NumberRange kPlace{.noun = "a coordinate", .min = -1e6, .max = 1e6, .unit = "metres"};
 constexpr NumberRange kLength{.noun = "a length", .min = 0.0, .max = 1e6, .unit = "metres"};
-constexpr NumberRange kStiffness{.noun = "a stiffness", .min = 0.0, .max = 1e12, .unit = "N/m"};
-constexpr NumberRange kDamping{.noun = "a damping", .min = 0.0, .max = 1e9, .unit = "N s/m"};
 constexpr NumberRange kHarmonic{
     .noun = "a harmonic strength", .min = -1e8, .max = 1e8, .unit = "1/s^2"};
 constexpr NumberRange kInverseSquare{

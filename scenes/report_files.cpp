@@ -29,18 +29,13 @@ namespace {
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-// JSON has no infinity, and none of what was not measured.
-Json number(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
 template <class T>
 Json orNull(const std::optional<T>& value) {
   return value ? Json(*value) : Json(nullptr);
 }
 
 Json summary(const ErrorSummary& errors) {
-  return {{"rms", number(errors.rms)}, {"max", number(errors.max)}};
+  return {{"rms", numberJson(errors.rms)}, {"max", numberJson(errors.max)}};
 }
 
 Json decibels(const std::optional<double>& ratio) {
@@ -129,7 +124,7 @@ Json variantJson(const VariantReport& variant) {
   }
   object["local_waveform_error"] = orNull(variant.localWaveformError);
   object["local_waveform_error_db"] = decibels(variant.localWaveformError);
-  object["diverged_at"] = number(variant.divergedAt);
+  object["diverged_at"] = numberJson(variant.divergedAt);
   object["compared_until"] = variant.comparedUntil;
   object["waveform_error"] = orNull(variant.waveformError);
   object["waveform_error_db"] = decibels(variant.waveformError);

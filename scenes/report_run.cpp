@@ -19,9 +19,9 @@ using namespace native;
 
 namespace {
 
-constexpr std::size_t kBlockFrames = 4096;
-constexpr double kPicture = 1.0 / 60.0;  // s
-constexpr double kMostPairTests = 1e7;   // of LocalReference, some seconds
+constexpr std::size_t kReportBlock = 4096;
+constexpr double kReportFrame = 1.0 / 60.0;  // s
+constexpr double kMostPairTests = 1e7;       // of LocalReference, some seconds
 
 bool isSphere(const SceneBody& body) {
   return std::holds_alternative<SphereShape>(body.shape);
@@ -81,9 +81,9 @@ void watchBullet(const Scene& scene, MechanicsRun& run) {
 Status watchSpheres(const Scene& scene, MechanicsRun& run) {
   Result<SphereStepper> stepper = nativeStepper(scene);
   if (!stepper) return stepper.error();
-  const auto pictures = static_cast<std::size_t>(scene.duration / kPicture);
+  const auto pictures = static_cast<std::size_t>(scene.duration / kReportFrame);
   for (std::size_t picture = 0; picture <= pictures; ++picture) {
-    const double time = kPicture * static_cast<double>(picture);
+    const double time = kReportFrame * static_cast<double>(picture);
     static_cast<void>(stepper->advanceTo(time));
     run.energies.push_back({time, stepper->kineticEnergy(), stepper->potentialEnergy()});
   }
@@ -95,7 +95,7 @@ Status watchJello(const Scene& scene, MechanicsRun& run) {
   const auto watch = [&](const JelloCoupling& coupling) {
     // Steps are whole parts of a picture: what is off is rounding.
     if (coupling.time() < next - 1e-9) return;
-    next += kPicture;
+    next += kReportFrame;
     const JelloStepper& jello = coupling.jello();
     const JelloEnergy energy = jello.energy();
     const SphereStepper& spheres = coupling.spheres();
@@ -140,7 +140,7 @@ Status measureMemory(const Scene& scene, MechanicsRun& run) {
   Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene);
   if (!stepper) return stepper.error();
   while ((*stepper)->settledTime() < scene.duration && (*stepper)->failure().empty()) {
-    static_cast<void>((*stepper)->advanceTo((*stepper)->settledTime() + kPicture));
+    static_cast<void>((*stepper)->advanceTo((*stepper)->settledTime() + kReportFrame));
     heap.look();
   }
   run.memory = heap.most();
@@ -218,7 +218,7 @@ Result<SoundRun> runSound(const Scene& scene, const std::shared_ptr<const EventT
                           std::size_t runs) {
   SoundRun run;
   const auto frames = static_cast<std::size_t>(std::llround(scene.duration * scene.sampleRate));
-  std::vector<std::vector<float>> block(channelsOf(scene), std::vector<float>(kBlockFrames));
+  std::vector<std::vector<float>> block(channelsOf(scene), std::vector<float>(kReportBlock));
   run.signal.resize(block.size());
   for (std::vector<float>& channel : run.signal)
     channel.reserve(frames);

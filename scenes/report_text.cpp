@@ -38,11 +38,6 @@ format(const char* pattern, ...) {
   return text;
 }
 
-// JSON has no infinity: what never happened is null.
-Json number(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
 Json errors(const ErrorSummary& summary, double scale) {
   return {{"rms", summary.rms * scale}, {"max", summary.max * scale}};
 }
@@ -302,7 +297,7 @@ Json reverbJson(const std::optional<ReverbSettings>& reverb) {
   if (!reverb) return nullptr;
   Json times = Json::array();
   for (const double time : reverb->decayTimes)
-    times.push_back(number(time));
+    times.push_back(numberJson(time));
   return {{"volume_m3", reverb->volume},
           {"surface_m2", reverb->surface},
           {"t60_s", times},
@@ -310,6 +305,10 @@ Json reverbJson(const std::optional<ReverbSettings>& reverb) {
 }
 
 }  // namespace
+
+Json numberJson(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
 
 nlohmann::ordered_json planJson(const Plan& plan) {
   Json leftOut = Json::array();
@@ -428,7 +427,7 @@ Json renderJson(const RenderReport& report) {
           {"full_scale_pa", report.fullScale},
           {"clipped_samples", report.clippedSamples},
           {"limiter", report.limiter},
-          {"largest_gain_reduction_db", number(report.gainReduction)},
+          {"largest_gain_reduction_db", numberJson(report.gainReduction)},
           {"rings", report.synth.rings},
           {"clicks_inaudible", report.synth.inaudible},
           {"slides", report.synth.slides},
@@ -492,8 +491,8 @@ Json compareJson(const Scene& scene, const CompareReport& report) {
                     {"impulse_error", errors(run.local.impulseError, 1.0)},
                     {"global_time_difference_us", errors(run.global.difference, 1e6)},
                     {"global_events_compared", run.global.compared},
-                    {"global_diverged_at_s", number(run.global.divergedAt)},
-                    {"level_difference_db", number(run.levelDifference)},
+                    {"global_diverged_at_s", numberJson(run.global.divergedAt)},
+                    {"level_difference_db", numberJson(run.levelDifference)},
                     {"wall_s", run.wallTime}});
   }
   return {{"scene", scene.name},

@@ -16,6 +16,9 @@ namespace carom::scenes {
 
 /// What the commands print: text for people, JSON with stable keys for programs (docs/cli.md).
 
+/// A number, or null for what JSON has no number for: infinity, NaN.
+nlohmann::ordered_json numberJson(double value);
+
 nlohmann::ordered_json planJson(const Plan& plan);
 
 std::string infoText(const Scene& scene);

@@ -2,16 +2,17 @@
 
 #include <cstddef>
 
+#include "scenes/scene_ranges.h"
+
 namespace carom::scenes {
 namespace {
 
 // scene.schema.json and docs/scenes.md repeat these; a test compares the schema.
 
-constexpr TextRange kFileName{.noun = "the name of a file", .minLength = 1, .maxLength = 1000};
 constexpr NumberRange kThickness{.noun = "a thickness", .min = 1e-6, .max = 1e3, .unit = "metres"};
 constexpr NumberRange kDegreesOfFreedom{
     .noun = "a number of degrees of freedom", .min = 100, .max = 1e6, .whole = true};
-constexpr NumberRange kModes{.noun = "a number of modes", .min = 1, .max = 2000, .whole = true};
+constexpr NumberRange kModeCount{.noun = "a number of modes", .min = 1, .max = 2000, .whole = true};
 constexpr NumberRange kPanels{.noun = "a number of panels", .min = 100, .max = 5000, .whole = true};
 
 void readShell(const JsonNode& node, MeshAnalysisSettings& analysis) {
@@ -42,7 +43,7 @@ void readAnalysis(const JsonNode& node, MeshAnalysisSettings& analysis) {
     readShell(node, analysis);
   else
     readSolid(node, analysis);
-  const double modes = node.number("count", kModes, 60.0);
+  const double modes = node.number("count", kModeCount, 60.0);
   analysis.solid.maxModes = static_cast<Eigen::Index>(modes);
   analysis.shell.maxModes = static_cast<std::size_t>(modes);
   analysis.radiation->panels = static_cast<std::size_t>(node.number("panels", kPanels, 800.0));

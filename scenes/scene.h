@@ -95,6 +95,10 @@ struct SceneBody {
   std::optional<NormalMapFile> normalMap = std::nullopt;
 };
 
+inline bool isSolid(const SceneBody& body) {
+  return std::holds_alternative<SolidShape>(body.shape);
+}
+
 /// What acts on the bodies besides gravity and impacts. Ends of springs and rods are spheres by
 /// their index in Scene::bodies.
 struct SceneMechanics {

@@ -27,6 +27,7 @@
 #include "scenes/json_reader.h"
 #include "scenes/mechanics_reader.h"
 #include "scenes/ringing_reader.h"
+#include "scenes/scene_ranges.h"
 #include "scenes/solid_reader.h"
 #include "scenes/sound_reader.h"
 #include "scenes/surface_reader.h"
@@ -65,12 +66,6 @@ constexpr NumberRange kDampingAlpha{
     .noun = "a damping in proportion to mass", .min = 0.0, .max = 1e6, .unit = "1/s"};
 constexpr NumberRange kDampingBeta{
     .noun = "a damping in proportion to stiffness", .min = 0.0, .max = 1.0, .unit = "s"};
-constexpr NumberRange kRadius{.noun = "a radius", .min = 1e-6, .max = 1e4, .unit = "metres"};
-constexpr NumberRange kMass{.noun = "a mass", .min = 1e-21, .max = 1e18, .unit = "kilograms"};
-constexpr NumberRange kCoordinate{
-    .noun = "a coordinate", .min = -1e6, .max = 1e6, .unit = "metres"};
-constexpr NumberRange kVelocity{
-    .noun = "a component of velocity", .min = -1e4, .max = 1e4, .unit = "m/s"};
 constexpr NumberRange kSpeed{.noun = "a speed", .min = 0.0, .max = 1e4, .unit = "m/s"};
 constexpr NumberRange kNormal{.noun = "a component of a normal", .min = -1e6, .max = 1e6};
 constexpr NumberRange kCount{.noun = "a count of spheres",
@@ -659,7 +654,7 @@ void SceneReader::readSphere(const JsonNode& entry) {
   SphereShape sphere;
   sphere.radius = entry.number("radius", kRadius);
   SceneBody body = coveringOf(entry, name).body(name);
-  sphere.position = entry.vector("position", kCoordinate);
+  sphere.position = entry.vector("position", kPlace);
   sphere.velocity = entry.vector("velocity", kVelocity, Vec3::Zero());
   sphere.spin = readSpin(entry);
   sphere.mass = entry.number("mass", kMass, sphereMass(body.material.density, sphere.radius));
@@ -690,7 +685,7 @@ void SceneReader::readPlane(const JsonNode& entry) {
   if (!ok()) return;
   PlaneShape plane;
   plane.normal = (direction / largest).normalized();  // the first division saves tiny ones
-  plane.offset = point ? plane.normal.dot(point->vector(kCoordinate)) : offset->number(kCoordinate);
+  plane.offset = point ? plane.normal.dot(point->vector(kPlace)) : offset->number(kPlace);
   readMotion(entry, plane);
   addPlane(entry, name, std::move(made), plane);
 }
@@ -865,8 +860,8 @@ std::vector<RoomPlane> SceneReader::roomPlanes() const {
 }
 
 bool SceneReader::readCorners(const JsonNode& entry, Vec3& min, Vec3& max) {
-  min = entry.vector("min", kCoordinate);
-  max = entry.vector("max", kCoordinate);
+  min = entry.vector("min", kPlace);
+  max = entry.vector("max", kPlace);
   if (!ok()) return false;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     if (min[axis] < max[axis]) continue;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "scenes/mechanics_reader.h"
+#include "scenes/scene_ranges.h"
 
 namespace carom::scenes {
 
@@ -17,14 +18,8 @@ namespace {
 
 constexpr NumberRange kHalfExtent{
     .noun = "a half extent", .min = 1e-6, .max = 1e4, .unit = "metres"};
-constexpr NumberRange kRadius{.noun = "a radius", .min = 1e-6, .max = 1e4, .unit = "metres"};
 constexpr NumberRange kHeight{.noun = "a height", .min = 2e-6, .max = 2e4, .unit = "metres"};
 constexpr NumberRange kScale{.noun = "a scale", .min = 1e-6, .max = 1e6, .unit = "metres"};
-constexpr NumberRange kMass{.noun = "a mass", .min = 1e-21, .max = 1e18, .unit = "kilograms"};
-constexpr NumberRange kPlace{.noun = "a coordinate", .min = -1e6, .max = 1e6, .unit = "metres"};
-constexpr NumberRange kVelocity{
-    .noun = "a component of velocity", .min = -1e4, .max = 1e4, .unit = "m/s"};
-constexpr TextRange kFileName{.noun = "the name of a file", .minLength = 1, .maxLength = 1000};
 
 void readBoxForm(const JsonNode& node, SolidShape& solid) {
   if (!node.expectObject("a box", {"type", "half_extents"})) return;

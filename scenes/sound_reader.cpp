@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "audio/reverb.h"
+#include "scenes/scene_ranges.h"
 namespace carom::scenes {
 
 using namespace audio;
@@ -26,9 +27,8 @@ constexpr NumberRange kOrder{
 constexpr NumberRange kCoefficient{.noun = "an absorption coefficient", .min = 0.0, .max = 1.0};
 constexpr NumberRange kDecayTime{
     .noun = "a reverberation time", .min = 0.05, .max = 100.0, .unit = "seconds"};
-constexpr NumberRange kVolume{.noun = "a volume", .min = 0.1, .max = 1e6, .unit = "m^3"};
-constexpr NumberRange kArea{.noun = "a surface", .min = 1.0, .max = 1e7, .unit = "m^2"};
-constexpr NumberRange kPlace{.noun = "a coordinate", .min = -1e6, .max = 1e6, .unit = "metres"};
+constexpr NumberRange kRoomVolume{.noun = "a volume", .min = 0.1, .max = 1e6, .unit = "m^3"};
+constexpr NumberRange kRoomSurface{.noun = "a surface", .min = 1.0, .max = 1e7, .unit = "m^2"};
 constexpr NumberRange kDirection{.noun = "a component of a direction", .min = -1e6, .max = 1e6};
 constexpr NumberRange kSpacing{
     .noun = "a spacing", .min = 0.0, .max = 100.0, .unit = "metres", .aboveMin = true};
@@ -39,7 +39,6 @@ constexpr NumberRange kPoseTime{
     .noun = "the time of a pose", .min = 0.0, .max = 3600.0, .unit = "seconds", .aboveMin = true};
 
 constexpr TextRange kSurfaceName{.noun = "the name of a surface", .minLength = 1, .maxLength = 100};
-constexpr TextRange kFileName{.noun = "the name of a file", .minLength = 1, .maxLength = 1000};
 
 constexpr double kParallel = 1e-6;  // sine of the angle between forward and up
 
@@ -221,8 +220,8 @@ bool RoomReader::measure(const JsonNode& node, ReverbSettings& settings) const {
     return false;
   }
   if (hasVolume) {
-    settings.volume = node.number("volume", kVolume);
-    settings.surface = node.number("surface", kArea);
+    settings.volume = node.number("volume", kRoomVolume);
+    settings.surface = node.number("surface", kRoomSurface);
   } else {
     const Result<RoomMeasures> box = measureBox(room_);
     if (!box) {

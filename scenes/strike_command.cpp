@@ -27,14 +27,14 @@ using namespace audio;
 
 namespace {
 
-constexpr double kLongest = 60.0;     // s
-constexpr double kFarthest = 1e4;     // m and N s
-constexpr double kNearest = 1e-3;     // m, of the listener
-constexpr double kBefore = 0.02;      // s of silence in front of the blow
-constexpr double kRestitution = 0.5;  // of the hammer
+constexpr double kLongest = 60.0;           // s
+constexpr double kFarthest = 1e4;           // m and N s
+constexpr double kNearest = 1e-3;           // m, of the listener
+constexpr double kBefore = 0.02;            // s of silence in front of the blow
+constexpr double kHammerRestitution = 0.5;  // of the hammer
 constexpr BodyId kBody = 0;
 constexpr BodyId kHammer = 1;
-constexpr std::size_t kBlock = 1024;
+constexpr std::size_t kStrikeBlock = 1024;
 
 /// kg, of the body where it is hit, in the direction n.
 double massAt(const ModalModel& model, const Vec3& arm, const Vec3& n) {
@@ -56,7 +56,7 @@ ImpulseEvent blow(const ModalModel& model, const Vec3& place, const Vec3& impuls
   event.position = place - model.centreOfMass;
   const double mass = massAt(model, event.position, event.normal);
   event.effectiveMass = 1.0 / (1.0 / mass + 1.0 / hammerMass);
-  event.approachSpeed = impulse.norm() / ((1.0 + kRestitution) * event.effectiveMass);
+  event.approachSpeed = impulse.norm() / ((1.0 + kHammerRestitution) * event.effectiveMass);
   event.otherRadius = hammerRadius;
   return event;
 }
@@ -91,12 +91,12 @@ Result<StrikeReport> renderStrike(Synth& synth, const ImpulseEvent& event, doubl
   report.contact = synth.contactDuration(event);
   synth.schedule(event);
   const double limit = seconds > 0.0 ? seconds : kLongest;
-  std::vector<double> samples(kBlock);
-  std::vector<float> rounded(kBlock);
+  std::vector<double> samples(kStrikeBlock);
+  std::vector<float> rounded(kStrikeBlock);
   const auto most = static_cast<std::size_t>(std::llround(limit * settings.sampleRate));
   std::size_t left = most;
   while (left > 0 && (seconds > 0.0 || !synth.isSilent())) {
-    const std::size_t frames = std::min(left, kBlock);
+    const std::size_t frames = std::min(left, kStrikeBlock);
     double* const channel = samples.data();
     synth.render<double>(std::span(&channel, 1), frames);
     std::copy_n(samples.begin(), frames, rounded.begin());

@@ -4,6 +4,8 @@
 #include <string>
 #include <system_error>
 
+#include "scenes/scene_ranges.h"
+
 namespace carom::scenes {
 namespace {
 
@@ -16,7 +18,6 @@ constexpr NumberRange kHurst{.noun = "a Hurst exponent", .min = 0.0, .max = 1.0,
 constexpr NumberRange kSide{
     .noun = "a side of a normal map", .min = 1e-6, .max = 1e4, .unit = "metres"};
 constexpr NumberRange kStrength{.noun = "a strength", .min = 0.0, .max = 100.0};
-constexpr TextRange kFileName{.noun = "the name of a file", .minLength = 1, .maxLength = 1000};
 
 Vec2 readSize(const JsonNode& node) {
   Vec2 size = Vec2::Ones();

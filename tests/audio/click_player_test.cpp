@@ -27,8 +27,8 @@ namespace {
 using test::BallDrop;
 using Planes = std::vector<std::vector<double>>;
 
-constexpr std::size_t kFrames = 12000;
-constexpr BodyId kFloor = 1000;
+constexpr std::size_t kPlayedFrames = 12000;
+constexpr BodyId kPlayedFloor = 1000;
 
 SoundBody ballOf(BodyId id) {
   return BallDrop{.radius = 0.004 * std::pow(1.03, id)}.ball();
@@ -39,7 +39,7 @@ ImpulseEvent dropOf(BodyId id, double time, double speed) {
   const SoundBody ball = ballOf(id);
   ImpulseEvent event = BallDrop{.radius = ball.radius, .speed = speed, .time = time}.event();
   event.body = id;
-  event.other = kFloor;
+  event.other = kPlayedFloor;
   return event;
 }
 
@@ -70,7 +70,7 @@ struct Stage {
       : paths(*makeSoundPaths(settings, pair())), layer(paths), player(paths, capacity) {
     for (BodyId id = 0; id < 60; ++id)
       EXPECT_TRUE(layer.setBody(id, ballOf(id)));
-    EXPECT_TRUE(layer.setBody(kFloor, BallDrop{}.floor()));
+    EXPECT_TRUE(layer.setBody(kPlayedFloor, BallDrop{}.floor()));
   }
 
   void add(const ImpulseEvent& event) { player.add(layer.lay(event)); }
@@ -89,11 +89,11 @@ struct Stage {
 
 /// What all of these sound like, with nothing left out.
 Planes offline(const SynthSettings& settings, const std::vector<ImpulseEvent>& events,
-               std::size_t frames = kFrames) {
+               std::size_t frames = kPlayedFrames) {
   Synth synth = *Synth::create(settings, pair());
   for (BodyId id = 0; id < 60; ++id)
     EXPECT_TRUE(synth.setBody(id, ballOf(id)));
-  EXPECT_TRUE(synth.setBody(kFloor, BallDrop{}.floor()));
+  EXPECT_TRUE(synth.setBody(kPlayedFloor, BallDrop{}.floor()));
   for (const ImpulseEvent& event : events)
     synth.schedule(event);
   return test::renderPlanes<double>(synth, frames);
@@ -117,7 +117,7 @@ TEST(ClickPlayerWithACapacity, PlaysTheBitsOfOneWithout) {
       Stage stage(settings, {.buses = 4096});
       for (const ImpulseEvent& event : events)
         stage.add(event);
-      EXPECT_TRUE(stage.render(kFrames, block) == wanted) << block;
+      EXPECT_TRUE(stage.render(kPlayedFrames, block) == wanted) << block;
       EXPECT_EQ(stage.player.counters().late, 0U);
       EXPECT_EQ(stage.player.voices(), 0U);
     }
@@ -165,7 +165,7 @@ TEST(ClickPlayerWithACapacity, LeavesTheQuietestOutWhereThereAreTooManyVoices) {
       std::swap(events[i - 1], events[static_cast<std::size_t>(random.below(static_cast<int>(i)))]);
     for (const ImpulseEvent& event : events)
       stage.add(event);
-    EXPECT_TRUE(stage.render(kFrames) == loudest);
+    EXPECT_TRUE(stage.render(kPlayedFrames) == loudest);
     EXPECT_EQ(stage.player.counters().stolen, 12U);
   }
 }
@@ -184,7 +184,7 @@ TEST(ClickPlayerWithACapacity, DoesNotCutWhatHasBegun) {
   ASSERT_EQ(stage.player.pendingClicks(), 1U);
   stage.add(loud);  // finds no voice that it could take
   EXPECT_EQ(stage.player.counters().stolen, 1U);
-  const Planes rest = stage.render(kFrames - before);
+  const Planes rest = stage.render(kPlayedFrames - before);
   const Planes wanted = offline({}, {quiet});
   for (std::size_t channel = 0; channel < 2; ++channel)
     EXPECT_TRUE(std::equal(rest[channel].begin(), rest[channel].end(),
@@ -199,7 +199,7 @@ TEST(ClickPlayerWithACapacity, TakesTheLoudestThatItCanAfford) {
     stage.player.setAllowance(allowance);
     for (const ImpulseEvent& event : events)
       stage.add(event);
-    const Planes heard = stage.render(kFrames);
+    const Planes heard = stage.render(kPlayedFrames);
     const std::size_t left = stage.player.counters().overBudget;
     EXPECT_GT(left, last) << allowance;  // less is afforded
     ASSERT_LT(left, events.size());
@@ -221,7 +221,7 @@ TEST(ClickPlayerWithACapacity, WithoutMoneyItIsSilentAndRecovers) {
   stage.player.setAllowance(std::numeric_limits<double>::infinity());
   const ImpulseEvent after = dropOf(5, 0.15, 1.0);
   stage.add(after);
-  const Planes heard = stage.render(kFrames - 4800);
+  const Planes heard = stage.render(kPlayedFrames - 4800);
   const Planes wanted = offline({}, {after});
   EXPECT_TRUE(std::equal(heard[0].begin(), heard[0].end(), wanted[0].begin() + 4800));
 }
@@ -255,7 +255,7 @@ TEST(ClickPlayerWithACapacity, LeavesOutWhatItHasNoBusForAndWhatIsTooLong) {
   stage.add(first);
   stage.add(dropOf(6, 0.05, 2.0));
   EXPECT_EQ(stage.player.counters().noBus, 1U);
-  EXPECT_TRUE(stage.render(kFrames) == offline({}, {first}));
+  EXPECT_TRUE(stage.render(kPlayedFrames) == offline({}, {first}));
   stage.add(dropOf(6, 0.3, 2.0));  // the first's are idle by now
   EXPECT_EQ(stage.player.counters().noBus, 1U);
 

@@ -7,13 +7,16 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/constants.h"
+
 namespace carom {
 
 using namespace audio;
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using namespace test;
+
 constexpr double kDuration = 0.3;  // s
 
 /// States of a body, and the sound of the middle of that time, from `kSkipped` on.

@@ -12,6 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/constants.h"
 #include "tests/support/no_alloc_scope.h"
 
 namespace carom {
@@ -20,10 +21,10 @@ using namespace audio;
 
 namespace {
 
+using namespace test;
+
 using std::numbers::pi;
 using testing::HasSubstr;
-
-constexpr double kRate = 48000.0;
 
 /// Nearly even over the sphere: a spiral.
 std::vector<Vec3> spiral(std::size_t count) {

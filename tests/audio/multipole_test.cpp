@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/audio/meshes.h"
+#include "tests/support/constants.h"
 #include "tests/support/no_alloc_scope.h"
 #include "tests/support/special_functions.h"
 
@@ -17,8 +18,9 @@ using namespace audio;
 
 namespace {
 
+using namespace test;
+
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 
 // The standard library's, which has the Condon-Shortley phase; angles, not coordinates.
 double harmonic(int l, int m, double theta, double phi) {

@@ -7,11 +7,10 @@
 #include <gtest/gtest.h>
 
 #include "tests/audio/ball_drop.h"
+#include "tests/support/constants.h"
 
 namespace carom::test {
 namespace {
-
-constexpr double kRate = 48000.0;
 
 /// Written out again, so that the detector is not tested with the code it is to judge.
 void addJerk(std::vector<double>& samples, double onset, double tau, double peak) {

@@ -11,6 +11,7 @@
 
 #include "audio/source_panel.h"
 #include "tests/audio/meshes.h"
+#include "tests/support/constants.h"
 
 namespace carom {
 
@@ -18,7 +19,8 @@ using namespace audio;
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using namespace test;
+
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 RigidRadiator solved(const SurfaceMesh& mesh, const PanelSettings& settings = {}) {

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/constants.h"
 #include "tests/support/no_alloc_scope.h"
 
 namespace carom {
@@ -15,8 +16,9 @@ using namespace audio;
 
 namespace {
 
+using namespace test;
+
 constexpr double kSpeedOfSound = 343.0;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 ListenerPose poseAt(double time, const Vec3& position) {
   return {time, position, Quat::Identity()};

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "carom/audio/listener.h"
+#include "tests/support/constants.h"
 
 namespace carom {
 
@@ -15,10 +16,10 @@ using namespace audio;
 
 namespace {
 
+using namespace test;
+
 using std::numbers::pi;
 using testing::HasSubstr;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 Listener listenerOf(ListenerFormat format) {
   Listener listener{"ear", Vec3::Zero()};

@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include "audio/decay_filter.h"
+#include "tests/support/constants.h"
 #include "tests/support/no_alloc_scope.h"
 #include "tests/support/random.h"
 
@@ -24,12 +25,12 @@ using namespace audio;
 
 namespace {
 
+using namespace test;
+
 using test::NoAllocScope;
 using Signal = std::vector<double>;
 
-constexpr double kRate = 48000.0;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 DecayTimes allBands(double time) {
   DecayTimes times;

@@ -17,6 +17,7 @@
 #include <gtest/gtest.h>
 
 #include "audio/hrtf.h"
+#include "tests/support/constants.h"
 #include "tests/support/temporary_folder.h"
 
 namespace carom {
@@ -25,11 +26,11 @@ using namespace audio;
 
 namespace {
 
+using namespace test;
+
 namespace fs = std::filesystem;
 using std::numbers::pi;
 using testing::HasSubstr;
-
-constexpr double kRate = 48000.0;
 
 Vec3 atAzimuth(double degreesToTheRight, double degreesUp = 0.0) {
   const double right = degreesToTheRight * pi / 180.0;

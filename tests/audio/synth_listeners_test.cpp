@@ -14,6 +14,7 @@
 #include "audio/spread_kernel.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/support/click_spectrum.h"
+#include "tests/support/constants.h"
 
 // Listeners of every format, against plain microphones at the same places.
 
@@ -23,6 +24,8 @@ using namespace audio;
 
 namespace {
 
+using namespace test;
+
 using std::numbers::pi;
 using test::BallDrop;
 using test::makeSynth;
@@ -30,9 +33,7 @@ using test::peakOf;
 using test::renderPlanes;
 using test::spectrumOf;
 
-constexpr double kRate = 48000.0;
 constexpr std::size_t kFrames = 4800;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 using Samples = std::vector<double>;
 

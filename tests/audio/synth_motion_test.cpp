@@ -10,6 +10,7 @@
 #include "audio/spread_kernel.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/support/click_spectrum.h"
+#include "tests/support/constants.h"
 
 // Listeners and bodies that move while a contact lasts, against pressure that is worked out anew
 // for each of very many samples, from the time at which it left; and against closed forms.
@@ -20,6 +21,8 @@ using namespace audio;
 
 namespace {
 
+using namespace test;
+
 using std::numbers::pi;
 using test::kBall;
 using test::kFloor;
@@ -29,7 +32,6 @@ using test::spectrumOf;
 using Complex = std::complex<double>;
 using Samples = std::vector<double>;
 
-constexpr double kRate = 48000.0;
 constexpr double kC = 343.0;
 constexpr double kMass = 0.1;     // kg
 constexpr double kRadius = 0.01;  // m

@@ -12,6 +12,7 @@
 #include "carom/audio/synth.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/audio/ringing_box.h"
+#include "tests/support/constants.h"
 #include "tests/support/no_alloc_scope.h"
 
 namespace carom::test {
@@ -20,7 +21,6 @@ using namespace audio;
 
 namespace {
 
-constexpr double kRate = 48000.0;
 const Listener kSeat{"seat", {0.0, 0.0, 1.0}};
 
 /// The floor rings, and the ball does not: its click is left out.

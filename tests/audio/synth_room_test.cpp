@@ -12,6 +12,7 @@
 #include "carom/audio/absorption.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/support/click_spectrum.h"
+#include "tests/support/constants.h"
 #include "tests/support/random.h"
 
 // The room around a click: against clicks in open air that are mirrored, filtered and added here,
@@ -19,6 +20,8 @@
 
 namespace carom {
 namespace {
+
+using namespace test;
 
 using std::numbers::pi;
 using test::BallDrop;
@@ -28,9 +31,8 @@ using test::renderMono;
 using test::renderPlanes;
 using test::spectrumOf;
 
-constexpr double kRate = 48000.0;
 constexpr double kSpeedOfSound = 343.0;
-constexpr std::size_t kFrames = 6000;
+constexpr std::size_t kRoomFrames = 6000;
 
 using Samples = std::vector<double>;
 
@@ -49,7 +51,7 @@ ImpulseEvent obliqueHit(double time, const Vec3& centre) {
 }
 
 Samples heard(const ImpulseEvent& event, const Vec3& listener, const SynthSettings& settings,
-              std::size_t frames = kFrames) {
+              std::size_t frames = kRoomFrames) {
   Synth synth = makeSynth({}, {{"seat", listener}}, settings);
   synth.schedule(event);
   return renderMono(synth, frames);

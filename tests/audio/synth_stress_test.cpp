@@ -116,7 +116,7 @@ std::vector<ImpulseEvent> bursts() {
   return events;
 }
 
-constexpr std::size_t kFrames = 26000;
+constexpr std::size_t kStressFrames = 26000;
 
 template <class Sample>
 void renderInto(Synth& synth, Planes<Sample>& planes, std::size_t frames) {
@@ -131,8 +131,8 @@ Planes<Sample> renderAll(const std::vector<ImpulseEvent>& events, std::size_t bl
   for (const ImpulseEvent& event : events)
     synth.schedule(event);
   Planes<Sample> planes(synth.channelCount());
-  for (std::size_t begin = 0; begin < kFrames; begin += block)
-    renderInto(synth, planes, std::min(block, kFrames - begin));
+  for (std::size_t begin = 0; begin < kStressFrames; begin += block)
+    renderInto(synth, planes, std::min(block, kStressFrames - begin));
   EXPECT_EQ(synth.pendingClicks(), 0u);
   return planes;
 }
@@ -144,12 +144,12 @@ Planes<Sample> renderJustInTime(std::vector<ImpulseEvent> events, std::size_t bl
   Synth synth = busySynth(roomWithEverything());
   Planes<Sample> planes(synth.channelCount());
   std::size_t next = 0;
-  for (std::size_t begin = 0; begin < kFrames; begin += block) {
+  for (std::size_t begin = 0; begin < kStressFrames; begin += block) {
     const double horizon =
         synth.time() + static_cast<double>(block) / 48000.0 + synth.leadTime(1e-3);
     while (next < events.size() && events[next].time < horizon)
       synth.schedule(events[next++]);
-    renderInto(synth, planes, std::min(block, kFrames - begin));
+    renderInto(synth, planes, std::min(block, kStressFrames - begin));
   }
   EXPECT_EQ(synth.counters().late, 0u);
   return planes;
@@ -162,7 +162,7 @@ TYPED_TEST_SUITE(SynthStress, SampleTypes);
 
 TYPED_TEST(SynthStress, NothingButTheEventsDecidesTheBits) {
   std::vector<ImpulseEvent> events = bursts();
-  const Planes<TypeParam> whole = renderAll<TypeParam>(events, kFrames);
+  const Planes<TypeParam> whole = renderAll<TypeParam>(events, kStressFrames);
   for (const auto& plane : whole)
     ASSERT_TRUE(std::ranges::any_of(plane, [](TypeParam sample) { return sample != 0; }));
   EXPECT_TRUE(renderJustInTime<TypeParam>(events, 97) == whole);
@@ -175,7 +175,7 @@ TEST(SynthUnderStress, FloatIsTheRoundedDouble) {
   const Planes<float> single = renderAll<float>(bursts(), 512);
   const Planes<double> full = renderAll<double>(bursts(), 512);
   for (std::size_t channel = 0; channel < full.size(); ++channel)
-    for (std::size_t sample = 0; sample < kFrames; ++sample)
+    for (std::size_t sample = 0; sample < kStressFrames; ++sample)
       ASSERT_EQ(single[channel][sample], static_cast<float>(full[channel][sample]));
 }
 

@@ -13,6 +13,7 @@
 
 #include "audio/acceleration_noise.h"
 #include "tests/audio/ball_drop.h"
+#include "tests/support/constants.h"
 #include "tests/support/no_alloc_scope.h"
 
 namespace carom {
@@ -21,6 +22,8 @@ using namespace audio;
 
 namespace {
 
+using namespace test;
+
 using test::BallDrop;
 using test::kFloor;
 using test::makeSynth;
@@ -28,7 +31,6 @@ using test::NoAllocScope;
 using test::peakOf;
 using test::renderMono;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 const Listener kAbove{"above", {0.0, 0.0, 1.0}};
 

@@ -22,7 +22,7 @@ struct RestResult {
   bool unsupported = false;
 };
 
-/// Of so many bodies, and of ten times as many that may sleep.
+/// Cases with `bodies` bodies each, and cases with ten times as many that may sleep.
 std::vector<RestCase> restCases(int bodies);
 /// 10 s in steps of `dt`, s.
 RestResult runRest(const RestCase& which, double dt);

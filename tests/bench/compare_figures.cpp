@@ -48,7 +48,7 @@ std::string spread(const std::optional<StoredNumber>& number) {
   return text;
 }
 
-/// What is compared: the ratio where both have one.
+/// Returns the figure that is compared: its ratio to the yardstick where both runs have one.
 std::optional<StoredNumber> shown(const ComparedFigure& figure,
                                   const std::optional<StoredFigure>& side) {
   if (!side) return std::nullopt;

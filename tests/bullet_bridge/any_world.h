@@ -17,17 +17,12 @@
 #include <gtest/gtest.h>
 
 #include "carom/bullet/bullet_bridge.h"
+#include "tests/bullet_bridge/vectors.h"
 
 namespace carom {
 
 constexpr bool kDoubleBullet = sizeof(btScalar) == 8;
 
-inline btVector3 bt(const Vec3& v) {
-  return {btScalar(v.x()), btScalar(v.y()), btScalar(v.z())};
-}
-inline Vec3 vec(const btVector3& v) {
-  return {double(v.x()), double(v.y()), double(v.z())};
-}
 inline btTransform poseAt(const Vec3& position, const btQuaternion& turn = {0, 0, 0, 1}) {
   return btTransform(turn, bt(position));
 }

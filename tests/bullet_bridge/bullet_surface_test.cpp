@@ -9,6 +9,7 @@
 
 #include "bullet_bridge/shape_pair.h"
 #include "tests/bullet_bridge/random_motion.h"
+#include "tests/bullet_bridge/vectors.h"
 
 // Whether ShapePair sees the surface that Bullet's own dispatcher collides, whatever the shapes.
 namespace carom {
@@ -18,14 +19,6 @@ using namespace bullet;
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
-
-btScalar scalar(double value) {
-  return static_cast<btScalar>(value);
-}
-
-btVector3 bt(const Vec3& v) {
-  return {scalar(v.x()), scalar(v.y()), scalar(v.z())};
-}
 
 // The deepest point of all that Bullet's algorithm for a pair reports.
 class BulletNarrowphase {

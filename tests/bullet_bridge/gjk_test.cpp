@@ -9,6 +9,7 @@
 #include "bullet_bridge/body_tracker.h"
 #include "tests/bullet_bridge/nearest_by_hand.h"
 #include "tests/bullet_bridge/random_motion.h"
+#include "tests/bullet_bridge/vectors.h"
 
 namespace carom {
 
@@ -18,10 +19,6 @@ namespace {
 
 using by_hand::Points;
 using by_hand::RoundSet;
-
-btVector3 bt(const Vec3& v) {
-  return {static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
-}
 
 Vec3 rounded(const Vec3& v) {  // to what Bullet stores
   return {static_cast<double>(static_cast<btScalar>(v.x())),

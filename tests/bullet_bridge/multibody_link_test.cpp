@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/bullet_bridge/vectors.h"
 #include "tests/support/no_alloc_scope.h"
 
 namespace carom {
@@ -19,17 +20,7 @@ using namespace bullet;
 namespace {
 
 constexpr bool kDouble = sizeof(btScalar) == 8;
-constexpr double kTolerance = kDouble ? 1e-12 : 1e-5;  // relative, of what Bullet stores
-
-btVector3 bt(double x, double y, double z) {
-  return {btScalar(x), btScalar(y), btScalar(z)};
-}
-btVector3 bt(const Vec3& v) {
-  return bt(v.x(), v.y(), v.z());
-}
-Vec3 vec(const btVector3& v) {
-  return {double(v.x()), double(v.y()), double(v.z())};
-}
+constexpr double kLinkTolerance = kDouble ? 1e-12 : 1e-5;  // relative, of what Bullet stores
 
 enum class Joint { revolute, prismatic, spherical, planar, fixed };
 
@@ -163,8 +154,8 @@ std::unique_ptr<Tree> randomTree(unsigned seed, bool fixedBase) {
 TEST(LinkVelocity, OfAFreeBaseIsItsOwn) {
   Tree tree(0, 2.0, Vec3(1, 1, 1), false);
   tree.finish();
-  tree.body.setBaseVel(bt(1, 2, 3));
-  tree.body.setBaseOmega(bt(4, 5, 6));
+  tree.body.setBaseVel(bt({1, 2, 3}));
+  tree.body.setBaseOmega(bt({4, 5, 6}));
   const LinkVelocity velocity = linkVelocity(tree[-1]);
   EXPECT_EQ(velocity.linear, Vec3(1, 2, 3));
   EXPECT_EQ(velocity.angular, Vec3(4, 5, 6));
@@ -220,8 +211,8 @@ TEST(MultibodyMass, OfAFreeBaseIsThatOfARigidBody) {
   const Vec3 principal(0.02, 0.03, 0.05);
   Tree tree(0, 2.0, principal, false);
   tree.finish();
-  const btQuaternion turn(bt(0.6, 0, 0.8), btScalar(1.1));
-  tree.body.setBasePos(bt(5, -2, 1));
+  const btQuaternion turn(bt({0.6, 0, 0.8}), btScalar(1.1));
+  tree.body.setBasePos(bt({5, -2, 1}));
   tree.body.setWorldToBaseRot(turn.inverse());
   const Eigen::Matrix3d rotation =
       Quat(double(turn.w()), double(turn.x()), double(turn.y()), double(turn.z()))
@@ -236,7 +227,7 @@ TEST(MultibodyMass, OfAFreeBaseIsThatOfARigidBody) {
     const Vec3 lever = arm.cross(n);
     const double expected = 1.0 / 2.0 + lever.dot(inverseInertia * lever);
     EXPECT_NEAR(mass.inverseEffectiveMass(tree[-1], Vec3(5, -2, 1) + arm, n), expected,
-                kTolerance * expected);
+                kLinkTolerance * expected);
   }
 }
 
@@ -377,7 +368,7 @@ class BulletAnswer {
   }
   std::vector<btScalar> jacobian(int link, const Vec3& point, const Vec3& n) {
     std::vector<btScalar> out(static_cast<std::size_t>(6 + body_.getNumDofs()));
-    body_.fillConstraintJacobianMultiDof(link, bt(point), bt(0, 0, 0), bt(n), out.data(), r_, v_,
+    body_.fillConstraintJacobianMultiDof(link, bt(point), bt({0, 0, 0}), bt(n), out.data(), r_, v_,
                                          m_);
     return out;
   }

@@ -23,9 +23,9 @@ using Boxes = std::vector<SweptBox>;
 using Pairs = std::set<NearBoxes::Pair>;
 using Place = std::array<double, 3>;
 
-class Random {
+class RandomPlaces {
  public:
-  explicit Random(std::uint32_t seed) : engine_(seed) {}
+  explicit RandomPlaces(std::uint32_t number) : engine_(number) {}
   double operator()(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(engine_);
   }
@@ -89,7 +89,7 @@ std::size_t expectAllPairsOnce(const Boxes& boxes) {
 }
 
 Boxes gas(std::size_t count, std::uint32_t seed) {
-  Random random(seed);
+  RandomPlaces random(seed);
   Boxes boxes;
   while (boxes.size() < count)
     addCube(boxes, random.placeIn(1.0), random(0.1, 0.2));
@@ -98,7 +98,7 @@ Boxes gas(std::size_t count, std::uint32_t seed) {
 
 // Sizes over six powers of ten, half of the boxes in a throng.
 Boxes allSizes(std::size_t count, std::uint32_t seed) {
-  Random random(seed);
+  RandomPlaces random(seed);
   Boxes boxes;
   while (boxes.size() < count) {
     const double size = std::pow(10.0, random(-3.0, 2.0));
@@ -121,7 +121,7 @@ TEST(NearBoxes, FindsEveryPairOfVeryDifferentSizesOnce) {
 }
 
 TEST(NearBoxes, FindsEveryPairOfManySmallBoxesAmongAFewLargeOnes) {
-  Random random(3);
+  RandomPlaces random(3);
   Boxes boxes = gas(500, 3);
   for (int i = 0; i < 5; ++i) {
     addCube(boxes, random.placeIn(1.0), 100.0, false);
@@ -132,7 +132,7 @@ TEST(NearBoxes, FindsEveryPairOfManySmallBoxesAmongAFewLargeOnes) {
 }
 
 TEST(NearBoxes, FindsEveryPairOfFewSmallBoxesAmongManyLargeOnes) {
-  Random random(4);
+  RandomPlaces random(4);
   Boxes boxes = gas(500, 4);
   for (int i = 0; i < 20; ++i)
     addCube(boxes, random.placeIn(1.0), 0.001, i % 2 == 0);
@@ -140,7 +140,7 @@ TEST(NearBoxes, FindsEveryPairOfFewSmallBoxesAmongManyLargeOnes) {
 }
 
 TEST(NearBoxes, LargeBoxesThatEndJustBelowZeroFindSmallOnesThatBeginThere) {
-  Random random(6);
+  RandomPlaces random(6);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     Boxes boxes;
     while (boxes.size() < 3000) {
@@ -158,7 +158,7 @@ TEST(NearBoxes, LargeBoxesThatEndJustBelowZeroFindSmallOnesThatBeginThere) {
 }
 
 TEST(NearBoxes, FindsEveryPairInPlanesAndRows) {
-  Random random(5);
+  RandomPlaces random(5);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     Boxes plane, row, evenRow;
     for (int i = 0; i < 300; ++i) {
@@ -179,7 +179,7 @@ TEST(NearBoxes, FindsEveryPairInPlanesAndRows) {
 
 TEST(NearBoxes, FindsEveryPairInAThrongWithStragglersFarAway) {
   for (std::uint32_t seed = 0; seed < 20; ++seed) {
-    Random random(seed);
+    RandomPlaces random(seed);
     Boxes boxes = gas(200, seed);
     for (int i = 0; i < 6; ++i) {
       const Place place = random.placeIn(std::pow(10.0, i));

@@ -206,7 +206,7 @@ btDefaultCollisionConstructionInfo RandomScene::smallPools() {
   return info;
 }
 
-RandomScene::RandomScene(std::uint64_t seed) : random_(seed) {
+RandomScene::RandomScene(std::uint64_t number) : random_(number) {
   step_ = double(btScalar(1.0 / random_.logBetween(30, 2000)));
   calls_ = 10 + random_.below(31);
   if (random_.chance(0.2)) substeps_ = 1 + random_.below(4);

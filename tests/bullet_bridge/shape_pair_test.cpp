@@ -10,6 +10,8 @@
 #include "bullet_bridge/body_tracker.h"
 #include "tests/bullet_bridge/nearest_by_hand.h"
 #include "tests/bullet_bridge/random_motion.h"
+#include "tests/bullet_bridge/vectors.h"
+#include "tests/support/constants.h"
 #include "tests/support/no_alloc_scope.h"
 
 namespace carom {
@@ -18,22 +20,15 @@ using namespace bullet;
 
 namespace {
 
+using namespace test;
+
 using by_hand::Points;
 using by_hand::RoundSet;
 using by_hand::searchedTouch;
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kSubstep = 1.0 / 60.0;
 constexpr double kGrazing = 1e-9;  // s, a touch lasts that long or need not be found
-
-btScalar scalar(double value) {
-  return static_cast<btScalar>(value);
-}
-
-btVector3 bt(const Vec3& v) {
-  return {scalar(v.x()), scalar(v.y()), scalar(v.z())};
-}
 
 std::vector<std::unique_ptr<btConvexShape>> convexShapes() {
   std::vector<std::unique_ptr<btConvexShape>> shapes;

@@ -12,6 +12,7 @@
 
 #include "bullet_bridge/surface_union.h"
 #include "carom/audio/panel_radiator.h"
+#include "tests/support/constants.h"
 
 namespace carom {
 
@@ -19,7 +20,7 @@ using namespace bullet;
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using namespace test;
 
 btTransform at(double x, double y, double z, const btQuaternion& turn = {0, 0, 0, 1}) {
   return btTransform(turn, btVector3(btScalar(x), btScalar(y), btScalar(z)));

@@ -12,6 +12,7 @@
 
 #include "tests/audio/meshes.h"
 #include "tests/modal/ringing_models.h"
+#include "tests/support/constants.h"
 #include "tests/support/special_functions.h"
 
 namespace carom::test {
@@ -22,7 +23,6 @@ using namespace modal;
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 
 // h_n^(2) of the standard library, and its derivative.
 Complex hankel(int n, double z) {

@@ -10,7 +10,7 @@
 namespace carom::test {
 namespace {
 
-constexpr double kBar = 0.5;       // dB
+constexpr double kLevelBar = 0.5;  // dB
 constexpr double kEndLoss = 0.22;  // of Blevins 1979, table 14-2: see tests/bench/modal_levels.cpp
 
 double decibels(double ratio) {
@@ -32,14 +32,14 @@ TEST(ModalLevels, RingAndClickOfASteelBarAreThoseOfTheirClosedForms) {
     const Partial expected = partialOf(struck, BendingMode(bar, number), listener, kEndLoss);
     const Partial& ours = partials[static_cast<std::size_t>(number - 1)];
     EXPECT_NEAR(ours.frequency, expected.frequency, 0.01 * expected.frequency);
-    EXPECT_NEAR(decibels(ours.amplitude / expected.amplitude), 0.0, kBar) << number;
+    EXPECT_NEAR(decibels(ours.amplitude / expected.amplitude), 0.0, kLevelBar) << number;
   }
   const Vec3 across(0.0, 1.0, 0.0);
   const std::vector<double> click = clickOf(struck, across, 960);
   for (const double low : {250.0, 500.0}) {
     EXPECT_NEAR(decibels(std::sqrt(bandEnergy(click, low, 2.0 * low) /
                                    bandEnergy(struck, across, kEndLoss, low, 2.0 * low))),
-                0.0, kBar)
+                0.0, kLevelBar)
         << low;
   }
 }

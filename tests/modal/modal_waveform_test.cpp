@@ -11,8 +11,8 @@
 namespace carom::test {
 namespace {
 
-constexpr double kBar = -40.0;         // dB
-constexpr std::size_t kFrames = 2400;  // 50 ms
+constexpr double kWaveformBar = -40.0;  // dB
+constexpr std::size_t kFrames = 2400;   // 50 ms
 
 struct ShellCase {
   const char* name;
@@ -33,8 +33,8 @@ TEST_P(WaveformOfAShell, IsThatOfTheNetworkIntegratedDirectly) {
   const std::vector<double> coarse = directSound(body, GetParam().step, kFrames);
   const std::vector<double> fine = directSound(body, 0.5 * GetParam().step, kFrames);
   const std::vector<double> direct = limitOf(coarse, fine);
-  EXPECT_LT(differenceInDecibels(fine, direct), kBar);
-  EXPECT_LT(differenceInDecibels(modalSound(body, kFrames), direct), kBar);
+  EXPECT_LT(differenceInDecibels(fine, direct), kWaveformBar);
+  EXPECT_LT(differenceInDecibels(modalSound(body, kFrames), direct), kWaveformBar);
 }
 INSTANTIATE_TEST_SUITE_P(BySprings, WaveformOfAShell,
                          testing::Values(ShellCase{"transverse", ShellSprings::transverse, 3e-6},
@@ -69,7 +69,7 @@ TEST(ModalWaveform, AttackOfHighModesIsThatOfTheOscillators) {
   constexpr std::size_t kAttack = 420;
   const std::vector<double> direct =
       limitOf(directSound(body, 0.5e-6, kAttack), directSound(body, 0.25e-6, kAttack));
-  EXPECT_LT(differenceInDecibels(modalSound(body, kAttack), direct), kBar);
+  EXPECT_LT(differenceInDecibels(modalSound(body, kAttack), direct), kWaveformBar);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 
 #include "tests/audio/meshes.h"
 #include "tests/modal/ringing_models.h"
+#include "tests/support/constants.h"
 #include "tests/support/special_functions.h"
 
 namespace carom::test {
@@ -24,7 +25,6 @@ using namespace modal;
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 constexpr double kAir = 1.2;  // kg/m^3, of a Medium
 
 RadiationReport radiate(ModalModel& model, const RadiationSettings& settings = {}) {

@@ -13,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/audio/meshes.h"
+#include "tests/support/constants.h"
 
 namespace carom {
 
@@ -20,11 +21,12 @@ using namespace modal;
 
 namespace {
 
+using namespace test;
+
 using Eigen::Index;
 using Eigen::VectorXd;
 using testing::HasSubstr;
 
-constexpr double kPi = std::numbers::pi;
 const Eigen::Matrix3d kSomeTurn =
     Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
 

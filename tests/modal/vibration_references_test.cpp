@@ -11,10 +11,10 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/constants.h"
+
 namespace carom::test {
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 Material metal(double poissonsRatio) {
   Material material;

@@ -21,7 +21,7 @@ namespace {
 
 using testing::HasSubstr;
 
-const Eigen::Matrix3d kSomeTurn =
+const Eigen::Matrix3d kMeshTurn =
     Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
 
 VoxelSettings cells(double size) {
@@ -47,7 +47,7 @@ SurfaceMesh boxAt(const Vec3& centre, const Vec3& half) {
 
 TEST(VoxelMesh, ABoxIsWholeCellsHoweverItIsTurned) {
   const Vec3 half(0.031, 0.017, 0.011);
-  for (const Eigen::Matrix3d& turn : {Eigen::Matrix3d(Eigen::Matrix3d::Identity()), kSomeTurn}) {
+  for (const Eigen::Matrix3d& turn : {Eigen::Matrix3d(Eigen::Matrix3d::Identity()), kMeshTurn}) {
     const Vec3 centre(0.3, -0.2, 0.1);
     const VoxelMesh mesh = gridOf(
         mapped(boxMesh(half), [&](const Vec3& vertex) { return Vec3(turn * vertex + centre); }));
@@ -77,7 +77,7 @@ TEST(VoxelMesh, AThinPlateHasLayersOfFlatCells) {
 // An ellipsoid has no large face: only its principal axes give the box of its semi-axes.
 TEST(VoxelMesh, AnEllipsoidLiesInItsPrincipalAxes) {
   const VoxelMesh mesh = gridOf(mapped(ellipsoidMesh({0.02, 0.03, 0.08}, 4),
-                                       [](const Vec3& v) { return Vec3(kSomeTurn * v); }));
+                                       [](const Vec3& v) { return Vec3(kMeshTurn * v); }));
   Vec3 size;
   for (int axis = 0; axis < 3; ++axis)
     size[axis] = mesh.cellSize[axis] * mesh.count[static_cast<std::size_t>(axis)];
@@ -88,7 +88,7 @@ TEST(VoxelMesh, AnEllipsoidLiesInItsPrincipalAxes) {
 
 TEST(VoxelMesh, HoldsTheVolumeOfARoundBodyInCutCells) {
   const SurfaceMesh surface = mapped(ellipsoidMesh({0.04, 0.05, 0.06}, 4),
-                                     [](const Vec3& vertex) { return Vec3(kSomeTurn * vertex); });
+                                     [](const Vec3& vertex) { return Vec3(kMeshTurn * vertex); });
   const VoxelMesh mesh = gridOf(surface);
   double volume = 0.0;
   for (const VoxelCell& cell : mesh.cells) {

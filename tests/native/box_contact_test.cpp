@@ -14,7 +14,7 @@ using namespace native;
 
 namespace {
 
-using test::Random;
+using test::SplitMix;
 using Wide = long double;
 
 // ---- The oracle: small steps and bisection, on the distance to the nearest point of the box.
@@ -76,7 +76,7 @@ struct Thrown {
 };
 
 /// Aimed at the neighbourhood of a random point of the box, from outside.
-Thrown randomThrow(Random& random, int flatAxes) {
+Thrown randomThrow(SplitMix& random, int flatAxes) {
   Thrown thrown;
   for (Eigen::Index axis = 0; axis < 3; ++axis)
     thrown.halfExtents[axis] = axis < flatAxes ? 0.0 : random.between(0.1, 1.0);
@@ -136,7 +136,7 @@ void compareWithOracle(const Thrown& thrown, Tally& tally) {
 class BoxContactTime : public ::testing::TestWithParam<int> {};
 
 TEST_P(BoxContactTime, OfRandomThrowsIsThatOfSmallStepsAndBisection) {
-  Random random(static_cast<std::uint64_t>(77 + GetParam()));
+  SplitMix random(static_cast<std::uint64_t>(77 + GetParam()));
   Tally tally;
   for (int k = 0; k < 2500; ++k) {
     Thrown thrown = randomThrow(random, GetParam());
@@ -208,7 +208,7 @@ TEST(BoxContact, InTouchAtTheStartItIsNowOrAfterTheReturn) {
 }
 
 TEST(BoxContact, AHorizonChangesNoBitOfWhatIsBeforeIt) {
-  Random random(5);
+  SplitMix random(5);
   for (int k = 0; k < 500; ++k) {
     const Thrown thrown = randomThrow(random, 0);
     const double time = boxContactTime(thrown.halfExtents, thrown.path, thrown.radius);
@@ -230,7 +230,7 @@ TEST(BoxContact, AFaceIsLeftWhereItsBorderIs) {
 }
 
 TEST(BoxContact, AxesAreThoseOfTheQuaternionsMatrix) {
-  Random random(8);
+  SplitMix random(8);
   for (int k = 0; k < 100; ++k) {
     Quat orientation(random.between(-1.0, 1.0), random.between(-1.0, 1.0),
                      random.between(-1.0, 1.0), random.between(-1.0, 1.0));

@@ -23,7 +23,7 @@ struct Swarm {
 
 /// Radii from `least` to 1 cm, evenly on a logarithmic scale, anywhere in a cube of 20 cm.
 Swarm swarm(std::size_t count, double least, std::uint64_t seed) {
-  Random random(seed);
+  SplitMix random(seed);
   Swarm made;
   for (std::size_t sphere = 0; sphere < count; ++sphere) {
     made.positions.push_back(random.inCube(0.1));
@@ -63,7 +63,7 @@ TEST_P(Grids, VisitAllThatTouch) {
 TEST_P(Grids, MissNobodyOnTheWay) {
   Swarm all = swarm(60, GetParam(), 9);
   CellGrid grid(all.positions, all.radii);
-  Random random(4);
+  SplitMix random(4);
   std::vector<Vec3> velocities;
   std::vector<double> crossings(all.radii.size());
   std::set<std::pair<std::uint32_t, std::uint32_t>> known;

@@ -188,7 +188,7 @@ TEST(ReflectCluster, ALightBallSqueezedByTwoABillionTimesHeavierStaysInTheMiddle
 }
 
 /// Bodies near each other at random, some immovable, all near pairs in contact.
-Cluster randomCluster(Random& random, bool elastic) {
+Cluster randomCluster(SplitMix& random, bool elastic) {
   Cluster cluster;
   const int count = 3 + static_cast<int>(random.between(0.0, 17.99));
   std::vector<Vec3> places;
@@ -219,7 +219,7 @@ double speedScale(const Cluster& cluster) {
 }
 
 TEST(ReflectCluster, EnergyNeverGrowsAndNothingApproachesInThreeThousandRandomClusters) {
-  Random random(17);
+  SplitMix random(17);
   int unsettled = 0;
   for (int trial = 0; trial < 3000; ++trial) {
     const bool elastic = trial % 3 == 0;
@@ -254,7 +254,7 @@ TEST(ReflectCluster, EnergyNeverGrowsAndNothingApproachesInThreeThousandRandomCl
 }
 
 TEST(ReflectCluster, OrderOfBodiesAndContactsDoesNotMatter) {
-  Random random(18);
+  SplitMix random(18);
   for (int trial = 0; trial < 300; ++trial) {
     Cluster cluster = randomCluster(random, trial % 2 == 0);
     Cluster reversed;
@@ -323,7 +323,7 @@ TEST(FollowHertz, TheResultDependsOnNeitherSpeedNorStiffness) {
 }
 
 TEST(FollowHertz, EnergyNeverGrowsInRandomClustersAndStaysInElasticOnes) {
-  Random random(19);
+  SplitMix random(19);
   for (int trial = 0; trial < 60; ++trial) {
     const bool elastic = trial % 2 == 0;
     Cluster cluster = randomCluster(random, elastic);

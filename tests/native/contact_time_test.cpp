@@ -12,7 +12,7 @@ using namespace native;
 
 namespace {
 
-using test::Random;
+using test::SplitMix;
 
 /// First time at which `distance` is not above 0, by scanning and bisection; kNever if none is
 /// found before `end`. Slow and obvious.
@@ -32,7 +32,7 @@ double firstZero(Distance distance, double end, int scans) {
 }
 
 TEST(SphereContactTime, AgreesWithBisectionOfTheDistance) {
-  Random random(1);
+  SplitMix random(1);
   int contacts = 0;
   for (int pass = 0; pass < 300; ++pass) {
     const Vec3 d = random.inCube(2.0) + Vec3(3.0, 0.0, 0.0);
@@ -97,7 +97,7 @@ TEST(SphereContactTime, RadiusRatioOfTenThousandKeepsTheGap) {
 }
 
 TEST(PlaneContactTime, AgreesWithBisectionOfTheHeight) {
-  Random random(2);
+  SplitMix random(2);
   for (int fall = 0; fall < 300; ++fall) {
     const double h = random.between(0.01, 3.0);
     const double v = random.between(-4.0, 4.0);

@@ -10,10 +10,6 @@
 namespace carom::test {
 namespace {
 
-double energyOf(const SphereStepper& stepper) {
-  return stepper.kineticEnergy() + stepper.potentialEnergy();
-}
-
 void expectValid(const SphereStepper& stepper) {
   std::string why;
   EXPECT_TRUE(stepper.validate(&why)) << why;

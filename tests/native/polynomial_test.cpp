@@ -63,7 +63,7 @@ TEST(FirstFall, ADoubleRootIsTouchedAndNotPassed) {
 
 // Every polynomial is looked at on a fine grid in long double: no fall of the sign may be left out.
 TEST(FirstFall, OfRandomPolynomialsIsTheFirstOnAFineGrid) {
-  test::Random random(11);
+  test::SplitMix random(11);
   for (int trial = 0; trial < 2000; ++trial) {
     Quartic polynomial{};
     for (double& coefficient : polynomial)

@@ -87,7 +87,7 @@ class RandomWorld {
     }
   }
 
-  Random random_;
+  SplitMix random_;
   SphereWorld world_;
 };
 

@@ -214,7 +214,7 @@ TEST(RecordingFormat, GoldenBytes) {
 }
 
 TEST(RecordingArchive, CountsAndResidualsOfAllSizesComeBack) {
-  Random random(31);
+  SplitMix random(31);
   Bytes bytes;
   ByteWriter writer(bytes);
   std::vector<std::uint64_t> counts{0, 127, 128, ~std::uint64_t{0}};

@@ -57,7 +57,7 @@ TEST(Carried, OfTwoSlopesTheSteeperMayCarryNothing) {
 
 // Gauss: no admissible acceleration is nearer to the pull. The oracle tries random ones.
 TEST(Carried, IsTheNearestAdmissibleAcceleration) {
-  test::Random random(3);
+  test::SplitMix random(3);
   for (int trial = 0; trial < 300; ++trial) {
     std::vector<Vec3> normals(static_cast<std::size_t>(1 + trial % 12));
     for (Vec3& normal : normals)

@@ -190,7 +190,7 @@ TEST(Rolling, BallsThatSpinInCornersDoNotLockUpTime) {
   for (const std::uint64_t seed : {41U, 43U, 44U, 45U}) {
     SphereWorld world = gasInBox(3, 0.004, seed);
     world.gravity = {0.3, -9.81, 0.2};
-    Random random(seed);
+    SplitMix random(seed);
     for (Plane& plane : world.planes)
       plane.friction = 0.3;
     for (Sphere& sphere : world.spheres) {

@@ -1,7 +1,6 @@
 #include "native/shaking.h"
 
 #include <cmath>
-#include <optional>
 
 #include <gtest/gtest.h>
 
@@ -14,13 +13,13 @@ using namespace native;
 
 namespace {
 
-using test::Random;
+using test::SplitMix;
 using Wide = long double;
 
 const Wide kWidePi = std::acos(Wide(-1.0));
 
 TEST(SineOfTurns, IsWithinTenToTheMinusFifteenOfTheStandardLibrarys) {
-  Random random(1);
+  SplitMix random(1);
   for (int k = 0; k < 200'000; ++k) {
     const double turns = random.between(-3.0, 3.0);
     const SineCosine found = sineOfTurns(turns);
@@ -41,7 +40,7 @@ TEST(SineOfTurns, IsExactAtQuarters) {
 
 TEST(Oscillation, ItsPhaseIsAsExactAfterADayAsAtTheStart) {
   const Oscillation oscillation{1.0, 997.3, 0.2};
-  Random random(2);
+  SplitMix random(2);
   for (int k = 0; k < 1000; ++k) {
     const double seconds = random.between(86'000.0, 86'400.0);
     const double rest = random.between(-7e-12, 7e-12);
@@ -51,78 +50,6 @@ TEST(Oscillation, ItsPhaseIsAsExactAfterADayAsAtTheStart) {
     const Wide expected = std::sin(2.0L * kWidePi * (turns + Wide(0.2)));
     EXPECT_NEAR(oscillation.at({seconds, rest}).sine, static_cast<double>(expected), 1e-10);
   }
-}
-
-// ---- The oracle: small steps and bisection in long double.
-
-struct Case {
-  SmoothHeight smooth;
-  Oscillation oscillation;
-};
-
-Wide heightAt(const Case& c, Wide t) {
-  const Wide angle =
-      2.0L * kWidePi * (Wide(c.oscillation.frequency) * t + Wide(c.oscillation.turns));
-  return Wide(c.smooth.height) +
-         t * (Wide(c.smooth.velocity) + 0.5L * t * Wide(c.smooth.acceleration)) -
-         Wide(c.oscillation.amplitude) * std::sin(angle);
-}
-
-std::optional<Wide> obviousContact(const Case& c, Wide duration, int steps) {
-  for (int step = 1; step <= steps; ++step) {
-    Wide high = duration * step / steps;
-    if (heightAt(c, high) > 0.0L) continue;
-    Wide low = duration * (step - 1) / steps;
-    for (int halving = 0; halving < 80; ++halving) {
-      const Wide middle = 0.5L * (low + high);
-      (heightAt(c, middle) <= 0.0L ? high : low) = middle;
-    }
-    return high;
-  }
-  return std::nullopt;
-}
-
-Case randomCase(Random& random) {
-  Case c;
-  c.oscillation = {random.between(-0.02, 0.02), random.between(1.0, 60.0),
-                   random.between(0.0, 1.0)};
-  c.smooth.velocity = random.between(-2.0, 2.0);
-  c.smooth.acceleration = random.between(0.0, 1.0) < 0.2 ? 0.0 : random.between(-12.0, 3.0);
-  c.smooth.height = c.oscillation.amplitude * c.oscillation.at({}).sine;
-  c.smooth.height +=
-      random.between(0.0, 1.0) < 0.5 ? random.between(1e-6, 0.02) : random.between(0.02, 1.0);
-  c.smooth.rounding = 1e-15;
-  return c;
-}
-
-TEST(OscillatingContactTime, OfRandomThrowsIsThatOfSmallStepsAndBisection) {
-  constexpr Wide kDuration = 1.5L;
-  Random random(3);
-  int hits = 0;
-  int misses = 0;
-  for (int k = 0; k < 2000; ++k) {
-    const Case c = randomCase(random);
-    const double time = oscillatingContactTime(c.smooth, c.oscillation, {}, kNever);
-    const auto expected = obviousContact(c, kDuration, 20'000);
-    if (!expected) {
-      ++misses;
-      if (time < 1.5) {
-        EXPECT_LT(std::abs(heightAt(c, time)), 1e-14L) << "a graze, at least";
-      }
-      continue;
-    }
-    ++hits;
-    if (std::abs(Wide(time) - *expected) > 1e-6L) {  // it fell into a graze between two steps
-      EXPECT_LT(Wide(time), *expected) << k;
-      EXPECT_LT(std::abs(heightAt(c, time)), 1e-14L) << k;
-      continue;
-    }
-    const Wide speed =
-        std::max((heightAt(c, *expected - 1e-7L) - heightAt(c, *expected)) / 1e-7L, 1e-5L);
-    EXPECT_NEAR(time, static_cast<double>(*expected), static_cast<double>(1e-14L / speed)) << k;
-  }
-  EXPECT_GT(hits, 1000);
-  EXPECT_GT(misses, 100);
 }
 
 TEST(OscillatingContactTime, WhereTheSurfaceNeverReachesItIsNever) {

@@ -11,13 +11,6 @@ namespace {
 
 using namespace test;
 
-std::vector<ImpulseEvent> eventsUntil(SphereStepper& stepper, double time) {
-  const auto events = stepper.advanceTo(time);
-  std::string why;
-  EXPECT_TRUE(stepper.validate(&why)) << why;
-  return {events.begin(), events.end()};
-}
-
 SphereWorld withForces(SphereWorld world) {
   world.simultaneous = Simultaneous::hertz;
   for (Sphere& sphere : world.spheres)

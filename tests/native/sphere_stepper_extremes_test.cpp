@@ -15,7 +15,7 @@ using namespace test;
 
 /// A cube of `side`^3 equal spheres of 1 mm around `middle`, 4 mm apart, in random motion.
 SphereWorld cloudAt(const Vec3& middle, int side) {
-  Random random(5);
+  SplitMix random(5);
   SphereWorld world;
   world.restSpeed = 0.0;
   for (int place = 0; place < side * side * side; ++place) {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/native/sphere_worlds.h"
+#include "tests/support/constants.h"
 
 namespace carom {
 namespace {
@@ -15,28 +16,12 @@ using namespace test;
 static_assert(std::is_nothrow_move_constructible_v<SphereStepper>);
 static_assert(!std::is_copy_constructible_v<SphereStepper>);
 
-::testing::AssertionResult valid(const SphereStepper& stepper) {
-  std::string why;
-  if (stepper.validate(&why)) return ::testing::AssertionSuccess();
-  return ::testing::AssertionFailure() << why;
-}
-
-double energyOf(const SphereStepper& stepper) {
-  return stepper.kineticEnergy() + stepper.potentialEnergy();
-}
-
 Vec3 momentumOf(const SphereStepper& stepper, const SphereWorld& world) {
   Vec3 momentum = Vec3::Zero();
   for (std::size_t sphere = 0; sphere < world.spheres.size(); ++sphere) {
     momentum += world.spheres[sphere].mass * stepper.state(sphere).velocity;
   }
   return momentum;
-}
-
-std::vector<ImpulseEvent> eventsUntil(SphereStepper& stepper, double time) {
-  const auto events = stepper.advanceTo(time);
-  EXPECT_TRUE(valid(stepper));
-  return {events.begin(), events.end()};
 }
 
 TEST(SphereStepper, EmptyWorldOnlyKeepsTime) {
@@ -454,12 +439,6 @@ TEST(SphereStepper, TouchingAndSeparatingAtTheStartNeverCollides) {
 
 // ---- create
 
-struct Refusal {
-  const char* name;
-  void (*spoil)(SphereWorld& world);
-  const char* message;  ///< a part of it
-};
-
 class SphereStepperRefuses : public ::testing::TestWithParam<Refusal> {};
 
 TEST_P(SphereStepperRefuses, WithAMessageThatSaysWhatAndWhere) {
@@ -472,7 +451,6 @@ TEST_P(SphereStepperRefuses, WithAMessageThatSaysWhatAndWhere) {
       << stepper.error().message;
 }
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 INSTANTIATE_TEST_SUITE_P(
@@ -486,15 +464,15 @@ INSTANTIATE_TEST_SUITE_P(
                 "sphere 1: mass is -1 kg"},
         Refusal{"RestitutionAboveOne", [](SphereWorld& w) { w.spheres[0].restitution = 1.5; },
                 "sphere 1: restitution is 1.5; it must be between 0 and 1"},
-        Refusal{"RestitutionNan", [](SphereWorld& w) { w.planes[0].restitution = kNan; },
+        Refusal{"RestitutionNan", [](SphereWorld& w) { w.planes[0].restitution = kNaN; },
                 "plane 1000000: restitution is nan"},
-        Refusal{"PositionNan", [](SphereWorld& w) { w.spheres[0].position.z() = kNan; },
+        Refusal{"PositionNan", [](SphereWorld& w) { w.spheres[0].position.z() = kNaN; },
                 "sphere 1: position is (0, "},
         Refusal{"VelocityInfinite", [](SphereWorld& w) { w.spheres[0].velocity.x() = kInfinite; },
                 "sphere 1: velocity is (inf, 0, 0)"},
         Refusal{"NormalTooLong", [](SphereWorld& w) { w.planes[0].normal *= 2.0; },
                 "plane 1000000: normal has length 2; it must be 1"},
-        Refusal{"NormalNan", [](SphereWorld& w) { w.planes[0].normal.x() = kNan; },
+        Refusal{"NormalNan", [](SphereWorld& w) { w.planes[0].normal.x() = kNaN; },
                 "plane 1000000: normal is (nan"},
         Refusal{"OffsetInfinite", [](SphereWorld& w) { w.planes[0].offset = -kInfinite; },
                 "plane 1000000: offset is -inf"},
@@ -510,7 +488,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "sphere 2: overlaps plane 1000000 by"},
         Refusal{"NegativeRestSpeed", [](SphereWorld& w) { w.restSpeed = -0.1; },
                 "restSpeed is -0.1"},
-        Refusal{"GravityNan", [](SphereWorld& w) { w.gravity.x() = kNan; },
+        Refusal{"GravityNan", [](SphereWorld& w) { w.gravity.x() = kNaN; },
                 "world: gravity is (nan"}),
     [](const auto& refusal) { return std::string(refusal.param.name); });
 
@@ -526,7 +504,7 @@ TEST(SphereStepper, GoingBackInTimeMovesNothing) {
   SphereStepper stepper = stepperOf(droppedBall(1.0, 0.5));
   stepper.advanceTo(2.0);
   EXPECT_TRUE(stepper.advanceTo(1.0).empty());
-  EXPECT_TRUE(stepper.advanceTo(kNan).empty());
+  EXPECT_TRUE(stepper.advanceTo(kNaN).empty());
   EXPECT_TRUE(stepper.advanceTo(kInfinite).empty());
   EXPECT_EQ(stepper.time(), 2.0);
 }

@@ -8,6 +8,7 @@
 #include "carom/native/sphere_stepper.h"
 #include "native/box_contact.h"
 #include "tests/native/sphere_worlds.h"
+#include "tests/support/constants.h"
 
 namespace carom {
 namespace {
@@ -15,23 +16,6 @@ namespace {
 using namespace test;
 
 constexpr BodyId kBox = 500;
-constexpr double kPi = 3.14159265358979323846;
-
-::testing::AssertionResult valid(const SphereStepper& stepper) {
-  std::string why;
-  if (stepper.validate(&why)) return ::testing::AssertionSuccess();
-  return ::testing::AssertionFailure() << why;
-}
-
-std::vector<ImpulseEvent> eventsUntil(SphereStepper& stepper, double time) {
-  const auto events = stepper.advanceTo(time);
-  EXPECT_TRUE(valid(stepper));
-  return {events.begin(), events.end()};
-}
-
-double energyOf(const SphereStepper& stepper) {
-  return stepper.kineticEnergy() + stepper.potentialEnergy();
-}
 
 /// With its top at y = 0.
 Box table(double halfWidth, double restitution = 1.0) {
@@ -248,7 +232,7 @@ TEST(BoxesOfSpheres, BallsOnANeedleAnEdgeAndACornerEnd) {
 
 /// The slow obvious reference: small steps of every sphere's own parabola, for one sphere.
 TEST(BoxesOfSpheres, AnElasticBallAmongTiltedBoxesKeepsItsEnergyOverThousandsOfCollisions) {
-  Random random(4);
+  SplitMix random(4);
   SphereWorld world;
   world.gravity = kEarthGravity;
   world.restSpeed = 0.0;
@@ -455,7 +439,7 @@ TEST(ShakingPlanes, ABallBouncesOncePerPeriodWhereThePlaneGivesBackWhatIsLost) {
 
 /// Many bounces against small steps: position and velocity of each flight from the last event.
 TEST(ShakingPlanes, EveryContactIsTheFirstOfItsFlight) {
-  Random random(6);
+  SplitMix random(6);
   int contacts = 0;
   for (int run = 0; run < 60; ++run) {
     SphereWorld world = droppedBall(random.between(0.05, 0.3), 1.0);
@@ -515,12 +499,6 @@ TEST(ShakingPlanes, AnElasticOrUnforgivingWorldEndsOnThemToo) {
 
 // ---- create
 
-struct Refusal {
-  const char* name;
-  void (*spoil)(SphereWorld& world);
-  const char* message;  ///< a part of it
-};
-
 class SurfacesAreRefused : public ::testing::TestWithParam<Refusal> {};
 
 TEST_P(SurfacesAreRefused, WithAMessageThatSaysWhatAndWhere) {
@@ -534,24 +512,22 @@ TEST_P(SurfacesAreRefused, WithAMessageThatSaysWhatAndWhere) {
       << stepper.error().message;
 }
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
 INSTANTIATE_TEST_SUITE_P(
     All, SurfacesAreRefused,
     ::testing::Values(
-        Refusal{"CentreNan", [](SphereWorld& w) { w.boxes[0].centre.x() = kNan; },
+        Refusal{"CentreNan", [](SphereWorld& w) { w.boxes[0].centre.x() = kNaN; },
                 "box 500: centre is (nan"},
         Refusal{"NegativeExtent", [](SphereWorld& w) { w.boxes[0].halfExtents.z() = -0.5; },
                 "box 500: a half extent is -0.5 m; it must not be below 0"},
-        Refusal{"ExtentNan", [](SphereWorld& w) { w.boxes[0].halfExtents.y() = kNan; },
+        Refusal{"ExtentNan", [](SphereWorld& w) { w.boxes[0].halfExtents.y() = kNaN; },
                 "box 500: halfExtents is ("},
         Refusal{"Orientation", [](SphereWorld& w) { w.boxes[0].orientation.w() = 2.0; },
                 "box 500: orientation has length 2; it must be 1"},
-        Refusal{"OrientationNan", [](SphereWorld& w) { w.boxes[0].orientation.x() = kNan; },
+        Refusal{"OrientationNan", [](SphereWorld& w) { w.boxes[0].orientation.x() = kNaN; },
                 "box 500: orientation has length nan"},
         Refusal{"Restitution", [](SphereWorld& w) { w.boxes[0].restitution = -0.1; },
                 "box 500: restitution is -0.1"},
-        Refusal{"BoxVelocity", [](SphereWorld& w) { w.boxes[0].velocity.x() = kNan; },
+        Refusal{"BoxVelocity", [](SphereWorld& w) { w.boxes[0].velocity.x() = kNaN; },
                 "box 500: velocity is (nan"},
         Refusal{"SameIds", [](SphereWorld& w) { w.boxes[0].id = 1; }, "id 1 is used twice"},
         Refusal{"SphereInside", [](SphereWorld& w) { w.spheres[0].position.y() = -0.1; },
@@ -561,16 +537,16 @@ INSTANTIATE_TEST_SUITE_P(
                   w.spheres[0].position = {0.53, 0.039, 0.0};
                 },
                 "sphere 1: overlaps box 500 by 0.00"},
-        Refusal{"PlaneVelocity", [](SphereWorld& w) { w.planes[0].velocity.y() = kNan; },
+        Refusal{"PlaneVelocity", [](SphereWorld& w) { w.planes[0].velocity.y() = kNaN; },
                 "plane 1000000: velocity is (0, nan"},
-        Refusal{"Amplitude", [](SphereWorld& w) { w.planes[0].shaking.amplitude.x() = kNan; },
+        Refusal{"Amplitude", [](SphereWorld& w) { w.planes[0].shaking.amplitude.x() = kNaN; },
                 "plane 1000000: amplitude of shaking is (nan"},
         Refusal{"Frequency",
                 [](SphereWorld& w) {
                   w.planes[0].shaking = {Vec3::UnitX(), 0.0, 0.0};
                 },
                 "plane 1000000: frequency of shaking is 0 Hz; it must be finite and above 0"},
-        Refusal{"Phase", [](SphereWorld& w) { w.planes[0].shaking.phase = kNan; },
+        Refusal{"Phase", [](SphereWorld& w) { w.planes[0].shaking.phase = kNaN; },
                 "plane 1000000: phase of shaking is nan"},
         Refusal{"ShakenIntoTheSphere",
                 [](SphereWorld& w) {

@@ -2,7 +2,11 @@
 
 #include <cassert>
 #include <cstdint>
+#include <string>
 #include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
 
 #include "carom/native/sphere_stepper.h"
 
@@ -10,9 +14,9 @@ namespace carom::test {
 
 /// Numbers that are the same on every platform (SplitMix64, Steele et al. 2014), which the
 /// distributions of the standard library are not.
-class Random {
+class SplitMix {
  public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
+  explicit SplitMix(std::uint64_t seed) : state_(seed) {}
 
   double between(double low, double high) {
     return low + (high - low) * (static_cast<double>(next() >> 11) * 0x1p-53);
@@ -34,6 +38,29 @@ class Random {
   }
 
   std::uint64_t state_;
+};
+
+inline double energyOf(const SphereStepper& stepper) {
+  return stepper.kineticEnergy() + stepper.potentialEnergy();
+}
+
+inline testing::AssertionResult valid(const SphereStepper& stepper) {
+  std::string why;
+  if (stepper.validate(&why)) return testing::AssertionSuccess();
+  return testing::AssertionFailure() << why;
+}
+
+inline std::vector<ImpulseEvent> eventsUntil(SphereStepper& stepper, double time) {
+  const auto events = stepper.advanceTo(time);
+  EXPECT_TRUE(valid(stepper));
+  return {events.begin(), events.end()};
+}
+
+/// What spoils a world, and a part of the message that says so.
+struct Refusal {
+  const char* name;
+  void (*spoil)(SphereWorld& world);
+  const char* message;
 };
 
 inline constexpr BodyId kFirstPlane = 1'000'000;
@@ -88,7 +115,7 @@ inline SphereWorld cradle(int count, double gap, double speed) {
 
 /// `side`^3 spheres of radius 1 to 3 cm on a lattice in a box, in random motion.
 inline SphereWorld gasInBox(int side, double restitution, std::uint64_t seed) {
-  Random random(seed);
+  SplitMix random(seed);
   SphereWorld world;
   world.restSpeed = restitution < 1.0 ? 0.005 : 0.0;
   const double spacing = 0.07;

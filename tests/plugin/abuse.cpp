@@ -16,6 +16,7 @@
 #include "carom/audio/material.h"
 #include "carom/event_sound.h"
 #include "carom/sound.h"
+#include "tests/support/constants.h"
 #include "tests/support/random.h"
 
 namespace carom::test {
@@ -147,9 +148,9 @@ SoundSettings abusedSettings(bool slides) {
 
 /// Pulls samples in blocks of any size, and looks at them.
 template <class Pulled>
-class Ear {
+class PullingEar {
  public:
-  Ear(Pulled& sound, Random& random) : sound_(sound), random_(random) {}
+  PullingEar(Pulled& sound, Random& random) : sound_(sound), random_(random) {}
 
   void hear(double seconds) {
     owed_ += seconds * sound_.sampleRate();
@@ -200,8 +201,6 @@ void require(const Status& status) {
   std::fprintf(stderr, "%s\n", status.error().message.c_str());
   std::abort();
 }
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 class Abuse {
  public:
@@ -360,8 +359,8 @@ class Abuse {
   Playground world_{random_};
   Sound sound_ = std::move(*Sound::attach(world_.world(), abusedSettings(settings_.slides)));
   EventSound events_ = std::move(*EventSound::create(abusedSettings(settings_.slides)));
-  Ear<Sound> worldEar_{sound_, random_};
-  Ear<EventSound> eventEar_{events_, random_};
+  PullingEar<Sound> worldEar_{sound_, random_};
+  PullingEar<EventSound> eventEar_{events_, random_};
   Vec3 place_ = Vec3::Zero();
   double scale_ = 1.0;
 };

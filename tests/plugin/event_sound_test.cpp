@@ -17,11 +17,14 @@
 #include "carom/audio/synth.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/audio/ringing_box.h"
+#include "tests/support/constants.h"
 #include "tests/support/recording.h"
 #include "tests/support/temporary_folder.h"
 
 namespace carom {
 namespace {
+
+using namespace test;
 
 using test::BallDrop;
 using test::kBall;
@@ -30,8 +33,6 @@ using test::readRecording;
 using test::Recording;
 using test::TemporaryFolder;
 using testing::HasSubstr;
-
-constexpr double kRate = 48000.0;
 
 BallDrop drop(double time) {
   return {.radius = 0.01, .speed = 1.0, .time = time};

@@ -10,12 +10,14 @@
 #include "carom/sound.h"
 #include "tests/bullet_bridge/sphere_world.h"
 #include "tests/plugin/offline_sound.h"
+#include "tests/support/constants.h"
 #include "tests/support/no_alloc_scope.h"
 
 namespace carom {
 namespace {
 
-constexpr double kRate = 48000.0;        // Hz
+using namespace test;
+
 constexpr double kSpeedOfSound = 343.0;  // m/s
 constexpr double kRadius = 0.01;         // m
 constexpr double kHeight = 0.5;          // m, of the listener

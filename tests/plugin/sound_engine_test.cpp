@@ -14,6 +14,7 @@
 
 #include "carom/audio/synth.h"
 #include "tests/audio/ball_drop.h"
+#include "tests/support/constants.h"
 #include "tests/support/no_alloc_scope.h"
 #include "tests/support/random.h"
 
@@ -24,13 +25,14 @@ using namespace plugin;
 
 namespace {
 
+using namespace test;
+
 using test::BallDrop;
 using Planes = std::vector<std::vector<float>>;
 
-constexpr double kRate = 48000.0;
 constexpr double kStep = 1.0 / 240.0;
 constexpr BodyId kBodies = 40;
-constexpr BodyId kFloor = 1000;
+constexpr BodyId kEngineFloor = 1000;
 
 SoundBody ballOf(BodyId id) {
   return BallDrop{.radius = 0.003 * std::pow(1.05, id)}.ball();
@@ -39,7 +41,7 @@ SoundBody ballOf(BodyId id) {
 ImpulseEvent hit(BodyId id, double time, double speed) {
   ImpulseEvent event = BallDrop{.radius = ballOf(id).radius, .speed = speed, .time = time}.event();
   event.body = id;
-  event.other = kFloor;
+  event.other = kEngineFloor;
   return event;
 }
 
@@ -47,7 +49,7 @@ template <class Layer>
 void introduce(Layer& layer) {
   for (BodyId id = 0; id < kBodies; ++id)
     EXPECT_TRUE(layer.setBody(id, ballOf(id)));
-  EXPECT_TRUE(layer.setBody(kFloor, BallDrop{}.floor()));
+  EXPECT_TRUE(layer.setBody(kEngineFloor, BallDrop{}.floor()));
 }
 
 SoundSettings settings(SoundClock clock) {
@@ -236,7 +238,7 @@ std::vector<ContactState> slides(int step, BodyId balls) {
     state.duration = kStep;
     state.phase = step == 0 ? ContactPhase::begin : ContactPhase::during;
     state.body = id;
-    state.other = kFloor;
+    state.other = kEngineFloor;
     state.normal = Vec3::UnitZ();
     state.position = place;
     state.normalLoad = 9.81 * ballOf(id).mass;

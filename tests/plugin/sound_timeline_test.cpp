@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/constants.h"
+
 namespace carom {
 
 using namespace audio;
@@ -13,7 +15,8 @@ using namespace plugin;
 
 namespace {
 
-constexpr double kRate = 48000.0;     // Hz
+using namespace test;
+
 constexpr double kLatency = 0.05;     // s
 constexpr double kStep = 1.0 / 60.0;  // s
 constexpr double kWhole = kLatency * kRate;

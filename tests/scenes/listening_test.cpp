@@ -17,6 +17,7 @@
 #include "scenes/scene_sound.h"
 #include "scenes/scene_stepper.h"
 #include "tests/scenes/library.h"
+#include "tests/support/constants.h"
 #include "tests/support/temporary_folder.h"
 
 namespace carom::test {
@@ -27,7 +28,6 @@ namespace {
 
 using Channels = std::vector<std::vector<float>>;
 
-constexpr double kRate = 48000.0;
 constexpr double kSpeedOfSound = 343.0;
 
 Channels heard(const Scene& scene) {

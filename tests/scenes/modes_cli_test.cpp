@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/scenes/command.h"
+#include "tests/support/constants.h"
 #include "tests/support/recording.h"
 #include "tests/support/temporary_folder.h"
 
@@ -20,8 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-constexpr double kPi = std::numbers::pi;
 
 // m, of the bar of these tests.
 constexpr double kLength = 0.2;

@@ -7,13 +7,14 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/constants.h"
+
 namespace carom::test {
 
 using namespace scenes;
 
 namespace {
 
-constexpr double kRate = 48000.0;      // Hz
 constexpr std::size_t kFrames = 9600;  // 0.2 s
 
 /// A tone burst that samples hold, at any time.

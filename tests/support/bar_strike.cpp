@@ -13,6 +13,7 @@
 #include "modal/mode_radiation.h"
 #include "modal/solid_model.h"
 #include "tests/modal/ringing_models.h"
+#include "tests/support/constants.h"
 
 namespace carom::test {
 
@@ -22,8 +23,6 @@ using namespace modal;
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
-constexpr double kRate = 48000.0;
 constexpr double kStart = 0.01;    // s, of the contact on the synth's clock
 constexpr double kFitFrom = 3e-3;  // s
 constexpr double kSameMode = 3.0;  // Hz

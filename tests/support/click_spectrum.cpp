@@ -7,6 +7,7 @@
 
 #include "audio/hertz.h"
 #include "audio/spread_kernel.h"
+#include "tests/audio/ball_drop.h"
 
 namespace carom::test {
 
@@ -17,8 +18,6 @@ namespace {
 using std::numbers::pi;
 using Complex = std::complex<double>;
 
-constexpr BodyId kBall = 1;
-constexpr BodyId kFloor = 2;
 constexpr double kSpeed = 1.0;  // m/s
 constexpr double kMass = 0.1;   // kg
 

@@ -7,10 +7,11 @@
 
 #include <Eigen/SparseCholesky>
 
+#include "tests/support/constants.h"
+
 namespace carom::test {
 namespace {
 
-constexpr double kRate = 48000.0;
 constexpr double kCut = 18750.0;  // Hz, half way down
 constexpr double kReach = 60.0;   // samples at 48 kHz
 constexpr double kWindow = 7.86;  // Kaiser's beta of -80 dB

@@ -4,13 +4,13 @@
 #include <numbers>
 
 #include "carom/audio/material.h"
+#include "tests/support/constants.h"
 #include "tests/support/special_functions.h"
 
 namespace carom::test {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 constexpr int kSlices = 2000;
 
 // H1^(2)'(z) = H0 - H1 / z.

@@ -12,6 +12,7 @@
 #include "modal/mode_radiation.h"
 #include "modal/solid_model.h"
 #include "tests/audio/meshes.h"
+#include "tests/support/constants.h"
 
 namespace carom::test {
 
@@ -20,8 +21,6 @@ using namespace modal;
 namespace {
 
 using Eigen::Index;
-
-constexpr double kRate = 48000.0;
 
 template <class T>
 T valueOf(Result<T> result) {

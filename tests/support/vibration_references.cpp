@@ -9,6 +9,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "tests/support/constants.h"
 #include "tests/support/special_functions.h"
 
 namespace carom::test {
@@ -17,8 +18,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr double kPi = std::numbers::pi;
 
 double shearModulus(const Material& material) {
   return material.youngsModulus / (2.0 * (1.0 + material.poissonsRatio));
