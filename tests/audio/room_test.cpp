@@ -123,7 +123,7 @@ TEST(Images, OfADipoleLeaveARigidWallWithoutNormalVelocity) {
 TEST(Images, OfABoxAreThoseOfAllRowsOfReflectionsUpToTheThirdOrder) {
   Random random(2);
   for (int trial = 0; trial < 6; ++trial) {
-    const Vec3 size(random.between(2.0, 5.0), random.between(2.0, 5.0), random.between(2.0, 5.0));
+    const Vec3 size{random.between(2.0, 5.0), random.between(2.0, 5.0), random.between(2.0, 5.0)};
     const Quat turn = random.orientation();
     const Vec3 corner = 3.0 * random.inCube();
     const Room room = makeBox(size, 3, corner, turn);

@@ -34,7 +34,7 @@ TEST(SurfaceTexture, FollowsAWaveBetweenItsTexels) {
   const SurfaceTexture texture = waves(64, texel, 2.0);
   Random random(1);
   for (int trial = 0; trial < 100; ++trial) {
-    const Eigen::Vector2d at(random.between(-1.0, 1.0), random.between(-1.0, 1.0));
+    const Eigen::Vector2d at{random.between(-1.0, 1.0), random.between(-1.0, 1.0)};
     const double wave = std::cos(2.0 * std::numbers::pi * at.x() / (32.0 * texel));
     // The spline averages over a texel and a half or so: 1 - (2 pi / 32)^2 / 8 of the wave.
     EXPECT_NEAR(texture.slope(at, 0.0).x(), wave, 6e-3);
@@ -51,7 +51,7 @@ TEST(SurfaceTexture, RepeatsInBothDirections) {
   const SurfaceTexture texture = *SurfaceTexture::ofSlopes({64, 64}, {1e-5, 1e-5}, slopes);
   const double period = 64e-5;
   for (int trial = 0; trial < 100; ++trial) {
-    const Eigen::Vector2d at(random.between(0.0, period), random.between(0.0, period));
+    const Eigen::Vector2d at{random.between(0.0, period), random.between(0.0, period)};
     const double width = random.between(0.0, 20.0) * texture.texel().x();
     const Eigen::Vector2d there = texture.slope(at + period * Eigen::Vector2d(-3.0, 2.0), width);
     EXPECT_LT((texture.slope(at, width) - there).norm(), 1e-9);

@@ -96,7 +96,7 @@ Synth busySynth(const SynthSettings& settings) {
 ImpulseEvent hitOf(BodyId id, double time, Random& random) {
   const SoundBody ball = ballOf(id);
   BallDrop drop{.radius = ball.radius, .speed = random.logBetween(0.01, 5.0), .time = time};
-  drop.centre = Vec3(random.between(-3, 3), random.between(-2, 2), random.between(0.3, 2));
+  drop.centre = Vec3{random.between(-3, 3), random.between(-2, 2), random.between(0.3, 2)};
   ImpulseEvent event = drop.event();
   event.body = id;
   event.other = kBalls;

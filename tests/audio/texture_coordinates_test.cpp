@@ -62,7 +62,7 @@ TEST(TextureCoordinates, APictureOnARectangleIsAsLargeAsItAndLiesAlongIt) {
   EXPECT_LT((coordinates->size() - Vector2d(0.6, 0.2)).norm(), 1e-12);
   Random random(1);
   for (int trial = 0; trial < 100; ++trial) {
-    const Vec3 point(random.between(0.0, 0.2), random.between(-0.1, 0.1), random.between(0.0, 0.6));
+    const Vec3 point{random.between(0.0, 0.2), random.between(-0.1, 0.1), random.between(0.0, 0.6)};
     const TextureCoordinates::Patch patch = coordinates->at(point);
     EXPECT_LT((patch.at - Vector2d(point.z(), point.x())).norm(), 1e-12);
     EXPECT_NEAR(patch.stretch, 1.0, 1e-12);
@@ -81,15 +81,15 @@ TEST(TextureCoordinates, AnyLinearPictureIsFollowed) {
     for (int entry = 0; entry < 4; ++entry)
       map(entry) = random.between(-3.0, 3.0);
     if (std::abs(map.determinant()) < 0.1) continue;
-    const Vector2d shift(random.between(-5.0, 5.0), random.between(-5.0, 5.0));
+    const Vector2d shift{random.between(-5.0, 5.0), random.between(-5.0, 5.0)};
     const Strip flat =
         strip([](double s, double t) { return Vec3(s, t, 0.0); },
               [&](double s, double t) { return Vector2d(map * Vector2d(s, t) + shift); });
     const auto coordinates = TextureCoordinates::of(flat.mesh, flat.corners);
     ASSERT_TRUE(coordinates);
     const Vector2d size = coordinates->size();
-    const Vector2d from(random.between(0.0, 1.0), random.between(0.0, 1.0));
-    const Vector2d way(random.between(-0.1, 0.1), random.between(-0.1, 0.1));
+    const Vector2d from{random.between(0.0, 1.0), random.between(0.0, 1.0)};
+    const Vector2d way{random.between(-0.1, 0.1), random.between(-0.1, 0.1)};
     const auto patch = coordinates->at({from.x(), from.y(), 0.0});
     EXPECT_LT((patch.at - size.cwiseProduct(map * from + shift)).norm(), 1e-10);
     EXPECT_LT((patch.perMetre * Vec3(way.x(), way.y(), 0.0) - size.cwiseProduct(map * way)).norm(),

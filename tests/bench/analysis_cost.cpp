@@ -1,7 +1,6 @@
 #include "tests/bench/analysis_cost.h"
 
 #include <cstdio>
-#include <ctime>
 #include <fstream>
 #include <limits>
 #include <string>
@@ -12,6 +11,7 @@
 #include "modal/mode_radiation.h"
 #include "modal/solid_model.h"
 #include "tests/audio/meshes.h"
+#include "tests/bench/cpu_time.h"
 
 namespace carom::bench {
 
@@ -20,12 +20,6 @@ using namespace modal;
 namespace {
 
 constexpr Eigen::Index kModes = 60;
-
-double cpuSeconds() {
-  std::timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 // Linux's way to forget how large the process has been; proc(5).
 void forgetPeak() {

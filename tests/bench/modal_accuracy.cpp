@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <cstdio>
 #include <cstring>
-#include <ctime>
 #include <iterator>
 #include <span>
 #include <string>
@@ -16,6 +15,7 @@
 
 #include "modal/solid_model.h"
 #include "tests/audio/meshes.h"
+#include "tests/bench/cpu_time.h"
 #include "tests/bench/scale.h"
 #include "tests/support/vibration_references.h"
 
@@ -157,12 +157,6 @@ struct AccuracyRow {
     });
   }
 };
-
-double cpuSeconds() {
-  std::timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 /// Nothing, and a line to the error stream, where there is no grid so coarse.
 std::vector<AccuracyRow> measure(const Body& body, const Scale& scale) {

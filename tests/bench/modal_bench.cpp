@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <ctime>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -16,6 +15,7 @@
 
 #include "audio/resonator_kernels.h"
 #include "tests/bench/analysis_cost.h"
+#include "tests/bench/cpu_time.h"
 #include "tests/bench/figures.h"
 #include "tests/bench/fma_peak.h"
 #include "tests/bench/machine_yardstick.h"
@@ -105,12 +105,6 @@ const Loop kRing = {"ring", &Bank::ring, &Bank::ringPlainly, 4.0};
 const Loop kDrive = {"drive", &Bank::drive, &Bank::drivePlainly, 5.3};
 
 constexpr double kForever = 1e-6;  // 1/s: nothing decays
-
-double cpuSeconds() {
-  std::timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 /// Adds up what is done and how long it takes.
 class Rate {

@@ -183,7 +183,7 @@ TEST(Gjk, AMillimetreIsFoundAsExactlyBesideTenMetresAsAlone) {
   const ConvexPiece small = ConvexPiece::from(grain)->withSharpEdges();
   Random random(13);
   for (int trial = 0; trial < 300; ++trial) {
-    Pose pose{Vec3(random.between(-9, 9), 10.0 + random.between(1e-3, 2e-3), random.between(-9, 9)),
+    Pose pose{Vec3{random.between(-9, 9), 10.0 + random.between(1e-3, 2e-3), random.between(-9, 9)},
               random.orientation().toRotationMatrix()};
 
     const Vec3 half = small.support(Vec3::Ones());

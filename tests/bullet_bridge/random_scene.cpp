@@ -37,7 +37,7 @@ struct Owning : Base {
 
 Vec3 proportions(Random& random, double size) {
   return size *
-         Vec3(random.logBetween(0.1, 1), random.logBetween(0.1, 1), random.logBetween(0.1, 1));
+         Vec3{random.logBetween(0.1, 1), random.logBetween(0.1, 1), random.logBetween(0.1, 1)};
 }
 
 Shape randomCylinder(Random& random, double size) {

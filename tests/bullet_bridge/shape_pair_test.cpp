@@ -444,7 +444,7 @@ void expectTouchesOfMesh(const btConcaveShape& mesh, const RigidMotion& of, unsi
   Tally boxes, spheres;
   for (int trial = 0; trial < 40; ++trial) {
     RigidMotion motion = tumbling(random, 0.0, 0.0, 40.0);
-    motion.centre.position = Vec3(random.between(-0.1, 0.1), 0.12, random.between(-0.1, 0.1));
+    motion.centre.position = Vec3{random.between(-0.1, 0.1), 0.11, random.between(-0.1, 0.1)};
     motion.centre.velocity = Vec3(2.0, -random.between(1.0, 7.0), 1.0);
     const double margin =
         static_cast<double>(box.getMargin()) + static_cast<double>(mesh.getMargin());

@@ -232,8 +232,8 @@ TEST(BoxContact, AFaceIsLeftWhereItsBorderIs) {
 TEST(BoxContact, AxesAreThoseOfTheQuaternionsMatrix) {
   SplitMix random(8);
   for (int k = 0; k < 100; ++k) {
-    Quat orientation(random.between(-1.0, 1.0), random.between(-1.0, 1.0),
-                     random.between(-1.0, 1.0), random.between(-1.0, 1.0));
+    Quat orientation{random.between(-1.0, 1.0), random.between(-1.0, 1.0),
+                     random.between(-1.0, 1.0), random.between(-1.0, 1.0)};
     orientation.normalize();
     const auto axes = columnsOf(orientation);
     for (Eigen::Index axis = 0; axis < 3; ++axis) {

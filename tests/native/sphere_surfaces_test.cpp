@@ -243,8 +243,8 @@ TEST(BoxesOfSpheres, AnElasticBallAmongTiltedBoxesKeepsItsEnergyOverThousandsOfC
     box.centre = random.inCube(0.8);
     box.halfExtents = {random.between(0.05, 0.2), random.between(0.05, 0.2),
                        k % 3 == 0 ? 0.0 : random.between(0.05, 0.2)};
-    box.orientation = Quat(random.between(-1.0, 1.0), random.between(-1.0, 1.0),
-                           random.between(-1.0, 1.0), random.between(-1.0, 1.0))
+    box.orientation = Quat{random.between(-1.0, 1.0), random.between(-1.0, 1.0),
+                           random.between(-1.0, 1.0), random.between(-1.0, 1.0)}
                           .normalized();
     world.boxes.push_back(box);
   }
