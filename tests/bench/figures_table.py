@@ -1,0 +1,78 @@
+#!/usr/bin/env python3
+"""Puts the figures of a full run of ./bench into docs/benchmarks.md, as one table.
+
+    ./bench --json > tests/bench/baseline.json
+    python3 tests/bench/figures_table.py tests/bench/baseline.json docs/benchmarks.md
+
+With --check nothing is written: the exit status is 1 if the document shows other figures than the run.
+"""
+
+import json
+import sys
+
+BEGIN = "<!-- figures: tests/bench/figures_table.py -->\n"
+END = "<!-- end of figures -->\n"
+HEAD = """| benchmark | figure | value | +- | yardstick | its value | ratio | bar | |
+|---|---|---|---|---|---|---|---|---|
+"""
+
+
+def number(value):
+    return "-" if value is None else f"{value:.4g}"
+
+
+def spread(figure):
+    if not figure["value"] or figure["value_low"] is None:
+        return "-"
+    return f"{50 * abs((figure['value_high'] - figure['value_low']) / figure['value']):.1f} %"
+
+
+def bar(figure):
+    if figure["bar"] is None:
+        return ""
+    sign = ">=" if figure["better"] == "higher" else "<="
+    return f"{sign} {figure['bar']:g}" + (" x" if figure["bar_of"] == "ratio" else "")
+
+
+def verdict(figure):
+    return {True: "holds", False: "**falls short**", None: ""}[figure["holds"]]
+
+
+def table(run):
+    lines = [HEAD]
+    for name, benchmark in run["benchmarks"].items():
+        if benchmark is None:
+            raise SystemExit(f"benchmark '{name}' gave no result in that run; a complete one is wanted")
+        if benchmark["short"]:
+            raise SystemExit("that run is a short one; what is published comes of a full one, ./bench --json")
+        for figure in benchmark["figures"]:
+            cells = [f"`{name}`", figure["name"], f"{number(figure['value'])} {figure['unit']}",
+                     spread(figure), figure["yardstick"], number(figure["yardstick_value"]),
+                     number(figure["ratio"]), bar(figure), verdict(figure)]
+            lines.append("| " + " | ".join(cells) + " |\n")
+    return "".join(lines)
+
+
+def main():
+    arguments = [argument for argument in sys.argv[1:] if argument != "--check"]
+    if len(arguments) != 2:
+        raise SystemExit(__doc__)
+    with open(arguments[0], encoding="utf-8") as file:
+        wanted = table(json.load(file))
+    with open(arguments[1], encoding="utf-8") as file:
+        document = file.read()
+    if document.count(BEGIN) != 1 or document.count(END) != 1:
+        raise SystemExit(f"{arguments[1]}: one line '{BEGIN.strip()}' and one '{END.strip()}' are wanted")
+    before, rest = document.split(BEGIN)
+    shown, after = rest.split(END)
+    if "--check" in sys.argv:
+        if shown == wanted:
+            return
+        raise SystemExit(f"{arguments[1]} shows other figures than {arguments[0]}; "
+                         "python3 tests/bench/figures_table.py puts them in")
+    with open(arguments[1], "w", encoding="utf-8") as file:
+        file.write(before + BEGIN + wanted + END + after)
+
+
+if __name__ == "__main__":
+    main()
