@@ -11,9 +11,10 @@ namespace {
 
 using Bands = std::array<double, kBandCount>;
 
-/// The bands of most rows, as one can check them: M. Vorlaender, Auralization (Springer 2008),
-/// annex "Material data", tables of absorption coefficients. Checked against the transcription in
-/// the documentation of pyroomacoustics (materials database), not against the printed page.
+/// Surfaces with their absorption coefficients by band. Most rows are from M. Vorlaender,
+/// Auralization (Springer 2008), annex "Material data", tables of absorption coefficients; checked
+/// against the transcription in the documentation of pyroomacoustics (materials database), not
+/// against the printed page.
 /// Barron: R. F. Barron, Industrial Noise Control and Acoustics (Marcel Dekker 2003), appendix D.
 constexpr std::array<Surface, 26> kSurfaces = {{
     {"rigid", {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}, "definition: nothing is absorbed"},
@@ -109,7 +110,7 @@ constexpr std::array<Default, 8> kDefaults = {{
     {"aluminium", "marble"},
 }};
 
-constexpr double kHighestBand = 0.45;    // of the sample rate
+constexpr double kHighestBand = 0.45;    // share of the sample rate
 constexpr double kSmallestPower = 0.01;  // -20 dB: below it an error in dB says little
 
 double reflectedPower(double alpha) {
@@ -168,7 +169,7 @@ class LinearFit {
     const double mean = edge((va_ + ua_) / (vv_ + 2.0 * uv_ + uu_));
     return {mean, mean};
   }
-  /// The optimum lies on the edge of the box that was crossed: on one of two when both were.
+  /// Returns the optimum on the edge of [0, 1]^2 that was crossed, or on the better of two edges.
   std::pair<double, double> best(double zero, double freeNyquist, double freeZero,
                                  double nyquist) const {
     const std::pair<double, double> atZeroEdge = {zero, edge((ua_ - uv_ * zero) / uu_)};
@@ -196,7 +197,7 @@ Fit fitAt(double corner, const Absorption& absorption, double sampleRate) {
   return {corner, atZero, atNyquist};
 }
 
-/// Sum over the bands of the squared logarithm of the ratio of the powers.
+/// Sum over the bands of the squared logarithm of the ratio of the reflected powers.
 double logError(const Fit& fit, const Absorption& absorption, double sampleRate) {
   double sum = 0.0;
   for (std::size_t band = 0; band < usableBands(sampleRate); ++band) {
@@ -207,7 +208,8 @@ double logError(const Fit& fit, const Absorption& absorption, double sampleRate)
   return sum;
 }
 
-/// Corners from below the lowest band to above the highest, eight to the octave.
+/// Returns the best of the fits with corners from below the lowest band to above the highest,
+/// eight to the octave.
 Fit bestFit(const Absorption& absorption, double sampleRate) {
   constexpr double kLowest = 44.0;  // Hz
   const double highest = kHighestBand * sampleRate;

@@ -6,13 +6,14 @@
 namespace carom::audio {
 namespace {
 
-constexpr double kExponent = 6.0;  // of eq. 9
+constexpr double kExponent = 6.0;  // see eq. 9 in the header
 
 double slopeAround(double fromCentre) {
   return -2.0 * kExponent * fromCentre * std::exp(-kExponent * fromCentre * fromCentre);
 }
 
-// m^3 m/s: what the blow does, times the air that it moves.
+// Volume and added volume of the body times its change of velocity by the impact (m^3 m/s, world
+// frame).
 Vec3 pushedVolume(const ImpulseEvent& event, const SoundBody& body) {
   const Quat& toWorld = event.bodyOrientation;
   const Vec3 blow = toWorld.conjugate() * event.impulse;

@@ -6,8 +6,8 @@
 
 namespace carom::audio {
 
-// The hand-out's pulse, and what a hit does to the air, as pure functions. All of this file:
-// [any thread], no allocation.
+// The pulse of the hand-out, and the sound source that an impact makes of a body, as pure
+// functions. All of this file: [any thread], no allocation.
 
 /// The Gaussian is cut this many contact durations from its centre: there S is 5e-17, and what is
 /// cut off is below the rounding of the pulse's own peak.
@@ -35,10 +35,10 @@ struct Strike {
   double radius = 0.0;           ///< m, of the sphere with the same dipole; see SoundBody::shape
 };
 
-/// Of a sphere, dipole = rho0 a^3 / (2 c) j/m, which is Howe 2002, eq. 3.8.5 (the hand-out's eq.
-/// 1). Of any other shape, rho0 (Vol I + M)(j/m) / (4 pi c) with its added volume M and the turn
-/// that the blow gives it (Landau & Lifshitz, Fluid Mechanics, section 74). `body` can move, and
-/// the event is finite.
+/// Returns the Strike of an event. For a sphere, dipole = rho0 a^3 / (2 c) j/m, which is Howe 2002,
+/// eq. 3.8.5 (the hand-out's eq. 1). For any other shape, it is rho0 (Vol I + M)(j/m) / (4 pi c)
+/// with the added volume M and the rotation that the impact starts (Landau & Lifshitz, Fluid
+/// Mechanics, section 74). Requires that `body` can move, and that the event is finite.
 Strike makeStrike(const ImpulseEvent& event, const SoundBody& body, const Medium& medium);
 
 }  // namespace carom::audio

@@ -27,7 +27,7 @@ Result<std::vector<std::byte>> readBytes(const fs::path& path) {
   if (code || size > kMaxFileSize) return Error{"it is larger than 1 GiB"};
   std::ifstream stream(path, std::ios::binary);
   std::vector<std::byte> bytes(static_cast<std::size_t>(size));
-  // Bytes may be looked at as characters.
+  // The cast is allowed: char may alias the bytes.
   if (!stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size)))
     return Error{"it may not be read"};
   return bytes;

@@ -9,13 +9,13 @@
 
 namespace carom::audio {
 
-/// All of a regular file of at most 1 GiB. Errors, without its name: it is missing, a folder,
-/// something else, too large, or may not be read. Not for files that somebody is writing to.
+/// Reads all of a regular file of at most 1 GiB. Errors, without the file's name: it is missing, a
+/// folder, something else, too large, or may not be read. Not for files that are being written.
 /// [any thread; blocks on the disk]
 Result<std::vector<std::byte>> readBytes(const std::filesystem::path& path);
 
-/// Writes a file that appears whole or not at all, in place of what has the name: see PartialFile.
-/// [any thread; blocks on the disk]
+/// Writes a file that appears whole or not at all, and replaces a file of that name: see
+/// PartialFile. [any thread; blocks on the disk]
 Status writeBytes(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
 }  // namespace carom::audio

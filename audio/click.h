@@ -15,22 +15,24 @@ namespace carom::audio {
 /// Beyond this index a double, and so a time, skips whole samples: 5900 years at 48 kHz.
 inline constexpr double kExactSamples = 0x1.0p+53;
 
-/// A pulse that takes more nodes than these is sampled as a long one.
+/// Largest number of nodes by which a pulse is sampled; one that needs more is sampled as a long
+/// pulse.
 inline constexpr std::size_t kMostNodes = 48;
 
-/// What one contact of one body sounds like at one receiver, over one path: laid over the samples
-/// of its buses, and free of bodies, listeners and rooms. What it points to is immutable, and lives
-/// as long as the ClickLayer that laid it. Two lines of the cache: many wait.
+/// The sound of one contact of one body at one receiver, over one path: scheduled on the samples of
+/// its buses, and independent of bodies, listeners and rooms. The objects that it points to are
+/// immutable, and live as long as the ClickLayer that made it, except for the nodes of a train
+/// (LaidSound::train). It fits two cache lines, since many clicks wait.
 struct alignas(64) Click {
-  std::int64_t first = 0;  ///< sample of the bus
-  ClickTrack track;        ///< from that sample on
-  double near = 0.0;       ///< weight of near over far
+  std::int64_t first = 0;  ///< sample of the bus at which it begins
+  ClickTrack track;        ///< counted from that sample
+  double near = 0.0;       ///< weight of the filter's near part over its far part
   const Pulse* pulse = nullptr;
-  std::span<const PulseNode> nodes;  ///< empty: it is long, or its sampling is naive
+  std::span<const PulseNode> nodes;  ///< empty: the pulse is long, or its sampling is naive
   const RadiationBank::Mix* filters = nullptr;
-  std::array<std::uint32_t, 4> buses{};  ///< one for each filter; the player's
-  std::uint32_t chain = 0;               ///< of wall filters, SoundPaths::chains
-  std::uint32_t channel = 0;             ///< the number of channels: into the reverberation
+  std::array<std::uint32_t, 4> buses{};  ///< the player's, one for each filter
+  std::uint32_t chain = 0;               ///< index into SoundPaths::chains, the wall filters
+  std::uint32_t channel = 0;             ///< index; the number of channels: the reverberation
   std::uint32_t samples = 0;
 };
 

@@ -8,7 +8,7 @@
 namespace carom::audio {
 namespace {
 
-/// Pa: what rings on below it is over. It is 220 dB below the threshold of hearing.
+/// Pa: a filter's state below it becomes 0. It is 206 dB below the threshold of hearing (20 uPa).
 constexpr double kSilence = 1e-15;
 
 }  // namespace
@@ -53,7 +53,8 @@ void ClickBus::advance(std::span<double> to) noexcept {
   assert(to.size() <= kMaxFrames);
   position_ += static_cast<std::int64_t>(to.size());
   if (isSilent()) return;
-  // What is held is heard from kHistory samples before it on; until then nothing is.
+  // Held samples are heard from kHistory samples before the first of them on; until then the
+  // output is silent.
   const std::size_t quiet = ringing_ ? 0 : begin_ - std::min(begin_, kHistory);
   const std::size_t skipped = std::min(quiet, to.size());
   std::array<double, kMaxFrames> buffer{};

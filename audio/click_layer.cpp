@@ -14,44 +14,49 @@
 namespace carom::audio {
 namespace {
 
-/// Shorter ones alias if they are sampled naively; docs/acceleration_noise.md has the error.
+/// Samples: shorter contacts alias if they are sampled naively; docs/acceleration_noise.md has the
+/// error.
 constexpr double kWellSampled = 4.0;
-/// Half the reach of the kernel that puts instants on samples.
+/// Samples: half the width of the kernel that puts instants on samples.
 constexpr auto kReach = static_cast<std::int64_t>(kSpreadWidth / 2);
-/// s. A longer contact has nothing in the audible band, and would take memory without end.
+/// s: a longer contact has nothing in the audible band, and would take memory without end.
 constexpr double kLongestContact = 20.0;
-/// Dissipative pulses are made for so many restitutions as they come, and then only in steps.
+/// Number of restitutions that have a dissipative pulse of their own; further ones are rounded to
+/// steps of 1 / kFewRestitutions.
 constexpr std::size_t kMostRestitutions = 256;
 constexpr double kFewRestitutions = 64.0;
-/// By how much motion may stretch a click in time; beyond, it is that of bodies at rest.
+/// Bounds of the factor by which motion may stretch a click in time; beyond them the click is that
+/// of bodies at rest.
 constexpr double kLeastStretch = 0.1;
 constexpr double kMostStretch = 10.0;
-/// A set of head-related responses may be louder than the free field by that, at some frequency.
+/// Upper bound of a head-related response over the free field, at any frequency.
 constexpr double kLoudestEar = 4.0;
-/// A diffuse field's peaks over the root of its mean square.
+/// Peaks of a diffuse field over the root of its mean square.
 constexpr double kTailPeaks = 4.0;
-/// Of friction over load, where the mechanics says more.
+/// Upper bound of friction over load, for mechanics that reports more.
 constexpr double kMostFriction = 2.0;
-/// s: a step that takes longer says nothing of how its contact moved.
+/// s: a longer step does not tell how its contact moved.
 constexpr double kLongestStep = 1.0;
-/// 1, for ClickLayer::slideRank: what slides is not given up for what is hardly louder.
+/// Factor in ClickLayer::slideRank for a contact that slides already: it is not given up for one
+/// that is hardly louder.
 constexpr double kSlidesOn = 2.0;
-/// m: nearer makes no difference there.
+/// m: least distance to a listener in ClickLayer::slideRank.
 constexpr double kNearest = 0.1;
-/// s, in which a slide comes up.
+/// s: time in which a slide fades in.
 constexpr double kFadingIn = 1e-3;
-/// s and m, for ClickLayer::follow.
+/// Time constant (s) and largest offset (m) of the contact point in ClickLayer::follow.
 constexpr double kTurning = 0.03;
 constexpr double kFarthestOffset = 1.0;
-/// 1, of the load along the way: what rolling loses where the mechanics knows of no loss.
+/// Energy that rolling loses, over load times path, where the mechanics knows of no loss.
 constexpr double kRollingLoss = 0.01;
-/// One pattern for all that is rough; where it is looked at differs.
+/// All rough surfaces share one noise pattern, sampled at different places.
 constexpr std::uint64_t kRoughSeed = 1;
 
-/// Nodes that come at once, more or less.
+/// Number of consecutive nodes of a train that are taken to come at once.
 constexpr std::size_t kAtOnce = 4;
 
-/// N s: about what of a train comes at once, as there is one node to a sample or less.
+/// Returns about the largest impulse (N s) of a train that comes at once, as there is one node to a
+/// sample or less.
 double loudestOf(std::span<const PulseNode> train) {
   double loudest = 0.0;
   double sum = 0.0;
@@ -75,7 +80,8 @@ bool isContact(const ImpulseEvent& event) {
          isPositive(event.effectiveMass);
 }
 
-// Edges are blunt, and two flat faces touch first where they are not flat.
+// Returns the event with the bodies' edge radii where a radius is 0, and for two flat faces: edges
+// are blunt, and flat faces touch first where they are not flat.
 ImpulseEvent blunted(ImpulseEvent event, const SoundBody& body, const SoundBody& other) {
   const bool flat = std::isinf(event.radius) && std::isinf(event.otherRadius);
   if (event.radius == 0.0 || flat) event.radius = body.edgeRadius;
@@ -83,7 +89,7 @@ ImpulseEvent blunted(ImpulseEvent event, const SoundBody& body, const SoundBody&
   return event;
 }
 
-/// What a product of two numbers has lost (Dekker 1971): exact, below 1e290.
+/// Rounding error a b - product of a product (Dekker 1971): exact below 1e290.
 double roundingOf(double a, double b, double product) {
   constexpr double kSplit = 0x1.0p+27 + 1.0;
   const double a1 = kSplit * a - (kSplit * a - a);
@@ -118,7 +124,7 @@ SampleTime shifted(SampleTime time, const SampleShift& shift) {
   return time;
 }
 
-/// s, of an ear's response against that of the middle of the head.
+/// Delay (s) of an ear's response against that of the middle of the head.
 double earDelay(const HrtfSet& set, const SphereWeights& where, Ear ear) {
   double delay = -set.latency();
   for (std::size_t i = 0; i < where.index.size(); ++i)
@@ -177,7 +183,7 @@ Status ClickLayer::setBody(BodyId id, const SoundBody& body) {
   return std::monostate{};
 }
 
-/// The compact model has one for all.
+/// Returns the radiation filters for a radius (m); the compact model has one for all radii.
 const RadiationBank::Mix& ClickLayer::filtersOf(double radius) {
   if (settings_.radiation == Radiation::compact)
     return filters_.mixOf(std::numeric_limits<double>::infinity());
@@ -231,7 +237,8 @@ const Pulse& ClickLayer::pulseOf(const ImpulseEvent& event) const {
   return settings_.dissipative ? lossyOf(event).pulse : Pulse::of(settings_.pulse);
 }
 
-/// Made once for each restitution that there is, and beyond many of them for the nearest of a few.
+/// Returns the dissipative pulse of the event's restitution, made once for each; beyond
+/// kMostRestitutions, the one of the nearest of a few.
 const ClickLayer::Lossy& ClickLayer::lossyOf(const ImpulseEvent& event) const {
   double restitution = restitutionOf(event);
   if (lossy_.size() >= kMostRestitutions && !lossy_.contains(restitution))
@@ -252,7 +259,7 @@ double ClickLayer::contactDuration(const ImpulseEvent& event) const {
 
 double ClickLayer::leadTime(double contactDuration) const {
   const double pulse = -Pulse::of(settings_.pulse).begin() * contactDuration;
-  // The whole samples that the pulse falls between, too.
+  // The 2 stands for the whole samples that the pulse falls between.
   const auto filter = static_cast<double>(kReach - RadiationFilter::kFirstTap + 2);
   return pulse + filter / settings_.sampleRate + paths_->earliestEar;
 }
@@ -291,7 +298,7 @@ LaidSound ClickLayer::layImpulse(const ImpulseEvent& event, const SampleShift& s
   return sound;
 }
 
-/// What has been laid, as far as it can be heard.
+/// Returns the clicks and the rings laid last, each only if they can be heard.
 LaidSound ClickLayer::soundOf() const {
   LaidSound sound;
   if (peak_ > 0.0 && peak_ >= settings_.audibleThreshold) {
@@ -320,13 +327,14 @@ ClickLayer::Contact ClickLayer::contactOf(const ImpulseEvent& event, const Body&
   contact.rings = true;
   if (body.filters == nullptr) {
     contact.strike.position = rings_.position();
-    contact.strike.radius = rings_.radius();  // nobody hears it from within
+    contact.strike.radius = rings_.radius();  // receivers count as outside of the body
     contact.ahead = 0.0;
   }
   return contact;
 }
 
-/// False where numbers so large came together that a click cannot be placed on the clock.
+/// Lays the clicks and rings of a contact for all channels and paths; false if its numbers are so
+/// large that a click cannot be placed on the clock.
 bool ClickLayer::layContact(const Contact& contact) {
   laid_.clear();
   laidEars_.clear();
@@ -352,8 +360,8 @@ bool ClickLayer::layContact(const Contact& contact) {
   return true;
 }
 
-/// What the room gets: the mean over all directions, at 1 m, without the near field, which carries
-/// no power.
+/// Lays what is sent into the reverberation: the mean over all directions, at 1 m, without the near
+/// field, which carries no power. False as for layContact.
 bool ClickLayer::laySend(const Contact& contact) {
   Way send;
   for (std::size_t part = 0; part < send.gains.size(); ++part)
@@ -369,13 +377,13 @@ bool ClickLayer::laySend(const Contact& contact) {
   return true;
 }
 
-/// At the begin, the middle or the end.
+/// Dipole at the begin, middle or end of the contact, for `part` 0, 1 or 2.
 Vec3 ClickLayer::dipoleAt(const Contact& contact, std::size_t part) {
   const double share = 0.5 * static_cast<double>(part);
   return contact.dipoleBefore + share * (contact.strike.dipole - contact.dipoleBefore);
 }
 
-/// False where a wall is in the way.
+/// Finds delays and gains of a contact's sound over one path; false if a wall blocks the path.
 bool ClickLayer::findWay(const Contact& contact, const SoundPaths::Channel& channel,
                          const Image* image, Way& way) const {
   const Strike& strike = contact.strike;
@@ -384,7 +392,7 @@ bool ClickLayer::findWay(const Contact& contact, const SoundPaths::Channel& chan
   for (const std::size_t part : {0u, 1u, 2u}) {
     if (part > 0 && !settings_.doppler) {
       way.delays[part] = way.delays[0];
-      // What lasts may be pushed otherwise at its end.
+      // The dipole of a lasting contact may be another one at its end.
       const Vec3 turned = dipoleAt(contact, part);
       way.gains[part] =
           -(image != nullptr ? image->vector(turned) : turned).dot(way.towardsSource) *
@@ -416,17 +424,18 @@ bool ClickLayer::findWay(const Contact& contact, const SoundPaths::Channel& chan
       if (part == 0) way.receiverGain = heard;
     }
     if (!settings_.doppler) continue;
-    // A click is stretched as it is laid, and its force keeps its integral: as for a body that
-    // moves. Who moves through a field hears the pressure that is there, only faster or slower.
+    // A click is stretched as it is laid, with the integral of its force kept, as is right for a
+    // moving body. A moving listener hears the pressure that is there, only faster or slower.
     const bool overtaken = !(arrival.stretch > kLeastStretch && arrival.stretch < kMostStretch);
     const double stretch = overtaken ? 1.0 : arrival.stretch;
     way.gains[part] *= stretch * stretch;
-    if (part < 2) way.stretch = stretch;  // the middle's
+    if (part < 2) way.stretch = stretch;  // in the end, that of the middle
   }
   return true;
 }
 
-/// Where the wave that leaves `from` at `time` is heard. A listener that stands needs no solving.
+/// Returns how the wave that leaves `from` at `time` arrives. For a listener at rest nothing has to
+/// be solved.
 Arrival ClickLayer::arrivalAt(const SoundPaths::Channel& channel, double time,
                               const Vec3& from) const {
   if (hasMoved_[channel.listener]) {
@@ -441,8 +450,8 @@ Arrival ClickLayer::arrivalAt(const SoundPaths::Channel& channel, double time,
   return arrival;
 }
 
-/// An upper bound, in Pa: of the pulse's slope, of what the band holds of it, and of what a body of
-/// that size lets through (its response's total variation is 1.35 c/a).
+/// Upper bound (Pa) of a click, from the pulse's slope, what the band holds of it, and what a body
+/// of that size lets through (its response's total variation is 1.35 c/a).
 double ClickLayer::boundOf(const Contact& contact, const Way& way) const {
   const double rate = settings_.sampleRate;
   const bool naive = settings_.sampling == Sampling::naive;
@@ -464,8 +473,8 @@ double ClickLayer::boundOf(const Contact& contact, const Way& way) const {
   return gain * slope;
 }
 
-/// The peak of the tail over that of what is sent: the diffuse field's level (Reverb) for a click
-/// that is at its peak while it lasts, and its peaks over its level.
+/// Peak of the reverberation's tail over that of the sound sent into it: the diffuse field's level
+/// (Reverb) for a click that is at its peak while it lasts, times the field's peaks over its level.
 double ClickLayer::tailOver(const Contact& contact) const {
   const ReverbSettings& reverb = *settings_.reverb;
   const double lasting =
@@ -476,7 +485,7 @@ double ClickLayer::tailOver(const Contact& contact) const {
   return reverb.gain * kTailPeaks * std::sqrt(density * lasting);
 }
 
-/// Whether there is a place on the clock for it, and a number for its loudness.
+/// True if the clock can represent the contact's times, and its loudness is finite.
 bool ClickLayer::isPlaceable(const Contact& contact, const Way& way) const {
   const double rate = settings_.sampleRate;
   const double extent = std::abs(contact.time) + way.delays[0] + way.delays[2] +
@@ -504,7 +513,7 @@ void ClickLayer::layClick(const Contact& contact, const Way& way, const Place& p
   if (paths_->hasHeads) laidEars_.push_back(way.ears);
 }
 
-/// The pulse of the contact on the samples, of gain 1: a click without filters.
+/// Returns the contact's pulse on the samples with gain 1: a click without filters.
 Click ClickLayer::ringDrive(const Contact& contact, Way way, const Place& place) const {
   for (double& delay : way.delays)
     delay += contact.ahead / settings_.medium.speedOfSound;
@@ -537,7 +546,7 @@ Click ClickLayer::placed(const Contact& contact, const Way& way) const {
                  .length = (contact.duration + delay.slope) * rate,
                  .bend = delay.curve * rate};
   const double still = contact.duration * rate;
-  // Faster than sound, or nearly: time would fold.
+  // Motion at nearly the speed of sound or above would fold time.
   if (!(click.track.length > kLeastStretch * still) ||
       !(click.track.length < kMostStretch * still) ||
       !(std::abs(click.track.bend) < 0.1 * click.track.length)) {
@@ -555,7 +564,7 @@ Click ClickLayer::placed(const Contact& contact, const Way& way) const {
     click.nodes = contact.train;
   else if (settings_.sampling == Sampling::bandLimited)
     chooseRule(click);
-  if (click.nodes.empty()) click.pulse->forceTable();  // not while rendering
+  if (click.nodes.empty()) click.pulse->forceTable();  // made now, not while rendering
   return click;
 }
 
@@ -569,7 +578,7 @@ void ClickLayer::removeBody(BodyId id) {
 }
 
 LaidSound ClickLayer::touch(const ContactState& contact, const SampleShift& shift) {
-  if (!anyRings_) return {};  // worlds have many contacts
+  if (!anyRings_) return {};  // quickly, as worlds have many contacts
   dampings_.clear();
   dampingTaps_.clear();
   const bool isFinite = std::isfinite(contact.time) && contact.pathStart.allFinite() &&
@@ -591,7 +600,8 @@ LaidSound ClickLayer::touch(const ContactState& contact, const SampleShift& shif
   return changes;
 }
 
-/// Of the contact's first body, or the other one. False: nothing changes.
+/// Lays the change of damping of the contact's first body, or of the other one; false if nothing
+/// changes.
 bool ClickLayer::touchOne(const ContactState& contact, bool first, std::int64_t sample) {
   const BodyId id = first ? contact.body : contact.other;
   const BodyId otherId = first ? contact.other : contact.body;
@@ -608,7 +618,8 @@ bool ClickLayer::touchOne(const ContactState& contact, bool first, std::int64_t 
                       *body->rings, sample);
 }
 
-/// All of it are numbers, and of a place on the clock.
+/// True if all numbers of the contact are finite, its step is not too long and its time is on the
+/// clock.
 bool ClickLayer::isDriven(const ContactState& contact) const {
   const bool isNumber = std::isfinite(contact.time) && isPositive(contact.duration) &&
                         contact.normal.allFinite() && contact.position.allFinite() &&
@@ -625,7 +636,8 @@ bool ClickLayer::isDriven(const ContactState& contact) const {
          std::abs(contact.time) * settings_.sampleRate < kExactSamples;
 }
 
-/// The pair's, with the nodes of this step; null where there is none.
+/// Returns the pair's slide with the nodes of this step; null if the pair does not slide or cannot
+/// be heard.
 ClickLayer::Sliding* ClickLayer::advanced(const ContactState& contact, double stretch) {
   const std::pair key(contact.body, contact.other);
   const double loudest = steepestImpulse(contact);
@@ -665,14 +677,15 @@ ClickLayer::Sliding* ClickLayer::advanced(const ContactState& contact, double st
   return &sliding;
 }
 
-/// Nothing begins with a jump of its force.
+/// Fades in the nodes of a slide's first step, so that its force does not begin with a jump.
 void ClickLayer::fadeIn(std::vector<PulseNode>& nodes, double duration) {
   for (PulseNode& node : nodes)
     node.weight *= std::min(1.0, node.u * duration / kFadingIn);
 }
 
-/// Mechanics in steps says of a body with many points now that one of them bears it and now that:
-/// where it is pushed moves on steadily, and turns to where it is said to be over kTurning.
+/// Smooths the contact points: for a body with many of them, stepped mechanics reports now one and
+/// now another. The point that is pushed moves on steadily, and approaches the reported one with
+/// the time constant kTurning.
 void ClickLayer::follow(const ContactState& contact, Sliding& sliding) {
   const double kept = std::exp(-contact.duration / kTurning);
   const auto followOne = [kept](Sliding::Side& side, const Vec3& start, const Vec3& end) {
@@ -685,7 +698,7 @@ void ClickLayer::follow(const ContactState& contact, Sliding& sliding) {
   followOne(sliding.sides[1], contact.otherPathStart, contact.otherPathEnd);
 }
 
-/// Over a surface, as fast as what sounds.
+/// True if the contact point moves over a surface fast enough to sound.
 bool ClickLayer::isMoving(const ContactState& contact) {
   const double farthest = std::max((contact.pathEnd - contact.pathStart).squaredNorm(),
                                    (contact.otherPathEnd - contact.otherPathStart).squaredNorm());
@@ -693,7 +706,7 @@ bool ClickLayer::isMoving(const ContactState& contact) {
   return farthest >= least * least;
 }
 
-/// kg, of the pair along the normal; 0 where nothing moves either.
+/// Effective mass (kg) of the pair along the normal; 0 if neither body can move.
 double ClickLayer::massOf(const ContactState& contact, const Body& body, const Body& other) {
   const auto inverseMass = [&contact](const SoundBody& sound, const Vec3& at, const Quat& turn) {
     if (std::isinf(sound.mass)) return 0.0;
@@ -705,7 +718,7 @@ double ClickLayer::massOf(const ContactState& contact, const Body& body, const B
   return isPositive(inverse) ? 1.0 / inverse : 0.0;
 }
 
-/// J, what friction takes in the step, and rolling at least.
+/// Energy (J) that friction takes in the step; at least what rolling loses.
 double ClickLayer::workOf(const ContactState& contact) {
   const double farthest = std::max((contact.pathEnd - contact.pathStart).norm(),
                                    (contact.otherPathEnd - contact.otherPathStart).norm());
@@ -713,8 +726,8 @@ double ClickLayer::workOf(const ContactState& contact) {
                   kRollingLoss * contact.normalLoad * farthest);
 }
 
-/// N s, more than comes at once of the step: twice as fast as the steepest bumps push, and back. 0
-/// for what does not slide.
+/// Upper bound (N s) of the impulse that comes at once in the step: to twice the speed at which the
+/// steepest bumps push, and back. 0 unless the contact slides.
 double ClickLayer::steepestImpulse(const ContactState& contact) {
   if (contact.phase == ContactPhase::end || !isMoving(contact) || !isDriven(contact)) return 0.0;
   Body* const body = findBody(contact.body);
@@ -740,13 +753,13 @@ double ClickLayer::slideRank(const ContactState& contact) {
   return (slides ? kSlidesOn : 1.0) * loudest / std::max(nearest, kNearest);
 }
 
-/// Neither body can be heard, whatever comes of the bumps.
+/// True if neither body can be heard, whatever impulses up to `loudest` (N s) the bumps give.
 bool ClickLayer::isInaudible(const ContactState& contact, double loudest, const Body& body,
                              const Body& other) {
   if (settings_.audibleThreshold == 0.0) return false;
   for (const bool first : {true, false}) {
     const Body& sounding = first ? body : other;
-    // What rings may gather for longer than a step.
+    // A body that rings may gather energy for longer than a step.
     if (sounding.rings != nullptr) return false;
     if (sounding.filters == nullptr) continue;
     Contact probe =
@@ -760,7 +773,7 @@ bool ClickLayer::isInaudible(const ContactState& contact, double loudest, const 
   return true;
 }
 
-/// Made of the material where the body has none of its own; null: it is smooth.
+/// Returns the body's texture, or one made from its material's roughness; null if it is smooth.
 const SurfaceTexture* ClickLayer::textureOf(Body& body) {
   if (body.sound.texture != nullptr) return body.sound.texture.get();
   const Roughness& roughness = body.sound.material.roughness;
@@ -770,13 +783,13 @@ const SurfaceTexture* ClickLayer::textureOf(Body& body) {
   return body.rough.get();
 }
 
-/// Of a texture of its own only: roughness is the same all over.
+/// Returns the coordinates of the body's own texture; null for roughness, the same all over.
 const TextureCoordinates* ClickLayer::coordinatesOf(const Body& body) {
   return body.sound.texture != nullptr ? body.sound.textureCoordinates.get() : nullptr;
 }
 
-/// Of an impulse of 1 N s along the normal, with the friction that goes with it; `offset` (m, body
-/// frame) beside where the contact point is said to be.
+/// Returns the event of an impulse of 1 N s along the normal, with the friction that goes with it,
+/// at `offset` (m, body frame) from the reported contact point.
 ImpulseEvent ClickLayer::slidingEvent(const ContactState& contact, bool first, const Vec3& offset) {
   const double pressed = contact.appliedImpulse.dot(contact.normal);
   Vec3 along = Vec3::Zero();
@@ -807,11 +820,11 @@ LaidSound ClickLayer::slide(const ContactState& state, bool first, const SampleS
   Sliding::Side& side = slidingNow_->sides[first ? 0 : 1];
   const ImpulseEvent event = slidingEvent(state, first, side.offset);
   Contact contact = contactOf(event, body, state.duration * shift.stretch, shift);
-  contact.pulse = &Pulse::of(PulseShape::hertz);  // from the begin of the step to its end
+  contact.pulse = &Pulse::of(PulseShape::hertz);  // spans the step from begin to end
   contact.train = slidingNow_->nodes;
   contact.loudest = loudestOf(contact.train);
   contact.strike.velocity = event.bodyVelocity;
-  // From how it was pushed before to how it is: a jump would click.
+  // The dipole changes gradually from that of the last step: a jump would click.
   contact.dipoleBefore = side.dipole.value_or(contact.strike.dipole);
   side.dipole = contact.strike.dipole;
   if (!layContact(contact)) {
@@ -824,9 +837,9 @@ LaidSound ClickLayer::slide(const ContactState& state, bool first, const SampleS
   return sound;
 }
 
-/// m. Edges are blunt, and flat faces touch where they are not flat, as in an impact; so does an
-/// edge on a face, as mechanics in steps says of a face now that it is one and now that it is on
-/// its edge.
+/// Radius (m) of the contact's curvature. Edges are blunt, and flat faces touch where they are not
+/// flat, as in an impact; so does an edge on a face, as stepped mechanics reports the same face now
+/// as lying flat and now as standing on its edge.
 double ClickLayer::contactRadius(const ContactState& contact, const Body& body, const Body& other) {
   const double radius = ballRadius(body) > 0.0 ? ballRadius(body) : contact.radius;
   const double otherRadius = ballRadius(other) > 0.0 ? ballRadius(other) : contact.otherRadius;
@@ -837,7 +850,7 @@ double ClickLayer::contactRadius(const ContactState& contact, const Body& body, 
   return 1.0 / (1.0 / blunt(radius, body) + 1.0 / blunt(otherRadius, other));
 }
 
-/// m; 0 for what is none.
+/// Radius in m; 0 unless the body is a sphere.
 double ClickLayer::ballRadius(const Body& body) {
   return body.sound.shape == nullptr ? body.sound.radius : 0.0;
 }
@@ -848,8 +861,8 @@ HertzContact ClickLayer::hertzOf(const ContactState& contact, const Body& body, 
           .modulus = contactModulus(body.sound.material, other.sound.material)};
 }
 
-/// Of the Gauss rules the smallest that is right up to the sample rate, beyond which the kernel is
-/// dark. What they get wrong there grows with their size; long contacts are better off without.
+/// Chooses the smallest Gauss rule that is right up to the sample rate, beyond which the kernel
+/// lets nothing through. A rule's errors there grow with its size; long contacts do better without.
 void ClickLayer::chooseRule(Click& click) const {
   const double bandwidth = 2.0 * std::numbers::pi * click.track.length;
   const std::size_t size = click.pulse->ruleSize(bandwidth);

@@ -27,69 +27,74 @@
 
 namespace carom::audio {
 
-/// The sound of one event, until the next `lay`.
+/// The sound of one event or of one step of a contact; valid until the next call of the ClickLayer.
 struct LaidSound {
-  double peak = 0.0;                         ///< Pa, of the clicks at any listener: an upper bound
-  std::span<const Click> clicks = {};        ///< empty: no click to hear
-  std::span<const SphereWeights> ears = {};  ///< where binaural ones come from; empty without heads
-  std::span<const Ring> rings = {};          ///< empty: nothing rings
-  std::span<const double> taps = {};         ///< of the rings
-  /// What drives all of them, if that is no pulse: their nodes. Not kept: who plays it has a copy.
+  double peak = 0.0;                   ///< Pa, upper bound of the clicks at any listener
+  std::span<const Click> clicks = {};  ///< empty: no click to hear
+  /// Directions from which binaural channels hear the clicks; empty without heads.
+  std::span<const SphereWeights> ears = {};
+  std::span<const Ring> rings = {};   ///< empty: nothing rings
+  std::span<const double> taps = {};  ///< the taps that `rings` refer to
+  /// Nodes that drive all clicks and rings, if no pulse does. Borrowed: a player keeps a copy.
   std::span<const PulseNode> train = {};
 };
 
-/// Later than on the simulation clock, 0 <= fraction < 1.
+/// Delay on the sample clock against the simulation clock: whole + fraction samples, with fraction
+/// from 0 to below 1.
 struct SampleShift {
-  std::int64_t whole = 0;  ///< leaves the bits of the samples as they are
+  std::int64_t whole = 0;  ///< does not change the bits of the samples
   double fraction = 0.0;
-  double stretch = 1.0;  ///< how much longer what lasts is there
+  double stretch = 1.0;  ///< durations on the sample clock over those on the simulation clock
 };
 
 struct ClickLayerCounters {
-  std::uint64_t events = 0;           ///< laid, of bodies that can move or ring
+  std::uint64_t events = 0;           ///< scheduled events of bodies that can move or ring
   std::uint64_t immovable = 0;        ///< shares of bodies that neither move nor ring
-  std::uint64_t rings = 0;            ///< of `events`, made a body ring that is heard
-  std::uint64_t slides = 0;           ///< steps of a body that slides or rolls and is heard
-  std::uint64_t inaudibleSlides = 0;  ///< likewise, left out: below the threshold everywhere
-  std::uint64_t inaudible = 0;     ///< of `events`, left out: below the threshold at every listener
-  std::uint64_t undersampled = 0;  ///< of `events`, contact shorter than 4 samples, naively sampled
-  std::uint64_t rejected = 0;      ///< not finite, unknown body, no approach, over 20 s
+  std::uint64_t rings = 0;            ///< `events` that made a body ring audibly
+  std::uint64_t slides = 0;           ///< steps in which a body that slides or rolls is heard
+  std::uint64_t inaudibleSlides = 0;  ///< such steps left out: below the threshold everywhere
+  std::uint64_t inaudible = 0;        ///< `events` left out: below the threshold at every listener
+  std::uint64_t undersampled = 0;     ///< `events` sampled naively, contact shorter than 4 samples
+  std::uint64_t rejected = 0;         ///< not finite, unknown body, no approach, over 20 s
 };
 
-/// From events to clicks and rings: what of the sound is decided when an event is known. It knows
-/// bodies, listeners and rooms, and allocates as it likes: in real time it belongs to the thread of
-/// the simulation. What it has laid is played by ClickPlayer and RingPlayer, which know neither.
-/// See Synth for the model. [one thread]
+/// Turns events into clicks and rings: the part of the synthesis that is decided when an event is
+/// known. It knows bodies, listeners and rooms, and allocates freely: in real time it belongs to
+/// the thread of the simulation. ClickPlayer and RingPlayer, which know none of these, play its
+/// clicks and rings. See Synth for the model. [one thread]
 class ClickLayer {
  public:
   explicit ClickLayer(std::shared_ptr<const SoundPaths> paths);
 
   Status setBody(BodyId id, const SoundBody& body);  ///< as Synth::setBody
-  void removeBody(BodyId id);                        ///< its events are rejected from now on
+  void removeBody(BodyId id);                        ///< the body's events are rejected from now on
   Status moveListener(std::size_t listener, const ListenerPose& pose);  ///< as Synth::moveListener
-  /// The listener is there, and was so always: for what is too far away to have travelled to.
+  /// Teleports the listener and discards the history of its motion: as Synth::placeListener.
   Status placeListener(std::size_t listener, const ListenerPose& pose);
-  /// Listeners are back where they were created, and await their first pose.
+  /// Returns the listeners to where they were created, to await their first pose.
   void restartListeners();
 
-  /// Lays one event over the samples. Not to be heard, or refused: no clicks, and counted.
+  /// Schedules one event on the samples. Returns no clicks and no rings, and counts the event, if
+  /// it is inaudible or invalid.
   LaidSound lay(const ImpulseEvent& event, const SampleShift& shift = {});
 
-  /// What a lasting contact changes of the damping of what rings: rings that are none (see Ring).
+  /// Returns the changes that a lasting contact makes to the damping of ringing bodies, as rings
+  /// without a pulse (see Ring).
   LaidSound touch(const ContactState& contact, const SampleShift& shift = {});
 
-  /// What a lasting contact sounds like where it slides or rolls over bumps: the share of its first
-  /// body, or of the other one, which is to be asked for after it. One step after the other.
+  /// Returns the sound of a lasting contact that slides or rolls over bumps: the share of its first
+  /// body, or of the other body, which has to be asked for after the first one's. Steps come in
+  /// order of time.
   LaidSound slide(const ContactState& contact, bool first, const SampleShift& shift = {});
 
-  /// How loud a lasting contact may become, beside others: N s over m to the nearest microphone,
-  /// more for what slides already; 0 for what does not slide.
+  /// Rank of a lasting contact's possible loudness, for comparison with others: N s over m to the
+  /// nearest listener, higher for a contact that slides already; 0 if it does not slide.
   double slideRank(const ContactState& contact);
-  /// It is not heard any more: what it slides later is a new slide.
+  /// Ends the sound of a sliding contact: if it slides later, that is a new slide.
   void endSlide(const ContactState& contact) { sliding_.erase({contact.body, contact.other}); }
 
-  /// Whether `touch` or `slide` may have something to say: a body that rings, or is not smooth, was
-  /// ever set.
+  /// True if `touch` or `slide` may return a sound: a body that rings or is not smooth has been
+  /// set.
   bool hearsTouches() const { return anyRings_ || anyTextures_; }
 
   const SoundPaths& paths() const { return *paths_; }
@@ -102,55 +107,57 @@ class ClickLayer {
     SoundBody sound;
     const RadiationBank::Mix* filters = nullptr;            // null: it does not click
     const RingLayer::Source* rings = nullptr;               // null: it does not ring
-    std::shared_ptr<const SurfaceTexture> rough = nullptr;  // of its material, once it has slid
+    std::shared_ptr<const SurfaceTexture> rough = nullptr;  // made of its roughness when it slides
   };
-  /// A contact that loses energy.
+  /// The pulse of a contact that loses energy.
   struct Lossy {
     Pulse pulse;
-    double stretch = 1.0;  // of its duration over the elastic one's
+    double stretch = 1.0;  // the duration over that of the elastic contact
   };
-  /// What the clicks of one event have in common.
+  /// The data that the clicks of one event share.
   struct Contact {
     double time = 0.0;      // s
     double duration = 0.0;  // s, on the clock of the samples
     const Pulse* pulse = nullptr;
     Strike strike;
-    Vec3 dipoleBefore = Vec3::Zero();  // at its begin; the strike's is at its end
-    double ahead = 0.0;  // m: the sound starts at the surface, and the filter lets it wait
+    Vec3 dipoleBefore = Vec3::Zero();  // dipole at the begin; strike.dipole is that at the end
+    // m, subtracted from the distance: sound starts at the surface, and the filter delays it
+    double ahead = 0.0;
     const RadiationBank::Mix* filters = nullptr;  // null: no click
     SampleShift shift;
     bool rings = false;
-    std::span<const PulseNode> train = {};  // in place of the pulse
-    double loudest = 0.0;                   // N s, about what of the train comes at once
+    std::span<const PulseNode> train = {};  // nodes in place of the pulse
+    double loudest = 0.0;  // N s, sum of the nodes that come at about the same time
   };
-  /// The way of a contact's sound to one receiver, at its begin, middle and end.
+  /// The propagation path of a contact's sound to one receiver, at its begin, middle and end.
   struct Way {
     std::array<double, 3> delays{};     // s
-    std::array<double, 3> gains{};      // Pa s^2: of the slope of a force of integral 1
+    std::array<double, 3> gains{};      // Pa s^2, per slope of a force of integral 1
     double distance = 0.0;              // m, in the middle, not below the body's radius
-    double stretch = 1.0;               // of time, in the middle, by the receiver's own motion
-    SphereWeights ears;                 // where a binaural channel hears it from
+    double stretch = 1.0;               // time stretch by the receiver's own motion, in the middle
+    SphereWeights ears;                 // direction from which a binaural channel hears it
     Vec3 towardsSource = Vec3::Zero();  // unit, world frame, at the begin
-    double receiverGain = 1.0;          // likewise
+    double receiverGain = 1.0;          // at the begin
   };
 
-  /// Where a click or ring goes.
+  /// The path and the channel of a click or ring.
   struct Place {
     std::uint32_t chain = 0;
     std::uint32_t channel = 0;
     const Image* image = nullptr;
   };
 
-  /// Of two bodies that slide or roll on each other.
+  /// The state of two bodies that slide or roll on each other.
   struct Sliding {
     ContactDrive drive;
-    std::vector<PulseNode> nodes;  // of the step in hand
-    bool sounds = false;           // in the step before
-    /// Of each body, the latest.
+    std::vector<PulseNode> nodes;  // nodes of the current step
+    bool sounds = false;           // the previous step had nodes
+    /// The latest state of the contact on one of the bodies.
     struct Side {
       bool isKnown = false;
-      Vec3 end = Vec3::Zero();     // m, body frame: where the contact point's path ended
-      Vec3 offset = Vec3::Zero();  // m, likewise: from where it is to where it is taken to be
+      Vec3 end = Vec3::Zero();  // m, body frame: where the contact point's path ended
+      // m, body frame: from the contact point to the point that is used in its place
+      Vec3 offset = Vec3::Zero();
       std::optional<Vec3> dipole;  // Strike::dipole
     };
     std::array<Side, 2> sides;
@@ -200,24 +207,24 @@ class ClickLayer {
   double tailOver(const Contact& contact) const;
 
   std::shared_ptr<const SoundPaths> paths_;
-  const SynthSettings& settings_;  // of paths_
+  const SynthSettings& settings_;  // settings of paths_
   std::vector<PoseTrack> tracks_;  // one per listener
-  std::vector<bool> hasMoved_;     // likewise: a pose has come
+  std::vector<bool> hasMoved_;     // one per listener: a pose has come
   std::unordered_map<BodyId, Body> bodies_;
   ClickLayerCounters counters_;
   RadiationBank filters_;
   RingLayer rings_;
   mutable std::unordered_map<double, Lossy> lossy_;  // by restitution, made when first needed
-  std::vector<Click> laid_;                          // of the event in hand
-  std::vector<SphereWeights> laidEars_;              // of laid_, where there is a head
-  std::vector<Ring> dampings_;                       // of the lasting contact in hand
-  std::vector<double> dampingTaps_;                  // of these
+  std::vector<Click> laid_;                          // clicks of the current event
+  std::vector<SphereWeights> laidEars_;              // directions of laid_, if there is a head
+  std::vector<Ring> dampings_;                       // changes by the current lasting contact
+  std::vector<double> dampingTaps_;                  // taps of dampings_
   std::map<std::pair<BodyId, BodyId>, Sliding> sliding_;
-  Sliding* slidingNow_ = nullptr;  // of the step in hand
-  bool anyTextures_ = false;       // or roughness
-  double peak_ = 0.0;              // Pa, a bound for them
+  Sliding* slidingNow_ = nullptr;  // the pair of the current step
+  bool anyTextures_ = false;       // a body with a texture or roughness has been set
+  double peak_ = 0.0;              // Pa, upper bound of laid_
   bool anyRings_ = false;
-  double ringPeak_ = 0.0;  // Pa, for the rings
+  double ringPeak_ = 0.0;  // Pa, upper bound of the rings
 };
 
 }  // namespace carom::audio

@@ -13,20 +13,20 @@
 namespace carom::audio {
 namespace {
 
-/// Frames summed in double before they are handed on: small enough to stay in the first cache.
+/// Frames summed in double before they are handed on: few enough to stay in the first cache.
 constexpr std::size_t kMixFrames = ClickBus::kMaxFrames;
 
-// Rough, for `work`: nanoseconds where the widest vectors have four doubles.
+// Rough costs for `work`, in nanoseconds on a machine whose widest vectors have four doubles.
 constexpr double kArrivalWork = 100.0;
 constexpr double kClickWork = 120.0;
 constexpr double kSampleWork = 0.7;     // per sample and filter
 constexpr double kNodeWork = 6.0;       // per node, or per sample of a long one
 constexpr double kResponseWork = 0.1;   // per sample and tap of an ear
-constexpr double kBusWork = 8.0;        // per sample, of a bus that is not silent
+constexpr double kBusWork = 8.0;        // per sample and bus that is not silent
 constexpr double kResonatorWork = 0.2;  // per sample and mode
 constexpr double kReverbWork = 60.0;    // per sample and channel
 
-/// Asks for what will be read soon.
+/// Prefetches an object that will be read soon.
 template <class T>
 void prefetch(const T& object) {
 #if defined(__GNUC__)
@@ -51,7 +51,7 @@ ClickPlayer::ClickPlayer(std::shared_ptr<const SoundPaths> paths,
       response_(paths_->longestResponse),
       mix_(kMixFrames * paths_->channels.size()),
       send_(kMixFrames) {
-  SpreadTable::instance();  // not while rendering
+  SpreadTable::instance();  // made now, not while rendering
   if (settings_.reverb) {
     for (const Listener& listener : paths_->listeners)
       reverbs_.push_back(
@@ -60,7 +60,7 @@ ClickPlayer::ClickPlayer(std::shared_ptr<const SoundPaths> paths,
   if (capacity_) makeRoom();
 }
 
-/// All the memory that a player with a capacity ever has.
+/// Allocates all the memory that a player with a capacity ever has.
 void ClickPlayer::makeRoom() {
   const Pulse& pulse = Pulse::of(settings_.pulse);
   const double longest =
@@ -116,7 +116,7 @@ void ClickPlayer::add(const LaidSound& sound) {
   if (!kept.rings.empty()) rings_.add(kept.rings, kept.taps, kept.train);
 }
 
-/// A copy of the sound's nodes, which lives until all of it has begun.
+/// Returns a copy of the sound's nodes that lives until all clicks and rings of it have begun.
 std::span<const PulseNode> ClickPlayer::keptTrain(const LaidSound& sound) {
   std::int64_t first = std::numeric_limits<std::int64_t>::max();
   std::int64_t last = position_;
@@ -126,7 +126,7 @@ std::span<const PulseNode> ClickPlayer::keptTrain(const LaidSound& sound) {
   };
   std::ranges::for_each(sound.clicks, include);
   std::ranges::for_each(sound.rings, include, &Ring::drive);
-  last += std::max<std::int64_t>(0, position_ - first);  // what is late comes later by as much
+  last += std::max<std::int64_t>(0, position_ - first);  // a late sound begins later by as much
   return trains_.keep(sound.train, last, position_);
 }
 
@@ -159,7 +159,7 @@ void ClickPlayer::addClicks(const LaidSound& sound) {
   }
 }
 
-/// Nothing of it can be heard any more.
+/// True if no sample of the click can be heard any more.
 bool ClickPlayer::isOver(const Click& click) const {
   const auto oldest = position_ - static_cast<std::int64_t>(ClickBus::kHistory);
   return click.first + static_cast<std::int64_t>(roomOf(click)) <= oldest;
@@ -170,7 +170,7 @@ bool ClickPlayer::isTooLong(const LaidSound& sound) const {
                              [this](const Click& click) { return roomOf(click) > mostSamples_; });
 }
 
-/// Whether there is room, or was something quieter.
+/// Drops quieter events until the sound has room; false if there is no room and nothing quieter.
 bool ClickPlayer::makePlace(const LaidSound& sound) noexcept {
   while (voices_.isFull() || waiting_.size() + sound.clicks.size() > slots_) {
     ++counters_.stolen;
@@ -181,7 +181,8 @@ bool ClickPlayer::makePlace(const LaidSound& sound) noexcept {
   return true;
 }
 
-/// Takes out the clicks of an event that begin at `from` or later. Without any left, it is gone.
+/// Removes the clicks of an event that begin at `from` or later. The event goes with its last
+/// click.
 void ClickPlayer::dropFrom(std::uint32_t voice, std::int64_t from) noexcept {
   for (std::uint32_t slot = voices_.firstSlot(voice); slot != kNone;) {
     const std::uint32_t next = voices_.nextSlot(slot);
@@ -195,7 +196,8 @@ void ClickPlayer::dropFrom(std::uint32_t voice, std::int64_t from) noexcept {
   }
 }
 
-/// The clicks of an event with their buses, in arriving_; or none of them.
+/// Puts the clicks of an event with their buses into arriving_; false, with no bus taken, if one of
+/// them finds no bus.
 bool ClickPlayer::arrive(const LaidSound& sound) {
   arriving_.assign(sound.clicks.begin(), sound.clicks.end());
   if (!sound.train.empty())
@@ -214,7 +216,7 @@ void ClickPlayer::enqueue(const Click& click, const SphereWeights* ears, std::ui
   std::uint32_t slot = static_cast<std::uint32_t>(clicks_.size());
   if (freeSlots_.empty()) {
     clicks_.push_back(click);
-    freeSlots_.reserve(clicks_.capacity());  // for `render`, which gives all of them back
+    freeSlots_.reserve(clicks_.capacity());  // `render` frees slots and must not allocate
   } else {
     slot = freeSlots_.back();
     freeSlots_.pop_back();
@@ -229,7 +231,8 @@ void ClickPlayer::enqueue(const Click& click, const SphereWeights* ears, std::ui
   if (!capacity_) reserveScratch(click);
 }
 
-/// All buses of a click that will wait, or none.
+/// Finds the buses of a click that will wait; false, with none taken, if there is not one for each
+/// filter.
 bool ClickPlayer::findBuses(Click& click) {
   for (std::size_t i = 0; i < click.filters->count; ++i) {
     const std::uint32_t bus = busOf(click, i);
@@ -265,8 +268,8 @@ std::uint64_t ClickPlayer::keyOf(std::uint32_t filter, std::uint32_t chain,
          channel;
 }
 
-/// The bus of a click's filter: the one that has its key, one that nobody needs any more, or a new
-/// one; kNone where there may be no more.
+/// Returns the bus of a click's filter: the one with its key, an idle one, or a new one; kNone if
+/// there may be no more buses.
 std::uint32_t ClickPlayer::busOf(const Click& click, std::size_t filter) {
   const std::uint64_t key = keyOf(click.filters->filters[filter], click.chain, click.channel);
   const auto place = std::ranges::lower_bound(busOrder_, key, {}, &BusOfKey::key);
@@ -285,8 +288,8 @@ std::uint32_t ClickPlayer::busOf(const Click& click, std::size_t filter) {
   return index;
 }
 
-/// One of the next few that is silent and not waited for, or the number of buses. With a capacity,
-/// any one, or kNone.
+/// Returns one of the next few buses that is silent and that no click waits for, or else the number
+/// of buses. With a capacity, looks at all buses, and returns kNone if none is idle.
 std::uint32_t ClickPlayer::idleBus() {
   constexpr std::size_t kLooks = 8;
   const std::size_t looks = capacity_ ? buses_.size() : std::min(kLooks, buses_.size());
@@ -331,8 +334,8 @@ void ClickPlayer::beginUntil(std::int64_t end) noexcept {
   }
 }
 
-/// Of the events that are about to begin, begins those that can be afforded, the loudest first, and
-/// takes the others' later clicks out.
+/// Begins those of the due events that can be afforded, the loudest first, and removes the later
+/// clicks of the others.
 void ClickPlayer::chooseVoices(std::span<const ClickQueue::Entry> due, std::int64_t end) noexcept {
   chosen_.clear();
   for (const ClickQueue::Entry& entry : due) {
@@ -393,7 +396,7 @@ void ClickPlayer::begin(std::uint32_t slot) noexcept {
   }
 }
 
-/// Behind as many zeros in x_ as an ear's response needs.
+/// Returns the samples of a click, in x_ behind as many zeros as an ear's response needs.
 std::span<const double> ClickPlayer::samplesOf(const Click& click) noexcept {
   const std::span<double> x(x_.data() + response_.size(), click.samples);
   sampler_.sample(click, paths_->isFiltered() ? Drive::force : Drive::pressure, x);
@@ -479,8 +482,8 @@ void ClickPlayer::setAllowance(double workPerSecond) noexcept {
   if (std::isinf(workPerSecond)) affordable_ = workPerSecond;
 }
 
-/// How many samples to mix at once. With a limited allowance none of it is carried over, so that no
-/// moment costs more than its share.
+/// Returns how many samples to mix at once. A limited allowance is not carried over to the next
+/// quantum, so that no moment costs more than its share.
 std::size_t ClickPlayer::nextPart(std::size_t frames) noexcept {
   const std::size_t part = std::min(kMixFrames, frames);
   if (!capacity_ || std::isinf(allowance_)) return part;

@@ -7,8 +7,8 @@
 
 namespace carom::audio {
 
-/// What waits for its sample: a calendar of lists, one for every kSpan samples, the same ones again
-/// after kDays of them. Nothing allocates but `push`. [one thread]
+/// A queue of entries that wait for their sample: a calendar of lists, one for every kSpan samples,
+/// which are used again after kDays of them. Nothing allocates but `push`. [one thread]
 class ClickQueue {
  public:
   static constexpr std::int64_t kSpan = 256;  // samples
@@ -16,22 +16,22 @@ class ClickQueue {
 
   struct Entry {
     std::int64_t first = 0;  ///< sample at which it begins
-    double start = 0.0;      ///< after that sample: for the caller's order
-    std::uint32_t slot = 0;  ///< the caller's; no two that wait have the same, and small ones
+    double start = 0.0;      ///< samples after `first`: for the caller's order
+    std::uint32_t slot = 0;  ///< the caller's small index, unique among the entries that wait
   };
 
   ClickQueue() : days_(kDays, kNone) {}
 
-  /// `now` is the next sample that will be taken: what is late waits for that one.
+  /// Adds an entry. `now` is the next sample that will be taken: a late entry waits for that one.
   void push(const Entry& entry, std::int64_t now);
 
-  /// So that no `push` of a slot below `slots` allocates.
+  /// Makes room, so that no `push` of a slot below `slots` allocates.
   void reserve(std::size_t slots);
-  /// Takes one out that waits.
+  /// Removes an entry that waits.
   void remove(std::uint32_t slot) noexcept;
 
-  /// What begins before `end`, in no order, and is in the queue no more. `now` is the `end` of the
-  /// call before. Valid until the next call.
+  /// Removes and returns the entries that begin before `end`, in no order. `now` is the `end` of
+  /// the call before. Valid until the next call.
   std::span<Entry> takeUntil(std::int64_t now, std::int64_t end) noexcept;
 
   std::size_t size() const { return size_; }
@@ -43,7 +43,7 @@ class ClickQueue {
     Entry entry;
     std::uint32_t next = kNone;
     std::uint32_t before = kNone;  // kNone: it is the first of its day
-    std::uint32_t day = kNone;     // index
+    std::uint32_t day = kNone;     // index into days_
   };
   static std::size_t dayOf(std::int64_t sample);
   void takeFrom(std::size_t day, std::int64_t end) noexcept;

@@ -11,20 +11,20 @@
 
 namespace carom::audio {
 
-/// What of a contact's pulse is put on the samples.
+/// The quantity of a contact's pulse that is put on the samples.
 enum class Drive : std::uint8_t {
-  force,     ///< shares of its impulse, for what filters them
+  force,     ///< shares of its impulse, to be filtered
   pressure,  ///< naive sampling of the compact model: the slope of the force, per sample
 };
 
-/// A click's pulse on the samples, at its exact time: what a filter or a resonator is driven with.
+/// Puts a click's pulse on the samples, at its exact time: the input of a filter or a resonator.
 /// [one thread] Nothing allocates but `reserve`.
 class ClickSampler {
  public:
   ClickSampler(Sampling sampling, const ClickKernels& kernels)
       : sampling_(sampling), kernels_(&kernels) {}
 
-  /// Makes room for clicks of so many nodes (none: long ones) and samples.
+  /// Makes room for clicks of so many samples and nodes (0: of long pulses).
   void reserve(std::size_t nodes, std::size_t samples);
 
   /// Fills x with click.samples values, and may write ClickKernels::kRoom behind them.

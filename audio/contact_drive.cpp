@@ -9,41 +9,47 @@
 namespace carom::audio {
 namespace {
 
-/// By how much another axis must be nearer to the normal to be looked along instead.
+/// Factor by which another axis must be nearer to the normal before a surface is projected along it
+/// instead.
 constexpr double kTurned = 1.2;
-/// m: they part no further, so that they can meet again.
+/// m: largest gap between the surfaces, so that they can meet again.
 constexpr double kFarthestPoint = 1.0;
-/// Of a step's way: a path that begins so near to where the last one ended is led there.
+/// Share of a step's path: a gap this small between the end of the last path and the begin of this
+/// one is closed within the step.
 constexpr double kNear = 2e-3;
-/// Of a step's way: a path that is farther from where it should be has leapt over a seam.
+/// Share of a step's path: a path on the texture that is farther from where it should be has leapt
+/// over a seam of the coordinates.
 constexpr double kLeap = 0.5;
-/// A way across the surface is none along it.
+/// Upper bound of a path's length over its part along the surface: beyond it the path leads across
+/// the surface and does not bend with it.
 constexpr double kMostBent = 2.0;
-/// The axis of what is looked at by coordinates.
+/// Scan::axis of a surface that has texture coordinates.
 constexpr int kUnwrapped = 3;
-/// s, in which bumps that take too much are flattened.
+/// s: time constant with which bumps that take too much energy are flattened.
 constexpr double kFlattening = 0.1;
-/// Looks while a contact passes over the width that it averages over; nodes between two, at most.
+/// Samples of the texture while a contact passes over the width that it averages over, and the most
+/// nodes between two samples.
 constexpr double kLooksPerWidth = 4.0;
 constexpr double kMostStride = 8.0;
-/// 1: bumps are not flattened further.
+/// Least factor on the height of flattened bumps.
 constexpr double kFlattest = 1e-3;
-/// 1, of a stiffness over mass and squared node: as good as rigid.
+/// Largest stiffness, in masses over the squared duration of a node: as good as rigid.
 constexpr double kStiffest = 1e3;
-/// 1, of a stiffness over mass and squared node: as good as none.
+/// Least stiffness, as a share of the largest: as good as none.
 constexpr double kSoftest = 1e-9;
-/// 1, of their rms height: what asperities give way by for e times the load (Persson 2007, Phys.
-/// Rev. Lett. 99, 125502, "Relation between interfacial separation and load").
+/// Distance, as a share of their rms height, by which asperities give way for e times the load
+/// (Persson 2007, Phys. Rev. Lett. 99, 125502, "Relation between interfacial separation and load").
 constexpr double kSqueezed = 0.4;
-/// m/s^2: what is pressed harder than by weight rattles no more for it.
+/// m/s^2: bound of load over mass in the rattling of a body at rest, which rattles no more for
+/// being pressed harder than by its weight.
 constexpr double kHeaviest = 10.0;
-/// N: a spring needs some load to have a stiffness.
+/// N: least load in the stiffness of the contact, which would be 0 without load.
 constexpr double kLightest = 1e-12;
-/// Samples.
+/// Samples: allowance for rounding in the number of nodes of a step.
 constexpr double kRounding = 1e-6;
-/// 1, over how deep the load itself presses them.
+/// Depth to which the load presses the bodies over the depth at which the dashpot acts in full.
 constexpr double kGrip = 4.0;
-/// 1: a lower restitution is that.
+/// Lower restitutions count as this one.
 constexpr double kDeadest = 0.01;
 
 int axisOf(const Vec3& normal, int before) {
@@ -53,8 +59,9 @@ int axisOf(const Vec3& normal, int before) {
   return static_cast<int>(nearest);
 }
 
-/// On the plane across the normal, turned as little as it takes from that across the axis; of a
-/// ball unrolled, so that lengths stay along the great circles through its pole.
+/// Projects a point onto the plane across the normal, with axes turned as little as possible from
+/// those across `axis`. A ball's surface is unrolled instead, so that lengths stay along the great
+/// circles through its pole.
 Vec2 projected(const ScannedSurface& surface, const Vec3& point, int axis) {
   const int first = (axis + 1) % 3;
   const int second = (axis + 2) % 3;
@@ -71,7 +78,8 @@ Vec2 projected(const ScannedSurface& surface, const Vec3& point, int axis) {
 
 }  // namespace
 
-/// Load and mass, without what the mechanics scatters from step to step.
+/// Smooths load and mass, which the mechanics scatters from step to step, and finds the width of
+/// the contact.
 void ContactDrive::settle(const Step& step) {
   const double share = mass_ == 0.0 ? 1.0 : -std::expm1(-step.duration / kSettling);
   load_ += share * (step.load - load_);
@@ -79,7 +87,7 @@ void ContactDrive::settle(const Step& step) {
   width_ = hertzWidth({load_, step.radius, step.modulus});
 }
 
-/// The contact's spring, for nodes of dt.
+/// Computes the contact's spring and dashpot for nodes of dt (s).
 void ContactDrive::tighten(const Step& step, double dt) {
   const double stiffest = kStiffest * mass_ / (dt * dt);
   double height = 0.0;
@@ -97,7 +105,8 @@ void ContactDrive::tighten(const Step& step, double dt) {
   if (before > 0.0 && pressed_ > 0.0) pressed_ *= before / spring_.stiffness;  // the force stays
   const double turns = std::sqrt(spring_.stiffness / mass_) * dt;
   spring_.implicit = std::max(0.5, 1.0 - 0.5 / turns);
-  // Of a linear spring: the ratio of the speeds after and before half a swing.
+  // Damping of a linear spring for which the restitution is the ratio of the speeds after and
+  // before half a swing.
   const double decay = -std::log(std::max(step.restitution, kDeadest));
   spring_.damping =
       2.0 * std::sqrt(spring_.stiffness * mass_) * decay / std::hypot(std::numbers::pi, decay);
@@ -109,7 +118,7 @@ void ContactDrive::tighten(const Step& step, double dt) {
   spring_.yielding = 1.0 / (1.0 + spring_.perForce * spring_.resistance * spring_.implicit);
 }
 
-/// Where a surface is looked at in the step, along an axis.
+/// Finds where a surface without coordinates is sampled in the step, projected along an axis.
 void ContactDrive::project(const ScannedSurface& surface, Scan& scan) {
   const int axis = axisOf(surface.normal, scan.axis);
   const Vec2 from = projected(surface, surface.from, axis);
@@ -123,18 +132,19 @@ void ContactDrive::project(const ScannedSurface& surface, Scan& scan) {
   scan.stretch = 1.0;
 }
 
-/// Where a surface with coordinates is looked at in the step.
+/// Finds where a surface with texture coordinates is sampled in the step.
 void ContactDrive::unwrap(const ScannedSurface& surface, Scan& scan) {
   const TextureCoordinates::Patch from = surface.coordinates->at(surface.from);
   const Vec3 way = surface.to - surface.from;
   scan.along = from.perMetre * way;
   scan.climbed = from.tangents * way;
-  // Over an edge the way leaves the plane of its triangle, and bends with the surface.
+  // Over an edge the path leaves the plane of its triangle, and bends with the surface.
   if (const double bent = way.norm() / scan.climbed.norm(); bent < kMostBent) {
     scan.along *= bent;
     scan.climbed *= bent;
   }
-  // Over several triangles of one sheet, their coordinates lead; across a seam they leap.
+  // Over several triangles of one sheet the path follows their coordinates; across a seam these
+  // leap.
   const double length = scan.along.norm();
   const Vec2 to = surface.coordinates->at(surface.to).at;
   if ((to - from.at - scan.along).norm() <= kLeap * length) scan.along = to - from.at;
@@ -150,7 +160,7 @@ void ContactDrive::unwrap(const ScannedSurface& surface, Scan& scan) {
   scan.stretch = from.stretch;
 }
 
-/// Where and how finely a surface is looked at in the step.
+/// Finds where and how finely a surface is sampled in the step.
 void ContactDrive::aim(const Step& step, const ScannedSurface& surface, Scan& scan) const {
   scan.texture = nullptr;
   if (surface.texture == nullptr) return;
@@ -167,7 +177,7 @@ void ContactDrive::aim(const Step& step, const ScannedSurface& surface, Scan& sc
       {stretch * width_, perSample, surface.texture->widthOf(1.0 / (stretch * step.radius))}));
 }
 
-/// Whether it has gone farther than what rests does in such steps.
+/// True if the contact has gone farther than one at rest rattles in such steps.
 bool ContactDrive::hasLeft(const Step& step) {
   const double falling = std::min(step.load / step.mass, kHeaviest);
   const double jitter = falling * step.duration * step.duration;
@@ -182,7 +192,7 @@ bool ContactDrive::hasLeft(const Step& step) {
   return false;
 }
 
-/// m/s, at which the bumps push the bodies apart, that share of the step after its begin.
+/// Speed (m/s) at which the bumps push the bodies apart, at that share of the step after its begin.
 double ContactDrive::slopeSpeed(double duration, double share) const {
   double speed = 0.0;
   for (const Scan& scan : scans_)
@@ -191,16 +201,17 @@ double ContactDrive::slopeSpeed(double duration, double share) const {
   return speed / duration;
 }
 
-/// The mean force between the bodies beyond the load, N, over a node in which the bumps push at
-/// `pushed`: the implicit trapezoidal rule, nearer to Euler's where the spring is too stiff for it.
+/// Returns the mean force (N) between the bodies beyond the load, over a node in which the bumps
+/// push at `pushed` (m/s): by the implicit trapezoidal rule, nearer to Euler's implicit one where
+/// the spring is too stiff for it.
 double ContactDrive::swing(double pushed) {
   const Spring& spring = spring_;
   double speed = speed_ - spring.fall;
   double force = 0.0;
   const double push = pushed - speed_ + spring.implicit * spring.fall;
   if (const double deep = pressed_ + spring.implicit * push * spring.dt; deep > 0.0) {
-    // The dashpot comes in as they are pressed together, so that the force does not jump (Hunt,
-    // Crossley 1975).
+    // The dashpot comes in gradually as the bodies are pressed together, so that the force does not
+    // jump (Hunt, Crossley 1975).
     const double grip = deep * spring.grip;
     if (grip >= 1.0) {
       force = (spring.stiffness * pressed_ + spring.resistance * push) * spring.yielding;
@@ -218,12 +229,13 @@ double ContactDrive::swing(double pushed) {
   return force - load_;
 }
 
-/// Keeps the books of what the bumps have taken in a step, J, and flattens them until that is what
-/// the motion loses.
+/// Adds up the energy that the bumps take (`taken`, J, in this step), and flattens them until it is
+/// what the motion loses.
 void ContactDrive::flatten(const Step& step, double taken) {
   flatness_ = flatter_;
   if (!std::isfinite(step.work)) return;
-  // Four times as fast as they are flattened: so it settles without swinging.
+  // The means follow four times as fast as the bumps are flattened, so that flattening settles
+  // without oscillation.
   const double share = -std::expm1(-4.0 * step.duration / kFlattening);
   given_ += share * (step.work / step.duration - given_);
   taken_ += share * (taken / step.duration - taken_);
@@ -233,8 +245,8 @@ void ContactDrive::flatten(const Step& step, double taken) {
   flatter_ = std::clamp(flatness_ * change, kFlattest, 1.0);
 }
 
-/// m/s, at which the bumps push at each node: looked up as densely as the look can see, and on a
-/// line between.
+/// Finds the speed (m/s) at which the bumps push at each node: sampled as densely as the look
+/// resolves, and linear between.
 void ContactDrive::scan(const Step& step, std::size_t count) {
   double fewest = kMostStride;
   for (const Scan& scan : scans_) {
@@ -269,7 +281,7 @@ void ContactDrive::advance(const Step& step, std::vector<PulseNode>& nodes) {
   for (std::size_t side = 0; side < scans_.size(); ++side)
     aim(step, step.surfaces[side], scans_[side]);
   if (!sounds_ && !hasLeft(step)) return;
-  // As dense as samples: what repeats about the rate of the nodes is beyond hearing.
+  // Nodes as dense as samples: what repeats at about the rate of the nodes is beyond hearing.
   const double samples = step.duration * step.sampleRate;
   const auto count = static_cast<std::size_t>(std::max(1.0, std::ceil(samples - kRounding)));
   const double each = 1.0 / static_cast<double>(count);

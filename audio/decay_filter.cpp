@@ -17,12 +17,12 @@ using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, static_cast<int>(kBan
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0,
                              static_cast<int>(kBandCount), static_cast<int>(kBandCount)>;
 
-constexpr double kHighestBand = 0.45;  // of the sample rate
-constexpr double kLeastGain = -120.0;  // dB: more than that per pass is not asked of a filter
-constexpr double kSteepest = 60.0;     // dB of a shelf: keeps its pole away from the unit circle
-constexpr double kSlowest = 0.6;       // see the header
+constexpr double kHighestBand = 0.45;  // share of the sample rate
+constexpr double kLeastGain = -120.0;  // dB per pass: a filter is not asked for less
+constexpr double kSteepest = 60.0;     // dB per shelf: keeps its pole away from the unit circle
+constexpr double kSlowest = 0.6;       // see decayCascade
 constexpr int kIterations = 30;
-constexpr double kSmoothest = 1e3;  // of the smoothing: beyond it, one gain for all
+constexpr double kSmoothest = 1e3;  // largest smoothing: beyond it, one gain for all bands
 
 double warped(double frequency, double sampleRate) {
   return std::tan(std::numbers::pi * frequency / sampleRate);
@@ -61,7 +61,7 @@ class CascadeDesign {
 
  private:
   static double centre(Eigen::Index band) { return kOctaveBands[static_cast<std::size_t>(band)]; }
-  /// Warped, between bands shelf - 1 and shelf.
+  /// Warped frequency of the edge between bands shelf - 1 and shelf.
   double edge(Eigen::Index shelf) const {
     return warped(std::sqrt(centre(shelf - 1) * centre(shelf)), sampleRate_);
   }
@@ -89,7 +89,8 @@ class CascadeDesign {
     return sum;
   }
 
-  /// The derivative at gains of 0 dB: a shelf adds x^2 / (1 + x^2) of its gain, x over its edge.
+  /// Sets slope_ to the derivative at gains of 0 dB: at x times its edge, a shelf adds
+  /// x^2 / (1 + x^2) of its gain.
   void linearise() {
     slope_ = Matrix::Ones(bands_, bands_);
     for (Eigen::Index band = 0; band < bands_; ++band) {
@@ -139,7 +140,7 @@ class CascadeDesign {
 
   bool decaysEverywhere(const Vector& gains) const {
     const double limit = kSlowest * targets_.maxCoeff();
-    // At 0 Hz and at half the sample rate, and between.
+    // First 0 Hz and half the sample rate, then points between.
     if (!(gains[0] <= limit && gains.sum() <= limit)) return false;
     constexpr int kPoints = 256;
     for (int point = 0; point <= kPoints; ++point) {

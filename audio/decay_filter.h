@@ -9,23 +9,23 @@ namespace carom::audio {
 // The filter of a delay line that makes its sound decay in a given time in each band. All of this
 // file: [any thread].
 
-/// First-order filters in a row that leave 10^(-3 samples / (sampleRate T60(f))) of what passes
-/// `samples` of delay (Jot & Chaigne 1991, "Digital delay networks for designing artificial
-/// reverberators": the absorbent filters).
+/// Returns first-order filters in series that leave 10^(-3 samples / (sampleRate T60(f))) of a
+/// sound that passes `samples` of delay (Jot & Chaigne 1991, "Digital delay networks for designing
+/// artificial reverberators": the absorbent filters).
 ///
-/// A level and one shelf between each two neighbouring bands; their gains in dB by Gauss-Newton, so
-/// that the decay is met at the bands' centres. Between the centres it is smooth, below the lowest
-/// and above the highest band it goes on as the outermost shelf does. Where times leap so much from
-/// band to band that the curve through them would somewhere decay less than 0.6 times as fast as
-/// the slowest band, it is smoothed until it does not: so |H| <= 1 at every frequency, whatever is
-/// asked; more than 120 dB per pass is not attempted. Bands above 0.45 of the sample rate are left
-/// out.
+/// They are a level and one shelf between each two neighbouring bands; their gains in dB are found
+/// by Gauss-Newton, so that the decay is met at the bands' centres. Between the centres it is
+/// smooth, below the lowest and above the highest band it goes on as the outermost shelf does.
+/// Where times leap so much from band to band that the curve through them would somewhere decay
+/// less than 0.6 times as fast as the slowest band, the curve is smoothed until it does not: so |H|
+/// is at most 1 at every frequency, for any times; more than 120 dB per pass is not attempted.
+/// Bands above 0.45 of the sample rate are left out.
 ///
 /// Requires samples > 0, a sample rate (Hz) of at least 8000 and times > 0, all or none infinite.
 std::vector<ReflectionFilter> decayCascade(double samples, const DecayTimes& times,
                                            double sampleRate);
 
-/// s: the time in which that cascade, passed once every `samples`, lets `frequency` (Hz) decay by
+/// Time in s in which a cascade that is passed once every `samples` lets `frequency` (Hz) decay by
 /// 60 dB; infinity for a gain of 1.
 double decayTimeOf(const std::vector<ReflectionFilter>& cascade, double samples, double frequency,
                    double sampleRate);

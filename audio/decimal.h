@@ -9,9 +9,9 @@
 
 namespace carom::audio {
 
-/// How many characters from `first` on have the form of a finite number that std::from_chars takes:
-/// digits with at most one point among them, before them no sign but a minus, behind them perhaps
-/// an exponent.
+/// Returns the end of the characters from `first` on that have the form of a finite number which
+/// std::from_chars takes: digits with at most one point among them, before them no sign but a
+/// minus, behind them perhaps an exponent. `first` if there is no number.
 inline const char* endOfDecimal(const char* first, const char* last) {
   const auto digits = [last](const char* at) {
     while (at != last && *at >= '0' && *at <= '9')
@@ -39,15 +39,16 @@ inline std::from_chars_result readDecimalByStrtod(const char* first, const char*
   const std::string text(first, end);
   errno = 0;
   const double read = strtod_l(text.c_str(), nullptr, plain);
-  // strtod calls numbers out of range that are subnormal, and no more than inexact.
+  // strtod reports subnormal numbers as out of range, although they are only inexact.
   const bool isBeyond = errno == ERANGE && (read == 0.0 || read > 1.0 || read < -1.0);
   if (isBeyond) return {end, std::errc::result_out_of_range};
   value = read;
   return {end, std::errc()};
 }
 
-/// std::from_chars of a double. Standard libraries that have it for integers alone (libc++ up to
-/// 19) read finite numbers alike; infinities and NaNs by name are no numbers there. [any thread]
+/// Reads a double as std::from_chars does. Where the standard library has that for integers alone
+/// (libc++ up to 19), finite numbers are read alike; infinities and NaNs by name are no numbers
+/// there. [any thread]
 inline std::from_chars_result readDecimal(const char* first, const char* last, double& value) {
 #ifdef __cpp_lib_to_chars
   return std::from_chars(first, last, value);

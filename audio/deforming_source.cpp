@@ -13,14 +13,15 @@ namespace carom::audio {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-/// Of the slower of both rates, on either side.
+/// Half width of the reading kernel, in samples of the slower of both rates.
 constexpr double kReadHalfWidth = 24.0;
-/// Of its Nyquist frequency: the middle of the fall.
+/// Cut-off over the slower rate's Nyquist frequency: the middle of the fall.
 constexpr double kCutoff = 0.9;
 constexpr double kNearestEar = 1e-3;  // m
-constexpr int kLooks = 4;             // for when the sound left
+constexpr int kLooks = 4;             // iterations for the time at which the sound left
 
-/// A sinc under Nuttall's window with a continuous slope, x in samples of the slower rate.
+/// The reading kernel, a sinc under Nuttall's window with a continuous slope; x in samples of the
+/// slower rate.
 double kernelOf(double x) {
   constexpr std::array<double, 4> kTerms = {0.355768, 0.487396, 0.144232, 0.012604};
   double window = 0.0;
@@ -30,7 +31,7 @@ double kernelOf(double x) {
   return window * kCutoff * (std::abs(angle) < 1e-8 ? 1.0 : std::sin(angle) / angle);
 }
 
-/// The same from a table, off by less than 4e-7, which is -128 dB.
+/// The same kernel from a table, off by less than 4e-7, which is -128 dB.
 double kernelAt(double x) {
   constexpr double kFine = 1024.0;
   static const std::vector<double> table = [] {
@@ -59,13 +60,13 @@ template <typename Value, typename At>
 Value secondDerivative(At at) {
   constexpr std::array<double, 4> kTerms = {8.0 / 5.0, -1.0 / 5.0, 8.0 / 315.0, -1.0 / 560.0};
   Value sum = 0.0 * at(0);
-  // As differences from the middle, so that what does not change gives 0.
+  // Differences from the middle, so that a constant gives 0 exactly.
   for (int k = 4; k >= 1; --k)
     sum += kTerms[static_cast<std::size_t>(k) - 1] * ((at(k) - at(0)) + (at(-k) - at(0)));
   return sum;
 }
 
-/// Of the derivatives, in states.
+/// Number of states that a derivative needs after its own.
 constexpr std::ptrdiff_t kDerivativeLead = 4;
 
 }  // namespace

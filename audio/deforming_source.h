@@ -9,18 +9,18 @@
 
 namespace carom::audio {
 
-/// What a body that deforms does to the air, at one instant.
+/// The quantities of a deforming body that move the air, at one instant.
 struct DeformingState {
   double volume = 0.0;           ///< m^3, enclosed
   Vec3 position = Vec3::Zero();  ///< m, world frame, of its middle
-  /// m^4/s, world frame: its volume and its added volume times its velocity, as
-  /// RigidRadiator::dipole says of its acceleration.
+  /// m^4/s, world frame: volume plus added volume, times velocity; RigidRadiator::dipole is the
+  /// same of the acceleration.
   Vec3 dipole = Vec3::Zero();
 };
 
 struct DeformingSettings {
   double step = 0.0;            ///< s, > 0, between states, of which the first is at time 0
-  double sampleRate = 48000.0;  ///< Hz, > 0, at which it is listened to
+  double sampleRate = 48000.0;  ///< Hz, > 0, of the sound that is computed
   Medium medium = {};
 };
 
@@ -29,39 +29,39 @@ struct DeformingSettings {
 ///
 ///     p = rho / (4 pi) (V'' / r + n . D'' / (r c) + n . D' / r^2)  at t - r / c
 ///
-/// (Pierce 1989, Acoustics, sections 4.1 and 4.3), n from the body to the listener, who is no
-/// nearer than a millimetre. The states are taken for samples of something band-limited:
+/// (Pierce 1989, Acoustics, sections 4.1 and 4.3), n from the body to the listener; a distance
+/// below a millimetre counts as one. The states are taken for samples of a band-limited signal:
 /// derivatives are of eighth order in the step (1 % off at half of the steps' Nyquist frequency),
-/// and what they give is resampled by a windowed sinc (Nuttall's four terms, -93 dB; it falls off
+/// and their values are resampled by a windowed sinc (Nuttall's four terms, -93 dB; it falls off
 /// from 80 % of the lower of both Nyquist frequencies on). Before the first state everything is as
-/// there. [one thread]
+/// in that state. [one thread]
 class DeformingSource {
  public:
   /// Errors: settings out of range.
   static Result<DeformingSource> create(const DeformingSettings& settings);
 
-  /// The next state.
+  /// Adds the next state.
   void add(const DeformingState& state);
-  /// s, beyond when sound leaves for which states are needed.
+  /// Time in s after the departure of sound up to which states are needed for it.
   double lookahead() const;
 
   struct Heard {
     double pressure = 0.0;              ///< Pa
-    Vec3 towardsSource = Vec3::Zero();  ///< m, world frame, from the ear
+    Vec3 towardsSource = Vec3::Zero();  ///< m, world frame, from the ear to the source
   };
-  /// At `time` (s) and place (m, world frame). Right if there are states until `lookahead` after
-  /// that; with fewer it is as if all stayed as it is.
+  /// Returns the sound at `ear` (m, world frame) and `time` (s). Right if there are states until
+  /// `lookahead` after that; with fewer, the last state is held.
   Heard at(const Vec3& ear, double time) const;
 
-  /// Sound that left before is not asked for any more.
+  /// Drops states that are needed only for sound that left before `time` (s).
   void forgetBefore(double time);
 
  private:
-  /// What a state does to the air.
+  /// The source strengths of a state.
   struct Drive {
-    double monopole = 0.0;     // m^3/s^2
-    Vec3 near = Vec3::Zero();  // m^4/s^2
-    Vec3 far = Vec3::Zero();   // m^4/s^3
+    double monopole = 0.0;     // m^3/s^2: V''
+    Vec3 near = Vec3::Zero();  // m^4/s^2: D'
+    Vec3 far = Vec3::Zero();   // m^4/s^3: D''
   };
 
   explicit DeformingSource(const DeformingSettings& settings);
@@ -71,10 +71,10 @@ class DeformingSource {
   std::ptrdiff_t end() const { return first_ + std::ssize(states_); }
 
   DeformingSettings settings_;
-  double period_;             // s, of the slower of both rates
-  std::ptrdiff_t first_ = 0;  // of all, that is kept
+  double period_;             // s, of the lower of both rates
+  std::ptrdiff_t first_ = 0;  // index of the first state that is kept
   std::deque<DeformingState> states_;
-  std::deque<Drive> drives_;  // of the same, but the last that wait for others
+  std::deque<Drive> drives_;  // sources of states_, without the last ones, which await later states
 };
 
 }  // namespace carom::audio

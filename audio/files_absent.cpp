@@ -1,4 +1,4 @@
-// In place of byte_file.cpp and partial_file.cpp, for platforms that have no files.
+// Takes the place of byte_file.cpp and partial_file.cpp on platforms that have no files.
 #include <system_error>
 #include <utility>
 

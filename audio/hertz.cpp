@@ -12,7 +12,7 @@ constexpr double kDurationFactor = 2.87;
 }  // namespace
 
 double hertzDuration(const ImpulseEvent& event, const Material& material, const Material& other) {
-  const double curvature = 1.0 / event.radius + 1.0 / event.otherRadius;  // 0 of a flat side
+  const double curvature = 1.0 / event.radius + 1.0 / event.otherRadius;  // flat sides add 0
   assert(curvature > 0.0 && "two flat faces have no Hertz contact");
   const double modulus = contactModulus(material, other);
   const double ratio = event.effectiveMass / modulus;

@@ -22,11 +22,11 @@ struct HertzContact {
   double modulus = 0.0;  ///< Pa, > 0, see contactModulus; infinite: rigid
 };
 
-/// m, across the circle where they touch: 2 a (Johnson 1985, eq. 4.22). [any thread]
+/// Diameter of the contact circle in m: 2 a (Johnson 1985, eq. 4.22). [any thread]
 double hertzWidth(const HertzContact& contact);
 
-/// N/m, dF/dd of F = K d^(3/2) at the load, K = 4/3 sqrt(R) E* (Johnson 1985, eq. 4.23). [any
-/// thread]
+/// Stiffness of the contact in N/m: dF/dd of F = K d^(3/2) at the load, K = 4/3 sqrt(R) E* (Johnson
+/// 1985, eq. 4.23). [any thread]
 double hertzStiffness(const HertzContact& contact);
 
 }  // namespace carom::audio

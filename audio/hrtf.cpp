@@ -28,7 +28,7 @@ constexpr double kMaxSampleRate = 384000.0;  // Hz
 constexpr std::size_t kMaxSamples = 16384;
 constexpr std::size_t kMaxDirections = 20000;
 constexpr double kSameDirection = 1e-3;  // rad
-constexpr double kOnsetLevel = 0.1;      // of the peak
+constexpr double kOnsetLevel = 0.1;      // share of the peak
 constexpr std::size_t kLead = 16;        // samples before the onset: half of the blending kernel
 constexpr std::size_t kFade = 16;        // samples
 constexpr double kPoleGap = 30.0 * pi / 180.0;
@@ -50,7 +50,7 @@ std::string whyNot(const HrtfMeasurement& item, std::size_t samples) {
     const auto isFinite = [](float sample) { return std::isfinite(sample); };
     if (!std::all_of(response.begin(), response.end(), isFinite))
       return "it holds a value that is not finite";
-    // Subnormal rubbish counts as silence: it has no onset that means anything.
+    // Values as small as this count as silence: their onset would mean nothing.
     const auto isHeard = [](float sample) { return std::abs(sample) > 1e-20F; };
     if (std::none_of(response.begin(), response.end(), isHeard)) return "it is silent";
     const auto isHuge = [](float sample) { return std::abs(sample) > 1e20F; };
@@ -84,7 +84,8 @@ std::string whyNot(const HrtfMeasurements& measurements, double sampleRate) {
   return "";
 }
 
-/// One of each direction, the farthest, in their own order.
+/// Returns the indices of the measurements, in their order, with only the farthest one in each
+/// direction.
 std::vector<std::size_t> distinct(const std::vector<HrtfMeasurement>& items) {
   std::vector<std::size_t> order(items.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -162,7 +163,7 @@ double energyAt(std::span<const double> response, double cyclesPerSample) {
 
 }  // namespace
 
-/// What `create` does, step by step.
+/// The steps of HrtfSet::create.
 class HrtfBuilder {
  public:
   HrtfBuilder(const HrtfMeasurements& measurements, double sampleRate, const HrtfSettings& settings)
@@ -207,7 +208,8 @@ class HrtfBuilder {
     }
   }
 
-  /// Returns the onset in samples of the set.
+  /// Writes the response aligned by its onset, and returns the onset in samples of the
+  /// measurements.
   double align(const std::vector<float>& samples, std::size_t length,
                std::vector<double>& aligned) const {
     const Continuous response(kernel_, samples);
@@ -392,8 +394,8 @@ void HrtfSet::blend(const SphereWeights& where, Ear ear,
   for (std::size_t tap = 0; tap < kBlendTaps; ++tap)
     taps[tap] = kernel_(static_cast<double>(kBlendHalfWidth) - static_cast<double>(tap) -
                         (samples - whole));
-  // The aligned response waits half a kernel later than it belongs, so that each sample written
-  // is one that is not read again.
+  // The aligned response is first moved half a kernel later than it belongs, so that each sample
+  // written is one that is not read again.
   const std::size_t start = static_cast<std::size_t>(whole) + kBlendHalfWidth;
   const auto begin = response.begin();
   const auto end = begin + static_cast<std::ptrdiff_t>(alignedLength_);
@@ -417,7 +419,7 @@ static Result<std::shared_ptr<const HrtfSet>> loadShared(const std::filesystem::
 }
 
 Result<std::shared_ptr<const HrtfSet>> defaultHrtf(double sampleRate) {
-  // The one thing shared in this layer: a cache, which nothing depends on but time and memory.
+  // This cache is the only state shared in this layer; only time and memory depend on it.
   static Mutex mutex;
   static std::map<double, std::weak_ptr<const HrtfSet>> cache;
   const MutexLock lock(mutex);

@@ -18,7 +18,7 @@ namespace carom {
 
 enum class Ear { left, right };
 
-/// What was measured at the ears of a head, for one direction of a distant source.
+/// The responses measured at the ears of a head, for one direction of a distant source.
 struct HrtfMeasurement {
   Vec3 direction = -Vec3::UnitZ();             ///< to the source, listener frame, of any length
   std::array<std::vector<float>, 2> response;  ///< left and right, of one length, any unit
@@ -32,39 +32,41 @@ struct HrtfMeasurements {
 };
 
 struct HrtfSettings {
-  /// Of the mean energy of a response: all end where, in every one, less than this follows. What
-  /// comes later is mostly the room and the noise of the measurement, and each sample costs.
+  /// Share of the mean energy of a response: all responses end where, in every one, less than this
+  /// follows. Later samples hold mostly the room and the noise of the measurement, and each sample
+  /// costs.
   double tailEnergy = 1e-2;
 };
 
-/// Head-related impulse responses, made ready to render with: what turns the pressure that would
-/// be in the middle of the head, were it not there, into the pressure at both ears.
+/// Head-related impulse responses, prepared for rendering: they turn the pressure that would be in
+/// the middle of the head, were it not there, into the pressure at both ears.
 ///
 /// Each response is split into a delay and a response aligned to its onset (where it first reaches
-/// a tenth of its peak), and the two are interpolated each for itself: responses of neighbouring
+/// a tenth of its peak), and the two are interpolated separately: responses of neighbouring
 /// directions that are added as they are would cancel each other where they arrive half a period
 /// apart. At a measured direction the result is the measured response.
 ///
-/// What is done to a set:
-/// - resampled to the given rate, band-limited;
-/// - the delay that all have in common is taken away (`latency` says what is left of it);
-/// - cut where the rest of every response holds less than `HrtfSettings::tailEnergy`, and faded
-///   out over 16 samples;
-/// - scaled by one factor so that the mean energy of a frontal source from 200 Hz to 1 kHz, over
-///   both ears, is that of the free field: gain 1;
+/// Processing of a set:
+/// - it is resampled to the given rate, band-limited;
+/// - the delay that all responses have in common is removed (`latency` is the part of it that is
+///   left);
+/// - responses are cut where the rest of every one holds less than `HrtfSettings::tailEnergy`, and
+///   faded out over 16 samples;
+/// - they are scaled by one factor so that the mean energy of a frontal source from 200 Hz to
+///   1 kHz, over both ears, is that of the free field: gain 1;
 /// - where nothing was measured within 30 degrees of straight up or straight down, a direction is
-///   added there: the mean, of delays and of aligned responses, over the ring that is nearest.
+///   added there: the mean, of delays and of aligned responses, over the nearest ring.
 ///
 /// Not modelled: distance (near the head, within a metre, both level differences and parallax
-/// grow), the body below the head, and what a set did not measure: a loudspeaker gives little
-/// below some 100 Hz, so levels down there are the set's.
+/// grow), the body below the head, and frequencies that a set did not measure: a loudspeaker gives
+/// little below some 100 Hz, so levels down there are the set's.
 ///
 /// Frame: the listener's, looking along -Z, +X right, +Y up. Immutable after loading, to be shared
 /// between listeners and threads.
 class HrtfSet {
  public:
   /// Reads a SOFA file (AES69, convention SimpleFreeFieldHRIR) with libmysofa. Files are not
-  /// trusted: whatever is wrong with one becomes an Error that names it.
+  /// trusted: any fault of one becomes an Error that names it.
   /// @param path empty for the default set of libmysofa, MIT's KEMAR, found where it was when Carom
   ///   was built, or else in /usr/share/libmysofa and /usr/local/share/libmysofa
   /// @param sampleRate Hz, 8000 to 384000
@@ -73,11 +75,11 @@ class HrtfSet {
   static Result<HrtfSet> load(const std::filesystem::path& path, double sampleRate,
                               const HrtfSettings& settings = {});
 
-  /// The same from measurements in memory. Refuses: sample rates outside 8000 to 384000 Hz, values
-  /// that are not finite, a silent response, lengths that differ or exceed 16384, delays outside 0
-  /// to 16384 samples, more than 20000 directions, directions that do not surround the listener,
-  /// a tail energy outside 0 to 1.
-  /// Of several measurements of one direction the farthest counts (by length of the direction).
+  /// Makes a set from measurements in memory. Refuses: sample rates outside 8000 to 384000 Hz,
+  /// values that are not finite, a silent response, lengths that differ or exceed 16384, delays
+  /// outside 0 to 16384 samples, more than 20000 directions, directions that do not surround the
+  /// listener, a tail energy outside 0 to 1. If a direction was measured several times, the
+  /// farthest measurement counts (by length of the direction).
   static Result<HrtfSet> create(const HrtfMeasurements& measurements, double sampleRate,
                                 const HrtfSettings& settings = {});
 
@@ -86,21 +88,21 @@ class HrtfSet {
   const Vec3& direction(std::size_t index) const { return mesh_.points()[index]; }  ///< unit
   const audio::SphereMesh& mesh() const { return mesh_; }
 
-  /// Samples of an aligned response, and of a whole one with its delay in it.
+  /// Length in samples of an aligned response, and of a whole one with its delay in it.
   std::size_t alignedLength() const { return alignedLength_; }
   std::size_t length() const { return length_; }
-  /// s, in a whole response as in an aligned one after its delay: the place of the sound that
-  /// reaches the middle of the head at time 0, by the mean delay of a frontal source. Subtract it
-  /// from the time of arrival at the middle of the head.
+  /// Latency in s of a whole response, and of an aligned one after its delay: the place of the
+  /// sound that reaches the middle of the head at time 0, by the mean delay of a frontal source.
+  /// Subtract it from the time of arrival at the middle of the head.
   double latency() const { return latency_; }
 
-  /// s, at least 0: by how much the response of one direction is later than its aligned response.
+  /// Delay in s, at least 0, of the response of one direction over its aligned response.
   double delay(std::size_t index, Ear ear) const { return delays_[slot(index, ear)]; }
-  /// Dimensionless, `alignedLength` samples.
+  /// The aligned response of one direction: dimensionless, `alignedLength` samples.
   std::span<const float> aligned(std::size_t index, Ear ear) const;
 
-  /// Neighbours of a direction (from the listener to the source, listener frame, any length) and
-  /// their shares: continuous, see SphereMesh. [any thread; does not allocate]
+  /// Returns the neighbours of a direction (from the listener to the source, listener frame, any
+  /// length) and their weights: continuous, see SphereMesh. [any thread; does not allocate]
   audio::SphereWeights lookup(const Vec3& direction) const noexcept {
     return mesh_.weights(direction);
   }
@@ -133,8 +135,8 @@ class HrtfSet {
   std::vector<float> aligned_;
 };
 
-/// The default set at a sample rate, for a binaural listener that names none. Loaded at the first
-/// call and shared for as long as somebody holds it. Errors as HrtfSet::load.
+/// Returns the default set at a sample rate, for a binaural listener that names none. Loaded at the
+/// first call and shared for as long as it is in use. Errors as HrtfSet::load.
 /// [any thread but the audio thread: locks, reads a file]
 Result<std::shared_ptr<const HrtfSet>> defaultHrtf(double sampleRate);
 

@@ -9,8 +9,8 @@
 namespace carom {
 namespace {
 
-constexpr double kGainUnits = 0x1p36;    // of a gain of 1: sums of a longest window stay below 2^63
-constexpr double kReleased = 0x1p-24;    // as near to 1 as counts for 1
+constexpr double kGainUnits = 0x1p36;    // in a gain of 1: sums of a longest window stay below 2^63
+constexpr double kReleased = 0x1p-24;    // a gain this near to 1 counts as 1
 constexpr std::size_t kLeastWindow = 2;  // frames: one before the peak, and the peak
 
 std::string whyNot(const LimiterSettings& settings) {
@@ -38,7 +38,7 @@ std::size_t lateLength(std::size_t window) {
 }
 
 std::uint64_t unitsOf(double gain) {
-  return static_cast<std::uint64_t>(gain * kGainUnits);  // rounded down: rather too quiet
+  return static_cast<std::uint64_t>(gain * kGainUnits);  // rounded down, to be never too loud
 }
 
 }  // namespace
@@ -112,7 +112,8 @@ void Limiter::reset() noexcept {
   notFinite_ = 0;
 }
 
-/// What the loudest channel asks for; what is not finite becomes 0.
+/// Returns the gain that brings the loudest channel to the ceiling; samples that are not finite
+/// become 0.
 double Limiter::wantedGain(std::span<float* const> channels, std::size_t frame) noexcept {
   float loudest = 0.0F;
   for (float* const channel : channels) {
@@ -142,7 +143,7 @@ void Limiter::process(std::span<float* const> channels, std::size_t frames) noex
     for (std::size_t channel = 0; channel < channels_; ++channel) {
       const auto limited = static_cast<float>(static_cast<double>(delayed[channel]) * gain);
       delayed[channel] = channels[channel][frame];
-      channels[channel][frame] = std::clamp(limited, -ceiling_, ceiling_);  // rounding
+      channels[channel][frame] = std::clamp(limited, -ceiling_, ceiling_);  // against rounding
     }
     place_ = place_ + 1 == delay_ ? 0 : place_ + 1;
   }

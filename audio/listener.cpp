@@ -14,7 +14,7 @@ constexpr double kUnitTolerance = 1e-6;
 constexpr double kMaxSpacing = 100.0;  // m
 
 bool isWithin(double value, double least, double most) {
-  return value >= least && value <= most;  // false for what is not a number
+  return value >= least && value <= most;  // false for NaN
 }
 
 std::string rangeError(const std::string& field, double value, const std::string& accepted) {

@@ -15,9 +15,10 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// Longer contacts are loud at frequencies so low that the table's rounding would be heard.
-constexpr double kMostTabulated = 400.0;  // samples
-/// Times that bend more are solved for one by one.
+/// Samples: longer contacts are loud at frequencies so low that the table's rounding would be
+/// heard.
+constexpr double kMostTabulated = 400.0;
+/// Bend of a track over its length: times on tracks that bend more are solved for one by one.
 constexpr double kMostBend = 1e-3;
 
 constexpr auto kRows = static_cast<double>(Raster::kRows);
@@ -25,14 +26,14 @@ constexpr std::size_t kPhases = 64;
 constexpr std::size_t kKinds = 4;
 constexpr auto kPoints = static_cast<Eigen::Index>(EdgeCorrection::kPoints);
 
-/// e^(i angle), of each.
+/// Returns e^(i angle) of each angle.
 Eigen::MatrixXcd wavesOf(const Eigen::MatrixXd& angles) {
   return (Complex(0.0, 1.0) * angles).array().exp();
 }
 
 using CorrectionTable = std::array<EdgeCorrection, kPhases + 1>;
 
-/// What the raster's sum has too much at a frequency, of repetition m of the edge's spectrum.
+/// Returns the part of repetition m of the edge's spectrum in the raster's sum at a frequency.
 Complex repeated(double exponent, double omega, int m) {
   const Complex s(0.0, omega - 2.0 * std::numbers::pi * m);
   return std::tgamma(exponent + 1.0) * std::pow(s, -(exponent + 1.0));
@@ -86,7 +87,7 @@ const std::array<CorrectionTable, kKinds>& corrections() {
   return tables;
 }
 
-/// The u of a time, and how fast it runs.
+/// The u of a time on the samples, and the rate at which it runs.
 struct Place {
   double u = 0.0;
   double rate = 0.0;  // 1/samples
@@ -142,7 +143,7 @@ void correctEdge(const PulseEdge& edge, const ClickTrack& track, Raster& raster)
 void Raster::reserve(std::size_t samples) {
   const std::size_t needed = kRows * (samples + 2 * kPad);
   if (values_.size() < needed) values_.resize(std::max(needed, 2 * values_.size()));
-  corrections();  // not while rendering
+  corrections();  // made now, not while rendering
 }
 
 void Raster::clear(std::size_t samples) {

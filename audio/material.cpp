@@ -12,18 +12,18 @@ constexpr double kMega = 1e6;
 constexpr std::size_t kCommon = 8;
 constexpr std::size_t kRows = 45;
 
-/// s, of the loss factor eta = beta w at 1 kHz, in the middle of what is heard. Published loss
-/// factors hardly depend on frequency; with beta alone they rise with it.
+/// Returns beta (s) for a loss factor eta = beta w at 1 kHz, in the middle of the audible band.
+/// Published loss factors hardly depend on frequency; with beta alone they rise with it.
 constexpr double betaOf(double lossFactor) {
   return lossFactor / (2.0 * std::numbers::pi * 1000.0);
 }
 
-/// Surfaces as such things commonly have them; docs/materials.md has the sources.
+/// Roughness of surfaces as they are commonly made; docs/materials.md has the sources.
 constexpr Roughness kDrawn{2e-6, 40e-6, 0.8};  // or rolled, turned, milled
 constexpr Roughness kSandCast{16e-6, 200e-6, 0.8};
 constexpr Roughness kGround{0.5e-6, 20e-6, 0.8};
 constexpr Roughness kPolished{0.1e-6, 50e-6, 0.8};
-constexpr Roughness kFired{0.05e-6, 20e-6, 0.8};  // and smooth from it
+constexpr Roughness kFired{0.05e-6, 20e-6, 0.8};  // hence smooth
 constexpr Roughness kMoulded{1e-6, 50e-6, 0.8};
 constexpr Roughness kPlaned{6e-6, 150e-6, 0.8};  // wood
 constexpr Roughness kSawn{10e-6, 200e-6, 0.8};   // stone
@@ -85,7 +85,8 @@ const std::array<Material, kRows>& rows() {
       {"granite", 2700.0, 49.6 * kGiga, 0.213, 0.80, 0.0, betaOf(5e-3), kSawn},
       {"marble", 2700.0, 70.0 * kGiga, 0.25, 0.80, 0.0, betaOf(5e-3), kSawn},
       {"ice", 917.0, 9.33 * kGiga, 0.325, 0.80, 0.0, betaOf(1e-2), kSawn},
-      // Plastics, as sheets and castings: slowly loaded. Fast impacts find them stiffer.
+      // Plastics, as sheets and castings. Their moduli are of slow loading; in fast impacts they
+      // are stiffer.
       {"acrylic", 1190.0, 2.7 * kGiga, 0.35, 0.80, 30.0, 1e-6, kMoulded},
       {"abs", 1050.0, 2.4 * kGiga, 0.35, 0.75, 30.0, 1e-6, kMoulded},
       {"nylon", 1140.0, 2.7 * kGiga, 0.41, 0.75, 30.0, 1e-6, kMoulded},
@@ -94,8 +95,8 @@ const std::array<Material, kRows>& rows() {
       {"hdpe", 959.0, 1.08 * kGiga, 0.42, 0.65, 0.0, betaOf(0.05), kMoulded},
       {"ptfe", 2170.0, 0.475 * kGiga, 0.46, 0.50, 0.0, betaOf(0.02), kMoulded},
       {"billiard_ball", 1700.0, 5.84 * kGiga, 0.34, 0.95, 30.0, 1e-6, kPolished},
-      // Grown. Woods at 12 % moisture, along the grain: E of bending and nu_LR in every direction;
-      // density is the specific gravity of dry mass, times 1.12.
+      // Grown materials. Woods at 12 % moisture, along the grain: E of bending and nu_LR in every
+      // direction; density is the specific gravity of dry mass, times 1.12.
       {"sitka_spruce", 448.0, 10.8 * kGiga, 0.372, 0.50, 60.0, 2e-6, kPlaned},
       {"red_oak", 706.0, 12.5 * kGiga, 0.350, 0.60, 60.0, 2e-6, kPlaned},
       {"balsa", 179.0, 3.4 * kGiga, 0.229, 0.40, 60.0, 2e-6, kPlaned},

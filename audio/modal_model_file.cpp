@@ -19,10 +19,10 @@ constexpr std::size_t kHeaderSize = kModalModelMagic.size() + sizeof(std::uint32
 constexpr std::size_t kChecksumSize = sizeof(std::uint64_t);
 constexpr std::size_t kByteBits = 8;
 
-// The writer and the reader have one shape, so that one function for each structure, `code`, says
-// what is written and what is read: each call codes its argument, or sets it.
+// ModelWriter and ModelReader have the same functions, so that one function for each structure
+// (codeBody and so on) both writes and reads it: each call codes its argument, or sets it.
 
-/// Appends to `bytes`.
+/// Encodes a model by appending to `bytes`.
 class ModelWriter {
  public:
   explicit ModelWriter(std::vector<std::byte>& bytes) : bytes_(bytes) {}
@@ -33,7 +33,8 @@ class ModelWriter {
   }
   void number(double value) { number(std::bit_cast<std::uint64_t>(value)); }
   void number(float value) { number(std::bit_cast<std::uint32_t>(value)); }
-  /// Elements of which each takes at least that many bytes follow.
+  /// Writes the number of the elements that follow; the reader checks it by the least bytes of
+  /// each.
   template <class T>
   void count(const std::vector<T>& elements, std::size_t) {
     number(static_cast<std::uint64_t>(elements.size()));
@@ -44,7 +45,7 @@ class ModelWriter {
       bytes_.push_back(static_cast<std::byte>(letter));
   }
 
-  /// The length is known once the content is there.
+  /// Writes tag, length and content; the length is filled in once the content is there.
   template <class Content>
   void section(std::string_view tag, const Content& content) {
     for (const char letter : tag)
@@ -61,7 +62,7 @@ class ModelWriter {
   std::vector<std::byte>& bytes_;
 };
 
-/// Reads `bytes`; zeros, after the first fault.
+/// Decodes a model from `bytes`; after the first fault, all that it reads is zero.
 class ModelReader {
  public:
   /// `start` is where the bytes begin in the file, for messages.
@@ -77,7 +78,8 @@ class ModelReader {
   }
   void number(double& value) { value = std::bit_cast<double>(read<std::uint64_t>()); }
   void number(float& value) { value = std::bit_cast<float>(read<std::uint32_t>()); }
-  /// A count is not trusted before as many elements can be there.
+  /// Reads a count and resizes to it, but only if the bytes that are left can hold as many
+  /// elements.
   template <class T>
   void count(std::vector<T>& elements, std::size_t bytesEach) {
     const auto size = read<std::uint64_t>();
@@ -114,7 +116,7 @@ class ModelReader {
     if (at_ != bytes_.size())
       refuse("has " + std::to_string(bytes_.size() - at_) + " bytes too many");
   }
-  /// The first fault, and where it is; empty if there is none.
+  /// Returns the first fault, and where it is; empty if there is none.
   const std::string& fault() const { return fault_; }
 
  private:
@@ -135,7 +137,7 @@ class ModelReader {
   std::string fault_;
 };
 
-/// The numbers of a fixed-size matrix, row by row.
+/// Codes the numbers of a fixed-size matrix, row by row.
 void codeMatrix(auto& archive, auto& matrix) {
   for (Eigen::Index row = 0; row < matrix.rows(); ++row)
     for (Eigen::Index column = 0; column < matrix.cols(); ++column)
@@ -168,7 +170,7 @@ void codeSurface(auto& archive, auto& surface) {
       archive.number(vertex);
 }
 
-/// A complex number is two doubles in a row, by the C++ standard; coded one after the other.
+/// Codes a complex number as its real and its imaginary part.
 void codeMultipole(ModelWriter& archive, const std::complex<double>& multipole) {
   archive.number(multipole.real());
   archive.number(multipole.imag());
@@ -213,7 +215,7 @@ std::uint64_t unsignedAt(std::span<const std::byte> bytes, std::size_t at, std::
   return value;
 }
 
-/// What is wrong with the frame around the sections; empty if nothing is.
+/// Returns why the frame around the sections is invalid; empty if it is valid.
 std::string whyNotFrame(std::span<const std::byte> bytes) {
   const auto begins = [&](std::string_view magic) {
     return bytes.size() >= magic.size() &&

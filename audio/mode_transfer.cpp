@@ -10,8 +10,8 @@
 namespace carom::audio {
 namespace {
 
-/// Of the constant model, at 1 m: the volume of a surface that moves outwards everywhere by the
-/// same, with the kinetic energy of the mode.
+/// Transfer of the constant model at 1 m: by the volume of a surface that moves outwards everywhere
+/// by the same, with the kinetic energy of the mode.
 double constantTransfer(const ModalModel& model, const Medium& medium) {
   return medium.density * surfaceArea(model.surface) /
          (4.0 * std::numbers::pi * std::sqrt(model.mass));

@@ -10,17 +10,18 @@
 
 namespace carom::audio {
 
-// What is heard of a model's modes, by any of the models of ModalRadiation: Pa for a modal
+// Transfer of a model's modes to pressure, by any of the models of ModalRadiation: Pa for a modal
 // acceleration q'' of 1 m sqrt(kg) / s^2, less the delay r / c. All of this file: [any thread], no
 // allocation.
 
-/// At a point (m, model frame, from the centre of mass, outside of the sphere about it that holds
-/// the body), of the first `transfers.size()` modes. Multipoles were computed for the medium of the
-/// model: of another one only the density is minded.
+/// Computes the transfers of the first `transfers.size()` modes to a point (m, model frame, from
+/// the centre of mass, outside of the sphere about it that holds the body). Multipoles were
+/// computed for the medium of the model: of another medium only the density is taken into account.
 void modeTransfers(const ModalModel& model, ModalRadiation radiation, const Medium& medium,
                    const Vec3& point, std::span<std::complex<double>> transfers);
 
-/// The mean over all directions (root of the mean square), at 1 m, as if that were far away.
+/// Computes the transfers of the first `transfers.size()` modes in the mean over all directions
+/// (root of the mean square), at 1 m, as if that were far away.
 void meanTransfers(const ModalModel& model, ModalRadiation radiation, const Medium& medium,
                    std::span<std::complex<double>> transfers);
 

@@ -13,11 +13,12 @@ namespace carom::audio {
 /// The highest order of multipoles that can be evaluated; terms above it are left out.
 inline constexpr int kHighestMultipole = 16;
 
-/// All harmonics of one direction, for all the modes that are heard from there.
+/// The spherical harmonics of one direction, for all the modes that are heard from there.
 class DirectionHarmonics {
  public:
-  /// From the centre of mass to the listener, model frame, any length but 0 (which is taken for z);
-  /// up to `order`, at most kHighestMultipole. [any thread; does not allocate]
+  /// `direction` points from the centre of mass to the listener, model frame, of any length but 0
+  /// (which is taken for z); harmonics up to `order`, at most kHighestMultipole. [any thread;
+  /// does not allocate]
   explicit DirectionHarmonics(const Vec3& direction, int order = kHighestMultipole);
 
   int order() const { return order_; }
@@ -25,14 +26,14 @@ class DirectionHarmonics {
 
  private:
   int order_;
-  std::array<double, harmonicCount(kHighestMultipole)> values_;  // the rest is not set
+  std::array<double, harmonicCount(kHighestMultipole)> values_;  // not set above order_
 };
 
 /// R_l of ModeRadiation's definition, one order after the other from 0 on: R_l+1 = R_l-1 - i (2 l +
 /// 1) / (k r) R_l, upwards, which is stable for the function that grows. [any thread]
 class RadialFunctions {
  public:
-  /// k r > 0.
+  /// Requires k r > 0.
   explicit RadialFunctions(double kr) : step_(1.0 / kr), factor_(step_) {}
 
   std::complex<double> value() const { return value_; }
@@ -71,15 +72,17 @@ std::complex<double> multipoleTransfer(const ModeRadiation& radiation,
                                        const DirectionHarmonics& direction, double waveNumber,
                                        double distance);
 
-/// The same for a mode that is taken for a breathing point: rho0 volume / (4 pi r). True of waves
-/// long against the body unless the volume is small, as that of bending is. [any thread]
+/// The transfer of a mode as a pulsating point, in the unit of multipoleTransfer:
+/// rho0 volume / (4 pi r). True for waves long against the body unless the volume is small, as that
+/// of bending is. [any thread]
 double monopoleTransfer(const ModeRadiation& radiation, double density, double distance);
 
-/// sqrt(kg) / m: distance times |H| far away, root mean square over all directions. Sound power is
-/// 4 pi / (2 rho0 c) times the square of w^2 |Q| and of this: what a room receives. [any thread]
+/// sqrt(kg) / m: distance times |H| far away, root mean square over all directions. The sound
+/// power, which a room receives, is 4 pi / (2 rho0 c) times the square of w^2 |Q| times this value.
+/// [any thread]
 double meanTransfer(const ModeRadiation& radiation);
 
-/// m, of the smallest sphere about `centre` that holds the surface. [any thread]
+/// Radius in m of the smallest sphere about `centre` that holds the surface. [any thread]
 double enclosingRadius(const SurfaceMesh& surface, const Vec3& centre);
 
 }  // namespace carom::audio

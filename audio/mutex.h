@@ -24,7 +24,8 @@ struct OnceFlag {
 };
 #endif
 
-/// Calls `make` the first time that it is called with this flag; who comes meanwhile waits for it.
+/// Calls `make` the first time that it is called with this flag; threads that call meanwhile wait
+/// for it.
 template <class Make>
 void callOnce(OnceFlag& flag, Make&& make) {
 #if CAROM_THREADS

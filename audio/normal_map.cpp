@@ -28,7 +28,7 @@ struct Source {
   std::size_t at = 0;
 };
 
-/// 16 bits a colour.
+/// A picture of 16 bits per colour.
 struct Picture {
   std::size_t width = 0;
   std::size_t height = 0;
@@ -49,7 +49,8 @@ void take(png_structp png, png_bytep to, std::size_t count) {
 
 void overlook(png_structp, png_const_charp) {}
 
-/// libpng's own part: it comes back by longjmp, so nothing in here may have a destructor.
+/// Calls libpng, which returns from errors by longjmp: so no variable in here may have a
+/// destructor.
 bool decode(png_structp png, png_infop info, Source& source, Picture& picture, std::string& why) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_set_read_fn(png, &source, take);
@@ -68,8 +69,8 @@ bool decode(png_structp png, png_infop info, Source& source, Picture& picture, s
   picture.width = png_get_image_width(png, info);
   picture.height = png_get_image_height(png, info);
   picture.colours.resize(3 * picture.width * picture.height);
-  // By rows and passes, as png_read_image wants an array of pointers, which would have to live
-  // here.
+  // Reads by passes and rows, as png_read_image wants an array of pointers, which would have to
+  // live in here.
   for (int pass = png_set_interlace_handling(png); pass > 0; --pass)
     for (std::size_t row = 0; row < picture.height; ++row)
       png_read_row(png,
@@ -99,12 +100,12 @@ Result<Picture> pictureOf(std::span<const std::byte> bytes) {
   return picture;
 }
 
-/// Of the texel in column x and row y from below.
+/// Slope of the texel in column x and row y, rows counted from below.
 Slope slopeAt(const Picture& picture, const NormalMapSettings& settings, std::size_t x,
               std::size_t y) {
   const std::uint16_t* colour =
       &picture.colours[3 * ((picture.height - 1 - y) * picture.width + x)];
-  // The middle of 8 bits is 128 by common use, so that flat is flat; 16 bits are 257 times that.
+  // By convention 128 is 0 in 8 bits, so that flat is flat; 16 bits are 257 times that.
   const auto component = [&](std::size_t index) {
     return (static_cast<float>(colour[index]) - 128.0F * 257.0F) / (127.0F * 257.0F);
   };
@@ -127,7 +128,7 @@ SurfaceTexture::Size roundedUp(const Picture& picture) {
   return {std::bit_ceil(picture.width), std::bit_ceil(picture.height)};
 }
 
-/// Where the middle of a texel lies between two of the picture's columns, or rows.
+/// The two columns, or rows, of the picture between which the middle of a texel lies.
 struct Between {
   std::size_t first;
   std::size_t second;

@@ -18,9 +18,9 @@ namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-constexpr double kWeld = 1e-6;         // of the extent
-constexpr double kNoArea = 1e-12;      // of the extent squared
-constexpr double kNoVolume = 1e-9;     // of the extent cubed
+constexpr double kWeld = 1e-6;         // share of the extent
+constexpr double kNoArea = 1e-12;      // share of the extent squared
+constexpr double kNoVolume = 1e-9;     // share of the extent cubed
 constexpr double kFlatQuadric = 0.01;  // an eigenvalue below this share of the largest is noise
 
 std::uint32_t index(std::size_t i) {
@@ -68,7 +68,7 @@ bool degenerate(const Triangle& triangle) {
   return triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0];
 }
 
-// Starting at its least index, so that equal triangles compare equal.
+// Returns the triangle starting at its least index, so that equal triangles compare equal.
 Triangle leastFirst(Triangle triangle) {
   std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()), triangle.end());
   return triangle;
@@ -95,7 +95,7 @@ std::vector<Triangle> renamed(const std::vector<Triangle>& triangles,
   return kept;
 }
 
-// How many edges are not passed as often one way as the other.
+// Counts the edges that are not passed as often one way as the other.
 std::size_t openEdges(const SurfaceMesh& mesh) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> balance;
   for (const Triangle& triangle : mesh.triangles) {
@@ -116,7 +116,7 @@ std::uint32_t rootOf(std::vector<std::uint32_t>& parent, std::uint32_t i) {
   return i;
 }
 
-// Parts that hang together by vertices; each keeps the whole list of vertices.
+// Returns the parts that are connected by vertices; each keeps the whole list of vertices.
 std::vector<SurfaceMesh> bodiesOf(const SurfaceMesh& mesh) {
   std::vector<std::uint32_t> parent(mesh.vertices.size());
   std::iota(parent.begin(), parent.end(), 0U);
@@ -193,7 +193,8 @@ struct Quadric {
     weight += area;
   }
 
-  // Where the planes leave it free, the mean of its vertices decides.
+  // Returns the point that fits the planes best; along directions that they leave free, and if that
+  // point is a cell away or more, the mean of the vertices.
   Vec3 best(double cell) const {
     const Vec3 mean = sum / weight;
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(matrix);
@@ -208,7 +209,7 @@ struct Quadric {
   }
 };
 
-// Which of six ways a normal faces: opposite sides of a thin body are never drawn together.
+// Returns which of six ways a normal faces, so that opposite sides of a thin body are never merged.
 std::int64_t facing(const Vec3& normal) {
   Eigen::Index axis = 0;
   normal.cwiseAbs().maxCoeff(&axis);
@@ -335,7 +336,7 @@ SurfaceMesh quarteredSurface(const SurfaceMesh& mesh) {
 }
 
 double sharpEdgeLength(const SurfaceMesh& mesh) {
-  std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3> open;  // its first triangle's normal
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3> open;  // first triangle's normal
   double length = 0.0;
   for (const Triangle& triangle : mesh.triangles) {
     const Vec3 normal = twiceAreaOf(mesh, triangle).normalized();

@@ -24,7 +24,7 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr std::size_t kCoarsest = 40;  // panels
 constexpr std::size_t kLeastPanels = 160;
-constexpr double kVolumeLost = 0.3;  // or won, by clustering
+constexpr double kVolumeLost = 0.3;  // largest share lost or won by clustering
 constexpr double kSmoothOrder = 2.0;
 constexpr double kSharpOrder = 1.2;
 
@@ -37,7 +37,7 @@ std::vector<SourcePanel> panelsOf(const SurfaceMesh& mesh) {
   return panels;
 }
 
-// v.n for unit translations and unit turns about the origin, a row per panel.
+// Returns v.n for unit translations and unit turns about the origin, a row per panel.
 Eigen::MatrixXd unitMotions(const std::vector<SourcePanel>& panels) {
   Eigen::MatrixXd motions(static_cast<Eigen::Index>(panels.size()), 6);
   for (Eigen::Index row = 0; row < motions.rows(); ++row) {
@@ -48,7 +48,8 @@ Eigen::MatrixXd unitMotions(const std::vector<SourcePanel>& panels) {
   return motions;
 }
 
-// The gradient in the point is minus that in the panel.
+// Returns the added volume of unit translations and turns. The gradient with respect to the point
+// is minus that with respect to the panel.
 Matrix6 addedVolumeOn(const SurfaceMesh& mesh) {
   const std::vector<SourcePanel> panels = panelsOf(mesh);
   const Eigen::MatrixXd motions = unitMotions(panels);
@@ -78,7 +79,8 @@ Matrix6 symmetricPart(const Matrix6& matrix) {
   return 0.5 * (matrix + matrix.transpose());
 }
 
-// Extrapolation, and rounding for a body of revolution, may leave a little less than nothing.
+// Returns the matrix without negative eigenvalues, as extrapolation, and rounding for a body of
+// revolution, may leave slightly negative ones.
 Matrix6 positivePart(const Matrix6& matrix) {
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(matrix);
   return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
@@ -90,7 +92,7 @@ struct Level {
   std::size_t panels;
 };
 
-// From coarse to fine; one to three, each of half the panel size of the one before.
+// Returns one to three meshes from coarse to fine, each of half the panel size of the one before.
 std::vector<SurfaceMesh> levelsOf(const SurfaceMesh& base, const PanelSettings& settings) {
   std::vector<SurfaceMesh> levels = {halvedSurface(base, std::min(kCoarsest, settings.panels))};
   while (levels.size() < 3 && 4 * levels.back().triangles.size() <= settings.panels)
@@ -98,7 +100,7 @@ std::vector<SurfaceMesh> levelsOf(const SurfaceMesh& base, const PanelSettings& 
   return levels;
 }
 
-// The limit of a sequence whose error falls with the order-th power of the panel size.
+// Returns the limit of a sequence whose error falls with the order-th power of the panel size.
 Matrix6 limitOf(const std::vector<Matrix6>& levels, double order) {
   const Matrix6& fine = levels.back();
   return fine + (fine - levels[levels.size() - 2]) / (std::exp2(order) - 1.0);
@@ -115,7 +117,7 @@ bool hasSharpEdges(const SurfaceMesh& mesh) {
   return sharpEdgeLength(mesh) > 0.5 * std::sqrt(surfaceArea(mesh));
 }
 
-// Of a mesh about its centroid and of unit size.
+// Solves a mesh about its centroid and of unit size.
 PanelSolution solveUnit(const SurfaceMesh& base, const PanelSettings& settings, bool sharp) {
   PanelSolution solution;
   std::vector<SurfaceMesh> meshes = levelsOf(base, settings);

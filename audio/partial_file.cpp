@@ -9,7 +9,7 @@ namespace carom::audio {
 namespace fs = std::filesystem;
 
 PartialFile::PartialFile(const fs::path& finalPath) {
-  // The working directory may be another one by the time that the name is given.
+  // An absolute path, as the working directory may change before the file gets its name.
   std::error_code failed;
   finalPath_ = fs::absolute(finalPath, failed);
   if (failed) finalPath_ = finalPath;

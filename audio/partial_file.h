@@ -6,9 +6,9 @@
 
 namespace carom::audio {
 
-/// An output file that appears whole or not at all: it is written beside its final place, gets its
-/// name at the end, and goes with its owner if it never does. What had the name before stays until
-/// then. Two writers of one name do not meet. [one thread]
+/// An output file that appears whole or not at all: it is written beside its final place and
+/// renamed at the end; if it never is, it is deleted with this object. A file that had the name
+/// before stays until then. Two writers of one name do not meet. [one thread]
 class PartialFile {
  public:
   explicit PartialFile(const std::filesystem::path& finalPath);
@@ -16,7 +16,7 @@ class PartialFile {
   PartialFile& operator=(PartialFile&&) = delete;
   ~PartialFile();
 
-  /// Where to write; empty once it has its name.
+  /// The path to write to; empty once the file has its final name.
   const std::filesystem::path& path() const { return path_; }
   const std::filesystem::path& finalPath() const { return finalPath_; }
 
@@ -27,12 +27,12 @@ class PartialFile {
   std::filesystem::path path_;
 };
 
-/// Why no file can be given this name, as the second half of a sentence; empty where one can, as
-/// far as can be told without trying. A file there already is no obstacle, anything else is: a
-/// device, for one, would be replaced.
+/// Returns why no file can be given this name, as the second half of a sentence; empty if one can,
+/// as far as can be told without trying. A regular file of that name is no obstacle, anything else
+/// is: a device, for one, would be replaced.
 std::string whyNoFileAt(const std::filesystem::path& path);
 
-/// Whether both name one file, be it there or not.
+/// True if both paths name one file, whether it exists or not.
 bool isSameFile(const std::filesystem::path& path, const std::filesystem::path& other);
 
 }  // namespace carom::audio

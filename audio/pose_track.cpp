@@ -10,7 +10,7 @@ namespace {
 constexpr double kDelayTolerance = 1e-13;  // s: a step below this ends the search
 constexpr int kMaxSteps = 200;             // bisection alone ends in about 100
 
-/// Turn of `to` as seen from `from`, rad around an axis in the frame of `from`, the shorter way.
+/// Rotation vector (rad, frame of `from`) from `from` to `to`, the shorter way.
 Vec3 turnBetween(const Quat& from, const Quat& to) {
   Quat turn = from.conjugate() * to;
   if (turn.w() < 0.0) turn.coeffs() = -turn.coeffs();
@@ -85,7 +85,7 @@ bool PoseTrack::append(const ListenerPose& pose) noexcept {
   if (!isPose(pose) || !(pose.time > last.pose.time)) return false;
   const Vec3 velocity = (pose.position - last.pose.position) / (pose.time - last.pose.time);
   if (!(velocity.norm() <= kMaxSpeed)) return false;
-  // The curve goes on from a first pose with the velocity that leads to the second.
+  // The curve leaves a first pose with the mean velocity to the second.
   if (isFirst_) last.velocity = velocity;
   isFirst_ = false;
   if (count_ == knots_.size()) {
@@ -113,7 +113,7 @@ void PoseTrack::forgetBefore(double time) noexcept {
   }
 }
 
-/// The last knot at or before `time`; the first one when there is none.
+/// Returns the last knot at or before `time`, or the first knot if there is none.
 std::size_t PoseTrack::knotBefore(double time) const {
   std::size_t low = 0;
   std::size_t high = count_;
@@ -124,7 +124,7 @@ std::size_t PoseTrack::knotBefore(double time) const {
   return low;
 }
 
-/// Hermite curve from knot `index` to the next.
+/// Evaluates the Hermite curve from knot `index` to the next.
 PoseTrack::Motion PoseTrack::along(std::size_t index, double time) const {
   const Knot& from = knot(index);
   const Knot& to = knot(index + 1);

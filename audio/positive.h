@@ -4,7 +4,7 @@
 
 namespace carom::audio {
 
-/// Above 0, and finite: what most quantities of nature have to be. [any thread]
+/// True if `value` is finite and above 0, as most physical quantities have to be. [any thread]
 inline bool isPositive(double value) {
   return std::isfinite(value) && value > 0.0;
 }

@@ -48,11 +48,11 @@ struct Indentation {
   double rho = 0.0;
 };
 
-/// One branch of the contact: from first touch on, or from the last back.
+/// One branch of the contact: from first touch forwards, or from last touch backwards.
 struct Branch {
   double x = 0.0;
   double firstRho = 0.0;
-  double direction = 1.0;  ///< of time: 1 or -1
+  double direction = 1.0;  ///< direction of time: 1 or -1
 
   double approach(double rho) const { return x == 0.0 ? rho : std::expm1(x * rho) / x; }
   double force(const Indentation& state) const {
@@ -65,8 +65,9 @@ struct Branch {
   }
 };
 
-/// ln((1 + x) / (1 - e x)) - x (1 + e) without its factor x, and for small x without its factor
-/// x^2, by its series: the root at 0 would hide the other one. Either rises through that root.
+/// Returns ln((1 + x) / (1 - e x)) - x (1 + e) without its factor x, and for small x without its
+/// factor x^2, by its series: the root at 0 would hide the other one. Both rise through that other
+/// root.
 Jet restitutionEquation(double x, double e) {
   constexpr double kSmall = 0.02;
   constexpr int kSeriesTerms = 12;
@@ -83,7 +84,8 @@ Jet restitutionEquation(double x, double e) {
   return sum;
 }
 
-/// Newton's method kept within a bracket: the difference rises with x, from below 0 at 0.
+/// Returns the x of a restitution e, by Newton's method kept within a bracket: the difference rises
+/// with x, from below 0 at 0.
 double solveDissipation(double e) {
   double low = 0.0;
   double high = 1.0 / e;
@@ -114,13 +116,13 @@ Branch rebound(const Contact& contact) {
   return {contact.x, contact.firstRho - (1.0 + contact.restitution), -1.0};
 }
 
-/// The branch by its series, for s up to kSeriesEnd: what is left out is below 1e-15.
+/// A branch is computed by its series for s up to this: the terms left out are below 1e-15.
 constexpr double kSeriesEnd = 0.02;
 
 Indentation seriesState(const Branch& branch, double s) {
   const double speed = branch.direction * branch.approach(branch.firstRho);
   const double t = s * s;
-  const double fall = 0.4 * speed * std::sqrt(speed) * t * t * s;  // of rho, t^(5/2)
+  const double fall = 0.4 * speed * std::sqrt(speed) * t * t * s;  // by which rho falls, t^(5/2)
   const double stiffening = std::exp(branch.x * branch.firstRho);
   return {speed * t - stiffening * fall * t * (2.0 / 7.0),
           branch.firstRho - branch.direction * fall};
@@ -144,7 +146,8 @@ Indentation midpointStep(const Branch& branch, double s, double step, int count,
   return {0.5 * (state.depth + last.depth), 0.5 * (state.rho + last.rho)};
 }
 
-/// A step of eighth order: midpoint rules of 2, 4, 6 and 8 substeps, extrapolated to none.
+/// A step of eighth order: midpoint rules of 2, 4, 6 and 8 substeps, extrapolated to substeps of
+/// length 0.
 Indentation extrapolatedStep(const Branch& branch, double s, double step, Indentation from) {
   std::array<Indentation, 4> column;
   for (int row = 0; row < 4; ++row) {
@@ -186,7 +189,7 @@ double contactDuration(const Contact& contact) {
 
 constexpr std::size_t kPieces = 32;
 constexpr std::size_t kTerms = 9;
-constexpr double kHalfReach = 0.5 * std::numbers::sqrt2;  // of s, where u = 1/2
+constexpr double kHalfReach = 0.5 * std::numbers::sqrt2;  // s where u = 1/2
 
 /// force / s^3 over one half of a contact, s the square root of the distance in u from its end: a
 /// smooth function, as piecewise polynomials.
@@ -388,8 +391,8 @@ Jet mitchellNetravali(double x) {
   return {(7.0 * rest - 6.0) * rest * rest / 18.0, -sign * (7.0 * rest - 4.0) * rest / 6.0};
 }
 
-/// The cubic pulls in its outer parts. What Gauss quadrature needs is a weight of one sign, so that
-/// each of its three parts has a rule of its own, of `outer` nodes the first and last.
+/// Returns a rule of the cubic, which pulls in its outer parts. Gauss quadrature needs a weight of
+/// one sign, so each of the three parts has a rule of its own, the first and last of `outer` nodes.
 std::vector<PulseNode> splitRule(const std::vector<PulseNode>& grid, std::size_t count,
                                  std::size_t outer) {
   std::array<std::vector<PulseNode>, 3> parts;
@@ -433,8 +436,8 @@ constexpr Limits kHandOutLimits = {0.0625, 0.5,     1.0625,  1.8125, 2.6875,  4.
                                    6.125,  7.8125,  10.9375, 13.875, 16.8125, 22.625,
                                    28.5,   34.4375, 46.125,  58.0,   70.0,    94.125};
 
-/// Nodes in each outer part of the cubic that let its rules reach these limits; 0: in no parts, as
-/// the rule of two for the whole has its nodes within and its weights positive.
+/// Nodes in each outer part of the cubic that let its rules reach these limits. 0: the rule is not
+/// split, as the rule of two for the whole has its nodes within and its weights positive.
 constexpr std::array<std::size_t, kRules> kCubicOuter = {0, 1, 1, 1,  2,  2,  3,  3,  4,
                                                          5, 6, 8, 10, 12, 15, 19, 22, 30};
 
@@ -559,14 +562,16 @@ double Pulse::Model::slope(double u) const {
   return 0.0;
 }
 
-/// Where the grid's pieces must end, in s: at all for `hertz` (between the pieces of its table),
-/// and for the cubic where it changes sign and where its pieces meet.
+/// Returns where the grid's parts must end, in s: for the cubic also where it changes sign and
+/// where its pieces meet. A single part is cut into kPieces pieces, which for `hertz` are its
+/// table's.
 std::vector<double> Pulse::Model::breaks() const {
   if (shape != PulseShape::mitchellNetravali) return {0.0, kHalfReach};
   return {0.0, std::sqrt(kCubicRoot), 0.5, kHalfReach};
 }
 
-/// Over [0, 1] in s = sqrt(u) and sqrt(1 - u), where all is smooth between the pieces.
+/// Returns the pulse on a grid: over [0, 1] in s = sqrt(u) and sqrt(1 - u), in which it is smooth
+/// within each part; for Gaussians in u.
 std::vector<PulseNode> Pulse::Model::grid() const {
   Grid grid;
   if (begin < 0.0) {
@@ -639,8 +644,8 @@ void Pulse::Model::findEdges() {
       addEnds(EdgeKind::cubic, -pi * pi * pi * pi / 12.0, -pi * pi * pi * pi / 12.0);
       break;
     case PulseShape::mitchellNetravali:
-      // At its ends 4 (7 x^3 - 6 x^2) / 18 of x = 4 u; between its pieces the second derivative in
-      // x jumps by 4/3 and the third by -28/3, 14 and -28/3.
+      // At its ends the force is 4 (7 x^3 - 6 x^2) / 18 with x = 4 u; where its pieces meet, the
+      // second derivative in x jumps by 4/3 and the third by -28/3, 14 and -28/3.
       addEnds(EdgeKind::parabola, -64.0 / 3.0, -64.0 / 3.0);
       addEnds(EdgeKind::cubic, 896.0 / 9.0, 896.0 / 9.0);
       edges.push_back({0.25, EdgeKind::parabola, 128.0 / 3.0, true});

@@ -9,30 +9,34 @@
 
 namespace carom::audio {
 
-/// One point of a rule: the sum of weight * g(u) approximates the integral of force(u) g(u) du.
+/// One node of a quadrature rule: the sum of weight * g(u) approximates the integral of force(u)
+/// g(u) du.
 struct PulseNode {
   double u = 0.0;       ///< contact durations since first touch
   double weight = 0.0;  ///< share of the impulse, dimensionless
 };
 
-/// How a force begins at an edge, beside what is smooth there.
+/// The leading power of the time since an edge with which a force begins there, beside its smooth
+/// part.
 enum class EdgeKind : std::uint8_t {
-  corner,    ///< like the time since
-  root,      ///< like its power 3/2
-  parabola,  ///< like its square
-  cubic,     ///< like its power 3
+  corner,    ///< power 1
+  root,      ///< power 3/2
+  parabola,  ///< power 2
+  cubic,     ///< power 3
 };
 
-/// Near u, the force is a smooth function plus coefficient * |u - edge.u|^kind on one side of it.
+/// An edge: near u, the force is a smooth function plus coefficient * |u - edge.u|^kind on one
+/// side.
 struct PulseEdge {
   double u = 0.0;
   EdgeKind kind = EdgeKind::root;
   double coefficient = 0.0;
-  bool opens = true;  ///< on the later side
+  bool opens = true;  ///< true: on the later side
 };
 
 /// The force at evenly spaced u, for loops in which time counts: right to 1e-6 of its peak, and to
-/// 1e-7 away from the ends. Linear in each cell, value + rise * share of it.
+/// 1e-7 away from the ends. Linear in each cell: value + rise * (share of the cell that has
+/// passed).
 struct ForceTable {
   struct Cell {
     float value = 0.0F;
@@ -81,15 +85,15 @@ class Pulse {
   /// -(K/m) d^(3/2) dd; its left side integrated from the approach speed v0 to -e v0 is zero, as d
   /// is 0 at both. So e decides x = chi v0 alone: x (1 + e) = ln((1 + x) / (1 - e x)).
   ///
-  /// Skewed: steeper before its peak than after. u counts this contact's own duration, which is
-  /// dissipativeDuration() times the elastic one. Equals `hertz` at e = 1. The force is right to
-  /// 1e-11 of its peak, the slope to 1e-10, and to 5e-9 where e is below 0.1. What is
-  /// lost otherwise than in the contact (vibration, plastic flow) is not modelled. Takes about half
-  /// a millisecond; its rules are made as they are asked for.
+  /// The force is skewed: steeper before its peak than after. u counts this contact's own duration,
+  /// which is dissipativeDuration() times the elastic one. Equals `hertz` at e = 1. The force is
+  /// right to 1e-11 of its peak, the slope to 1e-10, and to 5e-9 where e is below 0.1. Losses
+  /// outside of the contact (vibration, plastic flow) are not modelled. Takes about half a
+  /// millisecond; its rules are made when they are asked for.
   static Pulse dissipativeHertz(double restitution);
 
-  double begin() const;  ///< contact durations, where the force begins: 0; Gaussians earlier
-  double end() const;    ///< contact durations, where it ends: 1; Gaussians later
+  double begin() const;  ///< contact durations, where the force begins: 0; earlier for Gaussians
+  double end() const;    ///< contact durations, where the force ends: 1; later for Gaussians
 
   double force(double u) const;  ///< dimensionless, 0 outside of [begin, end]
   double slope(double u) const;  ///< d force / du, dimensionless, 0 outside of [begin, end]
@@ -99,12 +103,14 @@ class Pulse {
   double peakForce() const;  ///< largest magnitude of force
   double peakSlope() const;  ///< largest magnitude of slope
 
-  /// Where the force is not smooth: its ends, and where its pieces meet. None of a Gaussian.
+  /// The points where the force is not smooth: its ends, and where its pieces meet. A Gaussian has
+  /// none.
   std::span<const PulseEdge> edges() const;
-  /// Made once, at first use, which may allocate and lock, as for `rule`.
+  /// The force as a table. Made once, at first use, which may allocate and lock, as for `rule`.
   ForceTable forceTable() const;
 
-  /// Nodes behind the last one of a rule that may be read, for loops over whole vectors of them.
+  /// Number of nodes behind the last one of a rule that may be read, for loops over whole vectors
+  /// of them.
   static constexpr std::size_t kRulePadding = 7;
   /// Gauss quadrature with the force as the weight function: `count` nodes within (begin, end),
   /// ascending, their weights positive and of sum impulse(), exact for polynomials up to degree
@@ -117,7 +123,7 @@ class Pulse {
   /// negative; they are exact up to the degree that the smallest of the three allows, at least 1.
   std::span<const PulseNode> rule(std::size_t count) const;
 
-  /// The ladder of rules there are, ascending: 2 to 128 nodes.
+  /// The numbers of nodes for which there are rules, ascending, from 2 to 128.
   static std::span<const std::size_t> ruleCounts();
 
   /// The smallest rule whose transform, the sum of weight * exp(i w u), is that of the pulse for
@@ -132,12 +138,13 @@ class Pulse {
   std::shared_ptr<const Model> model_;
 };
 
-/// Restitution below this counts as this: the contact then sticks rather than bounces.
+/// Lowest restitution that is distinguished; one below it counts as this: the contact then sticks
+/// rather than bounces.
 inline constexpr double kLowestRestitution = 0.05;
 
-/// What ruleSize() promises: 1e-7 * min(1, 30 / bandwidth)^1.5. The spectrum of the elastic contact
-/// falls as the power 2.5 of frequency, from where it is 0.005: the error is 2e-5 of it at 30 rad
-/// per contact duration, 3e-4 at 430. [any thread]
+/// The error that ruleSize() admits: 1e-7 * min(1, 30 / bandwidth)^1.5. The spectrum of the elastic
+/// contact falls as the power 2.5 of frequency, from where it is 0.005: the error is 2e-5 of it at
+/// 30 rad per contact duration, 3e-4 at 430. [any thread]
 double ruleTolerance(double bandwidth);
 
 /// Duration of a contact of the given restitution, as a multiple of the elastic one's at the same

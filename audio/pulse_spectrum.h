@@ -7,24 +7,24 @@
 
 namespace carom::audio {
 
-/// An upper bound of a pulse's spectrum: what it leaves of a mode, at most. Immutable.
-/// [any thread]
+/// An upper bound of a pulse's spectrum, and so of how strongly the pulse excites a mode.
+/// Immutable. [any thread]
 class PulseSpectrum {
  public:
-  /// A millisecond or so; makes a rule of the pulse.
+  /// Takes a millisecond or so; makes a rule of the pulse.
   explicit PulseSpectrum(const Pulse& pulse);
 
-  /// Not below |integral of force(u) exp(i w u) du|, w >= 0 in rad per contact duration: a
-  /// staircase that falls, and stands still from kHighest on.
+  /// Returns an upper bound of |integral of force(u) exp(i w u) du|, w >= 0 in rad per contact
+  /// duration: a staircase that falls, and is constant from kHighest on.
   double bound(double w) const;
 
  private:
   static constexpr std::size_t kSteps = 64;
   static constexpr double kLowest = 0.3;     // rad per contact duration
-  static constexpr double kHighest = 300.0;  // likewise
+  static constexpr double kHighest = 300.0;  // rad per contact duration
 
   double impulse_;
-  std::array<double, kSteps> steps_{};  // from kLowest on, in equal ratios
+  std::array<double, kSteps> steps_{};  // bounds from kLowest on, in equal ratios of w
 };
 
 }  // namespace carom::audio

@@ -22,7 +22,7 @@ std::uint32_t RadiationBank::make(double corner) {
   return static_cast<std::uint32_t>(filters_.size() - 1);
 }
 
-// Lagrange's polynomial through the two rungs on either side.
+// Interpolates by Lagrange's polynomial through the two rungs on either side.
 RadiationBank::Mix RadiationBank::interpolated(double corner) {
   const double place = kPerOctave * std::log2(corner);
   const double below = std::floor(place);

@@ -14,19 +14,20 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr int kFrequencies = 160;  // of the fit, evenly over the band
-// Of the taps' squares, against those of the error: keeps the response beyond the band bounded.
+constexpr int kFrequencies = 160;  // in the fit, evenly over the band
+// Weight of the taps' squares against those of the error: keeps the response beyond the band
+// bounded.
 constexpr double kDamping = 1e-13;
-/// With both poles further away than this the recursion has nothing left after one sample.
+/// 1/samples: with a larger corner the recursion has nothing left after one sample.
 constexpr double kInstant = 25.0;
 
 double omegaOf(Eigen::Index row) {
   return 2.0 * std::numbers::pi * kBand * static_cast<double>(row) / (kFrequencies - 1);
 }
 
-// The taps c that make  dimming(w) * sum c[k] e^{-i w (k + first)}  a given function of w, in the
-// least squares sense: one matrix for all functions. What is dimmed is fitted to the same relative
-// error as what is not.
+// Finds the taps c that make  dimming(w) * sum c[k] e^{-i w (k + first)}  a given function of w, in
+// the least squares sense: one matrix for all functions. Dimmed frequencies are fitted to the same
+// relative error as others.
 class Fit {
  public:
   Fit(RadiationFilter::Input input, Eigen::Index taps) {
@@ -63,7 +64,7 @@ class Fit {
   Eigen::MatrixXd inverse_;
 };
 
-// Made once each, when first needed.
+// Returns the fit for an input and a number of taps; each is made once, when first needed.
 const Fit& fitOf(RadiationFilter::Input input, std::size_t taps) {
   constexpr auto kAll = static_cast<Eigen::Index>(RadiationFilter::kTaps);
   if (input == RadiationFilter::Input::spread) {
@@ -76,7 +77,7 @@ const Fit& fitOf(RadiationFilter::Input input, std::size_t taps) {
   return taps == RadiationFilter::kTaps ? all : oneLess;
 }
 
-// (1 - e^{-z}) / z: the transform of one sample's time.
+// Returns (1 - e^{-z}) / z, the transform of a box of one sample.
 Complex boxTransform(Complex z) {
   return std::abs(z) < 1e-5 ? 1.0 - 0.5 * z : (1.0 - std::exp(-z)) / z;
 }
@@ -109,8 +110,9 @@ RadiationFilter::RadiationFilter(double corner, Input input) {
     const Complex pole{-corner, corner};
     return 2.0 * corner * corner * boxTransform(s - pole) * boxTransform(s - std::conj(pole));
   };
-  // Far: s over its difference first, so that a long pulse, all of it at low frequencies, is as
-  // exact as a short one; the difference itself is exact.
+  // The far part is s times the numerator. It is fitted over the transform of a difference between
+  // samples, which is applied afterwards and exact: so a long pulse, all of it at low frequencies,
+  // is as exact as a short one.
   const auto slope = [&](double omega) -> Complex {
     return numerator(omega) / boxTransform(Complex{0.0, omega});
   };

@@ -9,15 +9,16 @@
 
 namespace carom::audio {
 
-/// Pressure of a rigid sphere that oscillates along one axis, over the acceleration's own part of
-/// it: with G = rho0 a^3 cos(theta) / (2 c r), acceleration A(s) and delay r/c,
+/// The response of a rigid sphere that oscillates along one axis: pressure per acceleration,
+/// without amplitude and delay. With G = rho0 a^3 cos(theta) / (2 c r), acceleration A(s) and delay
+/// r/c,
 ///
 ///     exact:    p = G e^{-s (r - a)/c} (s + c/r) A(s) / (1 + (a/c) s + (a^2 / (2 c^2)) s^2)
 ///     compact:  p = G e^{-s r/c} s A(s)
 ///
-/// This is the fraction and nothing before it: far + (c/r) near. Sources: Morse & Ingard 1968,
-/// Theoretical Acoustics, section 7.1, for the exact one; Howe 2002, eq. 3.8.5, for the compact.
-/// `omega` in rad/s, `corner` = c/a in 1/s, infinite for compact. [any thread]
+/// The response is the fraction without the factors before it: far + (c/r) near. Sources: Morse &
+/// Ingard 1968, Theoretical Acoustics, section 7.1, for the exact one; Howe 2002, eq. 3.8.5, for
+/// the compact. `omega` in rad/s, `corner` = c/a in 1/s, infinite for compact. [any thread]
 struct RadiationResponse {
   std::complex<double> far;   ///< 1/s
   std::complex<double> near;  ///< 1
@@ -38,13 +39,13 @@ class PaddedTaps {
   std::array<double, kPad + kTaps + kPad> values_{};
 };
 
-/// The same on samples: taps and then a recursion whose poles are the sphere's own,
+/// RadiationResponse on samples: taps, then a recursion whose poles are the sphere's own,
 ///
 ///     y[n] = sum over k of f[k] x[n - k - kFirstTap],   p[n] = y[n] + b1 p[n-1] + b2 p[n-2]
 ///
-/// with far's taps per sample and not per second. The taps also undo what spreadKernel dims,
-/// unless the samples are bare ones. In the band (kBand) it is the response above to -90 dB at
-/// every frequency; beyond, it is not defined.
+/// with far's taps per sample and not per second. The taps also undo the attenuation by
+/// spreadKernel, unless the samples are bare ones. In the band (kBand) it agrees with
+/// RadiationResponse to -90 dB at every frequency; beyond, it is not defined.
 class RadiationFilter {
  public:
   static constexpr std::size_t kTaps = PaddedTaps::kTaps;

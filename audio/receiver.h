@@ -22,7 +22,7 @@ struct Receiver {
   double pattern = 0.0;        ///< 0 omnidirectional, 0.5 cardioid, 1 figure of eight
 };
 
-/// A listener's receivers in the order of its channels. The plain struct of `receiversOf`.
+/// A listener's receivers in the order of its channels, as `receiversOf` returns them.
 struct Receivers {
   std::array<Receiver, 2> items;
   std::size_t count = 0;
@@ -33,9 +33,10 @@ struct Receivers {
   const Receiver& operator[](std::size_t channel) const { return items[channel]; }
 };
 
-/// Left, then right for a pair. The two ears of a binaural listener are omnidirectional and both
-/// in the middle of the head: what its shape does to level and delay is in the responses of its
-/// HrtfSet, which must not be counted twice. [any thread; does not allocate]
+/// Returns a listener's receivers: left, then right for a pair. The two ears of a binaural listener
+/// are omnidirectional and both in the middle of the head: the effect of its shape on level and
+/// delay is in the responses of its HrtfSet, and must not be counted twice. [any thread; does not
+/// allocate]
 Receivers receiversOf(const Listener& listener);
 
 /// The pattern in force: `listener.pattern`, or the default of its format. [any thread]

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kWidth = ResonatorKernels::kWidth;
 
-/// Advances all by one sample; `input` is what one of them is pushed by.
+/// Advances all resonators by one sample and returns their sum; `input` gives the input of each.
 template <class Input>
 double advance(const Resonators& r, Input input) {
   double sums[kWidth] = {};
@@ -41,8 +41,9 @@ void drive(const Resonators& r, const ResonatorInput& in, std::span<double> out)
   }
 }
 
-// With r^2 = -a2, c = cos(w / rate) = a1 / (2 r) and A, phase as of y[n-1]: r y[n-2] is
-// A cos(phase - w / rate), and so y1^2 - 2 c y1 (r y2) + (r y2)^2 = A^2 (1 - c^2).
+// Compares squared amplitudes: with r^2 = -a2, c = cos(w / rate) = a1 / (2 r) and A, phase as of
+// y[n-1], r y[n-2] is A cos(phase - w / rate), and so
+// y1^2 - 2 c y1 (r y2) + (r y2)^2 = A^2 (1 - c^2).
 std::size_t flush(const Resonators& r, double threshold) {
   std::size_t ringing = 0;
   for (std::size_t i = 0; i < r.count; ++i) {

@@ -7,21 +7,22 @@
 
 namespace carom::audio {
 
-/// What makes a recursion of two poles, y[n] = a1 y[n-1] + a2 y[n-2], one decaying oscillation
-/// exp(-decayRate t) cos(w t + phase), exactly and at any sample rate.
+/// The coefficients that make a recursion of two poles, y[n] = a1 y[n-1] + a2 y[n-2], one decaying
+/// oscillation exp(-decayRate t) cos(w t + phase), exactly and at any sample rate.
 struct TwoPole {
   double a1 = 0.0;  ///< 2 exp(-decayRate / rate) cos(w / rate)
   double a2 = 0.0;  ///< -exp(-2 decayRate / rate)
 
-  /// Of w > 0 in rad/s, as it sounds (damped); decayRate >= 0 in 1/s; rate > w / pi in Hz.
+  /// Coefficients for a frequency w > 0 in rad/s, as it sounds (damped); decayRate >= 0 in 1/s;
+  /// rate > w / pi in Hz.
   static TwoPole of(double w, double decayRate, double rate) {
     return {2.0 * std::exp(-decayRate / rate) * std::cos(w / rate),
             -std::exp(-2.0 * decayRate / rate)};
   }
 };
 
-/// Many of them at once, borrowed. Arrays of `count` elements; what pads them to a multiple of
-/// ResonatorKernels::kWidth is 0 in all, and silent.
+/// Many resonators with two poles each, borrowed. Arrays of `count` elements; the elements that pad
+/// them to a multiple of ResonatorKernels::kWidth are 0 in all arrays, and silent.
 ///
 /// In double precision, as in single a resonator of 20 Hz at 192 kHz would be far out of tune.
 struct Resonators {
@@ -34,8 +35,8 @@ struct Resonators {
 
 /// One input to all resonators, borrowed.
 struct ResonatorInput {
-  const double* b0 = nullptr;  ///< of each resonator: gain of x[n]
-  const double* b1 = nullptr;  ///< of each resonator: gain of x[n-1]
+  const double* b0 = nullptr;  ///< gain of x[n] for each resonator
+  const double* b1 = nullptr;  ///< gain of x[n-1] for each resonator
   const double* x = nullptr;   ///< one for each sample of output, and one more in front: x[-1]
 };
 
@@ -45,14 +46,14 @@ struct ResonatorInput {
 /// A sample is the sum of kWidth partial sums, each of every kWidth-th resonator in their order,
 /// whatever the instruction set. So it has the same bits however a run of samples is cut into
 /// calls, and on all instruction sets that multiply and add in one rounding (FMA); likewise on all
-/// that do not, among them the plain ones. Between the two lies rounding.
+/// that do not, among them the plain ones. The two groups differ by rounding.
 ///
 /// A resonator that decays freely for long ends in denormal numbers, which are slow: `flush` at
 /// least once in 128 samples keeps it from them, if the threshold is 1e-100 or more.
 struct ResonatorKernels {
   static constexpr std::size_t kWidth = 8;
 
-  std::string_view name;  ///< of the instruction set
+  std::string_view name;  ///< name of the instruction set
 
   /// Free decay: out[n] += sum of y[n].
   void (*ring)(const Resonators& resonators, std::span<double> out);
@@ -67,11 +68,11 @@ struct ResonatorKernels {
   std::size_t (*flush)(const Resonators& resonators, double threshold);
 };
 
-/// The plain ones: the reference.
+/// The kernels in plain C++: the reference.
 const ResonatorKernels& plainResonators();
-/// The fastest that this machine runs and this build has.
+/// The fastest kernels that this machine runs and this build has.
 const ResonatorKernels& fastestResonators();
-/// All of them, the plain ones last: for tests and measurements.
+/// All kernels that this machine runs, the plain ones last: for tests and measurements.
 std::span<const ResonatorKernels> allResonators();
 
 }  // namespace carom::audio

@@ -11,16 +11,16 @@
 namespace carom::audio {
 namespace {
 
-constexpr double kSmallest = 1e-30;        // Pa: below it, 0
-constexpr double kLargest = 1e100;         // Pa, of the input
+constexpr double kSmallest = 1e-30;        // Pa: smaller values become 0
+constexpr double kLargest = 1e100;         // Pa, bound of the input
 constexpr std::uint32_t kFlushEvery = 16;  // samples
-constexpr double kShortLine = 0.55;        // of the mean free time
+constexpr double kShortLine = 0.55;        // times the mean free time, as the next two
 constexpr double kLongLine = 1.7;
 constexpr double kLongestLine = 8.0;
 constexpr double kModalDensity = 0.15;       // total length over the longest T60 (Schroeder 1962)
 constexpr std::uint32_t kShortestLine = 17;  // samples
 
-/// How the input enters the lines: without a pattern that a row of the matrix shares.
+/// Signs with which the input enters the lines: a pattern that no row of the matrix shares.
 constexpr std::array<double, Reverb::kLines> kInput = {1, 1,  1, -1, 1,  -1, -1, 1,
                                                        1, -1, 1, 1,  -1, 1,  -1, -1};
 
@@ -88,7 +88,7 @@ double longestFinite(const DecayTimes& times) {
   return longest;
 }
 
-/// The sum of kLines numbers from `first` to `last`, evenly spaced in the logarithm.
+/// Returns the sum of kLines numbers from `first` to `last`, evenly spaced in the logarithm.
 double sumOfSpaced(double first, double last) {
   double sum = 0.0;
   for (std::size_t line = 0; line < Reverb::kLines; ++line) {
@@ -97,7 +97,7 @@ double sumOfSpaced(double first, double last) {
   return sum;
 }
 
-/// The longest line, over the mean, that the modal density asks for.
+/// Returns the longest line, over the mean, that the modal density asks for.
 double stretchFor(double meanLength, double totalNeeded) {
   double stretch = kLongLine;
   while (stretch < kLongestLine && sumOfSpaced(kShortLine, stretch) * meanLength < totalNeeded) {
@@ -185,9 +185,10 @@ void Reverb::makeFilters(const DecayTimes& times) {
   }
 }
 
-/// The lines' own start counts towards the onset: what they give out, passes as of a renewal
-/// process, adds up as if it had begun at full density (mean^2 - variance) / (2 mean) after the
-/// input. The rest is a delay with the decay of its length.
+/// Makes the delay of the input up to the onset. The lines' own start counts towards it: their
+/// passes form a renewal process, so what they give out adds up as if it had begun at full density
+/// (mean^2 - variance) / (2 mean) after the input. The rest is a delay with the decay of its
+/// length.
 void Reverb::makeOnset(double onset, const DecayTimes& times) {
   double sum = 0.0;
   double squares = 0.0;
@@ -284,7 +285,8 @@ void Reverb::flushFilters() noexcept {
     section.state = flushed(section.state);
 }
 
-/// One sample at a time, so that blocks do not matter.
+/// Counts quiet samples and resets after enough of them: sample by sample, so that the sizes of
+/// blocks do not matter.
 void Reverb::listenForSilence(double input, double loudest) noexcept {
   silent_ = false;
   quiet_ = input == 0.0 && loudest < quietLevel_ ? quiet_ + 1 : 0;

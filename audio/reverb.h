@@ -13,7 +13,7 @@
 
 namespace carom::audio {
 
-inline constexpr double kShortestDecay = 0.05;  ///< s, of a decay time
+inline constexpr double kShortestDecay = 0.05;  ///< s, least decay time that is accepted
 
 /// An error if the settings are out of the ranges that Reverb::create accepts. [any thread]
 Status checkSettings(const ReverbSettings& settings);
@@ -37,44 +37,46 @@ Status checkSettings(const ReverbSettings& settings);
 /// where the reflected energy over the direct at 10 m is 31200 T / V exp(-0.04 r / T). Integrated,
 /// it is the classic 16 pi / A of Sabine's A (Kuttruff, chapter 5).
 ///
-/// Channels are fed by rows of the Hadamard matrix, so they are orthogonal sums of the lines: as
-/// of microphones far apart. Microphones near each other share a diffuse field's low frequencies
-/// (sin(kr)/(kr)); that is not modelled, nor are position, directivity and coupled rooms.
+/// Channels are fed by rows of the Hadamard matrix, so they are orthogonal sums of the lines, like
+/// the signals of microphones far apart. Microphones near each other share a diffuse field's low
+/// frequencies (sin(kr)/(kr)); that is not modelled, nor are position, directivity and coupled
+/// rooms.
 ///
 /// Deterministic, and the same bits however `process` is cut into blocks. Values below 1e-30 are
-/// set to 0 in the lines, and in the filters at every 16th sample, so none becomes subnormal;
-/// the floating-point environment is left alone. Single-threaded: one thread at a time, any.
+/// set to 0 in the lines, and in the filters at every 16th sample, so none becomes subnormal; the
+/// floating-point environment is left alone. Not thread-safe: any thread may call, but one at a
+/// time.
 class Reverb {
  public:
   static constexpr std::size_t kLines = 16;
   static constexpr std::size_t kMaxChannels = kLines;
 
   /// Refuses: settings out of range, times of which only some are infinite, a sample rate outside
-  /// 8000 to 192000 Hz, no channel or more than kMaxChannels. Allocates all that is ever needed.
-  /// All times infinite: nothing decays and it is never silent again (for tests).
+  /// 8000 to 192000 Hz, no channel or more than kMaxChannels. Allocates all the memory that it ever
+  /// needs. If all times are infinite, nothing decays and it is never silent again (for tests).
   static Result<Reverb> create(const ReverbSettings& settings, double sampleRate,
                                std::size_t channels);
 
   /// Adds the tail of `in` (Pa at 1 m, see the class) to in.size() samples of each channel, in
   /// pascals. Requires addTo.size() == channels(). A sample that is not finite, or below 1e-30 in
-  /// magnitude, counts as 0, one beyond 1e100 as that.
+  /// magnitude, counts as 0; a magnitude beyond 1e100 counts as 1e100.
   void process(std::span<const double> in, std::span<double* const> addTo) noexcept;
 
-  /// Whether `process` with zeros would add nothing, now and ever; it may then be left out.
+  /// True if `process` with zeros would add nothing, now and ever; it may then be left out.
   bool isSilent() const { return silent_; }
 
-  /// Drops what still sounds.
+  /// Drops all sound that is still in the lines and filters.
   void reset() noexcept;
 
   std::size_t channels() const { return channels_; }
-  /// samples, of the lines, ascending.
+  /// Lengths of the lines in samples, ascending.
   const std::array<std::uint32_t, kLines>& lengths() const { return lengths_; }
-  /// s: what the filters make of the decay times at `frequency` (Hz), averaged over the lines.
+  /// Decay time in s that the filters produce at `frequency` (Hz), averaged over the lines.
   double decayTime(double frequency) const;
-  /// Pa^2: the sum of the squares of all that the lines hold; conserved where nothing decays.
+  /// Sum of the squares of all that the lines hold, in Pa^2; conserved where nothing decays.
   double storedEnergy() const;
-  /// For tests: whether the state is whole (finite, nothing subnormal, cursors inside, silent means
-  /// empty); if not, says why where asked.
+  /// For tests: true if the state is valid (finite, nothing subnormal, cursors inside, silent means
+  /// empty); if not, and `why` is given, sets it to the reason.
   bool validate(std::string* why = nullptr) const;
 
  private:
@@ -84,7 +86,7 @@ class Reverb {
     Lines b0, b1, a1;
     Lines state{};
   };
-  /// A filter of the cascade on the way in.
+  /// One filter of the cascade that the input passes.
   struct InputSection {
     ReflectionFilter filter;
     double state = 0.0;
@@ -109,8 +111,8 @@ class Reverb {
   double quietLevel_ = 0.0;  // Pa, in a line
 
   std::array<std::uint32_t, kLines> lengths_{};
-  std::array<std::uint32_t, kLines> begins_{};   // of each line in buffer_
-  std::array<std::uint32_t, kLines> cursors_{};  // in buffer_: the oldest sample of each line
+  std::array<std::uint32_t, kLines> begins_{};   // begin of each line in buffer_
+  std::array<std::uint32_t, kLines> cursors_{};  // oldest sample of each line in buffer_
   std::vector<double> buffer_;
   std::vector<Section> sections_;
 

@@ -14,7 +14,7 @@ using namespace audio;
 
 namespace {
 
-constexpr double kSixtyDecibel = 6.0 * std::numbers::ln10;  // of energy
+constexpr double kSixtyDecibel = 6.0 * std::numbers::ln10;  // logarithm of a ratio of energies
 
 DecayTimes decayTimesOf(const RoomMeasures& room, double speedOfSound,
                         const std::array<double, kBandCount>& airAttenuation,

@@ -9,8 +9,9 @@ namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-// Carlson's R_D(x, y, z) by duplication (Carlson 1979, algorithm 4): the arguments draw together by
-// 4 in each turn, and the rest is his series to the fifth order. At most one of x, y is 0.
+// Carlson's R_D(x, y, z) by duplication (Carlson 1979, algorithm 4): each turn brings the arguments
+// closer together by a factor of 4, and the rest is his series to the fifth order. At most one of
+// x, y is 0.
 double carlsonRd(double x, double y, double z) {
   double sum = 0.0;
   double weight = 1.0;
@@ -51,8 +52,8 @@ Vec3 lambIntegrals(const Vec3& semiAxes) {
                        carlsonRd(square.x(), square.y(), square.z()));
 }
 
-// Art. 115, over the displaced volume: turning about the third axis, for the semi-axes b and c
-// across it and their integrals.
+// Added volume for turning about the third axis over the displaced volume (Lamb, art. 115), from
+// the semi-axes b and c across that axis and their integrals.
 double turningPerVolume(double b, double c, double beta, double gamma) {
   const double difference = b * b - c * c;
   const double sum = b * b + c * c;
@@ -78,7 +79,7 @@ Vec3 RigidRadiator::dipole(const Vec3& linear, const Vec3& angular) const {
          addedVolume.topRightCorner<3, 3>() * angular;
 }
 
-// A turn about the new origin is one about the old and the shift origin x omega.
+// A turn about the new origin is a turn about the old one and the shift origin x omega.
 RigidRadiator RigidRadiator::about(const Vec3& origin) const {
   Matrix6 motion = Matrix6::Identity();
   motion.topRightCorner<3, 3>() = crossing(origin);
@@ -106,8 +107,8 @@ RigidRadiator sphereRadiator(double radius) {
   return sphere;
 }
 
-// Lamb's alpha / (2 - alpha), with 2 - alpha as the sum of the other two: nothing cancels for a
-// disc.
+// Uses Lamb's alpha / (2 - alpha), with 2 - alpha as the sum of the other two: nothing cancels for
+// a disc.
 RigidRadiator ellipsoidRadiator(const Vec3& semiAxes) {
   assert(semiAxes.minCoeff() > 0.0);
   RigidRadiator ellipsoid;

@@ -21,8 +21,8 @@ std::size_t modesInBand(const ModalModel& model, double sampleRate) {
   return static_cast<std::size_t>(end - model.modes.begin());
 }
 
-/// Fits ResonatorSet::rest by least squares over the band, as it is heard: weighted by what the
-/// spread pulse has there. All in samples.
+/// Fits ResonatorSet::rest by least squares over the band, as it is heard: weighted by the spectrum
+/// of the spread pulse. All times are in samples.
 class RestFit {
  public:
   explicit RestFit(Sampling sampling) {
@@ -42,7 +42,7 @@ class RestFit {
   }
 
   RestTaps<Complex> of(Complex pole, Complex dimming) const {
-    // The limit at a pole on the axis is finite, but not what leads there.
+    // A pole on the imaginary axis is moved aside: the limit is finite, the terms are not.
     pole -= kAside;
     const Eigen::VectorXd real = tapsOf(pole, dimming, 1.0);
     const Eigen::VectorXd imaginary = tapsOf(pole, dimming, Complex(0.0, 1.0));
@@ -58,7 +58,7 @@ class RestFit {
   static constexpr Eigen::Index kFrequencies = 96;
   static constexpr Eigen::Index kMiddle = kRestReach;
   static constexpr Eigen::Index kTaps = 2 * kMiddle + 1;
-  static constexpr double kStill = 1000.0;  // nothing is to be left at 0 Hz
+  static constexpr double kStill = 1000.0;  // weight of 0 Hz, where no error is to be left
   static constexpr double kAside = 1e-7;
 
   static double omega(Eigen::Index row) {

@@ -15,7 +15,7 @@
 
 namespace carom::audio {
 
-/// How far the rest of a ring reaches to either side of its drive, samples.
+/// Reach in samples of a ring's rest (ResonatorSet::rest) to either side of its drive.
 inline constexpr std::size_t kRestReach = 16;
 /// Taps at -kRestReach to kRestReach samples.
 template <class Number>
@@ -30,24 +30,25 @@ struct ResonatorSet {
   ResonatorSet(std::shared_ptr<const ModalModel> ofModel, const SynthSettings& settings);
 
   std::shared_ptr<const ModalModel> model;
-  std::uint32_t order = 0;  ///< among all sets of a layer
-  std::size_t modes = 0;    ///< the first so many of the model's
+  std::uint32_t order = 0;  ///< number among all sets of a layer
+  std::size_t modes = 0;    ///< number of modes in it, the first ones of the model
   std::size_t padded = 0;   ///< the length of the arrays: zeros behind the modes
   std::vector<double> a1;
   std::vector<double> a2;
   std::vector<std::complex<double>> pole;  ///< rad/s: -decay + i w damped, one for each mode
-  /// 1: what is left of each mode in a pulse on the samples (spreadKernel).
+  /// Factor by which spreading the pulse on the samples (spreadKernel) attenuates each mode.
   std::vector<std::complex<double>> dimming;
-  /// What a mode's resonator is short of below and above its own frequency, where it is driven: of
-  /// a ring Re(A exp(s t)) the pulse on the samples goes through the taps Re(A rest) as well. The
-  /// sum is the mode's response to the pulse at all frequencies of the band, less what an impulse
-  /// moves at 0 Hz; the resonator alone has it at its own, and elsewhere it differs by what the
-  /// samples fold back, and by how much more its own frequency is dimmed than others.
+  /// Correction for the errors that a mode's resonator, while it is driven, has below and above its
+  /// own frequency: for a ring Re(A exp(s t)) the pulse on the samples goes through the taps
+  /// Re(A rest) as well. The sum is the mode's response to the pulse at all frequencies of the
+  /// band, less its value at 0 Hz; the resonator alone is right at its own frequency, and elsewhere
+  /// it differs by the part that the samples fold back, and by how much more its own frequency is
+  /// dimmed than others.
   std::vector<RestTaps<std::complex<double>>> rest;
 };
 
-/// What one contact excites of a body's modes at one receiver, over one path. As Click, it is laid
-/// by the simulation's side and knows no bodies, listeners or rooms.
+/// The excitation of a body's modes by one contact, as heard at one receiver, over one path. Like a
+/// Click, it is made on the simulation's side and is independent of bodies, listeners and rooms.
 ///
 /// Without a pulse, it is a change of damping: from its time on, all resonators of the body have
 /// the taps as their a1 and a2.
@@ -55,9 +56,9 @@ struct Ring {
   Click drive;  ///< the force's pulse and its time; no filters, no buses
   BodyId body = 0;
   const ResonatorSet* resonators = nullptr;
-  std::size_t count = 0;    ///< of its resonators: all, or the first so many, padded
-  std::size_t taps = 0;     ///< where its b0 begin, and `count` behind it its b1
-  RestTaps<double> rest{};  ///< of the pulse itself: ResonatorSet::rest
+  std::size_t count = 0;    ///< number of resonators: all, or the first ones, padded
+  std::size_t taps = 0;     ///< index of its first b0; its b1 begin `count` behind it
+  RestTaps<double> rest{};  ///< taps for the pulse itself: ResonatorSet::rest
 
   bool isDamping() const { return drive.pulse == nullptr; }
 };

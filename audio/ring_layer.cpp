@@ -19,15 +19,15 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// m: nobody is nearer to the middle of what rings.
+/// m: least distance of a receiver from the centre of mass of a body that rings.
 constexpr double kNearestListener = 1e-6;
-/// A touch that has changed by less is the one that was known.
-constexpr double kNewTouch = 1.25;  // of its stiffness
-constexpr double kMoved = 0.05;     // of the body's radius
-/// Of the frequency in rad/s: beyond, a perturbation says nothing.
+/// A touch that has changed by less counts as unchanged.
+constexpr double kNewTouch = 1.25;  // factor on its stiffness
+constexpr double kMoved = 0.05;     // distance, as a share of the body's radius
+/// Bound of a mode's decay rate over its frequency in rad/s: beyond, perturbation is not valid.
 constexpr double kMostDamping = 0.5;
 
-/// Unit, of the triangle that the point is in.
+/// Unit normal of the triangle that the point is in.
 Vec3 normalAt(const SurfaceMesh& surface, const SurfacePoint& point) {
   const Vec3& a = surface.vertices[point.vertices[0]];
   const Vec3& b = surface.vertices[point.vertices[1]];
@@ -35,7 +35,7 @@ Vec3 normalAt(const SurfaceMesh& surface, const SurfacePoint& point) {
   return (b - a).cross(c - a).normalized();
 }
 
-/// 1/s, what a contact adds to the decay of each mode.
+/// Returns what a contact adds to the decay rate (1/s) of each mode.
 std::vector<double> ratesOf(const RingLayer::Touch& touch, const RingLayer::Source& source,
                             double loss) {
   const ResonatorSet& set = *source.resonators;
@@ -51,7 +51,7 @@ std::vector<double> ratesOf(const RingLayer::Touch& touch, const RingLayer::Sour
   return rates;
 }
 
-/// Of an ear's aligned response, at w (rad per sample).
+/// Frequency response of an ear's aligned response at w (rad per sample).
 Complex earResponse(std::span<const double> response, double w) {
   const Complex turn = std::polar(1.0, -w);
   Complex sum = 0.0;
@@ -118,7 +118,7 @@ bool RingLayer::strike(const ImpulseEvent& event, const SoundBody& body, const S
 
 void RingLayer::lay(const Click& drive, const RingWay& way) {
   const ResonatorSet& set = *source_->resonators;
-  // Whoever hears it from within is put on the sphere around it; in its very middle, on top.
+  // A receiver within the sphere around the body is put onto it; one in its very middle, on top.
   const bool isCentre = way.toReceiver.isZero(0.0);
   const Vec3 leaving = isCentre ? Vec3::UnitZ() : Vec3(orientation_.conjugate() * way.toReceiver);
   const double distance =

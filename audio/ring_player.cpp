@@ -13,10 +13,10 @@
 namespace carom::audio {
 namespace {
 
-/// A resonator is over when it is this far below what can be heard of a click; with 1000 of them
-/// the rest is as loud as that.
+/// Share of the audible threshold at which a resonator is over: 1000 of them together are then as
+/// loud as the threshold.
 constexpr double kInaudible = 1e-3;
-/// Pa: and when nothing is left out for being quiet.
+/// Pa: amplitude at which a resonator is over in any case, also with a threshold of 0.
 constexpr double kInaudibleRing = 1e-15;
 
 std::int64_t gridFrom(std::int64_t sample) {
@@ -25,7 +25,7 @@ std::int64_t gridFrom(std::int64_t sample) {
 }
 static_assert((RingPlayer::kGrid & (RingPlayer::kGrid - 1)) == 0);
 
-/// The drive has as many zeros at its ends as the taps reach.
+/// Adds the drive through the taps; it has as many zeros at its ends as they reach.
 void addRest(const RestTaps<double>& rest, std::span<const double> x, std::span<double> out) {
   for (std::size_t tap = 0; tap < rest.size(); ++tap) {
     const std::size_t from = tap < kRestReach ? kRestReach - tap : 0;
@@ -47,7 +47,7 @@ RingPlayer::RingPlayer(std::shared_ptr<const SoundPaths> paths,
   if (capacity_) makeRoom();
 }
 
-/// All the memory that a player with a capacity ever has.
+/// Allocates all the memory that a player with a capacity ever has.
 void RingPlayer::makeRoom() {
   const Pulse& pulse = Pulse::of(paths_->settings.pulse);
   const double longest =
@@ -122,7 +122,7 @@ std::size_t RingPlayer::countOf(const Ring& ring) const {
   return std::min(ring.count, (capacity_->modes + kWidth - 1) / kWidth * kWidth);
 }
 
-/// Samples that a drive may need from the clock on, in any of the buffers.
+/// Returns the samples that a drive may need from the clock on, in any of the buffers.
 std::size_t RingPlayer::roomOf(const Click& drive) const {
   return drive.samples + static_cast<std::size_t>(2 * kGrid) + ClickBus::kMaxFrames +
          2 * ClickKernels::kRoom;
@@ -141,7 +141,7 @@ void RingPlayer::reserve(const Click& drive, std::size_t count) {
   sampler_.reserve(drive.nodes.size(), drive.samples);
 }
 
-/// The one of its body and channel, or a new one; kNone where there may be no more.
+/// Returns the bank of the ring's body and channel, or a new one; kNone if there may be no more.
 std::uint32_t RingPlayer::bankOf(const Ring& ring) {
   const auto keyOf = [this](std::uint32_t bank) {
     return std::tuple(banks_[bank].body, banks_[bank].channel, banks_[bank].resonators->order);
@@ -241,12 +241,12 @@ void RingPlayer::joinLater(std::int64_t joins, std::uint32_t slot) noexcept {
   driven_.insert(std::ranges::upper_bound(driven_, joins, {}, &Driven::joins), {joins, slot});
 }
 
-/// From now on, in place of what was in force for the body.
+/// Puts a damping in force from now on, in place of the one before of the same body.
 void RingPlayer::damp(std::uint32_t slot) noexcept {
   const Waiting& waiting = slots_[slot];
   const auto before = std::ranges::find_if(
       dampings_, [&](std::uint32_t other) { return slots_[other].ring.body == waiting.ring.body; });
-  // Bodies that went without letting go would keep all slots in the end.
+  // Bodies that disappear while they are touched would keep all slots in the end.
   const bool isFull = capacity_ && dampings_.size() >= slots_.size() / 4;
   const auto gone = before == dampings_.end() && isFull ? dampings_.begin() : before;
   if (gone != dampings_.end()) {
@@ -259,7 +259,7 @@ void RingPlayer::damp(std::uint32_t slot) noexcept {
   const std::size_t count = countOf(waiting.ring);
   if (std::equal(set.a2.begin(), set.a2.begin() + static_cast<std::ptrdiff_t>(count),
                  waiting.taps.begin() + static_cast<std::ptrdiff_t>(count)))
-    freeSlots_.push_back(slot);  // as it rings by itself
+    freeSlots_.push_back(slot);  // the damping of the free body
   else
     dampings_.push_back(slot);
 }
@@ -270,8 +270,8 @@ void RingPlayer::dampBank(Bank& bank, const Waiting& waiting) noexcept {
   bank.isDamped = true;
 }
 
-/// Drives a ring's own resonators over its pulse, lays ahead what that sounds like, and keeps the
-/// state that goes into the bank.
+/// Drives a ring's own resonators over its pulse, adds their sound to ahead_, and keeps the state
+/// that goes into the bank.
 void RingPlayer::drive(std::uint32_t slot) noexcept {
   Waiting& waiting = slots_[slot];
   const Ring& ring = waiting.ring;
@@ -328,7 +328,7 @@ void RingPlayer::giveBack(std::uint32_t slot) noexcept {
   freeSlots_.push_back(slot);
 }
 
-/// Stops what is no longer heard.
+/// Silences resonators that are no longer heard, and frees the banks where none is left.
 void RingPlayer::retire() noexcept {
   const auto isOver = [this](std::uint32_t index) {
     Bank& bank = banks_[index];
@@ -345,7 +345,7 @@ void RingPlayer::retire() noexcept {
   order_.erase(std::remove_if(order_.begin(), order_.end(), isOver), order_.end());
 }
 
-/// Whether the kWidth resonators from `first` on are silent.
+/// True if the kWidth resonators from `first` on are silent.
 bool RingPlayer::isZero(const Bank& bank, std::size_t first) const noexcept {
   for (std::size_t i = first; i < first + ResonatorKernels::kWidth; ++i)
     if (bank.y[i] != 0.0 || bank.y[bank.count + i] != 0.0) return false;

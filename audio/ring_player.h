@@ -16,27 +16,28 @@
 
 namespace carom::audio {
 
-/// What a player of rings may hold at most, made in advance: with it, nothing allocates any more.
+/// The most that a RingPlayer may hold, allocated in advance: with a capacity, nothing allocates
+/// later.
 struct RingCapacity {
-  std::size_t banks = 128;  ///< that sound or wait: one for each body and channel
-  std::size_t modes = 128;  ///< of a body; higher ones are left out
-  std::size_t rings = 512;  ///< that wait for their sample: one for each channel and path
+  std::size_t banks = 128;  ///< banks that sound or wait: one for each body and channel
+  std::size_t modes = 128;  ///< modes of a body; higher ones are left out
+  std::size_t rings = 512;  ///< rings that wait for their sample: one for each channel and path
   /// s. Longer contacts are left out.
   double longestContact = 0.05;
 };
 
 struct RingPlayerCounters {
   std::uint64_t late = 0;     ///< rings that came after their first sample had been rendered
-  std::uint64_t tooLong = 0;  ///< left out: longer than RingCapacity::longestContact
-  std::uint64_t noBank = 0;   ///< left out: more of them, or more bodies, than there is room for
+  std::uint64_t tooLong = 0;  ///< rings left out: longer than RingCapacity::longestContact
+  std::uint64_t noBank = 0;   ///< rings left out: no room for more rings or banks
 };
 
-/// From rings to samples: banks of resonators, one for each body and channel, since what reaches a
-/// receiver over several paths rings in the same bank.
+/// Turns rings into samples, with banks of resonators, one for each body and channel, since rings
+/// that reach a receiver over several paths ring in the same bank.
 ///
 /// A ring drives resonators of its own from its first sample to the end of its pulse, and on to the
-/// next multiple of kGrid; what they hold then is added to the bank's, where it decays freely. On
-/// the same grid, resonators below `silence` are stopped, and a bank where none is left is free
+/// next multiple of kGrid; their state is then added to that of the bank, where it decays freely.
+/// On the same grid, resonators below `silence_` are stopped, and a bank where none is left is free
 /// again. So the bits do not depend on the sizes of blocks. [one thread]
 class RingPlayer {
  public:
@@ -45,24 +46,24 @@ class RingPlayer {
   RingPlayer(std::shared_ptr<const SoundPaths> paths,
              std::optional<RingCapacity> capacity = std::nullopt);
 
-  /// Takes rings, whose taps are in `taps`. Without a capacity it takes whatever comes, and
-  /// allocates. With one, what has no room is left out, and what comes late is heard later by as
-  /// much.
-  /// `train`, if not empty, are the nodes of all of them in place of their own.
+  /// Adds rings, whose taps are in `taps`. Without a capacity it takes all rings, and allocates.
+  /// With one, rings for which there is no room are left out, and late ones are heard later by as
+  /// much. `train`, if not empty, holds the nodes of all rings, in place of their own.
   void add(std::span<const Ring> rings, std::span<const double> taps,
            std::span<const PulseNode> train = {});
 
-  /// Adds the next samples, at most ClickBus::kMaxFrames: planar, `stride` apart, and what goes
-  /// into the reverberation.
+  /// The output of `mix`, at most ClickBus::kMaxFrames frames: planar channels, `stride` apart, and
+  /// the input of the reverberation.
   struct Mix {
     double* channels = nullptr;
     std::size_t stride = 0;
     double* send = nullptr;
     std::size_t frames = 0;
   };
+  /// Adds the next samples to the buffers of `mix`.
   void mix(const Mix& mix) noexcept;
 
-  /// Silent; the next sample is `position`.
+  /// Drops all sound; the next sample is `position`.
   void seek(std::int64_t position);
 
   bool isSilent() const { return waiting_.size() == 0 && driven_.empty() && banksInUse() == 0; }
@@ -73,25 +74,25 @@ class RingPlayer {
  private:
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-  /// Of one body at one channel.
+  /// The resonators of one body at one channel.
   struct Bank {
     BodyId body = 0;
     std::uint32_t channel = 0;
     const ResonatorSet* resonators = nullptr;
-    std::size_t count = 0;      // of the resonators, padded
-    std::size_t active = 0;     // of `count`: those behind are silent, and the highest go first
+    std::size_t count = 0;      // number of resonators, padded
+    std::size_t active = 0;     // only the first so many of `count` may sound
     std::uint32_t pending = 0;  // rings that wait for it or are driven
     std::vector<double> y;      // y1, and y2 `count` behind them
     bool isDamped = false;
-    std::vector<double> damped;  // a1 and a2 then, in the same way
+    std::vector<double> damped;  // if isDamped: a1, and a2 `count` behind them
   };
-  /// A ring that waits, or is driven; in a slot.
+  /// A ring in a slot, which waits or is driven.
   struct Waiting {
     Ring ring;
-    std::uint32_t bank = 0;    // kNone of a damping
+    std::uint32_t bank = 0;    // kNone for a change of damping
     std::vector<double> taps;  // b0 and b1; once driven y1 and y2
   };
-  /// A ring whose resonators go into their bank at `joins`.
+  /// A ring whose resonators are added to their bank at the sample `joins`.
   struct Driven {
     std::int64_t joins = 0;
     std::uint32_t slot = 0;
@@ -130,18 +131,18 @@ class RingPlayer {
   std::vector<Waiting> slots_;
   std::vector<std::uint32_t> freeSlots_;
   ClickQueue waiting_;
-  std::vector<Driven> driven_;           // by the time they join
-  std::vector<std::uint32_t> dampings_;  // slots of those in force, one for each body
+  std::vector<Driven> driven_;           // sorted by the time they join
+  std::vector<std::uint32_t> dampings_;  // slots of the changes of damping in force, one per body
   std::vector<Bank> banks_;
   std::vector<std::uint32_t> freeBanks_;
-  std::vector<std::uint32_t> order_;  // of banks in use, by body and channel: how they are summed
+  std::vector<std::uint32_t> order_;  // banks in use, by body and channel, as they are summed
 
-  std::vector<double> x_;                   // a drive, one zero in front
-  std::vector<double> y_;                   // of the ring that is being driven
-  std::vector<double> out_;                 // what it sounds like
-  std::vector<std::vector<double>> ahead_;  // by channel: what driven rings have laid ahead
-  std::size_t mostSamples_ = 0;             // of a drive, with a capacity
-  std::size_t aheadEnd_ = 0;                // samples of them that may not be zero
+  std::vector<double> x_;                   // samples of a drive, one zero in front
+  std::vector<double> y_;                   // state of the ring that is being driven
+  std::vector<double> out_;                 // sound of that ring
+  std::vector<std::vector<double>> ahead_;  // by channel: sound of driven rings that is due later
+  std::size_t mostSamples_ = 0;             // largest number in a drive, with a capacity
+  std::size_t aheadEnd_ = 0;                // samples of ahead_ that may not be zero
 };
 
 }  // namespace carom::audio

@@ -11,13 +11,13 @@
 namespace carom {
 namespace {
 
-constexpr double kTolerance = 1e-6;  // of directions; m for places, which only decides edges
+constexpr double kTolerance = 1e-6;  // 1 for directions; m for places, where it only decides edges
 constexpr int kMaxOrder = 32;
 
 /// Two walls that face each other: low <= normal . x <= low + size.
 struct Pair {
-  std::size_t lowWall = 0;   // whose normal is `normal`
-  std::size_t highWall = 0;  // whose normal is -`normal`
+  std::size_t lowWall = 0;   // its normal is `normal`
+  std::size_t highWall = 0;  // its normal is -`normal`
   Vec3 normal = Vec3::UnitX();
   double low = 0.0;   // m
   double size = 0.0;  // m
@@ -63,7 +63,7 @@ Status checkRoom(const Room& room) {
   return std::monostate{};
 }
 
-/// The wall that faces `wall`, or nothing.
+/// Returns the wall that faces `wall`, or nothing.
 std::optional<std::size_t> facing(const Room& room, std::size_t wall) {
   for (std::size_t other = 0; other < room.reflectors.size(); ++other) {
     const Vec3 sum = room.reflectors[wall].normal + room.reflectors[other].normal;
@@ -173,7 +173,7 @@ std::vector<Image> lattice(const Box& box, int order) {
   return images;
 }
 
-/// m, positive in the wall's air.
+/// Distance (m) of a point from a wall, positive on the side of the air.
 double height(const Reflector& wall, const Vec3& point) {
   return wall.normal.dot(point) - wall.offset;
 }

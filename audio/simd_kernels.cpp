@@ -48,14 +48,15 @@ void place(std::span<const PulseNode> nodes, const ClickTrack& track, PlacedNode
   }
 }
 
-// Rows start anywhere, vectors do not. So there is a buffer for each place that a row may have in a
-// vector: what is stored there is loaded again as it was, which is fast. Nodes whose rows start at
-// one sample are summed up before. The buffers are summed at last, each off by its place.
+// Rows may start at any sample, vectors only at multiples of their length. So there is a buffer for
+// each place within a vector at which a row may start: vectors are loaded from it exactly as they
+// were stored, which is fast. Nodes whose rows start at the same sample are summed before. In the
+// end the buffers are summed, each shifted by its place.
 void spread(PlacedNodes& placed, std::size_t count, std::span<double> x) {
   const Doubles d;
   const std::size_t lanes = hn::Lanes(d);
   const double* table = SpreadTable::instance().row(0);
-  // In front of each buffer are `lanes` zeros.
+  // Each buffer has `lanes` zeros in front.
   const std::size_t length = (x.size() + kSpreadWidth + lanes) / lanes * lanes + lanes;
   double* const parts = placed.partial.data() + lanes;
   std::uint32_t used = 0;
@@ -125,7 +126,7 @@ void sample(const ForceTable& force, const ClickTrack& track, SampleRange range,
       const auto place = hn::Mul(hn::Sub(u, hn::Set(d, force.begin)), hn::Set(d, force.scale));
       const auto inside = hn::And(hn::Ge(place, hn::Zero(d)), hn::Lt(place, last));
       const auto cell = hn::Floor(hn::IfThenElseZero(inside, place));
-      // Both numbers of a cell at once.
+      // Both numbers of a cell are gathered at once.
       const auto both = hn::BitCast(hn::RebindToUnsigned<Indices>(),
                                     hn::GatherIndex(di, cells, hn::ConvertTo(di, cell)));
       const auto value = hn::PromoteTo(d, hn::BitCast(df, hn::TruncateTo(du32, both)));
@@ -172,15 +173,17 @@ void add(std::span<const double> from, double gain, double* HWY_RESTRICT to) {
   for (std::size_t i = 0; i < whole; i += lanes)
     hn::StoreU(hn::MulAdd(factor, hn::LoadU(d, &from[i]), hn::LoadU(d, to + i)), d, to + i);
   if (whole == from.size()) return;
-  // Through a vector that is there as a whole, as a masked load may read what it leaves out.
+  // The rest goes through a whole vector, as a masked load may read the elements that it leaves
+  // out.
   double rest[kMostLanes] = {};
   std::ranges::copy(from.subspan(whole), rest);
   hn::StoreU(hn::MulAdd(factor, hn::LoadU(d, rest), hn::LoadU(d, to + whole)), d, rest);
   std::copy_n(rest, from.size() - whole, to + whole);
 }
 
-// Four vectors of samples at a time. Each sample is the sum of its inputs in their order, by input
-// where there are few and by tap where there are many: the same products, but for zeros.
+// Filters four vectors of samples at a time. Each sample is the sum over its inputs in their order;
+// the loop is over inputs where these are few, and over taps where they are many: the products are
+// the same, but for zeros.
 void filter(const PaddedTaps& taps, const double* HWY_RESTRICT from, HeldInput held,
             std::span<double> to) {
   const Doubles d;
@@ -219,7 +222,7 @@ void filter(const PaddedTaps& taps, const double* HWY_RESTRICT from, HeldInput h
   }
 }
 
-// As above, of any number of taps without zeros around them.
+// Convolves as `filter` does, but with any number of taps, without zeros around them.
 void convolve(std::span<const double> taps, const double* HWY_RESTRICT from, std::span<double> to) {
   const Doubles d;
   const std::size_t lanes = hn::Lanes(d);

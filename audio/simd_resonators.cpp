@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cassert>
 
-// Vectors of a size that is known, as an array of them is kept in registers: on ARM those of NEON.
+// Targets whose vectors have no known size are left out, as arrays of vectors are kept in
+// registers: on ARM that leaves NEON.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 // Highway compiles what follows once for each instruction set.
 #undef HWY_TARGET_INCLUDE
@@ -20,11 +21,11 @@ constexpr std::size_t kWidth = ResonatorKernels::kWidth;
 using Doubles = hn::CappedTag<double, kWidth>;
 using Vector = hn::Vec<Doubles>;
 constexpr std::size_t kLanes = hn::MaxLanes(Doubles());
-/// Of a group of kWidth resonators.
+/// Number of vectors in a group of kWidth resonators.
 constexpr std::size_t kParts = kWidth / kLanes;
-/// So many samples at a time: their partial sums stay in the fastest cache.
+/// Samples computed at a time: few enough for their partial sums to stay in the fastest cache.
 constexpr std::size_t kBlock = 128;
-/// Vectors at a time: each waits for its own last sample, and the others fill its time.
+/// Vectors computed at a time: while one waits for its own last sample, the others fill the time.
 constexpr std::size_t kInterleaved = 4;
 
 /// The partial sums of a block.
@@ -32,7 +33,7 @@ struct alignas(64) PartialSums {
   double at[kBlock][kWidth];
 };
 
-/// What does not change of kVectors vectors of resonators; the gains only where there is an input.
+/// The constants of kVectors vectors of resonators; b0 and b1 only where there is an input.
 template <std::size_t kVectors>
 struct Coefficients {
   Vector a1[kVectors];
@@ -57,7 +58,7 @@ HWY_INLINE void load(const Resonators& r, const ResonatorInput& in, std::size_t 
   }
 }
 
-/// What a sample is made of apart from the one before, for which it has to wait.
+/// Returns the part of a sample that does not depend on the one before, for which it has to wait.
 template <bool kDriven, std::size_t kVectors>
 HWY_INLINE Vector known(const Coefficients<kVectors>& c, std::size_t i, Vector y2, Vector x0,
                         Vector x1) {
@@ -67,7 +68,7 @@ HWY_INLINE Vector known(const Coefficients<kVectors>& c, std::size_t i, Vector y
     return hn::Mul(c.a2[i], y2);
 }
 
-/// One sample on. The first to do so begin the partial sums.
+/// Advances by one sample. With kBegin the partial sums start from 0.
 template <bool kDriven, bool kBegin, std::size_t kVectors>
 HWY_INLINE void step(const Coefficients<kVectors>& c, const double* x, Vector (&y1)[kVectors],
                      Vector (&y2)[kVectors], double* sums) {
@@ -90,8 +91,8 @@ HWY_INLINE void step(const Coefficients<kVectors>& c, const double* x, Vector (&
     hn::StoreU(sum[part], d, sums + part * kLanes);
 }
 
-/// kGroups groups of resonators, from `first` on, through a block, in registers as far as there
-/// are.
+/// Advances kGroups groups of resonators, from `first` on, through a block: in registers, as far as
+/// there are enough.
 template <bool kDriven, bool kBegin, std::size_t kGroups>
 void advance(const Resonators& r, const ResonatorInput& in, std::size_t first, std::size_t frames,
              PartialSums& sums) {
@@ -129,8 +130,7 @@ double total(const double* at) {
 using Few = hn::CappedTag<double, 4>;
 constexpr std::size_t kFew = hn::MaxLanes(Few());
 
-/// The two sums that are left of the partial ones of a sample, of every second: of sample n, and
-/// where there are four lanes of n + 2 too.
+/// Reduces the partial sums of sample n to two sums; with four lanes, those of sample n + 2 too.
 HWY_INLINE hn::Vec<Few> halves(const PartialSums& sums, std::size_t n) {
   const Few d;
   const auto folded = [d](const double* at) {
@@ -146,7 +146,7 @@ HWY_INLINE hn::Vec<Few> halves(const PartialSums& sums, std::size_t n) {
 }
 #endif
 
-/// Adds up the partial sums of each sample, of several at a time.
+/// Adds up the partial sums of each sample, for several samples at a time.
 void collect(const PartialSums& sums, std::span<double> out) {
   std::size_t n = 0;
 #if HWY_TARGET != HWY_SCALAR
@@ -162,7 +162,7 @@ void collect(const PartialSums& sums, std::span<double> out) {
     out[n] += total(sums.at[n]);
 }
 
-/// At most kMost groups from `first` on; where the next begins.
+/// Advances at most kMost groups from `first` on; returns where the next group begins.
 template <bool kDriven, bool kBegin, std::size_t kMost>
 std::size_t advanceSome(const Resonators& r, const ResonatorInput& in, std::size_t first,
                         std::size_t frames, PartialSums& sums) {
@@ -199,7 +199,7 @@ void drive(const Resonators& r, const ResonatorInput& in, std::span<double> out)
   render<true>(r, in, out);
 }
 
-// As in plain C++, where it is explained.
+// The formula is explained at the plain version in resonator_kernels.cpp.
 std::size_t flush(const Resonators& r, double threshold) {
   const Doubles d;
   const auto square = hn::Set(d, threshold * threshold);

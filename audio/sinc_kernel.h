@@ -13,7 +13,7 @@ namespace carom::audio {
 class SincKernel {
  public:
   /// @param halfWidth samples on either side, at least 1
-  /// @param cutoff of the Nyquist frequency, above 0 and up to 1
+  /// @param cutoff over the Nyquist frequency, above 0 and up to 1
   /// @param beta of the window; 8 is 80 dB down in the stop band
   SincKernel(std::size_t halfWidth, double cutoff, double beta);
 

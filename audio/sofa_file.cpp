@@ -40,7 +40,8 @@ std::span<const float> valuesOf(const MYSOFA_ARRAY& array) {
   return {array.values, array.elements};
 }
 
-/// Values from outside may be long and hold anything; a message stays short and printable.
+/// Quotes a value from a file, which may be long and hold anything, so that a message stays short
+/// and printable.
 std::string quoted(std::string_view value) {
   std::string text = "'";
   for (const char letter : value.substr(0, 40))
@@ -53,7 +54,8 @@ bool isSpherical(const MYSOFA_ARRAY& array, bool otherwise) {
   return type.empty() ? otherwise : type == "spherical";
 }
 
-/// SOFA's frame; degrees of azimuth to the left and of elevation, and metres, when spherical.
+/// Returns a triple in SOFA's frame. If spherical, it has degrees of azimuth to the left and of
+/// elevation, and metres.
 Vec3 cartesian(std::span<const float> triple, bool spherical) {
   Vec3 value(static_cast<double>(triple[0]), static_cast<double>(triple[1]),
              static_cast<double>(triple[2]));
@@ -172,7 +174,8 @@ class SofaFile {
     return "";
   }
 
-  /// Receivers are commonly left, right; their positions say so when they are there.
+  /// True if the second receiver is the left ear. The common order is left, right; the receivers'
+  /// positions decide if they are given.
   bool leftComesSecond() const {
     const std::span<const float> values = valuesOf(file_.ReceiverPosition);
     if (values.size() < 6) return false;

@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kBlockSamples = 8192;
-constexpr double kShortScale = 32768.0;  // libsndfile's own: a sample of 1.0 reads back as 1.0
+constexpr double kShortScale = 32768.0;  // as in libsndfile: a sample of 1.0 reads back as 1.0
 constexpr std::uint64_t kRiffLimit =
     0xFFFFFFFFu - 4096u;  // 32-bit lengths, less room for the header
 
@@ -65,7 +65,7 @@ short toShort(double sample) {
   return static_cast<short>(std::clamp(scaled, -kShortScale, kShortScale - 1.0));
 }
 
-/// Writes interleaved full-scale values in the file's own format; false when the disk refuses.
+/// Writes interleaved full-scale values in the file's own format; false if the write fails.
 bool writeSamples(SNDFILE* file, SampleFormat format, std::span<const float> samples) {
   const auto count = static_cast<sf_count_t>(samples.size());
   if (format == SampleFormat::float32) return sf_write_float(file, samples.data(), count) == count;
@@ -109,8 +109,8 @@ struct SoundFileWriter::State {
   State(fs::path finalPath, const SoundFileSettings& wanted)
       : path(std::move(finalPath)), settings(wanted), partial(path) {}
 
-  /// The loudest sample is known only at the end, so a file to be normalised is kept in float
-  /// first, in a container without a limit of size.
+  /// Format of the partial file. The loudest sample is known only at the end, so a file to be
+  /// normalised is kept in float first, in a container without a limit of size.
   SampleFormat streamFormat() const {
     return settings.normalize ? SampleFormat::float32 : settings.format;
   }
@@ -125,7 +125,7 @@ struct SoundFileWriter::State {
 
   fs::path path;
   SoundFileSettings settings;
-  PartialFile partial;  // declared before `file`: closed first, then removed
+  PartialFile partial;  // declared before `file`, which is closed before this is removed
   SoundHandle file;
   std::optional<Limiter> limiter;
   std::size_t delay = 0;  // frames of the limiter's delay that are still to come out
@@ -157,7 +157,7 @@ Status SoundFileWriter::State::open() {
   return std::monostate{};
 }
 
-/// False where the pressure is not a number that a file can hold.
+/// Scales a pressure to a sample, and updates peak and clipping; false if the sample is not finite.
 bool SoundFileWriter::State::take(float pressure, float& sample) {
   const double fullScale = settings.normalize ? kFullScalePressure : settings.fullScalePressure;
   const double magnitude = std::abs(static_cast<double>(pressure));
@@ -181,7 +181,7 @@ Status SoundFileWriter::State::append(std::span<const float* const> channels, st
   return appendScaled(frames);
 }
 
-/// Limits and writes what is in `scaled`.
+/// Limits and writes the samples in `scaled`.
 Status SoundFileWriter::State::appendScaled(std::size_t frames) {
   std::size_t first = 0;
   if (limiter) {
@@ -203,7 +203,7 @@ Status SoundFileWriter::State::appendScaled(std::size_t frames) {
   return std::monostate{};
 }
 
-/// What is still inside the limiter comes out.
+/// Writes the samples that are still inside the limiter.
 Status SoundFileWriter::State::flushLimiter() {
   if (!limiter || framesWritten == 0) return std::monostate{};
   for (std::vector<float>& channel : scaled)

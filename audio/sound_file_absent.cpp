@@ -1,6 +1,6 @@
 #include "carom/audio/sound_file.h"
 
-// For builds without libsndfile.
+// Takes the place of sound_file.cpp in a build without libsndfile.
 
 namespace carom {
 

@@ -5,13 +5,13 @@
 namespace carom::audio {
 namespace {
 
-// m^2, the distance of the points of an edge, integrated along it: from one end to the other as
-// seen from the point, and the integral of 1 / distance.
+// Integral (m^2) of the distance from a point along an edge. `from` and `to` are the edge's ends as
+// seen from the point, `logarithm` is the integral of 1 / distance.
 double distanceAlong(const Vec3& from, const Vec3& to, double length, double logarithm) {
   const Vec3 along = (to - from) / length;
   const double start = from.dot(along);
   const double end = to.dot(along);
-  const double aside = from.squaredNorm() - start * start;  // squared, of the edge's line
+  const double aside = from.squaredNorm() - start * start;  // squared distance of the edge's line
   return 0.5 * (end * to.norm() - start * from.norm() + aside * logarithm);
 }
 

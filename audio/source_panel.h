@@ -6,7 +6,7 @@
 
 namespace carom::audio {
 
-/// What a triangle with source strength 1 per area does at a point.
+/// The field, at a point, of a triangle with source strength 1 per area.
 struct SourceField {
   double potential = 0.0;        ///< m, the integral of 1 / distance over the triangle
   Vec3 gradient = Vec3::Zero();  ///< 1, of the potential, with respect to the point
@@ -30,15 +30,15 @@ class SourcePanel {
   double area() const { return area_; }               ///< m^2
 
   SourceField fieldAt(const Vec3& point) const;
-  /// The same, at the panel's own centroid.
+  /// The field at the panel's own centroid.
   SourceField fieldAtCentroid() const;
 
  private:
   SourceField field(const Vec3& point, bool inPlane) const;
 
   std::array<Vec3, 3> corners_;
-  std::array<Vec3, 3> outward_;    // of edge k from corner k to the next: unit, in the plane
-  std::array<double, 3> lengths_;  // of the edges
+  std::array<Vec3, 3> outward_;    // normal of edge k from corner k to the next: unit, in the plane
+  std::array<double, 3> lengths_;  // lengths of the edges
   Vec3 centroid_;
   Vec3 normal_;
   double area_;

@@ -15,7 +15,7 @@ constexpr double kShift = 1e-6;        // rad, see the class
 constexpr double kMinDistance = 1e-4;  // rad
 constexpr std::size_t kCellsPerEdge = 16;
 
-/// -1 to 1, the same on every machine.
+/// Pseudo-random number from -1 to 1, the same on every machine.
 double scatter(std::uint64_t& state) {
   state = state * 6364136223846793005u + 1442695040888963407u;
   return static_cast<double>(state >> 11) * 0x1p-52 - 1.0;
@@ -40,7 +40,7 @@ class Hull {
  public:
   explicit Hull(const std::vector<Vec3>& points) : points_(points) {}
 
-  /// Empty when the points do not span a volume.
+  /// Returns the faces of the hull; none if the points do not span a volume.
   std::vector<Corners> faces() {
     if (!start()) return {};
     for (std::size_t point = 0; point < points_.size(); ++point)
@@ -71,7 +71,7 @@ class Hull {
     return best;
   }
 
-  /// The largest simplex at hand.
+  /// Begins with a simplex as large as can be found easily; false if the points span no volume.
   bool start() {
     if (points_.size() < 4) return false;
     const Vec3 a = points_[0];
@@ -128,7 +128,7 @@ bool areApart(const std::vector<Vec3>& points) {
   return true;
 }
 
-/// Cell of a cube around the origin that the direction passes through.
+/// Returns the cell, of a cube around the origin, that the direction passes through.
 std::size_t cellOf(const Vec3& direction) {
   Eigen::Index axis = 0;
   const double most = direction.cwiseAbs().maxCoeff(&axis);
@@ -208,7 +208,8 @@ std::array<double, 3> SphereMesh::coordinates(std::size_t triangle, const Vec3& 
   return {direction.dot(b.cross(c)), direction.dot(c.cross(a)), direction.dot(a.cross(b))};
 }
 
-/// From triangle to triangle, across the edge that the direction lies farthest beyond.
+/// Finds the triangle that a direction passes through: goes from triangle to triangle, across the
+/// edge that the direction lies farthest beyond.
 std::size_t SphereMesh::walk(std::size_t start, const Vec3& direction) const {
   std::size_t triangle = start;
   for (std::size_t step = 0; step < triangles_.size(); ++step) {

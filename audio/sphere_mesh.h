@@ -9,7 +9,7 @@
 
 namespace carom::audio {
 
-/// Up to three of the points of a SphereMesh, and how much of each.
+/// Up to three of the points of a SphereMesh, and their weights.
 struct SphereWeights {
   std::array<std::size_t, 3> index = {0, 0, 0};
   std::array<double, 3> weight = {1.0, 0.0, 0.0};  ///< 0 to 1 each, in sum 1
@@ -21,16 +21,16 @@ struct SphereWeights {
 /// The weights of a direction are the barycentric coordinates of the place where it passes through
 /// the flat triangle of its three neighbours: continuous over the whole sphere, and 1 for one point
 /// at that point. Four or more points on one circle can be split in several ways; the points are
-/// moved by 1e-6 rad, always the same, to settle which one.
+/// moved by 1e-6 rad, always in the same way, to settle which one.
 class SphereMesh {
  public:
-  /// Nothing when the points do not surround the origin: fewer than four, two closer than 1e-4
-  /// rad, or a gap between them wider than `kMaxGap` from its middle to its edge.
-  /// Time grows with the square of the number of points: some ms for 1000, a second for 20000.
+  /// Returns nothing if the points do not surround the origin: fewer than four, two closer than
+  /// 1e-4 rad, or a gap between them wider than `kMaxGap` from its middle to its edge. Time grows
+  /// with the square of the number of points: some ms for 1000, a second for 20000.
   static std::optional<SphereMesh> create(std::vector<Vec3> unitDirections);
 
-  /// Of any direction of any length; of the zero vector or one that is not finite: the first
-  /// point alone. [any thread; does not allocate]
+  /// Returns the weights of a direction of any length; of the zero vector or one that is not
+  /// finite: the first point alone. [any thread; does not allocate]
   SphereWeights weights(const Vec3& direction) const noexcept;
 
   const std::vector<Vec3>& points() const { return points_; }

@@ -8,20 +8,21 @@
 
 namespace carom::audio {
 
-/// How many functions there are up to an order: (order + 1)^2.
+/// Number of functions up to an order: (order + 1)^2.
 constexpr std::size_t harmonicCount(int order) {
   const auto side = static_cast<std::size_t>(order) + 1;
   return side * side;
 }
 
-/// Real orthonormal spherical harmonics of the unit direction (x, y, z), all up to `order`, into
-/// the first (order + 1)^2 of `values`, in the order l^2 + l + m: m > 0 goes with cos(m phi), m < 0
-/// with sin(|m| phi), no Condon-Shortley phase, so Y_1 is sqrt(3 / (4 pi)) (y, z, x).
+/// Evaluates the real orthonormal spherical harmonics of the unit direction (x, y, z), all up to
+/// `order`, into the first (order + 1)^2 of `values`, in the order l^2 + l + m: m > 0 goes with
+/// cos(m phi), m < 0 with sin(|m| phi), no Condon-Shortley phase, so Y_1 is sqrt(3 / (4 pi))
+/// (y, z, x).
 ///
-/// By the three-term recurrence in l of the fully normalised Legendre functions (Press et al.,
+/// It uses the three-term recurrence in l of the fully normalised Legendre functions (Press et al.,
 /// Numerical Recipes, 3rd ed., section 6.7), divided by sin^|m| so that only polynomials of x, y
-/// and z remain: no angles, and no poles. `Number` is double, or anything else that adds and
-/// multiplies, to be differentiated for instance. [any thread; does not allocate]
+/// and z remain: no angles, and no poles. `Number` is double, or any other type that adds and
+/// multiplies, one that differentiates for instance. [any thread; does not allocate]
 template <class Number>
 void sphericalHarmonics(const Number& x, const Number& y, const Number& z, int order,
                         std::span<Number> values) {
@@ -32,7 +33,7 @@ void sphericalHarmonics(const Number& x, const Number& y, const Number& z, int o
   };
   Number cosine(1.0);  // sin^m(theta) times cos(m phi)
   Number sine(0.0);
-  double sectoral = std::sqrt(0.25 / std::numbers::pi);  // of l = m, less its power of sin(theta)
+  double sectoral = std::sqrt(0.25 / std::numbers::pi);  // function of l = m, without sin^m(theta)
   for (int m = 0; m <= order; ++m) {
     if (m > 0) {
       const Number before = cosine;

@@ -8,12 +8,13 @@
 namespace carom::audio {
 namespace {
 
-// Chosen by a search over both for the least that folds back, with the dimming that they cost.
+// Cut-off and beta were chosen by a search over both for the least that folds back, with the
+// dimming that they cost.
 constexpr double kCutOff = 0.30;  // cycles per sample
 constexpr double kBeta = 14.0;
 
-/// Of the kernel times an even function, by Simpson's rule over half of it: exact to 1e-12 of the
-/// transform's bottom.
+/// Integral of the kernel times an even function, by Simpson's rule over half of the kernel: exact
+/// to 1e-12 of the transform at 0 Hz.
 template <class Function>
 auto integral(const Function& of) {
   constexpr std::size_t kSteps = 512;
@@ -40,7 +41,8 @@ double spreadKernel(double t) {
   static const double scale = 1.0 / (besselI0(kBeta) - 1.0);
   const double angle = 2.0 * std::numbers::pi * kCutOff * t;
   const double cardinal = angle == 0.0 ? 1.0 : std::sin(angle) / angle;
-  // Less its value at the edge: where that fell on a sample, rounding decided whether it counted.
+  // The window's value at its edge is subtracted: else, with the edge on a sample, rounding would
+  // decide whether it counts.
   return scale * (besselI0(kBeta * std::sqrt(inside)) - 1.0) * cardinal;
 }
 

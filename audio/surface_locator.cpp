@@ -7,7 +7,7 @@
 namespace carom::audio {
 namespace {
 
-/// Items that are looked at one by one.
+/// Most items in a leaf, which are looked at one by one.
 constexpr std::uint32_t kFew = 4;
 
 }  // namespace
@@ -19,7 +19,8 @@ SurfaceLocator::SurfaceLocator(const SurfaceMesh& mesh)
   build(0, static_cast<std::uint32_t>(items_.size()));
 }
 
-/// A vertex is a triangle of no size.
+/// Returns the vertices of an item: of a triangle, or in a mesh without triangles one vertex
+/// thrice.
 std::array<std::uint32_t, 3> SurfaceLocator::cornersOf(std::uint32_t item) const {
   if (mesh_.triangles.empty()) return {item, item, item};
   return mesh_.triangles[item];
@@ -32,7 +33,8 @@ Eigen::AlignedBox3d SurfaceLocator::boxOf(std::uint32_t item) const {
   return box;
 }
 
-/// Halves by the middles of the items, along the longest side of their box.
+/// Makes the node of the items from `begin` to `end` and halves them by their middles, along the
+/// longest side of the middles' box.
 void SurfaceLocator::build(std::uint32_t begin, std::uint32_t end) {
   const std::size_t node = nodes_.size();
   nodes_.push_back({{}, begin, end, 0});
@@ -73,7 +75,7 @@ void SurfaceLocator::look(const Vec3& point, std::uint32_t item, Best& best) con
       point, mesh_.vertices[corners[0]], mesh_.vertices[corners[1]], mesh_.vertices[corners[2]]);
   if (weights[0] + weights[1] + weights[2] < 2.0) {
     take(corners, weights);
-  } else {  // NaN: it has no area
+  } else {  // NaN: the triangle has no area
     for (const std::uint32_t corner : corners)
       take({corner, corner, corner}, {1.0, 0.0, 0.0});
   }

@@ -17,26 +17,26 @@ namespace carom::audio {
 struct SurfacePoint {
   std::array<std::uint32_t, 3> vertices{};
   std::array<double, 3> weights{1.0, 0.0, 0.0};
-  std::uint32_t triangle = 0;  ///< in the mesh; of a mesh without triangles, the vertex
+  std::uint32_t triangle = 0;  ///< index in the mesh; that of the vertex if there are no triangles
 };
 
 /// Finds the point of a surface that is nearest to a given one. Immutable. [any thread]
 ///
-/// A tree of boxes about triangles. Looking for it allocates nothing.
+/// A tree of boxes about triangles. Lookups allocate nothing.
 class SurfaceLocator {
  public:
-  /// `mesh` outlives it, and has vertices. Without triangles a vertex is found.
+  /// `mesh` must outlive the locator, and have vertices. Without triangles a vertex is found.
   explicit SurfaceLocator(const SurfaceMesh& mesh);
 
   SurfacePoint nearest(const Vec3& point) const;
 
  private:
-  /// The items from `begin` on; those of its halves follow each other.
+  /// A node of the tree: the items [begin, end); those of its two halves follow each other.
   struct Node {
     Eigen::AlignedBox3d box;
     std::uint32_t begin = 0;
     std::uint32_t end = 0;
-    std::uint32_t right = 0;  // its second half, the first being next to it; 0: it has none
+    std::uint32_t right = 0;  // node of its second half, the first being next to it; 0: a leaf
   };
   struct Best {
     double distance2 = std::numeric_limits<double>::infinity();
@@ -50,7 +50,7 @@ class SurfaceLocator {
 
   const SurfaceMesh& mesh_;
   std::vector<std::uint32_t> items_;  // triangles, or vertices
-  std::vector<Node> nodes_;           // the whole first
+  std::vector<Node> nodes_;           // the root first
 };
 
 }  // namespace carom::audio

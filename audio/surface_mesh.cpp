@@ -14,8 +14,8 @@
 namespace carom {
 namespace {
 
-// Six times the volume of the tetrahedron on a triangle, and its corners' sum, both from `apex`:
-// from a point near the surface less is lost than from a far origin.
+// Six times the volume of the tetrahedron on a triangle, and its corners' sum, both relative to the
+// apex: with an apex near the surface less precision is lost than with a far origin.
 struct Tetrahedron {
   double sixfold;
   Vec3 sum;
@@ -34,10 +34,10 @@ Tetrahedron tetrahedronOn(const SurfaceMesh& mesh, const std::array<std::uint32_
 }
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-constexpr double kCell = 4.0;  // distances to a side: mostly one cell is within reach of a point
+constexpr double kCell = 4.0;  // side over distance: mostly one cell is within reach of a point
 
-/// Points in the cells of a grid, each cell in one of some lists: two cells may share one, which
-/// costs time and nothing else.
+/// A grid whose cells hold points. Each cell has one of a fixed number of lists; two cells may
+/// share one, which costs time and nothing else.
 class PointGrid {
  public:
   PointGrid(const std::vector<Vec3>& points, double distance)
@@ -54,7 +54,7 @@ class PointGrid {
     turn_[point] = ++turns_;
   }
 
-  /// The last one put there within the distance of `point`, or kNone.
+  /// Returns the point put last among those within the distance of `point`, or kNone.
   std::uint32_t lastNear(const Vec3& point) const {
     const Vec3 low = cellOf(point - Vec3::Constant(distance_));
     const Vec3 high = cellOf(point + Vec3::Constant(distance_));
@@ -78,7 +78,7 @@ class PointGrid {
   std::size_t listOf(const Vec3& cell) const {
     std::uint64_t hash = 0;
     for (const double coordinate : cell) {
-      hash ^= std::bit_cast<std::uint64_t>(coordinate + 0.0);  // which has one zero only
+      hash ^= std::bit_cast<std::uint64_t>(coordinate + 0.0);  // turns -0 into 0
       hash *= 0x9e3779b97f4a7c15U;
       hash ^= hash >> 32U;
     }
@@ -99,9 +99,9 @@ class PointGrid {
 
   const std::vector<Vec3>& points_;
   double distance_;
-  std::vector<std::uint32_t> last_;    // of each list
-  std::vector<std::uint32_t> before_;  // of each point, in its list
-  std::vector<std::uint32_t> turn_;    // of each point
+  std::vector<std::uint32_t> last_;    // last point of each list
+  std::vector<std::uint32_t> before_;  // for each point, the one put before it into its list
+  std::vector<std::uint32_t> turn_;    // for each point, when it was put
   std::uint32_t turns_ = 0;
 };
 
@@ -160,7 +160,8 @@ Vec3 volumeCentroid(const SurfaceMesh& mesh) {
 Eigen::Matrix3d secondMoment(const SurfaceMesh& mesh, const Vec3& from) {
   Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
   for (const auto& triangle : mesh.triangles) {
-    // Of a tetrahedron with one corner at the origin: V / 20 (sum of x x^T, and of the sum's own).
+    // A tetrahedron with one corner at the origin has V / 20 (sum of x x^T + s s^T), with its other
+    // corners x and their sum s.
     Eigen::Matrix3d corners;
     for (Eigen::Index corner = 0; corner < 3; ++corner)
       corners.col(corner) = mesh.vertices[triangle[static_cast<std::size_t>(corner)]] - from;

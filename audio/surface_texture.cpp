@@ -25,10 +25,10 @@ using Coefficient = std::complex<float>;
 constexpr std::size_t kRoughTexels = 512;
 constexpr double kTexelsPerCorrelation = 8.0;
 
-/// Texels: farther away there is no telling them apart.
+/// Texels: farther away a double cannot tell them apart.
 constexpr double kFarthestCoordinate = 0x1.0p+53;
 
-/// Counts up and mixes (splitmix64: Steele, Lea, Flood 2014), so that the numbers are the same
+/// A generator of random numbers (splitmix64: Steele, Lea, Flood 2014) that are the same
 /// everywhere.
 class Mixer {
  public:
@@ -51,7 +51,7 @@ bool isSide(std::size_t count) {
   return std::has_single_bit(count) && count <= SurfaceTexture::kMostTexels;
 }
 
-/// In place, of rows and columns.
+/// Transforms columns and rows in place.
 void inverseTransform(Eigen::MatrixXcf& values) {
   Eigen::FFT<float> transform;
   transform.SetFlag(Eigen::FFT<float>::Unscaled);
@@ -66,7 +66,7 @@ void inverseTransform(Eigen::MatrixXcf& values) {
     values.row(row) = turn(values.row(row).transpose()).transpose();
 }
 
-/// rad per texel, of a component of the transform.
+/// Wave number (rad per texel) of a component of the transform.
 double waveNumber(Eigen::Index index, Eigen::Index count) {
   const Eigen::Index signedIndex = 2 * index > count ? index - count : index;
   return 2.0 * std::numbers::pi * static_cast<double>(signedIndex) / static_cast<double>(count);
@@ -141,7 +141,7 @@ void SurfaceTexture::measure(Texels& texels) {
       square += static_cast<double>(slope.squaredNorm());
     square /= static_cast<double>(level.slopes.size());
     if (index > 0) {
-      // Of texels of w, halving loses the waves from 2 w to 4 w.
+      // Halving texels of width w loses the waves of length 2 w to 4 w.
       const double width = texels.width * std::exp2(static_cast<double>(index - 1));
       const double waveNumber = 2.0 * std::numbers::pi / (3.0 * width);
       level.lost = std::hypot(texels.levels[index - 1].lost,
@@ -153,7 +153,8 @@ void SurfaceTexture::measure(Texels& texels) {
     texels.steepest = std::max(texels.steepest, static_cast<double>(slope.norm()));
 }
 
-/// Along any line: the mean over both directions, from texel to texel.
+/// Returns the rms curvature (1/m) along a line: the mean over both directions, from texel to
+/// texel.
 double SurfaceTexture::curvatureOf(const Level& level) {
   const auto [width, height] = level.size;
   double sum = 0.0;
@@ -187,13 +188,14 @@ Result<SurfaceTexture> SurfaceTexture::rough(const Roughness& roughness, std::ui
   texture.texels_ = roughTexels(roughness.hurst, seed);
   texture.scale_ = roughness.correlationLength;
   texture.steepness_ = roughness.rmsHeight / roughness.correlationLength;
-  // By the golden ratio: a way along an axis of a body crosses the pattern elsewhere each time, so
-  // that its repetition is no tone.
+  // The pattern is turned by the golden ratio: a path along an axis of a body crosses it elsewhere
+  // each time, so that its repetition is no tone.
   texture.axis_ = Vec2(1.0, 0.5 * (std::sqrt(5.0) - 1.0)).normalized();
   return texture;
 }
 
-/// Of rms height 1 and correlation length 1: made once while somebody has it.
+/// Returns texels of rms height 1 and correlation length 1, which are shared as long as any texture
+/// has them.
 std::shared_ptr<const SurfaceTexture::Texels> SurfaceTexture::roughTexels(double hurst,
                                                                           std::uint64_t seed) {
   static audio::Mutex mutex;
@@ -209,7 +211,7 @@ std::shared_ptr<const SurfaceTexture::Texels> SurfaceTexture::roughTexels(double
 std::shared_ptr<const SurfaceTexture::Texels> SurfaceTexture::makeRoughTexels(double hurst,
                                                                               std::uint64_t seed) {
   constexpr auto kCount = static_cast<Eigen::Index>(kRoughTexels);
-  // Random phases; both slopes at once, as real and imaginary parts, since the height is real.
+  // Waves of random phases; the height is the real part of their sum.
   Mixer random(seed);
   Eigen::MatrixXcf heights = Eigen::MatrixXcf::Zero(kCount, kCount);
   double power = 0.0;
@@ -263,12 +265,12 @@ SurfaceTexture::Look SurfaceTexture::look(double width) const {
 
 double SurfaceTexture::widthOf(double curvature) const {
   const std::vector<Level>& levels = texels_->levels;
-  const double wanted = curvature * scale_ / steepness_;  // of the texels
+  const double wanted = curvature * scale_ / steepness_;  // before scaling, as in texels_
   if (levels.front().curvature <= wanted) return 0.0;
   std::size_t level = 1;
   while (level + 1 < levels.size() && levels[level].curvature > wanted)
     ++level;
-  // Between two of them as a power of the width.
+  // Between two levels the curvature is a power of the width.
   const double finer = levels[level - 1].curvature;
   const double coarser = std::max(levels[level].curvature, 1e-9 * finer);
   const double share = std::clamp(std::log(finer / wanted) / std::log(finer / coarser), 0.0, 1.0);
@@ -296,8 +298,8 @@ Vec2 SurfaceTexture::slope(const Look& look, const Vec2& at) const {
                            axis_.y() * slope.x() + axis_.x() * slope.y());
 }
 
-/// Quadratic B-splines: the slope has a slope everywhere, so that a path over texels has no corners
-/// that would sound.
+/// Interpolates by quadratic B-splines: the slope is differentiable everywhere, so that a path over
+/// texels has no corners that would sound.
 Vec2 SurfaceTexture::Level::at(const Vec2& place) const {
   struct Taps {
     std::array<std::size_t, 3> index;
@@ -307,7 +309,7 @@ Vec2 SurfaceTexture::Level::at(const Vec2& place) const {
     const double nearest =
         std::floor(std::clamp(coordinate, -kFarthestCoordinate, kFarthestCoordinate));
     const auto t = static_cast<float>(coordinate - nearest) - 0.5F;
-    // Counts are powers of two, so the mask wraps what is below zero, too.
+    // Counts are powers of two, so the mask wraps indices below zero, too.
     const auto middle = static_cast<std::size_t>(static_cast<std::int64_t>(nearest));
     const std::size_t mask = count - 1;
     return Taps{{(middle - 1) & mask, middle & mask, (middle + 1) & mask},

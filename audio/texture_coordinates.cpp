@@ -53,7 +53,7 @@ Result<TextureCoordinates> TextureCoordinates::of(SurfaceMesh mesh, std::vector<
     return Error{"texture coordinates: " + reason};
   TextureCoordinates made(std::move(mesh), std::move(corners));
   double area = 0.0;
-  Vec2 pictures = Vec2::Zero();  // m, area times pictures to a metre
+  Vec2 pictures = Vec2::Zero();  // m, area times pictures per metre
   bool isSeen = false;
   for (std::size_t index = 0; index < made.mesh_->triangles.size(); ++index) {
     const auto& [a, b, c] = made.mesh_->triangles[index];
@@ -72,7 +72,8 @@ Result<TextureCoordinates> TextureCoordinates::of(SurfaceMesh mesh, std::vector<
   return made;
 }
 
-/// All but where it is; lengths on the texture by the size so far.
+/// Returns the patch of a triangle without its `at`; lengths on the texture are by the present
+/// size_.
 TextureCoordinates::Patch TextureCoordinates::patchOf(std::size_t triangle) const {
   const auto& [a, b, c] = mesh_->triangles[triangle];
   const Vec3 first = mesh_->vertices[b] - mesh_->vertices[a];
@@ -83,14 +84,14 @@ TextureCoordinates::Patch TextureCoordinates::patchOf(std::size_t triangle) cons
   const Vec2 alongSecond = size_.cwiseProduct(corners[2] - corners[0]);
   const double turned = alongFirst.x() * alongSecond.y() - alongFirst.y() * alongSecond.x();
   Patch patch;
-  // By the edges that are dual to the triangle's own.
+  // The map is made of the edges that are dual to the triangle's own.
   patch.perMetre = (alongFirst * second.cross(across).transpose() +
                     alongSecond * across.cross(first).transpose()) /
                    across.squaredNorm();
   const double stretch = std::sqrt(std::abs(turned) / across.norm());
   if (!isPositive(stretch) || !patch.perMetre.allFinite()) return patch;
   patch.stretch = stretch;
-  // To the right is where v stays; up is on the side where v grows: also of a mirrored picture.
+  // To the right v stays the same, and up is the side on which v grows, in a mirrored picture too.
   const double side = std::copysign(1.0, turned);
   const Vec3 right = side * (alongSecond.y() * first - alongFirst.y() * second).normalized();
   patch.tangents.row(0) = right;
@@ -104,7 +105,7 @@ TextureCoordinates::Patch TextureCoordinates::at(const Vec3& point) const {
   const auto& triangle = mesh_->triangles[found.triangle];
   const Corners& corners = corners_[found.triangle];
   for (std::size_t index = 0; index < corners.size(); ++index) {
-    // Of a triangle without area a vertex is found, thrice.
+    // In a triangle without area the locator finds one vertex, thrice.
     const auto corner = std::ranges::find(triangle, found.vertices[index]) - triangle.begin();
     patch.at +=
         found.weights[index] * size_.cwiseProduct(corners[static_cast<std::size_t>(corner)]);

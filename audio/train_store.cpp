@@ -5,16 +5,17 @@
 namespace carom::audio {
 namespace {
 
-/// Nodes of an arena that is made on demand, unless more are needed at once.
+/// Nodes in an arena that is made on demand, unless a train needs more.
 constexpr std::size_t kArena = 1U << 16U;
-/// Nodes for which there is one place among those kept: shorter trains fill the places first.
+/// Nodes of an arena per entry in its list of trains: with shorter trains, the list is full first.
 constexpr std::size_t kPerPlace = 16;
 
 }  // namespace
 
 TrainStore::Arena::Arena(std::size_t size) : nodes(size), kept(size / kPerPlace + 1) {}
 
-/// Null: there is no room.
+/// Returns the place of a train that is kept until `played` is beyond `last`; null if there is no
+/// room.
 PulseNode* TrainStore::Arena::place(std::size_t size, std::int64_t last, std::int64_t played) {
   while (count > 0 && kept[oldest].last < played) {
     oldest = (oldest + 1) % kept.size();

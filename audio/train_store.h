@@ -11,15 +11,16 @@
 
 namespace carom::audio {
 
-/// Holds the nodes of lasting contacts until all of their sound has begun: rings of memory, from
-/// which what is over falls out at one end. With a capacity there is one such ring, made in
-/// advance, and nothing allocates. [one thread]
+/// Holds the nodes of lasting contacts until all of their sound has begun, in ring buffers of
+/// memory from which finished trains are freed at one end. With a capacity there is one such
+/// buffer, made in advance, and nothing allocates. [one thread]
 class TrainStore {
  public:
   explicit TrainStore(std::optional<std::size_t> capacity = std::nullopt);
 
-  /// A copy, behind which there are Pulse::kRulePadding zeros; stays until `played` is beyond
-  /// `last`, both samples of the clock. Empty: there is no room for it.
+  /// Returns a copy of `train`, behind which there are Pulse::kRulePadding nodes of weight 0; it
+  /// stays until `played` is beyond `last`, both samples of the clock. Empty if there is no room
+  /// for it.
   std::span<const PulseNode> keep(std::span<const PulseNode> train, std::int64_t last,
                                   std::int64_t played);
   void clear();
@@ -34,7 +35,7 @@ class TrainStore {
     explicit Arena(std::size_t size);
     PulseNode* place(std::size_t size, std::int64_t last, std::int64_t played);
     std::vector<PulseNode> nodes;
-    std::vector<Kept> kept;  // a ring, too
+    std::vector<Kept> kept;  // a ring buffer
     std::size_t oldest = 0;
     std::size_t count = 0;
   };

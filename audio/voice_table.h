@@ -6,8 +6,8 @@
 
 namespace carom::audio {
 
-/// Events that wait for their sound to begin, the quietest of them at hand, and the slots of their
-/// clicks. Nothing allocates but `reserve`. [one thread]
+/// A table of the events (voices) that wait for their sound to begin, with the quietest of them at
+/// hand, and of the slots of their clicks. Nothing allocates but `reserve`. [one thread]
 class VoiceTable {
  public:
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
@@ -17,25 +17,26 @@ class VoiceTable {
 
   std::size_t size() const { return used_; }
   bool isFull() const { return free_.empty(); }
-  /// Of those that have not begun; kNone if all have. Of equals the one that came last.
+  /// The quietest of the voices that have not begun, the latest among equals; kNone if all have
+  /// begun.
   std::uint32_t quietest() const { return heap_.empty() ? kNone : heap_.front(); }
   double peak(std::uint32_t voice) const { return voices_[voice].peak; }
 
-  /// Requires !isFull(). `peak` in Pa.
+  /// Adds a voice of that peak, in Pa. Requires !isFull().
   std::uint32_t add(double peak) noexcept;
   /// Gives the voice one more click.
   void attach(std::uint32_t voice, std::uint32_t slot) noexcept;
   std::uint32_t voiceOf(std::uint32_t slot) const { return ofSlot_[slot].voice; }
   std::uint32_t firstSlot(std::uint32_t voice) const { return voices_[voice].slot; }
   std::uint32_t nextSlot(std::uint32_t slot) const { return ofSlot_[slot].next; }
-  /// Takes a click away; with its last one, the voice goes.
+  /// Removes a click; its voice goes with the last one.
   void detach(std::uint32_t slot) noexcept;
 
   bool hasBegun(std::uint32_t voice) const { return voices_[voice].heapPlace == kNone; }
-  /// It is quietest() no more.
+  /// Marks a voice as begun: it is quietest() no more.
   void begin(std::uint32_t voice) noexcept;
 
-  /// For the caller, 0 at first.
+  /// A value for the caller's use, 0 at first.
   double& mark(std::uint32_t voice) { return voices_[voice].mark; }
 
  private:
@@ -43,7 +44,7 @@ class VoiceTable {
     double peak = 0.0;
     double mark = 0.0;
     std::uint64_t number = 0;
-    std::uint32_t slot = kNone;  // the first click's
+    std::uint32_t slot = kNone;  // slot of the first click
     std::uint32_t heapPlace = kNone;
   };
   struct Slot {

@@ -18,7 +18,7 @@ PairInertia::Answer PairInertia::answerOf(const TrackedBody& body, const RigidMo
   if (body.kind != BodyKind::rigid) return answer;
   const auto& rigid = static_cast<const btRigidBody&>(*body.object);
   answer.inverseMass = body.inverseMass * toVec3(rigid.getLinearFactor());
-  if (body.shape == ContactShape::sphere) return answer;  // an impulse along the normal turns none
+  if (body.shape == ContactShape::sphere) return answer;  // no impulse along the normal turns it
   const Vec3 angularFactor = toVec3(rigid.getAngularFactor());
   const Eigen::Matrix3d turn = motion.poseAt(s).rotation;
   answer.inverseInertia = angularFactor.asDiagonal() * turn *
@@ -57,8 +57,8 @@ BlowPoint BlowSolver::meanOf(std::span<const BlowPoint> points) {
   return mean;
 }
 
-// Where to start from: what would do if all points bore the same. It decides the shares where the
-// motion does not, as of a body that cannot turn.
+// Sets the initial guess: the impulses if all points bore the same. It decides the shares where the
+// equations do not, as for a body that cannot turn.
 void BlowSolver::shareEvenly(std::span<const BlowPoint> points, double restitution) {
   const std::size_t count = points.size();
   for (std::size_t row = 0; row < count; ++row) {
@@ -72,7 +72,7 @@ void BlowSolver::shareEvenly(std::span<const BlowPoint> points, double restituti
 std::span<const double> BlowSolver::solve(std::span<const BlowPoint> points,
                                           const PairInertia& inertia, double restitution) {
   constexpr int kSweeps = 500;
-  constexpr double kEnough = 1e-12;  // of the largest impulse
+  constexpr double kEnough = 1e-12;  // relative to the largest impulse
   const std::size_t count = points.size();
   matrix_.resize(count * count);
   impulses_.assign(count, 0.0);

@@ -13,10 +13,10 @@ struct BlowPoint {
   Vec3 position = Vec3::Zero();  ///< m, world frame
   Vec3 normal = Vec3::UnitX();   ///< 1, world frame, towards the pair's `body`
   double approachSpeed = 0.0;    ///< m/s, at the first touch, > 0
-  double delay = 0.0;            ///< s, after the first touch, until it lands itself
+  double delay = 0.0;            ///< s, from the first touch of the pair until this point lands
 };
 
-/// What all the points of one impact amount to.
+/// The sum over all points of one impact.
 struct Blow {
   Vec3 impulse = Vec3::Zero();   ///< N s, world frame, on the pair's `body`
   Vec3 position = Vec3::Zero();  ///< m, world frame: mean of the points, weighted by impulse
@@ -25,13 +25,13 @@ struct Blow {
   double effectiveMass = 0.0;    ///< kg: impulse / ((1 + e) approachSpeed)
 };
 
-/// How a pair answers to impulses at a time. Where a link of a multibody is one of the two, only
-/// for `at` and `by` the same point.
+/// The response of a pair to impulses at a given time. If a link of a multibody is one of the two,
+/// `at` and `by` must be the same point.
 class PairInertia {
  public:
   PairInertia(const PairMotion& motion, double s, MultibodyMass& multibodies);
   bool hasLink() const { return body_.link != nullptr || other_.link != nullptr; }
-  /// 1/kg: change of the approach speed at one point for a unit impulse at another.
+  /// Change (1/kg) of the approach speed at one point for a unit impulse at another.
   double between(const BlowPoint& at, const BlowPoint& by) const;
 
  private:
@@ -39,7 +39,7 @@ class PairInertia {
     Vec3 centre = Vec3::Zero();
     Vec3 inverseMass = Vec3::Zero();                           ///< 1/kg, per world axis
     Eigen::Matrix3d inverseInertia = Eigen::Matrix3d::Zero();  ///< 1/(kg m^2), world frame
-    const btMultiBodyLinkCollider* link = nullptr;             ///< answers through its joints
+    const btMultiBodyLinkCollider* link = nullptr;             ///< responds through its joints
   };
   static Answer answerOf(const TrackedBody& body, const RigidMotion& motion, double s);
   double answer(const Answer& body, const BlowPoint& at, const BlowPoint& by) const;
@@ -53,23 +53,23 @@ class PairInertia {
 ///
 ///     j = (1 + e) m |vn|,   1/m = sum over both bodies of 1/m_i + (r x n) . I_i^-1 (r x n)
 ///
-/// For several, the linear complementarity problem of Stronge 2018 (Impact Mechanics, chapter 5),
-/// by projected Gauss-Seidel. For links of multibodies, only with one point.
+/// Several points make the linear complementarity problem of Stronge 2018 (Impact Mechanics,
+/// chapter 5), solved by projected Gauss-Seidel. Links of multibodies are limited to one point.
 class BlowSolver {
  public:
-  /// N s for each point. Valid until the next call.
+  /// Returns the impulse of each point in N s; valid until the next call.
   std::span<const double> solve(std::span<const BlowPoint> points, const PairInertia& inertia,
                                 double restitution);
-  /// One point in place of several.
+  /// Returns one point in place of several, at their mean.
   static BlowPoint meanOf(std::span<const BlowPoint> points);
-  /// What some of those points amount to; nothing, with no impulse, if they carry none.
+  /// Sums over some of those points; returns a Blow without impulse if they carry none.
   static Blow sum(std::span<const BlowPoint> points, std::span<const double> impulses,
                   double restitution);
 
  private:
   void shareEvenly(std::span<const BlowPoint> points, double restitution);
 
-  std::vector<double> matrix_;  // kept for their memory
+  std::vector<double> matrix_;  // both kept for their memory
   std::vector<double> impulses_;
 };
 

@@ -14,7 +14,8 @@
 namespace carom::bullet {
 namespace {
 
-// By an impulse that is not a stale number.
+// True if Bullet's solver applied an impulse in this substep; points that it skipped hold stale
+// numbers.
 bool isSolved(const btPersistentManifold& manifold) {
   for (int i = 0; i < manifold.getNumContacts(); ++i) {
     const btManifoldPoint& point = manifold.getContactPoint(i);
@@ -32,7 +33,7 @@ Vec3 positionOf(const btCollisionObject& object) {
   return toVec3(object.getWorldTransform().getOrigin());
 }
 
-// Bullet holds a contact up to this gap (btCollisionShape::getContactBreakingThreshold), and the
+// Gap (m) up to which Bullet holds a contact (btCollisionShape::getContactBreakingThreshold); the
 // narrowphase reports none beyond.
 double contactMargin(const btCollisionShape& shape) {
   return static_cast<double>(shape.getContactBreakingThreshold(gContactBreakingThreshold));
@@ -76,12 +77,12 @@ BodyKind kindOf(const btCollisionObject& object) {
   return moves ? BodyKind::rigid : BodyKind::fixed;
 }
 
-// What Bullet leaves of a velocity after dt (btRigidBody::applyDamping).
+// The fraction of a velocity that Bullet's damping leaves after dt (btRigidBody::applyDamping).
 double damping(btScalar perSecond, double dt) {
   return perSecond == 0 ? 1.0 : std::pow(1.0 - static_cast<double>(perSecond), dt);
 }
 
-// rad/s, world frame: what the solver would leave a body with that touches nothing, as it adds
+// Angular velocity (rad/s, world frame) that the solver leaves a body that touches nothing: it adds
 // torque and gyroscopic terms (btSequentialImpulseConstraintSolver::convertBodies).
 Vec3 freeSpin(const btRigidBody& rigid, double dt) {
   const auto step = static_cast<btScalar>(dt);
@@ -102,9 +103,9 @@ Vec3 freeSpin(const btRigidBody& rigid, double dt) {
   return spin;
 }
 
-// Bullet turns a body by at most a quarter of pi in a substep, in this way
-// (btTransformUtil::integrateTransform): beyond, the quaternion's two parts no longer belong to the
-// same angle.
+// Angular velocity (rad/s) at which Bullet really turns a body in a substep
+// (btTransformUtil::integrateTransform): it clamps the angle to a quarter of pi, beyond which the
+// quaternion's two parts no longer belong to the same angle.
 Vec3 turnedAt(const Vec3& angularVelocity, double dt) {
   constexpr double kLimit = 0.25 * std::numbers::pi;
   const double speed = angularVelocity.norm();
@@ -114,7 +115,7 @@ Vec3 turnedAt(const Vec3& angularVelocity, double dt) {
   return angularVelocity * (angle / (speed * dt));
 }
 
-// rad/s, world frame, from one orientation to the other within dt.
+// Angular velocity (rad/s, world frame) that leads from one orientation to the other within dt.
 Vec3 turnRate(const Quat& from, const Quat& to, double dt) {
   const Eigen::AngleAxisd turn((to * from.conjugate()).normalized());
   const double angle = std::remainder(turn.angle(), 2.0 * std::numbers::pi);
@@ -125,7 +126,7 @@ Vec3 turnRate(const Quat& from, const Quat& to, double dt) {
 
 Quat TrackedBody::orientationAtStart(double dt) const {
   if (shape != ContactShape::sphere) return current.orientation;
-  // Of a sphere, worked back from where it is now.
+  // The orientation of a sphere is not kept: it is worked back from the present one.
   const Vec3 turn = -dt * turnedAt(current.angularAfter, dt);
   const Quat now = toQuat(object->getWorldTransform());
   const double angle = turn.norm();
@@ -183,7 +184,7 @@ void BodyTracker::readShape(TrackedBody& body) const {
   } else if (shape.getShapeType() == SPHERE_SHAPE_PROXYTYPE) {
     body.shape = ContactShape::sphere;
     body.radius = static_cast<double>(static_cast<const btSphereShape&>(shape).getRadius());
-    // As contactMargin, of a sphere: the disc is that of the box around it.
+    // Equals contactMargin for a sphere: Bullet's motion disc is that of the box around it.
     body.margin = double{gContactBreakingThreshold} * std::numbers::sqrt3 * body.radius;
   } else if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE) {
     body.shape = ContactShape::plane;
@@ -307,11 +308,11 @@ void BodyTracker::endSubstep(const btCollisionWorld& world, double dt) {
   }
 }
 
-// Those that Bullet's solver has pushed through a contact in this substep.
+// Collects the multibodies that Bullet's solver has pushed through a contact in this substep.
 void BodyTracker::findPushedMultibodies(const btCollisionWorld& world) {
   pushed_.clear();
   if (!hasLinks_) return;
-  auto& dispatcher = const_cast<btDispatcher&>(*world.getDispatcher());  // Bullet asks for it so
+  auto& dispatcher = const_cast<btDispatcher&>(*world.getDispatcher());  // not const in Bullet
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
     const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
     if (!isSolved(manifold)) continue;
@@ -322,9 +323,10 @@ void BodyTracker::findPushedMultibodies(const btCollisionWorld& world) {
   }
 }
 
-// Its joints take it along a curve: followed by the parabola through its two places that changes
-// its velocity as its joints do when nothing pushes them. As Bullet moves joints at their velocity
-// at the end, that parabola's velocity is not quite the link's at the nodes.
+// A link's joints take it along a curve. It is followed on the parabola through its two places
+// whose acceleration is that which its joints give it when nothing pushes them. As Bullet moves
+// joints at their velocity at the end, that parabola's velocity is not quite the link's at the
+// nodes; `bend` is the difference.
 void BodyTracker::endLink(const btMultiBodyLinkCollider& link, SubstepMotion& motion, Trail& trail,
                           double dt) {
   const Vec3 velocity = linkVelocity(link).linear;

@@ -8,27 +8,28 @@
 namespace carom::bullet {
 namespace {
 
-constexpr float kEdge = 1.0625F;     // of a cell, in largest boxes
+constexpr float kEdge = 1.0625F;     // edge of a cell, relative to the largest box
 constexpr float kLeastEdge = 1e-4F;  // m
-// Floats still tell 32 places within a cell here: rounding does not use up what kEdge leaves.
+// Farthest cell that is used: floats still tell 32 places within it, so rounding does not use up
+// what kEdge leaves.
 constexpr float kFarthestCell = 0x1p18F;
 constexpr std::uint32_t kLoose = std::numeric_limits<std::uint32_t>::max();
 constexpr std::uint64_t kFewestCells = 64;
-constexpr std::uint64_t kCellsPerBox = 2;      // on the lattice, rounded up to a power of two
-constexpr std::uint64_t kMostCellsPerBox = 8;  // with a number each
-constexpr std::uint64_t kCostOfRow = 3;        // of looking it up, in boxes
+constexpr std::uint64_t kCellsPerBox = 2;  // if cells share numbers; rounded up to a power of two
+constexpr std::uint64_t kMostCellsPerBox = 8;  // if each cell has its own number
+constexpr std::uint64_t kCostOfRow = 3;        // cost of looking a row up, in boxes
 
 constexpr int kPartBits = 10;  // a cell has 2^10 parts
 constexpr float kOnePart = 0x1p-10F;
 
 // In a code, the 20 bits of each coordinate have a guard on top, which takes the borrow when two
-// codes are subtracted; below it is then the sign of the difference, as all are small.
+// codes are subtracted; the bit below it is then the sign of the difference, as all are small.
 constexpr int kCodeBits = 21;
 constexpr std::uint64_t kGuard = std::uint64_t{1} << (kCodeBits - 1);
 constexpr std::uint64_t kGuards = kGuard | kGuard << kCodeBits | kGuard << 2 * kCodeBits;
 constexpr std::uint64_t kSigns = kGuards >> 1;
 
-constexpr std::size_t kBlock = 1024;  // candidates at a time, which stay in the first cache
+constexpr std::size_t kBlock = 1024;  // candidates tested at a time, which stay in the first cache
 constexpr std::uint32_t kChunk = 4;   // boxes of a range that are gathered without a branch
 
 // Steps of a lattice that fills the numbers evenly (powers of the inverse plastic number), for
@@ -40,7 +41,7 @@ constexpr std::uint32_t latticeStep(double part, std::uint64_t cells) {
   return static_cast<std::uint32_t>(part * static_cast<double>(cells)) | 1u;
 }
 
-// No two neighbours of a cell, nor it and a neighbour, have one number: no pair is found twice.
+// True if a cell and its neighbours all have different numbers, so that no pair is found twice.
 constexpr bool neighboursDiffer(std::uint64_t cells) {
   std::array<std::uint64_t, 27> numbers{};
   for (std::uint64_t i = 0; i < numbers.size(); ++i) {
@@ -73,7 +74,8 @@ struct IndexRange {
   std::uint32_t begin = 0, end = 0;
 };
 
-// Writes a few more than there are, where most ranges are short and nobody can foretell how short.
+// Writes at least kChunk candidates, even if there are fewer: most ranges are short, and the
+// processor could not predict how short.
 std::uint64_t* gather(std::uint32_t index, const IndexRange& range, std::uint64_t* out) {
   const std::uint64_t first = std::uint64_t{index} << 32 | range.begin;
   const std::uint32_t count = range.end - range.begin;
@@ -100,8 +102,8 @@ void findAmong(std::span<const SweptBox> boxes, const SweptBox& box, PairList& f
 
 }  // namespace
 
-// Rounded towards zero, where two parts become one: that is quicker than rounding down, and of two
-// places the greater one still has no smaller part.
+// Rounds towards zero, so that the two parts next to zero become one: that is quicker than rounding
+// down, and of two places the greater one still has no smaller part.
 BoxGrid::Cell BoxGrid::partAt(const std::array<float, 3>& place) const {
   return {static_cast<std::int32_t>(place[0] * partsPerMetre_),
           static_cast<std::int32_t>(place[1] * partsPerMetre_),
@@ -154,8 +156,8 @@ void BoxGrid::measure(std::span<const SweptBox> boxes) {
   occupied_ = count_ == 0 ? CellRange{} : CellRange{cellAt(low), cellAt(high)};
 }
 
-// Rows of at least three cells in planes of at least three rows: then the neighbours of a cell have
-// different numbers (as they have on the lattice).
+// Makes rows of at least three cells in planes of at least three rows: then the neighbours of a
+// cell have different numbers (as they have on the lattice).
 void BoxGrid::setStrides() {
   const auto cells = [this](std::size_t axis) {
     return static_cast<std::uint64_t>(std::max(occupied_.high[axis] - occupied_.low[axis] + 1, 3));
@@ -172,8 +174,8 @@ void BoxGrid::setStrides() {
 }
 
 void BoxGrid::countBoxes(std::span<const SweptBox> boxes) {
-  // For as many cells as there can be at this count, so that boxes that spread later cost no
-  // memory.
+  // Reserves for as many cells as there can be at this count, so that boxes that spread later cost
+  // no memory.
   starts_.reserve(std::bit_ceil(std::max(kMostCellsPerBox * boxes.size(), kFewestCells)) + 4);
   starts_.assign(std::size_t{mask_} + 4, 0);
   unsorted_.resize(boxes.size());
@@ -199,7 +201,8 @@ void BoxGrid::sortBoxes(std::span<const SweptBox> boxes) {
   }
 }
 
-// So that three cells in a row are one range even where the numbers wrap around.
+// Repeats the boxes of the first two cells at the end, so that three cells in a row are one range
+// even where the numbers wrap around.
 void BoxGrid::repeatFirstCells() {
   const std::size_t cells = std::size_t{mask_} + 1;
   const std::uint32_t repeated = starts_[2];
@@ -213,8 +216,8 @@ void BoxGrid::repeatFirstCells() {
   std::copy_n(codes_.begin(), repeated, codes_.begin() + count_);
 }
 
-// The rest of its cell, the next cell, and three cells in each of the four rows that follow; the
-// others' turn found, or finds, what lies before.
+// Gathers the boxes in the rest of a box's cell, in the next cell, and in three cells of each of
+// the four rows that follow; pairs with the boxes before it are gathered at those boxes.
 void BoxGrid::gatherForward(std::uint32_t index) {
   const std::uint32_t cell = cellOf_[index];
   const auto rowAt = [this, cell](std::uint32_t stride) {
@@ -234,7 +237,7 @@ void BoxGrid::gatherForward(std::uint32_t index) {
   candidateCount_ = most - kChunk;
 }
 
-// By their codes: keeps those that overlap, and a few that only nearly do.
+// Compares candidates by their codes: keeps those that overlap, and a few that only nearly do.
 void BoxGrid::dropApart() {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < candidateCount_; ++i) {
@@ -271,8 +274,8 @@ void BoxGrid::findWithin(PairList& found) {
   }
 }
 
-// The cells where lowest corners of boxes that overlap `box` may lie. A part more because of those
-// just below zero, which count as zero.
+// Returns the cells where lowest corners of boxes that overlap `box` may lie. A part is added
+// because corners just below zero count as zero.
 BoxGrid::CellRange BoxGrid::reachOf(const SweptBox& box) const {
   CellRange reach;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -312,7 +315,7 @@ void BoxGrid::findAround(const SweptBox& box, PairList& found) const {
   }
 }
 
-// The numbers of a row may wrap around once: it has fewer cells than there are boxes.
+// The numbers of a row may wrap around once: the row has fewer cells than there are boxes.
 void BoxGrid::findInRow(const CellRange& reach, Cell row, const SweptBox& box,
                         PairList& found) const {
   const std::uint32_t length = static_cast<std::uint32_t>(reach.high[0] - reach.low[0] + 1);
@@ -322,7 +325,8 @@ void BoxGrid::findInRow(const CellRange& reach, Cell row, const SweptBox& box,
   if (beforeWrap < length) findInCells(0, length - beforeWrap, row, box, found);
 }
 
-// Leaves out what is there only because its cell shares the number: it has its turn in its own row.
+// Leaves out boxes that are there only because their cell shares the number: they are found in
+// their own row.
 void BoxGrid::findInCells(std::uint32_t first, std::uint32_t end, Cell row, const SweptBox& box,
                           PairList& found) const {
   const std::uint32_t last = starts_[end];

@@ -29,30 +29,37 @@ namespace {
 constexpr int kIdleSubsteps = 3;
 // Substeps in which Bullet may act on an impact that no longer approaches.
 constexpr int kSolvedSubsteps = 2;
-// s, and substeps: the longest that an event waits for the end of its impact.
+// Longest time that an event waits for the end of its impact: in s and in substeps, whichever is
+// longer.
 constexpr double kLongestWait = 0.02;
 constexpr double kLongestWaitSubsteps = 3.0;
-// Of the sum of two radii: two spheres within it may have been in Bullet's hands, for its rounding.
+// Distance, relative to the sum of the radii, within which Bullet may have solved two spheres as
+// touching, because of its rounding.
 constexpr double kTouching = 1.0 + 1e-5;
-// s. Corners of a body that land within it make one blow: about as long as a hard contact lasts.
+// Time (s) within which landing corners of a body count as one impact: about the duration of a hard
+// contact.
 constexpr double kOneBlow = 2e-4;
-// Of the speed that restitution asks for after an impact: less is a bounce that Bullet swallowed.
+// Fraction of the speed that restitution demands after an impact; a slower bounce counts as
+// swallowed.
 constexpr double kSwallowed = 0.5;
-// A contact that other shapes hold at several points rocks by what gravity adds in a substep.
+// Least speed of an impact during a lasting contact of shapes other than spheres and planes,
+// relative to what acceleration adds in a substep: held at several points, such a contact rocks at
+// that speed.
 constexpr double kRocking = 2.0;
-// Cosine of the angle between two impacts of a pair that are not one.
+// Two impacts of a pair are separate if the cosine of the angle between their normals is below
+// this.
 constexpr double kOtherSide = 0.5;
 constexpr double kAnyGap = std::numeric_limits<double>::infinity();
 
-// m, how far a body may come in one direction before Bullet's solver has no part in it, which it
-// has where approach and rebound together would close the gap in one substep.
+// Upper bound (m) of the travel of a body within which Bullet's solver may act: it acts where
+// approach and rebound together would close the gap in one substep.
 double reachOf(const SubstepMotion& motion, double dt) {
   return 2.0 * dt *
          (motion.velocityBefore.norm() + motion.velocityAfter.norm() +
           dt * motion.acceleration.norm());
 }
 
-// Whether a body may touch a plane in the substep, or be acted on by Bullet's solver above it.
+// True if a body may touch a plane in the substep, or be acted on by Bullet's solver above it.
 bool mayMeetPlane(const TrackedBody& body, const TrackedBody& plane, double dt) {
   if (plane.kind == BodyKind::kinematic) return true;  // Bullet may have put it ahead of its path
   const SubstepMotion& motion = body.current;
@@ -69,13 +76,14 @@ bool mayMeetPlane(const TrackedBody& body, const TrackedBody& plane, double dt) 
   return height <= std::max(2.0 * dt * falls, body.margin);
 }
 
-// Whether Bullet may act on a body across any gap: by its continuous detection, and where it has
-// put a kinematic body ahead of its path.
+// True if Bullet may act on a body across any gap: by its continuous detection, or where it has put
+// a kinematic body ahead of its path.
 bool mayActAnywhere(const TrackedBody& body) {
   return body.continuous || body.kind == BodyKind::kinematic;
 }
 
-// Two spheres that stay apart on their way; nothing for other pairs. Most near pairs are such.
+// True for two spheres that stay apart on their paths, as most near pairs do; false for all other
+// pairs.
 bool stayApart(const TrackedBody& body, const TrackedBody& other, double dt) {
   if (body.shape != ContactShape::sphere || other.shape != ContactShape::sphere) return false;
   if (mayActAnywhere(body) || mayActAnywhere(other)) return false;
@@ -93,7 +101,8 @@ bool stayApart(const TrackedBody& body, const TrackedBody& other, double dt) {
   return (apart + nearest * velocity).squaredNorm() > touching * touching;
 }
 
-// m/s, more than any two points of the pair approach each other at the start of the substep.
+// Upper bound (m/s) of the speed at which any two points of the pair approach each other at the
+// start of the substep.
 double fastest(const ContactPair& pair, Vec3 SubstepMotion::*velocity,
                Vec3 SubstepMotion::*angular) {
   const SubstepMotion& body = pair.body->current;
@@ -138,12 +147,13 @@ ImpulseEvent otherShare(const ImpulseEvent& body) {
   return other;
 }
 
-// A body of a pair may become its `other`, as when the host makes it kinematic: -1 then.
+// Returns -1 if the pair's bodies have changed roles since the record was made, as when the host
+// makes one of them kinematic.
 double signOf(const PairRecord& record, const PairMotion& now) {
   return record.body == now.pair().body->id ? 1.0 : -1.0;
 }
 
-// The same contact seen from the other body.
+// Returns the same contact seen from the other body.
 ContactState mirrored(const ContactState& state) {
   ContactState other = state;
   std::swap(other.body, other.other);
@@ -164,7 +174,7 @@ class BulletBridge::Impl : public TickHook {
  public:
   Impl(btDynamicsWorld& world, const BulletBridgeSettings& settings)
       : TickHook(world), settings_(settings), reader_(world) {
-    tracker_.beginSubstep(world, 1.0);  // ids are known, and in the world's order, from now on
+    tracker_.beginSubstep(world, 1.0);  // assigns the ids, in the world's order
   }
 
   std::vector<ImpulseEvent> events;
@@ -221,19 +231,19 @@ class BulletBridge::Impl : public TickHook {
   BlowSolver blows_;
   MultibodyMass multibodies_;
   PairRecords records_;
-  // A body that may meet a plane, with all that it may reach in this substep.
+  // A ball that holds all that a body which may meet a plane can reach in this substep.
   struct Ball {
     Vec3 centre;
     double radius = 0.0;
     const TrackedBody* body = nullptr;
   };
-  std::vector<const TrackedBody*> planes_;  // of this substep, as the next; kept for their memory
+  std::vector<const TrackedBody*> planes_;  // of this substep, as balls_; kept for their memory
   std::vector<Ball> balls_;
   std::vector<std::pair<double, std::size_t>> order_;
   std::vector<ImpulseEvent> sorted_;
   double time_ = 0.0;      // s, at the start of the substep under way
-  double timeRest_ = 0.0;  // s, what rounding has left out of it
-  double dt_ = 0.0;        // s, its length
+  double timeRest_ = 0.0;  // s, what rounding has left out of time_
+  double dt_ = 0.0;        // s, length of the substep under way
   double previousDt_ = 0.0;
   double previousTime_ = 0.0;
 };
@@ -259,8 +269,8 @@ void BulletBridge::Impl::onStepEnd(double dt) {
   if (settings_.onSubstep) settings_.onSubstep();
 }
 
-// A compensated sum (Kahan 1965, Commun. ACM 8, 40): the roundings of millions of equal steps, as
-// of a host in double precision that runs for a day, are mostly to one side.
+// Adds with compensation (Kahan 1965, Commun. ACM 8, 40): the roundings of millions of equal steps,
+// as of a host in double precision that runs for a day, are mostly to one side.
 void BulletBridge::Impl::addToClock(double dt) {
   const double step = dt + timeRest_;
   const double next = time_ + step;
@@ -268,7 +278,7 @@ void BulletBridge::Impl::addToClock(double dt) {
   time_ = next;
 }
 
-// By time, from the first of this substep on; those of one time stay as they are.
+// Sorts the events of this substep by time; those at equal times keep their order.
 void BulletBridge::Impl::sortEvents(std::size_t first) {
   order_.clear();
   for (std::size_t i = first; i < events.size(); ++i)
@@ -281,7 +291,7 @@ void BulletBridge::Impl::sortEvents(std::size_t first) {
   std::copy(sorted_.begin(), sorted_.end(), events.begin() + static_cast<std::ptrdiff_t>(first));
 }
 
-// What every body may reach in this substep.
+// Collects what every body may reach in this substep.
 void BulletBridge::Impl::gatherBodies(double dt) {
   boxes_.clear();
   planes_.clear();
@@ -331,7 +341,7 @@ bool BulletBridge::Impl::mayCollide(const ContactPair& pair) const {
   return !(immovable(*pair.body) && immovable(*pair.other)) && reader_.collides(pair);
 }
 
-// m, gap above which Bullet's solver does not act.
+// Gap (m) above which Bullet's solver does not act.
 double BulletBridge::Impl::holdDistance(const ContactPair& pair) const {
   if (mayActAnywhere(*pair.body) || mayActAnywhere(*pair.other)) return kAnyGap;
   if (pair.isOnPlane()) return pair.body->margin;
@@ -365,7 +375,7 @@ void BulletBridge::Impl::resolve(const ContactPair& pair, double dt) {
   }
 }
 
-// Where Bullet's solver may have had a part in it.
+// Resolves a pair on which Bullet's solver may have acted.
 void BulletBridge::Impl::resolveContact(const PairMotion& now, const Proximity& start,
                                         PairRecord* record) {
   const SolvedContact& solved = reader_.read(now.pair());
@@ -385,7 +395,7 @@ void BulletBridge::Impl::resolveContact(const PairMotion& now, const Proximity& 
       follow(opened, now, solved);
       return;
     }
-    record = &opened;  // what Bullet has applied up to now is from before the impact
+    record = &opened;  // the impulses up to now are from before the impact
   }
   // Bullet's friction may act where its normal impulse has come back to zero.
   if (!solved.applied.isZero(0.0) || (record != nullptr && record->lasting)) {
@@ -393,10 +403,10 @@ void BulletBridge::Impl::resolveContact(const PairMotion& now, const Proximity& 
   }
 }
 
-// An impact is under way: what there is belongs to it, unless it is another one.
+// An impact is under way: what Bullet has applied belongs to it, unless the pair has met again.
 void BulletBridge::Impl::followOrReopen(PairRecord& record, const PairMotion& now,
                                         const Proximity& start, const SolvedContact& solved) {
-  // They may have grazed, or passed through each other, before Bullet could act.
+  // The bodies may have grazed, or passed through each other, before Bullet could act.
   const bool passed = start.gap > 0.0 && approachAtNode(now.pair(), Way::unhindered, start.point,
                                                         start.normal) <= settings_.restSpeed;
   const bool mayMeetAgain = record.impact.parted || passed || start.gap > now.pair().body->radius ||
@@ -407,13 +417,13 @@ void BulletBridge::Impl::followOrReopen(PairRecord& record, const PairMotion& no
     follow(record, now, solved);
     return;
   }
-  if (!again->solved) addApplied(record, now, solved);  // it is still for the old one
+  if (!again->solved) addApplied(record, now, solved);  // still belongs to the old impact
   close(record);
   open(record, *again, solved.restitution);
   if (again->solved) follow(record, now, solved);
 }
 
-// Whether the pair meets from another side while an impact is under way, as a ball that lands on a
+// True if the pair meets from another side while an impact is under way, as a ball that lands on a
 // mesh and then hits a wall of it.
 bool BulletBridge::Impl::hitsElsewhere(const PairRecord& record, const PairMotion& now,
                                        const SolvedContact& solved) const {
@@ -460,7 +470,7 @@ PairRecord& BulletBridge::Impl::recordOf(const ContactPair& pair, PairRecord* re
 void BulletBridge::Impl::open(PairRecord& record, const FoundImpact& found, double restitution) {
   const double threshold =
       static_cast<double>(world().getSolverInfo().m_restitutionVelocityThreshold);
-  const bool bounces = found.nodeSpeed >= threshold;  // Bullet does not, below it
+  const bool bounces = found.nodeSpeed >= threshold;  // below it, Bullet does not
   Impact& impact = record.impact;
   impact.applied = Vec3::Zero();
   impact.solved = 0;
@@ -469,7 +479,7 @@ void BulletBridge::Impl::open(PairRecord& record, const FoundImpact& found, doub
   impact.foundAt = time_;
   addLandings(impact, found);
   record.open = !impact.landings.empty();
-  record.spent = !record.open;  // nothing can be moved
+  record.spent = !record.open;  // neither body can be moved
   if (!record.open) return;
 
   counters.collisions += impact.landings.size();
@@ -479,7 +489,7 @@ void BulletBridge::Impl::open(PairRecord& record, const FoundImpact& found, doub
   if (settings_.delivery == EventDelivery::prompt) deliver(record);
 }
 
-// Points that land within one blow make one event.
+// Points that land within kOneBlow make one event.
 void BulletBridge::Impl::addLandings(Impact& impact, const FoundImpact& found) {
   const PairInertia inertia(found.motion, found.s, multibodies_);
   BlowPoint mean;
@@ -499,7 +509,8 @@ void BulletBridge::Impl::addLandings(Impact& impact, const FoundImpact& found) {
     const Blow blow = BlowSolver::sum(points.subspan(begin, count), impulses.subspan(begin, count),
                                       impact.restitution);
     if (blow.effectiveMass > 0.0) {
-      // The first is at first touch, even where the corners that follow take all of it.
+      // The first landing is dated at first touch, even if the corners that follow carry all of its
+      // impulse.
       const double delay = impact.landings.empty() ? 0.0 : points[begin].delay;
       impact.landings.push_back(landingOf(found, blow, delay));
       whole += impact.landings.back().part;
@@ -510,7 +521,7 @@ void BulletBridge::Impl::addLandings(Impact& impact, const FoundImpact& found) {
     landing.part /= whole;
 }
 
-// Its `part` is in N s.
+// Makes a landing whose `part` is still its impulse in N s.
 Landing BulletBridge::Impl::landingOf(const FoundImpact& found, const Blow& blow,
                                       double delay) const {
   Landing landing;
@@ -520,7 +531,7 @@ Landing BulletBridge::Impl::landingOf(const FoundImpact& found, const Blow& blow
   landing.other = otherShare(landing.body);
   setState(landing.body, found.motion.body(), found.s + delay);
   setState(landing.other, found.motion.other(), found.s + delay);
-  // The motions that impacts are found on leave out how spheres are turned.
+  // The motions on which impacts are found leave out the orientation of spheres.
   const auto turn = [&](ImpulseEvent& event, const TrackedBody& body) {
     if (body.shape == ContactShape::sphere)
       event.bodyOrientation = body.actual(dt_).orientationAt(found.offset + delay);
@@ -537,7 +548,8 @@ void BulletBridge::Impl::addApplied(PairRecord& record, const PairMotion& now,
 }
 
 // An impact is over when the pair no longer approaches and is apart, or has been solved often
-// enough; or when it is well apart anyway, because it tunnelled or the host moved it.
+// enough; when it is well apart anyway, because it tunnelled or the host moved it; or after the
+// longest wait.
 void BulletBridge::Impl::follow(PairRecord& record, const PairMotion& now,
                                 const SolvedContact& solved) {
   Impact& impact = record.impact;
@@ -613,7 +625,8 @@ void BulletBridge::Impl::endContact(PairRecord& record) {
   record.lasting = false;
 }
 
-// The two are not so near each other that they could touch in this substep.
+// Resolves a recorded pair that is not so near that it could touch in this substep; drops it if
+// that is not possible.
 void BulletBridge::Impl::revisit(PairRecord& record) {
   const TrackedBody* body = tracker_.find(record.body);
   const TrackedBody* other = tracker_.find(record.other);
@@ -623,7 +636,7 @@ void BulletBridge::Impl::revisit(PairRecord& record) {
   if (!record.visited) leave(record);
 }
 
-// Asleep or gone.
+// Closes the impact and the contact of a pair that is asleep, gone or far apart.
 void BulletBridge::Impl::leave(PairRecord& record) {
   if (record.open) close(record);
   if (record.lasting) endContact(record);
@@ -631,7 +644,7 @@ void BulletBridge::Impl::leave(PairRecord& record) {
 }
 
 double BulletBridge::Impl::settledTime() {
-  // New points of a contact that lasts are dated in the substep before.
+  // New points of a lasting contact are dated back into the substep before.
   double settled = tracker_.hasOtherShapes() ? previousTime_ : time_;
   records_.forEach([&settled](const PairRecord& record) {
     if (record.open && !record.impact.delivered)

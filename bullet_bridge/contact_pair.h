@@ -8,8 +8,8 @@
 
 namespace carom::bullet {
 
-/// Two bodies that may touch. `other` is the one that cannot be moved, if there is one; of a sphere
-/// and a plane it is the plane.
+/// Two bodies that may touch. `other` is the one that cannot be moved, if there is one; in a pair
+/// of a sphere and a plane it is the plane.
 struct ContactPair {
   const TrackedBody* body = nullptr;
   const TrackedBody* other = nullptr;
@@ -22,12 +22,12 @@ struct ContactPair {
     return rank(second) < rank(first) ? ContactPair{&second, &first} : ContactPair{&first, &second};
   }
 
-  /// Spheres and planes: the gap, its root and the normal have closed forms.
+  /// True for spheres and planes, whose gap, its root and the normal have closed forms.
   bool isClosedForm() const {
     return body->shape == ContactShape::sphere && other->shape != ContactShape::other;
   }
   bool isOnPlane() const { return other->shape == ContactShape::plane; }
-  /// The same for both orders.
+  /// Key of the pair, the same for both orders.
   std::uint64_t key() const { return keyOf(body->id, other->id); }
   static std::uint64_t keyOf(BodyId first, BodyId second) {
     const auto [low, high] = std::minmax(first, second);

@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kFlat = std::numeric_limits<double>::infinity();
 
-// rad; a normal this close to a face's is the face's. Coarser than the rounding of a float pose.
+// Angle (rad) within which a normal counts as that of a face; coarser than the rounding of a float
+// pose.
 constexpr double kSameDirection = 1e-5;
 
 Vec3 unit(int axis) {
@@ -31,7 +32,7 @@ Vec3 notNegative(const Vec3& v) {
   return v.cwiseMax(0.0);
 }
 
-// By how many dimensions the corners of a feature span it: one corner, an edge or a face.
+// Curvature of a feature whose corners span `dimensions` dimensions: a corner, an edge or a face.
 LocalShape shapeOfFeature(int dimensions) {
   return dimensions == 2 ? LocalShape{kFlat, kFlat} : LocalShape{};
 }
@@ -140,8 +141,9 @@ void ConvexPiece::readRound(const btConvexShape& shape) {
   }
 }
 
-// Bullet's own core of it is the hull of spheres smaller by the margin, which may turn inside out;
-// with the margin back on it is this one. Scaled unevenly it is of no known form.
+// Bullet's own core of a multi-sphere is the hull of spheres smaller by the margin, which may turn
+// inside out; with the margin back on, it is the same set as this one. An unevenly scaled one has
+// no known form.
 bool ConvexPiece::readSpheres(const btMultiSphereShape& shape) {
   scale_ = toVec3(shape.getLocalScaling());
   if (!scale_.isConstant(scale_.x()) || !(scale_.x() > 0.0) || shape.getSphereCount() == 0) {
@@ -153,7 +155,7 @@ bool ConvexPiece::readSpheres(const btMultiSphereShape& shape) {
   double least = kFlat;
   for (int i = 0; i < pointCount_; ++i)
     least = std::min(least, static_cast<double>(shape.getSphereRadius(i)));
-  radius_ = least;  // unscaled, what the margin takes over
+  radius_ = least;  // unscaled part of all radii that the margin takes over
   margin_ = scale_.x() * least;
   return true;
 }
@@ -171,7 +173,7 @@ void ConvexPiece::scaleBy(double factor) {
 
 ConvexPiece ConvexPiece::withSharpEdges() const {
   ConvexPiece sharp = *this;
-  // In Bullet's own precision, which gives back the size that the box was made with.
+  // Computed in Bullet's own precision, which gives back the size that the box was made with.
   sharp.half_ =
       scale_.x() * toVec3(static_cast<const btBoxShape*>(shape_)->getHalfExtentsWithMargin());
   sharp.margin_ = 0.0;
@@ -259,7 +261,8 @@ Vec3 ConvexPiece::farthestOfSpheres(const Vec3& direction) const {
   return scale_.x() * point;
 }
 
-// The point of the circle of the radius at a height that lies farthest in a direction.
+// Returns the point of the circle of the piece's radius at a height that lies farthest in a
+// direction.
 Vec3 ConvexPiece::rimTowards(const Vec3& direction, double height) const {
   Vec3 across = direction - component(direction, axis_) * unit(axis_);
   const double length = across.norm();
@@ -364,8 +367,8 @@ void ConvexPiece::appendCorners(const Vec3& direction, double depth,
   corners.erase(std::remove_if(begin, corners.end(), tooHigh), corners.end());
 }
 
-// The corners that lie as far as the farthest make the feature; a second one makes it an edge, a
-// third off their line a face.
+// The corners that lie as far out as the farthest make the feature; a second one makes it an edge,
+// a third off their line a face.
 LocalShape ConvexPiece::shapeOfPoints(const Vec3& direction) const {
   const bool cloud = core_ == Core::points;
   const Vec3 first = support(direction);
@@ -400,7 +403,8 @@ LocalShape ConvexPiece::shapeOfSpheres(const Vec3& direction) const {
 }
 
 // `axial` is the sine of the direction's elevation over the base. The side is touched along a line;
-// half its length is as good a place as any for its curvature, which is 1 / 2 in the mean.
+// half its length is as good a place as any for its curvature. The mean curvature is half of it,
+// since the line is straight.
 LocalShape ConvexPiece::shapeOfCone(double axial) const {
   const double side = std::hypot(radius_, 2.0 * halfHeight_);
   if (axial < kSameDirection - 1.0) return {kFlat, kFlat};

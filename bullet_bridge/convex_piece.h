@@ -14,10 +14,11 @@ namespace carom::bullet {
 
 /// Curvature of a surface where it is touched.
 struct LocalShape {
-  double radius = 0.0;  ///< m, 1 / mean curvature: flat is infinity, edge or corner 0
-  double rollingRadius =
-      0.0;  ///< m, the smaller principal radius: flat is infinity, edge or corner 0
-  /// Unit, the axis of a round rim that is touched, of either sign; zero: it is no rim.
+  /// 1 / mean curvature, in m; a flat surface has infinity, an edge or corner 0.
+  double radius = 0.0;
+  /// The smaller principal radius, in m; a flat surface has infinity, an edge or corner 0.
+  double rollingRadius = 0.0;
+  /// Unit axis, of either sign, of the round rim that is touched; zero if it is no rim.
   Vec3 rimAxis = Vec3::Zero();
   double rimRadius = 0.0;  ///< m
 };
@@ -40,12 +41,13 @@ class ConvexPiece {
     sampled     ///< through Bullet's virtual support function: rounded to btScalar
   };
 
-  /// What Bullet's GJK sees of a convex shape. Nothing for a shape without extent or points.
+  /// Returns the set that Bullet's GJK sees of a convex shape; nothing for a shape without extent
+  /// or points.
   static std::optional<ConvexPiece> from(const btConvexShape& shape);
   static ConvexPiece from(const btStaticPlaneShape& plane);
   static ConvexPiece from(const std::array<Vec3, 3>& triangle, double margin);
 
-  /// A box with its edges as they are: how Bullet takes it against boxes and planes.
+  /// Returns a box with sharp edges, as Bullet takes it against boxes and planes.
   ConvexPiece withSharpEdges() const;
 
   /// Moves the piece into the frame of the body that it is part of.
@@ -56,23 +58,22 @@ class ConvexPiece {
   void setMargin(double margin) { margin_ = margin; }
   const Eigen::Matrix3d& rotation() const { return rotation_; }  ///< piece to body
   const Vec3& offset() const { return offset_; }                 ///< m, body frame
-  /// A ball around the core, body frame, not for half spaces.
+  /// Centre (m, body frame) of a ball around the core; not for half spaces.
   const Vec3& ballCentre() const { return ballCentre_; }
-  double coreBall() const { return ballRadius_; }        ///< m
-  double ball() const { return ballRadius_ + margin_; }  ///< m, around the surface
-  double coreReach() const {
-    return ballCentre_.norm() + ballRadius_;
-  }  ///< m, from the body's centre
+  double coreBall() const { return ballRadius_; }        ///< m, radius around the core
+  double ball() const { return ballRadius_ + margin_; }  ///< m, radius around the surface
+  /// Upper bound (m) of the distance of the core's points from the body's centre.
+  double coreReach() const { return ballCentre_.norm() + ballRadius_; }
 
   const Vec3& planeNormal() const { return half_; }  ///< half spaces only
   double planeConstant() const { return radius_; }   ///< m
 
-  /// The point of the core that lies farthest in a direction of any length.
+  /// Returns the point of the core that lies farthest in a direction of any length.
   Vec3 support(const Vec3& direction) const;
-  /// Corners of the core within `depth` of the farthest in the unit direction; where the core is
-  /// round, points of its rim or ends that span the place.
+  /// Appends the corners of the core within `depth` (m) of the farthest in the unit direction; for
+  /// a round core, points of its rim or ends that span the place.
   void appendCorners(const Vec3& direction, double depth, std::vector<Vec3>& corners) const;
-  /// Where the surface is touched from outside along the unit direction.
+  /// Returns the curvature where the surface is touched from outside along the unit direction.
   LocalShape shapeFacing(const Vec3& direction) const;
 
  private:

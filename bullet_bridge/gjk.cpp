@@ -12,7 +12,7 @@ constexpr int kMaxIterations = 100;
 constexpr double kTolerance = 1e-12;
 constexpr double kSimplexRounding = 4.0 * std::numeric_limits<double>::epsilon();
 
-// A corner of the difference of the two cores, and what it is the difference of.
+// A corner of the Minkowski difference of the two cores, and the two points that it is made of.
 struct Corner {
   Vec3 difference = Vec3::Zero();
   Vec3 body = Vec3::Zero();
@@ -69,8 +69,8 @@ Nearest nearestOnTriangle(const Simplex& simplex, std::size_t i, std::size_t j, 
     nearest.weights[i] = atStart;
     nearest.weights[j] = atFirst;
     nearest.weights[k] = atSecond;
-    // A point of a near triangle has its direction best from the triangle's normal, but that one is
-    // rounded where the triangle is small or thin and far.
+    // The triangle's normal gives the direction of its nearest point best, but it is rounded where
+    // the triangle is small or thin and far.
     const double height = start.dot(normal);
     const double longest = std::max(first.squaredNorm(), second.squaredNorm());
     const bool near = height * height * longest < squared * squared;
@@ -163,7 +163,7 @@ CoreDistance fromSimplex(const Simplex& simplex, const Nearest& nearest, double 
   result.point = corner.body;
   result.otherPoint = corner.other;
   const double distance = std::sqrt(nearest.squared);
-  if (distance <= overlap) return result;  // what is not a number stays so
+  if (distance <= overlap) return result;  // false for NaN, which stays NaN
   result.distance = distance;
   result.normal = nearest.point / distance;
   return result;
@@ -213,7 +213,7 @@ CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, con
     grown.corners[grown.count++] = corner;
     Nearest better = nearestInSimplex(grown);
     if (!(better.squared < nearest.squared)) {
-      // Too thin a simplex for its digits: on from its nearest point alone.
+      // The simplex is too thin for its digits: go on from its nearest point alone.
       grown.corners = {nearestCorner(simplex, nearest), corner};
       grown.count = 2;
       better = nearestInSimplex(grown);

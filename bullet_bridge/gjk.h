@@ -20,8 +20,8 @@ struct PlacedPiece {
 struct CoreDistance {
   double distance = 0.0;           ///< m, 0 if the cores overlap; a half space's may be negative
   Vec3 normal = Vec3::Zero();      ///< unit, from `other` to `body`; zero if the cores overlap
-  Vec3 point = Vec3::Zero();       ///< m, of body's core
-  Vec3 otherPoint = Vec3::Zero();  ///< m, of other's core
+  Vec3 point = Vec3::Zero();       ///< m, on body's core
+  Vec3 otherPoint = Vec3::Zero();  ///< m, on other's core
   int iterations = 0;
 };
 
@@ -31,8 +31,8 @@ struct CoreDistance {
 /// simplex is small and far. Stops when distance and lower bound differ by 1e-12 of the distance or
 /// by rounding, or after 100 iterations. `guess` is a direction from other to body, the nearer to
 /// the normal the faster. Overlap of cores is found, not measured.
-/// With a `gapTolerance` it stops as soon as distance and lower bound differ by no more than that
-/// fraction of the gap, which is the distance less both margins. [any thread]
+/// With a `gapTolerance` the search stops as soon as distance and lower bound differ by no more
+/// than that fraction of the gap, which is the distance less both margins. [any thread]
 CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, const Vec3& guess,
                           double gapTolerance = 0.0);
 

@@ -9,10 +9,11 @@
 namespace carom::bullet {
 namespace {
 
-// Corners at the same height but for this, of the body's radius, land together: rounding.
+// Height difference, relative to the body's radius, up to which corners land together: it covers
+// rounding.
 constexpr double kTogether = 1e-4;
-// How far above a contact to look for what else is there, of the body's radius; and 1 - the cosine
-// of the angle by which a normal may be off.
+// Height above a contact, relative to the body's radius, at which the surface around it is probed;
+// and 1 - the cosine of the angle by which a normal may be off.
 constexpr double kProbeHeight = 0.1;
 constexpr double kProbeSlack = 2e-4;
 
@@ -21,16 +22,16 @@ Vec3 nodeVelocity(const SubstepMotion& motion, Way way, const Vec3& arm) {
                             : Vec3(motion.velocityBefore + motion.angularBefore.cross(arm));
 }
 
-// m/s, along the normal: what forces have added to a body's velocity in the substep. Those that the
-// solver has held, as of a body that lies on another, have not.
+// Speed (m/s, along the normal) that forces have added to a body in the substep. Forces that the
+// solver has held, as on a body that lies on another, add none.
 double gainOf(const SubstepMotion& motion, const Vec3& normal, double dt) {
   const double force = dt * motion.acceleration.dot(normal);
   const double change = (motion.velocityAfter - motion.velocityBefore).dot(normal);
   return force > 0.0 ? std::clamp(change, 0.0, force) : std::clamp(change, force, 0.0);
 }
 
-// m/s, see FoundImpact::onset. `nodeSpeed` is the approach after the solver, `gap` that at the
-// start of the substep.
+// Returns FoundImpact::onset (m/s). `nodeSpeed` (m/s) is the approach after the solver, `gap` (m)
+// the gap at the start of the substep.
 double onsetSpeed(double nodeSpeed, const SubstepMotion& body, const SubstepMotion& other,
                   const Vec3& normal, double gap, double dt) {
   const double gain = gainOf(other, normal, dt) - gainOf(body, normal, dt);
@@ -39,8 +40,8 @@ double onsetSpeed(double nodeSpeed, const SubstepMotion& body, const SubstepMoti
   return std::hypot(std::max(0.0, speed), std::sqrt(fall));
 }
 
-// s, how long ago a point of `body` passed the tangent plane of `other`, or the other way round;
-// `apart(t)` is their distance along the normal t ago, at 0 <= 0.
+// Returns how long ago (s) a point of one body passed the tangent plane of the other. `apart(t)` is
+// their distance along the normal t ago; apart(0) <= 0.
 template <class Apart>
 double passedAgo(Apart apart, double longest) {
   if (apart(longest) <= 0.0) return 0.0;
@@ -80,9 +81,10 @@ FoundImpact& ImpactFinder::begin(const PairMotion& motion) {
   return found_;
 }
 
-// Bullet takes a body that slides or rolls over the edge between two triangles in a plane to hit
-// that edge. Neither that nor an edge inside a compound is part of the surface: there, the way
-// along the contact's normal does not lead away from it as fast as it should.
+// False for a contact with an inner edge. Bullet takes a body that slides or rolls over the edge
+// between two triangles in a plane to hit that edge; neither that edge nor one inside a compound is
+// part of the surface. There, the path along the contact's normal does not lead away from the
+// surface as fast as it should.
 bool ImpactFinder::isOnSurface(const PairMotion& now, const SolvedPoint& point) {
   const auto hasInnerEdges = [](const btCollisionShape& shape) {
     return shape.isConcave() || shape.isCompound();
@@ -110,7 +112,8 @@ bool ImpactFinder::isOutwards(const MovingShape& shape, const Vec3& place, const
   return !(high - low < (1.0 - kProbeSlack) * height);
 }
 
-// With the corners that follow close behind the first: Bullet will solve them together.
+// Sets the points of the impact, with the corners that follow close behind the first, since Bullet
+// will solve them together. False if no point approaches.
 bool ImpactFinder::complete(const Proximity& touch, const Following& following) {
   FoundImpact& found = found_;
   points_.clear();
@@ -138,7 +141,7 @@ bool ImpactFinder::complete(const Proximity& touch, const Following& following) 
   return true;
 }
 
-// Of many points in a plane, those that hold the others between them.
+// Keeps the outermost of many points in a plane, which hold the others between them.
 void ImpactFinder::keepOutermost(const Vec3& normal) {
   constexpr std::size_t kMost = 8;
   if (points_.size() <= kMost) return;
@@ -157,7 +160,7 @@ void ImpactFinder::keepOutermost(const Vec3& normal) {
   points_.resize(kMost);
 }
 
-// s, until a corner of one body meets the face of the other that was touched at found_.s.
+// Time (s) until a corner of one body meets the face of the other that was touched at found_.s.
 double ImpactFinder::delayOf(const BlowPoint& point, const Proximity& touch) const {
   const bool faceOnOther = std::isinf(found_.otherRadius) || !std::isinf(found_.radius);
   const RigidMotion& body = found_.motion.body();
@@ -192,7 +195,7 @@ const FoundImpact* ImpactFinder::within(const PairMotion& now, const Proximity& 
   const ContactPair& pair = now.pair();
   found.onset = onsetSpeed(found.nodeSpeed, pair.body->current, pair.other->current, touch.normal,
                            start.gap, substep.dt);
-  const double rest = substep.dt - found.s;  // at the next node Bullet solves what is down by then
+  const double rest = substep.dt - found.s;  // the next node solves what is down by then
   return complete(touch, {found.nodeSpeed * rest, rest}) ? &found_ : nullptr;
 }
 
@@ -210,7 +213,7 @@ const FoundImpact* ImpactFinder::prevented(const PairMotion& now, const Proximit
   }
   if (!(nodeSpeed > substep.restSpeed)) return nullptr;
   // Bullet acts on gaps that approach and rebound, which is no faster, would close in a substep;
-  // but it has put a kinematic body where that will be some substeps ahead.
+  // but it has put a kinematic body where its path leads only some substeps later.
   const double ahead = std::max(now.pair().body->arrival, now.pair().other->arrival);
   const double horizon = std::min(2.0 * start.gap / nodeSpeed, 2.5 * substep.dt + ahead);
   FoundImpact& found =
@@ -266,7 +269,8 @@ const FoundImpact* ImpactFinder::newPoints(const PairMotion& now, const SolvedCo
   return &found_;
 }
 
-// To when the deepest of the points met the other surface, in the substep before.
+// Dates the impact back to when the deepest of its points met the other surface, in the substep
+// before.
 void ImpactFinder::dateBack(const Proximity& touch, const PreviousSubstep& previous) {
   FoundImpact& found = found_;
   const RigidMotion body = motionOf(previous.body, previous.dt);

@@ -16,7 +16,7 @@ inline constexpr double kNever = std::numeric_limits<double>::infinity();  ///< 
 /// `relative` is the motion of one centre seen from the other; touching is |position| = distance.
 double sphereTouchTime(const Motion& relative, double distance, double horizon);
 
-/// `height` above contact, its rate and acceleration along the plane's normal.
+/// `height` (m) above contact, its rate and acceleration along the plane's normal.
 double planeTouchTime(double height, double rate, double acceleration, double horizon);
 
 }  // namespace carom::bullet

@@ -6,13 +6,13 @@
 namespace carom::bullet {
 namespace {
 
-/// rad, along a rim in a step; a coin's rim of that tilt a turns at sqrt(4 g / (R sin a)) (Euler's
-/// disk: Moffatt 2000, Nature 404, 833).
+/// Largest angle (rad) that a contact point may move along a rim in a step; at tilt a, that of a
+/// coin moves at sqrt(4 g / (R sin a)) (Euler's disk: Moffatt 2000, Nature 404, 833).
 constexpr double kFarthestTurn = 0.5;
-constexpr double kWeight = 10.0;  // m/s^2
+constexpr double kWeight = 10.0;  // m/s^2, gravity
 
-// Where they meet, as one point of both: the mean of the points, weighted by load. Where there is
-// no load, the nearest point of the other.
+// Returns the contact as one point of both bodies: the mean of the points, weighted by load, or
+// without load the nearest point of the other.
 Proximity meetingOf(const Proximity& start, const SolvedContact& solved) {
   Vec3 position = Vec3::Zero();
   Vec3 normal = Vec3::Zero();
@@ -31,18 +31,19 @@ Proximity meetingOf(const Proximity& start, const SolvedContact& solved) {
   return meeting;
 }
 
-// m/s, mean over the substep, of the material point that is at `point` at its start.
+// Mean velocity (m/s) over the substep of the material point that is at `point` at its start.
 Vec3 meanVelocity(const RigidMotion& of, const Vec3& point, double dt) {
   return of.centre.velocityAt(0.5 * dt) + of.angularVelocity.cross(point - of.centre.position);
 }
 
-// m/s, of the point of a rim that is the farthest along `down` (unit), while the rim turns. It is
-// at e R from the rim's centre; e is `down` without its part along the axis, made unit.
+// Velocity (m/s) of the point of a rim that is the farthest along `down` (unit), while the rim
+// turns. That point is at e R from the rim's centre; e is `down` without its part along the axis,
+// made unit.
 Vec3 rimVelocity(const RigidMotion& of, const LocalShape& rim, const Vec3& point, const Vec3& down,
                  double dt) {
   const Vec3 across = down - down.dot(rim.rimAxis) * rim.rimAxis;
   const double length = across.norm();
-  // What lies almost flat rolls faster than steps can tell, or only rattles.
+  // A rim that lies almost flat rolls faster than steps can tell, or only rattles.
   const double lowest = 4.0 * kWeight * dt * dt / (rim.rimRadius * kFarthestTurn * kFarthestTurn);
   if (length <= lowest) return meanVelocity(of, point, dt);
   const Vec3 e = across / length;
@@ -52,7 +53,8 @@ Vec3 rimVelocity(const RigidMotion& of, const LocalShape& rim, const Vec3& point
   return meanVelocity(of, point - rim.rimRadius * e, dt) + rim.rimRadius / length * change;
 }
 
-// m/s, of the contact point: that of the centre of curvature of the more curved body, or of a rim.
+// Velocity (m/s) of the contact point: that of the centre of curvature of the more curved body, or
+// of a point on a rim.
 Vec3 contactVelocity(const PairMotion& now, const Proximity& meeting, const LocalShape& shape,
                      const LocalShape& otherShape, double dt) {
   const double radius = shape.rollingRadius;
@@ -80,7 +82,8 @@ ContactState lastingContact(const PairMotion& now, const Proximity& start,
   };
   const Vec3 bodyVelocity = meanVelocity(now.body(), meeting.point, dt);
   const Vec3 otherVelocity = meanVelocity(now.other(), meeting.point, dt);
-  // By our own normal: Bullet's is often askew by more than faces are told from edges.
+  // The local shapes are taken along the bridge's own normal: Bullet's is often askew by more than
+  // the angle that tells faces from edges.
   const LocalShape shape = now.shapeAt(PairSide::body, start);
   const LocalShape otherShape = now.shapeAt(PairSide::other, start);
   const Vec3 pointVelocity = contactVelocity(now, meeting, shape, otherShape, dt);

@@ -6,14 +6,15 @@
 
 namespace carom::bullet {
 
-/// The substep that has just ended, in the world's time: s.
+/// Start and length (s, world's time) of the substep that has just ended.
 struct SubstepTime {
   double start = 0.0;
   double length = 0.0;
 };
 
-/// The lasting contact of a pair over that substep, from what Bullet's solver held it with. `start`
-/// is where the two were nearest as it began. `phase` is left to the caller.
+/// Returns the lasting contact of a pair over that substep, from the impulses by which Bullet's
+/// solver held it. `start` is where the two were nearest as it began. `phase` is left to the
+/// caller.
 ContactState lastingContact(const PairMotion& now, const Proximity& start,
                             const SolvedContact& solved, const SubstepTime& substep);
 

@@ -4,9 +4,9 @@
 
 namespace carom::bullet {
 
-/// Motion of a point under constant acceleration. What Bullet does within one substep, exactly:
-/// with the velocity w after the solver and the acceleration a, symplectic Euler lands on the nodes
-/// of
+/// Motion of a point under constant acceleration, which is exactly Bullet's motion within one
+/// substep: with the velocity w after the solver and the acceleration a, symplectic Euler lands on
+/// the nodes of
 ///
 ///     x(s) = x0 + (w - a dt/2) s + a s^2/2,   0 <= s <= dt
 ///

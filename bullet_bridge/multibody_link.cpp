@@ -115,7 +115,8 @@ void MultibodyMass::readLink(const btMultiBody& body, int index) {
   }
 }
 
-// `principal` about the centre of mass, along the link's own axes.
+// `principal` holds the moments of inertia (kg m^2) about the centre of mass, along the link's own
+// axes.
 void MultibodyMass::setInertia(Link& link, double mass, const Vec3& principal) {
   const Eigen::Matrix3d arm = skew(link.centre);
   link.composite.mass = mass;
@@ -132,7 +133,7 @@ void MultibodyMass::addDof(Link& link, const Vec3& angular, const Vec3& linearAt
   link.lastDof = static_cast<int>(dofs_.size()) - 1;
 }
 
-// A link comes after its parent.
+// The loop runs backwards, as a link comes after its parent.
 void MultibodyMass::addComposites() {
   for (std::size_t index = links_.size(); index-- > 1;) {
     const Inertia& own = links_[index].composite;
@@ -143,8 +144,8 @@ void MultibodyMass::addComposites() {
   }
 }
 
-// An entry is what one joint feels of the momentum of all that the other one moves, which is
-// nothing for joints on different branches.
+// An entry is the momentum of all that one joint moves, projected on the motion of the other; it is
+// zero for joints on different branches.
 void MultibodyMass::fillMassMatrix() {
   for (std::size_t row = 0; row < dofs_.size(); ++row) {
     const Inertia& moved = links_[dofs_[row].link].composite;
@@ -162,8 +163,8 @@ void MultibodyMass::fillMassMatrix() {
   }
 }
 
-// M = L^T D L from the leaves on, which leaves the zeros of the tree zero. L has a unit diagonal,
-// on which D is kept.
+// Factors M = L^T D L from the leaves on, which leaves the zeros of the tree zero. L has a unit
+// diagonal, on which D is kept.
 void MultibodyMass::factor() {
   const auto parentOf = [&](std::size_t dof) { return dofs_[dof].parent; };
   for (std::size_t leaf = dofs_.size(); leaf-- > 0;) {

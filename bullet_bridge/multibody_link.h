@@ -22,8 +22,8 @@ struct LinkVelocity {
 /// [physics thread]
 LinkVelocity linkVelocity(const btMultiBodyLinkCollider& link);
 
-/// How a Bullet multibody answers to an impulse at a point of one of its links: its joints pull the
-/// other links along.
+/// The response of a Bullet multibody to an impulse at a point of one of its links: its joints pull
+/// the other links along.
 ///
 /// inverseEffectiveMass is n . J M^-1 J^T n in 1/kg: the change of the point's velocity along the
 /// direction n that a unit impulse there along n makes. M is the joint space mass matrix, summed
@@ -34,20 +34,20 @@ LinkVelocity linkVelocity(const btMultiBodyLinkCollider& link);
 /// behind, so its mass matrix belongs to the pose at the start of the substep and its Jacobian to
 /// the current one, and before the first step there is none.
 ///
-/// As Bullet has it, a static or kinematic base does not move, nor do links that are kinematic like
-/// all their ancestors; joints are free, so motors, limits, springs, friction and constraints
-/// between multibodies are not felt. Where Bullet's float build locks joints with an inertia below
-/// 1.2e-7 (kg m^2, or kg), this does not; a joint that moves no mass at all is locked.
+/// As in Bullet, a static or kinematic base does not move, nor do links that are kinematic like all
+/// their ancestors; joints are free, so motors, limits, springs, friction and constraints between
+/// multibodies are not felt. Where Bullet's float build locks joints with an inertia below 1.2e-7
+/// (kg m^2, or kg), this class does not; a joint that moves no mass at all is locked.
 ///
 /// Keeps its memory: no allocation once it has seen the largest multibody. [physics thread]
 class MultibodyMass {
  public:
-  /// `point` in m, world frame; `direction` a unit vector, world frame. 1/kg; 0 where the link
-  /// cannot move that way.
+  /// Inverse effective mass (1/kg) at `point` (m, world frame) along `direction` (unit, world
+  /// frame); 0 if the link cannot move that way.
   double inverseEffectiveMass(const btMultiBodyLinkCollider& link, const Vec3& point,
                               const Vec3& direction);
-  /// Of the relative velocity of two links under equal and opposite impulses, of one multibody or
-  /// of two. The points are those of the contact on each.
+  /// Inverse effective mass (1/kg) for the relative velocity of two links, of one multibody or of
+  /// two, under equal and opposite impulses. The points are those of the contact on each.
   double inverseEffectiveMass(const btMultiBodyLinkCollider& first, const Vec3& firstPoint,
                               const btMultiBodyLinkCollider& second, const Vec3& secondPoint,
                               const Vec3& direction);
@@ -69,12 +69,12 @@ class MultibodyMass {
     int lastDof;               // the nearest degree of freedom that moves this link, or -1
     Eigen::Matrix3d rotation;  // link to world
     Vec3 centre;               // m, centre of mass, from the reference
-    Inertia composite;         // of the link and all that hangs on it
+    Inertia composite;         // inertia of the link and all that hangs on it
   };
   struct Dof {
     int parent;        // index into dofs_, or -1
     std::size_t link;  // index into links_
-    Twist twist;       // at unit velocity
+    Twist twist;       // motion at unit velocity
     double rounding;   // a diagonal of the mass matrix as small as this is zero
   };
 

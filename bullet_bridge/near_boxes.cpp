@@ -7,12 +7,12 @@
 namespace carom::bullet {
 namespace {
 
-constexpr float kMostSpread = 4.0F;        // of sizes within a level
-constexpr std::size_t kOutweighs = 16;     // so many times as many small boxes have their own level
-constexpr std::size_t kCostOfLookUp = 20;  // of a box in a grid of larger ones, in overlap tests
+constexpr float kMostSpread = 4.0F;     // largest ratio of sizes within a level
+constexpr std::size_t kOutweighs = 16;  // small boxes, more than this times the larger, get a level
+constexpr std::size_t kCostOfLookUp = 20;  // per box in a grid of larger ones, in overlap tests
 
 bool isFinite(const SweptBox& box) {
-  // A sum of zeros, or not a number.
+  // The sum is zero, or not a number if a coordinate is not finite.
   return 0.0F * box.low[0] + 0.0F * box.low[1] + 0.0F * box.low[2] + 0.0F * box.high[0] +
              0.0F * box.high[1] + 0.0F * box.high[2] ==
          0.0F;
@@ -47,8 +47,8 @@ void NearBoxes::measure(std::span<const SweptBox> boxes) {
   }
 }
 
-// Cells are as large as the largest box of the level, so that a few large boxes would crowd the
-// cells of many small ones.
+// Cells are as large as the largest box of the level, so a few large boxes would crowd the cells of
+// many small ones.
 void NearBoxes::setLevels() {
   levelCount_ = 0;
   std::size_t shared = 0;  // boxes in the level so far
@@ -93,8 +93,8 @@ void NearBoxes::findAcross(const Group& group, const BoxGrid& grid) {
     grid.findAround(box, found_);
 }
 
-// Each small box in the grid of the large ones, or each large one in the grid of the small ones,
-// where it may cover many cells: whichever costs less.
+// Looks up each small box in the grid of the large ones, or each large one in the grid of the small
+// ones, where it may cover many cells: whichever costs less.
 void NearBoxes::findBetween(const Level& large, Group& largeBoxes, const Level& small,
                             Group& smallBoxes) {
   if (largeBoxes.boxes.empty() || smallBoxes.boxes.empty()) return;

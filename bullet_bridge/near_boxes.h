@@ -10,9 +10,10 @@
 
 namespace carom::bullet {
 
-/// Pairs of boxes that overlap or touch, at least one of which is active: what may meet within a
-/// substep. Every pair once, its lower body first. The order of the pairs, though not sorted,
-/// depends on nothing but the boxes and their order. A box that is not finite has no pairs.
+/// Finds pairs of boxes that overlap or touch, at least one of which is active: the bodies that may
+/// meet within a substep. Every pair is found once, its lower body first. The order of the pairs,
+/// though not sorted, depends on nothing but the boxes and their order. A box that is not finite
+/// has no pairs.
 ///
 /// Boxes of similar size share a level, which has a grid for the active ones and one for the
 /// others; between levels the boxes of the one are looked up in the grid of the other. Memory is
@@ -21,11 +22,11 @@ class NearBoxes {
  public:
   using Pair = PairList::Pair;
 
-  /// Valid until the next call.
+  /// The result is valid until the next call.
   std::span<const Pair> find(std::span<const SweptBox> boxes);
 
  private:
-  // Boxes of one level, all active or none.
+  // The boxes of one level, all active or none.
   struct Group {
     std::vector<SweptBox> boxes;
     BoxGrid grid;
@@ -37,11 +38,11 @@ class NearBoxes {
     Group inactive;
   };
 
-  // What the boxes of one power of two have in common.
+  // The boxes whose sizes share a power of two.
   struct Octave {
     std::size_t count = 0;
     float size = 0.0F;      // m, largest
-    std::size_t level = 0;  // where they belong
+    std::size_t level = 0;  // index of the level that they belong to
   };
 
   void measure(std::span<const SweptBox> boxes);
@@ -51,9 +52,9 @@ class NearBoxes {
   void findBetween(const Level& large, Group& largeBoxes, const Level& small, Group& smallBoxes);
   void findAcross(const Group& group, const BoxGrid& grid);
 
-  std::array<Octave, 256> octaves_{};  // by the exponent of a float
+  std::array<Octave, 256> octaves_{};  // indexed by the exponent of a float
   SweptBox reach_;                     // around all active boxes
-  std::vector<Level> levels_;          // from large to small; those after the count are spare
+  std::vector<Level> levels_;  // sorted from large to small; those after levelCount_ are spare
   std::size_t levelCount_ = 0;
   PairList found_;
 };

@@ -11,7 +11,7 @@ RigidMotion motionOf(const TrackedBody& body, Way way, double dt) {
   return way == Way::actual ? body.actual(dt) : body.unhindered(dt);
 }
 
-// The orientation of a sphere takes some work, and its gap does not depend on it.
+// Leaves out the orientation, which is costly for a sphere and does not affect its gap.
 RigidMotion unturned(const TrackedBody& body, Way way, double dt) {
   const SubstepMotion& motion = body.current;
   RigidMotion result;

@@ -7,44 +7,46 @@
 
 namespace carom::bullet {
 
-/// Which of a body's two ways through a substep: the one that it went, or the one that it would
-/// have gone had the solver not touched it.
+/// The path of a body through a substep: the one that it took, or the one that it would have taken
+/// had the solver not touched it.
 enum class Way : std::uint8_t { actual, unhindered };
 
 /// The relative motion of a pair over one substep, of length dt.
 ///
-/// In closed form for spheres and planes; by convex pieces (ShapePair, shared and reused) for all
-/// else. Times are seconds after the start of the substep.
+/// Spheres and planes have closed forms; all other shapes are followed by their convex pieces
+/// (ShapePair, shared and reused). Times are seconds after the start of the substep.
 class PairMotion {
  public:
   PairMotion() = default;
-  /// `horizon` bounds the times that will be asked for.
+  /// `horizon` (s) bounds the times that will be asked for.
   PairMotion(const ContactPair& pair, Way way, double dt, double horizon, ShapePair& pieces);
-  /// With motions of the caller's own; only for velocities and places, not for the gap.
+  /// Takes motions of the caller's own; such a PairMotion knows velocities and places, but not the
+  /// gap.
   PairMotion(const ContactPair& pair, const RigidMotion& body, const RigidMotion& other)
       : pair_(pair), body_(body), other_(other) {}
 
-  /// Whether the two shapes can be followed at all.
+  /// True if the two shapes can be followed at all.
   bool isFollowed() const { return followed_; }
   Proximity proximityAt(double s) const;
-  /// First touch at or after 0 of a pair that is apart at 0; infinity where there is none.
+  /// Time of first touch at or after 0 of a pair that is apart at 0; infinity if there is none.
   double touchTime(double horizon) const;
 
-  /// m/s, of the material point of either body at `point`.
+  /// Velocity (m/s) of either body's material point at `point`.
   Vec3 bodyVelocityAt(const Vec3& point, double s) const { return body_.velocityAt(point, s); }
   Vec3 otherVelocityAt(const Vec3& point, double s) const { return other_.velocityAt(point, s); }
-  /// m/s, > 0 when the two bodies approach each other at `point` along `normal`.
+  /// Approach speed (m/s) at `point` along `normal`; > 0 when the two bodies approach each other.
   double approachSpeedAt(const Vec3& point, const Vec3& normal, double s) const {
     return (otherVelocityAt(point, s) - bodyVelocityAt(point, s)).dot(normal);
   }
 
-  /// m, inverse of the mean curvature of one body where it touches (ImpulseEvent::radius).
+  /// Inverse mean curvature (m) of one body where it touches (ImpulseEvent::radius).
   double radiusAt(PairSide side, double s, const Proximity& touch) const;
-  /// Of one body where it touches at the start; its axis in the world frame.
+  /// Local shape of one body where it touches at the start; its rim axis is in the world frame.
   LocalShape shapeAt(PairSide side, const Proximity& touch) const;
 
   const ContactPair& pair() const { return pair_; }
-  /// Without the orientation of spheres, which takes some work: see TrackedBody::actual.
+  /// Motions of the two bodies, without the orientation of spheres, which is costly: see
+  /// TrackedBody::actual.
   const RigidMotion& body() const { return body_; }
   const RigidMotion& other() const { return other_; }
   ShapePair& pieces() const { return *pieces_; }

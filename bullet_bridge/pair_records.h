@@ -9,37 +9,37 @@
 
 namespace carom::bullet {
 
-/// Both bodies' shares of a blow, and how much of its impact that is.
+/// The events of both bodies where they land, and the share of this landing in the impact.
 struct Landing {
   ImpulseEvent body;   ///< the share of the pair's `body`
-  ImpulseEvent other;  ///< the other body's
-  double part = 1.0;   ///< of the sum of all physical impulses of the impact
+  ImpulseEvent other;  ///< the share of the pair's `other`
+  double part = 1.0;   ///< fraction of the sum of all physical impulses of the impact
 };
 
-/// An impact that was found, and what Bullet has applied for it so far. It may have several
-/// landings, in order of time: corners that reach the other surface one after the other, but which
-/// Bullet solves together.
+/// An impact that was found, and the impulse that Bullet has applied for it so far. It may have
+/// several landings, in order of time: corners that reach the other surface one after the other,
+/// but which Bullet solves together.
 struct Impact {
   std::vector<Landing> landings;
   double restitution = 0.0;
   double foundAt = 0.0;         ///< s, start of the substep in which it was found
   Vec3 applied = Vec3::Zero();  ///< N s, on the pair's `body`
   int solved = 0;               ///< substeps in which Bullet's solver has acted
-  bool parted = false;          ///< the two no longer approached after it
+  bool parted = false;          ///< the bodies no longer approached after it
   bool delivered = false;
 };
 
-/// What the bridge remembers of a pair from one substep to the next.
+/// The state of a pair that the bridge keeps from one substep to the next.
 struct PairRecord {
   BodyId body = 0;
   BodyId other = 0;
   bool open = false;     ///< an impact is under way: what Bullet applies belongs to it
-  bool spent = false;    ///< it was delivered, or is rest, but the two still approach: no impact
-  bool lasting = false;  ///< in lasting contact
-  bool visited = false;  ///< in this substep
+  bool spent = false;    ///< delivered, or at rest, but still approaching: no new impact
+  bool lasting = false;  ///< the pair is in lasting contact
+  bool visited = false;  ///< has been resolved in this substep
   int idle = 0;          ///< substeps of the lasting contact without load, up to now
   Impact impact;
-  ContactState state;  ///< of the substep before
+  ContactState state;  ///< contact state of the substep before
 
   bool isNeeded() const { return open || spent || lasting; }
 };
@@ -48,11 +48,12 @@ struct PairRecord {
 /// until the end of the substep in which it is no longer needed.
 class PairRecords {
  public:
-  /// nullptr if there is none. Records made in this substep are not found until its end.
+  /// Returns nullptr if there is none. Records made in this substep are not found until its end.
   PairRecord* find(std::uint64_t key);
-  /// Of a pair that has none; `impact` and `state` are as they were in some other use.
+  /// Adds a record for a pair that has none; `impact` and `state` are as they were in some other
+  /// use.
   PairRecord& add(std::uint64_t key);
-  /// Forgets what is no longer needed. Order of `forEach` is that of the keys.
+  /// Removes records that are no longer needed. `forEach` follows the order of the keys.
   void endSubstep();
 
   template <class Visit>
@@ -67,7 +68,7 @@ class PairRecords {
   std::vector<Entry> entries_;  // sorted by key up to known_, then this substep's
   std::size_t known_ = 0;
   std::vector<PairRecord> records_;
-  std::vector<std::uint32_t> free_;  // places
+  std::vector<std::uint32_t> free_;  // places of records_ that are free
 };
 
 }  // namespace carom::bullet

@@ -4,7 +4,8 @@
 
 namespace carom::bullet {
 
-/// Tells a new object at an old address from the old one; -1 for one that is in no world.
+/// Id that tells a new object at an old address from the old one; -1 for an object that is in no
+/// world.
 inline int proxyIdOf(const btCollisionObject& object) {
   const btBroadphaseProxy* proxy = object.getBroadphaseHandle();
   return proxy == nullptr ? -1 : proxy->getUid();

@@ -21,7 +21,7 @@ struct RigidMotion {
 
   Quat orientationAt(double s) const;
   Pose poseAt(double s) const;
-  /// m/s, world frame, of the material point of the body that is at `point` (m, world frame).
+  /// Velocity (m/s, world frame) of the body's material point at `point` (m, world frame).
   Vec3 velocityAt(const Vec3& point, double s) const {
     return centre.velocityAt(s) + angularVelocity.cross(point - centre.positionAt(s));
   }

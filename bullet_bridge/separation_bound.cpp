@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kBoundRounding = 8.0 * std::numeric_limits<double>::epsilon();
 
-// m/s^2, of the points of a piece along n by its rotation.
+// Upper bound (m/s^2) of the acceleration along n that rotation gives to the points of a piece.
 double centripetal(const Vec3& angularVelocity, const Vec3& tilt, double reach) {
   return angularVelocity.norm() * tilt.norm() * reach;
 }
@@ -42,7 +42,8 @@ SeparationBound::SeparationBound(const Side& body, const Side& other, const Moti
     curvature_ = centripetal(body.angularVelocity, bodyTilt_, piece.coreReach()) +
                  centripetal(other.angularVelocity, otherTilt_, against.coreReach());
   }
-  // A bound that is not concave would not hold in between: forces that part are left out there.
+  // A bound that is not concave would not hold in between: accelerations that part the pieces are
+  // left out.
   curvature_ = std::max(curvature_ - normal.dot(relative.acceleration), 0.0);
 }
 
@@ -87,8 +88,8 @@ SeparationBound::Clear SeparationBound::clearTime(double horizon) const {
   double closing = 0.0;
   const double gap = gapAtOnce(closing);
   if (!(gap > 0.0)) return {0.0, 0.0};
-  // When the two points that are nearest now would meet: b is zero there or, if others come first,
-  // negative.
+  // Time at which the two points that are nearest now would meet: b is zero there or, if others
+  // come first, negative.
   const double root = closing + std::sqrt(closing * closing + 2.0 * curvature_ * gap);
   if (2.0 * gap < root * high) {
     high = 2.0 * gap / root;

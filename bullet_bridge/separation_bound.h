@@ -5,18 +5,18 @@
 
 namespace carom::bullet {
 
-/// A lower bound of the gap of two moving pieces over the time after an instant, along a direction
-/// that keeps still:
+/// A lower bound of the gap of two moving pieces from an instant on, along a direction n that keeps
+/// still:
 ///
 ///     b(t) = min over body of n.(x + x' t) - max over other of n.(x + x' t) - margins - K t^2 / 2
 ///
 /// with K the largest acceleration along n that rotation and forces give to any point. The extremes
 /// over the points of a core are its support functions in a direction tilted by the rotation, so b
-/// costs two of them; it is concave, so where it is not negative the pieces are apart from the
-/// instant on until then. [any thread]
+/// costs two of them. As b is concave, the pieces are apart from the instant until any t at which b
+/// is not negative. [any thread]
 class SeparationBound {
  public:
-  /// One of the two: its piece relative to the centre of the body that it is part of.
+  /// One of the two pieces, placed relative to the centre of the body that it is part of.
   struct Side {
     PlacedPiece piece;
     Vec3 angularVelocity = Vec3::Zero();
@@ -27,8 +27,8 @@ class SeparationBound {
                   double horizon);
 
   struct Clear {
-    double until = 0.0;      ///< s, apart from the instant until then
-    double estimated = 0.0;  ///< s, no later touch to be expected than that: how near the end is
+    double until = 0.0;      ///< s, the pieces are apart until then
+    double estimated = 0.0;  ///< s, a touch is to be expected no later than this
   };
   Clear clearTime(double horizon) const;
 

@@ -11,7 +11,7 @@
 namespace carom::bullet {
 namespace {
 
-// s; what is left is then taken in one step.
+// Remaining time (s) to a touch that is taken in one step.
 constexpr double kNearEnough = 1e-10;
 
 using Core = ConvexPiece::Core;
@@ -23,7 +23,8 @@ Eigen::Matrix3d toMatrix(const btMatrix3x3& m) {
   return matrix;
 }
 
-// m, by which the centre of a piece's ball may stray from the straight way of its body.
+// Distance (m) by which rotation may move the centre of a piece's ball off the straight path of its
+// body.
 double turnOf(const MovingShape& moving, const Vec3& centre, double horizon) {
   return std::min(moving.motion.angularVelocity.norm() * horizon, 2.0) * centre.norm();
 }
@@ -38,8 +39,8 @@ CoreDistance moved(CoreDistance distance, const Vec3& by) {
   return distance;
 }
 
-// The normal of cores that touch or overlap: of a copy of the first moved out of the second just
-// far enough. The more so the less exact.
+// Distance and normal of cores that touch or overlap, taken from a copy of the first that is moved
+// out of the second just far enough; the farther, the less exact.
 CoreDistance backedOff(const PlacedPiece& first, const PlacedPiece& second, Vec3 way) {
   const double size = sizeOf(first) + sizeOf(second);
   CoreDistance found;
@@ -123,14 +124,14 @@ void ShapePair::collect(const btCollisionShape& shape, const Eigen::Matrix3d& ro
   side.leaves.push_back(leaf);
 }
 
-// The piece as Bullet takes it against that one.
+// Returns the piece in the form in which Bullet collides it with that other leaf.
 std::uint32_t ShapePair::variantAgainst(Side& side, Leaf& leaf, const Leaf& against) {
   const ConvexPiece& piece = side.pieces[leaf.piece];
   const bool isBox = leaf.type == BOX_SHAPE_PROXYTYPE;
   const bool onPlane = against.type == STATIC_PLANE_PROXYTYPE;
   const bool sharp =
       piece.core() == Core::box && (onPlane || (isBox && against.type == BOX_SHAPE_PROXYTYPE));
-  // Bullet's detector of spheres and triangles knows no margin of the triangle.
+  // Bullet's detector of spheres and triangles ignores the triangle's margin.
   const bool bare =
       (!isBox && leaf.polyhedron && against.polyhedron) ||
       (leaf.type == TRIANGLE_SHAPE_PROXYTYPE && against.type == SPHERE_SHAPE_PROXYTYPE);
@@ -177,7 +178,7 @@ void ShapePair::pairTriangles(Side& convex, const Leaf& leaf, Side& concave,
                                         concave.moving.motion, mesh.rotation, mesh.offset, horizon_)
                                .grownBy(margin + reach_);
   forEachTriangle(*mesh.shape, box, [&](const std::array<Vec3, 3>& corners) {
-    // Bullet's detector of spheres passes over these.
+    // Bullet's detector of spheres ignores triangles of no area.
     const double area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm();
     if (isSphere && area < static_cast<double>(SIMD_EPSILON)) return;
     const auto index = static_cast<std::uint32_t>(concave.pieces.size());
@@ -195,7 +196,7 @@ void ShapePair::addPair(std::uint32_t first, std::uint32_t second, bool flipped)
   if (mayMeet(pair)) pairs_.push_back(pair);
 }
 
-// By the balls around the pieces.
+// Tests the balls around the pieces.
 bool ShapePair::mayMeet(const Pair& pair) const {
   const Side& first = firstOf(pair);
   const Side& second = secondOf(pair);
@@ -228,11 +229,12 @@ ShapePair::Placed ShapePair::place(const Pair& pair, double s) const {
   return placed;
 }
 
-// A lower bound by the balls around the pieces.
+// Lower bound (m) of the gap, from the balls around the pieces.
 double ShapePair::leastGap(const Pair& pair, const Placed& placed) const {
   const ConvexPiece& piece = firstOf(pair).pieces[pair.first];
   const ConvexPiece& against = secondOf(pair).pieces[pair.second];
-  // place() has R (ball centre) only for a piece's own frame, so it is taken back and forth.
+  // place() rotates the piece's own frame, but the ball's centre is in the body's frame: it is
+  // taken back first.
   const Vec3 centre = placed.first.position +
                       placed.first.rotation *
                           (piece.rotation().transpose() * (piece.ballCentre() - piece.offset()));
@@ -335,7 +337,8 @@ double ShapePair::touchTime(Pair& pair, double horizon) {
   return searchTouch(pair, s, horizon);
 }
 
-// What advancement could not settle: a pair that slides within rounding of a touch.
+// Searches for the touch that advancement could not settle, of a pair that slides within rounding
+// of a touch.
 double ShapePair::searchTouch(Pair& pair, double from, double horizon) {
   constexpr int kPieces = 64;
   double low = from;
@@ -354,7 +357,7 @@ double ShapePair::searchTouch(Pair& pair, double from, double horizon) {
   return kNever;
 }
 
-// Corners of the one that are near the other, the farthest out if there are many.
+// Appends the corners of one piece that are near the other, the farthest out if there are many.
 void ShapePair::appendPatch(const PlacedPiece& of, const PlacedPiece& on, const Vec3& towards,
                             double depth) {
   if (of.piece->core() == Core::halfSpace) return;

@@ -19,13 +19,13 @@ struct MovingShape {
   RigidMotion motion;
 };
 
-/// How near two shapes are, at the place where they are nearest.
+/// The gap of two shapes, at the place where they are nearest.
 struct Proximity {
   double gap = 0.0;                ///< m; if not positive they overlap, by roughly that much
   Vec3 normal = Vec3::UnitY();     ///< unit, world frame, from `other` to `body`
   Vec3 point = Vec3::Zero();       ///< m, world frame, on body's surface
   Vec3 otherPoint = Vec3::Zero();  ///< m, world frame, on other's surface
-  std::size_t pair = 0;            ///< which two convex pieces, for the ShapePair that gave it
+  std::size_t pair = 0;  ///< number of the two convex pieces, in the ShapePair that gave it
 };
 
 enum class PairSide { body, other };
@@ -35,35 +35,35 @@ enum class PairSide { body, other };
 ///  - sharp boxes against boxes and planes, rounded by their margin inside the same outline against
 ///    all else; hulls and cones inflated by their margin, cylinders rounded inside their outline;
 ///    two polyhedra of which both have polyhedral features collide with their hulls as they are;
-///  - compounds child by child; meshes and terrain triangle by triangle, each inflated by the
-///  mesh's
+///  - compounds child by child; meshes and terrain triangle by triangle, each inflated by the mesh
 ///    margin, but not against spheres, which also ignore triangles of no area;
-///  - a static plane is a half space, a mesh is not: what is behind a triangle is free of it.
+///  - a static plane is a half space, a mesh is not: a body behind a triangle is free of it.
 /// Not followed: concave shapes against each other, signed distance fields, soft bodies.
 ///
-/// The time comes by conservative advancement (after Mirtich 1996, with the bound of
-/// SeparationBound), which cannot miss a touch however fast the rotation. Shapes are read when they
-/// are asked for: a ShapePair must not be used over a change of a shape without a new set().
-/// Allocates only until its vectors have grown to what the scene asks for. [any thread]
+/// The time is found by conservative advancement (after Mirtich 1996, with the bound of
+/// SeparationBound), which cannot miss a touch however fast the rotation. Shapes are read on
+/// demand: after a change of a shape, a ShapePair needs a new set(). Allocates only until its
+/// vectors have grown to what the scene asks for. [any thread]
 class ShapePair {
  public:
   /// Collects the convex pieces that may come within `reach` (m) of each other in [0, horizon] (s).
-  /// False for pairs that cannot be followed; true, and no gap, where there is just nothing near.
+  /// False for pairs that cannot be followed; true, with an infinite gap, if merely none are near.
   bool set(const MovingShape& body, const MovingShape& other, double horizon, double reach);
 
-  /// Over all pieces; its gap is infinite if none are near.
+  /// Returns the least gap over all pieces at time s; it is infinite if none are near.
   Proximity proximityAt(double s);
 
-  /// First time in [0, horizon] at which the shapes touch, infinity if none: exact to 1e-10 s at
-  /// ordinary speeds. Pieces that overlap at 0 touch at 0.
+  /// Returns the first time in [0, horizon] at which the shapes touch, infinity if none: exact to
+  /// 1e-10 s at ordinary speeds. Pieces that overlap at 0 touch at 0.
   double touchTime();
 
-  /// Where the shapes lie on each other around a touch: corners of either within `depth` (m) of, or
-  /// below, the other's surface, up to kPatchPoints for two pieces. On the surface of the shape
-  /// whose corner it is. Valid until the next call.
+  /// Returns the points where the shapes lie on each other around a touch: corners of either within
+  /// `depth` (m) of, or below, the other's surface, up to kPatchPoints for two pieces. Each is on
+  /// the surface of the shape whose corner it is. Valid until the next call.
   std::span<const Vec3> patchAt(double s, const Proximity& around, double depth);
 
-  /// Flat where no pieces are near. Its axis is in the world frame.
+  /// Returns the curvature of one side at a touch; flat if no pieces are near. Its axis is in the
+  /// world frame.
   LocalShape localShape(PairSide side, double s, const Proximity& at) const;
 
   static constexpr std::size_t kPatchPoints = 8;
@@ -88,15 +88,15 @@ class ShapePair {
     std::vector<Leaf> leaves;
     std::vector<ConcaveLeaf> concave;
   };
-  // A half space is always second.
+  // Two convex pieces; a half space is always `second`.
   struct Pair {
     std::uint32_t first = 0, second = 0;
-    bool flipped = false;      // first is of `other`
-    Vec3 axis = Vec3::Zero();  // from second to first, the latest known
+    bool flipped = false;      // `first` belongs to `other`
+    Vec3 axis = Vec3::Zero();  // latest known direction from second to first
   };
   struct Placed {
-    PlacedPiece first, second;  // relative to first's body's centre
-    Vec3 origin, centres;       // that centre, world frame; it relative to second's
+    PlacedPiece first, second;  // relative to the centre of first's body
+    Vec3 origin, centres;       // first's centre: in the world frame, and relative to second's
   };
 
   static void collect(const btCollisionShape& shape, const Eigen::Matrix3d& rotation,

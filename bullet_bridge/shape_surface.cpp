@@ -21,9 +21,9 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr int kAround = 16;               // panels around an axis
 constexpr int kCap = 4;                   // rings in the half sphere at a capsule's end
-constexpr double kUnionTolerance = 1e-5;  // of the extent
-constexpr double kWeld = 1e-6;            // of the extent
-constexpr double kNoVolume = 1e-9;        // of the extent cubed
+constexpr double kUnionTolerance = 1e-5;  // relative to the extent
+constexpr double kWeld = 1e-6;            // relative to the extent
+constexpr double kNoVolume = 1e-9;        // relative to the extent cubed
 
 double number(btScalar value) {
   return static_cast<double>(value);
@@ -48,7 +48,7 @@ void append(SurfaceMesh& mesh, const SurfaceMesh& other) {
 
 // ---- Polyhedra
 
-// A face of several points on one plane, as a fan.
+// Appends a face of several points on one plane, as a fan.
 void appendFace(const btConvexHullComputer& hull, int face, SurfaceMesh& mesh) {
   const btConvexHullComputer::Edge* const first = &hull.edges[hull.faces[face]];
   const auto start = static_cast<std::uint32_t>(first->getSourceVertex());
@@ -60,8 +60,8 @@ void appendFace(const btConvexHullComputer& hull, int face, SurfaceMesh& mesh) {
   }
 }
 
-// The computer rounds coordinates to 1e-4 of the extent: its vertices are replaced by the points
-// that they came from.
+// btConvexHullComputer rounds coordinates to 1e-4 of the extent: its vertices are replaced by the
+// points that they came from.
 SurfaceMesh hullOf(const std::vector<Vec3>& points) {
   std::vector<double> coordinates;
   for (const Vec3& point : points)

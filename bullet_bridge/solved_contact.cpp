@@ -5,10 +5,10 @@
 namespace carom::bullet {
 namespace {
 
-constexpr double kUnknown = -1.0;  // no restitution is
+constexpr double kUnknown = -1.0;  // no restitution is negative
 
 btBroadphaseProxy* proxyOf(const btCollisionObject& object) {
-  return const_cast<btBroadphaseProxy*>(object.getBroadphaseHandle());  // Bullet asks for it so
+  return const_cast<btBroadphaseProxy*>(object.getBroadphaseHandle());  // not const in Bullet
 }
 
 // The manifolds of Bullet's continuous detection are in none of its pairs, and protected; a pointer
@@ -19,14 +19,15 @@ struct PredictedAccess : btDiscreteDynamicsWorld {
   }
 };
 
-// Friction along the directions that the solver chose, on the manifold's first body.
+// Friction impulse (N s, world frame) along the directions that the solver chose, on the manifold's
+// first body.
 Vec3 frictionOf(const btManifoldPoint& point) {
   Vec3 friction = Vec3::Zero();
   const auto add = [&friction](btScalar impulse, const btVector3& direction) {
     if (impulse != 0) friction += static_cast<double>(impulse) * toVec3(direction);
   };
   add(point.m_appliedImpulseLateral1, point.m_lateralFrictionDir1);
-  add(point.m_appliedImpulseLateral2, point.m_lateralFrictionDir2);  // not set where it is 0
+  add(point.m_appliedImpulseLateral2, point.m_lateralFrictionDir2);  // direction unset if 0
   return friction;
 }
 
@@ -39,7 +40,7 @@ bool isBetween(const btPersistentManifold& manifold, const btCollisionObject* fi
 }  // namespace
 
 double combinedRestitution(const ContactPair& pair) {
-  // What Bullet itself calls; a host may have put its own there.
+  // Bullet itself calls this callback; a host may have put its own there.
   return static_cast<double>(
       gCalculateCombinedRestitutionCallback(pair.body->object, pair.other->object));
 }
@@ -79,7 +80,7 @@ const SolvedContact& ContactReader::read(const ContactPair& pair) {
       addManifold(pair, *manifold, true);
   }
   if (contact_.restitution == kUnknown) {
-    // Not detected yet, or only predicted: it will bounce as Bullet sets its points up.
+    // The pair is not detected yet, or only predicted: it will bounce as Bullet sets its points up.
     contact_.restitution = combinedRestitution(pair);
   }
   return contact_;
@@ -92,7 +93,7 @@ void ContactReader::addManifold(const ContactPair& pair, const btPersistentManif
   for (int i = 0; i < manifold.getNumContacts(); ++i) {
     const btManifoldPoint& point = manifold.getContactPoint(i);
     const bool solved = awake && point.getDistance() <= manifold.getContactProcessingThreshold();
-    if (!predicted) {  // those have none
+    if (!predicted) {  // predicted points hold no restitution
       contact_.restitution =
           std::max(contact_.restitution, static_cast<double>(point.m_combinedRestitution));
     }

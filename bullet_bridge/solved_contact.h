@@ -9,8 +9,8 @@
 
 namespace carom::bullet {
 
-/// One point of a contact as Bullet holds it after its solver: where it was at the start of the
-/// substep, and what the solver did there.
+/// One contact point as Bullet holds it after its solver: its place at the start of the substep,
+/// and the impulse that the solver applied there.
 struct SolvedPoint {
   Vec3 position = Vec3::Zero();  ///< m, world frame, at the start of the substep, on `other`
   Vec3 normal = Vec3::UnitX();   ///< 1, world frame, towards the pair's `body`
@@ -18,32 +18,34 @@ struct SolvedPoint {
   double impulse = 0.0;          ///< N s, along the normal
 };
 
-/// All that Bullet holds of a pair: several points, several manifolds (compounds), and the
-/// manifold that it predicted (CCD).
+/// All contacts that Bullet holds for a pair: several points, several manifolds (compounds), and
+/// the manifold that it predicted (CCD).
 struct SolvedContact {
-  double restitution = 0.0;     ///< that of a pair without points is what Bullet will give it
+  double restitution = 0.0;     ///< for a pair without points, the one that Bullet will give it
   double impulse = 0.0;         ///< N s, sum over the points
   Vec3 applied = Vec3::Zero();  ///< N s, world frame, on `body`, friction included
   std::vector<SolvedPoint> points;
 };
 
-/// What Bullet will give a pair that it holds no contact of yet.
+/// Restitution that Bullet will give a pair for which it holds no contact yet.
 double combinedRestitution(const ContactPair& pair);
 
-/// Reads what Bullet's solver did to a pair in the substep that has just ended. [physics thread]
+/// Reads the impulses that Bullet's solver applied to a pair in the substep that has just ended.
+/// [physics thread]
 ///
-/// An applied impulse is left out where it is a stale number: points that the solver skipped (a gap
-/// above the processing threshold), and pairs asleep. It never follows a body pointer that a
-/// manifold holds, since that body may be gone.
+/// Stale impulses are left out: those of points that the solver skipped (a gap above the processing
+/// threshold), and of sleeping pairs. The reader never follows a body pointer that a manifold
+/// holds, since that body may be gone.
 class ContactReader {
  public:
   explicit ContactReader(btDynamicsWorld& world) : world_(world) {}
 
-  /// Once per substep, before the first read. `continuous`: some body may be stopped short.
+  /// Must be called once per substep, before the first read. `continuous`: some body may be stopped
+  /// short.
   void beginReading(bool continuous);
-  /// Valid until the next read.
+  /// Returns the contacts of a pair, valid until the next read.
   const SolvedContact& read(const ContactPair& pair);
-  /// Whether Bullet would let the two collide: groups and masks, ignored pairs, contact response.
+  /// True if Bullet would let the two collide: groups and masks, ignored pairs, contact response.
   bool collides(const ContactPair& pair) const;
 
  private:
@@ -51,8 +53,8 @@ class ContactReader {
   void addPoint(const btManifoldPoint& point, double sign, bool solved);
 
   btDynamicsWorld& world_;
-  btManifoldArray manifolds_;                           // of one pair; kept for its memory
-  std::vector<const btPersistentManifold*> predicted_;  // of this substep
+  btManifoldArray manifolds_;  // manifolds of one pair; kept for its memory
+  std::vector<const btPersistentManifold*> predicted_;  // CCD manifolds of this substep
   SolvedContact contact_;
 };
 

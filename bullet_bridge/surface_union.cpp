@@ -72,7 +72,7 @@ Lies sideOf(const Plane& plane, const Polygon& points, double tolerance) {
   return below ? Lies::below : Lies::on;
 }
 
-// The part above the plane and the part below it.
+// Returns the part above the plane and the part below it.
 std::pair<Polygon, Polygon> split(const Polygon& polygon, const Plane& plane, double tolerance) {
   Polygon above;
   Polygon below;
@@ -111,8 +111,8 @@ bool apart(const Polygon& polygon, const Solid& solid, double tolerance) {
   return beyond(1.0) || beyond(-1.0);
 }
 
-// What of the polygon is outside the solid. A face that lies on one of the solid's, looking the
-// same way, counts as outside for one of the two only.
+// Returns the parts of the polygon that are outside the solid. A face that lies on one of the
+// solid's, looking the same way, counts as outside for one of the two solids only.
 std::vector<Polygon> outside(const Polygon& polygon, const Solid& solid, bool keepCoincident,
                              double tolerance) {
   const Vec3 normal = planeOf(polygon).normal;
@@ -158,7 +158,7 @@ std::vector<Polygon> outsideOfAll(const Polygon& face, const std::vector<Solid>&
   return parts;
 }
 
-// Vertices that lie on an edge of the ring, put into it in their order.
+// Returns the ring with all vertices that lie on its edges, in their order.
 Ring withVerticesOnEdges(const Ring& ring, const std::vector<Vec3>& points,
                          const std::vector<std::uint32_t>& used, double tolerance) {
   Ring result;
@@ -182,7 +182,8 @@ Ring withVerticesOnEdges(const Ring& ring, const std::vector<Vec3>& points,
   return result;
 }
 
-// Ears, the fattest first; those without area, where vertices lie on a line, are left for last.
+// Cuts ears off the ring, the fattest first; those without area, where vertices lie on a line, are
+// left for last.
 void triangulate(Ring ring, SurfaceMesh& mesh) {
   while (ring.size() >= 3) {
     std::size_t best = 0;

@@ -20,7 +20,7 @@ float roundedUp(double value) {
   return nearest + kOutwards * std::abs(nearest);
 }
 
-// m, in one direction: how far the centre of a body leaves its start during the substep.
+// Range (m, along one axis) over which the centre of a body leaves its start during the substep.
 struct Travel {
   double low = 0.0;
   double high = 0.0;
@@ -40,7 +40,8 @@ Travel travelOf(const SubstepMotion& motion, Eigen::Index axis, double dt, bool 
   return travel;
 }
 
-// m, around the body's centre at the start of the substep, whatever it turns meanwhile.
+// Reads the extent (m) of a body around its centre at the start of the substep, for any rotation
+// meanwhile.
 void readExtent(const TrackedBody& body, double dt, Vec3& low, Vec3& high) {
   const bool lags = body.kind == BodyKind::kinematic && !body.current.angularAfter.isZero(0.0);
   if (body.shape == ContactShape::sphere || lags) {
@@ -48,7 +49,7 @@ void readExtent(const TrackedBody& body, double dt, Vec3& low, Vec3& high) {
     high.setConstant(body.radius);
     return;
   }
-  btTransform pose = body.object->getWorldTransform();  // now: it has turned
+  btTransform pose = body.object->getWorldTransform();  // pose at the end: the body has turned
   pose.setOrigin(btVector3(0, 0, 0));
   btVector3 least;
   btVector3 most;

@@ -5,9 +5,9 @@
 
 namespace carom::bullet {
 
-/// The box of a body over the substep that has just ended: of the way that it went, and, if
-/// `speculative`, of the way on which Bullet's solver may act on a gap. Not for planes. `body` is
-/// left to the caller.
+/// Returns the box of a body over the substep that has just ended: around the path that it took
+/// and, if `speculative`, around the path on which Bullet's solver may act on a gap. Not for
+/// planes. The field `body` is left to the caller.
 SweptBox sweptBox(const TrackedBody& body, double dt, bool speculative);
 
 }  // namespace carom::bullet

@@ -25,7 +25,7 @@ MeshFrameBox meshFrameBox(const ConvexPiece& piece, const RigidMotion& body,
   const double bend = relative.acceleration.norm() + turning * (2.0 * speed + turning * far);
   const double sagitta = 0.125 * horizon * horizon * bend;
 
-  // And the piece turns around it.
+  // The piece also turns around that centre.
   const double turned = std::min(horizon * (body.angularVelocity.norm() + turning), 2.0);
   const double slack = sagitta + piece.margin() + turned * piece.coreReach();
 

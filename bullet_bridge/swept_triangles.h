@@ -8,7 +8,7 @@
 
 namespace carom::bullet {
 
-/// Axis-aligned, in the frame of a mesh.
+/// An axis-aligned box (m) in the frame of a mesh.
 struct MeshFrameBox {
   Vec3 low, high;
   MeshFrameBox grownBy(double reach) const {
@@ -16,8 +16,8 @@ struct MeshFrameBox {
   }
 };
 
-/// What a piece of a moving body may pass through in [0, horizon], seen from a mesh that is part of
-/// another moving body, where it has the given rotation and offset.
+/// Returns the region that a piece of a moving body may pass through in [0, horizon] (s), seen from
+/// a mesh that is part of another moving body, where it has the given rotation and offset.
 MeshFrameBox meshFrameBox(const ConvexPiece& piece, const RigidMotion& body,
                           const RigidMotion& meshBody, const Eigen::Matrix3d& meshRotation,
                           const Vec3& meshOffset, double horizon);
@@ -38,7 +38,7 @@ void forEachTriangle(const btConcaveShape& mesh, const MeshFrameBox& box, Visit 
     const MeshFrameBox& box;
     Visit& visit;
   };
-  if (!box.low.allFinite() || !box.high.allFinite()) return;  // Bullet would quantize it
+  if (!box.low.allFinite() || !box.high.allFinite()) return;  // Bullet would quantize the box
   Visitor visitor(box, visit);
   mesh.processAllTriangles(&visitor, roundedOutwards(box.low, false),
                            roundedOutwards(box.high, true));

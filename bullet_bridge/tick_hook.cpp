@@ -53,7 +53,7 @@ TickHook::TickHook(btDynamicsWorld& world) : world_(world) {
 
 TickHook::~TickHook() {
   world_.removeAction(this);
-  // If the host put its own callback over ours, it stays: it is the host's wish.
+  // A callback that the host has put over ours stays: it is the host's wish.
   btInternalTickCallback& slot = SlotAccess::preTick(world_);
   if (slot == &TickHook::preTick) slot = next_;
   const audio::MutexLock lock(registry().mutex);

@@ -8,10 +8,10 @@ namespace carom::bullet {
 /// world's own slots to its host.
 ///
 /// The end comes through btActionInterface, of which a world has any number. The start has a single
-/// slot, Bullet's pre-tick callback, without a getter: it is taken over and what was there is
-/// called before ours, so that the forces that it applies are seen. The world's user info is left
-/// alone. When the host sets its own callback
-/// later, ours is lost for one substep, then put in front again (`startsMissed`).
+/// slot, Bullet's pre-tick callback, without a getter: the hook takes it over and calls the host's
+/// callback first, so that the forces that it applies are seen. The world's user info is left
+/// alone. When the host sets its own callback later, the hook loses the start of one substep, then
+/// takes the slot again (`startsMissed`).
 ///
 /// One hook per world. [physics thread]. The world must outlive the hook.
 class TickHook : private btActionInterface {
@@ -39,8 +39,8 @@ class TickHook : private btActionInterface {
   void takeSlot();
 
   btDynamicsWorld& world_;
-  btInternalTickCallback next_ = nullptr;  // what was in the slot before us
-  bool started_ = false;                   // preTick came for the substep under way
+  btInternalTickCallback next_ = nullptr;  // callback that was in the slot before
+  bool started_ = false;                   // preTick was called for the substep under way
   int startsMissed_ = 0;
 };
 

@@ -17,18 +17,17 @@ using namespace bullet;
 namespace {
 
 constexpr double kBulletBreakingFactor = 0.02;  // Bullet's default
-constexpr double kUsualPairs =
-    10.0;  // near pairs for each that matters that Bullet's boxes may cost
-constexpr double kThickMargin = 0.1;  // of the half thickness
-constexpr double kThinMargin = 0.05;
+constexpr double kUsualPairs = 10.0;  // tolerated ratio of near pairs to pairs that matter
+constexpr double kThickMargin = 0.1;  // relative to the half thickness
+constexpr double kThinMargin = 0.05;  // relative to the half thickness
 
 // --- what is in the world ---
 
 struct MovingBody {
   const btCollisionObject* object = nullptr;
-  bool link = false;         // of a multibody
+  bool link = false;         // true for a link of a multibody
   double thickness = 0.0;    // m, the smallest edge of its box
-  double speed = 0.0;        // m/s, to be expected
+  double speed = 0.0;        // m/s, expected
   double speculative = 0.0;  // m, gap from which Bullet solves its contacts
 };
 
@@ -65,7 +64,8 @@ double speculativeGap(const btDynamicsWorld& world, const btCollisionShape& shap
   return number(shape.getContactBreakingThreshold(gContactBreakingThreshold));
 }
 
-// The smallest edge of a box around it. Bullet's own boxes hold the margin of a hull twice.
+// The smallest edge (m) of a box around a shape, found from support points: Bullet's own boxes hold
+// the margin of a hull twice.
 template <class Support>
 double thinnestExtent(Support&& support) {
   double thinnest = INFINITY;
@@ -95,7 +95,7 @@ double thicknessWithoutMargin(const btConvexShape& shape) {
       [&](const btVector3& d) { return shape.localGetSupportingVertexWithoutMargin(d); });
 }
 
-// Whether it moves by itself, and how fast.
+// True if the object moves by itself; sets its speed.
 bool readMotion(const btCollisionObject& object, MovingBody& body) {
   if (object.getInternalType() == btCollisionObject::CO_FEATHERSTONE_LINK) {
     const auto& link = static_cast<const btMultiBodyLinkCollider&>(object);
@@ -127,7 +127,7 @@ Survey surveyOf(const btDynamicsWorld& world, double step, const AdviceSettings&
 
 // --- how to say it ---
 
-// Three digits, and a unit that keeps them readable.
+// Formats a number with three digits and a unit.
 std::string text(double value, const char* unit = "") {
   char buffer[64];
   std::snprintf(buffer, sizeof buffer, "%.3g%s", value, unit);
@@ -326,7 +326,7 @@ void adviseStep(const Survey& survey, List& list) {
                   .bodies = bodies});
 }
 
-// Shapes that Bullet inflates by their margin; the others keep theirs inside.
+// True for shapes that Bullet inflates by their margin; the others keep theirs inside.
 bool wearsMarginOutside(const btCollisionShape& shape) {
   const int type = shape.getShapeType();
   return type == CONVEX_HULL_SHAPE_PROXYTYPE || type == CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE ||
@@ -335,7 +335,7 @@ bool wearsMarginOutside(const btCollisionShape& shape) {
 
 struct Margin {
   double margin = 0.0;         // m
-  double halfThickness = 1.0;  // m, without it
+  double halfThickness = 1.0;  // m, without the margin
   double share() const { return margin / halfThickness; }
 };
 
@@ -431,7 +431,8 @@ Objects objectsOf(const btDynamicsWorld& world) {
   return present;
 }
 
-// Contacts hold copies of the bodies' thresholds. Predictive ones may outlive their bodies.
+// Updates the copies of the bodies' thresholds that contacts hold. Predictive contacts may outlive
+// their bodies.
 void refreshContacts(btDynamicsWorld& world) {
   const Objects present = objectsOf(world);
   btDispatcher& dispatcher = *world.getDispatcher();
@@ -480,7 +481,7 @@ void set(btDynamicsWorld& world, AdviceKind kind, btCollisionObject* object, dou
     case AdviceKind::coarseStep:
     case AdviceKind::hullMargin:
     case AdviceKind::continuousCollision:
-      break;  // the host's own
+      break;  // only the host can change these
   }
 }
 

@@ -38,7 +38,7 @@ std::string_view importerOf(std::string_view extension) {
   return "glTF2 Importer";
 }
 
-/// What Assimp may open: the file itself, and what lies beside or below it.
+/// The files that Assimp may open: the mesh file itself, and those beside or below it.
 class FilesOfMesh : public Assimp::IOSystem {
  public:
   FilesOfMesh(std::string name, std::span<const std::byte> bytes, std::optional<fs::path> folder)
@@ -66,7 +66,7 @@ class FilesOfMesh : public Assimp::IOSystem {
     return std::make_unique<Assimp::MemoryIOStream>(
         reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
   }
-  /// An .obj names materials, which nobody wants.
+  /// The materials (.mtl) that an .obj names are not needed.
   bool mayOpen(const fs::path& file) const {
     return folder_ && file.extension() != ".mtl" && file.is_relative() &&
            std::ranges::find(file, fs::path("..")) == file.end();
@@ -83,7 +83,7 @@ void keepOnly(Assimp::Importer& importer, std::string_view name) {
     if (importer.GetImporterInfo(index)->mName == name) continue;
     Assimp::BaseImporter* other = importer.GetImporter(index);
     importer.UnregisterLoader(other);
-    std::unique_ptr<Assimp::BaseImporter> gone(other);  // Assimp lets go of it
+    std::unique_ptr<Assimp::BaseImporter> gone(other);  // Assimp no longer owns it
   }
 }
 
@@ -104,7 +104,7 @@ std::vector<Placed> placedMeshes(const aiScene& scene) {
     for (unsigned index = 0; index < node->mNumMeshes; ++index)
       if (node->mMeshes[index] < scene.mNumMeshes)
         placed.push_back({scene.mMeshes[node->mMeshes[index]], place});
-    for (unsigned child = node->mNumChildren; child-- > 0;)  // the first is next
+    for (unsigned child = node->mNumChildren; child-- > 0;)  // reversed: the first child is next
       open.emplace_back(node->mChildren[child], place);
   }
   return placed;
@@ -121,14 +121,14 @@ void addVertices(const Placed& placed, PolygonMesh& all) {
   }
 }
 
-/// Of the first picture, if it is flat.
+/// Adds the texture coordinates of the first picture, if they are two-dimensional.
 void addCoordinates(const aiMesh& mesh, PolygonMesh& all) {
   if (mesh.mTextureCoords[0] == nullptr || mesh.mNumUVComponents[0] != 2) return;
   for (const aiVector3D& at : std::span(mesh.mTextureCoords[0], mesh.mNumVertices))
     all.coordinates.emplace_back(at.x, at.y);
 }
 
-/// False if it names a vertex that its mesh does not have.
+/// Adds a polygon; false if it names a vertex that its mesh does not have.
 bool addFace(const aiFace& face, std::size_t first, bool mirrored, PolygonMesh& all) {
   if (face.mNumIndices < 3) {
     ++all.leftOut;
@@ -143,7 +143,7 @@ bool addFace(const aiFace& face, std::size_t first, bool mirrored, PolygonMesh& 
   return true;
 }
 
-/// Why it cannot be taken, or nothing.
+/// Adds a mesh; returns why it cannot be taken, or nothing.
 std::string add(const Placed& placed, PolygonMesh& all) {
   const aiMesh& mesh = *placed.mesh;
   const std::size_t which = all.meshes++;
@@ -166,7 +166,8 @@ std::uint32_t littleEndianAt(std::span<const std::byte> bytes, std::size_t at) {
   return value;
 }
 
-/// Whether the chunks of a .glb lie within it: Assimp 5.2.5 sets memory aside for what they state.
+/// True if the chunks of a .glb lie within it: Assimp 5.2.5 sets memory aside for the sizes that
+/// they state.
 bool hasItsChunks(std::span<const std::byte> bytes) {
   constexpr std::size_t kHeader = 12;
   constexpr std::size_t kChunkHeader = 8;
@@ -184,7 +185,7 @@ Result<PolygonMesh> read(std::span<const std::byte> bytes, const std::string& ex
   const std::string name = "mesh" + extension;
   Assimp::Importer importer;
   keepOnly(importer, importerOf(extension));
-  // The importer owns it.
+  // The importer owns its handler.
   importer.SetIOHandler(std::make_unique<FilesOfMesh>(name, bytes, folder).release());
   const aiScene* scene = importer.ReadFile(name, aiProcess_ValidateDataStructure);
   if (scene == nullptr)
@@ -198,7 +199,8 @@ Result<PolygonMesh> read(std::span<const std::byte> bytes, const std::string& ex
 
 }  // namespace
 
-/// Assimp throws now and then, not least for memory that a file asks for and nobody has.
+/// Catches the exceptions of Assimp, not least for memory that a file asks for and that is not
+/// there.
 Result<PolygonMesh> readByAssimp(std::span<const std::byte> bytes, const std::string& extension,
                                  const std::optional<fs::path>& folder) {
   try {

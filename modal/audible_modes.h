@@ -6,17 +6,17 @@
 
 namespace carom::modal {
 
-/// What an eigensolver gives of K phi = lambda M phi.
+/// The eigenvalues and eigenvectors of K phi = lambda M phi.
 struct EigenModes {
-  Eigen::VectorXd lambda;  ///< rad^2/s^2, ascending; rigid ones are within rounding of 0
-  /// 1/sqrt(kg), one column for each, three rows for each vertex of the surface; phi^T M phi = 1 of
-  /// the whole body.
+  Eigen::VectorXd lambda;  ///< rad^2/s^2, ascending; those of rigid modes are within rounding of 0
+  /// Mode shapes in 1/sqrt(kg), one column for each mode, three rows for each vertex of the
+  /// surface; phi^T M phi = 1 of the whole body.
   Eigen::MatrixXd shapes;
 };
 
 /// Gives the model the modes that can be heard, with the damping of its material, and counts the
-/// others. `model.surface` and `model.material` are there already. A mode is rigid whose lambda is
-/// below `rigidBelow` (rad^2/s^2), which belongs to the solver's accuracy. [any thread]
+/// others. `model.surface` and `model.material` must be set. A mode is rigid if its lambda is below
+/// `rigidBelow` (rad^2/s^2), which belongs to the solver's accuracy. [any thread]
 void keepAudibleModes(ModalModel& model, const EigenModes& found, double rigidBelow);
 
 }  // namespace carom::modal

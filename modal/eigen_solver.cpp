@@ -19,11 +19,11 @@ using Eigen::VectorXd;
 
 constexpr Index kBlock = 8;
 constexpr Index kGuard = 4;           // modes beyond those wanted, among which to find a gap
-constexpr double kGap = 1e-4;         // relative, between lambdas, in which to count
-constexpr double kShiftAside = 1e-7;  // relative: from a level where the factorisation breaks down
+constexpr double kGap = 1e-4;         // least relative gap between lambdas in which to count
+constexpr double kShiftAside = 1e-7;  // relative step away from a level at which factorising fails
 constexpr int kLevelsTried = 3;
-constexpr double kShiftShare = 1e-7;  // of the median of K_ii / M_ii
-constexpr int kExtensions = 4;        // of the space, when the count says that some are missing
+constexpr double kShiftShare = 1e-7;  // default -shift, relative to the median of K_ii / M_ii
+constexpr int kExtensions = 4;        // most extensions of the space if modes are missing
 
 // An orthonormal basis in the inner product of M, its first columns with known images under Op:
 // Op basis[processed] = basis * projection.
@@ -37,7 +37,7 @@ class KrylovSpace {
   Index solves() const { return solves_; }
   bool complete() const { return size_ == mass_.rows(); }
 
-  // New directions: random ones, made smooth by Op, or as they are when no smooth ones are left.
+  // Adds new directions: random ones, made smooth by Op, or as they are if no smooth ones are left.
   void extend(Index count) {
     MatrixXd block(mass_.rows(), std::min(count, mass_.rows() - size_));
     for (double& value : block.reshaped())
@@ -49,7 +49,7 @@ class KrylovSpace {
     if (size_ == before) append(std::move(block));
   }
 
-  // The images of the last block become the next one.
+  // Appends the images of the last block as the next one.
   void step() {
     if (processed_ == size_) extend(kBlock);
     const Index from = processed_;
@@ -62,7 +62,7 @@ class KrylovSpace {
     projection_.rightCols(width).topRows(coefficients.rows()) = coefficients;
   }
 
-  // Ritz pairs, largest theta first.
+  // Computes the Ritz pairs, largest theta first.
   void solveProjection() {
     const MatrixXd square = projection_.topRows(processed_);
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (square + square.transpose()));
@@ -84,8 +84,8 @@ class KrylovSpace {
     factor_.solve(block);
   }
 
-  // Orthonormalises the block against the basis and itself, and appends what is left of it. Gives
-  // the coefficients of block = basis * coefficients. Twice is enough (Giraud et al. 2005).
+  // Orthonormalises the block against the basis and itself, and appends what is left of it. Returns
+  // the coefficients of block = basis * coefficients. Two passes are enough (Giraud et al. 2005).
   MatrixXd append(MatrixXd block) {
     const Index width = block.cols();
     MatrixXd coefficients = MatrixXd::Zero(size_, width);
@@ -107,7 +107,7 @@ class KrylovSpace {
   }
 
   // Gram-Schmidt within the block. Columns of which no more than `least` is left lie in the space
-  // already and are dropped. Gives R of block = Q R.
+  // already and are dropped. Returns R of block = Q R.
   MatrixXd orthonormalise(MatrixXd& block, const VectorXd& least) const {
     MatrixXd weighted = mass_ * block;
     MatrixXd triangle = MatrixXd::Zero(block.cols(), block.cols());
@@ -148,7 +148,7 @@ class KrylovSpace {
   Index solves_ = 0;
 };
 
-// What one search needs and finds.
+// One search for the lowest modes: its input, its state and its result.
 class Search {
  public:
   Search(const SparseMatrix& stiffness, const SparseMatrix& mass, const EigenSettings& settings,
@@ -195,7 +195,8 @@ class Search {
     return SparseFactor::of(stiffness_ - shift * mass_, definiteness);
   }
 
-  // How many lambdas are below a level; a little above it, if a pivot vanishes just there.
+  // Counts the lambdas below a level, or below one a little above it, if a pivot vanishes just
+  // there.
   Result<Index> countBelow(double level) {
     Result<SparseFactor> factor = factorOf(level, Definiteness::kIndefinite);
     for (int attempt = 1; !factor && attempt < kLevelsTried; ++attempt)
@@ -217,7 +218,7 @@ class Search {
 
   double lambda(double theta) const { return shift_ + 1.0 / theta; }
 
-  // With the guard, unless there are no more below the highest.
+  // Number of modes that are sought: with the guard, unless there are no more below the highest.
   Index sought() const {
     const Index most = solution_.below == wanted_ ? wanted_ : wanted_ + kGuard;
     return std::min(most, mass_.rows());
@@ -230,7 +231,7 @@ class Search {
     return count;
   }
 
-  // Goes on to `least` vectors, and then until what is sought has converged.
+  // Extends the space to `least` vectors, and then until the modes that are sought have converged.
   Status converge(KrylovSpace& space, Index least) {
     const auto done = [&] { return space.processed() == mass_.rows(); };
     for (Index next = least;; next = space.processed() + space.processed() / 12 + kBlock) {
@@ -243,14 +244,15 @@ class Search {
     }
   }
 
-  // How many vectors it will take is not known; usually four for each mode do.
+  // Reports progress. The number of vectors that it will take is not known; usually four for each
+  // mode do.
   bool reportModes(const KrylovSpace& space) const {
     const double most = 4.0 * static_cast<double>(sought());
     return report("modes", 0.2 + 0.7 * std::min(1.0, static_cast<double>(space.size()) / most));
   }
 
-  // Counts in the first gap at or after the last wanted mode, or else in the last before it; all
-  // that the guard holds may be of one multiplicity, which is then left uncounted.
+  // Counts in the first gap at or after the last wanted mode, or else in the last before it; the
+  // guard may lie within one multiple lambda, which is then left uncounted.
   Status check(const KrylovSpace& space) {
     if (solution_.below == wanted_) {
       solution_.counted = lambda(space.theta()[wanted_ - 1]) <= settings_.highest;

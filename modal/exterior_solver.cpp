@@ -22,13 +22,14 @@ using Complex = std::complex<double>;
 
 constexpr std::size_t kInteriorPoints = 32;
 constexpr unsigned kCandidates = 600;
-// Times the root mean square radius of the larger panel. Not a round number: on a regular mesh of a
-// thin plate both sides of a panel have to be far, or both near, whose difference is what counts.
+// Distance up to which panels are near, in root mean square radii of the larger panel. It is not a
+// round number: on a regular mesh of a thin plate both sides of a panel have to be far, or both
+// near, as their difference is what counts.
 constexpr double kNear = 8.37;
-constexpr double kPointsSpread = 0.75;  // of an equation's four points, by that of their panel
+constexpr double kPointsSpread = 0.75;  // spread of an equation's points, over that of their panel
 constexpr double kFirstResonance = std::numbers::pi / 2.0;  // k times the radius of a ball inside
 
-// Halton's sequence: even in any number, the same each time.
+// Returns a number of Halton's sequence, which is even in any number, and the same each time.
 double radicalInverse(unsigned number, unsigned base) {
   double result = 0.0;
   double digit = 1.0;
@@ -60,14 +61,14 @@ double distanceTo(const SurfaceMesh& surface, const Vec3& point) {
   return least;
 }
 
-// What is left of exp(-i k r) / r without 1 / r - k^2 r / 2, and of its derivative by r.
+// The rest of exp(-i k r) / r without 1 / r - k^2 r / 2, and of its derivative by r.
 struct Remainder {
   Complex value;
   Complex slope;
 };
 
 Remainder remainderAt(double waveNumber, double distance) {
-  const double z = std::max(waveNumber * distance, 1e-5);  // nearer it does not change any more
+  const double z = std::max(waveNumber * distance, 1e-5);  // below it, nothing changes any more
   const double cosine = std::cos(z);
   const double sine = std::sin(z);
   const double less = (cosine - 1.0) / z;
@@ -99,7 +100,7 @@ ExteriorSolver::ExteriorSolver(const SurfaceMesh& surface) {
   integrateClosedForms();
 }
 
-// The first of a fixed sequence that lie at least a third as deep as the deepest.
+// Takes the first points of a fixed sequence that lie at least a third as deep as the deepest.
 void ExteriorSolver::findInteriorPoints(const SurfaceMesh& surface) {
   Vec3 low = panels_.front().centroid();
   Vec3 high = low;
@@ -137,7 +138,7 @@ void ExteriorSolver::integrateClosedForms() {
         const SourceField field = panel.fieldAt(point);
         potential_(row, column) += share * field.potential;
         distance_(row, column) += share * field.distance;
-        if (row == column) continue;  // in its own plane nothing else
+        if (row == column) continue;  // the others vanish in a panel's own plane
         solidAngle_(row, column) += share * field.gradient.dot(panel.normal());
         climb_(row, column) +=
             share * (panel.centroid() - point).dot(panel.normal()) * field.potential;
@@ -150,7 +151,8 @@ bool ExteriorSolver::usesInteriorPoints(double waveNumber) const {
   return equations_.size() > panels_.size() && waveNumber * depth_ > 0.75 * kFirstResonance;
 }
 
-// Of a panel on an equation: the integrals of exp(-i k r) / r and of its derivative along n'.
+// The influence of a panel on an equation: the integrals of exp(-i k r) / r and of its derivative
+// along n'.
 struct ExteriorSolver::Influence {
   Complex layer;
   Complex dipoles;
@@ -177,9 +179,9 @@ ExteriorSolver::Influence ExteriorSolver::influenceNear(double waveNumber, std::
   return result;
 }
 
-// The same integrals from the centroids alone: the mean of exp(-i k r) over points that scatter
-// with the second moments M differs from its value in the middle by half of the sum of M times its
-// second derivatives, of which those of 1 / r alone are in the closed forms.
+// Computes the same integrals from the centroids alone: the mean of exp(-i k r) over points that
+// scatter with the second moments M differs from its value in the middle by half of the sum of M
+// times its second derivatives, of which those of 1 / r alone are in the closed forms.
 ExteriorSolver::Influence ExteriorSolver::influenceFar(double waveNumber, std::size_t equation,
                                                        std::size_t panel) const {
   const SourcePanel& source = panels_[panel];
@@ -224,7 +226,7 @@ Eigen::VectorXcd ExteriorSolver::solve(double waveNumber, const Eigen::VectorXcd
     matrix(column, column) += 0.5;
   }
   if (!least) return matrix.partialPivLu().solve(right);
-  // All points inside count as much together as all panels.
+  // All points inside together get as much weight as all panels.
   const double weight = std::sqrt(static_cast<double>(count) / static_cast<double>(rows - count));
   matrix.bottomRows(rows - count) *= weight;
   right.tail(rows - count) *= weight;

@@ -10,9 +10,9 @@
 
 namespace carom::modal {
 
-/// Steady sound outside of closed surfaces whose normal velocity is known: the field u exp(i w t)
-/// whose Laplacian is -k^2 u, that goes outwards, and that has the given slope du/dn on
-/// the surface, by Helmholtz's integral equation there (Schenck 1968)
+/// Solves for the steady sound outside of closed surfaces whose normal velocity is known: the field
+/// u exp(i w t) whose Laplacian is -k^2 u, that goes outwards, and that has the given slope du/dn
+/// on the surface, by Helmholtz's integral equation there (Schenck 1968)
 ///
 ///     u / 2 - integral u dG/dn' dS' = - integral G du/dn' dS',    G = exp(-i k r) / (4 pi r)
 ///
@@ -24,23 +24,24 @@ namespace carom::modal {
 ///
 /// That equation alone fails near the resonances of the air that the surface would enclose, which
 /// begin where k times the radius of the largest ball inside is pi / 2 (of a slab; convex bodies:
-/// Hersch 1960). From 3/4 of there on, points inside where u must be nothing are added and all is
-/// solved by least squares (CHIEF: Schenck 1968), otherwise it is a dense LU.
+/// Hersch 1960). From 3/4 of that k on, points inside, where u must vanish, are added and all is
+/// solved by least squares (CHIEF: Schenck 1968); otherwise by a dense LU.
 ///
 /// Time grows with the cube of the panels, memory with the square: 800 panels take 0.3 s and 0.7 s
 /// with points inside, 60 MB. For its errors see computeRadiation. [any thread], allocates.
 class ExteriorSolver {
  public:
-  /// Of triangles with an area, normals outwards; neighbours need not fit edge by edge.
+  /// Takes a surface of triangles with an area, normals outwards; neighbours need not fit edge by
+  /// edge.
   explicit ExteriorSolver(const SurfaceMesh& surface);
 
-  /// The triangles, in their order.
+  /// The surface's triangles, in their order.
   const std::vector<audio::SourcePanel>& panels() const { return panels_; }
 
-  /// Whether points inside have a part in the solution at this wave number (1/m).
+  /// True if points inside have a part in the solution at this wave number (1/m).
   bool usesInteriorPoints(double waveNumber) const;
 
-  /// u on each panel from du/dn on each panel. Wave number in 1/m, at least 0.
+  /// Returns u on each panel from du/dn on each panel. Wave number in 1/m, at least 0.
   Eigen::VectorXcd solve(double waveNumber, const Eigen::VectorXcd& slope) const;
 
   /// Quadrature of the second degree on a triangle: three points of a third of its area each.
@@ -54,10 +55,10 @@ class ExteriorSolver {
   Influence influenceFar(double waveNumber, std::size_t equation, std::size_t panel) const;
 
   std::vector<audio::SourcePanel> panels_;
-  std::vector<std::array<Vec3, 3>> nodes_;    // of each panel
-  std::vector<std::vector<Vec3>> equations_;  // points of each: the panels', then one inside each
+  std::vector<std::array<Vec3, 3>> nodes_;    // quadrature points of each panel
+  std::vector<std::vector<Vec3>> equations_;  // points of each: four for a panel, one inside
   double depth_ = 0.0;                        // m, of the deepest point inside
-  std::vector<Eigen::Matrix3d> spread_;  // m^2, second moments of a panel by its area; 0 inside
+  std::vector<Eigen::Matrix3d> spread_;  // m^2, second moments of a panel over its area; 0 inside
   // A row for each equation, a column for each panel; means over the points:
   Eigen::MatrixXd potential_;   // m, integral of 1 / r
   Eigen::MatrixXd solidAngle_;  // integral of -d(1 / r)/dn'

@@ -21,9 +21,9 @@ namespace {
 
 constexpr const char* kExtension = "KHR_audio_rigid_bodies";
 
-// ---- What the draft allows.
+// ---- Checks against the draft.
 
-/// Of the quaternion of a float file that is meant to be one.
+/// Largest error of the length of a unit quaternion in a file of floats.
 constexpr double kUnit = 1e-3;
 
 bool isFraction(double value, double lowest, double highest) {
@@ -142,7 +142,7 @@ GltfMassProperties readMassProperties(const JsonView& view) {
   properties.mass = view.member("mass").number();
   view.numbers("centerOfMass", {properties.centreOfMass.data(), 3});
   view.numbers("inertiaDiagonal", {properties.inertiaDiagonal.data(), 3});
-  // x, y, z, w, in glTF as in Eigen's memory.
+  // The order is x, y, z, w, in glTF as in Eigen's memory.
   view.numbers("inertiaOrientation", {properties.inertiaOrientation.coeffs().data(), 4});
   return properties;
 }
@@ -211,10 +211,10 @@ GltfAcousticSurface readSurface(GltfDocument& document, const JsonView& view) {
   return surface;
 }
 
-/// To the frame of the parent.
+/// Returns the transform from a node's frame to that of its parent.
 Eigen::Matrix4d readTransform(const JsonView& node) {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
-  node.numbers("matrix", {matrix.data(), 16});  // column by column, in both
+  node.numbers("matrix", {matrix.data(), 16});  // column by column, in glTF and in Eigen
   Vec3 translation = Vec3::Zero();
   Vec3 scale = Vec3::Ones();
   Quat rotation = Quat::Identity();
@@ -229,8 +229,8 @@ Eigen::Matrix4d readTransform(const JsonView& node) {
   return matrix;
 }
 
-/// Of each node, to the frame of the scene. Parents come before children, and whoever has none
-/// first; nodes in a ring are never reached.
+/// Returns the transforms of all nodes to the frame of the scene. Nodes without a parent are
+/// reached first, and parents before their children; nodes in a ring are never reached.
 std::vector<Eigen::Matrix4d> globalTransforms(const std::vector<JsonView>& nodes) {
   std::vector<std::vector<std::size_t>> children(nodes.size());
   std::vector<bool> hasParent(nodes.size(), false);
@@ -290,7 +290,6 @@ GltfAudio readExtension(GltfDocument& document, const JsonView& extension) {
 
 // ---- Writing.
 
-/// Three or four numbers.
 Json arrayOf(std::span<const double> values) {
   Json array = Json::array();
   for (const double value : values)
@@ -375,7 +374,7 @@ Json nodeJson(const GltfAudioNode& node) {
   return json;
 }
 
-/// glTF has no empty arrays.
+/// Puts an array unless it is empty: glTF has no empty arrays.
 void putArray(Json& json, const char* key, Json&& array) {
   if (!array.empty()) json[key] = std::move(array);
 }

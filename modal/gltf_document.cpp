@@ -30,9 +30,9 @@ constexpr std::uint32_t kJsonChunk = 0x4E4F534A;  // "JSON"
 constexpr std::uint32_t kBinChunk = 0x004E4942;   // "BIN\0"
 constexpr std::size_t kGlbHeaderSize = 12;
 constexpr std::size_t kChunkHeaderSize = 8;
-constexpr std::size_t kWord = 4;  ///< bytes; what glTF aligns to
+constexpr std::size_t kWord = 4;  ///< bytes; the alignment of glTF
 
-/// Of all accessors together: many may show the same bytes.
+/// Limit of the bytes of all accessors together, as many may show the same bytes.
 constexpr std::size_t kMostBytes = std::size_t{1} << 30U;
 
 constexpr std::string_view kBase64 =
@@ -49,7 +49,7 @@ std::uint32_t wordAt(std::span<const std::byte> bytes, std::size_t at) {
   return word;
 }
 
-/// A key as part of a JSON pointer (RFC 6901).
+/// Returns a key as part of a JSON pointer (RFC 6901).
 std::string escaped(const std::string& key) {
   std::string text;
   for (const char letter : key) {
@@ -63,7 +63,7 @@ std::string escaped(const std::string& key) {
   return text;
 }
 
-/// RFC 4648, section 4, with its padding. Nothing if it is anything else.
+/// Decodes base64 (RFC 4648, section 4) with its padding; nothing if the text is anything else.
 std::optional<std::vector<std::byte>> fromBase64(std::string_view text) {
   if (text.size() % 4 != 0) return std::nullopt;
   const std::size_t padding = text.ends_with("==") ? 2 : text.ends_with("=") ? 1 : 0;
@@ -97,7 +97,8 @@ std::string toBase64(std::span<const std::byte> bytes) {
   return text;
 }
 
-/// A relative URI as a path (RFC 3986, 2.1); nothing if it is not one of a file below the folder.
+/// Returns a relative URI as a path (RFC 3986, 2.1); nothing if it is not one of a file below the
+/// folder.
 std::optional<fs::path> localPath(std::string_view uri) {
   constexpr std::string_view kDigits = "0123456789abcdefABCDEF";
   std::string text;
@@ -267,14 +268,14 @@ Result<GltfDocument> GltfDocument::parse(std::span<const std::byte> bytes, const
   return document;
 }
 
-/// What an accessor shows, all of it within its buffer.
+/// The elements of an accessor, all of them within its buffer.
 struct GltfDocument::Elements {
-  std::span<const std::byte> bytes;  ///< from the first element on
+  std::span<const std::byte> bytes;  ///< bytes from the first element on
   std::size_t count = 0;
   std::size_t stride = 0;
   std::size_t componentType = 0;
 
-  /// A component of an element.
+  /// Returns a component of an element.
   template <class Number>
   Number number(std::size_t element, std::size_t component) const {
     Number value{};
@@ -284,7 +285,7 @@ struct GltfDocument::Elements {
   }
 };
 
-/// The type, the components and what this reader leaves to others.
+/// Checks the type and the components, and refuses what this reader leaves to others.
 void GltfDocument::checkKind(const JsonView& accessor, std::string_view type,
                              std::span<const std::size_t> componentTypes) {
   if (accessor.text("type") != type)
@@ -325,7 +326,7 @@ GltfDocument::Elements GltfDocument::elementsOf(const JsonView& reference, std::
       offset <= bytes.size() && size <= bytes.size() - offset &&
       (elements.count - 1) <= (bytes.size() - offset - size) / std::max(elements.stride, size);
   if (!fits) accessor.refuse("reaches beyond its buffer view");
-  // Not counted before it fits, so that the sum cannot overflow.
+  // Elements are counted only if they fit, so that the sum cannot overflow.
   if (fault_.empty() && (bytesRead_ += elements.count * size) > kMostBytes)
     accessor.refuse("is too much: the accessors in use have more than 1 GiB");
   if (!fault_.empty()) return {};
@@ -423,7 +424,7 @@ std::size_t GltfBuilder::indices(std::span<const std::uint32_t> values) {
   return accessor(std::as_bytes(values), values.size(), "SCALAR", kUnsignedInt);
 }
 
-/// All components have four bytes, so everything stays aligned.
+/// All components that are written have four bytes, so everything stays aligned.
 std::size_t GltfBuilder::accessor(std::span<const std::byte> bytes, std::size_t count,
                                   const char* type, std::size_t componentType) {
   const std::size_t index = accessors_.size();
@@ -444,7 +445,7 @@ std::string GltfBuilder::text(Json json, bool embedded) const {
     if (embedded) buffer["uri"] = "data:application/octet-stream;base64," + toBase64(buffer_);
     json["buffers"] = Json::array({buffer});
   }
-  // A name that is no UTF-8 is no reason to fail.
+  // A name that is no UTF-8 is no reason to fail: its invalid bytes are replaced.
   return json.dump(embedded ? 2 : -1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -24,18 +24,19 @@ namespace carom::modal {
 using Json = nlohmann::ordered_json;
 
 /// A value of a document, and the JSON pointer to it. The first fault that any view of a document
-/// meets is kept in the document; after it, all they give is empty.
+/// meets is kept in the document; after it, all views give empty values.
 class JsonView {
  public:
   JsonView(const Json& value, std::string pointer, std::string& fault)
       : value_(&value), pointer_(std::move(pointer)), fault_(&fault) {}
 
   bool has(const std::string& key) const;
-  /// A member; null where there is none.
+  /// Returns a member; null if there is none.
   JsonView member(const std::string& key) const;
-  /// The elements of an array, which may be absent, but not be anything else.
+  /// Returns the elements of an array, which may be absent, but not be anything else.
   std::vector<JsonView> elements() const;
-  /// The element that `reference` has the index of: one of this array of things of that kind.
+  /// Returns the element of this array whose index `reference` holds; `kind` is what messages call
+  /// such elements.
   JsonView element(const JsonView& reference, const std::string& kind) const;
   bool isTrue(const std::string& key) const;
 
@@ -43,13 +44,13 @@ class JsonView {
   std::size_t index() const;  ///< an integer from 0
   std::string text() const;
 
-  /// Of members: what is given if the key is absent.
+  /// Values of members; `absent` is returned if the key is absent.
   double number(const std::string& key, double absent) const;
   std::optional<double> numberIf(const std::string& key) const;
   std::size_t index(const std::string& key, std::size_t absent) const;
   std::optional<std::size_t> indexIf(const std::string& key) const;
   std::string text(const std::string& key) const;  ///< empty if absent
-  /// So many numbers, into `values`, which stay as they are if the key is absent.
+  /// Reads as many numbers as `values` holds into it; it stays as it is if the key is absent.
   void numbers(const std::string& key, std::span<double> values) const;
 
   void refuse(const std::string& why) const;
@@ -63,15 +64,15 @@ class JsonView {
 /// A glTF file that is read.
 class GltfDocument {
  public:
-  /// `folder`: of external buffers; empty if none may be read.
+  /// `folder` holds the external buffers; it is empty if none may be read.
   static Result<GltfDocument> parse(std::span<const std::byte> bytes,
                                     const std::filesystem::path& folder);
 
   JsonView root() { return JsonView(json_, "", fault_); }
-  /// What is wrong, the JSON pointer first; empty so far.
+  /// The first fault, with its JSON pointer in front; empty if there is none so far.
   const std::string& fault() const { return fault_; }
 
-  /// The numbers that an accessor has; `reference` is the member with its index, for messages.
+  /// Returns the numbers of an accessor; `reference` is the member with its index, for messages.
   std::vector<float> scalars(const JsonView& reference);
   std::vector<Eigen::Vector3f> vectors(const JsonView& reference);
   std::vector<std::uint32_t> indices(const JsonView& reference);
@@ -90,7 +91,7 @@ class GltfDocument {
   Json json_;
   std::optional<std::vector<std::byte>> binaryChunk_;
   std::filesystem::path folder_;
-  std::map<std::size_t, std::vector<std::byte>> buffers_;  // those that were asked for
+  std::map<std::size_t, std::vector<std::byte>> buffers_;  // buffers that were asked for
   std::size_t bytesRead_ = 0;
   std::string fault_;
 };
@@ -98,12 +99,12 @@ class GltfDocument {
 /// A glTF file that is made: one buffer, and an accessor for each array.
 class GltfBuilder {
  public:
-  /// The index of the new accessor.
+  /// Adds an array, and returns the index of its new accessor.
   std::size_t scalars(std::span<const float> values);
   std::size_t vectors(std::span<const Eigen::Vector3f> values);
   std::size_t indices(std::span<const std::uint32_t> values);
 
-  /// The file: `json` with asset, accessors, buffer views and the buffer added.
+  /// Returns the file: `json` with asset, accessors, buffer views and the buffer added.
   std::vector<std::byte> gltf(Json json) const;
   std::vector<std::byte> glb(Json json) const;
 

@@ -14,7 +14,7 @@ namespace carom {
 namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
-/// Of the scale, between directions: what a chain of nodes in floats comes to.
+/// Relative difference of scales between directions that a chain of nodes in floats may come to.
 constexpr double kUniform = 1e-4;
 
 GltfMassProperties massPropertiesOf(const ModalModel& model) {
@@ -30,7 +30,7 @@ GltfMassProperties massPropertiesOf(const ModalModel& model) {
   return properties;
 }
 
-/// Undamped, Hz.
+/// Returns the undamped frequency in Hz.
 double naturalFrequency(double heard, double decayRate) {
   return std::hypot(kTwoPi * heard, decayRate) / kTwoPi;
 }
@@ -62,7 +62,7 @@ SurfaceMesh surfaceOf(const GltfModalModel& given, double scale) {
   return surface;
 }
 
-/// Why there is no mass; empty if there is.
+/// Sets mass, centre and inertia; returns why there is no mass, or nothing if there is.
 std::string setMass(ModalModel& model, const GltfModalModel& given, double scale) {
   if (given.massProperties) {
     const GltfMassProperties& properties = *given.massProperties;

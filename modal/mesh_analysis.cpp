@@ -20,7 +20,7 @@ namespace {
 /// Raised whenever anything in modal/ gives other numbers than before.
 constexpr std::uint64_t kAnalysisVersion = 1;
 
-/// How the time of an analysis is shared out, roughly.
+/// Rough share of the modes in the time of an analysis; radiation takes the rest.
 constexpr double kOfModes = 0.3;
 
 void addSolid(ModelKey& key, const SolidSettings& solid) {
@@ -57,7 +57,7 @@ ModelKey keyOf(const SurfaceMesh& mesh, const Material& material,
   return key;
 }
 
-/// The stages of a part of the work, as shares of the whole.
+/// Maps the progress of a part of the work to its share of the whole.
 Progress partOf(const Progress& progress, double begin, double end) {
   if (!progress) return {};
   return [&progress, begin, end](std::string_view stage, double fraction) {

@@ -23,8 +23,8 @@ using Triangle = std::array<std::uint32_t, 3>;
 
 constexpr double kLargest = 10.0;    // m
 constexpr double kSmallest = 1e-3;   // m
-constexpr double kNoArea = 1e-12;    // of the extent squared
-constexpr double kNoVolume = 1e-12;  // of the extent cubed
+constexpr double kNoArea = 1e-12;    // relative to the extent squared
+constexpr double kNoVolume = 1e-12;  // relative to the extent cubed
 
 std::string numberText(double value) {
   std::array<char, 32> text{};
@@ -38,7 +38,7 @@ std::string placeText(const Vec3& point) {
   return text.data();
 }
 
-/// "1 edge", "3 edges".
+/// Returns "1 edge", "3 edges" and the like.
 std::string countText(std::size_t count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
@@ -57,7 +57,7 @@ Triangle sorted(Triangle triangle) {
   return triangle;
 }
 
-/// As often one way as the other: 0.
+/// Uses of an edge in one direction, less those in the other.
 int balanceOf(std::span<const EdgeUse> uses) {
   int balance = 0;
   for (const EdgeUse& use : uses)
@@ -67,7 +67,7 @@ int balanceOf(std::span<const EdgeUse> uses) {
 
 // ---- looking
 
-/// How many there are of something, and where the first is.
+/// A count of faults of one kind, and the place of the first.
 struct Tally {
   std::size_t count = 0;
   Vec3 first = Vec3::Zero();
@@ -199,7 +199,8 @@ class Inspector {
 
 // ---- mending
 
-/// Drops what has a corner twice, and equal triangles that face the same way.
+/// Drops triangles that have a corner twice, and all but one of equal triangles that face the same
+/// way.
 void dropTriangles(MendedMesh& mesh) {
   std::set<Triangle> seen;
   std::vector<Triangle> kept;
@@ -217,7 +218,7 @@ void dropTriangles(MendedMesh& mesh) {
   mesh.surface.triangles = std::move(kept);
 }
 
-/// The side of the triangle, 0 to 2, whose ends are `low` and `high`.
+/// Returns the side of the triangle, 0 to 2, whose ends are those of the edge; 3 if there is none.
 std::size_t sideOf(const Triangle& triangle, const EdgeUse& use) {
   for (std::size_t side = 0; side < 3; ++side) {
     const auto [low, high] = std::minmax(triangle[side], triangle[(side + 1) % 3]);
@@ -234,8 +235,9 @@ std::size_t longestSide(const SurfaceMesh& mesh, const Triangle& triangle) {
   return static_cast<std::size_t>(std::ranges::max_element(lengths) - lengths.begin());
 }
 
-/// A needle's longest edge carries the third vertex: an edge from there to the far corner of the
-/// neighbour makes two triangles with area of the two, and moves nothing.
+/// Flips the longest edge of each needle. That edge carries the needle's third vertex: an edge from
+/// there to the far corner of the neighbour makes two triangles with area of the two, and moves
+/// nothing.
 void flipNeedles(MendedMesh& mended) {
   SurfaceMesh& mesh = mended.surface;
   const double extent = extentOf(mesh);
@@ -268,8 +270,8 @@ void turn(Triangle& triangle) {
   std::swap(triangle[1], triangle[2]);
 }
 
-/// The pieces that hang together by edges of two triangles, and which of their triangles face the
-/// other way than the first.
+/// The pieces of a surface that hang together by edges of two triangles, and the triangles that
+/// face the other way than the first of their piece.
 class Facing {
  public:
   explicit Facing(const SurfaceMesh& mesh)
@@ -288,7 +290,7 @@ class Facing {
       if (piece_[first] == kNone) flood(first);
   }
 
-  /// The minority of each piece; of a band with one side, as it happens.
+  /// Returns the minority of each piece; for a band with one side, the choice is arbitrary.
   std::vector<std::uint32_t> toTurn() const {
     std::vector<std::size_t> sizes(pieces_, 0);
     std::vector<std::size_t> against(pieces_, 0);
@@ -309,7 +311,7 @@ class Facing {
   static constexpr std::uint32_t kNone = 0xffffffffU;
   struct Neighbour {
     std::uint32_t triangle;
-    bool same;  // faces the same way
+    bool same;  // true if it faces the same way
   };
 
   void flood(std::uint32_t first) {
@@ -371,7 +373,7 @@ bool isInsideOut(const SurfaceMesh& mesh, const Part& part) {
   return closedSurface(alone) && signedVolume(alone) < 0.0;
 }
 
-/// An outermost part, and with it what lies in its box.
+/// Turns each outermost part that is inside out, and with it the parts that lie in its box.
 void turnOutward(MendedMesh& mended) {
   constexpr std::size_t kMostParts = 1000;  // each is compared with each
   const std::vector<Part> parts = separate(mended.surface);

@@ -21,7 +21,7 @@ namespace {
 using Triangle = std::array<std::uint32_t, 3>;
 
 constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
-constexpr double kNearlyLongest = 0.75;  // of the longest edge: is halved in the same pass
+constexpr double kNearlyLongest = 0.75;  // of the longest edge; longer ones are halved too
 
 double lengthOf(const SurfaceMesh& mesh, const EdgeUse& edge) {
   return (mesh.vertices[edge.high] - mesh.vertices[edge.low]).norm();
@@ -55,7 +55,7 @@ std::vector<Middles> addMiddles(SurfaceMesh& mesh, const MeshEdges& edges, doubl
   return middles;
 }
 
-/// So that its longest side is the first.
+/// Rotates the triangle so that its longest side is the first.
 void turnToLongest(const SurfaceMesh& mesh, Triangle& triangle, Middles& middles) {
   std::array<double, 3> lengths{};
   for (std::size_t side = 0; side < 3; ++side)
@@ -66,7 +66,7 @@ void turnToLongest(const SurfaceMesh& mesh, Triangle& triangle, Middles& middles
   std::rotate(middles.begin(), middles.begin() + shift, middles.end());
 }
 
-/// The longest side of a triangle is halved if any is.
+/// Splits a triangle at its middles. Its longest side is halved if any is.
 void split(const SurfaceMesh& mesh, Triangle triangle, Middles middles,
            std::vector<Triangle>& pieces) {
   turnToLongest(mesh, triangle, middles);
@@ -107,7 +107,7 @@ Error tooMany() {
 
 Result<SurfaceMesh> subdivided(const SurfaceMesh& mesh, double longestEdge) {
   if (!isPositive(longestEdge)) return Error{"subdivision: the longest edge must be positive (m)"};
-  // No triangle of such edges is larger than the equilateral one.
+  // No triangle with edges up to `longestEdge` is larger than the equilateral one.
   const double largest = 0.25 * std::sqrt(3.0) * longestEdge * longestEdge;
   if (surfaceArea(mesh) > static_cast<double>(kMostTriangles) * largest) return tooMany();
   SurfaceMesh fine = mesh;

@@ -51,7 +51,7 @@ std::vector<std::uint32_t> partsOf(const SurfaceMesh& mesh) {
   std::vector<std::uint32_t> part(parent.size());
   std::uint32_t parts = 0;
   for (std::uint32_t vertex = 0; vertex < parent.size(); ++vertex) {
-    const std::uint32_t root = rootOf(parent, vertex);  // the least of its part
+    const std::uint32_t root = rootOf(parent, vertex);  // the least vertex of its part
     part[vertex] = root == vertex ? parts++ : part[root];
   }
   return part;

@@ -38,7 +38,7 @@ std::string whyNot(const MeshImport& import) {
   return "";
 }
 
-/// In small letters; empty if it is none that can be read.
+/// Returns the extension in lower case; empty if it is none that can be read.
 std::string formatOf(const fs::path& name) {
   std::string extension = name.extension().string();
   for (char& letter : extension)
@@ -90,7 +90,7 @@ Result<LoadedMesh> surfaceOf(const PolygonMesh& mesh, const MeshImport& import) 
     triangulate(mesh.polygon(index), loose.vertices, loose.triangles);
   std::vector<std::uint32_t> kept;
   result.surface = welded(loose, import.weldTolerance * extentOfPoints(loose.vertices), &kept);
-  // Of the vertices before they are welded: along a seam one place has two.
+  // Texture coordinates come from the vertices before welding: along a seam one place has two.
   if (!mesh.coordinates.empty()) {
     for (const std::uint32_t index : kept) {
       const auto& [a, b, c] = loose.triangles[index];

@@ -13,10 +13,10 @@ namespace carom::modal {
 namespace {
 
 constexpr std::size_t kFewest = 4;  // vertices of a solid
-constexpr float kAnyError = 1.0F;   // of the extent: as far as it has to go
+constexpr float kAnyError = 1.0F;   // relative to the extent: no limit
 constexpr std::size_t kStep = 16;   // the target falls by a 16th until it is met
 
-/// Within a unit box at the origin: meshoptimizer works in single precision.
+/// Scales the positions into a unit box at the origin: meshoptimizer works in single precision.
 std::vector<float> unitPositions(const SurfaceMesh& mesh) {
   const double extent = extentOf(mesh);
   std::vector<float> positions;
@@ -42,7 +42,7 @@ SurfaceMesh collapsed(const SurfaceMesh& mesh, const std::vector<float>& positio
   return withoutUnused(std::move(result));
 }
 
-/// Of a mesh without unused vertices.
+/// Number of parts of a mesh without unused vertices.
 std::size_t partCount(const SurfaceMesh& mesh) {
   const std::vector<std::uint32_t> parts = partsOf(mesh);
   return parts.empty() ? 0 : std::ranges::max(parts) + std::size_t{1};

@@ -24,11 +24,11 @@ using Complex = std::complex<double>;
 
 constexpr std::size_t kLeastPanels = 100;
 constexpr double kPanelsPerWavelength = 6.0;
-// What is left of the mean square of a wave as long as six panels: 1 - (2 pi / 6)^2 / 24, the
-// second moment of an equilateral triangle being side^2 / 24.
+// Share of the mean square that panels keep of a wave as long as six of them: 1 - (2 pi / 6)^2 /
+// 24, the second moment of an equilateral triangle being side^2 / 24.
 constexpr double kResolved = 0.954;
-constexpr double kNegligible = 1e-4;  // of the mean square pressure
-constexpr int kOrdersBeyond = 8;      // that are computed, above k times the enclosing radius
+constexpr double kNegligible = 1e-4;  // relative to the mean square pressure
+constexpr int kOrdersBeyond = 8;      // orders computed above k times the enclosing radius
 constexpr int kMostOrders = 64;
 
 // A number and its derivative in one direction.
@@ -52,7 +52,7 @@ Slope operator*(double a, const Slope& b) {
   return {a * b.value, a * b.slope};
 }
 
-// j_0 to j_order at z >= 0, by the recurrence downwards from where they vanish (Miller).
+// Returns j_0 to j_order at z >= 0, by the recurrence downwards from where they vanish (Miller).
 std::vector<double> sphericalBessels(int order, double z) {
   std::vector<double> values(static_cast<std::size_t>(order) + 1, 0.0);
   values[0] = 1.0;
@@ -82,7 +82,8 @@ std::vector<double> sphericalBessels(int order, double z) {
   return values;
 }
 
-// Adds what one point of the surface gives: share times j_l Y_lm and its derivative along `normal`.
+// Sums the contributions of points of the surface: each a share times j_l Y_lm and its derivative
+// along `normal`.
 class Expansion {
  public:
   Expansion(double waveNumber, int order, double smallest)
@@ -92,7 +93,8 @@ class Expansion {
         harmonics_(harmonicCount(order)),
         sums_(harmonicCount(order), 0.0) {}
 
-  // `at` from the centre; `pressure` multiplies the derivative, `source` the function.
+  // Adds a point `at` (m, from the centre); `pressure` multiplies the derivative, `source` the
+  // function.
   void add(const Vec3& at, const Vec3& normal, const Complex& pressure, double source) {
     const double distance = std::max(at.norm(), smallest_);
     const Vec3 unit = at / distance;
@@ -139,7 +141,7 @@ double powerOf(std::span<const Complex> multipoles) {
   return sum;
 }
 
-// The least order that leaves out no more than is negligible at this k r.
+// Returns the least order that leaves out no more than a negligible part at this k r.
 int orderThatMatters(const std::vector<Complex>& multipoles, double kr) {
   std::vector<double> shares;
   double whole = 0.0;
@@ -156,7 +158,8 @@ int orderThatMatters(const std::vector<Complex>& multipoles, double kr) {
   return static_cast<int>(order);
 }
 
-// Whether the order was cut.
+// Drops the orders that do not matter, and those above `maxOrder`; true if that cut orders that
+// matter.
 bool shorten(std::vector<Complex>& multipoles, double kr, int maxOrder) {
   const int order = orderThatMatters(multipoles, kr);
   const bool cut = order > maxOrder;
@@ -180,13 +183,13 @@ Status check(const ModalModel& model, const RadiationSettings& settings) {
   return std::monostate{};
 }
 
-// m, the side of an equilateral triangle as large as the panels in the mean.
+// Side (m) of an equilateral triangle as large as the panels in the mean.
 double panelSize(const SurfaceMesh& surface) {
   const double mean = surfaceArea(surface) / static_cast<double>(surface.triangles.size());
   return std::sqrt(4.0 / std::numbers::sqrt3 * mean);
 }
 
-// One model's modes, one after the other.
+// Computes the radiation of one model's modes, one after the other.
 class Radiation {
  public:
   Radiation(const ModalModel& model, const RadiatingPanels& panels)
@@ -195,7 +198,7 @@ class Radiation {
         solver_(panels.surface),
         radius_(enclosingRadius(panels.surface, model.centreOfMass)) {}
 
-  // Gives the mode its radiation, and the report what is to be said of it.
+  // Fills in the radiation of a mode, and counts it in the report if it is cut or rough.
   void compute(std::size_t mode, int maxOrder, ModeRadiation& radiation,
                RadiationReport& report) const {
     const double frequency = model_.modes[mode].frequency;

@@ -12,18 +12,19 @@ namespace carom::modal {
 /// the mean of each triangle's corners. [any thread]
 void findVolumes(ModalModel& model);
 
-/// Fills in `radiation` of every mode, for the air (or other fluid) of `model.medium` around a body
-/// that is alone and at rest: ModeRadiation is the definition. One steady solution outside for each
-/// mode, at its own frequency (ExteriorSolver), then
+/// Fills in `radiation` (defined at ModeRadiation) of every mode, for the air (or other fluid) of
+/// `model.medium` around a body that is alone and at rest. Each mode takes one steady solution
+/// outside, at its own frequency (ExteriorSolver), then
 ///
 ///     c_lm = i^l integral (H d/dn + rho0 phi.n) j_l(k r) Y_lm dS
 ///
 /// over the surface, H being the solution there. Orders that matter little are left out: those
 /// that together hold less than 1e-4 of the mean square pressure on twice the enclosing sphere.
 /// A mode that needs more than maxOrder (from k times the enclosing radius of about that number)
-/// has the lower ones, scaled to its whole power: the level is right, the directions are blurred.
+/// keeps the lower orders, scaled to its whole power: the level is right, the directions are
+/// blurred.
 ///
-/// Not modelled: what the fluid does to the body, other bodies, and flow.
+/// Not modelled: the reaction of the fluid on the body, other bodies, and flow.
 /// Measured errors of the pressure at 500 to 800 panels: 1 to 3 % for spheres, thin plates, discs
 /// and slender bars of 12 sides; bars of 6 sides 5 %; a box 1 %, and 5 % at `goodUpTo`. Directions
 /// where a mode's parts cancel are less exact. Rough modes are filled in all the same.
@@ -31,8 +32,8 @@ void findVolumes(ModalModel& model);
 /// A surface that is open is taken for a sheet of the model's mass (RadiatingPanels).
 ///
 /// Errors: a model that whyNot() refuses, settings out of range, a surface that panels cannot be
-/// made of (RadiatingPanels), kCancelled. The model is then as it was. [any thread], allocates; 800
-/// panels and 60 modes take 25 s.
+/// made of (RadiatingPanels), kCancelled. The model is then left as it was. [any thread],
+/// allocates; 800 panels and 60 modes take 25 s.
 Result<RadiationReport> computeRadiation(ModalModel& model, const RadiationSettings& settings = {},
                                          const Progress& progress = {});
 

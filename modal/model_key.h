@@ -10,10 +10,10 @@
 
 namespace carom::modal {
 
-/// The name of a model by all that it is computed from: SHA-256 of what is added, in the order in
-/// which it is. Each goes with its kind, texts and meshes with their lengths, so that ("ab", "c")
-/// is not ("a", "bc"). Add the version of the analysis, too, and raise it with every change of what
-/// comes out. [any thread, one at a time]
+/// The key of a model, by all that it is computed from: SHA-256 of the items that are added, in
+/// their order. Each goes with its kind, texts and meshes with their lengths, so that ("ab", "c")
+/// is not ("a", "bc"). Add the version of the analysis, too, and raise it with every change of the
+/// results. [any thread, one at a time]
 class ModelKey {
  public:
   ModelKey& add(std::string_view text);
@@ -22,7 +22,7 @@ class ModelKey {
   ModelKey& add(const Material& material);  ///< all fields, the name among them
   ModelKey& add(const SurfaceMesh& mesh);
 
-  /// 64 hexadecimal digits.
+  /// Returns the key as 64 hexadecimal digits.
   std::string text() const;
 
  private:

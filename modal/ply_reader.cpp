@@ -26,7 +26,7 @@ enum class Number { int8, uint8, int16, uint16, int32, uint32, float32, float64 
 struct Property {
   std::string name;
   Number type = Number::float32;
-  std::optional<Number> counted;  // the type of the count, of a list
+  std::optional<Number> counted;  // lists only: the type of the count
 };
 
 struct Element {
@@ -160,7 +160,8 @@ std::size_t sizeOf(Number type) {
   }
 }
 
-/// The numbers after the header, one by one; nothing at the end of the data, or for what is none.
+/// Reads the numbers after the header, one by one; nothing at the end of the data, or for text that
+/// is no number.
 class Numbers {
  public:
   Numbers(std::span<const std::byte> bytes, Encoding encoding)
@@ -186,7 +187,8 @@ class Numbers {
     return code == std::errc() ? value : outOfRange(at, past);
   }
 
-  /// Of a double. What is too small is as good as 0.
+  /// Value of a number outside the range of a double: 0 if it is too small, infinity if it is too
+  /// large.
   static double outOfRange(const char* at, const char* past) {
     const bool small = std::string_view(at, past).find('-', 1) != std::string_view::npos;
     return small ? 0.0 : std::numeric_limits<double>::infinity();
@@ -235,12 +237,12 @@ std::optional<std::size_t> whole(double value) {
   return static_cast<std::size_t>(value);
 }
 
-/// Where a value goes: into a coordinate of space or of a picture, among the corners of a polygon,
-/// or nowhere.
+/// The destination of a value: a coordinate in space or in the texture, the corners of a polygon,
+/// or none.
 enum class Role { none, x, y, z, u, v, corners };
 
 Role roleOfVertex(std::string_view name) {
-  // There are three customs for pictures.
+  // Texture coordinates are named in one of three ways.
   constexpr std::array<std::pair<std::string_view, Role>, 9> kNames = {{{"x", Role::x},
                                                                         {"y", Role::y},
                                                                         {"z", Role::z},
@@ -279,7 +281,7 @@ class Reader {
     return element.name == "face" && property.counted && named ? Role::corners : Role::none;
   }
 
-  /// At the least: one of a text is a digit and a space.
+  /// Least size (bytes) of an element; in text, of at least one character for each property.
   std::size_t leastSize(const Element& element) const {
     std::size_t size = 0;
     for (const Property& property : element.properties)
@@ -291,7 +293,7 @@ class Reader {
   std::string readElement(const Element& element) {
     const std::size_t least = leastSize(element);
     if (least == 0) return "";
-    // So that nobody has to wait, or to give memory, for what is not there.
+    // Checked first, so that no time or memory is spent on elements that are not there.
     if (element.count > numbers_.bytesLeft() / least) return tooShort(element, 0);
     std::vector<Role> roles;
     for (const Property& property : element.properties)

@@ -5,7 +5,7 @@
 namespace carom::modal {
 namespace {
 
-/// Twice the area, along the normal of the plane that fits (Newell's).
+/// Returns twice the area, along the normal of the plane that fits (Newell's).
 Vec3 twiceAreaOf(std::span<const std::uint32_t> polygon, const std::vector<Vec3>& vertices) {
   const Vec3& apex = vertices[polygon[0]];
   Vec3 sum = Vec3::Zero();
@@ -36,7 +36,7 @@ class EarCutter {
   }
   std::uint32_t after(std::size_t corner) const { return ring_[(corner + 1) % ring_.size()]; }
 
-  /// Above 0 where the three turn as the polygon does.
+  /// Above 0 if the three vertices turn as the polygon does.
   double turn(std::uint32_t first, std::uint32_t second, std::uint32_t third) const {
     const Vec3& middle = vertices_[second];
     return normal_.dot((middle - vertices_[first]).cross(vertices_[third] - middle));
@@ -54,7 +54,8 @@ class EarCutter {
     });
   }
 
-  /// Where nothing is an ear the polygon crosses itself, or has no area left.
+  /// Returns a corner that is an ear, or any: a polygon without ears crosses itself, or has no area
+  /// left.
   std::size_t nextEar() const {
     for (std::size_t corner = 1; corner < ring_.size(); ++corner)
       if (isEar(corner)) return corner;

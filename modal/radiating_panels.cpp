@@ -17,8 +17,8 @@ using namespace audio;
 
 namespace {
 
-constexpr double kVolumeLost = 0.3;           // or won, by clustering
-constexpr std::size_t kSamplesPerPanel = 12;  // at least, of a surface that was clustered
+constexpr double kVolumeLost = 0.3;           // largest relative loss or gain by clustering
+constexpr std::size_t kSamplesPerPanel = 12;  // least number, on a surface that was clustered
 
 using Shares = std::vector<Eigen::Triplet<double>>;
 
@@ -30,7 +30,7 @@ Vec3 centroidOf(const std::array<Vec3, 3>& corners) {
   return (corners[0] + corners[1] + corners[2]) / 3.0;
 }
 
-// Triangles to look up by place: the nearest that faces the same way.
+// A set of triangles in which to look up the nearest that faces the same way.
 class NearestTriangle {
  public:
   explicit NearestTriangle(const SurfaceMesh& mesh) {
@@ -45,8 +45,8 @@ class NearestTriangle {
     }
   }
 
-  // One that faces away counts as further off by the size of a triangle or more: the other side of
-  // a thin plate is near, but not the same.
+  // A triangle that faces away counts as further off by the size of a triangle or more: the other
+  // side of a thin plate is near, but not the same.
   std::size_t to(const Vec3& point, const Vec3& normal) const {
     std::size_t nearest = 0;
     double least = std::numeric_limits<double>::infinity();
@@ -73,14 +73,15 @@ class NearestTriangle {
   std::vector<Entry> entries_;
 };
 
-// The surface to work on. Vertices keep their places, those of a sheet's other side follow.
+// The surface from which the panels are made. The model's vertices keep their places; those of a
+// sheet's other side follow.
 struct Solid {
   SurfaceMesh surface;
-  std::size_t vertices = 0;  // of the model
+  std::size_t vertices = 0;  // number of the model's own
   double thickness = 0.0;
 };
 
-// Gives `row` the shape at a place of a triangle, along `weight`.
+// Adds the shape at a place of a triangle, along `weight`, to `row`.
 void addShare(Shares& shares, std::size_t row, const Solid& solid, std::size_t triangle,
               const Vec3& barycentric, const Vec3& weight) {
   for (std::size_t corner = 0; corner < 3; ++corner) {
@@ -106,8 +107,8 @@ Shares sharesOfSplit(const Solid& solid, const SurfaceMesh& panels) {
   return shares;
 }
 
-// The centroids, in barycentric coordinates, of the triangles that n - 1 lines along each side
-// make.
+// The centroids, in barycentric coordinates, of the triangles that n - 1 lines along each side of a
+// triangle make.
 std::vector<Vec3> centroidsOfSplit(std::size_t n) {
   std::vector<Vec3> centroids;
   const auto count = static_cast<double>(n);
@@ -144,8 +145,8 @@ Shares sharesOfClustered(const Solid& solid, const SurfaceMesh& panels) {
   return shares;
 }
 
-// The two sides and the rim of a sheet. Its vertices come first, moved outwards by half of the
-// thickness, then those of the other side.
+// Returns the two sides and the rim of a sheet. The sheet's vertices come first, moved outwards by
+// half of the thickness, then those of the other side.
 SurfaceMesh thickened(const SurfaceMesh& sheet, double thickness) {
   std::vector<Vec3> normals(sheet.vertices.size(), Vec3::Zero());
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> passes;
@@ -213,7 +214,8 @@ Result<RadiatingPanels> radiatingPanels(const ModalModel& model, std::size_t mos
   return panels;
 }
 
-// The square of a linear function over a triangle: area / 12 (sum of squares + square of sum).
+// The integral of the square of a linear function over a triangle is area / 12 (sum of squares +
+// square of sum).
 double resolvedShare(const RadiatingPanels& panels, const Eigen::VectorXd& shape) {
   const std::size_t vertices = static_cast<std::size_t>(shape.size()) / 3;
   double whole = 0.0;

@@ -7,14 +7,14 @@
 
 namespace carom::modal {
 
-/// SHA-256 of bytes as they come (FIPS 180-4, sections 5 and 6.2). For content that has to be told
-/// apart, not for secrets. [any thread, one at a time]
+/// Computes SHA-256 of bytes as they come (FIPS 180-4, sections 5 and 6.2). It is for content that
+/// has to be told apart, not for secrets. [any thread, one at a time]
 class Sha256 {
  public:
   using Digest = std::array<std::byte, 32>;
 
   void add(std::span<const std::byte> bytes);
-  /// Of all that was added. After it nothing may be added.
+  /// Returns the digest of all that was added. After it nothing may be added.
   Digest finish();
 
  private:

@@ -27,9 +27,9 @@ namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-constexpr Eigen::Index kMostDegrees = 3000;  // of freedom
-constexpr double kRigid = 1e-10;             // of the bound of the largest eigenvalue
-constexpr double kNoMass = 1e-12;            // of the mean one
+constexpr Eigen::Index kMostDegrees = 3000;  // degrees of freedom
+constexpr double kRigid = 1e-10;             // relative to the bound of the largest eigenvalue
+constexpr double kNoMass = 1e-12;            // relative to the mean mass
 
 Error refused(const std::string& reason) {
   return Error{"shell: " + reason};
@@ -54,7 +54,7 @@ std::string whyNot(const MeshReport& report, const ShellSettings& settings) {
   return "";
 }
 
-/// Of a sheet with two sides the first.
+/// Keeps the first of the two sides of a sheet.
 SurfaceMesh oneSided(SurfaceMesh mesh) {
   std::set<Triangle> seen;
   std::erase_if(mesh.triangles, [&](Triangle triangle) {
@@ -76,7 +76,8 @@ Vec3 areaVector(const SurfaceMesh& mesh, const Triangle& triangle) {
   return 0.5 * (mesh.vertices[triangle[1]] - first).cross(mesh.vertices[triangle[2]] - first);
 }
 
-/// Where the triangles of a vertex cancel, as on the rim of a closed sheet, the last one's.
+/// Returns the normals of the vertices; where the triangles of a vertex cancel, as on the rim of a
+/// closed sheet, the last one's.
 std::vector<Vec3> normalsOf(const SurfaceMesh& mesh) {
   std::vector<Vec3> sums(mesh.vertices.size(), Vec3::Zero());
   std::vector<Vec3> any(mesh.vertices.size(), Vec3::UnitZ());
@@ -100,7 +101,7 @@ Eigen::VectorXd massesOf(const SurfaceMesh& mesh, double perArea) {
   return masses;
 }
 
-/// `block` at each end of the edge, its opposite between the two.
+/// Adds `block` at each end of the edge, and its opposite between the two.
 template <class Block>
 void addSpring(std::vector<Eigen::Triplet<double>>& entries, const EdgeUse& edge,
                const Block& block) {
@@ -132,7 +133,7 @@ SparseMatrix stiffnessOf(const SurfaceMesh& mesh, ShellSprings springs, double c
   return stiffness;
 }
 
-/// Of each degree of freedom.
+/// Masses (kg) of all degrees of freedom.
 Eigen::VectorXd spreadMasses(const ShellNetwork& network) {
   const Eigen::Index perVertex = network.stiffness.rows() / network.masses.size();
   Eigen::VectorXd masses(network.stiffness.rows());
@@ -141,7 +142,7 @@ Eigen::VectorXd spreadMasses(const ShellNetwork& network) {
   return masses;
 }
 
-/// No eigenvalue of K phi = lambda M phi is above it (Gershgorin).
+/// Upper bound of the eigenvalues of K phi = lambda M phi (Gershgorin).
 double eigenvalueBound(const SparseMatrix& stiffness, const Eigen::VectorXd& masses) {
   double bound = 0.0;
   for (Eigen::Index column = 0; column < stiffness.outerSize(); ++column) {
@@ -153,8 +154,9 @@ double eigenvalueBound(const SparseMatrix& stiffness, const Eigen::VectorXd& mas
   return bound;
 }
 
-/// The eigenvalues below `rigidBelow` and the next `count`, ascending, with vectors of which
-/// phi^T M phi = 1. All of them are computed: the one place to change for a solver that does not.
+/// Returns the eigenvalues below `rigidBelow` and the next `count`, ascending, with vectors of
+/// which phi^T M phi = 1. All eigenvalues are computed: this is the one place to change for a
+/// solver that finds only some.
 EigenModes shellEigenModes(const SparseMatrix& stiffness, const Eigen::VectorXd& masses,
                            double rigidBelow, std::size_t count) {
   const Eigen::VectorXd scale = masses.cwiseSqrt().cwiseInverse();
@@ -167,7 +169,7 @@ EigenModes shellEigenModes(const SparseMatrix& stiffness, const Eigen::VectorXd&
   return {lambda.head(kept), scale.asDiagonal() * solver.eigenvectors().leftCols(kept)};
 }
 
-/// A displacement along the normals as one in space.
+/// Turns displacements along the normals into displacements in space.
 Eigen::MatrixXd alongNormals(const Eigen::MatrixXd& heights, const std::vector<Vec3>& normals) {
   Eigen::MatrixXd shapes(3 * heights.rows(), heights.cols());
   for (Eigen::Index vertex = 0; vertex < heights.rows(); ++vertex)
@@ -176,7 +178,8 @@ Eigen::MatrixXd alongNormals(const Eigen::MatrixXd& heights, const std::vector<V
   return shapes;
 }
 
-/// Exact of flat triangles without thickness: the middles of the sides stand for each.
+/// Sets mass, centre and inertia, exactly for flat triangles without thickness: the middles of the
+/// sides stand for each triangle.
 void setMass(ModalModel& model, double perArea) {
   Vec3 moment = Vec3::Zero();
   std::vector<std::pair<double, Vec3>> points;
@@ -241,7 +244,7 @@ Result<ModalModel> shellModalModel(const SurfaceMesh& mesh, const Material& mate
     modes.shapes = alongNormals(modes.shapes, network->normals);
   ModalModel model;
   model.material = material;
-  model.material.roughness = {};  // of the surface, not of what rings
+  model.material.roughness = {};  // roughness is of the surface, not of what rings
   model.surface = network->surface;
   setMass(model, material.density * settings.thickness);
   keepAudibleModes(model, modes, rigidBelow);

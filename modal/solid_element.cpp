@@ -16,7 +16,7 @@ using Gradients = Eigen::Matrix<double, 3, kFunctions>;
 // Integrals of (d_a N_i) (d_b N_j), at 3 i + a, 3 j + b.
 using Products = Eigen::Matrix<double, 3 * kFunctions, 3 * kFunctions>;
 
-// At a point of the cell, each coordinate from 0 to 1.
+// Shape functions at a point of the cell, each coordinate from 0 to 1.
 Shapes shapesAt(const Vec3& at) {
   Shapes shapes;
   for (int node = 0; node < kNodes; ++node) {
@@ -80,7 +80,7 @@ Products gradientProducts(const Vec3& cellSize, std::span<const CellBox> inside)
   return products;
 }
 
-// Of strain energy lambda / 2 (tr e)^2 + mu e:e, with Lame's constants.
+// Stiffness from the strain energy lambda / 2 (tr e)^2 + mu e:e, with Lame's constants.
 Products stiffnessOf(const Products& products, const Material& material) {
   const double nu = material.poissonsRatio;
   const double mu = material.youngsModulus / (2.0 * (1.0 + nu));

@@ -9,14 +9,15 @@
 
 namespace carom::modal {
 
-/// Of one cell: rows and columns are node by node, three for each, in the order of its corners.
+/// Stiffness and mass of one cell. Rows and columns go node by node, in the order of its corners,
+/// three for each node in the stiffness.
 struct ElementMatrices {
   Eigen::Matrix<double, 24, 24> stiffness;  ///< N/m, grid frame
   Eigen::Matrix<double, 8, 8> mass;         ///< kg, the same in each direction
 };
 
-/// Linear, isotropic elasticity and consistent mass on a brick, over those of its parts that are
-/// inside the body; all of it if none are named.
+/// Returns linear, isotropic elasticity and consistent mass on a brick, integrated over those of
+/// its parts that are inside the body; over all of it if none are named.
 ///
 /// Eight nodes with trilinear displacement, and the incompatible modes 1 - xi^2, 1 - eta^2,
 /// 1 - zeta^2 (Wilson, Taylor, Doherty, Ghaboussi 1973), which let a single layer bend, condensed

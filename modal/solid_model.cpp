@@ -19,9 +19,10 @@ namespace carom::modal {
 namespace {
 
 constexpr Eigen::Index kRigidModes = 6;
-constexpr double kRigidShare = 1e-6;  // of the lowest elastic lambda, below which it is rounding
+constexpr double kRigidShare = 1e-6;  // of the lowest elastic lambda; less is rounding
 
-// Which nodes share a cell, as columns of a matrix of nodes: ascending rows.
+// The nodes that share a cell with each node, in ascending order: the rows of its columns in a
+// matrix.
 class NodeGraph {
  public:
   explicit NodeGraph(const VoxelMesh& mesh) : neighbours_(mesh.nodes.size()) {
@@ -46,7 +47,8 @@ class NodeGraph {
   std::vector<std::vector<std::uint32_t>> neighbours_;
 };
 
-// A matrix of 3 x 3 blocks between neighbours; Rows of each block are stored, or its diagonal only.
+// A matrix of 3 x 3 blocks between neighbours. Each block is stored as a whole, or only its
+// diagonal.
 class BlockMatrix {
  public:
   BlockMatrix(const NodeGraph& graph, bool diagonalBlocks)
@@ -136,12 +138,13 @@ void assemble(SolidSystem& system, const Material& material) {
   system.mass = mass.take();
 }
 
-// From the matrix of masses: exact for what moves rigidly in the grid, and for overlapping bodies.
+// Takes mass, centre and inertia from the mass matrix: exact for rigid motion of the grid, and for
+// overlapping bodies.
 ModalModel rigidPart(const SurfaceMesh& surface, const Material& material,
                      const SolidSystem& system) {
   ModalModel model;
   model.material = material;
-  model.material.roughness = {};  // of the surface, not of what rings
+  model.material.roughness = {};  // roughness is of the surface, not of what rings
   model.surface = surface;
   const auto count = static_cast<Eigen::Index>(system.grid.nodes.size());
   // A column moves all nodes along x, by 1 or by one of their coordinates.

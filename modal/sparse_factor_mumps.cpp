@@ -11,10 +11,11 @@
 namespace carom::modal {
 namespace {
 
-constexpr MUMPS_INT kWorldCommunicator = -987654;  // what MUMPS takes for all processes: one
-// Approximate minimum degree: always the same, and sound on any graph. Scotch needs half of the
-// operations, but goes on in one sequence of random numbers from call to call, so that the second
-// result differs from the first; PORD ends the process on some graphs; Debian's build has no METIS.
+constexpr MUMPS_INT kWorldCommunicator = -987654;  // MUMPS's number for all processes: one
+// Approximate minimum degree: it always gives the same result, and is sound on any graph. Scotch
+// needs half of the operations, but goes on in one sequence of random numbers from call to call, so
+// that the second result differs from the first; PORD ends the process on some graphs; Debian's
+// build has no METIS.
 constexpr MUMPS_INT kMinimumDegree = 0;
 constexpr MUMPS_INT kSingular = -10;
 constexpr MUMPS_INT kWorkspaceTooSmall = -9;
@@ -22,19 +23,21 @@ constexpr int kAttempts = 4;
 
 enum Job : MUMPS_INT { kStart = -1, kEnd = -2, kAnalyse = 1, kFactorise = 2, kSolve = 3 };
 
-// MUMPS keeps state of its own outside of the instance.
+// MUMPS keeps state of its own outside of the instance, so its calls are serialised.
 audio::Mutex& libraryMutex() {
   static audio::Mutex mutex;
   return mutex;
 }
 
-// A library that MUMPS brings along, which may be another one elsewhere.
+// Finds a function of a library that MUMPS brings along, which may be another one elsewhere; null
+// if it is not there.
 template <class Function>
 Function* loaded(const char* name) {
   return reinterpret_cast<Function*>(dlsym(RTLD_DEFAULT, name));
 }
 
-// Sums depend on how many threads share them. Other libraries of BLAS are left as they are.
+// Holds OpenBLAS to one thread, as sums depend on how many threads share them. Other libraries of
+// BLAS are left as they are.
 class OneBlasThread {
  public:
   OneBlasThread() {
@@ -79,7 +82,7 @@ struct SparseFactor::Implementation {
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
 
-  // By the numbers of MUMPS's manual, from 1.
+  // Controls and results have the numbers of MUMPS's manual, from 1.
   MUMPS_INT& control(int number) { return instance.icntl[number - 1]; }
   MUMPS_INT info(int number) const { return instance.infog[number - 1]; }
 
@@ -90,7 +93,7 @@ struct SparseFactor::Implementation {
     dmumps_c(&instance);
   }
 
-  // MUMPS wants one half.
+  // Copies one half of the matrix, which is what MUMPS expects.
   void take(const SparseMatrix& matrix) {
     for (Eigen::Index outer = 0; outer < matrix.outerSize(); ++outer) {
       for (SparseMatrix::InnerIterator entry(matrix, outer); entry; ++entry) {

@@ -6,7 +6,8 @@
 namespace carom::modal {
 namespace {
 
-// Of the plane's point at the foot of the perpendicular: all at least 0 if that is in the triangle.
+// Barycentric coordinates of the foot of the perpendicular in the plane; all at least 0 if it is in
+// the triangle.
 Vec3 footInPlane(const std::array<Vec3, 3>& corners, const Vec3& point) {
   const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
   const auto share = [&](const Vec3& from, const Vec3& to) {

@@ -12,17 +12,17 @@
 namespace carom::modal {
 namespace {
 
-constexpr double kFrameGain = 0.001;     // of the bounding box's volume, to turn the grid for
+constexpr double kFrameGain = 0.001;     // least share of the box's volume that turning saves
 constexpr std::size_t kFacesTried = 12;  // triangles whose own axes are tried
 constexpr double kFlattest = 5.0;
 constexpr double kFlattening = 0.25;   // cells' edges go by this power of the body's
-constexpr double kLeastInside = 0.01;  // of a cell
-constexpr double kVolumeOff = 0.05;    // that is borne
-constexpr double kSnap = 1e-9;         // of a cell: surfaces that lie on its faces
-// Of a row: rays pass beside the vertices and edges of grids and boxes.
+constexpr double kLeastInside = 0.01;  // share of a cell; with less inside, it is left out
+constexpr double kVolumeOff = 0.05;    // largest relative error of the volume
+constexpr double kSnap = 1e-9;         // share of a cell; surfaces nearer to a face lie on it
+// Shift of the rays, in rows, so that they pass beside the vertices and edges of grids and boxes.
 constexpr double kGridShift = 1.37e-6;
-constexpr int kTries = 9;           // of cells by 1.25 finer each, for a remedy: to an eighth
-constexpr double kMostCells = 3e7;  // in the grid's box, inside or not
+constexpr int kTries = 9;           // sizes of cells tried, each finer by 1.25: to an eighth
+constexpr double kMostCells = 3e7;  // cells in the grid's box, inside or not
 
 // ---- The frame
 
@@ -51,7 +51,7 @@ Eigen::Matrix3d principalAxes(const SurfaceMesh& surface) {
   return axes;
 }
 
-// Along an edge of the largest triangles, and across their planes.
+// Axes along an edge of each of the largest triangles, and across its plane.
 std::vector<Eigen::Matrix3d> faceAxes(const SurfaceMesh& surface) {
   std::vector<std::pair<double, std::size_t>> largest;
   const auto normal = [&](std::size_t index) -> Vec3 {
@@ -97,13 +97,13 @@ Eigen::Matrix3d bestAxes(const SurfaceMesh& surface) {
 
 struct Crossing {
   std::size_t row;
-  double x;  // in cells
+  double x;  // coordinate in cells
   int turn;  // +1 into the body
 };
 
-// Twice the signed area of the triangle from two vertices to a point, in the plane y z. The same
-// number, but for its sign, whichever way the edge is passed: neighbours never both claim the point
-// or both leave it.
+// Twice the signed area of the triangle from two vertices to a point, in the plane y z. It is the
+// same number, but for its sign, whichever way the edge is passed: neighbours never both claim the
+// point or both leave it.
 double sideOf(const Vec3& from, const Vec3& to, double y, double z) {
   const bool swapped = std::pair(from.y(), from.z()) > std::pair(to.y(), to.z());
   const Vec3& a = swapped ? to : from;
@@ -113,7 +113,7 @@ double sideOf(const Vec3& from, const Vec3& to, double y, double z) {
   return swapped ? -side : side;
 }
 
-// A grid over the box of the body, and what its rays meet.
+// A grid over the box of the body, and the crossings of its rays with the surface.
 class Raster {
  public:
   Raster(const std::vector<Vec3>& vertices, const SurfaceMesh& surface,
@@ -133,8 +133,7 @@ class Raster {
         [&](std::size_t row, double from, double to, int) { addInterval(row, from, to, add); });
   }
 
-  // How often the surface winds about what is inside, on the average: 1 where bodies do not
-  // overlap.
+  // Mean winding number of the surface about its inside: 1 if bodies do not overlap.
   double overlap() const {
     double length = 0.0;
     double wound = 0.0;
@@ -167,7 +166,7 @@ class Raster {
   double rowAt(std::size_t index) const {
     return (static_cast<double>(index) + 0.5 + kGridShift) / rows_;
   }
-  // Rows whose rays may be between two coordinates, in cells.
+  // Range of rows whose rays may be between two coordinates, in cells.
   std::pair<std::size_t, std::size_t> rowsBetween(double low, double high, int axis) const {
     const auto bounded = [&](double at) {
       return static_cast<std::size_t>(std::clamp(at, 0.0, static_cast<double>(rowsAcross(axis))));
@@ -262,7 +261,7 @@ class Voxeliser {
   double volume() const { return volume_; }
   const Vec3& size() const { return extent_.size; }
 
-  // Flat bodies get flat cells: what bends and twists them varies most across the thin side.
+  // Flat bodies get flat cells: bending and twisting vary most across the thin side.
   std::array<int, 3> countFor(double cellSize) const {
     std::array<int, 3> count;
     const double longest = extent_.size.maxCoeff();
@@ -353,7 +352,7 @@ class Voxeliser {
   Extent extent_;
 };
 
-// Whether what is inside the cell reaches its face at the near (0) or far (1) end of an axis.
+// True if the inside part of the cell reaches its face at the near or far end of an axis.
 bool reaches(const VoxelMesh& mesh, const VoxelCell& cell, Eigen::Index axis, bool far) {
   const auto begin = mesh.boxes.begin() + cell.firstBox;
   return cell.boxCount == 0 || std::any_of(begin, begin + cell.boxCount, [&](const CellBox& box) {
@@ -361,7 +360,7 @@ bool reaches(const VoxelMesh& mesh, const VoxelCell& cell, Eigen::Index axis, bo
          });
 }
 
-// Groups of cells that hang together by faces.
+// Number of groups of cells that hang together by faces.
 std::size_t piecesOf(const VoxelMesh& mesh) {
   std::vector<std::size_t> parent(mesh.cells.size());
   std::iota(parent.begin(), parent.end(), std::size_t{0});
@@ -428,7 +427,8 @@ std::size_t degreesOfFreedom(const VoxelMesh& mesh) {
   return 3 * mesh.nodes.size();
 }
 
-// The finest grid within the degrees of freedom, by bisection in the logarithm of the size.
+// Size of cell (m) of the finest grid within the degrees of freedom, by bisection in the logarithm
+// of the size.
 double sizeFor(const Voxeliser& voxeliser, std::size_t wanted) {
   double fine = std::cbrt(1.5 * voxeliser.volume() / static_cast<double>(wanted));
   double coarse = 4.0 * std::cbrt(3.0 * voxeliser.volume() / static_cast<double>(wanted));
@@ -436,7 +436,7 @@ double sizeFor(const Voxeliser& voxeliser, std::size_t wanted) {
   for (int step = 0; step < 12; ++step) {
     const double middle = std::sqrt(fine * coarse);
     const std::array<int, 3> count = voxeliser.countFor(middle);
-    // Nodes of the whole box are no fewer than the body's.
+    // The whole box has no fewer nodes than the body.
     const std::size_t most = productOf({count[0] + 1, count[1] + 1, count[2] + 1});
     const bool fits = 3 * most <= wanted || (static_cast<double>(most) <= kMostCells &&
                                              degreesOfFreedom(voxeliser.grid(count)) <= wanted);
@@ -468,7 +468,7 @@ Error tooCoarse(const Voxeliser& voxeliser, double size, const std::string& why)
                "several bodies, or of walls too thin for a solid"};
 }
 
-// Distance outwards from the cell's faces to a point, in cells.
+// Squared distance outwards from the cell's faces to a point, in cells.
 double outside(const VoxelCell& cell, const Vec3& at) {
   Vec3 away;
   for (int axis = 0; axis < 3; ++axis) {

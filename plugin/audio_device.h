@@ -11,11 +11,11 @@ namespace carom::plugin {
 /// The default audio device, by SDL.
 class AudioDevice {
  public:
-  /// Overwrites `frames` frames of two samples each, left and right, from -1 to 1. Called from the
-  /// device's thread. Must not throw.
+  /// A function that overwrites `frames` frames of two samples each, left and right, from -1 to 1.
+  /// Called from the device's thread. Must not throw.
   using Fill = std::function<void(float* samples, std::size_t frames)>;
 
-  /// Opens it, as yet silent; asks for that rate (Hz), and takes the device's own if it has
+  /// Opens the device, as yet silent; asks for that rate (Hz), and takes the device's own if it has
   /// another. Refuses: no device, a build without SDL.
   static Result<AudioDevice> open(double sampleRate);
   AudioDevice(AudioDevice&&) noexcept;
@@ -23,7 +23,7 @@ class AudioDevice {
   ~AudioDevice();  ///< waits for a `fill` that is under way
 
   double sampleRate() const;  ///< Hz
-  /// Begins to play. Once.
+  /// Begins to play. To be called once.
   void start(Fill fill);
 
  private:

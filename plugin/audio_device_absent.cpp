@@ -2,7 +2,7 @@
 
 #include "plugin/audio_device.h"
 
-// For builds without SDL.
+// Takes the place of audio_device.cpp in a build without SDL.
 
 namespace carom::plugin {
 

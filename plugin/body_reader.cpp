@@ -22,7 +22,8 @@ double ballVolume(double radius) {
   return 4.0 / 3.0 * std::numbers::pi * radius * radius * radius;
 }
 
-// m^3, of something that has no surface to take it from.
+// Half the volume (m^3) of the box around a shape, for shapes whose surface cannot be had; 0 for
+// infinite ones.
 double halfBoxVolume(const btCollisionShape& shape) {
   if (shape.isInfinite()) return 0.0;
   btVector3 low;
@@ -33,7 +34,7 @@ double halfBoxVolume(const btCollisionShape& shape) {
          static_cast<double>(size.z());
 }
 
-// kg; 0 where nothing that hits it can move it.
+// Mass in kg; 0 if nothing that hits the body can move it.
 double movableMass(const btRigidBody& rigid) {
   const bool movable = !rigid.isStaticOrKinematicObject() && rigid.getInvMass() > 0;
   return movable ? 1.0 / static_cast<double>(rigid.getInvMass()) : 0.0;
@@ -46,8 +47,9 @@ double movableMass(const btMultiBodyLinkCollider& collider) {
   return multibody.hasFixedBase() ? 0.0 : static_cast<double>(multibody.getBaseMass());
 }
 
-// Bullet's factors are along the world's axes. A body that may turn about one of them only keeps
-// that axis, so its factor in its own frame stays as it is now.
+// Inverse inertia (1/(kg m^2), body frame) with Bullet's angular factors, which are along the
+// world's axes. A body that may turn about one of them only keeps that axis, so its factor in its
+// own frame stays as it is now.
 Eigen::Matrix3d inverseInertiaOf(const btRigidBody& rigid) {
   const btMatrix3x3& basis = rigid.getWorldTransform().getBasis();
   Eigen::Matrix3d turn;
@@ -66,7 +68,7 @@ Result<BodyReader::Radiator> BodyReader::solve(const SurfaceMesh& surface) {
   return Radiator(cache_, &*found);
 }
 
-// Radius, and the radiator where there is one to be had.
+// Reads the radius, and the radiator if the shape can be solved.
 void BodyReader::readShape(const btCollisionShape& shape, BodyReading& reading) {
   SoundBody& body = reading.sound;
   if (shape.getShapeType() == SPHERE_SHAPE_PROXYTYPE) {

@@ -17,15 +17,15 @@ class btCollisionShape;
 
 namespace carom::plugin {
 
-/// What a body of a Bullet world radiates as, and whether its shape could be solved.
+/// A body of a Bullet world as it radiates, and whether its shape could be solved.
 struct BodyReading {
   SoundBody sound;
-  bool isLink = false;              ///< of a multibody, and it can move
-  std::optional<Error> unsolved{};  ///< why a movable body's shape is not what it radiates as
+  bool isLink = false;              ///< it is a link of a multibody, and can move
+  std::optional<Error> unsolved{};  ///< why a movable body does not radiate by its shape
 };
 
-/// Bullet bodies as SoundBodies: mass and inertia as Bullet has them, added mass of their shape,
-/// the material guessed from their density.
+/// Reads Bullet bodies as SoundBodies: mass and inertia as Bullet has them, added mass of their
+/// shape, the material guessed from their density.
 ///
 /// Shapes are told apart by their surfaces as they are at this moment, with scaling, and not by
 /// their addresses. [one thread]
@@ -33,10 +33,10 @@ class BodyReader {
  public:
   explicit BodyReader(RadiatorChoice choice) : choice_(choice) {}
 
-  /// Solves the body's shape if it is the first of its kind.
+  /// Reads a body; solves its shape if it is the first of its kind.
   BodyReading read(const btCollisionObject& object);
 
-  /// Shapes solved so far.
+  /// Number of shapes solved so far.
   std::uint64_t solved() const { return solved_.size(); }
 
  private:

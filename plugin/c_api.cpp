@@ -38,15 +38,15 @@ static_assert(CAROM_VERSION_MAJOR == CAROM_PROJECT_MAJOR &&
                   CAROM_VERSION_PATCH == CAROM_PROJECT_PATCH,
               "carom.h has another version than project() in CMakeLists.txt");
 
-/// What a handle points to.
+/// The object that a handle points to.
 struct carom_sound {
   template <class Kind>
   carom_sound(Kind made, carom::RadiatorChoice radiators)
       : sound(std::move(made)), reader(radiators) {}
 
   std::variant<EventSound, Sound> sound;
-  CBodyReader reader;                                     // of bodies of posted events
-  std::unordered_map<uint32_t, carom::SoundBody> bodies;  // likewise, as they were set last
+  CBodyReader reader;                                     // for bodies of posted events
+  std::unordered_map<uint32_t, carom::SoundBody> bodies;  // as set last for posted events
 };
 
 struct carom_modes {
@@ -57,8 +57,8 @@ namespace {
 
 constexpr double kMostGain = 1000.0;
 
-// The one mutable global: whoever makes a handle has none yet to keep a message in. Of fixed size,
-// so that a lack of memory can be told of.
+// The only mutable global: a caller that makes a handle has none yet to keep a message in. Its size
+// is fixed, so that a lack of memory can be reported.
 thread_local std::array<char, 1024> lastMessage{};
 
 carom_status failed(carom_status status, std::string_view message) noexcept {
@@ -72,12 +72,12 @@ carom_status isNull(const char* argument) noexcept {
   return failed(CAROM_ERROR_ARGUMENT, std::string_view(argument));
 }
 
-/// What comes of an action: `refused` where it was.
+/// Turns the Status of an action into a carom_status: `refused` if it is an error.
 carom_status outcome(const Status& status, carom_status refused = CAROM_ERROR_ARGUMENT) {
   return status ? CAROM_OK : failed(refused, status.error().message);
 }
 
-/// Runs `action`, which returns a carom_status; nothing that it throws goes further.
+/// Runs `action`, which returns a carom_status; its exceptions become one, too.
 template <class Action>
 carom_status guarded(Action&& action) noexcept {
   try {
@@ -98,7 +98,7 @@ carom_status onAny(Handle* handle, carom_status refused, Action&& action) noexce
   return guarded([&] { return outcome(std::visit(action, handle->sound), refused); });
 }
 
-/// The same, of one kind only.
+/// Runs `action`, which returns a Status, on a sound of one kind only.
 template <class Kind, class Action>
 carom_status onKind(carom_sound* handle, Action&& action) noexcept {
   if (handle == nullptr) return isNull("the carom_sound is NULL");
@@ -110,14 +110,14 @@ carom_status onKind(carom_sound* handle, Action&& action) noexcept {
   return guarded([&] { return outcome(action(*sound)); });
 }
 
-/// A number of a sound; 0 without one.
+/// Returns a number of a sound; 0 for NULL.
 template <class Number, class Getter>
 Number numberOf(const carom_sound* handle, Getter&& getter) noexcept {
   if (handle == nullptr) return Number{};
   return std::visit(getter, handle->sound);
 }
 
-/// Makes a handle of the sound that `make` makes of settings.
+/// Makes a handle of the sound that `make` makes from settings.
 template <class Make>
 carom_status create(const carom_settings* given, carom_sound** handle, Make&& make) noexcept {
   if (handle == nullptr) return isNull("the carom_sound** is NULL");
@@ -150,7 +150,7 @@ Status setMaterial(Sound& sound, const Object* object, const Material& material)
   return sound.setMaterial(*object, material);
 }
 
-/// Of a material by name or by numbers, for an object, a shape or a user index.
+/// Sets a material, given by name or by numbers, for an object, a shape or a user index.
 template <class Subject, class Source>
 carom_status setMaterial(carom_sound* handle, Subject subject, Source source) noexcept {
   return onKind<Sound>(handle, [&](Sound& sound) -> Status {
@@ -182,7 +182,7 @@ std::filesystem::path pathOf(const char* utf8) {
   return {reinterpret_cast<const char8_t*>(utf8)};
 }
 
-/// Lets go of what a sound holds on to.
+/// Releases what a sound holds: its world, its device, its recording.
 Status close(Sound& sound) {
   return sound.close();
 }
@@ -276,7 +276,7 @@ carom_status carom_find_material(const char* name, carom_material* material) noe
   return guarded([&] {
     const Result<Material> known = carom::plugin::materialNamed(name);
     if (!known) return failed(CAROM_ERROR_ARGUMENT, known.error().message);
-    // The table's own, whose name stays.
+    // From the table's own material, as its name stays valid.
     return outcome(carom::plugin::writeStruct(carom::plugin::toC(*carom::findMaterial(name)),
                                               material, "carom_material"));
   });

@@ -21,10 +21,11 @@ namespace {
 
 using Eigen::Matrix3d;
 
-/// Of the cube root of the volume: how far the centroid of a mesh may lie from the origin where its
-/// inertia is made by the library.
+/// Largest distance of a mesh's centroid from the origin, as a share of the cube root of the
+/// volume, with which the library computes its inertia.
 constexpr double kOffCentre = 0.05;
-/// Vertices, and triangles. A number beyond is a mistake; a tenth of it takes minutes to solve.
+/// Most vertices, and most triangles. A larger number is a mistake; a tenth of it takes minutes to
+/// solve.
 constexpr std::size_t kMostOfAMesh = 10'000'000;
 
 std::string whyNot(const carom_body& given) {
@@ -82,7 +83,7 @@ Result<SurfaceMesh> surfaceOf(const carom_body& given) {
   return given.shape == CAROM_SHAPE_BOX ? boxMesh(given.half_extents) : meshOf(given);
 }
 
-/// kg m^2, about the origin, of even density.
+/// Inertia (kg m^2) about the origin of a solid of even density.
 Result<Matrix3d> evenInertia(const SurfaceMesh& solid, double mass) {
   const double volume = signedVolume(solid);
   const double distance = volumeCentroid(solid).norm();
@@ -94,7 +95,7 @@ Result<Matrix3d> evenInertia(const SurfaceMesh& solid, double mass) {
   return Matrix3d(mass / volume * (moment.trace() * Matrix3d::Identity() - moment));
 }
 
-/// Also where the diagonal is infinite, which Eigen's own test does not allow for.
+/// True if a matrix is diagonal, also with an infinite diagonal, for which Eigen's own test fails.
 bool isDiagonal(const Matrix3d& matrix) {
   const auto offDiagonal = [&](int row) {
     return matrix(row, (row + 1) % 3) != 0.0 || matrix(row, (row + 2) % 3) != 0.0;
@@ -102,7 +103,7 @@ bool isDiagonal(const Matrix3d& matrix) {
   return !offDiagonal(0) && !offDiagonal(1) && !offDiagonal(2);
 }
 
-/// Of a symmetric matrix, by its leading minors (Sylvester).
+/// True if a symmetric matrix is positive definite, by its leading minors (Sylvester).
 bool isPositiveDefinite(const Matrix3d& matrix) {
   return matrix(0, 0) > 0.0 && matrix.topLeftCorner<2, 2>().determinant() > 0.0 &&
          matrix.determinant() > 0.0;

@@ -10,14 +10,14 @@
 
 namespace carom::plugin {
 
-/// Makes SoundBodies of what a C host says about its bodies: mass and shape become the radius, or
+/// Makes SoundBodies of the carom_body structs of a C host: mass and shape become the radius, or
 /// the added mass and the inertia. [one thread at a time]
 class CBodyReader {
  public:
   explicit CBodyReader(RadiatorChoice choice) : choice_(choice) {}
 
-  /// Solves the shape if it is the first of its kind. Errors name the field; what SoundBody does
-  /// not allow is left to EventSound::setBody.
+  /// Reads a body; solves its shape if it is the first of its kind. Errors name the field; values
+  /// that SoundBody does not allow are left to EventSound::setBody.
   Result<SoundBody> read(const carom_body* given);
 
  private:

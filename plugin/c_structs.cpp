@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Nothing hides behind the last field, where an older caller would have left it to chance.
+// True if no padding follows the last field, which an older caller would have left uninitialised.
 template <class Struct, class Field>
 constexpr bool endsWith(Field Struct::*, std::size_t offset) {
   return offset + sizeof(Field) == sizeof(Struct);
@@ -23,7 +23,7 @@ static_assert(endsWith(&carom_body::reserved, offsetof(carom_body, reserved)));
 static_assert(endsWith(&carom_event::reserved, offsetof(carom_event, reserved)));
 static_assert(endsWith(&carom_material::damping_beta, offsetof(carom_material, damping_beta)));
 static_assert(endsWith(&carom_statistics::modes, offsetof(carom_statistics, modes)));
-// Nor behind the last of the first version, where that was the end.
+// No padding follows the last field of the first version either, where the struct ended then.
 static_assert(offsetof(carom_settings, reserved) + sizeof(std::int32_t) ==
               kSizes<carom_settings>.first);
 static_assert(offsetof(carom_material, restitution) + sizeof(double) ==
@@ -31,7 +31,7 @@ static_assert(offsetof(carom_material, restitution) + sizeof(double) ==
 static_assert(offsetof(carom_statistics, unsupported_contacts) + sizeof(std::uint64_t) ==
               kSizes<carom_statistics>.first);
 
-/// Of a caller's struct, whatever its version.
+/// Returns the `size` in a caller's struct, whatever its version.
 std::size_t sizeOf(const void* given) {
   std::size_t size = 0;
   std::memcpy(&size, given, sizeof size);
@@ -50,7 +50,7 @@ bool isZero(const std::byte* bytes, std::size_t count) {
   return std::all_of(bytes, bytes + count, [](std::byte byte) { return byte == std::byte{0}; });
 }
 
-/// A field that stands for one of `count` things, or for a place that is not used yet.
+/// A field with a value from 0 to count - 1; the count of a reserved field is 1.
 struct Choice {
   const char* field;
   std::int32_t value;
@@ -92,7 +92,7 @@ Result<Listener> listenerFrom(const carom_listener& given, const std::string& pl
   return listener;
 }
 
-/// They lie as far apart as the caller's struct is large.
+/// Reads the listeners, which lie as far apart as the caller's struct is large.
 Result<std::vector<Listener>> listenersFrom(const carom_settings& settings) {
   std::vector<Listener> listeners;
   if (settings.listener_count == 0) return SoundSettings{}.listeners;

@@ -13,19 +13,20 @@
 
 namespace carom::plugin {
 
-// The structs of carom.h as those of the library, and back. Errors name the field. [any thread]
+// Converts the structs of carom.h into those of the library, and back. Errors name the field.
+// [any thread]
 
-/// Largest difference in size (bytes) between a struct here and one of another version: more is a
-/// size that nobody has set.
+/// Largest difference in size (bytes) between a struct here and one of another version: a larger
+/// one means that the caller has not set the size.
 inline constexpr std::size_t kMostGrowth = 4096;
 
-/// Bytes of a struct in the first version, and now.
+/// Sizes (bytes) of a struct in the first version, and now.
 struct StructSizes {
   std::size_t first;
   std::size_t now;
 };
 
-// What came since stands at the end.
+// Fields that were added since the first version are at the end.
 template <class Struct>
 inline constexpr StructSizes kSizes = {sizeof(Struct), sizeof(Struct)};
 template <>
@@ -38,14 +39,14 @@ template <>
 inline constexpr StructSizes kSizes<carom_statistics> = {offsetof(carom_statistics, rings),
                                                          sizeof(carom_statistics)};
 
-/// Copies what is known of a caller's struct, by its `size`; see carom.h on growth. What an older
-/// caller does not know stays as it is in `known`. Refuses sizes that no version has had, and
-/// fields unknown here that are not zero.
+/// Copies the known fields of a caller's struct, by its `size`; see carom.h on growth. Fields that
+/// an older caller does not know stay as they are in `known`. Refuses sizes that no version has
+/// had, and fields unknown here that are not zero.
 Status readStruct(const void* given, void* known, StructSizes sizes, const char* name);
-/// The reverse: fills what the caller knows; what is unknown here becomes zero.
+/// Fills the fields that the caller knows; those that are unknown here become zero.
 Status writeStruct(const void* known, void* given, StructSizes sizes, const char* name);
 
-/// `known` holds the defaults.
+/// Reads a caller's struct; `known` holds the defaults.
 template <class Struct>
 Result<Struct> readStruct(const Struct* given, Struct known, const char* name) {
   static_assert(std::is_trivially_copyable_v<Struct>);
@@ -59,7 +60,7 @@ Status writeStruct(const Struct& known, Struct* given, const char* name) {
   return writeStruct(&known, given, kSizes<Struct>, name);
 }
 
-/// writeStruct for one of which only the caller knows how large it is.
+/// Writes a struct whose size only the caller knows, and sets its `size`.
 template <class Struct>
 Status initStruct(const Struct& known, Struct* given, std::size_t size, const char* name) {
   if (given == nullptr) return Error{std::string(name) + " is NULL"};
@@ -72,12 +73,12 @@ carom_listener defaultListener();
 carom_body defaultBody();
 carom_event defaultEvent();
 
-/// Of NULL, the defaults.
+/// Reads settings; NULL gives the defaults.
 Result<SoundSettings> settingsFrom(const carom_settings* given);
 Result<ImpulseEvent> eventFrom(const carom_event* given);
 Result<Material> materialFrom(const carom_material* given);
 Result<Material> materialNamed(const char* name);
-/// Of a built-in material, whose name lives for ever.
+/// Converts a built-in material, whose name lives for ever.
 carom_material toC(const Material& material);
 carom_statistics toC(const SoundStatistics& statistics);
 carom_statistics toC(const WorldSoundStatistics& statistics);

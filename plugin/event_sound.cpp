@@ -24,7 +24,8 @@ using namespace plugin;
 
 namespace {
 
-/// m and s, beyond which a double has no samples any more, and much nearer than that.
+/// Bounds of places (m) and times (s): far below those beyond which a double cannot tell samples
+/// apart.
 constexpr double kFarthest = 1e12;
 constexpr double kLongestClock = 1e9;
 
@@ -55,7 +56,7 @@ std::string whyNot(const SoundSettings& settings) {
   return whyNot(settings.budget);
 }
 
-/// What a device needs beyond what a host would pull.
+/// Returns the settings for a device: with its rate, in real time, with a full scale and a limiter.
 SoundSettings deviceSettings(SoundSettings settings, double sampleRate) {
   settings.synth.sampleRate = sampleRate;
   settings.clock = SoundClock::realTime;
@@ -76,7 +77,7 @@ void add(SoundStatistics& sum, const SoundStatistics& more) {
     sum.*count += more.*count;
 }
 
-/// The first listener's channels as left and right, of a device that has no others.
+/// Renders for a device that has only left and right: the first listener's channels.
 class StereoFold {
  public:
   StereoFold(std::size_t channels, bool isStereo)
@@ -152,7 +153,7 @@ class EventSound::Impl {
   struct Pose {
     ListenerPose pose;
     bool isKnown = false;
-    bool isNew = false;  // the outputs have not heard of it
+    bool isNew = false;  // the outputs do not know it yet
   };
 
   Status makeEngine(const SoundSettings& settings);
@@ -169,14 +170,14 @@ class EventSound::Impl {
   double gain_ = 1.0;
   bool muted_ = false;
   std::map<BodyId, SoundBody> bodies_;
-  std::set<std::shared_ptr<const ModalModel>> models_;  // that can be used
+  std::set<std::shared_ptr<const ModalModel>> models_;  // found valid
   std::vector<Pose> poses_;                             // the latest, by listener
-  bool haveMoved_ = false;                              // one of them is new
-  SoundStatistics before_;  // of engines, or recordings, that are no more
+  bool haveMoved_ = false;                              // one of poses_ is new
+  SoundStatistics before_;  // sums of engines and recordings that are over
   bool hasPlayed_ = false;  // there was an engine
   std::optional<SoundRecorder> recorder_;
   std::unique_ptr<SoundEngine> engine_;
-  std::optional<AudioDevice> device_;  // goes before the engine that it pulls from
+  std::optional<AudioDevice> device_;  // destroyed before the engine that it pulls from
 };
 
 Status EventSound::Impl::prepare() {
@@ -187,7 +188,7 @@ Status EventSound::Impl::prepare() {
     return Error{"sound: " + limiter.error().message};
   if (settings_.play)
     if (Status playing = play(); !playing) return playing;
-  // Last: a recording replaces the file, whatever comes of the rest.
+  // The recording comes last: once begun, it replaces the file, whatever comes of the rest.
   if (!settings_.record.empty()) return record(settings_.record);
   return std::monostate{};
 }
@@ -215,13 +216,13 @@ void EventSound::Impl::removeBody(BodyId id) {
   if (engine_) engine_->layer().removeBody(id);
 }
 
-/// `Layer` is a ClickLayer or a Synth.
+/// Moves a listener of a ClickLayer or a Synth, or places it there if it cannot have moved so.
 template <class Layer>
 void EventSound::Impl::follow(Layer& layer, std::size_t listener, const ListenerPose& pose) {
   if (!layer.moveListener(listener, pose)) (void)layer.placeListener(listener, pose);
 }
 
-/// What setListener was told last, before something is heard there.
+/// Hands the poses that setListener was given last to the outputs, before something is heard there.
 void EventSound::Impl::moveListeners() {
   if (!std::exchange(haveMoved_, false)) return;
   for (std::size_t listener = 0; listener < poses_.size(); ++listener) {
@@ -235,7 +236,7 @@ void EventSound::Impl::moveListeners() {
 template <class Layer>
 void EventSound::Impl::bring(Layer& layer) const {
   for (const auto& [id, body] : bodies_)
-    (void)layer.setBody(id, body);  // was accepted once
+    (void)layer.setBody(id, body);  // has been accepted before
   for (std::size_t listener = 0; listener < poses_.size(); ++listener)
     if (poses_[listener].isKnown) (void)layer.placeListener(listener, poses_[listener].pose);
 }
@@ -356,7 +357,7 @@ void EventSound::Impl::setMuted(bool muted) noexcept {
   if (engine_) engine_->gain().setMuted(muted);
 }
 
-/// A recording counts as long as nothing else has: its events are those of the engine again.
+/// Includes the recording only if there was never an engine, which counts the same events.
 SoundStatistics EventSound::Impl::statistics() const {
   if (engine_) {
     SoundStatistics all = engine_->statistics();

@@ -4,8 +4,8 @@
 
 namespace carom::plugin {
 
-/// What something is probably made of: the common material (materialTable) whose density is
-/// nearest in ratio to this one, kg/m^3, > 0. [any thread]
+/// Returns the material that a body of this density (kg/m^3, > 0) is probably made of: the common
+/// one (materialTable) whose density is nearest in ratio. [any thread]
 const Material& materialByDensity(double density);
 
 }  // namespace carom::plugin

@@ -6,8 +6,8 @@
 
 namespace carom::plugin {
 
-/// A factor that another thread sets, reached without a step: along a straight line of kRamp. At 1,
-/// samples keep their bits.
+/// A factor that another thread sets, and that is reached without a jump, along a straight line of
+/// kRamp. At 1, samples keep their bits.
 class OutputGain {
  public:
   static constexpr double kRamp = 0.02;  ///< s
@@ -16,11 +16,11 @@ class OutputGain {
   explicit OutputGain(double sampleRate)
       : rampFrames_(static_cast<std::size_t>(kRamp * sampleRate)) {}
 
-  /// Clamped to [0, kMost]; not a number is ignored. [any thread]
+  /// Sets the factor, clamped to [0, kMost]; NaN is ignored. [any thread]
   void setGain(double gain) noexcept;
   void setMuted(bool muted) noexcept { muted_.store(muted, std::memory_order_relaxed); }
 
-  /// Multiplies, in place. [audio thread]
+  /// Multiplies samples in place. [audio thread]
   void apply(std::span<float* const> channels, std::size_t frames) noexcept;
 
  private:

@@ -21,8 +21,8 @@ using namespace plugin;
 
 namespace {
 
-/// Bodies that may be known beyond twice as many as there are, before those that went are looked
-/// for.
+/// Removed bodies are looked for when this many more bodies are known than twice those in the
+/// world.
 constexpr std::size_t kForgotten = 64;
 
 Result<Material> materialNamed(std::string_view name) {
@@ -33,14 +33,14 @@ Result<Material> materialNamed(std::string_view name) {
   return Error{"sound: there is no material '" + std::string(name) + "'; there are " + names};
 }
 
-/// What was set for a body, a shape or a user index.
+/// The properties that were set for a body, a shape or a user index.
 struct Given {
   std::optional<Material> material = std::nullopt;
   std::shared_ptr<const ModalModel> modes = nullptr;
-  bool hasModes = false;  // null ones, too: it does not ring
+  bool hasModes = false;  // they were set, maybe to null: it does not ring
   std::shared_ptr<const SurfaceTexture> texture = nullptr;
-  std::shared_ptr<const TextureCoordinates> coordinates = nullptr;  // of the texture
-  bool hasTexture = false;  // null ones, too: that of its material
+  std::shared_ptr<const TextureCoordinates> coordinates = nullptr;  // for the texture
+  bool hasTexture = false;  // it was set, maybe to null: that of its material
 };
 
 Given given(const Material& material) {
@@ -56,7 +56,7 @@ Given given(std::shared_ptr<const SurfaceTexture> texture,
   return {.texture = std::move(texture), .coordinates = std::move(coordinates), .hasTexture = true};
 }
 
-/// What is in `later` replaces what was there.
+/// Replaces in `earlier` what is set in `later`.
 void merge(Given& earlier, const Given& later) {
   if (later.material) earlier.material = later.material;
   if (later.hasModes) {
@@ -70,7 +70,8 @@ void merge(Given& earlier, const Given& later) {
   }
 }
 
-/// A model does not know its surface: that of what its material is called.
+/// Returns a model's material. The model does not know its surface: the roughness is that of the
+/// built-in material of the same name.
 Material ofModes(const ModalModel& modes) {
   Material material = modes.material;
   if (const Material* known = findMaterial(material.name)) material.roughness = known->roughness;
@@ -102,7 +103,7 @@ class Sound::Impl {
 
   Status listen(const SoundSettings& settings);
   Status close();
-  /// After `close` there is nothing left to do it with.
+  /// An error if the sound is closed.
   Status whyClosed() const;
 
   Status give(const btCollisionObject& object, const Given& given);
@@ -133,8 +134,9 @@ class Sound::Impl {
   EventSound events_;
   BodyReader reader_;
   std::unordered_map<BodyId, Known> bodies_;
-  std::vector<bool> isRead_;  // by id: whether it was ever in bodies_; asked for every event
-  /// Of bodies that no substep has seen yet, and so have no id. Another may come to their address.
+  std::vector<bool> isRead_;  // by id: it was in bodies_ at some time; asked for every event
+  /// The properties set for a body that no substep has seen yet, and that so has no id. Another
+  /// body may come to its address.
   struct Early {
     int proxyId = -1;
     Given given;
@@ -145,7 +147,7 @@ class Sound::Impl {
   std::string unsolvedReason_;
   std::uint64_t solvedInStep_ = 0;
   std::uint64_t unsupported_ = 0;
-  std::optional<BulletBridge> bridge_;  // goes first: it calls takeOver
+  std::optional<BulletBridge> bridge_;  // destroyed first: it calls takeOver
 };
 
 Status Sound::Impl::listen(const SoundSettings& settings) {
@@ -157,7 +159,7 @@ Status Sound::Impl::listen(const SoundSettings& settings) {
   if (!bridge) return bridge.error();
   bridge_ = *std::move(bridge);
   prepare();
-  // Last: a recording replaces the file, whatever comes of the rest.
+  // The recording comes last: once begun, it replaces the file, whatever comes of the rest.
   if (!settings.record.empty()) return events_.record(settings.record);
   return std::monostate{};
 }
@@ -167,7 +169,7 @@ Status Sound::Impl::whyClosed() const {
   return std::monostate{};
 }
 
-/// At the end of each substep.
+/// Takes over the bridge's events and contacts at the end of each substep.
 void Sound::Impl::takeOver() {
   for (const ImpulseEvent& event : bridge_->events()) {
     if (!isRead(event.body) || !isRead(event.other)) readNew();
@@ -222,7 +224,8 @@ void Sound::Impl::read(BodyId id, const btCollisionObject& object) {
   reading.sound.modal = given.modes;
   reading.sound.texture = given.texture;
   reading.sound.textureCoordinates = given.coordinates;
-  // Who does not move is where its shape is, wherever its centre of mass may be.
+  // The model of a body that does not move is in the frame of its shape, wherever its centre of
+  // mass may be.
   if (object.isStaticOrKinematicObject()) reading.sound.modalOrigin = Vec3::Zero();
   (void)events_.setBody(id, reading.sound);  // refused: its events are counted as rejected
 }
@@ -251,7 +254,8 @@ void Sound::Impl::prepare() {
     if (!bridge_->bodyId(*objects[i])) (void)reader_.read(*objects[i]);  // solves its shape
 }
 
-/// Bodies come and go; the bridge gives no id twice.
+/// Forgets bodies that have left the world: they would become ever more, as the bridge gives no id
+/// twice.
 void Sound::Impl::forgetRemoved() {
   const auto& objects = world_.getCollisionObjectArray();
   if (bodies_.size() <= 2 * static_cast<std::size_t>(objects.size()) + kForgotten) return;

@@ -16,23 +16,23 @@ namespace {
 /// Clicks taken out of the queue for each frame that is rendered, so that a burst does not hold up
 /// a block.
 constexpr std::size_t kArrivalsPerFrame = 16;
-/// Likewise, of rings.
+/// Rings taken out of the queue for each frame that is rendered.
 constexpr std::size_t kRingsPerFrame = 2;
-/// s over which work and time are compared.
+/// s: time constant over which work and time are compared.
 constexpr double kMeasuring = 1.0;
-/// Work that has to be measured before its cost is believed; then, nanoseconds that it may take.
+/// Least work before the cost estimate is used; then its limits in ns.
 constexpr double kEnoughWork = 1e5;
 constexpr double kLeastCost = 0.2;
 constexpr double kMostCost = 50.0;
 constexpr std::size_t kInterleavedFrames = 256;
 
-/// s, for which the nodes of what slides are held at most beyond the look-ahead: a step and the
-/// way.
+/// s: longest time beyond the look-ahead for which the nodes of slides are held: a step and the
+/// delay of a path.
 constexpr double kTrainsHeld = 0.1;
-/// s, of nodes that cross at once: more than a frame of the host.
+/// s: time whose nodes can cross at once: more than a frame of the host.
 constexpr double kTrainsQueued = 0.06;
 
-/// Of both bodies of each contact.
+/// Number of nodes in so many seconds, of both bodies of each sliding contact.
 std::size_t nodesOf(const SoundSettings& settings, double seconds) {
   const auto bodies = 2.0 * static_cast<double>(settings.budget.slidingContacts);
   return static_cast<std::size_t>(std::ceil(bodies * settings.synth.sampleRate * seconds));
@@ -42,7 +42,7 @@ PlayerCapacity capacityOf(const SoundSettings& settings) {
   const VoiceBudget& budget = settings.budget;
   return {.voices = budget.voices,
           .buses = budget.buses,
-          // A body that clicks and rings has them twice.
+          // A body that clicks and rings needs its nodes twice.
           .nodes = 2 * nodesOf(settings, settings.latency + kTrainsHeld),
           .longestContact = budget.longestContact,
           .rings = {.banks = budget.ringingBodies,
@@ -51,13 +51,13 @@ PlayerCapacity capacityOf(const SoundSettings& settings) {
                     .longestContact = budget.longestContact}};
 }
 
-/// Of taps of so many modes.
+/// Rounds a number of modes up to whole vectors of resonators, as their taps are.
 std::size_t padded(std::size_t modes) {
   constexpr std::size_t kWidth = ResonatorKernels::kWidth;
   return (modes + kWidth - 1) / kWidth * kWidth;
 }
 
-/// As many clicks as may wait in the player, twice.
+/// Twice the number of clicks that may wait in the player.
 std::size_t queueCapacity(const SoundSettings& settings, const SoundPaths& paths) {
   const std::size_t perEvent = paths.channels.size() * paths.paths.size() + 1;
   const std::size_t most = capacityOf(settings).clicks;
@@ -158,8 +158,8 @@ void SoundEngine::keepClicks(const LaidSound& sound) {
   laidNodes_.insert(laidNodes_.end(), sound.train.begin(), sound.train.end());
 }
 
-/// Of the contacts of each moment as many slide as the budget allows; a step of the world may be
-/// several of its mechanics.
+/// Lays the lasting contacts of a step. At each moment as many of them slide as the budget allows;
+/// a step of the world may be several of its mechanics.
 void SoundEngine::layTouches() {
   for (std::size_t first = 0; first < touched_.size();) {
     const std::size_t begin = first;
@@ -172,7 +172,8 @@ void SoundEngine::layTouches() {
   }
 }
 
-/// What a contact of that moment needs to slide; the ranks of all are in slideRanks_ then.
+/// Returns the least rank with which a contact of that moment slides; leaves the ranks of all in
+/// slideRanks_.
 double SoundEngine::rankToSlide(std::span<const ContactState> moment) {
   slideRanks_.clear();
   for (const ContactState& contact : moment)
@@ -208,7 +209,8 @@ void SoundEngine::layTouch(const ContactState& contact, double rank, double leas
   }
 }
 
-/// Of the first modes, as many as the player has room for; seen by the other thread with the step.
+/// Queues rings with as many of the first modes as the player has room for; the audio thread sees
+/// them when the step is sent.
 void SoundEngine::sendRings(const LaidSound& sound) {
   const std::size_t count = std::min(sound.rings.front().count, padded(settings_.budget.modes));
   const std::size_t chunks = sound.rings.size() * 2 * count / kTaps;
@@ -236,7 +238,7 @@ void SoundEngine::sendRings(const LaidSound& sound) {
   }
 }
 
-/// Of the step's events; returns how many went.
+/// Keeps the loudest of the step's events; returns how many were dropped.
 std::uint64_t SoundEngine::keepLoudest(std::size_t events) {
   if (laid_.size() <= events) return 0;
   const std::uint64_t gone = laid_.size() - events;
@@ -260,7 +262,7 @@ std::uint64_t SoundEngine::keepLoudest(std::size_t events) {
   return gone;
 }
 
-/// Hands the step's events over: all there is room for, the loudest first to be taken.
+/// Hands over the step's events: as many as there is room for, the loudest of them.
 void SoundEngine::send() {
   counters_.stolen += keepLoudest(settings_.budget.voices);
   const std::size_t room = queue_.writable(laidClicks_.size());
@@ -282,7 +284,7 @@ void SoundEngine::send() {
                   static_cast<std::uint32_t>(laid.nodes)});
     }
   }
-  trains_.publish();  // before what needs them
+  trains_.publish();  // before the clicks that need them
   queue_.publish();
   ringTrains_.publish();
   taps_.publish();
@@ -336,7 +338,7 @@ void SoundEngine::render(std::span<float* const> channels, std::size_t frames) n
   publish();
 }
 
-/// From the queue into the player.
+/// Moves events from the queue into the player.
 void SoundEngine::receive(std::size_t frames) noexcept {
   const std::size_t most = std::max(kArrivalsPerFrame * frames, arrived_.size());
   const bool hasEars = layer_.paths().hasHeads;
@@ -357,11 +359,11 @@ void SoundEngine::receive(std::size_t frames) noexcept {
   }
 }
 
-/// The next so many nodes, out of the queue; until the next call.
+/// Takes the next nodes out of a queue; they are valid until the next call.
 std::span<const PulseNode> SoundEngine::arrivedTrain(SpscQueue<PulseNode>& from,
                                                      std::size_t nodes) noexcept {
   [[maybe_unused]] const std::size_t there = from.readable(nodes);
-  assert(there >= nodes);  // published before what they are of
+  assert(there >= nodes);  // published before the event that has them
   for (std::size_t i = 0; i < nodes; ++i)
     arrivedTrain_[i] = from.peek(i);
   from.drop(nodes);
@@ -391,7 +393,7 @@ void SoundEngine::receiveRings(std::size_t frames) noexcept {
   }
 }
 
-/// What work costs on this machine, and so how much of it may be done.
+/// Measures what work costs on this machine, and sets how much of it may be done.
 void SoundEngine::measure(double seconds, std::size_t frames) noexcept {
   const double duration = static_cast<double>(frames) / settings_.synth.sampleRate;
   const double fading = std::exp(-duration / kMeasuring);

@@ -20,7 +20,7 @@
 
 namespace carom::plugin {
 
-/// What SoundSettings::limiter asks for; none, if it does not. Refuses what Limiter refuses.
+/// Makes the limiter that SoundSettings::limiter asks for, if any. Refuses what Limiter refuses.
 Result<std::optional<Limiter>> makeLimiter(const SoundSettings& settings, std::size_t channels);
 
 /// Synth cut in two at the place where threads meet:
@@ -30,9 +30,9 @@ Result<std::optional<Limiter>> makeLimiter(const SoundSettings& settings, std::s
 ///          | SpscQueue
 ///     render              ClickPlayer, gain, limiter
 ///
-/// One event crosses whole. Where a step has more than the budget's voices, the loudest cross.
+/// An event crosses whole. Where a step has more than the budget's voices, the loudest cross.
 ///
-/// Padded, as the two ends of its queue have lines of the cache of their own.
+/// The class has padding, as the two ends of its queues have lines of the cache of their own.
 class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
  public:
   /// Refuses what makeSoundPaths and Limiter refuse.
@@ -44,7 +44,7 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   void post(const ImpulseEvent& event);
   void touch(const ContactState& contact);
   void advanceTo(double seconds);
-  SoundStatistics statistics() const;  ///< of this engine
+  SoundStatistics statistics() const;  ///< since this engine was made
   const SoundSettings& settings() const { return settings_; }
   std::size_t channelCount() const { return layer_.paths().channels.size(); }
   std::size_t outputDelay() const { return limiter_ ? limiter_->latency() : 0; }
@@ -61,26 +61,26 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
     audio::Click click;
     audio::SphereWeights ears;
     double peak = 0.0;
-    std::uint32_t ofEvent = 0;  // clicks of its event, this one included, from here on
-    std::uint32_t nodes = 0;    // of its event's train, in trains_
+    std::uint32_t ofEvent = 0;  // number of its event's clicks from this one on
+    std::uint32_t nodes = 0;    // number of nodes in its event's train, in trains_
   };
   /// An event of the step in hand.
   struct Laid {
     double peak = 0.0;
-    std::size_t first = 0;  // click
-    std::size_t count = 0;
-    std::size_t firstNode = 0;
-    std::size_t nodes = 0;  // 0: it is no step of a slide
+    std::size_t first = 0;      // its first click in laidClicks_
+    std::size_t count = 0;      // number of its clicks
+    std::size_t firstNode = 0;  // in laidNodes_
+    std::size_t nodes = 0;      // 0: it is no step of a slide
   };
   /// A ring, and its taps in another queue: kTaps of its b0 and b1 at a time.
   static constexpr std::size_t kTaps = 16;
   using QueuedTaps = std::array<double, kTaps>;
   struct QueuedRing {
     audio::Ring ring;
-    std::uint32_t ofEvent = 0;  // rings of its event, this one included, from here on
-    std::uint32_t nodes = 0;    // of its event's train, in ringTrains_
+    std::uint32_t ofEvent = 0;  // number of its event's rings from this one on
+    std::uint32_t nodes = 0;    // number of nodes in its event's train, in ringTrains_
   };
-  /// What the audio thread tells the other one.
+  /// Statistics that the audio thread writes and the simulation's thread reads.
   struct Shared {
     std::atomic<std::uint64_t> late{0}, stolen{0}, overBudget{0}, noBus{0}, tooLong{0}, noBank{0},
         noTrain{0};
@@ -108,32 +108,32 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
 
   SoundSettings settings_;
 
-  // The simulation's.
+  // The simulation thread's members.
   audio::ClickLayer layer_;
   SoundTimeline timeline_;
-  std::vector<ImpulseEvent> posted_;   // in the step in hand
-  std::vector<ContactState> touched_;  // likewise
+  std::vector<ImpulseEvent> posted_;   // events of the step in hand
+  std::vector<ContactState> touched_;  // lasting contacts of the step in hand
   std::vector<Laid> laid_;
   std::vector<audio::Click> laidClicks_;
   std::vector<audio::SphereWeights> laidEars_;
   std::vector<audio::PulseNode> laidNodes_;
-  std::vector<double> slideRanks_;   // of the moment in hand
-  std::vector<double> sortedRanks_;  // likewise
-  SoundStatistics counters_;         // of what happens on this side
+  std::vector<double> slideRanks_;   // by contact of the moment in hand
+  std::vector<double> sortedRanks_;  // scratch for rankToSlide
+  SoundStatistics counters_;         // counts of this thread
 
   SpscQueue<QueuedClick> queue_;
   SpscQueue<QueuedRing> rings_;
-  SpscQueue<QueuedTaps> taps_;              // of rings_, in their order
-  SpscQueue<audio::PulseNode> trains_;      // of queue_, in their order
-  SpscQueue<audio::PulseNode> ringTrains_;  // of rings_, likewise
+  SpscQueue<QueuedTaps> taps_;              // taps of rings_, in their order
+  SpscQueue<audio::PulseNode> trains_;      // nodes of queue_, in its order
+  SpscQueue<audio::PulseNode> ringTrains_;  // nodes of rings_, in its order
   std::atomic<std::int64_t> rendered_{0};
   Shared shared_;
   OutputGain gain_;
 
-  // The audio thread's.
+  // The audio thread's members.
   audio::ClickPlayer player_;
   std::optional<Limiter> limiter_;
-  std::vector<audio::Click> arrived_;  // of one event
+  std::vector<audio::Click> arrived_;  // clicks of one event
   std::vector<audio::SphereWeights> arrivedEars_;
   std::vector<audio::Ring> arrivedRings_;
   std::vector<double> arrivedTaps_;
@@ -141,7 +141,7 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   std::vector<float> planar_;  // for renderInterleaved
   std::vector<float*> planarChannels_;
   double measuredTime_ = 0.0;  // s, fading
-  double measuredWork_ = 0.0;  // likewise
+  double measuredWork_ = 0.0;  // fading
   double cpuShare_ = 0.0;
   double worstBlock_ = 0.0;
 };

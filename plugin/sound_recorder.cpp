@@ -8,7 +8,7 @@ namespace carom::plugin {
 namespace {
 
 constexpr std::size_t kRecordedBlock = 1024;  // frames
-/// s, after which a tail is cut: a church has less.
+/// s: a tail is cut after this time; a church has less.
 constexpr double kLongestTail = 20.0;
 
 }  // namespace

@@ -27,13 +27,13 @@ class SoundRecorder {
   Synth& synth() { return synth_; }
   const Synth& synth() const { return synth_; }
   static bool isLeap(double from, double to) { return to < from || to > from + kLongestStep; }
-  /// The file begins at that time of the simulation, or goes on there after a leap. The listeners
+  /// Begins the file at that time of the simulation, or goes on there after a leap. The listeners
   /// have to be placed anew.
   void startAt(double seconds);
   /// Renders up to the latency before `seconds`.
   void advanceTo(double seconds);
-  /// Renders up to `seconds`, on until all is silent, and completes the file. Anything that went
-  /// wrong since the beginning.
+  /// Renders up to `seconds`, on until all is silent, and completes the file. Returns the first
+  /// error since the beginning.
   Status finish(double seconds);
 
  private:

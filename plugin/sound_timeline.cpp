@@ -10,7 +10,7 @@ using namespace audio;
 
 TimelineStep SoundTimeline::advance(double time, std::int64_t rendered) {
   if (clock_ == SoundClock::simulation) return TimelineStep::steady;
-  if (rendered == 0) return TimelineStep::skipped;  // nobody has begun to listen
+  if (rendered == 0) return TimelineStep::skipped;  // no samples have been taken yet
   const double elapsed = time - time_;
   time_ = time;
   if (!anchored_ || resting_) {
@@ -48,7 +48,7 @@ TimelineStep SoundTimeline::advance(double time, std::int64_t rendered) {
   return TimelineStep::steady;
 }
 
-/// From here on the look-ahead is the latency, by a whole number of samples.
+/// Sets the shift anew, to a whole number of samples, so that the look-ahead is the latency.
 void SoundTimeline::anchor(double time, std::int64_t rendered) {
   pieces_.fill({.since = time,
                 .shift = std::round(static_cast<double>(rendered) + latency_ - time * rate_),
@@ -59,7 +59,7 @@ void SoundTimeline::anchor(double time, std::int64_t rendered) {
   resting_ = false;
 }
 
-/// Goes on from here as the scale and the drift ask for.
+/// Continues the shift from here on with the slope that scale and drift ask for.
 void SoundTimeline::bend(double time, double drift) {
   double slew = 0.0;
   if (drift != 0.0)

@@ -12,7 +12,7 @@ namespace carom::plugin {
 
 /// A ring between one thread that writes and one that reads: where the simulation and the audio
 /// thread meet. Wait-free on both sides, without allocation: every call takes a bounded number of
-/// steps whatever the other thread does. What is written together is seen together.
+/// steps whatever the other thread does. Items that are published together are seen together.
 ///
 /// After Lamport (1983, "Specifying concurrent program modules", ACM TOPLAS 5, 190-222): each side
 /// owns one index and reads the other's; here with release and acquire, and with a copy of the
@@ -20,12 +20,12 @@ namespace carom::plugin {
 template <class T>
 class SpscQueue {
  public:
-  /// Holds at least `capacity` items; the next power of two.
+  /// Makes a queue that holds at least `capacity` items: the next power of two.
   explicit SpscQueue(std::size_t capacity) : items_(std::bit_ceil(capacity)) {}
 
   std::size_t capacity() const { return items_.size(); }
 
-  /// How many items can be written now, at least. [writing thread]
+  /// Returns how many items can be written now, at least. [writing thread]
   std::size_t writable(std::size_t wanted) noexcept {
     const std::size_t free = items_.size() - (write_.index - write_.others);
     if (free >= wanted) return free;
@@ -39,18 +39,18 @@ class SpscQueue {
     assert(write_.index - write_.others < items_.size());
     items_[write_.index++ & (items_.size() - 1)] = item;
   }
-  /// All that was put is there, at once. [writing thread]
+  /// Lets the reader see all items that were put, at once. [writing thread]
   void publish() noexcept { write_.published.store(write_.index, std::memory_order_release); }
 
-  /// How many items can be read now, at least. [reading thread]
+  /// Returns how many items can be read now, at least. [reading thread]
   std::size_t readable(std::size_t wanted) noexcept {
     const std::size_t there = read_.others - read_.index;
     if (there >= wanted) return there;
     read_.others = write_.published.load(std::memory_order_acquire);
     return read_.others - read_.index;
   }
-  /// The item `ahead` behind the oldest one. Requires that `readable` has told of it. [reading
-  /// thread]
+  /// Returns the item `ahead` places behind the oldest one. Requires that `readable` has told of
+  /// it. [reading thread]
   const T& peek(std::size_t ahead = 0) const noexcept {
     assert(ahead < read_.others - read_.index);
     return items_[(read_.index + ahead) & (items_.size() - 1)];

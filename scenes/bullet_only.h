@@ -6,8 +6,9 @@
 
 namespace carom::scenes {
 
-/// Why the native stepper cannot run this scene: the first body of a kind that only Bullet moves,
-/// in one sentence; empty where there is none. The other way round: whyNotOnBullet. [any thread]
+/// Returns why the native stepper cannot run this scene: one sentence that names the first body of
+/// a kind that only Bullet moves, or an empty string if it can. Its counterpart is whyNotOnBullet.
+/// [any thread]
 std::string whyNotOnNative(const Scene& scene);
 
 }  // namespace carom::scenes

@@ -11,7 +11,7 @@
 namespace carom::scenes {
 namespace {
 
-/// What a sphere's rolling and pivoting are held up by, as arms of what presses it on.
+/// Rolling and pivoting resistance of a sphere, as the lever arms of the normal force.
 struct RollingArms {
   double rolling = 0.0;   // m
   double pivoting = 0.0;  // m
@@ -46,11 +46,11 @@ bool resistsRolling(const SceneBody& body) {
   return body.contact.rollingFriction > 0.0 || body.contact.pivotingFriction > 0.0;
 }
 
-/// Our hold on Bullet's slots, which are those of the process; see BulletScene.
+/// Carom's hold on Bullet's callback slots, of which the process has one set; see BulletScene.
 struct CombinationSlots {
   audio::Mutex mutex;
-  std::size_t scenes = 0;                           // that need them
-  CalculateCombinedCallback restitution = nullptr;  // what was there before
+  std::size_t scenes = 0;                           // number of scenes that need the slots
+  CalculateCombinedCallback restitution = nullptr;  // the functions installed before
   CalculateCombinedCallback rolling = nullptr;
   CalculateCombinedCallback spinning = nullptr;
 };
@@ -73,13 +73,14 @@ btScalar combineRestitutions(const btCollisionObject* body, const btCollisionObj
                                           second->restitution));
 }
 
-/// Of a sphere on what is none: the native stepper knows no other rolling.
+/// Returns the arm of the sphere in a contact of a sphere and another kind of body, and 0 for other
+/// pairs: the native stepper knows no other rolling resistance.
 btScalar combineArms(const btCollisionObject* body, const btCollisionObject* other,
                      double RollingArms::*arm, CalculateCombinedCallback before) {
   const auto* first = dynamic_cast<const SurfaceBody*>(body);
   const auto* second = dynamic_cast<const SurfaceBody*>(other);
   if (first == nullptr || second == nullptr) {
-    assert(before != nullptr);  // as above
+    assert(before != nullptr);  // stored before Bullet is given this function
     return before(body, other);
   }
   if (first->isSphere == second->isSphere) return 0;
@@ -94,7 +95,7 @@ btScalar combineSpinning(const btCollisionObject* body, const btCollisionObject*
   return combineArms(body, other, &RollingArms::pivoting, slots().spinning);
 }
 
-/// Ours in the place of what is there, which is remembered.
+/// Remembers the function in `slot` and installs `ours` in its place.
 void take(CalculateCombinedCallback& slot, CalculateCombinedCallback ours,
           CalculateCombinedCallback& before) {
   before = slot;
@@ -109,7 +110,7 @@ void takeSlots() {
   take(gCalculateCombinedSpinningFrictionCallback, combineSpinning, slots().spinning);
 }
 
-// What somebody else has put there since stays.
+// Restores `slot`, unless other code has replaced `ours` since.
 void give(CalculateCombinedCallback& slot, CalculateCombinedCallback ours,
           CalculateCombinedCallback before) {
   if (slot == ours) slot = before;
@@ -145,9 +146,9 @@ BulletScene::~BulletScene() {
   if (needsSlots_) leaveSlots();
 }
 
-/// Polyhedra are separated by their faces and edges (see BulletSolid), and meet a plane with more
-/// than one corner in a step: on one at a time they rattle and do not rest. Neither is felt by
-/// spheres.
+/// Makes the world separate polyhedra by their faces and edges (see BulletSolid), and gives their
+/// contact with a plane more than one corner in a step: on one corner at a time they rattle and do
+/// not rest. Neither setting affects spheres.
 void BulletScene::prepareForSolids() {
   world_.getDispatchInfo().m_enableSatConvex = true;
   configuration_.setPlaneConvexMultipointIterations(kCornersOnPlane, kCornersOnPlane);
@@ -158,11 +159,10 @@ Quat BulletScene::orientation(std::size_t index, const Quat& bullet) const {
 }
 
 void BulletScene::addBody(const SceneBody& body, double restSpeed) {
-  frames_.push_back(Quat::Identity());  // unless makeBody knows better
+  frames_.push_back(Quat::Identity());  // makeBody replaces it for solids
   std::unique_ptr<btRigidBody> rigid = makeBody(body);
-  // Bullet multiplies the two restitutions of a pair; Carom takes the geometric mean.
+  // Bullet multiplies restitutions and frictions of a pair; Carom takes their geometric means.
   rigid->setRestitution(toBullet(std::sqrt(body.material.restitution)));
-  // Likewise of friction.
   rigid->setFriction(toBullet(std::sqrt(body.contact.friction)));
   rigid->setDamping(0, 0);
   rigid->setSleepingThresholds(toBullet(restSpeed), toBullet(restSpeed));

@@ -23,16 +23,17 @@ inline btTransform toBullet(const Quat& turn, const Vec3& place) {
   return btTransform(rotation, toBullet(place));
 }
 
-/// What Bullet collides of a solid, and all that it is made of.
+/// The collision shape that a solid has in Bullet, with the parts that it is made of.
 class BulletSolid {
  public:
-  /// `axes` turns the frame that Bullet has of it to the body's: Bullet turns bodies about their
-  /// principal axes only. A box or a cylinder comes as such; a mesh that moves, as the hulls of its
-  /// pieces; one that does not, as its triangles. Edges are sharp: there is no margin.
+  /// `axes` turns Bullet's frame of the solid to the body's: Bullet turns bodies about their
+  /// principal axes only. A box or a cylinder becomes Bullet's own shape of that kind; a mesh that
+  /// moves, the hulls of its pieces; a mesh that does not move, its triangles. Edges are sharp:
+  /// there is no margin.
   ///
-  /// All but cylinders have their faces and edges ready, for the world to separate them by
-  /// (m_enableSatConvex): Bullet's GJK is off by millimetres between bodies of centimetres, and
-  /// pushes them askew.
+  /// All shapes but cylinders have their faces and edges prepared, so that the world can separate
+  /// them by these (m_enableSatConvex): Bullet's GJK is off by millimetres between bodies of
+  /// centimetres, and pushes them askew.
   BulletSolid(const SolidShape& solid, const Quat& axes);
 
   btCollisionShape& shape() const { return *shapes_.back(); }
@@ -41,11 +42,11 @@ class BulletSolid {
   struct Builder;
 
   std::vector<std::unique_ptr<btStridingMeshInterface>> meshes_;
-  std::vector<std::unique_ptr<btCollisionShape>> shapes_;  // parts before what they are part of
+  std::vector<std::unique_ptr<btCollisionShape>> shapes_;  // parts before their compound
 };
 
-/// The surface of a solid: m, body frame. Cylinders are polyhedra of their volume, as
-/// shapeSurface makes them. [any thread], allocates.
+/// Returns the surface of a solid in m, body frame. A cylinder becomes a polyhedron of equal
+/// volume, as shapeSurface makes it. [any thread], allocates.
 SurfaceMesh surfaceOf(const SolidShape& solid);
 
 }  // namespace carom::scenes

@@ -8,8 +8,8 @@
 namespace carom::scenes {
 namespace {
 
-/// Bullet's computer rounds coordinates, so its own corners are not used, but the points that they
-/// come from.
+/// A convex hull by Bullet's computer. That rounds coordinates, so its corners are not used, but
+/// the points that they come from.
 class Hull {
  public:
   explicit Hull(const std::vector<Vec3>& points) {
@@ -28,7 +28,8 @@ class Hull {
 
   const std::vector<Vec3>& corners() const { return corners_; }
 
-  /// m, outside of the face that it is farthest from; negative inside.
+  /// Height of the point in m above the face that it is
+  /// farthest outside of; negative inside the hull.
   double heightOf(const Vec3& point) const {
     double height = -std::numeric_limits<double>::infinity();
     for (const Face& face : faces_)
@@ -42,7 +43,8 @@ class Hull {
     double offset;  // m
   };
 
-  /// Its plane by Newell's sum over the edges, which bears edges that are short or in line.
+  /// Adds the plane of a face by Newell's sum over the edges, which tolerates edges that are short
+  /// or in line.
   void addFace(int first) {
     const btConvexHullComputer::Edge* const start = &computer_.edges[first];
     const auto corner = [this](int index) { return corners_[static_cast<std::size_t>(index)]; };
@@ -66,7 +68,7 @@ class Hull {
   std::vector<Face> faces_;
 };
 
-/// Eight points far from each other: each the farthest from those before it.
+/// Returns eight points far from each other: each is the one farthest from those before it.
 std::vector<Vec3> spreadOf(const std::vector<Vec3>& points) {
   constexpr std::size_t kBegin = 8;
   std::vector<Vec3> chosen = {points.front()};

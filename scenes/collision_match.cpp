@@ -17,7 +17,7 @@ ByPair byPair(std::span<const Collision> collisions) {
   return sorted;
 }
 
-// Where the collisions of one pair stop agreeing between two runs.
+// Time (s) at which the collisions of one pair stop agreeing between two runs; infinite if never.
 double divergence(const std::vector<Collision>& a, const std::vector<Collision>& b, double limit) {
   for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
     if (i >= a.size()) return b[i].time;

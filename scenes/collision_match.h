@@ -9,7 +9,7 @@
 
 namespace carom::scenes {
 
-/// One collision of a run: which pair, when, how hard.
+/// A collision of a run: its pair, time and impulse.
 struct Collision {
   BodyId body = 0;  ///< the lower of the two ids
   BodyId other = 0;
@@ -22,7 +22,7 @@ struct ErrorSummary {
   double max = 0.0;  ///< largest magnitude
 };
 
-/// What errors add up to.
+/// Accumulates errors to their root mean square and maximum.
 class ErrorSum {
  public:
   void add(double error);
@@ -35,33 +35,34 @@ class ErrorSum {
   std::uint64_t count_ = 0;
 };
 
-/// From events: of the two shares of each, that of the lower id, in order of time. [any thread]
+/// Returns the collisions of the events in order of time, one from each pair of shares: that of the
+/// lower id. [any thread]
 std::vector<Collision> collisionsOf(std::span<const ImpulseEvent> events);
 
-/// How a run's collisions agree with exact ones of the same path.
+/// Agreement of a run's collisions with the exact ones of the same path.
 struct CollisionMatch {
   std::uint64_t reference = 0;  ///< collisions of the reference
-  std::uint64_t matched = 0;    ///< of these, reported
-  std::uint64_t missed = 0;     ///< of these, not reported
+  std::uint64_t matched = 0;    ///< collisions of the reference that were reported
+  std::uint64_t missed = 0;     ///< collisions of the reference that were not reported
   std::uint64_t spurious = 0;   ///< reported, but not in the reference
-  ErrorSummary timeError;       ///< s, of the matched
-  ErrorSummary impulseError;    ///< relative, of the matched
+  ErrorSummary timeError;       ///< s, of the matched collisions
+  ErrorSummary impulseError;    ///< relative, of the matched collisions
 };
 
-/// Each reported collision takes the nearest of the reference that is of its pair, still free, and
-/// not farther away than `window` (s). [any thread]
+/// Matches each reported collision with the nearest one of the reference that is of the same pair,
+/// still free, and not farther away than `window` (s). [any thread]
 CollisionMatch matchCollisions(std::span<const Collision> reported,
                                std::span<const Collision> reference, double window);
 
-/// How far two runs of one scene go together: their collisions agree pair by pair, in order, until
-/// one is missing, or off by more than a limit.
+/// The part that two runs of one scene have in common: their collisions agree pair by pair, in
+/// order, until one is missing, or off by more than a limit.
 struct CommonRun {
   double divergedAt = std::numeric_limits<double>::infinity();  ///< s
-  std::uint64_t compared = 0;                                   ///< collisions before
-  ErrorSummary difference;                                      ///< s, of their times
+  std::uint64_t compared = 0;                                   ///< collisions before `divergedAt`
+  ErrorSummary difference;                                      ///< s, of their times until then
 };
 
-/// `limit` in s. [any thread]
+/// Compares two runs; `limit` is the largest difference of times that agree, in s. [any thread]
 CommonRun commonRun(std::span<const Collision> run, std::span<const Collision> reference,
                     double limit);
 

@@ -47,7 +47,7 @@ std::optional<double> fullScalePressure(const std::string& text) {
   double number = 0.0;
   if (!CLI::detail::lexical_cast(level ? text.substr(0, text.size() - 2) : text, number)) return {};
   const double pressure = level ? kHearingThreshold * std::pow(10.0, number / 20.0) : number;
-  // Half a step of rounding around the limits, so that either unit may name them.
+  // The limits are widened by half a step of rounding, so that they can be given in either unit.
   if (!(pressure >= kLeastFullScale * (1.0 - 1e-12) && pressure <= kMostFullScale * (1.0 + 1e-12)))
     return {};
   return pressure;

@@ -43,7 +43,7 @@ Result<BulletRun> runBullet(const Scene& scene) {
   return run;
 }
 
-// Root mean square of a scene's pressure over all channels, Pa.
+// Returns the root mean square of a scene's pressure over all channels, Pa.
 Result<double> soundLevel(const Scene& scene) {
   Result<SceneSound> sound = SceneSound::create(scene);
   if (!sound) return sound.error();

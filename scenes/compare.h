@@ -19,7 +19,7 @@ struct CompareRun {
   double step = 0.0;  ///< s
   CollisionMatch local;
   CommonRun global;
-  double levelDifference = 0.0;  ///< dB, rms of Bullet's sound over native's
+  double levelDifference = 0.0;  ///< dB, rms of the sound of the Bullet run over native's
   double wallTime = 0.0;         ///< s, of the Bullet run with its bridge, without sound
 };
 

@@ -44,7 +44,7 @@ void ContactPoller::afterStep(double dt) {
       const btManifoldPoint& point = manifold.getContactPoint(index);
       if (!isPushed(manifold, point)) continue;
       double& last = pushed_.try_emplace(ordered(first, second), -1.0).first->second;
-      // What was pushed in the step before is still the same contact.
+      // A pair that was pushed in the step before is still in the same contact.
       const bool isNew = last < start - 0.5 * dt;
       last = time_;
       if (!isNew) continue;

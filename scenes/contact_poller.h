@@ -11,17 +11,17 @@
 
 namespace carom::scenes {
 
-/// When an application without a bridge would take two bodies to have collided: one that looks at
-/// Bullet's contact points after every step.
+/// The time at which an application without a bridge, which looks at Bullet's contact points after
+/// every step, would take two bodies to have collided.
 struct PolledContact {
-  /// s, the end of the step in which Bullet first pushed the two apart: when it is seen.
+  /// s: end of the step in which Bullet first pushed the two apart, when the application sees it.
   double seen = 0.0;
-  /// s, from how far apart or inside each other Bullet found the bodies, and how fast they then
-  /// approached along the normal. Without an approach the same as `seen`.
+  /// s: extrapolated from the distance or overlap at which Bullet found the bodies, and their
+  /// approach speed along the normal then. The same as `seen` if they did not approach.
   double backDated = 0.0;
 };
 
-/// Looks at a world before and after each of its steps. [one thread]
+/// Polls a world's contact points; is called before and after each of its steps. [one thread]
 class ContactPoller {
  public:
   explicit ContactPoller(BulletScene& world);
@@ -29,7 +29,7 @@ class ContactPoller {
   void beforeStep();
   void afterStep(double dt);
 
-  /// What was seen of this pair nearest to `time` (s), if it is within `window` (s).
+  /// Returns the contact of this pair seen nearest to `time` (s), if it is within `window` (s).
   std::optional<PolledContact> nearest(BodyId body, BodyId other, double time, double window) const;
 
  private:
@@ -46,7 +46,7 @@ class ContactPoller {
   double time_ = 0.0;
   std::unordered_map<const btCollisionObject*, BodyId> ids_;
   std::vector<Motion> before_;
-  std::map<Pair, double> pushed_;  // s, until when Bullet has pushed them last
+  std::map<Pair, double> pushed_;  // s, end of the last step in which Bullet pushed the pair
   std::map<Pair, std::vector<PolledContact>> seen_;
 };
 

@@ -13,7 +13,7 @@ using namespace audio;
 namespace {
 
 constexpr double kPortion = 4096.0 / 48000.0;  // s
-// What deforms is heard a few states late: these many seconds after the end are enough.
+// s: a deforming body is heard a few states late, so the tape goes on for so long after the end.
 constexpr double kTail = 0.1;
 
 class TapeStepper : public SceneStepper {
@@ -32,7 +32,7 @@ class TapeStepper : public SceneStepper {
                                portion.deformations.end());
       settledTime_ = portion.settledTime;
     }
-    // Nothing comes after its end.
+    // The tape has ended: no further event can come.
     if (next_ == tape_->portions.size() && settledTime_ < time)
       settledTime_ = std::numeric_limits<double>::infinity();
     return now_.events;

@@ -14,17 +14,17 @@
 
 namespace carom::scenes {
 
-/// What a stepper told in one call.
+/// The output of one call of a stepper.
 struct TapePortion {
-  double settledTime = 0.0;  ///< s, after it
+  double settledTime = 0.0;  ///< s, after the call
   std::vector<ImpulseEvent> events;
   std::vector<ContactState> contacts;
   std::vector<audio::DeformingState> deformations;
 };
 
-/// All that a stepper told of a run, to be heard again without stepping: for comparisons of what
-/// becomes of the same events. Unlike a Recording it is of any stepper, holds no states between
-/// events, and stays in memory.
+/// The whole output of a stepper for a run, to be heard again without stepping: for comparisons of
+/// different sounds of the same events. Unlike a Recording it can be of any stepper, holds no
+/// states between events, and stays in memory.
 struct EventTape {
   std::vector<TapePortion> portions;
   double deformationStep = 0.0;  ///< s, see SceneStepper::hearDeformations
@@ -36,10 +36,10 @@ struct EventTape {
 /// Errors: the stepper's failure. [one thread]
 Result<EventTape> recordTape(SceneStepper& stepper, double duration);
 
-/// Every event on it, in order of time. [any thread]
+/// Returns every event on the tape, in order of time. [any thread]
 std::vector<ImpulseEvent> eventsOf(const EventTape& tape);
 
-/// Tells it all again. [one thread]
+/// Returns a stepper that plays the tape back. [one thread]
 std::unique_ptr<SceneStepper> tapeStepper(std::shared_ptr<const EventTape> tape);
 
 }  // namespace carom::scenes

@@ -36,7 +36,7 @@ std::vector<std::string> integratorNames() {
   return names;
 }
 
-/// What an option names.
+/// An option and the name of the file that it gives.
 struct OutputName {
   const char* option;
   const std::string& name;
@@ -47,8 +47,8 @@ std::optional<std::filesystem::path> fileOf(const std::string& name) {
   return std::filesystem::path(name);
 }
 
-constexpr double kSeconds = 5.0;      // of a world file, which has none
-const Vec3 kListener(0.0, 0.0, 4.0);  // m, of a world file, likewise
+constexpr double kSeconds = 5.0;      // s, duration for a world file, which has none
+const Vec3 kListener(0.0, 0.0, 4.0);  // m, for a world file, which has no listener
 constexpr const char* kAuto = "auto";
 
 nlohmann::ordered_json jsonOf(const JelloRun& run, const JelloReport& report) {
@@ -140,7 +140,7 @@ JelloCommand::JelloCommand(CLI::App& app)
       "  carom jello scenes/library/jello_and_marbles.json --integrator auto --error 1e-5");
 }
 
-/// Of the files to write; empty where all is well.
+/// Returns what is wrong with the names of the files to write; empty if nothing is.
 std::string JelloCommand::whyNoOutputs() const {
   const std::vector<OutputName> outputs = {{"--output", output_},
                                            {"--trajectory", trajectory_},
@@ -183,7 +183,7 @@ void JelloCommand::applyStepping(JelloShape& jello) const {
   if (step_ > 0.0) jello.step = step_;
 }
 
-/// With what the command line asks for already in it.
+/// Reads the world or scene, and applies what the command line asks for.
 Result<Scene> JelloCommand::readScene() const {
   const Result<std::vector<std::byte>> bytes = readBytes(world_);
   if (!bytes) return Error{world_ + ": " + bytes.error().message};
@@ -218,7 +218,7 @@ Result<Scene> JelloCommand::readScene() const {
   return Error{world_ + ": has no jello; expected a body of type \"jello\""};
 }
 
-/// Of the lattice as it is without what is around it.
+/// Writes the modal model of the lattice alone, without what is around it.
 Status JelloCommand::writeModes(const Scene& scene) const {
   ProgressBar bar("modes of jello");
   const Result<ModalModel> model = jelloModalModel(

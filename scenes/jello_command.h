@@ -11,13 +11,13 @@ class App;
 
 namespace carom::scenes {
 
-/// `carom jello`: runs a jello, and writes its sound, its way and its energies.
+/// `carom jello`: runs a jello, and writes its sound, its trajectory and its energies.
 class JelloCommand {
  public:
-  /// Outlives the parsing.
+  /// Adds the command to `app`; must outlive the parsing.
   explicit JelloCommand(CLI::App& app);
   bool parsed() const;
-  /// The program's exit code.
+  /// Returns the program's exit code.
   int run() const;
 
  private:

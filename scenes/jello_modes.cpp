@@ -18,7 +18,8 @@ using namespace native;
 namespace {
 
 constexpr Eigen::Index kRigid = 6;
-/// Of the largest that a point by itself swings at.
+/// Modes are rigid whose lambda is below this share of the largest that a single point swings at
+/// while all others are fixed.
 constexpr double kRigidBelow = 1e-8;
 
 SparseMatrix stiffnessOf(const JelloLattice& lattice, const std::vector<Vec3>& points) {
@@ -43,7 +44,7 @@ SparseMatrix stiffnessOf(const JelloLattice& lattice, const std::vector<Vec3>& p
   return stiffness;
 }
 
-/// Which points are on the surface, in order.
+/// Returns the indices of the points on the surface, in ascending order.
 std::vector<std::size_t> surfacePoints(const JelloSkin& skin) {
   std::vector<std::size_t> points;
   for (const JelloSkin::Square& square : skin.squares())

@@ -13,17 +13,17 @@
 namespace carom::scenes {
 
 struct JelloModesSettings {
-  std::size_t modes = 60;  ///< the lowest that are not rigid; at least 1
+  std::size_t modes = 60;  ///< number of the lowest modes that are not rigid; at least 1
   Medium medium = {};
-  /// None: only the monopole of each mode.
+  /// nullopt: each mode has its monopole only.
   std::optional<RadiationSettings> radiation = std::nullopt;
 };
 
-/// A lattice as it is in the limit of small motion, for the synth: the modes of its springs about
-/// rest, in its own frame, the middle of the box its origin. Damping is that of its springs, which
-/// is in proportion to stiffness. Its surface is its outermost squares. Errors: a lattice that
-/// cannot be run, one without stiffness, what lowestModes and computeRadiation refuse. [any thread
-/// but the audio thread]
+/// Returns the modal model of a lattice in the limit of small motion, for the synth: the modes of
+/// its springs about rest, in its own frame with the origin in the middle of the box. Damping is
+/// that of the springs, which is proportional to stiffness. The surface is made of the outermost
+/// squares. Errors: a lattice that cannot be run, one without stiffness, what lowestModes and
+/// computeRadiation refuse. [any thread but the audio thread]
 Result<ModalModel> jelloModalModel(const native::JelloLattice& lattice,
                                    const JelloModesSettings& settings = {},
                                    const Progress& progress = {});

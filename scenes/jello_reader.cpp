@@ -42,7 +42,7 @@ std::vector<Vec3> readVectors(const JsonNode& node, const NumberRange& component
   return vectors;
 }
 
-/// One for each point of the lattice.
+/// Records an error unless there is one vector for each point of the lattice.
 void expectCount(const JsonNode& node, std::size_t count, std::size_t points) {
   if (node.failed() || count == cubed(points)) return;
   const std::string side = std::to_string(points);
@@ -110,7 +110,7 @@ void readField(const JsonNode& node, JelloField& field) {
 
 void readStepping(const JsonNode& entry, JelloShape& jello) {
   if (const auto integrator = entry.find("integrator")) {
-    // In the order of JelloIntegrator.
+    // The words are in the order of JelloIntegrator.
     const std::size_t choice = integrator->choice(
         "an integrator",
         {"explicit_euler", "symplectic_euler", "midpoint", "rk4", "backward_euler", "auto"});
@@ -145,7 +145,8 @@ JelloShape readJello(const JsonNode& entry) {
   lattice.pointMass = mass / static_cast<double>(cubed(lattice.count));
   lattice.stiffness = entry.number("stiffness", kStiffness);
   lattice.damping = entry.number("damping", kDamping, 0.0);
-  // As stiff as its own springs, so that it can be stepped alike.
+  // The default contact has the stiffness of two springs and their damping, so that the same step
+  // suits both.
   jello.contact = {2.0 * lattice.stiffness, lattice.damping};
   if (const auto contact = entry.find("contact")) readContact(*contact, jello.contact);
   if (const auto field = entry.find("field")) readField(*field, jello.field);
@@ -159,7 +160,7 @@ JelloShape readJello(const JsonNode& entry) {
 
 Material jelloMaterial(const JelloLattice& lattice) {
   const Vec3 spacing = lattice.size / static_cast<double>(lattice.count - 1);
-  Vec3 stiffness = Vec3::Zero();  // Pa, of strains along each axis
+  Vec3 stiffness = Vec3::Zero();  // Pa, for strains along each axis
   for (const JelloSpring& spring : jelloSprings()) {
     const Vec3 way = spacing.cwiseProduct(Vec3(spring.to[0], spring.to[1], spring.to[2]));
     const Vec3 squares = way.cwiseProduct(way);
@@ -171,7 +172,7 @@ Material jelloMaterial(const JelloLattice& lattice) {
   material.name = "jello";
   material.density =
       lattice.pointMass * std::pow(static_cast<double>(lattice.count), 3) / lattice.size.prod();
-  // Without springs a pascal: nothing in contact mechanics is without stiffness.
+  // A lattice without springs gets 1 Pa: contact mechanics needs some stiffness.
   material.youngsModulus =
       std::max(1.0, stiffness.mean() * (1.0 + poisson) * (1.0 - 2.0 * poisson) / (1.0 - poisson));
   material.poissonsRatio = poisson;

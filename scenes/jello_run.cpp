@@ -25,12 +25,12 @@ namespace {
 
 constexpr std::size_t kJelloBlockFrames = 4096;
 constexpr double kFramePeriod = 1.0 / 60.0;  ///< s
-constexpr int kParts = 256;                  ///< of a run that is not heard
+constexpr int kParts = 256;                  ///< portions of a run without sound, for its progress
 
-/// A file beside its final name.
+/// A file that is written beside its final name, and gets that name at the end.
 class Output {
  public:
-  /// Null where there is no path.
+  /// Opens the file; returns null if there is no path.
   static Result<std::unique_ptr<Output>> open(const std::optional<std::filesystem::path>& path) {
     if (!path) return std::unique_ptr<Output>();
     auto output = std::make_unique<Output>(*path);
@@ -53,7 +53,7 @@ class Output {
   std::ofstream stream_;
 };
 
-/// Little endian, whatever the machine.
+/// Writes a value in little endian on any machine.
 template <typename Value>
 void put(std::ofstream& stream, Value value) {
   std::array<char, sizeof(Value)> bytes{};
@@ -92,7 +92,7 @@ void addRow(std::ofstream& stream, const JelloStepper& stepper) {
 
 }  // namespace
 
-/// What is kept of a run, step by step.
+/// The trajectory, the energies and the report of a run, kept step by step.
 class JelloRun::Tables {
  public:
   static Result<std::unique_ptr<Tables>> open(const Scene& scene, const JelloOptions& options) {
@@ -120,7 +120,7 @@ class JelloRun::Tables {
     if (energies_) addRow(energies_->stream(), jello);
   }
 
-  /// Of what there is up to now, or up to the end of the scene.
+  /// Returns the report of the run so far, or up to the end of the scene if it has got there.
   JelloReport report(const JelloCoupling& coupling) {
     if (coupling.jello().steps() < wanted_) finish(coupling);
     return report_;
@@ -190,7 +190,7 @@ Result<JelloRun> JelloRun::create(const Scene& scene, const JelloOptions& option
 }
 
 Result<JelloReport> JelloRun::run() {
-  // The sound takes the stepper, and ends before this does.
+  // The sound takes ownership of the stepper, and is destroyed before this JelloRun is.
   JelloSceneStepper& stepper = *stepper_;
   JelloReport heard;
   if (options_.soundFile) {

@@ -18,10 +18,11 @@ using namespace native;
 
 namespace {
 
-/// For each sample of the sound: states that come faster are thinned out.
+/// States per sample of the sound that suffice: more than these are thinned out.
 constexpr double kMostStates = 8.0;
 
-/// m^3, of the resting box and, in the mean over directions, of the air that goes with it.
+/// Returns the volume of the resting box and of the air that moves with it, in the mean over
+/// directions, m^3.
 double movedVolume(const JelloLattice& lattice) {
   SolidShape box;
   box.form = BoxForm{0.5 * lattice.size};
@@ -146,7 +147,7 @@ void JelloSceneStepper::keepState() {
 
 std::span<const ImpulseEvent> JelloSceneStepper::advanceTo(double time) {
   events_.clear();
-  if (coupling_.time() > 0.0) states_.clear();  // the first is taken before the first call
+  if (coupling_.time() > 0.0) states_.clear();  // the first state is kept before the first call
   const std::clock_t begin = std::clock();
   while (failure_.empty() && coupling_.settledTime() < time) {
     if (const Status stepped = coupling_.advance(); !stepped) {

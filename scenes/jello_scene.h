@@ -14,18 +14,19 @@
 
 namespace carom::scenes {
 
-/// A scene with a jello, on the native steppers: its spheres among its planes, and the jello with
+/// The native stepper of a scene with a jello: spheres among planes, and the jello in contact with
 /// both. [one thread]
 class JelloSceneStepper : public SceneStepper {
  public:
-  /// Told of the state at time 0, and after each step.
+  /// A callback that receives the state at time 0 and after each step.
   using Watch = std::function<void(const native::JelloCoupling&)>;
 
-  /// Chooses integrator and step, where the scene leaves that open. Refuses what a jello cannot be
-  /// beside, and what cannot be run.
+  /// Chooses integrator and step where the scene leaves them open. Errors: bodies that cannot be
+  /// beside a jello (see whyNoJello), and worlds that cannot be run.
   static Result<std::unique_ptr<JelloSceneStepper>> create(const Scene& scene, Watch watch = {});
 
-  /// Of the jello's touches, what is known when they are over.
+  /// Runs to `time` as SceneStepper says. An event of a contact with the jello becomes known when
+  /// the contact is over.
   std::span<const ImpulseEvent> advanceTo(double time) override;
   double settledTime() const override { return coupling_.settledTime(); }
   std::uint64_t crushed() const override { return coupling_.spheres().counters().crushed; }
@@ -46,31 +47,33 @@ class JelloSceneStepper : public SceneStepper {
   native::JelloCoupling coupling_;
   native::JelloChoice choice_;
   Watch watch_;
-  double movedVolume_ = 0.0;  // m^3, of the jello and the air with it; 0: nobody listens
-  std::size_t stride_;        // steps to a state
+  double movedVolume_ = 0.0;  // m^3, of the jello and the air that moves with it; 0: no sound
+  std::size_t stride_;        // steps from one kept state to the next
   std::vector<ImpulseEvent> events_;
   std::vector<audio::DeformingState> states_;
   std::string failure_;
   double processorTime_ = 0.0;
 };
 
-/// Why the scene's jello cannot be run with what else is in the scene: one sentence; or nothing
-/// when it can be, or there is none. [any thread]
+/// Returns why the scene's jello cannot be run with the other bodies of the scene, as one sentence;
+/// an empty string if it can be, or there is none. [any thread]
 std::string whyNoJello(const Scene& scene);
 
-/// The scene's jello among its planes, without its spheres. Needs a jello. [any thread]
+/// Returns the scene's jello among its planes, without its spheres. The scene must have a jello.
+/// [any thread]
 native::JelloWorld jelloWorld(const Scene& scene);
 
-/// "up to 2 ms", "at no step" or "at any step", of a limit in s. [any thread]
+/// Describes a limit of stable steps (s): "up to 2 ms", "at no step" or "at any step". [any thread]
 std::string stableText(double limit);
 
-/// One sentence if a step of this is beyond what is stable; or nothing. [any thread]
+/// Returns a warning of one sentence if the step exceeds the stable limit (s), else an empty
+/// string. [any thread]
 std::string whyUnstable(const native::JelloStepping& stepping, double limit);
 
-/// The same of a scene whose jello has a step of its own. [any thread]
+/// Returns this warning for a scene whose jello has a step of its own. [any thread]
 std::string whyUnstable(const Scene& scene);
 
-/// The world of a file as a scene of `duration` s, with one listener. [any thread]
+/// Makes a scene of `duration` s, with one listener, of a world file. [any thread]
 Scene sceneOf(const native::JelloFile& file, double duration, const Vec3& listener);
 
 }  // namespace carom::scenes

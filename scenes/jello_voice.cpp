@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kHalfHead = 0.0875;  // m, from the middle to either ear
 
-/// Of a listener, in the order of its channels.
+/// Returns the ears (receivers) of a listener, in the order of its channels.
 Receivers earsOf(const Listener& listener) {
   Receivers ears = receiversOf(listener);
   if (listener.format == ListenerFormat::binaural) {

@@ -12,15 +12,15 @@
 
 namespace carom::scenes {
 
-/// What listeners hear of a body that deforms, straight through the air: without the images of a
+/// The sound of a deforming body at the listeners, on the direct path only: without the images of a
 /// room and its reverberation. The two ears of a binaural listener are apart, but no head is
 /// between them. [one thread]
 class JelloVoice {
  public:
-  /// `step` in s, between states. Errors: settings out of range.
+  /// Creates the voice; `step` is the time between states, s. Errors: settings out of range.
   static Result<JelloVoice> create(const Scene& scene, double step);
 
-  /// s, by how much the mechanics must be ahead of the sound.
+  /// Time in s by which the mechanics must be ahead of the sound.
   double lookahead() const { return source_.lookahead(); }
   void add(std::span<const audio::DeformingState> states);
   /// Adds to `frames` samples of all channels, from sample `firstFrame` of the scene on.

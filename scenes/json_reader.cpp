@@ -31,7 +31,7 @@ std::size_t codePoints(std::string_view text) {
          static_cast<std::size_t>(std::count_if(text.begin(), text.end(), isContinuation));
 }
 
-/// At most `limit` bytes, cut between two code points.
+/// Returns at most `limit` bytes of the text, cut between two code points.
 std::string shortened(std::string_view text, std::size_t limit) {
   if (text.size() <= limit) return std::string(text);
   std::size_t end = limit;
@@ -59,7 +59,7 @@ std::string escapedKey(std::string_view key) {
   return escaped;
 }
 
-/// What a value is, in a few words.
+/// Describes a value in a few words.
 std::string described(const json& value) {
   switch (value.type()) {
     case json::value_t::object:
@@ -75,8 +75,8 @@ std::string described(const json& value) {
   }
 }
 
-/// The library's own sentence without its code and position, and without the raw bytes that are
-/// not UTF-8.
+/// Returns the JSON library's own sentence without its code and position, and without raw bytes
+/// that are not UTF-8.
 std::string syntaxMessage(std::string_view what) {
   const std::size_t start = what.find(": ");
   std::string message(start == std::string_view::npos ? what : what.substr(start + 2));
@@ -84,7 +84,7 @@ std::string syntaxMessage(std::string_view what) {
       message.begin(), message.end(), [](char c) { return static_cast<unsigned char>(c) >= 0x80; },
       '?');
   constexpr std::size_t kMaxMessage = 300;
-  if (message.size() > kMaxMessage) {  // the end says what was expected, the middle is the text
+  if (message.size() > kMaxMessage) {  // cut in the middle: the end says what was expected
     message = message.substr(0, kMaxMessage / 2) + " ... " +
               message.substr(message.size() - kMaxMessage / 2);
   }
@@ -100,7 +100,7 @@ std::string lineAndColumn(std::string_view text, std::size_t position) {
   return "line " + std::to_string(line) + ", column " + std::to_string(column);
 }
 
-/// Builds the document while it is parsed, where alone duplicate keys, depth and size are seen.
+/// Builds the document while it is parsed, since only then duplicate keys, depth and size are seen.
 class DocumentBuilder final : public nlohmann::json_sax<json> {
  public:
   DocumentBuilder(std::string_view text, const JsonLimits& limits, FirstError& error)
@@ -114,7 +114,7 @@ class DocumentBuilder final : public nlohmann::json_sax<json> {
     return add(value) != nullptr;
   }
   bool string(string_t& value) override { return add(std::move(value)) != nullptr; }
-  bool binary(binary_t& /*value*/) override { return false; }  // not in text
+  bool binary(binary_t& /*value*/) override { return false; }  // does not occur in text
   bool start_object(std::size_t /*elements*/) override { return open(json::object()); }
   bool start_array(std::size_t /*elements*/) override { return open(json::array()); }
   bool end_object() override { return close(); }
@@ -147,7 +147,7 @@ class DocumentBuilder final : public nlohmann::json_sax<json> {
  private:
   struct Frame {
     json* container = nullptr;
-    std::string key;  // the latest, of an object
+    std::string key;  // latest key, if the container is an object
   };
 
   json* add(json value) {
@@ -182,7 +182,7 @@ class DocumentBuilder final : public nlohmann::json_sax<json> {
     return true;
   }
 
-  /// Of the value that comes next.
+  /// Returns the JSON pointer of the value that comes next.
   std::string pointer() const {
     std::string pointer;
     for (const Frame& frame : frames_) {
@@ -205,7 +205,8 @@ class DocumentBuilder final : public nlohmann::json_sax<json> {
   std::size_t values_ = 0;
 };
 
-/// Of a JSON number. Integers that a double cannot hold stay out of reach of 2^53.
+/// Returns the double nearest to a JSON number, except that integers above 2^53 stay above it, so
+/// that rounding cannot bring them into a range that ends there.
 double toDouble(const json& value) {
   if (!value.is_number_unsigned()) return value.get<double>();
   const auto integer = value.get<std::uint64_t>();
@@ -214,7 +215,7 @@ double toDouble(const json& value) {
   return std::max(nearest, static_cast<double>(kExactIntegers + 2));
 }
 
-/// Levenshtein's edit distance, by rows.
+/// Returns Levenshtein's edit distance, computed row by row.
 std::size_t editDistance(std::string_view from, std::string_view to) {
   std::vector<std::size_t> row(to.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -249,7 +250,7 @@ std::optional<json> parseJson(std::string_view text, FirstError& error, const Js
 }
 
 bool NumberRange::contains(double value) const {
-  if (!(value >= min && value <= max)) return false;  // NaN too
+  if (!(value >= min && value <= max)) return false;  // so NaN is refused, too
   if (aboveMin && value == min) return false;
   if (belowMax && value == max) return false;
   return !whole || value == std::floor(value);
@@ -463,7 +464,7 @@ std::string quotedList(const std::vector<std::string_view>& words) {
 std::string suggestion(std::string_view word, const std::vector<std::string_view>& words) {
   if (word.empty() || word.size() > kMaxShownText) return {};
   std::string_view nearest;
-  std::size_t least = 1 + word.size() / 3;  // farther words are no misspelling
+  std::size_t least = 1 + word.size() / 3;  // words at a greater distance are no misspellings
   for (const std::string_view candidate : words) {
     if (candidate.size() > kMaxShownText) continue;
     const std::size_t distance = editDistance(word, candidate);

@@ -15,10 +15,10 @@
 
 namespace carom::scenes {
 
-/// Keeps the first error of a document and drops what follows from it.
+/// Keeps the first error of a document and ignores those that follow from it.
 class FirstError {
  public:
-  /// `document` stands in front of the message: a file name.
+  /// `document` is a file name; it begins the message.
   explicit FirstError(std::string_view document) : document_(document) {}
 
   explicit operator bool() const { return error_.has_value(); }
@@ -26,7 +26,7 @@ class FirstError {
   /// `place` is a JSON pointer, or a line and column, or empty for the document as a whole.
   void record(std::string_view place, std::string_view what);
 
-  /// Only when there is one.
+  /// Returns the error; there must be one.
   const Error& error() const { return *error_; }
 
  private:
@@ -37,7 +37,7 @@ class FirstError {
 /// Limits of one JSON document, so that a bad one costs bounded time and memory.
 struct JsonLimits {
   std::size_t maxDepth = 32;          ///< containers inside each other
-  std::size_t maxValues = 2'000'000;  ///< of any kind
+  std::size_t maxValues = 2'000'000;  ///< values of any kind
 };
 
 /// Strict JSON (RFC 8259): UTF-8, no comments, no duplicate keys, no number that overflows.
@@ -45,7 +45,7 @@ struct JsonLimits {
 std::optional<nlohmann::json> parseJson(std::string_view text, FirstError& error,
                                         const JsonLimits& limits = {});
 
-/// Which numbers a field takes, and how to say so.
+/// The range of numbers that a field accepts, and its description for messages.
 struct NumberRange {
   std::string_view noun;  ///< with its article: "a radius"
   double min = 0.0;
@@ -59,7 +59,7 @@ struct NumberRange {
   std::string describe() const;  ///< "a number from 1e-6 to 10000 (metres)"
 };
 
-/// Which texts a field takes.
+/// The range of texts that a field accepts.
 struct TextRange {
   std::string_view noun;
   std::size_t minLength = 0;  ///< Unicode code points
@@ -76,8 +76,8 @@ struct Interval {
 };
 
 /// One value of a document with its place. Every read either returns a value that is in range, or
-/// records an error there and returns a harmless default; so a reader is a plain list of fields,
-/// and asks once at the end whether it all went well.
+/// records an error at that place and returns a harmless default; so a reader is a plain list of
+/// fields, and asks once at the end if all of them went well.
 class JsonNode {
  public:
   /// Borrows `value` and `error`, which must outlive the node.
@@ -96,27 +96,28 @@ class JsonNode {
   bool isNumber() const;
   bool isBoolean() const;
 
-  /// Whether this is an object with no key but the known ones.
+  /// True if this is an object with no key but the known ones; otherwise records an error.
   bool expectObject(std::string_view noun, std::initializer_list<std::string_view> keys) const;
-  /// The elements; an error and none if this is no array or the count is out of range.
+  /// Returns the elements; records an error and returns none if this is no array or the count is
+  /// out of range.
   std::vector<JsonNode> elements(std::string_view noun, std::size_t min, std::size_t max) const;
-  /// The members in the order of their keys, with the keys; only of an object.
+  /// Returns the members with their keys, in the order of the keys; only for an object.
   std::vector<std::pair<std::string, JsonNode>> members() const;
 
   std::optional<JsonNode> find(std::string_view key) const;
-  /// The same; absence is an error.
+  /// Returns the member as `find` does; its absence is an error.
   std::optional<JsonNode> require(std::string_view key, std::string_view expected) const;
 
   bool boolean() const;
   double number(const NumberRange& range) const;
   Vec3 vector(const NumberRange& component) const;
   std::string text(const TextRange& range) const;
-  /// A number, or [min, max].
+  /// Reads a number, which is both ends of the interval, or [min, max].
   Interval interval(const NumberRange& range) const;
-  /// Which of the words this is.
+  /// Returns the index of the word that this is.
   std::size_t choice(std::string_view noun, std::initializer_list<std::string_view> words) const;
 
-  /// Members: required, or with the value that stands for an absent one.
+  /// Read a member of this object: a required one, or one whose value is `absent` if it is missing.
   bool boolean(std::string_view key, bool absent) const;
   double number(std::string_view key, const NumberRange& range) const;
   double number(std::string_view key, const NumberRange& range, double absent) const;
@@ -132,16 +133,16 @@ class JsonNode {
   FirstError* error_;
 };
 
-/// `words` as "a", "b", "c"; a long list is cut.
+/// Returns `words` as "a", "b", "c"; a long list is cut.
 std::string quotedList(const std::vector<std::string_view>& words);
 
-/// ` (did you mean "NEAREST"?)`, or empty when no word is near.
+/// Returns ` (did you mean "NEAREST"?)`, or an empty string when no word is near.
 std::string suggestion(std::string_view word, const std::vector<std::string_view>& words);
 
-/// In quotation marks, cut when long, control characters replaced.
+/// Returns the text in quotation marks, cut when long, with control characters replaced.
 std::string inQuotes(std::string_view text);
 
-/// As short as it can be read back: 0.05, 1e-6, 1e4.
+/// Returns the shortest text that reads back as the same number: 0.05, 1e-6, 1e4.
 std::string formatNumber(double value);
 
 }  // namespace carom::scenes

@@ -26,7 +26,7 @@ std::uint64_t pairKey(std::size_t first, std::size_t second) {
   return (static_cast<std::uint64_t>(first) << 32) | second;
 }
 
-// The way of one sphere seen from another or from a block, or above a plane.
+// The path of a sphere relative to another sphere or a block, or above a plane.
 struct Path {
   Vec3 offset;
   Vec3 velocity;
@@ -67,7 +67,8 @@ struct Path {
     if (acceleration.isZero(0.0)) return sphereContactTime(offset, velocity, reach);
     return soughtTime(limit);
   }
-  // A falling sphere and a sleeping one have no closed form here: in small pieces, then by halves.
+  // Finds the contact of a falling sphere with a sleeping one, which has no closed form here: the
+  // time is searched in small pieces, then bisected.
   double soughtTime(double limit) const {
     constexpr int kPieces = 1000;
     for (int piece = 1; piece <= kPieces; ++piece) {
@@ -99,7 +100,7 @@ void LocalReference::beforeStep(BulletScene& world) {
   }
 }
 
-// Which pairs Bullet's solver pushed apart, only its manifolds tell.
+// Finds the pairs that Bullet's solver pushed apart, which only its manifolds tell.
 void LocalReference::readPushedPairs(BulletScene& world) {
   pushed_.clear();
   btDispatcher& dispatcher = *world.world().getDispatcher();
@@ -161,7 +162,8 @@ void LocalReference::testPair(const PairStep& pair, double dt) {
   const double gap = actual.gapAt(0.0);
   const bool passed = gap > 0.0 && -pair.velocityBefore.dot(actual.normalAt(0.0)) <= restSpeed;
   if (collided && (!approaching || passed || gap > pair.reach)) collided_.erase(key);
-  // Bullet may be at work on the old one still; but apart, and left alone, the two may meet again.
+  // Bullet's solver may still be working on the pair's last collision; but a pair that is apart and
+  // was not pushed may collide again.
   if (collided && (gap <= 0.0 || pair.pushed || collided_.contains(key))) return;
 
   const double farthest = dt * (pair.velocityAfter.norm() + dt * pair.acceleration.norm());

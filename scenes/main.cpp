@@ -48,7 +48,7 @@ constexpr const char* kCommands =
     "render, info, compare, report, record, replay, modes, strike, jello or stability";
 
 struct Arguments {
-  std::string scene;  // replay: the recording
+  std::string scene;  // for replay: the recording
   bool json = false;
   // render
   std::string output;
@@ -60,7 +60,7 @@ struct Arguments {
   std::string fullScale;  // empty: kFullScalePressure
   std::string stepper;
   double step = 0.0;  // 0: the scene's own
-  std::string pulse;  // these three, empty: the scene's own
+  std::string pulse;  // this and the next two are empty for the scene's own
   std::string sampling;
   std::string radiation;
   // compare
@@ -78,7 +78,7 @@ void applyStepper(const Arguments& arguments, Scene& scene) {
 
 constexpr const char* kDissipative = "dissipative";
 
-// Under the names that scene files have for them.
+// Returns the pulse shapes by the names that scene files have for them.
 const std::map<std::string, PulseShape>& pulseShapes() {
   static const std::map<std::string, PulseShape> shapes = {
       {"hertz", PulseShape::hertz},
@@ -100,7 +100,7 @@ void applySound(const Arguments& arguments, SynthSettings& sound) {
   if (arguments.radiation == "compact") sound.radiation = Radiation::compact;
 }
 
-// Why the files that are to be written cannot be, before anything is read; empty where they can.
+// Returns why the output files cannot be written, before anything is read; empty if they can.
 std::string whyNoOutputs(const Arguments& arguments, const std::string& input = "scene") {
   if (isSameFile(arguments.output, arguments.scene))
     return "--output: " + arguments.output + " is the " + input + " itself; expected another name";
@@ -125,7 +125,7 @@ RenderOptions renderOptions(const Arguments& arguments) {
   return options;
 }
 
-// What happened to samples beyond full scale, where nobody asked for it.
+// Warns of samples beyond full scale that were clipped or turned down without being asked for.
 void warnOfLoudness(const Arguments& arguments, const RenderReport& report) {
   if (report.clippedSamples > 0) {
     std::cerr << "carom: " << arguments.output << ": " << report.clippedSamples
@@ -140,7 +140,8 @@ void warnOfLoudness(const Arguments& arguments, const RenderReport& report) {
   }
 }
 
-// Not refused, for some may be meant to stand outside; but it is a mistake more often.
+// Warns of listeners behind a wall. They are not refused, for some may be meant to stand outside;
+// but it is a mistake more often.
 void warnOfListenersOutside(const Scene& scene) {
   if (scene.sound.room.reflectors.empty()) return;
   for (const Listener& listener : scene.listeners) {
@@ -155,7 +156,7 @@ void warnOfListenersOutside(const Scene& scene) {
   }
 }
 
-// With what the command line asks for already in the scene.
+// Renders a scene to which the options of the command line have been applied already.
 int renderInto(const Arguments& arguments, const Scene& scene, const Recording* recording) {
   warnOfListenersOutside(scene);
   ProgressBar bar("rendering " + scene.name);
@@ -181,7 +182,7 @@ int renderInto(const Arguments& arguments, const Scene& scene, const Recording* 
   return answer(arguments.json ? jsonText(renderJson(*report)) : renderText(*report));
 }
 
-// Empty where the stepper that the scene runs on can do it.
+// Returns why the scene's stepper cannot run it; empty if it can.
 std::string whyNotRun(const Scene& scene) {
   return scene.stepper.type == StepperType::bullet ? whyNotOnBullet(scene) : whyNotOnNative(scene);
 }
@@ -229,7 +230,7 @@ int record(const Arguments& arguments) {
                                : recordText(*recording, report));
 }
 
-// Microphones where the command line wants them, instead of the scene's listeners.
+// Replaces the scene's listeners by microphones at the places given on the command line, if any.
 void applyListeners(const Arguments& arguments, Scene& scene) {
   if (arguments.listeners.empty()) return;
   scene.listeners.clear();
@@ -242,7 +243,7 @@ void applyListeners(const Arguments& arguments, Scene& scene) {
   }
 }
 
-// Why the scene has no such part; empty where it has.
+// Returns why the scene has no such span; empty if it has.
 std::string whyNoSpan(const SoundSpan& span, const Scene& scene) {
   std::ostringstream text;
   if (span.from >= scene.duration) {
@@ -302,7 +303,8 @@ int compare(const Arguments& arguments) {
                                : compareText(*scene, *report));
 }
 
-// A step that Bullet can take; the same as in scene files. (CLI::Range lets NaN pass.)
+// Accepts a step that Bullet can take; the range is that of
+// scene files. (CLI::Range lets NaN pass.)
 CLI::Validator stepRange() {
   const auto check = [](const std::string& text) -> std::string {
     double step = 0.0;
@@ -326,7 +328,7 @@ void addScene(CLI::App& command, Arguments& arguments) {
   command.add_flag("--json", arguments.json, "print one JSON object instead of text");
 }
 
-// What a WAV file is made of, whoever moves the bodies.
+// Adds the options of a WAV file, which are the same for a scene and a recording.
 void addSound(CLI::App& command, Arguments& arguments) {
   command.add_option("-o,--output", arguments.output, "WAV file to write")
       ->required()
@@ -452,7 +454,7 @@ CLI::App* addReplay(CLI::App& app, Arguments& arguments) {
   return command;
 }
 
-// What a wrong command line is answered with.
+// Returns the answer to a wrong command line.
 std::string usageError(const CLI::App* app, const CLI::Error& error) {
   const auto commands =
       app->get_subcommands([](const CLI::App* command) { return command->parsed(); });
@@ -465,7 +467,7 @@ int run(int argc, char** argv) {
   CLI::App app("Carom: physically based contact sound");
   app.name("carom");
   app.set_version_flag("--version", CAROM_VERSION);
-  app.require_subcommand(0, 1);  // so that a wrong word is named; none is caught below
+  app.require_subcommand(0, 1);  // 0, so that a wrong word is named; no command is an error below
   app.failure_message(usageError);
   app.footer("carom COMMAND --help shows the options of a command, with examples.");
   Arguments arguments;

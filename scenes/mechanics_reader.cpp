@@ -50,20 +50,21 @@ constexpr NumberRange kForceStep{
 
 constexpr TextRange kBodyName{.noun = "the name of a body", .minLength = 1, .maxLength = 100};
 
-// One linear system holds all rods that are connected; springs are but sums.
+// Connected rods share one linear system, so that they are limited; springs are mere sums.
 constexpr std::size_t kMaxRods = 1000;
 constexpr std::size_t kMaxSprings = 10000;
 constexpr std::size_t kMaxFields = 100;
 
 constexpr double kDegreesOfTurn = 360.0;
 
-/// Unit, of a vector that is not zero: the first division saves tiny ones.
+/// Returns the unit vector of a vector that is not zero; the
+/// first division keeps tiny ones from underflow.
 Vec3 unit(const Vec3& vector) {
   const Vec3 scaled = vector / vector.cwiseAbs().maxCoeff();
   return scaled / std::sqrt(dotInOrder(scaled, scaled));
 }
 
-/// Where one end of a spring or rod is, or both.
+/// The two ends of a spring or rod: a sphere, and another sphere or an anchor.
 struct Ends {
   BodyId sphere = 0;
   BodyId other = kAnchor;
@@ -147,7 +148,7 @@ void MechanicsReader::readSpring(const JsonNode& entry) {
                                       .damping = entry.number("damping", kDamping, 0.0)});
 }
 
-/// One body and an anchor, or two bodies.
+/// Reads the ends: one body and an anchor, or two bodies.
 Ends MechanicsReader::readEnds(const JsonNode& entry, std::string_view noun) const {
   Ends ends;
   const auto bodies = entry.require("bodies", "an array of one or two names of spheres");
@@ -207,7 +208,7 @@ Shaking readShaking(const JsonNode& node) {
           .phase = node.number("phase", kPhase, 0.0)};
 }
 
-/// Where the plane is at time 0 beyond its offset, m.
+/// Returns the displacement of a shaken plane at time 0 along its normal, m.
 double shiftAtStart(const PlaneShape& plane) {
   const double amplitude = dotInOrder(plane.normal, plane.shaking.amplitude);
   return amplitude == 0.0 ? 0.0 : amplitude * sineOfTurns(plane.shaking.phase / kWholeTurn).sine;

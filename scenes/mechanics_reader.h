@@ -5,11 +5,11 @@
 
 namespace carom::scenes {
 
-// The parts of a scene document that say how bodies move and touch, beyond places, velocities and
-// restitutions. Every error is recorded at its node, and what was read is then dropped with the
-// scene. docs/scenes.md has the fields. All of this file: [any thread].
+// The parts of a scene document that say how bodies move and touch, beyond positions, velocities
+// and restitutions. Every error is recorded at its node, and what was read is then dropped with the
+// scene. docs/scenes.md has the fields. All functions of this file: [any thread].
 
-/// Reads the keys of a material that are in ContactTraits; others are not looked at.
+/// Reads the keys of a material that are in ContactTraits; ignores others.
 ContactTraits readContactTraits(const JsonNode& material);
 
 /// Reads "spin" of a sphere.
@@ -18,12 +18,12 @@ Vec3 readSpin(const JsonNode& sphere);
 /// Reads "velocity" and "shaking" of a plane.
 void readMotion(const JsonNode& entry, PlaneShape& plane);
 
-/// Reads "rotation" of a block: by + - * / and sqrt alone, so the same bits everywhere.
+/// Reads "rotation" of a block. Uses + - * / and sqrt only, so the bits are the same everywhere.
 Quat readRotation(const JsonNode& block);
 
-/// m, from the surface of a sphere to that of the wall at time 0; negative where they overlap, and
-/// minus infinity where the centre is inside a block. Exact for the identity and a plane that does
-/// not shake, like all that follows from it.
+/// Returns the gap at time 0 between the surfaces of a sphere and a wall, in m; negative if they
+/// overlap, and minus infinity if the centre is inside a block. Exact, like all that follows from
+/// it, for a block that is not rotated and a plane that does not shake.
 double gapAtStart(const PlaneShape& plane, const Vec3& centre, double radius);
 double gapAtStart(const BlockShape& block, const Vec3& centre, double radius);
 

@@ -17,9 +17,9 @@
 namespace carom::scenes {
 namespace {
 
-constexpr double kSmallest = 1e-6;  // m, across: as the radius of a sphere
-constexpr double kLargest = 2e4;    // m, likewise
-constexpr double kFlat = 1e-6;      // of its longest extent, how thick a piece has to be
+constexpr double kSmallest = 1e-6;  // m, extent: as the least radius of a sphere
+constexpr double kLargest = 2e4;    // m, extent
+constexpr double kFlat = 1e-6;      // least thickness of a piece as a share of its longest extent
 
 std::string number(double value) {
   std::ostringstream text;
@@ -46,7 +46,7 @@ Vec3 extentOf(const std::vector<Vec3>& points) {
   return high - low;
 }
 
-/// Whether a hull of these points would enclose something, in whatever direction they lie.
+/// True if the hull of these points would enclose no volume, in whatever direction they lie.
 bool isFlat(const std::vector<Vec3>& points) {
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
   for (const Vec3& point : points)
@@ -102,7 +102,7 @@ std::string whyNot(const SurfaceMesh& surface, bool canMove) {
 }
 
 std::vector<std::vector<Vec3>> connectedParts(const SurfaceMesh& surface) {
-  // Where parts touch, an edge may have four triangles: it joins none of them.
+  // An edge where parts touch may have four triangles: it joins none of them.
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::size_t>> trianglesAt;
   for (std::size_t index = 0; index < surface.triangles.size(); ++index) {
     const auto& [a, b, c] = surface.triangles[index];
@@ -141,7 +141,7 @@ Result<std::shared_ptr<const SolidMesh>> MeshShelf::get(const Request& request) 
   mesh.surface = std::move(loaded->surface);
   mesh.coordinates = std::move(loaded->coordinates);
   if (request.pieces.empty()) {
-    mesh.pieces = {mesh.surface.vertices};  // all are used: it has been welded
+    mesh.pieces = {mesh.surface.vertices};  // all are used, since the mesh has been welded
   } else {
     auto pieces = piecesOf(request.pieces, request.scale);
     if (!pieces) return pieces.error();

@@ -26,7 +26,7 @@ namespace {
 constexpr double kMillimetre = 1e-3;
 
 double decayTime(const Mode& mode) {
-  return std::log(1000.0) / mode.decayRate;  // 60 dB
+  return std::log(1000.0) / mode.decayRate;  // s, by 60 dB
 }
 
 nlohmann::ordered_json modesJson(const MeshAnalysis& analysis) {
@@ -83,7 +83,7 @@ std::string modesText(const MeshAnalysis& analysis) {
   return text.str();
 }
 
-// Of what is not an error, but is worth knowing.
+// Warns of findings that are no errors, but worth knowing.
 void warn(const std::string& file, const MeshAnalysis& analysis) {
   for (const MeshFinding& finding : analysis.findings)
     std::cerr << "carom: " << file << ": " << nameOf(finding.fault) << ": " << finding.text << '\n';

@@ -9,13 +9,13 @@ class App;
 
 namespace carom::scenes {
 
-/// `carom modes`: from a mesh to a model file, with a table of its modes.
+/// `carom modes`: computes a model file, and a table of its modes, from a mesh.
 class ModesCommand {
  public:
-  /// Outlives the parsing.
+  /// Adds the command to `app`; must outlive the parsing.
   explicit ModesCommand(CLI::App& app);
   bool parsed() const;
-  /// The program's exit code.
+  /// Returns the program's exit code.
   int run() const;
 
  private:

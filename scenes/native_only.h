@@ -6,14 +6,14 @@
 
 namespace carom::scenes {
 
-/// Why Bullet cannot run this scene: all that is in it and that the native stepper alone can do, in
-/// one sentence; empty where there is nothing of it. Bullet has springs and friction of its own,
-/// but of other laws, and its bridge gives exact events of frictionless impacts: they would be
-/// another scene, so they are refused and not approximated. [any thread]
+/// Returns why Bullet cannot run this scene: one sentence that lists all features in it that only
+/// the native stepper has, or an empty string if there are none. Bullet has springs and friction of
+/// its own, but by other laws, and its bridge gives exact events of frictionless impacts: with them
+/// it would be another scene, so such features are refused and not approximated. [any thread]
 std::string whyNotOnBullet(const Scene& scene);
 
-/// Whether there are two bodies that can rub: a sphere, and another body, with friction. What has
-/// friction against bodies without any slides as they do. [any thread]
+/// True if at least two bodies have friction, one of them a sphere or a solid that can move. A pair
+/// of which only one body has friction slides without any. [any thread]
 bool hasFriction(const Scene& scene);
 
 }  // namespace carom::scenes

@@ -34,7 +34,7 @@ std::string whyNoImages(const Scene& scene, bool planes) {
   return "the room's order is 0";
 }
 
-/// What becomes of the clicks.
+/// Adds the stages from the clicks to the listeners' channels.
 void addSound(const Scene& scene, bool planes, PlanBuilder& plan) {
   const SynthSettings& sound = scene.sound;
   const bool binaural = std::ranges::any_of(scene.listeners, [](const Listener& listener) {
@@ -58,7 +58,7 @@ bool has(const Scene& scene) {
   });
 }
 
-/// What the bodies do to each other, and what else moves them.
+/// Adds the stages of the contacts between bodies, and of the forces that move them.
 void addMechanics(const Scene& scene, bool planes, PlanBuilder& plan) {
   const auto spheres = std::ranges::count_if(scene.bodies, [](const SceneBody& body) {
     return std::holds_alternative<SphereShape>(body.shape);

@@ -12,8 +12,8 @@ struct LeftOut {
   std::string why;
 };
 
-/// The stages that a scene needs, and those it does without: decided before the run from what is in
-/// the scene. Stage names are stable; docs/cli.md lists them.
+/// The stages that a scene needs, and those left out, decided before the run from the scene alone.
+/// Stage names are stable; docs/cli.md lists them.
 struct Plan {
   std::vector<std::string> needed;  ///< in the order of the data flow
   std::vector<LeftOut> leftOut;

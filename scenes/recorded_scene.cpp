@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kProgressSteps = 100;
-constexpr char kEndOfName = '\0';  // in the payload: the name of the scene's file, this, its text
+constexpr char kEndOfName = '\0';  // ends the scene's file name in the payload; its text follows
 
 class ReplayStepper : public SceneStepper {
  public:
@@ -50,7 +50,7 @@ class ReplayStepper : public SceneStepper {
  private:
   const Recording& recording_;
   double time_;
-  std::size_t next_;  // collision
+  std::size_t next_;  // index of the next collision
   std::vector<ImpulseEvent> events_;
 };
 
@@ -64,7 +64,8 @@ bool isSphereOf(const Scene& scene, const Recording::Sphere& sphere) {
   return shape != nullptr && shape->radius == sphere.radius && shape->mass == sphere.mass;
 }
 
-/// Whether each body of the one is there in the other.
+/// True if the recording has the scene's length and spheres, and its walls and events name bodies
+/// of the scene.
 bool fits(const Recording& recording, const Scene& scene) {
   const Recording::World& world = recording.world();
   const auto spheres = std::ranges::count_if(scene.bodies, [](const SceneBody& body) {

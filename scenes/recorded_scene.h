@@ -14,34 +14,34 @@
 
 namespace carom::scenes {
 
-/// A run with the scene that it is of: a file of `carom record`. The scene's text travels in the
+/// A recorded run with its scene: a file of `carom record`. The scene's text is stored in the
 /// recording, so that no other file is needed but the heads that the scene names.
 struct RecordedScene {
   Scene scene;
   Recording recording;
-  std::uintmax_t bytes = 0;  ///< of the file
+  std::uintmax_t bytes = 0;  ///< size of the file
 };
 
-/// Why the scene cannot be recorded, as the second half of a sentence; empty where it can, as far
-/// as its stepper goes. [any thread]
+/// Returns why the scene cannot be recorded, as the second half of a sentence; empty if it can be,
+/// as far as its stepper goes. [any thread]
 std::string whyNoRecordingOf(const Scene& scene);
 
-/// Runs the scene from its start to its end. `text` is that of the scene's file, `name` its name.
-/// Refuses scenes on Bullet, and what the native stepper refuses. [one thread]
+/// Runs the scene from its start to its end. `text` is that of the scene's file, `name` the file's
+/// name. Refuses scenes on Bullet, and those that the native stepper refuses. [one thread]
 Result<Recording> recordScene(const Scene& scene, std::string_view text, std::string_view name,
                               const std::function<void(double share)>& progress = {});
 
-/// Writes a file, which appears whole or not at all, and says how many bytes it has.
+/// Writes a file, which appears whole or not at all, and returns its size in bytes.
 Result<std::uintmax_t> saveRecording(const Recording& recording, const std::filesystem::path& file);
 
-/// Reads one. Refuses whatever `decoded` refuses, and a run that is not of the scene in it: one
-/// with other bodies, or of another length. Never throws for bad input.
+/// Reads a recording. Refuses whatever `decoded` refuses, and a run that does not belong to the
+/// scene in it: one with other bodies, or of another length. Never throws for bad input.
 Result<RecordedScene> loadRecordedScene(const std::filesystem::path& file);
 
-/// Whether the file begins as a recording does.
+/// True if the file begins as a recording does.
 bool isRecording(const std::filesystem::path& file);
 
-/// The mechanics of a run that has been recorded, from `begin` (s) on. The recording must outlive
+/// Returns a stepper that replays a recorded run from `begin` (s) on. The recording must outlive
 /// it.
 std::unique_ptr<SceneStepper> replayStepper(const Recording& recording, double begin);
 

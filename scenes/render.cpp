@@ -51,7 +51,8 @@ Result<Files> openFiles(const Scene& scene, const RenderOptions& options) {
   return files;
 }
 
-// Both or none: all that can go wrong comes before the first of them has its name.
+// Gives both files their names, or neither: all that can go
+// wrong comes before the first is renamed.
 Status nameFiles(Files& files) {
   if (!files.events) return files.sound.finish();
   if (Status closed = files.events->close(); !closed) return closed;
@@ -94,7 +95,7 @@ Result<SceneSound> soundOf(const Scene& scene, const RenderOptions& options) {
                             options.span, options.analysis);
 }
 
-/// A recording takes the place of the mechanics.
+/// Replaces the native stepper by the recording in the plan.
 void replaceStepper(Plan& plan) {
   std::ranges::replace(plan.needed, "native_stepper", "recording");
   plan.leftOut.insert(plan.leftOut.begin(), {"native_stepper", "the run has been recorded"});

@@ -46,7 +46,7 @@ std::vector<Collision> heardCollisions(const EventTape& tape, const ReportChoice
   return collisionsOf(events);
 }
 
-/// What two variants with the same mechanics share.
+/// The choices that two variants with the same mechanics share.
 using MechanicsKey = std::tuple<int, double, bool, int, double>;
 
 MechanicsKey keyOf(const ReportChoice& choice) {
@@ -84,11 +84,12 @@ class SceneReporter {
   struct Mechanics {
     MechanicsRun run;
     std::vector<Collision> found;                // exact times, physical impulses
-    std::shared_ptr<const EventTape> exactTape;  // what `local` is heard against
-    std::optional<Signal> exactSignal;           // with the reference's sound
+    std::shared_ptr<const EventTape> exactTape;  // its sound is the reference of `local`
+    std::optional<Signal> exactSignal;           // `exactTape` with the reference's sound
   };
 
-  /// A jello's reference is as fine as the budget allows.
+  /// Returns the grid whose reference is as fine as the budget allows; only a jello's reference
+  /// depends on it.
   Result<ReportGrid> affordableGrid() const {
     for (const double fineness : {8.0, 4.0}) {
       Result<ReportGrid> grid = reportGrid(scene_, fineness);
@@ -111,7 +112,7 @@ class SceneReporter {
     if (!mechanics_.contains(key)) {
       Result<Mechanics> made = makeMechanics(scene);
       if (!made) {
-        // Of the reference there has to be a run; what others cannot do is a finding.
+        // The reference has to run; that another variant cannot is a finding.
         if (report_.variants.empty()) return made.error();
         report_.leftOut.push_back({choice.label, made.error().message});
         return std::monostate{};
@@ -121,7 +122,8 @@ class SceneReporter {
     return measure(choice, scene, mechanics_.at(key));
   }
 
-  /// Or why it cannot be run at all. Bullet's from how long coarser steps took.
+  /// Returns why a run would take longer than the budget, or why it cannot be run at all; empty if
+  /// it can. Bullet's time is estimated from how long coarser steps took.
   std::string whyTooLong(const ReportChoice& choice, const Scene& scene) const {
     if (report_.variants.empty() || mechanics_.contains(keyOf(choice))) return {};
     Result<double> seconds = expectedSeconds(scene);
@@ -226,7 +228,8 @@ class SceneReporter {
     variant.positionError = positionError(mechanics.run, exact.run);
   }
 
-  /// The energies right before `time`, of both.
+  /// Returns the difference of the two mechanical energies right before `time`, over the
+  /// reference's largest kinetic energy.
   static std::optional<double> energyDrift(const MechanicsRun& run, const MechanicsRun& reference,
                                            double time) {
     using Energy = MechanicsRun::Energy;

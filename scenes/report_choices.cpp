@@ -18,7 +18,7 @@ using namespace native;
 
 namespace {
 
-constexpr std::array kRates = {60, 240, 1000, 8000};  // Hz, Bullet's steps
+constexpr std::array kRates = {60, 240, 1000, 8000};  // Hz, rates of Bullet's steps
 constexpr int kGameRate = 60;                         // Hz
 constexpr int kFilmRate = 1000;                       // Hz
 constexpr std::size_t kGameModes = 16;
@@ -36,7 +36,7 @@ const char* nameOf(EventTime time) {
   return "";
 }
 
-/// Whether some body's sound is that of a sphere or another rigid shape that moves.
+/// True if some body has modes.
 bool rings(const Scene& scene) {
   return std::ranges::any_of(scene.bodies,
                              [](const SceneBody& body) { return body.ringing.has_value(); });
@@ -135,7 +135,7 @@ class Grid {
     ReportChoice choice = variant(VariantGroup::mechanics, idOf(rate, tuned), labelOf(rate, tuned));
     choice.stepper = bullet(scene_, rate, tuned);
     add(choice);
-    // What tuning changes is looked at with exact times only.
+    // The effect of tuning is measured with exact times only.
     if (tuned && onNative_) return;
     ReportChoice applied = choice;
     applied.id += "_applied";
@@ -231,7 +231,7 @@ class Grid {
     return limits_[static_cast<std::size_t>(integrator)];
   }
 
-  /// The largest step that is a whole part of 1/60 s and not above this.
+  /// Returns the largest step that divides 1/60 s into whole parts and is not above `step` (s).
   static double wholeStep(double step) {
     constexpr double kPicture = 1.0 / 60.0;
     return kPicture / std::max(1.0, std::ceil(kPicture / step));
@@ -242,7 +242,7 @@ class Grid {
       const auto integrator = static_cast<JelloIntegrator>(index);
       double limit = limitOf(integrator);
       if (!(limit > 0.0)) continue;
-      // One that is stable at any step is tried beside the others.
+      // An integrator that is stable at any step is tried at steps like the others'.
       if (!std::isfinite(limit)) limit = limitOf(JelloIntegrator::rungeKutta4);
       double last = 0.0;
       for (const double share : {0.9, 0.6, 0.3}) {

@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kMostRuns = 1000;
 
-// Two scenes of one name could not be told apart in what is written.
+// Reads the scenes. Refuses two of one name, which could not be told apart in the report.
 Result<std::vector<Scene>> readScenes(const std::vector<std::string>& files) {
   std::vector<Scene> scenes;
   std::set<std::string> names;

@@ -10,13 +10,14 @@ class App;
 
 namespace carom::scenes {
 
-/// `carom report`: scenes in all ways that make a difference, and what each costs and is off by.
+/// `carom report`: runs scenes in all ways that make a difference, and reports the cost and the
+/// error of each.
 class ReportCommand {
  public:
-  /// Outlives the parsing.
+  /// Adds the command to `app`; must outlive the parsing.
   explicit ReportCommand(CLI::App& app);
   bool parsed() const;
-  /// The program's exit code.
+  /// Returns the program's exit code.
   int run() const;
 
  private:

@@ -175,7 +175,7 @@ std::string cellOf(const Json& value) {
   return value.is_string() ? quoted(value.get<std::string>()) : value.dump();
 }
 
-/// The columns of the CSV: a pointer into a variant's JSON, and the name.
+/// A column of the CSV: a JSON pointer into a variant's object, and the column's name.
 struct Column {
   const char* pointer;
   const char* name;
@@ -220,7 +220,8 @@ constexpr std::array kColumns = {Column{"/id", "id"},
                                  Column{"/energy_drift", "energy_drift"},
                                  Column{"/position_error", "position_error_m"}};
 
-// Nothing in it may end the element that holds it.
+// Returns the object as JSON with every '<' escaped, so that it cannot end the script element
+// around it.
 std::string inScript(const Json& object) {
   const std::string text = object.dump(-1, ' ', false, Json::error_handler_t::replace);
   std::string safe;

@@ -11,14 +11,14 @@
 
 namespace carom::scenes {
 
-/// What `carom report` writes, and docs/report.md describes.
+/// The files that `carom report` writes; docs/report.md describes them.
 
 nlohmann::ordered_json reportJson(std::span<const SceneReport> scenes);
 
-/// A row for each variant of each scene, RFC 4180.
+/// Returns the CSV: a row for each variant of each scene, RFC 4180.
 std::string reportCsv(std::span<const SceneReport> scenes);
 
-/// The page: all of it in one file, that needs no network.
+/// Returns the page: all of it in one file, which needs no network.
 std::string reportHtml(std::span<const SceneReport> scenes);
 
 /// The names of the files in a folder.
@@ -30,11 +30,11 @@ struct ReportFiles {
 
 ReportFiles reportFilesIn(const std::filesystem::path& folder);
 
-/// Why they cannot be written there, before anything is run; empty where they can. A folder that is
-/// not there yet needs one above it that is.
+/// Returns why the files cannot be written there, before anything is run; empty if they can. A
+/// folder that does not exist needs an existing one above it.
 std::string whyNoReportIn(const std::filesystem::path& folder);
 
-/// Writes all three, or none: makes the folder where it is missing.
+/// Writes all three files or none; creates the folder if it does not exist.
 Status writeReport(std::span<const SceneReport> scenes, const std::filesystem::path& folder);
 
 }  // namespace carom::scenes

@@ -24,9 +24,9 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t kWaveformColumns = 400;
 constexpr std::size_t kSpectrogramColumns = 200;
 constexpr std::size_t kSpectrogramRows = 64;
-constexpr std::size_t kWindow = 1024;    // samples, or more where columns are farther apart
-constexpr double kHighestShown = 0.45;   // of the sample rate
-constexpr double kReferencePeak = 0.25;  // of full scale
+constexpr std::size_t kWindow = 1024;    // samples at least; more if columns are farther apart
+constexpr double kHighestShown = 0.45;   // share of the sample rate
+constexpr double kReferencePeak = 0.25;  // share of full scale
 
 /// A file in memory, as libsndfile writes it.
 struct MemoryFile {
@@ -65,7 +65,7 @@ struct MemoryFile {
   }
 };
 
-/// Empty where libsndfile cannot write this format.
+/// Returns a sound file of the samples; empty if libsndfile cannot write this format.
 std::string encoded(const std::vector<std::int16_t>& samples, double sampleRate, int format) {
   SF_INFO info = {};
   info.samplerate = static_cast<int>(std::lround(sampleRate));
@@ -83,8 +83,8 @@ std::string encoded(const std::vector<std::int16_t>& samples, double sampleRate,
   return whole ? file.bytes : std::string();
 }
 
-/// Words of 16 bits whose last three are 0, which FLAC does not store: the page gets half as large,
-/// and what the rounding adds is 60 dB below the reference's peak.
+/// Samples are 16-bit words whose last three bits are 0, which FLAC does not store: the page gets
+/// half as large, and the error of this rounding is 60 dB below the reference's peak.
 constexpr int kLeftOut = 8;
 constexpr double kLoudestWord = 4095.0;
 
@@ -101,7 +101,7 @@ std::string audioUri(const std::vector<float>& samples, double sampleRate, doubl
   return "data:audio/wav;base64," + base64(encoded(words, sampleRate, SF_FORMAT_WAV));
 }
 
-// Three digits are enough for a picture.
+// Rounds to three digits, which are enough for a picture.
 double rounded(double value) {
   if (value == 0.0 || !std::isfinite(value)) return 0.0;
   const double unit = std::pow(10.0, std::floor(std::log10(std::abs(value))) - 2.0);
@@ -153,7 +153,7 @@ double peakOf(const std::vector<float>& samples) {
   return peak;
 }
 
-/// dB above 20 uPa in each row, of one window.
+/// The levels of one window in the rows of a spectrogram, dB above 20 uPa.
 class Levels {
  public:
   Levels(std::size_t window, double sampleRate) : samples_(window) {
@@ -164,7 +164,7 @@ class Levels {
       window_.push_back(0.5 - 0.5 * std::cos(turn / static_cast<double>(window)));
       weights += window_.back() * window_.back();
     }
-    // So that a band's sum is the mean square in the window.
+    // With this scale the sum of a band is its mean square in the window.
     scale_ = 2.0 / (weights * static_cast<double>(window));
     const double bin = sampleRate / static_cast<double>(window);
     const double ratio = kHighestShown * sampleRate / kLowestShown;
@@ -191,7 +191,8 @@ class Levels {
   }
 
  private:
-  // Narrow rows share their bins, so that low frequencies have no gaps.
+  // Level (dB) of the band between two edges in bins. A row narrower than a bin takes its share of
+  // it, so that low frequencies have no gaps.
   double levelOf(double from, double to) const {
     double sum = 0.0;
     for (auto bin = static_cast<std::size_t>(std::lround(from));

@@ -13,15 +13,15 @@ namespace carom::scenes {
 /// Base64 (RFC 4648, section 4) of bytes. [any thread]
 std::string base64(std::string_view bytes);
 
-/// What a page shows and plays of each variant, under its id: "audio" (a data URI of FLAC, or of
-/// WAV where libsndfile has no FLAC), "waveform" and "spectrogram", of the first channel and at
-/// most the first kHeard seconds. All of one scene to the same scale, in which the reference's peak
-/// is a quarter: what is louder by more than 12 dB is clipped.
+/// Returns what the page shows and plays of each variant, by the variant's id: "audio" (a data URI
+/// of FLAC, or of WAV if libsndfile has no FLAC), "waveform" and "spectrogram", of the first
+/// channel and at most the first kHeard seconds. All variants of a scene have one scale, in which
+/// the reference's peak is a quarter: a variant louder by more than 12 dB is clipped.
 nlohmann::ordered_json mediaJson(const SceneReport& report);
 
 inline constexpr double kHeard = 2.0;  ///< s
 
-/// The picture of a spectrogram's data: columns of rows bytes each, from the lowest frequency up.
+/// The levels of a spectrogram: columns of `rows` bytes each, from the lowest frequency up.
 struct Spectrogram {
   std::size_t columns = 0;
   std::size_t rows = 0;
@@ -29,11 +29,11 @@ struct Spectrogram {
 };
 
 inline constexpr double kLowestShown = 50.0;    ///< Hz
-inline constexpr double kQuietestShown = 0.0;   ///< dB above 20 uPa: a byte of 0
-inline constexpr double kLoudestShown = 100.0;  ///< dB: 255
+inline constexpr double kQuietestShown = 0.0;   ///< dB above 20 uPa: byte 0
+inline constexpr double kLoudestShown = 100.0;  ///< dB above 20 uPa: byte 255
 
-/// Levels in bands of equal ratio from kLowestShown to 0.45 of the sample rate, at equal times.
-/// [any thread]
+/// Computes the levels in bands of equal ratio from kLowestShown to 0.45 of the sample rate, at
+/// equal intervals of time. [any thread]
 Spectrogram spectrogramOf(const std::vector<float>& samples, double sampleRate);
 
 }  // namespace carom::scenes

@@ -21,13 +21,13 @@ namespace {
 
 constexpr std::size_t kReportBlock = 4096;
 constexpr double kReportFrame = 1.0 / 60.0;  // s
-constexpr double kMostPairTests = 1e7;       // of LocalReference, some seconds
+constexpr double kMostPairTests = 1e7;       // pair tests of LocalReference: some seconds
 
 bool isSphere(const SceneBody& body) {
   return std::holds_alternative<SphereShape>(body.shape);
 }
 
-// Whether LocalReference can follow the scene, and will not take too long.
+// True if LocalReference can follow the scene, and will not take too long.
 bool hasExactPath(const Scene& scene) {
   const bool solids = std::ranges::any_of(scene.bodies, [](const SceneBody& body) {
     return std::holds_alternative<SolidShape>(body.shape);
@@ -93,7 +93,7 @@ Status watchSpheres(const Scene& scene, MechanicsRun& run) {
 Status watchJello(const Scene& scene, MechanicsRun& run) {
   double next = 0.0;
   const auto watch = [&](const JelloCoupling& coupling) {
-    // Steps are whole parts of a picture: what is off is rounding.
+    // Steps divide a picture into whole parts: a difference is rounding.
     if (coupling.time() < next - 1e-9) return;
     next += kReportFrame;
     const JelloStepper& jello = coupling.jello();
@@ -121,7 +121,7 @@ Status watch(const Scene& scene, MechanicsRun& run) {
   return jelloOf(scene) != nullptr ? watchJello(scene, run) : watchSpheres(scene, run);
 }
 
-/// How much heap is used beyond what was there when it was made.
+/// Measures the heap that is used beyond what was in use when it was constructed.
 class HeapWatch {
  public:
   void look() { most_ = std::max(most_, heapInUse().value_or(0)); }
@@ -150,7 +150,8 @@ Status measureMemory(const Scene& scene, MechanicsRun& run) {
 double timeOf(const ImpulseEvent& event, const MechanicsRun& run, const ReportChoice& choice) {
   const double step = choice.stepper.step;
   const auto polled = run.poller->nearest(event.body, event.other, event.time, 2.0 * step);
-  // What Bullet did not push, and the bridge knows of all the same, is seen at the next step.
+  // A contact that Bullet did not push, but that the bridge
+  // knows of, is seen at the end of its step.
   const PolledContact contact =
       polled.value_or(PolledContact{std::ceil(event.time / step) * step, event.time});
   return choice.eventTime == EventTime::step ? contact.seen : std::max(0.0, contact.backDated);
@@ -172,7 +173,7 @@ Result<double> expectedSeconds(const Scene& scene) {
 
 Result<MechanicsRun> runMechanics(const Scene& scene, std::size_t runs) {
   MechanicsRun run;
-  // For variants that hear what Bullet applied, and for those that do not.
+  // Events with applied impulses serve all variants: those that use them and those that do not.
   Scene complete = scene;
   complete.sound.impulse = ImpulseChoice::applied;
   const Stopwatch stopwatch;
@@ -222,7 +223,7 @@ Result<SoundRun> runSound(const Scene& scene, const std::shared_ptr<const EventT
   run.signal.resize(block.size());
   for (std::vector<float>& channel : run.signal)
     channel.reserve(frames);
-  // The first is not counted: it finds caches cold and tables to be made.
+  // The first run is not counted: it finds caches cold and tables still to be made.
   for (std::size_t i = 0; i <= runs; ++i) {
     HeapWatch heap;
     Result<SceneSound> sound = SceneSound::create(scene, tapeStepper(tape), {});

@@ -81,7 +81,7 @@ struct Contents {
   std::size_t planes = 0;
   std::size_t blocks = 0;
   std::size_t solids = 0;
-  double solidMass = 0.0;  // kg, of those that move
+  double solidMass = 0.0;  // kg, of the solids that move
   const JelloShape* jello = nullptr;
   std::map<std::string, std::size_t> spheresByMaterial;
   std::size_t spheres = 0;
@@ -116,7 +116,7 @@ Contents contentsOf(const Scene& scene) {
   return contents;
 }
 
-// "1 click", "2 clicks".
+// Returns the count with its noun: "1 click", "2 clicks".
 std::string counted(std::uint64_t count, const char* noun) {
   return std::to_string(count) + ' ' + noun + (count == 1 ? "" : "s");
 }
@@ -127,7 +127,7 @@ std::string rangeText(double smallest, double largest) {
   return low == high ? low : low + " to " + high;
 }
 
-// Empty where there is none.
+// Describes the spheres; empty if there are none.
 std::string spheresText(const Contents& contents) {
   if (contents.spheres == 0) return {};
   std::string text =
@@ -141,7 +141,7 @@ std::string spheresText(const Contents& contents) {
   return text + '\n';
 }
 
-// Empty where there is none.
+// Describes the jello; empty if there is none.
 std::string jelloText(const JelloShape* jello) {
   if (jello == nullptr) return {};
   const JelloLattice& lattice = jello->lattice;
@@ -152,7 +152,7 @@ std::string jelloText(const JelloShape* jello) {
                 jello->integrator ? nameOf(*jello->integrator) : "auto");
 }
 
-// Broken between words into lines of at most kWidth bytes, unless a word is longer.
+// Breaks the text between words into lines of at most kWidth bytes, unless a word is longer.
 std::string wrapped(const std::string& text) {
   constexpr std::size_t kWidth = 100;
   std::istringstream words(text);
@@ -182,13 +182,13 @@ std::string peakText(const RenderReport& report) {
   return text;
 }
 
-// "0.41 to 0.9 s", over the octaves.
+// Returns the range of the decay times over the octaves: "0.41 to 0.9 s".
 std::string decayText(const DecayTimes& times) {
   const auto [least, most] = std::minmax_element(times.begin(), times.end());
   return rangeText(*least, *most) + " s";
 }
 
-// What walls do; nothing in open air.
+// Describes reflections and reverberation; empty in open air.
 std::string roomText(std::size_t images, const std::optional<ReverbSettings>& reverb) {
   if (images == 0 && !reverb) return {};
   std::string text = "room      " + counted(images, "image") + " of each source";
@@ -199,7 +199,7 @@ std::string roomText(std::size_t images, const std::optional<ReverbSettings>& re
   return text + '\n';
 }
 
-// "listener  at (0 1 2) m: ears, binaural, moves"
+// Describes a listener: "listener  at (0 1 2) m: ears, binaural, moves".
 std::string listenerText(const Listener& listener, const ListenerChannels& channels) {
   std::string text = format("listener  at (%g %g %g) m: ", listener.position.x(),
                             listener.position.y(), listener.position.z()) +
@@ -210,7 +210,7 @@ std::string listenerText(const Listener& listener, const ListenerChannels& chann
   return text + '\n';
 }
 
-// Only where there is more to know than that every listener has its channel.
+// Lists the channels of the listeners; empty if every listener is mono and stands still.
 std::string channelsText(const std::vector<ListenerChannels>& listeners) {
   const auto isPlain = [](const ListenerChannels& channels) {
     return channels.format == ListenerFormat::mono && !channels.moves;
@@ -253,7 +253,8 @@ Json radiusJson(const Contents& contents) {
   return {{"min", contents.smallest}, {"max", contents.largest}};
 }
 
-// With mass, and its centre in the frame of the shape, of those that move.
+// Returns the solids; those that move have their mass, and
+// their centre of mass in the frame of the shape.
 Json solidsJson(const Scene& scene) {
   Json solids = Json::array();
   for (const SceneBody& body : scene.bodies) {
@@ -381,7 +382,7 @@ Json infoJson(const Scene& scene) {
 
 std::string renderText(const RenderReport& report) {
   const SynthCounters& synth = report.synth;
-  std::string text = report.file.string();  // of any length
+  std::string text = report.file.string();  // may be longer than the buffer of format()
   text += format(": %.4g s, %s at %g Hz\n", report.duration,
                  counted(report.channels, "channel").c_str(), report.sampleRate);
   text +=
@@ -441,7 +442,7 @@ Json renderJson(const RenderReport& report) {
 
 std::string recordText(const Recording& recording, const RecordReport& report) {
   const std::size_t collisions = recording.collisionCount();
-  std::string text = report.file.string();  // of any length
+  std::string text = report.file.string();  // may be longer than the buffer of format()
   text += format(": a recording of %g s, %llu bytes\n", recording.end() - recording.begin(),
                  static_cast<unsigned long long>(report.bytes));
   text += "holds     " + counted(collisions, "collision") + " and " +

@@ -14,9 +14,9 @@
 
 namespace carom::scenes {
 
-/// What the commands print: text for people, JSON with stable keys for programs (docs/cli.md).
+/// The output of the commands: text for people, JSON with stable keys for programs (docs/cli.md).
 
-/// A number, or null for what JSON has no number for: infinity, NaN.
+/// Returns a number, or null for infinity and NaN, which JSON has no number for.
 nlohmann::ordered_json numberJson(double value);
 
 nlohmann::ordered_json planJson(const Plan& plan);
@@ -27,11 +27,11 @@ nlohmann::ordered_json infoJson(const Scene& scene);
 std::string renderText(const RenderReport& report);
 nlohmann::ordered_json renderJson(const RenderReport& report);
 
-/// What became of a recording's file.
+/// A recording's file, as it was written or read.
 struct RecordReport {
   std::filesystem::path file;
   std::uintmax_t bytes = 0;
-  double wallTime = 0.0;  ///< s, mechanics and writing; 0: it was only read
+  double wallTime = 0.0;  ///< s, mechanics and writing; 0 if it was only read
 };
 
 std::string recordText(const Recording& recording, const RecordReport& report);

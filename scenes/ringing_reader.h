@@ -8,8 +8,9 @@
 
 namespace carom::scenes {
 
-/// What `entry`, a body, says under "modes" of how it rings; nothing, if it has no such member.
-/// Names of files are relative to `folder`. Every error is recorded at its node. [any thread]
+/// Reads the member "modes" of `entry`, a body: how it rings. Returns nullopt if there is no such
+/// member. Names of files are relative to `folder`. Every error is recorded at its node.
+/// [any thread]
 std::optional<Ringing> readRinging(const JsonNode& entry, const std::filesystem::path& folder);
 
 }  // namespace carom::scenes

@@ -31,11 +31,11 @@ struct SphereShape {
   Vec3 spin = Vec3::Zero();      ///< rad/s, world frame, at time 0
 };
 
-/// Half-space { x : normal . x <= offset } that nothing can push; the free side is where the normal
-/// points.
+/// Half-space { x : normal . x <= offset } that nothing can
+/// push; its normal points to the free side.
 struct PlaneShape {
   Vec3 normal = Vec3::UnitY();   ///< unit
-  double offset = 0.0;           ///< m, at time 0; of one that shakes, that of the middle
+  double offset = 0.0;           ///< m, at time 0; the mean position of a plane that shakes
   Vec3 velocity = Vec3::Zero();  ///< m/s, world frame
   Shaking shaking = {};
 };
@@ -43,7 +43,7 @@ struct PlaneShape {
 /// Solid box that nothing can push.
 struct BlockShape {
   Vec3 centre = Vec3::Zero();           ///< m, world frame, at time 0
-  Vec3 halfExtents = Vec3::Ones();      ///< m, > 0, along its own axes
+  Vec3 halfExtents = Vec3::Ones();      ///< m, > 0, along the block's axes
   Quat orientation = Quat::Identity();  ///< block to world, unit
   Vec3 velocity = Vec3::Zero();         ///< m/s, world frame
 };
@@ -53,34 +53,34 @@ struct JelloShape {
   native::JelloLattice lattice;
   native::JelloPenalty contact;
   native::JelloField field = {};
-  std::vector<Vec3> positions;                        ///< m, world frame, of its points at time 0
-  std::vector<Vec3> velocities;                       ///< m/s
-  std::optional<native::JelloIntegrator> integrator;  ///< empty: the cheapest for `error`
-  double step = 0.0;                                  ///< s; 0: the largest for `error`
-  double error = 1e-4;                                ///< m, of its points, root of the mean square
-  std::size_t stepsPerPicture = 0;                    ///< of a trajectory; 0: nearest to 1/60 s
+  std::vector<Vec3> positions;                        ///< m, world frame, of the points at time 0
+  std::vector<Vec3> velocities;                       ///< m/s, of the points at time 0
+  std::optional<native::JelloIntegrator> integrator;  ///< empty: the cheapest one for `error`
+  double step = 0.0;                                  ///< s; 0: the largest one for `error`
+  double error = 1e-4;                                ///< m, rms position error of the points
+  std::size_t stepsPerPicture = 0;                    ///< trajectory file; 0: nearest to 1/60 s
 };
 
-/// How a body of some material touches others, beside what Material says. The defaults are those of
-/// all built-in materials.
+/// Contact properties of a body beside those in Material.
+/// The defaults are those of all built-in materials.
 struct ContactTraits {
-  double friction = 0.0;          ///< 1, Coulomb's; of a pair the geometric mean
-  double rollingFriction = 0.0;   ///< 1, of spheres, see SphereFriction::rolling
+  double friction = 0.0;          ///< Coulomb's coefficient; a pair has the geometric mean
+  double rollingFriction = 0.0;   ///< dimensionless, of spheres, see SphereFriction::rolling
   double pivotingFriction = 0.0;  ///< m, of spheres, see SphereFriction::pivoting
   RestitutionLaw restitutionLaw = {};
 };
 
-/// How a body rings.
+/// The source of a body's modes.
 struct Ringing {
-  std::filesystem::path model;    ///< a file, as it can be opened; empty: computed of its shape
-  MeshAnalysisSettings analysis;  ///< how it is computed
+  std::filesystem::path model;    ///< file that can be opened; empty: computed from the shape
+  MeshAnalysisSettings analysis;  ///< settings of the computation
 };
 
-/// Bumps of a body by a picture, still to be loaded.
+/// A normal map of a body's bumps, still to be loaded.
 struct NormalMapFile {
-  std::filesystem::path file;  ///< PNG, as it can be opened
-  NormalMapSettings settings;  ///< without a size, if it lies as the mesh of the body says
-  bool byCoordinates = false;  ///< of the mesh
+  std::filesystem::path file;  ///< PNG that can be opened
+  NormalMapSettings settings;  ///< without a size if `byCoordinates`
+  bool byCoordinates = false;  ///< lies by the texture coordinates of the body's mesh
 };
 
 struct SceneBody {
@@ -88,10 +88,10 @@ struct SceneBody {
   Material material;
   std::variant<SphereShape, PlaneShape, BlockShape, SolidShape, std::shared_ptr<const JelloShape>>
       shape;
-  SurfaceId surface = 0;  ///< the kind of its material in Scene::restitutions; 0: has none there
+  SurfaceId surface = 0;  ///< its material in Scene::restitutions; 0: none there
   ContactTraits contact = {};
   std::optional<Ringing> ringing = std::nullopt;  ///< spheres and solids only
-  /// Empty: the bumps are those of the material's roughness.
+  /// If empty, the bumps are those of the material's roughness.
   std::optional<NormalMapFile> normalMap = std::nullopt;
 };
 
@@ -99,8 +99,8 @@ inline bool isSolid(const SceneBody& body) {
   return std::holds_alternative<SolidShape>(body.shape);
 }
 
-/// What acts on the bodies besides gravity and impacts. Ends of springs and rods are spheres by
-/// their index in Scene::bodies.
+/// The forces on the bodies besides gravity and impacts. Springs and rods refer to spheres by their
+/// index in Scene::bodies.
 struct SceneMechanics {
   Simultaneous simultaneous = Simultaneous::reflections;
   std::vector<Rod> rods;
@@ -112,20 +112,20 @@ struct SceneMechanics {
 
 enum class StepperType { native, bullet };
 
-inline constexpr double kShortestStep = 1e-5;  ///< s, of Bullet
-inline constexpr double kLongestStep = 0.1;    ///< s
+inline constexpr double kShortestStep = 1e-5;  ///< s, of Bullet's fixed step
+inline constexpr double kLongestStep = 0.1;    ///< s, of Bullet's fixed step
 
 struct StepperSettings {
   StepperType type = StepperType::native;
   double step = 1.0 / 240.0;  ///< s, Bullet's fixed step; the native stepper has none
-  double restSpeed = 0.005;   ///< m/s, slower contacts are rest, not collisions; either stepper
-  bool tuned = false;         ///< Bullet as `tune` sets it; with solids it always is
+  double restSpeed = 0.005;   ///< m/s, on either stepper: slower contacts are rest, not collisions
+  bool tuned = false;         ///< applies `tune` to Bullet; with solids it always is
 };
 
-/// Where a listener goes. At time 0 and before, it stands as Scene::listeners has it.
+/// The path of a listener. At time 0 and before, the listener stands as Scene::listeners has it.
 struct ListenerPath {
   std::size_t listener = 0;         ///< index in Scene::listeners
-  std::vector<ListenerPose> poses;  ///< times above 0, ascending; after the last it stands there
+  std::vector<ListenerPose> poses;  ///< times above 0, ascending; it stays at the last one
 };
 
 /// The responses of a binaural listener's head, still to be loaded.
@@ -134,7 +134,7 @@ struct HeadFile {
   std::filesystem::path sofa;
 };
 
-/// A scene, whole: boxes and groups already expanded, every value checked. A body's index here is
+/// A complete scene: boxes and groups are expanded, every value is checked. A body's index here is
 /// its BodyId on either stepper. There is at most one jello.
 struct Scene {
   std::string name;
@@ -144,17 +144,17 @@ struct Scene {
   Vec3 gravity = {0.0, -9.81, 0.0};  ///< m/s^2
   Medium medium;
   StepperSettings stepper;
-  SynthSettings sound;  ///< with the room; not used of it: sample rate and medium
+  SynthSettings sound;  ///< with the room; its sample rate and medium are not used
   std::vector<SceneBody> bodies;
-  RestitutionTable restitutions;  ///< of pairs of materials that have one of their own
+  RestitutionTable restitutions;  ///< restitutions of certain pairs of materials
   SceneMechanics mechanics;
   std::vector<Listener> listeners;
-  std::vector<ListenerPath> paths;       ///< of listeners that move, at most one for each
-  std::vector<HeadFile> headFiles;       ///< of binaural listeners that name one
-  std::optional<std::size_t> mostModes;  ///< of a body that are heard, its lowest; empty: all
+  std::vector<ListenerPath> paths;       ///< paths of listeners that move, at most one for each
+  std::vector<HeadFile> headFiles;       ///< heads of binaural listeners that name one
+  std::optional<std::size_t> mostModes;  ///< most modes of a body, its lowest; empty: all
 };
 
-/// Its jello, or null. [any thread]
+/// Returns the scene's jello, or null. [any thread]
 inline const JelloShape* jelloOf(const Scene& scene) {
   for (const SceneBody& body : scene.bodies)
     if (const auto* jello = std::get_if<std::shared_ptr<const JelloShape>>(&body.shape))
@@ -162,8 +162,8 @@ inline const JelloShape* jelloOf(const Scene& scene) {
   return nullptr;
 }
 
-/// 1, of these two bodies of the scene: what the scene says of their materials, or the geometric
-/// mean. [any thread]
+/// Returns the coefficient of restitution of two bodies of the scene: the one that the scene gives
+/// for their materials, or the geometric mean. [any thread]
 inline double restitutionOf(const Scene& scene, const SceneBody& body, const SceneBody& other) {
   return scene.restitutions.of(body.surface, body.material.restitution, other.surface,
                                other.material.restitution);

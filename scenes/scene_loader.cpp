@@ -39,7 +39,8 @@ using namespace native;
 namespace {
 
 // ---------------------------------------------------------------------------------------------
-// What is accepted. scene.schema.json and docs/scenes.md repeat these; a test compares the schema.
+// The ranges that are accepted. scene.schema.json and docs/scenes.md repeat them; a test compares
+// the schema.
 
 constexpr double kMaxExactInteger = 9007199254740992.0;  // 2^53
 
@@ -86,20 +87,20 @@ constexpr std::size_t kMaxEntries =
 constexpr std::size_t kMaxMaterials = 1000;
 constexpr std::size_t kMaxRestitutions = 1000;
 
-constexpr double kOverlapTolerance = 1e-9;  // of the radius: rounding in the file, not a mistake
-constexpr double kPlacingClearance = 1e-3;  // of the radius: what a group leaves free
+constexpr double kOverlapTolerance = 1e-9;  // share of the radius, for rounding in the file
+constexpr double kPlacingClearance = 1e-3;  // share of the radius, gap between spheres of groups
 constexpr int kTriesPerSphere = 2000;
 constexpr std::uint64_t kMaxPlacingWork = 200'000'000;  // distances computed; some seconds
 
 // ---------------------------------------------------------------------------------------------
 
-/// The random numbers of one group. The standard fixes the engine's bits, but not those of its
-/// distributions, hence these.
+/// The random numbers of one group of spheres. The standard fixes the bits of the engine, but not
+/// those of its distributions, so these are our own.
 class GroupRandom {
  public:
   GroupRandom(std::uint64_t seed, std::uint64_t group) : engine_(mixed(mixed(seed) + group)) {}
 
-  /// In [0, 1), of 53 bits.
+  /// Uniform in [0, 1), with 53 bits.
   double unit() { return static_cast<double>(engine_() >> 11U) * 0x1p-53; }
 
   double within(const Interval& interval) {
@@ -107,10 +108,10 @@ class GroupRandom {
     return std::min(value, interval.max);  // rounding can reach past it
   }
 
-  /// In [0, count), count < 2^32.
+  /// Uniform in [0, count), count < 2^32.
   std::size_t index(std::size_t count) { return ((engine_() >> 32U) * count) >> 32U; }
 
-  /// Uniform on the unit sphere, by + - * sqrt alone: Marsaglia 1972, "Choosing a point from the
+  /// Uniform on the unit sphere, by + - * sqrt only: Marsaglia 1972, "Choosing a point from the
   /// surface of a sphere".
   Vec3 direction() {
     for (;;) {
@@ -135,10 +136,10 @@ class GroupRandom {
   std::mt19937_64 engine_;
 };
 
-/// Spheres by place, of very different radii: a hash of cubic cells with one cell size for each
-/// power of two of the diameter. A query looks at a few cells for each size in use, as long as no
-/// sphere in it is much smaller than the one asked about; then it looks at all of the small ones,
-/// which work() shows.
+/// A spatial index of spheres of very different radii: a hash of cubic cells with one cell size for
+/// each power of two of the diameter. A query visits a few cells for each size in use, as long as
+/// no sphere in the grid is much smaller than the query's; otherwise it visits all of the small
+/// ones, which work() shows.
 class SphereGrid {
  public:
   struct Ball {
@@ -155,7 +156,8 @@ class SphereGrid {
     balls_.push_back(ball);
   }
 
-  /// A ball whose surface is nearer than `gap` (negative: deeper than that), or nullptr.
+  /// Returns a ball whose surface is nearer than `gap` (m; negative: an overlap deeper than that),
+  /// or nullptr.
   const Ball* nearerThan(double gap, const Vec3& centre, double radius) {
     for (const auto& [exponent, members] : levels_) {
       const Query query{centre, radius, gap};
@@ -176,7 +178,7 @@ class SphereGrid {
     double gap;
   };
 
-  /// Of the smallest power of two above the diameter.
+  /// Returns the exponent of the smallest power of two above the diameter.
   static int cellExponent(double radius) {
     int exponent = 0;
     std::frexp(2.0 * radius, &exponent);
@@ -192,7 +194,7 @@ class SphereGrid {
     return cell;
   }
 
-  /// Two cells with one hash only cost time.
+  /// Hashes a cell. A collision of two cells only costs time.
   static std::uint64_t hash(int exponent, const Cell& cell) {
     auto bits = static_cast<std::uint64_t>(static_cast<std::int64_t>(exponent));
     for (const std::int64_t coordinate : cell) {
@@ -250,14 +252,14 @@ class SphereGrid {
 
 // ---------------------------------------------------------------------------------------------
 
-/// Hands out the names of bodies or of listeners, each once. Names that stand in the file are
-/// reserved first, so that a default never takes one of them.
+/// Assigns unique names to bodies or to listeners. Names given in the file are reserved first, so
+/// that a default never takes one of them.
 class Names {
  public:
-  /// False if it is taken.
+  /// Reserves the name; false if it is taken.
   bool reserve(const std::string& name) { return reserved_.insert(name).second; }
 
-  /// STEM1, STEM2, ...: the next for which neither it nor a part of it is taken.
+  /// Returns STEM1, STEM2, ...: the next name that is free, and whose parts ("NAME.PART") are free.
   std::string next(const std::string& stem) {
     for (;;) {
       std::string name = stem + std::to_string(++used_[stem]);
@@ -272,29 +274,29 @@ class Names {
   std::map<std::string, std::size_t> used_;
 };
 
-/// Of a solid one, kg.
+/// Returns the mass of a solid sphere, kg.
 double sphereMass(double density, double radius) {
   return density * (4.0 / 3.0 * std::numbers::pi * radius * radius * radius);
 }
 
-/// A group of spheres whose places are still to be found.
+/// A group of spheres whose positions are still to be found.
 struct PendingGroup {
   std::size_t firstBody = 0;
   std::size_t count = 0;
-  Vec3 min = Vec3::Zero();  // m, whole spheres lie above it
-  Vec3 max = Vec3::Zero();  // m
+  Vec3 min = Vec3::Zero();  // m, lower corner of the box that the spheres lie in
+  Vec3 max = Vec3::Zero();  // m, upper corner
   JsonNode node;
   GroupRandom random;
 };
 
-/// Whether its mesh says how a picture lies on it.
+/// True if the body's mesh has texture coordinates.
 bool isUnwrapped(const SceneBody& body) {
   const auto* solid = std::get_if<SolidShape>(&body.shape);
   return solid != nullptr && hasTextureCoordinates(*solid);
 }
 
-/// Reads one document into one scene. Every error ends in `error`; what follows the first one is
-/// dropped with the scene.
+/// Reads one document into one scene. Every error is recorded in `error`; what follows the first
+/// one is dropped with the scene.
 class SceneReader {
  public:
   /// Names of files in the scene are relative to `folder`.
@@ -304,7 +306,8 @@ class SceneReader {
   Scene read(const JsonNode& root, std::string_view defaultName);
 
  private:
-  /// What a body is made of, which surface that is, and how it touches.
+  /// The properties of a body's surface: its material, the material's index in the restitutions,
+  /// its contact properties and its normal map.
   struct Covering {
     Material material;
     SurfaceId surface = 0;
@@ -313,10 +316,10 @@ class SceneReader {
 
     SceneBody body(std::string name) &&;
   };
-  /// What a plane came from.
+  /// The origin of a plane: its entry in the file, and the kind of its material.
   struct PlaneOrigin {
     std::string entry;       // name of the plane itself, or of its box
-    bool isBuiltIn = false;  // its material, by name
+    bool isBuiltIn = false;  // its material is a built-in one, given by name
   };
 
   void readAir(const JsonNode& air);
@@ -373,25 +376,25 @@ class SceneReader {
   SolidReader solids_;
   Scene scene_;
   std::uint64_t seed_ = 0;
-  std::map<std::string, Covering, std::less<>> ownMaterials_;  // without surfaces
-  std::map<std::string, SurfaceId, std::less<>> surfaces_;     // of materials in "restitutions"
+  std::map<std::string, Covering, std::less<>> ownMaterials_;  // their `surface` is not set
+  std::map<std::string, SurfaceId, std::less<>> surfaces_;     // of the materials in "restitutions"
   Names bodyNames_;
   std::set<std::string> finalNames_;
   std::vector<std::string> places_;  // JSON pointers, by body
   std::vector<PendingGroup> groups_;
   std::vector<std::size_t> fixedSpheres_;
-  std::vector<std::size_t> planes_;   // bodies
-  std::vector<PlaneOrigin> origins_;  // of planes_
-  std::vector<std::size_t> walls_;    // bodies: planes and blocks
+  std::vector<std::size_t> planes_;   // indices of bodies
+  std::vector<PlaneOrigin> origins_;  // by index in planes_
+  std::vector<std::size_t> walls_;    // indices of bodies: planes and blocks
   SphereGrid grid_;
   std::size_t sphereCount_ = 0;
   std::size_t blockCount_ = 0;
   std::size_t solidCount_ = 0;
   bool anySolidMoves_ = false;
   std::shared_ptr<const JelloShape> jello_;
-  std::optional<JelloSkin> skin_;                  // of the jello
-  std::array<std::vector<double>, 3> skinPlaces_;  // m, of its points
-  Eigen::AlignedBox3d skinBox_;                    // m, about them
+  std::optional<JelloSkin> skin_;                  // the surface of the jello
+  std::array<std::vector<double>, 3> skinPlaces_;  // m, coordinates of the jello's points, by axis
+  Eigen::AlignedBox3d skinBox_;                    // m, bounding box of these points
   std::uint64_t wallWork_ = 0;
 };
 
@@ -502,7 +505,7 @@ SceneReader::Covering SceneReader::covering(const JsonNode& node, const std::str
   return covering;
 }
 
-/// The material of a body, with what the body says of its own surface.
+/// Reads the material of a body, with the roughness and the normal map of the body itself.
 SceneReader::Covering SceneReader::coveringOf(const JsonNode& entry, const std::string& name) {
   const auto node = entry.require("material", "a material");
   if (!node || !ok()) return {};
@@ -512,7 +515,7 @@ SceneReader::Covering SceneReader::coveringOf(const JsonNode& entry, const std::
   return made;
 }
 
-/// Without a shape.
+/// Makes a body that has no shape yet.
 SceneBody SceneReader::Covering::body(std::string name) && {
   SceneBody made;
   made.name = std::move(name);
@@ -568,13 +571,15 @@ void SceneReader::readRestitution(const JsonNode& entry) {
   }
 }
 
-/// Of a material that is named in "restitutions": given one at its first appearance.
+/// Returns the surface of a material in "restitutions",
+/// which gets a new one at its first appearance.
 SurfaceId SceneReader::surfaceOf(const std::string& material) {
   return surfaces_.try_emplace(material, static_cast<SurfaceId>(surfaces_.size() + 1))
       .first->second;
 }
 
-/// Of the material of a body: one that has no name there is of no surface.
+/// Returns the surface of a body's material: 0 if the
+/// material has no name or is not in "restitutions".
 SurfaceId SceneReader::surfaceOf(const JsonNode& material) const {
   if (!material.isString()) return 0;
   const auto place = surfaces_.find(material.text(kName));
@@ -583,7 +588,7 @@ SurfaceId SceneReader::surfaceOf(const JsonNode& material) const {
 
 std::vector<std::string_view> SceneReader::knownMaterials() const {
   std::vector<std::string_view> known;
-  for (const auto& [name, own] : ownMaterials_)  // first: messages do not list them all
+  for (const auto& [name, own] : ownMaterials_)  // before built-in ones: messages do not list all
     known.emplace_back(name);
   for (const Material& builtIn : builtInMaterials())
     known.emplace_back(builtIn.name);
@@ -684,7 +689,7 @@ void SceneReader::readPlane(const JsonNode& entry) {
   Covering made = coveringOf(entry, name);
   if (!ok()) return;
   PlaneShape plane;
-  plane.normal = (direction / largest).normalized();  // the first division saves tiny ones
+  plane.normal = (direction / largest).normalized();  // the first division avoids underflow
   plane.offset = point ? plane.normal.dot(point->vector(kPlace)) : offset->number(kPlace);
   readMotion(entry, plane);
   addPlane(entry, name, std::move(made), plane);
@@ -889,7 +894,7 @@ void SceneReader::addPlane(const JsonNode& entry, std::string name, Covering cov
   const auto material = entry.find("material");
   const bool isNamed =
       material && material->isString() && findMaterial(covering.material.name) != nullptr;
-  // A wall is called BOX.left, and so on.
+  // The walls of a box are named BOX.left, and so on.
   const bool isWall = entry.find("min").has_value();
   origins_.push_back({isWall ? name.substr(0, name.rfind('.')) : name, isNamed});
   if (planes_.size() > SceneLimits::kPlanes) {
@@ -918,8 +923,8 @@ void SceneReader::addBody(const JsonNode& entry, SceneBody body) {
   scene_.bodies.push_back(std::move(body));
 }
 
-/// The larger spheres first, so that a query never meets smaller ones (see SphereGrid), and none
-/// in the grid overlap, so that its cells stay short.
+/// Refuses spheres that overlap at the start. The larger ones come first, so that a query never
+/// meets smaller ones (see SphereGrid); none in the grid overlap, so that its cells hold few.
 void SceneReader::checkOverlaps() {
   checkJello();
   std::stable_sort(fixedSpheres_.begin(), fixedSpheres_.end(),
@@ -947,7 +952,7 @@ void SceneReader::checkOverlaps() {
   }
 }
 
-/// A point beyond a wall would be thrown out of it.
+/// Refuses a jello that reaches into a wall, which would throw the points beyond it out.
 void SceneReader::checkJello() {
   if (jello_ == nullptr) return;
   const double allowed = kOverlapTolerance * jello_->lattice.size.maxCoeff();
@@ -988,7 +993,8 @@ void SceneReader::placeGroups() {
   }
 }
 
-/// Random sequential placement, the larger spheres first because they find room less easily.
+/// Places the spheres of a group by random sequential placement, the larger ones first because they
+/// find room less easily.
 void SceneReader::placeGroup(PendingGroup& group) {
   std::vector<std::size_t> order(group.count);
   std::iota(order.begin(), order.end(), group.firstBody);
@@ -1053,7 +1059,9 @@ bool SceneReader::isInJello(const Vec3& centre, double radius) {
 
 // ---------------------------------------------------------------------------------------------
 
-/// The whole file; nullopt with an error if it is no regular file, unreadable or too large.
+/// Reads the file, but at most a little more than SceneLimits::kFileSize,
+/// so that parseScene refuses it if it is larger. Returns nullopt with an
+/// error if it is no regular file or unreadable.
 std::optional<std::string> readText(const std::filesystem::path& file, FirstError& error) {
   std::error_code code;
   const auto status = std::filesystem::status(file, code);
@@ -1081,7 +1089,7 @@ std::optional<std::string> readText(const std::filesystem::path& file, FirstErro
   return text;
 }
 
-/// The stem of the file's name, if it is one for a scene.
+/// Returns the stem of the file's name if that is valid as the name of a scene, else "scene".
 std::string defaultSceneName(std::string_view document) {
   std::string stem = std::filesystem::path(document).stem().string();
   return kName.contains(stem) ? stem : "scene";

@@ -11,10 +11,10 @@
 
 namespace carom::scenes {
 
-/// How large a scene may be. docs/scenes.md lists the range of every field.
+/// Limits of the size of a scene. docs/scenes.md lists the range of every field.
 struct SceneLimits {
   static constexpr std::uintmax_t kFileSize = std::uintmax_t{16} << 20U;  ///< bytes
-  static constexpr std::size_t kSpheres = 100'000;  ///< those of groups included
+  static constexpr std::size_t kSpheres = 100'000;  ///< including those of groups
   static constexpr std::size_t kPlanes = 1000;      ///< six for each box
   static constexpr std::size_t kBlocks = 1000;
   static constexpr std::size_t kSolids = 1000;
@@ -27,12 +27,13 @@ struct SceneLimits {
 /// [any thread]
 Result<Scene> loadScene(const std::filesystem::path& file);
 
-/// The text of a scene file, as it is; refuses what loadScene refuses without reading it.
+/// Reads the text of a scene file unchanged. Errors: a file that does not exist, is not regular or
+/// cannot be read.
 Result<std::string> readSceneText(const std::filesystem::path& file);
 
-/// The same from text in memory; `name` stands for the file in messages, its stem for the scene's
-/// name if the text gives none, and its folder for where the files are that the scene names. Meshes
-/// are read; heads are not opened, only looked for. [any thread]
+/// Reads a scene from text in memory. `name` stands for the file: it begins messages, its stem is
+/// the scene's name if the text gives none, and files that the scene names are relative to its
+/// folder. Meshes are read; heads are not opened, only looked for. [any thread]
 Result<Scene> parseScene(std::string_view text, std::string_view name);
 
 }  // namespace carom::scenes

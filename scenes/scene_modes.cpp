@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::size_t kSpherePoints = 600;
 
-/// A polyhedron of the volume of the sphere, its vertices evenly spread along a spiral.
+/// Returns a polyhedron with the volume of the sphere, its vertices evenly spread along a spiral.
 SurfaceMesh sphereSurface(double radius) {
   std::vector<Vec3> directions;
   constexpr double kGoldenAngle = 2.399963229728653;  // rad
@@ -51,13 +51,13 @@ SurfaceMesh sphereSurface(double radius) {
   return surface;
 }
 
-/// m, body frame.
+/// Returns the surface of a body in m, body frame.
 SurfaceMesh surfaceOf(const SceneBody& body) {
   if (const auto* solid = std::get_if<SolidShape>(&body.shape)) return surfaceOf(*solid);
   return sphereSurface(std::get<SphereShape>(body.shape).radius);
 }
 
-/// Of a model that comes in a file, in the frame of the body's form.
+/// Returns the body's origin in a model from a file, which is in the frame of the body's form.
 Vec3 originInFile(const SceneBody& body) {
   const auto* solid = std::get_if<SolidShape>(&body.shape);
   return solid != nullptr ? solid->centreOfMass : Vec3::Zero();
@@ -78,7 +78,7 @@ class ModesOfBodies {
 
   using Model = std::shared_ptr<const ModalModel>;
 
-  /// The same model with no more modes than that; null without any.
+  /// Returns the model with its lowest `most` modes at most; null if none are left.
   Model lowest(const Model& model, std::size_t most) {
     if (model->modes.size() <= most) return model;
     Model& cut = cut_[model];

@@ -10,15 +10,15 @@
 
 namespace carom::scenes {
 
-/// How a body of a scene rings.
+/// The modes of a body of a scene.
 struct BodyModes {
-  std::shared_ptr<const ModalModel> model;  ///< null: it does not
-  Vec3 origin = Vec3::Zero();               ///< m, model frame: where the body's own origin is
+  std::shared_ptr<const ModalModel> model;  ///< null: the body does not ring
+  Vec3 origin = Vec3::Zero();               ///< m, model frame: the body's own origin
 };
 
-/// Of all bodies, in their order. Models are read or computed once for all that have the same, and
-/// what was computed before comes out of the cache (ModelCache). An error names the body.
-/// [one thread]
+/// Returns the modes of all bodies, in the order of the bodies. A model that several bodies have is
+/// read or computed once, and one that was computed before is taken from the cache (ModelCache). An
+/// error names the body. [one thread]
 Result<std::vector<BodyModes>> sceneModes(const Scene& scene, const Progress& progress = {});
 
 }  // namespace carom::scenes

@@ -4,7 +4,7 @@
 
 namespace carom::scenes {
 
-/// The ranges of quantities that several parts of a scene file have.
+/// The ranges of quantities that occur in several parts of a scene file.
 inline constexpr NumberRange kPlace{
     .noun = "a coordinate", .min = -1e6, .max = 1e6, .unit = "metres"};
 inline constexpr NumberRange kVelocity{

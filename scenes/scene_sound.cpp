@@ -20,15 +20,15 @@ using namespace audio;
 
 namespace {
 
-// The sound of a contact begins before it (see Synth::leadTime): at most 2 tau and some samples, so
-// contacts of up to 50 ms are heard whole. The synth counts those that are not.
+// The sound of a contact begins before the contact (see Synth::leadTime), by at most 2 tau and some
+// samples, so contacts of up to 50 ms are heard whole. The synth counts longer ones.
 constexpr double kLookahead = 0.1;  // s
 
-constexpr double kDecays = 2.0;             // of 60 dB each
-constexpr std::int64_t kSkipFrames = 4096;  // at a time
+constexpr double kDecays = 2.0;             // number of reverberation times: 60 dB each
+constexpr std::int64_t kSkipFrames = 4096;  // rendered at a time
 
-/// Scene bodies as SoundBodies. The added mass of a solid is solved once for all of equal shape,
-/// and a normal map read once for all that have it the same way.
+/// Makes SoundBodies of a scene's bodies. The added mass of solids of equal shape is solved once,
+/// and a normal map is read once for all bodies that have it with the same settings.
 class SoundBodies {
  public:
   Result<SoundBody> make(const SceneBody& body, const BodyModes& modes) {
@@ -79,7 +79,7 @@ class SoundBodies {
 
   Result<std::shared_ptr<const TextureCoordinates>> coordinatesOf(const SolidShape& solid) {
     const auto& mesh = std::get<std::shared_ptr<const SolidMesh>>(solid.form);
-    // Bodies that move have another origin than those that do not.
+    // Bodies that move have another origin (the centre of mass) than those that do not.
     auto& known = coordinates_[{mesh.get(), solid.canMove()}];
     if (known != nullptr) return known;
     Result<TextureCoordinates> made = TextureCoordinates::of(surfaceOf(solid), mesh->coordinates);
@@ -106,11 +106,11 @@ Status setBodies(const Scene& scene, Synth& synth, const Progress& progress) {
   return std::monostate{};
 }
 
-/// s, in which a listener that gets to the end of its path comes to rest there: PoseTrack would
-/// go on for longer.
+/// Time in s within which a listener at the end of its path comes to rest: PoseTrack would go on
+/// for longer.
 constexpr double kStop = 1e-3;
 
-/// The scene's listeners, with the heads that they name.
+/// Returns the scene's listeners with the heads that they name.
 Result<std::vector<Listener>> equippedListeners(const Scene& scene) {
   std::vector<Listener> listeners = scene.listeners;
   std::map<std::filesystem::path, std::shared_ptr<const HrtfSet>> heads;
@@ -126,7 +126,7 @@ Result<std::vector<Listener>> equippedListeners(const Scene& scene) {
   return listeners;
 }
 
-/// A path's poses, from time 0 to where it comes to rest.
+/// Returns a path's poses, from time 0 to the one where it comes to rest.
 std::vector<ListenerPose> posesOf(const ListenerPath& path, const Listener& start) {
   std::vector<ListenerPose> poses = {{0.0, start.position, start.orientation}};
   poses.insert(poses.end(), path.poses.begin(), path.poses.end());
@@ -136,8 +136,8 @@ std::vector<ListenerPose> posesOf(const ListenerPath& path, const Listener& star
   return poses;
 }
 
-/// All of a path at once: what is heard of an event depends on where a listener is when the sound
-/// gets there, which can be any time after it.
+/// Gives the synth a whole path at once: the sound of an event depends on where a listener is when
+/// it arrives, which can be any time later.
 Status follow(const ListenerPath& path, Synth& synth) {
   for (const ListenerPose& pose : posesOf(path, synth.listeners()[path.listener]))
     if (Status moved = synth.moveListener(path.listener, pose); !moved) return moved;
@@ -206,7 +206,7 @@ Result<SceneSound> SceneSound::create(const Scene& scene, std::unique_ptr<SceneS
   if (!listeners) return Error{scene.name + ": " + listeners.error().message};
   Result<Synth> synth = Synth::create(settings, *std::move(listeners));
   if (!synth) return Error{scene.name + ": " + synth.error().message};
-  // Ahead of the first event, at least as far as in the midst of a whole scene.
+  // The synth starts ahead of the first event, by at least as much as within a whole scene.
   const double start = std::max(0.0, firstEventTime(scene, span) - 2.0 * kLookahead);
   if (start > 0.0) {
     if (const Status sought = synth->seek(start); !sought)
@@ -241,7 +241,7 @@ SceneSound::SceneSound(const Scene& scene, std::unique_ptr<SceneStepper> stepper
       stepper_(std::move(stepper)),
       synth_(std::move(synth)) {}
 
-/// What is heard before is not wanted, but the synth must have been through it.
+/// Renders and drops the sound before `frame`, which the state of the synth depends on.
 void SceneSound::skipTo(std::int64_t frame) {
   std::vector<std::vector<float>> channels(synth_.channelCount());
   while (framesDone_ < frame) {
@@ -249,7 +249,7 @@ void SceneSound::skipTo(std::int64_t frame) {
     for (std::vector<float>& channel : channels)
       channel.resize(count);
     if (render(channels) == 0) return;
-    early_ = std::move(settled_);  // the mechanics are ahead: these may be wanted
+    early_ = std::move(settled_);  // the mechanics run ahead: these may be in the span
   }
 }
 
@@ -259,7 +259,7 @@ std::size_t SceneSound::render(std::span<std::vector<float>> channels) {
   std::int64_t count = std::min(room, frames_ - framesDone_);
   if (count <= 0) return 0;
   runAhead(static_cast<double>(framesDone_ + count) / sampleRate_ + kLookahead);
-  count = std::min(room, frames_ - framesDone_);  // no longer as many, if the mechanics failed
+  count = std::min(room, frames_ - framesDone_);  // fewer if the mechanics failed
   if (count <= 0) return 0;
   std::vector<float*> pointers;
   for (std::vector<float>& channel : channels)

@@ -14,7 +14,8 @@
 namespace carom::scenes {
 namespace {
 
-/// Of a half-space of its material, Pa: what Simultaneous::hertz reads.
+/// Returns the contact stiffness of a half-space of the
+/// material in Pa, which Simultaneous::hertz uses.
 double stiffnessOf(const Material& material) {
   return material.youngsModulus / (1.0 - material.poissonsRatio * material.poissonsRatio);
 }
@@ -81,7 +82,7 @@ class BulletSceneStepper : public SceneStepper {
 
   std::span<const ImpulseEvent> advanceTo(double time) override {
     bridge_.clear();
-    while (bridge_.settledTime() < time)  // blocks: a substep behind the clock
+    while (bridge_.settledTime() < time)  // with blocks, a substep behind the clock
       scene_->world().stepSimulation(static_cast<btScalar>(step_), 0);
     contacts_.assign(bridge_.contacts().begin(), bridge_.contacts().end());
     if (!scene_->hasTurnedFrames()) return bridge_.events();
@@ -93,7 +94,8 @@ class BulletSceneStepper : public SceneStepper {
   double settledTime() const override { return bridge_.settledTime(); }
 
  private:
-  // A body's own frame to the scene's: what its orientation is turned by, backwards.
+  // Turns a contact from Bullet's frames of the bodies to the scene's: orientations by
+  // `orientation`, points of paths, which are in these frames, by its inverse.
   void turn(ContactState& contact) const {
     const Quat axes = scene_->orientation(contact.body, Quat::Identity()).conjugate();
     const Quat otherAxes = scene_->orientation(contact.other, Quat::Identity()).conjugate();
@@ -112,10 +114,10 @@ class BulletSceneStepper : public SceneStepper {
     return events_;
   }
 
-  std::unique_ptr<BulletScene> scene_;  // before the bridge: it must outlive it
+  std::unique_ptr<BulletScene> scene_;  // before the bridge, which it must outlive
   BulletBridge bridge_;
-  std::vector<ContactState> contacts_;  // of the last call
-  std::vector<ImpulseEvent> events_;    // of the last call, where they are not the bridge's own
+  std::vector<ContactState> contacts_;  // of the last advanceTo
+  std::vector<ImpulseEvent> events_;    // of the last advanceTo, if turned
   double step_;
 };
 
@@ -160,7 +162,8 @@ Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene) {
   if (const std::string reason = whyNotOnBullet(scene); !reason.empty())
     return Error{scene.name + ": " + reason};
   auto bulletScene = std::make_unique<BulletScene>(scene);
-  // What Bullet applied is known when it is done with an impact, some steps after the touch.
+  // The impulses that Bullet applied are known when it has finished with an impact, some steps
+  // after the bodies touch.
   const EventDelivery delivery = scene.sound.impulse == ImpulseChoice::applied
                                      ? EventDelivery::complete
                                      : EventDelivery::prompt;

@@ -23,37 +23,39 @@ class SceneStepper {
   /// until the next call. They are in order of time within one substep, not always across two.
   virtual std::span<const ImpulseEvent> advanceTo(double time) = 0;
 
-  /// Lasting contacts over the steps of the last advanceTo: of Bullet; the native stepper tells of
-  /// none.
+  /// Returns the lasting contacts over the steps of the last advanceTo on Bullet; the native
+  /// stepper reports none.
   virtual std::span<const ContactState> contacts() const { return {}; }
 
-  /// s: every event before this time has been returned.
+  /// Time (s) before which every event has been returned.
   virtual double settledTime() const = 0;
 
-  /// Why it cannot go on, as a jello that has blown up: settledTime() stays. Empty otherwise.
+  /// Returns why the mechanics cannot go on, such as a jello that has blown up, in which case
+  /// settledTime() does not advance; empty otherwise.
   virtual std::string failure() const { return {}; }
 
-  /// Someone listens to what deforms: before the first advanceTo, or there are no deformations().
-  /// Returns the time between them, s; 0 where nothing deforms.
+  /// Asks for deformations(), which are empty otherwise; to be called before the first advanceTo.
+  /// Returns the time between them in s; 0 if no body deforms.
   virtual double hearDeformations() { return 0.0; }
-  /// What the jello did to the air in the last advanceTo, from time 0 on.
+  /// Returns the jello's states as a source of sound over the last advanceTo, from time 0 on.
   virtual std::span<const audio::DeformingState> deformations() const { return {}; }
 
-  /// Spheres that nothing touches any more, as SphereStepperCounters says.
+  /// Returns the number of jammed spheres, which take no
+  /// part in contacts any more; see SphereStepperCounters.
   virtual std::uint64_t crushed() const { return 0; }
 };
 
-/// The stepper that scene.stepper asks for, at the scene's start. Refuses what that stepper cannot
-/// do.
+/// Makes the stepper that scene.stepper asks for, at the scene's start. Refuses scenes that this
+/// stepper cannot run.
 Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene);
 
-/// The native stepper at the scene's start, whatever scene.stepper asks for.
+/// Makes the native stepper at the scene's start, whatever scene.stepper asks for.
 Result<SphereStepper> nativeStepper(const Scene& scene);
 
-/// What the native stepper makes of the scene's bodies but for its jello. [any thread]
+/// Returns the scene's bodies, but for its jello, as the native stepper's world. [any thread]
 SphereWorld sphereWorld(const Scene& scene);
 
-/// Every event of the scene up to its duration, in order of time.
+/// Returns every event of the scene up to its duration, in order of time.
 Result<std::vector<ImpulseEvent>> sceneEvents(const Scene& scene);
 
 }  // namespace carom::scenes

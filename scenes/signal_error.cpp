@@ -12,8 +12,8 @@ namespace carom::scenes {
 namespace {
 
 constexpr double kLowestBand = 50.0;   // Hz
-constexpr double kTopShare = 0.4;      // of the sample rate
-constexpr double kQuietBand = 1e-6;    // of the loudest band's energy: -60 dB
+constexpr double kTopShare = 0.4;      // share of the sample rate
+constexpr double kQuietBand = 1e-6;    // share of the loudest band's energy: -60 dB
 constexpr double kGreatest = 60.0;     // dB
 constexpr double kReference = 1000.0;  // Hz
 
@@ -28,7 +28,8 @@ double middleOf(int band) {
 
 using Spectrum = std::vector<std::complex<double>>;
 
-// With at least as many zeros behind it, so that shifts do not wrap around.
+// Returns the spectrum of a channel padded by at least as
+// many zeros, so that shifts do not wrap around.
 Spectrum paddedSpectrum(const Signal& signal, std::size_t channel, std::size_t frames) {
   std::vector<double> padded(std::bit_ceil(std::max<std::size_t>(2 * frames, 4)), 0.0);
   for (std::size_t frame = 0; frame < frames; ++frame)
@@ -46,7 +47,8 @@ double energyOf(const Signal& signal, std::size_t channels, std::size_t frames) 
   return sum;
 }
 
-// Sum over time of reference(t) signal(t + delay), of all channels at once.
+// The cross-correlation of two signals: the sum over time of reference(t) signal(t + delay), over
+// all channels.
 class Correlation {
  public:
   Correlation(const Signal& signal, const Signal& reference, std::size_t frames) {
@@ -59,7 +61,8 @@ class Correlation {
     }
   }
 
-  // At whole samples: index i is a delay of i, or of i - size where that is negative.
+  // Returns its values at whole samples: index i is a delay
+  // of i, or of i - size if that is negative.
   std::vector<double> atSamples() const {
     std::vector<double> values;
     Eigen::FFT<double>().inv(values, cross_);
@@ -74,7 +77,7 @@ class Correlation {
     const std::size_t half = cross_.size() / 2;
     for (std::size_t bin = 1; bin < half; ++bin) {
       sum += 2.0 * (cross_[bin] * phase).real();
-      // The product of many turns drifts by rounding only: 1e-10 after a million.
+      // The repeated product drifts by rounding only: by 1e-10 after a million factors.
       phase *= turn;
     }
     return sum / size;
@@ -84,7 +87,7 @@ class Correlation {
   Spectrum cross_;
 };
 
-// Where a function with one maximum between two points has it.
+// Returns where a function with a single maximum between two points has it, by golden section.
 template <class Function>
 double maximumOf(const Function& function, double low, double high) {
   const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
@@ -110,13 +113,13 @@ double maximumOf(const Function& function, double low, double high) {
   return 0.5 * (low + high);
 }
 
-// Pa^2 s in each bin of the transform, from 0 on.
+// Returns the energy in each bin of the transform, Pa^2 s, from 0 Hz on.
 std::vector<double> spectrumOf(const std::vector<float>& channel, double sampleRate) {
   std::vector<double> padded(std::bit_ceil(std::max<std::size_t>(channel.size(), 2)), 0.0);
   std::copy(channel.begin(), channel.end(), padded.begin());
   std::vector<std::complex<double>> bins;
   Eigen::FFT<double>().fwd(bins, padded);
-  // Parseval: both halves of the spectrum, and a sample's worth of time.
+  // Parseval's theorem: both halves of the spectrum, and the duration of a sample.
   const double scale = 2.0 / (sampleRate * static_cast<double>(padded.size()));
   std::vector<double> energy(padded.size() / 2);
   for (std::size_t bin = 0; bin < energy.size(); ++bin)

@@ -44,7 +44,7 @@ struct MeasuresOfForm {
   }
 };
 
-/// What it weighs, and where.
+/// Sets the mass, centre of mass and inertia of a solid that can move.
 void weigh(const JsonNode& entry, double density, SolidShape& solid) {
   const SolidMeasures measures = std::visit(MeasuresOfForm{}, solid.form);
   solid.centreOfMass = measures.centroid;

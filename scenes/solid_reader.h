@@ -17,10 +17,10 @@ class SolidReader {
  public:
   explicit SolidReader(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-  /// Whether `entry` is an object with no key but a solid's.
+  /// True if `entry` is an object with no key but a solid's.
   static bool expectSolid(const JsonNode& entry);
 
-  /// All of it but its name and material; `density` in kg/m^3.
+  /// Reads a solid, all but its name and material; `density` in kg/m^3.
   SolidShape read(const JsonNode& entry, double density);
 
  private:

@@ -10,9 +10,9 @@ namespace carom::scenes {
 namespace {
 
 constexpr double kPrincipal =
-    1e-9;  // of the largest inertia: products of inertia that are rounding
+    1e-9;  // share of the largest inertia: smaller products of inertia are rounding
 
-/// Of a body whose covariance, the integral of x x^T over its volume, is known.
+/// Returns the inertia of a body from its covariance, the integral of x x^T over its volume.
 Eigen::Matrix3d inertiaFrom(const Eigen::Matrix3d& covariance) {
   return covariance.trace() * Eigen::Matrix3d::Identity() - covariance;
 }

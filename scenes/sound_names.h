@@ -4,10 +4,10 @@
 
 namespace carom::scenes {
 
-// Names of choices of sound, as scene files and the command line have them. [any thread]
+// Names of settings of the sound, as scene files and the command line have them. [any thread]
 
 const char* nameOf(PulseShape shape);
-/// That of `pulse`, or "dissipative".
+/// Returns the name of `pulse`, or "dissipative".
 const char* pulseName(PulseShape pulse, bool dissipative);
 const char* samplingName(Sampling sampling);
 const char* radiationName(Radiation radiation);

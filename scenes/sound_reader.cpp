@@ -71,7 +71,7 @@ class RoomReader {
   const JsonNode& node_;
   const std::vector<RoomPlane>& planes_;
   double speedOfSound_;
-  std::map<std::string, Absorption, std::less<>> surfaces_;  // by name of a body or a box
+  std::map<std::string, Absorption, std::less<>> surfaces_;  // by the name of a plane or a box
   Room room_;
 };
 
@@ -178,7 +178,7 @@ std::optional<ReverbSettings> RoomReader::readReverb(const JsonNode& node) const
   if (!node.expectObject("a reverberation", {"t60", "volume", "surface"})) return std::nullopt;
   const std::optional<ReverbSettings> settings = givenReverb(node);
   if (!settings || node.failed()) return std::nullopt;
-  // What it allocates at the lowest sample rate is little, and it checks all.
+  // Reverb::create checks all settings, and allocates little at the lowest sample rate.
   if (const auto checked = Reverb::create(*settings, 8000.0, 1); !checked) {
     node.fail(checked.error().message + "; expected a room within these");
     return std::nullopt;
@@ -210,7 +210,7 @@ std::optional<ReverbSettings> RoomReader::givenReverb(const JsonNode& node) cons
   return settings;
 }
 
-/// Volume, surface and onset: as they are given, or those of the box.
+/// Sets volume, surface and onset of the reverberation: as given, or those of the box.
 bool RoomReader::measure(const JsonNode& node, ReverbSettings& settings) const {
   const bool hasVolume = node.find("volume").has_value();
   if (hasVolume != node.find("surface").has_value()) {
@@ -241,16 +241,17 @@ bool RoomReader::measure(const JsonNode& node, ReverbSettings& settings) const {
 
 // ---------------------------------------------------------------------------------------------
 
-/// Where a listener looks: what a pose does not say, it keeps from the one before.
+/// The direction in which a listener looks. A pose keeps the values that it does not give from the
+/// pose before.
 struct Aim {
-  std::optional<Vec3> target;     // m, world frame: a point that it keeps its eye on
-  Vec3 forward = -Vec3::UnitZ();  // without one; of any length
-  Vec3 up = Vec3::UnitY();        // of any length
+  std::optional<Vec3> target;     // m, world frame: a point to look at
+  Vec3 forward = -Vec3::UnitZ();  // used without a target; any length
+  Vec3 up = Vec3::UnitY();        // any length
 };
 
-/// Unit; zero for zero.
+/// Returns the unit vector; zero for zero.
 Vec3 directionOf(const Vec3& vector) {
-  const double largest = vector.cwiseAbs().maxCoeff();  // dividing by it first saves tiny ones
+  const double largest = vector.cwiseAbs().maxCoeff();  // dividing by it avoids underflow
   return largest > 0.0 ? (vector / largest).normalized() : Vec3::Zero();
 }
 
@@ -274,7 +275,8 @@ void readAim(const JsonNode& node, Aim& aim) {
   if (const auto up = node.find("up")) readDirection(*up, aim.up);
 }
 
-/// Of a listener that stands at `position`; recorded at `node` where there is none.
+/// Returns the orientation of a listener at `position`;
+/// records an error at `node` if there is none.
 Quat orientationOf(const Aim& aim, const Vec3& position, const JsonNode& node) {
   if (node.failed()) return Quat::Identity();
   const Vec3 forward = directionOf(aim.target ? Vec3(*aim.target - position) : aim.forward);
@@ -306,7 +308,7 @@ ListenerFormat readFormat(const JsonNode& entry) {
                                     {"mono", "spaced_pair", "coincident_pair", "binaural"}));
 }
 
-/// A field that this format has no use for would change nothing that is heard.
+/// Refuses a field that the listener's format does not use, since it would change nothing.
 void refuseUnused(const JsonNode& entry, std::string_view key, bool isUsed,
                   std::string_view accepted) {
   const auto node = entry.find(key);
@@ -342,7 +344,7 @@ std::filesystem::path readSofa(const JsonNode& node, const std::filesystem::path
   return file;
 }
 
-/// How PoseTrack would take it, said of this file.
+/// Checks a step of a path as PoseTrack would, with an error that names its place in the file.
 void checkStep(const JsonNode& node, const ListenerPose& last, const ListenerPose& pose) {
   if (node.failed()) return;
   if (!(pose.time > last.time)) {
@@ -440,7 +442,8 @@ ListenerEntry readListener(const JsonNode& entry, const std::filesystem::path& f
   readAim(entry, aim);
   listener.orientation = orientationOf(aim, listener.position, entry);
   if (entry.failed()) return read;
-  // All other fields have been checked: what is left is that the two channels would be the same.
+  // All other fields have been checked: the only fault left
+  // is that both channels would be the same.
   if (const std::string reason = whyNot(listener); !reason.empty()) {
     entry.fail(
         "both channels of this coincident pair would be the same; expected a \"pattern\" "

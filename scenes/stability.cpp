@@ -57,7 +57,8 @@ std::string secondsText(double seconds) {
   return text.str();
 }
 
-/// The columns of the table: what is measured, what is expected of it, what came, whether it holds.
+/// Writes a row of the table: the measurement, its expected
+/// value, its measured value, and the verdict.
 void writeRow(std::ostream& text, const std::string& what, const std::string& expected,
               const std::string& measured, const std::string& verdict) {
   text << std::left << std::setw(34) << what << ' ' << std::setw(22) << expected << ' '
@@ -78,7 +79,7 @@ void writeFailure(std::ostream& text, const StabilityVerdict& verdict) {
   if (!verdict.error.empty()) text << "  error: " << verdict.error << '\n';
 }
 
-/// Infinity, which JSON has not, is null.
+/// Returns the number, or null for infinity and NaN, which JSON does not have.
 nlohmann::ordered_json finiteOrNull(double value) {
   if (std::isfinite(value)) return value;
   return nullptr;

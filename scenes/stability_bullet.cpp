@@ -1,4 +1,4 @@
-// Stiff and extreme cases of Bullet worlds, as the bridge tells of them. Bullet itself computes in
+// Stiff and extreme cases of Bullet worlds, by the events of the bridge. Bullet itself computes in
 // float here unless it is built otherwise: bounds count in steps of float numbers.
 
 #include <cmath>
@@ -20,7 +20,7 @@ using Measurements = std::vector<Measurement>;
 
 constexpr double kEarth = 9.81;        // m/s^2
 constexpr double kStep = 1.0 / 240.0;  // s
-constexpr double kFloat = 0x1p-23;     // 1, between a float number and the next
+constexpr double kFloat = 0x1p-23;     // relative spacing of float numbers
 
 template <class Shape>
 SceneBody bodyOf(const Shape& shape, double restitution) {
@@ -46,7 +46,7 @@ SceneBody blockOf(const Vec3& centre, const Vec3& halfExtents, double restitutio
   return bodyOf(BlockShape{.centre = centre, .halfExtents = halfExtents}, restitution);
 }
 
-/// A world of Bullet's, and what is heard of it.
+/// A Bullet world with the bridge attached.
 class Run {
  public:
   explicit Run(std::vector<SceneBody> bodies, double gravity = 0.0, double step = kStep)
@@ -67,7 +67,7 @@ class Run {
       scene_->world().stepSimulation(static_cast<btScalar>(step_), 0);
   }
   void advanceFor(double seconds) { advance(std::lround(seconds / step_)); }
-  /// Likewise, and forgets what is told on the way.
+  /// Advances by so many steps, and drops the events on the way.
   void idle(long steps) {
     for (long index = 0; index < steps; ++index) {
       advance(1);
@@ -92,7 +92,8 @@ class Run {
                               static_cast<btScalar>(velocity.y()),
                               static_cast<btScalar>(velocity.z())});
   }
-  /// N, of all lasting contacts of a body since the last clear, over that time (s).
+  /// Returns the mean load in N of all lasting contacts of a body since the last clear, over that
+  /// time (s).
   double meanLoad(BodyId body, double seconds) const {
     double impulse = 0.0;
     for (const ContactState& contact : bridge_->contacts())
@@ -107,23 +108,23 @@ class Run {
   }
 
   double step_;
-  std::unique_ptr<BulletScene> scene_;  // before the bridge: it must outlive it
+  std::unique_ptr<BulletScene> scene_;  // before the bridge, which it must outlive
   std::unique_ptr<BulletBridge> bridge_;
 };
 
-/// A ball that flies to a floor: what is told beside the closed form.
+/// A ball that flies to a floor: its event has a closed form.
 struct Landing {
   double radius = 0.05;  // m
   double mass = 1.0;     // kg
   double speed = 1.0;    // m/s
   double restitution = 1.0;
-  double time = 10.44 * kStep;  // s, of the touch: within a step
+  double time = 10.44 * kStep;  // s, of the contact: within a step
 };
 
 struct LandingErrors {
-  Worst events;   // beside one collision
-  Worst time;     // in steps of the place's float, over the speed; and of the time's
-  Worst impulse;  // share
+  Worst events;   // deviation from the number of one collision
+  Worst time;     // in float steps of position over speed, and of time
+  Worst impulse;  // relative error
 
   void look(const Landing& landing) {
     const double gap = landing.speed * landing.time;
@@ -224,7 +225,8 @@ Measurements grazing(StabilityForm /*form*/) {
     Run inside(passing(1.0 - depth));
     inside.advance(480);
     const auto hits = inside.events();
-    // cos of the angle between normal and path; half a float step in the offset is all that counts.
+    // Cosine of the angle between normal and path; half a
+    // float step in the offset is the only error.
     const double expected = std::sqrt(depth * (2.0 - depth));
     missed.add(std::abs(static_cast<double>(hits.size()) - 2.0));
     if (!hits.empty())
@@ -280,7 +282,8 @@ std::vector<SceneBody> columnOf(int count) {
   return bodies;
 }
 
-// Each carries what is above it. No more than three: higher columns creep (docs/stability.md).
+// A column of boxes, each of which carries those above it. No
+// more than three: higher columns creep (docs/stability.md).
 Measurements stack(StabilityForm /*form*/) {
   constexpr int kCount = 3;
   Run run(columnOf(kCount), kEarth);
@@ -334,9 +337,9 @@ Measurements pile(StabilityForm form) {
           atMost("deepest_overlap", overlap.value(), 0.005, "m")};
 }
 
-// A host that runs for a day: the clock, and a touch at its end.
+// A host that runs for a day: checks the clock, and a collision at its end.
 Measurements day(StabilityForm form) {
-  constexpr double kCoarse = 0.1;  // s, a float
+  constexpr double kCoarse = 0.1;  // s, rounded to btScalar
   const double seconds = form == StabilityForm::brief ? 3600.0 : 86400.0;
   Run run({ballOf({.radius = 0.05, .mass = 1.0, .position = {0.0, 0.5, 0.0}}), floorOf()}, 0.0,
           kCoarse);
@@ -355,7 +358,8 @@ Measurements day(StabilityForm form) {
           atMost("time_error_of_a_touch_then", std::abs(late), 1e-7, "s")};
 }
 
-// So fast that Bullet finds them on this side of each other, and then on that one.
+// Balls so fast that Bullet finds them on one side of each
+// other in a step, and on the other in the next.
 Measurements tunnelling(StabilityForm /*form*/) {
   Worst doubled;
   Worst time;
@@ -382,7 +386,7 @@ Measurements tunnelling(StabilityForm /*form*/) {
           atMost("time_error_of_what_is_told", time.value(), 1e-6, "s")};
 }
 
-// What a host may hand to Bullet by mistake.
+// Values that a host may give to Bullet by mistake.
 Measurements nonsense(StabilityForm /*form*/) {
   Worst odd;
   const double nan = std::numeric_limits<double>::quiet_NaN();

@@ -23,7 +23,7 @@ void addContactCases(std::vector<StabilityCase>& cases);
 void addJelloCases(std::vector<StabilityCase>& cases);
 void addBulletCases(std::vector<StabilityCase>& cases);
 
-/// What a case needs to go on: what is refused there is a failed verdict.
+/// Returns the value of a result that a case needs; throws its error, which makes a failed verdict.
 template <class T>
 T orThrow(Result<T> result) {
   if (!result) throw std::runtime_error(result.error().message);
@@ -34,13 +34,13 @@ inline void orThrow(const Status& status) {
   if (!status) throw std::runtime_error(status.error().message);
 }
 
-/// The largest of many; NaN once there was one.
+/// The largest of many values; NaN if one of them was NaN.
 class Worst {
  public:
   void add(double value) {
     if (!(value <= value_)) value_ = std::isnan(value_) ? value_ : value;
   }
-  /// The error of a value as a share of what is expected.
+  /// Adds the relative error of a value.
   void addShare(double value, double expected) { add(std::abs(value / expected - 1.0)); }
   double value() const { return value_; }
 
@@ -48,7 +48,7 @@ class Worst {
   double value_ = 0.0;
 };
 
-/// The next samples of a synth with one channel, Pa.
+/// Renders the next samples of a synth with one channel, Pa.
 inline std::vector<double> rendered(Synth& synth, std::size_t frames) {
   std::vector<double> samples(frames);
   double* const channel = samples.data();

@@ -20,7 +20,7 @@ using namespace audio;
 
 namespace {
 
-/// That no case has such an id, and which there are.
+/// Says that no case has such an id, and lists all ids.
 std::string whyNone(const std::string& pattern, const std::vector<StabilityCase>& cases) {
   std::ostringstream text;
   text << "--only: no case has '" << pattern << "' in its name; expected a part of one of";
@@ -36,7 +36,7 @@ Status writeText(const std::string& file, const std::string& text) {
 StabilityReport runWithBar(const std::vector<StabilityCase>& cases, StabilityForm form) {
   std::optional<ProgressBar> bar;
   return runStability(cases, form, [&](std::string_view id, double share) {
-    bar.reset();  // each has its own label, in place of the last one's
+    bar.reset();  // each case has its own label, in place of the last one's
     if (share < 1.0) bar.emplace("stability " + std::string(id)).show(share);
   });
 }

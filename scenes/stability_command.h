@@ -13,10 +13,10 @@ namespace carom::scenes {
 /// `carom stability`: runs stiff and extreme cases, and says what theory expects of each.
 class StabilityCommand {
  public:
-  /// Outlives the parsing.
+  /// Adds the command to `app`; must outlive the parsing.
   explicit StabilityCommand(CLI::App& app);
   bool parsed() const;
-  /// The program's exit code: 1 if a case fails.
+  /// Returns the program's exit code: 1 if a case fails.
   int run() const;
 
  private:

@@ -1,4 +1,4 @@
-// Stiff and extreme cases of what slides and rolls.
+// Stiff and extreme cases of sliding and rolling contacts.
 
 #include <algorithm>
 #include <cmath>
@@ -22,8 +22,8 @@ using Measurements = std::vector<Measurement>;
 constexpr double kPi = std::numbers::pi;
 constexpr BodyId kBall = 1;
 constexpr BodyId kFloor = 2;
-constexpr double kWave = 0.002;      // m, of the floor's waves
-constexpr float kSteepness = 0.02F;  // 1, the largest slope
+constexpr double kWave = 0.002;      // m, length of the floor's waves
+constexpr float kSteepness = 0.02F;  // largest slope of the waves
 
 /// A ball that slides without turning over a floor of waves along x.
 struct Slide {
@@ -32,10 +32,10 @@ struct Slide {
   double modulus = 2e11;        // Pa
   double speed = 1.0;           // m/s
   double load = 5.0;            // N
-  double step = 1.0 / 240.0;    // s, of the mechanics
+  double step = 1.0 / 240.0;    // s, of one ContactState
   double begin = 0.0;           // s
   double duration = 0.5;        // s
-  double distance = 3.0;        // m, of the listener above
+  double distance = 3.0;        // m, height of the listener
 
   Material material() const {
     return {.name = "any",
@@ -111,7 +111,7 @@ double peakOf(const std::vector<double>& samples) {
   return largest.value();
 }
 
-/// Pa, of a tone in the middle of the sound.
+/// Returns the amplitude of a tone in the middle of the sound, Pa.
 double amplitudeAt(const std::vector<double>& sound, double sampleRate, double frequency) {
   const std::size_t from = sound.size() / 5;
   const std::size_t count = sound.size() * 3 / 5;
@@ -127,8 +127,9 @@ double amplitudeAt(const std::vector<double>& sound, double sampleRate, double f
   return 2.0 * std::abs(sum) / weight;
 }
 
-// The ball follows z = A sin(2 pi x / wave), of slope s: at v its acceleration is 2 pi v^2 s /
-// wave, and its far field, a dipole's, w rho a^3 / (2 c r) times that. At 1 m and 10 m above.
+// Expected amplitude in Pa. The ball follows z = A sin(2 pi x / wave), whose largest slope is s: at
+// the speed v its acceleration is 2 pi v^2 s / wave. The far field of this dipole is that times w
+// rho a^3 / (2 c r); `near` replaces w to include the near field.
 double wantedAmplitude(const Slide& slide) {
   const double w = 2.0 * kPi * slide.speed / kWave;
   const double acceleration = w * slide.speed * static_cast<double>(kSteepness);
@@ -161,7 +162,7 @@ Measurements afterADay(StabilityForm /*form*/) {
   return {nearly("tone_beside_the_first_day", second / first, 1.0, 1e-3)};
 }
 
-// Too slow to be sliding, and too fast.
+// Speeds that are too low for sliding, and too high.
 Measurements speeds(StabilityForm /*form*/) {
   Worst slow;
   for (const double speed : {0.0, 1e-9, 1e-6, 4e-4})
@@ -169,8 +170,8 @@ Measurements speeds(StabilityForm /*form*/) {
   Worst fast;
   for (const double speed : {2e3, 1e4, 1e9})
     fast.add(peakOf(soundOf({.speed = speed})));
-  // Bumps that pass faster than their load can press the ball back: it leaves them, and is no
-  // louder than one whose impulses each turn its fall round.
+  // Slower than ContactDrive::kSlowest is rest, and faster
+  // than kFastest is a jump: both are silent.
   return {exactly("peak_below_1_mm/s", slow.value(), 0.0, "Pa"),
           exactly("peak_above_1_km/s", fast.value(), 0.0, "Pa")};
 }

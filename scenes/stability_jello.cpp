@@ -1,8 +1,8 @@
-// Stiff and extreme cases of the jello. The smallest one, of 2 x 2 x 2 points, joins each to each
-// of the others: 12 edges, 12 diagonals of faces and 4 of the box. Where all points of a cube move
-// outwards alike by u, these stretch by 2 u / sqrt(3), 2 sqrt(2) u / sqrt(3) and 2 u, so that the
-// springs hold k / 2 (16 + 32 + 16) u^2 and the eight points 8 m u'^2 / 2: it breathes at
-// w^2 = 8 k / m, and damped at the rate 8 d / m, and so fast swings nothing else in it.
+// Stiff and extreme cases of the jello. In the smallest one, of 2 x 2 x 2 points, springs join each
+// point to all others: 12 edges, 12 diagonals of faces and 4 of the box. If all points of a cube
+// move outwards by u, these stretch by 2 u / sqrt(3), 2 sqrt(2) u / sqrt(3) and 2 u, so that the
+// springs hold k / 2 (16 + 32 + 16) u^2 and the eight points 8 m u'^2 / 2. This breathing mode has
+// w^2 = 8 k / m and the damping rate 8 d / m, and is the fastest mode of the jello.
 
 #include <array>
 #include <cmath>
@@ -29,8 +29,8 @@ namespace {
 using Measurements = std::vector<Measurement>;
 
 constexpr double kMass = 0.01;        // kg, of a point
-constexpr double kStretched = 1e-6;   // 1, of its size: springs are linear then
-constexpr std::size_t kSteps = 3000;  // enough to leave the doubles at a growth of 1.2 a step
+constexpr double kStretched = 1e-6;   // share of the size: springs are linear then
+constexpr std::size_t kSteps = 3000;  // enough to overflow a double at a growth of 1.2 a step
 
 JelloWorld breathing(double stiffness, double damping = 0.0, std::size_t count = 2) {
   JelloWorld world;
@@ -47,7 +47,8 @@ double breathingFrequency(double stiffness) {
   return std::sqrt(8.0 * stiffness / kMass);
 }
 
-/// How far it is breathed out (first), and how fast it does over w (second); 1: as at the begin.
+/// Returns the breathing displacement (real part) and its speed over w (imaginary part), as shares
+/// of the displacement at the start.
 std::complex<double> breath(const JelloStepper& stepper, double frequency) {
   const double size = std::sqrt(3.0) / 2.0;
   double out = 0.0;
@@ -60,7 +61,7 @@ std::complex<double> breath(const JelloStepper& stepper, double frequency) {
   return std::complex<double>(out, speed / frequency) / (size * kStretched);
 }
 
-/// The largest breath in so many steps; infinite where it blows up.
+/// Returns the largest breath in so many steps; infinite if the jello blows up.
 double largestBreath(const JelloWorld& world, JelloIntegrator integrator, double step,
                      std::size_t steps = kSteps) {
   JelloStepper stepper = orThrow(JelloStepper::create(world, integrator, step));
@@ -72,11 +73,11 @@ double largestBreath(const JelloWorld& world, JelloIntegrator integrator, double
   return largest.value();
 }
 
-/// Of a step a bit below and a bit above the largest stable one.
+/// Results for steps slightly below and slightly above the largest stable one.
 struct Edge {
-  Worst below;                                             // breath
-  double above = std::numeric_limits<double>::infinity();  // the least breath
-  Worst predicted;                                         // share by which the library is off
+  Worst below;                                             // largest breath
+  double above = std::numeric_limits<double>::infinity();  // least of the largest breaths
+  Worst predicted;                                         // relative error of the library's limit
 
   void look(const JelloWorld& world, JelloIntegrator integrator, double limit) {
     below.add(largestBreath(world, integrator, 0.99 * limit));
@@ -92,8 +93,9 @@ struct Edge {
 
 constexpr std::array<double, 5> kStiffnesses = {1e-3, 1e1, 1e5, 1e9, 1.2e12};  // N/m
 
-/// The symplectic one keeps x^2 + y^2 + 2 s x y of the place x, the speed y over w, and s = w h /
-/// 2: so from (1, 0) it comes no farther than this.
+/// Bound of the breath by symplectic Euler, which conserves x^2 +
+/// y^2 + 2 s x y for the displacement x, the speed y over w, and
+/// s = w h / 2: from (1, 0) on, it comes no farther than this.
 double symplecticBreath(double s) {
   return 1.001 / std::sqrt(1.0 - s);
 }
@@ -112,16 +114,18 @@ Measurements stepLimit(StabilityForm /*form*/) {
   return found;
 }
 
-// x'' = -w^2 x - c x': the eigenvalues of a step are within the unit circle up to these (Jury).
+// Limits for x'' = -w^2 x - c x': up to these steps, the eigenvalues of a step are within the unit
+// circle (Jury).
 Measurements dampedLimit(StabilityForm /*form*/) {
   Edge explicitEuler;
   Edge symplectic;
   for (const double stiffness : kStiffnesses) {
     const double w = breathingFrequency(stiffness);
-    for (const double ratio : {0.01, 0.1, 0.5, 0.7}) {  // of critical damping
+    for (const double ratio : {0.01, 0.1, 0.5, 0.7}) {  // share of critical damping
       const double rate = 2.0 * ratio * w;
       const JelloWorld world = breathing(stiffness, rate * kMass / 8.0);
-      // Above its limit it grows the more slowly the less is damped: too slowly to be told.
+      // Explicit Euler grows the more slowly above its limit
+      // the less is damped: too slowly to be seen.
       if (ratio >= 0.5) explicitEuler.look(world, JelloIntegrator::explicitEuler, rate / (w * w));
       symplectic.look(world, JelloIntegrator::symplecticEuler,
                       (std::sqrt(rate * rate + 4.0 * w * w) - rate) / (w * w));
@@ -133,7 +137,7 @@ Measurements dampedLimit(StabilityForm /*form*/) {
   return found;
 }
 
-/// The breath after `steps` of w h = `angle`, over the begin.
+/// Returns the breath after `steps` steps of w h = `angle`, over that at the start.
 double growth(JelloIntegrator integrator, double stiffness, double angle, std::size_t steps) {
   const double w = breathingFrequency(stiffness);
   JelloStepper stepper = orThrow(JelloStepper::create(breathing(stiffness), integrator, angle / w));
@@ -142,7 +146,7 @@ double growth(JelloIntegrator integrator, double stiffness, double angle, std::s
   return std::abs(breath(stepper, w));
 }
 
-// What a step multiplies exp(i w t) by is known of each.
+// For each integrator, the factor by which a step multiplies exp(i w t) is known.
 Measurements growthByStep(StabilityForm /*form*/) {
   Worst euler;
   Worst midpoint;
@@ -169,7 +173,8 @@ Measurements implicitSteps(StabilityForm /*form*/) {
   return {atMost("largest_breath", breaths.value(), 1.0)};
 }
 
-/// rad/s: the root of the largest eigenvalue of stiffness over mass, of the whole matrix.
+/// Returns the highest frequency in rad/s: the root of the largest eigenvalue of stiffness over
+/// mass, from the whole matrix.
 double highestFrequency(const JelloWorld& world) {
   const std::vector<Vec3> rest = restingPoints(world.lattice, Vec3::Zero());
   const auto size = static_cast<Eigen::Index>(3 * rest.size());
@@ -190,7 +195,8 @@ double highestFrequency(const JelloWorld& world) {
                        .maxCoeff());
 }
 
-/// J, of all that moves and is stretched, at the most; of a jello in small random motion.
+/// Returns the largest total energy (kinetic and elastic) of a jello in small random motion, over
+/// that at the start; infinite if it blows up.
 double largestEnergy(JelloWorld world, JelloIntegrator integrator, double step) {
   for (std::size_t point = 0; point < world.positions.size(); ++point)
     world.velocities[point] = 1e-6 * Vec3(std::sin(12.9 * static_cast<double>(point)),
@@ -224,12 +230,12 @@ Measurements lattices(StabilityForm form) {
     }
   }
   return {atMost("highest_frequency_beside_the_eigenvalue", predicted.value(), 1e-3),
-          // Between the ends of the ellipse of symplecticBreath.
+          // x^2 + y^2 varies by (1 + s) / (1 - s) along the ellipse of symplecticBreath, s = 0.98.
           atMost("energy_at_0.98_of_the_limit", below.value(), 1.98 / 0.02),
           atLeast("energy_at_1.02_of_the_limit", above, 1e6)};
 }
 
-// A long run at the edge: the energy of the symplectic one swings, and does not drift.
+// A long run near the limit: the energy of symplectic Euler oscillates, but does not drift.
 Measurements longRun(StabilityForm form) {
   const std::size_t steps = form == StabilityForm::brief ? 100'000 : 10'000'000;
   const double w = breathingFrequency(1e5);
@@ -238,8 +244,9 @@ Measurements longRun(StabilityForm form) {
   return {atMost("largest_breath", breaths, symplecticBreath(0.95))};
 }
 
-// A day of breathing at w h = 1/2. A cube's breathing is linear, however far: all springs stretch
-// by one share. So its place after n steps is known: x(n + 1) - 2 x(n) + x(n - 1) = -(w h)^2 x(n).
+// A day of breathing at w h = 1/2. A cube's breathing is linear at any amplitude, since all springs
+// stretch by one share. So its displacement after n steps has a closed form:
+// x(n + 1) - 2 x(n) + x(n - 1) = -(w h)^2 x(n).
 Measurements day(StabilityForm form) {
   const double seconds = form == StabilityForm::brief ? 3600.0 : 86400.0;
   constexpr double kStep = 0.0625;  // s
@@ -260,11 +267,12 @@ Measurements day(StabilityForm form) {
           atMost("centre_moved", stepper.centre().norm(), 1e-12, "m")};
 }
 
-/// A ball of `ratio` points' mass that touches the jello from above, and comes at `speed`.
+/// A world in which a ball of `ratio` times a point's mass touches the jello from above, and
+/// approaches at `speed` (m/s).
 JelloWorld hitByBall(double ratio, double speed) {
   JelloWorld world = breathing(1e4, 1.0, 4);
   world.positions = restingPoints(world.lattice, Vec3::Zero());
-  world.contact.stiffness = 1e4 * std::min(1.0, ratio);  // the ball swings no faster than the jello
+  world.contact.stiffness = 1e4 * std::min(1.0, ratio);  // ball no faster than jello
   JelloBall ball;
   ball.id = 2;
   ball.radius = 0.2;
@@ -275,7 +283,7 @@ JelloWorld hitByBall(double ratio, double speed) {
   return world;
 }
 
-/// kg m/s, of all bodies, whatever their directions.
+/// Returns the sum of the magnitudes of all momenta, kg m/s.
 double hustle(const JelloStepper& stepper) {
   double sum = stepper.world().balls[0].mass * stepper.ballVelocity(0).norm();
   for (std::size_t point = 0; point < stepper.world().pointCount(); ++point)
@@ -283,7 +291,7 @@ double hustle(const JelloStepper& stepper) {
   return sum;
 }
 
-// What the one gets, the other has lost; what is light springs back, what is heavy goes on.
+// Momentum is conserved; a light ball springs back, a heavy one goes on.
 Measurements massRatio(StabilityForm /*form*/) {
   Worst momentum;
   Worst light;
@@ -303,7 +311,7 @@ Measurements massRatio(StabilityForm /*form*/) {
         if (step % 100 == 0) scale.add(hustle(stepper));
       }
       momentum.add((stepper.momentum() - first).norm() / scale.value());
-      if (speed > 1.0) continue;  // through it within a step
+      if (speed > 1.0) continue;  // at 1e4 m/s the ball goes through the jello
       const double after = stepper.ballVelocity(0).y() / speed;
       if (ratio < 1e-3) light.add(std::abs(after - 1.0));
       if (ratio > 1e3) heavy.add(std::abs(after + 1.0));
@@ -347,8 +355,8 @@ Measurements nonsense(StabilityForm /*form*/) {
   return {exactly("worlds_taken_of_" + std::to_string(worlds.size() + 4), taken, 0.0)};
 }
 
-// All points in one place, a point far off, a jello that is inside out: each step is finite, or an
-// error.
+// Degenerate starts: all points in one place, a jello that is inside out, a point far off. Each
+// step is finite, or an error.
 Measurements crushed(StabilityForm /*form*/) {
   double odd = 0.0;
   for (const auto integrator :

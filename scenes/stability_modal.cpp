@@ -28,24 +28,24 @@ using Complex = std::complex<double>;
 constexpr double kPi = std::numbers::pi;
 constexpr BodyId kBall = 1;
 constexpr BodyId kBell = 2;
-constexpr double kShape = 5.0;          // 1/sqrt(kg), of every point along z
+constexpr double kShape = 5.0;          // 1/sqrt(kg), displacement of every point along z
 constexpr double kVolume = 1e-3;        // m^2/sqrt(kg)
 constexpr double kImpulse = 0.01;       // N s
-constexpr double kAudibleError = 1e-4;  // -80 dB
+constexpr double kAudibleError = 1e-4;  // relative: -80 dB
 constexpr double kDistance = 2.0;       // m
 
 struct Tone {
   double frequency = 0.0;  // Hz
   double decayRate = 0.0;  // 1/s
 
-  /// rad/s, as it sounds.
+  /// Returns the angular frequency of the damped tone, rad/s.
   double damped() const {
     const double w = 2.0 * kPi * frequency;
     return std::sqrt(w * w - decayRate * decayRate);
   }
 };
 
-/// A tetrahedron that swings along z as a whole, in one mode.
+/// A tetrahedron that moves along z as a whole, in its one mode.
 std::shared_ptr<const ModalModel> bellOf(const Tone& tone) {
   ModalModel model;
   model.name = "bell";
@@ -66,7 +66,8 @@ std::shared_ptr<const ModalModel> bellOf(const Tone& tone) {
   return std::make_shared<const ModalModel>(std::move(model));
 }
 
-/// A grain hits the bell: a contact far shorter than a sample. Nobody hears the grain.
+/// The impact of a grain on the bell: its contact is far shorter than a sample, and the grain
+/// itself is silent.
 ImpulseEvent blow(double time) {
   ImpulseEvent event;
   event.time = time;
@@ -95,7 +96,7 @@ Synth synthOf(const Tone& tone, double sampleRate) {
   return synth;
 }
 
-/// Renders and drops what comes until the clock is there.
+/// Renders and drops the sound until the clock has reached `time` (s).
 void renderUntil(Synth& synth, double time) {
   constexpr double kBlock = 65536.0;
   while (synth.time() < time - 0.5 / synth.sampleRate()) {
@@ -104,9 +105,10 @@ void renderUntil(Synth& synth, double time) {
   }
 }
 
-/// The complex amplitude at `from` (s) of a decaying tone that began at `begin`, divided by its own
-/// exp((-decay + i w) (t - begin)): of a tone that keeps its decay and its frequency, the same at
-/// all times. Over a hundred periods and a tenth of a second at least.
+/// Returns the complex amplitude, at the present time of the synth, of a decaying tone that began
+/// at `begin` (s), divided by exp((-decay + i w) (t - begin)): for a tone that keeps its decay and
+/// its frequency this is the same at all times. Averages over at least a hundred periods and a
+/// tenth of a second.
 Complex amplitudeAt(Synth& synth, const Tone& tone, double begin) {
   const double first = synth.time();
   const double rate = synth.sampleRate();
@@ -118,7 +120,7 @@ Complex amplitudeAt(Synth& synth, const Tone& tone, double begin) {
   double weight = 0.0;
   for (std::size_t sample = 0; sample < frames; ++sample) {
     const double place = static_cast<double>(sample) / static_cast<double>(frames);
-    const double window = 1.0 - std::cos(2.0 * kPi * place);  // keeps out the mirrored frequency
+    const double window = 1.0 - std::cos(2.0 * kPi * place);  // suppresses the mirrored frequency
     const double time = first + static_cast<double>(sample) / rate - begin;
     sum += window * samples[sample] * std::exp(-pole * time);
     weight += window;
@@ -126,16 +128,16 @@ Complex amplitudeAt(Synth& synth, const Tone& tone, double begin) {
   return 2.0 / weight * sum;
 }
 
-/// Pa: rho V / (4 pi r) times the acceleration of a mode that an impulse sets off,
-/// q'' = shape j (...) exp(-decay t), at its begin.
+/// Returns the expected amplitude in Pa: rho V / (4 pi r) times the acceleration of a mode that an
+/// impulse sets off, q'' = shape j (...) exp(-decay t), at its begin.
 double loudness(const Tone& tone) {
   const double w = 2.0 * kPi * tone.frequency;
   return 1.20 * kVolume / (4.0 * kPi * kDistance) * kShape * kImpulse * w * w / tone.damped();
 }
 
 struct Ringing {
-  double drift = 0.0;     // of amplitude and phase, as a share, from the begin to `seconds`
-  double loudness = 0.0;  // as a share of the theory's
+  double drift = 0.0;     // relative, of amplitude and phase, from begin to `seconds`
+  double loudness = 0.0;  // over that of theory
 };
 
 Ringing ringing(const Tone& tone, double sampleRate, double seconds, double begin = 0.0) {
@@ -151,12 +153,13 @@ Ringing ringing(const Tone& tone, double sampleRate, double seconds, double begi
   return {std::abs(late / early - 1.0), std::abs(early) / loudness(tone)};
 }
 
-/// 1/s, of a sound that is 60 dB lower after `seconds`.
+/// Returns the decay rate (1/s) of a sound that is 60 dB lower after `seconds`.
 double decayOf60dB(double seconds) {
   return std::log(1000.0) / seconds;
 }
 
-// A rounding of the coefficients turns the pole by 2^-53 / sin(w / rate) in each sample.
+// Bound of the drift: a rounding of the coefficients turns the pole by 2^-53 / sin(w / rate) in
+// each sample.
 double recursionBound(const Tone& tone, double rate, double seconds) {
   return 4.0 * seconds * rate * 0x1p-53 / std::sin(2.0 * kPi * tone.frequency / rate);
 }
@@ -173,14 +176,13 @@ Measurements lowAndLong(StabilityForm form) {
       loud.add(std::abs(ring.loudness - 1.0));
     }
   }
-  // That of a resonator whose coefficients are doubles.
+  // The bound is that of a resonator with coefficients in double precision.
   const double bound = recursionBound({20.0, 0.0}, rates.back(), 60.0);
   return {atMost("drift_of_amplitude_and_phase_in_60_s", drift.value(), bound),
           atMost("loudness_share", loud.value(), kAudibleError)};
 }
 
-// The edge of the band that is rendered is at 0.4167 of the sample rate; a mode beyond has no place
-// in the samples.
+// The rendered band ends at 0.4167 of the sample rate; a mode beyond it is not rendered.
 Measurements nyquist(StabilityForm /*form*/) {
   Worst drift;
   Worst loud;
@@ -201,8 +203,8 @@ Measurements nyquist(StabilityForm /*form*/) {
           exactly("peak_at_0.999_of_nyquist", beyond.value(), 0.0, "Pa")};
 }
 
-/// How far a resonator that rings by itself is from exp(-decay t) cos(w t) in the end, as a share
-/// of its amplitude there.
+/// Returns the largest deviation of a free resonator from exp(-decay t) cos(w t), as a share of its
+/// amplitude at the time.
 double recursionError(const Tone& tone, double rate, double seconds) {
   const double w = tone.damped();
   const TwoPole pole = TwoPole::of(w, tone.decayRate, rate);
@@ -275,7 +277,8 @@ Measurements afterADay(StabilityForm /*form*/) {
           atMost("drift_in_3_s", drift.value(), 1e-5)};
 }
 
-/// Pa at a time after an impulse has arrived: gain q'', where q swings or creeps back.
+/// Returns the pressure in Pa at a time after an impulse has arrived: gain q'', where q oscillates
+/// or creeps back.
 double freeResponse(const Tone& tone, double time) {
   const double w = tone.damped();
   const double decay = tone.decayRate;
@@ -285,7 +288,7 @@ double freeResponse(const Tone& tone, double time) {
          ((decay * decay - w * w) * sine - 2.0 * decay * std::cos(w * time));
 }
 
-// So damped that it hardly swings, or not at all: up to a bit below critical.
+// Modes with a damping from none to slightly below critical, which hardly oscillate at the end.
 Measurements damping(StabilityForm /*form*/) {
   Worst error;
   double silent = 0.0;
@@ -295,7 +298,7 @@ Measurements damping(StabilityForm /*form*/) {
       Synth synth = synthOf(tone, 48000.0);
       synth.schedule(blow(0.01));
       const double arrival = 0.01 + 0.5 * synth.contactDuration(blow(0.01)) + kDistance / 343.0;
-      renderUntil(synth, arrival + 50.0 / 48000.0);  // the blow itself is over
+      renderUntil(synth, arrival + 50.0 / 48000.0);  // the impact itself is over
       const double begin = synth.time();
       const std::vector<double> samples = rendered(synth, 48000);
       for (std::size_t sample = 0; sample < samples.size(); ++sample) {

@@ -34,11 +34,11 @@ SphereStepper stepperOf(SphereWorld world) {
   return orThrow(SphereStepper::create(std::move(world)));
 }
 
-/// Numbers that are the same everywhere (SplitMix64, Steele et al. 2014).
+/// Random numbers that are the same on every platform (SplitMix64, Steele et al. 2014).
 class Numbers {
  public:
   explicit Numbers(std::uint64_t seed) : state_(seed) {}
-  /// From -1 to 1.
+  /// Returns the next number from -1 to 1.
   double next() {
     state_ += 0x9E3779B97F4A7C15ULL;
     std::uint64_t bits = state_;
@@ -57,7 +57,8 @@ class Numbers {
   std::uint64_t state_;
 };
 
-/// `side`^3 balls of 0.25 to 0.5 m in a box, in random motion of up to 1 m/s an axis.
+/// A gas of `side`^3 balls of 0.25 to 0.5 m in a box, in
+/// random motion of up to 1 m/s along each axis.
 SphereWorld gas(int side, double restitution) {
   Numbers numbers(7);
   SphereWorld world;
@@ -84,7 +85,7 @@ SphereWorld gas(int side, double restitution) {
 
 // ---- Two bodies
 
-/// Velocities after a head-on collision, from the conservation of momentum and the definition of
+/// Velocities after a head-on collision, by the conservation of momentum and the definition of
 /// restitution, in extended precision.
 struct Outcome {
   long double first = 0.0L;
@@ -128,7 +129,8 @@ Measurements massRatio(StabilityForm /*form*/) {
           atMost("light_one_hit_by_heavy_share", fast.value(), 4e-16)};
 }
 
-/// Collisions of a ball of mass 1 between a wall and one of `ratio` that comes at 1 m/s.
+/// Returns the number of collisions of a ball of mass 1 between a wall and a ball of mass `ratio`
+/// that approaches at 1 m/s.
 double galperinCount(double ratio, Worst& energyError) {
   SphereWorld world;
   world.restSpeed = 0.0;
@@ -160,7 +162,7 @@ Measurements galperin(StabilityForm form) {
 
 // ---- Scales: the same numbers in other units are the same bits
 
-/// How much a world is stretched: by powers of two, which no rounding sees.
+/// The factors by which a world is scaled: powers of two are free of rounding.
 struct Scale {
   double length = 1.0;
   double time = 1.0;
@@ -186,7 +188,7 @@ std::vector<ImpulseEvent> eventsOf(const SphereWorld& world, double until) {
   return {events.begin(), events.end()};
 }
 
-/// Of the events of two worlds, those that differ in a bit once they are scaled back.
+/// Counts the events of a world that differ in any bit from those of the scaled world, scaled back.
 double eventsThatDiffer(const SphereWorld& world, const Scale& scale, double until) {
   const std::vector<ImpulseEvent> plain = eventsOf(world, until);
   const std::vector<ImpulseEvent> other = eventsOf(scaled(world, scale), until * scale.time);
@@ -202,7 +204,7 @@ double eventsThatDiffer(const SphereWorld& world, const Scale& scale, double unt
   return different;
 }
 
-/// Balls that fall in a box and lose energy, of 0.25 to 0.5 m.
+/// Balls of 0.25 to 0.5 m that fall in a box and lose energy.
 SphereWorld pouring() {
   SphereWorld world = gas(3, 0.7);
   world.gravity = {0.0, -kEarth, 0.0};
@@ -212,7 +214,7 @@ SphereWorld pouring() {
 
 Measurements radius(StabilityForm /*form*/) {
   Measurements found;
-  // 0.5 m times 2^-16 to 2^5: 4 um to 16 m; and far beyond.
+  // Radii of 0.25 to 0.5 m times 2^-16 to 2^5, which is 4 um to 16 m, and far beyond.
   for (const int power : {-16, -10, -4, 5, 200, -200})
     found.push_back(exactly("events_that_differ_at_radius_2^" + std::to_string(power),
                             eventsThatDiffer(pouring(), {std::ldexp(1.0, power), 1.0}, 1.0), 0.0));
@@ -221,7 +223,7 @@ Measurements radius(StabilityForm /*form*/) {
 
 Measurements speed(StabilityForm /*form*/) {
   Measurements found;
-  // 1 m/s times 2^-30 to 2^14: 1e-9 to 1.6e4 m/s; and far beyond.
+  // Speeds of 1 m/s times 2^-30 to 2^14, which is 1e-9 to 1.6e4 m/s, and far beyond.
   for (const int power : {-30, -20, -10, 7, 14, 100, -100})
     found.push_back(exactly("events_that_differ_at_speed_2^" + std::to_string(power),
                             eventsThatDiffer(gas(3, 1.0), {1.0, std::ldexp(1.0, -power)}, 3.0),
@@ -239,7 +241,7 @@ Measurements speedsApart(StabilityForm /*form*/) {
   const double time = events.empty() ? 0.0 : events.front().time;
   return {exactly("events", static_cast<double>(events.size()), 2.0),
           atMost("time_error", std::abs(time - 1.0), 1e-12, "s"),
-          // What is left is the rounding of 1e4 m/s.
+          // The remaining error is the rounding of 1e4 m/s.
           nearly("slow_speed_handed_over", stepper.state(1).velocity.x(), 1e-9, 2e-3, "m/s")};
 }
 
@@ -266,7 +268,7 @@ Measurements restitutionZero(StabilityForm /*form*/) {
   Worst events;
   for (const double ratio : {1e-9, 1e-3, 1.0, 3.0, 1e9}) {
     SphereWorld world = pairOf(1.0, ratio, 1.0, 0.0);
-    world.restSpeed = 0.005;  // as they touch, a bit of rounding is an approach
+    world.restSpeed = 0.005;  // the balls touch: rounding looks like an approach
     SphereStepper stepper = stepperOf(world);
     events.add(std::abs(static_cast<double>(stepper.advanceTo(100.0).size()) - 2.0));
     const double first = stepper.state(0).velocity.x();
@@ -287,7 +289,7 @@ Measurements restitutionZero(StabilityForm /*form*/) {
           atMost("height_left", std::abs(stepper.state(0).position.y() - 0.5), 1e-15, "m")};
 }
 
-// A ball dropped from 1 m: the bounces' times are a geometric series (Zeno's paradox).
+// A ball dropped from 1 m: the times of its bounces are a geometric series (Zeno's paradox).
 Measurements zeno(StabilityForm /*form*/) {
   Worst times;
   Worst counts;
@@ -319,7 +321,7 @@ Measurements zeno(StabilityForm /*form*/) {
           atMost("height_and_speed_at_the_end", rest.value(), 1e-15)};
 }
 
-// The same without a speed of rest, so that there are infinitely many bounces.
+// The dropped ball without a speed of rest: it bounces infinitely often.
 Measurements zenoWithoutRest(StabilityForm /*form*/) {
   Worst rest;
   for (const double e : {0.1, 0.5, 0.9}) {
@@ -350,15 +352,15 @@ Measurements grazing(StabilityForm /*form*/) {
   Worst speeds;
   double missed = 0.0;
   double touched = 0.0;
-  // From 2 m and from 10 km away.
+  // Distances from which the ball comes: 2 m, and 8 km.
   for (const double distance : {2.0, 8192.0}) {
     for (const int digits : {10, 20, 30, 40, 50, 53}) {
       const double inside = std::ldexp(1.0, -digits);
       const auto hits = eventsOf(passing(1.0 - inside, distance), 2.0 * distance);
       if (hits.size() != 2) missed += 1.0;
       if (hits.empty()) continue;
-      // cos of the angle between the normal and the path, sqrt(1 - b^2), without cancellation. No
-      // better than with half a bit in b, and in the way.
+      // Cosine of the angle between the normal and the path, sqrt(1 - b^2), without cancellation.
+      // The tolerance allows for half a bit in b and in the path.
       const double expected = std::sqrt(inside * (2.0 - inside));
       speeds.add(std::abs(hits.front().approachSpeed - expected) /
                  (0x1p-53 * (distance + 1.0 / expected)));
@@ -384,7 +386,7 @@ SphereWorld row(int count, int moving) {
   return world;
 }
 
-/// How far a touching row of elastic balls is from handing on as many as come.
+/// Returns the error of a touching row of elastic balls, of which as many must leave as arrive.
 double cradleError(int count, int moving) {
   SphereStepper stepper = stepperOf(row(count, moving));
   stepper.advanceTo(1.0);
@@ -406,8 +408,8 @@ double cornerError() {
   return (stepper.state(0).velocity - Vec3::Ones()).norm();
 }
 
-// Two balls touch, a third hits both at once: by momentum, energy and symmetry it goes back at 1/5,
-// and they leave at 2 sqrt(3) / 5 along the lines of centres.
+// Two balls touch, and a third hits both at once: by momentum, energy and symmetry it goes back at
+// 1/5, and they leave at 2 sqrt(3) / 5 along the lines of centres.
 double ballOnTwoError() {
   const double half = std::sqrt(3.0) / 2.0;
   SphereWorld world;
@@ -430,12 +432,12 @@ Measurements simultaneous(StabilityForm /*form*/) {
           atMost("ball_on_two_error", ballOnTwoError(), 1e-14, "m/s")};
 }
 
-/// A heavy ball, a light one and a heavy one touch, and the first comes at 1 m/s: what the light
-/// one hands over between the two.
+/// A heavy ball, a light one and a heavy one that touch; the first arrives at 1 m/s, and the light
+/// one transmits its momentum to the last.
 struct Squeezed {
-  Worst momentum;  // share
-  Worst energy;    // share
-  Worst swapped;   // m/s, beside heavy balls that swap their speeds, over the light one's share
+  Worst momentum;  // relative error
+  Worst energy;    // relative error
+  Worst swapped;   // m/s, deviation from a swap of speeds, times the mass ratio
 
   void look(double ratio, Simultaneous how) {
     SphereWorld world = row(3, 1);
@@ -455,14 +457,14 @@ struct Squeezed {
   }
 };
 
-// By energy and momentum, the two heavy ones swap their speeds but for the light one's share: it
+// By energy and momentum, the two heavy balls swap their speeds but for the light one's share: it
 // leaves with at most 1 m/s, and so with 1 / M of the momentum.
 Measurements squeezed(StabilityForm /*form*/) {
   Squeezed rigid;
   for (const double ratio : {1e3, 1e6, 1e9})
     rigid.look(ratio, Simultaneous::reflections);
   Squeezed springs;
-  for (const double ratio : {1e3, 1e6})  // beyond: docs/stability.md
+  for (const double ratio : {1e3, 1e6})  // for higher ratios see docs/stability.md
     springs.look(ratio, Simultaneous::hertz);
   return {atMost("momentum_error", rigid.momentum.value(), 1e-12),
           atMost("energy_error", rigid.energy.value(), 1e-12),
@@ -472,8 +474,8 @@ Measurements squeezed(StabilityForm /*form*/) {
           atMost("beside_a_swap_times_ratio_by_hertz", springs.swapped.value(), 1.0, "m/s")};
 }
 
-// Of touching balls that follow Hertz's law there is no other scale but the speed: how stiff they
-// are decides how long it takes, and not where they go.
+// Touching balls that follow Hertz's law have no other scale but the speed: their stiffness decides
+// how long the impact takes, but not their final velocities.
 Measurements stiffness(StabilityForm /*form*/) {
   Worst momentum;
   Worst energy;
@@ -499,7 +501,8 @@ Measurements stiffness(StabilityForm /*form*/) {
   return {atMost("momentum_error", momentum.value(), 1e-12),
           atMost("energy_error", energy.value(), 1e-9),
           atMost("spread_from_1e5_to_1.2e12_Pa", spread.value(), 1e-9, "m/s"),
-          // Hinch and Saint-Jean 1999: the last of a long row takes 0.9857, of five a little more.
+          // Hinch and Saint-Jean 1999: the last ball of a
+          // long row gets 0.9857, of five a little more.
           nearly("speed_of_the_last", first[4], 0.989, 2e-3, "m/s")};
 }
 
@@ -524,7 +527,8 @@ Measurements stack(StabilityForm form) {
           exactly("consistent", stepper.validate(nullptr) ? 1.0 : 0.0, 1.0)};
 }
 
-// What is a thousand million times as heavy stands on what is light: no solver's sweeps are needed.
+// A ball up to a thousand million times as heavy stands on
+// light ones: no solver iterations are needed.
 Measurements stackMassRatio(StabilityForm /*form*/) {
   Worst moved;
   double events = 0.0;
@@ -582,8 +586,8 @@ Measurements pile(StabilityForm form) {
 
 // ---- A day
 
-// A ball that bounces elastically from 1 m: n bounces at (2 n - 1) t0. Each rounds the speed; n
-// roundings to one side by one bit each would shift the phase by n^2 t0 2^-53.
+// A ball that bounces elastically from 1 m: bounce n is at (2 n - 1) t0. Each bounce rounds the
+// speed; n roundings by one bit each in the same direction would shift the phase by n^2 t0 2^-53.
 Measurements dayOfBounces(StabilityForm /*form*/) {
   SphereWorld world;
   world.gravity = {0.0, -kEarth, 0.0};
@@ -606,10 +610,10 @@ Measurements dayOfBounces(StabilityForm /*form*/) {
           atMost("energy_error", std::abs(now / energy - 1.0), count * 0x1p-53)};
 }
 
-// A mass on a spring, in steps of 0.05 of a radian: the leapfrog's own period is known in closed
+// A mass on a spring, in steps of 0.0625 of a radian: the leapfrog's own period is known in closed
 // form, cos(angle) = 1 - (w h)^2 / 2 per step (Hairer, Lubich, Wanner 2003, Acta Numerica 12).
 Measurements dayOfSwings(StabilityForm form) {
-  constexpr double kStep = 0.0625;  // s: a day is a whole number of them
+  constexpr double kStep = 0.0625;  // s: a day is a whole number of steps
   SphereWorld world;
   world.spheres = {ballAt(1, Vec3::UnitX())};
   world.springs = {{.sphere = 1, .stiffness = 1.0}};
@@ -627,7 +631,7 @@ Measurements dayOfSwings(StabilityForm form) {
              std::hypot(stepper.state(0).position.y(), stepper.state(0).position.z()), 0.0, "m")};
 }
 
-// Balls that meet one nanosecond after another, a day after the start.
+// Pairs of balls that collide one nanosecond after another, a day after the start.
 Measurements timeAfterADay(StabilityForm /*form*/) {
   constexpr double kSpeed = 0x1p-10;  // m/s
   SphereWorld world;
@@ -681,7 +685,7 @@ Measurements nonsense(StabilityForm /*form*/) {
   add([](SphereWorld& world) { world.planes[0].normal = Vec3::Zero(); });
   add([](SphereWorld& world) { world.spheres[1].id = world.spheres[0].id; });
   add([](SphereWorld& world) { world.spheres[1].position = world.spheres[0].position; });
-  add([](SphereWorld& world) { world.planes[0].offset = 0.0; });  // through both
+  add([](SphereWorld& world) { world.planes[0].offset = 0.0; });  // the plane cuts both spheres
   double taken = 0.0;
   for (SphereWorld& world : worlds)
     if (SphereStepper::create(std::move(world))) taken += 1.0;

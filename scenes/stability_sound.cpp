@@ -1,4 +1,5 @@
-// Stiff and extreme cases of the sound of collisions: how long contacts last, and what is heard.
+// Stiff and extreme cases of the sound of collisions:
+// durations of contacts, and the sound at a listener.
 
 #include <array>
 #include <cmath>
@@ -29,7 +30,7 @@ constexpr BodyId kOther = 2;
 constexpr double kAir = 1.20;     // kg/m^3
 constexpr double kSound = 343.0;  // m/s
 
-/// A ball that hits an immovable floor of its material, or another ball, at time 0 in the origin.
+/// A ball that hits an immovable floor of its material, or another ball, at the origin.
 struct Impact {
   double radius = 0.01;     // m
   double density = 8000.0;  // kg/m^3
@@ -89,10 +90,10 @@ struct Impact {
   }
 };
 
-// ---- How long a contact lasts
+// ---- Durations of contacts
 
-/// m d'' = -K d^(3/2) from d = 0 at `speed`, until d = 0 again, by many small Runge-Kutta steps:
-/// the duration, s. In units in which m, K and the speed are 1.
+/// Returns the duration (s) of m d'' = -K d^(3/2) from d = 0 at `speed` until d = 0 again, by many
+/// small Runge-Kutta steps, in units in which m, K and the speed are 1.
 double integratedDuration(const Impact& impact) {
   constexpr double kStep = 1e-4;
   const auto pull = [](double d) { return d > 0.0 ? -d * std::sqrt(d) : 0.0; };
@@ -109,7 +110,7 @@ double integratedDuration(const Impact& impact) {
     t += kStep;
   }
   t -= d / v;
-  // Length (m v^2 / K)^(2/5) over the speed.
+  // The unit of time is the length (m v^2 / K)^(2/5) over the speed.
   const double contact = impact.modulus / (2.0 * (1.0 - 0.3 * 0.3));
   const double stiffness = 4.0 / 3.0 * std::sqrt(impact.radius) * contact;
   const double length =
@@ -121,7 +122,7 @@ double durationOf(const Impact& impact) {
   return hertzDuration(impact.event(), impact.material(), impact.material());
 }
 
-/// The law's coefficient is given as 2.87, and is 2.8683.
+/// Relative error of the law's coefficient, which is given as 2.87 and is 2.8683.
 constexpr double kRounding = 7e-4;
 
 Measurements durationByStiffness(StabilityForm /*form*/) {
@@ -163,31 +164,31 @@ Measurements durationByRadius(StabilityForm /*form*/) {
           atMost("beside_proportional", power.value(), 1e-12)};
 }
 
-// ---- What is heard
+// ---- Sound at the listener
 
 struct Seat {
   double sampleRate = 48000.0;  // Hz
-  double distance = 1.0;        // m, from the ball's centre, along its push
-  bool doppler = false;         // laws below are those of a body that stays
+  double distance = 1.0;        // m, from the ball's centre, in the direction of its impulse
+  bool doppler = false;         // the laws below hold for a body that does not move
   bool dissipative = false;
 };
 
 struct Heard {
-  double begin = 0.0;       // s, of the first sample
+  double begin = 0.0;       // s, time of the first sample
   double sampleRate = 0.0;  // Hz
   std::vector<double> samples;
 
   double timeOf(std::size_t sample) const {
     return begin + static_cast<double>(sample) / sampleRate;
   }
-  /// Pa s.
+  /// Returns the integral of the pressure, Pa s.
   double integral() const {
     double sum = 0.0;
     for (const double sample : samples)
       sum += sample;
     return sum / sampleRate;
   }
-  /// Pa s^2, about an instant.
+  /// Returns the first moment of the pressure about an instant (s), Pa s^2.
   double moment(double about) const {
     double sum = 0.0;
     for (std::size_t sample = 0; sample < samples.size(); ++sample)
@@ -200,7 +201,7 @@ struct Heard {
       largest.add(std::abs(sample));
     return largest.value();
   }
-  /// Pa s, at a frequency.
+  /// Returns the magnitude of the spectrum at a frequency (Hz), Pa s.
   double spectrum(double frequency) const {
     std::complex<double> sum = 0.0;
     for (std::size_t sample = 0; sample < samples.size(); ++sample)
@@ -208,7 +209,7 @@ struct Heard {
                                                    static_cast<double>(sample) / sampleRate);
     return std::abs(sum) / sampleRate;
   }
-  /// s, of the first sample above a share of the peak.
+  /// Returns the time (s) of the first sample above a share of the peak.
   double onset(double share) const {
     const double level = share * peak();
     for (std::size_t sample = 0; sample < samples.size(); ++sample)
@@ -230,11 +231,11 @@ Synth synthOf(const Impact& impact, const Seat& seat) {
   return synth;
 }
 
-/// All that is heard of the impact: from well before its sound arrives to well after.
+/// Renders the whole sound of the impact, from well before its arrival to well after.
 Heard hear(const Impact& impact, const Seat& seat) {
   Synth synth = synthOf(impact, seat);
   const double contact = synth.contactDuration(impact.event());
-  // The radiation filter rings for some radius / c.
+  // The radiation filter rings for a few times radius / c.
   const double margin = 64.0 / seat.sampleRate + 0.5 * contact + 2.0 * impact.radius / kSound;
   orThrow(synth.seek(impact.time + seat.distance / kSound - margin));
   synth.schedule(impact.event());
@@ -250,9 +251,10 @@ Heard hear(const Impact& impact, const Seat& seat) {
   return heard;
 }
 
-/// Pa s: a sphere that is pushed to another speed changes the potential of the flow about it by
-/// a^3 dv cos / (2 r^2), and pressure is -rho times its rate (Landau, Lifshitz, Fluid Mechanics,
-/// section 10): so much is the integral of the pressure, at any distance, however it is pushed.
+/// Returns the integral of the pressure, Pa s. A sphere whose speed changes by dv changes the
+/// potential of the flow about it by a^3 dv cos / (2 r^2), and pressure is -rho times its rate
+/// (Landau, Lifshitz, Fluid Mechanics, section 10): the integral holds at any distance and for any
+/// course of the force.
 double potentialLaw(double radius, double speedChange, double distance) {
   return kAir * radius * radius * radius * speedChange / (2.0 * distance * distance);
 }
@@ -261,16 +263,17 @@ double speedChange(const Impact& impact) {
   return impact.impulse() / impact.massOf(impact.radius);
 }
 
-/// As a share of the law.
+/// Returns the relative error of the integral of the pressure.
 double potentialError(const Impact& impact, const Seat& seat) {
   return hear(impact, seat).integral() /
              potentialLaw(impact.radius, speedChange(impact), seat.distance) -
          1.0;
 }
 
-/// Pa s^2: the far field is rho a^3 / (2 c r) times the second derivative of the speed, so its
-/// first moment about its arrival is minus rho a^3 dv / (2 c r), however long the contact; the near
-/// field has none about the middle of the contact.
+/// Returns the relative error of the first moment of the pressure. The far field is rho a^3 / (2 c
+/// r) times the second derivative of the speed. So its first moment about its arrival is -rho a^3
+/// dv / (2 c r), however long the contact; that of the near field about the middle of the contact
+/// is 0.
 double momentError(const Impact& impact, const Seat& seat) {
   const Heard heard = hear(impact, seat);
   Synth synth = synthOf(impact, seat);
@@ -281,7 +284,7 @@ double momentError(const Impact& impact, const Seat& seat) {
   return heard.moment(arrival) / wanted - 1.0;
 }
 
-constexpr double kAudibleError = 1e-4;  // -80 dB, what docs/acceleration_noise.md promises
+constexpr double kAudibleError = 1e-4;  // relative: -80 dB, as docs/acceleration_noise.md promises
 
 Measurements clickStiffness(StabilityForm /*form*/) {
   Worst potential;
@@ -301,7 +304,7 @@ Measurements clickSpeed(StabilityForm /*form*/) {
   for (const double speed : {1e-9, 1e-6, 1e-3, 1.0, 1e2, 1e4}) {
     potential.add(std::abs(potentialError({.speed = speed}, {.distance = 0.05})));
     moment.add(std::abs(momentError({.speed = speed}, {})));
-    // Towards and away from a listener at up to 29 times the speed of sound.
+    // The ball moves at up to 29 times the speed of sound along the line to the listener.
     Impact towards{.speed = speed};
     finite.add(hear(towards, {.doppler = true}).peak() / speed);
   }
@@ -317,7 +320,7 @@ Measurements clickRadius(StabilityForm form) {
   if (form == StabilityForm::full) radii.insert(radii.end(), {1e-3, 1e-1, 3.0, 30.0});
   for (const double radius : radii) {
     potential.add(std::abs(potentialError({.radius = radius}, {.distance = 4.0 * radius})));
-    // Far is what is far beside wavelengths, too.
+    // The far field begins at distances that are long beside the wavelengths, too.
     const double far = std::max(1.0, 100.0 * radius);
     moment.add(std::abs(momentError({.radius = radius}, {.distance = far})));
   }
@@ -325,7 +328,8 @@ Measurements clickRadius(StabilityForm form) {
           atMost("moment_beside_the_far_field", moment.value(), kAudibleError)};
 }
 
-// Spheres of one density: the heavy one's dipole is as strong as the light one's, the other way.
+// Spheres of one density: the heavy one's dipole is as
+// strong as the light one's, with the opposite sign.
 Measurements clickMassRatio(StabilityForm /*form*/) {
   Worst error;
   for (const double ratio : {1.0, 1e3, 1e6, 1e9}) {
@@ -381,7 +385,7 @@ Measurements clickDistance(StabilityForm /*form*/) {
   // 1 mm from a grain of 10 um, and from the surface of a marble.
   near.add(std::abs(potentialError({.radius = 1e-5}, {.distance = 1e-3})));
   near.add(std::abs(potentialError({}, {.distance = 0.011})));
-  // Inside of the marble it is heard as from its surface.
+  // Inside the marble the sound is that at its surface.
   const double inside = hear({}, {.distance = 1e-3}).integral() / potentialLaw(0.01, 2.0, 0.01);
   for (const double distance : {1.0, 100.0, 1000.0, 10000.0}) {
     far.add(std::abs(momentError({}, {.distance = distance})));
@@ -394,7 +398,7 @@ Measurements clickDistance(StabilityForm /*form*/) {
           atMost("onset_beside_distance_over_c", onsets.value(), 16.0 / 48000.0, "s")};
 }
 
-// Linear: many clicks at one instant are one, so many times as loud.
+// Sound is linear: many clicks at one instant are one click, so many times as loud.
 Measurements clickSimultaneous(StabilityForm /*form*/) {
   constexpr int kCount = 1000;
   Synth one = synthOf({.time = 0.01}, {});
@@ -414,8 +418,8 @@ Measurements clickSimultaneous(StabilityForm /*form*/) {
           atLeast("peak", peak.value(), 1e-3, "Pa")};
 }
 
-// The event's time is a double: a day after the start it is within 7.3 ps, which at the end of the
-// band changes a sample by 2 pi 20 kHz 7.3 ps of the peak at most.
+// The time of an event is a double: a day after the start it is within 7.3 ps, which at the end of
+// the band changes a sample by 2 pi 20 kHz 7.3 ps of the peak at most.
 Measurements clickAfterADay(StabilityForm /*form*/) {
   constexpr double kDay = 86400.0;
   Worst error;
@@ -432,7 +436,8 @@ Measurements clickAfterADay(StabilityForm /*form*/) {
                  2.0 * std::numbers::pi * 20e3 * (0x1p-37 + 0x1p-39))};
 }
 
-// A click a minute, without a break, at a rate at which a minute is a whole number of samples.
+// A click every minute, without a break, at a sample rate at
+// which a minute is a whole number of samples.
 Measurements clickLongRun(StabilityForm form) {
   constexpr double kRate = 8000.0;
   constexpr double kMinute = 60.0;
@@ -457,7 +462,8 @@ Measurements clickLongRun(StabilityForm form) {
           exactly("denormal_samples", odd, 0.0)};
 }
 
-/// Pa, in any channel of a microphone and two pairs, one of them with cardioids.
+/// Returns the loudest sample (Pa) of all channels of a
+/// microphone and two pairs, one of them with cardioids.
 double loudestOf(const Impact& impact, const Seat& seat) {
   SynthSettings settings;
   settings.sampleRate = seat.sampleRate;
@@ -488,7 +494,7 @@ double loudestOf(const Impact& impact, const Seat& seat) {
   return loudest.value();
 }
 
-// Everything at once, of which only some has a law: it has to be finite.
+// All extremes at once: only some have a law, but all must be finite.
 Measurements clickEverything(StabilityForm form) {
   double odd = 0.0;
   double impacts = 0.0;

@@ -4,7 +4,7 @@
 
 namespace carom::scenes {
 
-/// Wall time since it was made. [any thread]
+/// Measures wall time since its construction. [any thread]
 class Stopwatch {
  public:
   double seconds() const {

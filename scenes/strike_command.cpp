@@ -28,15 +28,15 @@ using namespace audio;
 namespace {
 
 constexpr double kLongest = 60.0;           // s
-constexpr double kFarthest = 1e4;           // m and N s
-constexpr double kNearest = 1e-3;           // m, of the listener
-constexpr double kBefore = 0.02;            // s of silence in front of the blow
-constexpr double kHammerRestitution = 0.5;  // of the hammer
+constexpr double kFarthest = 1e4;           // limit of coordinates in m, and of impulses in N s
+constexpr double kNearest = 1e-3;           // m, least distance of the listener
+constexpr double kBefore = 0.02;            // s, silence before the impact
+constexpr double kHammerRestitution = 0.5;  // of the impact of the hammer
 constexpr BodyId kBody = 0;
 constexpr BodyId kHammer = 1;
 constexpr std::size_t kStrikeBlock = 1024;
 
-/// kg, of the body where it is hit, in the direction n.
+/// Returns the effective mass of the body in kg where it is hit, in the direction n.
 double massAt(const ModalModel& model, const Vec3& arm, const Vec3& n) {
   const Vec3 turning = arm.cross(n);
   double inverse = 1.0 / model.mass;
@@ -44,7 +44,7 @@ double massAt(const ModalModel& model, const Vec3& arm, const Vec3& n) {
   return 1.0 / inverse;
 }
 
-/// The blow of a ball on the body, which lies with its centre of mass in the origin.
+/// Makes the impact of a ball on the body, whose centre of mass is at the origin.
 ImpulseEvent blow(const ModalModel& model, const Vec3& place, const Vec3& impulse,
                   double hammerMass, double hammerRadius) {
   ImpulseEvent event;
@@ -61,7 +61,7 @@ ImpulseEvent blow(const ModalModel& model, const Vec3& place, const Vec3& impuls
   return event;
 }
 
-/// With the click of its recoil where its surface is closed.
+/// Makes the body that is hit; `click` adds the click of its recoil if its surface is closed.
 SoundBody struckBody(std::shared_ptr<const ModalModel> model, bool click) {
   SoundBody body;
   body.material = model->material;

@@ -8,13 +8,13 @@ class App;
 
 namespace carom::scenes {
 
-/// `carom strike`: one blow on a body that rings, as a WAV file.
+/// `carom strike`: renders one impact on a body that rings into a WAV file.
 class StrikeCommand {
  public:
-  /// Outlives the parsing.
+  /// Adds the command to `app`; must outlive the parsing.
   explicit StrikeCommand(CLI::App& app);
   bool parsed() const;
-  /// The program's exit code.
+  /// Returns the program's exit code.
   int run() const;
 
  private:
@@ -29,7 +29,7 @@ class StrikeCommand {
   std::string hammerMaterial_ = "steel";
   double hammerMass_ = 0.02;    // kg
   double hammerRadius_ = 0.01;  // m
-  double duration_ = 0.0;       // s; 0: until it is silent
+  double duration_ = 0.0;       // s; 0: until the sound has ended
   double sampleRate_ = 48000.0;
   bool normalize_ = false;
   bool noClick_ = false;

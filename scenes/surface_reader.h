@@ -8,11 +8,12 @@
 
 namespace carom::scenes {
 
-/// The "roughness" of a material or a body; `absent` where it says nothing. [any thread]
+/// Reads the "roughness" of a material or a body; returns `absent` if there is none. [any thread]
 Roughness readRoughness(const JsonNode& node, const Roughness& absent);
 
-/// The "normal_map" of a body; its file is relative to `folder`, and has to be there. Without a
-/// "size" it is meant to lie as a mesh says, whether or not the body has one. [any thread]
+/// Reads the "normal_map" of a body; its file is relative to `folder`, and must exist. Without a
+/// "size", it lies by the texture coordinates of a mesh; that the body has them is not checked
+/// here. [any thread]
 std::optional<NormalMapFile> readNormalMapEntry(const JsonNode& entry,
                                                 const std::filesystem::path& folder);
 

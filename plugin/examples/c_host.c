@@ -10,7 +10,7 @@ enum { MARBLE = 0, TABLE = 1 };
 static const double kGravity = 9.81;     // m/s^2
 static const double kRadius = 0.01;      // m
 static const double kMass = 0.0105;      // kg
-static const double kRestitution = 0.8;  // of glass on wood
+static const double kRestitution = 0.8;  // 1, glass on wood
 
 // The marble's lowest point, above the table.
 typedef struct marble {
@@ -23,7 +23,7 @@ static int failed(const char* what) {
   return 1;
 }
 
-// Two microphones half a metre away.
+// Creates a sound with two microphones half a metre away.
 static carom_status make_sound(carom_sound** sound) {
   carom_listener ears;
   carom_listener_init(&ears, sizeof ears);
@@ -54,7 +54,7 @@ static carom_status describe_bodies(carom_sound* sound) {
   return status != CAROM_OK ? status : carom_set_body(sound, MARBLE, &ball);
 }
 
-// The marble's share of a bounce; the table's is silent, as nothing moves it.
+// Posts the marble's share of a bounce; the table's is silent, as nothing moves it.
 static carom_status post_bounce(carom_sound* sound, double time, double speed) {
   carom_event event;
   carom_event_init(&event, sizeof event);
@@ -72,7 +72,7 @@ static carom_status post_bounce(carom_sound* sound, double time, double speed) {
   return carom_post(sound, &event);
 }
 
-// s, from now: when the marble will be at height 0.
+// Time (s) from now until the marble is at height 0.
 static double time_to_landing(const marble* ball) {
   const double v = ball->velocity;
   return (v + sqrt(v * v + 2.0 * kGravity * ball->height)) / kGravity;

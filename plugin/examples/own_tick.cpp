@@ -22,9 +22,9 @@ using Seconds = std::chrono::duration<double>;
 constexpr std::size_t kBlock = 256;       // frames, as an audio device asks for
 constexpr std::size_t kLongest = 192000;  // frames
 constexpr double kSampleRate = 48000.0;
-constexpr std::size_t kChannels = 2;  // of the default listener
+constexpr std::size_t kChannels = 2;  // the default listener has two
 
-// The host: wind before each substep, a count after it.
+// The host's own data: its callbacks blow wind before each substep and count after it.
 struct Host {
   btRigidBody* ball = nullptr;
   int forces = 0;
@@ -55,7 +55,7 @@ class AudioThread {
     if (thread_.joinable()) thread_.join();
   }
 
-  // After stop.
+  // Writes all that was heard. To be called after stop.
   carom::Status write(carom::SoundFileWriter& file) const {
     return file.write(std::array{left_.data(), right_.data()}, frames_);
   }
@@ -73,7 +73,7 @@ class AudioThread {
 
   std::vector<float> left_;  // Pa
   std::vector<float> right_;
-  std::size_t frames_ = 0;  // the thread's until it has ended
+  std::size_t frames_ = 0;  // belongs to the thread until it has ended
   std::atomic<bool> running_ = true;
   std::thread thread_;  // last: it uses the rest
 };

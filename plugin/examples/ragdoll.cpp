@@ -74,7 +74,7 @@ void buildStairs(Scene& scene, Shapes& shapes) {
   }
 }
 
-// Its torso, at `x` and `y`: the rest hangs from it.
+// Returns the torso of the mannequin, at `x` and `y`: the rest hangs from it.
 btRigidBody& buildMannequin(Scene& scene, Shapes& shapes, btScalar x, btScalar y) {
   btRigidBody& torso = scene.add(shapes.torso, 4, at(x, y));
   const btScalar neck = y + btScalar(0.24);

@@ -60,7 +60,7 @@ void mixInto(Planes& mix, const Planes& other) {
     std::ranges::transform(mix[channel], other[channel], mix[channel].begin(), std::plus<>());
 }
 
-// Takes what both know by now.
+// Mixes and writes the frames that are ready in both sounds.
 carom::Status writeReady(carom::Sound& first, carom::Sound& second, carom::SoundFileWriter& file) {
   Planes mix{};
   Planes other{};

@@ -42,7 +42,7 @@ double ballVolume(double radius) {
   return 4.0 / 3.0 * std::numbers::pi * radius * radius * radius;
 }
 
-// m^3, of the solid box with that mass and inertia; 0 where there is none.
+// Volume (m^3) of the solid box with that mass and inertia; 0 if there is none.
 double inertiaBoxVolume(double mass, const Vec3& inertia) {
   double volume = 8.0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -74,7 +74,7 @@ double volumeOf(const b3::CollisionShape& shape, double boxVolume) {
 double volumeOf(std::span<const b3::CollisionShape> shapes, double boxVolume) {
   if (shapes.empty()) return boxVolume;
   double volume = 0.0;
-  bool hasMesh = false;  // of several the inertia is that of all
+  bool hasMesh = false;  // only one counts, as the inertia is that of all meshes together
   for (const b3::CollisionShape& shape : shapes) {
     const bool isFurtherMesh = shape.geometry == b3::kMesh && std::exchange(hasMesh, true);
     volume += isFurtherMesh ? 0.0 : volumeOf(shape, boxVolume);

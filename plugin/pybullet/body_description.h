@@ -15,13 +15,14 @@ struct BodyDescription {
   SoundBody sound;
 };
 
-/// Out of what the server says. The material is the one whose density is nearest, concrete for an
-/// immovable body. Radiates as the sphere of its volume; a single box that is no link by the added
-/// mass of its shape, unless that cannot be solved. The volume is that of its shapes together; of a
-/// mesh, which the server does not tell, half of the solid box with the body's mass and inertia,
-/// and that whole box where it tells no shape at all (bodies with useMaximalCoordinates).
+/// Describes a body by what the server tells of it. The material is the one whose density is
+/// nearest, concrete for an immovable body. The body radiates as the sphere of its volume; a single
+/// box that is no link by the added mass of its shape, unless that cannot be solved. The volume is
+/// that of its shapes together. A mesh, which the server does not tell, counts as half of the solid
+/// box with the body's mass and inertia, and a body of no known shape (with useMaximalCoordinates)
+/// as that whole box.
 ///
-/// `held`: nothing moves it, whatever its mass.
+/// `held`: nothing moves the body, whatever its mass.
 BodyDescription describeBody(const b3::DynamicsInfo& dynamics,
                              std::span<const b3::CollisionShape> shapes, bool held, bool isLink,
                              RadiatorCache& radiators);

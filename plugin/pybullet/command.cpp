@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view kBlank = " \t\r\n";
 constexpr double kLargestGain = 1000.0;
-constexpr double kLengthTolerance = 1e-3;  // of a quaternion, as far as text is rounded
+constexpr double kLengthTolerance = 1e-3;  // for a quaternion, as its text is rounded
 
 std::string_view trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(kBlank);
@@ -157,7 +157,7 @@ Result<Command> parseCommand(std::string_view text) {
   if (name == "material") return material(arguments);
   if (name == "gain") return gain(arguments);
   if (name == "mute") return mute(arguments);
-  // A file's name may hold blanks.
+  // The rest of the text is the file's name, which may hold blanks.
   if (name == "record") return record(trimmed(text.substr(name.size())));
   return bare(name, arguments);
 }

@@ -11,7 +11,7 @@
 
 namespace carom::plugin {
 
-/// What p.executePluginCommand may ask for; see kCommandHelp.
+/// The commands of p.executePluginCommand; see kCommandHelp.
 namespace command {
 
 struct PlaceListener {
@@ -21,7 +21,7 @@ struct PlaceListener {
 struct SetMaterial {
   int body = 0;
   std::optional<int> link{};  ///< none: the base and all links
-  std::string name;           ///< of builtInMaterials
+  std::string name;           ///< one of builtInMaterials
 };
 struct Record {
   std::filesystem::path file;
@@ -56,11 +56,11 @@ inline constexpr std::string_view kCommandHelp =
     "stats                          counters, as NAME=NUMBER\n"
     "help";
 
-/// How a listener is turned that is not told otherwise: PyBullet's worlds have z up.
+/// Default orientation of a listener: PyBullet's worlds have z up.
 Quat uprightOrientation();
 
-/// Refuses what is none of these: what is wrong, and what would be accepted. Whether there is such
-/// a body is not known here. [any thread]
+/// Parses a command. Refuses any other text, and says what is wrong, and what would be accepted.
+/// Does not know whether a body exists. [any thread]
 Result<Command> parseCommand(std::string_view text);
 
 }  // namespace carom::plugin

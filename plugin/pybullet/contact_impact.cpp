@@ -11,10 +11,11 @@ using namespace bullet;
 
 namespace {
 
-// How far ahead of time a solver acts, at most: (1 + e) substeps.
+// Upper bound of how far ahead of time a solver acts: (1 + e) substeps.
 constexpr double kSubstepsAhead = 2.0;
 
-// Cosine, of a normal that stands on a face; and of one that stands on a cylinder's side.
+// Bounds of the cosine between a normal and an axis of the body: above kUpright the normal stands
+// on a face, below kSideways on a cylinder's side.
 constexpr double kUpright = 0.999;
 constexpr double kSideways = 0.045;
 
@@ -30,7 +31,7 @@ Motion earlier(const Motion& motion, double seconds) {
   return {motion.positionAt(-seconds), motion.velocityAt(-seconds), motion.acceleration};
 }
 
-// m, as ImpulseEvent::radius.
+// Local radius of curvature (m), as ImpulseEvent::radius.
 double curvature(const ContactSide& side, const Vec3& normal) {
   constexpr double flat = std::numeric_limits<double>::infinity();
   const Vec3 local = (side.state.orientation.conjugate() * normal).cwiseAbs();
@@ -53,16 +54,16 @@ double curvature(const ContactSide& side, const Vec3& normal) {
   return side.body.isMovable() ? 0.0 : flat;
 }
 
-// m/s^2, of a corner or an edge on its way around the centre; other surfaces have no point that
-// goes on touching.
+// Acceleration (m/s^2) of a corner or an edge on its path around the centre; 0 for other surfaces,
+// which have no point that goes on touching.
 Vec3 turningAcceleration(const ContactSide& side, const Vec3& point, const Vec3& normal) {
   if (curvature(side, normal) > 0.0) return Vec3::Zero();
   const Vec3& spin = side.state.angularVelocity;
   return spin.cross(spin.cross(point - side.state.position));
 }
 
-// The gap along the normal, as a motion along x. Only velocities of centres jump at the nodes of
-// symplectic Euler.
+// Returns the gap along the normal, as a motion along x. Half a step of acceleration is added for
+// the centres only, as only their velocities jump at the nodes of symplectic Euler.
 Motion gapOf(const ContactSide& body, const ContactSide& other, const TouchPoint& point,
              double dt) {
   const double pull = (body.acceleration - other.acceleration).dot(point.normal);
@@ -93,7 +94,8 @@ double onsetOf(const ContactSide& body, const ContactSide& other, const TouchPoi
   return std::sqrt(std::max(0.0, approach * approach + fall));
 }
 
-// Within the substep before, at whose end they overlap. Rounding may put the touch just beyond it.
+// Finds the touch of two spheres within the substep before, at whose end they overlap. Rounding may
+// put the touch just beyond it.
 Touch sphereTouch(const ContactSide& body, const ContactSide& other, double dt) {
   const Motion before = earlier(body.way(dt) - other.way(dt), dt);
   const double distance = body.body.radius + other.body.radius;
@@ -108,7 +110,7 @@ Touch flatTouch(const Motion& before, const TouchPoint& point, double dt) {
   return {.s = s - dt, .normal = point.normal, .approachSpeed = -before.velocityAt(s).x()};
 }
 
-// 1/kg, for an impulse along `normal` at the end of `lever`.
+// Inverse effective mass (1/kg) for an impulse along `normal` at the end of `lever`.
 double inverseMass(const ContactSide& side, const Vec3& lever, const Vec3& normal) {
   if (!side.body.isMovable()) return 0.0;
   const Vec3 moment = side.state.orientation.conjugate() * lever.cross(normal);
@@ -119,13 +121,13 @@ double inverseMass(const ContactSide& side, const Vec3& lever, const Vec3& norma
   return sum;
 }
 
-// From the centre to the contact. `outwards` is the normal away from the body.
+// Lever (m) from the centre to the contact. `outwards` is the normal away from the body.
 Vec3 leverOf(const ContactSide& side, const Vec3& point, const Vec3& outwards) {
   if (isSphere(side)) return side.body.radius * outwards;
   return point - side.state.position;
 }
 
-// m, world frame, where they touch.
+// Place (m, world frame) where the two touch.
 Vec3 placeOf(const ContactSide& body, const ContactSide& other, const TouchPoint& point,
              const Touch& touch, double dt) {
   if (isSphere(body)) return body.way(dt).positionAt(touch.s) - body.body.radius * touch.normal;
@@ -140,7 +142,7 @@ double restitutionOf(const ContactSide& body, const ContactSide& other, double s
   return std::clamp(*body.body.restitution * *other.body.restitution, 0.0, 1.0);
 }
 
-// What is of the one body, in an event that has what is of both.
+// Fills in the fields of one body, in an event that has those of the pair.
 void fillIn(ImpulseEvent& event, const ContactSide& body, const ContactSide& other,
             const Motion& way, double s) {
   event.body = body.id;
@@ -186,7 +188,7 @@ std::optional<Touch> touchOf(const ContactSide& body, const ContactSide& other,
                              const TouchPoint& point, const ContactDurations& durations) {
   if (point.distance > 0.0)
     return touchAhead(gapOf(body, other, point, durations.now), point, durations.now);
-  if (!body.hasPast || !other.hasPast) {  // someone put them there: it begins now
+  if (!body.hasPast || !other.hasPast) {  // the host put them there: the contact begins now
     return Touch{.normal = point.normal,
                  .approachSpeed = approachAt(point, body.state, other.state)};
   }

@@ -12,8 +12,7 @@
 
 namespace carom::plugin {
 
-/// Where a body is at the start of a substep, and how it moves there: after the solver of the
-/// substep before.
+/// Pose and velocity of a body at the start of a substep, after the solver of the substep before.
 struct BodyState {
   Vec3 position = Vec3::Zero();         ///< m, world frame, centre of mass
   Quat orientation = Quat::Identity();  ///< principal axes of inertia to world
@@ -21,14 +20,14 @@ struct BodyState {
   Vec3 angularVelocity = Vec3::Zero();  ///< rad/s, world frame
 };
 
-/// What a body is made up of, for mechanics.
+/// The mechanical properties of a body.
 struct ContactBody {
   enum class Form : std::uint8_t { other, sphere, box, cylinder, capsule, plane };
 
   double mass = std::numeric_limits<double>::infinity();  ///< kg, > 0; infinite: nothing moves it
   /// kg m^2, in the axes of BodyState::orientation; 0 about an axis about which it does not turn.
   Vec3 inertia = Vec3::Zero();
-  std::optional<double> restitution = 0.0;  ///< 1, its factor of the pair's; none: not known
+  std::optional<double> restitution = 0.0;  ///< 1, factor in the pair's; none: not known
   Form form = Form::other;
   /// m: radius of a sphere, of a cylinder and of a capsule, whose axes are z.
   double radius = 0.0;
@@ -36,7 +35,7 @@ struct ContactBody {
   bool isMovable() const { return mass < std::numeric_limits<double>::infinity(); }
 };
 
-/// A point of contact, at the start of the substep, and what the solver did there.
+/// A point of contact at the start of the substep, with the solver's impulse.
 struct TouchPoint {
   BodyId body = 0;
   BodyId other = 0;
@@ -53,33 +52,33 @@ struct ContactSide {
   ContactBody body{};
   BodyState state{};
   Vec3 acceleration = Vec3::Zero();  ///< m/s^2
-  /// It came here by its own motion, from this velocity (m/s), which was that of the start of the
+  /// True if the body came here by its own motion, with velocityBefore (m/s) at the start of the
   /// substep before.
   bool hasPast = false;
   Vec3 velocityBefore = Vec3::Zero();
 
-  /// Its centre, from the start of the substep on, and back, for as long as nothing touches it: the
-  /// parabola through the nodes of symplectic Euler, `dt` (s) apart.
+  /// Motion of its centre from the start of the substep on, and back, for as long as nothing
+  /// touches it: the parabola through the nodes of symplectic Euler, `dt` (s) apart.
   bullet::Motion way(double dt) const {
     return {state.position, state.velocity + 0.5 * dt * acceleration, acceleration};
   }
 };
 
-/// m/s, how fast the two approach at a point, at the start of the substep.
+/// Speed (m/s) at which the two approach at a point, at the start of the substep.
 double approachAt(const TouchPoint& point, const BodyState& body, const BodyState& other);
 
-/// One point in place of several: their mean, weighted by impulse, with all their impulse. Requires
-/// some impulse.
+/// Returns one point in place of several: their mean, weighted by impulse, with all their impulse.
+/// Requires some impulse.
 TouchPoint meanOf(std::span<const TouchPoint> points);
 
-/// When two bodies first touch, and how.
+/// The first touch of two bodies.
 struct Touch {
   double s = 0.0;               ///< s, after the start of the substep; below 0 before it
   Vec3 normal = Vec3::UnitX();  ///< 1, world frame, unit, towards the first of the two
   double approachSpeed = 0.0;   ///< m/s
-  /// m/s, the approach by what they had at the start of their last way, and by their fall from
-  /// there. That of bodies that lie on each other but for rounding is none, although a solver that
-  /// waits for overlap lets them meet at g dt.
+  /// Approach speed (m/s) by the velocities at the start of the substep before, and the fall from
+  /// there. Zero for bodies that rest on each other but for rounding, although a solver that waits
+  /// for overlap lets them meet at g dt.
   double onset = std::numeric_limits<double>::infinity();
 };
 
@@ -89,14 +88,15 @@ struct ContactDurations {
   double before = 0.0;
 };
 
-/// Out of what holds at the start of a substep; see ContactListener for what it goes by. Nothing
-/// where they would not touch within two more. [any thread]
+/// Finds the first touch of two bodies from their state at the start of a substep; see
+/// ContactListener for the rules. Nothing if they would not touch within two more substeps.
+/// [any thread]
 std::optional<Touch> touchOf(const ContactSide& body, const ContactSide& other,
                              const TouchPoint& point, const ContactDurations& durations);
 
-/// The shares of both bodies in an impact, at the time `touch.s` after the start of the substep.
-/// Slower approaches than `restitutionSpeed` (m/s) do not bounce. One of the two has to be movable.
-/// [any thread]
+/// Returns the shares of both bodies in an impact, at the time `touch.s` after the start of the
+/// substep. Slower approaches than `restitutionSpeed` (m/s) do not bounce. One of the two has to be
+/// movable. [any thread]
 std::array<ImpulseEvent, 2> sharesOf(const ContactSide& body, const ContactSide& other,
                                      const TouchPoint& point, const Touch& touch, double duration,
                                      double restitutionSpeed);

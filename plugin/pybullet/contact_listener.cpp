@@ -6,13 +6,14 @@
 namespace carom::plugin {
 namespace {
 
-// A body is where its velocity has brought it, but for rounding and for the bend in the way of a
-// turning link; elsewhere someone has put it there.
+// Tolerances (share of the path, and m) within which a body is where its velocity has brought it:
+// for rounding and for the bend in the path of a turning link. Elsewhere the host has put it.
 constexpr double kStrayShare = 0.1;
 constexpr double kStray = 1e-5;  // m
 
 // Substeps. A pair at rest or sliding trembles: the solver acts on it in some substeps and lets it
-// fall in others. Who has hopped for n of them comes back with the speed of n / 2, as from a throw.
+// fall in others. A body that has hopped for n of them comes back with the speed that gravity gives
+// in n / 2, as from a throw.
 constexpr std::uint64_t kHop = 4;
 
 std::uint64_t pairKey(BodyId body, BodyId other) {
@@ -84,7 +85,8 @@ std::span<const ImpulseEvent> ContactListener::finish(std::span<const TouchPoint
   return events_;
 }
 
-// A solver may slow a pair down ahead of its touch, and leave it alone for a substep in between.
+// Keeps an approach open without an impulse in this substep: a solver may slow a pair down ahead of
+// its touch, and leave it alone for a substep in between.
 void ContactListener::stayOpen(const TouchPoint& point) {
   const auto found = pairs_.find(pairKey(point.body, point.other));
   if (found == pairs_.end() || found->second.touched == count_) return;
@@ -102,7 +104,7 @@ bool ContactListener::isHeld(BodyId id) const {
          track.before.velocity.isZero(0.0);
 }
 
-// Its states of this substep and of the one before are known.
+// True if the body's states of this substep and of the one before are known.
 bool ContactListener::isFollowed(const Track& track) const {
   return track.seen == count_ && track.seenBefore != 0 && track.seenBefore + 1 == count_;
 }
@@ -152,7 +154,7 @@ void ContactListener::hearPair(Points points) {
   }
 }
 
-// As that of the mean point, at the time of the first.
+// Returns the touch of the mean point, at the time of the point that touches first.
 std::optional<Touch> ContactListener::firstTouch(const ContactSide& body, const ContactSide& other,
                                                  const TouchPoint& mean, Points points) const {
   const ContactDurations durations{substep_.duration, durationBefore_};
@@ -170,7 +172,7 @@ bool ContactListener::isOpen(const Pair& pair) const {
   return pair.approached != 0 && pair.approached + 1 == count_;
 }
 
-// Whether the solver acts on an approach that was not there before.
+// True if the solver acts on an approach that was not there before.
 bool ContactListener::begins(const ContactSide& body, const ContactSide& other,
                              const TouchPoint& mean, Pair& pair) const {
   if (!body.body.isMovable() && !other.body.isMovable()) return false;

@@ -19,62 +19,62 @@ struct ContactSubstep {
   double restitutionSpeed = 0.0;  ///< m/s, slower impacts do not bounce
 };
 
-/// Impacts out of what a physics server tells of each substep: states at its start, contact points
-/// with impulses at its end. It knows no solver, no shapes and no world.
+/// Finds impacts in what a physics server tells of each substep: states at its start, contact
+/// points with impulses at its end. It knows no solver, no shapes and no world.
 ///
 /// A pair has an impact where the solver acts on points that approach faster than the rest speed,
 /// and have not done so ever since the substep before. Its points are taken for one, their mean
-/// weighted by impulse. What is said of it:
+/// weighted by impulse. An impact has:
 ///
 /// - Time: points that overlap have met in the substep before, where the bodies went along
 ///       x(s) = x - v (dt - s) - a s (dt - s) / 2,    0 <= s <= dt
 ///   with x and v those of its end: the parabola through the nodes of symplectic Euler. The
 ///   acceleration is the difference of the last two velocities, or gravity after a contact. Points
-///   apart that the solver acts on ahead of time meet on the free way beyond the start of this one.
-///   Two spheres in closed form; everything else by the gap along the normal, with the way of a
-///   corner around its centre to second order in the angle that it turns in a substep. Exact for
-///   spheres on planes.
+///   apart that the solver acts on ahead of time meet on the free path beyond the start of this
+///   one. Two spheres are solved in closed form; everything else by the gap along the normal, with
+///   the path of a corner around its centre to second order in the angle that it turns in a
+///   substep. Exact for spheres on planes.
 /// - Impulse: (1 + e) m_eff times the approach speed at that time. e is the product of the two
 ///   restitutions, 0 below the speed under which the solver lets nothing bounce. Where one is not
-///   known, e is what the solver's impulse says, which is some percent too much where bodies
+///   known, e follows from the solver's impulse, which is some percent too much where bodies
 ///   overlap and too little where they do not yet.
 ///
-/// What it leaves out: joints (the mass and inertia of a link are its own), friction, a second
+/// Not modelled: joints (the mass and inertia of a link are its own), friction, a second
 /// impact of a pair within one substep, and of pairs that were in contact within the last four
 /// substeps approaches below the speed that gravity gives in two, as pairs that rest or slide
 /// tremble by that. [physics thread]
 class ContactListener {
  public:
-  /// m/s, slower contacts are rest.
+  /// `restSpeed` in m/s: slower contacts are rest.
   explicit ContactListener(double restSpeed = 0.005) : restSpeed_(restSpeed) {}
 
-  /// Bodies that were not set count as immovable, without restitution.
+  /// Sets a body. Bodies that were not set count as immovable, without restitution.
   void setBody(BodyId id, const ContactBody& body);
   void removeBody(BodyId id);
 
-  /// Before `state`, once for each substep.
+  /// Begins a substep: to be called once for each, before `state`.
   void begin(const ContactSubstep& substep);
-  /// Of bodies that may move; one without a state rests where it is.
+  /// Takes the state of a body that may move; one without a state rests where it is.
   void state(BodyId id, const BodyState& state);
-  /// At the end of the substep. Two events for each impact. Valid until the next call.
+  /// Ends the substep. Returns two events for each impact, valid until the next call.
   std::span<const ImpulseEvent> finish(std::span<const TouchPoint> points);
 
-  /// It hangs in the air at rest, as nothing does that gravity can move: a fixed base whose mass
-  /// is not 0.
+  /// True if the body hangs in the air at rest, as none does that gravity can move: a fixed base
+  /// whose mass is not 0.
   bool isHeld(BodyId id) const;
 
  private:
-  // A body's way, as far as it is known.
+  // A body's motion, as far as it is known.
   struct Track {
     BodyState now;
     BodyState before;
-    std::uint64_t seen = 0;        // in which substep `now` was told; counted from 1
-    std::uint64_t seenBefore = 0;  // and `before`
-    std::uint64_t loaded = 0;      // the latest in which the solver pushed it
+    std::uint64_t seen = 0;        // number of the substep of `now`, from 1
+    std::uint64_t seenBefore = 0;  // number of the substep of `before`
+    std::uint64_t loaded = 0;      // the latest substep in which the solver pushed it
   };
   struct Pair {
     std::uint64_t touched = 0;     // the latest substep in which the solver acted on it
-    std::uint64_t approached = 0;  // and in which that was faster than rest
+    std::uint64_t approached = 0;  // the latest in which it approached faster than rest
   };
   using Points = std::span<const TouchPoint>;
 
@@ -97,7 +97,7 @@ class ContactListener {
   std::unordered_map<BodyId, ContactBody> bodies_;
   std::unordered_map<BodyId, Track> tracks_;
   std::unordered_map<std::uint64_t, Pair> pairs_;  // by both ids, the smaller one first
-  std::vector<TouchPoint> points_;                 // of this substep that the solver acted on
+  std::vector<TouchPoint> points_;                 // those of this substep that the solver acted on
   std::vector<ImpulseEvent> events_;
 };
 

@@ -1,4 +1,4 @@
-// What the physics server looks up, by the names of p.loadPlugin(path, "_carom").
+// The functions that the physics server looks up, by the names of p.loadPlugin(path, "_carom"): see
 // bulletphysics/bullet3, examples/SharedMemory/b3PluginManager.cpp.
 
 #include <algorithm>
@@ -21,11 +21,11 @@ namespace {
 using carom::b3::PluginArguments;
 using carom::b3::PluginContext;
 
-/// Behind the server's pointer, from initPlugin to exitPlugin.
+/// The object behind the server's pointer, from initPlugin to exitPlugin.
 struct Plugin {
   std::unique_ptr<carom::plugin::ServerSound> sound;
-  // What the latest command said; the server reads it after the command, and again for the rest of
-  // a long one.
+  // The answer to the latest command; the server reads it after the command, and again for the rest
+  // of a long one.
   std::string text{};
   carom::b3::UserDataValue value{};
 };
@@ -38,7 +38,8 @@ void complain(const char* why) {
   (void)std::fprintf(stderr, "carom: %s\n", why);
 }
 
-// Python gets the bytes as numbers with a sign, so only those of ASCII come out right.
+// Replaces what is not ASCII: Python gets the bytes as numbers with a sign, so only those of ASCII
+// come out right.
 std::string plain(std::string text) {
   std::ranges::replace_if(
       text, [](char each) { return static_cast<unsigned char>(each) >= 0x80U; }, '?');
@@ -51,7 +52,7 @@ void giveBack(Plugin& plugin, PluginContext& context, std::string text) {
   context.returnData = &plugin.value;
 }
 
-// The server is not to see exceptions; what throws is a lack of memory.
+// Runs `work` such that the server sees no exceptions; only a lack of memory throws.
 template <class Work>
 int guarded(Work work) noexcept {
   try {
@@ -86,14 +87,14 @@ int execute(Plugin& plugin, PluginContext& context, const PluginArguments& argum
   const carom::Result<std::string> done = plugin.sound->execute(text);
   giveBack(plugin, context, done ? *done : done.error().message);
   if (done) return 0;
-  complain(plugin.text.c_str());  // few look at what executePluginCommand returns
+  complain(plugin.text.c_str());  // the result of executePluginCommand is rarely looked at
   return -1;
 }
 
 }  // namespace
 
-/// The magic number, or -1 for what the server reports as a plugin of a wrong version; why is on
-/// the standard error output.
+/// Returns the magic number, or -1, which the server reports as a plugin of a wrong version; the
+/// reason is on the standard error output.
 CAROM_EXPORT int initPlugin_carom(PluginContext* context) {
   if (context == nullptr) return -1;
   context->userPointer = nullptr;
@@ -107,7 +108,7 @@ CAROM_EXPORT void exitPlugin_carom(PluginContext* context) {
   context->userPointer = nullptr;
 }
 
-/// 0 if it was done, -1 if it was refused; a sentence or more as return data.
+/// Returns 0 if the command was done, -1 if it was refused; a sentence or more as return data.
 CAROM_EXPORT int executePluginCommand_carom(PluginContext* context,
                                             const PluginArguments* arguments) {
   Plugin* const plugin = pluginOf(context);

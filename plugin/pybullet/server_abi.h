@@ -12,10 +12,10 @@
 /// those headers on 64-bit Linux. A change of layout in the server comes with another magic number.
 namespace carom::b3 {
 
-/// What initPlugin has to return: the server refuses any other.
+/// The value that initPlugin has to return: the server refuses any other.
 inline constexpr int kMagicNumber = 202010061;
 
-inline constexpr int kTextLength = 1024;  ///< of a command, with its final zero
+inline constexpr int kTextLength = 1024;  ///< bytes of a command, with its final zero
 inline constexpr int kArguments = 128;
 
 /// Opaque: the server's own client, a command under construction, an answer.
@@ -45,9 +45,9 @@ enum NotificationType : int {
   kLinkDynamicsChanged = 5,
 };
 
-/// Something has happened to a body since the last time. What follows depends on the type; every
-/// type that concerns a body begins with these two, but those that concern whole bodies end after
-/// the first.
+/// A change of a body since the last notifications. The fields depend on the type; every type that
+/// concerns a body begins with `body` and `link`, but those that concern whole bodies end after
+/// `body`.
 struct Notification {
   int type;
   int padding;
@@ -58,7 +58,7 @@ struct Notification {
 
 struct PluginContext {
   Client client;
-  void* userPointer;  ///< ours: the server keeps it for the plugin
+  void* userPointer;  ///< the plugin's own: the server keeps it
   const UserDataValue* returnData;
   const void* vrEvents;
   int vrEventCount;
@@ -120,13 +120,13 @@ struct DynamicsInfo {
   std::array<double, 4> unused;
   int frictionAnchor;
   double margin;
-  int dynamicType;  ///< 0: it moves by itself
+  int dynamicType;  ///< 0: the body moves by itself
 };
 inline constexpr int kRigidBody = 1;
 inline constexpr int kMultiBody = 2;
 
 struct LinkState {
-  std::array<double, 3> position;     ///< of the centre of mass
+  std::array<double, 3> position;     ///< centre of mass
   std::array<double, 4> orientation;  ///< x, y, z, w
   std::array<double, 14> frames;
   std::array<double, 3> velocity;
@@ -144,7 +144,7 @@ enum Geometry : int {
 };
 
 struct CollisionShape {
-  int body;  ///< in the first of several only, like `link`
+  int body;  ///< set in the first of several only, like `link`
   int link;
   int geometry;
   /// m: radius of a sphere; edges of a box; length along z, radius of a cylinder and of a capsule,

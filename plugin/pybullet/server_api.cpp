@@ -13,7 +13,8 @@ std::shared_ptr<void> opened(const char* file) {
   return {handle, [](void* library) { dlclose(library); }};
 }
 
-// A program cannot be opened by its name, but as what everything is linked to.
+// Opens the library that contains an address. A program cannot be opened by its name, but without
+// one, as what everything is linked to.
 std::shared_ptr<void> libraryAround(const void* address) {
   Dl_info info{};
   if (dladdr(address, &info) != 0 && info.dli_fname != nullptr) {
@@ -22,7 +23,7 @@ std::shared_ptr<void> libraryAround(const void* address) {
   return opened(nullptr);
 }
 
-// Remembers the first name that is not there.
+// Finds functions by name, and remembers the first name that is not there.
 class Finder {
  public:
   explicit Finder(void* library) : library_(library) {}

@@ -39,10 +39,11 @@ struct ServerFunctions {
   Command (*requestContacts)(Client) = nullptr;
   void (*contacts)(Client, ContactInformation*) = nullptr;
 
-  std::shared_ptr<void> library{};  ///< keeps them loaded
+  std::shared_ptr<void> library{};  ///< keeps the functions loaded
 };
 
-/// `caller` is any address in the server's code. Refuses a server that lacks one of the functions.
+/// Finds the functions; `caller` is any address in the server's code. Refuses a server that lacks
+/// one of them.
 Result<ServerFunctions> findServerFunctions(const void* caller);
 
 }  // namespace carom::b3

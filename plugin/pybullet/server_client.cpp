@@ -10,7 +10,7 @@ Vec3 vectorAt(const double* values) {
   return {values[0], values[1], values[2]};
 }
 
-// The server's order is x, y, z, w, and its length is that of rounded floats.
+// Reads a quaternion. The server's order is x, y, z, w, and its length is that of rounded floats.
 Quat orientationAt(const double* values) {
   return Quat(values[3], values[0], values[1], values[2]).normalized();
 }
@@ -39,7 +39,7 @@ std::span<const BodyState> ServerClient::states(int body) {
   const b3::Answer answer = server_.submit(client_, command);
   const double* position = nullptr;
   const double* velocity = nullptr;
-  // This one looks whether there is an answer; the one that counts links does not.
+  // `state` looks whether there is an answer; `linkCount` does not.
   if (answer == nullptr ||
       server_.state(answer, nullptr, nullptr, nullptr, nullptr, &position, &velocity, nullptr) == 0)
     return states_;
@@ -76,7 +76,7 @@ std::vector<b3::CollisionShape> ServerClient::shapes(Key key) {
   server_.submit(client_, server_.requestShapes(client_, key.body, key.link));
   b3::CollisionShapes found{};
   server_.shapes(client_, &found);
-  // Where it could not tell, what it told last is still there.
+  // If the server could not tell, its last answer is still there.
   const bool isAnswer =
       found.count > 0 && found.shapes->body == key.body && found.shapes->link == key.link;
   if (!isAnswer) return {};

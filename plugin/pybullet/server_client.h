@@ -10,12 +10,12 @@
 
 namespace carom::plugin {
 
-/// Asks the physics server, from within: it answers at once, also in the middle of a step.
-/// What it does not know any more is nothing here. [physics thread]
+/// Asks the physics server, from within: it answers at once, also in the middle of a step. Nothing
+/// is returned of bodies that it does not know any more. [physics thread]
 class ServerClient {
  public:
-  /// Of a contact, -1 for the base of a body. Both as the server says them: the body's number may
-  /// come again after it was removed.
+  /// A body and its link, -1 for the base, by the server's numbers: that of a body may come again
+  /// after it was removed.
   struct Key {
     int body = -1;
     int link = -1;
@@ -29,12 +29,14 @@ class ServerClient {
       : server_(std::move(server)), client_(client) {}
 
   std::optional<b3::SimulationParameters> parameters();
-  /// Numbers of all bodies. Takes long where there are many: it reads each body's joints too.
+  /// Returns the numbers of all bodies. Takes long with many: it reads each body's joints too.
   std::vector<int> bodies();
-  /// Base first, then the links. Empty if there is no such body. Valid until the next call.
+  /// Returns the states of a body: base first, then the links. Empty if there is no such body.
+  /// Valid until the next call.
   std::span<const BodyState> states(int body);
   std::vector<b3::ContactPoint> contacts();
-  /// Only of what was seen in a contact: of a base without a collider the server cannot tell.
+  /// Returns the dynamics of a body that was seen in a contact: for a base without a collider the
+  /// server cannot tell them.
   std::optional<b3::DynamicsInfo> dynamics(Key key);
   std::vector<b3::CollisionShape> shapes(Key key);
 

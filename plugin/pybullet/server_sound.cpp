@@ -12,7 +12,8 @@ namespace {
 constexpr int kBase = -1;
 constexpr int kAllLinks = -2;
 
-// Contacts are known of two substeps late; the rest is for the device's blocks.
+// Least latency in substeps: contacts become known two substeps late; the rest is for the device's
+// blocks.
 constexpr double kSubstepsLate = 3.0;
 constexpr double kLatency = 0.05;  // s, at least
 
@@ -118,7 +119,7 @@ void ServerSound::hear(std::span<const b3::Notification> notifications) {
 }
 
 void ServerSound::addBody(int body) {
-  removeBody(body);  // the number may have been another's
+  removeBody(body);  // the number may have been that of another body
   bodies_[body] = true;
 }
 
@@ -144,7 +145,7 @@ BodyId ServerSound::idOf(Key key) {
   return entry(key).id;
 }
 
-// Of something in a contact.
+// Returns the entry of a body or link in a contact, described if it is not yet.
 ServerSound::Known& ServerSound::knownAs(Key key) {
   Known& known = entry(key);
   if (!known.isDescribed) describe(key, known);
@@ -153,7 +154,7 @@ ServerSound::Known& ServerSound::knownAs(Key key) {
 
 void ServerSound::describe(Key key, Known& known) {
   known.isDescribed = true;
-  bodies_.try_emplace(key.body, true);  // where no notification has come yet
+  bodies_.try_emplace(key.body, true);  // if no notification has come yet
   const std::optional<b3::DynamicsInfo> dynamics = client_.dynamics(key);
   if (!dynamics) return;
   std::vector<b3::CollisionShape> shapes;

@@ -21,10 +21,10 @@ namespace carom::plugin {
 /// The sound of a physics server: asks it in every substep, and takes commands.
 ///
 /// Bodies and links are described (describeBody) when they are first in a contact; later changes of
-/// their dynamics count from the next contact on. What is asked for in each substep: the parameters
-/// and the states of all bodies that may move before it, the contacts after it. Simulation time is
-/// the sum of the substeps since the plugin was loaded; a reset of the simulation does not turn it
-/// back. [physics thread]
+/// their dynamics count from the next contact on. The server is asked before each substep for the
+/// parameters and the states of all bodies that may move, and after it for the contacts. Simulation
+/// time is the sum of the substeps since the plugin was loaded; a reset of the simulation does not
+/// turn it back. [physics thread]
 class ServerSound {
  public:
   /// Refuses what EventSound refuses, and a server that does not tell its parameters.
@@ -33,7 +33,7 @@ class ServerSound {
   void beginSubstep();
   void endSubstep();
   void hear(std::span<const b3::Notification> notifications);
-  /// What is to be shown for it.
+  /// Runs a command; returns the text to be shown for it.
   Result<std::string> execute(std::string_view text);
 
  private:
@@ -73,9 +73,9 @@ class ServerSound {
   EventSound sound_;
   ContactListener listener_;
   RadiatorCache radiators_;
-  std::map<int, bool> bodies_;  // by number: whether anything of it may move
+  std::map<int, bool> bodies_;  // by number: true if any part of it may move
   std::map<Key, Known> known_;
-  std::map<Key, std::string> materials_;  // that were set
+  std::map<Key, std::string> materials_;  // names, as they were set
   BodyId nextId_ = 0;
   double time_ = 0.0;      // s
   double duration_ = 0.0;  // s, of the present substep; 0 where the server did not tell

@@ -21,10 +21,10 @@ class btDynamicsWorld;
 
 namespace carom {
 
-/// Of a Bullet world, besides SoundStatistics.
+/// Statistics of the sound of a Bullet world.
 struct WorldSoundStatistics : SoundStatistics {
   RadiatorCounters radiators;
-  /// Pairs in contact, once per substep each, of shapes that the bridge cannot follow.
+  /// Pairs in contact whose shapes the bridge cannot follow, counted once per substep each.
   std::uint64_t unsupportedContacts = 0;
 };
 
@@ -47,16 +47,16 @@ struct WorldSoundStatistics : SoundStatistics {
 /// RadiatorChoice says otherwise or its surface cannot be solved (RadiatorCounters::unsolved).
 ///
 /// Shapes are solved in `attach`, `prepare` and `setMaterial`, and otherwise when a body that came
-/// later first collides; once for all bodies whose surfaces are equal, whoever owns them. Mass,
-/// inertia, shape and scaling of a body count as they are at its first collision, at its
-/// `setMaterial` and at the latest `prepare`. Bodies that leave the world are forgotten; what they
-/// sound then goes on.
+/// later first collides; once for all bodies whose surfaces are equal, whichever shape object they
+/// use. Mass, inertia, shape and scaling of a body count as they are at its first collision, at its
+/// `setMaterial` and at the latest `prepare`. Bodies that leave the world are forgotten; their
+/// present sound goes on.
 ///
 /// Links of multibodies radiate as the sphere of their shape's volume, with their own mass: what
 /// the joints hand on, and what they keep a link from doing, is not heard.
 ///
-/// Threads: the one that steps the world calls everything, outside of tick callbacks, but for
-/// what is said to be of another. The world must outlive the sound, or its `close`.
+/// Threads: the one that steps the world calls everything, outside of tick callbacks, but for the
+/// functions that are said to be of another. The world must outlive the sound, or its `close`.
 class Sound {
  public:
   /// Refuses what EventSound and BulletBridge refuse. Solves the shapes of the bodies that are in
@@ -64,18 +64,18 @@ class Sound {
   static Result<Sound> attach(btDynamicsWorld& world, const SoundSettings& settings = {});
   Sound(Sound&&) noexcept;
   Sound& operator=(Sound&&) noexcept;
-  /// As `close`, whose errors are lost here.
+  /// Closes the sound; the errors of `close` are lost here.
   ~Sound();
 
-  /// Lets go of the world, stops, and finishes the recording; then everything else does nothing,
-  /// and what can refuse does. What finishRecording says.
+  /// Detaches from the world, stops, and finishes the recording. Afterwards all other functions do
+  /// nothing, and those that can refuse do. Returns the errors of finishRecording.
   Status close();
 
-  /// From now on, instead of the material that was guessed, for one body; for all that have a
-  /// shape; for all whose user index (btCollisionObject::getUserIndex) this is. The first of these
-  /// that a body has is its own. Names are those of builtInMaterials(). A shape's is kept for its
-  /// address, and a body without a user index has the index -1. Refuses objects that
-  /// are not in the world, unknown names, and materials that Synth::setBody refuses.
+  /// Sets a material, from now on and instead of the guessed one: for one body, for all bodies with
+  /// a shape, or for all bodies with a user index (btCollisionObject::getUserIndex). In this order,
+  /// the first that is set counts for a body. Names are those of builtInMaterials(). A shape's
+  /// material is kept for its address, and a body without a user index has the index -1. Refuses
+  /// objects that are not in the world, unknown names, and materials that Synth::setBody refuses.
   Status setMaterial(const btCollisionObject& object, const Material& material);
   Status setMaterial(const btCollisionObject& object, std::string_view name);
   Status setMaterial(const btCollisionShape& shape, const Material& material);
@@ -83,10 +83,10 @@ class Sound {
   Status setMaterialOfUserIndex(int userIndex, const Material& material);
   Status setMaterialOfUserIndex(int userIndex, std::string_view name);
 
-  /// From now on it rings when it is hit, with the modes of that model (see readModalModel, and
-  /// carom::modal for how they are computed): likewise for one body, for all that have a shape, for
-  /// all whose user index this is. One model may serve many. Null: it does not ring. A body that
-  /// has no other material gets the model's.
+  /// Makes bodies ring when they are hit, from now on, with the modes of a model (see
+  /// readModalModel, and carom::modal for how they are computed): for one body, for all bodies with
+  /// a shape, or for all bodies with a user index, as in setMaterial. One model may serve many.
+  /// Null: they do not ring. A body that has no other material gets the model's.
   ///
   /// The model's axes are those of the body. A body that moves has its origin in the model's centre
   /// of mass; for one that is static or kinematic, the model is in the frame of its shape.
@@ -94,12 +94,13 @@ class Sound {
   Status setModes(const btCollisionShape& shape, std::shared_ptr<const ModalModel> modes);
   Status setModesOfUserIndex(int userIndex, std::shared_ptr<const ModalModel> modes);
 
-  /// From now on its bumps, which sound where it slides or rolls, are those of that texture (see
-  /// readNormalMap, and SurfaceTexture::rough): likewise for one body, for all that have a shape,
-  /// for all whose user index this is. Null: those of its material's roughness.
+  /// Sets the texture of the bumps, which sound where a body slides or rolls, from now on (see
+  /// readNormalMap, and SurfaceTexture::rough): for one body, for all bodies with a shape, or for
+  /// all bodies with a user index, as in setMaterial. Null: the bumps of the material's roughness.
   ///
-  /// With the texture coordinates of its mesh, in the frame of the body, it lies as these say
-  /// (TextureCoordinates::size is the size of the picture then); without, along the body's axes.
+  /// With the texture coordinates of the body's mesh, in the frame of the body, the texture lies as
+  /// these say (TextureCoordinates::size is the size of the picture then); without, along the
+  /// body's axes.
   Status setTexture(const btCollisionObject& object, std::shared_ptr<const SurfaceTexture> texture,
                     std::shared_ptr<const TextureCoordinates> coordinates = nullptr);
   Status setTexture(const btCollisionShape& shape, std::shared_ptr<const SurfaceTexture> texture,
@@ -107,12 +108,12 @@ class Sound {
   Status setTextureOfUserIndex(int userIndex, std::shared_ptr<const SurfaceTexture> texture,
                                std::shared_ptr<const TextureCoordinates> coordinates = nullptr);
 
-  /// Solves the shapes of bodies that came since, so that no collision need wait for it, and takes
-  /// changed masses and shapes (btCollisionShape::setLocalScaling, setCollisionShape) into account;
-  /// set materials stay. For a moment when a pause does not matter.
+  /// Solves the shapes of bodies that were added since, so that no collision need wait for it, and
+  /// takes changed masses and shapes (btCollisionShape::setLocalScaling, setCollisionShape) into
+  /// account; set materials stay. To be called at a moment when a pause does not matter.
   void prepare();
 
-  /// As those of EventSound. The clock is the sum of all substeps since attaching.
+  /// These functions are those of EventSound. The clock is the sum of all substeps since attaching.
   Status setListener(const Vec3& position, const Quat& orientation = Quat::Identity(),
                      std::size_t listener = 0);
   double time() const;
@@ -132,7 +133,7 @@ class Sound {
   void render(std::span<float* const> channels, std::size_t frames) noexcept;
   void renderInterleaved(float* samples, std::size_t frames) noexcept;
 
-  /// [simulation thread; EventSound's is of any]
+  /// [simulation thread]
   WorldSoundStatistics statistics() const;
 
  private:

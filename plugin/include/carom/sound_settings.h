@@ -12,18 +12,18 @@
 
 namespace carom {
 
-/// Which clock the samples that a host pulls follow.
+/// The clock of the samples that a host pulls.
 enum class SoundClock : std::uint8_t {
-  /// The samples': they are taken as time goes by, by a device or by the host's own callback. The
-  /// simulation is followed SoundSettings::latency behind, through its pauses, stalls and jumps
-  /// (see SoundTimeline).
+  /// The samples' own clock: they are taken as time goes by, by a device or by the host's own
+  /// callback. The simulation is followed SoundSettings::latency behind, through its pauses, stalls
+  /// and jumps (see SoundTimeline).
   realTime,
-  /// The simulation's: sample n is what is heard at n / sample rate on it. For rendering as fast as
+  /// The simulation's clock: sample n is heard at n / sample rate on it. For rendering as fast as
   /// the simulation steps; see EventSound::framesReady.
   simulation,
 };
 
-/// How bodies that are not spheres push the air.
+/// The way in which bodies that are not spheres push the air.
 enum class RadiatorChoice : std::uint8_t {
   /// By the added mass of their shape, solved once for all bodies of equal shape (panelRadiator):
   /// a tenth of a second for a box, up to 0.3 s for a fine mesh, and up to 40 MB while it lasts.
@@ -39,19 +39,19 @@ struct RadiatorCounters {
   /// Shapes of `solved` that held up a step of the world; see Sound::prepare.
   std::uint64_t solvedInStep = 0;
   /// Bodies so far that can move and whose surface is open, too complicated or no solid. They
-  /// sound as the sphere of their volume; of half the box around them if they have none; and not
-  /// at all if that has none either.
+  /// sound as the sphere of their volume; of half the volume of the box around them if they have
+  /// none; and not at all if the box has none either.
   std::uint64_t unsolved = 0;
-  std::string unsolvedReason;  ///< of the latest of them; empty if there is none
-  std::uint64_t links = 0;     ///< of multibodies, so far, that can move; see Sound
+  std::string unsolvedReason;  ///< for the latest of `unsolved`; empty if there is none
+  std::uint64_t links = 0;     ///< links of multibodies so far that can move; see Sound
 };
 
-/// What sound may cost in real time. Beyond it events are left out whole, before they begin: first
-/// what is inaudible at every listener, then the quietest. What was left out is counted.
+/// Limits of what sound may cost in real time. Beyond them events are left out whole, before they
+/// begin: first those that are inaudible at every listener, then the quietest. All are counted.
 struct VoiceBudget {
   /// Share of one core that rendering may take, above 0: no block costs more than this share of its
-  /// own duration, but for what has begun already. From measured time: whether it intervenes is the
-  /// only thing here that depends on the machine.
+  /// own duration, but for sound that has begun already. It goes by measured time: whether it
+  /// intervenes is the only thing here that depends on the machine.
   double cpuShare = 0.5;
   /// Events whose sound has yet to begin at some listener; 1 to 65536.
   std::size_t voices = 2048;
@@ -62,10 +62,11 @@ struct VoiceBudget {
   double longestContact = 0.05;
   /// Bodies that ring at the same moment, times channels; 1 to 4096. More are not heard to ring.
   std::size_t ringingBodies = 128;
-  /// Contacts that slide or roll at the same moment; 0 to 4096. The quietest beyond are left out,
-  /// for as long; what is left out in its midst ends with a jump of its force. 0.7 MB each.
+  /// Contacts that slide or roll at the same moment; 0 to 4096. The quietest beyond are left out as
+  /// long as there are more; a slide that is left out in its midst ends with a jump of its force.
+  /// 0.7 MB each.
   std::size_t slidingContacts = 32;
-  /// Of each body, at most; 1 to 4096. Higher modes are left out.
+  /// Modes of each body, at most; 1 to 4096. Higher ones are left out.
   std::size_t modes = 128;
 };
 
@@ -73,22 +74,22 @@ struct SoundSettings {
   /// Sample rate, medium, which impulse sounds (the one that Bullet's solver applied is known one
   /// to three substeps later), pulse, sampling, radiation, Doppler effect, room and reverberation.
   SynthSettings synth = {};
-  /// Channels are those of the first, then those of the next: see ListenerFormat.
+  /// Channels are those of the first listener, then those of the next: see ListenerFormat.
   std::vector<Listener> listeners = {defaultListener()};
   /// s, the look-ahead: how far sound stays behind the simulation. It has to cover two substeps
   /// (Bullet knows of a contact one to two of them later), the host's frame, a block of samples,
-  /// and Synth::leadTime. What comes later still sounds, later, and is counted.
+  /// and Synth::leadTime. An event that comes later still sounds, later, and is counted.
   double latency = 0.05;
   SoundClock clock = SoundClock::realTime;
-  double restSpeed = 0.005;  ///< m/s; of a Bullet world: slower contacts are rest, and no click
-  RadiatorChoice radiators = RadiatorChoice::solved;  ///< of a Bullet world
+  double restSpeed = 0.005;  ///< m/s, in a Bullet world: slower contacts are rest, and no click
+  RadiatorChoice radiators = RadiatorChoice::solved;  ///< in a Bullet world
   VoiceBudget budget = {};
   /// Pa, > 0, that come out as a sample of 1.0. None: samples are pascals, but on a device, where
   /// it is kDeviceFullScale.
   std::optional<double> fullScale = std::nullopt;
-  /// A look-ahead limiter behind all that (a device has one in any case), for an output that holds
-  /// no more than its ceiling, in units of the samples. It delays them by EventSound::outputDelay,
-  /// on top of `latency`. Its sample rate and channels are filled in. None: nothing is turned down.
+  /// A look-ahead limiter at the end (a device has one in any case), for an output that holds no
+  /// more than its ceiling, in units of the samples. It delays them by EventSound::outputDelay, on
+  /// top of `latency`. Its sample rate and channels are filled in. None: nothing is turned down.
   std::optional<LimiterSettings> limiter = std::nullopt;
   std::string record = {};  ///< if not empty: EventSound::record from the start
   bool play = false;        ///< EventSound::play from the start
@@ -101,37 +102,37 @@ struct SoundSettings {
 /// Pa for a sample of 1.0 on a device: peaks of 100 dB, about the loudest of headphones.
 inline constexpr double kDeviceFullScale = 2.0;
 
-/// What became of the events, and what it costs. All counts are since the sound was made; of a
-/// sound that is neither played nor pulled, those of the recording.
+/// Counts of what became of the events, and the cost of the sound. All counts are since the sound
+/// was made; those of a sound that is neither played nor pulled are those of the recording.
 struct SoundStatistics {
-  std::uint64_t events = 0;  ///< of bodies that can move or ring, but for those of the next three
+  std::uint64_t events = 0;     ///< shares of bodies that can move or ring, but for the next three
   std::uint64_t immovable = 0;  ///< shares of bodies that neither move nor ring: silent
   std::uint64_t rejected = 0;   ///< not finite, unknown body, no approach, over 20 s
-  std::uint64_t skipped = 0;    ///< while nobody listened, or the simulation ran ahead of time
-  // Of `events`, left out:
+  std::uint64_t skipped = 0;    ///< no samples were taken yet, or the simulation ran ahead of time
+  // Events among `events` that were left out:
   std::uint64_t inaudible = 0;    ///< below the threshold at every listener
   std::uint64_t stolen = 0;       ///< the quietest, where more waited than VoiceBudget::voices
   std::uint64_t overBudget = 0;   ///< the quietest, where they would cost too much
   std::uint64_t noBus = 0;        ///< more sizes and paths at once than VoiceBudget::buses
   std::uint64_t tooLong = 0;      ///< contact longer than VoiceBudget::longestContact
   std::uint64_t noBank = 0;       ///< rings, for lack of VoiceBudget::ringingBodies
-  std::uint64_t queueFaults = 0;  ///< no room in the queue: nobody takes samples, or too rarely
-  // Of `events`, heard:
+  std::uint64_t queueFaults = 0;  ///< no room in the queue: samples are not taken, or too rarely
+  // Events among `events` that were heard:
   std::uint64_t rings = 0;  ///< made a body ring
-  std::uint64_t late = 0;   ///< later than they happened, as they came after their time
+  std::uint64_t late = 0;   ///< heard later than they happened, as they came after their time
   // Steps of bodies that slide or roll:
-  std::uint64_t slides = 0;           ///< heard, or left out of these by the counts above
+  std::uint64_t slides = 0;           ///< loud enough; the counts above may leave them out
   std::uint64_t slidesInaudible = 0;  ///< below the threshold at every listener
   std::uint64_t slidesLeftOut = 0;    ///< contacts, beyond VoiceBudget::slidingContacts
-  // Of the clock:
+  // Faults of the clock:
   std::uint64_t stalls = 0;  ///< the simulation fell behind by more than the look-ahead
-  std::uint64_t jumps = 0;   ///< it ran ahead, or back
+  std::uint64_t jumps = 0;   ///< the clock of the simulation went back
   // At this moment:
   std::size_t voices = 0;      ///< events that wait for their sound to begin
-  std::size_t buses = 0;       ///< that are not silent
+  std::size_t buses = 0;       ///< buses that are not silent
   std::size_t ringing = 0;     ///< bodies, times channels, that ring
-  std::size_t modes = 0;       ///< of all of them
-  double cpuShare = 0.0;       ///< of one core, over the last second or so
+  std::size_t modes = 0;       ///< modes that sound, of all bodies and channels
+  double cpuShare = 0.0;       ///< share of one core, over the last second or so
   double worstBlock = 0.0;     ///< the largest share of its own duration that a block has taken
   double gainReduction = 0.0;  ///< dB, the most that a limiter has turned down
 };

@@ -14,21 +14,21 @@ using BodyId = std::uint32_t;
 /// gives two events, one per body, with the same time and opposite impulses; an immovable body
 /// gets its share too, because it may ring.
 ///
-/// What it leaves out: friction (the impulse is along the normal), and how long the contact lasts;
-/// that follows from the bodies' materials (see hertzDuration).
+/// Not included: friction (the impulse is along the normal), and the duration of the contact, which
+/// follows from the bodies' materials (see hertzDuration).
 struct ImpulseEvent {
   double time = 0.0;  ///< s, simulation clock: the instant of first touch
-  BodyId body = 0;    ///< whose share this is
+  BodyId body = 0;    ///< the body that this share belongs to
   BodyId other = 0;   ///< the body it hit
 
-  /// N s, world frame, on `body`; the other's share is its negative. The physical one: restitution
-  /// acts on the approach along the normal, j = (1 + e) m |vn|.
+  /// N s, world frame, on `body`; the other body's share is its negative. It is the physical
+  /// impulse: restitution acts on the approach along the normal, j = (1 + e) m |vn|.
   Vec3 impulse = Vec3::Zero();
-  /// N s, world frame, on `body`: what the mechanics itself applied for this impact, if it is not
-  /// exact (a time-stepping solver adds support load, friction, correction of penetration, and
-  /// swallows some of the bounce). Meaningful only where `hasAppliedImpulse`.
+  /// N s, world frame, on `body`: the impulse that the mechanics itself applied for this impact, if
+  /// that is not exact (a time-stepping solver adds support load, friction, correction of
+  /// penetration, and loses some of the bounce). Meaningful only if `hasAppliedImpulse`.
   Vec3 appliedImpulse = Vec3::Zero();
-  bool hasAppliedImpulse = false;  ///< it is known, and another than `impulse`
+  bool hasAppliedImpulse = false;  ///< `appliedImpulse` is known and differs from `impulse`
   Vec3 position = Vec3::Zero();    ///< m, world frame, the contact point at `time`
   Vec3 normal = Vec3::UnitX();     ///< 1, world frame, unit, from the other body towards `body`
 
@@ -39,16 +39,16 @@ struct ImpulseEvent {
   /// or corner. Where the two principal curvatures differ it is the inverse of their mean, so that
   /// the sum over both bodies is twice Hertz's A + B (Johnson 1985, eq. 4.3).
   double radius = std::numeric_limits<double>::infinity();
-  /// m, of the other body.
+  /// m, the same of the other body.
   double otherRadius = std::numeric_limits<double>::infinity();
 
   Vec3 bodyPosition = Vec3::Zero();         ///< m, world frame, centre of mass of `body` at `time`
   Quat bodyOrientation = Quat::Identity();  ///< body to world, at `time`
-  Vec3 bodyVelocity = Vec3::Zero();         ///< m/s, world frame, centre of mass, just before
-  Vec3 bodyAngularVelocity = Vec3::Zero();  ///< rad/s, world frame, just before
+  Vec3 bodyVelocity = Vec3::Zero();         ///< m/s, world frame, centre of mass, just before touch
+  Vec3 bodyAngularVelocity = Vec3::Zero();  ///< rad/s, world frame, just before touch
 };
 
-// One layout for every host, whatever its compiler may vectorise with.
+// The layout is the same for every host, whatever vector instructions it is compiled with.
 static_assert(sizeof(ImpulseEvent) == 256 && alignof(ImpulseEvent) == alignof(double));
 
 }  // namespace carom

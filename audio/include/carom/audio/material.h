@@ -14,12 +14,12 @@ namespace carom {
 struct Roughness {
   double rmsHeight = 0.0;           ///< m; 0: smooth
   double correlationLength = 1e-4;  ///< m
-  double hurst = 0.8;               ///< 1: the larger, the less there is of short waves
+  double hurst = 0.8;               ///< 1, Hurst exponent: the larger, the weaker the short waves
 
   bool operator==(const Roughness&) const = default;
 };
 
-/// What a body is made of, as far as contact and its sound need it.
+/// The properties of a body's material that contact and its sound need.
 /// Valid: density > 0, Young's modulus > 0, 0 <= Poisson's ratio < 0.5, 0 <= restitution <= 1,
 /// dampingAlpha >= 0, dampingBeta >= 0, a valid roughness.
 struct Material {
@@ -29,17 +29,17 @@ struct Material {
   double poissonsRatio = 0.0;  ///< 1
   double restitution = 0.0;    ///< 1, of two bodies of this material; see combinedRestitution
   /// 1/s and s, Rayleigh damping: C = alpha M + beta K, so a mode of angular frequency w decays as
-  /// exp(-(alpha + beta w^2) t / 2). Only for what rings.
+  /// exp(-(alpha + beta w^2) t / 2). Only used for bodies that ring.
   double dampingAlpha = 0.0;
   double dampingBeta = 0.0;
-  Roughness roughness = {};  ///< of its surface as it is commonly made; smooth unless given
+  Roughness roughness = {};  ///< roughness of the surface as commonly made; smooth unless given
 
   bool operator==(const Material&) const = default;
 };
 
-/// The common materials, eight rows: the first of builtInMaterials(), and those to guess from where
-/// only a density is known. Density, Young's modulus and Poisson's ratio of the first four are
-/// those of Chadwick, Zheng, James 2012 ("Precomputed acceleration noise"), which the seed
+/// The common materials, eight rows: the first of builtInMaterials(), from which a material is
+/// guessed where only a density is known. Density, Young's modulus and Poisson's ratio of the first
+/// four are those of Chadwick, Zheng, James 2012 ("Precomputed acceleration noise"), which the seed
 /// document repeats as its table 1. [any thread]
 std::span<const Material> materialTable();
 

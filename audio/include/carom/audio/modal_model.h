@@ -18,9 +18,9 @@ namespace carom {
 inline constexpr double kLowestMode = 20.0;      ///< Hz
 inline constexpr double kHighestMode = 20000.0;  ///< Hz
 
-/// How one mode pushes the air: the pressure of a steady oscillation q(t) = Re(Q exp(i w t)) of the
-/// modal coordinate (m sqrt(kg)), at the point r (unit direction d, distance r) from the centre of
-/// mass, is
+/// The sound radiation of one mode: the pressure of a steady oscillation q(t) = Re(Q exp(i w t)) of
+/// the modal coordinate (m sqrt(kg)), at the point r (unit direction d, distance r) from the centre
+/// of mass, is
 ///
 ///     p = -w^2 Q exp(-i k r) / r  sum_lm  c_lm R_l(k r) Y_lm(d),    k = w / c
 ///
@@ -43,18 +43,18 @@ struct Mode {
   ModeRadiation radiation;
 };
 
-/// How many modes an analysis found and left out.
+/// Numbers of modes that an analysis found and left out.
 struct ModesLeftOut {
   std::uint32_t rigid = 0;       ///< lambda = 0: the body moves as a whole (or a part of it does)
-  std::uint32_t below = 0;       ///< of kLowestMode
-  std::uint32_t above = 0;       ///< of kHighestMode; only those that the analysis came across
+  std::uint32_t below = 0;       ///< lower than kLowestMode
+  std::uint32_t above = 0;       ///< higher than kHighestMode, as far as the analysis came across
   std::uint32_t overdamped = 0;  ///< decayRate >= 2 pi frequency: does not oscillate
 };
 
 /// A body that rings: its modes of vibration, and where they can be excited. Immutable in use, to
 /// be shared by all bodies of one shape and material.
 ///
-/// Its frame is that of the mesh it was made of. A body's own frame has the same axes, and its
+/// Its frame is that of the mesh it was made from. A body's own frame has the same axes, and its
 /// origin at `centreOfMass`.
 ///
 /// Linear vibration of a body that nothing holds, with proportional (Rayleigh) damping. Shapes are
@@ -67,10 +67,10 @@ struct ModalModel {
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< kg m^2, about the centre of mass
   SurfaceMesh surface;                                ///< m, model frame: where it can be hit
   std::vector<Mode> modes;                            ///< ascending in frequency
-  /// 1/sqrt(kg), model frame: a displacement of vertex v in mode i is shape(i, v) times q_i. Mode
+  /// 1/sqrt(kg), model frame: the displacement of vertex v in mode i is shape(i, v) times q_i. Mode
   /// by mode, three numbers for each vertex of `surface`.
   std::vector<float> shapes;
-  Medium medium;  ///< of which the radiation was computed
+  Medium medium;  ///< the medium that the radiation was computed for
   ModesLeftOut leftOut;
 
   Vec3 shape(std::size_t mode, std::size_t vertex) const {
@@ -79,9 +79,8 @@ struct ModalModel {
   }
 };
 
-/// Why a model cannot be used: one sentence that begins with the field, or nothing when it can be.
-/// Looks at every number.
-/// [any thread]
+/// Returns why a model cannot be used, as one sentence that begins with the field; empty if it can
+/// be. Checks every number. [any thread]
 std::string whyNot(const ModalModel& model);
 
 }  // namespace carom

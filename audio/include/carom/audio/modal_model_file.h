@@ -12,8 +12,8 @@
 
 namespace carom {
 
-/// The form of a ModalModel for files, exact to the bit. Little-endian on every platform, numbers
-/// in IEEE 754, no padding; docs/model_file.md has it byte by byte:
+/// The file format of a ModalModel, exact to the bit. Little-endian on every platform, numbers in
+/// IEEE 754, no padding; docs/model_file.md has it byte by byte:
 ///
 ///     8 bytes   "caromode"
 ///     4 bytes   version, 1
@@ -22,27 +22,28 @@ namespace carom {
 ///     8 bytes   checksum of all before: FNV-1a with 64 bits, which no change of a single byte
 ///               escapes
 ///
-/// Units and frames are those of ModalModel. Whatever the bytes are, reading either gives a model
-/// that can be used (whyNot(ModalModel) has nothing against it) or an error that says what is wrong
-/// where; memory is at most some 10 times the number of bytes. [any thread]
+/// Units and frames are those of ModalModel. Whatever the bytes are, reading them gives either a
+/// model that can be used (whyNot(ModalModel) is empty) or an error that says what is wrong where;
+/// memory is at most some 10 times the number of bytes. [any thread]
 
 inline constexpr std::string_view kModalModelMagic = "caromode";
 inline constexpr std::uint32_t kModalModelVersion = 1;
 inline constexpr std::string_view kModalModelExtension = ".carom_modes";
 
-/// Refuses a model that cannot be used, and nothing else.
+/// Returns the bytes of a model file. Error only if the model cannot be used.
 Result<std::vector<std::byte>> encodedModalModel(const ModalModel& model);
 
-/// `name` stands for the bytes in messages.
+/// Reads a model from the bytes of a file; `name` stands for them in error messages.
 Result<ModalModel> decodedModalModel(std::span<const std::byte> bytes, std::string_view name);
 
-/// The file appears whole or not at all, in place of what has the name. Blocks on the disk.
+/// Writes a model file, which appears whole or not at all and replaces a file of that name. Blocks
+/// on the disk.
 Status writeModalModel(const std::filesystem::path& path, const ModalModel& model);
 
-/// Blocks on the disk.
+/// Reads a model file. Blocks on the disk.
 Result<ModalModel> readModalModel(const std::filesystem::path& path);
 
-/// The last 8 bytes of a model that has `bytes` before them.
+/// Returns the checksum of a model file, its last 8 bytes, from the `bytes` before them.
 std::uint64_t modalModelChecksum(std::span<const std::byte> bytes);
 
 }  // namespace carom

@@ -9,12 +9,13 @@
 
 namespace carom {
 
-/// How finely a surface is solved.
+/// The resolution at which a surface is solved.
 struct PanelSettings {
-  /// Most panels in the finest solution, at least 160: memory grows with its square, time with its
-  /// cube. Finer meshes are simplified.
+  /// Largest number of panels in the finest solution, at least 160: memory grows with its square,
+  /// time with its cube. Finer meshes are simplified.
   std::size_t panels = 1300;
-  /// Solve on coarser panels too and carry the sequence to its limit. Off: the finest as it is.
+  /// True: solve on coarser panels too and extrapolate the sequence to its limit. False: take the
+  /// finest solution as it is.
   bool extrapolate = true;
 
   bool operator==(const PanelSettings&) const = default;
@@ -23,10 +24,10 @@ struct PanelSettings {
 /// A radiator, and how far its numbers can be trusted.
 struct PanelSolution {
   RigidRadiator radiator;
-  std::size_t panels = 0;   ///< in the finest solution
-  double asymmetry = 0.0;   ///< of the added mass before it was symmetrised: |M - M^T| / |M|
-  double correction = 0.0;  ///< |limit - finest| / |limit|: what extrapolation changed; 0 without
-  double order = 0.0;       ///< of convergence in panel size that it went by; 0 without
+  std::size_t panels = 0;   ///< number of panels in the finest solution
+  double asymmetry = 0.0;   ///< asymmetry of the added mass as solved: |M - M^T| / |M|
+  double correction = 0.0;  ///< |limit - finest| / |limit|: change by extrapolation; 0 without
+  double order = 0.0;       ///< assumed order of convergence in panel size; 0 without extrapolation
 };
 
 /// Added mass of a rigid body of any shape, by a panel method: the potential outside solves Green's
@@ -38,7 +39,7 @@ struct PanelSolution {
 /// influences in closed form (SourcePanel; Morino and Kuo 1974), for six unit motions;
 /// M_ij = - sum phi_j v_i.n A. Dense LU. The normal derivatives are solid angles, whose sum
 /// is exact: the source-only equation (Hess and Smith 1967) lacks that, is of first order on curved
-/// surfaces, and fails for bodies thinner than a panel, which this one bears.
+/// surfaces, and fails for bodies thinner than a panel, which this equation handles.
 ///
 /// Panels: a coarse mesh is halved along its longest edges to 40, then quartered up to twice;
 /// the order of convergence is that of the three results, within 1 (edges of thin plates)
@@ -58,18 +59,19 @@ struct PanelSolution {
 /// [any thread], allocates; a tenth of a second for a box.
 Result<PanelSolution> solvePanels(const SurfaceMesh& surface, const PanelSettings& settings = {});
 
-/// solvePanels, the radiator only.
+/// Returns the radiator of solvePanels alone.
 Result<RigidRadiator> panelRadiator(const SurfaceMesh& surface, const PanelSettings& settings = {});
 
-/// Radiators by the content of their meshes: one solution for all bodies of equal shape. Keeps a
-/// copy of each mesh and compares it whole, so there is nothing to go stale; errors are kept too
-/// (a mesh that is not finite equals none, and takes a new place each time).
+/// A cache of radiators by the content of their meshes: one solution for all bodies of equal shape.
+/// It keeps a copy of each mesh and compares it whole, so no entry goes stale; errors are kept too
+/// (a mesh that is not finite equals no other, and takes a new entry each time).
 /// [one thread at a time]
 class RadiatorCache {
  public:
   explicit RadiatorCache(const PanelSettings& settings = {}) : settings_(settings) {}
 
-  /// panelRadiator, solved the first time only. The reference is good until the cache ends.
+  /// Returns panelRadiator(surface), solved the first time only. The reference is valid until the
+  /// cache ends.
   const Result<RigidRadiator>& radiatorOf(const SurfaceMesh& surface);
 
   std::size_t size() const { return radiators_.size(); }

@@ -31,7 +31,7 @@ class [[nodiscard]] Result {
   const T* operator->() const { return &value(); }
   T* operator->() { return &value(); }
 
-  /// Only when there is no value.
+  /// The reason why there is no value. Requires that there is none.
   const Error& error() const {
     assert(state_.index() == 1);
     return *std::get_if<1>(&state_);

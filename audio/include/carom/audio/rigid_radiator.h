@@ -6,9 +6,9 @@
 
 namespace carom {
 
-/// What a rigid body of any shape pushes the air with while it is small against the wavelength:
-/// its volume, and the added mass of the potential flow around it. Body frame, about the body's
-/// origin, which `dipole` takes for its centre of mass. Immutable in use. [any thread]
+/// The quantities by which a rigid body of any shape pushes the air while it is small against the
+/// wavelength: its volume, and the added mass of the potential flow around it. Body frame, about
+/// the body's origin, which `dipole` takes for its centre of mass. Immutable in use. [any thread]
 ///
 /// Far away the pressure of a body with acceleration A(t) is that of a dipole,
 ///
@@ -24,30 +24,33 @@ struct RigidRadiator {
   /// semidefinite.
   Mat6 addedVolume = Mat6::Zero();
 
-  /// m, radius of the sphere that pushes as much air in the mean over directions:
-  /// 3/2 (4/3 pi a^3) = volume + trace of the translational part / 3.
+  /// Radius in m of the sphere that pushes as much air in the mean over directions, with 3/2 (4/3
+  /// pi a^3) = volume + trace of the translational part / 3.
   double radius() const;
 
-  /// m^4/s^2, dipole strength over the fluid's density, body frame, for the acceleration of the
+  /// Dipole strength over the fluid's density in m^4/s^2, body frame, for the acceleration of the
   /// origin (m/s^2) and the angular acceleration (rad/s^2), both as seen in the body frame.
   Vec3 dipole(const Vec3& linear, const Vec3& angular) const;
 
-  /// The same body about another origin (m, in the present frame), axes kept.
+  /// Returns the radiator of the same body about another origin (m, in the present frame), axes
+  /// kept.
   RigidRadiator about(const Vec3& origin) const;
 
-  /// The same body whose frame is now turned by `rotation` (old frame to new).
+  /// Returns the radiator of the same body in a frame turned by `rotation` (old frame to new).
   RigidRadiator turned(const Eigen::Matrix3d& rotation) const;
 };
 
-// One layout for every host, whatever its compiler may vectorise with.
+// The layout is the same for every host, whatever vector instructions it is compiled with.
 static_assert(sizeof(RigidRadiator) == 320 && alignof(RigidRadiator) == alignof(double));
 
-/// Half the displaced volume in each direction, nothing in rotation. Radius in m. [any thread]
+/// Radiator of a sphere (radius in m): the added volume is half the displaced one in each
+/// direction, and none in rotation. [any thread]
 RigidRadiator sphereRadiator(double radius);
 
-/// Ellipsoid about its centre, semi-axes in m, all > 0, along x, y, z, in closed form: Lamb,
-/// Hydrodynamics, 6th ed., articles 114 and 115; his integrals by Carlson's R_D (Carlson 1979). A
-/// relative 1e-10 of the largest component, for axes in ratios up to 1e4. [any thread]
+/// Radiator of an ellipsoid about its centre, semi-axes in m, all > 0, along x, y, z, in closed
+/// form: Lamb, Hydrodynamics, 6th ed., articles 114 and 115; his integrals by Carlson's R_D
+/// (Carlson 1979). Exact to 1e-10 of the largest component, for axes in ratios up to 1e4.
+/// [any thread]
 RigidRadiator ellipsoidRadiator(const Vec3& semiAxes);
 
 }  // namespace carom

@@ -25,54 +25,55 @@ struct Reflector {
 /// modelled.
 struct Room {
   std::vector<Reflector> reflectors;
-  int order = 1;  ///< reflections in a row, 0 to 32; above 1 only for a box
+  int order = 1;  ///< successive reflections, 0 to 32; above 1 only for a box
 };
 
-/// A mirror image: what a path with `order` reflections makes of a source.
+/// A mirror image: the transform that a path with `order` reflections applies to a source.
 struct Image {
   Eigen::Matrix3d linear = Eigen::Matrix3d::Identity();  ///< orthogonal, determinant (-1)^order
   Vec3 shift = Vec3::Zero();                             ///< m, world frame
-  /// Indices into Room::reflectors, ascending, one for each reflection: a wall hit twice stands
-  /// twice. The filters of the path are these reflectors' filters in a row; their order is of no
+  /// Indices into Room::reflectors, ascending, one for each reflection: a wall that is hit twice is
+  /// listed twice. The path passes these reflectors' filters in series; their order is of no
   /// consequence.
   std::vector<std::size_t> reflectors;
   int order = 0;  ///< == reflectors.size()
 
-  /// m, world frame: where the image of a source at `source` stands.
+  /// Position (m, world frame) of the image of a source at `source`.
   Vec3 position(const Vec3& source) const { return linear * source + shift; }
   /// The image of a polar vector at the source (dipole, impulse, velocity), in its own unit. For
-  /// one wall, D' = D - 2 (D . n) n: together they leave a rigid wall's normal velocity at 0.
+  /// one wall, D' = D - 2 (D . n) n: source and image together leave a rigid wall's normal velocity
+  /// at 0.
   Vec3 vector(const Vec3& atSource) const { return linear * atSource; }
 };
 
-/// All images up to `room.order`, the direct path not among them; each once, the lower orders
-/// first. A box's images are the lattice of Allen & Berkley 1979 ("Image method for efficiently
+/// Returns all images up to `room.order`, each once, the lower orders first, without the direct
+/// path. A box's images are the lattice of Allen & Berkley 1979 ("Image method for efficiently
 /// simulating small-room acoustics"), 4 k^2 + 2 of order k, in any orientation; exact for rigid
 /// walls.
 ///
-/// Above order 1 it refuses all but a box: six reflectors in three pairs, normals opposite in a
-/// pair and perpendicular between pairs (1e-6), with air between. Refuses also: a normal that is
-/// not of unit length, numbers that are not finite, absorption outside [0, 1], the same plane
+/// Above order 1 it refuses every room but a box: six reflectors in three pairs, normals opposite
+/// in a pair and perpendicular between pairs (1e-6), with air between. Refuses also: a normal that
+/// is not of unit length, numbers that are not finite, absorption outside [0, 1], the same plane
 /// twice, an order out of range.
 Result<std::vector<Image>> makeImages(const Room& room);
 
-/// Whether the path of `image` from `source` to `listener` (m, world frame) exists.
+/// True if the path of `image` from `source` to `listener` (m, world frame) exists.
 ///
-/// Both must be in the air of every reflector: who stands behind a wall hears no reflection. For
+/// Both must be in the air of every reflector: a listener behind a wall hears no reflection. For
 /// order 1, so must the point of reflection, where the line from the image to the listener meets
 /// the wall; in a room without a right angle it can lie behind another wall. In a box every image
-/// of the lattice is heard. On a plane counts as in front of it, to 1e-6 m.
-/// `image` is one of makeImages(room). Does not allocate.
+/// of the lattice is heard. A point on a plane counts as in front of it, to 1e-6 m. `image` is one
+/// of makeImages(room). Does not allocate.
 bool isVisible(const Room& room, const Image& image, const Vec3& source, const Vec3& listener);
 
-/// What the statistics of a room need (reverb.h).
+/// The measures of a room from which its decay times follow (sabineDecayTimes, eyringDecayTimes).
 struct RoomMeasures {
   double volume = 0.0;        ///< m^3
   double surface = 0.0;       ///< m^2
   Absorption meanAbsorption;  ///< weighted by area
 };
 
-/// Of a box, as in makeImages; everything else is refused.
+/// Returns the measures of a box, as defined at makeImages; refuses every other room.
 Result<RoomMeasures> measureBox(const Room& room);
 
 }  // namespace carom

@@ -10,8 +10,8 @@
 
 namespace carom {
 
-/// Pa that a sample value of 1.0 (0 dBFS) stands for, unless a file is asked for another: 120 dB
-/// peak above the threshold of hearing, 20 uPa.
+/// Default pressure in Pa that a sample value of 1.0 (0 dBFS) stands for: 120 dB peak above the
+/// threshold of hearing, 20 uPa.
 inline constexpr double kFullScalePressure = 20.0;
 
 enum class SampleFormat { float32, pcm16 };
@@ -20,20 +20,20 @@ struct SoundFileSettings {
   double sampleRate = 48000.0;  ///< Hz; written as the nearest whole number
   std::size_t channels = 1;
   SampleFormat format = SampleFormat::float32;
-  /// Pa, above 0: what 1.0 in the file stands for. Levels of two files compare where it is the
-  /// same.
+  /// Pressure in Pa, above 0, that 1.0 in the file stands for. Levels of two files are comparable
+  /// if it is the same.
   double fullScalePressure = kFullScalePressure;
-  /// Turns down what exceeds full scale (Limiter, with its default times), all channels together;
-  /// its delay is taken out again. Otherwise float files keep louder peaks as they are, and PCM16
-  /// clips and counts them. Not together with `normalize`.
+  /// Turns down peaks that exceed full scale (Limiter, with its default times), all channels
+  /// together; the limiter's delay is removed again. Otherwise float files keep louder peaks as
+  /// they are, and PCM16 clips and counts them. Not together with `normalize`.
   bool limit = false;
-  /// Scales the file so that its loudest sample is 0 dBFS: levels of two files then no longer
-  /// compare. `fullScalePressure` plays no part then.
+  /// Scales the file so that its loudest sample is 0 dBFS: levels of two files are then no longer
+  /// comparable, and `fullScalePressure` is not used.
   bool normalize = false;
 };
 
 /// Writes pascals to a WAV file. The file appears under its name, whole, when `finish` succeeds;
-/// until then, and if it never does, what was there before stays.
+/// until then, and if it never does, a file that had the name before stays.
 class SoundFileWriter {
  public:
   /// Refuses: a folder that does not exist or cannot be written, channel counts libsndfile lacks.
@@ -45,13 +45,13 @@ class SoundFileWriter {
 
   /// Appends `frames` samples of each channel, in Pa.
   Status write(std::span<const float* const> channels, std::size_t frames);
-  /// Closes the file and gives it its name. Once.
+  /// Closes the file and gives it its name. To be called once.
   Status finish();
 
   double peakPressure() const;           ///< Pa, largest magnitude written so far, before limiting
   std::uint64_t clippedSamples() const;  ///< samples beyond full scale, PCM16 only
-  /// dB, 0 or more: by how much the limiter has turned down at most. Up to the last samples after
-  /// `finish` only.
+  /// Largest reduction of gain by the limiter in dB, 0 or more. Includes the last samples only
+  /// after `finish`.
   double gainReduction() const;
 
  private:

@@ -10,9 +10,9 @@
 
 namespace carom {
 
-/// The surface of a solid as triangles, in the frame and about the origin of whoever made it.
-/// Closed: each edge is passed as often one way as the other. Each triangle counter-clockwise seen
-/// from outside. None of this is checked here; closedSurface says whether it holds.
+/// The surface of a solid as triangles; frame and origin are those of its maker. Closed: each edge
+/// is traversed as often in one direction as in the other. Each triangle is counter-clockwise seen
+/// from outside. None of this is checked here; closedSurface tests the edges.
 struct SurfaceMesh {
   std::vector<Vec3> vertices;                           ///< m, body frame
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices into `vertices`
@@ -25,33 +25,37 @@ struct SurfaceMesh {
 std::array<double, 3> nearestInTriangle(const Vec3& point, const Vec3& a, const Vec3& b,
                                         const Vec3& c);
 
-/// m^3, by the divergence theorem: negative for a surface that is inside out, the sum for several
-/// bodies, less the cavities. Does not depend on the origin if the surface is closed. [any thread]
+/// Enclosed volume in m^3, by the divergence theorem: negative for a surface that is inside out;
+/// for several bodies the sum, less the cavities. Does not depend on the origin if the surface is
+/// closed. [any thread]
 double signedVolume(const SurfaceMesh& mesh);
 
-/// m, the centre of the enclosed volume; not finite if there is none. [any thread]
+/// Centre of the enclosed volume in m; not finite if there is none. [any thread]
 Vec3 volumeCentroid(const SurfaceMesh& mesh);
 
-/// m^5, the integral of x x^T over the enclosed volume, x from the point `from` (m): a solid of
-/// even density has the inertia density (trace - this) about it (Tonon 2004, "Explicit exact
-/// formulas for the 3-D tetrahedron inertia tensor"). Signs as of signedVolume. [any thread]
+/// Integral of x x^T over the enclosed volume in m^5, x from the point `from` (m): a solid of
+/// uniform density has the inertia tensor density (trace - this integral) about `from` (Tonon 2004,
+/// "Explicit exact formulas for the 3-D tetrahedron inertia tensor"). The sign is that of
+/// signedVolume. [any thread]
 Eigen::Matrix3d secondMoment(const SurfaceMesh& mesh, const Vec3& from);
 
-/// m^2. [any thread]
+/// Area of the surface in m^2. [any thread]
 double surfaceArea(const SurfaceMesh& mesh);
 
-/// Whether each edge is passed as often one way as the other: so no border, and no two neighbours
-/// of which one is inside out. By indices: vertices that coincide are not the same. Several bodies,
-/// cavities, and edges where four triangles meet are closed too. [any thread]
+/// True if each edge is traversed as often in one direction as in the other: then there is no
+/// border, and no triangle is inside out against its neighbour. Vertices are compared by index:
+/// coincident ones are not the same. Several bodies, cavities, and edges where four triangles meet
+/// are closed too. [any thread]
 bool closedSurface(const SurfaceMesh& mesh);
 
-/// For each point the one that stands for it: points within `distance` (m) of each other have the
-/// same, and so do both ends of a chain of such neighbours, as far as it runs along x. Time grows
-/// with the number of points. [any thread]
+/// Returns for each point the index of the point that represents it: points within `distance` (m)
+/// of each other have the same representative, and so do both ends of a chain of such neighbours,
+/// as far as it runs along x. Time grows with the number of points. [any thread]
 std::vector<std::uint32_t> coincident(const std::vector<Vec3>& points, double distance);
 
-/// Vertices within `tolerance` (m) of each other become one; triangles that vanish are dropped, and
-/// vertices that no triangle uses. `kept`, if given, is told which triangles are left. [any thread]
+/// Returns the mesh with vertices within `tolerance` (m) of each other merged; triangles that
+/// vanish, and vertices that no triangle uses, are dropped. `kept`, if given, receives the indices
+/// of the triangles that are left. [any thread]
 SurfaceMesh welded(const SurfaceMesh& mesh, double tolerance,
                    std::vector<std::uint32_t>* kept = nullptr);
 

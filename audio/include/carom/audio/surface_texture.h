@@ -14,30 +14,31 @@
 
 namespace carom {
 
-/// The bumps of a surface as slopes of its height over a plane, on square texels that repeat
-/// without end in both directions; with coarser copies, so that any smoothing is one look.
-/// Immutable, to be shared. [any thread]
+/// The bumps of a surface as slopes of its height over a plane, on a grid of texels that repeats
+/// without end in both directions; with coarser copies, so that smoothing to any width takes one
+/// lookup. Immutable, to be shared. [any thread]
 class SurfaceTexture {
  public:
   using Slope = Eigen::Vector2f;  ///< 1: dh/du, dh/dv
 
-  /// How many texels there are along u and v: each a power of two, up to kMostTexels.
+  /// Number of texels along u and v: each a power of two, up to kMostTexels.
   struct Size {
     std::size_t width = 0;
     std::size_t height = 0;
   };
   static constexpr std::size_t kMostTexels = 8192;
-  /// 1: steeper slopes count as that (84 degrees).
+  /// Largest slope along u or v (84 degrees); steeper ones are limited to it.
   static constexpr float kSteepest = 10.0F;
 
-  /// Of slopes at the middles of texels, row by row from v = 0 on; `texel` in m, > 0, along u and
-  /// v. The mean slope is taken away: a surface that repeats climbs nowhere. Errors: sizes, texel,
-  /// a slope that is no number.
+  /// Makes a texture from slopes at the middles of texels, row by row from v = 0 on; `texel` is the
+  /// size of a texel in m, > 0, along u and v. The mean slope is subtracted: a surface that repeats
+  /// has none. Errors: sizes, texel, a number of slopes other than that of texels, a slope that is
+  /// no number.
   static Result<SurfaceTexture> ofSlopes(Size size, const Vec2& texel, std::vector<Slope> slopes);
 
-  /// A surface of that roughness, the same one for each seed: 512 x 512 texels of an eighth of the
-  /// correlation length. Its slopes are those of waves as short as two texels. Textures of one
-  /// Hurst exponent and seed share their memory, however rough. Errors: as whyNot(Roughness).
+  /// Makes a random surface of that roughness, the same one for each seed: 512 x 512 texels of an
+  /// eighth of the correlation length. Its slopes include waves as short as two texels. Textures of
+  /// one Hurst exponent and seed share their memory, however rough. Errors: as whyNot(Roughness).
   static Result<SurfaceTexture> rough(const Roughness& roughness, std::uint64_t seed);
 
   Vec2 texel() const { return scale_ * texels_->texel; }  ///< m, along u and v
@@ -46,46 +47,47 @@ class SurfaceTexture {
  private:
   struct Level {
     Size size;
-    Vec2 perMetre = Vec2::Zero();  // texels
+    Vec2 perMetre = Vec2::Zero();  // texels per m
     double curvature = 0.0;        // 1/m, root of its mean square
-    double lost = 0.0;  // m, rms height of the waves that finer levels have and this has not
+    double lost = 0.0;  // m, rms height of the waves that finer levels have and this one lacks
     std::vector<Slope> slopes;
 
     Vec2 at(const Vec2& place) const;
   };
-  /// Of what may be scaled to many textures.
+  /// Levels of slopes that several textures may share, each with its own scale.
   struct Texels {
     Vec2 texel = Vec2::Zero();
-    double width = 0.0;         // m, of a look that sees single texels
-    double steepest = 0.0;      // along any line
+    double width = 0.0;         // m, geometric mean of the sides of a texel
+    double steepest = 0.0;      // largest slope along any line
     std::vector<Level> levels;  // the finest first; each half of the one before
   };
 
  public:
-  /// A look of some width at the texture, for many places. Lives as long as it.
+  /// A view of the texture smoothed to some width, for lookups at many places. Valid as long as the
+  /// texture.
   struct Look {
     const Level* fine = nullptr;
     const Level* coarse = nullptr;  ///< null: `fine` alone
-    double share = 0.0;             ///< of `coarse`
+    double share = 0.0;             ///< weight of `coarse`, 0 to 1
   };
-  /// `width` in m: waves shorter than about twice the width are averaged out.
+  /// Returns the look of that width (m): waves shorter than about twice the width are averaged out.
   Look look(double width) const;
 
-  /// m, of the finest look at which the bumps are in the mean (of squares) no more curved than that
+  /// Width in m of the finest look at which the rms curvature of the bumps is at most `curvature`
   /// (1/m).
   double widthOf(double curvature) const;
 
-  /// m, of a texel of the finer of the two.
+  /// Width in m of a texel of the look's finer level.
   double widthOf(const Look& look) const;
 
-  /// m, rms height of the bumps that a look of that width (m) averages out.
+  /// Rms height in m of the bumps that a look of that width (m) averages out.
   double heightBelow(double width) const;
 
-  /// The slopes at a point (m). Interpolated, between texels and between copies.
+  /// Slopes along u and v at a point (m), interpolated between texels and between levels.
   Vec2 slope(const Look& look, const Vec2& at) const;
   Vec2 slope(const Vec2& at, double width) const { return slope(look(width), at); }
 
-  /// 1, of any look along any line.
+  /// Upper bound of the slope of any look along any line.
   double steepest() const { return steepness_ * texels_->steepest; }
 
  private:
@@ -97,12 +99,12 @@ class SurfaceTexture {
   static double curvatureOf(const Level& level);
 
   std::shared_ptr<const Texels> texels_;
-  double scale_ = 1.0;         // of lengths
-  double steepness_ = 1.0;     // of slopes
-  Vec2 axis_ = Vec2::UnitX();  // of the texels, unit
+  double scale_ = 1.0;         // factor on lengths
+  double steepness_ = 1.0;     // factor on slopes
+  Vec2 axis_ = Vec2::UnitX();  // u axis of the texels, unit
 };
 
-/// Why it cannot be used: one sentence, or nothing when it can be. [any thread]
+/// Returns why a roughness cannot be used, as one sentence; empty if it can be. [any thread]
 std::string whyNot(const Roughness& roughness);
 
 }  // namespace carom

@@ -16,13 +16,13 @@ namespace audio {
 class SurfaceLocator;
 }
 
-/// How a picture lies on a mesh: u to the right and v up across it for each corner of each
+/// Coordinates of a picture on a mesh: u to the right and v up across it for each corner of each
 /// triangle, from 0 to 1 over the whole picture, which repeats beyond. Immutable, to be shared.
 /// [any thread]
 ///
 /// Slopes of a normal map are those of its tangent space: as steep on the surface as they are in
-/// the picture, wherever that is stretched. Its tangents are of each triangle, not smoothed over
-/// neighbours.
+/// the picture, wherever the picture is stretched. Tangents are constant on each triangle, not
+/// smoothed over neighbours.
 class TextureCoordinates {
  public:
   TextureCoordinates(TextureCoordinates&&) noexcept;
@@ -31,36 +31,38 @@ class TextureCoordinates {
 
   using Corners = std::array<Vec2, 3>;
 
-  /// Of a mesh in the frame of its body, and for each of its triangles the coordinates of its
-  /// corners, in their order. Errors: a mesh without triangles, or whose triangles name vertices
+  /// Makes the coordinates for a mesh in the body frame, from those of each triangle's corners, in
+  /// the order of the corners. Errors: a mesh without triangles, or whose triangles name vertices
   /// that are not there; another number of corners; a number that is not finite; coordinates that
   /// lie in one line all over the mesh.
   static Result<TextureCoordinates> of(SurfaceMesh mesh, std::vector<Corners> corners);
 
-  /// m, width and height of the whole picture as it lies on the mesh, in the mean over its area:
-  /// NormalMapSettings::size of a texture for it.
+  /// Width and height in m of the whole picture as it lies on the mesh, averaged over the mesh's
+  /// area: to be the NormalMapSettings::size of a texture for it.
   const Vec2& size() const { return size_; }
 
-  /// The picture about a point of the surface.
+  /// The picture around a point of the surface.
   struct Patch {
-    Vec2 at = Vec2::Zero();  ///< m, on a texture of size()
-    /// 1: metres on the texture for metres in the frame of the body.
+    Vec2 at = Vec2::Zero();  ///< m, place on a texture of size()
+    /// Metres on the texture per metre in the body frame.
     Mat23 perMetre = Mat23::Zero();
-    /// Unit: in the frame of the body, where slopes to the right and up are meant; orthogonal.
+    /// Rows: the two directions in the body frame along which slopes to the right and up are
+    /// measured; orthogonal unit vectors.
     Mat23 tangents = Mat23::Zero();
-    /// 1: metres on the texture for one on the surface, in the mean over directions; 0 where the
-    /// coordinates of a triangle lie in one line, and nothing can be seen.
+    /// Metres on the texture per metre on the surface, averaged over directions; 0 where the
+    /// coordinates of a triangle lie in one line, so that nothing of the texture can be seen.
     double stretch = 0.0;
   };
-  /// At the point of the surface that is nearest to `point` (m, frame of the body). Allocates
-  /// nothing.
+  /// Returns the patch at the point of the surface that is nearest to `point` (m, body frame).
+  /// Allocates nothing.
   Patch at(const Vec3& point) const;
 
  private:
   TextureCoordinates(SurfaceMesh mesh, std::vector<Corners> corners);
   Patch patchOf(std::size_t triangle) const;
 
-  std::unique_ptr<const SurfaceMesh> mesh_;  // stays where the locator looks for it
+  // On the heap: the locator refers to it, also after a move of this object.
+  std::unique_ptr<const SurfaceMesh> mesh_;
   std::vector<Corners> corners_;
   std::unique_ptr<const audio::SurfaceLocator> locator_;
   Vec2 size_ = Vec2::Ones();

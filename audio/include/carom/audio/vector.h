@@ -15,7 +15,8 @@ using Mat3 = Eigen::Matrix3d;
 using Mat4 = Eigen::Matrix<double, 4, 4, Eigen::DontAlign>;
 using Mat6 = Eigen::Matrix<double, 6, 6, Eigen::DontAlign>;
 using Mat23 = Eigen::Matrix<double, 2, 3, Eigen::DontAlign>;
-using Quat = Eigen::Quaternion<double, Eigen::DontAlign>;  ///< Hamilton's, unit where it is a turn
+/// Quaternion in Hamilton's convention, of unit length where it is a rotation.
+using Quat = Eigen::Quaternion<double, Eigen::DontAlign>;
 
 static_assert(alignof(Vec2) == alignof(double) && sizeof(Vec2) == 2 * sizeof(double));
 static_assert(alignof(Vec3) == alignof(double) && sizeof(Vec3) == 3 * sizeof(double));

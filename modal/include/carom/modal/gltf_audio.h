@@ -17,14 +17,14 @@
 
 namespace carom {
 
-// What a glTF 2.0 file says by the extension KHR_audio_rigid_bodies, field by field. It is a draft
-// by K. Hiner: https://github.com/khiner/MeshEditor, folder glTF_PhysicalAudio, as of commit
-// 806d6e34471fbc8f749eb26c064606d9e44dcb91 of 16 August 2026, README.md and the JSON schemas beside
-// it. docs/model_file.md has what becomes of it.
+// The content of the extension KHR_audio_rigid_bodies of a glTF 2.0 file, field by field. The
+// extension is a draft by K. Hiner: https://github.com/khiner/MeshEditor, folder
+// glTF_PhysicalAudio, as of commit 806d6e34471fbc8f749eb26c064606d9e44dcb91 of 16 August 2026,
+// README.md and the JSON schemas beside it. docs/model_file.md says how its data are used.
 //
 // Units are SI. "Local" is the frame of the node that a model is attached to, before its scale.
 
-/// Of what a solid is made. A field that is absent is not known.
+/// The material of a solid. A field that is absent is not known.
 struct GltfAcousticMaterial {
   std::string name;
   std::optional<double> density;        ///< kg/m^3
@@ -39,22 +39,23 @@ struct GltfAcousticMaterial {
 /// draft calls this part unsettled.
 struct GltfAcousticSurface {
   std::string name;
-  double roughness = 2e-6;                ///< m, rms height
-  double correlationLength = 5e-5;        ///< m, between asperities
-  double spectralSlope = -2.4;            ///< of the power spectrum over spatial frequency, <= 0
+  double roughness = 2e-6;          ///< m, rms height
+  double correlationLength = 5e-5;  ///< m, between asperities
+  double spectralSlope = -2.4;      ///< slope of the power spectrum over spatial frequency, <= 0
   std::optional<double> shortWavelength;  ///< m, where the spectrum ends; correlationLength / 16
   double waviness = 2e-6;                 ///< m, rms departure from flat above the finish
-  double wavinessLength = 2e-3;           ///< m, its lateral extent
+  double wavinessLength = 2e-3;           ///< m, lateral extent of the waviness
   std::vector<float> profile;             ///< m, measured heights along a track, 2 or more; or none
   double sampleSpacing = 0.0;             ///< m, between the heights
-  /// Texture of the normal map, in the file that was read. Not written: the texture is not here.
+  /// Texture of the normal map, in the file that was read. It is not written: the texture is not
+  /// here.
   std::optional<std::size_t> normalTexture;
   std::size_t normalTexCoord = 0;
   double normalScale = 1.0;
   std::optional<std::size_t> material;  ///< index into GltfAudio::materials
 };
 
-/// How a body's mass is distributed.
+/// The distribution of a body's mass.
 struct GltfMassProperties {
   double mass = 0.0;                        ///< kg
   Vec3 centreOfMass = Vec3::Zero();         ///< local
@@ -72,17 +73,17 @@ struct GltfModalModel {
   std::vector<std::uint32_t> indices;      ///< three for each triangle of positions; or none
   std::optional<std::size_t> material;     ///< index into GltfAudio::materials
   std::optional<GltfMassProperties> massProperties;
-  /// Not of the draft, extras/carom: ModeRadiation::volume of each mode, or none at all.
+  /// ModeRadiation::volume of each mode, or none at all; not of the draft, but extras/carom.
   std::vector<double> volumes;
-  std::optional<ModesLeftOut> leftOut;  ///< as above
+  std::optional<ModesLeftOut> leftOut;  ///< not of the draft either
 };
 
-/// A node that sounds, or is a surface to be sounded on, or both.
+/// A node that sounds, or has a surface on which others sound, or both.
 struct GltfAudioNode {
   std::string name;
   std::optional<std::size_t> modalModel;       ///< index into GltfAudio::models
   std::optional<std::size_t> acousticSurface;  ///< index into GltfAudio::surfaces
-  double gain = 1.0;                           ///< of its sound
+  double gain = 1.0;                           ///< gain of its sound
   Mat4 globalTransform = Mat4::Identity();     ///< m, local to the scene's frame
 };
 
@@ -90,56 +91,56 @@ struct GltfAudio {
   std::vector<GltfModalModel> models;
   std::vector<GltfAcousticMaterial> materials;
   std::vector<GltfAcousticSurface> surfaces;
-  std::vector<GltfAudioNode> nodes;  ///< those that have a part in it, of all in the file
+  std::vector<GltfAudioNode> nodes;  ///< nodes of the file that use the extension
 };
 
-/// Why this is none that the draft allows: a JSON pointer within the extension and a sentence; or
-/// nothing when it is. [any thread]
+/// Returns why the draft does not allow this, as a JSON pointer within the extension and a
+/// sentence; nothing if it does. [any thread]
 std::string whyNot(const GltfAudio& audio);
 
 /// Reads .gltf (buffers as base64 in the file, or in files below its folder) and .glb, told apart
 /// by their first bytes. Everything else in the file is passed over: meshes, textures, other
-/// extensions. An error has the JSON pointer of what is wrong. Refused beside what the draft
-/// refuses: sparse accessors and such without a buffer view, and more than 1 GiB in all.
+/// extensions. An error has the JSON pointer of the fault. Refused besides data that the draft
+/// refuses: sparse accessors, accessors without a buffer view, and more than 1 GiB in all.
 /// [any thread; blocks on the disk]
 Result<GltfAudio> readGltfAudio(const std::filesystem::path& path);
 
-/// The same of bytes, which `name` stands for in messages. `folder` has the files of external
+/// Reads the same from bytes, which messages call `name`. `folder` has the files of external
 /// buffers; none are read if it is empty. [any thread]
 Result<GltfAudio> parseGltfAudio(std::span<const std::byte> bytes, std::string_view name,
                                  const std::filesystem::path& folder = {});
 
-/// Writes a file of this and nothing else, .glb or .gltf (with base64) by the extension of `path`;
-/// it appears whole or not at all. Refuses what the draft does not allow.
+/// Writes a file with this content and nothing else, .glb or .gltf (with base64) by the extension
+/// of `path`; it appears whole or not at all. Refuses data that the draft does not allow.
 /// [any thread; blocks on the disk]
 Status writeGltfAudio(const std::filesystem::path& path, const GltfAudio& audio);
 
-/// Adds the model, its material and a node that has both, which is what the draft can hold of it:
+/// Adds the model, its material and a node that has both, as far as the draft can hold them:
 /// frequencies become those that are heard, sqrt(omega^2 - d^2) / (2 pi), and they, the vertices
-/// and all else in accessors become floats. What went wrong shows as whyNot(GltfAudio), such as a
-/// model without modes. What the draft has no place for goes into `extras`: restitution, the modes
+/// and all else in accessors become floats. A fault shows as whyNot(GltfAudio), such as a model
+/// without modes. Data for which the draft has no place go into `extras`: restitution, the modes
 /// that were left out, and each mode's volume. ModeRadiation::multipoles and the medium that they
 /// are computed for do not go along. [any thread]
 void addModalModel(GltfAudio& audio, const ModalModel& model);
 
-/// The model as one that can be sounded; `audio` is as readGltfAudio gives it.
+/// Converts the model into one that can be sounded; `audio` is as readGltfAudio gives it.
 ///
 /// - `scale` is that of the node, which takes positions to metres: uniformScale(node). Modes are
 ///   those of the body as it stands in the scene, so nothing else changes.
 /// - Frequencies become those without damping; modes outside of the audible band, and those that do
 ///   not oscillate, are left out and counted; the others are in ascending order.
-/// - What the material does not say, and all of it if there is none, is as in `fallback`; so is the
-///   restitution, unless it is in the extras.
+/// - Properties that the material lacks, or all if there is no material, come from `fallback`; so
+///   does the restitution, unless it is in the extras.
 /// - Without massProperties, mass and centre of mass follow from the density and the closed surface
-///   of `indices`; the moments of inertia are 0 then. An error if the surface is none.
+///   of `indices`; the moments of inertia are 0 then. It is an error if the surface is not closed.
 /// - Multipoles are empty, volumes 0 unless in the extras, the medium is the default one.
 ///
 /// [any thread]
 Result<ModalModel> toModalModel(const GltfAudio& audio, std::size_t model, double scale,
                                 const Material& fallback);
 
-/// The one factor by which a node scales, in all directions; an error if there is none, for modes
-/// cannot follow then. [any thread]
+/// Returns the one factor by which a node scales in all directions; an error if there is none, for
+/// modes cannot follow then. [any thread]
 Result<double> uniformScale(const GltfAudioNode& node);
 
 }  // namespace carom

@@ -14,22 +14,22 @@
 
 namespace carom {
 
-/// A model, and what it took.
+/// A model, with the findings and the effort of its analysis.
 struct MeshAnalysis {
   ModalModel model;
-  std::vector<MeshFinding> findings;  ///< of the mesh as it was given
+  std::vector<MeshFinding> findings;  ///< on the mesh as it was given
   std::optional<std::size_t> degreesOfFreedom;
   std::optional<RadiationReport> radiation;
-  bool isFromCache = false;  ///< then the two above are not known
+  bool isFromCache = false;  ///< if true, the two above are not known
 };
 
-/// From a mesh to a body that rings: mends the surface, analyses it, and computes how its modes
-/// radiate. What is in the cache already is not computed again. A body so small and stiff that all
-/// its modes lie above hearing gives a model without modes.
+/// Makes a body that rings from a mesh: mends the surface, analyses it, and computes how its modes
+/// radiate. A model that is in the cache already is not computed again. A body so small and stiff
+/// that all its modes lie above hearing gives a model without modes.
 ///
-/// Errors: of a solid, what needSolid says; those of analyseSolid, shellModalModel and
-/// computeRadiation; kCancelled. A cache that cannot be
-/// written is no error. [any thread but the audio thread]
+/// Errors: those of needSolid for a solid; those of analyseSolid, shellModalModel and
+/// computeRadiation; kCancelled. A cache that cannot be written is no error. [any thread but the
+/// audio thread]
 Result<MeshAnalysis> analyseMesh(const SurfaceMesh& mesh, const Material& material,
                                  const MeshAnalysisSettings& settings = {},
                                  ModelCache* cache = nullptr, const Progress& progress = {});

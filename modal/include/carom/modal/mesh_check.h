@@ -10,7 +10,7 @@
 
 namespace carom {
 
-/// What can be the matter with a surface.
+/// A fault of a surface.
 enum class MeshFault {
   empty,         ///< no triangles
   badIndex,      ///< a triangle names a vertex that is not there
@@ -27,52 +27,54 @@ enum class MeshFault {
   tooSmall,      ///< less than 1 mm from end to end
 };
 
-/// "open_surface" and so on: does not change. [any thread]
+/// Returns the name of a fault, "open_surface" and so on, which does not change. [any thread]
 std::string_view nameOf(MeshFault fault);
 
-/// One thing that was found.
+/// One kind of fault that was found.
 struct MeshFinding {
   MeshFault fault = MeshFault::empty;
-  std::size_t count = 0;  ///< of edges, triangles or parts; 1 of what is there or not
-  std::string text;       ///< one sentence: what, how many, where the first is, what to do
+  std::size_t count = 0;  ///< number of edges, triangles or parts; 1 for a fault of the whole
+  std::string text;  ///< one sentence: the fault, its number, the place of the first, the remedy
 };
 
-/// What a surface is like, and what is the matter with it.
+/// The properties of a surface, and its faults.
 struct MeshReport {
   std::vector<MeshFinding> findings;  ///< in the order of MeshFault
   double extent = 0.0;                ///< m, the longest side of the box around it
   double area = 0.0;                  ///< m^2
   double volume = 0.0;                ///< m^3, signed; means nothing if the surface is open
-  /// Triangles in each part, the largest first: what is joined by a vertex is one part.
+  /// Number of triangles in each part, the largest first; triangles joined by a vertex are one
+  /// part.
   std::vector<std::size_t> parts;
 
-  const MeshFinding* find(MeshFault fault) const;  ///< nullptr: is not the matter
+  const MeshFinding* find(MeshFault fault) const;  ///< nullptr if there is no such fault
   bool has(MeshFault fault) const { return find(fault) != nullptr; }
 };
 
-/// Looks at a surface, which may be anything. Indices and coordinates first; if they are bad,
-/// nothing else is looked at. By indices: vertices that coincide are not the same. Whether the
-/// surface crosses itself is not looked at. Time n log n. [any thread]
+/// Checks a surface, which may be anything. Indices and coordinates come first; if they are bad,
+/// nothing else is checked. Vertices are told apart by index: those that coincide are not the same.
+/// The check does not find out if the surface crosses itself. Time n log n. [any thread]
 MeshReport checkMesh(const SurfaceMesh& mesh);
 
-/// Whether it can be the surface of a solid: not empty, indices in range, finite, closed, facing
-/// outwards, something inside. Error: all that is the matter, in one sentence. [any thread]
+/// Succeeds if the mesh can be the surface of a solid: not empty, indices in range, finite, closed,
+/// facing outwards, something inside. Error: all its faults, in one sentence. [any thread]
 Status needSolid(const MeshReport& report);
 
-/// A surface after what can be mended without guessing was mended.
+/// A surface after all faults that can be mended without guessing were mended.
 struct MendedMesh {
   SurfaceMesh surface;
   std::size_t degenerate = 0;  ///< triangles dropped
   std::size_t duplicate = 0;   ///< triangles dropped
-  std::size_t flipped = 0;     ///< edges turned in their quadrangle, for a triangle without area
-  std::size_t turned = 0;      ///< triangles
+  std::size_t flipped = 0;  ///< edges turned in their quadrangle, to mend a triangle without area
+  std::size_t turned = 0;   ///< triangles turned to face the other way
 };
 
 /// Drops triangles that have a corner twice, and all but one of equal ones that face the same way;
-/// where a triangle is a needle (three vertices on a line), puts the edge of its neighbour the
-/// other way; turns triangles to face as their neighbours do, the minority of each part, and closed
-/// parts outward, but for what lies in the box of another part, which may be a cavity. Vertices
-/// that no triangle uses are dropped. Needs indices in range and finite coordinates. [any thread]
+/// where a triangle is a needle (three vertices on a line), flips the edge between it and its
+/// neighbour; turns triangles to face as their neighbours do, the minority of each part, and closed
+/// parts outward, but for parts that lie in the box of another part, which may be cavities.
+/// Vertices that no triangle uses are dropped. Needs indices in range and finite coordinates. [any
+/// thread]
 MendedMesh mended(const SurfaceMesh& mesh);
 
 }  // namespace carom

@@ -12,27 +12,30 @@ namespace modal {
 class ModelKey;
 }
 
-/// Models that were computed before, one file each (audio/modal_model_file.h) in one folder, which
-/// is made when the first is stored. Nothing is ever deleted; the folder may be, at any time.
+/// A store of models that were computed before, one file each (audio/modal_model_file.h) in one
+/// folder, which is made when the first is stored. Nothing is ever deleted; the folder may be, at
+/// any time.
 ///
 /// Several caches, threads and processes may share a folder: a file appears whole or not at all,
-/// and two that store under one key store the same. A cache itself: one thread at a time.
+/// and two that store under one key store the same. A ModelCache itself is for one thread at a
+/// time.
 class ModelCache {
  public:
   explicit ModelCache(std::filesystem::path folder = defaultFolder());
 
-  /// $XDG_CACHE_HOME/carom, or ~/.cache/carom (XDG Base Directory Specification 0.8, which has a
-  /// path that is not absolute ignored); empty where neither is known, and nothing is cached then.
+  /// Returns $XDG_CACHE_HOME/carom, or ~/.cache/carom (XDG Base Directory Specification 0.8, by
+  /// which a path that is not absolute is ignored); empty if neither is known, and nothing is
+  /// cached then.
   static std::filesystem::path defaultFolder();
 
   const std::filesystem::path& folder() const { return folder_; }
 
-  /// Nothing if it was never stored, or if its file is damaged or of another version: store it anew
-  /// then. Blocks on the disk.
+  /// Returns nothing if the model was never stored, or if its file is damaged or of another
+  /// version: store it anew then. Blocks on the disk.
   std::optional<ModalModel> find(const modal::ModelKey& key) const;
 
-  /// An error says why it could not be stored, which is no reason to stop: only the first time, for
-  /// later ones would say the same. Blocks on the disk.
+  /// Stores a model. An error says why that failed, which is no reason to stop; only the first
+  /// failure is reported, for later ones would say the same. Blocks on the disk.
   Status store(const modal::ModelKey& key, const ModalModel& model);
 
  private:
