@@ -32,7 +32,7 @@ Absorption randomAbsorption(Random& random) {
   return absorption;
 }
 
-/// |H| by running the filter on a sine, in the steady state.
+/// Returns |H|, measured by running the filter on a sine, in the steady state.
 double measuredGain(const ReflectionFilter& filter, double frequency, double sampleRate) {
   const double step = 2.0 * std::numbers::pi * frequency / sampleRate;
   const int period = static_cast<int>(sampleRate);  // whole periods for whole Hz
@@ -118,7 +118,8 @@ TEST(ReflectionFilter, IsExactForAnAbsorptionThatIsTheSameInAllBands) {
   }
 }
 
-/// A first-order shelf's own bands come back: alpha(f) = 0.6 - 0.5 / (1 + (f/f0)^2), warped.
+/// The fit finds a first-order shelf from its bands: alpha(f) = 0.6 - 0.5 / (1 + (f/f0)^2), with f
+/// warped.
 TEST(ReflectionFilter, FindsTheFirstOrderWallBehindTheBands) {
   const double rate = 48000.0;
   const double corner = std::tan(std::numbers::pi * 700.0 / rate);
@@ -131,7 +132,7 @@ TEST(ReflectionFilter, FindsTheFirstOrderWallBehindTheBands) {
   EXPECT_LT(reflectionFitError(absorption, filter, rate), 0.03);
 }
 
-/// The best single gain, in the sense of the largest error, misses by half the span.
+/// The single gain whose largest error is smallest is off by half the span of the bands.
 TEST(ReflectionFilter, IsHardlyEverFartherOffThanOneGainWouldBe) {
   for (const Surface& surface : surfaceTable()) {
     const auto [least, most] = std::ranges::minmax(surface.absorption.coefficients);
@@ -143,8 +144,9 @@ TEST(ReflectionFilter, IsHardlyEverFartherOffThanOneGainWouldBe) {
   }
 }
 
-/// As recorded, row by row. Where nearly all is absorbed, what is left falls faster than a first
-/// order can follow, from -3 to -20 dB: there, and only there, it is decibels.
+/// The bounds are those of the recorded errors. Where a surface absorbs nearly everything, the
+/// reflected part falls faster than a first order can follow, from -3 to -20 dB: only there is the
+/// error several decibels.
 TEST(ReflectionFilter, MissesReflectiveSurfacesByLessThanAFifthOfADecibel) {
   for (const Surface& surface : surfaceTable()) {
     const ReflectionFilter filter = reflectionFilter(surface.absorption, 48000.0);

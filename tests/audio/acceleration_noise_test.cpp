@@ -21,7 +21,7 @@ using test::BallDrop;
 const Medium kAir;
 
 TEST(GaussianPulse, HoldsThirteenPointSevenPercentTooMuchImpulse) {
-  // Eq. 6 is made for the half-sine, whose integral over u is 2/pi; the Gaussian has more.
+  // Eq. 6 holds for the half-sine, whose integral over u is 2/pi; the Gaussian's is larger.
   double integral = 0.0;
   constexpr double kStep = 1e-3;
   for (double u = -2.0; u < 3.0; u += kStep)
@@ -49,7 +49,8 @@ TEST(GaussianPulse, IsCutBelowTheRoundingOfItsPeak) {
             kPulsePeakSlope * std::numeric_limits<double>::epsilon() * 4.0);
 }
 
-// The seed's eq. 1 with eq. 6: rho0 a^3 / (2 c) times the velocity that the impulse gives.
+// The seed's eq. 1 with eq. 6: the strike is rho0 a^3 / (2 c) times the velocity that the impulse
+// gives.
 TEST(Strike, OfASphereIsItsVelocityTimesHalfTheAirOfItsCube) {
   const BallDrop drop{.radius = 0.02, .speed = 1.5};
   const Strike strike = makeStrike(drop.event(), drop.ball(), kAir);
@@ -71,7 +72,7 @@ TEST(Strike, OfASphereAsAnyShapeIsThatOfTheSphere) {
   EXPECT_NEAR(other.radius, 0.02, 1e-12);
 }
 
-// A flat body pushed flatwise moves far more air than edgewise, whichever way it lies.
+// A flat body pushed flatwise moves far more air than one pushed edgewise, however it is turned.
 TEST(Strike, TurnsWithTheBody) {
   BallDrop drop;
   SoundBody disc = drop.ball();
@@ -86,7 +87,7 @@ TEST(Strike, TurnsWithTheBody) {
               1e-12 * flatwise.norm());
 }
 
-// Hit off its centre, a sphere whose centre of mass is not its middle also swings its middle.
+// A sphere whose centre of mass is not its middle, hit off its centre, also swings its middle.
 TEST(Strike, OfABodyThatTurnsHoldsTheSwingOfItsVolume) {
   const BallDrop drop{.radius = 0.02};
   const Vec3 middle{0.01, 0.0, 0.0};
@@ -95,7 +96,8 @@ TEST(Strike, OfABodyThatTurnsHoldsTheSwingOfItsVolume) {
   loaded.inverseInertia = 3e3 * Eigen::Matrix3d::Identity();
   ImpulseEvent event = drop.event();
   event.position = event.bodyPosition + Vec3(0.015, 0.0, -0.01);
-  // By hand: the velocity of the sphere's middle, as of a rigid body that was hit there.
+  // The expected dipole, by hand: from the velocity of the sphere's middle, as a point of a rigid
+  // body that was hit there.
   const Vec3 turn = 3e3 * (event.position - event.bodyPosition).cross(event.impulse);
   const Vec3 velocity = event.impulse / loaded.mass + turn.cross(middle);
   const Vec3 expected = 1.2 * std::pow(0.02, 3) / (2.0 * 343.0) * velocity;

@@ -17,7 +17,8 @@ namespace carom::test {
 inline constexpr BodyId kBall = 1;
 inline constexpr BodyId kFloor = 2;
 
-/// A ball of a built-in material that falls on an immovable floor of the same one, elastically.
+/// A ball of a built-in material that falls on an immovable floor of the same material, without
+/// loss.
 struct BallDrop {
   Material material = *findMaterial("steel");
   double radius = 0.01;  // m
@@ -48,7 +49,7 @@ struct BallDrop {
   }
 };
 
-/// A synth that knows the ball and the floor of `drop`.
+/// Returns a synth that knows the ball and the floor of `drop`.
 inline Synth makeSynth(const BallDrop& drop, std::vector<Listener> listeners,
                        const SynthSettings& settings = {}) {
   Synth synth = *Synth::create(settings, std::move(listeners));
@@ -56,7 +57,7 @@ inline Synth makeSynth(const BallDrop& drop, std::vector<Listener> listeners,
   return synth;
 }
 
-/// The first listener's next `frames` samples.
+/// Returns the first listener's next `frames` samples.
 template <class Sample = double>
 std::vector<Sample> renderMono(Synth& synth, std::size_t frames) {
   std::vector<std::vector<Sample>> planes(synth.listeners().size(), std::vector<Sample>(frames));
@@ -68,7 +69,7 @@ std::vector<Sample> renderMono(Synth& synth, std::size_t frames) {
   return planes.front();
 }
 
-/// The next `frames` samples of every channel.
+/// Returns the next `frames` samples of every channel.
 template <class Sample = double>
 std::vector<std::vector<Sample>> renderPlanes(Synth& synth, std::size_t frames) {
   std::vector<std::vector<Sample>> planes(synth.channelCount(), std::vector<Sample>(frames));

@@ -6,9 +6,9 @@
 
 #include "tests/support/click_spectrum.h"
 
-// In the band, whatever the contact's duration, the sample
-// rate and the place between two samples, the click is what the wave equation says. The oracle
-// (click_spectrum) shares no rendering with the synth.
+// Tests that in the band the click is that of the wave equation, whatever the contact's duration,
+// the sample rate and the place between two samples. The oracle (click_spectrum) shares no
+// rendering with the synth.
 
 namespace carom::test {
 namespace {
@@ -35,7 +35,7 @@ class BandLimit : public testing::TestWithParam<Ladder> {
     click.sampleRate = ladder.sampleRate;
     click.radius = std::clamp(ladder.duration * 130.0, 0.001, 1.0);
     click.distance = click.radius + 0.4;
-    click.time = 0.05 + 3.0 * click.duration;  // a Gaussian begins well before
+    click.time = 0.05 + 3.0 * click.duration;  // a Gaussian begins well before its time
     return click;
   }
 };
@@ -67,7 +67,7 @@ INSTANTIATE_TEST_SUITE_P(Synth, BandLimit,
                                          Ladder{320e-6, 48000.0}, Ladder{1e-3, 48000.0},
                                          Ladder{5e-3, 48000.0}, Ladder{0.1, 8000.0}));
 
-// Its nodes, or its raster, fall on samples, and its loudest part is 5 Hz.
+// The contact's nodes, or its raster, fall on samples, and its loudest frequency is 5 Hz.
 TEST(BandLimitOfLongContacts, HoldsWhereAContactLastsWholeSamples) {
   for (const double phase : {0.0, 0.25, 0.5}) {
     ClickCase click{.radiation = Radiation::compact,
@@ -91,7 +91,7 @@ TEST(BandLimitOfLossyContacts, HoldsForAnyRestitution) {
   }
 }
 
-// At 192 kHz the oracle takes its time: once is enough.
+// The oracle is slow at 192 kHz, so that it runs only once.
 TEST(BandLimitOfLongContacts, HoldsFor100MillisecondsAt192Kilohertz) {
   ClickCase longest{.duration = 0.1, .radius = 1.0, .distance = 2.0, .sampleRate = 192000.0};
   EXPECT_LT(inBandError(longest, longest), kErrorBound);
@@ -113,7 +113,8 @@ TEST(BandLimitedLevel, DoesNotDependOnThePlaceBetweenTwoSamples) {
   }
 }
 
-// Figures computed apart from this code: what naive sampling of the hand-out pulse costs.
+// The expected errors (dB) of naive sampling of the hand-out pulse were computed apart from this
+// code.
 TEST(NaiveSampling, IsWrongByAsMuchAsWasMeasuredElsewhere) {
   const struct {
     double duration;

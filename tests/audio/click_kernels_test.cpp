@@ -33,7 +33,8 @@ class Kernels : public testing::TestWithParam<std::size_t> {
   std::mt19937_64 random_{5};
 };
 
-// Each node by itself, from the formula of the kernel and not its table.
+// The expected sum takes each node by itself, from the formula of the kernel and not from its
+// table.
 TEST_P(Kernels, SpreadPulsesAsTheFormulaDoesUpToTheTablesInterpolation) {
   for (const std::size_t count : {2u, 3u, 8u, 13u, 48u}) {
     for (const double length : {0.01, 0.7, 5.3, 40.0}) {
@@ -71,7 +72,7 @@ PaddedTaps paddedTaps(const std::vector<double>& taps) {
   return padded;
 }
 
-// Few inputs and many: there are two ways through the filter.
+// Counts of inputs: the filter has two algorithms, one for few inputs and one for many.
 constexpr std::size_t kHeld[] = {1, 7, 20, 55, 56, 57, 190};
 
 TEST_P(Kernels, FilterAndConvolveAsTheSumsThatTheyAre) {
@@ -100,8 +101,8 @@ TEST_P(Kernels, FilterAndConvolveAsTheSumsThatTheyAre) {
   }
 }
 
-// Each value by itself, from the pulse and the formula of the kernel, without the edges'
-// corrections.
+// The expected values take each sample by itself, from the pulse and the formula of the kernel,
+// without the edges' corrections.
 TEST_P(Kernels, SampleAndCollectPulsesAsTheirFormulasDo) {
   const Pulse& pulse = Pulse::of(PulseShape::hertz);
   for (const double length : {10.0, 33.3, 120.0}) {
@@ -121,7 +122,7 @@ TEST_P(Kernels, SampleAndCollectPulsesAsTheirFormulasDo) {
     std::vector<double> expected(samples, 0.0);
     for (std::size_t half = 16; half < 2 * samples - 16; ++half) {
       const double time = 0.5 * static_cast<double>(half);
-      double u = 0.5;  // solved for by bisection
+      double u = 0.5;  // found by bisection
       for (double step = 0.5; step > 1e-13; step *= 0.5)
         u += track.at(u) < time ? step : -step;
       const double density = track.length + 2.0 * track.bend * u;

@@ -15,8 +15,8 @@
 #include "tests/support/no_alloc_scope.h"
 #include "tests/support/random.h"
 
-// ClickPlayer with a capacity: as it runs on an audio thread. Without one it is half of Synth,
-// whose tests are its tests.
+// Tests of ClickPlayer with a capacity, as it runs on an audio thread. Without a capacity it is
+// half of Synth, whose tests cover it.
 
 namespace carom {
 
@@ -34,7 +34,7 @@ SoundBody ballOf(BodyId id) {
   return BallDrop{.radius = 0.004 * std::pow(1.03, id)}.ball();
 }
 
-/// Falls from `speed`, at a place of its own.
+/// The impact of ball `id` on the floor at `speed` (m/s).
 ImpulseEvent dropOf(BodyId id, double time, double speed) {
   const SoundBody ball = ballOf(id);
   ImpulseEvent event = BallDrop{.radius = ball.radius, .speed = speed, .time = time}.event();
@@ -49,7 +49,7 @@ std::vector<Listener> pair() {
   return {pair};
 }
 
-/// A room, for more than one path, and a tail.
+/// A room, so that there are several paths and a tail.
 SynthSettings roomSettings() {
   SynthSettings settings;
   const Absorption tiles{{0.05, 0.1, 0.1, 0.2, 0.3, 0.4, 0.4}};
@@ -60,7 +60,7 @@ SynthSettings roomSettings() {
   return settings;
 }
 
-/// Both halves of a synth, the second with a capacity.
+/// The two halves of a synth, of which the player has a capacity.
 struct Stage {
   std::shared_ptr<const SoundPaths> paths;
   ClickLayer layer;
@@ -87,7 +87,7 @@ struct Stage {
   }
 };
 
-/// What all of these sound like, with nothing left out.
+/// Renders all the events with a synth, which leaves nothing out.
 Planes offline(const SynthSettings& settings, const std::vector<ImpulseEvent>& events,
                std::size_t frames = kPlayedFrames) {
   Synth synth = *Synth::create(settings, pair());
@@ -146,7 +146,7 @@ TEST(ClickPlayerWithACapacity, AllocatesNothingOnceItIsMade) {
   }
 }
 
-// Loudness grows with speed, for balls of one size in one place.
+// Balls of one size at one place, whose loudness grows with their speed.
 std::vector<ImpulseEvent> ofRisingLoudness(int count, double time, double apart = 0.0) {
   std::vector<ImpulseEvent> events;
   events.reserve(static_cast<std::size_t>(count));
@@ -172,7 +172,7 @@ TEST(ClickPlayerWithACapacity, LeavesTheQuietestOutWhereThereAreTooManyVoices) {
 
 TEST(ClickPlayerWithACapacity, DoesNotCutWhatHasBegun) {
   Stage stage({}, {.voices = 1});
-  // The near ear has heard it begin, the far one has not.
+  // The near ear has heard the quiet click begin, the far one has not.
   const ImpulseEvent quiet = dropOf(5, 0.0, 0.1);
   const ImpulseEvent loud = dropOf(6, 0.02, 2.0);
   stage.add(quiet);
@@ -226,7 +226,8 @@ TEST(ClickPlayerWithACapacity, WithoutMoneyItIsSilentAndRecovers) {
   EXPECT_TRUE(std::equal(heard[0].begin(), heard[0].end(), wanted[0].begin() + 4800));
 }
 
-// Offline a late event begins in the middle, which is a step: here it begins later.
+// A late event begins in its middle offline, which is a step; the player shifts it and plays it
+// whole.
 TEST(ClickPlayerWithACapacity, LateEventsAreHeardWholeAndLater) {
   Stage stage({});
   stage.render(4000);
@@ -235,7 +236,7 @@ TEST(ClickPlayerWithACapacity, LateEventsAreHeardWholeAndLater) {
   EXPECT_EQ(stage.player.counters().late, 1U);
   const Planes heard = stage.render(2000);
   const Planes wanted = offline({}, {late});
-  // Where it is first not silent, at whichever ear, and then sample by sample.
+  // Both are compared sample by sample from their onsets: the first nonzero sample at either ear.
   const auto isSound = [](double p) { return p != 0.0; };
   const auto onset = [&](const Planes& planes) {
     std::ptrdiff_t first = std::numeric_limits<std::ptrdiff_t>::max();
@@ -243,7 +244,7 @@ TEST(ClickPlayerWithACapacity, LateEventsAreHeardWholeAndLater) {
       first = std::min(first, std::ranges::find_if(plane, isSound) - plane.begin());
     return first;
   };
-  EXPECT_LT(onset(heard), 64);  // the filter's own begin
+  EXPECT_LT(onset(heard), 64);  // within the filter's own rise
   for (std::size_t channel = 0; channel < 2; ++channel)
     EXPECT_TRUE(std::equal(heard[channel].begin() + onset(heard), heard[channel].begin() + 1000,
                            wanted[channel].begin() + onset(wanted)));
@@ -256,7 +257,7 @@ TEST(ClickPlayerWithACapacity, LeavesOutWhatItHasNoBusForAndWhatIsTooLong) {
   stage.add(dropOf(6, 0.05, 2.0));
   EXPECT_EQ(stage.player.counters().noBus, 1U);
   EXPECT_TRUE(stage.render(kPlayedFrames) == offline({}, {first}));
-  stage.add(dropOf(6, 0.3, 2.0));  // the first's are idle by now
+  stage.add(dropOf(6, 0.3, 2.0));  // the buses of `first` are idle by now
   EXPECT_EQ(stage.player.counters().noBus, 1U);
 
   Stage brief({}, {.longestContact = 1e-3});

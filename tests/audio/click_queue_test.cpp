@@ -16,7 +16,7 @@ using namespace audio;
 
 namespace {
 
-/// Slots of what is taken, ascending.
+/// Slots of the entries, ascending.
 std::vector<std::uint32_t> slotsOf(std::span<const ClickQueue::Entry> entries) {
   std::vector<std::uint32_t> slots;
   for (const ClickQueue::Entry& entry : entries)
@@ -25,7 +25,7 @@ std::vector<std::uint32_t> slotsOf(std::span<const ClickQueue::Entry> entries) {
   return slots;
 }
 
-// Against a list that is searched from end to end.
+// The oracle is a list that is searched from end to end.
 TEST(ClickQueue, GivesWhatBeginsBeforeTheEndOnce) {
   Random random(5);
   for (const std::int64_t origin :
@@ -37,7 +37,7 @@ TEST(ClickQueue, GivesWhatBeginsBeforeTheEndOnce) {
     std::int64_t now = origin;
     for (int turn = 0; turn < 2000; ++turn) {
       for (int i = random.below(6); i > 0; --i) {
-        // Late, soon, and more than a lap of the calendar ahead.
+        // Begins late, soon, or more than a lap of the calendar ahead.
         const double ahead =
             random.chance(0.1) ? random.between(0.0, 1e6) : random.between(-500.0, 5000.0);
         std::uint32_t slot = slots;

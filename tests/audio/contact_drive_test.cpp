@@ -32,14 +32,14 @@ SurfaceTexture waves(float steepness) {
   return *SurfaceTexture::ofSlopes({64, 2}, {kTexel, kTexel}, slopes);
 }
 
-/// Along x at that speed, from `from` on.
+/// A step that slides along x at `speed` (m/s), beginning at x = `from` (m).
 ContactDrive::Step slideAlong(const SurfaceTexture& texture, double from, double speed,
                               double duration) {
   ContactDrive::Step step;
   step.duration = duration;
   step.load = 1e6;
   step.mass = 0.3;
-  step.radius = 1e-9;  // reaches everywhere, and is rigid
+  step.radius = 1e-9;  // touches at a point, and is rigid
   step.sampleRate = 48000.0;
   step.surfaces[1].texture = &texture;
   step.surfaces[1].from = {from, 0.0, 0.0};
@@ -47,15 +47,17 @@ ContactDrive::Step slideAlong(const SurfaceTexture& texture, double from, double
   return step;
 }
 
-/// That stiff (N/m) at the load, by Hertz (Johnson 1985, eq. 4.23).
+/// Gives the contact that stiffness (N/m) at its load, by Hertz (Johnson 1985, eq. 4.23).
 void soften(ContactDrive::Step& step, double stiffness) {
   step.modulus = 0.75 * std::sqrt(std::pow(stiffness / 1.5, 3) / (step.load * step.radius));
 }
 
-/// Of a wave, what a quadratic spline through its texels keeps: the transform of the spline.
+/// Share of a wave's amplitude that a quadratic spline through its texels keeps: the spline's
+/// transform.
 const double kKept = std::pow(std::sin(std::numbers::pi / 32.0) / (std::numbers::pi / 32.0), 3);
 
-// Of a wave of slope s cos(k x): m v s (cos(k x2) - cos(k x1)) between any two nodes.
+// On a wave of slope s cos(k x), the momentum given between any two nodes is m v s (cos(k x2) -
+// cos(k x1)).
 TEST(ContactDrive, ImpulsesAddUpToTheMomentumThatTheSlopeAsksFor) {
   const SurfaceTexture texture = waves(0.1F);
   ContactDrive drive;
@@ -80,7 +82,8 @@ TEST(ContactDrive, ImpulsesAddUpToTheMomentumThatTheSlopeAsksFor) {
   }
 }
 
-// From waves onto a side where they run across the way: the bumps end at once.
+// The contact slides from the waves onto a side on which they run across its way: the bumps end at
+// once.
 TEST(ContactDrive, AfterAKnockItIsQuietAgainHoweverStiffTheContact) {
   const SurfaceTexture texture = waves(0.1F);
   for (const double load : {1.0, 1e3, 1e6}) {
@@ -119,12 +122,14 @@ TEST(ContactDrive, NothingPullsHarderThanTheLoad) {
         pulls = std::min(pulls, momentum);
       }
     }
-    // It never takes off for good: what throws it up is at most the steepest slope's speed.
+    // The body never takes off for good: the bumps throw it up at most at the steepest slope's
+    // speed.
     EXPECT_LT(std::abs(momentum), 3.0 * 0.3 * 2.0 * 0.5 + load * 2.0);
   }
 }
 
-// In flight the only force is the load's: the impulses of a long chatter carry it in the mean.
+// In flight the load is the only force, so that the impulses of a long chatter balance it on
+// average.
 TEST(ContactDrive, AChatteringContactIsHeldUpByItsImpacts) {
   const SurfaceTexture texture = waves(0.5F);
   ContactDrive drive;
@@ -146,10 +151,10 @@ TEST(ContactDrive, AChatteringContactIsHeldUpByItsImpacts) {
       if (std::abs(node.weight + 20.0 * dt) < 1e-9) ++falling;
     }
   }
-  EXPECT_GT(static_cast<double>(falling) / static_cast<double>(count), 0.3);  // it does fly
-  EXPECT_GT(strongest, 0.02);  // and comes down hard, beside m v s = 0.3
+  EXPECT_GT(static_cast<double>(falling) / static_cast<double>(count), 0.3);  // the body does fly
+  EXPECT_GT(strongest, 0.02);  // the impacts are hard, beside m v s = 0.3
   EXPECT_LT(strongest, 2.0 * 0.3 * 2.0);
-  EXPECT_LT(std::abs(sum), 0.02 * 20.0 * 20.0);  // of the load over 20 s
+  EXPECT_LT(std::abs(sum), 0.02 * 20.0 * 20.0);  // 2 % of the load's impulse over 20 s
 }
 
 TEST(ContactDrive, AtRestThereIsNothing) {
@@ -160,19 +165,19 @@ TEST(ContactDrive, AtRestThereIsNothing) {
     drive.advance(slideAlong(texture, 0.0, 0.9e-3, 1e-3), nodes);
     EXPECT_TRUE(nodes.empty());
   }
-  for (int index = 0; index < 12; ++index)  // a step's fall of 10 um
+  for (int index = 0; index < 12; ++index)  // gets beyond a step's fall, 10 um
     drive.advance(slideAlong(texture, 1.1e-6 * index, 1.1e-3, 1e-3), nodes);
   EXPECT_FALSE(nodes.empty());
-  drive.advance(slideAlong(texture, 0.0, 0.6e-3, 0.01), nodes);  // hysteresis
+  drive.advance(slideAlong(texture, 0.0, 0.6e-3, 0.01), nodes);  // hysteresis keeps it sliding
   EXPECT_FALSE(nodes.empty());
   drive.advance(slideAlong(texture, 0.0, 0.4e-3, 0.01), nodes);
   EXPECT_TRUE(nodes.empty());
-  drive.advance(slideAlong(texture, 0.0, 2000.0, 0.01), nodes);  // a jump in place
+  drive.advance(slideAlong(texture, 0.0, 2000.0, 0.01), nodes);  // a teleport
   EXPECT_TRUE(nodes.empty());
 }
 
-// What rests on a solver goes to and fro by up to what it falls in a step from rest: 0.7 mm at
-// 1/120 s. Whoever slides gets farther.
+// A body that rests on a solver moves to and fro by up to the distance that it falls from rest in a
+// step: 0.7 mm at 1/120 s. A sliding body gets farther.
 TEST(ContactDrive, WhatRattlesInPlaceRests) {
   const SurfaceTexture texture = waves(0.5F);
   const double dt = 1.0 / 120.0;
@@ -188,9 +193,9 @@ TEST(ContactDrive, WhatRattlesInPlaceRests) {
   EXPECT_FALSE(nodes.empty());
 }
 
-// A mass m on a spring k that is shaken at h w cos(w t): its own speed follows as the driven
-// oscillator's, 1 / (1 - (w / w0)^2) times as far. Seen in the loudest of the impulses, w m v, once
-// what it began with has died out.
+// A mass m on a spring k whose base is shaken at the speed h w cos(w t): the mass's speed is that
+// of a driven oscillator, 1 / (1 - (w / w0)^2) times as large. It is measured as the largest
+// impulse, w m v per unit of time, once the transient has died out.
 TEST(ContactDrive, BumpsTooFastForTheContactsSpringArePressedIn) {
   const SurfaceTexture texture = waves(1e-3F);
   const double speed = 3.2;  // 100 Hz
@@ -220,10 +225,10 @@ TEST(ContactDrive, BumpsTooFastForTheContactsSpringArePressedIn) {
   }
 }
 
-/// What a spring with losses between a mass and a wave comes to.
+/// Steady state of a mass that a spring with losses holds on a wave.
 struct Steady {
   double strongest = 0.0;  // N s
-  double taken = 0.0;      // J per step, by the bumps as they are
+  double taken = 0.0;      // J per step, work that the undeformed bumps do
 };
 
 Steady steadyOf(double work) {
@@ -252,7 +257,7 @@ Steady steadyOf(double work) {
   return steady;
 }
 
-// A linear system: a quarter of the energy is half of the force.
+// The system is linear: a quarter of the energy means half of the force.
 TEST(ContactDrive, TakesNoMoreOfTheMotionThanItLoses) {
   const Steady free = steadyOf(std::numeric_limits<double>::infinity());
   EXPECT_GT(free.taken, 0.0);
@@ -261,7 +266,7 @@ TEST(ContactDrive, TakesNoMoreOfTheMotionThanItLoses) {
   EXPECT_LT(steadyOf(0.0).strongest, 2e-3 * free.strongest);
 }
 
-// Two bodies that roll on each other scan both surfaces; one that slides, that of the other.
+// Two bodies that roll on each other scan both surfaces; a body that slides scans only the other's.
 TEST(ContactDrive, BothSurfacesCount) {
   const SurfaceTexture texture = waves(0.1F);
   std::vector<PulseNode> one;
@@ -307,10 +312,11 @@ TEST(ContactDrive, AnyHistoryStaysBounded) {
       drive.advance(step, nodes);
       for (const PulseNode& node : nodes) {
         ASSERT_TRUE(std::isfinite(node.weight));
-        // Met by the steepest slope at the fastest speed, having been thrown up by another one and
-        // fallen from as far as they part; and back.
+        // Worst case: the body meets the steepest slope at the highest speed, after another slope
+        // threw it up and it fell the largest possible distance; and it bounces back.
         const double slope = std::min(fastest, ContactDrive::kFastest) * 15.0;
-        // And thrown up by what the heaviest load has pressed in, its asperities too.
+        // The spring, too, throws it up: the depth to which the heaviest load presses it, with its
+        // asperities.
         const double pressed =
             heaviest / hertzStiffness({heaviest + 1e-9, radius, modulus}) + 0.4e-3;
         const double fallen =

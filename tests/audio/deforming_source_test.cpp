@@ -19,13 +19,13 @@ using namespace test;
 
 constexpr double kDuration = 0.3;  // s
 
-/// States of a body, and the sound of the middle of that time, from `kSkipped` on.
+/// The rendered sound is compared from the frame `kSkipped` on, after the beginning.
 constexpr std::size_t kSkipped = 4800;
 template <typename At>
 std::vector<double> soundOf(double step, const Vec3& listener, At at) {
   auto source = DeformingSource::create({.step = step});
   EXPECT_TRUE(source);
-  // Just ahead of what is asked for, as a run does it.
+  // States are added just ahead of the time at which the sound is asked for, as a run does it.
   std::vector<double> sound;
   int states = 0;
   for (int n = 0; n < static_cast<int>(kDuration * 48000.0); ++n) {
@@ -45,7 +45,7 @@ double largest(const std::vector<double>& sound) {
   return most;
 }
 
-// V'' = -w^2 A sin w (t - r/c), at steps that are coarser and finer than samples.
+// p is proportional to V'' = -w^2 A sin w (t - r/c); the steps are coarser and finer than samples.
 TEST(DeformingSource, AVolumeThatSwingsIsAMonopole) {
   const Medium medium;
   const Vec3 listener(0.0, 1.2, 0.9);
@@ -88,8 +88,8 @@ TEST(DeformingSource, WhatStandsStillOrMovesEvenlyIsSilent) {
   EXPECT_EQ(largest(sound), 0.0);
 }
 
-// A tone of the mechanics above the audio's Nyquist frequency is not heard below it, and images of
-// coarse steps are not, either.
+// A tone of the mechanics above the audio's Nyquist frequency is not heard below it, nor are the
+// images of coarse steps.
 TEST(DeformingSource, NothingAliases) {
   const auto tone = [](double frequency) {
     return [frequency](double t) {
@@ -98,8 +98,8 @@ TEST(DeformingSource, NothingAliases) {
   };
   const double heard = largest(soundOf(1e-5, {1.0, 0.0, 0.0}, tone(10000.0)));
   EXPECT_LT(largest(soundOf(1e-5, {1.0, 0.0, 0.0}, tone(30000.0))), 1e-3 * heard);
-  // At steps of 1 ms, 220 Hz: nothing at 780 Hz, where it would fold to. 300 ms hold whole periods
-  // of both.
+  // A tone of 220 Hz at steps of 1 ms has nothing at 780 Hz, where it would fold to. 300 ms hold
+  // whole periods of both.
   const auto coarse = soundOf(1e-3, {1.0, 0.0, 0.0}, tone(220.0));
   const auto levelAt = [&](double frequency) {
     double cosine = 0.0;
@@ -116,7 +116,7 @@ TEST(DeformingSource, NothingAliases) {
 }
 
 TEST(DeformingSource, ComesLaterFromFartherAway) {
-  // A volume that jumps, smoothly, at 0.15 s; 34.3 m away it is heard 0.1 s later.
+  // The volume jumps, smoothly, at 0.15 s; 34.3 m away the jump is heard 0.1 s later.
   const auto sound = soundOf(1e-4, {34.3, 0.0, 0.0}, [](double t) {
     return DeformingState{.volume = 1.0 + 1e-3 * std::tanh((t - 0.15) / 1e-3)};
   });
@@ -130,7 +130,7 @@ TEST(DeformingSource, IsHeardFromWhereItWas) {
   for (int index = 0; index < 400; ++index)
     source->add({.volume = 1.0, .position = {10.0 * index * 1e-3, 0.0, 0.0}});
   const Medium medium;
-  // On its way at 10 m/s, heard from 34 m aside.
+  // The source moves at 10 m/s and is heard from 34 m aside.
   const Vec3 towards = source->at({0.0, 34.0, 0.0}, 0.3).towardsSource;
   EXPECT_NEAR(towards.x(), 10.0 * (0.3 - towards.norm() / medium.speedOfSound), 1e-9);
   EXPECT_NEAR(towards.y(), -34.0, 1e-12);

@@ -104,7 +104,7 @@ TEST(HertzDuration, FallsWithTheFifthRootOfSpeed) {
   const Material& steel = *findMaterial("steel");
   const double slow = hertzDuration(equalSpheres(steel, 0.01, 0.1), steel, steel);
   const double fast = hertzDuration(equalSpheres(steel, 0.01, 3.2), steel, steel);
-  EXPECT_NEAR(slow / fast, 2.0, 1e-12);  // 32 times the speed
+  EXPECT_NEAR(slow / fast, 2.0, 1e-12);  // at 32 times the speed
 }
 
 TEST(HertzDuration, FlatSideCountsAsAnInfiniteRadius) {

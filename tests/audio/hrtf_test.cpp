@@ -26,7 +26,7 @@ using namespace test;
 using std::numbers::pi;
 using testing::HasSubstr;
 
-/// Nearly even over the sphere: a spiral.
+/// A spiral of directions, nearly even over the sphere.
 std::vector<Vec3> spiral(std::size_t count) {
   std::vector<Vec3> points;
   for (std::size_t index = 0; index < count; ++index) {
@@ -38,7 +38,8 @@ std::vector<Vec3> spiral(std::size_t count) {
   return points;
 }
 
-/// Rings of equal elevation every 10 degrees, as many sets have them: full of points on one circle.
+/// Rings of equal elevation every 10 degrees, as in many measured sets: many points lie on one
+/// circle.
 std::vector<Vec3> rings(double lowest) {
   std::vector<Vec3> points;
   for (double elevation = lowest; elevation < 89.0; elevation += 10.0)
@@ -57,13 +58,15 @@ Vec3 atAzimuth(double degreesToTheRight, double degreesUp = 0.0) {
   return {std::cos(up) * std::sin(right), std::sin(up), -std::cos(up) * std::cos(right)};
 }
 
-/// s after the middle of the head: two points in free air, 18 cm apart.
+/// Time in s by which an ear hears after the middle of the head: the ears are two points in free
+/// air, 18 cm apart.
 double pointDelay(const Vec3& direction, Ear ear) {
   const double side = ear == Ear::left ? -1.0 : 1.0;
   return -side * 0.09 * direction.x() / 343.0;
 }
 
-/// A smooth pulse, energy up to some 6 kHz, that arrives at the time `pointDelay` says.
+/// A smooth pulse, with energy up to some 6 kHz, that arrives `pointDelay` after the middle of the
+/// head.
 HrtfMeasurements twoPoints(const std::vector<Vec3>& directions, double rate) {
   HrtfMeasurements set;
   set.sampleRate = rate;
@@ -103,7 +106,7 @@ std::complex<double> spectrum(const std::vector<double>& response, double freque
   return sum;
 }
 
-/// s by which `later` comes after `earlier`: phase slope below 1 kHz.
+/// Time in s by which `later` lags `earlier`, from the difference of their phases at `frequency`.
 double phaseDelay(const std::vector<double>& earlier, const std::vector<double>& later,
                   double frequency, double rate) {
   return std::arg(spectrum(earlier, frequency, rate) / spectrum(later, frequency, rate)) /
@@ -169,7 +172,7 @@ TEST(SphereMesh, AnythingCanBeAsked) {
 }
 
 // Between directions, time differences must be those of two points in free air, though the nearest
-// measurements are up to 15 degrees away: the case where adding responses would comb.
+// measurements are up to 15 degrees away: adding responses would make a comb filter there.
 TEST(Hrtf, BetweenDirectionsLevelAndDelayAreThoseOfTheField) {
   for (const double rate : {44100.0, 48000.0, 96000.0}) {
     const auto set = HrtfSet::create(twoPoints(spiral(400), rate), kRate);
@@ -208,7 +211,7 @@ TEST(Hrtf, AMeasuredDirectionGivesWhatWasMeasured) {
   const std::vector<double> wanted(response.begin(), response.end());
   const auto given = responseOf(*set, measured.items[42].direction, Ear::right);
   const double scale = std::sqrt(energy(wanted) / energy(given));
-  // The same but for the delay that all responses share: magnitudes up to 15 kHz.
+  // The responses are equal but for their common delay: their magnitudes are compared up to 15 kHz.
   const double top = std::abs(spectrum(wanted, 500.0, kRate));
   for (double frequency = 500.0; frequency < 15000.0; frequency += 500.0)
     EXPECT_NEAR(scale * std::abs(spectrum(given, frequency, kRate)) / top,

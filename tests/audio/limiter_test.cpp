@@ -22,7 +22,8 @@ Limiter made(const LimiterSettings& settings) {
   return *std::move(limiter);
 }
 
-/// Through the limiter in blocks, and zeros after it until all of it has come out again.
+/// Returns the output of the limiter, fed in blocks, with zeros after the input until all of it has
+/// come out.
 Channels limited(Limiter& limiter, Channels channels, std::size_t block = 256) {
   for (std::vector<float>& channel : channels)
     channel.resize(channel.size() + limiter.latency());
@@ -73,12 +74,12 @@ TEST(Limiter, WhatStaysBelowTheCeilingPassesBitForBit) {
     Channels channels;
     for (std::size_t channel = 0; channel < count; ++channel) {
       channels.push_back(noise(20'000, 1.0F, static_cast<unsigned>(channel)));
-      channels.back()[500 * channel + 17] = 1.0F;  // the ceiling itself, too
+      channels.back()[500 * channel + 17] = 1.0F;  // the ceiling itself, which must pass too
       channels.back()[500 * channel + 18] = -1.0F;
       channels.back()[500 * channel + 19] = 1e-30F;
     }
     Limiter limiter = made({.channels = count});
-    EXPECT_EQ(limiter.latency(), 95u);  // 2 ms at 48 kHz, the sample itself included
+    EXPECT_EQ(limiter.latency(), 95u);  // 2 ms at 48 kHz, including the sample itself
     EXPECT_EQ(limited(limiter, channels), channels);
     EXPECT_EQ(limiter.leastGain(), 1.0);
     EXPECT_EQ(limiter.largestReduction(), 0.0);
@@ -101,7 +102,7 @@ TEST(Limiter, NothingExceedsTheCeiling) {
 }
 
 TEST(Limiter, IsWhatTheSlowAndObviousOneIs) {
-  // The definition, with nothing kept from frame to frame but the release.
+  // The limiter by its definition: only the release is kept from frame to frame.
   const LimiterSettings settings{.sampleRate = 44100.0, .channels = 2, .release = 0.01};
   const Channels channels = {clicks(30'000, 5), clicks(30'000, 6)};
   Limiter limiter = made(settings);
@@ -115,7 +116,7 @@ TEST(Limiter, IsWhatTheSlowAndObviousOneIs) {
     const float loudest = std::max(std::abs(channels[0][at]), std::abs(channels[1][at]));
     return std::min(1.0, 1.0 / static_cast<double>(loudest));
   };
-  std::vector<double> released;  // of frame - window, and on
+  std::vector<double> released;  // gain from frame -window on
   double gain = 1.0;
   for (std::ptrdiff_t frame = -window; frame < frames + window; ++frame) {
     gain += (1.0 - gain) * -std::expm1(-1.0 / (0.01 * 44100.0));
@@ -157,7 +158,7 @@ TEST(Limiter, TurnsDownSmoothlyJustInTimeAndAllChannelsTogether) {
       EXPECT_LE(change, 0.0F) << frame;
     else
       EXPECT_GE(change, 0.0F) << frame;
-    EXPECT_LE(std::abs(change), 0.5F * 0.75F * 2.1F / 96.0F) << frame;  // a triangle's height
+    EXPECT_LE(std::abs(change), 0.5F * 0.75F * 2.1F / 96.0F) << frame;  // the height of a triangle
   }
   EXPECT_EQ(out[1][10'000 - 96], 0.5F);      // untouched until the look-ahead
   EXPECT_EQ(out[1][10'000 + 41'000], 0.5F);  // and again after 17 times 50 ms
@@ -236,8 +237,8 @@ TEST(Limiter, RefusesWhatItCannotDoAndSaysWhatItCan) {
   EXPECT_NE(message({.release = 0.0}).find("1e-3 to 10 s"), std::string::npos);
 }
 
-/// dB by which the band-limited signal through the samples exceeds 1: at 16 places in each
-/// interval, by a sum of 64 windowed sincs.
+/// Returns by how many dB the band-limited signal through the samples exceeds 1: at 16 places in
+/// each interval, by a sum of 64 windowed sincs.
 double overshoot(const std::vector<float>& samples) {
   constexpr int kReach = 32;
   double peak = 1e-30;

@@ -27,7 +27,7 @@ constexpr Edge kEdges[] = {{EdgeKind::corner, 1.0},
                            {EdgeKind::parabola, 2.0},
                            {EdgeKind::cubic, 3.0}};
 
-/// An edge that fades out so slowly that only the edge itself is rough.
+/// An edge that fades out so slowly that nothing but the edge itself is rough.
 double fadingEdge(double exponent, double time) {
   return std::pow(time, exponent) * std::exp(-1e-3 * time * time);
 }
@@ -36,7 +36,7 @@ Complex wave(double omega, double time) {
   return std::polar(1.0, -omega * time);
 }
 
-// The integral by Simpson's rule in the root of time, where the edge is smooth.
+// The integral by Simpson's rule over the square root of time, in which the edge is smooth.
 Complex transformOf(double exponent, double omega) {
   constexpr int kSteps = 40000;
   constexpr double kStep = 14.0 / kSteps;
@@ -68,8 +68,8 @@ Complex correctionOf(EdgeKind kind, double phase, double omega) {
   return sum;
 }
 
-// What the sum over a raster gets wrong at an edge is gone but for one hundredth, all over the
-// band.
+// The correction removes all but one hundredth of the error that a sum over a raster makes at an
+// edge, all over the band.
 TEST(EdgeCorrection, MakesTheSumOverARasterTheIntegral) {
   for (const Edge& edge : kEdges) {
     double uncorrected = 0.0;

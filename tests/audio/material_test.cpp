@@ -20,7 +20,7 @@ struct PublishedRow {
   double density, youngsModulus, poissonsRatio;
 };
 
-// Typed from the hand-out's table 1, in its units.
+// Rows of the hand-out's table 1, in its units.
 const PublishedRow kHandOut[] = {{"steel", 8940, 123.4, 0.34},
                                  {"ceramic", 2700, 72, 0.19},
                                  {"glass", 2700, 62, 0.20},
@@ -90,7 +90,7 @@ TEST(Material, SpeedOfSoundInARodIsThePublishedOne) {
 }
 
 TEST(Material, TungstenCarbideHasTheModuliOfItsSpeedsOfSound) {
-  // The same table: 6655 m/s longitudinal, 3980 m/s shear.
+  // The speeds are from the same table: 6655 m/s longitudinal, 3980 m/s shear.
   const Material& carbide = *findMaterial("tungsten_carbide");
   const double longitudinal = 6655.0 * 6655.0;
   const double shear = 3980.0 * 3980.0;
@@ -101,8 +101,8 @@ TEST(Material, TungstenCarbideHasTheModuliOfItsSpeedsOfSound) {
 }
 
 TEST(Material, IceIsTheMeanOfItsCrystals) {
-  // Elastic constants of the crystal at -16 C, GPa: Gammon, Kiefte, Clouter, Denner 1983. Voigt's
-  // and Reuss's averages of a hexagonal crystal over all directions, and Hill's mean of the two.
+  // Elastic constants of the crystal at -16 C, GPa: Gammon, Kiefte, Clouter, Denner 1983. Expected
+  // are Hill's means of the averages by Voigt and Reuss over all directions of a hexagonal crystal.
   const double c11 = 13.929, c12 = 7.082, c13 = 5.765, c33 = 15.010, c44 = 3.014;
   const double c66 = 0.5 * (c11 - c12);
   const double voigtBulk = (2.0 * (c11 + c12) + 4.0 * c13 + c33) / 9.0;
@@ -120,7 +120,7 @@ TEST(Material, IceIsTheMeanOfItsCrystals) {
               0.00325);
 }
 
-/// s, two balls of that radius (m) that meet at that speed (m/s).
+/// Contact duration in s of two balls of that radius (m) that meet at that speed (m/s).
 double ballContact(const char* name, double radius, double speed) {
   const Material& material = *findMaterial(name);
   ImpulseEvent event;
@@ -133,7 +133,7 @@ double ballContact(const char* name, double radius, double speed) {
 TEST(Material, HertzDurationsAreThoseComputedApart) {
   const struct {
     const char* name;
-    double microseconds;  // typed from a calculation in another language
+    double microseconds;  // from a calculation in another language
   } balls[] = {
       {"carbon_steel", 60.20},     {"lead", 185.63}, {"ice", 88.01}, {"billiard_ball", 135.27},
       {"tungsten_carbide", 52.86}, {"cork", 547.34}};
@@ -142,8 +142,8 @@ TEST(Material, HertzDurationsAreThoseComputedApart) {
 }
 
 TEST(Material, BilliardBallsWeighAndTouchAsTheyShould) {
-  // 57.15 mm and 5.5 to 6 ounces (World Pool-Billiard Association); 200 to 300 us is what is
-  // commonly given for the contact of two balls in play.
+  // The rules prescribe 57.15 mm and 5.5 to 6 ounces (World Pool-Billiard Association); contacts of
+  // two balls in play are commonly said to last 200 to 300 us.
   const Material& resin = *findMaterial("billiard_ball");
   const double mass = resin.density * std::numbers::pi / 6.0 * std::pow(0.05715, 3.0);
   EXPECT_GT(mass, 0.1559);
@@ -158,19 +158,19 @@ TEST(Material, UnknownNameHasNoRow) {
   EXPECT_EQ(findMaterial("Steel"), nullptr);
 }
 
-/// 1/s, of the amplitude of a mode of that frequency (Hz).
+/// Decay rate in 1/s of the amplitude of a mode of that frequency (Hz).
 double decayRate(const Material& material, double frequency) {
   const double omega = 2.0 * std::numbers::pi * frequency;
   return 0.5 * (material.dampingAlpha + material.dampingBeta * omega * omega);
 }
 
-/// s, in which a mode of 1 kHz falls by 60 dB.
+/// Time in s in which a mode of 1 kHz falls by 60 dB.
 double ringTime(const std::string& name) {
   return std::log(1000.0) / decayRate(*findMaterial(name), 1000.0);
 }
 
 TEST(Material, DampingIsThePublishedPair) {
-  // Wang and James 2019, "KleinPAT", table 4.
+  // The published pairs: Wang and James 2019, "KleinPAT", table 4.
   const struct {
     const char* name;
     double alpha, beta;
@@ -184,8 +184,9 @@ TEST(Material, DampingIsThePublishedPair) {
 }
 
 TEST(Material, MetalsRingAsLongAsTheirPublishedLossFactorsLetThem) {
-  // Cremer and Heckl 1988, at 20 C: the extremes of longitudinal and flexural loss factors. That of
-  // a mode is 2.2 / (f T), T its time of decay by 60 dB (their chapter on damping).
+  // Extremes of longitudinal and flexural loss factors at 20 C: Cremer and Heckl 1988. The loss
+  // factor of a mode is 2.2 / (f T), where T is the time in which it decays by 60 dB (their chapter
+  // on damping).
   const struct {
     const char* name;
     double least, most;
@@ -195,7 +196,7 @@ TEST(Material, MetalsRingAsLongAsTheirPublishedLossFactorsLetThem) {
                 {"tin", 20e-4, 20e-4}};
   for (const auto& metal : metals) {
     const double lossFactor = 2.2 / (1000.0 * ringTime(metal.name));
-    EXPECT_GE(lossFactor, 0.998 * metal.least) << metal.name;  // 2.2 is 2.1988
+    EXPECT_GE(lossFactor, 0.998 * metal.least) << metal.name;  // their 2.2 is 2.1988
     EXPECT_LE(lossFactor, 1.002 * metal.most) << metal.name;
   }
 }

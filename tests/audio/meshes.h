@@ -21,7 +21,7 @@ inline SurfaceMesh boxMesh(const Vec3& half) {
   return mesh;
 }
 
-/// Each triangle in four, neighbours sharing their vertices.
+/// Splits each triangle in four; neighbours share their vertices.
 inline SurfaceMesh splitMesh(const SurfaceMesh& mesh) {
   SurfaceMesh split{mesh.vertices, {}};
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
@@ -43,7 +43,8 @@ inline SurfaceMesh splitMesh(const SurfaceMesh& mesh) {
   return split;
 }
 
-/// An octahedron split `splits` times, on the ellipsoid, then enlarged to the ellipsoid's volume.
+/// An octahedron, split `splits` times and projected on the ellipsoid, then enlarged to the
+/// ellipsoid's volume.
 inline SurfaceMesh ellipsoidMesh(const Vec3& semiAxes, int splits) {
   SurfaceMesh mesh;
   mesh.vertices = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
@@ -67,7 +68,7 @@ SurfaceMesh mapped(SurfaceMesh mesh, const Map& map) {
   return mesh;
 }
 
-/// Both in one list.
+/// Returns both meshes as one.
 inline SurfaceMesh joined(SurfaceMesh mesh, const SurfaceMesh& other) {
   const auto offset = static_cast<std::uint32_t>(mesh.vertices.size());
   mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());

@@ -19,8 +19,8 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-/// Each field has a value of its own, and some that a careless conversion changes: -0, the smallest
-/// number, thirds.
+/// A model in which each field has a value of its own, among them some that a careless conversion
+/// changes: -0, the smallest number, thirds.
 ModalModel chime() {
   ModalModel model;
   model.name = "chime \"7\"\n";
@@ -40,7 +40,7 @@ ModalModel chime() {
   return model;
 }
 
-/// Numbers with the same bits: -0 is not 0.
+/// True if the numbers have the same bits: -0 is not 0.
 template <class Number>
 bool same(Number one, Number other) {
   if constexpr (sizeof(Number) == sizeof(std::uint64_t))
@@ -93,7 +93,7 @@ std::vector<std::byte> chimeBytes() {
   return *bytes;
 }
 
-/// The same content, with a checksum that fits.
+/// Returns the same content with a checksum that fits.
 std::vector<std::byte> sealed(std::vector<std::byte> bytes) {
   const std::uint64_t checksum =
       modalModelChecksum(std::span<const std::byte>(bytes).first(bytes.size() - 8));
@@ -107,7 +107,7 @@ std::string refusal(std::span<const std::byte> bytes) {
   return model ? "" : model.error().message;
 }
 
-/// Where a section's 8 bytes of length begin.
+/// Returns where the 8 bytes of a section's length begin.
 std::size_t lengthAt(const std::vector<std::byte>& bytes, const std::string& tag) {
   const auto found =
       std::find_end(bytes.begin(), bytes.end(), tag.begin(), tag.end(),
@@ -136,7 +136,7 @@ TEST(ModalModelFile, TakesAModelWithoutModes) {
   expectSame(*read, silent);
 }
 
-// Typed by hand from docs/model_file.md.
+// The expected bytes are typed by hand from docs/model_file.md.
 TEST(ModalModelFile, IsLaidOutAsDocumented) {
   ModalModel model;
   model.name = "m";
@@ -166,7 +166,7 @@ TEST(ModalModelFile, IsLaidOutAsDocumented) {
   EXPECT_EQ(text, content);
 }
 
-// Of "a", as published with the hash (Fowler, Noll, Vo: test vectors of 64-bit FNV-1a).
+// The hash of "a" is from the published test vectors of 64-bit FNV-1a (Fowler, Noll, Vo).
 TEST(ModalModelFile, ChecksumIsFnv1a) {
   const std::byte letter{'a'};
   EXPECT_EQ(modalModelChecksum({&letter, 1}), 0xAF63DC4C8601EC8CU);
@@ -235,7 +235,7 @@ TEST(ModalModelFile, TrustsNoLength) {
   EXPECT_THAT(refusal(sealed(name)), HasSubstr("a text that is longer than what is left"));
 
   std::vector<std::byte> shorter = bytes;
-  shorter[lengthAt(bytes, "surf") + 8] = std::byte{3};  // vertices, of four
+  shorter[lengthAt(bytes, "surf") + 8] = std::byte{3};  // 3 vertices instead of 4
   EXPECT_THAT(refusal(sealed(shorter)), HasSubstr("section 'surf'"));
 }
 

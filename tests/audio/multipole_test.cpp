@@ -22,7 +22,8 @@ using namespace test;
 
 using Complex = std::complex<double>;
 
-// The standard library's, which has the Condon-Shortley phase; angles, not coordinates.
+// The oracle: harmonics from the standard library's Legendre functions, which have the
+// Condon-Shortley phase; its arguments are angles, not coordinates.
 double harmonic(int l, int m, double theta, double phi) {
   const int size = std::abs(m);
   const double legendre =
@@ -36,7 +37,7 @@ Vec3 toward(double theta, double phi) {
   return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
 }
 
-// h_l^(2) of the standard library.
+// h_l^(2) from the standard library's Bessel functions.
 Complex hankel(int l, double z) {
   const auto order = static_cast<unsigned>(l);
   return {test::sphericalBessel(order, z), -test::sphericalNeumann(order, z)};
@@ -47,8 +48,8 @@ Complex iToThe(int power) {
   return powers[((power % 4) + 4) % 4];
 }
 
-// A point source at `place`, p = exp(-i k R) / R, about the origin: the addition theorem of the
-// spherical Hankel function (Abramowitz and Stegun 10.1.45 and 46).
+// Multipoles about the origin of a point source at (radius, theta, phi), p = exp(-i k R) / R, by
+// the addition theorem of the spherical Hankel function (Abramowitz and Stegun 10.1.45 and 46).
 ModeRadiation pointSourceAt(double radius, double theta, double phi, double k, int order) {
   ModeRadiation radiation;
   for (int l = 0; l <= order; ++l)
@@ -71,8 +72,8 @@ TEST(SphericalHarmonics, AreThoseOfTheStandardLibraryInTheStatedOrder) {
   }
 }
 
-// Fejer's first rule over theta with the sine in its weights, and equal steps of phi: exact for
-// polynomials of the degree of a product.
+// The integral is by Fejer's first rule over theta, with the sine in its weights, and equal steps
+// of phi, which is exact for polynomials of the degree of a product.
 TEST(SphericalHarmonics, AreOrthonormal) {
   constexpr int kSteps = 64;
   constexpr int kRound = 40;
@@ -139,7 +140,7 @@ TEST(MultipoleTransfer, LeavesOutWhatIsAboveTheOrderOfEither) {
   EXPECT_EQ(multipoleTransfer({}, DirectionHarmonics(d), 12.0, 2.0), Complex(0.0));
 }
 
-// A point source of 1 / r in any direction, wherever it is; and a breathing one in air.
+// Tests a point source of 1 / r in any direction, wherever it is, and a breathing source in air.
 TEST(MeanTransfer, IsThatOfThePowerHoweverTheSourceLies) {
   EXPECT_NEAR(meanTransfer(pointSourceAt(0.1, 0.8, 2.0, 12.0, 16)), 1.0, 1e-9);
   EXPECT_NEAR(meanTransfer(pointSourceAt(0.3, 2.8, 1.0, 12.0, 16)), 1.0, 1e-6);

@@ -18,7 +18,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// A picture written by libpng's other interface.
+/// A picture, written by another interface of libpng than the reader uses.
 std::vector<std::byte> pngOf(std::uint32_t format, std::uint32_t width, std::uint32_t height,
                              const std::vector<std::uint8_t>& pixels) {
   png_image image{};
@@ -36,7 +36,7 @@ std::vector<std::byte> pngOf(std::uint32_t format, std::uint32_t width, std::uin
   return bytes;
 }
 
-/// The colours of a normal, x right, y up, z outwards, on 8 bits.
+/// The colours of a normal (x right, y up, z outwards), 8 bits each.
 std::array<std::uint8_t, 3> colourOf(double slopeRight, double slopeUp) {
   const double length = std::sqrt(slopeRight * slopeRight + slopeUp * slopeUp + 1.0);
   const auto byteOf = [length](double component) {
@@ -45,7 +45,7 @@ std::array<std::uint8_t, 3> colourOf(double slopeRight, double slopeUp) {
   return {byteOf(-slopeRight), byteOf(-slopeUp), byteOf(1.0)};
 }
 
-/// Of 4 x 2 texels, each of which has other slopes, which add up to nothing.
+/// A map of 4 x 2 texels, all with different slopes, whose sum is zero.
 struct Patch {
   std::vector<Eigen::Vector2d> slopes = {{0.3, 0.0},   {-0.3, 0.1}, {0.0, 0.2},    {0.0, -0.3},
                                          {-0.2, -0.1}, {0.2, 0.1},  {-0.25, 0.05}, {0.25, -0.05}};
@@ -61,8 +61,8 @@ struct Patch {
   }
 };
 
-/// The slopes of texels, undone from what the spline between them makes: by differences there are
-/// none to undo on average, so means over whole rows and columns are compared.
+/// Mean slope from `from` to `to`. The spline smooths the texels' slopes, so that means over whole
+/// rows and columns are compared with what the spline keeps of them.
 Eigen::Vector2d meanOver(const SurfaceTexture& texture, const Eigen::Vector2d& from,
                          const Eigen::Vector2d& to) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
@@ -81,8 +81,8 @@ TEST(NormalMap, SlopesAreThoseOfTheColours) {
   EXPECT_EQ(texture->size().height, 2u);
   EXPECT_NEAR(texture->texel().x(), 0.01, 1e-15);
   EXPECT_NEAR(texture->texel().y(), 0.01, 1e-15);
-  // Across rows the spline of two rows that repeat keeps the mean; along a row's middle it keeps
-  // 3/4 of the row and 1/4 of the other one.
+  // Along a row's middle the spline of two rows that repeat keeps 3/4 of the row and 1/4 of the
+  // other one; the mean across rows is kept.
   for (const int row : {0, 1}) {
     Eigen::Vector2d own = Eigen::Vector2d::Zero();
     Eigen::Vector2d other = Eigen::Vector2d::Zero();
@@ -94,7 +94,7 @@ TEST(NormalMap, SlopesAreThoseOfTheColours) {
     const Eigen::Vector2d mean = meanOver(*texture, {0.0, v}, {0.04, v});
     EXPECT_LT((mean - 0.75 * own - 0.25 * other).norm(), 0.01) << row;
   }
-  // Of a column's middle, 3/4 of it and 1/8 of each neighbour.
+  // Along a column's middle the spline keeps 3/4 of the column and 1/8 of each neighbour.
   for (int column = 0; column < 4; ++column) {
     const auto of = [&](int which) {
       const auto index = static_cast<std::size_t>((which + 4) % 4);
@@ -135,7 +135,7 @@ TEST(NormalMap, TakesAnyFormatWithColours) {
       pixels.push_back(byte);
   const auto texture = normalMapFromBytes(pngOf(PNG_FORMAT_RGBA, 3, 5, pixels), "alpha", {});
   ASSERT_TRUE(texture) << texture.error().message;
-  EXPECT_EQ(texture->size().width, 4u);  // resampled
+  EXPECT_EQ(texture->size().width, 4u);  // resampled to powers of two
   EXPECT_EQ(texture->size().height, 8u);
 }
 

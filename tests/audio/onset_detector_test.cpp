@@ -12,7 +12,8 @@
 namespace carom::test {
 namespace {
 
-/// Written out again, so that the detector is not tested with the code it is to judge.
+/// Adds a click. The pulse is written out again here, so that the detector is not tested with the
+/// code that it judges.
 void addJerk(std::vector<double>& samples, double onset, double tau, double peak) {
   const double top = std::sqrt(12.0) * std::exp(-0.5);
   for (std::size_t sample = 0; sample < samples.size(); ++sample) {
@@ -77,7 +78,7 @@ TEST(OnsetDetector, KeepsOneSampleAtEveryPhaseAndDuration) {
 }
 
 TEST(OnsetDetector, IsEarlyByTheStatedPartOfTheDuration) {
-  // 300 samples long, so that interpolation between samples does not count.
+  // The clicks are 300 samples long, so that interpolation between samples has no effect.
   const double tau = 300.0 / kRate;
   std::vector<double> samples(6000, 0.0);
   addJerk(samples, 0.05, tau, 1.0);

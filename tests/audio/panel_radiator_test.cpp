@@ -44,7 +44,7 @@ const Eigen::Matrix3d kSomeTurn =
 
 // ---- A panel of constant source strength
 
-// The triangle in n^2 small ones, each a point at its centroid.
+// Field of the triangle as n^2 small ones, each of them a point source at its centroid.
 SourceField summedField(const std::array<Vec3, 3>& corners, const Vec3& point, int n) {
   SourceField field;
   const Vec3 u = (corners[1] - corners[0]) / n;
@@ -81,7 +81,7 @@ TEST(SourcePanel, ClosedFormIsTheSumOverManyPoints) {
 TEST(SourcePanel, PotentialAtTheCentreOfAnEquilateralTriangleIsKnown) {
   const SourcePanel panel(
       {Vec3(1, 0, 0), Vec3(-0.5, std::sqrt(0.75), 0), Vec3(-0.5, -std::sqrt(0.75), 0)});
-  // In polar coordinates: 6 r asinh(tan 60 degrees) with the inner radius r = 1/2.
+  // The integral in polar coordinates is 6 r asinh(tan 60 degrees) with the inner radius r = 1/2.
   EXPECT_NEAR(panel.fieldAtCentroid().potential, 3.0 * std::asinh(std::sqrt(3.0)), 1e-14);
   EXPECT_LT(panel.fieldAtCentroid().gradient.norm(), 1e-14);
 }
@@ -167,8 +167,8 @@ TEST(PanelRadiator, EllipsoidsAreTheClosedForm) {
   }
 }
 
-// Literature: 0.64 to 0.70 of the volume, 0.68 in DNV-RP-C205 table D-2 (rounded). 12 and 12288
-// triangles have to agree.
+// The literature gives 0.64 to 0.70 of the volume, DNV-RP-C205 0.68 in table D-2 (rounded). 12 and
+// 12288 triangles have to agree.
 TEST(PanelRadiator, CubeIsNearTheLiteratureWithAnyMesh) {
   SurfaceMesh mesh = boxMesh(Vec3::Constant(0.5));
   for (int splits = 0; splits <= 5; ++splits) {
@@ -193,7 +193,8 @@ TEST(PanelRadiator, CubeConvergesWithItsPanels) {
   EXPECT_LT(std::abs(values[2] - 0.638), 0.6 * std::abs(values[1] - 0.638));
 }
 
-// A square plate of side b: 0.579 pi/4 b^3 (DNV-RP-C205, table D-2). Far thinner than a panel.
+// A square plate of side b has 0.579 pi/4 b^3 (DNV-RP-C205, table D-2). The plates are far thinner
+// than a panel.
 TEST(PanelRadiator, ThinPlatesOfAnyThicknessAreThePlate) {
   for (const double thickness : {1e-2, 1e-3, 1e-5}) {
     const RigidRadiator plate = solved(boxMesh({0.5, 0.5, 0.5 * thickness}));
@@ -209,8 +210,8 @@ TEST(PanelRadiator, FlatDiscIsWithinAFewPercent) {
   }
 }
 
-// Through the motion itself, not the matrix rule of RigidRadiator::about: energy of a motion must
-// not depend on which origin describes it.
+// The test uses the motion itself, not the matrix rule of RigidRadiator::about: the energy of a
+// motion must not depend on the origin that describes it.
 TEST(PanelRadiator, AnotherOriginDescribesTheSameFlow) {
   const Vec3 shift(0.3, -2.0, 0.7);
   const SurfaceMesh mesh = ellipsoidMesh({1, 2, 3}, 2);
@@ -271,12 +272,12 @@ TEST(PanelRadiator, DipoleOfASphereIsThreeHalvesOfItsVolumeTimesAcceleration) {
   const double volume = 4.0 / 3.0 * kPi * 0.125;
   const RigidRadiator sphere = sphereRadiator(0.5);
   EXPECT_LT((sphere.dipole(acceleration, {9, 9, 9}) - 1.5 * volume * acceleration).norm(), 1e-12);
-  // Swung about an origin at -x: its centre is what accelerates.
+  // The sphere is swung about an origin at -x, which accelerates its centre.
   const RigidRadiator swung = sphere.about({-2, 0, 0});
   EXPECT_LT((swung.dipole(Vec3::Zero(), {0, 0, 4}) - 1.5 * volume * Vec3(0, 8, 0)).norm(), 1e-12);
 }
 
-// ---- What comes in
+// ---- Input meshes
 
 TEST(PanelRadiator, InsideOutIsTurnedRound) {
   const SurfaceMesh mesh = boxMesh({1, 2, 3});
@@ -306,7 +307,8 @@ TEST(PanelRadiator, UnweldedTrianglesAreWelded) {
   EXPECT_LT(relative(solved(soup).addedVolume, solved(mesh).addedVolume), 1e-2);
 }
 
-// Two far spheres, rigidly together: each as if alone, turning by Steiner's rule.
+// Two spheres far apart, rigidly connected: each adds as much as alone, in turning by Steiner's
+// rule.
 TEST(PanelRadiator, BodiesFarApartAddUp) {
   const auto ball = ellipsoidMesh(Vec3::Ones(), 2);
   const Vec3 far(0, 0, 12);

@@ -29,7 +29,7 @@ TEST(BesselI0, BySeriesIsThatOfTheStandardLibrary) {
 #endif
 
 TEST(BesselI0, IsWhatAbramowitzAndStegunTabulate) {
-  // Handbook of Mathematical Functions, table 9.8: exp(-x) I_0(x).
+  // The values are from the Handbook of Mathematical Functions, table 9.8: exp(-x) I_0(x).
   EXPECT_NEAR(std::exp(-1.0) * besselI0(1.0), 0.4657596076, 5e-11);
   EXPECT_NEAR(std::exp(-5.0) * besselI0(5.0), 0.1835408126, 5e-11);
   EXPECT_NEAR(std::exp(-10.0) * besselI0Series(10.0), 0.1278333372, 5e-11);

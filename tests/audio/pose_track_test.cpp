@@ -24,7 +24,7 @@ ListenerPose poseAt(double time, const Vec3& position) {
   return {time, position, Quat::Identity()};
 }
 
-/// Poses every `step` s along x0 + v t.
+/// A track with a pose every `step` s along start + velocity * t.
 PoseTrack straight(const Vec3& start, const Vec3& velocity, double step, int poses) {
   PoseTrack track(poseAt(0.0, start));
   for (int pose = 1; pose <= poses; ++pose)
@@ -32,7 +32,7 @@ PoseTrack straight(const Vec3& start, const Vec3& velocity, double step, int pos
   return track;
 }
 
-/// The positive root of |x0 + v t - x_S|^2 = c^2 (t - t_e)^2, written for the delay.
+/// The delay (s): the positive root of |x0 + v t - x_S|^2 = c^2 (t - t_e)^2.
 double straightDelay(const Vec3& start, const Vec3& velocity, double emission, const Vec3& source) {
   const Vec3 path = start + emission * velocity - source;
   const double a = kSpeedOfSound * kSpeedOfSound - velocity.squaredNorm();
@@ -76,7 +76,8 @@ TEST(PoseTrack, ConstantVelocityArrivesAtTheRootOfTheQuadratic) {
   }
 }
 
-// Along one line: f' / f = (c - v_L) / (c - v_S), v towards +x, source behind the listener.
+// On one line f' / f = (c - v_L) / (c - v_S); v points towards +x, and the source is behind the
+// listener.
 TEST(PoseTrack, DopplerRatioOfBothOnOneLine) {
   for (const double listenerSpeed : {-40.0, 0.0, 25.0}) {
     for (const double sourceSpeed : {-60.0, 0.0, 80.0}) {
@@ -113,7 +114,8 @@ TEST(PoseTrack, StretchIsTheSlopeOfTheArrivalTime) {
   }
 }
 
-// A listener on a circle around the source is always as far: the delay is r / c, the ratio 1.
+// A listener on a circle around the source stays at the same distance: the delay is r / c, the
+// ratio 1.
 TEST(PoseTrack, CircleAroundTheSourceKeepsTheDelay) {
   const double radius = 2.0;
   PoseTrack track(poseAt(0.0, Vec3(radius, 0.0, 0.0)));
@@ -202,7 +204,7 @@ TEST(PoseTrack, PassesThroughItsPoses) {
   ASSERT_TRUE(track.append(poseAt(0.2, Vec3(1.0, 0.0, 3.0))));
   EXPECT_TRUE(track.at(0.1).position.isApprox(second.position));
   EXPECT_NEAR(track.at(0.1).orientation.angularDistance(second.orientation), 0.0, 1e-12);
-  // Slerp: halfway in time is half of the angle.
+  // Slerp gives half of the angle at half of the time.
   const Quat half(Eigen::AngleAxisd(0.5, Vec3::UnitY()));
   EXPECT_NEAR(track.at(0.05).orientation.angularDistance(half), 0.0, 1e-12);
 }
@@ -279,7 +281,7 @@ TEST(PoseTrack, AListenerFasterThanSoundIsStillReached) {
   const PoseTrack track = straight(Vec3(1.0, 0.0, 0.0), Vec3(100.0, 0.0, 0.0), 0.01, 20);
   const Arrival arrival = arrivalOf(track, {0.0, Vec3::Zero(), Vec3::Zero()}, slowSound);
   EXPECT_NEAR(arrival.delay, arrival.distance / slowSound, 1e-9);
-  EXPECT_NEAR(arrival.distance, 31.0, 1e-9);  // where it stands after the horizon
+  EXPECT_NEAR(arrival.distance, 31.0, 1e-9);  // it stands there after the horizon
 }
 
 }  // namespace

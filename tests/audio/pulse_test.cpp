@@ -47,8 +47,8 @@ std::vector<NamedPulse> allPulses() {
 
 // ---- Oracles -----------------------------------------------------------------------------------
 
-/// A pulse as points with masses, by five-point Gauss-Legendre in many cells that are finest where
-/// the pulse begins and ends, and meet at the knots of the cubic.
+/// Returns a pulse as points with masses, by five-point Gauss-Legendre in many cells. The cells are
+/// finest where the pulse begins and ends, and meet at the knots of the cubic.
 std::vector<PulseNode> fineGrid(const Pulse& pulse, int cellsPerQuarter) {
   const double inner = std::sqrt(5.0 - 2.0 * std::sqrt(10.0 / 7.0)) / 3.0;
   const double outer = std::sqrt(5.0 + 2.0 * std::sqrt(10.0 / 7.0)) / 3.0;
@@ -89,7 +89,7 @@ double mean(std::span<const PulseNode> nodes) {
   return sum / total;
 }
 
-/// Moments of Legendre polynomials of degrees 0 to `degree` over the support.
+/// Returns the moments of Legendre polynomials of degrees 0 to `degree` over the support.
 std::vector<double> moments(std::span<const PulseNode> nodes, const Pulse& pulse,
                             std::size_t degree) {
   std::vector<double> sums(degree + 1);
@@ -108,8 +108,8 @@ std::vector<double> moments(std::span<const PulseNode> nodes, const Pulse& pulse
   return sums;
 }
 
-/// The contact of Hunt and Crossley with m = K = v0 = 1, by RK4 in long double and equal steps of
-/// time: d'' = -d^(3/2) (1 + x d').
+/// A state of Hunt and Crossley's contact with m = K = v0 = 1, d'' = -d^(3/2) (1 + x d'), which
+/// runContact integrates by RK4 in long double with equal steps of time.
 struct ContactSample {
   long double time = 0.0L;
   long double depth = 0.0L;
@@ -169,7 +169,7 @@ ContactRun runContact(double x) {
   return run;
 }
 
-/// Largest errors of a pulse against an integrated contact, relative to its own peaks.
+/// Largest errors of a pulse against an integrated contact, relative to the pulse's own peaks.
 struct ContactErrors {
   double force = 0.0;
   double slope = 0.0;
@@ -206,7 +206,8 @@ TEST(Pulse, HertzIsTheIntegratedContact) {
 }
 
 TEST(Pulse, HertzPeaksWhereItsEnergySays) {
-  // (2/5) d^(5/2) = 1/2 at the deepest point, where the force of impulse 2 is d^(3/2).
+  // The greatest depth follows from (2/5) d^(5/2) = 1/2; the force there is d^(3/2), and its whole
+  // impulse is 2.
   const double beta = std::tgamma(0.4) * std::tgamma(0.5) / std::tgamma(0.9);
   const double duration = 0.8 * beta * std::pow(1.25, 0.4);
   const Pulse& hertz = Pulse::of(PulseShape::hertz);
@@ -392,7 +393,7 @@ TEST(DissipativePulse, LosesWhatTheDamperTakes) {
 }
 
 TEST(DissipativePulse, GivesTheSpeedAndTheDepthOfABounce) {
-  // Twice integrated, the force must take the body from d = 0, d' = 1 to d = 0, d' = -e.
+  // The force, integrated twice, must take the body from d = 0, d' = 1 to d = 0, d' = -e.
   for (const double e : {0.05, 0.2, 0.5, 0.8, 0.95, 1.0}) {
     const Pulse pulse = Pulse::dissipativeHertz(e);
     double impulse = 0.0;
@@ -513,7 +514,7 @@ TEST(PulseRule, HasTheTransformsThatAreKnown) {
   }
 }
 
-/// Errors of all rules of a pulse at the frequencies of a raster, each the largest so far.
+/// Errors of all rules of a pulse, at each frequency of a raster the largest up to it.
 class RuleErrors {
  public:
   static constexpr double kStep = 0.25;
@@ -531,7 +532,7 @@ class RuleErrors {
     }
   }
 
-  /// Largest up to the first raster frequency at or above `bandwidth`.
+  /// Largest error up to the first raster frequency at or above `bandwidth`.
   double upTo(double bandwidth, std::size_t count) const {
     const auto index = static_cast<std::size_t>(std::max(0.0, std::ceil(bandwidth / kStep) - 1.0));
     for (const auto& [known, errors] : largest_) {
@@ -544,7 +545,7 @@ class RuleErrors {
   std::vector<std::pair<std::size_t, std::vector<double>>> largest_;
 };
 
-/// Largest bandwidth that ruleSize() gives to `count` or less, on a raster of 1/16.
+/// Largest bandwidth for which ruleSize() gives `count` or less, on a raster of 1/16.
 double documentedLimit(const Pulse& pulse, std::size_t count) {
   double limit = 0.0;
   for (double w = 0.0625; w < 500.0; w += 0.0625) {

@@ -18,7 +18,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// What a filter does to bare samples at a frequency in cycles per sample.
+/// Responses of a filter to bare samples at one frequency.
 struct Responses {
   Complex far;
   Complex near;
@@ -64,11 +64,12 @@ TEST(RadiationBank, TheFirstSizesAreExactAndKeepTheirFilters) {
   EXPECT_EQ(bank.mixOf(1.0).count, 1u);
 }
 
-// The oracle is the sphere's response itself and not another filter.
+// The oracle is the sphere's response itself, not another filter.
 TEST(RadiationBank, FurtherSizesAreWithin95DecibelsOfTheSpheresResponse) {
   RadiationBank bank = fullBank();
   double worst = 0.0;
-  // Balls of 30 m at 192 kHz to 0.3 mm at 8 kHz, most of them between the rungs.
+  // The corners are those of balls from 30 m at 192 kHz to 0.3 mm at 8 kHz, most of them between
+  // the rungs.
   for (double corner = 6e-5; corner < 150.0; corner *= 1.0437) {
     const RadiationBank::Mix& mix = bank.mixOf(corner);
     ASSERT_EQ(mix.count, 4u);

@@ -20,14 +20,14 @@ namespace {
 using std::numbers::pi;
 using Complex = std::complex<double>;
 
-// Outgoing spherical wave of first order, e^{-i w t} convention: h1 = j1 + i y1.
+// Outgoing spherical wave in the e^{-i w t} convention: h1 = j1 + i y1.
 Complex hankel(unsigned order, double x) {
   return {test::sphericalBessel(order, x), test::sphericalNeumann(order, x)};
 }
 
-// Pressure over velocity of a rigid sphere that oscillates, straight ahead of it: the solution of
-// the wave equation whose radial velocity is that of the surface (Morse & Ingard 1968, section
-// 7.1), in the e^{+i w t} convention.
+// Pressure over velocity of an oscillating rigid sphere, straight ahead of it: the solution of the
+// wave equation whose radial velocity is that of the surface (Morse & Ingard 1968, section 7.1), in
+// the e^{+i w t} convention.
 Complex pressureOverVelocity(double omega, double radius, double distance) {
   constexpr double kDensity = 1.2;
   constexpr double kSpeed = 343.0;
@@ -57,7 +57,7 @@ TEST(RadiationResponse, IsTheWaveEquationsOwnSolution) {
   EXPECT_LT(worst, 1e-12);
 }
 
-// Figures computed apart from this code, for what the compact formula gets wrong.
+// The expected errors (dB) of the compact formula were computed apart from this code.
 TEST(RadiationResponse, CompactIsTooLoudAboveAndTooQuietNearby) {
   const auto excess = [](double radius, double distance, double frequency) {
     const double omega = 2.0 * pi * frequency;
@@ -104,7 +104,7 @@ Errors errorsOf(double corner, RadiationFilter::Input input) {
   return worst;
 }
 
-// From a body of 30 m at 192 kHz to one of 10 um at 8 kHz, and the compact limit.
+// The corners are those of bodies from 30 m at 192 kHz to 10 um at 8 kHz, and of the compact limit.
 TEST(RadiationFilter, FollowsTheResponseToNinetyFiveDecibelsAtEveryFrequencyOfTheBand) {
   constexpr double kBound = 1.78e-5;  // -95 dB
   for (const auto input : {RadiationFilter::Input::spread, RadiationFilter::Input::bare}) {
@@ -119,7 +119,7 @@ TEST(RadiationFilter, FollowsTheResponseToNinetyFiveDecibelsAtEveryFrequencyOfTh
 }
 
 TEST(SpreadKernel, TransformIsThatOfItsSamplesAndWhatFoldsBackIsDark) {
-  // The transform of the samples at any offset is the kernel's own and what folds back.
+  // The transform of the samples, at any offset, is the kernel's own plus the part that folds back.
   double worst = 0.0;
   for (double offset = 0.0; offset < 1.0; offset += 0.0625) {
     for (double frequency = 0.0; frequency <= kBand; frequency += kBand / 50.0) {

@@ -27,7 +27,8 @@ Listener listenerOf(ListenerFormat format) {
   return listener;
 }
 
-/// World frame, `azimuth` rad to the right of ahead, for a listener that is not turned.
+/// Direction in the world frame, `azimuth` rad to the right of ahead for a listener that is not
+/// turned.
 Vec3 towards(double azimuth) {
   return {std::sin(azimuth), 0.0, -std::cos(azimuth)};
 }
@@ -56,8 +57,8 @@ TEST(Receiver, EveryFormatFillsItsChannels) {
   }
 }
 
-// Published characteristics: cardioid 6 dB down at 90 degrees and deaf at 180; figure of eight
-// deaf at 90 and inverted at 180; supercardioid (0.63) deaf at 126 degrees.
+// Published characteristics: a cardioid is 6 dB down at 90 degrees and deaf at 180; a figure of
+// eight is deaf at 90 and inverted at 180; a supercardioid (0.63) is deaf at 126 degrees.
 TEST(Receiver, PatternsHaveTheirNulls) {
   Receiver receiver;
   receiver.pattern = 0.5;
@@ -81,7 +82,7 @@ TEST(Receiver, LeftComesFirstAndLooksOutwards) {
   const Receivers pair = receiversOf(listenerOf(ListenerFormat::coincidentPair));
   const Vec3 left = towards(-pi / 4.0);
   EXPECT_DOUBLE_EQ(gain(pair[0], Quat::Identity(), left), 1.0);
-  EXPECT_DOUBLE_EQ(gain(pair[1], Quat::Identity(), left), 0.5);  // 90 degrees off a cardioid
+  EXPECT_DOUBLE_EQ(gain(pair[1], Quat::Identity(), left), 0.5);  // 90 degrees off a cardioid's axis
   EXPECT_EQ(pair[0].offset, Vec3::Zero());
 }
 
@@ -94,7 +95,8 @@ TEST(Receiver, SpacedPairIsLeftAndRightOfThePosition) {
   EXPECT_EQ(gain(pair[1], Quat::Identity(), towards(-2.0)), 1.0);
 }
 
-// Blumlein: two figures of eight at right angles catch the same power from all around.
+// A Blumlein pair, two figures of eight at right angles, receives the same power from every
+// direction.
 TEST(Receiver, BlumleinPairKeepsThePowerOfEveryDirection) {
   Listener listener = listenerOf(ListenerFormat::coincidentPair);
   listener.pattern = 1.0;
@@ -109,7 +111,7 @@ TEST(Receiver, BlumleinPairKeepsThePowerOfEveryDirection) {
 TEST(Receiver, TurnsWithTheListener) {
   Receiver receiver;
   receiver.pattern = 0.5;
-  // A turn to the left, a quarter around +Y: ahead is now the world's -X.
+  // The listener turns left, by a quarter around +Y: ahead is now the world's -X.
   const Quat turned(Eigen::AngleAxisd(pi / 2.0, Vec3::UnitY()));
   EXPECT_NEAR(gain(receiver, turned, -Vec3::UnitX()), 1.0, 1e-15);
   EXPECT_NEAR(gain(receiver, turned, Vec3::UnitX()), 0.0, 1e-15);

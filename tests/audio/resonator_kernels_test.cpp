@@ -19,7 +19,7 @@ namespace {
 
 constexpr long double kTwoPi = 2.0L * std::numbers::pi_v<long double>;
 
-/// One mode as it is meant: amplitude exp(-decay t) cos(w t + phase), t in samples.
+/// One mode: amplitude exp(-decay t) cos(w t + phase), t in samples.
 struct Tone {
   long double w = 0.0L;
   long double decay = 0.0L;
@@ -31,14 +31,14 @@ struct Tone {
   }
 };
 
-/// A bank and all that it borrows; it begins at t = 0.
+/// A bank of resonators with the arrays that it borrows; its first sample is at t = 0.
 class Bank {
  public:
   explicit Bank(const std::vector<Tone>& tones)
       : count_((tones.size() + kWidth - 1) / kWidth * kWidth), values_(6 * count_, 0.0) {
     for (std::size_t i = 0; i < tones.size(); ++i) {
       const Tone& tone = tones[i];
-      // Of a rate of 1 Hz.
+      // t counts samples, so that the sample rate is 1 Hz.
       const TwoPole pole =
           TwoPole::of(static_cast<double>(tone.w), static_cast<double>(tone.decay), 1.0);
       at(0, i) = pole.a1;
@@ -122,13 +122,13 @@ TEST_P(ResonatorBank, RingsAsTheSumOfItsTones) {
   }
 }
 
-/// The oscillation of given poles, whose rounding is a matter of the test of pitch.
+/// The oscillation of the rounded poles; the effect of rounding is tested with the pitch.
 Tone toneOf(double a1, double a2) {
   const long double radius = std::sqrt(static_cast<long double>(-a2));
   return {.w = std::acos(a1 / (2.0L * radius)), .decay = -std::log(radius)};
 }
 
-/// What an input of 1 leaves, sample by sample, where the recursion is pushed by it once.
+/// Impulse response of the recursion, sample by sample.
 std::vector<long double> responseOf(const Tone& tone, std::size_t samples) {
   std::vector<long double> response(samples);
   for (std::size_t n = 0; n < samples; ++n) {
@@ -139,7 +139,8 @@ std::vector<long double> responseOf(const Tone& tone, std::size_t samples) {
   return response;
 }
 
-// The response to each sample of input by itself, from the closed form of a damped oscillator's.
+// The expected output sums the responses to each sample of input, in the closed form of a damped
+// oscillator.
 TEST_P(ResonatorBank, AnswersAnInputAsTheConvolutionWithItsImpulseResponse) {
   for (const std::size_t count : {5u, 16u, 37u}) {
     Bank bank(tones(count));
@@ -147,7 +148,7 @@ TEST_P(ResonatorBank, AnswersAnInputAsTheConvolutionWithItsImpulseResponse) {
     for (std::size_t i = 0; i < count; ++i) {
       const Tone tone = toneOf(bank.view().a1[i], bank.view().a2[i]);
       responses.push_back(responseOf(tone, 200));
-      const double unit = static_cast<double>(std::sin(tone.w));  // responses of order 1
+      const double unit = static_cast<double>(std::sin(tone.w));  // scales the responses to order 1
       bank.y1(i) = bank.y2(i) = 0.0;
       bank.b0(i) = unit * random().between(-1.0, 1.0);
       bank.b1(i) = unit * random().between(-1.0, 1.0);
@@ -166,7 +167,7 @@ TEST_P(ResonatorBank, AnswersAnInputAsTheConvolutionWithItsImpulseResponse) {
   }
 }
 
-/// How far the last two values of a bank's resonator are from the tone's at t = n.
+/// Deviation of the last two values of a bank's resonator from the tone's at t = n.
 struct Deviation {
   long double phase = 0.0L;      ///< rad
   long double amplitude = 0.0L;  ///< relative
@@ -185,9 +186,9 @@ Deviation deviation(const Tone& tone, long double y1, long double y2, long doubl
 constexpr double kRates[] = {8000.0, 44100.0, 48000.0, 192000.0};
 constexpr double kFrequencies[] = {20.0, 27.5, 110.0, 440.0, 1000.0, 3999.0, 12345.6, 20000.0};
 
-// Rounding moves a1 by 1 to 3 of its last bits at most, 2^-53 each, and so the phase by that over
-// 2 sin w with every sample: 5e-7 rad after 10 s of 20 Hz at 192 kHz, and that is the worst case.
-// The amplitude it moves by about one last bit with every sample, 2e-10.
+// Rounding moves a1 by at most 1 to 3 of its last bits, 2^-53 each, and so the phase, with every
+// sample, by that over 2 sin w: 5e-7 rad after 10 s of 20 Hz at 192 kHz, which is the worst case.
+// Rounding moves the amplitude by about one last bit with every sample, 2e-10.
 TEST_P(ResonatorBank, KeepsPitchAndDecayFor10Seconds) {
   for (const double rate : kRates) {
     std::vector<Tone> tones;
@@ -197,7 +198,7 @@ TEST_P(ResonatorBank, KeepsPitchAndDecayFor10Seconds) {
         tones.push_back(
             {kTwoPi * frequency / rate, static_cast<long double>(decayRate) / rate, 0.7L, 0.3L});
     }
-    // The tones as the bank is told them, in double precision.
+    // The expected tones are those that the bank is given, in double precision.
     for (Tone& tone : tones) {
       tone.w = static_cast<double>(tone.w);
       tone.decay = static_cast<double>(tone.decay);
@@ -256,7 +257,7 @@ TEST_P(ResonatorBank, RingsWithTheSameBitsAsItIsDrivenBySilence) {
   EXPECT_EQ(out, rung);
 }
 
-// There are two roundings, and not one for each instruction set.
+// Kernels round in two ways only, not in one way for each instruction set.
 TEST_P(ResonatorBank, GivesTheBitsOfTheFastestOrOfThePlainKernels) {
   const Bank begin = drivenBank(104);
   const std::vector<double> x = noise(500);
@@ -277,7 +278,7 @@ TEST_P(ResonatorBank, FlushesWhatIsNotAboveTheThreshold) {
   for (const long double w : {0.0006L, 0.1L, 1.5L, 3.0L}) {
     for (long double phase = -3.0L; phase < 3.0L; phase += 0.37L) {
       const long double decay = 0.01L * w;
-      // The amplitude counts from the last sample, which is at t = -1.
+      // The threshold applies to the amplitude at the last sample, which is at t = -1.
       const long double there = threshold * std::exp(-decay);
       tones.push_back({w, decay, there * 1.000001L, phase});
       tones.push_back({w, decay, there * 0.999999L, phase});
@@ -308,7 +309,7 @@ bool holdsDenormal(std::span<const double> values) {
                              [](double value) { return std::fpclassify(value) == FP_SUBNORMAL; });
 }
 
-/// Rings for so many blocks of 128 samples; whether a denormal number came up.
+/// Rings for so many blocks of 128 samples; true if a denormal number came up.
 bool reachesDenormals(const ResonatorKernels& kernels, Bank bank, double threshold, int blocks) {
   bool reached = false;
   std::vector<double> out(128);

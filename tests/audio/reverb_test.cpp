@@ -68,7 +68,7 @@ Reverb makeReverb(const ReverbSettings& settings, std::size_t channels = 1, doub
   return *std::move(reverb);
 }
 
-/// What each channel gives for `in`, in blocks of `block` samples.
+/// Returns the output of each channel for `in`, processed in blocks of `block` samples.
 std::vector<Signal> run(Reverb& reverb, const Signal& in, std::size_t block = 512) {
   std::vector<Signal> out(reverb.channels(), Signal(in.size(), 0.0));
   for (std::size_t begin = 0; begin < in.size(); begin += block) {
@@ -97,8 +97,8 @@ double energy(const Signal& signal) {
 
 // --- Decay per band: band-pass, Schroeder's backward integral, line from -5 to -35 dB --------
 
-/// Three second-order band-passes in a row (bilinear, unit gain at the centre), each of `quality`
-/// centre over bandwidth.
+/// Filters by three second-order band-passes in a row (bilinear, unit gain at the centre), each
+/// with `quality`, the centre over the bandwidth.
 Signal bandOf(Signal signal, double centre, double quality, double rate) {
   const double omega = 2.0 * std::numbers::pi * centre / rate;
   const double alpha = std::sin(omega) / (2.0 * quality);
@@ -117,7 +117,7 @@ Signal bandOf(Signal signal, double centre, double quality, double rate) {
   return signal;
 }
 
-/// s, T30 (ISO 3382-1): by least squares.
+/// Decay time in s: T30 (ISO 3382-1), by least squares.
 double measuredDecay(const Signal& signal, double rate) {
   Signal remaining(signal.size());
   double sum = 0.0;
@@ -155,7 +155,8 @@ std::vector<DecayCase> decayCases() {
           {"hall at 96 kHz", hall(), 96000.0}};
 }
 
-/// The largest error over the bands, relative, the mean of four channels; recorded in percent.
+/// Returns the largest relative error over the bands, of the mean of four channels; records the
+/// errors in percent.
 double largestDecayError(const DecayCase& which, double quality) {
   const ReverbSettings& settings = which.settings;
   Reverb reverb = makeReverb(settings, 4, which.rate);
@@ -184,14 +185,14 @@ TEST(Reverb, DecaysAtTheBandsCentresInTheTimeThatWasAskedFor) {
 }
 
 /// Where the times fall steeply within an octave, its slower edge and the neighbour that leaks
-/// through the filter's skirts outlive its centre, here as in a room.
+/// through the filter's skirts decay more slowly than its centre, as in a real room.
 TEST(Reverb, DecaysInWholeOctavesInTheTimeThatWasAskedFor) {
   for (const DecayCase& which : decayCases()) {
     EXPECT_LT(largestDecayError(which, 1.2), 0.10) << which.name;
   }
 }
 
-/// As of the filters alone, without the scatter of one impulse response.
+/// The decay is computed from the filters alone, without the scatter of one impulse response.
 TEST(Reverb, FiltersMeetTheDecayAtTheBandsCentres) {
   for (const ReverbSettings& settings : {livingRoom(), hall(), tiledRoom()}) {
     for (const double rate : {8000.0, 44100.0, 192000.0}) {
@@ -232,13 +233,13 @@ TEST(Reverb, WithoutDecayConservesTheEnergyThatItHolds) {
   run(reverb, impulse(0.1));
   const double before = reverb.storedEnergy();
   run(reverb, Signal(100000, 0.0));
-  EXPECT_NEAR(before, 1.0, 1e-12);  // the input's own
+  EXPECT_NEAR(before, 1.0, 1e-12);  // the input's own energy
   EXPECT_NEAR(reverb.storedEnergy(), before, 1e-11);
   EXPECT_EQ(reverb.decayTime(1000.0), kInfinity);
 }
 
-/// Barron & Lee 1988: reflected over direct at 10 m is 31200 T / V exp(-0.04 r / T); at r = 0 and
-/// for a direct sound at 1 m, 312 T / V. What comes before the onset is missing.
+/// Barron & Lee 1988: reflected over direct energy at 10 m is 31200 T / V exp(-0.04 r / T); at r =
+/// 0 and for a direct sound at 1 m, 312 T / V. The energy before the onset is missing.
 TEST(Reverb, HasTheEnergyOfTheDiffuseField) {
   for (const double onset : {0.0, 0.02, 0.06}) {
     for (ReverbSettings settings : {livingRoom(), hall(), tiledRoom()}) {
@@ -250,7 +251,7 @@ TEST(Reverb, HasTheEnergyOfTheDiffuseField) {
       double mean = 0.0;
       for (const Signal& channel : out)
         mean += energy(channel) / 16.0;
-      // Without an onset of its own it begins with its shortest lines' half mean free time.
+      // Without an onset the tail begins after its shortest lines, about half a mean free time.
       const double freeTime = 4.0 * settings.volume / (settings.surface * 343.0);
       const double begin = std::max(onset, 0.45 * freeTime);
       const double expected = 312.0 * decay / settings.volume * std::exp(-13.8155 * begin / decay);
@@ -259,7 +260,8 @@ TEST(Reverb, HasTheEnergyOfTheDiffuseField) {
   }
 }
 
-/// Nothing before the onset less the spread of the lines; the mean free path spans 17 ms here.
+/// The tail is silent before the onset less the spread of the lines; the mean free path takes 17 ms
+/// here.
 TEST(Reverb, BeginsAboutItsOnset) {
   ReverbSettings settings = livingRoom();
   settings.onset = onsetAfter(3, settings.volume, settings.surface, 343.0);
@@ -272,8 +274,8 @@ TEST(Reverb, BeginsAboutItsOnset) {
   EXPECT_LT(start, settings.onset + 0.3 * freeTime);
 }
 
-/// Share of samples beyond one standard deviation, over that of noise, erfc(1/sqrt(2)): Abel &
-/// Huang 2006, a measure that is 1 when the echoes can no longer be told apart.
+/// Share of samples beyond one standard deviation, relative to that of noise, erfc(1/sqrt(2)): Abel
+/// & Huang 2006; it is 1 when the echoes can no longer be told apart.
 double echoDensity(const Signal& signal, std::size_t begin, std::size_t count) {
   double sum = 0.0;
   for (std::size_t sample = begin; sample < begin + count; ++sample) {
@@ -309,7 +311,7 @@ TEST(Reverb, IsTheSameHoweverItIsCutIntoBlocks) {
     in[sample] = random.between(-1.0, 1.0);
   ReverbSettings settings = livingRoom();
   settings.onset = 0.02;
-  settings.silence = 1e-3;  // so that it ends within
+  settings.silence = 1e-3;  // so that it ends within the run
   settings.decayTimes = allBands(0.1);
   Reverb whole = makeReverb(settings, 3);
   const auto expected = run(whole, in, in.size());
@@ -352,7 +354,8 @@ TEST(Reverb, StaysWithinBoundsForAMinuteOfNoiseAndThenDies) {
         loudest = std::max(loudest, std::abs(value));
     }
   }
-  // The diffuse field's gain, 312 T / V of the energy, times noise of 1/3, six deviations.
+  // The bound is the diffuse field's gain, 312 T / V of the energy, times noise of 1/3, at six
+  // deviations.
   EXPECT_LT(loudest, 6.0 * std::sqrt(312.0 * 1.8 / 20.0 / 3.0));
   EXPECT_GT(loudest, 1.0);
   std::string why;
@@ -393,7 +396,8 @@ TEST(Reverb, GivesSilenceForSilence) {
   EXPECT_TRUE(reverb.validate());
 }
 
-/// What is cut off at the end is below the level that was set, and the next input finds it empty.
+/// The tail is cut off below the level that was set, and the next input finds the reverberation
+/// empty.
 TEST(Reverb, IsSilentOnceNothingCanBeHeardAndThenStartsAfresh) {
   ReverbSettings settings = livingRoom();
   settings.onset = 0.03;
@@ -412,7 +416,7 @@ TEST(Reverb, IsSilentOnceNothingCanBeHeardAndThenStartsAfresh) {
   EXPECT_EQ(run(reverb, in)[0], first);
 }
 
-/// An input delayed by the onset is not forgotten by a state that is still empty.
+/// An input that the onset delays is not forgotten while the lines are still empty.
 TEST(Reverb, IsNotSilentWhileTheOnsetHoldsTheInput) {
   ReverbSettings settings = livingRoom();
   settings.onset = 0.5;
@@ -439,7 +443,7 @@ TEST(Reverb, HoldsNothingSubnormalWhileItDies) {
   }
 }
 
-/// The filters on the way in have nothing to do for seconds while the lines still sound.
+/// The input filters are idle for seconds while the lines still sound.
 TEST(Reverb, HoldsNothingSubnormalAfterItsOnset) {
   ReverbSettings settings = hall();
   settings.onset = 0.2;
@@ -453,7 +457,8 @@ TEST(Reverb, HoldsNothingSubnormalAfterItsOnset) {
   EXPECT_FALSE(reverb.isSilent());
 }
 
-/// A line receives a quarter of the input.
+/// A line receives a quarter of the input, so that the threshold for the input is four times the
+/// lines'.
 TEST(Reverb, DropsWhatIsBelowTheSmallestPressure) {
   for (const double pressure : {5e-324, 1e-310, 0.9e-30, 3.9e-30, 4.1e-30}) {
     Reverb reverb = makeReverb(livingRoom());
@@ -529,7 +534,8 @@ TEST(Reverb, RefusesWhatNoRoomHas) {
 
 // --- From a room -------------------------------------------------------------------------------
 
-/// By hand: V = 30 m^3, S = 59 m^2, alpha = 0.2, c = 343 m/s: A = 11.8 m^2, 0.1611 V / A.
+/// By hand: V = 30 m^3, S = 59 m^2, alpha = 0.2, c = 343 m/s give A = 11.8 m^2 and the time 0.1611
+/// V / A.
 TEST(DecayTimes, OfSabineAndEyringAreTheTextbooks) {
   RoomMeasures room{30.0, 59.0, {}};
   room.meanAbsorption.coefficients = {0.2, 0.0, 1.0, 0.2, 0.2, 0.2, 0.2};

@@ -17,8 +17,7 @@ struct Tone {
   double volume = 1e-3;       // m^2 / sqrt(kg)
 };
 
-/// A box of which every vertex goes along one direction in every mode: the force along it is all
-/// that counts.
+/// A box whose vertices all move along one direction in every mode: only the force along it counts.
 inline std::shared_ptr<const ModalModel> boxOf(const std::vector<Tone>& tones,
                                                const Vec3& along = Vec3::UnitZ()) {
   ModalModel model;
@@ -40,7 +39,7 @@ inline std::shared_ptr<const ModalModel> boxOf(const std::vector<Tone>& tones,
   return std::make_shared<const ModalModel>(std::move(model));
 }
 
-/// A ball that falls on that box, which lies with its centre in the world's origin.
+/// A ball that falls on the box, whose centre is the world's origin.
 inline BallDrop dropOnBox(double time) {
   BallDrop drop;
   drop.radius = 0.005;
@@ -49,7 +48,7 @@ inline BallDrop dropOnBox(double time) {
   return drop;
 }
 
-/// The box's share, as the floor.
+/// The box's share of the impact, as the floor.
 inline ImpulseEvent floorShare(const BallDrop& drop) {
   ImpulseEvent event = drop.event();
   std::swap(event.body, event.other);

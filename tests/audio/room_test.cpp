@@ -23,7 +23,7 @@ Absorption uniform(double alpha) {
   return absorption;
 }
 
-/// A box with one corner at `corner`, its edges along the columns of a rotation.
+/// A box with one corner at `corner` and its edges along the columns of a rotation.
 Room makeBox(const Vec3& size, int order, const Vec3& corner = Vec3::Zero(),
              const Quat& turn = Quat::Identity()) {
   Room room;
@@ -47,7 +47,8 @@ Vec3 mirrored(const Reflector& wall, const Vec3& point) {
   return point - 2.0 * (wall.normal.dot(point) - wall.offset) * wall.normal;
 }
 
-/// Everything that `order` mirrorings in a row, none undone at once, make of `source`.
+/// Adds to `found` the images of `source` in all sequences of `order` mirrors without the same
+/// mirror twice in a row.
 void enumerate(const Room& room, const Vec3& source, int order, std::vector<std::size_t> sequence,
                std::vector<std::pair<Vec3, std::vector<std::size_t>>>& found) {
   if (static_cast<int>(sequence.size()) == order) {
@@ -68,7 +69,7 @@ bool holds(const std::vector<Vec3>& points, const Vec3& point) {
                              [&](const Vec3& other) { return (other - point).norm() < 1e-9; });
 }
 
-/// The distinct images that are no nearer in reflections: those whose place no shorter row reaches.
+/// The distinct images, each with the shortest sequence of mirrors that reaches its place.
 std::vector<std::pair<Vec3, std::vector<std::size_t>>> bruteForce(const Room& room,
                                                                   const Vec3& source, int order) {
   std::vector<Vec3> seen = {source};
@@ -87,7 +88,8 @@ std::vector<std::pair<Vec3, std::vector<std::size_t>>> bruteForce(const Room& ro
 
 // --- Fields, as oracles ------------------------------------------------------------------------
 
-/// Of a static dipole D at `at`: potential D . r / r^3; its gradient is what the wall must stop.
+/// Gradient, by differences, of the potential D . r / r^3 of a static dipole D at `at`; the wall
+/// must cancel its normal part.
 Vec3 dipoleGradient(const Vec3& dipole, const Vec3& at, const Vec3& point) {
   const double step = 1e-4;
   const auto potential = [&](const Vec3& x) {
@@ -127,7 +129,8 @@ TEST(Images, OfABoxAreThoseOfAllRowsOfReflectionsUpToTheThirdOrder) {
     const Quat turn = random.orientation();
     const Vec3 corner = 3.0 * random.inCube();
     const Room room = makeBox(size, 3, corner, turn);
-    // The corner's coordinate along an axis is low on that wall: the box is corner + turn * [0, L].
+    // A wall's coordinate along its axis is lowest at the corner: the box is corner + turn * [0,
+    // L].
     const Vec3 source = corner + turn * size.cwiseProduct(Vec3(0.31, 0.42, 0.77));
     const auto expected = bruteForce(room, source, 3);
     const auto images = imagesOf(room);
@@ -151,7 +154,7 @@ TEST(Images, OfABoxDoNotDependOnTheOrderOfTheReflections) {
   std::vector<std::pair<Vec3, std::vector<std::size_t>>> rows;
   enumerate(room, Vec3(0.5, 0.6, 0.7), 3, {}, rows);
   for (const auto& [place, walls] : rows) {
-    // Perpendicular walls commute; a pair of parallel ones makes two images, one for each order.
+    // Perpendicular mirrors commute; a pair of parallel walls makes two images, one for each order.
     if (walls[0] / 2 == walls[1] / 2 || walls[1] / 2 == walls[2] / 2) continue;
     for (const auto& [other, same] : rows) {
       if (same != walls) continue;
@@ -180,7 +183,7 @@ TEST(Images, AreCongruencesAndEachOnce) {
 }
 
 /// The images' distances are those of the echoes: for a source and a listener in the middle of a
-/// cube of edge L, the first-order images are all at L.
+/// cube of edge L, the first-order images are all at the distance L.
 TEST(Images, OfTheMiddleOfACubeAreAtItsEdge) {
   for (const Image& image : imagesOf(makeBox({2.0, 2.0, 2.0}, 1))) {
     EXPECT_NEAR((image.position({1.0, 1.0, 1.0}) - Vec3(1.0, 1.0, 1.0)).norm(), 2.0, 1e-12);
@@ -207,14 +210,15 @@ TEST(Images, AreSeenOnlyFromTheFreeSide) {
   floor.reflectors = {{Vec3::UnitZ(), 1.0, uniform(0.0)}};
   const Image image = imagesOf(floor).at(0);
   EXPECT_TRUE(isVisible(floor, image, {0, 0, 2}, {3, 0, 1.5}));
-  EXPECT_TRUE(isVisible(floor, image, {0, 0, 1}, {3, 0, 1}));  // on it
+  EXPECT_TRUE(isVisible(floor, image, {0, 0, 1}, {3, 0, 1}));  // on the floor
   EXPECT_FALSE(isVisible(floor, image, {0, 0, 0.5}, {3, 0, 2}));
   EXPECT_FALSE(isVisible(floor, image, {0, 0, 2}, {3, 0, 0.5}));
   EXPECT_FALSE(isVisible(floor, image, {0, 0, 0.5}, {3, 0, 0.5}));
 }
 
-/// A wedge of 45 degrees between the floor and a wall that leans over it: the floor's point of
-/// reflection is heard while it lies before the wall's foot. Walked along the path as an oracle.
+/// A wedge of 45 degrees between the floor and a wall that leans over it: the floor's reflection is
+/// heard while its point of reflection lies before the wall's foot. The oracle finds that point by
+/// itself.
 TEST(Images, AreCutOffWhereAnotherWallStandsInTheWay) {
   Random random(5);
   Room room;
@@ -235,7 +239,7 @@ TEST(Images, AreCutOffWhereAnotherWallStandsInTheWay) {
     if (!isFree(source, 0.0) || !isFree(listener, 0.0)) continue;
     for (const Image& image : images) {
       const Reflector& wall = room.reflectors[image.reflectors[0]];
-      // Bisection along the line from listener to image, for where it meets the wall.
+      // Bisection finds where the line from the listener to the image meets the wall.
       Vec3 near = listener;
       Vec3 far = image.position(source);
       for (int halving = 0; halving < 60; ++halving) {
@@ -312,7 +316,7 @@ TEST(Images, AreTheSameWhicheverWayTheWallsAreListed) {
 TEST(MeasureBox, KnowsVolumeSurfaceAndTheMeanWeightedByArea) {
   Random random(6);
   Room room = makeBox({3.0, 4.0, 2.5}, 1, {1, 1, 1}, random.orientation());
-  room.reflectors[4].absorption = uniform(0.7);  // one of the two of 3 by 4
+  room.reflectors[4].absorption = uniform(0.7);  // one of the two walls of 3 by 4
   const Result<RoomMeasures> measures = measureBox(room);
   ASSERT_TRUE(measures);
   EXPECT_NEAR(measures->volume, 30.0, 1e-9);

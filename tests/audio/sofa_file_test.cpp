@@ -54,7 +54,7 @@ class DefaultHrtf : public testing::Test {
     return result;
   }
 
-  /// s by which the left ear hears it later.
+  /// Time in s by which the left ear hears the sound later than the right one.
   double leftIsLater(const Vec3& direction) const {
     std::vector<double> aligned(set_->alignedLength());
     const SphereWeights where = set_->lookup(direction);
@@ -101,7 +101,7 @@ TEST_F(DefaultHrtf, SourceOnTheRightIsLouderAndEarlierInTheRightEar) {
   const double louder =
       energy(response(atAzimuth(90.0), Ear::right)) / energy(response(atAzimuth(90.0), Ear::left));
   EXPECT_GT(10.0 * std::log10(louder), 8.0);
-  // Woodworth's sphere of 8.75 cm: a / c (pi / 2 + 1) = 0.66 ms.
+  // Woodworth's formula for a sphere of 8.75 cm gives a / c (pi / 2 + 1) = 0.66 ms.
   EXPECT_GT(leftIsLater(atAzimuth(90.0)), 0.6e-3);
   EXPECT_LT(leftIsLater(atAzimuth(90.0)), 0.8e-3);
   EXPECT_NEAR(leftIsLater(atAzimuth(-90.0)), -leftIsLater(atAzimuth(90.0)), 1e-6);
@@ -147,7 +147,7 @@ TEST_F(DefaultHrtf, IsContinuousAllAround) {
   }
 }
 
-// The set resampled and aligned gives back the file's own response, at the file's own rate.
+// The set, resampled and aligned, gives back the file's own response at the file's own rate.
 TEST_F(DefaultHrtf, AMeasuredDirectionGivesWhatTheFileHolds) {
   const auto file = readSofaFile(defaultSofaFile());
   ASSERT_TRUE(file) << file.error().message;

@@ -82,7 +82,7 @@ TEST_F(SoundFile, FullScaleIsThePressureThatIsAskedFor) {
   EXPECT_EQ(test::readRecording(path()).samples.at(0), 0.5);
 }
 
-/// A click as a contact makes one, of that peak: the derivative of a Gaussian.
+/// Adds a click of that peak as a contact makes one: the derivative of a Gaussian.
 void addClick(std::vector<float>& samples, std::size_t centre, double peak) {
   for (std::size_t frame = centre - 40; frame <= centre + 40; ++frame) {
     const double u = (static_cast<double>(frame) - static_cast<double>(centre)) / 6.0;
@@ -90,7 +90,8 @@ void addClick(std::vector<float>& samples, std::size_t centre, double peak) {
   }
 }
 
-/// Of the click at `centre` in the file against the same click at `peak`, over `peak`.
+/// Largest error, relative to `peak`, of the click at `centre` in the file against the same click
+/// with that peak.
 double clickError(const Recording& recording, std::size_t centre, double peak) {
   double largest = 0.0;
   for (std::size_t frame = centre - 40; frame <= centre + 40; ++frame) {
@@ -102,7 +103,7 @@ double clickError(const Recording& recording, std::size_t centre, double peak) {
 }
 
 TEST_F(SoundFile, A120dBQuieterClickSurvivesBesideALoudOne) {
-  // 20 Pa, at full scale, and 20 uPa, where hearing begins.
+  // The loud click has 20 Pa, full scale, and the quiet ones 20 uPa, the threshold of hearing.
   std::vector<float> samples(20'000, 0.0F);
   addClick(samples, 5000, 20.0);
   addClick(samples, 6000, 20e-6);

@@ -22,7 +22,8 @@ Vec3 placeOf(const SurfacePoint& point, const SurfaceMesh& mesh) {
   return place;
 }
 
-/// Of all triangles, by many points of each: no nearer than that, but for how far apart these are.
+/// Distance to many points of every triangle: the true distance is less by at most what the gaps
+/// between the points allow.
 double nearestBySampling(const Vec3& point, const SurfaceMesh& mesh) {
   constexpr int kParts = 8;
   double least = std::numeric_limits<double>::infinity();
@@ -50,12 +51,12 @@ TEST(SurfaceLocator, FindsThePointThatASearchThroughAllTrianglesFinds) {
     const double distance = (placeOf(found, mesh) - point).norm();
     const double sampled = nearestBySampling(point, mesh);
     EXPECT_LE(distance, sampled + 1e-15);
-    EXPECT_GT(distance, sampled - 0.002);  // m, of an eighth of an edge
+    EXPECT_GT(distance, sampled - 0.002);  // m, for gaps of an eighth of an edge
     EXPECT_EQ(mesh.triangles[found.triangle], found.vertices);
   }
 }
 
-/// A slab with a finely meshed knob on it: from the middle of the slab the nearest vertex is one of
+/// A slab with a finely meshed knob on it: the vertex nearest to the middle of the slab belongs to
 /// the knob.
 TEST(SurfaceLocator, ALargeTriangleIsFoundBesideManySmallOnes) {
   SurfaceMesh mesh = boxMesh({1.0, 1.0, 0.01});

@@ -23,7 +23,8 @@ TEST(SurfaceMesh, VolumeCentroidAndAreaOfABoxFarFromTheOrigin) {
 }
 
 TEST(SurfaceMesh, SecondMomentIsTheSumOverABoxOfItsParallelAxes) {
-  // Of a box with half extents a, b, c: V diag(a^2, b^2, c^2) / 3 about its middle, plus V d d^T.
+  // About the middle of a box with half extents a, b, c the moment is V diag(a^2, b^2, c^2) / 3;
+  // the parallel axis adds V d d^T.
   const Vec3 away(0.5, -2.0, 3.0);
   const SurfaceMesh box = mapped(boxMesh({1, 2, 3}), [&](const Vec3& v) { return Vec3(v + away); });
   Eigen::Matrix3d expected = Vec3(16.0, 64.0, 144.0).asDiagonal();
@@ -33,7 +34,7 @@ TEST(SurfaceMesh, SecondMomentIsTheSumOverABoxOfItsParallelAxes) {
   EXPECT_LT((secondMoment(box, Vec3::Zero()) - expected).norm(), 1e-10);
 }
 
-/// Every triangle with three vertices of its own.
+/// Gives every triangle three vertices of its own.
 SurfaceMesh soupOf(const SurfaceMesh& mesh) {
   SurfaceMesh soup;
   for (const auto& triangle : mesh.triangles) {
@@ -68,7 +69,7 @@ TEST(SurfaceMesh, WeldingDropsWhatVanishesAndWhatNothingUses) {
   EXPECT_EQ(whole.triangles.size(), 1u);
 }
 
-// All pairs, once each. Points in so many clusters that none of them reaches another.
+// All pairs are checked. The points lie in clusters so far apart that none reaches another.
 TEST(SurfaceMesh, PointsAreCoincidentExactlyWhenTheyAreNear) {
   Random random(2);
   std::vector<Vec3> points;
@@ -83,7 +84,7 @@ TEST(SurfaceMesh, PointsAreCoincidentExactlyWhenTheyAreNear) {
       EXPECT_EQ(stands[one] == stands[other], (points[one] - points[other]).norm() <= 4e-5);
 }
 
-// Zero has two signs; and a grid of numbers does not end where they do.
+// Zero has two signs, and coordinates can be too large for the cells of a grid.
 TEST(SurfaceMesh, CoincidenceHoldsForBothZerosAndForHugeNumbers) {
   const auto first = [](const std::vector<Vec3>& points, double distance) {
     return coincident(points, distance)[1];

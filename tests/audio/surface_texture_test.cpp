@@ -17,7 +17,7 @@ namespace {
 using testing::HasSubstr;
 using Slope = SurfaceTexture::Slope;
 
-/// Waves along u: `periods` of them, of slope amplitude 1.
+/// A texture of `periods` waves along u, of slope amplitude 1.
 SurfaceTexture waves(std::size_t texels, double texel, double periods) {
   std::vector<Slope> slopes;
   for (std::size_t v = 0; v < texels; ++v)
@@ -36,7 +36,8 @@ TEST(SurfaceTexture, FollowsAWaveBetweenItsTexels) {
   for (int trial = 0; trial < 100; ++trial) {
     const Eigen::Vector2d at{random.between(-1.0, 1.0), random.between(-1.0, 1.0)};
     const double wave = std::cos(2.0 * std::numbers::pi * at.x() / (32.0 * texel));
-    // The spline averages over a texel and a half or so: 1 - (2 pi / 32)^2 / 8 of the wave.
+    // The spline averages over some one and a half texels: it keeps 1 - (2 pi / 32)^2 / 8 of the
+    // wave.
     EXPECT_NEAR(texture.slope(at, 0.0).x(), wave, 6e-3);
     EXPECT_NEAR(texture.slope(at, 0.0).y(), 0.0, 1e-6);
   }
@@ -60,23 +61,23 @@ TEST(SurfaceTexture, RepeatsInBothDirections) {
 
 TEST(SurfaceTexture, AWideLookAveragesShortWavesOut) {
   const double texel = 1e-3;
-  const SurfaceTexture texture = waves(256, texel, 32.0);  // of 8 texels
+  const SurfaceTexture texture = waves(256, texel, 32.0);  // wavelength: 8 texels
   EXPECT_GT(texture.steepest(), 0.9);
   EXPECT_LE(texture.steepest(), 1.0);
   for (int step = 0; step < 50; ++step) {
     const Eigen::Vector2d at(0.37e-3 * step, 0.0);
     EXPECT_LT(std::abs(texture.slope(at, 16.0 * texel).x()), 1e-6);
-    EXPECT_LT(std::abs(texture.slope(at, 1.0).x()), 1e-6);  // wider than all of it
+    EXPECT_LT(std::abs(texture.slope(at, 1.0).x()), 1e-6);  // the look is wider than the texture
   }
 }
 
-// The slopes are those of one height: around a closed way, they add up to nothing. And the heights
-// along lines have the root mean square that was asked for.
+// The slopes belong to one height: around a closed way they add up to zero. The heights along lines
+// have the root mean square that was asked for.
 TEST(SurfaceTexture, RoughSurfaceHasItsHeightAndIsOneSurface) {
   const Roughness roughness{3e-6, 2e-4, 0.8};
   const SurfaceTexture texture = *SurfaceTexture::rough(roughness, 1);
   const double step = texture.texel().x() / 8.0;
-  // Along these it repeats.
+  // Lines along `u` repeat.
   const Eigen::Vector2d u = Eigen::Vector2d(2.0, std::sqrt(5.0) - 1.0).normalized();
   const Eigen::Vector2d v(-u.y(), u.x());
   double square = 0.0;
@@ -96,7 +97,7 @@ TEST(SurfaceTexture, RoughSurfaceHasItsHeightAndIsOneSurface) {
       square += (height - mean) * (height - mean);
     count += heights.size();
   }
-  // A line lacks the waves whose crests run along it.
+  // A line lacks the waves whose crests run along it, so that the root mean square is only close.
   EXPECT_NEAR(std::sqrt(square / static_cast<double>(count)), roughness.rmsHeight,
               0.05 * roughness.rmsHeight);
   double around = 0.0;
@@ -105,7 +106,7 @@ TEST(SurfaceTexture, RoughSurfaceHasItsHeightAndIsOneSurface) {
     around += texture.slope({at, 0.0}, 0.0).x() + texture.slope({1e-3, at}, 0.0).y() -
               texture.slope({at, 1e-3}, 0.0).x() - texture.slope({0.0, at}, 0.0).y();
   }
-  // Across the texels their spline is a surface only so far.
+  // The spline of the texels is only nearly the gradient of a height.
   EXPECT_NEAR(around * 1e-6, 0.0, 0.1 * roughness.rmsHeight);
 }
 

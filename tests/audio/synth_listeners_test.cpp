@@ -16,7 +16,7 @@
 #include "tests/support/click_spectrum.h"
 #include "tests/support/constants.h"
 
-// Listeners of every format, against plain microphones at the same places.
+// Tests listeners of every format against plain microphones at the same places.
 
 namespace carom {
 
@@ -72,7 +72,8 @@ void expectNear(const Samples& made, const Samples& wanted, double tolerance) {
   EXPECT_LT(worst, tolerance * peak);
 }
 
-/// Two ears that hear alike: an echo, long after the onset, is louder the higher the sound is.
+/// A head with two equal ears, at which an echo, long after the onset, is louder the higher the
+/// source is.
 std::shared_ptr<const HrtfSet> madeHead() {
   HrtfMeasurements measurements;
   for (int i = 0; i < 200; ++i) {
@@ -114,7 +115,7 @@ TEST(SynthListeners, ASpacedPairIsTwoMicrophonesOnItsOwnXAxis) {
 
 TEST(SynthListeners, ACoincidentPairHearsTheMicrophoneInItsPlaceByItsPolarPattern) {
   SynthSettings still = keen();
-  still.doppler = false;  // or the direction changes within the click
+  still.doppler = false;  // otherwise the direction changes within the click
   for (const double pattern : {0.3, 0.5, 1.0}) {
     Listener pair = turned(ListenerFormat::coincidentPair, {1, 0.5, 1}, kTurn);
     pair.halfAngle = 0.7;
@@ -125,7 +126,7 @@ TEST(SynthListeners, ACoincidentPairHearsTheMicrophoneInItsPlaceByItsPolarPatter
     const Eigen::Matrix3d frame = kTurn.toRotationMatrix();
     for (const std::size_t channel : {0u, 1u}) {
       const double side = channel == 0 ? -1.0 : 1.0;
-      // Ahead is -Z, right +X.
+      // The listener looks along -Z; +X is at its right.
       const Vec3 axis = side * std::sin(0.7) * frame.col(0) - std::cos(0.7) * frame.col(2);
       Samples wanted = omni;
       for (double& sample : wanted)
@@ -143,7 +144,7 @@ TEST(SynthListeners, AFigureOfEightHearsWhatIsBehindItUpsideDown) {
   const ImpulseEvent below = BallDrop{.time = 0.01}.event();
   ImpulseEvent above = BallDrop{.time = 0.01, .centre = {0, 0, 2}}.event();
   above.impulse = -above.impulse;                         // towards the listener as well
-  const Samples front = heard({eight}, below, still)[0];  // it looks along -Z: down
+  const Samples front = heard({eight}, below, still)[0];  // the listener looks along -Z: down
   Samples back = heard({eight}, above, still)[0];
   for (double& sample : back)
     sample = -sample;
@@ -193,8 +194,8 @@ double energyOf(const std::vector<std::complex<double>>& spectrum) {
   return sum;
 }
 
-// The whole response delays by the set's latency, and by fractions of a sample; the synth by
-// neither. Compared as spectra in the band.
+// The set's whole response delays by its latency and by fractions of a sample, the synth by
+// neither: they are compared as spectra in the band.
 TEST(SynthListeners, EarsHearTheClickAtTheHeadsCentreThroughTheWholeResponse) {
   const auto set = defaultHrtf(kRate);
   if (!set) GTEST_SKIP() << set.error().message;
@@ -218,7 +219,7 @@ TEST(SynthListeners, EarsHearTheClickAtTheHeadsCentreThroughTheWholeResponse) {
       auto error = spectrumOf(ears[ear == Ear::left ? 0 : 1], kRate, frequencies);
       auto through = spectrumOf(response, kRate, frequencies);
       for (std::size_t i = 0; i < frequencies.size(); ++i) {
-        // spectrumOf is an integral: its rate is taken back for what is a filter.
+        // spectrumOf is an integral over time; for a filter the factor 1 / rate is taken back.
         through[i] *=
             kRate * click[i] * std::polar(1.0, 2.0 * pi * frequencies[i] * (*set)->latency());
         error[i] -= through[i];
@@ -228,7 +229,8 @@ TEST(SynthListeners, EarsHearTheClickAtTheHeadsCentreThroughTheWholeResponse) {
   }
 }
 
-// Clicks that agree in time and level differ by their directions, and sums by their order.
+// Simultaneous, equally loud clicks differ by their directions, and floating-point sums by their
+// order.
 TEST(SynthListeners, OrderOfSchedulingDoesNotChangeABitOfSimultaneousClicksAroundAHead) {
   Listener head = turned(ListenerFormat::binaural, Vec3::Zero(), Quat::Identity());
   std::vector<ImpulseEvent> events;

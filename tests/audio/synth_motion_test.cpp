@@ -12,8 +12,8 @@
 #include "tests/support/click_spectrum.h"
 #include "tests/support/constants.h"
 
-// Listeners and bodies that move while a contact lasts, against pressure that is worked out anew
-// for each of very many samples, from the time at which it left; and against closed forms.
+// Tests listeners and bodies that move while a contact lasts, against closed forms and against
+// pressure that is computed from the time of emission for each of very many samples.
 
 namespace carom {
 
@@ -35,9 +35,9 @@ using Samples = std::vector<double>;
 constexpr double kC = 343.0;
 constexpr double kMass = 0.1;     // kg
 constexpr double kRadius = 0.01;  // m
-constexpr double kTime = 0.02;    // s, of first touch
+constexpr double kTime = 0.02;    // s, time of first touch
 
-/// A hit along `axis`, of a body whose mean velocity during the contact is `velocity`.
+/// An impact along `axis` on a body whose mean velocity during the contact is `velocity`.
 ImpulseEvent hitAlong(const Vec3& axis, const Vec3& velocity, double time = kTime) {
   ImpulseEvent event;
   event.time = time;
@@ -53,7 +53,7 @@ ImpulseEvent hitAlong(const Vec3& axis, const Vec3& velocity, double time = kTim
   return event;
 }
 
-/// Of a stiffness for which contacts last `duration` s.
+/// Returns a synth whose material is so stiff that contacts last `duration` s.
 Synth synthFor(double duration, const std::vector<Listener>& listeners, SynthSettings settings) {
   settings.audibleThreshold = 0.0;
   Material material = *findMaterial("steel");
@@ -65,17 +65,18 @@ Synth synthFor(double duration, const std::vector<Listener>& listeners, SynthSet
   return synth;
 }
 
-/// Straight on at a constant velocity; at `place` when the clock says kTime.
+/// Moves the listener at a constant velocity; it is at `place` at the time kTime.
 void moveEvenly(Synth& synth, const Vec3& place, const Vec3& velocity) {
   for (const double time : {-1.0, 0.5, 1.5})
     ASSERT_TRUE(synth.moveListener(0, {time, place + (time - kTime) * velocity}));
 }
 
 struct Ride {
-  double duration;    // s
-  Vec3 place;         // m, of the listener when the contact begins
-  Vec3 velocity;      // m/s, of the listener, or of the body
-  double ofListener;  // dB, bounds: what the change of loudness adds, and what the parabola leaves
+  double duration;  // s
+  Vec3 place;       // m, the listener's when the contact begins
+  Vec3 velocity;    // m/s, the listener's or the body's
+  // Bounds in dB of what the change of loudness adds to the error and of what the parabola leaves.
+  double ofListener;
   double ofBody;
 };
 
@@ -93,7 +94,7 @@ struct Grid {
   Samples pressure;
 };
 
-/// What the moving microphone stands in: the field of a dipole at rest, at each instant.
+/// Pressure at the moving microphone: the field of a dipole at rest, at each instant.
 Grid atMovingListener(const Ride& ride) {
   const Pulse& pulse = Pulse::of(PulseShape::hertz);
   Grid grid{kTime, Samples(static_cast<std::size_t>(kFine * (0.05 + 3.0 * ride.duration)))};
@@ -108,15 +109,15 @@ Grid atMovingListener(const Ride& ride) {
   return grid;
 }
 
-/// Of a body that moves: Lowson 1965, "The sound field for singularities in motion", eq. 12,
+/// The moving body's field by Lowson 1965, "The sound field for singularities in motion", eq. 12,
 /// without its near field: d/dt of dipole . n / r * force / (1 - M), all at the time of emission,
-/// a root of a quadratic equation. Without the derivative, which is left to the spectrum.
+/// which is a root of a quadratic equation. The derivative is left to the spectrum.
 Grid momentOfMovingBody(const Ride& ride) {
   const Pulse& pulse = Pulse::of(PulseShape::hertz);
   Grid grid{kTime, Samples(static_cast<std::size_t>(kFine * (0.05 + 3.0 * ride.duration)))};
   const double mach2 = ride.velocity.squaredNorm() / (kC * kC);
   for (std::size_t n = 0; n < grid.pressure.size(); ++n) {
-    // c s = |place - v (T - s)| with T the time since first touch, s the delay.
+    // The delay s solves c s = |place - v (T - s)|, where T is the time since first touch.
     const double since = static_cast<double>(n) / kFine;
     const Vec3 now = ride.place - since * ride.velocity;
     const double b = now.dot(ride.velocity) / (kC * kC);
@@ -149,7 +150,7 @@ double energyOf(const std::vector<Complex>& spectrum, const std::vector<double>&
   return sum;
 }
 
-/// dB, in the band.
+/// Energy of the error in the band, in dB relative to the expected signal's.
 double errorOf(const Samples& made, const Grid& wanted, bool derive, double duration) {
   const std::vector<double> frequencies = frequenciesFor(duration);
   std::vector<Complex> error = spectrumOf(made, kRate, frequencies);
@@ -203,13 +204,12 @@ INSTANTIATE_TEST_SUITE_P(SynthMotion, Rides,
                                          Ride{20e-3, {3, 1, 0}, {0, 30, 0}, -26.0, -61.0},
                                          Ride{20e-3, {3, 1, 0}, {-30, 0, 0}, -26.0, -71.0}));
 
-// --- Clicks in a row
-// ------------------------------------------------------------------------------
+// --- Clicks in a row ----------------------------------------------------------------------------
 
 constexpr double kTone = 2500.0;  // Hz
 
-// Straight on, each click is as loud as its place makes it, and one after the other is later or
-// earlier by the Doppler shift of their rhythm: nothing jumps at poses, samples or blocks.
+// While the listener moves straight on, the level of each click follows its distance, and its time
+// the Doppler shift of the rhythm: nothing jumps at poses, samples or blocks.
 TEST(SynthMotion, ARowOfClicksShiftsInTimeAndLevelAsOnePiece) {
   constexpr double kPeriod = 0.0193;
   constexpr int kClicks = 40;
@@ -224,7 +224,7 @@ TEST(SynthMotion, ARowOfClicksShiftsInTimeAndLevelAsOnePiece) {
     const Samples all = renderMono(synth, 48000);
     Complex first;
     for (int click = 0; click < kClicks; ++click) {
-      // |x(t)| = c (t - t_e) with x(t) = 20 - speed t.
+      // The arrival t solves |x(t)| = c (t - t_e) with x(t) = 20 - speed t.
       const double left = kPeriod * click;
       const double arrival = (20.0 + kC * left) / (kC + speed);
       const double distance = 20.0 - speed * arrival;
@@ -237,14 +237,14 @@ TEST(SynthMotion, ARowOfClicksShiftsInTimeAndLevelAsOnePiece) {
           spectrumOf(own, kRate, {kTone})[0] * distance * std::polar(1.0, 2.0 * pi * kTone * since);
       if (click == 0) first = value;
       EXPECT_NEAR(std::abs(value / first), 1.0, 1e-4) << click;
-      // s: 2 ns of sound are less than a micrometre.
+      // In 2 ns (the bound, s) sound travels less than a micrometre.
       EXPECT_NEAR(std::arg(value / first) / (2.0 * pi * kTone), 0.0, 2e-9) << click;
     }
   }
 }
 
-// A tone goes with the pulse: where its pressure passes zero between its two lobes, and where those
-// stand, over the same at rest.
+// The Doppler factor is measured as the time between the pressure's two lobes, over the same at
+// rest.
 TEST(SynthMotion, TheContactIsHeardShorterOrLongerByTheDopplerFactor) {
   constexpr double kDuration = 10e-3;
   const auto lobes = [&](double listenerSpeed, double bodySpeed) {

@@ -23,7 +23,7 @@ namespace {
 
 const Listener kSeat{"seat", {0.0, 0.0, 1.0}};
 
-/// The floor rings, and the ball does not: its click is left out.
+/// Returns a synth in which the floor rings and the ball is silent, since its click is left out.
 Synth floorRings(const BallDrop& drop, const std::vector<Tone>& tones,
                  const SynthSettings& settings = {}, const Listener& listener = kSeat) {
   Synth synth = *Synth::create(settings, {listener});
@@ -34,8 +34,8 @@ Synth floorRings(const BallDrop& drop, const std::vector<Tone>& tones,
   return synth;
 }
 
-/// The pressure of monopoles, by brute force: each oscillator integrated with the contact's force
-/// (Runge-Kutta, 64 steps per sample and more), its acceleration heard r / c later.
+/// Pressure of monopoles by brute force: each oscillator is integrated with the contact's force
+/// (Runge-Kutta, 64 steps per sample and more), and its acceleration is heard r / c later.
 std::vector<double> integrated(const std::vector<Tone>& tones, const ImpulseEvent& event,
                                double duration, double distance, std::size_t frames) {
   constexpr int kSteps = 256;
@@ -83,7 +83,8 @@ struct RingCase {
 
 class RingOfOneMode : public testing::TestWithParam<RingCase> {};
 
-// Attack and tail, for periods that are long and short against the contact of 39 us.
+// The ring is compared in attack and tail, for periods that are long and short against the contact
+// of 39 us.
 TEST_P(RingOfOneMode, IsThatOfTheOscillatorThatTheContactDrives) {
   const std::vector<Tone> tones = {{GetParam().frequency, 30.0, 1e-3}};
   const BallDrop drop = dropOnBox(GetParam().time);
@@ -97,11 +98,11 @@ TEST_P(RingOfOneMode, IsThatOfTheOscillatorThatTheContactDrives) {
   for (std::size_t i = 0; i < heard.size(); ++i)
     error[i] = heard[i] - wanted[i];
   const auto begin = static_cast<std::size_t>((event.time + 1.0 / 343.0) * kRate);
-  // Behind the contact and what the band limit smears it over, it is the same ring.
+  // Once the contact and its smearing by the band limit are over, the rings are equal.
   EXPECT_LT(rootMeanSquare(error, begin + 30, heard.size()),
             1e-5 * rootMeanSquare(wanted, begin + 30, heard.size()));
-  // Before it, silence but for what a filter without delay rings ahead: 16 samples, and the half of
-  // the kernel that spreads an instant.
+  // Before the contact there is silence but for what a filter without delay rings ahead: 16
+  // samples, and half of the kernel that spreads an instant.
   EXPECT_LT(rootMeanSquare(heard, 0, begin - 26), 1e-12);
 }
 INSTANTIATE_TEST_SUITE_P(FromLowToHigh, RingOfOneMode,
@@ -109,8 +110,8 @@ INSTANTIATE_TEST_SUITE_P(FromLowToHigh, RingOfOneMode,
                                          RingCase{1000.0, 0.0100037}, RingCase{7000.0, 0.0100151},
                                          RingCase{19000.0, 0.010009}, RingCase{12000.0, 0.01}));
 
-// Where the contact lasts many periods, its pulse excites next to nothing; and there is no thump of
-// the pulse itself either.
+// A contact that lasts many periods excites next to nothing, and the pulse itself makes no thump,
+// either.
 TEST(SynthRing, AContactMuchLongerThanThePeriodLeavesTheModeStill) {
   BallDrop drop = dropOnBox(0.01);
   drop.material = *findMaterial("rubber");
@@ -123,7 +124,7 @@ TEST(SynthRing, AContactMuchLongerThanThePeriodLeavesTheModeStill) {
   ASSERT_GT(synth.contactDuration(event), 20.0 / 18000.0);
   synth.schedule(event);
   const double peak = peakOf(renderMono(synth, 4800));
-  // Of an impulse that takes no time.
+  // Peak of the ring that an impulse of no duration would excite.
   const double sharp = 1.20 * 1e-3 / (4.0 * std::numbers::pi) * 5.0 * std::abs(event.impulse.z()) *
                        2.0 * std::numbers::pi * 18000.0;
   EXPECT_LT(peak, 2e-3 * sharp);
@@ -212,7 +213,7 @@ TEST(SynthRing, IsHeardInTheMiddleOfTheBodyAsFromItsSurface) {
   EXPECT_NEAR(peakAt(Vec3::Zero()), peakAt({0.0, 0.0, surface}), 1e-2 * peakAt(Vec3::Zero()));
 }
 
-/// The ball rests on the box from `begin` to `end`, with a load.
+/// The ball rests on the box from `begin` to `end` (s), with a load (N).
 void rest(Synth& synth, double begin, double end, double load) {
   ContactState contact;
   contact.body = kBall;
@@ -232,7 +233,7 @@ void rest(Synth& synth, double begin, double end, double load) {
   synth.touch(contact);
 }
 
-/// 1/s, between two times, by the energy in 10 ms after each.
+/// Decay rate (1/s) between two times, from the energies in the 10 ms after each.
 double decayBetween(const std::vector<double>& samples, double from, double to) {
   const auto at = [](double time) { return static_cast<std::size_t>(time * kRate); };
   return std::log(rootMeanSquare(samples, at(from), at(from + 0.01)) /
@@ -253,7 +254,8 @@ TEST(SynthRing, DecaysFasterWhileItIsTouched) {
   rest(synth, 0.2, 0.4, load);
   const std::vector<double> heard = renderMono(synth, 36000);
 
-  // By the definition of stiffness, on the spheres' own law F(d) of the edges, 1 mm each.
+  // The stiffness follows by its definition from the law F(d) of two spheres, here the edges of 1
+  // mm each.
   const Material& steel = *findMaterial("steel");
   const double effective =
       steel.youngsModulus / (2.0 * (1.0 - steel.poissonsRatio * steel.poissonsRatio));
@@ -280,7 +282,7 @@ TEST(SynthRing, ATouchThatDampsNothingChangesNoBits) {
   EXPECT_EQ(render(true), render(false));
 }
 
-// Whoever is struck while something lies on it is damped from the start.
+// A body that is struck while something lies on it is damped from the start.
 TEST(SynthRing, WhatIsStruckWhileItIsTouchedIsDampedToo) {
   SynthSettings settings;
   settings.contactLoss = 0.05;

@@ -15,8 +15,8 @@
 #include "tests/support/constants.h"
 #include "tests/support/random.h"
 
-// The room around a click: against clicks in open air that are mirrored, filtered and added here,
-// by hand, and against the formulas of a diffuse field.
+// Tests the room around a click: against clicks in open air that are mirrored, filtered and added
+// here, by hand, and against the formulas of a diffuse field.
 
 namespace carom {
 namespace {
@@ -42,7 +42,7 @@ SynthSettings keen() {
   return settings;
 }
 
-/// A hit that is not along any axis, of a body that moves and goes on moving.
+/// An impact that is not along any axis, of a body that moves and goes on moving.
 ImpulseEvent obliqueHit(double time, const Vec3& centre) {
   ImpulseEvent event = BallDrop{.time = time, .centre = centre}.event();
   event.impulse = event.impulse.norm() * Vec3(0.48, -0.6, 0.64);
@@ -57,8 +57,8 @@ Samples heard(const ImpulseEvent& event, const Vec3& listener, const SynthSettin
   return renderMono(synth, frames);
 }
 
-/// Everything about the event that has a place or a direction, seen in the plane mirror
-/// normal . x = offset.
+/// Mirrors everything of the event that has a place or a direction in the plane normal . x =
+/// offset.
 ImpulseEvent mirrored(ImpulseEvent event, const Vec3& normal, double offset) {
   const auto flip = [&](const Vec3& vector) -> Vec3 {
     return vector - 2.0 * normal.dot(vector) * normal;
@@ -97,7 +97,8 @@ Absorption absorbing(const std::array<double, kBandCount>& coefficients) {
 const Absorption kCarpet = absorbing({0.02, 0.06, 0.14, 0.37, 0.6, 0.65, 0.65});
 const Absorption kPanel = absorbing({0.3, 0.2, 0.15, 0.1, 0.1, 0.1, 0.1});
 
-/// The published form: H(z) = (b0 + b1 z^-1) / (1 + a1 z^-1), as its difference equation.
+/// The published form of the filter, H(z) = (b0 + b1 z^-1) / (1 + a1 z^-1), as its difference
+/// equation.
 Samples reflectedBy(const Absorption& absorption, const Samples& in) {
   const ReflectionFilter f = reflectionFilter(absorption, kRate);
   Samples out(in.size());
@@ -168,7 +169,7 @@ TEST(SynthRoom, WhoStandsBehindAWallHearsNoReflection) {
   EXPECT_NE(heard(above, {1, 0, 0.3}, floored), heard(above, {1, 0, 0.3}, keen()));
 }
 
-// A table over the floor: the floor's point of reflection lies under it.
+// The room is a table over a floor: the floor's point of reflection lies under the table.
 TEST(SynthRoom, AWallHidesTheReflectionOfAnotherBehindIt) {
   const ImpulseEvent event = obliqueHit(0.01, {0, 0, 1});
   const Reflector floor{Vec3::UnitZ(), 0.0, {}};
@@ -181,7 +182,7 @@ TEST(SynthRoom, AWallHidesTheReflectionOfAnotherBehindIt) {
 }
 
 TEST(SynthRoom, ABoxOfOrder2IsTheSumOverMirrorsOfMirrors) {
-  // All walls of one kind, so that the order on a path does not matter here either.
+  // The walls' filters commute, so that their order on a path does not matter.
   const std::array<Vec3, 6> normals = {Vec3::UnitX(),  -Vec3::UnitX(), Vec3::UnitY(),
                                        -Vec3::UnitY(), Vec3::UnitZ(),  -Vec3::UnitZ()};
   const std::array<double, 6> offsets = {-2.0, -2.5, -1.5, -3.0, 0.0, -2.4};
@@ -193,7 +194,7 @@ TEST(SynthRoom, ABoxOfOrder2IsTheSumOverMirrorsOfMirrors) {
   const Vec3 listener(1.1, 0.7, 1.6);
 
   Samples wanted = heard(event, listener, keen());
-  std::vector<Vec3> places;  // of images heard: two ways around a right angle end in one
+  std::vector<Vec3> places;  // images heard so far: two ways around a right angle end in one image
   for (std::size_t one = 0; one < 6; ++one) {
     const ImpulseEvent first = mirrored(event, normals[one], offsets[one]);
     const Absorption& near = boxed.room.reflectors[one].absorption;
@@ -212,8 +213,8 @@ TEST(SynthRoom, ABoxOfOrder2IsTheSumOverMirrorsOfMirrors) {
   expectNear(heard(event, listener, boxed), wanted, 1e-9);
 }
 
-// Far away, a dipole and its image h above and below the floor differ by the phase 2 k h cos: what
-// is left of the one is |1 - exp(-2 i k h cos)| = 2 |sin(k h cos)|.
+// Far away, a dipole at height h and its image at -h differ by the phase 2 k h cos: relative to the
+// dipole alone there remains |1 - exp(-2 i k h cos)| = 2 |sin(k h cos)|.
 TEST(SynthRoom, AVerticalDipoleOnARigidFloorNearlyCancelsAtLowFrequencies) {
   constexpr double kFar = 2000.0;  // m
   constexpr double kHeight = 0.05;
@@ -244,7 +245,7 @@ ReverbSettings hall() {
   return {.volume = 240.0, .surface = 260.0, .onset = 0.03, .speedOfSound = kSpeedOfSound};
 }
 
-/// The tail alone: far away there is nothing else, and a diffuse field is as loud there.
+/// Renders the tail alone: far away nothing else is heard, and a diffuse field is as loud there.
 Samples tailOf(const ImpulseEvent& event, const SynthSettings& settings, std::size_t frames) {
   return heard(event, event.bodyPosition + Vec3(0.0, 0.0, 1e5), settings, frames);
 }
@@ -256,8 +257,8 @@ double energyOf(std::span<const double> samples) {
   return sum / kRate;  // Pa^2 s
 }
 
-// Barron and Lee: 4 pi c / V exp(-6 ln 10 t / T) per second and unit energy at 1 m, which is that
-// of a dipole over all directions: a third of its axis'.
+// Barron and Lee: the tail's energy is 4 pi c / V exp(-6 ln 10 t / T) per second for unit energy at
+// 1 m; a dipole's, averaged over all directions, is a third of that on its axis.
 TEST(SynthReverb, TheTailIsAsLoudAsADiffuseField) {
   SynthSettings settings = keen();
   settings.reverb = hall();
@@ -269,11 +270,11 @@ TEST(SynthReverb, TheTailIsAsLoudAsADiffuseField) {
     const auto clickOf = [&](const SynthSettings& with, double distance) {
       Synth synth = makeSynth(drop, {{"seat", {0, 0, distance}}}, with);
       ImpulseEvent event = drop.event();
-      event.bodyVelocity = -event.impulse / (2.0 * drop.mass());  // at rest on average
+      event.bodyVelocity = -event.impulse / (2.0 * drop.mass());  // its mean velocity is 0
       synth.schedule(event);
       return renderMono(synth, 48000);
     };
-    // At 10 m the near field is small; the level goes with the inverse of the distance.
+    // At 10 m the near field is small, and the level falls with the inverse of the distance.
     const double send = 100.0 * energyOf(clickOf(open, 10.0)) / 3.0;
     const Samples tail = clickOf(settings, 1e5);
     const double from = 0.1;
@@ -294,7 +295,7 @@ TEST(SynthReverb, BeginsNoEarlierThanItsOnset) {
   const Samples tail = tailOf(BallDrop{.time = 0.01}.event(), settings, 12000);
   const double peak = peakOf(tail);
   ASSERT_GT(peak, 0.0);
-  // Half of the first mean free time early, as the lines are of different lengths.
+  // The tail begins half of the first mean free time early, as the lines have different lengths.
   const double mean = 4.0 * 240.0 / (260.0 * kSpeedOfSound);
   const auto first = static_cast<std::size_t>((0.01 + 0.03 - 0.5 * mean) * kRate);
   EXPECT_LT(peakOf(Samples(tail.begin(), tail.begin() + static_cast<std::ptrdiff_t>(first))),
@@ -332,14 +333,15 @@ TEST(SynthReverb, EveryChannelOfEveryListenerHasATailOfItsOwnLevel) {
   EXPECT_NE(planes[1], planes[2]);
 }
 
-// The power that a source gives to a room is that of its far field: what a dipole's near field adds
-// to the pressure at 1 m carries none.
+// The power that a source gives to a room is that of its far field: the pressure that a dipole's
+// near field adds at 1 m carries none.
 TEST(SynthReverb, TheNearFieldDoesNotFeedIt) {
   SynthSettings settings = keen();
   settings.reverb = hall();
   SynthSettings compact = settings;
   compact.radiation = Radiation::compact;
-  // A contact of some 20 ms, nearly all of it below 50 Hz, where the ball is compact.
+  // The contact lasts some 20 ms, with nearly all of its sound below 50 Hz, where the ball is
+  // compact.
   BallDrop soft{.radius = 0.05, .time = 0.05};
   soft.material.youngsModulus = 4e3;
   const double tau = makeSynth(soft, {{"seat", {}}}).contactDuration(soft.event());
@@ -352,7 +354,8 @@ TEST(SynthReverb, TheNearFieldDoesNotFeedIt) {
   EXPECT_NEAR(10.0 * std::log10(energy(settings) / energy(compact)), 0.0, 0.3);
 }
 
-// Nothing reaches the listener directly, at a right angle to the blow, but the room is full of it.
+// At a right angle to the impulse no sound reaches the listener directly, but the room is full of
+// it.
 TEST(SynthReverb, IsHeardWhereTheDirectSoundIsNot) {
   SynthSettings settings;
   settings.reverb = hall();
@@ -360,7 +363,7 @@ TEST(SynthReverb, IsHeardWhereTheDirectSoundIsNot) {
   const Samples beside = heard(event, {1, 0, 0}, settings, 24000);
   EXPECT_GT(peakOf(beside), kHearingThreshold);
   EXPECT_GT(peakOf(tailOf(event, settings, 24000)), kHearingThreshold);
-  // And what is too faint for the room, too, is left out.
+  // An event that is too faint even for the room is left out.
   Synth synth = makeSynth({}, {{"seat", {1, 0, 0}}}, settings);
   synth.schedule(BallDrop{.speed = 1e-6, .time = 0.01}.event());
   EXPECT_EQ(synth.counters().inaudible, 1u);

@@ -28,7 +28,8 @@ TEST(SynthSlide, SoundsAtSpeedOverWavelength) {
   }
 }
 
-// p = rho a^3 / (2 c r) w^2 v s cos(elevation), of a small sphere that a force m v s w moves.
+// A small sphere moved by a force m v s w has the pressure p = rho a^3 / (2 c r) w^2 v s
+// cos(elevation).
 TEST(SynthSlide, IsAsLoudAsTheBallThatFollowsTheFloor) {
   for (const double speed : {0.5, 1.0, 2.0}) {
     const WavySlide slide{.speed = speed};
@@ -38,8 +39,8 @@ TEST(SynthSlide, IsAsLoudAsTheBallThatFollowsTheFloor) {
     const double a = slide.radius;
     const double expected = 1.20 * a * a * a / (2.0 * 343.0 * way.norm()) * w * w * speed *
                             static_cast<double>(WavySlide::kSteepness) * way.z() / way.norm();
-    // Near field and size: (k r)^2 is over 700, (k a)^2 below 0.01; the floor's 16 texels to a wave
-    // are averaged by the spline to 0.981 of its slope.
+    // Near field and size are negligible: (k r)^2 is over 700, (k a)^2 below 0.01. The spline
+    // averages the floor's 16 texels to a wave to 0.981 of its slope.
     EXPECT_NEAR(amplitudeAt(soundOf(slide), frequency), expected * 0.981, 0.03 * expected);
   }
 }
@@ -59,8 +60,8 @@ TEST(SynthSlide, AtRestThereIsSilence) {
   EXPECT_EQ(rms(soundOf({.speed = 0.0})), 0.0);
 }
 
-// The floor's mode is driven by the other sign of the same train: where the floor's waves come at
-// its frequency it is far louder than beside it.
+// The reaction to the same impulses drives the floor's mode: where the floor's waves come at its
+// frequency, it is far louder than beside it.
 TEST(SynthSlide, DrivesTheModesOfWhatIsSlidOn) {
   const auto level = [](double speed) {
     const WavySlide slide{.speed = speed};
@@ -91,13 +92,13 @@ TEST(SynthSlide, BitsDoNotDependOnTheBlocks) {
   EXPECT_GT(rms(sound), 0.0);
 }
 
-/// Balls and floors of every size, weight and resolution of their maps.
+/// Balls and floors of every size and weight, with textures of every resolution.
 struct Crowd {
   static constexpr BodyId kCount = 12;
   std::array<double, kCount> radii{};   // m
   std::array<double, kCount> masses{};  // kg
 
-  /// Body `kCount + i` is the floor of texels of 1 um times 10^i.
+  /// Body `kCount + i` is the floor whose texels are 1 um times 10^i.
   Synth synth() {
     SynthSettings settings;
     settings.audibleThreshold = 0.0;
@@ -122,15 +123,16 @@ struct Crowd {
   }
 };
 
-/// Speeds to 100 m/s, loads to 1e6 N, maps of 1 um to 1 m, teleports: what is heard is finite, and
-/// no louder than a ball whose whole surface moves as fast as what can have been given to it.
+/// For speeds to 100 m/s, loads to 1e6 N, maps of 1 um to 1 m and teleports the sound is finite,
+/// and no louder than a ball whose whole surface moves at the highest speed that the ball can have
+/// been given.
 TEST(SynthSlide, NoHistoryBursts) {
-  constexpr double kPause = 0.04;  // s, for one to be over
+  constexpr double kPause = 0.04;  // s, time for a history to fade
   constexpr double kSteepest = 15.0;
   Crowd crowd;
   Synth synth = crowd.synth();
   Random random(12);
-  double before = 0.0;  // Pa, the bound of the history before
+  double before = 0.0;  // Pa, the bound of the previous history
   double loudest = 0.0;
   for (int history = 0; history < 10000; ++history) {
     const auto ball = static_cast<BodyId>(random.below(Crowd::kCount));
@@ -173,13 +175,14 @@ TEST(SynthSlide, NoHistoryBursts) {
       time += state.duration;
       synth.touch(state);
     }
-    // Thrown up by the steepest slopes of both surfaces, fallen from as far as they part (1 m), and
-    // pressed by the load for as long as a step.
+    // Highest speed: the steepest slopes of both surfaces throw the ball up, it falls the largest
+    // possible distance (1 m), and the load presses it for the longest step.
     const double slope = kSteepest * fastest;
     const double fallen = std::sqrt(2.0 * heaviest * 1.1 / mass + 4.0 * slope * slope);
     const double speed = 2.0 * (slope + fallen + heaviest / mass * longest);
-    const double away = 5.0 - std::sqrt(3.0) - radius;  // m, of its surface, at least
-    // Of a sphere whose surface moves at that speed all over; twice, for the band's overshoot.
+    const double away = 5.0 - std::sqrt(3.0) - radius;  // m, least distance of its surface
+    // The bound is a sphere whose whole surface moves at that speed; twice, for the band's
+    // overshoot.
     const double bound = 2.0 * 1.2 * 343.0 * speed * std::min(1.0, radius / away);
     for (const double pressure : rendered(synth, static_cast<std::size_t>(kPause * 48000.0))) {
       ASSERT_TRUE(std::isfinite(pressure)) << history;

@@ -15,8 +15,9 @@
 #include "tests/support/no_alloc_scope.h"
 #include "tests/support/random.h"
 
-// Everything at once: rooms, heads, many radii, moving listeners, reverberation. What is rendered
-// may depend on nothing but the events; it costs no allocation; and it is finite, whatever is hit.
+// Tests everything at once: rooms, heads, many radii, moving listeners, reverberation. The output
+// may depend on nothing but the events; rendering does not allocate; and the output is finite,
+// whatever is hit.
 
 namespace carom {
 
@@ -37,7 +38,7 @@ using Samples = std::vector<double>;
 template <class Sample>
 using Planes = std::vector<std::vector<Sample>>;
 
-constexpr BodyId kBalls = 200;  // of different radii; the floor comes after them
+constexpr BodyId kBalls = 200;  // with different radii; the floor comes after them
 
 SoundBody ballOf(BodyId id) {
   return BallDrop{.radius = 0.002 * std::pow(1.02, id)}.ball();
@@ -104,7 +105,7 @@ ImpulseEvent hitOf(BodyId id, double time, Random& random) {
   return event;
 }
 
-/// Bursts with gaps in which everything falls silent, of other radii each time.
+/// Bursts of events, of other radii each time, between which everything falls silent.
 std::vector<ImpulseEvent> bursts() {
   Random random(11);
   std::vector<ImpulseEvent> events;
@@ -137,7 +138,8 @@ Planes<Sample> renderAll(const std::vector<ImpulseEvent>& events, std::size_t bl
   return planes;
 }
 
-/// Each event only when its sound is about to begin, so that buses are made and used again.
+/// Schedules each event only when its sound is about to begin, so that buses are made and used
+/// again.
 template <class Sample>
 Planes<Sample> renderJustInTime(std::vector<ImpulseEvent> events, std::size_t block) {
   std::ranges::sort(events, {}, &ImpulseEvent::time);
@@ -197,7 +199,7 @@ TEST(SynthUnderStress, LateEventsSoundTheSameInAnyBlocks) {
   EXPECT_TRUE(takes[0] == takes[1]);
 }
 
-// The microphone beside the ball has missed it altogether; the head far away is in time.
+// The late event is over for the microphone beside the ball, but in time for the head far away.
 TEST(SynthUnderStress, ALateEventIsWholeForWhomItIsNotLate) {
   Listener head{"head", {10, 2, 3}};
   head.format = ListenerFormat::binaural;
@@ -314,12 +316,12 @@ TEST(SynthUnderStress, After1e5EventsNothingIsAllocatedAnyMore) {
 
 // --- Impulse and energy --------------------------------------------------------------------------
 
-// Far away and slowly, a click is the second integral of its pressure: that is what the blow gave,
-// whatever the pulse, and wherever between two samples.
+// At low frequencies, far away, the second integral of a click's pressure is the impulse's,
+// whatever the pulse and its place between two samples.
 TEST(SynthImpulse, OfEveryPulseArrivesWholeAtAnyPhase) {
   for (const PulseShape pulse : {PulseShape::hertz, PulseShape::halfSine, PulseShape::gaussian,
                                  PulseShape::mitchellNetravali, PulseShape::handOut}) {
-    // The hand-out's gives pi/2 sqrt(pi/6) of the impulse, the others all of it.
+    // The hand-out's pulse has pi/2 sqrt(pi/6) of the impulse, each of the others all of it.
     const double whole = pulse == PulseShape::handOut ? 1.13662 : 1.0;
     for (const double phase : {0.0, 0.3, 0.71}) {
       test::ClickCase click{.pulse = pulse, .duration = 60e-6, .distance = 500.0};
@@ -327,8 +329,8 @@ TEST(SynthImpulse, OfEveryPulseArrivesWholeAtAnyPhase) {
       const double frequency = 40.0;
       const double omega = 2.0 * 3.141592653589793 * frequency;
       const auto made = test::spectrumOf(test::renderClick(click), click.sampleRate, {frequency});
-      // P = rho0 a^3 / (2 c r) i w (j / m) for what is slower than the body is large; 500 m away
-      // the near field is in quadrature, c / (w r) = 0.3 % of it.
+      // P = rho0 a^3 / (2 c r) i w (j / m) for wavelengths much larger than the body; 500 m away
+      // the near field is in quadrature and c / (w r) = 0.3 % of it.
       const double wanted = 1.2 * 1e-6 / (2.0 * 343.0 * 500.0) * omega * 2.0 * whole;
       EXPECT_NEAR(std::abs(made[0]) / wanted, 1.0, 2e-5) << static_cast<int>(pulse);
     }
@@ -341,7 +343,7 @@ TEST(SynthImpulse, ContactsThatLoseEnergyLastLongerAndLean) {
   settings.radiation = Radiation::compact;
   settings.doppler = false;
   settings.dissipative = true;
-  // Soft: a thousand samples.
+  // The ball is so soft that the contact lasts a thousand samples.
   BallDrop drop{.radius = 0.05, .time = 0.02};
   drop.material.youngsModulus = 1e5;
   double lastDuration = 0.0;
@@ -354,7 +356,8 @@ TEST(SynthImpulse, ContactsThatLoseEnergyLastLongerAndLean) {
     EXPECT_GT(duration, lastDuration);
     synth.schedule(event);
     const Samples heard = renderMono(synth, 24000);
-    // The force is the running sum of its slope: its impulse, its extent, and where its peak lies.
+    // The force is the running sum of its slope; its impulse, its extent and the place of its peak
+    // are measured.
     Samples force;
     double sum = 0.0;
     for (const double sample : heard)
@@ -365,7 +368,7 @@ TEST(SynthImpulse, ContactsThatLoseEnergyLastLongerAndLean) {
     const auto begin = std::ranges::find_if(force, loud) - force.begin();
     const auto end = std::find_if(force.rbegin(), force.rend(), loud).base() - force.begin();
     const double extent = static_cast<double>(end - begin) / 48000.0;
-    // Who loses nearly all of its speed creeps out of the contact without force.
+    // A body that loses nearly all of its speed creeps out of the contact without force.
     if (restitution > 0.3) {
       EXPECT_NEAR(extent / duration, 1.0, 0.03) << restitution;
     }
@@ -415,7 +418,8 @@ TEST(SynthExtremes, WhateverIsHitTheSoundIsFiniteAndCounted) {
       event.bodyPosition = random.direction() * random.logBetween(1e-9, 1e5);
       event.bodyVelocity = random.direction() * random.logBetween(1e-9, 1e6);
       event.impulse = random.direction() * drop.mass() * event.approachSpeed * 1.5;
-      // As stiff as it takes for contacts of 1 ns to 0.3 s (and one of 10 s below).
+      // The material is given the stiffness for contacts of 1 ns to 0.3 s (another test has one of
+      // 10 s).
       const double wanted = random.logBetween(1e-9, 0.3);
       material.youngsModulus *= std::pow(hertzDuration(event, material, material) / wanted, 2.5);
       SoundBody ball = drop.ball();
@@ -452,7 +456,7 @@ TEST(SynthExtremes, AContactOf10SecondsIsRenderedAndOneOfADayIsRefused) {
   }
 }
 
-// One long contact must not make every other line as long.
+// One long contact must not make the lines of all others as long.
 TEST(SynthExtremes, AnEventTakesRoomForItselfAlone) {
   SynthSettings settings;
   settings.audibleThreshold = 0.0;
@@ -485,7 +489,7 @@ TEST(SynthExtremes, OutputsDecayToZeroWithoutSubnormals) {
       event.impulse *= random.logBetween(1e-12, 1.0);
       synth.schedule(event);
     }
-    // 300 dB down, which takes a room five times its T60.
+    // The run goes 300 dB down, which takes a room five times its T60.
     for (int block = 0; block < 1000 && !synth.isSilent(); ++block)
       for (const std::vector<float>& plane : renderPlanes<float>(synth, 960))
         ASSERT_TRUE(std::ranges::all_of(plane, [](float sample) {

@@ -38,7 +38,7 @@ const Listener kAbove{"above", {0.0, 0.0, 1.0}};
 
 struct SeedCollision {
   long double radius1, mass1, young1, poisson1;
-  long double young2, poisson2;              // of a plane: infinite radius and mass
+  long double young2, poisson2;              // plane: infinite radius and mass
   long double speed, restitution, time;      // m/s, 1, s
   long double listener[3], centre[3], n[3];  // m; n from the plane to the sphere
 };
@@ -142,7 +142,7 @@ TEST(Synth, PushedTowardsTheListenerIsPositiveFirst) {
   EXPECT_LT(heardBelow[firstLoud(heardBelow)], 0.0);
 }
 
-/// Where the pulse passes through zero between its two lobes, in samples.
+/// Returns where the pulse passes through zero between its two lobes, in samples.
 double middleOf(const std::vector<double>& samples) {
   const auto top = std::ranges::max_element(samples);
   auto next = top;
@@ -339,7 +339,8 @@ TEST(Synth, OnlyTheRoundingOfTheTimeItselfIsLostAfterADay) {
   constexpr double kDay = 86400.0;
   const std::vector<double> early = clickAt(0.1, 0.0);
   const std::vector<double> late = clickAt(kDay + 0.1, kDay);
-  // Half a unit in the last place of 86400 s, times the steepest slope (12 / tau^2) over the peak.
+  // The bound is half a unit in the last place of 86400 s, times the steepest slope (12 / tau^2)
+  // over the peak.
   const BallDrop drop;
   const double tau = makeSynth(drop, {kAbove}).contactDuration(drop.event());
   const double bound = 0x1.0p-37 * 12.0 / tau / kPulsePeakSlope;
@@ -492,10 +493,10 @@ std::vector<ImpulseEvent> brokenEvents() {
   return broken;
 }
 
-// What is sharp or flat touches as a ball of the edge radius would.
+// A sharp or flat place touches as a ball of the edge radius would.
 TEST(Synth, EdgesAndFlatFacesAreBluntedToTheEdgeRadius) {
   Synth synth = makeSynth({}, {kAbove});
-  const SoundBody blunt;  // for its default
+  const SoundBody blunt;  // has the default edge radius
   ImpulseEvent rounded = BallDrop{.time = 0.01}.event();
   rounded.radius = blunt.edgeRadius;
   const double asBall = synth.contactDuration(rounded);
@@ -503,7 +504,7 @@ TEST(Synth, EdgesAndFlatFacesAreBluntedToTheEdgeRadius) {
   ImpulseEvent corner = rounded;
   corner.radius = 0.0;
   EXPECT_DOUBLE_EQ(synth.contactDuration(corner), asBall);
-  // Two equal balls have half the radius between them: Hertz's duration goes with R^(-1/5).
+  // Two equal balls have half the radius between them, and Hertz's duration is as R^(-1/5).
   ImpulseEvent faces = rounded;
   faces.radius = kInfinity;
   EXPECT_NEAR(synth.contactDuration(faces), asBall * std::pow(2.0, 0.2), 1e-9 * asBall);

@@ -23,7 +23,7 @@ namespace {
 using Corners = TextureCoordinates::Corners;
 using Eigen::Vector2d;
 
-/// What a mesh has a picture on: a strip of 24 x 1 quads, bent or not.
+/// A mesh with a picture on it: a strip of 24 x 1 quads, bent or not.
 struct Strip {
   SurfaceMesh mesh;
   std::vector<Corners> corners;
@@ -31,7 +31,8 @@ struct Strip {
 
 constexpr int kQuads = 24;
 
-/// `place` of (s, t), both from 0 to 1; coordinates (s, t) turned by `coordinates`.
+/// A strip with vertices at `place`(s, t), s and t from 0 to 1, and texture coordinates
+/// `picture`(s, t).
 template <typename Place, typename Picture>
 Strip strip(Place place, Picture picture) {
   Strip made;
@@ -55,7 +56,7 @@ Vector2d plain(double s, double t) {
 }
 
 TEST(TextureCoordinates, APictureOnARectangleIsAsLargeAsItAndLiesAlongIt) {
-  // 0.6 m along z, 0.2 m along x, seen from +y: u along z, v along x.
+  // The rectangle is 0.6 m along z and 0.2 m along x, seen from +y: u is along z, v along x.
   const Strip flat = strip([](double s, double t) { return Vec3(0.2 * t, 0.0, 0.6 * s); }, plain);
   const auto coordinates = TextureCoordinates::of(flat.mesh, flat.corners);
   ASSERT_TRUE(coordinates) << coordinates.error().message;
@@ -72,8 +73,9 @@ TEST(TextureCoordinates, APictureOnARectangleIsAsLargeAsItAndLiesAlongIt) {
   }
 }
 
-/// However a picture is turned, mirrored, moved, repeated and stretched: a step on the surface is
-/// where the coordinates say, and its tangents are unit, in the surface, along u and v.
+/// For any turn, mirroring, shift, repetition and stretch of the picture, a step on the surface
+/// leads where the coordinates say, and the tangents are unit vectors in the surface, along u and
+/// v.
 TEST(TextureCoordinates, AnyLinearPictureIsFollowed) {
   Random random(2);
   for (int trial = 0; trial < 50; ++trial) {
@@ -96,14 +98,14 @@ TEST(TextureCoordinates, AnyLinearPictureIsFollowed) {
               1e-10);
     EXPECT_NEAR(patch.stretch * patch.stretch, size.x() * size.y() * std::abs(map.determinant()),
                 1e-10);
-    // Where v stays, u grows along the first tangent; v grows along the second.
+    // Along the first tangent u grows and v stays; along the second v grows.
     const Vector2d right = (map.inverse() * Vector2d::UnitX()).normalized();
     EXPECT_LT((patch.tangents.row(0).head<2>() - right.transpose()).norm(), 1e-10);
     const Vector2d up = patch.tangents.row(1).head<2>();
     EXPECT_NEAR(up.dot(right), 0.0, 1e-12);
     EXPECT_NEAR(up.norm(), 1.0, 1e-12);
     EXPECT_GT((map * up).y(), 0.0);
-    // Pictures to a metre, along u and v, are those of the whole mesh.
+    // The pictures per metre, along u and v, are those of the whole mesh.
     EXPECT_NEAR(1.0 / size.x(), map.row(0).norm(), 1e-10);
     EXPECT_NEAR(1.0 / size.y(), map.row(1).norm(), 1e-10);
   }
@@ -122,7 +124,8 @@ SurfaceTexture wavesAlongU(const Vector2d& size, int count) {
                                    {size.x() / static_cast<double>(width), 0.5 * size.y()}, slopes);
 }
 
-/// The momentum (N s) of what slides along those places, step by step, and where each is.
+/// The momentum (N s) of a body that slides along `place`, after each node: rows of (share of the
+/// way, momentum).
 template <typename Place>
 std::vector<Vector2d> momenta(const SurfaceTexture& texture, const TextureCoordinates* coordinates,
                               int steps, Place place) {
@@ -151,8 +154,8 @@ std::vector<Vector2d> momenta(const SurfaceTexture& texture, const TextureCoordi
   return found;
 }
 
-/// A picture of four waves once around a cylinder: m v s cos(4 x angle) wherever the path is, over
-/// the joints of triangles and over the seam, where the picture begins again.
+/// With a picture of four waves once around a cylinder the momentum is m v s cos(4 x angle) all
+/// along the path, over the joints of triangles and over the seam, where the picture begins again.
 TEST(TextureCoordinates, APathAroundACylinderHearsThePictureOnceAround) {
   constexpr double kRadius = 0.1;
   const auto around = [](double turns, double t) {
@@ -165,7 +168,7 @@ TEST(TextureCoordinates, APathAroundACylinderHearsThePictureOnceAround) {
   const double length = kQuads * 2.0 * kRadius * std::sin(std::numbers::pi / kQuads);
   EXPECT_NEAR(coordinates->size().x(), length, 1e-9);
   const SurfaceTexture texture = wavesAlongU(coordinates->size(), 4);
-  // One and a half times around, along the polygon.
+  // The path goes one and a half times around, along the polygon.
   const auto place = [&](double share) {
     const double at = 1.5 * kQuads * share;
     const double whole = std::floor(at);
@@ -184,10 +187,10 @@ TEST(TextureCoordinates, APathAroundACylinderHearsThePictureOnceAround) {
   EXPECT_LT(farthest, 0.01 * 0.3 * speed * 0.1);
 }
 
-/// Two halves of a plane whose pictures do not fit together: each has its own.
+/// The pictures on the two halves of a plane do not fit together: each half keeps its own.
 TEST(TextureCoordinates, OverASeamThePathGoesOnWhereTheOtherSheetSays) {
-  // Along x: 12 quads with u from 0 to 0.5, then the picture again from 0.3125 on: a quarter wave
-  // of eight off.
+  // Along x there are 12 quads with u from 0 to 0.5, then the picture again from 0.3125 on: it is
+  // off by a quarter wave of eight.
   const auto along = [](double s, double t) { return Vec3(s, 0.0, -0.1 * t); };
   Strip flat = strip(along, plain);
   for (std::size_t index = kQuads; index < flat.corners.size(); ++index)
@@ -207,7 +210,7 @@ TEST(TextureCoordinates, OverASeamThePathGoesOnWhereTheOtherSheetSays) {
   double farthest = 0.0;
   for (const Vector2d& one : found) {
     const double x = 0.03125 + 0.9375 * one.x();
-    if (x > 0.49 && x < 0.56) continue;  // a step ends behind the seam
+    if (x > 0.49 && x < 0.56) continue;  // the step over the seam ends behind it
     farthest = std::max(farthest, std::abs(one.y() / scale + slope(0.03125) - slope(x)));
   }
   EXPECT_LT(farthest, 0.02);
@@ -218,7 +221,7 @@ TEST(TextureCoordinates, WhatCannotBeSeenIsSilentAndNotInfinite) {
   flat.corners[10] = {Vector2d(0.1, 0.1), Vector2d(0.1, 0.1), Vector2d(0.1, 0.1)};
   flat.corners[11] = flat.corners[10];
   flat.mesh.vertices.emplace_back(5.0, 0.0, 0.0);
-  flat.mesh.triangles.push_back({0, 0, 50});  // a line
+  flat.mesh.triangles.push_back({0, 0, 50});  // a degenerate triangle: a line
   flat.corners.push_back({Vector2d(0, 0), Vector2d(1, 0), Vector2d(1, 1)});
   const auto coordinates = TextureCoordinates::of(flat.mesh, flat.corners);
   ASSERT_TRUE(coordinates) << coordinates.error().message;

@@ -17,7 +17,7 @@ namespace {
 
 struct Kept {
   std::span<const PulseNode> nodes;
-  double mark = 0.0;  // of all its weights
+  double mark = 0.0;  // each of its weights
   std::int64_t last = 0;
 };
 
@@ -29,7 +29,7 @@ bool isWhole(const Kept& kept) {
   return true;
 }
 
-/// Trains of all lengths that are over in any order; returns how many found no room.
+/// Keeps trains of all lengths that are over in any order; returns how many found no room.
 int keepMany(TrainStore& store, std::uint64_t seed) {
   Random random(seed);
   std::vector<Kept> alive;
@@ -73,9 +73,9 @@ TEST(TrainStore, WithoutRoomItKeepsNothing) {
   TrainStore none(0);
   const std::vector<PulseNode> train(3);
   EXPECT_TRUE(none.keep(train, 10, 0).empty());
-  TrainStore store(15);  // one, with its padding
+  TrainStore store(15);  // room for one train with its padding
   EXPECT_EQ(store.keep(train, 10, 0).size(), 3U);
-  EXPECT_TRUE(store.keep(train, 10, 10).empty());  // its sample is still to come
+  EXPECT_TRUE(store.keep(train, 10, 10).empty());  // the first train's last sample is still to come
   EXPECT_EQ(store.keep(train, 20, 11).size(), 3U);
   store.clear();
   EXPECT_EQ(store.keep(train, 10, 0).size(), 3U);

@@ -22,7 +22,7 @@ struct Listed {
   std::vector<std::uint32_t> slots{};
 };
 
-/// The quietest that has not begun, the newest of equals, by looking at all.
+/// The quietest voice that has not begun, of equals the newest, found by looking at all.
 std::uint32_t quietestOf(const std::vector<Listed>& list) {
   std::uint32_t quietest = VoiceTable::kNone;
   double peak = 0.0;
@@ -34,7 +34,7 @@ std::uint32_t quietestOf(const std::vector<Listed>& list) {
   return quietest;
 }
 
-// Against a list that is searched from end to end.
+// The oracle is a list that is searched from end to end.
 TEST(VoiceTable, KnowsTheQuietestThatHasNotBegun) {
   constexpr std::size_t kVoices = 40;
   constexpr std::size_t kSlots = 200;
@@ -48,7 +48,7 @@ TEST(VoiceTable, KnowsTheQuietestThatHasNotBegun) {
   for (int turn = 0; turn < 20000; ++turn) {
     const bool grows = list.empty() || (random.chance(0.55) && !table.isFull());
     if (grows && freeSlots.size() >= 5) {
-      Listed entry{.peak = random.below(12) / 4.0};  // equals are common
+      Listed entry{.peak = random.below(12) / 4.0};  // equal peaks are common
       entry.voice = table.add(entry.peak);
       for (int i = 1 + random.below(5); i > 0; --i) {
         entry.slots.push_back(freeSlots.back());

@@ -1,5 +1,5 @@
-// What clicks cost: the kernel that puts one on the samples, the whole way from an event in to
-// samples out, and what a dense scene, a room and the exact radiation cost beside less.
+// Cost of clicks: of the kernel that adds one to the samples, of the whole way from an event in to
+// samples out, and of a dense scene, a room and the exact radiation beside the same without them.
 
 #include <algorithm>
 #include <cmath>
@@ -32,12 +32,12 @@ using namespace audio;
 namespace {
 
 constexpr double kRate = 48000.0;
-constexpr std::size_t kFrames = 4096;  // the naive loop's buffer fits the first cache in float
+constexpr std::size_t kFrames = 4096;  // the naive loop's float buffer fits the first-level cache
 constexpr std::size_t kClicks = 2 * kFrames;  // 96,000 in a second of sound
-constexpr double kNaiveReach = 1.6;           // contact durations on either side: S is 2e-7 there
+constexpr double kNaiveReach = 1.6;  // contact durations on either side; beyond, pulses are < 2e-7
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// First touch of clicks at random places in a buffer of kFrames, in samples, ascending.
+/// First touches of clicks at random places in a buffer of kFrames, in samples, ascending.
 std::vector<double> makeStarts() {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> place(0.05, 0.95);
@@ -48,12 +48,12 @@ std::vector<double> makeStarts() {
   return starts;
 }
 
-/// A steel ball on steel at 1 m/s has contacts of tau if it is so large.
+/// Radius (m) of a steel ball whose contacts with steel at 1 m/s last `tau` s.
 double radiusOf(double tau) {
   return tau / 7.76e-3;
 }
 
-/// What Synth does with a click once it is laid, and with its bus.
+/// The work of Synth on a click that has been scheduled, and on its bus.
 class KernelRun {
  public:
   KernelRun(double tau, Radiation radiation)
@@ -101,7 +101,7 @@ class KernelRun {
   double near_;
   const ClickKernels& kernels_ = fastestKernels();
   ClickBus bus_;
-  std::span<const PulseNode> nodes_;  // empty: the click is long
+  std::span<const PulseNode> nodes_;  // empty if the click is long
   PlacedNodes placed_;
   Raster raster_;
   std::vector<double> x_;
@@ -144,11 +144,11 @@ void addClicksNaively(benchmark::State& state, double tau) {
   reportRate(state, kClicks);
 }
 
-/// The limit: the samples are there and only have to be added.
+/// The upper limit: the samples exist already and only have to be added.
 void accumulateClicks(benchmark::State& state, double tau) {
   const std::vector<double> starts = makeStarts();
   const auto count = static_cast<std::size_t>(2.0 * kNaiveReach * tau * kRate) + 1;
-  // In one piece of memory: how the two lie to each other matters by a factor of two.
+  // Both arrays share one piece of memory: their relative alignment matters by a factor of two.
   std::vector<float> memory(kFrames + 2 * count, 1e-3F);
   const std::span<const float> click = std::span(memory).last(count);
   const std::span<float> pressure = std::span(memory).first(kFrames + count);
@@ -201,7 +201,7 @@ void addKernelFigures(Figures& figures, double tau, double bar) {
 // --- From an event in to samples out -----------------------------------------------------------
 
 constexpr BodyId kFloor = 0;
-constexpr double kRadius = 0.005;  // m, of steel: tau is about 60 us
+constexpr double kRadius = 0.005;  // m; for steel, contacts last about 60 us
 constexpr std::size_t kBlock = 512;
 constexpr std::size_t kEvents = 20000;
 
@@ -258,7 +258,7 @@ Synth makeSynth(const Traffic& traffic, const SynthSettings& settings,
   return *std::move(synth);
 }
 
-/// Events are handed over as a simulation would: some blocks ahead.
+/// Plays the events, scheduling them some blocks ahead, as a simulation would.
 void play(Synth& synth, const std::vector<ImpulseEvent>& events,
           std::vector<std::vector<float>>& channels) {
   if (!synth.seek(0.0)) std::abort();
@@ -289,7 +289,7 @@ void scheduleAndRender(benchmark::State& state, const Traffic& traffic, const Se
   reportRate(state, static_cast<double>(events.size()));
 }
 
-/// The hand-out's equations straight through, without a queue: duration, geometry, exponentials.
+/// Evaluates the hand-out's equations directly, without a queue: duration, geometry, exponentials.
 void soundNaively(const ImpulseEvent& event, const SoundBody& ball, std::span<float> pressure) {
   const Vec3 towards = Vec3(0.0, 0.0, 1.5) - event.bodyPosition;
   const double r = towards.norm();
@@ -329,14 +329,14 @@ void addEndToEndFigure(Figures& figures) {
 
 // --- A dense scene ------------------------------------------------------------------------------
 
-/// Two shares of each of 100,000 collisions in a second, of a thousand balls of one size, as
-/// marbles are. A shorter time is as dense.
+/// 100,000 collisions in a second, two shares of each, of a thousand balls of one size, as marbles
+/// are. With --short the time is shorter and the density the same.
 Traffic marbles(const Scale& scale) {
   return {.events = scale.of<std::size_t>(200000, 20000),
           .duration = scale.of(1.0, 0.1),
           .balls = 1000};
 }
-/// As many of a thousand sizes.
+/// Traffic of marbles() with balls of a thousand sizes.
 Traffic gravel(const Scale& scale) {
   Traffic traffic = marbles(scale);
   traffic.smallest = 0.001;
@@ -362,7 +362,7 @@ void renderDenseScene(benchmark::State& state, const Traffic& traffic) {
   reportRate(state, traffic.duration);
 }
 
-/// MB, of the whole process at its largest.
+/// Measures the largest memory of the whole process, in MB.
 void memoryOfDenseScene(benchmark::State& state, const Traffic& traffic) {
   playDenseScene(state, traffic);
   rusage usage{};

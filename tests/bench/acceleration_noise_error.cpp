@@ -1,5 +1,5 @@
-// How exact a click is, for every pulse, sampling, radiation and contact duration: one table, each
-// error beside what the click costs. `--help` says how it is run and what the columns are.
+// Error of a click, for every pulse, sampling, radiation and contact duration: one table, each
+// error beside the cost of the click. `--help` describes the arguments and the columns.
 
 #include <algorithm>
 #include <cerrno>
@@ -62,7 +62,7 @@ constexpr double kDurations[] = {1e-6, 10e-6, 30e-6, 100e-6, 300e-6, 1e-3, 10e-3
 constexpr double kFewDurations[] = {30e-6, 300e-6};
 constexpr double kOracleDurations[] = {10e-6, 30e-6, 100e-6, 1e-3};
 constexpr double kBar = -80.0;         // dB
-constexpr double kMostSpread = 200.0;  // dB: beyond it, silent at some place
+constexpr double kMostSpread = 200.0;  // dB; with a larger spread the click is silent at some place
 constexpr int kPlaces = 16;
 constexpr double kSilence = 1e-300;
 
@@ -111,7 +111,7 @@ ClickCase clickOf(const NamedPulse& pulse, double duration, double sampleRate) {
   click.sampleRate = sampleRate;
   click.radius = std::clamp(duration / 7.76e-3, 0.001, 1.0);
   click.distance = click.radius + 1.0;
-  // A Gaussian begins well before, and so do the filters.
+  // Room ahead of the click: a Gaussian begins well before its contact, and the filters have delay.
   click.time = std::ceil(80.0 + 3.0 * duration * sampleRate) / sampleRate;
   return click;
 }
@@ -121,7 +121,7 @@ double delayOf(const ClickCase& click) {
   return (click.distance - ahead) / Medium().speedOfSound;
 }
 
-/// Samples from a sample to first touch, as heard.
+/// Times from a sample to first touch as heard, in samples.
 std::vector<double> placesOf(const ClickCase& click) {
   std::vector<double> places;
   for (int i = 0; i < kPlaces; ++i)
@@ -140,7 +140,7 @@ ClickCase placed(ClickCase click, double place) {
   return click;
 }
 
-/// Of the samples, over what is due. See kHelp.
+/// Impulse that the samples carry, relative to the due one. See kHelp.
 double impulseOf(const std::vector<double>& samples, const ClickCase& click) {
   const Medium air;
   const Pulse pulse = test::pulseOf(click);
@@ -162,7 +162,7 @@ Spectrum heard(const ClickCase& click, Spectrum force, const std::vector<double>
   return force;
 }
 
-/// dB: energy of the difference over that of `reference`.
+/// Energy of the difference over that of `reference`, in dB.
 double differenceOf(Spectrum spectrum, const Spectrum& reference,
                     const std::vector<double>& frequencies) {
   for (std::size_t i = 0; i < spectrum.size(); ++i)
@@ -199,7 +199,7 @@ void measureSampling(ErrorRow& row, const Spectrum& force, const std::vector<dou
   row.energySpread = std::min(level.spread(), kMostSpread);
 }
 
-/// Without sampling: what other pulses and the compact formula are about.
+/// Compares the pulse with Hertz's and the compact formula with the exact sphere, without sampling.
 void measureModel(ErrorRow& row, const Spectrum& force, const Spectrum& hertz,
                   const std::vector<double>& frequencies) {
   ClickCase click = row.click;
@@ -217,7 +217,7 @@ void measureModel(ErrorRow& row, const Spectrum& force, const Spectrum& hertz,
 struct Group {
   double sampleRate = 48000.0;
   double duration = 0.0;
-  bool isReduced = false;  // band-limited Hertz alone
+  bool isReduced = false;  // only band-limited Hertz
 };
 
 std::vector<ErrorRow> measure(const Group& group) {
@@ -254,7 +254,7 @@ std::string formatted(const char* format, double value) {
   return text;
 }
 
-// A difference to itself is none.
+// The difference of a spectrum to itself prints as `none`.
 std::string differenceText(double value, const char* none = "-") {
   return value < -1000.0 ? none : formatted("%.1f", value);
 }
@@ -289,7 +289,7 @@ void printGroup(const std::vector<ErrorRow>& rows) {
   std::fflush(stdout);
 }
 
-/// Of a sampling and a duration, over pulses and radiations.
+/// Worst error of a sampling in a group, over pulses and radiations.
 std::string worstOf(const std::vector<ErrorRow>& rows, const Group& group, Sampling sampling) {
   double worst = -std::numeric_limits<double>::infinity();
   for (const ErrorRow& row : rows) {

@@ -21,11 +21,11 @@ std::string described(const char* format, double a, double b, double c) {
 constexpr double kRadii[] = {0.002, 0.01, 0.05, 0.5};  // m
 constexpr int kPhases = 32;
 
-// A run's place in the list of radii, speeds and phases.
+// Parameters of a run, by its place in the list of radii, speeds and phases.
 struct SphereRun {
   double radius = 0.0;  // m
   double speed = 0.0;   // m/s
-  double phase = 0.0;   // of a substep
+  double phase = 0.0;   // fraction of a substep
 };
 
 constexpr double kSpeeds[] = {0.5, 2.0, 5.0};  // m/s
@@ -57,7 +57,7 @@ std::string buildDrop(PairWorld& world, Random& random, int run, double dt) {
   return described("r %g m, v %g m/s, phase %g", how.radius, how.speed, how.phase);
 }
 
-// `miss`: how far the way of the one centre passes the other, in diameters.
+// `miss` is the distance by which the moving centre passes the other, in sums of the radii.
 std::string buildSpherePair(PairWorld& world, Random& random, int run, double dt, double miss) {
   const SphereRun how = sphereRun(run);
   const double sum = how.radius * (1.0 + random.between(0.5, 1.0));
@@ -89,7 +89,7 @@ PairCase spherePairs(const std::string& name, double miss) {
 
 struct SizedShape {
   std::shared_ptr<btCollisionShape> shape;
-  double reach = 0.0;  // m, no point of it is farther from its centre
+  double reach = 0.0;  // m, distance of its farthest point from its centre
 };
 
 std::shared_ptr<btConvexShape> ballHull(Random& random, double size, double margin) {
@@ -121,7 +121,7 @@ SizedShape cylinderShape(Random& random) {
   return {std::make_shared<btCylinderShape>(extents), std::hypot(radius, half)};
 }
 
-// Small with a margin of 1 mm, or large with Bullet's 4 cm.
+// A hull, small with a margin of 1 mm or large with Bullet's 4 cm.
 SizedShape hullShape(Random& random) {
   const bool large = random.below(2) == 1;
   const double size = large ? 0.5 : 0.1;
@@ -134,7 +134,7 @@ SizedShape sphereShape(Random& random) {
   return {sphereOf(radius), radius};
 }
 
-// A compound owns nothing, so its children go with it.
+// A compound that owns its children, which btCompoundShape does not.
 struct Compound : btCompoundShape {
   void take(std::shared_ptr<btCollisionShape> child, const Vec3& position, const Quat& turned) {
     addChildShape(btTransform(btQuaternion(btScalar(turned.x()), btScalar(turned.y()),
@@ -146,7 +146,7 @@ struct Compound : btCompoundShape {
   std::vector<std::shared_ptr<btCollisionShape>> children;
 };
 
-// A dumb-bell: a box and a capsule, turned anyhow, and a ball between.
+// A dumb-bell: a box and a capsule in random orientations, and a ball between them.
 SizedShape compoundShape(Random& random) {
   auto compound = std::make_shared<Compound>();
   const Vec3 end = random.between(0.08, 0.15) * random.direction();

@@ -10,7 +10,7 @@
 
 namespace carom::bench {
 
-/// What many runs of a pair of bodies have in common.
+/// The common properties of many runs of a pair of bodies.
 struct PairCase {
   std::string name;
   int runs = 0;
@@ -19,13 +19,14 @@ struct PairCase {
   double barRms = std::numeric_limits<double>::infinity();      ///< us
   double barMax = 0.0;                                          ///< us
   double barImpulse = std::numeric_limits<double>::infinity();  ///< fraction
-  /// Adds the two bodies of one run; what it returns describes the run.
+  /// Adds the two bodies of one run; returns a description of the run.
   std::function<std::string(PairWorld& world, Random& random, int run, double dt)> build;
 };
 
-/// Spheres on a plane and in pairs.
+/// Cases of spheres on a plane and in pairs.
 std::vector<PairCase> sphereCases();
-/// Tumbling boxes, capsules, cylinders, hulls and compounds, on planes, on boxes, on each other.
+/// Cases of tumbling boxes, capsules, cylinders, hulls and compounds, on planes, on boxes and on
+/// each other.
 std::vector<PairCase> shapeCases();
 
 }  // namespace carom::bench

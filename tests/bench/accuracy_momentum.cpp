@@ -33,13 +33,13 @@ std::shared_ptr<btCollisionShape> randomShape(Random& random) {
   }
 }
 
-/// What one body was reported to have got, and what it has.
+/// A body's velocity at the start, and the impulses that were reported for it.
 struct Account {
   btRigidBody* body = nullptr;
   BodyId id = 0;
   Vec3 velocityAtStart = Vec3::Zero();
   Vec3 reported = Vec3::Zero();  // N s
-  double magnitudes = 0.0;       // N s, sum of the reported
+  double magnitudes = 0.0;       // N s, sum of the magnitudes reported
 };
 
 class Scene {
@@ -59,7 +59,7 @@ class Scene {
   Random random_;
   PairWorld world_{kGravity};
   std::vector<Account> accounts_;
-  std::vector<BulletBridge> bridge_;  // one
+  std::vector<BulletBridge> bridge_;  // holds one bridge
 };
 
 Scene::Scene(const MomentumCase& which, int number)
@@ -131,7 +131,8 @@ double Scene::imbalanceOf(const Account& account, const Vec3& fallen) const {
   const double mass = 1.0 / double(account.body->getInvMass());
   const Vec3 changed =
       mass * (toVec3(account.body->getLinearVelocity()) - account.velocityAtStart - fallen);
-  // Of a body that nothing has touched there is nothing to compare but rounding.
+  // A body that nothing has touched has only rounding to compare, so that the scale has a lower
+  // bound.
   const double scale = std::max(account.magnitudes, mass * 0.5);
   const Vec3 lacking = changed - account.reported;
   if (told_) {

@@ -12,7 +12,7 @@
 namespace carom::bench {
 namespace {
 
-constexpr double kHalf = 0.05;      // m, of a body
+constexpr double kHalf = 0.05;      // m, half extent or radius of a body
 constexpr double kSpacing = 0.2;    // m
 constexpr double kDuration = 10.0;  // s
 

@@ -5,7 +5,7 @@
 
 namespace carom::bench {
 
-/// Bodies that touch the ground at rest, for a while: nothing may be heard.
+/// Bodies that rest on the ground for a while: no collision may be reported.
 struct RestCase {
   enum class Shape { sphere, box };
   enum class Ground { plane, box };
@@ -18,13 +18,13 @@ struct RestCase {
 
 struct RestResult {
   int events = 0;
-  double speed = 0.0;  ///< m/s, greatest of a body's surface, in Bullet
+  double speed = 0.0;  ///< m/s, greatest speed of a body's surface in Bullet
   bool unsupported = false;
 };
 
-/// Cases with `bodies` bodies each, and cases with ten times as many that may sleep.
+/// Returns cases with `bodies` bodies each, and cases with ten times as many that may sleep.
 std::vector<RestCase> restCases(int bodies);
-/// 10 s in steps of `dt`, s.
+/// Runs the case for 10 s in steps of `dt` (s).
 RestResult runRest(const RestCase& which, double dt);
 
 }  // namespace carom::bench

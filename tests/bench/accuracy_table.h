@@ -5,27 +5,27 @@
 
 namespace carom::bench {
 
-/// One row: what the bridge said of many runs of a case, beside what it ought to have said.
+/// One row: the bridge's collisions in many runs of a case, compared with the reference.
 struct AccuracyRow {
   std::string name;
   double step = 0.0;  ///< s
-  /// us, rms and max; infinite: no bar.
+  /// Bars in us, rms and max; infinite: no bar.
   double barRms = 0.0;
   double barMax = 0.0;
   double barImpulse = 0.0;  ///< fraction; infinite: no bar
 
   int runs = 0;
-  int impacts = 0;  ///< of the reference
+  int impacts = 0;  ///< impacts of the reference
   int matched = 0;
   int missed = 0;
-  int spurious = 0;           ///< and duplicates
-  int needless = 0;           ///< pushes of Bullet between bodies that would not have touched
-  double pathError = 0.0;     ///< m, of the law of motion that the reference goes by
+  int spurious = 0;           ///< collisions without a counterpart, duplicates included
+  int needless = 0;           ///< pushes by Bullet between bodies that would not have touched
+  double pathError = 0.0;     ///< m, error of the law of motion that the reference assumes
   bool unsupported = false;   ///< the bridge met shapes that it does not know
-  double squares = 0.0;       ///< us^2, of the time errors
-  double timeError = 0.0;     ///< us, greatest
-  double impulseError = 0.0;  ///< fraction, greatest
-  std::string worst;          ///< which run has the greatest time error
+  double squares = 0.0;       ///< us^2, sum over the time errors
+  double timeError = 0.0;     ///< us, greatest time error
+  double impulseError = 0.0;  ///< fraction, greatest error of an impulse
+  std::string worst;          ///< the run with the greatest time error
   std::string firstMiss;
 
   void addMatch(double microseconds, double impulse, const std::string& run);
@@ -35,13 +35,14 @@ struct AccuracyRow {
 
 void printHeader();
 void printRow(const AccuracyRow& row);
-/// One in which nothing may be heard: of `events`, the bar is none. `speed`, m/s, is the greatest
-/// of a body's surface in Bullet, which ought to be 0.
+/// Prints the row of a case in which nothing may be heard: the bar is 0 events. `speed` (m/s) is
+/// the greatest of a body's surface in Bullet and ought to be 0.
 void printRestRow(const std::string& name, double step, int events, double speed, bool supported);
-/// One whose impulses must balance: the greatest imbalance, a fraction, against its bar.
+/// Prints the row of a case whose impulses must balance: the greatest imbalance, a fraction, and
+/// its bar.
 void printBalanceRow(const std::string& name, double step, int runs, int collisions,
                      double imbalance, double bar, bool supported);
-/// To the error stream: the runs to look at.
+/// Prints the worst run and the first miss to the error stream.
 void printWorst(const AccuracyRow& row);
 
 }  // namespace carom::bench

@@ -21,7 +21,7 @@ namespace {
 
 constexpr Eigen::Index kModes = 60;
 
-// Linux's way to forget how large the process has been; proc(5).
+// Resets the peak of the process's memory, in Linux's way; see proc(5).
 void forgetPeak() {
   malloc_trim(0);
   std::ofstream("/proc/self/clear_refs") << 5;
@@ -34,7 +34,7 @@ double peakMegabytes() {
   return 0.0;
 }
 
-// `work` says whether it succeeded.
+// Cost of `work`, which returns true if it succeeded.
 template <class Work>
 WorkCost costOf(Work work) {
   forgetPeak();
@@ -43,7 +43,7 @@ WorkCost costOf(Work work) {
   return {cpuSeconds() - start, peakMegabytes()};
 }
 
-// So soft that 60 of its modes are below 20 kHz.
+// A plastic so soft that 60 modes of the cube are below 20 kHz.
 Material plastic() {
   Material material;
   material.name = "plastic";

@@ -9,7 +9,7 @@
 
 namespace carom::bench {
 
-/// scenes/library/newtons_cradle.json by hand, of what carom::native and carom::audio alone have.
+/// The scene scenes/library/newtons_cradle.json, built with carom::native and carom::audio alone.
 struct BareCradle {
   SphereWorld world;
   std::vector<SoundBody> bodies;  ///< by id

@@ -1,4 +1,4 @@
-// How exact the bridge's collisions are: one table, every case beside an independent reference.
+// Accuracy of the bridge's collisions: one table, every case beside an independent reference.
 // Usage: bench_bridge_accuracy [--only TEXT] [--worst] [--run NUMBER] [--short]
 
 #include <algorithm>
@@ -24,11 +24,11 @@ namespace {
 
 constexpr double kSteps[] = {1.0 / 60, 1.0 / 240, 1.0 / 1000};  // s
 
-/// One run: what the reference says, and what the bridge says.
+/// The impacts of one run, by the reference and by the bridge.
 struct PairRun {
   std::vector<ReferenceImpact> reference;
   std::vector<ReferenceImpact> bridge;
-  double end = 0.0;  // s; later impacts do not count, the bridge may not have told them all
+  double end = 0.0;  // s; later impacts do not count, some may not be reported yet
   int needless = 0;
   double pathError = 0.0;  // m
   bool unsupported = false;
@@ -79,7 +79,7 @@ void noteMiss(AccuracyRow& row, const char* what, const ReferenceImpact& impact,
                   std::to_string(impact.speed) + " m/s, " + run;
 }
 
-// All impacts of the run, each with the nearest that the bridge has within a substep.
+// Compares all impacts of the run, each with the nearest that the bridge has within a substep.
 void compareAll(PairRun& run, const std::string& name, AccuracyRow& row) {
   for (const ReferenceImpact& impact : run.reference) {
     const auto nearest =
@@ -106,10 +106,10 @@ void compareAll(PairRun& run, const std::string& name, AccuracyRow& row) {
   }
 }
 
-// Only the first: what the bridge has before it is spurious, and what it has at the same time
-// again; of what comes later this reference knows nothing.
+// Keeps the reference's first impact, after which it is not valid, and the bridge's collisions up
+// to that time: earlier ones are spurious, simultaneous ones duplicates.
 void keepFirst(PairRun& run) {
-  constexpr double kSame = 50e-6;  // s
+  constexpr double kSame = 50e-6;  // s, collisions nearer than this are one
   if (run.reference.empty()) return;
   const double first = run.reference.front().time;
   run.reference.resize(1);
@@ -117,13 +117,13 @@ void keepFirst(PairRun& run) {
             [](const auto& a, const auto& b) { return a.time < b.time; });
   const auto later = std::find_if(run.bridge.begin(), run.bridge.end(),
                                   [&](const auto& a) { return a.time > first + kSame; });
-  // If the bridge is late, its first is what there is to compare.
+  // If the bridge is late, its first collision is the one to compare.
   run.bridge.erase(later == run.bridge.begin() && later != run.bridge.end() ? later + 1 : later,
                    run.bridge.end());
   run.end = 1e9;
 }
 
-// The same everywhere, unlike std::hash.
+// A hash that is the same on every platform, unlike std::hash.
 std::uint64_t seedOf(const std::string& name, double dt, int run) {
   std::uint64_t seed = std::uint64_t(std::lround(1.0 / dt)) * 1000003U + std::uint64_t(run);
   for (const char letter : name)
@@ -132,13 +132,13 @@ std::uint64_t seedOf(const std::string& name, double dt, int run) {
 }
 
 struct Options {
-  std::string only;  // part of the case's name
+  std::string only;  // part of the names of the cases to run
   bool worst = false;
-  int run = -1;  // only this one, in detail
-  Scale scale;   // of runs, the fiftieth part
+  int run = -1;  // print only this run, in detail; negative: all
+  Scale scale;   // --short: a fiftieth of the runs
 };
 
-// To the error stream.
+// Prints the impacts of a run to the error stream.
 void printRun(const PairRun& run, const std::string& name, double dt) {
   std::fprintf(stderr, "%s, 1/%.0f\n", name.c_str(), 1.0 / dt);
   for (const auto* list : {&run.reference, &run.bridge}) {

@@ -1,4 +1,4 @@
-// What the bridge adds to Bullet's step, and how exact the collisions are that it buys.
+// Cost of the bridge beside Bullet's step, and the accuracy of the collisions that it buys.
 
 #include <cmath>
 #include <cstdio>
@@ -27,7 +27,7 @@ using namespace scenes;
 namespace {
 
 constexpr double kStep = 1.0 / 240.0;  // s
-constexpr int kWarmUp = 4;             // steps that are not measured: memory is still growing
+constexpr int kWarmUp = 4;  // steps that are not measured, because memory is still growing
 
 Scene sceneOf(Result<Scene> loaded) {
   if (!loaded) {
@@ -50,7 +50,7 @@ Scene fallingBalls(const Scale& scale) {
   return sceneOf(thousandBalls(scale.of(0.15, 0.08)));
 }
 
-/// Ten times as many in ten times the space; a shorter time of them.
+/// Ten times as many balls in ten times the space, for a shorter time.
 Scene tenThousandBalls(const Scale& scale) {
   Scene scene = sceneOf(parseScene(R"({
     "duration": 0.06,
@@ -70,14 +70,14 @@ int stepsOf(const Scene& scene) {
   return static_cast<int>(std::lround(scene.duration / kStep));
 }
 
-/// s, CPU time of this thread.
+/// CPU time of this thread in s.
 double cpuTime() {
   std::timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// A Bullet world under way, with a bridge or without.
+/// A running Bullet world, with a bridge or without.
 class Run {
  public:
   Run(const Scene& scene, bool bridged) : world_(scene) {
@@ -106,10 +106,10 @@ class Run {
  private:
   BulletScene world_;
   std::optional<BulletBridge> bridge_;
-  double seconds_ = 0.0;  // CPU time in Bullet and in the bridge
+  double seconds_ = 0.0;  // s, CPU time in Bullet and in the bridge
 };
 
-/// The whole scene in two worlds, step by step in turn.
+/// Runs the whole scene in two worlds, which take turns step by step.
 void runBoth(Run& with, Run& without, const Scene& scene) {
   for (int step = 0; step < stepsOf(scene); ++step) {
     if (step == kWarmUp) {
@@ -123,7 +123,7 @@ void runBoth(Run& with, Run& without, const Scene& scene) {
   }
 }
 
-/// The bridge only looks on: both worlds must end alike, bit for bit.
+/// True if both worlds end in the same state, bit for bit, as the bridge may change nothing.
 bool endAlike(const Run& with, const Run& without, const Scene& scene) {
   for (std::size_t body = 0; body < scene.bodies.size(); ++body) {
     if (with.place(body) != without.place(body)) return false;
@@ -158,7 +158,7 @@ void measureStep(benchmark::State& state, const Scene& scene) {
   reportValue(state, seconds / static_cast<double>(state.iterations()));
 }
 
-/// Of the times of the scene's collisions, against the path that Bullet took.
+/// Error of the times of the scene's collisions, compared with the path that Bullet took.
 std::string timeError(const Scene& scene) {
   const double steps[] = {kStep};
   const Result<CompareReport> report = compareScene(scene, steps);
@@ -177,8 +177,8 @@ struct BenchScene {
   std::string name;
   Scene scene;
   double bar = 0.0;    // % of Bullet's step
-  double noise = 0.0;  // of that, between two worlds without a bridge
-  std::string error;   // of its collisions; may be empty
+  double noise = 0.0;  // % of Bullet's step, between two worlds without a bridge
+  std::string error;   // error of its collisions; may be empty
 };
 
 void addScene(Figures& figures, const BenchScene& bench) {
@@ -214,7 +214,7 @@ int main(int argc, char** argv) {
   const Scene thousand = fallingBalls(scale);
   addScene(figures, {"marbles in a box", marbles, 3.0, scale.of(0.5, 10.0), timeError(marbles)});
   addScene(figures, {"1000 balls", thousand, 5.0, scale.of(3.0, 25.0), timeError(thousand)});
-  // Without its error: the reference tests every pair of balls.
+  // The error of this scene is not measured: the reference tests every pair of balls.
   addScene(figures, {"10000 balls", tenThousandBalls(scale), 5.0, scale.of(3.0, 25.0), ""});
   return figures.run(argc, argv);
 }

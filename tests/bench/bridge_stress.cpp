@@ -1,4 +1,4 @@
-// Random scenes in great number: nothing that the bridge says may be absurd.
+// Runs great numbers of random scenes, in which nothing that the bridge reports may be absurd.
 // Usage: bench_bridge_stress [N] [--first SEED] [--seed SEED] [--prompt] [--short]
 
 #include <csignal>
@@ -17,7 +17,7 @@
 namespace carom::bench {
 namespace {
 
-// For the handler of a crash only: nothing else can tell it the seed.
+// The seed's text for the handler of a crash, which has no other access to it.
 char crashText[64];
 std::size_t crashLength = 0;
 

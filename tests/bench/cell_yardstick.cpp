@@ -198,7 +198,7 @@ void CellGas::lookInCell(std::uint32_t sphere, const Cell& cell, const Vec3& shi
   }
 }
 
-/// A new prediction is the partner's too.
+/// A new prediction is stored as the partner's, too.
 void CellGas::claim(std::uint32_t sphere, double before) {
   Future& future = futures_[sphere];
   if (future.collision >= before) return;

@@ -9,10 +9,11 @@
 
 namespace carom::bench {
 
-/// The yardstick that is fast: event-driven spheres with cells and a heap, and nothing else. One
-/// radius, one mass, elastic, no gravity; no walls, the cube repeats itself in all directions; no
-/// identity of events, none is reported. Each sphere has one predicted collision (Lubachevsky 1991)
-/// and one crossing into the next cell; a prediction looks at 27 cells, a crossing at 9.
+/// The fast yardstick: event-driven spheres with cells and a heap, and nothing else. All spheres
+/// have one radius and one mass and are elastic; there is no gravity; instead of walls the cube is
+/// periodic; events have no identity and are not reported. Each sphere has one predicted collision
+/// (Lubachevsky 1991) and one crossing into the next cell; a prediction looks at 27 cells, a
+/// crossing at 9.
 class CellGas {
  public:
   explicit CellGas(const Gas& gas);
@@ -22,21 +23,21 @@ class CellGas {
   double kineticEnergy() const;
 
  private:
-  static constexpr int kRoom = 15;  // spheres of a cell; eight fit
+  static constexpr int kRoom = 15;  // capacity of a cell; eight spheres fit
 
   struct Sphere {
     Vec3 position;      // m, at `time`
     Vec3 velocity;      // m/s
     double time = 0.0;  // s
     std::array<int, 3> cell{};
-    int slot = 0;  // in its cell
+    int slot = 0;  // its index in the cell
   };
   struct Future {
     double collision = 0.0;  // s
     double crossing = 0.0;   // s
     std::uint32_t partner = 0;
     std::uint32_t partnerCollisions = 0;
-    int axis = 0;  // of the crossing
+    int axis = 0;  // axis of the crossing
   };
   struct Cell {
     int count = 0;
@@ -64,7 +65,7 @@ class CellGas {
   double side_;
   double squaredDiameter_;
   int cellsPerSide_;
-  double width_;  // m, of a cell
+  double width_;  // m, edge of a cell
   double now_ = 0.0;
   std::uint64_t collisions_ = 0;
   std::vector<Sphere> spheres_;
@@ -72,7 +73,7 @@ class CellGas {
   std::vector<std::uint32_t> counts_;
   std::vector<Cell> cells_;
   std::vector<Slot> heap_;
-  std::vector<std::size_t> slotOf_;  // by sphere
+  std::vector<std::size_t> slotOf_;  // place in the heap, by sphere
 };
 
 }  // namespace carom::bench

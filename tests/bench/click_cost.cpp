@@ -16,9 +16,9 @@ using test::ClickCase;
 constexpr int kRounds = 5;
 constexpr double kClicksPerSecond = 200000.0;
 constexpr std::size_t kBlock = 512;
-constexpr double kAhead = 0.02;  // s, of the clock, that events are handed over
+constexpr double kAhead = 0.02;  // s, by which events are scheduled ahead of the clock
 
-/// Enough that a round lasts some milliseconds, and few enough where contacts are long.
+/// Number of clicks: a round lasts some milliseconds, but long contacts stay few.
 std::size_t countOf(const ClickCase& click) {
   return std::clamp<std::size_t>(static_cast<std::size_t>(1.0 / click.duration), 100, 10000);
 }
@@ -56,7 +56,7 @@ class ClickRun {
   double nanoseconds() const { return 1e9 * best_ / static_cast<double>(events_.size()); }
 
  private:
-  // From just before the first click.
+  // Plays all events, starting just before the first click.
   void play() {
     if (!synth_.seek(from_)) std::abort();
     float* const channel = block_.data();

@@ -6,9 +6,10 @@
 
 namespace carom::bench {
 
-/// ns of CPU time per click, for each of `clicks`: schedule and render, one listener, 200,000
-/// clicks a second of that kind at random places between samples. The least of several rounds, in
-/// each of which all of them take their turn, so that what disturbs the machine disturbs all.
+/// CPU time per click in ns, for each of `clicks`: schedule and render for one listener, 200,000
+/// clicks a second of that kind at random places between samples. The result is the least of
+/// several rounds; in each round all kinds take their turn, so that disturbances of the machine
+/// affect all of them.
 std::vector<double> clickCosts(const std::vector<test::ClickCase>& clicks);
 
 }  // namespace carom::bench

@@ -1,4 +1,4 @@
-// A run of the benchmarks beside an earlier one: `--help` says how it is run.
+// Compares a run of the benchmarks with an earlier one; `--help` describes the arguments.
 
 #include <algorithm>
 #include <cmath>
@@ -118,7 +118,7 @@ struct Arguments {
   std::optional<double> factor;
 };
 
-/// None: they are not understood.
+/// Returns the arguments, or none if they are not understood.
 std::optional<Arguments> parse(int argc, char** argv) {
   Arguments arguments;
   for (int i = 1; i < argc; ++i) {

@@ -34,12 +34,12 @@ constexpr const char* kHelp =
     "scene on steps of 1/60, 1/240 and 1/1000 s, a ball that rolls from push-off to rest.\n"
     "With --short, of the slides one instead of eight.\n";
 
-/// m: above the middle of the way, so far that the ball's motion is across to it and shifts no
-/// pitch.
+/// A place (m) above the middle of the way, so far off that the ball moves at right angles to the
+/// direction of the sound, without a Doppler shift.
 Vec3 farAbove(double speed) {
   return {0.5 * speed * WavySlide::kDuration, 0.0, 30.0};
 }
-/// dB below the loudest third octave: what is heard of the spectrum.
+/// The audible part of the spectrum: dB below the loudest third octave.
 constexpr double kHeard = 40.0;
 
 double decibels(double ratio) {
@@ -62,7 +62,7 @@ void printPitch() {
   }
 }
 
-/// What a mean over Hertz's contact leaves of the waves.
+/// Share of the waves' amplitude that remains in the mean over Hertz's contact.
 double averaged(double load) {
   const test::BallDrop drop{.radius = WavySlide().radius};
   const double x = std::numbers::pi / WavySlide::kWave *
@@ -70,7 +70,7 @@ double averaged(double load) {
   return std::sin(x) / x;
 }
 
-/// How far a mass follows what shakes it through the contact's spring.
+/// Amplitude of a mass relative to the surface that shakes it through the contact's spring.
 double following(double load, double frequency) {
   const test::BallDrop drop{.radius = WavySlide().radius};
   const double k =
@@ -96,7 +96,7 @@ void printLoad() {
   }
 }
 
-/// Power by frequency.
+/// Power spectrum, by frequency.
 std::vector<double> powerOf(std::span<const double> sound) {
   std::size_t size = 1;
   while (size < sound.size())
@@ -115,7 +115,7 @@ std::vector<double> powerOf(std::span<const double> sound) {
   return power;
 }
 
-/// dB, of third octaves.
+/// Level of a third octave in dB.
 double thirdOctave(const std::vector<double>& power, double centre) {
   const double perBin = WavySlide::kRate / (2.0 * static_cast<double>(power.size()));
   const double edge = std::exp2(1.0 / 6.0);
@@ -161,19 +161,20 @@ Scene readScene(const std::string& bodies, const std::string& friction, double d
 struct Sliding {
   const char* name;
   Scene scene;
-  double from;  // s, of its sliding part
+  double from;  // s, begin of its sliding part
   double to;
 };
 
 constexpr double kPlacesApart = 0.05;  // m
 
-/// The floor is rough by chance: of one slide a band of some tens of hertz is known to 1 dB or so,
-/// whatever the steps. So several are taken, of which the first is shown by itself as well.
+/// Compares slides at several steps. The floor is rough by chance: from one slide a band of some
+/// tens of hertz is known only to 1 dB or so, whatever the steps. Therefore several slides are
+/// averaged; the first of them is shown by itself as well.
 void printSteps(const Sliding& sliding, int places) {
   std::printf("\n%s: third octaves beside those at a step of 1/1000 s, dB\n", sliding.name);
   std::printf("%17s %17s %15s %d\n", "", "one slide", "mean of", places);
   std::printf("%8s %8s %8s %8s %8s %8s\n", "Hz", "level", "1/60", "1/240", "1/60", "1/240");
-  std::vector<std::vector<double>> powers(6);  // by step: of one slide, and of all
+  std::vector<std::vector<double>> powers(6);  // per step: one slide, then the sum of all
   std::vector<double> rests;
   const std::array<double, 3> steps = {1.0 / 60.0, 1.0 / 240.0, 1.0 / 1000.0};
   for (int index = 0; index < 3 * places; ++index) {
@@ -219,7 +220,7 @@ void printSteps(const Sliding& sliding, int places) {
               worst[0], worst[1], rests[0], rests[1], rests[2]);
 }
 
-/// A ball on a wavy plane, followed by its mechanics on Bullet.
+/// Compares a ball on a wavy plane, moved by Bullet's mechanics, with closed forms.
 void printRoll() {
   std::printf(
       "\na ball of 5 mm rolls down a slope of 10 degrees, over waves of %g mm: 50 ms each\n"
@@ -263,7 +264,8 @@ void printRoll() {
     const auto count = static_cast<std::size_t>(kWindow * WavySlide::kRate);
     const std::vector<double> window(sound.begin() + static_cast<std::ptrdiff_t>(first),
                                      sound.begin() + static_cast<std::ptrdiff_t>(first + count));
-    // Rolls by 5/7 of what pulls it; less the Doppler shift, which is nothing straight above.
+    // The ball is accelerated by 5/7 of the pull along the slope; straight above there is no
+    // Doppler shift.
     const double speed = 5.0 / 7.0 * 1.7035 * (time + 0.5 * kWindow);
     const double pitch = speed / WavySlide::kWave;
     const std::vector<double> power = powerOf(window);
@@ -275,7 +277,8 @@ void printRoll() {
       moment += power[k] * static_cast<double>(k) * perBin;
     }
     const double heard = moment / sum;
-    // Force m v s w, pressure its slope: as the cube of the speed.
+    // The force is m v s w and the pressure its slope: the amplitude grows with the cube of the
+    // speed.
     const double level = 10.0 * std::log10(sum);
     const double expected =
         60.0 * std::log10(speed) + decibels(following(shape.mass * 9.661, pitch));
@@ -290,7 +293,7 @@ void printRoll() {
 }
 
 int run(const Scale& scale) {
-  const int places = scale.of(8, 1);  // of slides beside each other
+  const int places = scale.of(8, 1);  // slides, one beside the other
   printPitch();
   printLoad();
   const std::string box = R"({"type": "solid", "name": "box", "shape": {"type": "box",

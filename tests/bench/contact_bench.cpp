@@ -1,4 +1,4 @@
-// What lasting contacts cost: hundreds that slide at once, in real time, and those that rest.
+// Cost of lasting contacts: hundreds that slide at once, in real time, and others that rest.
 
 #include <algorithm>
 #include <array>
@@ -27,7 +27,7 @@ constexpr std::size_t kStepFrames = 200;
 constexpr BodyId kFloor = 100000;
 constexpr double kRadius = 0.02;  // m
 
-/// Balls of wood that slide over a floor of wood, each at its own speed, 2 m around the ears.
+/// Wooden balls that slide over a wooden floor, each at its own speed, 2 m around the listener.
 class Sliders {
  public:
   Sliders(BodyId count, std::size_t budget, double slowest)
@@ -37,7 +37,7 @@ class Sliders {
       if (!sound_.setBody(id, {.material = wood, .mass = kMass, .radius = kRadius})) std::abort();
     if (!sound_.setBody(kFloor, {.material = wood}) || !sound_.prepareRendering(kRate))
       std::abort();
-    render();  // the clock begins
+    render();  // starts the clock
     for (int step = 0; step < 60; ++step) {
       touch();
       render();
@@ -101,7 +101,7 @@ class Sliders {
   std::array<float*, 2> channels_{samples_[0].data(), samples_[1].data()};
 };
 
-/// s of CPU for a second of sound.
+/// Reports s of CPU time per second of sound.
 void reportShare(benchmark::State& state) {
   reportTime(state, kStep);
 }
@@ -117,7 +117,7 @@ Work sliding(BodyId count, std::size_t budget) {
   };
 }
 
-/// What games do: noise through a filter of two poles for each contact and channel.
+/// The usual method of games: noise through a two-pole filter for each contact and channel.
 void filteredNoise(benchmark::State& state) {
   constexpr std::size_t kFilters = 1000;
   std::vector<double> y1(kFilters), y2(kFilters), out(kStepFrames), noise(kStepFrames);
@@ -164,7 +164,8 @@ void resting(benchmark::State& state) {
   reportTime(state, kResting);
 }
 
-/// 500 that slide, of which so many may be heard; and how many of them were not.
+/// Adds the cost of 500 sliding contacts, of which `budget` may be heard, and the share that was
+/// left out.
 void addSliding(Figures& figures, const std::string& suffix, std::size_t budget,
                 std::optional<Bar> bar) {
   figures.add({.name = "500 contacts slide" + suffix,

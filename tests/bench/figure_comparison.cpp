@@ -16,12 +16,11 @@ namespace {
 
 using Json = nlohmann::json;
 
-// By how much a run differs from the next on a machine that others use, whatever its repetitions
-// say.
+// Factors by which two runs differ on a machine that others use, however small their spreads are.
 constexpr double kLeastGain = 1.05;
 constexpr double kLeastShortGain = 1.5;
 
-/// Reads one document; the first thing that is wrong is kept, and nothing after it counts.
+/// Reads one document; keeps the first error and ignores everything after it.
 class RunReader {
  public:
   explicit RunReader(std::string file) : file_(std::move(file)) {}
@@ -113,12 +112,12 @@ bool overlap(const StoredNumber& one, const StoredNumber& other) {
   return one.low <= other.high && other.low <= one.high;
 }
 
-/// How many times as good, where more is better and where less is.
+/// Factor by which `now` is better than `then`.
 double gainOf(double then, double now, bool higherIsBetter) {
   if (then == now) return 1.0;
   const double more = higherIsBetter ? now : then;
   const double less = higherIsBetter ? then : now;
-  // A ratio says nothing where one of them is none or has another sign.
+  // A ratio is meaningless if one of the values is zero or they differ in sign.
   if (!(more > 0.0 && less > 0.0))
     return more > less ? std::numeric_limits<double>::infinity() : 0.0;
   return more / less;

@@ -17,7 +17,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// A document by hand. A figure is what ./bench prints, but for keys that nobody compares by.
+/// A document with figures like those of ./bench, but without the keys that no comparison uses.
 std::string document(const std::string& figures, const char* isShort = "false") {
   return std::string(R"({"benchmarks": {"native": {"short": )") + isShort + R"(, "figures": [)" +
          figures + "]}}}";
@@ -47,7 +47,7 @@ ComparedFigure onlyFigure(const std::string& then, const std::string& now) {
 }
 
 TEST(FigureComparison, JudgesByTheRatioToTheYardstickAndNotByTheValue) {
-  // The machine is half as fast, and so is its yardstick.
+  // The machine is half as fast, and its yardstick is as well.
   const std::string then = figure("gas", R"("value": 100, "value_low": 99, "value_high": 101)",
                                   R"("ratio": 2, "ratio_low": 1.99, "ratio_high": 2.01)", "higher");
   const std::string slower =
@@ -108,7 +108,7 @@ TEST(FigureComparison, IsTheSameInShortRunsUntilItIsHalfAsMuchAgain) {
 }
 
 TEST(FigureComparison, IsTheSameWithinTheFiguresOwnNoise) {
-  // A share of Bullet's step, in percent: one that is near 0 may well be negative.
+  // The figure is a share of Bullet's step in percent, which may be negative near 0.
   const auto share = [](const char* value, const char* ratio) {
     return figure("bridge",
                   std::string(R"("value": )") + value + R"(, "value_low": )" + value +
@@ -173,7 +173,7 @@ TEST(FigureComparison, RefusesAShortRunBesideAFullOne) {
   EXPECT_THAT(figures.error().message, AllOf(HasSubstr("a short run"), HasSubstr("--short")));
 }
 
-/// As it fails in a run: how good it is beside the stored one.
+/// Figures that are worse than the stored ones by these gains.
 std::vector<ComparedFigure> withGains(const std::vector<std::pair<std::string, double>>& gains) {
   std::vector<ComparedFigure> figures;
   for (const auto& [name, gain] : gains) {

@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* kValue = "value";  // the counter that carries a measurement
 
-/// Of the repetitions; low and high are quartiles, of less than five their least and their most.
+/// Spread of the repetitions: low and high are quartiles, or the extremes of less than five.
 struct Spread {
   double low = 0.0;
   double median = 0.0;
@@ -93,7 +93,8 @@ std::optional<bool> judge(const Row& row) {
                                                     : reached->median <= bar->limit;
 }
 
-/// Median over median, as it is shown; the spread is that of the repetitions, one by one.
+/// The ratio is the median over the yardstick's, as shown; its spread is that of the repetitions'
+/// own ratios.
 std::optional<Spread> ratioOf(const std::vector<double>& values,
                               const std::vector<double>& yardsticks) {
   const std::optional<Spread> value = spreadOf(values);
@@ -143,7 +144,7 @@ std::string verdict(const Row& row) {
   return *row.holds ? "holds" : "falls short";
 }
 
-/// Half of what lies between low and high, in percent of the median.
+/// Half of the range from low to high, in percent of the median.
 std::string spreadText(const std::optional<Spread>& spread) {
   if (!spread || spread->median == 0.0) return "-";
   char text[32];
@@ -249,7 +250,7 @@ struct Options {
   std::vector<std::string> arguments;  // for Google Benchmark; the first is the program's name
 };
 
-/// Ours come first, so that the caller's, which come later, win.
+/// The program's own arguments come first, so that the caller's, which come later, win.
 Options parse(int argc, char** argv) {
   Options options{
       .isShort = scaleOf(argc, argv).isShort,
@@ -324,7 +325,8 @@ int Figures::run(int argc, char** argv) {
 
   std::vector<Row> rows;
   for (const Figure& figure : figures_) {
-    // What --benchmark_filter left out has no row; what failed has one without a value.
+    // A figure that --benchmark_filter left out has no row; one that failed has a row without a
+    // value.
     if (Row row = makeRow(figure, reporter); row.value || reporter.failed()) rows.push_back(row);
   }
   options.asJson ? printJson(rows, options.isShort) : printTable(rows);

@@ -5,7 +5,7 @@
 
 #include <benchmark/benchmark.h>
 
-// Vectors of a size that is known.
+// Targets without a fixed vector size are disabled.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "tests/bench/fma_peak.cpp"
@@ -17,8 +17,8 @@ namespace carom::bench::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Chains that do not wait for each other: more than two units times their latency, and as many as
-/// 16 registers hold.
+/// Runs independent chains: more than two units times their latency, and as many as 16 registers
+/// hold.
 double work() {
   const hn::CappedTag<double, 8> d;
   constexpr std::size_t kChains = 12;

@@ -5,14 +5,15 @@
 
 namespace carom::bench {
 
-/// How fast this machine multiplies and adds doubles, fused, where nothing has to wait.
+/// The rate at which this machine does fused multiply-adds of doubles if none has to wait.
 struct FmaPeak {
-  std::string_view name;  ///< of the instruction set, as ResonatorKernels has it
+  std::string_view name;  ///< the instruction set's, as in ResonatorKernels
   double (*work)() =
-      nullptr;  ///< does so many of them, each in one lane of a vector, and returns it
+      nullptr;  ///< does multiply-adds and returns their number, each vector lane counted
 };
 
-/// Of each instruction set of this machine that has them, the widest first.
+/// Returns a peak for each instruction set of this machine with fused multiply-add, the widest
+/// first.
 std::span<const FmaPeak> fmaPeaks();
 
 }  // namespace carom::bench

@@ -14,8 +14,8 @@ inline SphereStepper makeStepper(SphereWorld world) {
   return *std::move(stepper);
 }
 
-/// The gas between six walls, with all places `spread` times as far from the origin. Ids are those
-/// of AllPairsGas.
+/// The gas between six walls, with all places `spread` times as far from the origin. Ids are the
+/// indices of AllPairsGas.
 inline SphereWorld gasWorld(const Gas& gas, double spread = 1.0) {
   SphereWorld world;
   world.restSpeed = 0.0;

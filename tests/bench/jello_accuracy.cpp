@@ -56,10 +56,10 @@ JelloStepper stepperOf(const JelloWorld& world, JelloIntegrator integrator, doub
   return *std::move(stepper);
 }
 
-/// Places after `seconds`, and the time it took; none where it blew up.
+/// Places after a run, and its cost; empty if the run blew up.
 struct End {
   std::vector<Vec3> places;
-  double cost = 0.0;  // s of processor time
+  double cost = 0.0;  // s of CPU time
 };
 
 End ranFor(const JelloWorld& world, JelloIntegrator integrator, double step, double seconds) {
@@ -75,7 +75,7 @@ End ranFor(const JelloWorld& world, JelloIntegrator integrator, double step, dou
   return end;
 }
 
-/// m, root of the mean square.
+/// Root mean square of the distances (m).
 double apart(const End& one, const End& other) {
   double sum = 0.0;
   for (std::size_t point = 0; point < one.places.size(); ++point)
@@ -99,7 +99,7 @@ void printOrders(const Scale& scale) {
   }
 }
 
-/// Whether so small a motion grows a millionfold within so many steps.
+/// True if a tiny motion grows a millionfold in energy within so many steps.
 bool grows(const JelloWorld& world, JelloIntegrator integrator, double step, int steps) {
   JelloStepper stepper = stepperOf(world, integrator, step);
   const double most = 1e6 * stepper.energy().total();
@@ -129,7 +129,7 @@ void printLimits(const Scale& scale) {
       for (std::size_t which = 0; which < kAll.size(); ++which) {
         const double predicted = limits.free[which];
         if (predicted == 0.0) {
-          // Growth is slow: theory has it at any step.
+          // By theory the oscillation grows at any step, but slowly.
           std::printf(" %12s %13s", "never",
                       grows(world, kAll[which], 1.0 / w, steps) ? "grows" : "none");
           continue;
@@ -181,7 +181,7 @@ void printBooks(const Scale& scale) {
       2e-4 * steps);
   std::printf("%-18s %12s %12s %12s %12s\n", "", "momentum", "angular", "energy", "growth");
   for (const JelloIntegrator integrator : kAll) {
-    if (integrator == JelloIntegrator::explicitEuler) continue;  // not stable at that step
+    if (integrator == JelloIntegrator::explicitEuler) continue;  // unstable at that step
     std::array<double, 4> books{};
     for (const double damping : {0.0, 0.01}) {
       JelloStepper stepper = stepperOf(crumpled(5, 40.0, damping, 0.3), integrator, 2e-4);
@@ -205,7 +205,7 @@ void printBooks(const Scale& scale) {
   }
 }
 
-/// Each mode by itself is let go from a millionth of the lattice, and its period is counted.
+/// Releases each mode by itself from a displacement of a millionth and measures its period.
 void printModes(const Scale& scale) {
   JelloWorld world = crumpled(6, 20000.0, 0.0, 0.0);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(test::stiffnessOf(world.lattice) /
@@ -227,7 +227,7 @@ void printModes(const Scale& scale) {
       moved.positions[point] += 1e-6 * shape.segment<3>(static_cast<Eigen::Index>(3 * point));
     const double step = 1.0 / (200.0 * expected);
     JelloStepper stepper = stepperOf(moved, JelloIntegrator::rungeKutta4, std::min(step, 5e-4));
-    // Crossings of 0, between steps by a straight line.
+    // Zero crossings, interpolated linearly between steps.
     double before = 1.0;
     double first = 0.0;
     double last = 0.0;

@@ -1,5 +1,5 @@
-// What a jello costs: steps a second of the classic Runge and Kutta method, by size, beside the
-// same lattice in structs and pointers.
+// Cost of a jello: steps per second of the classic Runge-Kutta method, by size, beside the same
+// lattice in structs and pointers.
 
 #include <algorithm>
 #include <cmath>
@@ -22,12 +22,12 @@ namespace {
 
 constexpr double kStep = 5e-4;  // s
 
-/// A cube of 1 m and 1 kg that swings a little, damped; of that many points along an edge.
+/// A cube of 1 m and 1 kg with `count` points along an edge that swings a little, damped.
 JelloWorld swinging(std::size_t count) {
   JelloWorld world;
   world.lattice.count = count;
   world.lattice.pointMass = 1.0 / static_cast<double>(world.pointCount());
-  // The same jello: the stiffness of a spring goes with its length.
+  // The material stays the same: a spring's stiffness is proportional to its length.
   world.lattice.stiffness = 200.0 * 7.0 / static_cast<double>(count - 1);
   world.lattice.damping = 0.02;
   world.positions = restingPoints(world.lattice, Vec3::Zero());
@@ -68,7 +68,7 @@ Work pointing(std::size_t count) {
   };
 }
 
-/// m, how far both are apart after a hundred steps.
+/// Distance in m between the two after a hundred steps.
 std::string apart(std::size_t count) {
   JelloStepper stepper = stepperOf(count);
   PointerJello jello(swinging(count));

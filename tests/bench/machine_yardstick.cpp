@@ -20,13 +20,13 @@ constexpr std::size_t kSorted = 512;
 }  // namespace
 
 MachineWork::MachineWork() : numbers_(kNumbers), next_(kPlaces), unsorted_(kSorted) {
-  // The engine's numbers are the same everywhere; those of the distributions are not.
+  // The raw numbers of the engine are the same on every platform, those of distributions are not.
   std::mt19937 random(1);
   for (double& number : unsorted_)
     number = static_cast<double>(random());
   for (std::uint32_t place = 0; place < kPlaces; ++place)
     next_[place] = place;
-  // Sattolo's shuffle leaves one cycle.
+  // Sattolo's shuffle gives a single cycle.
   for (std::size_t last = kPlaces - 1; last > 0; --last)
     std::swap(next_[last], next_[random() % last]);
   sorted_ = unsorted_;
@@ -39,7 +39,7 @@ double MachineWork::pass() {
 double MachineWork::calculate() {
   for (std::size_t i = 0; i < kNumbers; ++i)
     numbers_[i] = 0.5 + 0.75 * static_cast<double>(i) / kNumbers;
-  // From such numbers the map leads to its fixed point 1, away from infinity and denormal numbers.
+  // From these numbers the map leads to its fixed point 1, away from infinity and denormal numbers.
   for (int sweep = 0; sweep < kSweeps; ++sweep)
     for (double& number : numbers_)
       number = 0.25 * number * number + 0.5 * number + 0.25 / number;

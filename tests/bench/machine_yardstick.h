@@ -7,14 +7,15 @@
 
 namespace carom::bench {
 
-/// A fixed piece of work that has nothing in common with ours: arithmetic in double on an array in
-/// the first cache, a chase of indices through the second one, a sort. A pass takes some 50 us.
-/// Whoever has no peer of his own is measured beside it, so that the ratio leaves the speed of the
-/// machine out. Whoever changes it makes all stored ratios useless.
+/// A fixed piece of work that has nothing in common with the project's: arithmetic in double on an
+/// array in the first-level cache, a chase of indices through the second-level one, a sort. A pass
+/// takes some 50 us. Figures without a peer are measured beside it, so that the ratio is
+/// independent of the machine's speed. A change of this work makes all stored ratios useless.
 class MachineWork {
  public:
   MachineWork();
-  /// Returns what no compiler may leave out.
+  /// Does one pass; returns a value that depends on all of it, so that no compiler can leave it
+  /// out.
   double pass();
 
  private:
@@ -31,9 +32,9 @@ class MachineWork {
 
 inline constexpr const char* kMachine = "the machine yardstick";
 
-/// Passes per second, times `perPass`.
+/// Measures passes per second, times `perPass`.
 Work machineRate(double perPass = 1.0);
-/// CPU time of a pass in seconds, divided by `perPass`.
+/// Measures the CPU time of a pass in seconds, divided by `perPass`.
 Work machineTime(double perPass = 1.0);
 
 }  // namespace carom::bench

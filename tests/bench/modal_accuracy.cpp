@@ -1,5 +1,5 @@
-// How exact the modes of a solid are, beside what their analysis costs. `--help` says how it is run
-// and what the columns are.
+// Accuracy of the modes of a solid, beside the cost of their analysis. `--help` describes the
+// arguments and the columns.
 
 #include <algorithm>
 #include <cerrno>
@@ -54,7 +54,7 @@ constexpr double kBar = 0.01;
 constexpr std::size_t kFewSizes = 2;
 constexpr std::size_t kSizes[] = {1000, 2000, 4000, 8000, 16000, 32000, 64000};
 
-using Kinds = std::vector<std::vector<double>>;  // Hz, ascending, of each kind
+using Kinds = std::vector<std::vector<double>>;  // Hz, ascending, for each kind
 
 struct Body {
   const char* name;
@@ -110,8 +110,8 @@ Body brick(const Scale& scale) {
   return body;
 }
 
-// Of four kinds, as boxes have them: 1 if a reflection of y reverses the motion, 2 for one of z.
-// The corners are enough to tell.
+// The mode's kind, of four as boxes have them: 1 is added if a reflection of y reverses the motion,
+// 2 if one of z does. The corners suffice to decide.
 std::size_t kindOf(const ModalModel& model, std::size_t mode) {
   double reversed[2] = {0.0, 0.0};  // share that each reflection reverses, less what it keeps
   const std::size_t corners = model.surface.vertices.size();
@@ -133,7 +133,7 @@ struct Match {
   double error() const { return found / theory - 1.0; }
 };
 
-// Each mode with the next of its kind.
+// Pairs each mode with the next theoretical one of its kind.
 std::vector<Match> matched(const Body& body, const ModalModel& model) {
   std::vector<std::size_t> next(body.theory.size(), 0);
   std::vector<Match> matches;
@@ -147,7 +147,7 @@ std::vector<Match> matched(const Body& body, const ModalModel& model) {
 struct AccuracyRow {
   const Body* body = nullptr;
   std::size_t degreesOfFreedom = 0;
-  Vec3 cellSize = Vec3::Zero();  // m
+  Vec3 cellSize = Vec3::Zero();  // m, edges of a cell
   double seconds = 0.0;
   std::vector<Match> matches;
 
@@ -158,7 +158,7 @@ struct AccuracyRow {
   }
 };
 
-/// Nothing, and a line to the error stream, where there is no grid so coarse.
+/// Rows for all sizes; a size for which there is no grid is reported to the error stream instead.
 std::vector<AccuracyRow> measure(const Body& body, const Scale& scale) {
   std::vector<AccuracyRow> rows;
   for (const std::size_t size : std::span(kSizes).first(scale.of(std::size(kSizes), kFewSizes))) {
@@ -206,7 +206,7 @@ bool holds(const AccuracyRow& row) {
   return std::abs(row.worst().error()) <= kBar;
 }
 
-// From where on they are within the bar.
+// Prints the size from which on the errors are within the bar.
 void printSummary(const std::vector<AccuracyRow>& rows) {
   auto first = rows.end();
   while (first != rows.begin() && holds(*(first - 1)))

@@ -1,4 +1,5 @@
-// What modal sound costs: the bank of resonators; the analysis of a solid, once for each body.
+// Cost of modal sound: of the bank of resonators, and of the analysis of a solid, once for each
+// body.
 
 #include <algorithm>
 #include <cmath>
@@ -31,7 +32,7 @@ constexpr double kRate = 48000.0;   // Hz
 constexpr std::size_t kBlock = 64;  // frames
 constexpr double kSilent = 1e-9;    // Pa
 
-/// Modes from 60 Hz to 18 kHz that have been struck.
+/// A bank of modes from 60 Hz to 18 kHz that have been struck.
 class Bank {
  public:
   Bank(std::size_t modes, double decayRate) {
@@ -56,7 +57,7 @@ class Bank {
   }
   void flush(const ResonatorKernels& kernels) { kernels.flush(view(), kSilent); }
 
-  /// The loop that everyone writes, mode by mode; and driven.
+  /// The obvious loop, mode by mode, free and driven.
   void ringPlainly() {
     for (std::size_t i = 0; i < a1_.size(); ++i)
       advancePlainly(i, [](double known, std::size_t /*n*/) { return known; });
@@ -93,7 +94,7 @@ class Bank {
   std::vector<double> out_ = std::vector<double>(kBlock);
 };
 
-/// A loop in both its forms.
+/// A loop in both its forms, the project's and the obvious one.
 struct Loop {
   std::string name;
   void (Bank::*ours)(const ResonatorKernels&);
@@ -104,9 +105,9 @@ struct Loop {
 const Loop kRing = {"ring", &Bank::ring, &Bank::ringPlainly, 4.0};
 const Loop kDrive = {"drive", &Bank::drive, &Bank::drivePlainly, 5.3};
 
-constexpr double kForever = 1e-6;  // 1/s: nothing decays
+constexpr double kForever = 1e-6;  // 1/s, so slow that nothing decays
 
-/// Adds up what is done and how long it takes.
+/// The rate of a work that is measured in several parts.
 class Rate {
  public:
   template <class Work>
@@ -124,7 +125,8 @@ class Rate {
   double seconds_ = 0.0;
 };
 
-/// Multiply-adds that the machine could have done for each mode and sample, measured in turns.
+/// Multiply-adds that the machine could do in the time of one mode and sample; the two are measured
+/// in turns.
 double laneSlots(const Loop& loop, const ResonatorKernels& kernels, const FmaPeak& peak,
                  std::size_t modes) {
   Bank bank(modes, kForever);
@@ -175,7 +177,7 @@ void addRate(Figures& figures, const Loop& loop, std::size_t modes) {
 
 void addSlots(Figures& figures, const Loop& loop, const ResonatorKernels& kernels,
               const FmaPeak& peak, std::size_t modes) {
-  // What the machine could have done is measured with it, so the bar is yardstick enough.
+  // The machine's peak is measured along with it, so that the bar suffices as a yardstick.
   figures.add(
       besideItsBar({.name = loop.name + ", " + modesText(modes) + ", " + std::string(kernels.name),
                     .unit = "FMA lane-slots per mode-sample",
@@ -207,7 +209,7 @@ void addPeak(Figures& figures, const FmaPeak& peak) {
 
 constexpr std::size_t kSizes[] = {64, 256, 1024, 10000, 100000};
 
-/// The fastest kernels in all sizes, the others in one.
+/// Adds the fastest kernels in all sizes, the others in one.
 void addKernels(Figures& figures) {
   for (const Loop& loop : {kRing, kDrive})
     for (const std::size_t modes : kSizes)
@@ -225,7 +227,7 @@ void addKernels(Figures& figures) {
   }
 }
 
-/// A block after another, and what has died away is flushed.
+/// Renders block after block and flushes the modes that have died away.
 Work ringing(std::size_t modes, double decayRate, double warmUp, double perBlock) {
   return [=](benchmark::State& state) {
     Bank bank(modes, decayRate);
@@ -259,7 +261,7 @@ void addRinging(Figures& figures) {
                .sense = Sense::lowerIsBetter,
                .scale = 100.0});
   const double perBlock = 1024.0 * static_cast<double>(kBlock);
-  // Without flushing, 1 s of these would be denormal numbers.
+  // Without flushing, the values would be denormal numbers after 1 s.
   figures.add({.name = "tail of 1,024 modes, flushed",
                .unit = "G mode-samples/s",
                .subject = ringing(1024, 1000.0, 1.0, perBlock),
@@ -269,7 +271,7 @@ void addRinging(Figures& figures) {
                .scale = 1e-9});
 }
 
-/// Does it once, however often the figures are repeated.
+/// A measurement that runs once, however often the figures are repeated.
 class OnceMeasured {
  public:
   explicit OnceMeasured(std::function<WorkCost()> work) : work_(std::move(work)) {}
@@ -306,7 +308,7 @@ void addAnalysis(Figures& figures, const std::string& name, std::function<WorkCo
        .sense = Sense::lowerIsBetter}));
 }
 
-/// The figures keep their names when the solids are smaller.
+/// Adds the analyses; the figures keep their names when --short makes the solids smaller.
 void addAnalyses(Figures& figures, const Scale& scale) {
   const auto analysis = [](std::size_t size) { return [size] { return cubeAnalysis(size); }; };
   addAnalysis(figures, "60 modes of a cube, 20,000 dof",

@@ -1,5 +1,5 @@
-// One steel bar that is hit: its click and its ring in pascals, from the mesh on, beside closed
-// forms of both. `--help` says how it is run.
+// One struck steel bar: its click and its ring in pascals, from the mesh on, beside closed forms of
+// both. `--help` describes the arguments.
 
 #include <algorithm>
 #include <cmath>
@@ -35,9 +35,10 @@ the axis, in the plane in which it bends; the click at a right angle. Levels in 
 
 constexpr BarDetail kCoarse{.degreesOfFreedom = 4000, .sides = 8, .slices = 16};
 constexpr double kNoLoss = 0.0;
-// Of the dipole, half of it added mass. Blevins 1979, Formulas for Natural Frequency and Mode
-// Shape, table 14-2: the added mass across a cylinder 5 times as long as thick is 0.90 of that of
-// as much of an endless one, and 9 times 0.96: 0.50 and 0.36 radii missing at each end.
+// Loss of the dipole at each end, in radii, half of the loss of added mass. Blevins 1979, Formulas
+// for Natural Frequency and Mode Shape, table 14-2: across a cylinder 5 times as long as thick the
+// added mass is 0.90 of that of the same length of an endless one, and 9 times 0.96: 0.50 and 0.36
+// radii are missing at each end.
 constexpr double kEndLoss = 0.22;
 
 double decibels(double pascals) {
@@ -51,7 +52,7 @@ void printRing(const StruckBar& bar, double degrees) {
   std::printf("\nring at %g degrees from the axis\n%4s %10s %10s %8s %8s %8s %8s %8s\n", degrees,
               "mode", "Hz", "closed Hz", "Carom", "line", "diff.", "ends", "diff.");
   for (int number = 1; number <= 5; ++number) {
-    // Right across, those that are odd along the bar are silent.
+    // At 90 degrees the modes that are odd along the bar are silent.
     if (degrees == 90.0 && number % 2 == 0) continue;
     const BendingMode mode(bar.bar, number);
     const Partial line = partialOf(bar, mode, listener, kNoLoss);
@@ -67,7 +68,7 @@ void printRing(const StruckBar& bar, double degrees) {
   std::fflush(stdout);
 }
 
-// Level of a band: of a tone that has the energy in one second.
+// Prints levels of bands, each as that of a tone with the same energy in one second.
 void printClick(const StruckBar& bar) {
   const Vec3 listener(0.0, 1.0, 0.0);
   const std::vector<double> click = clickOf(bar, listener, 960);

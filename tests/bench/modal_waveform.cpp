@@ -1,5 +1,5 @@
-// One strike, twice: by direct integration of the masses and springs, and by their modes. How far
-// the two sounds are apart, and what each costs. `--help` says how it is run.
+// One strike, twice: by direct integration of the masses and springs, and by their modes. Prints
+// the difference of the two sounds and the cost of each. `--help` describes the arguments.
 
 #include <algorithm>
 #include <chrono>
@@ -34,16 +34,16 @@ rows of the steps show that it does: 12 dB for half a step.
   --short    20 ms, two steps each, and coarser meshes
 )";
 
-/// How much of it is computed.
+/// The extent of the computation.
 struct Effort {
   std::size_t frames = 5300;    // to 100 ms after the strike is heard
-  int subdivisions = 3;         // of the shells
-  std::size_t maxModes = 1000;  // likewise
-  std::size_t steps = 100;      // at most, the largest
+  int subdivisions = 3;         // subdivisions of the shells
+  std::size_t maxModes = 1000;  // most modes of a shell
+  std::size_t steps = 100;      // at most so many, the largest
 };
 constexpr Effort kShort{.frames = 1460, .subdivisions = 2, .maxModes = 200, .steps = 2};
 
-constexpr std::size_t kAttack = 428;  // 2 ms after that
+constexpr std::size_t kAttack = 428;  // 2 ms after the strike is heard
 
 double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();

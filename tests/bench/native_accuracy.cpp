@@ -1,5 +1,5 @@
-// How exact the native stepper is over long runs: a table of what it finds beside published values
-// and closed forms.
+// Accuracy of the native stepper over long runs: a table of its results beside published values and
+// closed forms.
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +30,7 @@ void print(const char* what, double found, double expected, double error, double
               error <= bar ? "" : "falls short");
 }
 
-/// Elastic spheres of 1 kg and 1 m across between six walls, which they fill to `fraction`.
+/// Elastic spheres of 1 kg and 1 m diameter between six walls; they fill `fraction` of the volume.
 struct BoxedGas {
   double side = 0.0;  ///< m
   SphereWorld world;
@@ -45,18 +45,18 @@ struct BoxedGas {
 
 // ---- Mean free time
 
-/// Collisions per sphere and second by Enskog's theory for spheres of 1 kg and 1 m across:
-/// 4 sqrt(pi) n sigma^2 g sqrt(kT / m), with g at contact after Carnahan and Starling (1969, J.
-/// Chem. Phys. 51, 635).
+/// Collisions per sphere and second by Enskog's theory for spheres of 1 kg and 1 m diameter: 4
+/// sqrt(pi) n sigma^2 g sqrt(kT / m), with g at contact after Carnahan and Starling (1969, J. Chem.
+/// Phys. 51, 635).
 double enskogRate(double density, double temperature) {
   const double fraction = density * std::numbers::pi / 6.0;
   const double contact = (1.0 - 0.5 * fraction) / std::pow(1.0 - fraction, 3);
   return 4.0 * std::sqrt(std::numbers::pi * temperature) * density * contact;
 }
 
-/// Walls gather spheres in layers next to them. So what happens counts by its place: nothing within
-/// 2 diameters of a wall, all in the middle, and smoothly between, because at a sharp border it
-/// would matter whether a layer is there.
+/// Weight of a place in the statistics. Walls gather spheres in layers next to them; therefore
+/// nothing counts within 2 diameters of a wall, everything in the middle, and between them the
+/// weight changes smoothly, because at a sharp border the presence of a layer would matter.
 struct Window {
   double side = 0.0;
   double weight(const Vec3& position) const {
@@ -73,7 +73,8 @@ struct Window {
   static constexpr double kMargin = 2.0;                                       ///< m
 };
 
-/// Of what is in the window, against the theory for the density and the temperature there.
+/// Prints the mean free time in the window against the theory for the density and temperature
+/// there.
 void printMeanFreeTime(double fraction, const Scale& scale) {
   const std::size_t count = scale.of<std::size_t>(4096, 512);
   const int samples = scale.of(4800, 100);
@@ -82,11 +83,11 @@ void printMeanFreeTime(double fraction, const Scale& scale) {
   SphereStepper stepper = makeStepper(gas.world);
   const double rate = enskogRate(fraction * 6.0 / std::numbers::pi,
                                  stepper.kineticEnergy() / (1.5 * static_cast<double>(count)));
-  stepper.advanceTo(scale.of(500.0, 10.0) / rate);  // the lattice and its sound are forgotten
+  stepper.advanceTo(scale.of(500.0, 10.0) / rate);  // the lattice and its sound waves are forgotten
   const double interval = 0.25 / rate;
-  double collisions = 0.0;  // of a sphere with another
+  double collisions = 0.0;  // between two spheres
   double present = 0.0;
-  double squares = 0.0;  // of their velocities
+  double squares = 0.0;  // (m/s)^2, sum over the velocities
   for (int sample = 0; sample < samples; ++sample) {
     for (const ImpulseEvent& event : stepper.advanceTo(stepper.time() + interval)) {
       if (event.body < count && event.other < count)
@@ -121,7 +122,8 @@ void printEnergyDrift(const Scale& scale) {
         start, std::abs(energy / start - 1.0), 1e-12);
 }
 
-/// One ball that meets what it meets again and again, after `first` and every `interval`.
+/// One ball that bounces for ever between the same bodies, first at `first` and then every
+/// `interval` (s).
 struct Bouncing {
   const char* where = "";
   SphereWorld world;
@@ -129,7 +131,7 @@ struct Bouncing {
   long double interval = 0.0L;
 };
 
-/// The last of so many collisions, and the worst error of all.
+/// Prints the time of the last of so many collisions, and the worst error of all.
 void printTimeDrift(const Bouncing& ball, std::uint64_t collisions) {
   SphereStepper stepper = makeStepper(ball.world);
   double last = 0.0;
@@ -179,7 +181,7 @@ void printTimeDrifts(const Scale& scale) {
 /// `count` spheres of 4 to 10 mm, e = 0.5, in layers that fall into a box of 20 cm by 20 cm.
 SphereWorld pouredSpheres(std::size_t count) {
   constexpr double kHalf = 0.1;       // m, of the box
-  constexpr std::size_t kPerRow = 9;  // in a layer of 9 by 9
+  constexpr std::size_t kPerRow = 9;  // spheres in a row, in layers of 9 by 9
   constexpr double kRestitution = 0.5;
   Random random(3);
   SphereWorld world;

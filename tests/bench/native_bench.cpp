@@ -1,5 +1,5 @@
-// What the native stepper costs: collisions per second in an elastic gas without gravity, against
-// two loops of the same run, one obvious and one fast; the break of a pool table; memory.
+// Cost of the native stepper: collisions per second in an elastic gas without gravity, against two
+// loops over the same run, an obvious and a fast one; the break of a pool table; memory.
 
 #include <algorithm>
 #include <array>
@@ -30,7 +30,7 @@ namespace {
 
 // --- The gas -----------------------------------------------------------------------------------
 
-/// A gas under way, from iteration to iteration, some fifty collisions in each.
+/// A gas that runs on from iteration to iteration, with some fifty collisions in each.
 struct FlyingGas {
   explicit FlyingGas(const Gas& gas)
       : stepper(makeStepper(gasWorld(gas))), startEnergy(kineticEnergy(gas.velocities)) {
@@ -43,7 +43,7 @@ struct FlyingGas {
     interval *= 50.0 / static_cast<double>(stepper.counters().collisions - before + 1);
   }
   std::span<const ImpulseEvent> advance() { return stepper.advanceTo(stepper.time() + interval); }
-  /// Relative, after so many collisions.
+  /// Relative error of the energy after so many collisions.
   double energyError(std::uint64_t collisions) {
     while (stepper.counters().collisions < collisions)
       advance();
@@ -55,8 +55,8 @@ struct FlyingGas {
   double interval = 0.0;     ///< s
 };
 
-/// Whether the first so many collisions are the same ones, in the same order, to 1e-9 s. That holds
-/// for some ten per sphere, until chaos has amplified the rounding.
+/// True if both steppers find the same collisions, in the same order and to 1e-9 s. They do for
+/// some ten per sphere, until chaos has amplified the rounding.
 bool agrees(const Gas& gas, std::size_t collisions) {
   SphereStepper stepper = makeStepper(gasWorld(gas));
   AllPairsGas allPairs(gas);
@@ -96,7 +96,7 @@ Work stepAllPairs(const Gas& gas) {
 
 Work stepCells(const Gas& gas) {
   const auto cells = std::make_shared<CellGas>(gas);
-  for (int collision = 0; collision < 50; ++collision)  // under way, as FlyingGas is
+  for (int collision = 0; collision < 50; ++collision)  // as far as FlyingGas
     cells->collide();
   return [cells](benchmark::State& state) {
     for ([[maybe_unused]] const auto iteration : state)
@@ -116,7 +116,7 @@ std::string text(const char* format, double value, std::size_t count) {
   return buffer;
 }
 
-/// Both must find the same `compared` first collisions.
+/// Adds the figure; both steppers must find the same `compared` first collisions.
 void addAllPairsFigure(Figures& figures, std::size_t count, std::size_t compared) {
   const Gas gas = makeGas(count);
   const bool same = agrees(gas, compared);
@@ -146,7 +146,7 @@ void addCellFigure(Figures& figures, std::size_t count, std::size_t collisions) 
                .scale = 1e-3});
 }
 
-/// s of this process for each of about so many collisions more.
+/// CPU time in s per collision, over about so many more.
 double collisionTime(FlyingGas& gas, std::uint64_t collisions) {
   const std::uint64_t before = gas.stepper.counters().collisions;
   const std::clock_t start = std::clock();
@@ -163,7 +163,7 @@ double collisionTime(CellGas& gas, std::uint64_t collisions) {
          static_cast<double>(collisions);
 }
 
-/// The time of a collision in `large` over that in `small`, in turns.
+/// Measures the time of a collision in `large` over that in `small`, taking turns.
 template <class AnyGas>
 Work growth(std::shared_ptr<AnyGas> small, std::shared_ptr<AnyGas> large,
             std::uint64_t collisions) {
@@ -194,7 +194,7 @@ void addGrowthFigure(Figures& figures, std::size_t few, std::size_t many, const 
 
 // --- Recording ---------------------------------------------------------------------------------
 
-/// The gas as it is recorded, a new recording for each iteration.
+/// Steps the gas while it is recorded; each iteration makes a new recording.
 Work recordGas(std::shared_ptr<FlyingGas> flying) {
   return [flying = std::move(flying)](benchmark::State& state) {
     const std::uint64_t before = flying->stepper.counters().collisions;
@@ -257,7 +257,7 @@ void addRecordingFigures(Figures& figures, std::size_t count, const Scale& scale
                .unit = "ns",
                .subject =
                    [recording](benchmark::State& state) {
-                     double place = 0.0;  // of the time, in steps that come back nowhere soon
+                     double place = 0.0;  // share of the time, in steps that do not soon repeat
                      const double length = recording->end() - recording->begin();
                      for ([[maybe_unused]] const auto iteration : state) {
                        place += 0.6180339887498949;
@@ -301,7 +301,7 @@ SphereWorld nineBallBreak() {
   return world;
 }
 
-/// s, of the last of the first kBreakCollisions.
+/// Time in s of the last of the first kBreakCollisions; none if there are fewer.
 std::optional<double> endOfBreak() {
   SphereStepper stepper = makeStepper(nineBallBreak());
   const auto events = stepper.advanceTo(60.0);
@@ -335,7 +335,7 @@ void addBreakFigure(Figures& figures) {
 
 // --- Memory ------------------------------------------------------------------------------------
 
-/// Bytes that the heap has handed out.
+/// Bytes that the heap has allocated.
 std::size_t heapBytes() {
   const struct mallinfo2 info = mallinfo2();
   return info.uordblks + info.hblkhd;
@@ -347,7 +347,7 @@ void weighStepper(benchmark::State& state, std::size_t count) {
   for ([[maybe_unused]] const auto iteration : state) {
     const std::size_t before = heapBytes();
     SphereStepper stepper = makeStepper(world);
-    for (int step = 1; step <= 10; ++step)  // some way on, in small batches of events
+    for (int step = 1; step <= 10; ++step)  // for a while, in small batches of events
       benchmark::DoNotOptimize(stepper.advanceTo(1e-4 * step).data());
     perSphere = static_cast<double>(heapBytes() - before) / static_cast<double>(count);
   }

@@ -1,6 +1,6 @@
-// How many instructions a collision costs: callgrind counts them, so the figure is the same however
-// busy the machine is. Without an argument, or with --short, it runs itself under valgrind, for a
-// few and for more collisions, and prints the difference.
+// Instructions per collision, counted by callgrind, so that the figure does not depend on how busy
+// the machine is. Without an argument, or with --short, the program runs itself under valgrind, for
+// a few and for more collisions, and prints the difference.
 
 #include <cstdint>
 #include <cstdio>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kBar = 6000.0;
 
-/// Of the gas of 1000; and how many it has been in truth.
+/// Runs the gas of 1000 for at least so many collisions; returns their true number.
 std::uint64_t step(std::uint64_t collisions) {
   SphereStepper stepper = makeStepper(gasWorld(makeGas(1000)));
   while (stepper.counters().collisions < collisions)
@@ -37,7 +37,7 @@ struct Run {
   double collisions = 0.0;
 };
 
-/// Of this program under callgrind, which reports on standard error.
+/// Runs this program under callgrind, which reports on standard error.
 std::optional<Run> count(const char* program, const std::string& arguments) {
   const std::string command = "valgrind --tool=callgrind --callgrind-out-file=/dev/null '" +
                               std::string(program) + "' " + arguments + " 2>&1";

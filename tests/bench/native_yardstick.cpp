@@ -12,7 +12,7 @@ namespace {
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kVolumeFraction = 0.3;
 
-// Walls are counted x low, x high, y low, and so on.
+// Walls are numbered x low, x high, y low, and so on.
 Eigen::Index axisOf(std::size_t wall) {
   return static_cast<Eigen::Index>(wall / 2);
 }

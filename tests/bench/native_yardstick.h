@@ -15,19 +15,21 @@ struct Gas {
   std::vector<Vec3> velocities;  ///< m/s
 };
 
-/// `count` spheres of 1 m across that fill 30 % of their cube, on a lattice, in random motion.
+/// Returns `count` spheres of 1 m diameter on a lattice, in random motion, that fill 30 % of their
+/// cube.
 Gas makeGas(std::size_t count);
 
-/// J, of spheres of 1 kg.
+/// Kinetic energy in J of spheres of 1 kg.
 double kineticEnergy(const std::vector<Vec3>& velocities);
 
-/// The yardstick that cannot be wrong: a gas between six walls, all spheres at one time. After each
-/// collision all pairs and all walls are looked at anew; nothing is predicted or kept. O(N^2) each.
+/// The obviously correct yardstick: a gas between six walls, with all spheres at one time. After
+/// each collision all pairs and all walls are examined anew; nothing is predicted or kept. O(N^2)
+/// each.
 class AllPairsGas {
  public:
   struct Collision {
     std::size_t sphere = 0;
-    std::size_t partner = 0;  ///< a higher sphere, or the number of spheres + a wall
+    std::size_t partner = 0;  ///< a sphere with a higher index, or the number of spheres + a wall
     double time = 0.0;        ///< s
   };
 

@@ -17,9 +17,9 @@ namespace {
 using test::ClickCase;
 
 constexpr double kTimes = 64.0;
-constexpr double kPlace = 0.87;  // samples, of the first before the force begins
+constexpr double kPlace = 0.87;  // samples, from the first one to the beginning of the force
 
-/// The click at 64 times the rate, for a change of speed of 1 m/s: 1/s^2.
+/// The click in 1/s^2 at 64 times the rate, for a change of speed of 1 m/s.
 class FineClick {
  public:
   explicit FineClick(const ClickCase& click)
@@ -54,7 +54,7 @@ class FineClick {
     double rate = 0.0;
   };
 
-  /// Of the force, over one step.
+  /// Mean slope of the force over one step.
   double meanSlope(double time) const {
     const double half = 0.5 * step_;
     const double rise =
@@ -86,20 +86,20 @@ class FineClick {
   Pulse pulse_;
   double duration_;
   double step_;
-  double begin_;  // s, of the first sample
+  double begin_;  // s, time of the first sample
   double radiusTime_;
   double nearRate_;
   bool isCompact_;
 };
 
-/// Pa per 1/s^2, of a change of speed of 1 m/s.
+/// Factor from 1/s^2 to Pa.
 double loudness(const ClickCase& click) {
   const Medium air;
   return air.density * std::pow(click.radius, 3) / (2.0 * air.speedOfSound * click.distance) *
          test::speedChange(click);
 }
 
-/// What a mean over `step` leaves of a sine.
+/// Factor by which a mean over `step` attenuates a sine.
 double meanOver(double step, double frequency) {
   const double angle = std::numbers::pi * frequency * step;
   return std::sin(angle) / angle;

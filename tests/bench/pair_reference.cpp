@@ -8,7 +8,7 @@
 namespace carom::bench {
 namespace {
 
-constexpr double kRestSpeed = 0.005;  // m/s, the bridge's
+constexpr double kRestSpeed = 0.005;  // m/s, equal to the bridge's
 
 Vec3 toVec3(const btVector3& v) {
   return {double(v.x()), double(v.y()), double(v.z())};
@@ -18,7 +18,7 @@ bool isMoved(const btRigidBody& body) {
   return !body.isStaticOrKinematicObject() && body.isActive();
 }
 
-// Beyond what rounding does to it.
+// True if the velocities differ by more than rounding.
 bool differs(const Vec3& velocity, const Vec3& expected) {
   constexpr double kRounding = 1e-5;
   return (velocity - expected).norm() > kRounding * (velocity.norm() + expected.norm());
@@ -93,7 +93,7 @@ double PairReference::gapAt(Way way, double time) const {
 }
 
 PairReference::Gradient PairReference::gradientOf(std::size_t which, Way way, double time) const {
-  constexpr double kSmall = 1e-7;  // m, and rad
+  constexpr double kSmall = 1e-7;  // m and rad
   Placement places[2] = {(bodies_[0].*way).at(time), (bodies_[1].*way).at(time)};
   const Placement place = places[which];
   const auto gap = [&] { return gapOf(bodies_[0].shape, places[0], bodies_[1].shape, places[1]); };
@@ -144,7 +144,7 @@ double PairReference::greatestSpeed(Way way, double horizon) const {
 }
 
 std::optional<double> PairReference::firstTouch(Way way, double horizon) const {
-  constexpr double kLeast = 1e-6;  // s; what overlaps for a shorter time is passed over
+  constexpr double kLeast = 1e-6;  // s; shorter overlaps are passed over
   const double speed = greatestSpeed(way, horizon);
   double time = 0.0;
   double gap = gapAt(way, time);
@@ -179,14 +179,14 @@ bool PairReference::mayCollide(double dt) {
   const double apart = bodies_[0].shape.reach + bodies_[0].shape.parts.front().core.rounding;
   const bool approaching = approachSpeed(&Body::before, 0.0, &Body::after) > kRestSpeed;
   if (!approaching || gap_ > apart) collided_ = false;
-  return false;  // in this step Bullet answers the impact that was
+  return false;  // in this step Bullet still answers the last impact
 }
 
 void PairReference::find(double dt) {
   const double before = approachSpeed(&Body::before, 0.0, &Body::before);
   if (gap_ <= 0.0) return record(&Body::free, 0.0, before);
   if (pushed() && before > kRestSpeed) {
-    // Bullet acts on a gap that closes within 1 + e substeps; with room for what turns meanwhile.
+    // Bullet acts on a gap that closes within 1 + e substeps; the factor allows for rotation.
     const std::optional<double> touch = firstTouch(&Body::free, 1.1 * (1.0 + restitution_) * dt);
     if (!touch) ++needless_;
     return touch ? record(&Body::free, *touch, before) : void();

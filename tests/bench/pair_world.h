@@ -9,7 +9,7 @@
 
 namespace carom::bench {
 
-/// How a body starts.
+/// The state in which a body starts.
 struct BodyStart {
   double mass = 0.0;  ///< kg; 0: static
   Vec3 position = Vec3::Zero();
@@ -20,8 +20,8 @@ struct BodyStart {
   double friction = 0.0;
 };
 
-/// A Bullet world with Bullet's defaults, but memory for few contacts, so that thousands of worlds
-/// are made quickly.
+/// A Bullet world with Bullet's default settings, but memory for few contacts, so that thousands of
+/// worlds are made quickly.
 class PairWorld {
  public:
   explicit PairWorld(double gravity) { world.setGravity(btVector3(0, btScalar(-gravity), 0)); }
@@ -30,7 +30,7 @@ class PairWorld {
       world.removeRigidBody(body.get());
   }
 
-  /// Takes the shape along.
+  /// Adds a body; the world keeps its shape alive.
   btRigidBody& add(std::shared_ptr<btCollisionShape> shape, const BodyStart& start) {
     btVector3 inertia(0, 0, 0);
     if (start.mass > 0.0) shape->calculateLocalInertia(btScalar(start.mass), inertia);

@@ -1,5 +1,6 @@
-// Newton's cradle into a WAV file with carom::native and carom::audio alone, which is all that it
-// needs: what `carom render` of the same scene is held against. Usage: plan_bare FILE.wav
+// Renders Newton's cradle into a WAV file with carom::native and carom::audio alone, which is all
+// that it needs, as the yardstick for `carom render` of the same scene.
+// Usage: plan_bare FILE.wav
 
 #include <cmath>
 #include <cstdio>

@@ -1,4 +1,4 @@
-// What a scene pays for what it does not need: features that are linked in, and features that are
+// Cost of features that a scene does not need: those that are linked in, and those that are
 // configured and never come into play, beside the same scene without them. Prints a table.
 
 #include <algorithm>
@@ -33,7 +33,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kBlock = 4096;  // samples
-constexpr double kFree = 1.02;        // times what it costs without
+constexpr double kFree = 1.02;        // bar: cost relative to the scene without the feature
 constexpr char kHelp[] =
     R"(usage: bench_plan [--short]
        ./bench plan [--short]
@@ -55,14 +55,13 @@ std::string libraryFile(const std::string& name) {
   return CAROM_SOURCE_DIR "/scenes/library/" + name + ".json";
 }
 
-/// How often everything is measured, and for how long.
+/// The number of runs, and their length.
 struct Effort {
   int runs = 25;
-  double duration = 2.0;  // s, simulated
+  double duration = 2.0;  // s of simulation
 };
 
-/// A scene with nothing but clicks: no roughness, nobody rings. Of eighty marbles, unless it is
-/// another.
+/// A scene with nothing but clicks: no body is rough or rings. By default it has eighty marbles.
 Scene plain(const Effort& effort, const std::string& name = "marbles_in_a_box") {
   Scene scene = orExit(loadScene(libraryFile(name)));
   scene.duration = effort.duration;
@@ -71,7 +70,7 @@ Scene plain(const Effort& effort, const std::string& name = "marbles_in_a_box") 
   return scene;
 }
 
-/// What can be configured in a scene, and is not needed by it.
+/// A feature that a scene configures and does not need.
 struct Feature {
   std::string name;
   Scene scene;
@@ -115,7 +114,7 @@ void render(const Scene& scene, const Heard& heard) {
     heard(channels, frames);
 }
 
-/// The stages by hand, in the order of the data: what no plan could leave out.
+/// Renders by hand, with only the stages that no plan could leave out, in the order of the data.
 template <class Heard>
 void renderByHand(const Scene& scene, const Heard& heard) {
   SphereStepper stepper = orExit(nativeStepper(scene));
@@ -150,10 +149,10 @@ void renderByHand(const Scene& scene, const Heard& heard) {
 
 using Renderer = std::function<void(const std::function<void(const Channels&, std::size_t)>&)>;
 
-/// What rendering costs once all is made.
+/// Cost of rendering, without preparing it.
 struct Cost {
-  double seconds = std::numeric_limits<double>::infinity();  // for a simulated second
-  double bytes = 0.0;                                        // of heap at most, with what is made
+  double seconds = std::numeric_limits<double>::infinity();  // per simulated second
+  double bytes = 0.0;                                        // largest heap, with the prepared data
 
   void takeSmaller(const Cost& other) {
     seconds = std::min(seconds, other.seconds);
@@ -206,7 +205,7 @@ void printPair(const Pair& pair, int runs) {
   const bool same = samplesOf(pair.with) == samplesOf(pair.without);
   Cost with;
   Cost without;
-  // In turns, and the least of each: what else the machine does only adds.
+  // The two take turns, and the least time of each counts: the machine's other work only adds.
   for (int run = 0; run < runs; ++run) {
     with.takeSmaller(costOf(pair.with, pair.scene.duration));
     without.takeSmaller(costOf(pair.without, pair.scene.duration));
@@ -222,14 +221,14 @@ Renderer whole(const Scene& scene) {
   return [scene](const auto& heard) { render(scene, heard); };
 }
 
-/// What a child process used.
+/// Resources that a child process used.
 struct Usage {
-  double seconds = 0.0;  // of processor time
-  double bytes = 0.0;    // resident at most
+  double seconds = 0.0;  // s of CPU time
+  double bytes = 0.0;    // largest resident size
   bool worked = false;
 };
 
-/// Of a program, with arguments that need no quotes inside.
+/// Runs a program, with arguments that contain no double quotes, and returns its usage.
 Usage usageOf(const std::string& program, const std::string& arguments) {
   const std::string command = "'" CAROM_PROCESS_USAGE "' '" + program + "' " + arguments;
   FILE* said = popen(command.c_str(), "r");

@@ -1,5 +1,4 @@
-// What the plugin costs: rendering block by block, and a step of Bullet with sound beside one
-// without.
+// Cost of the plugin: rendering block by block, and a step of Bullet with sound beside one without.
 
 #include <algorithm>
 #include <cmath>
@@ -54,10 +53,10 @@ class Traffic {
     for (BodyId id = 0; id < kMarbles; ++id)
       if (!sound_.setBody(id, marble(id))) std::abort();
     if (!sound_.prepareRendering(kRate)) std::abort();
-    render(kBlock);  // the clock begins
+    render(kBlock);  // starts the clock
   }
 
-  /// A step of the simulation, and as many samples.
+  /// Makes a step of the simulation and renders as many samples.
   template <class Measure>
   void step(Measure measure) {
     time_ += kStep;
@@ -78,7 +77,7 @@ class Traffic {
     if (!sound) std::abort();
     return *std::move(sound);
   }
-  /// Of twenty sizes from 3 to 12 mm.
+  /// A marble of one of twenty sizes from 3 to 12 mm.
   static SoundBody marble(BodyId id) {
     const double radius = 0.003 * std::pow(4.0, (id % 20) / 19.0);
     const Material glass = *findMaterial("glass");
@@ -123,7 +122,7 @@ class Traffic {
   std::size_t owed_ = 0;
 };
 
-/// Shares of a block's own duration.
+/// Costs of blocks, as shares of a block's own duration.
 struct BlockCosts {
   std::vector<double> byClock;
   std::vector<double> byCpu;
@@ -147,12 +146,12 @@ struct BlockCosts {
   }
 };
 
-/// A minute of traffic, or less of it, and as many passes of the machine yardstick.
+/// Measures a minute of traffic (less with --short), and as many passes of the machine yardstick.
 class BlockRun {
  public:
   explicit BlockRun(const Scale& scale) : duration_(scale.of(60.0, 2.0)) {}
 
-  /// Measured when they are asked for the first time, and then known.
+  /// The costs, measured at the first call.
   const BlockCosts& ours() {
     if (!ours_) measure();
     return *ours_;
@@ -161,7 +160,7 @@ class BlockRun {
     if (!yardstick_) measureYardstick();
     return *yardstick_;
   }
-  /// Events that were not heard as they should be.
+  /// Number of events that were left out, cut or late.
   double faults() {
     ours();
     return static_cast<double>(heard_.late + heard_.overBudget + heard_.stolen + heard_.noBus +
@@ -233,8 +232,7 @@ void addCount(Figures& figures, const std::string& name, std::function<double()>
                             .sense = Sense::lowerIsBetter}));
 }
 
-/// The worst block is whatever else the machine did at the time: a pause of some blocks' length is
-/// nobody's fault.
+/// Noise of the worst block: it may catch a pause of several blocks that the machine causes.
 constexpr double kPause = 1000.0;  // % of the block
 
 void addBlocks(Figures& figures, const Scale& scale) {
@@ -255,7 +253,7 @@ void addBlocks(Figures& figures, const Scale& scale) {
   addCount(figures, "of their 120,000 events, left out or late", [run] { return run->faults(); });
 }
 
-/// The bridge's own scene, for longer.
+/// The bridge benchmark's scene, for a longer time.
 Scene fallingBalls(const Scale& scale) {
   Result<Scene> scene = thousandBalls(scale.of(0.5, 0.1));
   if (!scene) std::abort();
@@ -264,7 +262,7 @@ Scene fallingBalls(const Scale& scale) {
 
 enum class Attached { nothing, bridge, sound };
 
-/// A Bullet world under way, with or without.
+/// A running Bullet world, with a bridge, with sound or with neither.
 class Run {
  public:
   Run(const Scene& scene, Attached attached) : world_(scene) {
@@ -307,14 +305,14 @@ class Run {
   std::optional<Sound> sound_;
   std::vector<float> block_ = std::vector<float>(2 * kStepFrames);
   double inStep_ = 0.0;    // s of CPU time
-  double inRender_ = 0.0;  // likewise
+  double inRender_ = 0.0;  // s of CPU time
 };
 
 struct Overhead {
-  double bridge = 0.0;  // all of Bullet's own step
+  double bridge = 0.0;  // fraction of Bullet's own step, as are the next two
   double step = 0.0;
   double render = 0.0;
-  double perStep = 0.0;  // ms, Bullet's own
+  double perStep = 0.0;  // ms, duration of Bullet's own step
   double events = 0.0;   // per step
 };
 
@@ -339,7 +337,7 @@ Overhead overheadOf(const Scene& scene) {
           sounding.events() / steps};
 }
 
-/// What was under way.
+/// Describes the traffic that was measured.
 std::string traffic(const Scene& scene) {
   const Overhead once = overheadOf(scene);
   char text[96];

@@ -1,4 +1,4 @@
-// Ten minutes of a host that does everything wrong: see tests/plugin/abuse.h.
+// Ten minutes of a host that misuses everything: see tests/plugin/abuse.h.
 //     ./bench plugin_stress [--short] [-- SECONDS [SEED]]
 
 #include <cstdint>

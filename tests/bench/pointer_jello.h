@@ -7,8 +7,8 @@
 
 namespace carom::bench {
 
-/// The same lattice as one would write it down at first: points as structs, springs that point to
-/// two of them, the classic Runge and Kutta step over it. Without walls, fields and balls.
+/// The same lattice in the obvious form: points as structs, springs that point to two of them, the
+/// classic Runge-Kutta step over it. It has no walls, fields or balls.
 class PointerJello {
  public:
   explicit PointerJello(const native::JelloWorld& world);

@@ -1,6 +1,6 @@
-// Runs a program and prints what it used: seconds of processor time, and bytes resident at most.
-// A process of its own, and a small one: the largest size that the kernel remembers of a process is
-// at least that of the one which started it.
+// Runs a program and prints its usage: seconds of CPU time, and the largest resident size in bytes.
+// It is a small process of its own, because the kernel counts a process's largest size as at least
+// that of the process that started it.
 
 #include <cstdio>
 
@@ -12,7 +12,7 @@ int main(int argc, char** argv) {
   if (argc < 2) return 2;
   const pid_t child = fork();
   if (child == 0) {
-    // What it says is not asked for.
+    // The program's output is discarded.
     if (std::freopen("/dev/null", "w", stdout) != nullptr) execv(argv[1], argv + 1);
     _exit(127);
   }

@@ -27,7 +27,7 @@ Placement compose(const Placement& outer, const Placement& inner) {
 
 // ---- reading Bullet's shapes
 
-// A triple of points is on the surface if all others are on one side of its plane.
+// Three points span a face if all others are on one side of their plane.
 void addFaces(Core& core) {
   const std::vector<Vec3>& points = core.points;
   std::set<std::pair<std::size_t, std::size_t>> edges;
@@ -115,7 +115,7 @@ ReferencePart partOf(const btCollisionShape& shape) {
       part.core = coreOfHull(static_cast<const btConvexHullShape&>(shape));
       return part;
     default:
-      std::abort();  // a shape that no case of this program has
+      std::abort();  // no case of this program has such a shape
   }
 }
 
@@ -154,9 +154,9 @@ double segmentToSegment(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3&
   return std::min(least, std::abs((c - a).dot(across)) / std::sqrt(square));
 }
 
-// Of a point above the inside of a triangle; of all others, infinite.
+// Height of a point above a triangle's inside; infinite for all other points.
 double pointAboveTriangle(const Vec3& point, const Vec3& a, const Vec3& b, const Vec3& c) {
-  constexpr double kEdge = 1e-12;  // m^2/m^2: on the edge is inside
+  constexpr double kEdge = 1e-12;  // m^2/m^2; a point on the edge is inside
   const Vec3 area = (b - a).cross(c - a);
   const double square = area.squaredNorm();
   const double height = (point - a).dot(area);
@@ -167,7 +167,7 @@ double pointAboveTriangle(const Vec3& point, const Vec3& a, const Vec3& b, const
   return height / std::sqrt(square);
 }
 
-// A core with its points where they are in the world.
+// A core with its points in world coordinates.
 struct PlacedCore {
   const Core& core;
   Placement place;
@@ -209,7 +209,7 @@ double pointToCylinder(const Vec3& point, const PlacedCore& cylinder) {
   return std::hypot(outside, beyond);
 }
 
-// The distance to a convex body is a convex function along a line: golden section.
+// The distance to a convex body is convex along a line, so that golden section finds its minimum.
 double segmentToCylinder(const Vec3& start, const Vec3& end, const PlacedCore& cylinder) {
   constexpr double kGolden = 0.6180339887498949;
   const auto at = [&](double part) {
@@ -233,7 +233,7 @@ double segmentToCylinder(const Vec3& start, const Vec3& end, const PlacedCore& c
   return std::min({left, right, at(0.0), at(1.0)});
 }
 
-// The point of a cylinder that is farthest along a direction.
+// Returns the point of a cylinder that is farthest along a direction.
 Vec3 farthestOfCylinder(const PlacedCore& cylinder, const Vec3& direction) {
   const auto [radius, half] = *cylinder.core.cylinder;
   const Vec3 local = cylinder.place.rotation.transpose() * direction;
@@ -268,7 +268,8 @@ double extentAlong(const Placement& box, const Vec3& half, const Vec3& axis) {
   return (box.rotation.transpose() * axis).cwiseAbs().dot(half);
 }
 
-// Boxes are apart exactly if they are along the normal of a face or across two edges.
+// Separating axes: boxes are apart exactly if they are along a face normal or a cross product of
+// edges.
 double boxToBox(const Placement& first, const Vec3& firstHalf, const Placement& second,
                 const Vec3& secondHalf) {
   std::vector<Vec3> axes;
@@ -280,7 +281,7 @@ double boxToBox(const Placement& first, const Vec3& firstHalf, const Placement& 
   }
   double most = -kFar;
   for (const Vec3& axis : axes) {
-    if (axis.squaredNorm() < 1e-12) continue;  // parallel edges: the faces say it all
+    if (axis.squaredNorm() < 1e-12) continue;  // parallel edges; the face normals suffice
     const Vec3 unit = axis.normalized();
     most = std::max(most, std::abs(unit.dot(first.position - second.position)) -
                               extentAlong(first, firstHalf, unit) -

@@ -6,8 +6,8 @@
 
 namespace carom::bench {
 
-/// How much work a benchmark does: all that its published figures come from, or, with `--short`,
-/// the least that runs the same code and still shows a figure that has fallen to half.
+/// The amount of work that a benchmark does: all that its published figures need, or, with
+/// `--short`, the least that runs the same code and still shows a figure that has fallen to half.
 struct Scale {
   bool isShort = false;
 

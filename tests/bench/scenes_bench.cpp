@@ -1,4 +1,4 @@
-// What a scene costs from its file's contents to its samples, as a multiple of real time.
+// Speed of a scene, from its file's contents to its samples, as a multiple of real time.
 
 #include <algorithm>
 #include <cstdio>
@@ -72,7 +72,7 @@ std::string collisions(const Scene& scene) {
 }
 
 void addScene(Figures& figures, const Scene& scene) {
-  // The first sound of a process makes tables; who fails here fails where it is measured, too.
+  // The first sound of a process makes tables; an error here occurs again in the measurement.
   static_cast<void>(render(scene));
   const bool bullet = scene.stepper.type == StepperType::bullet;
   figures.add({.name = scene.name + (bullet ? ", Bullet at 1/240 s" : ", native"),

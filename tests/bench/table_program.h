@@ -9,7 +9,7 @@ namespace carom::bench {
 
 /// A program that prints a table and takes no arguments but --help and --short.
 struct TableProgram {
-  const char* name;  ///< of the program
+  const char* name;  ///< the program's
   const char* help;
   int (*run)(const Scale&);
 

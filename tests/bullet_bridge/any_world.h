@@ -49,10 +49,10 @@ class AnyWorld {
     Vec3 position = Vec3::Zero();
     Vec3 velocity = Vec3::Zero();
     Vec3 spin = Vec3::Zero();
-    double restitution = 1.0;  ///< as Bullet takes them: the product of the two counts
+    double restitution = 1.0;  ///< for Bullet, which takes the product of both bodies'
     double friction = 0.0;
     btQuaternion turn{0, 0, 0, 1};
-    btMotionState* mover = nullptr;  ///< makes it kinematic
+    btMotionState* mover = nullptr;  ///< moves the body, which is then kinematic
   };
 
   template <class Shape, class... Arguments>
@@ -162,8 +162,8 @@ inline std::vector<ImpulseEvent> eventsOf(const BulletBridge& bridge,
   return events;
 }
 
-/// The time in [low, high] at which a gap that is positive at `low` and not at `high` closes, bit
-/// by bit.
+/// Returns the time in [low, high] at which a gap that is positive at `low` and not at `high`
+/// closes, by bisection.
 inline double closingTime(const std::function<double(double)>& gap, double low, double high) {
   for (int i = 0; i < 200; ++i) {
     const double middle = 0.5 * (low + high);
@@ -172,8 +172,8 @@ inline double closingTime(const std::function<double(double)>& gap, double low, 
   return low;
 }
 
-/// A free fall as Bullet steps it (symplectic Euler), by hand: when and how fast a body that falls
-/// from rest has come down by `height`, on the parabolas through the nodes.
+/// The free fall of a body from rest by `height`, by hand as Bullet steps it (symplectic Euler):
+/// its time and final speed, on the parabolas through the nodes.
 struct Fall {
   double time = 0.0;   // s
   double speed = 0.0;  // m/s

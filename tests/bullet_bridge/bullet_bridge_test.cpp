@@ -31,8 +31,7 @@ std::vector<ImpulseEvent> eventsOf(const BulletBridge& bridge, BodyId body) {
 }
 
 // The first collision of a ball that falls freely onto the plane y = 0 on Bullet's own path, found
-// by stepping symplectic Euler by hand and then searching the parabola through the nodes bit by
-// bit.
+// by stepping symplectic Euler by hand and then bisecting the parabola through the nodes.
 struct Drop {
   double time = 0.0;
   double speed = 0.0;
@@ -64,9 +63,9 @@ struct DropCase {
 
 class BallOnPlane : public testing::TestWithParam<DropCase> {};
 
-// Bars of the project: 1 us and 0.1 %. Bullet in float holds a position of 0.5 m to 3e-8 m and
-// accumulates that over the steps, so the bound here is what float leaves, not what the method
-// does.
+// The project's bars are 1 us and 0.1 %. Bullet in float holds a position of 0.5 m to 3e-8 m and
+// accumulates that error over the steps, so that the bound here is due to float and not to the
+// method.
 TEST_P(BallOnPlane, IsReportedOnceAtItsExactTimeAtEverySubStepPhase) {
   const DropCase drop = GetParam();
   for (int phase = 0; phase < 32; ++phase) {
@@ -108,7 +107,7 @@ TEST(BulletBridge, ObliquePairsCollideAtTheClosedFormTimeWithTheClosedFormImpuls
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   for (const double dt : {1.0 / 60, 1.0 / 240, 1.0 / 1000}) {
     for (int trial = 0; trial < 40; ++trial) {
-      const double miss = 0.06 * uniform(random);  // m, of 0.1 m that still touch
+      const double miss = 0.06 * uniform(random);  // m; below 0.1 m the balls touch
       const double distance = 0.3 + 0.1 * uniform(random);
       const double along = std::sqrt(0.1 * 0.1 - miss * miss);
       const double time = (distance - along) / 3.0;
@@ -123,7 +122,7 @@ TEST(BulletBridge, ObliquePairsCollideAtTheClosedFormTimeWithTheClosedFormImpuls
       ASSERT_EQ(bridge.events().size(), 2u) << "step " << dt << ", trial " << trial;
       const ImpulseEvent event = eventsOf(bridge, 0).front();
       const double approach = 3.0 * along / 0.1;
-      // Float positions off by some 1e-8 m a step: what Bullet's own path has drifted.
+      // Drift of Bullet's own path: float positions are off by some 1e-8 m a step.
       const double drift = sizeof(btScalar) == 8 ? 1e-12 : 5e-8 * (time / dt + 1.0);
       EXPECT_NEAR(event.time, time, 1e-6 + drift);
       EXPECT_NEAR(event.approachSpeed, approach, 1e-4 * approach);
@@ -154,7 +153,7 @@ TEST(BulletBridge, TheTwoSharesAreEqualAndOpposite) {
   EXPECT_NEAR((a.bodyPosition - b.bodyPosition).norm(), 0.08, 1e-7);
 }
 
-// Bullet swallows the bounce of a large ball at fine steps altogether; the event is there and
+// Bullet loses the bounce of a large ball at fine steps altogether; the event is reported and
 // right.
 TEST(BulletBridge, AnImpactThatBulletDoesNotBounceIsStillReportedOnce) {
   SphereBulletWorld world(9.81);
@@ -196,9 +195,9 @@ TEST(BulletBridge, CountsImpactsThatAreTooSlowForBulletToBounce) {
   EXPECT_EQ(bridge.counters().belowThreshold, 1u);
 }
 
-// Balls that bounce for ever in a closed box, in a tuned world: by default Bullet makes them faster
-// and faster, and their impacts more. Bullet itself allocates by malloc, which the scope does not
-// see.
+// The balls bounce for ever in a closed box. The world is tuned, because by default Bullet makes
+// them faster and faster and their impacts more frequent. Bullet itself allocates by malloc, which
+// the scope does not see.
 TEST(BulletBridge, AllocatesNothingPerStepOnceItIsWarm) {
   SphereBulletWorld world;
   for (int axis = 0; axis < 3; ++axis) {
@@ -261,15 +260,16 @@ TEST(BulletBridge, ABallThatTheHostPushesDownFromRestIsHeardAtTheNode) {
   world.step(1.0 / 240, 3);
   const auto events = eventsOf(bridge, 1);
   ASSERT_EQ(events.size(), 1u);
-  EXPECT_NEAR(events[0].time, pushed, 2e-5);  // it rests with a gap or overlap of some micrometres
+  EXPECT_NEAR(events[0].time, pushed, 2e-5);  // it rests with a gap or overlap of some um
   EXPECT_NEAR(events[0].approachSpeed, 2.0, 0.03);
 }
 
-// The spheres overlap for less than a step and part again between two nodes: Bullet never sees it.
+// The spheres overlap for less than a step and part again between two nodes, so that Bullet never
+// sees their contact.
 TEST(BulletBridge, AGrazingHitBetweenTwoNodesIsReported) {
   const double dt = 1.0 / 60;
   SphereBulletWorld world;
-  const double miss = 0.0995;  // m, of 0.1 m that still touch: the chord is 0.4 steps long
+  const double miss = 0.0995;  // m, below 0.1 m they touch: the chord is 0.4 steps long
   world.addBall({.position = {-0.315, miss, 0}, .velocity = {3, 0, 0}});
   world.addBall({});
   BulletBridge bridge = attached(world);
@@ -309,7 +309,7 @@ TEST(BulletBridge, PairsThatBulletDoesNotLetCollideAreSilent) {
   }
 }
 
-// Simply added up, 0.1 s in double precision would be off by 0.5 us.
+// A plain sum of steps of 0.1 s in double precision would be off by 0.5 us.
 TEST(BulletBridge, TheClockOfADayIsTheSumOfItsStepsWithinANanosecond) {
   SphereBulletWorld world;
   const BulletBridge bridge = attached(world);

@@ -11,7 +11,7 @@
 #include "tests/bullet_bridge/random_motion.h"
 #include "tests/bullet_bridge/vectors.h"
 
-// Whether ShapePair sees the surface that Bullet's own dispatcher collides, whatever the shapes.
+// Tests that ShapePair sees the surface that Bullet's own dispatcher collides, whatever the shapes.
 namespace carom {
 
 using namespace bullet;
@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
-// The deepest point of all that Bullet's algorithm for a pair reports.
+// Finds the deepest of all points that Bullet's algorithm for a pair reports.
 class BulletNarrowphase {
  public:
   double depth(const MovingShape& body, const MovingShape& other) {
@@ -77,9 +77,9 @@ std::unique_ptr<btConvexHullShape> rock(unsigned seed) {
   return hull;
 }
 
-// Bullet's GJK takes support points within a centimetre of each other for the same one, and stops:
-// on curved surfaces it is right to some millimetres only, of whatever size. Hence large shapes and
-// large margins.
+// Bullet's GJK takes support points within a centimetre of each other for the same point, and
+// stops: on curved surfaces it is accurate only to some millimetres, whatever their size. Therefore
+// shapes and margins are large.
 constexpr double kMargin = 0.3;
 constexpr double kCurvedTolerance = 0.02;
 constexpr double kTolerance = 1e-3;
@@ -116,15 +116,15 @@ std::vector<NamedShape> everyConvexShape() {
   return all;
 }
 
-// At poses with a gap well within Bullet's reach, or, as it wants it for some, a little overlap.
-// Returns at how many Bullet found nothing though it visits the triangle: its GJK gives up on about
-// one pose of a hundred against triangles.
+// Compares at poses with a gap well within Bullet's reach, or with a little overlap for pairs that
+// Bullet collides only then. Returns the number of poses at which Bullet found nothing though it
+// visited the triangle: its GJK gives up on about one pose of a hundred against triangles.
 int expectBulletAgrees(const NamedShape& one, const NamedShape& two, unsigned seed) {
   int missed = 0;
   const int type = one.shape->getShapeType();
   const bool wantsOverlap = type == two.shape->getShapeType() &&
                             (type == BOX_SHAPE_PROXYTYPE || type == SPHERE_SHAPE_PROXYTYPE);
-  // A mesh is asked for what overlaps the box around the other shape only.
+  // A mesh is asked only for triangles that overlap the box around the other shape.
   const bool onMesh = one.shape->isConcave() != two.shape->isConcave() &&
                       !one.shape->isInfinite() && !two.shape->isInfinite();
   const double gap = wantsOverlap ? -0.001 : onMesh ? -0.01 : 0.01;
@@ -139,7 +139,7 @@ int expectBulletAgrees(const NamedShape& one, const NamedShape& two, unsigned se
     body.motion.centre.position = 40.0 * random.direction();
     EXPECT_TRUE(pair.set(body, other, 0.0, 100.0)) << one.name << " " << two.name;
     const Proximity apart = pair.proximityAt(0.0);
-    if (!(apart.gap > 0.0)) continue;  // a pose behind a plane
+    if (!(apart.gap > 0.0)) continue;  // the pose is behind a plane
     body.motion.centre.position -= (apart.gap - gap) * apart.normal;
     EXPECT_TRUE(pair.set(body, other, 0.0, 100.0));
     const double found = pair.proximityAt(0.0).gap;
@@ -195,7 +195,7 @@ TEST(BulletSurface, MeshesAreWhereBulletsNarrowphaseHasThem) {
     missed += expectBulletAgrees(one, mesh, ++seed);
     missed += expectBulletAgrees(scaledMesh, one, ++seed);
   }
-  EXPECT_LT(missed, 15);  // of 360
+  EXPECT_LT(missed, 15);  // of 360 poses
 }
 
 }  // namespace

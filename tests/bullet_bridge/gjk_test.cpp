@@ -20,7 +20,7 @@ namespace {
 using by_hand::Points;
 using by_hand::RoundSet;
 
-Vec3 rounded(const Vec3& v) {  // to what Bullet stores
+Vec3 rounded(const Vec3& v) {  // rounds to the numbers that Bullet stores
   return {static_cast<double>(static_cast<btScalar>(v.x())),
           static_cast<double>(static_cast<btScalar>(v.y())),
           static_cast<double>(static_cast<btScalar>(v.z()))};
@@ -54,7 +54,7 @@ TEST(Gjk, HullsAreAsFarApartAsTheirNearestCornersEdgesAndFaces) {
   Random random(11);
   int apart = 0;
   for (int trial = 0; trial < 300; ++trial) {
-    const double size = std::pow(10.0, random.between(-3.0, 1.0));  // against 1
+    const double size = std::pow(10.0, random.between(-3.0, 1.0));  // the other size is 1
     Points corners, otherCorners;
     btConvexHullShape hull, other;
     for (int i = 0; i < 8; ++i) {
@@ -92,7 +92,8 @@ double radiusOf(const btConvexShape& shape) {
   return static_cast<double>(static_cast<const btCylinderShape&>(shape).getRadius());
 }
 
-// Without margins, so that the sets are the cores. Sizes are what Bullet made of them.
+// A shape without margin, so that the set is its core, with the sizes that Bullet made of the given
+// ones.
 Round randomRound(Random& random, int kind) {
   Round round;
   const auto r = static_cast<btScalar>(random.between(0.02, 0.5));
@@ -130,7 +131,7 @@ TEST(Gjk, RoundCoresAreAsFarApartAsAlternatingProjectionsFind) {
     const Pose otherPose = randomPose(random, 0.1);
     Vec3 start = pose.position;
     const double expected = by_hand::roundRound(one.set, pose, two.set, otherPose, start);
-    if (expected < 0.02) continue;  // slow there, or overlapping
+    if (expected < 0.02) continue;  // the projections are slow there, or the sets overlap
     ++compared;
     const CoreDistance found =
         distanceOf(*ConvexPiece::from(*one.shape), pose, *ConvexPiece::from(*two.shape), otherPose);

@@ -59,7 +59,7 @@ TEST(ImpactTime, APlaneIsTouchedAtTheTextbookTimes) {
   EXPECT_DOUBLE_EQ(planeTouchTime(3.0, -1.5, 0.0, 10.0), 2.0);
   EXPECT_DOUBLE_EQ(planeTouchTime(3.0, 2.0, -2.0, 10.0), 3.0);  // up, and back
   EXPECT_EQ(planeTouchTime(3.0, -1.5, 0.0, 1.9), kNever);       // beyond the horizon
-  EXPECT_EQ(planeTouchTime(1.0, -1.0, 0.6, 10.0), kNever);      // turns around above it
+  EXPECT_EQ(planeTouchTime(1.0, -1.0, 0.6, 10.0), kNever);      // it turns around above the plane
   EXPECT_EQ(planeTouchTime(1.0, 0.0, 0.0, 10.0), kNever);
 }
 
@@ -73,7 +73,7 @@ TEST(ImpactTime, WhatOverlapsTouchesAtOnceIfItApproachesAndNeverIfNot) {
 }
 
 TEST(ImpactTime, ADistantAndFastPairLosesNoDigits) {
-  // 1 km away at 1 km/s, touching exactly after (1000 - 0.01) / 1000 s.
+  // The pair is 1 km apart, closes at 1 km/s and touches after exactly (1000 - 0.01) / 1000 s.
   const Motion motion{Vec3(1000.0, 0, 0), Vec3(-1000.0, 0, 0), Vec3::Zero()};
   EXPECT_NEAR(sphereTouchTime(motion, 0.01, 2.0), 0.99999, 1e-12);
 }

@@ -42,7 +42,7 @@ double meanLoad(const std::vector<ContactState>& contacts, double from, double t
   return impulse / (to - from);
 }
 
-/// Of each pair begin, during ..., end, begin ..., without a gap.
+/// Expects for each pair the phases begin, during ..., end, begin ..., without a gap in time.
 void expectWholeLives(std::span<const ContactState> contacts) {
   std::map<std::pair<BodyId, BodyId>, const ContactState*> alive;
   for (const ContactState& contact : contacts) {
@@ -68,7 +68,8 @@ void PrintTo(const Landing& landing, std::ostream* out) {
 
 class Lands : public testing::TestWithParam<Landing> {
  protected:
-  // What falls onto the ground from rest by 0.4 m and lands all at once, below its centre of mass.
+  // Expects one impact of a body that falls from rest by `fall` m onto the ground and lands all at
+  // once, below its centre of mass.
   void expectOneImpact(AnyWorld& world, const btRigidBody& body, double fall = 0.4) const {
     BulletBridge bridge = world.attach();
     const Fall exact = fallByHand(fall, kGravity, GetParam().dt);
@@ -97,8 +98,9 @@ TEST_P(Lands, ABoxOnABox) {
   expectOneImpact(world, world.add(world.box({0.1, 0.05, 0.15}), falling(0.45)));
 }
 
-// Bullet holds a box on a plane by one of its corners, so that it turns over it and lands on the
-// others later: those are impacts of Bullet's own motion. The first one is all at once.
+// Bullet holds a box on a plane by one of its corners, so that it turns over that corner and lands
+// on the others later; these later impacts belong to Bullet's own motion. The first one is all at
+// once.
 TEST_P(Lands, ABoxOnAPlane) {
   AnyWorld world(kGravity);
   world.addGround(world.plane());
@@ -184,7 +186,7 @@ TEST(Impacts, ARodThatLandsOnOneEndAndThenOnTheOtherMakesTwo) {
     bridge.flush();
     auto events = eventsOf(bridge, rod);
     std::erase_if(events, [](const ImpulseEvent& event) { return event.approachSpeed < 0.3; });
-    // Bullet may let the rod spring up from the second, to fall once more.
+    // Bullet may let the rod spring up from the second impact and fall once more.
     ASSERT_THAT(events, SizeIs(AnyOf(2, 3))) << "step " << dt;
     EXPECT_LT(events[0].position.x(), -0.1);
     EXPECT_GT(events[1].position.x(), 0.05);
@@ -223,7 +225,7 @@ class RestsAt : public testing::TestWithParam<double> {};
 
 TEST_P(RestsAt, EveryBodyIsSilentAndBearsItsWeight) {
   const double dt = GetParam();
-  constexpr double kLow = 0.05 - 1e-6;  // Bullet holds what has sunk in, be it ever so little
+  constexpr double kLow = 0.05 - 1e-6;  // Bullet holds only bodies that overlap, however little
   AnyWorld world(kGravity);
   world.addGround(world.box({3, 0.5, 3}), 0.5, -0.5);
   world.add(world.sphere(0.05), {.mass = 0.3, .position = {0, kLow, 0}, .friction = 0.5});
@@ -289,7 +291,7 @@ TEST(Rest, BeginsAgainWithoutAnEventWhenTheBodyIsWoken) {
   expectWholeLives(bridge.contacts());
 }
 
-// Bullet sees no contact where rounding leaves a gap, lets the upper box fall for a substep, and
+// Bullet sees no contact where rounding leaves a gap: it lets the upper box fall for a substep and
 // catches it at g dt.
 TEST(Rest, ABoxThatIsPutExactlyOnAnotherIsSilent) {
   for (const double dt : {1.0 / 60, 1.0 / 240, 1.0 / 1000}) {
@@ -342,7 +344,7 @@ TEST(Rest, ABallThatBouncesOutHasFewContactsAndWholeOnes) {
     EXPECT_LE(bridge.counters().contactsBegun, bridge.counters().collisions + 1);
     EXPECT_EQ(bridge.contacts().back().phase, ContactPhase::during);
     EXPECT_NEAR(bridge.contacts().back().normalLoad, 0.3 * kGravity, 1e-3);
-    // In free flight nothing touches.
+    // A contact has a load only after the free fall.
     for (const ContactState& contact : bridge.contacts()) {
       if (contact.normalLoad > 0.0) {
         EXPECT_GT(contact.time, fallByHand(0.3, kGravity, dt).time - dt);
@@ -410,7 +412,8 @@ TEST(Rolling, ABallThatRollsDoesNotSlipAndDrawsAGreatCircle) {
       EXPECT_NEAR(point.z(), 0.0, 1e-4);
     }
   }
-  // Chords of speed * dt / radius = 1/8 rad are 0.07 % shorter than their arcs.
+  // The path consists of chords of speed * dt / radius = 1/8 rad, which are 0.07 % shorter than
+  // their arcs.
   const double length = double(contacts.size()) * dt * speed;
   EXPECT_NEAR(pathLength(contacts, true), length, 2e-3 * length);
   EXPECT_NEAR(pathLength(contacts, false), length, 2e-3 * length);
@@ -431,7 +434,7 @@ TEST(Rolling, ASlidingBallGripsWhenFrictionHasSpunItUp) {
   for (const ContactState& contact : contactsOf(bridge, ball)) {
     const double middle = contact.time + 0.5 * dt;
     const double slip = std::max(0.0, 2.0 - 3.5 * friction * kGravity * middle);
-    // One substep of friction: 3.5 mu g dt.
+    // The bound is one substep of friction: 3.5 mu g dt.
     EXPECT_NEAR(contact.slipVelocity.x(), slip, 0.008) << "at " << middle << ", grips " << grips;
     EXPECT_NEAR(contact.normalLoad, 0.3 * kGravity, 0.01 * 0.3 * kGravity);
   }
@@ -439,7 +442,7 @@ TEST(Rolling, ASlidingBallGripsWhenFrictionHasSpunItUp) {
 
 // --- meshes ---
 
-/// A floor of squares of two triangles each, in x from -1 to 3 and z from -1 to 1, with a wall of
+/// A floor of squares of two triangles each, with x from -1 to 3 and z from -1 to 1, and a wall of
 /// the same mesh at x = 2.
 struct FloorMesh {
   FloorMesh() {
@@ -467,8 +470,8 @@ btRigidBody& addRollingBall(AnyWorld& world, const Vec3& velocity) {
 }
 
 // Bullet slows the ball down at the edges and lets it hop, even with its own remedy
-// (btAdjustInternalEdgeContacts) or a processing threshold of 0: the ball does land again, on the
-// face. But it never hits an edge.
+// (btAdjustInternalEdgeContacts) or a processing threshold of 0. Therefore the ball does land
+// again, on the faces, but it never hits an edge.
 TEST(Meshes, ABallThatRollsOverInnerEdgesHitsNoneOfThemAndTheWallOnce) {
   for (const double dt : {1.0 / 60, 1.0 / 240, 1.0 / 1000}) {
     FloorMesh floor;
@@ -494,8 +497,8 @@ TEST(Meshes, ABallThatRollsOverInnerEdgesHitsNoneOfThemAndTheWallOnce) {
 
 // --- the momentum balance ---
 
-/// Sum of what events and contacts say Bullet has applied to each body, against its change of
-/// momentum since the start.
+/// Compares the sum of the impulses that Bullet applied to each body, according to events and
+/// contacts, with the body's change of momentum since the start.
 class MomentumBalance {
  public:
   MomentumBalance(AnyWorld& world, BulletBridge& bridge) : world_(world), bridge_(bridge) {
@@ -627,7 +630,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Crowd{.kind = WorldKind::multibody, .dt = 1.0 / 240, .friction = 0.7},
                     Crowd{.kind = WorldKind::multithreaded, .dt = 1.0 / 240, .friction = 0.7}));
 
-// --- when events are handed out ---
+// --- time of delivery ---
 
 TEST(Delivery, NothingIsHandedOutLaterThatIsDatedBeforeTheSettledTime) {
   for (const EventDelivery delivery : {EventDelivery::complete, EventDelivery::prompt}) {

@@ -20,7 +20,7 @@ using namespace bullet;
 namespace {
 
 constexpr bool kDouble = sizeof(btScalar) == 8;
-constexpr double kLinkTolerance = kDouble ? 1e-12 : 1e-5;  // relative, of what Bullet stores
+constexpr double kLinkTolerance = kDouble ? 1e-12 : 1e-5;  // relative rounding of numbers in Bullet
 
 enum class Joint { revolute, prismatic, spherical, planar, fixed };
 
@@ -39,8 +39,8 @@ class Tree {
     double mass = 1.0;
     Vec3 inertia = Vec3::Zero();
     Vec3 axis = Vec3::UnitZ();
-    Vec3 toPivot = Vec3::Zero();     // from the parent's centre, parent's axes
-    Vec3 fromPivot = Vec3::UnitX();  // to its own centre, own axes
+    Vec3 toPivot = Vec3::Zero();     // from the parent's centre, in the parent's axes
+    Vec3 fromPivot = Vec3::UnitX();  // to the link's own centre, in its own axes
     btQuaternion turn{0, 0, 0, 1};
   };
 
@@ -105,7 +105,7 @@ btQuaternion drawTurn(std::mt19937& random) {
   return {bt(drawVector(random).normalized()), btScalar(draw(random, -3, 3))};
 }
 
-/// Branches, every type of joint, poses and velocities at random.
+/// A tree with branches and every type of joint, at random poses and velocities.
 std::unique_ptr<Tree> randomTree(unsigned seed, bool fixedBase) {
   std::mt19937 random(seed);
   const std::vector<Joint> joints = {Joint::revolute,  Joint::spherical, Joint::fixed,
@@ -184,8 +184,8 @@ btTransform after(Tree& tree, int link, double step) {
   return tree[link].getWorldTransform();
 }
 
-// Central differences over Bullet's own integration, forwards and backwards from one state. Float
-// positions of some metres resolve 1e-7 m.
+// The expected velocities are central differences over Bullet's own integration, forwards and
+// backwards from one state. Float positions of some metres resolve 1e-7 m.
 TEST(LinkVelocity, IsTheRateOfTheCollidersWorldTransformForEveryTypeOfJoint) {
   const double step = kDouble ? 1e-4 : 2e-3;
   const double tolerance = kDouble ? 3e-6 : 2e-3;
@@ -250,11 +250,12 @@ TEST(MultibodyMass, OfAPointPendulumIsItsMassAcrossTheRodAndNothingAlongIt) {
   EXPECT_NEAR(mass.inverseEffectiveMass(tree[0], bob, Vec3::UnitY()), 1.0 / 0.4, 1e-6);
   EXPECT_NEAR(mass.inverseEffectiveMass(tree[0], bob, Vec3::UnitX()), 0.0, 1e-12);
   EXPECT_NEAR(mass.inverseEffectiveMass(tree[0], bob, Vec3::UnitZ()), 0.0, 1e-12);
-  // Half way up the rod it moves at half the speed.
+  // The middle of the rod moves at half the speed.
   EXPECT_NEAR(mass.inverseEffectiveMass(tree[0], 0.5 * bob, Vec3::UnitY()), 0.25 / 0.4, 1e-6);
 }
 
-// A point on a ball joint has no inertia about its own rod: that motion is not to divide by zero.
+// A point on a ball joint has no inertia about its own rod; this motion must not lead to a division
+// by zero.
 TEST(MultibodyMass, OfAPointOnABallJointIsItsMassAcrossTheRod) {
   Tree tree(1, 0.0, Vec3::Zero(), true);
   tree.set(0, {.joint = Joint::spherical, .mass = 0.4, .fromPivot = {0.3, 0.4, -0.2}});
@@ -287,8 +288,8 @@ TEST(MultibodyMass, LinksFixedToABaseAddToIt) {
   EXPECT_NEAR(mass.inverseEffectiveMass(tree[0], together, Vec3::UnitY()), 0.25, 1e-6);
 }
 
-// Two rods in a plane, hinged at the origin and at the first one's end, by their 2x2 mass matrix in
-// the rate of the first rod and that of the second relative to it.
+// The oracle for two rods in a plane, hinged at the origin and at the first rod's end, is their 2x2
+// mass matrix in the rate of the first rod and the rate of the second relative to it.
 TEST(MultibodyMass, OfADoublePendulumIsThatOfItsTwoByTwoMassMatrix) {
   const double m1 = 0.5, m2 = 0.8, length = 0.6, half = 0.3, i1 = 0.02, i2 = 0.03;
   Tree tree(2, 0.0, Vec3::Zero(), true);
@@ -318,7 +319,7 @@ TEST(MultibodyMass, OfADoublePendulumIsThatOfItsTwoByTwoMassMatrix) {
     const double expected = jacobian.dot(matrix.inverse() * jacobian);
     EXPECT_NEAR(mass.inverseEffectiveMass(tree[1], tip, n), expected, 1e-5 * expected) << bend;
 
-    // The tip struck against the first rod's own end, which follows.
+    // The tip is struck against the middle of the first rod, which moves along.
     const Eigen::Vector2d relative =
         jacobian - Eigen::Vector2d(n.dot(Vec3::UnitZ().cross(0.5 * hinge)), 0.0);
     const double between = relative.dot(matrix.inverse() * relative);
@@ -360,7 +361,8 @@ TEST(MultibodyMass, AllocatesNothingOnceItHasSeenTheLargest) {
   EXPECT_EQ(scope.allocations(), 0u);
 }
 
-/// Bullet's own articulated body algorithm, brought up to date by a step of no duration.
+/// The answer of Bullet's own articulated body algorithm, brought up to date by a step of no
+/// duration.
 class BulletAnswer {
  public:
   explicit BulletAnswer(btMultiBody& body) : body_(body) {

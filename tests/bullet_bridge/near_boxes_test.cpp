@@ -38,7 +38,7 @@ class RandomPlaces {
   std::mt19937 engine_;
 };
 
-// Numbered by where it is in `boxes`, from 1000 on.
+// Adds a cube whose body number is 1000 plus its index in `boxes`.
 void addCube(Boxes& boxes, const Place& centre, double size, bool active = true) {
   SweptBox box;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -63,7 +63,7 @@ bool meet(const SweptBox& a, const SweptBox& b) {
   return true;
 }
 
-// Everyone against everyone.
+// The oracle: every box is tested against every other one.
 Pairs allPairs(const Boxes& boxes) {
   Pairs pairs;
   for (std::size_t i = 0; i < boxes.size(); ++i) {
@@ -78,7 +78,7 @@ Pairs allPairs(const Boxes& boxes) {
   return pairs;
 }
 
-// Returns how many there are.
+// Returns the number of pairs.
 std::size_t expectAllPairsOnce(const Boxes& boxes) {
   NearBoxes near;
   const auto found = near.find(boxes);
@@ -96,7 +96,7 @@ Boxes gas(std::size_t count, std::uint32_t seed) {
   return boxes;
 }
 
-// Sizes over six powers of ten, half of the boxes in a throng.
+// Boxes with sizes over five powers of ten; half of them are crowded in a hundredth of the width.
 Boxes allSizes(std::size_t count, std::uint32_t seed) {
   RandomPlaces random(seed);
   Boxes boxes;

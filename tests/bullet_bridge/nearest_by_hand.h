@@ -7,7 +7,7 @@
 
 #include "bullet_bridge/rigid_motion.h"
 
-// Slow and obvious distances of convex sets: the oracle for the fast ones.
+// Slow and obvious distances between convex sets, as the oracle for the fast ones.
 namespace carom::by_hand {
 
 inline Vec3 nearestOnSegment(const Vec3& a, const Vec3& b, const Vec3& from) {
@@ -21,7 +21,8 @@ inline double segmentSegment(const Vec3& a, const Vec3& b, const Vec3& c, const 
   double least =
       std::min({(nearestOnSegment(c, d, a) - a).norm(), (nearestOnSegment(c, d, b) - b).norm(),
                 (nearestOnSegment(a, b, c) - c).norm(), (nearestOnSegment(a, b, d) - d).norm()});
-  // Inside both, the connection is perpendicular to both lines.
+  // If both nearest points are inside their segments, the connection is perpendicular to both
+  // lines.
   const Vec3 u = b - a, v = d - c, w = c - a;
   const Vec3 normal = u.cross(v);
   const double squared = normal.squaredNorm();
@@ -49,8 +50,8 @@ inline double pointTriangle(const Vec3& p, const Vec3& a, const Vec3& b, const V
 
 using Points = std::vector<Vec3>;
 
-/// Hulls of points that are apart: the least over every triangle and every segment of their
-/// corners. Those inside a hull do no harm.
+/// Distance of the hulls of points, which must not overlap: the least over every triangle and every
+/// segment of their corners. Segments and triangles inside a hull do no harm.
 inline double hullHull(const Points& one, const Points& two) {
   double least = std::numeric_limits<double>::infinity();
   const auto pointsAndTriangles = [&](const Points& points, const Points& hull) {
@@ -73,8 +74,9 @@ inline double hullHull(const Points& one, const Points& two) {
   return least;
 }
 
-/// The same with the test for overlap that it lacks: a plane between the two must exist that holds
-/// a face of one, or an edge of each. Returns 0 for overlap.
+/// Distance of two hulls with a test for overlap, which hullHull lacks: if they are apart, there is
+/// a plane between them that holds a face of one or an edge of each. Returns a number that is not
+/// positive if they overlap.
 inline double hullHullOrOverlap(const Points& one, const Points& two) {
   double best = -std::numeric_limits<double>::infinity();
   const auto separation = [&](const Vec3& way) {
@@ -116,7 +118,8 @@ inline Points boxCorners(const Vec3& half, const bullet::Pose& pose) {
   return corners;
 }
 
-/// A convex set by its projection: where it is nearest to a point. Axis y, about the origin.
+/// A convex set, defined by its projection: the set's nearest point to a given one. Its axis is y,
+/// through the origin.
 struct RoundSet {
   enum class Kind { segment, box, cylinder, cone } kind = Kind::segment;
   double radius = 0.0;
@@ -140,7 +143,7 @@ struct RoundSet {
   }
 
  private:
-  // In the half plane of radius and height, a cone is a triangle of which the axis does not count.
+  // In the half plane of radius and height a cone is a triangle, of which the axis is no surface.
   Vec3 inCone(double around, double height, const Vec3& out) const {
     const double slope = 2.0 * halfHeight / radius;
     if (height >= -halfHeight && height <= halfHeight - slope * around)
@@ -154,8 +157,8 @@ struct RoundSet {
   }
 };
 
-/// By alternating projections: of the one nearest to the other's nearest, and so on. From above,
-/// and slow where the sets are nearly parallel.
+/// Distance by alternating projections: each set's nearest point to the other's latest one. It
+/// converges from above, slowly if the sets are nearly parallel.
 inline double roundRound(const RoundSet& one, const bullet::Pose& pose, const RoundSet& two,
                          const bullet::Pose& otherPose, Vec3& start, int rounds = 20000) {
   double distance = std::numeric_limits<double>::infinity();
@@ -170,8 +173,8 @@ inline double roundRound(const RoundSet& one, const bullet::Pose& pose, const Ro
   return distance;
 }
 
-/// The first time at which `gap` is no longer positive, by looking at `pieces` instants and at
-/// `hint` (a time, or infinity): a touch between two of them is missed.
+/// The first time at which `gap` is no longer positive, from its values at `pieces` instants and at
+/// `hint` (a time, or infinity); a touch between two of these instants is missed.
 template <class Gap>
 double searchedTouch(Gap gap, double horizon, int pieces, double hint) {
   double low = 0.0;

@@ -5,7 +5,7 @@
 
 namespace carom {
 
-/// A body that tumbles towards the origin from `distance` m away.
+/// A body that tumbles and flies towards the origin from `distance` m away.
 inline bullet::RigidMotion tumbling(Random& random, double distance, double speed, double spin) {
   bullet::RigidMotion motion;
   const Vec3 from = random.direction();

@@ -28,7 +28,7 @@ btTransform poseOf(const Vec3& position, const Quat& turned) {
 
 using Shape = std::shared_ptr<btCollisionShape>;
 
-// A shape that stands on others which nobody else keeps.
+// A shape that keeps alive the others that it refers to.
 template <class Base>
 struct Owning : Base {
   using Base::Base;
@@ -76,7 +76,7 @@ Shape randomMultiSphere(Random& random, double size) {
 
 Shape randomConvex(Random& random, double size);
 
-// Of convex shapes only: Bullet has no more for it.
+// A scaled convex shape; btUniformScalingShape takes no other shapes.
 Shape randomScaled(Random& random, double size) {
   const double factor = random.logBetween(0.2, 5.0);
   auto inner = std::dynamic_pointer_cast<btConvexShape>(randomConvex(random, size / factor));
@@ -132,7 +132,7 @@ Shape randomShape(Random& random, double size) {
 
 // ---- grounds, about the origin, as wide as `width`
 
-constexpr int kCells = 8;  // of a side
+constexpr int kCells = 8;  // cells along a side
 
 Shape bumpyMesh(Random& random, double width, bool scaled) {
   auto triangles = std::make_shared<btTriangleMesh>();
@@ -161,7 +161,7 @@ Shape bumpyMesh(Random& random, double width, bool scaled) {
 
 Shape heightField(Random& random, double width) {
   constexpr int kSide = kCells + 1;
-  auto heights = std::make_shared<std::vector<btScalar>>();  // whatever PHY_FLOAT says
+  auto heights = std::make_shared<std::vector<btScalar>>();  // btScalar even for PHY_FLOAT
   for (int i = 0; i < kSide * kSide; ++i)
     heights->push_back(btScalar(width * random.between(-0.03, 0.03)));
   auto field = std::make_shared<Owning<btHeightfieldTerrainShape>>(
@@ -237,7 +237,7 @@ void RandomScene::addGround() {
   ++bodiesEver_;
 }
 
-// Most bodies are of the scene's size, some of another.
+// Adds a body, in most cases of the scene's size, in some of another.
 void RandomScene::addBody() {
   const double size = random_.chance(0.8)
                           ? std::clamp(size_ * random_.logBetween(0.3, 3.0), kSmallest, kLargest)
@@ -257,7 +257,7 @@ void RandomScene::addBody() {
   bodies_.push_back(std::move(body));
 }
 
-// Somewhere around the middle of the scene, on its way there.
+// Places a body somewhere around the middle of the scene and sends it there.
 void RandomScene::place(Body& body) {
   const double speed = std::min(300.0, speed_ * random_.logBetween(0.1, 3.0));
   const double duration = step_ * calls_ * substeps_;
@@ -297,7 +297,7 @@ void RandomScene::removeBody(std::size_t which) {
   bodies_.erase(bodies_.begin() + std::ptrdiff_t(which));
 }
 
-// What a host does between steps.
+// Does something that a host may do between steps.
 void RandomScene::interfere() {
   if (bodies_.empty() || random_.chance(0.05)) return addBody();
   const auto which = std::size_t(random_.below(int(bodies_.size())));
@@ -317,7 +317,7 @@ void RandomScene::interfere() {
       return body.body->applyCentralForce(toBullet(
           speed_ / step_ / double(body.body->getInvMass() + btScalar(1e-3)) * random_.direction()));
     default:
-      world_.removeRigidBody(body.body.get());  // and back: for Bullet, another body
+      world_.removeRigidBody(body.body.get());  // and back: another body for Bullet
       world_.addRigidBody(body.body.get());
       ++bodiesEver_;
   }

@@ -12,24 +12,25 @@
 
 namespace carom {
 
-/// A Bullet world as unlikely as a host may make it, and the same for the same seed: 2 to 20 bodies
-/// of any shape, 1 mm to 10 m, masses to 1e6 : 1, to 300 m/s and spinning, most of them thrown at
-/// one place, some asleep, some kinematic; over a ground of any kind or none; steps of 1/30 to
-/// 1/2000 s. Between steps the host adds, removes, teleports, kicks, freezes and wakes bodies.
+/// A random Bullet world, as unlikely as a host may make it and the same for the same seed: 2 to 20
+/// bodies of any shape, 1 mm to 10 m large, with mass ratios to 1e6 : 1, at up to 300 m/s and
+/// spinning, most of them thrown at one place, some asleep, some kinematic; over a ground of any
+/// kind or none; in steps of 1/30 to 1/2000 s. Between steps the host adds, removes, teleports,
+/// kicks, freezes and wakes bodies.
 class RandomScene {
  public:
   explicit RandomScene(std::uint64_t seed);
   ~RandomScene();
 
   btDiscreteDynamicsWorld& world() { return world_; }
-  double step() const { return step_; }  ///< s, of one substep
-  int calls() const { return calls_; }   ///< how often to advance
+  double step() const { return step_; }  ///< s, duration of one substep
+  int calls() const { return calls_; }   ///< number of calls of advance() for the scene
 
-  /// What the host does, then one call of stepSimulation, of one substep or of several.
+  /// Lets the host interfere, then calls stepSimulation once, with one substep or several.
   void advance();
-  /// Takes all bodies far apart and at rest, then steps: nothing can collide any longer.
+  /// Takes all bodies far apart and stops them, then steps: nothing can collide any longer.
   void calm(int steps);
-  /// How many bodies there have been.
+  /// Number of bodies that there have been.
   int bodiesEver() const { return bodiesEver_; }
 
  private:
@@ -37,7 +38,7 @@ class RandomScene {
     std::shared_ptr<btCollisionShape> shape;
     double reach = 0.0;  // m
     std::unique_ptr<btRigidBody> body;
-    Vec3 drift = Vec3::Zero();  // m/s, of a kinematic body
+    Vec3 drift = Vec3::Zero();  // m/s, velocity of a kinematic body
   };
 
   static btDefaultCollisionConstructionInfo smallPools();
@@ -59,23 +60,24 @@ class RandomScene {
   Body ground_;
   double step_ = 0.0;
   int calls_ = 0;
-  int substeps_ = 1;  // of a call
+  int substeps_ = 1;  // substeps of a call
   int bodiesEver_ = 0;
-  double size_ = 1.0;   // m, the scene's typical body
-  double speed_ = 1.0;  // m/s, the scene's typical one
+  double size_ = 1.0;   // m, size of a typical body of the scene
+  double speed_ = 1.0;  // m/s, typical speed in the scene
 };
 
 struct RandomSceneResult {
   std::uint64_t substeps = 0;
   std::uint64_t collisions = 0;
   std::uint64_t contacts = 0;     ///< states of lasting contacts
-  std::uint64_t unsupported = 0;  ///< scenes in which the bridge met what it does not know
-  std::uint64_t digest = 0;       ///< of all events; the same for the same seed
-  std::string failure;            ///< empty if all was well
+  std::uint64_t unsupported = 0;  ///< scenes in which the bridge met a shape that it does not know
+  std::uint64_t digest = 0;       ///< checksum of all events; the same for the same seed
+  std::string failure;            ///< empty if no check failed
 };
 
-/// Runs the scene of a seed with a bridge and checks everything it says that can be checked without
-/// knowing what happened: finite, consistent, in time, in pairs, none lost from the count.
+/// Runs the scene of a seed with a bridge and checks everything in its reports that can be checked
+/// without knowing what happened: numbers are finite and consistent, events are in time and in
+/// pairs, and the counts are complete.
 RandomSceneResult runRandomScene(std::uint64_t seed, bool prompt = false);
 
 }  // namespace carom

@@ -15,7 +15,7 @@ namespace carom {
 namespace {
 
 constexpr double kRounding = 1e-9;
-// Bullet acts on a gap that closes within two substeps; with room.
+// Bullet acts on a gap that closes within two substeps; the bound leaves room.
 constexpr double kLookAhead = 4.0;  // substeps
 
 bool isFinite(const Vec3& vector) {
@@ -23,10 +23,10 @@ bool isFinite(const Vec3& vector) {
 }
 
 bool isRadius(double radius) {
-  return radius >= 0.0;  // infinite, too
+  return radius >= 0.0;  // may be infinite
 }
 
-// One bridge under watch.
+// Checks the reports of one bridge.
 class Watch {
  public:
   Watch(BulletBridge& bridge, double step) : bridge_(bridge), step_(step) {
@@ -48,7 +48,7 @@ class Watch {
 
   BulletBridge& bridge_;
   double step_;
-  double settled_;  // s, as announced at the last reading
+  double settled_;  // s, as of the last reading
   std::uint64_t delivered_ = 0;
   std::map<std::pair<BodyId, BodyId>, bool> lasting_;  // contacts that have begun and not ended
 };
@@ -105,7 +105,7 @@ void Watch::checkEvent(const ImpulseEvent& event, int bodiesEver) {
     fail("an event at ", event.time, " s, too far ahead", ids());
 }
 
-// Each collision: two events, opposite, delivered together.
+// Checks that each collision has two opposite events, delivered together.
 void Watch::checkShares() {
   std::vector<const ImpulseEvent*> sorted;
   for (const ImpulseEvent& event : bridge_.events())

@@ -5,7 +5,7 @@
 namespace carom {
 namespace {
 
-// The same scenes as in `./bench bridge_stress`, fewer of them.
+// Scenes of `./bench bridge_stress`, fewer of them.
 TEST(RandomScenes, WhatTheBridgeSaysIsFiniteConsistentInTimeAndComplete) {
   std::uint64_t collisions = 0;
   for (std::uint64_t seed = 0; seed < 400; ++seed) {

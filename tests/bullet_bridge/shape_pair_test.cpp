@@ -28,7 +28,7 @@ using by_hand::searchedTouch;
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kSubstep = 1.0 / 60.0;
-constexpr double kGrazing = 1e-9;  // s, a touch lasts that long or need not be found
+constexpr double kGrazing = 1e-9;  // s; a touch that is shorter need not be found
 
 std::vector<std::unique_ptr<btConvexShape>> convexShapes() {
   std::vector<std::unique_ptr<btConvexShape>> shapes;
@@ -88,7 +88,8 @@ struct Times {
   double expected = kNever;
 };
 
-// How often a touch was to be found, after every one was found where the brute force says.
+// Counts the touches that had to be found, after checking that the brute force finds each at the
+// same time.
 class Tally {
  public:
   void compare(const Times& times, double tolerance = 1e-9) {
@@ -123,7 +124,8 @@ double lowest(const Points& points) {
   return least;
 }
 
-// Falling and tumbling onto the plane y = 0 so that it gets there within the substep, or just not.
+// A motion that falls, tumbling, onto the plane y = 0 and reaches it within the substep, or just
+// not.
 RigidMotion falling(Random& random, double size) {
   RigidMotion motion = tumbling(random, 1.0, 1.0, 40.0);
   motion.centre.position = (1.0 * random.inCube());
@@ -152,7 +154,7 @@ TEST(ShapePair, TumblingShapesTouchAPlaneWhenTheirLowestPointDoes) {
     hull.addPoint(bt(0.06 * random.direction()));
   hull.setLocalScaling(btVector3(1, scalar(1.5), 1));
 
-  // Bullet's margins are in these, as far as it rounds the shape by them.
+  // The gaps include Bullet's margins where Bullet rounds the shape by them.
   const auto boxGap = [&](const Pose& pose) {
     return lowest(by_hand::boxCorners(toVec3(box.getHalfExtentsWithMargin()), pose));
   };
@@ -241,7 +243,7 @@ TEST(ShapePair, BoxesAndHullsTouchWhenCornersEdgesOrFacesDo) {
     RigidMotion other;
     other.orientation = random.orientation();
     other.angularVelocity = (60.0 * random.inCube());
-    // Against a box a box is sharp, against a hull it is rounded by its margin.
+    // A box is sharp against a box, and rounded by its margin against a hull.
     const auto boxGap = [&](double s) {
       return by_hand::hullHullOrOverlap(
           by_hand::boxCorners(toVec3(small.getHalfExtentsWithMargin()), motion.poseAt(s)),
@@ -270,7 +272,7 @@ TEST(ShapePair, BoxesAndHullsTouchWhenCornersEdgesOrFacesDo) {
   EXPECT_GT(hulls.touches(), 20);
 }
 
-// Cylinder, cone, capsule and box, as sets with a projection and a margin.
+// A cylinder, cone, capsule or box, as a set with a projection and a margin.
 struct Rounded {
   std::unique_ptr<btConvexShape> shape;
   RoundSet set;
@@ -321,14 +323,14 @@ TEST(ShapePair, RoundShapesTouchEachOtherWhenTheirProjectionsMeet) {
         Times times = timesOf(pair, {one.shape.get(), motion}, {two.shape.get(), other});
         EXPECT_NEAR(pair.proximityAt(0.0).gap, gap(0.0), 1e-11);
         times.expected = searchedTouch(gap, kSubstep, 100, times.found + kGrazing);
-        tally.compare(times, 2e-8);  // as far as the projections come
+        tally.compare(times, 2e-8);  // the accuracy of the projections
       }
     }
   }
   EXPECT_GT(tally.touches(), 20);
 }
 
-// Gap as the least over parts, each in its own place on the body.
+// The gap is the least over the parts, each at its own place on the body.
 TEST(ShapePair, CompoundsTouchWithWhicheverChildComesFirst) {
   btBoxShape seat(bt(Vec3(0.1, 0.01, 0.1)));
   btBoxShape leg(bt(Vec3(0.01, 0.06, 0.01)));
@@ -346,7 +348,7 @@ TEST(ShapePair, CompoundsTouchWithWhicheverChildComesFirst) {
   };
   btTransform tilted;
   tilted.setIdentity();
-  tilted.setBasis(btMatrix3x3(0, -1, 0, 1, 0, 0, 0, 0, 1));  // a quarter turn has no rounding
+  tilted.setBasis(btMatrix3x3(0, -1, 0, 1, 0, 0, 0, 0, 1));  // quarter turns are exact
   tilted.setOrigin(btVector3(0, scalar(0.0625), 0));
   Pose nested;
   nested.position = toVec3(tilted.getOrigin());
@@ -415,7 +417,7 @@ struct Triangles : btTriangleCallback {
   }
 };
 
-// Hills, as a mesh.
+// A mesh of hills.
 std::unique_ptr<btTriangleMesh> hills() {
   auto mesh = std::make_unique<btTriangleMesh>();
   Random random(26);
@@ -434,7 +436,8 @@ std::unique_ptr<btTriangleMesh> hills() {
   return mesh;
 }
 
-// A box (rounded to a triangle) and a sphere (to which the mesh has no margin) over triangles.
+// Tests a box (rounded against a triangle) and a sphere (against which the mesh has no margin) over
+// triangles.
 void expectTouchesOfMesh(const btConcaveShape& mesh, const RigidMotion& of, unsigned seed) {
   const btBoxShape box(bt(Vec3(0.05, 0.03, 0.04)));
   const btSphereShape sphere(scalar(0.04));
@@ -498,7 +501,7 @@ TEST(ShapePair, MeshesAreTouchedWhereTheirTrianglesAre) {
 }
 
 TEST(ShapePair, TerrainIsTouchedWhereItsTrianglesAre) {
-  std::vector<btScalar> heights(49);  // whatever PHY_FLOAT says
+  std::vector<btScalar> heights(49);  // btScalar even for PHY_FLOAT
   Random random(30);
   for (btScalar& height : heights)
     height = scalar(random.between(-0.02, 0.02));
@@ -521,7 +524,7 @@ TEST(ShapePair, AFastBladeTouchesWhatItSweepsOverHowShortEver) {
     spinning.orientation = Quat(Eigen::AngleAxisd(random.between(-kPi, kPi), Vec3::UnitZ()));
     RigidMotion resting;
     resting.centre.position = random.between(0.05, 0.3) * Vec3::UnitX();
-    resting.centre.position.z() = random.between(0.0, 0.008);  // 0.008 just misses
+    resting.centre.position.z() = random.between(0.0, 0.008);  // at 0.008 the blade just misses
     const Vec3 half = toVec3(blade.getHalfExtentsWithoutMargin());
     const auto gap = [&](double s) {
       const Vec3 local = spinning.poseAt(s).toLocal(resting.centre.position);

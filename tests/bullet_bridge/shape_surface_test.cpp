@@ -34,7 +34,7 @@ void expectSolid(const SurfaceMesh& mesh, double volume, const Vec3& centroid,
       << volumeCentroid(mesh).transpose();
 }
 
-// Closed, of this volume (m^3) and centroid (m), outward.
+// Expects a closed surface, oriented outward, with this volume (m^3) and centroid (m).
 void expectSolid(const btCollisionShape& shape, double volume, const Vec3& centroid = Vec3::Zero(),
                  double tolerance = 1e-5) {
   const Result<SurfaceMesh> mesh = shapeSurface(shape);
@@ -187,8 +187,8 @@ TEST(ShapeSurface, ACrossOfThreeBarsIsTheirUnion) {
 }
 
 TEST(ShapeSurface, TurnedBoxesAreTheirUnion) {
-  // A square prism and the same turned by 45 degrees: an eight-pointed star of area
-  // 4 (4 - 2 sqrt 2) for squares of side 2.
+  // The union of a square prism and the same one turned by 45 degrees is an eight-pointed star, of
+  // area 4 (4 - 2 sqrt 2) for squares of side 2.
   btBoxShape box(btVector3(1, 1, 1));
   btCompoundShape star;
   star.addChildShape(at(0, 0, 0), &box);
@@ -206,7 +206,7 @@ TEST(ShapeSurface, ADumbbellAndNestedCompoundsAreTheirUnion) {
   btCompoundShape dumbbell;
   dumbbell.addChildShape(at(0, 1, 0), &ends);
   dumbbell.addChildShape(at(0, 1, 0), &bar);
-  // The bar between the balls, of which each hides 1 of its length less the cap.
+  // Each ball hides 1 of the bar's length, less the cap; the rest of the bar adds to the volume.
   const double cap = 1.0 - std::sqrt(1.0 - 0.09);
   const double lens = kPi * cap * cap * (3.0 - cap) / 3.0;
   const double volume = 2 * 4.0 / 3.0 * kPi + kPi * 0.09 * (4.0 + 2.0 * cap) - 2 * lens;
@@ -220,12 +220,12 @@ TEST(ShapeSurface, SeparateChildrenAndAContainedOneAddUpAndVanish) {
   compound.addChildShape(at(-2, 0, 0), &box);
   compound.addChildShape(at(2, 0, 0), &box);
   compound.addChildShape(at(2, 0, 0), &small);
-  compound.addChildShape(at(-2, 0, 0), &box);  // twice the same
+  compound.addChildShape(at(-2, 0, 0), &box);  // a copy of the first child
   expectSolid(compound, 16.0);
 }
 
-// Fifty compounds of turned boxes: where cutting fails the hull stands in, so the outcome always
-// is closed, holds no more than the hull, and no less than the largest child.
+// Tests fifty compounds of turned boxes. Where cutting fails the hull replaces the union, so that
+// the result is always closed, holds no more than the hull, and no less than the largest child.
 TEST(ShapeSurface, RandomCompoundsAreClosedAndWithinTheirBounds) {
   unsigned state = 1;
   const auto random = [&state](double low, double high) {
@@ -245,7 +245,8 @@ TEST(ShapeSurface, RandomCompoundsAreClosedAndWithinTheirBounds) {
     ASSERT_TRUE(mesh);
     EXPECT_TRUE(closedSurface(*mesh));
     EXPECT_GE(signedVolume(*mesh), 1.2 - 1e-4);
-    // Points of a child's inside, and so of the union: the share of the bounding box hit at random.
+    // The union's volume is estimated by random points in the bounding box: the share that lies in
+    // any child.
     btVector3 low;
     btVector3 high;
     compound.getAabb(btTransform::getIdentity(), low, high);
@@ -297,11 +298,12 @@ TEST(ShapeSurface, RadiatorsOfBulletShapesAreThoseOfTheirForms) {
   const RigidRadiator cube =
       radiatorOf(btBoxShape(btVector3(btScalar(0.5), btScalar(0.5), btScalar(0.5))));
   EXPECT_NEAR(cube.addedVolume(0, 0), 0.638, 0.005);
-  // A long capsule across its axis is nearly a cylinder in plane flow: its own volume.
+  // The added volume of a long capsule across its axis is nearly that of a cylinder in plane flow,
+  // its own volume.
   const RigidRadiator capsule = radiatorOf(btCapsuleShape(1, 20));
   EXPECT_NEAR(capsule.addedVolume(0, 0) / capsule.volume, 0.98, 0.04);
   EXPECT_NEAR(capsule.addedVolume(0, 0) / capsule.addedVolume(2, 2), 1.0, 0.01);
-  // A coin is a disc: 8/3 a^3.
+  // The added volume of a coin is that of a disc: 8/3 a^3.
   const RigidRadiator coin = radiatorOf(btCylinderShape(btVector3(1, btScalar(0.02), 1)));
   EXPECT_NEAR(coin.addedVolume(1, 1) / (8.0 / 3.0), 1.03, 0.05);
 }

@@ -26,7 +26,7 @@ class SphereBulletWorld {
     double mass = 1.0;
     Vec3 position = Vec3::Zero();
     Vec3 velocity = Vec3::Zero();
-    double restitution = 1.0;  ///< as Bullet takes it: the product of the two counts
+    double restitution = 1.0;  ///< for Bullet, which takes the product of both bodies'
   };
 
   btRigidBody& addBall(const Ball& ball) {

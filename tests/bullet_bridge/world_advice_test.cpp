@@ -26,7 +26,7 @@ double number(btScalar value) {
   return static_cast<double>(value);
 }
 
-constexpr double kFloat = 1e-6;  // relative, of what Bullet stores
+constexpr double kFloat = 1e-6;  // relative rounding of numbers in Bullet
 
 std::vector<Advice> adviceFor(const SphereBulletWorld& world, double step = kStep,
                               const AdviceSettings& settings = {}) {
@@ -49,7 +49,7 @@ Tuning tuned(SphereBulletWorld& world, double step, const AdviceSettings& settin
   return *std::move(tuning);
 }
 
-/// Balls of 40 cm over a floor, and nothing to advise.
+/// A world with balls of 40 cm over a floor, for which there is nothing to advise.
 struct WellSetWorld : SphereBulletWorld {
   WellSetWorld() : SphereBulletWorld(kGravity) {
     addPlane(Vec3::UnitY(), 0.0, 1.0);
@@ -151,13 +151,14 @@ INSTANTIATE_TEST_SUITE_P(
                w.world.getSolverInfo().m_erp2 = btScalar(0.1);
              },
              -0.04, 0, 0, "less than 40 mm: it adds up to 10 %"},
-        // 0.02 of the reach sqrt(3) r = 6.93 mm; 240 times that, and half
+        // The distance is 0.02 of the reach sqrt(3) r, 6.93 mm; the speeds are 240 times that and
+        // half of it.
         Case{"speculative contacts", AdviceKind::speculativeContact,
              [](WellSetWorld& w) { w.balls[1]->setContactProcessingThreshold(BT_LARGE_FLOAT); },
              number(BT_LARGE_FLOAT), 0, 1,
              "6.93 mm, before the bodies touch: bounces are up to 1.66 m/s too slow, "
              "and all below 0.831 m/s vanish"},
-        // 0.2^2 / (2 g) = 2.04 mm
+        // The fall is 0.2^2 / (2 g) = 2.04 mm.
         Case{"restitution threshold", AdviceKind::restitutionThreshold,
              [](WellSetWorld& w) {
                w.world.getSolverInfo().m_restitutionVelocityThreshold = btScalar(0.2);
@@ -174,17 +175,17 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"large contact distances", AdviceKind::breakingDistance,
              [](WellSetWorld&) { gContactBreakingThreshold = btScalar(0.1); }, 0.1, 0.02, 0,
              "10 %"},
-        // 120 m/s / 240 = 0.5 m in a step, against 0.4 m
+        // The way is 120 m/s / 240 = 0.5 m in a step; the ball is 0.4 m thick.
         Case{"coarse step", AdviceKind::coarseStep,
              [](WellSetWorld& w) { w.balls[2]->setLinearVelocity(btVector3(0, 0, 120)); }, kStep,
              0.4 / 120, 1, "goes 0.5 m in a step, more than its thickness of 0.4 m"},
-        // half an edge of 0.2 m, inflated by 0.04 m
+        // The hull has half edges of 0.2 m, which the margin inflates by 0.04 m.
         Case{"hull margin", AdviceKind::hullMargin, [](WellSetWorld& w) { addHull(w, 0.2, 0.04); },
              0.04, 0.01, 1, "40 mm outside"},
-        // (1 + 2 x 0.3 / 0.4)^3 = 15.6
+        // The volume grows by the factor (1 + 2 x 0.3 / 0.4)^3 = 15.6.
         Case{"broadphase margin", AdviceKind::broadphaseMargin,
              [](WellSetWorld&) { gDbvtMargin = btScalar(0.3); }, 0.3, 0.02, 0, "15.6 times"},
-        // 20 m/s / 240 = 83 mm in a step; 40 mm are allowed, which is 9.6 m/s
+        // The way is 20 m/s / 240 = 83 mm in a step; 40 mm are allowed, which is 9.6 m/s.
         Case{"continuous collision", AdviceKind::continuousCollision,
              [](WellSetWorld& w) {
                w.balls[0]->setCcdMotionThreshold(btScalar(0.01));
@@ -228,7 +229,7 @@ struct WorldWithLink : WellSetWorld {
   btMultiBodyLinkCollider collider{&body, -1};
 };
 
-// 3.13 m/s / 240 = 13.1 mm
+// The depth is 3.13 m/s / 240 = 13.1 mm.
 TEST(WorldAdvice, LinksAreToldToDoWithoutTheirPushButTuneLeavesItUnlessAsked) {
   WorldWithLink world;
   const std::vector<Advice> list = adviceFor(world);
@@ -328,14 +329,15 @@ TEST(WorldAdvice, TuneReachesContactsThatExist) {
   EXPECT_EQ(manifold.getContactProcessingThreshold(), BT_LARGE_FLOAT);
 }
 
-// --- what it is good for ---
+// --- effect of the advice ---
 
 struct Rebounds {
-  double slowest = INFINITY;  // share of the right speed
+  double slowest = INFINITY;  // relative to the right speed
   double fastest = 0.0;
 };
 
-// A ball of 5 cm from half a metre at sixteen phases of the step, restitution 0.9.
+// Rebounds of a ball of 5 cm from half a metre, at sixteen phases of the step, with restitution
+// 0.9.
 Rebounds reboundsAt(double step, bool tuneIt) {
   Rebounds rebounds;
   for (int phase = 0; phase < 16; ++phase) {
@@ -401,7 +403,7 @@ TEST(WorldAdvice, AnElasticGasKeepsItsEnergyAfterTuneAndNotBefore) {
   EXPECT_NEAR(energyGain(true), 1.0, 0.01);
 }
 
-// The side effect of which the header warns.
+// Tests the side effect of which the header warns.
 TEST(WorldAdvice, ContactPointsAtAGapKeepTheirOldImpulseAfterTune) {
   SphereBulletWorld world(kGravity);
   world.addPlane(Vec3::UnitY(), 0.0, 1.0);

@@ -18,7 +18,7 @@ namespace {
 
 using Body = AnyWorld::Body;
 
-// s: what Bullet's positions in float, of some 0.1 m, are rounded to at some m/s.
+// Tolerance in s: Bullet's float positions of some 0.1 m are rounded by so much at some m/s.
 constexpr double kTime = kDoubleBullet ? 1e-9 : 1e-6;
 
 // --- every kind of world ---
@@ -123,7 +123,7 @@ struct Multibody {
   std::unique_ptr<btMultiBodyLinkCollider> collider;
 };
 
-// The link's centre is at `arm` from the hinge; it turns at `rate` rad/s.
+// A pendulum whose link has its centre at `arm` m from the hinge and turns at `rate` rad/s.
 std::unique_ptr<Multibody> pendulum(AnyWorld& world, btCollisionShape& shape, double mass,
                                     double arm, double rate) {
   auto made = std::make_unique<Multibody>(world, 1, 0.0, btVector3(0, 0, 0), true);
@@ -152,7 +152,7 @@ TEST(MultibodyWorld, APendulumsBallHitsARigidBallAtTheClosedFormTimeWithThePendu
         closingTime([&](double t) { return (bob(t) - target).norm() - 0.1; }, 0.0, 0.125);
     const auto events = eventsOf(bridge, *swing->collider);
     ASSERT_EQ(events.size(), 1u) << "step " << dt;
-    // The link goes along an arc, which the bridge takes for a parabola.
+    // The link moves along an arc, which the bridge approximates by a parabola.
     EXPECT_NEAR(events[0].time, time, 2e-6) << "step " << dt;
     const Vec3 normal = (bob(time) - target).normalized();
     const Vec3 along(-std::sin(3.0 * time), std::cos(3.0 * time), 0.0);
@@ -211,7 +211,7 @@ TEST(MultibodyWorld, AFreeBaseFallsOnAPlaneLikeARigidBody) {
 }
 
 TEST(MultibodyWorld, APendulumThatGravityPullsHitsAtTheTimeOfBulletsOwnArc) {
-  // The oracle integrates the joint as Bullet does, w += dt * a(q), q += dt * w, and looks at the
+  // The oracle integrates the joint as Bullet does, w += dt * a(q), q += dt * w, and searches the
   // parabola q(s) through its nodes.
   const double dt = 1.0 / 60;
   AnyWorld world(9.81, WorldKind::multibody);
@@ -276,7 +276,7 @@ TEST(SoftWorld, ASoftBodyMakesNoEventsAndDisturbsNone) {
   delete cloth;  // NOLINT(cppcoreguidelines-owning-memory): Bullet's helper makes it so
 }
 
-// --- how a host steps ---
+// --- stepping by the host ---
 
 TEST(Regimes, InterpolatedFramesChangeNothing) {
   AnyWorld world;
@@ -339,7 +339,7 @@ TEST(Regimes, AForceThatTheHostsPreTickCallbackAppliesIsPartOfTheMotion) {
       nullptr, true);
   BulletBridge bridge = world.attach();
   const Fall exact = fallByHand(0.5, 40.0, 1.0 / 60);
-  // One substep per call, so that forces are cleared after each.
+  // Each call makes one substep, so that forces are cleared after each.
   world.stepUntil(bridge, exact.time + 0.02, 1.0 / 60);
   const auto events = eventsOf(bridge, ball);
   ASSERT_EQ(events.size(), 1u);
@@ -366,8 +366,8 @@ enum class Moment { preTick, postTick, actionBefore, actionAfter };
 
 class RemovalInside : public testing::TestWithParam<Moment> {};
 
-// The body that is removed lies before the other ones in the world's array, which Bullet reorders:
-// the collision of the last body falls into that very substep.
+// The removed body precedes the others in the world's array, which Bullet reorders; the collision
+// of the last body falls into that very substep.
 TEST_P(RemovalInside, AStepDoesNotDisturbTheOthers) {
   AnyWorld world;
   btRigidBody& removed = world.add(world.sphere(0.05), {.position = {5, 0, 0}});
@@ -382,7 +382,7 @@ TEST_P(RemovalInside, AStepDoesNotDisturbTheOthers) {
   if (GetParam() == Moment::postTick) world.world->setInternalTickCallback(removeVictim);
   BulletBridge bridge = world.attach();
   if (GetParam() == Moment::actionAfter) world.world->addAction(&action);
-  world.step(1.0 / 240, 24);  // the next has the collision
+  world.step(1.0 / 240, 24);  // the next step has the collision
   victim = &removed;
   world.step(1.0 / 240);
   ASSERT_EQ(victim, nullptr);
@@ -546,7 +546,7 @@ TEST(Regimes, ABridgeThatComesBackInTheMiddleOfAnImpactStartsAfresh) {
   EXPECT_NEAR(again.events()[0].time, way / speed, 2.0 * kTime);
 }
 
-// --- what belongs to the host ---
+// --- callbacks and user data of the host ---
 
 std::array<int, 4> calls{};
 
@@ -648,16 +648,16 @@ TEST(Host, TheMotionIsThatOfAWorldWithoutABridge) {
   EXPECT_EQ(ends[0].getBasis(), ends[1].getBasis());
 }
 
-// --- what the host moves ---
+// --- bodies moved by the host ---
 
-// A body that the host puts somewhere else for each frame.
+// A motion state by which the host moves a body for each frame.
 struct Mover : btMotionState {
   void getWorldTransform(btTransform& to) const override { to = pose; }
   void setWorldTransform(const btTransform&) override {}
   btTransform pose = btTransform::getIdentity();
 };
 
-constexpr double kFrame = 1.0 / 60;  // s, of four substeps
+constexpr double kFrame = 1.0 / 60;  // s; four substeps
 
 void playFrames(AnyWorld& world, Mover& mover, int frames,
                 const std::function<btTransform(double)>& path) {
@@ -672,8 +672,8 @@ struct Push {
   double gap = 0.0;    // m
 };
 
-// Bullet puts it where it shall be at the end of the frame in the frame's first substep, and lets
-// it collide there: so the ball is gone when the steady path comes to where it was.
+// In the frame's first substep Bullet moves the floor to its place at the end of the frame, and
+// lets it collide there: the ball is gone when the steady path comes to where it was.
 class MovingFloor : public testing::TestWithParam<std::string> {
  protected:
   static double heightOf(const std::string& kind) { return kind == "plane" ? 0.0 : 0.1; }
@@ -744,7 +744,7 @@ TEST(Kinematic, OneThatIsPutElsewhereMakesNoEventOnTheWay) {
   world.add(world.sphere(0.05), {.position = {1, 0, 0}});
   BulletBridge bridge = world.attach();
   world.step(1.0 / 60, 3);
-  // As hosts have to tell Bullet that there is no velocity to this.
+  // The host also sets the interpolation transform, to tell Bullet that this jump has no velocity.
   mover.pose = poseAt({2, 0, 0});
   paddle.setWorldTransform(mover.pose);
   paddle.setInterpolationWorldTransform(mover.pose);
@@ -761,8 +761,8 @@ struct CcdCase {
 
 class Ccd : public testing::TestWithParam<CcdCase> {};
 
-// Bullet stops the ball at the wall and acts on it there, over two substeps, without restitution in
-// the first.
+// Bullet stops the ball at the wall and acts on it there over two substeps, without restitution in
+// the first one.
 TEST_P(Ccd, AFastBallHitsAWallOnceAtTheExactTime) {
   const auto [speed, dt, restitution] = GetParam();
   for (int phase = 0; phase < 8; ++phase) {

@@ -13,7 +13,7 @@ void require(bool promise) {
   if (!promise) std::abort();
 }
 
-// What is relied on without asking again.
+// Properties of commands that the plugin relies on without checking them again.
 struct Promises {
   void operator()(const carom::plugin::command::PlaceListener& listener) const {
     require(listener.position.allFinite());

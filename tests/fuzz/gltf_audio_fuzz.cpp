@@ -12,7 +12,8 @@ void require(bool promise) {
   if (!promise) std::abort();
 }
 
-/// What is accepted is allowed by the draft, and each model of it can be used or is refused.
+/// Requires that accepted audio is allowed by the draft, and that each of its models can be used or
+/// is refused.
 void use(const carom::GltfAudio& audio) {
   require(carom::whyNot(audio).empty());
   for (std::size_t index = 0; index < audio.models.size(); ++index) {
@@ -24,7 +25,7 @@ void use(const carom::GltfAudio& audio) {
     require(carom::whyNot(*model).empty());
     carom::GltfAudio again;
     carom::addModalModel(again, *model);
-    // Doubles of the positions in the file, so floats hold them; of modes there may be none left.
+    // Floats hold the positions, which come from floats in the file; the modes may all be gone.
     if (!model->modes.empty()) require(carom::whyNot(again).empty());
   }
   for (const carom::GltfAudioNode& node : audio.nodes)
@@ -33,7 +34,8 @@ void use(const carom::GltfAudio& audio) {
 
 }  // namespace
 
-/// Any bytes are either what the draft allows or an error with a message. No other file is opened.
+/// Requires that any bytes give either audio that the draft allows or an error with a message. No
+/// other file is opened.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto audio = carom::parseGltfAudio(std::as_bytes(std::span(data, size)), "fuzz");
   if (audio)

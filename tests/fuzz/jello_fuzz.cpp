@@ -13,7 +13,8 @@ void require(bool promise) {
 
 }  // namespace
 
-/// Any text is either a world that can be written again and read the same, or an error with a name.
+/// Requires that any text gives either a world that can be written and read again unchanged, or an
+/// error with the file's name.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   const auto file = carom::native::jelloFromText(text, "fuzz.w");

@@ -26,7 +26,8 @@ void requireSound(const SurfaceMesh& mesh) {
       require(corner < mesh.vertices.size());
 }
 
-/// What is done to a mesh before modes are computed keeps its promises for any mesh that is sound.
+/// Requires that the preparations of a mesh for modal analysis keep their promises for any sound
+/// mesh.
 void use(const SurfaceMesh& mesh) {
   const carom::MeshReport report = carom::checkMesh(mesh);
   const bool closed = carom::closedSurface(mesh);
@@ -42,7 +43,8 @@ void use(const SurfaceMesh& mesh) {
   require(carom::closedSurface(*fine) == carom::closedSurface(mended.surface));
 }
 
-/// The first byte says how many vertices, each of three bytes; the rest are corners, one byte each.
+/// Makes a mesh: the first byte is the number of vertices, each of three bytes; the rest are
+/// corners, one byte each.
 SurfaceMesh meshOf(std::span<const std::uint8_t> bytes) {
   SurfaceMesh mesh;
   const std::size_t count = bytes.empty() ? 0 : bytes[0] % 32U;
@@ -60,8 +62,8 @@ SurfaceMesh meshOf(std::span<const std::uint8_t> bytes) {
 
 }  // namespace
 
-/// Even first byte: the rest are a PLY file, which is either a sound surface or an error with its
-/// name. Odd: a small mesh with every fault there is.
+/// If the first byte is even, the rest is a PLY file, which must give either a sound surface or an
+/// error with its name; if it is odd, a small mesh that may have any fault.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::span bytes(data + 1, size - 1);

@@ -15,7 +15,8 @@ void require(bool promise) {
   if (!promise) std::abort();
 }
 
-/// What is accepted can be used, and has one form only: it is written as it was read.
+/// Requires that an accepted model can be used and has only one encoding: it is written as it was
+/// read.
 void read(std::span<const std::byte> bytes) {
   const auto model = carom::decodedModalModel(bytes, "fuzz");
   if (!model) {
@@ -33,8 +34,8 @@ void read(std::span<const std::byte> bytes) {
 
 }  // namespace
 
-/// Any bytes, with a checksum that fits or without, are either a model that can be used or an
-/// error.
+/// Requires that any bytes, with a fitting checksum or without, give either a model that can be
+/// used or an error.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto given = std::as_bytes(std::span(data, size));
   read(given);

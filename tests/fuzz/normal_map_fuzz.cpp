@@ -15,7 +15,8 @@ void require(bool promise) {
 
 }  // namespace
 
-/// Any bytes are either a picture whose slopes are numbers, or an error that names it.
+/// Requires that any bytes give either a picture whose slopes are numbers, or an error that names
+/// it.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto map =
       carom::normalMapFromBytes(std::as_bytes(std::span(data, size)), "fuzz", {.size = {0.1, 0.2}});

@@ -19,7 +19,7 @@ void require(bool promise) {
   if (!promise) std::abort();
 }
 
-/// What a renderer relies on without asking again.
+/// Requires the properties of events that a renderer relies on without checking them again.
 void requireSound(const carom::ImpulseEvent& event) {
   require(std::isfinite(event.time) && event.impulse.allFinite() && event.position.allFinite());
   require(event.normal.allFinite() && event.bodyPosition.allFinite());
@@ -49,7 +49,7 @@ void play(const carom::Recording& recording) {
   }
 }
 
-/// A recording that is accepted can be written again, and is then the same.
+/// Requires that an accepted recording can be written and read again unchanged.
 void rewrite(const carom::Recording& recording) {
   const auto bytes = carom::encoded(recording);
   require(static_cast<bool>(bytes));
@@ -71,7 +71,8 @@ void read(std::span<const std::byte> bytes) {
 
 }  // namespace
 
-/// Any bytes, with a checksum that fits or without, are either a sound recording or an error.
+/// Requires that any bytes, with a fitting checksum or without, give either a sound recording or an
+/// error.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto given = std::as_bytes(std::span(data, size));
   read(given);

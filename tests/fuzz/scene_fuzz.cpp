@@ -18,7 +18,7 @@ void require(bool promise) {
   if (!promise) std::abort();
 }
 
-/// Both ends are spheres, or one is.
+/// Requires that one end is a sphere, and the other end another sphere or the anchor.
 void requireEnds(const carom::scenes::Scene& scene, carom::BodyId sphere, carom::BodyId other) {
   const auto isSphere = [&](carom::BodyId id) {
     return std::holds_alternative<carom::scenes::SphereShape>(scene.bodies.at(id).shape);
@@ -44,7 +44,8 @@ void requireSound(const carom::scenes::JelloShape& jello) {
   require(carom::native::whyNot(world).empty() && (jello.integrator || jello.step == 0.0));
 }
 
-/// What a stepper and a renderer rely on without asking again.
+/// Requires the properties of scenes that a stepper and a renderer rely on without checking them
+/// again.
 void requireSound(const carom::scenes::Scene& scene) {
   require(scene.duration > 0.0 && scene.sampleRate > 0.0 && scene.gravity.allFinite());
   require(!scene.name.empty() && !scene.listeners.empty());
@@ -94,7 +95,7 @@ void requireSound(const carom::scenes::Scene& scene) {
 
 }  // namespace
 
-/// Any bytes are either a sound scene or an error with a message.
+/// Requires that any bytes give either a sound scene or an error with a message.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   const auto scene = carom::scenes::parseScene(text, "fuzz.json");

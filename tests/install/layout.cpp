@@ -1,6 +1,6 @@
-// The sizes and alignments of all public types, and the samples of one click, as this program's
-// flags have them: the same lines under all flags, or a host and a library that were compiled
-// differently would corrupt each other. Compiled and run by layout.sh.
+// Prints the sizes and alignments of all public types, and the samples of one click, as compiled
+// with this program's flags: the lines must be the same under all flags, or a host and a library
+// that were compiled differently would corrupt each other. Compiled and run by layout.sh.
 
 #include <bit>
 #include <cstdint>
@@ -151,7 +151,8 @@ void printModes() {
   LAYOUT(GltfAudio);
 }
 
-/// The checksum of what a listener hears of one blow on a steel ball; 0 where something refuses.
+/// Returns the checksum of the sound of one impact on a steel ball at a listener; 0 if a call
+/// fails.
 std::uint64_t clickChecksum() {
   carom::Listener ear;
   ear.name = "ear";

@@ -55,7 +55,8 @@ TEST(AudibleModes, KeepsTheAudibleBandAndCountsTheRest) {
   EXPECT_EQ(whyNot(model), "");
 }
 
-// Half of the critical damping at 1 kHz, from either term; the other falls or rises with frequency.
+// Each of the two terms alone gives half of the critical damping at 1 kHz; the ratio falls with
+// frequency for alpha and rises for beta.
 TEST(AudibleModes, DecayIsRayleighs) {
   const double omega = 2.0 * std::numbers::pi * 1000.0;
   ModalModel byMass = oneVertex();

@@ -34,7 +34,8 @@ SparseMatrix identity(Index size) {
   return matrix;
 }
 
-// Unit masses in a row, unit springs between them, free at both ends or held at the first.
+// Stiffness of unit masses in a row with unit springs between them, free at both ends or held at
+// the first.
 MatrixXd chain(Index masses, bool held) {
   MatrixXd stiffness = MatrixXd::Zero(masses, masses);
   for (Index mass = 0; mass + 1 < masses; ++mass) {
@@ -46,7 +47,7 @@ MatrixXd chain(Index masses, bool held) {
   return stiffness;
 }
 
-// The free chain's, by the discrete cosine transform that diagonalises it.
+// Eigenvalue of the free chain, by the discrete cosine transform that diagonalises it.
 double chainLambda(Index mode, Index masses) {
   const double angle = std::numbers::pi * static_cast<double>(mode) / static_cast<double>(masses);
   return 2.0 - 2.0 * std::cos(angle);
@@ -81,7 +82,8 @@ TEST(EigenSolver, FindsTheModesOfAHeldChain) {
   const EigenSolution solution = solved(stiffness, identity(masses), modes(20));
   ASSERT_EQ(solution.lambda.size(), 20);
   for (Index mode = 0; mode < 20; ++mode) {
-    // Rayleigh, Theory of Sound, section 120: a held and a free end.
+    // The closed form is from Rayleigh, Theory of Sound, section 120: a chain with a held and a
+    // free end.
     const double half = std::numbers::pi * (2.0 * static_cast<double>(mode) + 1.0) /
                         (2.0 * (2.0 * static_cast<double>(masses) + 1.0));
     const double expected = 4.0 * std::sin(half) * std::sin(half);
@@ -105,7 +107,7 @@ TEST(EigenSolver, FindsTheRigidModeOfAFreeChain) {
   EXPECT_TRUE(solution.counted);
 }
 
-// A free lattice of three directions: lambdas are the sums of the chain's, with multiplicities.
+// The eigenvalues of a free three-dimensional lattice are sums of the chain's, with multiplicities.
 TEST(EigenSolver, FindsEveryCopyOfMultipleModes) {
   const Index side = 9;
   const Index size = side * side * side;
@@ -137,7 +139,7 @@ TEST(EigenSolver, FindsEveryCopyOfMultipleModes) {
   expectModes(solution, stiffness, identity(size), 12.0);
 }
 
-// More copies than any block of vectors has columns.
+// The modes have more copies than a block of vectors has columns.
 TEST(EigenSolver, FindsTheRigidModesOfTwentySeparateBodies) {
   const Index bodies = 20;
   const Index masses = 15;
@@ -160,7 +162,7 @@ TEST(EigenSolver, FindsEqualModesWhereEveryVectorIsOne) {
   expectModes(solution, 5.0 * identity(50), identity(50), 5.0);
 }
 
-// The oracle is a dense method of another kind, and the mass is full.
+// The oracle is a dense solver of another kind, and the mass matrix is full.
 TEST(EigenSolver, AgreesWithADenseSolverForAnyMass) {
   const Index size = 60;
   Random random(3);
@@ -170,7 +172,7 @@ TEST(EigenSolver, AgreesWithADenseSolverForAnyMass) {
       value = random.between(-1.0, 1.0);
     return matrix;
   };
-  const MatrixXd half = someMatrix().leftCols(size - 3);  // so three lambdas are 0
+  const MatrixXd half = someMatrix().leftCols(size - 3);  // so that three lambdas are 0
   const MatrixXd other = someMatrix();
   const MatrixXd stiffness = half * half.transpose();
   const MatrixXd mass = other * other.transpose() + 3.0 * MatrixXd::Identity(size, size);
@@ -210,7 +212,7 @@ TEST(EigenSolver, StopsAtTheHighestAndSaysHowManyAreBelow) {
   EXPECT_EQ(solution.lambda.size(), 10);
   EXPECT_TRUE(solution.counted);
 
-  settings.highest = -1.0;  // nothing is as low
+  settings.highest = -1.0;  // no mode is as low
   EXPECT_EQ(solved(stiffness, identity(masses), settings).lambda.size(), 0);
 }
 

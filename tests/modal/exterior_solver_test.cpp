@@ -24,7 +24,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// h_n^(2) of the standard library, and its derivative.
+// h_n^(2) and its derivative, from the standard library's Bessel functions.
 Complex hankel(int n, double z) {
   const auto order = static_cast<unsigned>(n);
   return {test::sphericalBessel(order, z), -test::sphericalNeumann(order, z)};
@@ -38,7 +38,7 @@ double legendre(int n, double x) {
   return test::legendrePolynomial(static_cast<unsigned>(n), x);
 }
 
-// The error of u, root mean square, on a unit sphere whose slope is P_n(cos theta).
+// Root mean square error of u, relative to u, on a unit sphere whose slope is P_n(cos theta).
 double errorOnSphere(const ExteriorSolver& solver, int n, double ka) {
   Eigen::VectorXcd slope(std::ssize(solver.panels()));
   for (Eigen::Index panel = 0; panel < slope.size(); ++panel)
@@ -59,7 +59,7 @@ TEST(ExteriorSolver, SphereIsTheClosedFormAlsoAtResonancesOfTheInside) {
     EXPECT_LT(errorOnSphere(sphere, n, 4.0), 0.02) << n;
   }
   EXPECT_LT(errorOnSphere(sphere, 0, kPi), 0.02);     // the first zero of j_0
-  EXPECT_LT(errorOnSphere(sphere, 1, 4.4934), 0.02);  // of j_1
+  EXPECT_LT(errorOnSphere(sphere, 1, 4.4934), 0.02);  // the first zero of j_1
 }
 
 TEST(ExteriorSolver, FinerPanelsAreNearer) {
@@ -77,7 +77,7 @@ TEST(ExteriorSolver, PointsInsideJoinInBeforeTheFirstResonanceAndNotInThinBodies
   EXPECT_FALSE(plate.usesInteriorPoints(20.0));
 }
 
-// A point source, or several, inside: what they do outside is known whatever the shape around them.
+// A point source inside a body: its field outside is known whatever the body's shape.
 struct Source {
   Vec3 at;
   double strength;
@@ -114,10 +114,10 @@ TEST(ExteriorSolver, PointSourceInABoxIsFoundOnItsFaces) {
   const std::vector<Source> sources = {{Vec3(0.02, 0.01, -0.01), 1.0}};
   EXPECT_LT(errorAround(box, sources, 1.0), 0.01);
   EXPECT_LT(errorAround(box, sources, 20.0), 0.02);
-  EXPECT_LT(errorAround(box, sources, 42.0), 0.03);  // the box rings inside at 42.02
+  EXPECT_LT(errorAround(box, sources, 42.0), 0.03);  // the inside resonates at 42.02
 }
 
-// 20 to 1, and panels of 1 to 2.
+// The bar is 20 times as long as thick, and its panels are twice as long as wide.
 TEST(ExteriorSolver, LineOfSourcesInASlenderBarIsFoundOnItsSides) {
   std::vector<Source> even;
   std::vector<Source> alternating;
@@ -148,8 +148,8 @@ Eigen::VectorXd areasOf(const ExteriorSolver& solver) {
   return areas;
 }
 
-// What one motion does to another is what the other does to it; a plate that is thinner than its
-// panels is the hard case.
+// The effect of one motion on another equals that of the other on it; a plate that is thinner than
+// its panels is the hard case.
 TEST(ExteriorSolver, IsReciprocal) {
   for (const Vec3& half : {Vec3(0.1, 0.07, 0.05), Vec3(0.1, 0.1, 0.002)}) {
     const ExteriorSolver solver(splitMesh(splitMesh(splitMesh(boxMesh(half)))));
@@ -165,8 +165,8 @@ TEST(ExteriorSolver, IsReciprocal) {
   }
 }
 
-// Work done on the air, Im integral conj(du/dn) u dS, against k times integral |r u|^2 over all
-// directions far away.
+// The power at the surface, Im integral conj(du/dn) u dS, is compared with k times the integral of
+// |r u|^2 over all directions far away.
 TEST(ExteriorSolver, PowerThatLeavesTheSurfaceArrivesFarAway) {
   const double k = 20.0;
   const ExteriorSolver solver(splitMesh(splitMesh(boxMesh({0.1, 0.07, 0.05}))));

@@ -21,7 +21,7 @@ using testing::HasSubstr;
 using testing::SizeIs;
 using testing::StartsWith;
 
-/// A file of the draft, written by hand, with all that it has.
+/// A file of the draft, written by hand, with everything that the draft has.
 const std::string& bellText() {
   static const std::string text =
       contents(fs::path(CAROM_SOURCE_DIR) / "tests" / "modal" / "data" / "bell.gltf");
@@ -32,7 +32,7 @@ std::span<const std::byte> bytesOf(const std::string& text) {
   return std::as_bytes(std::span(text));
 }
 
-/// The bell's file with one thing changed.
+/// Returns the bell's file with one text replaced.
 std::string bellWith(const std::string& before, const std::string& after) {
   std::string text = bellText();
   const std::size_t at = text.find(before);
@@ -101,8 +101,8 @@ TEST(GltfAudio, ReadsMaterialsAndSurfacesOfTheDraft) {
   EXPECT_EQ(audio.surfaces[1].normalTexCoord, 1u);
 }
 
-// The bell turns by half a turn about z, and stands at (1, 0, 0) in a tower of scale 2 at height
-// 10: its point (1, 0, 0) is at (1 - 1, 0, 0) of the tower, and its origin at (2, 10, 0).
+// The bell is turned by half a turn about z and stands at (1, 0, 0) in a tower of scale 2 at height
+// 10: its point (1, 0, 0) is at (1 - 1, 0, 0) in the tower, and its origin at (2, 10, 0).
 TEST(GltfAudio, NodesStandWhereTheirParentsPutThem) {
   const GltfAudio audio = bell();
   ASSERT_THAT(audio.nodes, SizeIs(2));
@@ -172,7 +172,7 @@ void expectSame(const GltfAudio& one, const GltfAudio& other) {
 TEST(GltfAudio, IsTheSameAfterWriting) {
   const TemporaryFolder folder;
   GltfAudio audio = bell();
-  audio.models.push_back(audio.models[0]);  // one of everything that may be absent
+  audio.models.push_back(audio.models[0]);  // without everything that may be absent
   audio.models[1].indices.clear();
   audio.models[1].material.reset();
   audio.models[1].massProperties.reset();
@@ -188,7 +188,8 @@ TEST(GltfAudio, IsTheSameAfterWriting) {
   EXPECT_EQ(folder.entries(), 2u);
 }
 
-// GLB, section 4 of the glTF specification: a header of 12 bytes, then chunks of whole words.
+// The GLB format, section 4 of the glTF specification, has a header of 12 bytes, then chunks of
+// whole words.
 TEST(GltfAudio, GlbHasTheHeaderOfItsSpecification) {
   const TemporaryFolder folder;
   ASSERT_TRUE(writeGltfAudio(folder / "a.glb", bell()));
@@ -219,7 +220,7 @@ TEST(GltfAudio, ReadsBuffersOfOtherFilesBelowItsFolder) {
     std::string text = bellText();
     return text.replace(at, end + 1 - at, "\"uri\": \"" + uri + "\"");
   };
-  // What the base64 stands for, typed.
+  // The numbers that the base64 text stands for, typed.
   const std::vector<float> floats = {440,  220, 2, 0.5F, 0,     0, 0, 1, 0,      0,  0,  1, 0, 0,
                                      0,    1,   1, 0,    0,     0, 2, 0, 0,      0,  3,  4, 5, 6,
                                      0.5F, 0,   0, 0,    0.25F, 0, 0, 0, 0.125F, -1, -2, -3};

@@ -21,10 +21,10 @@ namespace {
 using testing::HasSubstr;
 using testing::SizeIs;
 
-/// Of what a float keeps, relative: half a step in its last place.
+/// Largest relative error of a float: half a unit in its last place.
 constexpr double kFloat = 6e-8;
 
-/// A tetrahedron of 1 m, of which volume and centroid are known.
+/// A tetrahedron with legs of 1 m, whose volume and centroid are known.
 SurfaceMesh corner() {
   return {{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)},
           {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
@@ -45,7 +45,7 @@ ModalModel glassCorner() {
   return model;
 }
 
-/// A model of one point in the draft's form.
+/// A model of one point, in the form of the draft.
 GltfAudio onePoint(std::vector<float> frequencies, std::vector<float> decayRates) {
   GltfAudio audio;
   GltfModalModel& model = audio.models.emplace_back();
@@ -98,8 +98,9 @@ TEST(GltfModalModel, ComesBackThroughAFile) {
   }
 }
 
-// By the draft's appendix A, typed: lambda = 9e6 rad^2/s^2, alpha 100 1/s, beta 4e-4 s. So omega is
-// 3000 rad/s, d = (100 + 4e-4 * 9e6) / 2 = 1850 1/s, and sqrt(9e6 - 1850^2) / (2 pi) Hz is heard.
+// The draft's appendix A by hand: for lambda = 9e6 rad^2/s^2, alpha = 100 1/s and beta = 4e-4 s
+// omega is 3000 rad/s, d = (100 + 4e-4 * 9e6) / 2 = 1850 1/s, and the audible frequency sqrt(9e6 -
+// 1850^2) / (2 pi) Hz.
 TEST(GltfModalModel, WritesTheFrequencyThatIsHeard) {
   ModalModel model;
   model.material = *findMaterial("glass");
@@ -124,13 +125,13 @@ TEST(GltfModalModel, SortsModesAndCountsThoseThatAreNotHeard) {
   const auto model = toModalModel(audio, 0, 1.0, *findMaterial("glass"));
   ASSERT_TRUE(model) << model.error().message;
   ASSERT_THAT(model->modes, SizeIs(2));
-  EXPECT_NEAR(model->modes[0].frequency, 50.0010132, 1e-7);  // 4 / (4 pi * 100 pi) more
+  EXPECT_NEAR(model->modes[0].frequency, 50.0010132, 1e-7);  // 4 / (4 pi * 100 pi) more than 50
   EXPECT_EQ(model->modes[0].decayRate, 2.0);
   EXPECT_EQ(model->shape(0, 0), Vec3(2, 0, 0));
   EXPECT_NEAR(model->modes[1].frequency, 5000.0, 1e-3);
   EXPECT_EQ(model->shape(1, 0), Vec3(0, 0, 0));
   EXPECT_EQ(model->leftOut.below, 1u);
-  EXPECT_EQ(model->leftOut.above, 2u);  // that of 1e12 1/s is far above, but for its damping
+  EXPECT_EQ(model->leftOut.above, 2u);  // undamped, the mode of 1e12 1/s is far above the band
 }
 
 TEST(GltfModalModel, MassFollowsFromTheSurfaceWhereItIsNotGiven) {
@@ -149,7 +150,8 @@ TEST(GltfModalModel, MassFollowsFromTheSurfaceWhereItIsNotGiven) {
   model.shapes.assign(4, Eigen::Vector3f::Ones());
   const auto solid = toModalModel(audio, 0, 2.0, *findMaterial("glass"));
   ASSERT_TRUE(solid) << solid.error().message;
-  // A corner of 2 m has 8/6 m^3, its centroid a quarter of the way along each axis.
+  // A corner with legs of 2 m has 8/6 m^3, and its centroid is a quarter of the way along each
+  // axis.
   EXPECT_NEAR(solid->mass, 2700.0 * 8.0 / 6.0, 1e-9);
   EXPECT_TRUE(solid->centreOfMass.isApprox(Vec3(0.5, 0.5, 0.5)));
   EXPECT_EQ(solid->inertia, Eigen::Matrix3d::Zero());
@@ -171,7 +173,7 @@ TEST(GltfModalModel, WhatTheMaterialDoesNotSayIsOfTheFallback) {
   EXPECT_EQ(model->material.restitution, findMaterial("red_oak")->restitution);
 }
 
-// A negative ratio is physical, and allowed by the draft, but not what Material can be.
+// The draft allows a negative ratio, which is physical, but Material does not.
 TEST(GltfModalModel, RefusesAMaterialThatSwellsWhenPulled) {
   GltfAudio audio = onePoint({440.0F}, {1.0F});
   audio.materials.emplace_back().poissonRatio = -0.3;
@@ -214,7 +216,7 @@ TEST(GltfModalModel, TheBellIsAModel) {
   EXPECT_EQ(bell->mass, 12.5);
   EXPECT_TRUE(bell->centreOfMass.isApprox(Vec3(0.5, 0.5, 0.5)));
   EXPECT_EQ(bell->surface.vertices[1], Vec3(2, 0, 0));
-  EXPECT_EQ(bell->shape(1, 3), Vec3(4, 5, 6));  // of 440 Hz, which is first in the file
+  EXPECT_EQ(bell->shape(1, 3), Vec3(4, 5, 6));  // of 440 Hz, which is the first in the file
   // A quarter of a turn about z changes the first two moments.
   EXPECT_TRUE(bell->inertia.isApprox(Eigen::Matrix3d(Vec3(2, 1, 3).asDiagonal()), 1e-14));
 }

@@ -24,12 +24,12 @@ const Material& steel() {
   return *findMaterial("steel");
 }
 
-/// 20 x 2 x 1 cm.
+/// A bar of 20 x 2 x 1 cm.
 SurfaceMesh bar() {
   return boxMesh({0.1, 0.01, 0.005});
 }
 
-/// What a test has time for.
+/// Settings so coarse that tests are fast.
 MeshAnalysisSettings coarse() {
   MeshAnalysisSettings settings;
   settings.solid.grid.degreesOfFreedom = 600;
@@ -47,7 +47,7 @@ MeshAnalysisSettings silent() {
   return settings;
 }
 
-/// A box without its lid.
+/// A box with a hole: one triangle is missing.
 SurfaceMesh openBox() {
   SurfaceMesh mesh = boxMesh({0.1, 0.1, 0.1});
   mesh.triangles.pop_back();
@@ -201,7 +201,7 @@ TEST(MeshAnalysis, ACoarseMeshGetsVerticesAndAFineOneLosesThem) {
   EXPECT_GE(simple->model.surface.vertices.size(), 100u);
 }
 
-// Both take the motion between a triangle's corners for linear.
+// Both calculations assume that the motion is linear between a triangle's corners.
 TEST(MeshAnalysis, WithoutRadiationVolumesAreThoseThatItWouldHaveFound) {
   MeshAnalysisSettings settings = silent();
   const SurfaceMesh shape = ellipsoidMesh({0.08, 0.05, 0.03}, 2);

@@ -89,7 +89,8 @@ TEST(MeshCheck, PartsAreCountedWithTheirSizes) {
   EXPECT_TRUE(needSolid(report));
 }
 
-// Of two bodies side by side each faces outward; a cavity stays one, also when all is inside out.
+// Two bodies side by side are both turned outward; a cavity stays a cavity, even if everything is
+// inside out.
 TEST(MeshCheck, BodiesAreTurnedAndCavitiesKept) {
   const SurfaceMesh one = boxMesh(Vec3::Constant(0.5));
   const SurfaceMesh beside = joined(one, turnedInsideOut(moved(one, Vec3(3, 0, 0))));
@@ -116,8 +117,9 @@ TEST(MeshCheck, ASheetWithTwoSidesHasNoVolume) {
   EXPECT_THAT(solidRefusal(sheet), HasSubstr("nothing is inside"));
 }
 
-// A triangle with a corner twice, and one of three vertices on a line: side 0 to 1 of the box is
-// passed by one face as a whole and by the other one in two halves, with a needle between them.
+// The mesh has a triangle with a repeated corner and one with three vertices on a line: one face
+// contains side 0 to 1 of the box as a whole and the other one its two halves, with a needle
+// between them.
 TEST(MeshCheck, NeedlesAreMendedWithoutOpeningTheSurface) {
   SurfaceMesh mesh = boxMesh(Vec3::Constant(0.5));
   mesh.triangles.push_back({3, 3, 5});

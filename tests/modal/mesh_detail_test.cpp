@@ -71,7 +71,7 @@ TEST(MeshDetail, SubdividingKeepsTheSurfaceAndLeavesNoLongEdge) {
     EXPECT_NEAR(signedVolume(*fine), signedVolume(crooked), 1e-13);
     EXPECT_LE(longestEdgeOf(*fine), longest);
     EXPECT_GE(smallestAngleOf(*fine), 0.5 * smallestAngleOf(crooked));
-    // Euler: of a sphere.
+    // Euler's formula for the topology of a sphere.
     EXPECT_EQ(fine->triangles.size(), 2 * fine->vertices.size() - 4);
   }
 }
@@ -103,7 +103,7 @@ TEST(MeshDetail, RefusesWhatWouldNotEnd) {
   EXPECT_THAT(tiny.error().message, HasSubstr("more than 4000000 triangles"));
 }
 
-// A sphere is told by few vertices about as well as a sphere of so few can be.
+// The error of the volume is about that of the best sphere with so few vertices.
 TEST(MeshDetail, SimplifyingKeepsAClosedSurfaceClosedAndItsVolume) {
   const SurfaceMesh ball = ellipsoidMesh({1.0, 1.5, 0.5}, 5);
   for (const std::size_t most : {1000u, 200u}) {
@@ -137,7 +137,7 @@ TEST(MeshDetail, RefusesToTearASurface) {
   const auto few = simplified(boxMesh(Vec3::Ones()), 3);
   ASSERT_FALSE(few);
   EXPECT_THAT(few.error().message, HasSubstr("at least 4 vertices"));
-  // Many boxes of eight vertices each cannot be told by ten.
+  // Many boxes of eight vertices each cannot be represented by ten vertices.
   SurfaceMesh many;
   for (int k = 0; k < 20; ++k)
     many = joined(many, mapped(boxMesh(Vec3::Ones()),

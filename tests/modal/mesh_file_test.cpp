@@ -24,7 +24,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-/// Little endian, as all of these formats have it here.
+/// A byte string; numbers are little endian, as in all these formats here.
 class Bytes {
  public:
   template <class Number>
@@ -73,7 +73,7 @@ std::string textOf(const Vec3& point) {
   return text.str();
 }
 
-/// Its sides as polygons of four.
+/// The box as an OBJ file, with its sides as polygons of four.
 std::string boxObj() {
   std::string text = "# a box\no box\n";
   for (const Vec3& vertex : box().vertices)
@@ -130,7 +130,7 @@ std::string boxStlBinary() {
   return bytes.string();
 }
 
-/// 8 positions in 96 bytes, then 36 indices in 72.
+/// The box as a buffer: 8 positions in 96 bytes, then 36 indices in 72.
 std::string boxBuffer() {
   Bytes bytes;
   for (const Vec3& vertex : box().vertices)
@@ -141,7 +141,8 @@ std::string boxBuffer() {
   return bytes.string();
 }
 
-/// `buffer` is what follows its length, `nodes` the list.
+/// A glTF file of the box. `buffer` is the text after the buffer's length, `nodes` the list of
+/// nodes.
 std::string boxGltf(const std::string& buffer,
                     const std::string& nodes = R"({"mesh": 0, "name": "box"})",
                     const std::string& roots = "0") {
@@ -198,7 +199,7 @@ TEST_P(EveryFormat, IsScaledByTheUnit) {
   EXPECT_NEAR(signedVolume(mesh->surface), 48e-9, 1e-14);
 }
 
-// A file that stops in the middle: an error that names it, or what there is of it, but no harm.
+// A truncated file gives an error that names it, or the surface up to there, but does no harm.
 TEST_P(EveryFormat, CutShortItIsRefusedOrStillASurface) {
   const std::string& bytes = GetParam().bytes;
   for (std::size_t length = 0; length < bytes.size(); length += 1 + bytes.size() / 60) {
@@ -220,7 +221,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 // ---- Coordinates of pictures
 
-/// A square in two triangles, u twice x and v thrice y, in three formats.
+/// A square of two triangles, with u twice x and v three times y, in three formats.
 std::string squareObj() {
   return "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 2 0\nvt 2 3\nvt 0 3\n"
          "f 1/1 2/2 3/3 4/4\n";
@@ -234,7 +235,7 @@ std::string squarePly(const std::string& u, const std::string& v) {
          "0 0 0 0 0\n1 0 0 2 0\n1 1 0 2 3\n0 1 0 0 3\n4 0 1 2 3\n";
 }
 
-/// glTF has v downwards.
+/// The square as GLB; v points downwards in glTF.
 std::string squareGlb() {
   Bytes binary;
   for (const Vec3& vertex : {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(1, 1, 0), Vec3(0, 1, 0)})
@@ -286,7 +287,7 @@ INSTANTIATE_TEST_SUITE_P(
                     FileOfBox{"texture.ply", squarePly("texture_u", "texture_v")},
                     FileOfBox{"square.glb", squareGlb()}));
 
-// Where two sheets of a picture meet, a vertex has two places on it, and stays one vertex.
+// A vertex on a seam of a picture has two places on the picture, and stays one vertex.
 TEST(MeshFile, ASeamOfAPictureTearsNoSurface) {
   const auto mesh = loaded(
       "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0.5 0.5\n"
@@ -313,7 +314,8 @@ TEST(MeshFile, WithoutAPictureOnAllOfItItHasNone) {
 
 // ---- glTF: nodes, and files beside it
 
-// One box at its place, and one mirrored, half as large, moved by 10 m along x, in a child.
+// The file has one box at its place, and in a child another one, mirrored, half as large, 10 m
+// along x.
 TEST(MeshFile, NodesPlaceTheirMeshesAndMirrorsStayOutward) {
   const auto mesh = loaded(boxGlb(R"({"mesh": 0, "children": [1]},
                                      {"translation": [10, 0, 0], "children": [2]},
@@ -327,7 +329,7 @@ TEST(MeshFile, NodesPlaceTheirMeshesAndMirrorsStayOutward) {
   EXPECT_NEAR(volumeCentroid(mesh->surface).x(), 10.0 / 9.0, 1e-6);
 }
 
-// A quarter turn about z takes the box from 2 x 4 to 4 x 2.
+// A quarter turn about z makes the box 4 x 2 instead of 2 x 4.
 TEST(MeshFile, NodesTurnTheirMeshes) {
   const auto mesh =
       loaded(boxGlb(R"({"mesh": 0, "rotation": [0, 0, 0.70710678, 0.70710678]})"), "turned.glb");
@@ -376,7 +378,7 @@ TEST(MeshFile, ManyMeshesAreOneAndWhatTouchesIsWelded) {
 }
 
 TEST(MeshFile, WeldingIsRelativeToTheExtentAndCanBeSet) {
-  // Twice a triangle of 1000, apart by 0.01 at one corner.
+  // Two triangles with legs of 1000 that are 0.01 apart at one corner.
   const std::string text =
       "v 0 0 0\nv 1000 0 0\nv 0 1000 0\nv 1000 1000 0\nv 1000.01 0 0\nf 1 2 3\nf 5 4 3\n";
   const auto strict = loaded(text, "gap.obj");
@@ -386,7 +388,7 @@ TEST(MeshFile, WeldingIsRelativeToTheExtentAndCanBeSet) {
   EXPECT_EQ(loose->surface.vertices.size(), 4u);
 }
 
-// The concave corner at (1, 1) is not bridged: an L of three unit squares.
+// The polygon is an L of three unit squares; its concave corner at (1, 1) is not bridged.
 TEST(MeshFile, ConcavePolygonsKeepTheirArea) {
   const auto mesh =
       loaded("v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nf 1 2 3 4 5 6\n", "l.obj");
@@ -403,7 +405,7 @@ TEST(MeshFile, LinesAndVanishingTrianglesAreCounted) {
   EXPECT_EQ(mesh->leftOut + mesh->vanished, 2u);
 }
 
-// ---- What is refused
+// ---- Refused files
 
 TEST(MeshFile, SaysWhatIsWrongWithThePath) {
   const TemporaryFolder folder;
@@ -452,7 +454,7 @@ TEST(MeshFile, RefusesNumbersThatAreNotFinite) {
   for (const float bad :
        {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
     std::string stl = boxStlBinary();
-    std::memcpy(&stl[84 + 12], &bad, sizeof bad);  // the first coordinate of the first vertex
+    std::memcpy(&stl[84 + 12], &bad, sizeof bad);  // first coordinate of the first vertex
     EXPECT_THAT(refusal(stl, "bad.stl"), HasSubstr("vertex 0 is not finite"));
   }
 }

@@ -11,14 +11,14 @@ namespace carom::test {
 namespace {
 
 constexpr double kLevelBar = 0.5;  // dB
-constexpr double kEndLoss = 0.22;  // of Blevins 1979, table 14-2: see tests/bench/modal_levels.cpp
+constexpr double kEndLoss = 0.22;  // Blevins 1979, table 14-2: see tests/bench/modal_levels.cpp
 
 double decibels(double ratio) {
   return 20.0 * std::log10(ratio);
 }
 
-// From the mesh to pascals, against closed forms of the shapes, of the contact and of the air
-// around a slender bar; 8 mm thick, 300 mm long, hit near its end.
+// Levels from the mesh to pascals are compared with closed forms of the shapes, of the contact and
+// of the air around a slender bar: 8 mm thick, 300 mm long, hit near its end.
 TEST(ModalLevels, RingAndClickOfASteelBarAreThoseOfTheirClosedForms) {
   const FreeBar bar{.material = *findMaterial("carbon_steel")};
   BallStrike ball{.ball = bar.material, .speed = 1.0};
@@ -44,8 +44,8 @@ TEST(ModalLevels, RingAndClickOfASteelBarAreThoseOfTheirClosedForms) {
   }
 }
 
-// Free beams, Euler and Bernoulli: 4.7300, 7.8532 (Blevins 1979, table 8-1), which a thin one has.
-// Shapes are orthonormal in mass and balance their momentum.
+// A thin bar has the roots of the free Euler-Bernoulli beam, 4.7300 and 7.8532 (Blevins 1979, table
+// 8-1). Its shapes are orthonormal in mass, without momentum.
 TEST(ModalLevels, TheBarItselfIsAThinFreeBeam) {
   const FreeBar bar{.material = *findMaterial("carbon_steel"), .length = 0.3, .radius = 0.0003};
   const double unit = 0.5 * bar.radius / (bar.length * bar.length) *

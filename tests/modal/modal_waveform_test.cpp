@@ -17,13 +17,13 @@ constexpr std::size_t kFrames = 2400;   // 50 ms
 struct ShellCase {
   const char* name;
   ShellSprings springs;
-  double step;  // s, of the coarser one of two integrations
+  double step;  // s, step of the coarser integration
 };
 
 class WaveformOfAShell : public testing::TestWithParam<ShellCase> {};
 
-// The same network by modes and by direct integration, the limit of small steps: all of its modes
-// are in the band. The integration is as exact as that if its finer step alone is.
+// Compares the network by its modes, all of them in the band, with direct integration in the limit
+// of small steps, which is accurate enough if its finer step alone already is.
 TEST_P(WaveformOfAShell, IsThatOfTheNetworkIntegratedDirectly) {
   ShellSettings settings{.thickness = 4e-3, .springs = GetParam().springs, .minVertices = 50};
   settings.maxModes = 1000;
@@ -43,9 +43,9 @@ INSTANTIATE_TEST_SUITE_P(BySprings, WaveformOfAShell,
                            return param.param.name;
                          });
 
-// Where many modes are much higher than what the contact excites, they sum up in the attack: each
-// is far off its resonance, and most of what the resonators say there cancels. 60 modes, to the top
-// of the band; heard is what the low-pass leaves.
+// Modes that are much higher than the contact excites add up in the attack: each of them is far off
+// its resonance, and the resonators' outputs nearly cancel. The 60 modes reach to the top of the
+// band; the low-pass leaves the audible rest.
 TEST(ModalWaveform, AttackOfHighModesIsThatOfTheOscillators) {
   std::vector<Tone> tones;
   StruckModel body;

@@ -25,7 +25,7 @@ using namespace modal;
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kAir = 1.2;  // kg/m^3, of a Medium
+constexpr double kAir = 1.2;  // kg/m^3, the density of a Medium
 
 RadiationReport radiate(ModalModel& model, const RadiationSettings& settings = {}) {
   const Result<RadiationReport> report = computeRadiation(model, settings);
@@ -48,7 +48,7 @@ std::vector<Vec3> someDirections() {
   return directions;
 }
 
-// The greatest error in any direction, of the greatest pressure.
+// Largest error in any direction, relative to the largest pressure.
 template <class Expected>
 double farError(const std::function<Complex(const Vec3&)>& got, const Expected& expected) {
   double worst = 0.0;
@@ -66,7 +66,7 @@ double farErrorOf(const ModalModel& model, std::size_t mode,
                   expected);
 }
 
-// h_n^(2)' and i^(n + 1), of the outgoing wave -rho0 h_n(kr) P_n / (k h_n'(ka)).
+// Far field of the outgoing wave -rho0 h_n(kr) P_n / (k h_n'(ka)), with h_n^(2)' and i^(n + 1).
 Complex farOfSphere(int n, double ka, double k) {
   const auto order = static_cast<unsigned>(n);
   const Complex here(test::sphericalBessel(order, ka), -test::sphericalNeumann(order, ka));
@@ -74,7 +74,7 @@ Complex farOfSphere(int n, double ka, double k) {
   return -kAir * std::pow(Complex(0, 1), n + 1) / (k * k * (n / ka * here - above));
 }
 
-// From a mesh that is finer than the panels, so that it is clustered.
+// The mesh is finer than the panels, so that it is clustered.
 TEST(ModeRadiation, SphereThatBreathesSwingsAndFlattensIsTheClosedForm) {
   const double radius = 0.05;
   for (const double ka : {0.1, kPi}) {
@@ -103,8 +103,8 @@ TEST(ModeRadiation, SphereThatBreathesSwingsAndFlattensIsTheClosedForm) {
   }
 }
 
-// Re and Im of its velocity are two modes; far away they make up exp(i k d.y), y from the centre of
-// mass, which is neither the origin nor the middle.
+// Real and imaginary part of the source's velocity are two modes; far away they sum to exp(i k
+// d.y), with y from the centre of mass, which is neither the origin nor the middle.
 TEST(ModeRadiation, PointSourceInABoxIsHeardWhereItIs) {
   const double k = 10.0;
   const Vec3 middle(1.0, -2.0, 3.0);
@@ -130,9 +130,9 @@ TEST(ModeRadiation, PointSourceInABoxIsHeardWhereItIs) {
   EXPECT_LT(error, 0.02);
 }
 
-// Each slice of a slender round bar pushes as a dipole of the mass that it displaces and of as much
+// Each slice of a slender round bar radiates as a dipole of the air that it displaces plus as much
 // added mass: rho0 pi a^2 w'' twice (Junger and Feit, Sound, Structures, and Their Interaction).
-// The retarded sum over the slices is what is heard far away.
+// The far field is the retarded sum over the slices.
 TEST(ModeRadiation, SlenderBarThatBendsIsALineOfDipoles) {
   const double radius = 0.004;
   const double halfLength = 0.25;
@@ -140,7 +140,7 @@ TEST(ModeRadiation, SlenderBarThatBendsIsALineOfDipoles) {
   const auto bend = [&](double x) {
     return std::pow(std::cos(0.5 * kPi * x / halfLength), 2.0) * std::cos(2.0 * kPi * x / 0.25);
   };
-  // As large in section as the circle.
+  // The section's area is that of the circle.
   const double corner = radius * std::sqrt(kPi / (6.0 * std::sin(kPi / 6.0)));
   ModalModel model = modelOf(barMesh({halfLength, corner, corner}, 25, 12));
   addMode(model, frequencyOf(model, k), [&](const Vec3& at) { return Vec3(0, bend(at.x()), 0); });
@@ -166,12 +166,12 @@ TEST(ModeRadiation, VolumeIsTheIntegralOfTheNormalComponent) {
   radiate(model, {.panels = 100});
   EXPECT_NEAR(model.modes[0].radiation.volume, 0.048, 1e-7);
   EXPECT_NEAR(model.modes[1].radiation.volume, 0.0, 1e-7);
-  // Long waves know the volume alone.
+  // At long waves only the volume counts.
   EXPECT_NEAR(std::abs(farField(model.modes[0].radiation, Vec3::UnitX())),
               kAir * 0.048 / (4.0 * kPi), 0.02 * kAir * 0.048 / (4.0 * kPi));
 }
 
-// A round disc of vertices in rings, facing z.
+// A round disc with vertices in rings, facing z.
 SurfaceMesh discMesh(double radius, int rings) {
   SurfaceMesh mesh;
   mesh.vertices.emplace_back(0.0, 0.0, 0.0);
@@ -197,8 +197,8 @@ SurfaceMesh discMesh(double radius, int rings) {
   return mesh;
 }
 
-// The added mass of a thin disc that moves along its axis is 8/3 rho0 a^3 (Lamb, Hydrodynamics,
-// article 102), and its dipole that much mass times the acceleration.
+// A thin disc that moves along its axis has the added mass 8/3 rho0 a^3 (Lamb, Hydrodynamics,
+// article 102), and its dipole is that mass times the acceleration.
 TEST(ModeRadiation, OpenDiscIsASheetOfTheModelsMassAndHasLambsDipole) {
   const double radius = 0.1;
   const double k = 0.5;
@@ -216,7 +216,7 @@ TEST(ModeRadiation, OpenDiscIsASheetOfTheModelsMassAndHasLambsDipole) {
             0.03);
 }
 
-// The same wave on a plate of a tenth and a hundredth of a millimetre: the air knows no difference.
+// Plates of 0.1 and 0.01 mm carry the same wave and sound alike.
 TEST(ModeRadiation, ThinPlatesSoundAlikeHoweverThin) {
   std::vector<ModalModel> plates;
   for (const double half : {0.00005, 0.000005}) {
@@ -251,7 +251,7 @@ TEST(ModeRadiation, SaysWhichModesAreRough) {
   EXPECT_EQ(coarse.roughModes, 1u);
   EXPECT_FALSE(model.modes[1].radiation.multipoles.empty());
   EXPECT_EQ(whyNot(model), "");
-  // A quarter of the panels' area: half their size.
+  // The panels have a quarter of the area, so that they are half as large.
   const RadiationReport fine = radiate(model, {.panels = 400});
   EXPECT_EQ(fine.panels, 4 * coarse.panels);
   EXPECT_NEAR(fine.goodUpTo, 2.0 * coarse.goodUpTo, 1e-9 * fine.goodUpTo);

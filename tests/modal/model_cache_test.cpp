@@ -30,7 +30,7 @@ ModalModel named(const std::string& name) {
   return model;
 }
 
-/// An environment variable as it was, at the end.
+/// Sets or removes an environment variable, and restores it at the end.
 class Environment {
  public:
   Environment(const char* name, const char* value) : name_(name) {
@@ -122,7 +122,7 @@ TEST(ModelCache, WritersOfOneKeyDoNotMeet) {
   EXPECT_EQ(folder.entries(), 1u);
 }
 
-// Typed from `sha256sum`: the kind, the length in eight bytes, the text.
+// The hash is from `sha256sum`, over the kind, the length in eight bytes and the text.
 TEST(ModelKey, IsTheHashOfLengthAndText) {
   EXPECT_EQ(ModelKey().add("bell").text(),
             "bde26913fb8243562f224ace7cb60ad270eea8b7f28c36ba0e603d3a0dccbcf8");

@@ -12,10 +12,10 @@
 
 namespace carom::test {
 
-/// Of a vertex, 1/sqrt(kg).
+/// Shape of a mode at a place, in 1/sqrt(kg).
 using Shape = std::function<Vec3(const Vec3&)>;
 
-/// A model that can be used, of a surface, with no modes as yet.
+/// A usable model of a surface, still without modes.
 inline ModalModel modelOf(const SurfaceMesh& surface) {
   ModalModel model;
   model.material = *findMaterial("steel");
@@ -32,19 +32,20 @@ inline void addMode(ModalModel& model, double frequency, const Shape& shape) {
       model.shapes.push_back(static_cast<float>(component));
 }
 
-/// Hz, of k in the model's medium.
+/// Frequency in Hz of the wave number in the model's medium.
 inline double frequencyOf(const ModalModel& model, double waveNumber) {
   return waveNumber * model.medium.speedOfSound / (2.0 * std::numbers::pi);
 }
 
-/// Distance times H, far away.
+/// Transfer function times distance, far away.
 inline std::complex<double> farField(const ModeRadiation& radiation, const Vec3& direction) {
   const double farAway = 1e9;
   return farAway * multipoleTransfer(radiation, audio::DirectionHarmonics(direction), 1.0, farAway);
 }
 
-/// A bar along x, of any regular section: `around` corners on the ellipse of half.y and half.z that
-/// goes through the corners of a box if around is 4, `along` slices; closed by fans.
+/// A bar along x with a regular section: `along` slices with `around` corners on the ellipse with
+/// the semi-axes half.y and half.z (if `around` is 4, on the one through the corners of the box);
+/// closed by fans.
 inline SurfaceMesh barMesh(const Vec3& half, int along, int around) {
   SurfaceMesh mesh;
   const auto at = [&](int slice, int corner) {

@@ -27,8 +27,8 @@ std::string hashOf(std::string_view text) {
   return hex(hash.finish());
 }
 
-// NIST, "Examples with intermediate values" for SHA-256, and the test vectors of FIPS 180-2,
-// appendix B.
+// The hashes are from NIST, "Examples with intermediate values" for SHA-256, and the test vectors
+// of FIPS 180-2, appendix B.
 TEST(Sha256, HashesAreThePublishedOnes) {
   EXPECT_EQ(hashOf(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
   EXPECT_EQ(hashOf("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");

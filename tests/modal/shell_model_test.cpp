@@ -28,7 +28,7 @@ Material undamped(double density, double youngsModulus) {
   return {"test", density, youngsModulus, 0.3, 0.9, 0.0, 0.0};
 }
 
-/// As the mesh is: neither simplified nor subdivided.
+/// Settings that neither simplify nor subdivide the mesh.
 ShellSettings asItIs(ShellSprings springs, double thickness = 1e-3) {
   return {.thickness = thickness,
           .springs = springs,
@@ -65,7 +65,7 @@ SurfaceMesh icosahedron(double scale) {
   return mesh;
 }
 
-/// Flat, columns x rows vertices, each square in two triangles.
+/// A flat sheet of columns x rows vertices, each square in two triangles.
 SurfaceMesh sheet(std::uint32_t columns, std::uint32_t rows, double spacing) {
   SurfaceMesh mesh;
   for (std::uint32_t row = 0; row < rows; ++row)
@@ -81,7 +81,7 @@ SurfaceMesh sheet(std::uint32_t columns, std::uint32_t rows, double spacing) {
   return mesh;
 }
 
-/// Rings of `around` vertices, open at both ends.
+/// A tube of rings with `around` vertices, open at both ends.
 SurfaceMesh tube(std::uint32_t around, std::uint32_t rings, double radius, double spacing) {
   SurfaceMesh mesh;
   for (std::uint32_t ring = 0; ring < rings; ++ring)
@@ -106,7 +106,7 @@ ModalModel modelOf(const SurfaceMesh& mesh, const Material& material,
   return model ? *model : ModalModel{};
 }
 
-/// rad^2/s^2
+/// Eigenvalues in rad^2/s^2.
 std::vector<double> lambdasOf(const ModalModel& model) {
   std::vector<double> lambdas;
   for (const Mode& mode : model.modes)
@@ -114,7 +114,7 @@ std::vector<double> lambdasOf(const ModalModel& model) {
   return lambdas;
 }
 
-/// In units of k / m: how each body's are known.
+/// Expects these eigenvalues, in units of k / m, as the literature has them.
 void expectSpectrum(const SurfaceMesh& mesh, ShellSprings springs,
                     const std::vector<double>& expected) {
   const Material material = undamped(2000.0, 2e6);
@@ -128,8 +128,8 @@ void expectSpectrum(const SurfaceMesh& mesh, ShellSprings springs,
 
 // ---- Transverse springs
 
-// The Laplacian spectra of the graphs of regular solids (Cvetkovic, Doob, Sachs, "Spectra of
-// Graphs", 1980), all of whose vertices have the same mass.
+// The spectra are those of the Laplacians of regular solids' graphs (Cvetkovic, Doob, Sachs,
+// "Spectra of Graphs", 1980); all vertices have the same mass.
 TEST(ShellModel, RegularSolidsHaveTheSpectraOfTheirGraphs) {
   const double root = std::sqrt(5.0);
   expectSpectrum(tetrahedron(0.05), ShellSprings::transverse, {4, 4, 4});
@@ -138,7 +138,7 @@ TEST(ShellModel, RegularSolidsHaveTheSpectraOfTheirGraphs) {
                  {5 - root, 5 - root, 5 - root, 6, 6, 6, 6, 6, 5 + root, 5 + root, 5 + root});
 }
 
-// Modes that are the same all around a tube are those of a chain with two springs from each mass to
+// Modes that are equal all around a tube are those of a chain with two springs from each mass to
 // the next and half a mass at each end: lambda = 8 k/m sin^2(pi n / (2 (N - 1))), exactly.
 TEST(ShellModel, ATubeHasTheModesOfAChain) {
   const std::uint32_t around = 12;
@@ -158,7 +158,8 @@ TEST(ShellModel, ATubeHasTheModesOfAChain) {
   EXPECT_EQ(model.leftOut.rigid, 1u);
 }
 
-// Springs hung between the vertices of each edge one by one, without any of the code's tables.
+// The expected energy adds the springs between the vertices of each edge one by one, without any of
+// the code's tables.
 TEST(ShellModel, AnyMeshAgreesWithEnergiesAddedUpByHand) {
   Random random(3);
   const SurfaceMesh mesh = mapped(ellipsoidMesh({0.1, 0.07, 0.05}, 2), [&](const Vec3& vertex) {
@@ -188,7 +189,7 @@ TEST(ShellModel, AnyMeshAgreesWithEnergiesAddedUpByHand) {
   EXPECT_NEAR(network->masses.sum(), 2500.0 * 2e-3 * surfaceArea(mesh), 1e-12);
 }
 
-// m and k both go with the thickness.
+// m and k are both proportional to the thickness.
 TEST(ShellModel, FrequenciesDoNotDependOnTheThickness) {
   const SurfaceMesh mesh = ellipsoidMesh({0.1, 0.07, 0.05}, 2);
   for (const ShellSprings springs : {ShellSprings::transverse, ShellSprings::axial}) {
@@ -218,14 +219,14 @@ TEST(ShellModel, FrequenciesGoWithTheRootOfStiffnessOverDensityAndInverselyWithS
 
 // ---- Axial springs
 
-// Four masses joined by six equal springs: a breathing mode at 4 k/m, three at 2, two at 1
-// (Herzberg, "Infrared and Raman Spectra", 1945: a tetrahedral X4 molecule of central forces).
+// Four masses joined by six equal springs have a breathing mode at 4 k/m, three modes at 2, two at
+// 1 (Herzberg, "Infrared and Raman Spectra", 1945: a tetrahedral X4 molecule of central forces).
 TEST(ShellModel, ATetrahedronOfSpringsVibratesLikeAMolecule) {
   expectSpectrum(tetrahedron(0.05), ShellSprings::axial, {1, 1, 2, 2, 2, 4});
 }
 
-// A convex polyhedron of triangles is rigid (Dehn 1916): nothing but the six motions of a whole
-// body costs no energy.
+// A convex polyhedron of triangles is rigid (Dehn 1916): only the six motions of the whole body
+// cost no energy.
 TEST(ShellModel, AConvexBodyHasSixRigidModes) {
   for (const SurfaceMesh& mesh : {tetrahedron(0.05), octahedron(0.05), icosahedron(0.05),
                                   ellipsoidMesh({0.1, 0.07, 0.05}, 2)}) {
@@ -236,8 +237,8 @@ TEST(ShellModel, AConvexBodyHasSixRigidModes) {
   }
 }
 
-// Out of the plane every vertex is free; in it the sheet is rigid. And a vertex in the middle of a
-// flat side of a box is free to leave it.
+// Out of the plane every vertex of a sheet is free; in the plane the sheet is rigid. A vertex
+// inside a flat side of a box is free to leave it, too.
 TEST(ShellModel, WhatIsFlatIsFloppyAndNotSounded) {
   const SurfaceMesh flat = sheet(7, 5, 0.02);
   const ModalModel model = modelOf(flat, undamped(2500, 1e8), asItIs(ShellSprings::axial));
@@ -253,7 +254,7 @@ TEST(ShellModel, WhatIsFlatIsFloppyAndNotSounded) {
 // ---- The model
 
 TEST(ShellModel, ShapesAreNormalisedByMassAndAlongTheNormals) {
-  const SurfaceMesh mesh = icosahedron(0.05);  // whose normals are radial
+  const SurfaceMesh mesh = icosahedron(0.05);  // its normals are radial
   const Material material = undamped(2500, 5e7);
   for (const ShellSprings springs : {ShellSprings::transverse, ShellSprings::axial}) {
     const ModalModel model = modelOf(mesh, material, asItIs(springs));
@@ -274,7 +275,7 @@ TEST(ShellModel, ShapesAreNormalisedByMassAndAlongTheNormals) {
   }
 }
 
-// A hollow cube of side a: each side is a plate, m a^2 (1/12 + 1/12 + ...), in all 5/18 M a^2.
+// A hollow cube of side a consists of six plates of m a^2 (1/12 + 1/12 + ...), together 5/18 M a^2.
 TEST(ShellModel, MassAndInertiaAreThoseOfTheHollowBody) {
   const double side = 0.2;
   const Vec3 far(1.0, 2.0, 3.0);
@@ -327,7 +328,7 @@ TEST(ShellModel, DenseMeshesAreSimplifiedFirst) {
   EXPECT_TRUE(closedSurface(network->surface));
 }
 
-// ---- What is refused
+// ---- Refused surfaces and settings
 
 std::string refusal(const SurfaceMesh& mesh, const ShellSettings& settings,
                     const Material& material = undamped(2500, 1e9)) {

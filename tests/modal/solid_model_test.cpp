@@ -43,7 +43,7 @@ SurfaceMesh turned(const SurfaceMesh& surface) {
   return mapped(surface, [](const Vec3& vertex) { return Vec3(kSomeTurn * vertex); });
 }
 
-// Round, along x, of 64 sides.
+// A round rod along x, with 64 sides.
 SurfaceMesh rod(double radius, double length) {
   constexpr std::uint32_t kSides = 64;
   SurfaceMesh mesh;
@@ -86,7 +86,7 @@ SolidAnalysis analysed(const SurfaceMesh& surface, const Material& material,
   return analysis ? *std::move(analysis) : SolidAnalysis{};
 }
 
-// All of them, audible or not.
+// Frequencies of all modes, audible or not.
 VectorXd frequencies(const SurfaceMesh& surface, const Material& material,
                      std::size_t degreesOfFreedom, Index count) {
   const SolidSystem system = systemOf(surface, material, degreesOfFreedom);
@@ -100,7 +100,7 @@ VectorXd frequencies(const SurfaceMesh& surface, const Material& material,
   return solution->lambda.tail(count).cwiseSqrt() / (2.0 * kPi);
 }
 
-// u = gradient x + shift at the nodes.
+// The field u = gradient x + shift at the nodes.
 VectorXd linearField(const SolidSystem& system, const Eigen::Matrix3d& gradient,
                      const Vec3& shift) {
   VectorXd field(system.stiffness.rows());
@@ -142,8 +142,8 @@ TEST(SolidModel, MatricesAreSymmetric) {
   }
 }
 
-// The patch test: energy is that of the body's volume, cut cells and all, and where nothing but
-// whole cells meet, stresses balance.
+// The patch test: the energy is that of the body's volume, with cut cells, too; stresses balance
+// where only whole cells meet.
 TEST(SolidModel, ConstantStrainIsExact) {
   const Material material = metal(0.33);
   const double mu = material.youngsModulus / 2.66;  // E / (2 (1 + nu))
@@ -193,8 +193,8 @@ TEST(SolidModel, ABoxTurnsWithItsInertia) {
 
 // ---- Frequencies
 
-// Slender enough for Euler and Bernoulli's flatwise bending; (kL)^2 of the free beam: Blevins,
-// Formulas for natural frequency and mode shape (1979), table 8-1.
+// The beam is slender enough for Euler and Bernoulli's flatwise bending; (kL)^2 of the free beam is
+// from Blevins, Formulas for natural frequency and mode shape (1979), table 8-1.
 TEST(SolidModel, ABeamBendsTwistsAndStretchesAsTheoryHasIt) {
   const double length = 0.4;
   const double width = 0.03;
@@ -206,8 +206,8 @@ TEST(SolidModel, ABeamBendsTwistsAndStretchesAsTheoryHasIt) {
   const double unit = waveSpeed * thickness / (std::sqrt(12.0) * 2.0 * kPi * length * length);
   EXPECT_NEAR(found[0], 22.373 * unit, 0.005 * found[0]);
   EXPECT_NEAR(found[1], 61.673 * unit, 0.007 * found[1]);
-  // Saint-Venant's torsion constant of a 3 : 1 rectangle: Timoshenko and Goodier, Theory of
-  // Elasticity, table in section 109: 0.263 b t^3; the ends are free to warp.
+  // Saint-Venant's torsion constant of a 3 : 1 rectangle is 0.263 b t^3 (Timoshenko and Goodier,
+  // Theory of Elasticity, table in section 109); the ends are free to warp.
   const double torsion = 0.263 * width * std::pow(thickness, 3);
   const double polar = width * thickness * (width * width + thickness * thickness) / 12.0;
   const double twist = waveSpeed * std::sqrt(torsion / polar / 2.66) / (2.0 * length);
@@ -216,7 +216,8 @@ TEST(SolidModel, ABeamBendsTwistsAndStretchesAsTheoryHasIt) {
   EXPECT_NEAR(found[11], stretch, 0.002 * stretch);
 }
 
-// Leissa, J. Sound Vib. 31 (1973) 257, table C21: nu = 0.3, omega a^2 sqrt(rho h / D).
+// The values of omega a^2 sqrt(rho h / D) at nu = 0.3 are from Leissa, J. Sound Vib. 31 (1973) 257,
+// table C21.
 TEST(SolidModel, ASquarePlateRingsAsLeissaHasIt) {
   const double side = 0.3;
   const double thickness = 0.002;
@@ -232,8 +233,9 @@ TEST(SolidModel, ASquarePlateRingsAsLeissaHasIt) {
   }
 }
 
-// Lamb, Proc. London Math. Soc. 13 (1882) 189: omega R / c_T of the twisting modes n = 2 of the
-// sphere is 0.7961 pi, of the oblate-prolate modes 0.840 pi at nu = 1/4; five of each.
+// The values of omega R / c_T are from Lamb, Proc. London Math. Soc. 13 (1882) 189: 0.7961 pi for
+// the sphere's twisting modes n = 2, and 0.840 pi for the oblate-prolate modes at nu = 1/4; there
+// are five of each.
 TEST(SolidModel, ASphereRingsAsLambHasIt) {
   const double radius = 0.05;
   const Material material = metal(0.25);
@@ -246,7 +248,7 @@ TEST(SolidModel, ASphereRingsAsLambHasIt) {
   }
 }
 
-// All of its cells across are cut. Twist: c_T / 2 L for a round section, as it does not warp.
+// All cells across the rod are cut. A round section does not warp, so that it twists at c_T / 2 L.
 TEST(SolidModel, ARoundRodTwistsAndBendsThoughTheGridIsSquare) {
   const double length = 0.2;
   const double radius = 0.005;
@@ -301,7 +303,7 @@ TEST(SolidModel, AModelHasTheRigidBodyOfItsSurface) {
   }
 }
 
-// An ellipsoid of semi-axes a, b, c has m (b^2 + c^2) / 5 about the first.
+// The inertia of an ellipsoid of semi-axes a, b, c about the first is m (b^2 + c^2) / 5.
 TEST(SolidModel, AModelOfARoundBodyHasNearlyItsInertia) {
   const SurfaceMesh surface = ellipsoidMesh({0.05, 0.03, 0.04}, 4);
   const ModalModel model = analysed(surface, metal(0.3), coarse(3000, 1)).model;
@@ -312,7 +314,7 @@ TEST(SolidModel, AModelOfARoundBodyHasNearlyItsInertia) {
             0.005 * expected.norm());
 }
 
-// A free beam's bending is twice as wide at its ends as on the average (root mean square).
+// The bending of a free beam is twice as large at the ends as its root mean square.
 TEST(SolidModel, ShapesAreOfUnitModalMass) {
   const SurfaceMesh surface = turned(boxMesh({0.2, 0.015, 0.005}));
   const Result<ModalModel> model = solidModalModel(surface, metal(0.33), coarse(4000, 3));

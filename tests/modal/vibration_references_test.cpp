@@ -1,4 +1,4 @@
-// The references that the analysis of solids is held against, held against published figures.
+// Tests the references of the tests of solid analysis against published figures.
 
 #include "tests/support/vibration_references.h"
 
@@ -24,13 +24,14 @@ Material metal(double poissonsRatio) {
   return material;
 }
 
-// m/s
+// Speed of shear waves in m/s.
 double shearSpeed(const Material& material) {
   return std::sqrt(material.youngsModulus / (2.0 * (1.0 + material.poissonsRatio)) /
                    material.density);
 }
 
-// Blevins, Formulas for natural frequency and mode shape (1979), table 8-1: (k L)^2.
+// The values of (k L)^2 are from Blevins, Formulas for natural frequency and mode shape (1979),
+// table 8-1.
 TEST(VibrationReferences, ASlenderBeamBendsAsEulerHasIt) {
   const Material material = metal(0.33);
   const std::vector<double> found = bendingFrequencies(material, 1.0, 1e-3, 1e-3, 5);
@@ -41,8 +42,9 @@ TEST(VibrationReferences, ASlenderBeamBendsAsEulerHasIt) {
     EXPECT_NEAR(found[mode], roots[mode] * roots[mode] * unit, 1e-4 * found[mode]);
 }
 
-// The characteristic roots of Timoshenko's equations in closed form, and the ends' conditions as a
-// determinant (Huang, J. Appl. Mech. 28 (1961) 579), which changes sign at each frequency.
+// The oracle takes the roots of Timoshenko's characteristic equation in closed form, and the ends'
+// conditions as a determinant (Huang, J. Appl. Mech. 28 (1961) 579), which changes sign at each
+// frequency.
 TEST(VibrationReferences, AThickBeamSolvesTheFrequencyEquation) {
   const Material material = metal(0.3);
   const double length = 0.2;
@@ -65,22 +67,22 @@ TEST(VibrationReferences, AThickBeamSolvesTheFrequencyEquation) {
     EXPECT_LT(equation(0.9999 * frequency) * equation(1.0001 * frequency), 0.0) << frequency;
 }
 
-// Hutchinson's limit for narrow sections.
+// The first value is Hutchinson's limit for narrow sections.
 TEST(VibrationReferences, TheShearCoefficientOfANarrowBeam) {
   EXPECT_NEAR(shearCoefficient(1.0, 1e-3, 0.3), 5.0 * 1.3 / 7.5, 1e-6);
   EXPECT_NEAR(shearCoefficient(1.0, 2.0, 0.0), 5.0 / 6.0, 1e-6);
 }
 
-// Timoshenko and Goodier, Theory of Elasticity (1951), table in section 109.
+// The constants are from Timoshenko and Goodier, Theory of Elasticity (1951), table in section 109.
 TEST(VibrationReferences, RectanglesTwistAsTabulated) {
   EXPECT_NEAR(rectangleTorsion(1.0, 1.0).constant, 0.1406, 1e-4);
   EXPECT_NEAR(rectangleTorsion(2.0, 1.0).constant, 0.229 * 2.0, 1e-3);
   EXPECT_NEAR(rectangleTorsion(3.0, 1.0).constant, 0.263 * 3.0, 1e-3);
-  // Thin: the warping is the product of both coordinates.
+  // The warping of a thin rectangle is the product of both coordinates.
   EXPECT_NEAR(rectangleTorsion(1.0, 0.01).warping, 1e-6 / 144.0, 0.03 * 1e-6 / 144.0);
 }
 
-// No warping stress is left: half waves of c_T sqrt(constant / polar moment).
+// Without warping stress the bar twists in half waves of c_T sqrt(constant / polar moment).
 TEST(VibrationReferences, ALongBarTwistsInHalfWaves) {
   const Material material = metal(0.3);
   const std::vector<double> found = twistingFrequencies(material, 10.0, 0.03, 0.01, 3);
@@ -90,9 +92,10 @@ TEST(VibrationReferences, ALongBarTwistsInHalfWaves) {
     EXPECT_NEAR(found[mode], static_cast<double>(mode + 1) * speed / 20.0, 1e-3 * found[mode]);
 }
 
-// omega side^2 sqrt(rho h / D) at nu = 0.3: Leissa, J. Sound Vib. 31 (1973) 257, table C21, with 36
-// terms, so up to 1 % from above; and NAFEMS benchmark FV12 (side 10, h 0.05, E 200e9, rho 8000, in
-// Hz) as FinEtools' example FV12_vibration quotes it.
+// The values of omega side^2 sqrt(rho h / D) at nu = 0.3 are from Leissa, J. Sound Vib. 31 (1973)
+// 257, table C21, with 36 terms, and so up to 1 % too high; the frequencies in Hz are from NAFEMS
+// benchmark FV12 (side 10, h 0.05, E 200e9, rho 8000), as FinEtools' example FV12_vibration quotes
+// it.
 TEST(VibrationReferences, APlateRingsAsTabulated) {
   Material steel = metal(0.3);
   steel.youngsModulus = 200e9;
@@ -109,7 +112,7 @@ TEST(VibrationReferences, APlateRingsAsTabulated) {
   }
 }
 
-// Lamb's own figures: omega radius / c_T over pi.
+// The figures are Lamb's own: omega radius / c_T over pi.
 TEST(VibrationReferences, ASphereRingsAsLambTabulatedIt) {
   const Material material = metal(0.25);
   const double unit = shearSpeed(material) / 2.0;
@@ -118,7 +121,7 @@ TEST(VibrationReferences, ASphereRingsAsLambTabulatedIt) {
     EXPECT_NEAR(found[mode] / unit, 0.7961, 1e-4);
     EXPECT_NEAR(found[mode + 5] / unit, 0.840, 1e-3);
   }
-  // Twisting modes, n = 1 and 3: tan k = 3 k / (3 - k^2), and 1.2303.
+  // The twisting modes n = 1 and 3 have tan k = 3 k / (3 - k^2), and 1.2303.
   EXPECT_NEAR(found[13] / unit, 1.2303, 1e-3);
   const double k = 5.7634591968945498;
   EXPECT_NEAR(std::tan(k), 3.0 * k / (3.0 - k * k), 1e-9);
@@ -130,8 +133,8 @@ TEST(VibrationReferences, ASphereRingsAsLambTabulatedIt) {
 
 // ---- The box
 
-// Lame's modes, which are exact: u = (sin kx cos ky, -cos kx sin ky, 0), k = pi / edge, and the
-// same in the two other planes.
+// Lame's modes are exact: u = (sin kx cos ky, -cos kx sin ky, 0), k = pi / edge, and the same in
+// the two other planes.
 TEST(VibrationReferences, ACubeHasLamesModes) {
   const Material material = metal(0.3);
   const double expected = shearSpeed(material) / (std::numbers::sqrt2 * 0.1);

@@ -132,7 +132,7 @@ TEST(VoxelMesh, WeightsInterpolateLinearFieldsExactly) {
   std::vector<Vec3> points = surface.vertices;
   Random random(5);
   for (int count = 0; count < 100; ++count)
-    points.push_back(0.06 * random.inCube());  // outside, too
+    points.push_back(0.06 * random.inCube());  // some of them outside
   for (const Vec3& point : points) {
     const CellPoint found = locate(mesh, point);
     Vec3 sum = Vec3::Zero();
@@ -145,7 +145,7 @@ TEST(VoxelMesh, WeightsInterpolateLinearFieldsExactly) {
       EXPECT_LT(std::abs(weight), 2.0);
 }
 
-// Two cubes, and a rod between them that the samples of a coarse grid pass by.
+// The body is two cubes with a rod between them that the samples of a coarse grid miss.
 TEST(VoxelMesh, SaysWhichSizeHoldsABodyTogether) {
   const auto dumbbell = [](double half) {
     SurfaceMesh mesh = joined(boxAt({-0.05, 0.0, 0.0}, {0.02, 0.02, 0.02}),

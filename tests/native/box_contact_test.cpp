@@ -36,9 +36,9 @@ Wide distanceAt(const Vec3& halfExtents, const BoxPath& path, Wide t) {
 }
 
 constexpr int kSteps = 4000;
-constexpr double kRounding = 1e-15;  ///< of the ways that are added up
+constexpr double kRounding = 1e-15;  ///< relative to the ways that are added up
 
-/// The first fall through `radius` after the path has been farther away, if a step shows it.
+/// First fall below the distance `radius` after the path has been farther away, if a step shows it.
 std::optional<Wide> obviousContact(const Vec3& halfExtents, const BoxPath& path, double radius,
                                    Wide duration) {
   bool apart = false;
@@ -59,7 +59,8 @@ std::optional<Wide> obviousContact(const Vec3& halfExtents, const BoxPath& path,
   return std::nullopt;
 }
 
-/// Between the steps it may dip into touch without being seen.
+/// Least distance from the box around `time`; between two steps the path may dip into contact
+/// unseen.
 Wide nearestBetween(const Vec3& halfExtents, const BoxPath& path, Wide time, Wide duration) {
   Wide nearest = distanceAt(halfExtents, path, time);
   for (int k = -50; k <= 50; ++k) {
@@ -75,7 +76,7 @@ struct Thrown {
   double radius = 0.0;
 };
 
-/// Aimed at the neighbourhood of a random point of the box, from outside.
+/// A throw from outside at the neighbourhood of a random point of the box.
 Thrown randomThrow(SplitMix& random, int flatAxes) {
   Thrown thrown;
   for (Eigen::Index axis = 0; axis < 3; ++axis)
@@ -123,7 +124,7 @@ void compareWithOracle(const Thrown& thrown, Tally& tally) {
       const Wide speed = std::max((before - Wide(radius)) / 1e-7L, 1e-4L);
       ASSERT_NEAR(time, static_cast<double>(*expected),
                   2.0 * rounding / static_cast<double>(speed));
-    } else {  // the oracle's steps have missed a graze: it must be one
+    } else {  // the oracle's steps have missed a graze
       ASSERT_TRUE(!expected || *expected > Wide(time));
       ASSERT_LE(nearestBetween(halfExtents, path, time, kDuration), Wide(radius) * (1.0L + 1e-13L));
     }
@@ -162,7 +163,7 @@ TEST(BoxContact, AGrazeOfFaceEdgeOrCornerHitsOrMissesWithinOnePartInTenToTheTwel
     const double reach = radius * (1.0 - inside);
     const double s = std::sqrt(0.5);
     const double c = std::sqrt(1.0 / 3.0);
-    // Straight passes at the distance `reach`; and over the face a thrown one.
+    // Edge and corner are passed in a straight line at the distance `reach`, the face by a throw.
     const BoxPath edge{{-3.0, 0.5 + s * reach, 0.25 + s * reach}, {1.0, 0.0, 0.0}, Vec3::Zero()};
     const Vec3 diagonal(s, -s, 0.0);
     const BoxPath corner{Vec3(1.0, 0.5, 0.25) + reach * Vec3(c, c, c) - 2.0 * diagonal, diagonal,
@@ -179,7 +180,7 @@ TEST(BoxContact, OverTheMiddleOfAFaceTheFallIsThatOntoAPlane) {
 }
 
 TEST(BoxContact, AThrowOverTheBoxLandsOnTheFarSideOfARectangle) {
-  // Round the rim and back: both faces of a rectangle are solid.
+  // A rectangle is solid on both faces, and the ball may come from below.
   const Vec3 sheet(0.5, 0.0, 0.5);
   const BoxPath under{{0.0, -0.4, 0.0}, {0.0, 2.0, 0.0}, Vec3::Zero()};
   EXPECT_NEAR(boxContactTime(sheet, under, 0.1), 0.15, 1e-16);

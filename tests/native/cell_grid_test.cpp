@@ -21,7 +21,8 @@ struct Swarm {
   std::vector<double> radii;
 };
 
-/// Radii from `least` to 1 cm, evenly on a logarithmic scale, anywhere in a cube of 20 cm.
+/// Spheres with radii from `least` to 1 cm, evenly on a logarithmic scale, anywhere in a cube of 20
+/// cm.
 Swarm swarm(std::size_t count, double least, std::uint64_t seed) {
   SplitMix random(seed);
   Swarm made;
@@ -58,8 +59,8 @@ TEST_P(Grids, VisitAllThatTouch) {
   }
 }
 
-// Spheres fly from cell to cell. Whoever comes to touch another has been visited before, at the
-// last crossing of either.
+// Spheres fly from cell to cell. A sphere that comes to touch another one has been visited before,
+// at the last crossing of either.
 TEST_P(Grids, MissNobodyOnTheWay) {
   Swarm all = swarm(60, GetParam(), 9);
   CellGrid grid(all.positions, all.radii);
@@ -123,7 +124,7 @@ TEST(CellGrid, LeavesOutWhatIsFarAway) {
   std::size_t visited = 0;
   for (std::uint32_t sphere = 0; sphere < all.radii.size(); ++sphere)
     visited += near(grid, sphere, {all.positions[sphere], all.radii[sphere], 0.0}).size();
-  // The 27 cells of 2 cm that could be near hold 4000 * 27 / 1000 of them, fewer at the sides.
+  // The 27 near cells of 2 cm hold 4000 * 27 / 1000 spheres, fewer at the sides.
   EXPECT_LT(static_cast<double>(visited) / 4000.0, 108.0);
 }
 
@@ -134,7 +135,8 @@ TEST(CellGrid, CrossingsOfAParabolaAreWhereItLeavesTheCell) {
   all.positions[1] = Vec3::Constant(0.1);
   all.positions[7] = Vec3::Constant(1.5 * width);
   const CellGrid grid(all.positions, all.radii);
-  // Thrown up it leaves through the top; thrown up too slowly, through the bottom.
+  // A sphere that is thrown up fast enough leaves through the top of its cell, a slow one through
+  // the bottom.
   for (const double speed : {3.0, 0.01}) {
     const auto crossing =
         grid.nextCrossing(7, {all.positions[7], {0.0, speed, 0.0}, {0.0, -9.81, 0.0}});

@@ -58,7 +58,7 @@ struct Cluster {
   }
 };
 
-/// Touching equal balls along x, the first `moving` of them at 1.5 m/s.
+/// A row of touching equal balls along x, the first `moving` of them at 1.5 m/s.
 Cluster row(int count, int moving, double restitution = 1.0) {
   Cluster cluster;
   for (int ball = 0; ball < count; ++ball)
@@ -91,8 +91,9 @@ TEST(ReflectCluster, AHundredBallsPassTheSpeedOn) {
   EXPECT_NEAR(cluster.bodies.back().velocity.x(), 1.5, 1e-13);
 }
 
-// Momentum along x, and energy: u - 2 w cos(30) = v and u^2 + 2 w^2 = v^2 for the striker's new
-// speed u and the others' w along their lines of centres: u = -v / 5, w = 2 sqrt(3) v / 5.
+// The striker's new speed u and the others' w along their lines of centres follow from momentum
+// along x and energy: u - 2 w cos(30) = v and u^2 + 2 w^2 = v^2 give u = -v / 5, w = 2 sqrt(3) v /
+// 5.
 TEST(ReflectCluster, ABallThatHitsTwoAtSixtyDegreesComesBackWithAFifth) {
   const double s = std::sqrt(0.75);
   for (const bool forces : {false, true}) {
@@ -157,8 +158,8 @@ TEST(ReflectCluster, ThreeBallsThatMeetInAPointTurnBackWithE) {
   }
 }
 
-// Seen from either heavy ball, the light one between two is a billiard in a wedge (Galperin 2003,
-// Regul. Chaotic Dyn. 8, 375): the heavy ones swap their speeds.
+// A light ball between two heavy ones, seen from either of these, is a billiard in a wedge
+// (Galperin 2003, Regul. Chaotic Dyn. 8, 375): the heavy ones swap their speeds.
 TEST(ReflectCluster, ALightBallBetweenTwoABillionTimesHeavierPassesTheMomentumOn) {
   Cluster cluster;
   cluster.body(1e9, {1.0, 0.0, 0.0});
@@ -187,7 +188,7 @@ TEST(ReflectCluster, ALightBallSqueezedByTwoABillionTimesHeavierStaysInTheMiddle
   EXPECT_NEAR(cluster.bodies[2].velocity.x(), 1.0, 1e-14);
 }
 
-/// Bodies near each other at random, some immovable, all near pairs in contact.
+/// A cluster of bodies at random places, some of them immovable, with all near pairs in contact.
 Cluster randomCluster(SplitMix& random, bool elastic) {
   Cluster cluster;
   const int count = 3 + static_cast<int>(random.between(0.0, 17.99));
@@ -290,9 +291,9 @@ TEST(FollowHertz, APairPartsWithItsRestitution) {
   }
 }
 
-/// Touching equal balls, the first at speed 1: final velocities from scipy 1.10.1's solve_ivp
-/// (DOP853, rtol 1e-12, atol 1e-14, steps of at most 0.01) on x'' = d^1.5 with unit masses, for a
-/// time of 12 per ball; its energy is right to 3e-11.
+/// The expected final velocities of touching equal balls, the first at speed 1, are from scipy
+/// 1.10.1's solve_ivp (DOP853, rtol 1e-12, atol 1e-14, steps of at most 0.01) on x'' = d^1.5 with
+/// unit masses, for a time of 12 per ball; its energy is right to 3e-11.
 TEST(FollowHertz, TouchingCradlesAreThoseOfAnotherIntegrator) {
   const std::vector<std::vector<double>> expected{
       {-0.07095235365, 0.07640303907, 0.99454931458},

@@ -14,8 +14,8 @@ namespace {
 
 using test::SplitMix;
 
-/// First time at which `distance` is not above 0, by scanning and bisection; kNever if none is
-/// found before `end`. Slow and obvious.
+/// First time at which `distance` is not above 0, by scanning and bisection, slow and obvious;
+/// kNever if there is none before `end`.
 template <class Distance>
 double firstZero(Distance distance, double end, int scans) {
   for (int scan = 0; scan < scans; ++scan) {
@@ -62,7 +62,7 @@ TEST(SphereContactTime, HeadOnIsGapOverSpeedOverTwentyFiveOrdersOfMagnitude) {
   for (const double speed : {1e-9, 1e-3, 1.0, 1e4}) {
     for (const double gap : {1e-6, 1.0, 1e10}) {
       const double time = sphereContactTime({gap + 0.25, 0.0, 0.0}, {-speed, 0.0, 0.0}, 0.25);
-      const double exactGap = (gap + 0.25) - 0.25;  // what is left of the gap in a double
+      const double exactGap = (gap + 0.25) - 0.25;  // the gap that remains in a double
       EXPECT_NEAR(time * speed / exactGap, 1.0, gap < 1e-3 ? 1e-9 : 1e-14) << speed << ' ' << gap;
     }
   }
@@ -120,7 +120,7 @@ TEST(PlaneContactTime, ClosedFormsOfFreeFallAndUniformMotion) {
   EXPECT_EQ(planeContactTime(1.0, 0.0, 0.0), kNever);
   EXPECT_EQ(planeContactTime(1.0, 0.0, 9.81), kNever);
   EXPECT_EQ(planeContactTime(1.0, -1.0, 0.75), kNever);     // turns round above the surface
-  EXPECT_DOUBLE_EQ(planeContactTime(1.0, -2.0, 2.0), 1.0);  // grazes it
+  EXPECT_DOUBLE_EQ(planeContactTime(1.0, -2.0, 2.0), 1.0);  // grazes the surface
 }
 
 TEST(PlaneContactTime, SmallHeightsAndAccelerationsCancelNothing) {

@@ -14,7 +14,7 @@ using namespace native;
 
 namespace {
 
-/// Pulled apart by a tenth and let go.
+/// A jello that is stretched by a tenth and let go.
 JelloWorld stretched(double damping = 0.02) {
   JelloWorld world;
   world.lattice = {.count = 3,
@@ -29,7 +29,7 @@ JelloWorld stretched(double damping = 0.02) {
   return world;
 }
 
-/// m, root of the mean square, the worst of some times.
+/// Root mean square distance in m from a fine run, the worst of all times.
 double errorOf(const JelloWorld& world, const JelloStepping& stepping, double seconds) {
   JelloStepper fine = *JelloStepper::create(world, JelloIntegrator::rungeKutta4, 1e-5);
   JelloStepper run = *JelloStepper::create(world, stepping.integrator, stepping.step);
@@ -52,7 +52,8 @@ TEST(JelloChoice, TheErrorIsWhatIsWanted) {
   for (const double wanted : {1e-3, 1e-5, 1e-7}) {
     const auto choice = chooseStepping(stretched(), {}, {.error = wanted, .seconds = 0.5});
     ASSERT_TRUE(choice);
-    // What it expects, and what there is, over all times rather than 16.
+    // The error that the choice expects is compared with the true one, over all times rather than
+    // 16.
     const double error = errorOf(stretched(), choice->stepping, 0.5);
     EXPECT_LT(choice->error, 1.01 * wanted);
     EXPECT_LT(error, 3.0 * wanted) << nameOf(choice->stepping.integrator);

@@ -17,7 +17,7 @@ namespace {
 
 constexpr BodyId kJelloId = 77;
 
-/// A quarter of a metre wide, its lower face 0.1 m above the origin, floating.
+/// A floating jello, a quarter of a metre wide, with its lower face 0.1 m above the origin.
 JelloWorld floating(double damping = 0.0, double push = 300.0) {
   JelloWorld world;
   world.id = kJelloId;
@@ -32,7 +32,7 @@ JelloWorld floating(double damping = 0.0, double push = 300.0) {
   return world;
 }
 
-/// One that flies at the lower face of `floating`, off its middle and between its points, and
+/// A sphere that flies at the lower face of `floating`, off its middle and between its points, and
 /// reaches it at 20 ms.
 SphereWorld thrown() {
   SphereWorld world;
@@ -62,17 +62,18 @@ TEST(JelloCoupling, MomentumIsKeptToRoundingByEveryIntegrator) {
     const Vec3 before = momentumOf(coupling);
     run(coupling, 0.15);
     ASSERT_GT(coupling.jello().jelloMomentum().norm(), 0.1) << nameOf(integrator);
-    // The implicit one solves to 1e-12.
+    // The implicit integrator solves to 1e-12.
     EXPECT_LT((momentumOf(coupling) - before).norm(), 1e-11 * before.norm()) << nameOf(integrator);
   }
 }
 
-// The skin is of triangles, over whose edges the push turns: no integrator is of its order there.
+// The skin consists of triangles, over whose edges the push turns, so that no integrator keeps its
+// order there.
 TEST(JelloCoupling, EnergyIsKeptTheBetterTheFinerWhereNothingDamps) {
   const auto errorAt = [](double step) {
     JelloCoupling coupling = couplingOf(floating(), thrown(), JelloIntegrator::rungeKutta4, step);
     const double before = coupling.jello().energy().total();
-    EXPECT_NEAR(before, 0.5 * 0.2 * (9.0 + 0.01 + 0.0025), 1e-12);  // the sphere's
+    EXPECT_NEAR(before, 0.5 * 0.2 * (9.0 + 0.01 + 0.0025), 1e-12);  // the sphere's energy
     run(coupling, 0.3);
     EXPECT_GT(coupling.jello().energy().elastic, 0.005 * before);
     return std::abs(coupling.jello().energy().total() / before - 1.0);
@@ -81,7 +82,8 @@ TEST(JelloCoupling, EnergyIsKeptTheBetterTheFinerWhereNothingDamps) {
   EXPECT_LT(errorAt(1e-5), 1e-5);
 }
 
-// The same by penalties throughout: there is no wall and no second sphere, so nothing else differs.
+// In the reference one stepper computes everything by penalties: without walls and other spheres
+// nothing else differs.
 TEST(JelloCoupling, ConvergesInSecondOrderToTheWayOfOneStepper) {
   JelloWorld whole = floating();
   const Sphere sphere = thrown().spheres.front();
@@ -97,7 +99,7 @@ TEST(JelloCoupling, ConvergesInSecondOrderToTheWayOfOneStepper) {
   const double coarse = errorAt(4e-4);
   const double fine = errorAt(1e-4);
   EXPECT_LT(fine, 2e-7);
-  EXPECT_GT(coarse / fine, 8.0);  // 16, but for when in a step it touches
+  EXPECT_GT(coarse / fine, 8.0);  // 16 but for the time of the touch within a step
 }
 
 TEST(JelloCoupling, SpheresThatNeverTouchItKeepEveryBit) {
@@ -155,7 +157,7 @@ TEST(JelloCoupling, EventsHaveTheWholeImpulseOfBounces) {
   EXPECT_NEAR(events[0].approachSpeed, 3.0, 0.05);
 }
 
-// What lies on jello presses on it without end: that is no collision.
+// A sphere that lies on jello presses on it permanently, which is no collision.
 TEST(JelloCoupling, WhatIsLaidOnItIsRestAfterItsFirstTouch) {
   JelloWorld jello = floating(1.0);
   jello.gravity = kEarthGravity;

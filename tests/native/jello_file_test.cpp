@@ -17,7 +17,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// A world in the words of the assignment; what is not given is left out.
+/// A world in the assignment's format, with these values and so many positions.
 std::string worldText(const std::string& head =
                           "RK4\n0.0005 25\n200 0.25 400 0.25\n"
                           "0.001953125\n0\n0\n",
@@ -60,7 +60,7 @@ TEST(JelloFile, ReadsWhatTheAssignmentWrites) {
   EXPECT_EQ(world.room->min, Vec3(-2, -2, -2));
   EXPECT_EQ(world.room->max, Vec3(2, 2, 2));
   EXPECT_EQ(world.gravity, Vec3::Zero());
-  // x outermost, z innermost.
+  // x is the outermost index, z the innermost.
   EXPECT_LT((world.positions[64 + 16 + 3] - Vec3(1.0 / 7 - 0.5, 2.0 / 7, 3.0 / 7)).norm(), 1e-5);
   EXPECT_EQ(world.velocities[100], Vec3(0, 0, 100));
 }

@@ -13,7 +13,7 @@ using namespace native;
 
 namespace {
 
-/// A crumpled lattice in arrays, with forces of its own already there.
+/// A crumpled lattice in arrays, to which forces have already been added.
 struct Crumpled {
   JelloLattice lattice;
   std::vector<Vec3> positions;
@@ -67,7 +67,8 @@ TEST(JelloKernels, SpringsPullAsHookeAndTheDampingSay) {
       Crumpled jello(count, damping, count);
       const JelloSprings springs(jello.lattice);
       jelloKernel().addSprings(springs, {0, springs.count}, jello.arrays());
-      // Between any two points that are neighbours, both ways, in the words of the formula.
+      // The expected forces sum the formula over all pairs of neighbours, each pair from both
+      // sides.
       const Vec3 spacing = jello.lattice.size / static_cast<double>(count - 1);
       const auto n = static_cast<int>(count);
       const auto placeOf = [n](std::size_t point) {

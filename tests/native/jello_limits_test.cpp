@@ -19,7 +19,8 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-// Of an undamped oscillator: never, 2, never, 2 sqrt 2, always.
+// The limits of h w without damping, in the integrators' order, are: none stable, 2, none stable, 2
+// sqrt 2, infinite.
 TEST(JelloLimits, AnUndampedOscillatorIsThatOfTheBooks) {
   using enum JelloIntegrator;
   for (const double w : {0.1, 7.0, 1e5}) {
@@ -31,7 +32,7 @@ TEST(JelloLimits, AnUndampedOscillatorIsThatOfTheBooks) {
   }
 }
 
-/// The largest eigenvalue of a step, from the step itself.
+/// Largest eigenvalue of a step's matrix, from the definition of the step.
 double growthOf(JelloIntegrator integrator, double w, double c, double h) {
   Eigen::Matrix2d rates;
   rates << 0.0, 1.0, -w * w, -c;
@@ -60,7 +61,7 @@ TEST(JelloLimits, ADampedOscillatorGrowsJustBeyondItsLimit) {
   }
 }
 
-/// All of the matrix, and all of its eigenvalues.
+/// Highest frequency, from all eigenvalues of the whole matrix.
 double highestOf(const JelloLattice& lattice) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffnessOf(lattice),
                                                               Eigen::EigenvaluesOnly);
@@ -91,7 +92,7 @@ TEST(JelloLimits, ALargeLatticeIsNearlyOneWithoutEnd) {
   EXPECT_LT(endless, 1.01 * finite);
 }
 
-// The limit is where a run begins to grow, within 2 %, damped and not.
+// Runs begin to grow within 2 % of the limit, damped and undamped.
 TEST(JelloLimits, RunsBlowUpJustBeyondTheirLimit) {
   using enum JelloIntegrator;
   struct Case {
@@ -133,7 +134,7 @@ TEST(JelloLimits, WallsMakeItStiffer) {
   const auto rk4 = static_cast<std::size_t>(JelloIntegrator::rungeKutta4);
   EXPECT_EQ(jelloLimits(world).touching[rk4], jelloLimits(world).free[rk4]);
   world.room = JelloBox{{-2, -2, -2}, {2, 2, 2}};
-  // Nearly that of a point on the wall's spring alone.
+  // The limit is nearly that of a point on the wall's spring alone.
   EXPECT_NEAR(jelloLimits(world).touching[rk4], 2.0 * std::numbers::sqrt2 / std::sqrt(1e6),
               1e-3 * jelloLimits(world).touching[rk4]);
 }

@@ -28,7 +28,7 @@ struct Points {
 /// A box of 2 x 2 x 2 m about the origin, of 5 points along each axis.
 const JelloLattice kBox{.count = 5, .size = Vec3::Constant(2.0)};
 
-/// m, above a box of half a side 1 m: negative inside.
+/// Height in m above a box with half edges of 1 m; negative inside.
 double heightAbove(const Vec3& point) {
   const Vec3 beyond = point.cwiseAbs() - Vec3::Ones();
   return beyond.cwiseMax(0.0).norm() + std::min(0.0, beyond.maxCoeff());
@@ -64,7 +64,7 @@ TEST(JelloSkin, ABallIsAsDeepAsItIsInTheBox) {
   EXPECT_GT(inside, 300);
 }
 
-// As near to six faces as to any: it is inside all the same.
+// The middle is equally near to all six faces, and inside all the same.
 TEST(JelloSkin, ABallInTheVeryMiddleIsInside) {
   const JelloSkin skin(kBox.count);
   const Points points(restingPoints(kBox, Vec3::Zero()));
@@ -73,7 +73,7 @@ TEST(JelloSkin, ABallInTheVeryMiddleIsInside) {
   EXPECT_NEAR(contact->depth, 1.1, 1e-12);
 }
 
-// On faces, edges and corners themselves there is no direction to the middle.
+// For points exactly on faces, edges and corners there is no direction to the nearest point.
 TEST(JelloSkin, ABallOnTheSkinIsPushedOutwards) {
   const JelloSkin skin(kBox.count);
   const Points points(restingPoints(kBox, Vec3::Zero()));

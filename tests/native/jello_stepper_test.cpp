@@ -21,7 +21,7 @@ constexpr std::array<JelloIntegrator, kJelloIntegrators> kAll = {
     JelloIntegrator::explicitEuler, JelloIntegrator::symplecticEuler, JelloIntegrator::midpoint,
     JelloIntegrator::rungeKutta4, JelloIntegrator::backwardEuler};
 
-/// Crumpled and turning, in free space.
+/// A jello that is crumpled and turns, in free space.
 JelloWorld crumpled(std::size_t count, double damping) {
   JelloWorld world;
   world.lattice = {.count = count,
@@ -57,7 +57,7 @@ TEST(JelloStepper, MomentumIsKeptToRoundingWithoutWalls) {
     for (std::size_t point = 0; point < 125; ++point)
       scale += 0.01 * stepper.velocity(point).norm();
     run(stepper, 0.05);
-    // The implicit one solves to 1e-12.
+    // The implicit integrator solves to 1e-12.
     const double tolerance = integrator == JelloIntegrator::backwardEuler ? 1e-10 : 1e-13;
     EXPECT_LT((stepper.momentum() - before).norm(), tolerance * scale) << nameOf(integrator);
   }
@@ -73,7 +73,7 @@ TEST(JelloStepper, EnergyAndAngularMomentumAreKeptByAFineRungeKutta) {
   EXPECT_LT((stepper.angularMomentum() - turning).norm(), 1e-7 * turning.norm());
 }
 
-// Springs pull along themselves: symplectic Euler keeps the angular momentum at any step.
+// Springs pull along themselves, so that symplectic Euler keeps the angular momentum at any step.
 TEST(JelloStepper, AngularMomentumIsKeptToRoundingBySymplecticEuler) {
   JelloStepper stepper = stepperOf(crumpled(4, 0.05), JelloIntegrator::symplecticEuler, 2e-3);
   const Vec3 turning = stepper.angularMomentum();
@@ -95,7 +95,7 @@ TEST(JelloStepper, DampedEnergyNeverGrows) {
   }
 }
 
-/// Largest distance (m) from where a fine run ends.
+/// Largest distance (m) from the places where a fine run ends.
 double errorOf(JelloIntegrator integrator, double step, const std::vector<Vec3>& reference) {
   JelloStepper stepper = stepperOf(crumpled(3, 0.02), integrator, step);
   run(stepper, 0.064);
@@ -134,7 +134,7 @@ TEST(JelloStepper, VolumeIsThatOfTheBoxHoweverItIsShearedAndTurned) {
   EXPECT_NEAR(stepperOf(world, JelloIntegrator::midpoint, 1.0).volume(), 1.056, 1e-12);
 }
 
-// A soft ball of jello falls freely: half g t^2, whatever its springs do.
+// A jello's centre falls freely by half g t^2, whatever its springs do.
 TEST(JelloStepper, ItsCentreFallsAsAStoneDoes) {
   JelloWorld world = crumpled(4, 0.1);
   world.gravity = {0.0, -9.81, 0.0};
@@ -146,7 +146,7 @@ TEST(JelloStepper, ItsCentreFallsAsAStoneDoes) {
   EXPECT_LT((stepper.centre() - expected).norm(), 1e-12);
 }
 
-// At rest in a box its weight is what the floor bears: each of the lowest points sinks in.
+// At rest in a box the floor bears the jello's weight: each of the lowest points sinks in.
 TEST(JelloStepper, ComesToRestOnTheFloorWithItsWeightOnIt) {
   JelloWorld world;
   world.lattice = {
@@ -165,8 +165,8 @@ TEST(JelloStepper, ComesToRestOnTheFloorWithItsWeightOnIt) {
   EXPECT_NEAR(borne, 0.64 * 9.81, 1e-5);
 }
 
-// A marble into jello in free space: what one loses the other has, and the marble's touches are all
-// that it got.
+// A marble flies into a jello in free space: the total momentum stays, and the impulses of the
+// marble's touches are all that it gained.
 TEST(JelloStepper, AMarbleAndAJelloPushEachOtherAlike) {
   for (const JelloIntegrator integrator : kAll) {
     JelloWorld world = crumpled(5, 0.05);
@@ -185,7 +185,7 @@ TEST(JelloStepper, AMarbleAndAJelloPushEachOtherAlike) {
     const Vec3 gained = 0.3 * (stepper.ballVelocity(0) - world.balls[0].velocity);
     EXPECT_LT((stepper.momentum() - before).norm(), 1e-9) << nameOf(integrator);
     EXPECT_GT(gained.y(), 0.1) << nameOf(integrator);
-    // The implicit one tells the force at the begin of each step.
+    // The implicit integrator reports the force at the begin of each step.
     const double tolerance = integrator == JelloIntegrator::backwardEuler ? 0.05 : 1e-9;
     EXPECT_LT((given - gained).norm(), tolerance * gained.norm()) << nameOf(integrator);
   }
@@ -196,7 +196,7 @@ TEST(JelloStepper, AFieldPushesAsMuchAsBetweenItsGridPoints) {
   world.lattice.stiffness = 0.0;
   world.lattice.damping = 0.0;
   world.velocities.assign(8, Vec3::Zero());
-  // Linear in x and y: trilinear interpolation is exact, and clamped outside.
+  // The field is linear in x and y: trilinear interpolation is exact, and clamped outside.
   world.field = {.count = 3, .min = {-1, -1, -1}, .max = {1, 1, 1}, .forces = {}};
   for (const double x : {-1.0, 0.0, 1.0})
     for (const double y : {-1.0, 0.0, 1.0})
@@ -250,13 +250,13 @@ TEST(JelloStepper, WhatIsNoWorldIsRefused) {
   EXPECT_FALSE(JelloStepper::create(crumpled(3, 0.1), JelloIntegrator::midpoint, 0.0));
 }
 
-// In two halves, perhaps by two threads: nothing is lost between them, and nothing depends on who
-// is first.
+// A large lattice is computed in two halves, possibly by two threads: no force between them may get
+// lost, and the result must not depend on the order of the halves.
 TEST(JelloStepper, ALargeLatticeIsWholeAndTheSameEveryTime) {
   const JelloWorld world = crumpled(JelloStepper::kSplitFrom, 0.02);
   JelloStepper stepper = stepperOf(world, JelloIntegrator::explicitEuler, 1e-5);
   ASSERT_TRUE(stepper.advance());
-  // Spring by spring.
+  // The expected forces are summed spring by spring.
   std::vector<Vec3> forces(world.pointCount(), Vec3::Zero());
   const Vec3 spacing = world.lattice.size / static_cast<double>(world.lattice.count - 1);
   forEachSpring(world.lattice, [&](std::size_t a, std::size_t b, std::size_t which) {

@@ -15,7 +15,7 @@ void expectValid(const SphereStepper& stepper) {
   EXPECT_TRUE(stepper.validate(&why)) << why;
 }
 
-/// The mean time between two passes of a coordinate through zero from above.
+/// Mean time between passes of a coordinate through zero from above.
 template <class Coordinate>
 double periodOf(SphereStepper& stepper, double step, double until, const Coordinate& coordinate) {
   double before = coordinate();
@@ -35,7 +35,8 @@ double periodOf(SphereStepper& stepper, double step, double until, const Coordin
   return (last - first) / (passes - 1);
 }
 
-/// 2 pi sqrt(L / g) / M(1, cos(angle / 2)), with Gauss's arithmetic-geometric mean.
+/// Period of a pendulum: 2 pi sqrt(L / g) / M(1, cos(angle / 2)), with Gauss's arithmetic-geometric
+/// mean M.
 double pendulumPeriod(double length, double gravity, double angle) {
   double mean = 1.0;
   double geometric = std::cos(0.5 * angle);
@@ -55,7 +56,7 @@ SphereWorld pendulum(double angle) {
   return world;
 }
 
-/// Five touching balls on pairs of rods of 0.2 m, the first one drawn aside.
+/// Five balls, `gap` apart, on pairs of rods of 0.2 m, the first one drawn aside.
 SphereWorld swingingCradle(double angle, double gap) {
   const double radius = 0.01;
   SphereWorld world;
@@ -128,8 +129,9 @@ TEST(Rods, DumbbellTurnsWithItsAngularMomentum) {
 }
 
 TEST(Rods, AnImpactTurnsADumbbellAsItsInertiaSays) {
-  // A ball hits one end of a dumbbell at right angles to its rod. The other end does not feel it:
-  // at right angles a massless rod passes nothing on. Along the rod it is one body of both masses.
+  // A ball hits one end of a dumbbell. At right angles to the rod the other end does not feel it,
+  // since a massless rod transmits nothing there; along the rod the dumbbell is one body with both
+  // masses.
   for (const bool along : {false, true}) {
     SphereWorld world;
     world.spheres = {sphereAt(1, {0.0, 0.0, 0.0}), sphereAt(2, {0.3, 0.0, 0.0}),
@@ -146,8 +148,9 @@ TEST(Rods, AnImpactTurnsADumbbellAsItsInertiaSays) {
 }
 
 TEST(Rods, ADumbbellAtRestThatIsHitTurnsAtItsNewSpeed) {
-  // In free space nothing told beforehand how fast it would turn: end 1 takes the speed of 1 m/s
-  // of an equal ball at right angles, so it turns with 1 / 0.3 rad/s about a centre at 0.5 m/s.
+  // The dumbbell rests in free space, so that no earlier speed tells how fast it will turn: end 1
+  // takes over the speed of 1 m/s of an equal ball at right angles, and the dumbbell turns with 1 /
+  // 0.3 rad/s about a centre at 0.5 m/s.
   SphereWorld world;
   world.spheres = {sphereAt(1, {0.0, 0.0, 0.0}), sphereAt(2, {0.3, 0.0, 0.0}),
                    sphereAt(3, {0.0, -0.2, 0.0}, {0.0, 1.0, 0.0})};
@@ -164,7 +167,8 @@ TEST(Rods, ADumbbellAtRestThatIsHitTurnsAtItsNewSpeed) {
 }
 
 TEST(Rods, KeepTheirLengthOnAWallToo) {
-  // A dumbbell drifts onto a wall, one ball first, too slowly to be heard: no wall holds it.
+  // A dumbbell drifts onto a wall, one ball first, too slowly to be heard; the wall does not hold
+  // it.
   SphereWorld world;
   world.spheres = {sphereAt(1, {0.0, 0.051, 0.0}, {0.0, -0.003, 0.0}),
                    sphereAt(2, {0.3, 0.2, 0.0}, {0.0, -0.003, 0.0})};
@@ -242,7 +246,8 @@ TEST(Springs, DampedOscillationDecaysAsItsClosedForm) {
 }
 
 TEST(Springs, BallsOnASpringStillCollideExactly) {
-  // Thrown along x against a wall of one heavy ball: the time of the contact is that of the path.
+  // The ball, on a spring along x, flies against one heavy ball as a wall: the time of contact is
+  // that of the path.
   SphereWorld world;
   world.spheres = {sphereAt(1, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}), sphereAt(2, {0.5, 0.0, 0.0})};
   world.spheres[1].mass = 1e9;
@@ -250,8 +255,8 @@ TEST(Springs, BallsOnASpringStillCollideExactly) {
   SphereStepper stepper = stepperOf(world);
   const auto events = stepper.advanceTo(1.0);
   ASSERT_EQ(events.size(), 2U);
-  // x = sin(w t) / w reaches 0.4 at asin(0.8) / 2 (the spring is long: it stays along x).
-  // The method is of second order: (w h)^2 is 2.5e-5.
+  // x = sin(w t) / w reaches 0.4 at asin(0.8) / 2 (the spring is long: it stays along x). The
+  // method is of second order: (w h)^2 is 2.5e-5.
   EXPECT_NEAR(events[0].time, 0.5 * std::asin(0.8), 2.5e-5 * 0.46);
   EXPECT_NEAR(events[0].approachSpeed, 0.6, 2.5e-5 * 0.6);
 }
@@ -264,7 +269,7 @@ TEST(ForceFields, InverseSquareKeepsAKeplerOrbit) {
   world.fields = {{Vec3::Zero(), 0.0, 1.0}};
   SphereStepper stepper = stepperOf(world);
   const double start = energyOf(stepper);
-  const double axis = 1.0 / (2.0 - 1.2 * 1.2);  // vis viva, from its nearest point
+  const double axis = 1.0 / (2.0 - 1.2 * 1.2);  // vis viva, from the orbit's nearest point
   const double period = 2.0 * std::numbers::pi * axis * std::sqrt(axis);
   stepper.advanceTo(period);
   EXPECT_LT((stepper.state(0).position - Vec3::UnitX()).norm(), 1e-4);

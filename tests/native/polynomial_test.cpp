@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// leading (t - r0) (t - r1) (t - r2) (t - r3)
+/// The quartic leading (t - r0) (t - r1) (t - r2) (t - r3).
 Quartic withRoots(const std::array<double, 4>& roots, double leading) {
   Quartic product{leading, 0.0, 0.0, 0.0, 0.0};
   for (const double root : roots) {
@@ -49,19 +49,20 @@ TEST(FirstFall, StartsOnTheZeroItself) {
   EXPECT_EQ(firstFall({0.0, -1.0, 0.0, 0.0, 0.0}, 0.0), 0.0);
   EXPECT_EQ(firstFall({0.0, 0.0, -1.0, 0.0, 0.0}, 0.0), 0.0);
   EXPECT_NEAR(firstFall({0.0, 3.0, -1.0, 0.0, 0.0}, 0.0), 3.0, 1e-15);
-  // Below by rounding and rising: it is back later.
+  // The value begins below zero by rounding and rises: the fall comes later.
   EXPECT_NEAR(firstFall({-1e-17, 3.0, -1.0, 0.0, 0.0}, 0.0), 3.0, 1e-14);
 }
 
 TEST(FirstFall, ADoubleRootIsTouchedAndNotPassed) {
   EXPECT_EQ(firstFall(withRoots({1.0, 1.0, 3.0, 3.0}, 1.0), 0.0), kInfinity);
-  // One part in 1e12 lower, both are passed.
+  // If the quartic is lower by one part in 1e12, both roots are passed.
   Quartic lower = withRoots({1.0, 1.0, 3.0, 3.0}, 1.0);
   lower[0] -= 1e-12;
   EXPECT_NEAR(firstFall(lower, 0.0), 1.0 - 0.5e-6, 1e-8);
 }
 
-// Every polynomial is looked at on a fine grid in long double: no fall of the sign may be left out.
+// The oracle evaluates every polynomial on a fine grid in long double: no fall of the sign may be
+// missed.
 TEST(FirstFall, OfRandomPolynomialsIsTheFirstOnAFineGrid) {
   test::SplitMix random(11);
   for (int trial = 0; trial < 2000; ++trial) {

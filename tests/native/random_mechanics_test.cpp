@@ -1,6 +1,6 @@
-// Small random worlds of everything at once: friction, spin, laws of restitution, springs, rods,
-// fields, drag, walls across each other. None has a known answer, but each must come to its end,
-// with books that balance, and without energy from nowhere.
+// Tests small random worlds with everything at once: friction, spin, laws of restitution, springs,
+// rods, fields, drag, walls across each other. None has a known answer, but each must come to its
+// end, with a conservation check that balances, and without energy from nowhere.
 
 #include <algorithm>
 #include <cstdint>
@@ -33,7 +33,7 @@ class RandomWorld {
     if (chance(0.2)) world_.drag = {random_.between(0.0, 2.0), random_.inCube(1.0)};
   }
   const SphereWorld& world() const { return world_; }
-  /// Whether nothing but gravity, contacts and rods acts: then energy cannot grow.
+  /// True if only gravity, contacts and rods act, so that energy cannot grow.
   bool hasEnergyOfItsOwn() const {
     return world_.fields.empty() && world_.drag.rate == 0.0 && world_.springs.empty();
   }
@@ -41,7 +41,7 @@ class RandomWorld {
  private:
   bool chance(double probability) { return random_.between(0.0, 1.0) < probability; }
 
-  /// Through the box; who would be in it is taken away.
+  /// Adds a slope through the box and removes the spheres that would be in it.
   void addSlope(double restitution) {
     const Plane slope{kFirstPlane + 7, Vec3(0.48, 0.8, 0.36), -0.2, restitution};
     std::erase_if(world_.spheres, [&](const Sphere& sphere) {

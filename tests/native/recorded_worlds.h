@@ -30,7 +30,7 @@ inline SphereWorld dampedGas() {
   return world;
 }
 
-/// Balls that are poured into a box, and come to rest there.
+/// Balls that are poured into a box and come to rest there.
 inline SphereWorld pouredBalls() {
   SphereWorld world = gasInBox(3, 0.4, 22);
   world.gravity = kEarthGravity;
@@ -43,7 +43,8 @@ inline SphereWorld onMovingFloor() {
   return world;
 }
 
-/// Pairs of surfaces with restitutions of their own, and spheres that all differ.
+/// Spheres of five surfaces with different restitutions, of which one pair has a restitution of its
+/// own.
 inline SphereWorld manyMaterials() {
   SphereWorld world = gasInBox(3, 0.9, 23);
   SurfaceId surface = 0;
@@ -90,7 +91,7 @@ inline bool sameBits(const Vec3& one, const Vec3& other) {
 inline bool sameBits(const Quat& one, const Quat& other) {
   return sameBits(one.w(), other.w()) && sameBits(Vec3(one.vec()), Vec3(other.vec()));
 }
-/// Every field of them.
+/// True if every field of the events has the same bits.
 inline bool sameBits(const ImpulseEvent& one, const ImpulseEvent& other) {
   return sameBits(one.time, other.time) && one.body == other.body && one.other == other.other &&
          sameBits(one.impulse, other.impulse) &&

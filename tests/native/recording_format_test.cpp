@@ -25,7 +25,7 @@ using Bytes = std::vector<std::byte>;
 
 constexpr std::size_t kChecksumSize = 8;
 
-/// With a checksum that fits, as somebody would give them who means harm.
+/// Returns the bytes with a fitting checksum, as a malicious author would make them.
 Bytes resealed(Bytes bytes) {
   if (bytes.size() < kChecksumSize) return bytes;
   bytes.resize(bytes.size() - kChecksumSize);
@@ -86,7 +86,8 @@ TEST_P(RecordingFiles, HoldEveryBit) {
 INSTANTIATE_TEST_SUITE_P(Worlds, RecordingFiles, testing::ValuesIn(recordedWorlds()),
                          [](const auto& instance) { return instance.param.name; });
 
-// Of an elastic gas all follows but who meets whom, and the times of what was told otherwise.
+// For an elastic gas only the partners of each collision, and the times of exceptional records,
+// have to be stored.
 TEST(RecordingFormat, TakesFewBytesForACollision) {
   for (const NamedWorld& named : recordedWorlds()) {
     const Recording none = recordedRun(named.world, 0.0);
@@ -156,7 +157,8 @@ TEST(RecordingFormat, WithAForgedChecksumIsASoundRecordingOrAnError) {
   EXPECT_GT(sound, 0);
 }
 
-// Made up by a fuzzer: a collision with nobody, whose events are those that would be rebuilt.
+// The file is from a fuzzer: a collision with a body that does not exist, whose events are those
+// that would be rebuilt.
 TEST(RecordingFormat, WhatIsAcceptedCanBeWrittenAgain) {
   std::ifstream file(CAROM_SOURCE_DIR "/tests/fuzz/corpus/recording/nobody.carom",
                      std::ios::binary);
@@ -205,8 +207,8 @@ TEST(RecordingFormat, RefusesToWriteWhatCannotBeRead) {
   EXPECT_FALSE(encoded(recording));
 }
 
-// The bytes of one run. Where they change, files of before can no longer be read: raise
-// kRecordingVersion, then this.
+// The bytes of one run. If they change, older files can no longer be read: raise kRecordingVersion,
+// then update them.
 TEST(RecordingFormat, GoldenBytes) {
   const Bytes bytes = encodedBytes(shortRun());
   EXPECT_EQ(bytes.size(), 454U);

@@ -112,7 +112,7 @@ TEST(Recording, FindsTheEventsOfAnIntervalOpenBelowAndClosedAbove) {
   EXPECT_TRUE(recording.eventsBetween(2.0, 1.0).empty());
 }
 
-// A fall from h takes sqrt(2 h / g); on the way the height is h - g t^2 / 2.
+// A fall from h takes sqrt(2 h / g); the height on the way is h - g t^2 / 2.
 TEST(Recording, OfABouncingBallIsItsParabolas) {
   const double height = 0.5;
   const double gravity = 9.81;
@@ -124,8 +124,8 @@ TEST(Recording, OfABouncingBallIsItsParabolas) {
   EXPECT_NEAR(recording.state(0, fall + 0.1).velocity.y(), gravity * fall - gravity * 0.1, 1e-13);
 }
 
-// What is looked at is what a binary search looks at: the structure that makes seeking
-// O(log n) is order, in the segments of each sphere and in the collisions.
+// Seeking is O(log n) because it is a binary search; the test checks the order that this needs, of
+// the segments of each sphere and of the collisions.
 TEST(Recording, IsInOrderOfTimeSoThatSeekingIsABinarySearch) {
   const Recording recording = recordedRun(dampedGas(), kRunTime);
   const auto segmentsInOrder = [&](std::size_t sphere) {
@@ -143,7 +143,7 @@ TEST(Recording, HasTheTrajectoryHashOfTheRun) {
     EXPECT_EQ(recordedRun(run.world, run.duration).trajectoryHash(), runHash(run));
 }
 
-// More than the hash looks at: what an event says of a box, or of a plane that shakes.
+// The test compares more than the hash does: an event's record of a box, or of a plane that shakes.
 TEST(Recording, HasTheBitsOfAllEventsOfEveryHashedRun) {
   for (const HashedRun& run : hashedRuns()) {
     const Recording recording = recordedRun(run.world, run.duration);
@@ -166,7 +166,7 @@ TEST(Recording, OfNothingIsEmpty) {
   EXPECT_EQ(recording.collisionCount(), 0U);
 }
 
-// Mechanics to come may say more of an event than follows from states: it is kept all the same.
+// Later mechanics may record more in an event than follows from the states: it must be kept, too.
 TEST(Recording, KeepsWhatAnEventSaysBeyondItsStates) {
   const Recording plain = recordedRun(droppedBall(0.5, 0.8), 1.0);
   ASSERT_GE(plain.collisionCount(), 1U);

@@ -48,14 +48,15 @@ TEST(Carried, InAGutterItRunsAlongAndInACornerItStays) {
 }
 
 TEST(Carried, OfTwoSlopesTheSteeperMayCarryNothing) {
-  // Down the gentle slope it leaves the steep wall behind.
+  // The body slides down the gentle slope and leaves the steep wall.
   const std::vector<Vec3> normals{Vec3(0.1, 1.0, 0.0).normalized(), Vec3::UnitX()};
   const Carried carried = carriedBy(kPull, normals);
   EXPECT_EQ(carried.touching, 1U);
   EXPECT_GT(carried.acceleration.x(), 0.0);
 }
 
-// Gauss: no admissible acceleration is nearer to the pull. The oracle tries random ones.
+// Gauss's principle: no admissible acceleration is nearer to the pull. The oracle tries random
+// ones.
 TEST(Carried, IsTheNearestAdmissibleAcceleration) {
   test::SplitMix random(3);
   for (int trial = 0; trial < 300; ++trial) {

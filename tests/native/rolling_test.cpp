@@ -29,7 +29,7 @@ SphereWorld table() {
   return world;
 }
 
-/// m/s, of the ball's lowest point.
+/// Velocity in m/s of the ball's lowest point.
 Vec3 slipOf(const SphereState& state, double radius) {
   return state.velocity + state.spin.cross(Vec3(0.0, -radius, 0.0));
 }
@@ -57,8 +57,8 @@ TEST(Rolling, ASlidingBallRollsWithFiveSeventhsOfItsSpeed) {
 }
 
 TEST(Rolling, ADrawShotComesBack) {
-  // Back spin of more than 5/2 of the speed over the radius turns the ball round: what stays is
-  // the angular momentum about a point of the table, (5 v + 2 r w) / 7.
+  // Back spin of more than 5/2 of the speed over the radius turns the ball round: the angular
+  // momentum about a point of the table stays, (5 v + 2 r w) / 7.
   SphereWorld world = table();
   world.spheres = {ballAt(1, 0.0, 0.0, {1.0, 0.0, 0.0})};
   world.spheres[0].friction.spin = {0.0, 0.0, 4.0 / kBallRadius};
@@ -68,7 +68,8 @@ TEST(Rolling, ADrawShotComesBack) {
 }
 
 TEST(Rolling, ASwervingBallFollowsAParabola) {
-  // With side spin about its way the slip is at an angle to the way, but constant in direction.
+  // With side spin about its way the ball slips at an angle to the way, but in a constant
+  // direction.
   SphereWorld world = table();
   world.spheres = {ballAt(1, 0.0, 0.0, {1.5, 0.0, 0.0})};
   world.spheres[0].friction.spin = {30.0, 20.0, 10.0};
@@ -84,7 +85,7 @@ TEST(Rolling, ASwervingBallFollowsAParabola) {
   stepper.advanceTo(rolls + 1.0);
   EXPECT_NEAR((stepper.state(0).velocity - (Vec3(1.5, 0.0, 0.0) - rolls * slowing)).norm(), 0.0,
               1e-12);
-  EXPECT_NEAR(stepper.state(0).spin.y(), 20.0, 1e-12);  // nothing holds it up
+  EXPECT_NEAR(stepper.state(0).spin.y(), 20.0, 1e-12);  // nothing brakes it
 }
 
 TEST(Rolling, ResistanceStopsARollingBallAndPivotingFrictionItsSpin) {
@@ -123,13 +124,15 @@ TEST(Rolling, ABallOnASlopeRollsOrSlidesAsItsFrictionAllows) {
     const double sliding = pull - friction * kGravity * std::cos(angle);
     const bool grips = 2.0 / 7.0 * pull <= friction * kGravity * std::cos(angle);
     EXPECT_EQ(grips, friction == 0.5);
-    // It falls through the rounding of its place first, 1e-17 m in some ns, without friction.
+    // First the ball falls, without friction, through the rounding of its place: 1e-17 m in some
+    // ns.
     EXPECT_NEAR(stepper.state(0).velocity.norm(), grips ? rolling : sliding, 1e-8);
   }
 }
 
 TEST(Rolling, AcrossASlopeTheCourseTendsToTheIntegratedOne) {
-  // Sliding across a slope: the slip turns, and nothing is in closed form. Against small steps.
+  // The ball slides across a slope, where the slip turns and there is no closed form: the oracle
+  // makes small steps.
   const double angle = 0.3;
   const Vec3 normal(std::sin(angle), std::cos(angle), 0.0);
   SphereWorld world;
@@ -158,7 +161,8 @@ TEST(Rolling, AcrossASlopeTheCourseTendsToTheIntegratedOne) {
 }
 
 TEST(Rolling, ABallThatSpinsIntoAWallComesAwayFromItInFewContacts) {
-  // Gravity draws it off the wall, but at first the friction of its spin on the floor is stronger.
+  // Gravity draws the ball off the wall, but at first the friction of its spin on the floor is
+  // stronger.
   for (const bool box : {false, true}) {
     SphereWorld world = table();
     world.gravity = {0.0, -9.81, 0.2};
@@ -186,7 +190,8 @@ TEST(Rolling, ABallThatSpinsIntoAWallComesAwayFromItInFewContacts) {
 }
 
 TEST(Rolling, BallsThatSpinInCornersDoNotLockUpTime) {
-  // Friction on one wall pushes a ball off the other and back: contacts by turns, ns apart.
+  // Friction on one wall pushes a ball off the other and back, so that contacts alternate within
+  // ns.
   for (const std::uint64_t seed : {41U, 43U, 44U, 45U}) {
     SphereWorld world = gasInBox(3, 0.004, seed);
     world.gravity = {0.3, -9.81, 0.2};
@@ -208,8 +213,9 @@ TEST(Rolling, BallsThatSpinInCornersDoNotLockUpTime) {
 }
 
 TEST(Rolling, AnImpactWithFrictionKeepsTheAngularMomentumAboutTheContact) {
-  // Two spinning balls in flight meet at an angle: momentum, and of each the angular momentum about
-  // the point of contact, stay; the slip is either gone or turned by friction's share.
+  // Two spinning balls in flight meet at an angle: momentum stays, and so does each ball's angular
+  // momentum about the point of contact; the slip is either gone or changed by the impulse of
+  // sliding friction.
   for (const double friction : {0.05, 10.0}) {
     SphereWorld world;
     world.spheres = {ballAt(1, 0.0, 0.0, {1.0, 0.3, 0.0}), ballAt(2, 0.2, 0.01, {-0.5, 0.1, 0.2})};
@@ -249,7 +255,7 @@ TEST(Rolling, AnImpactWithFrictionKeepsTheAngularMomentumAboutTheContact) {
 }
 
 TEST(Rolling, AStunnedCueBallStopsAndARollingOneFollows) {
-  // Head on against a frictionless ball: a cue ball that does not spin stops; one that rolls keeps
+  // The cue ball meets a frictionless ball head on: without spin it stops; if it rolls, it keeps
   // its spin and follows with 2/7 of its speed.
   for (const bool rolling : {false, true}) {
     SphereWorld world = table();
@@ -279,7 +285,7 @@ TEST(RestitutionLaw, FifthRootIsTheInverseOfTheFifthPower) {
 }
 
 TEST(RestitutionLaw, SlowViscoelasticBouncesLoseLittle) {
-  // 1 - e ~ v^(1/5): from 1 m/s to 1e-5 m/s the loss falls tenfold.
+  // 1 - e ~ v^(1/5), so that from 1 m/s to 1e-5 m/s the loss falls tenfold.
   const RestitutionLaw law{SpeedLaw::viscoelastic, 1.0};
   const double slow = 1.0 / restitutionAt(0.8, law, 1e-5) - 1.0;
   EXPECT_NEAR(slow, 0.1 * (1.0 / 0.8 - 1.0), 1e-12);

@@ -77,7 +77,7 @@ TEST(OscillatingContactTime, OfRandomThrowsIsThatOfSmallStepsAndBisection) {
       continue;
     }
     ++hits;
-    if (std::abs(Wide(time) - *expected) > 1e-6L) {  // it fell into a graze between two steps
+    if (std::abs(Wide(time) - *expected) > 1e-6L) {  // the oracle's steps have missed a graze
       EXPECT_LT(Wide(time), *expected) << k;
       EXPECT_LT(std::abs(heightAt(c, time)), 1e-14L) << k;
       continue;

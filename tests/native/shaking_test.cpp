@@ -45,7 +45,7 @@ TEST(Oscillation, ItsPhaseIsAsExactAfterADayAsAtTheStart) {
     const double seconds = random.between(86'000.0, 86'400.0);
     const double rest = random.between(-7e-12, 7e-12);
     const Wide time = Wide(seconds) + Wide(rest);
-    Wide turns = Wide(oscillation.frequency) * time;  // 64 bits of it: 5e-12 turns are left
+    Wide turns = Wide(oscillation.frequency) * time;  // long double's 64 bits leave 5e-12 turns
     turns -= std::floor(turns);
     const Wide expected = std::sin(2.0L * kWidePi * (turns + Wide(0.2)));
     EXPECT_NEAR(oscillation.at({seconds, rest}).sine, static_cast<double>(expected), 1e-10);
@@ -63,7 +63,7 @@ TEST(OscillatingContactTime, WhereTheSurfaceNeverReachesItIsNever) {
 }
 
 TEST(OscillatingContactTime, InTouchItIsNowOrAfterTheReturn) {
-  const Oscillation oscillation{0.001, 10.0, 0.0};  // at first with 62.8 mm/s
+  const Oscillation oscillation{0.001, 10.0, 0.0};  // starts at 62.8 mm/s
   const double speed = 0.001 * oscillation.angularFrequency();
   EXPECT_EQ(oscillatingContactTime({0.0, 0.0, -9.81, 1e-15}, oscillation, {}, kNever), 0.0);
   EXPECT_EQ(oscillatingContactTime({0.0, speed, -9.81, 1e-15}, oscillation, {}, kNever), 0.0);

@@ -27,8 +27,9 @@ double kineticEnergyOf(const SphereWorld& world) {
   return energy;
 }
 
-/// A triangle of touching balls with `rows` rows, its apex at the origin, pointing to -x; and a cue
-/// ball that comes along x. `mirrored[k]` is the listed ball across the x axis from the k-th.
+/// A triangle of touching balls with `rows` rows, whose apex is at the origin and points to -x, and
+/// a cue ball that comes along x. Ball `mirrored[k]` is the mirror image of the k-th across the x
+/// axis.
 struct Rack {
   SphereWorld world;
   std::vector<std::size_t> mirrored;
@@ -137,7 +138,7 @@ TEST(Simultaneous, TwoBallsThatHitOneFromBothSidesAreResolvedTogether) {
   EXPECT_NEAR(stepper.state(2).velocity.x(), 1.0, 1e-14);
 }
 
-/// The numbers of cluster_test.cpp, from another integrator.
+/// The expected speeds are those of cluster_test.cpp, from another integrator.
 TEST(Simultaneous, ATouchingCradleOfElasticBallsFansOutAndOneWithGapsDoesNot) {
   const std::vector<double> touching{-0.07108501708, -0.03027376410, -0.01446362903, 0.12704498608,
                                      0.98877742413};

@@ -56,7 +56,7 @@ TEST(SphereStepperDeterminism, ListingOrderOfTheSpheresChangesNoBit) {
 
 constexpr BodyId kFirstBystander = 10'000;
 
-/// With a column of spheres high above the others: so many that the stepper uses cells.
+/// Adds a column of spheres high above the others, so many that the stepper uses cells.
 SphereWorld withBystanders(SphereWorld world, double radius, double height) {
   for (int place = 0; place < 30; ++place) {
     Sphere bystander = sphereAt(kFirstBystander + static_cast<BodyId>(place),
@@ -71,7 +71,7 @@ bool isBystander(BodyId id) {
   return id >= kFirstBystander && id < kFirstPlane;
 }
 
-// Up to 24 spheres have no cells: each looks at all others.
+// Worlds of up to 24 spheres have no cells: each sphere is tested against all others.
 TEST(SphereStepperDeterminism, CellsChangeNoBit) {
   for (const Vec3& gravity : {Vec3(0.0, 0.0, 0.0), Vec3(0.5, -9.81, 0.25)}) {
     SphereWorld world = gasInBox(3, 0.97, 13);
@@ -81,7 +81,7 @@ TEST(SphereStepperDeterminism, CellsChangeNoBit) {
     SphereStepper alone = stepperOf(world);
     const auto expected = alone.advanceTo(0.5);
     ASSERT_GT(expected.size(), 100U);
-    // Levels of large and of small cells, and a middle that is far away.
+    // The columns make levels of large cells, levels of small ones, and a middle that is far away.
     using Kind = std::pair<double, double>;
     for (const auto& [radius, height] : {Kind{0.1, 50.0}, Kind{1e-4, 50.0}, Kind{0.01, 1e9}}) {
       SphereStepper stepper = stepperOf(withBystanders(world, radius, height));

@@ -1,4 +1,4 @@
-// Stiff and extreme cases, each against a closed form.
+// Tests stiff and extreme cases, each against a closed form.
 
 #include <algorithm>
 #include <cmath>
@@ -38,7 +38,7 @@ TEST(SphereStepperExtremes, FarFromTheOriginTheSameSpheresMeet) {
   const auto events = far.advanceTo(0.005);
   ASSERT_GT(expected.size(), 20U);
   ASSERT_GE(events.size(), 4U);
-  // A position there is good to 1 um, a thousandth of a radius.
+  // At that distance a position is good to 1 um, a thousandth of a radius.
   EXPECT_EQ(events[0].body, expected[0].body);
   EXPECT_EQ(events[0].other, expected[0].other);
   EXPECT_NEAR(events[0].time, expected[0].time, 1e-5);
@@ -54,7 +54,7 @@ TEST(SphereStepperExtremes, AMillionMillionMetresAwayNothingHangsAndEnergyStays)
   EXPECT_NEAR(stepper.kineticEnergy() / energy, 1.0, 1e-12);
 }
 
-// After 10^6 cells it has left the last one; then it costs nothing to be that fast.
+// After 10^6 cells the sphere has left the last one; from then on its speed costs nothing.
 TEST(SphereStepperExtremes, WhatFliesAtTenKilometresPerSecondForADayEndsWhereItShould) {
   SphereWorld world = cloudAt(Vec3::Zero(), 3);
   for (Sphere& sphere : world.spheres)
@@ -88,8 +88,8 @@ TEST(SphereStepperExtremes, SpheresMeetBeyondTheLastCell) {
   EXPECT_NEAR(events[0].position.x(), -1.0 - 4096.0 * 1998.002, 0.1);
 }
 
-// Masses of 1 and 1e9 between walls: the heavy one hardly moves, and the light one's speed changes
-// by twice the heavy one's at each meeting. Energy is kept all the same.
+// A heavy sphere hardly moves, and the light one between it and the wall changes its speed by twice
+// the heavy one's at each meeting, at a mass ratio of 1e9. Energy is kept all the same.
 TEST(SphereStepperExtremes, MassRatioOfABillionKeepsEnergyOverManyMeetings) {
   SphereWorld world = cradle(2, 0.5, 0.0);
   world.restSpeed = 0.0;
@@ -109,7 +109,7 @@ TEST(SphereStepperExtremes, MassRatioOfABillionKeepsEnergyOverManyMeetings) {
   EXPECT_NEAR(gap * stepper.state(0).velocity.norm() / product, 1.0, 1e-3);
 }
 
-// What does not bounce at all leaves at the velocity of the common centre of mass.
+// Spheres that do not bounce at all leave at the velocity of their common centre of mass.
 TEST(SphereStepperExtremes, PlasticSpheresGoOnTogether) {
   SphereWorld world = cradle(2, 0.5, 3.0);
   world.spheres[1].mass = 0.4;
@@ -121,7 +121,7 @@ TEST(SphereStepperExtremes, PlasticSpheresGoOnTogether) {
   EXPECT_NEAR(stepper.state(1).velocity.x(), 1.0, 1e-15);
 }
 
-// In all three directions at once, from 1 nm/s to 10 km/s in one world: thirteen decades.
+// Speeds from 1 nm/s to 10 km/s in one world span thirteen decades.
 TEST(SphereStepperExtremes, SpeedsThirteenDecadesApartMeetOnTime) {
   SphereWorld world;
   world.restSpeed = 0.0;
@@ -135,8 +135,8 @@ TEST(SphereStepperExtremes, SpeedsThirteenDecadesApartMeetOnTime) {
   EXPECT_NEAR(stepper.state(1).velocity.x(), 1e-9, 1e-11);
 }
 
-// Light and fast ones among heavy and slow ones cross many cells between two contacts of these. A
-// contact that is missed is found too late, when the two overlap.
+// Light, fast spheres among heavy, slow ones cross many cells between two contacts of the slow
+// ones. A missed contact would be found too late, when the two overlap.
 TEST(SphereStepperExtremes, NoContactIsMissedAmongSpheresOfVeryDifferentSpeeds) {
   for (const std::uint64_t seed : {1U, 6U, 8U}) {
     SphereWorld world = gasInBox(6, 1.0, seed);
@@ -156,7 +156,8 @@ TEST(SphereStepperExtremes, NoContactIsMissedAmongSpheresOfVeryDifferentSpeeds) 
   }
 }
 
-// A lattice of touching spheres, hit at a corner: at 1 m/s nothing gets lost in 27 exact contacts.
+// A lattice of touching spheres is hit at a corner, at 1 m/s: nothing gets lost in 27 exact
+// contacts.
 TEST(SphereStepperExtremes, StartingInExactContactKeepsMomentumAndEnergy) {
   SphereWorld world = cradle(1, 0.0, 0.0);
   world.spheres.clear();
@@ -179,10 +180,10 @@ TEST(SphereStepperExtremes, StartingInExactContactKeepsMomentumAndEnergy) {
   EXPECT_NEAR(stepper.kineticEnergy() / (0.1 * 1.3125), 1.0, 1e-14);
 }
 
-// ---- What cannot end well must end all the same
+// ---- Cases that cannot end well must end all the same
 
-/// `count` balls in a row on a floor between a wall and one that comes at 1 m/s, which would need
-/// their room after 0.2 s.
+/// `count` balls in a row on a floor, between a wall and one that approaches at 1 m/s and would
+/// need their room after 0.2 s.
 SphereWorld press(int count, double restitution) {
   SphereWorld world;
   world.gravity = kEarthGravity;
@@ -213,7 +214,7 @@ TEST_P(Press, CrushesOneBallWhichStaysWhereItIs) {
 
 INSTANTIATE_TEST_SUITE_P(Restitution, Press, testing::Values(0.0, 0.5, 0.9, 1.0));
 
-// Elastic ones would have all the energy of the first.
+// Elastic balls would keep all the energy of the first impact.
 TEST(SphereStepperExtremes, AMovingWallCrushesARowAndPassesOn) {
   SphereStepper stepper = stepperOf(press(5, 0.9));
   std::string why;
@@ -224,7 +225,7 @@ TEST(SphereStepperExtremes, AMovingWallCrushesARowAndPassesOn) {
   EXPECT_EQ(stepper.counters().crushed, 5U);
 }
 
-// The box comes down on it at 1 m/s; a ball beside it is not touched.
+// The box comes down on one ball at 1 m/s; the ball beside it is not touched.
 TEST(SphereStepperExtremes, ABoxCrushesABallOnTheFloor) {
   SphereWorld world;
   world.gravity = kEarthGravity;

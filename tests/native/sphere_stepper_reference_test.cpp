@@ -13,8 +13,8 @@ using namespace test;
 using Wide = long double;
 using WideVec3 = Eigen::Matrix<Wide, 3, 1>;
 
-/// The slow and obvious stepper: all spheres at one time, in 64-bit mantissas, all pairs looked at
-/// after every contact, textbook quadratics, nothing predicted or kept.
+/// The slow and obvious stepper: all spheres are at one time, with 64-bit mantissas; all pairs are
+/// tested after every contact, by textbook quadratics; nothing is predicted or kept.
 class AllPairsReference {
  public:
   struct Hit {
@@ -80,7 +80,7 @@ class AllPairsReference {
     if (std::abs(a) < 1e-15L) return v < 0.0L ? std::max(0.0L, -h / v) : INFINITY;
     const Wide discriminant = v * v - 2.0L * a * h;
     if (discriminant < 0.0L) return INFINITY;
-    // The velocity at the contact is -sqrt for the way in, whatever the signs.
+    // At the contact on the way in the velocity is -sqrt, whatever the signs.
     const Wide time = (-std::sqrt(discriminant) - v) / a;
     return time >= 0.0L ? time : (v < 0.0L && h < 1e-12L ? 0.0L : INFINITY);
   }
@@ -119,9 +119,9 @@ class AllPairsReference {
   Wide time_ = 0.0L;
 };
 
-/// Compares until chaos has amplified the rounding of double (1e-16) to the tolerance. Spheres as
-/// dense as these lose a digit in some two contacts each: 1e-16 becomes 1e-8 after some 15 per
-/// sphere. Eight per sphere are compared, at 1e-9 s.
+/// Compares contacts until chaos has amplified the rounding of double (1e-16) to the tolerance.
+/// Spheres as dense as these lose a digit in some two contacts each: 1e-16 becomes 1e-8 after some
+/// 15 per sphere. Eight per sphere are compared, at 1e-9 s.
 void expectSameContacts(const SphereWorld& world) {
   AllPairsReference reference(world);
   SphereStepper stepper = stepperOf(world);

@@ -58,7 +58,7 @@ TEST(SphereStepper, BouncesFollowTheGeometricSeriesUntilRestSpeed) {
   const double impactSpeed = std::sqrt(2.0 * 9.81 * 1.0);
   SphereStepper stepper = stepperOf(droppedBall(1.0, e));
   const std::vector<ImpulseEvent> events = eventsUntil(stepper, 20.0);
-  // Speed e^k v0 is at least restSpeed for k <= ln(v0 / restSpeed) / ln(1 / e) = 30.4.
+  // The speed e^k v0 is at least restSpeed for k <= ln(v0 / restSpeed) / ln(1 / e) = 30.4.
   ASSERT_EQ(events.size(), 2U * 31U);
   for (int bounce = 0; bounce < 31; ++bounce) {
     const ImpulseEvent& event = events[2 * static_cast<std::size_t>(bounce)];
@@ -74,7 +74,7 @@ TEST(SphereStepper, BouncesFollowTheGeometricSeriesUntilRestSpeed) {
 }
 
 TEST(SphereStepper, BounceIntervalsADayAfterTheStartKeepUnderANanosecond) {
-  // The ball needs 86400 s to reach the first wall; then it flies between the two.
+  // A world whose only wall is 60 km away is valid.
   SphereWorld world;
   world.spheres = {sphereAt(1, {0.0, 0.0, 0.0}, {-0.7, 0.0, 0.0})};
   world.planes = {{10, Vec3::UnitX(), -0.7 * 86400.0 - 0.05, 1.0},
@@ -86,7 +86,7 @@ TEST(SphereStepper, BounceIntervalsADayAfterTheStartKeepUnderANanosecond) {
   SphereStepper stepper = stepperOf(world);
   EXPECT_TRUE(valid(stepper));
 
-  // Elastic bounces for a whole day: bounce k is at (2 k + 1) falls, without drift.
+  // A ball bounces elastically for a whole day: bounce k is at (2 k + 1) falls, without drift.
   SphereStepper ball = stepperOf(droppedBall(5.0, 1.0));
   const double fall = std::sqrt(2.0 * 5.0 / 9.81);
   double worst = 0.0;
@@ -209,8 +209,8 @@ TEST(SphereStepper, GasKeepsEnergyOverAHundredThousandCollisions) {
   EXPECT_EQ(stepper.counters().restContacts, 0U);
 }
 
-/// A slow sphere that bounces looks at near cells alone. A fast one may come from farther away,
-/// over a cell that was near to both all the time.
+/// A slow sphere that bounces tests only near cells. A fast one may come from farther away, over a
+/// cell that was near to both all the time.
 TEST(SphereStepper, FastSpheresMissNoSlowOneWhereverTheyCrossCells) {
   for (const std::uint64_t seed : {165U, 249U}) {
     SphereWorld world = gasInBox(3, 1.0, seed);
@@ -283,7 +283,7 @@ TEST(SphereStepper, EnergyNeverGrowsWhileItIsLost) {
     SphereStepper stepper = stepperOf(world);
     const double start = energyOf(stepper);
     double lowest = start;
-    // A hop gives back what a plane took before: m restSpeed^2 / 8 for each sphere at most.
+    // A hop gives back energy that a plane took before: at most m restSpeed^2 / 8 for each sphere.
     double hops = 0.0;
     for (const Sphere& sphere : world.spheres)
       hops += sphere.mass * 0.125 * 25e-6;
@@ -347,7 +347,7 @@ TEST(SphereStepper, InelasticCollapseWithoutRestSpeedEndsAndIsCounted) {
   SphereStepper stepper = stepperOf(world);
   const std::vector<ImpulseEvent> events = eventsUntil(stepper, 3.0);
   const double end = std::sqrt(2.0 / 9.81) * 3.0;  // sum of the series for e = 1/2
-  // A bounce that would last less than 10 us is none: v0 / 2^k < g 5 us from k = 17 on.
+  // A bounce that would last less than 10 us does not occur: v0 / 2^k < g 5 us from k = 17 on.
   ASSERT_EQ(events.size(), 2U * 17U);
   EXPECT_NEAR(events.back().time, end, 2e-5);
   EXPECT_EQ(stepper.state(0).velocity, Vec3::Zero());
@@ -523,7 +523,7 @@ TEST(SphereStepper, APushIsAnImpulseAndNoCollision) {
   stepper.advanceTo(0.5);
   stepper.push(0, {0.1, 0.0, -0.2});
   EXPECT_TRUE(stepper.advanceTo(1.5).empty());
-  // 0.2 kg
+  // The sphere's mass is 0.2 kg.
   EXPECT_LT((stepper.state(0).position - Vec3(0.5 + 1.5, 1.0, -1.0)).norm(), 1e-12);
   EXPECT_EQ(stepper.state(1).position, Vec3(0.0, 2.0, 0.0));
   std::string why;
@@ -551,7 +551,7 @@ TEST(SphereStepper, APushOntoTheFloorSinksNothing) {
   world.planes = {floorPlane(0.3)};
   SphereStepper stepper = *SphereStepper::create(world);
   stepper.advanceTo(2.0);
-  for (int step = 1; step <= 1000; ++step) {  // and a little aside
+  for (int step = 1; step <= 1000; ++step) {  // pushes a little aside, too
     stepper.push(0, {1e-5, -1e-3, 0.0});
     stepper.advanceTo(2.0 + 1e-3 * step);
     ASSERT_NEAR(stepper.state(0).position.y(), 0.05, 1e-6) << step;
@@ -579,9 +579,9 @@ TEST(SphereStepper, APushWakesWhatSleeps) {
   ASSERT_EQ(asleep(), 8U);
   const Vec3 before = stepper.state(7).position;
   stepper.push(7, {0.0, 0.1, 0.0});
-  EXPECT_LT(asleep(), 8U);  // and whatever leaned on it
+  EXPECT_LT(asleep(), 8U);  // the sphere and those that leaned on it
   stepper.advanceTo(6.05);
-  EXPECT_GT(stepper.state(7).position.y() - before.y(), 0.012);  // free, 0.0127
+  EXPECT_GT(stepper.state(7).position.y() - before.y(), 0.012);  // free flight: 0.0127
 }
 
 }  // namespace

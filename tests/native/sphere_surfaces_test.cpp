@@ -1,4 +1,4 @@
-// Boxes and shaking planes, as SphereStepper moves spheres about them.
+// Tests how SphereStepper moves spheres about boxes and shaking planes.
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,7 @@ using namespace test;
 
 constexpr BodyId kBox = 500;
 
-/// With its top at y = 0.
+/// A box with its top at y = 0.
 Box table(double halfWidth, double restitution = 1.0) {
   Box box;
   box.id = kBox;
@@ -81,8 +81,8 @@ TEST(BoxesOfSpheres, TheBoxesShareOfAnEventIsFilled) {
   EXPECT_EQ(events[1].bodyVelocity, Vec3(0.0, 0.0, 0.5));
 }
 
-// Three balls fall as a tower, and all contacts are resolved together: the box's share of one of
-// them is not the last event then.
+// Three balls fall as a tower, and all contacts are resolved together: then the box's share of its
+// contact is not the last event.
 TEST(BoxesOfSpheres, OnlyTheBoxesShareSaysWhereTheBoxIs) {
   SphereWorld world = ballOverTable(0.3, 0.9);
   world.spheres.push_back(sphereAt(2, {0.0, 0.45, 0.0}));
@@ -91,7 +91,7 @@ TEST(BoxesOfSpheres, OnlyTheBoxesShareSaysWhereTheBoxIs) {
   for (Sphere& sphere : world.spheres)
     sphere.stiffness = 6e9;
   world.boxes[0].stiffness = 6e9;
-  world.boxes[0].orientation = Quat(0.8, 0.0, 0.6, 0.0);  // about the vertical
+  world.boxes[0].orientation = Quat(0.8, 0.0, 0.6, 0.0);  // turned about the vertical
   SphereStepper stepper = stepperOf(world);
   const auto events = eventsUntil(stepper, 0.26);
   ASSERT_EQ(events.size(), 6U);
@@ -146,7 +146,7 @@ TEST(BoxesOfSpheres, ABallThatSlidesOffATableLeavesItsEdgeWhereItMust) {
     EXPECT_TRUE(eventsUntil(stepper, 0.5 / speed).empty()) << speed;
     EXPECT_NEAR(stepper.state(0).position.x(), 0.5, 1e-12);
     EXPECT_NEAR(stepper.state(0).position.y(), 0.05, 1e-15);
-    // At the height 0.3 m below the top it is in free flight.
+    // At 0.3 m below the top the ball is in free flight.
     double time = 0.5 / speed;
     while (stepper.state(0).position.y() > -0.3) {
       time += 1e-3;
@@ -189,7 +189,7 @@ TEST(BoxesOfSpheres, ATableThatIsPulledAwayLetsTheBallFall) {
   EXPECT_TRUE(eventsUntil(stepper, 0.5).empty());
   EXPECT_NEAR(stepper.state(0).position.y(), 0.05, 1e-15);
   EXPECT_TRUE(eventsUntil(stepper, 1.0).empty());
-  // The edge leaves faster than g r: at once into free fall.
+  // The edge leaves faster than g r allows the ball to follow: it falls freely at once.
   EXPECT_NEAR(stepper.state(0).position.y(), 0.05 - 0.5 * 9.81 * 0.25, 1e-6);
   EXPECT_NEAR(stepper.state(0).position.x(), 0.0, 1e-9);
 }
@@ -230,7 +230,6 @@ TEST(BoxesOfSpheres, BallsOnANeedleAnEdgeAndACornerEnd) {
   }
 }
 
-/// The slow obvious reference: small steps of every sphere's own parabola, for one sphere.
 TEST(BoxesOfSpheres, AnElasticBallAmongTiltedBoxesKeepsItsEnergyOverThousandsOfCollisions) {
   SplitMix random(4);
   SphereWorld world;
@@ -341,11 +340,11 @@ TEST(MovingPlanes, ABallInAClosingGapGainsTwiceTheWallsSpeedEachTime) {
   const auto events = eventsUntil(stepper, 60.0);
   int hits = 0;
   double speed = 1.0;
-  double room = 0.95;  // of the centre, from the fixed wall to the piston
+  double room = 0.95;  // of the ball's centre, between the fixed wall and the piston
   double time = 0.0;
   for (const ImpulseEvent& event : events) {
     if (event.body != 1 || event.other != kFirstPlane) continue;
-    // From the fixed wall to the piston, which approaches.
+    // The ball flies from the fixed wall to the piston, which approaches.
     time = hits == 0 ? room / (1.0 + 0.01) : time + 2.0 * (room - 0.01 * time) / (speed + 0.01);
     EXPECT_NEAR(event.time, time, 1e-11);
     EXPECT_NEAR(event.approachSpeed, speed + 0.01, 1e-12);
@@ -370,7 +369,7 @@ TEST(ShakingPlanes, BelowOneGABallStaysWithinMicrometresAndSilent) {
       const double amplitude = share * 9.81 / (angular * angular);
       SphereStepper stepper = stepperOf(ballOnShaker(amplitude, frequency, 0.5));
       double farthest = 0.0;
-      // At the start the plane moves up with amplitude * angular: that is one honest collision.
+      // At the start the plane moves up with amplitude * angular, which causes one real collision.
       stepper.advanceTo(1.0);
       for (int step = 1; step <= 2000; ++step) {
         const double time = 1.0 + step / 1900.0;
@@ -392,10 +391,10 @@ TEST(ShakingPlanes, AboveOneGABallIsThrownWhereTheAccelerationPassesG) {
   const double angular = 2.0 * kPi * frequency;
   const double amplitude = 1.2 * 9.81 / (angular * angular);
   SphereWorld world = ballOnShaker(amplitude, frequency, 0.0);
-  world.planes[0].shaking.phase = -0.5 * kPi;  // from its lowest point, at rest
+  world.planes[0].shaking.phase = -0.5 * kPi;  // starts at its lowest point, at rest
   world.spheres[0].position.y() -= amplitude;
   SphereStepper stepper = stepperOf(world);
-  // It leaves where sin(phase) = 1 / 1.2, and flies until it meets the plane again.
+  // The ball leaves where sin(phase) = 1 / 1.2, and flies until it meets the plane again.
   const double leaving = std::asin(1.0 / 1.2) / angular;
   const double height = amplitude / 1.2;
   const double speed = amplitude * angular * std::cos(angular * leaving);
@@ -412,8 +411,8 @@ TEST(ShakingPlanes, AboveOneGABallIsThrownWhereTheAccelerationPassesG) {
   EXPECT_GT(events[0].approachSpeed, 0.005);
 }
 
-/// A ball that leaves with g T / 2 comes back after T with the same speed. At a phase where the
-/// plane has v = (1 - e) / (1 + e) g T / 2, the impact gives it back just that.
+/// A ball that leaves with g T / 2 comes back after T with the same speed. At a phase at which the
+/// plane has v = (1 - e) / (1 + e) g T / 2, the impact restores just that speed.
 TEST(ShakingPlanes, ABallBouncesOncePerPeriodWhereThePlaneGivesBackWhatIsLost) {
   const double period = 0.1;
   const double angular = 2.0 * kPi / period;
@@ -437,7 +436,7 @@ TEST(ShakingPlanes, ABallBouncesOncePerPeriodWhereThePlaneGivesBackWhatIsLost) {
   }
 }
 
-/// Many bounces against small steps: position and velocity of each flight from the last event.
+/// The oracle follows each flight in small steps, from position and velocity of the last event.
 TEST(ShakingPlanes, EveryContactIsTheFirstOfItsFlight) {
   SplitMix random(6);
   int contacts = 0;

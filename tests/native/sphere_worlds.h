@@ -12,8 +12,8 @@
 
 namespace carom::test {
 
-/// Numbers that are the same on every platform (SplitMix64, Steele et al. 2014), which the
-/// distributions of the standard library are not.
+/// Random numbers that are the same on every platform (SplitMix64, Steele et al. 2014), unlike
+/// those of the standard library's distributions.
 class SplitMix {
  public:
   explicit SplitMix(std::uint64_t seed) : state_(seed) {}
@@ -56,7 +56,7 @@ inline std::vector<ImpulseEvent> eventsUntil(SphereStepper& stepper, double time
   return {events.begin(), events.end()};
 }
 
-/// What spoils a world, and a part of the message that says so.
+/// A way to spoil a world, and a part of the error message for it.
 struct Refusal {
   const char* name;
   void (*spoil)(SphereWorld& world);
@@ -92,7 +92,7 @@ inline std::vector<Plane> boxOf(double half, double restitution) {
   return planes;
 }
 
-/// One ball above the floor.
+/// A world of one ball that is `height` m above the floor.
 inline SphereWorld droppedBall(double height, double restitution) {
   SphereWorld world;
   world.gravity = kEarthGravity;

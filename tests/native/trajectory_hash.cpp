@@ -42,7 +42,7 @@ std::uint64_t hashOf(SphereStepper& stepper, double duration) {
   return hash.value();
 }
 
-/// Mixed radii on a slant, in a box of which one side withdraws.
+/// A damped gas of mixed radii over a slant, in a box of which one side withdraws.
 SphereWorld dampedGas() {
   SphereWorld world = gasInBox(3, 0.9, 7);
   world.gravity = {0.3, -9.81, 0.1};
@@ -54,7 +54,7 @@ SphereWorld dampedGas() {
   return world;
 }
 
-/// What falls on top of each other, and lies.
+/// Balls that fall on top of each other and come to rest.
 SphereWorld pile() {
   SphereWorld world = gasInBox(3, 0.7, 8);
   world.gravity = kEarthGravity;
@@ -118,7 +118,7 @@ SphereWorld boxesAndShaking() {
     sphere.radius *= 0.5;
     sphere.position.y() += 0.5;
   }
-  world.planes.erase(world.planes.begin() + 3);  // open above
+  world.planes.erase(world.planes.begin() + 3);  // open at the top
   Box box;
   box.id = kFirstPlane + 10;
   box.centre = {0.02, 0.12, 0.01};

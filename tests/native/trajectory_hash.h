@@ -12,7 +12,7 @@ struct HashedRun {
   double duration = 0.0;  ///< s
 };
 
-/// Runs in which every path of the stepper takes part: an elastic gas; a damped one under gravity
+/// Runs that together take every path of the stepper: an elastic gas; a damped one under gravity
 /// with a slant and a moving wall; a pile that goes to sleep; a break with friction and spin, and
 /// one by Hertz's forces; a swinging cradle, springs, a field and drag; boxes and a shaking plane.
 std::vector<HashedRun> hashedRuns();
@@ -20,7 +20,7 @@ std::vector<HashedRun> hashedRuns();
 /// FNV-1a over the bits of all events and final states of one run.
 std::uint64_t runHash(const HashedRun& run);
 
-/// That of all hashed runs, and of what they counted.
+/// FNV-1a over the hashes of all hashed runs, and over their counters.
 std::uint64_t trajectoryHash();
 
 }  // namespace carom::test

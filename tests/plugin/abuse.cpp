@@ -24,17 +24,19 @@ namespace {
 
 constexpr std::size_t kTaps = 129;
 constexpr std::size_t kHalf = kTaps / 2;
-/// Samples around a place that its peak is taken over.
+/// Samples on either side of a place over which its peak is taken.
 constexpr std::size_t kAround = 512;
-/// Of the local peak: a step of a tenth of it has so much next to half the sample rate.
+/// Share of the local peak that counts as a glitch: a step of a tenth of the peak has so much next
+/// to half the sample rate.
 constexpr double kGlitch = 0.003;
-/// Pa: nobody hears less.
+/// Inaudible pressure in Pa.
 constexpr double kInaudible = 2e-5;
 
 constexpr double kFrame = 1.0 / 60.0;  // s
 
 double kaiser(double x) {
-  // I0(beta sqrt(1 - x^2)) / I0(beta) by its series, beta = 9: side lobes below -90 dB.
+  // The window is I0(beta sqrt(1 - x^2)) / I0(beta), by its series; with beta = 9 the side lobes
+  // are below -90 dB.
   const auto bessel = [](double z) {
     double sum = 1.0;
     double term = 1.0;
@@ -59,7 +61,7 @@ btVector3 bt(const Vec3& v) {
   return {btScalar(v.x()), btScalar(v.y()), btScalar(v.z())};
 }
 
-/// A box of 4 m with up to kMost bodies of a few shapes in it.
+/// A box of 4 m with up to kMost bodies of a few shapes.
 class Playground {
  public:
   static constexpr std::size_t kMost = 40;
@@ -146,7 +148,7 @@ SoundSettings abusedSettings(bool slides) {
   return settings;
 }
 
-/// Pulls samples in blocks of any size, and looks at them.
+/// Pulls samples in blocks of any size and examines them.
 template <class Pulled>
 class PullingEar {
  public:
@@ -233,7 +235,8 @@ class Abuse {
  private:
   static constexpr BodyId kEventBodies = 30;
 
-  /// At one sample rate, as buses hold more samples at others.
+  /// Resident memory in MB, always at the same sample rate, as buses hold more samples at other
+  /// rates.
   double memoryInUse() {
     require(sound_.prepareRendering(48000.0));
     require(events_.prepareRendering(48000.0));
@@ -368,7 +371,8 @@ class Abuse {
 }  // namespace
 
 GlitchDetector::GlitchDetector() : taps_(kTaps), window_(2 * kAround + kTaps) {
-  // What lies above 0.47 of the sample rate: a low-pass of the rest, moved up by a half.
+  // The taps pass what lies above 0.47 of the sample rate: a low-pass of the width 0.03, shifted by
+  // half the rate.
   constexpr double kWidth = 0.03;
   for (std::size_t tap = 0; tap < kTaps; ++tap) {
     const double n = static_cast<double>(tap) - static_cast<double>(kHalf);
@@ -394,12 +398,12 @@ void GlitchDetector::push(std::span<const float> samples) {
     window_[next_] = std::isfinite(sample) ? static_cast<double>(sample) : 0.0;
     next_ = (next_ + 1) % window_.size();
     ++seen_;
-    // The first window is cut off from what was before.
+    // The first window has no samples before its begin, so that it is not examined.
     if (seen_ > window_.size()) examine();
   }
 }
 
-/// The place in the middle of the window.
+/// Examines the place in the middle of the window.
 void GlitchDetector::examine() {
   double high = 0.0;
   for (std::size_t tap = 0; tap < kTaps; ++tap)

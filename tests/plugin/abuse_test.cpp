@@ -17,7 +17,7 @@ using test::abuse;
 using test::AbuseReport;
 using test::GlitchDetector;
 
-/// Of a ball of rubber: a millisecond or two each.
+/// Clicks of a rubber ball, which last a millisecond or two each.
 std::vector<float> someClicks() {
   const test::BallDrop rubber{.material = *findMaterial("rubber")};
   Synth synth = test::makeSynth(rubber, {{"near", {0.1, 0.2, 0.3}}});

@@ -5,14 +5,14 @@
 
 #include "carom/carom.h"
 
-// What the tests of the C interface cannot do in C.
+// Helpers of the tests of the C interface that cannot be written in C.
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/// A steel ball that hits an immovable wooden block, and is heard by one microphone: the collision
-/// that the C tests make by themselves as well.
+/// The strike: a steel ball hits an immovable wooden block and is heard by one microphone. The C
+/// tests make the same collision by themselves.
 #define STRIKE_RADIUS 0.01         /* m */
 #define STRIKE_MASS 0.0374         /* kg */
 #define STRIKE_TIME 0.1003         /* s */
@@ -21,26 +21,26 @@ extern "C" {
 #define STRIKE_HEIGHT 0.5          /* m, of the microphone above the ball's centre */
 #define STRIKE_SAMPLE_RATE 48000.0 /* Hz, the default of SynthSettings */
 
-/// Pa: what carom::Synth makes of the strike, from sample 0 on; no part of the C interface.
+/// Renders the strike by carom::Synth, in Pa from sample 0 on, without the C interface.
 void support_render_strike(float* samples, size_t frames);
 
-/// Writes a model of one mode, which sounds much louder than the strike: a body that moves along y.
+/// Writes a model of one mode that sounds much louder than the strike: a body that moves along y.
 void support_write_modes(const char* path, double frequency, double decay_rate);
 
-/// A Bullet world: a floor at y = 0 and a ball whose lowest point is 0.2 m above it.
+/// A Bullet world with a floor at y = 0 and a ball whose lowest point is 0.2 m above it.
 typedef struct support_world support_world;
 support_world* support_world_make(void);
 void support_world_free(support_world* world);
 btDynamicsWorld* support_world_bullet(support_world* world);
 const btCollisionObject* support_world_ball(support_world* world);    ///< its user index is 7
-const btCollisionShape* support_world_shape(support_world* world);    ///< of the ball
-const btCollisionObject* support_world_absent(support_world* world);  ///< one that is not in it
+const btCollisionShape* support_world_shape(support_world* world);    ///< the ball's shape
+const btCollisionObject* support_world_absent(support_world* world);  ///< is not in the world
 void support_world_step(support_world* world, double seconds);        ///< in substeps of 1/240 s
 
-/// The audio driver that the next device is opened with: one of SDL's names.
+/// Sets the audio driver, one of SDL's names, that the next device is opened with.
 void support_set_audio_driver(const char* name);
 
-/// From now on, `operator new` gives that many pieces of memory, and then one failure; negative:
+/// From now on `operator new` gives that many pieces of memory, and then fails once; negative: it
 /// never fails.
 void support_fail_after(long pieces);
 

@@ -1,4 +1,4 @@
-// The C interface, from C. Each claim is a function; main runs them all and says which fail.
+// Tests the C interface, from C. Each claim is a function; main runs them all and says which fail.
 
 #include <math.h>
 #include <stdint.h>
@@ -25,12 +25,12 @@ static void refused_with(carom_status status, const char* word, const char* call
   expect(strstr(carom_last_message(), word) != NULL, word, line);
 }
 
-// The call is CAROM_ERROR_ARGUMENT, and the message has that word in it.
+// Expects the call to return CAROM_ERROR_ARGUMENT with a message that contains the word.
 #define EXPECT_REFUSED(call, word) refused_with(call, word, #call, __LINE__)
 
 enum { BALL = 3, BLOCK = 4, FRAMES = 9600 };
 
-// One microphone above the origin, on the clock of the simulation.
+// Returns a sound with one microphone above the origin, on the clock of the simulation.
 static carom_sound* make_sound(const carom_settings* wanted, double height) {
   carom_listener listener;
   carom_settings settings;
@@ -75,20 +75,20 @@ static carom_event strike(void) {
   return event;
 }
 
-// Renders FRAMES that are ready, in blocks of 480, and without a piece of memory.
+// Renders FRAMES that are ready, in blocks of 480, while allocation is forbidden.
 static void pull(carom_sound* sound, float* samples) {
   EXPECT(carom_frames_ready(sound) >= FRAMES);
   for (size_t frame = 0; frame < FRAMES; frame += 480) {
     float* channel = samples + frame;
     carom_status status = CAROM_OK;
-    support_fail_after(0);  // it would end the program, as rendering is noexcept
+    support_fail_after(0);  // an allocation would end the program: rendering is noexcept
     status = carom_render(sound, &channel, 1, 480);
     support_fail_after(-1);
     EXPECT_OK(status);
   }
 }
 
-// The strike, from the first sample on.
+// Renders the strike from the first sample on.
 static void render_strike(carom_sound* sound, float* samples) {
   const carom_event event = strike();
   set_strike_bodies(sound);
@@ -150,7 +150,7 @@ static void materials_are_found_by_index_and_by_name(void) {
   }
 }
 
-// Chadwick, Zheng, James 2012, the table of materials.
+// The values are from Chadwick, Zheng, James 2012, table of materials.
 static void steel_is_that_of_the_paper(void) {
   carom_material steel;
   steel.size = sizeof steel;
@@ -161,8 +161,8 @@ static void steel_is_that_of_the_paper(void) {
   EXPECT(steel.poissons_ratio == 0.34);
 }
 
-// The wave front leaves the surface of the ball, and the sound of a contact of 50 us rises within a
-// few samples.
+// The wave front leaves the ball's surface, and the sound of a contact of 50 us rises within a few
+// samples.
 static void click_begins_when_sound_has_come_from_the_ball(void) {
   static float samples[FRAMES];
   carom_sound* const sound = make_sound(NULL, STRIKE_HEIGHT);
@@ -185,7 +185,7 @@ static void samples_are_those_of_synth_bit_for_bit(void) {
   EXPECT_OK(carom_destroy(sound));
 }
 
-// Two microphones in different places, each beside its own channel.
+// Renders two microphones at different places, planar and interleaved.
 static void interleaved_samples_are_the_planar_ones(void) {
   static float planar[2][480];
   static float interleaved[2 * 480];
@@ -217,7 +217,7 @@ static void interleaved_samples_are_the_planar_ones(void) {
   EXPECT_OK(carom_destroy(sounds[1]));
 }
 
-// Soft, so that its contact lasts longer than sound takes to pass it.
+// A material so soft that its contact lasts longer than sound takes to pass the ball.
 static carom_material foam(void) {
   carom_material material;
   memset(&material, 0, sizeof material);
@@ -251,9 +251,8 @@ static float peak_of_foam(carom_body body) {
   return peak_of(samples, FRAMES);
 }
 
-// Far below the frequencies at which its size is heard, a cube of edge a, which drags along 0.638
-// of its volume of air, is the sphere whose dipole 2 pi R^3 is a^3 (1 + 0.638). As a box and as a
-// mesh.
+// At wavelengths far larger than a cube of edge a it sounds as the sphere whose dipole 2 pi R^3 is
+// a^3 (1 + 0.638), as it drags along 0.638 of its volume of air. Tested as a box and as a mesh.
 static void cube_sounds_as_the_sphere_that_moves_as_much_air(void) {
   const double half = 0.005;
   const double corners[24] = {-half, -half, -half, half,  -half, -half, -half, half,
@@ -287,7 +286,8 @@ static uint32_t number_at(const unsigned char* bytes) {
          (uint32_t)bytes[3] << 24;
 }
 
-// The samples of a WAV file of 32-bit floats: their count, at most `room`; 0 if it is no such file.
+// Reads the samples of a WAV file of 32-bit floats; returns their count, at most `room`, or 0 if it
+// is no such file.
 static size_t read_wav(const char* path, float* samples, size_t room) {
   unsigned char head[12];
   unsigned char chunk[8];
@@ -415,7 +415,7 @@ static void device_is_played_and_let_go(void) {
   EXPECT(carom_sample_rate(sound) >= 8000.0);
   EXPECT_OK(carom_stop(sound));
   EXPECT_OK(carom_prepare_rendering(sound, STRIKE_SAMPLE_RATE));
-  EXPECT(carom_play(sound) == CAROM_ERROR_DEVICE);  // the host pulls
+  EXPECT(carom_play(sound) == CAROM_ERROR_DEVICE);  // the host pulls the samples
   EXPECT_OK(carom_destroy(sound));
 }
 #endif
@@ -433,7 +433,7 @@ static void device_that_is_not_there_is_refused(void) {
   EXPECT_OK(carom_destroy(sound));
 }
 
-// Twice as far from the ball's centre: half as loud, but for the near field.
+// At twice the distance from the ball's centre the strike is half as loud, but for the near field.
 static void listener_is_heard_where_it_was_put(void) {
   static float samples[FRAMES];
   static float nearer[FRAMES];
@@ -457,18 +457,18 @@ static void events_are_counted_by_what_became_of_them(void) {
   EXPECT_OK(carom_post(sound, &event));
   event.body = BLOCK;
   event.other = BALL;
-  EXPECT_OK(carom_post(sound, &event));  // immovable
+  EXPECT_OK(carom_post(sound, &event));  // the body is immovable
   event.body = 99;
-  EXPECT_OK(carom_post(sound, &event));  // unknown
+  EXPECT_OK(carom_post(sound, &event));  // the body is unknown
   event = strike();
   event.position[0] = NAN;
-  EXPECT_OK(carom_post(sound, &event));  // not finite
+  EXPECT_OK(carom_post(sound, &event));  // the place is not finite
   event = strike();
   event.approach_speed = -1.0;
-  EXPECT_OK(carom_post(sound, &event));  // moves away
+  EXPECT_OK(carom_post(sound, &event));  // the bodies separate
   event = strike();
   event.impulse[1] *= 1e-9;
-  EXPECT_OK(carom_post(sound, &event));  // inaudible
+  EXPECT_OK(carom_post(sound, &event));  // the strike is inaudible
   EXPECT_OK(carom_advance(sound, 0.5));
   pull(sound, samples);
   counted = statistics_of(sound);
@@ -480,14 +480,14 @@ static void events_are_counted_by_what_became_of_them(void) {
   EXPECT_OK(carom_remove_body(sound, BALL));
   event = strike();
   event.time = 0.6;
-  EXPECT_OK(carom_post(sound, &event));  // unknown by now
+  EXPECT_OK(carom_post(sound, &event));  // the body is unknown by now
   EXPECT_OK(carom_advance(sound, 1.0));
   pull(sound, samples);
   EXPECT(statistics_of(sound).rejected == 4);
   EXPECT_OK(carom_destroy(sound));
 }
 
-// Falls 0.2 m and is heard from 0.5 m above the floor.
+// The ball falls 0.2 m and is heard from 0.5 m above the floor.
 static void ball_of_a_bullet_world_is_heard_when_it_lands(void) {
   static float samples[24000];
   support_world* const world = support_world_make();
@@ -512,9 +512,10 @@ static void ball_of_a_bullet_world_is_heard_when_it_lands(void) {
   EXPECT(carom_frames_ready(sound) >= 24000);
   EXPECT_OK(carom_render(sound, &channel, 1, 24000));
   begin = (double)first_above(samples, 24000, 0.05F * peak_of(samples, 24000)) / STRIKE_SAMPLE_RATE;
-  // Bullet's Euler steps fall a little differently from the parabola: by half a substep times g t.
+  // Bullet's Euler steps differ from the parabola by half a substep times g t.
   EXPECT(fabs(begin - heard) < 2.5e-3);
-  // The second landing comes after twice 0.8 times the fall, by 0.53 s; the third by 0.78 s.
+  // The second landing comes 2 * 0.8 falls after the first, at 0.53 s; the third would come at 0.78
+  // s.
   EXPECT(statistics_of(sound).events == 2);
   EXPECT(statistics_of(sound).unsupported_contacts == 0);
   EXPECT_OK(carom_destroy(sound));
@@ -555,7 +556,7 @@ static void materials_are_set_by_object_shape_and_user_index(void) {
 
 static const char* const modes_path = "c_api.carom_modes";
 
-// Of one mode.
+// Loads a model of one mode.
 static carom_modes* load(double frequency, double decay_rate) {
   carom_modes* modes = NULL;
   support_write_modes(modes_path, frequency, decay_rate);
@@ -595,14 +596,14 @@ static void modes_that_cannot_be_read_are_refused(void) {
   EXPECT_REFUSED(carom_load_modes(modes_path, NULL), "NULL");
 }
 
-// A kilohertz that falls with 20/s, which is exp(-1.6) in 80 ms. The modes are gone from the host
-// before the first sample.
+// The mode of 1 kHz decays at 20/s, which is exp(-1.6) in 80 ms. The host frees the modes before
+// the first sample.
 static void struck_body_rings_at_its_frequency_and_falls_at_its_rate(void) {
   static float samples[FRAMES];
   carom_sound* const sound = make_sound(NULL, STRIKE_HEIGHT);
   carom_modes* const modes = load(1000.0, 20.0);
   const carom_event event = strike();
-  const size_t early = 5200;  // 6 ms after the click has come
+  const size_t early = 5200;  // 6 ms after the click has arrived
   const size_t later = early + 3840;
   int crossings = 0;
   set_strike_bodies(sound);
@@ -625,7 +626,7 @@ static void struck_body_rings_at_its_frequency_and_falls_at_its_rate(void) {
   EXPECT_OK(carom_destroy(sound));
 }
 
-// How many of the strikes so far made a body ring, with one more.
+// Strikes once more; returns how many of the strikes so far made a body ring.
 static uint64_t rings_with_a_strike_at(carom_sound* sound, double time) {
   static float samples[FRAMES];
   carom_event event = strike();
@@ -661,7 +662,7 @@ static void modes_stay_with_a_body_until_it_is_removed(void) {
 
 enum { BY_OBJECT = 1, BY_SHAPE = 2, BY_USER_INDEX = 4, NOT_BY_OBJECT = 8 };
 
-// Whether the ball of the Bullet world rings when it lands.
+// True if the ball of the Bullet world rings when it lands.
 static int rings_in_bullet(int ways) {
   static float samples[24000];
   float* channel = samples;
@@ -959,7 +960,7 @@ static void bodies_out_of_range_are_refused(void) {
   EXPECT_OK(carom_destroy(sound));
 }
 
-// A struct as a later version might have it.
+// A struct as a later version might define it.
 typedef struct later_event {
   carom_event known;
   double more[2];
@@ -977,7 +978,7 @@ static void structs_of_later_versions_are_known_by_their_size(void) {
   EXPECT_OK(carom_destroy(sound));
 }
 
-// As programs have them that were compiled before bodies rang; behind them lies anything.
+// Structs of programs that were compiled before bodies rang are shorter, and followed by any bytes.
 static void structs_of_the_first_version_are_known_by_their_size(void) {
   carom_sound* const sound = make_sound(NULL, STRIKE_HEIGHT);
   carom_settings settings;
@@ -1027,14 +1028,15 @@ static void structs_of_no_version_are_refused(void) {
   EXPECT_REFUSED(carom_get_statistics(sound, &statistics), "carom_statistics.size is 0");
   material.size = sizeof material - 1;
   EXPECT_REFUSED(carom_find_material("steel", &material), "carom_material.size");
-  material.size = offsetof(carom_material, damping_beta);  // between two versions
+  material.size = offsetof(carom_material, damping_beta);  // a size between those of two versions
   EXPECT_REFUSED(carom_find_material("steel", &material), "carom_material.size");
   EXPECT_REFUSED(carom_event_init(&event, 0), "carom_event.size");
   EXPECT_REFUSED(carom_body_init((carom_body*)&event, 7), "carom_body.size");
   EXPECT_OK(carom_destroy(sound));
 }
 
-// All that a sound of events goes through. A call that fails for lack of memory ends it.
+// Makes all calls of a sound of events, up to one that fails for lack of memory; returns the last
+// status.
 static carom_status live(carom_sound** sound) {
   const carom_event event = strike();
   carom_body body;
@@ -1058,7 +1060,7 @@ static carom_status live(carom_sound** sound) {
   return status;
 }
 
-// Whichever piece of memory is the last, the call says so, and the handle can be destroyed.
+// Whichever allocation fails, the call reports it, and the handle can be destroyed.
 static void lack_of_memory_is_a_status(void) {
   carom_status status = CAROM_ERROR_MEMORY;
   long pieces = 0;

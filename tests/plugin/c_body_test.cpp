@@ -37,8 +37,8 @@ carom_body box(const Vec3& half) {
   return body;
 }
 
-/// The tetrahedron between the origin and a, b and c on the axes, moved so that its centre of
-/// mass, a quarter of the sum of its corners, is at `centre`.
+/// The tetrahedron between the origin and corners on the axes at the distances `legs`, moved so
+/// that its centre of mass, a quarter of the sum of its corners, is at `centre`.
 struct Tetrahedron {
   std::array<double, 12> vertices{};
   std::array<std::uint32_t, 12> triangles = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
@@ -68,7 +68,7 @@ SoundBody readOrFail(const carom_body& body, RadiatorChoice choice = RadiatorCho
   return read ? *read : SoundBody{};
 }
 
-// m (b^2 + c^2) / 3 for half extents b and c across the axis.
+// The moment is m (b^2 + c^2) / 3 for half extents b and c across the axis.
 TEST(CBody, BoxTurnsAsOneOfEvenDensity) {
   const Vec3 half(0.01, 0.02, 0.03);
   const SoundBody body = readOrFail(box(half));
@@ -78,8 +78,8 @@ TEST(CBody, BoxTurnsAsOneOfEvenDensity) {
   EXPECT_TRUE(body.inverseInertia.isApprox(expected, 1e-12)) << body.inverseInertia;
 }
 
-// About its centre of mass a tetrahedron of mass m is as four points of m/20 in its corners, and
-// the rest in the centre.
+// About its centre of mass a tetrahedron of mass m has the inertia of four points of m/20 at its
+// corners, with the rest in the centre.
 TEST(CBody, MeshTurnsAsATetrahedronOfEvenDensity) {
   const Vec3 legs(0.04, 0.02, 0.03);
   const Tetrahedron shape(legs);

@@ -137,10 +137,10 @@ TEST(CStructs, EverySettingArrives) {
   EXPECT_FALSE(settings->synth.doppler);
   EXPECT_EQ(settings->budget.ringingBodies, 5u);
   EXPECT_EQ(settings->budget.modes, 6u);
-  EXPECT_EQ(settings->listeners.size(), 1u);  // the default one
+  EXPECT_EQ(settings->listeners.size(), 1u);  // the default listener
 }
 
-// Listeners of a later version lie farther apart.
+// The listeners of a later version are larger, and so farther apart in memory.
 TEST(CStructs, ListenersAreFoundBySize) {
   struct Later {
     carom_listener known = defaultListener();
@@ -263,7 +263,8 @@ TEST(CStructs, EveryNumberOfAMaterialArrivesAndComesBack) {
   EXPECT_EQ(told.damping_beta, 6);
 }
 
-// Counted by a compiler from the header of that time: programs that are out there have them.
+// The sizes were computed by a compiler from the header of that version; existing programs contain
+// them.
 TEST(CStructs, OfTheFirstVersionHaveTheSizesThatProgramsWereCompiledWith) {
   if (sizeof(void*) != 8) GTEST_SKIP() << "counted for 64 bits";
   EXPECT_EQ(kSizes<carom_settings>.first, 144u);

@@ -19,9 +19,9 @@ constexpr double kGravity = 9.81;         // m/s^2
 constexpr double kSubstep = 1.0 / 240.0;  // s
 constexpr double kRadius = 0.05;          // m
 constexpr double kMass = 2.0;             // kg
-constexpr double kRestitution = 0.8;      // of each body
+constexpr double kRestitution = 0.8;      // each body's
 constexpr double kInertia = 0.4 * kMass * kRadius * kRadius;
-constexpr double kLoad = kMass * kGravity * kSubstep;  // N s, what carries a resting ball
+constexpr double kLoad = kMass * kGravity * kSubstep;  // N s, carries a resting ball
 constexpr double kNanosecond = 1e-9;
 constexpr BodyId kFloor = 7;
 constexpr BodyId kBall = 3;
@@ -49,7 +49,7 @@ ContactBody ground() {
   return {.restitution = kRestitution, .form = ContactBody::Form::plane};
 }
 
-// The point of a ball at height 0 over a floor.
+// The contact point of a ball over a floor at height 0.
 TouchPoint onFloor(BodyId id, const Vec3& centre, double impulse) {
   const Vec3 lowest = centre - kRadius * kUp;
   return {.body = id,
@@ -61,7 +61,7 @@ TouchPoint onFloor(BodyId id, const Vec3& centre, double impulse) {
           .impulse = impulse};
 }
 
-// Substeps one after the other, as a server would tell them.
+// A listener that is told substeps one after the other, as a server would do.
 class Told {
  public:
   explicit Told(double gravity = kGravity) : gravity_(gravity) {
@@ -87,7 +87,7 @@ class Told {
   double gravity_;
 };
 
-// Falls as symplectic Euler lets it: first the velocity, then the place.
+// A body in free fall by symplectic Euler: first the velocity, then the place.
 struct Falling {
   BodyState state;
   void step(double gravity = kGravity) {
@@ -96,8 +96,8 @@ struct Falling {
   }
 };
 
-// Lets a ball fall on the floor and tells the contact in the first substep for which `isTold` of
-// the gap (m) and the speed (m/s) holds.
+// Lets a ball fall on the floor and reports the contact in the first substep for which `isTold`(gap
+// in m, speed in m/s) is true.
 template <class IsTold>
 std::vector<ImpulseEvent> drop(double height, IsTold isTold) {
   Told told;
@@ -114,7 +114,8 @@ std::vector<ImpulseEvent> drop(double height, IsTold isTold) {
   return {};
 }
 
-// The parabola through the nodes of symplectic Euler begins with the speed g dt / 2.
+// Time of touch on the parabola through the nodes of symplectic Euler, which begins with the speed
+// g dt / 2.
 double touchTime(double height) {
   const double first = 0.5 * kGravity * kSubstep;
   return (std::sqrt(first * first + 2.0 * kGravity * height) - first) / kGravity;
@@ -175,8 +176,8 @@ TEST(ContactListener, ImpactBelowTheServersThresholdDoesNotBounce) {
   EXPECT_NEAR(events[0].impulse.norm(), kMass * touchSpeed(0.001), 1e-9);
 }
 
-// Two equal balls fly at each other and pass by half a radius off centre, under gravity, which they
-// share: their relative way is straight.
+// A ball flies at an equal one and hits it half a diameter off centre. Gravity acts on both, so
+// that their relative way is straight.
 TEST(ContactListener, BallsMeetWhereTheirStraightRelativeWayHasTheirDistance) {
   Told told;
   const double aside = kRadius;
@@ -214,7 +215,8 @@ TEST(ContactListener, BallsMeetWhereTheirStraightRelativeWayHasTheirDistance) {
   EXPECT_NEAR(events[0].effectiveMass, 0.5 * kMass, 1e-12);
 }
 
-// A box that falls on one of its lower edges, turned by 45 degrees: the lever is horizontal there.
+// A box that is not turned lands on the middle of a lower edge: the lever's horizontal part is
+// half.x.
 TEST(ContactListener, BoxOnItsCornerAnswersByItsMassAndInertia) {
   Told told;
   const Vec3 half(0.1, 0.02, 0.1);
@@ -222,7 +224,7 @@ TEST(ContactListener, BoxOnItsCornerAnswersByItsMassAndInertia) {
   const Quat flat = Quat::Identity();
   const Vec3 velocity(0.0, 0.0, -3.0);
   const Vec3 corner(half.x(), 0.0, -half.z());
-  // Two substeps, so that it has a past; the contact is 1 mm deep.
+  // Two substeps give the box a past; the contact is 1 mm deep.
   const Vec3 centre = -0.001 * kUp - corner;
   told.begin();
   told.listener.state(kBall, {centre - kSubstep * velocity, flat, velocity, Vec3::Zero()});
@@ -241,11 +243,11 @@ TEST(ContactListener, BoxOnItsCornerAnswersByItsMassAndInertia) {
   const double mass = 1.0 / (1.0 / kMass + half.x() * half.x() / inertia);
   EXPECT_EQ(events[0].body, kBall);
   EXPECT_NEAR(events[0].effectiveMass, mass, 1e-12);
-  EXPECT_NEAR(events[0].time, kSubstep - 0.001 / 3.0, kNanosecond);  // no acceleration was told
+  EXPECT_NEAR(events[0].time, kSubstep - 0.001 / 3.0, kNanosecond);  // no acceleration was reported
   EXPECT_TRUE((events[0].normal - kUp).isZero());
 }
 
-// A box that falls and turns about y: everything of it is known at any time.
+// A box that falls and turns about y, whose state is known at any time.
 struct TumblingBox {
   static constexpr double kSpin = 8.0;  // rad/s
   double angle = 0.0;                   // rad, at time 0
@@ -256,11 +258,11 @@ struct TumblingBox {
   BodyState stateAt(double time) const {
     return {.position = {0.0, 0.0, heightAt(time)},
             .orientation = Quat(Eigen::AngleAxisd(angleAt(time), Vec3::UnitY())),
-            // What takes symplectic Euler from the node before to this one.
+            // The velocity with which symplectic Euler gets from the node before to this one.
             .velocity = (heightAt(time) - heightAt(time - kSubstep)) / kSubstep * kUp,
             .angularVelocity = kSpin * Vec3::UnitY()};
   }
-  // The two lower corners, as they are at y = 0; the lowest first.
+  // The two lower corners of the section y = 0, the lowest first.
   std::array<Vec3, 2> cornersAt(double time) const {
     const BodyState state = stateAt(time);
     std::array<Vec3, 4> corners;
@@ -272,7 +274,7 @@ struct TumblingBox {
     std::ranges::sort(corners, {}, [](const Vec3& corner) { return corner.z(); });
     return {corners[0], corners[1]};
   }
-  // By bisection, from a time at which it is in the air to one at which it is in the floor.
+  // The time of touch, by bisection between a time in the air and one in the floor.
   double touchTime(double before, double after) const {
     for (int halving = 0; halving < 60; ++halving) {
       const double middle = 0.5 * (before + after);
@@ -348,7 +350,7 @@ TEST(ContactListener, BallAtRestMakesNoImpactHoweverItTrembles) {
     told.listener.state(kBall, state);
     events += told.finish({onFloor(kBall, state.position, kLoad)}).size();
   }
-  // Its first substep is a touch at 0 m/s, and after that it lasts.
+  // The first substep is a touch at 0 m/s; after that the contact lasts.
   EXPECT_EQ(events, 0U);
 }
 
@@ -384,7 +386,7 @@ TEST(ContactListener, BoxThatSlidesMakesNoImpact) {
   std::size_t events = 0;
   for (int step = 0; step < 240; ++step) {
     told.begin();
-    const bool isCaught = step % 2 == 0;  // and let fall in between
+    const bool isCaught = step % 2 == 0;  // else it falls
     const double fall = isCaught && step > 0 ? kGravity * kSubstep : 0.0;
     const BodyState state{.position = {2.0 * step * kSubstep, 0.0, half.z()},
                           .velocity = {2.0, 0.0, -fall}};
@@ -401,8 +403,8 @@ TEST(ContactListener, BoxThatSlidesMakesNoImpact) {
   EXPECT_EQ(events, 0U);
 }
 
-// As a solver does below its restitution threshold: it slows the ball down so that it just touches
-// at the end of the substep, and stops it in the next.
+// A solver below its restitution threshold slows the ball down so that it just touches at the end
+// of the substep, and stops it in the next one.
 TEST(ContactListener, ImpactSpreadOverSubstepsIsOne) {
   Told told;
   const double speed = 0.15;
@@ -417,7 +419,7 @@ TEST(ContactListener, ImpactSpreadOverSubstepsIsOne) {
   EXPECT_TRUE(told.finish({onFloor(kBall, state.position, 0.5)}).empty());
 }
 
-// Or lets it fall for a substep in between.
+// A solver may also let the ball fall for a substep in between.
 TEST(ContactListener, ImpactThatTheSolverPutsOffIsOne) {
   Told told;
   const std::vector<double> speeds = {0.34, 0.11, 0.15, 0.12};
@@ -507,7 +509,7 @@ TEST(ContactListener, RemovedBodyLeavesNothingBehind) {
   told.listener.setBody(kBall, ball());
   told.begin();
   told.listener.state(kBall, down);
-  // The same approach once more is another body's impact, not the rest of the first.
+  // After the body was replaced, the same approach is a new impact, not the rest of the first.
   EXPECT_EQ(told.finish({onFloor(kBall, down.position, 3.0)}).size(), 2U);
 }
 

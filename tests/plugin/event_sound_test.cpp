@@ -68,7 +68,7 @@ std::vector<float> pulled(EventSound& sound, std::size_t frames) {
   return samples;
 }
 
-/// The floor with so many modes, from 200 Hz on, that ring for long.
+/// The floor with so many modes from 200 Hz on, which ring for a long time.
 SoundBody ringingFloor(std::size_t modes) {
   std::vector<test::Tone> tones;
   for (std::size_t mode = 0; mode < modes; ++mode)
@@ -101,7 +101,7 @@ TEST(EventSound, PreparedAgainAtAnotherRateItGoesOnAtThatRate) {
   }
   EXPECT_FALSE(sound.prepareRendering(1.0));
   EXPECT_FALSE(sound.prepareRendering(std::nan("")));
-  EXPECT_EQ(sound.sampleRate(), 96000.0);  // as it was
+  EXPECT_EQ(sound.sampleRate(), 96000.0);  // unchanged
   EXPECT_EQ(sound.statistics().events, 3U);
 }
 
@@ -125,7 +125,7 @@ TEST(EventSound, RecordsWhatTheOfflineRendererGives) {
   ASSERT_GE(recording.samples.size(), static_cast<std::size_t>(0.5 * kRate));
   const std::vector<float> wanted = offline(near(), times, recording.samples.size());
   EXPECT_TRUE(std::ranges::equal(recording.samples, wanted));
-  EXPECT_TRUE(sound.finishRecording());  // nothing is under way
+  EXPECT_TRUE(sound.finishRecording());  // there is no recording
   EXPECT_EQ(sound.statistics().events, 3U);
 }
 
@@ -150,7 +150,7 @@ TEST(EventSound, RecordsWhileItIsPulled) {
   EXPECT_EQ(sound.statistics().events, 5U);
 }
 
-// Across the queue, in blocks of any size: bit for bit what Synth gives.
+// Events that cross the queue, pulled in blocks of any size, give the bits of Synth.
 TEST(EventSound, ABodyRingsAsOffline) {
   const SoundBody floor = ringingFloor(200);
   SoundSettings settings = near();
@@ -199,7 +199,7 @@ TEST(EventSound, BeyondItsBudgetBodiesRingInFewerModesOrNotAtAll) {
   sound.advanceTo(0.1);
   EXPECT_GT(std::ranges::max(pulled(sound, 2000)), 1e-3F);
   EXPECT_EQ(sound.statistics().ringing, 2U);
-  EXPECT_EQ(sound.statistics().modes, 2U * 16U);  // whole vectors
+  EXPECT_EQ(sound.statistics().modes, 2U * 16U);  // modes come in whole vectors
   EXPECT_EQ(sound.statistics().noBank, 1U);
 }
 
@@ -249,7 +249,7 @@ TEST(EventSound, ARecordingCanBeginLaterAndLeavesLeapsOut) {
   ASSERT_TRUE(sound.record(folder.path() / "late.wav"));
   sound.post(drop(1000.1).event());
   sound.advanceTo(1000.2);
-  sound.advanceTo(5000.0);  // more than a minute
+  sound.advanceTo(5000.0);  // a jump of more than a minute
   sound.post(drop(5000.1).event());
   sound.advanceTo(5000.2);
   ASSERT_TRUE(sound.finishRecording());
@@ -358,7 +358,7 @@ TEST(EventSound, EventsOfARemovedBodyAreRejectedAndItsSoundGoesOn) {
   EXPECT_EQ(pulled(sound, 4800), offline(near(), {0.02}, 4800));
 }
 
-/// The environment of SDL, which picks its driver by it.
+/// Sets the environment variables by which SDL chooses its driver.
 class Device : public testing::TestWithParam<const char*> {
  protected:
   Device() {
@@ -387,7 +387,7 @@ class DiskDevice : public Device {};
 class DummyDevice : public Device {};
 class NoDevice : public Device {};
 
-/// Steps until something is so, or for long.
+/// Steps until the condition holds, or gives up after a long time.
 template <class Condition>
 void stepUntil(EventSound& sound, Condition isDone) {
   for (int turn = 0; turn < 5000 && !isDone(); ++turn) {
@@ -402,19 +402,19 @@ std::vector<float> fromOnset(const std::vector<float>& samples, std::size_t coun
   return {onset, onset + static_cast<std::ptrdiff_t>(std::min(left, count))};
 }
 
-// What comes out of the loudspeaker, bit for bit: the offline renderer's, over full scale.
+// The device gets the bits of the offline renderer, divided by full scale.
 TEST_P(DiskDevice, GetsTheSamplesOfTheOfflineRenderer) {
   SoundSettings settings = near(SoundClock::realTime);
-  settings.fullScale = 8.0;  // Pa: the limiter need do nothing
+  settings.fullScale = 8.0;  // Pa, so high that the limiter does nothing
   EventSound sound = made(settings);
   ASSERT_TRUE(sound.play());
-  stepUntil(sound, [&] { return sound.statistics().cpuShare > 0.0; });  // the device pulls
-  sound.pause();  // so that the clock is set here, whatever this machine does
+  stepUntil(sound, [&] { return sound.statistics().cpuShare > 0.0; });  // until the device pulls
+  sound.pause();  // sets the clock here, whatever this machine does
   sound.advanceTo(sound.time() + 1.0 / 240.0);
   const double time = sound.time() + 1.0 / 480.0;
   sound.post(drop(time).event());
   const std::uintmax_t before = std::filesystem::file_size(file());
-  // A second of two channels, so that all of it has been pulled.
+  // The file grows by a second of two channels, so that all of the sound has been pulled.
   stepUntil(sound, [&] {
     return std::filesystem::file_size(file()) > before + std::uintmax_t{48000} * 8;
   });
@@ -443,13 +443,13 @@ TEST_P(DummyDevice, PlaysAndStopsAndPlaysAgain) {
     sound.advanceTo(sound.time() + 0.01);
     const SoundStatistics before = sound.statistics();
     setenv("SDL_AUDIODRIVER", "nosuchdriver", 1);
-    ASSERT_TRUE(sound.play());  // it does
+    ASSERT_TRUE(sound.play());  // it plays already
     setenv("SDL_AUDIODRIVER", GetParam(), 1);
     EXPECT_EQ(sound.statistics().jumps, before.jumps);
     sound.advanceTo(sound.time() + 0.01);
     sound.stop();
     ASSERT_TRUE(sound.prepareRendering(kRate));
-    EXPECT_FALSE(sound.play());  // the host pulls
+    EXPECT_FALSE(sound.play());  // the host pulls the samples
     sound.stop();
   }
 }
@@ -463,7 +463,7 @@ TEST_P(NoDevice, IsRefusedWithAReason) {
   SoundSettings settings = near(SoundClock::realTime);
   settings.play = true;
   EXPECT_FALSE(EventSound::create(settings));
-  // What was recorded before is still there.
+  // A recording from before is still there.
   const TemporaryFolder folder;
   settings.record = folder / "kept.wav";
   std::ofstream(settings.record) << "kept";

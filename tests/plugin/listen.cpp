@@ -1,4 +1,4 @@
-// listen FILE: says what is in a sound file, and fails unless it can be heard.
+// listen FILE: prints a sound file's length, channels and peak; fails if it cannot be heard.
 
 #include <algorithm>
 #include <cmath>
@@ -9,9 +9,10 @@
 
 namespace {
 
-/// Of full scale, which is 20 Pa unless the writer was told otherwise: then it is 2 mPa, 40 dB.
+/// Least peak, relative to full scale; by default full scale is 20 Pa, so that this is 2 mPa, 40
+/// dB.
 constexpr double kQuietest = 1e-4;
-/// No collision in the examples is louder than this in the air; NaN fails as well.
+/// Largest peak: no collision in the examples is louder in the air; NaN fails as well.
 constexpr double kLoudest = 50.0;
 
 std::vector<double> read(const char* path, SF_INFO& info) {

@@ -15,7 +15,7 @@
 #include "tests/bullet_bridge/sphere_world.h"
 #include "tests/plugin/offline_sound.h"
 
-// Which material a body has, by what it sounds like: its contacts last as its stiffness says.
+// Tests the materials of bodies by their sound: contacts last as the materials' stiffness demands.
 
 namespace carom {
 namespace {
@@ -31,7 +31,7 @@ struct Scene {
       bullet.addBall({.radius = 0.01, .mass = 0.03, .position = {0, 0.1, 0}, .restitution = 0.8});
 };
 
-/// What is heard after `prepare` has done something to the scene.
+/// Returns the sound of the scene after `prepare` has changed it.
 template <class Prepare>
 Samples heard(Prepare prepare) {
   Scene scene;
@@ -87,7 +87,7 @@ TEST(Materials, OfTheBodyGoBeforeThoseOfTheShapeAndThoseBeforeTheUserIndexs) {
             ofBody("glass"));
 }
 
-// Bullet has not stepped with it, so the bridge has no number for it yet.
+// Bullet has not stepped with the new body, so that the bridge has no number for it yet.
 TEST(Materials, CanBeSetForABodyThatHasJustComeIn) {
   const auto fall = [](bool sets) {
     return heard([sets](Scene& scene, Sound& sound) {
@@ -101,7 +101,7 @@ TEST(Materials, CanBeSetForABodyThatHasJustComeIn) {
   EXPECT_NE(fall(false), ofBody("rubber"));
 }
 
-// A body goes before anything has hit it, and another one comes to its address.
+// A body is removed before it hits anything, and another one comes to its address.
 TEST(Materials, GoWithTheirBody) {
   alignas(btRigidBody) std::array<std::byte, sizeof(btRigidBody)> place{};
   btSphereShape shape(0.01F);
@@ -139,7 +139,7 @@ TEST(Materials, AreRefusedByNameWithTheNamesThereAre) {
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().message, HasSubstr("'unobtainium'"));
   EXPECT_THAT(refused.error().message, HasSubstr("steel"));
-  EXPECT_THAT(refused.error().message, HasSubstr("brass"));  // not one of the common ones
+  EXPECT_THAT(refused.error().message, HasSubstr("brass"));  // a less common one
   EXPECT_FALSE(sound.setMaterial(*scene.ball.getCollisionShape(), ""));
   EXPECT_FALSE(sound.setMaterialOfUserIndex(1, "Steel "));
   Material broken = *findMaterial("steel");
@@ -159,7 +159,7 @@ double loudest(const Samples& samples) {
   return peak;
 }
 
-/// Louder than any click here.
+/// A model that rings louder than any click here.
 std::shared_ptr<const ModalModel> bell() {
   return test::boxOf({{440.0, 2.0, 0.2}, {1300.0, 5.0, 0.2}}, Vec3::UnitY());
 }

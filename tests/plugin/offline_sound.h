@@ -11,7 +11,7 @@
 
 namespace carom::test {
 
-/// A sound that is pulled as fast as its world steps.
+/// Attaches a sound that is pulled as fast as its world steps.
 inline Sound attachOffline(btDynamicsWorld& world, SoundSettings settings) {
   settings.clock = SoundClock::simulation;
   Result<Sound> sound = Sound::attach(world, settings);
@@ -21,7 +21,7 @@ inline Sound attachOffline(btDynamicsWorld& world, SoundSettings settings) {
   return *std::move(sound);
 }
 
-/// All that can be heard by now, behind what each channel holds.
+/// Renders all frames that are ready and appends them to the channels.
 inline void takeReady(Sound& sound, std::vector<std::vector<float>>& channels) {
   constexpr std::size_t kBlock = 512;
   channels.resize(sound.channelCount());

@@ -20,12 +20,12 @@ using namespace test;
 
 constexpr double kSpeedOfSound = 343.0;  // m/s
 constexpr double kRadius = 0.01;         // m
-constexpr double kHeight = 0.5;          // m, of the listener
+constexpr double kHeight = 0.5;          // m, height of the listener
 constexpr std::size_t kBlock = 512;
 
 using Channels = std::vector<std::vector<float>>;
 
-// A steel ball that falls 0.2 m onto a floor and bounces there, heard from right above.
+// A steel ball that falls 0.2 m onto a floor and bounces there, heard from right above it.
 struct BouncingBall {
   SphereBulletWorld bullet{9.81};
 
@@ -69,8 +69,8 @@ double samplesBetween(const std::vector<float>& earlier, const std::vector<float
   return static_cast<double>(loudestAt(later)) - static_cast<double>(loudestAt(earlier));
 }
 
-// The sound of a listener who is `height` above the floor when the ball lands, 0.2 s after the
-// begin, and was at kHeight before.
+// Sound at a listener that walks from kHeight to `height` (m above the floor) before the ball
+// lands, 0.2 s after the begin.
 std::vector<float> heardAfterAWalkTo(double height) {
   BouncingBall ball;
   Sound sound = ball.attach();
@@ -89,9 +89,10 @@ TEST(SoundListeners, AreHeardWhereTheyHaveMovedTo) {
   const std::vector<float> stayed = heardAfterAWalkTo(kHeight);
   for (const double height : {0.25, 2.0}) {
     const std::vector<float> moved = heardAfterAWalkTo(height);
-    // Farther is later, nearer is earlier.
+    // The sound comes later if the listener is farther away, and earlier if nearer.
     EXPECT_NEAR(samplesBetween(stayed, moved), (height - kHeight) / kSpeedOfSound * kRate, 1.5);
-    // 1/r from the ball's centre; the near field adds a few percent to the nearer one.
+    // The level goes with 1/r from the ball's centre; the near field adds a few percent at the
+    // nearer place.
     const double ratio = (kHeight - kRadius) / (height - kRadius);
     EXPECT_NEAR(loudest(moved) / loudest(stayed), ratio, 0.06 * ratio) << height;
   }
@@ -107,10 +108,10 @@ TEST(SoundListeners, AreRefusedWhereThereIsNoneAndWithoutAPose) {
   EXPECT_FALSE(sound.setListener({0.0, std::nan(""), 0.0}));
   EXPECT_FALSE(sound.setListener({0.0, kHeight, 0.0}, Quat(0.0, 0.0, 0.0, 0.0)));
   EXPECT_TRUE(sound.setListener({0.0, kHeight, 0.0}));
-  EXPECT_FALSE(sound.setListener({0.0, 1e300, 0.0}));   // nothing is ever heard there
-  EXPECT_TRUE(sound.setListener({0.0, kHeight, 1e6}));  // at the same time: the last counts
+  EXPECT_FALSE(sound.setListener({0.0, 1e300, 0.0}));   // so far off that it hears nothing
+  EXPECT_TRUE(sound.setListener({0.0, kHeight, 1e6}));  // for the same time the last call counts
   ball.bullet.step(1.0 / 60.0);
-  EXPECT_TRUE(sound.setListener({0.0, kHeight, 1e6}));  // nobody travels so fast: it jumps
+  EXPECT_TRUE(sound.setListener({0.0, kHeight, 1e6}));  // too fast for a motion: the listener jumps
 }
 
 TEST(SoundListeners, AreWhereTheyWereLastToldToBe) {
@@ -134,7 +135,8 @@ TEST(SoundListeners, OfTwoFormatsFillTheirChannels) {
   Listener pair{"pair", {0.0, kHeight, 0.0}};
   pair.format = ListenerFormat::spacedPair;
   pair.spacing = 0.4;
-  // Its right is down: that microphone is nearer to the ball by 0.2 m, and the left one farther.
+  // The pair's right is down: that microphone is 0.2 m nearer to the ball, and the left one 0.2 m
+  // farther.
   pair.orientation = Quat(Eigen::AngleAxisd(-0.5 * std::numbers::pi, Vec3::UnitZ()));
   settings.listeners = {{"above", {0.0, kHeight, 0.0}}, pair};
   Sound sound = ball.attach(settings);
@@ -144,7 +146,7 @@ TEST(SoundListeners, OfTwoFormatsFillTheirChannels) {
   EXPECT_NEAR(samplesBetween(channels[2], channels[0]), 0.2 / kSpeedOfSound * kRate, 1.5);
 }
 
-// A wall beside the ball: its image sounds as late as its way is longer.
+// A wall is beside the ball: its echo comes later, as its way is longer.
 TEST(SoundSettings, OfTheSynthAreHandedOn) {
   constexpr double kWall = 1.0;  // m from the ball
   BouncingBall open;
@@ -181,7 +183,7 @@ TEST(SoundOutput, FullScaleIsThePressureOfASampleOfOne) {
   EXPECT_EQ(ofFullScale.statistics().gainReduction, 0.0);
 }
 
-// The landing is 3.8 Pa.
+// The landing's peak is 3.8 Pa.
 TEST(SoundOutput, TheLimiterKeepsSamplesAtOrBelowFullScale) {
   BouncingBall ball;
   SoundSettings settings;
@@ -220,7 +222,7 @@ TEST(SoundOutput, RefusesWhatNoScaleAndNoLimiterCanBe) {
   EXPECT_FALSE(Sound::attach(ball.bullet.world, settings));
 }
 
-// With everything in the way of the samples.
+// Full scale and limiter are on, so that the samples pass every stage.
 TEST(SoundOutput, RenderingAllocatesNothing) {
   BouncingBall ball(1.0);
   SoundSettings settings;

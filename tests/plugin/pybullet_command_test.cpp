@@ -34,14 +34,14 @@ std::string refusal(const std::string& text) {
 TEST(PybulletCommand, ListenerIsUprightUnlessToldOtherwise) {
   const auto listener = parsed<command::PlaceListener>("listener 0 -1.5 2e-1");
   EXPECT_EQ(listener.position, Vec3(0.0, -1.5, 0.2));
-  // Its own -z is ahead, its +y is up.
+  // The listener looks along its own -z; its +y is up.
   EXPECT_NEAR((listener.orientation * -Vec3::UnitZ() - Vec3::UnitY()).norm(), 0.0, 1e-12);
   EXPECT_NEAR((listener.orientation * Vec3::UnitY() - Vec3::UnitZ()).norm(), 0.0, 1e-12);
 }
 
 TEST(PybulletCommand, ListenerTakesPyBulletsQuaternion) {
   const auto listener = parsed<command::PlaceListener>("listener 1 2 3 0 0 0.70711 0.70711");
-  // A quarter turn about z.
+  // The quaternion is a quarter turn about z.
   EXPECT_NEAR((listener.orientation * Vec3::UnitX() - Vec3::UnitY()).norm(), 0.0, 1e-6);
 }
 

@@ -1,5 +1,5 @@
-// What the PyBullet plugin adds to a substep of the server stub, by number of balls that drop on a
-// floor and come to rest. Medians over substeps, so that a busy machine counts less.
+// Cost that the PyBullet plugin adds to a substep of the server stub, by the number of balls that
+// drop on a floor and come to rest. Medians over substeps reduce the effect of a busy machine.
 
 #include <algorithm>
 #include <chrono>

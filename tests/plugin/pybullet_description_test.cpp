@@ -32,7 +32,7 @@ b3::DynamicsInfo dynamics(double mass, const std::array<double, 3>& inertia = {1
   return made;
 }
 
-// kg m^2 of a solid box, by its edges (m).
+// Inertia in kg m^2 of a solid box, from its edges (m).
 std::array<double, 3> boxInertia(double mass, double x, double y, double z) {
   return {mass / 12.0 * (y * y + z * z), mass / 12.0 * (x * x + z * z),
           mass / 12.0 * (x * x + y * y)};
@@ -60,7 +60,7 @@ TEST(PybulletDescription, BallOfTheWeightOfSteelIsOfSteel) {
 }
 
 TEST(PybulletDescription, RadiatesAsTheSphereOfItsVolume) {
-  // Litres: pi 0.1^2 0.3, and with two half balls 4/3 pi 0.1^3 more.
+  // Volumes in litres: pi 0.1^2 0.3; the two half balls add 4/3 pi 0.1^3.
   EXPECT_NEAR(volume(describe(dynamics(1.0), {shape(b3::kCylinder, {0.3, 0.1, 0.0})})) * 1e3,
               9.4248, 1e-4);
   EXPECT_NEAR(volume(describe(dynamics(1.0), {shape(b3::kCapsule, {0.3, 0.1, 0.0})})) * 1e3,
@@ -90,7 +90,8 @@ TEST(PybulletDescription, BoxPushesTheAirWithItsFacesUnlessItIsALink) {
   const auto body = describe(dynamics(1.0, boxInertia(1.0, 0.4, 0.4, 0.02)), plate);
   ASSERT_TRUE(body.sound.shape);
   EXPECT_NEAR(body.sound.shape->volume, 0.0032, 1e-9);
-  // A thin square plate hit flat: 0.579 pi/4 a^3 of air, a the edge (DNV-RP-C205, table D-2).
+  // A thin square plate with edge a that is hit flat drags 0.579 pi/4 a^3 of air (DNV-RP-C205,
+  // table D-2).
   EXPECT_GT(body.sound.shape->addedVolume(2, 2), 0.579 * 0.25 * std::numbers::pi * 0.064);
   EXPECT_LT(body.sound.shape->addedVolume(0, 0), 0.1 * body.sound.shape->addedVolume(2, 2));
   EXPECT_GT(body.sound.inverseInertia(0, 0), 0.0);

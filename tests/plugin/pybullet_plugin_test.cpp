@@ -24,15 +24,15 @@ using testing::HasSubstr;
 using testing::StartsWith;
 using Form = ServerStub::Body::Form;
 
-constexpr double kGravity = 9.81;        // m/s^2, the stub's
+constexpr double kGravity = 9.81;        // m/s^2, gravity of the stub
 constexpr double kSpeedOfSound = 343.2;  // m/s, at 20 degrees Celsius
 constexpr double kRadius = 0.05;         // m
-constexpr double kHeight = 0.3;          // m, fallen
-constexpr double kListener = 2.0;        // m, above the floor
-constexpr double kHalfSpacing = 0.085;   // m, of the default listener's microphones
+constexpr double kHeight = 0.3;          // m, fall of the ball
+constexpr double kListener = 2.0;        // m, height of the listener above the floor
+constexpr double kHalfSpacing = 0.085;   // m, half the default microphones' spacing
 constexpr double kTick = 1.0 / 240.0;    // s
 
-/// The stub's library, as long as it lives.
+/// The stub's library, loaded while this object lives.
 class StubLibrary {
  public:
   StubLibrary() : library_(dlopen(CAROM_PYBULLET_STUB, RTLD_NOW | RTLD_LOCAL)) {
@@ -89,13 +89,13 @@ class PybulletPlugin : public testing::Test {
   TemporaryFolder folder;
 };
 
-// Of the parabola through the nodes of the ball's fall, which begins with g dt / 2.
+// Time of touch on the parabola through the nodes of the ball's fall, which begins with g dt / 2.
 double touchTime(double height) {
   const double first = 0.5 * kGravity * kTick;
   return (std::sqrt(first * first + 2.0 * kGravity * height) - first) / kGravity;
 }
 
-// Times that the speed turns from down to up within one substep.
+// Number of times that the speed turns from down to up within one substep.
 std::size_t turns(const std::vector<double>& rising, double least) {
   std::size_t count = 0;
   for (std::size_t substep = 1; substep < rising.size(); ++substep)
@@ -107,7 +107,7 @@ std::vector<double> leftChannel(const Recording& recording) {
   return recording.channel(0);
 }
 
-/// A ball of its own, or the link of another body.
+/// Tests with a ball that is free, or the link of another body.
 class PybulletBall : public PybulletPlugin, public testing::WithParamInterface<bool> {};
 
 TEST_P(PybulletBall, FirstBounceIsHeardWithinATenthOfAMillisecond) {
@@ -141,7 +141,7 @@ TEST_F(PybulletPlugin, EveryTurnOfTheBallIsOneClick) {
   EXPECT_EQ(findOnsets(leftChannel(recording), recording.info.samplerate).size(),
             statistic("impacts"));
   EXPECT_GE(statistic("impacts"), bounces);
-  EXPECT_LE(statistic("impacts"), bounces + 1);  // and the last, which does not turn it
+  EXPECT_LE(statistic("impacts"), bounces + 1);  // the last impact does not turn the ball
   EXPECT_EQ(statistic("late"), 0U);
   EXPECT_EQ(statistic("rejected"), 0U);
 }
@@ -185,7 +185,7 @@ TEST_F(PybulletPlugin, BodyWithMaximalCoordinatesIsHeardToo) {
   EXPECT_EQ(statistic("rejected"), 0U);
 }
 
-// A server tells a mass of a fixed base as of any other, but it does not move.
+// A server reports a fixed base's mass as any other's, although the base does not move.
 TEST_F(PybulletPlugin, FixedBaseWithAMassSoundsLikeOneWithout) {
   std::vector<std::vector<double>> heard;
   for (const double mass : {0.0, 0.5}) {
@@ -276,7 +276,7 @@ TEST_F(PybulletPlugin, UnloadingFinishesTheRecordingAndLeavesNothing) {
   EXPECT_EQ(statistic("impacts"), 0U);
 }
 
-// Here this program is the server, and it exports none of its functions.
+// This program itself is the server here, and exports none of a server's functions.
 TEST(PybulletPluginAlone, ServerWithoutTheFunctionsIsRefused) {
   void* const plugin = dlopen(CAROM_PYBULLET_PLUGIN, RTLD_NOW | RTLD_LOCAL);
   ASSERT_NE(plugin, nullptr) << dlerror();
@@ -293,7 +293,7 @@ TEST(PybulletPluginAlone, ServerWithoutTheFunctionsIsRefused) {
   dlclose(plugin);
 }
 
-// What `nm` prints of a kind of its dynamic symbols.
+// The plugin's dynamic symbols of one kind, by `nm`.
 std::set<std::string> symbols(const std::string& option) {
   const std::string command =
       "'" CAROM_NM "' -D " + option + " --format=just-symbols '" + CAROM_PYBULLET_PLUGIN "'";

@@ -17,7 +17,7 @@
 
 #include "plugin/pybullet/server_abi.h"
 
-// NOLINTBEGIN(*-owning-memory): Bullet's colliders belong to nobody but who made them
+// NOLINTBEGIN(*-owning-memory): Bullet's colliders belong to their creator alone
 
 namespace carom::test {
 namespace {
@@ -36,7 +36,7 @@ void copy(const btVector3& from, std::array<double, 3>& to) {
     to[static_cast<std::size_t>(axis)] = static_cast<double>(from[axis]);
 }
 
-/// A body of either kind; its collider is in the world.
+/// A rigid or multibody; its collider is in the world.
 struct Held {
   ServerStub::Body what;
   std::unique_ptr<btCollisionShape> shape;
@@ -52,7 +52,7 @@ struct Held {
   }
 };
 
-/// As the server gives it: position and orientation, velocities.
+/// A state as the server gives it: position and orientation, velocities.
 struct State {
   std::array<double, 7> pose{};
   std::array<double, 6> speeds{};
@@ -86,8 +86,8 @@ State baseState(const Held& body) {
 
 enum class Asked { nothing, parameters, bodies, state, dynamics, shapes, contacts };
 
-/// The server, and the client of itself that it hands to plugins: one command and one answer at a
-/// time, whose memory the next one takes over.
+/// The server, which is also the client that it hands to plugins: it holds one command and one
+/// answer at a time, whose memory the next ones reuse.
 class Server final : public ServerStub {
  public:
   Server() {
@@ -123,7 +123,7 @@ class Server final : public ServerStub {
     return bodies_.at(body).rising;
   }
 
-  // What the exported functions are made of.
+  // Implementation of the exported functions.
   void ask(Asked what, int body = -1, int link = -1) {
     asked_ = what;
     body_ = body;
@@ -194,7 +194,8 @@ class Server final : public ServerStub {
   std::vector<int> synchronized_;
   State base_;
   State linkState_;
-  // The server's client copies 3840 numbers for each state, whatever is in them: so it costs that.
+  // The server's client copies 3840 numbers for each state, whatever they hold; the stub does so
+  // too, to cost the same.
   std::array<double, 3840> stateStorage_{};
   std::array<double, 3840> stateCopy_{};
   int linkCount_ = 0;
@@ -245,7 +246,8 @@ std::unique_ptr<btMultiBody> multiBodyOf(const ServerStub::Body& body, const btV
   return multi;
 }
 
-// As URDF2Bullet does: a base without mass is static, a fixed one with mass is not said to be.
+// Adds a collider as URDF2Bullet does: a base without mass is flagged static, a fixed base with
+// mass is not.
 void Server::makeMulti(int number, Held& held, const btVector3& inertia) {
   const Body& body = held.what;
   held.multi = multiBodyOf(body, inertia);
@@ -347,7 +349,7 @@ int Server::load(const std::string& path, const std::string& postFix) {
   exit_ = reinterpret_cast<decltype(exit_)>(find("exitPlugin"));
   execute_ = reinterpret_cast<decltype(execute_)>(find("executePluginCommand"));
   userPointer_ = nullptr;
-  PluginContext now;  // as the server has it: most of it is whatever was there
+  PluginContext now;  // as in the server, most of it is uninitialized
   std::memset(static_cast<void*>(&now), 0xA5, sizeof(now));
   now.client = reinterpret_cast<b3::Client>(this);
   now.userPointer = nullptr;
@@ -429,8 +431,8 @@ bool Server::readDynamics() {
   const auto found = bodies_.find(body_);
   if (found == bodies_.end()) return false;
   const Held& body = found->second;
-  if (link_ != body.link()) std::abort();  // the server asks a collider that is not there
-  // What it does not know for a rigid body it leaves as it was.
+  if (link_ != body.link()) std::abort();  // the plugin asks for a collider that does not exist
+  // Fields that the server does not know for a rigid body keep their old values.
   dynamics_.bodyType = body.multi ? b3::kMultiBody : b3::kRigidBody;
   dynamics_.mass = body.what.mass;
   btVector3 inertia(0, 0, 0);
@@ -529,7 +531,7 @@ CAROM_EXPORT carom::test::ServerStub* makeServerStub() {
   return std::make_unique<carom::test::Server>().release();
 }
 
-// Clients, commands and answers are the server itself here.
+// Clients, commands and answers are all the server itself here.
 CAROM_EXPORT void* b3SubmitClientCommandAndWaitStatus(void* client, void*) {
   serverOf(client).submit();
   return client;

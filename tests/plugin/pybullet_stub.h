@@ -7,10 +7,10 @@
 
 namespace carom::test {
 
-/// A small physics server that loads plugins as PyBullet's does: the same functions, exported by
-/// the library that holds it, the same calls in the same order, over a btMultiBodyDynamicsWorld
-/// with PyBullet's settings. In a library of its own, which is opened as Python opens its modules,
-/// with RTLD_LOCAL.
+/// A small physics server that loads plugins as PyBullet's does: the library that holds it exports
+/// the same functions, and it makes the same calls in the same order, over a
+/// btMultiBodyDynamicsWorld with PyBullet's settings. The library is opened with RTLD_LOCAL, as
+/// Python opens its modules.
 class ServerStub {
  public:
   struct Body {
@@ -22,10 +22,10 @@ class ServerStub {
     Vec3 velocity = Vec3::Zero();
     double restitution = 0.9;
     bool isFixed = false;                ///< useFixedBase
-    bool hasMaximalCoordinates = false;  ///< a rigid body, of which the server says less
-    bool isOnSlider = false;             ///< the link 0 of a base without a collider, free along z
+    bool hasMaximalCoordinates = false;  ///< a rigid body, for which the server reports less
+    bool isOnSlider = false;             ///< link 0, free along z, of a base without a collider
   };
-  /// As p.executePluginCommand has it.
+  /// The answer of p.executePluginCommand.
   struct Reply {
     int result = 0;
     int type = 0;
@@ -37,16 +37,16 @@ class ServerStub {
   ServerStub& operator=(const ServerStub&) = delete;
   virtual ~ServerStub() = default;
 
-  /// Its number: the lowest that is free.
+  /// Adds a body; returns its number, the lowest free one.
   virtual int add(const Body& body) = 0;
   virtual void remove(int body) = 0;
   virtual void setTimeStep(double seconds, int substeps) = 0;
   virtual void step() = 0;
-  /// 0, or -1 if it was not taken.
+  /// Loads a plugin; returns 0, or -1 if it was refused.
   virtual int load(const std::string& path, const std::string& postFix) = 0;
   virtual Reply execute(const std::string& text) = 0;
   virtual void unload() = 0;
-  /// m/s along z after each substep, of that body.
+  /// Velocity of that body along z (m/s) after each substep.
   virtual const std::vector<double>& risingSpeeds(int body) const = 0;
 };
 

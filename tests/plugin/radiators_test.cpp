@@ -19,7 +19,7 @@
 namespace carom {
 namespace {
 
-constexpr double kDistance = 2.0;  // m, of the listener
+constexpr double kDistance = 2.0;  // m, distance of the listener
 constexpr double kBulletRadius = 2e-3;
 
 btVector3 bt(double x, double y, double z) {
@@ -33,8 +33,8 @@ float peakOf(const std::vector<float>& samples) {
   return peak;
 }
 
-// A body of 1 kg at rest in the origin, without gravity. Small heavy shot hits it, whose own
-// sound is below a thousandth of the body's; the listener is behind the body.
+// A body of 1 kg at rest in the origin, without gravity. Small heavy shot hits it, whose own sound
+// is below a thousandth of the body's; the listener is behind the body.
 class ShotAtBody : public testing::Test {
  protected:
   ~ShotAtBody() override { clear(); }
@@ -52,7 +52,7 @@ class ShotAtBody : public testing::Test {
     body_.reset();
   }
 
-  // At `place`, towards `direction` (unit), from a centimetre in front of it.
+  // Adds a shot that flies in the unit vector `direction`, starting 1 cm in front of `place`.
   void shoot(const Vec3& place, const Vec3& direction) {
     scene_.addBall({.radius = kBulletRadius,
                     .mass = 1.0,
@@ -77,7 +77,8 @@ class ShotAtBody : public testing::Test {
     return samples[0];
   }
 
-  // Pa: of a shot at the body's surface, whose distance from the centre is given (m).
+  // Peak in Pa when a shot hits the body's surface, whose distance from the centre is `surface`
+  // (m).
   float peakOfShot(btCollisionShape& shape, const Vec3& direction, double surface,
                    RadiatorChoice choice = RadiatorChoice::solved) {
     btRigidBody& body = place(shape);
@@ -97,9 +98,10 @@ class ShotAtBody : public testing::Test {
   std::optional<btRigidBody> body_;
 };
 
-// Independent of the panels. Flat: the added mass of a thin square plate is 0.579 pi/4 a^3
-// (DNV-RP-C205, appendix D), and the air in its place moves along; a plate that is not thin adds a
-// little more. On edge: as the ellipsoid of its extents, per volume, in Lamb's closed form.
+// The expected ratio does not depend on panels. Hit flat, a thin square plate has the added mass
+// 0.579 pi/4 a^3 (DNV-RP-C205, appendix D) and moves the air in its own place as well; a plate that
+// is not thin adds a little more. Hit on edge, it has that of the ellipsoid of its extents, per
+// volume, in Lamb's closed form.
 TEST_F(ShotAtBody, APlateIsLouderWhereItIsHitFlat) {
   constexpr double kSide = 0.1;        // m
   constexpr double kThickness = 5e-3;  // m
@@ -114,7 +116,7 @@ TEST_F(ShotAtBody, APlateIsLouderWhereItIsHitFlat) {
   const double expected = pushedFlat / pushedOnEdge;
   EXPECT_NEAR(static_cast<double>(flat / edge), expected, 0.12 * expected);
 
-  // As a sphere it sounds alike in both directions, and between the two.
+  // As an equivalent sphere the plate sounds alike in both directions, at a level between the two.
   const float sphereFlat =
       peakOfShot(plate, Vec3::UnitZ(), kThickness / 2, RadiatorChoice::equivalentSphere);
   const float sphereEdge =
@@ -124,8 +126,8 @@ TEST_F(ShotAtBody, APlateIsLouderWhereItIsHitFlat) {
   EXPECT_GT(sphereFlat, edge);
 }
 
-// Two triangulations of one solid, whose volumes are equal: the panel method gives 0.636 to 0.640
-// of the volume as the added mass of a cube.
+// Box and hull are two triangulations of one solid, with equal volumes: the panel method gives
+// 0.636 to 0.640 of the volume as the added mass of a cube.
 TEST_F(ShotAtBody, AHullOfACubeSoundsAsABox) {
   btBoxShape box(bt(0.05, 0.05, 0.05));
   btConvexHullShape hull;
@@ -141,8 +143,9 @@ TEST_F(ShotAtBody, AHullOfACubeSoundsAsABox) {
   EXPECT_NEAR(asHull, asBox, 5e-3F * asBox);
 }
 
-// 1.5 of the volume for a sphere, 1.64 for a cube (see above): between two cubes it is the volume
-// alone. The larger one is felt later by its response, too, so the peaks say less than 8.
+// A sphere moves 1.5 of its volume of air and a cube 1.64 (see above), so that between two cubes
+// only the volume counts. The larger cube's response is slower, too, so that the peaks' ratio is
+// less than 8.
 TEST_F(ShotAtBody, ScalingCountsAsSize) {
   btBoxShape large(bt(0.04, 0.04, 0.04));
   btBoxShape scaled(bt(0.02, 0.02, 0.02));
@@ -184,7 +187,7 @@ TEST_F(ShotAtBody, EquivalentSpheresNeedNoSolution) {
   EXPECT_EQ(sound.statistics().radiators.solved, 0U);
 }
 
-// One storage, two shapes after each other: an address says nothing.
+// Two shapes occupy one address after each other: an address does not identify a shape.
 TEST_F(ShotAtBody, AShapeAtTheAddressOfAnotherIsItself) {
   std::optional<btBoxShape> shape(bt(0.05, 0.05, 0.05));
   place(*shape);
@@ -211,7 +214,7 @@ TEST_F(ShotAtBody, PrepareTakesAChangeOfScaleIntoAccount) {
   box.setLocalScaling(bt(2, 2, 2));
   scene_.world.updateSingleAabb(&*body_);
   shoot({0.0, -0.04, 0.0}, Vec3::UnitY());
-  scene_.step(1.0 / 240.0);  // from now on the shot is there
+  scene_.step(1.0 / 240.0);  // from now on the world knows the shot
   EXPECT_TRUE(sound.setMaterial(*scene_.bodies.back(), *findMaterial("steel")));
   sound.prepare();
   EXPECT_NEAR(peakOf(play(sound)), large, 1e-3F * large);
@@ -233,7 +236,8 @@ TEST_F(ShotAtBody, ABodyThatComesLaterIsSolvedWhenItCollidesUnlessPrepared) {
   }
 }
 
-// A box of triangles without a lid: no solid, so it sounds as a sphere of half its bounding box.
+// A box of triangles without a lid is no solid, so that it sounds as a sphere of half its bounding
+// box.
 TEST_F(ShotAtBody, AnOpenMeshFallsBackToASphereAndIsCounted) {
   btTriangleMesh triangles;
   const auto quad = [&](const Vec3& centre, const Vec3& u, const Vec3& v) {
@@ -257,15 +261,15 @@ TEST_F(ShotAtBody, AnOpenMeshFallsBackToASphereAndIsCounted) {
   EXPECT_FALSE(sound.statistics().radiators.unsolvedReason.empty());
   EXPECT_EQ(sound.statistics().radiators.solved, 0U);
   sound.prepare();
-  EXPECT_EQ(sound.statistics().radiators.unsolved, 1U);  // bodies, not attempts
+  EXPECT_EQ(sound.statistics().radiators.unsolved, 1U);  // counts bodies, not attempts
   EXPECT_GT(peakOf(play(sound)), 0.0F);
   clear();
 }
 
-// A box whose centre of mass is beside it, hit towards the middle of the box: that is where the
-// air is pushed, and it starts with j (1/m + d^2 / I), of which 1/m is what the centre of mass
-// does. The blow itself is j = 2 v / (1/m + d^2 / I + 1/m_shot). Compact radiation makes the first
-// moment of the pressure over time the impulse times what is pushed, however long the contact.
+// A box whose centre of mass is beside it is hit towards the middle of the box, where it moves the
+// air. The middle starts with j (1/m + d^2 / I), of which 1/m belongs to the centre of mass; the
+// impulse is j = 2 v / (1/m + d^2 / I + 1/m_shot). With compact radiation the first moment of the
+// pressure over time is that impulse times the motion, however long the contact.
 TEST_F(ShotAtBody, ABodyTurnsAboutItsCentreOfMass) {
   constexpr double kBeside = 0.1;    // m
   constexpr double kInertia = 3e-3;  // kg m^2
@@ -294,7 +298,7 @@ TEST_F(ShotAtBody, ABodyTurnsAboutItsCentreOfMass) {
   const double central = momentOfShot(0.0, bt(1, 1, 1));
   EXPECT_NEAR(momentOfShot(kBeside, bt(1, 1, 1)) / central, expected, 5e-3 * expected);
   EXPECT_NEAR(momentOfShot(kBeside, bt(0, 0, 1)) / central, expected, 5e-3 * expected);
-  EXPECT_NEAR(momentOfShot(kBeside, bt(1, 1, 0)) / central, 1.0, 5e-3);  // may not turn that way
+  EXPECT_NEAR(momentOfShot(kBeside, bt(1, 1, 0)) / central, 1.0, 5e-3);  // it may not turn about z
 }
 
 TEST(Links, RadiateAsSpheresAndAreCounted) {

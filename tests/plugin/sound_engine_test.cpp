@@ -56,7 +56,7 @@ SoundSettings settings(SoundClock clock) {
   SoundSettings wanted;
   wanted.clock = clock;
   wanted.listeners.front().position = {0.3, 0.2, 1.0};
-  wanted.budget.cpuShare = 1e6;  // whatever else this machine does
+  wanted.budget.cpuShare = 1e6;  // independent of this machine's load
   return wanted;
 }
 
@@ -66,7 +66,7 @@ std::unique_ptr<SoundEngine> makeEngine(const SoundSettings& wanted) {
   return engine;
 }
 
-/// Of each step, its events.
+/// Random events, by steps.
 std::vector<std::vector<ImpulseEvent>> steps(int count, double perSecond, std::uint64_t seed) {
   Random random(seed);
   std::vector<std::vector<ImpulseEvent>> all(static_cast<std::size_t>(count));
@@ -87,7 +87,7 @@ void render(SoundEngine& engine, Planes& planes, std::size_t frames) {
   engine.render(to, frames);
 }
 
-/// All events, on the offline renderer, as much later as they were played.
+/// Renders all events offline, as much later as they were played.
 Planes offline(const std::vector<std::vector<ImpulseEvent>>& all, const SoundSettings& wanted,
                std::int64_t shift, std::size_t frames) {
   Synth synth = *Synth::create(wanted.synth, wanted.listeners);
@@ -99,14 +99,14 @@ Planes offline(const std::vector<std::vector<ImpulseEvent>>& all, const SoundSet
   return test::renderPlanes<float>(synth, frames);
 }
 
-// Two threads, blocks of every size, steps that come as they like: not one bit is another.
+// With two threads, blocks of every size and irregular steps every bit is the offline renderer's.
 TEST(SoundEngine, TwoThreadsGiveTheBitsOfTheOfflineRenderer) {
   const SoundSettings wanted = settings(SoundClock::simulation);
   const auto all = steps(480, 2000.0, 5);  // two seconds, and 4000 collisions
   const auto engine = makeEngine(wanted);
   const auto frames = static_cast<std::size_t>(kRate * 1.9);
   Planes planes(2);
-  std::atomic<std::int64_t> allowed{0};  // frames whose events are all handed over
+  std::atomic<std::int64_t> allowed{0};  // frames whose events have all been posted
   std::thread audio([&] {
     Random random(9);
     while (planes[0].size() < frames) {
@@ -121,7 +121,7 @@ TEST(SoundEngine, TwoThreadsGiveTheBitsOfTheOfflineRenderer) {
   for (std::size_t step = 0; step < all.size(); ++step) {
     const double time = kStep * static_cast<double>(step + 1);
     while (static_cast<double>(engine->rendered()) < (time - 0.1) * kRate)
-      std::this_thread::yield();  // or the queue overflows
+      std::this_thread::yield();  // or the queue would overflow
     for (const ImpulseEvent& event : all[step])
       engine->post(event);
     engine->advanceTo(time);
@@ -136,7 +136,7 @@ TEST(SoundEngine, TwoThreadsGiveTheBitsOfTheOfflineRenderer) {
   EXPECT_TRUE(planes == offline(all, wanted, 0, frames));
 }
 
-// In real time the sound is behind by the look-ahead, a whole number of samples.
+// In real time the sound lags by the look-ahead, a whole number of samples.
 TEST(SoundEngine, RealTimeGivesTheBitsOfTheOfflineRendererLater) {
   const SoundSettings wanted = settings(SoundClock::realTime);
   auto all = steps(480, 2000.0, 6);
@@ -151,7 +151,7 @@ TEST(SoundEngine, RealTimeGivesTheBitsOfTheOfflineRendererLater) {
     const double time = kStep * static_cast<double>(step + 1);
     engine->advanceTo(time);
     if (step == 0) shift = engine->timeline().shiftAt(time).whole;
-    render(*engine, planes, 200);  // a step, by the sound card's clock
+    render(*engine, planes, 200);  // one step by the sound card's clock
   }
   EXPECT_NEAR(static_cast<double>(shift), kRate * wanted.latency, 3 * 200.0);
   EXPECT_EQ(engine->timeline().shiftAt(2.0).whole, shift);
@@ -186,7 +186,7 @@ TEST(SoundEngine, RenderingAllocatesNothingWhateverComes) {
   EXPECT_GT(statistics.late, 0U);
 }
 
-// A burst crosses as its loudest; what is heard of it is what the offline renderer makes of those.
+// The loudest events of a burst cross the queue; their sound is that of the offline renderer.
 TEST(SoundEngine, OfABurstTheLoudestCross) {
   SoundSettings wanted = settings(SoundClock::simulation);
   wanted.budget.voices = 100;
@@ -225,7 +225,7 @@ TEST(SoundEngine, CountsWhatAQueueThatNobodyEmptiesCannotHold) {
   EXPECT_EQ(statistics.events, 1000U);
 }
 
-/// Balls that slide along x without turning, each at its own speed, over one step.
+/// States of balls that slide along x without turning, each at its own speed, over one step.
 std::vector<ContactState> slides(int step, BodyId balls) {
   std::vector<ContactState> all;
   for (BodyId id = 0; id < balls; ++id) {
@@ -282,7 +282,7 @@ TEST(SoundEngine, SlidesHaveTheBitsOfTheOfflineRenderer) {
   EXPECT_EQ(statistics.slidesLeftOut + statistics.queueFaults + statistics.late, 0U);
 }
 
-// Of more than there may be, the loudest: what is heard is what the offline renderer makes of them.
+// If more contacts slide than may be heard, the rest is left out and counted.
 TEST(SoundEngine, OfTooManyThatSlideTheLoudestAreHeard) {
   SoundSettings wanted = settings(SoundClock::simulation);
   wanted.budget.slidingContacts = 1;
@@ -321,7 +321,7 @@ double largestStep(const std::vector<float>& samples) {
   return largest;
 }
 
-// A tone, as nothing else shows a click so well: its own steps are 2 pi f / rate.
+// A click shows best in a tone, whose own steps are 2 pi f / rate.
 TEST(OutputGain, ChangesWithoutAClick) {
   OutputGain gain(kRate);
   std::vector<float> samples;
@@ -330,7 +330,7 @@ TEST(OutputGain, ChangesWithoutAClick) {
     if (block == 50) gain.setMuted(true);
     if (block == 100) gain.setMuted(false);
     if (block == 120) gain.setGain(0.1);
-    if (block == 122) gain.setGain(0.7);  // on the way
+    if (block == 122) gain.setGain(0.7);  // before the ramp has ended
     std::array<float, 64> part{};
     for (std::size_t i = 0; i < part.size(); ++i)
       part[i] = static_cast<float>(std::sin(ownStep * static_cast<double>(samples.size() + i)));

@@ -15,7 +15,7 @@
 namespace carom {
 namespace {
 
-// A steel ball that falls 0.2 m onto a floor, heard from right above.
+// A steel ball that falls 0.2 m onto a floor, heard from right above it.
 class DroppedBall : public testing::Test {
  protected:
   DroppedBall() {
@@ -31,7 +31,7 @@ class DroppedBall : public testing::Test {
     return test::attachOffline(world_.world, settings);
   }
 
-  // What an application does: step by the frame, and take what can be heard.
+  // Does what an application does: steps frame by frame and renders the frames that are ready.
   std::vector<float> play(Sound& sound, double seconds) {
     std::vector<std::vector<float>> samples(1);
     for (int frame = 0; frame < static_cast<int>(seconds * 60.0); ++frame) {
@@ -54,12 +54,13 @@ TEST_F(DroppedBall, ClicksWhenItLandsWithoutBeingToldAnything) {
   ASSERT_GT(samples.size(), std::size_t{12000});
   const auto loudest = std::max_element(samples.begin(), samples.end(),
                                         [](float a, float b) { return std::abs(a) < std::abs(b); });
-  // Bullet falls along its own path: half a step early at the speed of the landing.
+  // Bullet's own path lands up to half a step early at the speed of the landing.
   const double landing = std::sqrt(2.0 * kDrop / 9.81) + (kHeight - kRadius) / 343.0;
   EXPECT_NEAR(static_cast<double>(loudest - samples.begin()) / 48000.0, landing, 1.0 / 240.0);
-  // Steel on concrete, as the densities suggest: tau = 112.6 us. Hertz's force, integrated apart
-  // from this code, through a sphere's response with its near field, up to 20 kHz: 3.84 Pa. Bullet
-  // lands up to half a step early, so a little slower, and no sample need be on the top.
+  // Steel on concrete, the materials suggested by the densities, has tau = 112.6 us. Hertz's force,
+  // integrated apart from this code, through a sphere's response with its near field, up to 20 kHz,
+  // gives 3.84 Pa. Bullet lands up to half a step early, and so a little slower, and no sample need
+  // be at the peak.
   EXPECT_NEAR(std::abs(*loudest), 3.84F, 0.1F);
   EXPECT_EQ(sound.statistics().late, 0U);
 }
@@ -128,10 +129,10 @@ TEST_F(DroppedBall, HearsABoxAsWell) {
       btTransform(btQuaternion::getIdentity(), btVector3(1, btScalar(0.06), 0)));
   world_.world.addRigidBody(&box);
   Sound sound = attached();
-  const std::vector<float> samples = play(sound, 0.19);  // it lands at 0.045 s, the ball at 0.2 s
+  const std::vector<float> samples = play(sound, 0.19);  // box lands at 0.045 s, ball at 0.2 s
   EXPECT_GE(sound.statistics().events, 1U);
   EXPECT_EQ(sound.statistics().unsupportedContacts, 0U);
-  // Flat on its face, a long, soft blow; but heard.
+  // The box lands flat on a face: its contact is long and soft, but heard.
   EXPECT_GT(*std::max_element(samples.begin(), samples.end()), 5 * kHearingThreshold);
   world_.world.removeRigidBody(&box);
 }
@@ -145,7 +146,7 @@ TEST_F(DroppedBall, LeavesAnOldFileAloneWhereItIsRefused) {
   EXPECT_FALSE(Sound::attach(world_.world, settings));
   settings.restSpeed = 0.005;
   const Sound first = attached();
-  EXPECT_FALSE(Sound::attach(world_.world, settings));  // a world has one
+  EXPECT_FALSE(Sound::attach(world_.world, settings));  // a world has one sound
   EXPECT_EQ(test::contents(settings.record), "kept");
   EXPECT_EQ(folder.entries(), 1U);
 }
@@ -174,7 +175,7 @@ TEST_F(DroppedBall, RefusesWhatItCannotDo) {
   EXPECT_FALSE(Sound::attach(world_.world, {.listeners = {}}));
   EXPECT_FALSE(Sound::attach(world_.world, {.restSpeed = -1.0}));
   Sound sound = attached();
-  EXPECT_FALSE(Sound::attach(world_.world));  // one for each world
+  EXPECT_FALSE(Sound::attach(world_.world));  // a world has one sound
   btSphereShape shape(1);
   btRigidBody stranger(1, nullptr, &shape);
   EXPECT_FALSE(sound.setMaterial(stranger, *findMaterial("steel")));

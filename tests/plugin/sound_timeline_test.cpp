@@ -21,19 +21,19 @@ constexpr double kLatency = 0.05;     // s
 constexpr double kStep = 1.0 / 60.0;  // s
 constexpr double kWhole = kLatency * kRate;
 
-/// Samples, from the audio thread's position to what happens now.
+/// Look-ahead in samples, from the audio thread's position to the present instant.
 double lookAhead(const SoundTimeline& timeline, double time, std::int64_t rendered) {
   const SampleShift shift = timeline.shiftAt(time);
   return time * kRate + static_cast<double>(shift.whole) + shift.fraction -
          static_cast<double>(rendered);
 }
 
-/// A simulation and a sound card, each with a clock of its own. Blocks are lumps.
+/// A simulation and a sound card with clocks of their own; samples are rendered in whole blocks.
 struct Player {
   SoundTimeline timeline{SoundClock::realTime, kRate, kLatency};
   double wall = 0.0;        // s
   double time = 100.0;      // s, of the simulation
-  double cardRate = kRate;  // Hz, by the wall's clock
+  double cardRate = kRate;  // Hz, by the wall clock
   double block = 480.0;     // samples
 
   std::int64_t rendered() const {
@@ -66,7 +66,8 @@ TEST(SoundTimeline, SkipsWhatNobodyHearsAndBeginsWithTheFirstSample) {
   EXPECT_NEAR(lookAhead(timeline, 2.1, 480), kWhole, 0.5);
 }
 
-// Whole samples: so events keep their fractions, and their sound its bits.
+// The shift is a whole number of samples, so that events keep their fractions and their sound its
+// bits.
 TEST(SoundTimeline, HoldsAWholeShiftWhileTheClocksAgree) {
   Player player;
   EXPECT_EQ(player.step(), TimelineStep::started);
@@ -79,8 +80,8 @@ TEST(SoundTimeline, HoldsAWholeShiftWhileTheClocksAgree) {
   }
 }
 
-// A sound card that is off by 300 ppm, either way, for an hour: the look-ahead stays within its
-// tolerance and the lumps of steps and blocks, and time never runs more than half a percent off.
+// The sound card is off by 300 ppm, either way, for an hour: the look-ahead stays within its
+// tolerance plus the lumps of steps and blocks, and time never runs more than half a percent off.
 TEST(SoundTimeline, FollowsTheSoundCardsClock) {
   for (const double off : {-3e-4, 3e-4}) {
     Player player;
@@ -105,7 +106,8 @@ TEST(SoundTimeline, FollowsTheSoundCardsClock) {
   }
 }
 
-// The map has no steps while it corrects: events keep their order, and nothing is heard twice.
+// The map has no steps while it corrects, so that events keep their order and no sound is heard
+// twice.
 TEST(SoundTimeline, BendsWithoutSteps) {
   Player player;
   player.cardRate = kRate * 1.001;
@@ -113,7 +115,8 @@ TEST(SoundTimeline, BendsWithoutSteps) {
   for (int frame = 0; frame < 20000; ++frame) {
     const double before = lookAhead(player.timeline, player.time, 0);
     player.step();
-    // The same instant, by the piece before and by the piece after.
+    // The look-ahead of one instant is the same by the map's piece before it and by the piece after
+    // it.
     const double after = lookAhead(player.timeline, player.time - kStep, 0);
     ASSERT_NEAR(after, before, 0.51) << frame;
   }
@@ -160,7 +163,7 @@ TEST(SoundTimeline, AClockThatGoesBackBeginsAnewThere) {
   EXPECT_EQ(player.step(), TimelineStep::steady);
 }
 
-// Ten seconds in a moment: what happens there would be heard all at once.
+// The simulation runs ten seconds in an instant: their events would be heard all at once.
 TEST(SoundTimeline, SkipsASimulationThatRunsAheadUntilItKeepsToTime) {
   Player player;
   player.step();

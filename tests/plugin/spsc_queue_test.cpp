@@ -45,12 +45,12 @@ TEST(SpscQueue, AllocatesNothing) {
   EXPECT_EQ(scope.allocations(), 0U);
 }
 
-// Groups of items cross whole and in order, whatever the threads do. What is written here is
-// checked by the thread sanitizer as well.
+// Groups of items cross whole and in order, however the threads run. The thread sanitizer checks
+// this test as well.
 TEST(SpscQueue, HandsGroupsOverWholeAndInOrder) {
   struct Item {
     std::uint64_t number = 0;
-    std::uint64_t left = 0;  // in its group
+    std::uint64_t left = 0;  // number of items left in its group
   };
   constexpr std::uint64_t kItems = 300000;
   SpscQueue<Item> queue(64);

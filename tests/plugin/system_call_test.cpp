@@ -22,7 +22,7 @@ namespace {
 
 using test::BallDrop;
 
-/// From here on, every system call but the end of the process kills it.
+/// From this call on, every system call except the end of the process kills it.
 bool forbidSystemCalls() {
   sock_filter program[] = {
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
@@ -35,7 +35,7 @@ bool forbidSystemCalls() {
          prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) == 0;
 }
 
-/// Everything that can be in the way of the samples, with events in the queue.
+/// Returns an engine in which the samples pass every stage, with events in the queue.
 std::unique_ptr<SoundEngine> busyEngine() {
   SoundSettings settings;
   settings.clock = SoundClock::simulation;
@@ -63,7 +63,7 @@ std::unique_ptr<SoundEngine> busyEngine() {
   return engine;
 }
 
-/// How a child ends that renders with system calls forbidden.
+/// Returns the exit status of a child process that renders with system calls forbidden.
 int endOfChild(SoundEngine& engine, bool asksTheSystem) {
   std::vector<float> block(std::size_t{2} * 256);
   const pid_t child = fork();
@@ -79,14 +79,14 @@ int endOfChild(SoundEngine& engine, bool asksTheSystem) {
   return status;
 }
 
-// Sanitizers make system calls of their own, wherever they like.
+// Sanitizers make system calls of their own at any place.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kSanitized = true;
 #else
 constexpr bool kSanitized = false;
 #endif
 
-// SECCOMP_RET_KILL_PROCESS is the kernel's own count: one call, and the child is gone.
+// With SECCOMP_RET_KILL_PROCESS the kernel itself checks: a single call ends the child.
 TEST(SystemCalls, RenderingMakesNone) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own system calls would be counted";
   const auto engine = busyEngine();

@@ -14,14 +14,15 @@ using namespace scenes;
 
 namespace {
 
-/// Two balls that meet off centre: at 1/60 s, Bullet's own way of it is another one.
+/// Two balls that meet off centre: at steps of 1/60 s, Bullet's impulse differs from the physical
+/// one.
 Scene twoBalls(ImpulseChoice impulse) {
   Scene scene = libraryScene("two_balls");
   scene.sound.impulse = impulse;
   return scene;
 }
 
-/// N s, by which Bullet changed the momentum of a body in the scene's time.
+/// Change of a body's momentum by Bullet over the duration of the scene, in N s.
 Vec3 momentumChange(const Scene& scene, std::size_t body) {
   BulletScene world(scene);
   const btRigidBody& rigid = world.body(body);
@@ -34,7 +35,7 @@ Vec3 momentumChange(const Scene& scene, std::size_t body) {
           static_cast<double>(change.z())};
 }
 
-// There is one collision, and nothing else that changes momenta.
+// The scene has one collision, and nothing else changes momenta.
 TEST(AppliedImpulse, IsWhatBulletDidToTheBody) {
   const Scene scene = twoBalls(ImpulseChoice::applied);
   const Result<std::vector<ImpulseEvent>> events = sceneEvents(scene);
@@ -44,7 +45,7 @@ TEST(AppliedImpulse, IsWhatBulletDidToTheBody) {
     ASSERT_TRUE(event.hasAppliedImpulse);
     const Vec3 change = momentumChange(scene, event.body);
     EXPECT_LT((event.appliedImpulse - change).norm(), 1e-5 * change.norm());
-    // Otherwise this could not tell one from the other.
+    // Without a difference between the two impulses, the test could not tell one from the other.
     EXPECT_GT((event.impulse - change).norm(), 0.05 * change.norm());
   }
 }

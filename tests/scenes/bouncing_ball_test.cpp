@@ -20,7 +20,7 @@ using namespace scenes;
 
 namespace {
 
-// What scenes/library/bouncing_ball.json says, written again.
+// The values of scenes/library/bouncing_ball.json, written again.
 constexpr long double kRadius = 0.01L;      // m
 constexpr long double kDropHeight = 0.5L;   // m, of the lowest point
 constexpr long double kGravity = 9.81L;     // m/s^2
@@ -32,7 +32,8 @@ struct Impact {
   long double speed;  // m/s
 };
 
-/// The school-book ball: v_0 = sqrt(2 g h), v_k = e^k v_0, and 2 v_k / g in the air after impact k.
+/// Impacts of the textbook's bouncing ball: it meets the floor at v_0 = sqrt(2 g h), leaves impact
+/// k (from 1) at v_k = e^k v_0 and is then 2 v_k / g in the air.
 std::vector<Impact> analyticImpacts(long double restitution, long double slowest) {
   std::vector<Impact> impacts;
   long double time = std::sqrt(2.0L * kDropHeight / kGravity);
@@ -44,7 +45,7 @@ std::vector<Impact> analyticImpacts(long double restitution, long double slowest
   return impacts;
 }
 
-/// tau of a sphere on a plane: R is the radius, m the mass of the sphere.
+/// Duration tau of the contact of a sphere with a plane: R is the radius, m the mass of the sphere.
 long double hertzTau(const Material& ball, const Material& floor, long double speed) {
   const auto compliance = [](const Material& material) {
     const long double nu = material.poissonsRatio;
@@ -68,14 +69,15 @@ class BouncingBall : public testing::Test {
       std::sqrt(static_cast<long double>(steel_.restitution) * concrete_.restitution);
   const std::vector<Impact> impacts_ = analyticImpacts(restitution_, kRestSpeed);
 
-  /// When the detector should fire: it is early by 0.0547 tau (onset_detector.h).
+  /// Time at which the detector should report the onset: it is early by 0.0547 tau
+  /// (onset_detector.h).
   double expectedOnset(const Impact& impact) const {
     return static_cast<double>(impact.time + distanceToListener() / kSoundSpeed -
                                0.0547L * hertzTau(steel_, concrete_, impact.speed));
   }
 
-  /// Pa: eq. (1) with the steepest jerk of eq. (10), at v = 1/sqrt(12), where the acceleration
-  /// pulse changes the speed by (1 + e) times that of the impact.
+  /// Peak pressure in Pa: eq. (1) with the steepest jerk of eq. (10), at v = 1/sqrt(12), where the
+  /// acceleration pulse changes the speed by (1 + e) times that of the impact.
   double expectedPeak(const Impact& impact) const {
     const long double tau = hertzTau(steel_, concrete_, impact.speed);
     const long double distance = distanceToListener();
@@ -118,8 +120,8 @@ TEST_F(BouncingBall, IsAsLoudAsTheEquationsSay) {
   const std::vector<Onset> onsets = findOnsets(recording.channel(0), recording.info.samplerate);
   ASSERT_EQ(onsets.size(), impacts_.size());
   for (std::size_t impact = 0; impact < impacts_.size(); ++impact) {
-    // The loudest sample is at most half a sample beside the top, and 5 samples or more make tau:
-    // 12 % below it.
+    // The loudest sample is at most half a sample away from the peak: up to 12 % lower, as tau is 5
+    // samples or more.
     const double ratio = 20.0 * onsets[impact].peak / expectedPeak(impacts_[impact]);
     EXPECT_GT(ratio, 0.87) << "impact " << impact;
     EXPECT_LT(ratio, 1.0001) << "impact " << impact;

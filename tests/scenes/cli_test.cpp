@@ -159,7 +159,7 @@ TEST_F(Cli, AFullDiskIs1AndNothingIsLeft) {
 }
 
 TEST_F(Cli, ADiskThatIsTooFullForTheEventsAloneLeavesNoSoundEither) {
-  // Half a second of 8 kHz in PCM16 is 8 kB; the events of forty balls are more.
+  // Half a second at 8 kHz in PCM16 is 8 kB; the events of forty balls are more.
   const std::string scene = fileWith(R"({
     "duration": 0.5, "sample_rate": 8000,
     "bodies": [
@@ -228,7 +228,7 @@ TEST_F(Cli, HelpOfEveryCommandHasAnExample) {
   }
 }
 
-/// Every line of the help that begins with `carom COMMAND`, as arguments.
+/// The lines of the help that begin with `carom COMMAND`, split into arguments.
 std::vector<std::vector<std::string>> examplesOf(const std::string& command) {
   std::vector<std::vector<std::string>> examples;
   std::istringstream lines(carom({command, "--help"}).out);
@@ -597,7 +597,7 @@ TEST_F(Cli, SoundOptionsDoWhatTheKeysOfTheSceneDo) {
         0);
     EXPECT_EQ(contents(at("option.wav")), contents(at("key.wav"))) << choice[2];
     EXPECT_NE(contents(at("option.wav")), contents(at("plain.wav"))) << choice[2];
-    // And back.
+    // The option also sets the default back.
     const std::string back = choice[1] == "pulse"      ? "hertz"
                              : choice[1] == "sampling" ? "band_limited"
                                                        : "exact";
@@ -688,8 +688,8 @@ TEST_F(Cli, HeadThatIsNoSofaFileIs1AndNothingIsLeft) {
 
 // Progress
 
-/// What a run writes to standard error when that is a terminal. The kernel hands a terminal's text
-/// over in pieces and in its own time, so it is read to its end, and while the run goes on.
+/// The text that a run writes to standard error when that is a terminal. The kernel hands over a
+/// terminal's text in pieces and with delay, so another thread reads it to its end during the run.
 std::string onTerminal(const std::vector<std::string>& command) {
   int reader = -1;
   int terminal = -1;
@@ -715,7 +715,7 @@ TEST_F(Cli, ProgressIsShownOnATerminalAndNowhereElse) {
         {"compare", library("two_balls"), "--step", "0.01"}}) {
     const std::string shown = onTerminal(command);
     EXPECT_NE(shown.find("100 %"), std::string::npos) << shown;
-    EXPECT_TRUE(shown.ends_with("\r\033[K")) << shown;  // and cleared
+    EXPECT_TRUE(shown.ends_with("\r\033[K")) << shown;  // the line is cleared
     const Outcome piped = carom(command);
     EXPECT_EQ(piped.err, "");
     EXPECT_EQ(piped.out.find('\r'), std::string::npos);

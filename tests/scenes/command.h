@@ -19,22 +19,22 @@
 namespace carom::test {
 
 struct Outcome {
-  int code = -1;  ///< exit code; 1000 + the signal that killed it
+  int code = -1;  ///< exit code; 1000 + the number of the signal that killed it
   std::string out;
   std::string err;
 };
 
 struct RunSettings {
-  rlim_t largestFile = RLIM_INFINITY;  ///< bytes: writing fails beyond, as on a full disk
-  std::string out = {};                ///< a file for standard output; otherwise it is captured
-  int err = -1;                        ///< a descriptor for standard error; likewise
+  rlim_t largestFile = RLIM_INFINITY;  ///< bytes; writing fails beyond, as on a full disk
+  std::string out = {};                ///< file for standard output; captured if empty
+  int err = -1;                        ///< descriptor for standard error; captured if negative
 };
 
 inline int openForWriting(const std::filesystem::path& path) {
   return open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
 }
 
-/// In the child: becomes `carom`.
+/// Replaces the child process by `carom`.
 [[noreturn]] inline void become(std::vector<std::string> arguments, int out, int err,
                                 rlim_t largestFile) {
   dup2(out, STDOUT_FILENO);
@@ -78,7 +78,7 @@ inline std::string library(std::string_view name) {
   return libraryFile(name).string();
 }
 
-/// Returns the message.
+/// Expects an exit with `code`, a message and no output; returns the message.
 inline std::string expectRefused(const std::vector<std::string>& arguments, int code) {
   const Outcome outcome = carom(arguments);
   const std::string command = testing::PrintToString(arguments);

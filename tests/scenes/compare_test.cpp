@@ -40,7 +40,7 @@ TEST(Compare, TheBridgeRecoversTheOneCollisionOfTwoBalls) {
   EXPECT_EQ(run.step, 0.016667);
   EXPECT_EQ(run.local.reference, 1u);
   expectAllMatched(run);
-  // Free flight without gravity is a straight line on either stepper.
+  // Free flight without gravity is a straight line for both steppers.
   EXPECT_EQ(run.global.compared, 1u);
   EXPECT_LT(run.global.difference.max, 1e-6);
   EXPECT_TRUE(std::isinf(run.global.divergedAt));
@@ -49,7 +49,7 @@ TEST(Compare, TheBridgeRecoversTheOneCollisionOfTwoBalls) {
 
 class EveryLibraryScene : public testing::TestWithParam<std::string> {};
 
-// Dense and sparse, with speculative contacts, tunnelling, piles and rest.
+// The scenes are dense and sparse, with speculative contacts, tunnelling, piles and rest.
 TEST_P(EveryLibraryScene, IsHeardByTheBridgeCollisionByCollisionAtAnyStep) {
   Scene scene = libraryScene(GetParam());
   scene.duration = std::min(scene.duration, 2.5);
@@ -72,11 +72,11 @@ TEST(Compare, DifferencesFromTheNativeRunEndWhereTheRunsPart) {
   const CompareReport report = compared(libraryScene("newtons_cradle"), {1.0 / 240.0});
   ASSERT_EQ(report.runs.size(), 1u);
   const CompareRun& run = report.runs[0];
-  // Bullet resolves what falls into one step together, so the fifth native collision, at 0.5007 s,
-  // has no counterpart: e = 0.9, gaps of 1 mm, solved by hand.
+  // Bullet resolves the collisions of one step together, so that the fifth native collision has no
+  // counterpart. It is at 0.5007 s: solved by hand for e = 0.9 and gaps of 1 mm.
   EXPECT_LT(run.global.divergedAt, 0.5007);
   EXPECT_LE(run.global.compared, report.nativeCollisions);
-  EXPECT_LE(run.global.difference.max, 4.0 * run.step + 0.01);  // beyond that, they have parted
+  EXPECT_LE(run.global.difference.max, 4.0 * run.step + 0.01);  // beyond, the runs have parted
 }
 
 TEST(Compare, ASceneWithoutCollisionsHasNothingToMiss) {
@@ -114,7 +114,8 @@ TEST(Compare, TellsItsProgressUpToTheEnd) {
   EXPECT_EQ(shares.back(), 1.0);
 }
 
-// Tuned, Bullet leaves impulses of earlier steps in points that it no longer works on.
+// With the tuned settings, Bullet leaves impulses of earlier steps in contact points that its
+// solver no longer works on.
 TEST(Compare, TunedBulletBouncesDownToRestAsTheExactPathSays) {
   Scene scene = libraryScene("bouncing_ball");
   scene.stepper.tuned = true;

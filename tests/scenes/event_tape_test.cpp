@@ -49,7 +49,7 @@ Scene tapedScene(const std::string& name) {
   return scene;
 }
 
-// Clicks, lasting contacts, a jello's own sound.
+// The scenes have clicks, lasting contacts and the sound of a jello itself.
 TEST_P(Taped, SoundsTheSameBits) {
   const Scene scene = tapedScene(GetParam());
   const Signal expected = live(scene);

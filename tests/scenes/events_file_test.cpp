@@ -47,7 +47,7 @@ ImpulseEvent anEvent() {
 
 using Rows = std::vector<std::vector<std::string>>;
 
-/// The rows that a file of these events has, the header first.
+/// The rows of a file that these events were written to, the header first.
 Rows written(const std::vector<ImpulseEvent>& events, const Scene& scene, double duration) {
   const TemporaryFolder folder;
   Result<EventsFileWriter> writer = EventsFileWriter::create(folder / "events.csv");

@@ -1,4 +1,4 @@
-// `carom jello`, as its users run it.
+// `carom jello` as a user runs it.
 
 #include <cmath>
 #include <cstdint>
@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::HasSubstr;
 
-/// A cube of jello that is pulled apart by a tenth along x and let go, in free space.
+/// A cube of jello in free space that is released from rest, stretched by a tenth along x.
 std::string stretchedWorld(const std::string& head =
                                "RK4\n0.0005 20\n200 0.02 400 0.25\n"
                                "0.001953125\n0\n0\n") {
@@ -85,9 +85,9 @@ TEST(JelloCli, TellsWhatItDidAndWritesSoundWayAndEnergies) {
   double peak = 0.0;
   for (const double sample : recording.samples)
     peak = std::max(peak, std::abs(sample));
-  EXPECT_NEAR(peak * 20.0, report["peak_pa"], 1e-5 * peak * 20.0);  // 1.0 is 20 Pa
+  EXPECT_NEAR(peak * 20.0, report["peak_pa"], 1e-5 * peak * 20.0);  // full scale is 20 Pa
 
-  // A picture every 20 steps, the first and the last one, too.
+  // There is a picture every 20 steps, including the first and the last state.
   const auto rows = rowsOf(energies);
   ASSERT_EQ(rows.size(), 51u);
   EXPECT_EQ(rows[1][0], 0.01);
@@ -109,7 +109,7 @@ TEST(JelloCli, TellsWhatItDidAndWritesSoundWayAndEnergies) {
   EXPECT_EQ(x, -0.55F);
 }
 
-// Let go, it swings along x at its lowest frequency; the sound has that, and no other tone is near.
+// After its release the cube swings along x at its lowest frequency, and its volume with it.
 TEST(JelloCli, SoundsAsItsVolumeSwings) {
   const TemporaryFolder folder;
   const fs::path world = written(folder / "my.w", stretchedWorld());
@@ -119,7 +119,7 @@ TEST(JelloCli, SoundsAsItsVolumeSwings) {
                              "--listener", "0,0,10", "--json"});
   ASSERT_EQ(near.code, 0) << near.err;
   ASSERT_EQ(far.code, 0) << far.err;
-  // A monopole, since nothing pushes it: half as loud at twice the distance.
+  // The sound is a monopole, since nothing pushes the cube: half as loud at twice the distance.
   EXPECT_NEAR(json::parse(near.out)["peak_pa"].get<double>() /
                   json::parse(far.out)["peak_pa"].get<double>(),
               2.0, 1e-3);
@@ -169,7 +169,7 @@ TEST(JelloCli, RunsAScenesJelloAmongItsMarblesAndHearsBoth) {
   const Recording recording = readRecording(folder / "jello.wav");
   EXPECT_EQ(recording.info.channels, 2);
   EXPECT_EQ(recording.info.frames, 19200);
-  // A picture in 83 steps, with four balls.
+  // There is a picture every 83 steps, and each has four balls besides the points.
   EXPECT_EQ(fs::file_size(folder / "jello.way"), 24u + (2000u / 83u + 1u) * 516u * 12u);
   const Outcome info = carom({"info", scene, "--json"});
   ASSERT_EQ(info.code, 0) << info.err;

@@ -34,7 +34,7 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-/// A jello of 27 points that has been stretched and is let go, and a marble that hits it.
+/// A jello of 27 points that turns freely, and a marble that hits it.
 Scene wobble(const std::string& listeners = R"({"position": [0, 0, 0.7]})",
              const std::string& more = "") {
   return orAbort(parseScene(R"({
@@ -63,8 +63,9 @@ std::vector<std::vector<float>> soundOf(const Scene& scene) {
   return whole;
 }
 
-// The cubes of the world files are those of the scenes: 9 digits in the one, a rotation in the
-// other. Later, what is on its edge falls to either side.
+// The cubes of the world files are those of the scenes, except for rounding: the files have 9
+// digits, the scenes a rotation. After the compared time, a cube on its edge may fall to either
+// side.
 TEST(JelloScenes, AWorldFileAndItsSceneMoveAlike) {
   for (const char* name : {"drop", "inclined_plane"}) {
     const auto bytes = readBytes(std::filesystem::path(CAROM_SOURCE_DIR) / "scenes" / "library" /
@@ -102,7 +103,7 @@ TEST(JelloScenes, MarblesMeetTheJelloTheTableAndEachOther) {
   }
 }
 
-// The sound of a scene is what its jello does to the air, sampled on its own, and the clicks.
+// The sound of a scene is that of its jello, which is sampled separately here, plus the clicks.
 TEST(JelloScenes, TheJelloIsHeardAlongWithTheClicks) {
   const Scene scene = wobble();
   const std::vector<float> sound = soundOf(scene).front();
@@ -119,7 +120,7 @@ TEST(JelloScenes, TheJelloIsHeardAlongWithTheClicks) {
       source->add(state);
   }
   ASSERT_EQ(events.size(), 2U);
-  // Before the marble touches, there is no click: at rest the whole of the sound is the jello's.
+  // Away from the marble's touch there is no click: the whole sound is the jello's.
   double loudest = 0.0;
   for (std::size_t frame = 0; frame < sound.size(); ++frame) {
     const double time = static_cast<double>(frame) / 48000.0;
@@ -129,7 +130,7 @@ TEST(JelloScenes, TheJelloIsHeardAlongWithTheClicks) {
     ASSERT_NEAR(sound[frame], alone, 1e-6 + 1e-5 * loudest) << time;
   }
   EXPECT_GT(loudest, 1e-3);
-  // And around it, there is more.
+  // Around the touch there is more than the jello's sound.
   Scene quiet = scene;
   quiet.bodies.pop_back();
   const std::vector<float> without = soundOf(quiet).front();
@@ -191,8 +192,9 @@ TEST(JelloScenes, ThePlanHasItOnlyWhereItIs) {
   EXPECT_THAT(makePlan(libraryScene("two_balls")).needed, testing::Not(Contains("jello")));
 }
 
-// By hand, of springs of 1 N/m one metre apart: C11 = 1 along + 4 of bend + 4/2 of the diagonals of
-// faces + 4/3 of those of cubes, and E = 5/6 C11 where Poisson's ratio is 1/4.
+// Modulus of springs of 1 N/m, one metre apart, by hand: C11 = 1 of the springs along + 4 of bend +
+// 4/2 of the diagonals of faces + 4/3 of those of cubes, and E = 5/6 C11 at a Poisson's ratio of
+// 1/4.
 TEST(JelloScenes, AJellosModulusIsThatOfItsSprings) {
   const JelloLattice lattice{
       .count = 5, .size = Vec3::Constant(4.0), .pointMass = 2.0, .stiffness = 6.0};
@@ -201,7 +203,8 @@ TEST(JelloScenes, AJellosModulusIsThatOfItsSprings) {
   EXPECT_NEAR(material.density, 2.0 * 125.0 / 64.0, 1e-12);
 }
 
-// A weak strike at a corner: the modes' swings and the motion of the whole are what the springs do.
+// After a weak strike at a corner, the sum of the modes' oscillations and of the rigid motion
+// equals the motion that the springs cause.
 TEST(JelloModes, AWeakStrikeMovesItAsItsModesSay) {
   JelloWorld world;
   world.lattice = {.count = 3,

@@ -16,7 +16,7 @@ inline constexpr std::string_view kLibrary[] = {
     "bouncing_ball",     "two_balls", "newtons_cradle",  "billiard_break",  "marbles_in_a_box",
     "marbles_in_a_room", "fly_by",    "swinging_cradle", "nine_ball_break", "marble_steps"};
 
-/// What only Bullet can run, and rings: the rest of the library.
+/// Scenes of the library that only Bullet can run and in which bodies ring.
 inline constexpr std::string_view kRingingLibrary[] = {"dropped_wrench", "glass_and_plate",
                                                        "wood_blocks"};
 
@@ -25,7 +25,7 @@ inline std::filesystem::path libraryFile(std::string_view name) {
          (std::string(name) + ".json");
 }
 
-/// A scene that the test needs to be good.
+/// Returns a scene that the test needs; ends the program if there is an error.
 inline scenes::Scene orAbort(Result<scenes::Scene> scene) {
   if (!scene) {
     std::cerr << scene.error().message << '\n';
@@ -63,8 +63,8 @@ inline scenes::Scene fewMarbles() {
                                     "few_marbles.json"));
 }
 
-/// With the equations of the hand-out as they stand, sampled as they are: what a test can write
-/// again in a line.
+/// The scene with the plain equations of the hand-out, sampled without a filter: sound that a test
+/// can compute again in a line.
 inline scenes::Scene asInTheHandOut(scenes::Scene scene) {
   scene.sound.pulse = PulseShape::handOut;
   scene.sound.sampling = Sampling::naive;
@@ -73,8 +73,8 @@ inline scenes::Scene asInTheHandOut(scenes::Scene scene) {
   return scene;
 }
 
-/// The same, of rubber: contacts of milliseconds, whose sound begins before it could have arrived
-/// from the touch itself (Synth::leadTime).
+/// fewMarbles() with balls of rubber: their contacts last milliseconds, and their sound begins
+/// before it could have arrived from the touch itself (Synth::leadTime).
 inline scenes::Scene fewRubberBalls() {
   scenes::Scene scene = fewMarbles();
   for (scenes::SceneBody& body : scene.bodies)

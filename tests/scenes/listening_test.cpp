@@ -1,4 +1,4 @@
-// What rooms and listeners do to the sound of a scene, against clicks written by hand.
+// Effect of rooms and listeners on the sound of a scene, compared with clicks written by hand.
 
 #include <algorithm>
 #include <cmath>
@@ -51,8 +51,8 @@ Scene parsed(const std::string& text) {
 
 constexpr const char* kMono = R"({"position": [3, 0.5, 0]})";
 
-/// A steel ball flies against a wall at x = 0 and hits it at 0.01 s, its centre at (0.01, 0, 0):
-/// one click, a dipole along x. Nothing else ever happens.
+/// A steel ball that flies against a wall at x = 0 and hits it at 0.01 s with its centre at (0.01,
+/// 0, 0): the scene's only click, a dipole along x.
 Scene wallHit(const std::string& listener, const std::string& more = "") {
   return parsed(R"({"duration": 0.1, "gravity": [0, 0, 0], "bodies": [
     {"type": "plane", "name": "wall", "normal": [1, 0, 0], "offset": 0, "material": "steel"},
@@ -61,7 +61,7 @@ Scene wallHit(const std::string& listener, const std::string& more = "") {
                 listener + "]" + more + "}");
 }
 
-/// With the equations of the hand-out, sampled as they are.
+/// The scene with the equations of the hand-out, sampled without a filter.
 Scene simplified(Scene scene) {
   return asInTheHandOut(std::move(scene));
 }
@@ -91,11 +91,11 @@ struct OneClick {
   }
 
   double time = 0.0;   // s
-  double speed = 0.0;  // m/s, what the impulse changes
+  double speed = 0.0;  // m/s, the change by the impulse
   double tau = 0.0;    // s
 };
 
-/// The largest difference from what is expected, over the largest value expected.
+/// The largest difference from the expected values, over the largest of these.
 double error(const std::vector<float>& samples, const std::function<double(double)>& expected) {
   double largest = 0.0;
   double most = 0.0;
@@ -114,7 +114,7 @@ double energy(const std::vector<float>& samples) {
   return std::inner_product(samples.begin(), samples.end(), samples.begin(), 0.0);
 }
 
-/// s: where half of the energy has arrived.
+/// Time in s by which half of the energy has arrived.
 double middle(const std::vector<float>& samples) {
   const double half = 0.5 * energy(samples);
   double sum = 0.0;
@@ -126,7 +126,7 @@ double middle(const std::vector<float>& samples) {
   return static_cast<double>(sample) / kRate;
 }
 
-/// Magnitude of the spectrum at one frequency, by the sum itself.
+/// Magnitude of the spectrum at one frequency, by the defining sum.
 double spectrumAt(double frequency, const std::vector<float>& samples) {
   double real = 0.0;
   double imaginary = 0.0;
@@ -138,7 +138,7 @@ double spectrumAt(double frequency, const std::vector<float>& samples) {
   return std::hypot(real, imaginary);
 }
 
-/// So that heads are tested where there are heads.
+/// True if head-related responses are installed; tests of binaural sound need them.
 bool hasHead() {
   return static_cast<bool>(defaultHrtf(kRate));
 }
@@ -197,18 +197,18 @@ TEST(Listening, HardFloorCancelsTheLowFrequenciesOfADropOntoIt) {
   floor.sound.room.reflectors = {Reflector{Vec3::UnitY(), 0.0, {}}};
   const std::vector<float> bare = heard(open).at(0);
   const std::vector<float> both = heard(floor).at(0);
-  // The image is the same dipole upside down, 2 cm below: k times the difference of the paths,
-  // 2 * 0.01 m * sin 45 degrees, is what is left.
+  // The image is the same dipole upside down, 2 cm below. At low frequencies the sum of both is k
+  // times the difference of their paths, 2 * 0.01 m * sin 45 degrees, of the dipole.
   for (const double frequency : {200.0, 500.0, 1000.0}) {
     const double left = 2.0 * std::numbers::pi * frequency / kSpeedOfSound * 0.02 * std::sqrt(0.5);
     EXPECT_NEAR(spectrumAt(frequency, both) / spectrumAt(frequency, bare) / left, 1.0, 0.1)
         << frequency;
   }
-  EXPECT_GT(energy(both), 0.2 * energy(bare));  // not the high ones
+  EXPECT_GT(energy(both), 0.2 * energy(bare));  // high frequencies are not cancelled
 }
 
 TEST(Listening, MicrophonesOfASpacedPairHearFromTheirOwnPlaces) {
-  // It looks along -z, so its right is +x, towards the listener's far side of the wall.
+  // The listener looks along -z, so that its right is +x, away from the wall.
   const Scene scene =
       simplified(wallHit(R"({"format": "spaced_pair", "spacing": 0.6, "position": [2, 0.5, 0]})"));
   const OneClick click(scene);
@@ -227,8 +227,8 @@ TEST(Listening, MicrophonesOfASpacedPairHearFromTheirOwnPlaces) {
 }
 
 TEST(Listening, CardioidsOfACoincidentPairDifferInLevelAlone) {
-  // The source is straight along -x, 45 degrees to the right of where it looks: on the axis of the
-  // right cardioid, at a right angle to the left one.
+  // The source is straight along -x, 45 degrees to the right of the listener's direction: on the
+  // axis of the right cardioid and at a right angle to that of the left one.
   const Scene scene = simplified(
       wallHit(R"({"format": "coincident_pair", "position": [2.01, 0, 0], "forward": [-1, 0, 1]})"));
   const OneClick click(scene);
@@ -241,7 +241,7 @@ TEST(Listening, CardioidsOfACoincidentPairDifferInLevelAlone) {
 
 TEST(Listening, EarTowardsTheSourceHearsItEarlierAndLouder) {
   if (!hasHead()) GTEST_SKIP() << "no head-related responses here";
-  // The source is towards -x, which is to the right of who looks along +z.
+  // The source is towards -x, which is on the right of a listener that looks along +z.
   const Channels right =
       heard(wallHit(R"({"format": "binaural", "position": [2, 0, 0], "forward": [0, 0, 1]})"));
   ASSERT_EQ(right.size(), 2U);
@@ -263,7 +263,7 @@ TEST(Listening, WhoMovesAwayHearsTheClickLater) {
   const Scene moving = alongX(R"({"time": 0.1, "position": [15.01, 0, 0]})");
   const OneClick click(moving);
   const double speed = 100.0;  // m/s
-  // 5 m + v t = c (t - t0)
+  // The sound arrives at t with 5 m + v t = c (t - t0).
   const double arrival = (5.0 + kSpeedOfSound * click.time) / (kSpeedOfSound - speed);
   EXPECT_GT(arrival, click.time + 5.0 / kSpeedOfSound + 0.005);
   const std::vector<float> samples = heard(moving).at(0);
@@ -271,7 +271,8 @@ TEST(Listening, WhoMovesAwayHearsTheClickLater) {
 }
 
 TEST(Listening, AtTheEndOfItsPathAListenerStands) {
-  // It gets there 5 ms before the click, and would be 9 m farther on at the pace it came.
+  // The listener gets there 5 ms before the click; at its former speed it would be 9 m farther on
+  // at the end.
   const Scene arrived = simplified(
       wallHit(R"({"position": [2, 0, 0], "path": [{"time": 0.005, "position": [2.01, 0.5, 0]}]})"));
   const OneClick click(arrived);
@@ -282,8 +283,9 @@ TEST(Listening, AtTheEndOfItsPathAListenerStands) {
             kFloat);
 }
 
-/// Hz: where the spectrum is largest, of a fifth of a second around `time`, through a Hann window:
-/// most of a click's spectrum is far above `frequency` and would leak.
+/// Frequency in Hz, near `frequency`, at which the spectrum of a fifth of a second around `time` is
+/// largest. The window is a Hann window, since most of a click's spectrum is far above `frequency`
+/// and would leak.
 double loudestNear(double frequency, const std::vector<float>& samples, double time) {
   const auto begin = samples.begin() + std::lround((time - 0.1) * kRate);
   std::vector<float> part(begin, begin + std::lround(0.2 * kRate));
@@ -304,8 +306,9 @@ double loudestNear(double frequency, const std::vector<float>& samples, double t
 TEST(Listening, FlyByIsSharpAtFirstAndFlatAtLastByTheDopplerEffect) {
   const Channels channels = heard(libraryScene("fly_by"));
   ASSERT_EQ(channels.size(), 2U);
-  // The middle of the pair is at (30 t - 36, 1, 6) m, the source at (0, 1, 0). Its hits alternate
-  // in direction, 100 pairs a second: odd harmonics of 100 Hz. This is the 21st.
+  // The middle of the pair is at (30 t - 36, 1, 6) m, the source at (0, 1, 0). The source's hits
+  // alternate in direction, 100 pairs a second, which makes odd harmonics of 100 Hz. The test
+  // follows the 21st.
   for (const double time : {0.25, 2.15}) {
     const Vec3 towards(36.0 - 30.0 * time, 0.0, -6.0);
     const double mach = 30.0 / kSpeedOfSound * towards.normalized().x();

@@ -1,4 +1,4 @@
-// `carom modes` and `carom strike`, as their users run them.
+// `carom modes` and `carom strike` as a user runs them.
 
 #include <cmath>
 #include <complex>
@@ -22,16 +22,17 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// m, of the bar of these tests.
+// Edges of the bar in these tests, in m.
 constexpr double kLength = 0.2;
 constexpr double kWidth = 0.02;
 constexpr double kHeight = 0.01;
 
-// Carbon steel (audio/material.h).
+// Density in kg/m^3 and Young's modulus in Pa of carbon steel (audio/material.h).
 constexpr double kDensity = 7850.0;
 constexpr double kYoungsModulus = 210e9;
 
-/// A box around the origin, `unit` of its units to the metre; without its lid, if `open`.
+/// The bar as a box around the origin, with `unit` units of the file to the metre; without its
+/// upper face if `open`.
 std::string boxObj(double unit = 1.0, bool open = false) {
   std::string text;
   for (const int x : {-1, 1})
@@ -44,7 +45,7 @@ std::string boxObj(double unit = 1.0, bool open = false) {
   return open ? text : text + "f 2 6 8 4\n";
 }
 
-/// Of a tone in a window of `seconds` (Hann) that begins at `from`.
+/// Amplitude of a tone in a Hann window of `seconds` that begins at `from` (s).
 double amplitudeOf(const Recording& recording, double frequency, double from, double seconds) {
   const double rate = recording.info.samplerate;
   const auto first = static_cast<std::size_t>(std::lround(from * rate));
@@ -70,7 +71,7 @@ class ModesCli : public testing::Test {
     return at(name);
   }
 
-  /// `carom modes` of a mesh of steel, as coarse as a test can afford.
+  /// The arguments of `carom modes` for a mesh of steel.
   std::vector<std::string> modes(const std::string& mesh,
                                  const std::vector<std::string>& options = {}) const {
     std::vector<std::string> command = {"modes", at(mesh), "--material", "carbon_steel"};
@@ -84,7 +85,8 @@ class ModesCli : public testing::Test {
     return command;
   }
 
-  /// A blow from above at the end of the bar, where all bending modes move.
+  /// The arguments of `carom strike` with an impact from above on the end of the bar, where all
+  /// bending modes move.
   std::vector<std::string> strike(const std::string& model,
                                   const std::vector<std::string>& options = {}) const {
     std::vector<std::string> command = {"strike",    at(model),   "--at", "0.1,0,0.005",
@@ -93,7 +95,7 @@ class ModesCli : public testing::Test {
     return command;
   }
 
-  /// In bar.carom_modes.
+  /// Writes the bar's model to bar.carom_modes and returns its table.
   json barModel() const {
     return parsed(
         carom(solid({"--no-cache", "--panels", "200", "-o", at("bar.carom_modes"), "--json"})));
@@ -106,7 +108,7 @@ class ModesCli : public testing::Test {
 
 TEST_F(ModesCli, ASlenderBarRingsAsEulerAndBernoulliSay) {
   const json bar = parsed(carom(solid({"--no-cache", "--no-radiation", "--json"})));
-  // Free at both ends: cos x cosh x = 1 (Rossing and Fletcher, Principles of Vibration and Sound).
+  // Both ends are free: cos x cosh x = 1 (Rossing and Fletcher, Principles of Vibration and Sound).
   const double root = 4.730040745;
   const auto bending = [&](double thickness) {
     return root * root / (2.0 * kPi * kLength * kLength) *
@@ -166,7 +168,8 @@ TEST_F(ModesCli, TheSecondRunComesFromTheCacheAndSaysTheSame) {
             std::string::npos);
 }
 
-// Half the size in every direction: twice the frequencies (the elastic equations have no length).
+// Half the size in every direction doubles the frequencies, as the elastic equations have no
+// length.
 TEST_F(ModesCli, ScaleIsTheSizeOfOneUnit) {
   const std::vector<std::string> options = {"--dofs", "600", "--no-cache", "--no-radiation",
                                             "--json"};
@@ -276,7 +279,7 @@ TEST_F(ModesCli, AStruckBarSoundsAsItsTableSays) {
   for (const json& mode : bar.at("modes")) {
     const double frequency = mode.at("frequency_hz");
     const double first = amplitudeOf(sound, frequency, begin, window);
-    if (20.0 * first < 1e-4) continue;  // Pa: not moved by this blow
+    if (20.0 * first < 1e-4) continue;  // Pa: not excited by this impact
     ++loud;
     const double second = amplitudeOf(sound, frequency, begin + window, window);
     const double rate = mode.at("decay_rate_per_s");
@@ -285,8 +288,8 @@ TEST_F(ModesCli, AStruckBarSoundsAsItsTableSays) {
   EXPECT_GE(loud, 2);
 }
 
-// What is left after the blow is proportional to the impulse, up to how long it takes: at 1.3 kHz
-// that of 50 us is short.
+// The ring after the impact is proportional to the impulse, except for the effect of the contact's
+// duration, which depends on it: 50 us are short at 1.3 kHz.
 TEST_F(ModesCli, TwiceAsHardIsTwiceAsLoud) {
   const double frequency = barModel().at("modes").at(0).at("frequency_hz");
   const std::vector<std::string> options = {"--duration", "0.4", "--no-click"};
@@ -393,7 +396,7 @@ TEST_F(ModesCli, HelpHasExamples) {
   }
 }
 
-// The three together: a mesh, its model, a scene that names it.
+// The whole way: a mesh, its model, and a scene that names the model.
 TEST_F(ModesCli, ASceneRingsByAModelFile) {
   barModel();
   const std::string scene = R"({

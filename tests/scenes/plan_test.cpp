@@ -138,7 +138,7 @@ TEST(Plan, ForcesBlocksAndFrictionAreNeededWhereTheSceneHasThem) {
   EXPECT_TRUE(needed(solid).contains("solid_contacts"));
   EXPECT_TRUE(leftOut(solid).contains("sphere_plane_contacts"));
   Scene scene = sceneOf({kFloor, ballAt(1.0)});
-  scene.bodies[1].contact.friction = 0.5;  // against a floor without
+  scene.bodies[1].contact.friction = 0.5;  // the floor has no friction
   EXPECT_TRUE(leftOut(scene).contains("friction"));
   scene.mechanics.drag.rate = 1.0;
   EXPECT_TRUE(needed(scene).contains("forces"));

@@ -33,8 +33,8 @@ RenderReport rendered(const Scene& scene, const RenderOptions& options) {
   return report ? *report : RenderReport{};
 }
 
-/// The scenes that are rendered here: both steppers, one listener and two, quiet and beyond full
-/// scale.
+/// The scenes that these tests render: both steppers, one listener and two, peaks below and above
+/// full scale.
 std::vector<Scene> variousScenes() {
   return {libraryScene("two_balls"), libraryScene("newtons_cradle"), fewMarbles(),
           onStepper(fewMarbles(), StepperType::bullet), fewRubberBalls()};
@@ -51,12 +51,12 @@ Vec3 vectorOf(const std::vector<std::string>& row, std::size_t column) {
   return {numberOf(row[column]), numberOf(row[column + 1]), numberOf(row[column + 2])};
 }
 
-/// What one row of the events file sounds like: the hand-out's equations (1), (8), (10), from the
-/// numbers in that row and what the ball is made of.
+/// The sound of one row of the events file: the hand-out's equations (1), (8) and (10) with the
+/// numbers of that row and the ball's mass and radius.
 struct WrittenClick {
   double time;    // s, first touch
   double tau;     // s
-  double speed;   // m/s, what the impulse changes
+  double speed;   // m/s, the change by the impulse
   double radius;  // m
   Vec3 direction;
   Vec3 centre;
@@ -64,7 +64,7 @@ struct WrittenClick {
   double pressure(double t, const Vec3& listener) const {
     const Vec3 path = listener - centre;
     const double u = (t - path.norm() / 343.0 - time) / tau - 0.5;
-    const double slope = -12.0 * u * std::exp(-6.0 * u * u);  // of exp(-6 u^2)
+    const double slope = -12.0 * u * std::exp(-6.0 * u * u);  // derivative of exp(-6 u^2)
     const double jerk = std::numbers::pi / 2.0 * speed * slope / (tau * tau);
     const double cosine = direction.dot(path) / path.norm();
     return 1.20 * radius * radius * radius * cosine / (2.0 * 343.0 * path.norm()) * jerk;
@@ -90,7 +90,7 @@ std::vector<WrittenClick> writtenClicks(const fs::path& file, const Scene& scene
   return clicks;
 }
 
-/// Sum of all of them at every sample: slow and obvious.
+/// The sum of all clicks at every sample: slow and obvious.
 std::vector<double> soundOf(const std::vector<WrittenClick>& clicks, const Vec3& listener,
                             const Recording& recording) {
   std::vector<double> pressure(static_cast<std::size_t>(recording.info.frames), 0.0);
@@ -123,7 +123,7 @@ TEST(Render, SoundIsTheSumOfTheClicksInTheEventsFile) {
       double largest = 0.0;  // Pa
       for (std::size_t sample = 0; sample < samples.size(); ++sample)
         largest = std::max(largest, std::abs(20.0 * samples[sample] - expected[sample]));
-      // Samples are rounded to float twice; each click left out is below 20 uPa.
+      // Samples are rounded to float twice, and each click that was left out is below 20 uPa.
       const double rounding = 2.0 * std::numeric_limits<float>::epsilon() * report.peak;
       EXPECT_LT(largest, rounding + 20e-6 * static_cast<double>(report.synth.inaudible))
           << scene.name << ", channel " << channel;
@@ -274,9 +274,9 @@ TEST(Render, LimitingIsTheDefaultOfPcm16AndLeavesTheRestOfTheSoundInItsPlace) {
   const double least = 20.0 / plain.peak;
   for (std::size_t sample = 0; sample < before.size(); ++sample) {
     EXPECT_LE(std::abs(after[sample]), 1.0);
-    EXPECT_NEAR(rounded[sample], after[sample], 1.0001 / 32768.0);  // 1.0 has no PCM16
+    EXPECT_NEAR(rounded[sample], after[sample], 1.0001 / 32768.0);  // PCM16 cannot hold 1.0
     if (before[sample] == 0.0) continue;
-    EXPECT_GE(after[sample] / before[sample], least * (1.0 - 1e-6));  // a gain, and no shift
+    EXPECT_GE(after[sample] / before[sample], least * (1.0 - 1e-6));  // a gain without a shift
     EXPECT_LE(after[sample] / before[sample], 1.0);
   }
   EXPECT_NEAR(readRecording(folder / "limited.wav").peak(), 1.0, 1e-6);
@@ -366,7 +366,7 @@ TEST(Render, TellsItsProgressFromStartToEnd) {
   EXPECT_EQ(shares.back(), 1.0);
 }
 
-/// Why the stage was left out, as the plan says; empty if it was not.
+/// The plan's reason for leaving the stage out; empty if it was not left out.
 std::string whyLeftOut(const RenderReport& report, const std::string& stage) {
   const auto entry = std::ranges::find(report.plan.leftOut, stage, &LeftOut::stage);
   return entry == report.plan.leftOut.end() ? std::string() : entry->why;
@@ -401,7 +401,7 @@ TEST(Render, PlanSaysHowManySpheresWereCrushed) {
   EXPECT_TRUE(crushed().starts_with("1 spheres "));
 }
 
-/// A render that cannot succeed, in a folder with a file of each kind that was there before.
+/// A render that cannot succeed, in a folder that holds a file of each kind beforehand.
 class FailedRender : public testing::Test {
  protected:
   void SetUp() override {

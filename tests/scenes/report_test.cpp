@@ -109,7 +109,7 @@ TEST(Report, TimesOfTheBridgeAreExactOnBulletsOwnPath) {
   }
 }
 
-// An application that polls sees a contact when the step is over: between none and two steps late.
+// An application that polls sees a contact after the step in which it occurs, up to two steps late.
 TEST(Report, TimesOfStepsAreLateByAStepOrSo) {
   for (const int rate : {60, 240, 1000}) {
     const std::string id = "bullet_" + std::to_string(rate);
@@ -129,7 +129,7 @@ TEST(Report, ThePhysicalImpulseIsThatOfTheExactPathAndBulletsOwnIsNot) {
   EXPECT_GT(variant(bouncing(), "bullet_60_applied").events->impulseError.max, 0.05);
 }
 
-// The sound's variants have the reference's events.
+// The variants of sound have the reference's events.
 TEST(Report, VariantsOfSoundAreComparedToTheEnd) {
   for (const VariantReport& one : bouncing().variants) {
     if (one.choice.group != VariantGroup::sound) continue;
@@ -172,7 +172,7 @@ std::size_t memoryOf(const Scene& scene) {
   return run->memory.value_or(0) + sound->memory.value_or(0);
 }
 
-// Neither stepper nor sound keeps what is over.
+// Neither stepper nor sound keeps past data.
 TEST(Report, MemoryDoesNotGrowWithTheSceneLength) {
   Scene scene = bounces();
   const std::size_t shortRun = memoryOf(scene);
@@ -190,7 +190,7 @@ TEST(Report, LeavesOutWhatIsNotAffordable) {
   EXPECT_LT(report.variants.size(), bouncing().variants.size());
 }
 
-/// Three points a side, thrown on the floor.
+/// A jello with three points along each edge that is thrown onto the floor.
 Scene smallJello() {
   return orAbort(parseScene(R"({
     "duration": 0.2, "gravity": [0, 0, -9.81],
@@ -298,7 +298,7 @@ TEST(ReportFiles, ThePageHoldsAllAndAsksForNothing) {
   EXPECT_THAT(page, HasSubstr("data:audio/"));
 }
 
-// RFC 4648, section 10.
+// Test vectors of RFC 4648, section 10.
 TEST(ReportMedia, Base64IsThatOfTheStandard) {
   EXPECT_EQ(base64(""), "");
   EXPECT_EQ(base64("f"), "Zg==");
@@ -310,7 +310,7 @@ TEST(ReportMedia, Base64IsThatOfTheStandard) {
   EXPECT_EQ(base64("\xFF\xFE\xFD"), "//79");
 }
 
-// 1 Pa of amplitude is 94 - 3 dB.
+// An amplitude of 1 Pa is 94 - 3 dB.
 TEST(ReportMedia, SpectrogramHasAToneInItsRowAtItsLevel) {
   std::vector<float> samples(48000);
   for (std::size_t frame = 0; frame < samples.size(); ++frame)
@@ -333,7 +333,7 @@ TEST(ReportMedia, SpectrogramHasAToneInItsRowAtItsLevel) {
   EXPECT_LT(levelAt(picture.rows - 1), 20.0);
 }
 
-// None falls between two windows.
+// No click falls between two windows.
 TEST(ReportMedia, SpectrogramShowsEveryClick) {
   for (std::size_t place = 20000; place < 21000; place += 37) {
     std::vector<float> samples(144000);

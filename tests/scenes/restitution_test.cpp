@@ -1,4 +1,4 @@
-// Restitutions of pairs of materials, from the scene file to the bounce, on either stepper.
+// Restitutions of pairs of materials, from the scene file to the bounce, on both steppers.
 
 #include <cmath>
 #include <memory>
@@ -18,8 +18,8 @@ using namespace scenes;
 
 namespace {
 
-/// A steel ball and a rubber one fall onto a wooden floor from 0.3 m, far from each other, and a
-/// glass ball in flight hits another one. `restitutions` is the array's text.
+/// A steel ball and a rubber ball fall onto a wooden floor from 0.3 m, far from each other, and a
+/// glass ball in flight hits another one. `restitutions` is the text of the array.
 Scene bounces(const std::string& restitutions) {
   return orAbort(parseScene(R"({
     "duration": 0.7,
@@ -41,8 +41,8 @@ Scene bounces(const std::string& restitutions) {
                             "bounces.json"));
 }
 
-/// What two bodies that meet again and again lose: the second approach speed over the first, and
-/// the restitution that the first impulse says.
+/// The loss of two bodies at their collisions: the second approach speed over the first, and the
+/// restitution that follows from the first impulse.
 struct Bounce {
   double speedRatio = 0.0;
   double impulse = 0.0;
@@ -71,12 +71,12 @@ TEST_P(PairRestitution, DecidesHowBodiesBounce) {
       {"materials": ["glass", "glass"], "restitution": 0.25}])"),
                                 GetParam(), 1.0 / 1000.0);
   const bool native = GetParam() == StepperType::native;
-  const double exact = native ? 1e-12 : 1e-6;  // of the impulse; Bullet computes in float
-  const double path = native ? 1e-12 : 0.05;   // of the speed; Bullet's path is its own
+  const double exact = native ? 1e-12 : 1e-6;  // of the impulse, which Bullet computes in float
+  const double path = native ? 1e-12 : 0.05;   // of the speed, as Bullet's path differs
   const Bounce steel = bounceOf(scene, 0);
   EXPECT_NEAR(steel.impulse, 0.5, exact);
   EXPECT_NEAR(steel.speedRatio, 0.5, path);
-  // Not in the list: the mean of 0.8 and 0.6.
+  // The pair is not in the list: the geometric mean of 0.8 and 0.6.
   const Bounce rubber = bounceOf(scene, 1);
   EXPECT_NEAR(rubber.impulse, std::sqrt(0.48), exact);
   EXPECT_NEAR(rubber.speedRatio, std::sqrt(0.48), path);
@@ -101,7 +101,8 @@ TEST_P(PairRestitution, OfMaterialsThatDoNotMeetChangesNothing) {
   ASSERT_EQ(events->size(), others->size());
   EXPECT_GE(events->size(), 8u);
   for (std::size_t event = 0; event < events->size(); ++event) {
-    // Bullet multiplies two roots in float where the scene lists nothing: an ulp or so away.
+    // For a pair that the scene does not list, Bullet multiplies two roots in float: about an ulp
+    // away.
     const double allowed = GetParam() == StepperType::native ? 0.0 : 1e-5;
     EXPECT_NEAR((*events)[event].time, (*others)[event].time, allowed);
     EXPECT_NEAR(((*events)[event].impulse - (*others)[event].impulse).norm(), 0.0,
@@ -131,7 +132,7 @@ TEST(PairRestitutionInBullet, IsHeldAgainstTheReferenceCollisionByCollision) {
   }
 }
 
-/// Speed after a steel ball, body 0, has hit the floor once, over the speed before.
+/// Bullet's world for a scene; speed() is the vertical velocity of body 0, a steel ball, in m/s.
 class Drop {
  public:
   explicit Drop(const Scene& scene) : scene_(scene), world_(scene_) {}
@@ -166,7 +167,7 @@ TEST(PairRestitutionInBullet, WorldsSideBySideKeepTheirOwn) {
   EXPECT_NEAR(softest / impact, 0.25, 0.04);
   EXPECT_NEAR(hardest / impact, 0.95, 0.04);
   EXPECT_NEAR(plainest / impact, std::sqrt(0.9 * 0.6), 0.04);
-  soft.reset();  // the first goes first
+  soft.reset();  // the world that was made first ends first
   EXPECT_NE(gCalculateCombinedRestitutionCallback, before);
   hard.reset();
   EXPECT_EQ(gCalculateCombinedRestitutionCallback, before);

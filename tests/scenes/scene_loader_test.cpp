@@ -42,7 +42,7 @@ using nlohmann::json;
 
 const std::filesystem::path kScenes = std::filesystem::path(CAROM_SOURCE_DIR) / "scenes";
 
-/// A good document, which the tests spoil in one place at a time.
+/// A valid document, in which the tests spoil one place at a time.
 constexpr const char* kOneBall = R"({
   "duration": 1,
   "bodies": [
@@ -96,7 +96,7 @@ json oak() {
       {"density", 700}, {"youngs_modulus", 1e10}, {"poissons_ratio", 0.3}, {"restitution", 0.5}};
 }
 
-/// A box of 5 x 3 x 4 m of that material around the ball, which has no plane then.
+/// oneBall() in a box of 5 x 3 x 4 m of that material instead of over a plane.
 json inBox(const std::string& material, json room) {
   json document = oneBall();
   document["bodies"][1] = {{"type", "box"},
@@ -108,7 +108,7 @@ json inBox(const std::string& material, json room) {
   return document;
 }
 
-/// oneBall() with this block besides, of 1 m around (5, 5, 5).
+/// oneBall() with a block, a cube of 2 m around (5, 5, 5) except for `keys`.
 json withBlock(const json& keys) {
   json document = oneBall();
   json block = {{"type", "block"}, {"min", {4, 4, 4}}, {"max", {6, 6, 6}}, {"material", "wood"}};
@@ -117,7 +117,7 @@ json withBlock(const json& keys) {
   return document;
 }
 
-/// oneBall() with this solid besides, a box where `keys` do not say otherwise.
+/// oneBall() with a solid, a box except for `keys`.
 json withSolid(const json& keys) {
   json document = oneBall();
   json solid = {{"type", "solid"},
@@ -128,7 +128,7 @@ json withSolid(const json& keys) {
   document["bodies"].push_back(solid);
   return document;
 }
-/// oneBall() with this jello besides, a metre wide and far away where `keys` do not say otherwise.
+/// oneBall() with a jello, a metre wide and far away except for `keys`.
 json withJello(const json& keys) {
   json document = oneBall();
   json jello = {{"type", "jello"}, {"points", 2},     {"size", {1, 1, 1}},
@@ -140,7 +140,7 @@ json withJello(const json& keys) {
 json withShape(const json& shape) {
   return withSolid({{"shape", shape}});
 }
-/// With a file of tests/scenes/meshes.
+/// oneBall() with a solid whose mesh is a file of tests/scenes/meshes.
 json withMesh(const std::string& file, const json& keys = json::object()) {
   json shape = {{"type", "mesh"},
                 {"file", (kScenes.parent_path() / "tests/scenes/meshes" / file).string()}};
@@ -148,12 +148,12 @@ json withMesh(const std::string& file, const json& keys = json::object()) {
   return withShape(shape);
 }
 
-/// oneBall(), which rings as this says.
+/// oneBall() with these modes of its sphere.
 json withModes(json modes) {
   return with("/bodies/0/modes", std::move(modes));
 }
 
-/// oneBall() with one rod or spring, which is held at (1, 0, 0) where `keys` do not say otherwise.
+/// oneBall() with one rod (or, below, one spring), anchored at (1, 0, 0) except for `keys`.
 json withRod(const json& keys) {
   json rod = {{"bodies", {"sphere1"}}, {"anchor", {1, 0, 0}}};
   rod.update(keys);
@@ -165,7 +165,7 @@ json withSpring(const json& keys) {
   return with("/mechanics", {{"springs", {spring}}});
 }
 
-/// oneBall() of oak with these keys.
+/// oneBall() with a sphere of oak, whose material these keys change.
 json withOak(const json& keys) {
   json material = oak();
   material.update(keys);
@@ -220,14 +220,14 @@ std::vector<std::filesystem::path> libraryFiles() {
   return files;
 }
 
-/// m; minus the radius where the centre is inside.
+/// Gap between a sphere and a block in m; minus the radius if the sphere's centre is inside.
 double blockGap(const BlockShape& block, const SphereShape& sphere) {
   const Vec3 place = block.orientation.conjugate() * (sphere.position - block.centre);
   const Vec3 nearest = place.cwiseMax(-block.halfExtents).cwiseMin(block.halfExtents);
   return (place - nearest).norm() - sphere.radius;
 }
 
-/// The deepest overlap of a sphere and anything else, in radii; by all pairs.
+/// The deepest overlap of a sphere with another body, in radii; by all pairs.
 double deepestOverlap(const Scene& scene) {
   double deepest = 0.0;
   for (const SceneBody& body : scene.bodies) {
@@ -243,7 +243,7 @@ double deepestOverlap(const Scene& scene) {
       } else if (const auto* block = std::get_if<BlockShape>(&other.shape)) {
         gap = blockGap(*block, *sphere);
       } else if (!std::holds_alternative<SphereShape>(other.shape)) {
-        continue;  // solids are not looked at, see docs/scenes.md; a jello has tests of its own
+        continue;  // solids are not examined, see docs/scenes.md; a jello has tests of its own
       } else {
         gap = (sphereOf(other).position - sphere->position).norm() - sphereOf(other).radius -
               sphere->radius;
@@ -254,7 +254,7 @@ double deepestOverlap(const Scene& scene) {
   return deepest;
 }
 
-/// What the rest of the program takes for granted; empty when all of it holds.
+/// The first violated promise on which the rest of the program relies; empty if all hold.
 std::string brokenPromise(const Scene& scene) {
   std::set<std::string> names;
   bool movable = false;
@@ -314,7 +314,7 @@ std::string brokenPromise(const Scene& scene) {
   return deepestOverlap(scene) > 1.001e-9 ? "overlap" : "";
 }
 
-// --- What a document means -----------------------------------------------------------------------
+// --- Meaning of a document -----------------------------------------------------------------------
 
 TEST(SceneLoader, DefaultsAreThoseOfTheReference) {
   const Scene scene = accepted(oneBall());
@@ -444,7 +444,7 @@ TEST(SceneLoader, MotionsOfWallsAndSpinsArriveWhereTheyBelong) {
   EXPECT_EQ(block.centre, Vec3(5, 5, 5));
   EXPECT_EQ(block.halfExtents, Vec3(1, 1, 1));
   EXPECT_EQ(block.velocity, Vec3(7, 8, 9));
-  // By -90 degrees about y: x goes to z.
+  // The rotation by -90 degrees about y takes x to z.
   EXPECT_LT((block.orientation * Vec3::UnitX() - Vec3::UnitZ()).norm(), 1e-14);
 }
 
@@ -583,7 +583,7 @@ TEST(SceneLoader, EveryPlaneOfARoomReflectsOnTheSideItsNormalPointsTo) {
   EXPECT_EQ(room.reflectors[0].normal, Vec3(0, 1, 0));
   EXPECT_EQ(room.reflectors[0].absorption.coefficients,
             findSurface("concrete")->absorption.coefficients);
-  // The ball is in the air of the room, and its image as far below the floor.
+  // The ball is in the room's air, and its image is as far below the floor.
   const auto images = makeImages(room);
   ASSERT_TRUE(images);
   ASSERT_EQ(images->size(), 1U);
@@ -615,7 +615,7 @@ TEST(SceneLoader, ReverberationIsTheBoxesOrWhatIsGiven) {
   ASSERT_TRUE(reverb);
   EXPECT_NEAR(reverb->volume, 60.0, 1e-9);
   EXPECT_NEAR(reverb->surface, 2.0 * (15.0 + 20.0 + 12.0), 1e-9);
-  // Eyring by hand, at 1 kHz.
+  // Eyring's formula by hand, at 1 kHz.
   const double alpha = findSurface("wood_floor")->absorption.coefficients[3];
   const double time = 24.0 * std::log(10.0) * 60.0 / (343.0 * 94.0 * -std::log(1.0 - alpha));
   EXPECT_NEAR(reverb->decayTimes[3], time, 1e-9 * time);
@@ -634,7 +634,7 @@ TEST(SceneLoader, ReverberationIsTheBoxesOrWhatIsGiven) {
   EXPECT_EQ(given->decayTimes.front(), 3.0);
   EXPECT_EQ(given->decayTimes.back(), 1.0);
   hall["bodies"].erase(1);
-  EXPECT_TRUE(accepted(hall).sound.reverb);  // walls need not be bodies for that
+  EXPECT_TRUE(accepted(hall).sound.reverb);  // this needs no walls among the bodies
   EXPECT_TRUE(accepted(hall).sound.room.reflectors.empty());
 }
 
@@ -662,16 +662,16 @@ TEST(SceneLoader, ListenersLookWhereTheyAreTold) {
   const auto axes = [](const json& keys) {
     return accepted(withListener(keys)).listeners[0].orientation.toRotationMatrix();
   };
-  // It stands at (0, 1, 1).
+  // The listener stands at (0, 1, 1).
   Eigen::Matrix3d frame = axes({{"looks_at", {4, 1, 1}}});
   EXPECT_TRUE((-frame.col(2)).isApprox(Vec3::UnitX()));
-  EXPECT_TRUE(frame.col(0).isApprox(Vec3::UnitZ()));  // its right
+  EXPECT_TRUE(frame.col(0).isApprox(Vec3::UnitZ()));  // the listener's right
   EXPECT_TRUE(frame.col(1).isApprox(Vec3::UnitY()));
   frame = axes({{"forward", {0, -1e-5, 0}}, {"up", {0, 0, -7}}});
   EXPECT_TRUE((-frame.col(2)).isApprox(-Vec3::UnitY()));
   EXPECT_TRUE(frame.col(1).isApprox(-Vec3::UnitZ()));
   EXPECT_TRUE(frame.col(0).isApprox(Vec3::UnitX()));
-  frame = axes({{"forward", {0, 1, -1}}});  // up is made upright
+  frame = axes({{"forward", {0, 1, -1}}});  // up is made perpendicular to forward
   EXPECT_TRUE(frame.col(1).isApprox(Vec3(0, 1, 1).normalized()));
   EXPECT_TRUE(axes({{"forward", {0, 0, -1}}}).isIdentity(0.0));
 }
@@ -707,7 +707,7 @@ TEST(SceneLoader, SofaFilesAreRelativeToTheScene) {
 }
 
 TEST(SceneLoader, MassIsDensityTimesVolumeUnlessGiven) {
-  // A steel ball of 1 cm radius: 8940 kg/m^3 * 4.18879 cm^3 = 37.448 g, by hand.
+  // Mass of a steel ball of 1 cm radius: 8940 kg/m^3 * 4.18879 cm^3 = 37.448 g, by hand.
   EXPECT_NEAR(sphereOf(accepted(oneBall()).bodies.at(0)).mass, 0.037448, 5e-7);
 }
 
@@ -721,7 +721,7 @@ TEST(SceneLoader, RestitutionsArePairsOfNamesWhateverTheBodiesAreCalled) {
   document["bodies"][4]["max"] = {6, 6, 6};
   document["bodies"][4]["material"] = {"oak"};
   document["bodies"][1]["material"] = "steel";
-  document["bodies"][2]["material"] = oak();  // one of its own, though its body is called oak
+  document["bodies"][2]["material"] = oak();  // an inline material, though its body is called oak
   document["bodies"][2]["name"] = "oak";
   document["bodies"].push_back(
       {{"type", "plane"}, {"normal", {0, 1, 0}}, {"offset", -9}, {"material", "steel"}});
@@ -733,10 +733,10 @@ TEST(SceneLoader, RestitutionsArePairsOfNamesWhateverTheBodiesAreCalled) {
   };
   EXPECT_EQ(scene.restitutions.size(), 2U);
   EXPECT_EQ(of(0, 3), 0.25);             // glass and glass
-  EXPECT_EQ(of(1, 4), 0.125);            // steel, and the group's oak
-  EXPECT_EQ(of(4, 5), 0.125);            // oak, and the steel plane
-  EXPECT_EQ(of(6, 1), 0.125);            // a wall of oak, and steel
-  EXPECT_EQ(of(1, 2), std::sqrt(0.45));  // steel, and an oak without a name
+  EXPECT_EQ(of(1, 4), 0.125);            // steel and the group's oak
+  EXPECT_EQ(of(4, 5), 0.125);            // oak and the steel plane
+  EXPECT_EQ(of(6, 1), 0.125);            // a wall of oak and steel
+  EXPECT_EQ(of(1, 2), std::sqrt(0.45));  // steel and the inline oak
   EXPECT_EQ(of(1, 5), std::sqrt(0.81));  // steel and steel
   EXPECT_EQ(of(2, 2), std::sqrt(0.25));
 }
@@ -790,7 +790,7 @@ TEST(SceneLoader, BoxIsSixPlanesThatFaceInwards) {
                                {"max", {4, 5, 6}}}});
   const Scene scene = accepted(document);
   ASSERT_EQ(scene.bodies.size(), 7U);
-  // Each wall by a point of its surface, opposite to which the others lie.
+  // A point of each wall and its normal, towards the inside of the box.
   const std::map<std::string, std::pair<Vec3, Vec3>> walls = {
       {"crate.left", {Vec3(-1, 0, 0), Vec3(1, 0, 0)}},
       {"crate.right", {Vec3(4, 0, 0), Vec3(-1, 0, 0)}},
@@ -853,7 +853,7 @@ TEST(SceneGroup, RadiiSpeedsAndMaterialsAreSpreadOverTheirRanges) {
     velocities += sphere.velocity / 2000.0;
     ++materials[body.material.name];
   }
-  // Means of uniform distributions, within five standard errors.
+  // Means of uniform distributions lie within five standard errors.
   EXPECT_NEAR(radii, 0.015, 5.0 * 0.01 / std::sqrt(12.0 * 2000.0));
   EXPECT_NEAR(speeds, 2.0, 5.0 * 2.0 / std::sqrt(12.0 * 2000.0));
   EXPECT_LT(velocities.cwiseAbs().maxCoeff(), 5.0 * std::sqrt(13.0 / 9.0 / 2000.0));
@@ -906,16 +906,16 @@ TEST(SceneGroup, SaysHowManyFitted) {
   EXPECT_LE(fitted, 15U);  // at most 0.5 of the volume
 }
 
-// --- What is refused -----------------------------------------------------------------------------
+// --- Refused documents ---------------------------------------------------------------------------
 
 struct Refusal {
   std::string name;
   std::string text;
-  std::string place;               // a JSON pointer, or line and column
-  std::vector<std::string> words;  // what the message must say
+  std::string place;               // a JSON pointer, or a line and column
+  std::vector<std::string> words;  // parts of the expected message
 };
 
-/// For the reports of GoogleTest.
+/// Prints the document in GoogleTest's reports.
 std::ostream& operator<<(std::ostream& stream, const Refusal& refusal) {
   return stream << refusal.text.substr(0, 300);
 }
@@ -925,7 +925,7 @@ Refusal refusal(std::string name, const json& document, std::string place,
   return {std::move(name), document.dump(), std::move(place), std::move(words)};
 }
 
-/// Those which the schema describes as well.
+/// Documents that the schema refuses as well.
 std::vector<Refusal> shapeRefusals() {
   std::vector<Refusal> list;
   const auto add = [&list](const json& document, const std::string& place,
@@ -1340,7 +1340,7 @@ std::vector<Refusal> shapeRefusals() {
   return list;
 }
 
-/// Those which only the loader can see.
+/// Documents that only the loader refuses.
 std::vector<Refusal> meaningRefusals() {
   std::vector<Refusal> list;
   const auto add = [&list](const json& document, const std::string& place,
@@ -1400,7 +1400,7 @@ std::vector<Refusal> meaningRefusals() {
       {"\"sphere1\" has its centre inside \"block1\"", "expected it outside"});
   add(withBlock({{"min", {-1, 0.5, -1}}, {"max", {1, 0.995, 1}}}), "/bodies/0",
       {"\"sphere1\" reaches 0.005", "metres into \"block1\"", "expected it outside"});
-  // A quarter of a turn ahead, the floor is where the ball is.
+  // At a phase of a quarter turn, the floor is where the ball is.
   json raised =
       with("/bodies/1/shaking",
            {{"amplitude", {0, 0.995, 0}}, {"frequency", 1}, {"phase", 1.5707963267948966}});
@@ -1474,7 +1474,7 @@ std::vector<Refusal> meaningRefusals() {
        "\"marble\"", "7 absorption"});
   json inlined = with("/room", {{"surfaces", json::object()}});
   inlined["bodies"][1]["material"] = oak();
-  inlined["bodies"][1]["name"] = "wood";  // its material is called so too, and is not ours
+  inlined["bodies"][1]["name"] = "wood";  // its material gets this name, but is not ours
   add(inlined, "/room/surfaces", {"of \"wood\", absorbs is not known"});
   add(with("/room", {{"surfaces", {{"plane2", "wood_floor"}}}}), "/room/surfaces/plane2",
       {"no plane or box \"plane2\"", "did you mean \"plane1\""});
@@ -1507,7 +1507,7 @@ std::vector<Refusal> meaningRefusals() {
       "/bodies/0/roughness", {"the rms height is above the correlation length"});
   add(with("/bodies/1/normal_map", {{"file", "no/such.png"}, {"size", {0.2, 0.1}}}),
       "/bodies/1/normal_map/file", {"there is no file \"no/such.png\"", "relative to the scene"});
-  // The file of this test is there, and no mesh with coordinates.
+  // The file of this test exists, and the plane has no mesh with coordinates.
   add(with("/bodies/1/normal_map", {{"file", __FILE__}}), "/bodies/1/normal_map",
       {"no \"size\"", "no mesh with texture coordinates", "width and height"});
   add(withListener({{"format", "coincident_pair"}, {"pattern", 0}}), "/listeners/0",
@@ -1530,7 +1530,7 @@ std::vector<Refusal> meaningRefusals() {
   return list;
 }
 
-/// Those which are not even documents.
+/// Texts that are refused before the loader has a document.
 std::vector<Refusal> syntaxRefusals() {
   std::string deep = R"({"bodies": )" + std::string(100, '[') + std::string(100, ']') + "}";
   return {
@@ -1849,8 +1849,8 @@ TEST(SceneLibrary, MarblesAreAShowcase) {
 
 // --- Robustness ----------------------------------------------------------------------------------
 
-/// One random change: a byte dropped, flipped or doubled, the end cut off, two bytes swapped, or a
-/// number replaced by a nasty one.
+/// Changes a text randomly: drops, flips or doubles a byte, cuts off the end, swaps two bytes, or
+/// replaces a number by an awkward one.
 std::string mutated(std::string text, std::mt19937_64& random) {
   static const std::vector<std::string> kNasty = {"-1", "0",  "1e999", "1e-320", "null", "\"\"",
                                                   "[]", "{}", "1e6",   "100000", "-0.0", "0.5"};
@@ -1899,7 +1899,7 @@ TEST(SceneRobustness, ThousandsOfSpoiltScenesAreErrorsOrSoundScenes) {
       }
     }
   }
-  EXPECT_GT(acceptedCount, 500U);  // else the mutants test the JSON parser only
+  EXPECT_GT(acceptedCount, 500U);  // otherwise the mutants test only the JSON parser
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// What a scene file can say of the mechanics beyond frictionless impacts: that it gets to the
-// stepper, by closed forms of its own, and that Bullet refuses what it cannot do.
+// The mechanics of a scene file beyond frictionless impacts: closed forms show that the stepper
+// gets them, and Bullet refuses those that it cannot do.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -22,12 +22,12 @@ using namespace scenes;
 namespace {
 
 constexpr double kGravity = 9.81;  // m/s^2
-/// What the steps of forces may be off by, in m, s or m/s, by default: they are chosen by the
-/// fastest motion, and are of second order.
+/// Error bound of the default steps for forces, in m, s or m/s: the fastest motion determines their
+/// length, and they are of second order.
 constexpr double kForceError = 2e-5;
 const double kHalfRoot = std::sqrt(0.5);
 
-/// A scene of 2 s of these bodies, and with these other members of its root.
+/// A scene of 2 s with these bodies and these further members of its root.
 Scene sceneOf(const std::string& bodies, const std::string& members = "") {
   const std::string text = R"({"duration": 2, "listeners": [{"position": [0, 1, 1]}],)" + members +
                            R"("materials": {
@@ -41,7 +41,7 @@ Scene sceneOf(const std::string& bodies, const std::string& members = "") {
 
 constexpr const char* kWeightless = R"("gravity": [0, 0, 0],)";
 
-/// A hard ball of 1 cm and 1 kg at (x, 0, 0).
+/// A hard ball of 1 cm radius and 1 kg at (x, 0, 0).
 std::string ball(const std::string& x, const std::string& more = "") {
   return R"({"type": "sphere", "radius": 0.01, "mass": 1, "material": "hard", "position": [)" + x +
          ", 0, 0]" + more + "}";
@@ -77,12 +77,12 @@ TEST(SceneMechanics, ASlidingBallWithBackspinRollsAtFiveSeventhsLessTwoSevenths)
                       {"type": "plane", "normal": [0, 1, 0], "offset": 0, "material": ")" +
                    floor + "\"}");
   };
-  // Angular momentum about the line of contact: v = 5/7 v0 - 2/7 R w0.
+  // The angular momentum about the line of contact is conserved: v = 5/7 v0 - 2/7 R w0.
   const double rolling = 5.0 / 7.0 * 2.0 - 2.0 / 7.0 * 0.05 * 10.0;
   const SphereState state = stateAt(scene("rough"), 1.0);
   EXPECT_NEAR(state.velocity.x(), rolling, 1e-9);
   EXPECT_NEAR(state.spin.z(), -rolling / 0.05, 1e-7);
-  // The friction of a pair is the geometric mean: none against what has none.
+  // The friction of a pair is the geometric mean: a floor without friction leaves the ball sliding.
   EXPECT_NEAR(stateAt(scene("hard"), 1.0).velocity.x(), 2.0, 1e-12);
 }
 
@@ -100,7 +100,7 @@ TEST(SceneMechanics, RollingAndPivotingFrictionSlowABallAsTheirDefinitionsSay) {
   EXPECT_NEAR(state.spin.y(), 20.0 - 0.001 * kGravity / inertia * 0.5, 1e-4);
 }
 
-/// Of the scene's first body, on Bullet.
+/// Velocity and spin of the scene's first body on Bullet.
 SphereState bulletStateAt(const Scene& scene, double time) {
   BulletScene bullet(scene);
   const double step = 1e-3;
@@ -114,7 +114,7 @@ SphereState bulletStateAt(const Scene& scene, double time) {
   return state;
 }
 
-/// A ball that slides, with backspin, and then rolls; and turns about the normal.
+/// A ball that slides with backspin, then rolls, and also turns about the normal.
 Scene slidingBall(const std::string& rollingFriction) {
   const std::string material =
       R"({"density": 1000, "youngs_modulus": 1e9, "poissons_ratio": 0.3, "restitution": 0,
@@ -136,8 +136,8 @@ TEST(SceneMechanics, FrictionOnBulletIsThatOfTheNativeStepper) {
   }
 }
 
-// Bullet holds up the turning of what still slides, too; what rolls is slowed alike. And it has
-// pivoting friction only where there is rolling friction.
+// Bullet's rolling friction slows a sliding ball's rotation too, so that only the rolling ball is
+// compared. Bullet has pivoting friction only together with rolling friction.
 TEST(SceneMechanics, RollingFrictionOnBulletSlowsABallAsItsDefinitionSays) {
   const Scene scene = slidingBall("0.02");
   const Vec3 change = bulletStateAt(scene, 0.8).velocity - bulletStateAt(scene, 0.3).velocity;
@@ -145,7 +145,7 @@ TEST(SceneMechanics, RollingFrictionOnBulletSlowsABallAsItsDefinitionSays) {
   EXPECT_NEAR(bulletStateAt(scene, 0.8).spin.y(), stateAt(scene, 0.8).spin.y(), 0.2);
 }
 
-/// Restitution of the first of two bounces, of a ball that comes at `speed`.
+/// Restitution of the first bounce of a ball that moves at `speed` between two walls.
 double firstRestitution(const std::string& law, const std::string& speed) {
   const std::string material =
       R"({"density": 7800, "youngs_modulus": 2e11, "poissons_ratio": 0.3, "restitution": 0.8,
@@ -166,8 +166,8 @@ double firstRestitution(const std::string& law, const std::string& speed) {
 TEST(SceneMechanics, RestitutionFallsWithSpeedByItsLaw) {
   for (const char* law : {"plastic", "viscoelastic"})
     EXPECT_NEAR(firstRestitution(law, "0.25"), 0.8, 1e-12) << law;
-  EXPECT_NEAR(firstRestitution("plastic", "4"), 0.4, 1e-12);  // 16 times as fast: by 16^(1/4)
-  // 32 times as fast: the loss 1/e - 1 doubles, from 1/4 to 1/2.
+  EXPECT_NEAR(firstRestitution("plastic", "4"), 0.4, 1e-12);  // 16 times the speed: by 16^(1/4)
+  // At 32 times the speed the loss 1/e - 1 doubles, from 1/4 to 1/2.
   EXPECT_NEAR(firstRestitution("viscoelastic", "8"), 2.0 / 3.0, 1e-12);
 }
 
@@ -175,7 +175,7 @@ TEST(SceneMechanics, APendulumOnARodFallsLikeItsHeight) {
   const Scene scene = sceneOf(ball("-0.5") + "," + kStop,
                               R"("mechanics": {"rods": [{"bodies": ["sphere1"],
                                   "anchor": [0, 0, 0]}]},)");
-  // On its rod it goes round, from the side of the anchor to half a metre below.
+  // On its rod the ball swings from the side of the anchor to half a metre below it.
   const ImpulseEvent event = firstEvent(scene);
   EXPECT_NEAR(event.position.y(), -0.5, 1e-3);
   EXPECT_NEAR(event.approachSpeed, std::sqrt(2.0 * kGravity * 0.5), kForceError);
@@ -186,7 +186,7 @@ TEST(SceneMechanics, TwoBallsOnARodKeepTheirDistance) {
       sceneOf(ball("0", R"(, "velocity": [0, 1, 0])") + "," + ball("0.5"),
               std::string(kWeightless) + R"("mechanics": {"rods": [{"bodies": ["sphere1",
                 "sphere2"]}]},)");
-  // The pair moves at 1/2 m/s, and turns by 1 m/s / 0.5 m = 2 rad/s.
+  // The pair moves at 1/2 m/s and turns by 1 m/s / 0.5 m = 2 rad/s.
   const double time = 0.75;
   const Vec3 expected(0.25 - 0.25 * std::cos(2.0 * time), 0.5 * time + 0.25 * std::sin(2.0 * time),
                       0.0);
@@ -194,7 +194,8 @@ TEST(SceneMechanics, TwoBallsOnARodKeepTheirDistance) {
 }
 
 TEST(SceneMechanics, SpringsAndHarmonicFieldsBringABallInAQuarterOfAPeriod) {
-  // Both with 4 1/s^2: sin and cos of 2 t; at the stop after pi / 4 s, at 2 1/s times 0.5 m.
+  // Springs and field have 4 1/s^2: the ball moves as sine and cosine of 2 t and meets the stop
+  // after pi / 4 s at 2 1/s times 0.5 m.
   for (const char* members :
        {R"("mechanics": {"springs": [{"bodies": ["sphere1"], "anchor": [0, 0, 0], "length": 0,
                                       "stiffness": 4}]},)",
@@ -212,7 +213,7 @@ TEST(SceneMechanics, ASpringWithDampingLosesItsAmplitude) {
   const Scene scene = sceneOf(ball("-0.5"), std::string(kWeightless) +
                                                 R"("mechanics": {"springs": [{"bodies": ["sphere1"],
                       "anchor": [0, 0, 0], "length": 0, "stiffness": 4, "damping": 4}]},)");
-  // Critically damped, at 2 1/s: (1 + 2 t) exp(-2 t).
+  // The motion is critically damped at 2 1/s: (1 + 2 t) exp(-2 t).
   EXPECT_NEAR(stateAt(scene, 1.0).position.x(), -0.5 * 3.0 * std::exp(-2.0), kForceError);
 }
 
@@ -232,7 +233,7 @@ TEST(SceneMechanics, ABallOrbitsACentreOfInverseSquare) {
   const Scene scene =
       sceneOf(ball("1", R"(, "velocity": [0, 2, 0])"),
               std::string(kWeightless) + R"("mechanics": {"fields": [{"inverse_square": 4}]},)");
-  const Vec3 expected(std::cos(2.0), std::sin(2.0), 0.0);  // a circle, at 2 rad/s
+  const Vec3 expected(std::cos(2.0), std::sin(2.0), 0.0);  // a circle at 2 rad/s
   EXPECT_NEAR((stateAt(scene, 1.0).position - expected).norm(), 0.0, kForceError);
 }
 
@@ -265,7 +266,7 @@ TEST(SceneMechanics, AShakenPlaneMeetsABallWhereItsSineGetsThere) {
                               kWeightless));
   };
   const double fastest = 0.02 * 2.0 * std::numbers::pi * 5.0;  // m/s
-  // At a sine of 1/2: a twelfth of a turn on its way up.
+  // The plane meets the ball at a sine of 1/2, a twelfth of a turn on its way up.
   EXPECT_NEAR(meeting("0").time, 1.0 / 60.0, 1e-10);
   EXPECT_NEAR(meeting("0").approachSpeed, fastest * std::sqrt(0.75), 1e-9);
   EXPECT_NEAR(meeting("-1.5707963267948966").time, 1.0 / 60.0 + 1.0 / 20.0, 1e-10);
@@ -277,7 +278,8 @@ TEST(SceneMechanics, ARotatedBlockIsHitOnItsSlope) {
       {"type": "block", "min": [-0.5, -0.25, -1], "max": [0.5, 0.25, 1], "material": "hard",
        "rotation": {"axis": [0, 0, 7], "angle": 45}})",
                         kWeightless);
-  // The upper face, half a metre wide and a quarter away, looks to (-1, 1) / sqrt 2.
+  // The upper face is 0.5 m wide to either side and 0.25 m from the centre, and its normal is (-1,
+  // 1) / sqrt 2.
   const double way = 1.0 - (0.1 + (0.25 + 0.01) / kHalfRoot);
   for (const StepperType type : {StepperType::native, StepperType::bullet}) {
     const bool exact = type == StepperType::native;
@@ -302,13 +304,14 @@ TEST(SceneMechanics, TouchingBallsPassOnAHitByReflectionsOrByHertzsForces) {
   const auto rigid = last("");
   EXPECT_NEAR(rigid.first, 0.0, 1e-9);
   EXPECT_NEAR(rigid.second, 1.0, 1e-9);
-  // Herrmann, Schmaelzle 1981, Am. J. Phys. 49, 761: forces of power 3/2 through five equal balls.
+  // Reference: Herrmann, Schmaelzle 1981, Am. J. Phys. 49, 761: forces of power 3/2 through five
+  // equal balls.
   const auto elastic = last(R"("mechanics": {"simultaneous": "hertz"},)");
   EXPECT_NEAR(elastic.first, -0.071, 1e-3);
   EXPECT_NEAR(elastic.second, 0.989, 1e-3);
 }
 
-/// A scene, and the one word by which Bullet refuses it.
+/// A scene, and the words by which Bullet refuses it.
 struct NativeOnly {
   std::string word;
   std::string body;
@@ -364,7 +367,7 @@ TEST(SceneMechanics, BulletsRefusalNamesAllThereIsAtOnce) {
 
 // --- Library -------------------------------------------------------------------------------------
 
-/// Pa, the largest pressure of the whole scene.
+/// The largest pressure of the whole scene in Pa.
 double peakOf(const Scene& scene) {
   Result<SceneSound> sound = SceneSound::create(scene);
   EXPECT_TRUE(sound) << sound.error().message;
@@ -390,7 +393,7 @@ TEST(SceneMechanics, LibraryScenesAreAsLoudAsSuchThingsAre) {
 TEST(SceneMechanics, SwingingCradleStrikesWithThePeriodOfItsPendulums) {
   const std::vector<ImpulseEvent> events = eventsOf(libraryScene("swinging_cradle"));
   ASSERT_FALSE(events.empty());
-  // The quarter period from 30 degrees, by the arithmetic-geometric mean, and 0.1 mm more.
+  // The quarter period from 30 degrees, by the arithmetic-geometric mean, plus the gap of 0.1 mm.
   double mean = 1.0;
   double other = std::cos(std::numbers::pi / 12.0);
   for (int round = 0; round < 5; ++round) {
@@ -411,7 +414,7 @@ TEST(SceneMechanics, MarbleTakesEveryStairDown) {
     hit[event.body] = true;
   EXPECT_TRUE(hit.front()) << "the hall";
   EXPECT_TRUE(hit.back()) << "the marble";
-  EXPECT_GE(std::ranges::count(hit, true), 6);  // it may jump over one
+  EXPECT_GE(std::ranges::count(hit, true), 6);  // the marble may jump over one step
 }
 
 TEST(SceneMechanics, NineBallsComeToRestOnTheirBed) {

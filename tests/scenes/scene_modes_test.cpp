@@ -24,7 +24,7 @@ namespace {
 
 const std::string kCoarse = R"({"dofs": 600, "count": 4, "panels": 200})";
 
-/// Bars of steel, 20 x 2 x 1 cm, that fall on a floor of concrete.
+/// Steel bars, 20 x 2 x 1 cm, that fall onto a floor of concrete.
 Scene fallingBars(const std::vector<std::string>& modes) {
   std::string bodies =
       R"({"type": "plane", "normal": [0, 1, 0], "offset": 0, "material": "concrete"})";
@@ -40,7 +40,7 @@ Scene fallingBars(const std::vector<std::string>& modes) {
                             "bars.json"));
 }
 
-/// Of what remains when all bounces are over, Pa^2 s per sample.
+/// Energy of the sound's second half, when all bounces are over: the sum of squares in Pa^2.
 double tailOf(const Scene& scene) {
   Result<SceneSound> sound = SceneSound::create(scene);
   EXPECT_TRUE(sound) << sound.error().message;
@@ -54,7 +54,7 @@ double tailOf(const Scene& scene) {
   return sum;
 }
 
-/// Models that are computed are kept in a folder of the test's own.
+/// Computed models are cached in a folder of the test's own.
 class SceneModes : public testing::Test {
  protected:
   SceneModes() { setenv("XDG_CACHE_HOME", folder_.path().c_str(), 1); }
@@ -121,8 +121,8 @@ TEST_F(SceneModes, ABodyWhoseModesAllLieAboveHearingIsSilentAndNoError) {
   EXPECT_TRUE(SceneSound::create(scene));
 }
 
-// The lowest mode of a solid sphere is torsional: 2.5011 = ka of shear waves (Lamb 1882), the
-// lowest spheroidal one 2.64 at a Poisson's ratio of 0.3.
+// The lowest mode of a solid sphere is torsional, at k a = 2.5011 for shear waves (Lamb 1882); the
+// lowest spheroidal one is at 2.64 for a Poisson's ratio of 0.3.
 TEST_F(SceneModes, ASphereRingsAsLambSays) {
   Scene scene = orAbort(parseScene(R"({"duration": 1, "listeners": [{"position": [0, 1, 1]}],
     "bodies": [{"type": "sphere", "radius": 0.2, "material": "carbon_steel", "position": [0, 1, 0],

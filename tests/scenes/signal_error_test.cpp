@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kFrames = 9600;  // 0.2 s
 
-/// A tone burst that samples hold, at any time.
+/// A tone burst around any `time` (s), with a band narrow enough for the samples to hold it.
 std::vector<float> burst(double time, double scale = 1.0) {
   std::vector<float> samples;
   samples.reserve(kFrames);
@@ -63,7 +63,7 @@ TEST(WaveformError, LooksAtTheFirstFramesOnly) {
 
 TEST(WaveformError, AddsTheEnergiesOfAllChannels) {
   const Signal exact = {burst(0.05), burst(0.1)};
-  // One of two equal energies is off by all of itself.
+  // One of two channels of equal energy is missing completely.
   EXPECT_NEAR(waveformError({burst(0.05), std::vector<float>(kFrames)}, exact, kFrames),
               std::sqrt(0.5), 1e-5);
 }
@@ -90,7 +90,7 @@ TEST(AlignedError, IsNeverAboveThePlainOne) {
 }
 
 TEST(AlignedError, MovesAllChannelsTogether) {
-  // One ear early, the other late: no delay puts both right.
+  // One ear is early and the other late, so that no common delay corrects both.
   const Signal exact = {burst(0.1), burst(0.1)};
   const Signal turned = {burst(0.1 + 6.0 / kRate), burst(0.1 - 6.0 / kRate)};
   EXPECT_GT(alignedError(turned, exact, kFrames, kRate).error, 0.5);

@@ -1,4 +1,4 @@
-// Solids: what they weigh, how Bullet moves them, and what events and sound say of them.
+// Solids: their mass, their motion in Bullet, and their events and sound.
 
 #include <algorithm>
 #include <cmath>
@@ -48,7 +48,7 @@ json boxForm(double x, double y, double z) {
 json cylinderForm(double radius, double height) {
   return {{"type", "cylinder"}, {"radius", radius}, {"height", height}};
 }
-/// Of a file in millimetres.
+/// The shape of a mesh file in millimetres.
 json meshForm(const std::string& name, const std::string& pieces = "") {
   json form = {{"type", "mesh"}, {"file", meshFile(name)}, {"scale", 0.001}};
   if (!pieces.empty()) form["pieces"] = meshFile(pieces);
@@ -69,7 +69,7 @@ json floorPlane() {
   return {{"type", "plane"}, {"normal", {0, 1, 0}}, {"offset", 0}, {"material", "wood"}};
 }
 
-/// On Bullet at 1 ms, with a listener far off.
+/// A scene on Bullet at steps of 1 ms, with a distant listener.
 json documentOf(const json& bodies, double duration = 1.0) {
   return {{"duration", duration},
           {"stepper", {{"type", "bullet"}, {"step", 0.001}}},
@@ -97,7 +97,7 @@ std::vector<ImpulseEvent> eventsOf(const Scene& scene) {
   return events ? *events : std::vector<ImpulseEvent>{};
 }
 
-/// Those of body 0.
+/// The events of body 0.
 std::vector<ImpulseEvent> sharesOf(const Scene& scene) {
   std::vector<ImpulseEvent> events = eventsOf(scene);
   std::erase_if(events, [](const ImpulseEvent& event) { return event.body != 0; });
@@ -108,7 +108,7 @@ double restitution(const Scene& scene) {
   return restitutionOf(scene, scene.bodies.at(0), scene.bodies.at(1));
 }
 
-/// kg m^2, of a box of this mass and these whole edges.
+/// Inertia of a box of this mass and these whole edges, in kg m^2.
 Matrix boxInertia(double mass, const Vec3& edges) {
   const Vec3 squares = edges.cwiseAbs2();
   return (mass / 12.0 *
@@ -116,7 +116,7 @@ Matrix boxInertia(double mass, const Vec3& edges) {
       .asDiagonal();
 }
 
-/// kg m^2, that of a part about a point `offset` from its own centre (Huygens, Steiner).
+/// Inertia of a part in kg m^2 about a point at `offset` from its own centre (Huygens, Steiner).
 Matrix steiner(const Matrix& inertia, double mass, const Vec3& offset) {
   return inertia + mass * (offset.squaredNorm() * Matrix::Identity() - offset * offset.transpose());
 }
@@ -139,7 +139,7 @@ Quat bulletOrientation(const btRigidBody& body) {
               static_cast<double>(turn.y()), static_cast<double>(turn.z()));
 }
 
-/// J, of motion and height over y = 0.
+/// Energy of motion and of height above y = 0, in J.
 double energy(const btRigidBody& body, double gravity) {
   const double mass = 1.0 / static_cast<double>(body.getInvMass());
   const Vec3 spin = toVec3(body.getAngularVelocity());
@@ -150,10 +150,10 @@ double energy(const btRigidBody& body, double gravity) {
 
 // --- Mass ----------------------------------------------------------------------------------------
 
-// Published: of a regular tetrahedron of side s, V = s^3 / (6 sqrt 2) and I = m s^2 / 20 about
-// every axis through its centre.
+// Published values of a regular tetrahedron of side s: V = s^3 / (6 sqrt 2), and I = m s^2 / 20
+// about every axis through its centre.
 TEST(SolidMeasures, RegularTetrahedronHasItsPublishedInertiaWhereverItIs) {
-  const double half = 0.5;  // of the edge of the cube around it
+  const double half = 0.5;  // half the edge of the cube around it
   for (const Vec3& place : {Vec3(0, 0, 0), Vec3(5, -3, 2)}) {
     SurfaceMesh mesh;
     for (const Vec3& corner : {Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)})
@@ -187,14 +187,14 @@ TEST(SolidMeasures, CylinderTurnsAboutItsAxisLikeADisc) {
   EXPECT_LT(relative(solidIn(scene).inertia, expected), 1e-13);
 }
 
-/// The two boxes of l_shape.obj, in metres: their centres and whole edges.
+/// A box of l_shape.obj, which has two: centre and whole edges in m.
 struct Part {
   Vec3 centre;
   Vec3 edges;
 };
 const Part kParts[] = {{{0.03, 0.01, 0.015}, {0.06, 0.02, 0.03}},
                        {{0.01, 0.05, 0.015}, {0.02, 0.06, 0.03}}};
-// Both parts have the volume 36 cm^3.
+// Centre of mass in m; both parts have the volume 36 cm^3.
 const Vec3 kCentreOfL{0.02, 0.03, 0.015};
 
 Matrix inertiaOfL(double mass) {
@@ -228,7 +228,7 @@ TEST(PrincipalAxes, OfAnLAreThoseOfAPlaneFigureByMohrsFormula) {
   EXPECT_NEAR(turn.determinant(), 1.0, 1e-14);
   const Matrix back = turn * axes.inertia.asDiagonal() * turn.transpose();
   EXPECT_LT(relative(back, inertia), 1e-13);
-  // In the plane of the L: tan(2 angle) = 2 Ixy / (Ixx - Iyy).
+  // Mohr's circle in the plane of the L: tan(2 angle) = 2 Ixy / (Ixx - Iyy).
   const double mean = 0.5 * (inertia(0, 0) + inertia(1, 1));
   const double reach = std::hypot(0.5 * (inertia(0, 0) - inertia(1, 1)), inertia(0, 1));
   EXPECT_NEAR(axes.inertia.minCoeff(), mean - reach, 1e-12 * mean);
@@ -252,7 +252,7 @@ TEST(BulletSolids, StandWhereTheSceneSaysAndTurnAsTheTensorOfTheMeshDoes) {
   const BulletScene world(scene);
   const btRigidBody& body = world.body(0);
   const Quat turn(Eigen::AngleAxisd(70.0 * std::numbers::pi / 180.0, Vec3(1, 2, -1).normalized()));
-  // Bullet is in single precision here.
+  // Bullet is compiled in single precision.
   EXPECT_LT(
       (toVec3(body.getWorldTransform().getOrigin()) - Vec3(1, 2, 3) - turn * kCentreOfL).norm(),
       1e-6);
@@ -266,8 +266,8 @@ TEST(BulletSolids, StandWhereTheSceneSaysAndTurnAsTheTensorOfTheMeshDoes) {
   EXPECT_LT((toVec3(body.getAngularVelocity()) - Vec3(3, 4, 5)).norm(), 1e-6);
 }
 
-/// s, when something that falls from rest in Bullet has fallen so far: its steps are such that it
-/// is g dt / 2 faster than in nature all the time.
+/// Time in s in which a body in Bullet falls by `drop` from rest: its steps make it g dt / 2 faster
+/// than in nature all the time.
 double fallTime(double drop, double step) {
   return std::sqrt(0.25 * step * step + 2.0 * drop / 9.81) - 0.5 * step;
 }
@@ -295,7 +295,7 @@ TEST(BulletSolids, WhatFallsFlatHitsWithTheImpulseOfAPoint) {
   }
 }
 
-// A corner first: 1/m_eff = 1/m + (r x n) . I^-1 (r x n).
+// The mesh meets the floor with a corner: 1/m_eff = 1/m + (r x n) . I^-1 (r x n).
 TEST(BulletSolids, MeshThatLandsOnACornerHasTheEffectiveMassOfItsOwnTensor) {
   const json turn = {{"axis", {0.3, 0.2, 1}}, {"angle", 33}};
   const Scene scene =
@@ -313,7 +313,7 @@ TEST(BulletSolids, MeshThatLandsOnACornerHasTheEffectiveMassOfItsOwnTensor) {
   EXPECT_NEAR(first.effectiveMass, 1.0 / inverse, 1e-3 / inverse);
   EXPECT_LT(first.effectiveMass, 0.9 * mass);
   EXPECT_LT(first.bodyOrientation.angularDistance(Quat(rotation)), 1e-5);
-  // It is the lowest corner of the mesh.
+  // The contact is at the lowest corner of the mesh.
   const SurfaceMesh& mesh =
       std::get<std::shared_ptr<const SolidMesh>>(solidIn(scene).form)->surface;
   Vec3 lowest = Vec3::Constant(1.0);
@@ -357,14 +357,14 @@ TEST(BulletSolids, MeshTurnedByTheSceneMovesAsTheSameMeshTurnedInItsFile) {
   }
 }
 
-/// What is dropped, onto what, and which way round.
+/// A falling shape, the floor below it, and the shape's rotation.
 struct Bounce {
   json form;
   json floor;
   json turn;
 };
 
-// 2 % of the change: Bullet's solver goes from corner to corner.
+// The tolerance is 2 % of the change, as Bullet's solver goes from corner to corner.
 TEST(BulletSolids, MoveOnFromAnImpactAsItsEventSays) {
   const json askew = {{"rotation", {{"axis", {1, 0.3, 0.5}}, {"angle", 25}}}};
   const json flat = json::object();
@@ -395,13 +395,13 @@ TEST(BulletSolids, MoveOnFromAnImpactAsItsEventSays) {
   }
 }
 
-/// Body 0, followed to the end.
+/// State of body 0 at the end of a run, and its extremes during the run.
 struct Settled {
-  double height = 0.0;   // m, of the centre of mass
-  double lowest = 1.0;   // m, at any time
-  double speed = 0.0;    // m/s, up or down
-  double tilting = 0.0;  // rad/s, about what is level
-  double energy = 0.0;   // the largest at any time, over that at the start
+  double height = 0.0;   // m, centre of mass
+  double lowest = 1.0;   // m, lowest centre of mass of the run
+  double speed = 0.0;    // m/s, vertical
+  double tilting = 0.0;  // rad/s, about horizontal axes
+  double energy = 0.0;   // largest energy of the run over the initial one
 };
 
 Settled settle(const Scene& scene) {
@@ -420,7 +420,7 @@ Settled settle(const Scene& scene) {
   return settled;
 }
 
-/// What falls onto what, askew, and on which heights it may lie.
+/// A shape that falls askew onto a floor, and the heights at which its centre may come to rest.
 struct Fall {
   std::string name;
   json form;
@@ -439,9 +439,9 @@ TEST_P(FallingSolid, NeverGainsEnergyAndComesToRestOnAFace) {
   const Fall& fall = GetParam();
   const Settled settled =
       settle(sceneOf({solidOf(fall.form, {0, 0.3, 0}, askew), fall.floor}, 4.0));
-  EXPECT_LT(settled.energy, 1.0005);  // of the parabola's nodes
-  // Nothing rubs, so it may glide, and spin upright. Bullet lets what lies fall for a step, and
-  // meets it then.
+  EXPECT_LT(settled.energy, 1.0005);  // energy varies over the nodes of Bullet's parabola
+  // There is no friction, so that the body may slide and spin about the vertical. Bullet lets a
+  // resting body fall for a step before the contact acts, which gives the bound on the speed.
   EXPECT_LT(settled.speed, 9.81 * 0.001);
   EXPECT_LT(settled.tilting, 0.5);
   EXPECT_GT(settled.lowest, 0.9 * *std::ranges::min_element(fall.heights));
@@ -479,7 +479,8 @@ std::string fallName(const testing::TestParamInfo<Fall>& fall) {
 
 INSTANTIATE_TEST_SUITE_P(Solids, FallingSolid, testing::ValuesIn(falls()), fallName);
 
-// A bead flies into the notch of an L, which is between the hulls of its pieces but inside its own.
+// A bead flies into the notch of an L, which is between the hulls of its pieces but inside the hull
+// of the whole.
 TEST(BulletSolids, PiecesLeaveTheNotchOfAnLOpen) {
   const json bead = {{"type", "sphere"},
                      {"radius", 0.005},
@@ -493,8 +494,8 @@ TEST(BulletSolids, PiecesLeaveTheNotchOfAnLOpen) {
     EXPECT_FALSE(events.empty());
     return events.empty() ? 0.0 : events.front().time;
   };
-  // The arm along x is 20 mm high; the hull's edge runs from (60, 20) to (20, 80) mm, and the bead
-  // touches it a radius away from it, at the slope of 3 : 2.
+  // The arm along x is 20 mm high. The hull's edge runs from (60, 20) to (20, 80) mm, with a slope
+  // of 3 : 2, and the bead touches it with its centre a radius away.
   EXPECT_NEAR(firstTouch(meshForm("l_shape.obj", "l_pieces.obj")), way - 0.02, 1e-5);
   const double edge = 0.02 + 1.5 * 0.01;
   EXPECT_NEAR(firstTouch(meshForm("l_shape.obj")), 0.2 - edge - 0.005 * std::sqrt(1.0 + 2.25),
@@ -547,7 +548,7 @@ TEST(CollisionCorners, OfABoxWithStrayPointsInsideAreItsCorners) {
 }
 
 // A hexagonal lattice of 64 points on the unit sphere, each with its share of 4 pi / 64, covers it
-// with circles of radius 0.275: the best there is. Twice that is asked for.
+// with circles of radius 0.275, which is the best possible. The test allows twice that.
 TEST(CollisionCorners, OfASphereStayUnderTheirLimitAndNearIt) {
   std::vector<Vec3> points;
   const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
@@ -559,7 +560,7 @@ TEST(CollisionCorners, OfASphereStayUnderTheirLimitAndNearIt) {
   }
   const std::vector<Vec3> corners = collisionCorners(points);
   EXPECT_EQ(corners.size(), kMostCorners);
-  double worst = 0.0;  // how far a point is from all corners
+  double worst = 0.0;  // largest distance of a point from its nearest corner
   for (const Vec3& point : points) {
     double nearest = 2.0;
     for (const Vec3& corner : corners)
@@ -599,8 +600,8 @@ TEST(SolidSound, MeshOfABoxSoundsLikeTheBox) {
   EXPECT_NEAR(dropped(meshForm("brick.obj")), box, 0.1);
 }
 
-// A thin plate carries far more air along when it moves flat than the sphere of its volume
-// (8/3 a^3 for a disc of radius a: Lamb, art. 102), and hardly any when it moves edgewise.
+// A thin plate carries far more air along than the sphere of its volume if it moves flat (8/3 a^3
+// for a disc of radius a: Lamb, art. 102), and hardly any if it moves edgewise.
 TEST(SolidSound, PlateIsLouderFlatThanOnItsEdge) {
   const auto dropped = [](double x, double y, double z) {
     Scene scene = sceneOf({solidOf(boxForm(x, y, z), {0, y + 0.2, 0}), floorPlane()}, 0.24);
@@ -616,9 +617,9 @@ TEST(SolidSound, PlateIsLouderFlatThanOnItsEdge) {
 constexpr double kPictureWidth = 0.225;   // m
 constexpr double kPictureHeight = 0.150;  // m
 
-/// Of a box that slides along z over a floor of 1 m x 2 m, of two triangles, with that normal map.
+/// Sound of a box that slides over a floor of 1 m x 2 m, of two triangles, with that normal map.
 std::vector<float> slideOver(const std::filesystem::path& floor, json normalMap) {
-  normalMap["strength"] = 0.01;  // so flat that the box stays on it
+  normalMap["strength"] = 0.01;  // so flat that the box stays on the floor
   normalMap["file"] =
       (std::filesystem::path(CAROM_SOURCE_DIR) / "scenes/library/textures/brick.png").string();
   const json plate = solidOf({{"type", "mesh"}, {"file", floor.string()}}, {0, 0, 0},
@@ -647,7 +648,7 @@ std::filesystem::path writtenFloor(const std::filesystem::path& file, double sca
 TEST(TexturedMeshes, CoordinatesInTheFileLayThePictureOnTheBody) {
   const TemporaryFolder folder;
   const auto along = writtenFloor(folder / "along.obj", 1.0, 0.0);
-  // Planar is along z and x, too.
+  // The planar mapping is along z and x, too.
   const std::vector<float> planar = slideOver(along, {{"size", {kPictureWidth, kPictureHeight}}});
   const std::vector<float> same = slideOver(along, json::object());
   ASSERT_EQ(planar.size(), same.size());
@@ -655,7 +656,7 @@ TEST(TexturedMeshes, CoordinatesInTheFileLayThePictureOnTheBody) {
   for (std::size_t index = 0; index < planar.size(); ++index)
     difference[index] -= same[index];
   EXPECT_LT(levelOf(difference), levelOf(planar) - 60.0);
-  // Turned it is another sound, and about as loud.
+  // A turned picture gives another sound that is about as loud.
   const auto turned = slideOver(writtenFloor(folder / "turned.obj", 1.0, 1.0), json::object());
   for (std::size_t index = 0; index < planar.size(); ++index)
     difference[index] = turned[index] - same[index];
@@ -665,7 +666,7 @@ TEST(TexturedMeshes, CoordinatesInTheFileLayThePictureOnTheBody) {
 
 TEST(TexturedMeshes, CoordinatesGoWithTheMeshOfABodyThatMoves) {
   const TemporaryFolder folder;
-  // A wedge with a picture on it, whose centre of mass is not where the file has its origin.
+  // A wedge with a picture on it, whose centre of mass differs from the origin of its file.
   std::ofstream text(folder / "wedge.obj");
   text << "v 0 0 0\nv 0.1 0 0\nv 0 0 0.1\nv 0 0.1 0\nvt 0 0\nvt 1 0\nvt 0 1\n"
           "f 1/1 2/2 3/3\nf 1/1 3/2 4/3\nf 1/1 4/2 2/3\nf 2/1 4/2 3/3\n";
@@ -679,7 +680,7 @@ TEST(TexturedMeshes, CoordinatesGoWithTheMeshOfABodyThatMoves) {
       surfaceOf(solidIn(scene)),
       std::get<std::shared_ptr<const SolidMesh>>(solidIn(scene).form)->coordinates);
   ASSERT_TRUE(coordinates) << coordinates.error().message;
-  // The third of the way along the bottom's edge in the file is there from the centre of mass.
+  // The point at a quarter of x and half of z on the bottom, seen from the centre of mass.
   const Vec3 point = Vec3(0.025, 0.0, 0.05) - Vec3(0.025, 0.025, 0.025);
   const Eigen::Vector2d at = coordinates->at(point).at.cwiseQuotient(coordinates->size());
   EXPECT_LT((at - Eigen::Vector2d(0.25, 0.5)).norm(), 1e-6);

@@ -1,4 +1,4 @@
-// `carom stability`, as its users run it.
+// `carom stability` as a user runs it.
 
 #include <string>
 

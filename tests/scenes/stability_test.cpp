@@ -1,5 +1,5 @@
-// The runner of `carom stability`, and what its cases cover. The cases themselves are run by the
-// test stability_short.
+// The runner of `carom stability`, and the coverage of its cases. The cases themselves are run by
+// the test stability_short.
 
 #include "scenes/stability.h"
 
@@ -164,7 +164,7 @@ TEST(Stability, JsonHasItsKeysAndNullForWhatIsUnbounded) {
   EXPECT_EQ(report["cases"][1]["error"], "it broke");
 }
 
-// ---- What the cases cover
+// ---- Coverage of the cases
 
 TEST(StabilityCases, HaveUniqueIdsOfAModuleAndSayWhatTheyDoAndExpect) {
   std::set<std::string> ids;
@@ -185,7 +185,7 @@ struct Range {
   std::string module;
 };
 
-// Each range that is promised, in each module that has it, in the short form too.
+// The cases cover each promised range in each module that has it, in the short form too.
 TEST(StabilityCases, CoverEachTopicInTheModulesThatHaveIt) {
   const std::vector<StabilityCase> cases = selectCases(stabilityCases(), StabilityForm::brief, "");
   for (const Range& range : std::vector<Range>{{"stiffness", "native"},

@@ -20,19 +20,20 @@ namespace fs = std::filesystem;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-/// A folder and what its files may include. Standard headers (<NAME> without a dot or a slash) are
-/// open to all; everything else has to match here, as it stands between the quotation marks or
-/// brackets: so nothing is included by a path of its own, nor by a macro.
+/// A folder and the names that its files may include. Standard headers (<NAME> without a dot or a
+/// slash) are open to all; every other name has to match here as it stands between the quotation
+/// marks or brackets: so nothing is included by a relative path, nor by a macro.
 struct Layer {
   std::string folder;
-  std::string mayInclude;  // regular expression, of the whole name
+  std::string mayInclude;  // regular expression for the whole name
 };
 
 void PrintTo(const Layer& layer, std::ostream* out) {
   *out << layer.folder << '/';
 }
 
-/// The vocabulary of events, and what a standard library may lack.
+/// The headers with the vocabulary of events, and those that replace what a standard library may
+/// lack.
 constexpr const char* kVocabulary =
     "carom/audio/(impulse_event|contact_state|material|sound_body|modal_model|rigid_radiator|"
     "surface_mesh|listener|vector|result)\\.h|audio/(decimal|mutex)\\.h";
@@ -40,7 +41,7 @@ constexpr const char* kEigen = "Eigen/[A-Za-z]+";
 constexpr const char* kBullet =
     "(bt[A-Za-z]+\\.h|(LinearMath|BulletCollision|BulletDynamics)/[A-Za-z0-9/]+\\.h)";
 
-/// The table of folders in the design, once more.
+/// The table of folders of the design.
 std::vector<Layer> layers() {
   const std::string vocabulary = kVocabulary;
   const std::string eigen = kEigen;
@@ -56,7 +57,7 @@ std::vector<Layer> layers() {
   };
 }
 
-/// Files that may include one thing more.
+/// Files that may include one more name.
 const std::vector<Layer>& exceptions() {
   static const std::vector<Layer> list = {{"audio/sound_file.cpp", "sndfile\\.h"},
                                           {"audio/sofa_file.cpp", "mysofa\\.h"},
@@ -96,7 +97,7 @@ bool mayInclude(const Layer& layer, const std::string& file, const std::string& 
   });
 }
 
-/// "FILE:LINE includes NAME" for each line of `text` that breaks the rules of `layer`.
+/// Returns "FILE:LINE includes NAME" for each line of `text` that breaks the rules of `layer`.
 std::vector<std::string> violations(const Layer& layer, const std::string& file,
                                     const std::string& text) {
   static const std::regex include(R"(^\s*#\s*(include|include_next|import)\b\s*(.)([^">]*).*)");
@@ -118,7 +119,7 @@ Layer layerOf(const std::string& folder) {
   return *std::ranges::find(all, folder, &Layer::folder);
 }
 
-/// Of one line in a file of the folder.
+/// Violations of one line in a file of the folder.
 std::vector<std::string> violations(const std::string& folder, const std::string& line) {
   return violations(layerOf(folder), folder + "/some.cpp", line);
 }
@@ -146,8 +147,8 @@ TEST_P(Layers, IncludeOnlyWhatLiesBelowThem) {
 INSTANTIATE_TEST_SUITE_P(, Layers, testing::ValuesIn(layers()),
                          [](const auto& layer) { return layer.param.folder; });
 
-/// A host's include path is the host's: a header that it includes finds its own kind only under
-/// carom/, and never beside itself or under a name that may be a folder of the host.
+/// A host's include path belongs to the host: a public header must include other Carom headers only
+/// below carom/, never relative to itself or under a name that may be a folder of the host.
 TEST(PublicHeaders, IncludeOneAnotherAsHostsDoAndNothingPrivate) {
   const fs::path root = CAROM_SOURCE_DIR;
   const std::regex quoted(R"(\s*#\s*include\s*".*)");

@@ -1,4 +1,4 @@
-// All layers whole in one program: what two of them call alike meets here, where -flto -Werror=odr
+// Links all layers whole in one program: types with one name meet here, where -flto -Werror=odr
 // (preset "odr") looks at every type of every source.
 #include <cstdio>
 

@@ -8,7 +8,7 @@
 namespace carom::test {
 namespace {
 
-/// The end of a literal that begins at `at` with its quotation mark.
+/// Returns the end of a literal that begins at `at` with its quotation mark.
 std::size_t endOfLiteral(std::string_view text, std::size_t at) {
   const char mark = text[at];
   for (++at; at < text.size() && text[at] != mark; ++at) {
@@ -28,7 +28,7 @@ bool isWordCharacter(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
 }
 
-/// Without comments, literals and preprocessor lines.
+/// Returns the text without comments, literals and preprocessor lines.
 std::string code(std::string_view text) {
   std::string kept;
   bool isLineStart = true;
@@ -58,7 +58,7 @@ std::string code(std::string_view text) {
   return kept;
 }
 
-/// What a brace opens.
+/// The scope that a brace opens.
 struct Scope {
   enum class Kind { space, type, other };
   Kind kind = Kind::other;
@@ -81,14 +81,14 @@ std::optional<Scope> typeOf(const std::string& head) {
   return Scope{Scope::Kind::type, parts[1]};
 }
 
-/// What stands before a brace, back to what ended the statement before it.
+/// Returns the scope for the text before a brace, back to the end of the previous statement.
 Scope scopeOf(const std::string& head) {
   if (std::optional<Scope> space = namespaceOf(head)) return *space;
   if (std::optional<Scope> type = typeOf(head)) return *type;
   return {};
 }
 
-/// The name with all scopes around it; nothing where no other file can name it.
+/// Returns the name with all scopes around it; none if no other file can name it.
 std::optional<std::string> qualified(const std::vector<Scope>& scopes) {
   std::string name;
   for (const Scope& scope : scopes) {
@@ -120,7 +120,7 @@ void TypeNames::read(std::string_view text, const std::string& place) {
       head.clear();
     } else {
       head += c;
-      // An access label is no part of what follows it.
+      // An access label does not belong to the declaration after it.
       static const std::regex label(R"(\s*(public|private|protected):)");
       if (c == ':' && std::regex_match(head, label)) head.clear();
     }

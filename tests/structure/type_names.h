@@ -7,11 +7,12 @@
 
 namespace carom::test {
 
-/// Where each class, struct, union and enumeration is defined that other files could name too, by
-/// its qualified name. Types of functions and of anonymous namespaces are left out, and so are
-/// declarations, specialisations of templates and what macros make.
+/// The places where classes, structs, unions and enumerations that other files could name are
+/// defined, by their qualified names. Types of functions and of anonymous namespaces are left out,
+/// and so are declarations, specialisations of templates and the products of macros.
 ///
-/// A scanner of braces, not a compiler: it reads what this repository is formatted like.
+/// This is a scanner of braces, not a compiler: it reads code that is formatted like this
+/// repository's.
 class TypeNames {
  public:
   /// Reads a file; `place` stands for it.

@@ -29,15 +29,16 @@ std::vector<std::string> namesIn(const std::string& text) {
   return found;
 }
 
-/// Files of which a build has one: what a library can do, and what takes its place without it.
+/// True for files of which a build has only one: the use of a library, or its replacement.
 bool isAlternative(const std::string& place) {
   return place.ends_with("_absent.cpp") || place == "modal/sparse_factor_eigen.cpp";
 }
 
-/// The standard's one-definition rule (C++20 [basic.def.odr]): two classes of one name in one
-/// program are undefined behaviour that no compiler has to tell, and that one compiler did not: at
-/// -O0 a ball fell by the numbers of another layer's class. Benchmarks and tests are programs of
-/// their own, but they link the layers, and the next one to link two of them should not find out.
+/// The one-definition rule of the standard (C++20 [basic.def.odr]): two classes of one name in one
+/// program are undefined behaviour that no compiler has to report, and one compiler did not: at -O0
+/// a ball fell by the numbers of another layer's class. Benchmarks and tests are programs of their
+/// own, but they link the layers, and the next one that links two of them should not be the first
+/// to find out.
 TEST(TypeNames, AreDefinedOnceInTheWholeRepository) {
   const fs::path root = CAROM_SOURCE_DIR;
   TypeNames names;
@@ -58,8 +59,8 @@ TEST(TypeNames, AreDefinedOnceInTheWholeRepository) {
     EXPECT_EQ(places.size(), 1u) << name << " is defined in " << testing::PrintToString(places);
 }
 
-/// Whoever adds a public type adds it there too: tests/install/layout.sh holds its layout under
-/// other flags against ours.
+/// Every public type must be in that file: tests/install/layout.sh compares its layout under other
+/// flags with this build's.
 TEST(PublicTypes, AreAllInTheTestOfTheirLayout) {
   const fs::path root = CAROM_SOURCE_DIR;
   const std::string layout = contents(root / "tests/install/layout.cpp");

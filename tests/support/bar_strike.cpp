@@ -23,13 +23,14 @@ using namespace modal;
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kStart = 0.01;    // s, of the contact on the synth's clock
-constexpr double kFitFrom = 3e-3;  // s
-constexpr double kSameMode = 3.0;  // Hz
-// So few that panelRadiator does not cluster them, which costs 7 % of the added mass.
+constexpr double kStart = 0.01;    // s on the synth's clock, of first touch
+constexpr double kFitFrom = 3e-3;  // s after first touch
+constexpr double kSameMode = 3.0;  // Hz; closer modes are one
+// Few enough panels that panelRadiator does not cluster them: clustering costs 7 % of the added
+// mass.
 constexpr int kRigidSlices = 8;
 constexpr int kRigidSides = 20;
-constexpr std::size_t kAhead = 200;  // samples: the surface is nearer, and filters ring ahead
+constexpr std::size_t kAhead = 200;  // samples: nearer surface points, pre-ringing of filters
 constexpr int kBandFrequencies = 40;
 
 template <class T>
@@ -38,7 +39,7 @@ T valueOf(Result<T> result) {
   return *std::move(result);
 }
 
-// From `ahead` samples before first touch is heard, which is on a sample.
+// Sound in Pa from `ahead` samples before the first touch is heard, which falls on a sample.
 std::vector<double> heard(const StruckBar& bar, const SoundBody& body, const Vec3& listener,
                           std::size_t ahead, std::size_t frames) {
   SynthSettings settings;
@@ -57,13 +58,13 @@ std::vector<double> heard(const StruckBar& bar, const SoundBody& body, const Vec
   return samples;
 }
 
-// Of the circle's area.
+// A bar whose polygonal section has the area of the circle.
 SurfaceMesh barSurface(const FreeBar& bar, int slices, int sides) {
   const double corner = bar.radius * std::sqrt(kPi / (0.5 * sides * std::sin(2.0 * kPi / sides)));
   return barMesh({0.5 * bar.length, corner, corner}, slices, sides);
 }
 
-// rad/s: -decay + i w, one for all modes of about one frequency.
+// Poles of the model in rad/s, -decay + i w: one for all modes of nearly the same frequency.
 std::vector<Complex> polesOf(const ModalModel& model) {
   std::vector<Complex> poles;
   for (const Mode& mode : model.modes) {

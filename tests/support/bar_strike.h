@@ -12,15 +12,16 @@
 
 namespace carom::test {
 
-/// How finely the library's own path computes a bar.
+/// Resolution at which the library computes a bar.
 struct BarDetail {
   std::size_t degreesOfFreedom = 20000;
   Eigen::Index modes = 13;
-  int sides = 16;  ///< of its section, which has the circle's area
+  int sides = 16;  ///< of the section, which has the circle's area
   int slices = 44;
 };
 
-/// A bar that is hit by a ball at x = `hit` across its axis, by the library: from mesh to pascals.
+/// A bar that is hit by a ball at x = `hit` across its axis, computed by the library from mesh to
+/// pascals.
 struct StruckBar {
   FreeBar bar;
   std::shared_ptr<const ModalModel> model;
@@ -30,25 +31,25 @@ struct StruckBar {
 StruckBar struckBar(const FreeBar& bar, const BallStrike& ball, double hit,
                     const BarDetail& detail);
 
-/// Pa at 48 kHz: the ring from the first touch on, less the time that sound takes to the listener,
-/// and the whole click.
+/// Sound in Pa at 48 kHz: the ring from the first touch on, without the sound's delay to the
+/// listener, and the whole click.
 std::vector<double> ringOf(const StruckBar& bar, const Vec3& listener, std::size_t frames);
 std::vector<double> clickOf(const StruckBar& bar, const Vec3& listener, std::size_t frames);
 
-/// Amplitudes at first touch, Pa, one for each distinct frequency of the model: the samples from
-/// 3 ms on as a sum of decaying oscillations, by least squares. Modes closer than 3 Hz are one.
+/// One decaying oscillation of a ring. partialsOf() fits one for each distinct frequency of the
+/// model to the samples from 3 ms on, by least squares; modes closer than 3 Hz are one.
 struct Partial {
   double frequency = 0.0;  ///< Hz
-  double amplitude = 0.0;  ///< Pa
+  double amplitude = 0.0;  ///< Pa, at first touch
 };
 std::vector<Partial> partialsOf(const StruckBar& bar, const std::vector<double>& samples);
 
-/// The same of one bending mode in closed form.
+/// The partial of one bending mode in closed form.
 Partial partialOf(const StruckBar& bar, const BendingMode& mode, const Vec3& listener,
                   double endLoss);
 
-/// Pa^2 s, energy between two frequencies, both of a spectrum's positive half: of samples, and of
-/// the rigid bar in closed form.
+/// Energy between two frequencies in Pa^2 s, of the spectrum's positive half only: of samples, and
+/// of the rigid bar's click in closed form.
 double bandEnergy(const std::vector<double>& samples, double low, double high);
 double bandEnergy(const StruckBar& bar, const Vec3& listener, double endLoss, double low,
                   double high);

@@ -21,7 +21,8 @@ using Complex = std::complex<double>;
 constexpr double kSpeed = 1.0;  // m/s
 constexpr double kMass = 0.1;   // kg
 
-// As stiff as it takes for the wanted duration, which goes with the power -2/5 of the modulus.
+// Steel with the modulus that makes the wanted duration, which goes with the power -2/5 of the
+// modulus.
 Material materialFor(const ClickCase& click) {
   Material material = *findMaterial("steel");
   double made = hertzDuration(makeClickEvent(click), material, material);
@@ -92,7 +93,8 @@ double speedChange(const ClickCase& click) {
 
 std::vector<Complex> forceSpectrum(const ClickCase& click, const std::vector<double>& frequencies) {
   const Pulse pulse = pulseOf(click);
-  // u = begin + (end - begin) sin^2(s): smooth even where the force begins like a root.
+  // The substitution u = begin + (end - begin) sin^2(s) is smooth even where the force begins like
+  // a root.
   const double span = pulse.end() - pulse.begin();
   const double widest = 2.0 * pi * frequencies.back() * click.duration * span;
   const int steps = 2000 + static_cast<int>(8.0 * widest);
@@ -148,7 +150,7 @@ std::vector<Complex> spectrumOf(const std::vector<double>& samples, double sampl
 }
 
 std::vector<double> bandFrequencies(const ClickCase& click) {
-  // Evenly for the band, and evenly in the logarithm for where a long contact has its energy.
+  // Even spacing covers the band, and even spacing in the logarithm the energy of a long contact.
   const double edge = kBand * click.sampleRate;
   std::vector<double> frequencies;
   for (int i = 1; i <= 400; ++i)

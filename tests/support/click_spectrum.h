@@ -18,52 +18,54 @@ struct ClickCase {
   double distance = 1.0;     ///< m, straight ahead
   double sampleRate = 48000.0;
   double time = 0.05;  ///< s, of first touch
-  /// 1 for `pulse`; below, the contact loses energy: Pulse::dissipativeHertz() instead of `pulse`.
+  /// Below 1 the contact loses energy: the pulse is Pulse::dissipativeHertz() instead of `pulse`.
   double restitution = 1.0;
 };
 
-/// A synth with one listener that knows the ball, and the event of its click.
+/// A synth with one listener and with the ball, and the event of the ball's click.
 Synth makeClickSynth(const ClickCase& click);
 ImpulseEvent makeClickEvent(const ClickCase& click);
 
-/// What the synth makes of it, from the clock's 0 until it is over. Pa.
+/// Renders the click by the synth, from the clock's 0 until it is over. Pa.
 std::vector<double> renderClick(const ClickCase& click);
 
-/// How the ball's force rises and falls, and m/s, what it makes of the ball's speed: j / m.
+/// Shape of the force on the ball over time, and the change of the ball's speed by it in m/s: j /
+/// m.
 audio::Pulse pulseOf(const ClickCase& click);
 double speedChange(const ClickCase& click);
 
 /// The Fourier transform at `frequencies` (Hz) of Pulse::force over the contact, dimensionless,
-/// with first touch at time 0: by quadrature in small steps. Of `click`, it needs the pulse and the
-/// duration.
+/// with first touch at time 0: by quadrature in small steps. It depends only on the pulse and the
+/// duration of `click`.
 std::vector<std::complex<double>> forceSpectrum(const ClickCase& click,
                                                 const std::vector<double>& frequencies);
 
-/// Pa s over the force's spectrum: what the ball makes of it, first touch being at `click.time`.
+/// Spectrum of the ball's sound over that of the force, in Pa s, with first touch at `click.time`.
 std::complex<double> radiatedSpectrum(const ClickCase& click, double frequency);
 
 /// The Fourier transform of the sound of a click at `frequencies` (Hz), in Pa s, from the formulas
-/// in docs/acceleration_noise.md and the pulse's own transform by quadrature of Pulse::force in
-/// small steps: nothing of the synth's rendering is in it. `click.sampling` is not used.
+/// in docs/acceleration_noise.md and forceSpectrum(): independent of the synth's rendering.
+/// `click.sampling` is not used.
 std::vector<std::complex<double>> exactSpectrum(const ClickCase& click,
                                                 const std::vector<double>& frequencies);
 
-/// The same of samples, by the sum over them.
+/// The Fourier transform of samples, by the sum over them.
 std::vector<std::complex<double>> spectrumOf(const std::vector<double>& samples, double sampleRate,
                                              const std::vector<double>& frequencies);
 
-/// Hz, ascending, up to kBand of the sample rate: close enough for the integrals below.
+/// Frequencies in Hz, ascending, up to kBand of the sample rate: close enough for the integrals
+/// below.
 std::vector<double> bandFrequencies(const ClickCase& click);
 
 /// The integral of the squared magnitude over frequency.
 double energyOf(const std::vector<std::complex<double>>& spectrum,
                 const std::vector<double>& frequencies);
 
-/// Energy of the difference over that of `reference`, both below kBand of the sample rate, in dB.
-/// The reference may be another pulse or another radiation at the same time.
+/// Energy of the difference of the two clicks over that of `reference`, both below kBand of the
+/// sample rate, in dB. The reference may have another pulse or another radiation at the same time.
 double inBandError(const ClickCase& click, const ClickCase& reference);
 
-/// Energy of what is rendered over that of the exact click, in the band, in dB.
+/// Energy of the rendered click over that of the exact click, in the band, in dB.
 double inBandLevel(const ClickCase& click);
 
 }  // namespace carom::test

@@ -6,7 +6,7 @@
 namespace carom::test {
 
 inline constexpr double kPi = std::numbers::pi;
-inline constexpr double kRate = 48000.0;  ///< Hz, of most sounds in tests
+inline constexpr double kRate = 48000.0;  ///< Hz, sample rate of most sounds in tests
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace carom::test

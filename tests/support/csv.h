@@ -11,8 +11,8 @@
 
 namespace carom::test {
 
-/// RFC 4180: fields between commas, rows between line feeds; a field in quotation marks may hold
-/// either, and a quotation mark as two.
+/// Parses RFC 4180: fields between commas, rows between line feeds. A field in quotation marks may
+/// hold either, and a quotation mark as two.
 inline std::vector<std::vector<std::string>> parseCsv(std::string_view text) {
   std::vector<std::vector<std::string>> rows;
   std::vector<std::string> row;
@@ -39,7 +39,7 @@ inline std::vector<std::vector<std::string>> parseCsv(std::string_view text) {
   return rows;
 }
 
-/// A field that is a number and nothing else.
+/// Value of a field that must be a number and nothing else.
 inline double numberOf(const std::string& field) {
   double value = 0.0;
   const auto [end, error] = audio::readDecimal(field.data(), field.data() + field.size(), value);

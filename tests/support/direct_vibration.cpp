@@ -12,11 +12,11 @@
 namespace carom::test {
 namespace {
 
-constexpr double kCut = 18750.0;  // Hz, half way down
+constexpr double kCut = 18750.0;  // Hz, where the gain is 1/2
 constexpr double kReach = 60.0;   // samples at 48 kHz
-constexpr double kWindow = 7.86;  // Kaiser's beta of -80 dB
+constexpr double kWindow = 7.86;  // Kaiser's beta for -80 dB
 
-// I0 by its power series, all terms positive.
+// The Bessel function I0 by its power series, all of whose terms are positive.
 double besselI0(double x) {
   double sum = 1.0;
   double term = 1.0;
@@ -27,7 +27,8 @@ double besselI0(double x) {
   return sum;
 }
 
-// 1/s, of a time in s; tabulated, with lines between.
+// Impulse response of a low-pass filter in 1/s, over time in s: a table that is interpolated
+// linearly.
 class LowPass {
  public:
   LowPass() {

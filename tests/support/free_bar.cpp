@@ -13,14 +13,14 @@ namespace {
 using Complex = std::complex<double>;
 constexpr int kSlices = 2000;
 
-// H1^(2)'(z) = H0 - H1 / z.
+// Derivative of the Hankel function: H1^(2)'(z) = H0 - H1 / z.
 Complex hankelSlope(double z) {
   const Complex zeroth(test::besselJ(0, z), -test::besselY(0, z));
   const Complex first(test::besselJ(1, z), -test::besselY(1, z));
   return zeroth - first / z;
 }
 
-// 1 for a section that is small against the wavelength.
+// Radiation of a section over that of a small one; 1 if it is small against the wavelength.
 Complex sectionFactor(double z) {
   if (z < 1e-4) return 1.0;
   return 1.0 / (Complex(0.0, 0.5 * kPi) * z * z * hankelSlope(z));
@@ -36,8 +36,9 @@ double FreeBar::turnInertia() const {
   return mass() * (length * length / 12.0 + radius * radius / 4.0);
 }
 
-// Deflection cos(p x) and rotation g sin(p x), or sin and -g cos: the equations of motion give two
-// p^2 and their g; the ends, free of moment and shear force, give omega.
+// Even shapes have the deflection cos(p x) and the rotation g sin(p x), odd ones sin and -g cos.
+// The equations of motion give two p^2 and their g. The ends are free of moment and shear force
+// where the determinant is 0, which gives omega.
 double BendingMode::determinant(double omega) {
   const double nu = bar_.material.poissonsRatio;
   const double young = bar_.material.youngsModulus;
@@ -61,13 +62,14 @@ double BendingMode::determinant(double omega) {
   }
   amount_[0] = moment[1];
   amount_[1] = -moment[0];
-  // The second wave number is imaginary, and so is all of that part where the shape is odd.
+  // The second wave number is imaginary, and so is the whole second part of an odd shape.
   const Complex value = moment[0] * force[1] - moment[1] * force[0];
   return even_ ? value.real() : value.imag();
 }
 
 BendingMode::BendingMode(const FreeBar& bar, int number) : bar_(bar), even_(number % 2 == 1) {
-  // From below: Euler and Bernoulli's are higher, by less than a half here.
+  // The search starts below, as Euler and Bernoulli's frequency is too high, by less than a half
+  // here.
   const double beta = (number + 0.5) * kPi / bar.length;
   const double thin =
       beta * beta * 0.5 * bar.radius * std::sqrt(bar.material.youngsModulus / bar.material.density);
@@ -100,7 +102,7 @@ double BendingMode::deflection(double x) const {
   Complex sum = 0.0;
   for (int part = 0; part < 2; ++part)
     sum += amount_[part] * (even_ ? std::cos(wave_[part] * x) : std::sin(wave_[part] * x));
-  // One of them is 0: see `determinant`.
+  // The real or the imaginary part is 0: see `determinant`.
   return sum.real() + sum.imag();
 }
 

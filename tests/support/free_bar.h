@@ -15,18 +15,18 @@ struct FreeBar {
   double radius = 0.004;  ///< m
 
   double mass() const;         ///< kg
-  double turnInertia() const;  ///< kg m^2, about an axis across
+  double turnInertia() const;  ///< kg m^2, about an axis across the bar
 };
 
-/// A bending mode after Timoshenko 1921, shear coefficient of a round section after Cowper 1966.
-/// The number-th one, from 1; odd ones are even in x.
+/// A bending mode after Timoshenko 1921, with the shear coefficient of a round section after Cowper
+/// 1966. `number` counts from 1; modes of odd number are even in x.
 class BendingMode {
  public:
   BendingMode(const FreeBar& bar, int number);
 
   double omega() const { return omega_; }  ///< rad/s
-  /// 1/sqrt(kg), deflection of the axis; of shapes whose kinetic energy, rotation of sections
-  /// included, is normalised.
+  /// Deflection of the axis in 1/sqrt(kg): the shape is normalised to the kinetic energy, including
+  /// the rotation of sections.
   double deflection(double x) const;
 
  private:
@@ -40,13 +40,13 @@ class BendingMode {
   std::complex<double> amount_[2];
 };
 
-/// What a slender bar radiates whose sections move across it along y, a(x) exp(i w t) in m/s^2: a
-/// line of dipoles, each that of 2 rho0 pi radius^2 a dx (Lamb, Hydrodynamics, article 68: as much
-/// added mass as displaced), times what is left of it where the section is no longer small: of an
-/// endless cylinder, 1 over i pi z^2 / 2 H1'(z), z = k radius sin(angle to the axis), H of the
-/// second kind (Junger and Feit, Sound, Structures, and Their Interaction, section 6.3).
-/// Each end lacks what flows around it there: the line is shorter by `endLoss` radii at each end.
-/// Pa at `listener`, near field of each dipole included.
+/// Pressure in Pa at `listener` of a slender bar whose sections move across it along y with a(x)
+/// exp(i w t) in m/s^2, including the near field. It is a line of dipoles, each of 2 rho0 pi
+/// radius^2 a dx (Lamb, Hydrodynamics, article 68: as much added mass as displaced). Where the
+/// section is not small, each dipole is reduced as for an endless cylinder, by 1 over i pi z^2 / 2
+/// H1'(z), z = k radius sin(angle to the axis), H of the second kind (Junger and Feit, Sound,
+/// Structures, and Their Interaction, section 6.3). As air flows around the ends, the line is
+/// shorter by `endLoss` radii at each end.
 std::complex<double> lineOfDipoles(const FreeBar& bar,
                                    const std::function<double(double)>& acceleration, double omega,
                                    const Vec3& listener, double endLoss);

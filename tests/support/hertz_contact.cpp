@@ -36,7 +36,8 @@ ImpulseEvent BallStrike::event() const {
   return event;
 }
 
-// In units of V T and T = (m^2 / (k^2 V))^(1/5), k the stiffness: d'' = -d^(3/2), d'(0) = 1.
+// Integrates in units of V T and T = (m^2 / (k^2 V))^(1/5), with k the stiffness and V the speed:
+// d'' = -d^(3/2), d'(0) = 1.
 HertzContact::HertzContact(const BallStrike& strike) {
   constexpr double kStep = 1e-3;
   const auto pull = [](double d) { return d > 0.0 ? -d * std::sqrt(d) : 0.0; };

@@ -6,7 +6,7 @@
 
 namespace carom::test {
 
-/// N/m, all of the matrix of a lattice near rest: x, y and z of its points.
+/// The whole stiffness matrix of a lattice near rest in N/m, with rows x, y and z for each point.
 inline Eigen::MatrixXd stiffnessOf(const native::JelloLattice& lattice) {
   const std::vector<Vec3> points = restingPoints(lattice, Vec3::Zero());
   const auto size = static_cast<Eigen::Index>(3 * points.size());

@@ -32,7 +32,7 @@ void release(void* memory) noexcept {
 
 }  // namespace
 
-// The array and the nothrow forms of the library end in these.
+// The standard library's array and nothrow forms call these.
 void* operator new(std::size_t size) {
   return orThrow(countedAllocation(size));
 }
@@ -52,7 +52,7 @@ void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
   release(memory);
 }
 
-// Spelled out because a sanitizer brings its own, which do not end in ours.
+// The remaining forms are spelled out because a sanitizer brings its own, which do not call ours.
 void* operator new[](std::size_t size) {
   return orThrow(countedAllocation(size));
 }

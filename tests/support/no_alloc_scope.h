@@ -14,7 +14,7 @@ class NoAllocScope {
  public:
   NoAllocScope();
   std::size_t allocations() const;
-  /// Asked for by this thread while it lives; what was given back is not taken off.
+  /// Bytes that this thread has asked for since construction; released ones are not subtracted.
   std::size_t bytes() const;
 
  private:

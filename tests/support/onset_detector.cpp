@@ -21,7 +21,7 @@ double threshold(std::span<const double> samples, const OnsetSettings& settings)
   return std::max(settings.relativeThreshold * loudest, settings.noiseFactor * *middle);
 }
 
-/// Runs of samples above the threshold with no pause of `gap` samples inside.
+/// Returns the runs of samples above the threshold, with no pause of `gap` samples inside.
 std::vector<Segment> findSegments(std::span<const double> samples, double level, double gap) {
   std::vector<Segment> segments;
   for (std::size_t sample = 0; sample < samples.size(); ++sample) {
@@ -33,7 +33,7 @@ std::vector<Segment> findSegments(std::span<const double> samples, double level,
   return segments;
 }
 
-/// Magnitude of a sample of the given sign; 0 outside and of the other sign.
+/// Magnitude of a sample if it has the given sign; 0 otherwise and outside of the samples.
 double inLobe(std::span<const double> samples, std::ptrdiff_t sample, double sign) {
   if (sample < 0 || sample >= std::ssize(samples)) return 0.0;
   return std::max(0.0, sign * samples[static_cast<std::size_t>(sample)]);

@@ -1,4 +1,4 @@
-// What most tests include, compiled once: see carom_precompile().
+// The headers that most tests include, compiled once: see carom_precompile().
 #ifdef __cplusplus
 #include <atomic>
 #include <filesystem>

@@ -8,7 +8,7 @@
 
 namespace carom {
 
-/// Numbers that follow from the seed and are the same with every standard library.
+/// Random numbers that depend on the seed alone and are the same with every standard library.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}
@@ -16,7 +16,7 @@ class Random {
   double between(double low, double high) {
     return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53;
   }
-  /// Each order of magnitude as often as the next.
+  /// A log-uniform number: each order of magnitude is as likely as the next.
   double logBetween(double low, double high) {
     return std::exp(between(std::log(low), std::log(high)));
   }

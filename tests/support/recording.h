@@ -33,7 +33,7 @@ struct Recording {
   }
 };
 
-/// Empty, and a failure of the test, where it cannot be read.
+/// Reads a sound file; if it cannot be read, the recording is empty and the test fails.
 inline Recording readRecording(const std::filesystem::path& path) {
   Recording recording;
   SNDFILE* file = sf_open(path.c_str(), SFM_READ, &recording.info);

@@ -6,13 +6,13 @@
 #ifndef __cpp_lib_math_special_functions
 #include <numbers>
 
-#include <math.h>  // jn and yn are POSIX's
+#include <math.h>  // POSIX declares jn and yn here
 #endif
 
 namespace carom::test {
 
-// Special functions for oracles: the standard library's, whose definitions these are, or, where it
-// has none (libc++), recurrences and series.
+// Special functions for oracles: those of the standard library, or, where it has none (libc++),
+// recurrences and series with the same definitions.
 
 #ifdef __cpp_lib_math_special_functions
 
@@ -37,7 +37,7 @@ inline double besselY(int order, double x) {
 
 #else
 
-/// Abramowitz and Stegun 10.1.2.
+/// The spherical Bessel function j_n(x) by its series, Abramowitz and Stegun 10.1.2.
 inline double sphericalBessel(unsigned n, double x) {
   double term = 1.0;
   for (unsigned k = 1; k <= n; ++k)
@@ -50,7 +50,8 @@ inline double sphericalBessel(unsigned n, double x) {
   return sum;
 }
 
-/// Abramowitz and Stegun 10.1.19, upwards, in which direction it is stable.
+/// The spherical Bessel function y_n(x) by Abramowitz and Stegun 10.1.19, upwards, the stable
+/// direction.
 inline double sphericalNeumann(unsigned n, double x) {
   double before = -std::cos(x) / x;
   if (n == 0) return before;

@@ -32,8 +32,8 @@ double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-// m^2, of each vertex: the integral of the outward normal over a surface between whose vertices
-// displacements are linear.
+// Vector area of each vertex in m^2: the integral of the outward normal, for displacements that are
+// linear between the vertices.
 std::vector<Vec3> vertexAreas(const SurfaceMesh& mesh) {
   std::vector<Vec3> areas(mesh.vertices.size(), Vec3::Zero());
   for (const auto& [first, second, third] : mesh.triangles) {
@@ -51,20 +51,21 @@ std::uint32_t farthest(const SurfaceMesh& mesh, const Vec3& side) {
   return static_cast<std::uint32_t>(found - mesh.vertices.begin());
 }
 
-// The volume velocity does not depend on the panels, and monopoles need no more.
+// Few panels are enough, as the volume velocity does not depend on them and monopoles need no more.
 std::shared_ptr<const ModalModel> withVolumes(ModalModel model) {
   static_cast<void>(valueOf(computeRadiation(model, {.panels = 100, .maxOrder = 0})));
   return std::make_shared<const ModalModel>(std::move(model));
 }
 
-// The outside of a grid that is a whole box; node[i] is the grid's node of vertex i.
+// The outer surface of a grid that fills a whole box; node[i] is the grid's node of vertex i.
 struct Skin {
   SurfaceMesh surface;
   std::vector<std::uint32_t> node;
 };
 
 Skin skinOf(const VoxelMesh& grid) {
-  // Corners of the faces at the near end of x, y, z, outwards; those at the far end, turned over.
+  // Corners of a cell's faces at the near ends of x, y and z, seen from outside; the faces at the
+  // far ends are turned over.
   constexpr std::array<std::array<std::size_t, 4>, 3> kFaces = {
       {{0, 4, 6, 2}, {0, 1, 5, 4}, {0, 2, 3, 1}}};
   Skin skin;
@@ -179,7 +180,7 @@ std::vector<double> modalSound(const StruckModel& body, std::size_t frames) {
   const SoundBody struck{.material = strike.body, .modal = body.model};
   if (!synth.setBody(1, ball) || !synth.setBody(2, struck)) std::abort();
   synth.schedule(strike.event());
-  // The low-pass looks ahead.
+  // The low-pass filter looks ahead and needs samples after the last frame.
   std::vector<double> samples(frames + 100);
   double* const channel = samples.data();
   synth.render<double>({&channel, 1}, samples.size());

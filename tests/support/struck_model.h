@@ -13,37 +13,39 @@
 
 namespace carom::test {
 
-/// One body twice: as matrices to integrate, and as the modes of the same matrices.
+/// One body twice: as matrices to be integrated, and as the modes of the same matrices.
 struct StruckModel {
   DrivenBody direct;
   std::shared_ptr<const ModalModel> model;
-  std::uint32_t vertex = 0;  ///< of the model's surface, where it is hit
+  std::uint32_t vertex = 0;  ///< of the model's surface, where the body is hit
   Vec3 inward = Vec3::Zero();
   double analysisTime = 0.0;  ///< s, to find the modes
 };
 
-/// A closed surface as a network of springs, hit at the vertex that is farthest along `side`. What
-/// no spring resists moves no air: of transverse springs the breathing of all vertices alike is
-/// taken out of the force, of axial ones it is the body's own motion.
+/// A closed surface as a network of springs, hit at the vertex that is farthest along `side`.
+/// Motions that no spring resists must not move air: for transverse springs, the equal motion of
+/// all vertices along their normals is removed from the force; for axial ones, it is the body's
+/// rigid motion.
 StruckModel struckShell(const SurfaceMesh& mesh, const Material& material,
                         const ShellSettings& settings, const Vec3& side);
 
-/// A box as a grid of bricks, whose own nodes on the outside are the model's surface.
+/// A box as a grid of bricks; the nodes on its outside are the model's surface.
 StruckModel struckBox(const Vec3& half, const Material& material, std::size_t degreesOfFreedom,
                       const Vec3& side);
 
-inline constexpr double kStrikeTime = 0.004;  ///< s, on the synth's clock
+inline constexpr double kStrikeTime = 0.004;  ///< s on the synth's clock, of first touch
 inline constexpr double kDistance = 1.0;      ///< m, of the listener from the centre of mass
 
-/// A steel ball of 10 mm radius at 0.1 m/s, along the normal.
+/// Strike by a steel ball of 10 mm radius at 0.1 m/s, along the normal.
 BallStrike strikeOf(const StruckModel& body);
 
-/// Pa at 48 kHz from the clock's 0 on, in the band: of the modes' monopoles, as Synth renders them;
-/// and of the volume's acceleration, rho0 / (4 pi r) V''(t - r / c).
+/// Sound in Pa at 48 kHz from the clock's 0 on, in the band: of the modes' monopoles, as Synth
+/// renders them, and of the volume's acceleration, rho0 / (4 pi r) V''(t - r / c).
 std::vector<double> modalSound(const StruckModel& body, std::size_t frames);
 std::vector<double> directSound(const StruckModel& body, double step, std::size_t frames);
 
-/// What the trapezoidal rule's error, that of the square of the step, leaves in the limit.
+/// Extrapolates the sound to a step of 0, as the trapezoidal rule's error goes with the step's
+/// square.
 std::vector<double> limitOf(const std::vector<double>& atStep, const std::vector<double>& atHalf);
 
 }  // namespace carom::test

@@ -11,7 +11,7 @@
 
 namespace carom::test {
 
-/// A new, empty folder that goes with its owner, whatever is in it by then.
+/// A new, empty folder that its destructor deletes with all contents.
 class TemporaryFolder {
  public:
   TemporaryFolder() {

@@ -23,8 +23,8 @@ double shearModulus(const Material& material) {
   return material.youngsModulus / (2.0 * (1.0 + material.poissonsRatio));
 }
 
-// Column n: the derivative of the n-th Legendre polynomial in terms of the others, all scaled to
-// integral p^2 = 1 over -1 to 1. So the integral of p_m' p_n' is (B^T B)(m, n).
+// Derivatives of Legendre polynomials: column n has that of the n-th in terms of the others, all
+// scaled to integral p^2 = 1 over -1 to 1. So the integral of p_m' p_n' is (B^T B)(m, n).
 MatrixXd derivatives(int degree) {
   MatrixXd matrix = MatrixXd::Zero(degree + 1, degree + 1);
   for (int of = 1; of <= degree; ++of)
@@ -33,7 +33,7 @@ MatrixXd derivatives(int degree) {
   return matrix;
 }
 
-// On products of polynomials, those of the second factor fastest.
+// The operator on products of two polynomials; the degree of the second factor runs fastest.
 MatrixXd kronecker(const MatrixXd& first, const MatrixXd& second) {
   MatrixXd product(first.rows() * second.rows(), first.cols() * second.cols());
   for (Index row = 0; row < first.rows(); ++row)
@@ -43,7 +43,7 @@ MatrixXd kronecker(const MatrixXd& first, const MatrixXd& second) {
   return product;
 }
 
-// Of K x = omega^2 M x, without the lowest `rigid` ones.
+// Frequencies in Hz of K x = omega^2 M x, without the lowest `rigid` ones.
 std::vector<double> frequenciesOf(const MatrixXd& stiffness, const MatrixXd& mass, Index rigid,
                                   std::size_t count) {
   const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> solver(stiffness, mass,
@@ -56,7 +56,7 @@ std::vector<double> frequenciesOf(const MatrixXd& stiffness, const MatrixXd& mas
   return frequencies;
 }
 
-// Enough for half of them.
+// A polynomial degree for more than twice `count` modes, the lower half of which is accurate.
 int degreeFor(std::size_t count) {
   return static_cast<int>(2 * count) + 16;
 }
@@ -65,12 +65,12 @@ double besselOf(unsigned order, double at) {
   return test::sphericalBessel(order, at);
 }
 
-// 0 where a twisting mode of the sphere is, k = omega radius / (speed of shear waves).
+// This is 0 at the twisting modes of a sphere, k = omega radius / (speed of shear waves).
 double twistingEquation(unsigned order, double k) {
   return (order - 1.0) * besselOf(order, k) - k * besselOf(order + 1, k);
 }
 
-// The same of those with a radial motion. `slowness`: speed of shear over pressure waves.
+// This is 0 at the modes with a radial motion. `slowness`: speed of shear over pressure waves.
 double spheroidalEquation(unsigned order, double k, double slowness) {
   const double h = slowness * k;
   const double n = order;
@@ -84,7 +84,8 @@ double spheroidalEquation(unsigned order, double k, double slowness) {
   return radial * alongShear - shear * alongPressure;
 }
 
-// Where the function changes sign between 1 and `highest`: no mode of the sphere is below 1.
+// Arguments between 1 and `highest` where the function changes sign: no mode of the sphere is below
+// 1.
 template <class Function>
 std::vector<double> roots(const Function& function, double highest) {
   constexpr double kStep = 0.01;  // no two roots of one order are that close
@@ -104,7 +105,7 @@ std::vector<double> roots(const Function& function, double highest) {
 
 // ---- The box
 
-/// Along one axis: integrals of two polynomials, each with or without a derivative.
+/// Integrals along one axis of products of two polynomials, each with or without a derivative.
 class AxisIntegrals {
  public:
   AxisIntegrals(int degree, double edge) {
@@ -120,13 +121,14 @@ class AxisIntegrals {
   std::array<std::array<MatrixXd, 2>, 2> integrals_;
 };
 
-/// A displacement along one axis, by a product of polynomials.
+/// A displacement along one axis, given by a product of polynomials.
 struct BoxTerm {
   std::size_t along = 0;
   std::array<int, 3> degrees{};
 };
 
-// A motion that a reflection reverses is odd along the other axes, but even along the reflected.
+// If the reflection of a coordinate reverses the motion, the component along this axis is even in
+// the coordinate and the other components are odd.
 std::vector<BoxTerm> termsOf(const std::array<bool, 3>& odd, const std::array<int, 3>& degrees) {
   std::vector<BoxTerm> terms;
   for (std::size_t along = 0; along < 3; ++along) {
@@ -147,7 +149,7 @@ class BoxStiffness {
         axes_{AxisIntegrals(degrees[0], edges.x()), AxisIntegrals(degrees[1], edges.y()),
               AxisIntegrals(degrees[2], edges.z())} {}
 
-  // lambda div u div v + 2 mu e(u) : e(v)
+  // The integral of lambda div u div v + 2 mu e(u) : e(v).
   double of(const BoxTerm& u, const BoxTerm& v) const {
     double energy =
         bulk_ * product(u, u.along, v, v.along) + shear_ * product(u, v.along, v, u.along);
@@ -158,7 +160,7 @@ class BoxStiffness {
   }
 
  private:
-  // Integral of the derivatives of u and v along these axes.
+  // The integral of the derivative of u along `ofU` times that of v along `ofV`.
   double product(const BoxTerm& u, std::size_t ofU, const BoxTerm& v, std::size_t ofV) const {
     double integral = 1.0;
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -216,7 +218,8 @@ std::vector<double> bendingFrequencies(const Material& material, double length, 
   return frequenciesOf(stiffness, mass, 2, count);
 }
 
-// Minimises the integral of (w_y - z)^2 + (w_z + y)^2, which then is the constant.
+// Minimises the integral of (w_y - z)^2 + (w_z + y)^2 over the warping w; the minimum is the
+// constant.
 RectangleTorsion rectangleTorsion(double width, double thickness) {
   constexpr int kDegree = 20;
   const MatrixXd slope = derivatives(kDegree);
@@ -224,14 +227,15 @@ RectangleTorsion rectangleTorsion(double width, double thickness) {
   const MatrixXd alongWidth = 2.0 / width * kronecker(slope, one);
   const MatrixXd alongThickness = 2.0 / thickness * kronecker(one, slope);
   const double area = width * thickness;
-  // In scaled polynomials, over a square of sides 2: the first degree's integral of x^2 is 4/3.
+  // The coordinates y and z in scaled polynomials, over a square of sides 2, where the integral of
+  // x^2 is 4/3.
   VectorXd y = VectorXd::Zero(alongWidth.rows());
   VectorXd z = y;
   y[kDegree + 1] = width / std::sqrt(3.0);
   z[1] = thickness / std::sqrt(3.0);
   MatrixXd matrix =
       alongWidth.transpose() * alongWidth + alongThickness.transpose() * alongThickness;
-  matrix(0, 0) = 1.0;  // any constant will do: none
+  matrix(0, 0) = 1.0;  // fixes the free constant of the warping at 0
   const VectorXd warp =
       matrix.ldlt().solve(alongWidth.transpose() * z - alongThickness.transpose() * y);
   const double energy =
@@ -289,7 +293,7 @@ std::vector<double> sphereFrequencies(const Material& material, double radius, s
   const double nu = material.poissonsRatio;
   const double slowness = std::sqrt((1.0 - 2.0 * nu) / (2.0 - 2.0 * nu));
   const double shearSpeed = std::sqrt(shearModulus(material) / material.density);
-  // The lowest mode of an order n is above n / 2 or so, hence all modes below are there.
+  // The lowest mode of an order n is above n / 2 or so, hence all modes below kHighest are found.
   constexpr unsigned kOrders = 16;
   constexpr double kHighest = 0.5 * kOrders;
   std::vector<double> frequencies;
@@ -314,7 +318,8 @@ std::vector<BoxMode> boxModes(const Material& material, const Vec3& edges,
   for (unsigned kind = 0; kind < 8; ++kind) {
     const std::array<bool, 3> odd = {(kind & 1U) != 0, (kind & 2U) != 0, (kind & 4U) != 0};
     const VectorXd found = eigenvaluesOf(stiffness, termsOf(odd, degrees));
-    // A shift reverses by one reflection, a turn by the two others: one rigid mode for each.
+    // A translation is reversed by one reflection, a rotation by two: each of these kinds has one
+    // rigid mode.
     const Index rigid = kind == 0 || kind == 7 ? 0 : 1;
     for (const double eigenvalue : found.tail(found.size() - rigid))
       modes.push_back({std::sqrt(eigenvalue / material.density) / (2.0 * kPi), odd});

@@ -9,9 +9,9 @@
 
 namespace carom::test {
 
-// What theory says of the vibration of free bodies that are simple. Frequencies in Hz, undamped,
-// ascending; the rigid modes are not among them, one that belongs to several shapes is as often
-// there. Edges in m. All are the same on each call. Nothing here has anything of modal/.
+// Theory of the vibration of simple free bodies. The functions return undamped frequencies in Hz,
+// ascending, without the rigid modes; a frequency is repeated for each of its shapes. Edges are in
+// m. Results are the same on each call. The code shares nothing with modal/.
 //
 // Ritz's method stands for closed forms that do not exist: Legendre polynomials leave free ends and
 // edges free, and converge so fast that the degrees used here are exact to 1e-4 or better.
@@ -20,11 +20,12 @@ namespace carom::test {
 std::vector<double> bendingFrequencies(const Material& material, double length, double depth,
                                        double width, std::size_t count);
 
-/// Of Timoshenko's beam, after Hutchinson, J. Appl. Mech. 68 (2001) 87. 5 (1 + nu) / (6 + 5 nu) if
-/// narrow; above 1 where the beam is so wide that it begins to bend as a plate does.
+/// The shear coefficient of Timoshenko's beam, after Hutchinson, J. Appl. Mech. 68 (2001) 87: 5 (1
+/// + nu) / (6 + 5 nu) if narrow; above 1 if the beam is so wide that it begins to bend as a plate
+/// does.
 double shearCoefficient(double depth, double width, double poissonsRatio);
 
-/// Of Saint-Venant's torsion of a rectangle: twist gradient = torque / (G constant), and the axial
+/// Saint-Venant's torsion of a rectangle: twist gradient = torque / (G constant), and the axial
 /// displacement is the twist gradient times a function of the section.
 struct RectangleTorsion {
   double constant = 0.0;  ///< m^4
@@ -54,11 +55,12 @@ std::vector<double> sphereFrequencies(const Material& material, double radius, s
 /// A mode of a box with edges along the axes, centred at the origin.
 struct BoxMode {
   double frequency = 0.0;     ///< Hz
-  std::array<bool, 3> odd{};  ///< whether reflection of that coordinate reverses the motion
+  std::array<bool, 3> odd{};  ///< true if reflection of that coordinate reverses the motion
 };
 
-/// Three-dimensional elasticity of a box by Ritz's method, with polynomials up to `degrees` along
-/// the axes: Demarest, J. Acoust. Soc. Am. 49 (1971) 768. Frequencies are from above.
+/// The modes of a box in three-dimensional elasticity by Ritz's method, with polynomials up to
+/// `degrees` along the axes: Demarest, J. Acoust. Soc. Am. 49 (1971) 768. The frequencies converge
+/// from above.
 std::vector<BoxMode> boxModes(const Material& material, const Vec3& edges,
                               const std::array<int, 3>& degrees, std::size_t count);
 

@@ -89,7 +89,7 @@ double amplitudeAt(const std::vector<double>& sound, double frequency) {
 
 double loudestFrequency(const std::vector<double>& sound, double low, double high) {
   double best = low;
-  // A tone is 13 Hz wide in that window.
+  // A tone is 13 Hz wide in the window of amplitudeAt().
   for (const double step : {4.0, 0.1}) {
     double most = 0.0;
     const double begin = step == 4.0 ? low : best - 4.0;

@@ -1,4 +1,4 @@
-// A program outside of the repository, that uses each component of an installed Carom.
+// A program outside of the repository that uses each component of an installed Carom.
 
 #include <cstdio>
 
@@ -14,13 +14,13 @@
 
 namespace {
 
-/// One of the components did not do what its headers say.
+/// Reports that a component did not do what its headers say.
 int fail(const char* component) {
   std::fprintf(stderr, "carom::%s does not work\n", component);
   return 1;
 }
 
-/// Two spheres that meet head-on: one collision, two events.
+/// True if two spheres that meet head-on make one collision with two events.
 bool nativeWorks() {
   carom::SphereWorld world;
   for (const carom::BodyId id : {0U, 1U}) {
@@ -36,7 +36,7 @@ bool nativeWorks() {
   return stepper && stepper->advanceTo(0.2).size() == 2;
 }
 
-/// A steel box of 4 x 6 x 10 cm has modes, the model of them a file, and that the same modes.
+/// True if a steel box of 4 x 6 x 10 cm has modes, and its model's file gives back as many.
 bool modalAnalyses() {
   carom::SurfaceMesh box;
   for (const double x : {0.0, 0.04})
@@ -46,7 +46,7 @@ bool modalAnalyses() {
   box.triangles = {{0, 1, 3}, {0, 3, 2}, {4, 6, 7}, {4, 7, 5}, {0, 4, 5}, {0, 5, 1},
                    {2, 3, 7}, {2, 7, 6}, {0, 2, 6}, {0, 6, 4}, {1, 5, 7}, {1, 7, 3}};
   carom::MeshAnalysisSettings settings;
-  settings.radiation.reset();  // seconds
+  settings.radiation.reset();  // would take seconds
   settings.solid.maxModes = 6;
   const carom::Result<carom::MeshAnalysis> analysis =
       carom::analyseMesh(box, *carom::findMaterial("steel"), settings);
@@ -57,7 +57,7 @@ bool modalAnalyses() {
   return read && read->modes.size() == analysis->model.modes.size();
 }
 
-/// A ball that falls 10 cm without a bounce clicks once in 0.2 s.
+/// True if a ball that falls 10 cm without a bounce clicks once in 0.2 s.
 bool pluginHears(btDynamicsWorld& world) {
   carom::SoundSettings settings;
   settings.clock = carom::SoundClock::simulation;

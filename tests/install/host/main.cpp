@@ -1,5 +1,5 @@
-// A host that has folders of its own called as Carom's are: it finds its own file in its own
-// folder, and Carom's below <carom/>.
+// A host whose own folders have the names of Carom's: it finds its own file in its own folder, and
+// Carom's below <carom/>.
 
 #include <cstdio>
 
