@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/bullet_bridge/random_scene.h"
+#include "tests/support/trials.h"
 
 namespace carom {
 namespace {
@@ -8,19 +9,22 @@ namespace {
 // Scenes of `./bench bridge_stress`, fewer of them.
 TEST(RandomScenes, WhatTheBridgeSaysIsFiniteConsistentInTimeAndComplete) {
   std::uint64_t collisions = 0;
-  for (std::uint64_t seed = 0; seed < 400; ++seed) {
+  for (int index = 0; index < trials(400); ++index) {
+    const auto seed = static_cast<std::uint64_t>(index);
     for (const bool prompt : {false, true}) {
       const RandomSceneResult result = runRandomScene(seed, prompt);
       EXPECT_EQ(result.failure, "") << "bench_bridge_stress --seed " << seed;
       collisions += result.collisions;
     }
   }
-  EXPECT_GT(collisions, 50u);
+  EXPECT_GT(collisions, static_cast<unsigned>(trials(50)));
 }
 
 TEST(RandomScenes, TheSameSeedGivesTheSameEventsBitForBit) {
-  for (std::uint64_t seed = 0; seed < 20; ++seed)
+  for (int index = 0; index < trials(20); ++index) {
+    const auto seed = static_cast<std::uint64_t>(index);
     EXPECT_EQ(runRandomScene(seed).digest, runRandomScene(seed).digest) << "seed " << seed;
+  }
 }
 
 }  // namespace

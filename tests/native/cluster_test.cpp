@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/native/sphere_worlds.h"
+#include "tests/support/trials.h"
 
 namespace carom {
 
@@ -222,7 +223,7 @@ double speedScale(const Cluster& cluster) {
 TEST(ReflectCluster, EnergyNeverGrowsAndNothingApproachesInThreeThousandRandomClusters) {
   SplitMix random(17);
   int unsettled = 0;
-  for (int trial = 0; trial < 3000; ++trial) {
+  for (int trial = 0; trial < trials(3000); ++trial) {
     const bool elastic = trial % 3 == 0;
     Cluster cluster = randomCluster(random, elastic);
     const Cluster start = cluster;
@@ -256,7 +257,7 @@ TEST(ReflectCluster, EnergyNeverGrowsAndNothingApproachesInThreeThousandRandomCl
 
 TEST(ReflectCluster, OrderOfBodiesAndContactsDoesNotMatter) {
   SplitMix random(18);
-  for (int trial = 0; trial < 300; ++trial) {
+  for (int trial = 0; trial < trials(300); ++trial) {
     Cluster cluster = randomCluster(random, trial % 2 == 0);
     Cluster reversed;
     const auto last = static_cast<std::uint32_t>(cluster.bodies.size() - 1);
@@ -325,7 +326,7 @@ TEST(FollowHertz, TheResultDependsOnNeitherSpeedNorStiffness) {
 
 TEST(FollowHertz, EnergyNeverGrowsInRandomClustersAndStaysInElasticOnes) {
   SplitMix random(19);
-  for (int trial = 0; trial < 60; ++trial) {
+  for (int trial = 0; trial < trials(60); ++trial) {
     const bool elastic = trial % 2 == 0;
     Cluster cluster = randomCluster(random, elastic);
     const double energy = cluster.energy();
