@@ -10,10 +10,10 @@
 namespace carom::native {
 namespace {
 
-constexpr double kTimeRounding = 1e-9;  ///< what certainly covers it
-constexpr double kResolution = 4e-16;   ///< of a time: its seconds without the rest
-constexpr double kTieReach = 1e-9;  ///< of the radius: what a sphere moves between contacts at once
-constexpr double kHeightRounding = 1e-15;  ///< of the coordinates, of a height
+constexpr double kTimeRounding = 1e-9;     ///< relative; certainly covers the rounding of a time
+constexpr double kResolution = 4e-16;      ///< relative, of a time's seconds without the rest
+constexpr double kTieReach = 1e-9;         ///< in radii, a sphere's way between tied contacts
+constexpr double kHeightRounding = 1e-15;  ///< rounding of a height, relative to the coordinates
 
 std::vector<Vec3> positionsOf(const Bodies& bodies) {
   std::vector<Vec3> positions;
@@ -27,12 +27,12 @@ const Instant& earlierOf(const Instant& one, const Instant& other) {
   return other < one ? other : one;
 }
 
-/// Whether two spheres under the same acceleration touch, and the instant at which they first do;
-/// never before the later of the instants since which they move as they do.
+/// True if two spheres under the same acceleration touch; `time` is then the instant at which they
+/// first do, never before the later of the instants since which they move as they do.
 bool straightContact(const Motion& motion, const Motion& other, const Vec3& acceleration,
                      double radiusSum, Instant& time) {
   const double lag = elapsed(other.since, motion.since);
-  // The earlier one is taken to the instant of the later one. FirstLook does the same.
+  // The motion with the earlier `since` is advanced to the later one; FirstLook does the same.
   const bool later = lag >= 0.0;
   const Vec3& flown = later ? other.velocity : motion.velocity;
   const double half = later ? 0.5 * lag : -0.5 * lag;
@@ -40,7 +40,7 @@ bool straightContact(const Motion& motion, const Motion& other, const Vec3& acce
     return motion.position[axis] - other.position[axis] -
            lag * (flown[axis] + half * acceleration[axis]);
   };
-  const auto faster = [&](int axis) {  // then and always
+  const auto faster = [&](int axis) {  // relative velocity, then and always
     return motion.velocity[axis] - other.velocity[axis] - lag * acceleration[axis];
   };
   const double wait = sphereContactTime({apart(0), apart(1), apart(2)},
@@ -50,7 +50,8 @@ bool straightContact(const Motion& motion, const Motion& other, const Vec3& acce
   return true;
 }
 
-/// As above, under different accelerations; never, too, if it is certainly not before `best`.
+/// The first contact of two spheres under different accelerations; never if there is none, or if it
+/// is certainly not before `best`.
 Instant curvedContact(const Motion& motion, const Vec3& acceleration, const Motion& other,
                       const Vec3& otherAcceleration, double radiusSum, const Instant& best) {
   const bool later = elapsed(other.since, motion.since) >= 0.0;
@@ -103,14 +104,15 @@ BodyId Agenda::idOf(const Contact& contact) const {
   return index < walls ? bodies_.walls[index].plane.id : bodies_.solids[index - walls].box.id;
 }
 
-/// The search for the next contact of one sphere: what it reads again and again, in one place.
+/// The search for the next contact of one sphere, with the data that it reads again and again in
+/// one place.
 struct Agenda::Search {
   Motion motion;
   Instant now;
   Vec3 pull;                ///< m/s^2
   double radius;            ///< m
-  double window;            ///< s, within which contacts may be one
-  double limit = kNever;    ///< s, what is later is neither before the best one nor tied with it
+  double window;            ///< s, contacts within it may be tied
+  double limit = kNever;    ///< s, a later contact is neither the best nor tied with it
   double horizon = kNever;  ///< s, from the motion's beginning to `limit`
   Contact best;
   std::uint32_t sphere;
@@ -125,7 +127,7 @@ struct Agenda::Search {
         sphere(searcher) {
     const Vec3& velocity = motion.velocity;
     const double speed = std::abs(velocity.x()) + std::abs(velocity.y()) + std::abs(velocity.z());
-    window = kResolution * now.seconds;  // of a sphere at rest those that come decide
+    window = kResolution * now.seconds;  // at rest, the motion of the others decides
     if (speed > 0.0) window += kTieReach * radius / speed;
     prefer(known, false);
   }
@@ -138,7 +140,7 @@ struct Agenda::Search {
   bool together(const Instant& one, const Instant& other) const {
     return std::abs(one.seconds - other.seconds) <= window;
   }
-  /// m, as far as it may get before its best contact.
+  /// Distance in m that the sphere can travel at most before its best contact.
   double way() const {
     return horizon < kNever ? horizon * (lengthOf(motion.velocity) + horizon * lengthOf(pull))
                             : kNever;
@@ -154,8 +156,7 @@ void Agenda::lookForWalls(Search& search) const {
     const Vec3& normal = wall.plane.normal;
     const double height = bodies_.height(search.sphere, wall, motion.position, motion.since);
     const double reach = wall.speed == 0.0 ? way : way + std::abs(wall.speed) * search.horizon;
-    if (height > reach * (1.0 + kTimeRounding))
-      continue;  // it is not there before the best contact
+    if (height > reach * (1.0 + kTimeRounding)) continue;  // out of reach before the best contact
     const double pull = bodies_.alongNormal(normal, search.pull);
     const double velocity = dotInOrder(normal, motion.velocity) - wall.speed;
     if ((velocity >= 0.0 && pull >= 0.0) || holds.has(index)) continue;
@@ -172,7 +173,8 @@ void Agenda::lookForWalls(Search& search) const {
   }
 }
 
-/// A contact with a wall or a box, or a border, `wait` after the motion's beginning.
+/// Offers a contact with a wall or box, or the crossing of a face's border, `wait` s after the
+/// beginning of the motion.
 void Agenda::offerImmovable(double wait, std::uint32_t index, Search& search) const {
   if (wait == kNever) return;
   const auto partner = static_cast<std::uint32_t>(bodies_.count() + index);
@@ -243,7 +245,7 @@ void Agenda::lookStraightAt(std::uint32_t other, Search& search) {
     offer({std::max(time, search.now), other, futures_[other].changes}, search);
 }
 
-/// A contact with a sphere, which may be the best so far.
+/// Offers a contact with a sphere as the best so far.
 void Agenda::offer(const Contact& contact, Search& search) {
   const double seconds = contact.time.seconds;
   if (search.limit < seconds) return;
@@ -254,11 +256,12 @@ void Agenda::offer(const Contact& contact, Search& search) {
     search.prefer(contact, false);
     return;
   }
-  if (other.time.seconds < seconds - search.window) return;  // it looks for this sphere itself
+  if (other.time.seconds < seconds - search.window) return;  // the partner will find it
   offerLate(contact, search);
 }
 
-/// As above, of one that is not before all others by more than what may be a tie.
+/// Offers a contact that is not certainly before all others: it may be tied with one or come after
+/// it.
 void Agenda::offerLate(const Contact& contact, Search& search) {
   const Contact& best = search.best;
   const Contact& other = futures_[contact.partner].contact;
@@ -269,15 +272,15 @@ void Agenda::offerLate(const Contact& contact, Search& search) {
       search.tied = true;
     return;
   }
-  // A partner that is due earlier looks for this sphere itself after that contact; but what it
-  // knows of may be this very contact.
+  // A partner whose own contact is earlier looks for this sphere itself after that contact. But the
+  // contact that it has may be this very one.
   const bool known = other.partner == search.sphere && other.time == contact.time &&
                      other.partnerChanges == futures_[search.sphere].changes;
   if (contact.time < other.time || known)
     search.prefer(contact, tied || search.together(contact.time, best.time));
 }
 
-/// The sphere's next contact may be one of several at its instant.
+/// Marks the sphere's next contact as one of several at its instant.
 void Agenda::tie(std::uint32_t sphere) {
   setTied(sphere, true);
   const std::uint32_t partner = futures_[sphere].contact.partner;
@@ -292,7 +295,7 @@ struct Agenda::Look {
   void soon(std::uint32_t other) const { __builtin_prefetch(&agenda.bodies_.motions[other]); }
 };
 
-/// While all have the same acceleration.
+/// The look at candidates if all spheres have the same acceleration.
 template <bool kPulled, bool kFresh>
 struct Agenda::LookStraight : Look {
   using First = FirstLook<kPulled, kFresh>;
@@ -311,8 +314,9 @@ struct Agenda::LookStraight : Look {
   }
 };
 
-/// Looks at all those that `visitAll` visits. Cells out of its way are not left out: a sphere that
-/// comes from there into a nearer cell looks at new cells only, and would not find this one.
+/// Looks at all spheres that `visitAll` visits. Cells that the sphere cannot reach are not left
+/// out: a sphere that comes from there into a nearer cell looks at new cells only, and would not
+/// find this one.
 template <class VisitAll>
 void Agenda::lookAround(const Vec3& position, Search& search, const VisitAll& visitAll) {
   const CellGrid::Probe probe{position, search.radius};
@@ -338,15 +342,16 @@ void Agenda::predict(std::uint32_t sphere, const Instant& now) {
     return;
   }
   const Motion present = bodies_.at(sphere, now);
-  // What is later than its turn is predicted anew then.
+  // A contact later than the turn is predicted anew at the turn.
   Search search(sphere, bodies_, now, {turnOf(sphere), kNobody, 0});
-  // Whom it met last it often meets next, and soon, as while it hops: nobody later is looked at.
+  // Look at the previous partner first: a hopping sphere often meets it next, and soon, and its
+  // contact time bounds the search.
   const std::uint32_t last = futures_[sphere].lastPartner;
   if (bodies_.apart > 0 && last < bodies_.count() && !removed(last)) lookAt(last, search);
   lookAround(present.position, search, [&](const CellGrid::Probe& probe, const auto& visit) {
     grid_.visitNear(sphere, probe, visit);
   });
-  lookForWalls(search);  // late: most are too far then
+  lookForWalls(search);  // after the spheres: most are too far then
   if (bodies_.steady < bodies_.faces) lookForShakenWalls(search);
   if (!bodies_.solids.empty()) lookForBoxes(search);
   predictCrossing(sphere, present);
@@ -388,7 +393,8 @@ void Agenda::cross(std::uint32_t sphere, const Instant& now) {
   schedule(sphere);
 }
 
-/// A sphere's next contact is its partner's too: so that others do not reckon with it any longer.
+/// Enters the sphere's next contact as its partner's too, so that other spheres no longer count on
+/// the partner.
 void Agenda::claim(std::uint32_t sphere, const Contact& found) {
   if (found.partner >= bodies_.count()) return;
   futures_[found.partner].contact = {found.time, sphere, futures_[sphere].changes};

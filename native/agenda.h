@@ -11,67 +11,69 @@
 
 namespace carom::native {
 
-/// What every sphere does next, and which is the first: it meets another or a wall, or leaves its
-/// cell. A contact is predicted from the motions of the two that meet, taken at the later of the
-/// instants since which they hold, and from nothing else. So it is the same, bit for bit, whenever
-/// and however it is found: from either side, after any crossing, with any cells or none.
+/// The schedule of the spheres' next events: a sphere meets another sphere or a wall, leaves its
+/// cell, or turns (its motion changes by itself). A contact is predicted from the motions of its
+/// two partners only, taken at the later of the instants since which they hold. So it is the same,
+/// bit for bit, whenever and however it is found: from either side, after any crossing, with any
+/// cells or none.
 ///
-/// As in event-driven molecular dynamics with one entry per sphere (Lubachevsky 1991, J. Comput.
-/// Phys. 94, 255). A contact that is found is entered for both; a prediction with a partner whose
-/// motion has changed since is told by the partner's count of changes, and made again when due.
+/// The method is event-driven molecular dynamics with one entry per sphere (Lubachevsky 1991, J.
+/// Comput. Phys. 94, 255). A contact that is found is entered for both partners; a prediction whose
+/// partner's motion has changed since is recognised by the partner's count of changes, and made
+/// again when due.
 ///
-/// Internal to native/. Construction allocates, and the first setTurn; nothing else does.
+/// Internal to native/. The constructor and the first setTurn allocate; nothing else does.
 class Agenda {
  public:
   static constexpr std::uint32_t kNobody = CellGrid::kNobody;
 
   struct Contact {
     Instant time = Instant::never();
-    /// A sphere; after those a wall; after those a box. A box's face (a wall) means that the
-    /// sphere, which holds it, comes to its border.
+    /// Number of a sphere, or sphere count + wall, or sphere count + wall count + box. A wall that
+    /// is a box's face means that the sphere, which this face holds, reaches its border.
     std::uint32_t partner = kNobody;
-    std::uint32_t partnerChanges = 0;  ///< how many the partner had had when it was predicted
+    std::uint32_t partnerChanges = 0;  ///< the partner's count of changes at the prediction
   };
 
-  /// Looks at `bodies` whenever it predicts; they must outlive it.
+  /// Keeps a reference to `bodies`, which must outlive the agenda.
   explicit Agenda(const Bodies& bodies);
 
-  std::uint32_t first() { return queue_.earliest(); }  ///< kNobody if nothing will happen
+  std::uint32_t first() { return queue_.earliest(); }  ///< sphere of the next event, or kNobody
   const Instant& time(std::uint32_t sphere) const { return queue_.time(sphere); }
-  /// Whether the sphere leaves its cell next, instead of meeting another or a wall.
+  /// True if the sphere leaves its cell next, instead of meeting another sphere or a wall.
   bool crosses(std::uint32_t sphere) const {
     return futures_[sphere].crossing < futures_[sphere].contact.time && !turns(sphere);
   }
-  /// Whether its motion changes by itself next.
+  /// True if the next event of the sphere is that its motion changes by itself.
   bool turns(std::uint32_t sphere) const {
     if (turns_.empty()) return false;
     const Future& future = futures_[sphere];
     return turns_[sphere] < future.contact.time && turns_[sphere] < future.crossing;
   }
   const Contact& contact(std::uint32_t sphere) const { return futures_[sphere].contact; }
-  /// Whether the contact may be one of several at its instant: another of one of the two is due
-  /// within kTieReach of it, or it has been found due at once.
+  /// True if the contact may be one of several at its instant: another contact of one of the two
+  /// bodies is due within kTieReach of it, or it has been found due at once.
   bool tied(std::uint32_t sphere) const { return (flags_[sphere] & kTied) != 0; }
-  /// Whether the contact's partner, a sphere, still moves as it did when this was predicted.
+  /// True if the contact's partner, a sphere, still moves as it did when the contact was predicted.
   bool upToDate(const Contact& contact) const;
 
-  /// Forgets what was predicted for a sphere whose motion has changed, and what others predicted
-  /// with it: both must be called, for all that have changed, before anything is predicted.
+  /// Discards the prediction of a sphere whose motion has changed, and marks those that others made
+  /// with it as outdated. Must be called for all spheres that have changed before any is predicted.
   void forget(std::uint32_t sphere);
   /// Finds the sphere's next contact and crossing from `now` on.
   void predict(std::uint32_t sphere, const Instant& now);
-  /// The sphere's motion changes by itself at `time`, unless something else changes it before. To
-  /// be set, or taken back with never, before what is predicted then.
+  /// Schedules that the sphere's motion changes by itself at `time`, unless something else changes
+  /// it before; Instant::never() cancels this. Must be called before `predict`.
   void setTurn(std::uint32_t sphere, const Instant& time);
-  /// Takes the sphere to the next cell at `now`, its time of crossing.
+  /// Moves the sphere to the next cell at `now`, its time of crossing.
   void cross(std::uint32_t sphere, const Instant& now);
 
-  /// Nothing touches the sphere from now on; to be followed by forget and predict.
+  /// Removes the sphere from all contacts for good; must be followed by forget and predict.
   void remove(std::uint32_t sphere);
   bool removed(std::uint32_t sphere) const { return (flags_[sphere] & kRemoved) != 0; }
 
-  /// Calls visit(other) for all spheres that are within `way` m of this one at `position`, and some
-  /// more.
+  /// Calls visit(other) for all spheres that are within `way` m of this one at `position`, and for
+  /// some more.
   template <class Visit>
   void visitNear(std::uint32_t sphere, const Vec3& position, double way, const Visit& visit) const {
     grid_.visitNear(sphere, {position, bodies_.radii[sphere], way}, visit);
@@ -92,7 +94,7 @@ class Agenda {
   struct Future {
     Contact contact;
     Instant crossing = Instant::never();
-    std::uint32_t changes = 0;  ///< of motion; may wrap round: only compared for equality
+    std::uint32_t changes = 0;  ///< count of motion changes; may wrap, only compared for equality
     std::uint32_t lastPartner = kNobody;
   };
 
@@ -122,8 +124,8 @@ class Agenda {
   const Bodies& bodies_;
   CellGrid grid_;
   std::vector<Future> futures_;  ///< by sphere
-  std::vector<Instant> turns_;   ///< by sphere; empty until there is one
-  /// By sphere, through which face it leaves its cell: 2 axis + (1 if up); kTied and kRemoved.
+  std::vector<Instant> turns_;   ///< by sphere; empty until the first setTurn
+  /// Face through which each sphere leaves its cell, 2 axis + (1 if up), with kTied and kRemoved.
   std::vector<std::uint8_t> flags_;
   ContactQueue queue_;
 };

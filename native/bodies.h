@@ -15,12 +15,12 @@
 
 namespace carom::native {
 
-/// A plane as the search for contacts reads it, or a face of a box.
+/// A plane or a face of a box, as the search for contacts reads it.
 struct Wall {
   Plane plane;
-  double speed = 0.0;            ///< m/s, along its normal, steadily
-  Oscillation oscillation = {};  ///< besides, of those that shake
-  std::uint32_t box = kNoBox;    ///< whose face it is
+  double speed = 0.0;            ///< m/s, steady, along the normal
+  Oscillation oscillation = {};  ///< added to the steady motion of planes that shake
+  std::uint32_t box = kNoBox;    ///< the box whose face it is
 
   static constexpr std::uint32_t kNoBox = 0xFFFFFFFF;
 
@@ -31,8 +31,8 @@ struct Wall {
 struct Solid {
   Box box;
   std::array<Vec3, 3> axes;     ///< unit, world frame
-  double reach = 0.0;           ///< m, of its farthest corner from its centre
-  std::uint32_t firstFace = 0;  ///< of the walls: its six faces follow, numbered as in BoxNearest
+  double reach = 0.0;           ///< m, from the centre to the farthest corner
+  std::uint32_t firstFace = 0;  ///< index of the first of six walls, numbered as in BoxNearest
 
   Vec3 centreAt(const Instant& instant) const {
     return box.centre + elapsed(Instant{}, instant) * box.velocity;
@@ -42,11 +42,11 @@ struct Solid {
   }
 };
 
-/// The walls that a sphere touches and does not leave: it moves along them, and is not predicted to
-/// meet them.
+/// The walls that hold a sphere: it touches them and does not leave them, moves along them, and is
+/// not predicted to meet them.
 struct Holds {
   static constexpr std::size_t kMost = 3;
-  static constexpr std::uint32_t kFaces = 6;  ///< of a box
+  static constexpr std::uint32_t kFaces = 6;  ///< faces of a box
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;
 
   std::array<std::uint32_t, kMost> walls{};
@@ -59,7 +59,7 @@ struct Holds {
     }
     return false;
   }
-  /// The wall that is held among the six faces from this one on, or kNone.
+  /// The held wall among the six faces from `firstFace` on, or kNone.
   std::uint32_t faceOf(std::uint32_t firstFace) const {
     for (const std::uint32_t held : all()) {
       if (held >= firstFace && held < firstFace + kFaces) return held;
@@ -75,7 +75,8 @@ struct Holds {
   }
 };
 
-/// What moves, and in what. Spheres are in order of their ids. Internal to native/.
+/// The moving spheres and the walls and boxes around them. Spheres are in order of their ids.
+/// Internal to native/.
 struct Bodies {
   Vec3 gravity = Vec3::Zero();      ///< m/s^2
   std::vector<Motion> motions;      ///< by sphere
@@ -83,14 +84,14 @@ struct Bodies {
   std::vector<Holds> holds;         ///< by sphere
   std::vector<double> radii;        ///< m, by sphere
   std::vector<BodyId> ids;          ///< by sphere, ascending
-  std::vector<Wall> walls;          ///< planes that do not shake, planes that do, faces
-  std::uint32_t steady = 0;         ///< walls before the first that shakes
-  std::uint32_t faces = 0;          ///< walls before the first face of a box
+  std::vector<Wall> walls;          ///< steady planes, then planes that shake, then faces of boxes
+  std::uint32_t steady = 0;         ///< number of walls before the first that shakes
+  std::uint32_t faces = 0;          ///< number of walls before the first face of a box
   std::vector<Solid> solids;
-  double level = 0.0;     ///< m/s^2: what is less along a normal is rounding
-  std::size_t apart = 0;  ///< how many spheres have another acceleration than gravity
+  double level = 0.0;     ///< m/s^2; a smaller component along a normal is rounding
+  std::size_t apart = 0;  ///< number of spheres whose acceleration is not gravity
 
-  std::size_t count() const { return motions.size(); }  ///< of spheres
+  std::size_t count() const { return motions.size(); }  ///< number of spheres
 
   Motion at(std::size_t sphere, const Instant& instant) const {
     return motions[sphere].at(instant, accelerations[sphere]);
@@ -101,14 +102,15 @@ struct Bodies {
     if (acceleration != gravity) ++apart;
   }
 
-  /// m, from the wall at `instant` to the lowest point of the sphere if it were at `position`.
+  /// Height in m of the lowest point of the sphere, if it were at `position`, above the wall at
+  /// `instant`, without shaking.
   double height(std::size_t sphere, const Wall& wall, const Vec3& position,
                 const Instant& instant) const {
     const double height =
         dotInOrder(wall.plane.normal, position) - wall.plane.offset - radii[sphere];
     return wall.speed == 0.0 ? height : height - wall.speed * elapsed(Instant{}, instant);
   }
-  /// m, as above, of a wall that may shake.
+  /// Height in m like `height`, with the shaking of the wall included.
   double clearance(std::size_t sphere, const Wall& wall, const Vec3& position,
                    const Instant& instant) const {
     const double smooth = height(sphere, wall, position, instant);
@@ -118,14 +120,14 @@ struct Bodies {
   BoxNearest nearest(const Solid& solid, const Vec3& position, const Instant& instant) const {
     return nearestOf(solid.box.halfExtents, along(solid.axes, position - solid.centreAt(instant)));
   }
-  /// Of a sphere in the frame of a box, from the beginning of its motion.
+  /// Path of a sphere in the frame of a box, from the beginning of its motion.
   BoxPath pathBy(const Solid& solid, const Motion& motion, const Vec3& acceleration) const {
     return {along(solid.axes, motion.position - solid.centreAt(motion.since)),
             along(solid.axes, motion.velocity - solid.box.velocity),
             {alongNormal(solid.axes[0], acceleration), alongNormal(solid.axes[1], acceleration),
              alongNormal(solid.axes[2], acceleration)}};
   }
-  /// m/s^2, along a normal; 0 where only rounding makes it another.
+  /// Component of the acceleration (m/s^2) along a normal; 0 if it is no more than rounding.
   double alongNormal(const Vec3& normal, const Vec3& acceleration) const {
     const double along = dotInOrder(normal, acceleration);
     return std::abs(along) > level ? along : 0.0;

@@ -1,4 +1,4 @@
-// The books of momentum and energy: the part of Simulation that audits the rest.
+// Conservation check: the part of Simulation that accounts for momentum and energy.
 
 #include <cmath>
 
@@ -8,8 +8,8 @@
 namespace carom::native {
 namespace {
 
-constexpr double kBookRounding = 1e-12;   ///< of the turnover
-constexpr double kStateRounding = 1e-11;  ///< of what is there
+constexpr double kBookRounding = 1e-12;   ///< allowed error, relative to the turnover
+constexpr double kStateRounding = 1e-11;  ///< allowed error, relative to momentum or energy
 
 double sizeOf(const Vec3& vector) {
   return std::abs(vector.x()) + std::abs(vector.y()) + std::abs(vector.z());
@@ -33,7 +33,7 @@ void Simulation::openBooks() {
   }
 }
 
-/// A change of velocity at one instant.
+/// Accounts for a change of velocity at one instant.
 void Simulation::book(std::uint32_t sphere, const Vec3& before, const Vec3& after) {
   const Vec3 change = substances_[sphere].mass * (after - before);
   const double work = 0.5 * dotInOrder(change, before + after);
@@ -43,7 +43,7 @@ void Simulation::book(std::uint32_t sphere, const Vec3& before, const Vec3& afte
   books_.energyTurnover += sizeOf(change) * (sizeOf(before) + sizeOf(after));
 }
 
-/// What other forces than gravity have done in the flight that ends with `now`.
+/// Accounts for the work of all forces but gravity in the flight that ends with `now`.
 void Simulation::bookForces(std::uint32_t sphere, const Motion& now, Books& books) const {
   const Motion& then = bodies_.motions[sphere];
   const Vec3 force = substances_[sphere].mass * (bodies_.accelerations[sphere] - bodies_.gravity);
@@ -55,7 +55,8 @@ void Simulation::bookForces(std::uint32_t sphere, const Motion& now, Books& book
   books.energyTurnover += sizeOf(force) * sizeOf(way);
 }
 
-/// A collision of two that nothing else takes part in: `taken` J by their restitution.
+/// Checks a collision of two spheres that nothing else takes part in: momentum must be kept, and
+/// their restitution takes `taken` J.
 void Simulation::audit(const Pair& pair, const Motion& motion, const Motion& otherMotion,
                        double taken) {
   const Vec3 change = substances_[pair.sphere].mass * (motion.velocity - pair.motion.velocity);

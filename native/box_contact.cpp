@@ -9,10 +9,11 @@
 namespace carom::native {
 namespace {
 
-constexpr double kParallel = 1e-14;     ///< of the speed: what is less towards an edge is none
-constexpr double kSurely = 1.0 + 1e-9;  ///< covers the rounding of a distance
+/// Relative to the speed; slower approach to an edge counts as none.
+constexpr double kParallel = 1e-14;
+constexpr double kSurely = 1.0 + 1e-9;  ///< factor that covers the rounding of a distance
 
-/// place + speed t + pull t^2 / 2.
+/// The parabola place + speed t + pull t^2 / 2.
 struct Parabola {
   double place = 0.0;
   double speed = 0.0;
@@ -26,7 +27,7 @@ Parabola parabolaOf(const BoxPath& path, Eigen::Index axis) {
   return {path.position[axis], path.velocity[axis], path.acceleration[axis]};
 }
 
-/// Ascending: where the path crosses the planes of the faces, after the start.
+/// The times after the start, ascending, at which the path crosses the planes of the faces.
 struct Crossings {
   std::array<double, 12> at{};
   std::size_t count = 0;
@@ -36,10 +37,10 @@ struct Crossings {
   }
 };
 
-/// Where the parabola has this value.
+/// Adds the times at which the parabola has this value.
 void addCrossings(const Parabola& parabola, double value, Crossings& crossings) {
   const double gap = parabola.place - value;
-  const double half = -parabola.speed;  // of the sum of the roots, times the pull
+  const double half = -parabola.speed;  // half the sum of the roots, times the pull
   if (parabola.pull == 0.0) {
     if (half != 0.0) crossings.add(gap / half);
     return;
@@ -63,13 +64,13 @@ Crossings crossingsOf(const Vec3& halfExtents, const BoxPath& path) {
   return crossings;
 }
 
-/// A piece of the path with one nearest feature, in time since its beginning.
+/// A piece of the path with one nearest feature; time counts from the beginning of the piece.
 struct Piece {
-  std::array<Parabola, 3> beyond;  ///< how far it is beyond the feature, by direction
-  std::size_t count = 0;           ///< of directions: 1 for a face, 2 an edge, 3 a corner
+  std::array<Parabola, 3> beyond;  ///< distance beyond the feature, by direction
+  std::size_t count = 0;           ///< number of directions: 1 for a face, 2 an edge, 3 a corner
   double end = kNever;             ///< s
 
-  /// Whether it is certainly too far in one direction all the time.
+  /// True if the path is certainly too far away in one direction during the whole piece.
   bool far(double radius) const {
     for (std::size_t k = 0; k < count; ++k) {
       const Parabola& one = beyond[k];
@@ -80,7 +81,8 @@ struct Piece {
     }
     return false;
   }
-  /// m for a face, m^2 otherwise: below zero in touch.
+  /// Clearance at `t`: height in m for a face, otherwise a difference of squares in m^2; negative
+  /// in touch.
   double clearance(double t, double radius) const {
     if (count == 1) return beyond[0].at(t) - radius;
     double sum = 0.0;
@@ -96,7 +98,7 @@ struct Piece {
       sum += beyond[k].place * beyond[k].place;
     return sum;
   }
-  /// At its beginning: whether the distance falls, by more than rounding can tell.
+  /// True if the distance falls at the beginning of the piece, by more than its rounding.
   bool approaches() const {
     double falling = 0.0;
     double bend = 0.0;
@@ -122,7 +124,7 @@ struct Piece {
     }
     return sum;
   }
-  /// Time until the distance is again what it is at the beginning, where it rises.
+  /// Time until the distance has again its value at the beginning, where it rises.
   double comeback() const {
     if (count == 1) return planeContactTime(0.0, beyond[0].speed, beyond[0].pull);
     Quartic gained = square(0.0);
@@ -137,8 +139,8 @@ struct Piece {
   }
 
  private:
-  /// One step of Newton's, counted from the fall itself: the quartic's coefficients have the
-  /// rounding of the whole way up to it.
+  /// One step of Newton's method from the fall itself. It removes the rounding of the quartic's
+  /// coefficients, which is that of the whole way up to the fall.
   double settled(double fall, double radius) const {
     double falling = 0.0;
     for (std::size_t k = 0; k < count; ++k)
@@ -172,7 +174,7 @@ Piece pieceOf(const Vec3& halfExtents, const BoxPath& path, double from, double 
   return piece;
 }
 
-/// The whole path, and where its pieces begin.
+/// The whole path and the beginnings of its pieces.
 struct Way {
   const Vec3& halfExtents;
   const BoxPath& path;
@@ -188,8 +190,9 @@ struct Way {
   }
 };
 
-/// The first fall of the distance through `radius`. If it is `returning`, it starts there exactly,
-/// and leaves; otherwise what is within `radius` at the start must have come out before.
+/// Returns the time at which the distance first falls through `radius`. If `returning`, the path
+/// starts at exactly this distance and leaves; otherwise a start within `radius` must have come out
+/// before.
 double firstTouch(const Way& way, double radius, bool returning) {
   bool apart = false;
   for (std::size_t number = 0; number <= way.crossings.count; ++number) {
@@ -231,7 +234,7 @@ std::array<Vec3, 3> columnsOf(const Quat& orientation) noexcept {
 BoxNearest nearestOf(const Vec3& halfExtents, const Vec3& centre) noexcept {
   BoxNearest nearest;
   Vec3 beyond = Vec3::Zero();
-  std::size_t directions = 0;  // in which there is no width to lie over
+  std::size_t directions = 0;  // where the point is beyond, or the box has no width
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const double excess = std::abs(centre[axis]) - halfExtents[axis];
     if (excess > 0.0) {
@@ -255,7 +258,7 @@ double boxContactTime(const Vec3& halfExtents, const BoxPath& path, double radiu
   const Piece start = way.piece(0);
   if (start.count == 0 || start.clearance(0.0, radius) > 0.0) return firstTouch(way, radius, false);
   if (start.approaches()) return 0.0;
-  // Whichever is first: where it comes out, it falls through `radius` before.
+  // The earlier of the two: a sphere that comes out beyond `radius` falls through it first.
   return std::min(firstTouch(way, radius, false),
                   firstTouch(way, std::sqrt(start.squaredDistance()), true));
 }

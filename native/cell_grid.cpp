@@ -9,16 +9,18 @@
 namespace carom::native {
 namespace {
 
-/// Cells are wider than they must be by so much: more than the rounding of a position in its cell.
+/// Factor by which cells are wider than necessary: more than the rounding of a position in its
+/// cell.
 constexpr double kMargin = 1.0 + 1e-9;
-/// Where spheres are far apart, cells are so much of the mean distance wide: fewer crossings.
+/// Least width of cells as a share of the mean spacing: fewer crossings where spheres are far
+/// apart.
 constexpr double kOfSpacing = 0.5;
-constexpr int kLeastBits = 2;    ///< three neighbouring cells must be three
-constexpr int kMostLevels = 20;  ///< a ratio of the radii of 10^6; what is smaller shares the last
+constexpr int kLeastBits = 2;    ///< so that three neighbouring cells are different
+constexpr int kMostLevels = 20;  ///< for radii 10^6 apart; smaller spheres share the last level
 constexpr int kMostTableBits = 30;
-constexpr int kMostCellBits = 30;  ///< of a cell's number
-constexpr int kCellBits = 20;      ///< so many are enough: who leaves them has left the others
-constexpr int kRoomBits = 2;       ///< but 2^2 times as many as the spheres take at first
+constexpr int kMostCellBits = 30;  ///< for the number of a cell
+constexpr int kCellBits = 20;      ///< enough: a sphere beyond has left the others behind
+constexpr int kRoomBits = 2;       ///< room of 2^2 times the extent of the spheres at first
 constexpr double kSlotsPerSphere = 4.0;
 
 struct Extent {
@@ -35,8 +37,9 @@ Extent extentOf(std::span<const Vec3> positions) {
   return extent;
 }
 
-/// By Newton's method, from a power of two that is no smaller: in which order spheres are looked at
-/// depends on the cells, so these must be the same everywhere, which std::cbrt does not promise.
+/// Cube root by Newton's method, from a power of two that is no smaller. The order in which spheres
+/// are looked at depends on the cells, so these must be the same everywhere, which std::cbrt does
+/// not promise.
 double cubeRoot(double value) {
   if (!(value > 0.0)) return 0.0;
   double root = std::ldexp(1.0, static_cast<int>(std::floor(std::ilogb(value) / 3.0)) + 1);
@@ -47,7 +50,7 @@ double cubeRoot(double value) {
   }
 }
 
-/// m, the edge of the cube that each sphere has to itself.
+/// Edge in m of the cube that each sphere has to itself on average.
 double meanSpacing(const Extent& extent, double diameter, std::size_t count) {
   double volume = 1.0;
   for (int axis = 0; axis < 3; ++axis)
@@ -55,8 +58,8 @@ double meanSpacing(const Extent& extent, double diameter, std::size_t count) {
   return cubeRoot(volume / static_cast<double>(count));
 }
 
-/// The power of two of cells after which a level's table repeats: what it takes to tell all of
-/// `extent` apart, unless that is too much for so many spheres.
+/// Bits of a level's table, by axis: enough to tell all cells of `extent` apart, but not more slots
+/// than suit the number of spheres.
 std::array<int, 3> tableBits(const Extent& extent, double width, std::size_t spheres) {
   std::array<int, 3> bits{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -71,7 +74,7 @@ std::array<int, 3> tableBits(const Extent& extent, double width, std::size_t sph
   return bits;
 }
 
-/// The power of two of cells of the coarsest level, from the middle, that are told apart.
+/// Bits of the cells of the coarsest level that are told apart, counted from the middle.
 int cellBits(const Extent& extent, double width, int halvings) {
   const double cells = (extent.high - extent.low).maxCoeff() / width + 1.0;
   const int needed = std::ilogb(std::min(cells, 0x1p30)) + kRoomBits;
@@ -90,7 +93,7 @@ CellGrid::CellGrid(std::span<const Vec3> positions, std::span<const double> radi
   const Extent extent = extentOf(positions);
   middle_ = 0.5 * extent.low + 0.5 * extent.high;
   const double spacing = kOfSpacing * meanSpacing(extent, 2.0 * largest, radii.size());
-  // Widths are the largest one halved again and again, down to that of the smallest sphere.
+  // Widths are halved from the largest one down to that of the smallest sphere.
   const double widest = std::max(2.0 * largest * kMargin, spacing);
   const double finest = std::max(2.0 * least * kMargin, spacing);
   const int halvings = std::clamp(std::ilogb(widest / finest), 0, kMostLevels);

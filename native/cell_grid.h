@@ -11,34 +11,34 @@
 
 namespace carom::native {
 
-/// Which spheres are near which: a hierarchical grid of cells (Ogarko and Luding 2012, Comput.
-/// Phys. Commun. 183, 931). A level has cells at least as wide as the spheres that live there, so
-/// that two of them can only touch if their cells are neighbours. Each level's cells are a whole
-/// number of the next finer level's cells wide, and every sphere is also a visitor in the cell of
-/// each coarser level in which its own is: so a large sphere finds the small ones near it without
-/// looking at all the small cells that it covers, and a small one finds the large ones.
+/// A hierarchical grid of cells that finds the neighbours of a sphere (Ogarko and Luding 2012,
+/// Comput. Phys. Commun. 183, 931). A level has cells at least as wide as the spheres that live
+/// there, so that two of them can only touch if their cells are neighbours. Each level's cells are
+/// a whole number of the next finer level's cells wide, and every sphere is also a visitor in the
+/// cell of each coarser level that contains its own: so a large sphere finds the small ones near it
+/// without looking at all the small cells that it covers, and a small one finds the large ones.
 ///
 /// Cells are counted from the middle of the spheres, and share a table that repeats after a power
-/// of two of cells. What is far away may so be looked at in vain, but nothing near is missed. Space
+/// of two of cells. So distant spheres may be looked at in vain, but no near one is missed. Space
 /// has no end: the last cells, some 10^6 from the middle, reach to infinity. So no position is too
-/// far, and what has flown away crosses no more; but a crowd out there is looked at as a whole.
-/// Few spheres have no grid at all: each is near every other, and never crosses.
+/// far, and a sphere that has flown away crosses no more; but a crowd out there is looked at as a
+/// whole. A world of few spheres has no grid: each sphere is near every other, and never crosses.
 ///
-/// Internal to native/. Construction allocates, nothing else does.
+/// Internal to native/. The constructor allocates, nothing else does.
 class CellGrid {
  public:
   static constexpr std::uint32_t kNobody = 0xFFFFFFFF;
   static constexpr double kSurely = 1.0 + 1e-9;  ///< covers the rounding of a distance
-  /// A grid of cells costs more than looking at so many spheres.
+  /// Largest number of spheres without a grid: looking at all of them costs less.
   static constexpr std::size_t kFewSpheres = 24;
 
-  /// What becomes of a sphere on its way: it leaves its cell through the face across `axis`.
+  /// The crossing of a sphere into the next cell, through the face across `axis`.
   struct Crossing {
-    double wait = 0.0;  ///< s from the position given, infinite when it stays
+    double wait = 0.0;  ///< s from the position given, infinite if it stays
     std::uint8_t axis = 0;
     bool up = false;
   };
-  /// Straight ahead or along a parabola.
+  /// The course of a sphere: a straight line or a parabola.
   struct Course {
     Vec3 position;      ///< m
     Vec3 velocity;      ///< m/s
@@ -50,11 +50,12 @@ class CellGrid {
   Crossing nextCrossing(std::uint32_t sphere, const Course& course) const;
   /// Moves the sphere to the next cell.
   void cross(std::uint32_t sphere, const Crossing& crossing);
-  /// The sphere is near nobody any more. To be called once, and nothing else for it afterwards.
+  /// Removes the sphere: it is near no other any more. To be called once; no other function may be
+  /// called for it afterwards.
   void remove(std::uint32_t sphere);
 
-  /// Where a sphere is, and how far it may be soon: what is farther away is left out, a cell at a
-  /// time.
+  /// The position of a sphere and the distance that it may travel soon: cells beyond its reach are
+  /// left out.
   struct Probe {
     Vec3 position;                                         ///< m
     double radius = 0.0;                                   ///< m
@@ -62,39 +63,43 @@ class CellGrid {
   };
 
   /// Calls visit(other) for all spheres that may touch this one on its way before either of them
-  /// crosses. Some come more than once where the table repeats. A visit that has them calls
-  /// soon(other) a while before, and both(one, other) for two at once, which may be the same.
+  /// crosses. Some come more than once where the table repeats. If `visit` has such members,
+  /// soon(other) is called some time before, and both(one, other) for two at once, which may be the
+  /// same.
   template <class Visit>
   void visitNear(std::uint32_t sphere, const Probe& probe, const Visit& visit) const;
-  /// Those among them that were not, or may not have been, before the sphere crossed.
+  /// Calls `visit` as visitNear does, only for spheres that were not, or may not have been, near
+  /// before the sphere crossed.
   template <class Visit>
   void visitNew(std::uint32_t sphere, const Crossing& crossing, const Probe& probe,
                 const Visit& visit) const;
 
   std::size_t levelCount() const { return levels_.size(); }  ///< 0: no grid
 
-  /// Whether each sphere is in the lists of its cells, and the position in its cell but for
+  /// True if the sphere is in the lists of its cells, and the position in its cell within
   /// `tolerance` m.
   bool holds(std::uint32_t sphere, const Vec3& position, double tolerance) const;
 
  private:
   using Cell = std::array<std::int32_t, 3>;
-  using Slot = std::uint32_t;  ///< three numbers of bits side by side, one of each axis
+  using Slot = std::uint32_t;  ///< three bit fields side by side, one for each axis
 
   struct Level {
-    double width = 0.0;                   ///< m, of a cell
-    double largest = 0.0;                 ///< m, the radius of its largest sphere
-    int shift = 0;                        ///< 2^shift cells of the finest level make one of this
-    std::int32_t end = 0;                 ///< the last cells are -end and end - 1
-    std::array<int, 3> shifts{};          ///< of each axis in a slot
-    std::array<Slot, 3> masks{};          ///< of each axis in a slot: the table repeats after them
-    std::vector<std::uint32_t> natives;   ///< by slot: the first sphere whose level this is
-    std::vector<std::uint32_t> visitors;  ///< by slot: the first of a finer level
-    std::vector<std::uint32_t> next;      ///< by sphere, in the same cell
-    std::vector<std::uint32_t> previous;  ///< by sphere
+    double width = 0.0;           ///< m, of a cell
+    double largest = 0.0;         ///< m, the radius of its largest sphere
+    int shift = 0;                ///< 2^shift cells of the finest level make one of these
+    std::int32_t end = 0;         ///< the last cells are -end and end - 1
+    std::array<int, 3> shifts{};  ///< position of each axis's bits in a slot
+    /// Bits of each axis in a slot: the table repeats after them.
+    std::array<Slot, 3> masks{};
+    std::vector<std::uint32_t> natives;   ///< by slot: the first sphere that lives on this level
+    std::vector<std::uint32_t> visitors;  ///< by slot: the first sphere of a finer level
+    std::vector<std::uint32_t> next;      ///< by sphere: the next one in the same cell
+    std::vector<std::uint32_t> previous;  ///< by sphere: the previous one in the same cell
   };
 
-  /// Cells [low, high] by axis, where 1 is a sphere's own; and whether with the visitors there.
+  /// Range [low, high] of cells by axis, where 1 is the sphere's own, and whether to look at
+  /// visitors there too.
   struct Range {
     std::array<std::size_t, 3> low = {0, 0, 0};
     std::array<std::size_t, 3> high = {2, 2, 2};
@@ -121,7 +126,7 @@ class CellGrid {
   Vec3 middle_ = Vec3::Zero();         ///< m, the corner of the cells 0
   std::vector<Level> levels_;          ///< the finest first
   std::vector<std::uint8_t> levelOf_;  ///< by sphere
-  std::vector<Cell> cells_;            ///< by sphere, of its own level
+  std::vector<Cell> cells_;            ///< by sphere: its cell on its own level
 };
 
 // ---- Visits are inlined: a stepper spends most of its time in them.
@@ -145,8 +150,7 @@ inline CellGrid::Cell CellGrid::cellAt(std::uint32_t sphere, const Level& level)
 template <class Visit>
 void CellGrid::visitCells(std::uint32_t sphere, const Level& level, const Cell& cell,
                           const Range& range, const Probe& probe, const Visit& visit) const {
-  // Of the cells before, at and behind its own, by axis: squared distances, and shares of the
-  // slots.
+  // Squared distances and slot parts of the cells before, at and behind its own, by axis.
   std::array<std::array<double, 3>, 3> squares;
   std::array<std::array<Slot, 3>, 3> slots;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -161,7 +165,8 @@ void CellGrid::visitCells(std::uint32_t sphere, const Level& level, const Cell& 
   }
   const double reach = (probe.radius + level.largest + probe.way) * kSurely;
   const double within = reach * reach;
-  // Which cells, then who is there, then what they do: simple loops are faster than one of all.
+  // First the cells, then their spheres, then the visits: simple loops are faster than a single
+  // nested one.
   std::array<Slot, 27> cells;
   std::size_t cellCount = 0;
   for (std::size_t z = range.low[2]; z <= range.high[2]; ++z) {

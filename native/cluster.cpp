@@ -11,10 +11,12 @@ namespace carom::native {
 namespace {
 
 constexpr std::size_t kMostRounds = 100'000;
-constexpr std::size_t kMostDampedRounds = 1000;  ///< and as many as there are contacts
+constexpr std::size_t kMostDampedRounds = 1000;  ///< plus the number of contacts
 constexpr int kMostEndings = 4;
-constexpr double kCollapsed = 1e-9;  ///< of the fastest approach
-constexpr double kTogether = 1e-3;   ///< of the fastest approach: slower ones wait for the others
+/// Relative to the fastest first approach: slower ones are ended.
+constexpr double kCollapsed = 1e-9;
+/// Relative to the fastest approach: slower contacts wait for the next round.
+constexpr double kTogether = 1e-3;
 
 using Indices = std::vector<std::uint32_t>;
 
@@ -43,7 +45,7 @@ class Reflections {
 
   ClusterSystem system_;
   std::vector<double> impulses_;
-  bool elastic_ = true;     ///< all of them
+  bool elastic_ = true;     ///< true if all contacts have e = 1
   double collapsed_ = 0.0;  ///< m/s, damped contacts that approach no faster are ended
 };
 
@@ -57,7 +59,8 @@ Indices Reflections::approaching() const {
   return found;
 }
 
-/// Those that approach about as fast as any. What only trembles is not reflected with what hits.
+/// The contacts that approach about as fast as the fastest. Contacts that only tremble are not
+/// reflected with those that hit.
 Indices Reflections::foremost() const {
   Indices found = approaching();
   const double least = kTogether * fastest(found);
@@ -73,14 +76,15 @@ double Reflections::fastest(const Indices& chosen) const {
   return found;
 }
 
-/// Damped contacts may approach each other's end for ever, by ever less: that is cut short.
+/// False if the rounds end: damped contacts may make each other approach for ever, by ever less,
+/// which is cut short.
 bool Reflections::goesOn(const Indices& chosen, std::size_t round) const {
   if (chosen.empty()) return false;
   if (elastic_) return round < kMostRounds;
   return round < kMostDampedRounds + system_.contacts.size() && fastest(chosen) > collapsed_;
 }
 
-/// Those that are linked by movable bodies, together.
+/// Groups of contacts that movable bodies link.
 std::vector<Indices> Reflections::independent(const Indices& chosen) const {
   if (chosen.size() == 1) return {chosen};
   DisjointSets links(system_.velocities.size());
@@ -90,7 +94,7 @@ std::vector<Indices> Reflections::independent(const Indices& chosen) const {
     if (movable(pair.body) && movable(pair.other)) links.join(pair.body, pair.other);
   }
   std::vector<Indices> groups;
-  Indices groupOf(system_.velocities.size(), 0);  // by root: which group, counted from 1
+  Indices groupOf(system_.velocities.size(), 0);  // by root: number of its group, counted from 1
   for (const std::uint32_t contact : chosen) {
     const ClusterContact& pair = system_.contacts[contact];
     std::uint32_t& group = groupOf[links.of(movable(pair.body) ? pair.body : pair.other)];
@@ -103,7 +107,7 @@ std::vector<Indices> Reflections::independent(const Indices& chosen) const {
   return groups;
 }
 
-/// Twice the kinetic energy of what the impulses add to the velocities.
+/// Twice the kinetic energy of the velocities that the impulses add.
 double Reflections::energyOf(const Indices& chosen, const std::vector<double>& impulses) const {
   std::vector<Vec3> gained(system_.velocities.size(), Vec3::Zero());
   for (std::size_t index = 0; index < chosen.size(); ++index)
@@ -116,7 +120,8 @@ double Reflections::energyOf(const Indices& chosen, const std::vector<double>& i
   return energy;
 }
 
-/// How much of each e may be given back, so that no more energy is than with the largest e for all.
+/// Share of each e that may be given back, so that no more energy results than with the largest e
+/// for all.
 double Reflections::givenBack(const Indices& chosen, const std::vector<double>& impulses) const {
   const auto restitutionOf = [&](std::uint32_t contact) {
     return system_.contacts[contact].restitution;
@@ -147,7 +152,7 @@ void Reflections::apply(const Indices& chosen, const std::vector<double>& impuls
   }
 }
 
-/// Nothing approaches, and nothing is given back; again for what rounding has left.
+/// Ends all approaches inelastically; repeated for what rounding has left.
 void Reflections::end() {
   Indices all;
   for (std::uint32_t contact = 0; contact < system_.contacts.size(); ++contact) {

@@ -8,16 +8,16 @@
 
 namespace carom::native {
 
-/// Something that takes part in a collision of several bodies at one instant.
+/// A body in a collision of several bodies at one instant.
 struct ClusterBody {
-  double mass = 0.0;             ///< kg, > 0; infinite: nothing can push it
+  double mass = 0.0;             ///< kg, > 0; infinite: immovable
   Vec3 velocity = Vec3::Zero();  ///< m/s, world frame
 };
 
-/// Where two bodies of a cluster touch.
+/// A contact of two bodies of a cluster.
 struct ClusterContact {
-  std::uint32_t body = 0;       ///< of the cluster's bodies
-  std::uint32_t other = 0;      ///< another one; one of the two at least has a finite mass
+  std::uint32_t body = 0;       ///< index among the cluster's bodies
+  std::uint32_t other = 0;      ///< another index; at least one of the two has a finite mass
   Vec3 normal = Vec3::UnitX();  ///< unit, from `other` to `body`
   double restitution = 1.0;     ///< 0 to 1
   double stiffness = 0.0;       ///< N / m^1.5, > 0: K of the force K d^1.5; only for Hertz
@@ -25,8 +25,8 @@ struct ClusterContact {
 
 struct ClusterImpulses {
   std::vector<double> along;  ///< N s, by contact, >= 0: on `body` along the normal
-  std::size_t rounds = 0;     ///< of reflections that it took
-  bool settled = true;        ///< false: what was left at last was ended inelastically
+  std::size_t rounds = 0;     ///< number of rounds of reflections
+  bool settled = true;        ///< false: the remaining approaches were ended inelastically
 };
 
 /// Resolves contacts at one instant as Generalized Reflections (Smith, Kaufman, Vouga, Tamstorf and
@@ -35,51 +35,53 @@ struct ClusterImpulses {
 ///
 /// Model. The contacts that approach are resolved together: the velocity v of all bodies goes to
 ///     v + (1 + e) (P v - v),
-/// P v the velocity nearest to v, in the metric of the masses, in which none of them approaches.
-/// What approaches a thousand times more slowly than the fastest only touches: it waits for the
-/// next round, so that balls at rest in a row pass a hit on whether they tremble or not. A round
-/// may make others approach; so again, until none does. Contacts that have no movable body in
-/// common, not even through other approaching ones, are independent of each other.
+/// where P v is the velocity nearest to v, in the metric of the masses, in which none of them
+/// approaches. A contact that approaches a thousand times more slowly than the fastest only
+/// touches: it waits for the next round, so that balls at rest in a row pass a hit on whether they
+/// tremble or not. A round may make others approach; so rounds are repeated until none does.
+/// Contacts that have no movable body in common, not even through other approaching ones, are
+/// independent of each other.
 ///
 /// P v is unique, so the result does not depend on the order of contacts or bodies but for
-/// rounding, and has whatever symmetry the cluster has. Where impulses are not (more contacts than
-/// degrees of freedom), those of the least sum of squares, each over the root of the effective
-/// mass, are taken, within some 1e-7. Momentum is conserved; so is energy if e = 1, within
-/// rounding, and it never grows.
+/// rounding, and has whatever symmetry the cluster has. Where the impulses are not unique (more
+/// contacts than degrees of freedom), those of the least sum of squares, each over the root of the
+/// effective mass, are taken, within some 1e-7. Momentum is conserved; so is energy if e = 1,
+/// within rounding, and it never grows.
 ///
-/// Deviation. Smith et al. have one e. Here each contact gives back its own e of its share of the
-/// impulse. Where that would give back more than the largest e of those that are resolved together
-/// allows, all of these shares are reduced by one factor.
+/// Deviation. Smith et al. have one e. Here each contact gives back its own e times its share of
+/// the impulse. Where that would give back more energy than the largest e of the contacts resolved
+/// together allows, all of these shares are reduced by one factor.
 ///
-/// Ends with P of all contacts (e = 0), so that nothing approaches, after 100,000 rounds; elastic
-/// bodies need so many only if masses differ by more than 1e9: a light one between two heavy ones
-/// takes some 2.2 sqrt(M / m) rounds. Where a contact has e < 1, rounds may follow each other by
-/// ever less for ever (inelastic collapse): there it ends so when nothing approaches faster than
-/// 1e-9 of the first approach, or after 1000 rounds and one for each contact. [any thread]
+/// Rounds end with P of all contacts (e = 0), so that nothing approaches, after 100,000 rounds;
+/// elastic bodies need so many only if masses differ by more than 1e9: a light body (m) between two
+/// heavy ones (M) takes some 2.2 sqrt(M / m) rounds. Where a contact has e < 1, rounds may follow
+/// each other by ever less for ever (inelastic collapse): then they end in this way when nothing
+/// approaches faster than 1e-9 of the first approach, or after 1000 rounds and one for each
+/// contact. [any thread]
 ClusterImpulses reflectCluster(std::span<ClusterBody> bodies,
                                std::span<const ClusterContact> contacts);
 
-/// Resolves the contacts by following their forces until all are open and none approaches; also
-/// those that only touch at first, which is what tells a row of touching balls from one with gaps.
-/// Leaves the new velocities in `bodies`.
+/// Resolves the contacts by following their forces until all are open and none approaches,
+/// including contacts that only touch at first, which distinguish a row of touching balls from one
+/// with gaps. Leaves the new velocities in `bodies`.
 ///
 /// Model. Each contact pushes along its normal with the force of Hertz' spring and the damper of
-/// Hunt and Crossley (1975, J. Appl. Mech. 42, 440), m x'' from
+/// Hunt and Crossley (1975, J. Appl. Mech. 42, 440):
 ///     F = K d^1.5 (1 + x d' / V),   never below 0,
 /// where d is the overlap and V the fastest approach of the cluster. x follows from the restitution
-/// e alone: x (1 + e) = ln((1 + x) / (1 - e x)), so that a pair by itself parts with e. (Below
-/// 0.05 e counts as that.) In a cluster, what meets more slowly than V loses less.
+/// e alone: x (1 + e) = ln((1 + x) / (1 - e x)), so that a pair by itself parts with e. (An e below
+/// 0.05 counts as 0.05.) In a cluster, contacts slower than V lose less.
 ///
-/// The bodies are taken to move by much less than their size: the normals stay, as for every
-/// impact at an instant. So impulses are along them, and momentum is conserved.
+/// The bodies are taken to move by much less than their size: the normals stay, as for every impact
+/// at an instant. So impulses are along the normals, and momentum is conserved.
 ///
 /// Method. Runge-Kutta pairs of order 5 (Dormand and Prince 1980, J. Comput. Appl. Math. 6, 19); a
 /// step is halved when its error exceeds 1e-13 of the cluster's speeds and overlaps, which also
 /// finds where contacts open and close. Energy is right to some 1e-11 if e = 1. No force is left
-/// out, no event is skipped: between contacts the bodies fly free.
+/// out and no contact is skipped; between contacts the bodies fly free.
 ///
-/// What approaches by less than 1e-11 of V is left to reflectCluster, and so is all that still
-/// approaches after 1,000,000 steps. [any thread]
+/// Contacts that approach by less than 1e-11 of V are left to reflectCluster, and so are all that
+/// still approach after 1,000,000 steps. [any thread]
 ClusterImpulses followHertz(std::span<ClusterBody> bodies,
                             std::span<const ClusterContact> contacts);
 

@@ -11,19 +11,23 @@
 namespace carom::native {
 namespace {
 
-constexpr double kLowestRestitution = 0.05;  ///< as of audio/pulse.h
-constexpr double kStepTolerance = 1e-13;     ///< of a step, of the cluster's speeds and overlaps
-constexpr double kFirstStep = 1e-3;          ///< of the shortest contact
-constexpr double kLongestStep = 0.25;        ///< of it
-constexpr int kOrderGain = 64;               ///< the error of half a step is so much less
+constexpr double kLowestRestitution = 0.05;  ///< the same as in audio/pulse.h
+/// Error of a step, relative to the cluster's speeds and overlaps.
+constexpr double kStepTolerance = 1e-13;
+constexpr double kFirstStep = 1e-3;    ///< relative to the duration of the shortest contact
+constexpr double kLongestStep = 0.25;  ///< relative to the duration of the shortest contact
+constexpr int kOrderGain = 64;         ///< factor by which half a step reduces the error
 constexpr int kMostClusterSteps = 1'000'000;
-constexpr double kStill = 1e-11;  ///< of the cluster's speed: what approaches more slowly is left
-constexpr double kOpen = 1e-10;   ///< of the first overlap to be expected: less is rounding
+/// Relative to the cluster's speed: slower approaches are left out.
+constexpr double kStill = 1e-11;
+/// Relative to the first overlap to be expected: less is rounding.
+constexpr double kOpen = 1e-10;
 constexpr double kSmallArgument = 0.125;
 
 // ---- Restitution
 
-/// ln(1 + z) - z, for z > -1, from + - * / and what is exact; relative error some 1e-15.
+/// Returns ln(1 + z) - z for z > -1, with + - * / and exact operations only; relative error some
+/// 1e-15.
 double logarithmBeyondLinear(double z) {
   const auto series = [](double small) {  // sum of -(-small)^k / k from k = 2 on
     double sum = 0.0;
@@ -49,7 +53,7 @@ double logarithmBeyondLinear(double z) {
   return 2.0 * sum + exponent * kLogTwo - z;
 }
 
-/// x of Hunt and Crossley's damper, from x (1 + e) = ln((1 + x) / (1 - e x)).
+/// Returns the damping x of Hunt and Crossley, from x (1 + e) = ln((1 + x) / (1 - e x)).
 double dampingOf(double restitution) {
   const double e = std::max(restitution, kLowestRestitution);
   if (e >= 1.0) return 0.0;
@@ -64,15 +68,16 @@ double dampingOf(double restitution) {
 
 // ---- Time
 
-/// s, of the elastic contact of two bodies by themselves (Johnson 1985, section 11.4).
+/// Duration in s of the elastic contact of two bodies by themselves (Johnson 1985, section 11.4).
 double durationOf(double mass, double stiffness, double speed) {
-  const double power = 1.25 * mass * speed * speed / stiffness;  // of the overlap, 2.5th
+  const double power = 1.25 * mass * speed * speed / stiffness;  // overlap to the power 2.5
   return 2.9432 * fifthRoot(power * power) / speed;
 }
 
 // ---- Motion
 
-/// By contact, one array after the other: the overlaps (m), and the impulses so far.
+/// The state by contact, in two arrays one after the other: the overlaps (m), then the impulses so
+/// far.
 using State = std::vector<double>;
 
 class HertzMotion {
@@ -93,13 +98,14 @@ class HertzMotion {
 
   std::size_t count_;
   ClusterSystem system_;
-  std::vector<Vec3> velocities_;  ///< m/s, by body, at the state that was looked at last
+  std::vector<Vec3> velocities_;  ///< m/s, by body, at the state evaluated last
   std::vector<double> dampings_;  ///< s/m, by contact
-  std::vector<double> allowed_;   ///< of errors, as State
+  std::vector<double> allowed_;   ///< errors allowed, laid out as State
   double speed_ = 0.0;            ///< m/s, the fastest approach
-  double longest_ = std::numeric_limits<double>::infinity();  ///< s, a step
-  double length_ = 0.0;                                       ///< s, of the next one
-  double open_ = 0.0;                                         ///< m, of overlap
+  double longest_ = std::numeric_limits<double>::infinity();  ///< s, of a step
+  double length_ = 0.0;                                       ///< s, of the next step
+  /// Overlap in m up to which a contact counts as open.
+  double open_ = 0.0;
   State state_;
   State trial_;
   std::array<State, kStages> slopes_;
@@ -158,7 +164,7 @@ bool HertzMotion::pressed() const {
                      [&](double overlap) { return overlap > open_; });
 }
 
-/// Where nothing is pressed: on to the next contact; false if there will be none.
+/// Flies on to the next contact, if no contact is pressed; false if there will be none.
 bool HertzMotion::flyToNext() {
   takeVelocities(state_);
   double wait = std::numeric_limits<double>::infinity();
@@ -174,12 +180,12 @@ bool HertzMotion::flyToNext() {
   if (next == count_) return false;
   for (std::size_t contact = 0; contact < count_; ++contact)
     state_[contact] -= wait * system_.openingSpeed(contact, velocities_);
-  state_[next] = std::max(state_[next], 0.0);  // rounding must not keep it open
+  state_[next] = std::max(state_[next], 0.0);  // rounding must not keep this contact open
   return true;
 }
 
-/// Dormand and Prince's pair: trial_ becomes the state after length_; returns its error, of what is
-/// allowed.
+/// Sets trial_ to the state after length_, by Dormand and Prince's pair; returns its largest error
+/// relative to the allowed one.
 double HertzMotion::tryStep() {
   static constexpr double kNodes[kStages][kStages - 1] = {
       {},

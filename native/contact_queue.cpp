@@ -10,10 +10,10 @@ namespace {
 
 constexpr double kLastDay = 0x1p62;
 constexpr double kMostDaysPerSecond = 1e100;  ///< so that every time has a day
-constexpr double kSpheresPerDay = 1.0;        ///< aimed at
-constexpr std::uint64_t kAdaptAfter = 512;    ///< found, or as many as there are spheres
-constexpr std::uint64_t kTolerable = 6;       ///< looks for each that is found
-constexpr std::int64_t kEmptyDays = 256;      ///< in a row, before all are looked at
+constexpr double kSpheresPerDay = 1.0;        ///< the aim
+constexpr std::uint64_t kAdaptAfter = 512;    ///< searches; or the number of spheres, if larger
+constexpr std::uint64_t kTolerable = 6;       ///< visits for each search
+constexpr std::int64_t kEmptyDays = 256;      ///< in a row, before all spheres are looked at
 
 }  // namespace
 
@@ -82,7 +82,7 @@ void ContactQueue::findEarliest() {
     for (std::uint32_t sphere = days_[slotOf(today_)]; sphere != kNobody;
          sphere = entries_[sphere].next) {
       ++visited_;
-      if (dayOf(entries_[sphere].time) != today_) continue;  // of a later year
+      if (dayOf(entries_[sphere].time) != today_) continue;  // belongs to a later year
       if (earliest_ == kNobody || earlier(sphere, earliest_)) earliest_ = sphere;
     }
     if (earliest_ != kNobody) return;
@@ -90,7 +90,7 @@ void ContactQueue::findEarliest() {
   jump();
 }
 
-/// To the next day that is not empty, however far.
+/// Jumps to the next day that is not empty, however far, by looking at all spheres.
 void ContactQueue::jump() {
   visited_ += entries_.size();
   for (std::uint32_t sphere = 0; sphere < entries_.size(); ++sphere) {
@@ -99,7 +99,8 @@ void ContactQueue::jump() {
   today_ = dayOf(entries_[earliest_].time);
 }
 
-/// Spans such that about one sphere comes due in each, if those of late were not.
+/// Changes the span so that about one sphere comes due in each, unless the recent searches were
+/// cheap enough.
 void ContactQueue::adapt() {
   jump();
   const Instant now = entries_[earliest_].time;

@@ -8,20 +8,20 @@
 
 namespace carom::native {
 
-/// When each sphere needs attention next, earliest first, and of equal times the lower sphere. A
-/// calendar queue (Brown 1988, Commun. ACM 31, 1220): a list for each short span of time, the same
-/// lists again after a while. So a change costs the same for any number of spheres, and touches
-/// little memory. The span follows the rate at which spheres come due; the order does not depend on
-/// it.
+/// The queue of the times at which spheres need attention: earliest first, the lower sphere first
+/// at equal times. It is a calendar queue (Brown 1988, Commun. ACM 31, 1220): a list for each short
+/// span of time (a day), the same lists again after a while. So a change costs the same for any
+/// number of spheres, and touches little memory. The span follows the rate at which spheres come
+/// due; the order does not depend on it.
 ///
-/// Internal to native/. Construction allocates, nothing else does.
+/// Internal to native/. The constructor allocates, nothing else does.
 class ContactQueue {
  public:
   static constexpr std::uint32_t kNobody = 0xFFFFFFFF;
 
-  explicit ContactQueue(std::size_t spheres);  ///< all at never
+  explicit ContactQueue(std::size_t spheres);  ///< all times are never
 
-  /// Whose time is the earliest; kNobody if all are at never.
+  /// The sphere with the earliest time; kNobody if all times are never.
   std::uint32_t earliest() {
     if (earliest_ == kNobody) findEarliest();
     return earliest_;
@@ -29,7 +29,7 @@ class ContactQueue {
   const Instant& time(std::uint32_t sphere) const { return entries_[sphere].time; }
   void setTime(std::uint32_t sphere, const Instant& time);
 
-  /// Whether each sphere is in the list of its time, and none is due before the earliest.
+  /// True if each sphere is in the list of its time, and none is due before the earliest.
   bool valid() const;
 
  private:
@@ -52,15 +52,15 @@ class ContactQueue {
   void rebuild(double daysPerSecond);
 
   std::vector<Entry> entries_;       ///< by sphere
-  std::vector<std::uint32_t> days_;  ///< by slot: the first of its list
+  std::vector<std::uint32_t> days_;  ///< by slot: the first sphere of its list
   double daysPerSecond_ = 1000.0;
-  std::int64_t today_ = 0;            ///< nothing is due before
-  std::uint32_t earliest_ = kNobody;  ///< kNobody: not known
-  std::size_t linked_ = 0;            ///< spheres that are not at never
+  std::int64_t today_ = 0;            ///< the day before which no sphere is due
+  std::uint32_t earliest_ = kNobody;  ///< kNobody if not known
+  std::size_t linked_ = 0;            ///< number of spheres whose time is not never
 
-  // Since the last change of the span:
-  std::uint64_t found_ = 0;    ///< earliest ones
-  std::uint64_t visited_ = 0;  ///< entries and days that were looked at for them
+  // Statistics since the last change of the span:
+  std::uint64_t found_ = 0;    ///< searches for the earliest sphere
+  std::uint64_t visited_ = 0;  ///< entries and days visited by these searches
   Instant since_;
 };
 

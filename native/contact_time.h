@@ -9,16 +9,16 @@
 
 namespace carom::native {
 
-/// The time of a contact that does not happen, s.
+/// Time (s) of a contact that does not happen.
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
-/// Time until two spheres in straight relative motion first touch, s from now; kNever if they do
-/// not. It is the smaller root of a t^2 + 2 b t + c = 0 with a = v.v, b = d.v, c = d.d - R^2.
+/// Returns the time in s until two spheres in straight relative motion first touch; kNever if they
+/// do not. It is the smaller root of a t^2 + 2 b t + c = 0 with a = v.v, b = d.v, c = d.d - R^2.
 ///
-/// Two bodies in free flight under the same uniform gravity move so, and the result is then exact.
-/// The root is taken as c / q with q = -b + sqrt(D), a sum of two positive numbers. D = b^2 - a c
-/// is evaluated as a R^2 - |d x v|^2 (Lagrange's identity) in factors, so that neither a distant
-/// start nor a nearly grazing pass costs digits beyond those of d and v themselves.
+/// Two bodies in free flight under the same uniform gravity move in this way, and the result is
+/// then exact. The root is taken as c / q with q = -b + sqrt(D), a sum of two positive numbers. D =
+/// b^2 - a c is evaluated as a R^2 - |d x v|^2 (Lagrange's identity) in factors, so that neither a
+/// distant start nor a nearly grazing pass costs digits beyond those of d and v themselves.
 ///
 /// - separating, or at relative rest: kNever, whether the spheres touch or not
 /// - touching or overlapping and approaching: 0
@@ -35,7 +35,7 @@ inline double sphereContactTime(const Vec3& separation, const Vec3& relativeVelo
   const double gap = squared - radiusSum * radiusSum;
   if (gap <= 0.0) return 0.0;
   const double speed = dotInOrder(relativeVelocity, relativeVelocity);
-  // Most pass by far: b^2 - a c tells so at once, by more than its rounding.
+  // Most spheres pass at a distance: b^2 - a c tells so at once, by more than its rounding.
   if (closing * closing < speed * (gap - 1e-9 * squared)) return kNever;
   const Vec3 moment = cross(separation, relativeVelocity);
   const double reach = radiusSum * radiusSum * speed;
@@ -44,11 +44,12 @@ inline double sphereContactTime(const Vec3& separation, const Vec3& relativeVelo
   return gap / (closing + std::sqrt(reach - miss));
 }
 
-/// As above, of two spheres whose accelerations differ by `acceleration` (m/s^2), which is
-/// constant: the first time at which the square of their distance falls through R^2, a quartic in
-/// time. What touches or overlaps and is neither approaching nor accelerated in leaves first, and
-/// comes back to R, or if it never gets that far to the overlap that it has now. Never, too, if it
-/// is after `until`, s from now. [any thread]
+/// Returns the time in s until two spheres first touch whose accelerations differ by the constant
+/// `acceleration` (m/s^2): the first time at which their squared distance falls through R^2, a
+/// quartic in time. Spheres that touch or overlap and are neither approaching nor accelerated in
+/// leave first, and come back to R, or if they never get that far to their present overlap. kNever
+/// also if the time is after `until` s. Other arguments as in the overload above. [any
+/// thread]
 inline double sphereContactTime(const Vec3& separation, const Vec3& relativeVelocity,
                                 const Vec3& acceleration, double radiusSum, double until) noexcept {
   const double gap = dotInOrder(separation, separation) - radiusSum * radiusSum;
@@ -64,10 +65,10 @@ inline double sphereContactTime(const Vec3& separation, const Vec3& relativeVelo
   return firstFall(distance, 0.0, until);
 }
 
-/// Time until a point at `height` above a surface, moving with `velocity` along the normal under
-/// the constant `acceleration`, reaches the surface from above, s from now; kNever if it does not.
-/// It is the smallest fitting root of a t^2 / 2 + v t + h = 0, in the form without cancellation.
-/// For a sphere and a plane the height is that of the sphere's lowest point.
+/// Returns the time in s until a point at `height` above a surface, moving with `velocity` along
+/// the normal under the constant `acceleration`, reaches the surface from above; kNever if it does
+/// not. It is the smallest fitting root of a t^2 / 2 + v t + h = 0, in the form without
+/// cancellation. For a sphere and a plane the height is that of the sphere's lowest point.
 ///
 /// At or below the surface (rounding leaves a body just below it after a bounce):
 /// - approaching: 0
@@ -76,7 +77,7 @@ inline double sphereContactTime(const Vec3& separation, const Vec3& relativeVelo
 ///   too slow to come out returns to the height it has now, after 2 v / |a|, so that a contact
 ///   which has been resolved is never found again at once.
 ///
-/// m, m/s, m/s^2, positive along the normal; finite values. [any thread]
+/// Arguments in m, m/s and m/s^2, positive along the normal; finite. [any thread]
 inline double planeContactTime(double height, double velocity, double acceleration) noexcept {
   const bool touching = height <= 0.0;
   if (touching && velocity < 0.0) return 0.0;
@@ -88,7 +89,7 @@ inline double planeContactTime(double height, double velocity, double accelerati
     if (discriminant < 0.0) return kNever;  // turned round above the surface
     return 2.0 * height / (std::sqrt(discriminant) - velocity);
   }
-  if (discriminant < 0.0) return 2.0 * velocity / -acceleration;  // below it, and too slow
+  if (discriminant < 0.0) return 2.0 * velocity / -acceleration;  // below the surface, and too slow
   return (velocity + std::sqrt(discriminant)) / -acceleration;
 }
 

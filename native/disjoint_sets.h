@@ -8,8 +8,8 @@
 
 namespace carom::native {
 
-/// Which of so many things are connected: each set is named by its lowest member. Internal to
-/// native/.
+/// Disjoint sets of the numbers 0 to `count` - 1; join() merges two sets. Each set is named by its
+/// lowest member. Internal to native/.
 class DisjointSets {
  public:
   explicit DisjointSets(std::size_t count) : parents_(count) {

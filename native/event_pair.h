@@ -7,7 +7,7 @@
 
 namespace carom::native {
 
-/// One collision as its first body sees it, before its velocity changes.
+/// A collision as its first body sees it, before the velocities change.
 struct Impact {
   Vec3 normal;  ///< unit, towards the first body
   double approachSpeed = 0.0;
@@ -15,7 +15,7 @@ struct Impact {
   double impulse = 0.0;  ///< N s, on the first body along the normal
 };
 
-/// One partner of an impact.
+/// One of the two bodies of an impact.
 struct Side {
   BodyId id = 0;
   double radius = kNever;  ///< m
@@ -25,9 +25,9 @@ struct Side {
   Vec3 spin = Vec3::Zero();
 };
 
-/// The two events of one collision at `time` s, of `first`, which is a sphere, and of `second`: the
-/// same bits for a stepper that reports it and a recording that rebuilds it. Internal to native/.
-/// [any thread]
+/// Returns the two events, at `time` s, of a collision of `first`, which is a sphere, with
+/// `second`. The stepper that reports it and a recording that rebuilds it get the same bits.
+/// Internal to native/. [any thread]
 inline std::array<ImpulseEvent, 2> eventsOf(const Side& first, const Side& second,
                                             const Impact& impact, double time) {
   const Vec3 point = first.position - first.radius * impact.normal;

@@ -8,17 +8,17 @@
 
 namespace carom::native {
 
-/// Tells of two spheres at once whether a third one may meet them soon, so that only those few that
-/// pass are looked at closely: no branches, and vector instructions of a kind that every processor
-/// has. What it turns away has no contact by sphereContactTime, which turns it away by the same
-/// numbers, or certainly a later one.
+/// The quick reject of the search for contacts: tells for two candidates at once whether a sphere
+/// may meet them soon, so that only the few that pass are looked at closely. It has no branches,
+/// and uses vector instructions that every processor has. A rejected candidate has no contact by
+/// sphereContactTime, which rejects it by the same numbers, or certainly a later one.
 ///
-/// All under the same acceleration; kPulled: it is not zero. kFresh: nobody's motion began later
-/// than that of the third. Internal to native/.
+/// All spheres are under the same acceleration; kPulled: it is not zero. kFresh: no candidate's
+/// motion began later than that of the sphere. Internal to native/.
 template <bool kPulled, bool kFresh>
 class FirstLook {
  public:
-  /// Two numbers side by side, one for each sphere. GCC and Clang both know such types.
+  /// Two numbers side by side, one for each candidate. GCC and Clang both know such types.
   using Two = double __attribute__((vector_size(16)));
 
   FirstLook(const Motion& motion, const Vec3& acceleration)
@@ -31,8 +31,8 @@ class FirstLook {
     }
   }
 
-  /// Bit 0: it may meet the first of the others in less than `horizon` s after its motion began;
-  /// bit 1: the second.
+  /// Returns bit 0 if the sphere may meet the first candidate in less than `horizon` s after its
+  /// motion began, bit 1 if the second.
   unsigned mayMeet(const Motion& first, const Motion& second, const Two& radiusSum,
                    double horizon) const {
     const Two lag = (since_ - Two{first.since.seconds, second.since.seconds}) +

@@ -13,20 +13,21 @@ namespace carom::native {
 namespace {
 
 constexpr std::size_t kLooks = 16;
-constexpr double kOfLimit = 0.9;     ///< of what is stable, at most
-constexpr double kFirst = 0.5;       ///< of what is stable: the first step that is tried
-constexpr double kCoarsest = 1e-2;   ///< s, of what is stable at any step
-constexpr int kMostHalvings = 6;     ///< where the first steps blow up
-constexpr int kMostRefinements = 2;  ///< of three steps each
-constexpr double kFiner = 16.0;      ///< than what has been tried, at most
-constexpr double kLeastOrder = 0.5;  ///< that is believed
+constexpr double kOfLimit = 0.9;     ///< largest step, as a share of the stable one
+constexpr double kFirst = 0.5;       ///< first step that is tried, as a share of the stable one
+constexpr double kCoarsest = 1e-2;   ///< s, largest step of a method that is stable at any step
+constexpr int kMostHalvings = 6;     ///< halvings of a first step that blows up
+constexpr int kMostRefinements = 2;  ///< rounds of three steps each
+constexpr double kFiner = 16.0;      ///< largest ratio of the finest step tried to the step chosen
+constexpr double kLeastOrder = 0.5;  ///< least order that is believed
 
 struct Method {
   JelloIntegrator integrator;
   double order;
-  double evaluations;  ///< of forces, or what else takes as long, for a step
+  double evaluations;  ///< cost of a step, in evaluations of all forces
 };
-/// The implicit one's by `bench jello_accuracy`, of 8 x 8 x 8 points: 14 ms beside 11 us.
+/// The integrators with order and cost. The cost of backward Euler is measured by `bench
+/// jello_accuracy`, with 8 x 8 x 8 points: 14 ms a step, beside 11 us for the forces.
 constexpr std::array<Method, kJelloIntegrators> kMethods = {{
     {JelloIntegrator::symplecticEuler, 1.0, 1.0},
     {JelloIntegrator::explicitEuler, 1.0, 1.0},
@@ -35,13 +36,14 @@ constexpr std::array<Method, kJelloIntegrators> kMethods = {{
     {JelloIntegrator::backwardEuler, 1.0, 1200.0},
 }};
 
-/// Of so many points at most: those of 64^3 and more would not fit into memory for every run.
+/// Largest number of points that a run keeps: lattices of 64^3 and more would not fit into memory
+/// for every run.
 constexpr std::size_t kMostPoints = 32768;
 
-/// Places of points at each look.
+/// Places of the points at each look, one look after the other.
 using Run = std::vector<Vec3>;
 
-/// m, the worst over the looks.
+/// Root mean square distance in m between two runs, at the worst of the looks.
 double apart(const Run& one, const Run& two) {
   const std::size_t points = one.size() / kLooks;
   double worst = 0.0;
@@ -54,14 +56,14 @@ double apart(const Run& one, const Run& two) {
   return std::sqrt(worst);
 }
 
-/// What three steps of a method have shown.
+/// The result of running a method at three steps.
 struct Trial {
   Method method;
-  double limit = 0.0;   // s, of its steps
-  double finest = 0.0;  // s, of the three
-  double error = 0.0;   // m, at the finest
+  double limit = 0.0;   // s, largest step allowed
+  double finest = 0.0;  // s, the finest of the three steps
+  double error = 0.0;   // m, at the finest step
   double order = 1.0;
-  Run best = {};  // at the finest
+  Run best = {};  // at the finest step
 };
 
 class Pilot {
@@ -72,8 +74,9 @@ class Pilot {
         wish_(wish),
         seconds_(std::min(wish.seconds, kPilotSeconds)) {}
 
-  /// At a step of about `first`, half and a quarter of it. Nothing, where the first is so far off
-  /// from `reference` (or null) that it cannot be worth it. An error where all blow up.
+  /// Runs a method at a step of about `first` (s), half and a quarter of it. Returns nothing if the
+  /// first run is so far from `reference` (or null) that the method cannot be worth it; an error if
+  /// it blows up at all steps.
   Result<std::optional<Trial>> tryFrom(const Method& method, double limit, double first,
                                        const Trial* reference) const {
     Result<Run> coarse = Error{};
@@ -103,7 +106,7 @@ class Pilot {
     return std::optional<Trial>(std::move(trial));
   }
 
-  /// error = c step^order
+  /// Returns the choice that the trial leads to, by error = c step^order.
   JelloChoice choiceOf(const Trial& trial) const {
     const double most = std::min(trial.limit, wish_.seconds);
     const double step = trial.error > 0.0
@@ -113,13 +116,14 @@ class Pilot {
     choice.stepping = {trial.method.integrator,
                        std::min(std::max(step, trial.finest / kFiner), most)};
     choice.error = trial.error * std::pow(choice.stepping.step / trial.finest, trial.order);
-    // Of what would do, though nobody takes steps so fine: methods are chosen by it.
+    // Methods are compared by the cost of the step that would meet the wished error, even if the
+    // chosen step is coarser.
     choice.cost = trial.method.evaluations / std::min(step, most);
     return choice;
   }
 
  private:
-  /// A multiple of the looks.
+  /// Number of steps of about `step` s in the run: a multiple of the looks.
   std::size_t stepsOf(double step) const {
     const double looks = std::ceil(seconds_ / step / static_cast<double>(kLooks));
     return kLooks * static_cast<std::size_t>(std::max(1.0, looks));
@@ -154,7 +158,7 @@ Result<JelloChoice> chooseStepping(const JelloWorld& jello, const SphereWorld& s
   if (!(std::isfinite(wish.error) && wish.error > 0.0) ||
       !(std::isfinite(wish.seconds) && wish.seconds > 0.0))
     return Error{"jello: error and duration must be positive (m, s)"};
-  // Says what is wrong with the world, before anything is looked for.
+  // An unsound world is refused before anything is run.
   const auto sound = JelloCoupling::create(jello, spheres, {JelloIntegrator::midpoint, 1.0});
   if (!sound) return sound.error();
   const JelloLimits limits = jelloLimits(withSpheres(jello, spheres));

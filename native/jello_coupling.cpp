@@ -71,7 +71,7 @@ Status JelloCoupling::advance() {
   return std::monostate{};
 }
 
-/// The jello's balls to where the spheres are.
+/// Moves the jello's balls to the places of the spheres.
 void JelloCoupling::lead() {
   for (std::size_t ball = 0; ball < touches_.size(); ++ball) {
     const SphereState state = spheres_.state(ball);

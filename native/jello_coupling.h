@@ -11,37 +11,38 @@
 
 namespace carom::native {
 
-/// The jello with the spheres as its balls, led by whoever steps them. [any thread]
+/// Returns the jello with the spheres as its balls, which are moved by the caller. [any thread]
 JelloWorld withSpheres(JelloWorld jello, const SphereWorld& spheres);
 
 /// A jello among rigid spheres: the spheres fly and collide with each other and with walls as
-/// SphereStepper says, at exact times, and the jello pushes them, and they it, by penalties.
+/// SphereStepper says, at exact times; jello and spheres push each other by penalties.
 ///
-/// Splitting: in each step the jello moves first, with the spheres in free fall through it. What it
-/// has done to a sphere is then done to it as an impulse: half of it at the begin and half at the
-/// end of the step, where the integrator is of second order or more, so that the coupling is of
+/// Splitting: in each step the jello moves first, with the spheres in free fall through it. Its
+/// effect on a sphere is then applied to the sphere as an impulse: half of it at the begin and half
+/// at the end of the step, if the integrator is of second order or more, so that the coupling is of
 /// second order, too; otherwise all of it at the begin, as symplectic Euler does. Momentum is kept
-/// to rounding. Spheres that do not touch the jello keep every bit of their own stepper's way.
+/// to rounding. Spheres that do not touch the jello keep every bit of the path that their own
+/// stepper gives them.
 ///
-/// Events: those of the spheres; and a pair for each touch of a sphere and the jello that began at
-/// SphereWorld::restSpeed or faster: at the begin of the step in which it began, with the impulse
-/// until it ended, or of its first kLongestTouch, what comes after being rest. A touch that is felt
-/// again within kSameTouch has not ended. [physics thread]
+/// Events: those of the spheres, and a pair for each touch of a sphere and the jello that began at
+/// SphereWorld::restSpeed or faster. Their time is the begin of the step in which the touch began;
+/// their impulse is that of the whole touch, or of its first kLongestTouch: the remainder is rest.
+/// A touch that is felt again within kSameTouch has not ended. [physics thread]
 class JelloCoupling {
  public:
   static constexpr double kLongestTouch = 0.05;  ///< s
   static constexpr double kSameTouch = 2e-3;     ///< s
 
-  /// Of spheres with ids other than the jello's. `jello` has no balls. Errors: as both steppers
-  /// say; a jello with balls.
+  /// Creates the coupling. The ids of the spheres differ from the jello's, and `jello` has no
+  /// balls. Errors: those of both steppers; a jello with balls.
   static Result<JelloCoupling> create(JelloWorld jello, const SphereWorld& spheres,
                                       const JelloStepping& stepping);
 
-  /// By one step of the jello. Error: it has blown up; all is as before the step.
+  /// Advances by one step of the jello. Error: it has blown up; the state is that before the step.
   Status advance();
-  /// What became known in the last step; the events of one collision follow each other.
+  /// Events that became known in the last step; the events of one collision follow each other.
   std::span<const ImpulseEvent> events() const { return events_; }
-  /// s: all events before have been told.
+  /// Time in s before which all events have been returned.
   double settledTime() const;
 
   double time() const { return jello_.time(); }  ///< s
@@ -49,16 +50,16 @@ class JelloCoupling {
   const SphereStepper& spheres() const { return spheres_; }
 
  private:
-  /// Of one sphere and the jello, from its begin on.
+  /// A touch of one sphere and the jello, with their states at its begin.
   struct Touch {
     double begin = 0.0;  // s
-    double last = 0.0;   // s, when it was felt
+    double last = 0.0;   // s, begin of the last step in which it was felt
     Vec3 impulse = Vec3::Zero();
     Vec3 point = Vec3::Zero();
     SphereState sphere = {};
     Vec3 jelloVelocity = Vec3::Zero();
     double approachSpeed = 0.0;  // m/s
-    bool isTold = false;         // what comes is rest
+    bool isTold = false;         // its events have been returned: the remainder is rest
   };
 
   JelloCoupling(JelloStepper jello, SphereStepper spheres, double restSpeed);

@@ -19,15 +19,15 @@ constexpr double kRoom = 2.0;
 constexpr std::size_t kMostForces = 256;  // along each axis of the field
 constexpr double kMostFileSteps = 1e9;
 
-/// Words and the lines that they are on.
+/// Splits a text into words, and counts its lines.
 class Words {
  public:
   explicit Words(std::string_view text) : left_(text) {}
 
-  /// Of the word that was read last; of the end, the last line.
+  /// Line of the word that was read last; at the end, the last line.
   std::size_t line() const { return line_; }
 
-  /// Empty at the end.
+  /// Returns the next word; empty at the end.
   std::string_view next() {
     while (!left_.empty() && isSpace(left_.front())) {
       if (left_.front() == '\n') ++line_;
@@ -50,7 +50,8 @@ class Words {
   std::size_t line_ = 1;
 };
 
-/// Of a file that may hold anything: printable, and not longer than it takes.
+/// Quotes a word of a file that may hold anything: printable, and cut off after kLongest
+/// characters.
 std::string quoted(std::string_view word) {
   constexpr std::size_t kLongest = 40;
   std::string text = "'";
@@ -70,7 +71,7 @@ std::optional<JelloIntegrator> integratorOf(std::string_view word) {
   return std::nullopt;
 }
 
-/// Reads on until something is wrong.
+/// Reads a world file; its functions return 0 after the first error.
 class Reader {
  public:
   explicit Reader(std::string_view text) : words_(text) {}
@@ -221,7 +222,7 @@ std::string whyNotWritten(const JelloFile& file) {
   return {};
 }
 
-/// As short as it takes to be read the same.
+/// Appends the shortest decimal that reads back as the same number, followed by `after`.
 void put(std::string& text, double value, char after) {
   std::array<char, 32> digits{};
   const auto [end, code] = std::to_chars(digits.data(), digits.data() + digits.size(), value);

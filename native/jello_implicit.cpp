@@ -10,15 +10,15 @@
 namespace carom::native {
 namespace {
 
-/// Of the norm of the right side: far below what a step of first order is off by.
+/// Tolerance relative to the norm of the right side: far below the error of a step of first order.
 constexpr double kSolverTolerance = 1e-12;
 
 using Matrix = Eigen::Matrix3d;
 
 }  // namespace
 
-/// The matrix and the right side, put together contact by contact. Stiffnesses are positive where
-/// they pull back.
+/// The matrix and the right side, assembled contact by contact. Stiffnesses are positive where they
+/// pull back.
 struct JelloImplicit::Parts {
   double step;
   const std::vector<Vec3>& velocities;
@@ -35,7 +35,7 @@ struct JelloImplicit::Parts {
     block(a, a, step * (damping + step * stiffness));
     right.segment<3>(static_cast<Eigen::Index>(3 * a)) -= step * step * stiffness * velocities[a];
   }
-  /// What holds the mean of some, by weights, where it is.
+  /// Adds a spring and damper that hold the weighted mean of some bodies where it is.
   template <std::size_t kCount>
   void among(const std::array<std::size_t, kCount>& those,
              const std::array<double, kCount>& weights, const Matrix& stiffness,

@@ -13,7 +13,7 @@ namespace carom::native {
 /// The linear system of a backward Euler step. Internal to native/.
 class JelloImplicit {
  public:
-  /// What it is of; all outlive it.
+  /// The parts of the step that the system describes; all outlive it.
   struct Of {
     const JelloWorld& world;
     const JelloSprings& springs;
@@ -23,9 +23,10 @@ class JelloImplicit {
   };
   explicit JelloImplicit(const Of& of) : of_(of) {}
 
-  /// m/s, of each point and then each ball, from places (m), velocities (m/s) and forces (N) at
-  /// the begin of the step. Springs that are pressed together count as straight across, which
-  /// keeps the system positive definite (Choi, Ko 2002, "Stable but responsive cloth").
+  /// Returns the changes of velocity (m/s) of each point and then each ball, from places (m),
+  /// velocities (m/s) and forces (N) at the begin of the step. Springs that are pressed together
+  /// count as having no stiffness across, which keeps the system positive definite (Choi, Ko 2002,
+  /// "Stable but responsive cloth").
   Eigen::VectorXd velocityChange(const std::vector<Vec3>& positions,
                                  const std::vector<Vec3>& velocities,
                                  const Eigen::VectorXd& forces) const;

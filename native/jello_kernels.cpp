@@ -12,7 +12,7 @@
 namespace carom::native {
 namespace {
 
-/// 1 / sqrt(x), within 5e-14.
+/// Returns 1 / sqrt(x), within 5e-14.
 double inverseRoot(double x) {
   const auto& [c0, c1, c2] = kInverseRootSeed;
   auto y = std::bit_cast<double>(kInverseRootBits - (std::bit_cast<std::uint64_t>(x) >> 1U));
@@ -28,7 +28,7 @@ double dot(const Push& a, const Push& b) {
   return std::fma(a[2], b[2], std::fma(a[1], b[1], a[0] * b[0]));
 }
 
-/// N, by which the spring of that kind from point a to point b pushes a.
+/// Force in N by which the spring of kind `which` from point a to point b pushes a.
 Push pushOf(const JelloSprings& springs, const JelloArrays& arrays, std::size_t which,
             std::size_t a, std::size_t b) {
   Push away{};
@@ -48,7 +48,7 @@ Push pushOf(const JelloSprings& springs, const JelloArrays& arrays, std::size_t 
   return away;
 }
 
-/// Those along the rows of a plane: first ends before the others.
+/// Adds the springs along the rows of a plane: first to their first ends, then to the others.
 void addAlong(const JelloSprings& springs, const JelloArrays& arrays, std::size_t which,
               std::size_t plane) {
   const std::size_t n = springs.count;
@@ -67,7 +67,8 @@ void addAlong(const JelloSprings& springs, const JelloArrays& arrays, std::size_
   }
 }
 
-/// Those to other rows, of the points [first, end) of a row, kind by kind; its own sums come last.
+/// Adds the springs to other rows, of the points [first, end) of a row, kind by kind; the sums of
+/// the row itself are added last.
 void addAcross(const JelloSprings& springs, const JelloArrays& arrays,
                const std::array<std::ptrdiff_t, 2>& place, std::ptrdiff_t first,
                std::ptrdiff_t end) {
@@ -158,7 +159,7 @@ JelloSprings::JelloSprings(const JelloLattice& lattice)
     std::vector<double>& row = has[static_cast<std::size_t>(lead + 1)];
     for (std::ptrdiff_t k = 0; k < n; ++k)
       row.push_back(k + lead >= 0 && k + lead < n ? 1.0 : 0.0);
-    row.resize(count + kJelloBlock);  // vectors reach beyond the row
+    row.resize(count + kJelloBlock);  // SIMD vectors reach beyond the row
   }
 }
 

@@ -18,7 +18,7 @@ constexpr double kNoStep = 0.0;
 constexpr double kAlways = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMostIterated = 24;  // points along an axis
 
-/// Directions of the springs at rest.
+/// Directions of the springs of each kind, at rest.
 std::array<Vec3, kJelloSprings> directionsOf(const JelloLattice& lattice) {
   const Vec3 spacing = lattice.size / static_cast<double>(lattice.count - 1);
   std::array<Vec3, kJelloSprings> directions;
@@ -29,7 +29,8 @@ std::array<Vec3, kJelloSprings> directionsOf(const JelloLattice& lattice) {
   return directions;
 }
 
-/// Of springs of 1 N/m, by Lanczos's method from a start that has a share of everything.
+/// Largest eigenvalue of the stiffness matrix for springs of 1 N/m, by Lanczos's method from a
+/// start that has a share of every mode.
 double largestByIteration(const JelloLattice& lattice) {
   constexpr Eigen::Index kIterations = 120;
   const std::array<Vec3, kJelloSprings> directions = directionsOf(lattice);
@@ -68,8 +69,9 @@ double largestByIteration(const JelloLattice& lattice) {
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(small).eigenvalues().maxCoeff();
 }
 
-/// Of springs of 1 N/m without end: the largest eigenvalue over all plane waves, by their phase
-/// from point to point. It is above that of any part of it, whose springs are some of these.
+/// Largest eigenvalue of an endless lattice with springs of 1 N/m, over all plane waves, by their
+/// phase from point to point. It is above that of any part of this lattice, whose springs are a
+/// subset.
 double largestOfWaves(const JelloLattice& lattice) {
   constexpr int kPhases = 32;
   const std::array<Vec3, kJelloSprings> directions = directionsOf(lattice);
@@ -93,8 +95,8 @@ double largestOfWaves(const JelloLattice& lattice) {
   return largest;
 }
 
-/// By how much a step multiplies what goes as exp(rate t), of a method of Runge and Kutta whose
-/// order is its number of stages.
+/// Factor by which a step multiplies a motion that goes as exp(rate t), for a Runge-Kutta method
+/// whose order is its number of stages.
 double growth(std::complex<double> rate, double step, int order) {
   const std::complex<double> z = rate * step;
   std::complex<double> sum = 1.0;
@@ -128,8 +130,8 @@ double largestOfRungeKutta(double frequency, double damping, int order) {
   return low;
 }
 
-/// Of all that swings up to the highest, w^2 = `largest` and in between; `damping` of a share of
-/// it.
+/// Smallest of the largest steps over all oscillations up to the highest, w^2 = `largest`;
+/// `damping(w^2)` is the damping of each.
 template <typename Damping>
 double smallest(JelloIntegrator integrator, double largest, Damping damping) {
   constexpr int kShares = 64;
@@ -141,7 +143,8 @@ double smallest(JelloIntegrator integrator, double largest, Damping damping) {
   return step;
 }
 
-/// 1/kg, the most by which a push moves both that it is between; 0 where nothing pushes.
+/// Largest relative acceleration (1/kg) that a contact push gives to the two bodies between which
+/// it acts; 0 without contacts.
 double touchedBy(const JelloWorld& world) {
   double least = 0.0;
   if (world.room || !world.planes.empty()) least = 1.0 / world.lattice.pointMass;
@@ -161,7 +164,7 @@ double largestStep(JelloIntegrator integrator, double frequency, double damping)
       return 2.0 / (0.5 * damping + std::sqrt(overdamped));
     }
     case JelloIntegrator::symplecticEuler:
-      // Of the matrix of a step: trace 2 - c h - w^2 h^2, determinant 1 - c h; both eigenvalues
+      // The matrix of a step has trace 2 - c h - w^2 h^2 and determinant 1 - c h; both eigenvalues
       // are within 1 while the trace is at least -1 - determinant.
       return (std::sqrt(damping * damping + 4.0 * square) - damping) / square;
     case JelloIntegrator::midpoint:

@@ -9,7 +9,7 @@
 namespace carom::native {
 namespace {
 
-/// Of squares of lengths: what is as near as this is one place, met from two triangles.
+/// Relative tolerance of squared lengths: nearer places are one place, met from two triangles.
 constexpr double kSamePlace = 1e-12;
 constexpr std::array<std::array<std::size_t, 3>, 2> kHalves = {{{0, 1, 2}, {0, 2, 3}}};
 
@@ -17,7 +17,8 @@ Vec3 at(const JelloSkin::Places& places, std::size_t point) {
   return {places[0][point], places[1][point], places[2][point]};
 }
 
-/// rad, at the corner that is nearest, or more than any corner has, as for an edge or a face.
+/// Angle (rad) of the triangle at its corner, if this is the nearest place; more than any corner
+/// has if the nearest place is on an edge or in the face.
 double angleOf(const std::array<Vec3, 3>& corners, const std::array<double, 3>& weights) {
   for (std::size_t corner = 0; corner < 3; ++corner) {
     if (weights[corner] < 1.0) continue;
@@ -28,7 +29,7 @@ double angleOf(const std::array<Vec3, 3>& corners, const std::array<double, 3>& 
   return 4.0;
 }
 
-/// Of the box about the four from the point.
+/// Squared distance from the point to the bounding box of the four corners.
 double squareToBox(const std::array<Vec3, 4>& corners, const Vec3& point) {
   const Vec3 low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2].cwiseMin(corners[3]));
   const Vec3 high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2].cwiseMax(corners[3]));

@@ -14,7 +14,7 @@
 namespace carom::native {
 namespace {
 
-/// Of the jello's own size: what has flown so far apart has blown up.
+/// Distance, in sizes of the jello, beyond which a point has blown up.
 constexpr double kFarApart = 100.0;
 
 Vec3 fieldAt(const JelloField& field, const Vec3& point) {
@@ -119,7 +119,7 @@ void JelloStepper::setBall(std::size_t ball, const Vec3& position, const Vec3& v
   put(3, world_.pointCount() + ball, velocity);
 }
 
-/// The forces are where the accelerations will be.
+/// Arrays for the kernels; the forces are written where the accelerations will be.
 JelloArrays JelloStepper::arraysOf(const Values& values, Values& accelerations) const {
   JelloArrays arrays;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -152,7 +152,7 @@ void push(const JelloArrays& arrays, std::size_t index, const Vec3& force) {
     arrays.forces[axis][index] += force[static_cast<Eigen::Index>(axis)];
 }
 
-/// Whether a ball could reach any of the points.
+/// Bounds of the points, which tell whether a ball could reach any of them.
 class Bounds {
  public:
   Bounds(const std::array<const double*, 3>& places, std::size_t points) {
@@ -173,7 +173,8 @@ class Bounds {
 
 }  // namespace
 
-/// What is pushed is the nearest place of the skin, and with it the corners of its triangle.
+/// Adds the push between a ball and the skin: it acts on the corners of the triangle that holds the
+/// nearest place of the skin.
 void JelloStepper::pushBySkin(std::size_t ball, const JelloArrays& arrays, double share) {
   const std::size_t self = world_.pointCount() + ball;
   const auto contact =
@@ -196,7 +197,8 @@ void JelloStepper::pushBySkin(std::size_t ball, const JelloArrays& arrays, doubl
   touchSizes_[ball] += share * size;
 }
 
-/// Balls against walls, the jello and each other; `share` of the step is this stage's.
+/// Adds the pushes between balls and walls, the jello and each other; `share` is the part of the
+/// step that this stage stands for.
 void JelloStepper::addBalls(const JelloArrays& arrays, double share) {
   if (world_.balls.empty()) return;
   const std::size_t points = world_.pointCount();
@@ -244,8 +246,9 @@ void JelloStepper::inParts(const std::function<void(std::size_t)>& part) {
     part(which);
 }
 
-/// Springs that begin in the second half of the slabs push in arrays of their own, as those of the
-/// first half push into its first slabs; then both are added. So no bit depends on who is first.
+/// Adds the forces of the springs. Those that begin in the second half of the slabs add into arrays
+/// of their own, as springs of the first half push its first slabs too; then both are summed. So no
+/// bit depends on which half is done first.
 void JelloStepper::addSprings(const JelloArrays& arrays) {
   if (springs_.stiffness == 0.0 && springs_.damping == 0.0) return;
   const std::size_t n = world_.lattice.count;
@@ -281,7 +284,7 @@ void JelloStepper::addSprings(const JelloArrays& arrays) {
   });
 }
 
-/// m/s^2, of points and balls.
+/// Computes the accelerations (m/s^2) of points and balls.
 void JelloStepper::accelerate(const Values& values, double share, Values& accelerations) {
   std::ranges::fill(accelerations, 0.0);
   const JelloArrays arrays = arraysOf(values, accelerations);
@@ -295,7 +298,7 @@ void JelloStepper::accelerate(const Values& values, double share, Values& accele
                              inverseMass_.size(), arrays.forces[axis]);
 }
 
-/// A sum of arrays of places or velocities, besides that of `now_`.
+/// The terms that `combine` adds to the places or the velocities of `now_`.
 struct JelloStepper::Terms {
   std::size_t count = 0;
   std::array<double, JelloSum::kMost> factors{};
@@ -309,7 +312,7 @@ struct JelloStepper::Terms {
   }
 };
 
-/// out = now_ and what is added to its places and to its speeds.
+/// Sets out = now_ plus the terms for its places and for its velocities.
 void JelloStepper::combine(const Terms& places, const Terms& speeds, Values& out) {
   const std::size_t half = 3 * stride();
   const auto sumUp = [&](const Terms& terms, std::size_t array, std::size_t first,
@@ -358,7 +361,8 @@ void JelloStepper::midpointStep() {
   std::swap(now_, before_);
 }
 
-/// The classic one, with the speeds of its stages put in: x + h v + h^2 (a1 + a2 + a3) / 6.
+/// The classic Runge-Kutta method, with the velocities of its stages inserted: x + h v + h^2 (a1 +
+/// a2 + a3) / 6.
 void JelloStepper::rungeKuttaStep() {
   const double h = step_;
   const double* v = now_.data() + 3 * stride();
@@ -378,8 +382,9 @@ void JelloStepper::rungeKuttaStep() {
   std::swap(now_, before_);
 }
 
-/// (M - h C - h^2 K) dv = h (F + h K v), with the stiffness K and the damping C as they are now
-/// (Baraff, Witkin 1998, "Large steps in cloth simulation", eq. 6); then x by the new velocities.
+/// Solves (M - h C - h^2 K) dv = h (F + h K v), with the stiffness K and the damping C as they are
+/// now (Baraff, Witkin 1998, "Large steps in cloth simulation", eq. 6); then moves x by the new
+/// velocities.
 void JelloStepper::implicitStep() {
   before_ = now_;
   accelerate(now_, 1.0, accelerations_[0]);
@@ -405,7 +410,7 @@ void JelloStepper::implicitStep() {
   }
 }
 
-/// Numbers that are none, or points far away from the first.
+/// True if a number is not finite, or a point is far away from the first.
 bool JelloStepper::hasBlownUp() const {
   const double far = kFarApart * world_.lattice.size.maxCoeff();
   constexpr double kMost = std::numeric_limits<double>::max();

@@ -15,54 +15,54 @@
 
 namespace carom::native {
 
-/// How a jello is stepped: one is as good as stable at `step` (s, > 0) if jelloLimits says so.
+/// The integrator and step (s, > 0) of a jello; jelloLimits tells which steps are stable.
 struct JelloStepping {
   JelloIntegrator integrator = JelloIntegrator::rungeKutta4;
   double step = 0.0;
 };
 
-/// J. `total` stays what it is where nothing damps, and falls where something does.
+/// Energies in J. `total` is constant if nothing damps, and falls otherwise.
 struct JelloEnergy {
   double kinetic = 0.0;
-  double elastic = 0.0;  ///< of springs
-  double gravity = 0.0;  ///< above the origin
-  double contact = 0.0;  ///< of what is pressed into walls and balls
+  double elastic = 0.0;  ///< in the springs
+  double gravity = 0.0;  ///< relative to the origin
+  double contact = 0.0;  ///< in points and balls pressed into walls and balls
 
   double total() const { return kinetic + elastic + gravity + contact; }
 };
 
-/// What a ball has done with the jello in a step.
+/// The contact of a ball with the jello during a step.
 struct JelloTouch {
-  bool isThere = false;         ///< it was in it
+  bool isThere = false;         ///< true if the ball touched the jello
   Vec3 impulse = Vec3::Zero();  ///< N s, on the ball
-  // Means over where it touches, weighted by force; only if there is an impulse.
+  // Means over the places of contact, weighted by force; only valid if there is an impulse.
   Vec3 point = Vec3::Zero();     ///< m
   Vec3 velocity = Vec3::Zero();  ///< m/s, of the jello
 };
 
 /// Steps a jello and its balls. Deterministic: the same bits on any machine, whatever its
-/// instruction set, but with backwardEuler, whose linear solver is Eigen's. A lattice of
-/// kSplitFrom points along each axis or more is computed in two halves, by a thread of its own
-/// where there is a second core; the bits are those of one core. [one thread]
+/// instruction set, but with backwardEuler, whose linear solver is Eigen's. A lattice of kSplitFrom
+/// points along each axis or more is computed in two halves, by a second thread if there is a
+/// second core; the bits are those of one core. [one thread]
 class JelloStepper {
  public:
   static constexpr std::size_t kSplitFrom = 24;
 
-  /// `step` in s. Errors: as whyNot(JelloWorld), or a step that is not positive. Whether the step
-  /// is stable is not looked at here: see jelloLimits.
+  /// Creates a stepper; `step` in s. Errors: those of whyNot(JelloWorld), or a step that is not
+  /// positive. The stability of the step is not checked here: see jelloLimits.
   static Result<JelloStepper> create(JelloWorld world, JelloIntegrator integrator, double step);
 
-  /// By one step. Error: it has blown up, with the time and what to change; the state is that
-  /// before the step, and stays so.
+  /// Advances by one step. Error: it has blown up, with the time and what to change; the state is
+  /// that before the step, and stays so.
   Status advance();
 
-  /// Puts a ball there: m, m/s.
+  /// Sets place (m) and velocity (m/s) of a ball.
   void setBall(std::size_t ball, const Vec3& position, const Vec3& velocity);
 
   double time() const { return static_cast<double>(steps_) * step_; }  ///< s
   double step() const { return step_; }
   std::size_t steps() const { return steps_; }
-  const JelloWorld& world() const { return world_; }  ///< as it was at time 0
+  const JelloWorld& world() const { return world_; }  ///< the world at time 0
 
   Vec3 position(std::size_t point) const { return at(0, point); }  ///< m
   Vec3 velocity(std::size_t point) const { return at(3, point); }  ///< m/s
@@ -70,12 +70,12 @@ class JelloStepper {
   Vec3 ballVelocity(std::size_t ball) const { return at(3, world_.pointCount() + ball); }
 
   JelloEnergy energy() const;
-  Vec3 momentum() const;         ///< N s, of the jello and its balls
-  Vec3 angularMomentum() const;  ///< N m s, about the origin, of points and balls as points
+  Vec3 momentum() const;         ///< N s, jello and balls
+  Vec3 angularMomentum() const;  ///< N m s, about the origin; balls count as points
   double volume() const;         ///< m^3, enclosed by the outermost points, in triangles
-  Vec3 centre() const;           ///< m, of the jello's mass
+  Vec3 centre() const;           ///< m, centre of the jello's mass
   Vec3 jelloMomentum() const;    ///< N s, without the balls
-  /// Of the last step, by ball.
+  /// Touches in the last step, by ball.
   std::span<const JelloTouch> touches() const { return touches_; }
 
  private:
@@ -116,13 +116,13 @@ class JelloStepper {
   std::vector<JelloWall> walls_;
   Values now_;
   Values before_;
-  std::array<Values, 4> accelerations_;  // x, y and z, m/s^2, at each stage
+  std::array<Values, 4> accelerations_;  // x, y and z in m/s^2, by stage
   Values stage_;
-  Values upperForces_;  // N, of the second half of the springs, where there are two
-  std::unique_ptr<JelloWorker> worker_;  // where there is a second core for it
+  Values upperForces_;                   // N, by the second half of the springs, if split
+  std::unique_ptr<JelloWorker> worker_;  // null if there is no second core for it
   std::vector<double> inverseMass_;      // 1/kg, by body
   std::vector<JelloTouch> touches_;
-  std::vector<double> touchSizes_;  // N s, by ball, of the points of its touch so far
+  std::vector<double> touchSizes_;  // N, by ball: weight of the means of its touch so far
 };
 
 }  // namespace carom::native

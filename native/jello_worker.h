@@ -11,8 +11,8 @@
 
 namespace carom::native {
 
-/// A second thread that does one of two halves at a time; both halves are done by the caller in a
-/// build without threads. Internal to native/. [one thread]
+/// A second thread that does one of two halves at a time; in a build without threads the caller
+/// does both halves. Internal to native/. [one thread]
 class JelloWorker {
  public:
 #if CAROM_THREADS
@@ -22,7 +22,8 @@ class JelloWorker {
   JelloWorker& operator=(const JelloWorker&) = delete;
 #endif
 
-  /// Calls half(0) here and half(1) there, and returns when both have. Neither throws.
+  /// Calls half(0) in this thread and half(1) in the second one, and returns when both have
+  /// finished. Neither throws.
   void run(const std::function<void(std::size_t)>& half);
 
 #if CAROM_THREADS
@@ -30,7 +31,7 @@ class JelloWorker {
   void work();
 
   const std::function<void(std::size_t)>* half_ = nullptr;
-  std::atomic<std::uint32_t> asked_ = 0;  // how often, plus one to end
+  std::atomic<std::uint32_t> asked_ = 0;  // number of requests, the one to end included
   std::atomic<std::uint32_t> done_ = 0;
   bool ends_ = false;
   std::thread thread_;

@@ -62,13 +62,14 @@ const std::array<JelloSpring, kJelloSprings>& jelloSprings() {
   static const std::array<JelloSpring, kJelloSprings> springs = [] {
     std::array<JelloSpring, kJelloSprings> made;
     std::size_t next = 0;
-    // Of each pair of opposite ones that which leads on, in the order of the points.
+    // True for one of each pair of opposite directions: the one that leads on in the order of the
+    // points.
     const auto leadsOn = [](int x, int y, int z) {
       return x > 0 || (x == 0 && (y > 0 || (y == 0 && z > 0)));
     };
     made[next++] = {{2, 0, 0}};
     made[next++] = {{0, 2, 0}};
-    // Those that lead to one row along z are apart from each other: see simd_jello.cpp.
+    // Springs that lead to one row along z are listed apart from each other: see simd_jello.cpp.
     for (const int z : {0, 1, -1})
       for (int x = 0; x <= 1; ++x)
         for (int y = -1; y <= 1; ++y)

@@ -12,12 +12,12 @@
 
 namespace carom::native {
 
-/// How a jello is stepped.
+/// Methods by which a jello is stepped.
 enum class JelloIntegrator {
-  explicitEuler,    ///< of first order; gains energy where damping does not take it
+  explicitEuler,    ///< first order; gains energy unless damping takes it
   symplecticEuler,  ///< velocities first, then places by the new ones: first order, keeps energy
-  midpoint,         ///< Runge and Kutta's of second order
-  rungeKutta4,      ///< the classic one, of fourth order
+  midpoint,         ///< second-order Runge-Kutta method
+  rungeKutta4,      ///< classic fourth-order Runge-Kutta method
   backwardEuler     ///< one step of Newton's method: first order, stable, loses energy
 };
 
@@ -26,28 +26,28 @@ inline constexpr std::size_t kJelloIntegrators = 5;
 /// "explicit_euler", "symplectic_euler", "midpoint", "rk4" or "backward_euler". [any thread]
 const char* nameOf(JelloIntegrator integrator);
 
-/// Mass points at the corners of a lattice of boxes, each of the same mass, joined by springs: to
+/// A lattice of mass points at the corners of boxes, each of the same mass, joined by springs: to
 /// the next along each axis (structural), along the diagonals of faces and boxes (shear), and to
 /// the next but one along each axis (bend). F = -k (|L| - R) L / |L| - d ((v . L) / |L|) L / |L|,
-/// with the length R that the spring has in a box that nothing deforms.
+/// with the rest length R of the spring in an undeformed box.
 struct JelloLattice {
   std::size_t count = 8;     ///< points along each axis, 2 to kMostJelloPoints
-  Vec3 size = Vec3::Ones();  ///< m, > 0, of the whole box at rest
-  double pointMass = 1.0;    ///< kg, > 0, of each point
+  Vec3 size = Vec3::Ones();  ///< m, > 0, size of the whole lattice at rest
+  double pointMass = 1.0;    ///< kg, > 0, mass of each point
   double stiffness = 0.0;    ///< N/m, >= 0, of every spring
   double damping = 0.0;      ///< N s/m, >= 0, of every spring
 };
 
 inline constexpr std::size_t kMostJelloPoints = 128;
 
-/// A push back of what is beyond a surface: k times how deep, and d times how fast inwards, along
-/// the normal. Never a pull.
+/// The penalty on a body beyond a surface: a push along the normal of k times the depth plus d
+/// times the speed inwards. Never a pull.
 struct JelloPenalty {
   double stiffness = 0.0;  ///< N/m, >= 0
   double damping = 0.0;    ///< N s/m, >= 0
 };
 
-/// Points are on the side that the normal points to.
+/// A plane; points are on the side that its normal points to.
 struct JelloPlane {
   BodyId id = 0;
   Vec3 normal = Vec3::UnitY();  ///< unit
@@ -63,13 +63,13 @@ struct JelloBall {
   Vec3 velocity = Vec3::Zero();  ///< m/s, at time 0
 };
 
-/// Forces on each point, given on a grid over a box, its corners included; trilinear between, and
-/// that of the nearest point of the box outside of it.
+/// Forces on each point, given on a grid over a box, its corners included; trilinear between grid
+/// points. Outside the box the force is that at its nearest point.
 struct JelloField {
-  std::size_t count = 0;     ///< along each axis; 0: none, 1: the same everywhere
+  std::size_t count = 0;     ///< grid points along each axis; 0: no field, 1: the same everywhere
   Vec3 min = Vec3::Zero();   ///< m
   Vec3 max = Vec3::Zero();   ///< m
-  std::vector<Vec3> forces;  ///< N, count^3, x outermost
+  std::vector<Vec3> forces;  ///< N, count^3 of them, x outermost
 };
 
 struct JelloBox {
@@ -77,17 +77,19 @@ struct JelloBox {
   Vec3 max = Vec3::Zero();  ///< m
 };
 
-/// All that a jello is in, at time 0. Points in order of x, y, z along the lattice, z the fastest.
+/// A jello and all that surrounds it, at time 0. Points are in order of x, y, z along the lattice,
+/// z the fastest.
 struct JelloWorld {
-  BodyId id = 0;  ///< of the jello
+  BodyId id = 0;  ///< id of the jello
   JelloLattice lattice;
   JelloPenalty contact;
   Vec3 gravity = Vec3::Zero();   ///< m/s^2
-  std::optional<JelloBox> room;  ///< all is inside of it
+  std::optional<JelloBox> room;  ///< if set, all bodies are inside it
   std::vector<JelloPlane> planes;
   JelloField field;
   std::vector<JelloBall> balls;
-  /// Balls meet the jello only, and whoever steps them says where they are: JelloStepper::setBall.
+  /// If true, balls meet the jello only, and the caller steps them and sets their places:
+  /// JelloStepper::setBall.
   bool ballsAreLed = false;
   std::vector<Vec3> positions;   ///< m, world frame, count^3
   std::vector<Vec3> velocities;  ///< m/s, world frame, count^3
@@ -95,17 +97,17 @@ struct JelloWorld {
   std::size_t pointCount() const { return lattice.count * lattice.count * lattice.count; }
 };
 
-/// The points of a lattice that nothing deforms: turned, then moved so that its middle is there.
-/// [any thread]
+/// Returns the points of an undeformed lattice, turned, then moved so that its centre is at
+/// `middle`. [any thread]
 std::vector<Vec3> restingPoints(const JelloLattice& lattice, const Vec3& middle,
                                 const Quat& orientation = Quat::Identity());
 
-/// Why it cannot be run: one sentence that says what and what would be accepted, or nothing when it
-/// can be. [any thread]
+/// Returns why the world cannot be run: one sentence that says what is wrong and what would be
+/// accepted, or nothing if it can be. [any thread]
 std::string whyNot(const JelloWorld& world);
 
-/// From a point to what it has a spring to, in points along x, y and z: half of them, the other
-/// ends being those of the others.
+/// Number of kinds of springs. A kind leads from a point to another, in points along x, y and z;
+/// only one of each pair of opposite directions is listed.
 inline constexpr std::size_t kJelloSprings = 16;
 struct JelloSpring {
   std::array<int, 3> to{};

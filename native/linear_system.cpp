@@ -15,7 +15,7 @@ void solveInPlace(std::span<double> matrix, std::span<double> values, double rou
   double largest = 0.0;
   for (const double entry : matrix)
     largest = std::max(largest, std::abs(entry));
-  std::vector<std::size_t> pivotRow(n, n);  // by column; n: it has none
+  std::vector<std::size_t> pivotRow(n, n);  // by column; n if it has none
   std::size_t rank = 0;
   for (std::size_t column = 0; column < n; ++column) {
     std::size_t best = rank;

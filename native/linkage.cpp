@@ -11,8 +11,8 @@
 namespace carom::native {
 namespace {
 
-constexpr int kMostRodIterations = 12;   ///< Newton's; it takes three or four
-constexpr double kRodTolerance = 1e-15;  ///< of the square of a rod's length
+constexpr int kMostRodIterations = 12;   ///< Newton's method takes three or four
+constexpr double kRodTolerance = 1e-15;  ///< relative to the square of a rod's length
 
 Vec3 directionOf(const Vec3& vector) {
   const double length = lengthOf(vector);
@@ -104,10 +104,11 @@ void Linkage::connect(const SphereWorld& world, std::span<const BodyId> ids) {
   }
 }
 
-/// A share of the shortest time in which something there can change, estimated from above.
+/// Returns a fixed share of the shortest time in which a motion of the group can change, with the
+/// rates estimated from above.
 double Linkage::stepOf(const SphereWorld& world, const Group& group,
                        std::span<const Motion> motions) const {
-  std::vector<double> squares(group.spheres.size(), 0.0);  // of the members' frequencies
+  std::vector<double> squares(group.spheres.size(), 0.0);  // squared frequencies of the members
   double fastest = drag_.rate;
   for (const Coil& coil : group.springs) {
     const double square = coil.spring.stiffness * inverseMass(group, coil.ends);
@@ -116,7 +117,7 @@ double Linkage::stepOf(const SphereWorld& world, const Group& group,
     fastest = std::max(fastest, coil.spring.damping * inverseMass(group, coil.ends));
   }
   for (const Bar& rod : group.rods) {
-    // Once round, it falls by its length twice.
+    // A rod that swings round falls by twice its length.
     const double falling = 2.0 * std::sqrt(lengthOf(world.gravity) / std::sqrt(rod.square));
     fastest = std::max(fastest, falling + turningRate(rod, motions));
   }
@@ -129,11 +130,11 @@ double Linkage::stepOf(const SphereWorld& world, const Group& group,
     }
     fastest = std::max(fastest, std::sqrt(squares[i]));
   }
-  // Where nothing moves by itself, any step is exact.
+  // Without forces that change, any step is exact.
   return fastest > 0.0 ? kForceStepAngle / fastest : 1.0;
 }
 
-/// rad/s, at most.
+/// Largest rate in rad/s at which the rod may turn.
 double Linkage::turningRate(const Bar& rod, std::span<const Motion> motions) {
   Vec3 velocity = motions[rod.ends.one].velocity;
   if (rod.ends.other != kFixed) velocity -= motions[rod.ends.other].velocity;
@@ -146,7 +147,7 @@ double Linkage::step(std::uint32_t index, std::span<const Motion> motions) const
   double fastest = 0.0;
   for (const Bar& rod : group.rods)
     fastest = std::max(fastest, turningRate(rod, motions));
-  // An impact may have made it faster than could be foreseen.
+  // An impact may have made the rod faster than could be foreseen.
   return fastest * group.step > kForceStepAngle ? kForceStepAngle / fastest : group.step;
 }
 
@@ -186,11 +187,11 @@ std::vector<Vec3> Linkage::accelerations(std::uint32_t index, std::span<const Mo
     const double force = coil.spring.stiffness * (coil.spring.length - lengthOf(along));
     push(group, coil.ends, force * directionOf(along), pulls);
   }
-  std::vector<Vec3> velocities;  // at the middle, but for what is slowed
+  std::vector<Vec3> velocities;  // at the middle, without dampers, drag and rods
   for (std::size_t i = 0; i < motions.size(); ++i)
     velocities.push_back(motions[i].velocity + half * pulls[i]);
   damp(group, step, middles, velocities, pulls);
-  if (drag_.rate > 0.0) {  // at the velocity at the middle, which it slows itself
+  if (drag_.rate > 0.0) {  // implicit: the velocity at the middle includes the drag
     for (std::size_t i = 0; i < motions.size(); ++i)
       pulls[i] =
           (pulls[i] - drag_.rate * (motions[i].velocity - drag_.wind)) / (1.0 + drag_.rate * half);
@@ -206,17 +207,19 @@ void Linkage::damp(const Group& group, double step, std::span<const Vec3> middle
     const Vec3 direction = directionOf(between(coil.ends, middles));
     Vec3 velocity = velocities[coil.ends.one];
     if (coil.ends.other != kFixed) velocity -= velocities[coil.ends.other];
-    // As if it were alone, it slows the velocity at the middle too: so it cannot turn it round.
+    // Each damper also slows the velocity at the middle, as if it acted alone: so it cannot reverse
+    // this velocity.
     const double slowing = 1.0 + 0.5 * step * coil.spring.damping * inverseMass(group, coil.ends);
     push(group, coil.ends,
          (-coil.spring.damping * dotInOrder(velocity, direction) / slowing) * direction, pulls);
   }
 }
 
-/// Adds what makes every rod its length at the end of the step: Newton's method for the forces.
+/// Adds the accelerations by which every rod has its length at the end of the step: Newton's method
+/// for the forces.
 void Linkage::pullByRods(const Group& group, double step, std::span<const Vec3> middles,
                          std::span<const Motion> motions, std::vector<Vec3>& pulls) {
-  const double lever = 0.5 * step * step;  // m for m/s^2
+  const double lever = 0.5 * step * step;  // m for each m/s^2
   const std::size_t count = group.rods.size();
   std::vector<Vec3> directions;
   for (const Bar& rod : group.rods)
@@ -242,8 +245,8 @@ void Linkage::pullByRods(const Group& group, double step, std::span<const Vec3> 
   }
 }
 
-/// Adds what pushes along the rods' directions do that change each rod, as seen along `seen`, by as
-/// much as `changes` says, which is used up.
+/// Adds the effect of pushes along the rods' directions that change each rod, as measured along
+/// `seen`, by `changes`, which is overwritten.
 void Linkage::pushRods(const Group& group, const RodAxes& axes, std::vector<double>& changes,
                        std::vector<Vec3>& pushed) {
   const std::size_t count = group.rods.size();
@@ -259,7 +262,7 @@ void Linkage::pushRods(const Group& group, const RodAxes& axes, std::vector<doub
     push(group, group.rods[k].ends, changes[k] * axes.directions[k], pushed);
 }
 
-/// 1/kg: how far the ends of one joint part by a unit push between those of another.
+/// Rate (1/kg) at which the ends of one joint part by a unit push between those of another.
 double Linkage::coupling(const Group& group, const Ends& one, const Ends& other) {
   const auto share = [&](std::uint32_t at, std::uint32_t otherAt) {
     return at != kFixed && at == otherAt ? 1.0 / group.masses[at] : 0.0;
@@ -268,7 +271,7 @@ double Linkage::coupling(const Group& group, const Ends& one, const Ends& other)
          share(one.other, other.one);
 }
 
-/// Adds what a push apart at both ends does.
+/// Adds the effect of a push that drives both ends apart.
 void Linkage::push(const Group& group, const Ends& ends, const Vec3& force,
                    std::vector<Vec3>& changes) {
   changes[ends.one] += force / group.masses[ends.one];

@@ -10,35 +10,36 @@
 
 namespace carom::native {
 
-/// Radians of a group's fastest motion in one step, unless SphereWorld::forceStep says otherwise: a
-/// spring's frequency is then off by 1.0e-6. The fastest motion is estimated for the start; what
-/// fields make faster later on is not known then, but rods that turn faster shorten their steps.
+/// Angle (rad) by which a group's fastest motion turns in one step, unless SphereWorld::forceStep
+/// says otherwise: a spring's frequency is then off by 1.0e-6. The fastest motion is estimated at
+/// the start; motion that fields make faster later is not known then, but rods that turn faster
+/// shorten their steps.
 inline constexpr double kForceStepAngle = 0.005;
 
 /// Springs, rods, fields and drag, which bend the paths of spheres between their contacts. Spheres
 /// that springs and rods connect form a group, which is stepped together; where there are fields or
-/// drag, every other sphere is a group of its own. Spheres without any of it are in no group.
+/// drag, every other sphere is a group of its own. Spheres without any of these are in no group.
 ///
 /// Method. In each step the acceleration of a sphere is constant, so its path is a parabola and its
-/// contacts are in closed form as everywhere. It is what the forces are at the middle of the step,
-/// x + v h / 2: position Verlet, which is of second order, reversible, and keeps energy without
-/// drift (Hairer, Lubich, Wanner 2003, Acta Numerica 12, 399, eq. 1.6). A contact begins a new step
-/// of the whole group. A spring's frequency w is off by (w h)^2 / 24. The forces of rods act along
-/// their directions at the middle too, and are such that every rod has its length at the end: a
-/// position Verlet with the constraints of SHAKE (Ryckaert, Ciccotti, Berendsen 1977, J. Comput.
-/// Phys. 23, 327). Within the step a rod that turns at w is off its length by (w h)^4 / 32 of it.
-/// Drag and dampers act at the velocity at the middle.
+/// contacts are in closed form as everywhere. The acceleration is that of the forces at the middle
+/// of the step, x + v h / 2: position Verlet, which is of second order, reversible, and keeps
+/// energy without drift (Hairer, Lubich, Wanner 2003, Acta Numerica 12, 399, eq. 1.6). A contact
+/// begins a new step of the whole group. A spring's frequency w is off by (w h)^2 / 24. The forces
+/// of rods act along their directions at the middle too, and are such that every rod has its length
+/// at the end: a position Verlet with the constraints of SHAKE (Ryckaert, Ciccotti, Berendsen 1977,
+/// J. Comput. Phys. 23, 327). Within the step a rod that turns at w is off its length by (w h)^4 /
+/// 32 of it. Drag and dampers act at the velocity at the middle.
 ///
 /// Internal to native/. [any thread]
 class Linkage {
  public:
   static constexpr std::uint32_t kNoGroup = 0xFFFFFFFF;
 
-  /// `ids` of the spheres, ascending: spheres are counted in this order.
+  /// `ids` are those of the spheres, ascending; spheres are numbered in this order.
   Linkage(const SphereWorld& world, std::span<const BodyId> ids);
 
   std::size_t groupCount() const { return groups_.size(); }
-  /// kNoGroup for a free sphere.
+  /// Group of the sphere; kNoGroup for a free sphere.
   std::uint32_t groupOf(std::size_t sphere) const {
     return groupOf_.empty() ? kNoGroup : groupOf_[sphere];
   }
@@ -48,24 +49,25 @@ class Linkage {
   std::span<const std::uint32_t> members(std::uint32_t group) const {
     return groups_[group].spheres;
   }
-  /// s, of the group's step from `motions` (all of one instant) on.
+  /// Length in s of the group's step that begins with `motions` (all at one instant).
   double step(std::uint32_t group, std::span<const Motion> motions) const;
-  /// Of the group's members, over a step of `step` s from `motions` on: m/s^2.
+  /// Accelerations (m/s^2) of the group's members over a step of `step` s that begins with
+  /// `motions`.
   std::vector<Vec3> accelerations(std::uint32_t group, std::span<const Motion> motions,
                                   double step) const;
-  /// What impulses (N s, one per member) do to the members' velocities, m/s: rods keep the rate at
-  /// which they change their lengths, zero. Only the positions of `motions` matter.
+  /// Changes (m/s) of the members' velocities by impulses (N s, one per member): rods cancel any
+  /// rate of change of their lengths. Only the positions of `motions` matter.
   std::vector<Vec3> response(std::uint32_t group, std::span<const Motion> motions,
                              std::span<const Vec3> impulses) const;
-  /// J, of the springs and fields.
+  /// Energy in J of the springs and fields.
   double potentialEnergy(std::uint32_t group, std::span<const Motion> motions) const;
 
  private:
   static constexpr std::uint32_t kFixed = 0xFFFFFFFF;
 
-  /// Two members, or one and a fixed point.
+  /// The ends of a joint: two members, or one and a fixed point.
   struct Ends {
-    std::uint32_t one = 0;  ///< a member's place in its group
+    std::uint32_t one = 0;  ///< index of a member in its group
     std::uint32_t other = kFixed;
     Vec3 anchor = Vec3::Zero();
   };
@@ -75,20 +77,20 @@ class Linkage {
   };
   struct Bar {
     Ends ends;
-    double square = 0.0;  ///< m^2, of its length
+    double square = 0.0;  ///< m^2, the squared length
   };
   struct Group {
     std::vector<std::uint32_t> spheres;  ///< ascending
-    std::vector<double> masses;          ///< kg, of these
+    std::vector<double> masses;          ///< kg, by sphere of the group
     std::vector<Coil> springs;
     std::vector<Bar> rods;
-    double step = 0.0;  ///< s, at most
+    double step = 0.0;  ///< s, the longest step
   };
 
-  /// m, from the other end to the first.
+  /// Vector in m from the other end to the first.
   static Vec3 between(const Ends& ends, std::span<const Vec3> positions);
   static double inverseMass(const Group& group, const Ends& ends);
-  /// By rod, along which a change is seen and a push acts.
+  /// Directions by rod: along `seen` its change is measured, along `directions` a push acts.
   struct RodAxes {
     std::span<const Vec3> seen;
     std::span<const Vec3> directions;
@@ -103,7 +105,7 @@ class Linkage {
                 std::span<const Motion> motions) const;
   Vec3 fieldAt(const Vec3& position) const;
   static double turningRate(const Bar& rod, std::span<const Motion> motions);
-  /// Both over `step` s.
+  /// Both act over a step of `step` s.
   static void damp(const Group& group, double step, std::span<const Vec3> middles,
                    std::span<const Vec3> velocities, std::vector<Vec3>& pulls);
   static void pullByRods(const Group& group, double step, std::span<const Vec3> middles,
@@ -114,7 +116,7 @@ class Linkage {
   std::vector<ForceField> fields_;
   Drag drag_;
   Vec3 gravity_;
-  bool stepGiven_ = false;  ///< by SphereWorld::forceStep
+  bool stepGiven_ = false;  ///< true if SphereWorld::forceStep sets the step
 };
 
 }  // namespace carom::native

@@ -9,7 +9,7 @@
 namespace carom::native {
 namespace {
 
-/// 1, Coulomb's, of a pair: the geometric mean, as of restitutions.
+/// Coulomb's coefficient (1) of a pair: the geometric mean, as for restitutions.
 double combinedFriction(double friction, double otherFriction) {
   return std::sqrt(friction * otherFriction);
 }
@@ -20,7 +20,7 @@ std::size_t memberIndex(std::uint32_t sphere, std::span<const std::uint32_t> mem
 
 }  // namespace
 
-/// Only what there is is kept: vectors stay empty for a world without.
+/// Stores only mechanics that the world has: vectors stay empty otherwise.
 void Simulation::takeMechanics(const SphereWorld& world) {
   if (linkage_.groupCount() > 0) pulls_.assign(sphereCount(), bodies_.gravity);
   for (std::uint32_t group = 0; group < linkage_.groupCount(); ++group)
@@ -55,7 +55,8 @@ double Simulation::wallRestitution(std::uint32_t sphere, const Plane& plane,
       restitutionAt(plane.restitution, plane.restitutionLaw, approachSpeed));
 }
 
-/// The sphere's motion changes by itself: a step of its group ends, or it begins to roll, or stops.
+/// Handles a change of the sphere's motion by itself: a step of its group ends, or it begins to
+/// roll, or stops.
 void Simulation::turn(std::uint32_t sphere) {
   if (linked(sphere)) {
     restarts_.push_back(linkage_.groupOf(sphere));
@@ -67,7 +68,7 @@ void Simulation::turn(std::uint32_t sphere) {
 
 // ---- Springs, rods and fields
 
-/// m/s^2, of everything but contacts.
+/// Acceleration (m/s^2) by everything but contacts.
 Vec3 Simulation::pullOn(std::uint32_t sphere) const {
   return linked(sphere) ? pulls_[sphere] : bodies_.gravity;
 }
@@ -87,7 +88,7 @@ void Simulation::restartGroups() {
   restarts_.clear();
 }
 
-/// A new step of the group from now_ on.
+/// Begins a new step of the group at now_.
 void Simulation::restartGroup(std::uint32_t group) {
   const std::span<const std::uint32_t> members = linkage_.members(group);
   const std::vector<Motion> motions = motionsOf(group, now_);
@@ -100,7 +101,8 @@ void Simulation::restartGroup(std::uint32_t group) {
   }
 }
 
-/// What 1 N s between the two does to them, and to all that rods connect with them.
+/// Returns the effect of 1 N s between the two on them, and on all spheres that rods connect with
+/// them.
 Simulation::Give Simulation::giveOf(const Pair& pair) const {
   Give give;
   const bool alone = pair.other == Agenda::kNobody;
@@ -132,7 +134,7 @@ Simulation::Give Simulation::giveOf(const Pair& pair) const {
   return give;
 }
 
-/// The rest of those that rods connect.
+/// Applies an impulse to the other spheres that rods connect with the pair.
 void Simulation::drag(const Give& give, double impulse) {
   for (const auto& [member, change] : give.others) {
     Motion motion = bodies_.at(member, now_);
@@ -149,7 +151,7 @@ Vec3 Simulation::spinAt(std::size_t sphere, const Instant& instant) const {
   return spin.velocity + elapsed(bodies_.motions[sphere].since, instant) * spin.acceleration;
 }
 
-/// Friction in an impact of two.
+/// Applies friction in an impact of two spheres.
 void Simulation::rub(const Pair& pair, double impulse, Motion& motion, Motion& otherMotion) {
   if (spins_.empty()) return;
   const auto massOf = [&](std::uint32_t sphere) { return substances_[sphere].mass; };
@@ -197,7 +199,7 @@ void Simulation::rubOnWall(std::uint32_t sphere, const Plane& plane, double impu
       spinChange(-contact.radius * contact.normal, rubbing, mass, contact.radius);
 }
 
-/// Along the one plane that it is held on: sliding, rolling, or still.
+/// Sets the motion of a sphere along the one plane that holds it: sliding, rolling, or still.
 void Simulation::roll(std::uint32_t sphere) {
   if (spins_.empty()) return;
   Spin& spin = spins_[sphere];
@@ -212,7 +214,7 @@ void Simulation::roll(std::uint32_t sphere) {
   contact.normal = plane.normal;
   contact.radius = bodies_.radii[sphere];
   contact.support = std::max(-bodies_.alongNormal(plane.normal, bodies_.gravity), 0.0);
-  if (contact.support == 0.0) return;  // a wall that it is not pressed against
+  if (contact.support == 0.0) return;  // it is not pressed against this wall
   contact.pull = bodies_.accelerations[sphere];
   contact.rolling = frictions_[sphere].rolling;
   contact.pivoting = frictions_[sphere].pivoting;

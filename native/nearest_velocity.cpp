@@ -10,20 +10,20 @@
 namespace carom::native {
 namespace {
 
-constexpr double kSpeedRounding = 2e-15;  ///< of the speeds that a difference is taken of
-constexpr double kProximity = 1e-9;       ///< weight of the proximal term beside diagonals of 1
+constexpr double kSpeedRounding = 2e-15;  ///< relative to the speeds whose difference is taken
+constexpr double kProximity = 1e-9;       ///< weight of the proximal term; the diagonals are 1
 constexpr int kMostProximalSteps = 100;
-constexpr double kWorthwhile = 0.9;  ///< residuals that shrink by less do not any more
+constexpr double kWorthwhile = 0.9;  ///< a step must shrink the residuals at least by this factor
 constexpr double kSmallestPivot = 1e-20;
 
-/// min y.Q y / 2 + r.y over y >= -y0, around y0, for positive definite Q.
+/// The quadratic programme min y.Q y / 2 + r.y over y >= -y0, around y0, for positive definite Q.
 class StrictProgramme {
  public:
   explicit StrictProgramme(std::vector<double> matrix, std::size_t size)
       : size_(size), matrix_(std::move(matrix)), values_(size, 0.0), factor_(size * size, 0.0) {}
 
-  /// Moves values() to the minimum of the programme around where they are, `residuals` being the
-  /// gradient there.
+  /// Moves values() to the minimum of the programme around their present place, where `residuals`
+  /// is the gradient.
   void improve(std::span<const double> residuals);
 
   std::span<const double> values() const { return values_; }
@@ -41,12 +41,12 @@ class StrictProgramme {
   std::size_t size_;
   std::vector<double> matrix_;
   std::vector<double> values_;
-  std::vector<std::size_t> free_;  ///< not held at 0, in the order of ...
-  std::vector<double> factor_;     ///< ... the rows of Cholesky's factor, `size_` apart
-  std::vector<bool> refused_;      ///< rounding would take them in and out for ever
+  std::vector<std::size_t> free_;  ///< indices not held at 0, one per row of `factor_`
+  std::vector<double> factor_;     ///< Cholesky's factor, its rows `size_` apart
+  std::vector<bool> refused_;      ///< indices that rounding would take in and out for ever
 };
 
-/// One more row of the factor.
+/// Adds an index to the free ones, and its row to the factor.
 void StrictProgramme::release(std::size_t index) {
   const std::size_t row = free_.size();
   double* const own = &factor_[row * size_];
@@ -63,7 +63,7 @@ void StrictProgramme::release(std::size_t index) {
   free_.push_back(index);
 }
 
-/// Holds at 0 what is there, from this row of the factor on.
+/// Holds at 0 the free indices whose values are 0, from this row of the factor on.
 void StrictProgramme::fix(std::size_t from) {
   const std::vector<std::size_t> rest(free_.begin() + static_cast<std::ptrdiff_t>(from),
                                       free_.end());
@@ -73,7 +73,7 @@ void StrictProgramme::fix(std::size_t from) {
   }
 }
 
-/// The values at which the gradient of the free ones is zero, in their order.
+/// Returns the values, in the order of the free indices, at which their gradient is zero.
 std::vector<double> StrictProgramme::wanted(std::span<const double> residuals,
                                             std::span<const double> start) const {
   const std::size_t count = free_.size();
@@ -97,7 +97,7 @@ std::vector<double> StrictProgramme::wanted(std::span<const double> residuals,
   return found;
 }
 
-/// Goes to the wanted values, or as far towards them as none becomes negative; returns whether it
+/// Moves to the wanted values, or as far towards them as none becomes negative; returns true if it
 /// got there.
 bool StrictProgramme::approachWanted(std::span<const double> wanted) {
   double way = 1.0;
@@ -126,7 +126,8 @@ bool StrictProgramme::approachWanted(std::span<const double> wanted) {
   return false;
 }
 
-/// Among those held at 0, the one that would most gladly rise; size_ if none would.
+/// The index held at 0 whose gradient is most negative, so that it would rise; size_ if there is
+/// none.
 std::size_t StrictProgramme::mostViolated(std::span<const double> residuals,
                                           std::span<const double> start) const {
   double worst = 0.0;
@@ -159,8 +160,8 @@ void StrictProgramme::improve(std::span<const double> residuals) {
   }
 }
 
-/// How much an impulse at the one contact opens the other, both in units in which it is 1 for the
-/// same.
+/// Opening speed at one contact by an impulse at the other, both in units in which it is 1 for the
+/// same contact.
 double coupling(const ClusterSystem& system, std::size_t contact, std::size_t other) {
   const ClusterContact& one = system.contacts[contact];
   const ClusterContact& two = system.contacts[other];

@@ -11,16 +11,17 @@ namespace carom::native {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kEnough = 4.0 * std::numeric_limits<double>::epsilon();  ///< of t, a last step
+/// Relative size of the last step in t.
+constexpr double kEnough = 4.0 * std::numeric_limits<double>::epsilon();
 constexpr int kNewtonSteps = 12;
-constexpr int kMostBisections = 2200;  ///< bisection alone could need them, from 1e300 to 1e-300
+constexpr int kMostBisections = 2200;  ///< bisection alone could need so many, over 1e-300 to 1e300
 
 struct Interval {
   double from = 0.0;
   double until = kInfinity;
 };
 
-/// In ascending order; at most as many as a polynomial of degree 4 has.
+/// Roots in ascending order; at most as many as a polynomial of degree 4 has.
 struct Roots {
   std::array<double, 4> at{};
   std::size_t count = 0;
@@ -29,7 +30,7 @@ struct Roots {
   std::span<const double> all() const { return {at.data(), count}; }
 };
 
-/// By Horner's rule.
+/// Value of the polynomial at `t`, by Horner's rule.
 double value(std::span<const double> c, double t) {
   double sum = 0.0;
   for (std::size_t i = c.size(); i-- > 0;)
@@ -44,7 +45,8 @@ double slope(std::span<const double> c, double t) {
   return sum;
 }
 
-/// A t beyond `from` and all roots: Fujiwara's bound, without its roots a power of two above it.
+/// Returns a t beyond `from` and all roots: Fujiwara's bound, with powers of two above it instead
+/// of its roots.
 double beyond(std::span<const double> c, double from) {
   std::size_t degree = c.size() - 1;
   while (degree > 0 && c[degree] == 0.0)
@@ -62,9 +64,9 @@ double beyond(std::span<const double> c, double from) {
   return far > 0.0 ? far : 1.0;
 }
 
-/// Newton's method from the zero of the polynomial without what is above t^2, which is near where
-/// accelerations matter little yet. If it converges in [low, high], then to what does not depend on
-/// them.
+/// Newton's method from a zero of the polynomial truncated after t^2, which is near if the
+/// accelerations matter little yet. If it converges in [low, high], the result does not depend on
+/// these bounds.
 std::optional<double> newton(std::span<const double> c, double low, double high) {
   const double half = -0.5 * c[1];
   const double discriminant = half * half - c[0] * c[2];
@@ -80,7 +82,7 @@ std::optional<double> newton(std::span<const double> c, double low, double high)
   return std::nullopt;
 }
 
-/// The zero in [low, high], at whose ends the signs differ.
+/// Returns the zero in [low, high]; the signs at the two ends differ.
 double refine(std::span<const double> c, double low, double high, bool rising) {
   if (const std::optional<double> found = newton(c, low, high)) return *found;
   double t = 0.5 * (low + high);
@@ -92,7 +94,7 @@ double refine(std::span<const double> c, double low, double high, bool rising) {
     ((here < 0.0) == rising ? low : high) = t;
     double next = t - here / slope(c, t);
     if (std::abs(next - t) <= kEnough * std::abs(t)) return t;
-    // Newton's steps must halve every second time; a polynomial far off does not let them.
+    // Newton steps must halve every second time; far from the zero they may not.
     const bool slow = !(2.0 * std::abs(next - t) < before);
     if (slow || !(next > low && next < high)) next = 0.5 * (low + high);
     if (next == t || next <= low || next >= high) return t;
@@ -105,8 +107,8 @@ double refine(std::span<const double> c, double low, double high, bool rising) {
 
 Roots rootsIn(std::span<const double> c, const Interval& in);
 
-/// Where the polynomial changes its sign between neighbouring points of a division on which it is
-/// monotone.
+/// Returns the places where the polynomial changes its sign between neighbouring points of a
+/// division; between these it must be monotone.
 Roots rootsBetween(std::span<const double> c, const Interval& in, const Roots& division) {
   Roots roots;
   double low = in.from;
@@ -156,7 +158,7 @@ Roots rootsIn(std::span<const double> c, const Interval& in) {
   return rootsBetween(c, in, rootsIn({derivative.data(), c.size() - 1}, in));
 }
 
-/// Whether a short look tells that nothing falls below zero.
+/// True if a cheap bound shows that the polynomial stays above zero.
 bool staysAbove(const Quartic& c, double from, double until) {
   if (from != 0.0 || !(until < kInfinity)) return false;
   const auto least = [](double coefficient) { return std::min(coefficient, 0.0); };

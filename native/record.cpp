@@ -1,4 +1,4 @@
-// How a run is written down: the part of Simulation that fills a Recording.
+// The part of Simulation that fills a Recording.
 
 #include <algorithm>
 #include <memory>
@@ -10,10 +10,11 @@
 namespace carom::native {
 namespace {
 
-/// Of so many kinds of surfaces at most, all restitutions are noted.
+/// Largest number of kinds of surfaces of which all restitutions are noted.
 constexpr std::size_t kMostKinds = 16;
 
-using Kind = std::pair<SurfaceId, double>;  ///< what decides the restitution of a body's pairs
+/// Surface and restitution of a body: they decide its pairs' restitutions.
+using Kind = std::pair<SurfaceId, double>;
 
 std::vector<double> restitutionsAmong(std::vector<Kind> kinds, const RestitutionTable& table) {
   std::ranges::sort(kinds);

@@ -12,7 +12,7 @@ using namespace native;
 
 namespace {
 
-/// FNV-1a, of 64 bits (Fowler, Noll, Vo; draft-eastlake-fnv).
+/// The hash FNV-1a of 64 bits (Fowler, Noll, Vo; draft-eastlake-fnv).
 class BitHash {
  public:
   void add(double value) {
@@ -175,7 +175,8 @@ void Recording::addCollision(const Collision& collision, const Events* exception
   const bool same =
       bitsOf(plain[0]) == bitsOf((*exception)[0]) && bitsOf(plain[1]) == bitsOf((*exception)[1]);
   added.exception = kNobody;
-  // What nobody was struck by is not rebuilt from the other body, so its events are kept.
+  // A collision with an unknown second body cannot be rebuilt from that body, so its events are
+  // kept.
   if (same && added.second != kNobody) return;
   added.exception = static_cast<std::uint32_t>(exceptions_.size());
   exceptions_.push_back(*exception);

@@ -9,16 +9,17 @@
 
 namespace carom::native {
 
-// Two classes of one shape, so that one function says what is written and what is read: each call
-// codes its argument, or sets it. Internal to native/.
+// ByteWriter and ByteReader have the same members, so that one function describes what is written
+// and what is read: each call writes its argument, or reads into it. Internal to native/.
 
 inline constexpr unsigned kByteBits = 8;
-inline constexpr unsigned kCountBits = 7;     ///< of a count in each byte ...
-inline constexpr unsigned kLongestCount = 9;  ///< ... of so many at most: the last has all 8
+inline constexpr unsigned kCountBits = 7;  ///< bits of a count in each byte
+/// Bytes of a count at most; the last byte has all 8 bits.
+inline constexpr unsigned kLongestCount = 9;
 inline constexpr std::uint64_t kMoreFollow = 0x80;
 inline constexpr std::uint64_t kSignBit = std::uint64_t{1} << 63U;
 
-/// Doubles in order of their values, as integers in order.
+/// Integer rank of a double: ranks are in the order of the values.
 inline std::uint64_t rankOf(double value) {
   const auto bits = std::bit_cast<std::uint64_t>(value);
   return (bits & kSignBit) != 0 ? ~(bits & ~kSignBit) : bits;
@@ -27,7 +28,7 @@ inline double ofRank(std::uint64_t rank) {
   return std::bit_cast<double>((rank & kSignBit) != 0 ? (~rank | kSignBit) : rank);
 }
 
-/// Appends to `bytes`.
+/// Writes by appending to `bytes`.
 class ByteWriter {
  public:
   static constexpr bool kReads = false;
@@ -60,7 +61,7 @@ class ByteWriter {
       fixed(static_cast<unsigned char>(letter), 1);
   }
 
-  /// Notes the first fault, and returns whether there is none so far.
+  /// Notes the first fault; returns true if there is none so far.
   bool check(bool right, const char* what) {
     if (!right && fault_.empty()) fault_ = what;
     return fault_.empty();
@@ -73,7 +74,7 @@ class ByteWriter {
   std::string fault_;
 };
 
-/// Reads `bytes`; zeros, after a fault.
+/// Reads from `bytes`; after a fault it returns zeros.
 class ByteReader {
  public:
   static constexpr bool kReads = true;

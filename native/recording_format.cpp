@@ -23,7 +23,7 @@ using Segment = Recording::Segment;
 using Collision = Recording::Collision;
 using Events = Recording::Events;
 
-// Flags of a record; see the header.
+// Flags of a record; see recording_format.h.
 constexpr unsigned kIsCollision = 0x01;
 constexpr unsigned kOfFirst = 0x02;
 constexpr unsigned kOfSecond = 0x04;
@@ -38,11 +38,12 @@ constexpr unsigned kInstantFollows = 0x04;
 constexpr unsigned kImpactFollows = 0x08;
 constexpr unsigned kRebuilt = 0x10;
 constexpr unsigned kCollisionFlags = 0x1F;
-// Of an event.
+// Flags of an event.
 constexpr std::uint64_t kHasApplied = std::uint64_t{1} << kEventFields;
 constexpr std::uint64_t kIdsFollow = kHasApplied << 1U;
 
-constexpr double kLevel = 1e-15;  ///< of gravity: what is less along a normal is rounding
+/// Relative to gravity: a smaller component along a normal is rounding.
+constexpr double kLevel = 1e-15;
 constexpr std::size_t kHeaderSize = kRecordingMagic.size() + sizeof(std::uint32_t);
 constexpr std::size_t kChecksumSize = sizeof(std::uint64_t);
 
@@ -69,12 +70,12 @@ bool sound(const Instant& instant) {
          instant.seconds + instant.rest == instant.seconds;
 }
 
-/// What a collision does, as far as it is the plain one: an impulse along the normal.
+/// The quantities of a plain collision, whose impulse is along the normal.
 struct Impact {
   Vec3 normal = Vec3::UnitX();
   double approachSpeed = 0.0;
   double effectiveMass = 0.0;
-  double change = 0.0;  ///< m/s, of the velocity along the normal
+  double change = 0.0;  ///< m/s, change of the relative velocity along the normal
   double impulse = 0.0;
 
   bool sameAs(const Collision& collision) const {
@@ -83,16 +84,18 @@ struct Impact {
   }
 };
 
-/// The two bodies of a collision, and what the next segments of its spheres begin with.
+/// The two bodies of the last collision and the velocities with which their next segments begin if
+/// nothing else is said.
 struct Aftermath {
   std::uint32_t first = Recording::kNobody;
   std::uint32_t second = Recording::kNobody;
   Instant time;
-  Vec3 velocity = Vec3::Zero();       ///< m/s, of the first
-  Vec3 otherVelocity = Vec3::Zero();  ///< m/s, of the second
+  Vec3 velocity = Vec3::Zero();       ///< m/s, of the first body
+  Vec3 otherVelocity = Vec3::Zero();  ///< m/s, of the second body
 };
 
-/// One pass through the records: where the spheres are by now, and what follows from that.
+/// One pass through the records: keeps the present segments of the spheres, and predicts what
+/// follows from them.
 class Pass {
  public:
   explicit Pass(const Recording& recording)
@@ -123,22 +126,22 @@ class Pass {
     ++current_[sphere];
     last_ = instant;
   }
-  /// After which the velocities along the normal differ by `change` (m/s) more.
+  /// Adds a collision that changes the relative velocity along the normal by `change` (m/s).
   void addCollision(const Collision& collision, double change);
-  /// A contact that nobody reports, because it is so slow: see SphereStepper on rest.
+  /// Adds a contact that is too slow to be reported: see SphereStepper on rest.
   void meet(std::uint32_t sphere, std::uint32_t body, const Instant& instant);
 
  private:
   Instant wallContact(const Segment& segment, double radius, const Wall& wall) const;
 
   const Recording& recording_;
-  std::vector<std::uint32_t> current_;  // by sphere: its segment
-  Instant last_;                        // of the last record
-  Aftermath aftermath_;                 // of the last collision
+  std::vector<std::uint32_t> current_;  // by sphere: its present segment
+  Instant last_;                        // instant of the last record
+  Aftermath aftermath_;                 // result of the last collision
   double level_ = 0.0;                  // m/s^2
 };
 
-/// How the sphere leaves, if nothing is said about it.
+/// Motion of the sphere after `instant` if its record says nothing else.
 Motion Pass::expected(std::uint32_t sphere, const Instant& instant) const {
   Motion motion = segment(sphere).at(instant);
   if (!same(instant, aftermath_.time)) return motion;
@@ -147,7 +150,7 @@ Motion Pass::expected(std::uint32_t sphere, const Instant& instant) const {
   return motion;
 }
 
-/// The instant at which the two touch, if they fall alike; never otherwise.
+/// Instant at which the two bodies touch, if they have the same acceleration; otherwise never.
 Instant Pass::contact(std::uint32_t first, std::uint32_t second) const {
   if (second == Recording::kNobody) return Instant::never();
   const Segment& one = segment(first);
@@ -222,7 +225,8 @@ void Pass::addCollision(const Collision& collision, double change) {
   aftermath_.otherVelocity -= (mass / (mass + otherMass) * change) * collision.normal;
 }
 
-/// Spheres rebound as fast as they come, and none does from a wall, as a rule.
+/// Sets the usual velocities after a rest contact: spheres rebound as fast as they approach, and a
+/// sphere does not rebound from a wall.
 void Pass::meet(std::uint32_t sphere, std::uint32_t body, const Instant& instant) {
   aftermath_ = {sphere, body, instant, Vec3::Zero(), Vec3::Zero()};
   aftermath_.velocity = segment(sphere).at(instant).velocity;
@@ -240,7 +244,7 @@ void Pass::meet(std::uint32_t sphere, std::uint32_t body, const Instant& instant
   aftermath_.otherVelocity += impulse * otherYield;
 }
 
-/// One function for each part of a recording, which writes it or reads it.
+/// One function for each part of a recording, which writes it or reads it, depending on Archive.
 template <class Archive>
 class Parts {
  public:
@@ -330,7 +334,8 @@ class Parts {
     archive_.residual(value.impulse, known.impulse);
     vector(value.normal, known.normal);
   }
-  /// What an event says beyond `rebuilt`, which it is at first when it is read.
+  /// Codes how an event differs from `rebuilt`; when it is read, `value` is equal to `rebuilt` at
+  /// first.
   void event(ImpulseEvent& value, const ImpulseEvent& rebuilt) {
     std::uint64_t flags = Archive::kReads ? 0 : flagsOf(value, rebuilt);
     archive_.count(flags);
@@ -355,7 +360,7 @@ class Parts {
     ImpulseEvent copy = event;
     for (double* const radius : {&copy.radius, &copy.otherRadius}) {
       archive_.check(*radius >= 0.0, "a radius of curvature is below 0");
-      *radius = 0.0;  // it may be infinite
+      *radius = 0.0;  // the radius may be infinite
     }
     for (const double number : numbersOf(copy))
       archive_.check(std::isfinite(number), "a number of an event is not finite");
@@ -411,7 +416,7 @@ class Encoder {
   Encoder(const Recording& recording, std::vector<std::byte>& bytes)
       : recording_(recording), archive_(bytes), parts_(archive_), pass_(recording) {}
 
-  /// Why it cannot be written; empty if it is.
+  /// Writes the recording. Returns why it cannot be written; empty if it could.
   std::string run() {
     world();
     std::uint64_t count = recording_.log().size();
@@ -468,8 +473,8 @@ void Encoder::world() {
     parts_.number(restitution);
 }
 
-/// The body whose contact at `instant` follows from the motions: it is that of the next record, or
-/// a wall; kNobody if it is neither.
+/// Returns the body whose contact with the sphere at `instant` follows from the motions: the sphere
+/// of the next record, or a wall; kNobody if it is neither.
 std::uint32_t Encoder::metBy(std::uint32_t sphere, std::uint32_t next,
                              const Instant& instant) const {
   const Aftermath& aftermath = pass_.aftermath();
@@ -516,7 +521,8 @@ void Encoder::writeSegment(std::uint32_t sphere, std::uint32_t next) {
   pass_.addSegment(sphere, segment.since);
 }
 
-/// The number of the restitution with which the impact follows; that of all if there is none.
+/// Index of the restitution with which the impact follows from the states; the number of all
+/// restitutions if there is none.
 std::uint32_t Encoder::restitutionOf(const Collision& collision) const {
   const std::vector<double>& all = recording_.world().restitutions;
   const auto found = std::ranges::find_if(all, [&](double restitution) {

@@ -1,5 +1,5 @@
-// How things come to rest: the part of Simulation that its documentation calls Rest,
-// Sleep and Collapse.
+// The part of Simulation that brings spheres to rest: SphereStepper documents it under Rest, Sleep
+// and Collapse.
 
 #include <algorithm>
 #include <cmath>
@@ -12,22 +12,22 @@
 namespace carom::native {
 namespace {
 
-// These, too, define resting and are documented in SphereStepper.
-constexpr double kLeastFlight = 1e-5;         ///< s, a bounce on a wall that is shorter is none
-constexpr double kRubbedHopTime = 0.1e-3;     ///< s, unpaid, where friction or forces damp hops
-constexpr double kFirstHops = 10.0;           ///< of that time, which a sphere may have unpaid
-constexpr double kCollapseInterval = 1e-6;    ///< s, contacts of one sphere closer than this ...
-constexpr std::uint16_t kCollapseRun = 1000;  ///< ... so many times in a row are a collapse
-constexpr std::uint16_t kCrushRun = 5000;     ///< in a row, and the last so close: no way out
-constexpr double kCrushInterval = 1e-9;       ///< s, between surfaces that move; they give energy
-constexpr double kStuckInterval = 1e-10;      ///< s, elsewhere
+// These constants define rest, too, and are documented in SphereStepper.
+constexpr double kLeastFlight = 1e-5;         ///< s, a shorter bounce on a wall is none
+constexpr double kRubbedHopTime = 0.1e-3;     ///< s, unpaid hop where friction or forces damp
+constexpr double kFirstHops = 10.0;           ///< hops of kLeastHopTime that a sphere has unpaid
+constexpr double kCollapseInterval = 1e-6;    ///< s, a shorter interval between contacts is rapid
+constexpr std::uint16_t kCollapseRun = 1000;  ///< rapid contacts in a row that are a collapse
+constexpr std::uint16_t kCrushRun = 5000;     ///< rapid contacts in a row that may have no way out
+constexpr double kCrushInterval = 1e-9;       ///< s, no way out below; moving surfaces give energy
+constexpr double kStuckInterval = 1e-10;      ///< s, no way out below, if no surface moves
 constexpr double kCollapseRestSpeed = 0.005;  ///< m/s, rest speed of a sphere after a collapse
 constexpr double kCalmTime = 0.02;            ///< s, of calm before sleep
-constexpr double kCalmDrift = 0.25;           ///< of the rest speed: what moves slower is calm
+constexpr double kCalmDrift = 0.25;           ///< relative to the rest speed: slower is calm
 constexpr double kRetryTime = 0.005;          ///< s, between two attempts to sleep
-constexpr double kSleepPull = 1e-3;           ///< of gravity: what may be left of it in sleep
+constexpr double kSleepPull = 1e-3;           ///< share of gravity that may stay uncarried
 
-constexpr double kHeldSpeed = 1e-12;  ///< of the speed: what is less along a normal is rounding
+constexpr double kHeldSpeed = 1e-12;  ///< relative to the speed: less along a normal is rounding
 
 }  // namespace
 
@@ -41,7 +41,8 @@ double Simulation::wallRebound(std::uint32_t sphere, std::uint32_t index, double
   const double rebound = slow && restitution < 1.0 ? 0.0 : restitution * approachSpeed;
   allowHop(sphere, 0.5 * body.mass * (approachSpeed - rebound) * (approachSpeed + rebound));
   const double pressed = -bodies_.alongNormal(plane.normal, bodies_.accelerations[sphere]);
-  // No wall holds what rods hold, nor what is pressed by its friction on another one alone.
+  // A wall does not hold a sphere on rods, nor one that only the friction on another wall presses
+  // against it.
   const bool byFriction = pressed > 0.0 && bodies_.alongNormal(plane.normal, pullOn(sphere)) >= 0.0;
   if (linkage_.hasRods(sphere) || byFriction)
     return std::max(slow ? approachSpeed : rebound,
@@ -51,7 +52,7 @@ double Simulation::wallRebound(std::uint32_t sphere, std::uint32_t index, double
   return rebound;
 }
 
-/// The sphere stays on the wall, as far as it is pressed against it.
+/// Makes the wall hold the sphere, as long as it is pressed against it.
 void Simulation::hold(std::uint32_t sphere, Motion& motion, std::uint32_t index) {
   Holds& holds = bodies_.holds[sphere];
   if (holds.count < Holds::kMost) {
@@ -62,8 +63,8 @@ void Simulation::hold(std::uint32_t sphere, Motion& motion, std::uint32_t index)
   }
 }
 
-/// After a change of velocity: lets go of the walls that the sphere leaves or runs into, and draws
-/// it along the others.
+/// After a change of velocity: releases the walls that the sphere leaves or runs into, and moves it
+/// along the others.
 void Simulation::keepHolds(std::uint32_t sphere, Motion& motion) {
   if (substances_[sphere].asleep) {
     motion.velocity.setZero();
@@ -104,7 +105,7 @@ void Simulation::keepHolds(std::uint32_t sphere, Motion& motion) {
 
 // ---- On other spheres
 
-/// m/s^2, at which the two are drawn into each other.
+/// Acceleration (m/s^2) at which the two are drawn into each other.
 double Simulation::pull(std::uint32_t sphere, std::uint32_t other, const Vec3& normal) const {
   return -dotInOrder(normal, bodies_.accelerations[sphere] - bodies_.accelerations[other]);
 }
@@ -115,7 +116,8 @@ void Simulation::grantFirstHops() {
     substance.hopAllowance = kFirstHops * 0.5 * substance.mass * speed * speed;
 }
 
-/// What contacts take may be given back, up to the energy of one long hop.
+/// Adds energy that a contact has taken to what hops may give back, up to the energy of one long
+/// hop.
 void Simulation::allowHop(std::uint32_t sphere, double energy) {
   Substance& body = substances_[sphere];
   const double fastest = restSpeed(sphere);
@@ -123,7 +125,7 @@ void Simulation::allowHop(std::uint32_t sphere, double energy) {
   body.hopAllowance = std::max(body.hopAllowance, std::min(body.hopAllowance + energy, most));
 }
 
-/// m/s per N s, the change of velocity by a slow impulse along `direction`.
+/// Change of velocity (m/s per N s) of the sphere by a slow impulse along `direction`.
 Vec3 Simulation::yielding(std::uint32_t sphere, const Vec3& direction) const {
   const Substance& body = substances_[sphere];
   if (body.asleep) return Vec3::Zero();
@@ -134,13 +136,14 @@ Vec3 Simulation::yielding(std::uint32_t sphere, const Vec3& direction) const {
   return carriedBy(direction, {normals.data(), holds.count}).acceleration / body.mass;
 }
 
-/// Whether what a hop has is lost again, so that it needs no payment, and would never end without:
-/// friction on the plane that it lies on works against it, or springs and rods do.
+/// True if friction on the plane below, springs or rods dissipate the energy of a hop. Such a hop
+/// needs no payment, and without hops the contacts would never end.
 bool Simulation::hopsAreDamped(std::uint32_t sphere) const {
   return linked(sphere) || (!frictions_.empty() && frictions_[sphere].sliding > 0.0);
 }
 
-/// Rebound speed of a pair that is drawn together: that of a hop if there is energy for it.
+/// Rebound speed in m/s of a pair that is drawn together: the speed of a hop if there is energy for
+/// it.
 double Simulation::restingRebound(const Pair& pair, double effectiveMass) {
   const double drawn = pull(pair.sphere, pair.other, pair.normal);
   if (drawn <= 0.0) return pair.approachSpeed;
@@ -165,19 +168,19 @@ double Simulation::restingRebound(const Pair& pair, double effectiveMass) {
   return pair.approachSpeed;
 }
 
-/// m/s, slower contacts of the sphere are rest.
+/// Speed in m/s below which contacts of the sphere are rest.
 double Simulation::restSpeed(std::uint32_t sphere) const {
   return substances_[sphere].collapsed ? std::max(restSpeed_, kCollapseRestSpeed) : restSpeed_;
 }
 
-/// Watches for collapse, and returns whether it has just happened; and for calm.
+/// Keeps track of calm and of rapid contacts; returns true if the sphere has just collapsed.
 bool Simulation::noteContact(std::uint32_t sphere, const Motion& motion) {
   Substance& body = substances_[sphere];
   if (body.asleep) return false;
   const Vec3 moved = motion.position - body.calmPlace;
   const double drift = kCalmDrift * restSpeed(sphere) * kCalmTime;
   const bool calm = body.calmSince != kNever && dotInOrder(moved, moved) <= drift * drift;
-  if (!calm && !linked(sphere)) {  // what springs or rods hold never sleeps
+  if (!calm && !linked(sphere)) {  // linked spheres never sleep
     body.calmSince = now_.seconds;
     body.calmPlace = motion.position;
   }
@@ -195,9 +198,9 @@ bool Simulation::noteContact(std::uint32_t sphere, const Motion& motion) {
   return true;
 }
 
-/// A sphere whose contacts leave it no time between them, the last `interval` s, though it has been
-/// stopped. Where surfaces move it is crushed: nothing touches it any more. Otherwise it is laid
-/// down.
+/// Gives up a sphere whose contacts leave it no time between them, the last one `interval` s,
+/// though it has been stopped. If surfaces move or it is linked, it is jammed: nothing touches it
+/// any more. Otherwise it is put to sleep.
 void Simulation::giveUp(std::uint32_t sphere, double interval) {
   const bool pressed = std::ranges::any_of(
       bodies_.walls, [](const Wall& wall) { return wall.speed != 0.0 || wall.shakes(); });
@@ -211,7 +214,8 @@ void Simulation::giveUp(std::uint32_t sphere, double interval) {
   substances_[sphere].asleep = !linked(sphere);  // it stays where it is
 }
 
-/// What has collapsed in contacts that are rest has no room left to move in, and may sleep at once.
+/// Stops a sphere that has collapsed in rest contacts: it has no room left to move in, and may
+/// sleep at once.
 void Simulation::stop(std::uint32_t sphere, Motion& motion) {
   if (bodies_.gravity == Vec3::Zero()) return;
   motion.velocity.setZero();
@@ -220,7 +224,7 @@ void Simulation::stop(std::uint32_t sphere, Motion& motion) {
 
 // ---- Sleep
 
-/// m, between two that touch but for their hops.
+/// Largest gap in m between two bodies that count as touching, to allow for their hops.
 double Simulation::touchingGap(double radius) const {
   const double speed = std::max(restSpeed_, kCollapseRestSpeed);
   return std::min(0.01 * radius, speed * speed / lengthOf(bodies_.gravity)) + 1e-9 * radius;
@@ -234,8 +238,8 @@ bool Simulation::touches(std::uint32_t sphere, const Vec3& position, std::uint32
   return dotInOrder(separation, separation) <= reach * reach;
 }
 
-/// Of the spheres that are calm, those that are linked to this one by calm ones that touch: in
-/// order, this one among them.
+/// The calm spheres that are connected with this one by touching calm spheres, in ascending order,
+/// this one among them.
 std::vector<std::uint32_t> Simulation::calmNeighbours(std::uint32_t sphere) const {
   std::vector<std::uint32_t> found{sphere};
   for (std::size_t next = 0; next < found.size(); ++next) {
@@ -252,8 +256,8 @@ std::vector<std::uint32_t> Simulation::calmNeighbours(std::uint32_t sphere) cons
   return found;
 }
 
-/// Whether walls and boxes at rest, sleeping spheres and the candidates (in order) that it touches
-/// carry it.
+/// True if the sphere is carried by walls and boxes at rest, and by sleeping spheres and candidates
+/// (in ascending order) that it touches.
 bool Simulation::carried(std::uint32_t sphere, std::span<const std::uint32_t> candidates) const {
   std::array<Vec3, kMostSurfaces> normals;
   std::size_t count = 0;
@@ -279,7 +283,7 @@ bool Simulation::carried(std::uint32_t sphere, std::span<const std::uint32_t> ca
   return lengthOf(left) <= kSleepPull * lengthOf(bodies_.gravity);
 }
 
-/// Whether it rests without anybody's help.
+/// True if the sphere rests on walls without the help of other spheres.
 bool Simulation::carriedByWalls(std::uint32_t sphere) const {
   return bodies_.holds[sphere].count > 0 && bodies_.accelerations[sphere] == Vec3::Zero();
 }
@@ -289,7 +293,7 @@ void Simulation::trySleep(std::uint32_t sphere) {
   if (body.asleep || !(now_.seconds - body.calmSince >= kCalmTime)) return;
   if (bodies_.gravity == Vec3::Zero() || carriedByWalls(sphere)) return;
   std::vector<std::uint32_t> candidates = calmNeighbours(sphere);
-  for (bool dropped = true; dropped;) {  // until those that are left carry each other
+  for (bool dropped = true; dropped;) {  // until the remaining spheres carry each other
     // Not std::ranges::partition: Clang 14 does not compile that of libstdc++ 12.
     const auto fallen =
         std::partition(candidates.begin(), candidates.end(),
@@ -312,7 +316,7 @@ void Simulation::layDown(std::uint32_t sphere) {
   leave(sphere, motion);
 }
 
-/// And whoever sleeps on it, if nothing else carries them.
+/// Wakes the sphere, and those that sleep on it if nothing else carries them.
 void Simulation::wake(std::uint32_t sphere) {
   if (!substances_[sphere].asleep) return;
   std::vector<std::uint32_t> woken{sphere};

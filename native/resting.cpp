@@ -11,10 +11,10 @@
 namespace carom::native {
 namespace {
 
-constexpr double kPullRounding = 1e-12;    ///< of the pull
-constexpr double kParallelNormals = 1e-9;  ///< normals that differ by less are one
+constexpr double kPullRounding = 1e-12;    ///< relative to the pull
+constexpr double kParallelNormals = 1e-9;  ///< normals that differ by less count as equal
 
-/// An orthonormal basis of what the chosen normals span; at most three.
+/// An orthonormal basis of the space that the chosen normals span; at most three vectors.
 struct Basis {
   std::array<Vec3, 3> along;
   std::size_t count = 0;
@@ -35,7 +35,7 @@ struct Basis {
   }
 };
 
-/// Up to three of the surfaces: more are never needed to carry (Caratheodory).
+/// A choice of up to three surfaces: more are never needed to carry (Caratheodory).
 struct Choice {
   std::array<std::size_t, 3> at{};
   std::size_t count = 0;
@@ -46,7 +46,7 @@ struct Choice {
   }
 };
 
-/// Whether pushes along the chosen normals, which span it, add up to `force`.
+/// True if pushes along the chosen normals, whose span contains `force`, add up to it.
 bool pushes(const Vec3& force, std::span<const Vec3> normals, const Choice& choice,
             double tolerance) {
   if (choice.count == 0) return true;
@@ -68,7 +68,7 @@ bool pushes(const Vec3& force, std::span<const Vec3> normals, const Choice& choi
          side * dotInOrder(force, cross(first, second)) >= -tolerance;
 }
 
-/// The answer, if the chosen surfaces are those that push.
+/// The result if the chosen surfaces are the ones that push; nothing if they are not.
 std::optional<Carried> carriedByThese(const Vec3& pull, std::span<const Vec3> normals,
                                       const Choice& choice) {
   const double tolerance = kPullRounding * lengthOf(pull);
@@ -107,7 +107,7 @@ Carried carriedBy(const Vec3& pull, std::span<const Vec3> normals) {
       }
     }
   }
-  return {Vec3::Zero(), (1U << count) - 1};  // rounding left nothing else: it stays
+  return {Vec3::Zero(), (1U << count) - 1};  // rounding has left no other answer: the sphere stays
 }
 
 Vec3 heldVelocity(const Vec3& velocity, std::span<const Vec3> normals,
@@ -131,7 +131,7 @@ Vec3 heldVelocity(const Vec3& velocity, std::span<const Vec3> normals,
     wanted[count] = speed / length;
     ++count;
   }
-  if (count == along.size()) held = Vec3::Zero();  // exactly at rest where the surfaces are
+  if (count == along.size()) held = Vec3::Zero();  // exactly at rest if the surfaces are
   for (std::size_t i = 0; i < count; ++i)
     held += (wanted[i] - dotInOrder(held, along[i])) * along[i];
   return held;

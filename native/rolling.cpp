@@ -10,23 +10,23 @@
 namespace carom::native {
 namespace {
 
-constexpr double kTurn = 0.05;          ///< rad, in one course
-constexpr double kLongestTurn = 2e-3;   ///< s, of such a course
-constexpr double kStillTime = 1e-9;     ///< s of the support: what is slower is rounding
-constexpr double kAligned = 1e-12;      ///< what of the pull is across is rounding
-constexpr double kInertia = 2.0 / 5.0;  ///< of m r^2
+constexpr double kTurn = 0.05;          ///< rad, largest turn of a direction in one course
+constexpr double kLongestTurn = 2e-3;   ///< s, longest such course
+constexpr double kStillTime = 1e-9;     ///< s, times the support: a slower motion is rounding
+constexpr double kAligned = 1e-12;      ///< relative to the pull: a smaller part across is rounding
+constexpr double kInertia = 2.0 / 5.0;  ///< moment of inertia over m r^2
 
 Vec3 inSurface(const Vec3& vector, const Vec3& normal) {
   return vector - dotInOrder(vector, normal) * normal;
 }
 
-/// What a velocity that is slowed against its direction does next.
+/// The next course of a velocity that is slowed against its direction.
 struct Slowing {
-  Vec3 direction;         ///< unit, of the slowing's middle
-  double duration = 0.0;  ///< s, until it has ended or turned
+  Vec3 direction;         ///< unit, of the slowing at the middle of the course
+  double duration = 0.0;  ///< s, until the motion has ended or turned
 };
 
-/// A velocity that is accelerated by `pull` and slowed by `slowing` m/s^2.
+/// Returns the course of a velocity that is accelerated by `pull` and slowed by `slowing` m/s^2.
 Slowing slowed(const Vec3& velocity, const Vec3& pull, double slowing) {
   const double speed = lengthOf(velocity);
   const Vec3 direction = velocity / speed;
@@ -42,7 +42,7 @@ Slowing slowed(const Vec3& velocity, const Vec3& pull, double slowing) {
   return {left > 0.0 ? Vec3(middle / left) : direction, duration};
 }
 
-/// The spin about the normal, which the plane holds up by itself.
+/// Adds the slowing of the spin about the normal, by the torque of pivoting friction.
 void pivot(const RollingContact& contact, RollingCourse& course) {
   const double spin = dotInOrder(course.spin.velocity, contact.normal);
   const double slowing =
@@ -56,7 +56,8 @@ void pivot(const RollingContact& contact, RollingCourse& course) {
   course.duration = std::min(course.duration, std::abs(spin) / slowing);
 }
 
-/// rad/s, of a sphere that rolls at `velocity`; the same for accelerations.
+/// Spin (rad/s) of a sphere that rolls at `velocity` (m/s); the same relation holds for
+/// accelerations.
 Vec3 rollingSpin(const RollingContact& contact, const Vec3& velocity) {
   return cross(contact.normal, velocity) / contact.radius;
 }
@@ -112,7 +113,7 @@ Vec3 frictionImpulse(const FrictionContact& contact, double impulse) {
 
 RollingCourse rollingCourse(const RollingContact& contact, const Vec3& velocity, const Vec3& spin) {
   const double friction = contact.sliding * contact.support;
-  const double give = 1.0 + 1.0 / kInertia;  // of the slip, against the sphere's own slowing
+  const double give = 1.0 + 1.0 / kInertia;  // change of the slip per slowing of the sphere
   const Vec3 slip =
       velocity - contact.radius * inSurface(cross(spin, contact.normal), contact.normal);
   RollingCourse course;
@@ -121,7 +122,7 @@ RollingCourse rollingCourse(const RollingContact& contact, const Vec3& velocity,
   } else if (lengthOf(contact.pull) > give * friction) {
     course = slide(contact, velocity, spin, {contact.pull / lengthOf(contact.pull), kNever});
   } else {
-    // The last of the slip goes as friction would take it.
+    // The last slip is removed in the way that friction would remove it.
     course = roll(contact, velocity - slip / give, spin);
   }
   pivot(contact, course);

@@ -9,7 +9,7 @@
 namespace carom::native {
 namespace {
 
-constexpr double kPathRounding = 1e-15;  ///< of the way
+constexpr double kPathRounding = 1e-15;  ///< relative to the way travelled
 
 /// Taylor's coefficients up to y^17 and y^16: for |y| <= pi / 4 the next terms are below 1e-17.
 constexpr int kTerms = 9;
@@ -32,7 +32,7 @@ double alternating(const std::array<double, kTerms>& coefficients, double square
   return sum;
 }
 
-/// The error of the rounded product, exactly (Dekker 1971, Numer. Math. 18, 224).
+/// Returns the exact error of the rounded product (Dekker 1971, Numer. Math. 18, 224).
 double lostBy(double product, double left, double right) {
   constexpr double kSplit = 134217729.0;  // 2^27 + 1
   const double leftHigh = kSplit * left - (kSplit * left - left);
@@ -43,12 +43,12 @@ double lostBy(double product, double left, double right) {
          leftLow * rightLow;
 }
 
-/// The point and the surface at one time.
+/// The state of the point relative to the surface at one time.
 struct Clearance {
   double middle = 0.0;        ///< m, above the middle of the oscillation
-  double climb = 0.0;         ///< m/s, its rate of change
+  double climb = 0.0;         ///< m/s, rate of change of `middle`
   double height = 0.0;        ///< m, above the surface
-  double velocity = 0.0;      ///< m/s, its rate of change
+  double velocity = 0.0;      ///< m/s, rate of change of `height`
   double acceleration = 0.0;  ///< m/s^2
   double rounding = 0.0;      ///< m
 
@@ -72,14 +72,15 @@ Clearance clearanceAt(const SmoothHeight& smooth, const Oscillation& oscillation
   return here;
 }
 
-/// s, in which the point cannot pass the surface.
+/// Duration in s in which the point cannot pass the surface.
 double safeStep(const Clearance& here, const SmoothHeight& smooth, double reach, double angular) {
   if (here.middle > reach + here.rounding)
     return planeContactTime(here.middle - reach, here.climb, smooth.acceleration);
   const double most = angular * angular * reach;
   const double height = here.apart() ? here.height : std::max(here.height, 0.0);
   const double step = planeContactTime(height, here.velocity, smooth.acceleration - most);
-  // At rest in touch, and drawn out: as long as its acceleration cannot have turned round.
+  // A point at rest in touch that is drawn away is safe as long as its acceleration cannot have
+  // changed sign.
   return step > 0.0 ? step : std::max(here.acceleration, 0.0) / (angular * most);
 }
 

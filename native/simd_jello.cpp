@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <optional>
 
-// Highway compiles what follows once for each instruction set. Vectors of unknown length would not
-// fit into the slack.
+// Highway compiles this file once for each instruction set. SIMD vectors of unknown length would
+// not fit into the slack.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "native/simd_jello.cpp"
@@ -68,7 +68,8 @@ HWY_INLINE Vectors pushOf(const JelloSprings& springs, Vector pull, const double
   return {hn::Mul(away.x, strength), hn::Mul(away.y, strength), hn::Mul(away.z, strength)};
 }
 
-/// Of the springs of one kind from the row at `a` to the one at `b`: `put(k, push)`, k in the row.
+/// Calls `put(k, push)` for the springs of one kind from the row at `a` to the row at `b`; k is the
+/// first point in the row of a vector of pushes.
 template <bool kIsDamped, typename Put>
 HWY_INLINE void forRow(const JelloSprings& springs, const JelloArrays& arrays, std::size_t which,
                        std::ptrdiff_t a, std::ptrdiff_t b, Put put) {
@@ -102,8 +103,8 @@ HWY_INLINE void subtract(const Vectors& push, const std::array<double*, 3>& forc
   hn::StoreU(hn::Sub(hn::LoadU(d, forces[2] + at), push.z), d, forces[2] + at);
 }
 
-/// Those along the rows of a plane. Both ends of a spring are in one row: so all pushes of some
-/// rows first, then all first ends, then the others.
+/// Adds the springs along the rows of a plane. Both ends of a spring are in one row: so first all
+/// pushes of some rows are computed, then added to all first ends, then to the others.
 template <bool kIsDamped>
 void addAlong(const JelloSprings& springs, const JelloArrays& arrays, std::size_t which,
               std::ptrdiff_t plane) {
@@ -138,9 +139,10 @@ void addAlong(const JelloSprings& springs, const JelloArrays& arrays, std::size_
   }
 }
 
-/// Those to other rows, in blocks of kJelloBlock points, whatever the width of a vector, so that
-/// each point's sum has one order. Each row is loaded once and its own sums stay in registers;
-/// other rows are met again, off by a point, only when what has been stored there is through.
+/// Adds the springs to other rows, in blocks of kJelloBlock points, whatever the width of a SIMD
+/// vector, so that each point's sum has one order. Each row is loaded once and its own sums stay in
+/// registers; another row is only met again, off by a point, when its earlier stores have gone
+/// through.
 template <bool kIsDamped>
 void addAcross(const JelloSprings& springs, const JelloArrays& arrays, std::ptrdiff_t i,
                std::ptrdiff_t j) {
@@ -202,7 +204,8 @@ void addSprings(const JelloSprings& springs, JelloSlabs slabs, const JelloArrays
     addAll<false>(springs, slabs, arrays);
 }
 
-/// Of one width for all: the last few one by one, which are as exactly rounded.
+/// Adds the terms a SIMD vector at a time, and the last few values one by one: both are exactly
+/// rounded, so the bits do not depend on the width.
 template <std::size_t kTerms>
 void sumOf(const JelloSum& of) {
   const Doubles d;

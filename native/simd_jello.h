@@ -6,8 +6,8 @@
 
 namespace carom::native {
 
-/// Those of instruction sets that fuse a multiplication and an addition, the widest first: others
-/// would round twice.
+/// Returns the kernels of instruction sets that fuse a multiplication and an addition, the widest
+/// first; other sets would round twice.
 std::vector<JelloKernel> simdJelloKernels();
 
 }  // namespace carom::native

@@ -11,17 +11,17 @@
 namespace carom::native {
 namespace {
 
-constexpr double kLevel = 1e-15;  ///< of gravity: below it a plane is parallel to gravity
+constexpr double kLevel = 1e-15;  ///< relative to gravity: below it a plane is parallel to gravity
 
-constexpr double kOverlapTolerance = 1e-8;    ///< of the smaller radius, for validate()
-constexpr double kRoundingTolerance = 1e-12;  ///< of the coordinates, for validate()
+constexpr double kOverlapTolerance = 1e-8;    ///< relative to the smaller radius, for validate()
+constexpr double kRoundingTolerance = 1e-12;  ///< relative to the coordinates, for validate()
 
 bool fail(std::string* why, const std::string& text) {
   if (why != nullptr) *why = text;
   return false;
 }
 
-/// Positions in `spheres`, in order of the ids.
+/// Returns positions in `spheres`, in order of the ids.
 std::vector<std::uint32_t> byId(const std::vector<Sphere>& spheres) {
   std::vector<std::uint32_t> listed(spheres.size());
   std::iota(listed.begin(), listed.end(), 0U);
@@ -36,7 +36,7 @@ Wall wallOf(const Plane& plane) {
            plane.shaking.phase / kWholeTurn}};
 }
 
-/// The box, and its faces among the walls.
+/// Adds the box, and its faces to the walls.
 void addBox(const Box& box, Bodies& bodies) {
   Solid solid{box, columnsOf(box.orientation), lengthOf(box.halfExtents),
               static_cast<std::uint32_t>(bodies.walls.size())};
@@ -139,7 +139,7 @@ void Simulation::push(std::size_t listed, const Vec3& impulse) {
   predictChanged();
 }
 
-/// What the sphere does next is what happens next.
+/// Carries out the next event of the sphere, which is the earliest of all.
 void Simulation::step(std::uint32_t sphere) {
   now_ = agenda_.time(sphere);
   if (agenda_.turns(sphere)) {
@@ -162,7 +162,8 @@ void Simulation::step(std::uint32_t sphere) {
   }
 }
 
-/// Takes the sphere from now_ on along a new course; what others predicted with it is outdated.
+/// Puts the sphere on a new course from now_ on; predictions that others made with it become
+/// outdated.
 void Simulation::leave(std::uint32_t sphere, const Motion& motion) {
   rebase(sphere, motion);
   if (linked(sphere)) restarts_.push_back(linkage_.groupOf(sphere));
@@ -201,7 +202,7 @@ void Simulation::report(const Side& first, const Side& second, const Impact& imp
 
 // ---- Spheres
 
-/// What an event says of a sphere that has come along `motion`.
+/// The side of an event for a sphere that has arrived along `motion`.
 Side Simulation::sideOf(std::uint32_t sphere, const Motion& motion) const {
   return {bodies_.ids[sphere], bodies_.radii[sphere], motion.position,
           motion.velocity,     Quat::Identity(),      spinAt(sphere, now_)};
@@ -224,7 +225,7 @@ void Simulation::meetSphere(std::uint32_t sphere, std::uint32_t other) {
   } else if (pair.approachSpeed > 0.0 || pull(sphere, other, pair.normal) > 0.0) {
     pair.approachSpeed = std::max(pair.approachSpeed, 0.0);
     touch(pair);
-  } else {  // a pass so close that rounding decided: predicted from here it is one
+  } else {  // a near miss that rounding took for a contact; predicted anew it is a miss
     leave(sphere, pair.motion);
     leave(other, pair.otherMotion);
   }
@@ -241,7 +242,7 @@ double Simulation::restitutionOf(std::uint32_t sphere, std::uint32_t other,
                           two.surface, restitutionAt(two.restitution, laws_[other], approachSpeed));
 }
 
-/// Between what rods hold.
+/// Resolves a collision of two spheres of which at least one has rods.
 void Simulation::collideLinked(const Pair& pair, double restitution) {
   const Give give = giveOf(pair);
   const double compliance = dotInOrder(pair.normal, give.yield - give.otherYield);
@@ -273,11 +274,11 @@ void Simulation::collide(const Pair& pair) {
     collideLinked(pair, restitution);
     return;
   }
-  // The share of each in the change of velocity, so that equal masses swap theirs exactly.
+  // Shares of the two in the change of velocity, formed so that equal masses swap theirs exactly.
   double share = two.mass / (one.mass + two.mass);
   double otherShare = one.mass / (one.mass + two.mass);
   double mass = one.mass * share;
-  if (one.asleep || two.asleep) {  // what sleeps on does not give way
+  if (one.asleep || two.asleep) {  // a sphere that sleeps on does not yield
     share = two.asleep ? 1.0 : 0.0;
     otherShare = two.asleep ? 0.0 : 1.0;
     mass = two.asleep ? one.mass : two.mass;
@@ -298,8 +299,8 @@ void Simulation::collide(const Pair& pair) {
   leave(pair.other, otherMotion);
 }
 
-/// Slower than restSpeed: elastic, but for a hop, and unreported. Neither a sphere that sleeps
-/// gives way, nor one on a wall towards it.
+/// Resolves a contact slower than restSpeed: elastic, except for a hop, and unreported. A sleeping
+/// sphere does not yield, nor does one on a wall towards that wall.
 void Simulation::touch(const Pair& pair) {
   ++counters_.restContacts;
   const bool stuck = noteContact(pair.sphere, pair.motion);
@@ -310,7 +311,7 @@ void Simulation::touch(const Pair& pair) {
   Motion otherMotion = pair.otherMotion;
   if (compliance > 0.0) {
     const double speed = lengthOf(motion.velocity) + lengthOf(otherMotion.velocity);
-    // It must part, or rounding finds the same contact again at the same instant.
+    // The pair must part, or rounding finds the same contact again at the same instant.
     const double rebound = std::max(restingRebound(pair, 1.0 / compliance), kLeastRebound * speed);
     const double impulse = (pair.approachSpeed + rebound) / compliance;
     motion.velocity += impulse * give.yield;
@@ -327,7 +328,7 @@ void Simulation::touch(const Pair& pair) {
 
 // ---- Walls
 
-/// A wall, or after those a box.
+/// Resolves a contact with a wall or, counted after the walls, a box.
 void Simulation::meetImmovable(std::uint32_t sphere, std::uint32_t index) {
   if (index < bodies_.steady) {
     meetWall(sphere, index);
@@ -351,17 +352,18 @@ void Simulation::meetWall(std::uint32_t sphere, std::uint32_t index) {
     predictChanged();
     return;
   }
-  // Where rounding has turned the last of a slow approach round, gravity still presses.
+  // Gravity still presses where rounding has reversed the end of a slow approach.
   if (approachSpeed >= 0.0 || bodies_.alongNormal(normal, bodies_.accelerations[sphere]) < 0.0) {
     noteContact(sphere, motion);
     bounce(sphere, motion, index, std::max(approachSpeed, 0.0));
-  } else {  // so slow that rounding decided
+  } else {  // the contact is so slow that rounding decided
     leave(sphere, motion);
   }
   predictChanged();
 }
 
-/// A wall that is struck at `point`: a plane is there, a face where its box is.
+/// The side of an event for a wall that is struck at `point`: a plane is placed there, a face where
+/// its box is.
 Side Simulation::wallSide(const Wall& wall, const Vec3& point) const {
   if (wall.box == Wall::kNoBox) return {wall.plane.id, kNever, point, wall.plane.velocity};
   const Solid& solid = bodies_.solids[wall.box];
@@ -394,7 +396,8 @@ void Simulation::bounce(std::uint32_t sphere, Motion motion, std::uint32_t index
     motion.velocity += impulse * give.yield;
     drag(give, impulse);
   } else {
-    // What is held does not leave either, be it by the rounding of a speed that has vanished.
+    // A held sphere gets exactly the speed of the wall, so that it does not leave by the rounding
+    // of a speed that has vanished.
     const double onto = wall.speed - dotInOrder(normal, motion.velocity);
     motion.velocity += (rebound == 0.0 ? onto : approachSpeed + rebound) * normal;
   }
@@ -480,7 +483,7 @@ bool Simulation::validateApart(std::size_t sphere, std::string* why) const {
   return validateOutside(sphere, why);
 }
 
-/// Of planes and boxes.
+/// True if the sphere is outside of planes and boxes.
 bool Simulation::validateOutside(std::size_t sphere, std::string* why) const {
   const std::string name = "sphere " + std::to_string(bodies_.ids[sphere]);
   const Motion present = motionAtTime(sphere);

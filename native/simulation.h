@@ -17,38 +17,40 @@
 
 namespace carom::native {
 
-// These define resting and are documented in SphereStepper.
+// These constants define rest and are documented in SphereStepper.
 inline constexpr double kHopTime = 0.5e-3;      ///< s, of a hop that is paid for
-inline constexpr double kLeastHopTime = 20e-6;  ///< s, of one that is not
-inline constexpr double kWakeSpeed = 4.0;       ///< of the rest speed: what is slower lets sleep
-inline constexpr double kLeastRebound = 1e-15;  ///< of the speed: more than its rounding swallows
+inline constexpr double kLeastHopTime = 20e-6;  ///< s, of an unpaid hop
+inline constexpr double kWakeSpeed = 4.0;       ///< in rest speeds, below which a sphere sleeps on
+inline constexpr double kLeastRebound = 1e-15;  ///< relative to the speed: above its rounding
 
-/// What a sphere is but for its size, and how it comes to rest.
+/// The properties of a sphere except its size, and its state of rest.
 struct Substance {
   double mass = 0.0;         ///< kg
-  double restitution = 0.0;  ///< 1, at the speed of its law
+  double restitution = 0.0;  ///< 1, at the speed of its RestitutionLaw
   SurfaceId surface = 0;
-  std::uint16_t rapidContacts = 0;  ///< in a row, kCollapseInterval apart or less
+  std::uint16_t rapidContacts = 0;  ///< number in a row, kCollapseInterval apart or less
   bool asleep = false;
-  bool collapsed = false;         ///< once: its rest speed is raised
-  double hopAllowance = 0.0;      ///< J, that a hop may give back
-  double calmSince = kNever;      ///< s: it has kept to ...
-  Vec3 calmPlace = Vec3::Zero();  ///< m, ... this place
+  bool collapsed = false;         ///< true after a collapse: its rest speed is raised
+  double hopAllowance = 0.0;      ///< J, energy that hops may give back
+  double calmSince = kNever;      ///< s, since when it has kept to `calmPlace`
+  Vec3 calmPlace = Vec3::Zero();  ///< m
 };
 
-/// What momentum and energy should be, summed up from what has changed them: free flight changes
-/// them by gravity alone, a collision of two not at all or by what restitution takes, and all else
-/// by what it did to the velocities. For validate().
+/// The momentum and energy that should be there, summed up from everything that has changed them:
+/// free flight changes them by gravity alone, a collision of two spheres keeps momentum and takes
+/// the energy that restitution takes, and everything else changes them by its effect on the
+/// velocities. For validate().
 struct Books {
-  Vec3 momentum = Vec3::Zero();    ///< kg m/s, without what gravity adds
-  double energy = 0.0;             ///< J, of translation and gravity
-  double momentumTurnover = 0.0;   ///< kg m/s, of all changes
-  double energyTurnover = 0.0;     ///< J
-  Vec3 unbalanced = Vec3::Zero();  ///< kg m/s, by which collisions of two have not kept momentum
-  double unexplained = 0.0;        ///< J, by which they have changed energy otherwise
+  Vec3 momentum = Vec3::Zero();    ///< kg m/s, without the share of gravity
+  double energy = 0.0;             ///< J, translation and gravity
+  double momentumTurnover = 0.0;   ///< kg m/s, sum of the sizes of all changes
+  double energyTurnover = 0.0;     ///< J, sum of the sizes of all changes
+  Vec3 unbalanced = Vec3::Zero();  ///< kg m/s, error of momentum in collisions of two spheres
+  double unexplained = 0.0;        ///< J, error of energy in collisions of two spheres
 };
 
-/// What SphereStepper does. Spheres are counted in order of their ids. Internal to native/.
+/// The implementation of SphereStepper. Spheres are numbered in order of their ids. Internal to
+/// native/.
 class Simulation {
  public:
   explicit Simulation(const SphereWorld& world);
@@ -60,37 +62,37 @@ class Simulation {
   double time() const { return time_; }
   std::size_t sphereCount() const { return bodies_.count(); }
   const SphereStepperCounters& counters() const { return counters_; }
-  /// At time(), by position in SphereWorld::spheres.
+  /// Motion at time(); spheres are given by position in SphereWorld::spheres.
   Motion motionOf(std::size_t listed) const { return motionAtTime(order_[listed]); }
   Vec3 spinOf(std::size_t listed) const { return spinAt(order_[listed], {time_, 0.0}); }
   double kineticEnergy() const;
   double potentialEnergy() const;
   bool validate(std::string* why) const;
 
-  void startRecording();      // these two: record.cpp
-  Recording takeRecording();  ///< what has been recorded
+  void startRecording();      // recording: record.cpp
+  Recording takeRecording();  ///< ends the recording and returns it
 
  private:
-  /// Two spheres at the instant of their contact.
+  /// Two spheres, or a sphere and an immovable body, at the instant of their contact.
   struct Pair {
     Motion motion;
     Motion otherMotion;
-    Vec3 normal;  ///< from the other
+    Vec3 normal;  ///< unit, from the other body to `sphere`
     double approachSpeed = 0.0;
     std::uint32_t sphere = 0;
-    std::uint32_t other = 0;  ///< Agenda::kNobody: something immovable
+    std::uint32_t other = 0;  ///< Agenda::kNobody for an immovable body
   };
 
-  /// What an impulse of 1 N s between two does, m/s.
+  /// Changes of velocity (m/s) by an impulse of 1 N s between two bodies.
   struct Give {
     Vec3 yield = Vec3::Zero();
     Vec3 otherYield = Vec3::Zero();
-    std::vector<std::pair<std::uint32_t, Vec3>> others;  ///< that rods connect with them
+    std::vector<std::pair<std::uint32_t, Vec3>> others;  ///< spheres that rods connect with them
   };
-  /// Off an edge or corner.
+  /// A hop off an edge or corner.
   struct EdgeHop {
-    double rebound = 0.0;   ///< m/s
-    double sideways = 1.0;  ///< what remains of the speed across the normal
+    double rebound = 0.0;   ///< m/s, along the normal
+    double sideways = 1.0;  ///< share of the speed across the normal that remains
   };
 
   Motion motionAtTime(std::size_t sphere) const { return bodies_.at(sphere, {time_, 0.0}); }
@@ -117,7 +119,7 @@ class Simulation {
   Side sideOf(std::uint32_t sphere, const Motion& motion) const;
   Side wallSide(const Wall& wall, const Vec3& point) const;
 
-  // Several contacts at one instant: simultaneous.cpp.
+  // Simultaneous contacts: simultaneous.cpp.
   struct Cluster;
   bool meetTogether(std::uint32_t sphere, std::uint32_t partner) {
     return (tied_ || !stiffnesses_.empty()) && resolveCluster(sphere, partner);
@@ -135,7 +137,7 @@ class Simulation {
   bool applyCluster(const Cluster& cluster);
   void settleRods(std::uint32_t group);
 
-  // Surfaces that are finite or shake: surfaces.cpp.
+  // Boxes and planes that shake: surfaces.cpp.
   void meetBox(std::uint32_t sphere, std::uint32_t index);
   void meetEdge(std::uint32_t sphere, const Solid& solid, const Vec3& normal);
   void strikeEdge(std::uint32_t sphere, const Solid& solid, const Impact& impact, Motion& motion);
@@ -152,7 +154,7 @@ class Simulation {
   void record(std::uint32_t sphere);
   Recording::World recordedWorld() const;
 
-  // What bends paths, and what turns spheres: mechanics.cpp.
+  // Springs, rods and fields, friction and spin: mechanics.cpp.
   void turn(std::uint32_t sphere);
   bool linked(std::size_t sphere) const { return linkage_.groupOf(sphere) != Linkage::kNoGroup; }
   Vec3 pullOn(std::uint32_t sphere) const;
@@ -166,7 +168,7 @@ class Simulation {
   void rubOnWall(std::uint32_t sphere, const Plane& plane, double impulse, Motion& motion);
   void roll(std::uint32_t sphere);
 
-  // How things come to rest: rest.cpp.
+  // Rest, sleep and collapse: rest.cpp.
   void grantFirstHops();
   void allowHop(std::uint32_t sphere, double energy);
   double pull(std::uint32_t sphere, std::uint32_t other, const Vec3& normal) const;
@@ -195,25 +197,25 @@ class Simulation {
 
   RestitutionTable restitutions_;
   double restSpeed_;                  ///< m/s
-  std::vector<std::uint32_t> order_;  ///< by position in SphereWorld::spheres: which sphere it is
+  std::vector<std::uint32_t> order_;  ///< by position in SphereWorld::spheres: number of the sphere
   Bodies bodies_;
   std::vector<Substance> substances_;  ///< by sphere
   Linkage linkage_;
-  std::vector<Vec3> pulls_;                ///< m/s^2, by sphere, of what is linked; or empty
-  std::vector<std::uint32_t> restarts_;    ///< groups, since the last prediction
-  std::vector<Spin> spins_;                ///< by sphere; empty where nothing spins
-  std::vector<SphereFriction> frictions_;  ///< by sphere; empty where nothing spins
-  std::vector<RestitutionLaw> laws_;       ///< by sphere; empty where all are constant
+  std::vector<Vec3> pulls_;                ///< m/s^2, by sphere, for linked spheres; or empty
+  std::vector<std::uint32_t> restarts_;    ///< groups to restart before the next prediction
+  std::vector<Spin> spins_;                ///< by sphere; empty if no sphere spins
+  std::vector<SphereFriction> frictions_;  ///< by sphere; empty if no sphere spins
+  std::vector<RestitutionLaw> laws_;       ///< by sphere; empty if all are constant
   Agenda agenda_;
-  std::vector<double> stiffnesses_;     ///< Pa, by sphere; empty but for Simultaneous::hertz
-  bool tied_ = false;                   ///< the contact at hand may be one of several
-  std::vector<std::uint32_t> changed_;  ///< spheres whose motion has, since the last prediction
-  Instant now_;                         ///< of the contact at hand
-  double time_ = 0.0;                   ///< s, where advanceTo stopped
+  std::vector<double> stiffnesses_;     ///< Pa, by sphere; empty except for Simultaneous::hertz
+  bool tied_ = false;                   ///< true if the present contact may be one of several
+  std::vector<std::uint32_t> changed_;  ///< spheres changed since the last prediction
+  Instant now_;                         ///< instant of the present contact
+  double time_ = 0.0;                   ///< s, at which advanceTo stopped
   std::vector<ImpulseEvent> events_;
   SphereStepperCounters counters_;
   Books books_;
-  std::unique_ptr<Recording> recording_;  ///< null: nothing is recorded
+  std::unique_ptr<Recording> recording_;  ///< null if nothing is recorded
 };
 
 }  // namespace carom::native

@@ -1,5 +1,5 @@
-// Several contacts at one instant: the part of Simulation that its documentation
-// calls Simultaneous contacts.
+// The part of Simulation for several contacts at one instant: SphereStepper documents it under
+// Simultaneous contacts.
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +14,8 @@
 namespace carom::native {
 namespace {
 
-constexpr double kTouching = 1e-9;  ///< of the smaller radius; documented in Simultaneous
-constexpr std::size_t kRoundsPerContact = 100;  ///< of a cluster, where it counts contacts
+constexpr double kTouching = 1e-9;  ///< relative to the smaller radius; documented in Simultaneous
+constexpr std::size_t kRoundsPerContact = 100;  ///< rounds of a cluster that count as one contact
 
 std::uint32_t placeIn(const std::vector<std::uint32_t>& sorted, std::uint32_t value) {
   return static_cast<std::uint32_t>(std::ranges::lower_bound(sorted, value) - sorted.begin());
@@ -28,21 +28,21 @@ void sortUnique(std::vector<std::uint32_t>& values) {
 
 }  // namespace
 
-/// The spheres that are linked by touching, what they touch, and what becomes of them.
+/// The cluster of bodies that touch each other, and the result of their contacts.
 struct Simulation::Cluster {
   struct Touch {
-    std::uint32_t sphere = 0;   ///< the lower of two
-    std::uint32_t partner = 0;  ///< a sphere, or the number of spheres + a wall
-    BodyId id = 0;              ///< of the partner
+    std::uint32_t sphere = 0;   ///< the lower of two spheres
+    std::uint32_t partner = 0;  ///< a sphere, or sphere count + index of a wall
+    BodyId id = 0;              ///< id of the partner
 
     friend bool operator==(const Touch& left, const Touch& right) {
       return left.sphere == right.sphere && left.partner == right.partner;
     }
   };
 
-  std::vector<std::uint32_t> members;    ///< spheres, ascending, then walls, as partners
+  std::vector<std::uint32_t> members;    ///< spheres, ascending, then walls, numbered as partners
   std::vector<Touch> touches;            ///< in order of ids
-  std::vector<Motion> motions;           ///< by member; of a wall only the velocity
+  std::vector<Motion> motions;           ///< by member; for a wall only the velocity
   std::vector<ClusterBody> before;       ///< by member
   std::vector<ClusterBody> after;        ///< by member
   std::vector<ClusterContact> contacts;  ///< by touch
@@ -53,13 +53,14 @@ struct Simulation::Cluster {
     const ClusterContact& contact = contacts[touch];
     return 1.0 / (1.0 / before[contact.body].mass + 1.0 / before[contact.other].mass);
   }
-  /// m/s, of a pair by itself that needs this impulse.
+  /// Approach speed in m/s at which a pair by itself would need this impulse.
   double speedFor(std::size_t touch) const {
     return impulses.along[touch] / ((1.0 + contacts[touch].restitution) * effectiveMass(touch));
   }
 };
 
-/// Resolves the contact together with all that touch, if there are any; false if not.
+/// Resolves the contact together with the cluster that touches it; false if there is no other
+/// contact.
 bool Simulation::resolveCluster(std::uint32_t sphere, std::uint32_t partner) {
   for (;;) {
     Cluster cluster = clusterAt(sphere, partner);
@@ -68,7 +69,7 @@ bool Simulation::resolveCluster(std::uint32_t sphere, std::uint32_t partner) {
     cluster.after = cluster.before;
     cluster.impulses = stiffnesses_.empty() ? reflectCluster(cluster.after, cluster.contacts)
                                             : followHertz(cluster.after, cluster.contacts);
-    if (wakeHit(cluster)) continue;  // they give way now
+    if (wakeHit(cluster)) continue;  // the spheres that woke yield now
     return applyCluster(cluster);
   }
 }
@@ -96,7 +97,8 @@ Simulation::Cluster Simulation::clusterAt(std::uint32_t sphere, std::uint32_t pa
   return cluster;
 }
 
-/// From touch to touch. What sleeps belongs to it, but does not pass anything on.
+/// Collects the cluster from touch to touch. A sleeping sphere belongs to it, but does not pass
+/// anything on.
 void Simulation::gather(Cluster& cluster) const {
   std::vector<bool> found(sphereCount(), false);
   for (const std::uint32_t member : cluster.members)
@@ -128,7 +130,7 @@ bool Simulation::meets(std::uint32_t sphere, const Vec3& position, std::uint32_t
   return dotInOrder(separation, separation) <= reach * reach;
 }
 
-/// As the functions that resolve it see it.
+/// Describes the cluster for reflectCluster and followHertz.
 void Simulation::describe(Cluster& cluster) const {
   for (const std::uint32_t member : cluster.members) {
     ClusterBody& body = cluster.before.emplace_back();
@@ -169,7 +171,8 @@ void Simulation::describe(Cluster& cluster) const {
   }
 }
 
-/// Of a contact in a cluster; `approachSpeed` is the cluster's fastest where the two only touch.
+/// Restitution of a contact in a cluster; `approachSpeed` is that of the cluster's fastest contact
+/// if the two only touch.
 double Simulation::clusterRestitution(std::uint32_t sphere, std::uint32_t partner,
                                       double approachSpeed) const {
   if (partner < sphereCount()) return restitutionOf(sphere, partner, approachSpeed);
@@ -178,7 +181,7 @@ double Simulation::clusterRestitution(std::uint32_t sphere, std::uint32_t partne
   return approachSpeed < restSpeed(sphere) && restitution < 1.0 ? 0.0 : restitution;
 }
 
-/// N / m^1.5, 4/3 E* sqrt(R) (Johnson 1985, section 4.2).
+/// Hertz stiffness in N / m^1.5: 4/3 E* sqrt(R) (Johnson 1985, section 4.2).
 double Simulation::hertzStiffness(std::uint32_t sphere, std::uint32_t partner) const {
   const bool wall = partner >= sphereCount();
   const double own = stiffnesses_[sphere];
@@ -189,7 +192,7 @@ double Simulation::hertzStiffness(std::uint32_t sphere, std::uint32_t partner) c
   return 4.0 / 3.0 * (own * others / (own + others)) * std::sqrt(radius);
 }
 
-/// Wakes those that are hit as hard as wakes a sphere that is hit by one; whether there are any.
+/// Wakes sleeping spheres that are hit above the wake speed; true if any woke.
 bool Simulation::wakeHit(const Cluster& cluster) {
   bool any = false;
   for (std::size_t at = 0; at < cluster.touches.size(); ++at) {
@@ -226,7 +229,8 @@ void Simulation::reportCluster(const Cluster& cluster) {
   }
 }
 
-/// Reports it, and sends the spheres on their ways; false if nothing has changed.
+/// Reports the collisions of the cluster, and sets the new motions of its spheres; false if nothing
+/// has changed.
 bool Simulation::applyCluster(const Cluster& cluster) {
   double taken = 0.0;
   std::vector<std::uint32_t> moved;  // by member
@@ -240,7 +244,7 @@ bool Simulation::applyCluster(const Cluster& cluster) {
   }
   if (moved.empty()) return false;
   reportCluster(cluster);
-  // Many rounds are as good as many contacts: what is crushed may need them again at once.
+  // Many rounds count as many contacts: jammed spheres may need them again at once.
   const std::size_t contacts = 1 + cluster.impulses.rounds / kRoundsPerContact;
   for (const std::uint32_t member : moved) {
     const std::uint32_t sphere = cluster.members[member];
@@ -262,8 +266,9 @@ bool Simulation::applyCluster(const Cluster& cluster) {
   return true;
 }
 
-/// Rods have not taken part in the contacts: now they take back what would change their lengths.
-/// Exact where they are at right angles to the contacts, as in a cradle; otherwise energy is lost.
+/// Lets the rods of a group take back all velocity that would change their lengths, after contacts
+/// in which they have not taken part. Exact where they are at right angles to the contacts, as in a
+/// cradle; otherwise energy is lost.
 void Simulation::settleRods(std::uint32_t group) {
   const std::span<const std::uint32_t> members = linkage_.members(group);
   if (!linkage_.hasRods(members.front())) return;

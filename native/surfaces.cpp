@@ -1,5 +1,5 @@
-// Surfaces that are finite or shake: the part of Simulation that its documentation
-// calls Boxes and Shaking.
+// The part of Simulation for surfaces that are finite or shake: SphereStepper documents it under
+// Boxes and Shaking.
 
 #include <algorithm>
 #include <array>
@@ -13,11 +13,13 @@
 namespace carom::native {
 namespace {
 
-// These define rest on edges and on what shakes, and are documented in SphereStepper.
-constexpr double kMostHop = 0.4;  ///< of the rest speed: with what it grows by, still rest
+// These constants define rest on edges and on planes that shake, and are documented in
+// SphereStepper.
+/// Relative to the rest speed: a hop is still rest after it has grown.
+constexpr double kMostHop = 0.4;
 
-constexpr double kNudge = 2e-15;   ///< of the coordinates: more than their rounding
-constexpr double kBorder = 1e-12;  ///< of the coordinates: nearer to a border is at it
+constexpr double kNudge = 2e-15;   ///< relative to the coordinates: more than their rounding
+constexpr double kBorder = 1e-12;  ///< relative to the coordinates: nearer to a border is at it
 
 }  // namespace
 
@@ -33,7 +35,7 @@ void Simulation::meetBox(std::uint32_t sphere, std::uint32_t index) {
   }
 }
 
-/// Or a corner.
+/// Resolves a contact with an edge or corner.
 void Simulation::meetEdge(std::uint32_t sphere, const Solid& solid, const Vec3& normal) {
   wake(sphere);
   Motion motion = bodies_.at(sphere, now_);
@@ -44,7 +46,7 @@ void Simulation::meetEdge(std::uint32_t sphere, const Solid& solid, const Vec3& 
     strikeEdge(sphere, solid, {normal, approachSpeed}, motion);
   } else if (approachSpeed > 0.0 || pressed > 0.0) {
     touchEdge(sphere, solid, {normal, std::max(approachSpeed, 0.0)}, motion);
-  }  // else it is so slow that rounding decided
+  }  // else the contact is so slow that rounding decided
   leave(sphere, motion);
   if (linkage_.hasRods(sphere)) settleRods(linkage_.groupOf(sphere));
   trySleep(sphere);
@@ -64,7 +66,7 @@ void Simulation::strikeEdge(std::uint32_t sphere, const Solid& solid, const Impa
   motion.velocity += (speed + rebound) * impact.normal;
 }
 
-/// Slower than restSpeed: elastic, but for a hop, and unreported.
+/// Resolves a contact slower than restSpeed: elastic, except for a hop, and unreported.
 void Simulation::touchEdge(std::uint32_t sphere, const Solid& solid, const Impact& impact,
                            Motion& motion) {
   ++counters_.restContacts;
@@ -81,7 +83,8 @@ void Simulation::touchEdge(std::uint32_t sphere, const Solid& solid, const Impac
   if (stuck) stop(sphere, motion);
 }
 
-/// What of a velocity is neither along the normal nor along those of the walls that are held.
+/// The part of a velocity that is neither along the normal nor along the normals of walls that hold
+/// the sphere.
 Vec3 Simulation::sidewaysOf(std::uint32_t sphere, const Vec3& velocity, const Vec3& normal) const {
   std::array<Vec3, Holds::kMost + 1> normals{normal};
   constexpr std::array<double, Holds::kMost + 1> kStill{};
@@ -91,8 +94,8 @@ Vec3 Simulation::sidewaysOf(std::uint32_t sphere, const Vec3& velocity, const Ve
   return heldVelocity(velocity, {normals.data(), count}, {kStill.data(), count});
 }
 
-/// As restingRebound; a hop that nothing has paid for is taken from the motion sideways, whose
-/// square is `square`.
+/// Returns the hop off an edge, as restingRebound does for a pair. A hop that nothing has paid for
+/// is taken from the motion sideways, whose squared speed is `square`.
 Simulation::EdgeHop Simulation::edgeHop(std::uint32_t sphere, const Impact& impact, double mass,
                                         double square) {
   const double speed = impact.approachSpeed;
@@ -112,7 +115,7 @@ Simulation::EdgeHop Simulation::edgeHop(std::uint32_t sphere, const Impact& impa
   return gained < square ? EdgeHop{least, std::sqrt((square - gained) / square)} : EdgeHop{speed};
 }
 
-/// Takes the sphere round the border of a face that it holds.
+/// Moves the sphere round the border of the face that holds it.
 void Simulation::passBorder(std::uint32_t sphere, std::uint32_t face) {
   wake(sphere);
   const Solid& solid = bodies_.solids[bodies_.walls[face].box];
@@ -129,7 +132,8 @@ void Simulation::passBorder(std::uint32_t sphere, std::uint32_t face) {
                         solid.box.centre.cwiseAbs().maxCoeff() + solid.reach;
     const double room = halfExtents[axis] - side * path.position[axis];
     if (!outwards || room > kBorder * size) continue;
-    // Beyond it for certain, or rounding would put it back on the face at once.
+    // The sphere must be beyond the border for certain, or rounding would put it back on the face
+    // at once.
     motion.position +=
         (side * (std::max(room, 0.0) + kNudge * size)) * solid.axes[static_cast<std::size_t>(axis)];
   }
@@ -139,7 +143,8 @@ void Simulation::passBorder(std::uint32_t sphere, std::uint32_t face) {
 
 // ---- What shakes
 
-/// Nothing is held on it: what lies there follows it in short hops, which the surface pays for.
+/// Resolves a contact with a plane that shakes. It holds no sphere: one that lies on it follows in
+/// short hops, whose energy the plane provides.
 void Simulation::meetShaken(std::uint32_t sphere, std::uint32_t index) {
   wake(sphere);
   const Wall& wall = bodies_.walls[index];
@@ -154,7 +159,7 @@ void Simulation::meetShaken(std::uint32_t sphere, std::uint32_t index) {
   if (approachSpeed > 0.0 || pressed > 0.0) {
     noteContact(sphere, motion);
     bounceOffShaken(sphere, index, {normal, std::max(approachSpeed, 0.0)}, pressed, motion);
-  }  // else it is so slow that rounding decided
+  }  // else the contact is so slow that rounding decided
   leave(sphere, motion);
   if (linkage_.hasRods(sphere)) settleRods(linkage_.groupOf(sphere));
   predictChanged();

@@ -6,11 +6,11 @@
 
 namespace carom::native {
 
-// Products of vectors in a fixed order of operations. Eigen's own may add in another order when
-// they vectorise, so the last bit would depend on the compiler's target. Internal to native/. [any
+// Products of vectors in a fixed order of operations. Eigen may add in another order when it
+// vectorises, so the last bit would depend on the compiler's target. Internal to native/. [any
 // thread]
 
-/// x x' + y y' + z z', added from left to right.
+/// The dot product x x' + y y' + z z', added from left to right.
 inline double dotInOrder(const Vec3& left, const Vec3& right) noexcept {
   return left.x() * right.x() + left.y() * right.y() + left.z() * right.z();
 }

@@ -18,7 +18,8 @@
 namespace carom::native {
 namespace {
 
-constexpr double kNormalTolerance = 1e-9;  ///< of the length of a normal or a quaternion
+/// Relative error of the length of a normal or a quaternion.
+constexpr double kNormalTolerance = 1e-9;
 
 using Problem = std::optional<Error>;
 
@@ -223,7 +224,7 @@ Problem checkSettings(const SphereWorld& world) {
   return checkFinite("world", "gravity", world.gravity);
 }
 
-/// Both ends of a spring or rod: spheres of the world, and not the same.
+/// Checks both ends of a spring or rod: they must be spheres of the world, and different.
 template <class Joint>
 Problem checkEnds(const std::string& owner, const Joint& joint, std::span<const BodyId> ids) {
   for (const BodyId end : {joint.sphere, joint.other}) {

@@ -25,15 +25,15 @@ inline bool operator<(const Instant& left, const Instant& right) {
   return left.seconds < right.seconds || (left.seconds == right.seconds && left.rest < right.rest);
 }
 
-/// s, from `start` to `end`; infinite when `end` is never.
+/// Duration in s from `start` to `end`; infinite if `end` is never.
 inline double elapsed(const Instant& start, const Instant& end) {
   return (end.seconds - start.seconds) + (end.rest - start.rest);
 }
 
-/// `duration` s after `start`; infinity gives never.
+/// The instant `duration` s after `start`; an infinite duration gives never.
 inline Instant after(const Instant& start, double duration) {
   if (duration == std::numeric_limits<double>::infinity()) return Instant::never();
-  const double sum = start.seconds + duration;  // Knuth's two-sum: the error of a sum is a double
+  const double sum = start.seconds + duration;  // Knuth's two-sum: its error is a double
   const double added = sum - start.seconds;
   const double lost = (start.seconds - (sum - added)) + (duration - added);
   const double rest = start.rest + lost;
@@ -41,8 +41,8 @@ inline Instant after(const Instant& start, double duration) {
   return {seconds, rest - (seconds - sum)};
 }
 
-/// A parabola, or a straight line: where a sphere was when its motion last changed, from which its
-/// present follows. One cache line. Internal to native/.
+/// The parabola (or straight line) that a sphere follows, given by its position and velocity at the
+/// instant when its motion last changed. One cache line. Internal to native/.
 struct alignas(64) Motion {
   Vec3 position = Vec3::Zero();  ///< m, world frame, at `since`
   Vec3 velocity = Vec3::Zero();  ///< m/s, world frame, at `since`

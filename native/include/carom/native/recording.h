@@ -15,18 +15,18 @@
 
 namespace carom {
 
-/// A run of a SphereStepper, from which every state and every event of it can be had again, bit for
-/// bit, at any time and in any order, without stepping.
+/// The recorded run of a SphereStepper. Every state and every event of the run can be read from it,
+/// bit for bit, at any time and in any order, without stepping.
 ///
-/// Between the instants at which something happens to a sphere it moves on a parabola. So a run is
-/// the parabolas of each sphere one after the other, its segments, and between two of them nothing
-/// is to be known. A collision keeps its normal, approach speed, effective mass and impulse; all
-/// else in its two events follows from the segments that it ends. What an event says beyond that is
-/// kept as it is (Exception): no event loses a bit, it only takes more room.
+/// Between the instants at which something happens to it, a sphere moves on a parabola. So a run is
+/// stored as each sphere's successive parabolas, its segments. A collision stores its normal,
+/// approach speed, effective mass and impulse; everything else in its two events follows from the
+/// segments that it ends. Events that differ from what is rebuilt in this way are stored whole
+/// (exceptions()): no event loses a bit, it only takes more room.
 ///
-/// Memory: 92 bytes for each segment and 104 for each collision, times up to two while recording.
-/// recording_format.h has the form for files, which is much smaller. Not thread-safe while it
-/// grows; otherwise [any thread].
+/// Memory: 92 bytes for each segment and 104 for each collision, and up to twice that while
+/// recording. recording_format.h has the form for files, which is much smaller. Not thread-safe
+/// while it grows; otherwise [any thread].
 class Recording {
  public:
   static constexpr std::uint32_t kNobody = 0xFFFFFFFF;
@@ -36,14 +36,14 @@ class Recording {
     double radius = 0.0;  ///< m
     double mass = 0.0;    ///< kg
   };
-  /// A body that nothing can push.
+  /// An immovable body.
   struct Wall {
     BodyId id = 0;
     Vec3 normal = Vec3::UnitX();   ///< unit, world frame, towards the spheres
     double offset = 0.0;           ///< m, at time 0, of the plane { x : normal . x = offset }
     Vec3 velocity = Vec3::Zero();  ///< m/s, world frame
   };
-  /// A parabola: how a sphere moves from `since` on, until its next segment begins.
+  /// The parabola on which a sphere moves from `since` until its next segment begins.
   struct Segment {
     Instant since;
     Vec3 position = Vec3::Zero();      ///< m, world frame, at `since`
@@ -54,83 +54,88 @@ class Recording {
       return Motion{position, velocity, since}.at(instant, acceleration);
     }
   };
-  /// Two events in short. `first` is a sphere.
+  /// The two events of one collision in compact form. `first` is a sphere.
   struct Collision {
     Instant time;
     std::uint32_t first = 0;            ///< a sphere
-    std::uint32_t second = kNobody;     ///< a sphere, or the number of spheres + a wall
-    std::uint32_t firstSegment = 0;     ///< of `first`: which one it came along
-    std::uint32_t secondSegment = 0;    ///< of `second`, if that is a sphere
-    std::uint32_t exception = kNobody;  ///< index of exceptions(), if it has one
+    std::uint32_t second = kNobody;     ///< a sphere, or sphere count + index of a wall
+    std::uint32_t firstSegment = 0;     ///< index of the segment that brings `first`
+    std::uint32_t secondSegment = 0;    ///< the same for `second`, if it is a sphere
+    std::uint32_t exception = kNobody;  ///< index in exceptions(), if not rebuilt
     double approachSpeed = 0.0;         ///< m/s
     double effectiveMass = 0.0;         ///< kg
     double impulse = 0.0;               ///< N s, on `first` along the normal
     Vec3 normal = Vec3::UnitX();        ///< unit, world frame, towards `first`
   };
-  using Events = std::array<ImpulseEvent, 2>;  ///< of the first body, of the second
+  using Events = std::array<ImpulseEvent, 2>;  ///< the events of the first and of the second body
 
-  /// What is the same for the whole run.
+  /// Properties that stay the same during the whole run.
   struct World {
     Vec3 gravity = Vec3::Zero();  ///< m/s^2
     std::vector<Sphere> spheres;  ///< ids ascending
     std::vector<Wall> walls;
-    /// 1, of pairs of bodies, some or all: only makes files smaller.
+    /// Restitutions (1) of some or all pairs of bodies; they only make files smaller.
     std::vector<double> restitutions;
   };
 
   Recording() = default;
-  /// From `begin` (s) on; `segments` holds one for each sphere, which has begun by then.
+  /// Begins a run at `begin` (s). `segments` holds one segment for each sphere, which began at
+  /// `begin` or before.
   Recording(World world, double begin, std::span<const Segment> segments);
 
-  /// Whatever text its owner wants to travel along: a scene, for one.
+  /// Free text that travels with the recording, for example the scene; its meaning is up to the
+  /// caller.
   const std::string& payload() const { return payload_; }
   void setPayload(std::string payload) { payload_ = std::move(payload); }
 
   const World& world() const { return world_; }
   std::size_t sphereCount() const { return world_.spheres.size(); }
-  /// By which index the sphere is known here.
+  /// Index of the sphere in this recording; nothing if the id is unknown.
   std::optional<std::size_t> sphereOf(BodyId id) const;
 
   double begin() const { return begin_; }  ///< s
-  double end() const { return end_; }      ///< s, up to which all is known
+  double end() const { return end_; }      ///< s, until which the run is known
 
-  /// The sphere's state at `time` (s, from begin() to end(); asserted, and taken to the nearer of
-  /// them), as SphereStepper::state would have it after advanceTo(time). O(log of its segments).
+  /// Returns the sphere's state at `time` (s, from begin() to end(); asserted, and clamped to this
+  /// range), as SphereStepper::state would return it after advanceTo(time), but without spin. O(log
+  /// of the number of its segments).
   SphereState state(std::size_t sphere, double time) const;
   std::span<const Segment> segments(std::size_t sphere) const { return segments_[sphere]; }
-  std::size_t segmentCount() const;  ///< of all spheres
+  std::size_t segmentCount() const;  ///< the sum over all spheres
 
   std::size_t collisionCount() const { return collisions_.size(); }
-  /// How many have happened at `time` (s) or before. O(log of their number).
+  /// Number of collisions at `time` (s) or before. O(log of the number of collisions).
   std::size_t collisionsUntil(double time) const;
-  /// In order of time.
+  /// All collisions in order of time.
   std::span<const Collision> collisions() const { return collisions_; }
-  /// What SphereStepper::advanceTo returned of it. O(1).
+  /// Returns the two events of a collision as SphereStepper::advanceTo returned them. O(1).
   Events events(std::size_t collision) const;
-  /// All later than `after` (s) and not later than `until` (s), in order of time.
+  /// Returns the events later than `after` (s) and not later than `until` (s), in order of time.
   std::vector<ImpulseEvent> eventsBetween(double after, double until) const;
 
-  /// FNV-1a over the bits of all events (time, impulse, position, bodyVelocity), and of the
-  /// spheres' positions and velocities at end(), in order of their ids: equal for equal runs, and
-  /// hardly ever otherwise.
+  /// Hash (FNV-1a) over the bits of all events (time, impulse, position, bodyVelocity) and of the
+  /// spheres' positions and velocities at end(), in order of ids. Equal runs have equal hashes;
+  /// different runs hardly ever do.
   std::uint64_t trajectoryHash() const;
 
-  // For those who record, in order of what happens.
+  // Functions that build a recording; called in the order in which things happen.
 
-  /// The sphere moves as `segment` says from now on.
+  /// Adds a segment: the sphere moves as `segment` says from its `since` on.
   void addSegment(std::uint32_t sphere, const Segment& segment);
-  /// Two events of one collision at `instant`, before the segments to which it leads; `impulse` N
-  /// s, on the first body along the normal.
+  /// Adds the two events of one collision at `instant`, before the segments to which it leads.
+  /// `impulse` in N s acts on the first body along the normal.
   void addCollision(const Events& events, const Instant& instant, double impulse);
-  /// As above in short. Only what `exception` holds, if anything, is not rebuilt.
+  /// Adds a collision in compact form. `exception` (or null) holds its events where they differ
+  /// from rebuilt().
   void addCollision(const Collision& collision, const Events* exception);
-  /// All until `time` (s) is known. Not before end().
+  /// Declares the run known until `time` (s), which must not be before end().
   void extendTo(double time) { end_ = time; }
 
-  /// Which sphere's segment was next, or kNobody for a collision, since begin().
+  /// One entry per record since begin(): the sphere whose segment it is, or kNobody for a
+  /// collision.
   std::span<const std::uint32_t> log() const { return log_; }
   std::span<const Events> exceptions() const { return exceptions_; }
-  /// What follows of the events from the states, and from nothing that is an exception.
+  /// Returns the events as they follow from the states, whatever exceptions() says.
   Events rebuilt(const Collision& collision) const;
 
  private:
@@ -147,8 +152,8 @@ class Recording {
   std::vector<std::uint32_t> log_;
 };
 
-/// Calls visit(numbers) with a span of doubles for each field of the event that holds such, in the
-/// order of their declaration: kEventFields of them.
+/// Calls visit(numbers) with a span of doubles for each floating-point field of the event, in the
+/// order of declaration: kEventFields calls.
 template <class Visit>
 void visitFields(ImpulseEvent& event, const Visit& visit) {
   const auto vector = [&](auto& value) { visit(std::span<double>(value.data(), 3)); };

@@ -14,29 +14,24 @@
 
 namespace carom {
 
-/// How a body's restitution depends on the speed of approach.
+/// Laws by which a body's restitution depends on the approach speed.
 enum class SpeedLaw : std::uint8_t {
-  constant,      ///< not at all
+  constant,      ///< restitution does not depend on the speed
   viscoelastic,  ///< 1/e - 1 grows with v^(1/5): slow impacts lose little
-  plastic,       ///< e falls with v^(-1/4) where something yields: above the law's speed
+  plastic,       ///< e falls with v^(-1/4) above the law's speed, where a body yields
 };
 
-/// A body's restitution away from the speed at which it was measured.
-///
-/// viscoelastic: spheres whose stress has a part that grows with the rate of strain lose
-/// 1 - e ~ v^(1/5) to first order (Kuwabara, Kono 1987, Jpn. J. Appl. Phys. 26, 1230; Ramirez,
-/// Poeschel, Brilliantov, Schwager 1999, Phys. Rev. E 60, 4465, eq. 13). 1 / (1 + c v^(1/5)) is
-/// the same to that order, and stays above 0 at every speed.
-/// plastic: e ~ v^(-1/4) (Johnson 1985, Contact Mechanics, eq. 11.46).
+/// The dependence of a body's restitution e on the approach speed v, around the speed at which e
+/// was measured.
 struct RestitutionLaw {
   SpeedLaw law = SpeedLaw::constant;
-  double speed = 1.0;  ///< m/s, > 0: at which restitution is what the body says; plastic: up to it
+  double speed = 1.0;  ///< m/s, > 0: where the body's restitution holds; plastic: and below
 
   friend bool operator==(const RestitutionLaw&, const RestitutionLaw&) = default;
 };
 
-/// x^(1/5) of x >= 0, to rounding, by Newton's method from above: the same bits everywhere, which
-/// std::pow does not promise. [any thread]
+/// Returns x^(1/5) for x >= 0, to rounding, by Newton's method from above: the same bits
+/// everywhere, which std::pow does not promise. [any thread]
 inline double fifthRoot(double x) {
   if (!(x > 0.0)) return 0.0;
   double root = std::ldexp(1.0, static_cast<int>(std::floor(std::ilogb(x) / 5.0)) + 1);
@@ -48,8 +43,8 @@ inline double fifthRoot(double x) {
   }
 }
 
-/// Restitution at `approachSpeed` m/s, >= 0, of a body that has `restitution` at the law's speed:
-/// from 0 to 1 as that is. [any thread]
+/// Returns the restitution, from 0 to 1, at `approachSpeed` (m/s, >= 0) of a body that has
+/// `restitution` (0 to 1) at the law's speed. [any thread]
 inline double restitutionAt(double restitution, const RestitutionLaw& law, double approachSpeed) {
   if (law.law == SpeedLaw::viscoelastic) {
     const double loss = (1.0 - restitution) * fifthRoot(approachSpeed / law.speed);
@@ -60,16 +55,17 @@ inline double restitutionAt(double restitution, const RestitutionLaw& law, doubl
   return restitution;
 }
 
-/// What surfaces of one kind share: a number that whoever fills a RestitutionTable hands out.
+/// Number of a kind of surface, chosen by the code that fills a RestitutionTable.
 using SurfaceId = std::uint32_t;
 
-/// Restitution of pairs of surfaces, where it is known: restitution belongs to a pair, and what a
-/// mean of two materials gives is only a default. Header only, so that `native/` may use it.
-/// [any thread, as long as nobody calls `set`]
+/// The known restitutions of pairs of surfaces. Restitution belongs to a pair; a mean of two
+/// materials is only a default. Header only, so that `native/` may use it. [any thread, as long as
+/// no thread calls `set`]
 class RestitutionTable {
  public:
-  /// Of `surface` against `other`, which may be the same, in either order. Refuses a restitution
-  /// that is not from 0 to 1, and a pair that has one already. O(number of pairs).
+  /// Sets the restitution of `surface` against `other` (the order does not matter, and both may be
+  /// the same). Refuses a restitution that is not from 0 to 1, and a pair that has one already.
+  /// O(number of pairs).
   Status set(SurfaceId surface, SurfaceId other, double restitution) {
     if (!(restitution >= 0.0 && restitution <= 1.0)) {
       std::ostringstream text;
@@ -89,8 +85,9 @@ class RestitutionTable {
     return std::monostate{};
   }
 
-  /// The pair's own, or else the geometric mean of the two restitutions (combinedRestitution): bit
-  /// for bit that mean where the table is empty. O(log of the number of pairs), never allocates.
+  /// Returns the pair's restitution, or else the geometric mean of the two bodies' own
+  /// (combinedRestitution): bit for bit that mean if the table is empty. O(log of the number of
+  /// pairs), never allocates.
   double of(SurfaceId surface, double restitution, SurfaceId other, double otherRestitution) const {
     if (!entries_.empty()) {
       const Pair pair = ordered(surface, other);
