@@ -157,12 +157,12 @@ json withModes(json modes) {
 json withRod(const json& keys) {
   json rod = {{"bodies", {"sphere1"}}, {"anchor", {1, 0, 0}}};
   rod.update(keys);
-  return with("/mechanics", {{"rods", {rod}}});
+  return with("/mechanics", {{"rods", json::array({rod})}});
 }
 json withSpring(const json& keys) {
   json spring = {{"bodies", {"sphere1"}}, {"anchor", {1, 0, 0}}, {"length", 1}, {"stiffness", 100}};
   spring.update(keys);
-  return with("/mechanics", {{"springs", {spring}}});
+  return with("/mechanics", {{"springs", json::array({spring})}});
 }
 
 /// oneBall() with a sphere of oak, whose material these keys change.
@@ -834,7 +834,7 @@ TEST(SceneGroup, SpheresLieInTheirBoxAndDoNotOverlap) {
 }
 
 TEST(SceneGroup, RadiiSpeedsAndMaterialsAreSpreadOverTheirRanges) {
-  json document = withBodies({groupOf(2000, {0.01, 0.02}, 2.0)});
+  json document = withBodies(json::array({groupOf(2000, {0.01, 0.02}, 2.0)}));
   document["bodies"][0]["speed"] = {1, 3};
   document["bodies"][0]["material"] = {"steel", oak(), "glass"};
   const Scene scene = accepted(document);
@@ -864,7 +864,7 @@ TEST(SceneGroup, RadiiSpeedsAndMaterialsAreSpreadOverTheirRanges) {
 }
 
 TEST(SceneGroup, SameSeedGivesTheSameBitsAndAnotherSeedOthers) {
-  json document = withBodies({groupOf(50, {0.01, 0.02}, 0.5)});
+  json document = withBodies(json::array({groupOf(50, {0.01, 0.02}, 0.5)}));
   document["bodies"][0]["speed"] = 1;
   const Scene first = accepted(document);
   const Scene again = accepted(document);
@@ -887,7 +887,7 @@ TEST(SceneGroup, TwoGroupsOfOneSceneDiffer) {
 }
 
 TEST(SceneGroup, TenThousandSpheresFindRoomInAFifthOfTheBox) {
-  const Scene scene = accepted(withBodies({groupOf(10000, {0.005, 0.02}, 0.4)}));
+  const Scene scene = accepted(withBodies(json::array({groupOf(10000, {0.005, 0.02}, 0.4)})));
   ASSERT_EQ(scene.bodies.size(), 10000U);
   double volume = 0.0;
   for (const SceneBody& body : scene.bodies) {
@@ -898,7 +898,7 @@ TEST(SceneGroup, TenThousandSpheresFindRoomInAFifthOfTheBox) {
 }
 
 TEST(SceneGroup, SaysHowManyFitted) {
-  const std::string message = messageOf(parsed(withBodies({groupOf(40, 0.2, 0.5)})));
+  const std::string message = messageOf(parsed(withBodies(json::array({groupOf(40, 0.2, 0.5)}))));
   std::size_t fitted = 0;
   ASSERT_EQ(std::sscanf(message.c_str(), "test.json: /bodies/0: only %zu of 40", &fitted), 1)
       << message;
@@ -1045,7 +1045,7 @@ std::vector<Refusal> shapeRefusals() {
   const auto spoilt = [](const std::string& key, json value) {
     json group = groupOf(3, 0.1, 1.0);
     group[key] = std::move(value);
-    return withBodies({group});
+    return withBodies(json::array({group}));
   };
   add(spoilt("count", 0), "/bodies/0/count", {"0 is not a count", "from 1 to 100000"});
   add(spoilt("count", 1.5), "/bodies/0/count", {"1.5 is not a count", "whole"});
@@ -1115,7 +1115,7 @@ std::vector<Refusal> shapeRefusals() {
   add(withListener({{"path", {{{"position", {0, 1, 1}}}}}}), "/listeners/0/path/0/time",
       {"missing"});
   add(withListener({{"path", {{{"time", 1}}}}}), "/listeners/0/path/0/position", {"missing"});
-  add(withListener({{"path", {poseAt(0, 0, 1, 1)}}}), "/listeners/0/path/0/time",
+  add(withListener({{"path", json::array({poseAt(0, 0, 1, 1)})}}), "/listeners/0/path/0/time",
       {"0 is not the time of a pose", "above 0"});
   // Mechanics.
   add(withOak({{"friction", -0.1}}), "/bodies/0/material/friction",
@@ -1326,7 +1326,7 @@ std::vector<Refusal> shapeRefusals() {
   add(withBlock({{"modes", json::object()}}), "/bodies/2/modes", {"unknown key"});
   json group = groupOf(2, 0.1, 1.0);
   group["modes"] = json::object();
-  add(withBodies({group}), "/bodies/0/modes", {"unknown key"});
+  add(withBodies(json::array({group})), "/bodies/0/modes", {"unknown key"});
   for (const double damping : {-1.0, 1.1e6})
     add(withOak({{"damping_alpha", damping}}), "/bodies/0/material/damping_alpha",
         {"in proportion to mass", "1/s"});
@@ -1358,7 +1358,7 @@ std::vector<Refusal> meaningRefusals() {
   const auto pair = [](const std::string& first, const std::string& second) {
     return json{{"materials", {first, second}}, {"restitution", 0.5}};
   };
-  add(with("/restitutions", {pair("steel", "oka")}), "/restitutions/0/materials/1",
+  add(with("/restitutions", json::array({pair("steel", "oka")})), "/restitutions/0/materials/1",
       {"unknown material \"oka\"", "expected one of", "\"ceramic\""});
   for (const auto& again : {pair("steel", "wood"), pair("wood", "steel")}) {
     add(with("/restitutions", {pair("steel", "wood"), pair("wood", "wood"), again}),
@@ -1388,10 +1388,12 @@ std::vector<Refusal> meaningRefusals() {
   add(withBodies({sphereAt(1e-6, 0, 0, 0), sphereAt(1e4, 9999, 0, 0)}), "/bodies/1", {"overlaps"});
   add(with("/bodies/0/position", {0, 0.005, 0}), "/bodies/0",
       {"\"sphere1\" reaches 0.005 metres into \"plane1\"", "the normal points to"});
-  add(withBodies({groupOf(3, {0.2, 0.1}, 1.0)}), "/bodies/0/radius", {"minimum", "above"});
+  add(withBodies(json::array({groupOf(3, {0.2, 0.1}, 1.0)})), "/bodies/0/radius",
+      {"minimum", "above"});
   add(withBodies({groupOf(60000, 0.1, 1e3), groupOf(60000, 0.1, 1e3)}), "/bodies/1/count",
       {"more than 100000 spheres"});
-  add(withBodies({groupOf(1, 2.0, 1.0)}), "/bodies/0", {"only 0 of 1 spheres", "more room"});
+  add(withBodies(json::array({groupOf(1, 2.0, 1.0)})), "/bodies/0",
+      {"only 0 of 1 spheres", "more room"});
   // Mechanics.
   add(withBlock({{"min", {4, 6, 4}}}), "/bodies/2/max", {"6 is not above the minimum 6 along y"});
   add(withBlock({{"rotation", {{"axis", {0, 0, 0}}, {"angle", 1}}}}), "/bodies/2/rotation/axis",
@@ -1453,7 +1455,7 @@ std::vector<Refusal> meaningRefusals() {
   add(withRod({{"anchor", {0, 1, 0}}}), "/mechanics/rods/0/anchor",
       {"the rod has length 0", "\"sphere1\""});
   const json both = {{"bodies", {"sphere1", "sphere1"}}};
-  add(with("/mechanics", {{"rods", {both}}}), "/mechanics/rods/0/bodies/1",
+  add(with("/mechanics", {{"rods", json::array({both})}}), "/mechanics/rods/0/bodies/1",
       {"the rod begins and ends at one body"});
   json furnished = withBlock(json::object());
   furnished["room"] = {{"surfaces", {{"block1", "plaster"}}}};
@@ -1521,7 +1523,7 @@ std::vector<Refusal> meaningRefusals() {
       {"along its up direction", "[0, 1, 0] if absent"});
   add(withListener({{"path", {poseAt(1, 0, 1, 1), poseAt(1, 0, 1, 2)}}}),
       "/listeners/0/path/1/time", {"1 s is not after the pose before, at 1 s", "ascend"});
-  add(withListener({{"path", {poseAt(0.5, 0, 1, 101)}}}), "/listeners/0/path/0",
+  add(withListener({{"path", json::array({poseAt(0.5, 0, 1, 101)})}}), "/listeners/0/path/0",
       {"200 m/s", "at most 180 m/s"});
   json planes = json::array();
   for (int plane = 0; plane < 1001; ++plane)
@@ -1658,13 +1660,13 @@ std::vector<json> goodDocuments() {
       with("/bodies/0/name", std::string(100, 'x')),
       with("/bodies/0/position", {1e6, 1e6, -1e6}),
       with("/listeners/0/name", "ear"),
-      withBodies({groupOf(2, 0.1, 1.0)}),
-      withBodies({groupOf(2, {0.1, 0.1}, 1.0)})};
+      withBodies(json::array({groupOf(2, 0.1, 1.0)})),
+      withBodies(json::array({groupOf(2, {0.1, 0.1}, 1.0)}))};
   json group = groupOf(2, 0.1, 1.0);
   group["material"] = {"glass", oak()};
   group["speed"] = {0, 1};
   group["name"] = "group";
-  documents.push_back(withBodies({group}));
+  documents.push_back(withBodies(json::array({group})));
   for (const json& sound :
        {json::object(), json{{"pulse", "half_sine"}, {"doppler", true}},
         json{{"dissipative", true}, {"sampling", "band_limited"}, {"radiation", "exact"}},
