@@ -9,7 +9,7 @@ scenes="bouncing_ball newtons_cradle billiard_break marbles_in_a_box dropped_wre
 
 carom_require $carom_build_packages $carom_bench_packages $carom_page_packages
 carom_build release
-build/release/scenes/carom report $(printf 'scenes/library/%s.json ' $scenes) --runs 3 -o docs/report
+build/release/carom report $(printf 'scenes/library/%s.json ' $scenes) --runs 3 -o docs/report
 python3 docs/report/prices.py docs/report/report.json >docs/report/prices.md
 python3 tests/report_page/page_test.py --page docs/report/index.html
 for scene in $scenes; do

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <utility>
 
-#include "plugin/material_guess.h"
+#include "plugin/bullet/material_guess.h"
 
 namespace carom::plugin {
 namespace {

@@ -7,7 +7,7 @@
 #include <system_error>
 #include <vector>
 
-#include "audio/decimal.h"
+#include "audio/model/decimal.h"
 #include "carom/audio/material.h"
 
 namespace carom::plugin {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bullet_bridge/impact_time.h"
+#include "bullet_bridge/geometry/impact_time.h"
 
 namespace carom::plugin {
 

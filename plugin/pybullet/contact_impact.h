@@ -6,7 +6,7 @@
 #include <optional>
 #include <span>
 
-#include "bullet_bridge/motion.h"
+#include "bullet_bridge/geometry/motion.h"
 #include "carom/audio/impulse_event.h"
 #include "carom/audio/vector.h"
 

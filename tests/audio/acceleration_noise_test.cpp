@@ -1,4 +1,4 @@
-#include "audio/acceleration_noise.h"
+#include "audio/model/acceleration_noise.h"
 
 #include <algorithm>
 #include <cmath>

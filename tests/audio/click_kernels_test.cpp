@@ -1,4 +1,4 @@
-#include "audio/click_kernels.h"
+#include "audio/synthesis/click_kernels.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/spread_kernel.h"
+#include "audio/dsp/spread_kernel.h"
 
 namespace carom {
 

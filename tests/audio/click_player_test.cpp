@@ -1,4 +1,4 @@
-#include "audio/click_player.h"
+#include "audio/synthesis/click_player.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "audio/click_queue.h"
+#include "audio/synthesis/click_queue.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,4 +1,4 @@
-#include "audio/contact_drive.h"
+#include "audio/contact/contact_drive.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/hertz.h"
+#include "audio/model/hertz.h"
 #include "tests/support/random.h"
 
 namespace carom {

@@ -1,4 +1,4 @@
-#include "audio/deforming_source.h"
+#include "audio/radiation/deforming_source.h"
 
 #include <algorithm>
 #include <cmath>

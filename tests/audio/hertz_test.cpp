@@ -1,4 +1,4 @@
-#include "audio/hertz.h"
+#include "audio/model/hertz.h"
 
 #include <cmath>
 #include <limits>

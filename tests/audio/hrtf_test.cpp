@@ -1,4 +1,4 @@
-#include "audio/hrtf.h"
+#include "audio/propagation/hrtf.h"
 
 #include <algorithm>
 #include <array>

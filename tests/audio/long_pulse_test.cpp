@@ -1,4 +1,4 @@
-#include "audio/long_pulse.h"
+#include "audio/synthesis/long_pulse.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/spread_kernel.h"
+#include "audio/dsp/spread_kernel.h"
 
 namespace carom {
 

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/hertz.h"
+#include "audio/model/hertz.h"
 
 namespace carom {
 

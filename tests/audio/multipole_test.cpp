@@ -1,4 +1,4 @@
-#include "audio/multipole.h"
+#include "audio/radiation/multipole.h"
 
 #include <cmath>
 #include <complex>

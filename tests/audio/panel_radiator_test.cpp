@@ -9,7 +9,7 @@
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
-#include "audio/source_panel.h"
+#include "audio/radiation/source_panel.h"
 #include "tests/audio/meshes.h"
 #include "tests/support/constants.h"
 

@@ -10,8 +10,8 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/bessel.h"
-#include "audio/decimal.h"
+#include "audio/model/bessel.h"
+#include "audio/model/decimal.h"
 
 namespace carom::test {
 

@@ -1,4 +1,4 @@
-#include "audio/pose_track.h"
+#include "audio/propagation/pose_track.h"
 
 #include <algorithm>
 #include <cmath>

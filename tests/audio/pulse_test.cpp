@@ -1,4 +1,4 @@
-#include "audio/pulse.h"
+#include "audio/model/pulse.h"
 
 #include <algorithm>
 #include <array>
@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/acceleration_noise.h"
+#include "audio/model/acceleration_noise.h"
 #include "tests/support/no_alloc_scope.h"
 
 namespace carom {

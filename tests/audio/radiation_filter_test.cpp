@@ -1,4 +1,4 @@
-#include "audio/radiation_filter.h"
+#include "audio/radiation/radiation_filter.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/spread_kernel.h"
+#include "audio/dsp/spread_kernel.h"
 #include "tests/support/special_functions.h"
 
 namespace carom {

@@ -1,4 +1,4 @@
-#include "audio/receiver.h"
+#include "audio/propagation/receiver.h"
 
 #include <cmath>
 #include <limits>

@@ -1,4 +1,4 @@
-#include "audio/resonator_kernels.h"
+#include "audio/dsp/resonator_kernels.h"
 
 #include <algorithm>
 #include <cmath>

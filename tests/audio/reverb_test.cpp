@@ -1,4 +1,4 @@
-#include "audio/reverb.h"
+#include "audio/propagation/reverb.h"
 
 #include <algorithm>
 #include <array>
@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/decay_filter.h"
+#include "audio/dsp/decay_filter.h"
 #include "tests/support/constants.h"
 #include "tests/support/no_alloc_scope.h"
 #include "tests/support/random.h"

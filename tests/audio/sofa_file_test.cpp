@@ -1,4 +1,4 @@
-#include "audio/sofa_file.h"
+#include "audio/propagation/sofa_file.h"
 
 #include <algorithm>
 #include <array>
@@ -16,7 +16,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "audio/hrtf.h"
+#include "audio/propagation/hrtf.h"
 #include "tests/support/constants.h"
 #include "tests/support/temporary_folder.h"
 

@@ -1,4 +1,4 @@
-#include "audio/surface_locator.h"
+#include "audio/model/surface_locator.h"
 
 #include <algorithm>
 #include <limits>

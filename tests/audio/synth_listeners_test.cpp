@@ -10,8 +10,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "audio/hrtf.h"
-#include "audio/spread_kernel.h"
+#include "audio/dsp/spread_kernel.h"
+#include "audio/propagation/hrtf.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/support/click_spectrum.h"
 #include "tests/support/constants.h"

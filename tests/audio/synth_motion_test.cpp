@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/hertz.h"
-#include "audio/spread_kernel.h"
+#include "audio/dsp/spread_kernel.h"
+#include "audio/model/hertz.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/support/click_spectrum.h"
 #include "tests/support/constants.h"

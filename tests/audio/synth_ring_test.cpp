@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/hertz.h"
-#include "audio/pulse.h"
+#include "audio/model/hertz.h"
+#include "audio/model/pulse.h"
 #include "carom/audio/synth.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/audio/ringing_box.h"

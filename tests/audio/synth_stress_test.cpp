@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/hertz.h"
-#include "audio/hrtf.h"
+#include "audio/model/hertz.h"
+#include "audio/propagation/hrtf.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/support/click_spectrum.h"
 #include "tests/support/no_alloc_scope.h"

@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/acceleration_noise.h"
+#include "audio/model/acceleration_noise.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/support/constants.h"
 #include "tests/support/no_alloc_scope.h"

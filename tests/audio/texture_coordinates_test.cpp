@@ -11,7 +11,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "audio/contact_drive.h"
+#include "audio/contact/contact_drive.h"
 #include "tests/support/random.h"
 
 namespace carom {

@@ -1,4 +1,4 @@
-#include "audio/train_store.h"
+#include "audio/synthesis/train_store.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,4 @@
-#include "audio/voice_table.h"
+#include "audio/synthesis/voice_table.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -16,10 +16,10 @@
 #include <benchmark/benchmark.h>
 #include <sys/resource.h>
 
-#include "audio/click_bus.h"
-#include "audio/click_kernels.h"
-#include "audio/long_pulse.h"
-#include "audio/spread_kernel.h"
+#include "audio/dsp/spread_kernel.h"
+#include "audio/synthesis/click_bus.h"
+#include "audio/synthesis/click_kernels.h"
+#include "audio/synthesis/long_pulse.h"
 #include "carom/audio/synth.h"
 #include "tests/bench/figures.h"
 #include "tests/bench/machine_yardstick.h"

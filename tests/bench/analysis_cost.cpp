@@ -7,9 +7,9 @@
 
 #include <malloc.h>
 
-#include "modal/mesh_detail.h"
-#include "modal/mode_radiation.h"
-#include "modal/solid_model.h"
+#include "modal/analysis/solid_model.h"
+#include "modal/mesh/mesh_detail.h"
+#include "modal/radiation/mode_radiation.h"
 #include "tests/audio/meshes.h"
 #include "tests/bench/cpu_time.h"
 

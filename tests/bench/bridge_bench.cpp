@@ -9,12 +9,12 @@
 #include <string>
 #include <utility>
 
+#include "lab/compare/compare.h"
 #include <benchmark/benchmark.h>
 
 #include "carom/bullet/bullet_bridge.h"
-#include "scenes/bullet_scene.h"
-#include "scenes/compare.h"
-#include "scenes/scene_loader.h"
+#include "scenes/format/scene_loader.h"
+#include "scenes/run/bullet_scene.h"
 #include "tests/bench/figures.h"
 #include "tests/bench/machine_yardstick.h"
 #include "tests/bench/scale.h"

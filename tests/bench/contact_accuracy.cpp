@@ -11,10 +11,10 @@
 
 #include <unsupported/Eigen/FFT>
 
-#include "audio/hertz.h"
-#include "scenes/scene_loader.h"
-#include "scenes/scene_sound.h"
-#include "scenes/scene_stepper.h"
+#include "audio/model/hertz.h"
+#include "scenes/format/scene_loader.h"
+#include "scenes/run/scene_sound.h"
+#include "scenes/run/scene_stepper.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/bench/table_program.h"
 #include "tests/support/wavy_slide.h"

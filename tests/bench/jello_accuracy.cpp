@@ -9,9 +9,9 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "native/jello_limits.h"
-#include "native/jello_stepper.h"
-#include "scenes/jello_modes.h"
+#include "native/jello/jello_limits.h"
+#include "native/jello/jello_stepper.h"
+#include "scenes/run/jello_modes.h"
 #include "tests/bench/table_program.h"
 #include "tests/support/jello_stiffness.h"
 #include "tests/support/random.h"

@@ -10,7 +10,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "native/jello_stepper.h"
+#include "native/jello/jello_stepper.h"
 #include "tests/bench/figures.h"
 #include "tests/bench/pointer_jello.h"
 

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "modal/solid_model.h"
+#include "modal/analysis/solid_model.h"
 #include "tests/audio/meshes.h"
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/scale.h"

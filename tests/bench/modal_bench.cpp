@@ -14,7 +14,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "audio/resonator_kernels.h"
+#include "audio/dsp/resonator_kernels.h"
 #include "tests/bench/analysis_cost.h"
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/figures.h"

@@ -15,13 +15,13 @@
 #include <utility>
 #include <vector>
 
+#include "lab/report/memory_use.h"
 #include <unistd.h>
 
-#include "scenes/memory_use.h"
-#include "scenes/scene_loader.h"
-#include "scenes/scene_sound.h"
-#include "scenes/scene_stepper.h"
-#include "scenes/stopwatch.h"
+#include "scenes/format/scene_loader.h"
+#include "scenes/run/scene_sound.h"
+#include "scenes/run/scene_stepper.h"
+#include "scenes/run/stopwatch.h"
 #include "tests/bench/table_program.h"
 
 namespace carom::bench {

@@ -3,7 +3,7 @@
 
     python3 tests/bench/plot_gallery.py CAROM docs/figures
 
-CAROM is the command (build/release/scenes/carom). Needs numpy, scipy and matplotlib.
+CAROM is the command (build/release/carom). Needs numpy, scipy and matplotlib.
 """
 
 import os

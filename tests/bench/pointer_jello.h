@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "native/jello_world.h"
+#include "native/jello/jello_world.h"
 
 namespace carom::bench {
 

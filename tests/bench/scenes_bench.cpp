@@ -10,9 +10,9 @@
 
 #include <benchmark/benchmark.h>
 
-#include "scenes/scene_loader.h"
-#include "scenes/scene_sound.h"
-#include "scenes/scene_stepper.h"
+#include "scenes/format/scene_loader.h"
+#include "scenes/run/scene_sound.h"
+#include "scenes/run/scene_stepper.h"
 #include "tests/bench/figures.h"
 #include "tests/bench/scale.h"
 

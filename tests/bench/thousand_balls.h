@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "scenes/scene_loader.h"
+#include "scenes/format/scene_loader.h"
 
 namespace carom::bench {
 

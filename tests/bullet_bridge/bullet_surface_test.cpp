@@ -7,7 +7,7 @@
 #include <btBulletCollisionCommon.h>
 #include <gtest/gtest.h>
 
-#include "bullet_bridge/shape_pair.h"
+#include "bullet_bridge/shapes/shape_pair.h"
 #include "tests/bullet_bridge/random_motion.h"
 #include "tests/bullet_bridge/vectors.h"
 

@@ -1,4 +1,4 @@
-#include "bullet_bridge/impact_time.h"
+#include "bullet_bridge/geometry/impact_time.h"
 
 #include <cmath>
 #include <limits>

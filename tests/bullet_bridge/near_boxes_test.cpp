@@ -1,4 +1,4 @@
-#include "bullet_bridge/near_boxes.h"
+#include "bullet_bridge/tracking/near_boxes.h"
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "bullet_bridge/rigid_motion.h"
+#include "bullet_bridge/geometry/rigid_motion.h"
 
 // Slow and obvious distances between convex sets, as the oracle for the fast ones.
 namespace carom::by_hand {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "bullet_bridge/rigid_motion.h"
+#include "bullet_bridge/geometry/rigid_motion.h"
 #include "tests/support/random.h"
 
 namespace carom {

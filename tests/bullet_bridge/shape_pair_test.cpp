@@ -1,4 +1,4 @@
-#include "bullet_bridge/shape_pair.h"
+#include "bullet_bridge/shapes/shape_pair.h"
 
 #include <cmath>
 #include <limits>
@@ -7,7 +7,7 @@
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <gtest/gtest.h>
 
-#include "bullet_bridge/body_tracker.h"
+#include "bullet_bridge/tracking/body_tracker.h"
 #include "tests/bullet_bridge/nearest_by_hand.h"
 #include "tests/bullet_bridge/random_motion.h"
 #include "tests/bullet_bridge/vectors.h"

@@ -1,4 +1,4 @@
-#include "bullet_bridge/shape_surface.h"
+#include "bullet_bridge/shapes/shape_surface.h"
 
 #include <array>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 #include <gtest/gtest.h>
 
-#include "bullet_bridge/surface_union.h"
+#include "bullet_bridge/shapes/surface_union.h"
 #include "carom/audio/panel_radiator.h"
 #include "tests/support/constants.h"
 

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "native/jello_file.h"
+#include "native/jello/jello_file.h"
 
 namespace {
 

@@ -6,7 +6,7 @@
 
 #include "carom/modal/mesh_check.h"
 #include "carom/modal/mesh_file.h"
-#include "modal/mesh_detail.h"
+#include "modal/mesh/mesh_detail.h"
 
 namespace {
 

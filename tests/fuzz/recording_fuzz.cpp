@@ -9,7 +9,7 @@
 
 #include "carom/native/recording.h"
 #include "carom/native/recording_format.h"
-#include "native/recording_archive.h"
+#include "native/recording/recording_archive.h"
 
 namespace {
 

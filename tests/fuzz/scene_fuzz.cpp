@@ -6,11 +6,11 @@
 #include <string_view>
 #include <variant>
 
-#include "audio/pose_track.h"
-#include "audio/reverb.h"
+#include "audio/propagation/pose_track.h"
+#include "audio/propagation/reverb.h"
 #include "carom/audio/listener.h"
 #include "carom/audio/room.h"
-#include "scenes/scene_loader.h"
+#include "scenes/format/scene_loader.h"
 
 namespace {
 

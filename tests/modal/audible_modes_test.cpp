@@ -1,4 +1,4 @@
-#include "modal/audible_modes.h"
+#include "modal/analysis/audible_modes.h"
 
 #include <cmath>
 #include <numbers>

@@ -1,4 +1,4 @@
-#include "modal/eigen_solver.h"
+#include "modal/analysis/eigen_solver.h"
 
 #include <algorithm>
 #include <cmath>

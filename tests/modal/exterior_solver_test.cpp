@@ -1,4 +1,4 @@
-#include "modal/exterior_solver.h"
+#include "modal/radiation/exterior_solver.h"
 
 #include <algorithm>
 #include <cmath>

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "carom/modal/gltf_audio.h"
-#include "modal/audible_modes.h"
+#include "modal/analysis/audible_modes.h"
 #include "tests/support/temporary_folder.h"
 
 namespace carom::test {

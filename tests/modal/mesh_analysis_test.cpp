@@ -10,8 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "carom/modal/mesh_check.h"
-#include "modal/mode_radiation.h"
-#include "modal/solid_model.h"
+#include "modal/analysis/solid_model.h"
+#include "modal/radiation/mode_radiation.h"
 #include "tests/audio/meshes.h"
 #include "tests/support/temporary_folder.h"
 

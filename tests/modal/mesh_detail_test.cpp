@@ -1,4 +1,4 @@
-#include "modal/mesh_detail.h"
+#include "modal/mesh/mesh_detail.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "modal/mode_radiation.h"
+#include "modal/radiation/mode_radiation.h"
 
 #include <cmath>
 #include <complex>

@@ -10,7 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "modal/model_key.h"
+#include "modal/cache/model_key.h"
 #include "tests/support/temporary_folder.h"
 
 namespace carom::test {

@@ -6,7 +6,7 @@
 #include <functional>
 #include <numbers>
 
-#include "audio/multipole.h"
+#include "audio/radiation/multipole.h"
 #include "carom/audio/modal_model.h"
 #include "tests/audio/meshes.h"
 

@@ -1,4 +1,4 @@
-#include "modal/sha256.h"
+#include "modal/cache/sha256.h"
 
 #include <span>
 #include <string>

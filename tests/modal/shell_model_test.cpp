@@ -1,4 +1,4 @@
-#include "modal/shell_model.h"
+#include "modal/analysis/shell_model.h"
 
 #include <algorithm>
 #include <cmath>

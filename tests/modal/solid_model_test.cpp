@@ -1,4 +1,4 @@
-#include "modal/solid_model.h"
+#include "modal/analysis/solid_model.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "modal/voxel_mesh.h"
+#include "modal/analysis/voxel_mesh.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "native/box_contact.h"
+#include "native/spheres/box_contact.h"
 
 #include <algorithm>
 #include <cmath>

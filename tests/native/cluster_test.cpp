@@ -1,4 +1,4 @@
-#include "native/cluster.h"
+#include "native/spheres/cluster.h"
 
 #include <algorithm>
 #include <array>

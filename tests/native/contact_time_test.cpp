@@ -1,4 +1,4 @@
-#include "native/contact_time.h"
+#include "native/math/contact_time.h"
 
 #include <algorithm>
 

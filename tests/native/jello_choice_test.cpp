@@ -1,4 +1,4 @@
-#include "native/jello_choice.h"
+#include "native/jello/jello_choice.h"
 
 #include <cmath>
 #include <vector>
@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "native/jello_limits.h"
+#include "native/jello/jello_limits.h"
 
 namespace carom {
 

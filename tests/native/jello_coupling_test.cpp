@@ -1,4 +1,4 @@
-#include "native/jello_coupling.h"
+#include "native/jello/jello_coupling.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "native/jello_file.h"
+#include "native/jello/jello_file.h"
 
 #include <sstream>
 #include <string>

@@ -1,4 +1,4 @@
-#include "native/jello_kernels.h"
+#include "native/jello/jello_kernels.h"
 
 #include <cmath>
 #include <vector>

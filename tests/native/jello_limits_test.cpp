@@ -1,4 +1,4 @@
-#include "native/jello_limits.h"
+#include "native/jello/jello_limits.h"
 
 #include <cmath>
 #include <limits>
@@ -7,7 +7,7 @@
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
-#include "native/jello_stepper.h"
+#include "native/jello/jello_stepper.h"
 #include "tests/support/jello_stiffness.h"
 #include "tests/support/random.h"
 

@@ -1,4 +1,4 @@
-#include "native/jello_skin.h"
+#include "native/jello/jello_skin.h"
 
 #include <array>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "native/jello_world.h"
+#include "native/jello/jello_world.h"
 #include "tests/support/random.h"
 
 namespace carom::test {

@@ -1,4 +1,4 @@
-#include "native/jello_stepper.h"
+#include "native/jello/jello_stepper.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "native/polynomial.h"
+#include "native/math/polynomial.h"
 
 #include <cmath>
 #include <limits>

@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "native/recording_archive.h"
+#include "native/recording/recording_archive.h"
 #include "tests/native/recorded_worlds.h"
 
 namespace carom {

@@ -1,4 +1,4 @@
-#include "native/resting.h"
+#include "native/spheres/resting.h"
 
 #include <cmath>
 

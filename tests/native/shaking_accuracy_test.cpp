@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "native/contact_time.h"
-#include "native/shaking.h"
+#include "native/math/contact_time.h"
+#include "native/spheres/shaking.h"
 #include "tests/native/sphere_worlds.h"
 
 namespace carom {

@@ -1,10 +1,10 @@
-#include "native/shaking.h"
+#include "native/spheres/shaking.h"
 
 #include <cmath>
 
 #include <gtest/gtest.h>
 
-#include "native/contact_time.h"
+#include "native/math/contact_time.h"
 #include "tests/native/sphere_worlds.h"
 
 namespace carom {

@@ -1,4 +1,4 @@
-#include "plugin/c_body.h"
+#include "plugin/c_api/c_body.h"
 
 #include <algorithm>
 #include <array>
@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "plugin/c_structs.h"
+#include "plugin/c_api/c_structs.h"
 
 namespace carom {
 

@@ -1,4 +1,4 @@
-#include "plugin/c_structs.h"
+#include "plugin/c_api/c_structs.h"
 
 #include <algorithm>
 #include <array>

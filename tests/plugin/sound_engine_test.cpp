@@ -1,4 +1,4 @@
-#include "plugin/sound_engine.h"
+#include "plugin/realtime/sound_engine.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "plugin/sound_timeline.h"
+#include "plugin/realtime/sound_timeline.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "plugin/spsc_queue.h"
+#include "plugin/realtime/spsc_queue.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -10,7 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "plugin/sound_engine.h"
+#include "plugin/realtime/sound_engine.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/audio/ringing_box.h"
 

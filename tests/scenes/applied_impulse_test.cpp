@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include "scenes/bullet_scene.h"
-#include "scenes/scene_sound.h"
-#include "scenes/scene_stepper.h"
+#include "scenes/run/bullet_scene.h"
+#include "scenes/run/scene_sound.h"
+#include "scenes/run/scene_stepper.h"
 #include "tests/scenes/library.h"
 
 namespace carom::test {

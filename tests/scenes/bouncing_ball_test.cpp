@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "carom/audio/material.h"
-#include "scenes/render.h"
+#include "scenes/run/render.h"
 #include "tests/scenes/library.h"
 #include "tests/support/onset_detector.h"
 #include "tests/support/recording.h"

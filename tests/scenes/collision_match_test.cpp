@@ -1,4 +1,4 @@
-#include "scenes/collision_match.h"
+#include "lab/compare/collision_match.h"
 
 #include <cmath>
 #include <vector>

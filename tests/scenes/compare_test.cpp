@@ -1,4 +1,4 @@
-#include "scenes/compare.h"
+#include "lab/compare/compare.h"
 
 #include <algorithm>
 #include <array>

@@ -1,13 +1,13 @@
-#include "scenes/event_tape.h"
+#include "scenes/run/event_tape.h"
 
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "lab/report/report_run.h"
 #include <gtest/gtest.h>
 
-#include "scenes/report_run.h"
-#include "scenes/scene_sound.h"
+#include "scenes/run/scene_sound.h"
 #include "tests/scenes/library.h"
 
 namespace carom::test {

@@ -12,14 +12,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "audio/byte_file.h"
-#include "scenes/jello_modes.h"
-#include "scenes/jello_reader.h"
-#include "scenes/jello_scene.h"
-#include "scenes/native_only.h"
-#include "scenes/plan.h"
-#include "scenes/recorded_scene.h"
-#include "scenes/render.h"
+#include "audio/io/byte_file.h"
+#include "scenes/format/jello_reader.h"
+#include "scenes/run/jello_modes.h"
+#include "scenes/run/jello_scene.h"
+#include "scenes/run/native_only.h"
+#include "scenes/run/plan.h"
+#include "scenes/run/recorded_scene.h"
+#include "scenes/run/render.h"
 #include "tests/scenes/library.h"
 #include "tests/support/temporary_folder.h"
 

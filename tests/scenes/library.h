@@ -7,8 +7,8 @@
 #include <string_view>
 
 #include "carom/audio/material.h"
-#include "scenes/scene.h"
-#include "scenes/scene_loader.h"
+#include "scenes/format/scene.h"
+#include "scenes/format/scene_loader.h"
 
 namespace carom::test {
 

@@ -12,10 +12,10 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/hrtf.h"
-#include "scenes/render.h"
-#include "scenes/scene_sound.h"
-#include "scenes/scene_stepper.h"
+#include "audio/propagation/hrtf.h"
+#include "scenes/run/render.h"
+#include "scenes/run/scene_sound.h"
+#include "scenes/run/scene_stepper.h"
 #include "tests/scenes/library.h"
 #include "tests/support/constants.h"
 #include "tests/support/temporary_folder.h"

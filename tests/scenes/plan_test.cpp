@@ -1,4 +1,4 @@
-#include "scenes/plan.h"
+#include "scenes/run/plan.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include "scenes/native_only.h"
-#include "scenes/scene_stepper.h"
+#include "scenes/run/native_only.h"
+#include "scenes/run/scene_stepper.h"
 #include "tests/scenes/library.h"
 #include "tests/support/temporary_folder.h"
 

@@ -1,4 +1,4 @@
-#include "scenes/render.h"
+#include "scenes/run/render.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include "scenes/scene_sound.h"
+#include "scenes/run/scene_sound.h"
 #include "tests/scenes/library.h"
 #include "tests/support/csv.h"
 #include "tests/support/recording.h"

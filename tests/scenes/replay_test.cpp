@@ -10,8 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "carom/native/recording_format.h"
-#include "scenes/recorded_scene.h"
-#include "scenes/render.h"
+#include "scenes/run/recorded_scene.h"
+#include "scenes/run/render.h"
 #include "tests/scenes/library.h"
 #include "tests/support/recording.h"
 #include "tests/support/temporary_folder.h"

@@ -1,4 +1,4 @@
-#include "scenes/report.h"
+#include "lab/report/report.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,15 +7,15 @@
 #include <string>
 #include <vector>
 
+#include "lab/report/report_files.h"
+#include "lab/report/report_media.h"
+#include "lab/report/report_run.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "scenes/bullet_only.h"
-#include "scenes/native_only.h"
-#include "scenes/report_files.h"
-#include "scenes/report_media.h"
-#include "scenes/report_run.h"
+#include "scenes/run/bullet_only.h"
+#include "scenes/run/native_only.h"
 #include "tests/scenes/library.h"
 #include "tests/support/csv.h"
 

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "lab/compare/compare.h"
 #include <gtest/gtest.h>
 
-#include "scenes/bullet_scene.h"
-#include "scenes/compare.h"
-#include "scenes/scene_stepper.h"
+#include "scenes/run/bullet_scene.h"
+#include "scenes/run/scene_stepper.h"
 #include "tests/scenes/library.h"
 
 namespace carom::test {

@@ -1,4 +1,4 @@
-#include "scenes/scene_loader.h"
+#include "scenes/format/scene_loader.h"
 
 #include <algorithm>
 #include <cctype>

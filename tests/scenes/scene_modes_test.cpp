@@ -1,4 +1,4 @@
-#include "scenes/scene_modes.h"
+#include "scenes/run/scene_modes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "carom/audio/modal_model_file.h"
-#include "scenes/scene_sound.h"
+#include "scenes/run/scene_sound.h"
 #include "tests/scenes/library.h"
 #include "tests/support/temporary_folder.h"
 

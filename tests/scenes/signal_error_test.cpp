@@ -1,4 +1,4 @@
-#include "scenes/signal_error.h"
+#include "lab/report/signal_error.h"
 
 #include <cmath>
 #include <cstddef>

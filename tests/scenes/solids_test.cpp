@@ -15,16 +15,16 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "bullet_bridge/to_vec3.h"
-#include "scenes/bullet_only.h"
-#include "scenes/bullet_scene.h"
-#include "scenes/bullet_solid.h"
-#include "scenes/collision_corners.h"
-#include "scenes/mesh_shape.h"
-#include "scenes/scene_loader.h"
-#include "scenes/scene_sound.h"
-#include "scenes/scene_stepper.h"
-#include "scenes/solid_shape.h"
+#include "bullet_bridge/geometry/to_vec3.h"
+#include "scenes/format/mesh_shape.h"
+#include "scenes/format/scene_loader.h"
+#include "scenes/format/solid_shape.h"
+#include "scenes/run/bullet_only.h"
+#include "scenes/run/bullet_scene.h"
+#include "scenes/run/bullet_solid.h"
+#include "scenes/run/collision_corners.h"
+#include "scenes/run/scene_sound.h"
+#include "scenes/run/scene_stepper.h"
 #include "tests/scenes/library.h"
 #include "tests/support/temporary_folder.h"
 

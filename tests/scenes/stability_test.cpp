@@ -1,7 +1,7 @@
 // The runner of `carom stability`, and the coverage of its cases. The cases themselves are run by
 // the test stability_short.
 
-#include "scenes/stability.h"
+#include "lab/stability/stability.h"
 
 #include <algorithm>
 #include <limits>

@@ -36,7 +36,7 @@ void PrintTo(const Layer& layer, std::ostream* out) {
 /// lack.
 constexpr const char* kVocabulary =
     "carom/audio/(impulse_event|contact_state|material|sound_body|modal_model|rigid_radiator|"
-    "surface_mesh|listener|vector|result)\\.h|audio/(decimal|mutex)\\.h";
+    "surface_mesh|listener|vector|result)\\.h|audio/model/(decimal|mutex)\\.h";
 constexpr const char* kEigen = "Eigen/[A-Za-z]+";
 constexpr const char* kBullet =
     "(bt[A-Za-z]+\\.h|(LinearMath|BulletCollision|BulletDynamics)/[A-Za-z0-9/]+\\.h)";
@@ -53,31 +53,34 @@ std::vector<Layer> layers() {
       {"bullet_bridge", "bullet_bridge/.*|carom/bullet/.*|" + vocabulary + "|" + bullet},
       {"plugin",
        "plugin/.*|carom/[a-z_]+\\.h|(carom/)?audio/.*|bullet_bridge/.*|carom/bullet/.*|" + bullet},
-      {"scenes", "(?!tests/).*"},
+      {"scenes", "(?!(tests|lab|command)/).*"},
+      {"lab", "(?!(tests|command)/).*"},
+      {"command", "(?!tests/).*"},
   };
 }
 
 /// Files that may include one more name.
 const std::vector<Layer>& exceptions() {
-  static const std::vector<Layer> list = {{"audio/sound_file.cpp", "sndfile\\.h"},
-                                          {"audio/sofa_file.cpp", "mysofa\\.h"},
-                                          {"audio/normal_map.cpp", "png\\.h"},
-                                          {"audio/surface_texture.cpp", "unsupported/Eigen/FFT"},
-                                          {"audio/simd_kernels.cpp", "hwy/[a-z_]+\\.h"},
-                                          {"audio/simd_resonators.cpp", "hwy/[a-z_]+\\.h"},
-                                          {"native/simd_jello.cpp", "hwy/[a-z_]+\\.h"},
-                                          {"native/jello_implicit.cpp", kEigen},
-                                          {"native/jello_implicit.h", kEigen},
-                                          {"native/jello_limits.cpp", kEigen},
-                                          {"modal/gltf_document.h", "nlohmann/json\\.hpp"},
-                                          {"modal/assimp_reader.cpp", "assimp/[A-Za-z]+\\.(h|hpp)"},
-                                          {"modal/mesh_simplify.cpp", "meshoptimizer\\.h"},
-                                          {"modal/sparse_factor_mumps.cpp", "(dlfcn|dmumps_c)\\.h"},
-                                          {"plugin/audio_device.cpp", "SDL\\.h"},
-                                          {"plugin/include/carom/carom.h", "std(def|int)\\.h"},
-                                          {"plugin/examples/c_click.c", "stdio\\.h"},
-                                          {"plugin/examples/c_host.c", "(math|stdio)\\.h"},
-                                          {"plugin/pybullet/server_api.cpp", "dlfcn\\.h"}};
+  static const std::vector<Layer> list = {
+      {"audio/io/sound_file.cpp", "sndfile\\.h"},
+      {"audio/propagation/sofa_file.cpp", "mysofa\\.h"},
+      {"audio/io/normal_map.cpp", "png\\.h"},
+      {"audio/model/surface_texture.cpp", "unsupported/Eigen/FFT"},
+      {"audio/synthesis/simd_kernels.cpp", "hwy/[a-z_]+\\.h"},
+      {"audio/dsp/simd_resonators.cpp", "hwy/[a-z_]+\\.h"},
+      {"native/jello/simd_jello.cpp", "hwy/[a-z_]+\\.h"},
+      {"native/jello/jello_implicit.cpp", kEigen},
+      {"native/jello/jello_implicit.h", kEigen},
+      {"native/jello/jello_limits.cpp", kEigen},
+      {"modal/gltf/gltf_document.h", "nlohmann/json\\.hpp"},
+      {"modal/mesh/assimp_reader.cpp", "assimp/[A-Za-z]+\\.(h|hpp)"},
+      {"modal/mesh/mesh_simplify.cpp", "meshoptimizer\\.h"},
+      {"modal/analysis/sparse_factor_mumps.cpp", "(dlfcn|dmumps_c)\\.h"},
+      {"plugin/realtime/audio_device.cpp", "SDL\\.h"},
+      {"plugin/include/carom/carom.h", "std(def|int)\\.h"},
+      {"plugin/examples/c_click.c", "stdio\\.h"},
+      {"plugin/examples/c_host.c", "(math|stdio)\\.h"},
+      {"plugin/pybullet/server_api.cpp", "dlfcn\\.h"}};
   return list;
 }
 
@@ -172,7 +175,7 @@ TEST(PublicHeaders, IncludeOneAnotherAsHostsDoAndNothingPrivate) {
 TEST(LayersCheck, FindsEveryIncludeThatPointsUpOrAcross) {
   for (const auto& [folder, name] : std::vector<std::pair<std::string, std::string>>{
            {"audio", "\"native/sphere_stepper.h\""},
-           {"audio", "\"scenes/scene.h\""},
+           {"audio", "\"scenes/format/scene.h\""},
            {"audio", "<btBulletDynamicsCommon.h>"},
            {"audio", "<nlohmann/json.hpp>"},
            {"audio", "<sndfile.h>"},
@@ -180,17 +183,19 @@ TEST(LayersCheck, FindsEveryIncludeThatPointsUpOrAcross) {
            {"audio", "\"../scenes/scene.h\""},
            {"audio", "CONFIGURED_HEADER"},
            {"native", "\"carom/audio/synth.h\""},
-           {"native", "\"audio/click_layer.h\""},
-           {"native", "\"bullet_bridge/motion.h\""},
+           {"native", "\"audio/synthesis/click_layer.h\""},
+           {"native", "\"bullet_bridge/geometry/motion.h\""},
            {"native", "<LinearMath/btVector3.h>"},
            {"bullet_bridge", "\"carom/audio/synth.h\""},
            {"plugin", "<carom/modal/mesh_file.h>"},
-           {"bullet_bridge", "\"native/contact_time.h\""},
+           {"bullet_bridge", "\"native/math/contact_time.h\""},
            {"bullet_bridge", "\"plugin/sound.h\""},
            {"plugin", "\"native/sphere_stepper.h\""},
-           {"plugin", "\"scenes/scene.h\""},
+           {"plugin", "\"scenes/format/scene.h\""},
            {"plugin", "<CLI/CLI.hpp>"},
            {"scenes", "\"tests/support/recording.h\""},
+           {"scenes", "\"lab/report/report.h\""},
+           {"lab", "\"command/command_line.h\""},
            {"plugin", "\"tests/support/recording.h\""},
            {"audio", "<tests/support/recording.h>"}}) {
     for (const std::string directive : {"#include ", "  #  include ", "#import "})
@@ -202,28 +207,28 @@ TEST(LayersCheck, AllowsWhatTheTableAllows) {
   for (const auto& [folder, name] : std::vector<std::pair<std::string, std::string>>{
            {"audio", "<vector>"},
            {"audio", "<Eigen/Core>"},
-           {"audio", "\"audio/hertz.h\""},
+           {"audio", "\"audio/model/hertz.h\""},
            {"audio", "<carom/audio/synth.h>"},
            {"native", "\"carom/audio/impulse_event.h\""},
-           {"native", "\"native/agenda.h\""},
+           {"native", "\"native/spheres/agenda.h\""},
            {"bullet_bridge", "<btBulletDynamicsCommon.h>"},
            {"bullet_bridge", "<BulletCollision/CollisionShapes/btSphereShape.h>"},
            {"bullet_bridge", "\"carom/audio/material.h\""},
            {"plugin", "\"carom/audio/synth.h\""},
            {"plugin", "\"carom/bullet/bullet_bridge.h\""},
            {"scenes", "\"native/sphere_stepper.h\""},
-           {"scenes", "<CLI/CLI.hpp>"}}) {
+           {"command", "<CLI/CLI.hpp>"}}) {
     EXPECT_THAT(violations(folder, "#include " + name), IsEmpty()) << folder << ' ' << name;
   }
 }
 
 TEST(LayersCheck, NamesTheFileAndTheLine) {
-  EXPECT_THAT(violations("native", "#pragma once\n\n#include \"scenes/plan.h\"\n"),
-              testing::ElementsAre("native/some.cpp:3 includes scenes/plan.h"));
+  EXPECT_THAT(violations("native", "#pragma once\n\n#include \"scenes/run/plan.h\"\n"),
+              testing::ElementsAre("native/some.cpp:3 includes scenes/run/plan.h"));
 }
 
 TEST(LayersCheck, IgnoresIncludesThatAreNone) {
-  EXPECT_THAT(violations("audio", "// #include \"scenes/plan.h\"\nincluded(\"scenes/x.h\");\n"),
+  EXPECT_THAT(violations("audio", "// #include \"scenes/run/plan.h\"\nincluded(\"scenes/x.h\");\n"),
               IsEmpty());
 }
 

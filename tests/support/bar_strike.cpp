@@ -10,8 +10,8 @@
 
 #include "carom/audio/panel_radiator.h"
 #include "carom/audio/synth.h"
-#include "modal/mode_radiation.h"
-#include "modal/solid_model.h"
+#include "modal/analysis/solid_model.h"
+#include "modal/radiation/mode_radiation.h"
 #include "tests/modal/ringing_models.h"
 #include "tests/support/constants.h"
 

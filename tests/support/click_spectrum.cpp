@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "audio/hertz.h"
-#include "audio/spread_kernel.h"
+#include "audio/dsp/spread_kernel.h"
+#include "audio/model/hertz.h"
 #include "tests/audio/ball_drop.h"
 
 namespace carom::test {

@@ -3,7 +3,7 @@
 #include <complex>
 #include <vector>
 
-#include "audio/pulse.h"
+#include "audio/model/pulse.h"
 #include "carom/audio/synth.h"
 
 namespace carom::test {

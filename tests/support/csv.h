@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/decimal.h"
+#include "audio/model/decimal.h"
 
 namespace carom::test {
 

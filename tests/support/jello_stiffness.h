@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "native/jello_world.h"
+#include "native/jello/jello_world.h"
 
 namespace carom::test {
 

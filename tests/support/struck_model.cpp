@@ -9,8 +9,8 @@
 #include <numbers>
 #include <utility>
 
-#include "modal/mode_radiation.h"
-#include "modal/solid_model.h"
+#include "modal/analysis/solid_model.h"
+#include "modal/radiation/mode_radiation.h"
 #include "tests/audio/meshes.h"
 #include "tests/support/constants.h"
 

@@ -7,7 +7,7 @@
 
 #include "carom/audio/modal_model.h"
 #include "carom/audio/synth.h"
-#include "modal/shell_model.h"
+#include "modal/analysis/shell_model.h"
 #include "tests/support/direct_vibration.h"
 #include "tests/support/hertz_contact.h"
 

@@ -1,0 +1,43 @@
+// Takes the place of byte_file.cpp and partial_file.cpp on platforms that have no files.
+#include <system_error>
+#include <utility>
+
+#include "audio/io/byte_file.h"
+#include "audio/io/partial_file.h"
+
+namespace carom::audio {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kNoFiles = "this build of Carom has no files (CAROM_FILES=OFF)";
+
+}  // namespace
+
+Result<std::vector<std::byte>> readBytes(const fs::path& /*path*/) {
+  return Error{kNoFiles};
+}
+
+Status writeBytes(const fs::path& path, std::span<const std::byte> /*bytes*/) {
+  return Error{path.string() + ": cannot be written: " + kNoFiles};
+}
+
+PartialFile::PartialFile(const fs::path& finalPath) : finalPath_(finalPath), path_(finalPath) {}
+PartialFile::PartialFile(PartialFile&& other) noexcept
+    : finalPath_(std::move(other.finalPath_)), path_(std::exchange(other.path_, {})) {}
+PartialFile::~PartialFile() = default;
+
+std::error_code PartialFile::giveName() {
+  return std::make_error_code(std::errc::function_not_supported);
+}
+
+std::string whyNoFileAt(const fs::path& /*path*/) {
+  return kNoFiles;
+}
+
+bool isSameFile(const fs::path& path, const fs::path& other) {
+  return path == other;
+}
+
+}  // namespace carom::audio

@@ -1,0 +1,329 @@
+#include "carom/audio/surface_texture.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <complex>
+#include <map>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include <unsupported/Eigen/FFT>
+
+#include "audio/model/mutex.h"
+#include "audio/model/positive.h"
+
+namespace carom {
+
+using namespace audio;
+
+namespace {
+
+using Coefficient = std::complex<float>;
+
+constexpr std::size_t kRoughTexels = 512;
+constexpr double kTexelsPerCorrelation = 8.0;
+
+/// Texels: farther away a double cannot tell them apart.
+constexpr double kFarthestCoordinate = 0x1.0p+53;
+
+/// A generator of random numbers (splitmix64: Steele, Lea, Flood 2014) that are the same
+/// everywhere.
+class Mixer {
+ public:
+  explicit Mixer(std::uint64_t seed) : state_(seed) {}
+  /// Uniform in (0, 1).
+  double next() {
+    state_ += 0x9E3779B97F4A7C15U;
+    std::uint64_t z = state_;
+    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9U;
+    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBU;
+    z ^= z >> 31U;
+    return (static_cast<double>(z >> 11U) + 0.5) * 0x1.0p-53;
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+bool isSide(std::size_t count) {
+  return std::has_single_bit(count) && count <= SurfaceTexture::kMostTexels;
+}
+
+/// Transforms columns and rows in place.
+void inverseTransform(Eigen::MatrixXcf& values) {
+  Eigen::FFT<float> transform;
+  transform.SetFlag(Eigen::FFT<float>::Unscaled);
+  const auto turn = [&](const Eigen::VectorXcf& line) {
+    Eigen::VectorXcf turned(line.size());
+    transform.inv(turned, line);
+    return turned;
+  };
+  for (Eigen::Index column = 0; column < values.cols(); ++column)
+    values.col(column) = turn(values.col(column));
+  for (Eigen::Index row = 0; row < values.rows(); ++row)
+    values.row(row) = turn(values.row(row).transpose()).transpose();
+}
+
+/// Wave number (rad per texel) of a component of the transform.
+double waveNumber(Eigen::Index index, Eigen::Index count) {
+  const Eigen::Index signedIndex = 2 * index > count ? index - count : index;
+  return 2.0 * std::numbers::pi * static_cast<double>(signedIndex) / static_cast<double>(count);
+}
+
+}  // namespace
+
+Result<SurfaceTexture> SurfaceTexture::ofSlopes(Size size, const Vec2& texel,
+                                                std::vector<Slope> slopes) {
+  if (!isSide(size.width) || !isSide(size.height))
+    return Error{"surface texture: " + std::to_string(size.width) + " x " +
+                 std::to_string(size.height) +
+                 " texels; expected powers of two, at most 8192 along each side"};
+  if (!isPositive(texel.x()) || !isPositive(texel.y()))
+    return Error{"surface texture: the texel must be positive (m)"};
+  if (slopes.size() != size.width * size.height)
+    return Error{"surface texture: expected one slope for each texel"};
+  Vec2 mean = Vec2::Zero();
+  for (Slope& slope : slopes) {
+    if (!slope.allFinite()) return Error{"surface texture: a slope is no number"};
+    slope = slope.cwiseMax(-kSteepest).cwiseMin(kSteepest);
+    mean += slope.cast<double>();
+  }
+  mean /= static_cast<double>(slopes.size());
+  for (Slope& slope : slopes)
+    slope -= mean.cast<float>();
+  auto texels = std::make_shared<Texels>();
+  texels->texel = texel;
+  texels->width = std::sqrt(texel.x() * texel.y());
+  texels->levels.push_back({size, texel.cwiseInverse(), 0.0, 0.0, std::move(slopes)});
+  addLevels(*texels);
+  SurfaceTexture texture;
+  texture.texels_ = std::move(texels);
+  return texture;
+}
+
+void SurfaceTexture::addLevels(Texels& texels) {
+  std::vector<Level>& levels = texels.levels;
+  while (levels.back().size.width > 1 || levels.back().size.height > 1) {
+    const Level& fine = levels.back();
+    // A side of one texel stays: both halves of the mean are the same texel then.
+    const std::size_t alongU = std::min<std::size_t>(fine.size.width, 2);
+    const std::size_t alongV = std::min<std::size_t>(fine.size.height, 2);
+    const Vec2 halved(static_cast<double>(alongU), static_cast<double>(alongV));
+    Level coarse{{fine.size.width / alongU, fine.size.height / alongV},
+                 fine.perMetre.cwiseQuotient(halved),
+                 0.0,
+                 0.0,
+                 {}};
+    coarse.slopes.reserve(coarse.size.width * coarse.size.height);
+    for (std::size_t v = 0; v < coarse.size.height; ++v) {
+      for (std::size_t u = 0; u < coarse.size.width; ++u) {
+        const auto at = [&](std::size_t du, std::size_t dv) {
+          return fine.slopes[(alongV * v + dv) * fine.size.width + alongU * u + du];
+        };
+        coarse.slopes.emplace_back(0.25F * (at(0, 0) + at(alongU - 1, 0) + at(0, alongV - 1) +
+                                            at(alongU - 1, alongV - 1)));
+      }
+    }
+    levels.push_back(std::move(coarse));
+  }
+  measure(texels);
+}
+
+void SurfaceTexture::measure(Texels& texels) {
+  double finer = 0.0;  // mean square of the slopes of the level before
+  for (std::size_t index = 0; index < texels.levels.size(); ++index) {
+    Level& level = texels.levels[index];
+    level.curvature = curvatureOf(level);
+    double square = 0.0;
+    for (const Slope& slope : level.slopes)
+      square += static_cast<double>(slope.squaredNorm());
+    square /= static_cast<double>(level.slopes.size());
+    if (index > 0) {
+      // Halving texels of width w loses the waves of length 2 w to 4 w.
+      const double width = texels.width * std::exp2(static_cast<double>(index - 1));
+      const double waveNumber = 2.0 * std::numbers::pi / (3.0 * width);
+      level.lost = std::hypot(texels.levels[index - 1].lost,
+                              std::sqrt(std::max(0.0, finer - square)) / waveNumber);
+    }
+    finer = square;
+  }
+  for (const Slope& slope : texels.levels.front().slopes)
+    texels.steepest = std::max(texels.steepest, static_cast<double>(slope.norm()));
+}
+
+/// Returns the rms curvature (1/m) along a line: the mean over both directions, from texel to
+/// texel.
+double SurfaceTexture::curvatureOf(const Level& level) {
+  const auto [width, height] = level.size;
+  double sum = 0.0;
+  for (std::size_t v = 0; v < height; ++v) {
+    for (std::size_t u = 0; u < width; ++u) {
+      const Slope& here = level.slopes[v * width + u];
+      const Slope& right = level.slopes[v * width + (u + 1) % width];
+      const Slope& above = level.slopes[(v + 1) % height * width + u];
+      const double alongU = static_cast<double>(right.x() - here.x()) * level.perMetre.x();
+      const double alongV = static_cast<double>(above.y() - here.y()) * level.perMetre.y();
+      sum += 0.5 * (alongU * alongU + alongV * alongV);
+    }
+  }
+  return std::sqrt(sum / static_cast<double>(width * height));
+}
+
+std::string whyNot(const Roughness& roughness) {
+  if (!isPositive(roughness.correlationLength))
+    return "the correlation length must be positive (m)";
+  if (!(roughness.rmsHeight >= 0.0 && roughness.rmsHeight <= roughness.correlationLength))
+    return "the rms height must be at least 0 and at most the correlation length (m)";
+  if (!(roughness.hurst > 0.0 && roughness.hurst <= 1.0))
+    return "the Hurst exponent must be above 0 and at most 1";
+  return {};
+}
+
+Result<SurfaceTexture> SurfaceTexture::rough(const Roughness& roughness, std::uint64_t seed) {
+  if (const std::string reason = whyNot(roughness); !reason.empty())
+    return Error{"roughness: " + reason};
+  SurfaceTexture texture;
+  texture.texels_ = roughTexels(roughness.hurst, seed);
+  texture.scale_ = roughness.correlationLength;
+  texture.steepness_ = roughness.rmsHeight / roughness.correlationLength;
+  // The pattern is turned by the golden ratio: a path along an axis of a body crosses it elsewhere
+  // each time, so that its repetition is no tone.
+  texture.axis_ = Vec2(1.0, 0.5 * (std::sqrt(5.0) - 1.0)).normalized();
+  return texture;
+}
+
+/// Returns texels of rms height 1 and correlation length 1, which are shared as long as any texture
+/// has them.
+std::shared_ptr<const SurfaceTexture::Texels> SurfaceTexture::roughTexels(double hurst,
+                                                                          std::uint64_t seed) {
+  static audio::Mutex mutex;
+  static std::map<std::pair<double, std::uint64_t>, std::weak_ptr<const Texels>> known;
+  const audio::MutexLock lock(mutex);
+  std::weak_ptr<const Texels>& place = known[{hurst, seed}];
+  if (auto texels = place.lock()) return texels;
+  std::shared_ptr<const Texels> made = makeRoughTexels(hurst, seed);
+  place = made;
+  return made;
+}
+
+std::shared_ptr<const SurfaceTexture::Texels> SurfaceTexture::makeRoughTexels(double hurst,
+                                                                              std::uint64_t seed) {
+  constexpr auto kCount = static_cast<Eigen::Index>(kRoughTexels);
+  // Waves of random phases; the height is the real part of their sum.
+  Mixer random(seed);
+  Eigen::MatrixXcf heights = Eigen::MatrixXcf::Zero(kCount, kCount);
+  double power = 0.0;
+  for (Eigen::Index column = 0; column < kCount; ++column) {
+    for (Eigen::Index row = 0; row < kCount; ++row) {
+      const double phase = 2.0 * std::numbers::pi * random.next();
+      const Vec2 q(waveNumber(row, kCount), waveNumber(column, kCount));
+      const double length = q.norm() * kTexelsPerCorrelation;
+      const bool isHighest = 2 * row == kCount || 2 * column == kCount;
+      if (length == 0.0 || isHighest) continue;
+      const double amplitude = std::pow(std::max(1.0, length), -(1.0 + hurst));
+      heights(row, column) = Coefficient(std::polar(amplitude, phase));
+      power += amplitude * amplitude;
+    }
+  }
+  // The real part of a sum of waves has half of their power.
+  const double scale = 1.0 / std::sqrt(0.5 * power);
+  const double texel = 1.0 / kTexelsPerCorrelation;
+  std::vector<Slope> slopes(kRoughTexels * kRoughTexels);
+  for (const Eigen::Index axis : {0, 1}) {
+    Eigen::MatrixXcf waves = heights;
+    for (Eigen::Index column = 0; column < kCount; ++column)
+      for (Eigen::Index row = 0; row < kCount; ++row)
+        waves(row, column) *= Coefficient(
+            0.0F, static_cast<float>(scale / texel * waveNumber(axis == 0 ? row : column, kCount)));
+    inverseTransform(waves);
+    for (Eigen::Index column = 0; column < kCount; ++column)
+      for (Eigen::Index row = 0; row < kCount; ++row)
+        slopes[static_cast<std::size_t>(column * kCount + row)][axis] = waves(row, column).real();
+  }
+  auto texels = std::make_shared<Texels>();
+  texels->texel = {texel, texel};
+  texels->width = texel;
+  texels->levels.push_back(
+      {{kRoughTexels, kRoughTexels}, texels->texel.cwiseInverse(), 0.0, 0.0, std::move(slopes)});
+  addLevels(*texels);
+  return texels;
+}
+
+SurfaceTexture::Look SurfaceTexture::look(double width) const {
+  // A texel is a mean over itself, and the spline between texels one over three of them: together
+  // they have the variance of a mean over two.
+  const double depth = std::log2(std::max(0.5 * width / (scale_ * texels_->width), 1.0));
+  const double last = static_cast<double>(texels_->levels.size() - 1);
+  if (depth >= last) return {.fine = &texels_->levels.back()};
+  const auto level = static_cast<std::size_t>(depth);
+  const double share = depth - static_cast<double>(level);
+  const Level* fine = &texels_->levels[level];
+  return {.fine = fine, .coarse = share > 0.0 ? fine + 1 : nullptr, .share = share};
+}
+
+double SurfaceTexture::widthOf(double curvature) const {
+  const std::vector<Level>& levels = texels_->levels;
+  const double wanted = curvature * scale_ / steepness_;  // before scaling, as in texels_
+  if (levels.front().curvature <= wanted) return 0.0;
+  std::size_t level = 1;
+  while (level + 1 < levels.size() && levels[level].curvature > wanted)
+    ++level;
+  // Between two levels the curvature is a power of the width.
+  const double finer = levels[level - 1].curvature;
+  const double coarser = std::max(levels[level].curvature, 1e-9 * finer);
+  const double share = std::clamp(std::log(finer / wanted) / std::log(finer / coarser), 0.0, 1.0);
+  return 2.0 * scale_ * texels_->width * std::exp2(static_cast<double>(level - 1) + share);
+}
+
+double SurfaceTexture::widthOf(const Look& look) const {
+  const auto level = static_cast<double>(look.fine - texels_->levels.data());
+  return scale_ * texels_->width * std::exp2(level);
+}
+
+double SurfaceTexture::heightBelow(double width) const {
+  const Look seen = look(width);
+  double lost = seen.fine->lost;
+  if (seen.coarse != nullptr) lost += seen.share * (seen.coarse->lost - lost);
+  return steepness_ * scale_ * lost;
+}
+
+Vec2 SurfaceTexture::slope(const Look& look, const Vec2& at) const {
+  const Vec2 place(axis_.dot(at) / scale_, (axis_.x() * at.y() - axis_.y() * at.x()) / scale_);
+  Vec2 slope = look.fine->at(place);
+  if (look.coarse != nullptr)
+    slope = (1.0 - look.share) * slope + look.share * look.coarse->at(place);
+  return steepness_ * Vec2(axis_.x() * slope.x() - axis_.y() * slope.y(),
+                           axis_.y() * slope.x() + axis_.x() * slope.y());
+}
+
+/// Interpolates by quadratic B-splines: the slope is differentiable everywhere, so that a path over
+/// texels has no corners that would sound.
+Vec2 SurfaceTexture::Level::at(const Vec2& place) const {
+  struct Taps {
+    std::array<std::size_t, 3> index;
+    std::array<float, 3> weight;
+  };
+  const auto tapsAt = [](double coordinate, std::size_t count) {
+    const double nearest =
+        std::floor(std::clamp(coordinate, -kFarthestCoordinate, kFarthestCoordinate));
+    const auto t = static_cast<float>(coordinate - nearest) - 0.5F;
+    // Counts are powers of two, so the mask wraps indices below zero, too.
+    const auto middle = static_cast<std::size_t>(static_cast<std::int64_t>(nearest));
+    const std::size_t mask = count - 1;
+    return Taps{{(middle - 1) & mask, middle & mask, (middle + 1) & mask},
+                {0.5F * (0.5F - t) * (0.5F - t), 0.75F - t * t, 0.5F * (0.5F + t) * (0.5F + t)}};
+  };
+  const Taps u = tapsAt(place.x() * perMetre.x(), size.width);
+  const Taps v = tapsAt(place.y() * perMetre.y(), size.height);
+  Slope sum = Slope::Zero();
+  for (std::size_t row = 0; row < 3; ++row) {
+    const Slope* line = &slopes[v.index[row] * size.width];
+    sum += v.weight[row] * (u.weight[0] * line[u.index[0]] + u.weight[1] * line[u.index[1]] +
+                            u.weight[2] * line[u.index[2]]);
+  }
+  return sum.cast<double>();
+}
+
+}  // namespace carom

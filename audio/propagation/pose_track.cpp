@@ -1,0 +1,203 @@
+#include "audio/propagation/pose_track.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace carom::audio {
+namespace {
+
+constexpr double kDelayTolerance = 1e-13;  // s: a step below this ends the search
+constexpr int kMaxSteps = 200;             // bisection alone ends in about 100
+
+/// Rotation vector (rad, frame of `from`) from `from` to `to`, the shorter way.
+Vec3 turnBetween(const Quat& from, const Quat& to) {
+  Quat turn = from.conjugate() * to;
+  if (turn.w() < 0.0) turn.coeffs() = -turn.coeffs();
+  const double sine = turn.vec().norm();
+  if (sine == 0.0) return Vec3::Zero();
+  return turn.vec() * (2.0 * std::atan2(sine, turn.w()) / sine);
+}
+
+Quat turnedBy(const Vec3& turn) {
+  const double angle = turn.norm();
+  if (angle == 0.0) return Quat::Identity();
+  return Quat(Eigen::AngleAxisd(angle, turn / angle));
+}
+
+/// The residual t - t_e - |x(t) - x_S| / c and its slope, over the delay t - t_e.
+struct Residual {
+  double value = 0.0;
+  double slope = 1.0;
+  double distance = 0.0;
+};
+
+class Wave {
+ public:
+  Wave(const PoseTrack& track, const Emission& emission, double speedOfSound, const Vec3& offset)
+      : track_(track), emission_(emission), speedOfSound_(speedOfSound), offset_(offset) {}
+
+  Residual at(double delay) const {
+    const PoseTrack::Motion motion = track_.motion(emission_.time + delay, offset_);
+    const Vec3 path = motion.position - emission_.position;
+    const double distance = path.norm();
+    const double recession = distance > 0.0 ? path.dot(motion.velocity) / distance : 0.0;
+    return {delay - distance / speedOfSound_, 1.0 - recession / speedOfSound_, distance};
+  }
+
+  double delay() const {
+    double least = 0.0;  // the residual is never positive here: nothing arrives before it leaves
+    double most = at(0.0).distance / speedOfSound_;
+    double delay = most;
+    for (int step = 0; step < kMaxSteps && at(most).value < 0.0; ++step)
+      most = 2.0 * most + kDelayTolerance;
+    for (int step = 0; step < kMaxSteps; ++step) {
+      const Residual residual = at(delay);
+      if (residual.value == 0.0) return delay;
+      (residual.value < 0.0 ? least : most) = delay;
+      double next = delay - residual.value / residual.slope;
+      if (!(next >= least && next <= most)) next = least + 0.5 * (most - least);
+      const double change = std::abs(next - delay);
+      delay = next;
+      if (change < kDelayTolerance) break;
+    }
+    return delay;
+  }
+
+ private:
+  const PoseTrack& track_;
+  const Emission& emission_;
+  double speedOfSound_;
+  const Vec3& offset_;
+};
+
+}  // namespace
+
+PoseTrack::PoseTrack(const ListenerPose& pose, const PoseTrackSettings& settings)
+    : knots_(std::max<std::size_t>(settings.capacity, 2)), horizon_(settings.horizon) {
+  assert(isPose(pose) && settings.horizon >= 0.0);
+  knots_[0].pose = pose;
+  count_ = 1;
+}
+
+bool PoseTrack::append(const ListenerPose& pose) noexcept {
+  Knot& last = knot(count_ - 1);
+  if (!isPose(pose) || !(pose.time > last.pose.time)) return false;
+  const Vec3 velocity = (pose.position - last.pose.position) / (pose.time - last.pose.time);
+  if (!(velocity.norm() <= kMaxSpeed)) return false;
+  // The curve leaves a first pose with the mean velocity to the second.
+  if (isFirst_) last.velocity = velocity;
+  isFirst_ = false;
+  if (count_ == knots_.size()) {
+    first_ = (first_ + 1) % knots_.size();
+    --count_;
+    ++dropped_;
+  }
+  knot(count_++) = {pose, velocity};
+  return true;
+}
+
+bool PoseTrack::restart(const ListenerPose& pose) noexcept {
+  if (!isPose(pose)) return false;
+  first_ = 0;
+  count_ = 1;
+  isFirst_ = true;
+  knots_[0] = {pose, Vec3::Zero()};
+  return true;
+}
+
+void PoseTrack::forgetBefore(double time) noexcept {
+  while (count_ > 1 && knot(1).pose.time <= time) {
+    first_ = (first_ + 1) % knots_.size();
+    --count_;
+  }
+}
+
+/// Returns the last knot at or before `time`, or the first knot if there is none.
+std::size_t PoseTrack::knotBefore(double time) const {
+  std::size_t low = 0;
+  std::size_t high = count_;
+  while (high - low > 1) {
+    const std::size_t middle = low + (high - low) / 2;
+    (knot(middle).pose.time <= time ? low : high) = middle;
+  }
+  return low;
+}
+
+/// Evaluates the Hermite curve from knot `index` to the next.
+PoseTrack::Motion PoseTrack::along(std::size_t index, double time) const {
+  const Knot& from = knot(index);
+  const Knot& to = knot(index + 1);
+  const double span = to.pose.time - from.pose.time;
+  const double s = (time - from.pose.time) / span;
+  const Vec3 way = to.pose.position - from.pose.position;
+  // Written around the straight line, so that a constant velocity is kept exactly.
+  const Vec3 excessFrom = span * from.velocity - way;
+  const Vec3 excessTo = span * to.velocity - way;
+  const double rest = 1.0 - s;
+  return {from.pose.position + s * way + (s * rest * rest) * excessFrom - (s * s * rest) * excessTo,
+          (way + (rest * (1.0 - 3.0 * s)) * excessFrom + (s * (3.0 * s - 2.0)) * excessTo) / span};
+}
+
+ListenerPose PoseTrack::at(double time) const noexcept {
+  const std::size_t index = knotBefore(time);
+  const Knot& from = knot(index);
+  ListenerPose pose{time, motion(time).position, from.pose.orientation};
+  if (index + 1 < count_ && time > from.pose.time) {
+    const Knot& to = knot(index + 1);
+    const double s = (time - from.pose.time) / (to.pose.time - from.pose.time);
+    const Vec3 turn = turnBetween(from.pose.orientation, to.pose.orientation);
+    pose.orientation = from.pose.orientation * turnedBy(s * turn);
+  }
+  return pose;
+}
+
+PoseTrack::Motion PoseTrack::motion(double time, const Vec3& offset) const noexcept {
+  const std::size_t index = knotBefore(time);
+  const Knot& from = knot(index);
+  const double since = time - from.pose.time;
+  const bool isLast = index + 1 == count_;
+  Motion motion{from.pose.position, Vec3::Zero()};
+  if (since >= 0.0) {
+    if (!isLast)
+      motion = along(index, time);
+    else if (since < horizon_)
+      motion = {from.pose.position + since * from.velocity, from.velocity};
+    else
+      motion.position += horizon_ * from.velocity;
+  }
+  if (offset.isZero(0.0)) return motion;
+  const Vec3 arm = at(time).orientation * offset;
+  motion.position += arm;
+  if (since < 0.0 || isLast) return motion;
+  const Knot& to = knot(index + 1);
+  const Vec3 turn = turnBetween(from.pose.orientation, to.pose.orientation);
+  const Vec3 rate = from.pose.orientation * turn / (to.pose.time - from.pose.time);
+  motion.velocity += rate.cross(arm);
+  return motion;
+}
+
+Arrival arrivalOf(const PoseTrack& track, const Emission& emission, double speedOfSound,
+                  const Vec3& offset) noexcept {
+  assert(speedOfSound > 0.0);
+  Arrival arrival;
+  arrival.delay = Wave(track, emission, speedOfSound, offset).delay();
+  arrival.time = emission.time + arrival.delay;
+  const PoseTrack::Motion motion = track.motion(arrival.time, offset);
+  const Vec3 path = motion.position - emission.position;
+  arrival.distance = path.norm();
+  arrival.orientation = track.at(arrival.time).orientation;
+  if (arrival.distance > 0.0) arrival.towardsSource = -path / arrival.distance;
+  const double sourceMach = -arrival.towardsSource.dot(emission.velocity) / speedOfSound;
+  const double listenerMach = -arrival.towardsSource.dot(motion.velocity) / speedOfSound;
+  arrival.stretch = (1.0 - sourceMach) / (1.0 - listenerMach);
+  return arrival;
+}
+
+double arrivalTime(const PoseTrack& track, double emissionTime, const Vec3& sourcePosition,
+                   double speedOfSound, const Vec3& offset) noexcept {
+  const Emission emission{emissionTime, sourcePosition, Vec3::Zero()};
+  return emissionTime + Wave(track, emission, speedOfSound, offset).delay();
+}
+
+}  // namespace carom::audio

@@ -1,0 +1,111 @@
+#include "audio/propagation/sound_paths.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "audio/model/positive.h"
+#include "audio/propagation/reverb.h"
+
+namespace carom::audio {
+namespace {
+
+constexpr double kLowestRate = 8000.0;
+constexpr double kHighestRate = 192000.0;
+
+std::string whyNot(const SynthSettings& settings, const std::vector<Listener>& listeners) {
+  if (!(settings.sampleRate >= kLowestRate && settings.sampleRate <= kHighestRate))
+    return "sample rate " + std::to_string(settings.sampleRate) +
+           " Hz is out of range: 8000 to 192000 Hz";
+  if (!isPositive(settings.medium.density)) return "density of the medium must be positive";
+  if (!isPositive(settings.medium.speedOfSound)) return "speed of sound must be positive";
+  if (!(std::isfinite(settings.audibleThreshold) && settings.audibleThreshold >= 0.0))
+    return "audible threshold must be a finite pressure of at least 0 Pa";
+  if (listeners.empty()) return "there is no listener: at least one is needed";
+  for (std::size_t index = 0; index < listeners.size(); ++index) {
+    if (const std::string reason = whyNot(listeners[index]); !reason.empty())
+      return "listener " + std::to_string(index) + " ('" + listeners[index].name + "'): " + reason;
+  }
+  return {};
+}
+
+Status prepareListeners(SoundPaths& paths) {
+  for (std::size_t index = 0; index < paths.listeners.size(); ++index) {
+    Listener& listener = paths.listeners[index];
+    const bool binaural = listener.format == ListenerFormat::binaural;
+    if (binaural && listener.hrtf == nullptr) {
+      auto set = defaultHrtf(paths.settings.sampleRate);
+      if (!set) return Error{"listener '" + listener.name + "': " + set.error().message};
+      listener.hrtf = *set;
+    }
+    if (binaural && listener.hrtf->sampleRate() != paths.settings.sampleRate)
+      return Error{"listener '" + listener.name + "': its head-related responses are for " +
+                   std::to_string(listener.hrtf->sampleRate()) + " Hz, not " +
+                   std::to_string(paths.settings.sampleRate) + " Hz"};
+    if (binaural) {
+      paths.hasHeads = true;
+      paths.longestResponse = std::max(paths.longestResponse, listener.hrtf->alignedLength());
+      paths.earliestEar = std::max(paths.earliestEar, listener.hrtf->latency());
+    }
+    const Receivers receivers = receiversOf(listener);
+    for (std::size_t i = 0; i < receivers.size(); ++i) {
+      paths.channels.push_back(
+          {.listener = static_cast<std::uint32_t>(index),
+           .receiver = receivers[i],
+           .place = listener.position + listener.orientation * receivers[i].offset,
+           .ear = i == 0 ? Ear::left : Ear::right,
+           .isEar = binaural});
+    }
+  }
+  return std::monostate{};
+}
+
+Status prepareRoom(SoundPaths& paths) {
+  paths.chains.emplace_back();
+  paths.paths.emplace_back();
+  if (!paths.settings.room.reflectors.empty()) {
+    Result<std::vector<Image>> images = makeImages(paths.settings.room);
+    if (!images) return Error{"room: " + images.error().message};
+    paths.images = *std::move(images);
+  }
+  for (const Image& image : paths.images) {
+    std::vector<ReflectionFilter> chain;
+    for (const std::size_t wall : image.reflectors)
+      chain.push_back(reflectionFilter(paths.settings.room.reflectors[wall].absorption,
+                                       paths.settings.sampleRate));
+    std::ranges::sort(chain, {},
+                      [](const ReflectionFilter& f) { return std::tie(f.b0, f.b1, f.a1); });
+    // Paths over walls that reflect alike share their filters.
+    const auto same = std::ranges::find_if(paths.chains, [&](const auto& other) {
+      return std::ranges::equal(chain, other, [](const auto& f, const auto& g) {
+        return std::tie(f.b0, f.b1, f.a1) == std::tie(g.b0, g.b1, g.a1);
+      });
+    });
+    paths.paths.push_back({&image, static_cast<std::uint32_t>(same - paths.chains.begin())});
+    if (same == paths.chains.end()) paths.chains.push_back(std::move(chain));
+  }
+  if (!paths.settings.reverb) return std::monostate{};
+  for (const Listener& listener : paths.listeners) {
+    const Result<Reverb> reverb =
+        Reverb::create(*paths.settings.reverb, paths.settings.sampleRate, channelCount(listener));
+    if (!reverb) return Error{"reverberation: " + reverb.error().message};
+  }
+  return std::monostate{};
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const SoundPaths>> makeSoundPaths(const SynthSettings& settings,
+                                                         std::vector<Listener> listeners) {
+  if (const std::string reason = whyNot(settings, listeners); !reason.empty()) return Error{reason};
+  auto paths = std::make_shared<SoundPaths>();
+  paths->settings = settings;
+  paths->listeners = std::move(listeners);
+  if (const Status prepared = prepareListeners(*paths); !prepared) return prepared.error();
+  if (const Status prepared = prepareRoom(*paths); !prepared) return prepared.error();
+  return std::shared_ptr<const SoundPaths>(std::move(paths));
+}
+
+}  // namespace carom::audio

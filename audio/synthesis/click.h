@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "audio/model/pulse.h"
+#include "audio/model/sphere_mesh.h"
+#include "audio/radiation/radiation_bank.h"
+#include "audio/synthesis/click_kernels.h"
+
+namespace carom::audio {
+
+/// Beyond this index a double, and so a time, skips whole samples: 5900 years at 48 kHz.
+inline constexpr double kExactSamples = 0x1.0p+53;
+
+/// Largest number of nodes by which a pulse is sampled; one that needs more is sampled as a long
+/// pulse.
+inline constexpr std::size_t kMostNodes = 48;
+
+/// The sound of one contact of one body at one receiver, over one path: scheduled on the samples of
+/// its buses, and independent of bodies, listeners and rooms. The objects that it points to are
+/// immutable, and live as long as the ClickLayer that made it, except for the nodes of a train
+/// (LaidSound::train). It fits two cache lines, since many clicks wait.
+struct alignas(64) Click {
+  std::int64_t first = 0;  ///< sample of the bus at which it begins
+  ClickTrack track;        ///< counted from that sample
+  double near = 0.0;       ///< weight of the filter's near part over its far part
+  const Pulse* pulse = nullptr;
+  std::span<const PulseNode> nodes;  ///< empty: the pulse is long, or its sampling is naive
+  const RadiationBank::Mix* filters = nullptr;
+  std::array<std::uint32_t, 4> buses{};  ///< the player's, one for each filter
+  std::uint32_t chain = 0;               ///< index into SoundPaths::chains, the wall filters
+  std::uint32_t channel = 0;             ///< index; the number of channels: the reverberation
+  std::uint32_t samples = 0;
+};
+
+}  // namespace carom::audio

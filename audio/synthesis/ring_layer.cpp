@@ -1,0 +1,247 @@
+#include "audio/synthesis/ring_layer.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+#include "audio/dsp/resonator_kernels.h"
+#include "audio/model/pulse.h"
+#include "audio/propagation/hrtf.h"
+#include "audio/radiation/mode_transfer.h"
+#include "audio/radiation/multipole.h"
+#include "carom/audio/absorption.h"
+
+namespace carom::audio {
+namespace {
+
+using Complex = std::complex<double>;
+
+/// m: least distance of a receiver from the centre of mass of a body that rings.
+constexpr double kNearestListener = 1e-6;
+/// A touch that has changed by less counts as unchanged.
+constexpr double kNewTouch = 1.25;  // factor on its stiffness
+constexpr double kMoved = 0.05;     // distance, as a share of the body's radius
+/// Bound of a mode's decay rate over its frequency in rad/s: beyond, perturbation is not valid.
+constexpr double kMostDamping = 0.5;
+
+/// Unit normal of the triangle that the point is in.
+Vec3 normalAt(const SurfaceMesh& surface, const SurfacePoint& point) {
+  const Vec3& a = surface.vertices[point.vertices[0]];
+  const Vec3& b = surface.vertices[point.vertices[1]];
+  const Vec3& c = surface.vertices[point.vertices[2]];
+  return (b - a).cross(c - a).normalized();
+}
+
+/// Returns what a contact adds to the decay rate (1/s) of each mode.
+std::vector<double> ratesOf(const RingLayer::Touch& touch, const RingLayer::Source& source,
+                            double loss) {
+  const ResonatorSet& set = *source.resonators;
+  const SurfacePoint point = source.locator.nearest(touch.point);
+  const Vec3 normal = normalAt(set.model->surface, point);
+  std::vector<double> rates(set.modes);
+  for (std::size_t mode = 0; mode < set.modes; ++mode) {
+    double along = 0.0;
+    for (std::size_t corner = 0; corner < point.vertices.size(); ++corner)
+      along += point.weights[corner] * set.model->shape(mode, point.vertices[corner]).dot(normal);
+    rates[mode] = loss * touch.stiffness * along * along / (2.0 * set.pole[mode].imag());
+  }
+  return rates;
+}
+
+/// Frequency response of an ear's aligned response at w (rad per sample).
+Complex earResponse(std::span<const double> response, double w) {
+  const Complex turn = std::polar(1.0, -w);
+  Complex sum = 0.0;
+  for (std::size_t tap = response.size(); tap-- > 0;)
+    sum = sum * turn + response[tap];
+  return sum;
+}
+
+}  // namespace
+
+RingLayer::Source::Source(const ResonatorSet& modes)
+    : resonators(&modes),
+      locator(modes.model->surface),
+      radius(enclosingRadius(modes.model->surface, modes.model->centreOfMass)) {}
+
+RingLayer::RingLayer(std::shared_ptr<const SoundPaths> paths) : paths_(std::move(paths)) {
+  if (paths_->hasHeads) response_.resize(paths_->longestResponse);
+}
+
+const RingLayer::Source& RingLayer::sourceOf(const std::shared_ptr<const ModalModel>& model) {
+  std::unique_ptr<Source>& source = sources_[model.get()];
+  if (source != nullptr) return *source;
+  const SynthSettings& settings = paths_->settings;
+  sets_.push_back(std::make_unique<ResonatorSet>(model, settings));
+  ResonatorSet& set = *sets_.back();
+  set.order = static_cast<std::uint32_t>(sets_.size());
+  source = std::make_unique<Source>(set);
+  for (const auto& chain : paths_->chains) {
+    for (const Complex& pole : set.pole) {
+      const double frequency = pole.imag() / (2.0 * std::numbers::pi);
+      Complex response = 1.0;
+      for (const ReflectionFilter& wall : chain)
+        response *= frequencyResponse(wall, frequency, settings.sampleRate);
+      source->walls.push_back(response);
+    }
+  }
+  return *source;
+}
+
+bool RingLayer::strike(const ImpulseEvent& event, const SoundBody& body, const Source& source) {
+  const ModalModel& model = *source.resonators->model;
+  body_ = event.body;
+  source_ = &source;
+  orientation_ = event.bodyOrientation;
+  const Vec3 origin = body.modalOrigin.value_or(model.centreOfMass);
+  position_ = event.bodyPosition + orientation_ * (model.centreOfMass - origin);
+  rings_.clear();
+  taps_.clear();
+  loudest_.assign(source.resonators->modes, 0.0);
+
+  const Vec3 blow = orientation_.conjugate() * event.impulse;
+  const Vec3 where = orientation_.conjugate() * (event.position - event.bodyPosition) + origin;
+  const SurfacePoint point = source.locator.nearest(where);
+  excitation_.assign(source.resonators->modes, 0.0);
+  bool any = false;
+  for (std::size_t mode = 0; mode < excitation_.size(); ++mode) {
+    for (std::size_t corner = 0; corner < point.vertices.size(); ++corner)
+      excitation_[mode] +=
+          point.weights[corner] * model.shape(mode, point.vertices[corner]).dot(blow);
+    any = any || excitation_[mode] != 0.0;
+  }
+  return any;
+}
+
+void RingLayer::lay(const Click& drive, const RingWay& way) {
+  const ResonatorSet& set = *source_->resonators;
+  // A receiver within the sphere around the body is put onto it; one in its very middle, on top.
+  const bool isCentre = way.toReceiver.isZero(0.0);
+  const Vec3 leaving = isCentre ? Vec3::UnitZ() : Vec3(orientation_.conjugate() * way.toReceiver);
+  const double distance =
+      std::max({isCentre ? 0.0 : leaving.norm(), source_->radius, kNearestListener});
+  amplitudes_.resize(set.modes);
+  modeTransfers(*set.model, paths_->settings.modalRadiation, paths_->settings.medium,
+                leaving.normalized() * distance, amplitudes_);
+  const std::span<const Complex> walls =
+      std::span(source_->walls).subspan(way.chain * set.modes, set.modes);
+  for (std::size_t mode = 0; mode < set.modes; ++mode)
+    amplitudes_[mode] *= way.gain * walls[mode];
+  if (way.head != nullptr) {
+    const std::span<double> response = std::span(response_).first(way.head->alignedLength());
+    way.head->blendAligned(way.ears, way.ear, response);
+    for (std::size_t mode = 0; mode < set.modes; ++mode)
+      amplitudes_[mode] *=
+          earResponse(response, set.pole[mode].imag() / paths_->settings.sampleRate);
+  }
+  layAmplitudes(drive);
+}
+
+void RingLayer::laySend(const Click& drive) {
+  amplitudes_.resize(source_->resonators->modes);
+  meanTransfers(*source_->resonators->model, paths_->settings.modalRadiation,
+                paths_->settings.medium, amplitudes_);
+  layAmplitudes(drive);
+}
+
+/// Turns amplitudes_, transfers so far, into the taps of resonators.
+///
+/// After a unit impulse at time 0, q'' = delta(t) e + Re(-i s^2 e / w exp(s t)), where s is the
+/// pole, w its imaginary part and e the excitation. Each resonator is the second term's samples;
+/// the first, which keeps q'' still where the pulse is much longer than the period, is in the rest.
+void RingLayer::layAmplitudes(const Click& drive) {
+  const ResonatorSet& set = *source_->resonators;
+  const double rate = paths_->settings.sampleRate;
+  Ring ring;
+  ring.drive = drive;
+  ring.drive.first -= static_cast<std::int64_t>(kRestReach);
+  ring.drive.track.start += static_cast<double>(kRestReach);
+  ring.drive.samples += static_cast<std::uint32_t>(2 * kRestReach);
+  ring.body = body_;
+  ring.resonators = &set;
+  ring.count = set.padded;
+  ring.taps = taps_.size();
+  taps_.resize(taps_.size() + 2 * set.padded, 0.0);
+  const std::span<double> b0 = std::span(taps_).subspan(ring.taps, set.padded);
+  const std::span<double> b1 = std::span(taps_).subspan(ring.taps + set.padded, set.padded);
+  for (std::size_t mode = 0; mode < set.modes; ++mode) {
+    const Complex pole = set.pole[mode];
+    const Complex heard =
+        Complex(0.0, -1.0) * pole * pole * excitation_[mode] / pole.imag() * amplitudes_[mode];
+    loudest_[mode] = std::max(loudest_[mode], std::abs(heard));
+    const Complex amplitude = heard / set.dimming[mode];
+    b0[mode] = amplitude.real();
+    b1[mode] = (amplitude * std::exp(pole / rate)).real() - set.a1[mode] * b0[mode];
+    for (std::size_t tap = 0; tap < ring.rest.size(); ++tap)
+      ring.rest[tap] += (heard * set.rest[mode][tap]).real();
+  }
+  rings_.push_back(ring);
+}
+
+bool RingLayer::touch(const Touch& touch, const Source& source, std::int64_t first) {
+  rings_.clear();
+  taps_.clear();
+  const std::pair key(touch.body, touch.other);
+  const auto known = touching_.find(key);
+  if (!(touch.stiffness > 0.0)) {
+    if (known == touching_.end()) return false;
+    touching_.erase(known);
+  } else {
+    Touching& now = touching_[key];
+    const double ratio = touch.stiffness / now.stiffness;
+    const bool isNew = now.rates.empty() || !(ratio > 1.0 / kNewTouch && ratio < kNewTouch) ||
+                       (touch.point - now.point).norm() > kMoved * source.radius;
+    if (!isNew) return false;
+    now = {touch.stiffness, touch.point, ratesOf(touch, source, paths_->settings.contactLoss)};
+  }
+  layDamping(touch.body, *source.resonators, first);
+  return true;
+}
+
+void RingLayer::forgetTouches(BodyId body) {
+  std::erase_if(touching_, [body](const auto& entry) {
+    return entry.first.first == body || entry.first.second == body;
+  });
+}
+
+void RingLayer::layDamping(BodyId body, const ResonatorSet& set, std::int64_t first) {
+  Ring ring;
+  ring.drive.first = first;
+  ring.body = body;
+  ring.resonators = &set;
+  ring.count = set.padded;
+  taps_.assign(2 * set.padded, 0.0);
+  const double rate = paths_->settings.sampleRate;
+  for (std::size_t mode = 0; mode < set.modes; ++mode) {
+    double decay = -set.pole[mode].real();
+    for (auto at = touching_.lower_bound({body, 0}); at != touching_.end(); ++at) {
+      if (at->first.first != body) break;
+      if (mode < at->second.rates.size()) decay += at->second.rates[mode];
+    }
+    decay = std::min(decay, kMostDamping * set.pole[mode].imag());
+    const TwoPole two = TwoPole::of(set.pole[mode].imag(), decay, rate);
+    taps_[mode] = two.a1;
+    taps_[set.padded + mode] = two.a2;
+  }
+  rings_.push_back(ring);
+}
+
+double RingLayer::peak(const Pulse& pulse, double duration) {
+  const PulseSpectrum& spectrum = spectra_.try_emplace(&pulse, pulse).first->second;
+  double sum = 0.0;
+  for (std::size_t mode = 0; mode < loudest_.size(); ++mode)
+    sum += loudest_[mode] * spectrum.bound(source_->resonators->pole[mode].imag() * duration);
+  return sum;
+}
+
+double RingLayer::peak(std::span<const PulseNode> train) const {
+  double impulses = 0.0;
+  for (const PulseNode& node : train)
+    impulses += std::abs(node.weight);
+  return impulses * std::accumulate(loudest_.begin(), loudest_.end(), 0.0);
+}
+
+}  // namespace carom::audio

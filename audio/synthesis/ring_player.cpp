@@ -1,0 +1,409 @@
+#include "audio/synthesis/ring_player.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <tuple>
+#include <utility>
+
+#include "audio/dsp/spread_kernel.h"
+#include "audio/model/pulse.h"
+#include "audio/synthesis/click_bus.h"
+
+namespace carom::audio {
+namespace {
+
+/// Share of the audible threshold at which a resonator is over: 1000 of them together are then as
+/// loud as the threshold.
+constexpr double kInaudible = 1e-3;
+/// Pa: amplitude at which a resonator is over in any case, also with a threshold of 0.
+constexpr double kInaudibleRing = 1e-15;
+
+std::int64_t gridFrom(std::int64_t sample) {
+  const std::int64_t past = sample & (RingPlayer::kGrid - 1);
+  return past == 0 ? sample : sample + RingPlayer::kGrid - past;
+}
+static_assert((RingPlayer::kGrid & (RingPlayer::kGrid - 1)) == 0);
+
+/// Adds the drive through the taps; it has as many zeros at its ends as they reach.
+void addRest(const RestTaps<double>& rest, std::span<const double> x, std::span<double> out) {
+  for (std::size_t tap = 0; tap < rest.size(); ++tap) {
+    const std::size_t from = tap < kRestReach ? kRestReach - tap : 0;
+    const std::size_t to = tap > kRestReach ? x.size() - (tap - kRestReach) : x.size();
+    for (std::size_t n = from; n < to; ++n)
+      out[n + tap - kRestReach] += rest[tap] * x[n];
+  }
+}
+
+}  // namespace
+
+RingPlayer::RingPlayer(std::shared_ptr<const SoundPaths> paths,
+                       std::optional<RingCapacity> capacity)
+    : paths_(std::move(paths)),
+      capacity_(capacity),
+      sampler_(paths_->settings.sampling, fastestKernels()),
+      silence_(std::max(kInaudible * paths_->settings.audibleThreshold, kInaudibleRing)),
+      ahead_(paths_->channels.size() + 1) {
+  if (capacity_) makeRoom();
+}
+
+/// Allocates all the memory that a player with a capacity ever has.
+void RingPlayer::makeRoom() {
+  const Pulse& pulse = Pulse::of(paths_->settings.pulse);
+  const double longest =
+      (pulse.end() - pulse.begin()) * capacity_->longestContact * paths_->settings.sampleRate;
+  Click drive;
+  drive.samples = static_cast<std::uint32_t>(longest) + 2 * (kSpreadWidth + kRestReach);
+  mostSamples_ = drive.samples;
+  reserve(drive, capacity_->modes);
+  sampler_.reserve(std::max<std::size_t>(kMostNodes, drive.samples), drive.samples);
+  const auto room = [this](std::vector<double>& values) {
+    values.resize(2 * (capacity_->modes + ResonatorKernels::kWidth));
+  };
+  slots_.resize(capacity_->rings);
+  for (std::size_t slot = slots_.size(); slot-- > 0;) {
+    room(slots_[slot].taps);
+    freeSlots_.push_back(static_cast<std::uint32_t>(slot));
+  }
+  banks_.resize(capacity_->banks);
+  for (std::size_t bank = banks_.size(); bank-- > 0;) {
+    room(banks_[bank].y);
+    room(banks_[bank].damped);
+    freeBanks_.push_back(static_cast<std::uint32_t>(bank));
+  }
+  order_.reserve(banks_.size());
+  driven_.reserve(slots_.size());
+  dampings_.reserve(slots_.size());
+  waiting_.reserve(slots_.size());
+}
+
+void RingPlayer::add(std::span<const Ring> rings, std::span<const double> taps,
+                     std::span<const PulseNode> train) {
+  const auto first = std::ranges::min_element(rings, {}, [](const Ring& ring) {
+                       return ring.drive.first;
+                     })->drive.first;
+  if (first < position_ && !rings.front().isDamping()) ++counters_.late;
+  const std::int64_t delay = capacity_ ? std::max<std::int64_t>(0, position_ - first) : 0;
+  for (const Ring& ring : rings) {
+    Ring later = ring;
+    later.drive.first += delay;
+    if (!train.empty()) later.drive.nodes = train;
+    addOne(later, taps.subspan(ring.taps, 2 * ring.count));
+  }
+}
+
+void RingPlayer::addOne(Ring ring, std::span<const double> taps) {
+  if (capacity_ && ring.drive.samples > mostSamples_) {
+    ++counters_.tooLong;
+    return;
+  }
+  const std::uint32_t bank = ring.isDamping() ? kNone : bankOf(ring);
+  const std::uint32_t slot = bank == kNone && !ring.isDamping() ? kNone : freeSlot();
+  if (slot == kNone) {
+    ++counters_.noBank;
+    return;
+  }
+  const std::size_t count = countOf(ring);
+  Waiting& waiting = slots_[slot];
+  waiting.ring = ring;
+  waiting.bank = bank;
+  if (!capacity_) waiting.taps.resize(2 * count);
+  std::ranges::copy(taps.first(count), waiting.taps.begin());
+  std::ranges::copy(taps.subspan(ring.count, count),
+                    waiting.taps.begin() + static_cast<std::ptrdiff_t>(count));
+  if (bank != kNone) ++banks_[bank].pending;
+  if (!capacity_) reserve(ring.drive, count);
+  waiting_.push({ring.drive.first, ring.drive.track.start, slot}, position_);
+}
+
+std::size_t RingPlayer::countOf(const Ring& ring) const {
+  if (!capacity_) return ring.count;
+  constexpr std::size_t kWidth = ResonatorKernels::kWidth;
+  return std::min(ring.count, (capacity_->modes + kWidth - 1) / kWidth * kWidth);
+}
+
+/// Returns the samples that a drive may need from the clock on, in any of the buffers.
+std::size_t RingPlayer::roomOf(const Click& drive) const {
+  return drive.samples + static_cast<std::size_t>(2 * kGrid) + ClickBus::kMaxFrames +
+         2 * ClickKernels::kRoom;
+}
+
+void RingPlayer::reserve(const Click& drive, std::size_t count) {
+  const auto atLeast = [](std::vector<double>& values, std::size_t size) {
+    if (values.size() < size) values.resize(2 * size);
+  };
+  const std::size_t room = roomOf(drive);
+  atLeast(x_, room);
+  atLeast(out_, room);
+  for (std::vector<double>& ahead : ahead_)
+    atLeast(ahead, room);
+  atLeast(y_, 2 * (count + ResonatorKernels::kWidth));
+  sampler_.reserve(drive.nodes.size(), drive.samples);
+}
+
+/// Returns the bank of the ring's body and channel, or a new one; kNone if there may be no more.
+std::uint32_t RingPlayer::bankOf(const Ring& ring) {
+  const auto keyOf = [this](std::uint32_t bank) {
+    return std::tuple(banks_[bank].body, banks_[bank].channel, banks_[bank].resonators->order);
+  };
+  const auto key = std::tuple(ring.body, ring.drive.channel, ring.resonators->order);
+  const auto place = std::ranges::lower_bound(order_, key, {}, keyOf);
+  if (place != order_.end() && keyOf(*place) == key) return *place;
+  const std::uint32_t index = freeBank();
+  if (index == kNone) return kNone;
+  Bank& bank = banks_[index];
+  bank.body = ring.body;
+  bank.channel = ring.drive.channel;
+  bank.resonators = ring.resonators;
+  bank.count = countOf(ring);
+  if (bank.y.size() < 2 * bank.count) bank.y.resize(2 * bank.count);
+  std::ranges::fill(bank.y, 0.0);
+  bank.isDamped = false;
+  if (bank.damped.size() < 2 * bank.count) bank.damped.resize(2 * bank.count);
+  for (const std::uint32_t slot : dampings_)
+    dampBank(bank, slots_[slot]);
+  order_.insert(place, index);
+  return index;
+}
+
+std::uint32_t RingPlayer::freeBank() {
+  if (!freeBanks_.empty()) {
+    const std::uint32_t bank = freeBanks_.back();
+    freeBanks_.pop_back();
+    return bank;
+  }
+  if (capacity_) return kNone;
+  banks_.emplace_back();
+  freeBanks_.reserve(banks_.capacity());
+  return static_cast<std::uint32_t>(banks_.size() - 1);
+}
+
+std::uint32_t RingPlayer::freeSlot() {
+  if (!freeSlots_.empty()) {
+    const std::uint32_t slot = freeSlots_.back();
+    freeSlots_.pop_back();
+    return slot;
+  }
+  if (capacity_) return kNone;
+  slots_.emplace_back();
+  freeSlots_.reserve(slots_.capacity());
+  driven_.reserve(slots_.capacity());
+  dampings_.reserve(slots_.capacity());
+  return static_cast<std::uint32_t>(slots_.size() - 1);
+}
+
+/// A total order by content, so that the order of two calls of `add` can never be heard.
+bool RingPlayer::isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b) const {
+  if (a.first != b.first) return a.first < b.first;
+  if (a.start != b.start) return a.start < b.start;
+  const auto contentOf = [this](std::uint32_t slot) {
+    const Ring& ring = slots_[slot].ring;
+    const ClickTrack& track = ring.drive.track;
+    return std::tuple(ring.isDamping(), ring.body, ring.drive.channel, ring.drive.chain,
+                      track.length, track.bend, ring.rest);
+  };
+  if (contentOf(a.slot) != contentOf(b.slot)) return contentOf(a.slot) < contentOf(b.slot);
+  const auto tapsOf = [this](std::uint32_t slot) {
+    return std::span(slots_[slot].taps).first(2 * countOf(slots_[slot].ring));
+  };
+  return std::ranges::lexicographical_compare(tapsOf(a.slot), tapsOf(b.slot));
+}
+
+void RingPlayer::mix(const Mix& mix) noexcept {
+  const std::int64_t end = position_ + static_cast<std::int64_t>(mix.frames);
+  const std::int64_t begin = position_;
+  beginUntil(end);
+  while (position_ < end) {
+    if (gridFrom(position_) == position_) {
+      joinAt(position_);
+      retire();
+    }
+    const std::int64_t next = std::min(end, gridFrom(position_ + 1));
+    ringFreely(mix, static_cast<std::size_t>(position_ - begin),
+               static_cast<std::size_t>(next - position_));
+    position_ = next;
+  }
+  addAhead(mix);
+}
+
+void RingPlayer::beginUntil(std::int64_t end) noexcept {
+  const std::span<ClickQueue::Entry> due = waiting_.takeUntil(position_, end);
+  std::ranges::sort(due, [this](const auto& a, const auto& b) { return isEarlier(a, b); });
+  for (const ClickQueue::Entry& entry : due) {
+    if (slots_[entry.slot].ring.isDamping())
+      joinLater(gridFrom(std::max(entry.first, position_)), entry.slot);
+    else
+      drive(entry.slot);
+  }
+}
+
+void RingPlayer::joinLater(std::int64_t joins, std::uint32_t slot) noexcept {
+  driven_.insert(std::ranges::upper_bound(driven_, joins, {}, &Driven::joins), {joins, slot});
+}
+
+/// Puts a damping in force from now on, in place of the one before of the same body.
+void RingPlayer::damp(std::uint32_t slot) noexcept {
+  const Waiting& waiting = slots_[slot];
+  const auto before = std::ranges::find_if(
+      dampings_, [&](std::uint32_t other) { return slots_[other].ring.body == waiting.ring.body; });
+  // Bodies that disappear while they are touched would keep all slots in the end.
+  const bool isFull = capacity_ && dampings_.size() >= slots_.size() / 4;
+  const auto gone = before == dampings_.end() && isFull ? dampings_.begin() : before;
+  if (gone != dampings_.end()) {
+    freeSlots_.push_back(*gone);
+    dampings_.erase(gone);
+  }
+  for (const std::uint32_t index : order_)
+    dampBank(banks_[index], waiting);
+  const ResonatorSet& set = *waiting.ring.resonators;
+  const std::size_t count = countOf(waiting.ring);
+  if (std::equal(set.a2.begin(), set.a2.begin() + static_cast<std::ptrdiff_t>(count),
+                 waiting.taps.begin() + static_cast<std::ptrdiff_t>(count)))
+    freeSlots_.push_back(slot);  // the damping of the free body
+  else
+    dampings_.push_back(slot);
+}
+
+void RingPlayer::dampBank(Bank& bank, const Waiting& waiting) noexcept {
+  if (bank.body != waiting.ring.body || bank.resonators != waiting.ring.resonators) return;
+  std::copy_n(waiting.taps.begin(), 2 * bank.count, bank.damped.begin());
+  bank.isDamped = true;
+}
+
+/// Drives a ring's own resonators over its pulse, adds their sound to ahead_, and keeps the state
+/// that goes into the bank.
+void RingPlayer::drive(std::uint32_t slot) noexcept {
+  Waiting& waiting = slots_[slot];
+  const Ring& ring = waiting.ring;
+  const Click& click = ring.drive;
+  const std::size_t count = banks_[waiting.bank].count;
+  const std::int64_t over = click.first + static_cast<std::int64_t>(click.samples);
+  const std::int64_t joins = gridFrom(std::max(over, position_ + 1));
+  const auto length = static_cast<std::size_t>(joins - click.first);
+  const std::size_t late =
+      click.first < position_ ? static_cast<std::size_t>(position_ - click.first) : std::size_t{0};
+  assert(length - late <= ahead_.front().size());
+  if (length + 1 > x_.size()) return giveBack(slot);  // so late that it is over
+  x_[0] = 0.0;
+  const std::span<double> x(x_.data() + 1, click.samples);
+  sampler_.sample(click, Drive::force, x);
+  std::fill(x_.begin() + 1 + std::ssize(x), x_.begin() + 1 + static_cast<std::ptrdiff_t>(length),
+            0.0);
+  std::fill_n(y_.begin(), 2 * count, 0.0);
+  std::fill_n(out_.begin(), length, 0.0);
+  const Resonators own{ring.resonators->a1.data(), ring.resonators->a2.data(), y_.data(),
+                       y_.data() + count, count};
+  kernels_.drive(own, {waiting.taps.data(), waiting.taps.data() + count, x_.data() + 1},
+                 {out_.data(), length});
+  std::vector<double>& ahead = ahead_[click.channel];
+  const std::size_t at =
+      click.first < position_ ? 0 : static_cast<std::size_t>(click.first - position_);
+  addRest(ring.rest, x, {out_.data(), length});
+  for (std::size_t n = late; n < length; ++n)
+    ahead[at + n - late] += out_[n];
+  aheadEnd_ = std::max(aheadEnd_, at + length - late);
+  std::copy_n(y_.begin(), 2 * count, waiting.taps.begin());
+  joinLater(joins, slot);
+}
+
+void RingPlayer::joinAt(std::int64_t position) noexcept {
+  std::size_t joined = 0;
+  for (; joined < driven_.size() && driven_[joined].joins <= position; ++joined) {
+    const Waiting& waiting = slots_[driven_[joined].slot];
+    if (waiting.ring.isDamping()) {
+      damp(driven_[joined].slot);
+      continue;
+    }
+    Bank& bank = banks_[waiting.bank];
+    for (std::size_t i = 0; i < 2 * bank.count; ++i)
+      bank.y[i] += waiting.taps[i];
+    bank.active = bank.count;
+    giveBack(driven_[joined].slot);
+  }
+  driven_.erase(driven_.begin(), driven_.begin() + static_cast<std::ptrdiff_t>(joined));
+}
+
+void RingPlayer::giveBack(std::uint32_t slot) noexcept {
+  --banks_[slots_[slot].bank].pending;
+  freeSlots_.push_back(slot);
+}
+
+/// Silences resonators that are no longer heard, and frees the banks where none is left.
+void RingPlayer::retire() noexcept {
+  const auto isOver = [this](std::uint32_t index) {
+    Bank& bank = banks_[index];
+    if (bank.active > 0) {
+      const Resonators resonators = resonatorsOf(bank);
+      if (kernels_.flush(resonators, silence_) == 0) bank.active = 0;
+      while (bank.active > 0 && isZero(bank, bank.active - ResonatorKernels::kWidth))
+        bank.active -= ResonatorKernels::kWidth;
+    }
+    if (bank.active > 0 || bank.pending > 0) return false;
+    freeBanks_.push_back(index);
+    return true;
+  };
+  order_.erase(std::remove_if(order_.begin(), order_.end(), isOver), order_.end());
+}
+
+/// True if the kWidth resonators from `first` on are silent.
+bool RingPlayer::isZero(const Bank& bank, std::size_t first) const noexcept {
+  for (std::size_t i = first; i < first + ResonatorKernels::kWidth; ++i)
+    if (bank.y[i] != 0.0 || bank.y[bank.count + i] != 0.0) return false;
+  return true;
+}
+
+Resonators RingPlayer::resonatorsOf(Bank& bank) const noexcept {
+  const double* a1 = bank.isDamped ? bank.damped.data() : bank.resonators->a1.data();
+  const double* a2 = bank.isDamped ? bank.damped.data() + bank.count : bank.resonators->a2.data();
+  return {a1, a2, bank.y.data(), bank.y.data() + bank.count, bank.active};
+}
+
+void RingPlayer::ringFreely(const Mix& mix, std::size_t from, std::size_t frames) noexcept {
+  for (const std::uint32_t index : order_) {
+    Bank& bank = banks_[index];
+    if (bank.active == 0) continue;
+    const bool isSend = bank.channel == paths_->channels.size();
+    double* const to = isSend ? mix.send : mix.channels + bank.channel * mix.stride;
+    kernels_.ring(resonatorsOf(bank), {to + from, frames});
+  }
+}
+
+void RingPlayer::addAhead(const Mix& mix) noexcept {
+  if (aheadEnd_ == 0) return;
+  const std::size_t now = std::min(mix.frames, aheadEnd_);
+  for (std::size_t channel = 0; channel < ahead_.size(); ++channel) {
+    std::vector<double>& ahead = ahead_[channel];
+    double* const to =
+        channel == paths_->channels.size() ? mix.send : mix.channels + channel * mix.stride;
+    for (std::size_t n = 0; n < now; ++n)
+      to[n] += ahead[n];
+    std::copy(ahead.data() + now, ahead.data() + aheadEnd_, ahead.data());
+    std::fill(ahead.data() + aheadEnd_ - now, ahead.data() + aheadEnd_, 0.0);
+  }
+  aheadEnd_ -= now;
+}
+
+std::size_t RingPlayer::resonatorsInUse() const {
+  std::size_t sum = 0;
+  for (const std::uint32_t index : order_)
+    sum += banks_[index].active;
+  return sum;
+}
+
+void RingPlayer::seek(std::int64_t position) {
+  position_ = position;
+  waiting_.clear();
+  slots_.clear();
+  freeSlots_.clear();
+  driven_.clear();
+  dampings_.clear();
+  banks_.clear();
+  freeBanks_.clear();
+  order_.clear();
+  for (std::vector<double>& ahead : ahead_)
+    std::ranges::fill(ahead, 0.0);
+  aheadEnd_ = 0;
+  if (capacity_) makeRoom();
+}
+
+}  // namespace carom::audio

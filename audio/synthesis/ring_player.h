@@ -1,0 +1,148 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "audio/dsp/resonator_kernels.h"
+#include "audio/propagation/sound_paths.h"
+#include "audio/synthesis/click_queue.h"
+#include "audio/synthesis/click_sampler.h"
+#include "audio/synthesis/ring.h"
+
+namespace carom::audio {
+
+/// The most that a RingPlayer may hold, allocated in advance: with a capacity, nothing allocates
+/// later.
+struct RingCapacity {
+  std::size_t banks = 128;  ///< banks that sound or wait: one for each body and channel
+  std::size_t modes = 128;  ///< modes of a body; higher ones are left out
+  std::size_t rings = 512;  ///< rings that wait for their sample: one for each channel and path
+  /// s. Longer contacts are left out.
+  double longestContact = 0.05;
+};
+
+struct RingPlayerCounters {
+  std::uint64_t late = 0;     ///< rings that came after their first sample had been rendered
+  std::uint64_t tooLong = 0;  ///< rings left out: longer than RingCapacity::longestContact
+  std::uint64_t noBank = 0;   ///< rings left out: no room for more rings or banks
+};
+
+/// Turns rings into samples, with banks of resonators, one for each body and channel, since rings
+/// that reach a receiver over several paths ring in the same bank.
+///
+/// A ring drives resonators of its own from its first sample to the end of its pulse, and on to the
+/// next multiple of kGrid; their state is then added to that of the bank, where it decays freely.
+/// On the same grid, resonators below `silence_` are stopped, and a bank where none is left is free
+/// again. So the bits do not depend on the sizes of blocks. [one thread]
+class RingPlayer {
+ public:
+  static constexpr std::int64_t kGrid = 64;  ///< samples
+
+  RingPlayer(std::shared_ptr<const SoundPaths> paths,
+             std::optional<RingCapacity> capacity = std::nullopt);
+
+  /// Adds rings, whose taps are in `taps`. Without a capacity it takes all rings, and allocates.
+  /// With one, rings for which there is no room are left out, and late ones are heard later by as
+  /// much. `train`, if not empty, holds the nodes of all rings, in place of their own.
+  void add(std::span<const Ring> rings, std::span<const double> taps,
+           std::span<const PulseNode> train = {});
+
+  /// The output of `mix`, at most ClickBus::kMaxFrames frames: planar channels, `stride` apart, and
+  /// the input of the reverberation.
+  struct Mix {
+    double* channels = nullptr;
+    std::size_t stride = 0;
+    double* send = nullptr;
+    std::size_t frames = 0;
+  };
+  /// Adds the next samples to the buffers of `mix`.
+  void mix(const Mix& mix) noexcept;
+
+  /// Drops all sound; the next sample is `position`.
+  void seek(std::int64_t position);
+
+  bool isSilent() const { return waiting_.size() == 0 && driven_.empty() && banksInUse() == 0; }
+  std::size_t banksInUse() const { return order_.size(); }
+  std::size_t resonatorsInUse() const;
+  const RingPlayerCounters& counters() const { return counters_; }
+
+ private:
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+
+  /// The resonators of one body at one channel.
+  struct Bank {
+    BodyId body = 0;
+    std::uint32_t channel = 0;
+    const ResonatorSet* resonators = nullptr;
+    std::size_t count = 0;      // number of resonators, padded
+    std::size_t active = 0;     // only the first so many of `count` may sound
+    std::uint32_t pending = 0;  // rings that wait for it or are driven
+    std::vector<double> y;      // y1, and y2 `count` behind them
+    bool isDamped = false;
+    std::vector<double> damped;  // if isDamped: a1, and a2 `count` behind them
+  };
+  /// A ring in a slot, which waits or is driven.
+  struct Waiting {
+    Ring ring;
+    std::uint32_t bank = 0;    // kNone for a change of damping
+    std::vector<double> taps;  // b0 and b1; once driven y1 and y2
+  };
+  /// A ring whose resonators are added to their bank at the sample `joins`.
+  struct Driven {
+    std::int64_t joins = 0;
+    std::uint32_t slot = 0;
+  };
+
+  void makeRoom();
+  void addOne(Ring ring, std::span<const double> taps);
+  std::size_t countOf(const Ring& ring) const;
+  std::size_t roomOf(const Click& drive) const;
+  void reserve(const Click& drive, std::size_t count);
+  std::uint32_t bankOf(const Ring& ring);
+  std::uint32_t freeBank();
+  std::uint32_t freeSlot();
+  bool isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b) const;
+  void beginUntil(std::int64_t end) noexcept;
+  void drive(std::uint32_t slot) noexcept;
+  void joinLater(std::int64_t joins, std::uint32_t slot) noexcept;
+  void joinAt(std::int64_t position) noexcept;
+  void retire() noexcept;
+  void giveBack(std::uint32_t slot) noexcept;
+  void damp(std::uint32_t slot) noexcept;
+  void dampBank(Bank& bank, const Waiting& waiting) noexcept;
+  bool isZero(const Bank& bank, std::size_t first) const noexcept;
+  Resonators resonatorsOf(Bank& bank) const noexcept;
+  void ringFreely(const Mix& mix, std::size_t from, std::size_t frames) noexcept;
+  void addAhead(const Mix& mix) noexcept;
+
+  std::shared_ptr<const SoundPaths> paths_;
+  std::optional<RingCapacity> capacity_;
+  const ResonatorKernels& kernels_ = fastestResonators();
+  ClickSampler sampler_;
+  RingPlayerCounters counters_;
+  double silence_;  // Pa
+
+  std::int64_t position_ = 0;
+  std::vector<Waiting> slots_;
+  std::vector<std::uint32_t> freeSlots_;
+  ClickQueue waiting_;
+  std::vector<Driven> driven_;           // sorted by the time they join
+  std::vector<std::uint32_t> dampings_;  // slots of the changes of damping in force, one per body
+  std::vector<Bank> banks_;
+  std::vector<std::uint32_t> freeBanks_;
+  std::vector<std::uint32_t> order_;  // banks in use, by body and channel, as they are summed
+
+  std::vector<double> x_;                   // samples of a drive, one zero in front
+  std::vector<double> y_;                   // state of the ring that is being driven
+  std::vector<double> out_;                 // sound of that ring
+  std::vector<std::vector<double>> ahead_;  // by channel: sound of driven rings that is due later
+  std::size_t mostSamples_ = 0;             // largest number in a drive, with a capacity
+  std::size_t aheadEnd_ = 0;                // samples of ahead_ that may not be zero
+};
+
+}  // namespace carom::audio

@@ -1,0 +1,39 @@
+#pragma once
+
+#include "bullet_bridge/shapes/convex_piece.h"
+#include "carom/audio/vector.h"
+
+namespace carom::bullet {
+
+/// A piece at one instant; coordinates are of a frame parallel to the world's.
+struct PlacedPiece {
+  const ConvexPiece* piece = nullptr;
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< piece to world
+  Vec3 position = Vec3::Zero();                            ///< m
+
+  /// The point of the core farthest in a direction of any length.
+  Vec3 support(const Vec3& direction) const {
+    return position + rotation * piece->support(rotation.transpose() * direction);
+  }
+};
+
+struct CoreDistance {
+  double distance = 0.0;           ///< m, 0 if the cores overlap; a half space's may be negative
+  Vec3 normal = Vec3::Zero();      ///< unit, from `other` to `body`; zero if the cores overlap
+  Vec3 point = Vec3::Zero();       ///< m, on body's core
+  Vec3 otherPoint = Vec3::Zero();  ///< m, on other's core
+  int iterations = 0;
+};
+
+/// Distance of two cores by the method of Gilbert, Johnson and Keerthi (1988), in double precision.
+/// The sub-simplex that holds the nearest point is found by its signed volumes, after Montanari,
+/// Petrinic and Barbieri (2017), but relative to one of its corners: that keeps the digits when a
+/// simplex is small and far. Stops when distance and lower bound differ by 1e-12 of the distance or
+/// by rounding, or after 100 iterations. `guess` is a direction from other to body, the nearer to
+/// the normal the faster. Overlap of cores is found, not measured.
+/// With a `gapTolerance` the search stops as soon as distance and lower bound differ by no more
+/// than that fraction of the gap, which is the distance less both margins. [any thread]
+CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, const Vec3& guess,
+                          double gapTolerance = 0.0);
+
+}  // namespace carom::bullet

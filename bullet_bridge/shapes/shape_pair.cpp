@@ -1,0 +1,422 @@
+#include "bullet_bridge/shapes/shape_pair.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bullet_bridge/geometry/impact_time.h"
+#include "bullet_bridge/geometry/to_vec3.h"
+#include "bullet_bridge/shapes/swept_triangles.h"
+
+namespace carom::bullet {
+namespace {
+
+// Remaining time (s) to a touch that is taken in one step.
+constexpr double kNearEnough = 1e-10;
+
+using Core = ConvexPiece::Core;
+
+Eigen::Matrix3d toMatrix(const btMatrix3x3& m) {
+  Eigen::Matrix3d matrix;
+  for (int row = 0; row < 3; ++row)
+    matrix.row(row) = toVec3(m[row]);
+  return matrix;
+}
+
+// Distance (m) by which rotation may move the centre of a piece's ball off the straight path of its
+// body.
+double turnOf(const MovingShape& moving, const Vec3& centre, double horizon) {
+  return std::min(moving.motion.angularVelocity.norm() * horizon, 2.0) * centre.norm();
+}
+
+double sizeOf(const PlacedPiece& piece) {
+  return piece.piece->core() == Core::halfSpace ? 0.0 : piece.piece->ball();
+}
+
+CoreDistance moved(CoreDistance distance, const Vec3& by) {
+  distance.distance -= distance.normal.dot(by);
+  distance.point -= by;
+  return distance;
+}
+
+// Distance and normal of cores that touch or overlap, taken from a copy of the first that is moved
+// out of the second just far enough; the farther, the less exact.
+CoreDistance backedOff(const PlacedPiece& first, const PlacedPiece& second, Vec3 way) {
+  const double size = sizeOf(first) + sizeOf(second);
+  CoreDistance found;
+  found.normal = way;
+  double step = 1e-6 * size;
+  for (int attempt = 0; attempt < 10 && step < 8.0 * size; ++attempt) {
+    PlacedPiece away = first;
+    away.position += step * way;
+    const CoreDistance distance = coreDistance(away, second, way);
+    if (!(distance.distance > 1e-2 * step)) {
+      step *= 8.0;
+      continue;
+    }
+    found = moved(distance, step * way);
+    if (found.normal.dot(way) > 0.999) break;
+    way = found.normal;
+  }
+  return found;
+}
+
+}  // namespace
+
+bool ShapePair::set(const MovingShape& body, const MovingShape& other, double horizon,
+                    double reach) {
+  horizon_ = horizon;
+  reach_ = reach;
+  pairs_.clear();
+  for (Side* side : {&body_, &other_}) {
+    side->moving = side == &body_ ? body : other;
+    side->pieces.clear();
+    side->leaves.clear();
+    side->concave.clear();
+    collect(*side->moving.shape, Eigen::Matrix3d::Identity(), Vec3::Zero(), *side);
+  }
+  const auto isPlane = [](const Leaf& leaf) { return leaf.type == STATIC_PLANE_PROXYTYPE; };
+  const auto hasConvex = [&](const Side& side) {
+    return !std::all_of(side.leaves.begin(), side.leaves.end(), isPlane);
+  };
+  const auto hasAny = [](const Side& side) {
+    return !side.leaves.empty() || !side.concave.empty();
+  };
+  pairConvex();
+  pairConcave(body_, other_, false);
+  pairConcave(other_, body_, true);
+  return (hasConvex(body_) && hasAny(other_)) || (hasConvex(other_) && hasAny(body_));
+}
+
+void ShapePair::collect(const btCollisionShape& shape, const Eigen::Matrix3d& rotation,
+                        const Vec3& offset, Side& side) {
+  const int type = shape.getShapeType();
+  if (btBroadphaseProxy::isCompound(type)) {
+    const auto& compound = static_cast<const btCompoundShape&>(shape);
+    for (int child = 0; child < compound.getNumChildShapes(); ++child) {
+      const btTransform& pose = compound.getChildTransform(child);
+      collect(*compound.getChildShape(child), rotation * toMatrix(pose.getBasis()),
+              offset + rotation * toVec3(pose.getOrigin()), side);
+    }
+    return;
+  }
+  Leaf leaf;
+  leaf.type = type;
+  leaf.piece = leaf.variant = static_cast<std::uint32_t>(side.pieces.size());
+  if (type == STATIC_PLANE_PROXYTYPE) {
+    side.pieces.push_back(ConvexPiece::from(static_cast<const btStaticPlaneShape&>(shape)));
+  } else if (btBroadphaseProxy::isConvex(type)) {
+    const auto& convex = static_cast<const btConvexShape&>(shape);
+    const auto piece = ConvexPiece::from(convex);
+    if (!piece) return;
+    side.pieces.push_back(*piece);
+    leaf.polyhedron =
+        convex.isPolyhedral() &&
+        static_cast<const btPolyhedralConvexShape&>(convex).getConvexPolyhedron() != nullptr;
+  } else {
+    if (btBroadphaseProxy::isConcave(type) && type != SDF_SHAPE_PROXYTYPE &&
+        type != EMPTY_SHAPE_PROXYTYPE) {
+      side.concave.push_back({static_cast<const btConcaveShape*>(&shape), rotation, offset});
+    }
+    return;
+  }
+  side.pieces.back().place(rotation, offset);
+  side.leaves.push_back(leaf);
+}
+
+// Returns the piece in the form in which Bullet collides it with that other leaf.
+std::uint32_t ShapePair::variantAgainst(Side& side, Leaf& leaf, const Leaf& against) {
+  const ConvexPiece& piece = side.pieces[leaf.piece];
+  const bool isBox = leaf.type == BOX_SHAPE_PROXYTYPE;
+  const bool onPlane = against.type == STATIC_PLANE_PROXYTYPE;
+  const bool sharp =
+      piece.core() == Core::box && (onPlane || (isBox && against.type == BOX_SHAPE_PROXYTYPE));
+  // Bullet's detector of spheres and triangles ignores the triangle's margin.
+  const bool bare =
+      (!isBox && leaf.polyhedron && against.polyhedron) ||
+      (leaf.type == TRIANGLE_SHAPE_PROXYTYPE && against.type == SPHERE_SHAPE_PROXYTYPE);
+  if (!sharp && !bare) return leaf.piece;
+  if (leaf.variant == leaf.piece) {
+    leaf.variant = static_cast<std::uint32_t>(side.pieces.size());
+    ConvexPiece variant = sharp ? piece.withSharpEdges() : piece;
+    variant.setMargin(0.0);
+    side.pieces.push_back(variant);
+  }
+  return leaf.variant;
+}
+
+void ShapePair::pairConvex() {
+  for (Leaf& leaf : body_.leaves) {
+    for (Leaf& against : other_.leaves) {
+      const bool onPlane = against.type == STATIC_PLANE_PROXYTYPE;
+      const bool isPlane = leaf.type == STATIC_PLANE_PROXYTYPE;
+      if (onPlane && isPlane) continue;
+      const std::uint32_t piece = variantAgainst(body_, leaf, against);
+      const std::uint32_t otherPiece = variantAgainst(other_, against, leaf);
+      if (isPlane) {
+        addPair(otherPiece, piece, true);
+      } else {
+        addPair(piece, otherPiece, false);
+      }
+    }
+  }
+}
+
+void ShapePair::pairConcave(Side& convex, Side& concave, bool flipped) {
+  for (const ConcaveLeaf& mesh : concave.concave) {
+    for (const Leaf& leaf : convex.leaves) {
+      if (leaf.type != STATIC_PLANE_PROXYTYPE) pairTriangles(convex, leaf, concave, mesh, flipped);
+    }
+  }
+}
+
+void ShapePair::pairTriangles(Side& convex, const Leaf& leaf, Side& concave,
+                              const ConcaveLeaf& mesh, bool flipped) {
+  const bool isSphere = leaf.type == SPHERE_SHAPE_PROXYTYPE;
+  const double margin = isSphere ? 0.0 : static_cast<double>(mesh.shape->getMargin());
+  const MeshFrameBox box = meshFrameBox(convex.pieces[leaf.piece], convex.moving.motion,
+                                        concave.moving.motion, mesh.rotation, mesh.offset, horizon_)
+                               .grownBy(margin + reach_);
+  forEachTriangle(*mesh.shape, box, [&](const std::array<Vec3, 3>& corners) {
+    // Bullet's detector of spheres ignores triangles of no area.
+    const double area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm();
+    if (isSphere && area < static_cast<double>(SIMD_EPSILON)) return;
+    const auto index = static_cast<std::uint32_t>(concave.pieces.size());
+    concave.pieces.push_back(ConvexPiece::from(corners, margin));
+    concave.pieces.back().place(mesh.rotation, mesh.offset);
+    addPair(leaf.piece, index, flipped);
+  });
+}
+
+void ShapePair::addPair(std::uint32_t first, std::uint32_t second, bool flipped) {
+  Pair pair;
+  pair.first = first;
+  pair.second = second;
+  pair.flipped = flipped;
+  if (mayMeet(pair)) pairs_.push_back(pair);
+}
+
+// Tests the balls around the pieces.
+bool ShapePair::mayMeet(const Pair& pair) const {
+  const Side& first = firstOf(pair);
+  const Side& second = secondOf(pair);
+  const Placed placed = place(pair, 0.0);
+  const Motion relative = first.moving.motion.centre - second.moving.motion.centre;
+  double travel =
+      horizon_ * (relative.velocity.norm() + 0.5 * horizon_ * relative.acceleration.norm()) +
+      turnOf(first.moving, first.pieces[pair.first].ballCentre(), horizon_);
+  if (second.pieces[pair.second].core() == Core::halfSpace) {
+    travel += turnOf(second.moving, placed.centres, horizon_);
+  } else {
+    travel += turnOf(second.moving, second.pieces[pair.second].ballCentre(), horizon_);
+  }
+  return !(leastGap(pair, placed) > travel + reach_);
+}
+
+ShapePair::Placed ShapePair::place(const Pair& pair, double s) const {
+  const Side& first = firstOf(pair);
+  const Side& second = secondOf(pair);
+  const Pose pose = first.moving.motion.poseAt(s);
+  const Pose secondPose = second.moving.motion.poseAt(s);
+  const ConvexPiece& piece = first.pieces[pair.first];
+  const ConvexPiece& against = second.pieces[pair.second];
+  Placed placed;
+  placed.origin = pose.position;
+  placed.centres = (first.moving.motion.centre - second.moving.motion.centre).positionAt(s);
+  placed.first = {&piece, pose.rotation * piece.rotation(), pose.rotation * piece.offset()};
+  placed.second = {&against, secondPose.rotation * against.rotation(),
+                   secondPose.rotation * against.offset() - placed.centres};
+  return placed;
+}
+
+// Lower bound (m) of the gap, from the balls around the pieces.
+double ShapePair::leastGap(const Pair& pair, const Placed& placed) const {
+  const ConvexPiece& piece = firstOf(pair).pieces[pair.first];
+  const ConvexPiece& against = secondOf(pair).pieces[pair.second];
+  // place() rotates the piece's own frame, but the ball's centre is in the body's frame: it is
+  // taken back first.
+  const Vec3 centre = placed.first.position +
+                      placed.first.rotation *
+                          (piece.rotation().transpose() * (piece.ballCentre() - piece.offset()));
+  if (against.core() == Core::halfSpace) {
+    const Vec3 normal = placed.second.rotation * against.planeNormal();
+    return normal.dot(centre - placed.second.position) - against.planeConstant() - piece.ball();
+  }
+  const Vec3 otherCentre =
+      placed.second.position + placed.second.rotation * (against.rotation().transpose() *
+                                                         (against.ballCentre() - against.offset()));
+  return (centre - otherCentre).norm() - piece.ball() - against.ball();
+}
+
+double ShapePair::gapAt(Pair& pair, double s) {
+  const Placed placed = place(pair, s);
+  return proximityOf(pair, placed).gap;
+}
+
+Proximity ShapePair::proximityOf(Pair& pair, const Placed& placed) const {
+  const double margin = placed.first.piece->margin();
+  const double otherMargin = placed.second.piece->margin();
+  if (pair.axis.isZero(0.0)) pair.axis = placed.first.position - placed.second.position;
+  if (!(pair.axis.squaredNorm() > 0.0)) pair.axis = Vec3::UnitY();
+  CoreDistance found = coreDistance(placed.first, placed.second, pair.axis);
+  const double size = sizeOf(placed.first) + sizeOf(placed.second);
+  double distance = found.distance;
+  if (placed.second.piece->core() != Core::halfSpace && !(distance > 1e-9 * size)) {
+    found = backedOff(placed.first, placed.second, pair.axis.normalized());
+    distance = distance > 0.0 ? distance : std::min(found.distance, 0.0);
+  }
+  pair.axis = found.normal;
+  Proximity proximity;
+  proximity.gap = distance - margin - otherMargin;
+  proximity.normal = found.normal;
+  proximity.point = placed.origin + found.point - margin * found.normal;
+  proximity.otherPoint = placed.origin + found.otherPoint + otherMargin * found.normal;
+  if (pair.flipped) {
+    proximity.normal = -proximity.normal;
+    std::swap(proximity.point, proximity.otherPoint);
+  }
+  return proximity;
+}
+
+Proximity ShapePair::proximityAt(double s) {
+  Proximity nearest;
+  nearest.gap = kNever;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const Placed placed = place(pairs_[i], s);
+    if (leastGap(pairs_[i], placed) > nearest.gap) continue;
+    Proximity proximity = proximityOf(pairs_[i], placed);
+    proximity.pair = i;
+    if (proximity.gap < nearest.gap) nearest = proximity;
+  }
+  return nearest;
+}
+
+double ShapePair::touchTime() {
+  double earliest = kNever;
+  for (Pair& pair : pairs_)
+    earliest = std::min(earliest, touchTime(pair, std::min(earliest, horizon_)));
+  return earliest;
+}
+
+SeparationBound ShapePair::boundFrom(const Pair& pair, const Placed& placed, const Vec3& normal,
+                                     double s, double horizon) const {
+  const RigidMotion& first = firstOf(pair).moving.motion;
+  const RigidMotion& second = secondOf(pair).moving.motion;
+  const Motion relative = first.centre - second.centre;
+  PlacedPiece own = placed.second;
+  own.position += placed.centres;
+  return {{placed.first, first.angularVelocity},
+          {own, second.angularVelocity},
+          {placed.centres, relative.velocityAt(s), relative.acceleration},
+          normal,
+          horizon};
+}
+
+double ShapePair::touchTime(Pair& pair, double horizon) {
+  constexpr int kMaxSteps = 100;
+  constexpr double kGapTolerance = 0.02;
+  double s = 0.0;
+  if (pair.axis.isZero(0.0)) pair.axis = Vec3::UnitY();
+  for (int step = 0; step < kMaxSteps; ++step) {
+    const Placed placed = place(pair, s);
+    // The bound holds along any direction: one that is nearly the normal will do.
+    const CoreDistance distance =
+        coreDistance(placed.first, placed.second, pair.axis, kGapTolerance);
+    const double gap =
+        distance.distance - placed.first.piece->margin() - placed.second.piece->margin();
+    if (std::isnan(gap)) return kNever;
+    const double size = sizeOf(placed.first) + sizeOf(placed.second);
+    if (gap <= 4.0 * std::numeric_limits<double>::epsilon() * size) return s;
+    pair.axis = distance.normal;
+    const double left = horizon - s;
+    const auto clear = boundFrom(pair, placed, distance.normal, s, left).clearTime(left);
+    if (!(clear.until < left)) return kNever;
+    if (clear.estimated < kNearEnough) return s + clear.until;
+    s += clear.until;
+  }
+  return searchTouch(pair, s, horizon);
+}
+
+// Searches for the touch that advancement could not settle, of a pair that slides within rounding
+// of a touch.
+double ShapePair::searchTouch(Pair& pair, double from, double horizon) {
+  constexpr int kPieces = 64;
+  double low = from;
+  for (int piece = 1; piece <= kPieces; ++piece) {
+    double high = from + (horizon - from) * piece / kPieces;
+    if (gapAt(pair, high) > 0.0) {
+      low = high;
+      continue;
+    }
+    for (double middle = 0.5 * (low + high); low < middle && middle < high;
+         middle = 0.5 * (low + high)) {
+      (gapAt(pair, middle) > 0.0 ? low : high) = middle;
+    }
+    return high;
+  }
+  return kNever;
+}
+
+// Appends the corners of one piece that are near the other, the farthest out if there are many.
+void ShapePair::appendPatch(const PlacedPiece& of, const PlacedPiece& on, const Vec3& towards,
+                            double depth) {
+  if (of.piece->core() == Core::halfSpace) return;
+  corners_.clear();
+  of.piece->appendCorners(of.rotation.transpose() * towards, depth, corners_);
+  const double margins = of.piece->margin() + on.piece->margin();
+  ConvexPiece point;
+  const auto tooFar = [&](Vec3& corner) {
+    corner = of.position + of.rotation * corner;
+    const PlacedPiece placed{&point, Eigen::Matrix3d::Identity(), corner};
+    const bool far = coreDistance(placed, on, -towards).distance - margins > depth;
+    corner += of.piece->margin() * towards;
+    return far;
+  };
+  corners_.erase(std::remove_if(corners_.begin(), corners_.end(), tooFar), corners_.end());
+  if (corners_.size() <= kPatchPoints) {
+    patch_.insert(patch_.end(), corners_.begin(), corners_.end());
+    return;
+  }
+  const Vec3 across = towards.unitOrthogonal();
+  const Vec3 beside = towards.cross(across);
+  for (std::size_t i = 0; i < kPatchPoints; ++i) {
+    const double angle = 2.0 * 3.14159265358979323846 * static_cast<double>(i) / kPatchPoints;
+    const Vec3 way = std::cos(angle) * across + std::sin(angle) * beside;
+    const Vec3 extreme =
+        *std::max_element(corners_.begin(), corners_.end(),
+                          [&](const Vec3& a, const Vec3& b) { return way.dot(a) < way.dot(b); });
+    if (std::find(patch_.begin(), patch_.end(), extreme) == patch_.end()) {
+      patch_.push_back(extreme);
+    }
+  }
+}
+
+std::span<const Vec3> ShapePair::patchAt(double s, const Proximity& around, double depth) {
+  patch_.clear();
+  for (Pair& pair : pairs_) {
+    const Placed placed = place(pair, s);
+    if (leastGap(pair, placed) > depth) continue;
+    const Vec3 normal = pair.flipped ? Vec3(-around.normal) : around.normal;
+    const std::size_t first = patch_.size();
+    appendPatch(placed.first, placed.second, -normal, depth);
+    appendPatch(placed.second, placed.first, normal, depth);
+    for (std::size_t i = first; i < patch_.size(); ++i)
+      patch_[i] += placed.origin;
+  }
+  return patch_;
+}
+
+LocalShape ShapePair::localShape(PairSide side, double s, const Proximity& at) const {
+  constexpr double kFlat = std::numeric_limits<double>::infinity();
+  if (at.pair >= pairs_.size()) return {kFlat, kFlat};  // nothing near
+  const Pair& pair = pairs_[at.pair];
+  const Placed placed = place(pair, s);
+  const bool isFirst = (side == PairSide::body) != pair.flipped;
+  const PlacedPiece& piece = isFirst ? placed.first : placed.second;
+  const Vec3 outwards = side == PairSide::body ? Vec3(-at.normal) : at.normal;
+  LocalShape shape = piece.piece->shapeFacing(piece.rotation.transpose() * outwards);
+  shape.rimAxis = piece.rotation * shape.rimAxis;
+  return shape;
+}
+
+}  // namespace carom::bullet

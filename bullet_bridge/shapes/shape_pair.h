@@ -1,0 +1,132 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <btBulletCollisionCommon.h>
+
+#include "bullet_bridge/geometry/rigid_motion.h"
+#include "bullet_bridge/shapes/convex_piece.h"
+#include "bullet_bridge/shapes/gjk.h"
+#include "bullet_bridge/shapes/separation_bound.h"
+
+namespace carom::bullet {
+
+/// A Bullet shape and how its collision object's world transform moves.
+struct MovingShape {
+  const btCollisionShape* shape = nullptr;
+  RigidMotion motion;
+};
+
+/// The gap of two shapes, at the place where they are nearest.
+struct Proximity {
+  double gap = 0.0;                ///< m; if not positive they overlap, by roughly that much
+  Vec3 normal = Vec3::UnitY();     ///< unit, world frame, from `other` to `body`
+  Vec3 point = Vec3::Zero();       ///< m, world frame, on body's surface
+  Vec3 otherPoint = Vec3::Zero();  ///< m, world frame, on other's surface
+  std::size_t pair = 0;  ///< number of the two convex pieces, in the ShapePair that gave it
+};
+
+enum class PairSide { body, other };
+
+/// Gap and time of first touch of two shapes in rigid motion, in double precision, on the surface
+/// that Bullet's default dispatcher collides:
+///  - sharp boxes against boxes and planes, rounded by their margin inside the same outline against
+///    all else; hulls and cones inflated by their margin, cylinders rounded inside their outline;
+///    two polyhedra of which both have polyhedral features collide with their hulls as they are;
+///  - compounds child by child; meshes and terrain triangle by triangle, each inflated by the mesh
+///    margin, but not against spheres, which also ignore triangles of no area;
+///  - a static plane is a half space, a mesh is not: a body behind a triangle is free of it.
+/// Not followed: concave shapes against each other, signed distance fields, soft bodies.
+///
+/// The time is found by conservative advancement (after Mirtich 1996, with the bound of
+/// SeparationBound), which cannot miss a touch however fast the rotation. Shapes are read on
+/// demand: after a change of a shape, a ShapePair needs a new set(). Allocates only until its
+/// vectors have grown to what the scene asks for. [any thread]
+class ShapePair {
+ public:
+  /// Collects the convex pieces that may come within `reach` (m) of each other in [0, horizon] (s).
+  /// False for pairs that cannot be followed; true, with an infinite gap, if merely none are near.
+  bool set(const MovingShape& body, const MovingShape& other, double horizon, double reach);
+
+  /// Returns the least gap over all pieces at time s; it is infinite if none are near.
+  Proximity proximityAt(double s);
+
+  /// Returns the first time in [0, horizon] at which the shapes touch, infinity if none: exact to
+  /// 1e-10 s at ordinary speeds. Pieces that overlap at 0 touch at 0.
+  double touchTime();
+
+  /// Returns the points where the shapes lie on each other around a touch: corners of either within
+  /// `depth` (m) of, or below, the other's surface, up to kPatchPoints for two pieces. Each is on
+  /// the surface of the shape whose corner it is. Valid until the next call.
+  std::span<const Vec3> patchAt(double s, const Proximity& around, double depth);
+
+  /// Returns the curvature of one side at a touch; flat if no pieces are near. Its axis is in the
+  /// world frame.
+  LocalShape localShape(PairSide side, double s, const Proximity& at) const;
+
+  static constexpr std::size_t kPatchPoints = 8;
+
+  std::size_t pairCount() const { return pairs_.size(); }
+
+ private:
+  struct Leaf {
+    int type = 0;
+    std::uint32_t piece = 0;
+    std::uint32_t variant = 0;  // sharp box, or hull without margin; = piece if not made yet
+    bool polyhedron = false;
+  };
+  struct ConcaveLeaf {
+    const btConcaveShape* shape = nullptr;
+    Eigen::Matrix3d rotation;
+    Vec3 offset;
+  };
+  struct Side {
+    MovingShape moving;
+    std::vector<ConvexPiece> pieces;
+    std::vector<Leaf> leaves;
+    std::vector<ConcaveLeaf> concave;
+  };
+  // Two convex pieces; a half space is always `second`.
+  struct Pair {
+    std::uint32_t first = 0, second = 0;
+    bool flipped = false;      // `first` belongs to `other`
+    Vec3 axis = Vec3::Zero();  // latest known direction from second to first
+  };
+  struct Placed {
+    PlacedPiece first, second;  // relative to the centre of first's body
+    Vec3 origin, centres;       // first's centre: in the world frame, and relative to second's
+  };
+
+  static void collect(const btCollisionShape& shape, const Eigen::Matrix3d& rotation,
+                      const Vec3& offset, Side& side);
+  void pairConvex();
+  void pairConcave(Side& convex, Side& concave, bool flipped);
+  void pairTriangles(Side& convex, const Leaf& leaf, Side& concave, const ConcaveLeaf& mesh,
+                     bool flipped);
+  std::uint32_t variantAgainst(Side& side, Leaf& leaf, const Leaf& against);
+  void addPair(std::uint32_t first, std::uint32_t second, bool flipped);
+  bool mayMeet(const Pair& pair) const;
+
+  const Side& firstOf(const Pair& pair) const { return pair.flipped ? other_ : body_; }
+  const Side& secondOf(const Pair& pair) const { return pair.flipped ? body_ : other_; }
+  Placed place(const Pair& pair, double s) const;
+  double gapAt(Pair& pair, double s);
+  double touchTime(Pair& pair, double horizon);
+  double searchTouch(Pair& pair, double from, double horizon);
+  SeparationBound boundFrom(const Pair& pair, const Placed& placed, const Vec3& normal, double s,
+                            double horizon) const;
+  double leastGap(const Pair& pair, const Placed& placed) const;
+  Proximity proximityOf(Pair& pair, const Placed& placed) const;
+  void appendPatch(const PlacedPiece& of, const PlacedPiece& on, const Vec3& towards, double depth);
+
+  Side body_, other_;
+  double horizon_ = 0.0;
+  double reach_ = 0.0;
+  std::vector<Pair> pairs_;
+  std::vector<Vec3> corners_;
+  std::vector<Vec3> patch_;
+};
+
+}  // namespace carom::bullet

@@ -1,0 +1,121 @@
+#include "bullet_bridge/tracking/blow.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace carom::bullet {
+
+PairInertia::PairInertia(const PairMotion& motion, double s, MultibodyMass& multibodies)
+    : body_(answerOf(*motion.pair().body, motion.body(), s)),
+      other_(answerOf(*motion.pair().other, motion.other(), s)),
+      multibodies_(&multibodies) {}
+
+PairInertia::Answer PairInertia::answerOf(const TrackedBody& body, const RigidMotion& motion,
+                                          double s) {
+  Answer answer;
+  answer.centre = motion.centre.positionAt(s);
+  if (body.kind == BodyKind::link) answer.link = btMultiBodyLinkCollider::upcast(body.object);
+  if (body.kind != BodyKind::rigid) return answer;
+  const auto& rigid = static_cast<const btRigidBody&>(*body.object);
+  answer.inverseMass = body.inverseMass * toVec3(rigid.getLinearFactor());
+  if (body.shape == ContactShape::sphere) return answer;  // no impulse along the normal turns it
+  const Vec3 angularFactor = toVec3(rigid.getAngularFactor());
+  const Eigen::Matrix3d turn = motion.poseAt(s).rotation;
+  answer.inverseInertia = angularFactor.asDiagonal() * turn *
+                          toVec3(rigid.getInvInertiaDiagLocal()).asDiagonal() * turn.transpose();
+  return answer;
+}
+
+double PairInertia::answer(const Answer& body, const BlowPoint& at, const BlowPoint& by) const {
+  if (body.link != nullptr) {
+    return multibodies_->inverseEffectiveMass(*body.link, by.position, by.normal);
+  }
+  const Vec3 lever = (by.position - body.centre).cross(by.normal);
+  const Vec3 atLever = (at.position - body.centre).cross(at.normal);
+  return at.normal.dot(body.inverseMass.cwiseProduct(by.normal)) +
+         atLever.dot(body.inverseInertia * lever);
+}
+
+double PairInertia::between(const BlowPoint& at, const BlowPoint& by) const {
+  if (body_.link != nullptr && other_.link != nullptr) {
+    return multibodies_->inverseEffectiveMass(*body_.link, by.position, *other_.link, by.position,
+                                              by.normal);
+  }
+  return answer(body_, at, by) + answer(other_, at, by);
+}
+
+BlowPoint BlowSolver::meanOf(std::span<const BlowPoint> points) {
+  BlowPoint mean;
+  mean.normal = Vec3::Zero();
+  const auto count = static_cast<double>(points.size());
+  for (const BlowPoint& point : points) {
+    mean.position += point.position / count;
+    mean.normal += point.normal;
+    mean.approachSpeed += point.approachSpeed / count;
+  }
+  mean.normal.normalize();
+  return mean;
+}
+
+// Sets the initial guess: the impulses if all points bore the same. It decides the shares where the
+// equations do not, as for a body that cannot turn.
+void BlowSolver::shareEvenly(std::span<const BlowPoint> points, double restitution) {
+  const std::size_t count = points.size();
+  for (std::size_t row = 0; row < count; ++row) {
+    double sum = 0.0;
+    for (std::size_t column = 0; column < count; ++column)
+      sum += matrix_[row * count + column];
+    if (sum > 0.0) impulses_[row] = (1.0 + restitution) * points[row].approachSpeed / sum;
+  }
+}
+
+std::span<const double> BlowSolver::solve(std::span<const BlowPoint> points,
+                                          const PairInertia& inertia, double restitution) {
+  constexpr int kSweeps = 500;
+  constexpr double kEnough = 1e-12;  // relative to the largest impulse
+  const std::size_t count = points.size();
+  matrix_.resize(count * count);
+  impulses_.assign(count, 0.0);
+  for (std::size_t row = 0; row < count; ++row) {
+    for (std::size_t column = 0; column < count; ++column)
+      matrix_[row * count + column] = inertia.between(points[row], points[column]);
+  }
+  shareEvenly(points, restitution);
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    double change = 0.0;
+    double largest = 0.0;
+    for (std::size_t row = 0; row < count; ++row) {
+      double missing = (1.0 + restitution) * points[row].approachSpeed;
+      for (std::size_t column = 0; column < count; ++column)
+        missing -= matrix_[row * count + column] * impulses_[column];
+      const double before = impulses_[row];
+      const double own = matrix_[row * count + row];
+      if (own > 0.0) impulses_[row] = std::max(0.0, before + missing / own);
+      change = std::max(change, std::abs(impulses_[row] - before));
+      largest = std::max(largest, impulses_[row]);
+    }
+    if (change <= kEnough * largest) break;
+  }
+  return impulses_;
+}
+
+Blow BlowSolver::sum(std::span<const BlowPoint> points, std::span<const double> impulses,
+                     double restitution) {
+  Blow blow;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    blow.impulse += impulses[i] * points[i].normal;
+    blow.position += impulses[i] * points[i].position;
+    blow.approachSpeed += impulses[i] * points[i].approachSpeed;
+    sum += impulses[i];
+  }
+  if (!(sum > 0.0)) return {};
+  blow.position /= sum;
+  blow.approachSpeed /= sum;
+  const double size = blow.impulse.norm();
+  blow.normal = size > 0.0 ? Vec3(blow.impulse / size) : points.front().normal;
+  blow.effectiveMass = size / ((1.0 + restitution) * blow.approachSpeed);
+  return blow;
+}
+
+}  // namespace carom::bullet

@@ -1,0 +1,377 @@
+#include "bullet_bridge/tracking/body_tracker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <unordered_map>
+#include <utility>
+
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+
+#include "bullet_bridge/tracking/multibody_link.h"
+#include "bullet_bridge/tracking/proxy_id.h"
+
+namespace carom::bullet {
+namespace {
+
+// True if Bullet's solver applied an impulse in this substep; points that it skipped hold stale
+// numbers.
+bool isSolved(const btPersistentManifold& manifold) {
+  for (int i = 0; i < manifold.getNumContacts(); ++i) {
+    const btManifoldPoint& point = manifold.getContactPoint(i);
+    const bool solved = point.getDistance() <= manifold.getContactProcessingThreshold();
+    if (solved && point.getAppliedImpulse() > 0) return true;
+  }
+  return false;
+}
+
+bool isSame(const TrackedBody& body, const btCollisionObject& object) {
+  return body.object == &object && body.proxyId == proxyIdOf(object);
+}
+
+Vec3 positionOf(const btCollisionObject& object) {
+  return toVec3(object.getWorldTransform().getOrigin());
+}
+
+// Gap (m) up to which Bullet holds a contact (btCollisionShape::getContactBreakingThreshold); the
+// narrowphase reports none beyond.
+double contactMargin(const btCollisionShape& shape) {
+  return static_cast<double>(shape.getContactBreakingThreshold(gContactBreakingThreshold));
+}
+
+bool usesRelativeMargin(const btCollisionWorld& world) {
+  const auto* dispatcher = dynamic_cast<const btCollisionDispatcher*>(world.getDispatcher());
+  return dispatcher != nullptr &&
+         (dispatcher->getDispatcherFlags() &
+          btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD) != 0;
+}
+
+void readPlane(TrackedBody& body) {
+  const auto& plane = static_cast<const btStaticPlaneShape&>(*body.object->getCollisionShape());
+  const btTransform& pose = body.object->getWorldTransform();
+  body.planeNormal = toVec3(pose.getBasis() * plane.getPlaneNormal()).normalized();
+  body.planeOffset = static_cast<double>(plane.getPlaneConstant()) +
+                     body.planeNormal.dot(toVec3(pose.getOrigin()));
+}
+
+void readOther(TrackedBody& body) {
+  const btCollisionShape& shape = *body.object->getCollisionShape();
+  btVector3 centre(0, 0, 0);
+  btScalar radius = 0;
+  shape.getBoundingSphere(centre, radius);
+  body.radius = static_cast<double>(radius) + toVec3(centre).norm();
+  body.margin = contactMargin(shape);
+}
+
+bool touchesNothing(const btCollisionObject& object) {
+  return !object.hasContactResponse() ||
+         (object.getInternalType() &
+          (btCollisionObject::CO_RIGID_BODY | btCollisionObject::CO_FEATHERSTONE_LINK |
+           btCollisionObject::CO_COLLISION_OBJECT)) == 0;
+}
+
+BodyKind kindOf(const btCollisionObject& object) {
+  if (object.isKinematicObject()) return BodyKind::kinematic;
+  if (btMultiBodyLinkCollider::upcast(&object) != nullptr) return BodyKind::link;
+  const bool moves = btRigidBody::upcast(&object) != nullptr && !object.isStaticObject();
+  return moves ? BodyKind::rigid : BodyKind::fixed;
+}
+
+// The fraction of a velocity that Bullet's damping leaves after dt (btRigidBody::applyDamping).
+double damping(btScalar perSecond, double dt) {
+  return perSecond == 0 ? 1.0 : std::pow(1.0 - static_cast<double>(perSecond), dt);
+}
+
+// Angular velocity (rad/s, world frame) that the solver leaves a body that touches nothing: it adds
+// torque and gyroscopic terms (btSequentialImpulseConstraintSolver::convertBodies).
+Vec3 freeSpin(const btRigidBody& rigid, double dt) {
+  const auto step = static_cast<btScalar>(dt);
+  const double kept = damping(rigid.getAngularDamping(), dt);
+  Vec3 spin = kept * toVec3(rigid.getAngularVelocity());
+  if (rigid.getTotalTorque().length2() > 0) {
+    spin += dt * toVec3(rigid.getInvInertiaTensorWorld() * rigid.getTotalTorque());
+  }
+  if (rigid.getAngularVelocity().length2() == 0) return spin;
+  if ((rigid.getFlags() & BT_ENABLE_GYROSCOPIC_FORCE_EXPLICIT) != 0) {
+    spin -= dt * toVec3(rigid.getInvInertiaTensorWorld() *
+                        rigid.computeGyroscopicForceExplicit(btScalar(1e30)));
+  }
+  if ((rigid.getFlags() & BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_WORLD) != 0)
+    spin += toVec3(rigid.computeGyroscopicImpulseImplicit_World(step));
+  if ((rigid.getFlags() & BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY) != 0)
+    spin += toVec3(rigid.computeGyroscopicImpulseImplicit_Body(step));
+  return spin;
+}
+
+// Angular velocity (rad/s) at which Bullet really turns a body in a substep
+// (btTransformUtil::integrateTransform): it clamps the angle to a quarter of pi, beyond which the
+// quaternion's two parts no longer belong to the same angle.
+Vec3 turnedAt(const Vec3& angularVelocity, double dt) {
+  constexpr double kLimit = 0.25 * std::numbers::pi;
+  const double speed = angularVelocity.norm();
+  if (speed * dt <= kLimit) return angularVelocity;
+  const double angle =
+      2.0 * std::atan2(speed * dt / kLimit * std::sin(0.5 * kLimit), std::cos(0.5 * kLimit));
+  return angularVelocity * (angle / (speed * dt));
+}
+
+// Angular velocity (rad/s, world frame) that leads from one orientation to the other within dt.
+Vec3 turnRate(const Quat& from, const Quat& to, double dt) {
+  const Eigen::AngleAxisd turn((to * from.conjugate()).normalized());
+  const double angle = std::remainder(turn.angle(), 2.0 * std::numbers::pi);
+  return angle / dt * turn.axis();
+}
+
+}  // namespace
+
+Quat TrackedBody::orientationAtStart(double dt) const {
+  if (shape != ContactShape::sphere) return current.orientation;
+  // The orientation of a sphere is not kept: it is worked back from the present one.
+  const Vec3 turn = -dt * turnedAt(current.angularAfter, dt);
+  const Quat now = toQuat(object->getWorldTransform());
+  const double angle = turn.norm();
+  if (!(angle > 0.0)) return now;
+  return Quat(Eigen::AngleAxisd(-angle, -turn / angle)).normalized() * now;
+}
+
+RigidMotion TrackedBody::actual(double dt) const {
+  return {current.actual(dt), orientationAtStart(dt), turnedAt(current.angularAfter, dt)};
+}
+
+RigidMotion TrackedBody::unhindered(double dt) const {
+  return {current.unhindered(dt), orientationAtStart(dt), turnedAt(current.angularFree, dt)};
+}
+
+// Bodies come and go between substeps, and removal reorders the world's array.
+void BodyTracker::matchWorld(const btCollisionWorld& world) {
+  const auto& objects = world.getCollisionObjectArray();
+  const auto count = static_cast<std::size_t>(objects.size());
+  bool same = bodies_.size() == count;
+  for (std::size_t i = 0; same && i < count; ++i) {
+    const btCollisionObject* object = objects[static_cast<int>(i)];
+    same = isSame(bodies_[i], *object);
+  }
+  if (same) return;
+
+  std::unordered_map<const btCollisionObject*, std::size_t> known;
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    known[bodies_[i].object] = i;
+  std::vector<TrackedBody> matched(count);
+  std::vector<Trail> trails(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const btCollisionObject* object = objects[static_cast<int>(i)];
+    const auto found = known.find(object);
+    if (found != known.end() && isSame(bodies_[found->second], *object)) {
+      matched[i] = bodies_[found->second];
+      trails[i] = trails_[found->second];
+    } else {
+      matched[i].object = object;
+      matched[i].proxyId = proxyIdOf(*object);
+      matched[i].id = nextId_++;
+    }
+  }
+  bodies_ = std::move(matched);
+  trails_ = std::move(trails);
+  indexOf_.clear();
+  for (std::size_t i = 0; i < count; ++i)
+    indexOf_[bodies_[i].id] = i;
+}
+
+void BodyTracker::readShape(TrackedBody& body) const {
+  const btCollisionShape& shape = *body.object->getCollisionShape();
+  if (touchesNothing(*body.object)) {
+    body.shape = ContactShape::none;
+  } else if (shape.getShapeType() == SPHERE_SHAPE_PROXYTYPE) {
+    body.shape = ContactShape::sphere;
+    body.radius = static_cast<double>(static_cast<const btSphereShape&>(shape).getRadius());
+    // Equals contactMargin for a sphere: Bullet's motion disc is that of the box around it.
+    body.margin = double{gContactBreakingThreshold} * std::numbers::sqrt3 * body.radius;
+  } else if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE) {
+    body.shape = ContactShape::plane;
+    readPlane(body);
+  } else {
+    body.shape = ContactShape::other;
+    readOther(body);
+  }
+  if (!relativeMargin_) body.margin = double{gContactBreakingThreshold};
+}
+
+void BodyTracker::beginSubstep(const btCollisionWorld& world, double dt) {
+  matchWorld(world);
+  relativeMargin_ = usesRelativeMargin(world);
+  hasOtherShapes_ = hasPlanes_ = hasContinuous_ = hasLinks_ = false;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    TrackedBody& body = bodies_[i];
+    beginBody(body, trails_[i], dt);
+    if (body.kind == BodyKind::kinematic) beginKinematic(body, trails_[i], dt);
+    hasOtherShapes_ = hasOtherShapes_ || body.shape == ContactShape::other;
+    hasPlanes_ = hasPlanes_ || body.shape == ContactShape::plane;
+    hasContinuous_ = hasContinuous_ || body.continuous;
+    hasLinks_ = hasLinks_ || body.kind == BodyKind::link;
+  }
+}
+
+void BodyTracker::beginBody(TrackedBody& body, Trail& trail, double dt) {
+  const btCollisionObject& object = *body.object;
+  if (body.shape == ContactShape::other) trail.previous = body.current;
+  body.kind = kindOf(object);
+  body.awake = object.isActive() && body.kind != BodyKind::fixed;
+  body.continuous = object.getCcdSquareMotionThreshold() > 0;
+  body.inverseMass = 0.0;
+  body.arrival = 0.0;
+  readShape(body);
+
+  SubstepMotion& motion = body.current;
+  motion.known = false;
+  motion.start = positionOf(object);
+  motion.velocityBefore = motion.velocityAfter = motion.velocityFree = Vec3::Zero();
+  motion.acceleration = Vec3::Zero();
+  motion.angularBefore = motion.angularAfter = motion.angularFree = Vec3::Zero();
+  if (body.shape != ContactShape::sphere) motion.orientation = toQuat(object.getWorldTransform());
+  if (body.kind == BodyKind::rigid) {
+    const auto& rigid = static_cast<const btRigidBody&>(object);
+    body.inverseMass = static_cast<double>(rigid.getInvMass());
+    motion.velocityBefore = toVec3(rigid.getLinearVelocity());
+    motion.angularBefore = toVec3(rigid.getAngularVelocity());
+    motion.velocityFree = motion.velocityBefore;
+    motion.angularFree = motion.angularBefore;
+    if (body.awake) {
+      motion.acceleration = body.inverseMass * toVec3(rigid.getTotalForce());
+      motion.velocityFree =
+          damping(rigid.getLinearDamping(), dt) * motion.velocityBefore + dt * motion.acceleration;
+      if (body.shape == ContactShape::other) motion.angularFree = freeSpin(rigid, dt);
+    }
+  } else if (body.kind == BodyKind::link) {
+    const LinkVelocity velocity = linkVelocity(static_cast<const btMultiBodyLinkCollider&>(object));
+    motion.velocityBefore = motion.velocityFree = velocity.linear;
+    motion.angularBefore = motion.angularFree = velocity.angular;
+  }
+}
+
+// A new target that the body's velocity leads to is approached at that velocity; any other is a
+// jump.
+void BodyTracker::beginKinematic(TrackedBody& body, Trail& trail, double dt) {
+  const auto* rigid = btRigidBody::upcast(body.object);
+  SubstepMotion& motion = body.current;
+  if (rigid == nullptr) return;
+  const btTransform& target = body.object->getWorldTransform();
+  const Vec3 velocity = toVec3(rigid->getLinearVelocity());
+  const Vec3 angular = toVec3(rigid->getAngularVelocity());
+  if (!trail.followed) {
+    trail.place = motion.start;
+    trail.turn = toQuat(target);
+    trail.followed = true;
+  }
+  trail.target = target;
+  const Vec3 way = motion.start - trail.place;
+  const Vec3 turn = turnRate(trail.turn, toQuat(target), 1.0);
+  const bool shifts = velocity.squaredNorm() > 0.0;
+  const double duration = shifts ? way.dot(velocity) / velocity.squaredNorm()
+                                 : turn.dot(angular) / std::max(angular.squaredNorm(), 1e-300);
+  const double off =
+      (way - duration * velocity).norm() + body.radius * (turn - duration * angular).norm();
+  const double size = way.norm() + body.radius * turn.norm();
+  const bool leads = duration > 0.5 * dt && off <= 1e-3 * size;
+  if (!leads) {
+    trail.place = motion.start;
+    trail.turn = toQuat(target);
+    return;
+  }
+  motion.start = trail.place;
+  motion.orientation = trail.turn;
+  motion.velocityBefore = motion.velocityAfter = motion.velocityFree = velocity;
+  motion.angularBefore = motion.angularAfter = motion.angularFree = angular;
+  body.arrival = duration;
+  const bool arrives = duration < 1.5 * dt;
+  trail.place = arrives ? toVec3(target.getOrigin()) : Vec3(trail.place + dt * velocity);
+  if (arrives || angular.isZero(0.0))
+    trail.turn = toQuat(target);
+  else
+    trail.turn = Quat(Eigen::AngleAxisd(dt * angular.norm(), angular.normalized())) * trail.turn;
+  if (body.shape == ContactShape::plane) {
+    body.planeOffset += (motion.start - toVec3(target.getOrigin())).dot(body.planeNormal);
+  }
+}
+
+void BodyTracker::endSubstep(const btCollisionWorld& world, double dt) {
+  findPushedMultibodies(world);
+  const auto& objects = world.getCollisionObjectArray();
+  for (int i = 0; i < objects.size(); ++i) {
+    const auto index = static_cast<std::size_t>(i);
+    const bool inPlace = index < bodies_.size() && isSame(bodies_[index], *objects[i]);
+    // A callback may have removed bodies since the start, which reorders the world's array.
+    const auto body = inPlace ? bodies_.begin() + i : std::ranges::find_if(bodies_, [&](auto& one) {
+      return isSame(one, *objects[i]);
+    });
+    if (body == bodies_.end()) continue;
+    endBody(*body, trails_[static_cast<std::size_t>(body - bodies_.begin())], dt);
+  }
+}
+
+// Collects the multibodies that Bullet's solver has pushed through a contact in this substep.
+void BodyTracker::findPushedMultibodies(const btCollisionWorld& world) {
+  pushed_.clear();
+  if (!hasLinks_) return;
+  auto& dispatcher = const_cast<btDispatcher&>(*world.getDispatcher());  // not const in Bullet
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+    if (!isSolved(manifold)) continue;
+    for (const btCollisionObject* object : {manifold.getBody0(), manifold.getBody1()}) {
+      const auto* link = btMultiBodyLinkCollider::upcast(object);
+      if (link != nullptr) pushed_.push_back(link->m_multiBody);
+    }
+  }
+}
+
+// A link's joints take it along a curve. It is followed on the parabola through its two places
+// whose acceleration is that which its joints give it when nothing pushes them. As Bullet moves
+// joints at their velocity at the end, that parabola's velocity is not quite the link's at the
+// nodes; `bend` is the difference.
+void BodyTracker::endLink(const btMultiBodyLinkCollider& link, SubstepMotion& motion, Trail& trail,
+                          double dt) {
+  const Vec3 velocity = linkVelocity(link).linear;
+  motion.velocityAfter = (positionOf(link) - motion.start) / dt;
+  if (std::ranges::find(pushed_, link.m_multiBody) == pushed_.end()) {
+    trail.acceleration = (velocity - motion.velocityBefore) / dt;
+    trail.bend = motion.velocityAfter - velocity;
+  }
+  motion.acceleration = trail.acceleration;
+  motion.velocityBefore += trail.bend;
+  motion.velocityFree = motion.velocityBefore + dt * motion.acceleration;
+}
+
+void BodyTracker::endBody(TrackedBody& body, Trail& trail, double dt) {
+  SubstepMotion& motion = body.current;
+  if (body.kind == BodyKind::rigid) {
+    const auto& rigid = static_cast<const btRigidBody&>(*body.object);
+    motion.velocityAfter = toVec3(rigid.getLinearVelocity());
+    motion.angularAfter = toVec3(rigid.getAngularVelocity());
+    body.awake = body.awake || rigid.isActive();  // something may have woken it
+  } else if (body.kind == BodyKind::link) {
+    const auto& link = static_cast<const btMultiBodyLinkCollider&>(*body.object);
+    endLink(link, motion, trail, dt);
+    motion.angularAfter = linkVelocity(link).angular;
+    if (body.shape != ContactShape::sphere) {
+      motion.angularAfter = turnRate(motion.orientation, toQuat(link.getWorldTransform()), dt);
+    }
+  }
+  motion.known = true;
+}
+
+const TrackedBody* BodyTracker::find(const btCollisionObject& object) const {
+  const auto index = static_cast<std::size_t>(object.getWorldArrayIndex());  // -1: in no world
+  if (index < bodies_.size() && isSame(bodies_[index], object)) return &bodies_[index];
+  const auto moved = std::ranges::find_if(bodies_, [&](auto& one) { return isSame(one, object); });
+  return moved == bodies_.end() ? nullptr : &*moved;
+}
+
+const TrackedBody* BodyTracker::find(BodyId id) const {
+  const auto found = indexOf_.find(id);
+  return found == indexOf_.end() ? nullptr : &bodies_[found->second];
+}
+
+const SubstepMotion& BodyTracker::previous(const TrackedBody& body) const {
+  return trails_[static_cast<std::size_t>(&body - bodies_.data())].previous;
+}
+
+}  // namespace carom::bullet

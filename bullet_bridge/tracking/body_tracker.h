@@ -1,0 +1,137 @@
+#pragma once
+
+#include <cstddef>
+#include <unordered_map>
+#include <vector>
+
+#include <btBulletDynamicsCommon.h>
+
+#include "bullet_bridge/geometry/rigid_motion.h"
+#include "bullet_bridge/geometry/to_vec3.h"
+#include "carom/audio/impulse_event.h"
+
+class btMultiBody;
+class btMultiBodyLinkCollider;
+
+namespace carom::bullet {
+
+/// The motion of one body over one substep, from Bullet's own numbers.
+struct SubstepMotion {
+  Vec3 start = Vec3::Zero();            ///< m, centre of mass at the start
+  Vec3 velocityBefore = Vec3::Zero();   ///< m/s, at the start, before the solver
+  Vec3 velocityFree = Vec3::Zero();     ///< m/s, as the solver leaves it without contacts
+  Vec3 velocityAfter = Vec3::Zero();    ///< m/s, after the solver: carries the body to the end
+  Vec3 acceleration = Vec3::Zero();     ///< m/s^2, total force over mass
+  Quat orientation = Quat::Identity();  ///< body to world, at the start; not kept for spheres
+  Vec3 angularBefore = Vec3::Zero();    ///< rad/s, world frame, before the solver
+  Vec3 angularFree = Vec3::Zero();      ///< rad/s, as velocityFree; angularBefore for spheres
+  Vec3 angularAfter = Vec3::Zero();     ///< rad/s, after the solver
+  bool known = false;                   ///< the body was in the world for the whole substep
+
+  /// The path that its centre took.
+  Motion actual(double dt) const {
+    return {start, velocityAfter - (0.5 * dt) * acceleration, acceleration};
+  }
+  /// The path that its centre would have taken had the solver not touched it.
+  Motion unhindered(double dt) const {
+    return {start, velocityFree - (0.5 * dt) * acceleration, acceleration};
+  }
+};
+
+/// The way in which the bridge follows a body's shape: in closed form, or by its convex pieces. A
+/// body of shape `none` touches nothing: it has no contact response, or is not rigid.
+enum class ContactShape { none, sphere, plane, other };
+
+/// The cause of a body's motion: its own dynamics (rigid), its joints (link), the host (kinematic),
+/// or none (fixed).
+enum class BodyKind { fixed, rigid, link, kinematic };
+
+struct TrackedBody {
+  const btCollisionObject* object = nullptr;
+  int proxyId = -1;  ///< tells a new object at an old address from the old one
+  BodyId id = 0;
+  BodyKind kind = BodyKind::fixed;
+  ContactShape shape = ContactShape::none;
+  bool awake = false;        ///< may move in this substep
+  bool continuous = false;   ///< Bullet may stop it short (CCD) and solve predicted contacts
+  double inverseMass = 0.0;  ///< 1/kg; 0 where it has none of its own: fixed, kinematic, links
+
+  /// m, of the sphere; for other shapes, of a ball around the centre that holds the shape.
+  double radius = 0.0;
+  double margin = 0.0;               ///< m, gap below which Bullet may hold a contact
+  Vec3 planeNormal = Vec3::UnitY();  ///< unit, world frame; planes only
+  double planeOffset = 0.0;          ///< m, from the world's origin along planeNormal
+
+  /// Time (s, from the start of the substep) until a kinematic body reaches the place where Bullet
+  /// has put it already.
+  double arrival = 0.0;
+
+  SubstepMotion current;
+
+  /// The body's motion in this substep of length dt (s), with rotation.
+  RigidMotion actual(double dt) const;
+  RigidMotion unhindered(double dt) const;
+
+ private:
+  Quat orientationAtStart(double dt) const;
+};
+
+/// The motion of every body of a world over one substep. [physics thread]
+///
+/// Bullet puts a kinematic body at the host's target in the first of a stepSimulation's substeps,
+/// with the velocity that would take it there in all of them. The tracker instead follows it from
+/// its old place at that velocity.
+class BodyTracker {
+ public:
+  void beginSubstep(const btCollisionWorld& world, double dt);
+  void endSubstep(const btCollisionWorld& world, double dt);
+  /// Returns nullptr for an object that was not in the world for the whole substep.
+  const TrackedBody* find(const btCollisionObject& object) const;
+  /// Returns nullptr if the body is no longer in the world.
+  const TrackedBody* find(BodyId id) const;
+  /// All bodies, in the order of the world's own array.
+  const std::vector<TrackedBody>& bodies() const { return bodies_; }
+  /// Motion in the substep before, if the body was in the world; kept only for shapes other than
+  /// spheres and planes.
+  const SubstepMotion& previous(const TrackedBody& body) const;
+  /// True if any body is followed by its pieces, is a plane, or may be stopped short.
+  bool hasOtherShapes() const { return hasOtherShapes_; }
+  bool hasPlanes() const { return hasPlanes_; }
+  bool hasContinuous() const { return hasContinuous_; }
+
+ private:
+  // State of earlier substeps, for bodies that Bullet's own node states alone do not suffice to
+  // follow.
+  struct Trail {
+    SubstepMotion previous;
+    bool followed = false;  // kinematic: place, turn and target are in use
+    Vec3 place = Vec3::Zero();
+    Quat turn = Quat::Identity();
+    btTransform target = btTransform::getIdentity();  // where Bullet has put the body
+    // Links, of the latest substep without a push: acceleration (m/s^2), and mean velocity less
+    // that at the end (m/s).
+    Vec3 acceleration = Vec3::Zero();
+    Vec3 bend = Vec3::Zero();
+  };
+
+  void matchWorld(const btCollisionWorld& world);
+  void beginBody(TrackedBody& body, Trail& trail, double dt);
+  void readShape(TrackedBody& body) const;
+  void beginKinematic(TrackedBody& body, Trail& trail, double dt);
+  void endBody(TrackedBody& body, Trail& trail, double dt);
+  void endLink(const btMultiBodyLinkCollider& link, SubstepMotion& motion, Trail& trail, double dt);
+  void findPushedMultibodies(const btCollisionWorld& world);
+
+  std::vector<TrackedBody> bodies_;
+  std::vector<Trail> trails_;  // parallel to bodies_
+  std::unordered_map<BodyId, std::size_t> indexOf_;
+  BodyId nextId_ = 0;
+  bool hasOtherShapes_ = false;
+  bool hasPlanes_ = false;
+  bool hasContinuous_ = false;
+  bool relativeMargin_ = true;  // Bullet takes the contact margin from the shape's size
+  bool hasLinks_ = false;
+  std::vector<const btMultiBody*> pushed_;  // in this substep; kept for its memory
+};
+
+}  // namespace carom::bullet

@@ -1,0 +1,118 @@
+#include "bullet_bridge/tracking/solved_contact.h"
+
+#include <algorithm>
+
+namespace carom::bullet {
+namespace {
+
+constexpr double kUnknown = -1.0;  // no restitution is negative
+
+btBroadphaseProxy* proxyOf(const btCollisionObject& object) {
+  return const_cast<btBroadphaseProxy*>(object.getBroadphaseHandle());  // not const in Bullet
+}
+
+// The manifolds of Bullet's continuous detection are in none of its pairs, and protected; a pointer
+// to member through a derived class is the legal way to them.
+struct PredictedAccess : btDiscreteDynamicsWorld {
+  static const btAlignedObjectArray<btPersistentManifold*>& of(btDiscreteDynamicsWorld& world) {
+    return world.*(&PredictedAccess::m_predictiveManifolds);
+  }
+};
+
+// Friction impulse (N s, world frame) along the directions that the solver chose, on the manifold's
+// first body.
+Vec3 frictionOf(const btManifoldPoint& point) {
+  Vec3 friction = Vec3::Zero();
+  const auto add = [&friction](btScalar impulse, const btVector3& direction) {
+    if (impulse != 0) friction += static_cast<double>(impulse) * toVec3(direction);
+  };
+  add(point.m_appliedImpulseLateral1, point.m_lateralFrictionDir1);
+  add(point.m_appliedImpulseLateral2, point.m_lateralFrictionDir2);  // direction unset if 0
+  return friction;
+}
+
+bool isBetween(const btPersistentManifold& manifold, const btCollisionObject* first,
+               const btCollisionObject* second) {
+  return (manifold.getBody0() == first && manifold.getBody1() == second) ||
+         (manifold.getBody0() == second && manifold.getBody1() == first);
+}
+
+}  // namespace
+
+double combinedRestitution(const ContactPair& pair) {
+  // Bullet itself calls this callback; a host may have put its own there.
+  return static_cast<double>(
+      gCalculateCombinedRestitutionCallback(pair.body->object, pair.other->object));
+}
+
+void ContactReader::beginReading(bool continuous) {
+  predicted_.clear();
+  auto* discrete = continuous ? dynamic_cast<btDiscreteDynamicsWorld*>(&world_) : nullptr;
+  if (discrete == nullptr) return;
+  const auto& manifolds = PredictedAccess::of(*discrete);
+  for (int i = 0; i < manifolds.size(); ++i)
+    predicted_.push_back(manifolds[i]);
+}
+
+bool ContactReader::collides(const ContactPair& pair) const {
+  btDispatcher& dispatcher = *world_.getDispatcher();
+  const btCollisionObject& body = *pair.body->object;
+  const btCollisionObject& other = *pair.other->object;
+  return dispatcher.needsResponse(&body, &other) && dispatcher.needsCollision(&body, &other) &&
+         world_.getPairCache()->needsBroadphaseCollision(proxyOf(body), proxyOf(other));
+}
+
+const SolvedContact& ContactReader::read(const ContactPair& pair) {
+  contact_.restitution = kUnknown;
+  contact_.impulse = 0.0;
+  contact_.applied = Vec3::Zero();
+  contact_.points.clear();
+  const btBroadphasePair* entry =
+      world_.getPairCache()->findPair(proxyOf(*pair.body->object), proxyOf(*pair.other->object));
+  if (entry != nullptr && entry->m_algorithm != nullptr) {
+    manifolds_.resize(0);
+    entry->m_algorithm->getAllContactManifolds(manifolds_);
+    for (int i = 0; i < manifolds_.size(); ++i)
+      addManifold(pair, *manifolds_[i], false);
+  }
+  for (const btPersistentManifold* manifold : predicted_) {
+    if (isBetween(*manifold, pair.body->object, pair.other->object))
+      addManifold(pair, *manifold, true);
+  }
+  if (contact_.restitution == kUnknown) {
+    // The pair is not detected yet, or only predicted: it will bounce as Bullet sets its points up.
+    contact_.restitution = combinedRestitution(pair);
+  }
+  return contact_;
+}
+
+void ContactReader::addManifold(const ContactPair& pair, const btPersistentManifold& manifold,
+                                bool predicted) {
+  const double sign = manifold.getBody0() == pair.body->object ? 1.0 : -1.0;
+  const bool awake = pair.body->awake || pair.other->awake;
+  for (int i = 0; i < manifold.getNumContacts(); ++i) {
+    const btManifoldPoint& point = manifold.getContactPoint(i);
+    const bool solved = awake && point.getDistance() <= manifold.getContactProcessingThreshold();
+    if (!predicted) {  // predicted points hold no restitution
+      contact_.restitution =
+          std::max(contact_.restitution, static_cast<double>(point.m_combinedRestitution));
+    }
+    addPoint(point, sign, solved);
+  }
+}
+
+void ContactReader::addPoint(const btManifoldPoint& point, double sign, bool solved) {
+  SolvedPoint added;
+  added.position = toVec3(sign > 0.0 ? point.getPositionWorldOnB() : point.getPositionWorldOnA());
+  added.normal = sign * toVec3(point.m_normalWorldOnB);
+  added.gap = static_cast<double>(point.getDistance());
+  if (solved) {
+    added.impulse = static_cast<double>(point.getAppliedImpulse());
+    contact_.impulse += added.impulse;
+    contact_.applied += added.impulse * added.normal;
+    contact_.applied += sign * frictionOf(point);
+  }
+  contact_.points.push_back(added);
+}
+
+}  // namespace carom::bullet

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <btBulletDynamicsCommon.h>
+
+#include "bullet_bridge/tracking/contact_pair.h"
+
+namespace carom::bullet {
+
+/// One contact point as Bullet holds it after its solver: its place at the start of the substep,
+/// and the impulse that the solver applied there.
+struct SolvedPoint {
+  Vec3 position = Vec3::Zero();  ///< m, world frame, at the start of the substep, on `other`
+  Vec3 normal = Vec3::UnitX();   ///< 1, world frame, towards the pair's `body`
+  double gap = 0.0;              ///< m
+  double impulse = 0.0;          ///< N s, along the normal
+};
+
+/// All contacts that Bullet holds for a pair: several points, several manifolds (compounds), and
+/// the manifold that it predicted (CCD).
+struct SolvedContact {
+  double restitution = 0.0;     ///< for a pair without points, the one that Bullet will give it
+  double impulse = 0.0;         ///< N s, sum over the points
+  Vec3 applied = Vec3::Zero();  ///< N s, world frame, on `body`, friction included
+  std::vector<SolvedPoint> points;
+};
+
+/// Restitution that Bullet will give a pair for which it holds no contact yet.
+double combinedRestitution(const ContactPair& pair);
+
+/// Reads the impulses that Bullet's solver applied to a pair in the substep that has just ended.
+/// [physics thread]
+///
+/// Stale impulses are left out: those of points that the solver skipped (a gap above the processing
+/// threshold), and of sleeping pairs. The reader never follows a body pointer that a manifold
+/// holds, since that body may be gone.
+class ContactReader {
+ public:
+  explicit ContactReader(btDynamicsWorld& world) : world_(world) {}
+
+  /// Must be called once per substep, before the first read. `continuous`: some body may be stopped
+  /// short.
+  void beginReading(bool continuous);
+  /// Returns the contacts of a pair, valid until the next read.
+  const SolvedContact& read(const ContactPair& pair);
+  /// True if Bullet would let the two collide: groups and masks, ignored pairs, contact response.
+  bool collides(const ContactPair& pair) const;
+
+ private:
+  void addManifold(const ContactPair& pair, const btPersistentManifold& manifold, bool predicted);
+  void addPoint(const btManifoldPoint& point, double sign, bool solved);
+
+  btDynamicsWorld& world_;
+  btManifoldArray manifolds_;  // manifolds of one pair; kept for its memory
+  std::vector<const btPersistentManifold*> predicted_;  // CCD manifolds of this substep
+  SolvedContact contact_;
+};
+
+}  // namespace carom::bullet

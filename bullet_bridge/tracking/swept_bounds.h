@@ -1,0 +1,13 @@
+#pragma once
+
+#include "bullet_bridge/geometry/swept_box.h"
+#include "bullet_bridge/tracking/body_tracker.h"
+
+namespace carom::bullet {
+
+/// Returns the box of a body over the substep that has just ended: around the path that it took
+/// and, if `speculative`, around the path on which Bullet's solver may act on a gap. Not for
+/// planes. The field `body` is left to the caller.
+SweptBox sweptBox(const TrackedBody& body, double dt, bool speculative);
+
+}  // namespace carom::bullet

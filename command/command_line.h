@@ -1,0 +1,60 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "carom/audio/vector.h"
+
+namespace CLI {
+class App;
+class Option;
+class Validator;
+}  // namespace CLI
+
+namespace carom::command {
+
+using namespace scenes;
+using namespace lab;
+
+// Parts that the commands of the program share. Only for main.cpp and the files of commands.
+
+// Exit codes.
+inline constexpr int kDone = 0;
+inline constexpr int kFailed = 1;
+inline constexpr int kBadInput = 2;
+
+/// Prints the message on stderr and returns `code`.
+int fail(int code, const std::string& message);
+/// Prints the text on stdout. Returns kFailed if it could
+/// not be written: a full disk, a closed pipe.
+int answer(const std::string& text);
+/// Returns the object as text. Names of files need not be UTF-8: their invalid bytes become U+FFFD.
+std::string jsonText(const nlohmann::ordered_json& object);
+
+/// True if the name has the extension .wav or none. Under a name with another extension the file
+/// would be WAV all the same.
+bool isWavName(const std::string& file);
+/// Parses "PA" or "LEVELdB" (above 20 uPa) into Pa; nullopt
+/// if the text is neither, or out of range.
+std::optional<double> fullScalePressure(const std::string& text);
+/// Parses "x,y,z", each within -limit to limit; nullopt if the text is anything else.
+std::optional<Vec3> threeNumbers(const std::string& text, double limit);
+
+inline constexpr double kFarthestListener = 1e6;  ///< m, from the origin on each axis
+
+CLI::Validator oneOf(const std::vector<std::string>& words);
+CLI::Validator fileName();
+CLI::Validator fullScaleRange();
+/// Adds the options --normalize and --full-scale, which set what a sample of 1.0 in a sound file
+/// stands for. Returns --normalize. `normalize` and `fullScale` must outlive the parsing.
+CLI::Option* addScale(CLI::App& command, bool& normalize, std::string& fullScale);
+CLI::Validator positionRange();
+/// Accepts a number from low to high. (CLI::Range lets NaN pass.)
+CLI::Validator numberRange(double low, double high, const std::string& unit);
+/// Accepts a whole number from low to high.
+CLI::Validator wholeNumberRange(double low, double high);
+
+}  // namespace carom::command

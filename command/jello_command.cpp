@@ -1,0 +1,275 @@
+#include "command/jello_command.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <optional>
+#include <sstream>
+#include <string_view>
+#include <vector>
+
+#include "command/command_line.h"
+#include "command/progress_bar.h"
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "audio/io/byte_file.h"
+#include "audio/io/partial_file.h"
+#include "native/jello/jello_file.h"
+#include "scenes/format/model_file.h"
+#include "scenes/format/scene_loader.h"
+#include "scenes/run/jello_modes.h"
+#include "scenes/run/jello_run.h"
+
+namespace carom::command {
+
+using namespace scenes;
+using namespace lab;
+
+using namespace audio;
+using namespace native;
+
+namespace {
+
+std::vector<std::string> integratorNames() {
+  std::vector<std::string> names;
+  for (std::size_t which = 0; which < kJelloIntegrators; ++which)
+    names.emplace_back(nameOf(static_cast<JelloIntegrator>(which)));
+  return names;
+}
+
+/// An option and the name of the file that it gives.
+struct OutputName {
+  const char* option;
+  const std::string& name;
+};
+
+std::optional<std::filesystem::path> fileOf(const std::string& name) {
+  if (name.empty()) return std::nullopt;
+  return std::filesystem::path(name);
+}
+
+constexpr double kSeconds = 5.0;      // s, duration for a world file, which has none
+const Vec3 kListener(0.0, 0.0, 4.0);  // m, for a world file, which has no listener
+constexpr const char* kAuto = "auto";
+
+nlohmann::ordered_json jsonOf(const JelloRun& run, const JelloReport& report) {
+  const JelloChoice& choice = run.choice();
+  nlohmann::ordered_json object;
+  object["integrator"] = nameOf(choice.stepping.integrator);
+  object["dt_s"] = choice.stepping.step;
+  if (std::isinf(run.limit()))
+    object["dt_limit_s"] = nullptr;  // there is none
+  else
+    object["dt_limit_s"] = run.limit();
+  if (choice.error > 0.0) object["expected_error_m"] = choice.error;
+  object["steps"] = report.steps;
+  object["steps_per_s"] = report.stepsPerSecond;
+  object["energy_start_J"] = report.start.total();
+  object["energy_end_J"] = report.end.total();
+  object["momentum"] = {report.momentum.x(), report.momentum.y(), report.momentum.z()};
+  object["touches"] = report.touches;
+  object["peak_pa"] = report.peak;
+  object["stable"] = report.blowUp.empty();
+  return object;
+}
+
+std::string textOf(const JelloRun& run, const JelloReport& report) {
+  const JelloStepping& stepping = run.choice().stepping;
+  std::ostringstream text;
+  text << nameOf(stepping.integrator) << ", " << report.steps << " steps of " << 1e3 * stepping.step
+       << " ms (stable " << stableText(run.limit()) << "), " << report.stepsPerSecond
+       << " a second\n";
+  if (run.choice().error > 0.0) text << "error expected " << run.choice().error << " m\n";
+  text << "energy " << report.start.total() << " J at first, " << report.end.total()
+       << " J at last; momentum " << report.momentum.norm() << " N s\n";
+  if (report.touches > 0) text << report.touches << " touches of spheres\n";
+  return text.str();
+}
+
+/// A scene begins with a brace, a world file with the name of an integrator.
+bool isScene(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  return first != std::string_view::npos && text[first] == '{';
+}
+
+}  // namespace
+
+JelloCommand::JelloCommand(CLI::App& app)
+    : command_(app.add_subcommand("jello", "Run a jello of springs, and hear it wobble")) {
+  std::vector<std::string> integrators = integratorNames();
+  integrators.emplace_back(kAuto);
+  command_
+      ->add_option("WORLD|SCENE", world_,
+                   "world file (.w) of the classic assignment, or a scene (JSON, docs/scenes.md)")
+      ->required();
+  CLI::Option* integrator =
+      command_
+          ->add_option("--integrator", integrator_, "how it is stepped; default: as the file says")
+          ->check(oneOf(integrators));
+  CLI::Option* step =
+      command_->add_option("--dt", step_, "the step in seconds; default: as the file says")
+          ->check(numberRange(1e-8, 1.0, "seconds"));
+  command_
+      ->add_option("--error", error_,
+                   "of places, in metres: the largest step for it is found, and with "
+                   "--integrator auto the cheapest integrator")
+      ->check(numberRange(1e-9, 1.0, "metres"))
+      ->excludes(step)
+      ->needs(integrator);
+  command_->add_option("--seconds", seconds_, "how long; default: 5, or as the scene says")
+      ->check(numberRange(1e-6, 3600.0, "seconds"));
+  command_->add_option("-o,--output", output_, "WAV file to write")->check(fileName());
+  command_->add_option("--trajectory", trajectory_, "file of its points to write (docs/jello.md)")
+      ->check(fileName());
+  command_->add_option("--energy", energy_, "CSV file of its energies to write")->check(fileName());
+  command_
+      ->add_option("--modes", modes_,
+                   "modal model of it at rest to write, for carom strike and \"modes\" in scenes")
+      ->check(fileName());
+  command_
+      ->add_option("--listener", listener_,
+                   "a microphone at x,y,z in metres; default: 0,0,4, or the scene's listeners")
+      ->check(positionRange());
+  command_->add_option("--sample-rate", sampleRate_, "Hz; default: 48000, or as the scene says")
+      ->check(numberRange(8000, 192000, "Hz"));
+  addScale(*command_, normalize_, fullScale_);
+  command_->add_flag("--json", json_, "print one JSON object instead of text");
+  command_->footer(
+      "Examples:\n"
+      "  carom jello scenes/library/jello/rotate.w --seconds 2 -o rotate.wav --normalize\n"
+      "  carom jello my.w --integrator backward_euler --dt 0.01 --energy my.csv --json\n"
+      "  carom jello scenes/library/jello_and_marbles.json --integrator auto --error 1e-5");
+}
+
+/// Returns what is wrong with the names of the files to write; empty if nothing is.
+std::string JelloCommand::whyNoOutputs() const {
+  const std::vector<OutputName> outputs = {{"--output", output_},
+                                           {"--trajectory", trajectory_},
+                                           {"--energy", energy_},
+                                           {"--modes", modes_}};
+  for (const OutputName& output : outputs) {
+    if (output.name.empty()) continue;
+    std::ostringstream text;
+    text << output.option << ": " << output.name;
+    if (isSameFile(output.name, world_)) {
+      text << " is the world itself; expected another name";
+      return text.str();
+    }
+    for (const OutputName& other : outputs) {
+      if (&other == &output || other.name.empty() || !isSameFile(output.name, other.name)) continue;
+      text << " is that of " << other.option << ", too; expected names that differ";
+      return text.str();
+    }
+  }
+  if (!output_.empty() && !isWavName(output_))
+    return "--output: '" + output_ + "' is not the name of a WAV file; expected FILE.wav";
+  if (step_ > 0.0 && integrator_ == kAuto)
+    return "--dt: goes with an integrator; expected --integrator other than auto";
+  return {};
+}
+
+void JelloCommand::applyStepping(JelloShape& jello) const {
+  if (integrator_ == kAuto) {
+    jello.integrator.reset();
+    jello.step = 0.0;
+  } else if (!integrator_.empty()) {
+    const auto names = integratorNames();
+    jello.integrator =
+        static_cast<JelloIntegrator>(std::ranges::find(names, integrator_) - names.begin());
+  }
+  if (error_ > 0.0) {
+    jello.error = error_;
+    jello.step = 0.0;
+  }
+  if (step_ > 0.0) jello.step = step_;
+}
+
+/// Reads the world or scene, and applies what the command line asks for.
+Result<Scene> JelloCommand::readScene() const {
+  const Result<std::vector<std::byte>> bytes = readBytes(world_);
+  if (!bytes) return Error{world_ + ": " + bytes.error().message};
+  const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+  Scene scene;
+  if (isScene(text)) {
+    Result<Scene> read = parseScene(text, world_);
+    if (!read) return read;
+    scene = *std::move(read);
+  } else {
+    const Result<JelloFile> file = jelloFromText(text, world_);
+    if (!file) return file.error();
+    scene = sceneOf(*file, kSeconds, kListener);
+  }
+  if (seconds_ > 0.0) scene.duration = seconds_;
+  if (sampleRate_ > 0.0) scene.sampleRate = sampleRate_;
+  if (const auto place = threeNumbers(listener_, kFarthestListener)) {
+    scene.listeners.assign(1, {.name = "listener", .position = *place});
+    scene.paths.clear();
+    scene.headFiles.clear();
+  }
+  for (SceneBody& body : scene.bodies) {
+    auto* jello = std::get_if<std::shared_ptr<const JelloShape>>(&body.shape);
+    if (jello == nullptr) continue;
+    JelloShape changed = **jello;
+    applyStepping(changed);
+    if (step_ > 0.0 && !changed.integrator)
+      return Error{world_ + ": --dt goes with an integrator; expected --integrator with it"};
+    *jello = std::make_shared<const JelloShape>(std::move(changed));
+    return scene;
+  }
+  return Error{world_ + ": has no jello; expected a body of type \"jello\""};
+}
+
+/// Writes the modal model of the lattice alone, without what is around it.
+Status JelloCommand::writeModes(const Scene& scene) const {
+  ProgressBar bar("modes of jello");
+  const Result<ModalModel> model = jelloModalModel(
+      jelloOf(scene)->lattice, {.medium = scene.medium, .radiation = RadiationSettings{}},
+      [&](std::string_view, double share) {
+        bar.show(share);
+        return true;
+      });
+  bar.clear();
+  if (!model) return Error{world_ + ": " + model.error().message};
+  return writeModel(modes_, *model);
+}
+
+bool JelloCommand::parsed() const {
+  return command_->parsed();
+}
+
+int JelloCommand::run() const {
+  if (const std::string reason = whyNoOutputs(); !reason.empty()) return fail(kBadInput, reason);
+  for (const std::string* name : {&output_, &trajectory_, &energy_, &modes_})
+    if (const std::string reason = name->empty() ? "" : whyNoFileAt(*name); !reason.empty())
+      return fail(kFailed, *name + ": " + reason);
+  const Result<Scene> scene = readScene();
+  if (!scene) return fail(kBadInput, scene.error().message);
+
+  if (!modes_.empty()) {
+    if (const Status written = writeModes(*scene); !written)
+      return fail(kFailed, written.error().message);
+  }
+  ProgressBar bar("jello " + std::filesystem::path(world_).filename().string());
+  JelloOptions options;
+  options.soundFile = fileOf(output_);
+  options.sound.normalize = normalize_;
+  options.sound.fullScalePressure = fullScalePressure(fullScale_).value_or(kFullScalePressure);
+  options.trajectoryFile = fileOf(trajectory_);
+  options.energyFile = fileOf(energy_);
+  options.progress = [&](double share) { bar.show(share); };
+  Result<JelloRun> run = JelloRun::create(*scene, options);
+  if (!run) return fail(kBadInput, world_ + ": " + run.error().message);
+  if (const std::string why = whyUnstable(run->choice().stepping, run->limit()); !why.empty())
+    std::cerr << "carom: " << world_ << ": " << why << "; --dt and --integrator take others\n";
+  const Result<JelloReport> report = run->run();
+  bar.clear();
+  if (!report) return fail(kFailed, report.error().message);
+  const int answered = answer(json_ ? jsonText(jsonOf(*run, *report)) : textOf(*run, *report));
+  if (!report->blowUp.empty())
+    return fail(kFailed, world_ + ": " + report->blowUp + "; what came before is written");
+  return answered;
+}
+
+}  // namespace carom::command

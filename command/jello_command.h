@@ -1,0 +1,49 @@
+#pragma once
+
+#include <string>
+
+#include "carom/audio/result.h"
+#include "scenes/format/scene.h"
+
+namespace CLI {
+class App;
+}
+
+namespace carom::command {
+
+using namespace scenes;
+using namespace lab;
+
+/// `carom jello`: runs a jello, and writes its sound, its trajectory and its energies.
+class JelloCommand {
+ public:
+  /// Adds the command to `app`; must outlive the parsing.
+  explicit JelloCommand(CLI::App& app);
+  bool parsed() const;
+  /// Returns the program's exit code.
+  int run() const;
+
+ private:
+  Result<Scene> readScene() const;
+  std::string whyNoOutputs() const;
+  void applyStepping(JelloShape& jello) const;
+  Status writeModes(const Scene& scene) const;
+
+  CLI::App* command_;
+  std::string world_;
+  std::string output_;
+  std::string trajectory_;
+  std::string energy_;
+  std::string modes_;
+  std::string integrator_;  // empty: the world's own
+  std::string listener_;    // empty: the scene's own
+  std::string fullScale_;
+  double step_ = 0.0;        // s; 0: the world's own
+  double error_ = 0.0;       // m; 0: the world's own
+  double seconds_ = 0.0;     // s; 0: the scene's own
+  double sampleRate_ = 0.0;  // Hz; 0: the scene's own
+  bool normalize_ = false;
+  bool json_ = false;
+};
+
+}  // namespace carom::command

@@ -1,0 +1,520 @@
+// The carom command: render, info, compare, report, record, replay, modes, strike, jello,
+// stability. Exit codes: 0 done, 1 failed, 2 bad input.
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "command/command_line.h"
+#include "command/jello_command.h"
+#include "command/modes_command.h"
+#include "command/progress_bar.h"
+#include "command/report_command.h"
+#include "command/stability_command.h"
+#include "command/strike_command.h"
+#include "lab/compare/compare.h"
+#include "lab/report/report_text.h"
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "audio/io/partial_file.h"
+#include "carom/audio/synth.h"
+#include "scenes/format/scene_loader.h"
+#include "scenes/run/bullet_only.h"
+#include "scenes/run/jello_scene.h"
+#include "scenes/run/native_only.h"
+#include "scenes/run/plan.h"
+#include "scenes/run/recorded_scene.h"
+#include "scenes/run/render.h"
+
+namespace carom::command {
+
+using namespace scenes;
+using namespace lab;
+
+using namespace audio;
+
+namespace {
+
+constexpr const char* kCommands =
+    "render, info, compare, report, record, replay, modes, strike, jello or stability";
+
+struct Arguments {
+  std::string scene;  // for replay: the recording
+  bool json = false;
+  // render
+  std::string output;
+  std::string events;
+  std::string format = "float32";
+  bool normalize = false;
+  bool limit = false;
+  bool noLimit = false;
+  std::string fullScale;  // empty: kFullScalePressure
+  std::string stepper;
+  double step = 0.0;  // 0: the scene's own
+  std::string pulse;  // this and the next two are empty for the scene's own
+  std::string sampling;
+  std::string radiation;
+  // compare
+  std::vector<double> steps;
+  // replay
+  std::vector<std::string> listeners;  // empty: the scene's
+  SoundSpan span;
+};
+
+void applyStepper(const Arguments& arguments, Scene& scene) {
+  if (arguments.stepper == "native") scene.stepper.type = StepperType::native;
+  if (arguments.stepper == "bullet") scene.stepper.type = StepperType::bullet;
+  if (arguments.step > 0.0) scene.stepper.step = arguments.step;
+}
+
+constexpr const char* kDissipative = "dissipative";
+
+// Returns the pulse shapes by the names that scene files have for them.
+const std::map<std::string, PulseShape>& pulseShapes() {
+  static const std::map<std::string, PulseShape> shapes = {
+      {"hertz", PulseShape::hertz},
+      {"half_sine", PulseShape::halfSine},
+      {"gaussian", PulseShape::gaussian},
+      {"mitchell_netravali", PulseShape::mitchellNetravali},
+      {"hand_out", PulseShape::handOut}};
+  return shapes;
+}
+
+void applySound(const Arguments& arguments, SynthSettings& sound) {
+  if (!arguments.pulse.empty()) {
+    sound.dissipative = arguments.pulse == kDissipative;
+    sound.pulse = sound.dissipative ? PulseShape::hertz : pulseShapes().at(arguments.pulse);
+  }
+  if (arguments.sampling == "band_limited") sound.sampling = Sampling::bandLimited;
+  if (arguments.sampling == "naive") sound.sampling = Sampling::naive;
+  if (arguments.radiation == "exact") sound.radiation = Radiation::exact;
+  if (arguments.radiation == "compact") sound.radiation = Radiation::compact;
+}
+
+// Returns why the output files cannot be written, before anything is read; empty if they can.
+std::string whyNoOutputs(const Arguments& arguments, const std::string& input = "scene") {
+  if (isSameFile(arguments.output, arguments.scene))
+    return "--output: " + arguments.output + " is the " + input + " itself; expected another name";
+  if (!isWavName(arguments.output))
+    return "--output: '" + arguments.output + "' is not the name of a WAV file; expected FILE.wav";
+  if (arguments.events.empty()) return {};
+  if (isSameFile(arguments.events, arguments.scene))
+    return "--events: " + arguments.events + " is the " + input + " itself; expected another name";
+  if (isSameFile(arguments.events, arguments.output))
+    return "--events: " + arguments.events + " is the sound file too; expected another name";
+  return {};
+}
+
+RenderOptions renderOptions(const Arguments& arguments) {
+  RenderOptions options;
+  options.soundFile = arguments.output;
+  options.format = arguments.format == "pcm16" ? SampleFormat::pcm16 : SampleFormat::float32;
+  options.normalize = arguments.normalize;
+  if (arguments.limit || arguments.noLimit) options.limit = arguments.limit;
+  options.fullScale = fullScalePressure(arguments.fullScale).value_or(kFullScalePressure);
+  if (!arguments.events.empty()) options.eventsFile = arguments.events;
+  return options;
+}
+
+// Warns of samples beyond full scale that were clipped or turned down without being asked for.
+void warnOfLoudness(const Arguments& arguments, const RenderReport& report) {
+  if (report.clippedSamples > 0) {
+    std::cerr << "carom: " << arguments.output << ": " << report.clippedSamples
+              << " samples exceed full scale and were clipped; --limit turns them down instead, "
+                 "--format float32 keeps them, --normalize scales the file down\n";
+  }
+  if (report.gainReduction > 0.0 && !arguments.limit) {
+    std::cerr << "carom: " << arguments.output
+              << ": peaks exceed full scale and were turned down by up to "
+              << std::round(10.0 * report.gainReduction) / 10.0
+              << " dB; --full-scale, --normalize or --format float32 makes room for them\n";
+  }
+}
+
+// Warns of listeners behind a wall. They are not refused, for some may be meant to stand outside;
+// but it is a mistake more often.
+void warnOfListenersOutside(const Scene& scene) {
+  if (scene.sound.room.reflectors.empty()) return;
+  for (const Listener& listener : scene.listeners) {
+    const auto wall =
+        std::find_if(scene.bodies.begin(), scene.bodies.end(), [&listener](const SceneBody& body) {
+          const auto* plane = std::get_if<PlaneShape>(&body.shape);
+          return plane != nullptr && plane->normal.dot(listener.position) < plane->offset;
+        });
+    if (wall == scene.bodies.end()) continue;
+    std::cerr << "carom: " << listener.name << " stands behind " << wall->name
+              << ", out of the room: it hears no reflections there\n";
+  }
+}
+
+// Renders a scene to which the options of the command line have been applied already.
+int renderInto(const Arguments& arguments, const Scene& scene, const Recording* recording) {
+  warnOfListenersOutside(scene);
+  ProgressBar bar("rendering " + scene.name);
+  RenderOptions options = renderOptions(arguments);
+  options.recording = recording;
+  options.span = arguments.span;
+  options.progress = [&](double share) { bar.show(share); };
+  ProgressBar modes("modes of " + scene.name);
+  options.analysis = [&modes](std::string_view, double share) {
+    modes.show(share);
+    if (share >= 1.0) modes.clear();
+    return true;
+  };
+  const Result<RenderReport> report = renderScene(scene, options);
+  bar.clear();
+  if (!report) return fail(kFailed, report.error().message);
+  warnOfLoudness(arguments, *report);
+  if (report->synth.late > 0) {
+    std::cerr << "carom: " << report->synth.late
+              << " contacts last longer than 50 ms and lost the "
+                 "beginning of their sound\n";
+  }
+  return answer(arguments.json ? jsonText(renderJson(*report)) : renderText(*report));
+}
+
+// Returns why the scene's stepper cannot run it; empty if it can.
+std::string whyNotRun(const Scene& scene) {
+  return scene.stepper.type == StepperType::bullet ? whyNotOnBullet(scene) : whyNotOnNative(scene);
+}
+
+int render(const Arguments& arguments) {
+  if (const std::string reason = whyNoOutputs(arguments); !reason.empty())
+    return fail(kBadInput, reason);
+  Result<Scene> scene = loadScene(arguments.scene);
+  if (!scene) return fail(kBadInput, scene.error().message);
+  applyStepper(arguments, *scene);
+  applySound(arguments, scene->sound);
+  if (arguments.step > 0.0 && scene->stepper.type == StepperType::native) {
+    return fail(kBadInput,
+                "--step: the native stepper has no step; expected --stepper bullet with it");
+  }
+  if (const std::string reason = whyNotRun(*scene); !reason.empty())
+    return fail(kBadInput, arguments.scene + ": " + reason);
+  if (const std::string why = whyUnstable(*scene); !why.empty())
+    std::cerr << "carom: " << arguments.scene << ": " << why << '\n';
+  return renderInto(arguments, *scene, nullptr);
+}
+
+int record(const Arguments& arguments) {
+  if (isSameFile(arguments.output, arguments.scene))
+    return fail(kBadInput,
+                "--output: " + arguments.output + " is the scene itself; expected another name");
+  Result<std::string> text = readSceneText(arguments.scene);
+  if (!text) return fail(kBadInput, text.error().message);
+  Result<Scene> scene = parseScene(*text, arguments.scene);
+  if (!scene) return fail(kBadInput, scene.error().message);
+  applyStepper(arguments, *scene);
+  if (const std::string reason = whyNoRecordingOf(*scene); !reason.empty())
+    return fail(kBadInput, arguments.scene + ": " + reason);
+  ProgressBar bar("recording " + scene->name);
+  const auto start = std::chrono::steady_clock::now();
+  const Result<Recording> recording =
+      recordScene(*scene, *text, arguments.scene, [&](double share) { bar.show(share); });
+  bar.clear();
+  if (!recording) return fail(kBadInput, recording.error().message);
+  const Result<std::uintmax_t> bytes = saveRecording(*recording, arguments.output);
+  if (!bytes) return fail(kFailed, bytes.error().message);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  const RecordReport report{arguments.output, *bytes, took.count()};
+  return answer(arguments.json ? jsonText(recordJson(*recording, report))
+                               : recordText(*recording, report));
+}
+
+// Replaces the scene's listeners by microphones at the places given on the command line, if any.
+void applyListeners(const Arguments& arguments, Scene& scene) {
+  if (arguments.listeners.empty()) return;
+  scene.listeners.clear();
+  scene.paths.clear();
+  scene.headFiles.clear();
+  for (const std::string& text : arguments.listeners) {
+    Listener& listener = scene.listeners.emplace_back();
+    listener.name = "listener_" + std::to_string(scene.listeners.size());
+    listener.position = threeNumbers(text, kFarthestListener).value();
+  }
+}
+
+// Returns why the scene has no such span; empty if it has.
+std::string whyNoSpan(const SoundSpan& span, const Scene& scene) {
+  std::ostringstream text;
+  if (span.from >= scene.duration) {
+    text << "--from: " << span.from << " s; expected less than " << scene.duration
+         << " s, where the recording ends";
+  } else if (span.to <= span.from) {
+    text << "--to: " << span.to << " s; expected more than --from, " << span.from << " s";
+  }
+  return text.str();
+}
+
+int replay(Arguments& arguments) {
+  if (const std::string reason = whyNoOutputs(arguments, "recording"); !reason.empty())
+    return fail(kBadInput, reason);
+  Result<RecordedScene> recorded = loadRecordedScene(arguments.scene);
+  if (!recorded) return fail(kBadInput, recorded.error().message);
+  Scene& scene = recorded->scene;
+  if (const std::string reason = whyNoSpan(arguments.span, scene); !reason.empty())
+    return fail(kBadInput, reason);
+  applySound(arguments, scene.sound);
+  applyListeners(arguments, scene);
+  return renderInto(arguments, scene, &recorded->recording);
+}
+
+int infoOfRecording(const Arguments& arguments) {
+  const Result<RecordedScene> recorded = loadRecordedScene(arguments.scene);
+  if (!recorded) return fail(kBadInput, recorded.error().message);
+  const RecordReport report{arguments.scene, recorded->bytes};
+  if (!arguments.json)
+    return answer(recordText(recorded->recording, report) + infoText(recorded->scene));
+  nlohmann::ordered_json object = infoJson(recorded->scene);
+  object["recording"] = recordJson(recorded->recording, report);
+  return answer(jsonText(object));
+}
+
+int info(const Arguments& arguments) {
+  if (isRecording(arguments.scene)) return infoOfRecording(arguments);
+  const Result<Scene> scene = loadScene(arguments.scene);
+  if (!scene) return fail(kBadInput, scene.error().message);
+  return answer(arguments.json ? jsonText(infoJson(*scene)) : infoText(*scene));
+}
+
+int compare(const Arguments& arguments) {
+  const Result<Scene> scene = loadScene(arguments.scene);
+  if (!scene) return fail(kBadInput, scene.error().message);
+  std::vector<double> steps = arguments.steps;
+  if (steps.empty()) steps = {1.0 / 60.0, 1.0 / 240.0, 1.0 / 1000.0};
+  for (const std::string& reason : {whyNotOnBullet(*scene), whyNotOnNative(*scene)}) {
+    if (!reason.empty()) return fail(kBadInput, arguments.scene + ": " + reason);
+  }
+  ProgressBar bar("comparing " + scene->name);
+  const Result<CompareReport> report =
+      compareScene(*scene, steps, [&](double share) { bar.show(share); });
+  bar.clear();
+  if (!report) return fail(kFailed, report.error().message);
+  return answer(arguments.json ? jsonText(compareJson(*scene, *report))
+                               : compareText(*scene, *report));
+}
+
+// Accepts a step that Bullet can take; the range is that of
+// scene files. (CLI::Range lets NaN pass.)
+CLI::Validator stepRange() {
+  const auto check = [](const std::string& text) -> std::string {
+    double step = 0.0;
+    if (CLI::detail::lexical_cast(text, step) && step >= kShortestStep && step <= kLongestStep) {
+      return {};
+    }
+    return text + " is not a step; expected a number from 1e-5 to 0.1 (seconds)";
+  };
+  return {check, "SECONDS"};
+}
+
+CLI::Validator onePulse() {
+  std::vector<std::string> words = {kDissipative};
+  for (const auto& [name, shape] : pulseShapes())
+    words.push_back(name);
+  return oneOf(words);
+}
+
+void addScene(CLI::App& command, Arguments& arguments) {
+  command.add_option("SCENE", arguments.scene, "scene file (JSON, docs/scenes.md)")->required();
+  command.add_flag("--json", arguments.json, "print one JSON object instead of text");
+}
+
+// Adds the options of a WAV file, which are the same for a scene and a recording.
+void addSound(CLI::App& command, Arguments& arguments) {
+  command.add_option("-o,--output", arguments.output, "WAV file to write")
+      ->required()
+      ->check(fileName());
+  command
+      .add_option("--pulse", arguments.pulse,
+                  "force of a contact over time; default: the scene's choice")
+      ->check(onePulse());
+  command
+      .add_option("--sampling", arguments.sampling,
+                  "how pulses become samples; default: the scene's choice")
+      ->check(oneOf({"band_limited", "naive"}));
+  command
+      .add_option("--radiation", arguments.radiation,
+                  "of a rigid sphere, or of one that is small; default: the scene's choice")
+      ->check(oneOf({"exact", "compact"}));
+  command
+      .add_option("--events", arguments.events, "also write every impulse event to this CSV file")
+      ->check(fileName());
+  command.add_option("--format", arguments.format, "sample format")
+      ->check(oneOf({"float32", "pcm16"}))
+      ->capture_default_str();
+  CLI::Option* normalize = addScale(command, arguments.normalize, arguments.fullScale);
+  CLI::Option* limit =
+      command
+          .add_flag("--limit", arguments.limit,
+                    "turn down what exceeds full scale; the default with --format pcm16")
+          ->excludes(normalize);
+  command
+      .add_flag("--no-limit", arguments.noLimit,
+                "let it stand (float32) or clip it (pcm16); the default with --format float32")
+      ->excludes(limit);
+}
+
+CLI::App* addRender(CLI::App& app, Arguments& arguments) {
+  CLI::App* command = app.add_subcommand("render", "Render a scene into a WAV file");
+  addScene(*command, arguments);
+  addSound(*command, arguments);
+  command->add_option("--stepper", arguments.stepper, "mechanics; default: the scene's choice")
+      ->check(oneOf({"native", "bullet"}));
+  command->add_option("--step", arguments.step, "Bullet's fixed step in seconds")
+      ->check(stepRange());
+  command->footer(
+      "Examples:\n"
+      "  carom render scenes/library/marbles_in_a_box.json -o marbles.wav\n"
+      "  carom render scenes/library/two_balls.json -o balls.wav --stepper bullet --step 0.004\n"
+      "  carom render scenes/library/bouncing_ball.json -o ball.wav --events ball.csv --json\n"
+      "  carom render scenes/library/two_balls.json -o balls.wav --limit --full-scale 110dB\n"
+      "  carom render scenes/library/two_balls.json -o balls.wav --pulse hand_out --sampling "
+      "naive");
+  return command;
+}
+
+CLI::App* addInfo(CLI::App& app, Arguments& arguments) {
+  CLI::App* command =
+      app.add_subcommand("info", "Say what is in a scene, and which stages it needs");
+  addScene(*command, arguments);
+  command->footer("Example:\n  carom info scenes/library/newtons_cradle.json");
+  return command;
+}
+
+CLI::App* addCompare(CLI::App& app, Arguments& arguments) {
+  CLI::App* command = app.add_subcommand(
+      "compare", "Run a scene natively and on Bullet, and measure the difference");
+  addScene(*command, arguments);
+  command
+      ->add_option("--step", arguments.steps,
+                   "a Bullet step in seconds; may be repeated; default: 1/60, 1/240 and 1/1000")
+      ->check(stepRange())
+      ->allow_extra_args(false);
+  command->footer(
+      "Examples:\n"
+      "  carom compare scenes/library/two_balls.json --step 0.016667 --json\n"
+      "  carom compare scenes/library/billiard_break.json --step 0.01 --step 0.001");
+  return command;
+}
+
+CLI::App* addRecord(CLI::App& app, Arguments& arguments) {
+  CLI::App* command =
+      app.add_subcommand("record", "Run a scene natively, and keep the run in a file");
+  addScene(*command, arguments);
+  command->add_option("-o,--output", arguments.output, "recording to write")
+      ->required()
+      ->check(fileName());
+  command
+      ->add_option("--stepper", arguments.stepper,
+                   "native: record a scene so that is for Bullet; no other can be recorded")
+      ->check(oneOf({"native"}));
+  command->footer(
+      "Example:\n  carom record scenes/library/marbles_in_a_box.json -o marbles.carom\n"
+      "  carom replay marbles.carom -o marbles.wav");
+  return command;
+}
+
+CLI::Validator timeRange() {
+  const auto check = [](const std::string& text) -> std::string {
+    double time = 0.0;
+    if (CLI::detail::lexical_cast(text, time) && time >= 0.0 && std::isfinite(time)) return {};
+    return "'" + text + "' is no time; expected a number of seconds from 0 on";
+  };
+  return {check, "SECONDS"};
+}
+
+CLI::App* addReplay(CLI::App& app, Arguments& arguments) {
+  CLI::App* command =
+      app.add_subcommand("replay", "Render a recorded run into a WAV file, without stepping again");
+  command->add_option("FILE", arguments.scene, "file that 'carom record' wrote")->required();
+  command->add_flag("--json", arguments.json, "print one JSON object instead of text");
+  addSound(*command, arguments);
+  command
+      ->add_option("--listener", arguments.listeners,
+                   "a microphone at x,y,z in metres, instead of the scene's listeners; may be "
+                   "repeated")
+      ->check(positionRange())
+      ->allow_extra_args(false);
+  command->add_option("--from", arguments.span.from, "begin here; default: 0")->check(timeRange());
+  command->add_option("--to", arguments.span.to, "end here; default: the end")->check(timeRange());
+  command->footer(
+      "Examples:\n"
+      "  carom replay marbles.carom -o marbles.wav\n"
+      "  carom replay marbles.carom -o close.wav --listener=-0.1,0.3,0 --listener=0.1,0.3,0\n"
+      "  carom replay marbles.carom -o part.wav --from 1.5 --to 2 --events part.csv");
+  return command;
+}
+
+// Returns the answer to a wrong command line.
+std::string usageError(const CLI::App* app, const CLI::Error& error) {
+  const auto commands =
+      app->get_subcommands([](const CLI::App* command) { return command->parsed(); });
+  std::string command = "carom";
+  if (!commands.empty()) command += " " + commands.front()->get_name();
+  return command + ": " + error.what() + "\n" + command + " --help shows what is expected\n";
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Carom: physically based contact sound");
+  app.name("carom");
+  app.set_version_flag("--version", CAROM_VERSION);
+  app.require_subcommand(0, 1);  // 0, so that a wrong word is named; no command is an error below
+  app.failure_message(usageError);
+  app.footer("carom COMMAND --help shows the options of a command, with examples.");
+  Arguments arguments;
+  const CLI::App* renderCommand = addRender(app, arguments);
+  const CLI::App* infoCommand = addInfo(app, arguments);
+  const CLI::App* compareCommand = addCompare(app, arguments);
+  const ReportCommand report(app);
+  const CLI::App* recordCommand = addRecord(app, arguments);
+  const CLI::App* replayCommand = addReplay(app, arguments);
+  const ModesCommand modes(app);
+  const StrikeCommand strike(app);
+  const JelloCommand jello(app);
+  const StabilityCommand stability(app);
+  app.allow_extras();  // after the commands, which do not inherit it then
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kDone : kBadInput;
+  }
+  if (app.remaining_size() > 0) {
+    return fail(kBadInput, "unknown command '" + app.remaining().front() + "'; expected " +
+                               kCommands + " (carom --help)");
+  }
+  if (renderCommand->parsed()) return render(arguments);
+  if (infoCommand->parsed()) return info(arguments);
+  if (compareCommand->parsed()) return compare(arguments);
+  if (report.parsed()) return report.run();
+  if (recordCommand->parsed()) return record(arguments);
+  if (replayCommand->parsed()) return replay(arguments);
+  if (modes.parsed()) return modes.run();
+  if (strike.parsed()) return strike.run();
+  if (jello.parsed()) return jello.run();
+  if (stability.parsed()) return stability.run();
+  return fail(kBadInput, std::string("no command; expected ") + kCommands + " (carom --help)");
+}
+
+}  // namespace
+}  // namespace carom::command
+
+int main(int argc, char** argv) {
+  try {
+    return carom::command::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::cerr << "carom: " << error.what() << '\n';
+  }
+  return 1;
+}

@@ -1,0 +1,197 @@
+#include "command/modes_command.h"
+
+#include <cmath>
+#include <filesystem>
+#include <iomanip>
+#include <iostream>
+#include <optional>
+#include <sstream>
+
+#include "command/command_line.h"
+#include "command/progress_bar.h"
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "audio/io/partial_file.h"
+#include "carom/modal/mesh_analysis.h"
+#include "carom/modal/mesh_file.h"
+#include "scenes/format/model_file.h"
+
+namespace carom::command {
+
+using namespace scenes;
+using namespace lab;
+
+using namespace audio;
+
+namespace {
+
+constexpr double kMillimetre = 1e-3;
+
+double decayTime(const Mode& mode) {
+  return std::log(1000.0) / mode.decayRate;  // s, by 60 dB
+}
+
+nlohmann::ordered_json modesJson(const MeshAnalysis& analysis) {
+  const ModalModel& model = analysis.model;
+  nlohmann::ordered_json object;
+  object["name"] = model.name;
+  object["material"] = model.material.name;
+  object["mass_kg"] = model.mass;
+  object["centre_of_mass_m"] = {model.centreOfMass.x(), model.centreOfMass.y(),
+                                model.centreOfMass.z()};
+  object["vertices"] = model.surface.vertices.size();
+  if (analysis.degreesOfFreedom) object["degrees_of_freedom"] = *analysis.degreesOfFreedom;
+  object["modes"] = nlohmann::ordered_json::array();
+  for (const Mode& mode : model.modes) {
+    nlohmann::ordered_json entry;
+    entry["frequency_hz"] = mode.frequency;
+    entry["decay_rate_per_s"] = mode.decayRate;
+    entry["volume_m2_per_sqrt_kg"] = mode.radiation.volume;
+    entry["multipoles"] = mode.radiation.multipoles.size();
+    object["modes"].push_back(std::move(entry));
+  }
+  object["left_out"] = {{"rigid", model.leftOut.rigid},
+                        {"below_20_hz", model.leftOut.below},
+                        {"above_20_khz_or_count", model.leftOut.above},
+                        {"overdamped", model.leftOut.overdamped}};
+  object["findings"] = nlohmann::ordered_json::array();
+  for (const MeshFinding& finding : analysis.findings)
+    object["findings"].push_back({{"fault", nameOf(finding.fault)}, {"text", finding.text}});
+  object["from_cache"] = analysis.isFromCache;
+  return object;
+}
+
+std::string modesText(const MeshAnalysis& analysis) {
+  const ModalModel& model = analysis.model;
+  std::ostringstream text;
+  text << model.name << ": " << model.material.name << ", " << std::setprecision(4) << model.mass
+       << " kg, " << model.modes.size() << (model.modes.size() == 1 ? " mode" : " modes")
+       << (analysis.isFromCache ? ", from the cache" : "") << "\n\n"
+       << "  mode   frequency    decay rate   60 dB in   radiates as\n"
+       << "                Hz           1/s          s\n";
+  text << std::fixed;
+  for (std::size_t index = 0; index < model.modes.size(); ++index) {
+    const Mode& mode = model.modes[index];
+    const std::size_t count = mode.radiation.multipoles.size();
+    const auto order = static_cast<int>(std::lround(std::sqrt(static_cast<double>(count)))) - 1;
+    text << std::setw(6) << index + 1 << std::setw(12) << std::setprecision(2) << mode.frequency
+         << std::setw(14) << std::setprecision(3) << mode.decayRate << std::setw(11)
+         << decayTime(mode) << "   "
+         << (count == 0 ? "monopole" : "multipoles to order " + std::to_string(order)) << '\n';
+  }
+  text << "\nleft out: " << model.leftOut.rigid << " rigid, " << model.leftOut.below
+       << " below 20 Hz, " << model.leftOut.above << " above 20 kHz or the number asked for, "
+       << model.leftOut.overdamped << " overdamped\n";
+  return text.str();
+}
+
+// Warns of findings that are no errors, but worth knowing.
+void warn(const std::string& file, const MeshAnalysis& analysis) {
+  for (const MeshFinding& finding : analysis.findings)
+    std::cerr << "carom: " << file << ": " << nameOf(finding.fault) << ": " << finding.text << '\n';
+  if (analysis.model.modes.empty())
+    std::cerr << "carom: " << file
+              << ": no mode lies from 20 Hz to 20 kHz; is its size right? --scale says what one "
+                 "unit is\n";
+  if (analysis.radiation && analysis.radiation->roughModes > 0)
+    std::cerr << "carom: " << file << ": the sound of " << analysis.radiation->roughModes
+              << " modes is rough, as it is computed on " << analysis.radiation->panels
+              << " panels; --panels takes more\n";
+}
+
+}  // namespace
+
+ModesCommand::ModesCommand(CLI::App& app)
+    : command_(app.add_subcommand("modes", "Compute how a body rings, from its mesh")) {
+  command_->add_option("MESH", mesh_, "OBJ, PLY, STL or glTF file (docs/meshes.md)")->required();
+  std::vector<std::string> names;
+  for (const Material& material : builtInMaterials())
+    names.push_back(material.name);
+  command_->add_option("--material", material_, "what it is made of (docs/materials.md)")
+      ->required()
+      ->check(oneOf(names));
+  command_->add_option("-o,--output", output_, "model file to write; .glb or .gltf: glTF")
+      ->check(fileName());
+  command_->add_option("--scale", scale_, "metres in one unit of the mesh; 0.001: millimetres")
+      ->check(numberRange(1e-6, 1e6, "metres"));
+  CLI::Option* thickness =
+      command_->add_option("--thickness", thickness_, "a shell of so many millimetres")
+          ->check(numberRange(1e-3, 1e4, "millimetres"));
+  command_->add_flag("--solid", solid_, "a solid body; the default")->excludes(thickness);
+  command_->add_option("--springs", springs_, "of a shell: what they resist")
+      ->check(oneOf({"transverse", "axial"}))
+      ->needs(thickness)
+      ->capture_default_str();
+  command_->add_option("--dofs", degreesOfFreedom_, "degrees of freedom of a solid, about")
+      ->check(wholeNumberRange(100, 1e6))
+      ->excludes(thickness)
+      ->capture_default_str();
+  command_->add_option("--modes", modes_, "at most so many")
+      ->check(wholeNumberRange(1, 2000))
+      ->capture_default_str();
+  CLI::Option* silent = command_->add_flag("--no-radiation", noRadiation_,
+                                           "leave out how they radiate: they are monopoles then");
+  command_->add_option("--panels", panels_, "to compute with how they radiate")
+      ->check(wholeNumberRange(100, 5000))
+      ->excludes(silent)
+      ->capture_default_str();
+  command_->add_option("--cache", cacheFolder_, "folder of models computed before")
+      ->check(fileName());
+  command_->add_flag("--no-cache", noCache_, "compute it in any case");
+  command_->add_flag("--json", json_, "print one JSON object instead of text");
+  command_->footer(
+      "Examples:\n"
+      "  carom modes scenes/library/meshes/wrench.obj --material carbon_steel -o "
+      "wrench.carom_modes\n"
+      "  carom modes bowl.stl --scale 0.001 --material glass --thickness 3 -o bowl.carom_modes\n"
+      "  carom modes bell.glb --material bronze --modes 100 --json");
+}
+
+bool ModesCommand::parsed() const {
+  return command_->parsed();
+}
+
+int ModesCommand::run() const {
+  if (!output_.empty()) {
+    if (isSameFile(output_, mesh_))
+      return fail(kBadInput, "--output: " + output_ + " is the mesh itself; expected another name");
+    if (const std::string reason = whyNoFileAt(output_); !reason.empty())
+      return fail(kFailed, "--output: " + output_ + ": " + reason);
+  }
+  const Result<LoadedMesh> mesh = loadMesh(mesh_, {.scale = scale_});
+  if (!mesh) return fail(kBadInput, mesh.error().message);
+
+  MeshAnalysisSettings settings;
+  if (thickness_ > 0.0) settings.body = BodyModel::shell;
+  settings.solid.grid.degreesOfFreedom = static_cast<std::size_t>(degreesOfFreedom_);
+  settings.solid.maxModes = static_cast<Eigen::Index>(modes_);
+  settings.shell.thickness = thickness_ * kMillimetre;
+  settings.shell.springs = springs_ == "axial" ? ShellSprings::axial : ShellSprings::transverse;
+  settings.shell.maxModes = static_cast<std::size_t>(modes_);
+  if (noRadiation_)
+    settings.radiation.reset();
+  else
+    settings.radiation->panels = static_cast<std::size_t>(panels_);
+
+  ModelCache cache =
+      cacheFolder_.empty() ? ModelCache() : ModelCache(std::filesystem::path(cacheFolder_));
+  ProgressBar bar("modes of " + std::filesystem::path(mesh_).filename().string());
+  Result<MeshAnalysis> analysis =
+      analyseMesh(mesh->surface, *findMaterial(material_), settings, noCache_ ? nullptr : &cache,
+                  [&](std::string_view, double share) {
+                    bar.show(share);
+                    return true;
+                  });
+  bar.clear();
+  if (!analysis) return fail(kBadInput, mesh_ + ": " + analysis.error().message);
+  analysis->model.name = std::filesystem::path(mesh_).stem().string();
+  warn(mesh_, *analysis);
+  if (!output_.empty()) {
+    if (const Status written = writeModel(output_, analysis->model); !written)
+      return fail(kFailed, written.error().message);
+  }
+  return answer(json_ ? jsonText(modesJson(*analysis)) : modesText(*analysis));
+}
+
+}  // namespace carom::command

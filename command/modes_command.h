@@ -1,0 +1,42 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace carom::command {
+
+using namespace scenes;
+using namespace lab;
+
+/// `carom modes`: computes a model file, and a table of its modes, from a mesh.
+class ModesCommand {
+ public:
+  /// Adds the command to `app`; must outlive the parsing.
+  explicit ModesCommand(CLI::App& app);
+  bool parsed() const;
+  /// Returns the program's exit code.
+  int run() const;
+
+ private:
+  CLI::App* command_;
+  std::string mesh_;
+  std::string output_;
+  std::string material_;
+  std::string springs_ = "transverse";
+  std::string cacheFolder_;
+  double scale_ = 1.0;
+  double thickness_ = 0.0;  // mm; 0: a solid
+  double degreesOfFreedom_ = 20000.0;
+  double modes_ = 60.0;
+  double panels_ = 800.0;
+  bool solid_ = false;
+  bool noRadiation_ = false;
+  bool noCache_ = false;
+  bool json_ = false;
+};
+
+}  // namespace carom::command

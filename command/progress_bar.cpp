@@ -1,0 +1,39 @@
+#include "command/progress_bar.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+#include <unistd.h>
+
+namespace carom::command {
+
+using namespace scenes;
+using namespace lab;
+
+ProgressBar::ProgressBar(std::string label)
+    : label_(std::move(label)), terminal_(isatty(STDERR_FILENO) == 1) {}
+
+ProgressBar::~ProgressBar() {
+  clear();
+}
+
+void ProgressBar::clear() {
+  if (!terminal_ || shown_ < 0) return;
+  std::fputs("\r\033[K", stderr);
+  std::fflush(stderr);
+  shown_ = -1;
+}
+
+void ProgressBar::show(double share) {
+  constexpr int kWidth = 30;
+  const int percent = static_cast<int>(100.0 * std::clamp(share, 0.0, 1.0));
+  if (!terminal_ || percent == shown_) return;
+  shown_ = percent;
+  const auto done = static_cast<std::size_t>(kWidth * percent / 100);
+  const std::string bar = std::string(done, '#') + std::string(kWidth - done, '.');
+  std::fprintf(stderr, "\r%s [%s] %3d %%", label_.c_str(), bar.c_str(), percent);
+  std::fflush(stderr);
+}
+
+}  // namespace carom::command

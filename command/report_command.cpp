@@ -1,0 +1,130 @@
+#include "command/report_command.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <set>
+#include <sstream>
+#include <utility>
+
+#include "command/command_line.h"
+#include "command/progress_bar.h"
+#include "lab/report/report.h"
+#include "lab/report/report_files.h"
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "scenes/format/scene_loader.h"
+
+namespace carom::command {
+
+using namespace scenes;
+using namespace lab;
+namespace {
+
+constexpr double kMostRuns = 1000;
+
+// Reads the scenes. Refuses two of one name, which could not be told apart in the report.
+Result<std::vector<Scene>> readScenes(const std::vector<std::string>& files) {
+  std::vector<Scene> scenes;
+  std::set<std::string> names;
+  for (const std::string& file : files) {
+    Result<Scene> scene = loadScene(file);
+    if (!scene) return scene.error();
+    if (!names.insert(scene->name).second)
+      return Error{file + ": a second scene of the name '" + scene->name +
+                   "'; expected scenes of different names"};
+    scenes.push_back(*std::move(scene));
+  }
+  return scenes;
+}
+
+std::string errorText(const VariantReport& variant) {
+  std::ostringstream text;
+  text.precision(3);
+  if (!variant.waveformError) return "-";
+  const auto decibels = [](double ratio) { return std::round(200.0 * std::log10(ratio)) / 10.0; };
+  if (!(*variant.waveformError > 0.0)) return "none";
+  text << decibels(*variant.waveformError) << " dB";
+  if (variant.aligned && variant.aligned->error > 0.0)
+    text << " (" << decibels(variant.aligned->error) << " aligned)";
+  return text.str();
+}
+
+std::string textOf(const SceneReport& report) {
+  std::ostringstream text;
+  text.precision(3);
+  text << report.scene.name << ": " << report.variants.size() << " variants, "
+       << report.leftOut.size() << " left out; reference: " << report.variants.front().choice.label
+       << '\n';
+  for (const VariantReport& variant : report.variants) {
+    text << "  " << 1e3 * variant.runTime.total() << " ms/s, error " << errorText(variant) << "  "
+         << variant.choice.label;
+    if (std::isfinite(variant.divergedAt)) text << " (diverges at " << variant.divergedAt << " s)";
+    text << '\n';
+  }
+  for (const VariantLeftOut& entry : report.leftOut)
+    text << "  left out: " << entry.label << ": " << entry.why << '\n';
+  return text.str();
+}
+
+}  // namespace
+
+ReportCommand::ReportCommand(CLI::App& app)
+    : command_(app.add_subcommand(
+          "report", "Run scenes in all ways that make a difference: error against run time")) {
+  command_->add_option("SCENE", scenes_, "scene files (JSON, docs/scenes.md)")->required();
+  command_
+      ->add_option("-o,--output", output_,
+                   "folder to write index.html, report.json and report.csv to; is made if it is "
+                   "not there")
+      ->required()
+      ->check(fileName());
+  command_->add_option("--runs", runs_, "of each variant, of whose times the median counts")
+      ->check(wholeNumberRange(1, kMostRuns))
+      ->capture_default_str();
+  command_
+      ->add_option("--budget", budget_,
+                   "seconds: variants whose mechanics would take longer are left out")
+      ->check(numberRange(0.001, 1e6, "seconds"))
+      ->capture_default_str();
+  command_->add_flag("--json", json_, "print what is in report.json instead of text");
+  command_->footer(
+      "Example:\n"
+      "  carom report scenes/library/two_balls.json scenes/library/newtons_cradle.json -o report");
+}
+
+bool ReportCommand::parsed() const {
+  return command_->parsed();
+}
+
+int ReportCommand::run() const {
+  const std::filesystem::path folder = output_;
+  if (const std::string why = whyNoReportIn(folder); !why.empty())
+    return fail(kBadInput, "--output: " + why);
+  Result<std::vector<Scene>> scenes = readScenes(scenes_);
+  if (!scenes) return fail(kBadInput, scenes.error().message);
+
+  std::vector<SceneReport> reports;
+  for (const Scene& scene : *scenes) {
+    ProgressBar bar("measuring " + scene.name);
+    ReportOptions options;
+    options.runs = runs_;
+    options.budget = budget_;
+    options.progress = [&bar](double share, const std::string&) { bar.show(share); };
+    Result<SceneReport> report = reportScene(scene, options);
+    bar.clear();
+    if (!report) return fail(kFailed, report.error().message);
+    reports.push_back(*std::move(report));
+  }
+  if (const Status written = writeReport(reports, folder); !written)
+    return fail(kFailed, written.error().message);
+  if (json_) return answer(jsonText(reportJson(reports)));
+  std::string text;
+  for (const SceneReport& report : reports)
+    text += textOf(report);
+  return answer(text + "wrote " + reportFilesIn(folder).html.string() + "\n");
+}
+
+}  // namespace carom::command

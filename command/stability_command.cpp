@@ -1,0 +1,94 @@
+#include "command/stability_command.h"
+
+#include <optional>
+#include <span>
+#include <sstream>
+#include <string_view>
+#include <vector>
+
+#include "command/command_line.h"
+#include "command/progress_bar.h"
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "audio/io/byte_file.h"
+#include "audio/io/partial_file.h"
+
+namespace carom::command {
+
+using namespace scenes;
+using namespace lab;
+
+using namespace audio;
+
+namespace {
+
+/// Says that no case has such an id, and lists all ids.
+std::string whyNone(const std::string& pattern, const std::vector<StabilityCase>& cases) {
+  std::ostringstream text;
+  text << "--only: no case has '" << pattern << "' in its name; expected a part of one of";
+  for (const StabilityCase& item : cases)
+    text << "\n  " << item.id;
+  return text.str();
+}
+
+Status writeText(const std::string& file, const std::string& text) {
+  return writeBytes(file, std::as_bytes(std::span(text)));
+}
+
+StabilityReport runWithBar(const std::vector<StabilityCase>& cases, StabilityForm form) {
+  std::optional<ProgressBar> bar;
+  return runStability(cases, form, [&](std::string_view id, double share) {
+    bar.reset();  // each case has its own label, in place of the last one's
+    if (share < 1.0) bar.emplace("stability " + std::string(id)).show(share);
+  });
+}
+
+}  // namespace
+
+StabilityCommand::StabilityCommand(CLI::App& app)
+    : command_(app.add_subcommand(
+          "stability", "Run stiff and extreme cases, each against what theory expects of it")) {
+  command_->add_flag("--short", short_,
+                     "fewer points, and no case that takes long: a few seconds instead of minutes");
+  command_->add_option("--only", only_,
+                       "cases with this in their name; '*' stands for anything in between");
+  CLI::Option* list = command_->add_flag("--list", list_, "say which cases there are; run none");
+  command_->add_option("-o,--output", output_, "JSON file to write, beside what is printed")
+      ->check(fileName())
+      ->excludes(list);
+  command_->add_flag("--json", json_, "print one JSON object instead of text");
+  command_->footer(
+      "Examples:\n"
+      "  carom stability --short\n"
+      "  carom stability --only jello -o jello.json\n"
+      "  carom stability --only 'native*day' --json");
+}
+
+int StabilityCommand::list(const std::vector<StabilityCase>& cases) const {
+  return answer(json_ ? jsonText(stabilityListJson(cases)) : stabilityListText(cases));
+}
+
+bool StabilityCommand::parsed() const {
+  return command_->parsed();
+}
+
+int StabilityCommand::run() const {
+  const std::vector<StabilityCase> all = selectCases(stabilityCases(), form(), "");
+  const std::vector<StabilityCase> cases = selectCases(all, form(), only_);
+  if (cases.empty()) return fail(kBadInput, whyNone(only_, all));
+  if (list_) return list(cases);
+  if (!output_.empty())
+    if (const std::string reason = whyNoFileAt(output_); !reason.empty())
+      return fail(kFailed, output_ + ": " + reason);
+
+  const StabilityReport report = runWithBar(cases, form());
+  const nlohmann::ordered_json object = stabilityJson(report);
+  if (!output_.empty())
+    if (const Status written = writeText(output_, jsonText(object)); !written)
+      return fail(kFailed, written.error().message);
+  const int answered = answer(json_ ? jsonText(object) : stabilityText(report));
+  return answered == kDone ? report.exitCode() : answered;
+}
+
+}  // namespace carom::command

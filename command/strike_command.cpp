@@ -1,0 +1,224 @@
+#include "command/strike_command.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <sstream>
+#include <vector>
+
+#include "command/command_line.h"
+#include <CLI/CLI.hpp>
+#include <Eigen/Dense>
+#include <nlohmann/json.hpp>
+
+#include "audio/io/partial_file.h"
+#include "audio/model/surface_locator.h"
+#include "carom/audio/panel_radiator.h"
+#include "carom/audio/sound_file.h"
+#include "carom/audio/synth.h"
+#include "scenes/format/model_file.h"
+
+namespace carom::command {
+
+using namespace scenes;
+using namespace lab;
+
+using namespace audio;
+
+namespace {
+
+constexpr double kLongest = 60.0;           // s
+constexpr double kFarthest = 1e4;           // limit of coordinates in m, and of impulses in N s
+constexpr double kNearest = 1e-3;           // m, least distance of the listener
+constexpr double kBefore = 0.02;            // s, silence before the impact
+constexpr double kHammerRestitution = 0.5;  // of the impact of the hammer
+constexpr BodyId kBody = 0;
+constexpr BodyId kHammer = 1;
+constexpr std::size_t kStrikeBlock = 1024;
+
+/// Returns the effective mass of the body in kg where it is hit, in the direction n.
+double massAt(const ModalModel& model, const Vec3& arm, const Vec3& n) {
+  const Vec3 turning = arm.cross(n);
+  double inverse = 1.0 / model.mass;
+  if (model.inertia.determinant() > 0.0) inverse += turning.dot(model.inertia.inverse() * turning);
+  return 1.0 / inverse;
+}
+
+/// Makes the impact of a ball on the body, whose centre of mass is at the origin.
+ImpulseEvent blow(const ModalModel& model, const Vec3& place, const Vec3& impulse,
+                  double hammerMass, double hammerRadius) {
+  ImpulseEvent event;
+  event.time = kBefore;
+  event.body = kBody;
+  event.other = kHammer;
+  event.impulse = impulse;
+  event.normal = impulse.normalized();
+  event.position = place - model.centreOfMass;
+  const double mass = massAt(model, event.position, event.normal);
+  event.effectiveMass = 1.0 / (1.0 / mass + 1.0 / hammerMass);
+  event.approachSpeed = impulse.norm() / ((1.0 + kHammerRestitution) * event.effectiveMass);
+  event.otherRadius = hammerRadius;
+  return event;
+}
+
+/// Makes the body that is hit; `click` adds the click of its recoil if its surface is closed.
+SoundBody struckBody(std::shared_ptr<const ModalModel> model, bool click) {
+  SoundBody body;
+  body.material = model->material;
+  if (click && closedSurface(model->surface) && model->inertia.determinant() > 0.0) {
+    if (const auto radiator = panelRadiator(model->surface)) {
+      body.mass = model->mass;
+      body.shape = std::make_shared<const RigidRadiator>(radiator->about(model->centreOfMass));
+      body.inverseInertia = model->inertia.inverse();
+    }
+  }
+  body.modal = std::move(model);
+  return body;
+}
+
+struct StrikeReport {
+  double peak = 0.0;      // Pa
+  double duration = 0.0;  // s
+  double contact = 0.0;   // s
+  std::size_t modes = 0;
+};
+
+Result<StrikeReport> renderStrike(Synth& synth, const ImpulseEvent& event, double seconds,
+                                  const std::string& output, const SoundFileSettings& settings) {
+  Result<SoundFileWriter> writer = SoundFileWriter::create(output, settings);
+  if (!writer) return writer.error();
+  StrikeReport report;
+  report.contact = synth.contactDuration(event);
+  synth.schedule(event);
+  const double limit = seconds > 0.0 ? seconds : kLongest;
+  std::vector<double> samples(kStrikeBlock);
+  std::vector<float> rounded(kStrikeBlock);
+  const auto most = static_cast<std::size_t>(std::llround(limit * settings.sampleRate));
+  std::size_t left = most;
+  while (left > 0 && (seconds > 0.0 || !synth.isSilent())) {
+    const std::size_t frames = std::min(left, kStrikeBlock);
+    double* const channel = samples.data();
+    synth.render<double>(std::span(&channel, 1), frames);
+    std::copy_n(samples.begin(), frames, rounded.begin());
+    const float* const plane = rounded.data();
+    if (const Status written = writer->write(std::span(&plane, 1), frames); !written)
+      return written.error();
+    left -= frames;
+  }
+  report.duration = static_cast<double>(most - left) / settings.sampleRate;
+  if (const Status finished = writer->finish(); !finished) return finished.error();
+  report.peak = writer->peakPressure();
+  return report;
+}
+
+}  // namespace
+
+StrikeCommand::StrikeCommand(CLI::App& app)
+    : command_(app.add_subcommand("strike", "Hit a body once, and hear it ring")) {
+  command_->add_option("MODEL", model_, "model file that 'carom modes' wrote, or glTF")->required();
+  const auto three = [](double limit, const char* unit) {
+    const auto check = [limit, unit](const std::string& text) -> std::string {
+      if (threeNumbers(text, limit)) return {};
+      return "'" + text + "' is not x,y,z; expected three numbers, " + unit + ", with commas";
+    };
+    return CLI::Validator(check, "X,Y,Z");
+  };
+  command_->add_option("--at", at_, "where, in the frame of its mesh; the nearest point counts")
+      ->required()
+      ->check(three(kFarthest, "metres"));
+  command_->add_option("--impulse", impulse_, "how hard and which way")
+      ->required()
+      ->check(three(kFarthest, "newton seconds"));
+  command_->add_option("-o,--output", output_, "WAV file to write")->required()->check(fileName());
+  command_->add_option("--listener", listener_, "from the centre of mass, in the frame of the mesh")
+      ->check(three(kFarthest, "metres"))
+      ->capture_default_str();
+  std::vector<std::string> names;
+  for (const Material& material : builtInMaterials())
+    names.push_back(material.name);
+  command_->add_option("--hammer", hammerMaterial_, "material of the ball that hits")
+      ->check(oneOf(names))
+      ->capture_default_str();
+  command_->add_option("--hammer-mass", hammerMass_, "of the ball, kg")
+      ->check(numberRange(1e-9, 1e6, "kilograms"))
+      ->capture_default_str();
+  command_->add_option("--hammer-radius", hammerRadius_, "of the ball where it touches, m")
+      ->check(numberRange(1e-6, 1e3, "metres"))
+      ->capture_default_str();
+  command_->add_option("--modal-radiation", radiation_, "how modes become pressure")
+      ->check(oneOf({"directional", "monopole", "constant"}))
+      ->capture_default_str();
+  command_->add_flag("--no-click", noClick_, "leave out the click of its recoil");
+  command_->add_option("--duration", duration_, "seconds; default: until it is silent, at most 60")
+      ->check(numberRange(0.01, 3600.0, "seconds"));
+  command_->add_option("--sample-rate", sampleRate_, "Hz")
+      ->check(numberRange(8000, 192000, "Hz"))
+      ->capture_default_str();
+  addScale(*command_, normalize_, fullScale_);
+  command_->add_flag("--json", json_, "print one JSON object instead of text");
+  command_->footer(
+      "Example:\n"
+      "  carom strike wrench.carom_modes --at 0.1,0,0.004 --impulse 0,0,-0.05 -o wrench.wav");
+}
+
+bool StrikeCommand::parsed() const {
+  return command_->parsed();
+}
+
+int StrikeCommand::run() const {
+  if (!isWavName(output_))
+    return fail(kBadInput,
+                "--output: '" + output_ + "' is not the name of a WAV file; expected FILE.wav");
+  if (isSameFile(output_, model_))
+    return fail(kBadInput, "--output: " + output_ + " is the model itself; expected another name");
+  const Vec3 impulse = *threeNumbers(impulse_, kFarthest);
+  if (impulse.norm() < 1e-12)
+    return fail(kBadInput, "--impulse: nothing hits; expected at least 1e-12 N s");
+  const Vec3 listener = *threeNumbers(listener_, kFarthest);
+  if (listener.norm() < kNearest)
+    return fail(kBadInput,
+                "--listener: it is in the centre of mass; expected at least 1 mm away from it");
+  Result<ModalModel> loaded = loadModel(model_);
+  if (!loaded) return fail(kBadInput, loaded.error().message);
+  const auto model = std::make_shared<const ModalModel>(*std::move(loaded));
+
+  SynthSettings settings;
+  settings.sampleRate = sampleRate_;
+  settings.medium = model->medium;
+  if (radiation_ == "monopole") settings.modalRadiation = ModalRadiation::monopole;
+  if (radiation_ == "constant") settings.modalRadiation = ModalRadiation::constant;
+  Result<Synth> synth = Synth::create(settings, {{"listener", listener}});
+  if (!synth) return fail(kBadInput, synth.error().message);
+  if (const Status set = synth->setBody(kBody, struckBody(model, !noClick_)); !set)
+    return fail(kBadInput, model_ + ": " + set.error().message);
+  if (const Status set = synth->setBody(kHammer, {.material = *findMaterial(hammerMaterial_)});
+      !set)
+    return fail(kFailed, set.error().message);
+  const ImpulseEvent event =
+      blow(*model, *threeNumbers(at_, kFarthest), impulse, hammerMass_, hammerRadius_);
+  SoundFileSettings file;
+  file.sampleRate = sampleRate_;
+  file.normalize = normalize_;
+  file.fullScalePressure = fullScalePressure(fullScale_).value_or(kFullScalePressure);
+  const Result<StrikeReport> report = renderStrike(*synth, event, duration_, output_, file);
+  if (!report) return fail(kFailed, report.error().message);
+  if (json_) {
+    nlohmann::ordered_json object;
+    object["file"] = output_;
+    object["duration_s"] = report->duration;
+    object["contact_s"] = report->contact;
+    object["peak_pa"] = report->peak;
+    object["modes"] = model->modes.size();
+    return answer(jsonText(object));
+  }
+  std::ostringstream text;
+  text << output_ << ": " << report->duration << " s, peak " << report->peak << " Pa ("
+       << 20.0 * std::log10(std::max(report->peak, 1e-12) / kHearingThreshold) << " dB), "
+       << model->modes.size() << " modes, contact of " << 1e3 * report->contact << " ms\n";
+  return answer(text.str());
+}
+
+}  // namespace carom::command

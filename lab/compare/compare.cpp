@@ -1,0 +1,110 @@
+#include "lab/compare/compare.h"
+
+#include <cmath>
+#include <vector>
+
+#include "lab/compare/local_reference.h"
+
+#include "carom/bullet/bullet_bridge.h"
+#include "scenes/run/bullet_scene.h"
+#include "scenes/run/native_only.h"
+#include "scenes/run/scene_sound.h"
+#include "scenes/run/scene_stepper.h"
+#include "scenes/run/stopwatch.h"
+
+namespace carom::lab {
+
+using namespace scenes;
+namespace {
+
+struct BulletRun {
+  std::vector<Collision> reported;
+  std::vector<Collision> reference;
+  double wallTime = 0.0;
+};
+
+Result<BulletRun> runBullet(const Scene& scene) {
+  BulletScene world(scene);
+  Result<BulletBridge> bridge = BulletBridge::attach(
+      world.world(), {.restSpeed = scene.stepper.restSpeed, .delivery = EventDelivery::prompt});
+  if (!bridge) return bridge.error();
+  LocalReference reference(scene);
+  BulletRun run;
+  const auto step = static_cast<btScalar>(scene.stepper.step);
+  while (bridge->settledTime() < scene.duration) {
+    reference.beforeStep(world);
+    const Stopwatch stopwatch;
+    world.world().stepSimulation(step, 0);
+    run.wallTime += stopwatch.seconds();
+    reference.afterStep(world, static_cast<double>(step));
+  }
+  const auto late = [&](const Collision& c) { return c.time > scene.duration; };
+  run.reported = collisionsOf(bridge->events());
+  run.reference = reference.collisions();
+  std::erase_if(run.reported, late);
+  std::erase_if(run.reference, late);
+  return run;
+}
+
+// Returns the root mean square of a scene's pressure over all channels, Pa.
+Result<double> soundLevel(const Scene& scene) {
+  Result<SceneSound> sound = SceneSound::create(scene);
+  if (!sound) return sound.error();
+  std::vector<std::vector<float>> channels(sound->synth().channelCount(), std::vector<float>(4096));
+  double sum = 0.0;
+  while (const std::size_t frames = sound->render(channels)) {
+    for (const auto& channel : channels) {
+      for (std::size_t frame = 0; frame < frames; ++frame) {
+        sum += static_cast<double>(channel[frame]) * static_cast<double>(channel[frame]);
+      }
+    }
+  }
+  return std::sqrt(sum / static_cast<double>(sound->frames()) /
+                   static_cast<double>(channels.size()));
+}
+
+Scene onBullet(const Scene& scene, double step) {
+  Scene bullet = scene;
+  bullet.stepper.type = StepperType::bullet;
+  bullet.stepper.step = step;
+  return bullet;
+}
+
+}  // namespace
+
+Result<CompareReport> compareScene(const Scene& scene, std::span<const double> steps,
+                                   const std::function<void(double share)>& progress) {
+  if (const std::string reason = whyNotOnBullet(scene); !reason.empty())
+    return Error{scene.name + ": " + reason};
+  Scene native = scene;
+  native.stepper.type = StepperType::native;
+  CompareReport report;
+  const Stopwatch stopwatch;
+  const Result<std::vector<ImpulseEvent>> events = sceneEvents(native);
+  if (!events) return events.error();
+  report.nativeWallTime = stopwatch.seconds();
+  const std::vector<Collision> nativeCollisions = collisionsOf(*events);
+  report.nativeCollisions = nativeCollisions.size();
+  const Result<double> nativeLevel = soundLevel(native);
+  if (!nativeLevel) return nativeLevel.error();
+
+  for (const double step : steps) {
+    const Scene bullet = onBullet(scene, step);
+    const Result<BulletRun> run = runBullet(bullet);
+    if (!run) return run.error();
+    const Result<double> level = soundLevel(bullet);
+    if (!level) return level.error();
+    CompareRun& result = report.runs.emplace_back();
+    result.step = step;
+    result.wallTime = run->wallTime;
+    result.local = matchCollisions(run->reported, run->reference, step);
+    result.global = commonRun(run->reported, nativeCollisions, 4.0 * step + 0.01);
+    result.levelDifference = 20.0 * std::log10(*level / *nativeLevel);
+    if (progress) {
+      progress(static_cast<double>(report.runs.size()) / static_cast<double>(steps.size()));
+    }
+  }
+  return report;
+}
+
+}  // namespace carom::lab

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <string_view>
+
+// The parts of the page of `carom report`, as they are in lab/report/report_page.
+namespace carom::lab {
+
+extern const std::string_view embedded_page_html;
+extern const std::string_view embedded_page_css;
+extern const std::string_view embedded_page_js;
+extern const std::string_view embedded_chart_umd_min_js;
+
+}  // namespace carom::lab

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "lab/compare/compare.h"
+#include <nlohmann/json_fwd.hpp>
+
+#include "carom/native/recording.h"
+#include "scenes/format/scene.h"
+#include "scenes/run/plan.h"
+#include "scenes/run/render.h"
+
+namespace carom::lab {
+
+using namespace scenes;
+
+/// The output of the commands: text for people, JSON with stable keys for programs (docs/cli.md).
+
+/// Returns a number, or null for infinity and NaN, which JSON has no number for.
+nlohmann::ordered_json numberJson(double value);
+
+nlohmann::ordered_json planJson(const Plan& plan);
+
+std::string infoText(const Scene& scene);
+nlohmann::ordered_json infoJson(const Scene& scene);
+
+std::string renderText(const RenderReport& report);
+nlohmann::ordered_json renderJson(const RenderReport& report);
+
+/// A recording's file, as it was written or read.
+struct RecordReport {
+  std::filesystem::path file;
+  std::uintmax_t bytes = 0;
+  double wallTime = 0.0;  ///< s, mechanics and writing; 0 if it was only read
+};
+
+std::string recordText(const Recording& recording, const RecordReport& report);
+nlohmann::ordered_json recordJson(const Recording& recording, const RecordReport& report);
+
+std::string compareText(const Scene& scene, const CompareReport& report);
+nlohmann::ordered_json compareJson(const Scene& scene, const CompareReport& report);
+
+}  // namespace carom::lab

@@ -1,0 +1,146 @@
+#include "carom/modal/mesh_analysis.h"
+
+#include <string>
+#include <utility>
+
+#include <Eigen/Geometry>
+
+#include "modal/analysis/shell_model.h"
+#include "modal/analysis/solid_model.h"
+#include "modal/cache/model_key.h"
+#include "modal/mesh/mesh_detail.h"
+#include "modal/radiation/mode_radiation.h"
+
+namespace carom {
+
+using namespace modal;
+
+namespace {
+
+/// Raised whenever anything in modal/ gives other numbers than before.
+constexpr std::uint64_t kAnalysisVersion = 1;
+
+/// Rough share of the modes in the time of an analysis; radiation takes the rest.
+constexpr double kOfModes = 0.3;
+
+void addSolid(ModelKey& key, const SolidSettings& solid) {
+  key.add(std::uint64_t{solid.grid.degreesOfFreedom})
+      .add(solid.grid.cellSize.value_or(0.0))
+      .add(static_cast<std::uint64_t>(solid.grid.rows))
+      .add(static_cast<std::uint64_t>(solid.maxModes));
+}
+
+void addShell(ModelKey& key, const ShellSettings& shell) {
+  key.add(shell.thickness)
+      .add(static_cast<std::uint64_t>(shell.springs))
+      .add(std::uint64_t{shell.minVertices})
+      .add(std::uint64_t{shell.maxVertices})
+      .add(std::uint64_t{shell.maxModes});
+}
+
+ModelKey keyOf(const SurfaceMesh& mesh, const Material& material,
+               const MeshAnalysisSettings& settings) {
+  ModelKey key;
+  key.add("mesh analysis").add(kAnalysisVersion).add(mesh).add(material);
+  key.add(static_cast<std::uint64_t>(settings.body));
+  if (settings.body == BodyModel::solid)
+    addSolid(key, settings.solid);
+  else
+    addShell(key, settings.shell);
+  key.add(std::uint64_t{settings.leastVertices}).add(std::uint64_t{settings.mostVertices});
+  key.add(settings.medium.density).add(settings.medium.speedOfSound);
+  key.add(std::uint64_t{settings.radiation.has_value()});
+  if (settings.radiation) {
+    key.add(std::uint64_t{settings.radiation->panels});
+    key.add(static_cast<std::uint64_t>(settings.radiation->maxOrder));
+  }
+  return key;
+}
+
+/// Maps the progress of a part of the work to its share of the whole.
+Progress partOf(const Progress& progress, double begin, double end) {
+  if (!progress) return {};
+  return [&progress, begin, end](std::string_view stage, double fraction) {
+    return progress(stage, begin + (end - begin) * fraction);
+  };
+}
+
+Result<SurfaceMesh> detailed(const SurfaceMesh& mesh, const MeshAnalysisSettings& settings) {
+  if (mesh.vertices.size() > settings.mostVertices) return simplified(mesh, settings.mostVertices);
+  return subdividedTo(mesh, settings.leastVertices);
+}
+
+Result<MeshAnalysis> analyseAsSolid(const SurfaceMesh& surface, const Material& material,
+                                    const MeshAnalysisSettings& settings,
+                                    const Progress& progress) {
+  if (const Status solid = needSolid(checkMesh(surface)); !solid) return solid.error();
+  const Result<SurfaceMesh> fine = detailed(surface, settings);
+  if (!fine) return fine.error();
+  Result<SolidAnalysis> found = analyseSolid(*fine, material, settings.solid, progress);
+  if (!found) return found.error();
+  MeshAnalysis analysis;
+  analysis.model = std::move(found->model);
+  analysis.model.leftOut.above += static_cast<std::uint32_t>(found->modesBeyond);
+  analysis.degreesOfFreedom = found->degreesOfFreedom;
+  return analysis;
+}
+
+Result<MeshAnalysis> analyseAsShell(const SurfaceMesh& surface, const Material& material,
+                                    const MeshAnalysisSettings& settings,
+                                    const Progress& progress) {
+  Result<ModalModel> model = shellModalModel(surface, material, settings.shell, progress);
+  if (!model) return model.error();
+  MeshAnalysis analysis;
+  analysis.degreesOfFreedom =
+      (settings.shell.springs == ShellSprings::axial ? 3U : 1U) * model->surface.vertices.size();
+  analysis.model = *std::move(model);
+  return analysis;
+}
+
+Result<MeshAnalysis> analysed(const SurfaceMesh& mesh, const Material& material,
+                              const MeshAnalysisSettings& settings, const Progress& progress) {
+  const SurfaceMesh surface = mended(mesh).surface;
+  const auto analyse = settings.body == BodyModel::solid ? analyseAsSolid : analyseAsShell;
+  Result<MeshAnalysis> analysis =
+      analyse(surface, material, settings, partOf(progress, 0.0, kOfModes));
+  if (!analysis) return analysis;
+  ModalModel& model = analysis->model;
+  model.medium = settings.medium;
+  if (model.modes.empty()) return analysis;
+  if (!settings.radiation) {
+    findVolumes(model);
+    return analysis;
+  }
+  const Result<RadiationReport> radiation =
+      computeRadiation(model, *settings.radiation, partOf(progress, kOfModes, 1.0));
+  if (!radiation) return radiation.error();
+  analysis->radiation = *radiation;
+  return analysis;
+}
+
+}  // namespace
+
+Result<MeshAnalysis> analyseMesh(const SurfaceMesh& mesh, const Material& material,
+                                 const MeshAnalysisSettings& settings, ModelCache* cache,
+                                 const Progress& progress) {
+  MeshReport report = checkMesh(mesh);
+  for (const MeshFault fault : {MeshFault::empty, MeshFault::badIndex, MeshFault::notFinite})
+    if (const MeshFinding* finding = report.find(fault)) return Error{finding->text};
+  const ModelKey key = keyOf(mesh, material, settings);
+  if (cache != nullptr) {
+    if (std::optional<ModalModel> known = cache->find(key)) {
+      MeshAnalysis analysis;
+      analysis.model = *std::move(known);
+      analysis.findings = std::move(report.findings);
+      analysis.isFromCache = true;
+      return analysis;
+    }
+  }
+  Result<MeshAnalysis> analysis = analysed(mesh, material, settings, progress);
+  if (!analysis) return analysis;
+  analysis->findings = std::move(report.findings);
+  if (cache != nullptr) (void)cache->store(key, analysis->model);
+  return analysis;
+}
+
+}  // namespace carom

@@ -1,0 +1,470 @@
+#include "carom/modal/gltf_audio.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+#include "audio/io/byte_file.h"
+#include "audio/model/positive.h"
+#include "modal/gltf/gltf_document.h"
+
+namespace carom {
+
+using namespace audio;
+using namespace modal;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kExtension = "KHR_audio_rigid_bodies";
+
+// ---- Checks against the draft.
+
+/// Largest error of the length of a unit quaternion in a file of floats.
+constexpr double kUnit = 1e-3;
+
+bool isFraction(double value, double lowest, double highest) {
+  return value > lowest && value < highest;
+}
+bool allFinite(const std::vector<float>& values) {
+  return std::ranges::all_of(values, [](float value) { return std::isfinite(value); });
+}
+bool allFinite(const std::vector<Eigen::Vector3f>& values) {
+  return std::ranges::all_of(values,
+                             [](const Eigen::Vector3f& value) { return value.allFinite(); });
+}
+
+std::string whyNot(const GltfMassProperties& properties) {
+  if (!isPositive(properties.mass)) return "/massProperties/mass: must be positive (kg)";
+  if (!properties.centreOfMass.allFinite()) return "/massProperties/centerOfMass: must be finite";
+  if (!properties.inertiaDiagonal.allFinite() || properties.inertiaDiagonal.minCoeff() < 0.0)
+    return "/massProperties/inertiaDiagonal: must be at least 0 (kg m^2)";
+  if (!(std::abs(properties.inertiaOrientation.norm() - 1.0) <= kUnit))
+    return "/massProperties/inertiaOrientation: must be a quaternion of length 1";
+  return {};
+}
+
+std::string whyNotModes(const GltfModalModel& model) {
+  const auto positive = [](float value) { return std::isfinite(value) && value > 0.0F; };
+  const auto notNegative = [](float value) { return std::isfinite(value) && value >= 0.0F; };
+  if (model.frequencies.empty()) return "/frequencies: must be of one mode or more";
+  if (!std::ranges::all_of(model.frequencies, positive))
+    return "/frequencies: must be positive and finite (Hz)";
+  if (model.decayRates.size() != model.frequencies.size())
+    return "/decayRates: must be as many as frequencies";
+  if (!std::ranges::all_of(model.decayRates, notNegative))
+    return "/decayRates: must be at least 0 and finite (1/s)";
+  if (!model.volumes.empty() && model.volumes.size() != model.frequencies.size())
+    return "/extras/carom/volumes: must be as many as frequencies";
+  if (!std::ranges::all_of(model.volumes, [](double value) { return std::isfinite(value); }))
+    return "/extras/carom/volumes: must be finite";
+  return {};
+}
+
+std::string whyNotPoints(const GltfModalModel& model) {
+  const std::size_t points = model.positions.size();
+  if (points == 0) return "/positions: must be of one point or more";
+  if (!allFinite(model.positions)) return "/positions: must be finite";
+  if (model.shapes.size() != model.frequencies.size() * points)
+    return "/shapes: must be as many as frequencies times positions";
+  if (!allFinite(model.shapes)) return "/shapes: must be finite";
+  if (model.indices.size() % 3 != 0) return "/indices: must be three for each triangle";
+  const auto there = [points](std::uint32_t index) { return index < points; };
+  if (!std::ranges::all_of(model.indices, there))
+    return "/indices: must each be less than the number of positions";
+  return {};
+}
+
+std::string whyNot(const GltfModalModel& model, std::size_t materials) {
+  if (std::string why = whyNotModes(model); !why.empty()) return why;
+  if (std::string why = whyNotPoints(model); !why.empty()) return why;
+  if (model.material && *model.material >= materials)
+    return "/material: must be the index of an acoustic material, and there are " +
+           std::to_string(materials);
+  return model.massProperties ? whyNot(*model.massProperties) : std::string();
+}
+
+std::string whyNot(const GltfAcousticMaterial& material) {
+  const auto notNegative = [](double value) { return std::isfinite(value) && value >= 0.0; };
+  if (!isPositive(material.density.value_or(1.0))) return "/density: must be positive (kg/m^3)";
+  if (!isPositive(material.youngsModulus.value_or(1.0)))
+    return "/youngsModulus: must be positive (Pa)";
+  if (!isFraction(material.poissonRatio.value_or(0.0), -1.0, 0.5))
+    return "/poissonRatio: must be above -1 and below 0.5";
+  if (!notNegative(material.alpha.value_or(0.0))) return "/alpha: must be at least 0 (1/s)";
+  if (!notNegative(material.beta.value_or(0.0))) return "/beta: must be at least 0 (s)";
+  const double restitution = material.restitution.value_or(0.0);
+  if (!(restitution >= 0.0 && restitution <= 1.0))
+    return "/extras/carom/restitution: must be from 0 to 1";
+  return {};
+}
+
+std::string whyNot(const GltfAcousticSurface& surface, std::size_t materials) {
+  if (!isPositive(surface.roughness)) return "/roughness: must be positive (m)";
+  if (!isPositive(surface.correlationLength)) return "/correlationLength: must be positive (m)";
+  if (!(surface.spectralSlope <= 0.0) || std::isinf(surface.spectralSlope))
+    return "/spectralSlope: must be at most 0";
+  if (!isPositive(surface.shortWavelength.value_or(1.0)))
+    return "/shortWavelength: must be positive (m)";
+  if (!(surface.waviness >= 0.0) || std::isinf(surface.waviness))
+    return "/waviness: must be at least 0 (m)";
+  if (!isPositive(surface.wavinessLength)) return "/wavinessLength: must be positive (m)";
+  if (surface.profile.size() == 1) return "/profile: must be of two heights or more";
+  if (!allFinite(surface.profile)) return "/profile: must be finite (m)";
+  if (!surface.profile.empty() && !isPositive(surface.sampleSpacing))
+    return "/sampleSpacing: must be positive (m) where there is a profile";
+  if (!std::isfinite(surface.normalScale)) return "/normalTexture/scale: must be finite";
+  if (surface.material && *surface.material >= materials)
+    return "/material: must be the index of an acoustic material, and there are " +
+           std::to_string(materials);
+  return {};
+}
+
+std::string whyNot(const GltfAudioNode& node, const GltfAudio& audio) {
+  if (node.modalModel && *node.modalModel >= audio.models.size())
+    return "modalModel must be the index of one, and there are " +
+           std::to_string(audio.models.size());
+  if (node.acousticSurface && *node.acousticSurface >= audio.surfaces.size())
+    return "acousticSurface must be the index of one, and there are " +
+           std::to_string(audio.surfaces.size());
+  if (!(node.gain >= 0.0) || std::isinf(node.gain)) return "gain must be at least 0";
+  if (!node.globalTransform.allFinite()) return "its transform must be finite";
+  return {};
+}
+
+// ---- Reading.
+
+GltfMassProperties readMassProperties(const JsonView& view) {
+  GltfMassProperties properties;
+  properties.mass = view.member("mass").number();
+  view.numbers("centerOfMass", {properties.centreOfMass.data(), 3});
+  view.numbers("inertiaDiagonal", {properties.inertiaDiagonal.data(), 3});
+  // The order is x, y, z, w, in glTF as in Eigen's memory.
+  view.numbers("inertiaOrientation", {properties.inertiaOrientation.coeffs().data(), 4});
+  return properties;
+}
+
+void readExtras(const JsonView& extras, GltfModalModel& model) {
+  for (const JsonView& volume : extras.member("volumes").elements())
+    model.volumes.push_back(volume.number());
+  if (!extras.has("leftOut")) return;
+  const JsonView counts = extras.member("leftOut");
+  const auto count = [&counts](const std::string& key) {
+    constexpr std::size_t kMost = std::numeric_limits<std::uint32_t>::max();
+    return static_cast<std::uint32_t>(std::min(counts.index(key, 0), kMost));
+  };
+  model.leftOut = ModesLeftOut{count("rigid"), count("below"), count("above"), count("overdamped")};
+}
+
+GltfModalModel readModel(GltfDocument& document, const JsonView& view) {
+  GltfModalModel model;
+  model.name = view.text("name");
+  model.frequencies = document.scalars(view.member("frequencies"));
+  model.decayRates = document.scalars(view.member("decayRates"));
+  model.positions = document.vectors(view.member("positions"));
+  model.shapes = document.vectors(view.member("shapes"));
+  if (view.has("indices")) model.indices = document.indices(view.member("indices"));
+  model.material = view.indexIf("material");
+  if (view.has("massProperties"))
+    model.massProperties = readMassProperties(view.member("massProperties"));
+  if (view.has("extras") && view.member("extras").has("carom"))
+    readExtras(view.member("extras").member("carom"), model);
+  return model;
+}
+
+GltfAcousticMaterial readMaterial(const JsonView& view) {
+  GltfAcousticMaterial material;
+  material.name = view.text("name");
+  material.density = view.numberIf("density");
+  material.youngsModulus = view.numberIf("youngsModulus");
+  material.poissonRatio = view.numberIf("poissonRatio");
+  material.alpha = view.numberIf("alpha");
+  material.beta = view.numberIf("beta");
+  if (view.has("extras") && view.member("extras").has("carom"))
+    material.restitution = view.member("extras").member("carom").numberIf("restitution");
+  return material;
+}
+
+GltfAcousticSurface readSurface(GltfDocument& document, const JsonView& view) {
+  GltfAcousticSurface surface;
+  surface.name = view.text("name");
+  surface.roughness = view.number("roughness", surface.roughness);
+  surface.correlationLength = view.number("correlationLength", surface.correlationLength);
+  surface.spectralSlope = view.number("spectralSlope", surface.spectralSlope);
+  surface.shortWavelength = view.numberIf("shortWavelength");
+  surface.wavinessLength = view.number("wavinessLength", surface.wavinessLength);
+  surface.waviness = view.number("waviness", surface.waviness);
+  if (view.has("waviness") && surface.waviness > 0.0 && !view.has("wavinessLength"))
+    view.member("wavinessLength").refuse("is missing; waviness needs it");
+  if (view.has("profile")) surface.profile = document.scalars(view.member("profile"));
+  surface.sampleSpacing = view.number("sampleSpacing", 0.0);
+  if (view.has("normalTexture")) {
+    const JsonView texture = view.member("normalTexture");
+    surface.normalTexture = texture.member("index").index();
+    surface.normalTexCoord = texture.index("texCoord", 0);
+    surface.normalScale = texture.number("scale", 1.0);
+  }
+  surface.material = view.indexIf("material");
+  return surface;
+}
+
+/// Returns the transform from a node's frame to that of its parent.
+Eigen::Matrix4d readTransform(const JsonView& node) {
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  node.numbers("matrix", {matrix.data(), 16});  // column by column, in glTF and in Eigen
+  Vec3 translation = Vec3::Zero();
+  Vec3 scale = Vec3::Ones();
+  Quat rotation = Quat::Identity();
+  node.numbers("translation", {translation.data(), 3});
+  node.numbers("scale", {scale.data(), 3});
+  node.numbers("rotation", {rotation.coeffs().data(), 4});
+  if (node.has("matrix")) return matrix;
+  if (!(std::abs(rotation.norm() - 1.0) <= kUnit))
+    node.member("rotation").refuse("must be a quaternion of length 1");
+  matrix.topLeftCorner<3, 3>() = rotation.normalized().toRotationMatrix() * scale.asDiagonal();
+  matrix.topRightCorner<3, 1>() = translation;
+  return matrix;
+}
+
+/// Returns the transforms of all nodes to the frame of the scene. Nodes without a parent are
+/// reached first, and parents before their children; nodes in a ring are never reached.
+std::vector<Eigen::Matrix4d> globalTransforms(const std::vector<JsonView>& nodes) {
+  std::vector<std::vector<std::size_t>> children(nodes.size());
+  std::vector<bool> hasParent(nodes.size(), false);
+  for (std::size_t node = 0; node < nodes.size(); ++node) {
+    for (const JsonView& child : nodes[node].member("children").elements()) {
+      const std::size_t index = child.index();
+      if (index >= nodes.size() || hasParent[index])
+        child.refuse("must be the index of a node that has no other parent");
+      else
+        children[node].push_back(index), hasParent[index] = true;
+    }
+  }
+  std::vector<Eigen::Matrix4d> transforms(nodes.size());
+  std::vector<std::size_t> reached;
+  for (std::size_t node = 0; node < nodes.size(); ++node)
+    if (!hasParent[node]) reached.push_back(node), transforms[node] = readTransform(nodes[node]);
+  for (std::size_t next = 0; next < reached.size(); ++next) {
+    for (const std::size_t child : children[reached[next]]) {
+      transforms[child] = transforms[reached[next]] * readTransform(nodes[child]);
+      reached.push_back(child);
+    }
+  }
+  if (reached.size() < nodes.size())
+    nodes.front().refuse("or another node is a descendant of itself; expected trees");
+  return transforms;
+}
+
+void readNodes(GltfDocument& document, GltfAudio& audio) {
+  const std::vector<JsonView> nodes = document.root().member("nodes").elements();
+  const std::vector<Eigen::Matrix4d> transforms = globalTransforms(nodes);
+  for (std::size_t index = 0; index < nodes.size(); ++index) {
+    const JsonView extensions = nodes[index].member("extensions");
+    if (!extensions.has(kExtension)) continue;
+    const JsonView view = extensions.member(kExtension);
+    GltfAudioNode node;
+    node.name = nodes[index].text("name");
+    node.modalModel = view.indexIf("modalModel");
+    node.acousticSurface = view.indexIf("acousticSurface");
+    node.gain = view.number("gain", 1.0);
+    node.globalTransform = transforms[index];
+    if (const std::string why = whyNot(node, audio); !why.empty()) view.refuse(why);
+    audio.nodes.push_back(std::move(node));
+  }
+}
+
+GltfAudio readExtension(GltfDocument& document, const JsonView& extension) {
+  GltfAudio audio;
+  for (const JsonView& view : extension.member("acousticMaterials").elements())
+    audio.materials.push_back(readMaterial(view));
+  for (const JsonView& view : extension.member("acousticSurfaces").elements())
+    audio.surfaces.push_back(readSurface(document, view));
+  for (const JsonView& view : extension.member("modalModels").elements())
+    audio.models.push_back(readModel(document, view));
+  if (document.fault().empty()) readNodes(document, audio);
+  return audio;
+}
+
+// ---- Writing.
+
+Json arrayOf(std::span<const double> values) {
+  Json array = Json::array();
+  for (const double value : values)
+    array.push_back(value);
+  return array;
+}
+
+void putName(Json& json, const std::string& name) {
+  if (!name.empty()) json["name"] = name;
+}
+template <class Value>
+void putIf(Json& json, const char* key, const std::optional<Value>& value) {
+  if (value) json[key] = *value;
+}
+
+Json massPropertiesJson(const GltfMassProperties& properties) {
+  return {{"mass", properties.mass},
+          {"centerOfMass", arrayOf({properties.centreOfMass.data(), 3})},
+          {"inertiaDiagonal", arrayOf({properties.inertiaDiagonal.data(), 3})},
+          {"inertiaOrientation", arrayOf({properties.inertiaOrientation.coeffs().data(), 4})}};
+}
+
+Json modelJson(const GltfModalModel& model, GltfBuilder& builder) {
+  Json json = Json::object();
+  putName(json, model.name);
+  json["frequencies"] = builder.scalars(model.frequencies);
+  json["decayRates"] = builder.scalars(model.decayRates);
+  json["positions"] = builder.vectors(model.positions);
+  json["shapes"] = builder.vectors(model.shapes);
+  if (!model.indices.empty()) json["indices"] = builder.indices(model.indices);
+  putIf(json, "material", model.material);
+  if (model.massProperties) json["massProperties"] = massPropertiesJson(*model.massProperties);
+  Json extras = Json::object();
+  if (!model.volumes.empty()) extras["volumes"] = arrayOf(model.volumes);
+  if (model.leftOut)
+    extras["leftOut"] = {{"rigid", model.leftOut->rigid},
+                         {"below", model.leftOut->below},
+                         {"above", model.leftOut->above},
+                         {"overdamped", model.leftOut->overdamped}};
+  if (!extras.empty()) json["extras"]["carom"] = extras;
+  return json;
+}
+
+Json materialJson(const GltfAcousticMaterial& material) {
+  Json json = Json::object();
+  putName(json, material.name);
+  putIf(json, "density", material.density);
+  putIf(json, "youngsModulus", material.youngsModulus);
+  putIf(json, "poissonRatio", material.poissonRatio);
+  putIf(json, "alpha", material.alpha);
+  putIf(json, "beta", material.beta);
+  if (material.restitution) json["extras"]["carom"]["restitution"] = *material.restitution;
+  return json;
+}
+
+Json surfaceJson(const GltfAcousticSurface& surface, GltfBuilder& builder) {
+  Json json = Json::object();
+  putName(json, surface.name);
+  json["roughness"] = surface.roughness;
+  json["correlationLength"] = surface.correlationLength;
+  json["spectralSlope"] = surface.spectralSlope;
+  putIf(json, "shortWavelength", surface.shortWavelength);
+  json["waviness"] = surface.waviness;
+  json["wavinessLength"] = surface.wavinessLength;
+  if (!surface.profile.empty()) {
+    json["profile"] = builder.scalars(surface.profile);
+    json["sampleSpacing"] = surface.sampleSpacing;
+  }
+  putIf(json, "material", surface.material);
+  return json;
+}
+
+Json nodeJson(const GltfAudioNode& node) {
+  Json json = Json::object();
+  putName(json, node.name);
+  if (!node.globalTransform.isIdentity(0.0))
+    json["matrix"] = arrayOf({node.globalTransform.data(), 16});
+  Json& part = json["extensions"][kExtension] = Json::object();
+  putIf(part, "modalModel", node.modalModel);
+  putIf(part, "acousticSurface", node.acousticSurface);
+  part["gain"] = node.gain;
+  return json;
+}
+
+/// Puts an array unless it is empty: glTF has no empty arrays.
+void putArray(Json& json, const char* key, Json&& array) {
+  if (!array.empty()) json[key] = std::move(array);
+}
+
+Json documentJson(const GltfAudio& audio, GltfBuilder& builder) {
+  Json models = Json::array();
+  Json materials = Json::array();
+  Json surfaces = Json::array();
+  Json nodes = Json::array();
+  Json roots = Json::array();
+  for (const GltfModalModel& model : audio.models)
+    models.push_back(modelJson(model, builder));
+  for (const GltfAcousticMaterial& material : audio.materials)
+    materials.push_back(materialJson(material));
+  for (const GltfAcousticSurface& surface : audio.surfaces)
+    surfaces.push_back(surfaceJson(surface, builder));
+  for (const GltfAudioNode& node : audio.nodes) {
+    roots.push_back(nodes.size());
+    nodes.push_back(nodeJson(node));
+  }
+  Json json = {{"asset", nullptr}, {"extensionsUsed", Json::array({kExtension})}};
+  Json& extension = json["extensions"][kExtension] = Json::object();
+  putArray(extension, "acousticMaterials", std::move(materials));
+  putArray(extension, "acousticSurfaces", std::move(surfaces));
+  putArray(extension, "modalModels", std::move(models));
+  if (!nodes.empty()) {
+    json["scene"] = 0;
+    json["scenes"] = Json::array({{{"nodes", roots}}});
+  }
+  putArray(json, "nodes", std::move(nodes));
+  return json;
+}
+
+}  // namespace
+
+std::string whyNot(const GltfAudio& audio) {
+  const auto at = [](const char* array, std::size_t index, const std::string& why) {
+    return '/' + std::string(array) + '/' + std::to_string(index) + why;
+  };
+  for (std::size_t index = 0; index < audio.materials.size(); ++index)
+    if (const std::string why = whyNot(audio.materials[index]); !why.empty())
+      return at("acousticMaterials", index, why);
+  for (std::size_t index = 0; index < audio.surfaces.size(); ++index)
+    if (const std::string why = whyNot(audio.surfaces[index], audio.materials.size()); !why.empty())
+      return at("acousticSurfaces", index, why);
+  for (std::size_t index = 0; index < audio.models.size(); ++index)
+    if (const std::string why = whyNot(audio.models[index], audio.materials.size()); !why.empty())
+      return at("modalModels", index, why);
+  for (const GltfAudioNode& node : audio.nodes)
+    if (const std::string why = whyNot(node, audio); !why.empty())
+      return "node '" + node.name + "': " + why;
+  return {};
+}
+
+Result<GltfAudio> parseGltfAudio(std::span<const std::byte> bytes, std::string_view name,
+                                 const fs::path& folder) {
+  const auto refuse = [name](const std::string& why) {
+    return Error{std::string(name) + ": " + why};
+  };
+  Result<GltfDocument> document = GltfDocument::parse(bytes, folder);
+  if (!document) return refuse(document.error().message);
+  const JsonView extensions = document->root().member("extensions");
+  if (!extensions.has(kExtension))
+    return refuse(
+        "has no /extensions/KHR_audio_rigid_bodies; expected a glTF file with modal "
+        "models, acoustic materials or surfaces");
+  GltfAudio audio = readExtension(*document, extensions.member(kExtension));
+  if (!document->fault().empty()) return refuse(document->fault());
+  if (const std::string why = whyNot(audio); !why.empty())
+    return refuse("/extensions/" + std::string(kExtension) + why);
+  return audio;
+}
+
+Result<GltfAudio> readGltfAudio(const fs::path& path) {
+  const Result<std::vector<std::byte>> bytes = readBytes(path);
+  if (!bytes) return Error{path.string() + ": " + bytes.error().message};
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  return parseGltfAudio(*bytes, path.string(), folder);
+}
+
+Status writeGltfAudio(const fs::path& path, const GltfAudio& audio) {
+  const auto refuse = [&path](const std::string& why) { return Error{path.string() + ": " + why}; };
+  const bool binary = path.extension() == ".glb";
+  if (!binary && path.extension() != ".gltf")
+    return refuse("must end in .gltf or .glb, to say which of the two to write");
+  if (const std::string why = whyNot(audio); !why.empty())
+    return refuse("cannot be written: " + why);
+  GltfBuilder builder;
+  Json json = documentJson(audio, builder);
+  return writeBytes(path, binary ? builder.glb(std::move(json)) : builder.gltf(std::move(json)));
+}
+
+}  // namespace carom

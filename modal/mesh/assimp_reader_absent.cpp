@@ -1,0 +1,13 @@
+// Takes the place of assimp_reader.cpp in a build without Assimp.
+
+#include "modal/mesh/assimp_reader.h"
+
+namespace carom::modal {
+
+Result<PolygonMesh> readByAssimp(std::span<const std::byte>, const std::string& extension,
+                                 const std::optional<std::filesystem::path>&) {
+  return Error{"this build of Carom reads no " + extension +
+               "; build it with CAROM_MESHES=ON, or give it a .ply"};
+}
+
+}  // namespace carom::modal

@@ -1,0 +1,140 @@
+#include "carom/modal/mesh_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "audio/io/byte_file.h"
+#include "audio/model/positive.h"
+#include "modal/mesh/assimp_reader.h"
+#include "modal/mesh/ply_reader.h"
+#include "modal/mesh/polygon_mesh.h"
+#include "modal/mesh/printable.h"
+
+namespace carom {
+
+using namespace audio;
+using namespace modal;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxTriangles = 10'000'000;
+constexpr std::size_t kMaxCorners = 4096;
+constexpr double kMaxWeld = 0.1;
+
+constexpr std::array<std::string_view, 5> kExtensions = {".obj", ".ply", ".stl", ".gltf", ".glb"};
+
+std::string whyNot(const MeshImport& import) {
+  if (!isPositive(import.scale)) return "the scale must be positive (m to a unit of the file)";
+  if (!(import.weldTolerance >= 0.0 && import.weldTolerance <= kMaxWeld))
+    return "the weld tolerance must be from 0 to 0.1 (of the extent)";
+  return "";
+}
+
+/// Returns the extension in lower case; empty if it is none that can be read.
+std::string formatOf(const fs::path& name) {
+  std::string extension = name.extension().string();
+  for (char& letter : extension)
+    letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+  return std::ranges::find(kExtensions, extension) != kExtensions.end() ? extension : "";
+}
+
+double extentOfPoints(const std::vector<Vec3>& points) {
+  if (points.empty()) return 0.0;
+  Vec3 low = points.front();
+  Vec3 high = low;
+  for (const Vec3& point : points) {
+    low = low.cwiseMin(point);
+    high = high.cwiseMax(point);
+  }
+  return (high - low).maxCoeff();
+}
+
+std::string whyNot(const PolygonMesh& mesh) {
+  std::size_t triangles = 0;
+  for (std::size_t index = 0; index < mesh.polygons(); ++index) {
+    const auto polygon = mesh.polygon(index);
+    for (const std::uint32_t vertex : polygon)
+      if (vertex >= mesh.vertices.size())
+        return "polygon " + std::to_string(index) + " names vertex " + std::to_string(vertex) +
+               " of " + std::to_string(mesh.vertices.size());
+    if (polygon.size() > kMaxCorners)
+      return "polygon " + std::to_string(index) + " has " + std::to_string(polygon.size()) +
+             " corners; expected at most " + std::to_string(kMaxCorners);
+    triangles += polygon.size() < 3 ? 0 : polygon.size() - 2;
+  }
+  if (triangles > kMaxTriangles)
+    return "it has " + std::to_string(triangles) + " triangles; expected at most 10 million";
+  return "";
+}
+
+Result<LoadedMesh> surfaceOf(const PolygonMesh& mesh, const MeshImport& import) {
+  if (std::string reason = whyNot(mesh); !reason.empty()) return Error{reason};
+  LoadedMesh result;
+  result.meshes = mesh.meshes;
+  result.leftOut = mesh.leftOut;
+  SurfaceMesh loose;
+  for (const Vec3& vertex : mesh.vertices) {
+    loose.vertices.emplace_back(import.scale * vertex);
+    if (!loose.vertices.back().allFinite())
+      return Error{"vertex " + std::to_string(loose.vertices.size() - 1) + " is not finite"};
+  }
+  for (std::size_t index = 0; index < mesh.polygons(); ++index)
+    triangulate(mesh.polygon(index), loose.vertices, loose.triangles);
+  std::vector<std::uint32_t> kept;
+  result.surface = welded(loose, import.weldTolerance * extentOfPoints(loose.vertices), &kept);
+  // Texture coordinates come from the vertices before welding: along a seam one place has two.
+  if (!mesh.coordinates.empty()) {
+    for (const std::uint32_t index : kept) {
+      const auto& [a, b, c] = loose.triangles[index];
+      result.coordinates.push_back({mesh.coordinates[a], mesh.coordinates[b], mesh.coordinates[c]});
+    }
+  }
+  result.vanished = loose.triangles.size() - result.surface.triangles.size();
+  if (result.surface.triangles.empty()) return Error{"it has no triangles; expected a surface"};
+  return result;
+}
+
+Result<LoadedMesh> read(std::span<const std::byte> bytes, const fs::path& name,
+                        const std::optional<fs::path>& folder, const MeshImport& import) {
+  if (std::string reason = whyNot(import); !reason.empty()) return Error{reason};
+  const std::string format = formatOf(name);
+  if (format.empty())
+    return Error{"its name ends in '" + printable(name.extension().string()) +
+                 "'; expected .obj, .ply, .stl, .gltf or .glb"};
+  if (bytes.empty()) return Error{"it is empty"};
+  const Result<PolygonMesh> mesh =
+      format == ".ply" ? readPly(bytes) : readByAssimp(bytes, format, folder);
+  if (!mesh) return mesh.error();
+  return surfaceOf(*mesh, import);
+}
+
+Error refused(const fs::path& name, const Error& error) {
+  return Error{"mesh file '" + name.string() + "': " + error.message};
+}
+
+}  // namespace
+
+Result<LoadedMesh> loadMesh(const fs::path& path, const MeshImport& import) {
+  const Result<std::vector<std::byte>> bytes = readBytes(path);
+  if (!bytes) return refused(path, bytes.error());
+  Result<LoadedMesh> result = read(*bytes, path, path.parent_path(), import);
+  if (!result) return refused(path, result.error());
+  return result;
+}
+
+Result<LoadedMesh> meshFromBytes(std::span<const std::byte> bytes, const std::string& name,
+                                 const MeshImport& import) {
+  Result<LoadedMesh> result = read(bytes, name, std::nullopt, import);
+  if (!result) return refused(name, result.error());
+  return result;
+}
+
+}  // namespace carom

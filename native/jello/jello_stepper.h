@@ -1,0 +1,128 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "carom/audio/result.h"
+#include "native/jello/jello_kernels.h"
+#include "native/jello/jello_skin.h"
+#include "native/jello/jello_worker.h"
+#include "native/jello/jello_world.h"
+
+namespace carom::native {
+
+/// The integrator and step (s, > 0) of a jello; jelloLimits tells which steps are stable.
+struct JelloStepping {
+  JelloIntegrator integrator = JelloIntegrator::rungeKutta4;
+  double step = 0.0;
+};
+
+/// Energies in J. `total` is constant if nothing damps, and falls otherwise.
+struct JelloEnergy {
+  double kinetic = 0.0;
+  double elastic = 0.0;  ///< in the springs
+  double gravity = 0.0;  ///< relative to the origin
+  double contact = 0.0;  ///< in points and balls pressed into walls and balls
+
+  double total() const { return kinetic + elastic + gravity + contact; }
+};
+
+/// The contact of a ball with the jello during a step.
+struct JelloTouch {
+  bool isThere = false;         ///< true if the ball touched the jello
+  Vec3 impulse = Vec3::Zero();  ///< N s, on the ball
+  // Means over the places of contact, weighted by force; only valid if there is an impulse.
+  Vec3 point = Vec3::Zero();     ///< m
+  Vec3 velocity = Vec3::Zero();  ///< m/s, of the jello
+};
+
+/// Steps a jello and its balls. Deterministic: the same bits on any machine, whatever its
+/// instruction set, but with backwardEuler, whose linear solver is Eigen's. A lattice of kSplitFrom
+/// points along each axis or more is computed in two halves, by a second thread if there is a
+/// second core; the bits are those of one core. [one thread]
+class JelloStepper {
+ public:
+  static constexpr std::size_t kSplitFrom = 24;
+
+  /// Creates a stepper; `step` in s. Errors: those of whyNot(JelloWorld), or a step that is not
+  /// positive. The stability of the step is not checked here: see jelloLimits.
+  static Result<JelloStepper> create(JelloWorld world, JelloIntegrator integrator, double step);
+
+  /// Advances by one step. Error: it has blown up, with the time and what to change; the state is
+  /// that before the step, and stays so.
+  Status advance();
+
+  /// Sets place (m) and velocity (m/s) of a ball.
+  void setBall(std::size_t ball, const Vec3& position, const Vec3& velocity);
+
+  double time() const { return static_cast<double>(steps_) * step_; }  ///< s
+  double step() const { return step_; }
+  std::size_t steps() const { return steps_; }
+  const JelloWorld& world() const { return world_; }  ///< the world at time 0
+
+  Vec3 position(std::size_t point) const { return at(0, point); }  ///< m
+  Vec3 velocity(std::size_t point) const { return at(3, point); }  ///< m/s
+  Vec3 ballPosition(std::size_t ball) const { return at(0, world_.pointCount() + ball); }
+  Vec3 ballVelocity(std::size_t ball) const { return at(3, world_.pointCount() + ball); }
+
+  JelloEnergy energy() const;
+  Vec3 momentum() const;         ///< N s, jello and balls
+  Vec3 angularMomentum() const;  ///< N m s, about the origin; balls count as points
+  double volume() const;         ///< m^3, enclosed by the outermost points, in triangles
+  Vec3 centre() const;           ///< m, centre of the jello's mass
+  Vec3 jelloMomentum() const;    ///< N s, without the balls
+  /// Touches in the last step, by ball.
+  std::span<const JelloTouch> touches() const { return touches_; }
+
+ private:
+  JelloStepper(JelloWorld world, JelloIntegrator integrator, double step);
+
+  /// Places x, y, z, then velocities x, y, z: kJelloSlack zeros around each.
+  using Values = JelloValues;
+  Vec3 at(std::size_t array, std::size_t index) const;
+  void put(std::size_t array, std::size_t index, const Vec3& value);
+  JelloSkin::Places places() const;
+  std::size_t bodies() const { return world_.pointCount() + world_.balls.size(); }
+  std::size_t stride() const {  // a multiple of kJelloBlock
+    return (bodies() / kJelloBlock + 1) * kJelloBlock + 2 * kJelloSlack;
+  }
+  JelloArrays arraysOf(const Values& values, Values& accelerations) const;
+  std::size_t parts() const;
+  void inParts(const std::function<void(std::size_t)>& part);
+  void addSprings(const JelloArrays& arrays);
+  void addField(const JelloArrays& arrays) const;
+  void addBalls(const JelloArrays& arrays, double share);
+  void pushBySkin(std::size_t ball, const JelloArrays& arrays, double share);
+  void accelerate(const Values& values, double share, Values& accelerations);
+  struct Terms;
+  void combine(const Terms& places, const Terms& speeds, Values& out);
+  void explicitStep();
+  void symplecticStep();
+  void midpointStep();
+  void rungeKuttaStep();
+  void implicitStep();
+  bool hasBlownUp() const;
+
+  JelloWorld world_;
+  JelloIntegrator integrator_;
+  double step_;
+  std::size_t steps_ = 0;
+  JelloSprings springs_;
+  JelloSkin skin_;
+  std::vector<JelloWall> walls_;
+  Values now_;
+  Values before_;
+  std::array<Values, 4> accelerations_;  // x, y and z in m/s^2, by stage
+  Values stage_;
+  Values upperForces_;                   // N, by the second half of the springs, if split
+  std::unique_ptr<JelloWorker> worker_;  // null if there is no second core for it
+  std::vector<double> inverseMass_;      // 1/kg, by body
+  std::vector<JelloTouch> touches_;
+  std::vector<double> touchSizes_;  // N, by ball: weight of the means of its touch so far
+};
+
+}  // namespace carom::native

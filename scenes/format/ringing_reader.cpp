@@ -1,0 +1,67 @@
+#include "scenes/format/ringing_reader.h"
+
+#include <cstddef>
+
+#include "scenes/format/scene_ranges.h"
+
+namespace carom::scenes {
+namespace {
+
+// scene.schema.json and docs/scenes.md repeat these; a test compares the schema.
+
+constexpr NumberRange kThickness{.noun = "a thickness", .min = 1e-6, .max = 1e3, .unit = "metres"};
+constexpr NumberRange kDegreesOfFreedom{
+    .noun = "a number of degrees of freedom", .min = 100, .max = 1e6, .whole = true};
+constexpr NumberRange kModeCount{.noun = "a number of modes", .min = 1, .max = 2000, .whole = true};
+constexpr NumberRange kPanels{.noun = "a number of panels", .min = 100, .max = 5000, .whole = true};
+
+void readShell(const JsonNode& node, MeshAnalysisSettings& analysis) {
+  analysis.body = BodyModel::shell;
+  analysis.shell.thickness = node.number("thickness", kThickness);
+  if (const auto springs = node.find("springs"))
+    analysis.shell.springs = springs->choice("what springs resist", {"transverse", "axial"}) == 0
+                                 ? ShellSprings::transverse
+                                 : ShellSprings::axial;
+  if (const auto degrees = node.find("dofs"))
+    degrees->fail("a shell has no use for it; expected none, or \"body\": \"solid\"");
+}
+
+void readSolid(const JsonNode& node, MeshAnalysisSettings& analysis) {
+  const auto degrees = node.number("dofs", kDegreesOfFreedom, 20000.0);
+  analysis.solid.grid.degreesOfFreedom = static_cast<std::size_t>(degrees);
+  for (const char* key : {"thickness", "springs"})
+    if (const auto found = node.find(key))
+      found->fail("a solid has no use for it; expected none, or \"body\": \"shell\"");
+}
+
+void readAnalysis(const JsonNode& node, MeshAnalysisSettings& analysis) {
+  if (!node.expectObject("modes", {"body", "thickness", "springs", "dofs", "count", "panels"}))
+    return;
+  const auto body = node.find("body");
+  const bool shell = body && body->choice("a model of bodies", {"solid", "shell"}) == 1;
+  if (shell)
+    readShell(node, analysis);
+  else
+    readSolid(node, analysis);
+  const double modes = node.number("count", kModeCount, 60.0);
+  analysis.solid.maxModes = static_cast<Eigen::Index>(modes);
+  analysis.shell.maxModes = static_cast<std::size_t>(modes);
+  analysis.radiation->panels = static_cast<std::size_t>(node.number("panels", kPanels, 800.0));
+}
+
+}  // namespace
+
+std::optional<Ringing> readRinging(const JsonNode& entry, const std::filesystem::path& folder) {
+  const auto node = entry.find("modes");
+  if (!node) return std::nullopt;
+  Ringing ringing;
+  if (node->isString())
+    ringing.model = folder / node->text(kFileName);
+  else if (node->isObject())
+    readAnalysis(*node, ringing.analysis);
+  else
+    node->failAs("modes", "the name of a model file, or an object that says what to compute");
+  return ringing;
+}
+
+}  // namespace carom::scenes

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "scenes/format/json_reader.h"
+#include "scenes/format/scene.h"
+
+namespace carom::scenes {
+
+/// Reads the member "modes" of `entry`, a body: how it rings. Returns nullopt if there is no such
+/// member. Names of files are relative to `folder`. Every error is recorded at its node.
+/// [any thread]
+std::optional<Ringing> readRinging(const JsonNode& entry, const std::filesystem::path& folder);
+
+}  // namespace carom::scenes

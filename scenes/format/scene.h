@@ -1,0 +1,172 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "audio/propagation/pose_track.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/listener.h"
+#include "carom/audio/material.h"
+#include "carom/audio/normal_map.h"
+#include "carom/audio/synth.h"
+#include "carom/modal/mesh_analysis.h"
+#include "carom/native/restitution.h"
+#include "carom/native/sphere_world.h"
+#include "native/jello/jello_world.h"
+#include "scenes/format/solid_shape.h"
+
+namespace carom::scenes {
+
+struct SphereShape {
+  double radius = 0.0;           ///< m
+  double mass = 0.0;             ///< kg
+  Vec3 position = Vec3::Zero();  ///< m, world frame, centre, at time 0
+  Vec3 velocity = Vec3::Zero();  ///< m/s, world frame, at time 0
+  Vec3 spin = Vec3::Zero();      ///< rad/s, world frame, at time 0
+};
+
+/// Half-space { x : normal . x <= offset } that nothing can
+/// push; its normal points to the free side.
+struct PlaneShape {
+  Vec3 normal = Vec3::UnitY();   ///< unit
+  double offset = 0.0;           ///< m, at time 0; the mean position of a plane that shakes
+  Vec3 velocity = Vec3::Zero();  ///< m/s, world frame
+  Shaking shaking = {};
+};
+
+/// Solid box that nothing can push.
+struct BlockShape {
+  Vec3 centre = Vec3::Zero();           ///< m, world frame, at time 0
+  Vec3 halfExtents = Vec3::Ones();      ///< m, > 0, along the block's axes
+  Quat orientation = Quat::Identity();  ///< block to world, unit
+  Vec3 velocity = Vec3::Zero();         ///< m/s, world frame
+};
+
+/// A lattice of springs (native/jello/jello_world.h), and how it is stepped.
+struct JelloShape {
+  native::JelloLattice lattice;
+  native::JelloPenalty contact;
+  native::JelloField field = {};
+  std::vector<Vec3> positions;                        ///< m, world frame, of the points at time 0
+  std::vector<Vec3> velocities;                       ///< m/s, of the points at time 0
+  std::optional<native::JelloIntegrator> integrator;  ///< empty: the cheapest one for `error`
+  double step = 0.0;                                  ///< s; 0: the largest one for `error`
+  double error = 1e-4;                                ///< m, rms position error of the points
+  std::size_t stepsPerPicture = 0;                    ///< trajectory file; 0: nearest to 1/60 s
+};
+
+/// Contact properties of a body beside those in Material.
+/// The defaults are those of all built-in materials.
+struct ContactTraits {
+  double friction = 0.0;          ///< Coulomb's coefficient; a pair has the geometric mean
+  double rollingFriction = 0.0;   ///< dimensionless, of spheres, see SphereFriction::rolling
+  double pivotingFriction = 0.0;  ///< m, of spheres, see SphereFriction::pivoting
+  RestitutionLaw restitutionLaw = {};
+};
+
+/// The source of a body's modes.
+struct Ringing {
+  std::filesystem::path model;    ///< file that can be opened; empty: computed from the shape
+  MeshAnalysisSettings analysis;  ///< settings of the computation
+};
+
+/// A normal map of a body's bumps, still to be loaded.
+struct NormalMapFile {
+  std::filesystem::path file;  ///< PNG that can be opened
+  NormalMapSettings settings;  ///< without a size if `byCoordinates`
+  bool byCoordinates = false;  ///< lies by the texture coordinates of the body's mesh
+};
+
+struct SceneBody {
+  std::string name;  ///< unique in the scene
+  Material material;
+  std::variant<SphereShape, PlaneShape, BlockShape, SolidShape, std::shared_ptr<const JelloShape>>
+      shape;
+  SurfaceId surface = 0;  ///< its material in Scene::restitutions; 0: none there
+  ContactTraits contact = {};
+  std::optional<Ringing> ringing = std::nullopt;  ///< spheres and solids only
+  /// If empty, the bumps are those of the material's roughness.
+  std::optional<NormalMapFile> normalMap = std::nullopt;
+};
+
+inline bool isSolid(const SceneBody& body) {
+  return std::holds_alternative<SolidShape>(body.shape);
+}
+
+/// The forces on the bodies besides gravity and impacts. Springs and rods refer to spheres by their
+/// index in Scene::bodies.
+struct SceneMechanics {
+  Simultaneous simultaneous = Simultaneous::reflections;
+  std::vector<Rod> rods;
+  std::vector<Spring> springs;
+  std::vector<ForceField> fields;
+  Drag drag = {};
+  double forceStep = 0.0;  ///< s, see SphereWorld::forceStep; 0: chosen for each group of spheres
+};
+
+enum class StepperType { native, bullet };
+
+inline constexpr double kShortestStep = 1e-5;  ///< s, of Bullet's fixed step
+inline constexpr double kLongestStep = 0.1;    ///< s, of Bullet's fixed step
+
+struct StepperSettings {
+  StepperType type = StepperType::native;
+  double step = 1.0 / 240.0;  ///< s, Bullet's fixed step; the native stepper has none
+  double restSpeed = 0.005;   ///< m/s, on either stepper: slower contacts are rest, not collisions
+  bool tuned = false;         ///< applies `tune` to Bullet; with solids it always is
+};
+
+/// The path of a listener. At time 0 and before, the listener stands as Scene::listeners has it.
+struct ListenerPath {
+  std::size_t listener = 0;         ///< index in Scene::listeners
+  std::vector<ListenerPose> poses;  ///< times above 0, ascending; it stays at the last one
+};
+
+/// The responses of a binaural listener's head, still to be loaded.
+struct HeadFile {
+  std::size_t listener = 0;  ///< index in Scene::listeners
+  std::filesystem::path sofa;
+};
+
+/// A complete scene: boxes and groups are expanded, every value is checked. A body's index here is
+/// its BodyId on either stepper. There is at most one jello.
+struct Scene {
+  std::string name;
+  std::string description;
+  double duration = 0.0;             ///< s
+  double sampleRate = 48000.0;       ///< Hz
+  Vec3 gravity = {0.0, -9.81, 0.0};  ///< m/s^2
+  Medium medium;
+  StepperSettings stepper;
+  SynthSettings sound;  ///< with the room; its sample rate and medium are not used
+  std::vector<SceneBody> bodies;
+  RestitutionTable restitutions;  ///< restitutions of certain pairs of materials
+  SceneMechanics mechanics;
+  std::vector<Listener> listeners;
+  std::vector<ListenerPath> paths;       ///< paths of listeners that move, at most one for each
+  std::vector<HeadFile> headFiles;       ///< heads of binaural listeners that name one
+  std::optional<std::size_t> mostModes;  ///< most modes of a body, its lowest; empty: all
+};
+
+/// Returns the scene's jello, or null. [any thread]
+inline const JelloShape* jelloOf(const Scene& scene) {
+  for (const SceneBody& body : scene.bodies)
+    if (const auto* jello = std::get_if<std::shared_ptr<const JelloShape>>(&body.shape))
+      return jello->get();
+  return nullptr;
+}
+
+/// Returns the coefficient of restitution of two bodies of the scene: the one that the scene gives
+/// for their materials, or the geometric mean. [any thread]
+inline double restitutionOf(const Scene& scene, const SceneBody& body, const SceneBody& other) {
+  return scene.restitutions.of(body.surface, body.material.restitution, other.surface,
+                               other.material.restitution);
+}
+
+}  // namespace carom::scenes

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+
+#include "scenes/format/json_reader.h"
+#include "scenes/format/mesh_shape.h"
+#include "scenes/format/solid_shape.h"
+
+namespace carom::scenes {
+
+// The part of a scene document that says what a body of type "solid" is. Every error is recorded at
+// its node, and what was read is then dropped with the scene. docs/scenes.md has the fields.
+
+/// Reads solids. Names of files are relative to the scene's folder; each mesh is read once.
+/// [one thread]
+class SolidReader {
+ public:
+  explicit SolidReader(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  /// True if `entry` is an object with no key but a solid's.
+  static bool expectSolid(const JsonNode& entry);
+
+  /// Reads a solid, all but its name and material; `density` in kg/m^3.
+  SolidShape read(const JsonNode& entry, double density);
+
+ private:
+  void readShape(const JsonNode& node, bool canMove, SolidShape& solid);
+  void readMesh(const JsonNode& node, bool canMove, SolidShape& solid);
+
+  std::filesystem::path folder_;
+  MeshShelf meshes_;
+};
+
+}  // namespace carom::scenes

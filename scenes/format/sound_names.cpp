@@ -1,0 +1,33 @@
+#include "scenes/format/sound_names.h"
+
+namespace carom::scenes {
+
+const char* nameOf(PulseShape shape) {
+  switch (shape) {
+    case PulseShape::halfSine:
+      return "half_sine";
+    case PulseShape::gaussian:
+      return "gaussian";
+    case PulseShape::mitchellNetravali:
+      return "mitchell_netravali";
+    case PulseShape::handOut:
+      return "hand_out";
+    case PulseShape::hertz:
+      break;
+  }
+  return "hertz";
+}
+
+const char* pulseName(PulseShape pulse, bool dissipative) {
+  return dissipative ? "dissipative" : nameOf(pulse);
+}
+
+const char* samplingName(Sampling sampling) {
+  return sampling == Sampling::naive ? "naive" : "band_limited";
+}
+
+const char* radiationName(Radiation radiation) {
+  return radiation == Radiation::compact ? "compact" : "exact";
+}
+
+}  // namespace carom::scenes

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "scenes/format/json_reader.h"
+#include "scenes/format/scene.h"
+
+namespace carom::scenes {
+
+/// Reads the "roughness" of a material or a body; returns `absent` if there is none. [any thread]
+Roughness readRoughness(const JsonNode& node, const Roughness& absent);
+
+/// Reads the "normal_map" of a body; its file is relative to `folder`, and must exist. Without a
+/// "size", it lies by the texture coordinates of a mesh; that the body has them is not checked
+/// here. [any thread]
+std::optional<NormalMapFile> readNormalMapEntry(const JsonNode& entry,
+                                                const std::filesystem::path& folder);
+
+}  // namespace carom::scenes

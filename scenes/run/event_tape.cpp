@@ -1,0 +1,90 @@
+#include "scenes/run/event_tape.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "scenes/run/stopwatch.h"
+
+namespace carom::scenes {
+
+using namespace audio;
+
+namespace {
+
+constexpr double kPortion = 4096.0 / 48000.0;  // s
+// s: a deforming body is heard a few states late, so the tape goes on for so long after the end.
+constexpr double kTail = 0.1;
+
+class TapeStepper : public SceneStepper {
+ public:
+  explicit TapeStepper(std::shared_ptr<const EventTape> tape) : tape_(std::move(tape)) {}
+
+  std::span<const ImpulseEvent> advanceTo(double time) override {
+    now_.events.clear();
+    now_.contacts.clear();
+    now_.deformations.clear();
+    while (next_ < tape_->portions.size() && settledTime_ < time) {
+      const TapePortion& portion = tape_->portions[next_++];
+      now_.events.insert(now_.events.end(), portion.events.begin(), portion.events.end());
+      now_.contacts.insert(now_.contacts.end(), portion.contacts.begin(), portion.contacts.end());
+      now_.deformations.insert(now_.deformations.end(), portion.deformations.begin(),
+                               portion.deformations.end());
+      settledTime_ = portion.settledTime;
+    }
+    // The tape has ended: no further event can come.
+    if (next_ == tape_->portions.size() && settledTime_ < time)
+      settledTime_ = std::numeric_limits<double>::infinity();
+    return now_.events;
+  }
+  std::span<const ContactState> contacts() const override { return now_.contacts; }
+  double settledTime() const override { return settledTime_; }
+  double hearDeformations() override { return tape_->deformationStep; }
+  std::span<const DeformingState> deformations() const override { return now_.deformations; }
+  std::uint64_t crushed() const override { return tape_->crushed; }
+
+ private:
+  std::shared_ptr<const EventTape> tape_;
+  std::size_t next_ = 0;
+  double settledTime_ = 0.0;
+  TapePortion now_;
+};
+
+}  // namespace
+
+Result<EventTape> recordTape(SceneStepper& stepper, double duration) {
+  EventTape tape;
+  tape.deformationStep = stepper.hearDeformations();
+  const double end = tape.deformationStep > 0.0 ? duration + kTail : duration;
+  for (double target = 0.0; stepper.settledTime() < end;) {
+    target = std::min(std::max(target, stepper.settledTime()) + kPortion, end);
+    const Stopwatch stopwatch;
+    const auto events = stepper.advanceTo(target);
+    tape.seconds += stopwatch.seconds();
+    TapePortion& portion = tape.portions.emplace_back();
+    portion.events.assign(events.begin(), events.end());
+    const auto contacts = stepper.contacts();
+    portion.contacts.assign(contacts.begin(), contacts.end());
+    const auto deformations = stepper.deformations();
+    portion.deformations.assign(deformations.begin(), deformations.end());
+    portion.settledTime = stepper.settledTime();
+    if (const std::string failure = stepper.failure(); !failure.empty()) return Error{failure};
+  }
+  tape.crushed = stepper.crushed();
+  return tape;
+}
+
+std::vector<ImpulseEvent> eventsOf(const EventTape& tape) {
+  std::vector<ImpulseEvent> events;
+  for (const TapePortion& portion : tape.portions)
+    events.insert(events.end(), portion.events.begin(), portion.events.end());
+  std::stable_sort(events.begin(), events.end(),
+                   [](const ImpulseEvent& a, const ImpulseEvent& b) { return a.time < b.time; });
+  return events;
+}
+
+std::unique_ptr<SceneStepper> tapeStepper(std::shared_ptr<const EventTape> tape) {
+  return std::make_unique<TapeStepper>(std::move(tape));
+}
+
+}  // namespace carom::scenes

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "audio/radiation/deforming_source.h"
+#include "carom/audio/contact_state.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/result.h"
+#include "scenes/run/scene_stepper.h"
+
+namespace carom::scenes {
+
+/// The output of one call of a stepper.
+struct TapePortion {
+  double settledTime = 0.0;  ///< s, after the call
+  std::vector<ImpulseEvent> events;
+  std::vector<ContactState> contacts;
+  std::vector<audio::DeformingState> deformations;
+};
+
+/// The whole output of a stepper for a run, to be heard again without stepping: for comparisons of
+/// different sounds of the same events. Unlike a Recording it can be of any stepper, holds no
+/// states between events, and stays in memory.
+struct EventTape {
+  std::vector<TapePortion> portions;
+  double deformationStep = 0.0;  ///< s, see SceneStepper::hearDeformations
+  std::uint64_t crushed = 0;
+  double seconds = 0.0;  ///< s, wall time in the stepper
+};
+
+/// Runs `stepper` from its start to `duration` (s), in portions as SceneSound asks for them.
+/// Errors: the stepper's failure. [one thread]
+Result<EventTape> recordTape(SceneStepper& stepper, double duration);
+
+/// Returns every event on the tape, in order of time. [any thread]
+std::vector<ImpulseEvent> eventsOf(const EventTape& tape);
+
+/// Returns a stepper that plays the tape back. [one thread]
+std::unique_ptr<SceneStepper> tapeStepper(std::shared_ptr<const EventTape> tape);
+
+}  // namespace carom::scenes

@@ -1,0 +1,205 @@
+#include "scenes/run/jello_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <sstream>
+#include <string>
+#include <utility>
+
+#include "carom/audio/panel_radiator.h"
+#include "native/jello/jello_limits.h"
+#include "scenes/format/jello_reader.h"
+#include "scenes/run/bullet_solid.h"
+
+namespace carom::scenes {
+
+using namespace native;
+
+namespace {
+
+/// States per sample of the sound that suffice: more than these are thinned out.
+constexpr double kMostStates = 8.0;
+
+/// Returns the volume of the resting box and of the air that moves with it, in the mean over
+/// directions, m^3.
+double movedVolume(const JelloLattice& lattice) {
+  SolidShape box;
+  box.form = BoxForm{0.5 * lattice.size};
+  const double volume = lattice.size.prod();
+  const Result<RigidRadiator> radiator = panelRadiator(surfaceOf(box));
+  // A box so flat that its panels cannot be solved moves next to nothing but itself.
+  return radiator ? volume + radiator->addedVolume.topLeftCorner<3, 3>().trace() / 3.0 : volume;
+}
+
+Result<JelloChoice> choiceOf(const Scene& scene, const JelloShape& jello, const JelloWorld& world,
+                             const SphereWorld& spheres) {
+  if (jello.integrator && jello.step > 0.0)
+    return JelloChoice{.stepping = {*jello.integrator, jello.step}};
+  return chooseStepping(
+      world, spheres,
+      {.error = jello.error, .seconds = scene.duration, .integrator = jello.integrator});
+}
+
+}  // namespace
+
+std::string whyNoJello(const Scene& scene) {
+  if (jelloOf(scene) == nullptr) return {};
+  for (const SceneBody& body : scene.bodies) {
+    const auto* plane = std::get_if<PlaneShape>(&body.shape);
+    const bool moves =
+        plane != nullptr && !(plane->velocity.isZero(0.0) && plane->shaking.amplitude.isZero(0.0));
+    const bool isBlock = std::holds_alternative<BlockShape>(body.shape);
+    if (moves || isBlock)
+      return "body \"" + body.name + "\": a " + (isBlock ? "block" : "plane that moves") +
+             " cannot be beside a jello; expected spheres, boxes and planes that stand still";
+  }
+  return {};
+}
+
+std::string stableText(double limit) {
+  if (limit == 0.0) return "at no step";
+  if (std::isinf(limit)) return "at any step";
+  std::ostringstream text;
+  text << "up to " << 1e3 * limit << " ms";
+  return text.str();
+}
+
+std::string whyUnstable(const JelloStepping& stepping, double limit) {
+  if (stepping.step <= limit) return {};
+  std::ostringstream text;
+  text << nameOf(stepping.integrator) << " is stable " << stableText(limit) << ", and the step is "
+       << 1e3 * stepping.step << " ms: it may blow up";
+  return text.str();
+}
+
+std::string whyUnstable(const Scene& scene) {
+  const JelloShape* jello = jelloOf(scene);
+  if (jello == nullptr || !jello->integrator || jello->step == 0.0) return {};
+  const JelloWorld world = withSpheres(jelloWorld(scene), sphereWorld(scene));
+  if (!whyNot(world).empty()) return {};
+  const auto which = static_cast<std::size_t>(*jello->integrator);
+  return whyUnstable({*jello->integrator, jello->step}, jelloLimits(world).touching[which]);
+}
+
+JelloWorld jelloWorld(const Scene& scene) {
+  JelloWorld world;
+  world.gravity = scene.gravity;
+  for (std::size_t index = 0; index < scene.bodies.size(); ++index) {
+    const auto& shape = scene.bodies[index].shape;
+    const auto id = static_cast<BodyId>(index);
+    if (const auto* plane = std::get_if<PlaneShape>(&shape))
+      world.planes.push_back({id, plane->normal, plane->offset});
+    const auto* jello = std::get_if<std::shared_ptr<const JelloShape>>(&shape);
+    if (jello == nullptr) continue;
+    world.id = id;
+    world.lattice = (*jello)->lattice;
+    world.contact = (*jello)->contact;
+    world.field = (*jello)->field;
+    world.positions = (*jello)->positions;
+    world.velocities = (*jello)->velocities;
+  }
+  return world;
+}
+
+Result<std::unique_ptr<JelloSceneStepper>> JelloSceneStepper::create(const Scene& scene,
+                                                                     Watch watch) {
+  if (const std::string reason = whyNoJello(scene); !reason.empty())
+    return Error{scene.name + ": " + reason};
+  const JelloWorld world = jelloWorld(scene);
+  const SphereWorld spheres = sphereWorld(scene);
+  const Result<JelloChoice> choice = choiceOf(scene, *jelloOf(scene), world, spheres);
+  if (!choice) return Error{scene.name + ": " + choice.error().message};
+  Result<JelloCoupling> coupling = JelloCoupling::create(world, spheres, choice->stepping);
+  if (!coupling) return Error{scene.name + ": " + coupling.error().message};
+  return std::unique_ptr<JelloSceneStepper>(
+      new JelloSceneStepper(scene, *std::move(coupling), *choice, std::move(watch)));
+}
+
+JelloSceneStepper::JelloSceneStepper(const Scene& scene, JelloCoupling coupling,
+                                     const JelloChoice& choice, Watch watch)
+    : coupling_(std::move(coupling)),
+      choice_(choice),
+      watch_(std::move(watch)),
+      stride_(static_cast<std::size_t>(std::max(
+          1.0, std::floor(1.0 / (choice.stepping.step * scene.sampleRate) / kMostStates)))) {
+  look();
+}
+
+double JelloSceneStepper::hearDeformations() {
+  movedVolume_ = movedVolume(coupling_.jello().world().lattice);
+  keepState();
+  return coupling_.jello().step() * static_cast<double>(stride_);
+}
+
+void JelloSceneStepper::look() {
+  if (watch_) watch_(coupling_);
+  if (movedVolume_ > 0.0) keepState();
+}
+
+void JelloSceneStepper::keepState() {
+  const JelloStepper& jello = coupling_.jello();
+  if (jello.steps() % stride_ != 0) return;
+  const double mass =
+      jello.world().lattice.pointMass * static_cast<double>(jello.world().pointCount());
+  states_.push_back({jello.volume(), jello.centre(), movedVolume_ / mass * jello.jelloMomentum()});
+}
+
+std::span<const ImpulseEvent> JelloSceneStepper::advanceTo(double time) {
+  events_.clear();
+  if (coupling_.time() > 0.0) states_.clear();  // the first state is kept before the first call
+  const std::clock_t begin = std::clock();
+  while (failure_.empty() && coupling_.settledTime() < time) {
+    if (const Status stepped = coupling_.advance(); !stepped) {
+      failure_ = stepped.error().message;
+      break;
+    }
+    events_.insert(events_.end(), coupling_.events().begin(), coupling_.events().end());
+    look();
+  }
+  processorTime_ += static_cast<double>(std::clock() - begin) / static_cast<double>(CLOCKS_PER_SEC);
+  return events_;
+}
+
+Scene sceneOf(const JelloFile& file, double duration, const Vec3& listener) {
+  Scene scene;
+  scene.name = "jello";
+  scene.duration = duration;
+  scene.gravity = file.world.gravity;
+  const auto addPlane = [&](const std::string& name, const Vec3& normal, double offset) {
+    SceneBody body;
+    body.name = name;
+    body.material = builtInMaterials().front();
+    body.shape = PlaneShape{.normal = normal, .offset = offset};
+    scene.bodies.push_back(std::move(body));
+  };
+  SceneBody body;
+  body.name = "jello";
+  body.material = jelloMaterial(file.world.lattice);
+  body.shape =
+      std::make_shared<const JelloShape>(JelloShape{.lattice = file.world.lattice,
+                                                    .contact = file.world.contact,
+                                                    .field = file.world.field,
+                                                    .positions = file.world.positions,
+                                                    .velocities = file.world.velocities,
+                                                    .integrator = file.integrator,
+                                                    .step = file.step,
+                                                    .stepsPerPicture = file.stepsPerFrame});
+  scene.bodies.push_back(std::move(body));
+  if (file.world.room) {
+    const char* const names[] = {"room.left", "room.right", "room.bottom",
+                                 "room.top",  "room.back",  "room.front"};
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      addPlane(names[2 * axis], Vec3::Unit(axis), file.world.room->min[axis]);
+      addPlane(names[2 * axis + 1], -Vec3::Unit(axis), -file.world.room->max[axis]);
+    }
+  }
+  for (const JelloPlane& plane : file.world.planes)
+    addPlane("plane", plane.normal, plane.offset);
+  Listener& heard = scene.listeners.emplace_back();
+  heard.name = "listener";
+  heard.position = listener;
+  return scene;
+}
+
+}  // namespace carom::scenes

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "audio/radiation/deforming_source.h"
+#include "native/jello/jello_choice.h"
+#include "native/jello/jello_coupling.h"
+#include "native/jello/jello_file.h"
+#include "scenes/format/scene.h"
+#include "scenes/run/scene_stepper.h"
+
+namespace carom::scenes {
+
+/// The native stepper of a scene with a jello: spheres among planes, and the jello in contact with
+/// both. [one thread]
+class JelloSceneStepper : public SceneStepper {
+ public:
+  /// A callback that receives the state at time 0 and after each step.
+  using Watch = std::function<void(const native::JelloCoupling&)>;
+
+  /// Chooses integrator and step where the scene leaves them open. Errors: bodies that cannot be
+  /// beside a jello (see whyNoJello), and worlds that cannot be run.
+  static Result<std::unique_ptr<JelloSceneStepper>> create(const Scene& scene, Watch watch = {});
+
+  /// Runs to `time` as SceneStepper says. An event of a contact with the jello becomes known when
+  /// the contact is over.
+  std::span<const ImpulseEvent> advanceTo(double time) override;
+  double settledTime() const override { return coupling_.settledTime(); }
+  std::uint64_t crushed() const override { return coupling_.spheres().counters().crushed; }
+  std::string failure() const override { return failure_; }
+  std::span<const audio::DeformingState> deformations() const override { return states_; }
+  double hearDeformations() override;
+
+  const native::JelloCoupling& coupling() const { return coupling_; }
+  const native::JelloChoice& choice() const { return choice_; }
+  double processorTime() const { return processorTime_; }  ///< s, of all threads, in advanceTo
+
+ private:
+  JelloSceneStepper(const Scene& scene, native::JelloCoupling coupling,
+                    const native::JelloChoice& choice, Watch watch);
+  void look();
+  void keepState();
+
+  native::JelloCoupling coupling_;
+  native::JelloChoice choice_;
+  Watch watch_;
+  double movedVolume_ = 0.0;  // m^3, of the jello and the air that moves with it; 0: no sound
+  std::size_t stride_;        // steps from one kept state to the next
+  std::vector<ImpulseEvent> events_;
+  std::vector<audio::DeformingState> states_;
+  std::string failure_;
+  double processorTime_ = 0.0;
+};
+
+/// Returns why the scene's jello cannot be run with the other bodies of the scene, as one sentence;
+/// an empty string if it can be, or there is none. [any thread]
+std::string whyNoJello(const Scene& scene);
+
+/// Returns the scene's jello among its planes, without its spheres. The scene must have a jello.
+/// [any thread]
+native::JelloWorld jelloWorld(const Scene& scene);
+
+/// Describes a limit of stable steps (s): "up to 2 ms", "at no step" or "at any step". [any thread]
+std::string stableText(double limit);
+
+/// Returns a warning of one sentence if the step exceeds the stable limit (s), else an empty
+/// string. [any thread]
+std::string whyUnstable(const native::JelloStepping& stepping, double limit);
+
+/// Returns this warning for a scene whose jello has a step of its own. [any thread]
+std::string whyUnstable(const Scene& scene);
+
+/// Makes a scene of `duration` s, with one listener, of a world file. [any thread]
+Scene sceneOf(const native::JelloFile& file, double duration, const Vec3& listener);
+
+}  // namespace carom::scenes

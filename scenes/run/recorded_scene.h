@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "carom/audio/result.h"
+#include "carom/native/recording.h"
+#include "scenes/format/scene.h"
+#include "scenes/run/scene_stepper.h"
+
+namespace carom::scenes {
+
+/// A recorded run with its scene: a file of `carom record`. The scene's text is stored in the
+/// recording, so that no other file is needed but the heads that the scene names.
+struct RecordedScene {
+  Scene scene;
+  Recording recording;
+  std::uintmax_t bytes = 0;  ///< size of the file
+};
+
+/// Returns why the scene cannot be recorded, as the second half of a sentence; empty if it can be,
+/// as far as its stepper goes. [any thread]
+std::string whyNoRecordingOf(const Scene& scene);
+
+/// Runs the scene from its start to its end. `text` is that of the scene's file, `name` the file's
+/// name. Refuses scenes on Bullet, and those that the native stepper refuses. [one thread]
+Result<Recording> recordScene(const Scene& scene, std::string_view text, std::string_view name,
+                              const std::function<void(double share)>& progress = {});
+
+/// Writes a file, which appears whole or not at all, and returns its size in bytes.
+Result<std::uintmax_t> saveRecording(const Recording& recording, const std::filesystem::path& file);
+
+/// Reads a recording. Refuses whatever `decoded` refuses, and a run that does not belong to the
+/// scene in it: one with other bodies, or of another length. Never throws for bad input.
+Result<RecordedScene> loadRecordedScene(const std::filesystem::path& file);
+
+/// True if the file begins as a recording does.
+bool isRecording(const std::filesystem::path& file);
+
+/// Returns a stepper that replays a recorded run from `begin` (s) on. The recording must outlive
+/// it.
+std::unique_ptr<SceneStepper> replayStepper(const Recording& recording, double begin);
+
+}  // namespace carom::scenes

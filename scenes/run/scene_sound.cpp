@@ -1,0 +1,298 @@
+#include "scenes/run/scene_sound.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <utility>
+
+#include <Eigen/Dense>
+
+#include "carom/audio/listener.h"
+#include "carom/audio/panel_radiator.h"
+#include "carom/audio/room.h"
+#include "scenes/run/bullet_solid.h"
+#include "scenes/run/scene_modes.h"
+
+namespace carom::scenes {
+
+using namespace audio;
+
+namespace {
+
+// The sound of a contact begins before the contact (see Synth::leadTime), by at most 2 tau and some
+// samples, so contacts of up to 50 ms are heard whole. The synth counts longer ones.
+constexpr double kLookahead = 0.1;  // s
+
+constexpr double kDecays = 2.0;             // number of reverberation times: 60 dB each
+constexpr std::int64_t kSkipFrames = 4096;  // rendered at a time
+
+/// Makes SoundBodies of a scene's bodies. The added mass of solids of equal shape is solved once,
+/// and a normal map is read once for all bodies that have it with the same settings.
+class SoundBodies {
+ public:
+  Result<SoundBody> make(const SceneBody& body, const BodyModes& modes) {
+    SoundBody sound;
+    if (body.normalMap) {
+      if (Status laid = layTexture(body, sound); !laid) return laid.error();
+    }
+    sound.material = body.material;
+    sound.modal = modes.model;
+    sound.modalOrigin = modes.origin;
+    if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) {
+      sound.mass = sphere->mass;
+      sound.radius = sphere->radius;
+    }
+    if (const auto* solid = std::get_if<SolidShape>(&body.shape); solid && solid->canMove()) {
+      const Result<RigidRadiator>& radiator = radiators_->radiatorOf(surfaceOf(*solid));
+      if (!radiator) return radiator.error();
+      sound.mass = solid->mass;
+      sound.shape = std::shared_ptr<const RigidRadiator>(radiators_, &*radiator);
+      sound.inverseInertia = solid->inertia.inverse();
+    }
+    return sound;
+  }
+
+ private:
+  Status layTexture(const SceneBody& body, SoundBody& sound) {
+    NormalMapFile map = *body.normalMap;
+    if (map.byCoordinates) {
+      auto coordinates = coordinatesOf(std::get<SolidShape>(body.shape));
+      if (!coordinates) return coordinates.error();
+      sound.textureCoordinates = *std::move(coordinates);
+      map.settings.size = sound.textureCoordinates->size();
+    }
+    auto texture = textureOf(map);
+    if (!texture) return texture.error();
+    sound.texture = *std::move(texture);
+    return std::monostate{};
+  }
+
+  Result<std::shared_ptr<const SurfaceTexture>> textureOf(const NormalMapFile& map) {
+    for (const auto& [known, texture] : textures_)
+      if (known.file == map.file && known.settings == map.settings) return texture;
+    Result<SurfaceTexture> read = readNormalMap(map.file, map.settings);
+    if (!read) return read.error();
+    textures_.emplace_back(map, std::make_shared<const SurfaceTexture>(*std::move(read)));
+    return textures_.back().second;
+  }
+
+  Result<std::shared_ptr<const TextureCoordinates>> coordinatesOf(const SolidShape& solid) {
+    const auto& mesh = std::get<std::shared_ptr<const SolidMesh>>(solid.form);
+    // Bodies that move have another origin (the centre of mass) than those that do not.
+    auto& known = coordinates_[{mesh.get(), solid.canMove()}];
+    if (known != nullptr) return known;
+    Result<TextureCoordinates> made = TextureCoordinates::of(surfaceOf(solid), mesh->coordinates);
+    if (!made) return made.error();
+    known = std::make_shared<const TextureCoordinates>(*std::move(made));
+    return known;
+  }
+
+  std::vector<std::pair<NormalMapFile, std::shared_ptr<const SurfaceTexture>>> textures_;
+  std::map<std::pair<const SolidMesh*, bool>, std::shared_ptr<const TextureCoordinates>>
+      coordinates_;
+  std::shared_ptr<RadiatorCache> radiators_ = std::make_shared<RadiatorCache>();
+};
+
+Status setBodies(const Scene& scene, Synth& synth, const Progress& progress) {
+  const Result<std::vector<BodyModes>> modes = sceneModes(scene, progress);
+  if (!modes) return modes.error();
+  SoundBodies bodies;
+  for (std::size_t index = 0; index < scene.bodies.size(); ++index) {
+    const Result<SoundBody> sound = bodies.make(scene.bodies[index], (*modes)[index]);
+    Status set = sound ? synth.setBody(static_cast<BodyId>(index), *sound) : sound.error();
+    if (!set) return Error{scene.bodies[index].name + ": " + set.error().message};
+  }
+  return std::monostate{};
+}
+
+/// Time in s within which a listener at the end of its path comes to rest: PoseTrack would go on
+/// for longer.
+constexpr double kStop = 1e-3;
+
+/// Returns the scene's listeners with the heads that they name.
+Result<std::vector<Listener>> equippedListeners(const Scene& scene) {
+  std::vector<Listener> listeners = scene.listeners;
+  std::map<std::filesystem::path, std::shared_ptr<const HrtfSet>> heads;
+  for (const HeadFile& head : scene.headFiles) {
+    std::shared_ptr<const HrtfSet>& set = heads[head.sofa];
+    if (set == nullptr) {
+      Result<std::shared_ptr<const HrtfSet>> loaded = loadHrtf(head.sofa, scene.sampleRate);
+      if (!loaded) return loaded.error();
+      set = *std::move(loaded);
+    }
+    listeners.at(head.listener).hrtf = set;
+  }
+  return listeners;
+}
+
+/// Returns a path's poses, from time 0 to the one where it comes to rest.
+std::vector<ListenerPose> posesOf(const ListenerPath& path, const Listener& start) {
+  std::vector<ListenerPose> poses = {{0.0, start.position, start.orientation}};
+  poses.insert(poses.end(), path.poses.begin(), path.poses.end());
+  if (path.poses.empty()) return poses;
+  poses.push_back(path.poses.back());
+  poses.back().time += kStop;
+  return poses;
+}
+
+/// Gives the synth a whole path at once: the sound of an event depends on where a listener is when
+/// it arrives, which can be any time later.
+Status follow(const ListenerPath& path, Synth& synth) {
+  for (const ListenerPose& pose : posesOf(path, synth.listeners()[path.listener]))
+    if (Status moved = synth.moveListener(path.listener, pose); !moved) return moved;
+  return std::monostate{};
+}
+
+bool earlier(const ImpulseEvent& a, const ImpulseEvent& b) {
+  return a.time < b.time;
+}
+
+}  // namespace
+
+std::vector<ListenerChannels> listenerChannels(const Scene& scene) {
+  std::vector<ListenerChannels> channels;
+  std::size_t first = 0;
+  for (std::size_t index = 0; index < scene.listeners.size(); ++index) {
+    const Listener& listener = scene.listeners[index];
+    const bool moves = std::ranges::any_of(
+        scene.paths, [index](const auto& path) { return path.listener == index; });
+    channels.push_back({listener.name, listener.format, first, channelCount(listener), moves});
+    first += channelCount(listener);
+  }
+  return channels;
+}
+
+std::size_t channelsOf(const Scene& scene) {
+  std::size_t channels = 0;
+  for (const Listener& listener : scene.listeners)
+    channels += channelCount(listener);
+  return channels;
+}
+
+std::size_t imageCount(const Scene& scene) {
+  if (scene.sound.room.reflectors.empty()) return 0;
+  const Result<std::vector<Image>> images = makeImages(scene.sound.room);
+  return images ? images->size() : 0;
+}
+
+PoseTrack trackOf(const ListenerPath& path, const Listener& start) {
+  const std::vector<ListenerPose> poses = posesOf(path, start);
+  PoseTrack track(poses.front(), {.capacity = poses.size() + 1});
+  for (const ListenerPose& pose : poses)
+    track.append(pose);
+  return track;
+}
+
+double firstEventTime(const Scene& scene, const SoundSpan& span) {
+  double memory = kLongestWay;
+  if (const auto& reverb = scene.sound.reverb)
+    memory += kDecays * *std::ranges::max_element(reverb->decayTimes);
+  return std::max(0.0, span.from - memory);
+}
+
+Result<SceneSound> SceneSound::create(const Scene& scene, const Progress& progress) {
+  Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene);
+  if (!stepper) return stepper.error();
+  return create(scene, *std::move(stepper), {}, progress);
+}
+
+Result<SceneSound> SceneSound::create(const Scene& scene, std::unique_ptr<SceneStepper> stepper,
+                                      const SoundSpan& span, const Progress& progress) {
+  SynthSettings settings = scene.sound;
+  settings.sampleRate = scene.sampleRate;
+  settings.medium = scene.medium;
+  Result<std::vector<Listener>> listeners = equippedListeners(scene);
+  if (!listeners) return Error{scene.name + ": " + listeners.error().message};
+  Result<Synth> synth = Synth::create(settings, *std::move(listeners));
+  if (!synth) return Error{scene.name + ": " + synth.error().message};
+  // The synth starts ahead of the first event, by at least as much as within a whole scene.
+  const double start = std::max(0.0, firstEventTime(scene, span) - 2.0 * kLookahead);
+  if (start > 0.0) {
+    if (const Status sought = synth->seek(start); !sought)
+      return Error{scene.name + ": " + sought.error().message};
+  }
+  for (const ListenerPath& path : scene.paths) {
+    if (const Status followed = follow(path, *synth); !followed)
+      return Error{scene.name + ": " + followed.error().message};
+  }
+  if (const Status set = setBodies(scene, *synth, progress); !set)
+    return Error{scene.name + ": " + set.error().message};
+  std::optional<JelloVoice> voice;
+  if (const double step = stepper->hearDeformations(); step > 0.0) {
+    Result<JelloVoice> made = JelloVoice::create(scene, step);
+    if (!made) return Error{scene.name + ": " + made.error().message};
+    voice = *std::move(made);
+  }
+  SceneSound sound(scene, std::move(stepper), *std::move(synth), span);
+  sound.voice_ = std::move(voice);
+  sound.skipTo(sound.firstFrame_);
+  return sound;
+}
+
+SceneSound::SceneSound(const Scene& scene, std::unique_ptr<SceneStepper> stepper, Synth synth,
+                       const SoundSpan& span)
+    : span_(span),
+      duration_(scene.duration),
+      sampleRate_(scene.sampleRate),
+      firstFrame_(std::llround(span.from * scene.sampleRate)),
+      frames_(std::llround(std::min(span.to, scene.duration) * scene.sampleRate)),
+      framesDone_(std::llround(synth.time() * scene.sampleRate)),
+      stepper_(std::move(stepper)),
+      synth_(std::move(synth)) {}
+
+/// Renders and drops the sound before `frame`, which the state of the synth depends on.
+void SceneSound::skipTo(std::int64_t frame) {
+  std::vector<std::vector<float>> channels(synth_.channelCount());
+  while (framesDone_ < frame) {
+    const auto count = static_cast<std::size_t>(std::min(kSkipFrames, frame - framesDone_));
+    for (std::vector<float>& channel : channels)
+      channel.resize(count);
+    if (render(channels) == 0) return;
+    early_ = std::move(settled_);  // the mechanics run ahead: these may be in the span
+  }
+}
+
+std::size_t SceneSound::render(std::span<std::vector<float>> channels) {
+  settled_ = std::exchange(early_, {});
+  const auto room = static_cast<std::int64_t>(channels.front().size());
+  std::int64_t count = std::min(room, frames_ - framesDone_);
+  if (count <= 0) return 0;
+  runAhead(static_cast<double>(framesDone_ + count) / sampleRate_ + kLookahead);
+  count = std::min(room, frames_ - framesDone_);  // fewer if the mechanics failed
+  if (count <= 0) return 0;
+  std::vector<float*> pointers;
+  for (std::vector<float>& channel : channels)
+    pointers.push_back(channel.data());
+  synth_.render<float>(pointers, static_cast<std::size_t>(count));
+  if (voice_) voice_->addTo(pointers, framesDone_, static_cast<std::size_t>(count));
+  framesDone_ += count;
+  return static_cast<std::size_t>(count);
+}
+
+void SceneSound::runAhead(double time) {
+  const double ahead = voice_ ? voice_->lookahead() : 0.0;
+  const double target = std::min(time + ahead, duration_ + ahead);
+  while (stepper_->settledTime() < target && stepper_->failure().empty()) {
+    const auto events = stepper_->advanceTo(target);
+    known_.insert(known_.end(), events.begin(), events.end());
+    for (const ContactState& contact : stepper_->contacts())
+      synth_.touch(contact);
+    if (voice_) voice_->add(stepper_->deformations());
+  }
+  if (!stepper_->failure().empty())
+    frames_ = std::min(frames_, static_cast<std::int64_t>(stepper_->settledTime() * sampleRate_));
+  std::stable_sort(known_.begin(), known_.end(), earlier);
+  const double settledTime = stepper_->settledTime();
+  const auto open = std::find_if(known_.begin(), known_.end(), [&](const ImpulseEvent& event) {
+    return event.time >= settledTime && settledTime < duration_;
+  });
+  for (auto event = known_.begin(); event != open; ++event) {
+    if (event->time > duration_) continue;
+    synth_.schedule(*event);
+    if (event->time >= span_.from && event->time <= span_.to) settled_.push_back(*event);
+  }
+  known_.erase(known_.begin(), open);
+}
+
+}  // namespace carom::scenes

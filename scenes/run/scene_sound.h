@@ -1,0 +1,105 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "audio/propagation/pose_track.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/result.h"
+#include "carom/audio/synth.h"
+#include "carom/modal/analysis_settings.h"
+#include "scenes/format/scene.h"
+#include "scenes/run/jello_voice.h"
+#include "scenes/run/scene_stepper.h"
+
+namespace carom::scenes {
+
+/// The channels of a scene's sound that one listener fills.
+struct ListenerChannels {
+  std::string name;
+  ListenerFormat format = ListenerFormat::mono;
+  std::size_t first = 0;  ///< index of the first channel
+  std::size_t count = 1;  ///< 2: left and right
+  bool moves = false;
+};
+
+/// Returns the channels of each listener, in the order of the listeners. [any thread]
+std::vector<ListenerChannels> listenerChannels(const Scene& scene);
+
+/// Returns the number of channels of all listeners. [any thread]
+std::size_t channelsOf(const Scene& scene);
+
+/// Returns the number of mirror images that each source of the scene has: 0 without a room.
+/// [any thread]
+std::size_t imageCount(const Scene& scene);
+
+/// Longest travel time of sound through the air that is still heard, s; see firstEventTime.
+inline constexpr double kLongestWay = 1.0;
+
+/// Returns the track of a listener's path: it begins at the scene's place, and stays at the last
+/// pose. [any thread]
+audio::PoseTrack trackOf(const ListenerPath& path, const Listener& start);
+
+/// A part of a scene's time.
+struct SoundSpan {
+  double from = 0.0;                                    ///< s
+  double to = std::numeric_limits<double>::infinity();  ///< s; cut at the scene's duration
+};
+
+/// Returns the time (s) from which on the events must be known for the sound of `span`. Earlier
+/// events are no longer heard: their sound would have travelled for more than 1 s (340 m), and
+/// their reverberation is down by 120 dB. [any thread]
+double firstEventTime(const Scene& scene, const SoundSpan& span);
+
+/// The sound of a scene: its mechanics run just ahead of its synthesis, so memory does not grow
+/// with the length of the scene. [one thread]
+class SceneSound {
+ public:
+  /// Loads the heads and models that the scene names, and computes the modes that it asks for, with
+  /// `progress` told of these. An error names the scene, and the file or other cause.
+  static Result<SceneSound> create(const Scene& scene, const Progress& progress = {});
+  /// Makes the sound of a stepper that exists already, and of a part of the scene: its samples are
+  /// those of the whole scene in that span. Events before firstEventTime need not come.
+  static Result<SceneSound> create(const Scene& scene, std::unique_ptr<SceneStepper> stepper,
+                                   const SoundSpan& span, const Progress& progress = {});
+
+  /// Renders the next samples, at most channels[i].size() of each channel, and returns their
+  /// number: 0 at the end of the scene, or where the mechanics failed (SceneStepper::failure).
+  std::size_t render(std::span<std::vector<float>> channels);
+
+  /// Returns the events that were settled by the last `render`, in order of time over the whole
+  /// scene, up to its duration; for a part of the scene, only those in it.
+  std::span<const ImpulseEvent> settledEvents() const { return settled_; }
+
+  const Synth& synth() const { return synth_; }
+  const SceneStepper& stepper() const { return *stepper_; }
+  std::int64_t frames() const { return frames_ - firstFrame_; }  ///< of the scene or span
+  std::int64_t framesDone() const { return framesDone_ - firstFrame_; }
+
+ private:
+  SceneSound(const Scene& scene, std::unique_ptr<SceneStepper> stepper, Synth synth,
+             const SoundSpan& span);
+  void skipTo(std::int64_t frame);
+  void runAhead(double time);
+
+  SoundSpan span_;
+  double duration_;
+  double sampleRate_;
+  std::int64_t firstFrame_;  // this and the next two count from the scene's start
+  std::int64_t frames_;
+  std::int64_t framesDone_;
+  std::unique_ptr<SceneStepper> stepper_;
+  Synth synth_;
+  std::optional<JelloVoice> voice_;
+  std::vector<ImpulseEvent> known_;    // events not settled yet
+  std::vector<ImpulseEvent> settled_;  // events settled by the last render
+  std::vector<ImpulseEvent> early_;    // events settled before the first wanted sample
+};
+
+}  // namespace carom::scenes

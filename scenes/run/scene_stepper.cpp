@@ -1,0 +1,203 @@
+#include "scenes/run/scene_stepper.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "carom/bullet/bullet_bridge.h"
+#include "scenes/run/bullet_only.h"
+#include "scenes/run/bullet_scene.h"
+#include "scenes/run/jello_scene.h"
+#include "scenes/run/native_only.h"
+
+namespace carom::scenes {
+namespace {
+
+/// Returns the contact stiffness of a half-space of the
+/// material in Pa, which Simultaneous::hertz uses.
+double stiffnessOf(const Material& material) {
+  return material.youngsModulus / (1.0 - material.poissonsRatio * material.poissonsRatio);
+}
+
+Sphere nativeSphere(BodyId id, const SceneBody& body, const SphereShape& shape) {
+  const ContactTraits& contact = body.contact;
+  return {.id = id,
+          .radius = shape.radius,
+          .mass = shape.mass,
+          .restitution = body.material.restitution,
+          .position = shape.position,
+          .velocity = shape.velocity,
+          .surface = body.surface,
+          .restitutionLaw = contact.restitutionLaw,
+          .friction = {.sliding = contact.friction,
+                       .rolling = contact.rollingFriction,
+                       .pivoting = contact.pivotingFriction,
+                       .spin = shape.spin},
+          .stiffness = stiffnessOf(body.material)};
+}
+
+Plane nativePlane(BodyId id, const SceneBody& body, const PlaneShape& shape) {
+  return {.id = id,
+          .normal = shape.normal,
+          .offset = shape.offset,
+          .restitution = body.material.restitution,
+          .surface = body.surface,
+          .velocity = shape.velocity,
+          .shaking = shape.shaking,
+          .restitutionLaw = body.contact.restitutionLaw,
+          .friction = body.contact.friction,
+          .stiffness = stiffnessOf(body.material)};
+}
+
+Box nativeBox(BodyId id, const SceneBody& body, const BlockShape& shape) {
+  return {.id = id,
+          .centre = shape.centre,
+          .halfExtents = shape.halfExtents,
+          .orientation = shape.orientation,
+          .restitution = body.material.restitution,
+          .surface = body.surface,
+          .velocity = shape.velocity,
+          .restitutionLaw = body.contact.restitutionLaw,
+          .friction = body.contact.friction,
+          .stiffness = stiffnessOf(body.material)};
+}
+
+class NativeSceneStepper : public SceneStepper {
+ public:
+  explicit NativeSceneStepper(SphereStepper stepper) : stepper_(std::move(stepper)) {}
+
+  std::span<const ImpulseEvent> advanceTo(double time) override { return stepper_.advanceTo(time); }
+  double settledTime() const override { return stepper_.time(); }
+  std::uint64_t crushed() const override { return stepper_.counters().crushed; }
+
+ private:
+  SphereStepper stepper_;
+};
+
+class BulletSceneStepper : public SceneStepper {
+ public:
+  BulletSceneStepper(std::unique_ptr<BulletScene> scene, BulletBridge bridge, double step)
+      : scene_(std::move(scene)), bridge_(std::move(bridge)), step_(step) {}
+
+  std::span<const ImpulseEvent> advanceTo(double time) override {
+    bridge_.clear();
+    while (bridge_.settledTime() < time)  // with blocks, a substep behind the clock
+      scene_->world().stepSimulation(static_cast<btScalar>(step_), 0);
+    contacts_.assign(bridge_.contacts().begin(), bridge_.contacts().end());
+    if (!scene_->hasTurnedFrames()) return bridge_.events();
+    for (ContactState& contact : contacts_)
+      turn(contact);
+    return inFramesOfTheScene(bridge_.events());
+  }
+  std::span<const ContactState> contacts() const override { return contacts_; }
+  double settledTime() const override { return bridge_.settledTime(); }
+
+ private:
+  // Turns a contact from Bullet's frames of the bodies to the scene's: orientations by
+  // `orientation`, points of paths, which are in these frames, by its inverse.
+  void turn(ContactState& contact) const {
+    const Quat axes = scene_->orientation(contact.body, Quat::Identity()).conjugate();
+    const Quat otherAxes = scene_->orientation(contact.other, Quat::Identity()).conjugate();
+    contact.bodyOrientation = scene_->orientation(contact.body, contact.bodyOrientation);
+    contact.otherOrientation = scene_->orientation(contact.other, contact.otherOrientation);
+    for (Vec3* point : {&contact.pathStart, &contact.pathEnd})
+      *point = axes * *point;
+    for (Vec3* point : {&contact.otherPathStart, &contact.otherPathEnd})
+      *point = otherAxes * *point;
+  }
+
+  std::span<const ImpulseEvent> inFramesOfTheScene(std::span<const ImpulseEvent> events) {
+    events_.assign(events.begin(), events.end());
+    for (ImpulseEvent& event : events_)
+      event.bodyOrientation = scene_->orientation(event.body, event.bodyOrientation);
+    return events_;
+  }
+
+  std::unique_ptr<BulletScene> scene_;  // before the bridge, which it must outlive
+  BulletBridge bridge_;
+  std::vector<ContactState> contacts_;  // of the last advanceTo
+  std::vector<ImpulseEvent> events_;    // of the last advanceTo, if turned
+  double step_;
+};
+
+}  // namespace
+
+SphereWorld sphereWorld(const Scene& scene) {
+  SphereWorld world;
+  world.gravity = scene.gravity;
+  world.restSpeed = scene.stepper.restSpeed;
+  world.restitutions = scene.restitutions;
+  world.simultaneous = scene.mechanics.simultaneous;
+  world.rods = scene.mechanics.rods;
+  world.springs = scene.mechanics.springs;
+  world.fields = scene.mechanics.fields;
+  world.drag = scene.mechanics.drag;
+  world.forceStep = scene.mechanics.forceStep;
+  for (std::size_t index = 0; index < scene.bodies.size(); ++index) {
+    const SceneBody& body = scene.bodies[index];
+    const auto id = static_cast<BodyId>(index);
+    if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) {
+      world.spheres.push_back(nativeSphere(id, body, *sphere));
+    } else if (const auto* plane = std::get_if<PlaneShape>(&body.shape)) {
+      world.planes.push_back(nativePlane(id, body, *plane));
+    } else if (const auto* block = std::get_if<BlockShape>(&body.shape)) {
+      world.boxes.push_back(nativeBox(id, body, *block));
+    }
+  }
+  return world;
+}
+
+Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene) {
+  if (scene.stepper.type == StepperType::native && jelloOf(scene) != nullptr) {
+    auto stepper = JelloSceneStepper::create(scene);
+    if (!stepper) return stepper.error();
+    return std::unique_ptr<SceneStepper>(*std::move(stepper));
+  }
+  if (scene.stepper.type == StepperType::native) {
+    Result<SphereStepper> stepper = nativeStepper(scene);
+    if (!stepper) return stepper.error();
+    return std::unique_ptr<SceneStepper>(new NativeSceneStepper(*std::move(stepper)));
+  }
+  if (const std::string reason = whyNotOnBullet(scene); !reason.empty())
+    return Error{scene.name + ": " + reason};
+  auto bulletScene = std::make_unique<BulletScene>(scene);
+  // The impulses that Bullet applied are known when it has finished with an impact, some steps
+  // after the bodies touch.
+  const EventDelivery delivery = scene.sound.impulse == ImpulseChoice::applied
+                                     ? EventDelivery::complete
+                                     : EventDelivery::prompt;
+  Result<BulletBridge> bridge = BulletBridge::attach(
+      bulletScene->world(), {.restSpeed = scene.stepper.restSpeed, .delivery = delivery});
+  if (!bridge) return Error{scene.name + ": " + bridge.error().message};
+  return std::unique_ptr<SceneStepper>(
+      new BulletSceneStepper(std::move(bulletScene), *std::move(bridge), scene.stepper.step));
+}
+
+Result<SphereStepper> nativeStepper(const Scene& scene) {
+  if (const std::string reason = whyNotOnNative(scene); !reason.empty())
+    return Error{scene.name + ": " + reason};
+  if (jelloOf(scene) != nullptr)
+    return Error{scene.name + ": has a jello; expected a scene without, for this"};
+  Result<SphereStepper> stepper = SphereStepper::create(sphereWorld(scene));
+  if (!stepper) return Error{scene.name + ": " + stepper.error().message};
+  return stepper;
+}
+
+Result<std::vector<ImpulseEvent>> sceneEvents(const Scene& scene) {
+  Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene);
+  if (!stepper) return stepper.error();
+  std::vector<ImpulseEvent> events;
+  while ((*stepper)->settledTime() < scene.duration) {
+    const auto known = (*stepper)->advanceTo(scene.duration);
+    events.insert(events.end(), known.begin(), known.end());
+    if (const std::string failure = (*stepper)->failure(); !failure.empty())
+      return Error{scene.name + ": " + failure};
+  }
+  std::erase_if(events, [&](const ImpulseEvent& event) { return event.time > scene.duration; });
+  std::stable_sort(events.begin(), events.end(),
+                   [](const ImpulseEvent& a, const ImpulseEvent& b) { return a.time < b.time; });
+  return events;
+}
+
+}  // namespace carom::scenes
