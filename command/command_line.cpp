@@ -15,8 +15,6 @@
 
 namespace carom::command {
 
-using namespace scenes;
-using namespace lab;
 namespace {
 
 constexpr double kLeastFullScale = 0.002;    // Pa, 40 dB

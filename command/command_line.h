@@ -16,9 +16,6 @@ class Validator;
 
 namespace carom::command {
 
-using namespace scenes;
-using namespace lab;
-
 // Parts that the commands of the program share. Only for main.cpp and the files of commands.
 
 // Exit codes.

@@ -25,7 +25,6 @@
 namespace carom::command {
 
 using namespace scenes;
-using namespace lab;
 
 using namespace audio;
 using namespace native;

@@ -12,7 +12,6 @@ class App;
 namespace carom::command {
 
 using namespace scenes;
-using namespace lab;
 
 /// `carom jello`: runs a jello, and writes its sound, its trajectory and its energies.
 class JelloCommand {

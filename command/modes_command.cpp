@@ -20,7 +20,6 @@
 namespace carom::command {
 
 using namespace scenes;
-using namespace lab;
 
 using namespace audio;
 

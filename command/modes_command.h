@@ -9,9 +9,6 @@ class App;
 
 namespace carom::command {
 
-using namespace scenes;
-using namespace lab;
-
 /// `carom modes`: computes a model file, and a table of its modes, from a mesh.
 class ModesCommand {
  public:

@@ -8,9 +8,6 @@
 
 namespace carom::command {
 
-using namespace scenes;
-using namespace lab;
-
 ProgressBar::ProgressBar(std::string label)
     : label_(std::move(label)), terminal_(isatty(STDERR_FILENO) == 1) {}
 

@@ -4,9 +4,6 @@
 
 namespace carom::command {
 
-using namespace scenes;
-using namespace lab;
-
 /// A line on stderr that grows with the work done, on a terminal only: in a pipe or a log it is
 /// silent.
 class ProgressBar {

@@ -10,9 +10,6 @@ class App;
 
 namespace carom::command {
 
-using namespace scenes;
-using namespace lab;
-
 /// `carom report`: runs scenes in all ways that make a difference, and reports the cost and the
 /// error of each.
 class ReportCommand {

@@ -16,7 +16,6 @@
 
 namespace carom::command {
 
-using namespace scenes;
 using namespace lab;
 
 using namespace audio;

@@ -10,7 +10,6 @@ class App;
 
 namespace carom::command {
 
-using namespace scenes;
 using namespace lab;
 
 /// `carom stability`: runs stiff and extreme cases, and says what theory expects of each.

@@ -24,7 +24,6 @@
 namespace carom::command {
 
 using namespace scenes;
-using namespace lab;
 
 using namespace audio;
 

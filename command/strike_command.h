@@ -8,9 +8,6 @@ class App;
 
 namespace carom::command {
 
-using namespace scenes;
-using namespace lab;
-
 /// `carom strike`: renders one impact on a body that rings into a WAV file.
 class StrikeCommand {
  public:

@@ -6,8 +6,6 @@
 #include <utility>
 
 namespace carom::lab {
-
-using namespace scenes;
 namespace {
 
 using ByPair = std::map<std::pair<BodyId, BodyId>, std::vector<Collision>>;

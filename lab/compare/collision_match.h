@@ -9,8 +9,6 @@
 
 namespace carom::lab {
 
-using namespace scenes;
-
 /// A collision of a run: its pair, time and impulse.
 struct Collision {
   BodyId body = 0;  ///< the lower of the two ids

@@ -7,8 +7,6 @@
 
 namespace carom::lab {
 
-using namespace scenes;
-
 std::optional<std::size_t> heapInUse() {
 #ifdef CAROM_HAS_MALLINFO2
   const struct mallinfo2 info = mallinfo2();

@@ -10,7 +10,6 @@
 
 namespace carom::lab {
 
-using namespace scenes;
 namespace {
 
 constexpr double kLowestBand = 50.0;   // Hz

@@ -6,8 +6,6 @@
 
 namespace carom::lab {
 
-using namespace scenes;
-
 /// The sound at a listener: channels of equal length, Pa.
 using Signal = std::vector<std::vector<float>>;
 

@@ -10,8 +10,6 @@
 
 namespace carom::lab {
 
-using namespace scenes;
-
 /// The extent of a run of the stability cases.
 enum class StabilityForm {
   brief,  ///< part of ./check: fewer points and events, and no case that takes long

@@ -15,8 +15,6 @@
 
 namespace carom::lab {
 
-using namespace scenes;
-
 // The cases of each module. Only for the files of stability_*.cpp.
 
 void addNativeCases(std::vector<StabilityCase>& cases);

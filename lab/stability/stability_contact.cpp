@@ -17,7 +17,6 @@
 
 namespace carom::lab {
 
-using namespace scenes;
 namespace {
 
 using Measurements = std::vector<Measurement>;

@@ -22,8 +22,6 @@
 
 namespace carom::lab {
 
-using namespace scenes;
-
 using namespace native;
 
 namespace {

@@ -19,8 +19,6 @@
 
 namespace carom::lab {
 
-using namespace scenes;
-
 using namespace audio;
 
 namespace {

@@ -14,7 +14,6 @@
 
 namespace carom::lab {
 
-using namespace scenes;
 namespace {
 
 using Measurements = std::vector<Measurement>;

@@ -20,8 +20,6 @@
 
 namespace carom::lab {
 
-using namespace scenes;
-
 using namespace audio;
 
 namespace {

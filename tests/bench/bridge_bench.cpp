@@ -22,6 +22,7 @@
 
 namespace carom::bench {
 
+using namespace lab;
 using namespace scenes;
 
 namespace {

@@ -26,6 +26,7 @@
 
 namespace carom::bench {
 
+using namespace lab;
 using namespace scenes;
 
 namespace {

@@ -7,6 +7,7 @@
 
 namespace carom::test {
 
+using namespace lab;
 using namespace scenes;
 
 namespace {

@@ -12,6 +12,7 @@
 
 namespace carom::test {
 
+using namespace lab;
 using namespace scenes;
 
 namespace {

@@ -22,6 +22,7 @@
 namespace carom::test {
 
 using namespace native;
+using namespace lab;
 using namespace scenes;
 
 namespace {

@@ -14,6 +14,7 @@
 
 namespace carom::test {
 
+using namespace lab;
 using namespace scenes;
 
 namespace {

@@ -17,6 +17,7 @@
 
 namespace carom::test {
 
+using namespace lab;
 using namespace scenes;
 
 namespace {

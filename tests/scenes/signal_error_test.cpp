@@ -11,6 +11,7 @@
 
 namespace carom::test {
 
+using namespace lab;
 using namespace scenes;
 
 namespace {

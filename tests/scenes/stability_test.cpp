@@ -16,6 +16,7 @@
 
 namespace carom {
 
+using namespace lab;
 using namespace scenes;
 
 namespace {
