@@ -16,7 +16,7 @@ foreach(index RANGE ${last})
     if(command MATCHES " -O2 ")
       message(FATAL_ERROR "the host's own source is compiled with -O2, which it did not ask for")
     endif()
-  elseif(file MATCHES "/(audio|bullet_bridge|plugin)/[a-z_0-9]+[.]cpp$")
+  elseif(file MATCHES "/(audio|bullet_bridge|plugin)/([a-z_]+/)?[a-z_0-9]+[.]cpp$")
     math(EXPR ours "${ours} + 1")
     if((WANTED STREQUAL "-O2" AND NOT command MATCHES " -O2 ") OR
        (NOT WANTED STREQUAL "-O2" AND command MATCHES " -O2 "))
