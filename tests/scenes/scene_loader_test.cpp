@@ -1347,7 +1347,8 @@ std::vector<Refusal> meaningRefusals() {
                            const std::vector<std::string>& words) {
     list.push_back(refusal(place + " " + words.front(), document, place, words));
   };
-  add(withBodies({planeOf({0, 1, 0})}), "/bodies", {"empty scene", "at least one sphere"});
+  add(withBodies(json::array({planeOf({0, 1, 0})})), "/bodies",
+      {"empty scene", "at least one sphere"});
   add(with("/bodies/1/normal", {0, 0, 0}), "/bodies/1/normal", {"no direction", "not 0"});
   add(with("/bodies/0/material", "steal"), "/bodies/0/material",
       {"unknown material \"steal\"", "did you mean \"steel\"", "\"ceramic\"", "\"concrete\""});
