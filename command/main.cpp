@@ -88,7 +88,7 @@ const std::map<std::string, PulseShape>& pulseShapes() {
       {"half_sine", PulseShape::halfSine},
       {"gaussian", PulseShape::gaussian},
       {"mitchell_netravali", PulseShape::mitchellNetravali},
-      {"hand_out", PulseShape::handOut}};
+      {"course_gaussian", PulseShape::courseGaussian}};
   return shapes;
 }
 
@@ -380,7 +380,8 @@ CLI::App* addRender(CLI::App& app, Arguments& arguments) {
       "  carom render scenes/library/two_balls.json -o balls.wav --stepper bullet --step 0.004\n"
       "  carom render scenes/library/bouncing_ball.json -o ball.wav --events ball.csv --json\n"
       "  carom render scenes/library/two_balls.json -o balls.wav --limit --full-scale 110dB\n"
-      "  carom render scenes/library/two_balls.json -o balls.wav --pulse hand_out --sampling "
+      "  carom render scenes/library/two_balls.json -o balls.wav --pulse course_gaussian "
+      "--sampling "
       "naive");
   return command;
 }

@@ -449,7 +449,7 @@ const Limits& limitsOf(PulseShape shape) {
       return kGaussianLimits;
     case PulseShape::mitchellNetravali:
       return kCubicLimits;
-    case PulseShape::handOut:
+    case PulseShape::courseGaussian:
       return kHandOutLimits;
     case PulseShape::hertz:
       break;
@@ -539,7 +539,7 @@ double Pulse::Model::force(double u) const {
       return gaussianForce(u);
     case PulseShape::mitchellNetravali:
       return 4.0 * mitchellNetravali(4.0 * u - 2.0).value;
-    case PulseShape::handOut:
+    case PulseShape::courseGaussian:
       return kHandOutScale * gaussianPulse(u);
   }
   return 0.0;
@@ -556,7 +556,7 @@ double Pulse::Model::slope(double u) const {
       return -2.0 * kGaussianExponent * (u - 0.5) * gaussianForce(u);
     case PulseShape::mitchellNetravali:
       return 16.0 * mitchellNetravali(4.0 * u - 2.0).slope;
-    case PulseShape::handOut:
+    case PulseShape::courseGaussian:
       return kHandOutScale * gaussianPulseSlope(u);
   }
   return 0.0;
@@ -606,12 +606,12 @@ void Pulse::Model::findPeaks() {
 
 Pulse::Model::Model(PulseShape closedForm) : shape(closedForm) {
   assert(shape != PulseShape::hertz);
-  if (shape == PulseShape::gaussian || shape == PulseShape::handOut) {
+  if (shape == PulseShape::gaussian || shape == PulseShape::courseGaussian) {
     const double reach = shape == PulseShape::gaussian ? kGaussianReach : kPulseHalfWidth;
     begin = 0.5 - reach;
     end = 0.5 + reach;
   }
-  if (shape == PulseShape::handOut) {
+  if (shape == PulseShape::courseGaussian) {
     const double root = std::sqrt(6.0);
     impulse = kHandOutScale / (root * std::numbers::inv_sqrtpi) * std::erf(root * kPulseHalfWidth);
   }
@@ -655,7 +655,7 @@ void Pulse::Model::findEdges() {
       edges.push_back({0.75, EdgeKind::cubic, -3584.0 / 9.0, true});
       break;
     case PulseShape::gaussian:
-    case PulseShape::handOut:
+    case PulseShape::courseGaussian:
       break;
   }
 }
@@ -682,7 +682,7 @@ const Pulse& Pulse::of(PulseShape shape) {
       Pulse(std::make_shared<const Model>(PulseShape::halfSine)),
       Pulse(std::make_shared<const Model>(PulseShape::gaussian)),
       Pulse(std::make_shared<const Model>(PulseShape::mitchellNetravali)),
-      Pulse(std::make_shared<const Model>(PulseShape::handOut))};
+      Pulse(std::make_shared<const Model>(PulseShape::courseGaussian))};
   return pulses[static_cast<std::size_t>(shape)];
 }
 

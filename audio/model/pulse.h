@@ -67,7 +67,7 @@ struct ForceTable {
 ///   [-2, 2] becomes the contact's [0, 1], which is narrow: with half the contact's duration as its
 ///   unit it would err by 8.0 % and 22.3 %. It is negative in the outer 3/14 at
 ///   either end, by at most 2/49 of its peak: no contact pulls, so use it for comparisons.
-/// - `handOut`: 22.7 %, 43.2 %. Its bits are those of pi/2 times gaussianPulse() and
+/// - `courseGaussian`: 22.7 %, 43.2 %. Its bits are those of pi/2 times gaussianPulse() and
 ///   gaussianPulseSlope().
 /// Both Gaussians are cut where they are 5e-17 of their peak.
 class Pulse {

@@ -17,7 +17,7 @@ namespace carom::audio {
 
 /// All propagation paths from a source to the samples, as the settings and the listeners decide
 /// them: receivers, and the images of a room's walls with their filters. Immutable, to be shared
-/// between ClickLayer and the players. [any thread]
+/// between ContactSoundScheduler and the players. [any thread]
 struct SoundPaths {
   struct Channel {
     std::uint32_t listener = 0;

@@ -21,8 +21,8 @@ inline constexpr std::size_t kMostNodes = 48;
 
 /// The sound of one contact of one body at one receiver, over one path: scheduled on the samples of
 /// its buses, and independent of bodies, listeners and rooms. The objects that it points to are
-/// immutable, and live as long as the ClickLayer that made it, except for the nodes of a train
-/// (LaidSound::train). It fits two cache lines, since many clicks wait.
+/// immutable, and live as long as the ContactSoundScheduler that made it, except for the nodes of a
+/// train (ScheduledSound::train). It fits two cache lines, since many clicks wait.
 struct alignas(64) Click {
   std::int64_t first = 0;  ///< sample of the bus at which it begins
   ClickTrack track;        ///< counted from that sample

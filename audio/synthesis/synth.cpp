@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "audio/propagation/sound_paths.h"
-#include "audio/synthesis/click_layer.h"
-#include "audio/synthesis/click_player.h"
+#include "audio/synthesis/click_renderer.h"
+#include "audio/synthesis/contact_sound_scheduler.h"
 
 namespace carom {
 
@@ -23,8 +23,8 @@ class Synth::Impl {
   double rate() const { return layer_.paths().settings.sampleRate; }
   SynthCounters counters() const;
 
-  ClickLayer layer_;
-  ClickPlayer player_;
+  ContactSoundScheduler layer_;
+  ClickRenderer player_;
 };
 
 Status Synth::Impl::seek(double seconds) {
@@ -37,7 +37,7 @@ Status Synth::Impl::seek(double seconds) {
 }
 
 SynthCounters Synth::Impl::counters() const {
-  const ClickLayerCounters& laid = layer_.counters();
+  const ContactSoundCounters& laid = layer_.counters();
   return {.events = laid.events,
           .rings = laid.rings,
           .immovable = laid.immovable,
@@ -75,8 +75,8 @@ Status Synth::placeListener(std::size_t listener, const ListenerPose& pose) {
 void Synth::schedule(const ImpulseEvent& event) {
   impl_->schedule(event);
 }
-void Synth::touch(const ContactState& contact) {
-  impl_->player_.add(impl_->layer_.touch(contact));
+void Synth::updateContact(const ContactState& contact) {
+  impl_->player_.add(impl_->layer_.updateContact(contact));
   for (const bool first : {true, false})
     impl_->player_.add(impl_->layer_.slide(contact, first));
 }

@@ -20,7 +20,7 @@ SOUND = [
     ("The pulse's value at each sample, (10), for what the band holds", "naive"),
     ("A compact dipole far away, (1), for a sphere of its size", "compact"),
     ("A distance that stands still while a contact lasts, (7)", "no_doppler"),
-    ("All of these together", "hand_out"),
+    ("All of these together", "course_gaussian"),
 ]
 TIMES = [
     ("Event times of steps, at 1/60 s", "bullet_60_step"),

@@ -169,7 +169,7 @@ class Grid {
     addPulse(PulseShape::halfSine, "pulse: half a sine");
     addPulse(PulseShape::gaussian, "pulse: a Gaussian of the same impulse");
     addPulse(PulseShape::mitchellNetravali, "pulse: Mitchell and Netravali's");
-    addPulse(PulseShape::handOut, "pulse: the hand-out's Gaussian");
+    addPulse(PulseShape::courseGaussian, "pulse: the hand-out's Gaussian");
     ReportChoice naive = variant(VariantGroup::sound, "naive", "naive sampling");
     naive.sampling = Sampling::naive;
     add(naive);
@@ -179,14 +179,15 @@ class Grid {
     ReportChoice still = variant(VariantGroup::sound, "no_doppler", "distances stand still");
     still.doppler = false;
     add(still);
-    ReportChoice handOut = variant(VariantGroup::sound, "hand_out", "all of the hand-out's sound");
-    asInTheHandOut(handOut);
-    add(handOut);
+    ReportChoice courseGaussian =
+        variant(VariantGroup::sound, "course_gaussian", "all of the hand-out's sound");
+    asInTheHandOut(courseGaussian);
+    add(courseGaussian);
   }
 
   static void asInTheHandOut(ReportChoice& choice) {
     choice.dissipative = false;
-    choice.pulse = PulseShape::handOut;
+    choice.pulse = PulseShape::courseGaussian;
     choice.sampling = Sampling::naive;
     choice.radiation = Radiation::compact;
     choice.doppler = false;

@@ -102,7 +102,7 @@ std::vector<double> soundOf(const Slide& slide) {
   Synth synth = synthOf(slide);
   const auto steps = std::lround(slide.duration / slide.step);
   for (long step = 0; step < steps; ++step)
-    synth.touch(slide.stateAt(static_cast<double>(step) * slide.step));
+    synth.updateContact(slide.stateAt(static_cast<double>(step) * slide.step));
   return rendered(synth, static_cast<std::size_t>(slide.duration * slide.sampleRate));
 }
 
@@ -213,7 +213,7 @@ Measurements nonsense(StabilityForm /*form*/) {
     for (int step = 0; step < 12; ++step) {
       ContactState state = slide.stateAt(step * slide.step);
       if (step > 2) change(state);
-      synth.touch(state);
+      synth.updateContact(state);
     }
     if (!std::isfinite(peakOf(rendered(synth, 4800)))) odd += 1.0;
   };

@@ -185,7 +185,7 @@ void Agenda::offerImmovable(double wait, std::uint32_t index, Search& search) co
   search.prefer(contact, false);
 }
 
-void Agenda::lookForShakenWalls(Search& search) const {
+void Agenda::lookForOscillatingWalls(Search& search) const {
   const Motion& motion = search.motion;
   for (std::uint32_t index = bodies_.steady; index < bodies_.faces; ++index) {
     const Wall& wall = bodies_.walls[index];
@@ -352,7 +352,7 @@ void Agenda::predict(std::uint32_t sphere, const Instant& now) {
     grid_.visitNear(sphere, probe, visit);
   });
   lookForWalls(search);  // after the spheres: most are too far then
-  if (bodies_.steady < bodies_.faces) lookForShakenWalls(search);
+  if (bodies_.steady < bodies_.faces) lookForOscillatingWalls(search);
   if (!bodies_.solids.empty()) lookForBoxes(search);
   predictCrossing(sphere, present);
   if (search.best.partner == kNobody) search.best.time = Instant::never();

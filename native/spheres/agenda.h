@@ -99,7 +99,7 @@ class Agenda {
   };
 
   void lookForWalls(Search& search) const;
-  void lookForShakenWalls(Search& search) const;
+  void lookForOscillatingWalls(Search& search) const;
   void lookForBoxes(Search& search) const;
   void offerImmovable(double wait, std::uint32_t index, Search& search) const;
   void lookAt(std::uint32_t other, Search& search);

@@ -11,7 +11,7 @@
 #include "carom/native/sphere_world.h"
 #include "native/math/vector_math.h"
 #include "native/spheres/box_contact.h"
-#include "native/spheres/shaking.h"
+#include "native/spheres/oscillation.h"
 
 namespace carom::native {
 
@@ -19,12 +19,12 @@ namespace carom::native {
 struct Wall {
   Plane plane;
   double speed = 0.0;            ///< m/s, steady, along the normal
-  Oscillation oscillation = {};  ///< added to the steady motion of planes that shake
+  Oscillation oscillation = {};  ///< added to the steady motion of planes that oscillate
   std::uint32_t box = kNoBox;    ///< the box whose face it is
 
   static constexpr std::uint32_t kNoBox = 0xFFFFFFFF;
 
-  bool shakes() const { return oscillation.amplitude != 0.0; }
+  bool oscillates() const { return oscillation.amplitude != 0.0; }
 };
 
 /// A box as the search for contacts reads it.
@@ -84,9 +84,9 @@ struct Bodies {
   std::vector<Holds> holds;         ///< by sphere
   std::vector<double> radii;        ///< m, by sphere
   std::vector<BodyId> ids;          ///< by sphere, ascending
-  std::vector<Wall> walls;          ///< steady planes, then planes that shake, then faces of boxes
-  std::uint32_t steady = 0;         ///< number of walls before the first that shakes
-  std::uint32_t faces = 0;          ///< number of walls before the first face of a box
+  std::vector<Wall> walls;   ///< steady planes, then planes that oscillate, then faces of boxes
+  std::uint32_t steady = 0;  ///< number of walls before the first that shakes
+  std::uint32_t faces = 0;   ///< number of walls before the first face of a box
   std::vector<Solid> solids;
   double level = 0.0;     ///< m/s^2; a smaller component along a normal is rounding
   std::size_t apart = 0;  ///< number of spheres whose acceleration is not gravity
@@ -103,18 +103,18 @@ struct Bodies {
   }
 
   /// Height in m of the lowest point of the sphere, if it were at `position`, above the wall at
-  /// `instant`, without shaking.
+  /// `instant`, without oscillation.
   double height(std::size_t sphere, const Wall& wall, const Vec3& position,
                 const Instant& instant) const {
     const double height =
         dotInOrder(wall.plane.normal, position) - wall.plane.offset - radii[sphere];
     return wall.speed == 0.0 ? height : height - wall.speed * elapsed(Instant{}, instant);
   }
-  /// Height in m like `height`, with the shaking of the wall included.
+  /// Height in m like `height`, with the oscillation of the wall included.
   double clearance(std::size_t sphere, const Wall& wall, const Vec3& position,
                    const Instant& instant) const {
     const double smooth = height(sphere, wall, position, instant);
-    if (!wall.shakes()) return smooth;
+    if (!wall.oscillates()) return smooth;
     return smooth - wall.oscillation.amplitude * wall.oscillation.at(instant).sine;
   }
   BoxNearest nearest(const Solid& solid, const Vec3& position, const Instant& instant) const {

@@ -203,10 +203,10 @@ bool Simulation::noteContact(std::uint32_t sphere, const Motion& motion) {
 /// any more. Otherwise it is put to sleep.
 void Simulation::giveUp(std::uint32_t sphere, double interval) {
   const bool pressed = std::ranges::any_of(
-      bodies_.walls, [](const Wall& wall) { return wall.speed != 0.0 || wall.shakes(); });
+      bodies_.walls, [](const Wall& wall) { return wall.speed != 0.0 || wall.oscillates(); });
   if (interval >= (pressed ? kCrushInterval : kStuckInterval)) return;
   if (pressed || linked(sphere)) {
-    ++counters_.crushed;
+    ++counters_.jammed;
     agenda_.remove(sphere);
   } else {
     ++counters_.laidDown;

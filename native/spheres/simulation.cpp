@@ -32,8 +32,8 @@ std::vector<std::uint32_t> byId(const std::vector<Sphere>& spheres) {
 Wall wallOf(const Plane& plane) {
   return {plane,
           dotInOrder(plane.normal, plane.velocity),
-          {dotInOrder(plane.normal, plane.shaking.amplitude), plane.shaking.frequency,
-           plane.shaking.phase / kWholeTurn}};
+          {dotInOrder(plane.normal, plane.oscillation.amplitude), plane.oscillation.frequency,
+           plane.oscillation.phase / kWholeTurn}};
 }
 
 /// Adds the box, and its faces to the walls.
@@ -58,12 +58,12 @@ void addBox(const Box& box, Bodies& bodies) {
 }
 
 void addWalls(const SphereWorld& world, Bodies& bodies) {
-  for (const bool shaken : {false, true}) {
+  for (const bool oscillating : {false, true}) {
     for (const Plane& plane : world.planes) {
       const Wall wall = wallOf(plane);
-      if (wall.shakes() == shaken) bodies.walls.push_back(wall);
+      if (wall.oscillates() == oscillating) bodies.walls.push_back(wall);
     }
-    if (!shaken) bodies.steady = static_cast<std::uint32_t>(bodies.walls.size());
+    if (!oscillating) bodies.steady = static_cast<std::uint32_t>(bodies.walls.size());
   }
   bodies.faces = static_cast<std::uint32_t>(bodies.walls.size());
   for (const Box& box : world.boxes)
@@ -333,7 +333,7 @@ void Simulation::meetImmovable(std::uint32_t sphere, std::uint32_t index) {
   if (index < bodies_.steady) {
     meetWall(sphere, index);
   } else if (index < bodies_.faces) {
-    meetShaken(sphere, index);
+    meetOscillating(sphere, index);
   } else if (index < bodies_.walls.size()) {
     passBorder(sphere, index);
   } else {

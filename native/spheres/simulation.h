@@ -137,7 +137,7 @@ class Simulation {
   bool applyCluster(const Cluster& cluster);
   void settleRods(std::uint32_t group);
 
-  // Boxes and planes that shake: surfaces.cpp.
+  // Boxes and planes that oscillate: surfaces.cpp.
   void meetBox(std::uint32_t sphere, std::uint32_t index);
   void meetEdge(std::uint32_t sphere, const Solid& solid, const Vec3& normal);
   void strikeEdge(std::uint32_t sphere, const Solid& solid, const Impact& impact, Motion& motion);
@@ -145,9 +145,9 @@ class Simulation {
   Vec3 sidewaysOf(std::uint32_t sphere, const Vec3& velocity, const Vec3& normal) const;
   EdgeHop edgeHop(std::uint32_t sphere, const Impact& impact, double mass, double square);
   void passBorder(std::uint32_t sphere, std::uint32_t face);
-  void meetShaken(std::uint32_t sphere, std::uint32_t index);
-  void bounceOffShaken(std::uint32_t sphere, std::uint32_t index, const Impact& impact,
-                       double pressed, Motion& motion);
+  void meetOscillating(std::uint32_t sphere, std::uint32_t index);
+  void bounceOffOscillating(std::uint32_t sphere, std::uint32_t index, const Impact& impact,
+                            double pressed, Motion& motion);
 
   void report(const Side& first, const Side& second, const Impact& impact);
   void predictChanged();

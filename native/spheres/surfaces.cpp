@@ -1,5 +1,5 @@
-// The part of Simulation for surfaces that are finite or shake: SphereStepper documents it under
-// Boxes and Shaking.
+// The part of Simulation for surfaces that are finite or oscillate: SphereStepper documents it
+// under Boxes and Oscillation.
 
 #include <algorithm>
 #include <array>
@@ -13,7 +13,7 @@
 namespace carom::native {
 namespace {
 
-// These constants define rest on edges and on planes that shake, and are documented in
+// These constants define rest on edges and on planes that oscillate, and are documented in
 // SphereStepper.
 /// Relative to the rest speed: a hop is still rest after it has grown.
 constexpr double kMostHop = 0.4;
@@ -141,11 +141,11 @@ void Simulation::passBorder(std::uint32_t sphere, std::uint32_t face) {
   predictChanged();
 }
 
-// ---- What shakes
+// ---- Oscillating planes
 
-/// Resolves a contact with a plane that shakes. It holds no sphere: one that lies on it follows in
-/// short hops, whose energy the plane provides.
-void Simulation::meetShaken(std::uint32_t sphere, std::uint32_t index) {
+/// Resolves a contact with a plane that oscillates. It holds no sphere: one that lies on it follows
+/// in short hops, whose energy the plane provides.
+void Simulation::meetOscillating(std::uint32_t sphere, std::uint32_t index) {
   wake(sphere);
   const Wall& wall = bodies_.walls[index];
   const Vec3& normal = wall.plane.normal;
@@ -158,15 +158,15 @@ void Simulation::meetShaken(std::uint32_t sphere, std::uint32_t index) {
   const double pressed = rise - bodies_.alongNormal(normal, bodies_.accelerations[sphere]);
   if (approachSpeed > 0.0 || pressed > 0.0) {
     noteContact(sphere, motion);
-    bounceOffShaken(sphere, index, {normal, std::max(approachSpeed, 0.0)}, pressed, motion);
+    bounceOffOscillating(sphere, index, {normal, std::max(approachSpeed, 0.0)}, pressed, motion);
   }  // else the contact is so slow that rounding decided
   leave(sphere, motion);
   if (linkage_.hasRods(sphere)) settleRods(linkage_.groupOf(sphere));
   predictChanged();
 }
 
-void Simulation::bounceOffShaken(std::uint32_t sphere, std::uint32_t index, const Impact& impact,
-                                 double pressed, Motion& motion) {
+void Simulation::bounceOffOscillating(std::uint32_t sphere, std::uint32_t index,
+                                      const Impact& impact, double pressed, Motion& motion) {
   const Substance& body = substances_[sphere];
   const Wall& wall = bodies_.walls[index];
   const double speed = impact.approachSpeed;
@@ -191,7 +191,7 @@ void Simulation::bounceOffShaken(std::uint32_t sphere, std::uint32_t index, cons
     report(sideOf(sphere, motion),
            {wall.plane.id, kNever, motion.position - radius * impact.normal,
             wall.plane.velocity +
-                (angular * wall.oscillation.at(now_).cosine) * wall.plane.shaking.amplitude},
+                (angular * wall.oscillation.at(now_).cosine) * wall.plane.oscillation.amplitude},
            {impact.normal, speed, body.mass, body.mass * (speed + rebound)});
     allowHop(sphere, 0.5 * body.mass * (speed - rebound) * (speed + rebound));
   }

@@ -13,7 +13,7 @@
 #include "native/math/vector_math.h"
 #include "native/spheres/box_contact.h"
 #include "native/spheres/cell_grid.h"
-#include "native/spheres/shaking.h"
+#include "native/spheres/oscillation.h"
 
 namespace carom::native {
 namespace {
@@ -92,13 +92,13 @@ Problem checkSphere(const Sphere& sphere) {
                   checkFriction(owner, sphere.friction), checkLaw(owner, sphere.restitutionLaw)});
 }
 
-Problem checkShaking(const std::string& owner, const Shaking& shaking) {
-  if (Problem problem = checkFinite(owner, "amplitude of shaking", shaking.amplitude))
+Problem checkOscillation(const std::string& owner, const Oscillation& oscillation) {
+  if (Problem problem = checkFinite(owner, "amplitude of oscillation", oscillation.amplitude))
     return problem;
-  if (!std::isfinite(shaking.phase))
-    return error(owner, ": phase of shaking is ", shaking.phase, " rad; it must be finite");
-  if (shaking.amplitude == Vec3::Zero()) return {};
-  return checkPositive(owner, "frequency of shaking", "Hz", shaking.frequency);
+  if (!std::isfinite(oscillation.phase))
+    return error(owner, ": phase of oscillation is ", oscillation.phase, " rad; it must be finite");
+  if (oscillation.amplitude == Vec3::Zero()) return {};
+  return checkPositive(owner, "frequency of oscillation", "Hz", oscillation.frequency);
 }
 
 Problem checkPlane(const Plane& plane) {
@@ -116,7 +116,7 @@ Problem checkPlane(const Plane& plane) {
   }
   if (!std::isfinite(plane.offset))
     return error(owner, ": offset is ", plane.offset, " m; it must be finite");
-  return checkShaking(owner, plane.shaking);
+  return checkOscillation(owner, plane.oscillation);
 }
 
 double lengthOf(const Quat& orientation) {
@@ -170,8 +170,8 @@ Problem checkPairApart(const Sphere& sphere, const Sphere& other) {
 }
 
 Problem checkAbove(const Sphere& sphere, const Plane& plane) {
-  const double shift = dotInOrder(plane.normal, plane.shaking.amplitude) *
-                       sineOfTurns(plane.shaking.phase / kWholeTurn).sine;
+  const double shift = dotInOrder(plane.normal, plane.oscillation.amplitude) *
+                       sineOfTurns(plane.oscillation.phase / kWholeTurn).sine;
   const double overlap =
       plane.offset + shift + sphere.radius - dotInOrder(plane.normal, sphere.position);
   const double allowed = kTouchingOverlap * sphere.radius;

@@ -176,7 +176,7 @@ void Sound::Impl::takeOver() {
     events_.post(event);
   }
   for (const ContactState& contact : bridge_->contacts())
-    events_.touch(contact);
+    events_.updateContact(contact);
   bridge_->clear();
   events_.advanceTo(bridge_->time());
   forgetRemoved();

@@ -327,7 +327,7 @@ carom_statistics toC(const SoundStatistics& statistics) {
   given.worst_block = statistics.worstBlock;
   given.gain_reduction = statistics.gainReduction;
   given.rings = statistics.rings;
-  given.no_bank = statistics.noBank;
+  given.modal_voices_exhausted = statistics.modalVoicesExhausted;
   given.ringing = statistics.ringing;
   given.modes = statistics.modes;
   return given;

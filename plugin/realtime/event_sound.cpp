@@ -70,8 +70,8 @@ void add(SoundStatistics& sum, const SoundStatistics& more) {
        {&SoundStatistics::events, &SoundStatistics::immovable, &SoundStatistics::rejected,
         &SoundStatistics::skipped, &SoundStatistics::inaudible, &SoundStatistics::stolen,
         &SoundStatistics::overBudget, &SoundStatistics::noBus, &SoundStatistics::tooLong,
-        &SoundStatistics::noBank, &SoundStatistics::queueFaults, &SoundStatistics::rings,
-        &SoundStatistics::slides, &SoundStatistics::slidesInaudible,
+        &SoundStatistics::modalVoicesExhausted, &SoundStatistics::queueFaults,
+        &SoundStatistics::rings, &SoundStatistics::slides, &SoundStatistics::slidesInaudible,
         &SoundStatistics::slidesLeftOut, &SoundStatistics::late, &SoundStatistics::stalls,
         &SoundStatistics::jumps})
     sum.*count += more.*count;
@@ -126,7 +126,7 @@ class EventSound::Impl {
   void removeBody(BodyId id);
   Status setListener(std::size_t listener, const ListenerPose& pose);
   void post(const ImpulseEvent& event);
-  void touch(const ContactState& contact);
+  void updateContact(const ContactState& contact);
   void advanceTo(double seconds);
   double time() const { return time_; }
   void pause() {
@@ -216,7 +216,8 @@ void EventSound::Impl::removeBody(BodyId id) {
   if (engine_) engine_->layer().removeBody(id);
 }
 
-/// Moves a listener of a ClickLayer or a Synth, or places it there if it cannot have moved so.
+/// Moves a listener of a ContactSoundScheduler or a Synth, or places it there if it cannot have
+/// moved so.
 template <class Layer>
 void EventSound::Impl::follow(Layer& layer, std::size_t listener, const ListenerPose& pose) {
   if (!layer.moveListener(listener, pose)) (void)layer.placeListener(listener, pose);
@@ -259,9 +260,9 @@ void EventSound::Impl::post(const ImpulseEvent& event) {
   if (engine_) engine_->post(event);
 }
 
-void EventSound::Impl::touch(const ContactState& contact) {
-  if (recorder_) recorder_->synth().touch(contact);
-  if (engine_) engine_->touch(contact);
+void EventSound::Impl::updateContact(const ContactState& contact) {
+  if (recorder_) recorder_->synth().updateContact(contact);
+  if (engine_) engine_->updateContact(contact);
 }
 
 void EventSound::Impl::advanceTo(double seconds) {
@@ -415,8 +416,8 @@ Status EventSound::setListener(const Vec3& position, const Quat& orientation,
 void EventSound::post(const ImpulseEvent& event) {
   impl_->post(event);
 }
-void EventSound::touch(const ContactState& contact) {
-  impl_->touch(contact);
+void EventSound::updateContact(const ContactState& contact) {
+  impl_->updateContact(contact);
 }
 void EventSound::advanceTo(double seconds) {
   impl_->advanceTo(seconds);

@@ -121,7 +121,7 @@ void SoundEngine::post(const ImpulseEvent& event) {
   posted_.push_back(event);
 }
 
-void SoundEngine::touch(const ContactState& contact) {
+void SoundEngine::updateContact(const ContactState& contact) {
   if (layer_.hearsTouches()) touched_.push_back(contact);
 }
 
@@ -142,7 +142,7 @@ void SoundEngine::advanceTo(double seconds) {
 }
 
 void SoundEngine::lay(const ImpulseEvent& event) {
-  const LaidSound sound = layer_.lay(event, timeline_.shiftAt(event.time));
+  const ScheduledSound sound = layer_.lay(event, timeline_.shiftAt(event.time));
   if (!sound.rings.empty()) sendRings(sound);
   if (sound.clicks.empty()) return;
   keepClicks(sound);
@@ -150,7 +150,7 @@ void SoundEngine::lay(const ImpulseEvent& event) {
     counters_.stolen += keepLoudest(settings_.budget.voices);
 }
 
-void SoundEngine::keepClicks(const LaidSound& sound) {
+void SoundEngine::keepClicks(const ScheduledSound& sound) {
   laid_.push_back(
       {sound.peak, laidClicks_.size(), sound.clicks.size(), laidNodes_.size(), sound.train.size()});
   laidClicks_.insert(laidClicks_.end(), sound.clicks.begin(), sound.clicks.end());
@@ -190,8 +190,8 @@ double SoundEngine::rankToSlide(std::span<const ContactState> moment) {
 
 void SoundEngine::layTouch(const ContactState& contact, double rank, double least) {
   SampleShift shift = timeline_.shiftAt(contact.time);
-  const LaidSound changes = layer_.touch(contact, shift);
-  for (const Ring& ring : changes.rings)
+  const ScheduledSound changes = layer_.updateContact(contact, shift);
+  for (const ModalExcitation& ring : changes.rings)
     sendRings({.rings = std::span(&ring, 1), .taps = changes.taps});
   if (rank < least) {
     layer_.endSlide(contact);
@@ -203,7 +203,7 @@ void SoundEngine::layTouch(const ContactState& contact, double rank, double leas
       static_cast<double>(end.whole - shift.whole) + end.fraction - shift.fraction;
   shift.stretch += longer / (contact.duration * settings_.synth.sampleRate);
   for (const bool first : {true, false}) {
-    const LaidSound sound = layer_.slide(contact, first, shift);
+    const ScheduledSound sound = layer_.slide(contact, first, shift);
     if (!sound.rings.empty()) sendRings(sound);
     if (!sound.clicks.empty()) keepClicks(sound);
   }
@@ -211,7 +211,7 @@ void SoundEngine::layTouch(const ContactState& contact, double rank, double leas
 
 /// Queues rings with as many of the first modes as the player has room for; the audio thread sees
 /// them when the step is sent.
-void SoundEngine::sendRings(const LaidSound& sound) {
+void SoundEngine::sendRings(const ScheduledSound& sound) {
   const std::size_t count = std::min(sound.rings.front().count, padded(settings_.budget.modes));
   const std::size_t chunks = sound.rings.size() * 2 * count / kTaps;
   const std::size_t nodes = sound.train.size();
@@ -223,7 +223,7 @@ void SoundEngine::sendRings(const LaidSound& sound) {
   for (const PulseNode& node : sound.train)
     ringTrains_.put(node);
   for (std::size_t index = 0; index < sound.rings.size(); ++index) {
-    Ring ring = sound.rings[index];
+    ModalExcitation ring = sound.rings[index];
     for (std::size_t at = 0; at < 2 * count; at += kTaps) {
       QueuedTaps chunk;
       for (std::size_t i = 0; i < kTaps; ++i) {
@@ -297,7 +297,7 @@ void SoundEngine::send() {
 
 SoundStatistics SoundEngine::statistics() const {
   SoundStatistics all = counters_;
-  const ClickLayerCounters& layer = layer_.counters();
+  const ContactSoundCounters& layer = layer_.counters();
   all.events = layer.events;
   all.immovable = layer.immovable;
   all.rejected = layer.rejected;
@@ -312,7 +312,7 @@ SoundStatistics SoundEngine::statistics() const {
   all.slides = layer.slides;
   all.slidesInaudible = layer.inaudibleSlides;
   all.slidesLeftOut += shared_.noTrain.load(kRelaxed);
-  all.noBank = shared_.noBank.load(kRelaxed);
+  all.modalVoicesExhausted = shared_.modalVoicesExhausted.load(kRelaxed);
   all.ringing = shared_.banks.load(kRelaxed);
   all.modes = shared_.modes.load(kRelaxed);
   all.voices = shared_.voices.load(kRelaxed);
@@ -410,15 +410,15 @@ void SoundEngine::measure(double seconds, std::size_t frames) noexcept {
 
 void SoundEngine::publish() noexcept {
   constexpr auto kRelaxed = std::memory_order_relaxed;
-  const ClickPlayerCounters& player = player_.counters();
+  const ClickRendererCounters& player = player_.counters();
   shared_.late.store(player.late, kRelaxed);
   shared_.stolen.store(player.stolen, kRelaxed);
   shared_.overBudget.store(player.overBudget, kRelaxed);
   shared_.noBus.store(player.noBus, kRelaxed);
   shared_.tooLong.store(player.tooLong, kRelaxed);
   shared_.noTrain.store(player.noTrain, kRelaxed);
-  const RingPlayer& rings = player_.rings();
-  shared_.noBank.store(rings.counters().noBank, kRelaxed);
+  const ModalBank& rings = player_.rings();
+  shared_.modalVoicesExhausted.store(rings.counters().modalVoicesExhausted, kRelaxed);
   shared_.banks.store(rings.banksInUse(), kRelaxed);
   shared_.modes.store(rings.resonatorsInUse(), kRelaxed);
   shared_.voices.store(player_.voices(), kRelaxed);

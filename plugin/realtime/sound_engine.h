@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "audio/synthesis/click_layer.h"
-#include "audio/synthesis/click_player.h"
+#include "audio/synthesis/click_renderer.h"
+#include "audio/synthesis/contact_sound_scheduler.h"
 #include "carom/audio/limiter.h"
 #include "carom/audio/result.h"
 #include "carom/sound_settings.h"
@@ -25,10 +25,10 @@ Result<std::optional<Limiter>> makeLimiter(const SoundSettings& settings, std::s
 
 /// Synth cut in two at the place where threads meet:
 ///
-///     post, advanceTo     ClickLayer lays the events of a step, SoundTimeline says on which
-///     samples
+///     post, advanceTo     ContactSoundScheduler lays the events of a step, SoundTimeline says on
+///     which samples
 ///          | SpscQueue
-///     render              ClickPlayer, gain, limiter
+///     render              ClickRenderer, gain, limiter
 ///
 /// An event crosses whole. Where a step has more than the budget's voices, the loudest cross.
 ///
@@ -39,10 +39,10 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   static Result<std::unique_ptr<SoundEngine>> create(const SoundSettings& settings);
 
   // [simulation thread]
-  audio::ClickLayer& layer() { return layer_; }
+  audio::ContactSoundScheduler& layer() { return layer_; }
   SoundTimeline& timeline() { return timeline_; }
   void post(const ImpulseEvent& event);
-  void touch(const ContactState& contact);
+  void updateContact(const ContactState& contact);
   void advanceTo(double seconds);
   SoundStatistics statistics() const;  ///< since this engine was made
   const SoundSettings& settings() const { return settings_; }
@@ -76,14 +76,14 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   static constexpr std::size_t kTaps = 16;
   using QueuedTaps = std::array<double, kTaps>;
   struct QueuedRing {
-    audio::Ring ring;
+    audio::ModalExcitation ring;
     std::uint32_t ofEvent = 0;  // number of its event's rings from this one on
     std::uint32_t nodes = 0;    // number of nodes in its event's train, in ringTrains_
   };
   /// Statistics that the audio thread writes and the simulation's thread reads.
   struct Shared {
-    std::atomic<std::uint64_t> late{0}, stolen{0}, overBudget{0}, noBus{0}, tooLong{0}, noBank{0},
-        noTrain{0};
+    std::atomic<std::uint64_t> late{0}, stolen{0}, overBudget{0}, noBus{0}, tooLong{0},
+        modalVoicesExhausted{0}, noTrain{0};
     std::atomic<std::size_t> voices{0}, buses{0}, banks{0}, modes{0};
     std::atomic<double> cpuShare{0.0}, worstBlock{0.0}, gainReduction{0.0};
   };
@@ -94,10 +94,10 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   void layTouch(const ContactState& contact, double rank, double least);
   double rankToSlide(std::span<const ContactState> moment);
   void layTouches();
-  void keepClicks(const audio::LaidSound& sound);
+  void keepClicks(const audio::ScheduledSound& sound);
   std::uint64_t keepLoudest(std::size_t events);
   void send();
-  void sendRings(const audio::LaidSound& sound);
+  void sendRings(const audio::ScheduledSound& sound);
 
   void receive(std::size_t frames) noexcept;
   void receiveRings(std::size_t frames) noexcept;
@@ -109,7 +109,7 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   SoundSettings settings_;
 
   // The simulation thread's members.
-  audio::ClickLayer layer_;
+  audio::ContactSoundScheduler layer_;
   SoundTimeline timeline_;
   std::vector<ImpulseEvent> posted_;   // events of the step in hand
   std::vector<ContactState> touched_;  // lasting contacts of the step in hand
@@ -131,11 +131,11 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   OutputGain gain_;
 
   // The audio thread's members.
-  audio::ClickPlayer player_;
+  audio::ClickRenderer player_;
   std::optional<Limiter> limiter_;
   std::vector<audio::Click> arrived_;  // clicks of one event
   std::vector<audio::SphereWeights> arrivedEars_;
-  std::vector<audio::Ring> arrivedRings_;
+  std::vector<audio::ModalExcitation> arrivedRings_;
   std::vector<double> arrivedTaps_;
   std::vector<audio::PulseNode> arrivedTrain_;
   std::vector<float> planar_;  // for renderInterleaved

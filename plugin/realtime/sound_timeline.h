@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "audio/synthesis/click_layer.h"
+#include "audio/synthesis/contact_sound_scheduler.h"
 #include "carom/sound_settings.h"
 
 namespace carom::plugin {

@@ -11,7 +11,7 @@
 
 #include "native/math/contact_time.h"
 #include "native/spheres/box_contact.h"
-#include "native/spheres/shaking.h"
+#include "native/spheres/oscillation.h"
 #include "scenes/format/scene_ranges.h"
 
 namespace carom::scenes {
@@ -34,7 +34,7 @@ constexpr NumberRange kSpin{
 constexpr NumberRange kAmplitude{
     .noun = "a component of an amplitude", .min = -1e3, .max = 1e3, .unit = "metres"};
 constexpr NumberRange kFrequency{
-    .noun = "a frequency of shaking", .min = 1e-3, .max = 1e4, .unit = "Hz"};
+    .noun = "a frequency of oscillation", .min = 1e-3, .max = 1e4, .unit = "Hz"};
 constexpr NumberRange kPhase{.noun = "a phase", .min = -1e3, .max = 1e3, .unit = "radians"};
 constexpr NumberRange kAxis{.noun = "a component of an axis", .min = -1e6, .max = 1e6};
 constexpr NumberRange kAngle{
@@ -201,17 +201,18 @@ void MechanicsReader::readDrag(const JsonNode& node) {
                            .wind = node.vector("wind", kVelocity, Vec3::Zero())};
 }
 
-Shaking readShaking(const JsonNode& node) {
-  if (!node.expectObject("a shaking", {"amplitude", "frequency", "phase"})) return {};
+Oscillation readOscillation(const JsonNode& node) {
+  if (!node.expectObject("an oscillation", {"amplitude", "frequency", "phase"})) return {};
   return {.amplitude = node.vector("amplitude", kAmplitude),
           .frequency = node.number("frequency", kFrequency),
           .phase = node.number("phase", kPhase, 0.0)};
 }
 
-/// Returns the displacement of a shaken plane at time 0 along its normal, m.
+/// Returns the displacement of a oscillating plane at time 0 along its normal, m.
 double shiftAtStart(const PlaneShape& plane) {
-  const double amplitude = dotInOrder(plane.normal, plane.shaking.amplitude);
-  return amplitude == 0.0 ? 0.0 : amplitude * sineOfTurns(plane.shaking.phase / kWholeTurn).sine;
+  const double amplitude = dotInOrder(plane.normal, plane.oscillation.amplitude);
+  return amplitude == 0.0 ? 0.0
+                          : amplitude * sineOfTurns(plane.oscillation.phase / kWholeTurn).sine;
 }
 
 }  // namespace
@@ -244,7 +245,8 @@ Vec3 readSpin(const JsonNode& sphere) {
 
 void readMotion(const JsonNode& entry, PlaneShape& plane) {
   plane.velocity = entry.vector("velocity", kVelocity, Vec3::Zero());
-  if (const auto shaking = entry.find("shaking")) plane.shaking = readShaking(*shaking);
+  if (const auto oscillation = entry.find("oscillation"))
+    plane.oscillation = readOscillation(*oscillation);
 }
 
 Quat readRotation(const JsonNode& block) {
@@ -264,7 +266,7 @@ Quat readRotation(const JsonNode& block) {
 
 double gapAtStart(const PlaneShape& plane, const Vec3& centre, double radius) {
   const double gap = plane.normal.dot(centre) - plane.offset - radius;
-  return plane.shaking.amplitude.isZero(0.0) ? gap : gap - shiftAtStart(plane);
+  return plane.oscillation.amplitude.isZero(0.0) ? gap : gap - shiftAtStart(plane);
 }
 
 double gapAtStart(const BlockShape& block, const Vec3& centre, double radius) {

@@ -15,7 +15,7 @@ ContactTraits readContactTraits(const JsonNode& material);
 /// Reads "spin" of a sphere.
 Vec3 readSpin(const JsonNode& sphere);
 
-/// Reads "velocity" and "shaking" of a plane.
+/// Reads "velocity" and "oscillation" of a plane.
 void readMotion(const JsonNode& entry, PlaneShape& plane);
 
 /// Reads "rotation" of a block. Uses + - * / and sqrt only, so the bits are the same everywhere.

@@ -35,9 +35,9 @@ struct SphereShape {
 /// push; its normal points to the free side.
 struct PlaneShape {
   Vec3 normal = Vec3::UnitY();   ///< unit
-  double offset = 0.0;           ///< m, at time 0; the mean position of a plane that shakes
+  double offset = 0.0;           ///< m, at time 0; the mean position of a plane that oscillates
   Vec3 velocity = Vec3::Zero();  ///< m/s, world frame
-  Shaking shaking = {};
+  Oscillation oscillation = {};
 };
 
 /// Solid box that nothing can push.

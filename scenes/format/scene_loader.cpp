@@ -308,7 +308,7 @@ class SceneReader {
  private:
   /// The properties of a body's surface: its material, the material's index in the restitutions,
   /// its contact properties and its normal map.
-  struct Covering {
+  struct SurfaceMaterial {
     Material material;
     SurfaceId surface = 0;
     ContactTraits contact = {};
@@ -325,10 +325,10 @@ class SceneReader {
   void readAir(const JsonNode& air);
   void readStepper(const JsonNode& stepper);
   void readMaterials(const JsonNode& materials);
-  Covering readMaterialObject(const JsonNode& node, std::string name);
-  Covering namedMaterial(const JsonNode& node);
-  Covering covering(const JsonNode& node, const std::string& inlineName);
-  Covering coveringOf(const JsonNode& entry, const std::string& name);
+  SurfaceMaterial readMaterialObject(const JsonNode& node, std::string name);
+  SurfaceMaterial namedMaterial(const JsonNode& node);
+  SurfaceMaterial covering(const JsonNode& node, const std::string& inlineName);
+  SurfaceMaterial coveringOf(const JsonNode& entry, const std::string& name);
   std::vector<std::string_view> knownMaterials() const;
   bool checkKnown(const JsonNode& node, const std::string& name, const std::string& otherwise);
   void readRestitutions(const JsonNode& restitutions);
@@ -347,14 +347,14 @@ class SceneReader {
   void readSolid(const JsonNode& entry);
   void readJelloBody(const JsonNode& entry);
   void readGroup(const JsonNode& entry);
-  std::vector<Covering> groupMaterials(const JsonNode& entry, const std::string& name);
+  std::vector<SurfaceMaterial> groupMaterials(const JsonNode& entry, const std::string& name);
   void readListeners(const JsonNode& root);
   void addListener(const JsonNode& entry, Names& names);
   std::vector<RoomPlane> roomPlanes() const;
 
   bool readCorners(const JsonNode& entry, Vec3& min, Vec3& max);
   bool countSpheres(const JsonNode& node, std::size_t count);
-  void addPlane(const JsonNode& entry, std::string name, Covering covering,
+  void addPlane(const JsonNode& entry, std::string name, SurfaceMaterial covering,
                 const PlaneShape& plane);
   void addBody(const JsonNode& entry, SceneBody body);
 
@@ -376,8 +376,8 @@ class SceneReader {
   SolidReader solids_;
   Scene scene_;
   std::uint64_t seed_ = 0;
-  std::map<std::string, Covering, std::less<>> ownMaterials_;  // their `surface` is not set
-  std::map<std::string, SurfaceId, std::less<>> surfaces_;     // of the materials in "restitutions"
+  std::map<std::string, SurfaceMaterial, std::less<>> ownMaterials_;  // their `surface` is not set
+  std::map<std::string, SurfaceId, std::less<>> surfaces_;  // of the materials in "restitutions"
   Names bodyNames_;
   std::set<std::string> finalNames_;
   std::vector<std::string> places_;  // JSON pointers, by body
@@ -476,7 +476,8 @@ void SceneReader::readMaterials(const JsonNode& materials) {
   }
 }
 
-SceneReader::Covering SceneReader::readMaterialObject(const JsonNode& node, std::string name) {
+SceneReader::SurfaceMaterial SceneReader::readMaterialObject(const JsonNode& node,
+                                                             std::string name) {
   if (!node.expectObject("a material",
                          {"density", "youngs_modulus", "poissons_ratio", "restitution",
                           "restitution_law", "restitution_speed", "friction", "rolling_friction",
@@ -494,29 +495,31 @@ SceneReader::Covering SceneReader::readMaterialObject(const JsonNode& node, std:
           .contact = readContactTraits(node)};
 }
 
-SceneReader::Covering SceneReader::covering(const JsonNode& node, const std::string& inlineName) {
+SceneReader::SurfaceMaterial SceneReader::covering(const JsonNode& node,
+                                                   const std::string& inlineName) {
   if (node.isObject()) return readMaterialObject(node, inlineName);
   if (!node.isString()) {
     node.failAs("a material", "the name of one, or an object with its properties");
     return {};
   }
-  Covering covering = namedMaterial(node);
+  SurfaceMaterial covering = namedMaterial(node);
   covering.surface = surfaceOf(node);
   return covering;
 }
 
 /// Reads the material of a body, with the roughness and the normal map of the body itself.
-SceneReader::Covering SceneReader::coveringOf(const JsonNode& entry, const std::string& name) {
+SceneReader::SurfaceMaterial SceneReader::coveringOf(const JsonNode& entry,
+                                                     const std::string& name) {
   const auto node = entry.require("material", "a material");
   if (!node || !ok()) return {};
-  Covering made = covering(*node, name);
+  SurfaceMaterial made = covering(*node, name);
   made.material.roughness = readRoughness(entry, made.material.roughness);
   made.normalMap = readNormalMapEntry(entry, folder_);
   return made;
 }
 
 /// Makes a body that has no shape yet.
-SceneBody SceneReader::Covering::body(std::string name) && {
+SceneBody SceneReader::SurfaceMaterial::body(std::string name) && {
   SceneBody made;
   made.name = std::move(name);
   made.material = std::move(material);
@@ -526,7 +529,7 @@ SceneBody SceneReader::Covering::body(std::string name) && {
   return made;
 }
 
-SceneReader::Covering SceneReader::namedMaterial(const JsonNode& node) {
+SceneReader::SurfaceMaterial SceneReader::namedMaterial(const JsonNode& node) {
   const std::string name = node.text(kName);
   if (!ok()) return {};
   if (const Material* builtIn = findMaterial(name)) return {.material = *builtIn};
@@ -671,7 +674,7 @@ void SceneReader::readSphere(const JsonNode& entry) {
 
 void SceneReader::readPlane(const JsonNode& entry) {
   if (!entry.expectObject("a plane", {"type", "name", "normal", "point", "offset", "material",
-                                      "velocity", "shaking", "roughness", "normal_map"})) {
+                                      "velocity", "oscillation", "roughness", "normal_map"})) {
     return;
   }
   const std::string name = entryName(entry, "plane", bodyNames_);
@@ -686,7 +689,7 @@ void SceneReader::readPlane(const JsonNode& entry) {
     entry.fail(point ? "the plane has a point and an offset; expected one of the two"
                      : "the plane has no place; expected \"point\" or \"offset\"");
   }
-  Covering made = coveringOf(entry, name);
+  SurfaceMaterial made = coveringOf(entry, name);
   if (!ok()) return;
   PlaneShape plane;
   plane.normal = (direction / largest).normalized();  // the first division avoids underflow
@@ -703,7 +706,7 @@ void SceneReader::readBox(const JsonNode& entry) {
   Vec3 min = Vec3::Zero();
   Vec3 max = Vec3::Zero();
   if (!readCorners(entry, min, max)) return;
-  const Covering wall = coveringOf(entry, name);
+  const SurfaceMaterial wall = coveringOf(entry, name);
   if (!ok()) return;
   addPlane(entry, name + ".left", wall, {Vec3::UnitX(), min.x()});
   addPlane(entry, name + ".right", wall, {-Vec3::UnitX(), -max.x()});
@@ -727,7 +730,7 @@ void SceneReader::readBlock(const JsonNode& entry) {
   block.halfExtents = 0.5 * (max - min);
   block.orientation = readRotation(entry);
   block.velocity = entry.vector("velocity", kVelocity, Vec3::Zero());
-  Covering made = coveringOf(entry, name);
+  SurfaceMaterial made = coveringOf(entry, name);
   if (!ok()) return;
   if (++blockCount_ > SceneLimits::kBlocks) {
     entry.fail("the scene has more than " + std::to_string(SceneLimits::kBlocks) +
@@ -742,7 +745,7 @@ void SceneReader::readBlock(const JsonNode& entry) {
 void SceneReader::readSolid(const JsonNode& entry) {
   if (!SolidReader::expectSolid(entry)) return;
   const std::string name = entryName(entry, "solid", bodyNames_);
-  Covering made = coveringOf(entry, name);
+  SurfaceMaterial made = coveringOf(entry, name);
   if (!ok()) return;
   const SolidShape solid = solids_.read(entry, made.material.density);
   if (++solidCount_ > SceneLimits::kSolids) {
@@ -788,7 +791,7 @@ void SceneReader::readGroup(const JsonNode& entry) {
   const auto count = static_cast<std::size_t>(entry.number("count", kCount));
   const auto radius = entry.require("radius", kRadius.describe() + ", or [min, max] of such");
   const Interval radii = radius ? radius->interval(kRadius) : Interval{};
-  const std::vector<Covering> materials = groupMaterials(entry, name);
+  const std::vector<SurfaceMaterial> materials = groupMaterials(entry, name);
   const auto speed = entry.find("speed");
   const Interval speeds = speed ? speed->interval(kSpeed) : Interval{};
   Vec3 min = Vec3::Zero();
@@ -800,7 +803,7 @@ void SceneReader::readGroup(const JsonNode& entry) {
   for (std::size_t member = 0; member < count; ++member) {
     SphereShape sphere;
     sphere.radius = group.random.within(radii);
-    const Covering& picked = materials[group.random.index(materials.size())];
+    const SurfaceMaterial& picked = materials[group.random.index(materials.size())];
     sphere.mass = sphereMass(picked.material.density, sphere.radius);
     sphere.velocity = group.random.within(speeds) * group.random.direction();
     addBody(entry, {name + '.' + std::to_string(member + 1), picked.material, sphere,
@@ -809,9 +812,9 @@ void SceneReader::readGroup(const JsonNode& entry) {
   groups_.push_back(std::move(group));
 }
 
-std::vector<SceneReader::Covering> SceneReader::groupMaterials(const JsonNode& entry,
-                                                               const std::string& name) {
-  std::vector<Covering> materials;
+std::vector<SceneReader::SurfaceMaterial> SceneReader::groupMaterials(const JsonNode& entry,
+                                                                      const std::string& name) {
+  std::vector<SurfaceMaterial> materials;
   const auto node = entry.require("material", "a material, or an array of materials");
   if (!node) return materials;
   if (!node->isArray()) return {covering(*node, name)};
@@ -887,7 +890,7 @@ bool SceneReader::countSpheres(const JsonNode& node, std::size_t count) {
   return ok();
 }
 
-void SceneReader::addPlane(const JsonNode& entry, std::string name, Covering covering,
+void SceneReader::addPlane(const JsonNode& entry, std::string name, SurfaceMaterial covering,
                            const PlaneShape& plane) {
   planes_.push_back(scene_.bodies.size());
   walls_.push_back(scene_.bodies.size());

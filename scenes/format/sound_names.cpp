@@ -10,8 +10,8 @@ const char* nameOf(PulseShape shape) {
       return "gaussian";
     case PulseShape::mitchellNetravali:
       return "mitchell_netravali";
-    case PulseShape::handOut:
-      return "hand_out";
+    case PulseShape::courseGaussian:
+      return "course_gaussian";
     case PulseShape::hertz:
       break;
   }

@@ -390,9 +390,9 @@ void readSound(const JsonNode& node, SynthSettings& settings) {
   if (pulse) {
     constexpr std::array<PulseShape, 5> kShapes = {
         PulseShape::hertz, PulseShape::halfSine, PulseShape::gaussian,
-        PulseShape::mitchellNetravali, PulseShape::handOut};
+        PulseShape::mitchellNetravali, PulseShape::courseGaussian};
     settings.pulse = kShapes.at(pulse->choice(
-        "a pulse", {"hertz", "half_sine", "gaussian", "mitchell_netravali", "hand_out"}));
+        "a pulse", {"hertz", "half_sine", "gaussian", "mitchell_netravali", "course_gaussian"}));
   }
   settings.dissipative = node.boolean("dissipative", settings.dissipative);
   if (settings.dissipative && settings.pulse != PulseShape::hertz) {

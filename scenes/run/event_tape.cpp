@@ -41,7 +41,7 @@ class TapeStepper : public SceneStepper {
   double settledTime() const override { return settledTime_; }
   double hearDeformations() override { return tape_->deformationStep; }
   std::span<const DeformingState> deformations() const override { return now_.deformations; }
-  std::uint64_t crushed() const override { return tape_->crushed; }
+  std::uint64_t jammed() const override { return tape_->jammed; }
 
  private:
   std::shared_ptr<const EventTape> tape_;
@@ -70,7 +70,7 @@ Result<EventTape> recordTape(SceneStepper& stepper, double duration) {
     portion.settledTime = stepper.settledTime();
     if (const std::string failure = stepper.failure(); !failure.empty()) return Error{failure};
   }
-  tape.crushed = stepper.crushed();
+  tape.jammed = stepper.jammed();
   return tape;
 }
 

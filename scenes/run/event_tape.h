@@ -28,7 +28,7 @@ struct TapePortion {
 struct EventTape {
   std::vector<TapePortion> portions;
   double deformationStep = 0.0;  ///< s, see SceneStepper::hearDeformations
-  std::uint64_t crushed = 0;
+  std::uint64_t jammed = 0;
   double seconds = 0.0;  ///< s, wall time in the stepper
 };
 

@@ -47,8 +47,8 @@ std::string whyNoJello(const Scene& scene) {
   if (jelloOf(scene) == nullptr) return {};
   for (const SceneBody& body : scene.bodies) {
     const auto* plane = std::get_if<PlaneShape>(&body.shape);
-    const bool moves =
-        plane != nullptr && !(plane->velocity.isZero(0.0) && plane->shaking.amplitude.isZero(0.0));
+    const bool moves = plane != nullptr &&
+                       !(plane->velocity.isZero(0.0) && plane->oscillation.amplitude.isZero(0.0));
     const bool isBlock = std::holds_alternative<BlockShape>(body.shape);
     if (moves || isBlock)
       return "body \"" + body.name + "\": a " + (isBlock ? "block" : "plane that moves") +

@@ -29,7 +29,7 @@ class JelloSceneStepper : public SceneStepper {
   /// the contact is over.
   std::span<const ImpulseEvent> advanceTo(double time) override;
   double settledTime() const override { return coupling_.settledTime(); }
-  std::uint64_t crushed() const override { return coupling_.spheres().counters().crushed; }
+  std::uint64_t jammed() const override { return coupling_.spheres().counters().jammed; }
   std::string failure() const override { return failure_; }
   std::span<const audio::DeformingState> deformations() const override { return states_; }
   double hearDeformations() override;

@@ -15,9 +15,9 @@ bool isMovingWall(const SceneBody& body) {
   return plane != nullptr && !plane->velocity.isZero(0.0);
 }
 
-bool isShaken(const SceneBody& body) {
+bool isOscillating(const SceneBody& body) {
   const auto* plane = std::get_if<PlaneShape>(&body.shape);
-  return plane != nullptr && !plane->shaking.amplitude.isZero(0.0);
+  return plane != nullptr && !plane->oscillation.amplitude.isZero(0.0);
 }
 
 bool hasLaw(const SceneBody& body) {
@@ -44,7 +44,7 @@ std::string whyNotOnBullet(const Scene& scene) {
       {jelloOf(scene) != nullptr, "a jello"},
       {any(hasLaw), "restitution laws"},
       {any(isMovingWall), "moving planes or blocks"},
-      {any(isShaken), "shaking planes"},
+      {any(isOscillating), "oscillating planes"},
       {!mechanics.rods.empty(), "rods"},
       {!mechanics.springs.empty(), "springs"},
       {!mechanics.fields.empty(), "fields"},

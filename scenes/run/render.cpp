@@ -134,7 +134,7 @@ Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& option
                   "clicks stay below the threshold of hearing at every listener");
   leaveOutCounted(report.plan, report.synth.inaudibleSlides, "inaudible_slides",
                   "steps of sliding or rolling stay below it");
-  leaveOutCounted(report.plan, sound->stepper().crushed(), "crushed_spheres",
+  leaveOutCounted(report.plan, sound->stepper().jammed(), "jammed_spheres",
                   "spheres were left no room by what moves, and touch nothing any more");
   report.wallTime = stopwatch.seconds();
   return report;

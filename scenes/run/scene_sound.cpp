@@ -277,7 +277,7 @@ void SceneSound::runAhead(double time) {
     const auto events = stepper_->advanceTo(target);
     known_.insert(known_.end(), events.begin(), events.end());
     for (const ContactState& contact : stepper_->contacts())
-      synth_.touch(contact);
+      synth_.updateContact(contact);
     if (voice_) voice_->add(stepper_->deformations());
   }
   if (!stepper_->failure().empty())

@@ -44,7 +44,7 @@ Plane nativePlane(BodyId id, const SceneBody& body, const PlaneShape& shape) {
           .restitution = body.material.restitution,
           .surface = body.surface,
           .velocity = shape.velocity,
-          .shaking = shape.shaking,
+          .oscillation = shape.oscillation,
           .restitutionLaw = body.contact.restitutionLaw,
           .friction = body.contact.friction,
           .stiffness = stiffnessOf(body.material)};
@@ -69,7 +69,7 @@ class NativeSceneStepper : public SceneStepper {
 
   std::span<const ImpulseEvent> advanceTo(double time) override { return stepper_.advanceTo(time); }
   double settledTime() const override { return stepper_.time(); }
-  std::uint64_t crushed() const override { return stepper_.counters().crushed; }
+  std::uint64_t jammed() const override { return stepper_.counters().jammed; }
 
  private:
   SphereStepper stepper_;

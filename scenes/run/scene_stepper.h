@@ -42,7 +42,7 @@ class SceneStepper {
 
   /// Returns the number of jammed spheres, which take no
   /// part in contacts any more; see SphereStepperCounters.
-  virtual std::uint64_t crushed() const { return 0; }
+  virtual std::uint64_t jammed() const { return 0; }
 };
 
 /// Makes the stepper that scene.stepper asks for, at the scene's start. Refuses scenes that this

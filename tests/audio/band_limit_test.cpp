@@ -52,7 +52,7 @@ TEST_P(BandLimit, HertzIsRightAtEveryPhaseInEitherRadiation) {
 
 TEST_P(BandLimit, SoIsEveryOtherPulse) {
   for (const PulseShape pulse : {PulseShape::halfSine, PulseShape::gaussian,
-                                 PulseShape::mitchellNetravali, PulseShape::handOut}) {
+                                 PulseShape::mitchellNetravali, PulseShape::courseGaussian}) {
     ClickCase any = click(pulse, Radiation::exact);
     any.time += 0.37 / any.sampleRate;
     EXPECT_LT(inBandError(any, any), kErrorBound) << static_cast<int>(pulse);
@@ -123,7 +123,7 @@ TEST(NaiveSampling, IsWrongByAsMuchAsWasMeasuredElsewhere) {
   for (const auto& row : rows) {
     double worst = -1e3;
     for (double phase = 0.0; phase < 1.0; phase += 1.0 / 64.0) {
-      ClickCase click{.pulse = PulseShape::handOut,
+      ClickCase click{.pulse = PulseShape::courseGaussian,
                       .sampling = Sampling::naive,
                       .radiation = Radiation::compact,
                       .duration = row.duration};

@@ -33,7 +33,7 @@ const std::vector<NamedPulse>& shapes() {
                                                {"half-sine", Pulse::of(PulseShape::halfSine)},
                                                {"gaussian", Pulse::of(PulseShape::gaussian)},
                                                {"cubic", Pulse::of(PulseShape::mitchellNetravali)},
-                                               {"hand-out", Pulse::of(PulseShape::handOut)}};
+                                               {"hand-out", Pulse::of(PulseShape::courseGaussian)}};
   return list;
 }
 
@@ -253,7 +253,7 @@ L2Errors againstHertz(const Pulse& pulse) {
 TEST(Pulse, ShapesErrAgainstHertzAsDocumented) {
   const std::vector<std::pair<PulseShape, L2Errors>> table = {
       {PulseShape::halfSine, {14.0, 38.8}},
-      {PulseShape::handOut, {22.7, 43.2}},
+      {PulseShape::courseGaussian, {22.7, 43.2}},
       {PulseShape::gaussian, {8.4, 23.3}},
       {PulseShape::mitchellNetravali, {69.3, 206.7}}};
   for (const auto& [shape, percent] : table) {
@@ -321,18 +321,18 @@ TEST(Pulse, PeaksAreTheLargestMagnitudes) {
     EXPECT_NEAR(force / pulse.peakForce(), 1.0, 1e-5) << name;
     EXPECT_NEAR(slope / pulse.peakSlope(), 1.0, 1e-5) << name;
   }
-  EXPECT_NEAR(Pulse::of(PulseShape::handOut).peakSlope(), 0.5 * pi * kPulsePeakSlope, 1e-14);
+  EXPECT_NEAR(Pulse::of(PulseShape::courseGaussian).peakSlope(), 0.5 * pi * kPulsePeakSlope, 1e-14);
   EXPECT_NEAR(Pulse::of(PulseShape::halfSine).peakSlope(), 0.5 * pi * pi, 1e-14);
 }
 
 TEST(Pulse, HandOutHasTheBitsOfTheGaussianPulse) {
-  const Pulse& handOut = Pulse::of(PulseShape::handOut);
-  EXPECT_EQ(handOut.begin(), 0.5 - kPulseHalfWidth);
-  EXPECT_EQ(handOut.end(), 0.5 + kPulseHalfWidth);
+  const Pulse& courseGaussian = Pulse::of(PulseShape::courseGaussian);
+  EXPECT_EQ(courseGaussian.begin(), 0.5 - kPulseHalfWidth);
+  EXPECT_EQ(courseGaussian.end(), 0.5 + kPulseHalfWidth);
   for (int index = 0; index <= 5000; ++index) {
     const double u = -2.0 + index * 1e-3;
-    EXPECT_EQ(handOut.force(u), 0.5 * pi * gaussianPulse(u));
-    EXPECT_EQ(handOut.slope(u), 0.5 * pi * gaussianPulseSlope(u));
+    EXPECT_EQ(courseGaussian.force(u), 0.5 * pi * gaussianPulse(u));
+    EXPECT_EQ(courseGaussian.slope(u), 0.5 * pi * gaussianPulseSlope(u));
   }
 }
 

@@ -225,12 +225,12 @@ void rest(Synth& synth, double begin, double end, double load) {
   for (double time = begin; time < end; time += contact.duration) {
     contact.time = time;
     contact.phase = time == begin ? ContactPhase::begin : ContactPhase::during;
-    synth.touch(contact);
+    synth.updateContact(contact);
   }
   contact.time = end;
   contact.phase = ContactPhase::end;
   contact.normalLoad = 0.0;
-  synth.touch(contact);
+  synth.updateContact(contact);
 }
 
 /// Decay rate (1/s) between two times, from the energies in the 10 ms after each.

@@ -173,7 +173,7 @@ TEST(SynthSlide, NoHistoryBursts) {
       heaviest = std::max(heaviest, state.normalLoad);
       longest = std::max(longest, state.duration);
       time += state.duration;
-      synth.touch(state);
+      synth.updateContact(state);
     }
     // Highest speed: the steepest slopes of both surfaces throw the ball up, it falls the largest
     // possible distance (1 m), and the load presses it for the longest step.

@@ -320,9 +320,9 @@ TEST(SynthUnderStress, After1e5EventsNothingIsAllocatedAnyMore) {
 // whatever the pulse and its place between two samples.
 TEST(SynthImpulse, OfEveryPulseArrivesWholeAtAnyPhase) {
   for (const PulseShape pulse : {PulseShape::hertz, PulseShape::halfSine, PulseShape::gaussian,
-                                 PulseShape::mitchellNetravali, PulseShape::handOut}) {
+                                 PulseShape::mitchellNetravali, PulseShape::courseGaussian}) {
     // The hand-out's pulse has pi/2 sqrt(pi/6) of the impulse, each of the others all of it.
-    const double whole = pulse == PulseShape::handOut ? 1.13662 : 1.0;
+    const double whole = pulse == PulseShape::courseGaussian ? 1.13662 : 1.0;
     for (const double phase : {0.0, 0.3, 0.71}) {
       test::ClickCase click{.pulse = pulse, .duration = 60e-6, .distance = 500.0};
       click.time += phase / click.sampleRate;

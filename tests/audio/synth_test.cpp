@@ -89,7 +89,7 @@ TEST_P(SeedEquations, AreReproducedToDoublePrecision) {
 
   SynthSettings settings;
   settings.medium.speedOfSound = given.speedOfSound;
-  settings.pulse = PulseShape::handOut;
+  settings.pulse = PulseShape::courseGaussian;
   settings.sampling = Sampling::naive;
   settings.radiation = Radiation::compact;
   settings.doppler = false;

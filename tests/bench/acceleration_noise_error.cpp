@@ -75,7 +75,7 @@ constexpr NamedPulse kPulses[] = {{"hertz"},
                                   {"half_sine", PulseShape::halfSine},
                                   {"gaussian", PulseShape::gaussian},
                                   {"mitchell_netravali", PulseShape::mitchellNetravali},
-                                  {"hand_out", PulseShape::handOut},
+                                  {"course_gaussian", PulseShape::courseGaussian},
                                   {"dissipative_hertz", PulseShape::hertz, 0.5}};
 
 const char* nameOf(Sampling sampling) {

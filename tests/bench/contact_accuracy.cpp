@@ -251,7 +251,7 @@ void printRoll() {
     std::exit(1);
   (void)(*stepper)->advanceTo(scene->duration);
   for (const ContactState& contact : (*stepper)->contacts())
-    synth.touch(contact);
+    synth.updateContact(contact);
   const std::vector<double> sound =
       test::rendered(synth, static_cast<std::size_t>(scene->duration * WavySlide::kRate));
   constexpr double kWindow = 0.05;

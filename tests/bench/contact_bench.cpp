@@ -46,7 +46,7 @@ class Sliders {
 
   void touch() {
     for (BodyId id = 0; id < count_; ++id)
-      sound_.touch(contactOf(id));
+      sound_.updateContact(contactOf(id));
     ++steps_;
     sound_.advanceTo(kStep * static_cast<double>(steps_));
   }

@@ -31,7 +31,7 @@ PULSES = {
     "half_sine": ("half-sine", "#E69F00", "s"),
     "gaussian": ("Gaussian", "#0072B2", "^"),
     "mitchell_netravali": ("Mitchell-Netravali", "#009E73", "D"),
-    "hand_out": ("hand-out's Gaussian", "#D55E00", "v"),
+    "course_gaussian": ("hand-out's Gaussian", "#D55E00", "v"),
     "dissipative_hertz": ("dissipative Hertz, e = 0.5", "#CC79A7", "P"),
 }
 RADIATIONS = {"exact": "-", "compact": "--"}

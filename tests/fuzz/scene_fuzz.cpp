@@ -60,7 +60,7 @@ void requireSound(const carom::scenes::Scene& scene) {
       require(sphere->position.allFinite() && sphere->velocity.allFinite());
     } else if (const auto* plane = std::get_if<carom::scenes::PlaneShape>(&body.shape)) {
       require(std::abs(plane->normal.norm() - 1.0) < 1e-12 && std::isfinite(plane->offset));
-      require(plane->velocity.allFinite() && plane->shaking.amplitude.allFinite());
+      require(plane->velocity.allFinite() && plane->oscillation.amplitude.allFinite());
     } else if (const auto* block = std::get_if<carom::scenes::BlockShape>(&body.shape)) {
       require(block->halfExtents.minCoeff() > 0.0 && block->centre.allFinite());
       require(std::abs(block->orientation.norm() - 1.0) < 1e-12);

@@ -105,7 +105,7 @@ void printMechanics() {
   LAYOUT(Motion);
   LAYOUT(SphereFriction);
   LAYOUT(Sphere);
-  LAYOUT(Shaking);
+  LAYOUT(Oscillation);
   LAYOUT(Plane);
   LAYOUT(Box);
   LAYOUT(Spring);

@@ -143,7 +143,8 @@ TEST(Recording, HasTheTrajectoryHashOfTheRun) {
     EXPECT_EQ(recordedRun(run.world, run.duration).trajectoryHash(), runHash(run));
 }
 
-// The test compares more than the hash does: an event's record of a box, or of a plane that shakes.
+// The test compares more than the hash does: an event's record of a box, or of a plane that
+// oscillates.
 TEST(Recording, HasTheBitsOfAllEventsOfEveryHashedRun) {
   for (const HashedRun& run : hashedRuns()) {
     const Recording recording = recordedRun(run.world, run.duration);

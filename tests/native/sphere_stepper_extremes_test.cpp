@@ -203,9 +203,9 @@ class Press : public testing::TestWithParam<double> {};
 TEST_P(Press, CrushesOneBallWhichStaysWhereItIs) {
   SphereStepper stepper = stepperOf(press(1, GetParam()));
   stepper.advanceTo(0.1999);
-  EXPECT_EQ(stepper.counters().crushed, 0U);
+  EXPECT_EQ(stepper.counters().jammed, 0U);
   stepper.advanceTo(0.3);
-  EXPECT_EQ(stepper.counters().crushed, 1U);
+  EXPECT_EQ(stepper.counters().jammed, 1U);
   EXPECT_NEAR(stepper.state(0).position.x(), 0.05, 1e-4);
   EXPECT_EQ(stepper.state(0).velocity, Vec3::Zero());
   std::string why;
@@ -222,7 +222,7 @@ TEST(SphereStepperExtremes, AMovingWallCrushesARowAndPassesOn) {
     stepper.advanceTo(0.05 * step);
     ASSERT_TRUE(stepper.validate(&why)) << why;
   }
-  EXPECT_EQ(stepper.counters().crushed, 5U);
+  EXPECT_EQ(stepper.counters().jammed, 5U);
 }
 
 // The box comes down on one ball at 1 m/s; the ball beside it is not touched.
@@ -239,7 +239,7 @@ TEST(SphereStepperExtremes, ABoxCrushesABallOnTheFloor) {
   world.boxes = {box};
   SphereStepper stepper = stepperOf(world);
   stepper.advanceTo(1.0);
-  EXPECT_EQ(stepper.counters().crushed, 1U);
+  EXPECT_EQ(stepper.counters().jammed, 1U);
   EXPECT_EQ(stepper.state(1).position, world.spheres[1].position);
   std::string why;
   EXPECT_TRUE(stepper.validate(&why)) << why;
@@ -250,7 +250,7 @@ TEST(SphereStepperExtremes, AMovingWallCrushesWhatHangsOnARod) {
   world.rods = {{0, kAnchor, {0.05, 0.3, 0.0}}};
   SphereStepper stepper = stepperOf(world);
   stepper.advanceTo(0.5);
-  EXPECT_EQ(stepper.counters().crushed, 1U);
+  EXPECT_EQ(stepper.counters().jammed, 1U);
   EXPECT_NEAR((stepper.state(0).position - Vec3(0.05, 0.3, 0.0)).norm(), 0.25, 1e-9);
 }
 

@@ -1,4 +1,4 @@
-// Tests how SphereStepper moves spheres about boxes and shaking planes.
+// Tests how SphereStepper moves spheres about boxes and oscillating planes.
 
 #include <algorithm>
 #include <cmath>
@@ -309,7 +309,7 @@ TEST(BoxesOfSpheres, AHeapOverBoxesComesToRestAndLosesEnergyOnly) {
 
 TEST(BoxesOfSpheres, SmallStepsAndListingOrderChangeNoBit) {
   SphereWorld world = heapAmongBoxes(9);
-  world.planes[0].shaking = {{0.0005, 0.0, 0.0}, 20.0, 0.3};
+  world.planes[0].oscillation = {{0.0005, 0.0, 0.0}, 20.0, 0.3};
   SphereStepper big = stepperOf(world);
   std::reverse(world.spheres.begin(), world.spheres.end());
   std::reverse(world.boxes.begin(), world.boxes.end());
@@ -354,20 +354,20 @@ TEST(MovingPlanes, ABallInAClosingGapGainsTwiceTheWallsSpeedEachTime) {
   EXPECT_GT(hits, 40);
 }
 
-// ---- Shaking planes
+// ---- Oscillating planes
 
-SphereWorld ballOnShaker(double amplitude, double frequency, double restitution) {
+SphereWorld ballOnOscillator(double amplitude, double frequency, double restitution) {
   SphereWorld world = droppedBall(0.0, restitution);
-  world.planes[0].shaking = {{0.0, amplitude, 0.0}, frequency, 0.0};
+  world.planes[0].oscillation = {{0.0, amplitude, 0.0}, frequency, 0.0};
   return world;
 }
 
-TEST(ShakingPlanes, BelowOneGABallStaysWithinMicrometresAndSilent) {
+TEST(OscillatingPlanes, BelowOneGABallStaysWithinMicrometresAndSilent) {
   for (const double share : {0.1, 0.5, 0.95}) {
     for (const double frequency : {5.0, 50.0}) {
       const double angular = 2.0 * kPi * frequency;
       const double amplitude = share * 9.81 / (angular * angular);
-      SphereStepper stepper = stepperOf(ballOnShaker(amplitude, frequency, 0.5));
+      SphereStepper stepper = stepperOf(ballOnOscillator(amplitude, frequency, 0.5));
       double farthest = 0.0;
       // At the start the plane moves up with amplitude * angular, which causes one real collision.
       stepper.advanceTo(1.0);
@@ -386,12 +386,12 @@ TEST(ShakingPlanes, BelowOneGABallStaysWithinMicrometresAndSilent) {
   }
 }
 
-TEST(ShakingPlanes, AboveOneGABallIsThrownWhereTheAccelerationPassesG) {
+TEST(OscillatingPlanes, AboveOneGABallIsThrownWhereTheAccelerationPassesG) {
   const double frequency = 10.0;
   const double angular = 2.0 * kPi * frequency;
   const double amplitude = 1.2 * 9.81 / (angular * angular);
-  SphereWorld world = ballOnShaker(amplitude, frequency, 0.0);
-  world.planes[0].shaking.phase = -0.5 * kPi;  // starts at its lowest point, at rest
+  SphereWorld world = ballOnOscillator(amplitude, frequency, 0.0);
+  world.planes[0].oscillation.phase = -0.5 * kPi;  // starts at its lowest point, at rest
   world.spheres[0].position.y() -= amplitude;
   SphereStepper stepper = stepperOf(world);
   // The ball leaves where sin(phase) = 1 / 1.2, and flies until it meets the plane again.
@@ -413,7 +413,7 @@ TEST(ShakingPlanes, AboveOneGABallIsThrownWhereTheAccelerationPassesG) {
 
 /// A ball that leaves with g T / 2 comes back after T with the same speed. At a phase at which the
 /// plane has v = (1 - e) / (1 + e) g T / 2, the impact restores just that speed.
-TEST(ShakingPlanes, ABallBouncesOncePerPeriodWhereThePlaneGivesBackWhatIsLost) {
+TEST(OscillatingPlanes, ABallBouncesOncePerPeriodWhereThePlaneGivesBackWhatIsLost) {
   const double period = 0.1;
   const double angular = 2.0 * kPi / period;
   for (const double e : {0.3, 0.6, 0.8}) {
@@ -423,7 +423,7 @@ TEST(ShakingPlanes, ABallBouncesOncePerPeriodWhereThePlaneGivesBackWhatIsLost) {
     SphereWorld world = droppedBall(0.0, e);
     world.spheres[0].restitution = e;
     world.planes[0].restitution = e;
-    world.planes[0].shaking = {{0.0, amplitude, 0.0}, 1.0 / period, phase};
+    world.planes[0].oscillation = {{0.0, amplitude, 0.0}, 1.0 / period, phase};
     world.spheres[0].position.y() = 0.05 + amplitude * std::sin(phase) + 1e-15;
     world.spheres[0].velocity.y() = -0.5 * 9.81 * period;
     SphereStepper stepper = stepperOf(world);
@@ -437,7 +437,7 @@ TEST(ShakingPlanes, ABallBouncesOncePerPeriodWhereThePlaneGivesBackWhatIsLost) {
 }
 
 /// The oracle follows each flight in small steps, from position and velocity of the last event.
-TEST(ShakingPlanes, EveryContactIsTheFirstOfItsFlight) {
+TEST(OscillatingPlanes, EveryContactIsTheFirstOfItsFlight) {
   SplitMix random(6);
   int contacts = 0;
   for (int run = 0; run < 60; ++run) {
@@ -447,12 +447,13 @@ TEST(ShakingPlanes, EveryContactIsTheFirstOfItsFlight) {
     world.planes[0].restitution = e;
     const double frequency = random.between(5.0, 60.0);
     const double amplitude = random.between(0.3, 1.0) / (2.0 * kPi * frequency);
-    world.planes[0].shaking = {{0.01, amplitude, 0.0}, frequency, random.between(0.0, 6.0)};
+    world.planes[0].oscillation = {{0.01, amplitude, 0.0}, frequency, random.between(0.0, 6.0)};
     world.planes[0].velocity = {0.0, random.between(-0.05, 0.05), 0.0};
-    const Shaking& shaking = world.planes[0].shaking;
+    const Oscillation& oscillation = world.planes[0].oscillation;
     const double angular = 2.0 * kPi * frequency;
     const auto surface = [&](double t) {
-      return world.planes[0].velocity.y() * t + amplitude * std::sin(angular * t + shaking.phase);
+      return world.planes[0].velocity.y() * t +
+             amplitude * std::sin(angular * t + oscillation.phase);
     };
     world.spheres[0].position.y() += amplitude;
     SphereStepper stepper = stepperOf(world);
@@ -470,8 +471,9 @@ TEST(ShakingPlanes, EveryContactIsTheFirstOfItsFlight) {
           ASSERT_GT(y + t * (v - 0.5 * 9.81 * t) - 0.05 - surface(from + t), -1e-12) << run;
         }
         ASSERT_NEAR(event.bodyPosition.y() - 0.05, surface(event.time), 1e-12);
-        const double wall = world.planes[0].velocity.y() +
-                            amplitude * angular * std::cos(angular * event.time + shaking.phase);
+        const double wall =
+            world.planes[0].velocity.y() +
+            amplitude * angular * std::cos(angular * event.time + oscillation.phase);
         ASSERT_NEAR(event.approachSpeed, wall - event.bodyVelocity.y(), 1e-11);
         y = event.bodyPosition.y();
         v = wall + e * event.approachSpeed;
@@ -483,10 +485,10 @@ TEST(ShakingPlanes, EveryContactIsTheFirstOfItsFlight) {
   EXPECT_GT(contacts, 100);
 }
 
-TEST(ShakingPlanes, AnElasticOrUnforgivingWorldEndsOnThemToo) {
+TEST(OscillatingPlanes, AnElasticOrUnforgivingWorldEndsOnThemToo) {
   for (const double e : {0.0, 0.5, 1.0}) {
     for (const double restSpeed : {0.0, 0.005}) {
-      SphereWorld world = ballOnShaker(0.0001, 30.0, e);  // 0.36 g
+      SphereWorld world = ballOnOscillator(0.0001, 30.0, e);  // 0.36 g
       world.restSpeed = restSpeed;
       SphereStepper stepper = stepperOf(world);
       stepper.advanceTo(1.0);
@@ -538,18 +540,18 @@ INSTANTIATE_TEST_SUITE_P(
                 "sphere 1: overlaps box 500 by 0.00"},
         Refusal{"PlaneVelocity", [](SphereWorld& w) { w.planes[0].velocity.y() = kNaN; },
                 "plane 1000000: velocity is (0, nan"},
-        Refusal{"Amplitude", [](SphereWorld& w) { w.planes[0].shaking.amplitude.x() = kNaN; },
-                "plane 1000000: amplitude of shaking is (nan"},
+        Refusal{"Amplitude", [](SphereWorld& w) { w.planes[0].oscillation.amplitude.x() = kNaN; },
+                "plane 1000000: amplitude of oscillation is (nan"},
         Refusal{"Frequency",
                 [](SphereWorld& w) {
-                  w.planes[0].shaking = {Vec3::UnitX(), 0.0, 0.0};
+                  w.planes[0].oscillation = {Vec3::UnitX(), 0.0, 0.0};
                 },
-                "plane 1000000: frequency of shaking is 0 Hz; it must be finite and above 0"},
-        Refusal{"Phase", [](SphereWorld& w) { w.planes[0].shaking.phase = kNaN; },
-                "plane 1000000: phase of shaking is nan"},
-        Refusal{"ShakenIntoTheSphere",
+                "plane 1000000: frequency of oscillation is 0 Hz; it must be finite and above 0"},
+        Refusal{"Phase", [](SphereWorld& w) { w.planes[0].oscillation.phase = kNaN; },
+                "plane 1000000: phase of oscillation is nan"},
+        Refusal{"OscillatesIntoTheSphere",
                 [](SphereWorld& w) {
-                  w.planes[0].shaking = {{0.0, 2.1, 0.0}, 1.0, 1.5707963267948966};
+                  w.planes[0].oscillation = {{0.0, 2.1, 0.0}, 1.0, 1.5707963267948966};
                 },
                 "sphere 1: overlaps plane 1000000 by 0.1"}),
     [](const auto& refusal) { return std::string(refusal.param.name); });

@@ -110,10 +110,10 @@ SphereWorld cradleAndSprings() {
   return world;
 }
 
-/// Balls that fall past tilted boxes on a plane that shakes.
-SphereWorld boxesAndShaking() {
+/// Balls that fall past tilted boxes on a plane that oscillates.
+SphereWorld boxesAndOscillation() {
   SphereWorld world = pile();
-  world.planes[2].shaking = {Vec3(0.0, 0.001, 0.0), 30.0, 0.5};
+  world.planes[2].oscillation = {Vec3(0.0, 0.001, 0.0), 30.0, 0.5};
   for (Sphere& sphere : world.spheres) {
     sphere.radius *= 0.5;
     sphere.position.y() += 0.5;
@@ -144,7 +144,7 @@ std::vector<HashedRun> hashedRuns() {
           {breakShot(Simultaneous::reflections), 1.0},
           {breakShot(Simultaneous::hertz), 0.3},
           {cradleAndSprings(), 1.0},
-          {boxesAndShaking(), 0.7}};
+          {boxesAndOscillation(), 0.7}};
 }
 
 std::uint64_t runHash(const HashedRun& run) {

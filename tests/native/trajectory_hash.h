@@ -14,7 +14,8 @@ struct HashedRun {
 
 /// Runs that together take every path of the stepper: an elastic gas; a damped one under gravity
 /// with a slant and a moving wall; a pile that goes to sleep; a break with friction and spin, and
-/// one by Hertz's forces; a swinging cradle, springs, a field and drag; boxes and a shaking plane.
+/// one by Hertz's forces; a swinging cradle, springs, a field and drag; boxes and an oscillating
+/// plane.
 std::vector<HashedRun> hashedRuns();
 
 /// FNV-1a over the bits of all events and final states of one run.

@@ -622,7 +622,7 @@ static void struck_body_rings_at_its_frequency_and_falls_at_its_rate(void) {
   EXPECT(statistics_of(sound).rings == 1);
   EXPECT(statistics_of(sound).ringing == 1);
   EXPECT(statistics_of(sound).modes >= 1);
-  EXPECT(statistics_of(sound).no_bank == 0);
+  EXPECT(statistics_of(sound).modal_voices_exhausted == 0);
   EXPECT_OK(carom_destroy(sound));
 }
 

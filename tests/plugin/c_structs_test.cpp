@@ -200,7 +200,7 @@ TEST(CStructs, EveryNumberOfStatisticsArrives) {
   given.radiators.links = 22;
   given.unsupportedContacts = 23;
   given.rings = 24;
-  given.noBank = 25;
+  given.modalVoicesExhausted = 25;
   given.ringing = 26;
   given.modes = 27;
   const carom_statistics told = toC(given);
@@ -228,7 +228,7 @@ TEST(CStructs, EveryNumberOfStatisticsArrives) {
   EXPECT_EQ(told.links, 22u);
   EXPECT_EQ(told.unsupported_contacts, 23u);
   EXPECT_EQ(told.rings, 24u);
-  EXPECT_EQ(told.no_bank, 25u);
+  EXPECT_EQ(told.modal_voices_exhausted, 25u);
   EXPECT_EQ(told.ringing, 26u);
   EXPECT_EQ(told.modes, 27u);
 }

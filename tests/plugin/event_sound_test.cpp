@@ -180,7 +180,7 @@ TEST(EventSound, ABodyRingsAsOffline) {
   EXPECT_EQ(sound.statistics().rings, 5U);
   EXPECT_EQ(sound.statistics().ringing, 1U);
   EXPECT_EQ(sound.statistics().modes, 200U);
-  EXPECT_EQ(sound.statistics().noBank, 0U);
+  EXPECT_EQ(sound.statistics().modalVoicesExhausted, 0U);
 }
 
 TEST(EventSound, BeyondItsBudgetBodiesRingInFewerModesOrNotAtAll) {
@@ -200,7 +200,7 @@ TEST(EventSound, BeyondItsBudgetBodiesRingInFewerModesOrNotAtAll) {
   EXPECT_GT(std::ranges::max(pulled(sound, 2000)), 1e-3F);
   EXPECT_EQ(sound.statistics().ringing, 2U);
   EXPECT_EQ(sound.statistics().modes, 2U * 16U);  // modes come in whole vectors
-  EXPECT_EQ(sound.statistics().noBank, 1U);
+  EXPECT_EQ(sound.statistics().modalVoicesExhausted, 1U);
 }
 
 TEST(EventSound, WhatRangAndWhatDidNotIsCountedOnWhenItHasStopped) {
@@ -221,7 +221,7 @@ TEST(EventSound, WhatRangAndWhatDidNotIsCountedOnWhenItHasStopped) {
       (void)pulled(sound, std::min<std::size_t>(sound.framesReady(), 1000));
     sound.stop();
     EXPECT_EQ(sound.statistics().rings, 2U * static_cast<unsigned>(round));
-    EXPECT_EQ(sound.statistics().noBank, static_cast<unsigned>(round));
+    EXPECT_EQ(sound.statistics().modalVoicesExhausted, static_cast<unsigned>(round));
     EXPECT_EQ(sound.statistics().ringing, 0U);
   }
 }

@@ -266,8 +266,8 @@ TEST(SoundEngine, SlidesHaveTheBitsOfTheOfflineRenderer) {
   constexpr int kSteps = 120;
   for (int step = 0; step < kSteps; ++step) {
     for (const ContactState& state : slides(step, kBodies)) {
-      engine->touch(state);
-      synth.touch(state);
+      engine->updateContact(state);
+      synth.updateContact(state);
     }
     const double time = kStep * (step + 1);
     engine->advanceTo(time);
@@ -289,7 +289,7 @@ TEST(SoundEngine, OfTooManyThatSlideTheLoudestAreHeard) {
   wanted.synth.audibleThreshold = 0.0;
   const auto engine = makeEngine(wanted);
   for (const ContactState& state : slides(0, 10))
-    engine->touch(state);
+    engine->updateContact(state);
   engine->advanceTo(kStep);
   EXPECT_EQ(engine->statistics().slides, 1U);
   EXPECT_EQ(engine->statistics().slidesLeftOut, 9U);
@@ -304,7 +304,7 @@ TEST(SoundEngine, SlidesAllocateNothingWhileTheyAreRendered) {
   Random random(5);
   for (int step = 0; step < 500; ++step) {
     for (const ContactState& state : slides(step, kBodies))
-      if (random.chance(0.7)) engine->touch(state);
+      if (random.chance(0.7)) engine->updateContact(state);
     engine->advanceTo(kStep * (step + 1));
     const test::NoAllocScope scope;
     engine->renderInterleaved(block.data(), static_cast<std::size_t>(random.below(512)));

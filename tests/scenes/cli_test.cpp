@@ -583,7 +583,7 @@ TEST_F(Cli, TheSteppersGiveDifferentSounds) {
 
 TEST_F(Cli, SoundOptionsDoWhatTheKeysOfTheSceneDo) {
   const std::vector<std::vector<std::string>> choices = {{"--pulse", "pulse", "half_sine"},
-                                                         {"--pulse", "pulse", "hand_out"},
+                                                         {"--pulse", "pulse", "course_gaussian"},
                                                          {"--sampling", "sampling", "naive"},
                                                          {"--radiation", "radiation", "compact"}};
   EXPECT_EQ(carom({"render", library("newtons_cradle"), "-o", at("plain.wav")}).code, 0);

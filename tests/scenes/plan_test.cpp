@@ -205,7 +205,7 @@ TEST(Plan, EveryStageIsDocumented) {
   const Scene scene = sceneOf({kFloor, ballAt(1.0)});
   Stages all = needed(scene);
   all.merge(leftOut(scene));
-  all.insert({"inaudible_clicks", "crushed_spheres"});
+  all.insert({"inaudible_clicks", "jammed_spheres"});
   for (const std::string& stage : all)
     EXPECT_NE(page.find("| `" + stage + "` |"), std::string::npos) << stage;
 }

@@ -388,17 +388,17 @@ TEST(Render, PlanSaysHowManyClicksCouldNotBeHeard) {
 
 TEST(Render, PlanSaysHowManySpheresWereCrushed) {
   Scene scene = libraryScene("bouncing_ball");
-  const auto crushed = [&] {
+  const auto jammed = [&] {
     const TemporaryFolder folder;
-    return whyLeftOut(rendered(scene, {.soundFile = folder / "sound.wav"}), "crushed_spheres");
+    return whyLeftOut(rendered(scene, {.soundFile = folder / "sound.wav"}), "jammed_spheres");
   };
   scene.duration = 1.0;
-  EXPECT_EQ(crushed(), "");
+  EXPECT_EQ(jammed(), "");
   scene.bodies.push_back(scene.bodies[0]);
   SceneBody& press = scene.bodies.back();
   press.name = "press";
   press.shape = PlaneShape{-Vec3::UnitY(), -0.6, {0.0, -1.0, 0.0}, {}};  // down to the floor
-  EXPECT_TRUE(crushed().starts_with("1 spheres "));
+  EXPECT_TRUE(jammed().starts_with("1 spheres "));
 }
 
 /// A render that cannot succeed, in a folder that holds a file of each kind beforehand.

@@ -238,7 +238,7 @@ double deepestOverlap(const Scene& scene) {
       double gap = 0.0;
       if (const auto* plane = std::get_if<PlaneShape>(&other.shape)) {
         const double shift =
-            plane->normal.dot(plane->shaking.amplitude) * std::sin(plane->shaking.phase);
+            plane->normal.dot(plane->oscillation.amplitude) * std::sin(plane->oscillation.phase);
         gap = plane->normal.dot(sphere->position) - plane->offset - shift - sphere->radius;
       } else if (const auto* block = std::get_if<BlockShape>(&other.shape)) {
         gap = blockGap(*block, *sphere);
@@ -387,7 +387,7 @@ TEST(SceneLoader, MechanicsAreOffUnlessTheSceneSaysOtherwise) {
     }
     EXPECT_EQ(sphereOf(scene.bodies[0]).spin, Vec3::Zero());
     EXPECT_EQ(planeShapeOf(scene.bodies[1]).velocity, Vec3::Zero());
-    EXPECT_EQ(planeShapeOf(scene.bodies[1]).shaking.amplitude, Vec3::Zero());
+    EXPECT_EQ(planeShapeOf(scene.bodies[1]).oscillation.amplitude, Vec3::Zero());
     EXPECT_EQ(scene.mechanics.simultaneous, Simultaneous::reflections);
     EXPECT_TRUE(scene.mechanics.rods.empty() && scene.mechanics.springs.empty());
     EXPECT_TRUE(scene.mechanics.fields.empty());
@@ -431,14 +431,14 @@ TEST(SceneLoader, MotionsOfWallsAndSpinsArriveWhereTheyBelong) {
   document["bodies"][0]["spin"] = {1, 2, 3};
   document["bodies"][1].update(
       {{"velocity", {4, 5, 6}},
-       {"shaking", {{"amplitude", {0, 0.1, 0}}, {"frequency", 5}, {"phase", -1}}}});
+       {"oscillation", {{"amplitude", {0, 0.1, 0}}, {"frequency", 5}, {"phase", -1}}}});
   const Scene scene = accepted(document);
   EXPECT_EQ(sphereOf(scene.bodies[0]).spin, Vec3(1, 2, 3));
   const PlaneShape& plane = planeShapeOf(scene.bodies[1]);
   EXPECT_EQ(plane.velocity, Vec3(4, 5, 6));
-  EXPECT_EQ(plane.shaking.amplitude, Vec3(0, 0.1, 0));
-  EXPECT_EQ(plane.shaking.frequency, 5.0);
-  EXPECT_EQ(plane.shaking.phase, -1.0);
+  EXPECT_EQ(plane.oscillation.amplitude, Vec3(0, 0.1, 0));
+  EXPECT_EQ(plane.oscillation.frequency, 5.0);
+  EXPECT_EQ(plane.oscillation.phase, -1.0);
   EXPECT_EQ(scene.bodies[2].name, "block1");
   const auto& block = std::get<BlockShape>(scene.bodies[2].shape);
   EXPECT_EQ(block.centre, Vec3(5, 5, 5));
@@ -521,7 +521,7 @@ TEST(SceneLoader, SoundIsTheSynthsDefaultUnlessTheSceneSaysOtherwise) {
       {"hertz", PulseShape::hertz},
       {"half_sine", PulseShape::halfSine},
       {"mitchell_netravali", PulseShape::mitchellNetravali},
-      {"hand_out", PulseShape::handOut}};
+      {"course_gaussian", PulseShape::courseGaussian}};
   for (const auto& [name, shape] : shapes)
     EXPECT_EQ(accepted(with("/sound", {{"pulse", name}})).sound.pulse, shape) << name;
 }
@@ -1063,7 +1063,7 @@ std::vector<Refusal> shapeRefusals() {
   add(with("/sound", {{"puls", "hertz"}}), "/sound/puls",
       {"unknown key", "did you mean \"pulse\""});
   add(with("/sound", {{"pulse", "herz"}}), "/sound/pulse",
-      {"\"herz\" is not a pulse", "did you mean \"hertz\"", "\"hand_out\""});
+      {"\"herz\" is not a pulse", "did you mean \"hertz\"", "\"course_gaussian\""});
   add(with("/sound", {{"dissipative", 1}}), "/sound/dissipative",
       {"1 is not a boolean", "true or false"});
   add(with("/sound", {{"doppler", "no"}}), "/sound/doppler", {"\"no\" is not a boolean"});
@@ -1234,18 +1234,22 @@ std::vector<Refusal> shapeRefusals() {
   add(pieced, "/bodies/2/shape/pieces", {"collides as it is", "\"movable\": true"});
   add(with("/bodies/0/spin", {0, 0, 2e6}), "/bodies/0/spin/2", {"component of spin", "rad/s"});
   add(with("/bodies/1/velocity", {0, 1e5, 0}), "/bodies/1/velocity/1", {"component of velocity"});
-  add(with("/bodies/1/shaking", 5), "/bodies/1/shaking", {"5 is not a shaking", "an object"});
-  const auto shaken = [](const json& keys) {
-    json shaking = {{"amplitude", {0, 0.1, 0}}, {"frequency", 5}};
-    shaking.update(keys);
-    return with("/bodies/1/shaking", shaking);
+  add(with("/bodies/1/oscillation", 5), "/bodies/1/oscillation",
+      {"5 is not an oscillation", "an object"});
+  const auto oscillating = [](const json& keys) {
+    json oscillation = {{"amplitude", {0, 0.1, 0}}, {"frequency", 5}};
+    oscillation.update(keys);
+    return with("/bodies/1/oscillation", oscillation);
   };
-  add(shaken({{"amplitude", 0.1}}), "/bodies/1/shaking/amplitude", {"0.1 is not a vector"});
-  add(shaken({{"amplitude", {0, 2000, 0}}}), "/bodies/1/shaking/amplitude/1", {"metres"});
-  add(shaken({{"frequency", 0}}), "/bodies/1/shaking/frequency", {"a frequency of shaking", "Hz"});
-  add(shaken({{"phase", "up"}}), "/bodies/1/shaking/phase", {"\"up\" is not a phase", "radians"});
-  add(shaken({{"damping", 1}}), "/bodies/1/shaking/damping", {"unknown key"});
-  add(with("/bodies/1/shaking", {{"amplitude", {0, 1, 0}}}), "/bodies/1/shaking/frequency",
+  add(oscillating({{"amplitude", 0.1}}), "/bodies/1/oscillation/amplitude",
+      {"0.1 is not a vector"});
+  add(oscillating({{"amplitude", {0, 2000, 0}}}), "/bodies/1/oscillation/amplitude/1", {"metres"});
+  add(oscillating({{"frequency", 0}}), "/bodies/1/oscillation/frequency",
+      {"a frequency of oscillation", "Hz"});
+  add(oscillating({{"phase", "up"}}), "/bodies/1/oscillation/phase",
+      {"\"up\" is not a phase", "radians"});
+  add(oscillating({{"damping", 1}}), "/bodies/1/oscillation/damping", {"unknown key"});
+  add(with("/bodies/1/oscillation", {{"amplitude", {0, 1, 0}}}), "/bodies/1/oscillation/frequency",
       {"missing"});
   add(withBlock({{"radius", 1}}), "/bodies/2/radius", {"unknown key", "\"rotation\""});
   add(withBlock({{"max", 6}}), "/bodies/2/max", {"6 is not a vector"});
@@ -1405,7 +1409,7 @@ std::vector<Refusal> meaningRefusals() {
       {"\"sphere1\" reaches 0.005", "metres into \"block1\"", "expected it outside"});
   // At a phase of a quarter turn, the floor is where the ball is.
   json raised =
-      with("/bodies/1/shaking",
+      with("/bodies/1/oscillation",
            {{"amplitude", {0, 0.995, 0}}, {"frequency", 1}, {"phase", 1.5707963267948966}});
   add(raised, "/bodies/0", {"\"sphere1\" reaches 0.005", "into \"plane1\""});
   json blocks = oneBall();
@@ -1716,8 +1720,8 @@ std::vector<json> goodDocuments() {
   documents.push_back(alone);
   documents.push_back(with("/bodies/0/spin", {1e6, -1e6, 0}));
   documents.push_back(with("/bodies/1/velocity", {1, 1, 1}));
-  documents.push_back(
-      with("/bodies/1/shaking", {{"amplitude", {0, 0.5, 0}}, {"frequency", 1e4}, {"phase", 3}}));
+  documents.push_back(with("/bodies/1/oscillation",
+                           {{"amplitude", {0, 0.5, 0}}, {"frequency", 1e4}, {"phase", 3}}));
   documents.push_back(with("/mechanics", json::object()));
   documents.push_back(with("/mechanics", {{"simultaneous", "reflections"},
                                           {"rods", json::array()},

@@ -258,11 +258,11 @@ TEST(SceneMechanics, AMovingPlaneOrBlockMeetsABallAtItsSpeed) {
   }
 }
 
-TEST(SceneMechanics, AShakenPlaneMeetsABallWhereItsSineGetsThere) {
+TEST(SceneMechanics, AnOscillatingPlaneMeetsABallWhereItsSineGetsThere) {
   const auto meeting = [](const std::string& phase) {
     return firstEvent(sceneOf(ball("0") + R"(, {"type": "plane", "normal": [1, 0, 0],
         "offset": -0.02, "material": "hard",
-        "shaking": {"amplitude": [0.02, 0, 0], "frequency": 5, "phase": )" +
+        "oscillation": {"amplitude": [0.02, 0, 0], "frequency": 5, "phase": )" +
                                   phase + "}}",
                               kWeightless));
   };
@@ -333,9 +333,9 @@ TEST(SceneMechanics, BulletRefusesWhatItCannotDoByName) {
        ball("0") + R"(, {"type": "block", "min": [1, 1, 1], "max": [2, 2, 2], "material": "hard",
                          "velocity": [1, 0, 0]})",
        ""},
-      {"shaking planes",
+      {"oscillating planes",
        ball("0") + R"(, {"type": "plane", "normal": [1, 0, 0], "offset": -1, "material": "hard",
-                         "shaking": {"amplitude": [0.1, 0, 0], "frequency": 9}})",
+                         "oscillation": {"amplitude": [0.1, 0, 0], "frequency": 9}})",
        ""},
       {"rods", ball("0"), R"("rods": [{"bodies": ["sphere1"], "anchor": [1, 0, 0]}])"},
       {"springs", ball("0"),

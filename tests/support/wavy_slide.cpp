@@ -41,7 +41,7 @@ void play(Synth& synth, const WavySlide& slide) {
     state.pathStart = state.pathEnd = -slide.radius * Vec3::UnitZ();
     state.otherPathStart = state.position;
     state.otherPathEnd = state.position + slide.speed * slide.step * Vec3::UnitX();
-    synth.touch(state);
+    synth.updateContact(state);
   }
 }
 

@@ -241,10 +241,11 @@ typedef struct carom_statistics {
   uint64_t links;                 ///< links of multibodies that can move
   uint64_t unsupported_contacts;  ///< contacts of shapes that the bridge cannot follow
   // Both kinds:
-  uint64_t rings;    ///< events that made a body ring
-  uint64_t no_bank;  ///< left out: rings, where more would sound than `ringing_bodies`
-  uint64_t ringing;  ///< now: bodies times channels that ring
-  uint64_t modes;    ///< now: modes that sound, of all bodies and channels
+  uint64_t rings;  ///< events that made a body ring
+  uint64_t
+      modal_voices_exhausted;  ///< left out: rings, where more would sound than `ringing_bodies`
+  uint64_t ringing;            ///< now: bodies times channels that ring
+  uint64_t modes;              ///< now: modes that sound, of all bodies and channels
 } carom_statistics;
 
 // Library.

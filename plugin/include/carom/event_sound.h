@@ -58,8 +58,8 @@ class EventSound {
   /// Hands over one body's share of a collision; its time is that of the simulation's clock.
   void post(const ImpulseEvent& event);
   /// Hands over a lasting contact, over one step: it damps what rings in the bodies that it holds
-  /// together (see Synth::touch).
-  void touch(const ContactState& contact);
+  /// together (see Synth::updateContact).
+  void updateContact(const ContactState& contact);
   /// Takes note that the simulation has come to `seconds`, and sends off what was posted. Beyond
   /// 1e9 nothing happens. The clock begins at 0: if it begins elsewhere, call this before the first
   /// `post`. A clock that goes back begins anew there, and is counted as a jump.

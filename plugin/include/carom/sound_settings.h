@@ -110,12 +110,12 @@ struct SoundStatistics {
   std::uint64_t rejected = 0;   ///< not finite, unknown body, no approach, over 20 s
   std::uint64_t skipped = 0;    ///< no samples were taken yet, or the simulation ran ahead of time
   // Events among `events` that were left out:
-  std::uint64_t inaudible = 0;    ///< below the threshold at every listener
-  std::uint64_t stolen = 0;       ///< the quietest, where more waited than VoiceBudget::voices
-  std::uint64_t overBudget = 0;   ///< the quietest, where they would cost too much
-  std::uint64_t noBus = 0;        ///< more sizes and paths at once than VoiceBudget::buses
-  std::uint64_t tooLong = 0;      ///< contact longer than VoiceBudget::longestContact
-  std::uint64_t noBank = 0;       ///< rings, for lack of VoiceBudget::ringingBodies
+  std::uint64_t inaudible = 0;   ///< below the threshold at every listener
+  std::uint64_t stolen = 0;      ///< the quietest, where more waited than VoiceBudget::voices
+  std::uint64_t overBudget = 0;  ///< the quietest, where they would cost too much
+  std::uint64_t noBus = 0;       ///< more sizes and paths at once than VoiceBudget::buses
+  std::uint64_t tooLong = 0;     ///< contact longer than VoiceBudget::longestContact
+  std::uint64_t modalVoicesExhausted = 0;  ///< rings, for lack of VoiceBudget::ringingBodies
   std::uint64_t queueFaults = 0;  ///< no room in the queue: samples are not taken, or too rarely
   // Events among `events` that were heard:
   std::uint64_t rings = 0;  ///< made a body ring

@@ -75,11 +75,11 @@ class Synth {
   void schedule(const ImpulseEvent& event);
 
   /// Updates a lasting contact over one step of the mechanics: it damps the ringing of the bodies
-  /// that it holds together (RingLayer), until it ends; and where it slides or rolls over bumps
+  /// that it holds together (ModalExciter), until it ends; and where it slides or rolls over bumps
   /// (SoundBody::texture), it drives both bodies with the impulses along its path (ContactDrive).
   /// Steps are handed over in order of time; a late one counts from the next sample on. May
   /// allocate.
-  void touch(const ContactState& contact);
+  void updateContact(const ContactState& contact);
 
   /// Overwrites `frames` samples of each channel, in pascals, and advances the clock by frames /
   /// sampleRate. The channels are those of the first listener, then those of the next. Requires

@@ -27,7 +27,7 @@ enum class PulseShape : std::uint8_t {
   halfSine,           ///< pi/2 sin(pi u)
   gaussian,           ///< exponent 10, unit impulse
   mitchellNetravali,  ///< the cubic of Mitchell & Netravali 1988, B = C = 1/3; negative at its ends
-  handOut             ///< pi/2 exp(-6 (u - 1/2)^2): as gaussianPulse(), 13.7 % too much impulse
+  courseGaussian      ///< pi/2 exp(-6 (u - 1/2)^2): as gaussianPulse(), 13.7 % too much impulse
 };
 
 /// The way in which a pulse becomes samples.
@@ -70,7 +70,7 @@ struct SynthSettings {
   Radiation radiation = Radiation::exact;
   ModalRadiation modalRadiation = ModalRadiation::directional;
   /// Loss factor, dimensionless, of the contact between two bodies that press on each other: how
-  /// much of a mode's energy at the contact it absorbs (RingLayer). 0: lasting contacts damp
+  /// much of a mode's energy at the contact it absorbs (ModalExciter). 0: lasting contacts damp
   /// nothing.
   double contactLoss = 0.1;
   bool doppler = true;  ///< lets the path through the air change while a contact lasts

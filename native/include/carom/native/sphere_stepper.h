@@ -32,7 +32,7 @@ struct SphereStepperCounters {
   std::uint64_t laidDown = 0;       ///< times that a sphere was put to sleep
   std::uint64_t woken = 0;          ///< times that a sphere was woken
   std::uint64_t collapses = 0;      ///< runs of contacts too dense to follow; see SphereStepper
-  std::uint64_t crushed = 0;        ///< jammed spheres, which no longer collide; see SphereStepper
+  std::uint64_t jammed = 0;         ///< jammed spheres, which no longer collide; see SphereStepper
   std::uint64_t staleContacts = 0;  ///< outdated predictions that were made again
 };
 
@@ -48,8 +48,8 @@ struct SphereStepperCounters {
 /// slides, rolls or pivots on it (rolling.h). Friction is not modelled on edges, on planes that
 /// shake, on several walls at once, and for spheres that have rods. Springs, rods, fields and drag
 /// bend paths in steps (Linkage). The impulse between bodies that have rods is that of the whole
-/// linkage; where several contacts are resolved together, and on edges and planes that shake, rods
-/// afterwards take back any velocity that would change their lengths.
+/// linkage; where several contacts are resolved together, and on edges and planes that oscillate,
+/// rods afterwards take back any velocity that would change their lengths.
 ///
 /// Simultaneous contacts. A reported contact that may be tied with another one of its spheres, or
 /// that follows from a contact at the same instant, is resolved together with its cluster: all
@@ -61,7 +61,7 @@ struct SphereStepperCounters {
 /// yields only if the impact is hard enough to wake it. Contacts slower than restSpeed, and
 /// contacts at one instant that share neither a sphere nor a cause, are resolved one after the
 /// other, by ids; so are contacts with boxes, except for the face that is hit first, and contacts
-/// with planes that shake.
+/// with planes that oscillate.
 ///
 /// Method. Event-driven molecular dynamics (Alder and Wainwright 1959; one queue entry per sphere
 /// after Lubachevsky 1991, J. Comput. Phys. 94, 255): every sphere keeps its motion since its own
@@ -79,7 +79,7 @@ struct SphereStepperCounters {
 /// hop of at least 20 us if the sphere is pressed on. The energy of this hop is paid for like that
 /// of hops on spheres, otherwise by the sphere's own motion sideways.
 ///
-/// Shaking. A plane may move steadily, and also in a sine: contacts with it are found by
+/// Oscillation. A plane may move steadily, and also in a sine: contacts with it are found by
 /// conservative advancement, see oscillatingContactTime. Such a plane holds no sphere: a sphere
 /// that lies on it follows in hops of 0.5 ms, which are rest and not reported, and is thrown where
 /// the plane falls away faster than gravity. Hops that gravity and the plane make within 20 us are
@@ -110,7 +110,7 @@ struct SphereStepperCounters {
 /// `collapses`. After 5000 in a row, the last within 100 ps of the one before, or 1 ns where
 /// surfaces move, it has no way out. Among surfaces that move, or on a rod or spring, it is then
 /// jammed: it stays where it is, or where its joints lead it, nothing touches it any more, and
-/// `crushed` counts it. Elsewhere it is put to sleep. So advanceTo always ends.
+/// `jammed` counts it. Elsewhere it is put to sleep. So advanceTo always ends.
 ///
 /// Precision. Positions carry rounding errors only, except for the steps of springs, rods, fields
 /// and drag. Contact times are kept to twice the precision of a double inside, so that they are as

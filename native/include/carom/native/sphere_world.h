@@ -36,8 +36,8 @@ struct Sphere {
 };
 
 /// A harmonic motion about a mean position: amplitude sin(2 pi frequency t + phase).
-struct Shaking {
-  Vec3 amplitude = Vec3::Zero();  ///< m, world frame; a zero vector means no shaking
+struct Oscillation {
+  Vec3 amplitude = Vec3::Zero();  ///< m, world frame; a zero vector means no oscillation
   double frequency = 0.0;         ///< Hz, > 0 if there is an amplitude
   double phase = 0.0;             ///< rad, at time 0
 };
@@ -54,9 +54,9 @@ struct Plane {
   Vec3 velocity = Vec3::Zero();
   /// Oscillation added to the steady motion; `offset` is then that of its middle. Only its
   /// component along the normal is felt.
-  Shaking shaking = {};
+  Oscillation oscillation = {};
   RestitutionLaw restitutionLaw = {};  ///< applies to `restitution`
-  double friction = 0.0;               ///< 1, >= 0, Coulomb's; not felt on a plane that shakes
+  double friction = 0.0;               ///< 1, >= 0, Coulomb's; not felt on a plane that oscillates
   double stiffness = 0.0;              ///< Pa, see Sphere
 };
 

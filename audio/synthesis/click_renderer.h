@@ -13,16 +13,16 @@
 #include "audio/propagation/sound_paths.h"
 #include "audio/synthesis/click.h"
 #include "audio/synthesis/click_bus.h"
-#include "audio/synthesis/click_layer.h"
 #include "audio/synthesis/click_queue.h"
 #include "audio/synthesis/click_sampler.h"
-#include "audio/synthesis/ring_player.h"
+#include "audio/synthesis/contact_sound_scheduler.h"
+#include "audio/synthesis/modal_bank.h"
 #include "audio/synthesis/train_store.h"
 #include "audio/synthesis/voice_table.h"
 
 namespace carom::audio {
 
-/// The most that a ClickPlayer may hold, allocated in advance: with a capacity, nothing allocates
+/// The most that a ClickRenderer may hold, allocated in advance: with a capacity, nothing allocates
 /// later.
 struct PlayerCapacity {
   /// Events whose sound has still to begin at some receiver. Beyond it the quietest is dropped.
@@ -40,7 +40,7 @@ struct PlayerCapacity {
   RingCapacity rings = {};
 };
 
-struct ClickPlayerCounters {
+struct ClickRendererCounters {
   std::uint64_t late = 0;        ///< events that came after their first sample had been rendered
   std::uint64_t tooLong = 0;     ///< sounds left out: longer than PlayerCapacity::longestContact
   std::uint64_t noTrain = 0;     ///< steps of lasting contacts left out: too many at once
@@ -63,13 +63,13 @@ struct ClickPlayerCounters {
 ///   capacity it begins in the middle, as offline there is no reason to be late.)
 ///
 /// The bits of the sound do not depend on the sizes of blocks. [one thread]
-class ClickPlayer {
+class ClickRenderer {
  public:
-  explicit ClickPlayer(std::shared_ptr<const SoundPaths> paths,
-                       std::optional<PlayerCapacity> capacity = std::nullopt);
+  explicit ClickRenderer(std::shared_ptr<const SoundPaths> paths,
+                         std::optional<PlayerCapacity> capacity = std::nullopt);
 
   /// Adds the clicks and rings of an event.
-  void add(const LaidSound& sound);
+  void add(const ScheduledSound& sound);
 
   /// Renders samples: as Synth::render.
   template <class Sample>
@@ -92,8 +92,8 @@ class ClickPlayer {
   std::size_t voices() const { return voices_.size(); }  ///< counted with a capacity only
   std::size_t busesInUse() const;
   bool isSilent() const;
-  const ClickPlayerCounters& counters() const { return counters_; }
-  const RingPlayer& rings() const { return rings_; }
+  const ClickRendererCounters& counters() const { return counters_; }
+  const ModalBank& rings() const { return rings_; }
 
  private:
   struct Bus {
@@ -107,14 +107,14 @@ class ClickPlayer {
   };
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-  void addClicks(const LaidSound& sound);
-  std::span<const PulseNode> keptTrain(const LaidSound& sound);
+  void addClicks(const ScheduledSound& sound);
+  std::span<const PulseNode> keptTrain(const ScheduledSound& sound);
   void makeRoom();
   std::size_t roomOf(const Click& click) const;
-  bool isTooLong(const LaidSound& sound) const;
+  bool isTooLong(const ScheduledSound& sound) const;
   bool isOver(const Click& click) const;
-  bool arrive(const LaidSound& sound);
-  bool makePlace(const LaidSound& sound) noexcept;
+  bool arrive(const ScheduledSound& sound);
+  bool makePlace(const ScheduledSound& sound) noexcept;
   void dropFrom(std::uint32_t voice, std::int64_t from) noexcept;
   void enqueue(const Click& click, const SphereWeights* ears, std::uint32_t voice);
   bool findBuses(Click& click);
@@ -141,7 +141,7 @@ class ClickPlayer {
   std::optional<PlayerCapacity> capacity_;
   const SynthSettings& settings_;  // settings of paths_
   const ClickKernels& kernels_ = fastestKernels();
-  ClickPlayerCounters counters_;
+  ClickRendererCounters counters_;
 
   std::int64_t position_ = 0;
   std::vector<Click> clicks_;        // by slot
@@ -152,7 +152,7 @@ class ClickPlayer {
   std::vector<Bus> buses_;
   std::vector<BusOfKey> busOrder_;  // all buses by key: the order in which they are summed
   std::size_t idleCursor_ = 0;      // index at which the search for an idle bus goes on
-  RingPlayer rings_;
+  ModalBank rings_;
   std::vector<Reverb> reverbs_;  // one per listener, or none
   std::size_t slots_ = 0;        // largest number of clicks, with a capacity
   std::size_t mostNodes_ = 0;    // largest number in a train, with a capacity

@@ -1,4 +1,4 @@
-#include "native/spheres/shaking.h"
+#include "native/spheres/oscillation.h"
 
 #include <cmath>
 

@@ -52,7 +52,7 @@ struct ResonatorSet {
 ///
 /// Without a pulse, it is a change of damping: from its time on, all resonators of the body have
 /// the taps as their a1 and a2.
-struct Ring {
+struct ModalExcitation {
   Click drive;  ///< the force's pulse and its time; no filters, no buses
   BodyId body = 0;
   const ResonatorSet* resonators = nullptr;

@@ -12,11 +12,11 @@
 #include "audio/propagation/sound_paths.h"
 #include "audio/synthesis/click_queue.h"
 #include "audio/synthesis/click_sampler.h"
-#include "audio/synthesis/ring.h"
+#include "audio/synthesis/modal_excitation.h"
 
 namespace carom::audio {
 
-/// The most that a RingPlayer may hold, allocated in advance: with a capacity, nothing allocates
+/// The most that a ModalBank may hold, allocated in advance: with a capacity, nothing allocates
 /// later.
 struct RingCapacity {
   std::size_t banks = 128;  ///< banks that sound or wait: one for each body and channel
@@ -26,10 +26,10 @@ struct RingCapacity {
   double longestContact = 0.05;
 };
 
-struct RingPlayerCounters {
+struct ModalBankCounters {
   std::uint64_t late = 0;     ///< rings that came after their first sample had been rendered
   std::uint64_t tooLong = 0;  ///< rings left out: longer than RingCapacity::longestContact
-  std::uint64_t noBank = 0;   ///< rings left out: no room for more rings or banks
+  std::uint64_t modalVoicesExhausted = 0;  ///< rings left out: no room for more rings or banks
 };
 
 /// Turns rings into samples, with banks of resonators, one for each body and channel, since rings
@@ -39,17 +39,17 @@ struct RingPlayerCounters {
 /// next multiple of kGrid; their state is then added to that of the bank, where it decays freely.
 /// On the same grid, resonators below `silence_` are stopped, and a bank where none is left is free
 /// again. So the bits do not depend on the sizes of blocks. [one thread]
-class RingPlayer {
+class ModalBank {
  public:
   static constexpr std::int64_t kGrid = 64;  ///< samples
 
-  RingPlayer(std::shared_ptr<const SoundPaths> paths,
-             std::optional<RingCapacity> capacity = std::nullopt);
+  ModalBank(std::shared_ptr<const SoundPaths> paths,
+            std::optional<RingCapacity> capacity = std::nullopt);
 
   /// Adds rings, whose taps are in `taps`. Without a capacity it takes all rings, and allocates.
   /// With one, rings for which there is no room are left out, and late ones are heard later by as
   /// much. `train`, if not empty, holds the nodes of all rings, in place of their own.
-  void add(std::span<const Ring> rings, std::span<const double> taps,
+  void add(std::span<const ModalExcitation> rings, std::span<const double> taps,
            std::span<const PulseNode> train = {});
 
   /// The output of `mix`, at most ClickBus::kMaxFrames frames: planar channels, `stride` apart, and
@@ -69,7 +69,7 @@ class RingPlayer {
   bool isSilent() const { return waiting_.size() == 0 && driven_.empty() && banksInUse() == 0; }
   std::size_t banksInUse() const { return order_.size(); }
   std::size_t resonatorsInUse() const;
-  const RingPlayerCounters& counters() const { return counters_; }
+  const ModalBankCounters& counters() const { return counters_; }
 
  private:
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
@@ -88,7 +88,7 @@ class RingPlayer {
   };
   /// A ring in a slot, which waits or is driven.
   struct Waiting {
-    Ring ring;
+    ModalExcitation ring;
     std::uint32_t bank = 0;    // kNone for a change of damping
     std::vector<double> taps;  // b0 and b1; once driven y1 and y2
   };
@@ -99,11 +99,11 @@ class RingPlayer {
   };
 
   void makeRoom();
-  void addOne(Ring ring, std::span<const double> taps);
-  std::size_t countOf(const Ring& ring) const;
+  void addOne(ModalExcitation ring, std::span<const double> taps);
+  std::size_t countOf(const ModalExcitation& ring) const;
   std::size_t roomOf(const Click& drive) const;
   void reserve(const Click& drive, std::size_t count);
-  std::uint32_t bankOf(const Ring& ring);
+  std::uint32_t bankOf(const ModalExcitation& ring);
   std::uint32_t freeBank();
   std::uint32_t freeSlot();
   bool isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b) const;
@@ -124,7 +124,7 @@ class RingPlayer {
   std::optional<RingCapacity> capacity_;
   const ResonatorKernels& kernels_ = fastestResonators();
   ClickSampler sampler_;
-  RingPlayerCounters counters_;
+  ModalBankCounters counters_;
   double silence_;  // Pa
 
   std::int64_t position_ = 0;

@@ -1,4 +1,4 @@
-#include "audio/synthesis/ring.h"
+#include "audio/synthesis/modal_excitation.h"
 
 #include <algorithm>
 #include <cmath>

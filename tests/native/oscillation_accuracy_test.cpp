@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "native/math/contact_time.h"
-#include "native/spheres/shaking.h"
+#include "native/spheres/oscillation.h"
 #include "tests/native/sphere_worlds.h"
 
 namespace carom {

@@ -19,7 +19,7 @@
 #include "audio/propagation/sound_paths.h"
 #include "audio/radiation/radiation_bank.h"
 #include "audio/synthesis/click.h"
-#include "audio/synthesis/ring_layer.h"
+#include "audio/synthesis/modal_exciter.h"
 #include "carom/audio/contact_state.h"
 #include "carom/audio/impulse_event.h"
 #include "carom/audio/result.h"
@@ -27,14 +27,15 @@
 
 namespace carom::audio {
 
-/// The sound of one event or of one step of a contact; valid until the next call of the ClickLayer.
-struct LaidSound {
+/// The sound of one event or of one step of a contact; valid until the next call of the
+/// ContactSoundScheduler.
+struct ScheduledSound {
   double peak = 0.0;                   ///< Pa, upper bound of the clicks at any listener
   std::span<const Click> clicks = {};  ///< empty: no click to hear
   /// Directions from which binaural channels hear the clicks; empty without heads.
   std::span<const SphereWeights> ears = {};
-  std::span<const Ring> rings = {};   ///< empty: nothing rings
-  std::span<const double> taps = {};  ///< the taps that `rings` refer to
+  std::span<const ModalExcitation> rings = {};  ///< empty: nothing rings
+  std::span<const double> taps = {};            ///< the taps that `rings` refer to
   /// Nodes that drive all clicks and rings, if no pulse does. Borrowed: a player keeps a copy.
   std::span<const PulseNode> train = {};
 };
@@ -47,7 +48,7 @@ struct SampleShift {
   double stretch = 1.0;  ///< durations on the sample clock over those on the simulation clock
 };
 
-struct ClickLayerCounters {
+struct ContactSoundCounters {
   std::uint64_t events = 0;           ///< scheduled events of bodies that can move or ring
   std::uint64_t immovable = 0;        ///< shares of bodies that neither move nor ring
   std::uint64_t rings = 0;            ///< `events` that made a body ring audibly
@@ -60,11 +61,11 @@ struct ClickLayerCounters {
 
 /// Turns events into clicks and rings: the part of the synthesis that is decided when an event is
 /// known. It knows bodies, listeners and rooms, and allocates freely: in real time it belongs to
-/// the thread of the simulation. ClickPlayer and RingPlayer, which know none of these, play its
+/// the thread of the simulation. ClickRenderer and ModalBank, which know none of these, play its
 /// clicks and rings. See Synth for the model. [one thread]
-class ClickLayer {
+class ContactSoundScheduler {
  public:
-  explicit ClickLayer(std::shared_ptr<const SoundPaths> paths);
+  explicit ContactSoundScheduler(std::shared_ptr<const SoundPaths> paths);
 
   Status setBody(BodyId id, const SoundBody& body);  ///< as Synth::setBody
   void removeBody(BodyId id);                        ///< the body's events are rejected from now on
@@ -76,16 +77,16 @@ class ClickLayer {
 
   /// Schedules one event on the samples. Returns no clicks and no rings, and counts the event, if
   /// it is inaudible or invalid.
-  LaidSound lay(const ImpulseEvent& event, const SampleShift& shift = {});
+  ScheduledSound lay(const ImpulseEvent& event, const SampleShift& shift = {});
 
   /// Returns the changes that a lasting contact makes to the damping of ringing bodies, as rings
-  /// without a pulse (see Ring).
-  LaidSound touch(const ContactState& contact, const SampleShift& shift = {});
+  /// without a pulse (see ModalExcitation).
+  ScheduledSound updateContact(const ContactState& contact, const SampleShift& shift = {});
 
   /// Returns the sound of a lasting contact that slides or rolls over bumps: the share of its first
   /// body, or of the other body, which has to be asked for after the first one's. Steps come in
   /// order of time.
-  LaidSound slide(const ContactState& contact, bool first, const SampleShift& shift = {});
+  ScheduledSound slide(const ContactState& contact, bool first, const SampleShift& shift = {});
 
   /// Rank of a lasting contact's possible loudness, for comparison with others: N s over m to the
   /// nearest listener, higher for a contact that slides already; 0 if it does not slide.
@@ -98,7 +99,7 @@ class ClickLayer {
   bool hearsTouches() const { return anyRings_ || anyTextures_; }
 
   const SoundPaths& paths() const { return *paths_; }
-  const ClickLayerCounters& counters() const { return counters_; }
+  const ContactSoundCounters& counters() const { return counters_; }
   double leadTime(double contactDuration) const;            ///< as Synth::leadTime
   double contactDuration(const ImpulseEvent& event) const;  ///< as Synth::contactDuration
 
@@ -106,7 +107,7 @@ class ClickLayer {
   struct Body {
     SoundBody sound;
     const RadiationBank::Mix* filters = nullptr;            // null: it does not click
-    const RingLayer::Source* rings = nullptr;               // null: it does not ring
+    const ModalExciter::Source* rings = nullptr;            // null: it does not ring
     std::shared_ptr<const SurfaceTexture> rough = nullptr;  // made of its roughness when it slides
   };
   /// The pulse of a contact that loses energy.
@@ -170,7 +171,7 @@ class ClickLayer {
   double restitutionOf(const ImpulseEvent& event) const;
   const Pulse& pulseOf(const ImpulseEvent& event) const;
   const Lossy& lossyOf(const ImpulseEvent& event) const;
-  LaidSound layImpulse(const ImpulseEvent& event, const SampleShift& shift);
+  ScheduledSound layImpulse(const ImpulseEvent& event, const SampleShift& shift);
   Contact contactOf(const ImpulseEvent& event, const Body& body, double duration,
                     const SampleShift& shift);
   bool layContact(const Contact& contact);
@@ -198,7 +199,7 @@ class ClickLayer {
   static const TextureCoordinates* coordinatesOf(const Body& body);
   static double ballRadius(const Body& body);
   static double contactRadius(const ContactState& contact, const Body& body, const Body& other);
-  LaidSound soundOf() const;
+  ScheduledSound soundOf() const;
   static HertzContact hertzOf(const ContactState& contact, const Body& body, const Body& other);
   bool touchOne(const ContactState& contact, bool first, std::int64_t sample);
   void layRing(const Contact& contact, const Way& way, const Place& place);
@@ -211,13 +212,13 @@ class ClickLayer {
   std::vector<PoseTrack> tracks_;  // one per listener
   std::vector<bool> hasMoved_;     // one per listener: a pose has come
   std::unordered_map<BodyId, Body> bodies_;
-  ClickLayerCounters counters_;
+  ContactSoundCounters counters_;
   RadiationBank filters_;
-  RingLayer rings_;
+  ModalExciter rings_;
   mutable std::unordered_map<double, Lossy> lossy_;  // by restitution, made when first needed
   std::vector<Click> laid_;                          // clicks of the current event
   std::vector<SphereWeights> laidEars_;              // directions of laid_, if there is a head
-  std::vector<Ring> dampings_;                       // changes by the current lasting contact
+  std::vector<ModalExcitation> dampings_;            // changes by the current lasting contact
   std::vector<double> dampingTaps_;                  // taps of dampings_
   std::map<std::pair<BodyId, BodyId>, Sliding> sliding_;
   Sliding* slidingNow_ = nullptr;  // the pair of the current step

@@ -14,7 +14,7 @@
 #include "audio/model/surface_locator.h"
 #include "audio/propagation/sound_paths.h"
 #include "audio/synthesis/click.h"
-#include "audio/synthesis/ring.h"
+#include "audio/synthesis/modal_excitation.h"
 #include "carom/audio/impulse_event.h"
 #include "carom/audio/sound_body.h"
 
@@ -47,12 +47,12 @@ struct RingWay {
 /// frequencies, and that two bodies exchange their vibration.
 ///
 /// [one thread]
-class RingLayer {
+class ModalExciter {
  public:
-  explicit RingLayer(std::shared_ptr<const SoundPaths> paths);
+  explicit ModalExciter(std::shared_ptr<const SoundPaths> paths);
 
   /// A body's model at the sample rate of the paths, and the surface where it can be hit. Lives as
-  /// long as the RingLayer.
+  /// long as the ModalExciter.
   struct Source {
     explicit Source(const ResonatorSet& modes);
     const ResonatorSet* resonators;
@@ -94,7 +94,7 @@ class RingLayer {
   /// Upper bound in Pa of the rings so far, for a train of impulses (N s): as if all of them came
   /// at a mode's crests.
   double peak(std::span<const PulseNode> train) const;
-  std::span<const Ring> rings() const { return rings_; }
+  std::span<const ModalExcitation> rings() const { return rings_; }
   std::span<const double> taps() const { return taps_; }
 
  private:
@@ -122,7 +122,7 @@ class RingLayer {
   std::vector<double> excitation_;                // N s / sqrt(kg), one for each mode
   std::vector<std::complex<double>> amplitudes_;  // Pa, of the current ring
   std::vector<double> loudest_;                   // Pa, of each mode over all rings
-  std::vector<Ring> rings_;
+  std::vector<ModalExcitation> rings_;
   std::vector<double> taps_;
 };
 

@@ -1,4 +1,4 @@
-#include "audio/synthesis/click_player.h"
+#include "audio/synthesis/click_renderer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,7 @@
 #include "tests/support/no_alloc_scope.h"
 #include "tests/support/random.h"
 
-// Tests of ClickPlayer with a capacity, as it runs on an audio thread. Without a capacity it is
+// Tests of ClickRenderer with a capacity, as it runs on an audio thread. Without a capacity it is
 // half of Synth, whose tests cover it.
 
 namespace carom {
@@ -63,8 +63,8 @@ SynthSettings roomSettings() {
 /// The two halves of a synth, of which the player has a capacity.
 struct Stage {
   std::shared_ptr<const SoundPaths> paths;
-  ClickLayer layer;
-  ClickPlayer player;
+  ContactSoundScheduler layer;
+  ClickRenderer player;
 
   explicit Stage(const SynthSettings& settings, const PlayerCapacity& capacity = {})
       : paths(*makeSoundPaths(settings, pair())), layer(paths), player(paths, capacity) {
@@ -129,7 +129,7 @@ TEST(ClickPlayerWithACapacity, AllocatesNothingOnceItIsMade) {
     Stage stage(settings, {.voices = 50, .buses = 200});
     std::vector<std::pair<double, std::vector<Click>>> laid;
     for (const ImpulseEvent& event : someEvents(300)) {
-      const LaidSound sound = stage.layer.lay(event);
+      const ScheduledSound sound = stage.layer.lay(event);
       laid.emplace_back(sound.peak, std::vector<Click>(sound.clicks.begin(), sound.clicks.end()));
     }
     Planes planes(2, std::vector<double>(64));

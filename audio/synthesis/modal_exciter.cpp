@@ -1,4 +1,4 @@
-#include "audio/synthesis/ring_layer.h"
+#include "audio/synthesis/modal_exciter.h"
 
 #include <algorithm>
 #include <cassert>
@@ -36,7 +36,7 @@ Vec3 normalAt(const SurfaceMesh& surface, const SurfacePoint& point) {
 }
 
 /// Returns what a contact adds to the decay rate (1/s) of each mode.
-std::vector<double> ratesOf(const RingLayer::Touch& touch, const RingLayer::Source& source,
+std::vector<double> ratesOf(const ModalExciter::Touch& touch, const ModalExciter::Source& source,
                             double loss) {
   const ResonatorSet& set = *source.resonators;
   const SurfacePoint point = source.locator.nearest(touch.point);
@@ -62,16 +62,16 @@ Complex earResponse(std::span<const double> response, double w) {
 
 }  // namespace
 
-RingLayer::Source::Source(const ResonatorSet& modes)
+ModalExciter::Source::Source(const ResonatorSet& modes)
     : resonators(&modes),
       locator(modes.model->surface),
       radius(enclosingRadius(modes.model->surface, modes.model->centreOfMass)) {}
 
-RingLayer::RingLayer(std::shared_ptr<const SoundPaths> paths) : paths_(std::move(paths)) {
+ModalExciter::ModalExciter(std::shared_ptr<const SoundPaths> paths) : paths_(std::move(paths)) {
   if (paths_->hasHeads) response_.resize(paths_->longestResponse);
 }
 
-const RingLayer::Source& RingLayer::sourceOf(const std::shared_ptr<const ModalModel>& model) {
+const ModalExciter::Source& ModalExciter::sourceOf(const std::shared_ptr<const ModalModel>& model) {
   std::unique_ptr<Source>& source = sources_[model.get()];
   if (source != nullptr) return *source;
   const SynthSettings& settings = paths_->settings;
@@ -91,7 +91,7 @@ const RingLayer::Source& RingLayer::sourceOf(const std::shared_ptr<const ModalMo
   return *source;
 }
 
-bool RingLayer::strike(const ImpulseEvent& event, const SoundBody& body, const Source& source) {
+bool ModalExciter::strike(const ImpulseEvent& event, const SoundBody& body, const Source& source) {
   const ModalModel& model = *source.resonators->model;
   body_ = event.body;
   source_ = &source;
@@ -116,7 +116,7 @@ bool RingLayer::strike(const ImpulseEvent& event, const SoundBody& body, const S
   return any;
 }
 
-void RingLayer::lay(const Click& drive, const RingWay& way) {
+void ModalExciter::lay(const Click& drive, const RingWay& way) {
   const ResonatorSet& set = *source_->resonators;
   // A receiver within the sphere around the body is put onto it; one in its very middle, on top.
   const bool isCentre = way.toReceiver.isZero(0.0);
@@ -140,7 +140,7 @@ void RingLayer::lay(const Click& drive, const RingWay& way) {
   layAmplitudes(drive);
 }
 
-void RingLayer::laySend(const Click& drive) {
+void ModalExciter::laySend(const Click& drive) {
   amplitudes_.resize(source_->resonators->modes);
   meanTransfers(*source_->resonators->model, paths_->settings.modalRadiation,
                 paths_->settings.medium, amplitudes_);
@@ -152,10 +152,10 @@ void RingLayer::laySend(const Click& drive) {
 /// After a unit impulse at time 0, q'' = delta(t) e + Re(-i s^2 e / w exp(s t)), where s is the
 /// pole, w its imaginary part and e the excitation. Each resonator is the second term's samples;
 /// the first, which keeps q'' still where the pulse is much longer than the period, is in the rest.
-void RingLayer::layAmplitudes(const Click& drive) {
+void ModalExciter::layAmplitudes(const Click& drive) {
   const ResonatorSet& set = *source_->resonators;
   const double rate = paths_->settings.sampleRate;
-  Ring ring;
+  ModalExcitation ring;
   ring.drive = drive;
   ring.drive.first -= static_cast<std::int64_t>(kRestReach);
   ring.drive.track.start += static_cast<double>(kRestReach);
@@ -181,7 +181,7 @@ void RingLayer::layAmplitudes(const Click& drive) {
   rings_.push_back(ring);
 }
 
-bool RingLayer::touch(const Touch& touch, const Source& source, std::int64_t first) {
+bool ModalExciter::touch(const Touch& touch, const Source& source, std::int64_t first) {
   rings_.clear();
   taps_.clear();
   const std::pair key(touch.body, touch.other);
@@ -201,14 +201,14 @@ bool RingLayer::touch(const Touch& touch, const Source& source, std::int64_t fir
   return true;
 }
 
-void RingLayer::forgetTouches(BodyId body) {
+void ModalExciter::forgetTouches(BodyId body) {
   std::erase_if(touching_, [body](const auto& entry) {
     return entry.first.first == body || entry.first.second == body;
   });
 }
 
-void RingLayer::layDamping(BodyId body, const ResonatorSet& set, std::int64_t first) {
-  Ring ring;
+void ModalExciter::layDamping(BodyId body, const ResonatorSet& set, std::int64_t first) {
+  ModalExcitation ring;
   ring.drive.first = first;
   ring.body = body;
   ring.resonators = &set;
@@ -229,7 +229,7 @@ void RingLayer::layDamping(BodyId body, const ResonatorSet& set, std::int64_t fi
   rings_.push_back(ring);
 }
 
-double RingLayer::peak(const Pulse& pulse, double duration) {
+double ModalExciter::peak(const Pulse& pulse, double duration) {
   const PulseSpectrum& spectrum = spectra_.try_emplace(&pulse, pulse).first->second;
   double sum = 0.0;
   for (std::size_t mode = 0; mode < loudest_.size(); ++mode)
@@ -237,7 +237,7 @@ double RingLayer::peak(const Pulse& pulse, double duration) {
   return sum;
 }
 
-double RingLayer::peak(std::span<const PulseNode> train) const {
+double ModalExciter::peak(std::span<const PulseNode> train) const {
   double impulses = 0.0;
   for (const PulseNode& node : train)
     impulses += std::abs(node.weight);

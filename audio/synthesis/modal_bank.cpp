@@ -1,4 +1,4 @@
-#include "audio/synthesis/ring_player.h"
+#include "audio/synthesis/modal_bank.h"
 
 #include <algorithm>
 #include <cassert>
@@ -20,10 +20,10 @@ constexpr double kInaudible = 1e-3;
 constexpr double kInaudibleRing = 1e-15;
 
 std::int64_t gridFrom(std::int64_t sample) {
-  const std::int64_t past = sample & (RingPlayer::kGrid - 1);
-  return past == 0 ? sample : sample + RingPlayer::kGrid - past;
+  const std::int64_t past = sample & (ModalBank::kGrid - 1);
+  return past == 0 ? sample : sample + ModalBank::kGrid - past;
 }
-static_assert((RingPlayer::kGrid & (RingPlayer::kGrid - 1)) == 0);
+static_assert((ModalBank::kGrid & (ModalBank::kGrid - 1)) == 0);
 
 /// Adds the drive through the taps; it has as many zeros at its ends as they reach.
 void addRest(const RestTaps<double>& rest, std::span<const double> x, std::span<double> out) {
@@ -37,8 +37,7 @@ void addRest(const RestTaps<double>& rest, std::span<const double> x, std::span<
 
 }  // namespace
 
-RingPlayer::RingPlayer(std::shared_ptr<const SoundPaths> paths,
-                       std::optional<RingCapacity> capacity)
+ModalBank::ModalBank(std::shared_ptr<const SoundPaths> paths, std::optional<RingCapacity> capacity)
     : paths_(std::move(paths)),
       capacity_(capacity),
       sampler_(paths_->settings.sampling, fastestKernels()),
@@ -48,7 +47,7 @@ RingPlayer::RingPlayer(std::shared_ptr<const SoundPaths> paths,
 }
 
 /// Allocates all the memory that a player with a capacity ever has.
-void RingPlayer::makeRoom() {
+void ModalBank::makeRoom() {
   const Pulse& pulse = Pulse::of(paths_->settings.pulse);
   const double longest =
       (pulse.end() - pulse.begin()) * capacity_->longestContact * paths_->settings.sampleRate;
@@ -77,22 +76,22 @@ void RingPlayer::makeRoom() {
   waiting_.reserve(slots_.size());
 }
 
-void RingPlayer::add(std::span<const Ring> rings, std::span<const double> taps,
-                     std::span<const PulseNode> train) {
-  const auto first = std::ranges::min_element(rings, {}, [](const Ring& ring) {
+void ModalBank::add(std::span<const ModalExcitation> rings, std::span<const double> taps,
+                    std::span<const PulseNode> train) {
+  const auto first = std::ranges::min_element(rings, {}, [](const ModalExcitation& ring) {
                        return ring.drive.first;
                      })->drive.first;
   if (first < position_ && !rings.front().isDamping()) ++counters_.late;
   const std::int64_t delay = capacity_ ? std::max<std::int64_t>(0, position_ - first) : 0;
-  for (const Ring& ring : rings) {
-    Ring later = ring;
+  for (const ModalExcitation& ring : rings) {
+    ModalExcitation later = ring;
     later.drive.first += delay;
     if (!train.empty()) later.drive.nodes = train;
     addOne(later, taps.subspan(ring.taps, 2 * ring.count));
   }
 }
 
-void RingPlayer::addOne(Ring ring, std::span<const double> taps) {
+void ModalBank::addOne(ModalExcitation ring, std::span<const double> taps) {
   if (capacity_ && ring.drive.samples > mostSamples_) {
     ++counters_.tooLong;
     return;
@@ -100,7 +99,7 @@ void RingPlayer::addOne(Ring ring, std::span<const double> taps) {
   const std::uint32_t bank = ring.isDamping() ? kNone : bankOf(ring);
   const std::uint32_t slot = bank == kNone && !ring.isDamping() ? kNone : freeSlot();
   if (slot == kNone) {
-    ++counters_.noBank;
+    ++counters_.modalVoicesExhausted;
     return;
   }
   const std::size_t count = countOf(ring);
@@ -116,19 +115,19 @@ void RingPlayer::addOne(Ring ring, std::span<const double> taps) {
   waiting_.push({ring.drive.first, ring.drive.track.start, slot}, position_);
 }
 
-std::size_t RingPlayer::countOf(const Ring& ring) const {
+std::size_t ModalBank::countOf(const ModalExcitation& ring) const {
   if (!capacity_) return ring.count;
   constexpr std::size_t kWidth = ResonatorKernels::kWidth;
   return std::min(ring.count, (capacity_->modes + kWidth - 1) / kWidth * kWidth);
 }
 
 /// Returns the samples that a drive may need from the clock on, in any of the buffers.
-std::size_t RingPlayer::roomOf(const Click& drive) const {
+std::size_t ModalBank::roomOf(const Click& drive) const {
   return drive.samples + static_cast<std::size_t>(2 * kGrid) + ClickBus::kMaxFrames +
          2 * ClickKernels::kRoom;
 }
 
-void RingPlayer::reserve(const Click& drive, std::size_t count) {
+void ModalBank::reserve(const Click& drive, std::size_t count) {
   const auto atLeast = [](std::vector<double>& values, std::size_t size) {
     if (values.size() < size) values.resize(2 * size);
   };
@@ -142,7 +141,7 @@ void RingPlayer::reserve(const Click& drive, std::size_t count) {
 }
 
 /// Returns the bank of the ring's body and channel, or a new one; kNone if there may be no more.
-std::uint32_t RingPlayer::bankOf(const Ring& ring) {
+std::uint32_t ModalBank::bankOf(const ModalExcitation& ring) {
   const auto keyOf = [this](std::uint32_t bank) {
     return std::tuple(banks_[bank].body, banks_[bank].channel, banks_[bank].resonators->order);
   };
@@ -166,7 +165,7 @@ std::uint32_t RingPlayer::bankOf(const Ring& ring) {
   return index;
 }
 
-std::uint32_t RingPlayer::freeBank() {
+std::uint32_t ModalBank::freeBank() {
   if (!freeBanks_.empty()) {
     const std::uint32_t bank = freeBanks_.back();
     freeBanks_.pop_back();
@@ -178,7 +177,7 @@ std::uint32_t RingPlayer::freeBank() {
   return static_cast<std::uint32_t>(banks_.size() - 1);
 }
 
-std::uint32_t RingPlayer::freeSlot() {
+std::uint32_t ModalBank::freeSlot() {
   if (!freeSlots_.empty()) {
     const std::uint32_t slot = freeSlots_.back();
     freeSlots_.pop_back();
@@ -193,11 +192,11 @@ std::uint32_t RingPlayer::freeSlot() {
 }
 
 /// A total order by content, so that the order of two calls of `add` can never be heard.
-bool RingPlayer::isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b) const {
+bool ModalBank::isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b) const {
   if (a.first != b.first) return a.first < b.first;
   if (a.start != b.start) return a.start < b.start;
   const auto contentOf = [this](std::uint32_t slot) {
-    const Ring& ring = slots_[slot].ring;
+    const ModalExcitation& ring = slots_[slot].ring;
     const ClickTrack& track = ring.drive.track;
     return std::tuple(ring.isDamping(), ring.body, ring.drive.channel, ring.drive.chain,
                       track.length, track.bend, ring.rest);
@@ -209,7 +208,7 @@ bool RingPlayer::isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& 
   return std::ranges::lexicographical_compare(tapsOf(a.slot), tapsOf(b.slot));
 }
 
-void RingPlayer::mix(const Mix& mix) noexcept {
+void ModalBank::mix(const Mix& mix) noexcept {
   const std::int64_t end = position_ + static_cast<std::int64_t>(mix.frames);
   const std::int64_t begin = position_;
   beginUntil(end);
@@ -226,7 +225,7 @@ void RingPlayer::mix(const Mix& mix) noexcept {
   addAhead(mix);
 }
 
-void RingPlayer::beginUntil(std::int64_t end) noexcept {
+void ModalBank::beginUntil(std::int64_t end) noexcept {
   const std::span<ClickQueue::Entry> due = waiting_.takeUntil(position_, end);
   std::ranges::sort(due, [this](const auto& a, const auto& b) { return isEarlier(a, b); });
   for (const ClickQueue::Entry& entry : due) {
@@ -237,12 +236,12 @@ void RingPlayer::beginUntil(std::int64_t end) noexcept {
   }
 }
 
-void RingPlayer::joinLater(std::int64_t joins, std::uint32_t slot) noexcept {
+void ModalBank::joinLater(std::int64_t joins, std::uint32_t slot) noexcept {
   driven_.insert(std::ranges::upper_bound(driven_, joins, {}, &Driven::joins), {joins, slot});
 }
 
 /// Puts a damping in force from now on, in place of the one before of the same body.
-void RingPlayer::damp(std::uint32_t slot) noexcept {
+void ModalBank::damp(std::uint32_t slot) noexcept {
   const Waiting& waiting = slots_[slot];
   const auto before = std::ranges::find_if(
       dampings_, [&](std::uint32_t other) { return slots_[other].ring.body == waiting.ring.body; });
@@ -264,7 +263,7 @@ void RingPlayer::damp(std::uint32_t slot) noexcept {
     dampings_.push_back(slot);
 }
 
-void RingPlayer::dampBank(Bank& bank, const Waiting& waiting) noexcept {
+void ModalBank::dampBank(Bank& bank, const Waiting& waiting) noexcept {
   if (bank.body != waiting.ring.body || bank.resonators != waiting.ring.resonators) return;
   std::copy_n(waiting.taps.begin(), 2 * bank.count, bank.damped.begin());
   bank.isDamped = true;
@@ -272,9 +271,9 @@ void RingPlayer::dampBank(Bank& bank, const Waiting& waiting) noexcept {
 
 /// Drives a ring's own resonators over its pulse, adds their sound to ahead_, and keeps the state
 /// that goes into the bank.
-void RingPlayer::drive(std::uint32_t slot) noexcept {
+void ModalBank::drive(std::uint32_t slot) noexcept {
   Waiting& waiting = slots_[slot];
-  const Ring& ring = waiting.ring;
+  const ModalExcitation& ring = waiting.ring;
   const Click& click = ring.drive;
   const std::size_t count = banks_[waiting.bank].count;
   const std::int64_t over = click.first + static_cast<std::int64_t>(click.samples);
@@ -306,7 +305,7 @@ void RingPlayer::drive(std::uint32_t slot) noexcept {
   joinLater(joins, slot);
 }
 
-void RingPlayer::joinAt(std::int64_t position) noexcept {
+void ModalBank::joinAt(std::int64_t position) noexcept {
   std::size_t joined = 0;
   for (; joined < driven_.size() && driven_[joined].joins <= position; ++joined) {
     const Waiting& waiting = slots_[driven_[joined].slot];
@@ -323,13 +322,13 @@ void RingPlayer::joinAt(std::int64_t position) noexcept {
   driven_.erase(driven_.begin(), driven_.begin() + static_cast<std::ptrdiff_t>(joined));
 }
 
-void RingPlayer::giveBack(std::uint32_t slot) noexcept {
+void ModalBank::giveBack(std::uint32_t slot) noexcept {
   --banks_[slots_[slot].bank].pending;
   freeSlots_.push_back(slot);
 }
 
 /// Silences resonators that are no longer heard, and frees the banks where none is left.
-void RingPlayer::retire() noexcept {
+void ModalBank::retire() noexcept {
   const auto isOver = [this](std::uint32_t index) {
     Bank& bank = banks_[index];
     if (bank.active > 0) {
@@ -346,19 +345,19 @@ void RingPlayer::retire() noexcept {
 }
 
 /// True if the kWidth resonators from `first` on are silent.
-bool RingPlayer::isZero(const Bank& bank, std::size_t first) const noexcept {
+bool ModalBank::isZero(const Bank& bank, std::size_t first) const noexcept {
   for (std::size_t i = first; i < first + ResonatorKernels::kWidth; ++i)
     if (bank.y[i] != 0.0 || bank.y[bank.count + i] != 0.0) return false;
   return true;
 }
 
-Resonators RingPlayer::resonatorsOf(Bank& bank) const noexcept {
+Resonators ModalBank::resonatorsOf(Bank& bank) const noexcept {
   const double* a1 = bank.isDamped ? bank.damped.data() : bank.resonators->a1.data();
   const double* a2 = bank.isDamped ? bank.damped.data() + bank.count : bank.resonators->a2.data();
   return {a1, a2, bank.y.data(), bank.y.data() + bank.count, bank.active};
 }
 
-void RingPlayer::ringFreely(const Mix& mix, std::size_t from, std::size_t frames) noexcept {
+void ModalBank::ringFreely(const Mix& mix, std::size_t from, std::size_t frames) noexcept {
   for (const std::uint32_t index : order_) {
     Bank& bank = banks_[index];
     if (bank.active == 0) continue;
@@ -368,7 +367,7 @@ void RingPlayer::ringFreely(const Mix& mix, std::size_t from, std::size_t frames
   }
 }
 
-void RingPlayer::addAhead(const Mix& mix) noexcept {
+void ModalBank::addAhead(const Mix& mix) noexcept {
   if (aheadEnd_ == 0) return;
   const std::size_t now = std::min(mix.frames, aheadEnd_);
   for (std::size_t channel = 0; channel < ahead_.size(); ++channel) {
@@ -383,14 +382,14 @@ void RingPlayer::addAhead(const Mix& mix) noexcept {
   aheadEnd_ -= now;
 }
 
-std::size_t RingPlayer::resonatorsInUse() const {
+std::size_t ModalBank::resonatorsInUse() const {
   std::size_t sum = 0;
   for (const std::uint32_t index : order_)
     sum += banks_[index].active;
   return sum;
 }
 
-void RingPlayer::seek(std::int64_t position) {
+void ModalBank::seek(std::int64_t position) {
   position_ = position;
   waiting_.clear();
   slots_.clear();

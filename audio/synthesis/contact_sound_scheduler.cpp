@@ -1,4 +1,4 @@
-#include "audio/synthesis/click_layer.h"
+#include "audio/synthesis/contact_sound_scheduler.h"
 
 #include <algorithm>
 #include <cmath>
@@ -37,14 +37,14 @@ constexpr double kTailPeaks = 4.0;
 constexpr double kMostFriction = 2.0;
 /// s: a longer step does not tell how its contact moved.
 constexpr double kLongestStep = 1.0;
-/// Factor in ClickLayer::slideRank for a contact that slides already: it is not given up for one
-/// that is hardly louder.
+/// Factor in ContactSoundScheduler::slideRank for a contact that slides already: it is not given up
+/// for one that is hardly louder.
 constexpr double kSlidesOn = 2.0;
-/// m: least distance to a listener in ClickLayer::slideRank.
+/// m: least distance to a listener in ContactSoundScheduler::slideRank.
 constexpr double kNearest = 0.1;
 /// s: time in which a slide fades in.
 constexpr double kFadingIn = 1e-3;
-/// Time constant (s) and largest offset (m) of the contact point in ClickLayer::follow.
+/// Time constant (s) and largest offset (m) of the contact point in ContactSoundScheduler::follow.
 constexpr double kTurning = 0.03;
 constexpr double kFarthestOffset = 1.0;
 /// Energy that rolling loses, over load times path, where the mechanics knows of no loss.
@@ -146,7 +146,7 @@ struct Parabola {
 
 }  // namespace
 
-ClickLayer::ClickLayer(std::shared_ptr<const SoundPaths> paths)
+ContactSoundScheduler::ContactSoundScheduler(std::shared_ptr<const SoundPaths> paths)
     : paths_(std::move(paths)),
       settings_(paths_->settings),
       hasMoved_(paths_->listeners.size(), false),
@@ -157,7 +157,7 @@ ClickLayer::ClickLayer(std::shared_ptr<const SoundPaths> paths)
     tracks_.emplace_back(ListenerPose{0.0, listener.position, listener.orientation});
 }
 
-void ClickLayer::restartListeners() {
+void ContactSoundScheduler::restartListeners() {
   for (std::size_t index = 0; index < tracks_.size(); ++index) {
     const Listener& listener = paths_->listeners[index];
     tracks_[index].restart({0.0, listener.position, listener.orientation});
@@ -165,7 +165,7 @@ void ClickLayer::restartListeners() {
   hasMoved_.assign(tracks_.size(), false);
 }
 
-Status ClickLayer::setBody(BodyId id, const SoundBody& body) {
+Status ContactSoundScheduler::setBody(BodyId id, const SoundBody& body) {
   const auto refuse = [id](const std::string& why) {
     return Error{"sound body " + std::to_string(id) + ": " + why};
   };
@@ -184,14 +184,14 @@ Status ClickLayer::setBody(BodyId id, const SoundBody& body) {
 }
 
 /// Returns the radiation filters for a radius (m); the compact model has one for all radii.
-const RadiationBank::Mix& ClickLayer::filtersOf(double radius) {
+const RadiationBank::Mix& ContactSoundScheduler::filtersOf(double radius) {
   if (settings_.radiation == Radiation::compact)
     return filters_.mixOf(std::numeric_limits<double>::infinity());
   return filters_.mixOf(settings_.medium.speedOfSound /
                         (std::min(radius, kLargestFilteredRadius) * settings_.sampleRate));
 }
 
-Status ClickLayer::moveListener(std::size_t listener, const ListenerPose& pose) {
+Status ContactSoundScheduler::moveListener(std::size_t listener, const ListenerPose& pose) {
   if (listener >= tracks_.size()) return noListener(listener);
   PoseTrack& track = tracks_[listener];
   const bool accepted = hasMoved_[listener] ? track.append(pose) : track.restart(pose);
@@ -204,7 +204,7 @@ Status ClickLayer::moveListener(std::size_t listener, const ListenerPose& pose) 
   return std::monostate{};
 }
 
-Status ClickLayer::placeListener(std::size_t listener, const ListenerPose& pose) {
+Status ContactSoundScheduler::placeListener(std::size_t listener, const ListenerPose& pose) {
   if (listener >= tracks_.size()) return noListener(listener);
   if (!tracks_[listener].restart(pose))
     return Error{"synth: pose of listener " + std::to_string(listener) +
@@ -213,33 +213,34 @@ Status ClickLayer::placeListener(std::size_t listener, const ListenerPose& pose)
   return std::monostate{};
 }
 
-Error ClickLayer::noListener(std::size_t listener) const {
+Error ContactSoundScheduler::noListener(std::size_t listener) const {
   return Error{"synth: there is no listener " + std::to_string(listener) + "; there are " +
                std::to_string(tracks_.size())};
 }
 
-const ClickLayer::Body* ClickLayer::findBody(BodyId id) const {
+const ContactSoundScheduler::Body* ContactSoundScheduler::findBody(BodyId id) const {
   const auto entry = bodies_.find(id);
   return entry == bodies_.end() ? nullptr : &entry->second;
 }
 
-ClickLayer::Body* ClickLayer::findBody(BodyId id) {
+ContactSoundScheduler::Body* ContactSoundScheduler::findBody(BodyId id) {
   const auto entry = bodies_.find(id);
   return entry == bodies_.end() ? nullptr : &entry->second;
 }
 
-double ClickLayer::restitutionOf(const ImpulseEvent& event) const {
+double ContactSoundScheduler::restitutionOf(const ImpulseEvent& event) const {
   const double bounce = event.impulse.norm() / (event.effectiveMass * event.approachSpeed) - 1.0;
   return std::clamp(bounce, kLowestRestitution, 1.0);
 }
 
-const Pulse& ClickLayer::pulseOf(const ImpulseEvent& event) const {
+const Pulse& ContactSoundScheduler::pulseOf(const ImpulseEvent& event) const {
   return settings_.dissipative ? lossyOf(event).pulse : Pulse::of(settings_.pulse);
 }
 
 /// Returns the dissipative pulse of the event's restitution, made once for each; beyond
 /// kMostRestitutions, the one of the nearest of a few.
-const ClickLayer::Lossy& ClickLayer::lossyOf(const ImpulseEvent& event) const {
+const ContactSoundScheduler::Lossy& ContactSoundScheduler::lossyOf(
+    const ImpulseEvent& event) const {
   double restitution = restitutionOf(event);
   if (lossy_.size() >= kMostRestitutions && !lossy_.contains(restitution))
     restitution = std::round(restitution * kFewRestitutions) / kFewRestitutions;
@@ -248,7 +249,7 @@ const ClickLayer::Lossy& ClickLayer::lossyOf(const ImpulseEvent& event) const {
   return lossy_.emplace(restitution, std::move(made)).first->second;
 }
 
-double ClickLayer::contactDuration(const ImpulseEvent& event) const {
+double ContactSoundScheduler::contactDuration(const ImpulseEvent& event) const {
   const Body* body = findBody(event.body);
   const Body* other = findBody(event.other);
   if (body == nullptr || other == nullptr || !isContact(event)) return 0.0;
@@ -257,14 +258,14 @@ double ClickLayer::contactDuration(const ImpulseEvent& event) const {
   return settings_.dissipative ? elastic * lossyOf(event).stretch : elastic;
 }
 
-double ClickLayer::leadTime(double contactDuration) const {
+double ContactSoundScheduler::leadTime(double contactDuration) const {
   const double pulse = -Pulse::of(settings_.pulse).begin() * contactDuration;
   // The 2 stands for the whole samples that the pulse falls between.
   const auto filter = static_cast<double>(kReach - RadiationFilter::kFirstTap + 2);
   return pulse + filter / settings_.sampleRate + paths_->earliestEar;
 }
 
-LaidSound ClickLayer::lay(const ImpulseEvent& event, const SampleShift& shift) {
+ScheduledSound ContactSoundScheduler::lay(const ImpulseEvent& event, const SampleShift& shift) {
   if (settings_.impulse != ImpulseChoice::applied || !event.hasAppliedImpulse)
     return layImpulse(event, shift);
   ImpulseEvent applied = event;
@@ -272,7 +273,8 @@ LaidSound ClickLayer::lay(const ImpulseEvent& event, const SampleShift& shift) {
   return layImpulse(applied, shift);
 }
 
-LaidSound ClickLayer::layImpulse(const ImpulseEvent& event, const SampleShift& shift) {
+ScheduledSound ContactSoundScheduler::layImpulse(const ImpulseEvent& event,
+                                                 const SampleShift& shift) {
   const double duration = isFinite(event) ? contactDuration(event) : 0.0;
   if (!isPositive(duration)) {
     ++counters_.rejected;
@@ -292,15 +294,15 @@ LaidSound ClickLayer::layImpulse(const ImpulseEvent& event, const SampleShift& s
   ++counters_.events;
   if (settings_.sampling == Sampling::naive && duration * settings_.sampleRate < kWellSampled)
     ++counters_.undersampled;
-  const LaidSound sound = soundOf();
+  const ScheduledSound sound = soundOf();
   if (!sound.rings.empty()) ++counters_.rings;
   if (sound.clicks.empty() && sound.rings.empty()) ++counters_.inaudible;
   return sound;
 }
 
 /// Returns the clicks and the rings laid last, each only if they can be heard.
-LaidSound ClickLayer::soundOf() const {
-  LaidSound sound;
+ScheduledSound ContactSoundScheduler::soundOf() const {
+  ScheduledSound sound;
   if (peak_ > 0.0 && peak_ >= settings_.audibleThreshold) {
     sound.peak = peak_;
     sound.clicks = laid_;
@@ -313,8 +315,9 @@ LaidSound ClickLayer::soundOf() const {
   return sound;
 }
 
-ClickLayer::Contact ClickLayer::contactOf(const ImpulseEvent& event, const Body& body,
-                                          double duration, const SampleShift& shift) {
+ContactSoundScheduler::Contact ContactSoundScheduler::contactOf(const ImpulseEvent& event,
+                                                                const Body& body, double duration,
+                                                                const SampleShift& shift) {
   Contact contact{.time = event.time,
                   .duration = duration,
                   .strike = makeStrike(event, body.sound, settings_.medium),
@@ -335,7 +338,7 @@ ClickLayer::Contact ClickLayer::contactOf(const ImpulseEvent& event, const Body&
 
 /// Lays the clicks and rings of a contact for all channels and paths; false if its numbers are so
 /// large that a click cannot be placed on the clock.
-bool ClickLayer::layContact(const Contact& contact) {
+bool ContactSoundScheduler::layContact(const Contact& contact) {
   laid_.clear();
   laidEars_.clear();
   peak_ = ringPeak_ = 0.0;
@@ -362,7 +365,7 @@ bool ClickLayer::layContact(const Contact& contact) {
 
 /// Lays what is sent into the reverberation: the mean over all directions, at 1 m, without the near
 /// field, which carries no power. False as for layContact.
-bool ClickLayer::laySend(const Contact& contact) {
+bool ContactSoundScheduler::laySend(const Contact& contact) {
   Way send;
   for (std::size_t part = 0; part < send.gains.size(); ++part)
     send.gains[part] = dipoleAt(contact, part).norm() / std::numbers::sqrt3;
@@ -378,14 +381,14 @@ bool ClickLayer::laySend(const Contact& contact) {
 }
 
 /// Dipole at the begin, middle or end of the contact, for `part` 0, 1 or 2.
-Vec3 ClickLayer::dipoleAt(const Contact& contact, std::size_t part) {
+Vec3 ContactSoundScheduler::dipoleAt(const Contact& contact, std::size_t part) {
   const double share = 0.5 * static_cast<double>(part);
   return contact.dipoleBefore + share * (contact.strike.dipole - contact.dipoleBefore);
 }
 
 /// Finds delays and gains of a contact's sound over one path; false if a wall blocks the path.
-bool ClickLayer::findWay(const Contact& contact, const SoundPaths::Channel& channel,
-                         const Image* image, Way& way) const {
+bool ContactSoundScheduler::findWay(const Contact& contact, const SoundPaths::Channel& channel,
+                                    const Image* image, Way& way) const {
   const Strike& strike = contact.strike;
   const Vec3 velocity = image != nullptr ? image->vector(strike.velocity) : strike.velocity;
   const Vec3 from = image != nullptr ? image->position(strike.position) : strike.position;
@@ -436,8 +439,8 @@ bool ClickLayer::findWay(const Contact& contact, const SoundPaths::Channel& chan
 
 /// Returns how the wave that leaves `from` at `time` arrives. For a listener at rest nothing has to
 /// be solved.
-Arrival ClickLayer::arrivalAt(const SoundPaths::Channel& channel, double time,
-                              const Vec3& from) const {
+Arrival ContactSoundScheduler::arrivalAt(const SoundPaths::Channel& channel, double time,
+                                         const Vec3& from) const {
   if (hasMoved_[channel.listener]) {
     return arrivalOf(tracks_[channel.listener], {.time = time, .position = from},
                      settings_.medium.speedOfSound, channel.receiver.offset);
@@ -452,7 +455,7 @@ Arrival ClickLayer::arrivalAt(const SoundPaths::Channel& channel, double time,
 
 /// Upper bound (Pa) of a click, from the pulse's slope, what the band holds of it, and what a body
 /// of that size lets through (its response's total variation is 1.35 c/a).
-double ClickLayer::boundOf(const Contact& contact, const Way& way) const {
+double ContactSoundScheduler::boundOf(const Contact& contact, const Way& way) const {
   const double rate = settings_.sampleRate;
   const bool naive = settings_.sampling == Sampling::naive;
   const double inBand = std::numbers::pi * (naive ? 1e6 : 0.5);
@@ -475,7 +478,7 @@ double ClickLayer::boundOf(const Contact& contact, const Way& way) const {
 
 /// Peak of the reverberation's tail over that of the sound sent into it: the diffuse field's level
 /// (Reverb) for a click that is at its peak while it lasts, times the field's peaks over its level.
-double ClickLayer::tailOver(const Contact& contact) const {
+double ContactSoundScheduler::tailOver(const Contact& contact) const {
   const ReverbSettings& reverb = *settings_.reverb;
   const double lasting =
       (contact.pulse->end() - contact.pulse->begin()) * contact.duration +
@@ -486,7 +489,7 @@ double ClickLayer::tailOver(const Contact& contact) const {
 }
 
 /// True if the clock can represent the contact's times, and its loudness is finite.
-bool ClickLayer::isPlaceable(const Contact& contact, const Way& way) const {
+bool ContactSoundScheduler::isPlaceable(const Contact& contact, const Way& way) const {
   const double rate = settings_.sampleRate;
   const double extent = std::abs(contact.time) + way.delays[0] + way.delays[2] +
                         (contact.pulse->end() - contact.pulse->begin()) * contact.duration;
@@ -496,7 +499,7 @@ bool ClickLayer::isPlaceable(const Contact& contact, const Way& way) const {
   return !isFar && !isLong && std::isfinite(loudness);
 }
 
-void ClickLayer::layClick(const Contact& contact, const Way& way, const Place& place) {
+void ContactSoundScheduler::layClick(const Contact& contact, const Way& way, const Place& place) {
   const double rate = settings_.sampleRate;
   if (std::abs(way.gains[0]) + std::abs(way.gains[2]) == 0.0 && way.gains[1] == 0.0) return;
   Click click = placed(contact, way);
@@ -514,7 +517,7 @@ void ClickLayer::layClick(const Contact& contact, const Way& way, const Place& p
 }
 
 /// Returns the contact's pulse on the samples with gain 1: a click without filters.
-Click ClickLayer::ringDrive(const Contact& contact, Way way, const Place& place) const {
+Click ContactSoundScheduler::ringDrive(const Contact& contact, Way way, const Place& place) const {
   for (double& delay : way.delays)
     delay += contact.ahead / settings_.medium.speedOfSound;
   Click drive = placed(contact, way);
@@ -524,7 +527,7 @@ Click ClickLayer::ringDrive(const Contact& contact, Way way, const Place& place)
   return drive;
 }
 
-void ClickLayer::layRing(const Contact& contact, const Way& way, const Place& place) {
+void ContactSoundScheduler::layRing(const Contact& contact, const Way& way, const Place& place) {
   const SoundPaths::Channel& channel = paths_->channels[place.channel];
   RingWay ring{.toReceiver = -way.distance * way.towardsSource,
                .gain = way.receiverGain,
@@ -536,7 +539,7 @@ void ClickLayer::layRing(const Contact& contact, const Way& way, const Place& pl
   rings_.lay(ringDrive(contact, way, place), ring);
 }
 
-Click ClickLayer::placed(const Contact& contact, const Way& way) const {
+Click ContactSoundScheduler::placed(const Contact& contact, const Way& way) const {
   const double rate = settings_.sampleRate;
   Click click;
   click.pulse = contact.pulse;
@@ -568,7 +571,7 @@ Click ClickLayer::placed(const Contact& contact, const Way& way) const {
   return click;
 }
 
-void ClickLayer::removeBody(BodyId id) {
+void ContactSoundScheduler::removeBody(BodyId id) {
   bodies_.erase(id);
   rings_.forgetTouches(id);
   slidingNow_ = nullptr;
@@ -577,7 +580,8 @@ void ClickLayer::removeBody(BodyId id) {
   });
 }
 
-LaidSound ClickLayer::touch(const ContactState& contact, const SampleShift& shift) {
+ScheduledSound ContactSoundScheduler::updateContact(const ContactState& contact,
+                                                    const SampleShift& shift) {
   if (!anyRings_) return {};  // quickly, as worlds have many contacts
   dampings_.clear();
   dampingTaps_.clear();
@@ -589,12 +593,12 @@ LaidSound ClickLayer::touch(const ContactState& contact, const SampleShift& shif
   const std::int64_t sample = shifted(samplesOf(contact.time, 0.0, rate), shift).whole;
   for (const bool first : {true, false}) {
     if (!touchOne(contact, first, sample)) continue;
-    Ring damping = rings_.rings().front();
+    ModalExcitation damping = rings_.rings().front();
     damping.taps = dampingTaps_.size();
     dampings_.push_back(damping);
     dampingTaps_.insert(dampingTaps_.end(), rings_.taps().begin(), rings_.taps().end());
   }
-  LaidSound changes;
+  ScheduledSound changes;
   changes.rings = dampings_;
   changes.taps = dampingTaps_;
   return changes;
@@ -602,7 +606,7 @@ LaidSound ClickLayer::touch(const ContactState& contact, const SampleShift& shif
 
 /// Lays the change of damping of the contact's first body, or of the other one; false if nothing
 /// changes.
-bool ClickLayer::touchOne(const ContactState& contact, bool first, std::int64_t sample) {
+bool ContactSoundScheduler::touchOne(const ContactState& contact, bool first, std::int64_t sample) {
   const BodyId id = first ? contact.body : contact.other;
   const BodyId otherId = first ? contact.other : contact.body;
   const Body* body = findBody(id);
@@ -620,7 +624,7 @@ bool ClickLayer::touchOne(const ContactState& contact, bool first, std::int64_t 
 
 /// True if all numbers of the contact are finite, its step is not too long and its time is on the
 /// clock.
-bool ClickLayer::isDriven(const ContactState& contact) const {
+bool ContactSoundScheduler::isDriven(const ContactState& contact) const {
   const bool isNumber = std::isfinite(contact.time) && isPositive(contact.duration) &&
                         contact.normal.allFinite() && contact.position.allFinite() &&
                         contact.normalLoad >= 0.0 && std::isfinite(contact.normalLoad) &&
@@ -638,7 +642,8 @@ bool ClickLayer::isDriven(const ContactState& contact) const {
 
 /// Returns the pair's slide with the nodes of this step; null if the pair does not slide or cannot
 /// be heard.
-ClickLayer::Sliding* ClickLayer::advanced(const ContactState& contact, double stretch) {
+ContactSoundScheduler::Sliding* ContactSoundScheduler::advanced(const ContactState& contact,
+                                                                double stretch) {
   const std::pair key(contact.body, contact.other);
   const double loudest = steepestImpulse(contact);
   if (loudest == 0.0) {
@@ -678,7 +683,7 @@ ClickLayer::Sliding* ClickLayer::advanced(const ContactState& contact, double st
 }
 
 /// Fades in the nodes of a slide's first step, so that its force does not begin with a jump.
-void ClickLayer::fadeIn(std::vector<PulseNode>& nodes, double duration) {
+void ContactSoundScheduler::fadeIn(std::vector<PulseNode>& nodes, double duration) {
   for (PulseNode& node : nodes)
     node.weight *= std::min(1.0, node.u * duration / kFadingIn);
 }
@@ -686,7 +691,7 @@ void ClickLayer::fadeIn(std::vector<PulseNode>& nodes, double duration) {
 /// Smooths the contact points: for a body with many of them, stepped mechanics reports now one and
 /// now another. The point that is pushed moves on steadily, and approaches the reported one with
 /// the time constant kTurning.
-void ClickLayer::follow(const ContactState& contact, Sliding& sliding) {
+void ContactSoundScheduler::follow(const ContactState& contact, Sliding& sliding) {
   const double kept = std::exp(-contact.duration / kTurning);
   const auto followOne = [kept](Sliding::Side& side, const Vec3& start, const Vec3& end) {
     side.offset = side.isKnown ? Vec3(kept * (side.offset + side.end - start)) : Vec3::Zero();
@@ -699,7 +704,7 @@ void ClickLayer::follow(const ContactState& contact, Sliding& sliding) {
 }
 
 /// True if the contact point moves over a surface fast enough to sound.
-bool ClickLayer::isMoving(const ContactState& contact) {
+bool ContactSoundScheduler::isMoving(const ContactState& contact) {
   const double farthest = std::max((contact.pathEnd - contact.pathStart).squaredNorm(),
                                    (contact.otherPathEnd - contact.otherPathStart).squaredNorm());
   const double least = 0.5 * ContactDrive::kSlowest * contact.duration;
@@ -707,7 +712,8 @@ bool ClickLayer::isMoving(const ContactState& contact) {
 }
 
 /// Effective mass (kg) of the pair along the normal; 0 if neither body can move.
-double ClickLayer::massOf(const ContactState& contact, const Body& body, const Body& other) {
+double ContactSoundScheduler::massOf(const ContactState& contact, const Body& body,
+                                     const Body& other) {
   const auto inverseMass = [&contact](const SoundBody& sound, const Vec3& at, const Quat& turn) {
     if (std::isinf(sound.mass)) return 0.0;
     const Vec3 lever = turn.conjugate() * (contact.position - at).cross(contact.normal);
@@ -719,7 +725,7 @@ double ClickLayer::massOf(const ContactState& contact, const Body& body, const B
 }
 
 /// Energy (J) that friction takes in the step; at least what rolling loses.
-double ClickLayer::workOf(const ContactState& contact) {
+double ContactSoundScheduler::workOf(const ContactState& contact) {
   const double farthest = std::max((contact.pathEnd - contact.pathStart).norm(),
                                    (contact.otherPathEnd - contact.otherPathStart).norm());
   return std::max(-contact.appliedImpulse.dot(contact.slipVelocity),
@@ -728,7 +734,7 @@ double ClickLayer::workOf(const ContactState& contact) {
 
 /// Upper bound (N s) of the impulse that comes at once in the step: to twice the speed at which the
 /// steepest bumps push, and back. 0 unless the contact slides.
-double ClickLayer::steepestImpulse(const ContactState& contact) {
+double ContactSoundScheduler::steepestImpulse(const ContactState& contact) {
   if (contact.phase == ContactPhase::end || !isMoving(contact) || !isDriven(contact)) return 0.0;
   Body* const body = findBody(contact.body);
   Body* const other = findBody(contact.other);
@@ -742,7 +748,7 @@ double ClickLayer::steepestImpulse(const ContactState& contact) {
           pushed(*other, contact.otherPathStart, contact.otherPathEnd));
 }
 
-double ClickLayer::slideRank(const ContactState& contact) {
+double ContactSoundScheduler::slideRank(const ContactState& contact) {
   const double loudest = anyTextures_ ? steepestImpulse(contact) : 0.0;
   if (loudest == 0.0) return 0.0;
   double nearest = std::numeric_limits<double>::infinity();
@@ -754,8 +760,8 @@ double ClickLayer::slideRank(const ContactState& contact) {
 }
 
 /// True if neither body can be heard, whatever impulses up to `loudest` (N s) the bumps give.
-bool ClickLayer::isInaudible(const ContactState& contact, double loudest, const Body& body,
-                             const Body& other) {
+bool ContactSoundScheduler::isInaudible(const ContactState& contact, double loudest,
+                                        const Body& body, const Body& other) {
   if (settings_.audibleThreshold == 0.0) return false;
   for (const bool first : {true, false}) {
     const Body& sounding = first ? body : other;
@@ -774,7 +780,7 @@ bool ClickLayer::isInaudible(const ContactState& contact, double loudest, const 
 }
 
 /// Returns the body's texture, or one made from its material's roughness; null if it is smooth.
-const SurfaceTexture* ClickLayer::textureOf(Body& body) {
+const SurfaceTexture* ContactSoundScheduler::textureOf(Body& body) {
   if (body.sound.texture != nullptr) return body.sound.texture.get();
   const Roughness& roughness = body.sound.material.roughness;
   if (body.rough == nullptr && roughness.rmsHeight > 0.0)
@@ -784,13 +790,14 @@ const SurfaceTexture* ClickLayer::textureOf(Body& body) {
 }
 
 /// Returns the coordinates of the body's own texture; null for roughness, the same all over.
-const TextureCoordinates* ClickLayer::coordinatesOf(const Body& body) {
+const TextureCoordinates* ContactSoundScheduler::coordinatesOf(const Body& body) {
   return body.sound.texture != nullptr ? body.sound.textureCoordinates.get() : nullptr;
 }
 
 /// Returns the event of an impulse of 1 N s along the normal, with the friction that goes with it,
 /// at `offset` (m, body frame) from the reported contact point.
-ImpulseEvent ClickLayer::slidingEvent(const ContactState& contact, bool first, const Vec3& offset) {
+ImpulseEvent ContactSoundScheduler::slidingEvent(const ContactState& contact, bool first,
+                                                 const Vec3& offset) {
   const double pressed = contact.appliedImpulse.dot(contact.normal);
   Vec3 along = Vec3::Zero();
   if (pressed > 0.0) along = contact.appliedImpulse / pressed - contact.normal;
@@ -809,7 +816,8 @@ ImpulseEvent ClickLayer::slidingEvent(const ContactState& contact, bool first, c
   return event;
 }
 
-LaidSound ClickLayer::slide(const ContactState& state, bool first, const SampleShift& shift) {
+ScheduledSound ContactSoundScheduler::slide(const ContactState& state, bool first,
+                                            const SampleShift& shift) {
   // The naive compact model has no filter that could take a force.
   if (!anyTextures_ || !paths_->isFiltered()) return {};
   const bool isStretched = !(shift.stretch > kLeastStretch && shift.stretch < kMostStretch);
@@ -831,7 +839,7 @@ LaidSound ClickLayer::slide(const ContactState& state, bool first, const SampleS
     ++counters_.rejected;
     return {};
   }
-  LaidSound sound = soundOf();
+  ScheduledSound sound = soundOf();
   ++(sound.clicks.empty() && sound.rings.empty() ? counters_.inaudibleSlides : counters_.slides);
   sound.train = slidingNow_->nodes;
   return sound;
@@ -840,7 +848,8 @@ LaidSound ClickLayer::slide(const ContactState& state, bool first, const SampleS
 /// Radius (m) of the contact's curvature. Edges are blunt, and flat faces touch where they are not
 /// flat, as in an impact; so does an edge on a face, as stepped mechanics reports the same face now
 /// as lying flat and now as standing on its edge.
-double ClickLayer::contactRadius(const ContactState& contact, const Body& body, const Body& other) {
+double ContactSoundScheduler::contactRadius(const ContactState& contact, const Body& body,
+                                            const Body& other) {
   const double radius = ballRadius(body) > 0.0 ? ballRadius(body) : contact.radius;
   const double otherRadius = ballRadius(other) > 0.0 ? ballRadius(other) : contact.otherRadius;
   const bool isCurved = isPositive(radius) || isPositive(otherRadius);
@@ -851,11 +860,12 @@ double ClickLayer::contactRadius(const ContactState& contact, const Body& body, 
 }
 
 /// Radius in m; 0 unless the body is a sphere.
-double ClickLayer::ballRadius(const Body& body) {
+double ContactSoundScheduler::ballRadius(const Body& body) {
   return body.sound.shape == nullptr ? body.sound.radius : 0.0;
 }
 
-HertzContact ClickLayer::hertzOf(const ContactState& contact, const Body& body, const Body& other) {
+HertzContact ContactSoundScheduler::hertzOf(const ContactState& contact, const Body& body,
+                                            const Body& other) {
   return {.load = contact.normalLoad,
           .radius = contactRadius(contact, body, other),
           .modulus = contactModulus(body.sound.material, other.sound.material)};
@@ -863,7 +873,7 @@ HertzContact ClickLayer::hertzOf(const ContactState& contact, const Body& body, 
 
 /// Chooses the smallest Gauss rule that is right up to the sample rate, beyond which the kernel
 /// lets nothing through. A rule's errors there grow with its size; long contacts do better without.
-void ClickLayer::chooseRule(Click& click) const {
+void ContactSoundScheduler::chooseRule(Click& click) const {
   const double bandwidth = 2.0 * std::numbers::pi * click.track.length;
   const std::size_t size = click.pulse->ruleSize(bandwidth);
   if (size > 0 && size <= kMostNodes) click.nodes = click.pulse->rule(size);

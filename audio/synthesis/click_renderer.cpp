@@ -1,4 +1,4 @@
-#include "audio/synthesis/click_player.h"
+#include "audio/synthesis/click_renderer.h"
 
 #include <algorithm>
 #include <array>
@@ -40,8 +40,8 @@ void prefetch(const T& object) {
 
 }  // namespace
 
-ClickPlayer::ClickPlayer(std::shared_ptr<const SoundPaths> paths,
-                         std::optional<PlayerCapacity> capacity)
+ClickRenderer::ClickRenderer(std::shared_ptr<const SoundPaths> paths,
+                             std::optional<PlayerCapacity> capacity)
     : paths_(std::move(paths)),
       capacity_(capacity),
       settings_(paths_->settings),
@@ -61,7 +61,7 @@ ClickPlayer::ClickPlayer(std::shared_ptr<const SoundPaths> paths,
 }
 
 /// Allocates all the memory that a player with a capacity ever has.
-void ClickPlayer::makeRoom() {
+void ClickRenderer::makeRoom() {
   const Pulse& pulse = Pulse::of(settings_.pulse);
   const double longest =
       (pulse.end() - pulse.begin()) * capacity_->longestContact * settings_.sampleRate;
@@ -90,17 +90,17 @@ void ClickPlayer::makeRoom() {
   }
 }
 
-std::size_t ClickPlayer::clicksPerEvent() const {
+std::size_t ClickRenderer::clicksPerEvent() const {
   return paths_->channels.size() * paths_->paths.size() + (reverbs_.empty() ? 0 : 1);
 }
 
 /// Samples that a click may need on a bus, an ear's response included.
-std::size_t ClickPlayer::roomOf(const Click& click) const {
+std::size_t ClickRenderer::roomOf(const Click& click) const {
   return click.samples + response_.size();
 }
 
-void ClickPlayer::add(const LaidSound& sound) {
-  LaidSound kept = sound;
+void ClickRenderer::add(const ScheduledSound& sound) {
+  ScheduledSound kept = sound;
   if (!sound.train.empty() && !(sound.clicks.empty() && sound.rings.empty())) {
     if (capacity_ && sound.train.size() > mostNodes_) {
       ++counters_.tooLong;
@@ -117,7 +117,7 @@ void ClickPlayer::add(const LaidSound& sound) {
 }
 
 /// Returns a copy of the sound's nodes that lives until all clicks and rings of it have begun.
-std::span<const PulseNode> ClickPlayer::keptTrain(const LaidSound& sound) {
+std::span<const PulseNode> ClickRenderer::keptTrain(const ScheduledSound& sound) {
   std::int64_t first = std::numeric_limits<std::int64_t>::max();
   std::int64_t last = position_;
   const auto include = [&](const Click& click) {
@@ -125,12 +125,12 @@ std::span<const PulseNode> ClickPlayer::keptTrain(const LaidSound& sound) {
     last = std::max(last, click.first);
   };
   std::ranges::for_each(sound.clicks, include);
-  std::ranges::for_each(sound.rings, include, &Ring::drive);
+  std::ranges::for_each(sound.rings, include, &ModalExcitation::drive);
   last += std::max<std::int64_t>(0, position_ - first);  // a late sound begins later by as much
   return trains_.keep(sound.train, last, position_);
 }
 
-void ClickPlayer::addClicks(const LaidSound& sound) {
+void ClickRenderer::addClicks(const ScheduledSound& sound) {
   const auto first = std::ranges::min_element(sound.clicks, {}, &Click::first)->first;
   if (first < position_) ++counters_.late;
   if (capacity_ && isTooLong(sound)) {
@@ -160,18 +160,18 @@ void ClickPlayer::addClicks(const LaidSound& sound) {
 }
 
 /// True if no sample of the click can be heard any more.
-bool ClickPlayer::isOver(const Click& click) const {
+bool ClickRenderer::isOver(const Click& click) const {
   const auto oldest = position_ - static_cast<std::int64_t>(ClickBus::kHistory);
   return click.first + static_cast<std::int64_t>(roomOf(click)) <= oldest;
 }
 
-bool ClickPlayer::isTooLong(const LaidSound& sound) const {
+bool ClickRenderer::isTooLong(const ScheduledSound& sound) const {
   return std::ranges::any_of(sound.clicks,
                              [this](const Click& click) { return roomOf(click) > mostSamples_; });
 }
 
 /// Drops quieter events until the sound has room; false if there is no room and nothing quieter.
-bool ClickPlayer::makePlace(const LaidSound& sound) noexcept {
+bool ClickRenderer::makePlace(const ScheduledSound& sound) noexcept {
   while (voices_.isFull() || waiting_.size() + sound.clicks.size() > slots_) {
     ++counters_.stolen;
     const std::uint32_t quietest = voices_.quietest();
@@ -183,7 +183,7 @@ bool ClickPlayer::makePlace(const LaidSound& sound) noexcept {
 
 /// Removes the clicks of an event that begin at `from` or later. The event goes with its last
 /// click.
-void ClickPlayer::dropFrom(std::uint32_t voice, std::int64_t from) noexcept {
+void ClickRenderer::dropFrom(std::uint32_t voice, std::int64_t from) noexcept {
   for (std::uint32_t slot = voices_.firstSlot(voice); slot != kNone;) {
     const std::uint32_t next = voices_.nextSlot(slot);
     if (clicks_[slot].first >= from) {
@@ -198,7 +198,7 @@ void ClickPlayer::dropFrom(std::uint32_t voice, std::int64_t from) noexcept {
 
 /// Puts the clicks of an event with their buses into arriving_; false, with no bus taken, if one of
 /// them finds no bus.
-bool ClickPlayer::arrive(const LaidSound& sound) {
+bool ClickRenderer::arrive(const ScheduledSound& sound) {
   arriving_.assign(sound.clicks.begin(), sound.clicks.end());
   if (!sound.train.empty())
     for (Click& click : arriving_)
@@ -212,7 +212,7 @@ bool ClickPlayer::arrive(const LaidSound& sound) {
   return true;
 }
 
-void ClickPlayer::enqueue(const Click& click, const SphereWeights* ears, std::uint32_t voice) {
+void ClickRenderer::enqueue(const Click& click, const SphereWeights* ears, std::uint32_t voice) {
   std::uint32_t slot = static_cast<std::uint32_t>(clicks_.size());
   if (freeSlots_.empty()) {
     clicks_.push_back(click);
@@ -233,7 +233,7 @@ void ClickPlayer::enqueue(const Click& click, const SphereWeights* ears, std::ui
 
 /// Finds the buses of a click that will wait; false, with none taken, if there is not one for each
 /// filter.
-bool ClickPlayer::findBuses(Click& click) {
+bool ClickRenderer::findBuses(Click& click) {
   for (std::size_t i = 0; i < click.filters->count; ++i) {
     const std::uint32_t bus = busOf(click, i);
     if (bus == kNone) {
@@ -248,12 +248,12 @@ bool ClickPlayer::findBuses(Click& click) {
   return true;
 }
 
-void ClickPlayer::leaveBuses(const Click& click) noexcept {
+void ClickRenderer::leaveBuses(const Click& click) noexcept {
   for (std::size_t i = 0; i < click.filters->count; ++i)
     --buses_[click.buses[i]].pending;
 }
 
-void ClickPlayer::reserveScratch(const Click& click) {
+void ClickRenderer::reserveScratch(const Click& click) {
   mostSamples_ = std::max(mostSamples_, roomOf(click));
   sampler_.reserve(click.nodes.size(), click.samples);
   const std::size_t room = mostSamples_ + response_.size() + 2 * ClickKernels::kRoom;
@@ -261,8 +261,8 @@ void ClickPlayer::reserveScratch(const Click& click) {
   if (heard_.size() < room && !response_.empty()) heard_.resize(2 * room);
 }
 
-std::uint64_t ClickPlayer::keyOf(std::uint32_t filter, std::uint32_t chain,
-                                 std::uint32_t channel) const {
+std::uint64_t ClickRenderer::keyOf(std::uint32_t filter, std::uint32_t chain,
+                                   std::uint32_t channel) const {
   return (static_cast<std::uint64_t>(filter) * paths_->chains.size() + chain) *
              (paths_->channels.size() + 1) +
          channel;
@@ -270,7 +270,7 @@ std::uint64_t ClickPlayer::keyOf(std::uint32_t filter, std::uint32_t chain,
 
 /// Returns the bus of a click's filter: the one with its key, an idle one, or a new one; kNone if
 /// there may be no more buses.
-std::uint32_t ClickPlayer::busOf(const Click& click, std::size_t filter) {
+std::uint32_t ClickRenderer::busOf(const Click& click, std::size_t filter) {
   const std::uint64_t key = keyOf(click.filters->filters[filter], click.chain, click.channel);
   const auto place = std::ranges::lower_bound(busOrder_, key, {}, &BusOfKey::key);
   if (place != busOrder_.end() && place->key == key) return place->bus;
@@ -290,7 +290,7 @@ std::uint32_t ClickPlayer::busOf(const Click& click, std::size_t filter) {
 
 /// Returns one of the next few buses that is silent and that no click waits for, or else the number
 /// of buses. With a capacity, looks at all buses, and returns kNone if none is idle.
-std::uint32_t ClickPlayer::idleBus() {
+std::uint32_t ClickRenderer::idleBus() {
   constexpr std::size_t kLooks = 8;
   const std::size_t looks = capacity_ ? buses_.size() : std::min(kLooks, buses_.size());
   for (std::size_t look = 0; look < looks; ++look) {
@@ -303,7 +303,7 @@ std::uint32_t ClickPlayer::idleBus() {
 
 /// A total order by content: equal clicks are interchangeable, so the order of two calls of
 /// `schedule` can never be heard.
-bool ClickPlayer::isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b) const {
+bool ClickRenderer::isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b) const {
   if (a.first != b.first) return a.first < b.first;
   if (a.start != b.start) return a.start < b.start;
   const auto contentOf = [this](std::uint32_t slot) {
@@ -317,7 +317,7 @@ bool ClickPlayer::isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry&
   return contentOf(a.slot) < contentOf(b.slot);
 }
 
-void ClickPlayer::beginUntil(std::int64_t end) noexcept {
+void ClickRenderer::beginUntil(std::int64_t end) noexcept {
   const std::span<ClickQueue::Entry> due = waiting_.takeUntil(position_, end);
   std::ranges::sort(due, [this](const auto& a, const auto& b) { return isEarlier(a, b); });
   if (capacity_) chooseVoices(due, end);
@@ -336,7 +336,8 @@ void ClickPlayer::beginUntil(std::int64_t end) noexcept {
 
 /// Begins those of the due events that can be afforded, the loudest first, and removes the later
 /// clicks of the others.
-void ClickPlayer::chooseVoices(std::span<const ClickQueue::Entry> due, std::int64_t end) noexcept {
+void ClickRenderer::chooseVoices(std::span<const ClickQueue::Entry> due,
+                                 std::int64_t end) noexcept {
   chosen_.clear();
   for (const ClickQueue::Entry& entry : due) {
     const std::uint32_t voice = voices_.voiceOf(entry.slot);
@@ -363,7 +364,7 @@ void ClickPlayer::chooseVoices(std::span<const ClickQueue::Entry> due, std::int6
     if (!voices_.hasBegun(voice)) dropFrom(voice, end);
 }
 
-double ClickPlayer::workOf(const Click& click) const noexcept {
+double ClickRenderer::workOf(const Click& click) const noexcept {
   const auto samples = static_cast<double>(click.samples);
   const auto nodes = static_cast<double>(click.nodes.empty() ? click.samples : click.nodes.size());
   const bool isEar =
@@ -373,7 +374,7 @@ double ClickPlayer::workOf(const Click& click) const noexcept {
          samples * (kSampleWork * static_cast<double>(click.filters->count) + ear);
 }
 
-void ClickPlayer::begin(std::uint32_t slot) noexcept {
+void ClickRenderer::begin(std::uint32_t slot) noexcept {
   const Click& click = clicks_[slot];
   std::span<const double> samples = samplesOf(click);
   if (click.channel < paths_->channels.size() && paths_->channels[click.channel].isEar) {
@@ -397,13 +398,13 @@ void ClickPlayer::begin(std::uint32_t slot) noexcept {
 }
 
 /// Returns the samples of a click, in x_ behind as many zeros as an ear's response needs.
-std::span<const double> ClickPlayer::samplesOf(const Click& click) noexcept {
+std::span<const double> ClickRenderer::samplesOf(const Click& click) noexcept {
   const std::span<double> x(x_.data() + response_.size(), click.samples);
   sampler_.sample(click, paths_->isFiltered() ? Drive::force : Drive::pressure, x);
   return x;
 }
 
-void ClickPlayer::mix(std::size_t frames) noexcept {
+void ClickRenderer::mix(std::size_t frames) noexcept {
   std::ranges::fill(mix_, 0.0);
   std::ranges::fill(send_, 0.0);
   beginUntil(position_ + static_cast<std::int64_t>(frames));
@@ -421,7 +422,7 @@ void ClickPlayer::mix(std::size_t frames) noexcept {
   position_ += static_cast<std::int64_t>(frames);
 }
 
-void ClickPlayer::reverberate(std::size_t frames) noexcept {
+void ClickRenderer::reverberate(std::size_t frames) noexcept {
   if (reverbs_.empty()) return;
   const std::span<const double> input(send_.data(), frames);
   const bool quiet = std::ranges::all_of(input, [](double sample) { return sample == 0.0; });
@@ -438,17 +439,17 @@ void ClickPlayer::reverberate(std::size_t frames) noexcept {
   }
 }
 
-bool ClickPlayer::isSilent() const {
+bool ClickRenderer::isSilent() const {
   return waiting_.size() == 0 && rings_.isSilent() &&
          std::ranges::all_of(reverbs_, &Reverb::isSilent) && busesInUse() == 0;
 }
 
-std::size_t ClickPlayer::busesInUse() const {
+std::size_t ClickRenderer::busesInUse() const {
   return static_cast<std::size_t>(std::ranges::count_if(
       buses_, [](const Bus& bus) { return bus.pending > 0 || !bus.line.isSilent(); }));
 }
 
-void ClickPlayer::seek(std::int64_t position) {
+void ClickRenderer::seek(std::int64_t position) {
   position_ = position;
   trains_.clear();
   waiting_.clear();
@@ -464,7 +465,7 @@ void ClickPlayer::seek(std::int64_t position) {
 }
 
 template <class Sample>
-void ClickPlayer::render(std::span<Sample* const> channels, std::size_t frames) noexcept {
+void ClickRenderer::render(std::span<Sample* const> channels, std::size_t frames) noexcept {
   assert(channels.size() == paths_->channels.size());
   for (std::size_t done = 0; done < frames;) {
     const std::size_t part = nextPart(frames - done);
@@ -477,14 +478,14 @@ void ClickPlayer::render(std::span<Sample* const> channels, std::size_t frames) 
   }
 }
 
-void ClickPlayer::setAllowance(double workPerSecond) noexcept {
+void ClickRenderer::setAllowance(double workPerSecond) noexcept {
   allowance_ = workPerSecond;
   if (std::isinf(workPerSecond)) affordable_ = workPerSecond;
 }
 
 /// Returns how many samples to mix at once. A limited allowance is not carried over to the next
 /// quantum, so that no moment costs more than its share.
-std::size_t ClickPlayer::nextPart(std::size_t frames) noexcept {
+std::size_t ClickRenderer::nextPart(std::size_t frames) noexcept {
   const std::size_t part = std::min(kMixFrames, frames);
   if (!capacity_ || std::isinf(allowance_)) return part;
   if (untilQuantum_ == 0) {
@@ -497,7 +498,7 @@ std::size_t ClickPlayer::nextPart(std::size_t frames) noexcept {
   return now;
 }
 
-template void ClickPlayer::render<float>(std::span<float* const>, std::size_t) noexcept;
-template void ClickPlayer::render<double>(std::span<double* const>, std::size_t) noexcept;
+template void ClickRenderer::render<float>(std::span<float* const>, std::size_t) noexcept;
+template void ClickRenderer::render<double>(std::span<double* const>, std::size_t) noexcept;
 
 }  // namespace carom::audio
