@@ -186,8 +186,9 @@ int renderInto(const Arguments& arguments, const Scene& scene, const Recording* 
 }
 
 // Returns why the scene's stepper cannot run it; empty if it can.
-std::string whyNotRun(const Scene& scene) {
-  return scene.stepper.type == StepperType::bullet ? whyNotOnBullet(scene) : whyNotOnNative(scene);
+Status validateRun(const Scene& scene) {
+  return scene.stepper.type == StepperType::bullet ? validateForBullet(scene)
+                                                   : validateForNative(scene);
 }
 
 int render(const Arguments& arguments) {
@@ -201,8 +202,8 @@ int render(const Arguments& arguments) {
     return fail(kBadInput,
                 "--step: the native stepper has no step; expected --stepper bullet with it");
   }
-  if (const std::string reason = whyNotRun(*scene); !reason.empty())
-    return fail(kBadInput, arguments.scene + ": " + reason);
+  if (const Status valid = validateRun(*scene); !valid)
+    return fail(kBadInput, arguments.scene + ": " + valid.error().message);
   if (const std::string why = whyUnstable(*scene); !why.empty())
     std::cerr << "carom: " << arguments.scene << ": " << why << '\n';
   return renderInto(arguments, *scene, nullptr);
@@ -294,8 +295,8 @@ int compare(const Arguments& arguments) {
   if (!scene) return fail(kBadInput, scene.error().message);
   std::vector<double> steps = arguments.steps;
   if (steps.empty()) steps = {1.0 / 60.0, 1.0 / 240.0, 1.0 / 1000.0};
-  for (const std::string& reason : {whyNotOnBullet(*scene), whyNotOnNative(*scene)}) {
-    if (!reason.empty()) return fail(kBadInput, arguments.scene + ": " + reason);
+  for (const Status& valid : {validateForBullet(*scene), validateForNative(*scene)}) {
+    if (!valid) return fail(kBadInput, arguments.scene + ": " + valid.error().message);
   }
   ProgressBar bar("comparing " + scene->name);
   const Result<CompareReport> report =

@@ -13,7 +13,7 @@ constexpr double kGainUnits = 0x1p36;    // in a gain of 1: sums of a longest wi
 constexpr double kReleased = 0x1p-24;    // a gain this near to 1 counts as 1
 constexpr std::size_t kLeastWindow = 2;  // frames: one before the peak, and the peak
 
-std::string whyNot(const LimiterSettings& settings) {
+Status validate(const LimiterSettings& settings) {
   std::ostringstream text;
   if (!(settings.sampleRate > 0.0 && settings.sampleRate <= 1e6))
     text << "sample rate " << settings.sampleRate << " Hz is not above 0 up to 1e6 Hz";
@@ -25,7 +25,7 @@ std::string whyNot(const LimiterSettings& settings) {
     text << "look-ahead " << settings.lookAhead << " s is not from 1e-4 to 0.02 s";
   else if (!(settings.release >= 1e-3 && settings.release <= 10.0))
     text << "release " << settings.release << " s is not from 1e-3 to 10 s";
-  return text.str();
+  return Error{text.str()};
 }
 
 std::size_t earlyLength(std::size_t window) {
@@ -83,8 +83,8 @@ double Limiter::RunningMinimum::push(double value) noexcept {
 }
 
 Result<Limiter> Limiter::create(const LimiterSettings& settings) {
-  if (const std::string reason = whyNot(settings); !reason.empty())
-    return Error{"limiter: " + reason};
+  if (const Status valid = validate(settings); !valid)
+    return Error{"limiter: " + valid.error().message};
   const auto window =
       static_cast<std::size_t>(std::lround(settings.lookAhead * settings.sampleRate));
   return Limiter(settings, std::max(window, kLeastWindow));

@@ -216,33 +216,33 @@ std::uint64_t unsignedAt(std::span<const std::byte> bytes, std::size_t at, std::
 }
 
 /// Returns why the frame around the sections is invalid; empty if it is valid.
-std::string whyNotFrame(std::span<const std::byte> bytes) {
+Status validateFrame(std::span<const std::byte> bytes) {
   const auto begins = [&](std::string_view magic) {
     return bytes.size() >= magic.size() &&
            std::ranges::equal(bytes.first(magic.size()), magic, {}, {},
                               [](char letter) { return std::byte(letter); });
   };
   if (!begins(kModalModelMagic))
-    return "is no modal model; expected a file that begins with 'caromode'";
+    return Error{"is no modal model; expected a file that begins with 'caromode'"};
   if (bytes.size() < kHeaderSize + kChecksumSize)
-    return "ends after " + std::to_string(bytes.size()) + " bytes; expected a whole model";
+    return Error{"ends after " + std::to_string(bytes.size()) + " bytes; expected a whole model"};
   const std::uint64_t version =
       unsignedAt(bytes, kModalModelMagic.size(), sizeof kModalModelVersion);
   if (version != kModalModelVersion) {
-    return "is a modal model of version " + std::to_string(version) + "; expected version " +
-           std::to_string(kModalModelVersion);
+    return Error{"is a modal model of version " + std::to_string(version) + "; expected version " +
+                 std::to_string(kModalModelVersion)};
   }
   const std::size_t content = bytes.size() - kChecksumSize;
   if (unsignedAt(bytes, content, kChecksumSize) != modalModelChecksum(bytes.first(content)))
-    return "is damaged or cut off: its checksum does not fit; expected it as it was written";
-  return {};
+    return Error{"is damaged or cut off: its checksum does not fit; expected it as it was written"};
+  return std::monostate{};
 }
 
 }  // namespace
 
 Result<std::vector<std::byte>> encodedModalModel(const ModalModel& model) {
-  if (std::string why = whyNot(model); !why.empty())
-    return Error{"the model '" + model.name + "' cannot be written: " + why};
+  if (const Status valid = validate(model); !valid)
+    return Error{"the model '" + model.name + "' cannot be written: " + valid.error().message};
   std::vector<std::byte> bytes;
   for (const char letter : kModalModelMagic)
     bytes.push_back(static_cast<std::byte>(letter));
@@ -257,14 +257,14 @@ Result<ModalModel> decodedModalModel(std::span<const std::byte> bytes, std::stri
   const auto refuse = [name](const std::string& why) {
     return Error{std::string(name) + ": " + why};
   };
-  if (const std::string why = whyNotFrame(bytes); !why.empty()) return refuse(why);
+  if (const Status valid = validateFrame(bytes); !valid) return refuse(valid.error().message);
   ModelReader reader(bytes.subspan(kHeaderSize, bytes.size() - kHeaderSize - kChecksumSize),
                      kHeaderSize);
   ModalModel model;
   codeModel(reader, model);
   reader.end();
   if (!reader.fault().empty()) return refuse(reader.fault());
-  if (const std::string why = whyNot(model); !why.empty()) return refuse(why);
+  if (const Status valid = validate(model); !valid) return refuse(valid.error().message);
   return model;
 }
 

@@ -87,20 +87,23 @@ std::string numberText(double number) {
   return text.str();
 }
 
-std::string whyNot(const SoundFileSettings& settings) {
+Status validate(const SoundFileSettings& settings) {
   if (!(settings.sampleRate >= 1.0 && settings.sampleRate <= 1e6))
-    return "sample rate " + std::to_string(settings.sampleRate) + " Hz is not from 1 to 1000000 Hz";
+    return Error{"sample rate " + std::to_string(settings.sampleRate) +
+                 " Hz is not from 1 to 1000000 Hz"};
   if (settings.channels < 1 || settings.channels > 1024)
-    return std::to_string(settings.channels) + " channels; it takes 1 to 1024";
+    return Error{std::to_string(settings.channels) + " channels; it takes 1 to 1024"};
   if (!(settings.fullScalePressure > 0.0 && std::isfinite(settings.fullScalePressure)))
-    return "full scale of " + numberText(settings.fullScalePressure) +
-           " Pa; expected a pressure above 0";
+    return Error{"full scale of " + numberText(settings.fullScalePressure) +
+                 " Pa; expected a pressure above 0"};
   if (settings.limit && settings.normalize)
-    return "is to be limited and normalised; expected one of the two, a normalised file has "
-           "nothing "
-           "to limit";
+    return Error{
+        "is to be limited and normalised; expected one of the two, a normalised file has "
+        "nothing "
+        "to limit"};
   const SF_INFO info = layout(settings, SF_FORMAT_WAV | subtype(settings.format));
-  return sf_format_check(&info) == SF_TRUE ? "" : "libsndfile cannot write this format";
+  if (sf_format_check(&info) != SF_TRUE) return Error{"libsndfile cannot write this format"};
+  return std::monostate{};
 }
 
 }  // namespace
@@ -250,7 +253,7 @@ SoundFileWriter::~SoundFileWriter() = default;
 
 Result<SoundFileWriter> SoundFileWriter::create(const fs::path& path,
                                                 const SoundFileSettings& settings) {
-  if (const std::string reason = whyNot(settings); !reason.empty()) return failure(path, reason);
+  if (const Status valid = validate(settings); !valid) return failure(path, valid.error().message);
   if (const std::string reason = whyNoFileAt(path); !reason.empty()) return failure(path, reason);
   auto state = std::make_unique<State>(path, settings);
   if (const Status opened = state->open(); !opened) return opened.error();

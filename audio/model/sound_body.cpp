@@ -8,32 +8,34 @@ namespace carom {
 
 using namespace audio;
 
-std::string whyNot(const Material& material) {
-  if (!isPositive(material.density)) return "density must be positive (kg/m^3)";
-  if (!isPositive(material.youngsModulus)) return "Young's modulus must be positive (Pa)";
+Status validate(const Material& material) {
+  if (!isPositive(material.density)) return Error{"density must be positive (kg/m^3)"};
+  if (!isPositive(material.youngsModulus)) return Error{"Young's modulus must be positive (Pa)"};
   if (!(material.poissonsRatio >= 0.0 && material.poissonsRatio < 0.5))
-    return "Poisson's ratio must be at least 0 and below 0.5";
+    return Error{"Poisson's ratio must be at least 0 and below 0.5"};
   if (!(material.restitution >= 0.0 && material.restitution <= 1.0))
-    return "restitution must be from 0 to 1";
+    return Error{"restitution must be from 0 to 1"};
   if (!(material.dampingAlpha >= 0.0) || std::isinf(material.dampingAlpha))
-    return "damping alpha must be at least 0 (1/s)";
+    return Error{"damping alpha must be at least 0 (1/s)"};
   if (!(material.dampingBeta >= 0.0) || std::isinf(material.dampingBeta))
-    return "damping beta must be at least 0 (s)";
-  if (std::string reason = whyNot(material.roughness); !reason.empty())
-    return "roughness: " + reason;
-  return {};
+    return Error{"damping beta must be at least 0 (s)"};
+  if (const Status valid = validate(material.roughness); !valid)
+    return Error{"roughness: " + valid.error().message};
+  return std::monostate{};
 }
 
-std::string whyNot(const SoundBody& body) {
-  if (std::string reason = whyNot(body.material); !reason.empty())
-    return "material '" + body.material.name + "': " + reason;
-  if (!(body.mass > 0.0)) return "mass must be positive (kg), infinite for an immovable body";
+Status validate(const SoundBody& body) {
+  if (const Status valid = validate(body.material); !valid)
+    return Error{"material '" + body.material.name + "': " + valid.error().message};
+  if (!(body.mass > 0.0))
+    return Error{"mass must be positive (kg), infinite for an immovable body"};
   if (std::isfinite(body.mass) && !isPositive(body.shape ? body.shape->radius() : body.radius))
-    return "radius must be positive (m) for a body that can move";
-  if (!body.inverseInertia.allFinite()) return "inverse inertia must be finite (1/(kg m^2))";
-  if (!isPositive(body.edgeRadius)) return "edge radius must be positive (m)";
-  if (body.modalOrigin && !body.modalOrigin->allFinite()) return "modal origin must be finite (m)";
-  return {};
+    return Error{"radius must be positive (m) for a body that can move"};
+  if (!body.inverseInertia.allFinite()) return Error{"inverse inertia must be finite (1/(kg m^2))"};
+  if (!isPositive(body.edgeRadius)) return Error{"edge radius must be positive (m)"};
+  if (body.modalOrigin && !body.modalOrigin->allFinite())
+    return Error{"modal origin must be finite (m)"};
+  return std::monostate{};
 }
 
 }  // namespace carom

@@ -171,19 +171,19 @@ double SurfaceTexture::curvatureOf(const Level& level) {
   return std::sqrt(sum / static_cast<double>(width * height));
 }
 
-std::string whyNot(const Roughness& roughness) {
+Status validate(const Roughness& roughness) {
   if (!isPositive(roughness.correlationLength))
-    return "the correlation length must be positive (m)";
+    return Error{"the correlation length must be positive (m)"};
   if (!(roughness.rmsHeight >= 0.0 && roughness.rmsHeight <= roughness.correlationLength))
-    return "the rms height must be at least 0 and at most the correlation length (m)";
+    return Error{"the rms height must be at least 0 and at most the correlation length (m)"};
   if (!(roughness.hurst > 0.0 && roughness.hurst <= 1.0))
-    return "the Hurst exponent must be above 0 and at most 1";
-  return {};
+    return Error{"the Hurst exponent must be above 0 and at most 1"};
+  return std::monostate{};
 }
 
 Result<SurfaceTexture> SurfaceTexture::rough(const Roughness& roughness, std::uint64_t seed) {
-  if (const std::string reason = whyNot(roughness); !reason.empty())
-    return Error{"roughness: " + reason};
+  if (const Status valid = validate(roughness); !valid)
+    return Error{"roughness: " + valid.error().message};
   SurfaceTexture texture;
   texture.texels_ = roughTexels(roughness.hurst, seed);
   texture.scale_ = roughness.correlationLength;

@@ -17,24 +17,23 @@ using namespace audio;
 
 namespace {
 
-std::string whyNot(const SurfaceMesh& mesh,
-                   const std::vector<TextureCoordinates::Corners>& corners) {
-  if (mesh.triangles.empty()) return "the mesh has no triangles";
+Status validate(const SurfaceMesh& mesh, const std::vector<TextureCoordinates::Corners>& corners) {
+  if (mesh.triangles.empty()) return Error{"the mesh has no triangles"};
   if (corners.size() != mesh.triangles.size())
-    return std::to_string(corners.size()) + " triangles have coordinates; expected all " +
-           std::to_string(mesh.triangles.size());
+    return Error{std::to_string(corners.size()) + " triangles have coordinates; expected all " +
+                 std::to_string(mesh.triangles.size())};
   for (const auto& triangle : mesh.triangles)
     for (const std::uint32_t vertex : triangle)
       if (vertex >= mesh.vertices.size())
-        return "a triangle names vertex " + std::to_string(vertex) + " of " +
-               std::to_string(mesh.vertices.size());
+        return Error{"a triangle names vertex " + std::to_string(vertex) + " of " +
+                     std::to_string(mesh.vertices.size())};
   for (const Vec3& vertex : mesh.vertices)
-    if (!vertex.allFinite()) return "a vertex is not finite";
+    if (!vertex.allFinite()) return Error{"a vertex is not finite"};
   for (std::size_t index = 0; index < corners.size(); ++index)
     for (const Vec2& corner : corners[index])
       if (!corner.allFinite())
-        return "a coordinate of triangle " + std::to_string(index) + " is not finite";
-  return {};
+        return Error{"a coordinate of triangle " + std::to_string(index) + " is not finite"};
+  return std::monostate{};
 }
 
 }  // namespace
@@ -49,8 +48,8 @@ TextureCoordinates& TextureCoordinates::operator=(TextureCoordinates&&) noexcept
 TextureCoordinates::~TextureCoordinates() = default;
 
 Result<TextureCoordinates> TextureCoordinates::of(SurfaceMesh mesh, std::vector<Corners> corners) {
-  if (const std::string reason = whyNot(mesh, corners); !reason.empty())
-    return Error{"texture coordinates: " + reason};
+  if (const Status valid = validate(mesh, corners); !valid)
+    return Error{"texture coordinates: " + valid.error().message};
   TextureCoordinates made(std::move(mesh), std::move(corners));
   double area = 0.0;
   Vec2 pictures = Vec2::Zero();  // m, area times pictures per metre

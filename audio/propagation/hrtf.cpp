@@ -38,50 +38,52 @@ constexpr std::size_t kResampleHalfWidth = 32;
 constexpr std::size_t kBlendHalfWidth = 16;
 constexpr std::size_t kBlendTaps = 2 * kBlendHalfWidth;
 
-std::string whyNot(const HrtfMeasurement& item, std::size_t samples) {
+Status validate(const HrtfMeasurement& item, std::size_t samples) {
   const double distance = item.direction.norm();
-  if (!(std::isfinite(distance) && distance > 0.0)) return "its direction is zero or not finite";
+  if (!(std::isfinite(distance) && distance > 0.0))
+    return Error{"its direction is zero or not finite"};
   for (const Ear ear : kEars) {
     const auto channel = static_cast<std::size_t>(ear);
     const std::vector<float>& response = item.response[channel];
-    if (response.size() != samples) return "its length differs from that of the first";
+    if (response.size() != samples) return Error{"its length differs from that of the first"};
     if (!(item.delay[channel] >= 0.0 && item.delay[channel] <= static_cast<double>(kMaxSamples)))
-      return "its delay is not from 0 to " + std::to_string(kMaxSamples) + " samples";
+      return Error{"its delay is not from 0 to " + std::to_string(kMaxSamples) + " samples"};
     const auto isFinite = [](float sample) { return std::isfinite(sample); };
     if (!std::all_of(response.begin(), response.end(), isFinite))
-      return "it holds a value that is not finite";
+      return Error{"it holds a value that is not finite"};
     // Values as small as this count as silence: their onset would mean nothing.
     const auto isHeard = [](float sample) { return std::abs(sample) > 1e-20F; };
-    if (std::none_of(response.begin(), response.end(), isHeard)) return "it is silent";
+    if (std::none_of(response.begin(), response.end(), isHeard)) return Error{"it is silent"};
     const auto isHuge = [](float sample) { return std::abs(sample) > 1e20F; };
-    if (std::any_of(response.begin(), response.end(), isHuge)) return "it holds a value above 1e20";
+    if (std::any_of(response.begin(), response.end(), isHuge))
+      return Error{"it holds a value above 1e20"};
   }
-  return "";
+  return std::monostate{};
 }
 
 bool isSampleRate(double rate) {
   return rate >= kMinSampleRate && rate <= kMaxSampleRate;
 }
 
-std::string whyNot(const HrtfMeasurements& measurements, double sampleRate) {
+Status validate(const HrtfMeasurements& measurements, double sampleRate) {
   const auto rateError = [](const std::string& whose, double rate) {
     return whose + " sample rate is " + std::to_string(rate) + " Hz; it takes 8000 to 384000 Hz";
   };
-  if (!isSampleRate(sampleRate)) return rateError("the wanted", sampleRate);
+  if (!isSampleRate(sampleRate)) return Error{rateError("the wanted", sampleRate)};
   if (!isSampleRate(measurements.sampleRate))
-    return rateError("the set's own", measurements.sampleRate);
+    return Error{rateError("the set's own", measurements.sampleRate)};
   const auto& items = measurements.items;
   if (items.size() < 4 || items.size() > kMaxDirections)
-    return std::to_string(items.size()) + " directions; it takes 4 to " +
-           std::to_string(kMaxDirections);
+    return Error{std::to_string(items.size()) + " directions; it takes 4 to " +
+                 std::to_string(kMaxDirections)};
   const std::size_t samples = items.front().response.front().size();
   if (samples < 1 || samples > kMaxSamples)
-    return "responses of " + std::to_string(samples) + " samples; it takes 1 to " +
-           std::to_string(kMaxSamples);
+    return Error{"responses of " + std::to_string(samples) + " samples; it takes 1 to " +
+                 std::to_string(kMaxSamples)};
   for (std::size_t index = 0; index < items.size(); ++index)
-    if (const std::string reason = whyNot(items[index], samples); !reason.empty())
-      return "measurement " + std::to_string(index) + ": " + reason;
-  return "";
+    if (const Status valid = validate(items[index], samples); !valid)
+      return Error{"measurement " + std::to_string(index) + ": " + valid.error().message};
+  return std::monostate{};
 }
 
 /// Returns the indices of the measurements, in their order, with only the farthest one in each
@@ -345,8 +347,8 @@ Result<HrtfSet> HrtfSet::create(const HrtfMeasurements& measurements, double sam
   if (!(settings.tailEnergy >= 0.0 && settings.tailEnergy < 1.0))
     return Error{"head-related responses: tailEnergy is " + std::to_string(settings.tailEnergy) +
                  "; it takes 0 to below 1"};
-  if (const std::string reason = whyNot(measurements, sampleRate); !reason.empty())
-    return Error{"head-related responses: " + reason};
+  if (const Status valid = validate(measurements, sampleRate); !valid)
+    return Error{"head-related responses: " + valid.error().message};
   Result<HrtfSet> set = HrtfBuilder(measurements, sampleRate, settings).build();
   if (!set) return Error{"head-related responses: " + set.error().message};
   return set;

@@ -26,17 +26,18 @@ bool isPair(const Listener& listener) {
          listener.format == ListenerFormat::coincidentPair;
 }
 
-std::string whyNotPair(const Listener& listener) {
+Status validatePair(const Listener& listener) {
   if (!isWithin(listener.halfAngle, 0.0, std::numbers::pi))
-    return rangeError("halfAngle", listener.halfAngle, "0 to pi rad");
+    return Error{rangeError("halfAngle", listener.halfAngle, "0 to pi rad")};
   if (listener.format == ListenerFormat::spacedPair) {
     if (!isWithin(listener.spacing, 0.0, kMaxSpacing) || listener.spacing == 0.0)
-      return rangeError("spacing", listener.spacing, "more than 0 and up to 100 m");
+      return Error{rangeError("spacing", listener.spacing, "more than 0 and up to 100 m")};
   } else if (patternOf(listener) == 0.0 || listener.halfAngle == 0.0) {
-    return "pattern: both channels of this coincident pair would be the same; it takes a pattern "
-           "above 0 (0.5 is a cardioid) and a halfAngle above 0";
+    return Error{
+        "pattern: both channels of this coincident pair would be the same; it takes a pattern "
+        "above 0 (0.5 is a cardioid) and a halfAngle above 0"};
   }
-  return "";
+  return std::monostate{};
 }
 
 }  // namespace
@@ -45,16 +46,17 @@ std::size_t channelCount(const Listener& listener) {
   return listener.format == ListenerFormat::mono ? 1 : 2;
 }
 
-std::string whyNot(const Listener& listener) {
-  if (!listener.position.allFinite()) return "position is not finite; it takes metres";
+Status validate(const Listener& listener) {
+  if (!listener.position.allFinite()) return Error{"position is not finite; it takes metres"};
   const double length = listener.orientation.norm();
   if (!isWithin(length, 1.0 - kUnitTolerance, 1.0 + kUnitTolerance))
-    return rangeError("orientation's length", length, "a quaternion of length 1");
+    return Error{rangeError("orientation's length", length, "a quaternion of length 1")};
   if (listener.format < ListenerFormat::mono || listener.format > ListenerFormat::binaural)
-    return "format is none of mono, spacedPair, coincidentPair and binaural";
+    return Error{"format is none of mono, spacedPair, coincidentPair and binaural"};
   if (!isWithin(patternOf(listener), 0.0, 1.0))
-    return rangeError("pattern", patternOf(listener), "0 (omnidirectional) to 1 (figure of eight)");
-  return isPair(listener) ? whyNotPair(listener) : "";
+    return Error{
+        rangeError("pattern", patternOf(listener), "0 (omnidirectional) to 1 (figure of eight)")};
+  return isPair(listener) ? validatePair(listener) : std::monostate{};
 }
 
 bool isPose(const ListenerPose& pose) {

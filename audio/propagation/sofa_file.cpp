@@ -70,7 +70,7 @@ Vec3 toListenerFrame(const Vec3& sofa) {
   return {-sofa.y(), sofa.z(), -sofa.x()};
 }
 
-std::string whyNotRead(int code) {
+std::string reasonOf(int code) {
   switch (code) {
     case MYSOFA_READ_ERROR:
       return "it cannot be read, or ends too early";
@@ -92,11 +92,11 @@ class SofaFile {
         responses_(valuesOf(file.DataIR)),
         delays_(valuesOf(file.DataDelay)) {}
 
-  std::string whyNot() const {
-    for (const auto& check : {&SofaFile::whyNotConvention, &SofaFile::whyNotSizes,
-                              &SofaFile::whyNotSampleRate, &SofaFile::whyNotListener})
-      if (std::string reason = (this->*check)(); !reason.empty()) return reason;
-    return "";
+  Status validate() const {
+    for (const auto& check : {&SofaFile::validateConvention, &SofaFile::validateSizes,
+                              &SofaFile::validateSampleRate, &SofaFile::validateListener})
+      if (Status valid = (this->*check)(); !valid) return valid;
+    return std::monostate{};
   }
 
   HrtfMeasurements measurements() const {
@@ -121,43 +121,44 @@ class SofaFile {
   }
 
  private:
-  std::string whyNotConvention() const {
+  Status validateConvention() const {
     const std::string_view convention = attribute(file_.attributes, "SOFAConventions");
     if (convention != "SimpleFreeFieldHRIR")
-      return "its convention is " + quoted(convention) + "; it takes 'SimpleFreeFieldHRIR'";
+      return Error{"its convention is " + quoted(convention) + "; it takes 'SimpleFreeFieldHRIR'"};
     const std::string_view type = attribute(file_.attributes, "DataType");
-    if (type != "FIR") return "its data type is " + quoted(type) + "; it takes 'FIR'";
-    return "";
+    if (type != "FIR") return Error{"its data type is " + quoted(type) + "; it takes 'FIR'"};
+    return std::monostate{};
   }
 
-  std::string whyNotSizes() const {
+  Status validateSizes() const {
     const std::size_t measurements = file_.M;
     const std::size_t samples = file_.N;
-    if (file_.R != 2) return "it has " + std::to_string(file_.R) + " receivers; it takes 2 ears";
+    if (file_.R != 2)
+      return Error{"it has " + std::to_string(file_.R) + " receivers; it takes 2 ears"};
     if (measurements > kMaxMeasurements || samples > kMaxSamples)
-      return "it has " + std::to_string(measurements) + " measurements of " +
-             std::to_string(samples) + " samples, which is too much";
+      return Error{"it has " + std::to_string(measurements) + " measurements of " +
+                   std::to_string(samples) + " samples, which is too much"};
     if (responses_.size() != measurements * 2 * samples || responses_.empty())
-      return "its responses are not of the size that it states";
+      return Error{"its responses are not of the size that it states"};
     if (positions_.size() != 3 * measurements)
-      return "it has not one source position for each measurement";
+      return Error{"it has not one source position for each measurement"};
     if (!delays_.empty() && delays_.size() != 2 && delays_.size() != 2 * measurements)
-      return "it has not one delay for each response";
-    return "";
+      return Error{"it has not one delay for each response"};
+    return std::monostate{};
   }
 
-  std::string whyNotSampleRate() const {
+  Status validateSampleRate() const {
     const std::span<const float> rates = valuesOf(file_.DataSamplingRate);
-    if (rates.empty()) return "it states no sample rate";
+    if (rates.empty()) return Error{"it states no sample rate"};
     for (const float rate : rates)
-      if (!(rate == rates[0])) return "its sample rate is not one and the same";
+      if (!(rate == rates[0])) return Error{"its sample rate is not one and the same"};
     const std::string_view units = attribute(file_.DataSamplingRate.attributes, "Units");
     if (!units.empty() && units != "hertz" && units != "Hertz" && units != "Hz")
-      return "its sample rate is in " + quoted(units) + "; it takes hertz";
-    return "";
+      return Error{"its sample rate is in " + quoted(units) + "; it takes hertz"};
+    return std::monostate{};
   }
 
-  std::string whyNotListener() const {
+  Status validateListener() const {
     const auto differs = [](const MYSOFA_ARRAY& array, bool spherical, const Vec3& wanted) {
       const std::span<const float> values = valuesOf(array);
       if (values.empty()) return false;
@@ -170,8 +171,8 @@ class SofaFile {
     const bool spherical = isSpherical(file_.ListenerView, false);
     if (differs(file_.ListenerView, spherical, Vec3::UnitX()) ||
         differs(file_.ListenerUp, isSpherical(file_.ListenerUp, spherical), Vec3::UnitZ()))
-      return "its listener is turned; it takes one that looks along x with z up";
-    return "";
+      return Error{"its listener is turned; it takes one that looks along x with z up"};
+    return std::monostate{};
   }
 
   /// True if the second receiver is the left ear. The common order is left, right; the receivers'
@@ -209,9 +210,9 @@ Result<HrtfMeasurements> readSofaFile(const fs::path& path) {
   if (const std::string reason = whyNoFile(path); !reason.empty()) return failure(reason);
   int code = MYSOFA_OK;
   const SofaHandle file(mysofa_load(path.c_str(), &code));
-  if (!file) return failure(whyNotRead(code));
+  if (!file) return failure(reasonOf(code));
   const SofaFile sofa(*file);
-  if (const std::string reason = sofa.whyNot(); !reason.empty()) return failure(reason);
+  if (const Status valid = sofa.validate(); !valid) return failure(valid.error().message);
   return sofa.measurements();
 }
 

@@ -15,20 +15,21 @@ namespace {
 constexpr double kLowestRate = 8000.0;
 constexpr double kHighestRate = 192000.0;
 
-std::string whyNot(const SynthSettings& settings, const std::vector<Listener>& listeners) {
+Status validate(const SynthSettings& settings, const std::vector<Listener>& listeners) {
   if (!(settings.sampleRate >= kLowestRate && settings.sampleRate <= kHighestRate))
-    return "sample rate " + std::to_string(settings.sampleRate) +
-           " Hz is out of range: 8000 to 192000 Hz";
-  if (!isPositive(settings.medium.density)) return "density of the medium must be positive";
-  if (!isPositive(settings.medium.speedOfSound)) return "speed of sound must be positive";
+    return Error{"sample rate " + std::to_string(settings.sampleRate) +
+                 " Hz is out of range: 8000 to 192000 Hz"};
+  if (!isPositive(settings.medium.density)) return Error{"density of the medium must be positive"};
+  if (!isPositive(settings.medium.speedOfSound)) return Error{"speed of sound must be positive"};
   if (!(std::isfinite(settings.audibleThreshold) && settings.audibleThreshold >= 0.0))
-    return "audible threshold must be a finite pressure of at least 0 Pa";
-  if (listeners.empty()) return "there is no listener: at least one is needed";
+    return Error{"audible threshold must be a finite pressure of at least 0 Pa"};
+  if (listeners.empty()) return Error{"there is no listener: at least one is needed"};
   for (std::size_t index = 0; index < listeners.size(); ++index) {
-    if (const std::string reason = whyNot(listeners[index]); !reason.empty())
-      return "listener " + std::to_string(index) + " ('" + listeners[index].name + "'): " + reason;
+    if (const Status valid = validate(listeners[index]); !valid)
+      return Error{"listener " + std::to_string(index) + " ('" + listeners[index].name +
+                   "'): " + valid.error().message};
   }
-  return {};
+  return std::monostate{};
 }
 
 Status prepareListeners(SoundPaths& paths) {
@@ -99,7 +100,8 @@ Status prepareRoom(SoundPaths& paths) {
 
 Result<std::shared_ptr<const SoundPaths>> makeSoundPaths(const SynthSettings& settings,
                                                          std::vector<Listener> listeners) {
-  if (const std::string reason = whyNot(settings, listeners); !reason.empty()) return Error{reason};
+  if (const Status valid = validate(settings, listeners); !valid)
+    return Error{valid.error().message};
   auto paths = std::make_shared<SoundPaths>();
   paths->settings = settings;
   paths->listeners = std::move(listeners);

@@ -169,10 +169,10 @@ Status ContactSoundScheduler::setBody(BodyId id, const SoundBody& body) {
   const auto refuse = [id](const std::string& why) {
     return Error{"sound body " + std::to_string(id) + ": " + why};
   };
-  if (const std::string reason = whyNot(body); !reason.empty()) return refuse(reason);
+  if (const Status valid = validate(body); !valid) return refuse(valid.error().message);
   if (body.modal != nullptr && !rings_.knows(*body.modal))
-    if (const std::string reason = whyNot(*body.modal); !reason.empty())
-      return refuse("modal model: " + reason);
+    if (const Status valid = validate(*body.modal); !valid)
+      return refuse("modal model: " + valid.error().message);
   Body known{body, nullptr};
   if (std::isfinite(body.mass))
     known.filters = &filtersOf(body.shape ? body.shape->radius() : body.radius);

@@ -61,7 +61,7 @@ class ModalExciter {
     /// Responses of the walls of each chain at the modes' frequencies, chain by chain.
     std::vector<std::complex<double>> walls;
   };
-  /// Returns the source of a model, which must be valid (whyNot is empty for it).
+  /// Returns the source of a model, which validate must accept.
   const Source& sourceOf(const std::shared_ptr<const ModalModel>& model);
 
   bool knows(const ModalModel& model) const { return sources_.contains(&model); }

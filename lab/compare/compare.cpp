@@ -74,8 +74,8 @@ Scene onBullet(const Scene& scene, double step) {
 
 Result<CompareReport> compareScene(const Scene& scene, std::span<const double> steps,
                                    const std::function<void(double share)>& progress) {
-  if (const std::string reason = whyNotOnBullet(scene); !reason.empty())
-    return Error{scene.name + ": " + reason};
+  if (const Status valid = validateForBullet(scene); !valid)
+    return Error{scene.name + ": " + valid.error().message};
   Scene native = scene;
   native.stepper.type = StepperType::native;
   CompareReport report;

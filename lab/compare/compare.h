@@ -33,7 +33,7 @@ struct CompareReport {
 };
 
 /// Runs the scene on the native stepper and on Bullet at each of the steps (s). Refuses scenes that
-/// Bullet cannot run (whyNotOnBullet). [one thread]
+/// Bullet cannot run (validateForBullet). [one thread]
 Result<CompareReport> compareScene(const Scene& scene, std::span<const double> steps,
                                    const std::function<void(double share)>& progress = {});
 

@@ -58,14 +58,14 @@ class Grid {
       : scene_(scene),
         fineness_(fineness),
         jello_(jelloOf(scene)),
-        onNative_(whyNotOnNative(scene).empty()) {}
+        onNative_(static_cast<bool>(validateForNative(scene))) {}
 
   Result<ReportGrid> make() {
     if (Status done = addReference(); !done) return done.error();
     if (jello_ != nullptr) {
       if (Status done = addJello(); !done) return done.error();
     }
-    const bool onBullet = jello_ == nullptr && whyNotOnBullet(scene_).empty();
+    const bool onBullet = jello_ == nullptr && validateForBullet(scene_);
     if (onBullet) addMechanics();
     addSound();
     if (rings(scene_)) addModes();

@@ -303,29 +303,31 @@ class Search {
   EigenSolution solution_;
 };
 
-std::string whyNot(const SparseMatrix& stiffness, const SparseMatrix& mass,
-                   const EigenSettings& settings) {
+Status validate(const SparseMatrix& stiffness, const SparseMatrix& mass,
+                const EigenSettings& settings) {
   const auto size = [](const SparseMatrix& matrix) {
     return std::to_string(matrix.rows()) + " by " + std::to_string(matrix.cols());
   };
   if (stiffness.rows() == 0 || stiffness.rows() != stiffness.cols() ||
       mass.rows() != stiffness.rows() || mass.cols() != mass.rows())
-    return "the stiffness is " + size(stiffness) + " and the mass " + size(mass) +
-           "; both must be square, of one size, and not empty";
+    return Error{"the stiffness is " + size(stiffness) + " and the mass " + size(mass) +
+                 "; both must be square, of one size, and not empty"};
   if (!(mass.diagonal().minCoeff() > 0.0))
-    return "the mass has a diagonal entry that is not positive; it must be positive definite";
+    return Error{
+        "the mass has a diagonal entry that is not positive; it must be positive definite"};
   if (settings.modes < 1)
-    return std::to_string(settings.modes) + " modes are asked for; at least 1 must be";
-  if (settings.shift && !(*settings.shift < 0.0)) return "the shift must be negative";
-  if (!(settings.tolerance > 0.0)) return "the tolerance must be positive";
-  return "";
+    return Error{std::to_string(settings.modes) + " modes are asked for; at least 1 must be"};
+  if (settings.shift && !(*settings.shift < 0.0)) return Error{"the shift must be negative"};
+  if (!(settings.tolerance > 0.0)) return Error{"the tolerance must be positive"};
+  return std::monostate{};
 }
 
 }  // namespace
 
 Result<EigenSolution> lowestModes(const SparseMatrix& stiffness, const SparseMatrix& mass,
                                   const EigenSettings& settings, const Progress& progress) {
-  if (const std::string why = whyNot(stiffness, mass, settings); !why.empty()) return Error{why};
+  if (const Status valid = validate(stiffness, mass, settings); !valid)
+    return Error{valid.error().message};
   return Search(stiffness, mass, settings, progress).run();
 }
 

@@ -35,23 +35,23 @@ Error refused(const std::string& reason) {
   return Error{"shell: " + reason};
 }
 
-std::string whyNot(const ShellSettings& settings) {
-  if (!isPositive(settings.thickness)) return "the thickness must be positive (m)";
-  if (settings.maxModes < 1) return "at least 1 mode must be asked for";
+Status validate(const ShellSettings& settings) {
+  if (!isPositive(settings.thickness)) return Error{"the thickness must be positive (m)"};
+  if (settings.maxModes < 1) return Error{"at least 1 mode must be asked for"};
   if (settings.minVertices > settings.maxVertices)
-    return "the least number of vertices, " + std::to_string(settings.minVertices) +
-           ", is above the most, " + std::to_string(settings.maxVertices);
-  return "";
+    return Error{"the least number of vertices, " + std::to_string(settings.minVertices) +
+                 ", is above the most, " + std::to_string(settings.maxVertices)};
+  return std::monostate{};
 }
 
-std::string whyNot(const MeshReport& report, const ShellSettings& settings) {
+Status validate(const MeshReport& report, const ShellSettings& settings) {
   for (const MeshFinding& finding : report.findings)
-    if (finding.fault <= MeshFault::notFinite) return finding.text;
+    if (finding.fault <= MeshFault::notFinite) return Error{finding.text};
   if (settings.thickness >= report.extent)
-    return "its thickness of " + std::to_string(1e3 * settings.thickness) +
-           " mm is not less than the whole body's extent of " +
-           std::to_string(1e3 * report.extent) + " mm";
-  return "";
+    return Error{"its thickness of " + std::to_string(1e3 * settings.thickness) +
+                 " mm is not less than the whole body's extent of " +
+                 std::to_string(1e3 * report.extent) + " mm"};
+  return std::monostate{};
 }
 
 /// Keeps the first of the two sides of a sheet.
@@ -205,11 +205,11 @@ void setMass(ModalModel& model, double perArea) {
 
 Result<ShellNetwork> shellNetwork(const SurfaceMesh& mesh, const Material& material,
                                   const ShellSettings& settings) {
-  if (std::string reason = whyNot(settings); !reason.empty()) return refused(reason);
-  if (std::string reason = whyNot(material); !reason.empty())
-    return refused("material '" + material.name + "': " + reason);
-  if (std::string reason = whyNot(checkMesh(mesh), settings); !reason.empty())
-    return refused(reason);
+  if (const Status valid = validate(settings); !valid) return refused(valid.error().message);
+  if (const Status valid = validate(material); !valid)
+    return refused("material '" + material.name + "': " + valid.error().message);
+  if (const Status valid = validate(checkMesh(mesh), settings); !valid)
+    return refused(valid.error().message);
   Result<SurfaceMesh> surface = preparedSurface(mesh, settings);
   if (!surface) return refused(surface.error().message);
   ShellNetwork network;

@@ -180,8 +180,8 @@ Eigen::MatrixXd shapesAtVertices(const VoxelMesh& grid, const std::vector<Vec3>&
 
 Result<SolidSystem> solidSystem(const SurfaceMesh& surface, const Material& material,
                                 const VoxelSettings& settings) {
-  if (const std::string why = whyNot(material); !why.empty())
-    return Error{"material '" + material.name + "': " + why};
+  if (const Status valid = validate(material); !valid)
+    return Error{"material '" + material.name + "': " + valid.error().message};
   Result<VoxelMesh> grid = voxelMesh(surface, settings);
   if (!grid) return grid.error();
   SolidSystem system{*std::move(grid), {}, {}};

@@ -400,27 +400,28 @@ std::string whyTooCoarse(const VoxelMesh& mesh) {
   return {};
 }
 
-std::string whyNot(const SurfaceMesh& surface, const VoxelSettings& settings) {
+Status validate(const SurfaceMesh& surface, const VoxelSettings& settings) {
   for (const Vec3& vertex : surface.vertices)
-    if (!vertex.allFinite()) return "the surface has a vertex that is not finite";
+    if (!vertex.allFinite()) return Error{"the surface has a vertex that is not finite"};
   for (const auto& triangle : surface.triangles)
     for (const std::uint32_t corner : triangle)
       if (corner >= surface.vertices.size())
-        return "the surface has a triangle of vertex " + std::to_string(corner) +
-               ", and there are " + std::to_string(surface.vertices.size());
+        return Error{"the surface has a triangle of vertex " + std::to_string(corner) +
+                     ", and there are " + std::to_string(surface.vertices.size())};
   if (!closedSurface(surface))
-    return "the surface is open; a solid needs a closed one, each edge shared by two triangles "
-           "that turn the same way";
+    return Error{
+        "the surface is open; a solid needs a closed one, each edge shared by two triangles "
+        "that turn the same way"};
   const double volume = std::abs(signedVolume(surface));
   if (!(volume > 1e-9 * std::pow(surfaceArea(surface), 1.5)))
-    return "the surface encloses no volume";
+    return Error{"the surface encloses no volume"};
   if (settings.cellSize && !(*settings.cellSize > 0.0 && std::isfinite(*settings.cellSize)))
-    return "the size of a cell must be positive (m)";
+    return Error{"the size of a cell must be positive (m)"};
   if (!settings.cellSize && settings.degreesOfFreedom < 24)
-    return std::to_string(settings.degreesOfFreedom) +
-           " degrees of freedom are too few; one cell has 24";
-  if (settings.rows < 1) return "there must be at least 1 row of samples";
-  return {};
+    return Error{std::to_string(settings.degreesOfFreedom) +
+                 " degrees of freedom are too few; one cell has 24"};
+  if (settings.rows < 1) return Error{"there must be at least 1 row of samples"};
+  return std::monostate{};
 }
 
 std::size_t degreesOfFreedom(const VoxelMesh& mesh) {
@@ -488,7 +489,7 @@ std::size_t nearestCell(const VoxelMesh& mesh, const Vec3& at) {
 }  // namespace
 
 Result<VoxelMesh> voxelMesh(const SurfaceMesh& surface, const VoxelSettings& settings) {
-  if (const std::string why = whyNot(surface, settings); !why.empty()) return Error{why};
+  if (const Status valid = validate(surface, settings); !valid) return Error{valid.error().message};
   const Voxeliser voxeliser(surface, settings.rows);
   const double size =
       settings.cellSize ? *settings.cellSize : sizeFor(voxeliser, settings.degreesOfFreedom);

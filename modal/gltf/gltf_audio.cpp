@@ -37,102 +37,106 @@ bool allFinite(const std::vector<Eigen::Vector3f>& values) {
                              [](const Eigen::Vector3f& value) { return value.allFinite(); });
 }
 
-std::string whyNot(const GltfMassProperties& properties) {
-  if (!isPositive(properties.mass)) return "/massProperties/mass: must be positive (kg)";
-  if (!properties.centreOfMass.allFinite()) return "/massProperties/centerOfMass: must be finite";
+Status validate(const GltfMassProperties& properties) {
+  if (!isPositive(properties.mass)) return Error{"/massProperties/mass: must be positive (kg)"};
+  if (!properties.centreOfMass.allFinite())
+    return Error{"/massProperties/centerOfMass: must be finite"};
   if (!properties.inertiaDiagonal.allFinite() || properties.inertiaDiagonal.minCoeff() < 0.0)
-    return "/massProperties/inertiaDiagonal: must be at least 0 (kg m^2)";
+    return Error{"/massProperties/inertiaDiagonal: must be at least 0 (kg m^2)"};
   if (!(std::abs(properties.inertiaOrientation.norm() - 1.0) <= kUnit))
-    return "/massProperties/inertiaOrientation: must be a quaternion of length 1";
-  return {};
+    return Error{"/massProperties/inertiaOrientation: must be a quaternion of length 1"};
+  return std::monostate{};
 }
 
-std::string whyNotModes(const GltfModalModel& model) {
+Status validateModes(const GltfModalModel& model) {
   const auto positive = [](float value) { return std::isfinite(value) && value > 0.0F; };
   const auto notNegative = [](float value) { return std::isfinite(value) && value >= 0.0F; };
-  if (model.frequencies.empty()) return "/frequencies: must be of one mode or more";
+  if (model.frequencies.empty()) return Error{"/frequencies: must be of one mode or more"};
   if (!std::ranges::all_of(model.frequencies, positive))
-    return "/frequencies: must be positive and finite (Hz)";
+    return Error{"/frequencies: must be positive and finite (Hz)"};
   if (model.decayRates.size() != model.frequencies.size())
-    return "/decayRates: must be as many as frequencies";
+    return Error{"/decayRates: must be as many as frequencies"};
   if (!std::ranges::all_of(model.decayRates, notNegative))
-    return "/decayRates: must be at least 0 and finite (1/s)";
+    return Error{"/decayRates: must be at least 0 and finite (1/s)"};
   if (!model.volumes.empty() && model.volumes.size() != model.frequencies.size())
-    return "/extras/carom/volumes: must be as many as frequencies";
+    return Error{"/extras/carom/volumes: must be as many as frequencies"};
   if (!std::ranges::all_of(model.volumes, [](double value) { return std::isfinite(value); }))
-    return "/extras/carom/volumes: must be finite";
-  return {};
+    return Error{"/extras/carom/volumes: must be finite"};
+  return std::monostate{};
 }
 
-std::string whyNotPoints(const GltfModalModel& model) {
+Status validatePoints(const GltfModalModel& model) {
   const std::size_t points = model.positions.size();
-  if (points == 0) return "/positions: must be of one point or more";
-  if (!allFinite(model.positions)) return "/positions: must be finite";
+  if (points == 0) return Error{"/positions: must be of one point or more"};
+  if (!allFinite(model.positions)) return Error{"/positions: must be finite"};
   if (model.shapes.size() != model.frequencies.size() * points)
-    return "/shapes: must be as many as frequencies times positions";
-  if (!allFinite(model.shapes)) return "/shapes: must be finite";
-  if (model.indices.size() % 3 != 0) return "/indices: must be three for each triangle";
+    return Error{"/shapes: must be as many as frequencies times positions"};
+  if (!allFinite(model.shapes)) return Error{"/shapes: must be finite"};
+  if (model.indices.size() % 3 != 0) return Error{"/indices: must be three for each triangle"};
   const auto there = [points](std::uint32_t index) { return index < points; };
   if (!std::ranges::all_of(model.indices, there))
-    return "/indices: must each be less than the number of positions";
-  return {};
+    return Error{"/indices: must each be less than the number of positions"};
+  return std::monostate{};
 }
 
-std::string whyNot(const GltfModalModel& model, std::size_t materials) {
-  if (std::string why = whyNotModes(model); !why.empty()) return why;
-  if (std::string why = whyNotPoints(model); !why.empty()) return why;
+Status validate(const GltfModalModel& model, std::size_t materials) {
+  if (Status valid = validateModes(model); !valid) return valid;
+  if (Status valid = validatePoints(model); !valid) return valid;
   if (model.material && *model.material >= materials)
-    return "/material: must be the index of an acoustic material, and there are " +
-           std::to_string(materials);
-  return model.massProperties ? whyNot(*model.massProperties) : std::string();
+    return Error{"/material: must be the index of an acoustic material, and there are " +
+                 std::to_string(materials)};
+  if (!model.massProperties) return std::monostate{};
+  return validate(*model.massProperties);
 }
 
-std::string whyNot(const GltfAcousticMaterial& material) {
+Status validate(const GltfAcousticMaterial& material) {
   const auto notNegative = [](double value) { return std::isfinite(value) && value >= 0.0; };
-  if (!isPositive(material.density.value_or(1.0))) return "/density: must be positive (kg/m^3)";
+  if (!isPositive(material.density.value_or(1.0)))
+    return Error{"/density: must be positive (kg/m^3)"};
   if (!isPositive(material.youngsModulus.value_or(1.0)))
-    return "/youngsModulus: must be positive (Pa)";
+    return Error{"/youngsModulus: must be positive (Pa)"};
   if (!isFraction(material.poissonRatio.value_or(0.0), -1.0, 0.5))
-    return "/poissonRatio: must be above -1 and below 0.5";
-  if (!notNegative(material.alpha.value_or(0.0))) return "/alpha: must be at least 0 (1/s)";
-  if (!notNegative(material.beta.value_or(0.0))) return "/beta: must be at least 0 (s)";
+    return Error{"/poissonRatio: must be above -1 and below 0.5"};
+  if (!notNegative(material.alpha.value_or(0.0))) return Error{"/alpha: must be at least 0 (1/s)"};
+  if (!notNegative(material.beta.value_or(0.0))) return Error{"/beta: must be at least 0 (s)"};
   const double restitution = material.restitution.value_or(0.0);
   if (!(restitution >= 0.0 && restitution <= 1.0))
-    return "/extras/carom/restitution: must be from 0 to 1";
-  return {};
+    return Error{"/extras/carom/restitution: must be from 0 to 1"};
+  return std::monostate{};
 }
 
-std::string whyNot(const GltfAcousticSurface& surface, std::size_t materials) {
-  if (!isPositive(surface.roughness)) return "/roughness: must be positive (m)";
-  if (!isPositive(surface.correlationLength)) return "/correlationLength: must be positive (m)";
+Status validate(const GltfAcousticSurface& surface, std::size_t materials) {
+  if (!isPositive(surface.roughness)) return Error{"/roughness: must be positive (m)"};
+  if (!isPositive(surface.correlationLength))
+    return Error{"/correlationLength: must be positive (m)"};
   if (!(surface.spectralSlope <= 0.0) || std::isinf(surface.spectralSlope))
-    return "/spectralSlope: must be at most 0";
+    return Error{"/spectralSlope: must be at most 0"};
   if (!isPositive(surface.shortWavelength.value_or(1.0)))
-    return "/shortWavelength: must be positive (m)";
+    return Error{"/shortWavelength: must be positive (m)"};
   if (!(surface.waviness >= 0.0) || std::isinf(surface.waviness))
-    return "/waviness: must be at least 0 (m)";
-  if (!isPositive(surface.wavinessLength)) return "/wavinessLength: must be positive (m)";
-  if (surface.profile.size() == 1) return "/profile: must be of two heights or more";
-  if (!allFinite(surface.profile)) return "/profile: must be finite (m)";
+    return Error{"/waviness: must be at least 0 (m)"};
+  if (!isPositive(surface.wavinessLength)) return Error{"/wavinessLength: must be positive (m)"};
+  if (surface.profile.size() == 1) return Error{"/profile: must be of two heights or more"};
+  if (!allFinite(surface.profile)) return Error{"/profile: must be finite (m)"};
   if (!surface.profile.empty() && !isPositive(surface.sampleSpacing))
-    return "/sampleSpacing: must be positive (m) where there is a profile";
-  if (!std::isfinite(surface.normalScale)) return "/normalTexture/scale: must be finite";
+    return Error{"/sampleSpacing: must be positive (m) where there is a profile"};
+  if (!std::isfinite(surface.normalScale)) return Error{"/normalTexture/scale: must be finite"};
   if (surface.material && *surface.material >= materials)
-    return "/material: must be the index of an acoustic material, and there are " +
-           std::to_string(materials);
-  return {};
+    return Error{"/material: must be the index of an acoustic material, and there are " +
+                 std::to_string(materials)};
+  return std::monostate{};
 }
 
-std::string whyNot(const GltfAudioNode& node, const GltfAudio& audio) {
+Status validate(const GltfAudioNode& node, const GltfAudio& audio) {
   if (node.modalModel && *node.modalModel >= audio.models.size())
-    return "modalModel must be the index of one, and there are " +
-           std::to_string(audio.models.size());
+    return Error{"modalModel must be the index of one, and there are " +
+                 std::to_string(audio.models.size())};
   if (node.acousticSurface && *node.acousticSurface >= audio.surfaces.size())
-    return "acousticSurface must be the index of one, and there are " +
-           std::to_string(audio.surfaces.size());
-  if (!(node.gain >= 0.0) || std::isinf(node.gain)) return "gain must be at least 0";
-  if (!node.globalTransform.allFinite()) return "its transform must be finite";
-  return {};
+    return Error{"acousticSurface must be the index of one, and there are " +
+                 std::to_string(audio.surfaces.size())};
+  if (!(node.gain >= 0.0) || std::isinf(node.gain)) return Error{"gain must be at least 0"};
+  if (!node.globalTransform.allFinite()) return Error{"its transform must be finite"};
+  return std::monostate{};
 }
 
 // ---- Reading.
@@ -271,7 +275,7 @@ void readNodes(GltfDocument& document, GltfAudio& audio) {
     node.acousticSurface = view.indexIf("acousticSurface");
     node.gain = view.number("gain", 1.0);
     node.globalTransform = transforms[index];
-    if (const std::string why = whyNot(node, audio); !why.empty()) view.refuse(why);
+    if (const Status valid = validate(node, audio); !valid) view.refuse(valid.error().message);
     audio.nodes.push_back(std::move(node));
   }
 }
@@ -410,23 +414,23 @@ Json documentJson(const GltfAudio& audio, GltfBuilder& builder) {
 
 }  // namespace
 
-std::string whyNot(const GltfAudio& audio) {
+Status validate(const GltfAudio& audio) {
   const auto at = [](const char* array, std::size_t index, const std::string& why) {
     return '/' + std::string(array) + '/' + std::to_string(index) + why;
   };
   for (std::size_t index = 0; index < audio.materials.size(); ++index)
-    if (const std::string why = whyNot(audio.materials[index]); !why.empty())
-      return at("acousticMaterials", index, why);
+    if (const Status valid = validate(audio.materials[index]); !valid)
+      return Error{at("acousticMaterials", index, valid.error().message)};
   for (std::size_t index = 0; index < audio.surfaces.size(); ++index)
-    if (const std::string why = whyNot(audio.surfaces[index], audio.materials.size()); !why.empty())
-      return at("acousticSurfaces", index, why);
+    if (const Status valid = validate(audio.surfaces[index], audio.materials.size()); !valid)
+      return Error{at("acousticSurfaces", index, valid.error().message)};
   for (std::size_t index = 0; index < audio.models.size(); ++index)
-    if (const std::string why = whyNot(audio.models[index], audio.materials.size()); !why.empty())
-      return at("modalModels", index, why);
+    if (const Status valid = validate(audio.models[index], audio.materials.size()); !valid)
+      return Error{at("modalModels", index, valid.error().message)};
   for (const GltfAudioNode& node : audio.nodes)
-    if (const std::string why = whyNot(node, audio); !why.empty())
-      return "node '" + node.name + "': " + why;
-  return {};
+    if (const Status valid = validate(node, audio); !valid)
+      return Error{"node '" + node.name + "': " + valid.error().message};
+  return std::monostate{};
 }
 
 Result<GltfAudio> parseGltfAudio(std::span<const std::byte> bytes, std::string_view name,
@@ -443,8 +447,8 @@ Result<GltfAudio> parseGltfAudio(std::span<const std::byte> bytes, std::string_v
         "models, acoustic materials or surfaces");
   GltfAudio audio = readExtension(*document, extensions.member(kExtension));
   if (!document->fault().empty()) return refuse(document->fault());
-  if (const std::string why = whyNot(audio); !why.empty())
-    return refuse("/extensions/" + std::string(kExtension) + why);
+  if (const Status valid = validate(audio); !valid)
+    return refuse("/extensions/" + std::string(kExtension) + valid.error().message);
   return audio;
 }
 
@@ -460,8 +464,8 @@ Status writeGltfAudio(const fs::path& path, const GltfAudio& audio) {
   const bool binary = path.extension() == ".glb";
   if (!binary && path.extension() != ".gltf")
     return refuse("must end in .gltf or .glb, to say which of the two to write");
-  if (const std::string why = whyNot(audio); !why.empty())
-    return refuse("cannot be written: " + why);
+  if (const Status valid = validate(audio); !valid)
+    return refuse("cannot be written: " + valid.error().message);
   GltfBuilder builder;
   Json json = documentJson(audio, builder);
   return writeBytes(path, binary ? builder.glb(std::move(json)) : builder.gltf(std::move(json)));

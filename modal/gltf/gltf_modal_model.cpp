@@ -150,7 +150,7 @@ Result<ModalModel> toModalModel(const GltfAudio& audio, std::size_t model, doubl
   });
   for (const std::size_t index : order)
     addMode(made, given, index);
-  if (const std::string why = whyNot(made); !why.empty()) return refuse(why);
+  if (const Status valid = validate(made); !valid) return refuse(valid.error().message);
   return made;
 }
 

@@ -31,11 +31,12 @@ constexpr double kMaxWeld = 0.1;
 
 constexpr std::array<std::string_view, 5> kExtensions = {".obj", ".ply", ".stl", ".gltf", ".glb"};
 
-std::string whyNot(const MeshImport& import) {
-  if (!isPositive(import.scale)) return "the scale must be positive (m to a unit of the file)";
+Status validate(const MeshImport& import) {
+  if (!isPositive(import.scale))
+    return Error{"the scale must be positive (m to a unit of the file)"};
   if (!(import.weldTolerance >= 0.0 && import.weldTolerance <= kMaxWeld))
-    return "the weld tolerance must be from 0 to 0.1 (of the extent)";
-  return "";
+    return Error{"the weld tolerance must be from 0 to 0.1 (of the extent)"};
+  return std::monostate{};
 }
 
 /// Returns the extension in lower case; empty if it is none that can be read.
@@ -57,26 +58,26 @@ double extentOfPoints(const std::vector<Vec3>& points) {
   return (high - low).maxCoeff();
 }
 
-std::string whyNot(const PolygonMesh& mesh) {
+Status validate(const PolygonMesh& mesh) {
   std::size_t triangles = 0;
   for (std::size_t index = 0; index < mesh.polygons(); ++index) {
     const auto polygon = mesh.polygon(index);
     for (const std::uint32_t vertex : polygon)
       if (vertex >= mesh.vertices.size())
-        return "polygon " + std::to_string(index) + " names vertex " + std::to_string(vertex) +
-               " of " + std::to_string(mesh.vertices.size());
+        return Error{"polygon " + std::to_string(index) + " names vertex " +
+                     std::to_string(vertex) + " of " + std::to_string(mesh.vertices.size())};
     if (polygon.size() > kMaxCorners)
-      return "polygon " + std::to_string(index) + " has " + std::to_string(polygon.size()) +
-             " corners; expected at most " + std::to_string(kMaxCorners);
+      return Error{"polygon " + std::to_string(index) + " has " + std::to_string(polygon.size()) +
+                   " corners; expected at most " + std::to_string(kMaxCorners)};
     triangles += polygon.size() < 3 ? 0 : polygon.size() - 2;
   }
   if (triangles > kMaxTriangles)
-    return "it has " + std::to_string(triangles) + " triangles; expected at most 10 million";
-  return "";
+    return Error{"it has " + std::to_string(triangles) + " triangles; expected at most 10 million"};
+  return std::monostate{};
 }
 
 Result<LoadedMesh> surfaceOf(const PolygonMesh& mesh, const MeshImport& import) {
-  if (std::string reason = whyNot(mesh); !reason.empty()) return Error{reason};
+  if (const Status valid = validate(mesh); !valid) return Error{valid.error().message};
   LoadedMesh result;
   result.meshes = mesh.meshes;
   result.leftOut = mesh.leftOut;
@@ -104,7 +105,7 @@ Result<LoadedMesh> surfaceOf(const PolygonMesh& mesh, const MeshImport& import) 
 
 Result<LoadedMesh> read(std::span<const std::byte> bytes, const fs::path& name,
                         const std::optional<fs::path>& folder, const MeshImport& import) {
-  if (std::string reason = whyNot(import); !reason.empty()) return Error{reason};
+  if (const Status valid = validate(import); !valid) return Error{valid.error().message};
   const std::string format = formatOf(name);
   if (format.empty())
     return Error{"its name ends in '" + printable(name.extension().string()) +

@@ -173,7 +173,7 @@ bool shorten(std::vector<Complex>& multipoles, double kr, int maxOrder) {
 }
 
 Status check(const ModalModel& model, const RadiationSettings& settings) {
-  if (const std::string reason = whyNot(model); !reason.empty()) return Error{"model: " + reason};
+  if (const Status valid = validate(model); !valid) return Error{"model: " + valid.error().message};
   if (settings.panels < kLeastPanels)
     return Error{"radiation: panels is " + std::to_string(settings.panels) +
                  "; expected at least " + std::to_string(kLeastPanels)};

@@ -31,7 +31,7 @@ void findVolumes(ModalModel& model);
 ///
 /// A surface that is open is taken for a sheet of the model's mass (RadiatingPanels).
 ///
-/// Errors: a model that whyNot() refuses, settings out of range, a surface that panels cannot be
+/// Errors: a model that validate() refuses, settings out of range, a surface that panels cannot be
 /// made of (RadiatingPanels), kCancelled. The model is then left as it was. [any thread],
 /// allocates; 800 panels and 60 modes take 25 s.
 Result<RadiationReport> computeRadiation(ModalModel& model, const RadiationSettings& settings = {},

@@ -200,26 +200,27 @@ class Reader {
   std::string error_;
 };
 
-std::string whyNotWritten(const JelloFile& file) {
+Status validateWritable(const JelloFile& file) {
   const JelloWorld& world = file.world;
-  if (std::string reason = whyNot(world); !reason.empty()) return reason;
-  if (!(std::isfinite(file.step) && file.step > 0.0)) return "the step must be positive (s)";
+  if (Status valid = validate(world); !valid) return valid;
+  if (!(std::isfinite(file.step) && file.step > 0.0)) return Error{"the step must be positive (s)"};
   if (file.stepsPerFrame < 1 || static_cast<double>(file.stepsPerFrame) > kMostFileSteps)
-    return "there must be 1 to 10^9 steps to a picture";
+    return Error{"there must be 1 to 10^9 steps to a picture"};
   if (world.lattice.count != kPoints || world.lattice.size != Vec3::Ones())
-    return "a world file is of 8 x 8 x 8 points in a cube of 1 m";
+    return Error{"a world file is of 8 x 8 x 8 points in a cube of 1 m"};
   const auto isRoom = [](const Vec3& min, const Vec3& max) {
     return min == Vec3::Constant(-kRoom) && max == Vec3::Constant(kRoom);
   };
   if (!world.room || !isRoom(world.room->min, world.room->max))
-    return "a world file is of a room from -2 m to 2 m";
-  if (world.field.count > kMostForces) return "a world file has at most 256^3 forces";
+    return Error{"a world file is of a room from -2 m to 2 m"};
+  if (world.field.count > kMostForces) return Error{"a world file has at most 256^3 forces"};
   if (world.field.count > 0 && !isRoom(world.field.min, world.field.max))
-    return "the field of a world file is over all of its room";
-  if (!world.gravity.isZero(0.0)) return "a world file has no gravity; a field of forces is one";
-  if (!world.balls.empty()) return "a world file has no balls";
-  if (world.planes.size() > 1) return "a world file has one inclined plane at most";
-  return {};
+    return Error{"the field of a world file is over all of its room"};
+  if (!world.gravity.isZero(0.0))
+    return Error{"a world file has no gravity; a field of forces is one"};
+  if (!world.balls.empty()) return Error{"a world file has no balls"};
+  if (world.planes.size() > 1) return Error{"a world file has one inclined plane at most"};
+  return std::monostate{};
 }
 
 /// Appends the shortest decimal that reads back as the same number, followed by `after`.
@@ -241,14 +242,14 @@ void put(std::string& text, const Vec3& value) {
 Result<JelloFile> jelloFromText(std::string_view text, const std::string& name) {
   Result<JelloFile> file = Reader(text).read();
   if (!file) return Error{name + ": " + file.error().message};
-  if (const std::string reason = whyNot(file->world); !reason.empty())
-    return Error{name + ": " + reason};
+  if (const Status valid = validate(file->world); !valid)
+    return Error{name + ": " + valid.error().message};
   return file;
 }
 
 Result<std::string> jelloText(const JelloFile& file) {
-  if (const std::string reason = whyNotWritten(file); !reason.empty())
-    return Error{"world file: " + reason};
+  if (const Status valid = validateWritable(file); !valid)
+    return Error{"world file: " + valid.error().message};
   const JelloWorld& world = file.world;
   std::string text;
   if (file.integrator == JelloIntegrator::explicitEuler)

@@ -23,8 +23,8 @@ struct JelloLimits {
 /// Returns the limits of a world near rest: springs that are stretched far are stiffer, and may
 /// need smaller steps. Exact to 1e-3 up to 24 points along an axis; beyond that the limits are
 /// those of an endless lattice, whose frequency is less than 1 % above. If several walls that are
-/// not at right angles push, only one of them is taken into account. Needs a world to which whyNot
-/// has no objection. [any thread]
+/// not at right angles push, only one of them is taken into account. Needs a world that validate
+/// accepts. [any thread]
 JelloLimits jelloLimits(const JelloWorld& world);
 
 /// Returns the largest step (s) at which x'' = -w^2 x - c x' does not grow: w in rad/s, > 0, c in

@@ -68,7 +68,7 @@ Vec3 normalOf(const JelloWall& wall) {
 
 Result<JelloStepper> JelloStepper::create(JelloWorld world, JelloIntegrator integrator,
                                           double step) {
-  if (const std::string reason = whyNot(world); !reason.empty()) return Error{"jello: " + reason};
+  if (const Status valid = validate(world); !valid) return Error{"jello: " + valid.error().message};
   if (!(std::isfinite(step) && step > 0.0)) return Error{"jello: the step must be positive (s)"};
   return JelloStepper(std::move(world), integrator, step);
 }

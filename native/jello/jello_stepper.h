@@ -48,7 +48,7 @@ class JelloStepper {
  public:
   static constexpr std::size_t kSplitFrom = 24;
 
-  /// Creates a stepper; `step` in s. Errors: those of whyNot(JelloWorld), or a step that is not
+  /// Creates a stepper; `step` in s. Errors: those of validate(JelloWorld), or a step that is not
   /// positive. The stability of the step is not checked here: see jelloLimits.
   static Result<JelloStepper> create(JelloWorld world, JelloIntegrator integrator, double step);
 

@@ -14,40 +14,42 @@ bool isAtLeast(double value) {
   return std::isfinite(value) && value >= 0.0;
 }
 
-std::string whyNot(const JelloLattice& lattice) {
+Status validate(const JelloLattice& lattice) {
   if (lattice.count < 2 || lattice.count > kMostJelloPoints)
-    return "the jello has " + std::to_string(lattice.count) +
-           " points along each axis; expected 2 to " + std::to_string(kMostJelloPoints);
+    return Error{"the jello has " + std::to_string(lattice.count) +
+                 " points along each axis; expected 2 to " + std::to_string(kMostJelloPoints)};
   if (!(lattice.size.allFinite() && lattice.size.minCoeff() > 0.0))
-    return "the size of the jello must be positive (m)";
-  if (!isAbove(lattice.pointMass)) return "the mass of a point must be positive (kg)";
-  if (!isAtLeast(lattice.stiffness)) return "the stiffness of springs must be at least 0 (N/m)";
-  if (!isAtLeast(lattice.damping)) return "the damping of springs must be at least 0 (N s/m)";
-  return {};
+    return Error{"the size of the jello must be positive (m)"};
+  if (!isAbove(lattice.pointMass)) return Error{"the mass of a point must be positive (kg)"};
+  if (!isAtLeast(lattice.stiffness))
+    return Error{"the stiffness of springs must be at least 0 (N/m)"};
+  if (!isAtLeast(lattice.damping))
+    return Error{"the damping of springs must be at least 0 (N s/m)"};
+  return std::monostate{};
 }
 
-std::string whyNot(const JelloField& field) {
-  if (field.count == 0) return {};
+Status validate(const JelloField& field) {
+  if (field.count == 0) return std::monostate{};
   if (field.forces.size() != field.count * field.count * field.count)
-    return "the force field has " + std::to_string(field.forces.size()) + " forces; expected " +
-           std::to_string(field.count) + "^3";
+    return Error{"the force field has " + std::to_string(field.forces.size()) +
+                 " forces; expected " + std::to_string(field.count) + "^3"};
   for (const Vec3& force : field.forces)
-    if (!force.allFinite()) return "a force of the field is not finite (N)";
+    if (!force.allFinite()) return Error{"a force of the field is not finite (N)"};
   if (field.count > 1 &&
       !((field.max - field.min).allFinite() && (field.max - field.min).minCoeff() > 0.0))
-    return "the box of the force field must have a size (m)";
-  return {};
+    return Error{"the box of the force field must have a size (m)"};
+  return std::monostate{};
 }
 
-std::string whyNotAPlace(const std::vector<Vec3>& points, const std::string& what,
-                         std::size_t expected) {
+Status validatePlaces(const std::vector<Vec3>& points, const std::string& what,
+                      std::size_t expected) {
   if (points.size() != expected)
-    return "the jello has " + std::to_string(points.size()) + " " + what + "; expected " +
-           std::to_string(expected);
+    return Error{"the jello has " + std::to_string(points.size()) + " " + what + "; expected " +
+                 std::to_string(expected)};
   for (std::size_t index = 0; index < points.size(); ++index)
     if (!points[index].allFinite())
-      return "number " + std::to_string(index) + " of the " + what + " is not finite";
-  return {};
+      return Error{"number " + std::to_string(index) + " of the " + what + " is not finite"};
+  return std::monostate{};
 }
 
 }  // namespace
@@ -97,27 +99,26 @@ std::vector<Vec3> restingPoints(const JelloLattice& lattice, const Vec3& middle,
   return points;
 }
 
-std::string whyNot(const JelloWorld& world) {
-  if (std::string reason = whyNot(world.lattice); !reason.empty()) return reason;
+Status validate(const JelloWorld& world) {
+  if (Status valid = validate(world.lattice); !valid) return valid;
   if (!isAtLeast(world.contact.stiffness) || !isAtLeast(world.contact.damping))
-    return "stiffness and damping of contacts must be at least 0 (N/m, N s/m)";
-  if (!world.gravity.allFinite()) return "gravity must be finite (m/s^2)";
+    return Error{"stiffness and damping of contacts must be at least 0 (N/m, N s/m)"};
+  if (!world.gravity.allFinite()) return Error{"gravity must be finite (m/s^2)"};
   if (world.room && !((world.room->max - world.room->min).allFinite() &&
                       (world.room->max - world.room->min).minCoeff() > 0.0))
-    return "the room must have a size (m)";
+    return Error{"the room must have a size (m)"};
   for (const JelloPlane& plane : world.planes)
     if (!(std::abs(plane.normal.norm() - 1.0) < 1e-9) || !std::isfinite(plane.offset))
-      return "the normal of a plane must have length 1, and its offset be finite (m)";
+      return Error{"the normal of a plane must have length 1, and its offset be finite (m)"};
   for (const JelloBall& ball : world.balls)
     if (!isAbove(ball.radius) || !isAbove(ball.mass) || !ball.position.allFinite() ||
         !ball.velocity.allFinite())
-      return "radius and mass of ball " + std::to_string(ball.id) +
-             " must be positive (m, kg), its place and velocity finite";
-  if (std::string reason = whyNot(world.field); !reason.empty()) return reason;
-  if (std::string reason = whyNotAPlace(world.positions, "positions", world.pointCount());
-      !reason.empty())
-    return reason;
-  return whyNotAPlace(world.velocities, "velocities", world.pointCount());
+      return Error{"radius and mass of ball " + std::to_string(ball.id) +
+                   " must be positive (m, kg), its place and velocity finite"};
+  if (Status valid = validate(world.field); !valid) return valid;
+  if (Status valid = validatePlaces(world.positions, "positions", world.pointCount()); !valid)
+    return valid;
+  return validatePlaces(world.velocities, "velocities", world.pointCount());
 }
 
 }  // namespace carom::native

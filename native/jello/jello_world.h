@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "carom/audio/impulse_event.h"
+#include "carom/audio/result.h"
 #include "carom/audio/vector.h"
 
 namespace carom::native {
@@ -102,9 +103,9 @@ struct JelloWorld {
 std::vector<Vec3> restingPoints(const JelloLattice& lattice, const Vec3& middle,
                                 const Quat& orientation = Quat::Identity());
 
-/// Returns why the world cannot be run: one sentence that says what is wrong and what would be
-/// accepted, or nothing if it can be. [any thread]
-std::string whyNot(const JelloWorld& world);
+/// Refuses a world that cannot be run; the message says what is wrong and what would be accepted.
+/// [any thread]
+Status validate(const JelloWorld& world);
 
 /// Number of kinds of springs. A kind leads from a point to another, in points along x, y and z;
 /// only one of each pair of opposite directions is listed.

@@ -81,10 +81,10 @@ Material ofModes(const ModalModel& modes) {
 Status whyRefused(const Given& given) {
   SoundBody body;
   body.material = given.material ? *given.material : builtInMaterials().front();
-  if (const std::string reason = whyNot(body); !reason.empty()) return Error{"sound: " + reason};
+  if (const Status valid = validate(body); !valid) return Error{"sound: " + valid.error().message};
   if (given.modes != nullptr)
-    if (const std::string reason = whyNot(*given.modes); !reason.empty())
-      return Error{"sound: modal model: " + reason};
+    if (const Status valid = validate(*given.modes); !valid)
+      return Error{"sound: modal model: " + valid.error().message};
   return std::monostate{};
 }
 

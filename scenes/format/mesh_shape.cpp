@@ -28,12 +28,12 @@ std::string number(double value) {
   return text.str();
 }
 
-std::string whyNotAFile(const std::filesystem::path& file) {
+Status validateFile(const std::filesystem::path& file) {
   std::error_code code;
   if (!std::filesystem::is_regular_file(file, code))
-    return "there is no file \"" + file.string() +
-           "\"; expected a mesh, its name relative to the scene's folder";
-  return {};
+    return Error{"there is no file \"" + file.string() +
+                 "\"; expected a mesh, its name relative to the scene's folder"};
+  return std::monostate{};
 }
 
 Vec3 extentOf(const std::vector<Vec3>& points) {
@@ -64,8 +64,8 @@ std::size_t rootOf(std::size_t triangle, std::vector<std::size_t>& parents) {
 Result<std::vector<std::vector<Vec3>>> piecesOf(const std::filesystem::path& file, double scale) {
   const Result<LoadedMesh> mesh = meshOf(file, scale);
   if (!mesh) return mesh.error();
-  if (const std::string reason = whyNot(mesh->surface, false); !reason.empty())
-    return Error{file.string() + ": " + reason};
+  if (const Status valid = validate(mesh->surface, false); !valid)
+    return Error{file.string() + ": " + valid.error().message};
   std::vector<std::vector<Vec3>> pieces = connectedParts(mesh->surface);
   for (std::size_t piece = 0; piece < pieces.size(); ++piece) {
     if (isFlat(pieces[piece]))
@@ -78,27 +78,29 @@ Result<std::vector<std::vector<Vec3>>> piecesOf(const std::filesystem::path& fil
 }  // namespace
 
 Result<LoadedMesh> meshOf(const std::filesystem::path& file, double scale) {
-  if (std::string reason = whyNotAFile(file); !reason.empty()) return Error{std::move(reason)};
+  if (const Status valid = validateFile(file); !valid) return Error{valid.error().message};
   return loadMesh(file, {.scale = scale});
 }
 
-std::string whyNot(const SurfaceMesh& surface, bool canMove) {
-  if (surface.triangles.empty()) return "has no triangles; expected a mesh of triangles";
+Status validate(const SurfaceMesh& surface, bool canMove) {
+  if (surface.triangles.empty()) return Error{"has no triangles; expected a mesh of triangles"};
   const Vec3 extent = extentOf(surface.vertices);
-  if (!extent.allFinite()) return "has a vertex that is not finite; expected numbers";
+  if (!extent.allFinite()) return Error{"has a vertex that is not finite; expected numbers"};
   const double across = extent.maxCoeff();
   if (!(across >= kSmallest && across <= kLargest))
-    return "is " + number(across) + " m across; expected " + number(kSmallest) + " to " +
-           number(kLargest) + " m, or another \"scale\"";
-  if (!canMove) return {};
+    return Error{"is " + number(across) + " m across; expected " + number(kSmallest) + " to " +
+                 number(kLargest) + " m, or another \"scale\""};
+  if (!canMove) return std::monostate{};
   if (!closedSurface(surface))
-    return "is open: the surface of a body that moves encloses it; expected each edge between two "
-           "triangles, or \"movable\": false";
+    return Error{
+        "is open: the surface of a body that moves encloses it; expected each edge between two "
+        "triangles, or \"movable\": false"};
   const double volume = signedVolume(surface);
-  if (volume > kFlat * kFlat * across * across * across) return {};
-  return volume < 0.0 ? "is inside out; expected triangles that are counterclockwise as seen from "
-                        "outside"
-                      : "encloses no volume; expected a solid body, or \"movable\": false";
+  if (volume > kFlat * kFlat * across * across * across) return std::monostate{};
+  return Error{volume < 0.0
+                   ? "is inside out; expected triangles that are counterclockwise as seen from "
+                     "outside"
+                   : "encloses no volume; expected a solid body, or \"movable\": false"};
 }
 
 std::vector<std::vector<Vec3>> connectedParts(const SurfaceMesh& surface) {

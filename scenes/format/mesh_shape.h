@@ -16,9 +16,9 @@ namespace carom::scenes {
 /// what would be accepted. Corners that several triangles share become one vertex. [any thread]
 Result<LoadedMesh> meshOf(const std::filesystem::path& file, double scale);
 
-/// Returns why the mesh cannot be that of a body; empty if it can. The mesh of a body that moves
+/// Refuses a mesh that cannot be that of a body. The mesh of a body that moves
 /// must have a volume: it is closed, and its triangles face outward. [any thread]
-std::string whyNot(const SurfaceMesh& surface, bool canMove);
+Status validate(const SurfaceMesh& surface, bool canMove);
 
 /// Returns the vertices of each connected part of a surface, in the order of the parts' first
 /// vertices by coordinates. Only an edge of exactly two triangles connects them, so that parts may

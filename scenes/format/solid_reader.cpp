@@ -114,8 +114,8 @@ void SolidReader::readMesh(const JsonNode& node, bool canMove, SolidShape& solid
   const auto mesh = meshes_.get(request);
   if (!mesh) {
     file->fail(mesh.error().message);
-  } else if (const std::string reason = whyNot((*mesh)->surface, canMove); !reason.empty()) {
-    file->fail(request.file.string() + ": the mesh " + reason);
+  } else if (const Status valid = validate((*mesh)->surface, canMove); !valid) {
+    file->fail(request.file.string() + ": the mesh " + valid.error().message);
   } else {
     solid.form = *mesh;
   }

@@ -444,7 +444,7 @@ ListenerEntry readListener(const JsonNode& entry, const std::filesystem::path& f
   if (entry.failed()) return read;
   // All other fields have been checked: the only fault left
   // is that both channels would be the same.
-  if (const std::string reason = whyNot(listener); !reason.empty()) {
+  if (const Status valid = validate(listener); !valid) {
     entry.fail(
         "both channels of this coincident pair would be the same; expected a \"pattern\" "
         "above 0 (0.5 is a cardioid) and a \"half_angle\" above 0");

@@ -7,14 +7,15 @@
 
 namespace carom::scenes {
 
-std::string whyNotOnNative(const Scene& scene) {
+Status validateForNative(const Scene& scene) {
   const auto body = std::ranges::find_if(scene.bodies, isSolid);
-  if (body == scene.bodies.end()) return whyNoJello(scene);
+  if (body == scene.bodies.end()) return validateJello(scene);
   const auto& solid = std::get<SolidShape>(body->shape);
-  return "body \"" + body->name + "\": a " + (solid.canMove() ? "movable" : "solid") + ' ' +
-         formName(solid) +
-         " needs the bullet stepper; expected \"stepper\": {\"type\": \"bullet\"} in the scene, "
-         "or spheres, planes and blocks";
+  return Error{
+      "body \"" + body->name + "\": a " + (solid.canMove() ? "movable" : "solid") + ' ' +
+      formName(solid) +
+      " needs the bullet stepper; expected \"stepper\": {\"type\": \"bullet\"} in the scene, "
+      "or spheres, planes and blocks"};
 }
 
 }  // namespace carom::scenes

@@ -1,14 +1,12 @@
 #pragma once
 
-#include <string>
-
+#include "carom/audio/result.h"
 #include "scenes/format/scene.h"
 
 namespace carom::scenes {
 
-/// Returns why the native stepper cannot run this scene: one sentence that names the first body of
-/// a kind that only Bullet moves, or an empty string if it can. Its counterpart is whyNotOnBullet.
-/// [any thread]
-std::string whyNotOnNative(const Scene& scene);
+/// Refuses a scene that the native stepper cannot run, in one sentence that names the first body of
+/// a kind that only Bullet moves. Its counterpart is validateForBullet. [any thread]
+Status validateForNative(const Scene& scene);
 
 }  // namespace carom::scenes

@@ -13,7 +13,7 @@ namespace carom::scenes {
 /// A scene as a Bullet world. It keeps Bullet's defaults except where they would change the
 /// mechanics that the scene describes: it has the scene's friction, no damping, and bodies fall
 /// asleep only below the scene's rest speed. Body i of the world is body i of the scene. For scenes
-/// that Bullet can run (see whyNotOnBullet); what Bullet cannot do is left out of others.
+/// that Bullet can run (see validateForBullet); what Bullet cannot do is left out of others.
 /// [one thread]
 ///
 /// A scene with solids also gets all of the tuning in world_advice.h: with the defaults, flat

@@ -77,7 +77,7 @@ Result<ModalModel> jelloModalModel(const JelloLattice& lattice, const JelloModes
   world.lattice = lattice;
   world.positions = restingPoints(lattice, Vec3::Zero());
   world.velocities.assign(world.positions.size(), Vec3::Zero());
-  if (const std::string reason = whyNot(world); !reason.empty()) return Error{"jello: " + reason};
+  if (const Status valid = validate(world); !valid) return Error{"jello: " + valid.error().message};
   if (!(lattice.stiffness > 0.0) || settings.modes == 0)
     return Error{"jello: stiffness (N/m) and the number of modes must be positive"};
   const std::vector<Vec3>& points = world.positions;

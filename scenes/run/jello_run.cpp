@@ -173,7 +173,7 @@ Result<JelloRun> JelloRun::create(const Scene& scene, const JelloOptions& option
   if (jelloOf(scene) == nullptr)
     return Error{scene.name + ": has no jello; expected a body of type \"jello\""};
   if (scene.stepper.type != StepperType::native)
-    return Error{scene.name + ": " + whyNotOnBullet(scene)};
+    return Error{scene.name + ": " + validateForBullet(scene).error().message};
   JelloRun run(scene, options);
   Result<std::unique_ptr<Tables>> tables = Tables::open(scene, options);
   if (!tables) return tables.error();

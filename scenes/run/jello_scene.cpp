@@ -43,18 +43,19 @@ Result<JelloChoice> choiceOf(const Scene& scene, const JelloShape& jello, const 
 
 }  // namespace
 
-std::string whyNoJello(const Scene& scene) {
-  if (jelloOf(scene) == nullptr) return {};
+Status validateJello(const Scene& scene) {
+  if (jelloOf(scene) == nullptr) return std::monostate{};
   for (const SceneBody& body : scene.bodies) {
     const auto* plane = std::get_if<PlaneShape>(&body.shape);
     const bool moves = plane != nullptr &&
                        !(plane->velocity.isZero(0.0) && plane->oscillation.amplitude.isZero(0.0));
     const bool isBlock = std::holds_alternative<BlockShape>(body.shape);
     if (moves || isBlock)
-      return "body \"" + body.name + "\": a " + (isBlock ? "block" : "plane that moves") +
-             " cannot be beside a jello; expected spheres, boxes and planes that stand still";
+      return Error{
+          "body \"" + body.name + "\": a " + (isBlock ? "block" : "plane that moves") +
+          " cannot be beside a jello; expected spheres, boxes and planes that stand still"};
   }
-  return {};
+  return std::monostate{};
 }
 
 std::string stableText(double limit) {
@@ -77,7 +78,7 @@ std::string whyUnstable(const Scene& scene) {
   const JelloShape* jello = jelloOf(scene);
   if (jello == nullptr || !jello->integrator || jello->step == 0.0) return {};
   const JelloWorld world = withSpheres(jelloWorld(scene), sphereWorld(scene));
-  if (!whyNot(world).empty()) return {};
+  if (!validate(world)) return {};
   const auto which = static_cast<std::size_t>(*jello->integrator);
   return whyUnstable({*jello->integrator, jello->step}, jelloLimits(world).touching[which]);
 }
@@ -104,8 +105,8 @@ JelloWorld jelloWorld(const Scene& scene) {
 
 Result<std::unique_ptr<JelloSceneStepper>> JelloSceneStepper::create(const Scene& scene,
                                                                      Watch watch) {
-  if (const std::string reason = whyNoJello(scene); !reason.empty())
-    return Error{scene.name + ": " + reason};
+  if (const Status valid = validateJello(scene); !valid)
+    return Error{scene.name + ": " + valid.error().message};
   const JelloWorld world = jelloWorld(scene);
   const SphereWorld spheres = sphereWorld(scene);
   const Result<JelloChoice> choice = choiceOf(scene, *jelloOf(scene), world, spheres);

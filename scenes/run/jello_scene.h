@@ -22,7 +22,7 @@ class JelloSceneStepper : public SceneStepper {
   using Watch = std::function<void(const native::JelloCoupling&)>;
 
   /// Chooses integrator and step where the scene leaves them open. Errors: bodies that cannot be
-  /// beside a jello (see whyNoJello), and worlds that cannot be run.
+  /// beside a jello (see validateJello), and worlds that cannot be run.
   static Result<std::unique_ptr<JelloSceneStepper>> create(const Scene& scene, Watch watch = {});
 
   /// Runs to `time` as SceneStepper says. An event of a contact with the jello becomes known when
@@ -55,9 +55,8 @@ class JelloSceneStepper : public SceneStepper {
   double processorTime_ = 0.0;
 };
 
-/// Returns why the scene's jello cannot be run with the other bodies of the scene, as one sentence;
-/// an empty string if it can be, or there is none. [any thread]
-std::string whyNoJello(const Scene& scene);
+/// Refuses a scene whose jello cannot be run with the other bodies. [any thread]
+Status validateJello(const Scene& scene);
 
 /// Returns the scene's jello among its planes, without its spheres. The scene must have a jello.
 /// [any thread]

@@ -35,7 +35,7 @@ std::string listed(const std::vector<const char*>& words) {
 
 }  // namespace
 
-std::string whyNotOnBullet(const Scene& scene) {
+Status validateForBullet(const Scene& scene) {
   const auto any = [&scene](bool (*has)(const SceneBody&)) {
     return std::ranges::any_of(scene.bodies, has);
   };
@@ -54,9 +54,9 @@ std::string whyNotOnBullet(const Scene& scene) {
   for (const auto& [has, word] : features) {
     if (has) used.push_back(word);
   }
-  if (used.empty()) return {};
-  return "the scene has " + listed(used) +
-         ", which Bullet's stepper cannot do; expected the native stepper";
+  if (used.empty()) return std::monostate{};
+  return Error{"the scene has " + listed(used) +
+               ", which Bullet's stepper cannot do; expected the native stepper"};
 }
 
 bool hasFriction(const Scene& scene) {

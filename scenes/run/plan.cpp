@@ -14,11 +14,11 @@ namespace {
 
 class PlanBuilder {
  public:
-  void stage(std::string name, bool needed, std::string whyNot) {
+  void stage(std::string name, bool needed, std::string reason) {
     if (needed) {
       plan_.needed.push_back(std::move(name));
     } else {
-      plan_.leftOut.push_back({std::move(name), std::move(whyNot)});
+      plan_.leftOut.push_back({std::move(name), std::move(reason)});
     }
   }
   Plan take() { return std::move(plan_); }

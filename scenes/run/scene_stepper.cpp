@@ -159,8 +159,8 @@ Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene) {
     if (!stepper) return stepper.error();
     return std::unique_ptr<SceneStepper>(new NativeSceneStepper(*std::move(stepper)));
   }
-  if (const std::string reason = whyNotOnBullet(scene); !reason.empty())
-    return Error{scene.name + ": " + reason};
+  if (const Status valid = validateForBullet(scene); !valid)
+    return Error{scene.name + ": " + valid.error().message};
   auto bulletScene = std::make_unique<BulletScene>(scene);
   // The impulses that Bullet applied are known when it has finished with an impact, some steps
   // after the bodies touch.
@@ -175,8 +175,8 @@ Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene) {
 }
 
 Result<SphereStepper> nativeStepper(const Scene& scene) {
-  if (const std::string reason = whyNotOnNative(scene); !reason.empty())
-    return Error{scene.name + ": " + reason};
+  if (const Status valid = validateForNative(scene); !valid)
+    return Error{scene.name + ": " + valid.error().message};
   if (jelloOf(scene) != nullptr)
     return Error{scene.name + ": has a jello; expected a scene without, for this"};
   Result<SphereStepper> stepper = SphereStepper::create(sphereWorld(scene));

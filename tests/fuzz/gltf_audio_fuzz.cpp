@@ -15,18 +15,18 @@ void require(bool promise) {
 /// Requires that accepted audio is allowed by the draft, and that each of its models can be used or
 /// is refused.
 void use(const carom::GltfAudio& audio) {
-  require(carom::whyNot(audio).empty());
+  require(static_cast<bool>(carom::validate(audio)));
   for (std::size_t index = 0; index < audio.models.size(); ++index) {
     const auto model = carom::toModalModel(audio, index, 1.0, *carom::findMaterial("glass"));
     if (!model) {
       require(std::string_view(model.error().message).starts_with("modal model "));
       continue;
     }
-    require(carom::whyNot(*model).empty());
+    require(static_cast<bool>(carom::validate(*model)));
     carom::GltfAudio again;
     carom::addModalModel(again, *model);
     // Floats hold the positions, which come from floats in the file; the modes may all be gone.
-    if (!model->modes.empty()) require(carom::whyNot(again).empty());
+    if (!model->modes.empty()) require(static_cast<bool>(carom::validate(again)));
   }
   for (const carom::GltfAudioNode& node : audio.nodes)
     if (const auto scale = carom::uniformScale(node)) require(*scale > 0.0);

@@ -22,7 +22,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(std::string_view(file.error().message).starts_with("fuzz.w: "));
     return 0;
   }
-  require(carom::native::whyNot(file->world).empty());
+  require(static_cast<bool>(carom::native::validate(file->world)));
   const auto written = carom::native::jelloText(*file);
   require(static_cast<bool>(written));
   const auto again = carom::native::jelloFromText(*written, "again.w");

@@ -23,7 +23,7 @@ void read(std::span<const std::byte> bytes) {
     require(std::string_view(model.error().message).starts_with("fuzz: "));
     return;
   }
-  require(carom::whyNot(*model).empty());
+  require(static_cast<bool>(carom::validate(*model)));
   for (std::size_t mode = 0; mode < model->modes.size(); ++mode)
     for (std::size_t vertex = 0; vertex < model->surface.vertices.size(); ++vertex)
       require(model->shape(mode, vertex).allFinite());

@@ -41,7 +41,8 @@ void requireSound(const carom::scenes::JelloShape& jello) {
   world.field = jello.field;
   world.positions = jello.positions;
   world.velocities = jello.velocities;
-  require(carom::native::whyNot(world).empty() && (jello.integrator || jello.step == 0.0));
+  require(static_cast<bool>(carom::native::validate(world)) &&
+          (jello.integrator || jello.step == 0.0));
 }
 
 /// Requires the properties of scenes that a stepper and a renderer rely on without checking them
@@ -78,7 +79,7 @@ void requireSound(const carom::scenes::Scene& scene) {
   for (const carom::Spring& spring : scene.mechanics.springs)
     requireEnds(scene, spring.sphere, spring.other);
   for (const carom::Listener& listener : scene.listeners)
-    require(carom::whyNot(listener).empty());
+    require(static_cast<bool>(carom::validate(listener)));
   for (const carom::scenes::ListenerPath& path : scene.paths) {
     const carom::Listener& listener = scene.listeners.at(path.listener);
     carom::audio::PoseTrack track({0.0, listener.position, listener.orientation});

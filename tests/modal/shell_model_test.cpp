@@ -260,7 +260,7 @@ TEST(ShellModel, ShapesAreNormalisedByMassAndAlongTheNormals) {
     const ModalModel model = modelOf(mesh, material, asItIs(springs));
     const auto network = shellNetwork(mesh, material, asItIs(springs));
     ASSERT_TRUE(network);
-    EXPECT_EQ(whyNot(model), "");
+    EXPECT_TRUE(validate(model));
     for (std::size_t mode = 0; mode < model.modes.size(); ++mode) {
       double norm = 0.0;
       for (std::size_t vertex = 0; vertex < mesh.vertices.size(); ++vertex) {

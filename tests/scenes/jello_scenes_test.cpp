@@ -160,7 +160,7 @@ TEST(JelloScenes, ABodyThatCannotBeBesideItIsRefused) {
                             R"(, {"type": "plane", "name": "lift", "normal": [0, 1, 0],
                                   "offset": -3, "velocity": [0, 1, 0], "material": "wood"})");
   EXPECT_THAT(whyNoJello(lift), HasSubstr("\"lift\": a plane that moves"));
-  EXPECT_THAT(whyNotOnBullet(wobble()), HasSubstr("a jello"));
+  EXPECT_THAT(validateForBullet(wobble()).error().message, HasSubstr("a jello"));
   EXPECT_THAT(whyNoRecordingOf(wobble()), HasSubstr("has a jello"));
   EXPECT_FALSE(nativeStepper(wobble()));
   EXPECT_EQ(whyNoJello(wobble()), "");

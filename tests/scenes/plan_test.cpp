@@ -165,7 +165,7 @@ TEST(Plan, WhatIsLeftOutNeverHappensInARun) {
   for (const std::string_view name : kLibrary) {
     for (const StepperType type : {StepperType::native, StepperType::bullet}) {
       Scene scene = onStepper(libraryScene(name), type);
-      if (type == StepperType::bullet && !whyNotOnBullet(scene).empty()) continue;
+      if (type == StepperType::bullet && !validateForBullet(scene)) continue;
       scene.duration = std::min(scene.duration, 1.0);
       const auto events = sceneEvents(scene);
       ASSERT_TRUE(events);

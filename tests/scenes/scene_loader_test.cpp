@@ -299,7 +299,7 @@ std::string brokenPromise(const Scene& scene) {
   if (!(scene.sampleRate >= 8000.0 && scene.sampleRate <= 192000.0)) return "sample rate";
   if (scene.listeners.empty() || scene.name.empty()) return "listeners or name";
   for (const Listener& listener : scene.listeners) {
-    if (!whyNot(listener).empty()) return whyNot(listener);
+    if (const Status valid = validate(listener); !valid) return valid.error().message;
   }
   for (const ListenerPath& path : scene.paths) {
     PoseTrack track({0.0, scene.listeners.at(path.listener).position,

@@ -348,7 +348,7 @@ TEST(SceneMechanics, BulletRefusesWhatItCannotDoByName) {
                                   StepperType::bullet);
     const std::string expected = "the scene has " + only.word +
                                  ", which Bullet's stepper cannot do; expected the native stepper";
-    EXPECT_EQ(whyNotOnBullet(scene), expected);
+    EXPECT_EQ(validateForBullet(scene).error().message, expected);
     const auto stepper = makeStepper(scene);
     ASSERT_FALSE(stepper) << only.word;
     EXPECT_EQ(stepper.error().message, "mechanics: " + expected);
@@ -361,9 +361,9 @@ TEST(SceneMechanics, BulletRefusesWhatItCannotDoByName) {
 }
 
 TEST(SceneMechanics, BulletsRefusalNamesAllThereIsAtOnce) {
-  const std::string reason = whyNotOnBullet(libraryScene("swinging_cradle"));
+  const std::string reason = validateForBullet(libraryScene("swinging_cradle")).error().message;
   EXPECT_EQ(reason.find("the scene has restitution laws and rods, which"), 0U) << reason;
-  EXPECT_EQ(whyNotOnBullet(libraryScene("marble_steps")), "");
+  EXPECT_TRUE(validateForBullet(libraryScene("marble_steps")));
 }
 
 // --- Library -------------------------------------------------------------------------------------

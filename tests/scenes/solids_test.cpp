@@ -521,8 +521,8 @@ TEST(BulletSolids, BallOnAnImmovableMeshBouncesAsOnAPlane) {
 
 TEST(Solids, NeedBulletAndTheNativeStepperSaysSo) {
   Scene scene = sceneOf({solidOf(cylinderForm(1, 1), {0, 1, 0}, {{"name", "can"}})});
-  EXPECT_EQ(whyNotOnNative(libraryScene("marble_steps")), "");
-  const std::string reason = whyNotOnNative(scene);
+  EXPECT_TRUE(validateForNative(libraryScene("marble_steps")));
+  const std::string reason = validateForNative(scene).error().message;
   EXPECT_TRUE(reason.starts_with("body \"can\": a movable cylinder needs the bullet stepper"));
   scene.stepper.type = StepperType::native;
   const auto stepper = makeStepper(scene);

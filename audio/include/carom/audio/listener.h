@@ -67,9 +67,8 @@ bool isPose(const ListenerPose& pose);
 /// Number of channels that the listener fills: 1 for mono, 2 otherwise. [any thread]
 std::size_t channelCount(const Listener& listener);
 
-/// Returns why this listener cannot be used, as one sentence that begins with the field; empty if
-/// it can be. [any thread]
-std::string whyNot(const Listener& listener);
+/// Refuses a listener with values out of range; the message begins with the field. [any thread]
+Status validate(const Listener& listener);
 
 /// Loads the responses in a SOFA file (AES69, convention SimpleFreeFieldHRIR), for
 /// `Listener::hrtf`, at the sample rate of the sound (Hz, 8000 to 384000). An empty path stands for

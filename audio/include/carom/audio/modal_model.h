@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include <carom/audio/material.h>
+#include <carom/audio/result.h>
 #include <carom/audio/surface_mesh.h>
 #include <carom/audio/vector.h>
 
@@ -79,8 +80,8 @@ struct ModalModel {
   }
 };
 
-/// Returns why a model cannot be used, as one sentence that begins with the field; empty if it can
-/// be. Checks every number. [any thread]
-std::string whyNot(const ModalModel& model);
+/// Refuses a model with values out of range, of which it checks all; the message begins with the
+/// field. [any thread]
+Status validate(const ModalModel& model);
 
 }  // namespace carom

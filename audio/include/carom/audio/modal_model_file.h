@@ -23,8 +23,8 @@ namespace carom {
 ///               escapes
 ///
 /// Units and frames are those of ModalModel. Whatever the bytes are, reading them gives either a
-/// model that can be used (whyNot(ModalModel) is empty) or an error that says what is wrong where;
-/// memory is at most some 10 times the number of bytes. [any thread]
+/// model that can be used (validate(ModalModel) accepts it) or an error that says what is wrong
+/// where; memory is at most some 10 times the number of bytes. [any thread]
 
 inline constexpr std::string_view kModalModelMagic = "caromode";
 inline constexpr std::uint32_t kModalModelVersion = 1;

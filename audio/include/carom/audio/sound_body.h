@@ -9,6 +9,7 @@
 
 #include <carom/audio/material.h>
 #include <carom/audio/modal_model.h>
+#include <carom/audio/result.h>
 #include <carom/audio/rigid_radiator.h>
 #include <carom/audio/surface_texture.h>
 #include <carom/audio/texture_coordinates.h>
@@ -50,12 +51,11 @@ struct SoundBody {
   std::optional<Vec3> modalOrigin = std::nullopt;
 };
 
-/// Returns why a material cannot be used, as one sentence; empty if it can be. [any thread]
-std::string whyNot(const Material& material);
+/// Refuses a material with values out of range; the message begins with the field. [any thread]
+Status validate(const Material& material);
 
-/// Returns why a body cannot be used, as one sentence that begins with the field; empty if it can
-/// be. Does not look into its modal model, which many bodies may share: whyNot(ModalModel) does.
-/// [any thread]
-std::string whyNot(const SoundBody& body);
+/// Refuses a body with values out of range; the message begins with the field. Does not look into
+/// its modal model, which many bodies may share: validate(ModalModel) does. [any thread]
+Status validate(const SoundBody& body);
 
 }  // namespace carom

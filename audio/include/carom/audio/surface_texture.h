@@ -38,7 +38,7 @@ class SurfaceTexture {
 
   /// Makes a random surface of that roughness, the same one for each seed: 512 x 512 texels of an
   /// eighth of the correlation length. Its slopes include waves as short as two texels. Textures of
-  /// one Hurst exponent and seed share their memory, however rough. Errors: as whyNot(Roughness).
+  /// one Hurst exponent and seed share their memory, however rough. Errors: as validate(Roughness).
   static Result<SurfaceTexture> rough(const Roughness& roughness, std::uint64_t seed);
 
   Vec2 texel() const { return scale_ * texels_->texel; }  ///< m, along u and v
@@ -104,7 +104,7 @@ class SurfaceTexture {
   Vec2 axis_ = Vec2::UnitX();  // u axis of the texels, unit
 };
 
-/// Returns why a roughness cannot be used, as one sentence; empty if it can be. [any thread]
-std::string whyNot(const Roughness& roughness);
+/// Refuses a roughness with values out of range. [any thread]
+Status validate(const Roughness& roughness);
 
 }  // namespace carom

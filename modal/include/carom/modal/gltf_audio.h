@@ -94,9 +94,9 @@ struct GltfAudio {
   std::vector<GltfAudioNode> nodes;  ///< nodes of the file that use the extension
 };
 
-/// Returns why the draft does not allow this, as a JSON pointer within the extension and a
-/// sentence; nothing if it does. [any thread]
-std::string whyNot(const GltfAudio& audio);
+/// Refuses what the draft does not allow; the message begins with a JSON pointer within the
+/// extension. [any thread]
+Status validate(const GltfAudio& audio);
 
 /// Reads .gltf (buffers as base64 in the file, or in files below its folder) and .glb, told apart
 /// by their first bytes. Everything else in the file is passed over: meshes, textures, other
@@ -117,7 +117,7 @@ Status writeGltfAudio(const std::filesystem::path& path, const GltfAudio& audio)
 
 /// Adds the model, its material and a node that has both, as far as the draft can hold them:
 /// frequencies become those that are heard, sqrt(omega^2 - d^2) / (2 pi), and they, the vertices
-/// and all else in accessors become floats. A fault shows as whyNot(GltfAudio), such as a model
+/// and all else in accessors become floats. A fault shows as validate(GltfAudio), such as a model
 /// without modes. Data for which the draft has no place go into `extras`: restitution, the modes
 /// that were left out, and each mode's volume. ModeRadiation::multipoles and the medium that they
 /// are computed for do not go along. [any thread]
