@@ -17,7 +17,7 @@ namespace carom::audio {
 
 /// All propagation paths from a source to the samples, as the settings and the listeners decide
 /// them: receivers, and the images of a room's walls with their filters. Immutable, to be shared
-/// between ContactSoundScheduler and the players. [any thread]
+/// between ContactSoundScheduler and the renderers. [any thread]
 struct SoundPaths {
   struct Channel {
     std::uint32_t listener = 0;
@@ -44,7 +44,8 @@ struct SoundPaths {
 
   /// True if pulses enter a bus as force, for RadiationFilter; false if they enter as pressure.
   bool isFiltered() const {
-    return settings.sampling == Sampling::bandLimited || settings.radiation == Radiation::exact;
+    return settings.comparison.sampling == Sampling::bandLimited ||
+           settings.comparison.radiation == Radiation::exact;
   }
 };
 

@@ -12,9 +12,6 @@
 
 namespace carom::audio {
 
-/// Beyond this index a double, and so a time, skips whole samples: 5900 years at 48 kHz.
-inline constexpr double kExactSamples = 0x1.0p+53;
-
 /// Largest number of nodes by which a pulse is sampled; one that needs more is sampled as a long
 /// pulse.
 inline constexpr std::size_t kMostNodes = 48;
@@ -30,7 +27,7 @@ struct alignas(64) Click {
   const Pulse* pulse = nullptr;
   std::span<const PulseNode> nodes;  ///< empty: the pulse is long, or its sampling is naive
   const RadiationBank::Mix* filters = nullptr;
-  std::array<std::uint32_t, 4> buses{};  ///< the player's, one for each filter
+  std::array<std::uint32_t, 4> buses{};  ///< the renderer's, one for each filter
   std::uint32_t chain = 0;               ///< index into SoundPaths::chains, the wall filters
   std::uint32_t channel = 0;             ///< index; the number of channels: the reverberation
   std::uint32_t samples = 0;

@@ -41,13 +41,13 @@ void prefetch(const T& object) {
 }  // namespace
 
 ClickRenderer::ClickRenderer(std::shared_ptr<const SoundPaths> paths,
-                             std::optional<PlayerCapacity> capacity)
+                             std::optional<RendererCapacity> capacity)
     : paths_(std::move(paths)),
       capacity_(capacity),
       settings_(paths_->settings),
-      rings_(paths_, capacity_ ? std::optional(capacity_->rings) : std::nullopt),
+      modalBank_(paths_, capacity_ ? std::optional(capacity_->modes) : std::nullopt),
       trains_(capacity_ ? std::optional(capacity_->nodes) : std::nullopt),
-      sampler_(settings_.sampling, kernels_),
+      sampler_(settings_.comparison.sampling, kernels_),
       response_(paths_->longestResponse),
       mix_(kMixFrames * paths_->channels.size()),
       send_(kMixFrames) {
@@ -60,9 +60,9 @@ ClickRenderer::ClickRenderer(std::shared_ptr<const SoundPaths> paths,
   if (capacity_) makeRoom();
 }
 
-/// Allocates all the memory that a player with a capacity ever has.
+/// Allocates all the memory that a renderer with a capacity ever has.
 void ClickRenderer::makeRoom() {
-  const Pulse& pulse = Pulse::of(settings_.pulse);
+  const Pulse& pulse = Pulse::of(settings_.comparison.pulse);
   const double longest =
       (pulse.end() - pulse.begin()) * capacity_->longestContact * settings_.sampleRate;
   const std::size_t perEvent = clicksPerEvent();
@@ -101,22 +101,22 @@ std::size_t ClickRenderer::roomOf(const Click& click) const {
 
 void ClickRenderer::add(const ScheduledSound& sound) {
   ScheduledSound kept = sound;
-  if (!sound.train.empty() && !(sound.clicks.empty() && sound.rings.empty())) {
+  if (!sound.train.empty() && !(sound.clicks.empty() && sound.excitations.empty())) {
     if (capacity_ && sound.train.size() > mostNodes_) {
       ++counters_.tooLong;
       return;
     }
     kept.train = keptTrain(sound);
     if (kept.train.empty()) {
-      ++counters_.noTrain;
+      ++counters_.slidesLeftOut;
       return;
     }
   }
   if (!kept.clicks.empty()) addClicks(kept);
-  if (!kept.rings.empty()) rings_.add(kept.rings, kept.taps, kept.train);
+  if (!kept.excitations.empty()) modalBank_.add(kept.excitations, kept.taps, kept.train);
 }
 
-/// Returns a copy of the sound's nodes that lives until all clicks and rings of it have begun.
+/// Returns a copy of the sound's nodes that lives until all clicks and excitations of it have begun.
 std::span<const PulseNode> ClickRenderer::keptTrain(const ScheduledSound& sound) {
   std::int64_t first = std::numeric_limits<std::int64_t>::max();
   std::int64_t last = position_;
@@ -125,7 +125,7 @@ std::span<const PulseNode> ClickRenderer::keptTrain(const ScheduledSound& sound)
     last = std::max(last, click.first);
   };
   std::ranges::for_each(sound.clicks, include);
-  std::ranges::for_each(sound.rings, include, &ModalExcitation::drive);
+  std::ranges::for_each(sound.excitations, include, &ModalExcitation::drive);
   last += std::max<std::int64_t>(0, position_ - first);  // a late sound begins later by as much
   return trains_.keep(sound.train, last, position_);
 }
@@ -388,7 +388,7 @@ void ClickRenderer::begin(std::uint32_t slot) noexcept {
     kernels_.convolve(response, samples.data(), {heard_.data(), length});
     samples = {heard_.data(), length};
   }
-  const double near = settings_.radiation == Radiation::exact ? click.near : 0.0;
+  const double near = settings_.comparison.radiation == Radiation::exact ? click.near : 0.0;
   for (std::size_t i = 0; i < click.filters->count; ++i) {
     Bus& bus = buses_[click.buses[i]];
     const double weight = click.filters->weights[i];
@@ -416,8 +416,8 @@ void ClickRenderer::mix(std::size_t frames) noexcept {
     if (!line.isSilent()) spend(kBusWork * static_cast<double>(frames));
     line.advance({to, frames});
   }
-  spend(kResonatorWork * static_cast<double>(frames * rings_.resonatorsInUse()));
-  rings_.mix({mix_.data(), kMixFrames, send_.data(), frames});
+  spend(kResonatorWork * static_cast<double>(frames * modalBank_.resonatorsInUse()));
+  modalBank_.mix({mix_.data(), kMixFrames, send_.data(), frames});
   reverberate(frames);
   position_ += static_cast<std::int64_t>(frames);
 }
@@ -440,7 +440,7 @@ void ClickRenderer::reverberate(std::size_t frames) noexcept {
 }
 
 bool ClickRenderer::isSilent() const {
-  return waiting_.size() == 0 && rings_.isSilent() &&
+  return waiting_.size() == 0 && modalBank_.isSilent() &&
          std::ranges::all_of(reverbs_, &Reverb::isSilent) && busesInUse() == 0;
 }
 
@@ -458,7 +458,7 @@ void ClickRenderer::seek(std::int64_t position) {
   buses_.clear();
   busOrder_.clear();
   idleCursor_ = 0;
-  rings_.seek(position);
+  modalBank_.seek(position);
   for (Reverb& reverb : reverbs_)
     reverb.reset();
   if (capacity_) makeRoom();

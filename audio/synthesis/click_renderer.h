@@ -15,8 +15,8 @@
 #include "audio/synthesis/click_bus.h"
 #include "audio/synthesis/click_queue.h"
 #include "audio/synthesis/click_sampler.h"
-#include "audio/synthesis/contact_sound_scheduler.h"
 #include "audio/synthesis/modal_bank.h"
+#include "audio/synthesis/scheduled_sound.h"
 #include "audio/synthesis/train_store.h"
 #include "audio/synthesis/voice_table.h"
 
@@ -24,7 +24,7 @@ namespace carom::audio {
 
 /// The most that a ClickRenderer may hold, allocated in advance: with a capacity, nothing allocates
 /// later.
-struct PlayerCapacity {
+struct RendererCapacity {
   /// Events whose sound has still to begin at some receiver. Beyond it the quietest is dropped.
   std::size_t voices = 2048;
   /// Clicks of these events: one for each channel and path. Raised to the clicks of one event, and
@@ -37,19 +37,10 @@ struct PlayerCapacity {
   std::size_t nodes = 0;
   /// s. Longer contacts are left out: their sound lies below 30 Hz or so.
   double longestContact = 0.05;
-  RingCapacity rings = {};
+  ModalCapacity modes = {};
 };
 
-struct ClickRendererCounters {
-  std::uint64_t late = 0;        ///< events that came after their first sample had been rendered
-  std::uint64_t tooLong = 0;     ///< sounds left out: longer than PlayerCapacity::longestContact
-  std::uint64_t noTrain = 0;     ///< steps of lasting contacts left out: too many at once
-  std::uint64_t noBus = 0;       ///< events left out: more sizes and paths at once than buses
-  std::uint64_t stolen = 0;      ///< events left out: the quietest where there were too many voices
-  std::uint64_t overBudget = 0;  ///< events left out: the quietest where all would cost too much
-};
-
-/// Turns clicks and rings into samples: the half of Synth that runs in real time.
+/// Turns clicks and modal excitations into samples: the half of Synth that runs in real time.
 ///
 /// Without a capacity it takes all sounds, and allocates in `add`. With one, memory is allocated at
 /// construction; then nothing allocates, locks or calls the system, and overload is handled thus:
@@ -63,13 +54,13 @@ struct ClickRendererCounters {
 ///   capacity it begins in the middle, as offline there is no reason to be late.)
 ///
 /// The bits of the sound do not depend on the sizes of blocks. [one thread]
-class ClickRenderer {
+class ClickRenderer : public SoundSink {
  public:
   explicit ClickRenderer(std::shared_ptr<const SoundPaths> paths,
-                         std::optional<PlayerCapacity> capacity = std::nullopt);
+                         std::optional<RendererCapacity> capacity = std::nullopt);
 
-  /// Adds the clicks and rings of an event.
-  void add(const ScheduledSound& sound);
+  /// Adds the clicks and excitations of an event.
+  void add(const ScheduledSound& sound) override;
 
   /// Renders samples: as Synth::render.
   template <class Sample>
@@ -92,8 +83,10 @@ class ClickRenderer {
   std::size_t voices() const { return voices_.size(); }  ///< counted with a capacity only
   std::size_t busesInUse() const;
   bool isSilent() const;
-  const ClickRendererCounters& counters() const { return counters_; }
-  const ModalBank& rings() const { return rings_; }
+  /// Those of clicks and excitations: late, tooLong, slidesLeftOut, noBus, stolen, overBudget,
+  /// modalVoicesExhausted.
+  SynthCounters counters() const { return counters_ + modalBank_.counters(); }
+  const ModalBank& modalBank() const { return modalBank_; }
 
  private:
   struct Bus {
@@ -138,10 +131,10 @@ class ClickRenderer {
   void reverberate(std::size_t frames) noexcept;
 
   std::shared_ptr<const SoundPaths> paths_;
-  std::optional<PlayerCapacity> capacity_;
+  std::optional<RendererCapacity> capacity_;
   const SynthSettings& settings_;  // settings of paths_
   const ClickKernels& kernels_ = fastestKernels();
-  ClickRendererCounters counters_;
+  SynthCounters counters_;  // of clicks; those of modes are the bank's
 
   std::int64_t position_ = 0;
   std::vector<Click> clicks_;        // by slot
@@ -152,7 +145,7 @@ class ClickRenderer {
   std::vector<Bus> buses_;
   std::vector<BusOfKey> busOrder_;  // all buses by key: the order in which they are summed
   std::size_t idleCursor_ = 0;      // index at which the search for an idle bus goes on
-  ModalBank rings_;
+  ModalBank modalBank_;
   std::vector<Reverb> reverbs_;  // one per listener, or none
   std::size_t slots_ = 0;        // largest number of clicks, with a capacity
   std::size_t mostNodes_ = 0;    // largest number in a train, with a capacity

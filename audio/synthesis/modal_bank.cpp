@@ -37,18 +37,18 @@ void addRest(const RestTaps<double>& rest, std::span<const double> x, std::span<
 
 }  // namespace
 
-ModalBank::ModalBank(std::shared_ptr<const SoundPaths> paths, std::optional<RingCapacity> capacity)
+ModalBank::ModalBank(std::shared_ptr<const SoundPaths> paths, std::optional<ModalCapacity> capacity)
     : paths_(std::move(paths)),
       capacity_(capacity),
-      sampler_(paths_->settings.sampling, fastestKernels()),
+      sampler_(paths_->settings.comparison.sampling, fastestKernels()),
       silence_(std::max(kInaudible * paths_->settings.audibleThreshold, kInaudibleRing)),
       ahead_(paths_->channels.size() + 1) {
   if (capacity_) makeRoom();
 }
 
-/// Allocates all the memory that a player with a capacity ever has.
+/// Allocates all the memory that a bank with a capacity ever has.
 void ModalBank::makeRoom() {
-  const Pulse& pulse = Pulse::of(paths_->settings.pulse);
+  const Pulse& pulse = Pulse::of(paths_->settings.comparison.pulse);
   const double longest =
       (pulse.end() - pulse.begin()) * capacity_->longestContact * paths_->settings.sampleRate;
   Click drive;
@@ -59,7 +59,7 @@ void ModalBank::makeRoom() {
   const auto room = [this](std::vector<double>& values) {
     values.resize(2 * (capacity_->modes + ResonatorKernels::kWidth));
   };
-  slots_.resize(capacity_->rings);
+  slots_.resize(capacity_->excitations);
   for (std::size_t slot = slots_.size(); slot-- > 0;) {
     room(slots_[slot].taps);
     freeSlots_.push_back(static_cast<std::uint32_t>(slot));
@@ -76,49 +76,48 @@ void ModalBank::makeRoom() {
   waiting_.reserve(slots_.size());
 }
 
-void ModalBank::add(std::span<const ModalExcitation> rings, std::span<const double> taps,
+void ModalBank::add(std::span<const ModalExcitation> excitations, std::span<const double> taps,
                     std::span<const PulseNode> train) {
-  const auto first = std::ranges::min_element(rings, {}, [](const ModalExcitation& ring) {
-                       return ring.drive.first;
+  const auto first = std::ranges::min_element(excitations, {}, [](const ModalExcitation& excitation) {
+                       return excitation.drive.first;
                      })->drive.first;
-  if (first < position_ && !rings.front().isDamping()) ++counters_.late;
   const std::int64_t delay = capacity_ ? std::max<std::int64_t>(0, position_ - first) : 0;
-  for (const ModalExcitation& ring : rings) {
-    ModalExcitation later = ring;
+  for (const ModalExcitation& excitation : excitations) {
+    ModalExcitation later = excitation;
     later.drive.first += delay;
     if (!train.empty()) later.drive.nodes = train;
-    addOne(later, taps.subspan(ring.taps, 2 * ring.count));
+    addOne(later, taps.subspan(excitation.taps, 2 * excitation.count));
   }
 }
 
-void ModalBank::addOne(ModalExcitation ring, std::span<const double> taps) {
-  if (capacity_ && ring.drive.samples > mostSamples_) {
+void ModalBank::addOne(ModalExcitation excitation, std::span<const double> taps) {
+  if (capacity_ && excitation.drive.samples > mostSamples_) {
     ++counters_.tooLong;
     return;
   }
-  const std::uint32_t bank = ring.isDamping() ? kNone : bankOf(ring);
-  const std::uint32_t slot = bank == kNone && !ring.isDamping() ? kNone : freeSlot();
+  const std::uint32_t bank = excitation.isDamping() ? kNone : bankOf(excitation);
+  const std::uint32_t slot = bank == kNone && !excitation.isDamping() ? kNone : freeSlot();
   if (slot == kNone) {
     ++counters_.modalVoicesExhausted;
     return;
   }
-  const std::size_t count = countOf(ring);
+  const std::size_t count = countOf(excitation);
   Waiting& waiting = slots_[slot];
-  waiting.ring = ring;
+  waiting.excitation = excitation;
   waiting.bank = bank;
   if (!capacity_) waiting.taps.resize(2 * count);
   std::ranges::copy(taps.first(count), waiting.taps.begin());
-  std::ranges::copy(taps.subspan(ring.count, count),
+  std::ranges::copy(taps.subspan(excitation.count, count),
                     waiting.taps.begin() + static_cast<std::ptrdiff_t>(count));
   if (bank != kNone) ++banks_[bank].pending;
-  if (!capacity_) reserve(ring.drive, count);
-  waiting_.push({ring.drive.first, ring.drive.track.start, slot}, position_);
+  if (!capacity_) reserve(excitation.drive, count);
+  waiting_.push({excitation.drive.first, excitation.drive.track.start, slot}, position_);
 }
 
-std::size_t ModalBank::countOf(const ModalExcitation& ring) const {
-  if (!capacity_) return ring.count;
+std::size_t ModalBank::countOf(const ModalExcitation& excitation) const {
+  if (!capacity_) return excitation.count;
   constexpr std::size_t kWidth = ResonatorKernels::kWidth;
-  return std::min(ring.count, (capacity_->modes + kWidth - 1) / kWidth * kWidth);
+  return std::min(excitation.count, (capacity_->modes + kWidth - 1) / kWidth * kWidth);
 }
 
 /// Returns the samples that a drive may need from the clock on, in any of the buffers.
@@ -140,21 +139,21 @@ void ModalBank::reserve(const Click& drive, std::size_t count) {
   sampler_.reserve(drive.nodes.size(), drive.samples);
 }
 
-/// Returns the bank of the ring's body and channel, or a new one; kNone if there may be no more.
-std::uint32_t ModalBank::bankOf(const ModalExcitation& ring) {
+/// Returns the bank of the excited body and channel, or a new one; kNone if there may be no more.
+std::uint32_t ModalBank::bankOf(const ModalExcitation& excitation) {
   const auto keyOf = [this](std::uint32_t bank) {
     return std::tuple(banks_[bank].body, banks_[bank].channel, banks_[bank].resonators->order);
   };
-  const auto key = std::tuple(ring.body, ring.drive.channel, ring.resonators->order);
+  const auto key = std::tuple(excitation.body, excitation.drive.channel, excitation.resonators->order);
   const auto place = std::ranges::lower_bound(order_, key, {}, keyOf);
   if (place != order_.end() && keyOf(*place) == key) return *place;
   const std::uint32_t index = freeBank();
   if (index == kNone) return kNone;
   Bank& bank = banks_[index];
-  bank.body = ring.body;
-  bank.channel = ring.drive.channel;
-  bank.resonators = ring.resonators;
-  bank.count = countOf(ring);
+  bank.body = excitation.body;
+  bank.channel = excitation.drive.channel;
+  bank.resonators = excitation.resonators;
+  bank.count = countOf(excitation);
   if (bank.y.size() < 2 * bank.count) bank.y.resize(2 * bank.count);
   std::ranges::fill(bank.y, 0.0);
   bank.isDamped = false;
@@ -196,14 +195,14 @@ bool ModalBank::isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b
   if (a.first != b.first) return a.first < b.first;
   if (a.start != b.start) return a.start < b.start;
   const auto contentOf = [this](std::uint32_t slot) {
-    const ModalExcitation& ring = slots_[slot].ring;
-    const ClickTrack& track = ring.drive.track;
-    return std::tuple(ring.isDamping(), ring.body, ring.drive.channel, ring.drive.chain,
-                      track.length, track.bend, ring.rest);
+    const ModalExcitation& excitation = slots_[slot].excitation;
+    const ClickTrack& track = excitation.drive.track;
+    return std::tuple(excitation.isDamping(), excitation.body, excitation.drive.channel, excitation.drive.chain,
+                      track.length, track.bend, excitation.rest);
   };
   if (contentOf(a.slot) != contentOf(b.slot)) return contentOf(a.slot) < contentOf(b.slot);
   const auto tapsOf = [this](std::uint32_t slot) {
-    return std::span(slots_[slot].taps).first(2 * countOf(slots_[slot].ring));
+    return std::span(slots_[slot].taps).first(2 * countOf(slots_[slot].excitation));
   };
   return std::ranges::lexicographical_compare(tapsOf(a.slot), tapsOf(b.slot));
 }
@@ -229,7 +228,7 @@ void ModalBank::beginUntil(std::int64_t end) noexcept {
   const std::span<ClickQueue::Entry> due = waiting_.takeUntil(position_, end);
   std::ranges::sort(due, [this](const auto& a, const auto& b) { return isEarlier(a, b); });
   for (const ClickQueue::Entry& entry : due) {
-    if (slots_[entry.slot].ring.isDamping())
+    if (slots_[entry.slot].excitation.isDamping())
       joinLater(gridFrom(std::max(entry.first, position_)), entry.slot);
     else
       drive(entry.slot);
@@ -244,7 +243,7 @@ void ModalBank::joinLater(std::int64_t joins, std::uint32_t slot) noexcept {
 void ModalBank::damp(std::uint32_t slot) noexcept {
   const Waiting& waiting = slots_[slot];
   const auto before = std::ranges::find_if(
-      dampings_, [&](std::uint32_t other) { return slots_[other].ring.body == waiting.ring.body; });
+      dampings_, [&](std::uint32_t other) { return slots_[other].excitation.body == waiting.excitation.body; });
   // Bodies that disappear while they are touched would keep all slots in the end.
   const bool isFull = capacity_ && dampings_.size() >= slots_.size() / 4;
   const auto gone = before == dampings_.end() && isFull ? dampings_.begin() : before;
@@ -254,8 +253,8 @@ void ModalBank::damp(std::uint32_t slot) noexcept {
   }
   for (const std::uint32_t index : order_)
     dampBank(banks_[index], waiting);
-  const ResonatorSet& set = *waiting.ring.resonators;
-  const std::size_t count = countOf(waiting.ring);
+  const ResonatorSet& set = *waiting.excitation.resonators;
+  const std::size_t count = countOf(waiting.excitation);
   if (std::equal(set.a2.begin(), set.a2.begin() + static_cast<std::ptrdiff_t>(count),
                  waiting.taps.begin() + static_cast<std::ptrdiff_t>(count)))
     freeSlots_.push_back(slot);  // the damping of the free body
@@ -264,17 +263,17 @@ void ModalBank::damp(std::uint32_t slot) noexcept {
 }
 
 void ModalBank::dampBank(Bank& bank, const Waiting& waiting) noexcept {
-  if (bank.body != waiting.ring.body || bank.resonators != waiting.ring.resonators) return;
+  if (bank.body != waiting.excitation.body || bank.resonators != waiting.excitation.resonators) return;
   std::copy_n(waiting.taps.begin(), 2 * bank.count, bank.damped.begin());
   bank.isDamped = true;
 }
 
-/// Drives a ring's own resonators over its pulse, adds their sound to ahead_, and keeps the state
+/// Drives an excitation's own resonators over its pulse, adds their sound to ahead_, and keeps the state
 /// that goes into the bank.
 void ModalBank::drive(std::uint32_t slot) noexcept {
   Waiting& waiting = slots_[slot];
-  const ModalExcitation& ring = waiting.ring;
-  const Click& click = ring.drive;
+  const ModalExcitation& excitation = waiting.excitation;
+  const Click& click = excitation.drive;
   const std::size_t count = banks_[waiting.bank].count;
   const std::int64_t over = click.first + static_cast<std::int64_t>(click.samples);
   const std::int64_t joins = gridFrom(std::max(over, position_ + 1));
@@ -290,14 +289,14 @@ void ModalBank::drive(std::uint32_t slot) noexcept {
             0.0);
   std::fill_n(y_.begin(), 2 * count, 0.0);
   std::fill_n(out_.begin(), length, 0.0);
-  const Resonators own{ring.resonators->a1.data(), ring.resonators->a2.data(), y_.data(),
+  const Resonators own{excitation.resonators->a1.data(), excitation.resonators->a2.data(), y_.data(),
                        y_.data() + count, count};
   kernels_.drive(own, {waiting.taps.data(), waiting.taps.data() + count, x_.data() + 1},
                  {out_.data(), length});
   std::vector<double>& ahead = ahead_[click.channel];
   const std::size_t at =
       click.first < position_ ? 0 : static_cast<std::size_t>(click.first - position_);
-  addRest(ring.rest, x, {out_.data(), length});
+  addRest(excitation.rest, x, {out_.data(), length});
   for (std::size_t n = late; n < length; ++n)
     ahead[at + n - late] += out_[n];
   aheadEnd_ = std::max(aheadEnd_, at + length - late);
@@ -309,7 +308,7 @@ void ModalBank::joinAt(std::int64_t position) noexcept {
   std::size_t joined = 0;
   for (; joined < driven_.size() && driven_[joined].joins <= position; ++joined) {
     const Waiting& waiting = slots_[driven_[joined].slot];
-    if (waiting.ring.isDamping()) {
+    if (waiting.excitation.isDamping()) {
       damp(driven_[joined].slot);
       continue;
     }

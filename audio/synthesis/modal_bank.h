@@ -13,29 +13,24 @@
 #include "audio/synthesis/click_queue.h"
 #include "audio/synthesis/click_sampler.h"
 #include "audio/synthesis/modal_excitation.h"
+#include "carom/audio/synth_settings.h"
 
 namespace carom::audio {
 
 /// The most that a ModalBank may hold, allocated in advance: with a capacity, nothing allocates
 /// later.
-struct RingCapacity {
+struct ModalCapacity {
   std::size_t banks = 128;  ///< banks that sound or wait: one for each body and channel
   std::size_t modes = 128;  ///< modes of a body; higher ones are left out
-  std::size_t rings = 512;  ///< rings that wait for their sample: one for each channel and path
+  std::size_t excitations = 512;  ///< excitations that wait for their sample: one for each channel and path
   /// s. Longer contacts are left out.
   double longestContact = 0.05;
 };
 
-struct ModalBankCounters {
-  std::uint64_t late = 0;     ///< rings that came after their first sample had been rendered
-  std::uint64_t tooLong = 0;  ///< rings left out: longer than RingCapacity::longestContact
-  std::uint64_t modalVoicesExhausted = 0;  ///< rings left out: no room for more rings or banks
-};
-
-/// Turns rings into samples, with banks of resonators, one for each body and channel, since rings
-/// that reach a receiver over several paths ring in the same bank.
+/// Turns modal excitations into samples, with banks of resonators, one for each body and channel:
+/// excitations that reach a receiver over several paths sound in the same bank.
 ///
-/// A ring drives resonators of its own from its first sample to the end of its pulse, and on to the
+/// An excitation drives resonators of its own from its first sample to the end of its pulse, and on to the
 /// next multiple of kGrid; their state is then added to that of the bank, where it decays freely.
 /// On the same grid, resonators below `silence_` are stopped, and a bank where none is left is free
 /// again. So the bits do not depend on the sizes of blocks. [one thread]
@@ -44,12 +39,12 @@ class ModalBank {
   static constexpr std::int64_t kGrid = 64;  ///< samples
 
   ModalBank(std::shared_ptr<const SoundPaths> paths,
-            std::optional<RingCapacity> capacity = std::nullopt);
+            std::optional<ModalCapacity> capacity = std::nullopt);
 
-  /// Adds rings, whose taps are in `taps`. Without a capacity it takes all rings, and allocates.
-  /// With one, rings for which there is no room are left out, and late ones are heard later by as
-  /// much. `train`, if not empty, holds the nodes of all rings, in place of their own.
-  void add(std::span<const ModalExcitation> rings, std::span<const double> taps,
+  /// Adds excitations, whose taps are in `taps`. Without a capacity it takes all of them, and
+  /// allocates. With one, those for which there is no room are left out, and late ones are heard
+  /// later by as much. `train`, if not empty, holds the nodes of all, in place of their own.
+  void add(std::span<const ModalExcitation> excitations, std::span<const double> taps,
            std::span<const PulseNode> train = {});
 
   /// The output of `mix`, at most ClickBus::kMaxFrames frames: planar channels, `stride` apart, and
@@ -69,7 +64,8 @@ class ModalBank {
   bool isSilent() const { return waiting_.size() == 0 && driven_.empty() && banksInUse() == 0; }
   std::size_t banksInUse() const { return order_.size(); }
   std::size_t resonatorsInUse() const;
-  const ModalBankCounters& counters() const { return counters_; }
+  /// tooLong and modalVoicesExhausted: excitations left out.
+  const SynthCounters& counters() const { return counters_; }
 
  private:
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
@@ -81,29 +77,29 @@ class ModalBank {
     const ResonatorSet* resonators = nullptr;
     std::size_t count = 0;      // number of resonators, padded
     std::size_t active = 0;     // only the first so many of `count` may sound
-    std::uint32_t pending = 0;  // rings that wait for it or are driven
+    std::uint32_t pending = 0;  // excitations that wait for it or are driven
     std::vector<double> y;      // y1, and y2 `count` behind them
     bool isDamped = false;
     std::vector<double> damped;  // if isDamped: a1, and a2 `count` behind them
   };
-  /// A ring in a slot, which waits or is driven.
+  /// An excitation in a slot, which waits or is driven.
   struct Waiting {
-    ModalExcitation ring;
+    ModalExcitation excitation;
     std::uint32_t bank = 0;    // kNone for a change of damping
     std::vector<double> taps;  // b0 and b1; once driven y1 and y2
   };
-  /// A ring whose resonators are added to their bank at the sample `joins`.
+  /// An excitation whose resonators are added to their bank at the sample `joins`.
   struct Driven {
     std::int64_t joins = 0;
     std::uint32_t slot = 0;
   };
 
   void makeRoom();
-  void addOne(ModalExcitation ring, std::span<const double> taps);
-  std::size_t countOf(const ModalExcitation& ring) const;
+  void addOne(ModalExcitation excitation, std::span<const double> taps);
+  std::size_t countOf(const ModalExcitation& excitation) const;
   std::size_t roomOf(const Click& drive) const;
   void reserve(const Click& drive, std::size_t count);
-  std::uint32_t bankOf(const ModalExcitation& ring);
+  std::uint32_t bankOf(const ModalExcitation& excitation);
   std::uint32_t freeBank();
   std::uint32_t freeSlot();
   bool isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b) const;
@@ -121,10 +117,10 @@ class ModalBank {
   void addAhead(const Mix& mix) noexcept;
 
   std::shared_ptr<const SoundPaths> paths_;
-  std::optional<RingCapacity> capacity_;
+  std::optional<ModalCapacity> capacity_;
   const ResonatorKernels& kernels_ = fastestResonators();
   ClickSampler sampler_;
-  ModalBankCounters counters_;
+  SynthCounters counters_;
   double silence_;  // Pa
 
   std::int64_t position_ = 0;
@@ -138,9 +134,9 @@ class ModalBank {
   std::vector<std::uint32_t> order_;  // banks in use, by body and channel, as they are summed
 
   std::vector<double> x_;                   // samples of a drive, one zero in front
-  std::vector<double> y_;                   // state of the ring that is being driven
-  std::vector<double> out_;                 // sound of that ring
-  std::vector<std::vector<double>> ahead_;  // by channel: sound of driven rings that is due later
+  std::vector<double> y_;                   // state of the excitation that is being driven
+  std::vector<double> out_;                 // sound of that excitation
+  std::vector<std::vector<double>> ahead_;  // by channel: sound of driven excitations that is due later
   std::size_t mostSamples_ = 0;             // largest number in a drive, with a capacity
   std::size_t aheadEnd_ = 0;                // samples of ahead_ that may not be zero
 };

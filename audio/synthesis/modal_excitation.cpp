@@ -105,7 +105,7 @@ ResonatorSet::ResonatorSet(std::shared_ptr<const ModalModel> ofModel, const Synt
       pole(modes),
       dimming(modes, 1.0),
       rest(modes) {
-  const RestFit& fit = restFit(settings.sampling);
+  const RestFit& fit = restFit(settings.comparison.sampling);
   for (std::size_t mode = 0; mode < modes; ++mode) {
     const double omega = 2.0 * std::numbers::pi * model->modes[mode].frequency;
     const double sampleRate = settings.sampleRate;
@@ -114,7 +114,7 @@ ResonatorSet::ResonatorSet(std::shared_ptr<const ModalModel> ofModel, const Synt
     const TwoPole two = TwoPole::of(pole[mode].imag(), decay, sampleRate);
     a1[mode] = two.a1;
     a2[mode] = two.a2;
-    if (settings.sampling == Sampling::bandLimited)
+    if (settings.comparison.sampling == Sampling::bandLimited)
       dimming[mode] = spreadTransform(pole[mode] / sampleRate);
     rest[mode] = fit.of(pole[mode] / sampleRate, dimming[mode]);
   }

@@ -21,8 +21,8 @@ using Complex = std::complex<double>;
 
 /// m: least distance of a receiver from the centre of mass of a body that rings.
 constexpr double kNearestListener = 1e-6;
-/// A touch that has changed by less counts as unchanged.
-constexpr double kNewTouch = 1.25;  // factor on its stiffness
+/// A contact that has changed by less counts as unchanged.
+constexpr double kNewStiffness = 1.25;  // factor on its stiffness
 constexpr double kMoved = 0.05;     // distance, as a share of the body's radius
 /// Bound of a mode's decay rate over its frequency in rad/s: beyond, perturbation is not valid.
 constexpr double kMostDamping = 0.5;
@@ -36,17 +36,17 @@ Vec3 normalAt(const SurfaceMesh& surface, const SurfacePoint& point) {
 }
 
 /// Returns what a contact adds to the decay rate (1/s) of each mode.
-std::vector<double> ratesOf(const ModalExciter::Touch& touch, const ModalExciter::Source& source,
+std::vector<double> ratesOf(const ModalExciter::DampingContact& contact, const ModalExciter::Source& source,
                             double loss) {
   const ResonatorSet& set = *source.resonators;
-  const SurfacePoint point = source.locator.nearest(touch.point);
+  const SurfacePoint point = source.locator.nearest(contact.point);
   const Vec3 normal = normalAt(set.model->surface, point);
   std::vector<double> rates(set.modes);
   for (std::size_t mode = 0; mode < set.modes; ++mode) {
     double along = 0.0;
     for (std::size_t corner = 0; corner < point.vertices.size(); ++corner)
       along += point.weights[corner] * set.model->shape(mode, point.vertices[corner]).dot(normal);
-    rates[mode] = loss * touch.stiffness * along * along / (2.0 * set.pole[mode].imag());
+    rates[mode] = loss * contact.stiffness * along * along / (2.0 * set.pole[mode].imag());
   }
   return rates;
 }
@@ -98,11 +98,11 @@ bool ModalExciter::strike(const ImpulseEvent& event, const SoundBody& body, cons
   orientation_ = event.bodyOrientation;
   const Vec3 origin = body.modalOrigin.value_or(model.centreOfMass);
   position_ = event.bodyPosition + orientation_ * (model.centreOfMass - origin);
-  rings_.clear();
+  excitations_.clear();
   taps_.clear();
   loudest_.assign(source.resonators->modes, 0.0);
 
-  const Vec3 blow = orientation_.conjugate() * event.impulse;
+  const Vec3 impulse = orientation_.conjugate() * event.impulse;
   const Vec3 where = orientation_.conjugate() * (event.position - event.bodyPosition) + origin;
   const SurfacePoint point = source.locator.nearest(where);
   excitation_.assign(source.resonators->modes, 0.0);
@@ -110,41 +110,41 @@ bool ModalExciter::strike(const ImpulseEvent& event, const SoundBody& body, cons
   for (std::size_t mode = 0; mode < excitation_.size(); ++mode) {
     for (std::size_t corner = 0; corner < point.vertices.size(); ++corner)
       excitation_[mode] +=
-          point.weights[corner] * model.shape(mode, point.vertices[corner]).dot(blow);
+          point.weights[corner] * model.shape(mode, point.vertices[corner]).dot(impulse);
     any = any || excitation_[mode] != 0.0;
   }
   return any;
 }
 
-void ModalExciter::lay(const Click& drive, const RingWay& way) {
+void ModalExciter::excite(const Click& drive, const ModalRoute& route) {
   const ResonatorSet& set = *source_->resonators;
   // A receiver within the sphere around the body is put onto it; one in its very middle, on top.
-  const bool isCentre = way.toReceiver.isZero(0.0);
-  const Vec3 leaving = isCentre ? Vec3::UnitZ() : Vec3(orientation_.conjugate() * way.toReceiver);
+  const bool isCentre = route.toReceiver.isZero(0.0);
+  const Vec3 leaving = isCentre ? Vec3::UnitZ() : Vec3(orientation_.conjugate() * route.toReceiver);
   const double distance =
       std::max({isCentre ? 0.0 : leaving.norm(), source_->radius, kNearestListener});
   amplitudes_.resize(set.modes);
   modeTransfers(*set.model, paths_->settings.modalRadiation, paths_->settings.medium,
                 leaving.normalized() * distance, amplitudes_);
   const std::span<const Complex> walls =
-      std::span(source_->walls).subspan(way.chain * set.modes, set.modes);
+      std::span(source_->walls).subspan(route.chain * set.modes, set.modes);
   for (std::size_t mode = 0; mode < set.modes; ++mode)
-    amplitudes_[mode] *= way.gain * walls[mode];
-  if (way.head != nullptr) {
-    const std::span<double> response = std::span(response_).first(way.head->alignedLength());
-    way.head->blendAligned(way.ears, way.ear, response);
+    amplitudes_[mode] *= route.gain * walls[mode];
+  if (route.head != nullptr) {
+    const std::span<double> response = std::span(response_).first(route.head->alignedLength());
+    route.head->blendAligned(route.ears, route.ear, response);
     for (std::size_t mode = 0; mode < set.modes; ++mode)
       amplitudes_[mode] *=
           earResponse(response, set.pole[mode].imag() / paths_->settings.sampleRate);
   }
-  layAmplitudes(drive);
+  addExcitation(drive);
 }
 
-void ModalExciter::laySend(const Click& drive) {
+void ModalExciter::exciteReverb(const Click& drive) {
   amplitudes_.resize(source_->resonators->modes);
   meanTransfers(*source_->resonators->model, paths_->settings.modalRadiation,
                 paths_->settings.medium, amplitudes_);
-  layAmplitudes(drive);
+  addExcitation(drive);
 }
 
 /// Turns amplitudes_, transfers so far, into the taps of resonators.
@@ -152,21 +152,21 @@ void ModalExciter::laySend(const Click& drive) {
 /// After a unit impulse at time 0, q'' = delta(t) e + Re(-i s^2 e / w exp(s t)), where s is the
 /// pole, w its imaginary part and e the excitation. Each resonator is the second term's samples;
 /// the first, which keeps q'' still where the pulse is much longer than the period, is in the rest.
-void ModalExciter::layAmplitudes(const Click& drive) {
+void ModalExciter::addExcitation(const Click& drive) {
   const ResonatorSet& set = *source_->resonators;
   const double rate = paths_->settings.sampleRate;
-  ModalExcitation ring;
-  ring.drive = drive;
-  ring.drive.first -= static_cast<std::int64_t>(kRestReach);
-  ring.drive.track.start += static_cast<double>(kRestReach);
-  ring.drive.samples += static_cast<std::uint32_t>(2 * kRestReach);
-  ring.body = body_;
-  ring.resonators = &set;
-  ring.count = set.padded;
-  ring.taps = taps_.size();
+  ModalExcitation excitation;
+  excitation.drive = drive;
+  excitation.drive.first -= static_cast<std::int64_t>(kRestReach);
+  excitation.drive.track.start += static_cast<double>(kRestReach);
+  excitation.drive.samples += static_cast<std::uint32_t>(2 * kRestReach);
+  excitation.body = body_;
+  excitation.resonators = &set;
+  excitation.count = set.padded;
+  excitation.taps = taps_.size();
   taps_.resize(taps_.size() + 2 * set.padded, 0.0);
-  const std::span<double> b0 = std::span(taps_).subspan(ring.taps, set.padded);
-  const std::span<double> b1 = std::span(taps_).subspan(ring.taps + set.padded, set.padded);
+  const std::span<double> b0 = std::span(taps_).subspan(excitation.taps, set.padded);
+  const std::span<double> b1 = std::span(taps_).subspan(excitation.taps + set.padded, set.padded);
   for (std::size_t mode = 0; mode < set.modes; ++mode) {
     const Complex pole = set.pole[mode];
     const Complex heard =
@@ -175,49 +175,49 @@ void ModalExciter::layAmplitudes(const Click& drive) {
     const Complex amplitude = heard / set.dimming[mode];
     b0[mode] = amplitude.real();
     b1[mode] = (amplitude * std::exp(pole / rate)).real() - set.a1[mode] * b0[mode];
-    for (std::size_t tap = 0; tap < ring.rest.size(); ++tap)
-      ring.rest[tap] += (heard * set.rest[mode][tap]).real();
+    for (std::size_t tap = 0; tap < excitation.rest.size(); ++tap)
+      excitation.rest[tap] += (heard * set.rest[mode][tap]).real();
   }
-  rings_.push_back(ring);
+  excitations_.push_back(excitation);
 }
 
-bool ModalExciter::touch(const Touch& touch, const Source& source, std::int64_t first) {
-  rings_.clear();
+bool ModalExciter::updateContact(const DampingContact& contact, const Source& source, std::int64_t first) {
+  excitations_.clear();
   taps_.clear();
-  const std::pair key(touch.body, touch.other);
-  const auto known = touching_.find(key);
-  if (!(touch.stiffness > 0.0)) {
-    if (known == touching_.end()) return false;
-    touching_.erase(known);
+  const std::pair key(contact.body, contact.other);
+  const auto known = dampers_.find(key);
+  if (!(contact.stiffness > 0.0)) {
+    if (known == dampers_.end()) return false;
+    dampers_.erase(known);
   } else {
-    Touching& now = touching_[key];
-    const double ratio = touch.stiffness / now.stiffness;
-    const bool isNew = now.rates.empty() || !(ratio > 1.0 / kNewTouch && ratio < kNewTouch) ||
-                       (touch.point - now.point).norm() > kMoved * source.radius;
+    Damper& now = dampers_[key];
+    const double ratio = contact.stiffness / now.stiffness;
+    const bool isNew = now.rates.empty() || !(ratio > 1.0 / kNewStiffness && ratio < kNewStiffness) ||
+                       (contact.point - now.point).norm() > kMoved * source.radius;
     if (!isNew) return false;
-    now = {touch.stiffness, touch.point, ratesOf(touch, source, paths_->settings.contactLoss)};
+    now = {contact.stiffness, contact.point, ratesOf(contact, source, paths_->settings.contactLoss)};
   }
-  layDamping(touch.body, *source.resonators, first);
+  addDamping(contact.body, *source.resonators, first);
   return true;
 }
 
-void ModalExciter::forgetTouches(BodyId body) {
-  std::erase_if(touching_, [body](const auto& entry) {
+void ModalExciter::forgetContacts(BodyId body) {
+  std::erase_if(dampers_, [body](const auto& entry) {
     return entry.first.first == body || entry.first.second == body;
   });
 }
 
-void ModalExciter::layDamping(BodyId body, const ResonatorSet& set, std::int64_t first) {
-  ModalExcitation ring;
-  ring.drive.first = first;
-  ring.body = body;
-  ring.resonators = &set;
-  ring.count = set.padded;
+void ModalExciter::addDamping(BodyId body, const ResonatorSet& set, std::int64_t first) {
+  ModalExcitation excitation;
+  excitation.drive.first = first;
+  excitation.body = body;
+  excitation.resonators = &set;
+  excitation.count = set.padded;
   taps_.assign(2 * set.padded, 0.0);
   const double rate = paths_->settings.sampleRate;
   for (std::size_t mode = 0; mode < set.modes; ++mode) {
     double decay = -set.pole[mode].real();
-    for (auto at = touching_.lower_bound({body, 0}); at != touching_.end(); ++at) {
+    for (auto at = dampers_.lower_bound({body, 0}); at != dampers_.end(); ++at) {
       if (at->first.first != body) break;
       if (mode < at->second.rates.size()) decay += at->second.rates[mode];
     }
@@ -226,7 +226,7 @@ void ModalExciter::layDamping(BodyId body, const ResonatorSet& set, std::int64_t
     taps_[mode] = two.a1;
     taps_[set.padded + mode] = two.a2;
   }
-  rings_.push_back(ring);
+  excitations_.push_back(excitation);
 }
 
 double ModalExciter::peak(const Pulse& pulse, double duration) {

@@ -20,8 +20,8 @@
 
 namespace carom::audio {
 
-/// The propagation path of a ring to one receiver.
-struct RingWay {
+/// The route from a ringing body to one receiver.
+struct ModalRoute {
   Vec3 toReceiver = Vec3::Zero();  ///< m, world frame, from the centre of mass; mirrored back for
                                    ///< an image, so that it leaves the body where the sound does
   double gain = 1.0;               ///< 1, gain of the receiver in that direction
@@ -31,14 +31,15 @@ struct RingWay {
   std::uint32_t chain = 0;  ///< index into SoundPaths::chains, the wall filters
 };
 
-/// Turns events into rings: decides which modes a contact excites, and how they are heard.
+/// Turns events into modal excitations: decides which modes a contact excites, and how they are
+/// heard.
 ///
 /// An impulse j at the point y gives mode i the velocity phi_i(y) . j; y is the nearest point of
 /// the model's surface, phi_i there the mean of its triangle's corners. The pulse of the contact,
 /// which drives the resonators, shapes their gains. The path from the mode to the ear (radiation,
 /// walls, an ear's response) is evaluated at the mode's own frequency, as one complex factor; so it
 /// is exact for modes that ring long, and blurs the first period. Motion after the contact is not
-/// heard in the ring: neither Doppler shift nor a rotation of the body.
+/// heard in the ringing: neither Doppler shift nor a rotation of the body.
 ///
 /// A lasting contact damps the modes of both bodies. It is modelled as a spring between them, of
 /// Hertz's stiffness at its load, that loses energy by a loss factor eta: a dashpot of eta k / w at
@@ -66,52 +67,52 @@ class ModalExciter {
 
   bool knows(const ModalModel& model) const { return sources_.contains(&model); }
 
-  /// Begins the rings of an event; those of the event before are dropped. Returns false if it
+  /// Begins the excitations of an event; those of the event before are dropped. Returns false if it
   /// excites nothing.
   bool strike(const ImpulseEvent& event, const SoundBody& body, const Source& source);
   /// m, world frame: the centre of mass of the body that has been struck.
   const Vec3& position() const { return position_; }
   double radius() const { return source_->radius; }
-  /// Adds a ring with this drive.
-  void lay(const Click& drive, const RingWay& way);
-  /// Adds a ring with this drive into the reverberation: the mean over all directions, at 1 m.
-  void laySend(const Click& drive);
+  /// Adds the excitation with this drive over a route.
+  void excite(const Click& drive, const ModalRoute& route);
+  /// Adds the excitation with this drive into the reverberation: the mean over all directions, at 1 m.
+  void exciteReverb(const Click& drive);
 
   /// A lasting contact, as it damps one of its bodies.
-  struct Touch {
+  struct DampingContact {
     BodyId body = 0;
     BodyId other = 0;
     Vec3 point = Vec3::Zero();  ///< m, model frame
     double stiffness = 0.0;     ///< N/m; 0: the contact has ended
   };
   /// Makes the change of damping that follows, from `first` (sample of the clock) on, the only
-  /// ring. Returns false if there is no change that counts.
-  bool touch(const Touch& touch, const Source& source, std::int64_t first);
-  void forgetTouches(BodyId body);
+  /// excitation. Returns false if there is no change that counts.
+  bool updateContact(const DampingContact& contact, const Source& source, std::int64_t first);
+  void forgetContacts(BodyId body);
 
-  /// Upper bound in Pa of the rings so far, for a contact of that pulse and duration (s).
+  /// Upper bound in Pa of the excitations so far, for a contact of that pulse and duration (s).
   double peak(const Pulse& pulse, double duration);
-  /// Upper bound in Pa of the rings so far, for a train of impulses (N s): as if all of them came
+  /// Upper bound in Pa of the excitations so far, for a train of impulses (N s): as if all of them came
   /// at a mode's crests.
   double peak(std::span<const PulseNode> train) const;
-  std::span<const ModalExcitation> rings() const { return rings_; }
+  std::span<const ModalExcitation> excitations() const { return excitations_; }
   std::span<const double> taps() const { return taps_; }
 
  private:
-  void layAmplitudes(const Click& drive);
-  void layDamping(BodyId body, const ResonatorSet& set, std::int64_t first);
+  void addExcitation(const Click& drive);
+  void addDamping(BodyId body, const ResonatorSet& set, std::int64_t first);
 
   std::shared_ptr<const SoundPaths> paths_;
   std::vector<std::unique_ptr<ResonatorSet>> sets_;
   std::unordered_map<const ModalModel*, std::unique_ptr<Source>> sources_;
   std::unordered_map<const Pulse*, PulseSpectrum> spectra_;
-  /// The decay rates that a contact adds to a body; kept by the body and the one that touches it.
-  struct Touching {
+  /// The decay rates that a contact adds to a body; kept by the body and the one in contact with it.
+  struct Damper {
     double stiffness = 0.0;
     Vec3 point = Vec3::Zero();
     std::vector<double> rates;  // 1/s, one for each mode
   };
-  std::map<std::pair<BodyId, BodyId>, Touching> touching_;
+  std::map<std::pair<BodyId, BodyId>, Touching> dampers_;
   std::vector<double> response_;  // response of an ear
 
   // The state of the current event.
@@ -120,9 +121,9 @@ class ModalExciter {
   Vec3 position_ = Vec3::Zero();
   Quat orientation_ = Quat::Identity();
   std::vector<double> excitation_;                // N s / sqrt(kg), one for each mode
-  std::vector<std::complex<double>> amplitudes_;  // Pa, of the current ring
-  std::vector<double> loudest_;                   // Pa, of each mode over all rings
-  std::vector<ModalExcitation> rings_;
+  std::vector<std::complex<double>> amplitudes_;  // Pa, of the current excitation
+  std::vector<double> loudest_;                   // Pa, of each mode over all excitations
+  std::vector<ModalExcitation> excitations_;
   std::vector<double> taps_;
 };
 

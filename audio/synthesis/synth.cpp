@@ -15,38 +15,23 @@ using namespace audio;
 
 class Synth::Impl {
  public:
-  explicit Impl(const std::shared_ptr<const SoundPaths>& paths) : layer_(paths), player_(paths) {}
+  explicit Impl(const std::shared_ptr<const SoundPaths>& paths)
+      : scheduler_(paths), renderer_(paths) {}
 
-  void schedule(const ImpulseEvent& event) { player_.add(layer_.lay(event)); }
   Status seek(double seconds);
+  double rate() const { return scheduler_.paths().settings.sampleRate; }
 
-  double rate() const { return layer_.paths().settings.sampleRate; }
-  SynthCounters counters() const;
-
-  ContactSoundScheduler layer_;
-  ClickRenderer player_;
+  ContactSoundScheduler scheduler_;
+  ClickRenderer renderer_;
 };
 
 Status Synth::Impl::seek(double seconds) {
   if (!(std::abs(seconds) * rate() < kExactSamples))
     return Error{"synth: cannot seek to " + std::to_string(seconds) +
                  " s; the clock counts up to 2^53 samples"};
-  player_.seek(std::llround(seconds * rate()));
-  layer_.restartListeners();
+  renderer_.seek(std::llround(seconds * rate()));
+  scheduler_.restartListeners();
   return std::monostate{};
-}
-
-SynthCounters Synth::Impl::counters() const {
-  const ContactSoundCounters& laid = layer_.counters();
-  return {.events = laid.events,
-          .rings = laid.rings,
-          .immovable = laid.immovable,
-          .inaudible = laid.inaudible,
-          .late = player_.counters().late,
-          .undersampled = laid.undersampled,
-          .rejected = laid.rejected,
-          .slides = laid.slides,
-          .inaudibleSlides = laid.inaudibleSlides};
 }
 
 Result<Synth> Synth::create(const SynthSettings& settings, std::vector<Listener> listeners) {
@@ -61,59 +46,69 @@ Synth& Synth::operator=(Synth&&) noexcept = default;
 Synth::~Synth() = default;
 
 Status Synth::setBody(BodyId id, const SoundBody& body) {
-  return impl_->layer_.setBody(id, body);
+  return impl_->scheduler_.setBody(id, body);
 }
 Status Synth::moveListener(std::size_t listener, const ListenerPose& pose) {
-  return impl_->layer_.moveListener(listener, pose);
+  return impl_->scheduler_.moveListener(listener, pose);
 }
 void Synth::removeBody(BodyId id) {
-  impl_->layer_.removeBody(id);
+  impl_->scheduler_.removeBody(id);
 }
 Status Synth::placeListener(std::size_t listener, const ListenerPose& pose) {
-  return impl_->layer_.placeListener(listener, pose);
+  return impl_->scheduler_.placeListener(listener, pose);
 }
 void Synth::schedule(const ImpulseEvent& event) {
-  impl_->schedule(event);
+  impl_->scheduler_.schedule(event, {}, impl_->renderer_);
 }
 void Synth::updateContact(const ContactState& contact) {
-  impl_->player_.add(impl_->layer_.updateContact(contact));
-  for (const bool first : {true, false})
-    impl_->player_.add(impl_->layer_.slide(contact, first));
+  impl_->scheduler_.updateContact(contact, {}, impl_->renderer_);
 }
 Status Synth::seek(double seconds) {
   return impl_->seek(seconds);
 }
 double Synth::time() const {
-  return static_cast<double>(impl_->player_.position()) / impl_->rate();
+  return static_cast<double>(impl_->renderer_.position()) / impl_->rate();
 }
 double Synth::leadTime(double contactDuration) const {
-  return impl_->layer_.leadTime(contactDuration);
+  return impl_->scheduler_.leadTime(contactDuration);
 }
 double Synth::contactDuration(const ImpulseEvent& event) const {
-  return impl_->layer_.contactDuration(event);
+  return impl_->scheduler_.contactDuration(event);
 }
 bool Synth::isSilent() const {
-  return impl_->player_.isSilent();
+  return impl_->renderer_.isSilent();
 }
 const std::vector<Listener>& Synth::listeners() const {
-  return impl_->layer_.paths().listeners;
+  return impl_->scheduler_.paths().listeners;
 }
 std::size_t Synth::channelCount() const {
-  return impl_->layer_.paths().channels.size();
+  return impl_->scheduler_.paths().channels.size();
 }
 double Synth::sampleRate() const {
   return impl_->rate();
 }
 SynthCounters Synth::counters() const {
-  return impl_->counters();
+  return impl_->scheduler_.counters() + impl_->renderer_.counters();
 }
 std::size_t Synth::pendingClicks() const {
-  return impl_->player_.pendingClicks();
+  return impl_->renderer_.pendingClicks();
+}
+
+SynthCounters& SynthCounters::operator+=(const SynthCounters& more) {
+  for (const auto count :
+       {&SynthCounters::events, &SynthCounters::rings, &SynthCounters::immovable,
+        &SynthCounters::inaudible, &SynthCounters::late, &SynthCounters::undersampled,
+        &SynthCounters::rejected, &SynthCounters::slides, &SynthCounters::inaudibleSlides,
+        &SynthCounters::stolen, &SynthCounters::overBudget, &SynthCounters::noBus,
+        &SynthCounters::tooLong, &SynthCounters::modalVoicesExhausted,
+        &SynthCounters::slidesLeftOut})
+    this->*count += more.*count;
+  return *this;
 }
 
 template <class Sample>
 void Synth::render(std::span<Sample* const> channels, std::size_t frames) noexcept {
-  impl_->player_.render<Sample>(channels, frames);
+  impl_->renderer_.render<Sample>(channels, frames);
 }
 
 template void Synth::render<float>(std::span<float* const>, std::size_t) noexcept;

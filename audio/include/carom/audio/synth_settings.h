@@ -21,27 +21,6 @@ enum class ImpulseChoice : std::uint8_t {
   applied,   ///< ImpulseEvent::appliedImpulse, if the mechanics has given one
 };
 
-/// The course of a contact force over time. See Pulse.
-enum class PulseShape : std::uint8_t {
-  hertz,              ///< the elastic contact of Hertz itself: the default
-  halfSine,           ///< pi/2 sin(pi u)
-  gaussian,           ///< exponent 10, unit impulse
-  mitchellNetravali,  ///< the cubic of Mitchell & Netravali 1988, B = C = 1/3; negative at its ends
-  courseGaussian      ///< pi/2 exp(-6 (u - 1/2)^2): as gaussianPulse(), 13.7 % too much impulse
-};
-
-/// The way in which a pulse becomes samples.
-enum class Sampling : std::uint8_t {
-  bandLimited,  ///< band-limited: the part of the pulse that samples can hold, at its exact time
-  naive,  ///< the pulse's value at each sample: aliases where contacts are short; for comparisons
-};
-
-/// The model by which a body's acceleration becomes pressure.
-enum class Radiation : std::uint8_t {
-  exact,    ///< a rigid sphere at any frequency and distance
-  compact,  ///< the limit of `exact` for long wavelengths, far away
-};
-
 /// The model by which a mode of vibration becomes pressure.
 enum class ModalRadiation : std::uint8_t {
   /// By ModeRadiation::multipoles: each mode as loud in each direction as it physically is. A mode
@@ -54,6 +33,35 @@ enum class ModalRadiation : std::uint8_t {
   constant,
 };
 
+/// The course of a contact force over time. See Pulse.
+enum class PulseShape : std::uint8_t {
+  hertz,              ///< the elastic contact of Hertz itself
+  halfSine,           ///< pi/2 sin(pi u)
+  gaussian,           ///< exponent 10, unit impulse
+  mitchellNetravali,  ///< the cubic of Mitchell & Netravali 1988, B = C = 1/3; negative at its ends
+  courseGaussian      ///< pi/2 exp(-6 (u - 1/2)^2): as gaussianPulse(), 13.7 % too much impulse
+};
+
+/// The way in which a pulse becomes samples.
+enum class Sampling : std::uint8_t {
+  bandLimited,  ///< the part of the pulse that samples can hold, at its exact time
+  naive,        ///< the pulse's value at each sample: aliases where contacts are short
+};
+
+/// The model by which a body's acceleration becomes pressure.
+enum class Radiation : std::uint8_t {
+  exact,    ///< a rigid sphere at any frequency and distance
+  compact,  ///< the limit of `exact` for long wavelengths, far away
+};
+
+/// Simplifications to compare the model with, for measuring what each costs and how far off it is.
+/// An application leaves them alone: as they are here, all are exact.
+struct ComparisonSettings {
+  PulseShape pulse = PulseShape::hertz;
+  Sampling sampling = Sampling::bandLimited;
+  Radiation radiation = Radiation::exact;
+};
+
 struct SynthSettings {
   double sampleRate = 48000.0;  ///< Hz, 8000 to 192000
   ImpulseChoice impulse = ImpulseChoice::physical;
@@ -62,12 +70,9 @@ struct SynthSettings {
   /// pressure at every listener.
   double audibleThreshold = kHearingThreshold;
 
-  PulseShape pulse = PulseShape::hertz;
   /// Contacts that lose energy last longer and are skewed: Pulse::dissipativeHertz at the event's
-  /// own restitution, instead of `pulse`.
+  /// own restitution, instead of `comparison.pulse`.
   bool dissipative = false;
-  Sampling sampling = Sampling::bandLimited;
-  Radiation radiation = Radiation::exact;
   ModalRadiation modalRadiation = ModalRadiation::directional;
   /// Loss factor, dimensionless, of the contact between two bodies that press on each other: how
   /// much of a mode's energy at the contact it absorbs (ModalExciter). 0: lasting contacts damp
@@ -77,8 +82,12 @@ struct SynthSettings {
 
   Room room = {};                        ///< no reflectors: open air, which costs nothing
   std::optional<ReverbSettings> reverb;  ///< reverberation of the same room; none costs nothing
+
+  ComparisonSettings comparison = {};
 };
 
+/// Counts of what became of events and lasting contacts. A Synth has room for everything, so the
+/// last six stay 0 there; they count what a real-time engine (VoiceBudget) leaves out.
 struct SynthCounters {
   std::uint64_t events = 0;        ///< scheduled events of bodies that can move or ring
   std::uint64_t rings = 0;         ///< `events` that made a body ring audibly
@@ -89,6 +98,18 @@ struct SynthCounters {
   std::uint64_t rejected = 0;  ///< never sounded: not finite, unknown body, no approach, over 20 s
   std::uint64_t slides = 0;    ///< steps in which a body that slides or rolls is heard
   std::uint64_t inaudibleSlides = 0;  ///< such steps left out: below the threshold everywhere
+  std::uint64_t stolen = 0;       ///< events left out: the quietest, where more waited than voices
+  std::uint64_t overBudget = 0;   ///< events left out: the quietest, where they would cost too much
+  std::uint64_t noBus = 0;        ///< events left out: more sizes and paths at once than buses
+  std::uint64_t tooLong = 0;      ///< events left out: contact longer than VoiceBudget::longestContact
+  std::uint64_t modalVoicesExhausted = 0;  ///< rings left out: more bodies ring than is allowed
+  std::uint64_t slidesLeftOut = 0;         ///< slides left out: more slide at once than is allowed
+
+  SynthCounters& operator+=(const SynthCounters& more);
+  friend SynthCounters operator+(SynthCounters sum, const SynthCounters& more) {
+    return sum += more;
+  }
+  bool operator==(const SynthCounters&) const = default;
 };
 
 }  // namespace carom

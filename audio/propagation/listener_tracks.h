@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "audio/propagation/pose_track.h"
+#include "audio/propagation/sound_paths.h"
+#include "carom/audio/result.h"
+
+namespace carom::audio {
+
+/// The motion of all listeners, as it becomes known. [one thread]
+class ListenerTracks {
+ public:
+  explicit ListenerTracks(std::shared_ptr<const SoundPaths> paths);
+
+  Status move(std::size_t listener, const ListenerPose& pose);   ///< as Synth::moveListener
+  Status place(std::size_t listener, const ListenerPose& pose);  ///< as Synth::placeListener
+  /// Returns the listeners to where they were created, to await their first pose.
+  void restart();
+
+  /// Returns how the wave that leaves `from` (m, world frame) at `time` (s) arrives at a channel.
+  /// For a listener at rest nothing has to be solved.
+  Arrival arrivalAt(const SoundPaths::Channel& channel, double time, const Vec3& from) const;
+
+  /// Distance (m) from a point (world frame) to the nearest listener at `time` (s).
+  double nearestDistance(double time, const Vec3& point) const;
+
+ private:
+  Error noListener(std::size_t listener) const;
+
+  std::shared_ptr<const SoundPaths> paths_;
+  std::vector<PoseTrack> tracks_;  // one per listener
+  std::vector<bool> hasMoved_;     // one per listener: a pose has come
+};
+
+}  // namespace carom::audio

@@ -1,0 +1,324 @@
+#include "audio/synthesis/contact_propagation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "audio/dsp/spread_kernel.h"
+#include "audio/propagation/hrtf.h"
+#include "audio/radiation/radiation_filter.h"
+
+namespace carom::audio {
+namespace {
+
+/// Samples: half the width of the kernel that puts instants on samples.
+constexpr auto kReach = static_cast<std::int64_t>(kSpreadWidth / 2);
+/// s: a longer contact has nothing in the audible band, and would take memory without end.
+constexpr double kLongestContact = 20.0;
+/// Bounds of the factor by which motion may stretch a click in time; beyond them the click is that
+/// of bodies at rest.
+constexpr double kLeastStretch = 0.1;
+constexpr double kMostStretch = 10.0;
+/// Upper bound of a head-related response over the free field, at any frequency.
+constexpr double kLoudestEar = 4.0;
+/// Peaks of a diffuse field over the root of its mean square.
+constexpr double kTailPeaks = 4.0;
+
+/// Delay (s) of an ear's response against that of the middle of the head.
+double earDelay(const HrtfSet& set, const SphereWeights& where, Ear ear) {
+  double delay = -set.latency();
+  for (std::size_t i = 0; i < where.index.size(); ++i)
+    delay += where.weight[i] * set.delay(where.index[i], ear);
+  return delay;
+}
+
+/// A quantity at the begin, the middle and the end of a contact, as a parabola in u.
+struct Parabola {
+  double at0 = 0.0;
+  double slope = 0.0;
+  double curve = 0.0;
+
+  Parabola(double begin, double middle, double end)
+      : at0(begin),
+        slope(4.0 * middle - 3.0 * begin - end),
+        curve(2.0 * (begin - 2.0 * middle + end)) {}
+};
+
+Vec3 mirrored(const Image* image, const Vec3& vector) {
+  return image != nullptr ? image->vector(vector) : vector;
+}
+
+/// Dipole at the begin, middle or end of the contact, for `part` 0, 1 or 2.
+Vec3 dipoleAt(const ContactSource& source, std::size_t part) {
+  const double share = 0.5 * static_cast<double>(part);
+  return source.dipoleBefore + share * (source.strike.dipole - source.dipoleBefore);
+}
+
+}  // namespace
+
+ContactPropagation::ContactPropagation(std::shared_ptr<const SoundPaths> paths,
+                                       const ListenerTracks& tracks, ModalExciter& exciter)
+    : paths_(std::move(paths)),
+      settings_(paths_->settings),
+      tracks_(tracks),
+      exciter_(exciter) {}
+
+bool ContactPropagation::propagate(const ContactSource& source) {
+  clicks_.clear();
+  ears_.clear();
+  clickPeak_ = modalPeak_ = 0.0;
+  for (std::uint32_t channel = 0; channel < paths_->channels.size(); ++channel)
+    for (const SoundPaths::Path& path : paths_->paths)
+      if (!propagateTo(source, {path.chain, channel, path.image})) return false;
+  if (settings_.reverb && !propagateToReverb(source)) return false;
+  if (!source.rings) return true;
+  modalPeak_ = source.train.empty() ? exciter_.peak(*source.pulse, source.duration)
+                                    : exciter_.peak(source.train);
+  return true;
+}
+
+ScheduledSound ContactPropagation::sound() const {
+  ScheduledSound sound;
+  if (clickPeak_ > 0.0 && clickPeak_ >= settings_.audibleThreshold) {
+    sound.peak = clickPeak_;
+    sound.clicks = clicks_;
+    sound.ears = ears_;
+  }
+  if (modalPeak_ > 0.0 && modalPeak_ >= settings_.audibleThreshold) {
+    sound.excitations = exciter_.excitations();
+    sound.taps = exciter_.taps();
+  }
+  return sound;
+}
+
+/// Adds the sound that takes this route, if no wall blocks it. Returns false as `propagate` does.
+bool ContactPropagation::propagateTo(const ContactSource& source, const Route& route) {
+  PropagationPath path;
+  if (!findPath(source, route, path)) return true;
+  if (!fitsOnClock(source, path)) return false;
+  if (source.filters != nullptr) {
+    const double ear = paths_->channels[route.channel].isEar ? kLoudestEar : 1.0;
+    clickPeak_ = std::max(clickPeak_, ear * boundOf(source, path));
+    addClick(source, path, route);
+  }
+  if (source.rings) addExcitation(source, path, route);
+  return true;
+}
+
+/// Adds what is sent into the reverberation: the mean over all directions, at 1 m, without the near
+/// field, which carries no power. Returns false as `propagate` does.
+bool ContactPropagation::propagateToReverb(const ContactSource& source) {
+  PropagationPath send;
+  for (std::size_t part = 0; part < send.gains.size(); ++part)
+    send.gains[part] = dipoleAt(source, part).norm() / std::numbers::sqrt3;
+  send.distance = std::numeric_limits<double>::infinity();
+  if (!fitsOnClock(source, send)) return false;
+  const Route route{.channel = static_cast<std::uint32_t>(paths_->channels.size())};
+  if (source.filters != nullptr) {
+    clickPeak_ = std::max(clickPeak_, boundOf(source, send) * tailOverClick(source));
+    addClick(source, send, route);
+  }
+  if (source.rings) exciter_.exciteReverb(modalDrive(source, send, route));
+  return true;
+}
+
+/// Finds delays and gains over one route; false if a wall blocks it.
+bool ContactPropagation::findPath(const ContactSource& source, const Route& route,
+                                  PropagationPath& path) const {
+  const Strike& strike = source.strike;
+  const SoundPaths::Channel& channel = paths_->channels[route.channel];
+  const Vec3 velocity = mirrored(route.image, strike.velocity);
+  const Vec3 from =
+      route.image != nullptr ? route.image->position(strike.position) : strike.position;
+  for (const std::size_t part : {0u, 1u, 2u}) {
+    if (part > 0 && !settings_.doppler) {
+      keepAsAtBegin(source, route, part, path);
+      continue;
+    }
+    const double later = 0.5 * static_cast<double>(part) * source.duration / source.shift.stretch;
+    const Arrival arrival =
+        tracks_.arrivalAt(channel, source.time + later, from + later * velocity);
+    if (part == 0 && route.image != nullptr) {
+      const Vec3 ear = from - arrival.distance * arrival.towardsSource;
+      if (!isVisible(settings_.room, *route.image, strike.position, ear)) return false;
+    }
+    hear(source, route, arrival, part, path);
+  }
+  return true;
+}
+
+/// Sets the delay and gain of the middle or end without Doppler effect: the dipole of a lasting
+/// contact may be another one at its end.
+void ContactPropagation::keepAsAtBegin(const ContactSource& source, const Route& route,
+                                       std::size_t part, PropagationPath& path) const {
+  path.delays[part] = path.delays[0];
+  path.gains[part] = -mirrored(route.image, dipoleAt(source, part)).dot(path.towardsSource) *
+                     path.receiverGain / std::max(path.distance, source.strike.radius);
+}
+
+/// Sets the delay and gain of the begin, middle or end as its wave arrives.
+void ContactPropagation::hear(const ContactSource& source, const Route& route,
+                              const Arrival& arrival, std::size_t part,
+                              PropagationPath& path) const {
+  const SoundPaths::Channel& channel = paths_->channels[route.channel];
+  const Vec3 dipole = mirrored(route.image, dipoleAt(source, part));
+  const double distance = std::max(arrival.distance, source.strike.radius);
+  if (part < 2) path.distance = distance;
+  path.gains[part] = -dipole.dot(arrival.towardsSource) / distance;
+  if (part == 0) path.towardsSource = arrival.towardsSource;
+  path.delays[part] = (distance - source.ahead) / settings_.medium.speedOfSound;
+  if (channel.isEar) {
+    const HrtfSet& set = *paths_->listeners[channel.listener].hrtf;
+    const SphereWeights ears = set.lookup(arrival.orientation.conjugate() * arrival.towardsSource);
+    if (part == 0) path.ears = ears;
+    path.delays[part] += earDelay(set, ears, channel.ear);
+  } else if (channel.receiver.pattern != 0.0) {
+    const double heard = gain(channel.receiver, arrival.orientation, arrival.towardsSource);
+    path.gains[part] *= heard;
+    if (part == 0) path.receiverGain = heard;
+  }
+  if (!settings_.doppler) return;
+  // A click is stretched as it is put on the samples, with the integral of its force kept, as is
+  // right for a moving body. A moving listener hears the pressure that is there, faster or slower.
+  const bool overtaken = !(arrival.stretch > kLeastStretch && arrival.stretch < kMostStretch);
+  const double stretch = overtaken ? 1.0 : arrival.stretch;
+  path.gains[part] *= stretch * stretch;
+  if (part < 2) path.stretch = stretch;  // in the end, that of the middle
+}
+
+/// Upper bound (Pa) of a click, from the pulse's slope, what the band holds of it, and what a body
+/// of that size lets through (its response's total variation is 1.35 c/a).
+double ContactPropagation::boundOf(const ContactSource& source, const PropagationPath& path) const {
+  const double rate = settings_.sampleRate;
+  const bool naive = settings_.comparison.sampling == Sampling::naive;
+  const double inBand = std::numbers::pi * (naive ? 1e6 : 0.5);
+  double force = std::min(source.pulse->peakForce() / source.duration, inBand * rate);
+  double slope = std::min(source.pulse->peakSlope() / (source.duration * source.duration),
+                          inBand * rate * rate);
+  if (!source.train.empty()) {
+    force = source.loudest * rate;
+    slope = source.loudest * 0.5 * std::numbers::pi * rate * rate;
+  }
+  if (settings_.comparison.radiation == Radiation::exact) {
+    const double corner = settings_.medium.speedOfSound / source.strike.radius;
+    slope = std::min(1.1 * slope, 1.35 * corner * force);
+    slope += 1.1 * force * settings_.medium.speedOfSound / path.distance;
+  }
+  const double gain =
+      std::max({std::abs(path.gains[0]), std::abs(path.gains[1]), std::abs(path.gains[2])});
+  return gain * slope;
+}
+
+/// Peak of the reverberation's tail over that of the sound sent into it: the diffuse field's level
+/// (Reverb) for a click that is at its peak while it lasts, times the field's peaks over its level.
+double ContactPropagation::tailOverClick(const ContactSource& source) const {
+  const ReverbSettings& reverb = *settings_.reverb;
+  const double lasting =
+      (source.pulse->end() - source.pulse->begin()) * source.duration +
+      static_cast<double>(kSpreadWidth + RadiationFilter::kTaps) / settings_.sampleRate +
+      5.0 * source.strike.radius / settings_.medium.speedOfSound;
+  const double density = 4.0 * std::numbers::pi * reverb.speedOfSound / reverb.volume;  // 1/s
+  return reverb.gain * kTailPeaks * std::sqrt(density * lasting);
+}
+
+/// True if the clock can represent the contact's times, and its loudness is finite.
+bool ContactPropagation::fitsOnClock(const ContactSource& source,
+                                     const PropagationPath& path) const {
+  const double rate = settings_.sampleRate;
+  const double extent = std::abs(source.time) + path.delays[0] + path.delays[2] +
+                        (source.pulse->end() - source.pulse->begin()) * source.duration;
+  const double loudness = (std::abs(path.gains[0]) + std::abs(path.gains[2])) * rate * rate;
+  const bool isFar = !(extent * rate < kExactSamples);
+  const bool isLong = !(source.duration <= kLongestContact);
+  return !isFar && !isLong && std::isfinite(loudness);
+}
+
+void ContactPropagation::addClick(const ContactSource& source, const PropagationPath& path,
+                                  const Route& route) {
+  const double rate = settings_.sampleRate;
+  if (std::abs(path.gains[0]) + std::abs(path.gains[2]) == 0.0 && path.gains[1] == 0.0) return;
+  Click click = onSamples(source, path);
+  const Parabola gain(path.gains[0], path.gains[1], path.gains[2]);
+  click.track.gain = gain.at0 * rate * rate;
+  click.track.slope = gain.slope * rate * rate;
+  click.track.curve = gain.curve * rate * rate;
+  if (paths_->isFiltered()) click.first += RadiationFilter::kFirstTap;
+  click.near = settings_.medium.speedOfSound / (path.distance * path.stretch * rate);
+  click.channel = route.channel;
+  click.filters = source.filters;
+  click.chain = route.chain;
+  clicks_.push_back(click);
+  if (paths_->hasHeads) ears_.push_back(path.ears);
+}
+
+/// Returns the contact's pulse on the samples with gain 1: a click without filters.
+Click ContactPropagation::modalDrive(const ContactSource& source, PropagationPath path,
+                                     const Route& route) const {
+  for (double& delay : path.delays)
+    delay += source.ahead / settings_.medium.speedOfSound;
+  Click drive = onSamples(source, path);
+  drive.track.gain = 1.0;
+  drive.channel = route.channel;
+  drive.chain = route.chain;
+  return drive;
+}
+
+void ContactPropagation::addExcitation(const ContactSource& source, const PropagationPath& path,
+                                       const Route& route) {
+  const SoundPaths::Channel& channel = paths_->channels[route.channel];
+  ModalRoute modal{.toReceiver = -path.distance * path.towardsSource,
+                   .gain = path.receiverGain,
+                   .ears = path.ears,
+                   .ear = channel.ear,
+                   .chain = route.chain};
+  if (route.image != nullptr) modal.toReceiver = route.image->linear.transpose() * modal.toReceiver;
+  if (channel.isEar) modal.head = paths_->listeners[channel.listener].hrtf.get();
+  exciter_.excite(modalDrive(source, path, route), modal);
+}
+
+/// Returns the contact's pulse on the samples of a receiver: its time, its stretch by motion and
+/// the nodes by which it is sampled.
+Click ContactPropagation::onSamples(const ContactSource& source,
+                                    const PropagationPath& path) const {
+  const double rate = settings_.sampleRate;
+  Click click;
+  click.pulse = source.pulse;
+  const SampleTime start = shifted(samplesOf(source.time, path.delays[0], rate), source.shift);
+  const Parabola delay(0.0, path.delays[1] - path.delays[0], path.delays[2] - path.delays[0]);
+  click.track = {.start = start.fraction,
+                 .length = (source.duration + delay.slope) * rate,
+                 .bend = delay.curve * rate};
+  const double still = source.duration * rate;
+  // Motion at nearly the speed of sound or above would fold time.
+  if (!(click.track.length > kLeastStretch * still) ||
+      !(click.track.length < kMostStretch * still) ||
+      !(std::abs(click.track.bend) < 0.1 * click.track.length)) {
+    click.track.length = still;
+    click.track.bend = 0.0;
+  }
+  const std::int64_t first =
+      static_cast<std::int64_t>(std::floor(click.track.at(source.pulse->begin()))) - kReach;
+  click.track.start -= static_cast<double>(first);
+  const double last = click.track.at(source.pulse->end());
+  click.samples =
+      static_cast<std::uint32_t>(std::ceil(last)) + static_cast<std::uint32_t>(kReach) + 1;
+  click.first = start.whole + first;
+  if (!source.train.empty())
+    click.nodes = source.train;
+  else if (settings_.comparison.sampling == Sampling::bandLimited)
+    chooseRule(click);
+  if (click.nodes.empty()) click.pulse->forceTable();  // made now, not while rendering
+  return click;
+}
+
+/// Chooses the smallest Gauss rule that is right up to the sample rate, beyond which the kernel
+/// lets nothing through. A rule's errors there grow with its size; long contacts do better without.
+void ContactPropagation::chooseRule(Click& click) const {
+  const double bandwidth = 2.0 * std::numbers::pi * click.track.length;
+  const std::size_t size = click.pulse->ruleSize(bandwidth);
+  if (size > 0 && size <= kMostNodes) click.nodes = click.pulse->rule(size);
+}
+
+}  // namespace carom::audio

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <span>
+
+#include "audio/model/pulse.h"
+#include "audio/model/sphere_mesh.h"
+#include "audio/synthesis/click.h"
+#include "audio/synthesis/modal_excitation.h"
+
+namespace carom::audio {
+
+/// The sound of one body's share of an event, or of one step of a lasting contact, scheduled on the
+/// samples of all channels. Borrows its arrays.
+struct ScheduledSound {
+  double peak = 0.0;                   ///< Pa, upper bound of the clicks at any listener
+  std::span<const Click> clicks = {};  ///< empty: no click to hear
+  /// Directions from which binaural channels hear the clicks; empty without heads.
+  std::span<const SphereWeights> ears = {};
+  std::span<const ModalExcitation> excitations = {};  ///< empty: nothing rings; all of one body
+  std::span<const double> taps = {};                  ///< the taps that `excitations` refer to
+  /// Nodes that drive all clicks and excitations, if no pulse does. A renderer keeps a copy.
+  std::span<const PulseNode> train = {};
+};
+
+/// Takes scheduled sounds: a renderer, or a queue to another thread.
+class SoundSink {
+ public:
+  /// Takes a sound, whose arrays are valid during the call only.
+  virtual void add(const ScheduledSound& sound) = 0;
+
+ protected:
+  ~SoundSink() = default;
+};
+
+}  // namespace carom::audio

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "audio/contact/contact_drive.h"
+#include "audio/model/hertz.h"
+#include "audio/model/pulse.h"
+#include "audio/synthesis/sounding_bodies.h"
+#include "carom/audio/contact_state.h"
+#include "carom/audio/impulse_event.h"
+
+namespace carom::audio {
+
+/// Returns the two bodies of a contact as Hertz's theory sees them. Edges are blunt, and flat faces
+/// touch where they are not flat, as in an impact; so does an edge on a face, as stepped mechanics
+/// reports the same face now as lying flat and now as standing on its edge. [any thread]
+HertzContact hertzContact(const ContactState& contact, const SoundingBody& body,
+                          const SoundingBody& other);
+
+/// Returns about the largest impulse (N s) of a train that comes at once, as there is one node to a
+/// sample or less. [any thread]
+double loudestImpulse(std::span<const PulseNode> train);
+
+/// The state of two bodies that slide or roll on each other.
+struct Slide {
+  ContactDrive drive;
+  std::vector<PulseNode> nodes;  ///< nodes of the current step
+  bool sounds = false;           ///< the previous step had nodes
+  /// The latest state of the contact on one of the bodies.
+  struct Side {
+    bool isKnown = false;
+    Vec3 end = Vec3::Zero();  ///< m, body frame: where the contact point's path ended
+    /// m, body frame: from the contact point to the point that is used in its place
+    Vec3 offset = Vec3::Zero();
+    std::optional<Vec3> dipole;  ///< Strike::dipole
+  };
+  std::array<Side, 2> sides;
+};
+
+/// Follows pairs of bodies that slide or roll on each other from step to step: which impulses the
+/// bumps give, and on which points of the bodies. [one thread]
+class SlideTracker {
+ public:
+  /// The bodies must outlive it.
+  explicit SlideTracker(SoundingBodies& bodies) : bodies_(bodies) {}
+
+  /// Upper bound (N s) of the impulse that comes at once in the step: to twice the speed at which
+  /// the steepest bumps push, and back. 0 unless the contact slides: its numbers are finite, its
+  /// bodies known and not both smooth, and its step is no longer than a second.
+  double steepestImpulse(const ContactState& contact, double sampleRate);
+  /// Computes the nodes of a step of a contact whose steepestImpulse is above 0. `sampleRate` (Hz)
+  /// is that of the samples in a second of the mechanics.
+  Slide& advance(const ContactState& contact, double sampleRate);
+
+  bool isSliding(const ContactState& contact) const { return slides_.contains(keyOf(contact)); }
+  /// Ends the slide of a pair: if it slides later, that is a new slide.
+  void end(const ContactState& contact) {
+    if (!slides_.empty()) slides_.erase(keyOf(contact));
+  }
+  void forget(BodyId body);
+
+  /// Returns the event of an impulse of 1 N s along the normal on the contact's first body, or the
+  /// other one, with the friction that goes with it, at `offset` (m, body frame) from the reported
+  /// contact point.
+  static ImpulseEvent unitImpulse(const ContactState& contact, bool first, const Vec3& offset);
+
+ private:
+  using Pair = std::pair<BodyId, BodyId>;
+  static Pair keyOf(const ContactState& contact) { return {contact.body, contact.other}; }
+
+  SoundingBodies& bodies_;
+  std::map<Pair, Slide> slides_;
+};
+
+}  // namespace carom::audio

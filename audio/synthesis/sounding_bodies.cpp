@@ -1,0 +1,75 @@
+#include "audio/synthesis/sounding_bodies.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <utility>
+
+namespace carom::audio {
+namespace {
+
+/// All rough surfaces share one noise pattern, sampled at different places.
+constexpr std::uint64_t kRoughSeed = 1;
+
+}  // namespace
+
+const SurfaceTexture* SoundingBody::texture() {
+  if (sound.texture != nullptr) return sound.texture.get();
+  const Roughness& roughness = sound.material.roughness;
+  if (roughTexture == nullptr && roughness.rmsHeight > 0.0)
+    roughTexture =
+        std::make_shared<const SurfaceTexture>(*SurfaceTexture::rough(roughness, kRoughSeed));
+  return roughTexture.get();
+}
+
+const TextureCoordinates* SoundingBody::textureCoordinates() const {
+  return sound.texture != nullptr ? sound.textureCoordinates.get() : nullptr;
+}
+
+SoundingBodies::SoundingBodies(std::shared_ptr<const SoundPaths> paths, ModalExciter& exciter)
+    : paths_(std::move(paths)),
+      exciter_(exciter),
+      filters_(paths_->settings.comparison.sampling == Sampling::bandLimited
+                   ? RadiationFilter::Input::spread
+                   : RadiationFilter::Input::bare) {}
+
+Status SoundingBodies::set(BodyId id, const SoundBody& body) {
+  const auto refuse = [id](const std::string& why) {
+    return Error{"sound body " + std::to_string(id) + ": " + why};
+  };
+  if (const Status valid = validate(body); !valid) return refuse(valid.error().message);
+  if (body.modal != nullptr && !exciter_.knows(*body.modal))
+    if (const Status valid = validate(*body.modal); !valid)
+      return refuse("modal model: " + valid.error().message);
+  SoundingBody known{.sound = body};
+  if (std::isfinite(body.mass))
+    known.filters = &filtersOf(body.shape ? body.shape->radius() : body.radius);
+  if (body.modal != nullptr) known.modes = &exciter_.sourceOf(body.modal);
+  anyModes_ = anyModes_ || known.modes != nullptr;
+  anyTexture_ = anyTexture_ || body.texture != nullptr || body.material.roughness.rmsHeight > 0.0;
+  bodies_.insert_or_assign(id, std::move(known));
+  return std::monostate{};
+}
+
+SoundingBody* SoundingBodies::find(BodyId id) {
+  const auto entry = bodies_.find(id);
+  return entry == bodies_.end() ? nullptr : &entry->second;
+}
+
+const SoundingBody* SoundingBodies::find(BodyId id) const {
+  const auto entry = bodies_.find(id);
+  return entry == bodies_.end() ? nullptr : &entry->second;
+}
+
+/// Returns the radiation filters for a radius (m); the compact model has one for all radii.
+const RadiationBank::Mix& SoundingBodies::filtersOf(double radius) {
+  const SynthSettings& settings = paths_->settings;
+  if (settings.comparison.radiation == Radiation::compact)
+    return filters_.mixOf(std::numeric_limits<double>::infinity());
+  return filters_.mixOf(settings.medium.speedOfSound /
+                        (std::min(radius, kLargestFilteredRadius) * settings.sampleRate));
+}
+
+}  // namespace carom::audio

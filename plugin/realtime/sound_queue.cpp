@@ -1,0 +1,139 @@
+#include "plugin/realtime/sound_queue.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cstring>
+#include <span>
+#include <type_traits>
+
+namespace carom::plugin {
+
+using namespace audio;
+
+std::size_t SoundQueue::linesOf(const Header& header) {
+  return 1 + linesOf<Click>(header.clicks) + linesOf<SphereWeights>(header.ears) +
+         linesOf<ModalExcitation>(header.excitations) + linesOf<double>(header.taps) +
+         linesOf<PulseNode>(header.nodes);
+}
+
+std::size_t SoundQueue::linesFor(const Capacity& capacity) {
+  // Each sound has a header, and its arrays begin on lines of their own.
+  const std::size_t perClick =
+      linesOf<Click>(1) + (capacity.hasEars ? linesOf<SphereWeights>(1) : 0) + 2;
+  const std::size_t perExcitation =
+      linesOf<ModalExcitation>(1) + linesOf<double>(2 * capacity.modes) + 1;
+  return perClick * capacity.waitingClicks + perExcitation * capacity.waitingExcitations +
+         linesOf<PulseNode>(capacity.waitingNodes);
+}
+
+SoundQueue::SoundQueue(const Capacity& capacity)
+    : capacity_(capacity),
+      lines_(linesFor(capacity)),
+      compact_(2 * capacity.modes * capacity.clicks),
+      clicks_(capacity.clicks),
+      ears_(capacity.hasEars ? capacity.clicks : 0),
+      excitations_(capacity.clicks),
+      taps_(2 * capacity.modes * capacity.clicks),
+      nodes_(capacity.nodes) {}
+
+/// Number of modes of each of the sound's excitations that cross.
+std::size_t SoundQueue::countOf(const ScheduledSound& sound) const {
+  if (sound.excitations.empty()) return 0;
+  return std::min(sound.excitations.front().count, capacity_.modes);
+}
+
+bool SoundQueue::put(const ScheduledSound& sound) noexcept {
+  const std::size_t modes = countOf(sound);
+  const Header header{.peak = sound.peak,
+                      .clicks = static_cast<std::uint32_t>(sound.clicks.size()),
+                      .ears = static_cast<std::uint32_t>(sound.ears.size()),
+                      .excitations = static_cast<std::uint32_t>(sound.excitations.size()),
+                      .taps = static_cast<std::uint32_t>(2 * modes * sound.excitations.size()),
+                      .nodes = static_cast<std::uint32_t>(sound.train.size())};
+  const std::size_t lines = linesOf(header);
+  if (sound.train.size() > capacity_.nodes || lines_.writable(lines) < lines) return false;
+  putArray(&header, 1);
+  putArray(sound.clicks.data(), sound.clicks.size());
+  putArray(sound.ears.data(), sound.ears.size());
+  putModes(sound, modes);
+  putArray(sound.train.data(), sound.train.size());
+  return true;
+}
+
+/// Puts the excitations and their taps, both with the first `modes` of their modes.
+void SoundQueue::putModes(const ScheduledSound& sound, std::size_t modes) noexcept {
+  for (std::size_t index = 0; index < sound.excitations.size(); ++index) {
+    const std::size_t from = sound.excitations[index].taps;
+    const auto to = compact_.begin() + static_cast<std::ptrdiff_t>(2 * modes * index);
+    std::ranges::copy(sound.taps.subspan(from, modes), to);
+    std::ranges::copy(sound.taps.subspan(from + sound.excitations[index].count, modes),
+                      to + static_cast<std::ptrdiff_t>(modes));
+  }
+  putArray(sound.excitations.data(), sound.excitations.size());
+  putArray(compact_.data(), 2 * modes * sound.excitations.size());
+}
+
+template <class T>
+void SoundQueue::putArray(const T* items, std::size_t count) noexcept {
+  static_assert(std::is_trivially_copyable_v<T>);
+  const auto* from = reinterpret_cast<const std::byte*>(items);
+  for (std::size_t left = count * sizeof(T); left > 0;) {
+    const std::size_t part = std::min(left, kLineSize);
+    Line line;
+    std::memcpy(line.bytes.data(), from, part);
+    lines_.put(line);
+    from += part;
+    left -= part;
+  }
+}
+
+std::size_t SoundQueue::roomForClicks(std::size_t nodes) noexcept {
+  const auto most = static_cast<std::uint32_t>(capacity_.clicks);
+  const std::size_t lines = linesOf(Header{.clicks = most, .ears = capacity_.hasEars ? most : 0});
+  const std::size_t free = lines_.writable(lines_.capacity());
+  const std::size_t taken = std::min(free, linesOf<PulseNode>(nodes));
+  return (free - taken) / (lines + 1);  // one more, as each array of nodes begins a line
+}
+
+const ScheduledSound* SoundQueue::take() noexcept {
+  if (lines_.readable(1) == 0) return nullptr;
+  Header header;
+  std::memcpy(&header, lines_.peek().bytes.data(), sizeof(Header));
+  [[maybe_unused]] const std::size_t lines = linesOf(header);
+  assert(lines_.readable(lines) >= lines);  // published together
+  lines_.drop(1);
+  takeArray(clicks_, header.clicks);
+  takeArray(ears_, header.ears);
+  takeArray(excitations_, header.excitations);
+  takeArray(taps_, header.taps);
+  takeArray(nodes_, header.nodes);
+  const std::size_t modes = header.excitations > 0 ? header.taps / (2 * header.excitations) : 0;
+  for (std::size_t index = 0; index < header.excitations; ++index) {
+    excitations_[index].count = modes;
+    excitations_[index].taps = 2 * modes * index;
+  }
+  taken_ = {.peak = header.peak,
+            .clicks = std::span(clicks_).first(header.clicks),
+            .ears = std::span(ears_).first(header.ears),
+            .excitations = std::span(excitations_).first(header.excitations),
+            .taps = std::span(taps_).first(header.taps),
+            .train = std::span(nodes_).first(header.nodes)};
+  return &taken_;
+}
+
+template <class T>
+void SoundQueue::takeArray(std::vector<T>& items, std::size_t count) noexcept {
+  assert(count <= items.size());
+  auto* to = reinterpret_cast<std::byte*>(items.data());
+  const std::size_t lines = linesOf<T>(count);
+  std::size_t left = count * sizeof(T);
+  for (std::size_t line = 0; line < lines; ++line) {
+    const std::size_t part = std::min(left, kLineSize);
+    std::memcpy(to, lines_.peek(line).bytes.data(), part);
+    to += part;
+    left -= part;
+  }
+  lines_.drop(lines);
+}
+
+}  // namespace carom::plugin

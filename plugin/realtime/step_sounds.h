@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "audio/synthesis/scheduled_sound.h"
+#include "plugin/realtime/sound_queue.h"
+
+namespace carom::plugin {
+
+/// The sounds of one step of the simulation on their way into the queue. Excitations of modes go
+/// there at once; of the clicks, the loudest events do when the step ends. [simulation thread]
+class StepSounds final : public audio::SoundSink {
+ public:
+  /// `voices`: the most events of a step that cross. The queue must outlive it.
+  StepSounds(SoundQueue& queue, std::size_t voices) : queue_(queue), voices_(voices) {}
+
+  void add(const audio::ScheduledSound& sound) override;
+  /// Sends the step's clicks, and lets the audio thread see them and the excitations.
+  void send();
+
+  std::uint64_t stolen() const { return stolen_; }  ///< events left out as others were louder
+  std::uint64_t faults() const { return faults_; }  ///< sounds left out for lack of room
+
+ private:
+  /// An event of the step; its arrays lie one behind the other.
+  struct Event {
+    double peak = 0.0;
+    std::size_t first = 0;      // its first click in clicks_
+    std::size_t count = 0;      // number of its clicks
+    std::size_t firstNode = 0;  // in nodes_
+    std::size_t nodes = 0;      // 0: it is no step of a slide
+  };
+  std::uint64_t keepLoudest(std::size_t events);
+  void compact();
+
+  SoundQueue& queue_;
+  std::size_t voices_;
+  std::vector<Event> events_;
+  std::vector<audio::Click> clicks_;
+  std::vector<audio::SphereWeights> ears_;
+  std::vector<audio::PulseNode> nodes_;
+  std::uint64_t stolen_ = 0;
+  std::uint64_t faults_ = 0;
+};
+
+}  // namespace carom::plugin
