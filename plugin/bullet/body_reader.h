@@ -10,7 +10,7 @@
 #include "carom/audio/panel_radiator.h"
 #include "carom/audio/result.h"
 #include "carom/audio/sound_body.h"
-#include "carom/sound_settings.h"
+#include "carom/sound.h"
 
 class btCollisionObject;
 class btCollisionShape;

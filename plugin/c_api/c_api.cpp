@@ -123,11 +123,11 @@ carom_status create(const carom_settings* given, carom_sound** handle, Make&& ma
   if (handle == nullptr) return isNull("the carom_sound** is NULL");
   *handle = nullptr;
   return guarded([&] {
-    const Result<carom::SoundSettings> settings = carom::plugin::settingsFrom(given);
+    const Result<carom::plugin::CSettings> settings = carom::plugin::settingsFrom(given);
     if (!settings) return failed(CAROM_ERROR_ARGUMENT, settings.error().message);
-    auto sound = make(*settings);
+    auto sound = make(settings->sound, settings->world);
     if (!sound) return failed(CAROM_ERROR_ARGUMENT, sound.error().message);
-    *handle = std::make_unique<carom_sound>(*std::move(sound), settings->radiators).release();
+    *handle = std::make_unique<carom_sound>(*std::move(sound), settings->world.radiators).release();
     return static_cast<carom_status>(CAROM_OK);
   });
 }
@@ -141,13 +141,13 @@ Result<Material> materialOf(const carom_material* material) {
 }
 
 Status setMaterial(Sound& sound, int userIndex, const Material& material) {
-  return sound.setMaterialOfUserIndex(userIndex, material);
+  return sound.assign(carom::UserIndex{userIndex}, {.material = material});
 }
 
 template <class Object>
 Status setMaterial(Sound& sound, const Object* object, const Material& material) {
   if (object == nullptr) return Error{"the object or shape to be of a material is NULL"};
-  return sound.setMaterial(*object, material);
+  return sound.assign(*object, {.material = material});
 }
 
 /// Sets a material, given by name or by numbers, for an object, a shape or a user index.
@@ -165,13 +165,13 @@ std::shared_ptr<const ModalModel> modelOf(const carom_modes* modes) {
 }
 
 Status setModes(Sound& sound, int userIndex, const carom_modes* modes) {
-  return sound.setModesOfUserIndex(userIndex, modelOf(modes));
+  return sound.assign(carom::UserIndex{userIndex}, {.modes = modelOf(modes)});
 }
 
 template <class Object>
 Status setModes(Sound& sound, const Object* object, const carom_modes* modes) {
   if (object == nullptr) return Error{"the object or shape that is to ring is NULL"};
-  return sound.setModes(*object, modelOf(modes));
+  return sound.assign(*object, {.modes = modelOf(modes)});
 }
 
 Status done() {
@@ -180,16 +180,6 @@ Status done() {
 
 std::filesystem::path pathOf(const char* utf8) {
   return {reinterpret_cast<const char8_t*>(utf8)};
-}
-
-/// Releases what a sound holds: its world, its device, its recording.
-Status close(Sound& sound) {
-  return sound.close();
-}
-
-Status close(EventSound& sound) {
-  sound.stop();
-  return sound.finishRecording();
 }
 
 }  // namespace
@@ -321,21 +311,25 @@ carom_status carom_mode_at(const carom_modes* modes, size_t index, double* frequ
 
 carom_status carom_create(const carom_settings* settings, carom_sound** sound) noexcept {
   return create(settings, sound,
-                [](const carom::SoundSettings& wanted) { return EventSound::create(wanted); });
+                [](const carom::SoundSettings& wanted, const carom::WorldSoundSettings&) {
+                  return EventSound::create(wanted);
+                });
 }
 
 carom_status carom_attach(btDynamicsWorld* world, const carom_settings* settings,
                           carom_sound** sound) noexcept {
-  return create(settings, sound, [&](const carom::SoundSettings& wanted) -> Result<Sound> {
-    if (world == nullptr) return Error{"the btDynamicsWorld is NULL"};
-    return Sound::attach(*world, wanted);
-  });
+  return create(settings, sound,
+                [&](const carom::SoundSettings& wanted,
+                    const carom::WorldSoundSettings& worldSettings) -> Result<Sound> {
+                  if (world == nullptr) return Error{"the btDynamicsWorld is NULL"};
+                  return Sound::attach(*world, wanted, worldSettings);
+                });
 }
 
 carom_status carom_destroy(carom_sound* sound) noexcept {
   if (sound == nullptr) return CAROM_OK;
   const std::unique_ptr<carom_sound> owner(sound);
-  return onAny(sound, CAROM_ERROR_FILE, [](auto& kind) { return close(kind); });
+  return onAny(sound, CAROM_ERROR_FILE, [](auto& kind) { return kind.close(); });
 }
 
 carom_status carom_set_body(carom_sound* sound, uint32_t id, const carom_body* body) noexcept {

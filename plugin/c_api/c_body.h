@@ -6,7 +6,7 @@
 #include "carom/audio/result.h"
 #include "carom/audio/sound_body.h"
 #include "carom/carom.h"
-#include "carom/sound_settings.h"
+#include "carom/sound.h"
 
 namespace carom::plugin {
 

@@ -150,8 +150,6 @@ SoundSettings settingsFrom(const carom_settings& given, std::vector<Listener> li
   if (given.full_scale != 0.0) settings.fullScale = given.full_scale;
   if (given.limiter != 0)
     settings.limiter.emplace().ceiling = static_cast<float>(given.limiter_ceiling);
-  settings.restSpeed = given.rest_speed;
-  settings.radiators = static_cast<RadiatorChoice>(given.radiators);
   return settings;
 }
 
@@ -179,6 +177,7 @@ Status writeStruct(const void* known, void* given, StructSizes sizes, const char
 
 carom_settings defaultSettings() {
   const SoundSettings settings;
+  const WorldSoundSettings world;
   carom_settings given = {};
   given.size = sizeof given;
   given.sample_rate = settings.synth.sampleRate;
@@ -191,10 +190,10 @@ carom_settings defaultSettings() {
   given.buses = settings.budget.buses;
   given.longest_contact = settings.budget.longestContact;
   given.limiter_ceiling = static_cast<double>(LimiterSettings{}.ceiling);
-  given.rest_speed = settings.restSpeed;
+  given.rest_speed = world.restSpeed;
   given.clock = static_cast<std::int32_t>(settings.clock);
   given.impulse = static_cast<std::int32_t>(settings.synth.impulse);
-  given.radiators = static_cast<std::int32_t>(settings.radiators);
+  given.radiators = static_cast<std::int32_t>(world.radiators);
   given.doppler = settings.synth.doppler ? 1 : 0;
   given.ringing_bodies = settings.budget.ringingBodies;
   given.modes = settings.budget.modes;
@@ -231,14 +230,16 @@ carom_event defaultEvent() {
   return given;
 }
 
-Result<SoundSettings> settingsFrom(const carom_settings* given) {
-  if (given == nullptr) return SoundSettings{};
+Result<CSettings> settingsFrom(const carom_settings* given) {
+  if (given == nullptr) return CSettings();
   const Result<carom_settings> read = readStruct(given, defaultSettings(), "carom_settings");
   if (!read) return read.error();
   if (std::string reason = whyNotChoices(*read); !reason.empty()) return Error{reason};
   Result<std::vector<Listener>> listeners = listenersFrom(*read);
   if (!listeners) return listeners.error();
-  return settingsFrom(*read, *std::move(listeners));
+  return CSettings{
+      settingsFrom(*read, *std::move(listeners)),
+      {.restSpeed = read->rest_speed, .radiators = static_cast<RadiatorChoice>(read->radiators)}};
 }
 
 Result<ImpulseEvent> eventFrom(const carom_event* given) {
@@ -330,15 +331,10 @@ carom_statistics toC(const SoundStatistics& statistics) {
   given.modal_voices_exhausted = statistics.modalVoicesExhausted;
   given.ringing = statistics.ringing;
   given.modes = statistics.modes;
-  return given;
-}
-
-carom_statistics toC(const WorldSoundStatistics& statistics) {
-  carom_statistics given = toC(static_cast<const SoundStatistics&>(statistics));
-  given.solved_shapes = statistics.radiators.solved;
-  given.shapes_solved_late = statistics.radiators.solvedInStep;
-  given.unsolved_bodies = statistics.radiators.unsolved;
-  given.links = statistics.radiators.links;
+  given.solved_shapes = statistics.solvedShapes;
+  given.shapes_solved_late = statistics.shapesSolvedInStep;
+  given.unsolved_bodies = statistics.unsolvedBodies;
+  given.links = statistics.links;
   given.unsupported_contacts = statistics.unsupportedContacts;
   return given;
 }

@@ -73,14 +73,19 @@ carom_listener defaultListener();
 carom_body defaultBody();
 carom_event defaultEvent();
 
+/// The settings of a carom_settings.
+struct CSettings {
+  SoundSettings sound;
+  WorldSoundSettings world;
+};
+
 /// Reads settings; NULL gives the defaults.
-Result<SoundSettings> settingsFrom(const carom_settings* given);
+Result<CSettings> settingsFrom(const carom_settings* given);
 Result<ImpulseEvent> eventFrom(const carom_event* given);
 Result<Material> materialFrom(const carom_material* given);
 Result<Material> materialNamed(const char* name);
 /// Converts a built-in material, whose name lives for ever.
 carom_material toC(const Material& material);
 carom_statistics toC(const SoundStatistics& statistics);
-carom_statistics toC(const WorldSoundStatistics& statistics);
 
 }  // namespace carom::plugin

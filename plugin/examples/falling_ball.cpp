@@ -39,13 +39,13 @@ int main() {
   settings.record = "ball.wav";                     // or settings.play = true
   carom::Result<carom::Sound> sound = carom::Sound::attach(world, settings);
   if (!sound) return fail(sound.error());
-  const carom::Status set = sound->setMaterial(ball, "steel");
+  const carom::Status set = sound->assign(ball, {.material = "steel"});
   if (!set) return fail(set.error());
 
   for (int frame = 0; frame < 120; ++frame)
     world.stepSimulation(btScalar(1.0 / 60.0), 10, btScalar(1.0 / 240.0));
 
-  const carom::WorldSoundStatistics heard = sound->statistics();
+  const carom::SoundStatistics heard = sound->statistics();
   const carom::Status closed = sound->close();
   if (!closed) return fail(closed.error());
   std::printf("ball.wav: %llu clicks\n", static_cast<unsigned long long>(heard.events));

@@ -90,11 +90,12 @@ btRigidBody& buildMannequin(Scene& scene, Shapes& shapes, btScalar x, btScalar y
   return torso;
 }
 
-carom::Status setMaterials(carom::Sound& sound, const Shapes& shapes, const btRigidBody& dumbbell) {
-  carom::Status set = sound.setMaterialOfUserIndex(kStairs, "concrete");
-  if (set) set = sound.setMaterial(shapes.limb, "wood");  // all eight limbs
-  if (set) set = sound.setMaterial(shapes.torso, "plastic");
-  if (set) set = sound.setMaterial(dumbbell, "steel");
+carom::Status assignMaterials(carom::Sound& sound, const Shapes& shapes,
+                              const btRigidBody& dumbbell) {
+  carom::Status set = sound.assign(carom::UserIndex{kStairs}, {.material = "concrete"});
+  if (set) set = sound.assign(shapes.limb, {.material = "wood"});  // all eight limbs
+  if (set) set = sound.assign(shapes.torso, {.material = "plastic"});
+  if (set) set = sound.assign(dumbbell, {.material = "steel"});
   return set;
 }
 
@@ -109,14 +110,13 @@ int run() {
   carom::SoundSettings settings;
   settings.record = "ragdoll.wav";
   carom::Result<carom::Sound> sound = carom::Sound::attach(scene.world, settings);
-  carom::Status status = sound ? setMaterials(*sound, shapes, dumbbell) : sound.error();
+  carom::Status status = sound ? assignMaterials(*sound, shapes, dumbbell) : sound.error();
   for (int frame = 0; status && frame < 180; ++frame) {
     scene.world.stepSimulation(btScalar(1.0 / 60.0), 4, btScalar(1.0 / 240.0));
     const btVector3& place = torso.getWorldTransform().getOrigin();
     status = sound->setListener({place.x(), place.y() + 0.5, 2.0});  // m
   }
-  const carom::WorldSoundStatistics heard =
-      status ? sound->statistics() : carom::WorldSoundStatistics();
+  const carom::SoundStatistics heard = status ? sound->statistics() : carom::SoundStatistics();
   if (status) status = sound->close();
   if (!status) {
     std::fprintf(stderr, "ragdoll: %s\n", status.error().message.c_str());
@@ -124,7 +124,7 @@ int run() {
   }
   std::printf("ragdoll.wav: %llu clicks, %llu shapes solved\n",
               static_cast<unsigned long long>(heard.events),
-              static_cast<unsigned long long>(heard.radiators.solved));
+              static_cast<unsigned long long>(heard.solvedShapes));
   return 0;
 }
 

@@ -44,6 +44,7 @@
 #include <carom/native/sphere_stepper.h>
 #include <carom/native/sphere_world.h>
 #include <carom/sound.h>
+#include <carom/sound_output.h>
 #include <carom/sound_settings.h>
 
 #define LAYOUT(Type) std::printf(#Type " %zu %zu\n", sizeof(carom::Type), alignof(carom::Type))
@@ -92,10 +93,13 @@ void printSound() {
   LAYOUT(SoundFileSettings);
   LAYOUT(SoundFileWriter);
   LAYOUT(VoiceBudget);
-  LAYOUT(RadiatorCounters);
   LAYOUT(SoundSettings);
   LAYOUT(SoundStatistics);
-  LAYOUT(WorldSoundStatistics);
+  LAYOUT(WorldSoundSettings);
+  LAYOUT(MaterialChoice);
+  LAYOUT(BodySound);
+  LAYOUT(UserIndex);
+  LAYOUT(SoundOutput);
   LAYOUT(EventSound);
   LAYOUT(Sound);
 }

@@ -209,8 +209,9 @@ class Abuse {
   explicit Abuse(const AbuseSettings& settings) : settings_(settings), random_(settings.seed) {
     for (BodyId id = 0; id < kEventBodies; ++id)
       require(events_.setBody(id, ball(id)));
-    world_.forEachShape(
-        [this](const btCollisionShape& shape) { require(sound_.setMaterial(shape, "rubber")); });
+    world_.forEachShape([this](const btCollisionShape& shape) {
+      require(sound_.assign(shape, {.material = "rubber"}));
+    });
     require(sound_.prepareRendering(48000.0));
     require(events_.prepareRendering(48000.0));
   }
@@ -225,9 +226,7 @@ class Abuse {
     report_.memoryEnd = memoryInUse();
     worldEar_.reportTo(report_);
     eventEar_.reportTo(report_);
-    const WorldSoundStatistics ofWorld = sound_.statistics();
-    report_.ofWorld =
-        static_cast<const SoundStatistics&>(ofWorld);  // NOLINT(cppcoreguidelines-slicing)
+    report_.ofWorld = sound_.statistics();
     report_.ofEvents = events_.statistics();
     return report_;
   }

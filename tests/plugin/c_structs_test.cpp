@@ -64,35 +64,35 @@ TEST(CStructs, DefaultsAreThoseOfTheLibrary) {
   carom_settings given = defaultSettings();
   given.listeners = &ears;
   given.listener_count = 1;
-  const Result<SoundSettings> settings = settingsFrom(&given);
+  const Result<CSettings> settings = settingsFrom(&given);
   ASSERT_TRUE(settings);
   const SoundSettings expected;
-  EXPECT_EQ(settings->synth.sampleRate, expected.synth.sampleRate);
-  EXPECT_EQ(settings->synth.impulse, expected.synth.impulse);
-  EXPECT_EQ(settings->synth.medium.density, expected.synth.medium.density);
-  EXPECT_EQ(settings->synth.medium.speedOfSound, expected.synth.medium.speedOfSound);
-  EXPECT_EQ(settings->synth.audibleThreshold, expected.synth.audibleThreshold);
-  EXPECT_EQ(settings->synth.doppler, expected.synth.doppler);
-  EXPECT_EQ(settings->latency, expected.latency);
-  EXPECT_EQ(settings->clock, expected.clock);
-  EXPECT_EQ(settings->budget.cpuShare, expected.budget.cpuShare);
-  EXPECT_EQ(settings->budget.voices, expected.budget.voices);
-  EXPECT_EQ(settings->budget.buses, expected.budget.buses);
-  EXPECT_EQ(settings->budget.longestContact, expected.budget.longestContact);
-  EXPECT_EQ(settings->budget.ringingBodies, expected.budget.ringingBodies);
-  EXPECT_EQ(settings->budget.modes, expected.budget.modes);
-  EXPECT_EQ(settings->fullScale, expected.fullScale);
-  EXPECT_FALSE(settings->limiter);
-  EXPECT_EQ(settings->restSpeed, expected.restSpeed);
-  EXPECT_EQ(settings->radiators, expected.radiators);
+  EXPECT_EQ(settings->sound.synth.sampleRate, expected.synth.sampleRate);
+  EXPECT_EQ(settings->sound.synth.impulse, expected.synth.impulse);
+  EXPECT_EQ(settings->sound.synth.medium.density, expected.synth.medium.density);
+  EXPECT_EQ(settings->sound.synth.medium.speedOfSound, expected.synth.medium.speedOfSound);
+  EXPECT_EQ(settings->sound.synth.audibleThreshold, expected.synth.audibleThreshold);
+  EXPECT_EQ(settings->sound.synth.doppler, expected.synth.doppler);
+  EXPECT_EQ(settings->sound.latency, expected.latency);
+  EXPECT_EQ(settings->sound.clock, expected.clock);
+  EXPECT_EQ(settings->sound.budget.cpuShare, expected.budget.cpuShare);
+  EXPECT_EQ(settings->sound.budget.voices, expected.budget.voices);
+  EXPECT_EQ(settings->sound.budget.buses, expected.budget.buses);
+  EXPECT_EQ(settings->sound.budget.longestContact, expected.budget.longestContact);
+  EXPECT_EQ(settings->sound.budget.ringingBodies, expected.budget.ringingBodies);
+  EXPECT_EQ(settings->sound.budget.modes, expected.budget.modes);
+  EXPECT_EQ(settings->sound.fullScale, expected.fullScale);
+  EXPECT_FALSE(settings->sound.limiter);
+  EXPECT_EQ(settings->world.restSpeed, WorldSoundSettings().restSpeed);
+  EXPECT_EQ(settings->world.radiators, WorldSoundSettings().radiators);
   const Listener listener;
-  ASSERT_EQ(settings->listeners.size(), 1u);
-  EXPECT_EQ(settings->listeners[0].format, listener.format);
-  EXPECT_EQ(settings->listeners[0].position, listener.position);
-  EXPECT_EQ(settings->listeners[0].orientation.coeffs(), listener.orientation.coeffs());
-  EXPECT_EQ(settings->listeners[0].spacing, listener.spacing);
-  EXPECT_EQ(settings->listeners[0].halfAngle, listener.halfAngle);
-  EXPECT_EQ(settings->listeners[0].pattern, listener.pattern);
+  ASSERT_EQ(settings->sound.listeners.size(), 1u);
+  EXPECT_EQ(settings->sound.listeners[0].format, listener.format);
+  EXPECT_EQ(settings->sound.listeners[0].position, listener.position);
+  EXPECT_EQ(settings->sound.listeners[0].orientation.coeffs(), listener.orientation.coeffs());
+  EXPECT_EQ(settings->sound.listeners[0].spacing, listener.spacing);
+  EXPECT_EQ(settings->sound.listeners[0].halfAngle, listener.halfAngle);
+  EXPECT_EQ(settings->sound.listeners[0].pattern, listener.pattern);
 }
 
 TEST(CStructs, EverySettingArrives) {
@@ -116,28 +116,28 @@ TEST(CStructs, EverySettingArrives) {
   given.doppler = 0;
   given.ringing_bodies = 5;
   given.modes = 6;
-  const Result<SoundSettings> settings = settingsFrom(&given);
+  const Result<CSettings> settings = settingsFrom(&given);
   ASSERT_TRUE(settings);
-  EXPECT_EQ(settings->synth.sampleRate, 44100);
-  EXPECT_EQ(settings->latency, 0.1);
-  EXPECT_EQ(settings->synth.medium.density, 1.1);
-  EXPECT_EQ(settings->synth.medium.speedOfSound, 330);
-  EXPECT_EQ(settings->synth.audibleThreshold, 1e-3);
-  EXPECT_EQ(settings->budget.cpuShare, 0.25);
-  EXPECT_EQ(settings->budget.voices, 100u);
-  EXPECT_EQ(settings->budget.buses, 50u);
-  EXPECT_EQ(settings->budget.longestContact, 0.02);
-  EXPECT_EQ(settings->fullScale, 8);
-  ASSERT_TRUE(settings->limiter);
-  EXPECT_EQ(settings->limiter->ceiling, 0.75F);
-  EXPECT_EQ(settings->restSpeed, 0.01);
-  EXPECT_EQ(settings->clock, SoundClock::simulation);
-  EXPECT_EQ(settings->synth.impulse, ImpulseChoice::applied);
-  EXPECT_EQ(settings->radiators, RadiatorChoice::equivalentSphere);
-  EXPECT_FALSE(settings->synth.doppler);
-  EXPECT_EQ(settings->budget.ringingBodies, 5u);
-  EXPECT_EQ(settings->budget.modes, 6u);
-  EXPECT_EQ(settings->listeners.size(), 1u);  // the default listener
+  EXPECT_EQ(settings->sound.synth.sampleRate, 44100);
+  EXPECT_EQ(settings->sound.latency, 0.1);
+  EXPECT_EQ(settings->sound.synth.medium.density, 1.1);
+  EXPECT_EQ(settings->sound.synth.medium.speedOfSound, 330);
+  EXPECT_EQ(settings->sound.synth.audibleThreshold, 1e-3);
+  EXPECT_EQ(settings->sound.budget.cpuShare, 0.25);
+  EXPECT_EQ(settings->sound.budget.voices, 100u);
+  EXPECT_EQ(settings->sound.budget.buses, 50u);
+  EXPECT_EQ(settings->sound.budget.longestContact, 0.02);
+  EXPECT_EQ(settings->sound.fullScale, 8);
+  ASSERT_TRUE(settings->sound.limiter);
+  EXPECT_EQ(settings->sound.limiter->ceiling, 0.75F);
+  EXPECT_EQ(settings->world.restSpeed, 0.01);
+  EXPECT_EQ(settings->sound.clock, SoundClock::simulation);
+  EXPECT_EQ(settings->sound.synth.impulse, ImpulseChoice::applied);
+  EXPECT_EQ(settings->world.radiators, RadiatorChoice::equivalentSphere);
+  EXPECT_FALSE(settings->sound.synth.doppler);
+  EXPECT_EQ(settings->sound.budget.ringingBodies, 5u);
+  EXPECT_EQ(settings->sound.budget.modes, 6u);
+  EXPECT_EQ(settings->sound.listeners.size(), 1u);  // the default listener
 }
 
 // The listeners of a later version are larger, and so farther apart in memory.
@@ -160,11 +160,11 @@ TEST(CStructs, ListenersAreFoundBySize) {
   carom_settings given = defaultSettings();
   given.listeners = &ears[0].known;
   given.listener_count = ears.size();
-  const Result<SoundSettings> settings = settingsFrom(&given);
+  const Result<CSettings> settings = settingsFrom(&given);
   ASSERT_TRUE(settings);
-  ASSERT_EQ(settings->listeners.size(), 2u);
-  EXPECT_EQ(settings->listeners[0].format, ListenerFormat::coincidentPair);
-  const Listener& second = settings->listeners[1];
+  ASSERT_EQ(settings->sound.listeners.size(), 2u);
+  EXPECT_EQ(settings->sound.listeners[0].format, ListenerFormat::coincidentPair);
+  const Listener& second = settings->sound.listeners[1];
   EXPECT_EQ(second.name, "second");
   EXPECT_EQ(second.format, ListenerFormat::spacedPair);
   EXPECT_EQ(second.position, Vec3(1, 2, 3));
@@ -175,7 +175,7 @@ TEST(CStructs, ListenersAreFoundBySize) {
 }
 
 TEST(CStructs, EveryNumberOfStatisticsArrives) {
-  WorldSoundStatistics given;
+  SoundStatistics given;
   given.events = 1;
   given.immovable = 2;
   given.rejected = 3;
@@ -194,10 +194,10 @@ TEST(CStructs, EveryNumberOfStatisticsArrives) {
   given.cpuShare = 16;
   given.worstBlock = 17;
   given.gainReduction = 18;
-  given.radiators.solved = 19;
-  given.radiators.solvedInStep = 20;
-  given.radiators.unsolved = 21;
-  given.radiators.links = 22;
+  given.solvedShapes = 19;
+  given.shapesSolvedInStep = 20;
+  given.unsolvedBodies = 21;
+  given.links = 22;
   given.unsupportedContacts = 23;
   given.rings = 24;
   given.modalVoicesExhausted = 25;

@@ -52,7 +52,8 @@ void require(const Status& status) {
 }
 
 Samples ofBody(const std::string& name) {
-  return heard([&](Scene& scene, Sound& sound) { require(sound.setMaterial(scene.ball, name)); });
+  return heard(
+      [&](Scene& scene, Sound& sound) { require(sound.assign(scene.ball, {.material = name})); });
 }
 
 TEST(Materials, AreThoseOfTheBodyOfItsShapeOrOfItsUserIndex) {
@@ -60,13 +61,13 @@ TEST(Materials, AreThoseOfTheBodyOfItsShapeOrOfItsUserIndex) {
   const Samples untold = heard([](Scene&, Sound&) {});
   ASSERT_NE(rubber, untold);
   EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
-              require(sound.setMaterial(*scene.ball.getCollisionShape(), "rubber"));
+              require(sound.assign(*scene.ball.getCollisionShape(), {.material = "rubber"}));
             }),
             rubber);
   EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
               scene.ball.setUserIndex(7);
-              require(sound.setMaterialOfUserIndex(7, "rubber"));
-              require(sound.setMaterialOfUserIndex(8, "steel"));
+              require(sound.assign(UserIndex{7}, {.material = "rubber"}));
+              require(sound.assign(UserIndex{8}, {.material = "steel"}));
             }),
             rubber);
 }
@@ -74,15 +75,15 @@ TEST(Materials, AreThoseOfTheBodyOfItsShapeOrOfItsUserIndex) {
 TEST(Materials, OfTheBodyGoBeforeThoseOfTheShapeAndThoseBeforeTheUserIndexs) {
   EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
               scene.ball.setUserIndex(7);
-              require(sound.setMaterial(scene.ball, "rubber"));
-              require(sound.setMaterial(*scene.ball.getCollisionShape(), "glass"));
-              require(sound.setMaterialOfUserIndex(7, "steel"));
+              require(sound.assign(scene.ball, {.material = "rubber"}));
+              require(sound.assign(*scene.ball.getCollisionShape(), {.material = "glass"}));
+              require(sound.assign(UserIndex{7}, {.material = "steel"}));
             }),
             ofBody("rubber"));
   EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
               scene.ball.setUserIndex(7);
-              require(sound.setMaterial(*scene.ball.getCollisionShape(), "glass"));
-              require(sound.setMaterialOfUserIndex(7, "steel"));
+              require(sound.assign(*scene.ball.getCollisionShape(), {.material = "glass"}));
+              require(sound.assign(UserIndex{7}, {.material = "steel"}));
             }),
             ofBody("glass"));
 }
@@ -94,7 +95,7 @@ TEST(Materials, CanBeSetForABodyThatHasJustComeIn) {
       scene.bullet.remove(scene.ball);
       btRigidBody& late = scene.bullet.addBall(
           {.radius = 0.01, .mass = 0.03, .position = {0, 0.1, 0}, .restitution = 0.8});
-      if (sets) require(sound.setMaterial(late, "rubber"));
+      if (sets) require(sound.assign(late, {.material = "rubber"}));
     });
   };
   EXPECT_EQ(fall(true), ofBody("rubber"));
@@ -114,7 +115,7 @@ TEST(Materials, GoWithTheirBody) {
         body->setRestitution(0.8F);
         scene.bullet.world.addRigidBody(body);
         if (material.empty()) break;
-        require(sound.setMaterial(*body, material));
+        require(sound.assign(*body, {.material = material}));
         scene.bullet.step(1.0 / 240.0);
         scene.bullet.world.removeRigidBody(body);
         body->~btRigidBody();
@@ -126,7 +127,7 @@ TEST(Materials, GoWithTheirBody) {
 
 TEST(Materials, StayThroughPrepare) {
   EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
-              require(sound.setMaterial(scene.ball, "rubber"));
+              require(sound.assign(scene.ball, {.material = "rubber"}));
               sound.prepare();
             }),
             ofBody("rubber"));
@@ -135,18 +136,18 @@ TEST(Materials, StayThroughPrepare) {
 TEST(Materials, AreRefusedByNameWithTheNamesThereAre) {
   Scene scene;
   Sound sound = test::attachOffline(scene.bullet.world, {});
-  const Status refused = sound.setMaterial(scene.ball, "unobtainium");
+  const Status refused = sound.assign(scene.ball, {.material = "unobtainium"});
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().message, HasSubstr("'unobtainium'"));
   EXPECT_THAT(refused.error().message, HasSubstr("steel"));
   EXPECT_THAT(refused.error().message, HasSubstr("brass"));  // a less common one
-  EXPECT_FALSE(sound.setMaterial(*scene.ball.getCollisionShape(), ""));
-  EXPECT_FALSE(sound.setMaterialOfUserIndex(1, "Steel "));
+  EXPECT_FALSE(sound.assign(*scene.ball.getCollisionShape(), {.material = ""}));
+  EXPECT_FALSE(sound.assign(UserIndex{1}, {.material = "Steel "}));
   Material broken = *findMaterial("steel");
   broken.youngsModulus = std::nan("");
-  EXPECT_FALSE(sound.setMaterialOfUserIndex(1, broken));
+  EXPECT_FALSE(sound.assign(UserIndex{1}, {.material = broken}));
   require(sound.close());
-  const Status late = sound.setMaterial(scene.ball, "steel");
+  const Status late = sound.assign(scene.ball, {.material = "steel"});
   ASSERT_FALSE(late);
   EXPECT_THAT(late.error().message, HasSubstr("closed"));
   require(sound.close());
@@ -165,25 +166,25 @@ std::shared_ptr<const ModalModel> bell() {
 }
 
 TEST(Modes, RingInTheBodyOfItsShapeOrOfItsUserIndex) {
-  const Samples rings =
-      heard([](Scene& scene, Sound& sound) { require(sound.setModes(scene.ball, bell())); });
+  const Samples rings = heard(
+      [](Scene& scene, Sound& sound) { require(sound.assign(scene.ball, {.modes = bell()})); });
   EXPECT_GT(loudest(rings), 3.0 * loudest(heard([](Scene&, Sound&) {})));
   EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
-              require(sound.setModes(*scene.ball.getCollisionShape(), bell()));
+              require(sound.assign(*scene.ball.getCollisionShape(), {.modes = bell()}));
             }),
             rings);
   EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
               scene.ball.setUserIndex(7);
-              require(sound.setModesOfUserIndex(7, bell()));
+              require(sound.assign(UserIndex{7}, {.modes = bell()}));
             }),
             rings);
 }
 
 TEST(Modes, OfTheBodyGoBeforeThoseOfItsShapeAndNoneAreModesToo) {
   EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
-              require(sound.setModes(*scene.ball.getCollisionShape(), bell()));
-              require(sound.setModes(scene.ball, nullptr));
-              require(sound.setMaterial(scene.ball, "glass"));
+              require(sound.assign(*scene.ball.getCollisionShape(), {.modes = bell()}));
+              require(sound.assign(scene.ball, {.modes = nullptr}));
+              require(sound.assign(scene.ball, {.material = "glass"}));
             }),
             ofBody("glass"));
 }
@@ -193,23 +194,25 @@ TEST(Modes, BringTheirMaterialAlongUnlessThereIsOne) {
     return heard([&](Scene& scene, Sound& sound) { prepare(scene, sound); });
   };
   const Samples steel = statistics([](Scene& scene, Sound& sound) {
-    require(sound.setMaterial(scene.ball, "steel"));
-    require(sound.setModes(scene.ball, bell()));
+    require(sound.assign(scene.ball, {.material = "steel"}));
+    require(sound.assign(scene.ball, {.modes = bell()}));
   });
   EXPECT_EQ(bell()->material.name, "steel");
-  EXPECT_EQ(
-      statistics([](Scene& scene, Sound& sound) { require(sound.setModes(scene.ball, bell())); }),
-      steel);
+  EXPECT_EQ(statistics([](Scene& scene, Sound& sound) {
+              require(sound.assign(scene.ball, {.modes = bell()}));
+            }),
+            steel);
   EXPECT_NE(statistics([](Scene& scene, Sound& sound) {
-              require(sound.setMaterial(scene.ball, "rubber"));
-              require(sound.setModes(scene.ball, bell()));
+              require(sound.assign(scene.ball, {.material = "rubber"}));
+              require(sound.assign(scene.ball, {.modes = bell()}));
             }),
             steel);
 }
 
 TEST(Modes, OfAFloorRingThoughItDoesNotMove) {
-  EXPECT_GT(loudest(heard(
-                [](Scene& scene, Sound& sound) { require(sound.setModes(scene.floor, bell())); })),
+  EXPECT_GT(loudest(heard([](Scene& scene, Sound& sound) {
+              require(sound.assign(scene.floor, {.modes = bell()}));
+            })),
             3.0 * loudest(heard([](Scene&, Sound&) {})));
 }
 
@@ -218,7 +221,7 @@ TEST(Modes, ThatCannotBeAreRefused) {
   Sound sound = test::attachOffline(scene.bullet.world, {});
   auto broken = std::make_shared<ModalModel>(*bell());
   broken->shapes.pop_back();
-  const Status refused = sound.setModes(scene.ball, broken);
+  const Status refused = sound.assign(scene.ball, {.modes = broken});
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().message, HasSubstr("modal model: shapes must have three numbers"));
 }

@@ -12,9 +12,10 @@
 namespace carom::test {
 
 /// Attaches a sound that is pulled as fast as its world steps.
-inline Sound attachOffline(btDynamicsWorld& world, SoundSettings settings) {
+inline Sound attachOffline(btDynamicsWorld& world, SoundSettings settings,
+                           const WorldSoundSettings& worldSettings = {}) {
   settings.clock = SoundClock::simulation;
-  Result<Sound> sound = Sound::attach(world, settings);
+  Result<Sound> sound = Sound::attach(world, settings, worldSettings);
   EXPECT_TRUE(sound) << sound.error().message;
   const Status prepared = sound->prepareRendering(settings.synth.sampleRate);
   EXPECT_TRUE(prepared);
@@ -22,7 +23,7 @@ inline Sound attachOffline(btDynamicsWorld& world, SoundSettings settings) {
 }
 
 /// Renders all frames that are ready and appends them to the channels.
-inline void takeReady(Sound& sound, std::vector<std::vector<float>>& channels) {
+inline void takeReady(SoundOutput& sound, std::vector<std::vector<float>>& channels) {
   constexpr std::size_t kBlock = 512;
   channels.resize(sound.channelCount());
   while (const std::size_t frames = std::min(sound.framesReady(), kBlock)) {

@@ -64,8 +64,7 @@ class ShotAtBody : public testing::Test {
   Sound listening(const Vec3& towards, RadiatorChoice choice = RadiatorChoice::solved) {
     SoundSettings settings;
     settings.listeners = {{"behind", kDistance * towards}};
-    settings.radiators = choice;
-    return test::attachOffline(scene_.world, settings);
+    return test::attachOffline(scene_.world, settings, {.radiators = choice});
   }
 
   std::vector<float> play(Sound& sound) {
@@ -85,8 +84,8 @@ class ShotAtBody : public testing::Test {
     shoot(-surface * direction, direction);
     Sound sound = listening(direction, choice);
     Material steel = *findMaterial("steel");
-    EXPECT_TRUE(sound.setMaterial(body, steel));
-    EXPECT_TRUE(sound.setMaterial(*scene_.bodies.back(), steel));
+    EXPECT_TRUE(sound.assign(body, {.material = steel}));
+    EXPECT_TRUE(sound.assign(*scene_.bodies.back(), {.material = steel}));
     const float peak = peakOf(play(sound));
     EXPECT_EQ(sound.statistics().events, 2U);
     scene_.remove(*scene_.bodies.back());
@@ -164,27 +163,27 @@ TEST_F(ShotAtBody, EqualShapesAreSolvedOnceWhoeverOwnsThem) {
   scene_.world.addRigidBody(&other);
   const btRigidBody& body = place(first);
   Sound sound = listening(Vec3::UnitX());
-  EXPECT_EQ(sound.statistics().radiators.solved, 1U);
-  EXPECT_TRUE(sound.setMaterial(body, *findMaterial("steel")));
+  EXPECT_EQ(sound.statistics().solvedShapes, 1U);
+  EXPECT_TRUE(sound.assign(body, {.material = *findMaterial("steel")}));
   sound.prepare();
-  EXPECT_EQ(sound.statistics().radiators.solved, 1U);
-  EXPECT_EQ(sound.statistics().radiators.solvedInStep, 0U);
-  EXPECT_EQ(sound.statistics().radiators.unsolved, 0U);
+  EXPECT_EQ(sound.statistics().solvedShapes, 1U);
+  EXPECT_EQ(sound.statistics().shapesSolvedInStep, 0U);
+  EXPECT_EQ(sound.statistics().unsolvedBodies, 0U);
   scene_.world.removeRigidBody(&other);
 }
 
 TEST_F(ShotAtBody, SpheresNeedNoSolution) {
   shoot(Vec3::Zero(), Vec3::UnitX());
   Sound sound = listening(Vec3::UnitX());
-  EXPECT_EQ(sound.statistics().radiators.solved, 0U);
-  EXPECT_EQ(sound.statistics().radiators.unsolved, 0U);
+  EXPECT_EQ(sound.statistics().solvedShapes, 0U);
+  EXPECT_EQ(sound.statistics().unsolvedBodies, 0U);
 }
 
 TEST_F(ShotAtBody, EquivalentSpheresNeedNoSolution) {
   btBoxShape box(bt(0.05, 0.05, 0.05));
   place(box);
   Sound sound = listening(Vec3::UnitX(), RadiatorChoice::equivalentSphere);
-  EXPECT_EQ(sound.statistics().radiators.solved, 0U);
+  EXPECT_EQ(sound.statistics().solvedShapes, 0U);
 }
 
 // Two shapes occupy one address after each other: an address does not identify a shape.
@@ -198,7 +197,7 @@ TEST_F(ShotAtBody, AShapeAtTheAddressOfAnotherIsItself) {
   place(*shape);
   scene_.step(1.0 / 240.0);
   sound.prepare();
-  EXPECT_EQ(sound.statistics().radiators.solved, 2U);
+  EXPECT_EQ(sound.statistics().solvedShapes, 2U);
   clear();
 }
 
@@ -210,12 +209,12 @@ TEST_F(ShotAtBody, PrepareTakesAChangeOfScaleIntoAccount) {
   }();
   const btRigidBody& body = place(box);
   Sound sound = listening(Vec3::UnitY());
-  EXPECT_TRUE(sound.setMaterial(body, *findMaterial("steel")));
+  EXPECT_TRUE(sound.assign(body, {.material = *findMaterial("steel")}));
   box.setLocalScaling(bt(2, 2, 2));
   scene_.world.updateSingleAabb(&*body_);
   shoot({0.0, -0.04, 0.0}, Vec3::UnitY());
   scene_.step(1.0 / 240.0);  // from now on the world knows the shot
-  EXPECT_TRUE(sound.setMaterial(*scene_.bodies.back(), *findMaterial("steel")));
+  EXPECT_TRUE(sound.assign(*scene_.bodies.back(), {.material = *findMaterial("steel")}));
   sound.prepare();
   EXPECT_NEAR(peakOf(play(sound)), large, 1e-3F * large);
   clear();
@@ -229,8 +228,8 @@ TEST_F(ShotAtBody, ABodyThatComesLaterIsSolvedWhenItCollidesUnlessPrepared) {
     shoot({0.0, -0.02, 0.0}, Vec3::UnitY());
     if (prepared) sound.prepare();
     EXPECT_GT(peakOf(play(sound)), 0.0F);
-    EXPECT_EQ(sound.statistics().radiators.solved, 1U);
-    EXPECT_EQ(sound.statistics().radiators.solvedInStep, prepared ? 0U : 1U);
+    EXPECT_EQ(sound.statistics().solvedShapes, 1U);
+    EXPECT_EQ(sound.statistics().shapesSolvedInStep, prepared ? 0U : 1U);
     scene_.remove(*scene_.bodies.back());
     clear();
   }
@@ -257,11 +256,11 @@ TEST_F(ShotAtBody, AnOpenMeshFallsBackToASphereAndIsCounted) {
   place(open);
   shoot({0.0, -0.05, 0.0}, Vec3::UnitY());
   Sound sound = listening(Vec3::UnitY());
-  EXPECT_EQ(sound.statistics().radiators.unsolved, 1U);
-  EXPECT_FALSE(sound.statistics().radiators.unsolvedReason.empty());
-  EXPECT_EQ(sound.statistics().radiators.solved, 0U);
+  EXPECT_EQ(sound.statistics().unsolvedBodies, 1U);
+  EXPECT_FALSE(sound.statistics().unsolvedReason.empty());
+  EXPECT_EQ(sound.statistics().solvedShapes, 0U);
   sound.prepare();
-  EXPECT_EQ(sound.statistics().radiators.unsolved, 1U);  // counts bodies, not attempts
+  EXPECT_EQ(sound.statistics().unsolvedBodies, 1U);  // counts bodies, not attempts
   EXPECT_GT(peakOf(play(sound)), 0.0F);
   clear();
 }
@@ -326,8 +325,8 @@ TEST(Links, RadiateAsSpheresAndAreCounted) {
     SoundSettings settings;
     settings.listeners = {{"above", {0.0, 1.0, 0.0}}};
     Sound sound = test::attachOffline(world, settings);
-    EXPECT_EQ(sound.statistics().radiators.links, 1U);
-    EXPECT_EQ(sound.statistics().radiators.solved, 0U);
+    EXPECT_EQ(sound.statistics().links, 1U);
+    EXPECT_EQ(sound.statistics().solvedShapes, 0U);
     std::vector<std::vector<float>> samples(1);
     for (int step = 0; step < 60; ++step) {
       world.stepSimulation(btScalar(1.0 / 240.0), 0);

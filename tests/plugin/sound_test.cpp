@@ -85,7 +85,7 @@ TEST_F(DroppedBall, SoundsAsTheMaterialThatIsSet) {
   SoundSettings settings;
   settings.listeners = {{"above", {0.0, kHeight, 0.0}}};
   Sound rubber = test::attachOffline(other.world, settings);
-  ASSERT_TRUE(rubber.setMaterial(ball, *findMaterial("rubber")));
+  ASSERT_TRUE(rubber.assign(ball, {.material = *findMaterial("rubber")}));
   for (int i = 0; i < 96; ++i)
     other.step(1.0 / 240.0);
   std::vector<float> soft(rubber.framesReady());
@@ -142,9 +142,7 @@ TEST_F(DroppedBall, LeavesAnOldFileAloneWhereItIsRefused) {
   SoundSettings settings;
   settings.record = folder / "kept.wav";
   std::ofstream(settings.record) << "kept";
-  settings.restSpeed = -1.0;
-  EXPECT_FALSE(Sound::attach(world_.world, settings));
-  settings.restSpeed = 0.005;
+  EXPECT_FALSE(Sound::attach(world_.world, settings, {.restSpeed = -1.0}));
   const Sound first = attached();
   EXPECT_FALSE(Sound::attach(world_.world, settings));  // a world has one sound
   EXPECT_EQ(test::contents(settings.record), "kept");
@@ -160,7 +158,7 @@ TEST_F(DroppedBall, RefusesEverythingOnceItIsClosed) {
   EXPECT_FALSE(sound.play());
   EXPECT_FALSE(sound.setListener({0.0, 1.0, 0.0}));
   EXPECT_FALSE(sound.setTimeScale(0.5));
-  EXPECT_FALSE(sound.setMaterialOfUserIndex(1, "steel"));
+  EXPECT_FALSE(sound.assign(UserIndex{1}, {.material = "steel"}));
   EXPECT_TRUE(sound.finishRecording());
   EXPECT_TRUE(sound.close());
   EXPECT_EQ(folder.entries(), 0U);
@@ -173,15 +171,15 @@ TEST_F(DroppedBall, RefusesWhatItCannotDo) {
   timeless.synth.sampleRate = 0.0;
   EXPECT_FALSE(Sound::attach(world_.world, timeless));
   EXPECT_FALSE(Sound::attach(world_.world, {.listeners = {}}));
-  EXPECT_FALSE(Sound::attach(world_.world, {.restSpeed = -1.0}));
+  EXPECT_FALSE(Sound::attach(world_.world, {}, {.restSpeed = -1.0}));
   Sound sound = attached();
   EXPECT_FALSE(Sound::attach(world_.world));  // a world has one sound
   btSphereShape shape(1);
   btRigidBody stranger(1, nullptr, &shape);
-  EXPECT_FALSE(sound.setMaterial(stranger, *findMaterial("steel")));
+  EXPECT_FALSE(sound.assign(stranger, {.material = *findMaterial("steel")}));
   Material impossible = *findMaterial("steel");
   impossible.poissonsRatio = 0.5;
-  EXPECT_FALSE(sound.setMaterial(*ball_, impossible));
+  EXPECT_FALSE(sound.assign(*ball_, {.material = impossible}));
 }
 
 }  // namespace

@@ -1,18 +1,18 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
-#include <span>
+#include <optional>
+#include <string>
 #include <string_view>
+#include <variant>
 
 #include <carom/audio/material.h>
 #include <carom/audio/modal_model.h>
 #include <carom/audio/result.h>
 #include <carom/audio/surface_texture.h>
 #include <carom/audio/texture_coordinates.h>
-#include <carom/audio/vector.h>
+#include <carom/sound_output.h>
 #include <carom/sound_settings.h>
 
 class btCollisionObject;
@@ -21,125 +21,136 @@ class btDynamicsWorld;
 
 namespace carom {
 
-/// Statistics of the sound of a Bullet world.
-struct WorldSoundStatistics : SoundStatistics {
-  RadiatorCounters radiators;
-  /// Pairs in contact whose shapes the bridge cannot follow, counted once per substep each.
-  std::uint64_t unsupportedContacts = 0;
+/// The way in which bodies that are not spheres push the air.
+enum class RadiatorChoice : std::uint8_t {
+  /// By the added mass of their shape, solved once for all bodies of equal shape (panelRadiator):
+  /// a tenth of a second for a box, up to 0.3 s for a fine mesh, and up to 40 MB while it lasts.
+  solved,
+  /// As the sphere of their volume, equally in all directions: costs next to nothing. A plate is
+  /// then far too quiet where it is hit flat, and too loud where it is hit on its edge.
+  equivalentSphere,
+};
+
+/// The settings that only the sound of a Bullet world has, beside SoundSettings.
+struct WorldSoundSettings {
+  double restSpeed = 0.005;  ///< m/s, >= 0: slower contacts are rest, and make no click
+  RadiatorChoice radiators = RadiatorChoice::solved;
+};
+
+/// A material, by the name of a built-in one (builtInMaterials) or by its numbers.
+class MaterialChoice {
+ public:
+  // Implicit, so that `{.material = "steel"}` and `{.material = myMaterial}` read.
+  MaterialChoice(const char* name);       // NOLINT(google-explicit-constructor)
+  MaterialChoice(std::string_view name);  // NOLINT(google-explicit-constructor)
+  MaterialChoice(std::string name);       // NOLINT(google-explicit-constructor)
+  MaterialChoice(Material material);      // NOLINT(google-explicit-constructor)
+
+  /// Returns the material. Refuses a name that is not built in, with the names that are. Does not
+  /// look at the numbers. [any thread]
+  Result<Material> material() const;
+
+ private:
+  std::variant<std::string, Material> choice_;
+};
+
+/// What Sound::assign says about the sound of bodies. A part that is not set says nothing.
+///
+///     {.material = "steel"}                     // a built-in material, by its name
+///     {.modes = model, .texture = bumps}        // rings, and is rough where it slides
+///     {.silent = true}                          // a ghost, a trigger: not heard at all
+struct BodySound {
+  /// Not set anywhere: the material of `modes` if the body rings, or else the built-in one whose
+  /// density is nearest to the body's.
+  std::optional<MaterialChoice> material = std::nullopt;
+
+  /// The modes in which the body rings when it is hit (readModalModel; carom::modal computes them).
+  /// One model may serve many bodies. Null: the body does not ring, which is also what holds if
+  /// nothing is set. The model's axes are those of the body. A body that moves has its origin in
+  /// the model's centre of mass; for one that is static or kinematic, the model is in the frame of
+  /// its shape.
+  std::optional<std::shared_ptr<const ModalModel>> modes = std::nullopt;
+
+  /// The bumps that sound where the body slides or rolls (readNormalMap, SurfaceTexture::rough).
+  /// Null: bumps of the material's roughness, which is also what holds if nothing is set.
+  std::optional<std::shared_ptr<const SurfaceTexture>> texture = std::nullopt;
+
+  /// Places of `texture` on the body's mesh, in the frame of the body; TextureCoordinates::size is
+  /// the size of the picture then. Null, or not set anywhere: the texture lies along the body's
+  /// axes.
+  std::optional<std::shared_ptr<const TextureCoordinates>> textureCoordinates = std::nullopt;
+
+  /// True: nothing of the body is heard, nor of what touches it, in contacts of the two: they are
+  /// left out and counted (SoundStatistics::silenced). False: it is heard, whatever its shape or
+  /// user index says, and also what holds if nothing is set. A body that only should not ring gets
+  /// `modes = nullptr`; an immovable one does not click.
+  std::optional<bool> silent = std::nullopt;
+};
+
+/// All bodies with that btCollisionObject::getUserIndex, as a target of Sound::assign. Bodies
+/// without a user index have the index -1.
+struct UserIndex {
+  int value = -1;
 };
 
 /// Contact sound for a Bullet world.
 ///
-///     auto sound = carom::Sound::attach(world);   // Result<Sound>
-///     sound->play();                              // or prepareRendering and render, or record
-///     ...
-///     world.stepSimulation(dt);                   // as ever
-///     sound->setListener(position, orientation);  // once a frame, if it moves
-///     ...
-///     sound->close();                             // before the world goes
+///     auto sound = carom::Sound::attach(world, {.play = true});  // Result<Sound>
+///     sound->assign(ball, {.material = "steel"});                // if the guess is not right
+///     world.stepSimulation(dt);                                  // as ever
 ///
-/// Every substep of the world is followed from within; there is nothing to call for it.
+/// Every substep of the world is followed from within; there is nothing to call for it. Outputs,
+/// listeners, the clock, statistics and `close` are those of SoundOutput.
 ///
 /// Every rigid body gets a material without being asked: the built-in one whose density is nearest
 /// (in ratio) to the body's mass over its shape's volume, concrete for an immovable body, with the
 /// restitution that the body has in Bullet. Bodies of all shapes are heard (see BulletBridge). One
 /// that is no sphere radiates by the added mass of its shape, about its centre of mass, unless
-/// RadiatorChoice says otherwise or its surface cannot be solved (RadiatorCounters::unsolved).
+/// RadiatorChoice says otherwise or its surface cannot be solved (SoundStatistics::unsolvedBodies).
 ///
-/// Shapes are solved in `attach`, `prepare` and `setMaterial`, and otherwise when a body that came
-/// later first collides; once for all bodies whose surfaces are equal, whichever shape object they
-/// use. Mass, inertia, shape and scaling of a body count as they are at its first collision, at its
-/// `setMaterial` and at the latest `prepare`. Bodies that leave the world are forgotten; their
-/// present sound goes on.
+/// Shapes are solved in `attach`, `prepare` and `assign`, and otherwise when a body that came later
+/// first collides; once for all bodies whose surfaces are equal, whichever shape object they use.
+/// Mass, inertia, shape and scaling of a body count as they are at its first collision, at its
+/// `assign` and at the latest `prepare`. Bodies that leave the world are forgotten; their present
+/// sound goes on.
 ///
 /// Links of multibodies radiate as the sphere of their shape's volume, with their own mass: what
 /// the joints hand on, and what they keep a link from doing, is not heard.
 ///
 /// Threads: the one that steps the world calls everything, outside of tick callbacks, but for the
 /// functions that are said to be of another. The world must outlive the sound, or its `close`.
-class Sound {
+class Sound : public SoundOutput {
  public:
-  /// Refuses what EventSound and BulletBridge refuse. Solves the shapes of the bodies that are in
-  /// the world (see RadiatorChoice for how long that takes).
-  static Result<Sound> attach(btDynamicsWorld& world, const SoundSettings& settings = {});
-  Sound(Sound&&) noexcept;
-  Sound& operator=(Sound&&) noexcept;
-  /// Closes the sound; the errors of `close` are lost here.
-  ~Sound();
+  /// Refuses what EventSound and BulletBridge refuse, and a world that has a sound already. Solves
+  /// the shapes of the bodies that are in the world (see RadiatorChoice for how long that takes).
+  static Result<Sound> attach(btDynamicsWorld& world, const SoundSettings& settings = {},
+                              const WorldSoundSettings& worldSettings = {});
 
-  /// Detaches from the world, stops, and finishes the recording. Afterwards all other functions do
-  /// nothing, and those that can refuse do. Returns the errors of finishRecording.
-  Status close();
-
-  /// Sets a material, from now on and instead of the guessed one: for one body, for all bodies with
-  /// a shape, or for all bodies with a user index (btCollisionObject::getUserIndex). In this order,
-  /// the first that is set counts for a body. Names are those of builtInMaterials(). A shape's
-  /// material is kept for its address, and a body without a user index has the index -1. Refuses
-  /// objects that are not in the world, unknown names, and materials that Synth::setBody refuses.
-  Status setMaterial(const btCollisionObject& object, const Material& material);
-  Status setMaterial(const btCollisionObject& object, std::string_view name);
-  Status setMaterial(const btCollisionShape& shape, const Material& material);
-  Status setMaterial(const btCollisionShape& shape, std::string_view name);
-  Status setMaterialOfUserIndex(int userIndex, const Material& material);
-  Status setMaterialOfUserIndex(int userIndex, std::string_view name);
-
-  /// Makes bodies ring when they are hit, from now on, with the modes of a model (see
-  /// readModalModel, and carom::modal for how they are computed): for one body, for all bodies with
-  /// a shape, or for all bodies with a user index, as in setMaterial. One model may serve many.
-  /// Null: they do not ring. A body that has no other material gets the model's.
+  /// Assigns the parts that are set in `sound`, from now on, to one body, to all bodies with a
+  /// shape, or to all bodies with a user index; parts that were assigned to the same target before
+  /// and are not set in `sound` stay. For each part of a body, the first of these counts that says
+  /// something: its own, its shape's, its user index's; then what BodySound says holds otherwise.
   ///
-  /// The model's axes are those of the body. A body that moves has its origin in the model's centre
-  /// of mass; for one that is static or kinematic, the model is in the frame of its shape.
-  Status setModes(const btCollisionObject& object, std::shared_ptr<const ModalModel> modes);
-  Status setModes(const btCollisionShape& shape, std::shared_ptr<const ModalModel> modes);
-  Status setModesOfUserIndex(int userIndex, std::shared_ptr<const ModalModel> modes);
+  /// What is assigned to a body goes when it leaves the world. A shape is known by its address,
+  /// until `unassign`. Refuses, and changes nothing: bodies that are not in the world, unknown
+  /// names of materials, materials that Synth::setBody refuses, broken models.
+  Status assign(const btCollisionObject& object, const BodySound& sound);
+  Status assign(const btCollisionShape& shape, const BodySound& sound);
+  Status assign(UserIndex userIndex, const BodySound& sound);
 
-  /// Sets the texture of the bumps, which sound where a body slides or rolls, from now on (see
-  /// readNormalMap, and SurfaceTexture::rough): for one body, for all bodies with a shape, or for
-  /// all bodies with a user index, as in setMaterial. Null: the bumps of the material's roughness.
-  ///
-  /// With the texture coordinates of the body's mesh, in the frame of the body, the texture lies as
-  /// these say (TextureCoordinates::size is the size of the picture then); without, along the
-  /// body's axes.
-  Status setTexture(const btCollisionObject& object, std::shared_ptr<const SurfaceTexture> texture,
-                    std::shared_ptr<const TextureCoordinates> coordinates = nullptr);
-  Status setTexture(const btCollisionShape& shape, std::shared_ptr<const SurfaceTexture> texture,
-                    std::shared_ptr<const TextureCoordinates> coordinates = nullptr);
-  Status setTextureOfUserIndex(int userIndex, std::shared_ptr<const SurfaceTexture> texture,
-                               std::shared_ptr<const TextureCoordinates> coordinates = nullptr);
+  /// Takes back all parts that were assigned to the target, which has none otherwise. Refuses
+  /// bodies that are not in the world.
+  Status unassign(const btCollisionObject& object);
+  Status unassign(const btCollisionShape& shape);
+  Status unassign(UserIndex userIndex);
 
   /// Solves the shapes of bodies that were added since, so that no collision need wait for it, and
   /// takes changed masses and shapes (btCollisionShape::setLocalScaling, setCollisionShape) into
-  /// account; set materials stay. To be called at a moment when a pause does not matter.
+  /// account; what was assigned stays. To be called at a moment when a pause does not matter.
   void prepare();
 
-  /// These functions are those of EventSound. The clock is the sum of all substeps since attaching.
-  Status setListener(const Vec3& position, const Quat& orientation = Quat::Identity(),
-                     std::size_t listener = 0);
-  double time() const;
-  void pause();
-  Status setTimeScale(double scale);
-  Status play();
-  Status prepareRendering(double sampleRate);
-  void stop();
-  Status record(const std::filesystem::path& file);
-  Status finishRecording();
-  void setGain(double gain) noexcept;
-  void setMuted(bool muted) noexcept;
-  std::size_t channelCount() const;
-  double sampleRate() const;
-  std::size_t framesReady() const;
-  std::size_t outputDelay() const;
-  void render(std::span<float* const> channels, std::size_t frames) noexcept;
-  void renderInterleaved(float* samples, std::size_t frames) noexcept;
-
-  /// [simulation thread]
-  WorldSoundStatistics statistics() const;
-
  private:
-  class Impl;
-  explicit Sound(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;
+  explicit Sound(std::unique_ptr<plugin::SoundSession> session);
 };
 
 }  // namespace carom

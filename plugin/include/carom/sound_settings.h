@@ -19,31 +19,8 @@ enum class SoundClock : std::uint8_t {
   /// and jumps (see SoundTimeline).
   realTime,
   /// The simulation's clock: sample n is heard at n / sample rate on it. For rendering as fast as
-  /// the simulation steps; see EventSound::framesReady.
+  /// the simulation steps; see SoundOutput::framesReady.
   simulation,
-};
-
-/// The way in which bodies that are not spheres push the air.
-enum class RadiatorChoice : std::uint8_t {
-  /// By the added mass of their shape, solved once for all bodies of equal shape (panelRadiator):
-  /// a tenth of a second for a box, up to 0.3 s for a fine mesh, and up to 40 MB while it lasts.
-  solved,
-  /// As the sphere of their volume, equally in all directions: costs next to nothing. A plate is
-  /// then far too quiet where it is hit flat, and too loud where it is hit on its edge.
-  equivalentSphere,
-};
-
-/// Counts of the shapes that a RadiatorChoice solved, and of those that it could not.
-struct RadiatorCounters {
-  std::uint64_t solved = 0;  ///< shapes whose added mass is known; equal ones count once
-  /// Shapes of `solved` that held up a step of the world; see Sound::prepare.
-  std::uint64_t solvedInStep = 0;
-  /// Bodies so far that can move and whose surface is open, too complicated or no solid. They
-  /// sound as the sphere of their volume; of half the volume of the box around them if they have
-  /// none; and not at all if the box has none either.
-  std::uint64_t unsolved = 0;
-  std::string unsolvedReason;  ///< for the latest of `unsolved`; empty if there is none
-  std::uint64_t links = 0;     ///< links of multibodies so far that can move; see Sound
 };
 
 /// Limits of what sound may cost in real time. Beyond them events are left out whole, before they
@@ -70,6 +47,11 @@ struct VoiceBudget {
   std::size_t modes = 128;
 };
 
+/// The settings of a sound over a Bullet world (see also WorldSoundSettings) or over events.
+///
+///     carom::SoundSettings settings;
+///     settings.listeners = {{"ear", {0.6, 0.7, 0.4}}};  // m, one channel each
+///     settings.record = "ball.wav";                     // or settings.play = true
 struct SoundSettings {
   /// Sample rate, medium, which impulse sounds (the one that Bullet's solver applied is known one
   /// to three substeps later), pulse, sampling, radiation, Doppler effect, room and reverberation.
@@ -81,18 +63,16 @@ struct SoundSettings {
   /// and Synth::leadTime. An event that comes later still sounds, later, and is counted.
   double latency = 0.05;
   SoundClock clock = SoundClock::realTime;
-  double restSpeed = 0.005;  ///< m/s, in a Bullet world: slower contacts are rest, and no click
-  RadiatorChoice radiators = RadiatorChoice::solved;  ///< in a Bullet world
   VoiceBudget budget = {};
   /// Pa, > 0, that come out as a sample of 1.0. None: samples are pascals, but on a device, where
   /// it is kDeviceFullScale.
   std::optional<double> fullScale = std::nullopt;
   /// A look-ahead limiter at the end (a device has one in any case), for an output that holds no
-  /// more than its ceiling, in units of the samples. It delays them by EventSound::outputDelay, on
+  /// more than its ceiling, in units of the samples. It delays them by SoundOutput::outputDelay, on
   /// top of `latency`. Its sample rate and channels are filled in. None: nothing is turned down.
   std::optional<LimiterSettings> limiter = std::nullopt;
-  std::string record = {};  ///< if not empty: EventSound::record from the start
-  bool play = false;        ///< EventSound::play from the start
+  std::string record = {};  ///< if not empty: SoundOutput::record from the start
+  bool play = false;        ///< SoundOutput::play from the start
 
   /// Two microphones 17 cm apart, turned outwards, open to the rear: over loudspeakers and over
   /// headphones something comes from where it is, and nothing is silent behind.
@@ -105,10 +85,11 @@ inline constexpr double kDeviceFullScale = 2.0;
 /// Counts of what became of the events, and the cost of the sound. All counts are since the sound
 /// was made; those of a sound that is neither played nor pulled are those of the recording.
 struct SoundStatistics {
-  std::uint64_t events = 0;     ///< shares of bodies that can move or ring, but for the next three
+  std::uint64_t events = 0;     ///< shares of bodies that can move or ring, but for the next four
   std::uint64_t immovable = 0;  ///< shares of bodies that neither move nor ring: silent
   std::uint64_t rejected = 0;   ///< not finite, unknown body, no approach, over 20 s
   std::uint64_t skipped = 0;    ///< no samples were taken yet, or the simulation ran ahead of time
+  std::uint64_t silenced = 0;  ///< shares in collisions with a body that BodySound::silent silences
   // Events among `events` that were left out:
   std::uint64_t inaudible = 0;   ///< below the threshold at every listener
   std::uint64_t stolen = 0;      ///< the quietest, where more waited than VoiceBudget::voices
@@ -128,13 +109,25 @@ struct SoundStatistics {
   std::uint64_t stalls = 0;  ///< the simulation fell behind by more than the look-ahead
   std::uint64_t jumps = 0;   ///< the clock of the simulation went back
   // At this moment:
-  std::size_t voices = 0;      ///< events that wait for their sound to begin
-  std::size_t buses = 0;       ///< buses that are not silent
-  std::size_t ringing = 0;     ///< bodies, times channels, that ring
-  std::size_t modes = 0;       ///< modes that sound, of all bodies and channels
-  double cpuShare = 0.0;       ///< share of one core, over the last second or so
-  double worstBlock = 0.0;     ///< the largest share of its own duration that a block has taken
-  double gainReduction = 0.0;  ///< dB, the most that a limiter has turned down
+  std::uint64_t voices = 0;   ///< events that wait for their sound to begin
+  std::uint64_t buses = 0;    ///< buses that are not silent
+  std::uint64_t ringing = 0;  ///< bodies, times channels, that ring
+  std::uint64_t modes = 0;    ///< modes that sound, of all bodies and channels
+  double cpuShare = 0.0;      ///< share of one core, over the last second or so
+  // The largest so far:
+  double worstBlock = 0.0;     ///< share of its own duration that a block has taken
+  double gainReduction = 0.0;  ///< dB that a limiter has turned down
+  // Bullet worlds only:
+  std::uint64_t solvedShapes = 0;        ///< shapes with a known added mass; equal ones count once
+  std::uint64_t shapesSolvedInStep = 0;  ///< those that held up a step of the world: Sound::prepare
+  /// Bodies so far that can move and whose surface is open, too complicated or no solid. They
+  /// sound as the sphere of their volume; of half the volume of the box around them if they have
+  /// none; and not at all if the box has none either.
+  std::uint64_t unsolvedBodies = 0;
+  std::uint64_t links = 0;  ///< links of multibodies so far that can move; see Sound
+  /// Pairs in contact whose shapes the bridge cannot follow, counted once per substep each.
+  std::uint64_t unsupportedContacts = 0;
+  std::string unsolvedReason;  ///< for the latest of the bodies that were not solved; else empty
 };
 
 }  // namespace carom

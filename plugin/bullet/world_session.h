@@ -1,0 +1,86 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "carom/bullet/bullet_bridge.h"
+#include "carom/sound.h"
+#include "plugin/bullet/body_reader.h"
+#include "plugin/realtime/sound_session.h"
+
+namespace carom::plugin {
+
+/// The session of a Sound: events of a Bullet world, and bodies as they are read and assigned.
+/// [simulation thread]
+class WorldSession final : public SoundSession {
+ public:
+  WorldSession(btDynamicsWorld& world, const SoundSettings& soundSettings,
+               const WorldSoundSettings& worldSettings)
+      : SoundSession(soundSettings),
+        world_(world),
+        worldSettings_(worldSettings),
+        reader_(worldSettings.radiators) {}
+  ~WorldSession() override { (void)WorldSession::close(); }
+
+  /// Follows the world's substeps from now on. Refuses what BulletBridge refuses.
+  Status attach();
+  Status close() override;
+  SoundStatistics statistics() const override;
+
+  Status assign(const btCollisionObject& object, const BodySound& sound);
+  Status assign(const btCollisionShape& shape, const BodySound& sound);
+  Status assign(UserIndex userIndex, const BodySound& sound);
+  Status unassign(const btCollisionObject& object);
+  Status unassign(const btCollisionShape& shape);
+  Status unassign(UserIndex userIndex);
+  /// Reads all bodies anew and solves their shapes.
+  void readBodies();
+
+ private:
+  /// A body with an id.
+  struct KnownBody {
+    BodySound assigned;  // to this body
+    bool isUnsolved = false;
+    bool isLink = false;
+  };
+  /// What is assigned to a body that no substep has seen yet, and that so has no id. Another body
+  /// may come to its address.
+  struct UnseenBody {
+    int proxyId = -1;
+    BodySound assigned;
+  };
+
+  void postSubstep();
+  void postEvents();
+  void postContacts();
+  bool isRead(BodyId id) const { return id < isRead_.size() && isRead_[id]; }
+  bool isSilent(BodyId id) const { return id < isSilent_.size() && isSilent_[id]; }
+  Status requirePresent(const btCollisionObject& object) const;
+  void readPresent();
+  void readNew();
+  void read(BodyId id, const btCollisionObject& object);
+  void mergeUnseen(const btCollisionObject& object, BodySound& assigned);
+  BodySound assignedTo(const KnownBody& body, const btCollisionObject& object) const;
+  void forgetRemoved();
+
+  btDynamicsWorld& world_;
+  WorldSoundSettings worldSettings_;
+  BodyReader reader_;
+  std::unordered_map<BodyId, KnownBody> known_;
+  std::vector<bool> isRead_;    // by id: it was in known_ at some time; asked for every event
+  std::vector<bool> isSilent_;  // by id; as long as isRead_
+  std::unordered_map<const btCollisionObject*, UnseenBody> unseen_;
+  std::unordered_map<const btCollisionShape*, BodySound> ofShape_;
+  std::unordered_map<int, BodySound> ofUserIndex_;
+  std::string unsolvedReason_;
+  std::uint64_t solvedInStep_ = 0;
+  std::uint64_t unsupported_ = 0;
+  std::uint64_t silenced_ = 0;
+  std::optional<BulletBridge> bridge_;  // destroyed first: it calls postSubstep
+};
+
+}  // namespace carom::plugin

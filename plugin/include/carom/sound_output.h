@@ -1,0 +1,108 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <span>
+
+#include <carom/audio/result.h>
+#include <carom/audio/vector.h>
+#include <carom/sound_settings.h>
+
+namespace carom {
+
+namespace plugin {
+class SoundSession;
+}
+
+/// The outputs of a sound, its listeners, its clock and its statistics: the part that `Sound` (over
+/// a Bullet world) and `EventSound` (over events of any engine) have in common.
+///
+///     sound->play();                              // or prepareRendering and render, or record
+///     sound->setListener(position, orientation);  // once a frame, if it moves
+///     sound->close();                             // at the end
+///
+/// Outputs, any of them, all fed by the same events:
+/// - a device: `play`. A thread of the audio library pulls.
+/// - the host's own callback: `prepareRendering`, then `render`.
+/// - a sound file: `record`. Rendered as the simulation goes on, without a limit on voices: bit for
+///   bit the output of Synth, as are the others as long as nothing is late or left out.
+///
+/// Threads: one thread of the simulation calls everything but the functions that are said to be of
+/// another. The two meet in one wait-free queue; `render` never allocates, locks, throws or asks
+/// the system.
+class SoundOutput {
+ public:
+  /// Ends the sound: detaches it from its world if it has one, closes the device, finishes the
+  /// recording. Afterwards all other functions do nothing, and those that can refuse do. Returns
+  /// the errors of finishRecording, which are lost where the destructor closes.
+  Status close();
+
+  /// Sets where a listener is at the present time of the simulation: call it once a frame. A
+  /// listener that would have to move faster than 180 m/s jumps. Of several calls at the same time
+  /// the last counts. Refuses: no such listener, not finite, farther than 1e12 m from the origin,
+  /// an orientation not of unit length.
+  Status setListener(const Vec3& position, const Quat& orientation = Quat::Identity(),
+                     std::size_t listener = 0);
+
+  /// Time of the simulation in s: of the latest EventSound::advanceTo, or the sum of all substeps
+  /// since Sound::attach.
+  double time() const;
+  /// Takes note that the simulation rests until its next step: the time that goes by meanwhile does
+  /// not count as a stall.
+  void pause();
+  /// Takes note that the simulation runs at `scale` times real time, 0.001 to 1000: events are
+  /// heard 1/scale times as far apart. Their own sound stays as it is. 1 unless set.
+  Status setTimeScale(double scale);
+
+  /// Opens the default audio device and plays, at the rate of the device, unless it plays already:
+  /// if another device has become the default, call `stop` first. Refuses: a build without devices,
+  /// no device, `prepareRendering` without `stop`.
+  Status play();
+  /// Prepares `render` at a sample rate (Hz), or anew at another one. Present sound stops, and a
+  /// device is closed. Not while `render` runs on another thread. Refuses a rate that Synth
+  /// refuses.
+  Status prepareRendering(double sampleRate);
+  /// Closes the device; `render` gives silence. Not while the host's `render` runs.
+  void stop();
+
+  /// Renders into a WAV file of float samples (see SoundFileWriter), at the rate of the settings,
+  /// from the present time of the simulation; leaps of its clock by more than a minute, or back,
+  /// are left out. A sample of 1.0 is SoundSettings::fullScale, or else kFullScalePressure. The
+  /// file appears under its name when it is finished. Refuses: a build without sound files, a file
+  /// that cannot be written, a recording under way.
+  Status record(const std::filesystem::path& file);
+  /// Renders what is still to sound, and completes the file. Returns errors from earlier writing,
+  /// too: then there is no file. Without a recording it does nothing.
+  Status finishRecording();
+
+  /// Sets a factor on the output, 0 to 1000, changed within 20 ms. Not on recordings.
+  void setGain(double gain) noexcept;
+  /// Mutes the output, or unmutes it, within 20 ms. Not recordings.
+  void setMuted(bool muted) noexcept;
+
+  /// Returns the counts since the sound was made, and the cost. [simulation thread]
+  SoundStatistics statistics() const;
+
+  std::size_t channelCount() const;  ///< channels of all listeners together
+  double sampleRate() const;         ///< Hz, of the samples that are pulled or played
+  /// With SoundClock::simulation: frames that can be rendered now with nothing in them late.
+  std::size_t framesReady() const;
+  /// Frames by which a limiter delays the rendered samples; 0 without one.
+  std::size_t outputDelay() const;
+  /// Overwrites `frames` samples of each channel, in Pa or by SoundSettings::fullScale. Requires
+  /// channels.size() == channelCount(). Silence before prepareRendering. [audio thread]
+  void render(std::span<float* const> channels, std::size_t frames) noexcept;
+  /// Renders interleaved samples: channelCount() of them for each of the frames. [audio thread]
+  void renderInterleaved(float* samples, std::size_t frames) noexcept;
+
+ protected:
+  explicit SoundOutput(std::unique_ptr<plugin::SoundSession> session);
+  SoundOutput(SoundOutput&&) noexcept;
+  SoundOutput& operator=(SoundOutput&&) noexcept;
+  ~SoundOutput();
+
+  std::unique_ptr<plugin::SoundSession> session_;
+};
+
+}  // namespace carom

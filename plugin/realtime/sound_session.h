@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "carom/audio/contact_state.h"
+#include "carom/audio/impulse_event.h"
+#include "carom/audio/listener.h"
+#include "carom/audio/modal_model.h"
+#include "carom/audio/result.h"
+#include "carom/audio/sound_body.h"
+#include "carom/sound_settings.h"
+#include "plugin/realtime/audio_device.h"
+#include "plugin/realtime/sound_engine.h"
+#include "plugin/realtime/sound_recorder.h"
+
+namespace carom::plugin {
+
+/// The state behind a SoundOutput, whose functions work on it: bodies, listeners, the engine for
+/// samples that are pulled, and the recording. The vocabulary of EventSound feeds both. A session
+/// of a Bullet world (WorldSession) adds where events come from. [simulation thread]
+struct SoundSession {
+  /// The pose that setListener was given last.
+  struct KnownPose {
+    ListenerPose pose;
+    bool isKnown = false;
+    bool isNew = false;  ///< the outputs do not know it yet
+  };
+
+  /// Makes a session that is ready for events. Refuses what EventSound::create refuses, but neither
+  /// plays nor records yet.
+  static Result<std::unique_ptr<SoundSession>> create(const SoundSettings& soundSettings);
+
+  explicit SoundSession(const SoundSettings& soundSettings)
+      : settings(soundSettings), poses(soundSettings.listeners.size()) {}
+  virtual ~SoundSession() { (void)finishRecording(); }
+  SoundSession(const SoundSession&) = delete;
+  SoundSession& operator=(const SoundSession&) = delete;
+
+  /// Checks the settings and counts the channels.
+  Status prepare();
+  /// Returns an error if the session is closed.
+  Status requireOpen() const;
+  virtual Status close();
+
+  Status setBody(BodyId id, const SoundBody& body);
+  void removeBody(BodyId id);
+  void post(const ImpulseEvent& event);
+  void updateContact(const ContactState& contact);
+  void advanceTo(double seconds);
+
+  Status makeEngine(const SoundSettings& engineSettings);
+  void stop();
+  Status record(const std::filesystem::path& file);
+  Status finishRecording();
+  virtual SoundStatistics statistics() const;
+
+  /// Hands the poses that setListener was given last to the outputs, before something is heard
+  /// there.
+  void moveListeners();
+  /// Brings all bodies and poses to a ContactSoundScheduler or a Synth that does not know them.
+  template <class Layer>
+  void bring(Layer& layer) const;
+
+  SoundSettings settings;
+  std::size_t channels = 0;
+  double time = 0.0;  ///< s
+  double timeScale = 1.0;
+  double gain = 1.0;
+  bool isMuted = false;
+  bool isClosed = false;
+  std::map<BodyId, SoundBody> bodies;
+  std::set<std::shared_ptr<const ModalModel>> validModels;
+  std::vector<KnownPose> poses;  ///< by listener
+  bool havePosesChanged = false;
+  SoundStatistics earlier;  ///< sums of engines and recordings that are over
+  bool hasPlayed = false;   ///< there was an engine
+  std::optional<SoundRecorder> recorder;
+  std::unique_ptr<SoundEngine> engine;
+  std::optional<AudioDevice> device;  ///< destroyed before the engine that it pulls from
+};
+
+}  // namespace carom::plugin

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "carom/sound_settings.h"
+
+namespace carom::plugin {
+
+// The members of SoundStatistics as a list: sums and the C interface follow it. A new member has to
+// be in it (statistics_test), and in the table of c_structs.cpp (which does not compile otherwise).
+
+/// The way in which the statistics of two parts of one sound, one after the other, become one.
+enum class Summation : std::uint8_t {
+  count,   ///< added up
+  latest,  ///< a value of the moment: that of the later part
+  largest  ///< the larger of the two
+};
+
+/// A number of SoundStatistics.
+template <class Number>
+struct StatisticsField {
+  Number SoundStatistics::*member;
+  Summation summation = Summation::count;
+};
+
+inline constexpr std::array kStatisticsCounts = {
+    StatisticsField<std::uint64_t>{&SoundStatistics::events},
+    StatisticsField<std::uint64_t>{&SoundStatistics::immovable},
+    StatisticsField<std::uint64_t>{&SoundStatistics::rejected},
+    StatisticsField<std::uint64_t>{&SoundStatistics::skipped},
+    StatisticsField<std::uint64_t>{&SoundStatistics::silenced},
+    StatisticsField<std::uint64_t>{&SoundStatistics::inaudible},
+    StatisticsField<std::uint64_t>{&SoundStatistics::stolen},
+    StatisticsField<std::uint64_t>{&SoundStatistics::overBudget},
+    StatisticsField<std::uint64_t>{&SoundStatistics::noBus},
+    StatisticsField<std::uint64_t>{&SoundStatistics::tooLong},
+    StatisticsField<std::uint64_t>{&SoundStatistics::modalVoicesExhausted},
+    StatisticsField<std::uint64_t>{&SoundStatistics::queueFaults},
+    StatisticsField<std::uint64_t>{&SoundStatistics::rings},
+    StatisticsField<std::uint64_t>{&SoundStatistics::late},
+    StatisticsField<std::uint64_t>{&SoundStatistics::slides},
+    StatisticsField<std::uint64_t>{&SoundStatistics::slidesInaudible},
+    StatisticsField<std::uint64_t>{&SoundStatistics::slidesLeftOut},
+    StatisticsField<std::uint64_t>{&SoundStatistics::stalls},
+    StatisticsField<std::uint64_t>{&SoundStatistics::jumps},
+    StatisticsField<std::uint64_t>{&SoundStatistics::voices, Summation::latest},
+    StatisticsField<std::uint64_t>{&SoundStatistics::buses, Summation::latest},
+    StatisticsField<std::uint64_t>{&SoundStatistics::ringing, Summation::latest},
+    StatisticsField<std::uint64_t>{&SoundStatistics::modes, Summation::latest},
+    StatisticsField<std::uint64_t>{&SoundStatistics::solvedShapes},
+    StatisticsField<std::uint64_t>{&SoundStatistics::shapesSolvedInStep},
+    StatisticsField<std::uint64_t>{&SoundStatistics::unsolvedBodies},
+    StatisticsField<std::uint64_t>{&SoundStatistics::links},
+    StatisticsField<std::uint64_t>{&SoundStatistics::unsupportedContacts}};
+
+inline constexpr std::array kStatisticsMeasures = {
+    StatisticsField<double>{&SoundStatistics::cpuShare, Summation::latest},
+    StatisticsField<double>{&SoundStatistics::worstBlock, Summation::largest},
+    StatisticsField<double>{&SoundStatistics::gainReduction, Summation::largest}};
+
+/// Adds the statistics of an earlier part of the same sound to those of a later part.
+void addEarlier(SoundStatistics& sum, const SoundStatistics& earlier);
+
+}  // namespace carom::plugin
