@@ -95,12 +95,13 @@ const std::map<std::string, PulseShape>& pulseShapes() {
 void applySound(const Arguments& arguments, SynthSettings& sound) {
   if (!arguments.pulse.empty()) {
     sound.dissipative = arguments.pulse == kDissipative;
-    sound.pulse = sound.dissipative ? PulseShape::hertz : pulseShapes().at(arguments.pulse);
+    sound.comparison.pulse =
+        sound.dissipative ? PulseShape::hertz : pulseShapes().at(arguments.pulse);
   }
-  if (arguments.sampling == "band_limited") sound.sampling = Sampling::bandLimited;
-  if (arguments.sampling == "naive") sound.sampling = Sampling::naive;
-  if (arguments.radiation == "exact") sound.radiation = Radiation::exact;
-  if (arguments.radiation == "compact") sound.radiation = Radiation::compact;
+  if (arguments.sampling == "band_limited") sound.comparison.sampling = Sampling::bandLimited;
+  if (arguments.sampling == "naive") sound.comparison.sampling = Sampling::naive;
+  if (arguments.radiation == "exact") sound.comparison.radiation = Radiation::exact;
+  if (arguments.radiation == "compact") sound.comparison.radiation = Radiation::compact;
 }
 
 // Returns why the output files cannot be written, before anything is read; empty if they can.
@@ -185,7 +186,7 @@ int renderInto(const Arguments& arguments, const Scene& scene, const Recording* 
   return answer(arguments.json ? jsonText(renderJson(*report)) : renderText(*report));
 }
 
-// Returns why the scene's stepper cannot run it; empty if it can.
+// Refuses a scene that its stepper cannot run.
 Status validateRun(const Scene& scene) {
   return scene.stepper.type == StepperType::bullet ? validateForBullet(scene)
                                                    : validateForNative(scene);

@@ -54,7 +54,7 @@ struct RendererCapacity {
 ///   capacity it begins in the middle, as offline there is no reason to be late.)
 ///
 /// The bits of the sound do not depend on the sizes of blocks. [one thread]
-class ClickRenderer : public SoundSink {
+class ClickRenderer final : public SoundSink {
  public:
   explicit ClickRenderer(std::shared_ptr<const SoundPaths> paths,
                          std::optional<RendererCapacity> capacity = std::nullopt);

@@ -17,10 +17,6 @@ namespace {
 constexpr auto kReach = static_cast<std::int64_t>(kSpreadWidth / 2);
 /// s: a longer contact has nothing in the audible band, and would take memory without end.
 constexpr double kLongestContact = 20.0;
-/// Bounds of the factor by which motion may stretch a click in time; beyond them the click is that
-/// of bodies at rest.
-constexpr double kLeastStretch = 0.1;
-constexpr double kMostStretch = 10.0;
 /// Upper bound of a head-related response over the free field, at any frequency.
 constexpr double kLoudestEar = 4.0;
 /// Peaks of a diffuse field over the root of its mean square.

@@ -24,12 +24,12 @@ struct ContactSource {
   double time = 0.0;             ///< s, at which it begins
   double duration = 0.0;         ///< s, on the clock of the samples
   const Pulse* pulse = nullptr;  ///< course of the force
-  Strike strike;
+  Strike strike = {};
   Vec3 dipoleBefore = Vec3::Zero();  ///< dipole at the begin; strike.dipole is that at the end
   /// m, subtracted from the distance: sound starts at the surface, and the filter delays it
   double ahead = 0.0;
   const RadiationBank::Mix* filters = nullptr;  ///< null: no click
-  SampleShift shift;
+  SampleShift shift = {};
   bool rings = false;  ///< the ModalExciter holds the strike's excitation
   std::span<const PulseNode> train = {};  ///< nodes in place of the pulse
   double loudest = 0.0;  ///< N s, sum of the nodes that come at about the same time

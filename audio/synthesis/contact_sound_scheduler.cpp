@@ -17,9 +17,6 @@ namespace {
 /// Samples: shorter contacts alias if they are sampled naively; docs/acceleration_noise.md has the
 /// error.
 constexpr double kWellSampled = 4.0;
-/// Bounds of the factor by which the clock of the samples may stretch a step of a slide.
-constexpr double kLeastStretch = 0.1;
-constexpr double kMostStretch = 10.0;
 /// Factor in ContactSoundScheduler::slideRank for a contact that slides already: it is not given up
 /// for one that is hardly louder.
 constexpr double kSlidesOn = 2.0;

@@ -112,7 +112,7 @@ class ModalExciter {
     Vec3 point = Vec3::Zero();
     std::vector<double> rates;  // 1/s, one for each mode
   };
-  std::map<std::pair<BodyId, BodyId>, Touching> dampers_;
+  std::map<std::pair<BodyId, BodyId>, Damper> dampers_;
   std::vector<double> response_;  // response of an ear
 
   // The state of the current event.

@@ -7,6 +7,11 @@ namespace carom::audio {
 /// Beyond this index a double, and so a time, skips whole samples: 5900 years at 48 kHz.
 inline constexpr double kExactSamples = 0x1.0p+53;
 
+/// Bounds of the factor by which motion or the clock may stretch a sound in time: beyond them a
+/// click is that of bodies at rest, and a slide is silent.
+inline constexpr double kLeastStretch = 0.1;
+inline constexpr double kMostStretch = 10.0;
+
 /// Delay on the sample clock against the simulation clock: whole + fraction samples, with fraction
 /// from 0 to below 1.
 struct SampleShift {

@@ -171,10 +171,10 @@ class Grid {
     addPulse(PulseShape::mitchellNetravali, "pulse: Mitchell and Netravali's");
     addPulse(PulseShape::courseGaussian, "pulse: the hand-out's Gaussian");
     ReportChoice naive = variant(VariantGroup::sound, "naive", "naive sampling");
-    naive.sampling = Sampling::naive;
+    naive.comparison.sampling = Sampling::naive;
     add(naive);
     ReportChoice compact = variant(VariantGroup::sound, "compact", "compact radiation");
-    compact.radiation = Radiation::compact;
+    compact.comparison.radiation = Radiation::compact;
     add(compact);
     ReportChoice still = variant(VariantGroup::sound, "no_doppler", "distances stand still");
     still.doppler = false;
@@ -294,10 +294,10 @@ Scene sceneOf(const Scene& scene, const ReportChoice& choice) {
   Scene result = scene;
   result.stepper = choice.stepper;
   result.sound.impulse = choice.impulse;
-  result.sound.pulse = choice.pulse;
+  result.sound.comparison.pulse = choice.pulse;
   result.sound.dissipative = choice.dissipative;
-  result.sound.sampling = choice.sampling;
-  result.sound.radiation = choice.radiation;
+  result.sound.comparison.sampling = choice.sampling;
+  result.sound.comparison.radiation = choice.radiation;
   result.sound.doppler = choice.doppler;
   result.mostModes = choice.mostModes;
   if (!choice.jello) return result;

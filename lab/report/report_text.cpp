@@ -375,9 +375,9 @@ Json infoJson(const Scene& scene) {
           {"images", imageCount(scene)},
           {"reverb", reverbJson(scene.sound.reverb)},
           {"sound",
-           {{"pulse", pulseName(scene.sound.pulse, scene.sound.dissipative)},
-            {"sampling", samplingName(scene.sound.sampling)},
-            {"radiation", radiationName(scene.sound.radiation)}}},
+           {{"pulse", pulseName(scene.sound.comparison.pulse, scene.sound.dissipative)},
+            {"sampling", samplingName(scene.sound.comparison.sampling)},
+            {"radiation", radiationName(scene.sound.comparison.radiation)}}},
           {"stepper", stepper},
           {"plan", planJson(makePlan(scene))}};
 }

@@ -31,10 +31,10 @@ void mergePart(std::optional<Part>& earlier, const std::optional<Part>& later) {
   if (later) earlier = later;
 }
 
-std::string whyNotMaterial(const Material& material) {
+Status validateMaterial(const Material& material) {
   SoundBody body;
   body.material = material;
-  return whyNot(body);
+  return validate(body);
 }
 
 }  // namespace
@@ -44,13 +44,13 @@ Result<BodySound> resolved(const BodySound& sound) {
   if (sound.material) {
     Result<Material> material = sound.material->material();
     if (!material) return Error{"sound: " + material.error().message};
-    if (const std::string reason = whyNotMaterial(*material); !reason.empty())
-      return Error{"sound: " + reason};
+    if (const Status valid = validateMaterial(*material); !valid)
+      return Error{"sound: " + valid.error().message};
     checked.material = *std::move(material);
   }
   if (sound.modes && *sound.modes != nullptr)
-    if (const std::string reason = whyNot(**sound.modes); !reason.empty())
-      return Error{"sound: modal model: " + reason};
+    if (const Status valid = validate(**sound.modes); !valid)
+      return Error{"sound: modal model: " + valid.error().message};
   return checked;
 }
 

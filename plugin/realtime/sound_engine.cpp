@@ -194,7 +194,7 @@ SynthCounters SoundEngine::rendererCounters() const {
 
 SoundStatistics SoundEngine::statistics() const {
   SoundStatistics all = counters_;
-  all += scheduler_.counters() + rendererCounters();
+  static_cast<SynthCounters&>(all) += scheduler_.counters() + rendererCounters();
   all.stolen += step_.stolen();
   all.queueFaults += step_.faults();
   constexpr auto kRelaxed = std::memory_order_relaxed;

@@ -28,31 +28,34 @@ namespace {
 /// Bound of times (s): far below that beyond which a double cannot tell samples apart.
 constexpr double kLongestClock = 1e9;
 
-std::string whyNot(const VoiceBudget& budget) {
+Status validate(const VoiceBudget& budget) {
   constexpr std::size_t kMost = 65536;
-  if (!(budget.cpuShare > 0.0)) return "the CPU share of the budget must be above 0";
-  if (budget.voices < 1 || budget.voices > kMost) return "the budget's voices must be 1 to 65536";
-  if (budget.buses < 1 || budget.buses > kMost) return "the budget's buses must be 1 to 65536";
+  if (!(budget.cpuShare > 0.0)) return Error{"the CPU share of the budget must be above 0"};
+  if (budget.voices < 1 || budget.voices > kMost)
+    return Error{"the budget's voices must be 1 to 65536"};
+  if (budget.buses < 1 || budget.buses > kMost)
+    return Error{"the budget's buses must be 1 to 65536"};
   constexpr std::size_t kMostRinging = 4096;
   if (budget.ringingBodies < 1 || budget.ringingBodies > kMostRinging)
-    return "the budget's ringing bodies must be 1 to 4096";
+    return Error{"the budget's ringing bodies must be 1 to 4096"};
   if (budget.slidingContacts > kMostRinging)
-    return "the budget's sliding contacts must be 0 to 4096";
+    return Error{"the budget's sliding contacts must be 0 to 4096"};
   if (budget.modes < 1 || budget.modes > kMostRinging)
-    return "the budget's modes must be 1 to 4096";
+    return Error{"the budget's modes must be 1 to 4096"};
   if (!(budget.longestContact > 0.0 && budget.longestContact <= 1.0))
-    return "the budget's longest contact must be above 0 and at most 1 s";
-  return {};
+    return Error{"the budget's longest contact must be above 0 and at most 1 s"};
+  return std::monostate{};
 }
 
-std::string whyNot(const SoundSettings& settings) {
+Status validate(const SoundSettings& settings) {
   if (!(settings.latency >= 0.0 && settings.latency <= 10.0))
-    return "latency is " + std::to_string(settings.latency) + "; expected 0 to 10 s";
+    return Error{"latency is " + std::to_string(settings.latency) + "; expected 0 to 10 s"};
   const double fullScale = settings.fullScale.value_or(1.0);
   if (!(fullScale > 0.0) || !std::isfinite(fullScale) || !std::isfinite(1.0 / fullScale)) {
-    return "full scale is " + std::to_string(fullScale) + "; expected a positive pressure (Pa)";
+    return Error{"full scale is " + std::to_string(fullScale) +
+                 "; expected a positive pressure (Pa)"};
   }
-  return whyNot(settings.budget);
+  return validate(settings.budget);
 }
 
 /// Moves a listener of a ContactSoundScheduler or a Synth, or places it there if it cannot have
@@ -71,8 +74,8 @@ Result<std::unique_ptr<SoundSession>> SoundSession::create(const SoundSettings& 
 }
 
 Status SoundSession::prepare() {
-  if (const std::string reason = whyNot(settings); !reason.empty())
-    return Error{"sound: " + reason};
+  if (const Status valid = validate(settings); !valid)
+    return Error{"sound: " + valid.error().message};
   const auto paths = makeSoundPaths(settings.synth, settings.listeners);
   if (!paths) return Error{"sound: " + paths.error().message};
   channels = (*paths)->channels.size();
@@ -96,10 +99,10 @@ Status SoundSession::setBody(BodyId id, const SoundBody& body) {
   const auto refuse = [id](const std::string& why) {
     return Error{"sound body " + std::to_string(id) + ": " + why};
   };
-  if (const std::string reason = whyNot(body); !reason.empty()) return refuse(reason);
+  if (const Status valid = validate(body); !valid) return refuse(valid.error().message);
   if (body.modal != nullptr && !validModels.contains(body.modal)) {
-    if (const std::string reason = whyNot(*body.modal); !reason.empty())
-      return refuse("modal model: " + reason);
+    if (const Status valid = validate(*body.modal); !valid)
+      return refuse("modal model: " + valid.error().message);
     validModels.insert(body.modal);
   }
   bodies.insert_or_assign(id, body);
@@ -203,15 +206,7 @@ SoundStatistics SoundSession::statistics() const {
   SoundStatistics all = engine ? engine->statistics() : SoundStatistics();
   addEarlier(all, earlier);
   if (!recorder || hasPlayed) return all;
-  const SynthCounters recorded = recorder->synth().counters();
-  all.events += recorded.events;
-  all.immovable += recorded.immovable;
-  all.rejected += recorded.rejected;
-  all.inaudible += recorded.inaudible;
-  all.rings += recorded.rings;
-  all.slides += recorded.slides;
-  all.slidesInaudible += recorded.inaudibleSlides;
-  all.late += recorded.late;
+  static_cast<SynthCounters&>(all) += recorder->synth().counters();
   return all;
 }
 

@@ -391,20 +391,20 @@ void readSound(const JsonNode& node, SynthSettings& settings) {
     constexpr std::array<PulseShape, 5> kShapes = {
         PulseShape::hertz, PulseShape::halfSine, PulseShape::gaussian,
         PulseShape::mitchellNetravali, PulseShape::courseGaussian};
-    settings.pulse = kShapes.at(pulse->choice(
+    settings.comparison.pulse = kShapes.at(pulse->choice(
         "a pulse", {"hertz", "half_sine", "gaussian", "mitchell_netravali", "course_gaussian"}));
   }
   settings.dissipative = node.boolean("dissipative", settings.dissipative);
-  if (settings.dissipative && settings.pulse != PulseShape::hertz) {
+  if (settings.dissipative && settings.comparison.pulse != PulseShape::hertz) {
     pulse->fail(R"(a dissipative contact has a pulse of its own; expected "hertz", or none)");
   }
   if (const auto sampling = node.find("sampling")) {
     const bool naive = sampling->choice("a way of sampling", {"band_limited", "naive"}) == 1;
-    settings.sampling = naive ? Sampling::naive : Sampling::bandLimited;
+    settings.comparison.sampling = naive ? Sampling::naive : Sampling::bandLimited;
   }
   if (const auto radiation = node.find("radiation")) {
     const bool compact = radiation->choice("a model of radiation", {"exact", "compact"}) == 1;
-    settings.radiation = compact ? Radiation::compact : Radiation::exact;
+    settings.comparison.radiation = compact ? Radiation::compact : Radiation::exact;
   }
   if (const auto radiation = node.find("modal_radiation")) {
     constexpr std::array<ModalRadiation, 3> kModels = {

@@ -40,7 +40,7 @@ void addSound(const Scene& scene, bool planes, PlanBuilder& plan) {
   const bool binaural = std::ranges::any_of(scene.listeners, [](const Listener& listener) {
     return listener.format == ListenerFormat::binaural;
   });
-  plan.stage("radiation", sound.radiation == Radiation::exact,
+  plan.stage("radiation", sound.comparison.radiation == Radiation::exact,
              "bodies are taken as compact: small beside every wavelength");
   plan.stage("doppler", sound.doppler, "switched off: distances stand still while a contact lasts");
   plan.stage("moving_listeners", !scene.paths.empty(), "no listener has a path");

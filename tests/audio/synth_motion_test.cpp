@@ -165,7 +165,7 @@ double errorOf(const Samples& made, const Grid& wanted, bool derive, double dura
 
 SynthSettings compact() {
   SynthSettings settings;
-  settings.radiation = Radiation::compact;
+  settings.comparison.radiation = Radiation::compact;
   return settings;
 }
 

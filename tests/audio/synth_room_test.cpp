@@ -125,7 +125,7 @@ class MirrorFloor : public testing::TestWithParam<Radiation> {};
 
 TEST_P(MirrorFloor, SoundsLikeTheMirroredEventInOpenAir) {
   SynthSettings open = keen();
-  open.radiation = GetParam();
+  open.comparison.radiation = GetParam();
   SynthSettings floored = open;
   const Vec3 normal = Vec3(0.2, -0.1, 1.0).normalized();
   floored.room.reflectors = {{normal, -0.4, {}}};
@@ -339,7 +339,7 @@ TEST(SynthReverb, TheNearFieldDoesNotFeedIt) {
   SynthSettings settings = keen();
   settings.reverb = hall();
   SynthSettings compact = settings;
-  compact.radiation = Radiation::compact;
+  compact.comparison.radiation = Radiation::compact;
   // The contact lasts some 20 ms, with nearly all of its sound below 50 Hz, where the ball is
   // compact.
   BallDrop soft{.radius = 0.05, .time = 0.05};

@@ -340,7 +340,7 @@ TEST(SynthImpulse, OfEveryPulseArrivesWholeAtAnyPhase) {
 TEST(SynthImpulse, ContactsThatLoseEnergyLastLongerAndLean) {
   SynthSettings settings;
   settings.audibleThreshold = 0.0;
-  settings.radiation = Radiation::compact;
+  settings.comparison.radiation = Radiation::compact;
   settings.doppler = false;
   settings.dissipative = true;
   // The ball is so soft that the contact lasts a thousand samples.

@@ -89,9 +89,9 @@ TEST_P(SeedEquations, AreReproducedToDoublePrecision) {
 
   SynthSettings settings;
   settings.medium.speedOfSound = given.speedOfSound;
-  settings.pulse = PulseShape::courseGaussian;
-  settings.sampling = Sampling::naive;
-  settings.radiation = Radiation::compact;
+  settings.comparison.pulse = PulseShape::courseGaussian;
+  settings.comparison.sampling = Sampling::naive;
+  settings.comparison.radiation = Radiation::compact;
   settings.doppler = false;
   Synth synth = makeSynth(drop, {{"seat", given.listener}}, settings);
   ASSERT_TRUE(synth.setBody(kFloor, {.material = plastic}));
@@ -157,7 +157,7 @@ TEST(Synth, DelayIsThatOfTheWayThroughTheAirToAThousandthOfASample) {
   const BallDrop drop{.material = plastic, .radius = 0.05, .time = 0.01};
   SynthSettings settings;
   settings.sampleRate = 192000.0;
-  settings.radiation = Radiation::compact;
+  settings.comparison.radiation = Radiation::compact;
   settings.doppler = false;
   const double tau = makeSynth(drop, {kAbove}, settings).contactDuration(drop.event());
   for (const double distance : {0.3, 1.0, 1.7321, 3.14159}) {
@@ -371,7 +371,7 @@ TEST(Synth, SeekDropsWhatHasNotSounded) {
 TEST(Synth, LateEventIsHeardFromTheClockOnAndCounted) {
   const BallDrop drop{.time = 0.02};
   SynthSettings compact;  // without a recursion nothing depends on samples long past
-  compact.radiation = Radiation::compact;
+  compact.comparison.radiation = Radiation::compact;
   Synth onTime = makeSynth(drop, {kAbove}, compact);
   onTime.schedule(drop.event());
   const std::vector<double> whole = renderMono(onTime, 2400);
@@ -435,7 +435,7 @@ TEST(Synth, ContactsShorterThanFourSamplesAreCounted) {
   const BallDrop large{.radius = 0.05, .time = 0.01};
   for (const BallDrop& drop : {small, large}) {
     SynthSettings naive;
-    naive.sampling = Sampling::naive;
+    naive.comparison.sampling = Sampling::naive;
     Synth synth = makeSynth(drop, {kAbove}, naive);
     synth.schedule(drop.event());
     const bool isShort = synth.contactDuration(drop.event()) < 4.0 / 48000.0;

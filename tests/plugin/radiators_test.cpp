@@ -281,7 +281,7 @@ TEST_F(ShotAtBody, ABodyTurnsAboutItsCentreOfMass) {
     body.setAngularFactor(angularFactor);
     shoot({beside, -0.01, 0.0}, Vec3::UnitY());
     SoundSettings settings;
-    settings.synth.radiation = Radiation::compact;
+    settings.synth.comparison.radiation = Radiation::compact;
     settings.listeners = {{"behind", kDistance * Vec3::UnitY()}};
     Sound sound = test::attachOffline(scene_.world, settings);
     const std::vector<float> samples = play(sound);

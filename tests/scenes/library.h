@@ -66,9 +66,9 @@ inline scenes::Scene fewMarbles() {
 /// The scene with the plain equations of the hand-out, sampled without a filter: sound that a test
 /// can compute again in a line.
 inline scenes::Scene asInTheHandOut(scenes::Scene scene) {
-  scene.sound.pulse = PulseShape::courseGaussian;
-  scene.sound.sampling = Sampling::naive;
-  scene.sound.radiation = Radiation::compact;
+  scene.sound.comparison.pulse = PulseShape::courseGaussian;
+  scene.sound.comparison.sampling = Sampling::naive;
+  scene.sound.comparison.radiation = Radiation::compact;
   scene.sound.doppler = false;
   return scene;
 }

@@ -120,7 +120,7 @@ TEST(Plan, ImagesAndReverberationNeedARoomAndSayWhatIsMissing) {
 
 TEST(Plan, StagesOfTheSoundFollowItsSettingsAndTheListeners) {
   Scene scene = sceneOf({kFloor, ballAt(1.0)});
-  scene.sound.radiation = Radiation::compact;
+  scene.sound.comparison.radiation = Radiation::compact;
   scene.sound.doppler = false;
   EXPECT_TRUE(leftOut(scene).contains("radiation"));
   EXPECT_TRUE(leftOut(scene).contains("doppler"));

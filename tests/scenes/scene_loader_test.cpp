@@ -490,10 +490,10 @@ TEST(SceneLoader, SoundIsTheSynthsDefaultUnlessTheSceneSaysOtherwise) {
   for (const json& document : {oneBall(), with("/sound", json::object())}) {
     const SynthSettings sound = accepted(document).sound;
     const SynthSettings absent;
-    EXPECT_EQ(sound.pulse, absent.pulse);
+    EXPECT_EQ(sound.comparison.pulse, absent.pulse);
     EXPECT_EQ(sound.dissipative, absent.dissipative);
-    EXPECT_EQ(sound.sampling, absent.sampling);
-    EXPECT_EQ(sound.radiation, absent.radiation);
+    EXPECT_EQ(sound.comparison.sampling, absent.sampling);
+    EXPECT_EQ(sound.comparison.radiation, absent.radiation);
     EXPECT_EQ(sound.modalRadiation, absent.modalRadiation);
     EXPECT_EQ(sound.doppler, absent.doppler);
     EXPECT_EQ(sound.audibleThreshold, absent.audibleThreshold);
@@ -509,9 +509,9 @@ TEST(SceneLoader, SoundIsTheSynthsDefaultUnlessTheSceneSaysOtherwise) {
                                                        {"audible_threshold", 0.25},
                                                        {"impulse", "applied"}}))
                                   .sound;
-  EXPECT_EQ(sound.pulse, PulseShape::gaussian);
-  EXPECT_EQ(sound.sampling, Sampling::naive);
-  EXPECT_EQ(sound.radiation, Radiation::compact);
+  EXPECT_EQ(sound.comparison.pulse, PulseShape::gaussian);
+  EXPECT_EQ(sound.comparison.sampling, Sampling::naive);
+  EXPECT_EQ(sound.comparison.radiation, Radiation::compact);
   EXPECT_EQ(sound.modalRadiation, ModalRadiation::monopole);
   EXPECT_FALSE(sound.doppler);
   EXPECT_EQ(sound.audibleThreshold, 0.25);
@@ -523,7 +523,7 @@ TEST(SceneLoader, SoundIsTheSynthsDefaultUnlessTheSceneSaysOtherwise) {
       {"mitchell_netravali", PulseShape::mitchellNetravali},
       {"course_gaussian", PulseShape::courseGaussian}};
   for (const auto& [name, shape] : shapes)
-    EXPECT_EQ(accepted(with("/sound", {{"pulse", name}})).sound.pulse, shape) << name;
+    EXPECT_EQ(accepted(with("/sound", {{"pulse", name}})).sound.comparison.pulse, shape) << name;
 }
 
 TEST(SceneLoader, BodiesRingAsTheirModesSayAndNotAtAllWithoutThem) {

@@ -606,7 +606,7 @@ TEST(SolidSound, PlateIsLouderFlatThanOnItsEdge) {
   const auto dropped = [](double x, double y, double z) {
     Scene scene = sceneOf({solidOf(boxForm(x, y, z), {0, y + 0.2, 0}), floorPlane()}, 0.24);
     scene.listeners[0].position = Vec3(0, 5, 0);
-    scene.sound.radiation = Radiation::compact;
+    scene.sound.comparison.radiation = Radiation::compact;
     return levelOf(soundOf(scene));
   };
   EXPECT_GT(dropped(0.1, 0.002, 0.1), dropped(0.002, 0.1, 0.1) + 10.0);

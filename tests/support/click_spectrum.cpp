@@ -54,10 +54,10 @@ ImpulseEvent makeClickEvent(const ClickCase& click) {
 Synth makeClickSynth(const ClickCase& click) {
   SynthSettings settings;
   settings.sampleRate = click.sampleRate;
-  settings.pulse = click.pulse;
+  settings.comparison.pulse = click.pulse;
   settings.dissipative = click.restitution < 1.0;
-  settings.sampling = click.sampling;
-  settings.radiation = click.radiation;
+  settings.comparison.sampling = click.sampling;
+  settings.comparison.radiation = click.radiation;
   settings.audibleThreshold = 0.0;
   settings.doppler = false;
   const Material material = materialFor(click);

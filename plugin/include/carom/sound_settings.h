@@ -84,27 +84,12 @@ inline constexpr double kDeviceFullScale = 2.0;
 
 /// Counts of what became of the events, and the cost of the sound. All counts are since the sound
 /// was made; those of a sound that is neither played nor pulled are those of the recording.
-struct SoundStatistics {
-  std::uint64_t events = 0;     ///< shares of bodies that can move or ring, but for the next four
-  std::uint64_t immovable = 0;  ///< shares of bodies that neither move nor ring: silent
-  std::uint64_t rejected = 0;   ///< not finite, unknown body, no approach, over 20 s
-  std::uint64_t skipped = 0;    ///< no samples were taken yet, or the simulation ran ahead of time
+struct SoundStatistics : SynthCounters {
+  // Events that are not among `events`, beside `immovable` and `rejected`:
+  std::uint64_t skipped = 0;   ///< no samples were taken yet, or the simulation ran ahead of time
   std::uint64_t silenced = 0;  ///< shares in collisions with a body that BodySound::silent silences
-  // Events among `events` that were left out:
-  std::uint64_t inaudible = 0;   ///< below the threshold at every listener
-  std::uint64_t stolen = 0;      ///< the quietest, where more waited than VoiceBudget::voices
-  std::uint64_t overBudget = 0;  ///< the quietest, where they would cost too much
-  std::uint64_t noBus = 0;       ///< more sizes and paths at once than VoiceBudget::buses
-  std::uint64_t tooLong = 0;     ///< contact longer than VoiceBudget::longestContact
-  std::uint64_t modalVoicesExhausted = 0;  ///< rings, for lack of VoiceBudget::ringingBodies
+  // Events among `events` that were left out, beside those that SynthCounters has:
   std::uint64_t queueFaults = 0;  ///< no room in the queue: samples are not taken, or too rarely
-  // Events among `events` that were heard:
-  std::uint64_t rings = 0;  ///< made a body ring
-  std::uint64_t late = 0;   ///< heard later than they happened, as they came after their time
-  // Steps of bodies that slide or roll:
-  std::uint64_t slides = 0;           ///< loud enough; the counts above may leave them out
-  std::uint64_t slidesInaudible = 0;  ///< below the threshold at every listener
-  std::uint64_t slidesLeftOut = 0;    ///< contacts, beyond VoiceBudget::slidingContacts
   // Faults of the clock:
   std::uint64_t stalls = 0;  ///< the simulation fell behind by more than the look-ahead
   std::uint64_t jumps = 0;   ///< the clock of the simulation went back
