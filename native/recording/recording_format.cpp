@@ -236,12 +236,12 @@ void Pass::meet(std::uint32_t sphere, std::uint32_t body, const Instant& instant
     return;
   }
   aftermath_.otherVelocity = segment(body).at(instant).velocity;
-  const Vec3 yield = known.normal / this->sphere(sphere).mass;
-  const Vec3 otherYield = -known.normal / this->sphere(body).mass;
-  const double impulse =
-      (known.approachSpeed + known.approachSpeed) / dotInOrder(known.normal, yield - otherYield);
-  aftermath_.velocity += impulse * yield;
-  aftermath_.otherVelocity += impulse * otherYield;
+  const Vec3 velocityChange = known.normal / this->sphere(sphere).mass;
+  const Vec3 otherVelocityChange = -known.normal / this->sphere(body).mass;
+  const double impulse = (known.approachSpeed + known.approachSpeed) /
+                         dotInOrder(known.normal, velocityChange - otherVelocityChange);
+  aftermath_.velocity += impulse * velocityChange;
+  aftermath_.otherVelocity += impulse * otherVelocityChange;
 }
 
 /// One function for each part of a recording, which writes it or reads it, depending on Archive.

@@ -97,7 +97,7 @@ void Simulation::restartGroup(std::uint32_t group) {
   for (std::size_t i = 0; i < members.size(); ++i) {
     pulls_[members[i]] = pulls[i];
     rebase(members[i], motions[i]);
-    agenda_.setTurn(members[i], after(now_, step));
+    scheduler_.setTurn(members[i], after(now_, step));
   }
 }
 
@@ -105,7 +105,7 @@ void Simulation::restartGroup(std::uint32_t group) {
 /// them.
 Simulation::Give Simulation::giveOf(const Pair& pair) const {
   Give give;
-  const bool alone = pair.other == Agenda::kNobody;
+  const bool alone = pair.other == EventScheduler::kNobody;
   const std::uint32_t group = linkage_.groupOf(pair.sphere);
   const std::uint32_t otherGroup = alone ? Linkage::kNoGroup : linkage_.groupOf(pair.other);
   const auto respond = [&](std::uint32_t of, bool first, bool second) {
@@ -203,7 +203,7 @@ void Simulation::rubOnWall(std::uint32_t sphere, const Plane& plane, double impu
 void Simulation::roll(std::uint32_t sphere) {
   if (spins_.empty()) return;
   Spin& spin = spins_[sphere];
-  if (!linked(sphere)) agenda_.setTurn(sphere, Instant::never());
+  if (!linked(sphere)) scheduler_.setTurn(sphere, Instant::never());
   if (substances_[sphere].asleep) spin.velocity.setZero();
   const Holds& holds = bodies_.holds[sphere];
   if (holds.count != 1 || linked(sphere) || substances_[sphere].asleep) return;
@@ -224,7 +224,7 @@ void Simulation::roll(std::uint32_t sphere) {
   motion.velocity = course.velocity + plane.velocity;
   spin = course.spin;
   bodies_.setAcceleration(sphere, course.acceleration);
-  agenda_.setTurn(sphere, after(now_, course.duration));
+  scheduler_.setTurn(sphere, after(now_, course.duration));
 }
 
 }  // namespace carom::native

@@ -6,7 +6,7 @@
 
 #include "native/math/contact_time.h"
 #include "native/math/vector_math.h"
-#include "native/spheres/resting.h"
+#include "native/mechanics/resting.h"
 #include "native/spheres/simulation.h"
 
 namespace carom::native {
@@ -207,7 +207,7 @@ void Simulation::giveUp(std::uint32_t sphere, double interval) {
   if (interval >= (pressed ? kCrushInterval : kStuckInterval)) return;
   if (pressed || linked(sphere)) {
     ++counters_.jammed;
-    agenda_.remove(sphere);
+    scheduler_.remove(sphere);
   } else {
     ++counters_.laidDown;
   }
@@ -245,7 +245,7 @@ std::vector<std::uint32_t> Simulation::calmNeighbours(std::uint32_t sphere) cons
   for (std::size_t next = 0; next < found.size(); ++next) {
     const std::uint32_t at = found[next];
     const Vec3 position = bodies_.at(at, now_).position;
-    agenda_.visitNear(at, position, touchingGap(bodies_.radii[at]), [&](std::uint32_t other) {
+    scheduler_.visitNear(at, position, touchingGap(bodies_.radii[at]), [&](std::uint32_t other) {
       const Substance& body = substances_[other];
       if (!body.asleep && now_.seconds - body.calmSince >= 0.5 * kCalmTime &&
           touches(at, position, other) && std::ranges::find(found, other) == found.end())
@@ -273,7 +273,7 @@ bool Simulation::carried(std::uint32_t sphere, std::span<const std::uint32_t> ca
     if (nearest.distance - bodies_.radii[sphere] <= gap)
       normals[count++] = solid.toWorld(nearest.normal);
   }
-  agenda_.visitNear(sphere, position, gap, [&](std::uint32_t other) {
+  scheduler_.visitNear(sphere, position, gap, [&](std::uint32_t other) {
     if (count == normals.size() || !touches(sphere, position, other)) return;
     if (!substances_[other].asleep && !std::ranges::binary_search(candidates, other)) return;
     const Vec3 separation = position - bodies_.at(other, now_).position;
@@ -330,7 +330,7 @@ void Simulation::wake(std::uint32_t sphere) {
     body.calmSince = kNever;
     leave(at, bodies_.at(at, now_));
     const Vec3 position = bodies_.motions[at].position;
-    agenda_.visitNear(at, position, touchingGap(bodies_.radii[at]), [&](std::uint32_t other) {
+    scheduler_.visitNear(at, position, touchingGap(bodies_.radii[at]), [&](std::uint32_t other) {
       if (substances_[other].asleep && touches(at, position, other) && !carried(other, {}))
         woken.push_back(other);
     });

@@ -98,7 +98,7 @@ Simulation::Simulation(const SphereWorld& world)
       order_(world.spheres.size()),
       bodies_(bodiesOf(world)),
       linkage_(world, bodies_.ids),
-      agenda_(bodies_) {
+      scheduler_(bodies_) {
   substances_.reserve(world.spheres.size());
   for (const std::uint32_t listed : byId(world.spheres)) {
     const Sphere& sphere = world.spheres[listed];
@@ -117,13 +117,14 @@ Simulation::Simulation(const SphereWorld& world)
   restartGroups();
   changed_.clear();
   for (std::uint32_t sphere = 0; sphere < sphereCount(); ++sphere)
-    agenda_.predict(sphere, now_);
+    scheduler_.predict(sphere, now_);
 }
 
 void Simulation::advanceTo(double time) {
   events_.clear();
-  for (std::uint32_t first = agenda_.first();
-       first != Agenda::kNobody && agenda_.time(first).seconds <= time; first = agenda_.first())
+  for (std::uint32_t first = scheduler_.first();
+       first != EventScheduler::kNobody && scheduler_.time(first).seconds <= time;
+       first = scheduler_.first())
     step(first);
   time_ = time;
 }
@@ -141,24 +142,24 @@ void Simulation::push(std::size_t listed, const Vec3& impulse) {
 
 /// Carries out the next event of the sphere, which is the earliest of all.
 void Simulation::step(std::uint32_t sphere) {
-  now_ = agenda_.time(sphere);
-  if (agenda_.turns(sphere)) {
+  now_ = scheduler_.time(sphere);
+  if (scheduler_.turns(sphere)) {
     turn(sphere);
     return;
   }
-  if (agenda_.crosses(sphere)) {
-    agenda_.cross(sphere, now_);
+  if (scheduler_.crosses(sphere)) {
+    scheduler_.cross(sphere, now_);
     return;
   }
-  const Agenda::Contact contact = agenda_.contact(sphere);
-  tied_ = agenda_.tied(sphere);
+  const EventScheduler::Contact contact = scheduler_.contact(sphere);
+  tied_ = scheduler_.tied(sphere);
   if (contact.partner >= sphereCount()) {
     meetImmovable(sphere, static_cast<std::uint32_t>(contact.partner - sphereCount()));
-  } else if (agenda_.upToDate(contact)) {
+  } else if (scheduler_.upToDate(contact)) {
     meetSphere(std::min(sphere, contact.partner), std::max(sphere, contact.partner));
   } else {
     ++counters_.staleContacts;
-    agenda_.predict(sphere, now_);
+    scheduler_.predict(sphere, now_);
   }
 }
 
@@ -177,7 +178,7 @@ void Simulation::rebase(std::uint32_t sphere, const Motion& motion) {
   keepHolds(sphere, bodies_.motions[sphere]);
   roll(sphere);
   book(sphere, before.velocity, bodies_.motions[sphere].velocity);
-  agenda_.forget(sphere);
+  scheduler_.forget(sphere);
   changed_.push_back(sphere);
 }
 
@@ -188,7 +189,7 @@ void Simulation::predictChanged() {
   changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
   for (const std::uint32_t sphere : changed_) {
     if (recording_ != nullptr) record(sphere);
-    agenda_.predict(sphere, now_);
+    scheduler_.predict(sphere, now_);
   }
   changed_.clear();
 }
@@ -380,7 +381,7 @@ void Simulation::bounce(std::uint32_t sphere, Motion motion, std::uint32_t index
   double mass = body.mass;
   const bool rods = linkage_.hasRods(sphere);
   if (rods) {
-    give = giveOf({motion, {}, normal, approachSpeed, sphere, Agenda::kNobody});
+    give = giveOf({motion, {}, normal, approachSpeed, sphere, EventScheduler::kNobody});
     const double compliance = dotInOrder(normal, give.yield);
     mass = compliance > 0.0 ? 1.0 / compliance : 0.0;
   }
@@ -429,7 +430,7 @@ double Simulation::potentialEnergy() const {
 }
 
 bool Simulation::validate(std::string* why) const {
-  if (!agenda_.queueValid()) return fail(why, "the contact queue is out of order");
+  if (!scheduler_.queueValid()) return fail(why, "the contact queue is out of order");
   std::size_t apart = 0;
   for (std::size_t sphere = 0; sphere < sphereCount(); ++sphere) {
     if (bodies_.accelerations[sphere] != bodies_.gravity) ++apart;
@@ -448,7 +449,7 @@ bool Simulation::validateSphere(std::size_t sphere, std::string* why) const {
     return fail(why, name + ": position, velocity or acceleration is not finite");
   }
   std::string what;
-  if (!agenda_.validate(static_cast<std::uint32_t>(sphere), time_, &what))
+  if (!scheduler_.validate(static_cast<std::uint32_t>(sphere), time_, &what))
     return fail(why, name + ": " + what);
   const Motion present = motionAtTime(sphere);
   for (const std::uint32_t index : bodies_.holds[sphere].all()) {
@@ -468,11 +469,11 @@ bool Simulation::validateSphere(std::size_t sphere, std::string* why) const {
 
 bool Simulation::validateApart(std::size_t sphere, std::string* why) const {
   const std::string name = "sphere " + std::to_string(bodies_.ids[sphere]);
-  if (agenda_.removed(static_cast<std::uint32_t>(sphere))) return true;
+  if (scheduler_.removed(static_cast<std::uint32_t>(sphere))) return true;
   const Motion present = motionAtTime(sphere);
   const double rounding = kRoundingTolerance * present.position.cwiseAbs().maxCoeff();
   for (std::size_t other = sphere + 1; other < sphereCount(); ++other) {
-    if (agenda_.removed(static_cast<std::uint32_t>(other))) continue;
+    if (scheduler_.removed(static_cast<std::uint32_t>(other))) continue;
     const double distance = (present.position - motionAtTime(other).position).norm();
     const double allowed =
         kOverlapTolerance * std::min(bodies_.radii[sphere], bodies_.radii[other]) + rounding;

@@ -9,11 +9,11 @@
 
 #include "carom/native/recording.h"
 #include "carom/native/sphere_stepper.h"
-#include "native/spheres/agenda.h"
-#include "native/spheres/bodies.h"
+#include "native/mechanics/linkage.h"
+#include "native/mechanics/rolling.h"
+#include "native/scheduling/bodies.h"
+#include "native/scheduling/event_scheduler.h"
 #include "native/spheres/event_pair.h"
-#include "native/spheres/linkage.h"
-#include "native/spheres/rolling.h"
 
 namespace carom::native {
 
@@ -80,7 +80,7 @@ class Simulation {
     Vec3 normal;  ///< unit, from the other body to `sphere`
     double approachSpeed = 0.0;
     std::uint32_t sphere = 0;
-    std::uint32_t other = 0;  ///< Agenda::kNobody for an immovable body
+    std::uint32_t other = 0;  ///< EventScheduler::kNobody for an immovable body
   };
 
   /// Changes of velocity (m/s) by an impulse of 1 N s between two bodies.
@@ -206,7 +206,7 @@ class Simulation {
   std::vector<Spin> spins_;                ///< by sphere; empty if no sphere spins
   std::vector<SphereFriction> frictions_;  ///< by sphere; empty if no sphere spins
   std::vector<RestitutionLaw> laws_;       ///< by sphere; empty if all are constant
-  Agenda agenda_;
+  EventScheduler scheduler_;
   std::vector<double> stiffnesses_;     ///< Pa, by sphere; empty except for Simultaneous::hertz
   bool tied_ = false;                   ///< true if the present contact may be one of several
   std::vector<std::uint32_t> changed_;  ///< spheres changed since the last prediction

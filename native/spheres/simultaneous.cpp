@@ -8,7 +8,7 @@
 
 #include "native/math/contact_time.h"
 #include "native/math/vector_math.h"
-#include "native/spheres/cluster.h"
+#include "native/mechanics/cluster_hertz.h"
 #include "native/spheres/simulation.h"
 
 namespace carom::native {
@@ -112,7 +112,7 @@ void Simulation::gather(Cluster& cluster) const {
       if (bodies_.height(at, bodies_.walls[index], position, now_) <= reach)
         cluster.touches.push_back({at, static_cast<std::uint32_t>(sphereCount() + index), 0});
     }
-    agenda_.visitNear(at, position, reach, [&](std::uint32_t other) {
+    scheduler_.visitNear(at, position, reach, [&](std::uint32_t other) {
       if (!meets(at, position, other)) return;
       cluster.touches.push_back({std::min(at, other), std::max(at, other), 0});
       if (found[other] || substances_[other].asleep) return;

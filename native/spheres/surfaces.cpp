@@ -7,7 +7,7 @@
 
 #include "native/math/contact_time.h"
 #include "native/math/vector_math.h"
-#include "native/spheres/resting.h"
+#include "native/mechanics/resting.h"
 #include "native/spheres/simulation.h"
 
 namespace carom::native {

@@ -10,17 +10,17 @@
 #include "carom/native/motion.h"
 #include "carom/native/sphere_world.h"
 #include "native/math/vector_math.h"
-#include "native/spheres/box_contact.h"
-#include "native/spheres/oscillation.h"
+#include "native/scheduling/box_contact.h"
+#include "native/scheduling/oscillation.h"
 
 namespace carom::native {
 
 /// A plane or a face of a box, as the search for contacts reads it.
 struct Wall {
   Plane plane;
-  double speed = 0.0;            ///< m/s, steady, along the normal
-  Oscillation oscillation = {};  ///< added to the steady motion of planes that oscillate
-  std::uint32_t box = kNoBox;    ///< the box whose face it is
+  double speed = 0.0;                  ///< m/s, steady, along the normal
+  NormalOscillation oscillation = {};  ///< added to the steady motion of planes that oscillate
+  std::uint32_t box = kNoBox;          ///< the box whose face it is
 
   static constexpr std::uint32_t kNoBox = 0xFFFFFFFF;
 
@@ -85,7 +85,7 @@ struct Bodies {
   std::vector<double> radii;        ///< m, by sphere
   std::vector<BodyId> ids;          ///< by sphere, ascending
   std::vector<Wall> walls;   ///< steady planes, then planes that oscillate, then faces of boxes
-  std::uint32_t steady = 0;  ///< number of walls before the first that shakes
+  std::uint32_t steady = 0;  ///< number of walls before the first that oscillates
   std::uint32_t faces = 0;   ///< number of walls before the first face of a box
   std::vector<Solid> solids;
   double level = 0.0;     ///< m/s^2; a smaller component along a normal is rounding

@@ -16,12 +16,12 @@ namespace carom::native {
 /// All spheres are under the same acceleration; kPulled: it is not zero. kFresh: no candidate's
 /// motion began later than that of the sphere. Internal to native/.
 template <bool kPulled, bool kFresh>
-class FirstLook {
+class QuickReject {
  public:
   /// Two numbers side by side, one for each candidate. GCC and Clang both know such types.
   using Two = double __attribute__((vector_size(16)));
 
-  FirstLook(const Motion& motion, const Vec3& acceleration)
+  QuickReject(const Motion& motion, const Vec3& acceleration)
       : since_(both(motion.since.seconds)), rest_(both(motion.since.rest)) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto at = static_cast<Eigen::Index>(axis);

@@ -17,7 +17,7 @@ struct SineCosine {
 SineCosine sineOfTurns(double turns) noexcept;
 
 /// A harmonic motion along a normal: amplitude sin(2 pi (frequency t + turns)).
-struct Oscillation {
+struct NormalOscillation {
   double amplitude = 0.0;  ///< m, of either sign
   double frequency = 0.0;  ///< Hz, > 0
   double turns = 0.0;      ///< the phase, in turns
@@ -51,7 +51,7 @@ struct SmoothHeight {
 ///
 /// A point in touch at the start gets 0 if it approaches, or is at rest relative to the surface and
 /// drawn in; otherwise it leaves first. [any thread]
-double oscillatingContactTime(const SmoothHeight& smooth, const Oscillation& oscillation,
+double oscillatingContactTime(const SmoothHeight& smooth, const NormalOscillation& oscillation,
                               const Instant& start, double until) noexcept;
 
 }  // namespace carom::native

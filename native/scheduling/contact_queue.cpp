@@ -1,4 +1,4 @@
-#include "native/spheres/contact_queue.h"
+#include "native/scheduling/contact_queue.h"
 
 #include <algorithm>
 #include <bit>

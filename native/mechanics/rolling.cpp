@@ -1,4 +1,4 @@
-#include "native/spheres/rolling.h"
+#include "native/mechanics/rolling.h"
 
 #include <algorithm>
 #include <cmath>
@@ -107,23 +107,24 @@ Vec3 frictionImpulse(const FrictionContact& contact, double impulse) {
   const Vec3 slip = inSurface(contact.velocity + turning, contact.normal);
   const double speed = lengthOf(slip);
   if (!(speed > 0.0)) return Vec3::Zero();
-  const double give = (1.0 + 1.0 / kInertia) * (contact.inverseMass + contact.otherInverseMass);
-  return (-std::min(contact.friction * impulse, speed / give) / speed) * slip;
+  const double slipPerImpulse =
+      (1.0 + 1.0 / kInertia) * (contact.inverseMass + contact.otherInverseMass);
+  return (-std::min(contact.friction * impulse, speed / slipPerImpulse) / speed) * slip;
 }
 
 RollingCourse rollingCourse(const RollingContact& contact, const Vec3& velocity, const Vec3& spin) {
   const double friction = contact.sliding * contact.support;
-  const double give = 1.0 + 1.0 / kInertia;  // change of the slip per slowing of the sphere
+  const double slipPerSlowing = 1.0 + 1.0 / kInertia;  // the spin changes, too
   const Vec3 slip =
       velocity - contact.radius * inSurface(cross(spin, contact.normal), contact.normal);
   RollingCourse course;
   if (lengthOf(slip) > kStillTime * contact.support) {
-    course = slide(contact, velocity, spin, slowed(slip, contact.pull, give * friction));
-  } else if (lengthOf(contact.pull) > give * friction) {
+    course = slide(contact, velocity, spin, slowed(slip, contact.pull, slipPerSlowing * friction));
+  } else if (lengthOf(contact.pull) > slipPerSlowing * friction) {
     course = slide(contact, velocity, spin, {contact.pull / lengthOf(contact.pull), kNever});
   } else {
     // The last slip is removed in the way that friction would remove it.
-    course = roll(contact, velocity - slip / give, spin);
+    course = roll(contact, velocity - slip / slipPerSlowing, spin);
   }
   pivot(contact, course);
   return course;

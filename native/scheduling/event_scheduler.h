@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "native/spheres/bodies.h"
-#include "native/spheres/cell_grid.h"
-#include "native/spheres/contact_queue.h"
+#include "native/scheduling/bodies.h"
+#include "native/scheduling/cell_grid.h"
+#include "native/scheduling/contact_queue.h"
 
 namespace carom::native {
 
@@ -23,7 +23,7 @@ namespace carom::native {
 /// again when due.
 ///
 /// Internal to native/. The constructor and the first setTurn allocate; nothing else does.
-class Agenda {
+class EventScheduler {
  public:
   static constexpr std::uint32_t kNobody = CellGrid::kNobody;
 
@@ -35,8 +35,8 @@ class Agenda {
     std::uint32_t partnerChanges = 0;  ///< the partner's count of changes at the prediction
   };
 
-  /// Keeps a reference to `bodies`, which must outlive the agenda.
-  explicit Agenda(const Bodies& bodies);
+  /// Keeps a reference to `bodies`, which must outlive the scheduler.
+  explicit EventScheduler(const Bodies& bodies);
 
   std::uint32_t first() { return queue_.earliest(); }  ///< sphere of the next event, or kNobody
   const Instant& time(std::uint32_t sphere) const { return queue_.time(sphere); }

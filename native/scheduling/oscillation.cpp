@@ -1,4 +1,4 @@
-#include "native/spheres/oscillation.h"
+#include "native/scheduling/oscillation.h"
 
 #include <algorithm>
 #include <array>
@@ -55,7 +55,7 @@ struct Clearance {
   bool apart() const { return height > rounding; }
 };
 
-Clearance clearanceAt(const SmoothHeight& smooth, const Oscillation& oscillation,
+Clearance clearanceAt(const SmoothHeight& smooth, const NormalOscillation& oscillation,
                       const Instant& start, double wait) {
   const SineCosine phase = oscillation.at(after(start, wait));
   const double angular = oscillation.angularFrequency();
@@ -99,17 +99,17 @@ SineCosine sineOfTurns(double turns) noexcept {
   return {-cosine, sine};
 }
 
-SineCosine Oscillation::at(const Instant& instant) const noexcept {
+SineCosine NormalOscillation::at(const Instant& instant) const noexcept {
   const double whole = frequency * instant.seconds;
   const double lost = lostBy(whole, frequency, instant.seconds) + frequency * instant.rest;
   return sineOfTurns((whole - std::floor(whole)) + (lost + turns));
 }
 
-double Oscillation::angularFrequency() const noexcept {
+double NormalOscillation::angularFrequency() const noexcept {
   return kWholeTurn * frequency;
 }
 
-double oscillatingContactTime(const SmoothHeight& smooth, const Oscillation& oscillation,
+double oscillatingContactTime(const SmoothHeight& smooth, const NormalOscillation& oscillation,
                               const Instant& start, double until) noexcept {
   const double reach = std::abs(oscillation.amplitude);
   const double angular = oscillation.angularFrequency();

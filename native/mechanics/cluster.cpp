@@ -1,11 +1,11 @@
-#include "native/spheres/cluster.h"
+#include "native/mechanics/cluster.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "native/math/disjoint_sets.h"
 #include "native/math/vector_math.h"
-#include "native/spheres/nearest_velocity.h"
+#include "native/mechanics/velocity_projection.h"
 
 namespace carom::native {
 namespace {
@@ -138,7 +138,7 @@ double Reflections::givenBack(const Indices& chosen, const std::vector<double>& 
 }
 
 void Reflections::reflect(const Indices& chosen) {
-  std::vector<double> impulses = impulsesToNearest(system_, chosen);
+  std::vector<double> impulses = projectionImpulses(system_, chosen);
   const double share = givenBack(chosen, impulses);
   for (std::size_t index = 0; index < chosen.size(); ++index)
     impulses[index] *= 1.0 + share * system_.contacts[chosen[index]].restitution;
@@ -161,7 +161,7 @@ void Reflections::end() {
   const std::vector<Indices> groups = independent(all);
   for (int pass = 0; pass < kMostEndings && !approaching().empty(); ++pass) {
     for (const Indices& group : groups)
-      apply(group, impulsesToNearest(system_, group));
+      apply(group, projectionImpulses(system_, group));
   }
 }
 

@@ -1,11 +1,11 @@
-#include "native/spheres/agenda.h"
+#include "native/scheduling/event_scheduler.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "native/math/contact_time.h"
 #include "native/math/vector_math.h"
-#include "native/spheres/first_look.h"
+#include "native/scheduling/quick_reject.h"
 
 namespace carom::native {
 namespace {
@@ -32,7 +32,7 @@ const Instant& earlierOf(const Instant& one, const Instant& other) {
 bool straightContact(const Motion& motion, const Motion& other, const Vec3& acceleration,
                      double radiusSum, Instant& time) {
   const double lag = elapsed(other.since, motion.since);
-  // The motion with the earlier `since` is advanced to the later one; FirstLook does the same.
+  // The motion with the earlier `since` is advanced to the later one; QuickReject does the same.
   const bool later = lag >= 0.0;
   const Vec3& flown = later ? other.velocity : motion.velocity;
   const double half = later ? 0.5 * lag : -0.5 * lag;
@@ -71,31 +71,31 @@ Instant curvedContact(const Motion& motion, const Vec3& acceleration, const Moti
 
 }  // namespace
 
-Agenda::Agenda(const Bodies& bodies)
+EventScheduler::EventScheduler(const Bodies& bodies)
     : bodies_(bodies),
       grid_(positionsOf(bodies), bodies.radii),
       futures_(bodies.count()),
       flags_(bodies.count()),
       queue_(bodies.count()) {}
 
-bool Agenda::upToDate(const Contact& contact) const {
+bool EventScheduler::upToDate(const Contact& contact) const {
   return contact.partnerChanges == futures_[contact.partner].changes;
 }
 
-void Agenda::forget(std::uint32_t sphere) {
+void EventScheduler::forget(std::uint32_t sphere) {
   Future& future = futures_[sphere];
   ++future.changes;
   if (future.contact.partner != kNobody) future.lastPartner = future.contact.partner;
   future.contact = {};
 }
 
-void Agenda::remove(std::uint32_t sphere) {
+void EventScheduler::remove(std::uint32_t sphere) {
   grid_.remove(sphere);
   flags_[sphere] = static_cast<std::uint8_t>(kRemoved);
   futures_[sphere].crossing = Instant::never();
 }
 
-BodyId Agenda::idOf(const Contact& contact) const {
+BodyId EventScheduler::idOf(const Contact& contact) const {
   if (contact.partner == kNobody) return kNobody;
   const std::size_t count = bodies_.count();
   if (contact.partner < count) return bodies_.ids[contact.partner];
@@ -106,7 +106,7 @@ BodyId Agenda::idOf(const Contact& contact) const {
 
 /// The search for the next contact of one sphere, with the data that it reads again and again in
 /// one place.
-struct Agenda::Search {
+struct EventScheduler::Search {
   Motion motion;
   Instant now;
   Vec3 pull;                ///< m/s^2
@@ -147,7 +147,7 @@ struct Agenda::Search {
   }
 };
 
-void Agenda::lookForWalls(Search& search) const {
+void EventScheduler::lookForWalls(Search& search) const {
   const Motion& motion = search.motion;
   const Holds& holds = bodies_.holds[search.sphere];
   const double way = search.way();
@@ -175,7 +175,7 @@ void Agenda::lookForWalls(Search& search) const {
 
 /// Offers a contact with a wall or box, or the crossing of a face's border, `wait` s after the
 /// beginning of the motion.
-void Agenda::offerImmovable(double wait, std::uint32_t index, Search& search) const {
+void EventScheduler::offerImmovable(double wait, std::uint32_t index, Search& search) const {
   if (wait == kNever) return;
   const auto partner = static_cast<std::uint32_t>(bodies_.count() + index);
   const Contact contact{std::max(after(search.motion.since, wait), search.now), partner, 0};
@@ -185,7 +185,7 @@ void Agenda::offerImmovable(double wait, std::uint32_t index, Search& search) co
   search.prefer(contact, false);
 }
 
-void Agenda::lookForOscillatingWalls(Search& search) const {
+void EventScheduler::lookForOscillatingWalls(Search& search) const {
   const Motion& motion = search.motion;
   for (std::uint32_t index = bodies_.steady; index < bodies_.faces; ++index) {
     const Wall& wall = bodies_.walls[index];
@@ -202,7 +202,7 @@ void Agenda::lookForOscillatingWalls(Search& search) const {
   }
 }
 
-void Agenda::lookForBoxes(Search& search) const {
+void EventScheduler::lookForBoxes(Search& search) const {
   const Motion& motion = search.motion;
   const auto walls = static_cast<std::uint32_t>(bodies_.walls.size());
   const Holds& holds = bodies_.holds[search.sphere];
@@ -226,7 +226,7 @@ void Agenda::lookForBoxes(Search& search) const {
   }
 }
 
-void Agenda::lookAt(std::uint32_t other, Search& search) {
+void EventScheduler::lookAt(std::uint32_t other, Search& search) {
   if (bodies_.apart == 0 || search.pull == bodies_.accelerations[other]) {
     lookStraightAt(other, search);
     return;
@@ -238,7 +238,7 @@ void Agenda::lookAt(std::uint32_t other, Search& search) {
     offer({std::max(time, search.now), other, futures_[other].changes}, search);
 }
 
-void Agenda::lookStraightAt(std::uint32_t other, Search& search) {
+void EventScheduler::lookStraightAt(std::uint32_t other, Search& search) {
   Instant time;
   if (straightContact(search.motion, bodies_.motions[other], search.pull,
                       search.radius + bodies_.radii[other], time))
@@ -246,7 +246,7 @@ void Agenda::lookStraightAt(std::uint32_t other, Search& search) {
 }
 
 /// Offers a contact with a sphere as the best so far.
-void Agenda::offer(const Contact& contact, Search& search) {
+void EventScheduler::offer(const Contact& contact, Search& search) {
   const double seconds = contact.time.seconds;
   if (search.limit < seconds) return;
   const Contact& best = search.best;
@@ -262,7 +262,7 @@ void Agenda::offer(const Contact& contact, Search& search) {
 
 /// Offers a contact that is not certainly before all others: it may be tied with one or come after
 /// it.
-void Agenda::offerLate(const Contact& contact, Search& search) {
+void EventScheduler::offerLate(const Contact& contact, Search& search) {
   const Contact& best = search.best;
   const Contact& other = futures_[contact.partner].contact;
   const bool tied = other.partner != search.sphere && search.together(contact.time, other.time);
@@ -281,34 +281,34 @@ void Agenda::offerLate(const Contact& contact, Search& search) {
 }
 
 /// Marks the sphere's next contact as one of several at its instant.
-void Agenda::tie(std::uint32_t sphere) {
+void EventScheduler::tie(std::uint32_t sphere) {
   setTied(sphere, true);
   const std::uint32_t partner = futures_[sphere].contact.partner;
   if (partner < bodies_.count() && futures_[partner].contact.partner == sphere)
     setTied(partner, true);
 }
 
-struct Agenda::Look {
-  Agenda& agenda;
+struct EventScheduler::Look {
+  EventScheduler& scheduler;
   Search& search;
-  void operator()(std::uint32_t other) const { agenda.lookAt(other, search); }
-  void soon(std::uint32_t other) const { __builtin_prefetch(&agenda.bodies_.motions[other]); }
+  void operator()(std::uint32_t other) const { scheduler.lookAt(other, search); }
+  void soon(std::uint32_t other) const { __builtin_prefetch(&scheduler.bodies_.motions[other]); }
 };
 
 /// The look at candidates if all spheres have the same acceleration.
 template <bool kPulled, bool kFresh>
-struct Agenda::LookStraight : Look {
-  using First = FirstLook<kPulled, kFresh>;
-  First first;
+struct EventScheduler::LookStraight : Look {
+  using Reject = QuickReject<kPulled, kFresh>;
+  Reject reject;
 
   void both(std::uint32_t one, std::uint32_t two) const {
-    Agenda& all = this->agenda;
+    EventScheduler& all = this->scheduler;
     Search& mine = this->search;
     const Bodies& bodies = all.bodies_;
-    const typename First::Two sums{mine.radius + bodies.radii[one],
-                                   mine.radius + bodies.radii[two]};
+    const typename Reject::Two sums{mine.radius + bodies.radii[one],
+                                    mine.radius + bodies.radii[two]};
     const unsigned may =
-        first.mayMeet(bodies.motions[one], bodies.motions[two], sums, mine.horizon);
+        reject.mayMeet(bodies.motions[one], bodies.motions[two], sums, mine.horizon);
     if ((may & 1U) != 0) all.lookStraightAt(one, mine);
     if ((may & 2U) != 0 && two != one) all.lookStraightAt(two, mine);
   }
@@ -318,7 +318,7 @@ struct Agenda::LookStraight : Look {
 /// out: a sphere that comes from there into a nearer cell looks at new cells only, and would not
 /// find this one.
 template <class VisitAll>
-void Agenda::lookAround(const Vec3& position, Search& search, const VisitAll& visitAll) {
+void EventScheduler::lookAround(const Vec3& position, Search& search, const VisitAll& visitAll) {
   const CellGrid::Probe probe{position, search.radius};
   const auto straight = [&]<bool kPulled, bool kFresh>() {
     visitAll(probe, LookStraight<kPulled, kFresh>{{*this, search}, {search.motion, search.pull}});
@@ -336,7 +336,7 @@ void Agenda::lookAround(const Vec3& position, Search& search, const VisitAll& vi
   }
 }
 
-void Agenda::predict(std::uint32_t sphere, const Instant& now) {
+void EventScheduler::predict(std::uint32_t sphere, const Instant& now) {
   if (removed(sphere)) {
     schedule(sphere);
     return;
@@ -362,7 +362,7 @@ void Agenda::predict(std::uint32_t sphere, const Instant& now) {
   schedule(sphere);
 }
 
-void Agenda::predictCrossing(std::uint32_t sphere, const Motion& motion) {
+void EventScheduler::predictCrossing(std::uint32_t sphere, const Motion& motion) {
   if (grid_.levelCount() == 0) return;
   const CellGrid::Crossing crossing =
       grid_.nextCrossing(sphere, {motion.position, motion.velocity, bodies_.accelerations[sphere]});
@@ -372,7 +372,7 @@ void Agenda::predictCrossing(std::uint32_t sphere, const Motion& motion) {
   flags_[sphere] = static_cast<std::uint8_t>((flags_[sphere] & kTied) | face);
 }
 
-void Agenda::cross(std::uint32_t sphere, const Instant& now) {
+void EventScheduler::cross(std::uint32_t sphere, const Instant& now) {
   Future& future = futures_[sphere];
   const unsigned face = flags_[sphere] & kFaces;
   const CellGrid::Crossing crossing{0.0, static_cast<std::uint8_t>(face / 2), face % 2 == 1};
@@ -395,14 +395,14 @@ void Agenda::cross(std::uint32_t sphere, const Instant& now) {
 
 /// Enters the sphere's next contact as its partner's too, so that other spheres no longer count on
 /// the partner.
-void Agenda::claim(std::uint32_t sphere, const Contact& found) {
+void EventScheduler::claim(std::uint32_t sphere, const Contact& found) {
   if (found.partner >= bodies_.count()) return;
   futures_[found.partner].contact = {found.time, sphere, futures_[sphere].changes};
   setTied(found.partner, tied(sphere));
   schedule(found.partner);
 }
 
-void Agenda::setTurn(std::uint32_t sphere, const Instant& time) {
+void EventScheduler::setTurn(std::uint32_t sphere, const Instant& time) {
   if (turns_.empty()) {
     if (time == Instant::never()) return;
     turns_.assign(bodies_.count(), Instant::never());
@@ -410,13 +410,13 @@ void Agenda::setTurn(std::uint32_t sphere, const Instant& time) {
   turns_[sphere] = time;
 }
 
-void Agenda::schedule(std::uint32_t sphere) {
+void EventScheduler::schedule(std::uint32_t sphere) {
   const Future& future = futures_[sphere];
   const Instant& next = earlierOf(future.contact.time, future.crossing);
   queue_.setTime(sphere, turns_.empty() ? next : earlierOf(next, turns_[sphere]));
 }
 
-bool Agenda::validate(std::uint32_t sphere, double time, std::string* why) const {
+bool EventScheduler::validate(std::uint32_t sphere, double time, std::string* why) const {
   const auto fail = [&](const char* text) {
     if (why != nullptr) *why = text;
     return false;

@@ -1,3 +1,5 @@
+#include "native/mechanics/cluster_hertz.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -5,8 +7,7 @@
 #include <utility>
 
 #include "carom/native/restitution.h"
-#include "native/spheres/cluster.h"
-#include "native/spheres/nearest_velocity.h"
+#include "native/mechanics/velocity_projection.h"
 
 namespace carom::native {
 namespace {

@@ -1,4 +1,4 @@
-#include "native/spheres/linkage.h"
+#include "native/mechanics/linkage.h"
 
 #include <algorithm>
 #include <cmath>

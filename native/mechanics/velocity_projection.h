@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "native/spheres/cluster.h"
+#include "native/mechanics/cluster.h"
 
 namespace carom::native {
 
@@ -34,7 +34,7 @@ struct ClusterSystem {
 /// 1974, chapter 23). Each step of a proximal point iteration makes it strictly convex: so
 /// dependent contacts do no harm, and residuals are taken from the velocities themselves, also
 /// where masses differ by much.
-std::vector<double> impulsesToNearest(const ClusterSystem& system,
-                                      std::span<const std::uint32_t> chosen);
+std::vector<double> projectionImpulses(const ClusterSystem& system,
+                                       std::span<const std::uint32_t> chosen);
 
 }  // namespace carom::native

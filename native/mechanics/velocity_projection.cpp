@@ -1,4 +1,4 @@
-#include "native/spheres/nearest_velocity.h"
+#include "native/mechanics/velocity_projection.h"
 
 #include <algorithm>
 #include <cmath>
@@ -219,8 +219,8 @@ void ClusterSystem::push(std::size_t contact, double impulse, std::span<Vec3> at
   at[pair.other] -= (impulse * inverseMasses[pair.other]) * pair.normal;
 }
 
-std::vector<double> impulsesToNearest(const ClusterSystem& system,
-                                      std::span<const std::uint32_t> chosen) {
+std::vector<double> projectionImpulses(const ClusterSystem& system,
+                                       std::span<const std::uint32_t> chosen) {
   const std::size_t size = chosen.size();
   if (size == 1) {
     const double opening = system.openingSpeed(chosen[0]);
