@@ -75,15 +75,17 @@ struct Holds {
   }
 };
 
-/// The moving spheres and the walls and boxes around them. Spheres are in order of their ids.
-/// Internal to native/.
+/// The moving spheres and the walls and boxes around them. Spheres are in order of their ids. What
+/// changes while a stepper runs (motions, accelerations, holds, asleep) is changed by Trajectories
+/// alone. Internal to native/.
 struct Bodies {
-  Vec3 gravity = Vec3::Zero();      ///< m/s^2
-  std::vector<Motion> motions;      ///< by sphere
-  std::vector<Vec3> accelerations;  ///< m/s^2, by sphere
-  std::vector<Holds> holds;         ///< by sphere
-  std::vector<double> radii;        ///< m, by sphere
-  std::vector<BodyId> ids;          ///< by sphere, ascending
+  Vec3 gravity = Vec3::Zero();       ///< m/s^2
+  std::vector<Motion> motions;       ///< by sphere
+  std::vector<Vec3> accelerations;   ///< m/s^2, by sphere
+  std::vector<Holds> holds;          ///< by sphere
+  std::vector<std::uint8_t> asleep;  ///< by sphere: 1 if it is at rest and does not yield
+  std::vector<double> radii;         ///< m, by sphere
+  std::vector<BodyId> ids;           ///< by sphere, ascending
   std::vector<Wall> walls;   ///< steady planes, then planes that oscillate, then faces of boxes
   std::uint32_t steady = 0;  ///< number of walls before the first that oscillates
   std::uint32_t faces = 0;   ///< number of walls before the first face of a box
@@ -92,6 +94,7 @@ struct Bodies {
   std::size_t apart = 0;  ///< number of spheres whose acceleration is not gravity
 
   std::size_t count() const { return motions.size(); }  ///< number of spheres
+  bool isAsleep(std::size_t sphere) const { return asleep[sphere] != 0; }
 
   Motion at(std::size_t sphere, const Instant& instant) const {
     return motions[sphere].at(instant, accelerations[sphere]);
@@ -133,5 +136,9 @@ struct Bodies {
     return std::abs(along) > level ? along : 0.0;
   }
 };
+
+/// Returns the bodies of a world at time 0; `listed` holds, by sphere, its position in
+/// `world.spheres`.
+Bodies bodiesOf(const SphereWorld& world, std::span<const std::uint32_t> listed);
 
 }  // namespace carom::native

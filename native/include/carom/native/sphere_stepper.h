@@ -29,7 +29,7 @@ struct SphereState {
 struct SphereStepperCounters {
   std::uint64_t collisions = 0;     ///< reported collisions, two events each
   std::uint64_t restContacts = 0;   ///< contacts slower than restSpeed, not reported
-  std::uint64_t laidDown = 0;       ///< times that a sphere was put to sleep
+  std::uint64_t putToSleep = 0;       ///< times that a sphere was put to sleep
   std::uint64_t woken = 0;          ///< times that a sphere was woken
   std::uint64_t collapses = 0;      ///< runs of contacts too dense to follow; see SphereStepper
   std::uint64_t jammed = 0;         ///< jammed spheres, which no longer collide; see SphereStepper
