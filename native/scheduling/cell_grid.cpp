@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "native/math/contact_time.h"
 
@@ -14,7 +15,7 @@ namespace {
 constexpr double kMargin = 1.0 + 1e-9;
 /// Least width of cells as a share of the mean spacing: fewer crossings where spheres are far
 /// apart.
-constexpr double kOfSpacing = 0.5;
+constexpr double kLeastWidth = 0.5;
 constexpr int kLeastBits = 2;    ///< so that three neighbouring cells are different
 constexpr int kMostLevels = 20;  ///< for radii 10^6 apart; smaller spheres share the last level
 constexpr int kMostTableBits = 30;
@@ -81,6 +82,29 @@ int cellBits(const Extent& extent, double width, int halvings) {
   return std::min(std::max(needed, kCellBits), kMostCellBits - halvings);
 }
 
+/// Widths of the cells: halved from level to level, from the widest, which suits the largest
+/// sphere, down to one that suits the smallest.
+struct Widths {
+  double widest = 0.0;  ///< m
+  int halvings = 0;
+
+  double at(int level) const { return std::ldexp(widest, level - halvings); }  ///< m
+  int levelFor(double radius) const {
+    int level = 0;
+    while (at(level) < 2.0 * radius * kMargin)
+      ++level;
+    return level;
+  }
+};
+
+Widths widthsFor(const Extent& extent, std::span<const double> radii) {
+  const auto [least, largest] = std::ranges::minmax(radii);
+  const double spacing = kLeastWidth * meanSpacing(extent, 2.0 * largest, radii.size());
+  const double widest = std::max(2.0 * largest * kMargin, spacing);
+  const double finest = std::max(2.0 * least * kMargin, spacing);
+  return {widest, std::clamp(std::ilogb(widest / finest), 0, kMostLevels)};
+}
+
 }  // namespace
 
 CellGrid::CellGrid(std::span<const Vec3> positions, std::span<const double> radii) {
@@ -89,53 +113,54 @@ CellGrid::CellGrid(std::span<const Vec3> positions, std::span<const double> radi
     std::iota(few_.begin(), few_.end(), 0U);
     return;
   }
-  const auto [least, largest] = std::ranges::minmax(radii);
   const Extent extent = extentOf(positions);
   middle_ = 0.5 * extent.low + 0.5 * extent.high;
-  const double spacing = kOfSpacing * meanSpacing(extent, 2.0 * largest, radii.size());
-  // Widths are halved from the largest one down to that of the smallest sphere.
-  const double widest = std::max(2.0 * largest * kMargin, spacing);
-  const double finest = std::max(2.0 * least * kMargin, spacing);
-  const int halvings = std::clamp(std::ilogb(widest / finest), 0, kMostLevels);
-  const auto levelFor = [&](double radius) {
-    int level = 0;
-    while (std::ldexp(widest, level - halvings) < 2.0 * radius * kMargin)
-      ++level;
-    return level;
-  };
+  const Widths widths = widthsFor(extent, radii);
   std::array<std::size_t, kMostLevels + 1> populations{};
   for (const double radius : radii)
-    ++populations[static_cast<std::size_t>(levelFor(radius))];
-  const int coarsestBits = cellBits(extent, widest, halvings);
+    ++populations[static_cast<std::size_t>(widths.levelFor(radius))];
+  const int coarsestBits = cellBits(extent, widths.widest, widths.halvings);
   std::array<std::uint8_t, kMostLevels + 1> place{};
   std::size_t natives = 0;
-  for (int level = 0; level <= halvings; ++level) {
+  for (int level = 0; level <= widths.halvings; ++level) {
     const auto index = static_cast<std::size_t>(level);
     place[index] = static_cast<std::uint8_t>(levels_.size());
     natives += populations[index];
     if (populations[index] == 0) continue;
-    Level& made = levels_.emplace_back();
-    made.width = std::ldexp(widest, level - halvings);
-    made.shift = level;
-    made.end = std::int32_t{1} << (coarsestBits + halvings - level);
-    const std::array<int, 3> bits = tableBits(extent, made.width, natives);
-    made.shifts = {0, bits[0], bits[0] + bits[1]};
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      made.masks[axis] = ((Slot{1} << bits[axis]) - 1) << made.shifts[axis];
-    const std::size_t slots = std::size_t{1} << (bits[0] + bits[1] + bits[2]);
-    made.natives.assign(slots, kNobody);
-    if (levels_.size() > 1) made.visitors.assign(slots, kNobody);
-    made.next.assign(radii.size(), kNobody);
-    made.previous.assign(radii.size(), kNobody);
+    Level added;
+    added.width = widths.at(level);
+    added.shift = level;
+    added.end = std::int32_t{1} << (coarsestBits + widths.halvings - level);
+    const std::array<int, 3> bits = tableBits(extent, added.width, natives);
+    addLevel(std::move(added), bits, radii.size());
   }
   for (std::uint32_t sphere = 0; sphere < radii.size(); ++sphere) {
-    const std::size_t home = place[static_cast<std::size_t>(levelFor(radii[sphere]))];
+    const std::size_t home = place[static_cast<std::size_t>(widths.levelFor(radii[sphere]))];
     levels_[home].largest = std::max(levels_[home].largest, radii[sphere]);
-    levelOf_.push_back(static_cast<std::uint8_t>(home));
-    cells_.push_back(cellOf(positions[sphere], levels_[home]));
-    for (std::size_t level = home; level < levels_.size(); ++level)
-      enter(sphere, level, cellAt(sphere, levels_[level]));
+    addSphere(positions[sphere], home);
   }
+}
+
+/// Adds a level with a table of these bits by axis, empty, for `spheres` spheres.
+void CellGrid::addLevel(Level level, const std::array<int, 3>& bits, std::size_t spheres) {
+  level.shifts = {0, bits[0], bits[0] + bits[1]};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    level.masks[axis] = ((Slot{1} << bits[axis]) - 1) << level.shifts[axis];
+  const std::size_t slots = std::size_t{1} << (bits[0] + bits[1] + bits[2]);
+  level.natives.assign(slots, kNobody);
+  if (!levels_.empty()) level.visitors.assign(slots, kNobody);
+  level.next.assign(spheres, kNobody);
+  level.previous.assign(spheres, kNobody);
+  levels_.push_back(std::move(level));
+}
+
+/// Adds the next sphere, which lives on level `home`.
+void CellGrid::addSphere(const Vec3& position, std::size_t home) {
+  const auto sphere = static_cast<std::uint32_t>(cells_.size());
+  levelOf_.push_back(static_cast<std::uint8_t>(home));
+  cells_.push_back(cellOf(position, levels_[home]));
+  for (std::size_t level = home; level < levels_.size(); ++level)
+    enter(sphere, level, cellAt(sphere, levels_[level]));
 }
 
 CellGrid::Cell CellGrid::cellOf(const Vec3& position, const Level& level) const {

@@ -108,6 +108,8 @@ class CellGrid {
 
   static Slot slotPart(const Level& level, std::size_t axis, std::int32_t cell);
   static Slot slot(const Level& level, const Cell& cell);
+  void addLevel(Level level, const std::array<int, 3>& bits, std::size_t spheres);
+  void addSphere(const Vec3& position, std::size_t home);
   Cell cellOf(const Vec3& position, const Level& level) const;
   Cell cellAt(std::uint32_t sphere, const Level& level) const;
   void enter(std::uint32_t sphere, std::size_t level, const Cell& cell);
