@@ -10,12 +10,12 @@
 namespace carom::native {
 namespace {
 
-constexpr std::size_t kMostRounds = 100'000;
-constexpr std::size_t kMostDampedRounds = 1000;  ///< plus the number of contacts
-constexpr int kMostEndings = 4;
-/// Relative to the fastest first approach: slower ones are ended.
+constexpr std::size_t kMostRounds = 100'000;     ///< rounds if all contacts are elastic
+constexpr std::size_t kMostDampedRounds = 1000;  ///< rounds otherwise, plus one for each contact
+constexpr int kMostEndings = 4;  ///< passes over all contacts that end what still approaches
+/// Approach, relative to the fastest first one, below which damped contacts are ended.
 constexpr double kCollapsed = 1e-9;
-/// Relative to the fastest approach: slower contacts wait for the next round.
+/// Approach, relative to the fastest one, below which contacts wait for the next round.
 constexpr double kTogether = 1e-3;
 
 using Indices = std::vector<std::uint32_t>;
@@ -76,15 +76,15 @@ double Reflections::fastest(const Indices& chosen) const {
   return found;
 }
 
-/// False if the rounds end: damped contacts may make each other approach for ever, by ever less,
-/// which is cut short.
+/// True if these contacts are reflected in another round. Damped contacts may make each other
+/// approach for ever, by ever less: their rounds are cut short.
 bool Reflections::goesOn(const Indices& chosen, std::size_t round) const {
   if (chosen.empty()) return false;
   if (elastic_) return round < kMostRounds;
   return round < kMostDampedRounds + system_.contacts.size() && fastest(chosen) > collapsed_;
 }
 
-/// Groups of contacts that movable bodies link.
+/// Divides the contacts into groups that have no movable body in common.
 std::vector<Indices> Reflections::independent(const Indices& chosen) const {
   if (chosen.size() == 1) return {chosen};
   DisjointSets links(system_.velocities.size());
@@ -120,8 +120,8 @@ double Reflections::energyOf(const Indices& chosen, const std::vector<double>& i
   return energy;
 }
 
-/// Share of each e that may be given back, so that no more energy results than with the largest e
-/// for all.
+/// Factor on all restitutions by which the contacts give back no more energy than with the largest
+/// restitution for all of them.
 double Reflections::givenBack(const Indices& chosen, const std::vector<double>& impulses) const {
   const auto restitutionOf = [&](std::uint32_t contact) {
     return system_.contacts[contact].restitution;

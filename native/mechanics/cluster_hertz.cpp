@@ -12,18 +12,21 @@
 namespace carom::native {
 namespace {
 
-constexpr double kLowestRestitution = 0.05;  ///< the same as in audio/model/pulse.h
+constexpr double kLowestRestitution =
+    0.05;  ///< least e of a pair, the same as in audio/model/pulse.h
 /// Error of a step, relative to the cluster's speeds and overlaps.
 constexpr double kStepTolerance = 1e-13;
-constexpr double kFirstStep = 1e-3;    ///< relative to the duration of the shortest contact
-constexpr double kLongestStep = 0.25;  ///< relative to the duration of the shortest contact
-constexpr int kOrderGain = 64;         ///< factor by which half a step reduces the error
+constexpr double kFirstStep =
+    1e-3;  ///< first step, relative to the duration of the shortest contact
+constexpr double kLongestStep =
+    0.25;                       ///< longest step, relative to the duration of the shortest contact
+constexpr int kOrderGain = 64;  ///< factor by which half a step reduces the error
 constexpr int kMostClusterSteps = 1'000'000;
-/// Relative to the cluster's speed: slower approaches are left out.
+/// Approach, relative to the cluster's speed, below which a contact is left to reflectCluster.
 constexpr double kStill = 1e-11;
-/// Relative to the first overlap to be expected: less is rounding.
+/// Overlap, relative to the one that the first impact makes, up to which it is rounding.
 constexpr double kOpen = 1e-10;
-constexpr double kSmallArgument = 0.125;
+constexpr double kSmallArgument = 0.125;  ///< |z| up to which ln(1 + z) is summed as a series
 
 // ---- Restitution
 

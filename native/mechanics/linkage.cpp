@@ -11,8 +11,8 @@
 namespace carom::native {
 namespace {
 
-constexpr int kMostRodIterations = 12;   ///< Newton's method takes three or four
-constexpr double kRodTolerance = 1e-15;  ///< relative to the square of a rod's length
+constexpr int kMostRodIterations = 12;   ///< of Newton's method, which takes three or four
+constexpr double kRodTolerance = 1e-15;  ///< of a squared length, relative to it
 
 Vec3 directionOf(const Vec3& vector) {
   const double length = lengthOf(vector);

@@ -7,7 +7,7 @@
 
 namespace carom::native {
 
-/// Largest number of surfaces: one sphere has at most 12 equal neighbours.
+/// Largest number of surfaces for carriedBy: more than the 12 equal spheres that may surround one.
 inline constexpr std::size_t kMostSurfaces = 24;
 
 /// The motion of a sphere that touches immovable surfaces and does not leave them.

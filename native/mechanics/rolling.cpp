@@ -11,8 +11,8 @@ namespace carom::native {
 namespace {
 
 constexpr double kTurn = 0.05;          ///< rad, largest turn of a direction in one course
-constexpr double kLongestTurn = 2e-3;   ///< s, longest such course
-constexpr double kStillTime = 1e-9;     ///< s, times the support: a slower motion is rounding
+constexpr double kLongestTurn = 2e-3;   ///< s, longest course whose direction turns
+constexpr double kStillTime = 1e-9;     ///< s; slower than this times the support is rounding
 constexpr double kAligned = 1e-12;      ///< relative to the pull: a smaller part across is rounding
 constexpr double kInertia = 2.0 / 5.0;  ///< moment of inertia over m r^2
 

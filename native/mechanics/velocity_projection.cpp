@@ -10,11 +10,12 @@
 namespace carom::native {
 namespace {
 
-constexpr double kSpeedRounding = 2e-15;  ///< relative to the speeds whose difference is taken
-constexpr double kProximity = 1e-9;       ///< weight of the proximal term; the diagonals are 1
+constexpr double kSpeedRounding =
+    2e-15;  ///< of a speed, relative to the speeds whose difference is taken
+constexpr double kProximity = 1e-9;  ///< weight of the proximal term; the diagonals are 1
 constexpr int kMostProximalSteps = 100;
-constexpr double kWorthwhile = 0.9;  ///< a step must shrink the residuals at least by this factor
-constexpr double kSmallestPivot = 1e-20;
+constexpr double kWorthwhile = 0.9;  ///< factor by which a step must shrink the residuals at least
+constexpr double kSmallestPivot = 1e-20;  ///< pivot that stands for one that rounding took
 
 /// The quadratic programme min y.Q y / 2 + r.y over y >= -y0, around y0, for positive definite Q.
 class StrictProgramme {

@@ -16,7 +16,7 @@ struct ClusterSystem {
   double openingSpeed(std::size_t contact) const { return openingSpeed(contact, velocities); }
   /// Opening speed in m/s of the contact if the bodies have the velocities `at`.
   double openingSpeed(std::size_t contact, std::span<const Vec3> at) const;
-  /// Opening speed in m/s that may be rounding.
+  /// Opening speed in m/s of the contact that may be rounding of the velocities `at`.
   double rounding(std::size_t contact, std::span<const Vec3> at) const;
   /// Adds to `at` the effect of an impulse (in the units of the masses).
   void push(std::size_t contact, double impulse, std::span<Vec3> at) const;

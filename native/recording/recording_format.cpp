@@ -42,7 +42,7 @@ constexpr unsigned kCollisionFlags = 0x1F;
 constexpr std::uint64_t kHasApplied = std::uint64_t{1} << kEventFields;
 constexpr std::uint64_t kIdsFollow = kHasApplied << 1U;
 
-/// Relative to gravity: a smaller component along a normal is rounding.
+/// Component along a normal, relative to gravity, up to which it is rounding.
 constexpr double kLevel = 1e-15;
 constexpr std::size_t kHeaderSize = kRecordingMagic.size() + sizeof(std::uint32_t);
 constexpr std::size_t kChecksumSize = sizeof(std::uint64_t);
@@ -84,8 +84,8 @@ struct Impact {
   }
 };
 
-/// The two bodies of the last collision and the velocities with which their next segments begin if
-/// nothing else is said.
+/// The two bodies of the last collision, and the velocities with which their next segments begin
+/// unless their records say otherwise.
 struct Aftermath {
   std::uint32_t first = Recording::kNobody;
   std::uint32_t second = Recording::kNobody;
@@ -141,7 +141,7 @@ class Pass {
   double level_ = 0.0;                  // m/s^2
 };
 
-/// Motion of the sphere after `instant` if its record says nothing else.
+/// Motion of the sphere from `instant` on, unless its record says otherwise.
 Motion Pass::expected(std::uint32_t sphere, const Instant& instant) const {
   Motion motion = segment(sphere).at(instant);
   if (!same(instant, aftermath_.time)) return motion;

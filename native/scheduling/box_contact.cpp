@@ -9,7 +9,7 @@
 namespace carom::native {
 namespace {
 
-/// Relative to the speed; slower approach to an edge counts as none.
+/// Least approach to an edge, relative to the speed: a slower one is rounding, and counts as none.
 constexpr double kParallel = 1e-14;
 constexpr double kSurely = 1.0 + 1e-9;  ///< factor that covers the rounding of a distance
 

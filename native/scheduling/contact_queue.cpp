@@ -8,12 +8,14 @@
 namespace carom::native {
 namespace {
 
-constexpr double kLastDay = 0x1p62;
-constexpr double kMostDaysPerSecond = 1e100;  ///< so that every time has a day
-constexpr double kSpheresPerDay = 1.0;        ///< the aim
-constexpr std::uint64_t kAdaptAfter = 512;    ///< searches; or the number of spheres, if larger
-constexpr std::uint64_t kTolerable = 6;       ///< visits for each search
-constexpr std::int64_t kEmptyDays = 256;      ///< in a row, before all spheres are looked at
+constexpr double kLastDay = 0x1p62;           ///< number of the day that holds all later times
+constexpr double kMostDaysPerSecond = 1e100;  ///< limit by which every time has a day
+constexpr double kSpheresPerDay = 1.0;        ///< number of spheres due in a day that is aimed at
+/// Least number of searches between two changes of the span of a day; the number of spheres, if
+/// that is larger.
+constexpr std::uint64_t kAdaptAfter = 512;
+constexpr std::uint64_t kTolerable = 6;   ///< visits for each search that are cheap enough
+constexpr std::int64_t kEmptyDays = 256;  ///< empty days in a row after which all spheres are read
 
 }  // namespace
 

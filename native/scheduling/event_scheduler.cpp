@@ -10,9 +10,9 @@
 namespace carom::native {
 namespace {
 
-constexpr double kTimeRounding = 1e-9;     ///< relative; certainly covers the rounding of a time
-constexpr double kResolution = 4e-16;      ///< relative, of a time's seconds without the rest
-constexpr double kTieReach = 1e-9;         ///< in radii, a sphere's way between tied contacts
+constexpr double kTimeRounding = 1e-9;  ///< share of a time that certainly covers its rounding
+constexpr double kResolution = 4e-16;   ///< share of a time that its seconds alone cannot resolve
+constexpr double kTieReach = 1e-9;      ///< radii that a sphere travels between tied contacts
 constexpr double kHeightRounding = 1e-15;  ///< rounding of a height, relative to the coordinates
 
 std::vector<Vec3> positionsOf(const Bodies& bodies) {
@@ -288,16 +288,18 @@ void EventScheduler::tie(std::uint32_t sphere) {
     setTied(partner, true);
 }
 
-struct EventScheduler::Look {
+/// Looks at each sphere that the grid visits.
+struct EventScheduler::CandidateVisitor {
   EventScheduler& scheduler;
   Search& search;
   void operator()(std::uint32_t other) const { scheduler.lookAt(other, search); }
   void soon(std::uint32_t other) const { __builtin_prefetch(&scheduler.bodies_.motions[other]); }
 };
 
-/// The look at candidates if all spheres have the same acceleration.
+/// Looks at the spheres that the grid visits, two at a time through QuickReject. Only if all
+/// spheres have the same acceleration.
 template <bool kPulled, bool kFresh>
-struct EventScheduler::LookStraight : Look {
+struct EventScheduler::RejectingVisitor : CandidateVisitor {
   using Reject = QuickReject<kPulled, kFresh>;
   Reject reject;
 
@@ -321,12 +323,13 @@ template <class VisitAll>
 void EventScheduler::lookAround(const Vec3& position, Search& search, const VisitAll& visitAll) {
   const CellGrid::Probe probe{position, search.radius};
   const auto straight = [&]<bool kPulled, bool kFresh>() {
-    visitAll(probe, LookStraight<kPulled, kFresh>{{*this, search}, {search.motion, search.pull}});
+    visitAll(probe,
+             RejectingVisitor<kPulled, kFresh>{{*this, search}, {search.motion, search.pull}});
   };
   const bool pulled = search.pull != Vec3::Zero();
   const bool fresh = search.motion.since == search.now;
   if (bodies_.apart > 0) {
-    visitAll(probe, Look{*this, search});
+    visitAll(probe, CandidateVisitor{*this, search});
   } else if (pulled) {
     fresh ? straight.template operator()<true, true>()
           : straight.template operator()<true, false>();

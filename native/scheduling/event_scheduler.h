@@ -38,7 +38,9 @@ class EventScheduler {
   /// Keeps a reference to `bodies`, which must outlive the scheduler.
   explicit EventScheduler(const Bodies& bodies);
 
-  std::uint32_t first() { return queue_.earliest(); }  ///< sphere of the next event, or kNobody
+  /// The sphere whose event is the next of all; kNobody if nothing will happen any more.
+  std::uint32_t first() { return queue_.earliest(); }
+  /// Instant of the sphere's next event.
   const Instant& time(std::uint32_t sphere) const { return queue_.time(sphere); }
   /// True if the sphere leaves its cell next, instead of meeting another sphere or a wall.
   bool crosses(std::uint32_t sphere) const {
@@ -60,7 +62,7 @@ class EventScheduler {
   /// Discards the prediction of a sphere whose motion has changed, and marks those that others made
   /// with it as outdated. Must be called for all spheres that have changed before any is predicted.
   void forget(std::uint32_t sphere);
-  /// Finds the sphere's next contact and crossing from `now` on.
+  /// Finds the sphere's next contact and crossing from `now` on, and queues the earlier one.
   void predict(std::uint32_t sphere, const Instant& now);
   /// Schedules that the sphere's motion changes by itself at `time`, unless something else changes
   /// it before; Instant::never() cancels this. Must be called before `predict`.
@@ -79,8 +81,10 @@ class EventScheduler {
     grid_.visitNear(sphere, {position, bodies_.radii[sphere], way}, visit);
   }
 
+  /// True if what is scheduled for the sphere is consistent at `time` s; if not, `why` (may be
+  /// null) says what is wrong.
   bool validate(std::uint32_t sphere, double time, std::string* why) const;
-  bool queueValid() const { return queue_.valid(); }
+  bool isQueueValid() const { return queue_.valid(); }  ///< true if the queue is in order
 
  private:
   static constexpr unsigned kFaces = 0x07;
@@ -88,9 +92,9 @@ class EventScheduler {
   static constexpr unsigned kTied = 0x80;
 
   struct Search;
-  struct Look;
+  struct CandidateVisitor;
   template <bool kPulled, bool kFresh>
-  struct LookStraight;
+  struct RejectingVisitor;
   struct Future {
     Contact contact;
     Instant crossing = Instant::never();

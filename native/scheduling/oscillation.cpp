@@ -9,7 +9,7 @@
 namespace carom::native {
 namespace {
 
-constexpr double kPathRounding = 1e-15;  ///< relative to the way travelled
+constexpr double kPathRounding = 1e-15;  ///< of a position, relative to the way travelled
 
 /// Taylor's coefficients up to y^17 and y^16: for |y| <= pi / 4 the next terms are below 1e-17.
 constexpr int kTerms = 9;

@@ -163,7 +163,7 @@ double Simulation::potentialEnergy() const {
 }
 
 bool Simulation::validate(std::string* why) const {
-  if (!scheduler_.queueValid()) return fail(why, "the contact queue is out of order");
+  if (!scheduler_.isQueueValid()) return fail(why, "the contact queue is out of order");
   std::size_t apart = 0;
   for (std::size_t sphere = 0; sphere < sphereCount(); ++sphere) {
     if (bodies_.accelerations[sphere] != bodies_.gravity) ++apart;
