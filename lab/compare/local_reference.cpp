@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "native/math/contact_time.h"
-#include "native/spheres/box_contact.h"
+#include "native/scheduling/box_contact.h"
 
 namespace carom::lab {
 

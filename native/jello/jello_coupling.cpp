@@ -58,7 +58,7 @@ Status JelloCoupling::advance() {
   for (std::size_t ball = 0; ball < balls.size(); ++ball) {
     if (!touches[ball].isThere) continue;
     impulses[ball] += balls[ball].mass * jello_.ballVelocity(ball);
-    feel(ball, touches[ball], begin, impulses[ball]);
+    addImpulse(ball, touches[ball], begin, impulses[ball]);
     spheres_.push(ball, firstShare_ * impulses[ball]);
   }
   const std::span<const ImpulseEvent> collisions = spheres_.advanceTo(jello_.time());
@@ -67,20 +67,20 @@ Status JelloCoupling::advance() {
     if (firstShare_ < 1.0 && touches[ball].isThere)
       spheres_.push(ball, (1.0 - firstShare_) * impulses[ball]);
   endTouches();
-  lead();
+  placeBalls();
   return std::monostate{};
 }
 
 /// Moves the jello's balls to the places of the spheres.
-void JelloCoupling::lead() {
+void JelloCoupling::placeBalls() {
   for (std::size_t ball = 0; ball < touches_.size(); ++ball) {
     const SphereState state = spheres_.state(ball);
     jello_.setBall(ball, state.position, state.velocity);
   }
 }
 
-void JelloCoupling::feel(std::size_t ball, const JelloTouch& touch, double begin,
-                         const Vec3& impulse) {
+void JelloCoupling::addImpulse(std::size_t ball, const JelloTouch& touch, double begin,
+                               const Vec3& impulse) {
   std::optional<Touch>& current = touches_[ball];
   if (!current && touch.impulse.isZero(0.0)) return;
   if (!current) {
@@ -99,12 +99,12 @@ void JelloCoupling::endTouches() {
     std::optional<Touch>& touch = touches_[ball];
     if (!touch) continue;
     const bool isOver = now - touch->last > kSameTouch + jello_.step();
-    if (!touch->isTold && (isOver || now - touch->begin > kLongestTouch)) tell(ball, *touch);
+    if (!touch->isTold && (isOver || now - touch->begin > kLongestTouch)) report(ball, *touch);
     if (isOver) touch.reset();
   }
 }
 
-void JelloCoupling::tell(std::size_t ball, Touch& touch) {
+void JelloCoupling::report(std::size_t ball, Touch& touch) {
   touch.isTold = true;
   const double size = touch.impulse.norm();
   if (!(touch.approachSpeed > 0.0 && touch.approachSpeed >= restSpeed_ && size > 0.0)) return;

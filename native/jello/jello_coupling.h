@@ -27,7 +27,8 @@ JelloWorld withSpheres(JelloWorld jello, const SphereWorld& spheres);
 /// Events: those of the spheres, and a pair for each touch of a sphere and the jello that began at
 /// SphereWorld::restSpeed or faster. Their time is the begin of the step in which the touch began;
 /// their impulse is that of the whole touch, or of its first kLongestTouch: the remainder is rest.
-/// A touch that is felt again within kSameTouch has not ended. [physics thread]
+/// A touch that begins again within kSameTouch after its end is still the same one. [physics
+/// thread]
 class JelloCoupling {
  public:
   static constexpr double kLongestTouch = 0.05;  ///< s
@@ -53,26 +54,26 @@ class JelloCoupling {
   /// A touch of one sphere and the jello, with their states at its begin.
   struct Touch {
     double begin = 0.0;  // s
-    double last = 0.0;   // s, begin of the last step in which it was felt
+    double last = 0.0;   // s, begin of the last step in which the two were in contact
     Vec3 impulse = Vec3::Zero();
     Vec3 point = Vec3::Zero();
     SphereState sphere = {};
     Vec3 jelloVelocity = Vec3::Zero();
     double approachSpeed = 0.0;  // m/s
-    bool isTold = false;         // its events have been returned: the remainder is rest
+    bool isTold = false;         // true once its events are returned: the remainder is rest
   };
 
   JelloCoupling(JelloStepper jello, SphereStepper spheres, double restSpeed);
-  void feel(std::size_t ball, const JelloTouch& touch, double begin, const Vec3& impulse);
+  void addImpulse(std::size_t ball, const JelloTouch& touch, double begin, const Vec3& impulse);
   void endTouches();
-  void tell(std::size_t ball, Touch& touch);
-  void lead();
+  void report(std::size_t ball, Touch& touch);
+  void placeBalls();
 
   JelloStepper jello_;
   SphereStepper spheres_;
-  double restSpeed_;  // m/s
-  double firstShare_;
-  double jelloMass_;                           // kg
+  double restSpeed_;   // m/s
+  double firstShare_;  // share of the jello's impulse that acts at the begin of a step
+  double jelloMass_;   // kg
   std::vector<std::optional<Touch>> touches_;  // by ball
   std::vector<ImpulseEvent> events_;
 };

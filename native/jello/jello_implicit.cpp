@@ -57,11 +57,11 @@ struct JelloImplicit::Parts {
 };
 
 void JelloImplicit::addContacts(const std::vector<Vec3>& positions, Parts& parts) const {
-  const JelloWorld& world = of_.world;
+  const JelloWorld& world = step_.world;
   const auto [stiffness, damping] = world.contact;
   const std::size_t points = world.pointCount();
   const std::size_t walled = world.ballsAreLed ? points : positions.size();
-  for (const JelloWall& wall : of_.walls) {
+  for (const JelloWall& wall : step_.walls) {
     const Vec3 normal(wall.normal[0], wall.normal[1], wall.normal[2]);
     for (std::size_t index = 0; index < walled; ++index) {
       const double radius = index < points ? 0.0 : world.balls[index - points].radius;
@@ -77,8 +77,8 @@ void JelloImplicit::addContacts(const std::vector<Vec3>& positions, Parts& parts
       places[axis].push_back(positions[point][static_cast<Eigen::Index>(axis)]);
   for (std::size_t ball = 0; ball < world.balls.size(); ++ball) {
     const double radius = world.balls[ball].radius;
-    const auto contact = of_.skin.meet({places[0].data(), places[1].data(), places[2].data()},
-                                       positions[points + ball], radius);
+    const auto contact = step_.skin.meet({places[0].data(), places[1].data(), places[2].data()},
+                                         positions[points + ball], radius);
     if (contact) {
       const Matrix along = contact->normal * contact->normal.transpose();
       parts.among<4>({contact->points[0], contact->points[1], contact->points[2], points + ball},
@@ -99,22 +99,22 @@ void JelloImplicit::addContacts(const std::vector<Vec3>& positions, Parts& parts
 Eigen::VectorXd JelloImplicit::velocityChange(const std::vector<Vec3>& positions,
                                               const std::vector<Vec3>& velocities,
                                               const Eigen::VectorXd& forces) const {
-  Parts parts{of_.step, velocities, {}, of_.step * forces};
+  Parts parts{step_.duration, velocities, {}, step_.duration * forces};
   for (std::size_t index = 0; index < positions.size(); ++index) {
-    const double mass = index < of_.world.pointCount()
-                            ? of_.world.lattice.pointMass
-                            : of_.world.balls[index - of_.world.pointCount()].mass;
+    const double mass = index < step_.world.pointCount()
+                            ? step_.world.lattice.pointMass
+                            : step_.world.balls[index - step_.world.pointCount()].mass;
     parts.block(index, index, mass * Matrix::Identity());
   }
-  forEachSpring(of_.world.lattice, [&](std::size_t a, std::size_t b, std::size_t which) {
+  forEachSpring(step_.world.lattice, [&](std::size_t a, std::size_t b, std::size_t which) {
     const Vec3 away = positions[a] - positions[b];
     const double length = away.norm();
     if (!(length > 0.0)) return;
     const Vec3 normal = away / length;
     const Matrix along = normal * normal.transpose();
-    const double across = std::max(0.0, 1.0 - of_.springs.lengths[which] / length);
-    parts.pair(a, b, of_.springs.stiffness * (along + across * (Matrix::Identity() - along)),
-               of_.springs.damping * along);
+    const double across = std::max(0.0, 1.0 - step_.springs.lengths[which] / length);
+    parts.pair(a, b, step_.springs.stiffness * (along + across * (Matrix::Identity() - along)),
+               step_.springs.damping * along);
   });
   addContacts(positions, parts);
   Eigen::SparseMatrix<double> matrix(forces.size(), forces.size());

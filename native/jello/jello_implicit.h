@@ -10,18 +10,19 @@
 
 namespace carom::native {
 
-/// The linear system of a backward Euler step. Internal to native/.
+/// The linear system of a backward Euler step: how springs, dampers and contacts, taken as linear
+/// for the length of the step, change the velocities of all bodies at once. Internal to native/.
 class JelloImplicit {
  public:
   /// The parts of the step that the system describes; all outlive it.
-  struct Of {
+  struct Step {
     const JelloWorld& world;
     const JelloSprings& springs;
     const JelloSkin& skin;
     const std::vector<JelloWall>& walls;
-    double step;  ///< s
+    double duration;  ///< s
   };
-  explicit JelloImplicit(const Of& of) : of_(of) {}
+  explicit JelloImplicit(const Step& step) : step_(step) {}
 
   /// Returns the changes of velocity (m/s) of each point and then each ball, from places (m),
   /// velocities (m/s) and forces (N) at the begin of the step. Springs that are pressed together
@@ -35,7 +36,7 @@ class JelloImplicit {
   struct Parts;
   void addContacts(const std::vector<Vec3>& positions, Parts& parts) const;
 
-  Of of_;
+  Step step_;
 };
 
 }  // namespace carom::native

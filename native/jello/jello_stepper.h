@@ -33,14 +33,29 @@ struct JelloEnergy {
 
 /// The contact of a ball with the jello during a step.
 struct JelloTouch {
-  bool isThere = false;         ///< true if the ball touched the jello
+  bool isThere = false;         ///< true if the ball was in contact with the jello
   Vec3 impulse = Vec3::Zero();  ///< N s, on the ball
-  // Means over the places of contact, weighted by force; only valid if there is an impulse.
+  // The next two are means over the places of contact, weighted by force; only valid if there is an
+  // impulse.
   Vec3 point = Vec3::Zero();     ///< m
   Vec3 velocity = Vec3::Zero();  ///< m/s, of the jello
 };
 
-/// Steps a jello and its balls. Deterministic: the same bits on any machine, whatever its
+/// Steps a jello: a lattice of mass points that springs join, among walls and rigid balls. Unlike
+/// SphereStepper it steps in time. In each step all forces on a point are added up, and an
+/// integrator moves the points by them:
+///
+///     forces      springs (Hooke, with dampers), walls and balls (penalties), field, gravity
+///        |
+///     integrator  evaluates the forces once to four times, by JelloIntegrator
+///        |
+///     places and velocities a step later
+///
+/// Too long a step makes the motion grow without bound: jelloLimits tells which steps are stable,
+/// chooseStepping which of them is exact enough, and advance() fails when the jello has blown up.
+/// JelloCoupling puts a jello among the spheres of a SphereStepper.
+///
+/// Deterministic: the same bits on any machine, whatever its
 /// instruction set, but with backwardEuler, whose linear solver is Eigen's. A lattice of kSplitFrom
 /// points along each axis or more is computed in two halves, by a second thread if there is a
 /// second core; the bits are those of one core. [one thread]
@@ -75,13 +90,14 @@ class JelloStepper {
   double volume() const;         ///< m^3, enclosed by the outermost points, in triangles
   Vec3 centre() const;           ///< m, centre of the jello's mass
   Vec3 jelloMomentum() const;    ///< N s, without the balls
-  /// Touches in the last step, by ball.
+  /// Contacts of the balls with the jello in the last step, by ball.
   std::span<const JelloTouch> touches() const { return touches_; }
 
  private:
   JelloStepper(JelloWorld world, JelloIntegrator integrator, double step);
 
-  /// Places x, y, z, then velocities x, y, z: kJelloSlack zeros around each.
+  /// Six arrays, one after the other, by point and then ball: places x, y, z (m), velocities x, y,
+  /// z (m/s), with kJelloSlack zeros before and behind each.
   using Values = JelloValues;
   Vec3 at(std::size_t array, std::size_t index) const;
   void put(std::size_t array, std::size_t index, const Vec3& value);
@@ -114,10 +130,10 @@ class JelloStepper {
   JelloSprings springs_;
   JelloSkin skin_;
   std::vector<JelloWall> walls_;
-  Values now_;
-  Values before_;
+  Values now_;                           // state at time()
+  Values before_;                        // state before the last step
   std::array<Values, 4> accelerations_;  // x, y and z in m/s^2, by stage
-  Values stage_;
+  Values stage_;                         // state at which an inner stage takes the forces
   Values upperForces_;                   // N, by the second half of the springs, if split
   std::unique_ptr<JelloWorker> worker_;  // null if there is no second core for it
   std::vector<double> inverseMass_;      // 1/kg, by body

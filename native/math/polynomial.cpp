@@ -11,7 +11,7 @@ namespace carom::native {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Relative size of the last step in t.
+/// Size of a step of Newton's method, relative to t, after which a zero counts as found.
 constexpr double kEnough = 4.0 * std::numeric_limits<double>::epsilon();
 constexpr int kNewtonSteps = 12;
 constexpr int kMostBisections = 2200;  ///< bisection alone could need so many, over 1e-300 to 1e300

@@ -42,7 +42,7 @@ constexpr unsigned kCollisionFlags = 0x1F;
 constexpr std::uint64_t kHasApplied = std::uint64_t{1} << kEventFields;
 constexpr std::uint64_t kIdsFollow = kHasApplied << 1U;
 
-/// Relative to gravity: a smaller component along a normal is rounding.
+/// Component along a normal, relative to gravity, up to which it is rounding.
 constexpr double kLevel = 1e-15;
 constexpr std::size_t kHeaderSize = kRecordingMagic.size() + sizeof(std::uint32_t);
 constexpr std::size_t kChecksumSize = sizeof(std::uint64_t);
@@ -84,8 +84,8 @@ struct Impact {
   }
 };
 
-/// The two bodies of the last collision and the velocities with which their next segments begin if
-/// nothing else is said.
+/// The two bodies of the last collision, and the velocities with which their next segments begin
+/// unless their records say otherwise.
 struct Aftermath {
   std::uint32_t first = Recording::kNobody;
   std::uint32_t second = Recording::kNobody;
@@ -141,7 +141,7 @@ class Pass {
   double level_ = 0.0;                  // m/s^2
 };
 
-/// Motion of the sphere after `instant` if its record says nothing else.
+/// Motion of the sphere from `instant` on, unless its record says otherwise.
 Motion Pass::expected(std::uint32_t sphere, const Instant& instant) const {
   Motion motion = segment(sphere).at(instant);
   if (!same(instant, aftermath_.time)) return motion;
@@ -236,12 +236,12 @@ void Pass::meet(std::uint32_t sphere, std::uint32_t body, const Instant& instant
     return;
   }
   aftermath_.otherVelocity = segment(body).at(instant).velocity;
-  const Vec3 yield = known.normal / this->sphere(sphere).mass;
-  const Vec3 otherYield = -known.normal / this->sphere(body).mass;
-  const double impulse =
-      (known.approachSpeed + known.approachSpeed) / dotInOrder(known.normal, yield - otherYield);
-  aftermath_.velocity += impulse * yield;
-  aftermath_.otherVelocity += impulse * otherYield;
+  const Vec3 velocityChange = known.normal / this->sphere(sphere).mass;
+  const Vec3 otherVelocityChange = -known.normal / this->sphere(body).mass;
+  const double impulse = (known.approachSpeed + known.approachSpeed) /
+                         dotInOrder(known.normal, velocityChange - otherVelocityChange);
+  aftermath_.velocity += impulse * velocityChange;
+  aftermath_.otherVelocity += impulse * otherVelocityChange;
 }
 
 /// One function for each part of a recording, which writes it or reads it, depending on Archive.

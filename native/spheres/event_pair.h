@@ -9,20 +9,20 @@ namespace carom::native {
 
 /// A collision as its first body sees it, before the velocities change.
 struct Impact {
-  Vec3 normal;  ///< unit, towards the first body
-  double approachSpeed = 0.0;
-  double effectiveMass = 0.0;
-  double impulse = 0.0;  ///< N s, on the first body along the normal
+  Vec3 normal;                 ///< unit, towards the first body
+  double approachSpeed = 0.0;  ///< m/s
+  double effectiveMass = 0.0;  ///< kg
+  double impulse = 0.0;        ///< N s, on the first body along the normal
 };
 
 /// One of the two bodies of an impact.
 struct Side {
   BodyId id = 0;
-  double radius = kNever;  ///< m
-  Vec3 position;
-  Vec3 velocity;
-  Quat orientation = Quat::Identity();
-  Vec3 spin = Vec3::Zero();
+  double radius = kNever;               ///< m, infinite for a plane or face
+  Vec3 position;                        ///< m, world frame
+  Vec3 velocity;                        ///< m/s, world frame
+  Quat orientation = Quat::Identity();  ///< body to world
+  Vec3 spin = Vec3::Zero();             ///< rad/s, world frame
 };
 
 /// Returns the two events, at `time` s, of a collision of `first`, which is a sphere, with

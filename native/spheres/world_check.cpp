@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "native/math/vector_math.h"
-#include "native/spheres/box_contact.h"
-#include "native/spheres/cell_grid.h"
-#include "native/spheres/oscillation.h"
+#include "native/scheduling/box_contact.h"
+#include "native/scheduling/cell_grid.h"
+#include "native/scheduling/oscillation.h"
 
 namespace carom::native {
 namespace {

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "native/math/contact_time.h"
-#include "native/spheres/box_contact.h"
-#include "native/spheres/oscillation.h"
+#include "native/scheduling/box_contact.h"
+#include "native/scheduling/oscillation.h"
 #include "scenes/format/scene_ranges.h"
 
 namespace carom::scenes {

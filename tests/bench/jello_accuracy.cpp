@@ -26,7 +26,7 @@ namespace {
 constexpr const char* kHelp =
     "Prints jello against what theory says: orders of convergence, steps at which it blows up, "
     "error\n"
-    "against run time, books of momentum and energy, and the frequencies of small swings.\n"
+    "against run time, changes of momentum and energy, and the frequencies of small swings.\n"
     "With --short, fewer steps, fewer stiffnesses and fewer modes.\n";
 
 constexpr std::array<JelloIntegrator, kJelloIntegrators> kAll = {
@@ -176,13 +176,14 @@ void printCosts(const Scale& scale) {
 void printBooks(const Scale& scale) {
   const int steps = scale.of(10000, 1000);
   std::printf(
-      "\nbooks over %g s, 5^3 points, steps of 0.2 ms: change of momentum and angular momentum\n"
+      "\nconservation over %g s, 5^3 points, steps of 0.2 ms: change of momentum and angular "
+      "momentum\n"
       "beside their first value, of energy without damping, largest growth in a step with it\n",
       2e-4 * steps);
   std::printf("%-18s %12s %12s %12s %12s\n", "", "momentum", "angular", "energy", "growth");
   for (const JelloIntegrator integrator : kAll) {
     if (integrator == JelloIntegrator::explicitEuler) continue;  // unstable at that step
-    std::array<double, 4> books{};
+    std::array<double, 4> changes{};
     for (const double damping : {0.0, 0.01}) {
       JelloStepper stepper = stepperOf(crumpled(5, 40.0, damping, 0.3), integrator, 2e-4);
       const Vec3 momentum = stepper.momentum();
@@ -192,16 +193,16 @@ void printBooks(const Scale& scale) {
       for (int index = 0; index < steps; ++index) {
         if (!stepper.advance()) break;
         const double now = stepper.energy().total();
-        if (damping > 0.0) books[3] = std::max(books[3], now / before - 1.0);
+        if (damping > 0.0) changes[3] = std::max(changes[3], now / before - 1.0);
         before = now;
       }
       if (damping > 0.0) continue;
-      books[0] = (stepper.momentum() - momentum).norm() / momentum.norm();
-      books[1] = (stepper.angularMomentum() - turning).norm() / turning.norm();
-      books[2] = before / energy - 1.0;
+      changes[0] = (stepper.momentum() - momentum).norm() / momentum.norm();
+      changes[1] = (stepper.angularMomentum() - turning).norm() / turning.norm();
+      changes[2] = before / energy - 1.0;
     }
-    std::printf("%-18s %12.1e %12.1e %12.1e %12.1e\n", nameOf(integrator), books[0], books[1],
-                books[2], books[3]);
+    std::printf("%-18s %12.1e %12.1e %12.1e %12.1e\n", nameOf(integrator), changes[0], changes[1],
+                changes[2], changes[3]);
   }
 }
 

@@ -240,7 +240,7 @@ void printPile(const Scale& scale) {
       "down, %llu woken\n",
       seconds, 1e-6 * static_cast<double>(counters.collisions),
       1e-6 * static_cast<double>(counters.restContacts),
-      static_cast<unsigned long long>(counters.laidDown),
+      static_cast<unsigned long long>(counters.putToSleep),
       static_cast<unsigned long long>(counters.woken));
 }
 

@@ -1,4 +1,4 @@
-#include "native/spheres/box_contact.h"
+#include "native/scheduling/box_contact.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "native/spheres/cell_grid.h"
+#include "native/scheduling/cell_grid.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,3 @@
-#include "native/spheres/cluster.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "native/mechanics/cluster_hertz.h"
 #include "tests/native/sphere_worlds.h"
 #include "tests/support/trials.h"
 

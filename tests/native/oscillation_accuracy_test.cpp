@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "native/math/contact_time.h"
-#include "native/spheres/oscillation.h"
+#include "native/scheduling/oscillation.h"
 #include "tests/native/sphere_worlds.h"
 
 namespace carom {
@@ -22,7 +22,7 @@ const Wide kWidePi = std::acos(Wide(-1.0));
 
 struct OscillatingCase {
   SmoothHeight smooth;
-  Oscillation oscillation;
+  NormalOscillation oscillation;
 };
 
 Wide heightAt(const OscillatingCase& c, Wide t) {

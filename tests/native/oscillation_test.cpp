@@ -1,4 +1,4 @@
-#include "native/spheres/oscillation.h"
+#include "native/scheduling/oscillation.h"
 
 #include <cmath>
 
@@ -39,7 +39,7 @@ TEST(SineOfTurns, IsExactAtQuarters) {
 }
 
 TEST(Oscillation, ItsPhaseIsAsExactAfterADayAsAtTheStart) {
-  const Oscillation oscillation{1.0, 997.3, 0.2};
+  const NormalOscillation oscillation{1.0, 997.3, 0.2};
   SplitMix random(2);
   for (int k = 0; k < 1000; ++k) {
     const double seconds = random.between(86'000.0, 86'400.0);
@@ -53,7 +53,7 @@ TEST(Oscillation, ItsPhaseIsAsExactAfterADayAsAtTheStart) {
 }
 
 TEST(OscillatingContactTime, WhereTheSurfaceNeverReachesItIsNever) {
-  const Oscillation oscillation{0.01, 50.0, 0.0};
+  const NormalOscillation oscillation{0.01, 50.0, 0.0};
   const SmoothHeight hovering{0.0101, 0.0, 0.0, 1e-15};
   EXPECT_EQ(oscillatingContactTime(hovering, oscillation, {}, kNever), kNever);
   const SmoothHeight leaving{0.005, 3.5, 0.0, 1e-15};  // faster than the surface, 3.14 m/s
@@ -63,7 +63,7 @@ TEST(OscillatingContactTime, WhereTheSurfaceNeverReachesItIsNever) {
 }
 
 TEST(OscillatingContactTime, InTouchItIsNowOrAfterTheReturn) {
-  const Oscillation oscillation{0.001, 10.0, 0.0};  // starts at 62.8 mm/s
+  const NormalOscillation oscillation{0.001, 10.0, 0.0};  // starts at 62.8 mm/s
   const double speed = 0.001 * oscillation.angularFrequency();
   EXPECT_EQ(oscillatingContactTime({0.0, 0.0, -9.81, 1e-15}, oscillation, {}, kNever), 0.0);
   EXPECT_EQ(oscillatingContactTime({0.0, speed, -9.81, 1e-15}, oscillation, {}, kNever), 0.0);

@@ -1,4 +1,4 @@
-#include "native/spheres/resting.h"
+#include "native/mechanics/resting.h"
 
 #include <cmath>
 

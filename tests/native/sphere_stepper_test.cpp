@@ -575,7 +575,7 @@ TEST(SphereStepper, APushWakesWhatSleeps) {
   }
   SphereStepper stepper = *SphereStepper::create(world);
   stepper.advanceTo(6.0);
-  const auto asleep = [&] { return stepper.counters().laidDown - stepper.counters().woken; };
+  const auto asleep = [&] { return stepper.counters().putToSleep - stepper.counters().woken; };
   ASSERT_EQ(asleep(), 8U);
   const Vec3 before = stepper.state(7).position;
   stepper.push(7, {0.0, 0.1, 0.0});

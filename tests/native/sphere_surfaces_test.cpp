@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "carom/native/sphere_stepper.h"
-#include "native/spheres/box_contact.h"
+#include "native/scheduling/box_contact.h"
 #include "tests/native/sphere_worlds.h"
 #include "tests/support/constants.h"
 

@@ -158,7 +158,7 @@ std::uint64_t trajectoryHash() {
     SphereStepper stepper = stepperOf(std::move(run.world));
     hash.add(hashOf(stepper, run.duration));
     const SphereStepperCounters& counters = stepper.counters();
-    for (const std::uint64_t count : {counters.restContacts, counters.laidDown, counters.woken})
+    for (const std::uint64_t count : {counters.restContacts, counters.putToSleep, counters.woken})
       hash.add(count);
   }
   return hash.value();

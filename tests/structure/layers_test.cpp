@@ -210,7 +210,7 @@ TEST(LayersCheck, AllowsWhatTheTableAllows) {
            {"audio", "\"audio/model/hertz.h\""},
            {"audio", "<carom/audio/synth.h>"},
            {"native", "\"carom/audio/impulse_event.h\""},
-           {"native", "\"native/spheres/agenda.h\""},
+           {"native", "\"native/scheduling/event_scheduler.h\""},
            {"bullet_bridge", "<btBulletDynamicsCommon.h>"},
            {"bullet_bridge", "<BulletCollision/CollisionShapes/btSphereShape.h>"},
            {"bullet_bridge", "\"carom/audio/material.h\""},

@@ -29,16 +29,30 @@ struct SphereState {
 struct SphereStepperCounters {
   std::uint64_t collisions = 0;     ///< reported collisions, two events each
   std::uint64_t restContacts = 0;   ///< contacts slower than restSpeed, not reported
-  std::uint64_t laidDown = 0;       ///< times that a sphere was put to sleep
+  std::uint64_t putToSleep = 0;     ///< times that a sphere was put to sleep
   std::uint64_t woken = 0;          ///< times that a sphere was woken
   std::uint64_t collapses = 0;      ///< runs of contacts too dense to follow; see SphereStepper
   std::uint64_t jammed = 0;         ///< jammed spheres, which no longer collide; see SphereStepper
   std::uint64_t staleContacts = 0;  ///< outdated predictions that were made again
 };
 
-/// The stepper of rigid spheres among immovable planes and boxes, from contact to contact. No time
-/// is quantised to a step: each contact is found as a root of a polynomial (contact_time.h),
-/// resolved at its instant, and reported as two ImpulseEvents.
+/// Steps rigid spheres among immovable planes and boxes, from one contact to the next. Between
+/// contacts a sphere flies on a parabola, so the instant of its next contact can be computed ahead:
+/// it is the root of a polynomial. The stepper goes to the earliest of these instants, gives the
+/// bodies in contact their new velocities, reports two ImpulseEvents, and computes the next
+/// contacts of these few bodies anew. No time is quantised to a step, and nobody else is looked at.
+///
+///     predict    the next contact of each sphere, from its motion and those of its neighbours
+///        |
+///     queue      all predictions by time  <------------------+
+///        |                                                   |
+///     advance    to the earliest one                         |
+///        |                                                   |
+///     resolve    the contact: impulse, friction, rest        |
+///        |                                                   |
+///     predict    again the spheres whose motion has changed -+
+///
+/// The rest of this comment is the specification, by topic.
 ///
 /// Model. Between contacts a sphere flies on a parabola. A contact is an instantaneous impulse
 /// along the normal,
@@ -46,10 +60,10 @@ struct SphereStepperCounters {
 /// with e the restitution of the pair (RestitutionTable::of), which may depend on v
 /// (RestitutionLaw). Coulomb's friction acts in the same instant, and a sphere that one wall holds
 /// slides, rolls or pivots on it (rolling.h). Friction is not modelled on edges, on planes that
-/// shake, on several walls at once, and for spheres that have rods. Springs, rods, fields and drag
-/// bend paths in steps (Linkage). The impulse between bodies that have rods is that of the whole
-/// linkage; where several contacts are resolved together, and on edges and planes that oscillate,
-/// rods afterwards take back any velocity that would change their lengths.
+/// oscillate, on several walls at once, and for spheres that have rods. Springs, rods, fields and
+/// drag bend paths in steps (Linkage). The impulse between bodies that have rods is that of the
+/// whole linkage; where several contacts are resolved together, and on edges and planes that
+/// oscillate, rods afterwards take back any velocity that would change their lengths.
 ///
 /// Simultaneous contacts. A reported contact that may be tied with another one of its spheres, or
 /// that follows from a contact at the same instant, is resolved together with its cluster: all
@@ -96,12 +110,12 @@ struct SphereStepperCounters {
 /// energy that contacts have taken from the two, up to m restSpeed^2 / 8 of each, and at the start
 /// with the energy of ten hops of 20 us. Apart from these, energy never grows.
 ///
-/// Sleep. A sphere is calm if it has kept its place for 20 ms, within the way at a quarter of
-/// restSpeed. It goes to sleep together with the calm spheres that touch it if walls, boxes,
-/// sleeping spheres and they themselves carry each other, up to 1e-3 of gravity. A sleeping sphere
-/// is at rest and does not yield. It wakes when it is hit at 4 restSpeed or more or by a wall, and
-/// when another sphere wakes and nothing else carries it. Linked spheres do not sleep, nor does any
-/// sphere without gravity.
+/// Sleep. A sphere is at rest in its place if for 20 ms it has not moved farther than it would at a
+/// quarter of restSpeed. It is put to sleep together with the resting spheres in contact with it if
+/// walls, boxes, sleeping spheres and they themselves carry each other, up to 1e-3 of gravity. A
+/// sleeping sphere stands still and does not yield. It wakes when it is hit at 4 restSpeed or more
+/// or by a wall, and when another sphere wakes and nothing else carries it. Spheres with springs,
+/// rods, fields or drag do not sleep, nor does any sphere without gravity.
 ///
 /// Collapse. With restSpeed = 0, and in a few symmetric arrangements otherwise, infinitely many
 /// contacts fall into a finite time. When one sphere has had 1000 contacts in a row less than 1 us
