@@ -9,7 +9,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
-#include "bullet_bridge/tracking/proxy_id.h"
+#include "bullet_bridge/bodies/proxy_id.h"
 #include "carom/bullet/bullet_bridge.h"
 #include "carom/event_sound.h"
 #include "plugin/bullet/body_reader.h"
