@@ -8,7 +8,7 @@
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 #include <btBulletDynamicsCommon.h>
 
-#include "bullet_bridge/tracking/multibody_link.h"
+#include "bullet_bridge/bodies/multibody_link.h"
 
 namespace carom {
 

@@ -24,7 +24,7 @@ double gapSquared(const Motion& relative, double distance, double s) {
 
 // The gap is a quartic here. Steps are short against its features, so its first sign change is
 // looked for on a grid, then bisected to the last bit.
-double bracketedTouch(const Motion& relative, double distance, double horizon) {
+double bracketedImpact(const Motion& relative, double distance, double horizon) {
   constexpr int kPieces = 32;
   double low = 0.0;
   for (int piece = 1; piece <= kPieces; ++piece) {
@@ -44,19 +44,19 @@ double bracketedTouch(const Motion& relative, double distance, double horizon) {
 
 }  // namespace
 
-double sphereTouchTime(const Motion& relative, double distance, double horizon) {
+double sphereImpactTime(const Motion& relative, double distance, double horizon) {
   const double c = gapSquared(relative, distance, 0.0);
   const double b = relative.position.dot(relative.velocity);
   if (c <= 0.0) return b < 0.0 ? 0.0 : kNever;
   const double farthest =
       horizon * (relative.velocity.norm() + 0.5 * horizon * relative.acceleration.norm());
   if (relative.position.norm() - distance > farthest) return kNever;
-  if (!relative.acceleration.isZero(0.0)) return bracketedTouch(relative, distance, horizon);
+  if (!relative.acceleration.isZero(0.0)) return bracketedImpact(relative, distance, horizon);
   if (b >= 0.0) return kNever;
   return within(firstRoot(relative.velocity.squaredNorm(), b, c), horizon);
 }
 
-double planeTouchTime(double height, double rate, double acceleration, double horizon) {
+double planeImpactTime(double height, double rate, double acceleration, double horizon) {
   if (height <= 0.0) return rate < 0.0 ? 0.0 : kNever;
   return within(firstRoot(acceleration, rate, 2.0 * height), horizon);
 }

@@ -28,7 +28,7 @@ class SeparationBound {
 
   struct Clear {
     double until = 0.0;      ///< s, the pieces are apart until then
-    double estimated = 0.0;  ///< s, a touch is to be expected no later than this
+    double estimated = 0.0;  ///< s, an impact is to be expected no later than this
   };
   Clear clearTime(double horizon) const;
 

@@ -11,7 +11,7 @@
 namespace carom::bullet {
 namespace {
 
-// Remaining time (s) to a touch that is taken in one step.
+// Remaining time (s) to an impact that is taken in one step.
 constexpr double kNearEnough = 1e-10;
 
 using Core = ConvexPiece::Core;
@@ -291,10 +291,10 @@ Proximity ShapePair::proximityAt(double s) {
   return nearest;
 }
 
-double ShapePair::touchTime() {
+double ShapePair::impactTime() {
   double earliest = kNever;
   for (Pair& pair : pairs_)
-    earliest = std::min(earliest, touchTime(pair, std::min(earliest, horizon_)));
+    earliest = std::min(earliest, impactTime(pair, std::min(earliest, horizon_)));
   return earliest;
 }
 
@@ -312,7 +312,7 @@ SeparationBound ShapePair::boundFrom(const Pair& pair, const Placed& placed, con
           horizon};
 }
 
-double ShapePair::touchTime(Pair& pair, double horizon) {
+double ShapePair::impactTime(Pair& pair, double horizon) {
   constexpr int kMaxSteps = 100;
   constexpr double kGapTolerance = 0.02;
   double s = 0.0;
@@ -334,12 +334,12 @@ double ShapePair::touchTime(Pair& pair, double horizon) {
     if (clear.estimated < kNearEnough) return s + clear.until;
     s += clear.until;
   }
-  return searchTouch(pair, s, horizon);
+  return searchImpact(pair, s, horizon);
 }
 
-// Searches for the touch that advancement could not settle, of a pair that slides within rounding
-// of a touch.
-double ShapePair::searchTouch(Pair& pair, double from, double horizon) {
+// Searches for the impact that advancement could not settle, of a pair that slides within rounding
+// of contact.
+double ShapePair::searchImpact(Pair& pair, double from, double horizon) {
   constexpr int kPieces = 64;
   double low = from;
   for (int piece = 1; piece <= kPieces; ++piece) {

@@ -30,7 +30,7 @@ struct Proximity {
 
 enum class PairSide { body, other };
 
-/// Gap and time of first touch of two shapes in rigid motion, in double precision, on the surface
+/// Gap and time of first contact of two shapes in rigid motion, in double precision, on the surface
 /// that Bullet's default dispatcher collides:
 ///  - sharp boxes against boxes and planes, rounded by their margin inside the same outline against
 ///    all else; hulls and cones inflated by their margin, cylinders rounded inside their outline;
@@ -41,7 +41,7 @@ enum class PairSide { body, other };
 /// Not followed: concave shapes against each other, signed distance fields, soft bodies.
 ///
 /// The time is found by conservative advancement (after Mirtich 1996, with the bound of
-/// SeparationBound), which cannot miss a touch however fast the rotation. Shapes are read on
+/// SeparationBound), which cannot miss an impact however fast the rotation. Shapes are read on
 /// demand: after a change of a shape, a ShapePair needs a new set(). Allocates only until its
 /// vectors have grown to what the scene asks for. [any thread]
 class ShapePair {
@@ -55,14 +55,14 @@ class ShapePair {
 
   /// Returns the first time in [0, horizon] at which the shapes touch, infinity if none: exact to
   /// 1e-10 s at ordinary speeds. Pieces that overlap at 0 touch at 0.
-  double touchTime();
+  double impactTime();
 
-  /// Returns the points where the shapes lie on each other around a touch: corners of either within
-  /// `depth` (m) of, or below, the other's surface, up to kPatchPoints for two pieces. Each is on
-  /// the surface of the shape whose corner it is. Valid until the next call.
+  /// Returns the points where the shapes lie on each other around a contact: corners of either
+  /// within `depth` (m) of, or below, the other's surface, up to kPatchPoints for two pieces. Each
+  /// is on the surface of the shape whose corner it is. Valid until the next call.
   std::span<const Vec3> patchAt(double s, const Proximity& around, double depth);
 
-  /// Returns the curvature of one side at a touch; flat if no pieces are near. Its axis is in the
+  /// Returns the curvature of one side at a contact; flat if no pieces are near. Its axis is in the
   /// world frame.
   LocalShape localShape(PairSide side, double s, const Proximity& at) const;
 
@@ -113,8 +113,8 @@ class ShapePair {
   const Side& secondOf(const Pair& pair) const { return pair.flipped ? body_ : other_; }
   Placed place(const Pair& pair, double s) const;
   double gapAt(Pair& pair, double s);
-  double touchTime(Pair& pair, double horizon);
-  double searchTouch(Pair& pair, double from, double horizon);
+  double impactTime(Pair& pair, double horizon);
+  double searchImpact(Pair& pair, double from, double horizon);
   SeparationBound boundFrom(const Pair& pair, const Placed& placed, const Vec3& normal, double s,
                             double horizon) const;
   double leastGap(const Pair& pair, const Placed& placed) const;

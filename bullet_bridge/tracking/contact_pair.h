@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "bullet_bridge/tracking/body_tracker.h"
+#include "bullet_bridge/bodies/body_tracker.h"
 
 namespace carom::bullet {
 

@@ -17,9 +17,9 @@ constexpr double kTogether = 1e-4;
 constexpr double kProbeHeight = 0.1;
 constexpr double kProbeSlack = 2e-4;
 
-Vec3 nodeVelocity(const SubstepMotion& motion, Way way, const Vec3& arm) {
-  return way == Way::actual ? Vec3(motion.velocityAfter + motion.angularAfter.cross(arm))
-                            : Vec3(motion.velocityBefore + motion.angularBefore.cross(arm));
+Vec3 nodeVelocity(const SubstepMotion& motion, MotionKind kind, const Vec3& arm) {
+  return kind == MotionKind::actual ? Vec3(motion.velocityAfter + motion.angularAfter.cross(arm))
+                                    : Vec3(motion.velocityBefore + motion.angularBefore.cross(arm));
 }
 
 // Speed (m/s, along the normal) that forces have added to a body in the substep. Forces that the
@@ -30,10 +30,10 @@ double gainOf(const SubstepMotion& motion, const Vec3& normal, double dt) {
   return force > 0.0 ? std::clamp(change, 0.0, force) : std::clamp(change, force, 0.0);
 }
 
-// Returns FoundImpact::onset (m/s). `nodeSpeed` (m/s) is the approach after the solver, `gap` (m)
-// the gap at the start of the substep.
-double onsetSpeed(double nodeSpeed, const SubstepMotion& body, const SubstepMotion& other,
-                  const Vec3& normal, double gap, double dt) {
+// Returns FoundImpact::initialSpeed (m/s). `nodeSpeed` (m/s) is the approach after the solver,
+// `gap` (m) the gap at the start of the substep.
+double initialApproachSpeed(double nodeSpeed, const SubstepMotion& body, const SubstepMotion& other,
+                            const Vec3& normal, double gap, double dt) {
   const double gain = gainOf(other, normal, dt) - gainOf(body, normal, dt);
   const double speed = nodeSpeed - gain;
   const double fall = 2.0 * std::max(0.0, gain / dt) * std::max(0.0, gap);
@@ -43,7 +43,7 @@ double onsetSpeed(double nodeSpeed, const SubstepMotion& body, const SubstepMoti
 // Returns how long ago (s) a point of one body passed the tangent plane of the other. `apart(t)` is
 // their distance along the normal t ago; apart(0) <= 0.
 template <class Apart>
-double passedAgo(Apart apart, double longest) {
+double timeSincePassage(Apart apart, double longest) {
   if (apart(longest) <= 0.0) return 0.0;
   double inside = 0.0;
   double outside = longest;
@@ -60,19 +60,21 @@ RigidMotion motionOf(const SubstepMotion& motion, double dt) {
 
 }  // namespace
 
-double approachWithNode(const PairMotion& motion, Way way, const Proximity& touch, double s) {
+double approachWithNode(const PairMotion& motion, MotionKind kind, const Proximity& closest,
+                        double s) {
   const SubstepMotion& body = motion.pair().body->current;
   const SubstepMotion& other = motion.pair().other->current;
-  const Vec3 arm = touch.point - motion.body().centre.positionAt(s);
-  const Vec3 otherArm = touch.point - motion.other().centre.positionAt(s);
-  return (nodeVelocity(other, way, otherArm) - nodeVelocity(body, way, arm)).dot(touch.normal);
+  const Vec3 arm = closest.point - motion.body().centre.positionAt(s);
+  const Vec3 otherArm = closest.point - motion.other().centre.positionAt(s);
+  return (nodeVelocity(other, kind, otherArm) - nodeVelocity(body, kind, arm)).dot(closest.normal);
 }
 
-double approachAtNode(const ContactPair& pair, Way way, const Vec3& point, const Vec3& normal) {
+double approachAtNode(const ContactPair& pair, MotionKind kind, const Vec3& point,
+                      const Vec3& normal) {
   const SubstepMotion& body = pair.body->current;
   const SubstepMotion& other = pair.other->current;
-  return (nodeVelocity(other, way, point - other.start) -
-          nodeVelocity(body, way, point - body.start))
+  return (nodeVelocity(other, kind, point - other.start) -
+          nodeVelocity(body, kind, point - body.start))
       .dot(normal);
 }
 
@@ -81,26 +83,27 @@ FoundImpact& ImpactFinder::begin(const PairMotion& motion) {
   return found_;
 }
 
-// False for a contact with an inner edge. Bullet takes a body that slides or rolls over the edge
+// False for a contact with an internal edge. Bullet takes a body that slides or rolls over the edge
 // between two triangles in a plane to hit that edge; neither that edge nor one inside a compound is
 // part of the surface. There, the path along the contact's normal does not lead away from the
 // surface as fast as it should.
 bool ImpactFinder::isOnSurface(const PairMotion& now, const SolvedPoint& point) {
-  const auto hasInnerEdges = [](const btCollisionShape& shape) {
+  const auto hasInternalEdges = [](const btCollisionShape& shape) {
     return shape.isConcave() || shape.isCompound();
   };
   const btCollisionShape& body = *now.pair().body->object->getCollisionShape();
   const btCollisionShape& other = *now.pair().other->object->getCollisionShape();
   const double height = kProbeHeight * now.pair().body->radius;
-  if (hasInnerEdges(other) &&
-      !isOutwards({&other, now.other()}, point.position, point.normal, height))
+  if (hasInternalEdges(other) &&
+      !pointsOutwards({&other, now.other()}, point.position, point.normal, height))
     return false;
   const Vec3 onBody = point.position + point.gap * point.normal;
-  return !hasInnerEdges(body) || isOutwards({&body, now.body()}, onBody, -point.normal, height);
+  return !hasInternalEdges(body) ||
+         pointsOutwards({&body, now.body()}, onBody, -point.normal, height);
 }
 
-bool ImpactFinder::isOutwards(const MovingShape& shape, const Vec3& place, const Vec3& normal,
-                              double height) {
+bool ImpactFinder::pointsOutwards(const MovingShape& shape, const Vec3& place, const Vec3& normal,
+                                  double height) {
   const auto distanceAt = [&](double above) {
     RigidMotion motion;
     motion.centre.position = place + above * normal;
@@ -114,29 +117,29 @@ bool ImpactFinder::isOutwards(const MovingShape& shape, const Vec3& place, const
 
 // Sets the points of the impact, with the corners that follow close behind the first, since Bullet
 // will solve them together. False if no point approaches.
-bool ImpactFinder::complete(const Proximity& touch, const Following& following) {
+bool ImpactFinder::collectPoints(const Proximity& closest, const ImpactWindow& window) {
   FoundImpact& found = found_;
   points_.clear();
   const auto add = [&](const Vec3& point) {
-    const double speed = found.motion.approachSpeedAt(point, touch.normal, found.s);
-    if (speed > 0.0) points_.push_back({point, touch.normal, speed});
+    const double speed = found.motion.approachSpeedAt(point, closest.normal, found.s);
+    if (speed > 0.0) points_.push_back({point, closest.normal, speed});
   };
   if (!found.motion.pair().isClosedForm()) {
-    const double together = std::max(following.depth, kTogether * found.motion.pair().body->radius);
-    for (const Vec3& point : found.motion.pieces().patchAt(found.s, touch, together))
+    const double together = std::max(window.depth, kTogether * found.motion.pair().body->radius);
+    for (const Vec3& point : found.motion.pieces().patchAt(found.s, closest, together))
       add(point);
   }
-  found.radius = found.motion.radiusAt(PairSide::body, found.s, touch);
-  found.otherRadius = found.motion.radiusAt(PairSide::other, found.s, touch);
-  keepOutermost(touch.normal);
-  for (BlowPoint& point : points_)
-    point.delay = delayOf(point, touch);
-  std::erase_if(points_, [&](const BlowPoint& point) { return point.delay > following.latest; });
+  found.radius = found.motion.radiusAt(PairSide::body, found.s, closest);
+  found.otherRadius = found.motion.radiusAt(PairSide::other, found.s, closest);
+  keepOutermost(closest.normal);
+  for (ContactPoint& point : points_)
+    point.delay = delayOf(point, closest);
+  std::erase_if(points_, [&](const ContactPoint& point) { return point.delay > window.latest; });
   std::sort(points_.begin(), points_.end(),
-            [](const BlowPoint& a, const BlowPoint& b) { return a.delay < b.delay; });
-  if (points_.empty()) add(touch.point);
+            [](const ContactPoint& a, const ContactPoint& b) { return a.delay < b.delay; });
+  if (points_.empty()) add(closest.point);
   if (points_.empty()) return false;
-  points_.front().delay = 0.0;  // the first touch itself
+  points_.front().delay = 0.0;  // the first contact itself
   found.points = points_;
   return true;
 }
@@ -152,7 +155,7 @@ void ImpactFinder::keepOutermost(const Vec3& normal) {
     const Vec3 towards = std::cos(angle) * right + std::sin(angle) * ahead;
     const auto outermost =
         std::max_element(points_.begin() + static_cast<std::ptrdiff_t>(kept), points_.end(),
-                         [&](const BlowPoint& a, const BlowPoint& b) {
+                         [&](const ContactPoint& a, const ContactPoint& b) {
                            return a.position.dot(towards) < b.position.dot(towards);
                          });
     std::swap(points_[kept], *outermost);
@@ -160,16 +163,17 @@ void ImpactFinder::keepOutermost(const Vec3& normal) {
   points_.resize(kMost);
 }
 
-// Time (s) until a corner of one body meets the face of the other that was touched at found_.s.
-double ImpactFinder::delayOf(const BlowPoint& point, const Proximity& touch) const {
+// Time (s) until a corner of one body meets the face of the other that was met first, at found_.s.
+double ImpactFinder::delayOf(const ContactPoint& point, const Proximity& closest) const {
   const bool faceOnOther = std::isinf(found_.otherRadius) || !std::isinf(found_.radius);
   const RigidMotion& body = found_.motion.body();
   const RigidMotion& other = found_.motion.other();
-  const Vec3 bodyPoint = body.poseAt(found_.s).toLocal(faceOnOther ? point.position : touch.point);
+  const Vec3 bodyPoint =
+      body.poseAt(found_.s).toLocal(faceOnOther ? point.position : closest.point);
   const Pose otherPose = other.poseAt(found_.s);
-  const Vec3 otherPoint = otherPose.toLocal(faceOnOther ? touch.otherPoint : point.position);
+  const Vec3 otherPoint = otherPose.toLocal(faceOnOther ? closest.otherPoint : point.position);
   const Vec3 faceNormal =
-      (faceOnOther ? otherPose : body.poseAt(found_.s)).rotation.transpose() * touch.normal;
+      (faceOnOther ? otherPose : body.poseAt(found_.s)).rotation.transpose() * closest.normal;
   double delay = 0.0;
   for (int step = 0; step < 4; ++step) {
     const Pose bodyThen = body.poseAt(found_.s + delay);
@@ -184,29 +188,31 @@ double ImpactFinder::delayOf(const BlowPoint& point, const Proximity& touch) con
   return delay;
 }
 
-const FoundImpact* ImpactFinder::within(const PairMotion& now, const Proximity& start,
-                                        const Substep& substep) {
+const FoundImpact* ImpactFinder::alongPath(const PairMotion& now, const Proximity& start,
+                                           const Substep& substep) {
   FoundImpact& found = begin(now);
-  found.s = found.offset = now.touchTime(substep.dt);
+  found.s = found.offset = now.impactTime(substep.dt);
   if (found.s == kNever) return nullptr;
-  const Proximity touch = now.proximityAt(found.s);
-  found.nodeSpeed = approachWithNode(now, Way::actual, touch, found.s);
+  const Proximity closest = now.proximityAt(found.s);
+  found.nodeSpeed = approachWithNode(now, MotionKind::actual, closest, found.s);
   if (!(found.nodeSpeed > substep.restSpeed)) return nullptr;
   const ContactPair& pair = now.pair();
-  found.onset = onsetSpeed(found.nodeSpeed, pair.body->current, pair.other->current, touch.normal,
+  found.initialSpeed =
+      initialApproachSpeed(found.nodeSpeed, pair.body->current, pair.other->current, closest.normal,
                            start.gap, substep.dt);
   const double rest = substep.dt - found.s;  // the next node solves what is down by then
-  return complete(touch, {found.nodeSpeed * rest, rest}) ? &found_ : nullptr;
+  return collectPoints(closest, {found.nodeSpeed * rest, rest}) ? &found_ : nullptr;
 }
 
-const FoundImpact* ImpactFinder::prevented(const PairMotion& now, const Proximity& start,
-                                           const SolvedContact& solved, const Substep& substep) {
+const FoundImpact* ImpactFinder::speculative(const PairMotion& now, const Proximity& start,
+                                             const SolvedContact& solved, const Substep& substep) {
   if (!(solved.impulse > 0.0)) return nullptr;
   double deepest = start.gap;
-  double nodeSpeed = approachAtNode(now.pair(), Way::unhindered, start.point, start.normal);
+  double nodeSpeed = approachAtNode(now.pair(), MotionKind::contactFree, start.point, start.normal);
   for (const SolvedPoint& point : solved.points) {
     if (!(point.impulse > 0.0)) continue;
-    const double speed = approachAtNode(now.pair(), Way::unhindered, point.position, point.normal);
+    const double speed =
+        approachAtNode(now.pair(), MotionKind::contactFree, point.position, point.normal);
     if (speed > substep.restSpeed && !isOnSurface(now, point)) continue;
     deepest = std::max(deepest, point.gap);
     nodeSpeed = std::max(nodeSpeed, speed);
@@ -217,22 +223,24 @@ const FoundImpact* ImpactFinder::prevented(const PairMotion& now, const Proximit
   const double ahead = std::max(now.pair().body->arrival, now.pair().other->arrival);
   const double horizon = std::min(2.0 * start.gap / nodeSpeed, 2.5 * substep.dt + ahead);
   FoundImpact& found =
-      begin(PairMotion(now.pair(), Way::unhindered, substep.dt, horizon, freePieces_));
+      begin(PairMotion(now.pair(), MotionKind::contactFree, substep.dt, horizon, freePieces_));
   found.nodeSpeed = nodeSpeed;
   found.solved = true;
-  found.s = found.offset = found.motion.touchTime(horizon);
+  found.s = found.offset = found.motion.impactTime(horizon);
   if (found.s == kNever) return nullptr;
-  const Following following{deepest - start.gap, 2.0 * substep.dt};
-  return complete(found.motion.proximityAt(found.s), following) ? &found_ : nullptr;
+  const ImpactWindow window{deepest - start.gap, 2.0 * substep.dt};
+  return collectPoints(found.motion.proximityAt(found.s), window) ? &found_ : nullptr;
 }
 
 const FoundImpact* ImpactFinder::overlapping(const PairMotion& now, const Substep& substep) {
-  FoundImpact& found = begin(PairMotion(now.pair(), Way::unhindered, substep.dt, 0.0, freePieces_));
-  const Proximity touch = found.motion.proximityAt(0.0);
-  found.nodeSpeed = approachAtNode(now.pair(), Way::unhindered, touch.point, touch.normal);
+  FoundImpact& found =
+      begin(PairMotion(now.pair(), MotionKind::contactFree, substep.dt, 0.0, freePieces_));
+  const Proximity closest = found.motion.proximityAt(0.0);
+  found.nodeSpeed =
+      approachAtNode(now.pair(), MotionKind::contactFree, closest.point, closest.normal);
   found.solved = true;
   if (!(found.nodeSpeed > substep.restSpeed)) return nullptr;
-  return complete(touch, {}) ? &found_ : nullptr;
+  return collectPoints(closest, {}) ? &found_ : nullptr;
 }
 
 const FoundImpact* ImpactFinder::newPoints(const PairMotion& now, const SolvedContact& solved,
@@ -242,7 +250,8 @@ const FoundImpact* ImpactFinder::newPoints(const PairMotion& now, const SolvedCo
   const SolvedPoint* deepest = nullptr;
   double nodeSpeed = 0.0;
   for (const SolvedPoint& point : solved.points) {
-    const double speed = approachAtNode(now.pair(), Way::unhindered, point.position, point.normal);
+    const double speed =
+        approachAtNode(now.pair(), MotionKind::contactFree, point.position, point.normal);
     if (speed <= 0.0 || (point.gap > 0.0 && !(point.impulse > 0.0))) continue;
     if (speed > substep.restSpeed && !isOnSurface(now, point)) continue;
     points_.push_back({point.position, point.normal, speed});
@@ -252,53 +261,54 @@ const FoundImpact* ImpactFinder::newPoints(const PairMotion& now, const SolvedCo
   }
   if (deepest == nullptr) return nullptr;
 
-  FoundImpact& found = begin(PairMotion(now.pair(), Way::unhindered, substep.dt, 0.0, freePieces_));
+  FoundImpact& found =
+      begin(PairMotion(now.pair(), MotionKind::contactFree, substep.dt, 0.0, freePieces_));
   found.nodeSpeed = nodeSpeed;
   found.solved = true;
-  Proximity touch = now.proximityAt(0.0);
-  touch.gap = deepest->gap;
-  touch.normal = deepest->normal;
-  touch.otherPoint = deepest->position;
-  touch.point = deepest->position + deepest->gap * deepest->normal;
-  found.radius = now.radiusAt(PairSide::body, 0.0, touch);
-  found.otherRadius = now.radiusAt(PairSide::other, 0.0, touch);
+  Proximity closest = now.proximityAt(0.0);
+  closest.gap = deepest->gap;
+  closest.normal = deepest->normal;
+  closest.otherPoint = deepest->position;
+  closest.point = deepest->position + deepest->gap * deepest->normal;
+  found.radius = now.radiusAt(PairSide::body, 0.0, closest);
+  found.otherRadius = now.radiusAt(PairSide::other, 0.0, closest);
   found.points = points_;
   if (deepest->gap < 0.0 && previous.body.known && previous.other.known) {
-    dateBack(touch, previous);
+    dateBack(closest, previous);
   }
   return &found_;
 }
 
 // Dates the impact back to when the deepest of its points met the other surface, in the substep
 // before.
-void ImpactFinder::dateBack(const Proximity& touch, const PreviousSubstep& previous) {
+void ImpactFinder::dateBack(const Proximity& closest, const PreviousSubstep& previous) {
   FoundImpact& found = found_;
   const RigidMotion body = motionOf(previous.body, previous.dt);
   const RigidMotion other = motionOf(previous.other, previous.dt);
   const Pose bodyNow = body.poseAt(previous.dt);
   const Pose otherNow = other.poseAt(previous.dt);
-  const Vec3 bodyPoint = bodyNow.toLocal(touch.point);
-  const Vec3 otherPoint = otherNow.toLocal(touch.otherPoint);
-  const Vec3 otherNormal = otherNow.rotation.transpose() * touch.normal;
+  const Vec3 bodyPoint = bodyNow.toLocal(closest.point);
+  const Vec3 otherPoint = otherNow.toLocal(closest.otherPoint);
+  const Vec3 otherNormal = otherNow.rotation.transpose() * closest.normal;
   const auto apart = [&](double ago) {
     const Pose bodyThen = body.poseAt(previous.dt - ago);
     const Pose otherThen = other.poseAt(previous.dt - ago);
     return (bodyThen.toWorld(bodyPoint) - otherThen.toWorld(otherPoint))
         .dot(otherThen.rotation * otherNormal);
   };
-  const double ago = passedAgo(apart, previous.dt);
-  const Vec3 arm = touch.point - bodyNow.position;
-  const Vec3 otherArm = touch.point - otherNow.position;
-  const double nodeSpeed = (nodeVelocity(previous.other, Way::actual, otherArm) -
-                            nodeVelocity(previous.body, Way::actual, arm))
-                               .dot(touch.normal);
-  found.onset = onsetSpeed(nodeSpeed, previous.body, previous.other, touch.normal,
-                           apart(previous.dt), previous.dt);
+  const double ago = timeSincePassage(apart, previous.dt);
+  const Vec3 arm = closest.point - bodyNow.position;
+  const Vec3 otherArm = closest.point - otherNow.position;
+  const double nodeSpeed = (nodeVelocity(previous.other, MotionKind::actual, otherArm) -
+                            nodeVelocity(previous.body, MotionKind::actual, arm))
+                               .dot(closest.normal);
+  found.initialSpeed = initialApproachSpeed(nodeSpeed, previous.body, previous.other,
+                                            closest.normal, apart(previous.dt), previous.dt);
   found.motion = PairMotion(found.motion.pair(), body, other);
   found.s = previous.dt - ago;
   found.offset = -ago;
   const Pose bodyThen = body.poseAt(found.s);
-  for (BlowPoint& point : points_) {
+  for (ContactPoint& point : points_) {
     point.position = bodyThen.toWorld(bodyNow.toLocal(point.position));
     const double speed = found.motion.approachSpeedAt(point.position, point.normal, found.s);
     if (speed > 0.0) point.approachSpeed = speed;

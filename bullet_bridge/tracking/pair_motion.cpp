@@ -7,31 +7,31 @@
 namespace carom::bullet {
 namespace {
 
-RigidMotion motionOf(const TrackedBody& body, Way way, double dt) {
-  return way == Way::actual ? body.actual(dt) : body.unhindered(dt);
+RigidMotion motionOf(const TrackedBody& body, MotionKind kind, double dt) {
+  return kind == MotionKind::actual ? body.actual(dt) : body.contactFree(dt);
 }
 
 // Leaves out the orientation, which is costly for a sphere and does not affect its gap.
-RigidMotion unturned(const TrackedBody& body, Way way, double dt) {
+RigidMotion unturned(const TrackedBody& body, MotionKind kind, double dt) {
   const SubstepMotion& motion = body.current;
   RigidMotion result;
-  result.centre = way == Way::actual ? motion.actual(dt) : motion.unhindered(dt);
-  result.angularVelocity = way == Way::actual ? motion.angularAfter : motion.angularBefore;
+  result.centre = kind == MotionKind::actual ? motion.actual(dt) : motion.contactFree(dt);
+  result.angularVelocity = kind == MotionKind::actual ? motion.angularAfter : motion.angularBefore;
   return result;
 }
 
 }  // namespace
 
-PairMotion::PairMotion(const ContactPair& pair, Way way, double dt, double horizon,
+PairMotion::PairMotion(const ContactPair& pair, MotionKind kind, double dt, double horizon,
                        ShapePair& pieces)
     : pair_(pair), pieces_(&pieces) {
   if (pair.isClosedForm()) {
-    body_ = unturned(*pair.body, way, dt);
-    other_ = unturned(*pair.other, way, dt);
+    body_ = unturned(*pair.body, kind, dt);
+    other_ = unturned(*pair.other, kind, dt);
     return;
   }
-  body_ = motionOf(*pair.body, way, dt);
-  other_ = motionOf(*pair.other, way, dt);
+  body_ = motionOf(*pair.body, kind, dt);
+  other_ = motionOf(*pair.other, kind, dt);
   const double reach = std::max(pair.body->margin, pair.other->margin);
   followed_ = pieces.set({pair.body->object->getCollisionShape(), body_},
                          {pair.other->object->getCollisionShape(), other_}, horizon, reach);
@@ -61,25 +61,25 @@ Proximity PairMotion::proximityAt(double s) const {
   return near;
 }
 
-double PairMotion::radiusAt(PairSide side, double s, const Proximity& touch) const {
-  if (!pair_.isClosedForm()) return pieces_->localShape(side, s, touch).radius;
+double PairMotion::radiusAt(PairSide side, double s, const Proximity& closest) const {
+  if (!pair_.isClosedForm()) return pieces_->localShape(side, s, closest).radius;
   return side == PairSide::other && pair_.isOnPlane() ? std::numeric_limits<double>::infinity()
                                                       : trackedOf(side).radius;
 }
 
-LocalShape PairMotion::shapeAt(PairSide side, const Proximity& touch) const {
-  if (!pair_.isClosedForm()) return pieces_->localShape(side, 0.0, touch);
-  const double radius = radiusAt(side, 0.0, touch);
+LocalShape PairMotion::shapeAt(PairSide side, const Proximity& closest) const {
+  if (!pair_.isClosedForm()) return pieces_->localShape(side, 0.0, closest);
+  const double radius = radiusAt(side, 0.0, closest);
   return {.radius = radius, .rollingRadius = radius};
 }
 
-double PairMotion::touchTime(double horizon) const {
-  if (!pair_.isClosedForm()) return pieces_->touchTime();
+double PairMotion::impactTime(double horizon) const {
+  if (!pair_.isClosedForm()) return pieces_->impactTime();
   const Motion relative = body_.centre - other_.centre;
-  if (!pair_.isOnPlane()) return sphereTouchTime(relative, reach(), horizon);
+  if (!pair_.isOnPlane()) return sphereImpactTime(relative, reach(), horizon);
   const Vec3& normal = pair_.other->planeNormal;
-  return planeTouchTime(height(0.0), relative.velocity.dot(normal),
-                        relative.acceleration.dot(normal), horizon);
+  return planeImpactTime(height(0.0), relative.velocity.dot(normal),
+                         relative.acceleration.dot(normal), horizon);
 }
 
 }  // namespace carom::bullet

@@ -7,9 +7,9 @@
 
 namespace carom::bullet {
 
-/// The path of a body through a substep: the one that it took, or the one that it would have taken
-/// had the solver not touched it.
-enum class Way : std::uint8_t { actual, unhindered };
+/// The motion of a body over a substep: the one that it had, or the one that it would have had if
+/// the solver had acted on no contact of it.
+enum class MotionKind : std::uint8_t { actual, contactFree };
 
 /// The relative motion of a pair over one substep, of length dt.
 ///
@@ -19,7 +19,8 @@ class PairMotion {
  public:
   PairMotion() = default;
   /// `horizon` (s) bounds the times that will be asked for.
-  PairMotion(const ContactPair& pair, Way way, double dt, double horizon, ShapePair& pieces);
+  PairMotion(const ContactPair& pair, MotionKind kind, double dt, double horizon,
+             ShapePair& pieces);
   /// Takes motions of the caller's own; such a PairMotion knows velocities and places, but not the
   /// gap.
   PairMotion(const ContactPair& pair, const RigidMotion& body, const RigidMotion& other)
@@ -28,8 +29,8 @@ class PairMotion {
   /// True if the two shapes can be followed at all.
   bool isFollowed() const { return followed_; }
   Proximity proximityAt(double s) const;
-  /// Time of first touch at or after 0 of a pair that is apart at 0; infinity if there is none.
-  double touchTime(double horizon) const;
+  /// Time of first contact at or after 0 of a pair that is apart at 0; infinity if there is none.
+  double impactTime(double horizon) const;
 
   /// Velocity (m/s) of either body's material point at `point`.
   Vec3 bodyVelocityAt(const Vec3& point, double s) const { return body_.velocityAt(point, s); }
@@ -40,9 +41,9 @@ class PairMotion {
   }
 
   /// Inverse mean curvature (m) of one body where it touches (ImpulseEvent::radius).
-  double radiusAt(PairSide side, double s, const Proximity& touch) const;
+  double radiusAt(PairSide side, double s, const Proximity& closest) const;
   /// Local shape of one body where it touches at the start; its rim axis is in the world frame.
-  LocalShape shapeAt(PairSide side, const Proximity& touch) const;
+  LocalShape shapeAt(PairSide side, const Proximity& closest) const;
 
   const ContactPair& pair() const { return pair_; }
   /// Motions of the two bodies, without the orientation of spheres, which is costly: see

@@ -9,18 +9,19 @@
 
 namespace carom::bullet {
 
-/// The events of both bodies where they land, and the share of this landing in the impact.
-struct Landing {
+/// One place and time at which an impact happens: the events of both bodies there, and the share of
+/// the place in the impact.
+struct ImpactPoint {
   ImpulseEvent body;   ///< the share of the pair's `body`
   ImpulseEvent other;  ///< the share of the pair's `other`
   double part = 1.0;   ///< fraction of the sum of all physical impulses of the impact
 };
 
 /// An impact that was found, and the impulse that Bullet has applied for it so far. It may have
-/// several landings, in order of time: corners that reach the other surface one after the other,
-/// but which Bullet solves together.
+/// several points, in order of time: corners that reach the other surface one after the other, but
+/// which Bullet solves together.
 struct Impact {
-  std::vector<Landing> landings;
+  std::vector<ImpactPoint> points;
   double restitution = 0.0;
   double foundAt = 0.0;         ///< s, start of the substep in which it was found
   Vec3 applied = Vec3::Zero();  ///< N s, on the pair's `body`
@@ -29,19 +30,66 @@ struct Impact {
   bool delivered = false;
 };
 
-/// The state of a pair that the bridge keeps from one substep to the next.
-struct PairRecord {
+/// The state of a pair, from one substep to the next: an impact of it may be under way, or new
+/// impacts may be suppressed, and either of these, or neither, within a lasting contact. Each
+/// transition is a function of PairRecord:
+///
+///     transition       from         to           when
+///     beginImpact      separate     impacting    an impact is found
+///     endImpact        impacting    separate     the impact is over: ImpactTracker::update
+///     suppressImpacts  separate     suppressed   an approach is rest, or goes on after its impact
+///     allowImpacts     suppressed   separate     that approach has ended
+///     beginContact     separate     inContact    Bullet holds the pair outside of an impact
+///     endContact       inContact    separate     no load for three substeps, asleep, or apart
+///
+/// The first four lead from and to the states of the same name within a lasting contact, too; the
+/// last two lead from each state to the one of its name within a lasting contact, and back.
+enum class PairState : std::uint8_t {
+  separate,             ///< nothing to remember: the record goes at the end of the substep
+  impacting,            ///< an impact is under way: what Bullet applies belongs to it
+  suppressed,           ///< the bodies still approach, and no new impact counts until they do not
+  inContact,            ///< the pair is in lasting contact
+  impactingInContact,   ///< as impacting, within a lasting contact
+  suppressedInContact,  ///< as suppressed, within a lasting contact
+};
+
+/// What the bridge keeps of a pair from one substep to the next. A transition that the state does
+/// not have is a bug, and asserted.
+class PairRecord {
+ public:
   BodyId body = 0;
   BodyId other = 0;
-  bool open = false;     ///< an impact is under way: what Bullet applies belongs to it
-  bool spent = false;    ///< delivered, or at rest, but still approaching: no new impact
-  bool lasting = false;  ///< the pair is in lasting contact
-  bool visited = false;  ///< has been resolved in this substep
-  int idle = 0;          ///< substeps of the lasting contact without load, up to now
+  /// Number of the substep in which the pair was resolved last (SubstepClock::number). It is no
+  /// part of the state: a pair in any state is resolved once in a substep.
+  std::uint64_t resolvedIn = 0;
   Impact impact;
+  int idle = 0;        ///< substeps of the lasting contact without load, up to now
   ContactState state;  ///< contact state of the substep before
 
-  bool isNeeded() const { return open || spent || lasting; }
+  /// Takes the record for another pair, in the state `separate`. Its impact and its contact state
+  /// stay as they are, for their memory.
+  void reuse(BodyId newBody, BodyId newOther);
+
+  bool isImpacting() const;
+  bool isSuppressed() const;
+  bool isInContact() const;
+  bool isNeeded() const { return state_ != PairState::separate; }
+
+  void beginImpact();
+  void endImpact();
+  void suppressImpacts();
+  void allowImpacts();
+  void beginContact();
+  void endContact();
+
+ private:
+  struct Transition {
+    PairState from, to;
+  };
+  template <std::size_t count>
+  void apply(const Transition (&transitions)[count]);
+
+  PairState state_ = PairState::separate;
 };
 
 /// The records of all pairs that need one, found by key. Memory is kept; a record stays where it is
@@ -50,9 +98,8 @@ class PairRecords {
  public:
   /// Returns nullptr if there is none. Records made in this substep are not found until its end.
   PairRecord* find(std::uint64_t key);
-  /// Adds a record for a pair that has none; `impact` and `state` are as they were in some other
-  /// use.
-  PairRecord& add(std::uint64_t key);
+  /// Adds a record for a pair that has none.
+  PairRecord& add(std::uint64_t key, BodyId body, BodyId other);
   /// Removes records that are no longer needed. `forEach` follows the order of the keys.
   void endSubstep();
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "bullet_bridge/geometry/swept_box.h"
-#include "bullet_bridge/tracking/body_tracker.h"
+#include "bullet_bridge/bodies/body_tracker.h"
+#include "bullet_bridge/broad_phase/swept_box.h"
 
 namespace carom::bullet {
 

@@ -8,6 +8,7 @@
 
 #include "audio/io/byte_file.h"
 #include "audio/model/positive.h"
+#include "modal/gltf/gltf_builder.h"
 #include "modal/gltf/gltf_document.h"
 
 namespace carom {
@@ -141,21 +142,21 @@ Status validate(const GltfAudioNode& node, const GltfAudio& audio) {
 
 // ---- Reading.
 
-GltfMassProperties readMassProperties(const JsonView& view) {
+GltfMassProperties readMassProperties(const JsonNode& object) {
   GltfMassProperties properties;
-  properties.mass = view.member("mass").number();
-  view.numbers("centerOfMass", {properties.centreOfMass.data(), 3});
-  view.numbers("inertiaDiagonal", {properties.inertiaDiagonal.data(), 3});
+  properties.mass = object.member("mass").number();
+  object.numbers("centerOfMass", {properties.centreOfMass.data(), 3});
+  object.numbers("inertiaDiagonal", {properties.inertiaDiagonal.data(), 3});
   // The order is x, y, z, w, in glTF as in Eigen's memory.
-  view.numbers("inertiaOrientation", {properties.inertiaOrientation.coeffs().data(), 4});
+  object.numbers("inertiaOrientation", {properties.inertiaOrientation.coeffs().data(), 4});
   return properties;
 }
 
-void readExtras(const JsonView& extras, GltfModalModel& model) {
-  for (const JsonView& volume : extras.member("volumes").elements())
+void readExtras(const JsonNode& extras, GltfModalModel& model) {
+  for (const JsonNode& volume : extras.member("volumes").elements())
     model.volumes.push_back(volume.number());
   if (!extras.has("leftOut")) return;
-  const JsonView counts = extras.member("leftOut");
+  const JsonNode counts = extras.member("leftOut");
   const auto count = [&counts](const std::string& key) {
     constexpr std::size_t kMost = std::numeric_limits<std::uint32_t>::max();
     return static_cast<std::uint32_t>(std::min(counts.index(key, 0), kMost));
@@ -163,60 +164,60 @@ void readExtras(const JsonView& extras, GltfModalModel& model) {
   model.leftOut = ModesLeftOut{count("rigid"), count("below"), count("above"), count("overdamped")};
 }
 
-GltfModalModel readModel(GltfDocument& document, const JsonView& view) {
+GltfModalModel readModel(GltfDocument& document, const JsonNode& object) {
   GltfModalModel model;
-  model.name = view.text("name");
-  model.frequencies = document.scalars(view.member("frequencies"));
-  model.decayRates = document.scalars(view.member("decayRates"));
-  model.positions = document.vectors(view.member("positions"));
-  model.shapes = document.vectors(view.member("shapes"));
-  if (view.has("indices")) model.indices = document.indices(view.member("indices"));
-  model.material = view.indexIf("material");
-  if (view.has("massProperties"))
-    model.massProperties = readMassProperties(view.member("massProperties"));
-  if (view.has("extras") && view.member("extras").has("carom"))
-    readExtras(view.member("extras").member("carom"), model);
+  model.name = object.text("name");
+  model.frequencies = document.scalars(object.member("frequencies"));
+  model.decayRates = document.scalars(object.member("decayRates"));
+  model.positions = document.vectors(object.member("positions"));
+  model.shapes = document.vectors(object.member("shapes"));
+  if (object.has("indices")) model.indices = document.indices(object.member("indices"));
+  model.material = object.optionalIndex("material");
+  if (object.has("massProperties"))
+    model.massProperties = readMassProperties(object.member("massProperties"));
+  if (object.has("extras") && object.member("extras").has("carom"))
+    readExtras(object.member("extras").member("carom"), model);
   return model;
 }
 
-GltfAcousticMaterial readMaterial(const JsonView& view) {
+GltfAcousticMaterial readMaterial(const JsonNode& object) {
   GltfAcousticMaterial material;
-  material.name = view.text("name");
-  material.density = view.numberIf("density");
-  material.youngsModulus = view.numberIf("youngsModulus");
-  material.poissonRatio = view.numberIf("poissonRatio");
-  material.alpha = view.numberIf("alpha");
-  material.beta = view.numberIf("beta");
-  if (view.has("extras") && view.member("extras").has("carom"))
-    material.restitution = view.member("extras").member("carom").numberIf("restitution");
+  material.name = object.text("name");
+  material.density = object.optionalNumber("density");
+  material.youngsModulus = object.optionalNumber("youngsModulus");
+  material.poissonRatio = object.optionalNumber("poissonRatio");
+  material.alpha = object.optionalNumber("alpha");
+  material.beta = object.optionalNumber("beta");
+  if (object.has("extras") && object.member("extras").has("carom"))
+    material.restitution = object.member("extras").member("carom").optionalNumber("restitution");
   return material;
 }
 
-GltfAcousticSurface readSurface(GltfDocument& document, const JsonView& view) {
+GltfAcousticSurface readSurface(GltfDocument& document, const JsonNode& object) {
   GltfAcousticSurface surface;
-  surface.name = view.text("name");
-  surface.roughness = view.number("roughness", surface.roughness);
-  surface.correlationLength = view.number("correlationLength", surface.correlationLength);
-  surface.spectralSlope = view.number("spectralSlope", surface.spectralSlope);
-  surface.shortWavelength = view.numberIf("shortWavelength");
-  surface.wavinessLength = view.number("wavinessLength", surface.wavinessLength);
-  surface.waviness = view.number("waviness", surface.waviness);
-  if (view.has("waviness") && surface.waviness > 0.0 && !view.has("wavinessLength"))
-    view.member("wavinessLength").refuse("is missing; waviness needs it");
-  if (view.has("profile")) surface.profile = document.scalars(view.member("profile"));
-  surface.sampleSpacing = view.number("sampleSpacing", 0.0);
-  if (view.has("normalTexture")) {
-    const JsonView texture = view.member("normalTexture");
+  surface.name = object.text("name");
+  surface.roughness = object.number("roughness", surface.roughness);
+  surface.correlationLength = object.number("correlationLength", surface.correlationLength);
+  surface.spectralSlope = object.number("spectralSlope", surface.spectralSlope);
+  surface.shortWavelength = object.optionalNumber("shortWavelength");
+  surface.wavinessLength = object.number("wavinessLength", surface.wavinessLength);
+  surface.waviness = object.number("waviness", surface.waviness);
+  if (object.has("waviness") && surface.waviness > 0.0 && !object.has("wavinessLength"))
+    object.member("wavinessLength").fail("is missing; waviness needs it");
+  if (object.has("profile")) surface.profile = document.scalars(object.member("profile"));
+  surface.sampleSpacing = object.number("sampleSpacing", 0.0);
+  if (object.has("normalTexture")) {
+    const JsonNode texture = object.member("normalTexture");
     surface.normalTexture = texture.member("index").index();
     surface.normalTexCoord = texture.index("texCoord", 0);
     surface.normalScale = texture.number("scale", 1.0);
   }
-  surface.material = view.indexIf("material");
+  surface.material = object.optionalIndex("material");
   return surface;
 }
 
 /// Returns the transform from a node's frame to that of its parent.
-Eigen::Matrix4d readTransform(const JsonView& node) {
+Eigen::Matrix4d readTransform(const JsonNode& node) {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
   node.numbers("matrix", {matrix.data(), 16});  // column by column, in glTF and in Eigen
   Vec3 translation = Vec3::Zero();
@@ -227,7 +228,7 @@ Eigen::Matrix4d readTransform(const JsonView& node) {
   node.numbers("rotation", {rotation.coeffs().data(), 4});
   if (node.has("matrix")) return matrix;
   if (!(std::abs(rotation.norm() - 1.0) <= kUnit))
-    node.member("rotation").refuse("must be a quaternion of length 1");
+    node.member("rotation").fail("must be a quaternion of length 1");
   matrix.topLeftCorner<3, 3>() = rotation.normalized().toRotationMatrix() * scale.asDiagonal();
   matrix.topRightCorner<3, 1>() = translation;
   return matrix;
@@ -235,14 +236,14 @@ Eigen::Matrix4d readTransform(const JsonView& node) {
 
 /// Returns the transforms of all nodes to the frame of the scene. Nodes without a parent are
 /// reached first, and parents before their children; nodes in a ring are never reached.
-std::vector<Eigen::Matrix4d> globalTransforms(const std::vector<JsonView>& nodes) {
+std::vector<Eigen::Matrix4d> globalTransforms(const std::vector<JsonNode>& nodes) {
   std::vector<std::vector<std::size_t>> children(nodes.size());
   std::vector<bool> hasParent(nodes.size(), false);
   for (std::size_t node = 0; node < nodes.size(); ++node) {
-    for (const JsonView& child : nodes[node].member("children").elements()) {
+    for (const JsonNode& child : nodes[node].member("children").elements()) {
       const std::size_t index = child.index();
       if (index >= nodes.size() || hasParent[index])
-        child.refuse("must be the index of a node that has no other parent");
+        child.fail("must be the index of a node that has no other parent");
       else
         children[node].push_back(index), hasParent[index] = true;
     }
@@ -258,37 +259,37 @@ std::vector<Eigen::Matrix4d> globalTransforms(const std::vector<JsonView>& nodes
     }
   }
   if (reached.size() < nodes.size())
-    nodes.front().refuse("or another node is a descendant of itself; expected trees");
+    nodes.front().fail("or another node is a descendant of itself; expected trees");
   return transforms;
 }
 
 void readNodes(GltfDocument& document, GltfAudio& audio) {
-  const std::vector<JsonView> nodes = document.root().member("nodes").elements();
+  const std::vector<JsonNode> nodes = document.root().member("nodes").elements();
   const std::vector<Eigen::Matrix4d> transforms = globalTransforms(nodes);
   for (std::size_t index = 0; index < nodes.size(); ++index) {
-    const JsonView extensions = nodes[index].member("extensions");
+    const JsonNode extensions = nodes[index].member("extensions");
     if (!extensions.has(kExtension)) continue;
-    const JsonView view = extensions.member(kExtension);
+    const JsonNode object = extensions.member(kExtension);
     GltfAudioNode node;
     node.name = nodes[index].text("name");
-    node.modalModel = view.indexIf("modalModel");
-    node.acousticSurface = view.indexIf("acousticSurface");
-    node.gain = view.number("gain", 1.0);
+    node.modalModel = object.optionalIndex("modalModel");
+    node.acousticSurface = object.optionalIndex("acousticSurface");
+    node.gain = object.number("gain", 1.0);
     node.globalTransform = transforms[index];
-    if (const Status valid = validate(node, audio); !valid) view.refuse(valid.error().message);
+    if (const Status valid = validate(node, audio); !valid) object.fail(valid.error().message);
     audio.nodes.push_back(std::move(node));
   }
 }
 
-GltfAudio readExtension(GltfDocument& document, const JsonView& extension) {
+GltfAudio readExtension(GltfDocument& document, const JsonNode& extension) {
   GltfAudio audio;
-  for (const JsonView& view : extension.member("acousticMaterials").elements())
-    audio.materials.push_back(readMaterial(view));
-  for (const JsonView& view : extension.member("acousticSurfaces").elements())
-    audio.surfaces.push_back(readSurface(document, view));
-  for (const JsonView& view : extension.member("modalModels").elements())
-    audio.models.push_back(readModel(document, view));
-  if (document.fault().empty()) readNodes(document, audio);
+  for (const JsonNode& object : extension.member("acousticMaterials").elements())
+    audio.materials.push_back(readMaterial(object));
+  for (const JsonNode& object : extension.member("acousticSurfaces").elements())
+    audio.surfaces.push_back(readSurface(document, object));
+  for (const JsonNode& object : extension.member("modalModels").elements())
+    audio.models.push_back(readModel(document, object));
+  if (!document.error()) readNodes(document, audio);
   return audio;
 }
 
@@ -438,15 +439,15 @@ Result<GltfAudio> parseGltfAudio(std::span<const std::byte> bytes, std::string_v
   const auto refuse = [name](const std::string& why) {
     return Error{std::string(name) + ": " + why};
   };
-  Result<GltfDocument> document = GltfDocument::parse(bytes, folder);
-  if (!document) return refuse(document.error().message);
-  const JsonView extensions = document->root().member("extensions");
+  Result<GltfDocument> document = GltfDocument::parse(bytes, name, folder);
+  if (!document) return document.error();
+  const JsonNode extensions = document->root().member("extensions");
   if (!extensions.has(kExtension))
     return refuse(
         "has no /extensions/KHR_audio_rigid_bodies; expected a glTF file with modal "
         "models, acoustic materials or surfaces");
   GltfAudio audio = readExtension(*document, extensions.member(kExtension));
-  if (!document->fault().empty()) return refuse(document->fault());
+  if (document->error()) return document->error().error();
   if (const Status valid = validate(audio); !valid)
     return refuse("/extensions/" + std::string(kExtension) + valid.error().message);
   return audio;

@@ -76,7 +76,7 @@ Motion gapOf(const ContactSide& body, const ContactSide& other, const TouchPoint
 }
 
 double flatTouchTime(const Motion& gap, double horizon) {
-  return planeTouchTime(gap.position.x(), gap.velocity.x(), gap.acceleration.x(), horizon);
+  return planeImpactTime(gap.position.x(), gap.velocity.x(), gap.acceleration.x(), horizon);
 }
 
 std::optional<Touch> touchAhead(const Motion& gap, const TouchPoint& point, double dt) {
@@ -99,7 +99,7 @@ double onsetOf(const ContactSide& body, const ContactSide& other, const TouchPoi
 Touch sphereTouch(const ContactSide& body, const ContactSide& other, double dt) {
   const Motion before = earlier(body.way(dt) - other.way(dt), dt);
   const double distance = body.body.radius + other.body.radius;
-  const double s = std::min(dt, sphereTouchTime(before, distance, dt));
+  const double s = std::min(dt, sphereImpactTime(before, distance, dt));
   Touch touch{.s = s - dt, .normal = before.positionAt(s).normalized()};
   touch.approachSpeed = -before.velocityAt(s).dot(touch.normal);
   return touch;

@@ -11,6 +11,7 @@
 
 namespace carom::scenes {
 
+using namespace modal;
 using namespace native;
 
 namespace {

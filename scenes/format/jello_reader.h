@@ -1,7 +1,7 @@
 #pragma once
 
 #include "carom/audio/material.h"
-#include "scenes/format/json_reader.h"
+#include "modal/json/json_reader.h"
 #include "scenes/format/scene.h"
 
 namespace carom::scenes {
@@ -10,10 +10,10 @@ namespace carom::scenes {
 // its node, and what was read is then dropped with the scene. docs/scenes.md has the fields.
 
 /// True if `entry` is an object with no key but a jello's. [any thread]
-bool expectJello(const JsonNode& entry);
+bool expectJello(const modal::JsonNode& entry);
 
 /// Reads a jello, all but its name. [any thread]
-JelloShape readJello(const JsonNode& entry);
+JelloShape readJello(const modal::JsonNode& entry);
 
 /// Returns the equivalent material of a lattice for contacts: its density, and the Young's modulus
 /// that its springs give it along its axes, in the mean, for small strains (for an infinite

@@ -16,6 +16,7 @@
 
 namespace carom::scenes {
 
+using namespace modal;
 using namespace native;
 
 namespace {

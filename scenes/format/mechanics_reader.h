@@ -1,6 +1,6 @@
 #pragma once
 
-#include "scenes/format/json_reader.h"
+#include "modal/json/json_reader.h"
 #include "scenes/format/scene.h"
 
 namespace carom::scenes {
@@ -10,16 +10,16 @@ namespace carom::scenes {
 // scene. docs/scenes.md has the fields. All functions of this file: [any thread].
 
 /// Reads the keys of a material that are in ContactTraits; ignores others.
-ContactTraits readContactTraits(const JsonNode& material);
+ContactTraits readContactTraits(const modal::JsonNode& material);
 
 /// Reads "spin" of a sphere.
-Vec3 readSpin(const JsonNode& sphere);
+Vec3 readSpin(const modal::JsonNode& sphere);
 
 /// Reads "velocity" and "oscillation" of a plane.
-void readMotion(const JsonNode& entry, PlaneShape& plane);
+void readMotion(const modal::JsonNode& entry, PlaneShape& plane);
 
 /// Reads "rotation" of a block. Uses + - * / and sqrt only, so the bits are the same everywhere.
-Quat readRotation(const JsonNode& block);
+Quat readRotation(const modal::JsonNode& block);
 
 /// Returns the gap at time 0 between the surfaces of a sphere and a wall, in m; negative if they
 /// overlap, and minus infinity if the centre is inside a block. Exact, like all that follows from
@@ -28,6 +28,6 @@ double gapAtStart(const PlaneShape& plane, const Vec3& centre, double radius);
 double gapAtStart(const BlockShape& block, const Vec3& centre, double radius);
 
 /// Reads "mechanics" into `scene`, whose bodies are complete and in their places.
-void readMechanics(const JsonNode& node, Scene& scene);
+void readMechanics(const modal::JsonNode& node, Scene& scene);
 
 }  // namespace carom::scenes

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "scenes/format/json_reader.h"
+#include "modal/json/json_reader.h"
 #include "scenes/format/scene.h"
 
 namespace carom::scenes {
@@ -11,6 +11,7 @@ namespace carom::scenes {
 /// Reads the member "modes" of `entry`, a body: how it rings. Returns nullopt if there is no such
 /// member. Names of files are relative to `folder`. Every error is recorded at its node.
 /// [any thread]
-std::optional<Ringing> readRinging(const JsonNode& entry, const std::filesystem::path& folder);
+std::optional<Ringing> readRinging(const modal::JsonNode& entry,
+                                   const std::filesystem::path& folder);
 
 }  // namespace carom::scenes

@@ -22,9 +22,9 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
+#include "modal/json/json_reader.h"
 #include "native/jello/jello_skin.h"
 #include "scenes/format/jello_reader.h"
-#include "scenes/format/json_reader.h"
 #include "scenes/format/mechanics_reader.h"
 #include "scenes/format/ringing_reader.h"
 #include "scenes/format/scene_ranges.h"
@@ -34,6 +34,7 @@
 
 namespace carom::scenes {
 
+using namespace modal;
 using namespace native;
 
 namespace {

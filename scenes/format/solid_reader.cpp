@@ -10,6 +10,7 @@
 
 namespace carom::scenes {
 
+using namespace modal;
 using namespace native;
 
 namespace {

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "scenes/format/json_reader.h"
+#include "modal/json/json_reader.h"
 #include "scenes/format/mesh_shape.h"
 #include "scenes/format/solid_shape.h"
 
@@ -18,14 +18,14 @@ class SolidReader {
   explicit SolidReader(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
   /// True if `entry` is an object with no key but a solid's.
-  static bool expectSolid(const JsonNode& entry);
+  static bool expectSolid(const modal::JsonNode& entry);
 
   /// Reads a solid, all but its name and material; `density` in kg/m^3.
-  SolidShape read(const JsonNode& entry, double density);
+  SolidShape read(const modal::JsonNode& entry, double density);
 
  private:
-  void readShape(const JsonNode& node, bool canMove, SolidShape& solid);
-  void readMesh(const JsonNode& node, bool canMove, SolidShape& solid);
+  void readShape(const modal::JsonNode& node, bool canMove, SolidShape& solid);
+  void readMesh(const modal::JsonNode& node, bool canMove, SolidShape& solid);
 
   std::filesystem::path folder_;
   MeshShelf meshes_;

@@ -15,6 +15,7 @@
 namespace carom::scenes {
 
 using namespace audio;
+using namespace modal;
 
 namespace {
 

@@ -7,7 +7,7 @@
 
 #include "audio/propagation/pose_track.h"
 #include "carom/audio/synth.h"
-#include "scenes/format/json_reader.h"
+#include "modal/json/json_reader.h"
 
 namespace carom::scenes {
 
@@ -38,16 +38,16 @@ struct ListenerEntry {
 };
 
 /// Reads "sound".
-void readSound(const JsonNode& node, SynthSettings& settings);
+void readSound(const modal::JsonNode& node, SynthSettings& settings);
 
 /// Reads "room" into `settings.room` and `settings.reverb`; its walls are the planes of the scene.
-void readRoom(const JsonNode& node, const std::vector<RoomPlane>& planes, double speedOfSound,
-              SynthSettings& settings);
+void readRoom(const modal::JsonNode& node, const std::vector<RoomPlane>& planes,
+              double speedOfSound, SynthSettings& settings);
 
 /// True if `entry` is an object with no key but a listener's.
-bool expectListener(const JsonNode& entry);
+bool expectListener(const modal::JsonNode& entry);
 
 /// Reads a listener. File names are relative to `folder`.
-ListenerEntry readListener(const JsonNode& entry, const std::filesystem::path& folder);
+ListenerEntry readListener(const modal::JsonNode& entry, const std::filesystem::path& folder);
 
 }  // namespace carom::scenes

@@ -7,6 +7,9 @@
 #include "scenes/format/scene_ranges.h"
 
 namespace carom::scenes {
+
+using namespace modal;
+
 namespace {
 
 // scene.schema.json and docs/scenes.md repeat these; a test compares the schema.

@@ -168,8 +168,8 @@ TEST(BulletBridge, AnImpactThatBulletDoesNotBounceIsStillReportedOnce) {
   const Drop exact = dropByHand(1.0, 0.0, 9.81, double(btScalar(1.0 / 1000)));
   EXPECT_NEAR(events[0].time, exact.time, 3e-5);
   EXPECT_NEAR(events[0].impulse.norm(), 1.9 * exact.speed, 1e-3 * 1.9 * exact.speed);
-  EXPECT_EQ(bridge.counters().swallowed, 1u);
-  EXPECT_EQ(bridge.counters().ahead, 1u);
+  EXPECT_EQ(bridge.counters().lostRebound, 1u);
+  EXPECT_EQ(bridge.counters().speculative, 1u);
 }
 
 TEST(BulletBridge, CountsWhatBulletNeverSaw) {
@@ -179,8 +179,8 @@ TEST(BulletBridge, CountsWhatBulletNeverSaw) {
   BulletBridge bridge = attached(world);
   world.step(1.0 / 60, 4);  // a metre a step: no overlap at any node
   EXPECT_EQ(eventsOf(bridge, 0).size(), 1u);
-  EXPECT_EQ(bridge.counters().unseen, 1u);
-  EXPECT_EQ(bridge.counters().swallowed, 0u);
+  EXPECT_EQ(bridge.counters().unsolved, 1u);
+  EXPECT_EQ(bridge.counters().lostRebound, 0u);
 }
 
 TEST(BulletBridge, CountsImpactsThatAreTooSlowForBulletToBounce) {

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "bullet_bridge/tracking/body_tracker.h"
+#include "bullet_bridge/bodies/body_tracker.h"
 #include "tests/bullet_bridge/nearest_by_hand.h"
 #include "tests/bullet_bridge/random_motion.h"
 #include "tests/bullet_bridge/vectors.h"

@@ -41,7 +41,7 @@ TEST(ImpactTime, SpheresInRelativeMotionTouchWhereABruteForceSearchFindsThem) {
     motion.velocity =
         -motion.position + 0.8 * Vec3(uniform(random), uniform(random), uniform(random));
     if (trial % 2 == 1) motion.acceleration = 3.0 * Vec3(uniform(random), uniform(random), 0.0);
-    const double found = sphereTouchTime(motion, 0.7, 2.0);
+    const double found = sphereImpactTime(motion, 0.7, 2.0);
     const double expected =
         searched([&](double s) { return motion.positionAt(s).norm() - 0.7; }, 2.0);
     if (expected == kNever) {
@@ -55,27 +55,27 @@ TEST(ImpactTime, SpheresInRelativeMotionTouchWhereABruteForceSearchFindsThem) {
 }
 
 TEST(ImpactTime, APlaneIsTouchedAtTheTextbookTimes) {
-  EXPECT_DOUBLE_EQ(planeTouchTime(4.905, 0.0, -9.81, 10.0), 1.0);
-  EXPECT_DOUBLE_EQ(planeTouchTime(3.0, -1.5, 0.0, 10.0), 2.0);
-  EXPECT_DOUBLE_EQ(planeTouchTime(3.0, 2.0, -2.0, 10.0), 3.0);  // up, and back
-  EXPECT_EQ(planeTouchTime(3.0, -1.5, 0.0, 1.9), kNever);       // beyond the horizon
-  EXPECT_EQ(planeTouchTime(1.0, -1.0, 0.6, 10.0), kNever);      // it turns around above the plane
-  EXPECT_EQ(planeTouchTime(1.0, 0.0, 0.0, 10.0), kNever);
+  EXPECT_DOUBLE_EQ(planeImpactTime(4.905, 0.0, -9.81, 10.0), 1.0);
+  EXPECT_DOUBLE_EQ(planeImpactTime(3.0, -1.5, 0.0, 10.0), 2.0);
+  EXPECT_DOUBLE_EQ(planeImpactTime(3.0, 2.0, -2.0, 10.0), 3.0);  // up, and back
+  EXPECT_EQ(planeImpactTime(3.0, -1.5, 0.0, 1.9), kNever);       // beyond the horizon
+  EXPECT_EQ(planeImpactTime(1.0, -1.0, 0.6, 10.0), kNever);      // it turns around above the plane
+  EXPECT_EQ(planeImpactTime(1.0, 0.0, 0.0, 10.0), kNever);
 }
 
 TEST(ImpactTime, WhatOverlapsTouchesAtOnceIfItApproachesAndNeverIfNot) {
   const Motion closing{Vec3(0.5, 0, 0), Vec3(-1, 0, 0), Vec3::Zero()};
   const Motion leaving{Vec3(0.5, 0, 0), Vec3(1, 0, 0), Vec3::Zero()};
-  EXPECT_EQ(sphereTouchTime(closing, 0.7, 1.0), 0.0);
-  EXPECT_EQ(sphereTouchTime(leaving, 0.7, 1.0), kNever);
-  EXPECT_EQ(planeTouchTime(-0.1, -1.0, -9.81, 1.0), 0.0);
-  EXPECT_EQ(planeTouchTime(-0.1, 1.0, -9.81, 1.0), kNever);
+  EXPECT_EQ(sphereImpactTime(closing, 0.7, 1.0), 0.0);
+  EXPECT_EQ(sphereImpactTime(leaving, 0.7, 1.0), kNever);
+  EXPECT_EQ(planeImpactTime(-0.1, -1.0, -9.81, 1.0), 0.0);
+  EXPECT_EQ(planeImpactTime(-0.1, 1.0, -9.81, 1.0), kNever);
 }
 
 TEST(ImpactTime, ADistantAndFastPairLosesNoDigits) {
   // The pair is 1 km apart, closes at 1 km/s and touches after exactly (1000 - 0.01) / 1000 s.
   const Motion motion{Vec3(1000.0, 0, 0), Vec3(-1000.0, 0, 0), Vec3::Zero()};
-  EXPECT_NEAR(sphereTouchTime(motion, 0.01, 2.0), 0.99999, 1e-12);
+  EXPECT_NEAR(sphereImpactTime(motion, 0.01, 2.0), 0.99999, 1e-12);
 }
 
 }  // namespace

@@ -211,10 +211,10 @@ TEST(Impacts, ACradleWithGapsHandsTheBlowOnPairByPair) {
   world.step(1.0 / 1000, 200);
   ASSERT_EQ(bridge.events().size(), 8u);
   EXPECT_NEAR(bridge.events()[0].time, 0.05, kTime);
-  for (std::size_t blow = 0; blow < 4; ++blow) {
-    const ImpulseEvent& event = bridge.events()[2 * blow];
-    EXPECT_EQ(std::min(event.body, event.other), blow);
-    EXPECT_EQ(std::max(event.body, event.other), blow + 1);
+  for (std::size_t impact = 0; impact < 4; ++impact) {
+    const ImpulseEvent& event = bridge.events()[2 * impact];
+    EXPECT_EQ(std::min(event.body, event.other), impact);
+    EXPECT_EQ(std::max(event.body, event.other), impact + 1);
     EXPECT_NEAR(event.impulse.norm(), 0.5 * 2.0, 1e-4);
   }
 }

@@ -1,4 +1,4 @@
-#include "bullet_bridge/tracking/multibody_link.h"
+#include "bullet_bridge/bodies/multibody_link.h"
 
 #include <cmath>
 #include <memory>

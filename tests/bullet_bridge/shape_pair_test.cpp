@@ -7,7 +7,7 @@
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <gtest/gtest.h>
 
-#include "bullet_bridge/tracking/body_tracker.h"
+#include "bullet_bridge/bodies/body_tracker.h"
 #include "tests/bullet_bridge/nearest_by_hand.h"
 #include "tests/bullet_bridge/random_motion.h"
 #include "tests/bullet_bridge/vectors.h"
@@ -66,8 +66,8 @@ TEST(ShapePair, EveryPairOfConvexShapesHasGapZeroAtItsTouchAndIsApartBefore) {
         const double horizon = 1.0 / 30.0;
         ASSERT_TRUE(pair.set(body, other, horizon, 0.01));
         ASSERT_TRUE(swapped.set(other, body, horizon, 0.01));
-        const double touch = pair.touchTime();
-        EXPECT_NEAR(std::min(swapped.touchTime(), 1.0), std::min(touch, 1.0), 1e-9);
+        const double touch = pair.impactTime();
+        EXPECT_NEAR(std::min(swapped.impactTime(), 1.0), std::min(touch, 1.0), 1e-9);
         const double until = std::min(touch, horizon);
         for (int i = 0; i < 20; ++i) {
           EXPECT_GT(pair.proximityAt(until * i / 20.0).gap, 0.0);
@@ -108,7 +108,7 @@ class Tally {
 
 Times timesOf(ShapePair& pair, const MovingShape& body, const MovingShape& other) {
   EXPECT_TRUE(pair.set(body, other, kSubstep, 1.0));
-  return {pair.touchTime(), kNever};
+  return {pair.impactTime(), kNever};
 }
 
 Points placed(Points points, const Pose& pose) {
@@ -549,7 +549,7 @@ TEST(ShapePair, CornersThatPassByAMicrometreDoNotTouchAndThoseThatMeetByOneDo) {
     motion.centre.position = Vec3(-0.05, 2.0 * edge + clearance, 0.01);
     motion.centre.velocity = Vec3(10.0, 0.0, 0.0);
     ASSERT_TRUE(pair.set({&box, motion}, {&box, other}, kSubstep, 0.0));
-    const double touch = pair.touchTime();
+    const double touch = pair.impactTime();
     if (clearance > 0.0) {
       EXPECT_EQ(touch, kNever) << clearance;
     } else {
@@ -595,7 +595,7 @@ TEST(ShapePair, WhatIsEmptyFlatOrNotANumberComesToAnEnd) {
   EXPECT_FALSE(pair.set(body, {&nothing, {}}, kSubstep, 1.0));
   EXPECT_FALSE(pair.set(body, {&bag, {}}, kSubstep, 1.0));
   EXPECT_FALSE(pair.set(body, {&none, {}}, kSubstep, 1.0));
-  EXPECT_EQ(pair.touchTime(), kNever);
+  EXPECT_EQ(pair.impactTime(), kNever);
   EXPECT_EQ(pair.proximityAt(0.0).gap, kNever);
   EXPECT_FALSE(pair.set({&mesh, {}}, {&mesh, {}}, kSubstep, 1.0));
   EXPECT_NEAR(timesOf(pair, body, {&grain, {}}).found, (0.15 - 0.03 - 1e-6) / 10.0, 1e-9);
@@ -623,7 +623,7 @@ TEST(ShapePair, AllocatesNothingOnceItHasSeenAsMuch) {
   ShapePair pair;
   const auto all = [&] {
     pair.set({&box, motion}, {&mesh, {}}, kSubstep, 0.1);
-    pair.touchTime();
+    pair.impactTime();
     pair.patchAt(0.01, pair.proximityAt(0.01), 0.01);
   };
   all();

@@ -375,7 +375,18 @@ TEST(GltfAudio, RefusesWhatIsNoGltf) {
   for (const std::string text : {"", "{", "[]", "null", "solid cube", "{} {}"})
     EXPECT_THAT(refusal(text), HasSubstr("is no glTF: expected a JSON object")) << text;
   EXPECT_THAT(refusal("{}"), HasSubstr("/asset/version: must be"));
+  EXPECT_THAT(refusal("{\n  \"asset\": }"), HasSubstr("(line 2, column 12: this is not JSON: "));
   EXPECT_THAT(refusal(bellText().substr(0, 1000)), HasSubstr("is no glTF"));
+}
+
+// The glTF 2.0 specification, under JSON Encoding: names within an object are unique.
+TEST(GltfAudio, RefusesADocumentWhoseKeysAppearTwice) {
+  EXPECT_THAT(refusal(R"({"asset": {"version": "2.0", "version": "2.0"}})"),
+              HasSubstr("/asset/version: the key \"version\" appears twice"));
+}
+
+TEST(GltfAudio, RefusesADocumentThatIsNestedWithoutEnd) {
+  EXPECT_THAT(refusal(R"({"extras": )" + std::string(100'000, '[')), HasSubstr("nested too deep"));
 }
 
 TEST(GltfAudio, RefusesGlbFilesThatAreNotWhole) {

@@ -14,10 +14,37 @@ class btDynamicsWorld;
 
 namespace carom {
 
+// The bridge listens to a Bullet world and tells what hit what, when and how hard, and what slides,
+// rolls or rests. Bullet's contacts do not say so: they describe poses at the start of a substep,
+// and their impulses carry load, penetration correction and speculative losses (docs/bridge.md). So
+// the bridge takes from Bullet how the bodies moved and what its solver applied, and finds the
+// impacts itself, on the exact paths between Bullet's nodes. One substep:
+//
+//     Bullet                                the bridge
+//     ------                                ----------
+//     pre-tick callback ------------------> poses, velocities and forces before the solver
+//     finds contacts (manifolds)
+//     solves them
+//     moves the bodies
+//     actions ----------------------------> velocities after the solver
+//                                                  |
+//                                           pairs whose paths come near each other (broad phase)
+//                                                  |
+//     impulses of the pair's manifolds ---> time of impact on the path of each pair
+//                                                  |
+//                       +--------------------------+--------------------------+
+//                       |                          |                          |
+//                 a new impact            an impact under way         a lasting contact
+//             Newton's impulse there,     what Bullet applied is       load, slip, roll,
+//              from mass and speed        added until it is over     path of the contact
+//                       |                          |                          |
+//                       +----> ImpulseEvent <------+                    ContactState
+//                             one for each body                  one for each pair and substep
+
 /// When the bridge hands an event out.
 enum class EventDelivery : std::uint8_t {
   /// The bridge delivers an event when Bullet has finished solving its impact, with the impulse
-  /// that Bullet applied: usually one or two substeps after the touch, at the latest after three
+  /// that Bullet applied: usually one or two substeps after contact, at the latest after three
   /// substeps or 20 ms, whichever is longer.
   complete,
   /// The bridge delivers an event in the substep in which the bodies touch, without
@@ -39,12 +66,13 @@ struct BulletBridgeCounters {
   std::uint64_t substeps = 0;
   std::uint64_t collisions = 0;  ///< collisions found; each makes two events
   std::uint64_t delivered = 0;   ///< collisions whose events were handed out
-  std::uint64_t ahead = 0;   ///< impacts that Bullet solved before the touch (speculative contact)
+  /// Impacts that Bullet solved before the bodies touched (speculative contacts).
+  std::uint64_t speculative = 0;
   std::uint64_t merged = 0;  ///< contact points merged with others into one collision
   /// Impacts that Bullet's solver never acted on: the bodies grazed or passed through each other.
-  std::uint64_t unseen = 0;
+  std::uint64_t unsolved = 0;
   /// Impacts after which the bodies part at less than half of the speed that restitution demands.
-  std::uint64_t swallowed = 0;
+  std::uint64_t lostRebound = 0;
   /// Impacts slower than Bullet's restitution velocity threshold, which therefore do not bounce.
   std::uint64_t belowThreshold = 0;
   std::uint64_t contactsBegun = 0;  ///< lasting contacts that began
@@ -57,15 +85,12 @@ struct BulletBridgeCounters {
 /// Turns the contacts of a Bullet world into impulse events and contact states: each collision is
 /// reported once per body, at its exact time.
 ///
-/// Bullet detects contacts at the start of a substep and reports impulses that carry support load,
-/// Baumgarte energy and speculative losses (docs/bridge.md). The bridge therefore takes from Bullet
-/// the motion of the bodies, the pairs that it lets collide and the impulses that its solver
-/// applied, and finds the touch itself. Bullet moves a body along an exact parabola within each
-/// substep (see Motion) and turns it at constant angular velocity, so the time of first touch on
-/// Bullet's own path is a root: in closed form for spheres and planes, by conservative advancement
-/// on the convex pieces of all other shapes. Where the solver acts on a gap (a speculative
-/// contact), the time is that of the path without the solver, and may lie after the end of the
-/// substep.
+/// Bullet moves a body along an exact parabola within each substep
+/// (bullet_bridge/geometry/motion.h) and turns it at constant angular velocity, so the time of
+/// impact on Bullet's own path is a root: in closed form for spheres and planes, by conservative
+/// advancement on the convex pieces of all other shapes. Where the solver acts on a gap (a
+/// speculative contact), the time is that of the path without the solver, and may lie after the end
+/// of the substep.
 ///
 /// The impulse follows from the state at that time,
 ///

@@ -1,4 +1,4 @@
-#include "scenes/format/json_reader.h"
+#include "modal/json/json_reader.h"
 
 #include <algorithm>
 #include <array>
@@ -10,7 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace carom::scenes {
+namespace carom::modal {
 namespace {
 
 using nlohmann::json;
@@ -40,7 +40,7 @@ std::string shortened(std::string_view text, std::size_t limit) {
   return std::string(text.substr(0, end)) + "...";
 }
 
-std::string printable(std::string text) {
+std::string withoutControls(std::string text) {
   std::replace_if(text.begin(), text.end(), isControl, '?');
   return text;
 }
@@ -57,6 +57,11 @@ std::string escapedKey(std::string_view key) {
     }
   }
   return escaped;
+}
+
+const json& nullValue() {
+  static const json null;
+  return null;
 }
 
 /// Describes a value in a few words.
@@ -88,7 +93,7 @@ std::string syntaxMessage(std::string_view what) {
     message = message.substr(0, kMaxMessage / 2) + " ... " +
               message.substr(message.size() - kMaxMessage / 2);
   }
-  return printable(message);
+  return withoutControls(message);
 }
 
 std::string lineAndColumn(std::string_view text, std::size_t position) {
@@ -133,7 +138,7 @@ class DocumentBuilder final : public nlohmann::json_sax<json> {
                    const json::exception& exception) override {
     constexpr int kNumberOverflow = 406;
     if (exception.id == kNumberOverflow) {
-      error_.record(pointer(), printable(shortened(token, kMaxShownText)) +
+      error_.record(pointer(), withoutControls(shortened(token, kMaxShownText)) +
                                    " is too large for a number; expected at most 1.8e308");
     } else {
       error_.record(lineAndColumn(text_, std::min(position, text_.size() + 1)),
@@ -233,10 +238,10 @@ std::size_t editDistance(std::string_view from, std::string_view to) {
 }  // namespace
 
 void FirstError::record(std::string_view place, std::string_view what) {
-  if (error_) return;
-  std::string message = document_ + ": ";
-  if (!place.empty()) message.append(printable(std::string(place))).append(": ");
-  error_ = Error{message.append(what)};
+  if (reason_) return;
+  reason_.emplace();
+  if (!place.empty()) reason_->append(withoutControls(std::string(place))).append(": ");
+  reason_->append(what);
 }
 
 std::optional<json> parseJson(std::string_view text, FirstError& error, const JsonLimits& limits) {
@@ -333,6 +338,10 @@ std::vector<std::pair<std::string, JsonNode>> JsonNode::members() const {
     nodes.emplace_back(key, JsonNode(member, childPointer(key), *error_));
   }
   return nodes;
+}
+
+bool JsonNode::has(std::string_view key) const {
+  return value_->is_object() && value_->contains(key);
 }
 
 std::optional<JsonNode> JsonNode::find(std::string_view key) const {
@@ -447,6 +456,87 @@ std::string JsonNode::text(std::string_view key, const TextRange& range,
   return member ? member->text(range) : std::string(absent);
 }
 
+JsonNode JsonNode::member(std::string_view key) const {
+  if (!value_->is_object() && !value_->is_null()) fail("must be an object");
+  const std::optional<JsonNode> found = find(key);
+  return found ? *found : JsonNode(nullValue(), childPointer(key), *error_);
+}
+
+std::vector<JsonNode> JsonNode::elements() const {
+  std::vector<JsonNode> nodes;
+  if (!value_->is_array() && !value_->is_null()) fail("must be an array");
+  if (!value_->is_array()) return nodes;
+  nodes.reserve(value_->size());
+  for (const json& element : *value_)
+    nodes.emplace_back(element, childPointer(std::to_string(nodes.size())), *error_);
+  return nodes;
+}
+
+JsonNode JsonNode::element(const JsonNode& reference, std::string_view kind) const {
+  const std::size_t index = reference.index();
+  const std::size_t size = value_->is_array() ? value_->size() : 0;
+  if (index >= size)
+    reference.fail("is " + std::string(kind) + ' ' + std::to_string(index) + ", and there are " +
+                   std::to_string(size));
+  return {index < size ? (*value_)[index] : nullValue(), childPointer(std::to_string(index)),
+          *error_};
+}
+
+double JsonNode::number() const {
+  if (value_->is_number()) return value_->get<double>();
+  fail("must be a number");
+  return 0.0;
+}
+
+std::size_t JsonNode::index() const {
+  if (value_->is_number_unsigned()) return value_->get<std::size_t>();
+  fail("must be an integer from 0");
+  return 0;
+}
+
+std::string JsonNode::text() const {
+  if (value_->is_string()) return value_->get<std::string>();
+  fail("must be a string");
+  return {};
+}
+
+bool JsonNode::isTrue(std::string_view key) const {
+  return has(key) && *find(key)->value_ == true;
+}
+
+double JsonNode::number(std::string_view key, double absent) const {
+  return optionalNumber(key).value_or(absent);
+}
+
+std::optional<double> JsonNode::optionalNumber(std::string_view key) const {
+  if (const std::optional<JsonNode> member = find(key)) return member->number();
+  return std::nullopt;
+}
+
+std::size_t JsonNode::index(std::string_view key, std::size_t absent) const {
+  return optionalIndex(key).value_or(absent);
+}
+
+std::optional<std::size_t> JsonNode::optionalIndex(std::string_view key) const {
+  if (const std::optional<JsonNode> member = find(key)) return member->index();
+  return std::nullopt;
+}
+
+std::string JsonNode::text(std::string_view key) const {
+  const std::optional<JsonNode> member = find(key);
+  return member ? member->text() : std::string();
+}
+
+void JsonNode::numbers(std::string_view key, std::span<double> values) const {
+  const std::optional<JsonNode> array = find(key);
+  if (!array) return;
+  const std::vector<JsonNode> elements = array->elements();
+  if (elements.size() != values.size())
+    return array->fail("must be an array of " + std::to_string(values.size()) + " numbers");
+  for (std::size_t at = 0; at < values.size(); ++at)
+    values[at] = elements[at].number();
+}
+
 std::string JsonNode::childPointer(std::string_view key) const {
   return pointer_ + '/' + escapedKey(key);
 }
@@ -476,7 +566,7 @@ std::string suggestion(std::string_view word, const std::vector<std::string_view
 }
 
 std::string inQuotes(std::string_view text) {
-  return '"' + printable(shortened(text, kMaxShownText)) + '"';
+  return '"' + withoutControls(shortened(text, kMaxShownText)) + '"';
 }
 
 std::string formatNumber(double value) {
@@ -496,4 +586,4 @@ std::string formatNumber(double value) {
   return text;
 }
 
-}  // namespace carom::scenes
+}  // namespace carom::modal

@@ -1,4 +1,4 @@
-#include "bullet_bridge/tracking/near_boxes.h"
+#include "bullet_bridge/broad_phase/hierarchical_grid.h"
 
 #include <algorithm>
 #include <array>
@@ -20,7 +20,7 @@ using namespace bullet;
 namespace {
 
 using Boxes = std::vector<SweptBox>;
-using Pairs = std::set<NearBoxes::Pair>;
+using Pairs = std::set<HierarchicalGrid::Pair>;
 using Place = std::array<double, 3>;
 
 class RandomPlaces {
@@ -80,7 +80,7 @@ Pairs allPairs(const Boxes& boxes) {
 
 // Returns the number of pairs.
 std::size_t expectAllPairsOnce(const Boxes& boxes) {
-  NearBoxes near;
+  HierarchicalGrid near;
   const auto found = near.find(boxes);
   const Pairs expected = allPairs(boxes);
   EXPECT_EQ(found.size(), expected.size());
@@ -111,19 +111,19 @@ Boxes allSizes(std::size_t count, std::uint32_t seed) {
   return boxes;
 }
 
-TEST(NearBoxes, FindsEveryPairOfAGasOnce) {
+TEST(HierarchicalGrid, FindsEveryPairOfAGasOnce) {
   std::size_t pairs = 0;
   for (const std::size_t count : {0u, 1u, 2u, 3u, 10u, 100u, 1000u})
     pairs += expectAllPairsOnce(gas(count, static_cast<std::uint32_t>(count)));
   EXPECT_GT(pairs, 1000u);
 }
 
-TEST(NearBoxes, FindsEveryPairOfVeryDifferentSizesOnce) {
+TEST(HierarchicalGrid, FindsEveryPairOfVeryDifferentSizesOnce) {
   for (std::uint32_t seed = 0; seed < 20; ++seed)
     EXPECT_GT(expectAllPairsOnce(allSizes(300, seed)), 100u);
 }
 
-TEST(NearBoxes, FindsEveryPairOfManySmallBoxesAmongAFewLargeOnes) {
+TEST(HierarchicalGrid, FindsEveryPairOfManySmallBoxesAmongAFewLargeOnes) {
   RandomPlaces random(3);
   Boxes boxes = gas(500, 3);
   for (int i = 0; i < 5; ++i) {
@@ -134,7 +134,7 @@ TEST(NearBoxes, FindsEveryPairOfManySmallBoxesAmongAFewLargeOnes) {
   expectAllPairsOnce(boxes);
 }
 
-TEST(NearBoxes, FindsEveryPairOfFewSmallBoxesAmongManyLargeOnes) {
+TEST(HierarchicalGrid, FindsEveryPairOfFewSmallBoxesAmongManyLargeOnes) {
   RandomPlaces random(4);
   Boxes boxes = gas(500, 4);
   for (int i = 0; i < 20; ++i)
@@ -142,7 +142,7 @@ TEST(NearBoxes, FindsEveryPairOfFewSmallBoxesAmongManyLargeOnes) {
   expectAllPairsOnce(boxes);
 }
 
-TEST(NearBoxes, LargeBoxesThatEndJustBelowZeroFindSmallOnesThatBeginThere) {
+TEST(HierarchicalGrid, LargeBoxesThatEndJustBelowZeroFindSmallOnesThatBeginThere) {
   RandomPlaces random(6);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     Boxes boxes;
@@ -160,7 +160,7 @@ TEST(NearBoxes, LargeBoxesThatEndJustBelowZeroFindSmallOnesThatBeginThere) {
   }
 }
 
-TEST(NearBoxes, FindsEveryPairInPlanesAndRows) {
+TEST(HierarchicalGrid, FindsEveryPairInPlanesAndRows) {
   RandomPlaces random(5);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     Boxes plane, row, evenRow;
@@ -180,7 +180,7 @@ TEST(NearBoxes, FindsEveryPairInPlanesAndRows) {
   }
 }
 
-TEST(NearBoxes, FindsEveryPairInAThrongWithStragglersFarAway) {
+TEST(HierarchicalGrid, FindsEveryPairInAThrongWithStragglersFarAway) {
   for (std::uint32_t seed = 0; seed < 20; ++seed) {
     RandomPlaces random(seed);
     Boxes boxes = gas(200, seed);
@@ -193,7 +193,7 @@ TEST(NearBoxes, FindsEveryPairInAThrongWithStragglersFarAway) {
   }
 }
 
-TEST(NearBoxes, BoxesWhereFloatsAreCoarseHaveTheirPairs) {
+TEST(HierarchicalGrid, BoxesWhereFloatsAreCoarseHaveTheirPairs) {
   Boxes boxes = gas(50, 8);
   for (const double place : {1e4, 1e6, 1e9, 1e20, 1e30}) {
     addCube(boxes, {place, place, -place}, 0.2);
@@ -202,7 +202,7 @@ TEST(NearBoxes, BoxesWhereFloatsAreCoarseHaveTheirPairs) {
   expectAllPairsOnce(boxes);
 }
 
-TEST(NearBoxes, BoxesInOnePlaceAreAllPairs) {
+TEST(HierarchicalGrid, BoxesInOnePlaceAreAllPairs) {
   for (const double size : {0.0, 1e-3, 1.0}) {
     Boxes boxes;
     for (int i = 0; i < 40; ++i)
@@ -211,17 +211,17 @@ TEST(NearBoxes, BoxesInOnePlaceAreAllPairs) {
   }
 }
 
-TEST(NearBoxes, TwoThatAreInactiveAreNoPair) {
+TEST(HierarchicalGrid, TwoThatAreInactiveAreNoPair) {
   Boxes boxes = gas(600, 9);
   for (std::size_t i = 0; i < boxes.size(); ++i)
     boxes[i].active = i % 50 == 0;
   EXPECT_GT(expectAllPairsOnce(boxes), 10u);
   for (SweptBox& box : boxes)
     box.active = false;
-  EXPECT_TRUE(NearBoxes().find(boxes).empty());
+  EXPECT_TRUE(HierarchicalGrid().find(boxes).empty());
 }
 
-TEST(NearBoxes, BoxesThatAreNowhereDoNotDisturbTheOthers) {
+TEST(HierarchicalGrid, BoxesThatAreNowhereDoNotDisturbTheOthers) {
   const auto infinity = std::numeric_limits<float>::infinity();
   Boxes boxes = gas(200, 10);
   for (std::size_t i = 3; i < boxes.size(); i += 8) {
@@ -236,33 +236,33 @@ TEST(NearBoxes, BoxesThatAreNowhereDoNotDisturbTheOthers) {
   EXPECT_GT(expectAllPairsOnce(boxes), 40u);
 }
 
-TEST(NearBoxes, TheLowerBodyComesFirst) {
+TEST(HierarchicalGrid, TheLowerBodyComesFirst) {
   Boxes boxes = gas(2, 11);
   boxes[1] = boxes[0];
   boxes[0].body = 9;
   boxes[1].body = 4;
-  NearBoxes near;
+  HierarchicalGrid near;
   const auto found = near.find(boxes);
   ASSERT_EQ(found.size(), 1u);
-  EXPECT_EQ(found[0], NearBoxes::Pair(4, 9));
+  EXPECT_EQ(found[0], HierarchicalGrid::Pair(4, 9));
 }
 
-TEST(NearBoxes, TheOrderDependsOnNothingButTheBoxes) {
+TEST(HierarchicalGrid, TheOrderDependsOnNothingButTheBoxes) {
   const Boxes boxes = allSizes(500, 12);
-  NearBoxes near;
+  HierarchicalGrid near;
   const auto first = near.find(boxes);
-  const std::vector<NearBoxes::Pair> pairs(first.begin(), first.end());
+  const std::vector<HierarchicalGrid::Pair> pairs(first.begin(), first.end());
   near.find(gas(700, 13));
-  NearBoxes fresh;
-  for (NearBoxes* again : {&near, &fresh}) {
+  HierarchicalGrid fresh;
+  for (HierarchicalGrid* again : {&near, &fresh}) {
     const auto found = again->find(boxes);
     EXPECT_TRUE(std::equal(found.begin(), found.end(), pairs.begin(), pairs.end()));
   }
 }
 
-TEST(NearBoxes, AllocatesNothingOnceItHasSeenTheScene) {
+TEST(HierarchicalGrid, AllocatesNothingOnceItHasSeenTheScene) {
   const std::array<Boxes, 3> scenes{allSizes(500, 14), gas(400, 15), gas(0, 0)};
-  NearBoxes near;
+  HierarchicalGrid near;
   for (const Boxes& boxes : scenes)
     near.find(boxes);
   const test::NoAllocScope scope;

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "bullet_bridge/geometry/swept_box.h"
-#include "bullet_bridge/tracking/pair_list.h"
+#include "bullet_bridge/broad_phase/pair_list.h"
+#include "bullet_bridge/broad_phase/swept_box.h"
 
 namespace carom::bullet {
 
@@ -21,7 +21,7 @@ namespace carom::bullet {
 /// Branches that the processor cannot predict cost the most time, so the pairs of neighbours are
 /// first written down and then tested, both without branches; and the first test, which most of
 /// them fail, takes four instructions on words that hold three coordinates.
-class BoxGrid {
+class HashGrid {
  public:
   /// No box may be larger than `size`, in m, along an axis.
   void build(std::span<const SweptBox> boxes, float size);

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "bullet_bridge/tracking/box_grid.h"
+#include "bullet_bridge/broad_phase/hash_grid.h"
 
 namespace carom::bullet {
 
@@ -18,7 +18,7 @@ namespace carom::bullet {
 /// Boxes of similar size share a level, which has a grid for the active ones and one for the
 /// others; between levels the boxes of the one are looked up in the grid of the other. Memory is
 /// kept, so that nothing is allocated once the scene has been as crowded as it gets.
-class NearBoxes {
+class HierarchicalGrid {
  public:
   using Pair = PairList::Pair;
 
@@ -29,7 +29,7 @@ class NearBoxes {
   // The boxes of one level, all active or none.
   struct Group {
     std::vector<SweptBox> boxes;
-    BoxGrid grid;
+    HashGrid grid;
     bool built = false;
   };
   struct Level {
@@ -48,9 +48,9 @@ class NearBoxes {
   void measure(std::span<const SweptBox> boxes);
   void setLevels();
   void distribute(std::span<const SweptBox> boxes);
-  BoxGrid& gridOf(const Level& level, Group& group);
+  HashGrid& gridOf(const Level& level, Group& group);
   void findBetween(const Level& large, Group& largeBoxes, const Level& small, Group& smallBoxes);
-  void findAcross(const Group& group, const BoxGrid& grid);
+  void findAcross(const Group& group, const HashGrid& grid);
 
   std::array<Octave, 256> octaves_{};  // indexed by the exponent of a float
   SweptBox reach_;                     // around all active boxes

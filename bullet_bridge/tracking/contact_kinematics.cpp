@@ -1,4 +1,4 @@
-#include "bullet_bridge/tracking/lasting_contact.h"
+#include "bullet_bridge/tracking/contact_kinematics.h"
 
 #include <cmath>
 #include <limits>
@@ -13,7 +13,7 @@ constexpr double kWeight = 10.0;  // m/s^2, gravity
 
 // Returns the contact as one point of both bodies: the mean of the points, weighted by load, or
 // without load the nearest point of the other.
-Proximity meetingOf(const Proximity& start, const SolvedContact& solved) {
+Proximity meanContact(const Proximity& start, const SolvedContact& solved) {
   Vec3 position = Vec3::Zero();
   Vec3 normal = Vec3::Zero();
   double sum = 0.0;
@@ -22,13 +22,13 @@ Proximity meetingOf(const Proximity& start, const SolvedContact& solved) {
     normal += point.impulse * point.normal;
     sum += point.impulse;
   }
-  Proximity meeting = start;
+  Proximity contact = start;
   if (sum > 0.0 && !normal.isZero()) {
-    meeting.otherPoint = position / sum;
-    meeting.normal = normal.normalized();
+    contact.otherPoint = position / sum;
+    contact.normal = normal.normalized();
   }
-  meeting.point = meeting.otherPoint;
-  return meeting;
+  contact.point = contact.otherPoint;
+  return contact;
 }
 
 // Mean velocity (m/s) over the substep of the material point that is at `point` at its start.
@@ -55,47 +55,47 @@ Vec3 rimVelocity(const RigidMotion& of, const LocalShape& rim, const Vec3& point
 
 // Velocity (m/s) of the contact point: that of the centre of curvature of the more curved body, or
 // of a point on a rim.
-Vec3 contactVelocity(const PairMotion& now, const Proximity& meeting, const LocalShape& shape,
+Vec3 contactVelocity(const PairMotion& now, const Proximity& contact, const LocalShape& shape,
                      const LocalShape& otherShape, double dt) {
   const double radius = shape.rollingRadius;
   const double otherRadius = otherShape.rollingRadius;
   if (shape.rimRadius > 0.0 && std::isinf(otherRadius))
-    return rimVelocity(now.body(), shape, meeting.point, -meeting.normal, dt);
+    return rimVelocity(now.body(), shape, contact.point, -contact.normal, dt);
   if (otherShape.rimRadius > 0.0 && std::isinf(radius))
-    return rimVelocity(now.other(), otherShape, meeting.point, meeting.normal, dt);
+    return rimVelocity(now.other(), otherShape, contact.point, contact.normal, dt);
   if (std::isinf(radius) && std::isinf(otherRadius)) {
-    return meanVelocity(now.body(), meeting.point, dt);
+    return meanVelocity(now.body(), contact.point, dt);
   }
   return radius <= otherRadius
-             ? meanVelocity(now.body(), meeting.point + radius * meeting.normal, dt)
-             : meanVelocity(now.other(), meeting.point - otherRadius * meeting.normal, dt);
+             ? meanVelocity(now.body(), contact.point + radius * contact.normal, dt)
+             : meanVelocity(now.other(), contact.point - otherRadius * contact.normal, dt);
 }
 
 }  // namespace
 
-ContactState lastingContact(const PairMotion& now, const Proximity& start,
+ContactState contactStateOf(const PairMotion& now, const Proximity& start,
                             const SolvedContact& solved, const SubstepTime& substep) {
-  const Proximity meeting = meetingOf(start, solved);
+  const Proximity contact = meanContact(start, solved);
   const double dt = substep.length;
   const auto tangential = [&](const Vec3& v) {
-    return Vec3(v - v.dot(meeting.normal) * meeting.normal);
+    return Vec3(v - v.dot(contact.normal) * contact.normal);
   };
-  const Vec3 bodyVelocity = meanVelocity(now.body(), meeting.point, dt);
-  const Vec3 otherVelocity = meanVelocity(now.other(), meeting.point, dt);
+  const Vec3 bodyVelocity = meanVelocity(now.body(), contact.point, dt);
+  const Vec3 otherVelocity = meanVelocity(now.other(), contact.point, dt);
   // The local shapes are taken along the bridge's own normal: Bullet's is often askew by more than
   // the angle that tells faces from edges.
   const LocalShape shape = now.shapeAt(PairSide::body, start);
   const LocalShape otherShape = now.shapeAt(PairSide::other, start);
-  const Vec3 pointVelocity = contactVelocity(now, meeting, shape, otherShape, dt);
+  const Vec3 pointVelocity = contactVelocity(now, contact, shape, otherShape, dt);
 
   ContactState state;
   state.time = substep.start;
   state.duration = dt;
   state.body = now.pair().body->id;
   state.other = now.pair().other->id;
-  state.normal = meeting.normal;
-  state.position = meeting.point;
-  state.normalLoad = std::max(0.0, solved.applied.dot(meeting.normal)) / dt;
+  state.normal = contact.normal;
+  state.position = contact.point;
+  state.normalLoad = std::max(0.0, solved.applied.dot(contact.normal)) / dt;
   state.appliedImpulse = solved.applied;
   state.radius = shape.radius;
   state.otherRadius = otherShape.radius;
@@ -104,16 +104,16 @@ ContactState lastingContact(const PairMotion& now, const Proximity& start,
 
   const RigidMotion body = now.pair().body->actual(dt);
   const RigidMotion other = now.pair().other->actual(dt);
-  const Vec3 end = meeting.point + dt * pointVelocity;
+  const Vec3 end = contact.point + dt * pointVelocity;
   state.bodyPosition = body.centre.position;
   state.bodyOrientation = body.orientationAt(0.0);
   state.bodyVelocity = (body.centre.positionAt(dt) - body.centre.position) / dt;
   state.otherPosition = other.centre.position;
   state.otherOrientation = other.orientationAt(0.0);
   state.otherVelocity = (other.centre.positionAt(dt) - other.centre.position) / dt;
-  state.pathStart = body.poseAt(0.0).toLocal(meeting.point);
+  state.pathStart = body.poseAt(0.0).toLocal(contact.point);
   state.pathEnd = body.poseAt(dt).toLocal(end);
-  state.otherPathStart = other.poseAt(0.0).toLocal(meeting.point);
+  state.otherPathStart = other.poseAt(0.0).toLocal(contact.point);
   state.otherPathEnd = other.poseAt(dt).toLocal(end);
   return state;
 }

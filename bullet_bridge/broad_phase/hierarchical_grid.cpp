@@ -1,4 +1,4 @@
-#include "bullet_bridge/tracking/near_boxes.h"
+#include "bullet_bridge/broad_phase/hierarchical_grid.h"
 
 #include <algorithm>
 #include <bit>
@@ -29,7 +29,7 @@ std::size_t octaveOf(float size) {
 
 }  // namespace
 
-void NearBoxes::measure(std::span<const SweptBox> boxes) {
+void HierarchicalGrid::measure(std::span<const SweptBox> boxes) {
   octaves_.fill({});
   reach_.low.fill(std::numeric_limits<float>::max());
   reach_.high.fill(std::numeric_limits<float>::lowest());
@@ -49,7 +49,7 @@ void NearBoxes::measure(std::span<const SweptBox> boxes) {
 
 // Cells are as large as the largest box of the level, so a few large boxes would crowd the cells of
 // many small ones.
-void NearBoxes::setLevels() {
+void HierarchicalGrid::setLevels() {
   levelCount_ = 0;
   std::size_t shared = 0;  // boxes in the level so far
   for (std::size_t i = octaves_.size(); i-- > 0;) {
@@ -66,7 +66,7 @@ void NearBoxes::setLevels() {
   }
 }
 
-void NearBoxes::distribute(std::span<const SweptBox> boxes) {
+void HierarchicalGrid::distribute(std::span<const SweptBox> boxes) {
   for (Level& level : levels_) {
     level.active.boxes.clear();
     level.active.built = false;
@@ -82,23 +82,23 @@ void NearBoxes::distribute(std::span<const SweptBox> boxes) {
   }
 }
 
-BoxGrid& NearBoxes::gridOf(const Level& level, Group& group) {
+HashGrid& HierarchicalGrid::gridOf(const Level& level, Group& group) {
   if (!group.built) group.grid.build(group.boxes, level.size);
   group.built = true;
   return group.grid;
 }
 
-void NearBoxes::findAcross(const Group& group, const BoxGrid& grid) {
+void HierarchicalGrid::findAcross(const Group& group, const HashGrid& grid) {
   for (const SweptBox& box : group.boxes)
     grid.findAround(box, found_);
 }
 
 // Looks up each small box in the grid of the large ones, or each large one in the grid of the small
 // ones, where it may cover many cells: whichever costs less.
-void NearBoxes::findBetween(const Level& large, Group& largeBoxes, const Level& small,
-                            Group& smallBoxes) {
+void HierarchicalGrid::findBetween(const Level& large, Group& largeBoxes, const Level& small,
+                                   Group& smallBoxes) {
   if (largeBoxes.boxes.empty() || smallBoxes.boxes.empty()) return;
-  const BoxGrid& grid = gridOf(small, smallBoxes);
+  const HashGrid& grid = gridOf(small, smallBoxes);
   const std::size_t limit = kCostOfLookUp * smallBoxes.boxes.size();
   std::size_t cost = 0;
   for (const SweptBox& box : largeBoxes.boxes) {
@@ -108,7 +108,7 @@ void NearBoxes::findBetween(const Level& large, Group& largeBoxes, const Level& 
   findAcross(largeBoxes, grid);
 }
 
-std::span<const NearBoxes::Pair> NearBoxes::find(std::span<const SweptBox> boxes) {
+std::span<const HierarchicalGrid::Pair> HierarchicalGrid::find(std::span<const SweptBox> boxes) {
   found_.clear();
   measure(boxes);
   setLevels();

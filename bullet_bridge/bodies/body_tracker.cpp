@@ -1,4 +1,4 @@
-#include "bullet_bridge/tracking/body_tracker.h"
+#include "bullet_bridge/bodies/body_tracker.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
-#include "bullet_bridge/tracking/multibody_link.h"
-#include "bullet_bridge/tracking/proxy_id.h"
+#include "bullet_bridge/bodies/multibody_link.h"
+#include "bullet_bridge/bodies/proxy_id.h"
 
 namespace carom::bullet {
 namespace {
@@ -138,8 +138,8 @@ RigidMotion TrackedBody::actual(double dt) const {
   return {current.actual(dt), orientationAtStart(dt), turnedAt(current.angularAfter, dt)};
 }
 
-RigidMotion TrackedBody::unhindered(double dt) const {
-  return {current.unhindered(dt), orientationAtStart(dt), turnedAt(current.angularFree, dt)};
+RigidMotion TrackedBody::contactFree(double dt) const {
+  return {current.contactFree(dt), orientationAtStart(dt), turnedAt(current.angularFree, dt)};
 }
 
 // Bodies come and go between substeps, and removal reorders the world's array.
@@ -157,13 +157,13 @@ void BodyTracker::matchWorld(const btCollisionWorld& world) {
   for (std::size_t i = 0; i < bodies_.size(); ++i)
     known[bodies_[i].object] = i;
   std::vector<TrackedBody> matched(count);
-  std::vector<Trail> trails(count);
+  std::vector<MotionHistory> trails(count);
   for (std::size_t i = 0; i < count; ++i) {
     const btCollisionObject* object = objects[static_cast<int>(i)];
     const auto found = known.find(object);
     if (found != known.end() && isSame(bodies_[found->second], *object)) {
       matched[i] = bodies_[found->second];
-      trails[i] = trails_[found->second];
+      trails[i] = histories_[found->second];
     } else {
       matched[i].object = object;
       matched[i].proxyId = proxyIdOf(*object);
@@ -171,7 +171,7 @@ void BodyTracker::matchWorld(const btCollisionWorld& world) {
     }
   }
   bodies_ = std::move(matched);
-  trails_ = std::move(trails);
+  histories_ = std::move(trails);
   indexOf_.clear();
   for (std::size_t i = 0; i < count; ++i)
     indexOf_[bodies_[i].id] = i;
@@ -202,8 +202,8 @@ void BodyTracker::beginSubstep(const btCollisionWorld& world, double dt) {
   hasOtherShapes_ = hasPlanes_ = hasContinuous_ = hasLinks_ = false;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     TrackedBody& body = bodies_[i];
-    beginBody(body, trails_[i], dt);
-    if (body.kind == BodyKind::kinematic) beginKinematic(body, trails_[i], dt);
+    beginBody(body, histories_[i], dt);
+    if (body.kind == BodyKind::kinematic) beginKinematic(body, histories_[i], dt);
     hasOtherShapes_ = hasOtherShapes_ || body.shape == ContactShape::other;
     hasPlanes_ = hasPlanes_ || body.shape == ContactShape::plane;
     hasContinuous_ = hasContinuous_ || body.continuous;
@@ -211,9 +211,9 @@ void BodyTracker::beginSubstep(const btCollisionWorld& world, double dt) {
   }
 }
 
-void BodyTracker::beginBody(TrackedBody& body, Trail& trail, double dt) {
+void BodyTracker::beginBody(TrackedBody& body, MotionHistory& history, double dt) {
   const btCollisionObject& object = *body.object;
-  if (body.shape == ContactShape::other) trail.previous = body.current;
+  if (body.shape == ContactShape::other) history.previous = body.current;
   body.kind = kindOf(object);
   body.awake = object.isActive() && body.kind != BodyKind::fixed;
   body.continuous = object.getCcdSquareMotionThreshold() > 0;
@@ -250,21 +250,21 @@ void BodyTracker::beginBody(TrackedBody& body, Trail& trail, double dt) {
 
 // A new target that the body's velocity leads to is approached at that velocity; any other is a
 // jump.
-void BodyTracker::beginKinematic(TrackedBody& body, Trail& trail, double dt) {
+void BodyTracker::beginKinematic(TrackedBody& body, MotionHistory& history, double dt) {
   const auto* rigid = btRigidBody::upcast(body.object);
   SubstepMotion& motion = body.current;
   if (rigid == nullptr) return;
   const btTransform& target = body.object->getWorldTransform();
   const Vec3 velocity = toVec3(rigid->getLinearVelocity());
   const Vec3 angular = toVec3(rigid->getAngularVelocity());
-  if (!trail.followed) {
-    trail.place = motion.start;
-    trail.turn = toQuat(target);
-    trail.followed = true;
+  if (!history.followed) {
+    history.place = motion.start;
+    history.turn = toQuat(target);
+    history.followed = true;
   }
-  trail.target = target;
-  const Vec3 way = motion.start - trail.place;
-  const Vec3 turn = turnRate(trail.turn, toQuat(target), 1.0);
+  history.target = target;
+  const Vec3 way = motion.start - history.place;
+  const Vec3 turn = turnRate(history.turn, toQuat(target), 1.0);
   const bool shifts = velocity.squaredNorm() > 0.0;
   const double duration = shifts ? way.dot(velocity) / velocity.squaredNorm()
                                  : turn.dot(angular) / std::max(angular.squaredNorm(), 1e-300);
@@ -273,21 +273,22 @@ void BodyTracker::beginKinematic(TrackedBody& body, Trail& trail, double dt) {
   const double size = way.norm() + body.radius * turn.norm();
   const bool leads = duration > 0.5 * dt && off <= 1e-3 * size;
   if (!leads) {
-    trail.place = motion.start;
-    trail.turn = toQuat(target);
+    history.place = motion.start;
+    history.turn = toQuat(target);
     return;
   }
-  motion.start = trail.place;
-  motion.orientation = trail.turn;
+  motion.start = history.place;
+  motion.orientation = history.turn;
   motion.velocityBefore = motion.velocityAfter = motion.velocityFree = velocity;
   motion.angularBefore = motion.angularAfter = motion.angularFree = angular;
   body.arrival = duration;
   const bool arrives = duration < 1.5 * dt;
-  trail.place = arrives ? toVec3(target.getOrigin()) : Vec3(trail.place + dt * velocity);
+  history.place = arrives ? toVec3(target.getOrigin()) : Vec3(history.place + dt * velocity);
   if (arrives || angular.isZero(0.0))
-    trail.turn = toQuat(target);
+    history.turn = toQuat(target);
   else
-    trail.turn = Quat(Eigen::AngleAxisd(dt * angular.norm(), angular.normalized())) * trail.turn;
+    history.turn =
+        Quat(Eigen::AngleAxisd(dt * angular.norm(), angular.normalized())) * history.turn;
   if (body.shape == ContactShape::plane) {
     body.planeOffset += (motion.start - toVec3(target.getOrigin())).dot(body.planeNormal);
   }
@@ -304,7 +305,7 @@ void BodyTracker::endSubstep(const btCollisionWorld& world, double dt) {
       return isSame(one, *objects[i]);
     });
     if (body == bodies_.end()) continue;
-    endBody(*body, trails_[static_cast<std::size_t>(body - bodies_.begin())], dt);
+    endBody(*body, histories_[static_cast<std::size_t>(body - bodies_.begin())], dt);
   }
 }
 
@@ -327,20 +328,20 @@ void BodyTracker::findPushedMultibodies(const btCollisionWorld& world) {
 // whose acceleration is that which its joints give it when nothing pushes them. As Bullet moves
 // joints at their velocity at the end, that parabola's velocity is not quite the link's at the
 // nodes; `bend` is the difference.
-void BodyTracker::endLink(const btMultiBodyLinkCollider& link, SubstepMotion& motion, Trail& trail,
-                          double dt) {
+void BodyTracker::endLink(const btMultiBodyLinkCollider& link, SubstepMotion& motion,
+                          MotionHistory& history, double dt) {
   const Vec3 velocity = linkVelocity(link).linear;
   motion.velocityAfter = (positionOf(link) - motion.start) / dt;
   if (std::ranges::find(pushed_, link.m_multiBody) == pushed_.end()) {
-    trail.acceleration = (velocity - motion.velocityBefore) / dt;
-    trail.bend = motion.velocityAfter - velocity;
+    history.acceleration = (velocity - motion.velocityBefore) / dt;
+    history.bend = motion.velocityAfter - velocity;
   }
-  motion.acceleration = trail.acceleration;
-  motion.velocityBefore += trail.bend;
+  motion.acceleration = history.acceleration;
+  motion.velocityBefore += history.bend;
   motion.velocityFree = motion.velocityBefore + dt * motion.acceleration;
 }
 
-void BodyTracker::endBody(TrackedBody& body, Trail& trail, double dt) {
+void BodyTracker::endBody(TrackedBody& body, MotionHistory& history, double dt) {
   SubstepMotion& motion = body.current;
   if (body.kind == BodyKind::rigid) {
     const auto& rigid = static_cast<const btRigidBody&>(*body.object);
@@ -349,7 +350,7 @@ void BodyTracker::endBody(TrackedBody& body, Trail& trail, double dt) {
     body.awake = body.awake || rigid.isActive();  // something may have woken it
   } else if (body.kind == BodyKind::link) {
     const auto& link = static_cast<const btMultiBodyLinkCollider&>(*body.object);
-    endLink(link, motion, trail, dt);
+    endLink(link, motion, history, dt);
     motion.angularAfter = linkVelocity(link).angular;
     if (body.shape != ContactShape::sphere) {
       motion.angularAfter = turnRate(motion.orientation, toQuat(link.getWorldTransform()), dt);
@@ -371,7 +372,7 @@ const TrackedBody* BodyTracker::find(BodyId id) const {
 }
 
 const SubstepMotion& BodyTracker::previous(const TrackedBody& body) const {
-  return trails_[static_cast<std::size_t>(&body - bodies_.data())].previous;
+  return histories_[static_cast<std::size_t>(&body - bodies_.data())].previous;
 }
 
 }  // namespace carom::bullet

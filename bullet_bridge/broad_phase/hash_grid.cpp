@@ -1,4 +1,4 @@
-#include "bullet_bridge/tracking/box_grid.h"
+#include "bullet_bridge/broad_phase/hash_grid.h"
 
 #include <algorithm>
 #include <bit>
@@ -104,30 +104,30 @@ void findAmong(std::span<const SweptBox> boxes, const SweptBox& box, PairList& f
 
 // Rounds towards zero, so that the two parts next to zero become one: that is quicker than rounding
 // down, and of two places the greater one still has no smaller part.
-BoxGrid::Cell BoxGrid::partAt(const std::array<float, 3>& place) const {
+HashGrid::Cell HashGrid::partAt(const std::array<float, 3>& place) const {
   return {static_cast<std::int32_t>(place[0] * partsPerMetre_),
           static_cast<std::int32_t>(place[1] * partsPerMetre_),
           static_cast<std::int32_t>(place[2] * partsPerMetre_)};
 }
 
-BoxGrid::Cell BoxGrid::cellAt(const std::array<float, 3>& place) const {
+HashGrid::Cell HashGrid::cellAt(const std::array<float, 3>& place) const {
   const Cell part = partAt(place);
   return {part[0] >> kPartBits, part[1] >> kPartBits, part[2] >> kPartBits};
 }
 
-std::uint32_t BoxGrid::numberOf(const Cell& cell) const {
+std::uint32_t HashGrid::numberOf(const Cell& cell) const {
   return (static_cast<std::uint32_t>(cell[0]) + strideY_ * static_cast<std::uint32_t>(cell[1]) +
           strideZ_ * static_cast<std::uint32_t>(cell[2])) &
          mask_;
 }
 
-bool BoxGrid::fits(const SweptBox& box) const {
+bool HashGrid::fits(const SweptBox& box) const {
   return std::abs(box.low[0] * cellsPerMetre_) < kFarthestCell &&
          std::abs(box.low[1] * cellsPerMetre_) < kFarthestCell &&
          std::abs(box.low[2] * cellsPerMetre_) < kFarthestCell;
 }
 
-void BoxGrid::build(std::span<const SweptBox> boxes, float size) {
+void HashGrid::build(std::span<const SweptBox> boxes, float size) {
   cellsPerMetre_ = 1.0F / std::max(kEdge * size, kLeastEdge);
   partsPerMetre_ = cellsPerMetre_ * static_cast<float>(1 << kPartBits);
   measure(boxes);
@@ -137,7 +137,7 @@ void BoxGrid::build(std::span<const SweptBox> boxes, float size) {
   repeatFirstCells();
 }
 
-void BoxGrid::measure(std::span<const SweptBox> boxes) {
+void HashGrid::measure(std::span<const SweptBox> boxes) {
   loose_.clear();
   std::array<float, 3> low{}, high{};
   low.fill(std::numeric_limits<float>::max());
@@ -158,7 +158,7 @@ void BoxGrid::measure(std::span<const SweptBox> boxes) {
 
 // Makes rows of at least three cells in planes of at least three rows: then the neighbours of a
 // cell have different numbers (as they have on the lattice).
-void BoxGrid::setStrides() {
+void HashGrid::setStrides() {
   const auto cells = [this](std::size_t axis) {
     return static_cast<std::uint64_t>(std::max(occupied_.high[axis] - occupied_.low[axis] + 1, 3));
   };
@@ -173,7 +173,7 @@ void BoxGrid::setStrides() {
   strideZ_ = static_cast<std::uint32_t>(each ? plane : latticeStep(kLatticeZ, size));
 }
 
-void BoxGrid::countBoxes(std::span<const SweptBox> boxes) {
+void HashGrid::countBoxes(std::span<const SweptBox> boxes) {
   // Reserves for as many cells as there can be at this count, so that boxes that spread later cost
   // no memory.
   starts_.reserve(std::bit_ceil(std::max(kMostCellsPerBox * boxes.size(), kFewestCells)) + 4);
@@ -185,7 +185,7 @@ void BoxGrid::countBoxes(std::span<const SweptBox> boxes) {
   }
 }
 
-void BoxGrid::sortBoxes(std::span<const SweptBox> boxes) {
+void HashGrid::sortBoxes(std::span<const SweptBox> boxes) {
   std::uint32_t end = 0;
   for (std::uint32_t& start : starts_)
     start = end += start;
@@ -203,7 +203,7 @@ void BoxGrid::sortBoxes(std::span<const SweptBox> boxes) {
 
 // Repeats the boxes of the first two cells at the end, so that three cells in a row are one range
 // even where the numbers wrap around.
-void BoxGrid::repeatFirstCells() {
+void HashGrid::repeatFirstCells() {
   const std::size_t cells = std::size_t{mask_} + 1;
   const std::uint32_t repeated = starts_[2];
   starts_[cells + 1] = count_ + starts_[1];
@@ -218,7 +218,7 @@ void BoxGrid::repeatFirstCells() {
 
 // Gathers the boxes in the rest of a box's cell, in the next cell, and in three cells of each of
 // the four rows that follow; pairs with the boxes before it are gathered at those boxes.
-void BoxGrid::gatherForward(std::uint32_t index) {
+void HashGrid::gatherForward(std::uint32_t index) {
   const std::uint32_t cell = cellOf_[index];
   const auto rowAt = [this, cell](std::uint32_t stride) {
     const std::uint32_t first = (cell + stride - 1) & mask_;
@@ -238,7 +238,7 @@ void BoxGrid::gatherForward(std::uint32_t index) {
 }
 
 // Compares candidates by their codes: keeps those that overlap, and a few that only nearly do.
-void BoxGrid::dropApart() {
+void HashGrid::dropApart() {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < candidateCount_; ++i) {
     const Candidate candidate = candidates_[i];
@@ -251,7 +251,7 @@ void BoxGrid::dropApart() {
   candidateCount_ = kept;
 }
 
-void BoxGrid::confirm(PairList& found) {
+void HashGrid::confirm(PairList& found) {
   dropApart();
   found.reserve(candidateCount_);
   for (std::size_t i = 0; i < candidateCount_; ++i) {
@@ -262,7 +262,7 @@ void BoxGrid::confirm(PairList& found) {
   candidateCount_ = 0;
 }
 
-void BoxGrid::findWithin(PairList& found) {
+void HashGrid::findWithin(PairList& found) {
   for (std::uint32_t index = 0; index < count_; ++index) {
     gatherForward(index);
     if (candidateCount_ >= kBlock) confirm(found);
@@ -276,7 +276,7 @@ void BoxGrid::findWithin(PairList& found) {
 
 // Returns the cells where lowest corners of boxes that overlap `box` may lie. A part is added
 // because corners just below zero count as zero.
-BoxGrid::CellRange BoxGrid::reachOf(const SweptBox& box) const {
+HashGrid::CellRange HashGrid::reachOf(const SweptBox& box) const {
   CellRange reach;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto low = static_cast<float>(occupied_.low[axis]);
@@ -290,11 +290,11 @@ BoxGrid::CellRange BoxGrid::reachOf(const SweptBox& box) const {
   return reach;
 }
 
-std::size_t BoxGrid::costAround(const SweptBox& box) const {
+std::size_t HashGrid::costAround(const SweptBox& box) const {
   return costOf(reachOf(box)) + loose_.size();
 }
 
-std::size_t BoxGrid::costOf(const CellRange& reach) const {
+std::size_t HashGrid::costOf(const CellRange& reach) const {
   const auto cells = [&](std::size_t axis) {
     return static_cast<std::uint64_t>(std::max(reach.high[axis] - reach.low[axis] + 1, 0));
   };
@@ -303,7 +303,7 @@ std::size_t BoxGrid::costOf(const CellRange& reach) const {
   return std::min<std::uint64_t>(rows * (kCostOfRow + cells(0)), count_);
 }
 
-void BoxGrid::findAround(const SweptBox& box, PairList& found) const {
+void HashGrid::findAround(const SweptBox& box, PairList& found) const {
   findAmong(loose_, box, found);
   const CellRange reach = reachOf(box);
   const std::size_t cost = costOf(reach);
@@ -316,8 +316,8 @@ void BoxGrid::findAround(const SweptBox& box, PairList& found) const {
 }
 
 // The numbers of a row may wrap around once: the row has fewer cells than there are boxes.
-void BoxGrid::findInRow(const CellRange& reach, Cell row, const SweptBox& box,
-                        PairList& found) const {
+void HashGrid::findInRow(const CellRange& reach, Cell row, const SweptBox& box,
+                         PairList& found) const {
   const std::uint32_t length = static_cast<std::uint32_t>(reach.high[0] - reach.low[0] + 1);
   const std::uint32_t first = numberOf(row);
   const std::uint32_t beforeWrap = std::min(length, mask_ + 1 - first);
@@ -327,8 +327,8 @@ void BoxGrid::findInRow(const CellRange& reach, Cell row, const SweptBox& box,
 
 // Leaves out boxes that are there only because their cell shares the number: they are found in
 // their own row.
-void BoxGrid::findInCells(std::uint32_t first, std::uint32_t end, Cell row, const SweptBox& box,
-                          PairList& found) const {
+void HashGrid::findInCells(std::uint32_t first, std::uint32_t end, Cell row, const SweptBox& box,
+                           PairList& found) const {
   const std::uint32_t last = starts_[end];
   found.reserve(last - starts_[first]);
   for (std::uint32_t i = starts_[first]; i < last; ++i) {

@@ -3,21 +3,21 @@
 #include <span>
 #include <vector>
 
-#include "bullet_bridge/tracking/multibody_link.h"
+#include "bullet_bridge/bodies/multibody_link.h"
 #include "bullet_bridge/tracking/pair_motion.h"
 
 namespace carom::bullet {
 
 /// A point at which two bodies meet.
-struct BlowPoint {
+struct ContactPoint {
   Vec3 position = Vec3::Zero();  ///< m, world frame
   Vec3 normal = Vec3::UnitX();   ///< 1, world frame, towards the pair's `body`
-  double approachSpeed = 0.0;    ///< m/s, at the first touch, > 0
-  double delay = 0.0;            ///< s, from the first touch of the pair until this point lands
+  double approachSpeed = 0.0;    ///< m/s, at the first contact, > 0
+  double delay = 0.0;            ///< s, from the first contact of the pair until this point lands
 };
 
 /// The sum over all points of one impact.
-struct Blow {
+struct ImpactSolution {
   Vec3 impulse = Vec3::Zero();   ///< N s, world frame, on the pair's `body`
   Vec3 position = Vec3::Zero();  ///< m, world frame: mean of the points, weighted by impulse
   Vec3 normal = Vec3::UnitX();   ///< 1, world frame: direction of the impulse
@@ -32,19 +32,19 @@ class PairInertia {
   PairInertia(const PairMotion& motion, double s, MultibodyMass& multibodies);
   bool hasLink() const { return body_.link != nullptr || other_.link != nullptr; }
   /// Change (1/kg) of the approach speed at one point for a unit impulse at another.
-  double between(const BlowPoint& at, const BlowPoint& by) const;
+  double between(const ContactPoint& at, const ContactPoint& by) const;
 
  private:
-  struct Answer {
+  struct Response {
     Vec3 centre = Vec3::Zero();
     Vec3 inverseMass = Vec3::Zero();                           ///< 1/kg, per world axis
     Eigen::Matrix3d inverseInertia = Eigen::Matrix3d::Zero();  ///< 1/(kg m^2), world frame
     const btMultiBodyLinkCollider* link = nullptr;             ///< responds through its joints
   };
-  static Answer answerOf(const TrackedBody& body, const RigidMotion& motion, double s);
-  double answer(const Answer& body, const BlowPoint& at, const BlowPoint& by) const;
+  static Response responseOf(const TrackedBody& body, const RigidMotion& motion, double s);
+  double response(const Response& body, const ContactPoint& at, const ContactPoint& by) const;
 
-  Answer body_, other_;
+  Response body_, other_;
   MultibodyMass* multibodies_;
 };
 
@@ -55,19 +55,19 @@ class PairInertia {
 ///
 /// Several points make the linear complementarity problem of Stronge 2018 (Impact Mechanics,
 /// chapter 5), solved by projected Gauss-Seidel. Links of multibodies are limited to one point.
-class BlowSolver {
+class ImpactSolver {
  public:
   /// Returns the impulse of each point in N s; valid until the next call.
-  std::span<const double> solve(std::span<const BlowPoint> points, const PairInertia& inertia,
+  std::span<const double> solve(std::span<const ContactPoint> points, const PairInertia& inertia,
                                 double restitution);
   /// Returns one point in place of several, at their mean.
-  static BlowPoint meanOf(std::span<const BlowPoint> points);
-  /// Sums over some of those points; returns a Blow without impulse if they carry none.
-  static Blow sum(std::span<const BlowPoint> points, std::span<const double> impulses,
-                  double restitution);
+  static ContactPoint meanOf(std::span<const ContactPoint> points);
+  /// Sums over some of those points; returns an ImpactSolution without impulse if they carry none.
+  static ImpactSolution sum(std::span<const ContactPoint> points, std::span<const double> impulses,
+                            double restitution);
 
  private:
-  void shareEvenly(std::span<const BlowPoint> points, double restitution);
+  void shareEvenly(std::span<const ContactPoint> points, double restitution);
 
   std::vector<double> matrix_;  // both kept for their memory
   std::vector<double> impulses_;

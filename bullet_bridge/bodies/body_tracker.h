@@ -32,8 +32,8 @@ struct SubstepMotion {
   Motion actual(double dt) const {
     return {start, velocityAfter - (0.5 * dt) * acceleration, acceleration};
   }
-  /// The path that its centre would have taken had the solver not touched it.
-  Motion unhindered(double dt) const {
+  /// The path that its centre would have taken without contacts.
+  Motion contactFree(double dt) const {
     return {start, velocityFree - (0.5 * dt) * acceleration, acceleration};
   }
 };
@@ -70,7 +70,7 @@ struct TrackedBody {
 
   /// The body's motion in this substep of length dt (s), with rotation.
   RigidMotion actual(double dt) const;
-  RigidMotion unhindered(double dt) const;
+  RigidMotion contactFree(double dt) const;
 
  private:
   Quat orientationAtStart(double dt) const;
@@ -102,7 +102,7 @@ class BodyTracker {
  private:
   // State of earlier substeps, for bodies that Bullet's own node states alone do not suffice to
   // follow.
-  struct Trail {
+  struct MotionHistory {
     SubstepMotion previous;
     bool followed = false;  // kinematic: place, turn and target are in use
     Vec3 place = Vec3::Zero();
@@ -115,15 +115,16 @@ class BodyTracker {
   };
 
   void matchWorld(const btCollisionWorld& world);
-  void beginBody(TrackedBody& body, Trail& trail, double dt);
+  void beginBody(TrackedBody& body, MotionHistory& history, double dt);
   void readShape(TrackedBody& body) const;
-  void beginKinematic(TrackedBody& body, Trail& trail, double dt);
-  void endBody(TrackedBody& body, Trail& trail, double dt);
-  void endLink(const btMultiBodyLinkCollider& link, SubstepMotion& motion, Trail& trail, double dt);
+  void beginKinematic(TrackedBody& body, MotionHistory& history, double dt);
+  void endBody(TrackedBody& body, MotionHistory& history, double dt);
+  void endLink(const btMultiBodyLinkCollider& link, SubstepMotion& motion, MotionHistory& history,
+               double dt);
   void findPushedMultibodies(const btCollisionWorld& world);
 
   std::vector<TrackedBody> bodies_;
-  std::vector<Trail> trails_;  // parallel to bodies_
+  std::vector<MotionHistory> histories_;  // parallel to bodies_
   std::unordered_map<BodyId, std::size_t> indexOf_;
   BodyId nextId_ = 0;
   bool hasOtherShapes_ = false;

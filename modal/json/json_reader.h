@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <initializer_list>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -13,7 +14,7 @@
 #include "carom/audio/result.h"
 #include "carom/audio/vector.h"
 
-namespace carom::scenes {
+namespace carom::modal {
 
 /// Keeps the first error of a document and ignores those that follow from it.
 class FirstError {
@@ -21,17 +22,19 @@ class FirstError {
   /// `document` is a file name; it begins the message.
   explicit FirstError(std::string_view document) : document_(document) {}
 
-  explicit operator bool() const { return error_.has_value(); }
+  explicit operator bool() const { return reason_.has_value(); }
 
   /// `place` is a JSON pointer, or a line and column, or empty for the document as a whole.
   void record(std::string_view place, std::string_view what);
 
+  /// Returns the place and the reason, without the document's name; there must be an error.
+  const std::string& reason() const { return *reason_; }
   /// Returns the error; there must be one.
-  const Error& error() const { return *error_; }
+  Error error() const { return Error{document_ + ": " + *reason_}; }
 
  private:
   std::string document_;
-  std::optional<Error> error_;
+  std::optional<std::string> reason_;
 };
 
 /// Limits of one JSON document, so that a bad one costs bounded time and memory.
@@ -75,9 +78,13 @@ struct Interval {
   double max = 0.0;
 };
 
-/// One value of a document with its place. Every read either returns a value that is in range, or
+/// One value of a document with its place. Every read either returns a value that is accepted, or
 /// records an error at that place and returns a harmless default; so a reader is a plain list of
 /// fields, and asks once at the end if all of them went well.
+///
+/// Reads with a range are for documents of our own: their errors name the quantity and what is
+/// accepted. Reads without one are for documents of others, glTF, whose values are checked
+/// elsewhere: their errors say which JSON type a value must have. [any thread]
 class JsonNode {
  public:
   /// Borrows `value` and `error`, which must outlive the node.
@@ -104,6 +111,7 @@ class JsonNode {
   /// Returns the members with their keys, in the order of the keys; only for an object.
   std::vector<std::pair<std::string, JsonNode>> members() const;
 
+  bool has(std::string_view key) const;
   std::optional<JsonNode> find(std::string_view key) const;
   /// Returns the member as `find` does; its absence is an error.
   std::optional<JsonNode> require(std::string_view key, std::string_view expected) const;
@@ -125,6 +133,29 @@ class JsonNode {
   Vec3 vector(std::string_view key, const NumberRange& component, const Vec3& absent) const;
   std::string text(std::string_view key, const TextRange& range, std::string_view absent) const;
 
+  /// Returns the member of this object; if it is absent, a null with its place, whose reads record
+  /// errors there.
+  JsonNode member(std::string_view key) const;
+  /// Returns the elements of an array, which may be absent, but not be anything else.
+  std::vector<JsonNode> elements() const;
+  /// Returns the element of this array whose index `reference` holds; `kind` is what messages call
+  /// such elements.
+  JsonNode element(const JsonNode& reference, std::string_view kind) const;
+
+  double number() const;
+  std::size_t index() const;  ///< an integer from 0
+  std::string text() const;
+
+  /// Read a member of this object; `absent` or nothing is returned if it is missing.
+  bool isTrue(std::string_view key) const;
+  double number(std::string_view key, double absent) const;
+  std::optional<double> optionalNumber(std::string_view key) const;
+  std::size_t index(std::string_view key, std::size_t absent) const;
+  std::optional<std::size_t> optionalIndex(std::string_view key) const;
+  std::string text(std::string_view key) const;  ///< empty if missing
+  /// Reads as many numbers as `values` holds into it; it stays as it is if the member is missing.
+  void numbers(std::string_view key, std::span<double> values) const;
+
  private:
   std::string childPointer(std::string_view key) const;
 
@@ -145,4 +176,4 @@ std::string inQuotes(std::string_view text);
 /// Returns the shortest text that reads back as the same number: 0.05, 1e-6, 1e4.
 std::string formatNumber(double value);
 
-}  // namespace carom::scenes
+}  // namespace carom::modal

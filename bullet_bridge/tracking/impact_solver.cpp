@@ -1,4 +1,4 @@
-#include "bullet_bridge/tracking/blow.h"
+#include "bullet_bridge/tracking/impact_solver.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,27 +6,28 @@
 namespace carom::bullet {
 
 PairInertia::PairInertia(const PairMotion& motion, double s, MultibodyMass& multibodies)
-    : body_(answerOf(*motion.pair().body, motion.body(), s)),
-      other_(answerOf(*motion.pair().other, motion.other(), s)),
+    : body_(responseOf(*motion.pair().body, motion.body(), s)),
+      other_(responseOf(*motion.pair().other, motion.other(), s)),
       multibodies_(&multibodies) {}
 
-PairInertia::Answer PairInertia::answerOf(const TrackedBody& body, const RigidMotion& motion,
-                                          double s) {
-  Answer answer;
-  answer.centre = motion.centre.positionAt(s);
-  if (body.kind == BodyKind::link) answer.link = btMultiBodyLinkCollider::upcast(body.object);
-  if (body.kind != BodyKind::rigid) return answer;
+PairInertia::Response PairInertia::responseOf(const TrackedBody& body, const RigidMotion& motion,
+                                              double s) {
+  Response response;
+  response.centre = motion.centre.positionAt(s);
+  if (body.kind == BodyKind::link) response.link = btMultiBodyLinkCollider::upcast(body.object);
+  if (body.kind != BodyKind::rigid) return response;
   const auto& rigid = static_cast<const btRigidBody&>(*body.object);
-  answer.inverseMass = body.inverseMass * toVec3(rigid.getLinearFactor());
-  if (body.shape == ContactShape::sphere) return answer;  // no impulse along the normal turns it
+  response.inverseMass = body.inverseMass * toVec3(rigid.getLinearFactor());
+  if (body.shape == ContactShape::sphere) return response;  // no impulse along the normal turns it
   const Vec3 angularFactor = toVec3(rigid.getAngularFactor());
   const Eigen::Matrix3d turn = motion.poseAt(s).rotation;
-  answer.inverseInertia = angularFactor.asDiagonal() * turn *
-                          toVec3(rigid.getInvInertiaDiagLocal()).asDiagonal() * turn.transpose();
-  return answer;
+  response.inverseInertia = angularFactor.asDiagonal() * turn *
+                            toVec3(rigid.getInvInertiaDiagLocal()).asDiagonal() * turn.transpose();
+  return response;
 }
 
-double PairInertia::answer(const Answer& body, const BlowPoint& at, const BlowPoint& by) const {
+double PairInertia::response(const Response& body, const ContactPoint& at,
+                             const ContactPoint& by) const {
   if (body.link != nullptr) {
     return multibodies_->inverseEffectiveMass(*body.link, by.position, by.normal);
   }
@@ -36,19 +37,19 @@ double PairInertia::answer(const Answer& body, const BlowPoint& at, const BlowPo
          atLever.dot(body.inverseInertia * lever);
 }
 
-double PairInertia::between(const BlowPoint& at, const BlowPoint& by) const {
+double PairInertia::between(const ContactPoint& at, const ContactPoint& by) const {
   if (body_.link != nullptr && other_.link != nullptr) {
     return multibodies_->inverseEffectiveMass(*body_.link, by.position, *other_.link, by.position,
                                               by.normal);
   }
-  return answer(body_, at, by) + answer(other_, at, by);
+  return response(body_, at, by) + response(other_, at, by);
 }
 
-BlowPoint BlowSolver::meanOf(std::span<const BlowPoint> points) {
-  BlowPoint mean;
+ContactPoint ImpactSolver::meanOf(std::span<const ContactPoint> points) {
+  ContactPoint mean;
   mean.normal = Vec3::Zero();
   const auto count = static_cast<double>(points.size());
-  for (const BlowPoint& point : points) {
+  for (const ContactPoint& point : points) {
     mean.position += point.position / count;
     mean.normal += point.normal;
     mean.approachSpeed += point.approachSpeed / count;
@@ -59,7 +60,7 @@ BlowPoint BlowSolver::meanOf(std::span<const BlowPoint> points) {
 
 // Sets the initial guess: the impulses if all points bore the same. It decides the shares where the
 // equations do not, as for a body that cannot turn.
-void BlowSolver::shareEvenly(std::span<const BlowPoint> points, double restitution) {
+void ImpactSolver::shareEvenly(std::span<const ContactPoint> points, double restitution) {
   const std::size_t count = points.size();
   for (std::size_t row = 0; row < count; ++row) {
     double sum = 0.0;
@@ -69,8 +70,8 @@ void BlowSolver::shareEvenly(std::span<const BlowPoint> points, double restituti
   }
 }
 
-std::span<const double> BlowSolver::solve(std::span<const BlowPoint> points,
-                                          const PairInertia& inertia, double restitution) {
+std::span<const double> ImpactSolver::solve(std::span<const ContactPoint> points,
+                                            const PairInertia& inertia, double restitution) {
   constexpr int kSweeps = 500;
   constexpr double kEnough = 1e-12;  // relative to the largest impulse
   const std::size_t count = points.size();
@@ -99,23 +100,23 @@ std::span<const double> BlowSolver::solve(std::span<const BlowPoint> points,
   return impulses_;
 }
 
-Blow BlowSolver::sum(std::span<const BlowPoint> points, std::span<const double> impulses,
-                     double restitution) {
-  Blow blow;
+ImpactSolution ImpactSolver::sum(std::span<const ContactPoint> points,
+                                 std::span<const double> impulses, double restitution) {
+  ImpactSolution solution;
   double sum = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    blow.impulse += impulses[i] * points[i].normal;
-    blow.position += impulses[i] * points[i].position;
-    blow.approachSpeed += impulses[i] * points[i].approachSpeed;
+    solution.impulse += impulses[i] * points[i].normal;
+    solution.position += impulses[i] * points[i].position;
+    solution.approachSpeed += impulses[i] * points[i].approachSpeed;
     sum += impulses[i];
   }
   if (!(sum > 0.0)) return {};
-  blow.position /= sum;
-  blow.approachSpeed /= sum;
-  const double size = blow.impulse.norm();
-  blow.normal = size > 0.0 ? Vec3(blow.impulse / size) : points.front().normal;
-  blow.effectiveMass = size / ((1.0 + restitution) * blow.approachSpeed);
-  return blow;
+  solution.position /= sum;
+  solution.approachSpeed /= sum;
+  const double size = solution.impulse.norm();
+  solution.normal = size > 0.0 ? Vec3(solution.impulse / size) : points.front().normal;
+  solution.effectiveMass = size / ((1.0 + restitution) * solution.approachSpeed);
+  return solution;
 }
 
 }  // namespace carom::bullet

@@ -1,0 +1,59 @@
+#include "bullet_bridge/tracking/lasting_contacts.h"
+
+#include <utility>
+
+#include "bullet_bridge/tracking/contact_kinematics.h"
+
+namespace carom::bullet {
+namespace {
+
+// Substeps without load after which a lasting contact has ended.
+constexpr int kIdleSubsteps = 3;
+
+// Returns the same contact seen from the other body.
+ContactState mirrored(const ContactState& state) {
+  ContactState other = state;
+  std::swap(other.body, other.other);
+  std::swap(other.bodyPosition, other.otherPosition);
+  std::swap(other.bodyOrientation, other.otherOrientation);
+  std::swap(other.bodyVelocity, other.otherVelocity);
+  std::swap(other.pathStart, other.otherPathStart);
+  std::swap(other.pathEnd, other.otherPathEnd);
+  other.normal = -state.normal;
+  other.appliedImpulse = -state.appliedImpulse;
+  other.slipVelocity = -state.slipVelocity;
+  return other;
+}
+
+}  // namespace
+
+void LastingContacts::update(PairRecord& record, const PairMotion& now, const Proximity& start,
+                             const SolvedContact& solved) {
+  const bool begins = !record.isInContact();
+  if (begins) record.beginContact();
+  record.idle = begins || solved.impulse > 0.0 ? 0 : record.idle + 1;
+  record.state = contactStateOf(now, start, solved, context_.clock.current());
+  if (record.state.body != record.body) record.state = mirrored(record.state);
+  record.state.phase = begins ? ContactPhase::begin : ContactPhase::during;
+  if (begins) ++context_.counters.contactsBegun;
+  if (record.idle >= kIdleSubsteps) {
+    record.endContact();
+    record.state.phase = ContactPhase::end;
+  }
+  states_.push_back(record.state);
+}
+
+void LastingContacts::end(PairRecord& record) {
+  ContactState end = record.state;
+  end.time = context_.clock.current().start;
+  end.duration = context_.clock.current().length;
+  end.phase = ContactPhase::end;
+  end.normalLoad = 0.0;
+  end.appliedImpulse = end.slipVelocity = end.rollingVelocity = Vec3::Zero();
+  end.pathStart = end.pathEnd;
+  end.otherPathStart = end.otherPathEnd;
+  states_.push_back(end);
+  record.endContact();
+}
+
+}  // namespace carom::bullet

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "bullet_bridge/tracking/bridge_context.h"
+#include "bullet_bridge/tracking/pair_motion.h"
+#include "bullet_bridge/tracking/pair_records.h"
+#include "bullet_bridge/tracking/solved_contact.h"
+
+namespace carom::bullet {
+
+/// Follows the lasting contacts of pairs, and holds the states that the host has not cleared yet.
+/// [physics thread]
+class LastingContacts {
+ public:
+  /// Borrows the context, which must outlive this.
+  explicit LastingContacts(BridgeContext& context) : context_(context) {}
+
+  std::span<const ContactState> states() const { return states_; }
+  void clear() { states_.clear(); }
+
+  /// Begins the contact of a pair or goes on with it, over the current substep; ends it after three
+  /// substeps without load. `start` is where the two were nearest as the substep began.
+  void update(PairRecord& record, const PairMotion& now, const Proximity& start,
+              const SolvedContact& solved);
+  /// Ends the contact of a pair that is asleep, gone or far apart.
+  void end(PairRecord& record);
+
+ private:
+  BridgeContext& context_;
+  std::vector<ContactState> states_;
+};
+
+}  // namespace carom::bullet

@@ -1,0 +1,231 @@
+#include "bullet_bridge/tracking/pair_resolver.h"
+
+#include <algorithm>
+
+#include "bullet_bridge/tracking/candidate_pairs.h"
+
+namespace carom::bullet {
+namespace {
+
+// Least speed of an impact during a lasting contact of shapes other than spheres and planes,
+// relative to what acceleration adds in a substep: held at several points, such a contact rocks at
+// that speed.
+constexpr double kRocking = 2.0;
+// Two impacts of a pair are separate if the cosine of the angle between their normals is below
+// this.
+constexpr double kOtherSide = 0.5;
+
+// Upper bound (m/s) of the speed at which any two points of the pair approach each other at the
+// start of the substep.
+double maxApproachSpeed(const ContactPair& pair, Vec3 SubstepMotion::*velocity,
+                        Vec3 SubstepMotion::*angular) {
+  const SubstepMotion& body = pair.body->current;
+  const SubstepMotion& other = pair.other->current;
+  double speed = (body.*velocity - other.*velocity).norm();
+  if (pair.isClosedForm()) return speed;
+  speed += (body.*angular).norm() * pair.body->radius;
+  if (pair.other->shape != ContactShape::plane) {
+    const double reach = (body.start - other.start).norm() + pair.body->radius;
+    speed += (other.*angular).norm() * std::min(pair.other->radius, reach);
+  }
+  return speed;
+}
+
+bool isImmovable(const TrackedBody& body) {
+  return body.kind == BodyKind::fixed || body.kind == BodyKind::kinematic;
+}
+
+}  // namespace
+
+void PairResolver::beginSubstep() {
+  reader_.beginReading(bodies_.hasContinuous());
+  log_.beginSubstep();
+}
+
+void PairResolver::resolve(const ContactPair& pair) {
+  PairRecord* record = records_.find(pair.key());
+  const double dt = context_.clock.current().length;
+  const PairMotion now(pair, MotionKind::actual, dt, dt, finder_.pieces());
+  if (!now.isFollowed()) {
+    if (!reader_.read(pair).points.empty()) ++context_.counters.unsupported;
+    return;
+  }
+  const Proximity start = now.proximityAt(0.0);
+  if (record != nullptr || start.gap <= solverRange(pair)) {
+    resolveContact(now, start, record);
+  } else if (const FoundImpact* found = find(now, start, nullptr, nullptr)) {
+    beginUnlessRest(recordOf(pair, nullptr), *found, combinedRestitution(pair));
+  }
+}
+
+// Resolves a pair on which Bullet's solver may have acted.
+void PairResolver::resolveContact(const PairMotion& now, const Proximity& start,
+                                  PairRecord* record) {
+  const SolvedContact& solved = reader_.read(now.pair());
+  if (record != nullptr) record->resolvedIn = context_.clock.number();
+  if (record != nullptr && record->isImpacting()) {
+    resolveImpacting(*record, now, start, solved);
+    return;
+  }
+  if (record != nullptr && record->isSuppressed()) {
+    if (!stillApproaches(now, start)) record->allowImpacts();
+  } else if (const FoundImpact* found = find(now, start, &solved, record)) {
+    record = &recordOf(now.pair(), record);
+    beginUnlessRest(*record, *found, solved.restitution);
+    if (found->solved && record->isImpacting()) {
+      impacts_.update(*record, now, solved);
+      return;
+    }  // otherwise, the impulses up to now are from before the impact
+  }
+  // Bullet's friction may act where its normal impulse has come back to zero.
+  if (!solved.applied.isZero(0.0) || (record != nullptr && record->isInContact()))
+    contacts_.update(recordOf(now.pair(), record), now, start, solved);
+}
+
+// Suppresses the impact of bodies that lie on each other but for rounding.
+void PairResolver::beginUnlessRest(PairRecord& record, const FoundImpact& found,
+                                   double restitution) {
+  if (found.initialSpeed <= context_.settings.restSpeed)
+    record.suppressImpacts();
+  else
+    impacts_.begin(record, found, restitution);
+}
+
+// An impact is under way: what Bullet has applied belongs to it, unless the pair has met again.
+void PairResolver::resolveImpacting(PairRecord& record, const PairMotion& now,
+                                    const Proximity& start, const SolvedContact& solved) {
+  // The bodies may have grazed, or passed through each other, before Bullet could act.
+  const bool passed =
+      start.gap > 0.0 && approachAtNode(now.pair(), MotionKind::contactFree, start.point,
+                                        start.normal) <= context_.settings.restSpeed;
+  const bool mayMeetAgain = record.impact.parted || passed || start.gap > now.pair().body->radius ||
+                            hitsElsewhere(record, now, solved);
+  const FoundImpact* again = mayMeetAgain ? find(now, start, &solved, &record) : nullptr;
+  const double first = record.impact.points.front().body.time;
+  if (again == nullptr || context_.clock.current().start + again->offset < first + kSameImpact) {
+    impacts_.update(record, now, solved);
+    return;
+  }
+  if (!again->solved)  // what Bullet has applied still belongs to the old impact
+    ImpactTracker::addApplied(record, now, solved);
+  impacts_.end(record);
+  impacts_.begin(record, *again, solved.restitution);
+  if (again->solved && record.isImpacting()) impacts_.update(record, now, solved);
+}
+
+// True if the pair meets from another side while an impact is under way, as a ball that lands on a
+// mesh and then hits a wall of it.
+bool PairResolver::hitsElsewhere(const PairRecord& record, const PairMotion& now,
+                                 const SolvedContact& solved) const {
+  const Vec3 normal = ImpactTracker::normalOf(record, now);
+  return std::ranges::any_of(solved.points, [&](const SolvedPoint& point) {
+    const double speed =
+        approachAtNode(now.pair(), MotionKind::contactFree, point.position, point.normal);
+    return point.impulse > 0.0 && point.normal.dot(normal) < kOtherSide &&
+           speed > record.impact.points.front().body.approachSpeed;
+  });
+}
+
+// True for a pair that goes on approaching where its impacts are suppressed.
+bool PairResolver::stillApproaches(const PairMotion& now, const Proximity& start) const {
+  const double speed = approachAtNode(now.pair(), MotionKind::actual, start.point, start.normal);
+  return speed > context_.settings.restSpeed && start.gap <= now.pair().body->radius;
+}
+
+// Speed (m/s) that an impact must exceed.
+double PairResolver::leastSpeed(const ContactPair& pair, const PairRecord* record) const {
+  const double restSpeed = context_.settings.restSpeed;
+  if (pair.isClosedForm() || record == nullptr || !record->isInContact()) return restSpeed;
+  const double acceleration =
+      std::max(pair.body->current.acceleration.norm(), pair.other->current.acceleration.norm());
+  return std::max(restSpeed, kRocking * acceleration * context_.clock.current().length);
+}
+
+bool PairResolver::mayCollide(const ContactPair& pair) const {
+  return !(isImmovable(*pair.body) && isImmovable(*pair.other)) && reader_.collides(pair);
+}
+
+// Finds the impact of a pair in this substep; `solved` may be left out for a pair that Bullet's
+// solver cannot have acted on.
+const FoundImpact* PairResolver::find(const PairMotion& now, const Proximity& start,
+                                      const SolvedContact* solved, const PairRecord* record) {
+  const ContactPair& pair = now.pair();
+  const ImpactFinder::Substep substep{context_.clock.current().length, leastSpeed(pair, record)};
+  const double speed = std::max(
+      maxApproachSpeed(pair, &SubstepMotion::velocityBefore, &SubstepMotion::angularBefore),
+      maxApproachSpeed(pair, &SubstepMotion::velocityAfter, &SubstepMotion::angularAfter));
+  if (speed <= substep.restSpeed) return nullptr;
+  const FoundImpact* found = search(now, start, solved, substep);
+  return found != nullptr && mayCollide(pair) ? found : nullptr;
+}
+
+const FoundImpact* PairResolver::search(const PairMotion& now, const Proximity& start,
+                                        const SolvedContact* solved,
+                                        const ImpactFinder::Substep& substep) {
+  const ContactPair& pair = now.pair();
+  if (start.gap > 0.0) {
+    const FoundImpact* found =
+        solved == nullptr ? nullptr : finder_.speculative(now, start, *solved, substep);
+    return found != nullptr ? found : finder_.alongPath(now, start, substep);
+  }
+  if (pair.isClosedForm()) return finder_.overlapping(now, substep);
+  return finder_.newPoints(now, *solved, substep,
+                           {bodies_.previous(*pair.body), bodies_.previous(*pair.other),
+                            context_.clock.previous().length});
+}
+
+PairRecord& PairResolver::recordOf(const ContactPair& pair, PairRecord* record) {
+  if (record != nullptr) return *record;
+  PairRecord& added = records_.add(pair.key(), pair.body->id, pair.other->id);
+  added.resolvedIn = context_.clock.number();
+  return added;
+}
+
+bool PairResolver::isResolved(const PairRecord& record) const {
+  return record.resolvedIn == context_.clock.number();
+}
+
+void PairResolver::endSubstep() {
+  records_.forEach([this](PairRecord& record) {
+    if (!isResolved(record)) revisit(record);
+  });
+  records_.endSubstep();
+  log_.endSubstep();
+}
+
+// Resolves a recorded pair that is not so near that it could touch in this substep; drops it if
+// that is not possible.
+void PairResolver::revisit(PairRecord& record) {
+  const TrackedBody* body = bodies_.find(record.body);
+  const TrackedBody* other = bodies_.find(record.other);
+  const bool there = body != nullptr && other != nullptr && body->current.known &&
+                     other->current.known && (body->awake || other->awake);
+  if (there) resolve(ContactPair::of(*body, *other));
+  if (!isResolved(record)) drop(record);
+}
+
+// Ends the impact and the contact of a pair that is asleep, gone or far apart.
+void PairResolver::drop(PairRecord& record) {
+  if (record.isImpacting()) impacts_.end(record);
+  if (record.isInContact()) contacts_.end(record);
+  if (record.isSuppressed()) record.allowImpacts();
+}
+
+double PairResolver::settledTime() {
+  // New points of a lasting contact are dated back into the substep before.
+  const SubstepClock& clock = context_.clock;
+  double settled = bodies_.hasOtherShapes() ? clock.previous().start : clock.current().start;
+  records_.forEach([&settled](const PairRecord& record) {
+    if (record.isImpacting() && !record.impact.delivered)
+      settled = std::min(settled, record.impact.points.front().body.time);
+  });
+  return settled;
+}
+
+void PairResolver::flush() {
+  records_.forEach([this](PairRecord& record) {
+    if (record.isImpacting()) impacts_.flush(record);
+  });
+}
+
+}  // namespace carom::bullet
