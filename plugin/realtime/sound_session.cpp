@@ -52,6 +52,9 @@ std::string whyNot(const SoundSettings& settings) {
   if (!(fullScale > 0.0) || !std::isfinite(fullScale) || !std::isfinite(1.0 / fullScale)) {
     return "full scale is " + std::to_string(fullScale) + "; expected a positive pressure (Pa)";
   }
+  const double loss = settings.synth.contactLoss;
+  if (!(loss >= 0.0) || !std::isfinite(loss))
+    return "contact loss is " + std::to_string(loss) + "; expected a loss factor, 0 or above";
   return whyNot(settings.budget);
 }
 
