@@ -116,7 +116,8 @@ void ClickRenderer::add(const ScheduledSound& sound) {
   if (!kept.excitations.empty()) modalBank_.add(kept.excitations, kept.taps, kept.train);
 }
 
-/// Returns a copy of the sound's nodes that lives until all clicks and excitations of it have begun.
+/// Returns a copy of the sound's nodes that lives until all clicks and excitations of it have
+/// begun.
 std::span<const PulseNode> ClickRenderer::keptTrain(const ScheduledSound& sound) {
   std::int64_t first = std::numeric_limits<std::int64_t>::max();
   std::int64_t last = position_;

@@ -56,10 +56,7 @@ Vec3 dipoleAt(const ContactSource& source, std::size_t part) {
 
 ContactPropagation::ContactPropagation(std::shared_ptr<const SoundPaths> paths,
                                        const ListenerTracks& tracks, ModalExciter& exciter)
-    : paths_(std::move(paths)),
-      settings_(paths_->settings),
-      tracks_(tracks),
-      exciter_(exciter) {}
+    : paths_(std::move(paths)), settings_(paths_->settings), tracks_(tracks), exciter_(exciter) {}
 
 bool ContactPropagation::propagate(const ContactSource& source) {
   clicks_.clear();

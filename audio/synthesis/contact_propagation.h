@@ -30,7 +30,7 @@ struct ContactSource {
   double ahead = 0.0;
   const RadiationBank::Mix* filters = nullptr;  ///< null: no click
   SampleShift shift = {};
-  bool rings = false;  ///< the ModalExciter holds the strike's excitation
+  bool rings = false;                     ///< the ModalExciter holds the strike's excitation
   std::span<const PulseNode> train = {};  ///< nodes in place of the pulse
   double loudest = 0.0;  ///< N s, sum of the nodes that come at about the same time
 };

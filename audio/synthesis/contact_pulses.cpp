@@ -40,8 +40,7 @@ double restitutionOf(const ImpulseEvent& event) {
 double ContactPulses::durationOf(const ImpulseEvent& event, const SoundBody& body,
                                  const SoundBody& other) const {
   if (!isContact(event)) return 0.0;
-  const double elastic =
-      hertzDuration(blunted(event, body, other), body.material, other.material);
+  const double elastic = hertzDuration(blunted(event, body, other), body.material, other.material);
   return settings_.dissipative ? elastic * lossyOf(event).stretch : elastic;
 }
 

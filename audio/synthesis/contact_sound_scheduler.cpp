@@ -104,8 +104,7 @@ void ContactSoundScheduler::scheduleImpulse(const ImpulseEvent& event, const Sam
 
 /// Returns the source of an impulse, without its duration, pulse and shift, and begins the
 /// excitation of the body's modes.
-ContactSource ContactSoundScheduler::sourceOf(const ImpulseEvent& event,
-                                              const SoundingBody& body) {
+ContactSource ContactSoundScheduler::sourceOf(const ImpulseEvent& event, const SoundingBody& body) {
   ContactSource source{.time = event.time,
                        .strike = makeStrike(event, body.sound, settings_.medium),
                        .filters = body.filters};
@@ -233,8 +232,7 @@ bool ContactSoundScheduler::isInaudible(const ContactState& contact, double loud
   const SoundingBody& body = *bodies_.find(first ? contact.body : contact.other);
   if (body.modes != nullptr) return false;  // it may gather energy for longer than a step
   if (body.filters == nullptr) return true;
-  ContactSource probe =
-      sourceOf(SlideTracker::unitImpulse(contact, first, Vec3::Zero()), body);
+  ContactSource probe = sourceOf(SlideTracker::unitImpulse(contact, first, Vec3::Zero()), body);
   probe.duration = contact.duration;
   probe.pulse = &Pulse::of(PulseShape::hertz);
   const std::array<PulseNode, 1> train = {{{0.0, loudest}}};

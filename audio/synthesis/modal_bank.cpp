@@ -78,9 +78,10 @@ void ModalBank::makeRoom() {
 
 void ModalBank::add(std::span<const ModalExcitation> excitations, std::span<const double> taps,
                     std::span<const PulseNode> train) {
-  const auto first = std::ranges::min_element(excitations, {}, [](const ModalExcitation& excitation) {
-                       return excitation.drive.first;
-                     })->drive.first;
+  const auto first =
+      std::ranges::min_element(excitations, {}, [](const ModalExcitation& excitation) {
+        return excitation.drive.first;
+      })->drive.first;
   const std::int64_t delay = capacity_ ? std::max<std::int64_t>(0, position_ - first) : 0;
   for (const ModalExcitation& excitation : excitations) {
     ModalExcitation later = excitation;
@@ -144,7 +145,8 @@ std::uint32_t ModalBank::bankOf(const ModalExcitation& excitation) {
   const auto keyOf = [this](std::uint32_t bank) {
     return std::tuple(banks_[bank].body, banks_[bank].channel, banks_[bank].resonators->order);
   };
-  const auto key = std::tuple(excitation.body, excitation.drive.channel, excitation.resonators->order);
+  const auto key =
+      std::tuple(excitation.body, excitation.drive.channel, excitation.resonators->order);
   const auto place = std::ranges::lower_bound(order_, key, {}, keyOf);
   if (place != order_.end() && keyOf(*place) == key) return *place;
   const std::uint32_t index = freeBank();
@@ -197,8 +199,8 @@ bool ModalBank::isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b
   const auto contentOf = [this](std::uint32_t slot) {
     const ModalExcitation& excitation = slots_[slot].excitation;
     const ClickTrack& track = excitation.drive.track;
-    return std::tuple(excitation.isDamping(), excitation.body, excitation.drive.channel, excitation.drive.chain,
-                      track.length, track.bend, excitation.rest);
+    return std::tuple(excitation.isDamping(), excitation.body, excitation.drive.channel,
+                      excitation.drive.chain, track.length, track.bend, excitation.rest);
   };
   if (contentOf(a.slot) != contentOf(b.slot)) return contentOf(a.slot) < contentOf(b.slot);
   const auto tapsOf = [this](std::uint32_t slot) {
@@ -242,8 +244,9 @@ void ModalBank::joinLater(std::int64_t joins, std::uint32_t slot) noexcept {
 /// Puts a damping in force from now on, in place of the one before of the same body.
 void ModalBank::damp(std::uint32_t slot) noexcept {
   const Waiting& waiting = slots_[slot];
-  const auto before = std::ranges::find_if(
-      dampings_, [&](std::uint32_t other) { return slots_[other].excitation.body == waiting.excitation.body; });
+  const auto before = std::ranges::find_if(dampings_, [&](std::uint32_t other) {
+    return slots_[other].excitation.body == waiting.excitation.body;
+  });
   // Bodies that disappear while they are touched would keep all slots in the end.
   const bool isFull = capacity_ && dampings_.size() >= slots_.size() / 4;
   const auto gone = before == dampings_.end() && isFull ? dampings_.begin() : before;
@@ -263,13 +266,14 @@ void ModalBank::damp(std::uint32_t slot) noexcept {
 }
 
 void ModalBank::dampBank(Bank& bank, const Waiting& waiting) noexcept {
-  if (bank.body != waiting.excitation.body || bank.resonators != waiting.excitation.resonators) return;
+  if (bank.body != waiting.excitation.body || bank.resonators != waiting.excitation.resonators)
+    return;
   std::copy_n(waiting.taps.begin(), 2 * bank.count, bank.damped.begin());
   bank.isDamped = true;
 }
 
-/// Drives an excitation's own resonators over its pulse, adds their sound to ahead_, and keeps the state
-/// that goes into the bank.
+/// Drives an excitation's own resonators over its pulse, adds their sound to ahead_, and keeps the
+/// state that goes into the bank.
 void ModalBank::drive(std::uint32_t slot) noexcept {
   Waiting& waiting = slots_[slot];
   const ModalExcitation& excitation = waiting.excitation;
@@ -289,8 +293,8 @@ void ModalBank::drive(std::uint32_t slot) noexcept {
             0.0);
   std::fill_n(y_.begin(), 2 * count, 0.0);
   std::fill_n(out_.begin(), length, 0.0);
-  const Resonators own{excitation.resonators->a1.data(), excitation.resonators->a2.data(), y_.data(),
-                       y_.data() + count, count};
+  const Resonators own{excitation.resonators->a1.data(), excitation.resonators->a2.data(),
+                       y_.data(), y_.data() + count, count};
   kernels_.drive(own, {waiting.taps.data(), waiting.taps.data() + count, x_.data() + 1},
                  {out_.data(), length});
   std::vector<double>& ahead = ahead_[click.channel];

@@ -22,7 +22,8 @@ namespace carom::audio {
 struct ModalCapacity {
   std::size_t banks = 128;  ///< banks that sound or wait: one for each body and channel
   std::size_t modes = 128;  ///< modes of a body; higher ones are left out
-  std::size_t excitations = 512;  ///< excitations that wait for their sample: one for each channel and path
+  std::size_t excitations =
+      512;  ///< excitations that wait for their sample: one for each channel and path
   /// s. Longer contacts are left out.
   double longestContact = 0.05;
 };
@@ -30,10 +31,10 @@ struct ModalCapacity {
 /// Turns modal excitations into samples, with banks of resonators, one for each body and channel:
 /// excitations that reach a receiver over several paths sound in the same bank.
 ///
-/// An excitation drives resonators of its own from its first sample to the end of its pulse, and on to the
-/// next multiple of kGrid; their state is then added to that of the bank, where it decays freely.
-/// On the same grid, resonators below `silence_` are stopped, and a bank where none is left is free
-/// again. So the bits do not depend on the sizes of blocks. [one thread]
+/// An excitation drives resonators of its own from its first sample to the end of its pulse, and on
+/// to the next multiple of kGrid; their state is then added to that of the bank, where it decays
+/// freely. On the same grid, resonators below `silence_` are stopped, and a bank where none is left
+/// is free again. So the bits do not depend on the sizes of blocks. [one thread]
 class ModalBank {
  public:
   static constexpr std::int64_t kGrid = 64;  ///< samples
@@ -133,12 +134,13 @@ class ModalBank {
   std::vector<std::uint32_t> freeBanks_;
   std::vector<std::uint32_t> order_;  // banks in use, by body and channel, as they are summed
 
-  std::vector<double> x_;                   // samples of a drive, one zero in front
-  std::vector<double> y_;                   // state of the excitation that is being driven
-  std::vector<double> out_;                 // sound of that excitation
-  std::vector<std::vector<double>> ahead_;  // by channel: sound of driven excitations that is due later
-  std::size_t mostSamples_ = 0;             // largest number in a drive, with a capacity
-  std::size_t aheadEnd_ = 0;                // samples of ahead_ that may not be zero
+  std::vector<double> x_;    // samples of a drive, one zero in front
+  std::vector<double> y_;    // state of the excitation that is being driven
+  std::vector<double> out_;  // sound of that excitation
+  std::vector<std::vector<double>>
+      ahead_;                    // by channel: sound of driven excitations that is due later
+  std::size_t mostSamples_ = 0;  // largest number in a drive, with a capacity
+  std::size_t aheadEnd_ = 0;     // samples of ahead_ that may not be zero
 };
 
 }  // namespace carom::audio

@@ -23,7 +23,7 @@ using Complex = std::complex<double>;
 constexpr double kNearestListener = 1e-6;
 /// A contact that has changed by less counts as unchanged.
 constexpr double kNewStiffness = 1.25;  // factor on its stiffness
-constexpr double kMoved = 0.05;     // distance, as a share of the body's radius
+constexpr double kMoved = 0.05;         // distance, as a share of the body's radius
 /// Bound of a mode's decay rate over its frequency in rad/s: beyond, perturbation is not valid.
 constexpr double kMostDamping = 0.5;
 
@@ -36,8 +36,8 @@ Vec3 normalAt(const SurfaceMesh& surface, const SurfacePoint& point) {
 }
 
 /// Returns what a contact adds to the decay rate (1/s) of each mode.
-std::vector<double> ratesOf(const ModalExciter::DampingContact& contact, const ModalExciter::Source& source,
-                            double loss) {
+std::vector<double> ratesOf(const ModalExciter::DampingContact& contact,
+                            const ModalExciter::Source& source, double loss) {
   const ResonatorSet& set = *source.resonators;
   const SurfacePoint point = source.locator.nearest(contact.point);
   const Vec3 normal = normalAt(set.model->surface, point);
@@ -181,7 +181,8 @@ void ModalExciter::addExcitation(const Click& drive) {
   excitations_.push_back(excitation);
 }
 
-bool ModalExciter::updateContact(const DampingContact& contact, const Source& source, std::int64_t first) {
+bool ModalExciter::updateContact(const DampingContact& contact, const Source& source,
+                                 std::int64_t first) {
   excitations_.clear();
   taps_.clear();
   const std::pair key(contact.body, contact.other);
@@ -192,10 +193,12 @@ bool ModalExciter::updateContact(const DampingContact& contact, const Source& so
   } else {
     Damper& now = dampers_[key];
     const double ratio = contact.stiffness / now.stiffness;
-    const bool isNew = now.rates.empty() || !(ratio > 1.0 / kNewStiffness && ratio < kNewStiffness) ||
+    const bool isNew = now.rates.empty() ||
+                       !(ratio > 1.0 / kNewStiffness && ratio < kNewStiffness) ||
                        (contact.point - now.point).norm() > kMoved * source.radius;
     if (!isNew) return false;
-    now = {contact.stiffness, contact.point, ratesOf(contact, source, paths_->settings.contactLoss)};
+    now = {contact.stiffness, contact.point,
+           ratesOf(contact, source, paths_->settings.contactLoss)};
   }
   addDamping(contact.body, *source.resonators, first);
   return true;

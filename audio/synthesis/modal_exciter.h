@@ -75,7 +75,8 @@ class ModalExciter {
   double radius() const { return source_->radius; }
   /// Adds the excitation with this drive over a route.
   void excite(const Click& drive, const ModalRoute& route);
-  /// Adds the excitation with this drive into the reverberation: the mean over all directions, at 1 m.
+  /// Adds the excitation with this drive into the reverberation: the mean over all directions, at 1
+  /// m.
   void exciteReverb(const Click& drive);
 
   /// A lasting contact, as it damps one of its bodies.
@@ -92,8 +93,8 @@ class ModalExciter {
 
   /// Upper bound in Pa of the excitations so far, for a contact of that pulse and duration (s).
   double peak(const Pulse& pulse, double duration);
-  /// Upper bound in Pa of the excitations so far, for a train of impulses (N s): as if all of them came
-  /// at a mode's crests.
+  /// Upper bound in Pa of the excitations so far, for a train of impulses (N s): as if all of them
+  /// came at a mode's crests.
   double peak(std::span<const PulseNode> train) const;
   std::span<const ModalExcitation> excitations() const { return excitations_; }
   std::span<const double> taps() const { return taps_; }
@@ -106,7 +107,8 @@ class ModalExciter {
   std::vector<std::unique_ptr<ResonatorSet>> sets_;
   std::unordered_map<const ModalModel*, std::unique_ptr<Source>> sources_;
   std::unordered_map<const Pulse*, PulseSpectrum> spectra_;
-  /// The decay rates that a contact adds to a body; kept by the body and the one in contact with it.
+  /// The decay rates that a contact adds to a body; kept by the body and the one in contact with
+  /// it.
   struct Damper {
     double stiffness = 0.0;
     Vec3 point = Vec3::Zero();

@@ -15,8 +15,8 @@ namespace carom::audio {
 /// A body as it sounds.
 struct SoundingBody {
   SoundBody sound;
-  const RadiationBank::Mix* filters = nullptr;    ///< null: it does not click
-  const ModalExciter::Source* modes = nullptr;    ///< null: it does not ring
+  const RadiationBank::Mix* filters = nullptr;  ///< null: it does not click
+  const ModalExciter::Source* modes = nullptr;  ///< null: it does not ring
   /// Texture made of the material's roughness when it is first asked for.
   std::shared_ptr<const SurfaceTexture> roughTexture = nullptr;
 

@@ -94,7 +94,7 @@ std::size_t Synth::pendingClicks() const {
   return impl_->renderer_.pendingClicks();
 }
 
-SynthCounters& SynthCounters::operator+=(const SynthCounters& more) {
+SynthCounters& operator+=(SynthCounters& sum, const SynthCounters& more) {
   for (const auto count :
        {&SynthCounters::events, &SynthCounters::rings, &SynthCounters::immovable,
         &SynthCounters::inaudible, &SynthCounters::late, &SynthCounters::undersampled,
@@ -102,8 +102,8 @@ SynthCounters& SynthCounters::operator+=(const SynthCounters& more) {
         &SynthCounters::stolen, &SynthCounters::overBudget, &SynthCounters::noBus,
         &SynthCounters::tooLong, &SynthCounters::modalVoicesExhausted,
         &SynthCounters::slidesLeftOut})
-    this->*count += more.*count;
-  return *this;
+    sum.*count += more.*count;
+  return sum;
 }
 
 template <class Sample>

@@ -5,7 +5,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
-#include "bullet_bridge/tracking/proxy_id.h"
+#include "bullet_bridge/bodies/proxy_id.h"
 #include "plugin/bullet/assigned_sound.h"
 
 namespace carom::plugin {

@@ -1,37 +1,35 @@
+// The functions of carom.h on sounds.
+
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <exception>
+#include <cstring>
 #include <filesystem>
 #include <memory>
-#include <new>
 #include <span>
 #include <string>
-#include <string_view>
 #include <type_traits>
-#include <unordered_map>
 #include <utility>
 #include <variant>
 
 #include <LinearMath/btScalar.h>
 
-#include "carom/audio/modal_model_file.h"
 #include "carom/carom.h"
 #include "carom/event_sound.h"
 #include "carom/sound.h"
 #include "plugin/c_api/c_body.h"
+#include "plugin/c_api/c_error.h"
+#include "plugin/c_api/c_settings.h"
 #include "plugin/c_api/c_structs.h"
 
+using namespace carom::plugin;
 using carom::Error;
 using carom::EventSound;
-using carom::Material;
-using carom::ModalModel;
 using carom::Result;
 using carom::Sound;
+using carom::SoundOutput;
 using carom::Status;
-using carom::plugin::CBodyReader;
 
 static_assert(CAROM_VERSION_MAJOR == CAROM_PROJECT_MAJOR &&
                   CAROM_VERSION_MINOR == CAROM_PROJECT_MINOR &&
@@ -44,58 +42,39 @@ struct carom_sound {
   carom_sound(Kind made, carom::RadiatorChoice radiators)
       : sound(std::move(made)), reader(radiators) {}
 
-  std::variant<EventSound, Sound> sound;
-  CBodyReader reader;                                     // for bodies of posted events
-  std::unordered_map<uint32_t, carom::SoundBody> bodies;  // as set last for posted events
-};
+  SoundOutput& output() {
+    return std::visit([](auto& kind) -> SoundOutput& { return kind; }, sound);
+  }
+  const SoundOutput& output() const {
+    return std::visit([](const auto& kind) -> const SoundOutput& { return kind; }, sound);
+  }
 
-struct carom_modes {
-  std::shared_ptr<const ModalModel> model;
+  std::variant<EventSound, Sound> sound;
+  CBodyReader reader;  // for bodies of posted events
 };
 
 namespace {
 
 constexpr double kMostGain = 1000.0;
 
-// The only mutable global: a caller that makes a handle has none yet to keep a message in. Its size
-// is fixed, so that a lack of memory can be reported.
-thread_local std::array<char, 1024> lastMessage{};
-
-carom_status failed(carom_status status, std::string_view message) noexcept {
-  const std::size_t length = std::min(message.size(), lastMessage.size() - 1);
-  std::copy_n(message.begin(), length, lastMessage.begin());
-  lastMessage[length] = '\0';
-  return status;
-}
-
-carom_status isNull(const char* argument) noexcept {
-  return failed(CAROM_ERROR_ARGUMENT, std::string_view(argument));
-}
-
-/// Turns the Status of an action into a carom_status: `refused` if it is an error.
-carom_status outcome(const Status& status, carom_status refused = CAROM_ERROR_ARGUMENT) {
-  return status ? CAROM_OK : failed(refused, status.error().message);
-}
-
-/// Runs `action`, which returns a carom_status; its exceptions become one, too.
-template <class Action>
-carom_status guarded(Action&& action) noexcept {
-  try {
-    return action();
-  } catch (const std::bad_alloc&) {
-    return failed(CAROM_ERROR_MEMORY, "there is no memory left");
-  } catch (const std::exception& exception) {
-    return failed(CAROM_ERROR_INTERNAL, exception.what());
-  } catch (...) {
-    return failed(CAROM_ERROR_INTERNAL, "an exception of unknown kind");
-  }
+carom_status isNull(const char* sentence) noexcept {
+  return failed(CAROM_ERROR_ARGUMENT, sentence);
 }
 
 /// Runs `action`, which returns a Status, on a sound of either kind.
 template <class Handle, class Action>
 carom_status onAny(Handle* handle, carom_status refused, Action&& action) noexcept {
   if (handle == nullptr) return isNull("the carom_sound is NULL");
-  return guarded([&] { return outcome(std::visit(action, handle->sound), refused); });
+  return guarded([&] { return outcome(action(handle->output()), refused); });
+}
+
+/// Runs `action`, which returns nothing, on a sound of either kind.
+template <class Action>
+carom_status always(carom_sound* handle, Action&& action) noexcept {
+  return onAny(handle, CAROM_ERROR_ARGUMENT, [&](SoundOutput& output) -> Status {
+    action(output);
+    return std::monostate{};
+  });
 }
 
 /// Runs `action`, which returns a Status, on a sound of one kind only.
@@ -110,76 +89,52 @@ carom_status onKind(carom_sound* handle, Action&& action) noexcept {
   return guarded([&] { return outcome(action(*sound)); });
 }
 
-/// Returns a number of a sound; 0 for NULL.
-template <class Number, class Getter>
-Number numberOf(const carom_sound* handle, Getter&& getter) noexcept {
-  if (handle == nullptr) return Number{};
-  return std::visit(getter, handle->sound);
-}
-
 /// Makes a handle of the sound that `make` makes from settings.
 template <class Make>
 carom_status create(const carom_settings* given, carom_sound** handle, Make&& make) noexcept {
   if (handle == nullptr) return isNull("the carom_sound** is NULL");
   *handle = nullptr;
   return guarded([&] {
-    const Result<carom::plugin::CSettings> settings = carom::plugin::settingsFrom(given);
-    if (!settings) return failed(CAROM_ERROR_ARGUMENT, settings.error().message);
-    auto sound = make(settings->sound, settings->world);
-    if (!sound) return failed(CAROM_ERROR_ARGUMENT, sound.error().message);
+    const Result<CSettings> settings = settingsFrom(given);
+    if (!settings) return outcome(settings.error());
+    auto sound = make(*settings);
+    if (!sound) return outcome(sound.error());
     *handle = std::make_unique<carom_sound>(*std::move(sound), settings->world.radiators).release();
     return static_cast<carom_status>(CAROM_OK);
   });
 }
 
-Result<Material> materialOf(const char* name) {
-  return carom::plugin::materialNamed(name);
-}
-
-Result<Material> materialOf(const carom_material* material) {
-  return carom::plugin::materialFrom(material);
-}
-
-Status setMaterial(Sound& sound, int userIndex, const Material& material) {
-  return sound.assign(carom::UserIndex{userIndex}, {.material = material});
-}
-
+/// A target of Sound::assign, or an error where the caller's is NULL.
 template <class Object>
-Status setMaterial(Sound& sound, const Object* object, const Material& material) {
-  if (object == nullptr) return Error{"the object or shape to be of a material is NULL"};
-  return sound.assign(*object, {.material = material});
+Result<const Object*> targetOf(const Object* object) {
+  if (object == nullptr) return Error{"the body or shape is NULL"};
+  return object;
 }
 
-/// Sets a material, given by name or by numbers, for an object, a shape or a user index.
-template <class Subject, class Source>
-carom_status setMaterial(carom_sound* handle, Subject subject, Source source) noexcept {
+/// Assigns to what `target` points to.
+template <class Object>
+carom_status assign(carom_sound* handle, const Object* target,
+                    const carom_body_sound* given) noexcept {
   return onKind<Sound>(handle, [&](Sound& sound) -> Status {
-    const Result<Material> material = materialOf(source);
-    if (!material) return material.error();
-    return setMaterial(sound, subject, *material);
+    const Result<const Object*> object = targetOf(target);
+    if (!object) return object.error();
+    const Result<carom::BodySound> read = bodySoundFrom(given);
+    if (!read) return read.error();
+    return sound.assign(**object, *read);
   });
 }
 
-std::shared_ptr<const ModalModel> modelOf(const carom_modes* modes) {
-  return modes == nullptr ? nullptr : modes->model;
-}
-
-Status setModes(Sound& sound, int userIndex, const carom_modes* modes) {
-  return sound.assign(carom::UserIndex{userIndex}, {.modes = modelOf(modes)});
-}
-
 template <class Object>
-Status setModes(Sound& sound, const Object* object, const carom_modes* modes) {
-  if (object == nullptr) return Error{"the object or shape that is to ring is NULL"};
-  return sound.assign(*object, {.modes = modelOf(modes)});
+carom_status unassign(carom_sound* handle, const Object* target) noexcept {
+  return onKind<Sound>(handle, [&](Sound& sound) -> Status {
+    const Result<const Object*> object = targetOf(target);
+    if (!object) return object.error();
+    return sound.unassign(**object);
+  });
 }
 
 Status done() {
   return std::monostate{};
-}
-
-std::filesystem::path pathOf(const char* utf8) {
-  return {reinterpret_cast<const char8_t*>(utf8)};
 }
 
 }  // namespace
@@ -216,162 +171,57 @@ const char* carom_status_text(carom_status status) noexcept {
 }
 
 const char* carom_last_message(void) noexcept {
-  return lastMessage.data();
-}
-
-carom_status carom_settings_init(carom_settings* settings, size_t size) noexcept {
-  return guarded([&] {
-    return outcome(carom::plugin::initStruct(carom::plugin::defaultSettings(), settings, size,
-                                             "carom_settings"));
-  });
-}
-
-carom_status carom_listener_init(carom_listener* listener, size_t size) noexcept {
-  return guarded([&] {
-    return outcome(carom::plugin::initStruct(carom::plugin::defaultListener(), listener, size,
-                                             "carom_listener"));
-  });
-}
-
-carom_status carom_body_init(carom_body* body, size_t size) noexcept {
-  return guarded([&] {
-    return outcome(
-        carom::plugin::initStruct(carom::plugin::defaultBody(), body, size, "carom_body"));
-  });
-}
-
-carom_status carom_event_init(carom_event* event, size_t size) noexcept {
-  return guarded([&] {
-    return outcome(
-        carom::plugin::initStruct(carom::plugin::defaultEvent(), event, size, "carom_event"));
-  });
-}
-
-size_t carom_material_count(void) noexcept {
-  return carom::builtInMaterials().size();
-}
-
-carom_status carom_material_at(size_t index, carom_material* material) noexcept {
-  return guarded([&] {
-    const std::span<const Material> all = carom::builtInMaterials();
-    if (index >= all.size())
-      return failed(CAROM_ERROR_ARGUMENT, "there is no material " + std::to_string(index) +
-                                              "; there are " + std::to_string(all.size()));
-    return outcome(
-        carom::plugin::writeStruct(carom::plugin::toC(all[index]), material, "carom_material"));
-  });
-}
-
-carom_status carom_find_material(const char* name, carom_material* material) noexcept {
-  return guarded([&] {
-    const Result<Material> known = carom::plugin::materialNamed(name);
-    if (!known) return failed(CAROM_ERROR_ARGUMENT, known.error().message);
-    // From the table's own material, as its name stays valid.
-    return outcome(carom::plugin::writeStruct(carom::plugin::toC(*carom::findMaterial(name)),
-                                              material, "carom_material"));
-  });
-}
-
-carom_status carom_load_modes(const char* path, carom_modes** modes) noexcept {
-  if (modes == nullptr) return isNull("the carom_modes** is NULL");
-  *modes = nullptr;
-  if (path == nullptr) return isNull("the path of the modes is NULL");
-  return guarded([&] {
-    Result<ModalModel> model = carom::readModalModel(pathOf(path));
-    if (!model) return failed(CAROM_ERROR_FILE, model.error().message);
-    auto read = std::make_unique<carom_modes>();
-    read->model = std::make_shared<const ModalModel>(*std::move(model));
-    *modes = read.release();
-    return static_cast<carom_status>(CAROM_OK);
-  });
-}
-
-void carom_free_modes(carom_modes* modes) noexcept {
-  const std::unique_ptr<carom_modes> owner(modes);
-}
-
-size_t carom_mode_count(const carom_modes* modes) noexcept {
-  return modes == nullptr ? 0 : modes->model->modes.size();
-}
-
-carom_status carom_mode_at(const carom_modes* modes, size_t index, double* frequency,
-                           double* decay_rate) noexcept {
-  if (modes == nullptr) return isNull("the carom_modes is NULL");
-  return guarded([&] {
-    if (index >= carom_mode_count(modes))
-      return failed(CAROM_ERROR_ARGUMENT, "there is no mode " + std::to_string(index) +
-                                              "; there are " +
-                                              std::to_string(carom_mode_count(modes)));
-    const carom::Mode& mode = modes->model->modes[index];
-    if (frequency != nullptr) *frequency = mode.frequency;
-    if (decay_rate != nullptr) *decay_rate = mode.decayRate;
-    return static_cast<carom_status>(CAROM_OK);
-  });
+  return lastFailure();
 }
 
 carom_status carom_create(const carom_settings* settings, carom_sound** sound) noexcept {
   return create(settings, sound,
-                [](const carom::SoundSettings& wanted, const carom::WorldSoundSettings&) {
-                  return EventSound::create(wanted);
-                });
+                [](const CSettings& wanted) { return EventSound::create(wanted.sound); });
 }
 
 carom_status carom_attach(btDynamicsWorld* world, const carom_settings* settings,
                           carom_sound** sound) noexcept {
-  return create(settings, sound,
-                [&](const carom::SoundSettings& wanted,
-                    const carom::WorldSoundSettings& worldSettings) -> Result<Sound> {
-                  if (world == nullptr) return Error{"the btDynamicsWorld is NULL"};
-                  return Sound::attach(*world, wanted, worldSettings);
-                });
+  return create(settings, sound, [&](const CSettings& wanted) -> Result<Sound> {
+    if (world == nullptr) return Error{"the btDynamicsWorld is NULL"};
+    return Sound::attach(*world, wanted.sound, wanted.world);
+  });
 }
 
 carom_status carom_destroy(carom_sound* sound) noexcept {
   if (sound == nullptr) return CAROM_OK;
   const std::unique_ptr<carom_sound> owner(sound);
-  return onAny(sound, CAROM_ERROR_FILE, [](auto& kind) { return kind.close(); });
+  return onAny(sound, CAROM_ERROR_FILE, [](SoundOutput& output) { return output.close(); });
 }
 
 carom_status carom_set_body(carom_sound* sound, uint32_t id, const carom_body* body) noexcept {
   return onKind<EventSound>(sound, [&](EventSound& events) -> Status {
-    Result<carom::SoundBody> read = sound->reader.read(body);
+    const Result<carom::SoundBody> read = sound->reader.read(body);
     if (!read) return read.error();
-    const auto known = sound->bodies.find(id);
-    if (known != sound->bodies.end()) read->modal = known->second.modal;
-    if (Status set = events.setBody(id, *read); !set) return set;
-    sound->bodies.insert_or_assign(id, *std::move(read));
-    return done();
-  });
-}
-
-carom_status carom_set_body_modes(carom_sound* sound, uint32_t id,
-                                  const carom_modes* modes) noexcept {
-  return onKind<EventSound>(sound, [&](EventSound& events) -> Status {
-    const auto known = sound->bodies.find(id);
-    if (known == sound->bodies.end())
-      return Error{"there is no body " + std::to_string(id) +
-                   " to ring; carom_set_body comes first"};
-    carom::SoundBody ringing = known->second;
-    ringing.modal = modelOf(modes);
-    if (Status set = events.setBody(id, ringing); !set) return set;
-    known->second = std::move(ringing);
-    return done();
+    return events.setBody(id, *read);
   });
 }
 
 carom_status carom_remove_body(carom_sound* sound, uint32_t id) noexcept {
   return onKind<EventSound>(sound, [&](EventSound& events) {
     events.removeBody(id);
-    sound->bodies.erase(id);
     return done();
   });
 }
 
 carom_status carom_post(carom_sound* sound, const carom_event* event) noexcept {
   return onKind<EventSound>(sound, [&](EventSound& events) -> Status {
-    const Result<carom::ImpulseEvent> read = carom::plugin::eventFrom(event);
+    const Result<carom::ImpulseEvent> read = eventFrom(event);
     if (!read) return read.error();
     events.post(*read);
+    return done();
+  });
+}
+
+carom_status carom_update_contact(carom_sound* sound, const carom_contact* contact) noexcept {
+  return onKind<EventSound>(sound, [&](EventSound& events) -> Status {
+    const Result<carom::ContactState> read = contactFrom(contact);
+    if (!read) return read.error();
+    events.updateContact(*read);
     return done();
   });
 }
@@ -385,49 +235,33 @@ carom_status carom_advance(carom_sound* sound, double seconds) noexcept {
   });
 }
 
-carom_status carom_set_object_material(carom_sound* sound, const btCollisionObject* object,
-                                       const char* name) noexcept {
-  return setMaterial(sound, object, name);
+carom_status carom_assign_body(carom_sound* sound, const btCollisionObject* body,
+                               const carom_body_sound* body_sound) noexcept {
+  return assign(sound, body, body_sound);
 }
 
-carom_status carom_set_shape_material(carom_sound* sound, const btCollisionShape* shape,
-                                      const char* name) noexcept {
-  return setMaterial(sound, shape, name);
+carom_status carom_assign_shape(carom_sound* sound, const btCollisionShape* shape,
+                                const carom_body_sound* body_sound) noexcept {
+  return assign(sound, shape, body_sound);
 }
 
-carom_status carom_set_user_index_material(carom_sound* sound, int user_index,
-                                           const char* name) noexcept {
-  return setMaterial(sound, user_index, name);
+carom_status carom_assign_user_index(carom_sound* sound, int user_index,
+                                     const carom_body_sound* body_sound) noexcept {
+  const carom::UserIndex target{user_index};
+  return assign(sound, &target, body_sound);
 }
 
-carom_status carom_set_object_own_material(carom_sound* sound, const btCollisionObject* object,
-                                           const carom_material* material) noexcept {
-  return setMaterial(sound, object, material);
+carom_status carom_unassign_body(carom_sound* sound, const btCollisionObject* body) noexcept {
+  return unassign(sound, body);
 }
 
-carom_status carom_set_shape_own_material(carom_sound* sound, const btCollisionShape* shape,
-                                          const carom_material* material) noexcept {
-  return setMaterial(sound, shape, material);
+carom_status carom_unassign_shape(carom_sound* sound, const btCollisionShape* shape) noexcept {
+  return unassign(sound, shape);
 }
 
-carom_status carom_set_user_index_own_material(carom_sound* sound, int user_index,
-                                               const carom_material* material) noexcept {
-  return setMaterial(sound, user_index, material);
-}
-
-carom_status carom_set_object_modes(carom_sound* sound, const btCollisionObject* object,
-                                    const carom_modes* modes) noexcept {
-  return onKind<Sound>(sound, [&](Sound& world) { return setModes(world, object, modes); });
-}
-
-carom_status carom_set_shape_modes(carom_sound* sound, const btCollisionShape* shape,
-                                   const carom_modes* modes) noexcept {
-  return onKind<Sound>(sound, [&](Sound& world) { return setModes(world, shape, modes); });
-}
-
-carom_status carom_set_user_index_modes(carom_sound* sound, int user_index,
-                                        const carom_modes* modes) noexcept {
-  return onKind<Sound>(sound, [&](Sound& world) { return setModes(world, user_index, modes); });
+carom_status carom_unassign_user_index(carom_sound* sound, int user_index) noexcept {
+  const carom::UserIndex target{user_index};
+  return unassign(sound, &target);
 }
 
 carom_status carom_prepare_bodies(carom_sound* sound) noexcept {
@@ -445,86 +279,95 @@ carom_status carom_set_listener(carom_sound* sound, size_t listener, const doubl
   if (orientation != nullptr)
     turn = carom::Quat(orientation[3], orientation[0], orientation[1], orientation[2]);
   return onAny(sound, CAROM_ERROR_ARGUMENT,
-               [&](auto& kind) { return kind.setListener(place, turn, listener); });
+               [&](SoundOutput& output) { return output.setListener(place, turn, listener); });
 }
 
 double carom_time(const carom_sound* sound) noexcept {
-  return numberOf<double>(sound, [](const auto& kind) { return kind.time(); });
+  return sound == nullptr ? 0.0 : sound->output().time();
 }
 
 carom_status carom_pause(carom_sound* sound) noexcept {
-  return onAny(sound, CAROM_ERROR_ARGUMENT, [](auto& kind) {
-    kind.pause();
-    return done();
-  });
+  return always(sound, [](SoundOutput& output) { output.pause(); });
 }
 
 carom_status carom_set_time_scale(carom_sound* sound, double scale) noexcept {
-  return onAny(sound, CAROM_ERROR_ARGUMENT, [&](auto& kind) { return kind.setTimeScale(scale); });
+  return onAny(sound, CAROM_ERROR_ARGUMENT,
+               [&](SoundOutput& output) { return output.setTimeScale(scale); });
 }
 
 carom_status carom_play(carom_sound* sound) noexcept {
-  return onAny(sound, CAROM_ERROR_DEVICE, [](auto& kind) { return kind.play(); });
+  return onAny(sound, CAROM_ERROR_DEVICE, [](SoundOutput& output) { return output.play(); });
 }
 
 carom_status carom_prepare_rendering(carom_sound* sound, double sample_rate) noexcept {
   return onAny(sound, CAROM_ERROR_ARGUMENT,
-               [&](auto& kind) { return kind.prepareRendering(sample_rate); });
+               [&](SoundOutput& output) { return output.prepareRendering(sample_rate); });
 }
 
 carom_status carom_stop(carom_sound* sound) noexcept {
-  return onAny(sound, CAROM_ERROR_ARGUMENT, [](auto& kind) {
-    kind.stop();
-    return done();
-  });
+  return always(sound, [](SoundOutput& output) { output.stop(); });
 }
 
 carom_status carom_record(carom_sound* sound, const char* path) noexcept {
   if (path == nullptr) return isNull("the path of the recording is NULL");
-  return onAny(sound, CAROM_ERROR_FILE, [&](auto& kind) { return kind.record(pathOf(path)); });
+  return onAny(sound, CAROM_ERROR_FILE, [&](SoundOutput& output) {
+    return output.record(std::filesystem::path(reinterpret_cast<const char8_t*>(path)));
+  });
 }
 
 carom_status carom_finish_recording(carom_sound* sound) noexcept {
-  return onAny(sound, CAROM_ERROR_FILE, [](auto& kind) { return kind.finishRecording(); });
+  return onAny(sound, CAROM_ERROR_FILE,
+               [](SoundOutput& output) { return output.finishRecording(); });
 }
 
 carom_status carom_set_gain(carom_sound* sound, double gain) noexcept {
-  return onAny(sound, CAROM_ERROR_ARGUMENT, [&](auto& kind) -> Status {
+  return onAny(sound, CAROM_ERROR_ARGUMENT, [&](SoundOutput& output) -> Status {
     if (!(gain >= 0.0 && gain <= kMostGain))
       return Error{"the gain is " + std::to_string(gain) + "; expected 0 to 1000"};
-    kind.setGain(gain);
+    output.setGain(gain);
     return done();
   });
 }
 
 carom_status carom_set_muted(carom_sound* sound, int32_t muted) noexcept {
-  return onAny(sound, CAROM_ERROR_ARGUMENT, [&](auto& kind) {
-    kind.setMuted(muted != 0);
-    return done();
-  });
+  return always(sound, [&](SoundOutput& output) { output.setMuted(muted != 0); });
 }
 
 carom_status carom_get_statistics(const carom_sound* sound, carom_statistics* statistics) noexcept {
-  return onAny(sound, CAROM_ERROR_ARGUMENT, [&](const auto& kind) {
-    return carom::plugin::writeStruct(carom::plugin::toC(kind.statistics()), statistics,
-                                      "carom_statistics");
+  return onAny(sound, CAROM_ERROR_ARGUMENT, [&](const SoundOutput& output) {
+    return writeStruct(toC(output.statistics()), statistics, "carom_statistics");
   });
 }
 
+size_t carom_unsolved_reason(const carom_sound* sound, char* text, size_t size) noexcept {
+  std::size_t length = 0;
+  (void)onAny(sound, CAROM_ERROR_ARGUMENT, [&](const SoundOutput& output) {
+    const std::string reason = output.statistics().unsolvedReason;
+    length = reason.size();
+    if (text != nullptr && size > 0) {
+      const std::size_t part = std::min(length, size - 1);
+      std::memcpy(text, reason.data(), part);
+      text[part] = '\0';
+    }
+    return done();
+  });
+  return length;
+}
+
 size_t carom_channel_count(const carom_sound* sound) noexcept {
-  return numberOf<size_t>(sound, [](const auto& kind) { return kind.channelCount(); });
+  return sound == nullptr ? 0 : sound->output().channelCount();
 }
 
 double carom_sample_rate(const carom_sound* sound) noexcept {
-  return numberOf<double>(sound, [](const auto& kind) { return kind.sampleRate(); });
+  return sound == nullptr ? 0.0 : sound->output().sampleRate();
 }
 
 size_t carom_frames_ready(const carom_sound* sound) noexcept {
-  return numberOf<size_t>(sound, [](const auto& kind) { return kind.framesReady(); });
+  return sound == nullptr ? 0 : sound->output().framesReady();
 }
 
 size_t carom_output_delay(const carom_sound* sound) noexcept {
-  return numberOf<size_t>(sound, [](const auto& kind) { return kind.outputDelay(); });
+  return sound == nullptr ? 0 : sound->output().outputDelay();
 }
 
 carom_status carom_render(carom_sound* sound, float* const* channels, size_t channel_count,
@@ -533,7 +376,7 @@ carom_status carom_render(carom_sound* sound, float* const* channels, size_t cha
   if (channel_count != carom_channel_count(sound)) return CAROM_ERROR_ARGUMENT;
   const std::span<float* const> to(channels, channel_count);
   if (std::ranges::find(to, nullptr) != to.end()) return CAROM_ERROR_ARGUMENT;
-  std::visit([&](auto& kind) { kind.render(to, frames); }, sound->sound);
+  sound->output().render(to, frames);
   return CAROM_OK;
 }
 
@@ -541,7 +384,7 @@ carom_status carom_render_interleaved(carom_sound* sound, float* samples, size_t
                                       size_t frames) noexcept {
   if (sound == nullptr || samples == nullptr) return CAROM_ERROR_ARGUMENT;
   if (channel_count != carom_channel_count(sound)) return CAROM_ERROR_ARGUMENT;
-  std::visit([&](auto& kind) { kind.renderInterleaved(samples, frames); }, sound->sound);
+  sound->output().renderInterleaved(samples, frames);
   return CAROM_OK;
 }
 

@@ -11,6 +11,7 @@
 
 #include "audio/radiation/panel_mesh.h"
 #include "carom/audio/surface_mesh.h"
+#include "plugin/c_api/c_handles.h"
 #include "plugin/c_api/c_structs.h"
 
 namespace carom::plugin {
@@ -24,17 +25,15 @@ using Eigen::Matrix3d;
 /// Largest distance of a mesh's centroid from the origin, as a share of the cube root of the
 /// volume, with which the library computes its inertia.
 constexpr double kOffCentre = 0.05;
-/// Most vertices, and most triangles. A larger number is a mistake; a tenth of it takes minutes to
-/// solve.
-constexpr std::size_t kMostOfAMesh = 10'000'000;
 
-std::string whyNot(const carom_body& given) {
+Status validate(const carom_body& given) {
   if (given.shape < CAROM_SHAPE_SPHERE || given.shape > CAROM_SHAPE_MESH)
-    return "shape is " + std::to_string(given.shape) + "; expected a CAROM_SHAPE_..., 0 to 2";
-  if (given.reserved != 0) return "reserved is not 0";
+    return Error{"shape is " + std::to_string(given.shape) +
+                 "; expected a CAROM_SHAPE_..., 0 to 2"};
+  if (given.reserved != 0) return Error{"reserved is not 0"};
   if (!(given.mass > 0.0))
-    return "mass is " + std::to_string(given.mass) + "; expected kg, > 0, or INFINITY";
-  return {};
+    return Error{"mass is " + std::to_string(given.mass) + "; expected kg, > 0, or INFINITY"};
+  return std::monostate{};
 }
 
 Result<Material> materialOf(const carom_body& given) {
@@ -58,25 +57,11 @@ Result<SurfaceMesh> boxMesh(const double (&halfExtents)[3]) {
 }
 
 Result<SurfaceMesh> meshOf(const carom_body& given) {
-  if (given.vertices == nullptr) return Error{"vertices is NULL for a mesh"};
-  if (given.triangles == nullptr) return Error{"triangles is NULL for a mesh"};
-  for (const auto& [name, count] : {std::pair("vertex_count", given.vertex_count),
-                                    std::pair("triangle_count", given.triangle_count)})
-    if (count > kMostOfAMesh)
-      return Error{std::string(name) + " is " + std::to_string(count) + "; expected at most " +
-                   std::to_string(kMostOfAMesh)};
-  SurfaceMesh mesh;
-  mesh.vertices.reserve(given.vertex_count);
-  for (std::size_t vertex = 0; vertex < given.vertex_count; ++vertex) {
-    const double* const at = given.vertices + 3 * vertex;
-    mesh.vertices.emplace_back(at[0], at[1], at[2]);
-  }
-  mesh.triangles.reserve(given.triangle_count);
-  for (std::size_t triangle = 0; triangle < given.triangle_count; ++triangle) {
-    const std::uint32_t* const corners = given.triangles + 3 * triangle;
-    mesh.triangles.push_back({corners[0], corners[1], corners[2]});
-  }
-  return mesh;
+  return meshFrom({.size = sizeof(carom_mesh),
+                   .vertices = given.vertices,
+                   .vertex_count = given.vertex_count,
+                   .triangles = given.triangles,
+                   .triangle_count = given.triangle_count});
 }
 
 Result<SurfaceMesh> surfaceOf(const carom_body& given) {
@@ -149,13 +134,19 @@ Status CBodyReader::readSolid(const carom_body& given, SoundBody& body) {
 Result<SoundBody> CBodyReader::read(const carom_body* given) {
   const Result<carom_body> read = readStruct(given, defaultBody(), "carom_body");
   if (!read) return read.error();
-  if (std::string reason = whyNot(*read); !reason.empty()) return Error{"carom_body: " + reason};
+  if (const Status valid = validate(*read); !valid)
+    return Error{"carom_body: " + valid.error().message};
   Result<Material> material = materialOf(*read);
   if (!material) return Error{"carom_body: " + material.error().message};
   SoundBody body{.material = *std::move(material),
                  .mass = read->mass,
                  .radius = read->radius,
-                 .edgeRadius = read->edge_radius};
+                 .edgeRadius = read->edge_radius,
+                 .texture = sharedFrom(read->texture),
+                 .textureCoordinates = sharedFrom(read->texture_coordinates),
+                 .modal = sharedFrom(read->modes)};
+  if (read->modes_origin != nullptr)
+    body.modalOrigin = Vec3(read->modes_origin[0], read->modes_origin[1], read->modes_origin[2]);
   if (read->shape != CAROM_SHAPE_SPHERE && std::isfinite(read->mass)) {
     const Status solid = readSolid(*read, body);
     if (!solid) return Error{"carom_body: " + solid.error().message};

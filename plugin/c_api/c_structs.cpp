@@ -1,228 +1,143 @@
 #include "plugin/c_api/c_structs.h"
 
 #include <algorithm>
-#include <cstring>
+#include <array>
 #include <limits>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "plugin/c_api/c_handles.h"
+#include "plugin/realtime/statistics_fields.h"
 
 namespace carom::plugin {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// True if no padding follows the last field, which an older caller would have left uninitialised.
-template <class Struct, class Field>
-constexpr bool endsWith(Field Struct::*, std::size_t offset) {
-  return offset + sizeof(Field) == sizeof(Struct);
-}
-static_assert(endsWith(&carom_settings::modes, offsetof(carom_settings, modes)));
-static_assert(endsWith(&carom_listener::reserved, offsetof(carom_listener, reserved)));
-static_assert(endsWith(&carom_body::reserved, offsetof(carom_body, reserved)));
-static_assert(endsWith(&carom_event::reserved, offsetof(carom_event, reserved)));
-static_assert(endsWith(&carom_material::damping_beta, offsetof(carom_material, damping_beta)));
-static_assert(endsWith(&carom_statistics::modes, offsetof(carom_statistics, modes)));
-// No padding follows the last field of the first version either, where the struct ended then.
-static_assert(offsetof(carom_settings, reserved) + sizeof(std::int32_t) ==
-              kSizes<carom_settings>.first);
-static_assert(offsetof(carom_material, restitution) + sizeof(double) ==
-              kSizes<carom_material>.first);
-static_assert(offsetof(carom_statistics, unsupported_contacts) + sizeof(std::uint64_t) ==
-              kSizes<carom_statistics>.first);
+/// Most vertices, and most triangles. A larger number is a mistake; a tenth of it takes minutes to
+/// solve.
+constexpr std::size_t kMostOfAMesh = 10'000'000;
 
-/// Returns the `size` in a caller's struct, whatever its version.
-std::size_t sizeOf(const void* given) {
-  std::size_t size = 0;
-  std::memcpy(&size, given, sizeof size);
-  return size;
-}
-
-std::string whyNotSize(const void* given, StructSizes sizes, const std::string& name) {
-  if (given == nullptr) return name + " is NULL";
-  const std::size_t size = sizeOf(given);
-  if (size == sizes.first || (size >= sizes.now && size <= sizes.now + kMostGrowth)) return {};
-  return name + ".size is " + std::to_string(size) + "; expected sizeof(" + name + "), which is " +
-         std::to_string(sizes.now) + " in this version";
-}
-
-bool isZero(const std::byte* bytes, std::size_t count) {
-  return std::all_of(bytes, bytes + count, [](std::byte byte) { return byte == std::byte{0}; });
-}
-
-/// A field with a value from 0 to count - 1; the count of a reserved field is 1.
-struct Choice {
-  const char* field;
-  std::int32_t value;
-  std::int32_t count;
+/// A number of SoundStatistics and the field of carom_statistics that shows it.
+template <class Number>
+struct ShownStatistic {
+  Number SoundStatistics::*from;
+  Number carom_statistics::*to;
 };
 
-std::string whyNot(std::initializer_list<Choice> choices) {
-  for (const Choice& choice : choices) {
-    if (choice.value >= 0 && choice.value < choice.count) continue;
-    const std::string range = choice.count == 1 ? "0" : "0 to " + std::to_string(choice.count - 1);
-    return std::string(choice.field) + " is " + std::to_string(choice.value) + "; expected " +
-           range;
-  }
-  return {};
+constexpr std::array kShownCounts = {
+    ShownStatistic<std::uint64_t>{&SoundStatistics::events, &carom_statistics::events},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::immovable, &carom_statistics::immovable},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::rejected, &carom_statistics::rejected},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::skipped, &carom_statistics::skipped},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::silenced, &carom_statistics::silenced},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::inaudible, &carom_statistics::inaudible},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::stolen, &carom_statistics::stolen},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::overBudget, &carom_statistics::over_budget},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::noBus, &carom_statistics::no_bus},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::tooLong, &carom_statistics::too_long},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::modalVoicesExhausted,
+                                  &carom_statistics::modal_voices_exhausted},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::queueFaults, &carom_statistics::queue_faults},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::rings, &carom_statistics::rings},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::late, &carom_statistics::late},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::slides, &carom_statistics::slides},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::undersampled, &carom_statistics::undersampled},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::inaudibleSlides,
+                                  &carom_statistics::inaudible_slides},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::slidesLeftOut,
+                                  &carom_statistics::slides_left_out},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::stalls, &carom_statistics::stalls},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::jumps, &carom_statistics::jumps},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::voices, &carom_statistics::voices},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::buses, &carom_statistics::buses},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::ringing, &carom_statistics::ringing},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::modes, &carom_statistics::modes},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::solvedShapes, &carom_statistics::solved_shapes},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::shapesSolvedInStep,
+                                  &carom_statistics::shapes_solved_late},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::unsolvedBodies,
+                                  &carom_statistics::unsolved_bodies},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::links, &carom_statistics::links},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::unsupportedContacts,
+                                  &carom_statistics::unsupported_contacts}};
+
+constexpr std::array kShownMeasures = {
+    ShownStatistic<double>{&SoundStatistics::cpuShare, &carom_statistics::cpu_share},
+    ShownStatistic<double>{&SoundStatistics::worstBlock, &carom_statistics::worst_block},
+    ShownStatistic<double>{&SoundStatistics::gainReduction, &carom_statistics::gain_reduction}};
+
+/// True if every number of the list is shown.
+template <class Fields, class Shown>
+constexpr bool showsAll(const Fields& fields, const Shown& shown) {
+  return std::ranges::all_of(fields, [&](const auto& field) {
+    return std::ranges::any_of(shown, [&](const auto& one) { return one.from == field.member; });
+  });
+}
+static_assert(showsAll(kStatisticsCounts, kShownCounts),
+              "a count of SoundStatistics has no field in carom_statistics");
+static_assert(showsAll(kStatisticsMeasures, kShownMeasures),
+              "a measure of SoundStatistics has no field in carom_statistics");
+
+carom_roughness toC(const Roughness& roughness) {
+  return {.size = sizeof(carom_roughness),
+          .rms_height = roughness.rmsHeight,
+          .correlation_length = roughness.correlationLength,
+          .hurst = roughness.hurst};
 }
 
-Vec3 vectorFrom(const double (&given)[3]) {
-  return {given[0], given[1], given[2]};
+/// Returns the roughness of a built-in material, which lives for ever; NULL for another one.
+const carom_roughness* builtInRoughness(const std::string& name) {
+  static const std::vector<carom_roughness> all = [] {
+    std::vector<carom_roughness> table;
+    for (const Material& material : builtInMaterials())
+      table.push_back(toC(material.roughness));
+    return table;
+  }();
+  const auto materials = builtInMaterials();
+  const auto found = std::ranges::find(materials, name, &Material::name);
+  return found == materials.end() ? nullptr
+                                  : &all[static_cast<std::size_t>(found - materials.begin())];
 }
 
-Quat quaternionFrom(const double (&given)[4]) {
-  return {given[3], given[0], given[1], given[2]};
+Result<Roughness> roughnessOf(const carom_material& given) {
+  if (given.roughness != nullptr) return roughnessFrom(given.roughness);
+  const Material* const known = given.name != nullptr ? findMaterial(given.name) : nullptr;
+  return known != nullptr ? known->roughness : Roughness{};
 }
 
-Result<Listener> listenerFrom(const carom_listener& given, const std::string& place) {
-  const Result<carom_listener> read = readStruct(&given, defaultListener(), "carom_listener");
-  if (!read) return Error{place + ": " + read.error().message};
-  const std::string reason = whyNot(
-      {{"carom_listener.format", read->format, 4}, {"carom_listener.reserved", read->reserved, 1}});
-  if (!reason.empty()) return Error{place + ": " + reason};
-  Listener listener;
-  if (read->name != nullptr) listener.name = read->name;
-  listener.position = vectorFrom(read->position);
-  listener.orientation = quaternionFrom(read->orientation);
-  listener.format = static_cast<ListenerFormat>(read->format);
-  listener.spacing = read->spacing;
-  listener.halfAngle = read->half_angle;
-  if (!(read->pattern < 0.0)) listener.pattern = read->pattern;
-  return listener;
+Status checkBodySound(const carom_body_sound& given) {
+  const auto allowed = [](const void* part) { return part == nullptr ? 2 : 1; };
+  return checkChoices({{"carom_body_sound.no_modes", given.no_modes, allowed(given.modes)},
+                       {"carom_body_sound.no_texture", given.no_texture, allowed(given.texture)},
+                       {"carom_body_sound.no_texture_coordinates", given.no_texture_coordinates,
+                        allowed(given.texture_coordinates)},
+                       {"carom_body_sound.silent", given.silent, 3}});
 }
 
-/// Reads the listeners, which lie as far apart as the caller's struct is large.
-Result<std::vector<Listener>> listenersFrom(const carom_settings& settings) {
-  std::vector<Listener> listeners;
-  if (settings.listener_count == 0) return SoundSettings{}.listeners;
-  if (settings.listeners == nullptr)
-    return Error{"carom_settings.listeners is NULL, and listener_count is " +
-                 std::to_string(settings.listener_count)};
-  const auto* const first = reinterpret_cast<const std::byte*>(settings.listeners);
-  const std::size_t stride = sizeOf(first);
-  for (std::size_t index = 0; index < settings.listener_count; ++index) {
-    const std::string place = "listener " + std::to_string(index);
-    const auto* const given = reinterpret_cast<const carom_listener*>(first + index * stride);
-    if (sizeOf(given) != stride) return Error{place + ": its size is not that of the first"};
-    Result<Listener> listener = listenerFrom(*given, place);
-    if (!listener) return listener.error();
-    listeners.push_back(*std::move(listener));
-  }
-  return listeners;
-}
-
-VoiceBudget budgetFrom(const carom_settings& given) {
-  return {.cpuShare = given.cpu_share,
-          .voices = given.voices,
-          .buses = given.buses,
-          .longestContact = given.longest_contact,
-          .ringingBodies = given.ringing_bodies,
-          .modes = given.modes};
-}
-
-SynthSettings synthFrom(const carom_settings& given) {
-  SynthSettings synth;
-  synth.sampleRate = given.sample_rate;
-  synth.impulse = static_cast<ImpulseChoice>(given.impulse);
-  synth.medium = {given.air_density, given.speed_of_sound};
-  synth.audibleThreshold = given.audible_threshold;
-  synth.doppler = given.doppler != 0;
-  return synth;
-}
-
-std::string whyNotChoices(const carom_settings& given) {
-  return whyNot({{"carom_settings.limiter", given.limiter, 2},
-                 {"carom_settings.clock", given.clock, 2},
-                 {"carom_settings.impulse", given.impulse, 2},
-                 {"carom_settings.radiators", given.radiators, 2},
-                 {"carom_settings.doppler", given.doppler, 2},
-                 {"carom_settings.reserved", given.reserved, 1}});
-}
-
-SoundSettings settingsFrom(const carom_settings& given, std::vector<Listener> listeners) {
-  SoundSettings settings;
-  settings.synth = synthFrom(given);
-  settings.listeners = std::move(listeners);
-  settings.latency = given.latency;
-  settings.clock = static_cast<SoundClock>(given.clock);
-  settings.budget = budgetFrom(given);
-  if (given.full_scale != 0.0) settings.fullScale = given.full_scale;
-  if (given.limiter != 0)
-    settings.limiter.emplace().ceiling = static_cast<float>(given.limiter_ceiling);
-  return settings;
+/// Sets a part of a BodySound: to what the handle shares, or to none.
+template <class Handle, class Part>
+void setPart(const Handle* handle, std::int32_t none, Part& part) {
+  if (handle != nullptr || none != 0) part = sharedFrom(handle);
 }
 
 }  // namespace
 
-Status readStruct(const void* given, void* known, StructSizes sizes, const char* name) {
-  if (std::string reason = whyNotSize(given, sizes, name); !reason.empty()) return Error{reason};
-  const auto* const bytes = static_cast<const std::byte*>(given);
-  const std::size_t shared = std::min(sizes.now, sizeOf(given));
-  if (!isZero(bytes + shared, sizeOf(given) - shared))
-    return Error{std::string(name) + " sets a field that this version of the library, " +
-                 std::to_string(CAROM_VERSION) + ", does not know"};
-  std::memcpy(known, given, shared);
-  return std::monostate{};
-}
-
-Status writeStruct(const void* known, void* given, StructSizes sizes, const char* name) {
-  if (std::string reason = whyNotSize(given, sizes, name); !reason.empty()) return Error{reason};
-  const std::size_t callers = sizeOf(given);
-  std::memset(given, 0, callers);
-  std::memcpy(given, known, std::min(sizes.now, callers));
-  std::memcpy(given, &callers, sizeof callers);
-  return std::monostate{};
-}
-
-carom_settings defaultSettings() {
-  const SoundSettings settings;
-  const WorldSoundSettings world;
-  carom_settings given = {};
-  given.size = sizeof given;
-  given.sample_rate = settings.synth.sampleRate;
-  given.latency = settings.latency;
-  given.air_density = settings.synth.medium.density;
-  given.speed_of_sound = settings.synth.medium.speedOfSound;
-  given.audible_threshold = settings.synth.audibleThreshold;
-  given.cpu_share = settings.budget.cpuShare;
-  given.voices = settings.budget.voices;
-  given.buses = settings.budget.buses;
-  given.longest_contact = settings.budget.longestContact;
-  given.limiter_ceiling = static_cast<double>(LimiterSettings{}.ceiling);
-  given.rest_speed = world.restSpeed;
-  given.clock = static_cast<std::int32_t>(settings.clock);
-  given.impulse = static_cast<std::int32_t>(settings.synth.impulse);
-  given.radiators = static_cast<std::int32_t>(world.radiators);
-  given.doppler = settings.synth.doppler ? 1 : 0;
-  given.ringing_bodies = settings.budget.ringingBodies;
-  given.modes = settings.budget.modes;
-  return given;
-}
-
-carom_listener defaultListener() {
-  const Listener listener;
-  carom_listener given = {};
-  given.size = sizeof given;
-  given.orientation[3] = 1.0;
-  given.spacing = listener.spacing;
-  given.half_angle = listener.halfAngle;
-  given.pattern = -1.0;
-  return given;
-}
-
 carom_body defaultBody() {
   const SoundBody body;
-  carom_body given = {};
-  given.size = sizeof given;
+  auto given = zeroed<carom_body>();
   given.mass = body.mass;
   given.edge_radius = body.edgeRadius;
   return given;
 }
 
+carom_body_sound defaultBodySound() {
+  return zeroed<carom_body_sound>();
+}
+
 carom_event defaultEvent() {
-  carom_event given = {};
-  given.size = sizeof given;
+  auto given = zeroed<carom_event>();
   given.normal[0] = 1.0;
   given.radius = kInfinity;
   given.other_radius = kInfinity;
@@ -230,25 +145,37 @@ carom_event defaultEvent() {
   return given;
 }
 
-Result<CSettings> settingsFrom(const carom_settings* given) {
-  if (given == nullptr) return CSettings();
-  const Result<carom_settings> read = readStruct(given, defaultSettings(), "carom_settings");
-  if (!read) return read.error();
-  if (std::string reason = whyNotChoices(*read); !reason.empty()) return Error{reason};
-  Result<std::vector<Listener>> listeners = listenersFrom(*read);
-  if (!listeners) return listeners.error();
-  return CSettings{
-      settingsFrom(*read, *std::move(listeners)),
-      {.restSpeed = read->rest_speed, .radiators = static_cast<RadiatorChoice>(read->radiators)}};
+carom_contact defaultContact() {
+  auto given = zeroed<carom_contact>();
+  given.normal[0] = 1.0;
+  given.radius = kInfinity;
+  given.other_radius = kInfinity;
+  given.body_orientation[3] = 1.0;
+  given.other_orientation[3] = 1.0;
+  given.phase = CAROM_CONTACT_DURING;
+  return given;
+}
+
+carom_roughness defaultRoughness() {
+  return toC(Roughness{});
+}
+
+carom_normal_map defaultNormalMap() {
+  const NormalMapSettings settings;
+  auto given = zeroed<carom_normal_map>();
+  given.picture_size[0] = settings.size.x();
+  given.picture_size[1] = settings.size.y();
+  given.strength = settings.strength;
+  return given;
 }
 
 Result<ImpulseEvent> eventFrom(const carom_event* given) {
   const Result<carom_event> read = readStruct(given, defaultEvent(), "carom_event");
   if (!read) return read.error();
-  const std::string reason =
-      whyNot({{"carom_event.has_applied_impulse", read->has_applied_impulse, 2},
-              {"carom_event.reserved", read->reserved, 1}});
-  if (!reason.empty()) return Error{reason};
+  const Status checked =
+      checkChoices({{"carom_event.has_applied_impulse", read->has_applied_impulse, 2},
+                    {"carom_event.reserved", read->reserved, 1}});
+  if (!checked) return checked.error();
   return ImpulseEvent{.time = read->time,
                       .body = read->body,
                       .other = read->other,
@@ -267,10 +194,50 @@ Result<ImpulseEvent> eventFrom(const carom_event* given) {
                       .bodyAngularVelocity = vectorFrom(read->body_angular_velocity)};
 }
 
-Result<Material> materialFrom(const carom_material* given) {
-  const Result<carom_material> read = readStruct(given, carom_material{}, "carom_material");
+Result<ContactState> contactFrom(const carom_contact* given) {
+  const Result<carom_contact> read = readStruct(given, defaultContact(), "carom_contact");
   if (!read) return read.error();
-  const Material* known = read->name != nullptr ? findMaterial(read->name) : nullptr;
+  const Status checked = checkChoices(
+      {{"carom_contact.phase", read->phase, 3}, {"carom_contact.reserved", read->reserved, 1}});
+  if (!checked) return checked.error();
+  return ContactState{.time = read->time,
+                      .duration = read->duration,
+                      .phase = static_cast<ContactPhase>(read->phase),
+                      .body = read->body,
+                      .other = read->other,
+                      .normal = vectorFrom(read->normal),
+                      .position = vectorFrom(read->position),
+                      .normalLoad = read->normal_load,
+                      .appliedImpulse = vectorFrom(read->applied_impulse),
+                      .radius = read->radius,
+                      .otherRadius = read->other_radius,
+                      .slipVelocity = vectorFrom(read->slip_velocity),
+                      .rollingVelocity = vectorFrom(read->rolling_velocity),
+                      .bodyPosition = vectorFrom(read->body_position),
+                      .bodyOrientation = quaternionFrom(read->body_orientation),
+                      .bodyVelocity = vectorFrom(read->body_velocity),
+                      .otherPosition = vectorFrom(read->other_position),
+                      .otherOrientation = quaternionFrom(read->other_orientation),
+                      .otherVelocity = vectorFrom(read->other_velocity),
+                      .pathStart = vectorFrom(read->path_start),
+                      .pathEnd = vectorFrom(read->path_end),
+                      .otherPathStart = vectorFrom(read->other_path_start),
+                      .otherPathEnd = vectorFrom(read->other_path_end)};
+}
+
+Result<Roughness> roughnessFrom(const carom_roughness* given) {
+  const Result<carom_roughness> read = readStruct(given, defaultRoughness(), "carom_roughness");
+  if (!read) return read.error();
+  return Roughness{.rmsHeight = read->rms_height,
+                   .correlationLength = read->correlation_length,
+                   .hurst = read->hurst};
+}
+
+Result<Material> materialFrom(const carom_material* given) {
+  const Result<carom_material> read = readStruct(given, zeroed<carom_material>(), "carom_material");
+  if (!read) return read.error();
+  const Result<Roughness> roughness = roughnessOf(*read);
+  if (!roughness) return roughness.error();
   return Material{.name = read->name != nullptr ? read->name : "",
                   .density = read->density,
                   .youngsModulus = read->youngs_modulus,
@@ -278,21 +245,66 @@ Result<Material> materialFrom(const carom_material* given) {
                   .restitution = read->restitution,
                   .dampingAlpha = read->damping_alpha,
                   .dampingBeta = read->damping_beta,
-                  .roughness = known != nullptr ? known->roughness : Roughness{}};
+                  .roughness = *roughness};
 }
 
 Result<Material> materialNamed(const char* name) {
-  const Material* const found = name == nullptr ? nullptr : findMaterial(name);
-  if (found != nullptr) return *found;
-  std::string message = name == nullptr
-                            ? "the name of a material is NULL; expected one of"
-                            : "there is no material '" + std::string(name) + "'; there are";
-  const char* separator = " ";
-  for (const Material& material : builtInMaterials()) {
-    message += separator + material.name;
-    separator = ", ";
+  if (name == nullptr)
+    return Error{"the name of a material is NULL; expected that of a built-in one"};
+  return MaterialChoice(name).material();
+}
+
+Result<BodySound> bodySoundFrom(const carom_body_sound* given) {
+  const Result<carom_body_sound> read = readStruct(given, defaultBodySound(), "carom_body_sound");
+  if (!read) return read.error();
+  if (const Status checked = checkBodySound(*read); !checked) return checked.error();
+  BodySound sound;
+  if (read->own_material != nullptr) {
+    Result<Material> material = materialFrom(read->own_material);
+    if (!material) return material.error();
+    sound.material = *std::move(material);
+  } else if (read->material != nullptr) {
+    sound.material = read->material;
   }
-  return Error{message};
+  setPart(read->modes, read->no_modes, sound.modes);
+  setPart(read->texture, read->no_texture, sound.texture);
+  setPart(read->texture_coordinates, read->no_texture_coordinates, sound.textureCoordinates);
+  if (read->silent != CAROM_UNSET) sound.silent = read->silent == CAROM_YES;
+  return sound;
+}
+
+Result<NormalMapSettings> normalMapFrom(const carom_normal_map* given) {
+  if (given == nullptr) return NormalMapSettings{};
+  const Result<carom_normal_map> read = readStruct(given, defaultNormalMap(), "carom_normal_map");
+  if (!read) return read.error();
+  const Status checked = checkChoices({{"carom_normal_map.green_is_down", read->green_is_down, 2},
+                                       {"carom_normal_map.reserved", read->reserved, 1}});
+  if (!checked) return checked.error();
+  return NormalMapSettings{.size = {read->picture_size[0], read->picture_size[1]},
+                           .greenIsDown = read->green_is_down != 0,
+                           .strength = read->strength};
+}
+
+Result<SurfaceMesh> meshFrom(const carom_mesh& given) {
+  if (given.vertices == nullptr) return Error{"vertices is NULL for a mesh"};
+  if (given.triangles == nullptr) return Error{"triangles is NULL for a mesh"};
+  for (const auto& [name, count] : {std::pair("vertex_count", given.vertex_count),
+                                    std::pair("triangle_count", given.triangle_count)})
+    if (count > kMostOfAMesh)
+      return Error{std::string(name) + " is " + std::to_string(count) + "; expected at most " +
+                   std::to_string(kMostOfAMesh)};
+  SurfaceMesh mesh;
+  mesh.vertices.reserve(given.vertex_count);
+  for (std::size_t vertex = 0; vertex < given.vertex_count; ++vertex) {
+    const double* const at = given.vertices + 3 * vertex;
+    mesh.vertices.emplace_back(at[0], at[1], at[2]);
+  }
+  mesh.triangles.reserve(given.triangle_count);
+  for (std::size_t triangle = 0; triangle < given.triangle_count; ++triangle) {
+    const std::uint32_t* const corners = given.triangles + 3 * triangle;
+    mesh.triangles.push_back({corners[0], corners[1], corners[2]});
+  }
+  return mesh;
 }
 
 carom_material toC(const Material& material) {
@@ -303,40 +315,17 @@ carom_material toC(const Material& material) {
           .poissons_ratio = material.poissonsRatio,
           .restitution = material.restitution,
           .damping_alpha = material.dampingAlpha,
-          .damping_beta = material.dampingBeta};
+          .damping_beta = material.dampingBeta,
+          .roughness = builtInRoughness(material.name)};
 }
 
 carom_statistics toC(const SoundStatistics& statistics) {
-  carom_statistics given = {};
-  given.size = sizeof given;
-  given.events = statistics.events;
-  given.immovable = statistics.immovable;
-  given.rejected = statistics.rejected;
-  given.inaudible = statistics.inaudible;
-  given.stolen = statistics.stolen;
-  given.over_budget = statistics.overBudget;
-  given.no_bus = statistics.noBus;
-  given.too_long = statistics.tooLong;
-  given.skipped = statistics.skipped;
-  given.queue_faults = statistics.queueFaults;
-  given.late = statistics.late;
-  given.stalls = statistics.stalls;
-  given.jumps = statistics.jumps;
-  given.voices = statistics.voices;
-  given.buses = statistics.buses;
-  given.cpu_share = statistics.cpuShare;
-  given.worst_block = statistics.worstBlock;
-  given.gain_reduction = statistics.gainReduction;
-  given.rings = statistics.rings;
-  given.modal_voices_exhausted = statistics.modalVoicesExhausted;
-  given.ringing = statistics.ringing;
-  given.modes = statistics.modes;
-  given.solved_shapes = statistics.solvedShapes;
-  given.shapes_solved_late = statistics.shapesSolvedInStep;
-  given.unsolved_bodies = statistics.unsolvedBodies;
-  given.links = statistics.links;
-  given.unsupported_contacts = statistics.unsupportedContacts;
-  return given;
+  auto shown = zeroed<carom_statistics>();
+  for (const auto& count : kShownCounts)
+    shown.*count.to = statistics.*count.from;
+  for (const auto& measure : kShownMeasures)
+    shown.*measure.to = statistics.*measure.from;
+  return shown;
 }
 
 }  // namespace carom::plugin

@@ -59,8 +59,8 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
  private:
   /// What the audio thread counts.
   static constexpr std::array kRendererCounts = {
-      &SynthCounters::late,  &SynthCounters::stolen,  &SynthCounters::overBudget,
-      &SynthCounters::noBus, &SynthCounters::tooLong, &SynthCounters::modalVoicesExhausted,
+      &SynthCounters::late,         &SynthCounters::stolen,  &SynthCounters::overBudget,
+      &SynthCounters::noBus,        &SynthCounters::tooLong, &SynthCounters::modalVoicesExhausted,
       &SynthCounters::slidesLeftOut};
   /// Statistics that the audio thread writes and the simulation's thread reads.
   struct Shared {

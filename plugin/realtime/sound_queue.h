@@ -17,9 +17,9 @@ class SoundQueue {
  public:
   /// The most that a sound can have, and how much of it may wait.
   struct Capacity {
-    std::size_t clicks = 0;       ///< and modal excitations, of one sound
-    std::size_t modes = 0;        ///< of one excitation: higher ones do not cross
-    std::size_t nodes = 0;        ///< of one sound
+    std::size_t clicks = 0;  ///< and modal excitations, of one sound
+    std::size_t modes = 0;   ///< of one excitation: higher ones do not cross
+    std::size_t nodes = 0;   ///< of one sound
     std::size_t waitingClicks = 0;
     std::size_t waitingExcitations = 0;
     std::size_t waitingNodes = 0;
@@ -36,8 +36,8 @@ class SoundQueue {
   std::size_t roomForClicks(std::size_t nodes) noexcept;
 
   // [audio thread]
-  /// Returns the oldest sound, or nullptr if there is none. It counts as taken; its arrays are valid
-  /// until the next call.
+  /// Returns the oldest sound, or nullptr if there is none. It counts as taken; its arrays are
+  /// valid until the next call.
   const audio::ScheduledSound* take() noexcept;
 
  private:

@@ -55,6 +55,10 @@ Status validate(const SoundSettings& settings) {
     return Error{"full scale is " + std::to_string(fullScale) +
                  "; expected a positive pressure (Pa)"};
   }
+  const double loss = settings.synth.contactLoss;
+  if (!(loss >= 0.0) || !std::isfinite(loss))
+    return Error{"contact loss is " + std::to_string(loss) +
+                 "; expected a loss factor, 0 or above"};
   return validate(settings.budget);
 }
 

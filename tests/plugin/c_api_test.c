@@ -47,15 +47,27 @@ static carom_sound* make_sound(const carom_settings* wanted, double height) {
   return sound;
 }
 
+static carom_body strike_ball(void) {
+  carom_body body;
+  EXPECT_OK(carom_body_init(&body, sizeof body));
+  body.material = "steel";
+  body.mass = STRIKE_MASS;
+  body.radius = STRIKE_RADIUS;
+  return body;
+}
+
+static void set_ringing_ball(carom_sound* sound, const carom_modes* modes) {
+  carom_body body = strike_ball();
+  body.modes = modes;
+  EXPECT_OK(carom_set_body(sound, BALL, &body));
+}
+
 static void set_strike_bodies(carom_sound* sound) {
   carom_body body;
   EXPECT_OK(carom_body_init(&body, sizeof body));
   body.material = "wood";
   EXPECT_OK(carom_set_body(sound, BLOCK, &body));
-  body.material = "steel";
-  body.mass = STRIKE_MASS;
-  body.radius = STRIKE_RADIUS;
-  EXPECT_OK(carom_set_body(sound, BALL, &body));
+  set_ringing_ball(sound, NULL);
 }
 
 static carom_event strike(void) {
@@ -119,6 +131,31 @@ static carom_statistics statistics_of(const carom_sound* sound) {
   statistics.size = sizeof statistics;
   EXPECT_OK(carom_get_statistics(sound, &statistics));
   return statistics;
+}
+
+static carom_body_sound body_sound(void) {
+  carom_body_sound sound;
+  EXPECT_OK(carom_body_sound_init(&sound, sizeof sound));
+  return sound;
+}
+
+static carom_body_sound of_material(const char* name) {
+  carom_body_sound sound = body_sound();
+  sound.material = name;
+  return sound;
+}
+
+static carom_body_sound of_own_material(const carom_material* material) {
+  carom_body_sound sound = body_sound();
+  sound.own_material = material;
+  return sound;
+}
+
+static carom_body_sound of_modes(const carom_modes* modes) {
+  carom_body_sound sound = body_sound();
+  sound.modes = modes;
+  sound.no_modes = modes == NULL;
+  return sound;
 }
 
 static void library_has_the_version_of_its_header(void) {
@@ -495,6 +532,7 @@ static void ball_of_a_bullet_world_is_heard_when_it_lands(void) {
   carom_settings settings;
   carom_sound* sound = NULL;
   float* channel = samples;
+  carom_body_sound glass;
   const double lands = sqrt(2.0 * 0.2 / 9.81);
   const double heard = lands + (0.5 - 2.0 * 0.01) / 343.0;
   double begin = 0.0;
@@ -505,7 +543,8 @@ static void ball_of_a_bullet_world_is_heard_when_it_lands(void) {
   settings.listener_count = 1;
   settings.clock = CAROM_CLOCK_SIMULATION;
   EXPECT_OK(carom_attach(support_world_bullet(world), &settings, &sound));
-  EXPECT_OK(carom_set_object_material(sound, support_world_ball(world), "glass"));
+  glass = of_material("glass");
+  EXPECT_OK(carom_assign_body(sound, support_world_ball(world), &glass));
   EXPECT_OK(carom_prepare_rendering(sound, STRIKE_SAMPLE_RATE));
   support_world_step(world, 0.6);
   EXPECT(fabs(carom_time(sound) - 0.6) < 1e-6);
@@ -523,33 +562,48 @@ static void ball_of_a_bullet_world_is_heard_when_it_lands(void) {
   support_world_free(world);
 }
 
-static void materials_are_set_by_object_shape_and_user_index(void) {
+static carom_status assign_to_ball(carom_sound* sound, support_world* world,
+                                   carom_body_sound body_sound_to_assign) {
+  return carom_assign_body(sound, support_world_ball(world), &body_sound_to_assign);
+}
+
+static void materials_are_assigned_to_bodies_shapes_and_user_indices(void) {
   support_world* const world = support_world_make();
-  const btCollisionObject* const ball = support_world_ball(world);
   const btCollisionShape* const shape = support_world_shape(world);
   carom_material own = foam();
+  const carom_body_sound steel = of_material("steel");
+  const carom_body_sound cheese = of_material("cheese");
+  carom_body_sound of_foam = of_own_material(&own);
   carom_sound* sound = NULL;
   EXPECT_OK(carom_attach(support_world_bullet(world), NULL, &sound));
-  EXPECT_OK(carom_set_object_material(sound, ball, "steel"));
-  EXPECT_OK(carom_set_shape_material(sound, shape, "glass"));
-  EXPECT_OK(carom_set_user_index_material(sound, 7, "wood"));
-  EXPECT_OK(carom_set_object_own_material(sound, ball, &own));
-  EXPECT_OK(carom_set_shape_own_material(sound, shape, &own));
-  EXPECT_OK(carom_set_user_index_own_material(sound, 7, &own));
+  EXPECT_OK(assign_to_ball(sound, world, steel));
+  EXPECT_OK(carom_assign_shape(sound, shape, &steel));
+  EXPECT_OK(carom_assign_user_index(sound, 7, &steel));
+  EXPECT_OK(assign_to_ball(sound, world, of_foam));
+  EXPECT_OK(carom_assign_shape(sound, shape, &of_foam));
+  EXPECT_OK(carom_assign_user_index(sound, 7, &of_foam));
   EXPECT_OK(carom_prepare_bodies(sound));
+  EXPECT_OK(carom_unassign_body(sound, support_world_ball(world)));
+  EXPECT_OK(carom_unassign_shape(sound, shape));
+  EXPECT_OK(carom_unassign_user_index(sound, 7));
 
-  EXPECT_REFUSED(carom_set_object_material(sound, ball, "cheese"), "cheese");
+  EXPECT_REFUSED(assign_to_ball(sound, world, cheese), "cheese");
   EXPECT(strstr(carom_last_message(), "aluminium") != NULL);
-  EXPECT_REFUSED(carom_set_shape_material(sound, shape, NULL), "NULL");
-  EXPECT_REFUSED(carom_set_object_material(sound, NULL, "steel"), "NULL");
-  EXPECT_REFUSED(carom_set_shape_material(sound, NULL, "steel"), "NULL");
-  EXPECT_REFUSED(carom_set_object_own_material(sound, ball, NULL), "NULL");
-  EXPECT(carom_set_object_material(sound, support_world_absent(world), "steel") ==
-         CAROM_ERROR_ARGUMENT);
+  EXPECT_REFUSED(carom_assign_body(sound, NULL, &steel), "NULL");
+  EXPECT_REFUSED(carom_assign_shape(sound, NULL, &steel), "NULL");
+  EXPECT_REFUSED(carom_assign_shape(sound, shape, NULL), "carom_body_sound is NULL");
+  EXPECT_REFUSED(carom_unassign_body(sound, NULL), "NULL");
+  EXPECT_REFUSED(carom_unassign_shape(sound, NULL), "NULL");
+  EXPECT_REFUSED(carom_assign_body(sound, support_world_absent(world), &steel), "not in the world");
+  EXPECT_REFUSED(carom_unassign_body(sound, support_world_absent(world)), "not in the world");
   own.density = -1.0;
-  EXPECT_REFUSED(carom_set_user_index_own_material(sound, 7, &own), "density");
+  EXPECT_REFUSED(carom_assign_user_index(sound, 7, &of_foam), "density");
+  own.density = NAN;
+  EXPECT_REFUSED(carom_assign_user_index(sound, 7, &of_foam), "density");
   own.size = 3;
-  EXPECT_REFUSED(carom_set_shape_own_material(sound, shape, &own), "carom_material.size is 3");
+  EXPECT_REFUSED(carom_assign_shape(sound, shape, &of_foam), "carom_material.size is 3");
+  of_foam.size = 4;
+  EXPECT_REFUSED(carom_assign_shape(sound, shape, &of_foam), "carom_body_sound.size is 4");
   EXPECT_OK(carom_destroy(sound));
   support_world_free(world);
 }
@@ -607,7 +661,7 @@ static void struck_body_rings_at_its_frequency_and_falls_at_its_rate(void) {
   const size_t later = early + 3840;
   int crossings = 0;
   set_strike_bodies(sound);
-  EXPECT_OK(carom_set_body_modes(sound, BALL, modes));
+  set_ringing_ball(sound, modes);
   carom_free_modes(modes);
   EXPECT_OK(carom_prepare_rendering(sound, STRIKE_SAMPLE_RATE));
   EXPECT_OK(carom_advance(sound, 0.0));
@@ -637,30 +691,26 @@ static uint64_t rings_with_a_strike_at(carom_sound* sound, double time) {
   return statistics_of(sound).rings;
 }
 
-static void modes_stay_with_a_body_until_it_is_removed(void) {
+static void body_rings_as_it_was_set_last(void) {
   carom_sound* const sound = make_sound(NULL, STRIKE_HEIGHT);
   carom_modes* const modes = load(1000.0, 20.0);
-  EXPECT_REFUSED(carom_set_body_modes(sound, BALL, modes), "carom_set_body comes first");
   set_strike_bodies(sound);
   EXPECT_OK(carom_prepare_rendering(sound, STRIKE_SAMPLE_RATE));
   EXPECT_OK(carom_advance(sound, 0.0));
   EXPECT(rings_with_a_strike_at(sound, 0.1) == 0);
-  EXPECT_OK(carom_set_body_modes(sound, BALL, modes));
+  set_ringing_ball(sound, modes);
   EXPECT(rings_with_a_strike_at(sound, 0.6) == 1);
-  set_strike_bodies(sound);
-  EXPECT(rings_with_a_strike_at(sound, 1.1) == 2);
-  EXPECT_OK(carom_set_body_modes(sound, BALL, NULL));
-  EXPECT(rings_with_a_strike_at(sound, 1.6) == 2);
-  EXPECT_OK(carom_set_body_modes(sound, BALL, modes));
+  set_ringing_ball(sound, NULL);
+  EXPECT(rings_with_a_strike_at(sound, 1.1) == 1);
+  set_ringing_ball(sound, modes);
   EXPECT_OK(carom_remove_body(sound, BALL));
-  EXPECT_REFUSED(carom_set_body_modes(sound, BALL, modes), "carom_set_body comes first");
-  set_strike_bodies(sound);
-  EXPECT(rings_with_a_strike_at(sound, 2.1) == 2);
+  EXPECT(rings_with_a_strike_at(sound, 1.6) == 1);
+  EXPECT(statistics_of(sound).rejected == 1);
   carom_free_modes(modes);
   EXPECT_OK(carom_destroy(sound));
 }
 
-enum { BY_OBJECT = 1, BY_SHAPE = 2, BY_USER_INDEX = 4, NOT_BY_OBJECT = 8 };
+enum { BY_BODY = 1, BY_SHAPE = 2, BY_USER_INDEX = 4, NOT_BY_BODY = 8, UNASSIGNED_AGAIN = 16 };
 
 // True if the ball of the Bullet world rings when it lands.
 static int rings_in_bullet(int ways) {
@@ -671,6 +721,7 @@ static int rings_in_bullet(int ways) {
   carom_settings settings;
   carom_listener listener;
   carom_sound* sound = NULL;
+  carom_body_sound rings_as;
   uint64_t rings = 0;
   EXPECT_OK(carom_listener_init(&listener, sizeof listener));
   EXPECT_OK(carom_settings_init(&settings, sizeof settings));
@@ -679,11 +730,12 @@ static int rings_in_bullet(int ways) {
   settings.listener_count = 1;
   settings.clock = CAROM_CLOCK_SIMULATION;
   EXPECT_OK(carom_attach(support_world_bullet(world), &settings, &sound));
-  if (ways & BY_USER_INDEX) EXPECT_OK(carom_set_user_index_modes(sound, 7, modes));
-  if (ways & BY_SHAPE) EXPECT_OK(carom_set_shape_modes(sound, support_world_shape(world), modes));
-  if (ways & BY_OBJECT) EXPECT_OK(carom_set_object_modes(sound, support_world_ball(world), modes));
-  if (ways & NOT_BY_OBJECT)
-    EXPECT_OK(carom_set_object_modes(sound, support_world_ball(world), NULL));
+  rings_as = of_modes(modes);
+  if (ways & BY_USER_INDEX) EXPECT_OK(carom_assign_user_index(sound, 7, &rings_as));
+  if (ways & BY_SHAPE) EXPECT_OK(carom_assign_shape(sound, support_world_shape(world), &rings_as));
+  if (ways & BY_BODY) EXPECT_OK(assign_to_ball(sound, world, rings_as));
+  if (ways & NOT_BY_BODY) EXPECT_OK(assign_to_ball(sound, world, of_modes(NULL)));
+  if (ways & UNASSIGNED_AGAIN) EXPECT_OK(carom_unassign_body(sound, support_world_ball(world)));
   carom_free_modes(modes);
   EXPECT_OK(carom_prepare_rendering(sound, STRIKE_SAMPLE_RATE));
   support_world_step(world, 0.6);
@@ -696,50 +748,80 @@ static int rings_in_bullet(int ways) {
   return rings > 0;
 }
 
-static void modes_are_set_by_object_shape_and_user_index(void) {
+static void modes_are_assigned_to_bodies_shapes_and_user_indices(void) {
   EXPECT(!rings_in_bullet(0));
-  EXPECT(rings_in_bullet(BY_OBJECT));
+  EXPECT(rings_in_bullet(BY_BODY));
   EXPECT(rings_in_bullet(BY_SHAPE));
   EXPECT(rings_in_bullet(BY_USER_INDEX));
-  EXPECT(!rings_in_bullet(BY_SHAPE | BY_USER_INDEX | NOT_BY_OBJECT));
+  EXPECT(!rings_in_bullet(BY_SHAPE | BY_USER_INDEX | NOT_BY_BODY));
+  EXPECT(rings_in_bullet(BY_SHAPE | NOT_BY_BODY | UNASSIGNED_AGAIN));
 }
 
-static void modes_are_refused_for_what_is_not_there(void) {
+static void parts_that_contradict_each_other_are_refused(void) {
   support_world* const world = support_world_make();
   carom_modes* const modes = load(1000.0, 20.0);
+  carom_body_sound sound_of_body = of_modes(modes);
   carom_sound* sound = NULL;
-  carom_sound* const of_events = make_sound(NULL, 1.0);
   EXPECT_OK(carom_attach(support_world_bullet(world), NULL, &sound));
-  EXPECT_REFUSED(carom_set_object_modes(sound, NULL, modes), "NULL");
-  EXPECT_REFUSED(carom_set_shape_modes(sound, NULL, modes), "NULL");
-  EXPECT_REFUSED(carom_set_object_modes(sound, support_world_absent(world), modes),
-                 "not in the world");
-  EXPECT(carom_set_body_modes(sound, BALL, modes) == CAROM_ERROR_KIND);
-  EXPECT(carom_set_object_modes(of_events, support_world_ball(world), modes) == CAROM_ERROR_KIND);
-  EXPECT(carom_set_shape_modes(of_events, support_world_shape(world), modes) == CAROM_ERROR_KIND);
-  EXPECT(carom_set_user_index_modes(of_events, 7, modes) == CAROM_ERROR_KIND);
-  EXPECT_OK(carom_destroy(of_events));
-  EXPECT_OK(carom_destroy(sound));
+  sound_of_body.no_modes = 1;
+  EXPECT_REFUSED(assign_to_ball(sound, world, sound_of_body), "carom_body_sound.no_modes is 1");
+  sound_of_body.no_modes = 0;
+  sound_of_body.silent = 3;
+  EXPECT_REFUSED(assign_to_ball(sound, world, sound_of_body), "carom_body_sound.silent is 3");
   carom_free_modes(modes);
+  EXPECT_OK(carom_destroy(sound));
   support_world_free(world);
+}
+
+// A silent ball is not heard, nor the floor that it hits; CAROM_NO takes that back for one body.
+static void silent_bodies_are_not_heard(void) {
+  for (int heard = 0; heard < 2; ++heard) {
+    static float samples[24000];
+    float* channels[2] = {samples, samples + 12000};
+    support_world* const world = support_world_make();
+    carom_body_sound silence = body_sound();
+    carom_settings settings;
+    carom_sound* sound = NULL;
+    EXPECT_OK(carom_settings_init(&settings, sizeof settings));
+    settings.clock = CAROM_CLOCK_SIMULATION;
+    EXPECT_OK(carom_attach(support_world_bullet(world), &settings, &sound));
+    silence.silent = CAROM_YES;
+    EXPECT_OK(carom_assign_shape(sound, support_world_shape(world), &silence));
+    silence.silent = CAROM_NO;
+    if (heard) EXPECT_OK(assign_to_ball(sound, world, silence));
+    EXPECT_OK(carom_prepare_rendering(sound, STRIKE_SAMPLE_RATE));
+    support_world_step(world, 0.4);
+    EXPECT_OK(carom_render(sound, channels, 2, 12000));
+    EXPECT((peak_of(samples, 24000) > 0.0F) == heard);
+    EXPECT(statistics_of(sound).events == (heard ? 1U : 0U));
+    EXPECT(statistics_of(sound).silenced == (heard ? 0U : 2U));
+    EXPECT_OK(carom_destroy(sound));
+    support_world_free(world);
+  }
 }
 
 static void calls_of_the_other_kind_of_sound_are_refused(void) {
   support_world* const world = support_world_make();
   const btCollisionObject* const ball = support_world_ball(world);
   const carom_event event = strike();
+  const carom_body_sound steel = of_material("steel");
+  carom_contact contact;
   carom_sound* of_world = NULL;
   carom_sound* const of_events = make_sound(NULL, 1.0);
   carom_body body;
   EXPECT_OK(carom_body_init(&body, sizeof body));
   EXPECT_OK(carom_attach(support_world_bullet(world), NULL, &of_world));
   EXPECT(carom_post(of_world, &event) == CAROM_ERROR_KIND);
+  EXPECT_OK(carom_contact_init(&contact, sizeof contact));
+  EXPECT(carom_update_contact(of_world, &contact) == CAROM_ERROR_KIND);
   EXPECT(carom_advance(of_world, 1.0) == CAROM_ERROR_KIND);
   EXPECT(carom_set_body(of_world, 0, &body) == CAROM_ERROR_KIND);
   EXPECT(carom_remove_body(of_world, 0) == CAROM_ERROR_KIND);
   EXPECT(strstr(carom_last_message(), "carom_create") != NULL);
-  EXPECT(carom_set_object_material(of_events, ball, "steel") == CAROM_ERROR_KIND);
-  EXPECT(carom_set_user_index_material(of_events, 0, "steel") == CAROM_ERROR_KIND);
+  EXPECT(carom_assign_body(of_events, ball, &steel) == CAROM_ERROR_KIND);
+  EXPECT(carom_assign_shape(of_events, support_world_shape(world), &steel) == CAROM_ERROR_KIND);
+  EXPECT(carom_assign_user_index(of_events, 0, &steel) == CAROM_ERROR_KIND);
+  EXPECT(carom_unassign_user_index(of_events, 0) == CAROM_ERROR_KIND);
   EXPECT(carom_prepare_bodies(of_events) == CAROM_ERROR_KIND);
   EXPECT(strstr(carom_last_message(), "carom_attach") != NULL);
   EXPECT_OK(carom_destroy(of_world));
@@ -758,16 +840,13 @@ static void null_handle_is_refused_by_every_call(void) {
   EXPECT_REFUSED(carom_remove_body(NULL, 0), "carom_sound is NULL");
   EXPECT_REFUSED(carom_post(NULL, NULL), "carom_sound is NULL");
   EXPECT_REFUSED(carom_advance(NULL, 0.0), "carom_sound is NULL");
-  EXPECT_REFUSED(carom_set_object_material(NULL, NULL, NULL), "carom_sound is NULL");
-  EXPECT_REFUSED(carom_set_shape_material(NULL, NULL, NULL), "carom_sound is NULL");
-  EXPECT_REFUSED(carom_set_user_index_material(NULL, 0, NULL), "carom_sound is NULL");
-  EXPECT_REFUSED(carom_set_object_own_material(NULL, NULL, NULL), "carom_sound is NULL");
-  EXPECT_REFUSED(carom_set_shape_own_material(NULL, NULL, NULL), "carom_sound is NULL");
-  EXPECT_REFUSED(carom_set_user_index_own_material(NULL, 0, NULL), "carom_sound is NULL");
-  EXPECT_REFUSED(carom_set_body_modes(NULL, 0, NULL), "carom_sound is NULL");
-  EXPECT_REFUSED(carom_set_object_modes(NULL, NULL, NULL), "carom_sound is NULL");
-  EXPECT_REFUSED(carom_set_shape_modes(NULL, NULL, NULL), "carom_sound is NULL");
-  EXPECT_REFUSED(carom_set_user_index_modes(NULL, 0, NULL), "carom_sound is NULL");
+  EXPECT_REFUSED(carom_update_contact(NULL, NULL), "carom_sound is NULL");
+  EXPECT_REFUSED(carom_assign_body(NULL, NULL, NULL), "carom_sound is NULL");
+  EXPECT_REFUSED(carom_assign_shape(NULL, NULL, NULL), "carom_sound is NULL");
+  EXPECT_REFUSED(carom_assign_user_index(NULL, 0, NULL), "carom_sound is NULL");
+  EXPECT_REFUSED(carom_unassign_body(NULL, NULL), "carom_sound is NULL");
+  EXPECT_REFUSED(carom_unassign_shape(NULL, NULL), "carom_sound is NULL");
+  EXPECT_REFUSED(carom_unassign_user_index(NULL, 0), "carom_sound is NULL");
   EXPECT_REFUSED(carom_prepare_bodies(NULL), "carom_sound is NULL");
   EXPECT_REFUSED(carom_set_listener(NULL, 0, place, NULL), "carom_sound is NULL");
   EXPECT_REFUSED(carom_pause(NULL), "carom_sound is NULL");
@@ -786,6 +865,7 @@ static void null_handle_is_refused_by_every_call(void) {
   EXPECT(carom_time(NULL) == 0.0 && carom_sample_rate(NULL) == 0.0);
   EXPECT(carom_channel_count(NULL) == 0 && carom_frames_ready(NULL) == 0);
   EXPECT(carom_output_delay(NULL) == 0);
+  EXPECT(carom_unsolved_reason(NULL, NULL, 0) == 0);
 }
 
 static void null_arguments_are_refused(void) {
@@ -802,6 +882,18 @@ static void null_arguments_are_refused(void) {
   EXPECT_REFUSED(carom_listener_init(NULL, sizeof(carom_listener)), "carom_listener is NULL");
   EXPECT_REFUSED(carom_body_init(NULL, sizeof(carom_body)), "carom_body is NULL");
   EXPECT_REFUSED(carom_event_init(NULL, sizeof(carom_event)), "carom_event is NULL");
+  EXPECT_REFUSED(carom_body_sound_init(NULL, sizeof(carom_body_sound)), "carom_body_sound is NULL");
+  EXPECT_REFUSED(carom_contact_init(NULL, sizeof(carom_contact)), "carom_contact is NULL");
+  EXPECT_REFUSED(carom_room_init(NULL, sizeof(carom_room)), "carom_room is NULL");
+  EXPECT_REFUSED(carom_reflector_init(NULL, sizeof(carom_reflector)), "carom_reflector is NULL");
+  EXPECT_REFUSED(carom_reverb_init(NULL, sizeof(carom_reverb)), "carom_reverb is NULL");
+  EXPECT_REFUSED(carom_roughness_init(NULL, sizeof(carom_roughness)), "carom_roughness is NULL");
+  EXPECT_REFUSED(carom_normal_map_init(NULL, sizeof(carom_normal_map)), "carom_normal_map is NULL");
+  EXPECT_REFUSED(carom_surface_at(0, NULL), "carom_surface is NULL");
+  EXPECT_REFUSED(carom_find_surface(NULL, NULL), "NULL");
+  EXPECT_REFUSED(carom_default_surface(NULL, NULL), "NULL");
+  EXPECT_REFUSED(carom_reverb_of_box(NULL, 343.0, NULL), "carom_room is NULL");
+  EXPECT_REFUSED(carom_update_contact(sound, NULL), "carom_contact is NULL");
   EXPECT_REFUSED(carom_material_at(0, NULL), "carom_material is NULL");
   EXPECT_REFUSED(carom_find_material("steel", NULL), "carom_material is NULL");
   EXPECT_REFUSED(carom_find_material(NULL, &steel), "NULL");
@@ -896,6 +988,326 @@ static void settings_out_of_range_are_refused(void) {
   settings = defaults();
   settings.reserved = 1;
   EXPECT_REFUSED(create_with(&settings), "carom_settings.reserved");
+  settings = defaults();
+  settings.pulse = 5;
+  EXPECT_REFUSED(create_with(&settings), "carom_settings.pulse is 5; expected 0 to 4");
+  settings = defaults();
+  settings.sampling = -1;
+  EXPECT_REFUSED(create_with(&settings), "carom_settings.sampling");
+  settings = defaults();
+  settings.radiation = 2;
+  EXPECT_REFUSED(create_with(&settings), "carom_settings.radiation");
+  settings = defaults();
+  settings.modal_radiation = 3;
+  EXPECT_REFUSED(create_with(&settings), "carom_settings.modal_radiation");
+  settings = defaults();
+  settings.dissipative = 2;
+  EXPECT_REFUSED(create_with(&settings), "carom_settings.dissipative");
+  settings = defaults();
+  settings.sliding_contacts = 4097;
+  EXPECT_REFUSED(create_with(&settings), "sliding contacts");
+  settings = defaults();
+  settings.contact_loss = NAN;
+  EXPECT(create_with(&settings) == CAROM_ERROR_ARGUMENT);
+  settings = defaults();
+  settings.limiter = 1;
+  settings.limiter_release = NAN;
+  EXPECT(create_with(&settings) == CAROM_ERROR_ARGUMENT);
+}
+
+enum { WALLS = 6 };
+
+// The six walls of a box of 4 x 3 x 5 m around the origin, of a built-in surface.
+static void make_box(carom_reflector walls[WALLS], const char* surface) {
+  const double sizes[3] = {4.0, 3.0, 5.0};
+  for (int wall = 0; wall < WALLS; ++wall) {
+    const int axis = wall / 2;
+    EXPECT_OK(carom_reflector_init(&walls[wall], sizeof walls[wall]));
+    walls[wall].normal[2] = 0.0;
+    walls[wall].normal[axis] = wall % 2 == 0 ? 1.0 : -1.0;
+    walls[wall].offset = -0.5 * sizes[axis];
+    walls[wall].surface = surface;
+  }
+}
+
+static carom_room room_of(const carom_reflector* walls, size_t count) {
+  carom_room room;
+  EXPECT_OK(carom_room_init(&room, sizeof room));
+  room.reflectors = walls;
+  room.reflector_count = count;
+  return room;
+}
+
+// A rigid wall behind the ball sends back an image: twice the way from wall to ball later, and as
+// the ball's dipole points to the microphone, of the opposite sign.
+static void wall_reflects_the_strike(void) {
+  static float open[FRAMES];
+  static float walled[FRAMES];
+  const double to_wall = 2.0;
+  const double later = 2.0 * to_wall / 343.0 * STRIKE_SAMPLE_RATE;
+  carom_settings settings = defaults();
+  carom_reflector wall;
+  carom_room room = room_of(&wall, 1);
+  size_t direct = 0;
+  size_t reflected = 0;
+  carom_sound* sound = make_sound(NULL, STRIKE_HEIGHT);
+  render_strike(sound, open);
+  EXPECT_OK(carom_destroy(sound));
+  EXPECT_OK(carom_reflector_init(&wall, sizeof wall));
+  wall.normal[2] = 0.0;
+  wall.normal[1] = 1.0;
+  wall.offset = -to_wall;
+  wall.surface = "rigid";
+  settings.room = &room;
+  sound = make_sound(&settings, STRIKE_HEIGHT);
+  render_strike(sound, walled);
+  EXPECT_OK(carom_destroy(sound));
+  direct = first_above(open, FRAMES, 0.5F * peak_of(open, FRAMES));
+  for (size_t frame = 0; frame < FRAMES; ++frame)
+    walled[frame] -= open[frame];
+  EXPECT(peak_of(walled, direct + 400) < 1e-6F * peak_of(open, FRAMES));
+  reflected = first_above(walled, FRAMES, 0.5F * peak_of(walled, FRAMES));
+  EXPECT(fabs((double)reflected - (double)direct - later) < 3.0);
+  EXPECT(open[direct] * walled[reflected] < 0.0F);
+}
+
+static void rooms_out_of_range_are_refused(void) {
+  carom_reflector walls[WALLS];
+  carom_room room = room_of(walls, WALLS);
+  carom_settings settings = defaults();
+  make_box(walls, "concrete");
+  settings.room = &room;
+  room.order = 3;
+  EXPECT_OK(create_with(&settings));
+  room.order = 33;
+  EXPECT(create_with(&settings) == CAROM_ERROR_ARGUMENT);
+  room.order = 1;
+  room.reserved = 1;
+  EXPECT_REFUSED(create_with(&settings), "carom_room.reserved");
+  room.reserved = 0;
+  walls[2].surface = "cheese";
+  EXPECT_REFUSED(create_with(&settings), "reflector 2: there is no surface 'cheese'");
+  walls[2].surface = NULL;
+  EXPECT_OK(create_with(&settings));
+  walls[2].absorption[3] = 1.5;
+  EXPECT(create_with(&settings) == CAROM_ERROR_ARGUMENT);
+  walls[2].absorption[3] = NAN;
+  EXPECT(create_with(&settings) == CAROM_ERROR_ARGUMENT);
+  walls[2].absorption[3] = 0.0;
+  walls[1].size -= 8;
+  EXPECT_REFUSED(create_with(&settings), "reflector 1: its size");
+  room.reflectors = NULL;
+  EXPECT_REFUSED(create_with(&settings), "carom_room.reflectors is NULL");
+  room.size = 1;
+  EXPECT_REFUSED(create_with(&settings), "carom_room.size is 1");
+}
+
+static void surfaces_are_found_by_index_name_and_material(void) {
+  EXPECT(carom_surface_count() >= 8);
+  for (size_t index = 0; index < carom_surface_count(); ++index) {
+    carom_surface by_index;
+    carom_surface by_name;
+    by_index.size = sizeof by_index;
+    by_name.size = sizeof by_name;
+    EXPECT_OK(carom_surface_at(index, &by_index));
+    EXPECT_OK(carom_find_surface(by_index.name, &by_name));
+    EXPECT(by_name.absorption[0] == by_index.absorption[0] && strlen(by_index.source) > 0);
+  }
+  {
+    carom_surface surface;
+    surface.size = sizeof surface;
+    EXPECT_OK(carom_default_surface("steel", &surface));
+    EXPECT(strcmp(surface.name, "marble") == 0);
+    EXPECT_REFUSED(carom_default_surface("cheese", &surface), "cheese");
+    EXPECT_REFUSED(carom_find_surface("cheese", &surface), "there is no surface 'cheese'");
+    EXPECT_REFUSED(carom_surface_at(carom_surface_count(), &surface), "there is no surface");
+  }
+}
+
+// Eyring: T60 = 24 ln(10) V / (c S (-ln(1 - alpha))), with V = 60 m^3 and S = 94 m^2.
+static void reverberation_of_a_box_is_eyrings(void) {
+  carom_reflector walls[WALLS];
+  carom_room room = room_of(walls, WALLS);
+  carom_reverb reverb;
+  carom_settings settings = defaults();
+  make_box(walls, NULL);
+  for (int wall = 0; wall < WALLS; ++wall)
+    for (int band = 0; band < CAROM_BAND_COUNT; ++band)
+      walls[wall].absorption[band] = 0.25;
+  reverb.size = sizeof reverb;
+  EXPECT_OK(carom_reverb_of_box(&room, 343.0, &reverb));
+  EXPECT(fabs(reverb.volume - 60.0) < 1e-9 && fabs(reverb.surface - 94.0) < 1e-9);
+  EXPECT(fabs(reverb.decay_times[2] - 24.0 * log(10.0) * 60.0 / (343.0 * 94.0 * -log(1.0 - 0.25))) <
+         1e-9);
+  settings.room = &room;
+  settings.reverb = &reverb;
+  EXPECT_OK(create_with(&settings));
+  reverb.gain = NAN;
+  EXPECT(create_with(&settings) == CAROM_ERROR_ARGUMENT);
+  room.reflector_count = 5;
+  EXPECT(carom_reverb_of_box(&room, 343.0, &reverb) == CAROM_ERROR_ARGUMENT);
+}
+
+static void head_that_cannot_be_read_is_refused(void) {
+  carom_listener ears;
+  carom_settings settings = defaults();
+  EXPECT_OK(carom_listener_init(&ears, sizeof ears));
+  settings.listeners = &ears;
+  settings.listener_count = 1;
+  ears.sofa_file = "no/such/head.sofa";
+  EXPECT_REFUSED(create_with(&settings), "CAROM_LISTENER_BINAURAL");
+  ears.format = CAROM_LISTENER_BINAURAL;
+  EXPECT_REFUSED(create_with(&settings), "carom_listener.sofa_file");
+}
+
+// A body of some modes that slides over a floor of these bumps, at 0.5 m/s under 1 N for 0.4 s;
+// returns the statistics.
+static carom_statistics slide_over(const carom_body* floor_body, size_t contacts) {
+  static float samples[2 * FRAMES];
+  carom_settings settings = defaults();
+  carom_body block = strike_ball();
+  carom_contact contact;
+  carom_statistics counted;
+  carom_sound* sound = NULL;
+  settings.sliding_contacts = contacts;
+  sound = make_sound(&settings, STRIKE_HEIGHT);
+  EXPECT_OK(carom_contact_init(&contact, sizeof contact));
+  EXPECT_OK(carom_set_body(sound, BLOCK, floor_body));
+  EXPECT_OK(carom_set_body(sound, BALL, &block));
+  EXPECT_OK(carom_prepare_rendering(sound, STRIKE_SAMPLE_RATE));
+  EXPECT_OK(carom_advance(sound, 0.0));
+  contact.body = BALL;
+  contact.other = BLOCK;
+  contact.normal[0] = 0.0;
+  contact.normal[1] = 1.0;
+  contact.radius = STRIKE_RADIUS;
+  contact.normal_load = 1.0;
+  contact.duration = 0.01;
+  contact.slip_velocity[0] = 0.5;
+  contact.rolling_velocity[0] = 0.25;
+  contact.body_velocity[0] = 0.5;
+  contact.path_start[1] = contact.path_end[1] = -STRIKE_RADIUS;
+  for (int step = 0; step < 40; ++step) {
+    contact.phase = step == 0 ? CAROM_CONTACT_BEGIN : CAROM_CONTACT_DURING;
+    contact.time = 0.01 * step;
+    contact.position[0] = contact.other_path_start[0] = 0.005 * step;
+    contact.body_position[0] = 0.005 * step;
+    contact.body_position[1] = STRIKE_RADIUS;
+    contact.other_path_end[0] = 0.005 * (step + 1);
+    contact.applied_impulse[1] = 0.01;
+    EXPECT_OK(carom_update_contact(sound, &contact));
+    EXPECT_OK(carom_advance(sound, 0.01 * (step + 1)));
+  }
+  pull(sound, samples);
+  counted = statistics_of(sound);
+  EXPECT((peak_of(samples, FRAMES) > 0.0F) == (counted.slides > 0 && contacts > 0));
+  contact.path_start[0] = NAN;
+  EXPECT_OK(carom_update_contact(sound, &contact));  // ignored
+  contact.phase = 3;
+  EXPECT_REFUSED(carom_update_contact(sound, &contact), "carom_contact.phase is 3");
+  contact.size = 7;
+  EXPECT_REFUSED(carom_update_contact(sound, &contact), "carom_contact.size is 7");
+  EXPECT_OK(carom_destroy(sound));
+  return counted;
+}
+
+static carom_material smooth_steel(carom_roughness* smooth) {
+  carom_material material;
+  material.size = sizeof material;
+  EXPECT_OK(carom_find_material("steel", &material));
+  EXPECT(material.roughness != NULL && material.roughness->rms_height > 0.0);
+  EXPECT_OK(carom_roughness_init(smooth, sizeof *smooth));
+  smooth->rms_height = 0.0;
+  material.roughness = smooth;
+  return material;
+}
+
+static void body_that_slides_over_bumps_is_heard(void) {
+  carom_body floor_body;
+  carom_roughness bumps;
+  carom_texture* texture = NULL;
+  EXPECT_OK(carom_body_init(&floor_body, sizeof floor_body));
+  floor_body.material = "wood";
+  EXPECT(slide_over(&floor_body, 32).slides > 0);
+  EXPECT(slide_over(&floor_body, 0).slides_left_out > 0);
+  EXPECT_OK(carom_roughness_init(&bumps, sizeof bumps));
+  bumps.rms_height = 2e-5;
+  bumps.correlation_length = 1e-3;
+  EXPECT_OK(carom_make_rough_texture(&bumps, 1, &texture));
+  floor_body.texture = texture;
+  EXPECT(slide_over(&floor_body, 32).slides > 0);
+  carom_free_texture(texture);
+}
+
+static void roughness_is_that_of_the_material(void) {
+  carom_roughness smooth;
+  const carom_material material = smooth_steel(&smooth);
+  carom_sound* const sound = make_sound(NULL, 1.0);
+  carom_body body = strike_ball();
+  body.own_material = &material;
+  EXPECT_OK(carom_set_body(sound, BALL, &body));
+  smooth.hurst = NAN;
+  EXPECT_REFUSED(carom_set_body(sound, BALL, &body), "urst");
+  smooth.size = 5;
+  EXPECT_REFUSED(carom_set_body(sound, BALL, &body), "carom_roughness.size is 5");
+  EXPECT_OK(carom_destroy(sound));
+}
+
+static void textures_out_of_range_are_refused(void) {
+  const double texel[2] = {1e-4, 1e-4};
+  const float slopes[8] = {0.1F, 0.0F, -0.1F, 0.0F, 0.1F, 0.0F, -0.1F, 0.0F};
+  const char* const no_picture = "this is no PNG";
+  carom_roughness bumps;
+  carom_normal_map map;
+  carom_texture* texture = (carom_texture*)&bumps;
+  EXPECT_OK(carom_roughness_init(&bumps, sizeof bumps));
+  EXPECT_OK(carom_normal_map_init(&map, sizeof map));
+  EXPECT_REFUSED(carom_make_rough_texture(&bumps, 1, NULL), "carom_texture** is NULL");
+  EXPECT_REFUSED(carom_make_rough_texture(NULL, 1, &texture), "carom_roughness is NULL");
+  EXPECT(texture == NULL);
+  bumps.rms_height = NAN;
+  EXPECT(carom_make_rough_texture(&bumps, 1, &texture) == CAROM_ERROR_ARGUMENT);
+  EXPECT_OK(carom_make_texture(2, 2, texel, slopes, &texture));
+  carom_free_texture(texture);
+  EXPECT(carom_make_texture(3, 2, texel, slopes, &texture) == CAROM_ERROR_ARGUMENT);
+  EXPECT_REFUSED(carom_make_texture(1 << 20, 1 << 20, texel, slopes, &texture), "8192");
+  EXPECT_REFUSED(carom_make_texture(2, 2, NULL, slopes, &texture), "NULL");
+  EXPECT_REFUSED(carom_make_texture(2, 2, texel, NULL, &texture), "NULL");
+  EXPECT(carom_load_normal_map("no/such/map.png", NULL, &texture) == CAROM_ERROR_FILE);
+  EXPECT(strstr(carom_last_message(), "no/such/map.png") != NULL);
+  EXPECT_REFUSED(carom_load_normal_map(NULL, NULL, &texture), "NULL");
+  EXPECT(carom_read_normal_map(no_picture, strlen(no_picture), "map", NULL, &texture) ==
+         CAROM_ERROR_ARGUMENT);
+  EXPECT_REFUSED(carom_read_normal_map(NULL, 0, "map", NULL, &texture), "NULL");
+  map.green_is_down = 2;
+  EXPECT_REFUSED(carom_load_normal_map("no/such/map.png", &map, &texture),
+                 "carom_normal_map.green_is_down is 2");
+  carom_free_texture(NULL);
+}
+
+// A square of side 2 m that shows the whole picture once.
+static void texture_coordinates_have_the_size_of_their_picture(void) {
+  const double vertices[12] = {0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 2.0, 2.0, 0.0, 0.0, 2.0, 0.0};
+  const uint32_t triangles[6] = {0, 1, 2, 0, 2, 3};
+  const double corners[12] = {0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0};
+  carom_mesh mesh = {sizeof mesh, vertices, 4, triangles, 2};
+  carom_texture_coordinates* coordinates = NULL;
+  double size[2] = {0.0, 0.0};
+  EXPECT_OK(carom_make_texture_coordinates(&mesh, corners, &coordinates));
+  EXPECT_OK(carom_texture_coordinates_size(coordinates, size));
+  EXPECT(fabs(size[0] - 2.0) < 1e-9 && fabs(size[1] - 2.0) < 1e-9);
+  EXPECT_REFUSED(carom_texture_coordinates_size(coordinates, NULL), "NULL");
+  EXPECT_REFUSED(carom_texture_coordinates_size(NULL, size), "NULL");
+  carom_free_texture_coordinates(coordinates);
+  carom_free_texture_coordinates(NULL);
+  EXPECT_REFUSED(carom_make_texture_coordinates(NULL, corners, &coordinates), "carom_mesh is NULL");
+  EXPECT_REFUSED(carom_make_texture_coordinates(&mesh, NULL, &coordinates), "NULL");
+  EXPECT_REFUSED(carom_make_texture_coordinates(&mesh, corners, NULL), "NULL");
+  mesh.vertex_count = 3;
+  EXPECT(carom_make_texture_coordinates(&mesh, corners, &coordinates) == CAROM_ERROR_ARGUMENT);
+  EXPECT(coordinates == NULL);
+  mesh.vertices = NULL;
+  EXPECT_REFUSED(carom_make_texture_coordinates(&mesh, corners, &coordinates), "vertices is NULL");
 }
 
 static void listeners_out_of_range_are_refused(void) {
@@ -1010,7 +1422,7 @@ static void structs_of_the_first_version_are_known_by_their_size(void) {
   EXPECT_OK(carom_body_init(&body, sizeof body));
   body.own_material = &material;
   EXPECT_OK(carom_set_body(sound, BLOCK, &body));
-  material.size = sizeof material;
+  material.size = offsetof(carom_material, roughness);
   EXPECT_REFUSED(carom_set_body(sound, BLOCK, &body), "damping");
   EXPECT_OK(carom_destroy(sound));
 }
@@ -1047,10 +1459,10 @@ static carom_status live(carom_sound** sound) {
   body.material = "steel";
   body.mass = STRIKE_MASS;
   body.radius = STRIKE_RADIUS;
-  if (status == CAROM_OK) status = carom_set_body(*sound, BALL, &body);
   if (status == CAROM_OK) status = carom_set_body(*sound, BLOCK, &body);
   if (status == CAROM_OK) status = carom_load_modes(modes_path, &modes);
-  if (status == CAROM_OK) status = carom_set_body_modes(*sound, BALL, modes);
+  body.modes = modes;
+  if (status == CAROM_OK) status = carom_set_body(*sound, BALL, &body);
   carom_free_modes(modes);
   if (status == CAROM_OK) status = carom_prepare_rendering(*sound, STRIKE_SAMPLE_RATE);
   if (status == CAROM_OK) status = carom_record(*sound, "c_api_memory.wav");
@@ -1128,18 +1540,28 @@ int main(void) {
     CLAIM(listener_is_heard_where_it_was_put),
     CLAIM(events_are_counted_by_what_became_of_them),
     CLAIM(ball_of_a_bullet_world_is_heard_when_it_lands),
-    CLAIM(materials_are_set_by_object_shape_and_user_index),
+    CLAIM(materials_are_assigned_to_bodies_shapes_and_user_indices),
     CLAIM(modes_are_those_of_the_file),
     CLAIM(modes_that_cannot_be_read_are_refused),
     CLAIM(struck_body_rings_at_its_frequency_and_falls_at_its_rate),
-    CLAIM(modes_stay_with_a_body_until_it_is_removed),
-    CLAIM(modes_are_set_by_object_shape_and_user_index),
-    CLAIM(modes_are_refused_for_what_is_not_there),
+    CLAIM(body_rings_as_it_was_set_last),
+    CLAIM(modes_are_assigned_to_bodies_shapes_and_user_indices),
+    CLAIM(parts_that_contradict_each_other_are_refused),
+    CLAIM(silent_bodies_are_not_heard),
     CLAIM(calls_of_the_other_kind_of_sound_are_refused),
     CLAIM(null_handle_is_refused_by_every_call),
     CLAIM(null_arguments_are_refused),
     CLAIM(numbers_out_of_range_are_refused),
     CLAIM(settings_out_of_range_are_refused),
+    CLAIM(wall_reflects_the_strike),
+    CLAIM(rooms_out_of_range_are_refused),
+    CLAIM(surfaces_are_found_by_index_name_and_material),
+    CLAIM(reverberation_of_a_box_is_eyrings),
+    CLAIM(head_that_cannot_be_read_is_refused),
+    CLAIM(body_that_slides_over_bumps_is_heard),
+    CLAIM(roughness_is_that_of_the_material),
+    CLAIM(textures_out_of_range_are_refused),
+    CLAIM(texture_coordinates_have_the_size_of_their_picture),
     CLAIM(listeners_out_of_range_are_refused),
     CLAIM(bodies_out_of_range_are_refused),
     CLAIM(structs_of_later_versions_are_known_by_their_size),

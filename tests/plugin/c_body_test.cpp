@@ -6,11 +6,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "plugin/c_api/c_handles.h"
 #include "plugin/c_api/c_structs.h"
 
 namespace carom {
@@ -66,6 +68,27 @@ SoundBody readOrFail(const carom_body& body, RadiatorChoice choice = RadiatorCho
   Result<SoundBody> read = CBodyReader(choice).read(&body);
   EXPECT_TRUE(read) << (read ? "" : read.error().message);
   return read ? *read : SoundBody{};
+}
+
+TEST(CBody, PartsThatSoundBesideClicksArrive) {
+  const carom_modes modes = {std::make_shared<const ModalModel>()};
+  Result<SurfaceTexture> rough = SurfaceTexture::rough({1e-6, 1e-4, 0.8}, 1);
+  ASSERT_TRUE(rough);
+  const carom_texture texture = {std::make_shared<const SurfaceTexture>(*std::move(rough))};
+  const std::array<double, 3> origin = {1, 2, 3};
+  carom_body given = steel(CAROM_SHAPE_SPHERE);
+  given.radius = 0.5;
+  EXPECT_EQ(readOrFail(given).modal, nullptr);
+  EXPECT_EQ(readOrFail(given).texture, nullptr);
+  EXPECT_FALSE(readOrFail(given).modalOrigin);
+  given.modes = &modes;
+  given.modes_origin = origin.data();
+  given.texture = &texture;
+  const SoundBody body = readOrFail(given);
+  EXPECT_EQ(body.radius, 0.5);
+  EXPECT_EQ(body.modal, modes.model);
+  EXPECT_EQ(body.modalOrigin, Vec3(1, 2, 3));
+  EXPECT_EQ(body.texture, texture.texture);
 }
 
 // The moment is m (b^2 + c^2) / 3 for half extents b and c across the axis.

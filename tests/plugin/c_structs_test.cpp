@@ -9,6 +9,9 @@
 
 #include <gtest/gtest.h>
 
+#include "plugin/c_api/c_handles.h"
+#include "plugin/c_api/c_settings.h"
+
 namespace carom {
 
 using namespace plugin;
@@ -59,6 +62,210 @@ TEST(CStructs, EveryFieldOfAnEventArrives) {
   EXPECT_EQ(event->bodyAngularVelocity, Vec3(30, 31, 32));
 }
 
+TEST(CStructs, EveryFieldOfAContactArrives) {
+  carom_contact given = defaultContact();
+  given.time = 1.5;
+  given.duration = 2.5;
+  given.phase = CAROM_CONTACT_END;
+  given.body = 3;
+  given.other = 4;
+  set(given.normal, {5, 6, 7});
+  set(given.position, {8, 9, 10});
+  given.normal_load = 11;
+  set(given.applied_impulse, {12, 13, 14});
+  given.radius = 15;
+  given.other_radius = 16;
+  set(given.slip_velocity, {17, 18, 19});
+  set(given.rolling_velocity, {20, 21, 22});
+  set(given.body_position, {23, 24, 25});
+  set(given.body_orientation, {26, 27, 28, 29});
+  set(given.body_velocity, {30, 31, 32});
+  set(given.other_position, {33, 34, 35});
+  set(given.other_orientation, {36, 37, 38, 39});
+  set(given.other_velocity, {40, 41, 42});
+  set(given.path_start, {43, 44, 45});
+  set(given.path_end, {46, 47, 48});
+  set(given.other_path_start, {49, 50, 51});
+  set(given.other_path_end, {52, 53, 54});
+  const Result<ContactState> contact = contactFrom(&given);
+  ASSERT_TRUE(contact);
+  EXPECT_EQ(contact->time, 1.5);
+  EXPECT_EQ(contact->duration, 2.5);
+  EXPECT_EQ(contact->phase, ContactPhase::end);
+  EXPECT_EQ(contact->body, 3u);
+  EXPECT_EQ(contact->other, 4u);
+  EXPECT_EQ(contact->normal, Vec3(5, 6, 7));
+  EXPECT_EQ(contact->position, Vec3(8, 9, 10));
+  EXPECT_EQ(contact->normalLoad, 11);
+  EXPECT_EQ(contact->appliedImpulse, Vec3(12, 13, 14));
+  EXPECT_EQ(contact->radius, 15);
+  EXPECT_EQ(contact->otherRadius, 16);
+  EXPECT_EQ(contact->slipVelocity, Vec3(17, 18, 19));
+  EXPECT_EQ(contact->rollingVelocity, Vec3(20, 21, 22));
+  EXPECT_EQ(contact->bodyPosition, Vec3(23, 24, 25));
+  EXPECT_EQ(contact->bodyOrientation.vec(), Vec3(26, 27, 28));
+  EXPECT_EQ(contact->bodyOrientation.w(), 29);
+  EXPECT_EQ(contact->bodyVelocity, Vec3(30, 31, 32));
+  EXPECT_EQ(contact->otherPosition, Vec3(33, 34, 35));
+  EXPECT_EQ(contact->otherOrientation.vec(), Vec3(36, 37, 38));
+  EXPECT_EQ(contact->otherOrientation.w(), 39);
+  EXPECT_EQ(contact->otherVelocity, Vec3(40, 41, 42));
+  EXPECT_EQ(contact->pathStart, Vec3(43, 44, 45));
+  EXPECT_EQ(contact->pathEnd, Vec3(46, 47, 48));
+  EXPECT_EQ(contact->otherPathStart, Vec3(49, 50, 51));
+  EXPECT_EQ(contact->otherPathEnd, Vec3(52, 53, 54));
+}
+
+TEST(CStructs, DefaultContactIsThatOfTheLibrary) {
+  const carom_contact given = defaultContact();
+  const Result<ContactState> contact = contactFrom(&given);
+  ASSERT_TRUE(contact);
+  const ContactState expected;
+  EXPECT_EQ(contact->phase, expected.phase);
+  EXPECT_EQ(contact->normal, expected.normal);
+  EXPECT_EQ(contact->radius, expected.radius);
+  EXPECT_EQ(contact->otherRadius, expected.otherRadius);
+  EXPECT_EQ(contact->bodyOrientation.coeffs(), expected.bodyOrientation.coeffs());
+  EXPECT_EQ(contact->otherOrientation.coeffs(), expected.otherOrientation.coeffs());
+}
+
+TEST(CStructs, EveryFieldOfARoomArrives) {
+  std::array<carom_reflector, 2> walls = {defaultReflector(), defaultReflector()};
+  set(walls[0].normal, {0, 1, 0});
+  walls[0].offset = 2;
+  set(walls[0].absorption, {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7});
+  walls[1].surface = "concrete";
+  carom_room given = defaultRoom();
+  EXPECT_EQ(given.order, Room{}.order);
+  given.reflectors = walls.data();
+  given.reflector_count = walls.size();
+  given.order = 3;
+  const Result<Room> room = roomFrom(&given);
+  ASSERT_TRUE(room);
+  EXPECT_EQ(room->order, 3);
+  ASSERT_EQ(room->reflectors.size(), 2u);
+  EXPECT_EQ(room->reflectors[0].normal, Vec3(0, 1, 0));
+  EXPECT_EQ(room->reflectors[0].offset, 2);
+  EXPECT_EQ(room->reflectors[0].absorption.coefficients,
+            (std::array{0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7}));
+  EXPECT_EQ(room->reflectors[1].normal, Reflector{}.normal);
+  EXPECT_EQ(room->reflectors[1].absorption.coefficients,
+            findSurface("concrete")->absorption.coefficients);
+}
+
+TEST(CStructs, EveryFieldOfAReverberationArrivesAndComesBack) {
+  const ReverbSettings untouched;
+  carom_reverb given = defaultReverb();
+  EXPECT_EQ(given.gain, untouched.gain);
+  EXPECT_EQ(given.silence, untouched.silence);
+  EXPECT_EQ(given.speed_of_sound, untouched.speedOfSound);
+  given.volume = 1;
+  given.surface = 2;
+  set(given.decay_times, {3, 4, 5, 6, 7, 8, 9});
+  given.onset = 10;
+  given.gain = 11;
+  given.speed_of_sound = 12;
+  given.silence = 13;
+  const Result<ReverbSettings> reverb = reverbFrom(&given);
+  ASSERT_TRUE(reverb);
+  EXPECT_EQ(reverb->volume, 1);
+  EXPECT_EQ(reverb->surface, 2);
+  EXPECT_EQ(reverb->decayTimes, (DecayTimes{3, 4, 5, 6, 7, 8, 9}));
+  EXPECT_EQ(reverb->onset, 10);
+  EXPECT_EQ(reverb->gain, 11);
+  EXPECT_EQ(reverb->speedOfSound, 12);
+  EXPECT_EQ(reverb->silence, 13);
+  const carom_reverb back = toC(*reverb);
+  EXPECT_EQ(back.size, given.size);
+  EXPECT_EQ(back.volume, 1);
+  EXPECT_EQ(back.surface, 2);
+  EXPECT_TRUE(std::equal(back.decay_times, back.decay_times + CAROM_BAND_COUNT, given.decay_times));
+  EXPECT_EQ(back.onset, 10);
+  EXPECT_EQ(back.gain, 11);
+  EXPECT_EQ(back.speed_of_sound, 12);
+  EXPECT_EQ(back.silence, 13);
+}
+
+TEST(CStructs, EveryFieldOfASurfaceComesBack) {
+  const Surface& surface = *findSurface("concrete");
+  const carom_surface told = toC(surface);
+  EXPECT_EQ(told.size, sizeof told);
+  EXPECT_EQ(told.name, surface.name);
+  EXPECT_EQ(told.source, surface.source);
+  EXPECT_TRUE(std::equal(told.absorption, told.absorption + CAROM_BAND_COUNT,
+                         surface.absorption.coefficients.begin()));
+}
+
+TEST(CStructs, EveryPartOfABodySoundArrives) {
+  carom_body_sound given = defaultBodySound();
+  Result<BodySound> sound = bodySoundFrom(&given);
+  ASSERT_TRUE(sound);
+  EXPECT_FALSE(sound->material || sound->modes || sound->texture || sound->textureCoordinates ||
+               sound->silent);
+  const carom_modes modes = {std::make_shared<const ModalModel>()};
+  Result<SurfaceTexture> rough = SurfaceTexture::rough({1e-6, 1e-4, 0.8}, 1);
+  ASSERT_TRUE(rough);
+  const carom_texture texture = {std::make_shared<const SurfaceTexture>(*std::move(rough))};
+  const SurfaceMesh triangle{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
+  Result<TextureCoordinates> placed =
+      TextureCoordinates::of(triangle, {{Vec2(0, 0), Vec2(1, 0), Vec2(0, 1)}});
+  ASSERT_TRUE(placed);
+  const carom_texture_coordinates coordinates = {
+      std::make_shared<const TextureCoordinates>(*std::move(placed))};
+  given.material = "glass";
+  given.modes = &modes;
+  given.texture = &texture;
+  given.texture_coordinates = &coordinates;
+  given.silent = CAROM_YES;
+  sound = bodySoundFrom(&given);
+  ASSERT_TRUE(sound);
+  EXPECT_EQ(*sound->material->material(), *findMaterial("glass"));
+  EXPECT_EQ(sound->modes, modes.model);
+  EXPECT_EQ(sound->texture, texture.texture);
+  EXPECT_EQ(sound->textureCoordinates, coordinates.coordinates);
+  EXPECT_EQ(sound->silent, true);
+}
+
+TEST(CStructs, EveryPartOfABodySoundCanBeNone) {
+  carom_material own = toC(*findMaterial("glass"));
+  own.density = 1234;
+  carom_body_sound given = defaultBodySound();
+  given.own_material = &own;
+  given.no_modes = 1;
+  given.no_texture = 1;
+  given.no_texture_coordinates = 1;
+  given.silent = CAROM_NO;
+  const Result<BodySound> sound = bodySoundFrom(&given);
+  ASSERT_TRUE(sound);
+  EXPECT_EQ(sound->material->material()->density, 1234);
+  EXPECT_TRUE(sound->modes && *sound->modes == nullptr);
+  EXPECT_TRUE(sound->texture && *sound->texture == nullptr);
+  EXPECT_TRUE(sound->textureCoordinates && *sound->textureCoordinates == nullptr);
+  EXPECT_EQ(sound->silent, false);
+}
+
+TEST(CStructs, EveryFieldOfANormalMapArrives) {
+  carom_normal_map given = defaultNormalMap();
+  ASSERT_TRUE(normalMapFrom(&given));
+  EXPECT_EQ(*normalMapFrom(&given), NormalMapSettings{});
+  EXPECT_EQ(*normalMapFrom(nullptr), NormalMapSettings{});
+  set(given.picture_size, {1.5, 2.5});
+  given.strength = 3;
+  given.green_is_down = 1;
+  const Result<NormalMapSettings> map = normalMapFrom(&given);
+  ASSERT_TRUE(map);
+  EXPECT_EQ(*map, (NormalMapSettings{.size = {1.5, 2.5}, .greenIsDown = true, .strength = 3}));
+}
+
+TEST(CStructs, EveryFieldOfAMeshArrives) {
+  const std::array<double, 9> vertices = {0, 1, 2, 3, 4, 5, 6, 7, 8};
+  const std::array<std::uint32_t, 3> triangles = {2, 0, 1};
+  const Result<SurfaceMesh> mesh =
+      meshFrom({sizeof(carom_mesh), vertices.data(), 3, triangles.data(), 1});
+  ASSERT_TRUE(mesh);
+  EXPECT_EQ(*mesh, (SurfaceMesh{{{0, 1, 2}, {3, 4, 5}, {6, 7, 8}}, {{2, 0, 1}}}));
+}
+
 TEST(CStructs, DefaultsAreThoseOfTheLibrary) {
   carom_listener ears = defaultListener();
   carom_settings given = defaultSettings();
@@ -81,6 +288,15 @@ TEST(CStructs, DefaultsAreThoseOfTheLibrary) {
   EXPECT_EQ(settings->sound.budget.longestContact, expected.budget.longestContact);
   EXPECT_EQ(settings->sound.budget.ringingBodies, expected.budget.ringingBodies);
   EXPECT_EQ(settings->sound.budget.modes, expected.budget.modes);
+  EXPECT_EQ(settings->sound.budget.slidingContacts, expected.budget.slidingContacts);
+  EXPECT_EQ(settings->sound.synth.comparison.pulse, expected.synth.comparison.pulse);
+  EXPECT_EQ(settings->sound.synth.comparison.sampling, expected.synth.comparison.sampling);
+  EXPECT_EQ(settings->sound.synth.comparison.radiation, expected.synth.comparison.radiation);
+  EXPECT_EQ(settings->sound.synth.modalRadiation, expected.synth.modalRadiation);
+  EXPECT_EQ(settings->sound.synth.dissipative, expected.synth.dissipative);
+  EXPECT_EQ(settings->sound.synth.contactLoss, expected.synth.contactLoss);
+  EXPECT_TRUE(settings->sound.synth.room.reflectors.empty());
+  EXPECT_FALSE(settings->sound.synth.reverb);
   EXPECT_EQ(settings->sound.fullScale, expected.fullScale);
   EXPECT_FALSE(settings->sound.limiter);
   EXPECT_EQ(settings->world.restSpeed, WorldSoundSettings().restSpeed);
@@ -116,6 +332,23 @@ TEST(CStructs, EverySettingArrives) {
   given.doppler = 0;
   given.ringing_bodies = 5;
   given.modes = 6;
+  given.sliding_contacts = 7;
+  given.limiter_look_ahead = 0.004;
+  given.limiter_release = 0.08;
+  given.contact_loss = 0.3;
+  given.pulse = CAROM_PULSE_COURSE_GAUSSIAN;
+  given.sampling = CAROM_SAMPLING_NAIVE;
+  given.radiation = CAROM_RADIATION_COMPACT;
+  given.modal_radiation = CAROM_MODAL_RADIATION_CONSTANT;
+  given.dissipative = 1;
+  const carom_reflector floor = defaultReflector();
+  carom_room room = defaultRoom();
+  room.reflectors = &floor;
+  room.reflector_count = 1;
+  carom_reverb reverb = defaultReverb();
+  reverb.volume = 70;
+  given.room = &room;
+  given.reverb = &reverb;
   const Result<CSettings> settings = settingsFrom(&given);
   ASSERT_TRUE(settings);
   EXPECT_EQ(settings->sound.synth.sampleRate, 44100);
@@ -137,7 +370,50 @@ TEST(CStructs, EverySettingArrives) {
   EXPECT_FALSE(settings->sound.synth.doppler);
   EXPECT_EQ(settings->sound.budget.ringingBodies, 5u);
   EXPECT_EQ(settings->sound.budget.modes, 6u);
+  EXPECT_EQ(settings->sound.budget.slidingContacts, 7u);
+  EXPECT_EQ(settings->sound.limiter->lookAhead, 0.004);
+  EXPECT_EQ(settings->sound.limiter->release, 0.08);
+  EXPECT_EQ(settings->sound.synth.contactLoss, 0.3);
+  EXPECT_EQ(settings->sound.synth.comparison.pulse, PulseShape::courseGaussian);
+  EXPECT_EQ(settings->sound.synth.comparison.sampling, Sampling::naive);
+  EXPECT_EQ(settings->sound.synth.comparison.radiation, Radiation::compact);
+  EXPECT_EQ(settings->sound.synth.modalRadiation, ModalRadiation::constant);
+  EXPECT_TRUE(settings->sound.synth.dissipative);
+  EXPECT_EQ(settings->sound.synth.room.reflectors.size(), 1u);
+  ASSERT_TRUE(settings->sound.synth.reverb);
+  EXPECT_EQ(settings->sound.synth.reverb->volume, 70);
   EXPECT_EQ(settings->sound.listeners.size(), 1u);  // the default listener
+}
+
+// Each name in C is the value of the same name in C++.
+TEST(CStructs, ChoicesAreThoseOfTheLibrary) {
+  const auto is = [](int in_c, auto value) { return in_c == static_cast<int>(value); };
+  EXPECT_TRUE(is(CAROM_CLOCK_REAL_TIME, SoundClock::realTime));
+  EXPECT_TRUE(is(CAROM_CLOCK_SIMULATION, SoundClock::simulation));
+  EXPECT_TRUE(is(CAROM_IMPULSE_PHYSICAL, ImpulseChoice::physical));
+  EXPECT_TRUE(is(CAROM_IMPULSE_APPLIED, ImpulseChoice::applied));
+  EXPECT_TRUE(is(CAROM_RADIATORS_SOLVED, RadiatorChoice::solved));
+  EXPECT_TRUE(is(CAROM_RADIATORS_EQUIVALENT_SPHERE, RadiatorChoice::equivalentSphere));
+  EXPECT_TRUE(is(CAROM_PULSE_HERTZ, PulseShape::hertz));
+  EXPECT_TRUE(is(CAROM_PULSE_HALF_SINE, PulseShape::halfSine));
+  EXPECT_TRUE(is(CAROM_PULSE_GAUSSIAN, PulseShape::gaussian));
+  EXPECT_TRUE(is(CAROM_PULSE_MITCHELL_NETRAVALI, PulseShape::mitchellNetravali));
+  EXPECT_TRUE(is(CAROM_PULSE_COURSE_GAUSSIAN, PulseShape::courseGaussian));
+  EXPECT_TRUE(is(CAROM_SAMPLING_BAND_LIMITED, Sampling::bandLimited));
+  EXPECT_TRUE(is(CAROM_SAMPLING_NAIVE, Sampling::naive));
+  EXPECT_TRUE(is(CAROM_RADIATION_EXACT, Radiation::exact));
+  EXPECT_TRUE(is(CAROM_RADIATION_COMPACT, Radiation::compact));
+  EXPECT_TRUE(is(CAROM_MODAL_RADIATION_DIRECTIONAL, ModalRadiation::directional));
+  EXPECT_TRUE(is(CAROM_MODAL_RADIATION_MONOPOLE, ModalRadiation::monopole));
+  EXPECT_TRUE(is(CAROM_MODAL_RADIATION_CONSTANT, ModalRadiation::constant));
+  EXPECT_TRUE(is(CAROM_LISTENER_MONO, ListenerFormat::mono));
+  EXPECT_TRUE(is(CAROM_LISTENER_SPACED_PAIR, ListenerFormat::spacedPair));
+  EXPECT_TRUE(is(CAROM_LISTENER_COINCIDENT_PAIR, ListenerFormat::coincidentPair));
+  EXPECT_TRUE(is(CAROM_LISTENER_BINAURAL, ListenerFormat::binaural));
+  EXPECT_TRUE(is(CAROM_CONTACT_BEGIN, ContactPhase::begin));
+  EXPECT_TRUE(is(CAROM_CONTACT_DURING, ContactPhase::during));
+  EXPECT_TRUE(is(CAROM_CONTACT_END, ContactPhase::end));
+  EXPECT_EQ(std::size_t{CAROM_BAND_COUNT}, kBandCount);
 }
 
 // The listeners of a later version are larger, and so farther apart in memory.
@@ -176,6 +452,11 @@ TEST(CStructs, ListenersAreFoundBySize) {
 
 TEST(CStructs, EveryNumberOfStatisticsArrives) {
   SoundStatistics given;
+  given.slides = 28;
+  given.inaudibleSlides = 29;
+  given.undersampled = 32;
+  given.slidesLeftOut = 30;
+  given.silenced = 31;
   given.events = 1;
   given.immovable = 2;
   given.rejected = 3;
@@ -231,6 +512,10 @@ TEST(CStructs, EveryNumberOfStatisticsArrives) {
   EXPECT_EQ(told.modal_voices_exhausted, 25u);
   EXPECT_EQ(told.ringing, 26u);
   EXPECT_EQ(told.modes, 27u);
+  EXPECT_EQ(told.slides, 28u);
+  EXPECT_EQ(told.slides_inaudible, 29u);
+  EXPECT_EQ(told.slides_left_out, 30u);
+  EXPECT_EQ(told.silenced, 31u);
 }
 
 TEST(CStructs, EveryNumberOfAMaterialArrivesAndComesBack) {
@@ -261,18 +546,36 @@ TEST(CStructs, EveryNumberOfAMaterialArrivesAndComesBack) {
   EXPECT_EQ(told.restitution, 4);
   EXPECT_EQ(told.damping_alpha, 5);
   EXPECT_EQ(told.damping_beta, 6);
+  ASSERT_NE(told.roughness, nullptr);
+  EXPECT_EQ(told.roughness->rms_height, findMaterial("bronze")->roughness.rmsHeight);
+  EXPECT_EQ(told.roughness->correlation_length,
+            findMaterial("bronze")->roughness.correlationLength);
+  EXPECT_EQ(told.roughness->hurst, findMaterial("bronze")->roughness.hurst);
+}
+
+TEST(CStructs, RoughnessOfAMaterialIsItsOwnIfThereIsOne) {
+  carom_roughness bumps = defaultRoughness();
+  EXPECT_EQ(*roughnessFrom(&bumps), Roughness{});
+  bumps.rms_height = 7;
+  bumps.correlation_length = 8;
+  bumps.hurst = 9;
+  carom_material given = toC(*findMaterial("bronze"));
+  given.roughness = &bumps;
+  const Result<Material> material = materialFrom(&given);
+  ASSERT_TRUE(material);
+  EXPECT_EQ(material->roughness, (Roughness{.rmsHeight = 7, .correlationLength = 8, .hurst = 9}));
 }
 
 // The sizes were computed by a compiler from the header of that version; existing programs contain
 // them.
 TEST(CStructs, OfTheFirstVersionHaveTheSizesThatProgramsWereCompiledWith) {
   if (sizeof(void*) != 8) GTEST_SKIP() << "counted for 64 bits";
-  EXPECT_EQ(kSizes<carom_settings>.first, 144u);
-  EXPECT_EQ(kSizes<carom_material>.first, 48u);
-  EXPECT_EQ(kSizes<carom_statistics>.first, 192u);
-  EXPECT_EQ(kSizes<carom_listener>.first, 104u);
-  EXPECT_EQ(kSizes<carom_body>.first, 184u);
-  EXPECT_EQ(kSizes<carom_event>.first, 264u);
+  EXPECT_EQ(kSizes<carom_settings>.front(), 144u);
+  EXPECT_EQ(kSizes<carom_material>.front(), 48u);
+  EXPECT_EQ(kSizes<carom_statistics>.front(), 192u);
+  EXPECT_EQ(kSizes<carom_listener>.front(), 104u);
+  EXPECT_EQ(kSizes<carom_body>.front(), 184u);
+  EXPECT_EQ(kSizes<carom_event>.front(), 264u);
 }
 
 }  // namespace

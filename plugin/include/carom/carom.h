@@ -5,18 +5,20 @@
 #include <stdint.h>
 
 /// The C interface of Carom: contact sound for a Bullet world (carom_attach) or for collisions that
-/// any other engine reports (carom_create). C99 and C++; a thin layer over carom::Sound and
-/// carom::EventSound, whose headers say more about the models.
+/// any other engine reports (carom_create).
 ///
-///     carom_sound* sound = NULL;
-///     if (carom_create(NULL, &sound) != CAROM_OK) puts(carom_last_message());
-///     carom_set_body(sound, 0, &body);        // once
-///     carom_play(sound);                      // or carom_prepare_rendering, or carom_record
-///     ...
-///     carom_post(sound, &event);              // while a step is worked on
-///     carom_advance(sound, time);             // at its end
-///     ...
-///     carom_destroy(sound);
+///     carom_attach(world, NULL, &sound);   // each step of the world is followed from within
+///     carom_play(sound);                   // or carom_prepare_rendering, or carom_record
+///     carom_destroy(sound);                // before the world goes
+///
+/// Or, with another engine:
+///
+///     carom_create(NULL, &sound);
+///     carom_set_body(sound, 0, &body);                               // once for each body
+///     carom_post(sound, &event), carom_advance(sound, time);         // in each step
+///
+/// C99 and C++; a thin layer over carom::Sound and carom::EventSound, which has all that they have
+/// (a test compares the two) and whose headers say more about the models.
 ///
 /// Units are SI. Three numbers are x, y, z in the world frame unless said otherwise; four are a
 /// quaternion x, y, z, w of unit length.
@@ -73,12 +75,18 @@ typedef struct carom_sound carom_sound;
 /// The modes of vibration by which a body rings.
 typedef struct carom_modes carom_modes;
 
+/// The bumps of a surface, which sound where a body slides or rolls.
+typedef struct carom_texture carom_texture;
+
+/// Places of a texture on a mesh.
+typedef struct carom_texture_coordinates carom_texture_coordinates;
+
 typedef int32_t carom_status;
 enum {
   CAROM_OK = 0,
   CAROM_ERROR_ARGUMENT = 1,  ///< a wrong argument, or a call that the sound's state does not allow
   CAROM_ERROR_KIND = 2,      ///< a call for posted events on a Bullet world, or the reverse
-  CAROM_ERROR_FILE = 3,      ///< a recording cannot be begun or completed, or modes not be read
+  CAROM_ERROR_FILE = 3,      ///< a file cannot be read, or a recording not be begun or completed
   CAROM_ERROR_DEVICE = 4,    ///< no audio device, or none that can be opened
   CAROM_ERROR_MEMORY = 5,    ///< no memory
   CAROM_ERROR_INTERNAL = 6   ///< a fault of the library itself
@@ -92,6 +100,34 @@ enum {
 
 /// The one of an event's two impulses that sounds: carom_settings.impulse.
 enum { CAROM_IMPULSE_PHYSICAL = 0, CAROM_IMPULSE_APPLIED = 1 };
+
+/// The course of a contact force over time: carom_settings.pulse.
+enum {
+  CAROM_PULSE_HERTZ = 0,               ///< the elastic contact of Hertz: the default
+  CAROM_PULSE_HALF_SINE = 1,           ///< pi/2 sin(pi u)
+  CAROM_PULSE_GAUSSIAN = 2,            ///< exponent 10, unit impulse
+  CAROM_PULSE_MITCHELL_NETRAVALI = 3,  ///< the cubic of Mitchell and Netravali
+  CAROM_PULSE_COURSE_GAUSSIAN = 4      ///< pi/2 exp(-6 (u - 1/2)^2): 13.7 % too much impulse
+};
+
+/// The way in which a pulse becomes samples: carom_settings.sampling.
+enum {
+  CAROM_SAMPLING_BAND_LIMITED = 0,  ///< what samples can hold, at its exact time
+  CAROM_SAMPLING_NAIVE = 1          ///< the pulse's value at each sample; for comparisons
+};
+
+/// The model by which a body's acceleration becomes pressure: carom_settings.radiation.
+enum {
+  CAROM_RADIATION_EXACT = 0,   ///< a rigid sphere at any frequency and distance
+  CAROM_RADIATION_COMPACT = 1  ///< its limit for long wavelengths, far away; for comparisons
+};
+
+/// The model by which a mode of vibration becomes pressure: carom_settings.modal_radiation.
+enum {
+  CAROM_MODAL_RADIATION_DIRECTIONAL = 0,  ///< by its multipoles
+  CAROM_MODAL_RADIATION_MONOPOLE = 1,     ///< by its volume velocity alone
+  CAROM_MODAL_RADIATION_CONSTANT = 2      ///< alike for all modes of a body
+};
 
 /// The way in which bodies that are not spheres push the air: carom_settings.radiators.
 enum {
@@ -110,6 +146,19 @@ enum {
 /// The shape of a body, for its sound: carom_body.shape.
 enum { CAROM_SHAPE_SPHERE = 0, CAROM_SHAPE_BOX = 1, CAROM_SHAPE_MESH = 2 };
 
+/// The moment of a lasting contact: carom_contact.phase.
+enum {
+  CAROM_CONTACT_BEGIN = 0,   ///< the step in which it begins to bear load
+  CAROM_CONTACT_DURING = 1,  ///< every later step with load
+  CAROM_CONTACT_END = 2      ///< the step in which it is known to have ended, without load
+};
+
+/// A choice that may also be left open: carom_body_sound.silent.
+enum { CAROM_UNSET = 0, CAROM_YES = 1, CAROM_NO = 2 };
+
+/// Octave bands of absorptions and reverberation times: 125 Hz to 8 kHz.
+enum { CAROM_BAND_COUNT = 7 };
+
 /// A place where sound is heard. It looks along its -Z; +Y is up, +X is to its right.
 typedef struct carom_listener {
   size_t size;            ///< bytes, of this struct
@@ -121,9 +170,50 @@ typedef struct carom_listener {
   double pattern;         ///< 0 omnidirectional, 0.5 cardioid, 1 figure of eight; < 0: the usual
   int32_t format;         ///< CAROM_LISTENER_...
   int32_t reserved;       ///< 0
+  /// Path, UTF-8, of a SOFA file with the responses of the head of CAROM_LISTENER_BINAURAL; NULL:
+  /// the default head. Read at creation for carom_settings.sample_rate, and for no other rate.
+  const char* sofa_file;
 } carom_listener;
 
-/// The settings of a sound. Rooms are not in this interface: the air is open.
+/// An infinite plane wall. The air is where the normal points.
+typedef struct carom_reflector {
+  size_t size;                          ///< bytes, of this struct
+  double normal[3];                     ///< unit, into the air
+  double offset;                        ///< m, along the normal, from the world's origin
+  double absorption[CAROM_BAND_COUNT];  ///< 0 to 1 by octave; not used if `surface` is given
+  const char* surface;                  ///< name of a built-in surface, or NULL
+} carom_reflector;
+
+/// A room of plane walls, whose air is in front of all of them.
+typedef struct carom_room {
+  size_t size;                        ///< bytes, of this struct
+  const carom_reflector* reflectors;  ///< all with the size of the first
+  size_t reflector_count;
+  int32_t order;     ///< successive reflections, 0 to 32; above 1 only for a box of six walls
+  int32_t reserved;  ///< 0
+} carom_room;
+
+/// Late reverberation: the statistical diffuse field of a room.
+typedef struct carom_reverb {
+  size_t size;                           ///< bytes, of this struct
+  double volume;                         ///< m^3, 0.1 to 1e6
+  double surface;                        ///< m^2, at least that of a sphere of the volume
+  double decay_times[CAROM_BAND_COUNT];  ///< s, T60 by octave, at least 0.05
+  double onset;                          ///< s after the input, 0 to 1: when the tail begins
+  double gain;                           ///< >= 0, on the level of the diffuse field
+  double speed_of_sound;                 ///< m/s
+  double silence;                        ///< Pa, >= 1e-15: below it the tail is cut off
+} carom_reverb;
+
+/// A kind of surface with its published absorption.
+typedef struct carom_surface {
+  size_t size;                          ///< bytes, of this struct
+  const char* name;                     ///< lives for ever
+  const char* source;                   ///< the surface that was measured, and the publication
+  double absorption[CAROM_BAND_COUNT];  ///< 0 to 1 by octave
+} carom_surface;
+
+/// The settings of a sound.
 typedef struct carom_settings {
   size_t size;                      ///< bytes, of this struct
   const carom_listener* listeners;  ///< all with the size of the first; read at creation only
@@ -139,19 +229,40 @@ typedef struct carom_settings {
   double longest_contact;           ///< s: longer contacts are left out, above 0, up to 1
   double full_scale;                ///< Pa that come out as 1.0; 0: samples are pascals
   double limiter_ceiling;           ///< in units of the samples, where `limiter` is on
-  double rest_speed;      ///< m/s, slower contacts of a Bullet world are rest and make no click
-  int32_t limiter;        ///< 1: a look-ahead limiter at the end; 0: nothing is turned down
-  int32_t clock;          ///< CAROM_CLOCK_...
-  int32_t impulse;        ///< CAROM_IMPULSE_...
-  int32_t radiators;      ///< CAROM_RADIATORS_...
-  int32_t doppler;        ///< 1: motion within a contact is heard; 0: not
-  int32_t reserved;       ///< 0
-  size_t ringing_bodies;  ///< bodies times channels that ring at the same moment, 1 to 4096
-  size_t modes;           ///< most modes of a ringing body, 1 to 4096: higher ones are left out
+  double rest_speed;          ///< m/s, slower contacts of a Bullet world are rest and make no click
+  int32_t limiter;            ///< 1: a look-ahead limiter at the end; 0: nothing is turned down
+  int32_t clock;              ///< CAROM_CLOCK_...
+  int32_t impulse;            ///< CAROM_IMPULSE_...
+  int32_t radiators;          ///< CAROM_RADIATORS_...
+  int32_t doppler;            ///< 1: motion within a contact is heard; 0: not
+  int32_t reserved;           ///< 0
+  size_t ringing_bodies;      ///< bodies times channels that ring at the same moment, 1 to 4096
+  size_t modes;               ///< most modes of a ringing body, 1 to 4096: higher ones are left out
+  size_t sliding_contacts;    ///< contacts that slide or roll at the same moment, 0 to 4096
+  double limiter_look_ahead;  ///< s, 1e-4 to 0.02: the gain begins to fall so long before a peak
+  double limiter_release;     ///< s, 1e-3 to 10: the gain has risen 63 % of its way again
+  double contact_loss;        ///< loss factor of a lasting contact; 0: it damps nothing that rings
+  const carom_room* room;     ///< NULL: open air; read at creation only
+  const carom_reverb* reverb;  ///< NULL: none; read at creation only. See carom_reverb_of_box
+  int32_t pulse;               ///< CAROM_PULSE_...
+  int32_t sampling;            ///< CAROM_SAMPLING_...
+  int32_t radiation;           ///< CAROM_RADIATION_...
+  int32_t modal_radiation;     ///< CAROM_MODAL_RADIATION_...
+  /// 1: contacts that lose energy last longer and are skewed (Hunt and Crossley), instead of
+  /// `pulse`; 0: not.
+  int32_t dissipative;
+  int32_t reserved_too;  ///< 0
 } carom_settings;
 
-/// The material of a body. Its surface is as rough as that of the built-in one of the same name, or
-/// else smooth: then it does not sound where it slides or rolls on another smooth one.
+/// The statistics of a rough surface.
+typedef struct carom_roughness {
+  size_t size;                ///< bytes, of this struct
+  double rms_height;          ///< m, 0 (smooth) to `correlation_length`
+  double correlation_length;  ///< m, > 0
+  double hurst;               ///< Hurst exponent, above 0, up to 1
+} carom_roughness;
+
+/// The material of a body.
 typedef struct carom_material {
   size_t size;            ///< bytes, of this struct
   const char* name;       ///< may be NULL where a material is handed in; out: lives for ever
@@ -163,7 +274,28 @@ typedef struct carom_material {
   /// exp(-(alpha + beta w^2) t / 2). For computing modes; those of a carom_modes have their own.
   double damping_alpha;
   double damping_beta;
+  /// NULL: as rough as the built-in material of the same name, or else smooth: then it does not
+  /// sound where it slides or rolls on another smooth one. Out: never NULL, lives for ever.
+  const carom_roughness* roughness;
 } carom_material;
+
+/// The surface of a solid as triangles.
+typedef struct carom_mesh {
+  size_t size;             ///< bytes, of this struct
+  const double* vertices;  ///< m, x, y, z of each vertex
+  size_t vertex_count;
+  const uint32_t* triangles;  ///< three indices for each, counter-clockwise seen from outside
+  size_t triangle_count;
+} carom_mesh;
+
+/// The interpretation of a normal map's colours.
+typedef struct carom_normal_map {
+  size_t size;             ///< bytes, of this struct
+  double picture_size[2];  ///< m, > 0, width and height of the whole picture
+  double strength;         ///< >= 0, on the slopes
+  int32_t green_is_down;   ///< 1: green grows downwards (Direct3D); 0: up (OpenGL)
+  int32_t reserved;        ///< 0
+} carom_normal_map;
 
 /// A body of posted events as it radiates. Its frame has its origin in the centre of mass.
 typedef struct carom_body {
@@ -183,10 +315,36 @@ typedef struct carom_body {
   /// inertia of a solid of even density. INFINITY on a diagonal, with 0 everywhere beside it: the
   /// body does not turn about that axis.
   double inertia[9];
-  double edge_radius;  ///< m, > 0, how blunt edges and corners are
-  int32_t shape;       ///< CAROM_SHAPE_...
-  int32_t reserved;    ///< 0
+  double edge_radius;            ///< m, > 0, how blunt edges and corners are
+  int32_t shape;                 ///< CAROM_SHAPE_...
+  int32_t reserved;              ///< 0
+  const carom_modes* modes;      ///< the modes in which it rings when it is hit; NULL: it does not
+  const double* modes_origin;    ///< m, three: body's origin in the model; NULL: its mass centre
+  const carom_texture* texture;  ///< its bumps; NULL: those of the material's roughness
+  /// Places of `texture` on the body's mesh; NULL: it lies along the body's axes.
+  const carom_texture_coordinates* texture_coordinates;
 } carom_body;
+
+/// What carom_assign_body, _shape and _user_index say about the sound of bodies of a Bullet world.
+/// A part that is left NULL or 0 says nothing: what was assigned before stays.
+///
+///     carom_body_sound sound;
+///     carom_body_sound_init(&sound, sizeof sound);
+///     sound.material = "steel";
+typedef struct carom_body_sound {
+  size_t size;                         ///< bytes, of this struct
+  const char* material;                ///< name of a built-in one; not used with `own_material`
+  const carom_material* own_material;  ///< or NULL
+  const carom_modes* modes;            ///< the modes in which it rings when it is hit
+  const carom_texture* texture;        ///< the bumps that sound where it slides or rolls
+  const carom_texture_coordinates* texture_coordinates;  ///< places of `texture` on its mesh
+  int32_t no_modes;                ///< 1: it does not ring, whatever its shape or user index says
+  int32_t no_texture;              ///< 1: it has the bumps of its material's roughness
+  int32_t no_texture_coordinates;  ///< 1: its texture lies along its axes
+  /// CAROM_YES: nothing of it is heard, nor of what touches it, in contacts of the two: for ghosts
+  /// and triggers. CAROM_NO: it is heard, whatever its shape or user index says. CAROM_UNSET.
+  int32_t silent;
+} carom_body_sound;
 
 /// One body's share of one collision. A collision makes two, one for each body, with the same time
 /// and opposite impulses and normals; the share of an immovable body that does not ring may be left
@@ -211,6 +369,36 @@ typedef struct carom_event {
   int32_t has_applied_impulse;      ///< 1: `applied_impulse` is known
   int32_t reserved;                 ///< 0
 } carom_event;
+
+/// A lasting contact of two bodies (sliding, rolling or resting) over one step: one for each pair
+/// and step, from CAROM_CONTACT_BEGIN to CAROM_CONTACT_END. The impulse of an impact is not in it.
+typedef struct carom_contact {
+  size_t size;                  ///< bytes, of this struct
+  double time;                  ///< s, clock of the simulation: start of the step
+  double duration;              ///< s, of the step
+  uint32_t body;                ///< the body that `normal` points to
+  uint32_t other;               ///< for it, normal, impulse and slip have the opposite sign
+  double normal[3];             ///< unit, from the other body towards `body`
+  double position[3];           ///< m, the point of contact at `time`
+  double normal_load;           ///< N, >= 0, mean over the step
+  double applied_impulse[3];    ///< N s, on `body`, over the step, friction too
+  double radius;                ///< m, of curvature of `body` there, as carom_event.radius
+  double other_radius;          ///< m, of the other body
+  double slip_velocity[3];      ///< m/s, tangential: surface of `body` against the other surface
+  double rolling_velocity[3];   ///< m/s, tangential: contact point against both surfaces' mean
+  double body_position[3];      ///< m, centre of mass of `body` at `time`
+  double body_orientation[4];   ///< body frame to world frame, at `time`
+  double body_velocity[3];      ///< m/s, centre of mass, mean over the step
+  double other_position[3];     ///< m, centre of mass of the other body at `time`
+  double other_orientation[4];  ///< the other body's frame to world frame, at `time`
+  double other_velocity[3];     ///< m/s, centre of mass, mean over the step
+  double path_start[3];         ///< m, frame of `body`: the contact point at `time`
+  double path_end[3];           ///< m, frame of `body`: the contact point at time + duration
+  double other_path_start[3];   ///< m, frame of the other body: at `time`
+  double other_path_end[3];     ///< m, frame of the other body: at time + duration
+  int32_t phase;                ///< CAROM_CONTACT_...
+  int32_t reserved;             ///< 0
+} carom_contact;
 
 /// Counts of what became of the events, and the cost of the sound. Counts are since the sound was
 /// made; those of a sound that is neither played nor rendered are those of the recordings.
@@ -246,6 +434,11 @@ typedef struct carom_statistics {
       modal_voices_exhausted;  ///< left out: rings, where more would sound than `ringing_bodies`
   uint64_t ringing;            ///< now: bodies times channels that ring
   uint64_t modes;              ///< now: modes that sound, of all bodies and channels
+  uint64_t slides;             ///< steps of bodies that slide or roll, loud enough to be heard
+  uint64_t inaudible_slides;   ///< such steps left out: below the threshold at every listener
+  uint64_t slides_left_out;    ///< contacts left out: beyond `sliding_contacts`
+  uint64_t silenced;           ///< shares in collisions with a body that is silent; Bullet only
+  uint64_t undersampled;       ///< heard aliased: contacts shorter than 4 samples, sampled naively
 } carom_statistics;
 
 // Library.
@@ -267,7 +460,14 @@ CAROM_API const char* carom_last_message(void) CAROM_NOEXCEPT;
 CAROM_API carom_status carom_settings_init(carom_settings* settings, size_t size) CAROM_NOEXCEPT;
 CAROM_API carom_status carom_listener_init(carom_listener* listener, size_t size) CAROM_NOEXCEPT;
 CAROM_API carom_status carom_body_init(carom_body* body, size_t size) CAROM_NOEXCEPT;
+CAROM_API carom_status carom_body_sound_init(carom_body_sound* sound, size_t size) CAROM_NOEXCEPT;
 CAROM_API carom_status carom_event_init(carom_event* event, size_t size) CAROM_NOEXCEPT;
+CAROM_API carom_status carom_contact_init(carom_contact* contact, size_t size) CAROM_NOEXCEPT;
+CAROM_API carom_status carom_room_init(carom_room* room, size_t size) CAROM_NOEXCEPT;
+CAROM_API carom_status carom_reflector_init(carom_reflector* reflector, size_t size) CAROM_NOEXCEPT;
+CAROM_API carom_status carom_reverb_init(carom_reverb* reverb, size_t size) CAROM_NOEXCEPT;
+CAROM_API carom_status carom_roughness_init(carom_roughness* roughness, size_t size) CAROM_NOEXCEPT;
+CAROM_API carom_status carom_normal_map_init(carom_normal_map* map, size_t size) CAROM_NOEXCEPT;
 
 // Built-in materials. [any thread]
 
@@ -277,6 +477,23 @@ CAROM_API carom_status carom_material_at(size_t index, carom_material* material)
 /// Gives the material of that name. `material->size` must be set.
 CAROM_API carom_status carom_find_material(const char* name,
                                            carom_material* material) CAROM_NOEXCEPT;
+
+// Rooms: built-in surfaces of walls, and reverberation. [any thread]
+
+CAROM_API size_t carom_surface_count(void) CAROM_NOEXCEPT;
+/// Gives the surface of that index, below the count. `surface->size` must be set.
+CAROM_API carom_status carom_surface_at(size_t index, carom_surface* surface) CAROM_NOEXCEPT;
+/// Gives the surface of that name. `surface->size` must be set.
+CAROM_API carom_status carom_find_surface(const char* name, carom_surface* surface) CAROM_NOEXCEPT;
+/// Gives the surface that is assumed for a wall of a built-in material. `surface->size` must be
+/// set.
+CAROM_API carom_status carom_default_surface(const char* material,
+                                             carom_surface* surface) CAROM_NOEXCEPT;
+/// Gives the reverberation of a box by Eyring's formula, with its onset after the room's own
+/// reflections. `reverb->size` must be set. Refuses a room that is no box of six walls, and one in
+/// which a band is never absorbed.
+CAROM_API carom_status carom_reverb_of_box(const carom_room* room, double speed_of_sound,
+                                           carom_reverb* reverb) CAROM_NOEXCEPT;
 
 // Modes of bodies that ring.
 
@@ -294,6 +511,41 @@ CAROM_API size_t carom_mode_count(const carom_modes* modes) CAROM_NOEXCEPT;
 /// NULL. [any thread]
 CAROM_API carom_status carom_mode_at(const carom_modes* modes, size_t index, double* frequency,
                                      double* decay_rate) CAROM_NOEXCEPT;
+
+// Textures of bodies that slide and roll. A texture that cannot be made is NULL on return. [any
+// thread]
+
+/// Makes a random surface of that roughness, the same one for each seed.
+CAROM_API carom_status carom_make_rough_texture(const carom_roughness* roughness, uint64_t seed,
+                                                carom_texture** texture) CAROM_NOEXCEPT;
+/// Makes a texture of the slopes of its height along u and v at the middles of width x height
+/// texels (each a power of two, up to 8192), two numbers for each, row by row from v = 0 on. texel:
+/// size (m) of a texel along u and v.
+CAROM_API carom_status carom_make_texture(size_t width, size_t height, const double texel[2],
+                                          const float* slopes,
+                                          carom_texture** texture) CAROM_NOEXCEPT;
+/// Reads the bumps of a PNG normal map. map: NULL for the defaults, a picture of 1 m by 1 m. path:
+/// UTF-8. CAROM_ERROR_FILE if there is no such file, or no normal map in it. Blocks on the disk.
+CAROM_API carom_status carom_load_normal_map(const char* path, const carom_normal_map* map,
+                                             carom_texture** texture) CAROM_NOEXCEPT;
+/// Reads a PNG normal map in memory. name: for messages.
+CAROM_API carom_status carom_read_normal_map(const void* bytes, size_t byte_count, const char* name,
+                                             const carom_normal_map* map,
+                                             carom_texture** texture) CAROM_NOEXCEPT;
+/// Frees the handle; bodies that were given the texture keep it. NULL is fine.
+CAROM_API void carom_free_texture(carom_texture* texture) CAROM_NOEXCEPT;
+/// Makes the places of a picture on a mesh in the body frame. corners: u to the right and v up,
+/// from 0 to 1 over the picture, for each corner of each triangle: six numbers for a triangle.
+CAROM_API carom_status carom_make_texture_coordinates(const carom_mesh* mesh, const double* corners,
+                                                      carom_texture_coordinates** coordinates)
+    CAROM_NOEXCEPT;
+/// Gives width and height (m) of the picture as it lies on the mesh, averaged over its area: to be
+/// the carom_normal_map.picture_size of a texture for it.
+CAROM_API carom_status carom_texture_coordinates_size(const carom_texture_coordinates* coordinates,
+                                                      double size[2]) CAROM_NOEXCEPT;
+/// Frees the handle; bodies that were given the coordinates keep them. NULL is fine.
+CAROM_API void carom_free_texture_coordinates(carom_texture_coordinates* coordinates)
+    CAROM_NOEXCEPT;
 
 // A sound's life.
 
@@ -314,22 +566,22 @@ CAROM_API carom_status carom_destroy(carom_sound* sound) CAROM_NOEXCEPT;
 
 // Posted events: for sounds from carom_create.
 
-/// Sets what a body radiates as, from now on. Solves its shape if it is the first of its kind,
-/// which takes up to 0.3 s.
+/// Sets what a body radiates as, from now on, instead of all that was set for it before. Solves its
+/// shape if it is the first of its kind, which takes up to 0.3 s. A body that rings does so by the
+/// material of its modes, and touches and clicks by its own.
 CAROM_API carom_status carom_set_body(carom_sound* sound, uint32_t id,
                                       const carom_body* body) CAROM_NOEXCEPT;
-/// Makes a body that was set ring when it is hit, from now on, with its frame's axes those of the
-/// model and its origin in the model's centre of mass. Many bodies may share modes. NULL: it does
-/// not ring. The modes are kept when the body is set anew, until it is removed. It rings by the
-/// material of the model, and touches and clicks by that of carom_body.
-CAROM_API carom_status carom_set_body_modes(carom_sound* sound, uint32_t id,
-                                            const carom_modes* modes) CAROM_NOEXCEPT;
 /// Removes a body: its events are rejected from now on, but its present sound goes on.
 CAROM_API carom_status carom_remove_body(carom_sound* sound, uint32_t id) CAROM_NOEXCEPT;
 /// Hands over one body's share of a collision. A share that cannot sound (numbers that are not
 /// finite, unknown bodies, nothing that approaches) is no error: carom_statistics.rejected counts
 /// it.
 CAROM_API carom_status carom_post(carom_sound* sound, const carom_event* event) CAROM_NOEXCEPT;
+/// Hands over a lasting contact, over one step: bodies that slide or roll over bumps sound, and
+/// what rings in bodies that press on each other is damped. One that is not finite or between
+/// unknown bodies is no error: it is ignored.
+CAROM_API carom_status carom_update_contact(carom_sound* sound,
+                                            const carom_contact* contact) CAROM_NOEXCEPT;
 /// Takes note that the simulation has come to `seconds` (at most 1e9), and sends off what was
 /// posted. The clock begins at 0: if it begins elsewhere, call this before the first carom_post. A
 /// clock that goes back begins anew there.
@@ -337,38 +589,26 @@ CAROM_API carom_status carom_advance(carom_sound* sound, double seconds) CAROM_N
 
 // Bullet worlds: for sounds from carom_attach. Objects that are not in the world are refused.
 
-/// Sets a built-in material for one body.
-CAROM_API carom_status carom_set_object_material(carom_sound* sound,
-                                                 const btCollisionObject* object,
-                                                 const char* name) CAROM_NOEXCEPT;
-/// Sets a built-in material for all bodies that have a shape and no material of their own.
-CAROM_API carom_status carom_set_shape_material(carom_sound* sound, const btCollisionShape* shape,
-                                                const char* name) CAROM_NOEXCEPT;
-/// Sets a built-in material for all bodies with a user index (btCollisionObject::getUserIndex) that
-/// have no other.
-CAROM_API carom_status carom_set_user_index_material(carom_sound* sound, int user_index,
-                                                     const char* name) CAROM_NOEXCEPT;
-/// The next three set a material of the host's own in the same way.
-CAROM_API carom_status carom_set_object_own_material(carom_sound* sound,
-                                                     const btCollisionObject* object,
-                                                     const carom_material* material) CAROM_NOEXCEPT;
-CAROM_API carom_status carom_set_shape_own_material(carom_sound* sound,
-                                                    const btCollisionShape* shape,
-                                                    const carom_material* material) CAROM_NOEXCEPT;
-CAROM_API carom_status carom_set_user_index_own_material(
-    carom_sound* sound, int user_index, const carom_material* material) CAROM_NOEXCEPT;
-/// The next three make bodies ring when they are hit, from now on: one body, all bodies with a
-/// shape, or all bodies with a user index. In this order, the first that is set counts for a body.
-/// NULL for a body: it does not ring, whatever is set for its shape and its user index. The model's
-/// axes are those of the body; a body that moves has its origin in the model's centre of mass, a
-/// static or kinematic one in the model's own. A body without a material of its own gets the
-/// model's.
-CAROM_API carom_status carom_set_object_modes(carom_sound* sound, const btCollisionObject* object,
-                                              const carom_modes* modes) CAROM_NOEXCEPT;
-CAROM_API carom_status carom_set_shape_modes(carom_sound* sound, const btCollisionShape* shape,
-                                             const carom_modes* modes) CAROM_NOEXCEPT;
-CAROM_API carom_status carom_set_user_index_modes(carom_sound* sound, int user_index,
-                                                  const carom_modes* modes) CAROM_NOEXCEPT;
+/// Assigns the parts that are set in `body_sound`, from now on, to one body. For each part of a
+/// body the first of these counts that says something: its own, its shape's, its user index's; then
+/// what is guessed: the material of its modes, or the built-in one that is nearest in density; no
+/// modes; bumps of the material's roughness. What is assigned to a body goes when it leaves the
+/// world.
+CAROM_API carom_status carom_assign_body(carom_sound* sound, const btCollisionObject* body,
+                                         const carom_body_sound* body_sound) CAROM_NOEXCEPT;
+/// Assigns the parts to all bodies with a shape, which is known by its address.
+CAROM_API carom_status carom_assign_shape(carom_sound* sound, const btCollisionShape* shape,
+                                          const carom_body_sound* body_sound) CAROM_NOEXCEPT;
+/// Assigns the parts to all bodies with a user index (btCollisionObject::getUserIndex), which is -1
+/// for those that have none.
+CAROM_API carom_status carom_assign_user_index(carom_sound* sound, int user_index,
+                                               const carom_body_sound* body_sound) CAROM_NOEXCEPT;
+/// The next three take back all parts that were assigned to a body, a shape or a user index.
+CAROM_API carom_status carom_unassign_body(carom_sound* sound,
+                                           const btCollisionObject* body) CAROM_NOEXCEPT;
+CAROM_API carom_status carom_unassign_shape(carom_sound* sound,
+                                            const btCollisionShape* shape) CAROM_NOEXCEPT;
+CAROM_API carom_status carom_unassign_user_index(carom_sound* sound, int user_index) CAROM_NOEXCEPT;
 /// Solves the shapes of bodies that were added since, so that no collision need wait for it, and
 /// takes changed masses and shapes into account.
 CAROM_API carom_status carom_prepare_bodies(carom_sound* sound) CAROM_NOEXCEPT;
@@ -408,6 +648,13 @@ CAROM_API carom_status carom_set_muted(carom_sound* sound, int32_t muted) CAROM_
 /// Gives the statistics. `statistics->size` must be set.
 CAROM_API carom_status carom_get_statistics(const carom_sound* sound,
                                             carom_statistics* statistics) CAROM_NOEXCEPT;
+
+/// Writes why the shape of the latest body that was not solved could not be, as one sentence, or ""
+/// if there is none, into `text` of `size` bytes: cut short where it is longer, and with a zero at
+/// its end. Returns the length of the whole sentence without the zero; 0 for a NULL sound. text:
+/// may be NULL if size is 0.
+CAROM_API size_t carom_unsolved_reason(const carom_sound* sound, char* text,
+                                       size_t size) CAROM_NOEXCEPT;
 
 /// Number of channels of all listeners together; 0 for NULL.
 CAROM_API size_t carom_channel_count(const carom_sound* sound) CAROM_NOEXCEPT;

@@ -98,18 +98,16 @@ struct SynthCounters {
   std::uint64_t rejected = 0;  ///< never sounded: not finite, unknown body, no approach, over 20 s
   std::uint64_t slides = 0;    ///< steps in which a body that slides or rolls is heard
   std::uint64_t inaudibleSlides = 0;  ///< such steps left out: below the threshold everywhere
-  std::uint64_t stolen = 0;       ///< events left out: the quietest, where more waited than voices
-  std::uint64_t overBudget = 0;   ///< events left out: the quietest, where they would cost too much
-  std::uint64_t noBus = 0;        ///< events left out: more sizes and paths at once than buses
-  std::uint64_t tooLong = 0;      ///< events left out: contact longer than VoiceBudget::longestContact
+  std::uint64_t stolen = 0;      ///< events left out: the quietest, where more waited than voices
+  std::uint64_t overBudget = 0;  ///< events left out: the quietest, where they would cost too much
+  std::uint64_t noBus = 0;       ///< events left out: more sizes and paths at once than buses
+  std::uint64_t tooLong = 0;  ///< events left out: contact longer than VoiceBudget::longestContact
   std::uint64_t modalVoicesExhausted = 0;  ///< rings left out: more bodies ring than is allowed
   std::uint64_t slidesLeftOut = 0;         ///< slides left out: more slide at once than is allowed
-
-  SynthCounters& operator+=(const SynthCounters& more);
-  friend SynthCounters operator+(SynthCounters sum, const SynthCounters& more) {
-    return sum += more;
-  }
-  bool operator==(const SynthCounters&) const = default;
 };
+SynthCounters& operator+=(SynthCounters& sum, const SynthCounters& more);
+inline SynthCounters operator+(SynthCounters sum, const SynthCounters& more) {
+  return sum += more;
+}
 
 }  // namespace carom

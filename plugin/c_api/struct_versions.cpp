@@ -1,0 +1,96 @@
+#include "plugin/c_api/struct_versions.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace carom::plugin {
+namespace {
+
+// True if a version of the struct ended with this field, without padding behind it, which an older
+// caller would have left uninitialised.
+template <class Struct, class Field>
+constexpr bool endsWith(Field Struct::*, std::size_t offset) {
+  return std::ranges::find(kSizes<Struct>, offset + sizeof(Field)) != kSizes<Struct>.end();
+}
+#define CAROM_ENDS_WITH(Struct, field) \
+  static_assert(endsWith(&Struct::field, offsetof(Struct, field)))
+CAROM_ENDS_WITH(carom_listener, reserved);
+CAROM_ENDS_WITH(carom_listener, sofa_file);
+CAROM_ENDS_WITH(carom_reflector, surface);
+CAROM_ENDS_WITH(carom_room, reserved);
+CAROM_ENDS_WITH(carom_reverb, silence);
+CAROM_ENDS_WITH(carom_surface, absorption);
+CAROM_ENDS_WITH(carom_settings, reserved);
+CAROM_ENDS_WITH(carom_settings, modes);
+CAROM_ENDS_WITH(carom_settings, reserved_too);
+CAROM_ENDS_WITH(carom_roughness, hurst);
+CAROM_ENDS_WITH(carom_material, restitution);
+CAROM_ENDS_WITH(carom_material, damping_beta);
+CAROM_ENDS_WITH(carom_material, roughness);
+CAROM_ENDS_WITH(carom_mesh, triangle_count);
+CAROM_ENDS_WITH(carom_normal_map, reserved);
+CAROM_ENDS_WITH(carom_body, reserved);
+CAROM_ENDS_WITH(carom_body, texture_coordinates);
+CAROM_ENDS_WITH(carom_body_sound, silent);
+CAROM_ENDS_WITH(carom_event, reserved);
+CAROM_ENDS_WITH(carom_contact, reserved);
+CAROM_ENDS_WITH(carom_statistics, unsupported_contacts);
+CAROM_ENDS_WITH(carom_statistics, modes);
+CAROM_ENDS_WITH(carom_statistics, silenced);
+#undef CAROM_ENDS_WITH
+
+Status checkSize(const void* given, std::span<const std::size_t> sizes, const std::string& name) {
+  if (given == nullptr) return Error{name + " is NULL"};
+  const std::size_t size = sizeOf(given);
+  const std::size_t now = sizes.back();
+  const bool isLater = size >= now && size <= now + kMostGrowth;
+  if (isLater || std::ranges::find(sizes, size) != sizes.end()) return std::monostate{};
+  return Error{name + ".size is " + std::to_string(size) + "; expected sizeof(" + name +
+               "), which is " + std::to_string(now) + " in this version"};
+}
+
+bool isZero(const std::byte* bytes, std::size_t count) {
+  return std::all_of(bytes, bytes + count, [](std::byte byte) { return byte == std::byte{0}; });
+}
+
+}  // namespace
+
+std::size_t sizeOf(const void* given) {
+  std::size_t size = 0;
+  std::memcpy(&size, given, sizeof size);
+  return size;
+}
+
+Status readStruct(const void* given, void* known, std::span<const std::size_t> sizes,
+                  const char* name) {
+  if (Status checked = checkSize(given, sizes, name); !checked) return checked;
+  const auto* const bytes = static_cast<const std::byte*>(given);
+  const std::size_t shared = std::min(sizes.back(), sizeOf(given));
+  if (!isZero(bytes + shared, sizeOf(given) - shared))
+    return Error{std::string(name) + " sets a field that this version of the library, " +
+                 std::to_string(CAROM_VERSION) + ", does not know"};
+  std::memcpy(known, given, shared);
+  return std::monostate{};
+}
+
+Status writeStruct(const void* known, void* given, std::span<const std::size_t> sizes,
+                   const char* name) {
+  if (Status checked = checkSize(given, sizes, name); !checked) return checked;
+  const std::size_t callers = sizeOf(given);
+  std::memset(given, 0, callers);
+  std::memcpy(given, known, std::min(sizes.back(), callers));
+  std::memcpy(given, &callers, sizeof callers);
+  return std::monostate{};
+}
+
+Status checkChoices(std::initializer_list<Choice> choices) {
+  for (const Choice& choice : choices) {
+    if (choice.value >= 0 && choice.value < choice.count) continue;
+    const std::string range = choice.count == 1 ? "0" : "0 to " + std::to_string(choice.count - 1);
+    return Error{std::string(choice.field) + " is " + std::to_string(choice.value) + "; expected " +
+                 range};
+  }
+  return std::monostate{};
+}
+
+}  // namespace carom::plugin
