@@ -124,6 +124,27 @@ Vec3 turnRate(const Quat& from, const Quat& to, double dt) {
 
 }  // namespace
 
+// The way of a kinematic body to its target, and the velocities that the host has given it.
+struct BodyTracker::KinematicMove {
+  Vec3 shift;     // m
+  Vec3 turn;      // rad, along its axis
+  Vec3 velocity;  // m/s
+  Vec3 angular;   // rad/s
+
+  // Time (s) in which the velocities come nearest to the target.
+  double duration() const {
+    const bool shifts = velocity.squaredNorm() > 0.0;
+    return shifts ? shift.dot(velocity) / velocity.squaredNorm()
+                  : turn.dot(angular) / std::max(angular.squaredNorm(), 1e-300);
+  }
+  // True if a body of that radius (m) reaches its target then.
+  bool isOnCourse(double after, double radius) const {
+    const double off = (shift - after * velocity).norm() + radius * (turn - after * angular).norm();
+    const double size = shift.norm() + radius * turn.norm();
+    return off <= 1e-3 * size;
+  }
+};
+
 Quat TrackedBody::orientationAtStart(double dt) const {
   if (shape != ContactShape::sphere) return current.orientation;
   // The orientation of a sphere is not kept: it is worked back from the present one.
@@ -248,8 +269,8 @@ void BodyTracker::beginBody(TrackedBody& body, MotionHistory& history, double dt
   }
 }
 
-// A new target that the body's velocity leads to is approached at that velocity; any other is a
-// jump.
+// Follows a kinematic body: a new target that its velocity leads to is approached at that velocity;
+// any other is a jump.
 void BodyTracker::beginKinematic(TrackedBody& body, MotionHistory& history, double dt) {
   const auto* rigid = btRigidBody::upcast(body.object);
   SubstepMotion& motion = body.current;
@@ -258,40 +279,41 @@ void BodyTracker::beginKinematic(TrackedBody& body, MotionHistory& history, doub
   const Vec3 velocity = toVec3(rigid->getLinearVelocity());
   const Vec3 angular = toVec3(rigid->getAngularVelocity());
   if (!history.followed) {
-    history.place = motion.start;
-    history.turn = toQuat(target);
+    history.position = motion.start;
+    history.orientation = toQuat(target);
     history.followed = true;
   }
   history.target = target;
-  const Vec3 way = motion.start - history.place;
-  const Vec3 turn = turnRate(history.turn, toQuat(target), 1.0);
-  const bool shifts = velocity.squaredNorm() > 0.0;
-  const double duration = shifts ? way.dot(velocity) / velocity.squaredNorm()
-                                 : turn.dot(angular) / std::max(angular.squaredNorm(), 1e-300);
-  const double off =
-      (way - duration * velocity).norm() + body.radius * (turn - duration * angular).norm();
-  const double size = way.norm() + body.radius * turn.norm();
-  const bool leads = duration > 0.5 * dt && off <= 1e-3 * size;
-  if (!leads) {
-    history.place = motion.start;
-    history.turn = toQuat(target);
+  const KinematicMove move{motion.start - history.position,
+                           turnRate(history.orientation, toQuat(target), 1.0), velocity, angular};
+  const double duration = move.duration();
+  if (!(duration > 0.5 * dt && move.isOnCourse(duration, body.radius))) {
+    history.position = motion.start;
+    history.orientation = toQuat(target);
     return;
   }
-  motion.start = history.place;
-  motion.orientation = history.turn;
+  motion.start = history.position;
+  motion.orientation = history.orientation;
   motion.velocityBefore = motion.velocityAfter = motion.velocityFree = velocity;
   motion.angularBefore = motion.angularAfter = motion.angularFree = angular;
   body.arrival = duration;
-  const bool arrives = duration < 1.5 * dt;
-  history.place = arrives ? toVec3(target.getOrigin()) : Vec3(history.place + dt * velocity);
-  if (arrives || angular.isZero(0.0))
-    history.turn = toQuat(target);
-  else
-    history.turn =
-        Quat(Eigen::AngleAxisd(dt * angular.norm(), angular.normalized())) * history.turn;
-  if (body.shape == ContactShape::plane) {
+  if (body.shape == ContactShape::plane)
     body.planeOffset += (motion.start - toVec3(target.getOrigin())).dot(body.planeNormal);
-  }
+  advance(history, move, duration < 1.5 * dt, dt);
+}
+
+// Moves the place of a kinematic body to where the next substep begins; `arrives` if that is its
+// target.
+void BodyTracker::advance(MotionHistory& history, const KinematicMove& move, bool arrives,
+                          double dt) {
+  history.position =
+      arrives ? toVec3(history.target.getOrigin()) : Vec3(history.position + dt * move.velocity);
+  if (arrives || move.angular.isZero(0.0))
+    history.orientation = toQuat(history.target);
+  else
+    history.orientation =
+        Quat(Eigen::AngleAxisd(dt * move.angular.norm(), move.angular.normalized())) *
+        history.orientation;
 }
 
 void BodyTracker::endSubstep(const btCollisionWorld& world, double dt) {

@@ -104,9 +104,9 @@ class BodyTracker {
   // follow.
   struct MotionHistory {
     SubstepMotion previous;
-    bool followed = false;  // kinematic: place, turn and target are in use
-    Vec3 place = Vec3::Zero();
-    Quat turn = Quat::Identity();
+    bool followed = false;  // kinematic: position, orientation and target are in use
+    Vec3 position = Vec3::Zero();
+    Quat orientation = Quat::Identity();
     btTransform target = btTransform::getIdentity();  // where Bullet has put the body
     // Links, of the latest substep without a push: acceleration (m/s^2), and mean velocity less
     // that at the end (m/s).
@@ -117,7 +117,9 @@ class BodyTracker {
   void matchWorld(const btCollisionWorld& world);
   void beginBody(TrackedBody& body, MotionHistory& history, double dt);
   void readShape(TrackedBody& body) const;
+  struct KinematicMove;
   void beginKinematic(TrackedBody& body, MotionHistory& history, double dt);
+  static void advance(MotionHistory& history, const KinematicMove& move, bool arrives, double dt);
   void endBody(TrackedBody& body, MotionHistory& history, double dt);
   void endLink(const btMultiBodyLinkCollider& link, SubstepMotion& motion, MotionHistory& history,
                double dt);

@@ -68,8 +68,6 @@ class ShapePair {
 
   static constexpr std::size_t kPatchPoints = 8;
 
-  std::size_t pairCount() const { return pairs_.size(); }
-
  private:
   struct Leaf {
     int type = 0;

@@ -240,17 +240,23 @@ SurfaceMesh sampledSurface(const btConvexShape& shape) {
   return hullOf(points);
 }
 
+SurfaceMesh pointsSurface(const btVector3* points, int count, const btVector3& scaling) {
+  return count == 0 ? SurfaceMesh{} : hullOf(scaledPoints(points, count, scaling));
+}
+
+SurfaceMesh scaledBy(double factor, SurfaceMesh mesh) {
+  for (Vec3& vertex : mesh.vertices)
+    vertex *= factor;
+  return mesh;
+}
+
 SurfaceMesh convexSurface(const btConvexShape& shape) {
   switch (shape.getShapeType()) {
     case BOX_SHAPE_PROXYTYPE:
       return boxSurface(
           toVec3(static_cast<const btBoxShape&>(shape).getHalfExtentsWithMargin()).cwiseMax(0.0));
-    case SPHERE_SHAPE_PROXYTYPE: {
-      SurfaceMesh mesh = unitSphere();
-      for (Vec3& vertex : mesh.vertices)
-        vertex *= number(static_cast<const btSphereShape&>(shape).getRadius());
-      return mesh;
-    }
+    case SPHERE_SHAPE_PROXYTYPE:
+      return scaledBy(number(static_cast<const btSphereShape&>(shape).getRadius()), unitSphere());
     case CAPSULE_SHAPE_PROXYTYPE:
       return capsuleSurface(static_cast<const btCapsuleShape&>(shape));
     case CYLINDER_SHAPE_PROXYTYPE:
@@ -259,15 +265,12 @@ SurfaceMesh convexSurface(const btConvexShape& shape) {
       return coneSurface(static_cast<const btConeShape&>(shape));
     case CONVEX_HULL_SHAPE_PROXYTYPE: {
       const auto& hull = static_cast<const btConvexHullShape&>(shape);
-      if (hull.getNumPoints() == 0) return {};
-      return hullOf(
-          scaledPoints(hull.getUnscaledPoints(), hull.getNumPoints(), hull.getLocalScalingNV()));
+      return pointsSurface(hull.getUnscaledPoints(), hull.getNumPoints(), hull.getLocalScalingNV());
     }
     case CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE: {
       const auto& cloud = static_cast<const btConvexPointCloudShape&>(shape);
-      if (cloud.getNumPoints() == 0) return {};
-      return hullOf(
-          scaledPoints(cloud.getUnscaledPoints(), cloud.getNumPoints(), cloud.getLocalScalingNV()));
+      return pointsSurface(cloud.getUnscaledPoints(), cloud.getNumPoints(),
+                           cloud.getLocalScalingNV());
     }
     case TETRAHEDRAL_SHAPE_PROXYTYPE:
     case TRIANGLE_SHAPE_PROXYTYPE:
@@ -276,10 +279,8 @@ SurfaceMesh convexSurface(const btConvexShape& shape) {
       return multiSphereSurface(static_cast<const btMultiSphereShape&>(shape));
     case UNIFORM_SCALING_SHAPE_PROXYTYPE: {
       const auto& scaling = static_cast<const btUniformScalingShape&>(shape);
-      SurfaceMesh mesh = convexSurface(*scaling.getChildShape());
-      for (Vec3& vertex : mesh.vertices)
-        vertex *= number(scaling.getUniformScalingFactor());
-      return mesh;
+      return scaledBy(number(scaling.getUniformScalingFactor()),
+                      convexSurface(*scaling.getChildShape()));
     }
     default:
       return sampledSurface(shape);

@@ -9,7 +9,7 @@ void EventLog::deliver(Impact& impact) {
   impact.delivered = true;
   for (ImpactPoint& point : impact.points) {
     if (context_.settings.delivery == EventDelivery::complete) {
-      point.body.appliedImpulse = point.part * impact.applied;
+      point.body.appliedImpulse = point.impulseFraction * impact.applied;
       point.other.appliedImpulse = -point.body.appliedImpulse;
       point.body.hasAppliedImpulse = point.other.hasAppliedImpulse = true;
     }

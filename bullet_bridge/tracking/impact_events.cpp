@@ -42,11 +42,11 @@ ImpulseEvent otherShare(const ImpulseEvent& body) {
   return other;
 }
 
-// Makes a point whose `part` is still its impulse in N s.
+// Makes a point whose `impulseFraction` is still its impulse in N s.
 ImpactPoint pointOf(const Source& source, const ImpactSolution& solution, double delay) {
   const FoundImpact& found = source.found;
   ImpactPoint point;
-  point.part = solution.impulse.norm();
+  point.impulseFraction = solution.impulse.norm();
   point.body = eventOf(found, solution);
   point.body.time = source.substep.start + found.offset + delay;
   point.other = otherShare(point.body);
@@ -88,12 +88,12 @@ void ImpactEvents::set(Impact& impact, const FoundImpact& found, const SubstepTi
       // impulse.
       const double delay = impact.points.empty() ? 0.0 : contacts[begin].delay;
       impact.points.push_back(pointOf({found, substep}, solution, delay));
-      whole += impact.points.back().part;
+      whole += impact.points.back().impulseFraction;
     }
     begin = end;
   }
   for (ImpactPoint& point : impact.points)
-    point.part /= whole;
+    point.impulseFraction /= whole;
 }
 
 }  // namespace carom::bullet

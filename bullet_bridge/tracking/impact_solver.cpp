@@ -82,22 +82,28 @@ std::span<const double> ImpactSolver::solve(std::span<const ContactPoint> points
       matrix_[row * count + column] = inertia.between(points[row], points[column]);
   }
   shareEvenly(points, restitution);
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    double change = 0.0;
-    double largest = 0.0;
-    for (std::size_t row = 0; row < count; ++row) {
-      double missing = (1.0 + restitution) * points[row].approachSpeed;
-      for (std::size_t column = 0; column < count; ++column)
-        missing -= matrix_[row * count + column] * impulses_[column];
-      const double before = impulses_[row];
-      const double own = matrix_[row * count + row];
-      if (own > 0.0) impulses_[row] = std::max(0.0, before + missing / own);
-      change = std::max(change, std::abs(impulses_[row] - before));
-      largest = std::max(largest, impulses_[row]);
-    }
-    if (change <= kEnough * largest) break;
+  for (int number = 0; number < kSweeps; ++number) {
+    const Sweep done = sweep(points, restitution);
+    if (done.change <= kEnough * done.largest) break;
   }
   return impulses_;
+}
+
+// Solves each point once for its own impulse, with the others as they are.
+ImpactSolver::Sweep ImpactSolver::sweep(std::span<const ContactPoint> points, double restitution) {
+  const std::size_t count = points.size();
+  Sweep done;
+  for (std::size_t row = 0; row < count; ++row) {
+    double missing = (1.0 + restitution) * points[row].approachSpeed;
+    for (std::size_t column = 0; column < count; ++column)
+      missing -= matrix_[row * count + column] * impulses_[column];
+    const double before = impulses_[row];
+    const double own = matrix_[row * count + row];
+    if (own > 0.0) impulses_[row] = std::max(0.0, before + missing / own);
+    done.change = std::max(done.change, std::abs(impulses_[row] - before));
+    done.largest = std::max(done.largest, impulses_[row]);
+  }
+  return done;
 }
 
 ImpactSolution ImpactSolver::sum(std::span<const ContactPoint> points,

@@ -67,7 +67,12 @@ class ImpactSolver {
                             double restitution);
 
  private:
+  struct Sweep {
+    double change = 0.0;   // N s, largest change of an impulse
+    double largest = 0.0;  // N s, largest impulse
+  };
   void shareEvenly(std::span<const ContactPoint> points, double restitution);
+  Sweep sweep(std::span<const ContactPoint> points, double restitution);
 
   std::vector<double> matrix_;  // both kept for their memory
   std::vector<double> impulses_;

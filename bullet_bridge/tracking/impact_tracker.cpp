@@ -63,26 +63,24 @@ void ImpactTracker::update(PairRecord& record, const PairMotion& now, const Solv
   Proximity end = now.proximityAt(dt);
   if (!now.pair().isClosedForm()) end.normal = normalOf(record, now);
   const double approach = approachWithNode(now, MotionKind::actual, end, dt);
-  endIfOver(record, approach, end.gap, now.pair().body->radius);
+  endIfOver(record, {approach, end.gap, end.gap > now.pair().body->radius});
   const Impact& impact = record.impact;
   const double rebound = impact.restitution * impact.points.front().body.approachSpeed;
   if (!record.isImpacting() && impact.solved > 0 && -approach < kLeastRebound * rebound)
     ++context_.counters.lostRebound;
 }
 
-// `approach` (m/s) and `gap` (m) are those at the end of the substep; from the gap `farApart` (m)
-// on, the two are well apart.
-void ImpactTracker::endIfOver(PairRecord& record, double approach, double gap, double farApart) {
+void ImpactTracker::endIfOver(PairRecord& record, const Separation& after) {
   Impact& impact = record.impact;
   const SubstepTime& substep = context_.clock.current();
   const double waited = substep.start + substep.length - impact.foundAt;
   const bool waitedLong =
       waited >= std::max(kLongestWait, (kLongestWaitSubsteps - 0.5) * substep.length);
-  const bool approaches = approach > context_.settings.restSpeed;
+  const bool approaches = after.approach > context_.settings.restSpeed;
   if (!approaches) {
     impact.parted = true;
-    if (gap > 0.0 || impact.solved >= kSolvedSubsteps || waitedLong) end(record);
-  } else if (gap > farApart) {
+    if (after.gap > 0.0 || impact.solved >= kSolvedSubsteps || waitedLong) end(record);
+  } else if (after.isFarApart) {
     end(record);
   } else if (waitedLong) {
     end(record);

@@ -35,7 +35,13 @@ class ImpactTracker {
 
  private:
   void count(const Impact& impact, const FoundImpact& found);
-  void endIfOver(PairRecord& record, double approach, double gap, double farApart);
+  // The pair at the end of the substep.
+  struct Separation {
+    double approach = 0.0;  // m/s
+    double gap = 0.0;       // m
+    bool isFarApart = false;
+  };
+  void endIfOver(PairRecord& record, const Separation& after);
 
   BridgeContext& context_;
   EventLog& log_;

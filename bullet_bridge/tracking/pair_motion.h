@@ -32,12 +32,9 @@ class PairMotion {
   /// Time of first contact at or after 0 of a pair that is apart at 0; infinity if there is none.
   double impactTime(double horizon) const;
 
-  /// Velocity (m/s) of either body's material point at `point`.
-  Vec3 bodyVelocityAt(const Vec3& point, double s) const { return body_.velocityAt(point, s); }
-  Vec3 otherVelocityAt(const Vec3& point, double s) const { return other_.velocityAt(point, s); }
   /// Approach speed (m/s) at `point` along `normal`; > 0 when the two bodies approach each other.
   double approachSpeedAt(const Vec3& point, const Vec3& normal, double s) const {
-    return (otherVelocityAt(point, s) - bodyVelocityAt(point, s)).dot(normal);
+    return (other_.velocityAt(point, s) - body_.velocityAt(point, s)).dot(normal);
   }
 
   /// Inverse mean curvature (m) of one body where it touches (ImpulseEvent::radius).

@@ -12,9 +12,9 @@ namespace carom::bullet {
 /// One place and time at which an impact happens: the events of both bodies there, and the share of
 /// the place in the impact.
 struct ImpactPoint {
-  ImpulseEvent body;   ///< the share of the pair's `body`
-  ImpulseEvent other;  ///< the share of the pair's `other`
-  double part = 1.0;   ///< fraction of the sum of all physical impulses of the impact
+  ImpulseEvent body;             ///< the share of the pair's `body`
+  ImpulseEvent other;            ///< the share of the pair's `other`
+  double impulseFraction = 1.0;  ///< fraction of the sum of all physical impulses of the impact
 };
 
 /// An impact that was found, and the impulse that Bullet has applied for it so far. It may have
