@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include "audio/synthesis/contact_sound_scheduler.h"
 #include "carom/audio/synth.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/support/no_alloc_scope.h"
@@ -60,20 +61,20 @@ SynthSettings roomSettings() {
   return settings;
 }
 
-/// The two halves of a synth, of which the player has a capacity.
+/// The two halves of a synth, of which the renderer has a capacity.
 struct Stage {
   std::shared_ptr<const SoundPaths> paths;
-  ContactSoundScheduler layer;
-  ClickRenderer player;
+  ContactSoundScheduler scheduler;
+  ClickRenderer renderer;
 
-  explicit Stage(const SynthSettings& settings, const PlayerCapacity& capacity = {})
-      : paths(*makeSoundPaths(settings, pair())), layer(paths), player(paths, capacity) {
+  explicit Stage(const SynthSettings& settings, const RendererCapacity& capacity = {})
+      : paths(*makeSoundPaths(settings, pair())), scheduler(paths), renderer(paths, capacity) {
     for (BodyId id = 0; id < 60; ++id)
-      EXPECT_TRUE(layer.setBody(id, ballOf(id)));
-    EXPECT_TRUE(layer.setBody(kPlayedFloor, BallDrop{}.floor()));
+      EXPECT_TRUE(scheduler.setBody(id, ballOf(id)));
+    EXPECT_TRUE(scheduler.setBody(kPlayedFloor, BallDrop{}.floor()));
   }
 
-  void add(const ImpulseEvent& event) { player.add(layer.lay(event)); }
+  void add(const ImpulseEvent& event) { scheduler.schedule(event, {}, renderer); }
 
   Planes render(std::size_t frames, std::size_t block = 64) {
     Planes planes(paths->channels.size(), std::vector<double>(frames));
@@ -81,9 +82,18 @@ struct Stage {
       std::vector<double*> to;
       for (std::vector<double>& plane : planes)
         to.push_back(plane.data() + done);
-      player.render<double>(to, std::min(block, frames - done));
+      renderer.render<double>(to, std::min(block, frames - done));
     }
     return planes;
+  }
+};
+
+/// Keeps the clicks of sounds.
+struct KeptSounds final : SoundSink {
+  std::vector<std::pair<double, std::vector<Click>>> sounds;
+
+  void add(const ScheduledSound& sound) override {
+    sounds.emplace_back(sound.peak, std::vector<Click>(sound.clicks.begin(), sound.clicks.end()));
   }
 };
 
@@ -109,7 +119,7 @@ std::vector<ImpulseEvent> someEvents(int count) {
   return events;
 }
 
-TEST(ClickPlayerWithACapacity, PlaysTheBitsOfOneWithout) {
+TEST(ClickRendererWithACapacity, PlaysTheBitsOfOneWithout) {
   for (const SynthSettings& settings : {SynthSettings{}, roomSettings()}) {
     const std::vector<ImpulseEvent> events = someEvents(200);
     const Planes wanted = offline(settings, events);
@@ -118,31 +128,29 @@ TEST(ClickPlayerWithACapacity, PlaysTheBitsOfOneWithout) {
       for (const ImpulseEvent& event : events)
         stage.add(event);
       EXPECT_TRUE(stage.render(kPlayedFrames, block) == wanted) << block;
-      EXPECT_EQ(stage.player.counters().late, 0U);
-      EXPECT_EQ(stage.player.voices(), 0U);
+      EXPECT_EQ(stage.renderer.counters().late, 0U);
+      EXPECT_EQ(stage.renderer.voices(), 0U);
     }
   }
 }
 
-TEST(ClickPlayerWithACapacity, AllocatesNothingOnceItIsMade) {
+TEST(ClickRendererWithACapacity, AllocatesNothingOnceItIsMade) {
   for (const SynthSettings& settings : {SynthSettings{}, roomSettings()}) {
     Stage stage(settings, {.voices = 50, .buses = 200});
-    std::vector<std::pair<double, std::vector<Click>>> laid;
-    for (const ImpulseEvent& event : someEvents(300)) {
-      const ScheduledSound sound = stage.layer.lay(event);
-      laid.emplace_back(sound.peak, std::vector<Click>(sound.clicks.begin(), sound.clicks.end()));
-    }
+    KeptSounds kept;
+    for (const ImpulseEvent& event : someEvents(300))
+      stage.scheduler.schedule(event, {}, kept);
     Planes planes(2, std::vector<double>(64));
     const std::vector<double*> to = {planes[0].data(), planes[1].data()};
     std::size_t next = 0;
     const test::NoAllocScope scope;
     for (int block = 0; block < 400; ++block) {
-      for (int i = 0; i < 3 && next < laid.size(); ++i, ++next)
-        stage.player.add({.peak = laid[next].first, .clicks = laid[next].second, .ears = {}});
-      stage.player.render<double>(to, 64);
+      for (int i = 0; i < 3 && next < kept.sounds.size(); ++i, ++next)
+        stage.renderer.add({.peak = kept.sounds[next].first, .clicks = kept.sounds[next].second});
+      stage.renderer.render<double>(to, 64);
     }
     EXPECT_EQ(scope.allocations(), 0U);
-    EXPECT_GT(stage.player.counters().stolen + stage.player.counters().late, 0U);
+    EXPECT_GT(stage.renderer.counters().stolen + stage.renderer.counters().late, 0U);
   }
 }
 
@@ -155,7 +163,7 @@ std::vector<ImpulseEvent> ofRisingLoudness(int count, double time, double apart 
   return events;
 }
 
-TEST(ClickPlayerWithACapacity, LeavesTheQuietestOutWhereThereAreTooManyVoices) {
+TEST(ClickRendererWithACapacity, LeavesTheQuietestOutWhereThereAreTooManyVoices) {
   std::vector<ImpulseEvent> events = ofRisingLoudness(20, 0.05, 1e-3);
   const Planes loudest = offline({}, {events.begin() + 12, events.end()});
   Random random(1);
@@ -166,24 +174,24 @@ TEST(ClickPlayerWithACapacity, LeavesTheQuietestOutWhereThereAreTooManyVoices) {
     for (const ImpulseEvent& event : events)
       stage.add(event);
     EXPECT_TRUE(stage.render(kPlayedFrames) == loudest);
-    EXPECT_EQ(stage.player.counters().stolen, 12U);
+    EXPECT_EQ(stage.renderer.counters().stolen, 12U);
   }
 }
 
-TEST(ClickPlayerWithACapacity, DoesNotCutWhatHasBegun) {
+TEST(ClickRendererWithACapacity, DoesNotCutWhatHasBegun) {
   Stage stage({}, {.voices = 1});
   // The near ear has heard the quiet click begin, the far one has not.
   const ImpulseEvent quiet = dropOf(5, 0.0, 0.1);
   const ImpulseEvent loud = dropOf(6, 0.02, 2.0);
   stage.add(quiet);
   std::size_t before = 0;
-  while (stage.player.pendingClicks() == 2) {
+  while (stage.renderer.pendingClicks() == 2) {
     stage.render(1, 1);
     ++before;
   }
-  ASSERT_EQ(stage.player.pendingClicks(), 1U);
+  ASSERT_EQ(stage.renderer.pendingClicks(), 1U);
   stage.add(loud);  // finds no voice that it could take
-  EXPECT_EQ(stage.player.counters().stolen, 1U);
+  EXPECT_EQ(stage.renderer.counters().stolen, 1U);
   const Planes rest = stage.render(kPlayedFrames - before);
   const Planes wanted = offline({}, {quiet});
   for (std::size_t channel = 0; channel < 2; ++channel)
@@ -191,16 +199,16 @@ TEST(ClickPlayerWithACapacity, DoesNotCutWhatHasBegun) {
                            wanted[channel].begin() + static_cast<std::ptrdiff_t>(before)));
 }
 
-TEST(ClickPlayerWithACapacity, TakesTheLoudestThatItCanAfford) {
+TEST(ClickRendererWithACapacity, TakesTheLoudestThatItCanAfford) {
   const std::vector<ImpulseEvent> events = ofRisingLoudness(100, 0.05);
   std::size_t last = 0;
   for (const double allowance : {1.5e7, 6e6, 3e6}) {
     Stage stage({});
-    stage.player.setAllowance(allowance);
+    stage.renderer.setAllowance(allowance);
     for (const ImpulseEvent& event : events)
       stage.add(event);
     const Planes heard = stage.render(kPlayedFrames);
-    const std::size_t left = stage.player.counters().overBudget;
+    const std::size_t left = stage.renderer.counters().overBudget;
     EXPECT_GT(left, last) << allowance;  // less is afforded
     ASSERT_LT(left, events.size());
     const auto first = events.begin() + static_cast<std::ptrdiff_t>(left);
@@ -209,16 +217,16 @@ TEST(ClickPlayerWithACapacity, TakesTheLoudestThatItCanAfford) {
   }
 }
 
-TEST(ClickPlayerWithACapacity, WithoutMoneyItIsSilentAndRecovers) {
+TEST(ClickRendererWithACapacity, WithoutMoneyItIsSilentAndRecovers) {
   Stage stage({});
-  stage.player.setAllowance(1.0);
+  stage.renderer.setAllowance(1.0);
   for (const ImpulseEvent& event : ofRisingLoudness(50, 0.01))
     stage.add(event);
   for (const std::vector<double>& plane : stage.render(4800))
     EXPECT_TRUE(std::ranges::all_of(plane, [](double p) { return p == 0.0; }));
-  EXPECT_EQ(stage.player.counters().overBudget, 50U);
-  EXPECT_EQ(stage.player.voices(), 0U);
-  stage.player.setAllowance(std::numeric_limits<double>::infinity());
+  EXPECT_EQ(stage.renderer.counters().overBudget, 50U);
+  EXPECT_EQ(stage.renderer.voices(), 0U);
+  stage.renderer.setAllowance(std::numeric_limits<double>::infinity());
   const ImpulseEvent after = dropOf(5, 0.15, 1.0);
   stage.add(after);
   const Planes heard = stage.render(kPlayedFrames - 4800);
@@ -226,14 +234,14 @@ TEST(ClickPlayerWithACapacity, WithoutMoneyItIsSilentAndRecovers) {
   EXPECT_TRUE(std::equal(heard[0].begin(), heard[0].end(), wanted[0].begin() + 4800));
 }
 
-// A late event begins in its middle offline, which is a step; the player shifts it and plays it
+// A late event begins in its middle offline, which is a step; the renderer shifts it and plays it
 // whole.
-TEST(ClickPlayerWithACapacity, LateEventsAreHeardWholeAndLater) {
+TEST(ClickRendererWithACapacity, LateEventsAreHeardWholeAndLater) {
   Stage stage({});
   stage.render(4000);
   const ImpulseEvent late = dropOf(5, 0.01, 1.0);
   stage.add(late);
-  EXPECT_EQ(stage.player.counters().late, 1U);
+  EXPECT_EQ(stage.renderer.counters().late, 1U);
   const Planes heard = stage.render(2000);
   const Planes wanted = offline({}, {late});
   // Both are compared sample by sample from their onsets: the first nonzero sample at either ear.
@@ -250,25 +258,25 @@ TEST(ClickPlayerWithACapacity, LateEventsAreHeardWholeAndLater) {
                            wanted[channel].begin() + onset(wanted)));
 }
 
-TEST(ClickPlayerWithACapacity, LeavesOutWhatItHasNoBusForAndWhatIsTooLong) {
+TEST(ClickRendererWithACapacity, LeavesOutWhatItHasNoBusForAndWhatIsTooLong) {
   Stage stage({}, {.buses = 2});  // two channels of one size
   const ImpulseEvent first = dropOf(5, 0.05, 1.0);
   stage.add(first);
   stage.add(dropOf(6, 0.05, 2.0));
-  EXPECT_EQ(stage.player.counters().noBus, 1U);
+  EXPECT_EQ(stage.renderer.counters().noBus, 1U);
   EXPECT_TRUE(stage.render(kPlayedFrames) == offline({}, {first}));
   stage.add(dropOf(6, 0.3, 2.0));  // the buses of `first` are idle by now
-  EXPECT_EQ(stage.player.counters().noBus, 1U);
+  EXPECT_EQ(stage.renderer.counters().noBus, 1U);
 
   Stage brief({}, {.longestContact = 1e-3});
   brief.add(first);
-  EXPECT_EQ(brief.player.counters().tooLong, 0U);
-  EXPECT_TRUE(brief.layer.setBody(7, BallDrop{.material = *findMaterial("rubber")}.ball()));
+  EXPECT_EQ(brief.renderer.counters().tooLong, 0U);
+  EXPECT_TRUE(brief.scheduler.setBody(7, BallDrop{.material = *findMaterial("rubber")}.ball()));
   const ImpulseEvent soft = dropOf(7, 0.05, 0.1);
   ASSERT_GT(brief.layer.contactDuration(soft), 2.5e-3);
   brief.add(soft);
-  EXPECT_EQ(brief.player.counters().tooLong, 1U);
-  EXPECT_EQ(brief.player.voices(), 1U);
+  EXPECT_EQ(brief.renderer.counters().tooLong, 1U);
+  EXPECT_EQ(brief.renderer.voices(), 1U);
 }
 
 }  // namespace

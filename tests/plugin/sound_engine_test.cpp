@@ -62,7 +62,7 @@ SoundSettings settings(SoundClock clock) {
 
 std::unique_ptr<SoundEngine> makeEngine(const SoundSettings& wanted) {
   std::unique_ptr<SoundEngine> engine = *SoundEngine::create(wanted);
-  introduce(engine->layer());
+  introduce(engine->scheduler());
   return engine;
 }
 

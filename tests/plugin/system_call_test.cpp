@@ -44,10 +44,10 @@ std::unique_ptr<SoundEngine> busyEngine() {
   settings.synth.room.reflectors = {{Vec3::UnitX(), -4.0, {}}, {Vec3::UnitZ(), -1.0, {}}};
   std::unique_ptr<SoundEngine> engine = *SoundEngine::create(settings);
   const BallDrop drop;
-  EXPECT_TRUE(engine->layer().setBody(test::kBall, drop.ball()));
+  EXPECT_TRUE(engine->scheduler().setBody(test::kBall, drop.ball()));
   SoundBody floor = drop.floor();
   floor.modal = test::boxOf({{440.0, 5.0, 1e-3}, {1000.0, 20.0, 1e-3}, {9000.0, 99.0, 1e-3}});
-  EXPECT_TRUE(engine->layer().setBody(test::kFloor, floor));
+  EXPECT_TRUE(engine->scheduler().setBody(test::kFloor, floor));
   for (int i = 0; i < 3000; ++i) {
     ImpulseEvent event = drop.event();
     event.time = 1e-3 * i;
