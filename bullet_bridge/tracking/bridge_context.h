@@ -7,7 +7,8 @@
 
 namespace carom::bullet {
 
-/// What all parts of one bridge share: the world, what the host chose, the clock, and the counters.
+/// The data that all parts of one bridge share: the world, what the host chose, the clock, and the
+/// counters.
 struct BridgeContext {
   btDynamicsWorld& world;
   const BulletBridgeSettings settings;

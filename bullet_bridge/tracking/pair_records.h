@@ -53,8 +53,8 @@ enum class PairState : std::uint8_t {
   suppressedInContact,  ///< as suppressed, within a lasting contact
 };
 
-/// What the bridge keeps of a pair from one substep to the next. A transition that the state does
-/// not have is a bug, and asserted.
+/// The record that the bridge keeps of a pair from one substep to the next. A transition that the
+/// state does not have is a bug, and asserted.
 class PairRecord {
  public:
   BodyId body = 0;

@@ -34,8 +34,8 @@ struct ImpulseResponse {
   double compliance(const Vec3& normal) const;
 };
 
-/// What impulses do to the velocities of spheres, whatever holds them: sleep, walls or rods. Reads
-/// the bodies, their masses, rods and motions; changes nothing. Internal to native/.
+/// The effect of impulses on the velocities of spheres, whatever holds them: sleep, walls or rods.
+/// Reads the bodies, their masses, rods and motions; changes nothing. Internal to native/.
 class ResponseModel {
  public:
   /// All references must outlive the model.

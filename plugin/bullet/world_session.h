@@ -47,7 +47,7 @@ class WorldSession final : public SoundSession {
     bool isUnsolved = false;
     bool isLink = false;
   };
-  /// What is assigned to a body that no substep has seen yet, and that so has no id. Another body
+  /// The sound assigned to a body that no substep has seen yet, and that so has no id. Another body
   /// may come to its address.
   struct UnseenBody {
     int proxyId = -1;

@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
+#include "audio/scheduling/contact_sound_scheduler.h"
 #include "audio/synthesis/click_renderer.h"
-#include "audio/synthesis/contact_sound_scheduler.h"
 #include "carom/audio/limiter.h"
 #include "carom/audio/result.h"
 #include "carom/sound_settings.h"
@@ -57,7 +57,7 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   void renderInterleaved(float* samples, std::size_t frames) noexcept;
 
  private:
-  /// What the audio thread counts.
+  /// The counters of the audio thread.
   static constexpr std::array kRendererCounts = {
       &SynthCounters::late,         &SynthCounters::stolen,  &SynthCounters::overBudget,
       &SynthCounters::noBus,        &SynthCounters::tooLong, &SynthCounters::modalVoicesExhausted,

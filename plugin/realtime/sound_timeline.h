@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "audio/synthesis/contact_sound_scheduler.h"
+#include "audio/scheduling/sample_time.h"
 #include "carom/sound_settings.h"
 
 namespace carom::plugin {

@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-#include "audio/synthesis/contact_sound_scheduler.h"
+#include "audio/scheduling/contact_sound_scheduler.h"
 #include "carom/audio/synth.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/support/no_alloc_scope.h"

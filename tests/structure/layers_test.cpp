@@ -187,7 +187,7 @@ TEST(LayersCheck, FindsEveryIncludeThatPointsUpOrAcross) {
            {"audio", "\"../scenes/scene.h\""},
            {"audio", "CONFIGURED_HEADER"},
            {"native", "\"carom/audio/synth.h\""},
-           {"native", "\"audio/synthesis/contact_sound_scheduler.h\""},
+           {"native", "\"audio/scheduling/contact_sound_scheduler.h\""},
            {"native", "\"bullet_bridge/geometry/motion.h\""},
            {"native", "<LinearMath/btVector3.h>"},
            {"bullet_bridge", "\"carom/audio/synth.h\""},

@@ -325,8 +325,8 @@ typedef struct carom_body {
   const carom_texture_coordinates* texture_coordinates;
 } carom_body;
 
-/// What carom_assign_body, _shape and _user_index say about the sound of bodies of a Bullet world.
-/// A part that is left NULL or 0 says nothing: what was assigned before stays.
+/// The struct by which carom_assign_body, _shape and _user_index say the sound of bodies of a
+/// Bullet world. A part that is left NULL or 0 says nothing: what was assigned before stays.
 ///
 ///     carom_body_sound sound;
 ///     carom_body_sound_init(&sound, sizeof sound);

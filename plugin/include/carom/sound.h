@@ -54,7 +54,7 @@ class MaterialChoice {
   std::variant<std::string, Material> choice_;
 };
 
-/// What Sound::assign says about the sound of bodies. A part that is not set says nothing.
+/// The sound of bodies, as Sound::assign sets it. A part that is not set says nothing.
 ///
 ///     {.material = "steel"}                     // a built-in material, by its name
 ///     {.modes = model, .texture = bumps}        // rings, and is rough where it slides
@@ -131,7 +131,7 @@ class Sound : public SoundOutput {
   /// and are not set in `sound` stay. For each part of a body, the first of these counts that says
   /// something: its own, its shape's, its user index's; then what BodySound says holds otherwise.
   ///
-  /// What is assigned to a body goes when it leaves the world. A shape is known by its address,
+  /// An assignment to a body goes when the body leaves the world. A shape is known by its address,
   /// until `unassign`. Refuses, and changes nothing: bodies that are not in the world, unknown
   /// names of materials, materials that Synth::setBody refuses, broken models.
   Status assign(const btCollisionObject& object, const BodySound& sound);

@@ -1,4 +1,4 @@
-#include "audio/synthesis/contact_sound_scheduler.h"
+#include "audio/scheduling/contact_sound_scheduler.h"
 
 #include <algorithm>
 #include <array>

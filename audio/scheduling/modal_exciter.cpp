@@ -1,4 +1,4 @@
-#include "audio/synthesis/modal_exciter.h"
+#include "audio/scheduling/modal_exciter.h"
 
 #include <algorithm>
 #include <cassert>

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "audio/propagation/sound_paths.h"
+#include "audio/scheduling/contact_sound_scheduler.h"
 #include "audio/synthesis/click_renderer.h"
-#include "audio/synthesis/contact_sound_scheduler.h"
 
 namespace carom {
 

@@ -1,11 +1,11 @@
-#include "audio/synthesis/slide_tracker.h"
+#include "audio/scheduling/slide_tracker.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
 #include "audio/model/positive.h"
-#include "audio/synthesis/sample_time.h"
+#include "audio/scheduling/sample_time.h"
 #include "carom/audio/material.h"
 
 namespace carom::audio {

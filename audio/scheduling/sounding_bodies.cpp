@@ -1,4 +1,4 @@
-#include "audio/synthesis/sounding_bodies.h"
+#include "audio/scheduling/sounding_bodies.h"
 
 #include <algorithm>
 #include <cmath>

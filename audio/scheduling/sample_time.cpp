@@ -1,4 +1,4 @@
-#include "audio/synthesis/sample_time.h"
+#include "audio/scheduling/sample_time.h"
 
 #include <cmath>
 

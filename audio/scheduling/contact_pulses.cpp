@@ -1,4 +1,4 @@
-#include "audio/synthesis/contact_pulses.h"
+#include "audio/scheduling/contact_pulses.h"
 
 #include <algorithm>
 #include <cmath>

@@ -12,8 +12,8 @@
 #include "audio/propagation/listener_tracks.h"
 #include "audio/propagation/sound_paths.h"
 #include "audio/radiation/radiation_bank.h"
-#include "audio/synthesis/modal_exciter.h"
-#include "audio/synthesis/sample_time.h"
+#include "audio/scheduling/modal_exciter.h"
+#include "audio/scheduling/sample_time.h"
 #include "audio/synthesis/scheduled_sound.h"
 
 namespace carom::audio {

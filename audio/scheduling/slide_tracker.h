@@ -10,7 +10,7 @@
 #include "audio/contact/contact_drive.h"
 #include "audio/model/hertz.h"
 #include "audio/model/pulse.h"
-#include "audio/synthesis/sounding_bodies.h"
+#include "audio/scheduling/sounding_bodies.h"
 #include "carom/audio/contact_state.h"
 #include "carom/audio/impulse_event.h"
 

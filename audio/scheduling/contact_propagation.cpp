@@ -1,4 +1,4 @@
-#include "audio/synthesis/contact_propagation.h"
+#include "audio/scheduling/contact_propagation.h"
 
 #include <algorithm>
 #include <cmath>

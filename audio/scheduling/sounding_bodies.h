@@ -5,7 +5,7 @@
 
 #include "audio/propagation/sound_paths.h"
 #include "audio/radiation/radiation_bank.h"
-#include "audio/synthesis/modal_exciter.h"
+#include "audio/scheduling/modal_exciter.h"
 #include "carom/audio/impulse_event.h"
 #include "carom/audio/result.h"
 #include "carom/audio/sound_body.h"
