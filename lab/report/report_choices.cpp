@@ -171,10 +171,10 @@ class Grid {
     addPulse(PulseShape::mitchellNetravali, "pulse: Mitchell and Netravali's");
     addPulse(PulseShape::courseGaussian, "pulse: the hand-out's Gaussian");
     ReportChoice naive = variant(VariantGroup::sound, "naive", "naive sampling");
-    naive.comparison.sampling = Sampling::naive;
+    naive.sampling = Sampling::naive;
     add(naive);
     ReportChoice compact = variant(VariantGroup::sound, "compact", "compact radiation");
-    compact.comparison.radiation = Radiation::compact;
+    compact.radiation = Radiation::compact;
     add(compact);
     ReportChoice still = variant(VariantGroup::sound, "no_doppler", "distances stand still");
     still.doppler = false;

@@ -36,7 +36,7 @@ CAROM_ENDS_WITH(carom_event, reserved);
 CAROM_ENDS_WITH(carom_contact, reserved);
 CAROM_ENDS_WITH(carom_statistics, unsupported_contacts);
 CAROM_ENDS_WITH(carom_statistics, modes);
-CAROM_ENDS_WITH(carom_statistics, silenced);
+CAROM_ENDS_WITH(carom_statistics, undersampled);
 #undef CAROM_ENDS_WITH
 
 Status checkSize(const void* given, std::span<const std::size_t> sizes, const std::string& name) {

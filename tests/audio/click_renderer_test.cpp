@@ -273,7 +273,7 @@ TEST(ClickRendererWithACapacity, LeavesOutWhatItHasNoBusForAndWhatIsTooLong) {
   EXPECT_EQ(brief.renderer.counters().tooLong, 0U);
   EXPECT_TRUE(brief.scheduler.setBody(7, BallDrop{.material = *findMaterial("rubber")}.ball()));
   const ImpulseEvent soft = dropOf(7, 0.05, 0.1);
-  ASSERT_GT(brief.layer.contactDuration(soft), 2.5e-3);
+  ASSERT_GT(brief.scheduler.contactDuration(soft), 2.5e-3);
   brief.add(soft);
   EXPECT_EQ(brief.renderer.counters().tooLong, 1U);
   EXPECT_EQ(brief.renderer.voices(), 1U);
