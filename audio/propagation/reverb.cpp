@@ -326,25 +326,21 @@ double Reverb::storedEnergy() const {
   return sum;
 }
 
-bool Reverb::validate(std::string* why) const {
-  const auto fails = [&](const char* what) {
-    if (why) *why = what;
-    return false;
-  };
+Status Reverb::validate() const {
   const auto isWhole = [](double value) { return value == 0.0 || std::isnormal(value); };
-  if (!std::ranges::all_of(buffer_, isWhole)) return fails("a line holds a subnormal or no number");
-  if (!std::ranges::all_of(onset_, isWhole)) return fails("the onset holds what no number is");
+  if (!std::ranges::all_of(buffer_, isWhole)) return Error{"a line holds a subnormal or no number"};
+  if (!std::ranges::all_of(onset_, isWhole)) return Error{"the onset holds what no number is"};
   for (const Section& section : sections_) {
-    if (!std::ranges::all_of(section.state, isWhole)) return fails("a filter's state");
+    if (!std::ranges::all_of(section.state, isWhole)) return Error{"a filter's state"};
   }
   for (const InputSection& section : onsetSections_) {
-    if (!isWhole(section.state)) return fails("an input filter's state");
+    if (!isWhole(section.state)) return Error{"an input filter's state"};
   }
   for (std::size_t line = 0; line < kLines; ++line) {
-    if (cursors_[line] - begins_[line] >= lengths_[line]) return fails("a cursor left its line");
+    if (cursors_[line] - begins_[line] >= lengths_[line]) return Error{"a cursor left its line"};
   }
-  if (silent_ && storedEnergy() != 0.0) return fails("silent, but not empty");
-  return true;
+  if (silent_ && storedEnergy() != 0.0) return Error{"silent, but not empty"};
+  return std::monostate{};
 }
 
 }  // namespace carom::audio

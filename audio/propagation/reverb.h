@@ -75,9 +75,9 @@ class Reverb {
   double decayTime(double frequency) const;
   /// Sum of the squares of all that the lines hold, in Pa^2; conserved where nothing decays.
   double storedEnergy() const;
-  /// For tests: true if the state is valid (finite, nothing subnormal, cursors inside, silent means
-  /// empty); if not, and `why` is given, sets it to the reason.
-  bool validate(std::string* why = nullptr) const;
+  /// For tests: refuses a state that is not valid (finite, nothing subnormal, cursors inside,
+  /// silent means empty).
+  Status validate() const;
 
  private:
   using Lines = std::array<double, kLines>;

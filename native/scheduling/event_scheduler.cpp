@@ -419,27 +419,23 @@ void EventScheduler::schedule(std::uint32_t sphere) {
   queue_.setTime(sphere, turns_.empty() ? next : earlierOf(next, turns_[sphere]));
 }
 
-bool EventScheduler::validate(std::uint32_t sphere, double time, std::string* why) const {
-  const auto fail = [&](const char* text) {
-    if (why != nullptr) *why = text;
-    return false;
-  };
+Status EventScheduler::validate(std::uint32_t sphere, double time) const {
   const Future& future = futures_[sphere];
   const Motion& motion = bodies_.motions[sphere];
   if (queue_.time(sphere) !=
       earlierOf(earlierOf(future.contact.time, future.crossing), turnOf(sphere)))
-    return fail("the queue has another time than its next contact, crossing or turn");
-  if (future.contact.time < motion.since) return fail("next contact is before its last");
-  if (future.contact.time.seconds <= time && time > 0.0) return fail("a contact is overdue");
+    return Error{"the queue has another time than its next contact, crossing or turn"};
+  if (future.contact.time < motion.since) return Error{"next contact is before its last"};
+  if (future.contact.time.seconds <= time && time > 0.0) return Error{"a contact is overdue"};
   const bool partner =
       future.contact.partner < bodies_.count() + bodies_.walls.size() + bodies_.solids.size();
   if (partner == (future.contact.time == Instant::never()))
-    return fail("partner and time of the next contact disagree");
-  if (removed(sphere)) return true;
+    return Error{"partner and time of the next contact disagree"};
+  if (removed(sphere)) return std::monostate{};
   const Vec3 position = bodies_.at(sphere, {time, 0.0}).position;
   if (!grid_.holds(sphere, position, 1e-12 * position.cwiseAbs().maxCoeff() + 1e-12))
-    return fail("it is not in the cell where it should be");
-  return true;
+    return Error{"it is not in the cell where it should be"};
+  return std::monostate{};
 }
 
 }  // namespace carom::native

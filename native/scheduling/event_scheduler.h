@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "carom/audio/result.h"
 #include "native/scheduling/bodies.h"
 #include "native/scheduling/cell_grid.h"
 #include "native/scheduling/contact_queue.h"
@@ -83,7 +84,7 @@ class EventScheduler {
 
   /// True if what is scheduled for the sphere is consistent at `time` s; if not, `why` (may be
   /// null) says what is wrong.
-  bool validate(std::uint32_t sphere, double time, std::string* why) const;
+  Status validate(std::uint32_t sphere, double time) const;
   bool isQueueValid() const { return queue_.valid(); }  ///< true if the queue is in order
 
  private:

@@ -85,25 +85,21 @@ ConservationLedger::Present ConservationLedger::presentAt(double time) const {
   return present;
 }
 
-bool ConservationLedger::checkConservation(double time, std::string* why) const {
+Status ConservationLedger::checkConservation(double time) const {
   const Sums sums = expectedAt(time);
   const Present present = presentAt(time);
   const double allowed =
       kTurnoverRounding * sums.momentumTurnover + kStateRounding * present.momentumSize;
   const double energyAllowed =
       kTurnoverRounding * sums.energyTurnover + kStateRounding * present.energySize;
-  const auto fail = [&](const char* text) {
-    if (why != nullptr) *why = text;
-    return false;
-  };
   if (!(sizeOf(present.momentum - sums.momentum) <= allowed))
-    return fail("momentum is not what its changes add up to");
+    return Error{"momentum is not what its changes add up to"};
   if (!(std::abs(present.energy - sums.energy) <= energyAllowed))
-    return fail("energy is not what its changes add up to");
-  if (!(sizeOf(sums.unbalanced) <= allowed)) return fail("collisions have not kept momentum");
+    return Error{"energy is not what its changes add up to"};
+  if (!(sizeOf(sums.unbalanced) <= allowed)) return Error{"collisions have not kept momentum"};
   if (!(std::abs(sums.unexplained) <= energyAllowed))
-    return fail("collisions have changed energy by more than their restitution takes");
-  return true;
+    return Error{"collisions have changed energy by more than their restitution takes"};
+  return std::monostate{};
 }
 
 }  // namespace carom::native

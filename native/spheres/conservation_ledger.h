@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 
+#include "carom/audio/result.h"
 #include "native/scheduling/bodies.h"
 #include "native/spheres/sphere_properties.h"
 
@@ -44,7 +45,7 @@ class ConservationLedger {
 
   /// True if the motions at `time` (s) have the momentum and energy that was recorded, within
   /// rounding, and collisions have conserved them. If not, `why` (may be null) says what is wrong.
-  bool checkConservation(double time, std::string* why) const;
+  Status checkConservation(double time) const;
 
  private:
   struct Sums {

@@ -13,11 +13,6 @@ namespace {
 constexpr double kOverlapTolerance = 1e-8;    ///< relative to the smaller radius, for validate()
 constexpr double kRoundingTolerance = 1e-12;  ///< relative to the coordinates, for validate()
 
-bool fail(std::string* why, const std::string& text) {
-  if (why != nullptr) *why = text;
-  return false;
-}
-
 /// Returns positions in `spheres`, in order of the ids.
 std::vector<std::uint32_t> byId(const std::vector<Sphere>& spheres) {
   std::vector<std::uint32_t> listed(spheres.size());
@@ -162,36 +157,35 @@ double Simulation::potentialEnergy() const {
   return energy;
 }
 
-bool Simulation::validate(std::string* why) const {
-  if (!scheduler_.isQueueValid()) return fail(why, "the contact queue is out of order");
+Status Simulation::validate() const {
+  if (!scheduler_.isQueueValid()) return Error{"the contact queue is out of order"};
   std::size_t apart = 0;
   for (std::size_t sphere = 0; sphere < sphereCount(); ++sphere) {
     if (bodies_.accelerations[sphere] != bodies_.gravity) ++apart;
-    if (!validateSphere(sphere, why) || !validateApart(sphere, why)) return false;
+    if (Status valid = validateSphere(sphere); !valid) return valid;
+    if (Status valid = validateApart(sphere); !valid) return valid;
   }
-  if (apart != bodies_.apart)
-    return fail(why, "the count of the spheres not in free fall is wrong");
-  return ledger_.checkConservation(time_, why);
+  if (apart != bodies_.apart) return Error{"the count of the spheres not in free fall is wrong"};
+  return ledger_.checkConservation(time_);
 }
 
-bool Simulation::validateSphere(std::size_t sphere, std::string* why) const {
+Status Simulation::validateSphere(std::size_t sphere) const {
   const std::string name = "sphere " + std::to_string(bodies_.ids[sphere]);
   const Motion& motion = bodies_.motions[sphere];
   if (!motion.position.allFinite() || !motion.velocity.allFinite() ||
       !bodies_.accelerations[sphere].allFinite()) {
-    return fail(why, name + ": position, velocity or acceleration is not finite");
+    return Error{name + ": position, velocity or acceleration is not finite"};
   }
-  std::string what;
-  if (!scheduler_.validate(static_cast<std::uint32_t>(sphere), time_, &what))
-    return fail(why, name + ": " + what);
+  const Status scheduled = scheduler_.validate(static_cast<std::uint32_t>(sphere), time_);
+  if (!scheduled) return Error{name + ": " + scheduled.error().message};
   const Motion now = present(sphere);
   const bool still = now.velocity == Vec3::Zero() && bodies_.accelerations[sphere] == Vec3::Zero();
-  if (bodies_.isAsleep(sphere) && !still) return fail(why, name + ": moves in its sleep");
-  return validateHolds(sphere, why);
+  if (bodies_.isAsleep(sphere) && !still) return Error{name + ": moves in its sleep"};
+  return validateHolds(sphere);
 }
 
-/// True if the sphere is on all the walls that hold it.
-bool Simulation::validateHolds(std::size_t sphere, std::string* why) const {
+/// Refuses a sphere that is off a wall that holds it.
+Status Simulation::validateHolds(std::size_t sphere) const {
   const Motion now = present(sphere);
   for (const std::uint32_t index : bodies_.holds[sphere].all()) {
     const Wall& wall = bodies_.walls[index];
@@ -199,17 +193,17 @@ bool Simulation::validateHolds(std::size_t sphere, std::string* why) const {
     const double allowed = kOverlapTolerance * bodies_.radii[sphere] +
                            kRoundingTolerance * now.position.cwiseAbs().maxCoeff();
     if (std::abs(height) > allowed) {
-      return fail(why, "sphere " + std::to_string(bodies_.ids[sphere]) + ": is off plane " +
-                           std::to_string(wall.plane.id) + ", which holds it");
+      return Error{"sphere " + std::to_string(bodies_.ids[sphere]) + ": is off plane " +
+                   std::to_string(wall.plane.id) + ", which holds it"};
     }
   }
-  return true;
+  return std::monostate{};
 }
 
-/// True if the sphere overlaps no later one, and no plane or box.
-bool Simulation::validateApart(std::size_t sphere, std::string* why) const {
+/// Refuses a sphere that overlaps a later one, a plane or a box.
+Status Simulation::validateApart(std::size_t sphere) const {
   const std::string name = "sphere " + std::to_string(bodies_.ids[sphere]);
-  if (scheduler_.removed(static_cast<std::uint32_t>(sphere))) return true;
+  if (scheduler_.removed(static_cast<std::uint32_t>(sphere))) return std::monostate{};
   const Motion now = present(sphere);
   const double rounding = kRoundingTolerance * now.position.cwiseAbs().maxCoeff();
   for (std::size_t other = sphere + 1; other < sphereCount(); ++other) {
@@ -218,28 +212,28 @@ bool Simulation::validateApart(std::size_t sphere, std::string* why) const {
     const double allowed =
         kOverlapTolerance * std::min(bodies_.radii[sphere], bodies_.radii[other]) + rounding;
     if (distance + allowed < bodies_.radii[sphere] + bodies_.radii[other]) {
-      return fail(why, name + ": overlaps sphere " + std::to_string(bodies_.ids[other]));
+      return Error{name + ": overlaps sphere " + std::to_string(bodies_.ids[other])};
     }
   }
-  return validateOutside(sphere, why);
+  return validateOutside(sphere);
 }
 
-/// True if the sphere is outside of planes and boxes.
-bool Simulation::validateOutside(std::size_t sphere, std::string* why) const {
+/// Refuses a sphere that overlaps a plane or a box.
+Status Simulation::validateOutside(std::size_t sphere) const {
   const std::string name = "sphere " + std::to_string(bodies_.ids[sphere]);
   const Motion now = present(sphere);
   const double allowed = kOverlapTolerance * bodies_.radii[sphere] +
                          kRoundingTolerance * now.position.cwiseAbs().maxCoeff();
   for (const Wall& wall : std::span(bodies_.walls).first(bodies_.faces)) {
     if (bodies_.clearance(sphere, wall, now.position, now.since) < -allowed)
-      return fail(why, name + ": overlaps plane " + std::to_string(wall.plane.id));
+      return Error{name + ": overlaps plane " + std::to_string(wall.plane.id)};
   }
   for (const Solid& solid : bodies_.solids) {
     const BoxNearest nearest = bodies_.nearest(solid, now.position, now.since);
     if (nearest.distance < bodies_.radii[sphere] - allowed)
-      return fail(why, name + ": overlaps box " + std::to_string(solid.box.id));
+      return Error{name + ": overlaps box " + std::to_string(solid.box.id)};
   }
-  return true;
+  return std::monostate{};
 }
 
 }  // namespace carom::native

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "carom/audio/result.h"
 #include "carom/native/recording.h"
 #include "carom/native/sphere_stepper.h"
 #include "native/mechanics/linkage.h"
@@ -62,7 +63,7 @@ class Simulation {
   Vec3 spinOf(std::size_t listed) const;                                         ///< rad/s
   double kineticEnergy() const;                                                  ///< J
   double potentialEnergy() const;                                                ///< J
-  bool validate(std::string* why) const;
+  Status validate() const;
 
  private:
   Simulation(const SphereWorld& world, std::vector<std::uint32_t> listed);
@@ -75,10 +76,10 @@ class Simulation {
   void meetImmovable(std::uint32_t sphere, std::uint32_t index, bool tied);
   void meetBox(std::uint32_t sphere, const Solid& solid, bool tied);
 
-  bool validateSphere(std::size_t sphere, std::string* why) const;
-  bool validateHolds(std::size_t sphere, std::string* why) const;
-  bool validateApart(std::size_t sphere, std::string* why) const;
-  bool validateOutside(std::size_t sphere, std::string* why) const;
+  Status validateSphere(std::size_t sphere) const;
+  Status validateHolds(std::size_t sphere) const;
+  Status validateApart(std::size_t sphere) const;
+  Status validateOutside(std::size_t sphere) const;
 
   // In the order in which they are built: each refers to some of those before it.
   std::vector<std::uint32_t> order_;  ///< by position in SphereWorld::spheres: number of the sphere

@@ -72,8 +72,8 @@ double SphereStepper::potentialEnergy() const {
   return simulation_->potentialEnergy();
 }
 
-bool SphereStepper::validate(std::string* why) const {
-  return simulation_->validate(why);
+Status SphereStepper::validate() const {
+  return simulation_->validate();
 }
 
 }  // namespace carom

@@ -227,7 +227,7 @@ void printPile(const Scale& scale) {
     stepper.advanceTo(0.05 * step);
     gained = std::max(gained, energyNow() - before);
     before = energyNow();
-    valid = valid && stepper.validate(nullptr);
+    valid = valid && static_cast<bool>(stepper.validate());
   }
   const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   const SphereStepperCounters& counters = stepper.counters();

@@ -11,8 +11,7 @@ namespace carom::test {
 namespace {
 
 void expectValid(const SphereStepper& stepper) {
-  std::string why;
-  EXPECT_TRUE(stepper.validate(&why)) << why;
+  EXPECT_TRUE(valid(stepper));
 }
 
 /// Mean time between passes of a coordinate through zero from above.

@@ -93,7 +93,7 @@ TEST(SphereStepperDeterminism, CellsChangeNoBit) {
         ++compared;
       }
       EXPECT_EQ(compared, expected.size()) << radius;
-      EXPECT_TRUE(stepper.validate(nullptr));
+      EXPECT_TRUE(stepper.validate());
     }
   }
 }

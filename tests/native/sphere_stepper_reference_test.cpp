@@ -133,7 +133,7 @@ void expectSameContacts(const SphereWorld& world) {
       time += 0.01;
       const auto more = stepper.advanceTo(time);
       events.insert(events.end(), more.begin(), more.end());
-      ASSERT_TRUE(stepper.validate(nullptr));
+      ASSERT_TRUE(stepper.validate());
     }
     const AllPairsReference::Hit hit = reference.next();
     ASSERT_EQ(events[2 * contact].body, hit.first) << "contact " << contact;

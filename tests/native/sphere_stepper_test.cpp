@@ -526,8 +526,7 @@ TEST(SphereStepper, APushIsAnImpulseAndNoCollision) {
   // The sphere's mass is 0.2 kg.
   EXPECT_LT((stepper.state(0).position - Vec3(0.5 + 1.5, 1.0, -1.0)).norm(), 1e-12);
   EXPECT_EQ(stepper.state(1).position, Vec3(0.0, 2.0, 0.0));
-  std::string why;
-  EXPECT_TRUE(stepper.validate(&why)) << why;
+  EXPECT_TRUE(valid(stepper));
 }
 
 TEST(SphereStepper, APushBringsACollisionForward) {
@@ -557,8 +556,7 @@ TEST(SphereStepper, APushOntoTheFloorSinksNothing) {
     ASSERT_NEAR(stepper.state(0).position.y(), 0.05, 1e-6) << step;
   }
   EXPECT_NEAR(stepper.state(0).velocity.x(), 1000 * 1e-5 / 0.2, 1e-9);
-  std::string why;
-  EXPECT_TRUE(stepper.validate(&why)) << why;
+  EXPECT_TRUE(valid(stepper));
 }
 
 TEST(SphereStepper, APushWakesWhatSleeps) {

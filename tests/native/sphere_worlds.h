@@ -45,9 +45,9 @@ inline double energyOf(const SphereStepper& stepper) {
 }
 
 inline testing::AssertionResult valid(const SphereStepper& stepper) {
-  std::string why;
-  if (stepper.validate(&why)) return testing::AssertionSuccess();
-  return testing::AssertionFailure() << why;
+  const Status state = stepper.validate();
+  if (state) return testing::AssertionSuccess();
+  return testing::AssertionFailure() << state.error().message;
 }
 
 inline std::vector<ImpulseEvent> eventsUntil(SphereStepper& stepper, double time) {

@@ -175,11 +175,10 @@ class SphereStepper {
   double kineticEnergy() const;    ///< J, at time()
   double potentialEnergy() const;  ///< J, at time(), zero at the origin
 
-  /// True if the stepper is consistent: states finite; no overlap at time() above 1e-8 of the
+  /// Refuses a state that is not consistent: states finite; no overlap at time() above 1e-8 of the
   /// smaller radius or the rounding of the coordinates; queue in order, no contact due before
-  /// time() or before its sphere's last one; conservation of momentum and energy. If not, `why`
-  /// (may be null) says what is wrong. O(N^2).
-  bool validate(std::string* why) const;
+  /// time() or before its sphere's last one; conservation of momentum and energy. O(N^2).
+  Status validate() const;
 
  private:
   explicit SphereStepper(std::unique_ptr<native::Simulation> simulation);
