@@ -91,11 +91,11 @@ carom_status onKind(carom_sound* handle, Action&& action) noexcept {
 
 /// Makes a handle of the sound that `make` makes from settings.
 template <class Make>
-carom_status create(const carom_settings* given, carom_sound** handle, Make&& make) noexcept {
+carom_status create(const carom_settings* input, carom_sound** handle, Make&& make) noexcept {
   if (handle == nullptr) return isNull("the carom_sound** is NULL");
   *handle = nullptr;
   return guarded([&] {
-    const Result<CSettings> settings = settingsFrom(given);
+    const Result<CSettings> settings = settingsFrom(input);
     if (!settings) return outcome(settings.error());
     auto sound = make(*settings);
     if (!sound) return outcome(sound.error());
@@ -114,11 +114,11 @@ Result<const Object*> targetOf(const Object* object) {
 /// Assigns to what `target` points to.
 template <class Object>
 carom_status assign(carom_sound* handle, const Object* target,
-                    const carom_body_sound* given) noexcept {
+                    const carom_body_sound* input) noexcept {
   return onKind<Sound>(handle, [&](Sound& sound) -> Status {
     const Result<const Object*> object = targetOf(target);
     if (!object) return object.error();
-    const Result<carom::BodySound> read = bodySoundFrom(given);
+    const Result<carom::BodySound> read = bodySoundFrom(input);
     if (!read) return read.error();
     return sound.assign(**object, *read);
   });

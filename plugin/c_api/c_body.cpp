@@ -26,19 +26,19 @@ using Eigen::Matrix3d;
 /// volume, with which the library computes its inertia.
 constexpr double kOffCentre = 0.05;
 
-Status validate(const carom_body& given) {
-  if (given.shape < CAROM_SHAPE_SPHERE || given.shape > CAROM_SHAPE_MESH)
-    return Error{"shape is " + std::to_string(given.shape) +
+Status validate(const carom_body& input) {
+  if (input.shape < CAROM_SHAPE_SPHERE || input.shape > CAROM_SHAPE_MESH)
+    return Error{"shape is " + std::to_string(input.shape) +
                  "; expected a CAROM_SHAPE_..., 0 to 2"};
-  if (given.reserved != 0) return Error{"reserved is not 0"};
-  if (!(given.mass > 0.0))
-    return Error{"mass is " + std::to_string(given.mass) + "; expected kg, > 0, or INFINITY"};
+  if (input.reserved != 0) return Error{"reserved is not 0"};
+  if (!(input.mass > 0.0))
+    return Error{"mass is " + std::to_string(input.mass) + "; expected kg, > 0, or INFINITY"};
   return std::monostate{};
 }
 
-Result<Material> materialOf(const carom_body& given) {
-  return given.own_material != nullptr ? materialFrom(given.own_material)
-                                       : materialNamed(given.material);
+Result<Material> materialOf(const carom_body& input) {
+  return input.own_material != nullptr ? materialFrom(input.own_material)
+                                       : materialNamed(input.material);
 }
 
 Result<SurfaceMesh> boxMesh(const double (&halfExtents)[3]) {
@@ -56,16 +56,16 @@ Result<SurfaceMesh> boxMesh(const double (&halfExtents)[3]) {
   return box;
 }
 
-Result<SurfaceMesh> meshOf(const carom_body& given) {
+Result<SurfaceMesh> meshOf(const carom_body& input) {
   return meshFrom({.size = sizeof(carom_mesh),
-                   .vertices = given.vertices,
-                   .vertex_count = given.vertex_count,
-                   .triangles = given.triangles,
-                   .triangle_count = given.triangle_count});
+                   .vertices = input.vertices,
+                   .vertex_count = input.vertex_count,
+                   .triangles = input.triangles,
+                   .triangle_count = input.triangle_count});
 }
 
-Result<SurfaceMesh> surfaceOf(const carom_body& given) {
-  return given.shape == CAROM_SHAPE_BOX ? boxMesh(given.half_extents) : meshOf(given);
+Result<SurfaceMesh> surfaceOf(const carom_body& input) {
+  return input.shape == CAROM_SHAPE_BOX ? boxMesh(input.half_extents) : meshOf(input);
 }
 
 /// Inertia (kg m^2) about the origin of a solid of even density.
@@ -104,10 +104,10 @@ Result<Matrix3d> inverseOf(const Matrix3d& inertia) {
   return Matrix3d(inertia.inverse());
 }
 
-Result<Matrix3d> inverseInertiaOf(const carom_body& given, const SurfaceMesh& solid) {
-  const Matrix3d inertia = Eigen::Map<const Matrix3d>(given.inertia).transpose();
+Result<Matrix3d> inverseInertiaOf(const carom_body& input, const SurfaceMesh& solid) {
+  const Matrix3d inertia = Eigen::Map<const Matrix3d>(input.inertia).transpose();
   if (inertia.cwiseEqual(0.0).all()) {
-    const Result<Matrix3d> even = evenInertia(solid, given.mass);
+    const Result<Matrix3d> even = evenInertia(solid, input.mass);
     return even ? inverseOf(*even) : even;
   }
   return inverseOf(inertia);
@@ -115,12 +115,12 @@ Result<Matrix3d> inverseInertiaOf(const carom_body& given, const SurfaceMesh& so
 
 }  // namespace
 
-Status CBodyReader::readSolid(const carom_body& given, SoundBody& body) {
-  const Result<SurfaceMesh> surface = surfaceOf(given);
+Status CBodyReader::readSolid(const carom_body& input, SoundBody& body) {
+  const Result<SurfaceMesh> surface = surfaceOf(input);
   if (!surface) return surface.error();
   const Result<SurfaceMesh> solid = cleanSurface(*surface);
   if (!solid) return solid.error();
-  const Result<Matrix3d> inverse = inverseInertiaOf(given, *solid);
+  const Result<Matrix3d> inverse = inverseInertiaOf(input, *solid);
   if (!inverse) return inverse.error();
   body.radius = std::cbrt(0.75 / std::numbers::pi * signedVolume(*solid));
   if (choice_ == RadiatorChoice::equivalentSphere) return std::monostate{};
@@ -131,8 +131,8 @@ Status CBodyReader::readSolid(const carom_body& given, SoundBody& body) {
   return std::monostate{};
 }
 
-Result<SoundBody> CBodyReader::read(const carom_body* given) {
-  const Result<carom_body> read = readStruct(given, defaultBody(), "carom_body");
+Result<SoundBody> CBodyReader::read(const carom_body* input) {
+  const Result<carom_body> read = readStruct(input, defaultBody(), "carom_body");
   if (!read) return read.error();
   if (const Status valid = validate(*read); !valid)
     return Error{"carom_body: " + valid.error().message};

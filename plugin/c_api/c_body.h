@@ -18,10 +18,10 @@ class CBodyReader {
 
   /// Reads a body; solves its shape if it is the first of its kind. Errors name the field; values
   /// that SoundBody does not allow are left to EventSound::setBody.
-  Result<SoundBody> read(const carom_body* given);
+  Result<SoundBody> read(const carom_body* input);
 
  private:
-  Status readSolid(const carom_body& given, SoundBody& body);
+  Status readSolid(const carom_body& input, SoundBody& body);
 
   RadiatorChoice choice_;
   std::shared_ptr<RadiatorCache> cache_ = std::make_shared<RadiatorCache>();

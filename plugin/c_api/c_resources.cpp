@@ -29,9 +29,9 @@ namespace {
 
 /// Fills a struct with what `defaults` returns.
 template <class Struct>
-carom_status fill(Struct (*defaults)(), Struct* given, std::size_t size,
+carom_status fill(Struct (*defaults)(), Struct* output, std::size_t size,
                   const char* name) noexcept {
-  return guarded([&] { return outcome(initStruct(defaults(), given, size, name)); });
+  return guarded([&] { return outcome(initStruct(defaults(), output, size, name)); });
 }
 
 Error noSuch(const char* kind, std::size_t index, std::size_t count) {
@@ -64,8 +64,8 @@ carom_status makeTexture(carom_texture** texture, carom_status refused, Make&& m
   });
 }
 
-Result<SurfaceTexture> roughTexture(const carom_roughness* given, std::uint64_t seed) {
-  const Result<carom::Roughness> roughness = roughnessFrom(given);
+Result<SurfaceTexture> roughTexture(const carom_roughness* input, std::uint64_t seed) {
+  const Result<carom::Roughness> roughness = roughnessFrom(input);
   if (!roughness) return roughness.error();
   return SurfaceTexture::rough(*roughness, seed);
 }
@@ -84,8 +84,8 @@ Result<SurfaceTexture> textureOfSlopes(SurfaceTexture::Size size, const double* 
   return SurfaceTexture::ofSlopes(size, {texel[0], texel[1]}, std::move(read));
 }
 
-Result<carom::TextureCoordinates> coordinatesOf(const carom_mesh* given, const double* corners) {
-  const Result<carom_mesh> read = readStruct(given, zeroed<carom_mesh>(), "carom_mesh");
+Result<carom::TextureCoordinates> coordinatesOf(const carom_mesh* input, const double* corners) {
+  const Result<carom_mesh> read = readStruct(input, zeroed<carom_mesh>(), "carom_mesh");
   if (!read) return read.error();
   if (corners == nullptr) return Error{"the corners of the texture coordinates are NULL"};
   Result<carom::SurfaceMesh> mesh = meshFrom(*read);

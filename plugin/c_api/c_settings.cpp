@@ -16,20 +16,20 @@ namespace {
 /// Heads that are loaded, by file: listeners of one file share them.
 using Heads = std::map<std::string, std::shared_ptr<const HrtfSet>>;
 
-Status checkListener(const carom_listener& given) {
+Status checkListener(const carom_listener& input) {
   return checkChoices(
-      {{"carom_listener.format", given.format, 4}, {"carom_listener.reserved", given.reserved, 1}});
+      {{"carom_listener.format", input.format, 4}, {"carom_listener.reserved", input.reserved, 1}});
 }
 
-Listener listenerFrom(const carom_listener& given) {
+Listener listenerFrom(const carom_listener& input) {
   Listener listener;
-  if (given.name != nullptr) listener.name = given.name;
-  listener.position = vectorFrom(given.position);
-  listener.orientation = quaternionFrom(given.orientation);
-  listener.format = static_cast<ListenerFormat>(given.format);
-  listener.spacing = given.spacing;
-  listener.halfAngle = given.half_angle;
-  if (!(given.pattern < 0.0)) listener.pattern = given.pattern;
+  if (input.name != nullptr) listener.name = input.name;
+  listener.position = vectorFrom(input.position);
+  listener.orientation = quaternionFrom(input.orientation);
+  listener.format = static_cast<ListenerFormat>(input.format);
+  listener.spacing = input.spacing;
+  listener.halfAngle = input.half_angle;
+  if (!(input.pattern < 0.0)) listener.pattern = input.pattern;
   return listener;
 }
 
@@ -38,8 +38,8 @@ class ListenerReader {
  public:
   explicit ListenerReader(double sampleRate) : sampleRate_(sampleRate) {}
 
-  Result<Listener> read(const carom_listener& given) {
-    const Result<carom_listener> known = readStruct(&given, defaultListener(), "carom_listener");
+  Result<Listener> read(const carom_listener& input) {
+    const Result<carom_listener> known = readStruct(&input, defaultListener(), "carom_listener");
     if (!known) return known.error();
     if (const Status checked = checkListener(*known); !checked) return checked.error();
     Listener listener = listenerFrom(*known);
@@ -76,18 +76,18 @@ Result<std::vector<Listener>> listenersFrom(const carom_settings& settings) {
   ListenerReader reader(settings.sample_rate);
   for (std::size_t index = 0; index < settings.listener_count; ++index) {
     const std::string place = "listener " + std::to_string(index);
-    const carom_listener* const given = elementOf(settings.listeners, index);
-    if (sizeOf(given) != sizeOf(settings.listeners))
+    const carom_listener* const input = elementOf(settings.listeners, index);
+    if (sizeOf(input) != sizeOf(settings.listeners))
       return Error{place + ": its size is not that of the first"};
-    Result<Listener> listener = reader.read(*given);
+    Result<Listener> listener = reader.read(*input);
     if (!listener) return Error{place + ": " + listener.error().message};
     listeners.push_back(*std::move(listener));
   }
   return listeners;
 }
 
-Result<Reflector> reflectorFrom(const carom_reflector& given) {
-  const Result<carom_reflector> read = readStruct(&given, defaultReflector(), "carom_reflector");
+Result<Reflector> reflectorFrom(const carom_reflector& input) {
+  const Result<carom_reflector> read = readStruct(&input, defaultReflector(), "carom_reflector");
   if (!read) return read.error();
   Reflector reflector{.normal = vectorFrom(read->normal), .offset = read->offset};
   if (read->surface == nullptr) {
@@ -100,14 +100,14 @@ Result<Reflector> reflectorFrom(const carom_reflector& given) {
   return reflector;
 }
 
-Status readReflectors(const carom_room& given, Room& room) {
-  if (given.reflector_count > 0 && given.reflectors == nullptr)
+Status readReflectors(const carom_room& input, Room& room) {
+  if (input.reflector_count > 0 && input.reflectors == nullptr)
     return Error{"carom_room.reflectors is NULL, and reflector_count is " +
-                 std::to_string(given.reflector_count)};
-  for (std::size_t index = 0; index < given.reflector_count; ++index) {
+                 std::to_string(input.reflector_count)};
+  for (std::size_t index = 0; index < input.reflector_count; ++index) {
     const std::string place = "reflector " + std::to_string(index);
-    const carom_reflector* const reflector = elementOf(given.reflectors, index);
-    if (sizeOf(reflector) != sizeOf(given.reflectors))
+    const carom_reflector* const reflector = elementOf(input.reflectors, index);
+    if (sizeOf(reflector) != sizeOf(input.reflectors))
       return Error{place + ": its size is not that of the first"};
     const Result<Reflector> read = reflectorFrom(*reflector);
     if (!read) return Error{place + ": " + read.error().message};
@@ -116,109 +116,109 @@ Status readReflectors(const carom_room& given, Room& room) {
   return std::monostate{};
 }
 
-VoiceBudget budgetFrom(const carom_settings& given) {
-  return {.cpuShare = given.cpu_share,
-          .voices = given.voices,
-          .buses = given.buses,
-          .longestContact = given.longest_contact,
-          .ringingBodies = given.ringing_bodies,
-          .slidingContacts = given.sliding_contacts,
-          .modes = given.modes};
+VoiceBudget budgetFrom(const carom_settings& input) {
+  return {.cpuShare = input.cpu_share,
+          .voices = input.voices,
+          .buses = input.buses,
+          .longestContact = input.longest_contact,
+          .ringingBodies = input.ringing_bodies,
+          .slidingContacts = input.sliding_contacts,
+          .modes = input.modes};
 }
 
-Status readRoom(const carom_settings& given, SynthSettings& synth) {
-  if (given.room != nullptr) {
-    Result<Room> room = roomFrom(given.room);
+Status readRoom(const carom_settings& input, SynthSettings& synth) {
+  if (input.room != nullptr) {
+    Result<Room> room = roomFrom(input.room);
     if (!room) return room.error();
     synth.room = *std::move(room);
   }
-  if (given.reverb != nullptr) {
-    const Result<ReverbSettings> reverb = reverbFrom(given.reverb);
+  if (input.reverb != nullptr) {
+    const Result<ReverbSettings> reverb = reverbFrom(input.reverb);
     if (!reverb) return reverb.error();
     synth.reverb = *reverb;
   }
   return std::monostate{};
 }
 
-Result<SynthSettings> synthFrom(const carom_settings& given) {
+Result<SynthSettings> synthFrom(const carom_settings& input) {
   SynthSettings synth;
-  synth.sampleRate = given.sample_rate;
-  synth.impulse = static_cast<ImpulseChoice>(given.impulse);
-  synth.medium = {given.air_density, given.speed_of_sound};
-  synth.audibleThreshold = given.audible_threshold;
-  synth.doppler = given.doppler != 0;
-  synth.comparison.pulse = static_cast<PulseShape>(given.pulse);
-  synth.comparison.sampling = static_cast<Sampling>(given.sampling);
-  synth.comparison.radiation = static_cast<Radiation>(given.radiation);
-  synth.modalRadiation = static_cast<ModalRadiation>(given.modal_radiation);
-  synth.dissipative = given.dissipative != 0;
-  synth.contactLoss = given.contact_loss;
-  if (const Status room = readRoom(given, synth); !room) return room.error();
+  synth.sampleRate = input.sample_rate;
+  synth.impulse = static_cast<ImpulseChoice>(input.impulse);
+  synth.medium = {input.air_density, input.speed_of_sound};
+  synth.audibleThreshold = input.audible_threshold;
+  synth.doppler = input.doppler != 0;
+  synth.comparison.pulse = static_cast<PulseShape>(input.pulse);
+  synth.comparison.sampling = static_cast<Sampling>(input.sampling);
+  synth.comparison.radiation = static_cast<Radiation>(input.radiation);
+  synth.modalRadiation = static_cast<ModalRadiation>(input.modal_radiation);
+  synth.dissipative = input.dissipative != 0;
+  synth.contactLoss = input.contact_loss;
+  if (const Status room = readRoom(input, synth); !room) return room.error();
   return synth;
 }
 
-LimiterSettings limiterFrom(const carom_settings& given) {
+LimiterSettings limiterFrom(const carom_settings& input) {
   LimiterSettings limiter;
-  limiter.ceiling = static_cast<float>(given.limiter_ceiling);
-  limiter.lookAhead = given.limiter_look_ahead;
-  limiter.release = given.limiter_release;
+  limiter.ceiling = static_cast<float>(input.limiter_ceiling);
+  limiter.lookAhead = input.limiter_look_ahead;
+  limiter.release = input.limiter_release;
   return limiter;
 }
 
-Status checkSettings(const carom_settings& given) {
-  return checkChoices({{"carom_settings.limiter", given.limiter, 2},
-                       {"carom_settings.clock", given.clock, 2},
-                       {"carom_settings.impulse", given.impulse, 2},
-                       {"carom_settings.radiators", given.radiators, 2},
-                       {"carom_settings.doppler", given.doppler, 2},
-                       {"carom_settings.reserved", given.reserved, 1},
-                       {"carom_settings.pulse", given.pulse, 5},
-                       {"carom_settings.sampling", given.sampling, 2},
-                       {"carom_settings.radiation", given.radiation, 2},
-                       {"carom_settings.modal_radiation", given.modal_radiation, 3},
-                       {"carom_settings.dissipative", given.dissipative, 2},
-                       {"carom_settings.reserved_too", given.reserved_too, 1}});
+Status checkSettings(const carom_settings& input) {
+  return checkChoices({{"carom_settings.limiter", input.limiter, 2},
+                       {"carom_settings.clock", input.clock, 2},
+                       {"carom_settings.impulse", input.impulse, 2},
+                       {"carom_settings.radiators", input.radiators, 2},
+                       {"carom_settings.doppler", input.doppler, 2},
+                       {"carom_settings.reserved", input.reserved, 1},
+                       {"carom_settings.pulse", input.pulse, 5},
+                       {"carom_settings.sampling", input.sampling, 2},
+                       {"carom_settings.radiation", input.radiation, 2},
+                       {"carom_settings.modal_radiation", input.modal_radiation, 3},
+                       {"carom_settings.dissipative", input.dissipative, 2},
+                       {"carom_settings.reserved_too", input.reserved_too, 1}});
 }
 
-Result<SoundSettings> soundFrom(const carom_settings& given) {
-  Result<SynthSettings> synth = synthFrom(given);
+Result<SoundSettings> soundFrom(const carom_settings& input) {
+  Result<SynthSettings> synth = synthFrom(input);
   if (!synth) return synth.error();
-  Result<std::vector<Listener>> listeners = listenersFrom(given);
+  Result<std::vector<Listener>> listeners = listenersFrom(input);
   if (!listeners) return listeners.error();
   SoundSettings settings;
   settings.synth = *std::move(synth);
   settings.listeners = *std::move(listeners);
-  settings.latency = given.latency;
-  settings.clock = static_cast<SoundClock>(given.clock);
-  settings.budget = budgetFrom(given);
-  if (given.full_scale != 0.0) settings.fullScale = given.full_scale;
-  if (given.limiter != 0) settings.limiter = limiterFrom(given);
+  settings.latency = input.latency;
+  settings.clock = static_cast<SoundClock>(input.clock);
+  settings.budget = budgetFrom(input);
+  if (input.full_scale != 0.0) settings.fullScale = input.full_scale;
+  if (input.limiter != 0) settings.limiter = limiterFrom(input);
   return settings;
 }
 
-void writeSynth(const SynthSettings& synth, carom_settings& given) {
-  given.sample_rate = synth.sampleRate;
-  given.air_density = synth.medium.density;
-  given.speed_of_sound = synth.medium.speedOfSound;
-  given.audible_threshold = synth.audibleThreshold;
-  given.impulse = static_cast<std::int32_t>(synth.impulse);
-  given.doppler = synth.doppler ? 1 : 0;
-  given.pulse = static_cast<std::int32_t>(synth.comparison.pulse);
-  given.sampling = static_cast<std::int32_t>(synth.comparison.sampling);
-  given.radiation = static_cast<std::int32_t>(synth.comparison.radiation);
-  given.modal_radiation = static_cast<std::int32_t>(synth.modalRadiation);
-  given.dissipative = synth.dissipative ? 1 : 0;
-  given.contact_loss = synth.contactLoss;
+void writeSynth(const SynthSettings& synth, carom_settings& made) {
+  made.sample_rate = synth.sampleRate;
+  made.air_density = synth.medium.density;
+  made.speed_of_sound = synth.medium.speedOfSound;
+  made.audible_threshold = synth.audibleThreshold;
+  made.impulse = static_cast<std::int32_t>(synth.impulse);
+  made.doppler = synth.doppler ? 1 : 0;
+  made.pulse = static_cast<std::int32_t>(synth.comparison.pulse);
+  made.sampling = static_cast<std::int32_t>(synth.comparison.sampling);
+  made.radiation = static_cast<std::int32_t>(synth.comparison.radiation);
+  made.modal_radiation = static_cast<std::int32_t>(synth.modalRadiation);
+  made.dissipative = synth.dissipative ? 1 : 0;
+  made.contact_loss = synth.contactLoss;
 }
 
-void writeBudget(const VoiceBudget& budget, carom_settings& given) {
-  given.cpu_share = budget.cpuShare;
-  given.voices = budget.voices;
-  given.buses = budget.buses;
-  given.longest_contact = budget.longestContact;
-  given.ringing_bodies = budget.ringingBodies;
-  given.sliding_contacts = budget.slidingContacts;
-  given.modes = budget.modes;
+void writeBudget(const VoiceBudget& budget, carom_settings& made) {
+  made.cpu_share = budget.cpuShare;
+  made.voices = budget.voices;
+  made.buses = budget.buses;
+  made.longest_contact = budget.longestContact;
+  made.ringing_bodies = budget.ringingBodies;
+  made.sliding_contacts = budget.slidingContacts;
+  made.modes = budget.modes;
 }
 
 }  // namespace
@@ -227,48 +227,48 @@ carom_settings defaultSettings() {
   const SoundSettings settings;
   const WorldSoundSettings world;
   const LimiterSettings limiter;
-  auto given = zeroed<carom_settings>();
-  writeSynth(settings.synth, given);
-  writeBudget(settings.budget, given);
-  given.latency = settings.latency;
-  given.clock = static_cast<std::int32_t>(settings.clock);
-  given.limiter_ceiling = static_cast<double>(limiter.ceiling);
-  given.limiter_look_ahead = limiter.lookAhead;
-  given.limiter_release = limiter.release;
-  given.rest_speed = world.restSpeed;
-  given.radiators = static_cast<std::int32_t>(world.radiators);
-  return given;
+  auto made = zeroed<carom_settings>();
+  writeSynth(settings.synth, made);
+  writeBudget(settings.budget, made);
+  made.latency = settings.latency;
+  made.clock = static_cast<std::int32_t>(settings.clock);
+  made.limiter_ceiling = static_cast<double>(limiter.ceiling);
+  made.limiter_look_ahead = limiter.lookAhead;
+  made.limiter_release = limiter.release;
+  made.rest_speed = world.restSpeed;
+  made.radiators = static_cast<std::int32_t>(world.radiators);
+  return made;
 }
 
 carom_listener defaultListener() {
   const Listener listener;
-  auto given = zeroed<carom_listener>();
-  given.orientation[3] = 1.0;
-  given.spacing = listener.spacing;
-  given.half_angle = listener.halfAngle;
-  given.pattern = -1.0;
-  return given;
+  auto made = zeroed<carom_listener>();
+  made.orientation[3] = 1.0;
+  made.spacing = listener.spacing;
+  made.half_angle = listener.halfAngle;
+  made.pattern = -1.0;
+  return made;
 }
 
 carom_room defaultRoom() {
-  auto given = zeroed<carom_room>();
-  given.order = Room{}.order;
-  return given;
+  auto made = zeroed<carom_room>();
+  made.order = Room{}.order;
+  return made;
 }
 
 carom_reflector defaultReflector() {
-  auto given = zeroed<carom_reflector>();
-  given.normal[2] = 1.0;
-  return given;
+  auto made = zeroed<carom_reflector>();
+  made.normal[2] = 1.0;
+  return made;
 }
 
 carom_reverb defaultReverb() {
   return toC(ReverbSettings{});
 }
 
-Result<CSettings> settingsFrom(const carom_settings* given) {
-  if (given == nullptr) return CSettings();
-  const Result<carom_settings> read = readStruct(given, defaultSettings(), "carom_settings");
+Result<CSettings> settingsFrom(const carom_settings* input) {
+  if (input == nullptr) return CSettings();
+  const Result<carom_settings> read = readStruct(input, defaultSettings(), "carom_settings");
   if (!read) return read.error();
   if (const Status checked = checkSettings(*read); !checked) return checked.error();
   Result<SoundSettings> sound = soundFrom(*read);
@@ -278,8 +278,8 @@ Result<CSettings> settingsFrom(const carom_settings* given) {
                              .radiators = static_cast<RadiatorChoice>(read->radiators)}};
 }
 
-Result<Room> roomFrom(const carom_room* given) {
-  const Result<carom_room> read = readStruct(given, defaultRoom(), "carom_room");
+Result<Room> roomFrom(const carom_room* input) {
+  const Result<carom_room> read = readStruct(input, defaultRoom(), "carom_room");
   if (!read) return read.error();
   const Status checked = checkChoices({{"carom_room.reserved", read->reserved, 1}});
   if (!checked) return checked.error();
@@ -290,8 +290,8 @@ Result<Room> roomFrom(const carom_room* given) {
   return room;
 }
 
-Result<ReverbSettings> reverbFrom(const carom_reverb* given) {
-  const Result<carom_reverb> read = readStruct(given, defaultReverb(), "carom_reverb");
+Result<ReverbSettings> reverbFrom(const carom_reverb* input) {
+  const Result<carom_reverb> read = readStruct(input, defaultReverb(), "carom_reverb");
   if (!read) return read.error();
   ReverbSettings reverb{.volume = read->volume,
                         .surface = read->surface,
@@ -304,15 +304,15 @@ Result<ReverbSettings> reverbFrom(const carom_reverb* given) {
 }
 
 carom_reverb toC(const ReverbSettings& reverb) {
-  auto given = zeroed<carom_reverb>();
-  given.volume = reverb.volume;
-  given.surface = reverb.surface;
-  std::ranges::copy(reverb.decayTimes, given.decay_times);
-  given.onset = reverb.onset;
-  given.gain = reverb.gain;
-  given.speed_of_sound = reverb.speedOfSound;
-  given.silence = reverb.silence;
-  return given;
+  auto made = zeroed<carom_reverb>();
+  made.volume = reverb.volume;
+  made.surface = reverb.surface;
+  std::ranges::copy(reverb.decayTimes, made.decay_times);
+  made.onset = reverb.onset;
+  made.gain = reverb.gain;
+  made.speed_of_sound = reverb.speedOfSound;
+  made.silence = reverb.silence;
+  return made;
 }
 
 Result<const Surface*> surfaceNamed(const char* name) {
@@ -331,11 +331,11 @@ Result<const Surface*> surfaceNamed(const char* name) {
 
 // The table's texts are literals, which end with a zero.
 carom_surface toC(const Surface& surface) {
-  auto given = zeroed<carom_surface>();
-  given.name = surface.name.data();
-  given.source = surface.source.data();
-  std::ranges::copy(surface.absorption.coefficients, given.absorption);
-  return given;
+  auto made = zeroed<carom_surface>();
+  made.name = surface.name.data();
+  made.source = surface.source.data();
+  std::ranges::copy(surface.absorption.coefficients, made.absorption);
+  return made;
 }
 
 }  // namespace carom::plugin

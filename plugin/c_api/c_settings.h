@@ -25,9 +25,9 @@ carom_reflector defaultReflector();
 carom_reverb defaultReverb();
 
 /// Reads settings; NULL gives the defaults. Loads the heads of listeners from their files.
-Result<CSettings> settingsFrom(const carom_settings* given);
-Result<Room> roomFrom(const carom_room* given);
-Result<ReverbSettings> reverbFrom(const carom_reverb* given);
+Result<CSettings> settingsFrom(const carom_settings* input);
+Result<Room> roomFrom(const carom_room* input);
+Result<ReverbSettings> reverbFrom(const carom_reverb* input);
 carom_reverb toC(const ReverbSettings& reverb);
 
 /// Returns the built-in surface of that name.

@@ -101,19 +101,19 @@ const carom_roughness* builtInRoughness(const std::string& name) {
                                   : &all[static_cast<std::size_t>(found - materials.begin())];
 }
 
-Result<Roughness> roughnessOf(const carom_material& given) {
-  if (given.roughness != nullptr) return roughnessFrom(given.roughness);
-  const Material* const known = given.name != nullptr ? findMaterial(given.name) : nullptr;
+Result<Roughness> roughnessOf(const carom_material& input) {
+  if (input.roughness != nullptr) return roughnessFrom(input.roughness);
+  const Material* const known = input.name != nullptr ? findMaterial(input.name) : nullptr;
   return known != nullptr ? known->roughness : Roughness{};
 }
 
-Status checkBodySound(const carom_body_sound& given) {
+Status checkBodySound(const carom_body_sound& input) {
   const auto allowed = [](const void* part) { return part == nullptr ? 2 : 1; };
-  return checkChoices({{"carom_body_sound.no_modes", given.no_modes, allowed(given.modes)},
-                       {"carom_body_sound.no_texture", given.no_texture, allowed(given.texture)},
-                       {"carom_body_sound.no_texture_coordinates", given.no_texture_coordinates,
-                        allowed(given.texture_coordinates)},
-                       {"carom_body_sound.silent", given.silent, 3}});
+  return checkChoices({{"carom_body_sound.no_modes", input.no_modes, allowed(input.modes)},
+                       {"carom_body_sound.no_texture", input.no_texture, allowed(input.texture)},
+                       {"carom_body_sound.no_texture_coordinates", input.no_texture_coordinates,
+                        allowed(input.texture_coordinates)},
+                       {"carom_body_sound.silent", input.silent, 3}});
 }
 
 /// Sets a part of a BodySound: to what the handle shares, or to none.
@@ -126,10 +126,10 @@ void setPart(const Handle* handle, std::int32_t none, Part& part) {
 
 carom_body defaultBody() {
   const SoundBody body;
-  auto given = zeroed<carom_body>();
-  given.mass = body.mass;
-  given.edge_radius = body.edgeRadius;
-  return given;
+  auto made = zeroed<carom_body>();
+  made.mass = body.mass;
+  made.edge_radius = body.edgeRadius;
+  return made;
 }
 
 carom_body_sound defaultBodySound() {
@@ -137,23 +137,23 @@ carom_body_sound defaultBodySound() {
 }
 
 carom_event defaultEvent() {
-  auto given = zeroed<carom_event>();
-  given.normal[0] = 1.0;
-  given.radius = kInfinity;
-  given.other_radius = kInfinity;
-  given.body_orientation[3] = 1.0;
-  return given;
+  auto made = zeroed<carom_event>();
+  made.normal[0] = 1.0;
+  made.radius = kInfinity;
+  made.other_radius = kInfinity;
+  made.body_orientation[3] = 1.0;
+  return made;
 }
 
 carom_contact defaultContact() {
-  auto given = zeroed<carom_contact>();
-  given.normal[0] = 1.0;
-  given.radius = kInfinity;
-  given.other_radius = kInfinity;
-  given.body_orientation[3] = 1.0;
-  given.other_orientation[3] = 1.0;
-  given.phase = CAROM_CONTACT_DURING;
-  return given;
+  auto made = zeroed<carom_contact>();
+  made.normal[0] = 1.0;
+  made.radius = kInfinity;
+  made.other_radius = kInfinity;
+  made.body_orientation[3] = 1.0;
+  made.other_orientation[3] = 1.0;
+  made.phase = CAROM_CONTACT_DURING;
+  return made;
 }
 
 carom_roughness defaultRoughness() {
@@ -162,15 +162,15 @@ carom_roughness defaultRoughness() {
 
 carom_normal_map defaultNormalMap() {
   const NormalMapSettings settings;
-  auto given = zeroed<carom_normal_map>();
-  given.picture_size[0] = settings.size.x();
-  given.picture_size[1] = settings.size.y();
-  given.strength = settings.strength;
-  return given;
+  auto made = zeroed<carom_normal_map>();
+  made.picture_size[0] = settings.size.x();
+  made.picture_size[1] = settings.size.y();
+  made.strength = settings.strength;
+  return made;
 }
 
-Result<ImpulseEvent> eventFrom(const carom_event* given) {
-  const Result<carom_event> read = readStruct(given, defaultEvent(), "carom_event");
+Result<ImpulseEvent> eventFrom(const carom_event* input) {
+  const Result<carom_event> read = readStruct(input, defaultEvent(), "carom_event");
   if (!read) return read.error();
   const Status checked =
       checkChoices({{"carom_event.has_applied_impulse", read->has_applied_impulse, 2},
@@ -194,8 +194,8 @@ Result<ImpulseEvent> eventFrom(const carom_event* given) {
                       .bodyAngularVelocity = vectorFrom(read->body_angular_velocity)};
 }
 
-Result<ContactState> contactFrom(const carom_contact* given) {
-  const Result<carom_contact> read = readStruct(given, defaultContact(), "carom_contact");
+Result<ContactState> contactFrom(const carom_contact* input) {
+  const Result<carom_contact> read = readStruct(input, defaultContact(), "carom_contact");
   if (!read) return read.error();
   const Status checked = checkChoices(
       {{"carom_contact.phase", read->phase, 3}, {"carom_contact.reserved", read->reserved, 1}});
@@ -225,16 +225,16 @@ Result<ContactState> contactFrom(const carom_contact* given) {
                       .otherPathEnd = vectorFrom(read->other_path_end)};
 }
 
-Result<Roughness> roughnessFrom(const carom_roughness* given) {
-  const Result<carom_roughness> read = readStruct(given, defaultRoughness(), "carom_roughness");
+Result<Roughness> roughnessFrom(const carom_roughness* input) {
+  const Result<carom_roughness> read = readStruct(input, defaultRoughness(), "carom_roughness");
   if (!read) return read.error();
   return Roughness{.rmsHeight = read->rms_height,
                    .correlationLength = read->correlation_length,
                    .hurst = read->hurst};
 }
 
-Result<Material> materialFrom(const carom_material* given) {
-  const Result<carom_material> read = readStruct(given, zeroed<carom_material>(), "carom_material");
+Result<Material> materialFrom(const carom_material* input) {
+  const Result<carom_material> read = readStruct(input, zeroed<carom_material>(), "carom_material");
   if (!read) return read.error();
   const Result<Roughness> roughness = roughnessOf(*read);
   if (!roughness) return roughness.error();
@@ -254,8 +254,8 @@ Result<Material> materialNamed(const char* name) {
   return MaterialChoice(name).material();
 }
 
-Result<BodySound> bodySoundFrom(const carom_body_sound* given) {
-  const Result<carom_body_sound> read = readStruct(given, defaultBodySound(), "carom_body_sound");
+Result<BodySound> bodySoundFrom(const carom_body_sound* input) {
+  const Result<carom_body_sound> read = readStruct(input, defaultBodySound(), "carom_body_sound");
   if (!read) return read.error();
   if (const Status checked = checkBodySound(*read); !checked) return checked.error();
   BodySound sound;
@@ -273,9 +273,9 @@ Result<BodySound> bodySoundFrom(const carom_body_sound* given) {
   return sound;
 }
 
-Result<NormalMapSettings> normalMapFrom(const carom_normal_map* given) {
-  if (given == nullptr) return NormalMapSettings{};
-  const Result<carom_normal_map> read = readStruct(given, defaultNormalMap(), "carom_normal_map");
+Result<NormalMapSettings> normalMapFrom(const carom_normal_map* input) {
+  if (input == nullptr) return NormalMapSettings{};
+  const Result<carom_normal_map> read = readStruct(input, defaultNormalMap(), "carom_normal_map");
   if (!read) return read.error();
   const Status checked = checkChoices({{"carom_normal_map.green_is_down", read->green_is_down, 2},
                                        {"carom_normal_map.reserved", read->reserved, 1}});
@@ -285,23 +285,23 @@ Result<NormalMapSettings> normalMapFrom(const carom_normal_map* given) {
                            .strength = read->strength};
 }
 
-Result<SurfaceMesh> meshFrom(const carom_mesh& given) {
-  if (given.vertices == nullptr) return Error{"vertices is NULL for a mesh"};
-  if (given.triangles == nullptr) return Error{"triangles is NULL for a mesh"};
-  for (const auto& [name, count] : {std::pair("vertex_count", given.vertex_count),
-                                    std::pair("triangle_count", given.triangle_count)})
+Result<SurfaceMesh> meshFrom(const carom_mesh& input) {
+  if (input.vertices == nullptr) return Error{"vertices is NULL for a mesh"};
+  if (input.triangles == nullptr) return Error{"triangles is NULL for a mesh"};
+  for (const auto& [name, count] : {std::pair("vertex_count", input.vertex_count),
+                                    std::pair("triangle_count", input.triangle_count)})
     if (count > kMostOfAMesh)
       return Error{std::string(name) + " is " + std::to_string(count) + "; expected at most " +
                    std::to_string(kMostOfAMesh)};
   SurfaceMesh mesh;
-  mesh.vertices.reserve(given.vertex_count);
-  for (std::size_t vertex = 0; vertex < given.vertex_count; ++vertex) {
-    const double* const at = given.vertices + 3 * vertex;
+  mesh.vertices.reserve(input.vertex_count);
+  for (std::size_t vertex = 0; vertex < input.vertex_count; ++vertex) {
+    const double* const at = input.vertices + 3 * vertex;
     mesh.vertices.emplace_back(at[0], at[1], at[2]);
   }
-  mesh.triangles.reserve(given.triangle_count);
-  for (std::size_t triangle = 0; triangle < given.triangle_count; ++triangle) {
-    const std::uint32_t* const corners = given.triangles + 3 * triangle;
+  mesh.triangles.reserve(input.triangle_count);
+  for (std::size_t triangle = 0; triangle < input.triangle_count; ++triangle) {
+    const std::uint32_t* const corners = input.triangles + 3 * triangle;
     mesh.triangles.push_back({corners[0], corners[1], corners[2]});
   }
   return mesh;

@@ -21,17 +21,17 @@ carom_contact defaultContact();
 carom_roughness defaultRoughness();
 carom_normal_map defaultNormalMap();
 
-Result<ImpulseEvent> eventFrom(const carom_event* given);
-Result<ContactState> contactFrom(const carom_contact* given);
-Result<Roughness> roughnessFrom(const carom_roughness* given);
-Result<Material> materialFrom(const carom_material* given);
+Result<ImpulseEvent> eventFrom(const carom_event* input);
+Result<ContactState> contactFrom(const carom_contact* input);
+Result<Roughness> roughnessFrom(const carom_roughness* input);
+Result<Material> materialFrom(const carom_material* input);
 Result<Material> materialNamed(const char* name);
 /// Reads what Sound::assign takes.
-Result<BodySound> bodySoundFrom(const carom_body_sound* given);
+Result<BodySound> bodySoundFrom(const carom_body_sound* input);
 /// Reads settings of a normal map; NULL gives the defaults.
-Result<NormalMapSettings> normalMapFrom(const carom_normal_map* given);
+Result<NormalMapSettings> normalMapFrom(const carom_normal_map* input);
 /// Reads a mesh. Refuses NULL, and counts that are a mistake; does not look at the triangles.
-Result<SurfaceMesh> meshFrom(const carom_mesh& given);
+Result<SurfaceMesh> meshFrom(const carom_mesh& input);
 
 /// Converts a built-in material, whose name and roughness live for ever.
 carom_material toC(const Material& material);

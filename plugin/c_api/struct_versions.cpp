@@ -39,9 +39,9 @@ CAROM_ENDS_WITH(carom_statistics, modes);
 CAROM_ENDS_WITH(carom_statistics, undersampled);
 #undef CAROM_ENDS_WITH
 
-Status checkSize(const void* given, std::span<const std::size_t> sizes, const std::string& name) {
-  if (given == nullptr) return Error{name + " is NULL"};
-  const std::size_t size = sizeOf(given);
+Status checkSize(const void* callers, std::span<const std::size_t> sizes, const std::string& name) {
+  if (callers == nullptr) return Error{name + " is NULL"};
+  const std::size_t size = sizeOf(callers);
   const std::size_t now = sizes.back();
   const bool isLater = size >= now && size <= now + kMostGrowth;
   if (isLater || std::ranges::find(sizes, size) != sizes.end()) return std::monostate{};
@@ -55,31 +55,31 @@ bool isZero(const std::byte* bytes, std::size_t count) {
 
 }  // namespace
 
-std::size_t sizeOf(const void* given) {
+std::size_t sizeOf(const void* callers) {
   std::size_t size = 0;
-  std::memcpy(&size, given, sizeof size);
+  std::memcpy(&size, callers, sizeof size);
   return size;
 }
 
-Status readStruct(const void* given, void* known, std::span<const std::size_t> sizes,
+Status readStruct(const void* input, void* known, std::span<const std::size_t> sizes,
                   const char* name) {
-  if (Status checked = checkSize(given, sizes, name); !checked) return checked;
-  const auto* const bytes = static_cast<const std::byte*>(given);
-  const std::size_t shared = std::min(sizes.back(), sizeOf(given));
-  if (!isZero(bytes + shared, sizeOf(given) - shared))
+  if (Status checked = checkSize(input, sizes, name); !checked) return checked;
+  const auto* const bytes = static_cast<const std::byte*>(input);
+  const std::size_t shared = std::min(sizes.back(), sizeOf(input));
+  if (!isZero(bytes + shared, sizeOf(input) - shared))
     return Error{std::string(name) + " sets a field that this version of the library, " +
                  std::to_string(CAROM_VERSION) + ", does not know"};
-  std::memcpy(known, given, shared);
+  std::memcpy(known, input, shared);
   return std::monostate{};
 }
 
-Status writeStruct(const void* known, void* given, std::span<const std::size_t> sizes,
+Status writeStruct(const void* known, void* output, std::span<const std::size_t> sizes,
                    const char* name) {
-  if (Status checked = checkSize(given, sizes, name); !checked) return checked;
-  const std::size_t callers = sizeOf(given);
-  std::memset(given, 0, callers);
-  std::memcpy(given, known, std::min(sizes.back(), callers));
-  std::memcpy(given, &callers, sizeof callers);
+  if (Status checked = checkSize(output, sizes, name); !checked) return checked;
+  const std::size_t callers = sizeOf(output);
+  std::memset(output, 0, callers);
+  std::memcpy(output, known, std::min(sizes.back(), callers));
+  std::memcpy(output, &callers, sizeof callers);
   return std::monostate{};
 }
 

@@ -44,45 +44,45 @@ inline constexpr std::array kSizes<carom_statistics> = {offsetof(carom_statistic
                                                         sizeof(carom_statistics)};
 
 /// Returns the `size` in a caller's struct, whatever its version.
-std::size_t sizeOf(const void* given);
+std::size_t sizeOf(const void* callers);
 
 /// Copies the known fields of a caller's struct, by its `size`. Fields that an older caller does
 /// not know stay as they are in `known`. Refuses sizes that no version has had, and fields unknown
 /// here that are not zero.
-Status readStruct(const void* given, void* known, std::span<const std::size_t> sizes,
+Status readStruct(const void* input, void* known, std::span<const std::size_t> sizes,
                   const char* name);
 /// Fills the fields that the caller knows; those that are unknown here become zero.
-Status writeStruct(const void* known, void* given, std::span<const std::size_t> sizes,
+Status writeStruct(const void* known, void* output, std::span<const std::size_t> sizes,
                    const char* name);
 
 /// Reads a caller's struct; `known` holds the defaults.
 template <class Struct>
-Result<Struct> readStruct(const Struct* given, Struct known, const char* name) {
+Result<Struct> readStruct(const Struct* input, Struct known, const char* name) {
   static_assert(std::is_trivially_copyable_v<Struct>);
-  const Status read = readStruct(given, &known, kSizes<Struct>, name);
+  const Status read = readStruct(input, &known, kSizes<Struct>, name);
   if (!read) return read.error();
   return known;
 }
 
 template <class Struct>
-Status writeStruct(const Struct& known, Struct* given, const char* name) {
-  return writeStruct(&known, given, kSizes<Struct>, name);
+Status writeStruct(const Struct& known, Struct* output, const char* name) {
+  return writeStruct(&known, output, kSizes<Struct>, name);
 }
 
 /// Writes a struct whose size only the caller knows, and sets its `size`.
 template <class Struct>
-Status initStruct(const Struct& known, Struct* given, std::size_t size, const char* name) {
-  if (given == nullptr) return Error{std::string(name) + " is NULL"};
-  if (size >= sizeof(std::size_t)) given->size = size;
-  return writeStruct(known, given, name);
+Status initStruct(const Struct& known, Struct* output, std::size_t size, const char* name) {
+  if (output == nullptr) return Error{std::string(name) + " is NULL"};
+  if (size >= sizeof(std::size_t)) output->size = size;
+  return writeStruct(known, output, name);
 }
 
 /// Returns a struct with its size set and all other fields zero.
 template <class Struct>
 Struct zeroed() {
-  Struct given = {};
-  given.size = sizeof given;
-  return given;
+  Struct made = {};
+  made.size = sizeof made;
+  return made;
 }
 
 /// A field with a value from 0 to count - 1; the count of a reserved field is 1.
@@ -103,13 +103,13 @@ const Struct* elementOf(const Struct* first, std::size_t index) {
   return reinterpret_cast<const Struct*>(bytes + index * sizeOf(first));
 }
 
-inline Vec3 vectorFrom(const double (&given)[3]) {
-  return {given[0], given[1], given[2]};
+inline Vec3 vectorFrom(const double (&input)[3]) {
+  return {input[0], input[1], input[2]};
 }
 
 /// Converts x, y, z, w.
-inline Quat quaternionFrom(const double (&given)[4]) {
-  return {given[3], given[0], given[1], given[2]};
+inline Quat quaternionFrom(const double (&input)[4]) {
+  return {input[3], input[0], input[1], input[2]};
 }
 
 }  // namespace carom::plugin

@@ -61,7 +61,8 @@ void mixInto(Planes& mix, const Planes& other) {
 }
 
 // Mixes and writes the frames that are ready in both sounds.
-carom::Status writeReady(carom::Sound& first, carom::Sound& second, carom::SoundFileWriter& file) {
+carom::Status writeReady(carom::SoundOutput& first, carom::SoundOutput& second,
+                         carom::SoundFileWriter& file) {
   Planes mix{};
   Planes other{};
   while (const std::size_t frames = std::min({first.framesReady(), second.framesReady(), kBlock})) {

@@ -52,11 +52,11 @@ Status AudioDevice::Impl::open(double sampleRate) {
   wanted.samples = kDeviceBlock;
   wanted.callback = &Impl::pull;
   wanted.userdata = this;
-  SDL_AudioSpec given{};
-  device_ = SDL_OpenAudioDevice(nullptr, 0, &wanted, &given, SDL_AUDIO_ALLOW_FREQUENCY_CHANGE);
+  SDL_AudioSpec obtained{};
+  device_ = SDL_OpenAudioDevice(nullptr, 0, &wanted, &obtained, SDL_AUDIO_ALLOW_FREQUENCY_CHANGE);
   if (device_ == 0)
     return Error{std::string("audio device: the default one cannot be opened: ") + SDL_GetError()};
-  sampleRate_ = static_cast<double>(given.freq);
+  sampleRate_ = static_cast<double>(obtained.freq);
   return std::monostate{};
 }
 

@@ -24,24 +24,24 @@ void set(double (&field)[count], std::initializer_list<double> values) {
 }
 
 TEST(CStructs, EveryFieldOfAnEventArrives) {
-  carom_event given = defaultEvent();
-  given.time = 1.5;
-  given.body = 2;
-  given.other = 3;
-  set(given.impulse, {4, 5, 6});
-  set(given.applied_impulse, {7, 8, 9});
-  given.has_applied_impulse = 1;
-  set(given.position, {10, 11, 12});
-  set(given.normal, {13, 14, 15});
-  given.approach_speed = 16;
-  given.effective_mass = 17;
-  given.radius = 18;
-  given.other_radius = 19;
-  set(given.body_position, {20, 21, 22});
-  set(given.body_orientation, {23, 24, 25, 26});
-  set(given.body_velocity, {27, 28, 29});
-  set(given.body_angular_velocity, {30, 31, 32});
-  const Result<ImpulseEvent> event = eventFrom(&given);
+  carom_event input = defaultEvent();
+  input.time = 1.5;
+  input.body = 2;
+  input.other = 3;
+  set(input.impulse, {4, 5, 6});
+  set(input.applied_impulse, {7, 8, 9});
+  input.has_applied_impulse = 1;
+  set(input.position, {10, 11, 12});
+  set(input.normal, {13, 14, 15});
+  input.approach_speed = 16;
+  input.effective_mass = 17;
+  input.radius = 18;
+  input.other_radius = 19;
+  set(input.body_position, {20, 21, 22});
+  set(input.body_orientation, {23, 24, 25, 26});
+  set(input.body_velocity, {27, 28, 29});
+  set(input.body_angular_velocity, {30, 31, 32});
+  const Result<ImpulseEvent> event = eventFrom(&input);
   ASSERT_TRUE(event);
   EXPECT_EQ(event->time, 1.5);
   EXPECT_EQ(event->body, 2u);
@@ -63,31 +63,31 @@ TEST(CStructs, EveryFieldOfAnEventArrives) {
 }
 
 TEST(CStructs, EveryFieldOfAContactArrives) {
-  carom_contact given = defaultContact();
-  given.time = 1.5;
-  given.duration = 2.5;
-  given.phase = CAROM_CONTACT_END;
-  given.body = 3;
-  given.other = 4;
-  set(given.normal, {5, 6, 7});
-  set(given.position, {8, 9, 10});
-  given.normal_load = 11;
-  set(given.applied_impulse, {12, 13, 14});
-  given.radius = 15;
-  given.other_radius = 16;
-  set(given.slip_velocity, {17, 18, 19});
-  set(given.rolling_velocity, {20, 21, 22});
-  set(given.body_position, {23, 24, 25});
-  set(given.body_orientation, {26, 27, 28, 29});
-  set(given.body_velocity, {30, 31, 32});
-  set(given.other_position, {33, 34, 35});
-  set(given.other_orientation, {36, 37, 38, 39});
-  set(given.other_velocity, {40, 41, 42});
-  set(given.path_start, {43, 44, 45});
-  set(given.path_end, {46, 47, 48});
-  set(given.other_path_start, {49, 50, 51});
-  set(given.other_path_end, {52, 53, 54});
-  const Result<ContactState> contact = contactFrom(&given);
+  carom_contact input = defaultContact();
+  input.time = 1.5;
+  input.duration = 2.5;
+  input.phase = CAROM_CONTACT_END;
+  input.body = 3;
+  input.other = 4;
+  set(input.normal, {5, 6, 7});
+  set(input.position, {8, 9, 10});
+  input.normal_load = 11;
+  set(input.applied_impulse, {12, 13, 14});
+  input.radius = 15;
+  input.other_radius = 16;
+  set(input.slip_velocity, {17, 18, 19});
+  set(input.rolling_velocity, {20, 21, 22});
+  set(input.body_position, {23, 24, 25});
+  set(input.body_orientation, {26, 27, 28, 29});
+  set(input.body_velocity, {30, 31, 32});
+  set(input.other_position, {33, 34, 35});
+  set(input.other_orientation, {36, 37, 38, 39});
+  set(input.other_velocity, {40, 41, 42});
+  set(input.path_start, {43, 44, 45});
+  set(input.path_end, {46, 47, 48});
+  set(input.other_path_start, {49, 50, 51});
+  set(input.other_path_end, {52, 53, 54});
+  const Result<ContactState> contact = contactFrom(&input);
   ASSERT_TRUE(contact);
   EXPECT_EQ(contact->time, 1.5);
   EXPECT_EQ(contact->duration, 2.5);
@@ -117,8 +117,8 @@ TEST(CStructs, EveryFieldOfAContactArrives) {
 }
 
 TEST(CStructs, DefaultContactIsThatOfTheLibrary) {
-  const carom_contact given = defaultContact();
-  const Result<ContactState> contact = contactFrom(&given);
+  const carom_contact input = defaultContact();
+  const Result<ContactState> contact = contactFrom(&input);
   ASSERT_TRUE(contact);
   const ContactState expected;
   EXPECT_EQ(contact->phase, expected.phase);
@@ -135,12 +135,12 @@ TEST(CStructs, EveryFieldOfARoomArrives) {
   walls[0].offset = 2;
   set(walls[0].absorption, {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7});
   walls[1].surface = "concrete";
-  carom_room given = defaultRoom();
-  EXPECT_EQ(given.order, Room{}.order);
-  given.reflectors = walls.data();
-  given.reflector_count = walls.size();
-  given.order = 3;
-  const Result<Room> room = roomFrom(&given);
+  carom_room input = defaultRoom();
+  EXPECT_EQ(input.order, Room{}.order);
+  input.reflectors = walls.data();
+  input.reflector_count = walls.size();
+  input.order = 3;
+  const Result<Room> room = roomFrom(&input);
   ASSERT_TRUE(room);
   EXPECT_EQ(room->order, 3);
   ASSERT_EQ(room->reflectors.size(), 2u);
@@ -155,18 +155,18 @@ TEST(CStructs, EveryFieldOfARoomArrives) {
 
 TEST(CStructs, EveryFieldOfAReverberationArrivesAndComesBack) {
   const ReverbSettings untouched;
-  carom_reverb given = defaultReverb();
-  EXPECT_EQ(given.gain, untouched.gain);
-  EXPECT_EQ(given.silence, untouched.silence);
-  EXPECT_EQ(given.speed_of_sound, untouched.speedOfSound);
-  given.volume = 1;
-  given.surface = 2;
-  set(given.decay_times, {3, 4, 5, 6, 7, 8, 9});
-  given.onset = 10;
-  given.gain = 11;
-  given.speed_of_sound = 12;
-  given.silence = 13;
-  const Result<ReverbSettings> reverb = reverbFrom(&given);
+  carom_reverb input = defaultReverb();
+  EXPECT_EQ(input.gain, untouched.gain);
+  EXPECT_EQ(input.silence, untouched.silence);
+  EXPECT_EQ(input.speed_of_sound, untouched.speedOfSound);
+  input.volume = 1;
+  input.surface = 2;
+  set(input.decay_times, {3, 4, 5, 6, 7, 8, 9});
+  input.onset = 10;
+  input.gain = 11;
+  input.speed_of_sound = 12;
+  input.silence = 13;
+  const Result<ReverbSettings> reverb = reverbFrom(&input);
   ASSERT_TRUE(reverb);
   EXPECT_EQ(reverb->volume, 1);
   EXPECT_EQ(reverb->surface, 2);
@@ -176,10 +176,10 @@ TEST(CStructs, EveryFieldOfAReverberationArrivesAndComesBack) {
   EXPECT_EQ(reverb->speedOfSound, 12);
   EXPECT_EQ(reverb->silence, 13);
   const carom_reverb back = toC(*reverb);
-  EXPECT_EQ(back.size, given.size);
+  EXPECT_EQ(back.size, input.size);
   EXPECT_EQ(back.volume, 1);
   EXPECT_EQ(back.surface, 2);
-  EXPECT_TRUE(std::equal(back.decay_times, back.decay_times + CAROM_BAND_COUNT, given.decay_times));
+  EXPECT_TRUE(std::equal(back.decay_times, back.decay_times + CAROM_BAND_COUNT, input.decay_times));
   EXPECT_EQ(back.onset, 10);
   EXPECT_EQ(back.gain, 11);
   EXPECT_EQ(back.speed_of_sound, 12);
@@ -197,8 +197,8 @@ TEST(CStructs, EveryFieldOfASurfaceComesBack) {
 }
 
 TEST(CStructs, EveryPartOfABodySoundArrives) {
-  carom_body_sound given = defaultBodySound();
-  Result<BodySound> sound = bodySoundFrom(&given);
+  carom_body_sound input = defaultBodySound();
+  Result<BodySound> sound = bodySoundFrom(&input);
   ASSERT_TRUE(sound);
   EXPECT_FALSE(sound->material || sound->modes || sound->texture || sound->textureCoordinates ||
                sound->silent);
@@ -212,12 +212,12 @@ TEST(CStructs, EveryPartOfABodySoundArrives) {
   ASSERT_TRUE(placed);
   const carom_texture_coordinates coordinates = {
       std::make_shared<const TextureCoordinates>(*std::move(placed))};
-  given.material = "glass";
-  given.modes = &modes;
-  given.texture = &texture;
-  given.texture_coordinates = &coordinates;
-  given.silent = CAROM_YES;
-  sound = bodySoundFrom(&given);
+  input.material = "glass";
+  input.modes = &modes;
+  input.texture = &texture;
+  input.texture_coordinates = &coordinates;
+  input.silent = CAROM_YES;
+  sound = bodySoundFrom(&input);
   ASSERT_TRUE(sound);
   EXPECT_EQ(*sound->material->material(), *findMaterial("glass"));
   EXPECT_EQ(sound->modes, modes.model);
@@ -229,13 +229,13 @@ TEST(CStructs, EveryPartOfABodySoundArrives) {
 TEST(CStructs, EveryPartOfABodySoundCanBeNone) {
   carom_material own = toC(*findMaterial("glass"));
   own.density = 1234;
-  carom_body_sound given = defaultBodySound();
-  given.own_material = &own;
-  given.no_modes = 1;
-  given.no_texture = 1;
-  given.no_texture_coordinates = 1;
-  given.silent = CAROM_NO;
-  const Result<BodySound> sound = bodySoundFrom(&given);
+  carom_body_sound input = defaultBodySound();
+  input.own_material = &own;
+  input.no_modes = 1;
+  input.no_texture = 1;
+  input.no_texture_coordinates = 1;
+  input.silent = CAROM_NO;
+  const Result<BodySound> sound = bodySoundFrom(&input);
   ASSERT_TRUE(sound);
   EXPECT_EQ(sound->material->material()->density, 1234);
   EXPECT_TRUE(sound->modes && *sound->modes == nullptr);
@@ -245,14 +245,14 @@ TEST(CStructs, EveryPartOfABodySoundCanBeNone) {
 }
 
 TEST(CStructs, EveryFieldOfANormalMapArrives) {
-  carom_normal_map given = defaultNormalMap();
-  ASSERT_TRUE(normalMapFrom(&given));
-  EXPECT_EQ(*normalMapFrom(&given), NormalMapSettings{});
+  carom_normal_map input = defaultNormalMap();
+  ASSERT_TRUE(normalMapFrom(&input));
+  EXPECT_EQ(*normalMapFrom(&input), NormalMapSettings{});
   EXPECT_EQ(*normalMapFrom(nullptr), NormalMapSettings{});
-  set(given.picture_size, {1.5, 2.5});
-  given.strength = 3;
-  given.green_is_down = 1;
-  const Result<NormalMapSettings> map = normalMapFrom(&given);
+  set(input.picture_size, {1.5, 2.5});
+  input.strength = 3;
+  input.green_is_down = 1;
+  const Result<NormalMapSettings> map = normalMapFrom(&input);
   ASSERT_TRUE(map);
   EXPECT_EQ(*map, (NormalMapSettings{.size = {1.5, 2.5}, .greenIsDown = true, .strength = 3}));
 }
@@ -268,10 +268,10 @@ TEST(CStructs, EveryFieldOfAMeshArrives) {
 
 TEST(CStructs, DefaultsAreThoseOfTheLibrary) {
   carom_listener ears = defaultListener();
-  carom_settings given = defaultSettings();
-  given.listeners = &ears;
-  given.listener_count = 1;
-  const Result<CSettings> settings = settingsFrom(&given);
+  carom_settings input = defaultSettings();
+  input.listeners = &ears;
+  input.listener_count = 1;
+  const Result<CSettings> settings = settingsFrom(&input);
   ASSERT_TRUE(settings);
   const SoundSettings expected;
   EXPECT_EQ(settings->sound.synth.sampleRate, expected.synth.sampleRate);
@@ -312,44 +312,44 @@ TEST(CStructs, DefaultsAreThoseOfTheLibrary) {
 }
 
 TEST(CStructs, EverySettingArrives) {
-  carom_settings given = defaultSettings();
-  given.sample_rate = 44100;
-  given.latency = 0.1;
-  given.air_density = 1.1;
-  given.speed_of_sound = 330;
-  given.audible_threshold = 1e-3;
-  given.cpu_share = 0.25;
-  given.voices = 100;
-  given.buses = 50;
-  given.longest_contact = 0.02;
-  given.full_scale = 8;
-  given.limiter = 1;
-  given.limiter_ceiling = 0.75;
-  given.rest_speed = 0.01;
-  given.clock = CAROM_CLOCK_SIMULATION;
-  given.impulse = CAROM_IMPULSE_APPLIED;
-  given.radiators = CAROM_RADIATORS_EQUIVALENT_SPHERE;
-  given.doppler = 0;
-  given.ringing_bodies = 5;
-  given.modes = 6;
-  given.sliding_contacts = 7;
-  given.limiter_look_ahead = 0.004;
-  given.limiter_release = 0.08;
-  given.contact_loss = 0.3;
-  given.pulse = CAROM_PULSE_COURSE_GAUSSIAN;
-  given.sampling = CAROM_SAMPLING_NAIVE;
-  given.radiation = CAROM_RADIATION_COMPACT;
-  given.modal_radiation = CAROM_MODAL_RADIATION_CONSTANT;
-  given.dissipative = 1;
+  carom_settings input = defaultSettings();
+  input.sample_rate = 44100;
+  input.latency = 0.1;
+  input.air_density = 1.1;
+  input.speed_of_sound = 330;
+  input.audible_threshold = 1e-3;
+  input.cpu_share = 0.25;
+  input.voices = 100;
+  input.buses = 50;
+  input.longest_contact = 0.02;
+  input.full_scale = 8;
+  input.limiter = 1;
+  input.limiter_ceiling = 0.75;
+  input.rest_speed = 0.01;
+  input.clock = CAROM_CLOCK_SIMULATION;
+  input.impulse = CAROM_IMPULSE_APPLIED;
+  input.radiators = CAROM_RADIATORS_EQUIVALENT_SPHERE;
+  input.doppler = 0;
+  input.ringing_bodies = 5;
+  input.modes = 6;
+  input.sliding_contacts = 7;
+  input.limiter_look_ahead = 0.004;
+  input.limiter_release = 0.08;
+  input.contact_loss = 0.3;
+  input.pulse = CAROM_PULSE_COURSE_GAUSSIAN;
+  input.sampling = CAROM_SAMPLING_NAIVE;
+  input.radiation = CAROM_RADIATION_COMPACT;
+  input.modal_radiation = CAROM_MODAL_RADIATION_CONSTANT;
+  input.dissipative = 1;
   const carom_reflector floor = defaultReflector();
   carom_room room = defaultRoom();
   room.reflectors = &floor;
   room.reflector_count = 1;
   carom_reverb reverb = defaultReverb();
   reverb.volume = 70;
-  given.room = &room;
-  given.reverb = &reverb;
-  const Result<CSettings> settings = settingsFrom(&given);
+  input.room = &room;
+  input.reverb = &reverb;
+  const Result<CSettings> settings = settingsFrom(&input);
   ASSERT_TRUE(settings);
   EXPECT_EQ(settings->sound.synth.sampleRate, 44100);
   EXPECT_EQ(settings->sound.latency, 0.1);
@@ -433,10 +433,10 @@ TEST(CStructs, ListenersAreFoundBySize) {
   ears[1].known.spacing = 0.17;
   ears[1].known.half_angle = 0.9;
   ears[1].known.pattern = 0.5;
-  carom_settings given = defaultSettings();
-  given.listeners = &ears[0].known;
-  given.listener_count = ears.size();
-  const Result<CSettings> settings = settingsFrom(&given);
+  carom_settings input = defaultSettings();
+  input.listeners = &ears[0].known;
+  input.listener_count = ears.size();
+  const Result<CSettings> settings = settingsFrom(&input);
   ASSERT_TRUE(settings);
   ASSERT_EQ(settings->sound.listeners.size(), 2u);
   EXPECT_EQ(settings->sound.listeners[0].format, ListenerFormat::coincidentPair);
@@ -451,40 +451,40 @@ TEST(CStructs, ListenersAreFoundBySize) {
 }
 
 TEST(CStructs, EveryNumberOfStatisticsArrives) {
-  SoundStatistics given;
-  given.slides = 28;
-  given.inaudibleSlides = 29;
-  given.undersampled = 32;
-  given.slidesLeftOut = 30;
-  given.silenced = 31;
-  given.events = 1;
-  given.immovable = 2;
-  given.rejected = 3;
-  given.inaudible = 4;
-  given.stolen = 5;
-  given.overBudget = 6;
-  given.noBus = 7;
-  given.tooLong = 8;
-  given.skipped = 9;
-  given.queueFaults = 10;
-  given.late = 11;
-  given.stalls = 12;
-  given.jumps = 13;
-  given.voices = 14;
-  given.buses = 15;
-  given.cpuShare = 16;
-  given.worstBlock = 17;
-  given.gainReduction = 18;
-  given.solvedShapes = 19;
-  given.shapesSolvedInStep = 20;
-  given.unsolvedBodies = 21;
-  given.links = 22;
-  given.unsupportedContacts = 23;
-  given.rings = 24;
-  given.modalVoicesExhausted = 25;
-  given.ringing = 26;
-  given.modes = 27;
-  const carom_statistics told = toC(given);
+  SoundStatistics input;
+  input.slides = 28;
+  input.inaudibleSlides = 29;
+  input.undersampled = 32;
+  input.slidesLeftOut = 30;
+  input.silenced = 31;
+  input.events = 1;
+  input.immovable = 2;
+  input.rejected = 3;
+  input.inaudible = 4;
+  input.stolen = 5;
+  input.overBudget = 6;
+  input.noBus = 7;
+  input.tooLong = 8;
+  input.skipped = 9;
+  input.queueFaults = 10;
+  input.late = 11;
+  input.stalls = 12;
+  input.jumps = 13;
+  input.voices = 14;
+  input.buses = 15;
+  input.cpuShare = 16;
+  input.worstBlock = 17;
+  input.gainReduction = 18;
+  input.solvedShapes = 19;
+  input.shapesSolvedInStep = 20;
+  input.unsolvedBodies = 21;
+  input.links = 22;
+  input.unsupportedContacts = 23;
+  input.rings = 24;
+  input.modalVoicesExhausted = 25;
+  input.ringing = 26;
+  input.modes = 27;
+  const carom_statistics told = toC(input);
   EXPECT_EQ(told.events, 1u);
   EXPECT_EQ(told.immovable, 2u);
   EXPECT_EQ(told.rejected, 3u);
@@ -513,22 +513,23 @@ TEST(CStructs, EveryNumberOfStatisticsArrives) {
   EXPECT_EQ(told.ringing, 26u);
   EXPECT_EQ(told.modes, 27u);
   EXPECT_EQ(told.slides, 28u);
-  EXPECT_EQ(told.slides_inaudible, 29u);
+  EXPECT_EQ(told.inaudible_slides, 29u);
+  EXPECT_EQ(told.undersampled, 32u);
   EXPECT_EQ(told.slides_left_out, 30u);
   EXPECT_EQ(told.silenced, 31u);
 }
 
 TEST(CStructs, EveryNumberOfAMaterialArrivesAndComesBack) {
-  carom_material given = {};
-  given.size = sizeof given;
-  given.name = "bronze";
-  given.density = 1;
-  given.youngs_modulus = 2;
-  given.poissons_ratio = 3;
-  given.restitution = 4;
-  given.damping_alpha = 5;
-  given.damping_beta = 6;
-  const Result<Material> material = materialFrom(&given);
+  carom_material input = {};
+  input.size = sizeof input;
+  input.name = "bronze";
+  input.density = 1;
+  input.youngs_modulus = 2;
+  input.poissons_ratio = 3;
+  input.restitution = 4;
+  input.damping_alpha = 5;
+  input.damping_beta = 6;
+  const Result<Material> material = materialFrom(&input);
   ASSERT_TRUE(material);
   EXPECT_EQ(*material, (Material{.name = "bronze",
                                  .density = 1,
@@ -559,9 +560,9 @@ TEST(CStructs, RoughnessOfAMaterialIsItsOwnIfThereIsOne) {
   bumps.rms_height = 7;
   bumps.correlation_length = 8;
   bumps.hurst = 9;
-  carom_material given = toC(*findMaterial("bronze"));
-  given.roughness = &bumps;
-  const Result<Material> material = materialFrom(&given);
+  carom_material input = toC(*findMaterial("bronze"));
+  input.roughness = &bumps;
+  const Result<Material> material = materialFrom(&input);
   ASSERT_TRUE(material);
   EXPECT_EQ(material->roughness, (Roughness{.rmsHeight = 7, .correlationLength = 8, .hurst = 9}));
 }

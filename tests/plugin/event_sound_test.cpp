@@ -296,6 +296,34 @@ TEST(EventSound, RefusesFilesThatCannotBe) {
   EXPECT_FALSE(EventSound::create(settings));
 }
 
+TEST(EventSound, DoesNothingOnceItIsClosed) {
+  const TemporaryFolder folder;
+  SoundSettings settings = near();
+  settings.record = folder / "closed.wav";
+  EventSound sound = made(settings);
+  ASSERT_TRUE(sound.prepareRendering(48000.0));
+  sound.post(drop(0.01).event());
+  sound.advanceTo(0.1);
+  ASSERT_TRUE(sound.close());
+  EXPECT_TRUE(std::filesystem::exists(folder / "closed.wav"));
+  EXPECT_FALSE(sound.setBody(kBall, drop(0.0).ball()));
+  EXPECT_FALSE(sound.setListener({0.0, 1.0, 0.0}));
+  EXPECT_FALSE(sound.setTimeScale(0.5));
+  EXPECT_FALSE(sound.play());
+  EXPECT_FALSE(sound.prepareRendering(48000.0));
+  EXPECT_FALSE(sound.record(folder / "after.wav"));
+  sound.post(drop(0.2).event());
+  sound.advanceTo(0.3);
+  sound.removeBody(kBall);
+  EXPECT_EQ(sound.time(), 0.1);
+  EXPECT_EQ(sound.statistics().events, 1U);
+  for (const float sample : pulled(sound, 1000))
+    ASSERT_EQ(sample, 0.0F);
+  EXPECT_TRUE(sound.finishRecording());
+  EXPECT_TRUE(sound.close());
+  EXPECT_EQ(folder.entries(), 1U);
+}
+
 TEST(EventSound, RefusesSettingsThatCannotBe) {
   const auto isRefused = [](auto change) {
     SoundSettings settings = near();

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <new>
 #include <string>
@@ -10,6 +11,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "carom/audio/surface_texture.h"
 #include "carom/sound.h"
 #include "tests/audio/ringing_box.h"
 #include "tests/bullet_bridge/sphere_world.h"
@@ -224,6 +226,151 @@ TEST(Modes, ThatCannotBeAreRefused) {
   const Status refused = sound.assign(scene.ball, {.modes = broken});
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().message, HasSubstr("modal model: shapes must have three numbers"));
+}
+
+TEST(Assign, ReplacesOnlyThePartsThatItSets) {
+  EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
+              require(sound.assign(scene.ball, {.material = "rubber", .modes = bell()}));
+              require(sound.assign(scene.ball, {.modes = nullptr}));
+            }),
+            ofBody("rubber"));
+  EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
+              require(sound.assign(scene.ball, {.material = "rubber"}));
+              require(sound.assign(scene.ball, {}));
+            }),
+            ofBody("rubber"));
+}
+
+TEST(Assign, FillsEachPartFromTheBodyThenItsShapeThenItsUserIndex) {
+  EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
+              scene.ball.setUserIndex(7);
+              require(sound.assign(UserIndex{7}, {.material = "glass", .modes = bell()}));
+              require(sound.assign(*scene.ball.getCollisionShape(), {.material = "rubber"}));
+              require(sound.assign(scene.ball, {.modes = nullptr}));
+            }),
+            ofBody("rubber"));
+}
+
+TEST(Assign, IsTakenBackByUnassign) {
+  const Samples guessed = heard([](Scene&, Sound&) {});
+  EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
+              require(sound.assign(scene.ball, {.material = "rubber", .modes = bell()}));
+              require(sound.unassign(scene.ball));
+            }),
+            guessed);
+  EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
+              scene.ball.setUserIndex(7);
+              require(sound.assign(UserIndex{7}, {.material = "rubber"}));
+              require(sound.assign(*scene.ball.getCollisionShape(), {.silent = true}));
+              require(sound.unassign(UserIndex{7}));
+              require(sound.unassign(*scene.ball.getCollisionShape()));
+            }),
+            guessed);
+  EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
+              require(sound.assign(scene.ball, {.material = "glass"}));
+              require(sound.assign(*scene.ball.getCollisionShape(), {.material = "rubber"}));
+              scene.bullet.step(1.0 / 240.0);  // the body gets its number
+              require(sound.unassign(scene.ball));
+            }),
+            heard([](Scene& scene, Sound& sound) {
+              require(sound.assign(scene.ball, {.material = "rubber"}));
+              scene.bullet.step(1.0 / 240.0);
+            }));
+}
+
+TEST(Assign, ThatIsRefusedChangesNothing) {
+  EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
+              require(sound.assign(scene.ball, {.material = "rubber"}));
+              EXPECT_FALSE(sound.assign(scene.ball, {.material = "cheese", .silent = true}));
+            }),
+            ofBody("rubber"));
+}
+
+bool isSilent(const Samples& samples) {
+  return loudest(samples) == 0.0;
+}
+
+TEST(Silence, LeavesOutContactsWithTheBodyWhicheverOfTheTwoItIs) {
+  EXPECT_TRUE(isSilent(heard(
+      [](Scene& scene, Sound& sound) { require(sound.assign(scene.ball, {.silent = true})); })));
+  EXPECT_TRUE(isSilent(heard(
+      [](Scene& scene, Sound& sound) { require(sound.assign(scene.floor, {.silent = true})); })));
+  EXPECT_TRUE(isSilent(heard([](Scene& scene, Sound& sound) {
+    require(sound.assign(scene.floor, {.modes = bell()}));
+    require(sound.assign(*scene.ball.getCollisionShape(), {.silent = true}));
+  })));
+}
+
+TEST(Silence, OfAShapeIsTakenBackForOneBody) {
+  EXPECT_EQ(heard([](Scene& scene, Sound& sound) {
+              require(sound.assign(*scene.ball.getCollisionShape(), {.silent = true}));
+              require(sound.assign(scene.ball, {.silent = false}));
+            }),
+            heard([](Scene&, Sound&) {}));
+}
+
+TEST(Silence, IsCountedAndLeavesOtherBodiesAlone) {
+  Scene scene;
+  btRigidBody& other = scene.bullet.addBall(
+      {.radius = 0.01, .mass = 0.03, .position = {1, 0.1, 0}, .restitution = 0.8});
+  Sound sound = test::attachOffline(scene.bullet.world, {});
+  require(sound.assign(scene.ball, {.silent = true}));
+  Samples samples;
+  for (int step = 0; step < 60; ++step) {  // each lands once, after 0.14 s
+    scene.bullet.step(1.0 / 240.0);
+    test::takeReady(sound, samples);
+  }
+  EXPECT_EQ(sound.statistics().silenced, 2U);
+  EXPECT_EQ(sound.statistics().events, 1U);
+  EXPECT_EQ(sound.statistics().immovable, 1U);
+  EXPECT_FALSE(isSilent(samples));
+  scene.bullet.remove(other);
+}
+
+/// Returns the steps that are heard of a smooth ball that slides, without turning, on a smooth
+/// floor, after `prepare` has changed something.
+template <class Prepare>
+std::uint64_t slides(Prepare prepare) {
+  SphereBulletWorld world(9.81);
+  btRigidBody& floor = world.addPlane(Vec3::UnitY(), 0.0, 0.0);
+  world.addBall({.radius = 0.01,
+                 .mass = 0.03,
+                 .position = {0, 0.01, 0},
+                 .velocity = {1, 0, 0},
+                 .restitution = 0.0});
+  SoundSettings settings;
+  settings.listeners = {{"near", {0.1, 0.1, 0.1}}};
+  Sound sound = test::attachOffline(world.world, settings);
+  Material smooth = *findMaterial("steel");
+  smooth.roughness = {};
+  require(sound.assign(UserIndex{-1}, {.material = smooth}));
+  prepare(sound, floor);
+  Samples samples;
+  for (int step = 0; step < 60; ++step) {
+    world.step(1.0 / 240.0);
+    test::takeReady(sound, samples);
+  }
+  return sound.statistics().slides;
+}
+
+TEST(Textures, SoundWhereABodySlidesAndNullIsTheMaterialsRoughness) {
+  Result<SurfaceTexture> rough = SurfaceTexture::rough({2e-5, 1e-3, 0.8}, 1);
+  ASSERT_TRUE(rough);
+  const auto texture = std::make_shared<const SurfaceTexture>(*std::move(rough));
+  EXPECT_EQ(slides([](Sound&, btRigidBody&) {}), 0U);
+  EXPECT_GT(slides([&](Sound& sound, btRigidBody& floor) {
+              require(sound.assign(floor, {.texture = texture}));
+            }),
+            0U);
+  EXPECT_EQ(slides([&](Sound& sound, btRigidBody& floor) {
+              require(sound.assign(*floor.getCollisionShape(), {.texture = texture}));
+              require(sound.assign(floor, {.texture = nullptr}));
+            }),
+            0U);
+  EXPECT_EQ(slides([&](Sound& sound, btRigidBody& floor) {
+              require(sound.assign(floor, {.texture = texture, .silent = true}));
+            }),
+            0U);
 }
 
 }  // namespace

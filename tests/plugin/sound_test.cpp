@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -159,9 +160,33 @@ TEST_F(DroppedBall, RefusesEverythingOnceItIsClosed) {
   EXPECT_FALSE(sound.setListener({0.0, 1.0, 0.0}));
   EXPECT_FALSE(sound.setTimeScale(0.5));
   EXPECT_FALSE(sound.assign(UserIndex{1}, {.material = "steel"}));
+  EXPECT_FALSE(sound.assign(*ball_, {.material = "steel"}));
+  EXPECT_FALSE(sound.unassign(*ball_));
+  EXPECT_FALSE(sound.unassign(UserIndex{1}));
   EXPECT_TRUE(sound.finishRecording());
   EXPECT_TRUE(sound.close());
   EXPECT_EQ(folder.entries(), 0U);
+}
+
+TEST_F(DroppedBall, IsRecordedByOneCallAndFinishedByItsDestructor) {
+  const test::TemporaryFolder folder;
+  {
+    const auto sound = Sound::attach(world_.world, {.record = folder / "ball.wav"});
+    ASSERT_TRUE(sound);
+    world_.step(1.0 / 240.0, 96);
+  }
+  EXPECT_GT(test::contents(folder / "ball.wav").size(), 48000U);
+  EXPECT_TRUE(Sound::attach(world_.world));  // the world is free again
+}
+
+TEST_F(DroppedBall, DetachesTheWorldOfASoundThatAnotherReplaces) {
+  SphereBulletWorld other;
+  Sound sound = attached();
+  Sound replaced = test::attachOffline(other.world, {});
+  replaced = std::move(sound);
+  EXPECT_TRUE(Sound::attach(other.world));
+  play(replaced, 0.3);
+  EXPECT_EQ(replaced.statistics().events, 1U);
 }
 
 TEST_F(DroppedBall, RefusesWhatItCannotDo) {
