@@ -78,25 +78,25 @@ void SphereContacts::collide(const ContactPair& pair) {
 
 /// Resolves a collision of two spheres without rods.
 void SphereContacts::collideFree(const ContactPair& pair, double restitution) {
-  const double mass1 = properties_.mass(pair.sphere);
-  const double mass2 = properties_.mass(pair.other);
+  const double mass = properties_.mass(pair.sphere);
+  const double otherMass = properties_.mass(pair.other);
   const bool asleep = bodies_.isAsleep(pair.sphere);
   const bool otherAsleep = bodies_.isAsleep(pair.other);
   // Shares of the two in the change of velocity, formed so that equal masses swap theirs exactly.
-  double share = mass2 / (mass1 + mass2);
-  double otherShare = mass1 / (mass1 + mass2);
-  double mass = mass1 * share;
+  double share = otherMass / (mass + otherMass);
+  double otherShare = mass / (mass + otherMass);
+  double effectiveMass = mass * share;
   if (asleep || otherAsleep) {  // a sphere that sleeps on does not yield
     share = otherAsleep ? 1.0 : 0.0;
     otherShare = otherAsleep ? 0.0 : 1.0;
-    mass = otherAsleep ? mass1 : mass2;
+    effectiveMass = otherAsleep ? mass : otherMass;
   }
   const double change = (1.0 + restitution) * pair.approachSpeed;
-  const double taken = 0.5 * mass * (1.0 - restitution) * (1.0 + restitution) * pair.approachSpeed *
-                       pair.approachSpeed;
+  const double taken = 0.5 * effectiveMass * (1.0 - restitution) * (1.0 + restitution) *
+                       pair.approachSpeed * pair.approachSpeed;
   rest_.addBounceEnergy(pair.sphere, 0.5 * taken);
   rest_.addBounceEnergy(pair.other, 0.5 * taken);
-  report(pair, mass, mass * change);
+  report(pair, effectiveMass, effectiveMass * change);
   Motion motion = pair.motion;
   Motion otherMotion = pair.otherMotion;
   motion.velocity += (share * change) * pair.normal;
@@ -106,7 +106,7 @@ void SphereContacts::collideFree(const ContactPair& pair, double restitution) {
                              pair.otherMotion.velocity, motion.velocity, otherMotion.velocity,
                              taken});
   }
-  applyFriction(pair, mass * change, motion, otherMotion);
+  applyFriction(pair, effectiveMass * change, motion, otherMotion);
   trajectories_.changeMotion(pair.sphere, motion);
   trajectories_.changeMotion(pair.other, otherMotion);
 }

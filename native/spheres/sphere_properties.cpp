@@ -35,12 +35,12 @@ bool rubsOrSpins(const Sphere& sphere) {
 
 SphereProperties::SphereProperties(const SphereWorld& world, std::span<const std::uint32_t> listed)
     : restitutions_(world.restitutions) {
-  colliders_.reserve(listed.size());
+  spheres_.reserve(listed.size());
   const bool varies = restitutionVaries(world);
   const bool rubs = std::ranges::any_of(world.spheres, rubsOrSpins);
   for (const std::uint32_t at : listed) {
     const Sphere& sphere = world.spheres[at];
-    colliders_.push_back({sphere.mass, sphere.restitution, sphere.surface});
+    spheres_.push_back({sphere.mass, sphere.restitution, sphere.surface});
     if (varies) laws_.push_back(sphere.restitutionLaw);
     if (rubs) frictions_.push_back(sphere.friction);
     if (world.simultaneous == Simultaneous::hertz) stiffnesses_.push_back(sphere.stiffness);
@@ -49,8 +49,8 @@ SphereProperties::SphereProperties(const SphereWorld& world, std::span<const std
 
 double SphereProperties::restitution(std::uint32_t sphere, std::uint32_t other,
                                      double approachSpeed) const {
-  const Collider& one = colliders_[sphere];
-  const Collider& two = colliders_[other];
+  const Properties& one = spheres_[sphere];
+  const Properties& two = spheres_[other];
   if (laws_.empty())
     return restitutions_.of(one.surface, one.restitution, two.surface, two.restitution);
   return restitutions_.of(one.surface, restitutionAt(one.restitution, laws_[sphere], approachSpeed),
@@ -59,7 +59,7 @@ double SphereProperties::restitution(std::uint32_t sphere, std::uint32_t other,
 
 double SphereProperties::wallRestitution(std::uint32_t sphere, const Plane& plane,
                                          double approachSpeed) const {
-  const Collider& body = colliders_[sphere];
+  const Properties& body = spheres_[sphere];
   if (laws_.empty())
     return restitutions_.of(body.surface, body.restitution, plane.surface, plane.restitution);
   return restitutions_.of(
@@ -69,7 +69,7 @@ double SphereProperties::wallRestitution(std::uint32_t sphere, const Plane& plan
 
 std::vector<double> SphereProperties::restitutionsAmong(std::span<const Wall> walls) const {
   std::vector<Kind> kinds;
-  for (const Collider& sphere : colliders_)
+  for (const Properties& sphere : spheres_)
     kinds.emplace_back(sphere.surface, sphere.restitution);
   for (const Wall& wall : walls)
     kinds.emplace_back(wall.plane.surface, wall.plane.restitution);

@@ -20,7 +20,7 @@ class SphereProperties {
   /// `listed` holds, by sphere, its position in `world.spheres`.
   SphereProperties(const SphereWorld& world, std::span<const std::uint32_t> listed);
 
-  double mass(std::size_t sphere) const { return colliders_[sphere].mass; }  ///< kg
+  double mass(std::size_t sphere) const { return spheres_[sphere].mass; }  ///< kg
 
   /// Restitution (1) of two spheres that approach at `approachSpeed` m/s.
   double restitution(std::uint32_t sphere, std::uint32_t other, double approachSpeed) const;
@@ -44,14 +44,14 @@ class SphereProperties {
   double stiffness(std::size_t sphere) const { return stiffnesses_[sphere]; }  ///< Pa; if isHertz()
 
  private:
-  struct Collider {
+  struct Properties {
     double mass = 0.0;         ///< kg
     double restitution = 0.0;  ///< 1, at the speed of its RestitutionLaw
     SurfaceId surface = 0;
   };
 
   RestitutionTable restitutions_;
-  std::vector<Collider> colliders_;        ///< by sphere
+  std::vector<Properties> spheres_;        ///< by sphere
   std::vector<RestitutionLaw> laws_;       ///< by sphere; empty if all restitutions are constant
   std::vector<SphereFriction> frictions_;  ///< by sphere; empty if no sphere rubs or spins
   std::vector<double> stiffnesses_;        ///< Pa, by sphere; empty except for Simultaneous::hertz
