@@ -16,6 +16,16 @@ namespace carom {
 
 /// The sound layer: from impulse events to pressure at listeners, in pascals.
 ///
+///     setBody          once:   how each body radiates
+///     schedule         when known: one body's share of a collision  --+
+///     updateContact    each step: a lasting contact                  --+--> clicks, excited modes,
+///     moveListener     each frame, for a listener that moves               on exact sample times
+///     render           block by block                                 <--  their sum, in Pa
+///
+/// An event is decided when it is scheduled: which paths its sound takes to which listener, when it
+/// arrives, how loud. What is left for `render` is to add up pulses through filters that all bodies
+/// of a size share, and to let modes ring.
+///
 /// Model: acceleration noise. A rigid body that is hit pushes the air as a dipole (Strike) while
 /// the contact lasts (hertzDuration), with the force's own course over time (Pulse). Sound reaches
 /// each receiver of each listener directly and over the images of a room's walls, with the delay

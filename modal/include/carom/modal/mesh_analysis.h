@@ -23,9 +23,14 @@ struct MeshAnalysis {
   bool isFromCache = false;  ///< if true, the two above are not known
 };
 
-/// Makes a body that rings from a mesh: mends the surface, analyses it, and computes how its modes
-/// radiate. A model that is in the cache already is not computed again. A body so small and stiff
-/// that all its modes lie above hearing gives a model without modes.
+/// Makes a body that rings from a mesh.
+///
+///     SurfaceMesh --mended--> surface --solid or shell--> modes --boundary elements--> ModalModel
+///
+/// The surface is mended, analysed (a solid as a grid of bricks, a shell as springs and masses),
+/// and the radiation of its modes computed; each step is a function of its own, too. A model that
+/// is in the cache already is not computed again. A body so small and stiff that all its modes lie
+/// above hearing gives a model without modes.
 ///
 /// Errors: those of needSolid for a solid; those of analyseSolid, shellModalModel and
 /// computeRadiation; kCancelled. A cache that cannot be written is no error. [any thread but the
