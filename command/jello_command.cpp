@@ -143,7 +143,7 @@ JelloCommand::JelloCommand(CLI::App& app)
 }
 
 /// Returns what is wrong with the names of the files to write; empty if nothing is.
-std::string JelloCommand::whyNoOutputs() const {
+Status JelloCommand::checkOutputs() const {
   const std::vector<OutputName> outputs = {{"--output", output_},
                                            {"--trajectory", trajectory_},
                                            {"--energy", energy_},
@@ -154,19 +154,19 @@ std::string JelloCommand::whyNoOutputs() const {
     text << output.option << ": " << output.name;
     if (isSameFile(output.name, world_)) {
       text << " is the world itself; expected another name";
-      return text.str();
+      return Error{text.str()};
     }
     for (const OutputName& other : outputs) {
       if (&other == &output || other.name.empty() || !isSameFile(output.name, other.name)) continue;
       text << " is that of " << other.option << ", too; expected names that differ";
-      return text.str();
+      return Error{text.str()};
     }
   }
   if (!output_.empty() && !isWavName(output_))
-    return "--output: '" + output_ + "' is not the name of a WAV file; expected FILE.wav";
+    return Error{"--output: '" + output_ + "' is not the name of a WAV file; expected FILE.wav"};
   if (step_ > 0.0 && integrator_ == kAuto)
-    return "--dt: goes with an integrator; expected --integrator other than auto";
-  return {};
+    return Error{"--dt: goes with an integrator; expected --integrator other than auto"};
+  return std::monostate{};
 }
 
 void JelloCommand::applyStepping(JelloShape& jello) const {
@@ -239,10 +239,12 @@ bool JelloCommand::parsed() const {
 }
 
 int JelloCommand::run() const {
-  if (const std::string reason = whyNoOutputs(); !reason.empty()) return fail(kBadInput, reason);
-  for (const std::string* name : {&output_, &trajectory_, &energy_, &modes_})
-    if (const std::string reason = name->empty() ? "" : whyNoFileAt(*name); !reason.empty())
-      return fail(kFailed, *name + ": " + reason);
+  if (const Status valid = checkOutputs(); !valid) return fail(kBadInput, valid.error().message);
+  for (const std::string* name : {&output_, &trajectory_, &energy_, &modes_}) {
+    if (name->empty()) continue;
+    if (const Status valid = checkWritable(*name); !valid)
+      return fail(kFailed, *name + ": " + valid.error().message);
+  }
   const Result<Scene> scene = readScene();
   if (!scene) return fail(kBadInput, scene.error().message);
 
@@ -260,7 +262,8 @@ int JelloCommand::run() const {
   options.progress = [&](double share) { bar.show(share); };
   Result<JelloRun> run = JelloRun::create(*scene, options);
   if (!run) return fail(kBadInput, world_ + ": " + run.error().message);
-  if (const std::string why = whyUnstable(run->choice().stepping, run->limit()); !why.empty())
+  if (const std::string why = instabilityWarning(run->choice().stepping, run->limit());
+      !why.empty())
     std::cerr << "carom: " << world_ << ": " << why << "; --dt and --integrator take others\n";
   const Result<JelloReport> report = run->run();
   bar.clear();

@@ -24,7 +24,7 @@ class JelloCommand {
 
  private:
   Result<Scene> readScene() const;
-  std::string whyNoOutputs() const;
+  Status checkOutputs() const;
   void applyStepping(JelloShape& jello) const;
   Status writeModes(const Scene& scene) const;
 

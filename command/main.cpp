@@ -105,17 +105,20 @@ void applySound(const Arguments& arguments, SynthSettings& sound) {
 }
 
 // Returns why the output files cannot be written, before anything is read; empty if they can.
-std::string whyNoOutputs(const Arguments& arguments, const std::string& input = "scene") {
+Status checkOutputs(const Arguments& arguments, const std::string& input = "scene") {
   if (isSameFile(arguments.output, arguments.scene))
-    return "--output: " + arguments.output + " is the " + input + " itself; expected another name";
+    return Error{"--output: " + arguments.output + " is the " + input +
+                 " itself; expected another name"};
   if (!isWavName(arguments.output))
-    return "--output: '" + arguments.output + "' is not the name of a WAV file; expected FILE.wav";
-  if (arguments.events.empty()) return {};
+    return Error{"--output: '" + arguments.output +
+                 "' is not the name of a WAV file; expected FILE.wav"};
+  if (arguments.events.empty()) return std::monostate{};
   if (isSameFile(arguments.events, arguments.scene))
-    return "--events: " + arguments.events + " is the " + input + " itself; expected another name";
+    return Error{"--events: " + arguments.events + " is the " + input +
+                 " itself; expected another name"};
   if (isSameFile(arguments.events, arguments.output))
-    return "--events: " + arguments.events + " is the sound file too; expected another name";
-  return {};
+    return Error{"--events: " + arguments.events + " is the sound file too; expected another name"};
+  return std::monostate{};
 }
 
 RenderOptions renderOptions(const Arguments& arguments) {
@@ -193,8 +196,8 @@ Status validateRun(const Scene& scene) {
 }
 
 int render(const Arguments& arguments) {
-  if (const std::string reason = whyNoOutputs(arguments); !reason.empty())
-    return fail(kBadInput, reason);
+  if (const Status valid = checkOutputs(arguments); !valid)
+    return fail(kBadInput, valid.error().message);
   Result<Scene> scene = loadScene(arguments.scene);
   if (!scene) return fail(kBadInput, scene.error().message);
   applyStepper(arguments, *scene);
@@ -205,7 +208,7 @@ int render(const Arguments& arguments) {
   }
   if (const Status valid = validateRun(*scene); !valid)
     return fail(kBadInput, arguments.scene + ": " + valid.error().message);
-  if (const std::string why = whyUnstable(*scene); !why.empty())
+  if (const std::string why = instabilityWarning(*scene); !why.empty())
     std::cerr << "carom: " << arguments.scene << ": " << why << '\n';
   return renderInto(arguments, *scene, nullptr);
 }
@@ -219,8 +222,8 @@ int record(const Arguments& arguments) {
   Result<Scene> scene = parseScene(*text, arguments.scene);
   if (!scene) return fail(kBadInput, scene.error().message);
   applyStepper(arguments, *scene);
-  if (const std::string reason = whyNoRecordingOf(*scene); !reason.empty())
-    return fail(kBadInput, arguments.scene + ": " + reason);
+  if (const Status valid = validateForRecording(*scene); !valid)
+    return fail(kBadInput, arguments.scene + ": " + valid.error().message);
   ProgressBar bar("recording " + scene->name);
   const auto start = std::chrono::steady_clock::now();
   const Result<Recording> recording =
@@ -249,7 +252,7 @@ void applyListeners(const Arguments& arguments, Scene& scene) {
 }
 
 // Returns why the scene has no such span; empty if it has.
-std::string whyNoSpan(const SoundSpan& span, const Scene& scene) {
+Status validateSpan(const SoundSpan& span, const Scene& scene) {
   std::ostringstream text;
   if (span.from >= scene.duration) {
     text << "--from: " << span.from << " s; expected less than " << scene.duration
@@ -257,17 +260,18 @@ std::string whyNoSpan(const SoundSpan& span, const Scene& scene) {
   } else if (span.to <= span.from) {
     text << "--to: " << span.to << " s; expected more than --from, " << span.from << " s";
   }
-  return text.str();
+  if (text.str().empty()) return std::monostate{};
+  return Error{text.str()};
 }
 
 int replay(Arguments& arguments) {
-  if (const std::string reason = whyNoOutputs(arguments, "recording"); !reason.empty())
-    return fail(kBadInput, reason);
+  if (const Status valid = checkOutputs(arguments, "recording"); !valid)
+    return fail(kBadInput, valid.error().message);
   Result<RecordedScene> recorded = loadRecordedScene(arguments.scene);
   if (!recorded) return fail(kBadInput, recorded.error().message);
   Scene& scene = recorded->scene;
-  if (const std::string reason = whyNoSpan(arguments.span, scene); !reason.empty())
-    return fail(kBadInput, reason);
+  if (const Status valid = validateSpan(arguments.span, scene); !valid)
+    return fail(kBadInput, valid.error().message);
   applySound(arguments, scene.sound);
   applyListeners(arguments, scene);
   return renderInto(arguments, scene, &recorded->recording);

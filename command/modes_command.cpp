@@ -155,8 +155,8 @@ int ModesCommand::run() const {
   if (!output_.empty()) {
     if (isSameFile(output_, mesh_))
       return fail(kBadInput, "--output: " + output_ + " is the mesh itself; expected another name");
-    if (const std::string reason = whyNoFileAt(output_); !reason.empty())
-      return fail(kFailed, "--output: " + output_ + ": " + reason);
+    if (const Status valid = checkWritable(output_); !valid)
+      return fail(kFailed, "--output: " + output_ + ": " + valid.error().message);
   }
   const Result<LoadedMesh> mesh = loadMesh(mesh_, {.scale = scale_});
   if (!mesh) return fail(kBadInput, mesh.error().message);

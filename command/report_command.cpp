@@ -101,8 +101,8 @@ bool ReportCommand::parsed() const {
 
 int ReportCommand::run() const {
   const std::filesystem::path folder = output_;
-  if (const std::string why = whyNoReportIn(folder); !why.empty())
-    return fail(kBadInput, "--output: " + why);
+  if (const Status valid = checkReportFolder(folder); !valid)
+    return fail(kBadInput, "--output: " + valid.error().message);
   Result<std::vector<Scene>> scenes = readScenes(scenes_);
   if (!scenes) return fail(kBadInput, scenes.error().message);
 

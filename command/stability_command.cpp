@@ -23,7 +23,7 @@ using namespace audio;
 namespace {
 
 /// Says that no case has such an id, and lists all ids.
-std::string whyNone(const std::string& pattern, const std::vector<StabilityCase>& cases) {
+std::string noCaseMessage(const std::string& pattern, const std::vector<StabilityCase>& cases) {
   std::ostringstream text;
   text << "--only: no case has '" << pattern << "' in its name; expected a part of one of";
   for (const StabilityCase& item : cases)
@@ -75,11 +75,11 @@ bool StabilityCommand::parsed() const {
 int StabilityCommand::run() const {
   const std::vector<StabilityCase> all = selectCases(stabilityCases(), form(), "");
   const std::vector<StabilityCase> cases = selectCases(all, form(), only_);
-  if (cases.empty()) return fail(kBadInput, whyNone(only_, all));
+  if (cases.empty()) return fail(kBadInput, noCaseMessage(only_, all));
   if (list_) return list(cases);
   if (!output_.empty())
-    if (const std::string reason = whyNoFileAt(output_); !reason.empty())
-      return fail(kFailed, output_ + ": " + reason);
+    if (const Status valid = checkWritable(output_); !valid)
+      return fail(kFailed, output_ + ": " + valid.error().message);
 
   const StabilityReport report = runWithBar(cases, form());
   const nlohmann::ordered_json object = stabilityJson(report);

@@ -47,8 +47,8 @@ double massAt(const ModalModel& model, const Vec3& arm, const Vec3& n) {
 }
 
 /// Makes the impact of a ball on the body, whose centre of mass is at the origin.
-ImpulseEvent blow(const ModalModel& model, const Vec3& place, const Vec3& impulse,
-                  double hammerMass, double hammerRadius) {
+ImpulseEvent strikeEvent(const ModalModel& model, const Vec3& place, const Vec3& impulse,
+                         double hammerMass, double hammerRadius) {
   ImpulseEvent event;
   event.time = kBefore;
   event.body = kBody;
@@ -197,7 +197,7 @@ int StrikeCommand::run() const {
       !set)
     return fail(kFailed, set.error().message);
   const ImpulseEvent event =
-      blow(*model, *threeNumbers(at_, kFarthest), impulse, hammerMass_, hammerRadius_);
+      strikeEvent(*model, *threeNumbers(at_, kFarthest), impulse, hammerMass_, hammerRadius_);
   SoundFileSettings file;
   file.sampleRate = sampleRate_;
   file.normalize = normalize_;

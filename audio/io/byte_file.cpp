@@ -35,8 +35,8 @@ Result<std::vector<std::byte>> readBytes(const fs::path& path) {
 
 Status writeBytes(const fs::path& path, std::span<const std::byte> bytes) {
   const auto refuse = [&path](const std::string& why) { return Error{path.string() + ": " + why}; };
-  if (const std::string why = whyNoFileAt(path); !why.empty())
-    return refuse("cannot be written: " + why);
+  if (const Status valid = checkWritable(path); !valid)
+    return refuse("cannot be written: " + valid.error().message);
   PartialFile partial(path);
   std::ofstream stream(partial.path(), std::ios::binary | std::ios::trunc);
   stream.write(reinterpret_cast<const char*>(bytes.data()), std::ssize(bytes));

@@ -32,8 +32,8 @@ std::error_code PartialFile::giveName() {
   return std::make_error_code(std::errc::function_not_supported);
 }
 
-std::string whyNoFileAt(const fs::path& /*path*/) {
-  return kNoFiles;
+Status checkWritable(const fs::path& /*path*/) {
+  return Error{kNoFiles};
 }
 
 bool isSameFile(const fs::path& path, const fs::path& other) {

@@ -34,16 +34,16 @@ std::error_code PartialFile::giveName() {
   return reason;
 }
 
-std::string whyNoFileAt(const fs::path& path) {
+Status checkWritable(const fs::path& path) {
   std::error_code ignored;
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  if (!path.has_filename()) return "it names no file";
-  if (fs::is_directory(path, ignored)) return "a folder has this name";
+  if (!path.has_filename()) return Error{"it names no file"};
+  if (fs::is_directory(path, ignored)) return Error{"a folder has this name"};
   if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored))
-    return "what has this name is no regular file";
+    return Error{"what has this name is no regular file"};
   if (!fs::is_directory(folder, ignored))
-    return "folder '" + folder.string() + "' does not exist; create it first";
-  return {};
+    return Error{"folder '" + folder.string() + "' does not exist; create it first"};
+  return std::monostate{};
 }
 
 bool isSameFile(const fs::path& path, const fs::path& other) {

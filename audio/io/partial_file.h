@@ -4,6 +4,8 @@
 #include <string>
 #include <system_error>
 
+#include "carom/audio/result.h"
+
 namespace carom::audio {
 
 /// An output file that appears whole or not at all: it is written beside its final place and
@@ -27,10 +29,10 @@ class PartialFile {
   std::filesystem::path path_;
 };
 
-/// Returns why no file can be given this name, as the second half of a sentence; empty if one can,
-/// as far as can be told without trying. A regular file of that name is no obstacle, anything else
+/// Refuses a name that no file can be given, as far as can be told without trying; the message is
+/// the second half of a sentence. A regular file of that name is no obstacle, anything else
 /// is: a device, for one, would be replaced.
-std::string whyNoFileAt(const std::filesystem::path& path);
+Status checkWritable(const std::filesystem::path& path);
 
 /// True if both paths name one file, whether it exists or not.
 bool isSameFile(const std::filesystem::path& path, const std::filesystem::path& other);

@@ -254,7 +254,7 @@ SoundFileWriter::~SoundFileWriter() = default;
 Result<SoundFileWriter> SoundFileWriter::create(const fs::path& path,
                                                 const SoundFileSettings& settings) {
   if (const Status valid = validate(settings); !valid) return failure(path, valid.error().message);
-  if (const std::string reason = whyNoFileAt(path); !reason.empty()) return failure(path, reason);
+  if (const Status valid = checkWritable(path); !valid) return failure(path, valid.error().message);
   auto state = std::make_unique<State>(path, settings);
   if (const Status opened = state->open(); !opened) return opened.error();
   return SoundFileWriter(std::move(state));

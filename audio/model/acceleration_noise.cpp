@@ -16,9 +16,10 @@ double slopeAround(double fromCentre) {
 // frame).
 Vec3 pushedVolume(const ImpulseEvent& event, const SoundBody& body) {
   const Quat& toWorld = event.bodyOrientation;
-  const Vec3 blow = toWorld.conjugate() * event.impulse;
+  const Vec3 impulse = toWorld.conjugate() * event.impulse;
   const Vec3 arm = toWorld.conjugate() * (event.position - event.bodyPosition);
-  return toWorld * body.shape->dipole(blow / body.mass, body.inverseInertia * arm.cross(blow));
+  return toWorld *
+         body.shape->dipole(impulse / body.mass, body.inverseInertia * arm.cross(impulse));
 }
 
 }  // namespace

@@ -191,14 +191,14 @@ class SofaFile {
   std::span<const float> delays_;
 };
 
-std::string whyNoFile(const fs::path& path) {
+Status checkReadable(const fs::path& path) {
   std::error_code code;
   const fs::file_status status = fs::status(path, code);
-  if (!fs::exists(status)) return "there is no such file";
-  if (!fs::is_regular_file(status)) return "it is not a regular file";
-  if (!std::ifstream(path, std::ios::binary)) return "it may not be read";
-  if (fs::file_size(path, code) > kMaxFileSize) return "it is larger than 1 GiB";
-  return "";
+  if (!fs::exists(status)) return Error{"there is no such file"};
+  if (!fs::is_regular_file(status)) return Error{"it is not a regular file"};
+  if (!std::ifstream(path, std::ios::binary)) return Error{"it may not be read"};
+  if (fs::file_size(path, code) > kMaxFileSize) return Error{"it is larger than 1 GiB"};
+  return std::monostate{};
 }
 
 }  // namespace
@@ -207,7 +207,7 @@ Result<HrtfMeasurements> readSofaFile(const fs::path& path) {
   const auto failure = [&](const std::string& reason) {
     return Error{"SOFA file '" + path.string() + "': " + reason};
   };
-  if (const std::string reason = whyNoFile(path); !reason.empty()) return failure(reason);
+  if (const Status valid = checkReadable(path); !valid) return failure(valid.error().message);
   int code = MYSOFA_OK;
   const SofaHandle file(mysofa_load(path.c_str(), &code));
   if (!file) return failure(reasonOf(code));

@@ -105,7 +105,7 @@ class SceneReporter {
 
   Status add(const ReportChoice& choice) {
     const Scene scene = sceneOf(scene_, choice);
-    const std::string why = whyTooLong(choice, scene);
+    const std::string why = reasonToSkip(choice, scene);
     if (!why.empty()) {
       report_.leftOut.push_back({choice.label, why});
       return std::monostate{};
@@ -126,7 +126,7 @@ class SceneReporter {
 
   /// Returns why a run would take longer than the budget, or why it cannot be run at all; empty if
   /// it can. Bullet's time is estimated from how long coarser steps took.
-  std::string whyTooLong(const ReportChoice& choice, const Scene& scene) const {
+  std::string reasonToSkip(const ReportChoice& choice, const Scene& scene) const {
     if (report_.variants.empty() || mechanics_.contains(keyOf(choice))) return {};
     Result<double> seconds = expectedSeconds(scene);
     if (!seconds) return seconds.error().message;

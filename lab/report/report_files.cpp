@@ -306,21 +306,21 @@ ReportFiles reportFilesIn(const fs::path& folder) {
   return {folder / "report.json", folder / "report.csv", folder / "index.html"};
 }
 
-std::string whyNoReportIn(const fs::path& folder) {
+Status checkReportFolder(const fs::path& folder) {
   std::error_code ignored;
   if (fs::exists(folder, ignored)) {
     if (!fs::is_directory(folder, ignored))
-      return folder.string() + ": is a file; expected a folder";
+      return Error{folder.string() + ": is a file; expected a folder"};
     const ReportFiles files = reportFilesIn(folder);
     for (const fs::path& file : {files.json, files.csv, files.html})
-      if (const std::string why = whyNoFileAt(file); !why.empty())
-        return file.string() + ": " + why;
-    return {};
+      if (const Status valid = checkWritable(file); !valid)
+        return Error{file.string() + ": " + valid.error().message};
+    return std::monostate{};
   }
   const fs::path above = fs::absolute(folder, ignored).lexically_normal().parent_path();
   if (!fs::is_directory(above.empty() ? "." : above, ignored))
-    return folder.string() + ": there is no folder " + above.string() + " to make it in";
-  return {};
+    return Error{folder.string() + ": there is no folder " + above.string() + " to make it in"};
+  return std::monostate{};
 }
 
 Status writeReport(std::span<const SceneReport> scenes, const fs::path& folder) {

@@ -32,9 +32,8 @@ struct ReportFiles {
 
 ReportFiles reportFilesIn(const std::filesystem::path& folder);
 
-/// Returns why the files cannot be written there, before anything is run; empty if they can. A
-/// folder that does not exist needs an existing one above it.
-std::string whyNoReportIn(const std::filesystem::path& folder);
+/// Refuses a folder in which the files cannot be written, before anything is run. A folder that does not exist needs an existing one above it.
+Status checkReportFolder(const std::filesystem::path& folder);
 
 /// Writes all three files or none; creates the folder if it does not exist.
 Status writeReport(std::span<const SceneReport> scenes, const std::filesystem::path& folder);

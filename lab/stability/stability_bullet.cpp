@@ -116,7 +116,7 @@ class Run {
 };
 
 /// A ball that flies to a floor: its event has a closed form.
-struct Landing {
+struct Drop {
   double radius = 0.05;  // m
   double mass = 1.0;     // kg
   double speed = 1.0;    // m/s
@@ -129,23 +129,23 @@ struct LandingErrors {
   Worst time;     // in float steps of position over speed, and of time
   Worst impulse;  // relative error
 
-  void look(const Landing& landing) {
-    const double gap = landing.speed * landing.time;
-    Run run({ballOf({.radius = landing.radius,
-                     .mass = landing.mass,
-                     .position = {0.0, landing.radius + gap, 0.0},
-                     .velocity = {0.0, -landing.speed, 0.0}},
-                    landing.restitution),
-             floorOf(landing.restitution)});
+  void look(const Drop& drop) {
+    const double gap = drop.speed * drop.time;
+    Run run({ballOf({.radius = drop.radius,
+                     .mass = drop.mass,
+                     .position = {0.0, drop.radius + gap, 0.0},
+                     .velocity = {0.0, -drop.speed, 0.0}},
+                    drop.restitution),
+             floorOf(drop.restitution)});
     run.advance(30);
     const auto heard = run.events();
     events.add(std::abs(static_cast<double>(heard.size()) - 2.0));
     if (heard.empty()) return;
-    const double rounding = kFloat * ((landing.radius + gap) / landing.speed + landing.time);
-    time.add(std::abs(heard[0].time - landing.time) / rounding);
+    const double rounding = kFloat * ((drop.radius + gap) / drop.speed + drop.time);
+    time.add(std::abs(heard[0].time - drop.time) / rounding);
     // Below 0.2 m/s Bullet does not bounce.
-    const double e = landing.speed < 0.2 ? 0.0 : landing.restitution;
-    impulse.addShare(heard[0].impulse.norm(), (1.0 + e) * landing.mass * landing.speed);
+    const double e = drop.speed < 0.2 ? 0.0 : drop.restitution;
+    impulse.addShare(heard[0].impulse.norm(), (1.0 + e) * drop.mass * drop.speed);
   }
   Measurements measured() const {
     return {atMost("events_beside_one_collision", events.value(), 0.0),

@@ -390,14 +390,14 @@ std::size_t piecesOf(const VoxelMesh& mesh) {
   return pieces;
 }
 
-std::string whyTooCoarse(const VoxelMesh& mesh) {
-  if (mesh.cells.empty()) return "nothing of it is left";
+Status checkResolution(const VoxelMesh& mesh) {
+  if (mesh.cells.empty()) return Error{"nothing of it is left"};
   if (const std::size_t pieces = piecesOf(mesh); pieces > 1)
-    return "it falls into " + std::to_string(pieces) + " pieces";
+    return Error{"it falls into " + std::to_string(pieces) + " pieces"};
   const double off = mesh.sampled / mesh.volume - 1.0;
   if (std::abs(off) > kVolumeOff)
-    return "its volume is off by " + std::to_string(std::lround(100.0 * off)) + " %";
-  return {};
+    return Error{"its volume is off by " + std::to_string(std::lround(100.0 * off)) + " %"};
+  return std::monostate{};
 }
 
 Status validate(const SurfaceMesh& surface, const VoxelSettings& settings) {
@@ -460,7 +460,7 @@ Error tooCoarse(const Voxeliser& voxeliser, double size, const std::string& why)
     const std::array<int, 3> count = voxeliser.countFor(finer);
     if (static_cast<double>(productOf(count)) > kMostCells) break;
     const VoxelMesh mesh = voxeliser.grid(count);
-    if (whyTooCoarse(mesh).empty())
+    if (checkResolution(mesh))
       return Error{message + "; cells of " + metres(finer) + " would do (" +
                    std::to_string(degreesOfFreedom(mesh)) + " degrees of freedom)"};
   }
@@ -498,8 +498,8 @@ Result<VoxelMesh> voxelMesh(const SurfaceMesh& surface, const VoxelSettings& set
     return Error{"cells of " + metres(size) + " are too fine for the body: a grid of more than " +
                  std::to_string(std::lround(kMostCells)) + " cells"};
   VoxelMesh mesh = voxeliser.grid(voxeliser.countFor(size));
-  if (const std::string why = whyTooCoarse(mesh); !why.empty())
-    return tooCoarse(voxeliser, size, why);
+  if (const Status valid = checkResolution(mesh); !valid)
+    return tooCoarse(voxeliser, size, valid.error().message);
   return mesh;
 }
 

@@ -51,7 +51,8 @@ Error EventsFileWriter::failure(const std::string& reason) const {
 
 Result<EventsFileWriter> EventsFileWriter::create(const std::filesystem::path& path) {
   EventsFileWriter writer(PartialFile{path}, std::ofstream{});
-  if (const std::string reason = whyNoFileAt(path); !reason.empty()) return writer.failure(reason);
+  if (const Status valid = checkWritable(path); !valid)
+    return writer.failure(valid.error().message);
   writer.stream_.open(writer.file_.path(), std::ios::binary | std::ios::trunc);
   if (!writer.stream_) return writer.failure("cannot be created; is its folder writable?");
   writer.stream_ << kHeader;

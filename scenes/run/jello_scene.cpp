@@ -66,7 +66,7 @@ std::string stableText(double limit) {
   return text.str();
 }
 
-std::string whyUnstable(const JelloStepping& stepping, double limit) {
+std::string instabilityWarning(const JelloStepping& stepping, double limit) {
   if (stepping.step <= limit) return {};
   std::ostringstream text;
   text << nameOf(stepping.integrator) << " is stable " << stableText(limit) << ", and the step is "
@@ -74,13 +74,13 @@ std::string whyUnstable(const JelloStepping& stepping, double limit) {
   return text.str();
 }
 
-std::string whyUnstable(const Scene& scene) {
+std::string instabilityWarning(const Scene& scene) {
   const JelloShape* jello = jelloOf(scene);
   if (jello == nullptr || !jello->integrator || jello->step == 0.0) return {};
   const JelloWorld world = withSpheres(jelloWorld(scene), sphereWorld(scene));
   if (!validate(world)) return {};
   const auto which = static_cast<std::size_t>(*jello->integrator);
-  return whyUnstable({*jello->integrator, jello->step}, jelloLimits(world).touching[which]);
+  return instabilityWarning({*jello->integrator, jello->step}, jelloLimits(world).touching[which]);
 }
 
 JelloWorld jelloWorld(const Scene& scene) {

@@ -67,10 +67,10 @@ std::string stableText(double limit);
 
 /// Returns a warning of one sentence if the step exceeds the stable limit (s), else an empty
 /// string. [any thread]
-std::string whyUnstable(const native::JelloStepping& stepping, double limit);
+std::string instabilityWarning(const native::JelloStepping& stepping, double limit);
 
 /// Returns this warning for a scene whose jello has a step of its own. [any thread]
-std::string whyUnstable(const Scene& scene);
+std::string instabilityWarning(const Scene& scene);
 
 /// Makes a scene of `duration` s, with one listener, of a world file. [any thread]
 Scene sceneOf(const native::JelloFile& file, double duration, const Vec3& listener);

@@ -27,7 +27,7 @@ class PlanBuilder {
   Plan plan_;
 };
 
-std::string whyNoImages(const Scene& scene, bool planes) {
+std::string reasonForNoImages(const Scene& scene, bool planes) {
   if (!planes) return "there is no plane that could reflect";
   const Room& room = scene.sound.room;
   if (room.reflectors.empty()) return "the scene has no room: its planes do not reflect sound";
@@ -44,7 +44,7 @@ void addSound(const Scene& scene, bool planes, PlanBuilder& plan) {
              "bodies are taken as compact: small beside every wavelength");
   plan.stage("doppler", sound.doppler, "switched off: distances stand still while a contact lasts");
   plan.stage("moving_listeners", !scene.paths.empty(), "no listener has a path");
-  plan.stage("images", imageCount(scene) > 0, whyNoImages(scene, planes));
+  plan.stage("images", imageCount(scene) > 0, reasonForNoImages(scene, planes));
   plan.stage("binaural", binaural, "no listener is binaural");
   plan.stage(
       "late_reverberation", sound.reverb.has_value(),

@@ -99,19 +99,20 @@ Result<Scene> sceneOf(const Recording& recording, const std::string& file) {
 
 }  // namespace
 
-std::string whyNoRecordingOf(const Scene& scene) {
+Status validateForRecording(const Scene& scene) {
   if (jelloOf(scene) != nullptr)
-    return "has a jello, which cannot be recorded; expected rigid bodies only";
-  if (scene.stepper.type == StepperType::native) return {};
-  return "runs on Bullet, which cannot be recorded; expected the stepper \"native\" in the scene, "
-         "or "
-         "--stepper native";
+    return Error{"has a jello, which cannot be recorded; expected rigid bodies only"};
+  if (scene.stepper.type == StepperType::native) return std::monostate{};
+  return Error{
+      "runs on Bullet, which cannot be recorded; expected the stepper \"native\" in the scene, "
+      "or "
+      "--stepper native"};
 }
 
 Result<Recording> recordScene(const Scene& scene, std::string_view text, std::string_view name,
                               const std::function<void(double share)>& progress) {
-  if (const std::string reason = whyNoRecordingOf(scene); !reason.empty())
-    return Error{scene.name + ": " + reason};
+  if (const Status valid = validateForRecording(scene); !valid)
+    return Error{scene.name + ": " + valid.error().message};
   Result<SphereStepper> stepper = nativeStepper(scene);
   if (!stepper) return stepper.error();
   stepper->startRecording();

@@ -22,9 +22,9 @@ struct RecordedScene {
   std::uintmax_t bytes = 0;  ///< size of the file
 };
 
-/// Returns why the scene cannot be recorded, as the second half of a sentence; empty if it can be,
-/// as far as its stepper goes. [any thread]
-std::string whyNoRecordingOf(const Scene& scene);
+/// Refuses a scene that cannot be recorded, as far as its stepper goes; the message is the second
+/// half of a sentence. [any thread]
+Status validateForRecording(const Scene& scene);
 
 /// Runs the scene from its start to its end. `text` is that of the scene's file, `name` the file's
 /// name. Refuses scenes on Bullet, and those that the native stepper refuses. [one thread]

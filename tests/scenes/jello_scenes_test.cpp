@@ -154,16 +154,17 @@ TEST(JelloScenes, ABodyThatCannotBeBesideItIsRefused) {
   const Scene block = wobble(R"({"position": [0, 0, 0.7]})",
                              R"(, {"type": "block", "name": "step", "min": [4, 4, 4],
                                    "max": [5, 5, 5], "material": "wood"})");
-  EXPECT_THAT(whyNoJello(block), HasSubstr("\"step\": a block cannot be beside a jello"));
+  EXPECT_THAT(validateJello(block).error().message,
+              HasSubstr("\"step\": a block cannot be beside a jello"));
   EXPECT_FALSE(makeStepper(block));
   const Scene lift = wobble(R"({"position": [0, 0, 0.7]})",
                             R"(, {"type": "plane", "name": "lift", "normal": [0, 1, 0],
                                   "offset": -3, "velocity": [0, 1, 0], "material": "wood"})");
-  EXPECT_THAT(whyNoJello(lift), HasSubstr("\"lift\": a plane that moves"));
+  EXPECT_THAT(validateJello(lift).error().message, HasSubstr("\"lift\": a plane that moves"));
   EXPECT_THAT(validateForBullet(wobble()).error().message, HasSubstr("a jello"));
-  EXPECT_THAT(whyNoRecordingOf(wobble()), HasSubstr("has a jello"));
+  EXPECT_THAT(validateForRecording(wobble()).error().message, HasSubstr("has a jello"));
   EXPECT_FALSE(nativeStepper(wobble()));
-  EXPECT_EQ(whyNoJello(wobble()), "");
+  EXPECT_TRUE(validateJello(wobble()));
 }
 
 TEST(JelloScenes, ABlowUpIsAnErrorOfARenderAndLeavesNoFile) {
@@ -177,8 +178,8 @@ TEST(JelloScenes, ABlowUpIsAnErrorOfARenderAndLeavesNoFile) {
     wild.velocities.front() = {3.0, 0.0, 0.0};
     *jello = std::make_shared<const JelloShape>(wild);
   }
-  EXPECT_THAT(whyUnstable(scene), HasSubstr("the step is 50 ms: it may blow up"));
-  EXPECT_EQ(whyUnstable(wobble()), "");
+  EXPECT_THAT(instabilityWarning(scene), HasSubstr("the step is 50 ms: it may blow up"));
+  EXPECT_EQ(instabilityWarning(wobble()), "");
   const auto report = renderScene(scene, {.soundFile = folder / "wild.wav"});
   ASSERT_FALSE(report);
   EXPECT_THAT(report.error().message, HasSubstr("blew up at"));

@@ -490,10 +490,10 @@ TEST(SceneLoader, SoundIsTheSynthsDefaultUnlessTheSceneSaysOtherwise) {
   for (const json& document : {oneBall(), with("/sound", json::object())}) {
     const SynthSettings sound = accepted(document).sound;
     const SynthSettings absent;
-    EXPECT_EQ(sound.comparison.pulse, absent.pulse);
+    EXPECT_EQ(sound.comparison.pulse, absent.comparison.pulse);
     EXPECT_EQ(sound.dissipative, absent.dissipative);
-    EXPECT_EQ(sound.comparison.sampling, absent.sampling);
-    EXPECT_EQ(sound.comparison.radiation, absent.radiation);
+    EXPECT_EQ(sound.comparison.sampling, absent.comparison.sampling);
+    EXPECT_EQ(sound.comparison.radiation, absent.comparison.radiation);
     EXPECT_EQ(sound.modalRadiation, absent.modalRadiation);
     EXPECT_EQ(sound.doppler, absent.doppler);
     EXPECT_EQ(sound.audibleThreshold, absent.audibleThreshold);
