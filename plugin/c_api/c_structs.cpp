@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "carom/audio/sound_body.h"
 #include "plugin/c_api/c_handles.h"
 #include "plugin/realtime/statistics_fields.h"
 

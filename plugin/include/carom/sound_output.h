@@ -12,7 +12,7 @@
 namespace carom {
 
 namespace plugin {
-class SoundSession;
+struct SoundSession;
 }
 
 /// The outputs of a sound, its listeners, its clock and its statistics: the part that `Sound` (over
