@@ -9,7 +9,7 @@
 
 #include "carom/audio/absorption.h"
 #include "carom/audio/result.h"
-#include "carom/audio/reverb_settings.h"
+#include "carom/audio/room.h"
 
 namespace carom::audio {
 

@@ -1,5 +1,3 @@
-#include "carom/audio/reverb_settings.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,6 +5,7 @@
 #include <string>
 
 #include "audio/propagation/reverb.h"
+#include "carom/audio/room.h"
 
 namespace carom {
 

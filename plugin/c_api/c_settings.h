@@ -1,7 +1,6 @@
 #pragma once
 
 #include "carom/audio/absorption.h"
-#include "carom/audio/reverb_settings.h"
 #include "carom/audio/room.h"
 #include "carom/carom.h"
 #include "carom/sound.h"

@@ -18,7 +18,6 @@
 #include <carom/audio/normal_map.h>
 #include <carom/audio/panel_radiator.h>
 #include <carom/audio/result.h>
-#include <carom/audio/reverb_settings.h>
 #include <carom/audio/rigid_radiator.h>
 #include <carom/audio/room.h>
 #include <carom/audio/sound_body.h>

@@ -190,7 +190,7 @@ std::vector<CoveredType> coveredTypes() {
        {{"name", "carom_surface.name"},
         {"absorption", "carom_surface.absorption"},
         {"source", "carom_surface.source"}}},
-      {audio + "reverb_settings.h",
+      {audio + "room.h",
        "ReverbSettings",
        {{"volume", "carom_reverb.volume"},
         {"surface", "carom_reverb.surface"},

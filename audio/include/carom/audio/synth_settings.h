@@ -4,7 +4,6 @@
 #include <optional>
 
 #include <carom/audio/material.h>
-#include <carom/audio/reverb_settings.h>
 #include <carom/audio/room.h>
 
 namespace carom {
