@@ -25,6 +25,7 @@ Status validate(const LimiterSettings& settings) {
     text << "look-ahead " << settings.lookAhead << " s is not from 1e-4 to 0.02 s";
   else if (!(settings.release >= 1e-3 && settings.release <= 10.0))
     text << "release " << settings.release << " s is not from 1e-3 to 10 s";
+  if (text.str().empty()) return std::monostate{};
   return Error{text.str()};
 }
 

@@ -80,6 +80,7 @@ void printSound() {
   LAYOUT(RoomMeasures);
   LAYOUT(Image);
   LAYOUT(ReverbSettings);
+  LAYOUT(ComparisonSettings);
   LAYOUT(SynthSettings);
   LAYOUT(SynthCounters);
   LAYOUT(Synth);

@@ -213,6 +213,10 @@ TEST(SoundEngine, OfABurstTheLoudestCross) {
 TEST(SoundEngine, CountsWhatAQueueThatNobodyEmptiesCannotHold) {
   SoundSettings wanted = settings(SoundClock::simulation);
   wanted.budget.voices = 100;
+  // The queue has no room for what rings and slides, which clicks could take.
+  wanted.budget.ringingBodies = 1;
+  wanted.budget.modes = 1;
+  wanted.budget.slidingContacts = 0;
   const auto engine = makeEngine(wanted);
   for (int step = 0; step < 20; ++step) {
     for (int i = 0; i < 50; ++i)
