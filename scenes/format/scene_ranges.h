@@ -17,6 +17,7 @@ inline constexpr modal::NumberRange kStiffness{
     .noun = "a stiffness", .min = 0.0, .max = 1e12, .unit = "N/m"};
 inline constexpr modal::NumberRange kDamping{
     .noun = "a damping", .min = 0.0, .max = 1e9, .unit = "N s/m"};
+inline constexpr modal::TextRange kName{.noun = "a name", .minLength = 1, .maxLength = 100};
 inline constexpr modal::TextRange kFileName{
     .noun = "the name of a file", .minLength = 1, .maxLength = 1000};
 

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "carom/audio/material.h"
+#include "carom/native/restitution.h"
+#include "modal/json/json_reader.h"
+#include "scenes/format/scene.h"
+
+namespace carom::scenes {
+
+// The parts of a scene document that say what bodies are made of: "materials", "restitutions", and
+// the "material" of a body. Every error is recorded at its node, and what was read is then dropped
+// with the scene. docs/scenes.md has the fields.
+
+/// The properties of a body's surface: its material, and what the scene adds to it.
+struct SurfaceMaterial {
+  Material material;
+  SurfaceId surface = 0;  ///< index of the material in the restitutions; 0: none there
+  ContactTraits contact = {};
+  std::optional<NormalMapFile> normalMap = std::nullopt;
+
+  /// Makes a body that has no shape yet.
+  SceneBody body(std::string name) &&;
+};
+
+/// Reads the materials of one scene: first those of its own, then the restitutions of pairs, then
+/// the materials of its bodies, which refer to both. [one thread]
+class MaterialReader {
+ public:
+  /// Names of normal maps are relative to `folder`.
+  explicit MaterialReader(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  /// Reads "materials", the scene's own ones.
+  void readMaterials(const modal::JsonNode& materials);
+
+  /// Reads "restitutions" into `table`.
+  void readRestitutions(const modal::JsonNode& restitutions, RestitutionTable& table);
+
+  /// Reads the "material" of a body, with the roughness and the normal map of the body itself. One
+  /// that is given as an object is called `name`.
+  SurfaceMaterial readBodyMaterial(const modal::JsonNode& entry, const std::string& name) const;
+
+  /// Reads the "material" of a group of spheres: one, or several to choose from. Those that are
+  /// given as objects are called after the group's `name`.
+  std::vector<SurfaceMaterial> readGroupMaterials(const modal::JsonNode& entry,
+                                                  const std::string& name) const;
+
+ private:
+  static SurfaceMaterial readMaterialObject(const modal::JsonNode& node, std::string name);
+  SurfaceMaterial readMaterial(const modal::JsonNode& node, const std::string& inlineName) const;
+  SurfaceMaterial namedMaterial(const modal::JsonNode& node) const;
+  std::vector<std::string_view> knownMaterials() const;
+  bool checkKnown(const modal::JsonNode& node, const std::string& name,
+                  const std::string& otherwise) const;
+  void readRestitution(const modal::JsonNode& entry, RestitutionTable& table);
+  SurfaceId assignSurface(const std::string& material);
+  SurfaceId findSurface(const modal::JsonNode& material) const;
+
+  std::filesystem::path folder_;
+  std::map<std::string, SurfaceMaterial, std::less<>> ownMaterials_;  // their `surface` is not set
+  std::map<std::string, SurfaceId, std::less<>> surfaces_;  // of the materials in "restitutions"
+};
+
+}  // namespace carom::scenes
