@@ -38,7 +38,7 @@ ContactSoundScheduler::ContactSoundScheduler(std::shared_ptr<const SoundPaths> p
       listeners_(paths_),
       exciter_(paths_),
       bodies_(paths_, exciter_),
-      pulses_(settings_),
+      durations_(settings_),
       propagation_(paths_, listeners_, exciter_),
       slides_(bodies_) {}
 
@@ -52,7 +52,7 @@ double ContactSoundScheduler::contactDuration(const ImpulseEvent& event) const {
   const SoundingBody* body = bodies_.find(event.body);
   const SoundingBody* other = bodies_.find(event.other);
   if (body == nullptr || other == nullptr) return 0.0;
-  return pulses_.durationOf(event, body->sound, other->sound);
+  return durations_.durationOf(event, body->sound, other->sound);
 }
 
 double ContactSoundScheduler::leadTime(double contactDuration) const {
@@ -87,7 +87,7 @@ void ContactSoundScheduler::scheduleImpulse(const ImpulseEvent& event, const Sam
   ContactSource source = sourceOf(event, body);
   source.duration = duration;
   source.shift = shift;
-  source.pulse = &pulses_.pulseOf(event);
+  source.pulse = &durations_.pulseOf(event);
   if (!propagation_.propagate(source)) {
     ++counters_.rejected;
     return;

@@ -6,8 +6,8 @@
 
 #include "audio/propagation/listener_tracks.h"
 #include "audio/propagation/sound_paths.h"
+#include "audio/scheduling/contact_duration.h"
 #include "audio/scheduling/contact_propagation.h"
-#include "audio/scheduling/contact_pulses.h"
 #include "audio/scheduling/modal_exciter.h"
 #include "audio/scheduling/sample_time.h"
 #include "audio/scheduling/slide_tracker.h"
@@ -23,9 +23,9 @@ namespace carom::audio {
 /// Turns events and lasting contacts into sounds on the samples: the half of the synthesis that is
 /// decided as soon as an event is known.
 ///
-///     ImpulseEvent  -- ContactPulses -->  ContactSource  -- ContactPropagation -->  ScheduledSound
-///     ContactState  -- SlideTracker  -->  ContactSource  -- ContactPropagation -->  ScheduledSound
-///     ContactState  -- ModalExciter  -->  changes of damping
+///     ImpulseEvent  -- ContactDurations -->  ContactSource  -- ContactPropagation -->
+///     ScheduledSound ContactState  -- SlideTracker  -->  ContactSource  -- ContactPropagation -->
+///     ScheduledSound ContactState  -- ModalExciter  -->  changes of damping
 ///
 /// It knows bodies, listeners and rooms, and allocates freely: in real time it belongs to the
 /// thread of the simulation. ClickRenderer, which knows none of these, renders what it schedules.
@@ -89,7 +89,7 @@ class ContactSoundScheduler {
   ListenerTracks listeners_;
   ModalExciter exciter_;
   SoundingBodies bodies_;
-  ContactPulses pulses_;
+  ContactDurations durations_;
   ContactPropagation propagation_;
   SlideTracker slides_;
   SynthCounters counters_;

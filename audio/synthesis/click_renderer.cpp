@@ -304,7 +304,7 @@ std::uint32_t ClickRenderer::idleBus() {
 
 /// A total order by content: equal clicks are interchangeable, so the order of two calls of
 /// `schedule` can never be heard.
-bool ClickRenderer::isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b) const {
+bool ClickRenderer::isEarlier(const ClickCalendar::Entry& a, const ClickCalendar::Entry& b) const {
   if (a.first != b.first) return a.first < b.first;
   if (a.start != b.start) return a.start < b.start;
   const auto contentOf = [this](std::uint32_t slot) {
@@ -319,7 +319,7 @@ bool ClickRenderer::isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entr
 }
 
 void ClickRenderer::beginUntil(std::int64_t end) noexcept {
-  const std::span<ClickQueue::Entry> due = waiting_.takeUntil(position_, end);
+  const std::span<ClickCalendar::Entry> due = waiting_.takeUntil(position_, end);
   std::ranges::sort(due, [this](const auto& a, const auto& b) { return isEarlier(a, b); });
   if (capacity_) chooseVoices(due, end);
   for (std::size_t i = 0; i < due.size(); ++i) {
@@ -337,10 +337,10 @@ void ClickRenderer::beginUntil(std::int64_t end) noexcept {
 
 /// Begins those of the due events that can be afforded, the loudest first, and removes the later
 /// clicks of the others.
-void ClickRenderer::chooseVoices(std::span<const ClickQueue::Entry> due,
+void ClickRenderer::chooseVoices(std::span<const ClickCalendar::Entry> due,
                                  std::int64_t end) noexcept {
   chosen_.clear();
-  for (const ClickQueue::Entry& entry : due) {
+  for (const ClickCalendar::Entry& entry : due) {
     const std::uint32_t voice = voices_.voiceOf(entry.slot);
     const double work = workOf(clicks_[entry.slot]);
     if (voices_.hasBegun(voice)) {

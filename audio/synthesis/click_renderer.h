@@ -13,7 +13,7 @@
 #include "audio/propagation/sound_paths.h"
 #include "audio/synthesis/click.h"
 #include "audio/synthesis/click_bus.h"
-#include "audio/synthesis/click_queue.h"
+#include "audio/synthesis/click_calendar.h"
 #include "audio/synthesis/click_sampler.h"
 #include "audio/synthesis/modal_bank.h"
 #include "audio/synthesis/scheduled_sound.h"
@@ -116,9 +116,9 @@ class ClickRenderer final : public SoundSink {
   std::uint64_t keyOf(std::uint32_t filter, std::uint32_t chain, std::uint32_t channel) const;
   std::uint32_t busOf(const Click& click, std::size_t filter);
   std::uint32_t idleBus();
-  bool isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b) const;
+  bool isEarlier(const ClickCalendar::Entry& a, const ClickCalendar::Entry& b) const;
   void beginUntil(std::int64_t end) noexcept;
-  void chooseVoices(std::span<const ClickQueue::Entry> due, std::int64_t end) noexcept;
+  void chooseVoices(std::span<const ClickCalendar::Entry> due, std::int64_t end) noexcept;
   void spend(double work) noexcept {
     work_ += work;
     affordable_ -= work;
@@ -140,7 +140,7 @@ class ClickRenderer final : public SoundSink {
   std::vector<Click> clicks_;        // by slot
   std::vector<SphereWeights> ears_;  // by slot, if there is a head
   std::vector<std::uint32_t> freeSlots_;
-  ClickQueue waiting_;
+  ClickCalendar waiting_;
   VoiceTable voices_;  // used with a capacity only
   std::vector<Bus> buses_;
   std::vector<BusOfKey> busOrder_;  // all buses by key: the order in which they are summed

@@ -193,7 +193,7 @@ std::uint32_t ModalBank::freeSlot() {
 }
 
 /// A total order by content, so that the order of two calls of `add` can never be heard.
-bool ModalBank::isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b) const {
+bool ModalBank::isEarlier(const ClickCalendar::Entry& a, const ClickCalendar::Entry& b) const {
   if (a.first != b.first) return a.first < b.first;
   if (a.start != b.start) return a.start < b.start;
   const auto contentOf = [this](std::uint32_t slot) {
@@ -227,9 +227,9 @@ void ModalBank::mix(const Mix& mix) noexcept {
 }
 
 void ModalBank::beginUntil(std::int64_t end) noexcept {
-  const std::span<ClickQueue::Entry> due = waiting_.takeUntil(position_, end);
+  const std::span<ClickCalendar::Entry> due = waiting_.takeUntil(position_, end);
   std::ranges::sort(due, [this](const auto& a, const auto& b) { return isEarlier(a, b); });
-  for (const ClickQueue::Entry& entry : due) {
+  for (const ClickCalendar::Entry& entry : due) {
     if (slots_[entry.slot].excitation.isDamping())
       joinLater(gridFrom(std::max(entry.first, position_)), entry.slot);
     else

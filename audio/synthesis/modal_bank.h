@@ -10,7 +10,7 @@
 
 #include "audio/dsp/resonator_kernels.h"
 #include "audio/propagation/sound_paths.h"
-#include "audio/synthesis/click_queue.h"
+#include "audio/synthesis/click_calendar.h"
 #include "audio/synthesis/click_sampler.h"
 #include "audio/synthesis/modal_excitation.h"
 #include "carom/audio/synth_settings.h"
@@ -103,7 +103,7 @@ class ModalBank {
   std::uint32_t bankOf(const ModalExcitation& excitation);
   std::uint32_t freeBank();
   std::uint32_t freeSlot();
-  bool isEarlier(const ClickQueue::Entry& a, const ClickQueue::Entry& b) const;
+  bool isEarlier(const ClickCalendar::Entry& a, const ClickCalendar::Entry& b) const;
   void beginUntil(std::int64_t end) noexcept;
   void drive(std::uint32_t slot) noexcept;
   void joinLater(std::int64_t joins, std::uint32_t slot) noexcept;
@@ -127,7 +127,7 @@ class ModalBank {
   std::int64_t position_ = 0;
   std::vector<Waiting> slots_;
   std::vector<std::uint32_t> freeSlots_;
-  ClickQueue waiting_;
+  ClickCalendar waiting_;
   std::vector<Driven> driven_;           // sorted by the time they join
   std::vector<std::uint32_t> dampings_;  // slots of the changes of damping in force, one per body
   std::vector<Bank> banks_;

@@ -9,7 +9,7 @@
 #include "bullet_bridge/bodies/body_tracker.h"
 #include "bullet_bridge/tracking/bridge_context.h"
 #include "bullet_bridge/tracking/candidate_pairs.h"
-#include "bullet_bridge/tracking/pair_resolver.h"
+#include "bullet_bridge/tracking/contact_classifier.h"
 #include "bullet_bridge/tracking/tick_hook.h"
 
 namespace carom {
@@ -27,7 +27,7 @@ class BulletBridge::Impl : public TickHook {
 
   const BridgeContext& context() const { return context_; }
   const BodyTracker& bodies() const { return bodies_; }
-  PairResolver& resolver() { return resolver_; }
+  ContactClassifier& classifier() { return classifier_; }
 
  private:
   void onStepStart(double dt) override { bodies_.beginSubstep(world(), dt); }
@@ -36,7 +36,7 @@ class BulletBridge::Impl : public TickHook {
   BridgeContext context_;
   BodyTracker bodies_;
   CandidatePairs candidates_;
-  PairResolver resolver_{context_, bodies_};
+  ContactClassifier classifier_{context_, bodies_};
 };
 
 void BulletBridge::Impl::onStepEnd(double dt) {
@@ -44,10 +44,10 @@ void BulletBridge::Impl::onStepEnd(double dt) {
   context_.counters.substepsWithoutStart = static_cast<std::uint64_t>(startsMissed());
   context_.clock.begin(dt);
   bodies_.endSubstep(world(), dt);
-  resolver_.beginSubstep();
+  classifier_.beginSubstep();
   for (const ContactPair& pair : candidates_.find(bodies_, dt))
-    resolver_.resolve(pair);
-  resolver_.endSubstep();
+    classifier_.resolve(pair);
+  classifier_.endSubstep();
   context_.clock.end();
   if (context_.settings.onSubstep) context_.settings.onSubstep();
 }
@@ -72,23 +72,23 @@ BulletBridge& BulletBridge::operator=(BulletBridge&&) noexcept = default;
 BulletBridge::~BulletBridge() = default;
 
 std::span<const ImpulseEvent> BulletBridge::events() const {
-  return impl_->resolver().log().events();
+  return impl_->classifier().log().events();
 }
 std::span<const ContactState> BulletBridge::contacts() const {
-  return impl_->resolver().contacts().states();
+  return impl_->classifier().contacts().states();
 }
 void BulletBridge::clear() {
-  impl_->resolver().log().clear();
-  impl_->resolver().contacts().clear();
+  impl_->classifier().log().clear();
+  impl_->classifier().contacts().clear();
 }
 void BulletBridge::flush() {
-  impl_->resolver().flush();
+  impl_->classifier().flush();
 }
 double BulletBridge::time() const {
   return impl_->context().clock.current().start;
 }
 double BulletBridge::settledTime() const {
-  return impl_->resolver().settledTime();
+  return impl_->classifier().settledTime();
 }
 const BulletBridgeCounters& BulletBridge::counters() const {
   return impl_->context().counters;

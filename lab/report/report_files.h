@@ -32,7 +32,8 @@ struct ReportFiles {
 
 ReportFiles reportFilesIn(const std::filesystem::path& folder);
 
-/// Refuses a folder in which the files cannot be written, before anything is run. A folder that does not exist needs an existing one above it.
+/// Refuses a folder in which the files cannot be written, before anything is run. A folder that
+/// does not exist needs an existing one above it.
 Status checkReportFolder(const std::filesystem::path& folder);
 
 /// Writes all three files or none; creates the folder if it does not exist.

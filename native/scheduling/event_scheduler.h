@@ -82,8 +82,7 @@ class EventScheduler {
     grid_.visitNear(sphere, {position, bodies_.radii[sphere], way}, visit);
   }
 
-  /// True if what is scheduled for the sphere is consistent at `time` s; if not, `why` (may be
-  /// null) says what is wrong.
+  /// Refuses what is scheduled for the sphere if it is not consistent at `time` (s).
   Status validate(std::uint32_t sphere, double time) const;
   bool isQueueValid() const { return queue_.valid(); }  ///< true if the queue is in order
 

@@ -43,8 +43,8 @@ class ConservationLedger {
   /// The change of the velocities is recorded by recordChange, too.
   void recordCollision(const PairCollision& collision);
 
-  /// True if the motions at `time` (s) have the momentum and energy that was recorded, within
-  /// rounding, and collisions have conserved them. If not, `why` (may be null) says what is wrong.
+  /// Refuses motions at `time` (s) that have not the momentum and energy that was recorded, within
+  /// rounding, and collisions that have not conserved them.
   Status checkConservation(double time) const;
 
  private:

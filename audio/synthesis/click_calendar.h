@@ -9,7 +9,7 @@ namespace carom::audio {
 
 /// A queue of entries that wait for their sample: a calendar of lists, one for every kSpan samples,
 /// which are used again after kDays of them. Nothing allocates but `push`. [one thread]
-class ClickQueue {
+class ClickCalendar {
  public:
   static constexpr std::int64_t kSpan = 256;  // samples
   static constexpr std::int64_t kDays = 1024;
@@ -20,7 +20,7 @@ class ClickQueue {
     std::uint32_t slot = 0;  ///< the caller's small index, unique among the entries that wait
   };
 
-  ClickQueue() : days_(kDays, kNone) {}
+  ClickCalendar() : days_(kDays, kNone) {}
 
   /// Adds an entry. `now` is the next sample that will be taken: a late entry waits for that one.
   void push(const Entry& entry, std::int64_t now);

@@ -11,10 +11,10 @@ namespace carom::audio {
 
 /// The course of the force of impacts over time: how long a contact lasts, and by which pulse.
 /// [one thread]
-class ContactPulses {
+class ContactDurations {
  public:
   /// Keeps a reference to the settings.
-  explicit ContactPulses(const SynthSettings& settings) : settings_(settings) {}
+  explicit ContactDurations(const SynthSettings& settings) : settings_(settings) {}
 
   /// Duration in s of the contact of two bodies; 0 if the event has none (nothing approaches, a
   /// radius or the effective mass is out of range).

@@ -14,10 +14,10 @@ namespace carom::bullet {
 /// one under way, a lasting contact, or nothing. [physics thread]
 ///
 /// Between `beginSubstep` and `endSubstep`, `resolve` is called for every candidate pair.
-class PairResolver {
+class ContactClassifier {
  public:
   /// Borrows the context and the tracker of bodies, which must outlive the resolver.
-  PairResolver(BridgeContext& context, const BodyTracker& bodies)
+  ContactClassifier(BridgeContext& context, const BodyTracker& bodies)
       : context_(context), bodies_(bodies), reader_(context.world) {}
 
   void beginSubstep();

@@ -1,4 +1,4 @@
-#include "audio/scheduling/contact_pulses.h"
+#include "audio/scheduling/contact_duration.h"
 
 #include <algorithm>
 #include <cmath>
@@ -37,20 +37,20 @@ double restitutionOf(const ImpulseEvent& event) {
 
 }  // namespace
 
-double ContactPulses::durationOf(const ImpulseEvent& event, const SoundBody& body,
-                                 const SoundBody& other) const {
+double ContactDurations::durationOf(const ImpulseEvent& event, const SoundBody& body,
+                                    const SoundBody& other) const {
   if (!isContact(event)) return 0.0;
   const double elastic = hertzDuration(blunted(event, body, other), body.material, other.material);
   return settings_.dissipative ? elastic * lossyOf(event).stretch : elastic;
 }
 
-const Pulse& ContactPulses::pulseOf(const ImpulseEvent& event) const {
+const Pulse& ContactDurations::pulseOf(const ImpulseEvent& event) const {
   return settings_.dissipative ? lossyOf(event).pulse : Pulse::of(settings_.comparison.pulse);
 }
 
 /// Returns the dissipative pulse of the event's restitution, made once for each; beyond
 /// kMostRestitutions, the one of the nearest of a few.
-const ContactPulses::Lossy& ContactPulses::lossyOf(const ImpulseEvent& event) const {
+const ContactDurations::Lossy& ContactDurations::lossyOf(const ImpulseEvent& event) const {
   double restitution = restitutionOf(event);
   if (lossy_.size() >= kMostRestitutions && !lossy_.contains(restitution))
     restitution = std::round(restitution * kFewRestitutions) / kFewRestitutions;

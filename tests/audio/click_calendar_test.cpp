@@ -1,4 +1,4 @@
-#include "audio/synthesis/click_queue.h"
+#include "audio/synthesis/click_calendar.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -17,21 +17,21 @@ using namespace audio;
 namespace {
 
 /// Slots of the entries, ascending.
-std::vector<std::uint32_t> slotsOf(std::span<const ClickQueue::Entry> entries) {
+std::vector<std::uint32_t> slotsOf(std::span<const ClickCalendar::Entry> entries) {
   std::vector<std::uint32_t> slots;
-  for (const ClickQueue::Entry& entry : entries)
+  for (const ClickCalendar::Entry& entry : entries)
     slots.push_back(entry.slot);
   std::ranges::sort(slots);
   return slots;
 }
 
 // The oracle is a list that is searched from end to end.
-TEST(ClickQueue, GivesWhatBeginsBeforeTheEndOnce) {
+TEST(ClickCalendar, GivesWhatBeginsBeforeTheEndOnce) {
   Random random(5);
   for (const std::int64_t origin :
        {std::int64_t{0}, std::int64_t{-1000000}, std::int64_t{1} << 50}) {
-    ClickQueue queue;
-    std::vector<ClickQueue::Entry> list;
+    ClickCalendar queue;
+    std::vector<ClickCalendar::Entry> list;
     std::vector<std::uint32_t> free;
     std::uint32_t slots = 0;
     std::int64_t now = origin;
@@ -51,14 +51,14 @@ TEST(ClickQueue, GivesWhatBeginsBeforeTheEndOnce) {
         queue.push(list.back(), now);
       }
       const std::int64_t end = now + 1 + random.below(random.chance(0.1) ? 300000 : 400);
-      std::vector<ClickQueue::Entry> wanted;
-      std::erase_if(list, [&](const ClickQueue::Entry& entry) {
+      std::vector<ClickCalendar::Entry> wanted;
+      std::erase_if(list, [&](const ClickCalendar::Entry& entry) {
         if (entry.first < end) wanted.push_back(entry);
         return entry.first < end;
       });
-      const std::span<ClickQueue::Entry> taken = queue.takeUntil(now, end);
+      const std::span<ClickCalendar::Entry> taken = queue.takeUntil(now, end);
       ASSERT_EQ(slotsOf(taken), slotsOf(wanted)) << turn;
-      for (const ClickQueue::Entry& entry : taken)
+      for (const ClickCalendar::Entry& entry : taken)
         free.push_back(entry.slot);
       ASSERT_EQ(queue.size(), list.size());
       now = end;
@@ -66,8 +66,8 @@ TEST(ClickQueue, GivesWhatBeginsBeforeTheEndOnce) {
   }
 }
 
-TEST(ClickQueue, TakingDoesNotAllocate) {
-  ClickQueue queue;
+TEST(ClickCalendar, TakingDoesNotAllocate) {
+  ClickCalendar queue;
   for (std::uint32_t slot = 0; slot < 1000; ++slot)
     queue.push({static_cast<std::int64_t>(slot), 0.0, slot}, 0);
   const test::NoAllocScope scope;
@@ -76,8 +76,8 @@ TEST(ClickQueue, TakingDoesNotAllocate) {
   EXPECT_EQ(scope.allocations(), 0u);
 }
 
-TEST(ClickQueue, ClearedItIsEmpty) {
-  ClickQueue queue;
+TEST(ClickCalendar, ClearedItIsEmpty) {
+  ClickCalendar queue;
   queue.push({10, 0.0, 0}, 0);
   queue.clear();
   EXPECT_EQ(queue.size(), 0u);

@@ -1,4 +1,4 @@
-#include "audio/synthesis/click_queue.h"
+#include "audio/synthesis/click_calendar.h"
 
 #include <algorithm>
 
@@ -11,18 +11,18 @@ std::int64_t floorDivide(std::int64_t a, std::int64_t b) {
 
 }  // namespace
 
-std::size_t ClickQueue::dayOf(std::int64_t sample) {
+std::size_t ClickCalendar::dayOf(std::int64_t sample) {
   const std::int64_t day = floorDivide(sample, kSpan) % kDays;
   return static_cast<std::size_t>(day < 0 ? day + kDays : day);
 }
 
-void ClickQueue::reserve(std::size_t slots) {
+void ClickCalendar::reserve(std::size_t slots) {
   if (slots <= nodes_.size()) return;
   nodes_.resize(slots);
   taken_.reserve(slots);
 }
 
-void ClickQueue::push(const Entry& entry, std::int64_t now) {
+void ClickCalendar::push(const Entry& entry, std::int64_t now) {
   if (entry.slot >= nodes_.size())
     reserve(std::max<std::size_t>(entry.slot + 1, 2 * nodes_.size()));
   const std::size_t day = dayOf(std::max(entry.first, now));
@@ -33,17 +33,18 @@ void ClickQueue::push(const Entry& entry, std::int64_t now) {
   ++size_;
 }
 
-void ClickQueue::remove(std::uint32_t slot) noexcept {
+void ClickCalendar::remove(std::uint32_t slot) noexcept {
   unlink(nodes_[slot]);
   --size_;
 }
 
-void ClickQueue::unlink(const Node& node) noexcept {
+void ClickCalendar::unlink(const Node& node) noexcept {
   (node.before == kNone ? days_[node.day] : nodes_[node.before].next) = node.next;
   if (node.next != kNone) nodes_[node.next].before = node.before;
 }
 
-std::span<ClickQueue::Entry> ClickQueue::takeUntil(std::int64_t now, std::int64_t end) noexcept {
+std::span<ClickCalendar::Entry> ClickCalendar::takeUntil(std::int64_t now,
+                                                         std::int64_t end) noexcept {
   taken_.clear();
   if (size_ == 0) return taken_;
   const std::int64_t first = floorDivide(now, kSpan);
@@ -54,7 +55,7 @@ std::span<ClickQueue::Entry> ClickQueue::takeUntil(std::int64_t now, std::int64_
   return taken_;
 }
 
-void ClickQueue::takeFrom(std::size_t day, std::int64_t end) noexcept {
+void ClickCalendar::takeFrom(std::size_t day, std::int64_t end) noexcept {
   for (std::uint32_t slot = days_[day]; slot != kNone;) {
     const Node& node = nodes_[slot];
     slot = node.next;
@@ -64,7 +65,7 @@ void ClickQueue::takeFrom(std::size_t day, std::int64_t end) noexcept {
   }
 }
 
-void ClickQueue::clear() {
+void ClickCalendar::clear() {
   std::ranges::fill(days_, kNone);
   size_ = 0;
 }

@@ -1,4 +1,4 @@
-#include "bullet_bridge/tracking/pair_resolver.h"
+#include "bullet_bridge/tracking/contact_classifier.h"
 
 #include <algorithm>
 
@@ -37,12 +37,12 @@ bool isImmovable(const TrackedBody& body) {
 
 }  // namespace
 
-void PairResolver::beginSubstep() {
+void ContactClassifier::beginSubstep() {
   reader_.beginReading(bodies_.hasContinuous());
   log_.beginSubstep();
 }
 
-void PairResolver::resolve(const ContactPair& pair) {
+void ContactClassifier::resolve(const ContactPair& pair) {
   PairRecord* record = records_.find(pair.key());
   const double dt = context_.clock.current().length;
   const PairMotion now(pair, MotionKind::actual, dt, dt, finder_.pieces());
@@ -59,8 +59,8 @@ void PairResolver::resolve(const ContactPair& pair) {
 }
 
 // Resolves a pair on which Bullet's solver may have acted.
-void PairResolver::resolveContact(const PairMotion& now, const Proximity& start,
-                                  PairRecord* record) {
+void ContactClassifier::resolveContact(const PairMotion& now, const Proximity& start,
+                                       PairRecord* record) {
   const SolvedContact& solved = reader_.read(now.pair());
   if (record != nullptr) record->resolvedIn = context_.clock.number();
   if (record != nullptr && record->isImpacting()) {
@@ -83,8 +83,8 @@ void PairResolver::resolveContact(const PairMotion& now, const Proximity& start,
 }
 
 // Suppresses the impact of bodies that lie on each other but for rounding.
-void PairResolver::beginUnlessRest(PairRecord& record, const FoundImpact& found,
-                                   double restitution) {
+void ContactClassifier::beginUnlessRest(PairRecord& record, const FoundImpact& found,
+                                        double restitution) {
   if (found.initialSpeed <= context_.settings.restSpeed)
     record.suppressImpacts();
   else
@@ -92,8 +92,8 @@ void PairResolver::beginUnlessRest(PairRecord& record, const FoundImpact& found,
 }
 
 // An impact is under way: what Bullet has applied belongs to it, unless the pair has met again.
-void PairResolver::resolveImpacting(PairRecord& record, const PairMotion& now,
-                                    const Proximity& start, const SolvedContact& solved) {
+void ContactClassifier::resolveImpacting(PairRecord& record, const PairMotion& now,
+                                         const Proximity& start, const SolvedContact& solved) {
   // The bodies may have grazed, or passed through each other, before Bullet could act.
   const bool passed =
       start.gap > 0.0 && approachAtNode(now.pair(), MotionKind::contactFree, start.point,
@@ -115,8 +115,8 @@ void PairResolver::resolveImpacting(PairRecord& record, const PairMotion& now,
 
 // True if the pair meets from another side while an impact is under way, as a ball that lands on a
 // mesh and then hits a wall of it.
-bool PairResolver::hitsElsewhere(const PairRecord& record, const PairMotion& now,
-                                 const SolvedContact& solved) const {
+bool ContactClassifier::hitsElsewhere(const PairRecord& record, const PairMotion& now,
+                                      const SolvedContact& solved) const {
   const Vec3 normal = ImpactTracker::normalOf(record, now);
   return std::ranges::any_of(solved.points, [&](const SolvedPoint& point) {
     const double speed =
@@ -127,13 +127,13 @@ bool PairResolver::hitsElsewhere(const PairRecord& record, const PairMotion& now
 }
 
 // True for a pair that goes on approaching where its impacts are suppressed.
-bool PairResolver::stillApproaches(const PairMotion& now, const Proximity& start) const {
+bool ContactClassifier::stillApproaches(const PairMotion& now, const Proximity& start) const {
   const double speed = approachAtNode(now.pair(), MotionKind::actual, start.point, start.normal);
   return speed > context_.settings.restSpeed && start.gap <= now.pair().body->radius;
 }
 
 // Speed (m/s) that an impact must exceed.
-double PairResolver::leastSpeed(const ContactPair& pair, const PairRecord* record) const {
+double ContactClassifier::leastSpeed(const ContactPair& pair, const PairRecord* record) const {
   const double restSpeed = context_.settings.restSpeed;
   if (pair.isClosedForm() || record == nullptr || !record->isInContact()) return restSpeed;
   const double acceleration =
@@ -141,14 +141,14 @@ double PairResolver::leastSpeed(const ContactPair& pair, const PairRecord* recor
   return std::max(restSpeed, kRocking * acceleration * context_.clock.current().length);
 }
 
-bool PairResolver::mayCollide(const ContactPair& pair) const {
+bool ContactClassifier::mayCollide(const ContactPair& pair) const {
   return !(isImmovable(*pair.body) && isImmovable(*pair.other)) && reader_.collides(pair);
 }
 
 // Finds the impact of a pair in this substep; `solved` may be left out for a pair that Bullet's
 // solver cannot have acted on.
-const FoundImpact* PairResolver::find(const PairMotion& now, const Proximity& start,
-                                      const SolvedContact* solved, const PairRecord* record) {
+const FoundImpact* ContactClassifier::find(const PairMotion& now, const Proximity& start,
+                                           const SolvedContact* solved, const PairRecord* record) {
   const ContactPair& pair = now.pair();
   const ImpactFinder::Substep substep{context_.clock.current().length, leastSpeed(pair, record)};
   const double speed = std::max(
@@ -159,9 +159,9 @@ const FoundImpact* PairResolver::find(const PairMotion& now, const Proximity& st
   return found != nullptr && mayCollide(pair) ? found : nullptr;
 }
 
-const FoundImpact* PairResolver::search(const PairMotion& now, const Proximity& start,
-                                        const SolvedContact* solved,
-                                        const ImpactFinder::Substep& substep) {
+const FoundImpact* ContactClassifier::search(const PairMotion& now, const Proximity& start,
+                                             const SolvedContact* solved,
+                                             const ImpactFinder::Substep& substep) {
   const ContactPair& pair = now.pair();
   if (start.gap > 0.0) {
     const FoundImpact* found =
@@ -174,18 +174,18 @@ const FoundImpact* PairResolver::search(const PairMotion& now, const Proximity& 
                             context_.clock.previous().length});
 }
 
-PairRecord& PairResolver::recordOf(const ContactPair& pair, PairRecord* record) {
+PairRecord& ContactClassifier::recordOf(const ContactPair& pair, PairRecord* record) {
   if (record != nullptr) return *record;
   PairRecord& added = records_.add(pair.key(), pair.body->id, pair.other->id);
   added.resolvedIn = context_.clock.number();
   return added;
 }
 
-bool PairResolver::isResolved(const PairRecord& record) const {
+bool ContactClassifier::isResolved(const PairRecord& record) const {
   return record.resolvedIn == context_.clock.number();
 }
 
-void PairResolver::endSubstep() {
+void ContactClassifier::endSubstep() {
   records_.forEach([this](PairRecord& record) {
     if (!isResolved(record)) revisit(record);
   });
@@ -195,7 +195,7 @@ void PairResolver::endSubstep() {
 
 // Resolves a recorded pair that is not so near that it could touch in this substep; drops it if
 // that is not possible.
-void PairResolver::revisit(PairRecord& record) {
+void ContactClassifier::revisit(PairRecord& record) {
   const TrackedBody* body = bodies_.find(record.body);
   const TrackedBody* other = bodies_.find(record.other);
   const bool there = body != nullptr && other != nullptr && body->current.known &&
@@ -205,13 +205,13 @@ void PairResolver::revisit(PairRecord& record) {
 }
 
 // Ends the impact and the contact of a pair that is asleep, gone or far apart.
-void PairResolver::drop(PairRecord& record) {
+void ContactClassifier::drop(PairRecord& record) {
   if (record.isImpacting()) impacts_.end(record);
   if (record.isInContact()) contacts_.end(record);
   if (record.isSuppressed()) record.allowImpacts();
 }
 
-double PairResolver::settledTime() {
+double ContactClassifier::settledTime() {
   // New points of a lasting contact are dated back into the substep before.
   const SubstepClock& clock = context_.clock;
   double settled = bodies_.hasOtherShapes() ? clock.previous().start : clock.current().start;
@@ -222,7 +222,7 @@ double PairResolver::settledTime() {
   return settled;
 }
 
-void PairResolver::flush() {
+void ContactClassifier::flush() {
   records_.forEach([this](PairRecord& record) {
     if (record.isImpacting()) impacts_.flush(record);
   });
