@@ -57,7 +57,7 @@ bool mayReachInto(const std::array<Vec3, 3>& triangle, const MeshFrameBox& box) 
 }
 
 btVector3 roundedOutwards(const Vec3& corner, bool up) {
-  btVector3 rounded;
+  btVector3 rounded(0, 0, 0);  // its fourth component, too
   for (int axis = 0; axis < 3; ++axis) {
     const auto value = static_cast<btScalar>(corner[axis]);
     const btScalar step = std::numeric_limits<btScalar>::epsilon() * std::abs(value);

@@ -16,7 +16,7 @@ namespace carom::bullet {
 /// Between `beginSubstep` and `endSubstep`, `resolve` is called for every candidate pair.
 class ContactClassifier {
  public:
-  /// Borrows the context and the tracker of bodies, which must outlive the resolver.
+  /// Borrows the context and the tracker of bodies, which must outlive the classifier.
   ContactClassifier(BridgeContext& context, const BodyTracker& bodies)
       : context_(context), bodies_(bodies), reader_(context.world) {}
 
