@@ -38,9 +38,12 @@ SphereProperties::SphereProperties(const SphereWorld& world, std::span<const std
   spheres_.reserve(listed.size());
   const bool varies = restitutionVaries(world);
   const bool rubs = std::ranges::any_of(world.spheres, rubsOrSpins);
+  const bool differ = std::ranges::any_of(
+      world.spheres, [](const Sphere& sphere) { return sphere.surface != SurfaceId{0}; });
   for (const std::uint32_t at : listed) {
     const Sphere& sphere = world.spheres[at];
-    spheres_.push_back({sphere.mass, sphere.restitution, sphere.surface});
+    spheres_.push_back({sphere.mass, sphere.restitution});
+    if (differ) surfaces_.push_back(sphere.surface);
     if (varies) laws_.push_back(sphere.restitutionLaw);
     if (rubs) frictions_.push_back(sphere.friction);
     if (world.simultaneous == Simultaneous::hertz) stiffnesses_.push_back(sphere.stiffness);
@@ -52,25 +55,26 @@ double SphereProperties::restitution(std::uint32_t sphere, std::uint32_t other,
   const Properties& one = spheres_[sphere];
   const Properties& two = spheres_[other];
   if (laws_.empty())
-    return restitutions_.of(one.surface, one.restitution, two.surface, two.restitution);
-  return restitutions_.of(one.surface, restitutionAt(one.restitution, laws_[sphere], approachSpeed),
-                          two.surface, restitutionAt(two.restitution, laws_[other], approachSpeed));
+    return restitutions_.of(surfaceOf(sphere), one.restitution, surfaceOf(other), two.restitution);
+  return restitutions_.of(
+      surfaceOf(sphere), restitutionAt(one.restitution, laws_[sphere], approachSpeed),
+      surfaceOf(other), restitutionAt(two.restitution, laws_[other], approachSpeed));
 }
 
 double SphereProperties::wallRestitution(std::uint32_t sphere, const Plane& plane,
                                          double approachSpeed) const {
   const Properties& body = spheres_[sphere];
   if (laws_.empty())
-    return restitutions_.of(body.surface, body.restitution, plane.surface, plane.restitution);
+    return restitutions_.of(surfaceOf(sphere), body.restitution, plane.surface, plane.restitution);
   return restitutions_.of(
-      body.surface, restitutionAt(body.restitution, laws_[sphere], approachSpeed), plane.surface,
-      restitutionAt(plane.restitution, plane.restitutionLaw, approachSpeed));
+      surfaceOf(sphere), restitutionAt(body.restitution, laws_[sphere], approachSpeed),
+      plane.surface, restitutionAt(plane.restitution, plane.restitutionLaw, approachSpeed));
 }
 
 std::vector<double> SphereProperties::restitutionsAmong(std::span<const Wall> walls) const {
   std::vector<Kind> kinds;
-  for (const Properties& sphere : spheres_)
-    kinds.emplace_back(sphere.surface, sphere.restitution);
+  for (std::size_t sphere = 0; sphere < spheres_.size(); ++sphere)
+    kinds.emplace_back(surfaceOf(sphere), spheres_[sphere].restitution);
   for (const Wall& wall : walls)
     kinds.emplace_back(wall.plane.surface, wall.plane.restitution);
   sortUnique(kinds);

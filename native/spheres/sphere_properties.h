@@ -47,11 +47,15 @@ class SphereProperties {
   struct Properties {
     double mass = 0.0;         ///< kg
     double restitution = 0.0;  ///< 1, at the speed of its RestitutionLaw
-    SurfaceId surface = 0;
   };
+
+  SurfaceId surfaceOf(std::size_t sphere) const {
+    return surfaces_.empty() ? SurfaceId{0} : surfaces_[sphere];
+  }
 
   RestitutionTable restitutions_;
   std::vector<Properties> spheres_;        ///< by sphere
+  std::vector<SurfaceId> surfaces_;        ///< by sphere; empty if all have surface 0
   std::vector<RestitutionLaw> laws_;       ///< by sphere; empty if all restitutions are constant
   std::vector<SphereFriction> frictions_;  ///< by sphere; empty if no sphere rubs or spins
   std::vector<double> stiffnesses_;        ///< Pa, by sphere; empty except for Simultaneous::hertz
