@@ -1,6 +1,7 @@
 // The functions of carom.h that need no sound: structs with their defaults, materials, surfaces,
 // modes and textures.
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -74,9 +75,12 @@ Result<SurfaceTexture> textureOfSlopes(SurfaceTexture::Size size, const double* 
                                        const float* slopes) {
   if (texel == nullptr) return Error{"the size of a texel is NULL"};
   if (slopes == nullptr) return Error{"the slopes of the texture are NULL"};
-  if (size.width > SurfaceTexture::kMostTexels || size.height > SurfaceTexture::kMostTexels)
-    return Error{"a texture has up to " + std::to_string(SurfaceTexture::kMostTexels) +
-                 " texels along each side"};
+  const auto isSide = [](std::size_t texels) {
+    return std::has_single_bit(texels) && texels <= SurfaceTexture::kMostTexels;
+  };
+  // Slopes of a size that is refused are not read: there may be fewer.
+  if (!isSide(size.width) || !isSide(size.height))
+    return SurfaceTexture::ofSlopes(size, {texel[0], texel[1]}, {});
   std::vector<SurfaceTexture::Slope> read;
   read.reserve(size.width * size.height);
   for (std::size_t index = 0; index < size.width * size.height; ++index)
