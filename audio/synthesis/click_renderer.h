@@ -83,7 +83,7 @@ class ClickRenderer final : public SoundSink {
   std::size_t voices() const { return voices_.size(); }  ///< counted with a capacity only
   std::size_t busesInUse() const;
   bool isSilent() const;
-  /// Those of clicks and excitations: late, tooLong, slidesLeftOut, noBus, stolen, overBudget,
+  /// Counters of clicks and excitations: late, tooLong, slidesLeftOut, noBus, stolen, overBudget,
   /// modalVoicesExhausted.
   SynthCounters counters() const { return counters_ + modalBank_.counters(); }
   const ModalBank& modalBank() const { return modalBank_; }

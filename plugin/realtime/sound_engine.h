@@ -64,7 +64,7 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
       &SynthCounters::slidesLeftOut};
   /// Statistics that the audio thread writes and the simulation's thread reads.
   struct Shared {
-    /// Those of kRendererCounts, in its order.
+    /// Counters that kRendererCounts names, in its order.
     std::array<std::atomic<std::uint64_t>, kRendererCounts.size()> counts{};
     std::atomic<std::size_t> voices{0}, buses{0}, banks{0}, modes{0};
     std::atomic<double> cpuShare{0.0}, worstBlock{0.0}, gainReduction{0.0};

@@ -10,7 +10,8 @@
 #include "tests/support/no_alloc_scope.h"
 #include "tests/support/random.h"
 
-// What comes out of a SoundQueue is compared with a copy of what went in, kept in a std::deque.
+// The tests compare each sound that a SoundQueue gives back with a copy of it, kept in a
+// std::deque.
 
 namespace carom::plugin {
 
