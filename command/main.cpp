@@ -23,6 +23,7 @@
 #include "command/report_command.h"
 #include "command/stability_command.h"
 #include "command/strike_command.h"
+#include "command/warnings.h"
 #include "lab/compare/compare.h"
 #include "lab/report/report_text.h"
 #include <CLI/CLI.hpp>
@@ -132,40 +133,17 @@ RenderOptions renderOptions(const Arguments& arguments) {
   return options;
 }
 
-// Warns of samples beyond full scale that were clipped or turned down without being asked for.
-void warnOfLoudness(const Arguments& arguments, const RenderReport& report) {
-  if (report.clippedSamples > 0) {
-    std::cerr << "carom: " << arguments.output << ": " << report.clippedSamples
-              << " samples exceed full scale and were clipped; --limit turns them down instead, "
-                 "--format float32 keeps them, --normalize scales the file down\n";
-  }
-  if (report.gainReduction > 0.0 && !arguments.limit) {
-    std::cerr << "carom: " << arguments.output
-              << ": peaks exceed full scale and were turned down by up to "
-              << std::round(10.0 * report.gainReduction) / 10.0
-              << " dB; --full-scale, --normalize or --format float32 makes room for them\n";
-  }
-}
-
-// Warns of listeners behind a wall. They are not refused, for some may be meant to stand outside;
-// but it is a mistake more often.
-void warnOfListenersOutside(const Scene& scene) {
-  if (scene.sound.room.reflectors.empty()) return;
-  for (const Listener& listener : scene.listeners) {
-    const auto wall =
-        std::find_if(scene.bodies.begin(), scene.bodies.end(), [&listener](const SceneBody& body) {
-          const auto* plane = std::get_if<PlaneShape>(&body.shape);
-          return plane != nullptr && plane->normal.dot(listener.position) < plane->offset;
-        });
-    if (wall == scene.bodies.end()) continue;
-    std::cerr << "carom: " << listener.name << " stands behind " << wall->name
-              << ", out of the room: it hears no reflections there\n";
-  }
+nlohmann::ordered_json withWarnings(nlohmann::ordered_json object, const Warnings& warnings) {
+  object["warnings"] = warnings.all();
+  return object;
 }
 
 // Renders a scene to which the options of the command line have been applied already.
 int renderInto(const Arguments& arguments, const Scene& scene, const Recording* recording) {
-  warnOfListenersOutside(scene);
+  Warnings warnings;
+  if (const std::string why = instabilityWarning(scene); !why.empty())
+    warnings.add(arguments.scene + ": " + why);
+  warnings.add(sceneWarnings(scene));
   ProgressBar bar("rendering " + scene.name);
   RenderOptions options = renderOptions(arguments);
   options.recording = recording;
@@ -180,13 +158,9 @@ int renderInto(const Arguments& arguments, const Scene& scene, const Recording* 
   const Result<RenderReport> report = renderScene(scene, options);
   bar.clear();
   if (!report) return fail(kFailed, report.error().message);
-  warnOfLoudness(arguments, *report);
-  if (report->synth.late > 0) {
-    std::cerr << "carom: " << report->synth.late
-              << " contacts last longer than 50 ms and lost the "
-                 "beginning of their sound\n";
-  }
-  return answer(arguments.json ? jsonText(renderJson(*report)) : renderText(*report));
+  warnings.add(renderWarnings(*report, options));
+  return answer(arguments.json ? jsonText(withWarnings(renderJson(*report), warnings))
+                               : renderText(*report));
 }
 
 // Refuses a scene that its stepper cannot run.
@@ -208,8 +182,6 @@ int render(const Arguments& arguments) {
   }
   if (const Status valid = validateRun(*scene); !valid)
     return fail(kBadInput, arguments.scene + ": " + valid.error().message);
-  if (const std::string why = instabilityWarning(*scene); !why.empty())
-    std::cerr << "carom: " << arguments.scene << ": " << why << '\n';
   return renderInto(arguments, *scene, nullptr);
 }
 
@@ -281,9 +253,11 @@ int infoOfRecording(const Arguments& arguments) {
   const Result<RecordedScene> recorded = loadRecordedScene(arguments.scene);
   if (!recorded) return fail(kBadInput, recorded.error().message);
   const RecordReport report{arguments.scene, recorded->bytes};
+  Warnings warnings;
+  warnings.add(sceneWarnings(recorded->scene));
   if (!arguments.json)
     return answer(recordText(recorded->recording, report) + infoText(recorded->scene));
-  nlohmann::ordered_json object = infoJson(recorded->scene);
+  nlohmann::ordered_json object = withWarnings(infoJson(recorded->scene), warnings);
   object["recording"] = recordJson(recorded->recording, report);
   return answer(jsonText(object));
 }
@@ -292,7 +266,10 @@ int info(const Arguments& arguments) {
   if (isRecording(arguments.scene)) return infoOfRecording(arguments);
   const Result<Scene> scene = loadScene(arguments.scene);
   if (!scene) return fail(kBadInput, scene.error().message);
-  return answer(arguments.json ? jsonText(infoJson(*scene)) : infoText(*scene));
+  Warnings warnings;
+  warnings.add(sceneWarnings(*scene));
+  return answer(arguments.json ? jsonText(withWarnings(infoJson(*scene), warnings))
+                               : infoText(*scene));
 }
 
 int compare(const Arguments& arguments) {

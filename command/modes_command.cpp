@@ -6,6 +6,9 @@
 #include <iostream>
 #include <optional>
 #include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "command/command_line.h"
 #include "command/progress_bar.h"
@@ -15,6 +18,8 @@
 #include "audio/io/partial_file.h"
 #include "carom/modal/mesh_analysis.h"
 #include "carom/modal/mesh_file.h"
+#include "modal/json/json_reader.h"
+#include "scenes/format/material_reader.h"
 #include "scenes/format/model_file.h"
 
 namespace carom::command {
@@ -85,6 +90,18 @@ std::string modesText(const MeshAnalysis& analysis) {
   return text.str();
 }
 
+/// Returns a built-in material by its name, or that of a file whose name has an extension.
+Result<Material> materialOf(const std::string& text) {
+  if (const Material* builtIn = findMaterial(text)) return *builtIn;
+  if (std::filesystem::path(text).has_extension()) return loadMaterial(text);
+  std::vector<std::string_view> names;
+  for (const Material& material : builtInMaterials())
+    names.emplace_back(material.name);
+  return Error{"--material: unknown material " + modal::inQuotes(text) +
+               modal::suggestion(text, names) + "; expected one of " + modal::quotedList(names) +
+               ", or a file FILE.json with its properties"};
+}
+
 // Warns of findings that are no errors, but worth knowing.
 void warn(const std::string& file, const MeshAnalysis& analysis) {
   for (const MeshFinding& finding : analysis.findings)
@@ -104,12 +121,11 @@ void warn(const std::string& file, const MeshAnalysis& analysis) {
 ModesCommand::ModesCommand(CLI::App& app)
     : command_(app.add_subcommand("modes", "Compute how a body rings, from its mesh")) {
   command_->add_option("MESH", mesh_, "OBJ, PLY, STL or glTF file (docs/meshes.md)")->required();
-  std::vector<std::string> names;
-  for (const Material& material : builtInMaterials())
-    names.push_back(material.name);
-  command_->add_option("--material", material_, "what it is made of (docs/materials.md)")
+  command_
+      ->add_option("--material", material_,
+                   "what it is made of: a name (docs/materials.md), or a file with its properties")
       ->required()
-      ->check(oneOf(names));
+      ->type_name("NAME|FILE.json");
   command_->add_option("-o,--output", output_, "model file to write; .glb or .gltf: glTF")
       ->check(fileName());
   command_->add_option("--scale", scale_, "metres in one unit of the mesh; 0.001: millimetres")
@@ -144,7 +160,8 @@ ModesCommand::ModesCommand(CLI::App& app)
       "  carom modes scenes/library/meshes/wrench.obj --material carbon_steel -o "
       "wrench.carom_modes\n"
       "  carom modes bowl.stl --scale 0.001 --material glass --thickness 3 -o bowl.carom_modes\n"
-      "  carom modes bell.glb --material bronze --modes 100 --json");
+      "  carom modes bell.glb --material bronze --modes 100 --json\n"
+      "  carom modes bell.glb --material bell_metal.json");
 }
 
 bool ModesCommand::parsed() const {
@@ -158,6 +175,8 @@ int ModesCommand::run() const {
     if (const Status valid = checkWritable(output_); !valid)
       return fail(kFailed, "--output: " + output_ + ": " + valid.error().message);
   }
+  const Result<Material> material = materialOf(material_);
+  if (!material) return fail(kBadInput, material.error().message);
   const Result<LoadedMesh> mesh = loadMesh(mesh_, {.scale = scale_});
   if (!mesh) return fail(kBadInput, mesh.error().message);
 
@@ -177,7 +196,7 @@ int ModesCommand::run() const {
       cacheFolder_.empty() ? ModelCache() : ModelCache(std::filesystem::path(cacheFolder_));
   ProgressBar bar("modes of " + std::filesystem::path(mesh_).filename().string());
   Result<MeshAnalysis> analysis =
-      analyseMesh(mesh->surface, *findMaterial(material_), settings, noCache_ ? nullptr : &cache,
+      analyseMesh(mesh->surface, *material, settings, noCache_ ? nullptr : &cache,
                   [&](std::string_view, double share) {
                     bar.show(share);
                     return true;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -49,6 +50,8 @@ class ContactPropagation {
   bool propagate(const ContactSource& source);
   /// Upper bound of the clicks at any listener, Pa.
   double clickPeak() const { return clickPeak_; }
+  /// Upper bound of the clicks and of what they excite at any listener, Pa, heard or not.
+  double peak() const { return std::max(clickPeak_, modalPeak_); }
   /// The clicks and excitations, each only if they can be heard. Valid until the next `propagate`.
   ScheduledSound sound() const;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <string>
 #include <utility>
 
@@ -57,8 +58,11 @@ void Synth::removeBody(BodyId id) {
 Status Synth::placeListener(std::size_t listener, const ListenerPose& pose) {
   return impl_->scheduler_.placeListener(listener, pose);
 }
-void Synth::schedule(const ImpulseEvent& event) {
+double Synth::schedule(const ImpulseEvent& event) {
+  const std::uint64_t before = impl_->scheduler_.counters().events;
   impl_->scheduler_.schedule(event, {}, impl_->renderer_);
+  const bool sounds = impl_->scheduler_.counters().events > before;
+  return sounds ? impl_->scheduler_.lastPeak() : 0.0;
 }
 void Synth::updateContact(const ContactState& contact) {
   impl_->scheduler_.updateContact(contact, {}, impl_->renderer_);

@@ -173,14 +173,8 @@ std::string peakText(const RenderReport& report) {
   if (report.peak <= 0.0) return "peak      silence\n";
   std::string text = format("peak      %.4g Pa (%.1f dB SPL); 1.0 in the file is %.4g Pa\n",
                             report.peak, soundPressureLevel(report.peak), report.fullScale);
-  if (report.gainReduction > 0.0) {
+  if (report.gainReduction > 0.0)
     text += format("limited   by %.1f dB at most\n", report.gainReduction);
-  } else if (report.peak > report.fullScale && report.clippedSamples == 0) {
-    text += format(
-        "          %.1f dB above 1.0, so players clip it; --limit turns it down there, "
-        "--normalize everywhere\n",
-        20.0 * std::log10(report.peak / report.fullScale));
-  }
   return text;
 }
 

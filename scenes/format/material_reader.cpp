@@ -1,8 +1,14 @@
 #include "scenes/format/material_reader.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
+#include <iterator>
 
+#include <nlohmann/json.hpp>
+
+#include "audio/io/byte_file.h"
+#include "scenes/format/dry_friction.h"
 #include "scenes/format/mechanics_reader.h"
 #include "scenes/format/scene_ranges.h"
 #include "scenes/format/surface_reader.h"
@@ -31,6 +37,7 @@ constexpr TextRange kMaterialName{
 
 constexpr std::size_t kMaxMaterials = 1000;
 constexpr std::size_t kMaxRestitutions = 1000;
+constexpr std::size_t kLongestCircle = 400;  // characters in a message
 
 }  // namespace
 
@@ -60,27 +67,65 @@ void MaterialReader::readMaterials(const JsonNode& materials) {
     } else if (findMaterial(name) != nullptr) {
       node.fail(inQuotes(name) + " is a built-in material; expected another name");
     } else {
-      ownMaterials_.emplace(name, readMaterialObject(node, name));
+      ownNodes_.emplace(name, node);
     }
+  }
+  for (const auto& [name, node] : ownNodes_) {
+    if (node.failed()) return;
+    readOwnMaterial(name);
   }
 }
 
-SurfaceMaterial MaterialReader::readMaterialObject(const JsonNode& node, std::string name) {
+/// Reads an own material after the one that it is like.
+void MaterialReader::readOwnMaterial(const std::string& name) {
+  if (ownMaterials_.contains(name)) return;
+  const JsonNode& node = ownNodes_.at(name);
+  chain_.push_back(name);
+  if (const auto like = node.find("like"); like && like->isString()) {
+    const std::string base = like->text(kName);
+    if (ownNodes_.contains(base) && checkEnds(*like, base)) readOwnMaterial(base);
+  }
+  chain_.pop_back();
+  if (!node.failed()) ownMaterials_.emplace(name, readMaterialObject(node, name));
+}
+
+/// Refuses materials that are like each other in a circle: `base`, which the last of the chain is
+/// like, must not be in it.
+bool MaterialReader::checkEnds(const JsonNode& like, const std::string& base) const {
+  const auto first = std::ranges::find(chain_, base);
+  if (first == chain_.end()) return true;
+  std::string circle = inQuotes(base);
+  for (auto name = std::next(first); name != chain_.end(); ++name)
+    circle += " is like " + inQuotes(*name) + ", which";
+  if (circle.size() > kLongestCircle) circle = inQuotes(base) + " over others";
+  like.fail(circle + " is like " + inQuotes(base) +
+            "; expected materials that lead to one with properties of its own");
+  return false;
+}
+
+SurfaceMaterial MaterialReader::readMaterialObject(const JsonNode& node, std::string name) const {
   if (!node.expectObject("a material",
-                         {"density", "youngs_modulus", "poissons_ratio", "restitution",
+                         {"like", "density", "youngs_modulus", "poissons_ratio", "restitution",
                           "restitution_law", "restitution_speed", "friction", "rolling_friction",
                           "pivoting_friction", "damping_alpha", "damping_beta", "roughness"})) {
     return {};
   }
-  return {.material = {.name = std::move(name),
-                       .density = node.number("density", kDensity),
-                       .youngsModulus = node.number("youngs_modulus", kYoungsModulus),
-                       .poissonsRatio = node.number("poissons_ratio", kPoissonsRatio),
-                       .restitution = node.number("restitution", kRestitution),
-                       .dampingAlpha = node.number("damping_alpha", kDampingAlpha, 0.0),
-                       .dampingBeta = node.number("damping_beta", kDampingBeta, 0.0),
-                       .roughness = readRoughness(node, {})},
-          .contact = readContactTraits(node)};
+  const auto like = node.find("like");
+  SurfaceMaterial made = like ? namedMaterial(*like, "") : SurfaceMaterial{};
+  Material& material = made.material;
+  const auto read = [&node, &like](std::string_view key, const NumberRange& range, double& value) {
+    value = like ? node.number(key, range, value) : node.number(key, range);
+  };
+  material.name = std::move(name);
+  read("density", kDensity, material.density);
+  read("youngs_modulus", kYoungsModulus, material.youngsModulus);
+  read("poissons_ratio", kPoissonsRatio, material.poissonsRatio);
+  read("restitution", kRestitution, material.restitution);
+  material.dampingAlpha = node.number("damping_alpha", kDampingAlpha, material.dampingAlpha);
+  material.dampingBeta = node.number("damping_beta", kDampingBeta, material.dampingBeta);
+  material.roughness = readRoughness(node, material.roughness);
+  made.contact = readContactTraits(node, made.contact);
+  return made;
 }
 
 void MaterialReader::readRestitutions(const JsonNode& restitutions, RestitutionTable& table) {
@@ -116,6 +161,7 @@ SurfaceMaterial MaterialReader::readBodyMaterial(const JsonNode& entry,
   if (!node || entry.failed()) return {};
   SurfaceMaterial made = readMaterial(*node, name);
   made.material.roughness = readRoughness(entry, made.material.roughness);
+  made.contact = readFriction(entry, made.contact);
   made.normalMap = readNormalMapEntry(entry, folder_);
   return made;
 }
@@ -125,12 +171,15 @@ std::vector<SurfaceMaterial> MaterialReader::readGroupMaterials(const JsonNode& 
   std::vector<SurfaceMaterial> materials;
   const auto node = entry.require("material", "a material, or an array of materials");
   if (!node) return materials;
-  if (!node->isArray()) return {readMaterial(*node, name)};
-  const auto choices = node->elements("a choice of materials", 1, kMaxMaterials);
-  for (const JsonNode& choice : choices) {
-    const std::string own = name + ".material" + std::to_string(materials.size() + 1);
-    materials.push_back(readMaterial(choice, own));
+  if (!node->isArray()) materials = {readMaterial(*node, name)};
+  if (node->isArray()) {
+    for (const JsonNode& choice : node->elements("a choice of materials", 1, kMaxMaterials)) {
+      const std::string own = name + ".material" + std::to_string(materials.size() + 1);
+      materials.push_back(readMaterial(choice, own));
+    }
   }
+  for (SurfaceMaterial& made : materials)
+    made.contact = readFriction(entry, made.contact);
   return materials;
 }
 
@@ -142,23 +191,26 @@ SurfaceMaterial MaterialReader::readMaterial(const JsonNode& node,
     node.failAs("a material", "the name of one, or an object with its properties");
     return {};
   }
-  SurfaceMaterial made = namedMaterial(node);
+  SurfaceMaterial made = namedMaterial(node, ", or an object with its properties");
   made.surface = findSurface(node);
   return made;
 }
 
-SurfaceMaterial MaterialReader::namedMaterial(const JsonNode& node) const {
+SurfaceMaterial MaterialReader::namedMaterial(const JsonNode& node,
+                                              const std::string& otherwise) const {
   const std::string name = node.text(kName);
   if (node.failed()) return {};
-  if (const Material* builtIn = findMaterial(name)) return {.material = *builtIn};
+  if (const Material* builtIn = findMaterial(name))
+    return {
+        .material = *builtIn, .contact = {.defaultFriction = dryFriction(name)}, .builtIn = name};
   if (const auto own = ownMaterials_.find(name); own != ownMaterials_.end()) return own->second;
-  checkKnown(node, name, ", or an object with its properties");
+  checkKnown(node, name, otherwise);
   return {};
 }
 
 bool MaterialReader::checkKnown(const JsonNode& node, const std::string& name,
                                 const std::string& otherwise) const {
-  if (findMaterial(name) != nullptr || ownMaterials_.contains(name)) return true;
+  if (findMaterial(name) != nullptr || ownNodes_.contains(name)) return true;
   const std::vector<std::string_view> known = knownMaterials();
   node.fail("unknown material " + inQuotes(name) + suggestion(name, known) + "; expected one of " +
             quotedList(known) + otherwise);
@@ -167,7 +219,7 @@ bool MaterialReader::checkKnown(const JsonNode& node, const std::string& name,
 
 std::vector<std::string_view> MaterialReader::knownMaterials() const {
   std::vector<std::string_view> known;
-  for (const auto& [name, own] : ownMaterials_)  // before built-in ones: messages do not list all
+  for (const auto& [name, own] : ownNodes_)  // before built-in ones: messages do not list all
     known.emplace_back(name);
   for (const Material& builtIn : builtInMaterials())
     known.emplace_back(builtIn.name);
@@ -187,6 +239,21 @@ SurfaceId MaterialReader::findSurface(const JsonNode& material) const {
   if (!material.isString()) return 0;
   const auto place = surfaces_.find(material.text(kName));
   return place == surfaces_.end() ? 0 : place->second;
+}
+
+Result<Material> loadMaterial(const std::filesystem::path& file) {
+  const Result<std::vector<std::byte>> bytes = audio::readBytes(file);
+  if (!bytes)
+    return Error{file.string() + ": " + bytes.error().message + " (of a material, docs/scenes.md)"};
+  FirstError error(file.string());
+  const auto* text = reinterpret_cast<const char*>(bytes->data());
+  const auto document = parseJson({text, bytes->size()}, error);
+  if (!document) return error.error();
+  const std::string stem = file.stem().string();
+  const SurfaceMaterial made = MaterialReader({}).readMaterialObject(
+      JsonNode(*document, "", error), kName.contains(stem) ? stem : "material");
+  if (error) return error.error();
+  return made.material;
 }
 
 }  // namespace carom::scenes

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "carom/audio/material.h"
+#include "carom/audio/result.h"
 #include "carom/native/restitution.h"
 #include "modal/json/json_reader.h"
 #include "scenes/format/scene.h"
@@ -26,13 +27,14 @@ struct SurfaceMaterial {
   SurfaceId surface = 0;  ///< index of the material in the restitutions; 0: none there
   ContactTraits contact = {};
   std::optional<NormalMapFile> normalMap = std::nullopt;
+  std::string builtIn = {};  ///< name of the built-in material that it is or is like, if any
 
   /// Makes a body that has no shape yet.
   SceneBody body(std::string name) &&;
 };
 
-/// Reads the materials of one scene: first those of its own, then the restitutions of pairs, then
-/// the materials of its bodies, which refer to both. [one thread]
+/// Reads the materials of one scene: first those of its own, which may be like others, then the
+/// restitutions of pairs, then the materials of its bodies, which refer to both. [one thread]
 class MaterialReader {
  public:
   /// Names of normal maps are relative to `folder`.
@@ -54,9 +56,13 @@ class MaterialReader {
                                                   const std::string& name) const;
 
  private:
-  static SurfaceMaterial readMaterialObject(const modal::JsonNode& node, std::string name);
+  friend Result<Material> loadMaterial(const std::filesystem::path& file);
+
+  SurfaceMaterial readMaterialObject(const modal::JsonNode& node, std::string name) const;
+  void readOwnMaterial(const std::string& name);
+  bool checkEnds(const modal::JsonNode& like, const std::string& base) const;
   SurfaceMaterial readMaterial(const modal::JsonNode& node, const std::string& inlineName) const;
-  SurfaceMaterial namedMaterial(const modal::JsonNode& node) const;
+  SurfaceMaterial namedMaterial(const modal::JsonNode& node, const std::string& otherwise) const;
   std::vector<std::string_view> knownMaterials() const;
   bool checkKnown(const modal::JsonNode& node, const std::string& name,
                   const std::string& otherwise) const;
@@ -65,8 +71,14 @@ class MaterialReader {
   SurfaceId findSurface(const modal::JsonNode& material) const;
 
   std::filesystem::path folder_;
+  std::map<std::string, modal::JsonNode, std::less<>> ownNodes_;
   std::map<std::string, SurfaceMaterial, std::less<>> ownMaterials_;  // their `surface` is not set
+  std::vector<std::string> chain_;  // own materials being read, each of which is like the next
   std::map<std::string, SurfaceId, std::less<>> surfaces_;  // of the materials in "restitutions"
 };
+
+/// Reads a file that holds one material: an object as in "materials" of a scene, which may be like
+/// a built-in one. It is called as the file without its extension. [any thread]
+Result<Material> loadMaterial(const std::filesystem::path& file);
 
 }  // namespace carom::scenes

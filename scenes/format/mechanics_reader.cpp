@@ -218,17 +218,27 @@ double shiftAtStart(const PlaneShape& plane) {
 
 }  // namespace
 
-ContactTraits readContactTraits(const JsonNode& material) {
-  ContactTraits contact;
-  contact.friction = material.number("friction", kFriction, 0.0);
-  contact.rollingFriction = material.number("rolling_friction", kRolling, 0.0);
-  contact.pivotingFriction = material.number("pivoting_friction", kPivoting, 0.0);
+ContactTraits readFriction(const JsonNode& node, const ContactTraits& absent) {
+  ContactTraits contact = absent;
+  if (const auto friction = node.find("friction")) {
+    contact.friction = friction->number(kFriction);
+    contact.defaultFriction = 0.0;
+  }
+  return contact;
+}
+
+ContactTraits readContactTraits(const JsonNode& material, const ContactTraits& absent) {
+  ContactTraits contact = readFriction(material, absent);
+  contact.rollingFriction = material.number("rolling_friction", kRolling, absent.rollingFriction);
+  contact.pivotingFriction =
+      material.number("pivoting_friction", kPivoting, absent.pivotingFriction);
   RestitutionLaw& law = contact.restitutionLaw;
   if (const auto choice = material.find("restitution_law")) {
     constexpr std::array<SpeedLaw, 3> kLaws = {SpeedLaw::constant, SpeedLaw::viscoelastic,
                                                SpeedLaw::plastic};
     law.law =
         kLaws.at(choice->choice("a law of restitution", {"constant", "viscoelastic", "plastic"}));
+    if (law.law == SpeedLaw::constant) law = {};
   }
   const auto speed = material.find("restitution_speed");
   if (!speed) return contact;

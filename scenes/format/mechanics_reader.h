@@ -9,8 +9,13 @@ namespace carom::scenes {
 // and restitutions. Every error is recorded at its node, and what was read is then dropped with the
 // scene. docs/scenes.md has the fields. All functions of this file: [any thread].
 
-/// Reads the keys of a material that are in ContactTraits; ignores others.
-ContactTraits readContactTraits(const modal::JsonNode& material);
+/// Reads "friction" of a material or a body, which then has no default friction; returns `absent`
+/// if there is none.
+ContactTraits readFriction(const modal::JsonNode& node, const ContactTraits& absent);
+
+/// Reads the keys of a material that are in ContactTraits; ignores others. Those that are missing
+/// are as in `absent`.
+ContactTraits readContactTraits(const modal::JsonNode& material, const ContactTraits& absent);
 
 /// Reads "spin" of a sphere.
 Vec3 readSpin(const modal::JsonNode& sphere);

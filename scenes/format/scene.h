@@ -62,9 +62,10 @@ struct JelloShape {
 };
 
 /// Contact properties of a body beside those in Material.
-/// The defaults are those of all built-in materials.
 struct ContactTraits {
-  double friction = 0.0;          ///< Coulomb's coefficient; a pair has the geometric mean
+  double friction = 0.0;  ///< Coulomb's coefficient, as the scene names it
+  double defaultFriction =
+      0.0;  ///< of its material, if the scene names none; see frictionWithSolids
   double rollingFriction = 0.0;   ///< dimensionless, of spheres, see SphereFriction::rolling
   double pivotingFriction = 0.0;  ///< m, of spheres, see SphereFriction::pivoting
   RestitutionLaw restitutionLaw = {};
@@ -97,6 +98,9 @@ struct SceneBody {
 
 inline bool isSolid(const SceneBody& body) {
   return std::holds_alternative<SolidShape>(body.shape);
+}
+inline bool isSphere(const SceneBody& body) {
+  return std::holds_alternative<SphereShape>(body.shape);
 }
 
 /// The forces on the bodies besides gravity and impacts. Springs and rods refer to spheres by their
@@ -160,6 +164,16 @@ inline const JelloShape* jelloOf(const Scene& scene) {
     if (const auto* jello = std::get_if<std::shared_ptr<const JelloShape>>(&body.shape))
       return jello->get();
   return nullptr;
+}
+
+/// Returns the body's own coefficient of friction in a contact with a solid: the one that the scene
+/// names, or else its material's. Among spheres, planes and blocks only the named one counts, and
+/// so it does for a sphere on a solid: spheres are as on the native stepper. A pair has the
+/// geometric mean of both bodies' own. [any thread]
+inline double frictionWithSolids(const SceneBody& body) {
+  const ContactTraits& contact = body.contact;
+  if (isSphere(body) || contact.friction > 0.0) return contact.friction;
+  return contact.defaultFriction;
 }
 
 /// Returns the coefficient of restitution of two bodies of the scene: the one that the scene gives

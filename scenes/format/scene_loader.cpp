@@ -114,8 +114,8 @@ class SceneReader {
  private:
   /// The origin of a plane: its entry in the file, and the kind of its material.
   struct PlaneOrigin {
-    std::string entry;       // name of the plane itself, or of its box
-    bool isBuiltIn = false;  // its material is a built-in one, given by name
+    std::string entry;    // name of the plane itself, or of its box
+    std::string builtIn;  // name of the built-in material that it is of, or of one like it
   };
 
   void readAir(const JsonNode& air);
@@ -275,8 +275,9 @@ void SceneReader::readBody(const JsonNode& entry) {
 }
 
 void SceneReader::readSphere(const JsonNode& entry) {
-  if (!entry.expectObject("a sphere", {"type", "name", "radius", "material", "position", "velocity",
-                                       "spin", "mass", "modes", "roughness", "normal_map"})) {
+  if (!entry.expectObject(
+          "a sphere", {"type", "name", "radius", "material", "position", "velocity", "spin", "mass",
+                       "modes", "friction", "roughness", "normal_map"})) {
     return;
   }
   if (!countSpheres(entry, 1)) return;
@@ -294,8 +295,9 @@ void SceneReader::readSphere(const JsonNode& entry) {
 }
 
 void SceneReader::readPlane(const JsonNode& entry) {
-  if (!entry.expectObject("a plane", {"type", "name", "normal", "point", "offset", "material",
-                                      "velocity", "oscillation", "roughness", "normal_map"})) {
+  if (!entry.expectObject("a plane",
+                          {"type", "name", "normal", "point", "offset", "material", "velocity",
+                           "oscillation", "friction", "roughness", "normal_map"})) {
     return;
   }
   const std::string name = entryName(entry, "plane", bodyNames_);
@@ -320,8 +322,8 @@ void SceneReader::readPlane(const JsonNode& entry) {
 }
 
 void SceneReader::readBox(const JsonNode& entry) {
-  if (!entry.expectObject("a box",
-                          {"type", "name", "min", "max", "material", "roughness", "normal_map"}))
+  if (!entry.expectObject("a box", {"type", "name", "min", "max", "material", "friction",
+                                    "roughness", "normal_map"}))
     return;
   const std::string name = entryName(entry, "box", bodyNames_);
   Vec3 min = Vec3::Zero();
@@ -339,7 +341,7 @@ void SceneReader::readBox(const JsonNode& entry) {
 
 void SceneReader::readBlock(const JsonNode& entry) {
   if (!entry.expectObject("a block", {"type", "name", "min", "max", "rotation", "material",
-                                      "velocity", "roughness", "normal_map"})) {
+                                      "velocity", "friction", "roughness", "normal_map"})) {
     return;
   }
   const std::string name = entryName(entry, "block", bodyNames_);
@@ -397,8 +399,8 @@ void SceneReader::readJelloBody(const JsonNode& entry) {
 }
 
 void SceneReader::readGroup(const JsonNode& entry) {
-  if (!entry.expectObject("a group of spheres",
-                          {"type", "name", "count", "radius", "material", "min", "max", "speed"})) {
+  if (!entry.expectObject("a group of spheres", {"type", "name", "count", "radius", "material",
+                                                 "min", "max", "speed", "friction"})) {
     return;
   }
   const std::string name = entryName(entry, "spheres", bodyNames_);
@@ -459,7 +461,7 @@ std::vector<RoomPlane> SceneReader::roomPlanes() const {
     const PlaneOrigin& origin = origins_[index];
     planes.push_back({.name = body.name,
                       .entry = origin.entry,
-                      .surface = origin.isBuiltIn ? defaultSurface(body.material.name) : nullptr,
+                      .surface = defaultSurface(origin.builtIn),
                       .material = body.material.name,
                       .normal = shape.normal,
                       .offset = shape.offset});
@@ -493,12 +495,9 @@ bool SceneReader::countSpheres(const JsonNode& node, std::size_t count) {
 void SceneReader::addPlane(const JsonNode& entry, std::string name, SurfaceMaterial made,
                            const PlaneShape& plane) {
   planes_.push_back(scene_.bodies.size());
-  const auto material = entry.find("material");
-  const bool isNamed =
-      material && material->isString() && findMaterial(made.material.name) != nullptr;
   // The walls of a box are named BOX.left, and so on.
   const bool isBoxWall = entry.find("min").has_value();
-  origins_.push_back({isBoxWall ? name.substr(0, name.rfind('.')) : name, isNamed});
+  origins_.push_back({isBoxWall ? name.substr(0, name.rfind('.')) : name, made.builtIn});
   if (planes_.size() > SceneLimits::kPlanes) {
     entry.fail("the scene has more than " + std::to_string(SceneLimits::kPlanes) +
                " planes; expected at most that many, six for each box");

@@ -65,7 +65,7 @@ void refuseMotion(const JsonNode& entry) {
 bool SolidReader::expectSolid(const JsonNode& entry) {
   return entry.expectObject(
       "a solid", {"type", "name", "shape", "material", "position", "rotation", "velocity", "spin",
-                  "mass", "movable", "modes", "roughness", "normal_map"});
+                  "mass", "movable", "modes", "friction", "roughness", "normal_map"});
 }
 
 SolidShape SolidReader::read(const JsonNode& entry, double density) {

@@ -17,6 +17,11 @@ struct RollingArms {
   double pivoting = 0.0;  // m
 };
 
+/// Bullet multiplies restitutions and frictions of a pair; Carom takes their geometric means.
+btScalar factorOf(double coefficient) {
+  return toBullet(std::sqrt(coefficient));
+}
+
 /// A body that knows its surface. `table` is null in a scene without restitutions of pairs.
 class SurfaceBody : public btRigidBody {
  public:
@@ -25,7 +30,9 @@ class SurfaceBody : public btRigidBody {
       : btRigidBody(info),
         surface(body.surface),
         restitution(body.material.restitution),
-        restitutions(table) {
+        restitutions(table),
+        isSolid(scenes::isSolid(body)),
+        solidFriction(factorOf(frictionWithSolids(body))) {
     const auto* sphere = std::get_if<SphereShape>(&body.shape);
     if (sphere == nullptr) return;
     isSphere = true;
@@ -36,6 +43,8 @@ class SurfaceBody : public btRigidBody {
   const SurfaceId surface;
   const double restitution;
   const RestitutionTable* const restitutions;
+  const bool isSolid;
+  const btScalar solidFriction;  // of contacts with solids; Bullet's own friction is that of others
   bool isSphere = false;
   RollingArms arms;
 };
@@ -46,11 +55,25 @@ bool resistsRolling(const SceneBody& body) {
   return body.contact.rollingFriction > 0.0 || body.contact.pivotingFriction > 0.0;
 }
 
+bool hasDefaultFriction(const SceneBody& body) {
+  return frictionWithSolids(body) != body.contact.friction;
+}
+
+/// True if Bullet's own way to combine two bodies' properties does not do for the scene.
+bool needsCombination(const Scene& scene) {
+  const auto any = [&scene](bool (*is)(const SceneBody&)) {
+    return std::ranges::any_of(scene.bodies, is);
+  };
+  return !scene.restitutions.empty() || any(resistsRolling) ||
+         (any(isSolid) && any(hasDefaultFriction));
+}
+
 /// Carom's hold on Bullet's callback slots, of which the process has one set; see BulletScene.
 struct CombinationSlots {
   audio::Mutex mutex;
   std::size_t scenes = 0;                           // number of scenes that need the slots
   CalculateCombinedCallback restitution = nullptr;  // the functions installed before
+  CalculateCombinedCallback friction = nullptr;
   CalculateCombinedCallback rolling = nullptr;
   CalculateCombinedCallback spinning = nullptr;
 };
@@ -71,6 +94,18 @@ btScalar combineRestitutions(const btCollisionObject* body, const btCollisionObj
   }
   return toBullet(first->restitutions->of(first->surface, first->restitution, second->surface,
                                           second->restitution));
+}
+
+/// Returns the friction of two bodies of which one is a solid: see frictionWithSolids.
+btScalar combineFrictions(const btCollisionObject* body, const btCollisionObject* other) {
+  const auto* first = dynamic_cast<const SurfaceBody*>(body);
+  const auto* second = dynamic_cast<const SurfaceBody*>(other);
+  if (first == nullptr || second == nullptr || !(first->isSolid || second->isSolid)) {
+    const CalculateCombinedCallback before = slots().friction;
+    assert(before != nullptr);  // stored before Bullet is given this function
+    return before(body, other);
+  }
+  return first->solidFriction * second->solidFriction;
 }
 
 /// Returns the arm of the sphere in a contact of a sphere and another kind of body, and 0 for other
@@ -106,6 +141,7 @@ void takeSlots() {
   const audio::MutexLock lock(slots().mutex);
   if (slots().scenes++ > 0) return;
   take(gCalculateCombinedRestitutionCallback, combineRestitutions, slots().restitution);
+  take(gCalculateCombinedFrictionCallback, combineFrictions, slots().friction);
   take(gCalculateCombinedRollingFrictionCallback, combineRolling, slots().rolling);
   take(gCalculateCombinedSpinningFrictionCallback, combineSpinning, slots().spinning);
 }
@@ -120,6 +156,7 @@ void leaveSlots() {
   const audio::MutexLock lock(slots().mutex);
   if (--slots().scenes > 0) return;
   give(gCalculateCombinedRestitutionCallback, combineRestitutions, slots().restitution);
+  give(gCalculateCombinedFrictionCallback, combineFrictions, slots().friction);
   give(gCalculateCombinedRollingFrictionCallback, combineRolling, slots().rolling);
   give(gCalculateCombinedSpinningFrictionCallback, combineSpinning, slots().spinning);
 }
@@ -127,8 +164,7 @@ void leaveSlots() {
 }  // namespace
 
 BulletScene::BulletScene(const Scene& scene)
-    : restitutions_(scene.restitutions),
-      needsSlots_(!restitutions_.empty() || std::ranges::any_of(scene.bodies, resistsRolling)) {
+    : restitutions_(scene.restitutions), needsSlots_(needsCombination(scene)) {
   if (needsSlots_) takeSlots();
   world_.setGravity(toBullet(scene.gravity));
   const bool hasSolids = std::ranges::any_of(scene.bodies, isSolid);
@@ -161,9 +197,8 @@ Quat BulletScene::orientation(std::size_t index, const Quat& bullet) const {
 void BulletScene::addBody(const SceneBody& body, double restSpeed) {
   frames_.push_back(Quat::Identity());  // makeBody replaces it for solids
   std::unique_ptr<btRigidBody> rigid = makeBody(body);
-  // Bullet multiplies restitutions and frictions of a pair; Carom takes their geometric means.
-  rigid->setRestitution(toBullet(std::sqrt(body.material.restitution)));
-  rigid->setFriction(toBullet(std::sqrt(body.contact.friction)));
+  rigid->setRestitution(factorOf(body.material.restitution));
+  rigid->setFriction(factorOf(body.contact.friction));
   rigid->setDamping(0, 0);
   rigid->setSleepingThresholds(toBullet(restSpeed), toBullet(restSpeed));
   world_.addRigidBody(rigid.get());

@@ -20,14 +20,15 @@ namespace carom::scenes {
 /// bodies lose up to half of their bounce on a plane. Scenes without solids keep the defaults,
 /// unless they ask for the tuning (StepperSettings::tuned).
 ///
-/// Restitutions of pairs of materials, and rolling resistance, need hooks: Bullet knows bodies
-/// only, and has one function for the whole process that combines such a property of two bodies
-/// (gCalculateCombinedRestitutionCallback and its like). While there is a scene that needs them,
-/// these functions are ours: they answer for two bodies of such scenes, and pass all other pairs to
-/// the function that was installed before, which is put back when the last of these scenes goes. So
-/// any number of worlds, ours and others, may live side by side; but since Bullet reads those slots
-/// without a lock, no world may step on another thread while the first such scene is made or the
-/// last one goes. Scenes without such properties leave the slots alone.
+/// Restitutions of pairs of materials, friction that solids have by their material, and rolling
+/// resistance need hooks: Bullet knows bodies only, and has one function for the whole process that
+/// combines such a property of two bodies (gCalculateCombinedRestitutionCallback and its like).
+/// While there is a scene that needs them, these functions are ours: they answer for two bodies of
+/// such scenes, and pass all other pairs to the function that was installed before, which is put
+/// back when the last of these scenes goes. So any number of worlds, ours and others, may live side
+/// by side; but since Bullet reads those slots without a lock, no world may step on another thread
+/// while the first such scene is made or the last one goes. Scenes without such properties leave
+/// the slots alone.
 class BulletScene {
  public:
   explicit BulletScene(const Scene& scene);

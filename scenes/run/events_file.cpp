@@ -1,6 +1,8 @@
 #include "scenes/run/events_file.h"
 
+#include <algorithm>
 #include <charconv>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -14,7 +16,7 @@ namespace {
 
 constexpr std::string_view kHeader =
     "time_s,body,other,jx_Ns,jy_Ns,jz_Ns,px_m,py_m,pz_m,nx,ny,nz,approach_speed_m_s,"
-    "effective_mass_kg,duration_s\n";
+    "effective_mass_kg,duration_s,collision,peak_pa,heard\n";
 
 void append(std::string& row, double value) {
   char text[32];
@@ -40,6 +42,11 @@ void append(std::string& row, const std::string& name) {
   row += '"';
 }
 
+/// True if these are the shares of one collision.
+bool areShares(const ImpulseEvent& event, const ImpulseEvent& other) {
+  return event.body == other.other && event.other == other.body && event.impulse == -other.impulse;
+}
+
 }  // namespace
 
 EventsFileWriter::EventsFileWriter(PartialFile file, std::ofstream stream)
@@ -59,7 +66,22 @@ Result<EventsFileWriter> EventsFileWriter::create(const std::filesystem::path& p
   return writer;
 }
 
-void EventsFileWriter::write(const ImpulseEvent& event, const Scene& scene, double duration) {
+/// Returns the number of the event's collision: that of its other share if that has come.
+std::uint64_t EventsFileWriter::collisionOf(const ImpulseEvent& event) {
+  if (!open_.empty() && open_.front().share.time != event.time) open_.clear();
+  const auto other = std::ranges::find_if(
+      open_, [&event](const OpenCollision& open) { return areShares(open.share, event); });
+  if (other == open_.end()) {
+    open_.push_back({event, ++collisions_});
+    return collisions_;
+  }
+  const std::uint64_t number = other->number;
+  open_.erase(other);
+  return number;
+}
+
+void EventsFileWriter::write(const ImpulseEvent& event, const Scene& scene,
+                             const EventSound& sound) {
   std::string row;
   append(row, event.time);
   row += ',';
@@ -70,11 +92,13 @@ void EventsFileWriter::write(const ImpulseEvent& event, const Scene& scene, doub
     row += ',';
     append(row, v);
   }
-  for (const double value : {event.approachSpeed, event.effectiveMass, duration}) {
+  for (const double value : {event.approachSpeed, event.effectiveMass, sound.duration}) {
     row += ',';
     append(row, value);
   }
-  row += '\n';
+  row += ',' + std::to_string(collisionOf(event)) + ',';
+  append(row, sound.peak);
+  row += sound.isHeard ? ",1\n" : ",0\n";
   stream_ << row;
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <vector>
 
 #include "audio/io/partial_file.h"
 #include "carom/audio/impulse_event.h"
@@ -10,16 +12,24 @@
 
 namespace carom::scenes {
 
+/// The sound of one event.
+struct EventSound {
+  double duration = 0.0;  ///< s, of the contact
+  double peak = 0.0;      ///< Pa, upper bound at the loudest listener; 0: there is none
+  bool isHeard = false;   ///< not left out as inaudible
+};
+
 /// Writes impulse events as CSV (RFC 4180, header row, SI units in the column names, numbers with
 /// all their digits: reading them back gives the same bits). One row per event, so two per
-/// collision. The file appears under its name, whole, when `finish` succeeds; until then, and if it
-/// never does, a file that had the name before stays. [one thread]
+/// collision, which have its number: collisions count from 1 in the order of the rows. The file
+/// appears under its name, whole, when `finish` succeeds; until then, and if it never does, a file
+/// that had the name before stays. [one thread]
 class EventsFileWriter {
  public:
   static Result<EventsFileWriter> create(const std::filesystem::path& path);
 
-  /// Writes a row; `duration` is that of the contact, s.
-  void write(const ImpulseEvent& event, const Scene& scene, double duration);
+  /// Writes a row. Events come in order of time.
+  void write(const ImpulseEvent& event, const Scene& scene, const EventSound& sound);
   /// Closes the file. Success means that all of it is on the disk, and only the renaming can still
   /// fail. To be called once at most.
   Status close();
@@ -27,11 +37,20 @@ class EventsFileWriter {
   Status finish();
 
  private:
+  /// The first share of a collision whose other share has not come yet.
+  struct OpenCollision {
+    ImpulseEvent share;
+    std::uint64_t number;
+  };
+
   EventsFileWriter(audio::PartialFile file, std::ofstream stream);
   Error failure(const std::string& reason) const;
+  std::uint64_t collisionOf(const ImpulseEvent& event);
 
   audio::PartialFile file_;  // before the stream, which is closed first; then this is removed
   std::ofstream stream_;
+  std::vector<OpenCollision> open_;  // of the time of the last event
+  std::uint64_t collisions_ = 0;
 };
 
 }  // namespace carom::scenes

@@ -24,6 +24,23 @@ bool hasLaw(const SceneBody& body) {
   return body.contact.restitutionLaw.law != SpeedLaw::constant;
 }
 
+bool canMove(const SceneBody& body) {
+  const auto* solid = std::get_if<SolidShape>(&body.shape);
+  return isSphere(body) || (solid != nullptr && solid->canMove());
+}
+
+/// True if two bodies of the scene have friction, and one of those with friction moves.
+bool isAnyRough(const Scene& scene, double (*of)(const SceneBody&)) {
+  std::size_t rough = 0;
+  bool anyMoves = false;
+  for (const SceneBody& body : scene.bodies) {
+    if (!(of(body) > 0.0)) continue;
+    ++rough;
+    anyMoves = anyMoves || canMove(body);
+  }
+  return anyMoves && rough > 1;
+}
+
 std::string listed(const std::vector<const char*>& words) {
   std::string text;
   for (std::size_t index = 0; index < words.size(); ++index) {
@@ -60,16 +77,8 @@ Status validateForBullet(const Scene& scene) {
 }
 
 bool hasFriction(const Scene& scene) {
-  std::size_t rough = 0;
-  bool anyMoves = false;
-  for (const SceneBody& body : scene.bodies) {
-    if (!(body.contact.friction > 0.0)) continue;
-    ++rough;
-    const auto* solid = std::get_if<SolidShape>(&body.shape);
-    anyMoves = anyMoves || std::holds_alternative<SphereShape>(body.shape) ||
-               (solid != nullptr && solid->canMove());
-  }
-  return anyMoves && rough > 1;
+  return isAnyRough(scene, [](const SceneBody& body) { return body.contact.friction; }) ||
+         (std::ranges::any_of(scene.bodies, isSolid) && isAnyRough(scene, frictionWithSolids));
 }
 
 }  // namespace carom::scenes

@@ -69,9 +69,13 @@ Status renderInto(Files& files, const Scene& scene, SceneSound& sound, RenderRep
     pointers.push_back(channel.data());
   while (const std::size_t frames = sound.render(channels)) {
     if (Status written = files.sound.write(pointers, frames); !written) return written;
-    for (const ImpulseEvent& event : sound.settledEvents()) {
+    for (const auto& [event, peak] : sound.settledEvents()) {
       ++report.events;
-      if (files.events) files.events->write(event, scene, sound.synth().contactDuration(event));
+      if (!files.events) continue;
+      files.events->write(event, scene,
+                          {.duration = sound.synth().contactDuration(event),
+                           .peak = peak,
+                           .isHeard = peak > 0.0 && peak >= scene.sound.audibleThreshold});
     }
     if (options.progress) {
       options.progress(static_cast<double>(sound.framesDone()) /

@@ -289,8 +289,8 @@ void SceneSound::runAhead(double time) {
   });
   for (auto event = known_.begin(); event != open; ++event) {
     if (event->time > duration_) continue;
-    synth_.schedule(*event);
-    if (event->time >= span_.from && event->time <= span_.to) settled_.push_back(*event);
+    const double peak = synth_.schedule(*event);
+    if (event->time >= span_.from && event->time <= span_.to) settled_.push_back({*event, peak});
   }
   known_.erase(known_.begin(), open);
 }

@@ -57,6 +57,12 @@ struct SoundSpan {
 /// their reverberation is down by 120 dB. [any thread]
 double firstEventTime(const Scene& scene, const SoundSpan& span);
 
+/// An event that has been handed to the synthesis.
+struct ScheduledEvent {
+  ImpulseEvent event;
+  double peak = 0.0;  ///< Pa, as Synth::schedule returns it
+};
+
 /// The sound of a scene: its mechanics run just ahead of its synthesis, so memory does not grow
 /// with the length of the scene. [one thread]
 class SceneSound {
@@ -75,7 +81,7 @@ class SceneSound {
 
   /// Returns the events that were settled by the last `render`, in order of time over the whole
   /// scene, up to its duration; for a part of the scene, only those in it.
-  std::span<const ImpulseEvent> settledEvents() const { return settled_; }
+  std::span<const ScheduledEvent> settledEvents() const { return settled_; }
 
   const Synth& synth() const { return synth_; }
   const SceneStepper& stepper() const { return *stepper_; }
@@ -97,9 +103,9 @@ class SceneSound {
   std::unique_ptr<SceneStepper> stepper_;
   Synth synth_;
   std::optional<JelloVoice> voice_;
-  std::vector<ImpulseEvent> known_;    // events not settled yet
-  std::vector<ImpulseEvent> settled_;  // events settled by the last render
-  std::vector<ImpulseEvent> early_;    // events settled before the first wanted sample
+  std::vector<ImpulseEvent> known_;      // events not settled yet
+  std::vector<ScheduledEvent> settled_;  // events settled by the last render
+  std::vector<ScheduledEvent> early_;    // events settled before the first wanted sample
 };
 
 }  // namespace carom::scenes

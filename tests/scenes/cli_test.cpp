@@ -532,6 +532,79 @@ TEST_F(Cli, Pcm16IsLimitedAndFloatIsNotUnlessAsked) {
   EXPECT_EQ(report.at("limiter"), false);
 }
 
+TEST_F(Cli, PeakAboveFullScaleIsAWarningWithTheOptionThatMakesRoom) {
+  const std::vector<std::string> render = {"render", library("two_balls"), "-o", at("sound.wav"),
+                                           "--json"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), render.begin(), render.end());
+    return carom(more);
+  };
+  for (const std::vector<std::string>& options :
+       {std::vector<std::string>{}, {"--format", "pcm16"}, {"--format", "pcm16", "--no-limit"}}) {
+    const Outcome loud = with(options);
+    const json report = parsed(loud);
+    ASSERT_GT(report.at("peak_pa").get<double>(), report.at("full_scale_pa").get<double>());
+    ASSERT_EQ(report.at("warnings").size(), 1u);
+    const std::string warning = report.at("warnings").at(0);
+    EXPECT_EQ(loud.err, "carom: " + warning + "\n");
+    EXPECT_NE(warning.find("dB above full scale, 20 Pa"), std::string::npos) << warning;
+    const std::size_t option = warning.find("--full-scale ") + 13;
+    std::vector<std::string> again = options;
+    again.insert(again.end(),
+                 {"--full-scale", warning.substr(option, warning.find("dB", option) + 2 - option)});
+    const Outcome remedied = with(again);
+    EXPECT_EQ(remedied.err, "");
+    EXPECT_TRUE(parsed(remedied).at("warnings").empty());
+    EXPECT_GT(readRecording(at("sound.wav")).peak(), 0.89);  // and within 1 dB of full scale
+  }
+  EXPECT_TRUE(parsed(with({"--limit"})).at("warnings").empty());
+  EXPECT_TRUE(parsed(with({"--normalize"})).at("warnings").empty());
+}
+
+TEST_F(Cli, BodiesLighterThanAnyMatterAreWarnedOfByName) {
+  json scene = json::parse(contents(libraryFile("wood_blocks")));
+  for (json& body : scene["bodies"])
+    body.erase("modes");
+  scene["duration"] = 0.01;
+  scene["bodies"][3]["mass"] = 0.0024;  // a cube of 5 cm: 19.2 kg/m^3
+  json ball = {{"type", "sphere"}, {"name", "ball"},       {"radius", 0.1},
+               {"mass", 0.05},     {"material", "rubber"}, {"position", {0, 3, 0}}};  // 11.9
+  scene["bodies"].push_back(ball);
+  ball.update({{"name", "heavier"}, {"mass", 0.09}, {"position", {0, 5, 0}}});  // 21.5
+  scene["bodies"].push_back(ball);
+  const std::string file = fileWith(scene.dump());
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"info", file}, {"render", file, "-o", at("sound.wav")}}) {
+    std::vector<std::string> asJson = command;
+    asJson.push_back("--json");
+    const Outcome outcome = carom(asJson);
+    const json report = parsed(outcome);
+    ASSERT_EQ(report.at("warnings").size(), 2u) << report.at("warnings");
+    std::string expected;
+    for (const json& warning : report.at("warnings"))
+      expected += "carom: " + warning.get<std::string>() + "\n";
+    EXPECT_EQ(outcome.err, expected);
+    EXPECT_EQ(carom(command).err, expected);
+    EXPECT_NE(expected.find("cube has a density of 19.2 kg/m^3"), std::string::npos) << expected;
+    EXPECT_NE(expected.find("ball has a density of 11.9 kg/m^3"), std::string::npos) << expected;
+  }
+}
+
+TEST_F(Cli, ManyLightBodiesAreCounted) {
+  json scene = json::parse(contents(libraryFile("two_balls")));
+  scene["bodies"] = json::array({{{"type", "spheres"},
+                                  {"name", "foam"},
+                                  {"count", 8},
+                                  {"radius", 0.01},
+                                  {"material", {{"like", "plastic"}, {"density", 15}}},
+                                  {"min", {0, 0, 0}},
+                                  {"max", {1, 1, 1}}}});
+  const json warnings = parsed(carom({"info", fileWith(scene.dump()), "--json"})).at("warnings");
+  ASSERT_EQ(warnings.size(), 6u);
+  EXPECT_TRUE(warnings.at(4).get<std::string>().starts_with("foam.5 has"));
+  EXPECT_EQ(warnings.at(5), "3 more bodies have a density below 20 kg/m^3");
+}
+
 TEST_F(Cli, FullScaleIsAPressureOrALevel) {
   for (const std::string fullScale : {"200", "2e2", "140dB", "140DB"}) {
     const json report = parsed(carom({"render", library("two_balls"), "-o", at("sound.wav"),

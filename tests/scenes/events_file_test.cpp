@@ -7,6 +7,7 @@
 #include <fstream>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -23,7 +24,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-enum Column { kTime, kBody, kOther, kImpulse, kPoint = 6, kNormal = 9, kSpeed = 12, kMass, kTau };
+enum Column {
+  kTime,
+  kBody,
+  kOther,
+  kImpulse,
+  kPoint = 6,
+  kNormal = 9,
+  kSpeed = 12,
+  kMass,
+  kTau,
+  kCollision,
+  kPeak,
+  kHeard
+};
 
 Scene sceneWith(const std::vector<std::string>& names) {
   Scene scene;
@@ -53,7 +67,7 @@ Rows written(const std::vector<ImpulseEvent>& events, const Scene& scene, double
   Result<EventsFileWriter> writer = EventsFileWriter::create(folder / "events.csv");
   EXPECT_TRUE(writer);
   for (const ImpulseEvent& event : events)
-    writer->write(event, scene, duration);
+    writer->write(event, scene, {duration, 0.5, true});
   const Status finished = writer->finish();
   EXPECT_TRUE(finished) << finished.error().message;
   EXPECT_EQ(folder.entries(), 1u);
@@ -68,12 +82,13 @@ void expectSameBits(double value, const std::string& field) {
 TEST(EventsFile, HeaderNamesEveryColumnWithItsUnit) {
   const Rows rows = written({anEvent()}, sceneWith({"ball", "floor"}), 1e-4);
   ASSERT_EQ(rows.size(), 2u);
-  EXPECT_EQ(rows[0],
-            (std::vector<std::string>{"time_s", "body", "other", "jx_Ns", "jy_Ns", "jz_Ns", "px_m",
-                                      "py_m", "pz_m", "nx", "ny", "nz", "approach_speed_m_s",
-                                      "effective_mass_kg", "duration_s"}));
-  EXPECT_EQ(rows[1], (std::vector<std::string>{"0.25", "ball", "floor", "1", "2", "3", "4", "5",
-                                               "6", "0", "1", "0", "7", "8", "1e-04"}));
+  EXPECT_EQ(rows[0], (std::vector<std::string>{"time_s", "body", "other", "jx_Ns", "jy_Ns", "jz_Ns",
+                                               "px_m", "py_m", "pz_m", "nx", "ny", "nz",
+                                               "approach_speed_m_s", "effective_mass_kg",
+                                               "duration_s", "collision", "peak_pa", "heard"}));
+  EXPECT_EQ(rows[1],
+            (std::vector<std::string>{"0.25", "ball", "floor", "1", "2", "3", "4", "5", "6", "0",
+                                      "1", "0", "7", "8", "1e-04", "1", "0.5", "1"}));
 }
 
 TEST(EventsFile, NumbersReadBackAreTheSameBits) {
@@ -97,7 +112,7 @@ TEST(EventsFile, NumbersReadBackAreTheSameBits) {
     const Rows rows = written({event}, sceneWith({"a", "b"}), value);
     ASSERT_EQ(rows.size(), 2u);
     const std::vector<std::string>& row = rows[1];
-    ASSERT_EQ(row.size(), 15u);
+    ASSERT_EQ(row.size(), 18u);
     expectSameBits(value, row[kTime]);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto component = static_cast<Eigen::Index>(axis);
@@ -131,6 +146,47 @@ TEST(EventsFile, NamesReadBackAreTheSameWhateverIsInThem) {
   }
 }
 
+/// The other body's share of a collision.
+ImpulseEvent otherShare(const ImpulseEvent& event) {
+  ImpulseEvent other = event;
+  std::swap(other.body, other.other);
+  other.impulse = -event.impulse;
+  other.normal = -event.normal;
+  return other;
+}
+
+TEST(EventsFile, BothSharesOfACollisionHaveItsNumber) {
+  const ImpulseEvent first = anEvent();
+  ImpulseEvent second = anEvent();  // the same bodies at the same time, at another point
+  second.impulse *= 2.0;
+  ImpulseEvent third = anEvent();  // at the same time, of another pair
+  third.other = 2;
+  ImpulseEvent fourth = anEvent();  // later
+  fourth.time = 0.5;
+  const Rows rows = written({first, second, third, otherShare(second), otherShare(third),
+                             otherShare(first), fourth, otherShare(fourth), otherShare(fourth)},
+                            sceneWith({"a", "b", "c"}), 1e-4);
+  std::vector<std::string> numbers;
+  for (std::size_t row = 1; row < rows.size(); ++row)
+    numbers.push_back(rows[row][kCollision]);
+  EXPECT_EQ(numbers, (std::vector<std::string>{"1", "2", "3", "2", "3", "1", "4", "4", "5"}));
+}
+
+TEST(EventsFile, PeakAndWhetherItIsHeardAreTheLastColumns) {
+  const TemporaryFolder folder;
+  Result<EventsFileWriter> writer = EventsFileWriter::create(folder / "events.csv");
+  ASSERT_TRUE(writer);
+  const Scene scene = sceneWith({"a", "b"});
+  writer->write(anEvent(), scene, {.duration = 1e-4, .peak = 0.1, .isHeard = true});
+  writer->write(otherShare(anEvent()), scene, {.duration = 1e-4, .peak = 1e-9, .isHeard = false});
+  ASSERT_TRUE(writer->finish());
+  const Rows rows = parseCsv(contents(folder / "events.csv"));
+  EXPECT_EQ(rows.at(1).at(kPeak), "0.1");
+  EXPECT_EQ(rows.at(1).at(kHeard), "1");
+  EXPECT_EQ(rows.at(2).at(kPeak), "1e-09");
+  EXPECT_EQ(rows.at(2).at(kHeard), "0");
+}
+
 TEST(EventsFile, OfNoEventsIsAHeader) {
   EXPECT_EQ(written({}, sceneWith({}), 0.0).size(), 1u);
 }
@@ -141,7 +197,7 @@ TEST(EventsFile, LeavesWhatWasThereUntilItIsFinished) {
   {
     Result<EventsFileWriter> writer = EventsFileWriter::create(folder / "events.csv");
     ASSERT_TRUE(writer);
-    writer->write(anEvent(), sceneWith({"a", "b"}), 1e-4);
+    writer->write(anEvent(), sceneWith({"a", "b"}), {});
     EXPECT_EQ(contents(folder / "events.csv"), "old");
   }
   EXPECT_EQ(contents(folder / "events.csv"), "old");
@@ -165,9 +221,9 @@ TEST(EventsFile, TwoWritersOfOnePathDoNotMix) {
   Result<EventsFileWriter> second = EventsFileWriter::create(folder / "events.csv");
   ASSERT_TRUE(first);
   ASSERT_TRUE(second);
-  first->write(anEvent(), scene, 1e-4);
+  first->write(anEvent(), scene, {});
   for (int row = 0; row < 3; ++row)
-    second->write(anEvent(), scene, 1e-4);
+    second->write(anEvent(), scene, {});
   ASSERT_TRUE(first->finish());
   EXPECT_EQ(parseCsv(contents(folder / "events.csv")).size(), 2u);
   ASSERT_TRUE(second->finish());

@@ -170,6 +170,20 @@ TEST_F(ModesCli, TheSecondRunComesFromTheCacheAndSaysTheSame) {
 
 // Half the size in every direction doubles the frequencies, as the elastic equations have no
 // length.
+TEST_F(ModesCli, MaterialOfAFileRingsAsItsNumbersSay) {
+  // Frequencies go as sqrt(E / density): a quarter of the density has twice those.
+  const std::string light = write("light.json", R"({"like": "carbon_steel", "density": 1962.5})");
+  const auto bar = [&](const std::string& material) {
+    return parsed(carom({"modes", at("bar.obj"), "--material", material, "--dofs", "600", "--modes",
+                         "2", "--no-cache", "--no-radiation", "--json"}));
+  };
+  const json made = bar(light);
+  EXPECT_EQ(made.at("material"), "light");
+  EXPECT_NEAR(made.at("modes").at(0).at("frequency_hz").get<double>() /
+                  bar("carbon_steel").at("modes").at(0).at("frequency_hz").get<double>(),
+              2.0, 1e-6);
+}
+
 TEST_F(ModesCli, ScaleIsTheSizeOfOneUnit) {
   const std::vector<std::string> options = {"--dofs", "600", "--no-cache", "--no-radiation",
                                             "--json"};
@@ -209,6 +223,7 @@ TEST_F(ModesCli, WhatCannotBeHeardIsSaidAndNoError) {
 TEST_F(ModesCli, WrongUseOfModesIs2WithOneSentenceAndNothingIsWritten) {
   write("open.obj", boxObj(1.0, true));
   write("text.obj", "no mesh at all\n");
+  write("bad.json", R"({"like": "wood", "densty": 500})");
   const std::string mesh = at("bar.obj");
   const std::string before = contents(mesh);
   struct Refused {
@@ -219,7 +234,10 @@ TEST_F(ModesCli, WrongUseOfModesIs2WithOneSentenceAndNothingIsWritten) {
   for (auto [command, says] : std::vector<Refused>{
            {{"modes"}, "MESH is required"},
            {{"modes", mesh}, "--material is required"},
-           {{"modes", mesh, "--material", "unobtainium"}, "'unobtainium' is unknown"},
+           {{"modes", mesh, "--material", "unobtainium"}, "unknown material \"unobtainium\""},
+           {{"modes", mesh, "--material", "wod"}, "did you mean \"wood\""},
+           {{"modes", mesh, "--material", "absent.json"}, "absent.json"},
+           {{"modes", mesh, "--material", at("bad.json")}, "bad.json: /densty: unknown key"},
            {modes("missing.obj"), "missing.obj"},
            {modes("text.obj"), "text.obj"},
            {modes("open.obj"), "closed"},

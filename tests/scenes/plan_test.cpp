@@ -140,6 +140,8 @@ TEST(Plan, ForcesBlocksAndFrictionAreNeededWhereTheSceneHasThem) {
   Scene scene = sceneOf({kFloor, ballAt(1.0)});
   scene.bodies[1].contact.friction = 0.5;  // the floor has no friction
   EXPECT_TRUE(leftOut(scene).contains("friction"));
+  EXPECT_TRUE(needed(libraryScene("wood_blocks")).contains("friction"));  // of the materials
+  EXPECT_TRUE(leftOut(libraryScene("two_balls")).contains("friction"));
   scene.mechanics.drag.rate = 1.0;
   EXPECT_TRUE(needed(scene).contains("forces"));
 }

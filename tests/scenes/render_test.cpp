@@ -331,10 +331,37 @@ Pieces renderedInBlocksOf(std::size_t frames, const Scene& scene) {
       pieces.channels[channel].insert(pieces.channels[channel].end(), block[channel].begin(),
                                       block[channel].begin() + static_cast<std::ptrdiff_t>(count));
     }
-    const auto settled = sound->settledEvents();
-    pieces.events.insert(pieces.events.end(), settled.begin(), settled.end());
+    for (const auto& [event, peak] : sound->settledEvents())
+      pieces.events.push_back(event);
   }
   return pieces;
+}
+
+TEST(Render, PeaksInTheEventsFileBoundTheSoundAndTellWhatIsHeard) {
+  const TemporaryFolder folder;
+  const Scene scene = libraryScene("two_balls");
+  const auto peaksOf = [&](double threshold, std::vector<std::string>& heard) {
+    Scene changed = scene;
+    changed.sound.audibleThreshold = threshold;
+    const RenderReport report =
+        rendered(changed, {.soundFile = folder / "sound.wav", .eventsFile = folder / "events.csv"});
+    double sum = 0.0;
+    heard.clear();
+    for (const auto& row : eventRows(folder / "events.csv")) {
+      EXPECT_EQ(row.at(15), "1");  // both shares of the one collision
+      sum += numberOf(row.at(16));
+      heard.push_back(row.at(17));
+    }
+    EXPECT_LE(report.peak, sum);
+    EXPECT_EQ(report.peak > 0.0, heard.front() == "1");
+    return std::pair{report.peak, sum};
+  };
+  std::vector<std::string> heard;
+  const auto [peak, bound] = peaksOf(2e-5, heard);
+  EXPECT_EQ(heard, (std::vector<std::string>{"1", "1"}));
+  EXPECT_GT(peak, 0.2 * bound);  // the two clicks may cancel in part
+  EXPECT_EQ(peaksOf(2.0 * bound, heard).second, bound);
+  EXPECT_EQ(heard, (std::vector<std::string>{"0", "0"}));
 }
 
 TEST(Render, BlockSizeDoesNotMatter) {

@@ -29,6 +29,9 @@
 #include "carom/audio/listener.h"
 #include "carom/audio/material.h"
 #include "carom/audio/room.h"
+#include "scenes/format/dry_friction.h"
+#include "scenes/format/material_reader.h"
+#include "tests/support/temporary_folder.h"
 
 namespace carom {
 
@@ -748,6 +751,155 @@ TEST(SceneLoader, InlineMaterialsAreNamedAfterTheirBody) {
   EXPECT_EQ(accepted(named).bodies.at(0).material.name, "ball");
 }
 
+/// oneBall() whose sphere is of the material "own", and whose scene has these materials.
+json withOwn(const json& materials) {
+  json document = with("/materials", materials);
+  document["bodies"][0]["material"] = "own";
+  return document;
+}
+
+TEST(SceneLoader, MaterialThatIsLikeAnotherHasAllOfItButWhatItGives) {
+  const Scene scene =
+      accepted(withOwn({{"own", {{"like", "wood"}, {"density", 500}, {"friction", 0.3}}}}));
+  Material expected = *findMaterial("wood");
+  expected.name = "own";
+  expected.density = 500.0;
+  EXPECT_EQ(scene.bodies[0].material, expected);  // roughness and damping included
+  EXPECT_GT(scene.bodies[0].material.roughness.rmsHeight, 0.0);
+  EXPECT_EQ(scene.bodies[0].contact.friction, 0.3);
+  EXPECT_EQ(scene.bodies[0].contact.defaultFriction, 0.0);
+}
+
+TEST(SceneLoader, LikenessLeadsThroughOwnMaterialsInAnyOrderOfTheirNames) {
+  json far = oak();
+  far.update({{"friction", 0.2},
+              {"rolling_friction", 0.01},
+              {"pivoting_friction", 1e-4},
+              {"restitution_law", "plastic"},
+              {"restitution_speed", 0.5},
+              {"damping_beta", 1e-6},
+              {"roughness", {{"rms_height", 1e-6}, {"correlation_length", 1e-4}}}});
+  const json materials = {{"own", {{"like", "z"}, {"density", 2}}},
+                          {"z", {{"like", "a"}, {"restitution", 0.125}}},
+                          {"a", far}};
+  json inPlace = withOwn(materials);
+  inPlace["bodies"][0]["material"] = {{"like", "z"}, {"density", 2}};
+  inPlace["bodies"][0]["name"] = "own";
+  for (const json& document : {withOwn(materials), inPlace}) {
+    const SceneBody body = accepted(document).bodies.at(0);
+    EXPECT_EQ(body.material.name, "own");
+    EXPECT_EQ(body.material.density, 2.0);
+    EXPECT_EQ(body.material.restitution, 0.125);
+    EXPECT_EQ(body.material.youngsModulus, 1e10);
+    EXPECT_EQ(body.material.dampingBeta, 1e-6);
+    EXPECT_EQ(body.material.roughness.rmsHeight, 1e-6);
+    EXPECT_EQ(body.contact.friction, 0.2);
+    EXPECT_EQ(body.contact.rollingFriction, 0.01);
+    EXPECT_EQ(body.contact.pivotingFriction, 1e-4);
+    EXPECT_EQ(body.contact.restitutionLaw, (RestitutionLaw{SpeedLaw::plastic, 0.5}));
+  }
+}
+
+TEST(SceneLoader, LawOfTheOtherMaterialCanBeChangedOrTakenBack) {
+  json soft = oak();
+  soft.update({{"restitution_law", "plastic"}, {"restitution_speed", 0.5}});
+  const auto lawOf = [&soft](const json& own) {
+    return accepted(withOwn({{"soft", soft}, {"own", own}})).bodies.at(0).contact.restitutionLaw;
+  };
+  EXPECT_EQ(lawOf({{"like", "soft"}, {"restitution_speed", 2}}),
+            (RestitutionLaw{SpeedLaw::plastic, 2.0}));
+  EXPECT_EQ(lawOf({{"like", "soft"}, {"restitution_law", "viscoelastic"}}),
+            (RestitutionLaw{SpeedLaw::viscoelastic, 0.5}));
+  EXPECT_EQ(lawOf({{"like", "soft"}, {"restitution_law", "constant"}}), RestitutionLaw{});
+}
+
+TEST(SceneLoader, RestitutionsOfAPairAreNotThoseOfAMaterialLikeIt) {
+  json document = withOwn({{"own", {{"like", "steel"}}}});
+  document["bodies"][1]["material"] = "steel";
+  document["restitutions"] = {{{"materials", {"steel", "steel"}}, {"restitution", 0.125}}};
+  const Scene scene = accepted(document);
+  EXPECT_EQ(restitutionOf(scene, scene.bodies[0], scene.bodies[1]),
+            findMaterial("steel")->restitution);
+}
+
+TEST(SceneLoader, PlaneOfAMaterialLikeABuiltInOneAbsorbsAsThat) {
+  json document = with("/room", json::object());
+  const Room plain = accepted(document).sound.room;
+  document["bodies"][1]["material"] = {{"like", "concrete"}, {"friction", 0.2}};
+  const Room alike = accepted(document).sound.room;
+  ASSERT_EQ(alike.reflectors.size(), plain.reflectors.size());
+  EXPECT_EQ(alike.reflectors[0].surface.absorption, plain.reflectors[0].surface.absorption);
+}
+
+TEST(SceneLoader, FrictionOfABodyComesBeforeThatOfItsMaterial) {
+  json rough = oak();
+  rough["friction"] = 0.3;
+  for (const json& material : {json("wood"), rough}) {
+    for (const double friction : {0.0, 0.7}) {
+      json document = withSolid({{"material", material}, {"friction", friction}});
+      document["bodies"][0].update({{"material", material}, {"friction", friction}});
+      document["bodies"][1].update({{"material", material}, {"friction", friction}});
+      json group = groupOf(2, 0.1, 1.0);
+      group.update({{"min", {20, 20, 20}}, {"max", {21, 21, 21}}, {"friction", friction}});
+      document["bodies"].push_back(group);
+      for (const SceneBody& body : accepted(document).bodies) {
+        EXPECT_EQ(body.contact.friction, friction) << body.name;
+        EXPECT_EQ(body.contact.defaultFriction, 0.0) << body.name;
+      }
+    }
+  }
+}
+
+TEST(SceneLoader, BuiltInMaterialsHaveTheFrictionOfTheirPageForSolidsAlone) {
+  const json block = withBlock({{"material", "wood"}})["bodies"][2];
+  json document = withSolid({{"material", "wood"}, {"position", {20, 20, 20}}});
+  document["bodies"].push_back(block);
+  const Scene scene = accepted(document);
+  for (const SceneBody& body : scene.bodies)
+    EXPECT_EQ(body.contact.friction, 0.0) << body.name;
+  EXPECT_EQ(frictionWithSolids(scene.bodies[0]), 0.0);  // a sphere
+  EXPECT_EQ(frictionWithSolids(scene.bodies[1]), dryFriction("concrete"));
+  EXPECT_EQ(frictionWithSolids(scene.bodies[2]), dryFriction("wood"));
+  EXPECT_EQ(frictionWithSolids(scene.bodies[3]), dryFriction("wood"));
+  // The rows of the table in docs/materials.md.
+  const std::string page = readFile(kScenes.parent_path() / "docs" / "materials.md");
+  const std::string section = page.substr(page.find("\n## Friction\n"));
+  for (const Material& material : builtInMaterials()) {
+    std::ostringstream row;
+    row << "\n| `" << material.name << "` | " << dryFriction(material.name) << " | ";
+    EXPECT_NE(section.find(row.str()), std::string::npos) << row.str();
+    EXPECT_GT(dryFriction(material.name), 0.0) << material.name;
+  }
+  EXPECT_EQ(dryFriction("unobtainium"), 0.0);
+}
+
+TEST(MaterialFile, IsAMaterialAsInASceneAndItsErrorsNameThePlace) {
+  const TemporaryFolder folder;
+  const auto load = [&folder](const std::string& text) {
+    std::ofstream(folder / "bell metal.json") << text;
+    return loadMaterial(folder / "bell metal.json");
+  };
+  const Result<Material> made = load(R"({"like": "bronze", "density": 8600})");
+  ASSERT_TRUE(made) << made.error().message;
+  Material expected = *findMaterial("bronze");
+  expected.name = "bell metal";
+  expected.density = 8600.0;
+  EXPECT_EQ(*made, expected);
+  for (const auto& [text, says] : {std::pair{R"({"like": "bronce"})", "/like: unknown material"},
+                                   {R"({"like": "bronze", "density": -1})", "/density: -1 is not"},
+                                   {R"({"like": "bronze", "colour": 1})", "/colour: unknown key"},
+                                   {R"({"density": 8600})", "/youngs_modulus: missing"},
+                                   {R"("bronze")", "is not a material; expected an object"},
+                                   {"", "the document is empty"}}) {
+    const Result<Material> refused = load(text);
+    ASSERT_FALSE(refused) << text;
+    EXPECT_TRUE(refused.error().message.starts_with((folder / "bell metal.json").string() + ": "))
+        << refused.error().message;
+    EXPECT_NE(refused.error().message.find(says), std::string::npos) << refused.error().message;
+  }
+  EXPECT_FALSE(loadMaterial(folder / "absent.json"));
+}
+
 TEST(SceneLoader, DefaultNamesStepAsideForGivenOnes) {
   json document =
       withBodies({sphereAt(0.1, 0, 0, 0), sphereAt(0.1, 1, 0, 0), sphereAt(0.1, 2, 0, 0)});
@@ -1120,6 +1272,14 @@ std::vector<Refusal> shapeRefusals() {
   // Mechanics.
   add(withOak({{"friction", -0.1}}), "/bodies/0/material/friction",
       {"-0.1 is not a coefficient of friction", "from 0 to 10"});
+  add(with("/bodies/0/friction", 11), "/bodies/0/friction", {"11 is not a coefficient of"});
+  add(with("/bodies/1/friction", "much"), "/bodies/1/friction", {"is not a coefficient of"});
+  add(withSolid({{"friction", -1}}), "/bodies/2/friction", {"-1 is not a coefficient of"});
+  add(with("/bodies/0/material", {{"like", 1}}), "/bodies/0/material/like", {"1 is not a name"});
+  add(with("/bodies/0/material", {{"like", "wood"}, {"density", 0}}), "/bodies/0/material/density",
+      {"0 is not a density"});
+  add(with("/bodies/0/material", {{"like", "wood"}, {"colour", 1}}), "/bodies/0/material/colour",
+      {"unknown key", "\"like\""});
   add(withOak({{"rolling_friction", 11}}), "/bodies/0/material/rolling_friction",
       {"11 is not a coefficient of rolling friction"});
   add(withOak({{"pivoting_friction", 2}}), "/bodies/0/material/pivoting_friction", {"metres"});
@@ -1370,6 +1530,23 @@ std::vector<Refusal> meaningRefusals() {
         "/restitutions/2/materials", {"have a restitution already", "each pair once"});
   }
   add(with("/materials", {{"a\nb", oak()}}), "/materials/a?b", {"not a name"});
+  const auto like = [](const std::string& name) { return json{{"like", name}}; };
+  add(with("/materials", {{"oak", like("wod")}}), "/materials/oak/like",
+      {"unknown material \"wod\"", "did you mean \"wood\"", "expected one of"});
+  add(with("/bodies/0/material", like("steal")), "/bodies/0/material/like",
+      {"unknown material \"steal\"", "did you mean \"steel\""});
+  add(with("/materials", {{"oak", like("oak")}}), "/materials/oak/like",
+      {"\"oak\" is like \"oak\"; expected"});
+  add(with("/materials", {{"a", like("b")}, {"b", like("c")}, {"c", like("a")}}),
+      "/materials/c/like",
+      {"\"a\" is like \"b\", which is like \"c\", which is like \"a\"; expected materials"});
+  json circle = json::object();
+  for (int index = 0; index < 900; ++index)
+    circle[std::string(90, 'x') + std::to_string(index)] =
+        like(std::string(90, 'x') + std::to_string((index + 1) % 900));
+  add(with("/materials", circle), "/materials/x", {"over others is like"});
+  add(with("/bodies/0/material", {{"like", "wood"}, {"restitution_speed", 1}}),
+      "/bodies/0/material/restitution_speed", {"has no use for it"});
   add(with("/name", "a\tb"), "/name", {"\"a?b\" is not a name", "on one line"});
   add(with("/name", std::string("a\0b", 3)), "/name", {"is not a name"});
   json twins = withBodies({sphereAt(0.1, 0, 0, 0), sphereAt(0.1, 1, 0, 0)});
@@ -1659,6 +1836,13 @@ std::vector<json> goodDocuments() {
       with("/restitutions", {{{"materials", {"wood", "wood"}}, {"restitution", 0}},
                              {{"materials", {"wood", "steel"}}, {"restitution", 1}}}),
       with("/bodies/0/material", oak()),
+      with("/bodies/0/material", {{"like", "wood"}}),
+      with("/bodies/0/friction", 0),
+      with("/bodies/1/friction", 10),
+      withSolid({{"friction", 0.5}}),
+      with("/materials", {{"a", {{"like", "b"}, {"friction", 0.4}}},
+                          {"b", {{"like", "wood"}, {"restitution_law", "plastic"}}},
+                          {"c", {{"like", "b"}, {"restitution_speed", 0.5}}}}),
       with("/bodies/0/radius", 1e-6),
       with("/bodies/0/mass", 1e-21),
       with("/bodies/0/velocity", {1e4, -1e4, 0}),
@@ -1671,6 +1855,7 @@ std::vector<json> goodDocuments() {
   group["material"] = {"glass", oak()};
   group["speed"] = {0, 1};
   group["name"] = "group";
+  group["friction"] = 0.1;
   documents.push_back(withBodies(json::array({group})));
   for (const json& sound :
        {json::object(), json{{"pulse", "half_sine"}, {"doppler", true}},

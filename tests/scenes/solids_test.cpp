@@ -55,8 +55,13 @@ json meshForm(const std::string& name, const std::string& pieces = "") {
   return form;
 }
 
+/// A solid without friction, as the impulses of events are.
 json solidOf(const json& form, const json& position, const json& keys = json::object()) {
-  json solid = {{"type", "solid"}, {"shape", form}, {"material", "steel"}, {"position", position}};
+  json solid = {{"type", "solid"},
+                {"shape", form},
+                {"material", "steel"},
+                {"position", position},
+                {"friction", 0}};
   solid.update(keys);
   return solid;
 }
@@ -500,6 +505,73 @@ TEST(BulletSolids, PiecesLeaveTheNotchOfAnLOpen) {
   const double edge = 0.02 + 1.5 * 0.01;
   EXPECT_NEAR(firstTouch(meshForm("l_shape.obj")), 0.2 - edge - 0.005 * std::sqrt(1.0 + 2.25),
               1e-5);
+}
+
+/// Speed (m/s) after 1 s of the first body, which starts at 1 m/s along a level floor.
+double speedAfterASecond(const json& body, const json& floor) {
+  const Scene scene = sceneOf({body, floor});
+  BulletScene bullet(scene);
+  for (int step = 0; step < 1000; ++step)
+    bullet.world().stepSimulation(toBullet(0.001), 0);
+  return toVec3(bullet.body(0).getLinearVelocity()).norm();
+}
+
+/// A box of wood, 2 cm high, that slides on the floor at 1 m/s; with the friction of its material.
+json slidingBox(const json& keys = json::object()) {
+  json box = solidOf(boxForm(0.05, 0.01, 0.05), {0, 0.01, 0},
+                     {{"material", "wood"}, {"velocity", {1, 0, 0}}});
+  box.erase("friction");
+  box.update(keys);
+  return box;
+}
+
+TEST(BulletSolids, BuiltInMaterialsHoldThemUpAsCoulombSays) {
+  const json ice = {{"type", "plane"}, {"normal", {0, 1, 0}}, {"offset", 0}, {"material", "ice"}};
+  // Wood on wood stops after v / (mu g) = 1 / (0.4 * 9.81) = 0.25 s. On ice the pair has the
+  // geometric mean sqrt(0.4 * 0.05) = 0.1414, which leaves 1 - 0.1414 * 9.81 < 0; with a speed of
+  // 3 m/s at the start 3 - 1.387 = 1.613 m/s.
+  const json slab = solidOf(boxForm(1, 0.5, 1), {0, -0.5, 0},
+                            {{"movable", false}, {"material", "wood"}, {"friction", 0.4}});
+  for (const json& floor : {floorPlane(), floorBlock(), slab})
+    EXPECT_LT(speedAfterASecond(slidingBox(), floor), 0.01) << floor;
+  EXPECT_NEAR(speedAfterASecond(slidingBox({{"velocity", {3, 0, 0}}}), ice), 1.613, 0.02);
+  EXPECT_NEAR(speedAfterASecond(slidingBox({{"velocity", {3, 0, 0}}, {"friction", 0}}), ice), 3.0,
+              1e-3);
+  // sqrt(0.1 * 0.05) = 0.0707: 3 - 0.694 m/s.
+  EXPECT_NEAR(speedAfterASecond(slidingBox({{"velocity", {3, 0, 0}}, {"friction", 0.1}}), ice),
+              2.306, 0.02);
+}
+
+TEST(BulletSolids, SpheresBesideThemHaveOnlyTheFrictionThatTheSceneNames) {
+  json ball = {{"type", "sphere"},
+               {"radius", 0.05},
+               {"material", "wood"},
+               {"position", {0, 0.05, 0}},
+               {"velocity", {1, 0, 0}}};
+  const json far = slidingBox({{"position", {0, 0.01, 9}}});
+  const auto spinOf = [&](const json& floor) {
+    BulletScene bullet(sceneOf({ball, floor, far}));
+    for (int step = 0; step < 500; ++step)
+      bullet.world().stepSimulation(toBullet(0.001), 0);
+    return toVec3(bullet.body(0).getAngularVelocity()).norm();
+  };
+  const json slab = solidOf(boxForm(1, 0.5, 1), {0, -0.5, 0},
+                            {{"movable", false}, {"material", "wood"}, {"friction", 0.4}});
+  EXPECT_EQ(spinOf(floorPlane()), 0.0);
+  EXPECT_EQ(spinOf(slab), 0.0);
+  ball["friction"] = 0.4;
+  EXPECT_EQ(spinOf(floorPlane()), 0.0);  // as on the native stepper: both need one that is named
+  // It rolls at 5/7 of its speed: 14.3 rad/s.
+  EXPECT_NEAR(spinOf(slab), 5.0 / 7.0 / 0.05, 0.1);
+}
+
+TEST(BulletSolids, CallbackSlotOfFrictionIsGivenBack) {
+  const auto before = gCalculateCombinedFrictionCallback;
+  {
+    const BulletScene bullet(sceneOf({slidingBox(), floorPlane()}));
+    EXPECT_NE(gCalculateCombinedFrictionCallback, before);
+  }
+  EXPECT_EQ(gCalculateCombinedFrictionCallback, before);
 }
 
 TEST(BulletSolids, BallOnAnImmovableMeshBouncesAsOnAPlane) {

@@ -79,10 +79,12 @@ class Synth {
   /// have travelled to. Refuses: no such listener, a pose that is not finite or not of unit length.
   Status placeListener(std::size_t listener, const ListenerPose& pose);
 
-  /// Schedules the sound of one body's share of a collision. May allocate. To be heard whole, the
-  /// event is handed over at least `leadTime` before the clock of `render` reaches it (less the
-  /// delay to the nearest listener).
-  void schedule(const ImpulseEvent& event);
+  /// Schedules the sound of one body's share of a collision. Returns an upper bound (Pa) of its
+  /// peak at the loudest listener, be it the click's or that of what it sets ringing: 0 for an
+  /// event that gives no sound; below SynthSettings::audibleThreshold it is left out. May allocate.
+  /// To be heard whole, the event is handed over at least `leadTime` before the clock of `render`
+  /// reaches it (less the delay to the nearest listener).
+  double schedule(const ImpulseEvent& event);
 
   /// Updates a lasting contact over one step of the mechanics: it damps the ringing of the bodies
   /// that it holds together (ModalExciter), until it ends; and where it slides or rolls over bumps
