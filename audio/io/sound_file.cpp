@@ -37,8 +37,19 @@ Error failure(const fs::path& path, const std::string& reason) {
   return Error{"sound file '" + path.string() + "': " + reason};
 }
 
+std::string numberText(double number) {
+  std::ostringstream text;
+  text << number;
+  return text.str();
+}
+
 int subtype(SampleFormat format) {
   return format == SampleFormat::float32 ? SF_FORMAT_FLOAT : SF_FORMAT_PCM_16;
+}
+
+/// Float samples have the extensible header, which other tools expect of them.
+int wavFormat(SampleFormat format) {
+  return (format == SampleFormat::float32 ? SF_FORMAT_WAVEX : SF_FORMAT_WAV) | subtype(format);
 }
 
 std::uint64_t bytesPerSample(SampleFormat format) {
@@ -58,6 +69,12 @@ SoundHandle openToWrite(const fs::path& path, SF_INFO info) {
   // The peak chunk holds the time of day, and the same sound must give the same file.
   if (file) sf_command(file.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
   return file;
+}
+
+/// Writes the full scale (Pa) into the file's comment; false if it takes none.
+bool describe(SNDFILE* file, double fullScale) {
+  const std::string comment = "full scale " + numberText(fullScale) + " Pa";
+  return sf_set_string(file, SF_STR_COMMENT, comment.c_str()) == 0;
 }
 
 short toShort(double sample) {
@@ -81,12 +98,6 @@ bool writeSamples(SNDFILE* file, SampleFormat format, std::span<const float> sam
   return true;
 }
 
-std::string numberText(double number) {
-  std::ostringstream text;
-  text << number;
-  return text.str();
-}
-
 Status validate(const SoundFileSettings& settings) {
   if (!(settings.sampleRate >= 1.0 && settings.sampleRate <= 1e6))
     return Error{"sample rate " + std::to_string(settings.sampleRate) +
@@ -101,7 +112,13 @@ Status validate(const SoundFileSettings& settings) {
         "is to be limited and normalised; expected one of the two, a normalised file has "
         "nothing "
         "to limit"};
-  const SF_INFO info = layout(settings, SF_FORMAT_WAV | subtype(settings.format));
+  if (!(settings.normalizedPeak > 0.0 && std::isfinite(settings.normalizedPeak)))
+    return Error{"normalised peak of " + numberText(settings.normalizedPeak) +
+                 "; expected a sample above 0"};
+  if (!(settings.leastFullScale >= 0.0 && std::isfinite(settings.leastFullScale)))
+    return Error{"least full scale of " + numberText(settings.leastFullScale) +
+                 " Pa; expected a pressure of 0 or above"};
+  const SF_INFO info = layout(settings, wavFormat(settings.format));
   if (sf_format_check(&info) != SF_TRUE) return Error{"libsndfile cannot write this format"};
   return std::monostate{};
 }
@@ -123,6 +140,8 @@ struct SoundFileWriter::State {
   bool take(float pressure, float& sample);
   Status appendScaled(std::size_t frames);
   Status flushLimiter();
+  double fullScale() const;
+  float loudestSample() const;
   Status normalizeInto(const PartialFile& target);
   Status giveName(PartialFile& file);
 
@@ -147,9 +166,11 @@ Status SoundFileWriter::State::fail(const std::string& reason) {
 }
 
 Status SoundFileWriter::State::open() {
-  const int container = settings.normalize ? SF_FORMAT_W64 : SF_FORMAT_WAV;
-  file = openToWrite(partial.path(), layout(settings, container | subtype(streamFormat())));
+  const int format =
+      settings.normalize ? SF_FORMAT_W64 | subtype(streamFormat()) : wavFormat(settings.format);
+  file = openToWrite(partial.path(), layout(settings, format));
   if (!file) return fail(std::string("cannot be created: ") + sf_strerror(nullptr));
+  if (!settings.normalize && !describe(file.get(), fullScale())) return fail("takes no comment");
   scaled.resize(settings.channels);
   if (!settings.limit) return std::monostate{};
   Result<Limiter> made =
@@ -214,15 +235,27 @@ Status SoundFileWriter::State::flushLimiter() {
   return appendScaled(limiter->latency());
 }
 
+/// Returns Pa for 1.0 in the file.
+double SoundFileWriter::State::fullScale() const {
+  if (!settings.normalize) return settings.fullScalePressure;
+  if (peak == 0.0 && settings.leastFullScale == 0.0) return kFullScalePressure;
+  return std::max(peak / settings.normalizedPeak, settings.leastFullScale);
+}
+
+/// Returns the sample of the partial file that becomes 1.0 in the normalised one.
+float SoundFileWriter::State::loudestSample() const {
+  return static_cast<float>(fullScale() / kFullScalePressure);
+}
+
 Status SoundFileWriter::State::normalizeInto(const PartialFile& target) {
   SF_INFO info = {};
   const SoundHandle source(sf_open(partial.path().c_str(), SFM_READ, &info));
   if (!source) return fail(std::string("cannot be read back: ") + sf_strerror(nullptr));
-  SoundHandle louder =
-      openToWrite(target.path(), layout(settings, SF_FORMAT_WAV | subtype(settings.format)));
+  SoundHandle louder = openToWrite(target.path(), layout(settings, wavFormat(settings.format)));
   if (!louder) return fail(std::string("cannot be created: ") + sf_strerror(nullptr));
+  if (!describe(louder.get(), fullScale())) return fail("takes no comment");
 
-  const auto loudest = static_cast<float>(peak / kFullScalePressure);
+  const float loudest = loudestSample();
   block.resize(kBlockSamples / settings.channels * settings.channels);
   for (;;) {
     const sf_count_t count =
@@ -231,7 +264,7 @@ Status SoundFileWriter::State::normalizeInto(const PartialFile& target) {
     const std::span<float> part(block.data(), static_cast<std::size_t>(count));
     // Divided, not multiplied by a reciprocal: the loudest sample is then 1 exactly.
     for (float& sample : part)
-      sample = loudest > 0.0F ? sample / loudest : 0.0F;
+      sample /= loudest;
     if (!writeSamples(louder.get(), settings.format, part))
       return fail(std::string("cannot be written: ") + sf_strerror(louder.get()));
   }
@@ -290,6 +323,9 @@ Status SoundFileWriter::finish() {
   return state.giveName(louder);
 }
 
+double SoundFileWriter::fullScale() const {
+  return state_->fullScale();
+}
 double SoundFileWriter::peakPressure() const {
   return state_->peak;
 }

@@ -22,6 +22,9 @@ Status SoundFileWriter::write(std::span<const float* const>, std::size_t) {
 Status SoundFileWriter::finish() {
   return std::monostate{};
 }
+double SoundFileWriter::fullScale() const {
+  return kFullScalePressure;
+}
 double SoundFileWriter::peakPressure() const {
   return 0.0;
 }

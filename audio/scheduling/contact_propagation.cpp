@@ -82,6 +82,7 @@ ScheduledSound ContactPropagation::sound() const {
   if (modalPeak_ > 0.0 && modalPeak_ >= settings_.audibleThreshold) {
     sound.excitations = exciter_.excitations();
     sound.taps = exciter_.taps();
+    sound.modalPeak = modalPeak_;
   }
   return sound;
 }

@@ -20,6 +20,7 @@ struct ScheduledSound {
   std::span<const double> taps = {};                  ///< the taps that `excitations` refer to
   /// Nodes that drive all clicks and excitations, if no pulse does. A renderer keeps a copy.
   std::span<const PulseNode> train = {};
+  double modalPeak = 0.0;  ///< Pa, estimate for what rings; does not cross to a renderer
 };
 
 /// Takes scheduled sounds: a renderer, or a queue to another thread.

@@ -6,7 +6,10 @@
 #include <btBulletDynamicsCommon.h>
 
 #include "bullet_bridge/bodies/proxy_id.h"
+#include "bullet_bridge/geometry/to_vec3.h"
 #include "plugin/bullet/assigned_sound.h"
+#include "plugin/bullet/first_blow.h"
+#include "plugin/bullet/world_survey.h"
 
 namespace carom::plugin {
 
@@ -17,6 +20,8 @@ namespace {
 /// Removed bodies are looked for when this many more bodies are known than twice those in the
 /// world.
 constexpr std::size_t kForgotten = 64;
+/// Bodies whose landing is predicted, at most.
+constexpr std::size_t kPredictedBodies = 16;
 
 bool isIn(const btDynamicsWorld& world, const btCollisionObject& object) {
   const auto& objects = world.getCollisionObjectArray();
@@ -35,11 +40,37 @@ Status WorldSession::attach() {
   if (!bridge) return bridge.error();
   bridge_ = *std::move(bridge);
   readBodies();
+  placeListener();
   return std::monostate{};
+}
+
+/// Places the automatic listener, where there is one, and predicts the first blow there.
+void WorldSession::placeListener() {
+  if (!hasAutomaticListener) return;
+  const std::optional<ListenerPose> pose = listener_.update(world_, bridge_->time(), isQuiet_);
+  if (!pose) return;
+  setPose(0, pose->position, pose->orientation);
+  if (isQuiet_) predictFirstBlow(*pose);
+}
+
+/// Predicts the loudest landing of the heaviest bodies.
+void WorldSession::predictFirstBlow(const ListenerPose& listener) {
+  std::vector<FallingBody> falling;
+  for (const btCollisionObject* object : heaviestBodies(world_, kPredictedBodies)) {
+    const Result<BodyId> id = bridge_->bodyId(*object);
+    const auto body = id ? bodies.find(*id) : bodies.end();
+    if (body == bodies.end()) continue;
+    const double speed = speedOfLanding(world_, *object);
+    const Vec3 place = toVec3(object->getWorldTransform().getOrigin());
+    if (speed > 0.0) falling.push_back({body->second, place, speed});
+  }
+  if (falling.empty()) return;
+  predict(peakOfFirstBlow(settings, listener, upOf(world_), falling));
 }
 
 /// Posts the bridge's events and contacts at the end of a substep.
 void WorldSession::postSubstep() {
+  placeListener();
   postEvents();
   postContacts();
   bridge_->clear();
@@ -49,6 +80,7 @@ void WorldSession::postSubstep() {
 
 void WorldSession::postEvents() {
   for (const ImpulseEvent& event : bridge_->events()) {
+    isQuiet_ = false;
     if (!isRead(event.body) || !isRead(event.other)) readNew();
     if (isSilent(event.body) || isSilent(event.other))
       ++silenced_;

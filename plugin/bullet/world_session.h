@@ -9,6 +9,7 @@
 
 #include "carom/bullet/bullet_bridge.h"
 #include "carom/sound.h"
+#include "plugin/bullet/automatic_listener.h"
 #include "plugin/bullet/body_reader.h"
 #include "plugin/realtime/sound_session.h"
 
@@ -55,6 +56,8 @@ class WorldSession final : public SoundSession {
   };
 
   void postSubstep();
+  void placeListener();
+  void predictFirstBlow(const ListenerPose& listener);
   void postEvents();
   void postContacts();
   bool isRead(BodyId id) const { return id < isRead_.size() && isRead_[id]; }
@@ -76,10 +79,12 @@ class WorldSession final : public SoundSession {
   std::unordered_map<const btCollisionObject*, UnseenBody> unseen_;
   std::unordered_map<const btCollisionShape*, BodySound> ofShape_;
   std::unordered_map<int, BodySound> ofUserIndex_;
+  AutomaticListener listener_;
   std::string unsolvedReason_;
   std::uint64_t solvedInStep_ = 0;
   std::uint64_t unsupported_ = 0;
   std::uint64_t silenced_ = 0;
+  bool isQuiet_ = true;                 // nothing was posted yet
   std::optional<BulletBridge> bridge_;  // destroyed first: it calls postSubstep
 };
 

@@ -29,6 +29,7 @@ using carom::EventSound;
 using carom::Result;
 using carom::Sound;
 using carom::SoundOutput;
+using carom::SoundStatistics;
 using carom::Status;
 
 static_assert(CAROM_VERSION_MAJOR == CAROM_PROJECT_MAJOR &&
@@ -135,6 +136,23 @@ carom_status unassign(carom_sound* handle, const Object* target) noexcept {
 
 Status done() {
   return std::monostate{};
+}
+
+/// Writes a text of the statistics into a buffer, cut short where it is longer; returns its length.
+std::size_t writeText(const carom_sound* sound, std::string SoundStatistics::*text,
+                      std::span<char> buffer) noexcept {
+  std::size_t length = 0;
+  (void)onAny(sound, CAROM_ERROR_ARGUMENT, [&](const SoundOutput& output) {
+    const std::string whole = output.statistics().*text;
+    length = whole.size();
+    if (buffer.data() != nullptr && !buffer.empty()) {
+      const std::size_t part = std::min(length, buffer.size() - 1);
+      std::memcpy(buffer.data(), whole.data(), part);
+      buffer[part] = '\0';
+    }
+    return done();
+  });
+  return length;
 }
 
 }  // namespace
@@ -340,18 +358,11 @@ carom_status carom_get_statistics(const carom_sound* sound, carom_statistics* st
 }
 
 size_t carom_unsolved_reason(const carom_sound* sound, char* text, size_t size) noexcept {
-  std::size_t length = 0;
-  (void)onAny(sound, CAROM_ERROR_ARGUMENT, [&](const SoundOutput& output) {
-    const std::string reason = output.statistics().unsolvedReason;
-    length = reason.size();
-    if (text != nullptr && size > 0) {
-      const std::size_t part = std::min(length, size - 1);
-      std::memcpy(text, reason.data(), part);
-      text[part] = '\0';
-    }
-    return done();
-  });
-  return length;
+  return writeText(sound, &SoundStatistics::unsolvedReason, {text, size});
+}
+
+size_t carom_warning(const carom_sound* sound, char* text, size_t size) noexcept {
+  return writeText(sound, &SoundStatistics::warning, {text, size});
 }
 
 size_t carom_channel_count(const carom_sound* sound) noexcept {

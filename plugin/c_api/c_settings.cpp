@@ -177,7 +177,7 @@ Status checkSettings(const carom_settings& input) {
                        {"carom_settings.radiation", input.radiation, 2},
                        {"carom_settings.modal_radiation", input.modal_radiation, 3},
                        {"carom_settings.dissipative", input.dissipative, 2},
-                       {"carom_settings.reserved_too", input.reserved_too, 1}});
+                       {"carom_settings.level", input.level, 3}});
 }
 
 Result<SoundSettings> soundFrom(const carom_settings& input) {
@@ -191,6 +191,7 @@ Result<SoundSettings> soundFrom(const carom_settings& input) {
   settings.latency = input.latency;
   settings.clock = static_cast<SoundClock>(input.clock);
   settings.budget = budgetFrom(input);
+  settings.level = static_cast<Level>(input.level);
   if (input.full_scale != 0.0) settings.fullScale = input.full_scale;
   if (input.limiter != 0) settings.limiter = limiterFrom(input);
   return settings;
@@ -232,6 +233,7 @@ carom_settings defaultSettings() {
   writeBudget(settings.budget, made);
   made.latency = settings.latency;
   made.clock = static_cast<std::int32_t>(settings.clock);
+  made.level = static_cast<std::int32_t>(settings.level);
   made.limiter_ceiling = static_cast<double>(limiter.ceiling);
   made.limiter_look_ahead = limiter.lookAhead;
   made.limiter_release = limiter.release;

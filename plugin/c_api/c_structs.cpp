@@ -67,7 +67,9 @@ constexpr std::array kShownCounts = {
 constexpr std::array kShownMeasures = {
     ShownStatistic<double>{&SoundStatistics::cpuShare, &carom_statistics::cpu_share},
     ShownStatistic<double>{&SoundStatistics::worstBlock, &carom_statistics::worst_block},
-    ShownStatistic<double>{&SoundStatistics::gainReduction, &carom_statistics::gain_reduction}};
+    ShownStatistic<double>{&SoundStatistics::gainReduction, &carom_statistics::gain_reduction},
+    ShownStatistic<double>{&SoundStatistics::peak, &carom_statistics::peak},
+    ShownStatistic<double>{&SoundStatistics::peakSample, &carom_statistics::peak_sample}};
 
 /// True if every number of the list is shown.
 template <class Fields, class Shown>

@@ -27,7 +27,7 @@ int main() {
   sphere.setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(2, 10, 0)));
   world.addRigidBody(&sphere);
 
-  auto sound = carom::Sound::attach(world, {.fullScale = 1000.0, .record = "hello_world.wav"});
+  auto sound = carom::Sound::attach(world, {.record = "hello_world.wav"});
   for (int frame = 0; frame < 150; ++frame) {
     world.stepSimulation(btScalar(1.0 / 60.0), 10);
     const btVector3& place = sphere.getWorldTransform().getOrigin();

@@ -24,6 +24,7 @@ double substepOf(const b3::SimulationParameters& parameters) {
 SoundSettings settingsFor(const b3::SimulationParameters& parameters) {
   SoundSettings settings;
   settings.latency = std::max(kLatency, kSubstepsLate * substepOf(parameters));
+  settings.listeners = {SoundSettings::defaultListener()};
   settings.listeners.front().position = {0.0, -1.0, 1.0};
   settings.listeners.front().orientation = uprightOrientation();
   return settings;

@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "plugin/realtime/statistics_fields.h"
+
 namespace carom::plugin {
 
 using namespace audio;
@@ -80,6 +82,14 @@ void scale(std::span<float* const> channels, std::size_t frames, double fullScal
   }
 }
 
+double loudestOf(std::span<float* const> channels, std::size_t frames) {
+  float loudest = 0.0F;
+  for (const float* const channel : channels)
+    for (std::size_t frame = 0; frame < frames; ++frame)
+      loudest = std::max(loudest, std::abs(channel[frame]));
+  return static_cast<double>(loudest);
+}
+
 }  // namespace
 
 Result<std::optional<Limiter>> makeLimiter(const SoundSettings& settings, std::size_t channels) {
@@ -112,6 +122,7 @@ SoundEngine::SoundEngine(const SoundSettings& settings,
       renderer_(paths, rendererCapacity(settings)),
       limiter_(std::move(limiter)),
       planar_(kInterleavedFrames * paths->channels.size()) {
+  if (settings_.level == Level::automatic) exposure_.emplace(settings_.synth.sampleRate);
   for (std::size_t channel = 0; channel < paths->channels.size(); ++channel)
     planarChannels_.push_back(&planar_[channel * kInterleavedFrames]);
 }
@@ -135,9 +146,26 @@ void SoundEngine::advanceTo(double seconds) {
     for (const ImpulseEvent& event : events_)
       scheduler_.schedule(event, timeline_.shiftAt(event.time), step_);
     step_.send();
+    exposeStep(std::exchange(time_, seconds), seconds);
   }
+  time_ = seconds;
   events_.clear();
   contacts_.clear();
+}
+
+void SoundEngine::predict(double pressure) {
+  if (exposure_) exposure_->predict(pressure);
+}
+
+/// Tells an automatic level of the step and of its loudest impact.
+void SoundEngine::exposeStep(double from, double to) {
+  const StepSounds::Loudest loudest = step_.takeLoudest();
+  if (!exposure_) return;
+  const double rate = settings_.synth.sampleRate;
+  const SampleTime end = shifted(samplesOf(to, 0.0, rate), timeline_.shiftAt(to));
+  const double length = std::clamp((to - from) * rate, 0.0, rate);
+  exposure_->advance(end.whole - std::llround(length), end.whole);
+  if (loudest.peak > 0.0) exposure_->expect(loudest.first, loudest.peak);
 }
 
 /// Schedules the lasting contacts of a step. At each moment as many of them slide as the budget
@@ -205,6 +233,11 @@ SoundStatistics SoundEngine::statistics() const {
   all.cpuShare = shared_.cpuShare.load(kRelaxed);
   all.worstBlock = shared_.worstBlock.load(kRelaxed);
   all.gainReduction = shared_.gainReduction.load(kRelaxed);
+  all.peak = shared_.peak.load(kRelaxed);
+  if (!exposure_ && !settings_.fullScale) return all;  // samples are pascals
+  all.peakSample = shared_.peakSample.load(kRelaxed);
+  if (!exposure_)
+    all.warning = peakWarning(all.peakSample, *settings_.fullScale, limiter_.has_value());
   return all;
 }
 
@@ -213,8 +246,13 @@ void SoundEngine::render(std::span<float* const> channels, std::size_t frames) n
   const auto begin = std::chrono::steady_clock::now();
   receive(frames);
   renderer_.render<float>(channels, frames);
-  if (settings_.fullScale) scale(channels, frames, *settings_.fullScale);
+  peak_ = std::max(peak_, loudestOf(channels, frames));
+  if (exposure_)
+    exposure_->apply(channels, frames, rendered_.load(std::memory_order_relaxed));
+  else if (settings_.fullScale)
+    scale(channels, frames, *settings_.fullScale);
   gain_.apply(channels, frames);
+  peakSample_ = std::max(peakSample_, loudestOf(channels, frames));
   if (limiter_) limiter_->process(channels, frames);
   rendered_.store(renderer_.position(), std::memory_order_release);
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
@@ -260,6 +298,8 @@ void SoundEngine::publish() noexcept {
   shared_.buses.store(renderer_.busesInUse(), kRelaxed);
   shared_.cpuShare.store(cpuShare_, kRelaxed);
   shared_.worstBlock.store(worstBlock_, kRelaxed);
+  shared_.peak.store(peak_, kRelaxed);
+  shared_.peakSample.store(peakSample_, kRelaxed);
   if (limiter_) shared_.gainReduction.store(limiter_->largestReduction(), kRelaxed);
 }
 

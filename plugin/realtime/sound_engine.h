@@ -14,6 +14,7 @@
 #include "carom/audio/limiter.h"
 #include "carom/audio/result.h"
 #include "carom/sound_settings.h"
+#include "plugin/realtime/exposure.h"
 #include "plugin/realtime/output_gain.h"
 #include "plugin/realtime/sound_queue.h"
 #include "plugin/realtime/sound_timeline.h"
@@ -50,6 +51,9 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   std::size_t outputDelay() const { return limiter_ ? limiter_->latency() : 0; }
   std::int64_t rendered() const { return rendered_.load(std::memory_order_acquire); }
 
+  /// Predicts the peak (Pa) of the first blow, for an automatic level.
+  void predict(double pressure);
+
   OutputGain& gain() { return gain_; }  ///< [any thread]: its targets
 
   // [audio thread]
@@ -68,12 +72,14 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
     std::array<std::atomic<std::uint64_t>, kRendererCounts.size()> counts{};
     std::atomic<std::size_t> voices{0}, buses{0}, banks{0}, modes{0};
     std::atomic<double> cpuShare{0.0}, worstBlock{0.0}, gainReduction{0.0};
+    std::atomic<double> peak{0.0}, peakSample{0.0};
   };
 
   SoundEngine(const SoundSettings& settings, const std::shared_ptr<const audio::SoundPaths>& paths,
               std::optional<Limiter> limiter);
   void updateContacts();
   void updateContact(const ContactState& contact, double rank, double least);
+  void exposeStep(double from, double to);
   double rankToSlide(std::span<const ContactState> moment);
   SynthCounters rendererCounters() const;
   void receive(std::size_t frames) noexcept;
@@ -96,6 +102,8 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   std::atomic<std::int64_t> rendered_{0};
   Shared shared_;
   OutputGain gain_;
+  std::optional<Exposure> exposure_;  // where the level is automatic
+  double time_ = 0.0;                 // s, of the simulation's thread
 
   // The audio thread's members.
   audio::ClickRenderer renderer_;
@@ -106,6 +114,8 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   double measuredWork_ = 0.0;  // fading
   double cpuShare_ = 0.0;
   double worstBlock_ = 0.0;
+  double peak_ = 0.0;        // Pa
+  double peakSample_ = 0.0;  // before the limiter
 };
 
 }  // namespace carom::plugin

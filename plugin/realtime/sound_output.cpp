@@ -17,10 +17,23 @@ namespace {
 /// Bound of places (m): far below that beyond which a double cannot tell samples apart.
 constexpr double kFarthest = 1e12;
 
-/// Returns the settings for a device: with its rate, in real time, with a full scale and a limiter.
+/// Ceiling of the limiter behind an automatic level: -1 dB.
+constexpr float kAutomaticCeiling = 0.8912509F;
+
+/// Gives an automatic level its limiter, unless there is one.
+void limitAutomatic(SoundSettings& settings) {
+  if (settings.level != Level::automatic || settings.limiter) return;
+  settings.limiter.emplace();
+  settings.limiter->ceiling = kAutomaticCeiling;
+}
+
+/// Returns the settings for a device: with its rate, in real time, with a level and a limiter.
 SoundSettings deviceSettings(SoundSettings settings, double sampleRate) {
   settings.synth.sampleRate = sampleRate;
   settings.clock = SoundClock::realTime;
+  if (settings.level == Level::standard)
+    settings.level = settings.fullScale ? Level::fixed : Level::automatic;
+  limitAutomatic(settings);
   if (!settings.fullScale) settings.fullScale = kDeviceFullScale;
   if (!settings.limiter) settings.limiter.emplace();
   return settings;
@@ -65,7 +78,7 @@ Status SoundOutput::close() {
 Status SoundOutput::setListener(const Vec3& position, const Quat& orientation,
                                 std::size_t listener) {
   if (Status open = session_->requireOpen(); !open) return open;
-  auto& poses = session_->poses;
+  const auto& poses = session_->poses;
   const ListenerPose pose = {session_->time, position, orientation};
   if (listener >= poses.size())
     return Error{"sound: there is no listener " + std::to_string(listener) + "; there are " +
@@ -73,8 +86,8 @@ Status SoundOutput::setListener(const Vec3& position, const Quat& orientation,
   if (!isPose(pose) || !(position.norm() <= kFarthest))
     return Error{"sound: pose of listener " + std::to_string(listener) +
                  ": expected a place within 1e12 m of the origin and a quaternion of unit length"};
-  poses[listener] = {.pose = pose, .isKnown = true, .isNew = true};
-  session_->havePosesChanged = true;
+  session_->hasAutomaticListener = false;
+  session_->setPose(listener, position, orientation);
   return std::monostate{};
 }
 
@@ -117,6 +130,7 @@ Status SoundOutput::prepareRendering(double sampleRate) {
   if (Status open = session_->requireOpen(); !open) return open;
   SoundSettings settings = session_->settings;
   settings.synth.sampleRate = sampleRate;
+  limitAutomatic(settings);
   return session_->makeEngine(settings);
 }
 

@@ -1,8 +1,13 @@
 #include "plugin/realtime/sound_recorder.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <string>
 #include <utility>
+
+#include "plugin/realtime/exposure.h"
+#include "plugin/realtime/statistics_fields.h"
 
 namespace carom::plugin {
 namespace {
@@ -11,31 +16,64 @@ constexpr std::size_t kRecordedBlock = 1024;  // frames
 /// s: a tail is cut after this time; a church has less.
 constexpr double kLongestTail = 20.0;
 
+bool isAutomatic(const SoundSettings& settings) {
+  return settings.level == Level::automatic ||
+         (settings.level == Level::standard && !settings.fullScale);
+}
+
+SoundFileSettings fileSettings(const SoundSettings& settings, std::size_t channels) {
+  SoundFileSettings wanted;
+  wanted.sampleRate = settings.synth.sampleRate;
+  wanted.channels = channels;
+  wanted.normalize = isAutomatic(settings);
+  wanted.normalizedPeak = SoundRecorder::kAutomaticPeak;
+  wanted.leastFullScale = Exposure::kLeastFullScale;
+  wanted.fullScalePressure = settings.fullScale.value_or(kFullScalePressure);
+  wanted.limit = settings.limiter.has_value() && !wanted.normalize;
+  return wanted;
+}
+
+/// Refuses names of other formats, which would not be understood.
+Status requireWav(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  std::ranges::transform(ending, ending.begin(),
+                         [](unsigned char letter) { return std::tolower(letter); });
+  if (ending == ".wav" || ending == ".wave") return std::monostate{};
+  return Error{"sound file '" + file.string() +
+               "': recordings are WAV files; expected a name that ends in .wav"};
+}
+
 }  // namespace
 
 Result<SoundRecorder> SoundRecorder::create(const std::filesystem::path& file,
                                             const SoundSettings& settings) {
+  if (const Status named = requireWav(file); !named) return named.error();
   Result<Synth> synth = Synth::create(settings.synth, settings.listeners);
   if (!synth) return synth.error();
-  SoundFileSettings wanted;
-  wanted.sampleRate = settings.synth.sampleRate;
-  wanted.channels = synth->channelCount();
-  wanted.fullScalePressure = settings.fullScale.value_or(kFullScalePressure);
-  wanted.limit = settings.limiter.has_value();
-  Result<SoundFileWriter> writer = SoundFileWriter::create(file, wanted);
+  Result<SoundFileWriter> writer =
+      SoundFileWriter::create(file, fileSettings(settings, synth->channelCount()));
   if (!writer) return writer.error();
-  return SoundRecorder(*std::move(synth), *std::move(writer), settings.latency);
+  return SoundRecorder(*std::move(synth), *std::move(writer), settings);
 }
 
-SoundRecorder::SoundRecorder(Synth synth, SoundFileWriter file, double latency)
+SoundRecorder::SoundRecorder(Synth synth, SoundFileWriter file, const SoundSettings& settings)
     : synth_(std::move(synth)),
       file_(std::move(file)),
-      latency_(latency),
+      latency_(settings.latency),
+      isAutomatic_(isAutomatic(settings)),
+      hasLimiter_(settings.limiter.has_value()),
       block_(synth_.channelCount(), std::vector<float>(kRecordedBlock)) {
   for (std::vector<float>& channel : block_) {
     channels_.push_back(channel.data());
     written_.push_back(channel.data());
   }
+}
+
+void SoundRecorder::addLevels(SoundStatistics& statistics) const {
+  statistics.peak = file_.peakPressure();
+  statistics.peakSample = statistics.peak / file_.fullScale();
+  if (!isAutomatic_)
+    statistics.warning = peakWarning(statistics.peakSample, file_.fullScale(), hasLimiter_);
 }
 
 void SoundRecorder::startAt(double seconds) {

@@ -14,15 +14,20 @@
 namespace carom::plugin {
 
 /// A file that grows with the simulation: the offline renderer, fed as events come. Nothing is left
-/// out for its cost. [simulation thread]
+/// out for its cost. With an automatic level it gets its full scale at the end. [simulation thread]
 class SoundRecorder {
  public:
   /// Longer leaps of the simulation's clock are left out of the file.
   static constexpr double kLongestStep = 60.0;  ///< s
 
-  /// Refuses what Synth and SoundFileWriter refuse.
+  static constexpr double kAutomaticPeak = 0.707945784384138;  ///< -3 dB
+
+  /// Refuses what Synth and SoundFileWriter refuse, and names that are not of a WAV file.
   static Result<SoundRecorder> create(const std::filesystem::path& file,
                                       const SoundSettings& settings);
+
+  /// Sets the peaks so far, and a warning where they exceed a full scale that was set.
+  void addLevels(SoundStatistics& statistics) const;
 
   Synth& synth() { return synth_; }
   const Synth& synth() const { return synth_; }
@@ -37,7 +42,7 @@ class SoundRecorder {
   Status finish(double seconds);
 
  private:
-  SoundRecorder(Synth synth, SoundFileWriter file, double latency);
+  SoundRecorder(Synth synth, SoundFileWriter file, const SoundSettings& settings);
   void renderTo(double seconds);
   void renderTail();
   bool renderFrames(std::size_t frames);
@@ -45,6 +50,8 @@ class SoundRecorder {
   Synth synth_;
   SoundFileWriter file_;
   double latency_;
+  bool isAutomatic_;
+  bool hasLimiter_;
   std::optional<Error> failure_;
   std::vector<std::vector<float>> block_;
   std::vector<float*> channels_;

@@ -1,6 +1,8 @@
 #include "plugin/realtime/sound_session.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <span>
 #include <string>
@@ -71,6 +73,12 @@ void follow(Synthesis& synthesis, std::size_t listener, const ListenerPose& pose
 
 }  // namespace
 
+SoundSession::SoundSession(const SoundSettings& soundSettings)
+    : settings(soundSettings), hasAutomaticListener(soundSettings.listeners.empty()) {
+  if (hasAutomaticListener) settings.listeners = {SoundSettings::defaultListener()};
+  poses.resize(settings.listeners.size());
+}
+
 Result<std::unique_ptr<SoundSession>> SoundSession::create(const SoundSettings& soundSettings) {
   auto session = std::make_unique<SoundSession>(soundSettings);
   if (const Status prepared = session->prepare(); !prepared) return prepared.error();
@@ -96,7 +104,9 @@ Status SoundSession::requireOpen() const {
 Status SoundSession::close() {
   isClosed = true;
   stop();
-  return finishRecording();
+  Status finished = finishRecording();
+  warnUnseen();
+  return finished;
 }
 
 Status SoundSession::setBody(BodyId id, const SoundBody& body) {
@@ -120,6 +130,16 @@ void SoundSession::removeBody(BodyId id) {
   bodies.erase(id);
   if (recorder) recorder->synth().removeBody(id);
   if (engine) engine->scheduler().removeBody(id);
+}
+
+void SoundSession::predict(double pressure) {
+  predicted = std::max(predicted, pressure);
+  if (engine) engine->predict(predicted);
+}
+
+void SoundSession::setPose(std::size_t listener, const Vec3& position, const Quat& orientation) {
+  poses[listener] = {.pose = {time, position, orientation}, .isKnown = true, .isNew = true};
+  havePosesChanged = true;
 }
 
 void SoundSession::moveListeners() {
@@ -177,6 +197,7 @@ Status SoundSession::makeEngine(const SoundSettings& engineSettings) {
   engine->gain().setGain(gain);
   engine->gain().setMuted(isMuted);
   engine->timeline().setScale(timeScale);
+  engine->predict(predicted);
   bring(engine->scheduler());
   return std::monostate{};
 }
@@ -200,18 +221,30 @@ Status SoundSession::record(const std::filesystem::path& file) {
 Status SoundSession::finishRecording() {
   if (!recorder) return std::monostate{};
   Status finished = recorder->finish(time);
-  if (!engine) earlier = SoundSession::statistics();
+  addEarlier(earlier, recordingStatistics());
   recorder.reset();
   return finished;
 }
 
-/// Includes the recording only if there was never an engine, which counts the same events.
+SoundStatistics SoundSession::recordingStatistics() const {
+  SoundStatistics all;
+  if (!hasPlayed) static_cast<SynthCounters&>(all) = recorder->synth().counters();
+  recorder->addLevels(all);
+  return all;
+}
+
 SoundStatistics SoundSession::statistics() const {
   SoundStatistics all = engine ? engine->statistics() : SoundStatistics();
   addEarlier(all, earlier);
-  if (!recorder || hasPlayed) return all;
-  static_cast<SynthCounters&>(all) += recorder->synth().counters();
+  if (recorder) addEarlier(all, recordingStatistics());
+  hasShownWarning = hasShownWarning || !all.warning.empty();
   return all;
+}
+
+void SoundSession::warnUnseen() {
+  if (std::exchange(hasShownWarning, true)) return;
+  const std::string warning = SoundSession::statistics().warning;
+  if (!warning.empty()) std::fprintf(stderr, "carom: %s\n", warning.c_str());
 }
 
 }  // namespace plugin

@@ -36,9 +36,8 @@ struct SoundSession {
   /// plays nor records yet.
   static Result<std::unique_ptr<SoundSession>> create(const SoundSettings& soundSettings);
 
-  explicit SoundSession(const SoundSettings& soundSettings)
-      : settings(soundSettings), poses(soundSettings.listeners.size()) {}
-  virtual ~SoundSession() { (void)finishRecording(); }
+  explicit SoundSession(const SoundSettings& soundSettings);
+  virtual ~SoundSession() { (void)SoundSession::close(); }
   SoundSession(const SoundSession&) = delete;
   SoundSession& operator=(const SoundSession&) = delete;
 
@@ -53,13 +52,22 @@ struct SoundSession {
   void post(const ImpulseEvent& event);
   void updateContact(const ContactState& contact);
   void advanceTo(double seconds);
+  /// Predicts the peak (Pa) of the first blow, for an automatic level.
+  void predict(double pressure);
+  /// Sets the pose of a listener that there is, at the present time.
+  void setPose(std::size_t listener, const Vec3& position, const Quat& orientation);
 
   Status makeEngine(const SoundSettings& engineSettings);
   void stop();
   Status record(const std::filesystem::path& file);
   Status finishRecording();
   virtual SoundStatistics statistics() const;
+  /// Says on stderr what a warning says, if nobody has asked for the statistics since it holds.
+  void warnUnseen();
 
+  /// Returns what only the recording tells: peaks and their warning, and the counts if there was
+  /// never an engine, which counts the same events.
+  SoundStatistics recordingStatistics() const;
   /// Hands the poses that setListener was given last to the outputs, before something is heard
   /// there.
   void moveListeners();
@@ -78,8 +86,11 @@ struct SoundSession {
   std::set<std::shared_ptr<const ModalModel>> validModels;
   std::vector<KnownPose> poses;  ///< by listener
   bool havePosesChanged = false;
-  SoundStatistics earlier;  ///< sums of engines and recordings that are over
-  bool hasPlayed = false;   ///< there was an engine
+  bool hasAutomaticListener = false;     ///< none was set, and setListener was not called yet
+  double predicted = 0.0;                ///< Pa, peak of the first blow; 0 if nothing is predicted
+  mutable bool hasShownWarning = false;  ///< to the host, or on stderr
+  SoundStatistics earlier;               ///< sums of engines and recordings that are over
+  bool hasPlayed = false;                ///< there was an engine
   std::optional<SoundRecorder> recorder;
   std::unique_ptr<SoundEngine> engine;
   std::optional<AudioDevice> device;  ///< destroyed before the engine that it pulls from

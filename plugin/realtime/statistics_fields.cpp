@@ -1,6 +1,8 @@
 #include "plugin/realtime/statistics_fields.h"
 
 #include <algorithm>
+#include <cmath>
+#include <sstream>
 
 namespace carom::plugin {
 namespace {
@@ -21,6 +23,17 @@ void addEarlier(SoundStatistics& sum, const SoundStatistics& earlier) {
   for (const auto& field : kStatisticsMeasures)
     addField(field, sum, earlier);
   if (sum.unsolvedReason.empty()) sum.unsolvedReason = earlier.unsolvedReason;
+  if (sum.warning.empty()) sum.warning = earlier.warning;
+}
+
+std::string peakWarning(double peakSample, double fullScale, bool isLimited) {
+  if (!(peakSample > (isLimited ? 2.0 : 1.0))) return {};
+  std::ostringstream text;
+  text.precision(3);
+  text << "the loudest sample is " << 20.0 * std::log10(peakSample) << " dB above full scale, "
+       << fullScale << " Pa; set SoundSettings::fullScale to "
+       << std::ceil(1.1 * peakSample * fullScale) << " Pa, or Level::automatic";
+  return text.str();
 }
 
 }  // namespace carom::plugin

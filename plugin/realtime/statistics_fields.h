@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 
 #include "carom/sound_settings.h"
 
@@ -58,9 +59,15 @@ inline constexpr std::array kStatisticsCounts = {
 inline constexpr std::array kStatisticsMeasures = {
     StatisticsField<double>{&SoundStatistics::cpuShare, Summation::latest},
     StatisticsField<double>{&SoundStatistics::worstBlock, Summation::largest},
-    StatisticsField<double>{&SoundStatistics::gainReduction, Summation::largest}};
+    StatisticsField<double>{&SoundStatistics::gainReduction, Summation::largest},
+    StatisticsField<double>{&SoundStatistics::peak, Summation::largest},
+    StatisticsField<double>{&SoundStatistics::peakSample, Summation::largest}};
 
 /// Adds the statistics of an earlier part of the same sound to those of a later part.
 void addEarlier(SoundStatistics& sum, const SoundStatistics& earlier);
+
+/// Returns the sentence of SoundStatistics::warning for a peak of that many times the full scale
+/// (Pa): empty up to 1, or up to 2 if there is a limiter.
+std::string peakWarning(double peakSample, double fullScale, bool isLimited);
 
 }  // namespace carom::plugin

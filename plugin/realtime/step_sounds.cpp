@@ -7,7 +7,17 @@ namespace carom::plugin {
 
 using namespace audio;
 
+void StepSounds::noteLoudness(const ScheduledSound& sound) {
+  if (!sound.train.empty()) return;
+  loudest_.peak = std::max({loudest_.peak, sound.peak, sound.modalPeak});
+  for (const Click& click : sound.clicks)
+    loudest_.first = std::min(loudest_.first, click.first);
+  for (const ModalExcitation& excitation : sound.excitations)
+    loudest_.first = std::min(loudest_.first, excitation.drive.first);
+}
+
 void StepSounds::add(const ScheduledSound& sound) {
+  noteLoudness(sound);
   if (!sound.excitations.empty()) {
     ScheduledSound modal = sound;
     modal.clicks = {};

@@ -2,6 +2,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <utility>
 #include <vector>
 
 #include "audio/synthesis/scheduled_sound.h"
@@ -16,9 +18,18 @@ class StepSounds final : public audio::SoundSink {
   /// `voices`: the most events of a step that cross. The queue must outlive it.
   StepSounds(SoundQueue& queue, std::size_t voices) : queue_(queue), voices_(voices) {}
 
+  struct Loudest {
+    double peak = 0.0;  ///< Pa, upper bound for the loudest of them
+    std::int64_t first = std::numeric_limits<std::int64_t>::max();
+  };
+
   void add(const audio::ScheduledSound& sound) override;
   /// Sends the step's clicks, and lets the audio thread see them and the excitations.
   void send();
+
+  /// Returns the peak (Pa) and the first sample of the step's impacts, and begins anew; a peak of 0
+  /// if there were none. What slides grows slowly, and its bound is far above what is heard.
+  Loudest takeLoudest() { return std::exchange(loudest_, {}); }
 
   std::uint64_t stolen() const { return stolen_; }  ///< events left out as others were louder
   std::uint64_t faults() const { return faults_; }  ///< sounds left out for lack of room
@@ -32,6 +43,7 @@ class StepSounds final : public audio::SoundSink {
     std::size_t firstNode = 0;  // in nodes_
     std::size_t nodes = 0;      // 0: it is no step of a slide
   };
+  void noteLoudness(const audio::ScheduledSound& sound);
   std::uint64_t keepLoudest(std::size_t events);
   void compact();
 
@@ -41,6 +53,7 @@ class StepSounds final : public audio::SoundSink {
   std::vector<audio::Click> clicks_;
   std::vector<audio::SphereWeights> ears_;
   std::vector<audio::PulseNode> nodes_;
+  Loudest loudest_;
   std::uint64_t stolen_ = 0;
   std::uint64_t faults_ = 0;
 };

@@ -292,6 +292,7 @@ class Run {
  private:
   void attach() {
     SoundSettings settings;
+    settings.listeners = {SoundSettings::defaultListener()};
     settings.listeners.front().position = {0.0, 2.0, 2.0};
     settings.limiter.emplace();
     Result<Sound> sound = Sound::attach(world_.world(), settings);

@@ -298,6 +298,7 @@ TEST(CStructs, DefaultsAreThoseOfTheLibrary) {
   EXPECT_TRUE(settings->sound.synth.room.reflectors.empty());
   EXPECT_FALSE(settings->sound.synth.reverb);
   EXPECT_EQ(settings->sound.fullScale, expected.fullScale);
+  EXPECT_EQ(settings->sound.level, expected.level);
   EXPECT_FALSE(settings->sound.limiter);
   EXPECT_EQ(settings->world.restSpeed, WorldSoundSettings().restSpeed);
   EXPECT_EQ(settings->world.radiators, WorldSoundSettings().radiators);
@@ -341,6 +342,7 @@ TEST(CStructs, EverySettingArrives) {
   input.radiation = CAROM_RADIATION_COMPACT;
   input.modal_radiation = CAROM_MODAL_RADIATION_CONSTANT;
   input.dissipative = 1;
+  input.level = CAROM_LEVEL_AUTOMATIC;
   const carom_reflector floor = defaultReflector();
   carom_room room = defaultRoom();
   room.reflectors = &floor;
@@ -379,10 +381,11 @@ TEST(CStructs, EverySettingArrives) {
   EXPECT_EQ(settings->sound.synth.comparison.radiation, Radiation::compact);
   EXPECT_EQ(settings->sound.synth.modalRadiation, ModalRadiation::constant);
   EXPECT_TRUE(settings->sound.synth.dissipative);
+  EXPECT_EQ(settings->sound.level, Level::automatic);
   EXPECT_EQ(settings->sound.synth.room.reflectors.size(), 1u);
   ASSERT_TRUE(settings->sound.synth.reverb);
   EXPECT_EQ(settings->sound.synth.reverb->volume, 70);
-  EXPECT_EQ(settings->sound.listeners.size(), 1u);  // the default listener
+  EXPECT_TRUE(settings->sound.listeners.empty());  // the automatic one
 }
 
 // Each name in C is the value of the same name in C++.
@@ -390,6 +393,9 @@ TEST(CStructs, ChoicesAreThoseOfTheLibrary) {
   const auto is = [](int in_c, auto value) { return in_c == static_cast<int>(value); };
   EXPECT_TRUE(is(CAROM_CLOCK_REAL_TIME, SoundClock::realTime));
   EXPECT_TRUE(is(CAROM_CLOCK_SIMULATION, SoundClock::simulation));
+  EXPECT_TRUE(is(CAROM_LEVEL_STANDARD, Level::standard));
+  EXPECT_TRUE(is(CAROM_LEVEL_FIXED, Level::fixed));
+  EXPECT_TRUE(is(CAROM_LEVEL_AUTOMATIC, Level::automatic));
   EXPECT_TRUE(is(CAROM_IMPULSE_PHYSICAL, ImpulseChoice::physical));
   EXPECT_TRUE(is(CAROM_IMPULSE_APPLIED, ImpulseChoice::applied));
   EXPECT_TRUE(is(CAROM_RADIATORS_SOLVED, RadiatorChoice::solved));
@@ -455,6 +461,8 @@ TEST(CStructs, EveryNumberOfStatisticsArrives) {
   input.slides = 28;
   input.inaudibleSlides = 29;
   input.undersampled = 32;
+  input.peak = 33;
+  input.peakSample = 34;
   input.slidesLeftOut = 30;
   input.silenced = 31;
   input.events = 1;
@@ -515,6 +523,8 @@ TEST(CStructs, EveryNumberOfStatisticsArrives) {
   EXPECT_EQ(told.slides, 28u);
   EXPECT_EQ(told.inaudible_slides, 29u);
   EXPECT_EQ(told.undersampled, 32u);
+  EXPECT_EQ(told.peak, 33);
+  EXPECT_EQ(told.peak_sample, 34);
   EXPECT_EQ(told.slides_left_out, 30u);
   EXPECT_EQ(told.silenced, 31u);
 }

@@ -341,7 +341,6 @@ TEST(EventSound, RefusesSettingsThatCannotBe) {
   EXPECT_TRUE(isRefused([](SoundSettings& s) { s.budget.voices = 0; }));
   EXPECT_TRUE(isRefused([](SoundSettings& s) { s.budget.voices = std::size_t{1} << 60; }));
   EXPECT_TRUE(isRefused([](SoundSettings& s) { s.budget.buses = 0; }));
-  EXPECT_TRUE(isRefused([](SoundSettings& s) { s.listeners.clear(); }));
   EXPECT_TRUE(isRefused([](SoundSettings& s) { s.limiter.emplace().ceiling = -1.0F; }));
 }
 

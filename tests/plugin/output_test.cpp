@@ -38,8 +38,7 @@ struct BouncingBall {
   }
 
   Sound attach(SoundSettings settings = {}) {
-    if (settings.listeners.front().name == "listener")
-      settings.listeners = {{"above", {0.0, kHeight, 0.0}}};
+    if (settings.listeners.empty()) settings.listeners = {{"above", {0.0, kHeight, 0.0}}};
     return test::attachOffline(bullet.world, settings);
   }
 

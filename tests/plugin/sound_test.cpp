@@ -195,7 +195,6 @@ TEST_F(DroppedBall, RefusesWhatItCannotDo) {
   SoundSettings timeless;
   timeless.synth.sampleRate = 0.0;
   EXPECT_FALSE(Sound::attach(world_.world, timeless));
-  EXPECT_FALSE(Sound::attach(world_.world, {.listeners = {}}));
   EXPECT_FALSE(Sound::attach(world_.world, {}, {.restSpeed = -1.0}));
   Sound sound = attached();
   EXPECT_FALSE(Sound::attach(world_.world));  // a world has one sound

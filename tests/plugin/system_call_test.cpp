@@ -38,6 +38,7 @@ bool forbidSystemCalls() {
 /// Returns an engine in which the samples pass every stage, with events in the queue.
 std::unique_ptr<SoundEngine> busyEngine() {
   SoundSettings settings;
+  settings.listeners = {SoundSettings::defaultListener()};
   settings.clock = SoundClock::simulation;
   settings.fullScale = 0.5;
   settings.limiter.emplace();

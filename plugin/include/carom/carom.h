@@ -98,6 +98,14 @@ enum {
   CAROM_CLOCK_SIMULATION = 1  ///< sample n is heard at n / sample rate; carom_frames_ready
 };
 
+/// What a sample of 1.0 stands for: carom_settings.level. Automatic: in range with nothing set, and
+/// never above -1 dB; docs/plugin.md.
+enum {
+  CAROM_LEVEL_STANDARD = 0,  ///< automatic on a device and in recordings, unless full_scale is set
+  CAROM_LEVEL_FIXED = 1,     ///< `full_scale`, or 2 Pa on a device, 20 Pa in recordings
+  CAROM_LEVEL_AUTOMATIC = 2  ///< automatic in carom_render, too
+};
+
 /// The one of an event's two impulses that sounds: carom_settings.impulse.
 enum { CAROM_IMPULSE_PHYSICAL = 0, CAROM_IMPULSE_APPLIED = 1 };
 
@@ -217,7 +225,8 @@ typedef struct carom_surface {
 typedef struct carom_settings {
   size_t size;                      ///< bytes, of this struct
   const carom_listener* listeners;  ///< all with the size of the first; read at creation only
-  size_t listener_count;            ///< 0: a pair of microphones at the origin
+  size_t listener_count;            ///< 0: a pair of microphones, placed automatically over a
+                                    ///< Bullet world, and at the origin over events
   double sample_rate;               ///< Hz, 8000 to 192000: for recordings, and until prepared
   double latency;                   ///< s, 0 to 10, how far sound stays behind the simulation
   double air_density;               ///< kg/m^3
@@ -227,7 +236,7 @@ typedef struct carom_settings {
   size_t voices;                    ///< events that wait for their sound to begin, 1 to 65536
   size_t buses;                     ///< sizes of bodies times channels that sound, 1 to 65536
   double longest_contact;           ///< s: longer contacts are left out, above 0, up to 1
-  double full_scale;                ///< Pa that come out as 1.0; 0: samples are pascals
+  double full_scale;                ///< Pa that come out as 1.0; 0: see `level`
   double limiter_ceiling;           ///< in units of the samples, where `limiter` is on
   double rest_speed;          ///< m/s, slower contacts of a Bullet world are rest and make no click
   int32_t limiter;            ///< 1: a look-ahead limiter at the end; 0: nothing is turned down
@@ -251,7 +260,7 @@ typedef struct carom_settings {
   /// 1: contacts that lose energy last longer and are skewed (Hunt and Crossley), instead of
   /// `pulse`; 0: not.
   int32_t dissipative;
-  int32_t reserved_too;  ///< 0
+  int32_t level;  ///< CAROM_LEVEL_...
 } carom_settings;
 
 /// The statistics of a rough surface.
@@ -439,6 +448,8 @@ typedef struct carom_statistics {
   uint64_t slides_left_out;    ///< contacts left out: beyond `sliding_contacts`
   uint64_t silenced;           ///< shares in collisions with a body that is silent; Bullet only
   uint64_t undersampled;       ///< heard aliased: contacts shorter than 4 samples, sampled naively
+  double peak;                 ///< Pa, the largest so far in any channel
+  double peak_sample;          ///< the largest before a limiter, 1: full scale; 0: none is set
 } carom_statistics;
 
 // Library.
@@ -636,8 +647,8 @@ CAROM_API carom_status carom_prepare_rendering(carom_sound* sound,
 /// Closes the device; rendering gives silence. Not while carom_render runs.
 CAROM_API carom_status carom_stop(carom_sound* sound) CAROM_NOEXCEPT;
 /// Renders into a WAV file of float samples, at carom_settings.sample_rate, from now on; 1.0 in it
-/// is carom_settings.full_scale, or 20 Pa. The file appears under its name when it is finished.
-/// path: UTF-8.
+/// is carom_settings.full_scale, or what carom_settings.level says. The file appears under its name
+/// when it is finished. path: UTF-8.
 CAROM_API carom_status carom_record(carom_sound* sound, const char* path) CAROM_NOEXCEPT;
 /// Renders what is still to sound, and completes the file. Without a recording it does nothing.
 CAROM_API carom_status carom_finish_recording(carom_sound* sound) CAROM_NOEXCEPT;
@@ -655,6 +666,10 @@ CAROM_API carom_status carom_get_statistics(const carom_sound* sound,
 /// may be NULL if size is 0.
 CAROM_API size_t carom_unsolved_reason(const carom_sound* sound, char* text,
                                        size_t size) CAROM_NOEXCEPT;
+
+/// Writes by how much peaks exceed a fixed full scale, and the remedy, as one sentence, or "" if
+/// they do not; as carom_unsolved_reason does.
+CAROM_API size_t carom_warning(const carom_sound* sound, char* text, size_t size) CAROM_NOEXCEPT;
 
 /// Number of channels of all listeners together; 0 for NULL.
 CAROM_API size_t carom_channel_count(const carom_sound* sound) CAROM_NOEXCEPT;

@@ -118,6 +118,10 @@ struct UserIndex {
 /// Links of multibodies radiate as the sphere of their shape's volume, with their own mass: what
 /// the joints hand on, and what they keep a link from doing, is not heard.
 ///
+/// With no listeners set, one pair stands where a camera would: outside of the sphere around what
+/// can move, from 25 degrees above, not behind what is immovable nor within a body. It glides after
+/// what leaves its view, and stays for good where setListener places it.
+///
 /// Threads: the one that steps the world calls everything, outside of tick callbacks, but for the
 /// functions that are said to be of another. The world must outlive the sound, or its `close`.
 class Sound : public SoundOutput {

@@ -55,7 +55,8 @@ class SoundOutput {
   /// heard 1/scale times as far apart. Their own sound stays as it is. 1 unless set.
   Status setTimeScale(double scale);
 
-  /// Opens the default audio device and plays, at the rate of the device, unless it plays already:
+  /// Opens the default audio device and plays, at the rate of the device and the level of
+  /// SoundSettings::level, unless it plays already:
   /// if another device has become the default, call `stop` first. Refuses: a build without devices,
   /// no device, `prepareRendering` without `stop`.
   Status play();
@@ -68,9 +69,9 @@ class SoundOutput {
 
   /// Renders into a WAV file of float samples (see SoundFileWriter), at the rate of the settings,
   /// from the present time of the simulation; leaps of its clock by more than a minute, or back,
-  /// are left out. A sample of 1.0 is SoundSettings::fullScale, or else kFullScalePressure. The
-  /// file appears under its name when it is finished. Refuses: a build without sound files, a file
-  /// that cannot be written, a recording under way.
+  /// are left out. See SoundSettings::level for what a sample of 1.0 is; the file's comment says.
+  /// The file appears under its name when it is finished. Refuses: a build without sound files, a
+  /// name that does not end in .wav, a file that cannot be written, a recording under way.
   Status record(const std::filesystem::path& file);
   /// Renders what is still to sound, and completes the file. Returns errors from earlier writing,
   /// too: then there is no file. Without a recording it does nothing.

@@ -23,6 +23,23 @@ enum class SoundClock : std::uint8_t {
   simulation,
 };
 
+/// What a sample of 1.0 stands for. Pressures are pascals within, whichever it is.
+enum class Level : std::uint8_t {
+  /// Automatic on a device and in recordings, unless SoundSettings::fullScale is given; fixed in
+  /// samples that the host pulls.
+  standard,
+  /// Everywhere SoundSettings::fullScale, or where none is given: kDeviceFullScale on a device,
+  /// kFullScalePressure in recordings, 1 Pa in samples that the host pulls.
+  fixed,
+  /// Automatic everywhere, like a camera's exposure. The full scale is in range at the first blow,
+  /// by the masses, sizes and heights of a world's bodies; it rises at once with a louder sound,
+  /// and falls by 3 dB for each second of the simulation after it, up to 30 dB. A limiter has its
+  /// ceiling at -1 dB unless SoundSettings::limiter is set. A recording has one full scale, chosen
+  /// at its end: its peak is at -3 dB, and its comment says "full scale 1.25 Pa". No full scale is
+  /// below 0.02 Pa: what is hardly audible stays quiet.
+  automatic,
+};
+
 /// Limits of what sound may cost in real time. Beyond them events are left out whole, before they
 /// begin: first those that are inaudible at every listener, then the quietest. All are counted.
 struct VoiceBudget {
@@ -56,16 +73,17 @@ struct SoundSettings {
   /// Sample rate, medium, which impulse sounds (the one that Bullet's solver applied is known one
   /// to three substeps later), pulse, sampling, radiation, Doppler effect, room and reverberation.
   SynthSettings synth = {};
-  /// Channels are those of the first listener, then those of the next: see ListenerFormat.
-  std::vector<Listener> listeners = {defaultListener()};
+  /// Channels are those of the first listener, then those of the next: see ListenerFormat. None:
+  /// defaultListener(), which stands where a camera would over a Bullet world (see Sound), until
+  /// the first SoundOutput::setListener; over events, at the origin.
+  std::vector<Listener> listeners = {};
   /// s, the look-ahead: how far sound stays behind the simulation. It has to cover two substeps
   /// (Bullet knows of a contact one to two of them later), the host's frame, a block of samples,
   /// and Synth::leadTime. An event that comes later still sounds, later, and is counted.
   double latency = 0.05;
   SoundClock clock = SoundClock::realTime;
   VoiceBudget budget = {};
-  /// Pa, > 0, that come out as a sample of 1.0. None: samples are pascals, but on a device, where
-  /// it is kDeviceFullScale.
+  /// Pa, > 0, that come out as a sample of 1.0. None: see `level`.
   std::optional<double> fullScale = std::nullopt;
   /// A look-ahead limiter at the end (a device has one in any case), for an output that holds no
   /// more than its ceiling, in units of the samples. It delays them by SoundOutput::outputDelay, on
@@ -73,13 +91,15 @@ struct SoundSettings {
   std::optional<LimiterSettings> limiter = std::nullopt;
   std::string record = {};  ///< if not empty: SoundOutput::record from the start
   bool play = false;        ///< SoundOutput::play from the start
+  Level level = Level::standard;
 
   /// Two microphones 17 cm apart, turned outwards, open to the rear: over loudspeakers and over
   /// headphones something comes from where it is, and nothing is silent behind.
   static Listener defaultListener();
 };
 
-/// Pa for a sample of 1.0 on a device: peaks of 100 dB, about the loudest of headphones.
+/// Pa for a sample of 1.0 on a device with Level::fixed: peaks of 100 dB, about the loudest of
+/// headphones.
 inline constexpr double kDeviceFullScale = 2.0;
 
 /// Counts of what became of the events, and the cost of the sound. All counts are since the sound
@@ -113,6 +133,13 @@ struct SoundStatistics : SynthCounters {
   /// Pairs in contact whose shapes the bridge cannot follow, counted once per substep each.
   std::uint64_t unsupportedContacts = 0;
   std::string unsolvedReason;  ///< for the latest of the bodies that were not solved; else empty
+  // The largest so far, in any channel:
+  double peak = 0.0;  ///< Pa
+  /// A sample before a limiter, 1 for full scale; 0 where samples are pascals.
+  double peakSample = 0.0;
+  /// A sentence with the remedy if peaks exceed a fixed full scale (by 6 dB if there is a limiter);
+  /// else empty. On stderr at the end, if nobody has seen it.
+  std::string warning;
 };
 
 }  // namespace carom

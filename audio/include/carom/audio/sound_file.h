@@ -30,10 +30,14 @@ struct SoundFileSettings {
   /// Scales the file so that its loudest sample is 0 dBFS: levels of two files are then no longer
   /// comparable, and `fullScalePressure` is not used.
   bool normalize = false;
+  double normalizedPeak = 1.0;  ///< with `normalize`: the loudest sample, above 0
+  /// Pa, 0 or above, with `normalize`: full scale is no less, and what is quieter stays so.
+  double leastFullScale = 0.0;
 };
 
-/// Writes pascals to a WAV file. The file appears under its name, whole, when `finish` succeeds;
-/// until then, and if it never does, a file that had the name before stays.
+/// Writes pascals to a WAV file, with its full scale in the comment (ICMT): "full scale 20 Pa". The
+/// file appears under its name, whole, when `finish` succeeds; until then, and if it never does, a
+/// file that had the name before stays.
 class SoundFileWriter {
  public:
   /// Refuses: a folder that does not exist or cannot be written, channel counts libsndfile lacks.
@@ -48,6 +52,8 @@ class SoundFileWriter {
   /// Closes the file and gives it its name. To be called once.
   Status finish();
 
+  /// Pa that 1.0 stands for; with `normalize` as far as is known yet, final after `finish`.
+  double fullScale() const;
   double peakPressure() const;           ///< Pa, largest magnitude written so far, before limiting
   std::uint64_t clippedSamples() const;  ///< samples beyond full scale, PCM16 only
   /// Largest reduction of gain by the limiter in dB, 0 or more. Includes the last samples only

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "plugin/bullet/listener_placement.h"
+
+class btCollisionObject;
+class btDynamicsWorld;
+
+namespace carom::plugin {
+
+// What a Bullet world looks like to a listener that is to be placed. [simulation thread]
+
+struct WorldSurvey {
+  std::vector<PlacementBody> movable;
+  PlacementScene scene;  ///< asks the world, which must outlive it
+};
+
+WorldSurvey surveyOf(const btDynamicsWorld& world);
+
+/// Returns the direction against gravity; +Y where there is none.
+Vec3 upOf(const btDynamicsWorld& world);
+
+/// Returns the heaviest rigid bodies that can move, at most `count`.
+std::vector<const btCollisionObject*> heaviestBodies(const btDynamicsWorld& world,
+                                                     std::size_t count);
+
+/// Returns the speed (m/s) at which a body lands on what is below it, from its height and speed; 0
+/// if it lies already.
+double speedOfLanding(const btDynamicsWorld& world, const btCollisionObject& object);
+
+}  // namespace carom::plugin
