@@ -1,11 +1,16 @@
 #include "plugin/realtime/sound_session.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <numbers>
 #include <span>
 #include <string>
 #include <utility>
 
+#include "audio/model/immortal.h"
+#include "audio/model/mutex.h"
 #include "plugin/realtime/statistics_fields.h"
 
 namespace carom {
@@ -69,12 +74,107 @@ void follow(Synthesis& synthesis, std::size_t listener, const ListenerPose& pose
   if (!synthesis.moveListener(listener, pose)) (void)synthesis.placeListener(listener, pose);
 }
 
+/// Returns the settings for a device: with its rate, in real time, with a full scale and a limiter.
+SoundSettings deviceSettings(SoundSettings settings, double sampleRate) {
+  settings.synth.sampleRate = sampleRate;
+  settings.clock = SoundClock::realTime;
+  if (!settings.fullScale) settings.fullScale = kDeviceFullScale;
+  if (!settings.limiter) settings.limiter.emplace();
+  return settings;
+}
+
+/// Renders for a device that has only left and right: the first listener's channels.
+class StereoFold {
+ public:
+  StereoFold(std::size_t channels, bool isStereo)
+      : channels_(channels), right_(isStereo ? 1 : 0), block_(channels * kFrames) {}
+
+  void operator()(SoundEngine& engine, float* samples, std::size_t frames) noexcept {
+    for (std::size_t done = 0; done < frames;) {
+      const std::size_t part = std::min(kFrames, frames - done);
+      engine.renderInterleaved(block_.data(), part);
+      for (std::size_t frame = 0; frame < part; ++frame) {
+        samples[2 * (done + frame)] = block_[frame * channels_];
+        samples[2 * (done + frame) + 1] = block_[frame * channels_ + right_];
+      }
+      done += part;
+    }
+  }
+
+ private:
+  static constexpr std::size_t kFrames = 256;
+  std::size_t channels_;
+  std::size_t right_;
+  std::vector<float> block_;
+};
+
+/// Most sentences that one sound tells: a host that refuses nothing else need not read more.
+constexpr std::size_t kMostMessages = 100;
+
+/// A mark of the present thread: its address differs from those of others.
+const void* presentThread() {
+  static thread_local char mark = 0;
+  return &mark;
+}
+
+/// The recordings under way, to be finished when the process exits without destroying their sounds.
+class OpenRecordings {
+ public:
+  static OpenRecordings& instance() {
+    static OpenRecordings& all = immortal([] { return OpenRecordings(); });
+    return all;
+  }
+  void add(SoundSession& session) {
+    const MutexLock lock(mutex_);
+    if (!std::exchange(isAwaitingExit_, true))
+      std::atexit([] { OpenRecordings::instance().finish(); });
+    threads_[&session] = presentThread();
+  }
+  void remove(SoundSession& session) {
+    const MutexLock lock(mutex_);
+    threads_.erase(&session);
+  }
+
+ private:
+  /// Finishes those of this thread: others may still be at work.
+  void finish() {
+    for (;;) {
+      SoundSession* const session = take();
+      if (session == nullptr) return;
+      if (const Status finished = session->finishRecording(); !finished)
+        std::fprintf(stderr, "carom: %s\n", finished.error().message.c_str());
+    }
+  }
+  SoundSession* take() {
+    const MutexLock lock(mutex_);
+    const auto found = std::ranges::find(threads_, presentThread(),
+                                         [](const auto& entry) { return entry.second; });
+    if (found == threads_.end()) return nullptr;
+    SoundSession* const session = found->first;
+    threads_.erase(found);
+    return session;
+  }
+
+  Mutex mutex_;
+  std::map<SoundSession*, const void*> threads_;
+  bool isAwaitingExit_ = false;
+};
+
 }  // namespace
 
-Result<std::unique_ptr<SoundSession>> SoundSession::create(const SoundSettings& soundSettings) {
-  auto session = std::make_unique<SoundSession>(soundSettings);
-  if (const Status prepared = session->prepare(); !prepared) return prepared.error();
-  return session;
+SoundSession::~SoundSession() {
+  (void)told(finishRecording());
+}
+
+Status SoundSession::told(Status outcome) {
+  if (outcome || messages.size() >= kMostMessages) return outcome;
+  const std::string& sentence = outcome.error().message;
+  if (!messages.insert(sentence).second) return outcome;
+  if (settings.onMessage)
+    settings.onMessage(sentence);
+  else
+    std::fprintf(stderr, "carom: %s\n", sentence.c_str());
+  return outcome;
 }
 
 Status SoundSession::prepare() {
@@ -112,6 +212,7 @@ Status SoundSession::setBody(BodyId id, const SoundBody& body) {
   bodies.insert_or_assign(id, body);
   if (recorder)
     if (Status set = recorder->synth().setBody(id, body); !set) return set;
+  if (bounds) (void)bounds->scheduler().setBody(id, body);
   if (engine) return engine->scheduler().setBody(id, body);
   return std::monostate{};
 }
@@ -120,6 +221,7 @@ void SoundSession::removeBody(BodyId id) {
   bodies.erase(id);
   if (recorder) recorder->synth().removeBody(id);
   if (engine) engine->scheduler().removeBody(id);
+  if (bounds) bounds->scheduler().removeBody(id);
 }
 
 void SoundSession::moveListeners() {
@@ -129,6 +231,7 @@ void SoundSession::moveListeners() {
     if (!std::exchange(known.isNew, false)) continue;
     if (recorder) follow(recorder->synth(), listener, known.pose);
     if (engine) follow(engine->scheduler(), listener, known.pose);
+    if (bounds) follow(bounds->scheduler(), listener, known.pose);
   }
 }
 
@@ -138,6 +241,12 @@ void SoundSession::bring(Layer& layer) const {
     (void)layer.setBody(id, body);  // has been accepted before
   for (std::size_t listener = 0; listener < poses.size(); ++listener)
     if (poses[listener].isKnown) (void)layer.placeListener(listener, poses[listener].pose);
+}
+
+void SoundSession::listen() {
+  if (bounds) return;
+  bounds = std::make_unique<PressureBounds>(*makeSoundPaths(settings.synth, settings.listeners));
+  bring(bounds->scheduler());
 }
 
 void SoundSession::post(const ImpulseEvent& event) {
@@ -158,6 +267,7 @@ void SoundSession::advanceTo(double seconds) {
     for (KnownPose& known : poses)
       known.pose.time = seconds;
     if (engine) bring(engine->scheduler());
+    if (bounds) bring(bounds->scheduler());
   }
   if (recorder && SoundRecorder::isLeap(time, seconds)) {
     recorder->startAt(seconds);
@@ -181,6 +291,27 @@ Status SoundSession::makeEngine(const SoundSettings& engineSettings) {
   return std::monostate{};
 }
 
+Status SoundSession::play() {
+  if (device) return std::monostate{};
+  if (engine)
+    return Error{"sound: samples are pulled by the host (prepareRendering); stop before play"};
+  Result<AudioDevice> opened = AudioDevice::open(settings.synth.sampleRate);
+  if (!opened) return Error{"sound: " + opened.error().message};
+  const SoundSettings wanted = deviceSettings(settings, opened->sampleRate());
+  if (Status made = makeEngine(wanted); !made) return made;
+  device = *std::move(opened);
+  const bool isStereo = carom::channelCount(wanted.listeners.front()) == 2;
+  device->start(
+      [source = engine.get(), fold = StereoFold(channels, isStereo)](
+          float* samples, std::size_t frames) mutable { fold(*source, samples, frames); });
+  return std::monostate{};
+}
+
+Status SoundSession::begin() {
+  if (settings.play) (void)told(play());
+  return settings.record.empty() ? std::monostate{} : record(settings.record);
+}
+
 void SoundSession::stop() {
   device.reset();
   if (engine) addEarlier(earlier, engine->statistics());
@@ -192,6 +323,7 @@ Status SoundSession::record(const std::filesystem::path& file) {
   Result<SoundRecorder> made = SoundRecorder::create(file, settings);
   if (!made) return made.error();
   recorder = *std::move(made);
+  OpenRecordings::instance().add(*this);
   recorder->startAt(time);
   bring(recorder->synth());
   return std::monostate{};
@@ -199,6 +331,7 @@ Status SoundSession::record(const std::filesystem::path& file) {
 
 Status SoundSession::finishRecording() {
   if (!recorder) return std::monostate{};
+  OpenRecordings::instance().remove(*this);
   Status finished = recorder->finish(time);
   if (!engine) earlier = SoundSession::statistics();
   recorder.reset();
