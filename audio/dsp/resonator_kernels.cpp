@@ -6,6 +6,7 @@
 
 #if CAROM_SIMD
 #include "audio/dsp/simd_resonators.h"
+#include "audio/model/immortal.h"
 #endif
 
 namespace carom::audio {
@@ -74,7 +75,7 @@ std::vector<ResonatorKernels> makeAll() {
 }  // namespace
 
 std::span<const ResonatorKernels> allResonators() {
-  static const std::vector<ResonatorKernels> all = makeAll();
+  static const std::vector<ResonatorKernels>& all = immortal(makeAll);
   return all;
 }
 

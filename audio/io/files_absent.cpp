@@ -28,6 +28,8 @@ PartialFile::PartialFile(PartialFile&& other) noexcept
     : finalPath_(std::move(other.finalPath_)), path_(std::exchange(other.path_, {})) {}
 PartialFile::~PartialFile() = default;
 
+void PartialFile::removeLeftovers(const fs::path& /*finalPath*/) {}
+
 std::error_code PartialFile::giveName() {
   return std::make_error_code(std::errc::function_not_supported);
 }

@@ -288,6 +288,7 @@ Result<SoundFileWriter> SoundFileWriter::create(const fs::path& path,
                                                 const SoundFileSettings& settings) {
   if (const Status valid = validate(settings); !valid) return failure(path, valid.error().message);
   if (const Status valid = checkWritable(path); !valid) return failure(path, valid.error().message);
+  PartialFile::removeLeftovers(path);
   auto state = std::make_unique<State>(path, settings);
   if (const Status opened = state->open(); !opened) return opened.error();
   return SoundFileWriter(std::move(state));

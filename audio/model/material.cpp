@@ -4,6 +4,8 @@
 #include <array>
 #include <numbers>
 
+#include "audio/model/immortal.h"
+
 namespace carom {
 namespace {
 
@@ -39,8 +41,8 @@ constexpr Roughness kCork{50e-6, 300e-6, 0.8};
 /// billiard balls one within a published range, 0.92 to 0.98 (Alciatore, The Illustrated Principles
 /// of Pool and Billiards). All others are defaults that we chose within what such balls are
 /// commonly seen to do; set your own.
-const std::array<Material, kRows>& rows() {
-  static const std::array<Material, kRows> table = {{
+std::array<Material, kRows> makeRows() {
+  return {{
       // Chadwick, Zheng, James 2012, "Precomputed acceleration noise", as in the seed's table 1.
       {"steel", 8940.0, 123.4 * kGiga, 0.34, 0.90, 5.0, 3e-8, kDrawn},
       {"ceramic", 2700.0, 72.0 * kGiga, 0.19, 0.90, 6.0, 1e-7, kFired},
@@ -103,6 +105,10 @@ const std::array<Material, kRows>& rows() {
       {"cork", 170.0, 0.02 * kGiga, 0.05, 0.60, 0.0, betaOf(0.13), kCork},
       {"bone", 1920.0, 17.0 * kGiga, 0.46, 0.60, 0.0, betaOf(2e-2), kPlaned},
   }};
+}
+
+const std::array<Material, kRows>& rows() {
+  static const auto& table = audio::immortal(makeRows);
   return table;
 }
 

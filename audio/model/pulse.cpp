@@ -11,6 +11,7 @@
 #include <Eigen/Dense>
 
 #include "audio/model/acceleration_noise.h"
+#include "audio/model/immortal.h"
 #include "audio/model/mutex.h"
 
 namespace carom::audio {
@@ -303,14 +304,14 @@ constexpr Eigen::Index kGridOrder = 12;
 
 /// Gauss-Legendre on [-1, 1].
 const std::vector<PulseNode>& legendreNodes() {
-  static const std::vector<PulseNode> nodes = [] {
+  static const std::vector<PulseNode>& nodes = audio::immortal([] {
     Recurrence legendre{Eigen::VectorXd::Zero(kGridOrder), Eigen::VectorXd(kGridOrder - 1), 2.0};
     for (Eigen::Index k = 1; k < kGridOrder; ++k) {
       const auto order = static_cast<double>(k);
       legendre.beside[k - 1] = order / std::sqrt(4.0 * order * order - 1.0);
     }
     return gaussNodes(legendre);
-  }();
+  });
   return nodes;
 }
 
@@ -677,12 +678,13 @@ std::vector<ForceTable::Cell> Pulse::Model::makeCells() const {
 Pulse::Pulse(std::shared_ptr<const Model> model) : model_(std::move(model)) {}
 
 const Pulse& Pulse::of(PulseShape shape) {
-  static const std::array<Pulse, 5> pulses = {
-      Pulse(std::make_shared<const Model>(Contact{})),
-      Pulse(std::make_shared<const Model>(PulseShape::halfSine)),
-      Pulse(std::make_shared<const Model>(PulseShape::gaussian)),
-      Pulse(std::make_shared<const Model>(PulseShape::mitchellNetravali)),
-      Pulse(std::make_shared<const Model>(PulseShape::courseGaussian))};
+  static const auto& pulses = audio::immortal([] {
+    return std::array<Pulse, 5>{Pulse(std::make_shared<const Model>(Contact{})),
+                                Pulse(std::make_shared<const Model>(PulseShape::halfSine)),
+                                Pulse(std::make_shared<const Model>(PulseShape::gaussian)),
+                                Pulse(std::make_shared<const Model>(PulseShape::mitchellNetravali)),
+                                Pulse(std::make_shared<const Model>(PulseShape::courseGaussian))};
+  });
   return pulses[static_cast<std::size_t>(shape)];
 }
 

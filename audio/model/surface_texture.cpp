@@ -11,6 +11,7 @@
 
 #include <unsupported/Eigen/FFT>
 
+#include "audio/model/immortal.h"
 #include "audio/model/mutex.h"
 #include "audio/model/positive.h"
 
@@ -199,7 +200,8 @@ Result<SurfaceTexture> SurfaceTexture::rough(const Roughness& roughness, std::ui
 std::shared_ptr<const SurfaceTexture::Texels> SurfaceTexture::roughTexels(double hurst,
                                                                           std::uint64_t seed) {
   static audio::Mutex mutex;
-  static std::map<std::pair<double, std::uint64_t>, std::weak_ptr<const Texels>> known;
+  using Known = std::map<std::pair<double, std::uint64_t>, std::weak_ptr<const Texels>>;
+  static Known& known = audio::immortal([] { return Known(); });
   const audio::MutexLock lock(mutex);
   std::weak_ptr<const Texels>& place = known[{hurst, seed}];
   if (auto texels = place.lock()) return texels;

@@ -10,6 +10,7 @@
 #include <numeric>
 #include <utility>
 
+#include "audio/model/immortal.h"
 #include "audio/model/mutex.h"
 #include "audio/propagation/sofa_file.h"
 #include "carom/audio/listener.h"
@@ -423,7 +424,8 @@ static Result<std::shared_ptr<const HrtfSet>> loadShared(const std::filesystem::
 Result<std::shared_ptr<const HrtfSet>> defaultHrtf(double sampleRate) {
   // This cache is the only state shared in this layer; only time and memory depend on it.
   static Mutex mutex;
-  static std::map<double, std::weak_ptr<const HrtfSet>> cache;
+  static auto& cache =
+      audio::immortal([] { return std::map<double, std::weak_ptr<const HrtfSet>>(); });
   const MutexLock lock(mutex);
   if (!isSampleRate(sampleRate)) return HrtfSet::load({}, sampleRate).error();
   if (std::shared_ptr<const HrtfSet> set = cache[sampleRate].lock()) return set;

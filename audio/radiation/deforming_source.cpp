@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "audio/model/immortal.h"
 #include "audio/model/positive.h"
 
 namespace carom::audio {
@@ -34,13 +35,13 @@ double kernelOf(double x) {
 /// The same kernel from a table, off by less than 4e-7, which is -128 dB.
 double kernelAt(double x) {
   constexpr double kFine = 1024.0;
-  static const std::vector<double> table = [] {
+  static const std::vector<double>& table = immortal([] {
     std::vector<double> values;
     for (int index = 0; index <= static_cast<int>(kReadHalfWidth * kFine); ++index)
       values.push_back(kernelOf(index / kFine));
     values.insert(values.end(), 2, 0.0);
     return values;
-  }();
+  });
   const double place = std::min(std::abs(x), kReadHalfWidth) * kFine;
   const double whole = std::floor(place);
   const double* values = table.data() + static_cast<std::ptrdiff_t>(whole);

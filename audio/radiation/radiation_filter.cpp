@@ -8,6 +8,7 @@
 #include <Eigen/Dense>
 
 #include "audio/dsp/spread_kernel.h"
+#include "audio/model/immortal.h"
 
 namespace carom::audio {
 namespace {
@@ -68,12 +69,14 @@ class Fit {
 const Fit& fitOf(RadiationFilter::Input input, std::size_t taps) {
   constexpr auto kAll = static_cast<Eigen::Index>(RadiationFilter::kTaps);
   if (input == RadiationFilter::Input::spread) {
-    static const Fit all{RadiationFilter::Input::spread, kAll};
-    static const Fit oneLess{RadiationFilter::Input::spread, kAll - 1};
+    static const Fit& all = immortal([] { return Fit{RadiationFilter::Input::spread, kAll}; });
+    static const Fit& oneLess = immortal([] {
+      return Fit{RadiationFilter::Input::spread, kAll - 1};
+    });
     return taps == RadiationFilter::kTaps ? all : oneLess;
   }
-  static const Fit all{RadiationFilter::Input::bare, kAll};
-  static const Fit oneLess{RadiationFilter::Input::bare, kAll - 1};
+  static const Fit& all = immortal([] { return Fit{RadiationFilter::Input::bare, kAll}; });
+  static const Fit& oneLess = immortal([] { return Fit{RadiationFilter::Input::bare, kAll - 1}; });
   return taps == RadiationFilter::kTaps ? all : oneLess;
 }
 

@@ -61,6 +61,7 @@ ContactPropagation::ContactPropagation(std::shared_ptr<const SoundPaths> paths,
 bool ContactPropagation::propagate(const ContactSource& source) {
   clicks_.clear();
   ears_.clear();
+  peaks_.assign(paths_->channels.size(), 0.0);
   clickPeak_ = modalPeak_ = 0.0;
   for (std::uint32_t channel = 0; channel < paths_->channels.size(); ++channel)
     for (const SoundPaths::Path& path : paths_->paths)
@@ -76,6 +77,7 @@ ScheduledSound ContactPropagation::sound() const {
   ScheduledSound sound;
   if (clickPeak_ > 0.0 && clickPeak_ >= settings_.audibleThreshold) {
     sound.peak = clickPeak_;
+    sound.peaks = peaks_;
     sound.clicks = clicks_;
     sound.ears = ears_;
   }
@@ -94,7 +96,9 @@ bool ContactPropagation::propagateTo(const ContactSource& source, const Route& r
   if (!fitsOnClock(source, path)) return false;
   if (source.filters != nullptr) {
     const double ear = paths_->channels[route.channel].isEar ? kLoudestEar : 1.0;
-    clickPeak_ = std::max(clickPeak_, ear * boundOf(source, path));
+    const double peak = ear * boundOf(source, path);
+    peaks_[route.channel] = std::max(peaks_[route.channel], peak);
+    clickPeak_ = std::max(clickPeak_, peak);
     addClick(source, path, route);
   }
   if (source.rings) addExcitation(source, path, route);
@@ -217,15 +221,16 @@ double ContactPropagation::tailOverClick(const ContactSource& source) const {
   return reverb.gain * kTailPeaks * std::sqrt(density * lasting);
 }
 
-/// True if the clock can represent the contact's times, and its loudness is finite.
-bool ContactPropagation::fitsOnClock(const ContactSource& source,
-                                     const PropagationPath& path) const {
+/// True if the clock can represent the contact's times, and its loudness is finite; else says why
+/// not.
+bool ContactPropagation::fitsOnClock(const ContactSource& source, const PropagationPath& path) {
   const double rate = settings_.sampleRate;
   const double extent = std::abs(source.time) + path.delays[0] + path.delays[2] +
                         (source.pulse->end() - source.pulse->begin()) * source.duration;
   const double loudness = (std::abs(path.gains[0]) + std::abs(path.gains[2])) * rate * rate;
   const bool isFar = !(extent * rate < kExactSamples);
   const bool isLong = !(source.duration <= kLongestContact);
+  refusal_ = isLong ? &SynthCounters::rejectedTooLong : &SynthCounters::rejectedTooFar;
   return !isFar && !isLong && std::isfinite(loudness);
 }
 

@@ -16,6 +16,7 @@
 #include "audio/scheduling/modal_exciter.h"
 #include "audio/scheduling/sample_time.h"
 #include "audio/synthesis/scheduled_sound.h"
+#include "carom/audio/synth_settings.h"
 
 namespace carom::audio {
 
@@ -48,6 +49,8 @@ class ContactPropagation {
   /// Computes the clicks and excitations of a contact, in place of those of the contact before.
   /// Returns false if its numbers are so large that a click cannot be put on the clock.
   bool propagate(const ContactSource& source);
+  /// Where `propagate` has returned false: the counter of the reason.
+  std::uint64_t SynthCounters::*refusal() const { return refusal_; }
   /// Upper bound of the clicks at any listener, Pa.
   double clickPeak() const { return clickPeak_; }
   /// Upper bound of the clicks and of what they excite at any listener, Pa, heard or not.
@@ -80,7 +83,7 @@ class ContactPropagation {
             std::size_t part, PropagationPath& path) const;
   void keepAsAtBegin(const ContactSource& source, const Route& route, std::size_t part,
                      PropagationPath& path) const;
-  bool fitsOnClock(const ContactSource& source, const PropagationPath& path) const;
+  bool fitsOnClock(const ContactSource& source, const PropagationPath& path);
   Click onSamples(const ContactSource& source, const PropagationPath& path) const;
   void chooseRule(Click& click) const;
   void addClick(const ContactSource& source, const PropagationPath& path, const Route& route);
@@ -95,8 +98,10 @@ class ContactPropagation {
   ModalExciter& exciter_;
   std::vector<Click> clicks_;        // of the current contact
   std::vector<SphereWeights> ears_;  // directions of clicks_, if there is a head
+  std::vector<double> peaks_;        // Pa, upper bounds of clicks_ by channel
   double clickPeak_ = 0.0;           // Pa, upper bound of clicks_
   double modalPeak_ = 0.0;           // Pa, upper bound of the excitations
+  std::uint64_t SynthCounters::*refusal_ = nullptr;
 };
 
 }  // namespace carom::audio

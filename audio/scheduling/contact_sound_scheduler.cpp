@@ -27,7 +27,9 @@ bool isFinite(const ImpulseEvent& event) {
   return std::isfinite(event.time) && event.impulse.allFinite() && event.position.allFinite() &&
          event.normal.allFinite() && event.bodyPosition.allFinite() &&
          event.bodyOrientation.coeffs().allFinite() && event.bodyVelocity.allFinite() &&
-         event.bodyAngularVelocity.allFinite();
+         event.bodyAngularVelocity.allFinite() && std::isfinite(event.approachSpeed) &&
+         std::isfinite(event.effectiveMass) && !std::isnan(event.radius) &&
+         !std::isnan(event.otherRadius);
 }
 
 }  // namespace
@@ -74,11 +76,11 @@ void ContactSoundScheduler::schedule(const ImpulseEvent& event, const SampleShif
 
 void ContactSoundScheduler::scheduleImpulse(const ImpulseEvent& event, const SampleShift& shift,
                                             SoundSink& sink) {
-  const double duration = isFinite(event) ? contactDuration(event) : 0.0;
-  if (!isPositive(duration)) {
-    ++counters_.rejected;
-    return;
-  }
+  if (!isFinite(event)) return reject(&SynthCounters::rejectedNotFinite);
+  if (bodies_.find(event.body) == nullptr || bodies_.find(event.other) == nullptr)
+    return reject(&SynthCounters::rejectedUnknownBody);
+  const double duration = contactDuration(event);
+  if (!isPositive(duration)) return reject(&SynthCounters::rejectedNoContact);
   const SoundingBody& body = *bodies_.find(event.body);
   if (body.isSilent()) {
     ++counters_.immovable;
@@ -88,10 +90,7 @@ void ContactSoundScheduler::scheduleImpulse(const ImpulseEvent& event, const Sam
   source.duration = duration;
   source.shift = shift;
   source.pulse = &durations_.pulseOf(event);
-  if (!propagation_.propagate(source)) {
-    ++counters_.rejected;
-    return;
-  }
+  if (!propagation_.propagate(source)) return reject(propagation_.refusal());
   ++counters_.events;
   if (settings_.comparison.sampling == Sampling::naive &&
       duration * settings_.sampleRate < kWellSampled)
@@ -100,6 +99,11 @@ void ContactSoundScheduler::scheduleImpulse(const ImpulseEvent& event, const Sam
   if (!sound.excitations.empty()) ++counters_.rings;
   if (sound.clicks.empty() && sound.excitations.empty()) ++counters_.inaudible;
   sink.add(sound);
+}
+
+void ContactSoundScheduler::reject(std::uint64_t SynthCounters::*reason) {
+  ++counters_.rejected;
+  ++(counters_.*reason);
 }
 
 /// Returns the source of an impulse, without its duration, pulse and shift, and begins the
@@ -211,10 +215,7 @@ void ContactSoundScheduler::scheduleSlide(const SlideStep& step, bool first, Sou
   // The dipole changes gradually from that of the last step: a jump would click.
   source.dipoleBefore = side.dipole.value_or(source.strike.dipole);
   side.dipole = source.strike.dipole;
-  if (!propagation_.propagate(source)) {
-    ++counters_.rejected;
-    return;
-  }
+  if (!propagation_.propagate(source)) return reject(propagation_.refusal());
   ScheduledSound sound = propagation_.sound();
   const bool isHeard = !sound.clicks.empty() || !sound.excitations.empty();
   ++(isHeard ? counters_.slides : counters_.inaudibleSlides);

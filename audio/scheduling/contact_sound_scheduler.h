@@ -78,6 +78,7 @@ class ContactSoundScheduler {
   };
 
   void scheduleImpulse(const ImpulseEvent& event, const SampleShift& shift, SoundSink& sink);
+  void reject(std::uint64_t SynthCounters::*reason);
   ContactSource sourceOf(const ImpulseEvent& event, const SoundingBody& body);
   void damp(const ContactState& contact, const SampleShift& shift, SoundSink& sink);
   bool updateModes(const ContactState& contact, bool first, std::int64_t sample);

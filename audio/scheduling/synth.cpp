@@ -99,13 +99,26 @@ std::size_t Synth::pendingClicks() const {
 }
 
 SynthCounters& operator+=(SynthCounters& sum, const SynthCounters& more) {
-  for (const auto count :
-       {&SynthCounters::events, &SynthCounters::rings, &SynthCounters::immovable,
-        &SynthCounters::inaudible, &SynthCounters::late, &SynthCounters::undersampled,
-        &SynthCounters::rejected, &SynthCounters::slides, &SynthCounters::inaudibleSlides,
-        &SynthCounters::stolen, &SynthCounters::overBudget, &SynthCounters::noBus,
-        &SynthCounters::tooLong, &SynthCounters::modalVoicesExhausted,
-        &SynthCounters::slidesLeftOut})
+  for (const auto count : {&SynthCounters::events,
+                           &SynthCounters::rings,
+                           &SynthCounters::immovable,
+                           &SynthCounters::inaudible,
+                           &SynthCounters::late,
+                           &SynthCounters::undersampled,
+                           &SynthCounters::rejected,
+                           &SynthCounters::slides,
+                           &SynthCounters::inaudibleSlides,
+                           &SynthCounters::stolen,
+                           &SynthCounters::overBudget,
+                           &SynthCounters::noBus,
+                           &SynthCounters::tooLong,
+                           &SynthCounters::modalVoicesExhausted,
+                           &SynthCounters::slidesLeftOut,
+                           &SynthCounters::rejectedNotFinite,
+                           &SynthCounters::rejectedUnknownBody,
+                           &SynthCounters::rejectedNoContact,
+                           &SynthCounters::rejectedTooLong,
+                           &SynthCounters::rejectedTooFar})
     sum.*count += more.*count;
   return sum;
 }

@@ -5,6 +5,7 @@
 
 #include "audio/dsp/spread_kernel.h"
 #if CAROM_SIMD
+#include "audio/model/immortal.h"
 #include "audio/synthesis/simd_kernels.h"
 #endif
 
@@ -135,7 +136,7 @@ const RasterTaps& rasterTaps() {
 }
 
 std::span<const ClickKernels> allKernels() {
-  static const std::vector<ClickKernels> all = makeAll();
+  static const std::vector<ClickKernels>& all = immortal(makeAll);
   return all;
 }
 

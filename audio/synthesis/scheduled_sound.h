@@ -14,6 +14,9 @@ namespace carom::audio {
 struct ScheduledSound {
   double peak = 0.0;                   ///< Pa, upper bound of the clicks at any listener
   std::span<const Click> clicks = {};  ///< empty: no click to hear
+  /// Pa, upper bounds of the clicks by channel, over the loudest path; empty without clicks. Not
+  /// carried to another thread.
+  std::span<const double> peaks = {};
   /// Directions from which binaural channels hear the clicks; empty without heads.
   std::span<const SphereWeights> ears = {};
   std::span<const ModalExcitation> excitations = {};  ///< empty: nothing rings; all of one body

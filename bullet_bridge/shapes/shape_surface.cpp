@@ -12,6 +12,7 @@
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 #include <LinearMath/btConvexHullComputer.h>
 
+#include "audio/model/immortal.h"
 #include "bullet_bridge/geometry/to_vec3.h"
 #include "bullet_bridge/shapes/surface_union.h"
 
@@ -108,13 +109,13 @@ std::vector<Vec3> directions(int splits) {
 }
 
 const SurfaceMesh& unitSphere() {
-  static const SurfaceMesh mesh = [] {
+  static const SurfaceMesh& mesh = audio::immortal([] {
     SurfaceMesh sphere = hullOf(directions(4));
     const double grow = std::cbrt(4.0 / 3.0 * kPi / signedVolume(sphere));
     for (Vec3& vertex : sphere.vertices)
       vertex *= grow;
     return sphere;
-  }();
+  });
   return mesh;
 }
 

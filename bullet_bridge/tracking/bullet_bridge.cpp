@@ -4,9 +4,12 @@
 #include <string>
 #include <utility>
 
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorldMt.h>
+#include <LinearMath/btThreads.h>
 #include <btBulletDynamicsCommon.h>
 
 #include "bullet_bridge/bodies/body_tracker.h"
+#include "bullet_bridge/bodies/proxy_id.h"
 #include "bullet_bridge/tracking/bridge_context.h"
 #include "bullet_bridge/tracking/candidate_pairs.h"
 #include "bullet_bridge/tracking/contact_classifier.h"
@@ -18,9 +21,9 @@ using namespace bullet;
 
 // One substep: the motions of the bodies, then the pairs that may have met, then what each of them
 // did.
-class BulletBridge::Impl : public TickHook {
+class BulletBridge::Impl : public TickHook, public std::enable_shared_from_this<Impl> {
  public:
-  Impl(btDynamicsWorld& world, const BulletBridgeSettings& settings)
+  Impl(btDiscreteDynamicsWorld& world, const BulletBridgeSettings& settings)
       : TickHook(world), context_{.world = world, .settings = settings} {
     bodies_.beginSubstep(world, 1.0);  // assigns the ids, in the world's order
   }
@@ -28,6 +31,7 @@ class BulletBridge::Impl : public TickHook {
   const BridgeContext& context() const { return context_; }
   const BodyTracker& bodies() const { return bodies_; }
   ContactClassifier& classifier() { return classifier_; }
+  const btCollisionObject* find(BodyId id) const;
 
  private:
   void onStepStart(double dt) override { bodies_.beginSubstep(world(), dt); }
@@ -40,6 +44,7 @@ class BulletBridge::Impl : public TickHook {
 };
 
 void BulletBridge::Impl::onStepEnd(double dt) {
+  const auto kept = shared_from_this();  // the callback may end the bridge
   ++context_.counters.substeps;
   context_.counters.substepsWithoutStart = static_cast<std::uint64_t>(startsMissed());
   context_.clock.begin(dt);
@@ -52,6 +57,41 @@ void BulletBridge::Impl::onStepEnd(double dt) {
   if (context_.settings.onSubstep) context_.settings.onSubstep();
 }
 
+/// A body may have left the world in this substep, and another have come to its address.
+const btCollisionObject* BulletBridge::Impl::find(BodyId id) const {
+  const TrackedBody* const body = isAttached() ? bodies_.find(id) : nullptr;
+  if (body == nullptr) return nullptr;
+  const auto& objects = world().getCollisionObjectArray();
+  const int index = objects.findLinearSearch(const_cast<btCollisionObject*>(body->object));
+  const bool isThere = index < objects.size() && proxyIdOf(*objects[index]) == body->proxyId;
+  return isThere ? body->object : nullptr;
+}
+
+namespace {
+
+/// Refuses a world whose substeps cannot be followed, or that cannot make any.
+Result<btDiscreteDynamicsWorld*> followed(btDynamicsWorld& world) {
+  auto* const discrete = dynamic_cast<btDiscreteDynamicsWorld*>(&world);
+  if (discrete == nullptr) {
+    return Error{
+        std::string("BulletBridge: this world is ") +
+        (world.getWorldType() == BT_SIMPLE_DYNAMICS_WORLD
+             ? "a btSimpleDynamicsWorld, which calls no actions, so its substeps cannot be followed"
+             : "no btDiscreteDynamicsWorld") +
+        "; expected a btDiscreteDynamicsWorld, or a world of a class derived from it"};
+  }
+  if (dynamic_cast<btDiscreteDynamicsWorldMt*>(&world) != nullptr &&
+      btGetTaskScheduler() == nullptr) {
+    return Error{
+        "BulletBridge: this btDiscreteDynamicsWorldMt has no task scheduler, without which it "
+        "cannot step; expected btSetTaskScheduler before, with btGetSequentialTaskScheduler() "
+        "where there is no other"};
+  }
+  return discrete;
+}
+
+}  // namespace
+
 Result<BulletBridge> BulletBridge::attach(btDynamicsWorld& world,
                                           const BulletBridgeSettings& settings) {
   if (!(settings.restSpeed >= 0.0) || !std::isfinite(settings.restSpeed)) {
@@ -63,13 +103,28 @@ Result<BulletBridge> BulletBridge::attach(btDynamicsWorld& world,
         "BulletBridge: this world has a bridge already; expected one per world, "
         "or the first one destroyed before"};
   }
-  return BulletBridge(std::make_unique<Impl>(world, settings));
+  const Result<btDiscreteDynamicsWorld*> discrete = followed(world);
+  if (!discrete) return discrete.error();
+  return BulletBridge(std::make_shared<Impl>(**discrete, settings));
 }
 
-BulletBridge::BulletBridge(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+BulletBridge::BulletBridge(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
 BulletBridge::BulletBridge(BulletBridge&&) noexcept = default;
-BulletBridge& BulletBridge::operator=(BulletBridge&&) noexcept = default;
-BulletBridge::~BulletBridge() = default;
+BulletBridge& BulletBridge::operator=(BulletBridge&& other) noexcept {
+  if (impl_ != nullptr) impl_->detach();
+  impl_ = std::exchange(other.impl_, nullptr);
+  return *this;
+}
+BulletBridge::~BulletBridge() {
+  if (impl_ != nullptr) impl_->detach();
+}
+
+bool BulletBridge::isAttached() const {
+  return impl_->isAttached();
+}
+const btCollisionObject* BulletBridge::bodyOf(BodyId id) const {
+  return impl_->find(id);
+}
 
 std::span<const ImpulseEvent> BulletBridge::events() const {
   return impl_->classifier().log().events();
@@ -95,6 +150,8 @@ const BulletBridgeCounters& BulletBridge::counters() const {
 }
 
 Result<BodyId> BulletBridge::bodyId(const btCollisionObject& object) const {
+  if (!impl_->isAttached())
+    return Error{"BulletBridge: the world is gone; expected one that still exists"};
   if (const TrackedBody* body = impl_->bodies().find(object)) return body->id;
   return Error{
       "BulletBridge: this object has not been in the world for a substep; expected one "

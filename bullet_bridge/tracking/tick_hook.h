@@ -4,6 +4,8 @@
 
 namespace carom::bullet {
 
+class WorldTap;
+
 /// Calls back at the start and at the end of every internal substep of a world, and leaves the
 /// world's own slots to its host.
 ///
@@ -13,8 +15,10 @@ namespace carom::bullet {
 /// alone. When the host sets its own callback later, the hook loses the start of one substep, then
 /// takes the slot again (`startsMissed`).
 ///
-/// One hook per world. [physics thread]. The world must outlive the hook.
-class TickHook : private btActionInterface {
+/// One hook per world. It may detach, and be destroyed, in any callback of a substep, if it
+/// outlives its own (`onStepStart`, `onStepEnd`). The world may die first (see WorldGuard).
+/// [physics thread]
+class TickHook {
  public:
   /// dt is the substep, in seconds.
   virtual void onStepStart(double dt) = 0;
@@ -25,22 +29,24 @@ class TickHook : private btActionInterface {
   TickHook(const TickHook&) = delete;
   TickHook& operator=(const TickHook&) = delete;
 
- protected:
-  explicit TickHook(btDynamicsWorld& world);
-  ~TickHook() override;
+  /// Ends the callbacks, and gives the world back what the hook has taken: at the end of the
+  /// substep if one is under way. Does nothing the second time.
+  void detach();
+  /// False once the world has died, or the hook is detached.
+  bool isAttached() const { return tap_ != nullptr; }
 
-  btDynamicsWorld& world() const { return world_; }
+ protected:
+  explicit TickHook(btDiscreteDynamicsWorld& world);
+  virtual ~TickHook() { detach(); }
+
+  btDiscreteDynamicsWorld& world() const { return world_; }
   int startsMissed() const { return startsMissed_; }
 
  private:
-  static void preTick(btDynamicsWorld* world, btScalar dt);
-  void updateAction(btCollisionWorld* world, btScalar dt) final;
-  void debugDraw(btIDebugDraw*) final {}
-  void takeSlot();
+  friend class WorldTap;
 
-  btDynamicsWorld& world_;
-  btInternalTickCallback next_ = nullptr;  // callback that was in the slot before
-  bool started_ = false;                   // preTick was called for the substep under way
+  btDiscreteDynamicsWorld& world_;
+  WorldTap* tap_;  // belongs to the world; null once it no longer calls
   int startsMissed_ = 0;
 };
 

@@ -10,53 +10,57 @@ using namespace plugin;
 
 namespace {
 
-/// The session of a Sound, which attach makes.
-WorldSession& worldOf(SoundSession& session) {
-  return static_cast<WorldSession&>(session);
+/// Runs `action` on the session of a Sound, which attach makes, as onOpen does.
+template <class Action>
+Status onWorld(const std::shared_ptr<SoundSession>& session, const Action& action) {
+  return onOpen(session,
+                [&](SoundSession& open) { return action(static_cast<WorldSession&>(open)); });
 }
 
 }  // namespace
 
-Sound::Sound(std::unique_ptr<SoundSession> session) : SoundOutput(std::move(session)) {}
+Sound::Sound(std::shared_ptr<SoundSession> session) : SoundOutput(std::move(session)) {}
 
 Result<Sound> Sound::attach(btDynamicsWorld& world, const SoundSettings& settings,
                             const WorldSoundSettings& worldSettings) {
-  auto session = std::make_unique<WorldSession>(world, settings, worldSettings);
-  WorldSession& attached = *session;
-  if (const Status prepared = attached.prepare(); !prepared) return prepared.error();
-  Sound sound(std::move(session));
-  if (settings.play)
-    if (const Status playing = sound.play(); !playing) return playing.error();
-  if (const Status following = attached.attach(); !following) return following.error();
-  // The recording comes last: once begun, it replaces the file, whatever comes of the rest.
-  if (!settings.record.empty())
-    if (const Status recording = sound.record(settings.record); !recording)
-      return recording.error();
+  const auto session = std::make_shared<WorldSession>(world, settings, worldSettings);
+  if (const Status prepared = session->told(session->prepare()); !prepared) return prepared.error();
+  if (const Status following = session->told(session->attach()); !following)
+    return following.error();
+  Sound sound(session);
+  if (const Status begun = session->told(session->begin()); !begun) return begun.error();
   return sound;
 }
 
 Status Sound::assign(const btCollisionObject& object, const BodySound& sound) {
-  return worldOf(*session_).assign(object, sound);
+  return onWorld(session_, [&](WorldSession& world) { return world.assign(object, sound); });
 }
 Status Sound::assign(const btCollisionShape& shape, const BodySound& sound) {
-  return worldOf(*session_).assign(shape, sound);
+  return onWorld(session_, [&](WorldSession& world) { return world.assign(shape, sound); });
 }
 Status Sound::assign(UserIndex userIndex, const BodySound& sound) {
-  return worldOf(*session_).assign(userIndex, sound);
+  return onWorld(session_, [&](WorldSession& world) { return world.assign(userIndex, sound); });
 }
 
 Status Sound::unassign(const btCollisionObject& object) {
-  return worldOf(*session_).unassign(object);
+  return onWorld(session_, [&](WorldSession& world) { return world.unassign(object); });
 }
 Status Sound::unassign(const btCollisionShape& shape) {
-  return worldOf(*session_).unassign(shape);
+  return onWorld(session_, [&](WorldSession& world) { return world.unassign(shape); });
 }
 Status Sound::unassign(UserIndex userIndex) {
-  return worldOf(*session_).unassign(userIndex);
+  return onWorld(session_, [&](WorldSession& world) { return world.unassign(userIndex); });
 }
 
 void Sound::prepare() {
-  worldOf(*session_).readBodies();
+  if (session_) static_cast<WorldSession&>(*session_).readBodies();
+}
+
+Status Sound::onCollision(std::function<void(const SoundCollision&)> function) {
+  return onWorld(session_, [&](WorldSession& world) -> Status {
+    world.onCollision(std::move(function));
+    return std::monostate{};
+  });
 }
 
 }  // namespace carom

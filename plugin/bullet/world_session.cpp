@@ -1,5 +1,7 @@
 #include "plugin/bullet/world_session.h"
 
+#include <algorithm>
+#include <cmath>
 #include <unordered_set>
 #include <utility>
 
@@ -70,23 +72,80 @@ void WorldSession::predictFirstBlow(const ListenerPose& listener) {
 
 /// Posts the bridge's events and contacts at the end of a substep.
 void WorldSession::postSubstep() {
+  const auto kept = shared_from_this();  // the host's function may end the sound
   placeListener();
   postEvents();
   postContacts();
   bridge_->clear();
   advanceTo(bridge_->time());
   forgetRemoved();
+  report();
 }
 
 void WorldSession::postEvents() {
+  bool isFirst = false;  // of the two shares of a collision, which come one after the other
   for (const ImpulseEvent& event : bridge_->events()) {
     isQuiet_ = false;
+    isFirst = !isFirst;
     if (!isRead(event.body) || !isRead(event.other)) readNew();
-    if (isSilent(event.body) || isSilent(event.other))
+    if (isSilent(event.body) || isSilent(event.other)) {
       ++silenced_;
-    else
+    } else {
       post(event);
+      if (onCollision_) note(event, isFirst);
+    }
   }
+}
+
+void WorldSession::onCollision(std::function<void(const SoundCollision&)> function) {
+  onCollision_ = nullptr;
+  if (!function) return;
+  listen();
+  onCollision_ = std::make_shared<const std::function<void(const SoundCollision&)>>(function);
+}
+
+/// Notes a share for `report`: the first one of a collision, or the other one of the latest.
+void WorldSession::note(const ImpulseEvent& share, bool isFirst) {
+  if (isFirst) {
+    const bool isApplied =
+        settings.synth.impulse == ImpulseChoice::applied && share.hasAppliedImpulse;
+    reports_.push_back(
+        {.collision = {.time = share.time,
+                       .position = share.position,
+                       .normal = share.normal,
+                       .impulse = (isApplied ? share.appliedImpulse : share.impulse).norm(),
+                       .approachSpeed = share.approachSpeed},
+         .body = share.body,
+         .other = share.other,
+         .peaks = std::vector<double>(settings.listeners.size())});
+  }
+  if (bounds && !reports_.empty()) bounds->add(share, reports_.back().peaks);
+}
+
+/// Tells the host of the collisions that were noted, until it ends the sound.
+void WorldSession::report() {
+  if (std::exchange(isReporting_, true)) return;
+  std::vector<Report> noted = std::exchange(reports_, {});
+  for (Report& collision : noted) {
+    if (!bridge_ || !onCollision_) break;
+    tell(collision);
+  }
+  isReporting_ = false;
+}
+
+void WorldSession::tell(Report& report) {
+  constexpr double kHearing = 2e-5;  // Pa, 0 dB
+  std::vector<HeardCollision> heard;
+  SoundCollision& collision = report.collision;
+  for (const double peak : report.peaks) {
+    heard.push_back({peak, 20.0 * std::log10(peak / kHearing)});
+    collision.peak = std::max(collision.peak, peak);
+  }
+  collision.heard = heard;
+  collision.body = bridge_->bodyOf(report.body);
+  collision.other = bridge_->bodyOf(report.other);
+  const auto function = onCollision_;
+  (*function)(collision);
 }
 
 void WorldSession::postContacts() {
@@ -95,9 +154,14 @@ void WorldSession::postContacts() {
 }
 
 Status WorldSession::close() {
+  const auto kept = shared_from_this();  // the host's function may end the sound
   if (bridge_) {
     bridge_->flush();
     postEvents();
+    bridge_->clear();
+    report();
+  }
+  if (bridge_) {
     unsupported_ = bridge_->counters().unsupported;
     bridge_.reset();
   }
@@ -106,7 +170,9 @@ Status WorldSession::close() {
 
 /// For each part, what is assigned to the body goes before its shape's, and that before its user
 /// index's.
-BodySound WorldSession::assignedTo(const KnownBody& body, const btCollisionObject& object) const {
+BodySound WorldSession::assignedTo(const KnownBody& body, const btCollisionObject& object) {
+  if (ofUserIndex_.contains(object.getUserIndex())) usedIndices_.insert(object.getUserIndex());
+  if (ofShape_.contains(object.getCollisionShape())) usedShapes_.insert(object.getCollisionShape());
   BodySound all;
   mergeFrom(ofUserIndex_, object.getUserIndex(), all);
   mergeFrom(ofShape_, object.getCollisionShape(), all);
@@ -140,7 +206,9 @@ void WorldSession::read(BodyId id, const btCollisionObject& object) {
   // The model of a body that does not move is in the frame of its shape, wherever its centre of
   // mass may be.
   if (object.isStaticOrKinematicObject()) reading.sound.modalOrigin = Vec3::Zero();
-  (void)setBody(id, reading.sound);  // refused: its events are counted as rejected
+  const Status accepted = setBody(id, reading.sound);
+  known.isRefused = !accepted;
+  if (!accepted) unsolvedReason_ = accepted.error().message;
 }
 
 void WorldSession::readPresent() {
@@ -150,6 +218,7 @@ void WorldSession::readPresent() {
 }
 
 void WorldSession::readNew() {
+  if (!hasWorld()) return;
   const std::uint64_t before = reader_.solved();
   const auto& objects = world_.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i) {
@@ -160,7 +229,7 @@ void WorldSession::readNew() {
 }
 
 void WorldSession::readBodies() {
-  if (!bridge_) return;
+  if (!hasWorld()) return;
   readPresent();
   const auto& objects = world_.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i)
@@ -186,13 +255,19 @@ void WorldSession::forgetRemoved() {
   });
 }
 
+Status WorldSession::requireWorld() const {
+  if (Status open = requireOpen(); !open) return open;
+  if (!hasWorld()) return Error{"sound: its world has been destroyed; attach another"};
+  return std::monostate{};
+}
+
 Status WorldSession::requirePresent(const btCollisionObject& object) const {
   if (isIn(world_, object)) return std::monostate{};
   return Error{"sound: this body is not in the world; add it before anything is assigned to it"};
 }
 
 Status WorldSession::assign(const btCollisionObject& object, const BodySound& sound) {
-  if (Status open = requireOpen(); !open) return open;
+  if (Status open = requireWorld(); !open) return open;
   const Result<BodySound> checked = resolved(sound);
   if (!checked) return checked.error();
   if (Status present = requirePresent(object); !present) return present;
@@ -204,7 +279,7 @@ Status WorldSession::assign(const btCollisionObject& object, const BodySound& so
 }
 
 Status WorldSession::assign(const btCollisionShape& shape, const BodySound& sound) {
-  if (Status open = requireOpen(); !open) return open;
+  if (Status open = requireWorld(); !open) return open;
   const Result<BodySound> checked = resolved(sound);
   if (!checked) return checked.error();
   merge(ofShape_[&shape], *checked);
@@ -213,7 +288,7 @@ Status WorldSession::assign(const btCollisionShape& shape, const BodySound& soun
 }
 
 Status WorldSession::assign(UserIndex userIndex, const BodySound& sound) {
-  if (Status open = requireOpen(); !open) return open;
+  if (Status open = requireWorld(); !open) return open;
   const Result<BodySound> checked = resolved(sound);
   if (!checked) return checked.error();
   merge(ofUserIndex_[userIndex.value], *checked);
@@ -222,7 +297,7 @@ Status WorldSession::assign(UserIndex userIndex, const BodySound& sound) {
 }
 
 Status WorldSession::unassign(const btCollisionObject& object) {
-  if (Status open = requireOpen(); !open) return open;
+  if (Status open = requireWorld(); !open) return open;
   if (Status present = requirePresent(object); !present) return present;
   unseen_.erase(&object);
   if (const Result<BodyId> id = bridge_->bodyId(object)) {
@@ -233,15 +308,34 @@ Status WorldSession::unassign(const btCollisionObject& object) {
 }
 
 Status WorldSession::unassign(const btCollisionShape& shape) {
-  if (Status open = requireOpen(); !open) return open;
+  if (Status open = requireWorld(); !open) return open;
+  usedShapes_.erase(&shape);
   if (ofShape_.erase(&shape) > 0) readPresent();
   return std::monostate{};
 }
 
 Status WorldSession::unassign(UserIndex userIndex) {
-  if (Status open = requireOpen(); !open) return open;
+  if (Status open = requireWorld(); !open) return open;
+  usedIndices_.erase(userIndex.value);
   if (ofUserIndex_.erase(userIndex.value) > 0) readPresent();
   return std::monostate{};
+}
+
+/// Counts what is assigned to no body that was read, nor to one that is there.
+std::uint64_t WorldSession::unusedAssignments() const {
+  std::unordered_set<const btCollisionShape*> shapes;
+  std::unordered_set<int> indices;
+  for (const auto& [shape, sound] : ofShape_)
+    if (!usedShapes_.contains(shape)) shapes.insert(shape);
+  for (const auto& [index, sound] : ofUserIndex_)
+    if (!usedIndices_.contains(index)) indices.insert(index);
+  const bool mayBeUsed = hasWorld() && !(shapes.empty() && indices.empty());
+  for (int i = 0; mayBeUsed && i < world_.getNumCollisionObjects(); ++i) {
+    const btCollisionObject& object = *world_.getCollisionObjectArray()[i];
+    shapes.erase(object.getCollisionShape());
+    indices.erase(object.getUserIndex());
+  }
+  return shapes.size() + indices.size();
 }
 
 SoundStatistics WorldSession::statistics() const {
@@ -251,8 +345,10 @@ SoundStatistics WorldSession::statistics() const {
   all.solvedShapes = reader_.solved();
   all.shapesSolvedInStep = solvedInStep_;
   all.unsolvedReason = unsolvedReason_;
+  all.unusedAssignments = unusedAssignments();
   for (const auto& [id, known] : known_) {
     all.unsolvedBodies += known.isUnsolved ? 1 : 0;
+    all.refusedBodies += known.isRefused ? 1 : 0;
     all.links += known.isLink ? 1 : 0;
   }
   return all;

@@ -2,9 +2,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "carom/bullet/bullet_bridge.h"
@@ -25,7 +28,6 @@ class WorldSession final : public SoundSession {
         world_(world),
         worldSettings_(worldSettings),
         reader_(worldSettings.radiators) {}
-  ~WorldSession() override { (void)WorldSession::close(); }
 
   /// Follows the world's substeps from now on. Refuses what BulletBridge refuses.
   Status attach();
@@ -40,12 +42,15 @@ class WorldSession final : public SoundSession {
   Status unassign(UserIndex userIndex);
   /// Reads all bodies anew and solves their shapes.
   void readBodies();
+  /// As Sound::onCollision.
+  void onCollision(std::function<void(const SoundCollision&)> function);
 
  private:
   /// A body with an id.
   struct KnownBody {
     BodySound assigned;  // to this body
     bool isUnsolved = false;
+    bool isRefused = false;
     bool isLink = false;
   };
   /// The sound assigned to a body that no substep has seen yet, and that so has no id. Another body
@@ -55,11 +60,25 @@ class WorldSession final : public SoundSession {
     BodySound assigned;
   };
 
+  /// A collision that the host has yet to be told of.
+  struct Report {
+    SoundCollision collision;
+    BodyId body = 0;
+    BodyId other = 0;
+    std::vector<double> peaks;  // Pa, by listener
+  };
+
   void postSubstep();
   void placeListener();
   void predictFirstBlow(const ListenerPose& listener);
   void postEvents();
   void postContacts();
+  void note(const ImpulseEvent& share, bool isFirst);
+  void report();
+  void tell(Report& report);
+  bool hasWorld() const { return bridge_ && bridge_->isAttached(); }
+  Status requireWorld() const;
+  std::uint64_t unusedAssignments() const;
   bool isRead(BodyId id) const { return id < isRead_.size() && isRead_[id]; }
   bool isSilent(BodyId id) const { return id < isSilent_.size() && isSilent_[id]; }
   Status requirePresent(const btCollisionObject& object) const;
@@ -67,7 +86,7 @@ class WorldSession final : public SoundSession {
   void readNew();
   void read(BodyId id, const btCollisionObject& object);
   void mergeUnseen(const btCollisionObject& object, BodySound& assigned);
-  BodySound assignedTo(const KnownBody& body, const btCollisionObject& object) const;
+  BodySound assignedTo(const KnownBody& body, const btCollisionObject& object);
   void forgetRemoved();
 
   btDynamicsWorld& world_;
@@ -80,7 +99,13 @@ class WorldSession final : public SoundSession {
   std::unordered_map<const btCollisionShape*, BodySound> ofShape_;
   std::unordered_map<int, BodySound> ofUserIndex_;
   AutomaticListener listener_;
+  std::unordered_set<const btCollisionShape*> usedShapes_;  // of ofShape_, by a body that was read
+  std::unordered_set<int> usedIndices_;                     // of ofUserIndex_
   std::string unsolvedReason_;
+  /// Shared, as it may be replaced while it runs; null for none.
+  std::shared_ptr<const std::function<void(const SoundCollision&)>> onCollision_;
+  std::vector<Report> reports_;
+  bool isReporting_ = false;
   std::uint64_t solvedInStep_ = 0;
   std::uint64_t unsupported_ = 0;
   std::uint64_t silenced_ = 0;

@@ -12,6 +12,7 @@
 #include <type_traits>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include <LinearMath/btScalar.h>
 
@@ -289,6 +290,25 @@ carom_status carom_prepare_bodies(carom_sound* sound) noexcept {
   });
 }
 
+carom_status carom_on_collision(carom_sound* sound, carom_collision_function function,
+                                void* user) noexcept {
+  return onKind<Sound>(sound, [&](Sound& world) {
+    if (function == nullptr) return world.onCollision(nullptr);
+    return world.onCollision([function, user](const carom::SoundCollision& collision) {
+      std::vector<double> peaks;
+      std::vector<double> levels;
+      for (const carom::HeardCollision& heard : collision.heard) {
+        peaks.push_back(heard.peak);
+        levels.push_back(heard.level);
+      }
+      carom_collision shown = toC(collision);
+      shown.peaks = peaks.data();
+      shown.levels = levels.data();
+      function(user, &shown);
+    });
+  });
+}
+
 carom_status carom_set_listener(carom_sound* sound, size_t listener, const double position[3],
                                 const double orientation[4]) noexcept {
   if (position == nullptr) return isNull("the position of the listener is NULL");
@@ -315,6 +335,10 @@ carom_status carom_set_time_scale(carom_sound* sound, double scale) noexcept {
 
 carom_status carom_play(carom_sound* sound) noexcept {
   return onAny(sound, CAROM_ERROR_DEVICE, [](SoundOutput& output) { return output.play(); });
+}
+
+int32_t carom_is_playing(const carom_sound* sound) noexcept {
+  return sound != nullptr && sound->output().isPlaying() ? 1 : 0;
 }
 
 carom_status carom_prepare_rendering(carom_sound* sound, double sample_rate) noexcept {

@@ -194,6 +194,9 @@ Result<SoundSettings> soundFrom(const carom_settings& input) {
   settings.level = static_cast<Level>(input.level);
   if (input.full_scale != 0.0) settings.fullScale = input.full_scale;
   if (input.limiter != 0) settings.limiter = limiterFrom(input);
+  if (input.on_message != nullptr)
+    settings.onMessage = [told = input.on_message, user = input.message_user](
+                             const std::string& sentence) { told(user, sentence.c_str()); };
   return settings;
 }
 

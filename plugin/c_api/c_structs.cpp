@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "audio/model/immortal.h"
 #include "carom/audio/sound_body.h"
 #include "plugin/c_api/c_handles.h"
 #include "plugin/realtime/statistics_fields.h"
@@ -31,6 +32,20 @@ constexpr std::array kShownCounts = {
     ShownStatistic<std::uint64_t>{&SoundStatistics::events, &carom_statistics::events},
     ShownStatistic<std::uint64_t>{&SoundStatistics::immovable, &carom_statistics::immovable},
     ShownStatistic<std::uint64_t>{&SoundStatistics::rejected, &carom_statistics::rejected},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::rejectedNotFinite,
+                                  &carom_statistics::rejected_not_finite},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::rejectedUnknownBody,
+                                  &carom_statistics::rejected_unknown_body},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::rejectedNoContact,
+                                  &carom_statistics::rejected_no_contact},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::rejectedTooLong,
+                                  &carom_statistics::rejected_too_long},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::rejectedTooFar,
+                                  &carom_statistics::rejected_too_far},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::refusedBodies,
+                                  &carom_statistics::refused_bodies},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::unusedAssignments,
+                                  &carom_statistics::unused_assignments},
     ShownStatistic<std::uint64_t>{&SoundStatistics::skipped, &carom_statistics::skipped},
     ShownStatistic<std::uint64_t>{&SoundStatistics::silenced, &carom_statistics::silenced},
     ShownStatistic<std::uint64_t>{&SoundStatistics::inaudible, &carom_statistics::inaudible},
@@ -92,12 +107,12 @@ carom_roughness toC(const Roughness& roughness) {
 
 /// Returns the roughness of a built-in material, which lives for ever; NULL for another one.
 const carom_roughness* builtInRoughness(const std::string& name) {
-  static const std::vector<carom_roughness> all = [] {
+  static const std::vector<carom_roughness>& all = audio::immortal([] {
     std::vector<carom_roughness> table;
     for (const Material& material : builtInMaterials())
       table.push_back(toC(material.roughness));
     return table;
-  }();
+  });
   const auto materials = builtInMaterials();
   const auto found = std::ranges::find(materials, name, &Material::name);
   return found == materials.end() ? nullptr
@@ -320,6 +335,22 @@ carom_material toC(const Material& material) {
           .damping_alpha = material.dampingAlpha,
           .damping_beta = material.dampingBeta,
           .roughness = builtInRoughness(material.name)};
+}
+
+carom_collision toC(const SoundCollision& collision) {
+  auto shown = zeroed<carom_collision>();
+  shown.time = collision.time;
+  shown.body = collision.body;
+  shown.other = collision.other;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    shown.position[axis] = collision.position[axis];
+    shown.normal[axis] = collision.normal[axis];
+  }
+  shown.impulse = collision.impulse;
+  shown.approach_speed = collision.approachSpeed;
+  shown.peak = collision.peak;
+  shown.listener_count = collision.heard.size();
+  return shown;
 }
 
 carom_statistics toC(const SoundStatistics& statistics) {

@@ -36,5 +36,7 @@ Result<SurfaceMesh> meshFrom(const carom_mesh& input);
 /// Converts a built-in material, whose name and roughness live for ever.
 carom_material toC(const Material& material);
 carom_statistics toC(const SoundStatistics& statistics);
+/// Converts all but the arrays, which are left NULL.
+carom_collision toC(const SoundCollision& collision);
 
 }  // namespace carom::plugin

@@ -23,6 +23,7 @@ CAROM_ENDS_WITH(carom_surface, absorption);
 CAROM_ENDS_WITH(carom_settings, reserved);
 CAROM_ENDS_WITH(carom_settings, modes);
 CAROM_ENDS_WITH(carom_settings, level);
+CAROM_ENDS_WITH(carom_settings, message_user);
 CAROM_ENDS_WITH(carom_roughness, hurst);
 CAROM_ENDS_WITH(carom_material, restitution);
 CAROM_ENDS_WITH(carom_material, damping_beta);
@@ -37,7 +38,8 @@ CAROM_ENDS_WITH(carom_contact, reserved);
 CAROM_ENDS_WITH(carom_statistics, unsupported_contacts);
 CAROM_ENDS_WITH(carom_statistics, modes);
 CAROM_ENDS_WITH(carom_statistics, undersampled);
-CAROM_ENDS_WITH(carom_statistics, peak_sample);
+CAROM_ENDS_WITH(carom_statistics, unused_assignments);
+CAROM_ENDS_WITH(carom_collision, listener_count);
 #undef CAROM_ENDS_WITH
 
 Status checkSize(const void* callers, std::span<const std::size_t> sizes, const std::string& name) {

@@ -29,9 +29,9 @@ template <>
 inline constexpr std::array kSizes<carom_listener> = {offsetof(carom_listener, sofa_file),
                                                       sizeof(carom_listener)};
 template <>
-inline constexpr std::array kSizes<carom_settings> = {offsetof(carom_settings, ringing_bodies),
-                                                      offsetof(carom_settings, sliding_contacts),
-                                                      sizeof(carom_settings)};
+inline constexpr std::array kSizes<carom_settings> = {
+    offsetof(carom_settings, ringing_bodies), offsetof(carom_settings, sliding_contacts),
+    offsetof(carom_settings, on_message), sizeof(carom_settings)};
 template <>
 inline constexpr std::array kSizes<carom_material> = {offsetof(carom_material, damping_alpha),
                                                       offsetof(carom_material, roughness),

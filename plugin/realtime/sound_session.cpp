@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <numbers>
 #include <span>
 #include <string>
 #include <utility>
 
+#include "audio/model/immortal.h"
+#include "audio/model/mutex.h"
 #include "plugin/realtime/statistics_fields.h"
 
 namespace carom {
@@ -71,6 +74,105 @@ void follow(Synthesis& synthesis, std::size_t listener, const ListenerPose& pose
   if (!synthesis.moveListener(listener, pose)) (void)synthesis.placeListener(listener, pose);
 }
 
+/// Ceiling of the limiter behind an automatic level: -1 dB.
+constexpr float kAutomaticCeiling = 0.8912509F;
+
+/// Gives an automatic level its limiter, unless there is one.
+void limitAutomatic(SoundSettings& settings) {
+  if (settings.level != Level::automatic || settings.limiter) return;
+  settings.limiter.emplace();
+  settings.limiter->ceiling = kAutomaticCeiling;
+}
+
+/// Returns the settings for a device: with its rate, in real time, with a level and a limiter.
+SoundSettings deviceSettings(SoundSettings settings, double sampleRate) {
+  settings.synth.sampleRate = sampleRate;
+  settings.clock = SoundClock::realTime;
+  if (settings.level == Level::standard)
+    settings.level = settings.fullScale ? Level::fixed : Level::automatic;
+  limitAutomatic(settings);
+  if (!settings.fullScale) settings.fullScale = kDeviceFullScale;
+  if (!settings.limiter) settings.limiter.emplace();
+  return settings;
+}
+
+/// Renders for a device that has only left and right: the first listener's channels.
+class StereoFold {
+ public:
+  StereoFold(std::size_t channels, bool isStereo)
+      : channels_(channels), right_(isStereo ? 1 : 0), block_(channels * kFrames) {}
+
+  void operator()(SoundEngine& engine, float* samples, std::size_t frames) noexcept {
+    for (std::size_t done = 0; done < frames;) {
+      const std::size_t part = std::min(kFrames, frames - done);
+      engine.renderInterleaved(block_.data(), part);
+      for (std::size_t frame = 0; frame < part; ++frame) {
+        samples[2 * (done + frame)] = block_[frame * channels_];
+        samples[2 * (done + frame) + 1] = block_[frame * channels_ + right_];
+      }
+      done += part;
+    }
+  }
+
+ private:
+  static constexpr std::size_t kFrames = 256;
+  std::size_t channels_;
+  std::size_t right_;
+  std::vector<float> block_;
+};
+
+/// Most sentences that one sound tells: a host that refuses nothing else need not read more.
+constexpr std::size_t kMostMessages = 100;
+
+/// A mark of the present thread: its address differs from those of others.
+const void* presentThread() {
+  static thread_local char mark = 0;
+  return &mark;
+}
+
+/// The recordings under way, to be finished when the process exits without destroying their sounds.
+class OpenRecordings {
+ public:
+  static OpenRecordings& instance() {
+    static OpenRecordings& all = immortal([] { return OpenRecordings(); });
+    return all;
+  }
+  void add(SoundSession& session) {
+    const MutexLock lock(mutex_);
+    if (!std::exchange(isAwaitingExit_, true))
+      std::atexit([] { OpenRecordings::instance().finish(); });
+    threads_[&session] = presentThread();
+  }
+  void remove(SoundSession& session) {
+    const MutexLock lock(mutex_);
+    threads_.erase(&session);
+  }
+
+ private:
+  /// Finishes those of this thread: others may still be at work.
+  void finish() {
+    for (;;) {
+      SoundSession* const session = take();
+      if (session == nullptr) return;
+      if (const Status finished = session->finishRecording(); !finished)
+        std::fprintf(stderr, "carom: %s\n", finished.error().message.c_str());
+    }
+  }
+  SoundSession* take() {
+    const MutexLock lock(mutex_);
+    const auto found = std::ranges::find(threads_, presentThread(),
+                                         [](const auto& entry) { return entry.second; });
+    if (found == threads_.end()) return nullptr;
+    SoundSession* const session = found->first;
+    threads_.erase(found);
+    return session;
+  }
+
+  Mutex mutex_;
+  std::map<SoundSession*, const void*> threads_;
+  bool isAwaitingExit_ = false;
+};
+
 }  // namespace
 
 SoundSession::SoundSession(const SoundSettings& soundSettings)
@@ -79,10 +181,21 @@ SoundSession::SoundSession(const SoundSettings& soundSettings)
   poses.resize(settings.listeners.size());
 }
 
-Result<std::unique_ptr<SoundSession>> SoundSession::create(const SoundSettings& soundSettings) {
-  auto session = std::make_unique<SoundSession>(soundSettings);
-  if (const Status prepared = session->prepare(); !prepared) return prepared.error();
-  return session;
+SoundSession::~SoundSession() {
+  (void)told(finishRecording());
+}
+
+Status SoundSession::told(Status outcome) {
+  if (!outcome) tell(outcome.error().message);
+  return outcome;
+}
+
+void SoundSession::tell(const std::string& sentence) {
+  if (messages.size() >= kMostMessages || !messages.insert(sentence).second) return;
+  if (settings.onMessage)
+    settings.onMessage(sentence);
+  else
+    std::fprintf(stderr, "carom: %s\n", sentence.c_str());
 }
 
 Status SoundSession::prepare() {
@@ -122,6 +235,7 @@ Status SoundSession::setBody(BodyId id, const SoundBody& body) {
   bodies.insert_or_assign(id, body);
   if (recorder)
     if (Status set = recorder->synth().setBody(id, body); !set) return set;
+  if (bounds) (void)bounds->scheduler().setBody(id, body);
   if (engine) return engine->scheduler().setBody(id, body);
   return std::monostate{};
 }
@@ -130,6 +244,7 @@ void SoundSession::removeBody(BodyId id) {
   bodies.erase(id);
   if (recorder) recorder->synth().removeBody(id);
   if (engine) engine->scheduler().removeBody(id);
+  if (bounds) bounds->scheduler().removeBody(id);
 }
 
 void SoundSession::predict(double pressure) {
@@ -149,6 +264,7 @@ void SoundSession::moveListeners() {
     if (!std::exchange(known.isNew, false)) continue;
     if (recorder) follow(recorder->synth(), listener, known.pose);
     if (engine) follow(engine->scheduler(), listener, known.pose);
+    if (bounds) follow(bounds->scheduler(), listener, known.pose);
   }
 }
 
@@ -158,6 +274,12 @@ void SoundSession::bring(Layer& layer) const {
     (void)layer.setBody(id, body);  // has been accepted before
   for (std::size_t listener = 0; listener < poses.size(); ++listener)
     if (poses[listener].isKnown) (void)layer.placeListener(listener, poses[listener].pose);
+}
+
+void SoundSession::listen() {
+  if (bounds) return;
+  bounds = std::make_unique<PressureBounds>(*makeSoundPaths(settings.synth, settings.listeners));
+  bring(bounds->scheduler());
 }
 
 void SoundSession::post(const ImpulseEvent& event) {
@@ -178,6 +300,7 @@ void SoundSession::advanceTo(double seconds) {
     for (KnownPose& known : poses)
       known.pose.time = seconds;
     if (engine) bring(engine->scheduler());
+    if (bounds) bring(bounds->scheduler());
   }
   if (recorder && SoundRecorder::isLeap(time, seconds)) {
     recorder->startAt(seconds);
@@ -189,7 +312,9 @@ void SoundSession::advanceTo(double seconds) {
 }
 
 Status SoundSession::makeEngine(const SoundSettings& engineSettings) {
-  Result<std::unique_ptr<SoundEngine>> made = SoundEngine::create(engineSettings);
+  SoundSettings limited = engineSettings;
+  limitAutomatic(limited);
+  Result<std::unique_ptr<SoundEngine>> made = SoundEngine::create(limited);
   if (!made) return Error{"sound: " + made.error().message};
   stop();
   engine = *std::move(made);
@@ -200,6 +325,27 @@ Status SoundSession::makeEngine(const SoundSettings& engineSettings) {
   engine->predict(predicted);
   bring(engine->scheduler());
   return std::monostate{};
+}
+
+Status SoundSession::play() {
+  if (device) return std::monostate{};
+  if (engine)
+    return Error{"sound: samples are pulled by the host (prepareRendering); stop before play"};
+  Result<AudioDevice> opened = AudioDevice::open(settings.synth.sampleRate);
+  if (!opened) return Error{"sound: " + opened.error().message};
+  const SoundSettings wanted = deviceSettings(settings, opened->sampleRate());
+  if (Status made = makeEngine(wanted); !made) return made;
+  device = *std::move(opened);
+  const bool isStereo = carom::channelCount(wanted.listeners.front()) == 2;
+  device->start(
+      [source = engine.get(), fold = StereoFold(channels, isStereo)](
+          float* samples, std::size_t frames) mutable { fold(*source, samples, frames); });
+  return std::monostate{};
+}
+
+Status SoundSession::begin() {
+  if (settings.play) (void)told(play());
+  return settings.record.empty() ? std::monostate{} : record(settings.record);
 }
 
 void SoundSession::stop() {
@@ -213,6 +359,7 @@ Status SoundSession::record(const std::filesystem::path& file) {
   Result<SoundRecorder> made = SoundRecorder::create(file, settings);
   if (!made) return made.error();
   recorder = *std::move(made);
+  OpenRecordings::instance().add(*this);
   recorder->startAt(time);
   bring(recorder->synth());
   return std::monostate{};
@@ -220,6 +367,7 @@ Status SoundSession::record(const std::filesystem::path& file) {
 
 Status SoundSession::finishRecording() {
   if (!recorder) return std::monostate{};
+  OpenRecordings::instance().remove(*this);
   Status finished = recorder->finish(time);
   addEarlier(earlier, recordingStatistics());
   recorder.reset();
@@ -244,7 +392,7 @@ SoundStatistics SoundSession::statistics() const {
 void SoundSession::warnUnseen() {
   if (std::exchange(hasShownWarning, true)) return;
   const std::string warning = SoundSession::statistics().warning;
-  if (!warning.empty()) std::fprintf(stderr, "carom: %s\n", warning.c_str());
+  if (!warning.empty()) tell(warning);
 }
 
 }  // namespace plugin

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "carom/audio/contact_state.h"
@@ -16,6 +17,7 @@
 #include "carom/audio/sound_body.h"
 #include "carom/sound_settings.h"
 #include "plugin/realtime/audio_device.h"
+#include "plugin/realtime/pressure_bounds.h"
 #include "plugin/realtime/sound_engine.h"
 #include "plugin/realtime/sound_recorder.h"
 
@@ -24,7 +26,7 @@ namespace carom::plugin {
 /// The state behind a SoundOutput, whose functions work on it: bodies, listeners, the engine for
 /// samples that are pulled, and the recording. The vocabulary of EventSound feeds both. A session
 /// of a Bullet world (WorldSession) adds where events come from. [simulation thread]
-struct SoundSession {
+struct SoundSession : std::enable_shared_from_this<SoundSession> {
   /// The pose that setListener was given last.
   struct KnownPose {
     ListenerPose pose;
@@ -32,23 +34,25 @@ struct SoundSession {
     bool isNew = false;  ///< the outputs do not know it yet
   };
 
-  /// Makes a session that is ready for events. Refuses what EventSound::create refuses, but neither
-  /// plays nor records yet.
-  static Result<std::unique_ptr<SoundSession>> create(const SoundSettings& soundSettings);
-
   explicit SoundSession(const SoundSettings& soundSettings);
-  virtual ~SoundSession() { (void)SoundSession::close(); }
+  virtual ~SoundSession();
   SoundSession(const SoundSession&) = delete;
   SoundSession& operator=(const SoundSession&) = delete;
 
   /// Checks the settings and counts the channels.
   Status prepare();
+  /// Tells the sentence of an outcome that is an error, unless it has been told; see
+  /// SoundSettings::onMessage. Returns the outcome.
+  Status told(Status outcome);
+  void tell(const std::string& sentence);
   /// Returns an error if the session is closed.
   Status requireOpen() const;
   virtual Status close();
 
   Status setBody(BodyId id, const SoundBody& body);
   void removeBody(BodyId id);
+  /// Begins to bound the pressure of events, for a host that is told of them.
+  void listen();
   void post(const ImpulseEvent& event);
   void updateContact(const ContactState& contact);
   void advanceTo(double seconds);
@@ -57,6 +61,10 @@ struct SoundSession {
   /// Sets the pose of a listener that there is, at the present time.
   void setPose(std::size_t listener, const Vec3& position, const Quat& orientation);
 
+  /// Begins the outputs that the settings ask for. A device that is refused is told of, and no
+  /// more. The recording comes last: once begun, it replaces the file, whatever comes of the rest.
+  Status begin();
+  Status play();
   Status makeEngine(const SoundSettings& engineSettings);
   void stop();
   Status record(const std::filesystem::path& file);
@@ -89,11 +97,27 @@ struct SoundSession {
   bool hasAutomaticListener = false;     ///< none was set, and setListener was not called yet
   double predicted = 0.0;                ///< Pa, peak of the first blow; 0 if nothing is predicted
   mutable bool hasShownWarning = false;  ///< to the host, or on stderr
-  SoundStatistics earlier;               ///< sums of engines and recordings that are over
-  bool hasPlayed = false;                ///< there was an engine
+  SoundStatistics earlier;         ///< sums of engines and recordings that are over
+  bool hasPlayed = false;          ///< there was an engine
+  std::set<std::string> messages;  ///< those that have been told
+  std::unique_ptr<PressureBounds> bounds;
   std::optional<SoundRecorder> recorder;
   std::unique_ptr<SoundEngine> engine;
   std::optional<AudioDevice> device;  ///< destroyed before the engine that it pulls from
 };
+
+/// The refusal of a SoundOutput without a session.
+inline Error movedFrom() {
+  return Error{"sound: this object was moved from; use the one that it was moved to"};
+}
+
+/// Runs `action`, which returns a Status, unless the sound is moved from or closed, and tells what
+/// is refused.
+template <class Session, class Action>
+Status onOpen(const std::shared_ptr<Session>& session, const Action& action) {
+  if (session == nullptr) return movedFrom();
+  Status open = session->requireOpen();
+  return session->told(open ? action(*session) : open);
+}
 
 }  // namespace carom::plugin

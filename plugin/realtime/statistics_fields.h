@@ -29,6 +29,11 @@ inline constexpr std::array kStatisticsCounts = {
     StatisticsField<std::uint64_t>{&SoundStatistics::events},
     StatisticsField<std::uint64_t>{&SoundStatistics::immovable},
     StatisticsField<std::uint64_t>{&SoundStatistics::rejected},
+    StatisticsField<std::uint64_t>{&SoundStatistics::rejectedNotFinite},
+    StatisticsField<std::uint64_t>{&SoundStatistics::rejectedUnknownBody},
+    StatisticsField<std::uint64_t>{&SoundStatistics::rejectedNoContact},
+    StatisticsField<std::uint64_t>{&SoundStatistics::rejectedTooLong},
+    StatisticsField<std::uint64_t>{&SoundStatistics::rejectedTooFar},
     StatisticsField<std::uint64_t>{&SoundStatistics::skipped},
     StatisticsField<std::uint64_t>{&SoundStatistics::silenced},
     StatisticsField<std::uint64_t>{&SoundStatistics::inaudible},
@@ -54,7 +59,9 @@ inline constexpr std::array kStatisticsCounts = {
     StatisticsField<std::uint64_t>{&SoundStatistics::shapesSolvedInStep},
     StatisticsField<std::uint64_t>{&SoundStatistics::unsolvedBodies},
     StatisticsField<std::uint64_t>{&SoundStatistics::links},
-    StatisticsField<std::uint64_t>{&SoundStatistics::unsupportedContacts}};
+    StatisticsField<std::uint64_t>{&SoundStatistics::unsupportedContacts},
+    StatisticsField<std::uint64_t>{&SoundStatistics::refusedBodies},
+    StatisticsField<std::uint64_t>{&SoundStatistics::unusedAssignments, Summation::latest}};
 
 inline constexpr std::array kStatisticsMeasures = {
     StatisticsField<double>{&SoundStatistics::cpuShare, Summation::latest},

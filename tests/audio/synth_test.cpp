@@ -533,8 +533,14 @@ TEST(Synth, BrokenEventsAreRejectedAndNeverSound) {
   const std::vector<ImpulseEvent> broken = brokenEvents();
   for (std::size_t index = 0; index < broken.size(); ++index) {
     synth.schedule(broken[index]);
-    EXPECT_EQ(synth.counters().rejected, index + 1) << "event " << index;
+    const SynthCounters& counts = synth.counters();
+    EXPECT_EQ(counts.rejected, index + 1) << "event " << index;
+    EXPECT_EQ(counts.rejectedNotFinite + counts.rejectedUnknownBody + counts.rejectedNoContact +
+                  counts.rejectedTooLong + counts.rejectedTooFar,
+              index + 1)
+        << "event " << index << " has no reason, or two";
   }
+  EXPECT_EQ(synth.counters().rejectedUnknownBody, 2u);
   EXPECT_EQ(synth.counters().events, 0u);
   EXPECT_EQ(peakOf(renderMono(synth, 4800)), 0.0);
 }

@@ -99,6 +99,8 @@ void printSound() {
   LAYOUT(MaterialChoice);
   LAYOUT(BodySound);
   LAYOUT(UserIndex);
+  LAYOUT(HeardCollision);
+  LAYOUT(SoundCollision);
   LAYOUT(SoundOutput);
   LAYOUT(EventSound);
   LAYOUT(Sound);

@@ -492,6 +492,13 @@ TEST(CStructs, EveryNumberOfStatisticsArrives) {
   input.modalVoicesExhausted = 25;
   input.ringing = 26;
   input.modes = 27;
+  input.rejectedNotFinite = 33;
+  input.rejectedUnknownBody = 34;
+  input.rejectedNoContact = 35;
+  input.rejectedTooLong = 36;
+  input.rejectedTooFar = 37;
+  input.refusedBodies = 38;
+  input.unusedAssignments = 39;
   const carom_statistics told = toC(input);
   EXPECT_EQ(told.events, 1u);
   EXPECT_EQ(told.immovable, 2u);
@@ -527,6 +534,13 @@ TEST(CStructs, EveryNumberOfStatisticsArrives) {
   EXPECT_EQ(told.peak_sample, 34);
   EXPECT_EQ(told.slides_left_out, 30u);
   EXPECT_EQ(told.silenced, 31u);
+  EXPECT_EQ(told.rejected_not_finite, 33u);
+  EXPECT_EQ(told.rejected_unknown_body, 34u);
+  EXPECT_EQ(told.rejected_no_contact, 35u);
+  EXPECT_EQ(told.rejected_too_long, 36u);
+  EXPECT_EQ(told.rejected_too_far, 37u);
+  EXPECT_EQ(told.refused_bodies, 38u);
+  EXPECT_EQ(told.unused_assignments, 39u);
 }
 
 TEST(CStructs, EveryNumberOfAMaterialArrivesAndComesBack) {

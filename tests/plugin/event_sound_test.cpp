@@ -467,6 +467,7 @@ TEST_P(DummyDevice, PlaysAndStopsAndPlaysAgain) {
   EventSound sound = made(near(SoundClock::realTime));
   for (int round = 0; round < 3; ++round) {
     ASSERT_TRUE(sound.play());
+    EXPECT_TRUE(sound.isPlaying());
     sound.advanceTo(sound.time() + 0.01);
     const SoundStatistics before = sound.statistics();
     setenv("SDL_AUDIODRIVER", "nosuchdriver", 1);
@@ -486,17 +487,25 @@ TEST_P(NoDevice, IsRefusedWithAReason) {
   EventSound sound = made(near(SoundClock::realTime));
   const Status played = sound.play();
   ASSERT_FALSE(played);
+  EXPECT_FALSE(sound.isPlaying());
   EXPECT_THAT(played.error().message, HasSubstr("audio device"));
+}
+
+// An application goes on where nothing can be heard; what it records is complete.
+TEST_P(NoDevice, IsToldAndNoMoreWhereTheSettingsAskForOne) {
+  const TemporaryFolder folder;
+  std::vector<std::string> told;
   SoundSettings settings = near(SoundClock::realTime);
   settings.play = true;
-  EXPECT_FALSE(EventSound::create(settings));
-  // A recording from before is still there.
-  const TemporaryFolder folder;
-  settings.record = folder / "kept.wav";
-  std::ofstream(settings.record) << "kept";
-  EXPECT_FALSE(EventSound::create(settings));
-  EXPECT_EQ(test::contents(settings.record), "kept");
-  EXPECT_EQ(folder.entries(), 1U);
+  settings.record = folder / "unheard.wav";
+  settings.onMessage = [&told](const std::string& sentence) { told.push_back(sentence); };
+  Result<EventSound> sound = EventSound::create(settings);
+  ASSERT_TRUE(sound);
+  EXPECT_FALSE(sound->isPlaying());
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_THAT(told[0], HasSubstr("audio device"));
+  EXPECT_TRUE(sound->close());
+  EXPECT_TRUE(std::filesystem::exists(settings.record));
 }
 INSTANTIATE_TEST_SUITE_P(Sdl, NoDevice, testing::Values("nosuchdriver"));
 

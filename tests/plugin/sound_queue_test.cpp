@@ -30,7 +30,14 @@ struct OwnedSound {
   std::vector<double> taps;
   std::vector<PulseNode> train;
 
-  ScheduledSound view() const { return {peak, clicks, ears, excitations, taps, train}; }
+  ScheduledSound view() const {
+    return {.peak = peak,
+            .clicks = clicks,
+            .ears = ears,
+            .excitations = excitations,
+            .taps = taps,
+            .train = train};
+  }
 };
 
 OwnedSound randomSound(Random& random, std::size_t modesOfBody) {

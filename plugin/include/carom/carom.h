@@ -9,7 +9,7 @@
 ///
 ///     carom_attach(world, NULL, &sound);   // each step of the world is followed from within
 ///     carom_play(sound);                   // or carom_prepare_rendering, or carom_record
-///     carom_destroy(sound);                // before the world goes
+///     carom_destroy(sound);                // before or after the world goes
 ///
 /// Or, with another engine:
 ///
@@ -25,7 +25,8 @@
 ///
 /// Errors. Every call that can fail returns a carom_status, and carom_last_message() then says what
 /// is wrong. A call that is refused has changed nothing. NULL where it is not said to be allowed,
-/// numbers out of range and structs of a wrong size are CAROM_ERROR_ARGUMENT. No exception leaves
+/// numbers out of range and structs of a wrong size are CAROM_ERROR_ARGUMENT. What a sound refuses
+/// is also told on standard error, or to carom_settings.on_message, once. No exception leaves
 /// this interface. A handle after carom_destroy is not checked.
 ///
 /// Threads. One thread at a time, that of the simulation, calls the functions of one handle.
@@ -221,6 +222,9 @@ typedef struct carom_surface {
   double absorption[CAROM_BAND_COUNT];  ///< 0 to 1 by octave
 } carom_surface;
 
+/// Told a sentence, which is valid during the call only; `user` is carom_settings.message_user.
+typedef void (*carom_message_function)(void* user, const char* sentence);
+
 /// The settings of a sound.
 typedef struct carom_settings {
   size_t size;                      ///< bytes, of this struct
@@ -261,6 +265,10 @@ typedef struct carom_settings {
   /// `pulse`; 0: not.
   int32_t dissipative;
   int32_t level;  ///< CAROM_LEVEL_...
+  /// Takes what there is to be told: each sentence of carom_last_message of a call on the sound
+  /// that is refused, once. NULL: a line on standard error. It must not call the sound.
+  carom_message_function on_message;
+  void* message_user;  ///< handed to `on_message`
 } carom_settings;
 
 /// The statistics of a rough surface.
@@ -415,7 +423,7 @@ typedef struct carom_statistics {
   size_t size;            ///< bytes, of this struct
   uint64_t events;        ///< shares of bodies that can move or ring, but for the next three
   uint64_t immovable;     ///< shares of bodies that no impulse moves and that do not ring
-  uint64_t rejected;      ///< not finite, unknown body, no approach, over 20 s
+  uint64_t rejected;      ///< never sounded: the sum of the counts that begin with rejected_
   uint64_t skipped;       ///< no samples were taken yet, or the simulation ran ahead of time
   uint64_t inaudible;     ///< left out: below the threshold at every listener
   uint64_t stolen;        ///< left out: the quietest, where more than `voices` waited
@@ -450,7 +458,36 @@ typedef struct carom_statistics {
   uint64_t undersampled;       ///< heard aliased: contacts shorter than 4 samples, sampled naively
   double peak;                 ///< Pa, the largest so far in any channel
   double peak_sample;          ///< the largest before a limiter, 1: full scale; 0: none is set
+  uint64_t rejected_not_finite;    ///< a number of the event is not finite
+  uint64_t rejected_unknown_body;  ///< a body was never set, was refused, or is removed
+  /// Nothing approaches, or no mass stands against it: a speed or mass not above 0, a radius below.
+  uint64_t rejected_no_contact;
+  uint64_t rejected_too_long;  ///< the contact would last more than 20 s
+  uint64_t rejected_too_far;   ///< samples or pressures cannot hold its time, place or force
+  // Bullet worlds only:
+  uint64_t refused_bodies;  ///< bodies that cannot sound: carom_unsolved_reason
+  uint64_t
+      unused_assignments;  ///< shapes and user indices with an assignment that no body has used
 } carom_statistics;
+
+/// A collision of two bodies of a Bullet world, which carom_on_collision tells of.
+typedef struct carom_collision {
+  size_t size;                     ///< bytes, of this struct
+  double time;                     ///< s, clock of the simulation: first touch
+  const btCollisionObject* body;   ///< NULL if it is no longer in the world
+  const btCollisionObject* other;  ///< NULL if it is no longer in the world
+  double position[3];              ///< m, of the contact
+  double normal[3];                ///< unit, from `other` towards `body`
+  double impulse;                  ///< N s, along the normal; see carom_settings.impulse
+  double approach_speed;           ///< m/s, along the normal, just before touch
+  double peak;                     ///< Pa, the largest of `peaks`
+  const double* peaks;             ///< Pa, by listener: upper bounds of the clicks of both bodies
+  const double* levels;            ///< dB over 20 uPa, by listener, of `peaks`; -INFINITY for 0
+  size_t listener_count;           ///< numbers in `peaks` and `levels`
+} carom_collision;
+
+/// Told of a collision, which is valid during the call only; `user` is that of carom_on_collision.
+typedef void (*carom_collision_function)(void* user, const carom_collision* collision);
 
 // Library.
 
@@ -564,11 +601,11 @@ CAROM_API void carom_free_texture_coordinates(carom_texture_coordinates* coordin
 /// error.
 CAROM_API carom_status carom_create(const carom_settings* settings,
                                     carom_sound** sound) CAROM_NOEXCEPT;
-/// Creates a sound over a Bullet world, which must outlive it. Every substep is followed from
-/// within. Bodies get materials by their density until one is set. The library and the host must
-/// use the same Bullet, in the same version and precision (carom_bullet_scalar_size). Solves the
-/// shapes that are there: a tenth of a second for each that is no sphere. Not to be called in tick
-/// callbacks.
+/// Creates a sound over a Bullet world. Every substep is followed from within. The world may be
+/// destroyed first: then the sound's time stands still. Bodies get materials by their density until
+/// one is set. The library and the host must use the same Bullet, in the same version and precision
+/// (carom_bullet_scalar_size). Solves the shapes that are there: a tenth of a second for each that
+/// is no sphere. Not to be called in tick callbacks, as all else on the sound may be.
 CAROM_API carom_status carom_attach(btDynamicsWorld* world, const carom_settings* settings,
                                     carom_sound** sound) CAROM_NOEXCEPT;
 /// Detaches from the world, closes the device, completes a recording, and frees the handle in any
@@ -620,6 +657,11 @@ CAROM_API carom_status carom_unassign_body(carom_sound* sound,
 CAROM_API carom_status carom_unassign_shape(carom_sound* sound,
                                             const btCollisionShape* shape) CAROM_NOEXCEPT;
 CAROM_API carom_status carom_unassign_user_index(carom_sound* sound, int user_index) CAROM_NOEXCEPT;
+/// Sets the function that is told of each collision that is not silenced, at the end of the substep
+/// in which its sound is decided, in order of time; NULL for none. It may call every function on
+/// the sound, carom_destroy too. user: handed to it.
+CAROM_API carom_status carom_on_collision(carom_sound* sound, carom_collision_function function,
+                                          void* user) CAROM_NOEXCEPT;
 /// Solves the shapes of bodies that were added since, so that no collision need wait for it, and
 /// takes changed masses and shapes into account.
 CAROM_API carom_status carom_prepare_bodies(carom_sound* sound) CAROM_NOEXCEPT;
@@ -641,6 +683,8 @@ CAROM_API carom_status carom_pause(carom_sound* sound) CAROM_NOEXCEPT;
 CAROM_API carom_status carom_set_time_scale(carom_sound* sound, double scale) CAROM_NOEXCEPT;
 /// Plays on the default audio device, unless it does already. CAROM_ERROR_DEVICE if that cannot be.
 CAROM_API carom_status carom_play(carom_sound* sound) CAROM_NOEXCEPT;
+/// 1 while a device plays; 0 otherwise, and for NULL.
+CAROM_API int32_t carom_is_playing(const carom_sound* sound) CAROM_NOEXCEPT;
 /// Prepares carom_render at a sample rate (Hz), or anew at another one. Not while it runs.
 CAROM_API carom_status carom_prepare_rendering(carom_sound* sound,
                                                double sample_rate) CAROM_NOEXCEPT;

@@ -22,7 +22,7 @@ namespace carom {
 class EventSound : public SoundOutput {
  public:
   /// Refuses what Synth and Limiter refuse, and settings out of the ranges that SoundSettings
-  /// gives; with SoundSettings::record or ::play, also what `record` or `play` refuses.
+  /// gives; with SoundSettings::record also what `record` refuses.
   static Result<EventSound> create(const SoundSettings& settings = {});
 
   /// Says what a body radiates as, from now on. Refuses what Synth::setBody refuses.
@@ -43,7 +43,7 @@ class EventSound : public SoundOutput {
   void advanceTo(double seconds);
 
  private:
-  explicit EventSound(std::unique_ptr<plugin::SoundSession> session);
+  explicit EventSound(std::shared_ptr<plugin::SoundSession> session);
 };
 
 }  // namespace carom

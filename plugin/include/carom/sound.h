@@ -1,8 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -12,6 +15,7 @@
 #include <carom/audio/result.h>
 #include <carom/audio/surface_texture.h>
 #include <carom/audio/texture_coordinates.h>
+#include <carom/audio/vector.h>
 #include <carom/sound_output.h>
 #include <carom/sound_settings.h>
 
@@ -93,6 +97,26 @@ struct UserIndex {
   int value = -1;
 };
 
+/// A bound of a collision's sound at one listener.
+struct HeardCollision {
+  double peak = 0.0;  ///< Pa, upper bound of the clicks of both bodies; ringing is not in it
+  /// dB over 20 uPa, of `peak`: 20 log10(peak / 2e-5); -infinity for 0.
+  double level = -std::numeric_limits<double>::infinity();
+};
+
+/// A collision of two bodies of a Bullet world: both bodies' shares together (see ImpulseEvent).
+struct SoundCollision {
+  double time = 0.0;                         ///< s, clock of the simulation: first touch
+  const btCollisionObject* body = nullptr;   ///< null if it is no longer in the world
+  const btCollisionObject* other = nullptr;  ///< null if it is no longer in the world
+  Vec3 position = Vec3::Zero();              ///< m, world frame, of the contact
+  Vec3 normal = Vec3::UnitX();               ///< unit, world frame, from `other` towards `body`
+  double impulse = 0.0;                      ///< N s, along the normal; see SynthSettings::impulse
+  double approachSpeed = 0.0;                ///< m/s, along the normal, just before touch
+  std::span<const HeardCollision> heard = {};  ///< by listener; valid during the call only
+  double peak = 0.0;                           ///< Pa, the largest of `heard`
+};
+
 /// Contact sound for a Bullet world.
 ///
 ///     auto sound = carom::Sound::attach(world, {.play = true});  // Result<Sound>
@@ -122,11 +146,13 @@ struct UserIndex {
 /// can move, from 25 degrees above, not behind what is immovable nor within a body. It glides after
 /// what leaves its view, and stays for good where setListener places it.
 ///
-/// Threads: the one that steps the world calls everything, outside of tick callbacks, but for the
-/// functions that are said to be of another. The world must outlive the sound, or its `close`.
+/// Threads: the one that steps the world calls everything, but for the functions that are said to
+/// be of another. `attach` belongs outside of steps; everything else may be called in callbacks of
+/// the world as well. The world may be destroyed first: then the sound's time stands still.
 class Sound : public SoundOutput {
  public:
-  /// Refuses what EventSound and BulletBridge refuse, and a world that has a sound already. Solves
+  /// Refuses what EventSound and BulletBridge refuse, and a world that has a sound already. Where
+  /// SoundSettings::play cannot be met, it attaches nevertheless. Solves
   /// the shapes of the bodies that are in the world (see RadiatorChoice for how long that takes).
   static Result<Sound> attach(btDynamicsWorld& world, const SoundSettings& settings = {},
                               const WorldSoundSettings& worldSettings = {});
@@ -137,8 +163,9 @@ class Sound : public SoundOutput {
   /// something: its own, its shape's, its user index's; then what BodySound says holds otherwise.
   ///
   /// An assignment to a body goes when the body leaves the world. A shape is known by its address,
-  /// until `unassign`. Refuses, and changes nothing: bodies that are not in the world, unknown
-  /// names of materials, materials that Synth::setBody refuses, broken models.
+  /// until `unassign`. A shape or user index that no body has is accepted, as such bodies may come
+  /// (SoundStatistics::unusedAssignments). Refuses, and changes nothing: bodies that are not in the
+  /// world, unknown names of materials, materials that Synth::setBody refuses, broken models.
   Status assign(const btCollisionObject& object, const BodySound& sound);
   Status assign(const btCollisionShape& shape, const BodySound& sound);
   Status assign(UserIndex userIndex, const BodySound& sound);
@@ -154,8 +181,14 @@ class Sound : public SoundOutput {
   /// account; what was assigned stays. To be called at a moment when a pause does not matter.
   void prepare();
 
+  /// Sets the function that is told of each collision that is not silenced, at the end of the
+  /// substep in which its sound is decided, in order of time; null for none. It may call everything
+  /// of this sound, and end it. Collisions under way are told of in `close`, unless the function
+  /// itself has called it. It must not throw. Costs one more decision of each collision's loudness.
+  Status onCollision(std::function<void(const SoundCollision&)> function);
+
  private:
-  explicit Sound(std::unique_ptr<plugin::SoundSession> session);
+  explicit Sound(std::shared_ptr<plugin::SoundSession> session);
 };
 
 }  // namespace carom

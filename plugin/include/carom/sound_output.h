@@ -28,6 +28,9 @@ struct SoundSession;
 /// - a sound file: `record`. Rendered as the simulation goes on, without a limit on voices: bit for
 ///   bit the output of Synth, as are the others as long as nothing is late or left out.
 ///
+/// What is refused is also told, once for each sentence: on standard error, or to
+/// SoundSettings::onMessage. An object that was moved from refuses everything, and is silent.
+///
 /// Threads: one thread of the simulation calls everything but the functions that are said to be of
 /// another. The two meet in one wait-free queue; `render` never allocates, locks, throws or asks
 /// the system.
@@ -35,7 +38,11 @@ class SoundOutput {
  public:
   /// Ends the sound: detaches it from its world if it has one, closes the device, finishes the
   /// recording. Afterwards all other functions do nothing, and those that can refuse do. Returns
-  /// the errors of finishRecording, which are lost where the destructor closes.
+  /// the errors of finishRecording, which are only told where the destructor closes.
+  ///
+  /// A sound may be closed, or destroyed, in any callback of its world and in its own
+  /// (Sound::onCollision). A recording that nobody has closed when the process exits, on the thread
+  /// that began it, is finished then.
   Status close();
 
   /// Sets where a listener is at the present time of the simulation: call it once a frame. A
@@ -60,6 +67,8 @@ class SoundOutput {
   /// if another device has become the default, call `stop` first. Refuses: a build without devices,
   /// no device, `prepareRendering` without `stop`.
   Status play();
+  /// True while a device plays.
+  bool isPlaying() const;
   /// Prepares `render` at a sample rate (Hz), or anew at another one. Present sound stops, and a
   /// device is closed. Not while `render` runs on another thread. Refuses a rate that Synth
   /// refuses.
@@ -98,12 +107,14 @@ class SoundOutput {
   void renderInterleaved(float* samples, std::size_t frames) noexcept;
 
  protected:
-  explicit SoundOutput(std::unique_ptr<plugin::SoundSession> session);
+  explicit SoundOutput(std::shared_ptr<plugin::SoundSession> session);
   SoundOutput(SoundOutput&&) noexcept;
   SoundOutput& operator=(SoundOutput&&) noexcept;
   ~SoundOutput();
 
-  std::unique_ptr<plugin::SoundSession> session_;
+  /// Shared with the session's own functions, in the midst of which a host's callback may end the
+  /// sound. Null once it is moved from.
+  std::shared_ptr<plugin::SoundSession> session_;
 };
 
 }  // namespace carom

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -90,12 +91,19 @@ struct SoundSettings {
   /// top of `latency`. Its sample rate and channels are filled in. None: nothing is turned down.
   std::optional<LimiterSettings> limiter = std::nullopt;
   std::string record = {};  ///< if not empty: SoundOutput::record from the start
-  bool play = false;        ///< SoundOutput::play from the start
+  /// SoundOutput::play from the start. Where that is refused, as without a device, the sound is
+  /// made nevertheless, unheard: a message says why, and SoundOutput::isPlaying.
+  bool play = false;
   Level level = Level::standard;
 
   /// Two microphones 17 cm apart, turned outwards, open to the rear: over loudspeakers and over
   /// headphones something comes from where it is, and nothing is silent behind.
   static Listener defaultListener();
+
+  using MessageFunction = std::function<void(const std::string&)>;
+  /// Takes what there is to be told: each sentence of an Error that a sound returns, once. Not set:
+  /// standard error, a line each. It must not throw, nor end the sound. [simulation thread]
+  MessageFunction onMessage = nullptr;
 };
 
 /// Pa for a sample of 1.0 on a device with Level::fixed: peaks of 100 dB, about the loudest of
@@ -132,7 +140,6 @@ struct SoundStatistics : SynthCounters {
   std::uint64_t links = 0;  ///< links of multibodies so far that can move; see Sound
   /// Pairs in contact whose shapes the bridge cannot follow, counted once per substep each.
   std::uint64_t unsupportedContacts = 0;
-  std::string unsolvedReason;  ///< for the latest of the bodies that were not solved; else empty
   // The largest so far, in any channel:
   double peak = 0.0;  ///< Pa
   /// A sample before a limiter, 1 for full scale; 0 where samples are pascals.
@@ -140,6 +147,13 @@ struct SoundStatistics : SynthCounters {
   /// A sentence with the remedy if peaks exceed a fixed full scale (by 6 dB if there is a limiter);
   /// else empty. On stderr at the end, if nobody has seen it.
   std::string warning;
+  /// Bodies so far that cannot sound, as a number of theirs is out of range (Synth::setBody): their
+  /// events are `rejectedUnknownBody`.
+  std::uint64_t refusedBodies = 0;
+  /// Shapes and user indices with an assignment (Sound::assign) that no body has used so far.
+  std::uint64_t unusedAssignments = 0;
+  /// For the latest of the bodies that were not solved, or refused; else empty.
+  std::string unsolvedReason;
 };
 
 }  // namespace carom

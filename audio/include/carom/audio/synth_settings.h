@@ -85,17 +85,18 @@ struct SynthSettings {
   ComparisonSettings comparison = {};
 };
 
-/// Counts of what became of events and lasting contacts. A Synth has room for everything, so the
-/// last six stay 0 there; they count what a real-time engine (VoiceBudget) leaves out.
+/// Counts of what became of events and lasting contacts. A Synth has room for everything, so those
+/// from `stolen` to `slidesLeftOut` stay 0 there; they count what a real-time engine (VoiceBudget)
+/// leaves out.
 struct SynthCounters {
-  std::uint64_t events = 0;        ///< scheduled events of bodies that can move or ring
-  std::uint64_t rings = 0;         ///< `events` that made a body ring audibly
-  std::uint64_t immovable = 0;     ///< shares of bodies that neither move nor ring: silent
-  std::uint64_t inaudible = 0;     ///< `events` left out: below the threshold at every listener
-  std::uint64_t late = 0;          ///< `events` that began before the next sample to be rendered
-  std::uint64_t undersampled = 0;  ///< `events` sampled naively, shorter than 4 samples: aliased
-  std::uint64_t rejected = 0;  ///< never sounded: not finite, unknown body, no approach, over 20 s
-  std::uint64_t slides = 0;    ///< steps in which a body that slides or rolls is heard
+  std::uint64_t events = 0;           ///< scheduled events of bodies that can move or ring
+  std::uint64_t rings = 0;            ///< `events` that made a body ring audibly
+  std::uint64_t immovable = 0;        ///< shares of bodies that neither move nor ring: silent
+  std::uint64_t inaudible = 0;        ///< `events` left out: below the threshold at every listener
+  std::uint64_t late = 0;             ///< `events` that began before the next sample to be rendered
+  std::uint64_t undersampled = 0;     ///< `events` sampled naively, shorter than 4 samples: aliased
+  std::uint64_t rejected = 0;         ///< never sounded: the sum of the last five, which say why
+  std::uint64_t slides = 0;           ///< steps in which a body that slides or rolls is heard
   std::uint64_t inaudibleSlides = 0;  ///< such steps left out: below the threshold everywhere
   std::uint64_t stolen = 0;      ///< events left out: the quietest, where more waited than voices
   std::uint64_t overBudget = 0;  ///< events left out: the quietest, where they would cost too much
@@ -103,6 +104,13 @@ struct SynthCounters {
   std::uint64_t tooLong = 0;  ///< events left out: contact longer than VoiceBudget::longestContact
   std::uint64_t modalVoicesExhausted = 0;  ///< rings left out: more bodies ring than is allowed
   std::uint64_t slidesLeftOut = 0;         ///< slides left out: more slide at once than is allowed
+  // `rejected`, by reason:
+  std::uint64_t rejectedNotFinite = 0;    ///< a number of the event is not finite
+  std::uint64_t rejectedUnknownBody = 0;  ///< a body was never set, was refused, or is removed
+  /// Nothing approaches, or no mass stands against it: a speed or mass not above 0, a radius below.
+  std::uint64_t rejectedNoContact = 0;
+  std::uint64_t rejectedTooLong = 0;  ///< the contact would last more than 20 s
+  std::uint64_t rejectedTooFar = 0;   ///< samples or pressures cannot hold its time, place or force
 };
 SynthCounters& operator+=(SynthCounters& sum, const SynthCounters& more);
 inline SynthCounters operator+(SynthCounters sum, const SynthCounters& more) {

@@ -58,7 +58,7 @@ struct BulletBridgeSettings {
   double restSpeed = 0.005;
   EventDelivery delivery = EventDelivery::complete;
   /// Callback at the end of each substep, when its events are available: the only place within a
-  /// step where the bridge may be asked for them. It must not throw, nor detach the bridge.
+  /// step where the bridge may be asked for them. It must not throw. It may end the bridge.
   std::function<void()> onSubstep = nullptr;
 };
 
@@ -113,18 +113,23 @@ struct BulletBridgeCounters {
 /// Bullet's precision sets the accuracy of times: in float builds, about 0.1 us near the origin at
 /// 3 m/s, growing with the distance from it.
 ///
-/// [physics thread], not inside a tick callback. The world must outlive the bridge. The host's tick
-/// callbacks, contact callbacks, user pointers and user indices keep working (see TickHook).
+/// [physics thread]. To be attached outside of steps; destroyed anywhere, in any callback too. The
+/// world may be destroyed first (`isAttached`), unless it has a btSimulationIslandManager of a
+/// class of the host's. The host's tick callbacks, contact callbacks, user pointers and user
+/// indices keep working (see TickHook).
 class BulletBridge {
  public:
-  /// Attaches a bridge to the world. Fails if the world has a bridge already, or if a setting is
-  /// negative or not finite.
+  /// Attaches a bridge to the world. Fails if the world has a bridge already, if a setting is
+  /// negative or not finite, if the world is no btDiscreteDynamicsWorld (a btSimpleDynamicsWorld
+  /// calls no actions), and for a btDiscreteDynamicsWorldMt without a task scheduler.
   static Result<BulletBridge> attach(btDynamicsWorld& world,
                                      const BulletBridgeSettings& settings = {});
   BulletBridge(BulletBridge&&) noexcept;
   BulletBridge& operator=(BulletBridge&&) noexcept;
-  /// Detaches and restores the host's callback.
+  /// Detaches and restores the host's callback, within a substep at its end.
   ~BulletBridge();
+  /// False once the world has been destroyed: what is known stays, and nothing comes any more.
+  bool isAttached() const;
 
   /// Events since the last `clear`, those of one substep in order of time.
   std::span<const ImpulseEvent> events() const;
@@ -142,13 +147,15 @@ class BulletBridge {
   /// objects were first seen, the world's own order at attach. Fails for objects that are not in
   /// the world.
   Result<BodyId> bodyId(const btCollisionObject& object) const;
+  /// Returns the object with an id; null if it is no longer in the world.
+  const btCollisionObject* bodyOf(BodyId id) const;
 
   const BulletBridgeCounters& counters() const;
 
  private:
   class Impl;
-  explicit BulletBridge(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;
+  explicit BulletBridge(std::shared_ptr<Impl> impl);
+  std::shared_ptr<Impl> impl_;
 };
 
 }  // namespace carom
