@@ -57,6 +57,7 @@ Status Sound::unassign(UserIndex userIndex) {
 
 void Sound::prepare() {
   worldOf(*session_).readBodies();
+  worldOf(*session_).finishShapes();
 }
 
 }  // namespace carom

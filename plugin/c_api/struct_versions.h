@@ -39,9 +39,9 @@ inline constexpr std::array kSizes<carom_material> = {offsetof(carom_material, d
 template <>
 inline constexpr std::array kSizes<carom_body> = {offsetof(carom_body, modes), sizeof(carom_body)};
 template <>
-inline constexpr std::array kSizes<carom_statistics> = {offsetof(carom_statistics, rings),
-                                                        offsetof(carom_statistics, slides),
-                                                        sizeof(carom_statistics)};
+inline constexpr std::array kSizes<carom_statistics> = {
+    offsetof(carom_statistics, rings), offsetof(carom_statistics, slides),
+    offsetof(carom_statistics, shapes_pending), sizeof(carom_statistics)};
 
 /// Returns the `size` in a caller's struct, whatever its version.
 std::size_t sizeOf(const void* callers);

@@ -484,6 +484,7 @@ TEST(CStructs, EveryNumberOfStatisticsArrives) {
   input.modalVoicesExhausted = 25;
   input.ringing = 26;
   input.modes = 27;
+  input.shapesPending = 33;
   const carom_statistics told = toC(input);
   EXPECT_EQ(told.events, 1u);
   EXPECT_EQ(told.immovable, 2u);
@@ -517,6 +518,7 @@ TEST(CStructs, EveryNumberOfStatisticsArrives) {
   EXPECT_EQ(told.undersampled, 32u);
   EXPECT_EQ(told.slides_left_out, 30u);
   EXPECT_EQ(told.silenced, 31u);
+  EXPECT_EQ(told.shapes_pending, 33u);
 }
 
 TEST(CStructs, EveryNumberOfAMaterialArrivesAndComesBack) {

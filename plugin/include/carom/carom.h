@@ -439,6 +439,7 @@ typedef struct carom_statistics {
   uint64_t slides_left_out;    ///< contacts left out: beyond `sliding_contacts`
   uint64_t silenced;           ///< shares in collisions with a body that is silent; Bullet only
   uint64_t undersampled;       ///< heard aliased: contacts shorter than 4 samples, sampled naively
+  uint64_t shapes_pending;     ///< now: shapes that a thread has yet to solve; Bullet only
 } carom_statistics;
 
 // Library.
