@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +12,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "audio/radiation/panel_equations.h"
 #include "audio/radiation/panel_mesh.h"
 #include "audio/radiation/source_panel.h"
 
@@ -24,7 +26,8 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr std::size_t kCoarsest = 40;  // panels
 constexpr std::size_t kLeastPanels = 160;
-constexpr double kVolumeLost = 0.3;  // largest share lost or won by clustering
+constexpr std::size_t kDirectPanels = 320;  // the most for which iteration would not be quicker
+constexpr double kVolumeLost = 0.3;         // largest share lost or won by clustering
 constexpr double kSmoothOrder = 2.0;
 constexpr double kSharpOrder = 1.2;
 
@@ -48,6 +51,15 @@ Eigen::MatrixXd unitMotions(const std::vector<SourcePanel>& panels) {
   return motions;
 }
 
+Matrix6 addedVolumeBy(const Eigen::MatrixXd& potential, const std::vector<SourcePanel>& panels,
+                      const Eigen::MatrixXd& motions) {
+  Matrix6 added = Matrix6::Zero();
+  for (Eigen::Index row = 0; row < motions.rows(); ++row)
+    added -= panels[static_cast<std::size_t>(row)].area() * motions.row(row).transpose() *
+             potential.row(row);
+  return added;
+}
+
 // Returns the added volume of unit translations and turns. The gradient with respect to the point
 // is minus that with respect to the panel.
 Matrix6 addedVolumeOn(const SurfaceMesh& mesh) {
@@ -67,11 +79,36 @@ Matrix6 addedVolumeOn(const SurfaceMesh& mesh) {
     }
     matrix(column, column) = 0.5;
   }
-  const Eigen::MatrixXd potential = matrix.partialPivLu().solve(right);
-  Matrix6 added = Matrix6::Zero();
-  for (Eigen::Index row = 0; row < count; ++row)
-    added -= panels[static_cast<std::size_t>(row)].area() * motions.row(row).transpose() *
-             potential.row(row);
+  return addedVolumeBy(matrix.partialPivLu().solve(right), panels, motions);
+}
+
+// Returns the same of each mesh but for 1e-3: far panels count by their moments, and large systems
+// are solved by iteration from the mesh before, whose panels they split in four.
+std::vector<Matrix6> quickAddedVolumesOn(const std::vector<SurfaceMesh>& meshes) {
+  std::vector<Matrix6> added;
+  std::optional<CoarseSolution> coarse;
+  for (const SurfaceMesh& mesh : meshes) {
+    const std::vector<SourcePanel> panels = panelsOf(mesh);
+    const Eigen::MatrixXd motions = unitMotions(panels);
+    const PanelEquations equations = momentEquations(panels, motions);
+    std::optional<Eigen::MatrixXd> potential;
+    if (panels.size() > kDirectPanels) potential = solvedFrom(coarse, equations);
+    if (!potential) {
+      coarse.emplace(CoarseSolution{
+          Eigen::PartialPivLU<Eigen::MatrixXd>(equations.matrix.cast<double>()), {}});
+      coarse->potential = coarse->matrix.solve(equations.right);
+      potential = coarse->potential;
+    }
+    added.push_back(addedVolumeBy(*potential, panels, motions));
+  }
+  return added;
+}
+
+std::vector<Matrix6> addedVolumesOn(const std::vector<SurfaceMesh>& meshes) {
+  std::vector<Matrix6> added;
+  added.reserve(meshes.size());
+  for (const SurfaceMesh& mesh : meshes)
+    added.push_back(addedVolumeOn(mesh));
   return added;
 }
 
@@ -122,10 +159,8 @@ PanelSolution solveUnit(const SurfaceMesh& base, const PanelSettings& settings, 
   PanelSolution solution;
   std::vector<SurfaceMesh> meshes = levelsOf(base, settings);
   if (!settings.extrapolate) meshes.erase(meshes.begin(), meshes.end() - 1);
-  std::vector<Matrix6> levels;
-  levels.reserve(meshes.size());
-  for (const SurfaceMesh& level : meshes)
-    levels.push_back(addedVolumeOn(level));
+  const std::vector<Matrix6> levels =
+      settings.quick ? quickAddedVolumesOn(meshes) : addedVolumesOn(meshes);
   const Matrix6& fine = levels.back();
   solution.panels = meshes.back().triangles.size();
   solution.asymmetry = (fine - fine.transpose()).norm() / fine.norm();

@@ -15,6 +15,13 @@ double distanceAlong(const Vec3& from, const Vec3& to, double length, double log
   return 0.5 * (end * to.norm() - start * from.norm() + aside * logarithm);
 }
 
+// Returns the solid angle of a triangle whose corners are `to` as seen from a point.
+double solidAngleOf(const std::array<Vec3, 3>& to, const std::array<double, 3>& distance) {
+  return 2.0 * std::atan2(-to[0].dot(to[1].cross(to[2])),
+                          distance[0] * distance[1] * distance[2] + to[0].dot(to[1]) * distance[2] +
+                              to[1].dot(to[2]) * distance[0] + to[2].dot(to[0]) * distance[1]);
+}
+
 }  // namespace
 
 SourcePanel::SourcePanel(const std::array<Vec3, 3>& corners)
@@ -37,6 +44,21 @@ SourceField SourcePanel::fieldAtCentroid() const {
   return field(centroid_, true);
 }
 
+PanelView SourcePanel::viewFrom(const Vec3& point, bool inPlane) const {
+  const std::array<Vec3, 3> to = {corners_[0] - point, corners_[1] - point, corners_[2] - point};
+  const std::array<double, 3> distance = {to[0].norm(), to[1].norm(), to[2].norm()};
+  PanelView view;
+  for (std::size_t edge = 0; edge < 3; ++edge) {
+    const double sum = distance[edge] + distance[(edge + 1) % 3];
+    view.potential +=
+        to[edge].dot(outward_[edge]) * std::log((sum + lengths_[edge]) / (sum - lengths_[edge]));
+  }
+  if (inPlane) return view;
+  view.solidAngle = solidAngleOf(to, distance);
+  view.potential += to[0].dot(normal_) * view.solidAngle;
+  return view;
+}
+
 SourceField SourcePanel::field(const Vec3& point, bool inPlane) const {
   const std::array<Vec3, 3> to = {corners_[0] - point, corners_[1] - point, corners_[2] - point};
   const std::array<double, 3> distance = {to[0].norm(), to[1].norm(), to[2].norm()};
@@ -52,10 +74,7 @@ SourceField SourcePanel::field(const Vec3& point, bool inPlane) const {
   }
   if (inPlane) return field;
   const double height = -to[0].dot(normal_);
-  const double solidAngle =
-      2.0 * std::atan2(-to[0].dot(to[1].cross(to[2])),
-                       distance[0] * distance[1] * distance[2] + to[0].dot(to[1]) * distance[2] +
-                           to[1].dot(to[2]) * distance[0] + to[2].dot(to[0]) * distance[1]);
+  const double solidAngle = solidAngleOf(to, distance);
   field.potential -= height * solidAngle;
   field.distance += height * height / 3.0 * field.potential;
   field.gradient -= solidAngle * normal_;

@@ -13,6 +13,12 @@ struct SourceField {
   double distance = 0.0;         ///< m^3, the integral of the distance over the triangle
 };
 
+/// A triangle as seen from a point.
+struct PanelView {
+  double potential = 0.0;   ///< m, as in SourceField
+  double solidAngle = 0.0;  ///< positive where the normal points to; 0 in the triangle's plane
+};
+
 /// A flat triangle of constant source strength, its potential in closed form: logarithms of its
 /// edges and one solid angle (Hess and Smith 1967; in the form of Wilton et al. 1984, eq. 5, and
 /// Graglia 1993; the logarithm after Newman 1986; the solid angle after van Oosterom and Strackee
@@ -25,11 +31,15 @@ class SourcePanel {
   /// Three corners, counter-clockwise about the normal, not on one line.
   explicit SourcePanel(const std::array<Vec3, 3>& corners);
 
+  const std::array<Vec3, 3>& corners() const { return corners_; }
   const Vec3& centroid() const { return centroid_; }  ///< m
   const Vec3& normal() const { return normal_; }      ///< unit
   double area() const { return area_; }               ///< m^2
 
   SourceField fieldAt(const Vec3& point) const;
+  /// The parts of the field that panels on one surface need of each other; `inPlane` if the point
+  /// is in the triangle.
+  PanelView viewFrom(const Vec3& point, bool inPlane) const;
   /// The field at the panel's own centroid.
   SourceField fieldAtCentroid() const;
 

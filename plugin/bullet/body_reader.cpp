@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <utility>
 
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 #include <btBulletDynamicsCommon.h>
@@ -59,37 +58,50 @@ Eigen::Matrix3d inverseInertiaOf(const btRigidBody& rigid) {
          toVec3(rigid.getInvInertiaDiagLocal()).asDiagonal();
 }
 
-}  // namespace
-
-Result<BodyReader::Radiator> BodyReader::solve(const SurfaceMesh& surface) {
-  const Result<RigidRadiator>& found = cache_->radiatorOf(surface);
-  if (!found) return found.error();
-  solved_.insert(&*found);
-  return Radiator(cache_, &*found);
+// Heavy bodies near the listener come first; those nearer than 0.1 m are all near.
+double urgencyOf(const btCollisionObject& object, double mass, const Vec3& listener) {
+  const Vec3 way = toVec3(object.getWorldTransform().getOrigin()) - listener;
+  return mass / std::max(way.squaredNorm(), 0.01);
 }
 
-// Reads the radius, and the radiator if the shape can be solved.
-void BodyReader::readShape(const btCollisionShape& shape, BodyReading& reading) {
+}  // namespace
+
+const BodyReader::Surface& BodyReader::surfaceOf(const btCollisionShape& shape, bool isSolved,
+                                                 double urgency) {
+  const auto [entry, isNew] = surfaces_.try_emplace(&shape);
+  Surface& known = entry->second;
+  const bool isAsked = isSolved && !known.id && !known.fault;
+  if (!isNew && !isAsked) return known;
+  const Result<SurfaceMesh> surface = shapeSurface(shape);
+  const double volume = surface ? signedVolume(*surface) : halfBoxVolume(shape);
+  known.radius = std::cbrt(volume * 0.75 / std::numbers::pi);
+  if (!surface) known.fault = surface.error();
+  if (surface && isSolved) known.id = solver_.request(*surface, urgency);
+  return known;
+}
+
+// Reads the radius, and the radiator if the shape is solved.
+void BodyReader::readShape(const btCollisionShape& shape, double urgency, BodyReading& reading) {
   SoundBody& body = reading.sound;
   if (shape.getShapeType() == SPHERE_SHAPE_PROXYTYPE) {
     body.radius = static_cast<double>(static_cast<const btSphereShape&>(shape).getRadius());
     return;
   }
-  const Result<SurfaceMesh> surface = shapeSurface(shape);
-  const double volume = surface ? signedVolume(*surface) : halfBoxVolume(shape);
-  body.radius = std::cbrt(volume * 0.75 / std::numbers::pi);
-  if (!surface) {
-    reading.unsolved = surface.error();
-  } else if (choice_ == RadiatorChoice::solved && !reading.isLink) {
-    const Result<Radiator> radiator = solve(*surface);
-    if (radiator)
-      body.shape = *radiator;
-    else
-      reading.unsolved = radiator.error();
-  }
+  const bool isSolved = choice_ == RadiatorChoice::solved && !reading.isLink;
+  const Surface& surface = surfaceOf(shape, isSolved, urgency);
+  body.radius = surface.radius;
+  reading.unsolved = surface.fault;
+  if (!isSolved || !surface.id) return;
+  const auto* const radiator = solver_.solution(*surface.id);
+  if (radiator == nullptr)
+    reading.pending = surface.id;
+  else if (*radiator)
+    body.shape = **radiator;
+  else
+    reading.unsolved = radiator->error();
 }
 
-BodyReading BodyReader::read(const btCollisionObject& object) {
+BodyReading BodyReader::read(const btCollisionObject& object, const Vec3& listener) {
   BodyReading reading;
   SoundBody& body = reading.sound;
   const btRigidBody* const rigid = btRigidBody::upcast(&object);
@@ -98,12 +110,14 @@ BodyReading BodyReader::read(const btCollisionObject& object) {
                       : link != nullptr ? movableMass(*link)
                                         : 0.0;
   reading.isLink = link != nullptr && mass > 0.0;
-  if (mass > 0.0) readShape(*object.getCollisionShape(), reading);
+  if (mass > 0.0)
+    readShape(*object.getCollisionShape(), urgencyOf(object, mass, listener), reading);
   const double volume = ballVolume(body.radius);
   if (volume > 0.0 && std::isfinite(volume)) {
     body.mass = mass;
     body.material = materialByDensity(mass / volume);
-    if (body.shape) body.inverseInertia = inverseInertiaOf(*rigid);
+    if (body.shape || reading.pending) reading.inverseInertia = inverseInertiaOf(*rigid);
+    if (body.shape) body.inverseInertia = reading.inverseInertia;
   } else {
     body.material = *findMaterial("concrete");
   }

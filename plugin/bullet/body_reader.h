@@ -1,53 +1,62 @@
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
-#include <memory>
 #include <optional>
-#include <string>
-#include <unordered_set>
+#include <unordered_map>
 
-#include "carom/audio/panel_radiator.h"
 #include "carom/audio/result.h"
 #include "carom/audio/sound_body.h"
+#include "carom/audio/vector.h"
 #include "carom/sound.h"
+#include "plugin/bullet/shape_solver.h"
 
 class btCollisionObject;
 class btCollisionShape;
 
 namespace carom::plugin {
 
-/// A body of a Bullet world as it radiates, and whether its shape could be solved.
+/// A body of a Bullet world as it radiates, and how far its shape could be solved.
 struct BodyReading {
   SoundBody sound;
   bool isLink = false;              ///< it is a link of a multibody, and can move
   std::optional<Error> unsolved{};  ///< why a movable body does not radiate by its shape
+  /// Its shape, while that is not solved: the body radiates as a sphere.
+  std::optional<ShapeSolver::ShapeId> pending{};
+  /// As SoundBody::inverseInertia, for when the shape is solved.
+  Eigen::Matrix3d inverseInertia = Eigen::Matrix3d::Zero();
 };
 
 /// Reads Bullet bodies as SoundBodies: mass and inertia as Bullet has them, added mass of their
 /// shape, the material guessed from their density.
 ///
 /// Shapes are told apart by their surfaces as they are at this moment, with scaling, and not by
-/// their addresses. [one thread]
+/// their addresses, but between two calls of beginReading. [one thread]
 class BodyReader {
  public:
   explicit BodyReader(RadiatorChoice choice) : choice_(choice) {}
 
-  /// Reads a body; solves its shape if it is the first of its kind.
-  BodyReading read(const btCollisionObject& object);
+  /// Forgets which shape is where: a host may have changed it since.
+  void beginReading() { surfaces_.clear(); }
+  /// Reads a body. If its shape is the first of its kind, it will be solved, the sooner the heavier
+  /// the body is and the nearer to `listener` (m).
+  BodyReading read(const btCollisionObject& object, const Vec3& listener);
 
-  /// Number of shapes solved so far.
-  std::uint64_t solved() const { return solved_.size(); }
+  ShapeSolver& solver() { return solver_; }
+  const ShapeSolver& solver() const { return solver_; }
 
  private:
-  using Radiator = std::shared_ptr<const RigidRadiator>;
+  /// The surface of a shape.
+  struct Surface {
+    double radius = 0.0;                       ///< m, of the sphere of its volume
+    std::optional<Error> fault{};              ///< why it cannot be had
+    std::optional<ShapeSolver::ShapeId> id{};  ///< if it is to be solved
+  };
 
-  Result<Radiator> solve(const SurfaceMesh& surface);
-  void readShape(const btCollisionShape& shape, BodyReading& reading);
+  const Surface& surfaceOf(const btCollisionShape& shape, bool isSolved, double urgency);
+  void readShape(const btCollisionShape& shape, double urgency, BodyReading& reading);
 
   RadiatorChoice choice_;
-  std::shared_ptr<RadiatorCache> cache_ = std::make_shared<RadiatorCache>();
-  std::unordered_set<const RigidRadiator*> solved_;  // in cache_
+  std::unordered_map<const btCollisionShape*, Surface> surfaces_;
+  ShapeSolver solver_;
 };
 
 }  // namespace carom::plugin

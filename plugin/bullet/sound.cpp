@@ -53,7 +53,10 @@ Status Sound::unassign(UserIndex userIndex) {
 }
 
 void Sound::prepare() {
-  if (session_) static_cast<WorldSession&>(*session_).readBodies();
+  if (session_ == nullptr) return;
+  auto& world = static_cast<WorldSession&>(*session_);
+  world.readBodies();
+  world.finishShapes();
 }
 
 Status Sound::onCollision(std::function<void(const SoundCollision&)> function) {

@@ -79,7 +79,60 @@ void WorldSession::postSubstep() {
   bridge_->clear();
   advanceTo(bridge_->time());
   forgetRemoved();
+  takeShapes();
   report();
+}
+
+/// True if what is heard must not depend on when a thread has solved a shape.
+bool WorldSession::isRepeatable() const {
+  return recorder || settings.clock == SoundClock::simulation;
+}
+
+/// Has a body that is about to sound get its shape: now where that has to be, or soon.
+void WorldSession::awaitShape(BodyId id) {
+  if (!isPending(id)) return;
+  KnownBody& known = known_[id];
+  if (!isRepeatable()) {
+    if (!std::exchange(known.isHastened, true)) reader_.solver().hasten(*known.pending);
+    return;
+  }
+  const std::uint64_t before = reader_.solver().pending();
+  reader_.solver().finish(*known.pending);
+  solvedInStep_ += before - reader_.solver().pending();
+  giveShape(id, known);
+}
+
+/// Gives bodies the shapes that the thread has solved.
+void WorldSession::takeShapes() {
+  const ShapeSolver& solver = reader_.solver();
+  reader_.solver().takeSolved();
+  if (isRepeatable() || solver.known() == givenShapes_) return;
+  givenShapes_ = solver.known();
+  for (auto& [id, known] : known_)
+    if (known.pending) giveShape(id, known);
+}
+
+void WorldSession::giveShape(BodyId id, KnownBody& known) {
+  const auto* const radiator = reader_.solver().solution(*known.pending);
+  if (radiator == nullptr) return;
+  known.pending.reset();
+  isPending_[id] = false;
+  const auto found = bodies.find(id);
+  if (!*radiator) {
+    known.isUnsolved = true;
+    unsolvedReason_ = radiator->error().message;
+  } else if (found != bodies.end()) {
+    SoundBody body = found->second;
+    body.shape = **radiator;
+    body.inverseInertia = known.inverseInertia;
+    (void)setBody(id, body);  // has been accepted as a sphere
+  }
+}
+
+void WorldSession::finishShapes() {
+  reader_.solver().finishAll();
+  for (auto& [id, known] : known_)
+    if (known.pending) giveShape(id, known);
 }
 
 void WorldSession::postEvents() {
@@ -91,6 +144,8 @@ void WorldSession::postEvents() {
     if (isSilent(event.body) || isSilent(event.other)) {
       ++silenced_;
     } else {
+      awaitShape(event.body);
+      awaitShape(event.other);
       post(event);
       if (onCollision_) note(event, isFirst);
     }
@@ -149,8 +204,12 @@ void WorldSession::tell(Report& report) {
 }
 
 void WorldSession::postContacts() {
-  for (const ContactState& contact : bridge_->contacts())
-    if (!isSilent(contact.body) && !isSilent(contact.other)) updateContact(contact);
+  for (const ContactState& contact : bridge_->contacts()) {
+    if (isSilent(contact.body) || isSilent(contact.other)) continue;
+    awaitShape(contact.body);
+    awaitShape(contact.other);
+    updateContact(contact);
+  }
 }
 
 Status WorldSession::close() {
@@ -165,6 +224,7 @@ Status WorldSession::close() {
     unsupported_ = bridge_->counters().unsupported;
     bridge_.reset();
   }
+  reader_.solver().stop();
   return SoundSession::close();
 }
 
@@ -189,16 +249,21 @@ void WorldSession::mergeUnseen(const btCollisionObject& object, BodySound& assig
 }
 
 void WorldSession::read(BodyId id, const btCollisionObject& object) {
-  BodyReading reading = reader_.read(object);
+  BodyReading reading = reader_.read(object, listener());
   KnownBody& known = known_[id];
   if (isRead_.size() <= id) {
     isRead_.resize(id + 1);
     isSilent_.resize(id + 1);
+    isPending_.resize(id + 1);
   }
   isRead_[id] = true;
   mergeUnseen(object, known.assigned);
   known.isUnsolved = reading.unsolved.has_value();
   known.isLink = reading.isLink;
+  known.pending = reading.pending;
+  known.isHastened = false;
+  known.inverseInertia = reading.inverseInertia;
+  isPending_[id] = reading.pending.has_value();
   if (reading.unsolved) unsolvedReason_ = reading.unsolved->message;
   const BodySound assigned = assignedTo(known, object);
   apply(assigned, reading.sound);
@@ -211,7 +276,12 @@ void WorldSession::read(BodyId id, const btCollisionObject& object) {
   if (!accepted) unsolvedReason_ = accepted.error().message;
 }
 
+Vec3 WorldSession::listener() const {
+  return poses.front().isKnown ? poses.front().pose.position : settings.listeners.front().position;
+}
+
 void WorldSession::readPresent() {
+  reader_.beginReading();
   const auto& objects = world_.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i)
     if (const Result<BodyId> id = bridge_->bodyId(*objects[i])) read(*id, *objects[i]);
@@ -219,13 +289,12 @@ void WorldSession::readPresent() {
 
 void WorldSession::readNew() {
   if (!hasWorld()) return;
-  const std::uint64_t before = reader_.solved();
+  reader_.beginReading();
   const auto& objects = world_.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i) {
     const Result<BodyId> id = bridge_->bodyId(*objects[i]);
     if (id && !known_.contains(*id)) read(*id, *objects[i]);
   }
-  solvedInStep_ += reader_.solved() - before;
 }
 
 void WorldSession::readBodies() {
@@ -233,7 +302,8 @@ void WorldSession::readBodies() {
   readPresent();
   const auto& objects = world_.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i)
-    if (!bridge_->bodyId(*objects[i])) (void)reader_.read(*objects[i]);  // solves its shape
+    if (!bridge_->bodyId(*objects[i]))
+      (void)reader_.read(*objects[i], listener());  // its shape will be solved
 }
 
 /// Forgets bodies that have left the world: they would become ever more, as the bridge gives no id
@@ -274,6 +344,7 @@ Status WorldSession::assign(const btCollisionObject& object, const BodySound& so
   UnseenBody& unseen = unseen_[&object];
   if (unseen.proxyId != proxyIdOf(object)) unseen = {proxyIdOf(object), {}};
   merge(unseen.assigned, *checked);
+  reader_.beginReading();
   if (const Result<BodyId> id = bridge_->bodyId(object)) read(*id, object);
   return std::monostate{};
 }
@@ -302,6 +373,7 @@ Status WorldSession::unassign(const btCollisionObject& object) {
   unseen_.erase(&object);
   if (const Result<BodyId> id = bridge_->bodyId(object)) {
     known_[*id].assigned = {};
+    reader_.beginReading();
     read(*id, object);
   }
   return std::monostate{};
@@ -342,7 +414,8 @@ SoundStatistics WorldSession::statistics() const {
   SoundStatistics all = SoundSession::statistics();
   all.silenced = silenced_;
   all.unsupportedContacts = bridge_ ? bridge_->counters().unsupported : unsupported_;
-  all.solvedShapes = reader_.solved();
+  all.solvedShapes = reader_.solver().solved();
+  all.shapesPending = reader_.solver().pending();
   all.shapesSolvedInStep = solvedInStep_;
   all.unsolvedReason = unsolvedReason_;
   all.unusedAssignments = unusedAssignments();

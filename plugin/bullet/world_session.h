@@ -40,10 +40,12 @@ class WorldSession final : public SoundSession {
   Status unassign(const btCollisionObject& object);
   Status unassign(const btCollisionShape& shape);
   Status unassign(UserIndex userIndex);
-  /// Reads all bodies anew and solves their shapes.
+  /// Reads all bodies anew; their shapes will be solved.
   void readBodies();
   /// As Sound::onCollision.
   void onCollision(std::function<void(const SoundCollision&)> function);
+  /// Solves all shapes that wait.
+  void finishShapes();
 
  private:
   /// A body with an id.
@@ -52,6 +54,9 @@ class WorldSession final : public SoundSession {
     bool isUnsolved = false;
     bool isRefused = false;
     bool isLink = false;
+    std::optional<ShapeSolver::ShapeId> pending{};  // its shape, while the body does without
+    bool isHastened = false;                        // that
+    Eigen::Matrix3d inverseInertia = Eigen::Matrix3d::Zero();  // for when it does not
   };
   /// The sound assigned to a body that no substep has seen yet, and that so has no id. Another body
   /// may come to its address.
@@ -79,6 +84,12 @@ class WorldSession final : public SoundSession {
   bool hasWorld() const { return bridge_ && bridge_->isAttached(); }
   Status requireWorld() const;
   std::uint64_t unusedAssignments() const;
+  bool isRepeatable() const;
+  Vec3 listener() const;
+  void awaitShape(BodyId id);
+  void takeShapes();
+  void giveShape(BodyId id, KnownBody& known);
+  bool isPending(BodyId id) const { return id < isPending_.size() && isPending_[id]; }
   bool isRead(BodyId id) const { return id < isRead_.size() && isRead_[id]; }
   bool isSilent(BodyId id) const { return id < isSilent_.size() && isSilent_[id]; }
   Status requirePresent(const btCollisionObject& object) const;
@@ -93,8 +104,10 @@ class WorldSession final : public SoundSession {
   WorldSoundSettings worldSettings_;
   BodyReader reader_;
   std::unordered_map<BodyId, KnownBody> known_;
-  std::vector<bool> isRead_;    // by id: it was in known_ at some time; asked for every event
-  std::vector<bool> isSilent_;  // by id; as long as isRead_
+  std::vector<bool> isRead_;       // by id: it was in known_ at some time; asked for every event
+  std::vector<bool> isSilent_;     // by id; as long as isRead_
+  std::vector<bool> isPending_;    // by id; as long as isRead_: it waits for its shape
+  std::uint64_t givenShapes_ = 0;  // shapes that were known when bodies got theirs
   std::unordered_map<const btCollisionObject*, UnseenBody> unseen_;
   std::unordered_map<const btCollisionShape*, BodySound> ofShape_;
   std::unordered_map<int, BodySound> ofUserIndex_;

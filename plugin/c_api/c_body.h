@@ -24,7 +24,8 @@ class CBodyReader {
   Status readSolid(const carom_body& input, SoundBody& body);
 
   RadiatorChoice choice_;
-  std::shared_ptr<RadiatorCache> cache_ = std::make_shared<RadiatorCache>();
+  std::shared_ptr<RadiatorCache> cache_ =
+      std::make_shared<RadiatorCache>(PanelSettings{.quick = true});
 };
 
 }  // namespace carom::plugin

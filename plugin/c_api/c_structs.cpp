@@ -73,6 +73,8 @@ constexpr std::array kShownCounts = {
     ShownStatistic<std::uint64_t>{&SoundStatistics::solvedShapes, &carom_statistics::solved_shapes},
     ShownStatistic<std::uint64_t>{&SoundStatistics::shapesSolvedInStep,
                                   &carom_statistics::shapes_solved_late},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::shapesPending,
+                                  &carom_statistics::shapes_pending},
     ShownStatistic<std::uint64_t>{&SoundStatistics::unsolvedBodies,
                                   &carom_statistics::unsolved_bodies},
     ShownStatistic<std::uint64_t>{&SoundStatistics::links, &carom_statistics::links},

@@ -38,8 +38,8 @@ CAROM_ENDS_WITH(carom_contact, reserved);
 CAROM_ENDS_WITH(carom_statistics, unsupported_contacts);
 CAROM_ENDS_WITH(carom_statistics, modes);
 CAROM_ENDS_WITH(carom_statistics, undersampled);
-CAROM_ENDS_WITH(carom_statistics, unused_assignments);
 CAROM_ENDS_WITH(carom_collision, listener_count);
+CAROM_ENDS_WITH(carom_statistics, shapes_pending);
 #undef CAROM_ENDS_WITH
 
 Status checkSize(const void* callers, std::span<const std::size_t> sizes, const std::string& name) {

@@ -72,7 +72,7 @@ class ServerSound {
   ServerClient client_;
   EventSound sound_;
   ContactListener listener_;
-  RadiatorCache radiators_;
+  RadiatorCache radiators_{PanelSettings{.quick = true}};
   std::map<int, bool> bodies_;  // by number: true if any part of it may move
   std::map<Key, Known> known_;
   std::map<Key, std::string> materials_;  // names, as they were set

@@ -186,11 +186,11 @@ SoundSession::~SoundSession() {
 }
 
 Status SoundSession::told(Status outcome) {
-  if (!outcome) tell(outcome.error().message);
+  if (!outcome) say(outcome.error().message);
   return outcome;
 }
 
-void SoundSession::tell(const std::string& sentence) {
+void SoundSession::say(const std::string& sentence) {
   if (messages.size() >= kMostMessages || !messages.insert(sentence).second) return;
   if (settings.onMessage)
     settings.onMessage(sentence);
@@ -392,7 +392,7 @@ SoundStatistics SoundSession::statistics() const {
 void SoundSession::warnUnseen() {
   if (std::exchange(hasShownWarning, true)) return;
   const std::string warning = SoundSession::statistics().warning;
-  if (!warning.empty()) tell(warning);
+  if (!warning.empty()) say(warning);
 }
 
 }  // namespace plugin

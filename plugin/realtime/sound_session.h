@@ -44,7 +44,8 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
   /// Tells the sentence of an outcome that is an error, unless it has been told; see
   /// SoundSettings::onMessage. Returns the outcome.
   Status told(Status outcome);
-  void tell(const std::string& sentence);
+  /// Tells a sentence, once.
+  void say(const std::string& sentence);
   /// Returns an error if the session is closed.
   Status requireOpen() const;
   virtual Status close();

@@ -57,6 +57,7 @@ inline constexpr std::array kStatisticsCounts = {
     StatisticsField<std::uint64_t>{&SoundStatistics::modes, Summation::latest},
     StatisticsField<std::uint64_t>{&SoundStatistics::solvedShapes},
     StatisticsField<std::uint64_t>{&SoundStatistics::shapesSolvedInStep},
+    StatisticsField<std::uint64_t>{&SoundStatistics::shapesPending, Summation::latest},
     StatisticsField<std::uint64_t>{&SoundStatistics::unsolvedBodies},
     StatisticsField<std::uint64_t>{&SoundStatistics::links},
     StatisticsField<std::uint64_t>{&SoundStatistics::unsupportedContacts},

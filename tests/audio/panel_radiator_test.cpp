@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -275,6 +276,93 @@ TEST(PanelRadiator, DipoleOfASphereIsThreeHalvesOfItsVolumeTimesAcceleration) {
   // The sphere is swung about an origin at -x, which accelerates its centre.
   const RigidRadiator swung = sphere.about({-2, 0, 0});
   EXPECT_LT((swung.dipole(Vec3::Zero(), {0, 0, 4}) - 1.5 * volume * Vec3(0, 8, 0)).norm(), 1e-12);
+}
+
+// ---- The quick method
+
+constexpr PanelSettings kQuick = {.quick = true};
+
+// A star of random reach: closed, with corners that point in and out.
+SurfaceMesh randomStar(unsigned seed, int splits, const Vec3& semiAxes) {
+  std::mt19937 random(seed);
+  SurfaceMesh mesh = ellipsoidMesh(semiAxes, splits);
+  for (Vec3& vertex : mesh.vertices)
+    vertex *= 0.8 + 0.4 * (static_cast<double>(random()) / 4294967296.0);
+  return mesh;
+}
+
+SurfaceMesh prismMesh(int sides, double radius, double half) {
+  SurfaceMesh mesh;
+  mesh.vertices = {{0, 0, -half}, {0, 0, half}};
+  const auto at = [sides](int side, int end) {
+    return static_cast<std::uint32_t>(2 + 2 * (side % sides) + end);
+  };
+  for (int side = 0; side < sides; ++side) {
+    const double angle = 2.0 * kPi * side / sides;
+    for (const double height : {-half, half})
+      mesh.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), height);
+    mesh.triangles.push_back({0, at(side + 1, 0), at(side, 0)});
+    mesh.triangles.push_back({1, at(side, 1), at(side + 1, 1)});
+    mesh.triangles.push_back({at(side, 0), at(side + 1, 0), at(side + 1, 1)});
+    mesh.triangles.push_back({at(side, 0), at(side + 1, 1), at(side, 1)});
+  }
+  return mesh;
+}
+
+double difference(const SurfaceMesh& mesh) {
+  const RigidRadiator exact = solved(mesh);
+  const RigidRadiator quick = solved(mesh, kQuick);
+  EXPECT_EQ(quick.volume, exact.volume);
+  EXPECT_EQ(quick.centroid, exact.centroid);
+  return relative(quick.addedVolume, exact.addedVolume);
+}
+
+TEST(QuickRadiator, IsTheExactOneWithinAThousandth) {
+  for (const Vec3& half : {Vec3(1, 1, 1), Vec3(1, 2, 3), Vec3(1, 0.5, 0.05), Vec3(0.05, 0.05, 1)})
+    EXPECT_LT(difference(boxMesh(half)), 1e-3) << half.transpose();
+  for (const double half : {1.0, 0.05, 10.0})
+    EXPECT_LT(difference(prismMesh(16, 1.0, half)), 1e-3) << half;
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    const Vec3 axes(1.0, 0.8, seed % 2 == 0 ? 0.6 : 0.1);
+    EXPECT_LT(difference(randomStar(seed, seed < 4 ? 1 : 2, axes)), 1e-3) << seed;
+  }
+  EXPECT_LT(
+      difference(joined(
+          mapped(boxMesh({1, 1, 1}), [](const Vec3& v) { return Vec3(v + Vec3(1.2, 0, 0)); }),
+          mapped(boxMesh({1, 1, 1}), [](const Vec3& v) { return Vec3(v - Vec3(1.2, 0, 0)); }))),
+      1e-3);
+}
+
+TEST(QuickRadiator, IsTheExactOneWhereIterationDoesNotSettle) {
+  for (const double thickness : {1e-2, 1e-3, 1e-4, 1e-5})
+    EXPECT_LT(difference(boxMesh({0.5, 0.5, 0.5 * thickness})), 1e-3) << thickness;
+}
+
+TEST(QuickRadiator, HasTheClosedForms) {
+  for (const int splits : {2, 3, 4}) {
+    const RigidRadiator sphere = solved(ellipsoidMesh(Vec3::Ones(), splits), kQuick);
+    for (int axis = 0; axis < 3; ++axis)
+      EXPECT_NEAR(sphere.addedVolume(axis, axis) / sphere.volume, 0.5, 0.005) << splits;
+  }
+  for (const Vec3& axes : {Vec3(1, 2, 3), Vec3(1, 1, 5), Vec3(2, 1, 1)}) {
+    const RigidRadiator exact = ellipsoidRadiator(axes);
+    const RigidRadiator body = solved(ellipsoidMesh(axes, 3), kQuick);
+    EXPECT_LT(relative(body.addedVolume, exact.addedVolume), 0.016) << axes.transpose();
+  }
+  const RigidRadiator disc = solved(ellipsoidMesh({1, 1, 0.01}, 2), kQuick);
+  EXPECT_NEAR(disc.addedVolume(2, 2) / (8.0 / 3.0), 1.0, 0.08);
+}
+
+TEST(SourcePanel, ViewIsTheField) {
+  const SourcePanel panel({Vec3(0.1, 0, 0.2), Vec3(1.3, 0.2, 0), Vec3(0.3, 0.9, 0.4)});
+  for (const Vec3& point : {Vec3(0.5, 0.3, 0.9), Vec3(0.5, 0.3, -0.4), Vec3(3, -2, 1)}) {
+    const SourceField field = panel.fieldAt(point);
+    const PanelView view = panel.viewFrom(point, false);
+    EXPECT_NEAR(view.potential, field.potential, 1e-14);
+    EXPECT_NEAR(view.solidAngle, -field.gradient.dot(panel.normal()), 1e-14);
+  }
+  EXPECT_NEAR(panel.viewFrom(panel.centroid(), true).potential, panel.fieldAtCentroid().potential,
+              1e-14);
 }
 
 // ---- Input meshes

@@ -134,6 +134,7 @@ std::vector<CoveredType> coveredTypes() {
         {"gainReduction", "carom_statistics.gain_reduction"},
         {"solvedShapes", "carom_statistics.solved_shapes"},
         {"shapesSolvedInStep", "carom_statistics.shapes_solved_late"},
+        {"shapesPending", "carom_statistics.shapes_pending"},
         {"unsolvedBodies", "carom_statistics.unsolved_bodies"},
         {"links", "carom_statistics.links"},
         {"unsupportedContacts", "carom_statistics.unsupported_contacts"},

@@ -499,6 +499,7 @@ TEST(CStructs, EveryNumberOfStatisticsArrives) {
   input.rejectedTooFar = 37;
   input.refusedBodies = 38;
   input.unusedAssignments = 39;
+  input.shapesPending = 40;
   const carom_statistics told = toC(input);
   EXPECT_EQ(told.events, 1u);
   EXPECT_EQ(told.immovable, 2u);
@@ -541,6 +542,7 @@ TEST(CStructs, EveryNumberOfStatisticsArrives) {
   EXPECT_EQ(told.rejected_too_far, 37u);
   EXPECT_EQ(told.refused_bodies, 38u);
   EXPECT_EQ(told.unused_assignments, 39u);
+  EXPECT_EQ(told.shapes_pending, 40u);
 }
 
 TEST(CStructs, EveryNumberOfAMaterialArrivesAndComesBack) {

@@ -17,8 +17,8 @@ namespace {
 
 using namespace test;
 
-constexpr double kLatency = 0.05;     // s
-constexpr double kStep = 1.0 / 60.0;  // s
+constexpr double kLatency = 0.05;             // s
+constexpr double kTimelineStep = 1.0 / 60.0;  // s
 constexpr double kWhole = kLatency * kRate;
 
 /// Look-ahead in samples, from the audio thread's position to the present instant.
@@ -45,7 +45,7 @@ struct Player {
     time += simulated;
     return timeline.advance(time, rendered());
   }
-  TimelineStep step() { return step(kStep, kStep); }
+  TimelineStep step() { return step(kTimelineStep, kTimelineStep); }
   double ahead() const { return lookAhead(timeline, time, rendered()); }
 };
 
@@ -97,10 +97,10 @@ TEST(SoundTimeline, FollowsTheSoundCardsClock) {
       most = std::max(most, player.ahead());
       const SampleShift shift = player.timeline.shiftAt(player.time);
       const double now = player.time * kRate + static_cast<double>(shift.whole) + shift.fraction;
-      ASSERT_NEAR(now - last, kStep * kRate, 0.006 * kStep * kRate + 1.0);
+      ASSERT_NEAR(now - last, kTimelineStep * kRate, 0.006 * kTimelineStep * kRate + 1.0);
       last = now;
     }
-    const double lump = player.block + kStep * kRate;
+    const double lump = player.block + kTimelineStep * kRate;
     EXPECT_GT(least, kWhole * (1.0 - SoundTimeline::kTolerance) - lump);
     EXPECT_LT(most, kWhole * (1.0 + SoundTimeline::kTolerance) + lump);
   }
@@ -117,7 +117,7 @@ TEST(SoundTimeline, BendsWithoutSteps) {
     player.step();
     // The look-ahead of one instant is the same by the map's piece before it and by the piece after
     // it.
-    const double after = lookAhead(player.timeline, player.time - kStep, 0);
+    const double after = lookAhead(player.timeline, player.time - kTimelineStep, 0);
     ASSERT_NEAR(after, before, 0.51) << frame;
   }
 }
@@ -127,7 +127,7 @@ TEST(SoundTimeline, AStallIsOneFaultAndGoesOnWithTheFullLookAhead) {
   player.step();
   for (int frame = 0; frame < 100; ++frame)
     player.step();
-  EXPECT_EQ(player.step(kStep, 1.0), TimelineStep::stalled);
+  EXPECT_EQ(player.step(kTimelineStep, 1.0), TimelineStep::stalled);
   EXPECT_NEAR(player.ahead(), kWhole, 0.5);
   for (int frame = 0; frame < 100; ++frame)
     EXPECT_EQ(player.step(), TimelineStep::steady);
@@ -137,9 +137,9 @@ TEST(SoundTimeline, AStallIsOneFaultAndGoesOnWithTheFullLookAhead) {
 TEST(SoundTimeline, TakesTheExtraLookAheadAfterAStallBackWithinSeconds) {
   Player player;
   player.step();
-  EXPECT_EQ(player.step(kStep, 1.0), TimelineStep::stalled);
+  EXPECT_EQ(player.step(kTimelineStep, 1.0), TimelineStep::stalled);
   for (int substep = 0; substep < 9; ++substep)
-    EXPECT_EQ(player.step(kStep, 0.0), TimelineStep::steady);
+    EXPECT_EQ(player.step(kTimelineStep, 0.0), TimelineStep::steady);
   EXPECT_GT(player.ahead(), 3.0 * kWhole);
   for (int frame = 0; frame < 600; ++frame)
     ASSERT_EQ(player.step(), TimelineStep::steady);
@@ -150,7 +150,7 @@ TEST(SoundTimeline, APauseIsNoFault) {
   Player player;
   player.step();
   player.timeline.pause();
-  EXPECT_EQ(player.step(kStep, 3600.0), TimelineStep::started);
+  EXPECT_EQ(player.step(kTimelineStep, 3600.0), TimelineStep::started);
   EXPECT_NEAR(player.ahead(), kWhole, 0.5);
   EXPECT_EQ(player.step(), TimelineStep::steady);
 }
@@ -158,7 +158,7 @@ TEST(SoundTimeline, APauseIsNoFault) {
 TEST(SoundTimeline, AClockThatGoesBackBeginsAnewThere) {
   Player player;
   player.step();
-  EXPECT_EQ(player.step(-50.0, kStep), TimelineStep::jumped);
+  EXPECT_EQ(player.step(-50.0, kTimelineStep), TimelineStep::jumped);
   EXPECT_NEAR(player.ahead(), kWhole, 0.5);
   EXPECT_EQ(player.step(), TimelineStep::steady);
 }
@@ -169,12 +169,12 @@ TEST(SoundTimeline, SkipsASimulationThatRunsAheadUntilItKeepsToTime) {
   player.step();
   int heard = 0;
   for (int frame = 0; frame < 600; ++frame)
-    heard += player.step(kStep, 1e-5) == TimelineStep::skipped ? 0 : 1;
-  EXPECT_LE(heard * kStep, SoundTimeline::kMostAhead + 2.0 * kStep);
+    heard += player.step(kTimelineStep, 1e-5) == TimelineStep::skipped ? 0 : 1;
+  EXPECT_LE(heard * kTimelineStep, SoundTimeline::kMostAhead + 2.0 * kTimelineStep);
   int skipped = 0;
   while (player.step() == TimelineStep::skipped)
     ++skipped;
-  EXPECT_LE(skipped * kStep, kLatency + 2.0 * kStep);
+  EXPECT_LE(skipped * kTimelineStep, kLatency + 2.0 * kTimelineStep);
   EXPECT_NEAR(player.ahead(), kWhole, 0.5);
   EXPECT_EQ(player.step(), TimelineStep::steady);
 }
@@ -184,7 +184,7 @@ TEST(SoundTimeline, InSlowMotionEventsAreFartherApart) {
   player.step();
   player.timeline.setScale(0.25);
   for (int frame = 0; frame < 2000; ++frame)
-    ASSERT_EQ(player.step(0.25 * kStep, kStep), TimelineStep::steady);
+    ASSERT_EQ(player.step(0.25 * kTimelineStep, kTimelineStep), TimelineStep::steady);
   const double here = lookAhead(player.timeline, player.time, 0);
   const double later = lookAhead(player.timeline, player.time + 0.001, 0);
   EXPECT_NEAR(later - here, 0.004 * kRate, 0.006 * 0.004 * kRate);

@@ -468,6 +468,7 @@ typedef struct carom_statistics {
   uint64_t refused_bodies;  ///< bodies that cannot sound: carom_unsolved_reason
   uint64_t
       unused_assignments;  ///< shapes and user indices with an assignment that no body has used
+  uint64_t shapes_pending;     ///< now: shapes that a thread has yet to solve; Bullet only
 } carom_statistics;
 
 /// A collision of two bodies of a Bullet world, which carom_on_collision tells of.

