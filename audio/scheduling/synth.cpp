@@ -101,13 +101,14 @@ SynthCounters& operator+=(SynthCounters& sum, const SynthCounters& more) {
         &SynthCounters::rejected, &SynthCounters::slides, &SynthCounters::inaudibleSlides,
         &SynthCounters::stolen, &SynthCounters::overBudget, &SynthCounters::noBus,
         &SynthCounters::tooLong, &SynthCounters::modalVoicesExhausted,
-        &SynthCounters::slidesLeftOut})
+        &SynthCounters::slidesLeftOut, &SynthCounters::slidesInBed, &SynthCounters::maskedSlides})
     sum.*count += more.*count;
   return sum;
 }
 
 template <class Sample>
 void Synth::render(std::span<Sample* const> channels, std::size_t frames) noexcept {
+  impl_->scheduler_.finishMoment(impl_->renderer_);
   impl_->renderer_.render<Sample>(channels, frames);
 }
 

@@ -6,6 +6,7 @@
 #include "audio/model/sphere_mesh.h"
 #include "audio/synthesis/click.h"
 #include "audio/synthesis/modal_excitation.h"
+#include "audio/synthesis/noise_bed.h"
 
 namespace carom::audio {
 
@@ -20,6 +21,7 @@ struct ScheduledSound {
   std::span<const double> taps = {};                  ///< the taps that `excitations` refer to
   /// Nodes that drive all clicks and excitations, if no pulse does. A renderer keeps a copy.
   std::span<const PulseNode> train = {};
+  NoiseLevel noise = {};  ///< level of the bed of noise; then there is nothing else
 };
 
 /// Takes scheduled sounds: a renderer, or a queue to another thread.

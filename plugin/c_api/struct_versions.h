@@ -29,9 +29,9 @@ template <>
 inline constexpr std::array kSizes<carom_listener> = {offsetof(carom_listener, sofa_file),
                                                       sizeof(carom_listener)};
 template <>
-inline constexpr std::array kSizes<carom_settings> = {offsetof(carom_settings, ringing_bodies),
-                                                      offsetof(carom_settings, sliding_contacts),
-                                                      sizeof(carom_settings)};
+inline constexpr std::array kSizes<carom_settings> = {
+    offsetof(carom_settings, ringing_bodies), offsetof(carom_settings, sliding_contacts),
+    offsetof(carom_settings, lasting), sizeof(carom_settings)};
 template <>
 inline constexpr std::array kSizes<carom_material> = {offsetof(carom_material, damping_alpha),
                                                       offsetof(carom_material, roughness),
@@ -39,9 +39,9 @@ inline constexpr std::array kSizes<carom_material> = {offsetof(carom_material, d
 template <>
 inline constexpr std::array kSizes<carom_body> = {offsetof(carom_body, modes), sizeof(carom_body)};
 template <>
-inline constexpr std::array kSizes<carom_statistics> = {offsetof(carom_statistics, rings),
-                                                        offsetof(carom_statistics, slides),
-                                                        sizeof(carom_statistics)};
+inline constexpr std::array kSizes<carom_statistics> = {
+    offsetof(carom_statistics, rings), offsetof(carom_statistics, slides),
+    offsetof(carom_statistics, slides_in_bed), sizeof(carom_statistics)};
 
 /// Returns the `size` in a caller's struct, whatever its version.
 std::size_t sizeOf(const void* callers);

@@ -101,6 +101,12 @@ enum {
 /// The one of an event's two impulses that sounds: carom_settings.impulse.
 enum { CAROM_IMPULSE_PHYSICAL = 0, CAROM_IMPULSE_APPLIED = 1 };
 
+/// The way in which contacts that slide or roll become sound: carom_settings.lasting.
+enum {
+  CAROM_LASTING_EXACT = 0,  ///< each as the train of impulses that its bumps give
+  CAROM_LASTING_HEARD = 1   ///< as much as is heard: the loudest exactly, the others as noise
+};
+
 /// The course of a contact force over time: carom_settings.pulse.
 enum {
   CAROM_PULSE_HERTZ = 0,               ///< the elastic contact of Hertz: the default
@@ -252,6 +258,10 @@ typedef struct carom_settings {
   /// `pulse`; 0: not.
   int32_t dissipative;
   int32_t reserved_too;  ///< 0
+  /// CAROM_LASTING_...: how contacts that slide or roll become sound.
+  int32_t lasting;
+  int32_t reserved_three;  ///< 0
+  size_t slide_voices;     ///< contacts that are exact with CAROM_LASTING_HEARD: the loudest
 } carom_settings;
 
 /// The statistics of a rough surface.
@@ -439,6 +449,8 @@ typedef struct carom_statistics {
   uint64_t slides_left_out;    ///< contacts left out: beyond `sliding_contacts`
   uint64_t silenced;           ///< shares in collisions with a body that is silent; Bullet only
   uint64_t undersampled;       ///< heard aliased: contacts shorter than 4 samples, sampled naively
+  uint64_t slides_in_bed;      ///< steps of contacts heard as noise with others, not one by one
+  uint64_t masked_slides;      ///< steps of contacts left out: too quiet beside others
 } carom_statistics;
 
 // Library.
