@@ -269,18 +269,52 @@ void ContactDrive::scan(const Step& step, std::size_t count) {
   }
 }
 
-void ContactDrive::advance(const Step& step, std::vector<PulseNode>& nodes) {
-  nodes.clear();
+/// Follows the contact to where it is in the step; false if nothing moves.
+bool ContactDrive::begin(const Step& step) {
   double farthest = 0.0;
   for (const ScannedSurface& surface : step.surfaces)
     if (surface.texture != nullptr)
       farthest = std::max(farthest, (surface.to - surface.from).norm());
   const double fastest = farthest / step.duration;
-  if (!(fastest >= (sounds_ ? 0.5 : 1.0) * kSlowest) || fastest > kFastest) return restart();
+  if (!(fastest >= (sounds_ ? 0.5 : 1.0) * kSlowest) || fastest > kFastest) {
+    restart();
+    return false;
+  }
   settle(step);
   for (std::size_t side = 0; side < scans_.size(); ++side)
     aim(step, step.surfaces[side], scans_[side]);
-  if (!sounds_ && !hasLeft(step)) return;
+  return sounds_ || hasLeft(step);
+}
+
+bool ContactDrive::follow(const Step& step) {
+  if (!begin(step)) return false;
+  tighten(step, 1.0 / step.sampleRate);
+  sounds_ = true;
+  swings_ = false;
+  for (Scan& scan : scans_)
+    scan.at += scan.along;
+  return true;
+}
+
+BumpyContact ContactDrive::contact(const Step& step) const {
+  BumpyContact contact{.mass = mass_,
+                       .load = load_,
+                       .stiffness = spring_.stiffness,
+                       .damping = spring_.damping,
+                       .flatness = flatness_};
+  for (std::size_t side = 0; side < scans_.size(); ++side) {
+    const Scan& scan = scans_[side];
+    contact.bumps[side] = {.texture = scan.texture,
+                           .look = scan.look,
+                           .speed = scan.climbed.norm() / step.duration,
+                           .speedOnTexture = scan.along.norm() / step.duration};
+  }
+  return contact;
+}
+
+void ContactDrive::advance(const Step& step, std::vector<PulseNode>& nodes) {
+  nodes.clear();
+  if (!begin(step)) return;
   // Nodes as dense as samples: what repeats at about the rate of the nodes is beyond hearing.
   const double samples = step.duration * step.sampleRate;
   const auto count = static_cast<std::size_t>(std::max(1.0, std::ceil(samples - kRounding)));
@@ -288,11 +322,11 @@ void ContactDrive::advance(const Step& step, std::vector<PulseNode>& nodes) {
   const double dt = step.duration * each;
   tighten(step, dt);
   scan(step, count);
-  if (!sounds_) {
+  if (!swings_) {
     speed_ = pushed_.front();
     pressed_ = load_ / spring_.stiffness;
   }
-  sounds_ = true;
+  sounds_ = swings_ = true;
   double taken = 0.0;
   nodes.reserve(count);
   for (std::size_t index = 0; index < count; ++index) {

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "audio/contact/contact_noise.h"
 #include "audio/model/pulse.h"
 #include "carom/audio/surface_texture.h"
 #include "carom/audio/texture_coordinates.h"
@@ -79,6 +80,12 @@ class ContactDrive {
   /// a gap.
   void advance(const Step& step, std::vector<PulseNode>& nodes);
 
+  /// Follows the contact over a step as `advance` does, at a small part of its cost, without its
+  /// impulses. Returns false if nothing moves. Steps of both may alternate.
+  bool follow(const Step& step);
+  /// Returns the contact as it is in the step that was advanced or followed last, for ContactNoise.
+  BumpyContact contact(const Step& step) const;
+
   /// Forgets the contact: the next step begins a new one.
   void restart() { *this = {}; }
 
@@ -108,6 +115,7 @@ class ContactDrive {
     double resistance = 0.0;  // N s/m, of spring and dashpot over a node
     double yielding = 1.0;    // 1, factor on the force, as the bodies give way within the node
   };
+  bool begin(const Step& step);
   void settle(const Step& step);
   void aim(const Step& step, const ScannedSurface& surface, Scan& scan) const;
   static void project(const ScannedSurface& surface, Scan& scan);
@@ -120,10 +128,11 @@ class ContactDrive {
   void flatten(const Step& step, double taken);
 
   bool sounds_ = false;
-  double load_ = 0.0;   // N
-  double mass_ = 0.0;   // kg; 0: not known yet
-  double width_ = 0.0;  // m, of the contact
-  double speed_ = 0.0;  // m/s, at which the bodies separate
+  bool swings_ = false;  // the step before had nodes
+  double load_ = 0.0;    // N
+  double mass_ = 0.0;    // kg; 0: not known yet
+  double width_ = 0.0;   // m, of the contact
+  double speed_ = 0.0;   // m/s, at which the bodies separate
   Spring spring_;
   double pressed_ = 0.0;   // m, penetration; negative: a gap
   double given_ = 0.0;     // W, recent mean of what the motion loses

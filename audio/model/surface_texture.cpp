@@ -67,6 +67,31 @@ void inverseTransform(Eigen::MatrixXcf& values) {
     values.row(row) = turn(values.row(row).transpose()).transpose();
 }
 
+/// Binary logarithm of a wave, in texels, in the middle of those of 2 to 4 texels.
+constexpr double kMiddleWave = 1.5;
+
+/// Share of the amplitude of a wave that the spline between texels leaves: the cube of the sinc of
+/// a texel over the wave, by the octaves of the wave above kMiddleWave.
+double leftBySpline(double octaves) {
+  constexpr double kLongest = 5.0;
+  constexpr double kPerOctave = 8.0;
+  static const auto table = [] {
+    std::array<double, static_cast<std::size_t>(kLongest * kPerOctave) + 2> left{};
+    for (std::size_t index = 0; index < left.size(); ++index) {
+      const double wave = static_cast<double>(index) / kPerOctave - 1.0 + kMiddleWave;
+      const double turn = std::numbers::pi * std::exp2(-wave);
+      left[index] = std::pow(std::sin(turn) / turn, 3.0);
+    }
+    return left;
+  }();
+  const double place = kPerOctave * (octaves + 1.0);
+  if (place <= 0.0) return 0.0;
+  if (place >= kLongest * kPerOctave) return 1.0;
+  const auto index = static_cast<std::size_t>(place);
+  const double share = place - static_cast<double>(index);
+  return table[index] + share * (table[index + 1] - table[index]);
+}
+
 /// Wave number (rad per texel) of a component of the transform.
 double waveNumber(Eigen::Index index, Eigen::Index count) {
   const Eigen::Index signedIndex = 2 * index > count ? index - count : index;
@@ -100,6 +125,7 @@ Result<SurfaceTexture> SurfaceTexture::ofSlopes(Size size, const Vec2& texel,
   texels->levels.push_back({size, texel.cwiseInverse(), 0.0, 0.0, std::move(slopes)});
   addLevels(*texels);
   SurfaceTexture texture;
+  texture.octavesOfTexel_ = std::log2(texels->width);
   texture.texels_ = std::move(texels);
   return texture;
 }
@@ -148,8 +174,10 @@ void SurfaceTexture::measure(Texels& texels) {
       level.lost = std::hypot(texels.levels[index - 1].lost,
                               std::sqrt(std::max(0.0, finer - square)) / waveNumber);
     }
+    if (index > 0) texels.levels[index - 1].octave = std::max(0.0, finer - square);
     finer = square;
   }
+  texels.levels.back().octave = finer;
   for (const Slope& slope : texels.levels.front().slopes)
     texels.steepest = std::max(texels.steepest, static_cast<double>(slope.norm()));
 }
@@ -188,6 +216,7 @@ Result<SurfaceTexture> SurfaceTexture::rough(const Roughness& roughness, std::ui
   SurfaceTexture texture;
   texture.texels_ = roughTexels(roughness.hurst, seed);
   texture.scale_ = roughness.correlationLength;
+  texture.octavesOfTexel_ = std::log2(texture.scale_ * texture.texels_->width);
   texture.steepness_ = roughness.rmsHeight / roughness.correlationLength;
   // The pattern is turned by the golden ratio: a path along an axis of a body crosses it elsewhere
   // each time, so that its repetition is no tone.
@@ -289,6 +318,24 @@ double SurfaceTexture::heightBelow(double width) const {
   double lost = seen.fine->lost;
   if (seen.coarse != nullptr) lost += seen.share * (seen.coarse->lost - lost);
   return steepness_ * scale_ * lost;
+}
+
+double SurfaceTexture::slopesAround(const Look& look, double octaves) const {
+  const std::vector<Level>& levels = texels_->levels;
+  const std::ptrdiff_t finest = look.fine - levels.data();
+  // Octaves above the middle of those waves which only the finest level has.
+  const double place = octaves - octavesOfTexel_ - kMiddleWave;
+  const double above = place - static_cast<double>(finest);
+  if (!(above > -0.5 && place < static_cast<double>(levels.size()))) return 0.0;
+  const double below = std::max(0.0, std::floor(place));
+  const auto level = static_cast<std::size_t>(below);
+  const double share = std::max(0.0, place - below);
+  const double next = level + 1 < levels.size() ? levels[level + 1].octave : 0.0;
+  const double octave = (1.0 - share) * levels[level].octave + share * next;
+  const double left =
+      (1.0 - look.share) * leftBySpline(above) + look.share * leftBySpline(above - 1.0);
+  // Half of the slopes are across the line, and a third octave is a third of an octave.
+  return steepness_ * steepness_ * left * left * octave / 6.0;
 }
 
 Vec2 SurfaceTexture::slope(const Look& look, const Vec2& at) const {

@@ -23,6 +23,20 @@ constexpr double kSlidesOn = 2.0;
 /// m: least distance to a listener in ContactSoundScheduler::slideRank.
 constexpr double kNearest = 0.1;
 
+/// Steps for which a contact that was too quiet is not looked at again, and how much louder it may
+/// have become meanwhile.
+constexpr int kRestingSteps = 8;
+constexpr double kLouder = 1.5;
+
+/// Lets a contact that is too quiet rest.
+void letRest(const ContactState& contact, Slide& slide) {
+  const double farthest = std::max((contact.pathEnd - contact.pathStart).squaredNorm(),
+                                   (contact.otherPathEnd - contact.otherPathStart).squaredNorm());
+  slide.rest = {.steps = kRestingSteps,
+                .fastest = kLouder * kLouder * farthest,
+                .heaviest = kLouder * contact.normalLoad};
+}
+
 bool isFinite(const ImpulseEvent& event) {
   return std::isfinite(event.time) && event.impulse.allFinite() && event.position.allFinite() &&
          event.normal.allFinite() && event.bodyPosition.allFinite() &&
@@ -42,7 +56,12 @@ ContactSoundScheduler::ContactSoundScheduler(std::shared_ptr<const SoundPaths> p
       bodies_(paths_, exciter_),
       durations_(settings_),
       propagation_(paths_, listeners_, exciter_),
-      slides_(bodies_) {}
+      slides_(bodies_),
+      noise_(paths_, listeners_),
+      heard_(settings_.slideVoices, settings_.sampleRate),
+      choosesSlides_(settings_.lasting == LastingDetail::heard && !paths_->hasHeads &&
+                     settings_.comparison.radiation == Radiation::exact &&
+                     settings_.comparison.sampling == Sampling::bandLimited) {}
 
 void ContactSoundScheduler::removeBody(BodyId id) {
   bodies_.remove(id);
@@ -186,6 +205,7 @@ void ContactSoundScheduler::updateSlide(const ContactState& contact, const Sampl
   // The naive compact model has no filter that could take a force.
   if (!bodies_.anyTexture() || !paths_->isFiltered()) return;
   if (!(shift.stretch > kLeastStretch && shift.stretch < kMostStretch)) return;
+  if (choosesSlides_) return hearSlide(contact, shift, sink);
   const double loudest = slides_.steepestImpulse(contact, settings_.sampleRate);
   if (loudest == 0.0) return slides_.end(contact);
   if (isInaudible(contact, loudest)) {
@@ -196,6 +216,102 @@ void ContactSoundScheduler::updateSlide(const ContactState& contact, const Sampl
   if (slide.nodes.empty()) return;
   for (const bool first : {true, false})
     scheduleSlide({contact, shift, slide}, first, sink);
+}
+
+bool ContactSoundScheduler::rings(const ContactState& contact) const {
+  return bodies_.find(contact.body)->modes != nullptr ||
+         bodies_.find(contact.other)->modes != nullptr;
+}
+
+/// Schedules a step of a contact as much as it is heard.
+void ContactSoundScheduler::hearSlide(const ContactState& contact, const SampleShift& shift,
+                                      SoundSink& sink) {
+  heard_.begin(contact, shift, sink);
+  Slide* const slide = slides_.find(contact, settings_.sampleRate);
+  if (slide == nullptr) return;
+  const double farthest = std::max((contact.pathEnd - contact.pathStart).squaredNorm(),
+                                   (contact.otherPathEnd - contact.otherPathStart).squaredNorm());
+  Slide::Rest& rest = slide->rest;
+  if (rest.steps > 0 && farthest <= rest.fastest && contact.normalLoad <= rest.heaviest) {
+    --rest.steps;
+    ++counters_.inaudibleSlides;
+    return;
+  }
+  rest.steps = 0;
+  const SlideStep step{contact, shift, *slide};
+  if (bodies_.anyModes() && rings(contact)) return hearRinging(step, sink);
+  const double rate = shift.stretch * settings_.sampleRate;
+  const bool wasVoice = slide->voice > 0.0;
+  if (wasVoice)
+    slides_.advance(contact, rate);
+  else if (!slides_.follow(contact, rate, *slide))
+    return;
+  if (wasVoice && slide->nodes.empty()) {
+    slide->voice = 0.0;
+    return;
+  }
+  estimate(step);
+  sound(step, sink);
+}
+
+/// Gives a voice to the contact of a body that rings, which may gather energy for longer than a
+/// step.
+void ContactSoundScheduler::hearRinging(const SlideStep& step, SoundSink& sink) {
+  if (!heard_.takeVoice()) {
+    ++counters_.slidesLeftOut;
+    return slides_.end(step.contact);
+  }
+  slides_.advance(step.contact, step.shift.stretch * settings_.sampleRate);
+  if (step.slide.nodes.empty()) return;
+  for (const bool first : {true, false})
+    scheduleSlide(step, first, sink);
+}
+
+/// Finds what is heard of a contact, as noise.
+void ContactSoundScheduler::estimate(const SlideStep& step) {
+  const ContactState& contact = step.contact;
+  BandPowers force;
+  estimateForce(slides_.contactOf(contact, step.shift.stretch * settings_.sampleRate, step.slide),
+                force);
+  std::array<Strike, 2> strikes;
+  std::size_t count = 0;
+  for (const bool first : {true, false}) {
+    const SoundingBody& body = *bodies_.find(first ? contact.body : contact.other);
+    if (body.isSilent()) continue;
+    strikes[count++] = makeStrike(
+        SlideTracker::unitImpulse(contact, first, step.slide.sides[first ? 0 : 1].offset),
+        body.sound, settings_.medium);
+  }
+  noise_.propagate(contact.time, std::span(strikes).first(count), force);
+}
+
+/// Schedules the share of a step that has a voice, and adds the rest to the bed of noise.
+void ContactSoundScheduler::sound(const SlideStep& step, SoundSink& sink) {
+  Slide& slide = step.slide;
+  const double before = slide.voice;
+  const HeardSlides::Fate fate = heard_.decide(noise_, before > 0.0);
+  slide.voice = fate == HeardSlides::Fate::voice ? 1.0 : 0.0;
+  if (fate == HeardSlides::Fate::inaudible || fate == HeardSlides::Fate::masked) {
+    ++(fate == HeardSlides::Fate::masked ? counters_.maskedSlides : counters_.inaudibleSlides);
+    letRest(step.contact, slide);
+  }
+  if (fate == HeardSlides::Fate::bed) {
+    heard_.addToBed(noise_, 1.0);
+    ++counters_.slidesInBed;
+  }
+  const bool isNew = !slide.isHeard;
+  slide.isHeard = true;
+  if (before == 0.0 && slide.voice == 0.0) return;
+  if (before == 0.0)
+    slides_.giveVoice(step.contact, step.shift.stretch * settings_.sampleRate, slide);
+  if (slide.nodes.empty()) return;
+  // Powers of train and noise add up to that of the contact.
+  const double from = isNew ? 1.0 : before;
+  if (from != 1.0 || slide.voice != 1.0)
+    for (PulseNode& node : slide.nodes)
+      node.weight *= std::sqrt(from + node.u * (slide.voice - from));
+  for (const bool first : {true, false})
+    scheduleSlide(step, first, sink);
 }
 
 /// Schedules the share of the contact's first body, or of the other one.

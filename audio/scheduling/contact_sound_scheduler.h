@@ -8,7 +8,9 @@
 #include "audio/propagation/sound_paths.h"
 #include "audio/scheduling/contact_duration.h"
 #include "audio/scheduling/contact_propagation.h"
+#include "audio/scheduling/heard_slides.h"
 #include "audio/scheduling/modal_exciter.h"
+#include "audio/scheduling/noise_propagation.h"
 #include "audio/scheduling/sample_time.h"
 #include "audio/scheduling/slide_tracker.h"
 #include "audio/scheduling/sounding_bodies.h"
@@ -53,6 +55,12 @@ class ContactSoundScheduler {
   /// bodies that ring, as excitations without a pulse, then the sound of either body if it slides
   /// or rolls over bumps. Steps come in order of time.
   void updateContact(const ContactState& contact, const SampleShift& shift, SoundSink& sink);
+  /// Schedules what contacts of the same time add up to (LastingDetail::heard), once all are known;
+  /// a contact of a later time does likewise.
+  void finishMoment(SoundSink& sink) { heard_.close(sink); }
+  /// True if the scheduler itself chooses which lasting contacts have voices
+  /// (LastingDetail::heard).
+  bool choosesSlides() const { return choosesSlides_; }
   /// Schedules the changes of damping alone, and ends the slide if there is one.
   void updateDamping(const ContactState& contact, const SampleShift& shift, SoundSink& sink);
 
@@ -83,6 +91,11 @@ class ContactSoundScheduler {
   void damp(const ContactState& contact, const SampleShift& shift, SoundSink& sink);
   bool updateModes(const ContactState& contact, bool first, std::int64_t sample);
   void updateSlide(const ContactState& contact, const SampleShift& shift, SoundSink& sink);
+  void hearSlide(const ContactState& contact, const SampleShift& shift, SoundSink& sink);
+  void hearRinging(const SlideStep& step, SoundSink& sink);
+  void estimate(const SlideStep& step);
+  void sound(const SlideStep& step, SoundSink& sink);
+  bool rings(const ContactState& contact) const;
   void scheduleSlide(const SlideStep& step, bool first, SoundSink& sink);
   bool isInaudible(const ContactState& contact, double loudest);
   bool isInaudible(const ContactState& contact, double loudest, bool first);
@@ -95,6 +108,9 @@ class ContactSoundScheduler {
   ContactDurations durations_;
   ContactPropagation propagation_;
   SlideTracker slides_;
+  NoisePropagation noise_;
+  HeardSlides heard_;
+  bool choosesSlides_;
   SynthCounters counters_;
 };
 

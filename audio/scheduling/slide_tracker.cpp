@@ -139,31 +139,65 @@ double SlideTracker::steepestImpulse(const ContactState& contact, double sampleR
           pushed(*other, contact.otherPathStart, contact.otherPathEnd));
 }
 
-Slide& SlideTracker::advance(const ContactState& contact, double sampleRate) {
+ContactDrive::Step SlideTracker::stepOf(const ContactState& contact, double sampleRate) const {
   SoundingBody& body = *bodies_.find(contact.body);
   SoundingBody& other = *bodies_.find(contact.other);
   const HertzContact hertz = hertzContact(contact, body, other);
+  return {
+      .duration = contact.duration,
+      .load = contact.normalLoad,
+      .mass = massOf(contact, body.sound, other.sound),
+      .radius = hertz.radius,
+      .modulus = hertz.modulus,
+      .restitution =
+          combinedRestitution(body.sound.material.restitution, other.sound.material.restitution),
+      .work = workOf(contact),
+      .sampleRate = sampleRate,
+      .surfaces = {{{body.texture(), body.textureCoordinates(), contact.pathStart, contact.pathEnd,
+                     contact.bodyOrientation.conjugate() * contact.normal, body.ballRadius()},
+                    {other.texture(), other.textureCoordinates(), contact.otherPathStart,
+                     contact.otherPathEnd, contact.otherOrientation.conjugate() * contact.normal,
+                     other.ballRadius()}}}};
+}
+
+Slide& SlideTracker::advance(const ContactState& contact, double sampleRate) {
   Slide& slide = slides_[keyOf(contact)];
-  slide.drive.advance(
-      {.duration = contact.duration,
-       .load = contact.normalLoad,
-       .mass = massOf(contact, body.sound, other.sound),
-       .radius = hertz.radius,
-       .modulus = hertz.modulus,
-       .restitution =
-           combinedRestitution(body.sound.material.restitution, other.sound.material.restitution),
-       .work = workOf(contact),
-       .sampleRate = sampleRate,
-       .surfaces = {{{body.texture(), body.textureCoordinates(), contact.pathStart, contact.pathEnd,
-                      contact.bodyOrientation.conjugate() * contact.normal, body.ballRadius()},
-                     {other.texture(), other.textureCoordinates(), contact.otherPathStart,
-                      contact.otherPathEnd, contact.otherOrientation.conjugate() * contact.normal,
-                      other.ballRadius()}}}},
-      slide.nodes);
+  slide.drive.advance(stepOf(contact, sampleRate), slide.nodes);
   smooth(contact, slide);
   if (!slide.sounds) fadeIn(slide.nodes, contact.duration);
   slide.sounds = !slide.nodes.empty();
   return slide;
+}
+
+Slide* SlideTracker::find(const ContactState& contact, double sampleRate) {
+  const bool moves = contact.phase != ContactPhase::end && isMoving(contact);
+  if (!moves || !isValid(contact, sampleRate)) {
+    end(contact);
+    return nullptr;
+  }
+  const SoundingBody* const body = bodies_.find(contact.body);
+  const SoundingBody* const other = bodies_.find(contact.other);
+  if (body == nullptr || other == nullptr) return nullptr;
+  return massOf(contact, body->sound, other->sound) > 0.0 ? &slides_[keyOf(contact)] : nullptr;
+}
+
+bool SlideTracker::follow(const ContactState& contact, double sampleRate, Slide& slide) {
+  slide.nodes.clear();
+  slide.sounds = false;
+  const bool moves = slide.drive.follow(stepOf(contact, sampleRate));
+  smooth(contact, slide);
+  return moves;
+}
+
+void SlideTracker::giveVoice(const ContactState& contact, double sampleRate, Slide& slide) {
+  slide.drive.advance(stepOf(contact, sampleRate), slide.nodes);
+  fadeIn(slide.nodes, contact.duration);
+  slide.sounds = !slide.nodes.empty();
+}
+
+BumpyContact SlideTracker::contactOf(const ContactState& contact, double sampleRate,
+                                     const Slide& slide) const {
+  return slide.drive.contact(stepOf(contact, sampleRate));
 }
 
 void SlideTracker::forget(BodyId body) {

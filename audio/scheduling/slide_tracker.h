@@ -1,9 +1,10 @@
 #pragma once
 
 #include <array>
-#include <map>
+#include <cstddef>
 #include <optional>
 #include <span>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -31,6 +32,15 @@ struct Slide {
   ContactDrive drive;
   std::vector<PulseNode> nodes;  ///< nodes of the current step
   bool sounds = false;           ///< the previous step had nodes
+  bool isHeard = false;          ///< HeardSlides has decided about an earlier step
+  double voice = 0.0;            ///< 1, share of a voice of its own at the end of the step, 0 to 1
+  /// A contact that was too quiet is not looked at again for a while, unless it becomes faster or
+  /// presses harder.
+  struct Rest {
+    int steps = 0;
+    double fastest = 0.0;   ///< m
+    double heaviest = 0.0;  ///< N
+  } rest;
   /// The latest state of the contact on one of the bodies.
   struct Side {
     bool isKnown = false;
@@ -56,6 +66,15 @@ class SlideTracker {
   /// Computes the nodes of a step of a contact whose steepestImpulse is above 0. `sampleRate` (Hz)
   /// is that of the samples in a second of the mechanics.
   Slide& advance(const ContactState& contact, double sampleRate);
+  /// Returns the slide of a pair whose contact moves, and whose numbers are finite; nullptr, and
+  /// the slide has ended, if it does not, or a body is not known.
+  Slide* find(const ContactState& contact, double sampleRate);
+  /// Follows a step of a slide without computing its nodes; false if nothing moves.
+  bool follow(const ContactState& contact, double sampleRate, Slide& slide);
+  /// Computes the nodes of a step that was followed.
+  void giveVoice(const ContactState& contact, double sampleRate, Slide& slide);
+  /// Returns the contact as it is in the step that was followed last.
+  BumpyContact contactOf(const ContactState& contact, double sampleRate, const Slide& slide) const;
 
   bool isSliding(const ContactState& contact) const { return slides_.contains(keyOf(contact)); }
   /// Ends the slide of a pair: if it slides later, that is a new slide.
@@ -71,10 +90,17 @@ class SlideTracker {
 
  private:
   using Pair = std::pair<BodyId, BodyId>;
+  struct PairHash {
+    std::size_t operator()(const Pair& pair) const {
+      return static_cast<std::size_t>((pair.first * 0x9E3779B97F4A7C15U) ^
+                                      (pair.second * 0xBF58476D1CE4E5B9U));
+    }
+  };
+  ContactDrive::Step stepOf(const ContactState& contact, double sampleRate) const;
   static Pair keyOf(const ContactState& contact) { return {contact.body, contact.other}; }
 
   SoundingBodies& bodies_;
-  std::map<Pair, Slide> slides_;
+  std::unordered_map<Pair, Slide, PairHash> slides_;
 };
 
 }  // namespace carom::audio

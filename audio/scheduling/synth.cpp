@@ -114,6 +114,8 @@ SynthCounters& operator+=(SynthCounters& sum, const SynthCounters& more) {
                            &SynthCounters::tooLong,
                            &SynthCounters::modalVoicesExhausted,
                            &SynthCounters::slidesLeftOut,
+                           &SynthCounters::slidesInBed,
+                           &SynthCounters::maskedSlides,
                            &SynthCounters::rejectedNotFinite,
                            &SynthCounters::rejectedUnknownBody,
                            &SynthCounters::rejectedNoContact,
@@ -125,6 +127,7 @@ SynthCounters& operator+=(SynthCounters& sum, const SynthCounters& more) {
 
 template <class Sample>
 void Synth::render(std::span<Sample* const> channels, std::size_t frames) noexcept {
+  impl_->scheduler_.finishMoment(impl_->renderer_);
   impl_->renderer_.render<Sample>(channels, frames);
 }
 

@@ -26,6 +26,10 @@ constexpr double kBusWork = 8.0;        // per sample and bus that is not silent
 constexpr double kResonatorWork = 0.2;  // per sample and mode
 constexpr double kReverbWork = 60.0;    // per sample and channel
 
+/// Levels of noise that may wait in a renderer with a capacity: more than a second of steps.
+constexpr std::size_t kNoiseLevels = 512;
+constexpr double kNoiseWork = 10.0;  // per sample and channel
+
 /// Prefetches an object that will be read soon.
 template <class T>
 void prefetch(const T& object) {
@@ -56,6 +60,11 @@ ClickRenderer::ClickRenderer(std::shared_ptr<const SoundPaths> paths,
     for (const Listener& listener : paths_->listeners)
       reverbs_.push_back(
           *Reverb::create(*settings_.reverb, settings_.sampleRate, channelCount(listener)));
+  }
+  if (settings_.lasting == LastingDetail::heard) {
+    const std::size_t sends = reverbs_.empty() ? 0 : 1;
+    bed_.emplace(settings_.sampleRate, paths_->channels.size() + sends,
+                 capacity_ ? std::optional(kNoiseLevels) : std::nullopt);
   }
   if (capacity_) makeRoom();
 }
@@ -100,6 +109,10 @@ std::size_t ClickRenderer::roomOf(const Click& click) const {
 }
 
 void ClickRenderer::add(const ScheduledSound& sound) {
+  if (!sound.noise.powers.empty()) {
+    if (bed_ && !bed_->add(sound.noise)) ++counters_.slidesLeftOut;
+    return;
+  }
   ScheduledSound kept = sound;
   if (!sound.train.empty() && !(sound.clicks.empty() && sound.excitations.empty())) {
     if (capacity_ && sound.train.size() > mostNodes_) {
@@ -419,8 +432,19 @@ void ClickRenderer::mix(std::size_t frames) noexcept {
   }
   spend(kResonatorWork * static_cast<double>(frames * modalBank_.resonatorsInUse()));
   modalBank_.mix({mix_.data(), kMixFrames, send_.data(), frames});
+  addNoise(frames);
   reverberate(frames);
   position_ += static_cast<std::int64_t>(frames);
+}
+
+void ClickRenderer::addNoise(std::size_t frames) noexcept {
+  if (!bed_ || bed_->isSilent()) return;
+  const std::size_t channels = paths_->channels.size();
+  bed_->mix(position_, {.samples = mix_.data(),
+                        .stride = kMixFrames,
+                        .frames = frames,
+                        .send = reverbs_.empty() ? nullptr : send_.data()});
+  spend(kNoiseWork * static_cast<double>(frames * channels));
 }
 
 void ClickRenderer::reverberate(std::size_t frames) noexcept {
@@ -441,7 +465,7 @@ void ClickRenderer::reverberate(std::size_t frames) noexcept {
 }
 
 bool ClickRenderer::isSilent() const {
-  return waiting_.size() == 0 && modalBank_.isSilent() &&
+  return waiting_.size() == 0 && modalBank_.isSilent() && (!bed_ || bed_->isSilent()) &&
          std::ranges::all_of(reverbs_, &Reverb::isSilent) && busesInUse() == 0;
 }
 
@@ -460,6 +484,7 @@ void ClickRenderer::seek(std::int64_t position) {
   busOrder_.clear();
   idleCursor_ = 0;
   modalBank_.seek(position);
+  if (bed_) bed_->clear();
   for (Reverb& reverb : reverbs_)
     reverb.reset();
   if (capacity_) makeRoom();

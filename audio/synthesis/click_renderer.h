@@ -16,6 +16,7 @@
 #include "audio/synthesis/click_calendar.h"
 #include "audio/synthesis/click_sampler.h"
 #include "audio/synthesis/modal_bank.h"
+#include "audio/synthesis/noise_bed.h"
 #include "audio/synthesis/scheduled_sound.h"
 #include "audio/synthesis/train_store.h"
 #include "audio/synthesis/voice_table.h"
@@ -128,6 +129,7 @@ class ClickRenderer final : public SoundSink {
   void begin(std::uint32_t slot) noexcept;
   std::span<const double> samplesOf(const Click& click) noexcept;
   void mix(std::size_t frames) noexcept;
+  void addNoise(std::size_t frames) noexcept;
   void reverberate(std::size_t frames) noexcept;
 
   std::shared_ptr<const SoundPaths> paths_;
@@ -146,6 +148,7 @@ class ClickRenderer final : public SoundSink {
   std::vector<BusOfKey> busOrder_;  // all buses by key: the order in which they are summed
   std::size_t idleCursor_ = 0;      // index at which the search for an idle bus goes on
   ModalBank modalBank_;
+  std::optional<NoiseBed> bed_;  // of lasting contacts, for LastingDetail::heard
   std::vector<Reverb> reverbs_;  // one per listener, or none
   std::size_t slots_ = 0;        // largest number of clicks, with a capacity
   std::size_t mostNodes_ = 0;    // largest number in a train, with a capacity

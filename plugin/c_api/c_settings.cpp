@@ -153,6 +153,8 @@ Result<SynthSettings> synthFrom(const carom_settings& input) {
   synth.modalRadiation = static_cast<ModalRadiation>(input.modal_radiation);
   synth.dissipative = input.dissipative != 0;
   synth.contactLoss = input.contact_loss;
+  synth.lasting = static_cast<LastingDetail>(input.lasting);
+  synth.slideVoices = input.slide_voices;
   if (const Status room = readRoom(input, synth); !room) return room.error();
   return synth;
 }
@@ -177,7 +179,9 @@ Status checkSettings(const carom_settings& input) {
                        {"carom_settings.radiation", input.radiation, 2},
                        {"carom_settings.modal_radiation", input.modal_radiation, 3},
                        {"carom_settings.dissipative", input.dissipative, 2},
-                       {"carom_settings.level", input.level, 3}});
+                       {"carom_settings.level", input.level, 3},
+                       {"carom_settings.lasting", input.lasting, 2},
+                       {"carom_settings.reserved_three", input.reserved_three, 1}});
 }
 
 Result<SoundSettings> soundFrom(const carom_settings& input) {
@@ -213,6 +217,8 @@ void writeSynth(const SynthSettings& synth, carom_settings& made) {
   made.modal_radiation = static_cast<std::int32_t>(synth.modalRadiation);
   made.dissipative = synth.dissipative ? 1 : 0;
   made.contact_loss = synth.contactLoss;
+  made.lasting = static_cast<std::int32_t>(synth.lasting);
+  made.slide_voices = synth.slideVoices;
 }
 
 void writeBudget(const VoiceBudget& budget, carom_settings& made) {

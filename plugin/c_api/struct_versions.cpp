@@ -23,7 +23,7 @@ CAROM_ENDS_WITH(carom_surface, absorption);
 CAROM_ENDS_WITH(carom_settings, reserved);
 CAROM_ENDS_WITH(carom_settings, modes);
 CAROM_ENDS_WITH(carom_settings, level);
-CAROM_ENDS_WITH(carom_settings, message_user);
+CAROM_ENDS_WITH(carom_settings, slide_voices);
 CAROM_ENDS_WITH(carom_roughness, hurst);
 CAROM_ENDS_WITH(carom_material, restitution);
 CAROM_ENDS_WITH(carom_material, damping_beta);
@@ -39,7 +39,7 @@ CAROM_ENDS_WITH(carom_statistics, unsupported_contacts);
 CAROM_ENDS_WITH(carom_statistics, modes);
 CAROM_ENDS_WITH(carom_statistics, undersampled);
 CAROM_ENDS_WITH(carom_collision, listener_count);
-CAROM_ENDS_WITH(carom_statistics, shapes_pending);
+CAROM_ENDS_WITH(carom_statistics, masked_slides);
 #undef CAROM_ENDS_WITH
 
 Status checkSize(const void* callers, std::span<const std::size_t> sizes, const std::string& name) {

@@ -32,6 +32,9 @@ constexpr double kTrainsHeld = 0.1;
 /// s: time whose nodes can cross at once: more than a frame of the host.
 constexpr double kTrainsQueued = 0.06;
 
+/// Levels of noise that can cross at once: a step of the world may be many of its mechanics.
+constexpr std::size_t kLevelsQueued = 64;
+
 /// Number of nodes in so many seconds, of both bodies of each sliding contact.
 std::size_t nodesOf(const SoundSettings& settings, double seconds) {
   const auto bodies = 2.0 * static_cast<double>(settings.budget.slidingContacts);
@@ -70,7 +73,9 @@ SoundQueue::Capacity queueCapacity(const SoundSettings& settings, const SoundPat
           .waitingClicks = 2 * clicks,
           .waitingExcitations = 2 * renderer.modes.excitations,
           .waitingNodes = 2 * nodes,
-          .hasEars = paths.hasHeads};
+          .hasEars = paths.hasHeads,
+          .powers = (paths.channels.size() + 1) * kThirdOctaves,
+          .waitingLevels = kLevelsQueued};
 }
 
 void scale(std::span<float* const> channels, std::size_t frames, double fullScale) {
@@ -145,6 +150,7 @@ void SoundEngine::advanceTo(double seconds) {
     updateContacts();
     for (const ImpulseEvent& event : events_)
       scheduler_.schedule(event, timeline_.shiftAt(event.time), step_);
+    scheduler_.finishMoment(step_);
     step_.send();
     exposeStep(std::exchange(time_, seconds), seconds);
   }
@@ -185,12 +191,14 @@ void SoundEngine::updateContacts() {
 /// Returns the least rank with which a contact of that moment slides; leaves the ranks of all in
 /// slideRanks_.
 double SoundEngine::rankToSlide(std::span<const ContactState> moment) {
-  slideRanks_.clear();
-  for (const ContactState& contact : moment)
-    slideRanks_.push_back(scheduler_.slideRank(contact));
   constexpr double kAny = std::numeric_limits<double>::min();
   const std::size_t most = settings_.budget.slidingContacts;
   if (most == 0) return std::numeric_limits<double>::infinity();
+  slideRanks_.assign(moment.size(), kAny);
+  if (scheduler_.choosesSlides()) return kAny;
+  slideRanks_.clear();
+  for (const ContactState& contact : moment)
+    slideRanks_.push_back(scheduler_.slideRank(contact));
   if (slideRanks_.size() <= most) return kAny;
   sortedRanks_ = slideRanks_;
   const auto last = sortedRanks_.begin() + static_cast<std::ptrdiff_t>(most - 1);

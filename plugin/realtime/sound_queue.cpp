@@ -13,7 +13,7 @@ using namespace audio;
 std::size_t SoundQueue::linesOf(const Header& header) {
   return 1 + linesOf<Click>(header.clicks) + linesOf<SphereWeights>(header.ears) +
          linesOf<ModalExcitation>(header.excitations) + linesOf<double>(header.taps) +
-         linesOf<PulseNode>(header.nodes);
+         linesOf<PulseNode>(header.nodes) + linesOf<float>(header.powers);
 }
 
 std::size_t SoundQueue::linesFor(const Capacity& capacity) {
@@ -23,7 +23,8 @@ std::size_t SoundQueue::linesFor(const Capacity& capacity) {
   const std::size_t perExcitation =
       linesOf<ModalExcitation>(1) + linesOf<double>(2 * capacity.modes) + 1;
   return perClick * capacity.waitingClicks + perExcitation * capacity.waitingExcitations +
-         linesOf<PulseNode>(capacity.waitingNodes);
+         linesOf<PulseNode>(capacity.waitingNodes) +
+         (1 + linesOf<float>(capacity.powers)) * capacity.waitingLevels;
 }
 
 SoundQueue::SoundQueue(const Capacity& capacity)
@@ -34,7 +35,8 @@ SoundQueue::SoundQueue(const Capacity& capacity)
       ears_(capacity.hasEars ? capacity.clicks : 0),
       excitations_(capacity.clicks),
       taps_(2 * capacity.modes * capacity.clicks),
-      nodes_(capacity.nodes) {}
+      nodes_(capacity.nodes),
+      powers_(capacity.powers) {}
 
 /// Number of modes of each of the sound's excitations that cross.
 std::size_t SoundQueue::countOf(const ScheduledSound& sound) const {
@@ -49,14 +51,21 @@ bool SoundQueue::put(const ScheduledSound& sound) noexcept {
                       .ears = static_cast<std::uint32_t>(sound.ears.size()),
                       .excitations = static_cast<std::uint32_t>(sound.excitations.size()),
                       .taps = static_cast<std::uint32_t>(2 * modes * sound.excitations.size()),
-                      .nodes = static_cast<std::uint32_t>(sound.train.size())};
+                      .nodes = static_cast<std::uint32_t>(sound.train.size()),
+                      .powers = static_cast<std::uint32_t>(sound.noise.powers.size()),
+                      .at = sound.noise.at,
+                      .since = sound.noise.since,
+                      .lasting = sound.noise.lasting};
   const std::size_t lines = linesOf(header);
-  if (sound.train.size() > capacity_.nodes || lines_.writable(lines) < lines) return false;
+  if (sound.train.size() > capacity_.nodes || sound.noise.powers.size() > capacity_.powers ||
+      lines_.writable(lines) < lines)
+    return false;
   putArray(&header, 1);
   putArray(sound.clicks.data(), sound.clicks.size());
   putArray(sound.ears.data(), sound.ears.size());
   putModes(sound, modes);
   putArray(sound.train.data(), sound.train.size());
+  putArray(sound.noise.powers.data(), sound.noise.powers.size());
   return true;
 }
 
@@ -107,6 +116,7 @@ const ScheduledSound* SoundQueue::take() noexcept {
   takeArray(excitations_, header.excitations);
   takeArray(taps_, header.taps);
   takeArray(nodes_, header.nodes);
+  takeArray(powers_, header.powers);
   const std::size_t modes = header.excitations > 0 ? header.taps / (2 * header.excitations) : 0;
   for (std::size_t index = 0; index < header.excitations; ++index) {
     excitations_[index].count = modes;
@@ -117,7 +127,11 @@ const ScheduledSound* SoundQueue::take() noexcept {
             .ears = std::span(ears_).first(header.ears),
             .excitations = std::span(excitations_).first(header.excitations),
             .taps = std::span(taps_).first(header.taps),
-            .train = std::span(nodes_).first(header.nodes)};
+            .train = std::span(nodes_).first(header.nodes),
+            .noise = {.at = header.at,
+                      .since = header.since,
+                      .lasting = header.lasting,
+                      .powers = std::span(powers_).first(header.powers)}};
   return &taken_;
 }
 

@@ -23,7 +23,9 @@ class SoundQueue {
     std::size_t waitingClicks = 0;
     std::size_t waitingExcitations = 0;
     std::size_t waitingNodes = 0;
-    bool hasEars = false;  ///< clicks come with directions
+    bool hasEars = false;           ///< clicks come with directions
+    std::size_t powers = 0;         ///< of a level of noise
+    std::size_t waitingLevels = 0;  ///< of noise
   };
   explicit SoundQueue(const Capacity& capacity);
 
@@ -53,6 +55,10 @@ class SoundQueue {
     std::uint32_t excitations = 0;
     std::uint32_t taps = 0;
     std::uint32_t nodes = 0;
+    std::uint32_t powers = 0;  // of a level of noise
+    std::int64_t at = 0;       // NoiseLevel
+    std::int64_t since = 0;    // NoiseLevel
+    std::int64_t lasting = 0;  // NoiseLevel
   };
 
   template <class T>
@@ -79,6 +85,7 @@ class SoundQueue {
   std::vector<audio::ModalExcitation> excitations_;
   std::vector<double> taps_;
   std::vector<audio::PulseNode> nodes_;
+  std::vector<float> powers_;
 };
 
 }  // namespace carom::plugin

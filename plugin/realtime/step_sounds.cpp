@@ -24,6 +24,7 @@ void StepSounds::add(const ScheduledSound& sound) {
     modal.ears = {};
     if (!queue_.put(modal)) ++faults_;
   }
+  if (!sound.noise.powers.empty() && !queue_.put(sound)) ++faults_;
   if (sound.clicks.empty()) return;
   events_.push_back(
       {sound.peak, clicks_.size(), sound.clicks.size(), nodes_.size(), sound.train.size()});

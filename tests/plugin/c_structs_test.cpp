@@ -295,6 +295,8 @@ TEST(CStructs, DefaultsAreThoseOfTheLibrary) {
   EXPECT_EQ(settings->sound.synth.modalRadiation, expected.synth.modalRadiation);
   EXPECT_EQ(settings->sound.synth.dissipative, expected.synth.dissipative);
   EXPECT_EQ(settings->sound.synth.contactLoss, expected.synth.contactLoss);
+  EXPECT_EQ(settings->sound.synth.lasting, expected.synth.lasting);
+  EXPECT_EQ(settings->sound.synth.slideVoices, expected.synth.slideVoices);
   EXPECT_TRUE(settings->sound.synth.room.reflectors.empty());
   EXPECT_FALSE(settings->sound.synth.reverb);
   EXPECT_EQ(settings->sound.fullScale, expected.fullScale);
@@ -337,6 +339,8 @@ TEST(CStructs, EverySettingArrives) {
   input.limiter_look_ahead = 0.004;
   input.limiter_release = 0.08;
   input.contact_loss = 0.3;
+  input.lasting = CAROM_LASTING_EXACT;
+  input.slide_voices = 3;
   input.pulse = CAROM_PULSE_COURSE_GAUSSIAN;
   input.sampling = CAROM_SAMPLING_NAIVE;
   input.radiation = CAROM_RADIATION_COMPACT;
@@ -376,6 +380,8 @@ TEST(CStructs, EverySettingArrives) {
   EXPECT_EQ(settings->sound.limiter->lookAhead, 0.004);
   EXPECT_EQ(settings->sound.limiter->release, 0.08);
   EXPECT_EQ(settings->sound.synth.contactLoss, 0.3);
+  EXPECT_EQ(settings->sound.synth.lasting, LastingDetail::exact);
+  EXPECT_EQ(settings->sound.synth.slideVoices, 3u);
   EXPECT_EQ(settings->sound.synth.comparison.pulse, PulseShape::courseGaussian);
   EXPECT_EQ(settings->sound.synth.comparison.sampling, Sampling::naive);
   EXPECT_EQ(settings->sound.synth.comparison.radiation, Radiation::compact);
@@ -396,6 +402,8 @@ TEST(CStructs, ChoicesAreThoseOfTheLibrary) {
   EXPECT_TRUE(is(CAROM_LEVEL_STANDARD, Level::standard));
   EXPECT_TRUE(is(CAROM_LEVEL_FIXED, Level::fixed));
   EXPECT_TRUE(is(CAROM_LEVEL_AUTOMATIC, Level::automatic));
+  EXPECT_TRUE(is(CAROM_LASTING_EXACT, LastingDetail::exact));
+  EXPECT_TRUE(is(CAROM_LASTING_HEARD, LastingDetail::heard));
   EXPECT_TRUE(is(CAROM_IMPULSE_PHYSICAL, ImpulseChoice::physical));
   EXPECT_TRUE(is(CAROM_IMPULSE_APPLIED, ImpulseChoice::applied));
   EXPECT_TRUE(is(CAROM_RADIATORS_SOLVED, RadiatorChoice::solved));
@@ -464,6 +472,8 @@ TEST(CStructs, EveryNumberOfStatisticsArrives) {
   input.peak = 33;
   input.peakSample = 34;
   input.slidesLeftOut = 30;
+  input.slidesInBed = 33;
+  input.maskedSlides = 34;
   input.silenced = 31;
   input.events = 1;
   input.immovable = 2;
@@ -534,6 +544,8 @@ TEST(CStructs, EveryNumberOfStatisticsArrives) {
   EXPECT_EQ(told.peak, 33);
   EXPECT_EQ(told.peak_sample, 34);
   EXPECT_EQ(told.slides_left_out, 30u);
+  EXPECT_EQ(told.slides_in_bed, 33u);
+  EXPECT_EQ(told.masked_slides, 34u);
   EXPECT_EQ(told.silenced, 31u);
   EXPECT_EQ(told.rejected_not_finite, 33u);
   EXPECT_EQ(told.rejected_unknown_body, 34u);

@@ -24,7 +24,8 @@ TEST(Statistics, ListsHoldEveryMemberOnce) {
   const SynthCounters& base = statistics;
   const auto& [events, rings, immovable, inaudible, late, undersampled, rejected, slides,
                inaudibleSlides, stolen, overBudget, noBus, tooLong, modalVoicesExhausted,
-               slidesLeftOut, notFinite, unknownBody, noContact, longer, tooFar] = base;
+               slidesLeftOut, notFinite, unknownBody, noContact, longer, tooFar, slidesInBed,
+               maskedSlides] = base;
   for (const std::uint64_t* count : {&events,
                                      &rings,
                                      &immovable,
@@ -44,7 +45,9 @@ TEST(Statistics, ListsHoldEveryMemberOnce) {
                                      &unknownBody,
                                      &noContact,
                                      &longer,
-                                     &tooFar})
+                                     &tooFar,
+                                     &slidesInBed,
+                                     &maskedSlides})
     EXPECT_EQ(timesListed(kStatisticsCounts, statistics, *count), 1)
         << "member " << count - &events << "; add it to plugin/realtime/statistics_fields.h";
   for (const auto& field : kStatisticsCounts)

@@ -110,6 +110,12 @@ enum {
 /// The one of an event's two impulses that sounds: carom_settings.impulse.
 enum { CAROM_IMPULSE_PHYSICAL = 0, CAROM_IMPULSE_APPLIED = 1 };
 
+/// The way in which contacts that slide or roll become sound: carom_settings.lasting.
+enum {
+  CAROM_LASTING_EXACT = 0,  ///< each as the train of impulses that its bumps give
+  CAROM_LASTING_HEARD = 1   ///< as much as is heard: the loudest exactly, the others as noise
+};
+
 /// The course of a contact force over time: carom_settings.pulse.
 enum {
   CAROM_PULSE_HERTZ = 0,               ///< the elastic contact of Hertz: the default
@@ -269,6 +275,10 @@ typedef struct carom_settings {
   /// that is refused, once. NULL: a line on standard error. It must not call the sound.
   carom_message_function on_message;
   void* message_user;  ///< handed to `on_message`
+  /// CAROM_LASTING_...: how contacts that slide or roll become sound.
+  int32_t lasting;
+  int32_t reserved_three;  ///< 0
+  size_t slide_voices;     ///< contacts that are exact with CAROM_LASTING_HEARD: the loudest
 } carom_settings;
 
 /// The statistics of a rough surface.
@@ -469,6 +479,8 @@ typedef struct carom_statistics {
   uint64_t
       unused_assignments;  ///< shapes and user indices with an assignment that no body has used
   uint64_t shapes_pending;     ///< now: shapes that a thread has yet to solve; Bullet only
+  uint64_t slides_in_bed;      ///< steps of contacts heard as noise with others, not one by one
+  uint64_t masked_slides;      ///< steps of contacts left out: too quiet beside others
 } carom_statistics;
 
 /// A collision of two bodies of a Bullet world, which carom_on_collision tells of.

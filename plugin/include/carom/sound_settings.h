@@ -73,7 +73,8 @@ struct VoiceBudget {
 struct SoundSettings {
   /// Sample rate, medium, which impulse sounds (the one that Bullet's solver applied is known one
   /// to three substeps later), pulse, sampling, radiation, Doppler effect, room and reverberation.
-  SynthSettings synth = {};
+  /// Lasting contacts are heard as LastingDetail::heard says, unless `lasting` is set.
+  SynthSettings synth = {.lasting = LastingDetail::heard};
   /// Channels are those of the first listener, then those of the next: see ListenerFormat. None:
   /// defaultListener(), which stands where a camera would over a Bullet world (see Sound), until
   /// the first SoundOutput::setListener; over events, at the origin.

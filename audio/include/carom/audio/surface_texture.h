@@ -51,6 +51,7 @@ class SurfaceTexture {
     double curvature = 0.0;        // 1/m, root of its mean square
     double lost = 0.0;  // m, rms height of the waves that finer levels have and this one lacks
     std::vector<Slope> slopes;
+    double octave = 0.0;  // mean square of the slopes of the waves of 2 to 4 texels
 
     Vec2 at(const Vec2& place) const;
   };
@@ -83,6 +84,11 @@ class SurfaceTexture {
   /// Rms height in m of the bumps that a look of that width (m) averages out.
   double heightBelow(double width) const;
 
+  /// Mean square of the slopes along a line that a look shows, of the waves within a third octave
+  /// around a length: `octaves` is its binary logarithm (m). On average over the directions of
+  /// lines.
+  double slopesAround(const Look& look, double octaves) const;
+
   /// Slopes along u and v at a point (m), interpolated between texels and between levels.
   Vec2 slope(const Look& look, const Vec2& at) const;
   Vec2 slope(const Vec2& at, double width) const { return slope(look(width), at); }
@@ -99,9 +105,10 @@ class SurfaceTexture {
   static double curvatureOf(const Level& level);
 
   std::shared_ptr<const Texels> texels_;
-  double scale_ = 1.0;         // factor on lengths
-  double steepness_ = 1.0;     // factor on slopes
-  Vec2 axis_ = Vec2::UnitX();  // u axis of the texels, unit
+  double scale_ = 1.0;           // factor on lengths
+  double steepness_ = 1.0;       // factor on slopes
+  double octavesOfTexel_ = 0.0;  // binary logarithm of the width of a texel (m)
+  Vec2 axis_ = Vec2::UnitX();    // u axis of the texels, unit
 };
 
 /// Refuses a roughness with values out of range. [any thread]

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -61,6 +62,18 @@ struct ComparisonSettings {
   Radiation radiation = Radiation::exact;
 };
 
+/// The way in which lasting contacts, those that slide or roll, become sound.
+enum class LastingDetail : std::uint8_t {
+  /// Each as the train of impulses that its bumps give. What is scaled, compared or measured is
+  /// this.
+  exact,
+  /// As much as is heard of them: what is 20 dB below the threshold of hearing in every third
+  /// octave,
+  /// or masked by the others, makes no sound; the loudest SynthSettings::slideVoices are exact, all
+  /// others together are noise of their third octaves. As `exact` with heads or comparison models.
+  heard,
+};
+
 struct SynthSettings {
   double sampleRate = 48000.0;  ///< Hz, 8000 to 192000
   ImpulseChoice impulse = ImpulseChoice::physical;
@@ -79,10 +92,14 @@ struct SynthSettings {
   double contactLoss = 0.1;
   bool doppler = true;  ///< lets the path through the air change while a contact lasts
 
-  Room room = {};                        ///< no reflectors: open air, which costs nothing
-  std::optional<ReverbSettings> reverb;  ///< reverberation of the same room; none costs nothing
+  Room room = {};  ///< no reflectors: open air, which costs nothing
+  std::optional<ReverbSettings> reverb =
+      std::nullopt;  ///< reverberation of the same room; none costs nothing
 
   ComparisonSettings comparison = {};
+  LastingDetail lasting = LastingDetail::exact;
+  /// Contacts that are exact where LastingDetail is `heard`: the loudest, at each moment.
+  std::size_t slideVoices = 8;
 };
 
 /// Counts of what became of events and lasting contacts. A Synth has room for everything, so those
@@ -111,6 +128,10 @@ struct SynthCounters {
   std::uint64_t rejectedNoContact = 0;
   std::uint64_t rejectedTooLong = 0;  ///< the contact would last more than 20 s
   std::uint64_t rejectedTooFar = 0;   ///< samples or pressures cannot hold its time, place or force
+  // Steps of contacts, where SynthSettings::lasting is `heard`; `inaudibleSlides` counts such that
+  // are below hearing.
+  std::uint64_t slidesInBed = 0;   ///< heard as noise with others, not one by one
+  std::uint64_t maskedSlides = 0;  ///< left out: too quiet beside others
 };
 SynthCounters& operator+=(SynthCounters& sum, const SynthCounters& more);
 inline SynthCounters operator+(SynthCounters sum, const SynthCounters& more) {

@@ -1,0 +1,163 @@
+#include "audio/scheduling/noise_propagation.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <utility>
+
+#include "audio/dsp/spread_kernel.h"
+
+namespace carom::audio {
+namespace {
+
+using Complex = std::complex<double>;
+
+/// Angular frequencies (rad/s) of the third octaves, and their squares.
+struct Angular {
+  BandPowers omega{};
+  BandPowers square{};
+  static const Angular& all() {
+    static const Angular angular = [] {
+      Angular made;
+      for (std::size_t band = 0; band < kThirdOctaves; ++band) {
+        made.omega[band] = 2.0 * std::numbers::pi * thirdOctaves()[band];
+        made.square[band] = made.omega[band] * made.omega[band];
+      }
+      return made;
+    }();
+    return angular;
+  }
+};
+
+/// Squares of what the walls of a path leave of each third octave.
+BandPowers reflected(const std::vector<ReflectionFilter>& chain, double sampleRate) {
+  BandPowers squares;
+  squares.fill(1.0);
+  for (std::size_t band = 0; band < kThirdOctaves; ++band) {
+    const double turn = std::min(std::numbers::pi, Angular::all().omega[band] / sampleRate);
+    for (const ReflectionFilter& wall : chain)
+      squares[band] *= std::norm((wall.b0 + wall.b1 * std::polar(1.0, -turn)) /
+                                 (1.0 + wall.a1 * std::polar(1.0, -turn)));
+  }
+  return squares;
+}
+
+}  // namespace
+
+NoisePropagation::NoisePropagation(std::shared_ptr<const SoundPaths> paths,
+                                   const ListenerTracks& tracks)
+    : paths_(std::move(paths)), tracks_(tracks) {
+  const double rate = paths_->settings.sampleRate;
+  for (const auto& chain : paths_->chains) {
+    walls_.push_back(reflected(chain, rate));
+    for (std::size_t band = 0; band < kThirdOctaves; ++band)
+      if (thirdOctaves()[band] > kBand * rate) walls_.back()[band] = 0.0;
+  }
+  const std::size_t channels = paths_->channels.size() + (paths_->settings.reverb ? 1 : 0);
+  powers_.resize(channels * kThirdOctaves);
+}
+
+void NoisePropagation::propagate(double time, std::span<const Strike> strikes,
+                                 const BandPowers& force) {
+  force_ = &force;
+  std::ranges::fill(powers_, 0.0);
+  delay_ = 0.0;
+  const std::size_t count = std::min<std::size_t>(strikes.size(), 2);
+  const std::span<double> all(powers_);
+  std::array<Ray, 2> rays;
+  for (std::size_t channel = 0; channel < paths_->channels.size(); ++channel) {
+    for (const SoundPaths::Path& path : paths_->paths) {
+      for (std::size_t i = 0; i < count; ++i)
+        rays[i] = rayOf(time, strikes[i], paths_->channels[channel], path.image);
+      if (path.image == nullptr && count > 0) delay_ += rays[0].delay;
+      add(std::span(rays).first(count), walls_[path.chain],
+          all.subspan(channel * kThirdOctaves, kThirdOctaves));
+    }
+  }
+  delay_ /= static_cast<double>(paths_->channels.size());
+  rate();
+  if (!paths_->settings.reverb) return;
+  for (std::size_t i = 0; i < count; ++i)
+    rays[i] = sendOf(strikes[i]);
+  add(std::span(rays).first(count), walls_.front(), all.last(kThirdOctaves));
+}
+
+NoisePropagation::Ray NoisePropagation::rayOf(double time, const Strike& strike,
+                                              const SoundPaths::Channel& channel,
+                                              const Image* image) const {
+  const double speed = paths_->settings.medium.speedOfSound;
+  const Vec3 from = image != nullptr ? image->position(strike.position) : strike.position;
+  const Vec3 dipole = image != nullptr ? image->vector(strike.dipole) : strike.dipole;
+  const Arrival arrival = tracks_.arrivalAt(channel, time, from);
+  if (image != nullptr) {
+    const Vec3 ear = from - arrival.distance * arrival.towardsSource;
+    if (!isVisible(paths_->settings.room, *image, strike.position, ear)) return {};
+  }
+  const double distance = std::max(arrival.distance, strike.radius);
+  Ray ray{.gain = -dipole.dot(arrival.towardsSource) / distance,
+          .near = speed / distance,
+          .corner = speed / std::min(strike.radius, kLargestFilteredRadius),
+          .delay = (distance - std::min(strike.radius, kLargestFilteredRadius)) / speed};
+  if (!channel.isEar && channel.receiver.pattern != 0.0)
+    ray.gain *= gain(channel.receiver, arrival.orientation, arrival.towardsSource);
+  return ray;
+}
+
+/// Returns what is sent into the reverberation, as ContactPropagation does.
+NoisePropagation::Ray NoisePropagation::sendOf(const Strike& strike) const {
+  return {.gain = strike.dipole.norm() / std::numbers::sqrt3,
+          .corner = paths_->settings.medium.speedOfSound /
+                    std::min(strike.radius, kLargestFilteredRadius)};
+}
+
+void NoisePropagation::add(std::span<const Ray> rays, std::span<const double> walls,
+                           std::span<double> powers) const {
+  const Angular& angular = Angular::all();
+  for (const Ray& ray : rays) {
+    const double gain = ray.gain * ray.gain;
+    if (gain == 0.0) continue;
+    const double near = ray.near * ray.near;
+    const double size = 0.25 / (ray.corner * ray.corner * ray.corner * ray.corner);
+    for (std::size_t band = 0; band < kThirdOctaves; ++band) {
+      const double square = angular.square[band];
+      powers[band] +=
+          (*force_)[band] * walls[band] * gain * (square + near) / (1.0 + size * square * square);
+    }
+  }
+  if (rays.size() < 2 || rays[0].gain == 0.0 || rays[1].gain == 0.0) return;
+  const double apart = rays[0].delay - rays[1].delay;
+  for (std::size_t band = 0; band < kThirdOctaves; ++band) {
+    const double omega = angular.omega[band];
+    // Within a third octave the phase between the two turns by so much to either side.
+    const double turn = 0.5 * kThirdOctaveWidth * omega * apart;
+    if (std::abs(turn) > std::numbers::pi) break;
+    const auto response = [omega](const Ray& ray) {
+      const Complex ratio(0.0, omega / ray.corner);
+      return ray.gain * Complex(ray.near, omega) / (1.0 + ratio + 0.5 * ratio * ratio);
+    };
+    const double alike = turn == 0.0 ? 1.0 : std::sin(turn) / turn;
+    const double both =
+        (response(rays[0]) * std::conj(response(rays[1])) * std::polar(1.0, -omega * apart)).real();
+    powers[band] += 2.0 * alike * both * (*force_)[band] * walls[band];
+  }
+}
+
+void NoisePropagation::rate() {
+  power_ = overHearing_ = loudness_ = 0.0;
+  for (std::size_t channel = 0; channel < paths_->channels.size(); ++channel) {
+    double loudness = 0.0;
+    for (std::size_t band = 0; band < kThirdOctaves; ++band) {
+      double& power = powers_[channel * kThirdOctaves + band];
+      power = std::max(power, 0.0);
+      power_ += power;
+      const double over = power / hearingThreshold()[band];
+      loudness += over;
+      overHearing_ = std::max(overHearing_, over);
+    }
+    loudness_ = std::max(loudness_, loudness);
+  }
+}
+
+}  // namespace carom::audio
