@@ -63,6 +63,13 @@ void readOther(TrackedBody& body) {
   body.margin = contactMargin(shape);
 }
 
+// Number of corners of a hull, to which the host may add some within its box.
+int pointsOf(const btCollisionShape& shape) {
+  return shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE
+             ? static_cast<const btConvexHullShape&>(shape).getNumPoints()
+             : 0;
+}
+
 bool touchesNothing(const btCollisionObject& object) {
   return !object.hasContactResponse() ||
          (object.getInternalType() &
@@ -75,6 +82,14 @@ BodyKind kindOf(const btCollisionObject& object) {
   if (btMultiBodyLinkCollider::upcast(&object) != nullptr) return BodyKind::link;
   const bool moves = btRigidBody::upcast(&object) != nullptr && !object.isStaticObject();
   return moves ? BodyKind::rigid : BodyKind::fixed;
+}
+
+// Upper bound (m) of the way of any point within `radius` of the origin from one pose to the other.
+double wayBetween(const btTransform& from, const btTransform& to, double radius) {
+  double turn = 0.0;
+  for (int row = 0; row < 3; ++row)
+    turn += toVec3(to.getBasis()[row] - from.getBasis()[row]).squaredNorm();
+  return (toVec3(to.getOrigin()) - toVec3(from.getOrigin())).norm() + radius * std::sqrt(turn);
 }
 
 // The fraction of a velocity that Bullet's damping leaves after dt (btRigidBody::applyDamping).
@@ -200,6 +215,7 @@ void BodyTracker::matchWorld(const btCollisionWorld& world) {
 
 void BodyTracker::readShape(TrackedBody& body) const {
   const btCollisionShape& shape = *body.object->getCollisionShape();
+  const ShapeTrace before = body.trace;
   if (touchesNothing(*body.object)) {
     body.shape = ContactShape::none;
   } else if (shape.getShapeType() == SPHERE_SHAPE_PROXYTYPE) {
@@ -215,6 +231,15 @@ void BodyTracker::readShape(TrackedBody& body) const {
     readOther(body);
   }
   if (!relativeMargin_) body.margin = double{gContactBreakingThreshold};
+  body.trace = {&shape, body.radius, pointsOf(shape)};
+  if (!(body.trace == before)) ++body.shapeNumber;
+}
+
+void BodyTracker::addTravel(TrackedBody& body, MotionHistory& history) {
+  const btTransform& pose = body.object->getWorldTransform();
+  body.travel +=
+      wayBetween(history.node, pose, body.shape == ContactShape::sphere ? 0.0 : body.radius);
+  history.node = pose;
 }
 
 void BodyTracker::beginSubstep(const btCollisionWorld& world, double dt) {
@@ -241,6 +266,7 @@ void BodyTracker::beginBody(TrackedBody& body, MotionHistory& history, double dt
   body.inverseMass = 0.0;
   body.arrival = 0.0;
   readShape(body);
+  addTravel(body, history);
 
   SubstepMotion& motion = body.current;
   motion.known = false;
@@ -363,6 +389,17 @@ void BodyTracker::endLink(const btMultiBodyLinkCollider& link, SubstepMotion& mo
   motion.velocityFree = motion.velocityBefore + dt * motion.acceleration;
 }
 
+// Sets what is known of the speed and the path of all points of a body.
+void BodyTracker::setBounds(TrackedBody& body, double dt) {
+  const SubstepMotion& motion = body.current;
+  const double after = motion.velocityAfter.norm();
+  const double spin = body.radius * motion.angularAfter.norm();
+  body.fastest = std::max(motion.velocityBefore.norm() + body.radius * motion.angularBefore.norm(),
+                          after + spin);
+  body.reach = dt * (after + 0.5 * dt * motion.acceleration.norm());
+  if (body.shape != ContactShape::sphere) body.reach += dt * spin;
+}
+
 void BodyTracker::endBody(TrackedBody& body, MotionHistory& history, double dt) {
   SubstepMotion& motion = body.current;
   if (body.kind == BodyKind::rigid) {
@@ -379,6 +416,7 @@ void BodyTracker::endBody(TrackedBody& body, MotionHistory& history, double dt) 
     }
   }
   motion.known = true;
+  setBounds(body, dt);
 }
 
 const TrackedBody* BodyTracker::find(const btCollisionObject& object) const {

@@ -46,6 +46,14 @@ enum class ContactShape { none, sphere, plane, other };
 /// or none (fixed).
 enum class BodyKind { fixed, rigid, link, kinematic };
 
+/// What tells that the host has changed a body's shape.
+struct ShapeTrace {
+  const btCollisionShape* shape = nullptr;
+  double radius = 0.0;  ///< m, as TrackedBody::radius
+  int points = 0;       ///< corners of a hull
+  bool operator==(const ShapeTrace&) const = default;
+};
+
 struct TrackedBody {
   const btCollisionObject* object = nullptr;
   int proxyId = -1;  ///< tells a new object at an old address from the old one
@@ -59,6 +67,8 @@ struct TrackedBody {
   /// m, of the sphere; for other shapes, of a ball around the centre that holds the shape.
   double radius = 0.0;
   double margin = 0.0;               ///< m, gap below which Bullet may hold a contact
+  ShapeTrace trace;                  ///< of the shape as it was read last
+  std::uint32_t shapeNumber = 0;     ///< number of times that the trace has changed
   Vec3 planeNormal = Vec3::UnitY();  ///< unit, world frame; planes only
   double planeOffset = 0.0;          ///< m, from the world's origin along planeNormal
 
@@ -67,6 +77,14 @@ struct TrackedBody {
   double arrival = 0.0;
 
   SubstepMotion current;
+
+  /// m/s, upper bound of the speeds of all its points at both nodes of the substep.
+  double fastest = 0.0;
+  /// m, upper bound of how far any of its points gets from its start on the path of this substep.
+  double reach = 0.0;
+  /// m, upper bound of the sum of the ways that any of its points went from node to node, up to the
+  /// start of the substep; the host's own moves count. Spheres do not turn here.
+  double travel = 0.0;
 
   /// The body's motion in this substep of length dt (s), with rotation.
   RigidMotion actual(double dt) const;
@@ -108,6 +126,7 @@ class BodyTracker {
     Vec3 position = Vec3::Zero();
     Quat orientation = Quat::Identity();
     btTransform target = btTransform::getIdentity();  // where Bullet has put the body
+    btTransform node = btTransform::getIdentity();    // pose at the latest node
     // Links, of the latest substep without a push: acceleration (m/s^2), and mean velocity less
     // that at the end (m/s).
     Vec3 acceleration = Vec3::Zero();
@@ -117,6 +136,8 @@ class BodyTracker {
   void matchWorld(const btCollisionWorld& world);
   void beginBody(TrackedBody& body, MotionHistory& history, double dt);
   void readShape(TrackedBody& body) const;
+  static void setBounds(TrackedBody& body, double dt);
+  static void addTravel(TrackedBody& body, MotionHistory& history);
   struct KinematicMove;
   void beginKinematic(TrackedBody& body, MotionHistory& history, double dt);
   static void advance(MotionHistory& history, const KinematicMove& move, bool arrives, double dt);

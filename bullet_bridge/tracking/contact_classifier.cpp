@@ -1,6 +1,7 @@
 #include "bullet_bridge/tracking/contact_classifier.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "bullet_bridge/tracking/candidate_pairs.h"
 
@@ -31,19 +32,52 @@ double maxApproachSpeed(const ContactPair& pair, Vec3 SubstepMotion::*velocity,
   return speed;
 }
 
+// Upper bound (m/s) of the same before and after the solver.
+double fastestApproach(const ContactPair& pair) {
+  return std::max(
+      maxApproachSpeed(pair, &SubstepMotion::velocityBefore, &SubstepMotion::angularBefore),
+      maxApproachSpeed(pair, &SubstepMotion::velocityAfter, &SubstepMotion::angularAfter));
+}
+
+// False for pairs that may be of those which cannot be followed at all.
+bool isSurelyFollowed(const ContactPair& pair) {
+  const btCollisionShape& body = *pair.body->object->getCollisionShape();
+  const btCollisionShape& other = *pair.other->object->getCollisionShape();
+  const auto isPlain = [](const btCollisionShape& shape) {
+    return shape.isConvex() || shape.getShapeType() == TRIANGLE_MESH_SHAPE_PROXYTYPE ||
+           shape.getShapeType() == TERRAIN_SHAPE_PROXYTYPE ||
+           shape.getShapeType() == STATIC_PLANE_PROXYTYPE;
+  };
+  return (body.isConvex() && isPlain(other)) || (other.isConvex() && isPlain(body));
+}
+
+// Lower bound (m) of the gap of two bodies whose nearest pieces are at `start`: pieces farther apart
+// than Bullet's margin may have been left out.
+double leastGap(const ContactPair& pair, const Proximity& start) {
+  const double left = std::max(pair.body->margin, pair.other->margin);
+  const double balls = (pair.body->current.start - pair.other->current.start).norm() -
+                       pair.body->radius - pair.other->radius;
+  const bool isWhole = pair.body->object->getCollisionShape()->isConvex() &&
+                       pair.other->object->getCollisionShape()->isConvex() &&
+                       std::isfinite(start.gap);
+  return std::max(isWhole ? start.gap : std::min(start.gap, left), balls);
+}
+
 bool isImmovable(const TrackedBody& body) {
   return body.kind == BodyKind::fixed || body.kind == BodyKind::kinematic;
 }
 
 }  // namespace
 
-void ContactClassifier::beginSubstep() {
+void ContactClassifier::beginSubstep(std::size_t pairs) {
+  gaps_.beginSubstep(pairs);
   reader_.beginReading(bodies_.hasContinuous());
   log_.beginSubstep();
 }
 
 void ContactClassifier::resolve(const ContactPair& pair) {
   PairRecord* record = records_.find(pair.key());
+  if (record == nullptr ? staysApart(pair) : liesStill(pair, *record)) return;
   const double dt = context_.clock.current().length;
   const PairMotion now(pair, MotionKind::actual, dt, dt, finder_.pieces());
   if (!now.isFollowed()) {
@@ -51,11 +85,37 @@ void ContactClassifier::resolve(const ContactPair& pair) {
     return;
   }
   const Proximity start = now.proximityAt(0.0);
+  if (!pair.isClosedForm() && start.gap > 0.0 && GapMemory::canRemember(pair))
+    gaps_.remember(pair, leastGap(pair, start));
   if (record != nullptr || start.gap <= solverRange(pair)) {
     resolveContact(now, start, record);
   } else if (const FoundImpact* found = find(now, start, nullptr, nullptr)) {
     beginUnlessRest(recordOf(pair, nullptr), *found, combinedRestitution(pair));
   }
+}
+
+// True for a pair of which there is nothing to tell: it does not meet in the substep, or too slowly,
+// and Bullet's solver has not acted on it.
+bool ContactClassifier::staysApart(const ContactPair& pair) {
+  const double range = solverRange(pair);
+  if (pair.isClosedForm() || std::isinf(range)) return false;
+  const double gap = GapMemory::canRemember(pair) ? gaps_.leastGap(pair) : 0.0;
+  const bool cannotMeet = gap > pair.body->reach + pair.other->reach;
+  if (cannotMeet && gap > range) return true;
+  if (!cannotMeet && !(isSurelyFollowed(pair) && fastestApproach(pair) <= context_.settings.restSpeed))
+    return false;
+  return reader_.impulseOf(pair) < 0.0;
+}
+
+// True for a lasting contact that goes on as it was, with no state and no impact.
+bool ContactClassifier::liesStill(const ContactPair& pair, PairRecord& record) {
+  if (!(context_.settings.stillSpeed > 0.0)) return false;
+  if (!record.isInContact() || record.isImpacting() || !record.isTold) return false;
+  if (fastestApproach(pair) > context_.settings.restSpeed) return false;
+  if (!contacts_.carryStill(record, pair, reader_.impulseOf(pair))) return false;
+  if (record.isSuppressed()) record.allowImpacts();
+  record.resolvedIn = context_.clock.number();
+  return true;
 }
 
 // Resolves a pair on which Bullet's solver may have acted.
@@ -151,10 +211,7 @@ const FoundImpact* ContactClassifier::find(const PairMotion& now, const Proximit
                                            const SolvedContact* solved, const PairRecord* record) {
   const ContactPair& pair = now.pair();
   const ImpactFinder::Substep substep{context_.clock.current().length, leastSpeed(pair, record)};
-  const double speed = std::max(
-      maxApproachSpeed(pair, &SubstepMotion::velocityBefore, &SubstepMotion::angularBefore),
-      maxApproachSpeed(pair, &SubstepMotion::velocityAfter, &SubstepMotion::angularAfter));
-  if (speed <= substep.restSpeed) return nullptr;
+  if (fastestApproach(pair) <= substep.restSpeed) return nullptr;
   const FoundImpact* found = search(now, start, solved, substep);
   return found != nullptr && mayCollide(pair) ? found : nullptr;
 }

@@ -9,6 +9,8 @@ namespace {
 
 // Substeps without load after which a lasting contact has ended.
 constexpr int kIdleSubsteps = 3;
+// Ratio of loads beyond which a contact that lies still has changed.
+constexpr double kNewLoad = 2.0;
 
 // Returns the same contact seen from the other body.
 ContactState mirrored(const ContactState& state) {
@@ -27,6 +29,21 @@ ContactState mirrored(const ContactState& state) {
 
 }  // namespace
 
+// True if no point of either body moves fast enough.
+bool LastingContacts::liesStill(const ContactPair& pair) const {
+  return pair.body->fastest + pair.other->fastest <= context_.settings.stillSpeed;
+}
+
+bool LastingContacts::carryStill(PairRecord& record, const ContactPair& pair,
+                                 double impulse) const {
+  const int idle = impulse > 0.0 ? 0 : record.idle + 1;
+  if (!record.isTold || idle >= kIdleSubsteps || !liesStill(pair)) return false;
+  const double told = record.state.normalLoad * context_.clock.current().length;
+  if (impulse > kNewLoad * told || kNewLoad * impulse < told) return false;
+  record.idle = idle;
+  return true;
+}
+
 void LastingContacts::update(PairRecord& record, const PairMotion& now, const Proximity& start,
                              const SolvedContact& solved) {
   const bool begins = !record.isInContact();
@@ -40,6 +57,7 @@ void LastingContacts::update(PairRecord& record, const PairMotion& now, const Pr
     record.endContact();
     record.state.phase = ContactPhase::end;
   }
+  record.isTold = context_.settings.stillSpeed > 0.0 && liesStill(now.pair());
   states_.push_back(record.state);
 }
 

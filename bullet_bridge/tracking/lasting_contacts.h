@@ -24,10 +24,16 @@ class LastingContacts {
   /// substeps without load. `start` is where the two were nearest as the substep began.
   void update(PairRecord& record, const PairMotion& now, const Proximity& start,
               const SolvedContact& solved);
+  /// Goes on with the contact of a pair without a state, if it lies still and there is nothing new
+  /// to tell; otherwise does nothing and returns false. `impulse` (N s) is what Bullet's solver
+  /// held it by.
+  bool carryStill(PairRecord& record, const ContactPair& pair, double impulse) const;
   /// Ends the contact of a pair that is asleep, gone or far apart.
   void end(PairRecord& record);
 
  private:
+  bool liesStill(const ContactPair& pair) const;
+
   BridgeContext& context_;
   std::vector<ContactState> states_;
 };
