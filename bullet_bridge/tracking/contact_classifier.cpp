@@ -39,6 +39,21 @@ double fastestApproach(const ContactPair& pair) {
       maxApproachSpeed(pair, &SubstepMotion::velocityAfter, &SubstepMotion::angularAfter));
 }
 
+// Upper bound (m/s) of the speed along a normal of their contact, or of what it turns to within the
+// substep, at which any two points of the pair approach each other at its start.
+double approachAnywhere(const ContactPair& pair, const Vec3& normal, MotionKind kind, double dt) {
+  const auto velocity = kind == MotionKind::actual ? &SubstepMotion::velocityAfter
+                                                   : &SubstepMotion::velocityBefore;
+  const auto angular = kind == MotionKind::actual ? &SubstepMotion::angularAfter
+                                                  : &SubstepMotion::angularBefore;
+  const SubstepMotion& body = pair.body->current;
+  const SubstepMotion& other = pair.other->current;
+  const Vec3 relative = body.*velocity - other.*velocity;
+  const double turned = dt * ((body.*angular).norm() + (other.*angular).norm());
+  return -relative.dot(normal) + (body.*angular).cross(normal).norm() * pair.body->radius +
+         (other.*angular).cross(normal).norm() * pair.other->radius + turned * relative.norm();
+}
+
 // False for pairs that may be of those which cannot be followed at all.
 bool isSurelyFollowed(const ContactPair& pair) {
   const btCollisionShape& body = *pair.body->object->getCollisionShape();
@@ -77,7 +92,7 @@ void ContactClassifier::beginSubstep(std::size_t pairs) {
 
 void ContactClassifier::resolve(const ContactPair& pair) {
   PairRecord* record = records_.find(pair.key());
-  if (record == nullptr ? staysApart(pair) : liesStill(pair, *record)) return;
+  if (record == nullptr ? staysApart(pair) : goesOn(pair, *record)) return;
   const double dt = context_.clock.current().length;
   const PairMotion now(pair, MotionKind::actual, dt, dt, finder_.pieces());
   if (!now.isFollowed()) {
@@ -107,15 +122,36 @@ bool ContactClassifier::staysApart(const ContactPair& pair) {
   return reader_.impulseOf(pair) < 0.0;
 }
 
-// True for a lasting contact that goes on as it was, with no state and no impact.
-bool ContactClassifier::liesStill(const ContactPair& pair, PairRecord& record) {
+// Goes on with a lasting contact in which no impact is possible, without the pieces of the pair;
+// false if that cannot be told from Bullet's points.
+bool ContactClassifier::goesOn(const ContactPair& pair, PairRecord& record) {
   if (!(context_.settings.stillSpeed > 0.0)) return false;
-  if (!record.isInContact() || record.isImpacting() || !record.isTold) return false;
-  if (fastestApproach(pair) > context_.settings.restSpeed) return false;
-  if (!contacts_.carryStill(record, pair, reader_.impulseOf(pair))) return false;
+  if (!record.isInContact() || record.isImpacting()) return false;
+  const double fastest = fastestApproach(pair);
+  if (record.isSuppressed() && fastest > context_.settings.restSpeed) return false;
+  const bool isSlow = fastest <= leastSpeed(pair, &record);
+  if (!(isSlow && contacts_.carryStill(record, pair, reader_.impulseOf(pair)))) {
+    const SolvedContact& solved = reader_.read(pair);
+    if (!isSlow && mayRock(pair, record, solved)) return false;
+    if (!contacts_.carry(record, pair, solved)) return false;
+  }
   if (record.isSuppressed()) record.allowImpacts();
   record.resolvedIn = context_.clock.number();
   return true;
+}
+
+// False for a pair, in contact at some points, of which no others can meet as fast as an impact:
+// along the normal of none of those points do the bodies approach that fast anywhere.
+bool ContactClassifier::mayRock(const ContactPair& pair, const PairRecord& record,
+                                const SolvedContact& solved) const {
+  const bool isConvex = pair.body->object->getCollisionShape()->isConvex() &&
+                        pair.other->object->getCollisionShape()->isConvex();
+  if (!isConvex || solved.points.empty()) return true;
+  const double least = leastSpeed(pair, &record);
+  return std::ranges::any_of(solved.points, [&](const SolvedPoint& point) {
+    return approachAnywhere(pair, point.normal, MotionKind::actual, context_.clock.current().length) > least ||
+           approachAnywhere(pair, point.normal, MotionKind::contactFree, context_.clock.current().length) > least;
+  });
 }
 
 // Resolves a pair on which Bullet's solver may have acted.

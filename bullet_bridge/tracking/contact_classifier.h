@@ -41,7 +41,9 @@ class ContactClassifier {
   const FoundImpact* search(const PairMotion& now, const Proximity& start,
                             const SolvedContact* solved, const ImpactFinder::Substep& substep);
   bool staysApart(const ContactPair& pair);
-  bool liesStill(const ContactPair& pair, PairRecord& record);
+  bool goesOn(const ContactPair& pair, PairRecord& record);
+  bool mayRock(const ContactPair& pair, const PairRecord& record,
+               const SolvedContact& solved) const;
   double leastSpeed(const ContactPair& pair, const PairRecord* record) const;
   bool mayCollide(const ContactPair& pair) const;
 

@@ -1,5 +1,6 @@
 #include "bullet_bridge/tracking/lasting_contacts.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "bullet_bridge/tracking/contact_kinematics.h"
@@ -11,6 +12,8 @@ namespace {
 constexpr int kIdleSubsteps = 3;
 // Ratio of loads beyond which a contact that lies still has changed.
 constexpr double kNewLoad = 2.0;
+// Way of the bodies, relative to the smaller one's radius, in which a contact keeps its curvature.
+constexpr double kSameCurvature = 0.02;
 
 // Returns the same contact seen from the other body.
 ContactState mirrored(const ContactState& state) {
@@ -37,10 +40,44 @@ bool LastingContacts::liesStill(const ContactPair& pair) const {
 bool LastingContacts::carryStill(PairRecord& record, const ContactPair& pair,
                                  double impulse) const {
   const int idle = impulse > 0.0 ? 0 : record.idle + 1;
-  if (!record.isTold || idle >= kIdleSubsteps || !liesStill(pair)) return false;
-  const double told = record.state.normalLoad * context_.clock.current().length;
-  if (impulse > kNewLoad * told || kNewLoad * impulse < told) return false;
+  if (!record.isTold || idle >= kIdleSubsteps || !liesStill(pair) || isNews(record, impulse))
+    return false;
   record.idle = idle;
+  return true;
+}
+
+// True if the contact point moves over neither body fast enough, and the bodies not on each other.
+bool LastingContacts::liesStill(const ContactState& state) const {
+  const double still = context_.settings.stillSpeed;
+  const double way = still * state.duration;
+  return state.slipVelocity.squaredNorm() <= still * still &&
+         (state.pathEnd - state.pathStart).squaredNorm() <= way * way &&
+         (state.otherPathEnd - state.otherPathStart).squaredNorm() <= way * way;
+}
+
+// True if the load is no longer about what was told last.
+bool LastingContacts::isNews(const PairRecord& record, double impulse) const {
+  const double told = record.state.normalLoad * context_.clock.current().length;
+  return impulse > kNewLoad * told || kNewLoad * impulse < told;
+}
+
+bool LastingContacts::carry(PairRecord& record, const ContactPair& pair,
+                            const SolvedContact& solved) {
+  const PairCurvature& curvature = record.curvature;
+  const double gone = pair.body->travel + pair.other->travel - curvature.travel;
+  const double size = std::min(pair.body->radius, pair.other->radius);
+  const bool isRim = curvature.body.rimRadius > 0.0 || curvature.other.rimRadius > 0.0;
+  if (curvature.travel < 0.0 || isRim || gone > kSameCurvature * size) return false;
+  if (record.body != pair.body->id || !(solved.impulse > 0.0)) return false;
+  const double dt = context_.clock.current().length;
+  const PairMotion now(pair, pair.body->actual(dt), pair.other->actual(dt));
+  const ContactState state = contactStateOf(now, {}, curvature, solved, context_.clock.current());
+  record.idle = 0;
+  const bool isStill = liesStill(state);
+  if (isStill && record.isTold && !isNews(record, solved.impulse)) return true;
+  record.isTold = isStill;
+  record.state = state;
+  states_.push_back(state);
   return true;
 }
 
@@ -49,7 +86,9 @@ void LastingContacts::update(PairRecord& record, const PairMotion& now, const Pr
   const bool begins = !record.isInContact();
   if (begins) record.beginContact();
   record.idle = begins || solved.impulse > 0.0 ? 0 : record.idle + 1;
-  record.state = contactStateOf(now, start, solved, context_.clock.current());
+  record.curvature = curvatureOf(now, start);
+  record.state =
+      contactStateOf(now, start, record.curvature, solved, context_.clock.current());
   if (record.state.body != record.body) record.state = mirrored(record.state);
   record.state.phase = begins ? ContactPhase::begin : ContactPhase::during;
   if (begins) ++context_.counters.contactsBegun;
@@ -57,7 +96,7 @@ void LastingContacts::update(PairRecord& record, const PairMotion& now, const Pr
     record.endContact();
     record.state.phase = ContactPhase::end;
   }
-  record.isTold = context_.settings.stillSpeed > 0.0 && liesStill(now.pair());
+  record.isTold = context_.settings.stillSpeed > 0.0 && liesStill(record.state);
   states_.push_back(record.state);
 }
 

@@ -28,11 +28,17 @@ class LastingContacts {
   /// to tell; otherwise does nothing and returns false. `impulse` (N s) is what Bullet's solver
   /// held it by.
   bool carryStill(PairRecord& record, const ContactPair& pair, double impulse) const;
+  /// Goes on with a contact that bears load, where the pieces of the pair are not needed: its
+  /// curvature is taken for what it was, if the bodies have hardly moved since; otherwise does
+  /// nothing and returns false.
+  bool carry(PairRecord& record, const ContactPair& pair, const SolvedContact& solved);
   /// Ends the contact of a pair that is asleep, gone or far apart.
   void end(PairRecord& record);
 
  private:
   bool liesStill(const ContactPair& pair) const;
+  bool liesStill(const ContactState& state) const;
+  bool isNews(const PairRecord& record, double impulse) const;
 
   BridgeContext& context_;
   std::vector<ContactState> states_;

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "bullet_bridge/tracking/contact_kinematics.h"
 #include "carom/audio/contact_state.h"
 #include "carom/audio/impulse_event.h"
 
@@ -68,6 +69,7 @@ class PairRecord {
   /// part of the state: a pair in any state is resolved once in a substep.
   std::uint64_t resolvedIn = 0;
   Impact impact;
+  PairCurvature curvature;  ///< of the lasting contact, as it was found last
   ContactState state;  ///< the contact state that was handed out last
 
   /// Takes the record for another pair, in the state `separate`. Its impact and its contact state
