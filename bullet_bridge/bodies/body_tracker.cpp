@@ -84,12 +84,12 @@ BodyKind kindOf(const btCollisionObject& object) {
   return moves ? BodyKind::rigid : BodyKind::fixed;
 }
 
-// Upper bound (m) of the way of any point within `radius` of the origin from one pose to the other.
-double wayBetween(const btTransform& from, const btTransform& to, double radius) {
-  double turn = 0.0;
+// Upper bound of how far a turn from one basis to the other takes a point at unit distance.
+double turnBetween(const btMatrix3x3& from, const btMatrix3x3& to) {
+  double squared = 0.0;
   for (int row = 0; row < 3; ++row)
-    turn += toVec3(to.getBasis()[row] - from.getBasis()[row]).squaredNorm();
-  return (toVec3(to.getOrigin()) - toVec3(from.getOrigin())).norm() + radius * std::sqrt(turn);
+    squared += toVec3(to[row] - from[row]).squaredNorm();
+  return std::sqrt(squared);
 }
 
 // The fraction of a velocity that Bullet's damping leaves after dt (btRigidBody::applyDamping).
@@ -235,11 +235,11 @@ void BodyTracker::readShape(TrackedBody& body) const {
   if (!(body.trace == before)) ++body.shapeNumber;
 }
 
-void BodyTracker::addTravel(TrackedBody& body, MotionHistory& history) {
-  const btTransform& pose = body.object->getWorldTransform();
-  body.travel +=
-      wayBetween(history.node, pose, body.shape == ContactShape::sphere ? 0.0 : body.radius);
-  history.node = pose;
+void BodyTracker::addTurn(TrackedBody& body, MotionHistory& history) {
+  if (body.shape != ContactShape::other) return;
+  const btMatrix3x3& basis = body.object->getWorldTransform().getBasis();
+  body.turned += body.radius * turnBetween(history.node, basis);
+  history.node = basis;
 }
 
 void BodyTracker::beginSubstep(const btCollisionWorld& world, double dt) {
@@ -266,7 +266,7 @@ void BodyTracker::beginBody(TrackedBody& body, MotionHistory& history, double dt
   body.inverseMass = 0.0;
   body.arrival = 0.0;
   readShape(body);
-  addTravel(body, history);
+  addTurn(body, history);
 
   SubstepMotion& motion = body.current;
   motion.known = false;
@@ -396,8 +396,7 @@ void BodyTracker::setBounds(TrackedBody& body, double dt) {
   const double spin = body.radius * motion.angularAfter.norm();
   body.fastest = std::max(motion.velocityBefore.norm() + body.radius * motion.angularBefore.norm(),
                           after + spin);
-  body.reach = dt * (after + 0.5 * dt * motion.acceleration.norm());
-  if (body.shape != ContactShape::sphere) body.reach += dt * spin;
+  body.turning = body.shape == ContactShape::sphere ? 0.0 : dt * spin;
 }
 
 void BodyTracker::endBody(TrackedBody& body, MotionHistory& history, double dt) {

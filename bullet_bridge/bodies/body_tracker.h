@@ -80,11 +80,12 @@ struct TrackedBody {
 
   /// m/s, upper bound of the speeds of all its points at both nodes of the substep.
   double fastest = 0.0;
-  /// m, upper bound of how far any of its points gets from its start on the path of this substep.
-  double reach = 0.0;
-  /// m, upper bound of the sum of the ways that any of its points went from node to node, up to the
-  /// start of the substep; the host's own moves count. Spheres do not turn here.
-  double travel = 0.0;
+  /// m, upper bound of how far turning takes any of its points on the path of this substep; 0 for
+  /// spheres.
+  double turning = 0.0;
+  /// m, upper bound of the sum of what turning did from node to node, up to the start of the
+  /// substep; the host's own turns count.
+  double turned = 0.0;
 
   /// The body's motion in this substep of length dt (s), with rotation.
   RigidMotion actual(double dt) const;
@@ -126,7 +127,7 @@ class BodyTracker {
     Vec3 position = Vec3::Zero();
     Quat orientation = Quat::Identity();
     btTransform target = btTransform::getIdentity();  // where Bullet has put the body
-    btTransform node = btTransform::getIdentity();    // pose at the latest node
+    btMatrix3x3 node = btMatrix3x3::getIdentity();    // basis at the latest node
     // Links, of the latest substep without a push: acceleration (m/s^2), and mean velocity less
     // that at the end (m/s).
     Vec3 acceleration = Vec3::Zero();
@@ -137,7 +138,7 @@ class BodyTracker {
   void beginBody(TrackedBody& body, MotionHistory& history, double dt);
   void readShape(TrackedBody& body) const;
   static void setBounds(TrackedBody& body, double dt);
-  static void addTravel(TrackedBody& body, MotionHistory& history);
+  static void addTurn(TrackedBody& body, MotionHistory& history);
   struct KinematicMove;
   void beginKinematic(TrackedBody& body, MotionHistory& history, double dt);
   static void advance(MotionHistory& history, const KinematicMove& move, bool arrives, double dt);

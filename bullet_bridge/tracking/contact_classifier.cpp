@@ -66,18 +66,6 @@ bool isSurelyFollowed(const ContactPair& pair) {
   return (body.isConvex() && isPlain(other)) || (other.isConvex() && isPlain(body));
 }
 
-// Lower bound (m) of the gap of two bodies whose nearest pieces are at `start`: pieces farther apart
-// than Bullet's margin may have been left out.
-double leastGap(const ContactPair& pair, const Proximity& start) {
-  const double left = std::max(pair.body->margin, pair.other->margin);
-  const double balls = (pair.body->current.start - pair.other->current.start).norm() -
-                       pair.body->radius - pair.other->radius;
-  const bool isWhole = pair.body->object->getCollisionShape()->isConvex() &&
-                       pair.other->object->getCollisionShape()->isConvex() &&
-                       std::isfinite(start.gap);
-  return std::max(isWhole ? start.gap : std::min(start.gap, left), balls);
-}
-
 bool isImmovable(const TrackedBody& body) {
   return body.kind == BodyKind::fixed || body.kind == BodyKind::kinematic;
 }
@@ -100,8 +88,7 @@ void ContactClassifier::resolve(const ContactPair& pair) {
     return;
   }
   const Proximity start = now.proximityAt(0.0);
-  if (!pair.isClosedForm() && start.gap > 0.0 && GapMemory::canRemember(pair))
-    gaps_.remember(pair, leastGap(pair, start));
+  if (!pair.isClosedForm()) gaps_.remember(pair, start);
   if (record != nullptr || start.gap <= solverRange(pair)) {
     resolveContact(now, start, record);
   } else if (const FoundImpact* found = find(now, start, nullptr, nullptr)) {
@@ -114,12 +101,11 @@ void ContactClassifier::resolve(const ContactPair& pair) {
 bool ContactClassifier::staysApart(const ContactPair& pair) {
   const double range = solverRange(pair);
   if (pair.isClosedForm() || std::isinf(range)) return false;
-  const double gap = GapMemory::canRemember(pair) ? gaps_.leastGap(pair) : 0.0;
-  const bool cannotMeet = gap > pair.body->reach + pair.other->reach;
-  if (cannotMeet && gap > range) return true;
-  if (!cannotMeet && !(isSurelyFollowed(pair) && fastestApproach(pair) <= context_.settings.restSpeed))
-    return false;
-  return reader_.impulseOf(pair) < 0.0;
+  const GapMemory::Gap gap = gaps_.of(pair, context_.clock.current().length);
+  if (gap.least > 0.0 && gap.atStart > range) return true;
+  const bool isSlow =
+      isSurelyFollowed(pair) && fastestApproach(pair) <= context_.settings.restSpeed;
+  return (gap.least > 0.0 || isSlow) && reader_.impulseOf(pair) < 0.0;
 }
 
 // Goes on with a lasting contact in which no impact is possible, without the pieces of the pair;
@@ -132,7 +118,7 @@ bool ContactClassifier::goesOn(const ContactPair& pair, PairRecord& record) {
   const bool isSlow = fastest <= leastSpeed(pair, &record);
   if (!(isSlow && contacts_.carryStill(record, pair, reader_.impulseOf(pair)))) {
     const SolvedContact& solved = reader_.read(pair);
-    if (!isSlow && mayRock(pair, record, solved)) return false;
+    if (!isSlow && mayHit(pair, record, solved)) return false;
     if (!contacts_.carry(record, pair, solved)) return false;
   }
   if (record.isSuppressed()) record.allowImpacts();
@@ -140,17 +126,24 @@ bool ContactClassifier::goesOn(const ContactPair& pair, PairRecord& record) {
   return true;
 }
 
-// False for a pair, in contact at some points, of which no others can meet as fast as an impact:
-// along the normal of none of those points do the bodies approach that fast anywhere.
-bool ContactClassifier::mayRock(const ContactPair& pair, const PairRecord& record,
+// False for a pair, in contact at some points, of which no points can meet as fast as an impact. If
+// they overlap, only those count that Bullet has found; otherwise, along the normal of none of them
+// may the bodies approach that fast anywhere.
+bool ContactClassifier::mayHit(const ContactPair& pair, const PairRecord& record,
                                 const SolvedContact& solved) const {
+  if (solved.points.empty()) return true;
+  const double least = leastSpeed(pair, &record);
+  const double dt = context_.clock.current().length;
+  if (std::ranges::any_of(solved.points, [](const SolvedPoint& point) { return point.gap < 0.0; })) {
+    return std::ranges::any_of(solved.points, [&](const SolvedPoint& point) {
+      return approachAtNode(pair, MotionKind::contactFree, point.position, point.normal) > least;
+    });
+  }
   const bool isConvex = pair.body->object->getCollisionShape()->isConvex() &&
                         pair.other->object->getCollisionShape()->isConvex();
-  if (!isConvex || solved.points.empty()) return true;
-  const double least = leastSpeed(pair, &record);
-  return std::ranges::any_of(solved.points, [&](const SolvedPoint& point) {
-    return approachAnywhere(pair, point.normal, MotionKind::actual, context_.clock.current().length) > least ||
-           approachAnywhere(pair, point.normal, MotionKind::contactFree, context_.clock.current().length) > least;
+  return !isConvex || std::ranges::any_of(solved.points, [&](const SolvedPoint& point) {
+    return approachAnywhere(pair, point.normal, MotionKind::actual, dt) > least ||
+           approachAnywhere(pair, point.normal, MotionKind::contactFree, dt) > least;
   });
 }
 

@@ -76,8 +76,10 @@ Vec3 contactVelocity(const PairMotion& now, const Proximity& contact, const Loca
 // The local shapes are taken along the bridge's own normal: Bullet's is often askew by more than
 // the angle that tells faces from edges.
 PairCurvature curvatureOf(const PairMotion& now, const Proximity& start) {
+  const ContactPair& pair = now.pair();
   return {now.shapeAt(PairSide::body, start), now.shapeAt(PairSide::other, start),
-          now.pair().body->travel + now.pair().other->travel};
+          pair.body->turned + pair.other->turned,
+          pair.body->current.start - pair.other->current.start};
 }
 
 ContactState contactStateOf(const PairMotion& now, const Proximity& start,

@@ -3,34 +3,41 @@
 #include <cstdint>
 #include <vector>
 
+#include "bullet_bridge/shapes/shape_pair.h"
 #include "bullet_bridge/tracking/contact_pair.h"
 
 namespace carom::bullet {
 
-/// Remembers how far apart pairs were when that was last measured. As long as their bodies have not
-/// gone as far since then, they have not met, whatever their shapes: near pairs that lie side by
-/// side need not be measured in every substep. [physics thread]
+/// Remembers how far apart pairs were when that was last measured, and in which direction. Until
+/// their bodies have come that much nearer, or have turned that far, they have not met: near pairs
+/// need not be measured in every substep. [physics thread]
 ///
 /// Kept in a table in which a pair may displace another: it is then measured again.
 class GapMemory {
  public:
   /// Must be called once per substep; `pairs` is the number of pairs that will be asked for.
   void beginSubstep(std::size_t pairs);
-  /// Returns a lower bound (m) of the gap of a pair at the start of the substep; not positive if
-  /// nothing is known.
-  double leastGap(const ContactPair& pair) const;
-  /// Remembers a lower bound (m) of the gap of a pair at the start of the substep.
-  void remember(const ContactPair& pair, double gap);
+  /// Remembers the gap of a pair that was measured at the start of the substep; does nothing if
+  /// they overlap, or cannot be remembered: planes have no size, and the host may move the corners
+  /// of meshes and terrain.
+  void remember(const ContactPair& pair, const Proximity& start);
 
-  /// True for pairs that may be remembered: not for planes, which have no size, nor for meshes and
-  /// terrain, whose host may move their corners.
-  static bool canRemember(const ContactPair& pair);
+  /// Lower bounds of the gap (m) of a pair; not positive if nothing is known.
+  struct Gap {
+    double atStart = -1.0;  ///< at the start of the substep
+    double least = -1.0;    ///< on the way
+  };
+  Gap of(const ContactPair& pair, double dt) const;
 
  private:
   struct Entry {
     std::uint64_t key = 0;
-    double travel = -1.0;  // m, sum of both bodies' TrackedBody::travel at which they might touch
     std::uint32_t shapes = 0;  // sum of both bodies' TrackedBody::shapeNumber
+    bool isAlongNormal = false;
+    double gap = 0.0;     // m
+    double turned = 0.0;  // m, sum of both bodies' TrackedBody::turned
+    Vec3 apart = Vec3::Zero();   // m, from the other body's centre to the body's
+    Vec3 normal = Vec3::Zero();  // from the other body to the body
   };
   std::size_t placeOf(std::uint64_t key) const;
 

@@ -30,6 +30,25 @@ ContactState mirrored(const ContactState& state) {
   return other;
 }
 
+// True if the bodies have hardly moved on each other since a contact's curvature was found.
+bool keepsCurvature(const PairCurvature& curvature, const ContactPair& pair) {
+  const bool isRim = curvature.body.rimRadius > 0.0 || curvature.other.rimRadius > 0.0;
+  if (curvature.turned < 0.0 || isRim) return false;
+  const Vec3 apart = pair.body->current.start - pair.other->current.start;
+  const double gone =
+      pair.body->turned + pair.other->turned - curvature.turned + (apart - curvature.apart).norm();
+  return gone <= kSameCurvature * std::min(pair.body->radius, pair.other->radius);
+}
+
+// Returns the deepest of the points at which Bullet holds a pair.
+Proximity deepestOf(const SolvedContact& solved) {
+  const SolvedPoint& point = *std::ranges::min_element(solved.points, {}, &SolvedPoint::gap);
+  return {.gap = point.gap,
+          .normal = point.normal,
+          .point = point.position + point.gap * point.normal,
+          .otherPoint = point.position};
+}
+
 }  // namespace
 
 // True if no point of either body moves fast enough.
@@ -63,18 +82,18 @@ bool LastingContacts::isNews(const PairRecord& record, double impulse) const {
 
 bool LastingContacts::carry(PairRecord& record, const ContactPair& pair,
                             const SolvedContact& solved) {
-  const PairCurvature& curvature = record.curvature;
-  const double gone = pair.body->travel + pair.other->travel - curvature.travel;
-  const double size = std::min(pair.body->radius, pair.other->radius);
-  const bool isRim = curvature.body.rimRadius > 0.0 || curvature.other.rimRadius > 0.0;
-  if (curvature.travel < 0.0 || isRim || gone > kSameCurvature * size) return false;
-  if (record.body != pair.body->id || !(solved.impulse > 0.0)) return false;
+  if (record.body != pair.body->id || solved.points.empty()) return false;
+  if (!keepsCurvature(record.curvature, pair)) return false;
   const double dt = context_.clock.current().length;
   const PairMotion now(pair, pair.body->actual(dt), pair.other->actual(dt));
-  const ContactState state = contactStateOf(now, {}, curvature, solved, context_.clock.current());
-  record.idle = 0;
+  ContactState state = contactStateOf(now, deepestOf(solved), record.curvature, solved,
+                                      context_.clock.current());
+  record.idle = solved.impulse > 0.0 ? 0 : record.idle + 1;
+  const bool isOver = record.idle >= kIdleSubsteps;
   const bool isStill = liesStill(state);
-  if (isStill && record.isTold && !isNews(record, solved.impulse)) return true;
+  if (!isOver && isStill && record.isTold && !isNews(record, solved.impulse)) return true;
+  state.phase = isOver ? ContactPhase::end : ContactPhase::during;
+  if (isOver) record.endContact();
   record.isTold = isStill;
   record.state = state;
   states_.push_back(state);

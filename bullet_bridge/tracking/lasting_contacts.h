@@ -28,9 +28,9 @@ class LastingContacts {
   /// to tell; otherwise does nothing and returns false. `impulse` (N s) is what Bullet's solver
   /// held it by.
   bool carryStill(PairRecord& record, const ContactPair& pair, double impulse) const;
-  /// Goes on with a contact that bears load, where the pieces of the pair are not needed: its
-  /// curvature is taken for what it was, if the bodies have hardly moved since; otherwise does
-  /// nothing and returns false.
+  /// As `update` for a contact that has begun, without the pieces of the pair: its curvature is
+  /// taken for what it was, if the bodies have hardly moved since; otherwise does nothing and
+  /// returns false.
   bool carry(PairRecord& record, const ContactPair& pair, const SolvedContact& solved);
   /// Ends the contact of a pair that is asleep, gone or far apart.
   void end(PairRecord& record);
