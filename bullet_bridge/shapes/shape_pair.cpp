@@ -67,6 +67,7 @@ bool ShapePair::set(const MovingShape& body, const MovingShape& other, double ho
                     double reach) {
   horizon_ = horizon;
   reach_ = reach;
+  leftOut_ = kNever;
   pairs_.clear();
   for (Side* side : {&body_, &other_}) {
     side->moving = side == &body_ ? body : other;
@@ -197,7 +198,7 @@ void ShapePair::addPair(std::uint32_t first, std::uint32_t second, bool flipped)
 }
 
 // Tests the balls around the pieces.
-bool ShapePair::mayMeet(const Pair& pair) const {
+bool ShapePair::mayMeet(const Pair& pair) {
   const Side& first = firstOf(pair);
   const Side& second = secondOf(pair);
   const Placed placed = place(pair, 0.0);
@@ -210,7 +211,10 @@ bool ShapePair::mayMeet(const Pair& pair) const {
   } else {
     travel += turnOf(second.moving, second.pieces[pair.second].ballCentre(), horizon_);
   }
-  return !(leastGap(pair, placed) > travel + reach_);
+  const double gap = leastGap(pair, placed);
+  if (!(gap > travel + reach_)) return true;
+  leftOut_ = std::min(leftOut_, gap);
+  return false;
 }
 
 ShapePair::Placed ShapePair::place(const Pair& pair, double s) const {

@@ -53,6 +53,10 @@ class ShapePair {
   /// Returns the least gap over all pieces at time s; it is infinite if none are near.
   Proximity proximityAt(double s);
 
+  /// Returns a lower bound (m) of the gaps at time 0 of the convex pieces that cannot meet, which
+  /// `proximityAt` leaves out; infinity if there are none. It does not know of triangles.
+  double leftOut() const { return leftOut_; }
+
   /// Returns the first time in [0, horizon] at which the shapes touch, infinity if none: exact to
   /// 1e-10 s at ordinary speeds. Pieces that overlap at 0 touch at 0.
   double impactTime();
@@ -105,7 +109,7 @@ class ShapePair {
                      bool flipped);
   std::uint32_t variantAgainst(Side& side, Leaf& leaf, const Leaf& against);
   void addPair(std::uint32_t first, std::uint32_t second, bool flipped);
-  bool mayMeet(const Pair& pair) const;
+  bool mayMeet(const Pair& pair);
 
   const Side& firstOf(const Pair& pair) const { return pair.flipped ? other_ : body_; }
   const Side& secondOf(const Pair& pair) const { return pair.flipped ? body_ : other_; }
@@ -122,6 +126,7 @@ class ShapePair {
   Side body_, other_;
   double horizon_ = 0.0;
   double reach_ = 0.0;
+  double leftOut_ = 0.0;
   std::vector<Pair> pairs_;
   std::vector<Vec3> corners_;
   std::vector<Vec3> patch_;

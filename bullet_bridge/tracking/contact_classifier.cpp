@@ -88,7 +88,7 @@ void ContactClassifier::resolve(const ContactPair& pair) {
     return;
   }
   const Proximity start = now.proximityAt(0.0);
-  if (!pair.isClosedForm()) gaps_.remember(pair, start);
+  if (!pair.isClosedForm()) gaps_.remember(pair, start, now.pieces().leftOut());
   if (record != nullptr || start.gap <= solverRange(pair)) {
     resolveContact(now, start, record);
   } else if (const FoundImpact* found = find(now, start, nullptr, nullptr)) {

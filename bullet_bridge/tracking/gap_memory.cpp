@@ -69,18 +69,16 @@ GapMemory::Gap GapMemory::of(const ContactPair& pair, double dt) const {
   return {atStart, atStart - closingOf(pair, direction, dt)};
 }
 
-// Pieces farther apart than Bullet's margin may have been left out of the measurement: the normal
-// and the gap are those of the whole only for two convex shapes.
-void GapMemory::remember(const ContactPair& pair, const Proximity& start) {
+// The normal is that of the whole only for two convex shapes.
+void GapMemory::remember(const ContactPair& pair, const Proximity& start, double leftOut) {
   if (!(start.gap > 0.0) || !hasBody(*pair.body) || !hasBody(*pair.other)) return;
   Entry entry;
   entry.key = pair.key();
   entry.shapes = shapesOf(pair);
   entry.apart = apartOf(pair);
   entry.turned = pair.body->turned + pair.other->turned;
-  const bool isWhole = isConvex(*pair.body) && isConvex(*pair.other) && std::isfinite(start.gap);
-  entry.isAlongNormal = isWhole;
-  entry.gap = isWhole ? start.gap : std::min(start.gap, std::max(pair.body->margin, pair.other->margin));
+  entry.isAlongNormal = isConvex(*pair.body) && isConvex(*pair.other) && std::isfinite(start.gap);
+  entry.gap = std::min(start.gap, leftOut);
   entry.normal = start.normal;
   const double balls = ballsApart(pair);
   if (balls > entry.gap) {

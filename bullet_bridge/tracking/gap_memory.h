@@ -17,10 +17,10 @@ class GapMemory {
  public:
   /// Must be called once per substep; `pairs` is the number of pairs that will be asked for.
   void beginSubstep(std::size_t pairs);
-  /// Remembers the gap of a pair that was measured at the start of the substep; does nothing if
-  /// they overlap, or cannot be remembered: planes have no size, and the host may move the corners
+  /// Remembers the gap of a pair that was measured at the start of the substep, and a lower bound (m)
+  /// of the gaps of pieces that were left out; does nothing if they overlap, or cannot be remembered: planes have no size, and the host may move the corners
   /// of meshes and terrain.
-  void remember(const ContactPair& pair, const Proximity& start);
+  void remember(const ContactPair& pair, const Proximity& start, double leftOut);
 
   /// Lower bounds of the gap (m) of a pair; not positive if nothing is known.
   struct Gap {
