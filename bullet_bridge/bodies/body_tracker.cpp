@@ -63,11 +63,13 @@ void readOther(TrackedBody& body) {
   body.margin = contactMargin(shape);
 }
 
-// Number of corners of a hull, to which the host may add some within its box.
-int pointsOf(const btCollisionShape& shape) {
-  return shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE
-             ? static_cast<const btConvexHullShape&>(shape).getNumPoints()
-             : 0;
+// What changes of a shape when the host changes it within its bounds.
+int revisionOf(const btCollisionShape& shape) {
+  if (shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE)
+    return static_cast<const btConvexHullShape&>(shape).getNumPoints();
+  if (shape.getShapeType() == COMPOUND_SHAPE_PROXYTYPE)
+    return static_cast<const btCompoundShape&>(shape).getUpdateRevision();
+  return 0;
 }
 
 bool touchesNothing(const btCollisionObject& object) {
@@ -231,8 +233,11 @@ void BodyTracker::readShape(TrackedBody& body) const {
     readOther(body);
   }
   if (!relativeMargin_) body.margin = double{gContactBreakingThreshold};
-  body.trace = {&shape, body.radius, pointsOf(shape)};
-  if (!(body.trace == before)) ++body.shapeNumber;
+  body.trace = {&shape, body.radius, static_cast<double>(shape.getMargin()), revisionOf(shape)};
+  if (body.trace == before) return;
+  ++body.shapeNumber;
+  const bool hasParts = body.shape == ContactShape::sphere || body.shape == ContactShape::other;
+  body.parts = hasParts ? std::make_shared<const ShapeParts>(shape) : nullptr;
 }
 
 void BodyTracker::addTurn(TrackedBody& body, MotionHistory& history) {

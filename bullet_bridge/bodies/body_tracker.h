@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <unordered_map>
 #include <vector>
 
@@ -8,6 +9,7 @@
 
 #include "bullet_bridge/geometry/rigid_motion.h"
 #include "bullet_bridge/geometry/to_vec3.h"
+#include "bullet_bridge/shapes/shape_parts.h"
 #include "carom/audio/impulse_event.h"
 
 class btMultiBody;
@@ -50,7 +52,8 @@ enum class BodyKind { fixed, rigid, link, kinematic };
 struct ShapeTrace {
   const btCollisionShape* shape = nullptr;
   double radius = 0.0;  ///< m, as TrackedBody::radius
-  int points = 0;       ///< corners of a hull
+  double margin = 0.0;  ///< m, Bullet's collision margin
+  int revision = 0;     ///< number of a hull's corners, or of a compound's changes
   bool operator==(const ShapeTrace&) const = default;
 };
 
@@ -69,6 +72,7 @@ struct TrackedBody {
   double margin = 0.0;               ///< m, gap below which Bullet may hold a contact
   ShapeTrace trace;                  ///< of the shape as it was read last
   std::uint32_t shapeNumber = 0;     ///< number of times that the trace has changed
+  std::shared_ptr<const ShapeParts> parts;  ///< of the shape; none for planes and for `none`
   Vec3 planeNormal = Vec3::UnitY();  ///< unit, world frame; planes only
   double planeOffset = 0.0;          ///< m, from the world's origin along planeNormal
 
