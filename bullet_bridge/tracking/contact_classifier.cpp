@@ -101,7 +101,10 @@ void ContactClassifier::resolve(const ContactPair& pair) {
 bool ContactClassifier::staysApart(const ContactPair& pair) {
   const double range = solverRange(pair);
   if (pair.isClosedForm() || std::isinf(range)) return false;
-  const GapMemory::Gap gap = gaps_.of(pair, context_.clock.current().length);
+  const double dt = context_.clock.current().length;
+  GapMemory::Gap gap = gaps_.of(pair, dt);
+  if (gap.least > 0.0 && gap.atStart > range) return true;
+  if (!(gap.least > 0.0)) gap = gaps_.measureAlong(pair, dt);
   if (gap.least > 0.0 && gap.atStart > range) return true;
   const bool isSlow =
       isSurelyFollowed(pair) && fastestApproach(pair) <= context_.settings.restSpeed;

@@ -3,17 +3,37 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 namespace carom::bullet {
 namespace {
 
 constexpr std::size_t kFewest = 256;   // entries
 constexpr std::size_t kSpare = 2;      // entries for each pair of a substep
-constexpr double kMeasurement = 1e-9;  // error of a gap, relative to the size of the bodies
+constexpr double kMeasurement = 1e-6;  // error of a gap, relative to the size of the bodies
 
 bool hasBody(const TrackedBody& body) {
-  return body.shape == ContactShape::sphere ||
-         (body.shape == ContactShape::other && !body.object->getCollisionShape()->isConcave());
+  return body.parts != nullptr && !body.parts->leaves.empty() && body.parts->concave.empty();
+}
+
+// Height (m) of the highest point of a piece along a unit direction, as it is collided by what takes
+// it for largest; the direction is in the frame of the body.
+double heightOf(const ConvexPiece& piece, const Vec3& direction) {
+  const Vec3 own = piece.rotation().transpose() * direction;
+  const double core = own.dot(piece.support(own)) + direction.dot(piece.offset());
+  // Bullet takes boxes with sharp edges against boxes.
+  const bool isBox = piece.core() == ConvexPiece::Core::box;
+  return core + piece.margin() * (isBox ? own.lpNorm<1>() : 1.0);
+}
+
+// Height (m) of the highest point of a body above its centre, along a unit direction.
+double heightOf(const TrackedBody& body, const Vec3& direction) {
+  if (body.shape == ContactShape::sphere) return body.radius;
+  const Vec3 own = body.current.orientation.conjugate() * direction;
+  double highest = std::numeric_limits<double>::lowest();
+  for (const ConvexPiece& piece : body.parts->pieces)
+    highest = std::max(highest, heightOf(piece, own));
+  return highest;
 }
 
 bool isConvex(const TrackedBody& body) {
@@ -26,10 +46,6 @@ std::uint32_t shapesOf(const ContactPair& pair) {
 
 Vec3 apartOf(const ContactPair& pair) {
   return pair.body->current.start - pair.other->current.start;
-}
-
-double ballsApart(const ContactPair& pair) {
-  return apartOf(pair).norm() - pair.body->radius - pair.other->radius;
 }
 
 // Upper bound (m) of how much a pair comes nearer on its way, along a normal or, if that is zero,
@@ -69,6 +85,36 @@ GapMemory::Gap GapMemory::of(const ContactPair& pair, double dt) const {
   return {atStart, atStart - closingOf(pair, direction, dt)};
 }
 
+GapMemory::Gap GapMemory::measureAlong(const ContactPair& pair, double dt) {
+  if (!hasBody(*pair.body) || !hasBody(*pair.other)) return {};
+  const Vec3 apart = apartOf(pair);
+  const Entry& entry = entries_[placeOf(pair.key())];
+  const bool isKnown = entry.key == pair.key() && entry.isAlongNormal;
+  Gap best;
+  for (const Vec3& normal : {isKnown ? entry.normal : Vec3::Zero(), Vec3(apart.normalized())}) {
+    if (!(normal.squaredNorm() > 0.5)) continue;
+    const double gap =
+        apart.dot(normal) - heightOf(*pair.body, -normal) - heightOf(*pair.other, normal);
+    const double least = gap - closingOf(pair, normal, dt);
+    if (!(gap > 0.0) || !(least > best.least)) continue;
+    rememberAlong(pair, normal, gap);
+    best = of(pair, dt);
+    if (least > 0.0) break;
+  }
+  return best;
+}
+
+void GapMemory::rememberAlong(const ContactPair& pair, const Vec3& normal, double gap) {
+  const double error = kMeasurement * (pair.body->radius + pair.other->radius);
+  entries_[placeOf(pair.key())] = {.key = pair.key(),
+                                   .shapes = shapesOf(pair),
+                                   .isAlongNormal = true,
+                                   .gap = gap - error,
+                                   .turned = pair.body->turned + pair.other->turned,
+                                   .apart = apartOf(pair),
+                                   .normal = normal};
+}
+
 // The normal is that of the whole only for two convex shapes.
 void GapMemory::remember(const ContactPair& pair, const Proximity& start, double leftOut) {
   if (!(start.gap > 0.0) || !hasBody(*pair.body) || !hasBody(*pair.other)) return;
@@ -80,12 +126,6 @@ void GapMemory::remember(const ContactPair& pair, const Proximity& start, double
   entry.isAlongNormal = isConvex(*pair.body) && isConvex(*pair.other) && std::isfinite(start.gap);
   entry.gap = std::min(start.gap, leftOut);
   entry.normal = start.normal;
-  const double balls = ballsApart(pair);
-  if (balls > entry.gap) {
-    entry.gap = balls;
-    entry.normal = entry.apart.normalized();
-    entry.isAlongNormal = true;
-  }
   entry.gap -= kMeasurement * (pair.body->radius + pair.other->radius);
   entries_[placeOf(entry.key)] = entry;
 }

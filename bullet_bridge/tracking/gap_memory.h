@@ -28,6 +28,10 @@ class GapMemory {
     double least = -1.0;    ///< on the way
   };
   Gap of(const ContactPair& pair, double dt) const;
+  /// Measures and remembers the gap along the direction in which it was measured last, or between
+  /// the centres: a lower bound of it, at a fraction of what the gap itself costs. Returns nothing
+  /// for pairs that cannot be remembered.
+  Gap measureAlong(const ContactPair& pair, double dt);
 
  private:
   struct Entry {
@@ -39,6 +43,7 @@ class GapMemory {
     Vec3 apart = Vec3::Zero();   // m, from the other body's centre to the body's
     Vec3 normal = Vec3::Zero();  // from the other body to the body
   };
+  void rememberAlong(const ContactPair& pair, const Vec3& normal, double gap);
   std::size_t placeOf(std::uint64_t key) const;
 
   std::vector<Entry> entries_;  // a power of two of them

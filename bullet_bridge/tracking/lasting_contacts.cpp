@@ -13,7 +13,7 @@ constexpr int kIdleSubsteps = 3;
 // Ratio of loads beyond which a contact that lies still has changed.
 constexpr double kNewLoad = 2.0;
 // Way of the bodies, relative to the smaller one's radius, in which a contact keeps its curvature.
-constexpr double kSameCurvature = 0.02;
+constexpr double kSameCurvature = 0.05;
 
 // Returns the same contact seen from the other body.
 ContactState mirrored(const ContactState& state) {
