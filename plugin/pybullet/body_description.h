@@ -15,8 +15,8 @@ struct BodyDescription {
   SoundBody sound;
 };
 
-/// Describes a body by what the server tells of it. The material is the one whose density is
-/// nearest, concrete for an immovable body. The body radiates as the sphere of its volume; a single
+/// Describes a body by what the server tells of it. The material is guessed from the
+/// density, concrete for an immovable body. The body radiates as the sphere of its volume; a single
 /// box that is no link by the added mass of its shape, unless that cannot be solved. The volume is
 /// that of its shapes together. A mesh, which the server does not tell, counts as half of the solid
 /// box with the body's mass and inertia, and a body of no known shape (with useMaximalCoordinates)

@@ -162,6 +162,46 @@ double loudest(const Samples& samples) {
   return peak;
 }
 
+/// Peak (Pa) of the click of a ball of 2 cm of that density (kg/m^3), which falls by 2 cm.
+double clickOfDensity(double density) {
+  SphereBulletWorld bullet{9.81};
+  bullet.addPlane(Vec3::UnitY(), 0.0, 1.0);
+  const double mass = density * 4.0 / 3.0 * 3.141592653589793 * 8e-6;
+  bullet.addBall({.radius = 0.02, .mass = mass, .position = {0, 0.04, 0}, .restitution = 0.5});
+  SoundSettings settings;
+  settings.listeners = {{"near", {0.3, 0.3, 0.2}}};
+  Sound sound = test::attachOffline(bullet.world, settings);
+  Samples samples(1);
+  for (int step = 0; step < 24; ++step) {
+    bullet.step(1.0 / 240.0);
+    test::takeReady(sound, samples);
+  }
+  return loudest(samples);
+}
+
+// The blow is the same, so that the level rises with the stiffness that is guessed and nothing
+// else: an acceleration does not depend on the mass.
+TEST(Materials, ThatAreGuessedHaveALevelThatNeverJumpsWithDensity) {
+  constexpr int kSteps = 200;
+  double before = 0.0;
+  for (int step = 0; step <= kSteps; ++step) {
+    const double density = 100.0 * std::pow(200.0, static_cast<double>(step) / kSteps);
+    const double peak = clickOfDensity(density);
+    ASSERT_GT(peak, 0.0) << density;
+    if (step > 0) {
+      EXPECT_LT(std::abs(20.0 * std::log10(peak / before)), 3.0) << density;
+    }
+    before = peak;
+  }
+}
+
+TEST(Materials, ThatAreGuessedAreNeverSoft) {
+  // 1000 kg/m^3, which many applications use, lies between wood and plastic, as does its level.
+  const double level = clickOfDensity(1000.0);
+  EXPECT_LT(std::abs(20.0 * std::log10(level / clickOfDensity(700.0))), 12.0);
+  EXPECT_LT(std::abs(20.0 * std::log10(level / clickOfDensity(1200.0))), 12.0);
+}
+
 /// A model that rings louder than any click here.
 std::shared_ptr<const ModalModel> bell() {
   return test::boxOf({{440.0, 2.0, 0.2}, {1300.0, 5.0, 0.2}}, Vec3::UnitY());

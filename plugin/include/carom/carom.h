@@ -591,8 +591,8 @@ CAROM_API carom_status carom_advance(carom_sound* sound, double seconds) CAROM_N
 
 /// Assigns the parts that are set in `body_sound`, from now on, to one body. For each part of a
 /// body the first of these counts that says something: its own, its shape's, its user index's; then
-/// what is guessed: the material of its modes, or the built-in one that is nearest in density; no
-/// modes; bumps of the material's roughness. What is assigned to a body goes when it leaves the
+/// what is guessed: the material of its modes, or wood, plastic, granite or steel by its density;
+/// no modes; bumps of the material's roughness. What is assigned to a body goes when it leaves the
 /// world.
 CAROM_API carom_status carom_assign_body(carom_sound* sound, const btCollisionObject* body,
                                          const carom_body_sound* body_sound) CAROM_NOEXCEPT;

@@ -60,8 +60,8 @@ class MaterialChoice {
 ///     {.modes = model, .texture = bumps}        // rings, and is rough where it slides
 ///     {.silent = true}                          // a ghost, a trigger: not heard at all
 struct BodySound {
-  /// Not set anywhere: the material of `modes` if the body rings, or else the built-in one whose
-  /// density is nearest to the body's.
+  /// Not set anywhere: the material of `modes` if the body rings, or else one that is guessed from
+  /// the body's density among wood, plastic, granite and steel.
   std::optional<MaterialChoice> material = std::nullopt;
 
   /// The modes in which the body rings when it is hit (readModalModel; carom::modal computes them).
@@ -102,11 +102,12 @@ struct UserIndex {
 /// Every substep of the world is followed from within; there is nothing to call for it. Outputs,
 /// listeners, the clock, statistics and `close` are those of SoundOutput.
 ///
-/// Every rigid body gets a material without being asked: the built-in one whose density is nearest
-/// (in ratio) to the body's mass over its shape's volume, concrete for an immovable body, with the
-/// restitution that the body has in Bullet. Bodies of all shapes are heard (see BulletBridge). One
-/// that is no sphere radiates by the added mass of its shape, about its centre of mass, unless
-/// RadiatorChoice says otherwise or its surface cannot be solved (SoundStatistics::unsolvedBodies).
+/// Every rigid body gets a material without being asked, by its mass over its shape's volume: wood,
+/// plastic, granite or steel, whichever is nearest in density, with a stiffness between them;
+/// concrete for an immovable body; with the restitution that the body has in Bullet. Bodies of all
+/// shapes are heard (see BulletBridge). One that is no sphere radiates by the added mass of its
+/// shape, about its centre of mass, unless RadiatorChoice says otherwise or its surface cannot be
+/// solved (SoundStatistics::unsolvedBodies).
 ///
 /// Shapes are solved in `attach`, `prepare` and `assign`, and otherwise when a body that came later
 /// first collides; once for all bodies whose surfaces are equal, whichever shape object they use.

@@ -37,10 +37,9 @@ struct Material {
   bool operator==(const Material&) const = default;
 };
 
-/// The common materials, eight rows: the first of builtInMaterials(), from which a material is
-/// guessed where only a density is known. Density, Young's modulus and Poisson's ratio of the first
-/// four are those of Chadwick, Zheng, James 2012 ("Precomputed acceleration noise"), which the seed
-/// document repeats as its table 1. [any thread]
+/// The common materials, eight rows: the first of builtInMaterials(). Density, Young's modulus and
+/// Poisson's ratio of the first four are those of Chadwick, Zheng, James 2012 ("Precomputed
+/// acceleration noise"), which the seed document repeats as its table 1. [any thread]
 std::span<const Material> materialTable();
 
 /// All built-in materials, the common ones first. Each row names its sources in docs/materials.md.
