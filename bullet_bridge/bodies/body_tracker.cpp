@@ -63,6 +63,15 @@ void readOther(TrackedBody& body) {
   body.margin = contactMargin(shape);
 }
 
+// What changes of a shape when the host changes it within its bounds.
+int revisionOf(const btCollisionShape& shape) {
+  if (shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE)
+    return static_cast<const btConvexHullShape&>(shape).getNumPoints();
+  if (shape.getShapeType() == COMPOUND_SHAPE_PROXYTYPE)
+    return static_cast<const btCompoundShape&>(shape).getUpdateRevision();
+  return 0;
+}
+
 bool touchesNothing(const btCollisionObject& object) {
   return !object.hasContactResponse() ||
          (object.getInternalType() &
@@ -75,6 +84,14 @@ BodyKind kindOf(const btCollisionObject& object) {
   if (btMultiBodyLinkCollider::upcast(&object) != nullptr) return BodyKind::link;
   const bool moves = btRigidBody::upcast(&object) != nullptr && !object.isStaticObject();
   return moves ? BodyKind::rigid : BodyKind::fixed;
+}
+
+// Upper bound of how far a turn from one basis to the other takes a point at unit distance.
+double turnBetween(const btMatrix3x3& from, const btMatrix3x3& to) {
+  double squared = 0.0;
+  for (int row = 0; row < 3; ++row)
+    squared += toVec3(to[row] - from[row]).squaredNorm();
+  return std::sqrt(squared);
 }
 
 // The fraction of a velocity that Bullet's damping leaves after dt (btRigidBody::applyDamping).
@@ -200,6 +217,7 @@ void BodyTracker::matchWorld(const btCollisionWorld& world) {
 
 void BodyTracker::readShape(TrackedBody& body) const {
   const btCollisionShape& shape = *body.object->getCollisionShape();
+  const ShapeTrace before = body.trace;
   if (touchesNothing(*body.object)) {
     body.shape = ContactShape::none;
   } else if (shape.getShapeType() == SPHERE_SHAPE_PROXYTYPE) {
@@ -215,6 +233,18 @@ void BodyTracker::readShape(TrackedBody& body) const {
     readOther(body);
   }
   if (!relativeMargin_) body.margin = double{gContactBreakingThreshold};
+  body.trace = {&shape, body.radius, static_cast<double>(shape.getMargin()), revisionOf(shape)};
+  if (body.trace == before) return;
+  ++body.shapeNumber;
+  const bool hasParts = body.shape == ContactShape::sphere || body.shape == ContactShape::other;
+  body.parts = hasParts ? std::make_shared<const ShapeParts>(shape) : nullptr;
+}
+
+void BodyTracker::addTurn(TrackedBody& body, MotionHistory& history) {
+  if (body.shape != ContactShape::other) return;
+  const btMatrix3x3& basis = body.object->getWorldTransform().getBasis();
+  body.turned += body.radius * turnBetween(history.node, basis);
+  history.node = basis;
 }
 
 void BodyTracker::beginSubstep(const btCollisionWorld& world, double dt) {
@@ -241,6 +271,7 @@ void BodyTracker::beginBody(TrackedBody& body, MotionHistory& history, double dt
   body.inverseMass = 0.0;
   body.arrival = 0.0;
   readShape(body);
+  addTurn(body, history);
 
   SubstepMotion& motion = body.current;
   motion.known = false;
@@ -363,6 +394,16 @@ void BodyTracker::endLink(const btMultiBodyLinkCollider& link, SubstepMotion& mo
   motion.velocityFree = motion.velocityBefore + dt * motion.acceleration;
 }
 
+// Sets what is known of the speed and the path of all points of a body.
+void BodyTracker::setBounds(TrackedBody& body, double dt) {
+  const SubstepMotion& motion = body.current;
+  const double after = motion.velocityAfter.norm();
+  const double spin = body.radius * motion.angularAfter.norm();
+  body.fastest = std::max(motion.velocityBefore.norm() + body.radius * motion.angularBefore.norm(),
+                          after + spin);
+  body.turning = body.shape == ContactShape::sphere ? 0.0 : dt * spin;
+}
+
 void BodyTracker::endBody(TrackedBody& body, MotionHistory& history, double dt) {
   SubstepMotion& motion = body.current;
   if (body.kind == BodyKind::rigid) {
@@ -379,6 +420,7 @@ void BodyTracker::endBody(TrackedBody& body, MotionHistory& history, double dt) 
     }
   }
   motion.known = true;
+  setBounds(body, dt);
 }
 
 const TrackedBody* BodyTracker::find(const btCollisionObject& object) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <unordered_map>
 #include <vector>
 
@@ -8,6 +9,7 @@
 
 #include "bullet_bridge/geometry/rigid_motion.h"
 #include "bullet_bridge/geometry/to_vec3.h"
+#include "bullet_bridge/shapes/shape_parts.h"
 #include "carom/audio/impulse_event.h"
 
 class btMultiBody;
@@ -46,6 +48,15 @@ enum class ContactShape { none, sphere, plane, other };
 /// or none (fixed).
 enum class BodyKind { fixed, rigid, link, kinematic };
 
+/// What tells that the host has changed a body's shape.
+struct ShapeTrace {
+  const btCollisionShape* shape = nullptr;
+  double radius = 0.0;  ///< m, as TrackedBody::radius
+  double margin = 0.0;  ///< m, Bullet's collision margin
+  int revision = 0;     ///< number of a hull's corners, or of a compound's changes
+  bool operator==(const ShapeTrace&) const = default;
+};
+
 struct TrackedBody {
   const btCollisionObject* object = nullptr;
   int proxyId = -1;  ///< tells a new object at an old address from the old one
@@ -59,6 +70,9 @@ struct TrackedBody {
   /// m, of the sphere; for other shapes, of a ball around the centre that holds the shape.
   double radius = 0.0;
   double margin = 0.0;               ///< m, gap below which Bullet may hold a contact
+  ShapeTrace trace;                  ///< of the shape as it was read last
+  std::uint32_t shapeNumber = 0;     ///< number of times that the trace has changed
+  std::shared_ptr<const ShapeParts> parts;  ///< of the shape; none for planes and for `none`
   Vec3 planeNormal = Vec3::UnitY();  ///< unit, world frame; planes only
   double planeOffset = 0.0;          ///< m, from the world's origin along planeNormal
 
@@ -67,6 +81,15 @@ struct TrackedBody {
   double arrival = 0.0;
 
   SubstepMotion current;
+
+  /// m/s, upper bound of the speeds of all its points at both nodes of the substep.
+  double fastest = 0.0;
+  /// m, upper bound of how far turning takes any of its points on the path of this substep; 0 for
+  /// spheres.
+  double turning = 0.0;
+  /// m, upper bound of the sum of what turning did from node to node, up to the start of the
+  /// substep; the host's own turns count.
+  double turned = 0.0;
 
   /// The body's motion in this substep of length dt (s), with rotation.
   RigidMotion actual(double dt) const;
@@ -108,6 +131,7 @@ class BodyTracker {
     Vec3 position = Vec3::Zero();
     Quat orientation = Quat::Identity();
     btTransform target = btTransform::getIdentity();  // where Bullet has put the body
+    btMatrix3x3 node = btMatrix3x3::getIdentity();    // basis at the latest node
     // Links, of the latest substep without a push: acceleration (m/s^2), and mean velocity less
     // that at the end (m/s).
     Vec3 acceleration = Vec3::Zero();
@@ -117,6 +141,8 @@ class BodyTracker {
   void matchWorld(const btCollisionWorld& world);
   void beginBody(TrackedBody& body, MotionHistory& history, double dt);
   void readShape(TrackedBody& body) const;
+  static void setBounds(TrackedBody& body, double dt);
+  static void addTurn(TrackedBody& body, MotionHistory& history);
   struct KinematicMove;
   void beginKinematic(TrackedBody& body, MotionHistory& history, double dt);
   static void advance(MotionHistory& history, const KinematicMove& move, bool arrives, double dt);

@@ -16,13 +16,6 @@ constexpr double kNearEnough = 1e-10;
 
 using Core = ConvexPiece::Core;
 
-Eigen::Matrix3d toMatrix(const btMatrix3x3& m) {
-  Eigen::Matrix3d matrix;
-  for (int row = 0; row < 3; ++row)
-    matrix.row(row) = toVec3(m[row]);
-  return matrix;
-}
-
 // Distance (m) by which rotation may move the centre of a piece's ball off the straight path of its
 // body.
 double turnOf(const MovingShape& moving, const Vec3& centre, double horizon) {
@@ -67,13 +60,12 @@ bool ShapePair::set(const MovingShape& body, const MovingShape& other, double ho
                     double reach) {
   horizon_ = horizon;
   reach_ = reach;
+  leftOut_ = kNever;
   pairs_.clear();
   for (Side* side : {&body_, &other_}) {
     side->moving = side == &body_ ? body : other;
-    side->pieces.clear();
-    side->leaves.clear();
-    side->concave.clear();
-    collect(*side->moving.shape, Eigen::Matrix3d::Identity(), Vec3::Zero(), *side);
+    static_cast<ShapeParts&>(*side) =
+        side->moving.parts != nullptr ? *side->moving.parts : ShapeParts(*side->moving.shape);
   }
   const auto isPlane = [](const Leaf& leaf) { return leaf.type == STATIC_PLANE_PROXYTYPE; };
   const auto hasConvex = [&](const Side& side) {
@@ -86,42 +78,6 @@ bool ShapePair::set(const MovingShape& body, const MovingShape& other, double ho
   pairConcave(body_, other_, false);
   pairConcave(other_, body_, true);
   return (hasConvex(body_) && hasAny(other_)) || (hasConvex(other_) && hasAny(body_));
-}
-
-void ShapePair::collect(const btCollisionShape& shape, const Eigen::Matrix3d& rotation,
-                        const Vec3& offset, Side& side) {
-  const int type = shape.getShapeType();
-  if (btBroadphaseProxy::isCompound(type)) {
-    const auto& compound = static_cast<const btCompoundShape&>(shape);
-    for (int child = 0; child < compound.getNumChildShapes(); ++child) {
-      const btTransform& pose = compound.getChildTransform(child);
-      collect(*compound.getChildShape(child), rotation * toMatrix(pose.getBasis()),
-              offset + rotation * toVec3(pose.getOrigin()), side);
-    }
-    return;
-  }
-  Leaf leaf;
-  leaf.type = type;
-  leaf.piece = leaf.variant = static_cast<std::uint32_t>(side.pieces.size());
-  if (type == STATIC_PLANE_PROXYTYPE) {
-    side.pieces.push_back(ConvexPiece::from(static_cast<const btStaticPlaneShape&>(shape)));
-  } else if (btBroadphaseProxy::isConvex(type)) {
-    const auto& convex = static_cast<const btConvexShape&>(shape);
-    const auto piece = ConvexPiece::from(convex);
-    if (!piece) return;
-    side.pieces.push_back(*piece);
-    leaf.polyhedron =
-        convex.isPolyhedral() &&
-        static_cast<const btPolyhedralConvexShape&>(convex).getConvexPolyhedron() != nullptr;
-  } else {
-    if (btBroadphaseProxy::isConcave(type) && type != SDF_SHAPE_PROXYTYPE &&
-        type != EMPTY_SHAPE_PROXYTYPE) {
-      side.concave.push_back({static_cast<const btConcaveShape*>(&shape), rotation, offset});
-    }
-    return;
-  }
-  side.pieces.back().place(rotation, offset);
-  side.leaves.push_back(leaf);
 }
 
 // Returns the piece in the form in which Bullet collides it with that other leaf.
@@ -197,7 +153,7 @@ void ShapePair::addPair(std::uint32_t first, std::uint32_t second, bool flipped)
 }
 
 // Tests the balls around the pieces.
-bool ShapePair::mayMeet(const Pair& pair) const {
+bool ShapePair::mayMeet(const Pair& pair) {
   const Side& first = firstOf(pair);
   const Side& second = secondOf(pair);
   const Placed placed = place(pair, 0.0);
@@ -210,7 +166,10 @@ bool ShapePair::mayMeet(const Pair& pair) const {
   } else {
     travel += turnOf(second.moving, second.pieces[pair.second].ballCentre(), horizon_);
   }
-  return !(leastGap(pair, placed) > travel + reach_);
+  const double gap = leastGap(pair, placed);
+  if (!(gap > travel + reach_)) return true;
+  leftOut_ = std::min(leftOut_, gap);
+  return false;
 }
 
 ShapePair::Placed ShapePair::place(const Pair& pair, double s) const {

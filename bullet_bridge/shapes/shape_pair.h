@@ -10,6 +10,7 @@
 #include "bullet_bridge/shapes/convex_piece.h"
 #include "bullet_bridge/shapes/gjk.h"
 #include "bullet_bridge/shapes/separation_bound.h"
+#include "bullet_bridge/shapes/shape_parts.h"
 
 namespace carom::bullet {
 
@@ -17,6 +18,7 @@ namespace carom::bullet {
 struct MovingShape {
   const btCollisionShape* shape = nullptr;
   RigidMotion motion;
+  const ShapeParts* parts = nullptr;  ///< of the shape, if the caller has them
 };
 
 /// The gap of two shapes, at the place where they are nearest.
@@ -42,7 +44,7 @@ enum class PairSide { body, other };
 ///
 /// The time is found by conservative advancement (after Mirtich 1996, with the bound of
 /// SeparationBound), which cannot miss an impact however fast the rotation. Shapes are read on
-/// demand: after a change of a shape, a ShapePair needs a new set(). Allocates only until its
+/// demand: after a change of a shape, a ShapePair needs a new set(), with new parts. Allocates only until its
 /// vectors have grown to what the scene asks for. [any thread]
 class ShapePair {
  public:
@@ -52,6 +54,10 @@ class ShapePair {
 
   /// Returns the least gap over all pieces at time s; it is infinite if none are near.
   Proximity proximityAt(double s);
+
+  /// Returns a lower bound (m) of the gaps at time 0 of the convex pieces that cannot meet, which
+  /// `proximityAt` leaves out; infinity if there are none. It does not know of triangles.
+  double leftOut() const { return leftOut_; }
 
   /// Returns the first time in [0, horizon] at which the shapes touch, infinity if none: exact to
   /// 1e-10 s at ordinary speeds. Pieces that overlap at 0 touch at 0.
@@ -69,22 +75,10 @@ class ShapePair {
   static constexpr std::size_t kPatchPoints = 8;
 
  private:
-  struct Leaf {
-    int type = 0;
-    std::uint32_t piece = 0;
-    std::uint32_t variant = 0;  // sharp box, or hull without margin; = piece if not made yet
-    bool polyhedron = false;
-  };
-  struct ConcaveLeaf {
-    const btConcaveShape* shape = nullptr;
-    Eigen::Matrix3d rotation;
-    Vec3 offset;
-  };
-  struct Side {
+  using Leaf = ShapeParts::Leaf;
+  using ConcaveLeaf = ShapeParts::ConcaveLeaf;
+  struct Side : ShapeParts {
     MovingShape moving;
-    std::vector<ConvexPiece> pieces;
-    std::vector<Leaf> leaves;
-    std::vector<ConcaveLeaf> concave;
   };
   // Two convex pieces; a half space is always `second`.
   struct Pair {
@@ -97,15 +91,13 @@ class ShapePair {
     Vec3 origin, centres;       // first's centre: in the world frame, and relative to second's
   };
 
-  static void collect(const btCollisionShape& shape, const Eigen::Matrix3d& rotation,
-                      const Vec3& offset, Side& side);
   void pairConvex();
   void pairConcave(Side& convex, Side& concave, bool flipped);
   void pairTriangles(Side& convex, const Leaf& leaf, Side& concave, const ConcaveLeaf& mesh,
                      bool flipped);
   std::uint32_t variantAgainst(Side& side, Leaf& leaf, const Leaf& against);
   void addPair(std::uint32_t first, std::uint32_t second, bool flipped);
-  bool mayMeet(const Pair& pair) const;
+  bool mayMeet(const Pair& pair);
 
   const Side& firstOf(const Pair& pair) const { return pair.flipped ? other_ : body_; }
   const Side& secondOf(const Pair& pair) const { return pair.flipped ? body_ : other_; }
@@ -122,6 +114,7 @@ class ShapePair {
   Side body_, other_;
   double horizon_ = 0.0;
   double reach_ = 0.0;
+  double leftOut_ = 0.0;
   std::vector<Pair> pairs_;
   std::vector<Vec3> corners_;
   std::vector<Vec3> patch_;

@@ -49,8 +49,9 @@ void BulletBridge::Impl::onStepEnd(double dt) {
   context_.counters.substepsWithoutStart = static_cast<std::uint64_t>(startsMissed());
   context_.clock.begin(dt);
   bodies_.endSubstep(world(), dt);
-  classifier_.beginSubstep();
-  for (const ContactPair& pair : candidates_.find(bodies_, dt))
+  const std::span<const ContactPair> pairs = candidates_.find(bodies_, dt);
+  classifier_.beginSubstep(pairs.size());
+  for (const ContactPair& pair : pairs)
     classifier_.resolve(pair);
   classifier_.endSubstep();
   context_.clock.end();

@@ -1,6 +1,7 @@
 #include "bullet_bridge/tracking/contact_classifier.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "bullet_bridge/tracking/candidate_pairs.h"
 
@@ -31,19 +32,55 @@ double maxApproachSpeed(const ContactPair& pair, Vec3 SubstepMotion::*velocity,
   return speed;
 }
 
+// Upper bound (m/s) of the same before and after the solver.
+double fastestApproach(const ContactPair& pair) {
+  return std::max(
+      maxApproachSpeed(pair, &SubstepMotion::velocityBefore, &SubstepMotion::angularBefore),
+      maxApproachSpeed(pair, &SubstepMotion::velocityAfter, &SubstepMotion::angularAfter));
+}
+
+// Upper bound (m/s) of the speed along a normal of their contact, or of what it turns to within the
+// substep, at which any two points of the pair approach each other at its start.
+double approachAnywhere(const ContactPair& pair, const Vec3& normal, MotionKind kind, double dt) {
+  const auto velocity = kind == MotionKind::actual ? &SubstepMotion::velocityAfter
+                                                   : &SubstepMotion::velocityBefore;
+  const auto angular = kind == MotionKind::actual ? &SubstepMotion::angularAfter
+                                                  : &SubstepMotion::angularBefore;
+  const SubstepMotion& body = pair.body->current;
+  const SubstepMotion& other = pair.other->current;
+  const Vec3 relative = body.*velocity - other.*velocity;
+  const double turned = dt * ((body.*angular).norm() + (other.*angular).norm());
+  return -relative.dot(normal) + (body.*angular).cross(normal).norm() * pair.body->radius +
+         (other.*angular).cross(normal).norm() * pair.other->radius + turned * relative.norm();
+}
+
+// False for pairs that may be of those which cannot be followed at all.
+bool isSurelyFollowed(const ContactPair& pair) {
+  const btCollisionShape& body = *pair.body->object->getCollisionShape();
+  const btCollisionShape& other = *pair.other->object->getCollisionShape();
+  const auto isPlain = [](const btCollisionShape& shape) {
+    return shape.isConvex() || shape.getShapeType() == TRIANGLE_MESH_SHAPE_PROXYTYPE ||
+           shape.getShapeType() == TERRAIN_SHAPE_PROXYTYPE ||
+           shape.getShapeType() == STATIC_PLANE_PROXYTYPE;
+  };
+  return (body.isConvex() && isPlain(other)) || (other.isConvex() && isPlain(body));
+}
+
 bool isImmovable(const TrackedBody& body) {
   return body.kind == BodyKind::fixed || body.kind == BodyKind::kinematic;
 }
 
 }  // namespace
 
-void ContactClassifier::beginSubstep() {
+void ContactClassifier::beginSubstep(std::size_t pairs) {
+  gaps_.beginSubstep(pairs);
   reader_.beginReading(bodies_.hasContinuous());
   log_.beginSubstep();
 }
 
 void ContactClassifier::resolve(const ContactPair& pair) {
   PairRecord* record = records_.find(pair.key());
+  if (record == nullptr ? staysApart(pair) : goesOn(pair, *record)) return;
   const double dt = context_.clock.current().length;
   const PairMotion now(pair, MotionKind::actual, dt, dt, finder_.pieces());
   if (!now.isFollowed()) {
@@ -51,11 +88,66 @@ void ContactClassifier::resolve(const ContactPair& pair) {
     return;
   }
   const Proximity start = now.proximityAt(0.0);
+  if (!pair.isClosedForm()) gaps_.remember(pair, start, now.pieces().leftOut());
   if (record != nullptr || start.gap <= solverRange(pair)) {
     resolveContact(now, start, record);
   } else if (const FoundImpact* found = find(now, start, nullptr, nullptr)) {
     beginUnlessRest(recordOf(pair, nullptr), *found, combinedRestitution(pair));
   }
+}
+
+// True for a pair of which there is nothing to tell: it does not meet in the substep, or too slowly,
+// and Bullet's solver has not acted on it.
+bool ContactClassifier::staysApart(const ContactPair& pair) {
+  const double range = solverRange(pair);
+  if (pair.isClosedForm() || std::isinf(range)) return false;
+  const double dt = context_.clock.current().length;
+  GapMemory::Gap gap = gaps_.of(pair, dt);
+  if (gap.least > 0.0 && gap.atStart > range) return true;
+  if (!(gap.least > 0.0)) gap = gaps_.measureAlong(pair, dt);
+  if (gap.least > 0.0 && gap.atStart > range) return true;
+  const bool isSlow =
+      isSurelyFollowed(pair) && fastestApproach(pair) <= context_.settings.restSpeed;
+  return (gap.least > 0.0 || isSlow) && reader_.impulseOf(pair) < 0.0;
+}
+
+// Goes on with a lasting contact in which no impact is possible, without the pieces of the pair;
+// false if that cannot be told from Bullet's points.
+bool ContactClassifier::goesOn(const ContactPair& pair, PairRecord& record) {
+  if (!(context_.settings.stillSpeed > 0.0)) return false;
+  if (!record.isInContact() || record.isImpacting()) return false;
+  const double fastest = fastestApproach(pair);
+  if (record.isSuppressed() && fastest > context_.settings.restSpeed) return false;
+  const bool isSlow = fastest <= leastSpeed(pair, &record);
+  if (!(isSlow && contacts_.carryStill(record, pair, reader_.impulseOf(pair)))) {
+    const SolvedContact& solved = reader_.read(pair);
+    if (!isSlow && mayHit(pair, record, solved)) return false;
+    if (!contacts_.carry(record, pair, solved)) return false;
+  }
+  if (record.isSuppressed()) record.allowImpacts();
+  record.resolvedIn = context_.clock.number();
+  return true;
+}
+
+// False for a pair, in contact at some points, of which no points can meet as fast as an impact. If
+// they overlap, only those count that Bullet has found; otherwise, along the normal of none of them
+// may the bodies approach that fast anywhere.
+bool ContactClassifier::mayHit(const ContactPair& pair, const PairRecord& record,
+                                const SolvedContact& solved) const {
+  if (solved.points.empty()) return true;
+  const double least = leastSpeed(pair, &record);
+  const double dt = context_.clock.current().length;
+  if (std::ranges::any_of(solved.points, [](const SolvedPoint& point) { return point.gap < 0.0; })) {
+    return std::ranges::any_of(solved.points, [&](const SolvedPoint& point) {
+      return approachAtNode(pair, MotionKind::contactFree, point.position, point.normal) > least;
+    });
+  }
+  const bool isConvex = pair.body->object->getCollisionShape()->isConvex() &&
+                        pair.other->object->getCollisionShape()->isConvex();
+  return !isConvex || std::ranges::any_of(solved.points, [&](const SolvedPoint& point) {
+    return approachAnywhere(pair, point.normal, MotionKind::actual, dt) > least ||
+           approachAnywhere(pair, point.normal, MotionKind::contactFree, dt) > least;
+  });
 }
 
 // Resolves a pair on which Bullet's solver may have acted.
@@ -151,10 +243,7 @@ const FoundImpact* ContactClassifier::find(const PairMotion& now, const Proximit
                                            const SolvedContact* solved, const PairRecord* record) {
   const ContactPair& pair = now.pair();
   const ImpactFinder::Substep substep{context_.clock.current().length, leastSpeed(pair, record)};
-  const double speed = std::max(
-      maxApproachSpeed(pair, &SubstepMotion::velocityBefore, &SubstepMotion::angularBefore),
-      maxApproachSpeed(pair, &SubstepMotion::velocityAfter, &SubstepMotion::angularAfter));
-  if (speed <= substep.restSpeed) return nullptr;
+  if (fastestApproach(pair) <= substep.restSpeed) return nullptr;
   const FoundImpact* found = search(now, start, solved, substep);
   return found != nullptr && mayCollide(pair) ? found : nullptr;
 }

@@ -2,6 +2,7 @@
 
 #include "bullet_bridge/bodies/body_tracker.h"
 #include "bullet_bridge/tracking/bridge_context.h"
+#include "bullet_bridge/tracking/gap_memory.h"
 #include "bullet_bridge/tracking/impact_finder.h"
 #include "bullet_bridge/tracking/impact_tracker.h"
 #include "bullet_bridge/tracking/lasting_contacts.h"
@@ -20,7 +21,8 @@ class ContactClassifier {
   ContactClassifier(BridgeContext& context, const BodyTracker& bodies)
       : context_(context), bodies_(bodies), reader_(context.world) {}
 
-  void beginSubstep();
+  /// `pairs` is about the number of candidates.
+  void beginSubstep(std::size_t pairs);
   void resolve(const ContactPair& pair);
   /// Resolves the recorded pairs that were no candidates, and drops records that are not needed.
   void endSubstep();
@@ -38,6 +40,10 @@ class ContactClassifier {
                           const SolvedContact* solved, const PairRecord* record);
   const FoundImpact* search(const PairMotion& now, const Proximity& start,
                             const SolvedContact* solved, const ImpactFinder::Substep& substep);
+  bool staysApart(const ContactPair& pair);
+  bool goesOn(const ContactPair& pair, PairRecord& record);
+  bool mayHit(const ContactPair& pair, const PairRecord& record,
+               const SolvedContact& solved) const;
   double leastSpeed(const ContactPair& pair, const PairRecord* record) const;
   bool mayCollide(const ContactPair& pair) const;
 
@@ -56,6 +62,7 @@ class ContactClassifier {
   BridgeContext& context_;
   const BodyTracker& bodies_;
   ContactReader reader_;
+  GapMemory gaps_;
   ImpactFinder finder_;
   PairRecords records_;
   EventLog log_{context_};

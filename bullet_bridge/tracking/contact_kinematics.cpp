@@ -73,8 +73,18 @@ Vec3 contactVelocity(const PairMotion& now, const Proximity& contact, const Loca
 
 }  // namespace
 
+// The local shapes are taken along the bridge's own normal: Bullet's is often askew by more than
+// the angle that tells faces from edges.
+PairCurvature curvatureOf(const PairMotion& now, const Proximity& start) {
+  const ContactPair& pair = now.pair();
+  return {now.shapeAt(PairSide::body, start), now.shapeAt(PairSide::other, start),
+          pair.body->turned + pair.other->turned,
+          pair.body->current.start - pair.other->current.start};
+}
+
 ContactState contactStateOf(const PairMotion& now, const Proximity& start,
-                            const SolvedContact& solved, const SubstepTime& substep) {
+                            const PairCurvature& curvature, const SolvedContact& solved,
+                            const SubstepTime& substep) {
   const Proximity contact = meanContact(start, solved);
   const double dt = substep.length;
   const auto tangential = [&](const Vec3& v) {
@@ -82,10 +92,8 @@ ContactState contactStateOf(const PairMotion& now, const Proximity& start,
   };
   const Vec3 bodyVelocity = meanVelocity(now.body(), contact.point, dt);
   const Vec3 otherVelocity = meanVelocity(now.other(), contact.point, dt);
-  // The local shapes are taken along the bridge's own normal: Bullet's is often askew by more than
-  // the angle that tells faces from edges.
-  const LocalShape shape = now.shapeAt(PairSide::body, start);
-  const LocalShape otherShape = now.shapeAt(PairSide::other, start);
+  const LocalShape& shape = curvature.body;
+  const LocalShape& otherShape = curvature.other;
   const Vec3 pointVelocity = contactVelocity(now, contact, shape, otherShape, dt);
 
   ContactState state;

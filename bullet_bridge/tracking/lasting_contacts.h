@@ -24,10 +24,22 @@ class LastingContacts {
   /// substeps without load. `start` is where the two were nearest as the substep began.
   void update(PairRecord& record, const PairMotion& now, const Proximity& start,
               const SolvedContact& solved);
+  /// Goes on with the contact of a pair without a state, if it lies still and there is nothing new
+  /// to tell; otherwise does nothing and returns false. `impulse` (N s) is what Bullet's solver
+  /// held it by.
+  bool carryStill(PairRecord& record, const ContactPair& pair, double impulse) const;
+  /// As `update` for a contact that has begun, without the pieces of the pair: its curvature is
+  /// taken for what it was, if the bodies have hardly moved since; otherwise does nothing and
+  /// returns false.
+  bool carry(PairRecord& record, const ContactPair& pair, const SolvedContact& solved);
   /// Ends the contact of a pair that is asleep, gone or far apart.
   void end(PairRecord& record);
 
  private:
+  bool liesStill(const ContactPair& pair) const;
+  bool liesStill(const ContactState& state) const;
+  bool isNews(const PairRecord& record, double impulse) const;
+
   BridgeContext& context_;
   std::vector<ContactState> states_;
 };

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "bullet_bridge/tracking/contact_kinematics.h"
 #include "carom/audio/contact_state.h"
 #include "carom/audio/impulse_event.h"
 
@@ -56,15 +57,20 @@ enum class PairState : std::uint8_t {
 /// The record that the bridge keeps of a pair from one substep to the next. A transition that the
 /// state does not have is a bug, and asserted.
 class PairRecord {
+  PairState state_ = PairState::separate;  // first: with what follows in one cache line
+
  public:
   BodyId body = 0;
   BodyId other = 0;
+  /// True if the last contact state that was handed out was that of a contact which does not move.
+  bool isTold = false;
+  int idle = 0;  ///< substeps of the lasting contact without load, up to now
   /// Number of the substep in which the pair was resolved last (SubstepClock::number). It is no
   /// part of the state: a pair in any state is resolved once in a substep.
   std::uint64_t resolvedIn = 0;
   Impact impact;
-  int idle = 0;        ///< substeps of the lasting contact without load, up to now
-  ContactState state;  ///< contact state of the substep before
+  PairCurvature curvature;  ///< of the lasting contact, as it was found last
+  ContactState state;  ///< the contact state that was handed out last
 
   /// Takes the record for another pair, in the state `separate`. Its impact and its contact state
   /// stay as they are, for their memory.
@@ -89,7 +95,6 @@ class PairRecord {
   template <std::size_t count>
   void apply(const Transition (&transitions)[count]);
 
-  PairState state_ = PairState::separate;
 };
 
 /// The records of all pairs that need one, found by key. Memory is kept; a record stays where it is

@@ -6,6 +6,7 @@ namespace carom::bullet {
 namespace {
 
 constexpr double kUnknown = -1.0;  // no restitution is negative
+constexpr double kNothing = -1.0;  // as ContactReader::impulseOf
 
 btBroadphaseProxy* proxyOf(const btCollisionObject& object) {
   return const_cast<btBroadphaseProxy*>(object.getBroadphaseHandle());  // not const in Bullet
@@ -67,14 +68,9 @@ const SolvedContact& ContactReader::read(const ContactPair& pair) {
   contact_.impulse = 0.0;
   contact_.applied = Vec3::Zero();
   contact_.points.clear();
-  const btBroadphasePair* entry =
-      world_.getPairCache()->findPair(proxyOf(*pair.body->object), proxyOf(*pair.other->object));
-  if (entry != nullptr && entry->m_algorithm != nullptr) {
-    manifolds_.resize(0);
-    entry->m_algorithm->getAllContactManifolds(manifolds_);
-    for (int i = 0; i < manifolds_.size(); ++i)
-      addManifold(pair, *manifolds_[i], false);
-  }
+  gatherManifolds(pair);
+  for (int i = 0; i < manifolds_.size(); ++i)
+    addManifold(pair, *manifolds_[i], false);
   for (const btPersistentManifold* manifold : predicted_) {
     if (isBetween(*manifold, pair.body->object, pair.other->object))
       addManifold(pair, *manifold, true);
@@ -84,6 +80,36 @@ const SolvedContact& ContactReader::read(const ContactPair& pair) {
     contact_.restitution = combinedRestitution(pair);
   }
   return contact_;
+}
+
+void ContactReader::gatherManifolds(const ContactPair& pair) {
+  manifolds_.resize(0);
+  const btBroadphasePair* entry =
+      world_.getPairCache()->findPair(proxyOf(*pair.body->object), proxyOf(*pair.other->object));
+  if (entry != nullptr && entry->m_algorithm != nullptr)
+    entry->m_algorithm->getAllContactManifolds(manifolds_);
+}
+
+double ContactReader::impulseOf(const ContactPair& pair) {
+  if (!predicted_.empty()) {
+    const SolvedContact& solved = read(pair);
+    return solved.applied.isZero(0.0) ? kNothing : solved.impulse;
+  }
+  if (!pair.body->awake && !pair.other->awake) return kNothing;
+  gatherManifolds(pair);
+  double impulse = 0.0;
+  bool isPushed = false;
+  for (int i = 0; i < manifolds_.size(); ++i) {
+    const btPersistentManifold& manifold = *manifolds_[i];
+    for (int j = 0; j < manifold.getNumContacts(); ++j) {
+      const btManifoldPoint& point = manifold.getContactPoint(j);
+      if (point.getDistance() > manifold.getContactProcessingThreshold()) continue;
+      impulse += static_cast<double>(point.getAppliedImpulse());
+      isPushed = isPushed || point.getAppliedImpulse() != 0 ||
+                 point.m_appliedImpulseLateral1 != 0 || point.m_appliedImpulseLateral2 != 0;
+    }
+  }
+  return isPushed ? impulse : kNothing;
 }
 
 void ContactReader::addManifold(const ContactPair& pair, const btPersistentManifold& manifold,

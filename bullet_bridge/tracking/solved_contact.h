@@ -45,15 +45,19 @@ class ContactReader {
   void beginReading(bool continuous);
   /// Returns the contacts of a pair, valid until the next read.
   const SolvedContact& read(const ContactPair& pair);
+  /// Returns only what `read` would give for SolvedContact::impulse (N s), at a fraction of its cost;
+  /// negative if that is zero and nothing else was applied either.
+  double impulseOf(const ContactPair& pair);
   /// True if Bullet would let the two collide: groups and masks, ignored pairs, contact response.
   bool collides(const ContactPair& pair) const;
 
  private:
+  void gatherManifolds(const ContactPair& pair);
   void addManifold(const ContactPair& pair, const btPersistentManifold& manifold, bool predicted);
   void addPoint(const btManifoldPoint& point, double sign, bool solved);
 
   btDynamicsWorld& world_;
-  btManifoldArray manifolds_;  // manifolds of one pair; kept for its memory
+  btManifoldArray manifolds_;  // manifolds of one pair that are not predicted; kept for its memory
   std::vector<const btPersistentManifold*> predicted_;  // CCD manifolds of this substep
   SolvedContact contact_;
 };

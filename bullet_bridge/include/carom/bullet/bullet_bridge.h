@@ -57,6 +57,11 @@ struct BulletBridgeSettings {
   /// not bounce below its restitution velocity threshold (0.2 m/s unless set).
   double restSpeed = 0.005;
   EventDelivery delivery = EventDelivery::complete;
+  /// Speed (m/s) of the surfaces of two bodies up to which their lasting contact lies still. Of a
+  /// contact that lies still, only those states are handed out in which it begins, comes to lie
+  /// still, changes its load by half, or ends; the impulses of the others are in no state. With 0,
+  /// the states of all substeps are handed out.
+  double stillSpeed = 0.0;
   /// Callback at the end of each substep, when its events are available: the only place within a
   /// step where the bridge may be asked for them. It must not throw. It may end the bridge.
   std::function<void()> onSubstep = nullptr;
