@@ -25,7 +25,7 @@ struct ScheduledSound {
   /// Nodes that drive all clicks and excitations, if no pulse does. A renderer keeps a copy.
   std::span<const PulseNode> train = {};
   double modalPeak = 0.0;  ///< Pa, estimate for what rings; does not cross to a renderer
-  NoiseLevel noise = {};  ///< level of the bed of noise; then there is nothing else
+  NoiseLevel noise = {};   ///< level of the bed of noise; then there is nothing else
 };
 
 /// Takes scheduled sounds: a renderer, or a queue to another thread.

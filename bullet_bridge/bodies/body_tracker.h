@@ -69,12 +69,12 @@ struct TrackedBody {
 
   /// m, of the sphere; for other shapes, of a ball around the centre that holds the shape.
   double radius = 0.0;
-  double margin = 0.0;               ///< m, gap below which Bullet may hold a contact
-  ShapeTrace trace;                  ///< of the shape as it was read last
-  std::uint32_t shapeNumber = 0;     ///< number of times that the trace has changed
+  double margin = 0.0;                      ///< m, gap below which Bullet may hold a contact
+  ShapeTrace trace;                         ///< of the shape as it was read last
+  std::uint32_t shapeNumber = 0;            ///< number of times that the trace has changed
   std::shared_ptr<const ShapeParts> parts;  ///< of the shape; none for planes and for `none`
-  Vec3 planeNormal = Vec3::UnitY();  ///< unit, world frame; planes only
-  double planeOffset = 0.0;          ///< m, from the world's origin along planeNormal
+  Vec3 planeNormal = Vec3::UnitY();         ///< unit, world frame; planes only
+  double planeOffset = 0.0;                 ///< m, from the world's origin along planeNormal
 
   /// Time (s, from the start of the substep) until a kinematic body reaches the place where Bullet
   /// has put it already.

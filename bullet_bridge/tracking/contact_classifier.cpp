@@ -42,10 +42,10 @@ double fastestApproach(const ContactPair& pair) {
 // Upper bound (m/s) of the speed along a normal of their contact, or of what it turns to within the
 // substep, at which any two points of the pair approach each other at its start.
 double approachAnywhere(const ContactPair& pair, const Vec3& normal, MotionKind kind, double dt) {
-  const auto velocity = kind == MotionKind::actual ? &SubstepMotion::velocityAfter
-                                                   : &SubstepMotion::velocityBefore;
-  const auto angular = kind == MotionKind::actual ? &SubstepMotion::angularAfter
-                                                  : &SubstepMotion::angularBefore;
+  const auto velocity =
+      kind == MotionKind::actual ? &SubstepMotion::velocityAfter : &SubstepMotion::velocityBefore;
+  const auto angular =
+      kind == MotionKind::actual ? &SubstepMotion::angularAfter : &SubstepMotion::angularBefore;
   const SubstepMotion& body = pair.body->current;
   const SubstepMotion& other = pair.other->current;
   const Vec3 relative = body.*velocity - other.*velocity;
@@ -96,8 +96,8 @@ void ContactClassifier::resolve(const ContactPair& pair) {
   }
 }
 
-// True for a pair of which there is nothing to tell: it does not meet in the substep, or too slowly,
-// and Bullet's solver has not acted on it.
+// True for a pair of which there is nothing to tell: it does not meet in the substep, or too
+// slowly, and Bullet's solver has not acted on it.
 bool ContactClassifier::staysApart(const ContactPair& pair) {
   const double range = solverRange(pair);
   if (pair.isClosedForm() || std::isinf(range)) return false;
@@ -133,11 +133,12 @@ bool ContactClassifier::goesOn(const ContactPair& pair, PairRecord& record) {
 // they overlap, only those count that Bullet has found; otherwise, along the normal of none of them
 // may the bodies approach that fast anywhere.
 bool ContactClassifier::mayHit(const ContactPair& pair, const PairRecord& record,
-                                const SolvedContact& solved) const {
+                               const SolvedContact& solved) const {
   if (solved.points.empty()) return true;
   const double least = leastSpeed(pair, &record);
   const double dt = context_.clock.current().length;
-  if (std::ranges::any_of(solved.points, [](const SolvedPoint& point) { return point.gap < 0.0; })) {
+  if (std::ranges::any_of(solved.points,
+                          [](const SolvedPoint& point) { return point.gap < 0.0; })) {
     return std::ranges::any_of(solved.points, [&](const SolvedPoint& point) {
       return approachAtNode(pair, MotionKind::contactFree, point.position, point.normal) > least;
     });

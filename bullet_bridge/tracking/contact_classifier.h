@@ -42,8 +42,7 @@ class ContactClassifier {
                             const SolvedContact* solved, const ImpactFinder::Substep& substep);
   bool staysApart(const ContactPair& pair);
   bool goesOn(const ContactPair& pair, PairRecord& record);
-  bool mayHit(const ContactPair& pair, const PairRecord& record,
-               const SolvedContact& solved) const;
+  bool mayHit(const ContactPair& pair, const PairRecord& record, const SolvedContact& solved) const;
   double leastSpeed(const ContactPair& pair, const PairRecord* record) const;
   bool mayCollide(const ContactPair& pair) const;
 

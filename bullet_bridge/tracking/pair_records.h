@@ -70,7 +70,7 @@ class PairRecord {
   std::uint64_t resolvedIn = 0;
   Impact impact;
   PairCurvature curvature;  ///< of the lasting contact, as it was found last
-  ContactState state;  ///< the contact state that was handed out last
+  ContactState state;       ///< the contact state that was handed out last
 
   /// Takes the record for another pair, in the state `separate`. Its impact and its contact state
   /// stay as they are, for their memory.
@@ -94,7 +94,6 @@ class PairRecord {
   };
   template <std::size_t count>
   void apply(const Transition (&transitions)[count]);
-
 };
 
 /// The records of all pairs that need one, found by key. Memory is kept; a record stays where it is

@@ -98,9 +98,9 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
   bool hasAutomaticListener = false;     ///< none was set, and setListener was not called yet
   double predicted = 0.0;                ///< Pa, peak of the first blow; 0 if nothing is predicted
   mutable bool hasShownWarning = false;  ///< to the host, or on stderr
-  SoundStatistics earlier;         ///< sums of engines and recordings that are over
-  bool hasPlayed = false;          ///< there was an engine
-  std::set<std::string> messages;  ///< those that have been told
+  SoundStatistics earlier;               ///< sums of engines and recordings that are over
+  bool hasPlayed = false;                ///< there was an engine
+  std::set<std::string> messages;        ///< those that have been told
   std::unique_ptr<PressureBounds> bounds;
   std::optional<SoundRecorder> recorder;
   std::unique_ptr<SoundEngine> engine;

@@ -61,8 +61,8 @@ TEST_P(OrdinaryWorlds, MoveAsWithoutSoundAndSoundIsANumber) {
   EXPECT_TRUE(sound.close());
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, OrdinaryWorlds, testing::ValuesIn(ordinaryWorlds().begin(),
-                                                               ordinaryWorlds().end()),
+INSTANTIATE_TEST_SUITE_P(Of, OrdinaryWorlds,
+                         testing::ValuesIn(ordinaryWorlds().begin(), ordinaryWorlds().end()),
                          [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace

@@ -477,10 +477,10 @@ typedef struct carom_statistics {
   // Bullet worlds only:
   uint64_t refused_bodies;  ///< bodies that cannot sound: carom_unsolved_reason
   uint64_t
-      unused_assignments;  ///< shapes and user indices with an assignment that no body has used
-  uint64_t shapes_pending;     ///< now: shapes that a thread has yet to solve; Bullet only
-  uint64_t slides_in_bed;      ///< steps of contacts heard as noise with others, not one by one
-  uint64_t masked_slides;      ///< steps of contacts left out: too quiet beside others
+      unused_assignments;   ///< shapes and user indices with an assignment that no body has used
+  uint64_t shapes_pending;  ///< now: shapes that a thread has yet to solve; Bullet only
+  uint64_t slides_in_bed;   ///< steps of contacts heard as noise with others, not one by one
+  uint64_t masked_slides;   ///< steps of contacts left out: too quiet beside others
 } carom_statistics;
 
 /// A collision of two bodies of a Bullet world, which carom_on_collision tells of.
