@@ -59,8 +59,8 @@ Eigen::Matrix3d inverseInertiaOf(const btRigidBody& rigid) {
 }
 
 // Heavy bodies near the listener come first; those nearer than 0.1 m are all near.
-double urgencyOf(const btCollisionObject& object, double mass, const Vec3& listener) {
-  const Vec3 way = toVec3(object.getWorldTransform().getOrigin()) - listener;
+double urgencyOf(const Vec3& place, double mass, const Vec3& listener) {
+  const Vec3 way = place - listener;
   return mass / std::max(way.squaredNorm(), 0.01);
 }
 
@@ -72,8 +72,12 @@ const BodyReader::Surface& BodyReader::surfaceOf(const btCollisionShape& shape, 
   Surface& known = entry->second;
   const bool isAsked = isSolved && !known.id && !known.fault;
   if (!isNew && !isAsked) return known;
-  const Result<SurfaceMesh> surface = shapeSurface(shape);
-  const double volume = surface ? signedVolume(*surface) : halfBoxVolume(shape);
+  Result<SurfaceMesh> surface = shapeSurface(shape);
+  if (surface)
+    for (Vec3& vertex : surface->vertices)
+      vertex *= metres_;
+  const double volume =
+      surface ? signedVolume(*surface) : halfBoxVolume(shape) * metres_ * metres_ * metres_;
   known.radius = std::cbrt(volume * 0.75 / std::numbers::pi);
   if (!surface) known.fault = surface.error();
   if (surface && isSolved) known.id = solver_.request(*surface, urgency);
@@ -84,7 +88,8 @@ const BodyReader::Surface& BodyReader::surfaceOf(const btCollisionShape& shape, 
 void BodyReader::readShape(const btCollisionShape& shape, double urgency, BodyReading& reading) {
   SoundBody& body = reading.sound;
   if (shape.getShapeType() == SPHERE_SHAPE_PROXYTYPE) {
-    body.radius = static_cast<double>(static_cast<const btSphereShape&>(shape).getRadius());
+    body.radius =
+        metres_ * static_cast<double>(static_cast<const btSphereShape&>(shape).getRadius());
     return;
   }
   const bool isSolved = choice_ == RadiatorChoice::solved && !reading.isLink;
@@ -110,13 +115,15 @@ BodyReading BodyReader::read(const btCollisionObject& object, const Vec3& listen
                       : link != nullptr ? movableMass(*link)
                                         : 0.0;
   reading.isLink = link != nullptr && mass > 0.0;
-  if (mass > 0.0)
-    readShape(*object.getCollisionShape(), urgencyOf(object, mass, listener), reading);
+  const Vec3 place = metres_ * toVec3(object.getWorldTransform().getOrigin());
+  if (mass > 0.0) readShape(*object.getCollisionShape(), urgencyOf(place, mass, listener), reading);
   const double volume = ballVolume(body.radius);
   if (volume > 0.0 && std::isfinite(volume)) {
     body.mass = mass;
-    body.material = materialByDensity(mass / volume);
-    if (body.shape || reading.pending) reading.inverseInertia = inverseInertiaOf(*rigid);
+    reading.density = mass / volume;
+    body.material = materialByDensity(reading.density);
+    if (body.shape || reading.pending)
+      reading.inverseInertia = inverseInertiaOf(*rigid) / (metres_ * metres_);
     if (body.shape) body.inverseInertia = reading.inverseInertia;
   } else {
     body.material = *findMaterial("concrete");

@@ -17,6 +17,7 @@ namespace carom::plugin {
 /// A body of a Bullet world as it radiates, and how far its shape could be solved.
 struct BodyReading {
   SoundBody sound;
+  double density = 0.0;             ///< kg/m^3; 0 for a body that cannot move
   bool isLink = false;              ///< it is a link of a multibody, and can move
   std::optional<Error> unsolved{};  ///< why a movable body does not radiate by its shape
   /// Its shape, while that is not solved: the body radiates as a sphere.
@@ -32,7 +33,8 @@ struct BodyReading {
 /// their addresses, but between two calls of beginReading. [one thread]
 class BodyReader {
  public:
-  explicit BodyReader(RadiatorChoice choice) : choice_(choice) {}
+  /// metres: length (m) of the unit of the world that bodies are read from.
+  BodyReader(RadiatorChoice choice, double metres) : choice_(choice), metres_(metres) {}
 
   /// Forgets which shape is where: a host may have changed it since.
   void beginReading() { surfaces_.clear(); }
@@ -55,6 +57,7 @@ class BodyReader {
   void readShape(const btCollisionShape& shape, double urgency, BodyReading& reading);
 
   RadiatorChoice choice_;
+  double metres_;
   std::unordered_map<const btCollisionShape*, Surface> surfaces_;
   ShapeSolver solver_;
 };

@@ -2,11 +2,15 @@
 
 #include <utility>
 
+#include <btBulletDynamicsCommon.h>
+
+#include "bullet_bridge/geometry/to_vec3.h"
 #include "plugin/bullet/world_session.h"
 
 namespace carom {
 
 using namespace plugin;
+using namespace bullet;
 
 namespace {
 
@@ -50,6 +54,24 @@ Status Sound::unassign(const btCollisionShape& shape) {
 }
 Status Sound::unassign(UserIndex userIndex) {
   return onWorld(session_, [&](WorldSession& world) { return world.unassign(userIndex); });
+}
+
+Status Sound::placeListener(const btVector3& position, const btQuaternion* orientation,
+                            std::size_t listener) {
+  if (session_ == nullptr) return movedFrom();
+  const double metres = static_cast<WorldSession&>(*session_).metresPerUnit();
+  const Quat turn = orientation == nullptr ? Quat::Identity() : toQuat(btTransform(*orientation));
+  return setListener(metres * toVec3(position), turn, listener);
+}
+
+Result<BodyMaterial> Sound::materialOf(const btCollisionObject& object) const {
+  if (session_ == nullptr) return movedFrom();
+  return static_cast<const WorldSession&>(*session_).materialOf(object);
+}
+
+std::string Sound::report() const {
+  if (session_ == nullptr) return movedFrom().message + "\n";
+  return static_cast<const WorldSession&>(*session_).describe();
 }
 
 void Sound::prepare() {

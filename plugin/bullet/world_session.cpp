@@ -11,7 +11,9 @@
 #include "bullet_bridge/geometry/to_vec3.h"
 #include "plugin/bullet/assigned_sound.h"
 #include "plugin/bullet/first_blow.h"
+#include "plugin/bullet/world_report.h"
 #include "plugin/bullet/world_survey.h"
+#include "plugin/bullet/world_units.h"
 
 namespace carom::plugin {
 
@@ -34,8 +36,12 @@ bool isIn(const btDynamicsWorld& world, const btCollisionObject& object) {
 }  // namespace
 
 Status WorldSession::attach() {
+  const double metres = metresPerUnit();
+  if (!(metres > 0.0) || !std::isfinite(metres) || !std::isfinite(1.0 / metres))
+    return Error{"sound: metresPerUnit is " + std::to_string(metres) +
+                 "; expected the length of the world's unit (m), above 0"};
   BulletBridgeSettings wanted;
-  wanted.restSpeed = worldSettings_.restSpeed;
+  wanted.restSpeed = worldSettings_.restSpeed / metres;
   wanted.onSubstep = [this] { postSubstep(); };
   if (settings.synth.impulse == ImpulseChoice::physical) wanted.delivery = EventDelivery::prompt;
   Result<BulletBridge> bridge = BulletBridge::attach(world_, wanted);
@@ -51,8 +57,10 @@ void WorldSession::placeListener() {
   if (!hasAutomaticListener) return;
   const std::optional<ListenerPose> pose = listener_.update(world_, bridge_->time(), isQuiet_);
   if (!pose) return;
-  setPose(0, pose->position, pose->orientation);
-  if (isQuiet_) predictFirstBlow(*pose);
+  ListenerPose inAir = *pose;
+  inAir.position *= metresPerUnit();
+  setPose(0, inAir.position, inAir.orientation);
+  if (isQuiet_) predictFirstBlow(inAir);
 }
 
 /// Predicts the loudest landing of the heaviest bodies.
@@ -62,8 +70,8 @@ void WorldSession::predictFirstBlow(const ListenerPose& listener) {
     const Result<BodyId> id = bridge_->bodyId(*object);
     const auto body = id ? bodies.find(*id) : bodies.end();
     if (body == bodies.end()) continue;
-    const double speed = speedOfLanding(world_, *object);
-    const Vec3 place = toVec3(object->getWorldTransform().getOrigin());
+    const double speed = metresPerUnit() * speedOfLanding(world_, *object);
+    const Vec3 place = metresPerUnit() * toVec3(object->getWorldTransform().getOrigin());
     if (speed > 0.0) falling.push_back({body->second, place, speed});
   }
   if (falling.empty()) return;
@@ -137,7 +145,8 @@ void WorldSession::finishShapes() {
 
 void WorldSession::postEvents() {
   bool isFirst = false;  // of the two shares of a collision, which come one after the other
-  for (const ImpulseEvent& event : bridge_->events()) {
+  for (const ImpulseEvent& reported : bridge_->events()) {
+    const ImpulseEvent event = inMetres(reported, metresPerUnit());
     isQuiet_ = false;
     isFirst = !isFirst;
     if (!isRead(event.body) || !isRead(event.other)) readNew();
@@ -208,7 +217,7 @@ void WorldSession::postContacts() {
     if (isSilent(contact.body) || isSilent(contact.other)) continue;
     awaitShape(contact.body);
     awaitShape(contact.other);
-    updateContact(contact);
+    updateContact(inMetres(contact, metresPerUnit()));
   }
 }
 
@@ -266,6 +275,8 @@ void WorldSession::read(BodyId id, const btCollisionObject& object) {
   isPending_[id] = reading.pending.has_value();
   if (reading.unsolved) unsolvedReason_ = reading.unsolved->message;
   const BodySound assigned = assignedTo(known, object);
+  known.density = reading.density;
+  known.isGuessed = !assigned.material && assigned.modes.value_or(nullptr) == nullptr;
   apply(assigned, reading.sound);
   isSilent_[id] = assigned.silent.value_or(false);
   // The model of a body that does not move is in the frame of its shape, wherever its centre of
@@ -408,6 +419,37 @@ std::uint64_t WorldSession::unusedAssignments() const {
     indices.erase(object.getUserIndex());
   }
   return shapes.size() + indices.size();
+}
+
+Result<BodyMaterial> WorldSession::materialOf(const btCollisionObject& object) const {
+  if (Status open = requireWorld(); !open) return open.error();
+  const Result<BodyId> id = bridge_->bodyId(object);
+  if (!id) return Error{"sound: " + id.error().message};
+  const auto known = known_.find(*id);
+  const auto body = bodies.find(*id);
+  if (known == known_.end() || body == bodies.end())
+    return Error{"sound: this body has collided with nothing yet; call Sound::prepare before"};
+  return BodyMaterial{body->second.material, known->second.isGuessed, known->second.density};
+}
+
+std::string WorldSession::describe() const {
+  WorldFacts facts{.listener = listener(),
+                   .isListenerAutomatic = hasAutomaticListener,
+                   .isHeard = engine != nullptr || recorder || hasPlayed,
+                   .hasWorld = hasWorld(),
+                   .restSpeed = worldSettings_.restSpeed,
+                   .statistics = statistics()};
+  for (const auto& [id, known] : known_) {
+    const auto body = bodies.find(id);
+    if (body == bodies.end()) continue;
+    const bool isMovable = known.density > 0.0;
+    ++(isMovable ? facts.movable : facts.immovable);
+    facts.silent += isSilent(id) ? 1 : 0;
+    if (!isMovable) continue;
+    facts.light += known.density < kLightestSolid ? 1 : 0;
+    ++(known.isGuessed ? facts.guessed : facts.given)[body->second.material.name];
+  }
+  return wordsOf(facts);
 }
 
 SoundStatistics WorldSession::statistics() const {

@@ -27,7 +27,7 @@ class WorldSession final : public SoundSession {
       : SoundSession(soundSettings),
         world_(world),
         worldSettings_(worldSettings),
-        reader_(worldSettings.radiators) {}
+        reader_(worldSettings.radiators, worldSettings.metresPerUnit) {}
 
   /// Follows the world's substeps from now on. Refuses what BulletBridge refuses.
   Status attach();
@@ -42,6 +42,11 @@ class WorldSession final : public SoundSession {
   Status unassign(UserIndex userIndex);
   /// Reads all bodies anew; their shapes will be solved.
   void readBodies();
+  double metresPerUnit() const { return worldSettings_.metresPerUnit; }
+  /// As Sound::materialOf.
+  Result<BodyMaterial> materialOf(const btCollisionObject& object) const;
+  /// As Sound::report.
+  std::string describe() const;
   /// As Sound::onCollision.
   void onCollision(std::function<void(const SoundCollision&)> function);
   /// Solves all shapes that wait.
@@ -54,6 +59,8 @@ class WorldSession final : public SoundSession {
     bool isUnsolved = false;
     bool isRefused = false;
     bool isLink = false;
+    bool isGuessed = false;                         // its material is
+    double density = 0.0;                           // kg/m^3; 0 if it cannot move
     std::optional<ShapeSolver::ShapeId> pending{};  // its shape, while the body does without
     bool isHastened = false;                        // that
     Eigen::Matrix3d inverseInertia = Eigen::Matrix3d::Zero();  // for when it does not

@@ -140,11 +140,11 @@ Status done() {
 }
 
 /// Writes a text of the statistics into a buffer, cut short where it is longer; returns its length.
-std::size_t writeText(const carom_sound* sound, std::string SoundStatistics::*text,
-                      std::span<char> buffer) noexcept {
+template <class TextOf>
+std::size_t writeText(const carom_sound* sound, std::span<char> buffer, TextOf textOf) noexcept {
   std::size_t length = 0;
-  (void)onAny(sound, CAROM_ERROR_ARGUMENT, [&](const SoundOutput& output) {
-    const std::string whole = output.statistics().*text;
+  (void)onAny(sound, CAROM_ERROR_ARGUMENT, [&](const SoundOutput&) {
+    const std::string whole = textOf(*sound);
     length = whole.size();
     if (buffer.data() != nullptr && !buffer.empty()) {
       const std::size_t part = std::min(length, buffer.size() - 1);
@@ -154,6 +154,11 @@ std::size_t writeText(const carom_sound* sound, std::string SoundStatistics::*te
     return done();
   });
   return length;
+}
+
+std::string reportOf(const carom_sound& sound) {
+  const auto* const world = std::get_if<Sound>(&sound.sound);
+  return world != nullptr ? world->report() : std::string();
 }
 
 }  // namespace
@@ -283,6 +288,27 @@ carom_status carom_unassign_user_index(carom_sound* sound, int user_index) noexc
   return unassign(sound, &target);
 }
 
+carom_status carom_material_of(carom_sound* sound, const btCollisionObject* body,
+                               carom_material* material, int32_t* is_guessed,
+                               double* density) noexcept {
+  return onKind<Sound>(sound, [&](Sound& world) -> Status {
+    if (body == nullptr) return Error{"the body is NULL"};
+    const auto found = world.materialOf(*body);
+    if (!found) return found.error();
+    static thread_local carom::Material told;  // has the name
+    static thread_local carom_roughness roughness;
+    told = found->material;
+    roughness = toC(told.roughness);
+    carom_material shown = toC(told);
+    shown.roughness = &roughness;
+    if (const Status written = writeStruct(shown, material, "carom_material"); !written)
+      return written;
+    if (is_guessed != nullptr) *is_guessed = found->isGuessed ? 1 : 0;
+    if (density != nullptr) *density = found->density;
+    return done();
+  });
+}
+
 carom_status carom_prepare_bodies(carom_sound* sound) noexcept {
   return onKind<Sound>(sound, [](Sound& world) {
     world.prepare();
@@ -382,11 +408,18 @@ carom_status carom_get_statistics(const carom_sound* sound, carom_statistics* st
 }
 
 size_t carom_unsolved_reason(const carom_sound* sound, char* text, size_t size) noexcept {
-  return writeText(sound, &SoundStatistics::unsolvedReason, {text, size});
+  return writeText(sound, {text, size}, [](const carom_sound& told) {
+    return told.output().statistics().unsolvedReason;
+  });
+}
+
+size_t carom_report(const carom_sound* sound, char* text, size_t size) noexcept {
+  return writeText(sound, {text, size}, reportOf);
 }
 
 size_t carom_warning(const carom_sound* sound, char* text, size_t size) noexcept {
-  return writeText(sound, &SoundStatistics::warning, {text, size});
+  return writeText(sound, {text, size},
+                   [](const carom_sound& told) { return told.output().statistics().warning; });
 }
 
 size_t carom_channel_count(const carom_sound* sound) noexcept {

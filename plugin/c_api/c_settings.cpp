@@ -248,6 +248,7 @@ carom_settings defaultSettings() {
   made.limiter_release = limiter.release;
   made.rest_speed = world.restSpeed;
   made.radiators = static_cast<std::int32_t>(world.radiators);
+  made.metres_per_unit = world.metresPerUnit;
   return made;
 }
 
@@ -286,7 +287,8 @@ Result<CSettings> settingsFrom(const carom_settings* input) {
   if (!sound) return sound.error();
   return CSettings{.sound = *std::move(sound),
                    .world = {.restSpeed = read->rest_speed,
-                             .radiators = static_cast<RadiatorChoice>(read->radiators)}};
+                             .radiators = static_cast<RadiatorChoice>(read->radiators),
+                             .metresPerUnit = read->metres_per_unit}};
 }
 
 Result<Room> roomFrom(const carom_room* input) {

@@ -19,6 +19,7 @@ carom_body_sound defaultBodySound();
 carom_event defaultEvent();
 carom_contact defaultContact();
 carom_roughness defaultRoughness();
+carom_roughness toC(const Roughness& roughness);
 carom_normal_map defaultNormalMap();
 
 Result<ImpulseEvent> eventFrom(const carom_event* input);

@@ -23,7 +23,7 @@ CAROM_ENDS_WITH(carom_surface, absorption);
 CAROM_ENDS_WITH(carom_settings, reserved);
 CAROM_ENDS_WITH(carom_settings, modes);
 CAROM_ENDS_WITH(carom_settings, level);
-CAROM_ENDS_WITH(carom_settings, slide_voices);
+CAROM_ENDS_WITH(carom_settings, metres_per_unit);
 CAROM_ENDS_WITH(carom_roughness, hurst);
 CAROM_ENDS_WITH(carom_material, restitution);
 CAROM_ENDS_WITH(carom_material, damping_beta);

@@ -99,6 +99,7 @@ void printSound() {
   LAYOUT(MaterialChoice);
   LAYOUT(BodySound);
   LAYOUT(UserIndex);
+  LAYOUT(BodyMaterial);
   LAYOUT(HeardCollision);
   LAYOUT(SoundCollision);
   LAYOUT(SoundOutput);

@@ -341,6 +341,7 @@ TEST(CStructs, EverySettingArrives) {
   input.contact_loss = 0.3;
   input.lasting = CAROM_LASTING_EXACT;
   input.slide_voices = 3;
+  input.metres_per_unit = 0.01;
   input.pulse = CAROM_PULSE_COURSE_GAUSSIAN;
   input.sampling = CAROM_SAMPLING_NAIVE;
   input.radiation = CAROM_RADIATION_COMPACT;
@@ -382,6 +383,7 @@ TEST(CStructs, EverySettingArrives) {
   EXPECT_EQ(settings->sound.synth.contactLoss, 0.3);
   EXPECT_EQ(settings->sound.synth.lasting, LastingDetail::exact);
   EXPECT_EQ(settings->sound.synth.slideVoices, 3u);
+  EXPECT_EQ(settings->world.metresPerUnit, 0.01);
   EXPECT_EQ(settings->sound.synth.comparison.pulse, PulseShape::courseGaussian);
   EXPECT_EQ(settings->sound.synth.comparison.sampling, Sampling::naive);
   EXPECT_EQ(settings->sound.synth.comparison.radiation, Radiation::compact);

@@ -279,6 +279,7 @@ typedef struct carom_settings {
   int32_t lasting;
   int32_t reserved_three;  ///< 0
   size_t slide_voices;     ///< contacts that are exact with CAROM_LASTING_HEARD: the loudest
+  double metres_per_unit;  ///< m, > 0: length of the unit of a Bullet world, if not 1
 } carom_settings;
 
 /// The statistics of a rough surface.
@@ -675,6 +676,13 @@ CAROM_API carom_status carom_unassign_user_index(carom_sound* sound, int user_in
 /// the sound, carom_destroy too. user: handed to it.
 CAROM_API carom_status carom_on_collision(carom_sound* sound, carom_collision_function function,
                                           void* user) CAROM_NOEXCEPT;
+/// Gives the material with which a body sounds; whether it was guessed from the body's density
+/// (kg/m^3, mass over its shape's volume; 0 for one that cannot move). `material->size` must be
+/// set; is_guessed and density may be NULL. Its name lives as long as the calling thread asks for
+/// no other material.
+CAROM_API carom_status carom_material_of(carom_sound* sound, const btCollisionObject* body,
+                                         carom_material* material, int32_t* is_guessed,
+                                         double* density) CAROM_NOEXCEPT;
 /// Solves the shapes of bodies that were added since, so that no collision need wait for it, and
 /// takes changed masses and shapes into account.
 CAROM_API carom_status carom_prepare_bodies(carom_sound* sound) CAROM_NOEXCEPT;
@@ -727,6 +735,10 @@ CAROM_API size_t carom_unsolved_reason(const carom_sound* sound, char* text,
 /// Writes by how much peaks exceed a fixed full scale, and the remedy, as one sentence, or "" if
 /// they do not; as carom_unsolved_reason does.
 CAROM_API size_t carom_warning(const carom_sound* sound, char* text, size_t size) CAROM_NOEXCEPT;
+
+/// Writes in some sentences, a line each, what sounds and how loud, and why something is silent,
+/// quiet or loud; as carom_unsolved_reason does. "" for a sound of carom_create.
+CAROM_API size_t carom_report(const carom_sound* sound, char* text, size_t size) CAROM_NOEXCEPT;
 
 /// Number of channels of all listeners together; 0 for NULL.
 CAROM_API size_t carom_channel_count(const carom_sound* sound) CAROM_NOEXCEPT;

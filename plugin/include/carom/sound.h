@@ -1,5 +1,6 @@
 #pragma once
 
+#include <concepts>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -22,6 +23,9 @@
 class btCollisionObject;
 class btCollisionShape;
 class btDynamicsWorld;
+class btQuaternion;
+class btTransform;
+class btVector3;
 
 namespace carom {
 
@@ -39,6 +43,9 @@ enum class RadiatorChoice : std::uint8_t {
 struct WorldSoundSettings {
   double restSpeed = 0.005;  ///< m/s, >= 0: slower contacts are rest, and make no click
   RadiatorChoice radiators = RadiatorChoice::solved;
+  /// m, > 0: length of the world's unit, where that is not the metre. All that Sound is told and
+  /// tells is in metres nevertheless, but for setListener with Bullet's own types.
+  double metresPerUnit = 1.0;
 };
 
 /// A material, by the name of a built-in one (builtInMaterials) or by its numbers.
@@ -89,6 +96,13 @@ struct BodySound {
   /// user index says, and also what holds if nothing is set. A body that only should not ring gets
   /// `modes = nullptr`; an immovable one does not click.
   std::optional<bool> silent = std::nullopt;
+};
+
+/// The material with which a body sounds.
+struct BodyMaterial {
+  Material material;
+  bool isGuessed = false;  ///< from the body's density, as nothing that is assigned says otherwise
+  double density = 0.0;    ///< kg/m^3, mass over the shape's volume; 0 for a body that cannot move
 };
 
 /// All bodies with that btCollisionObject::getUserIndex, as a target of Sound::assign. Bodies
@@ -181,6 +195,32 @@ class Sound : public SoundOutput {
   /// account; what was assigned stays. To be called at a moment when a pause does not matter.
   void prepare();
 
+  using SoundOutput::setListener;
+  /// As SoundOutput::setListener, with Bullet's own types and in the world's units:
+  /// btTransform, or btVector3 with an optional btQuaternion.
+  template <std::same_as<btTransform> Transform>
+  Status setListener(const Transform& pose, std::size_t listener = 0) {
+    const auto turn = pose.getRotation();
+    return placeListener(pose.getOrigin(), &turn, listener);
+  }
+  template <std::same_as<btVector3> Position>
+  Status setListener(const Position& position, std::size_t listener = 0) {
+    return placeListener(position, nullptr, listener);
+  }
+  template <std::same_as<btVector3> Position, std::same_as<btQuaternion> Orientation>
+  Status setListener(const Position& position, const Orientation& orientation,
+                     std::size_t listener = 0) {
+    return placeListener(position, &orientation, listener);
+  }
+
+  /// Returns with which material a body sounds, and whether it was guessed. Refuses a body that is
+  /// not in the world, or has not been there for a substep.
+  Result<BodyMaterial> materialOf(const btCollisionObject& object) const;
+
+  /// Says in some sentences, a line each, what sounds and how loud, and why something is silent,
+  /// quiet or loud: bodies and their materials, the listener, peaks, what was left out.
+  std::string report() const;
+
   /// Sets the function that is told of each collision that is not silenced, at the end of the
   /// substep in which its sound is decided, in order of time; null for none. It may call everything
   /// of this sound, and end it. Collisions under way are told of in `close`, unless the function
@@ -189,6 +229,8 @@ class Sound : public SoundOutput {
 
  private:
   explicit Sound(std::shared_ptr<plugin::SoundSession> session);
+  Status placeListener(const btVector3& position, const btQuaternion* orientation,
+                       std::size_t listener);
 };
 
 }  // namespace carom

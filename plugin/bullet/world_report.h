@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <string>
+
+#include "carom/audio/vector.h"
+#include "carom/sound_settings.h"
+
+namespace carom::plugin {
+
+/// kg/m^3: a body with less is hardly meant so; its mass is a guess, or its unit is not the metre.
+inline constexpr double kLightestSolid = 20.0;
+
+/// The facts of a world's sound that Sound::report puts into words.
+struct WorldFacts {
+  std::size_t movable = 0;    ///< bodies that can move
+  std::size_t immovable = 0;  ///< bodies that cannot
+  std::size_t silent = 0;     ///< bodies that BodySound::silent silences
+  std::size_t light = 0;      ///< bodies with less than kLightestSolid
+  std::map<std::string, std::size_t> guessed{};  ///< materials of bodies that can move, by name
+  std::map<std::string, std::size_t> given{};    ///< the same, of bodies to which one is assigned
+  Vec3 listener = Vec3::Zero();                  ///< m, the first
+  bool isListenerAutomatic = false;
+  bool isHeard = false;  ///< played, pulled or recorded
+  bool hasWorld = true;
+  double restSpeed = 0.0;  ///< m/s
+  SoundStatistics statistics{};
+};
+
+/// Says in sentences what sounds, how loud, and why something does not. [any thread]
+std::string wordsOf(const WorldFacts& facts);
+
+}  // namespace carom::plugin
