@@ -17,7 +17,7 @@ using namespace scenes;
 
 namespace {
 
-constexpr double kLightest = 20.0;       // kg/m^3, of a light foam; aerogels apart
+constexpr double kLightest = 20.0;       // kg/m^3, lighter are only foams and aerogels
 constexpr std::size_t kMostNamed = 5;    // bodies
 constexpr double kHighestLevel = 200.0;  // dB, of --full-scale
 
@@ -56,9 +56,9 @@ std::vector<std::string> densityWarnings(const Scene& scene) {
       ++more;
       continue;
     }
-    warnings.push_back(body.name + " has a density of " + numberText(*density, 3) +
-                       " kg/m^3, below that of any solid matter; are its mass and its size in "
-                       "kilograms and metres?");
+    warnings.push_back(
+        body.name + " has a density of " + numberText(*density, 3) +
+        " kg/m^3, which only foams have; are its mass and its size in kilograms and metres?");
   }
   if (more > 0)
     warnings.push_back(std::to_string(more) + " more bodies have a density below " +

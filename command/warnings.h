@@ -20,7 +20,7 @@ class Warnings {
 };
 
 /// Returns what in a scene is a mistake more often than not: bodies that can move and are lighter
-/// than any solid matter, listeners behind a wall of the room. [any thread]
+/// than all but foams, listeners behind a wall of the room. [any thread]
 std::vector<std::string> sceneWarnings(const scenes::Scene& scene);
 
 /// Returns what befell the sound without being asked for: peaks above full scale, contacts that

@@ -63,9 +63,8 @@ struct JelloShape {
 
 /// Contact properties of a body beside those in Material.
 struct ContactTraits {
-  double friction = 0.0;  ///< Coulomb's coefficient, as the scene names it
-  double defaultFriction =
-      0.0;  ///< of its material, if the scene names none; see frictionWithSolids
+  double friction = 0.0;          ///< Coulomb's coefficient, as the scene names it
+  double defaultFriction = 0.0;   ///< by its material, where none is named: frictionWithSolids
   double rollingFriction = 0.0;   ///< dimensionless, of spheres, see SphereFriction::rolling
   double pivotingFriction = 0.0;  ///< m, of spheres, see SphereFriction::pivoting
   RestitutionLaw restitutionLaw = {};

@@ -561,7 +561,7 @@ TEST_F(Cli, PeakAboveFullScaleIsAWarningWithTheOptionThatMakesRoom) {
   EXPECT_TRUE(parsed(with({"--normalize"})).at("warnings").empty());
 }
 
-TEST_F(Cli, BodiesLighterThanAnyMatterAreWarnedOfByName) {
+TEST_F(Cli, BodiesLighterThanMatterAreWarnedOfByName) {
   json scene = json::parse(contents(libraryFile("wood_blocks")));
   for (json& body : scene["bodies"])
     body.erase("modes");

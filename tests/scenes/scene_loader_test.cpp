@@ -828,7 +828,8 @@ TEST(SceneLoader, PlaneOfAMaterialLikeABuiltInOneAbsorbsAsThat) {
   document["bodies"][1]["material"] = {{"like", "concrete"}, {"friction", 0.2}};
   const Room alike = accepted(document).sound.room;
   ASSERT_EQ(alike.reflectors.size(), plain.reflectors.size());
-  EXPECT_EQ(alike.reflectors[0].surface.absorption, plain.reflectors[0].surface.absorption);
+  EXPECT_EQ(alike.reflectors[0].absorption.coefficients,
+            plain.reflectors[0].absorption.coefficients);
 }
 
 TEST(SceneLoader, FrictionOfABodyComesBeforeThatOfItsMaterial) {
@@ -874,7 +875,7 @@ TEST(SceneLoader, BuiltInMaterialsHaveTheFrictionOfTheirPageForSolidsAlone) {
 }
 
 TEST(MaterialFile, IsAMaterialAsInASceneAndItsErrorsNameThePlace) {
-  const TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto load = [&folder](const std::string& text) {
     std::ofstream(folder / "bell metal.json") << text;
     return loadMaterial(folder / "bell metal.json");
