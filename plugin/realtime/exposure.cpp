@@ -8,7 +8,7 @@ namespace carom::plugin {
 namespace {
 
 /// Time constants that the gain goes through in the time of an attack.
-constexpr double kAttackConstants = 4.0;
+constexpr double kAttackConstants = 6.0;
 
 }  // namespace
 

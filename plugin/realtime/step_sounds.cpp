@@ -1,6 +1,7 @@
 #include "plugin/realtime/step_sounds.h"
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 namespace carom::plugin {
@@ -8,12 +9,24 @@ namespace carom::plugin {
 using namespace audio;
 
 void StepSounds::noteLoudness(const ScheduledSound& sound) {
-  if (!sound.train.empty()) return;
-  loudest_.peak = std::max({loudest_.peak, sound.peak, sound.modalPeak});
+  const double peak = std::max(sound.peak, sound.modalPeak);
+  if (!sound.train.empty() || !(peak > 0.0)) return;
+  std::int64_t first = std::numeric_limits<std::int64_t>::max();
   for (const Click& click : sound.clicks)
-    loudest_.first = std::min(loudest_.first, click.first);
+    first = std::min(first, click.first);
   for (const ModalExcitation& excitation : sound.excitations)
-    loudest_.first = std::min(loudest_.first, excitation.drive.first);
+    first = std::min(first, excitation.drive.first);
+  firstImpact_ = std::min(firstImpact_, first);
+  power_[static_cast<std::size_t>(first / kBin) % kBins] += peak * peak;
+}
+
+StepSounds::Loudest StepSounds::takeLoudest() {
+  if (firstImpact_ == std::numeric_limits<std::int64_t>::max()) return {};
+  const Loudest loudest{.peak = std::sqrt(*std::ranges::max_element(power_)),
+                        .first = firstImpact_};
+  power_.fill(0.0);
+  firstImpact_ = std::numeric_limits<std::int64_t>::max();
+  return loudest;
 }
 
 void StepSounds::add(const ScheduledSound& sound) {

@@ -1,9 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <utility>
 #include <vector>
 
 #include "audio/synthesis/scheduled_sound.h"
@@ -19,7 +19,7 @@ class StepSounds final : public audio::SoundSink {
   StepSounds(SoundQueue& queue, std::size_t voices) : queue_(queue), voices_(voices) {}
 
   struct Loudest {
-    double peak = 0.0;  ///< Pa, upper bound for the loudest of them
+    double peak = 0.0;  ///< Pa, estimate
     std::int64_t first = std::numeric_limits<std::int64_t>::max();
   };
 
@@ -28,8 +28,9 @@ class StepSounds final : public audio::SoundSink {
   void send();
 
   /// Returns the peak (Pa) and the first sample of the step's impacts, and begins anew; a peak of 0
-  /// if there were none. What slides grows slowly, and its bound is far above what is heard.
-  Loudest takeLoudest() { return std::exchange(loudest_, {}); }
+  /// if there were none. Those that begin in the same bin, about a millisecond, add up by their
+  /// power. What slides grows slowly, and its bound is far above what is heard: it is left out.
+  Loudest takeLoudest();
 
   std::uint64_t stolen() const { return stolen_; }  ///< events left out as others were louder
   std::uint64_t faults() const { return faults_; }  ///< sounds left out for lack of room
@@ -53,7 +54,10 @@ class StepSounds final : public audio::SoundSink {
   std::vector<audio::Click> clicks_;
   std::vector<audio::SphereWeights> ears_;
   std::vector<audio::PulseNode> nodes_;
-  Loudest loudest_;
+  static constexpr std::int64_t kBin = 48;  // samples
+  static constexpr std::size_t kBins = 64;
+  std::array<double, kBins> power_{};  // Pa^2, by bin of the first sample, modulo kBins
+  std::int64_t firstImpact_ = std::numeric_limits<std::int64_t>::max();
   std::uint64_t stolen_ = 0;
   std::uint64_t faults_ = 0;
 };

@@ -48,12 +48,21 @@ void writeMono(const fs::path& path, const SoundFileSettings& settings,
   ASSERT_TRUE(finished) << finished.error().message;
 }
 
+std::string commentOf(const fs::path& path) {
+  SF_INFO info = {};
+  SNDFILE* const file = sf_open(path.c_str(), SFM_READ, &info);
+  const char* const comment = file != nullptr ? sf_get_string(file, SF_STR_COMMENT) : nullptr;
+  const std::string text = comment != nullptr ? comment : "";
+  sf_close(file);
+  return text;
+}
+
 TEST_F(SoundFile, TwentyPascalsAreFullScale) {
   writeMono(path(), {}, {20.0F, -10.0F, 0.02F, 0.0F});
   const Recording recording = test::readRecording(path());
   EXPECT_EQ(recording.info.samplerate, 48000);
   EXPECT_EQ(recording.info.channels, 1);
-  EXPECT_EQ(recording.info.format, SF_FORMAT_WAV | SF_FORMAT_FLOAT);
+  EXPECT_EQ(recording.info.format, SF_FORMAT_WAVEX | SF_FORMAT_FLOAT);
   ASSERT_EQ(recording.samples.size(), 4u);
   EXPECT_EQ(recording.samples[0], 1.0);
   EXPECT_EQ(recording.samples[1], -0.5);
@@ -205,7 +214,7 @@ TEST_F(SoundFile, NormalisedPeakIsOne) {
   samples[12345] = -0.0371F;
   writeMono(path(), settings, samples);
   const Recording recording = test::readRecording(path());
-  EXPECT_EQ(recording.info.format, SF_FORMAT_WAV | SF_FORMAT_FLOAT);
+  EXPECT_EQ(recording.info.format, SF_FORMAT_WAVEX | SF_FORMAT_FLOAT);
   ASSERT_EQ(recording.samples.size(), samples.size());
   EXPECT_EQ(recording.samples[12345], -1.0);
   for (std::size_t frame = 0; frame < samples.size(); ++frame)
@@ -224,6 +233,36 @@ TEST_F(SoundFile, NormalisedPcm16OfLoudSoundDoesNotClip) {
   ASSERT_TRUE(writer->finish());
   EXPECT_EQ(writer->clippedSamples(), 0u);
   EXPECT_EQ(test::readRecording(path()).samples, (std::vector<double>{0.5, -1.0, 0.25}));
+}
+
+TEST_F(SoundFile, NormalisedPeakIsWhatIsAskedForButNotOfWhatIsTooQuiet) {
+  const SoundFileSettings settings{
+      .normalize = true, .normalizedPeak = 0.5, .leastFullScale = 0.02};
+  writeMono(path(), settings, {1.0F, -4.0F});
+  EXPECT_EQ(test::readRecording(path()).samples, (std::vector<double>{0.125, -0.5}));
+  EXPECT_EQ(commentOf(path()), "full scale 8 Pa");
+  writeMono(path(), settings, {1e-3F, -2e-3F});
+  EXPECT_NEAR(test::readRecording(path()).samples[1], -0.1, 1e-7);
+  EXPECT_EQ(commentOf(path()), "full scale 0.02 Pa");
+}
+
+TEST_F(SoundFile, CommentHasTheFullScale) {
+  writeMono(path(), {}, {1.0F});
+  EXPECT_EQ(commentOf(path()), "full scale 20 Pa");
+  writeMono(path(), {.format = SampleFormat::pcm16, .fullScalePressure = 1.25}, {1.0F});
+  EXPECT_EQ(commentOf(path()), "full scale 1.25 Pa");
+}
+
+// RIFF (Microsoft, 1994): formats other than PCM have an extension, and a chunk "fact".
+TEST_F(SoundFile, FloatHeaderHasTheExtensionAndTheFacts) {
+  writeMono(path(), {}, {1.0F, 2.0F});
+  const std::string bytes = contents(path());
+  const std::size_t format = bytes.find("fmt ");
+  ASSERT_NE(format, std::string::npos);
+  EXPECT_GE(static_cast<int>(bytes[format + 4]), 18);
+  const std::size_t facts = bytes.find("fact");
+  ASSERT_NE(facts, std::string::npos);
+  EXPECT_EQ(static_cast<int>(bytes[facts + 8]), 2);  // frames
 }
 
 TEST_F(SoundFile, NormalisedSilenceStaysSilent) {
@@ -301,6 +340,8 @@ TEST_F(SoundFile, RefusesSettingsOutOfRange) {
   EXPECT_FALSE(SoundFileWriter::create(path(), {.channels = 5000}));
   EXPECT_FALSE(SoundFileWriter::create(path(), {.sampleRate = 0.0}));
   EXPECT_FALSE(SoundFileWriter::create(path(), {.fullScalePressure = 0.0}));
+  EXPECT_FALSE(SoundFileWriter::create(path(), {.normalize = true, .normalizedPeak = 0.0}));
+  EXPECT_FALSE(SoundFileWriter::create(path(), {.normalize = true, .leastFullScale = -1.0}));
   EXPECT_FALSE(SoundFileWriter::create(
       path(), {.fullScalePressure = std::numeric_limits<double>::infinity()}));
   EXPECT_FALSE(SoundFileWriter::create(path(), {.limit = true, .normalize = true}));

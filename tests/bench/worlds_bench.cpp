@@ -105,8 +105,7 @@ class WorldRun {
     if (!bridge) std::abort();
     bridge_.emplace(*std::move(bridge));
     SoundSettings settings;
-    settings.limiter.emplace();
-    settings.fullScale = kDeviceFullScale;
+    settings.level = Level::automatic;  // as on a device with nothing set
     const auto begin = std::chrono::steady_clock::now();
     sound_.emplace(attached(sounding, settings));
     const std::chrono::duration<double, std::milli> taken =

@@ -172,7 +172,7 @@ double clickOfDensity(double density) {
   settings.listeners = {{"near", {0.3, 0.3, 0.2}}};
   Sound sound = test::attachOffline(bullet.world, settings);
   Samples samples(1);
-  for (int step = 0; step < 24; ++step) {
+  for (int step = 0; step < 40; ++step) {
     bullet.step(1.0 / 240.0);
     test::takeReady(sound, samples);
   }
