@@ -1,12 +1,15 @@
 #include "audio/io/partial_file.h"
 
+#include <memory>
 #include <random>
 #include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #if __has_include(<sys/file.h>)
+#include <dirent.h>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <unistd.h>
@@ -41,6 +44,20 @@ int createLocked(const fs::path& path) {
   return lockFile(path, O_CREAT | O_EXCL);
 }
 
+/// Returns the names in a folder; none if it cannot be read. (libstdc++'s directory_iterator ends
+/// the program where memory lacks.)
+std::vector<std::string> namesIn(const fs::path& folder) {
+  struct Close {
+    void operator()(DIR* opened) const { ::closedir(opened); }
+  };
+  std::vector<std::string> names;
+  const std::unique_ptr<DIR, Close> opened(::opendir(folder.c_str()));
+  if (opened == nullptr) return names;
+  while (const dirent* const entry = ::readdir(opened.get()))
+    names.emplace_back(entry->d_name);
+  return names;
+}
+
 void removeUnlessLocked(const fs::path& path) {
   const int lock = lockFile(path, 0);
   if (lock < 0) return;
@@ -52,6 +69,9 @@ void removeUnlessLocked(const fs::path& path) {
 void unlock(int) {}
 int createLocked(const fs::path&) {
   return -1;
+}
+std::vector<std::string> namesIn(const fs::path&) {
+  return {};
 }
 void removeUnlessLocked(const fs::path&) {}
 #endif
@@ -102,12 +122,9 @@ std::error_code PartialFile::giveName() {
 
 void PartialFile::removeLeftovers(const fs::path& finalPath) {
   const fs::path final = absolutePath(finalPath);
-  std::error_code failed;
-  for (fs::directory_iterator entry(final.parent_path(), failed), end; !failed && entry != end;
-       entry.increment(failed)) {
-    const fs::path& path = entry->path();
-    if (isPartialOf(path.filename().string(), final.filename().string())) removeUnlessLocked(path);
-  }
+  const std::string name = final.filename().string();
+  for (const std::string& other : namesIn(final.parent_path()))
+    if (isPartialOf(other, name)) removeUnlessLocked(final.parent_path() / other);
 }
 
 Status checkWritable(const fs::path& path) {
