@@ -101,7 +101,8 @@ SynthCounters& operator+=(SynthCounters& sum, const SynthCounters& more) {
         &SynthCounters::rejected, &SynthCounters::slides, &SynthCounters::inaudibleSlides,
         &SynthCounters::stolen, &SynthCounters::overBudget, &SynthCounters::noBus,
         &SynthCounters::tooLong, &SynthCounters::modalVoicesExhausted,
-        &SynthCounters::slidesLeftOut, &SynthCounters::slidesInBed, &SynthCounters::maskedSlides})
+        &SynthCounters::slidesLeftOut, &SynthCounters::slidesInBed, &SynthCounters::maskedSlides,
+        &SynthCounters::masked})
     sum.*count += more.*count;
   return sum;
 }

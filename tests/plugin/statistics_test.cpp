@@ -24,11 +24,11 @@ TEST(Statistics, ListsHoldEveryMemberOnce) {
   const SynthCounters& base = statistics;
   const auto& [events, rings, immovable, inaudible, late, undersampled, rejected, slides,
                inaudibleSlides, stolen, overBudget, noBus, tooLong, modalVoicesExhausted,
-               slidesLeftOut, slidesInBed, maskedSlides] = base;
+               slidesLeftOut, slidesInBed, maskedSlides, masked] = base;
   for (const std::uint64_t* count :
        {&events, &rings, &immovable, &inaudible, &late, &undersampled, &rejected, &slides,
         &inaudibleSlides, &stolen, &overBudget, &noBus, &tooLong, &modalVoicesExhausted,
-        &slidesLeftOut, &slidesInBed, &maskedSlides})
+        &slidesLeftOut, &slidesInBed, &maskedSlides, &masked})
     EXPECT_EQ(timesListed(kStatisticsCounts, statistics, *count), 1)
         << "member " << count - &events << "; add it to plugin/realtime/statistics_fields.h";
   for (const auto& field : kStatisticsCounts)

@@ -451,6 +451,7 @@ typedef struct carom_statistics {
   uint64_t undersampled;       ///< heard aliased: contacts shorter than 4 samples, sampled naively
   uint64_t slides_in_bed;      ///< steps of contacts heard as noise with others, not one by one
   uint64_t masked_slides;      ///< steps of contacts left out: too quiet beside others
+  uint64_t masked;             ///< events left out: too quiet beside others
 } carom_statistics;
 
 // Library.
