@@ -296,7 +296,7 @@ bool ContactDrive::follow(const Step& step) {
   return true;
 }
 
-BumpyContact ContactDrive::contact(const Step& step) const {
+BumpyContact ContactDrive::contact(double duration) const {
   BumpyContact contact{.mass = mass_,
                        .load = load_,
                        .stiffness = spring_.stiffness,
@@ -306,8 +306,8 @@ BumpyContact ContactDrive::contact(const Step& step) const {
     const Scan& scan = scans_[side];
     contact.bumps[side] = {.texture = scan.texture,
                            .look = scan.look,
-                           .speed = scan.climbed.norm() / step.duration,
-                           .speedOnTexture = scan.along.norm() / step.duration};
+                           .speed = scan.climbed.norm() / duration,
+                           .speedOnTexture = scan.along.norm() / duration};
   }
   return contact;
 }

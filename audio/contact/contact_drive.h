@@ -83,8 +83,9 @@ class ContactDrive {
   /// Follows the contact over a step as `advance` does, at a small part of its cost, without its
   /// impulses. Returns false if nothing moves. Steps of both may alternate.
   bool follow(const Step& step);
-  /// Returns the contact as it is in the step that was advanced or followed last, for ContactNoise.
-  BumpyContact contact(const Step& step) const;
+  /// Returns the contact as it is in the step that was advanced or followed last, which lasted
+  /// `duration` (s).
+  BumpyContact contact(double duration) const;
 
   /// Forgets the contact: the next step begins a new one.
   void restart() { *this = {}; }

@@ -67,29 +67,13 @@ void inverseTransform(Eigen::MatrixXcf& values) {
     values.row(row) = turn(values.row(row).transpose()).transpose();
 }
 
-/// Binary logarithm of a wave, in texels, in the middle of those of 2 to 4 texels.
-constexpr double kMiddleWave = 1.5;
+/// Lines of a level, of each direction, of which the spectrum is the mean; at most.
+constexpr std::size_t kMeasuredLines = 64;
 
-/// Share of the amplitude of a wave that the spline between texels leaves: the cube of the sinc of
-/// a texel over the wave, by the octaves of the wave above kMiddleWave.
-double leftBySpline(double octaves) {
-  constexpr double kLongest = 5.0;
-  constexpr double kPerOctave = 8.0;
-  static const auto table = [] {
-    std::array<double, static_cast<std::size_t>(kLongest * kPerOctave) + 2> left{};
-    for (std::size_t index = 0; index < left.size(); ++index) {
-      const double wave = static_cast<double>(index) / kPerOctave - 1.0 + kMiddleWave;
-      const double turn = std::numbers::pi * std::exp2(-wave);
-      left[index] = std::pow(std::sin(turn) / turn, 3.0);
-    }
-    return left;
-  }();
-  const double place = kPerOctave * (octaves + 1.0);
-  if (place <= 0.0) return 0.0;
-  if (place >= kLongest * kPerOctave) return 1.0;
-  const auto index = static_cast<std::size_t>(place);
-  const double share = place - static_cast<double>(index);
-  return table[index] + share * (table[index + 1] - table[index]);
+/// Share of the power of a wave that the spline between texels leaves, at `turns` waves per texel.
+double leftBySpline(double turns) {
+  const double phase = std::numbers::pi * turns;
+  return phase == 0.0 ? 1.0 : std::pow(std::sin(phase) / phase, 6.0);
 }
 
 /// Wave number (rad per texel) of a component of the transform.
@@ -125,7 +109,6 @@ Result<SurfaceTexture> SurfaceTexture::ofSlopes(Size size, const Vec2& texel,
   texels->levels.push_back({size, texel.cwiseInverse(), 0.0, 0.0, std::move(slopes)});
   addLevels(*texels);
   SurfaceTexture texture;
-  texture.octavesOfTexel_ = std::log2(texels->width);
   texture.texels_ = std::move(texels);
   return texture;
 }
@@ -174,10 +157,9 @@ void SurfaceTexture::measure(Texels& texels) {
       level.lost = std::hypot(texels.levels[index - 1].lost,
                               std::sqrt(std::max(0.0, finer - square)) / waveNumber);
     }
-    if (index > 0) texels.levels[index - 1].octave = std::max(0.0, finer - square);
+    measureSpectrum(level, texels.width * std::exp2(static_cast<double>(index)));
     finer = square;
   }
-  texels.levels.back().octave = finer;
   for (const Slope& slope : texels.levels.front().slopes)
     texels.steepest = std::max(texels.steepest, static_cast<double>(slope.norm()));
 }
@@ -216,7 +198,6 @@ Result<SurfaceTexture> SurfaceTexture::rough(const Roughness& roughness, std::ui
   SurfaceTexture texture;
   texture.texels_ = roughTexels(roughness.hurst, seed);
   texture.scale_ = roughness.correlationLength;
-  texture.octavesOfTexel_ = std::log2(texture.scale_ * texture.texels_->width);
   texture.steepness_ = roughness.rmsHeight / roughness.correlationLength;
   // The pattern is turned by the golden ratio: a path along an axis of a body crosses it elsewhere
   // each time, so that its repetition is no tone.
@@ -320,22 +301,84 @@ double SurfaceTexture::heightBelow(double width) const {
   return steepness_ * scale_ * lost;
 }
 
-double SurfaceTexture::slopesAround(const Look& look, double octaves) const {
-  const std::vector<Level>& levels = texels_->levels;
-  const std::ptrdiff_t finest = look.fine - levels.data();
-  // Octaves above the middle of those waves which only the finest level has.
-  const double place = octaves - octavesOfTexel_ - kMiddleWave;
-  const double above = place - static_cast<double>(finest);
-  if (!(above > -0.5 && place < static_cast<double>(levels.size()))) return 0.0;
-  const double below = std::max(0.0, std::floor(place));
-  const auto level = static_cast<std::size_t>(below);
-  const double share = std::max(0.0, place - below);
-  const double next = level + 1 < levels.size() ? levels[level + 1].octave : 0.0;
-  const double octave = (1.0 - share) * levels[level].octave + share * next;
-  const double left =
-      (1.0 - look.share) * leftBySpline(above) + look.share * leftBySpline(above - 1.0);
-  // Half of the slopes are across the line, and a third octave is a third of an octave.
-  return steepness_ * steepness_ * left * left * octave / 6.0;
+void SurfaceTexture::addSlopes(const Look& look, double longest, double factor,
+                               std::span<double> powers) const {
+  const double scaled = 10.0 * std::log10(longest / (scale_ * texels_->width));
+  const std::ptrdiff_t finest = look.fine - texels_->levels.data();
+  const auto placeIn = [&](std::ptrdiff_t level) {
+    return scaled - 10.0 * std::numbers::ln2 / std::numbers::ln10 * static_cast<double>(level) -
+           Level::kShortest;
+  };
+  const double fine = placeIn(finest);
+  const double coarse = placeIn(finest + 1);
+  const double steep = factor * steepness_ * steepness_;
+  for (std::size_t band = 0; band < powers.size(); ++band) {
+    const auto shorter = static_cast<double>(band);
+    double amplitude = look.fine->around(fine - shorter);
+    if (look.coarse != nullptr)  // shows the same waves
+      amplitude =
+          (1.0 - look.share) * amplitude + look.share * look.coarse->around(coarse - shorter);
+    powers[band] += steep * amplitude * amplitude;
+  }
+}
+
+/// Returns the amplitude around a length, in third octaves from the shortest on.
+double SurfaceTexture::Level::around(double place) const {
+  if (!(place >= 0.0 && place < static_cast<double>(kBands - 1))) return 0.0;
+  const auto index = static_cast<std::size_t>(place);
+  const auto share = static_cast<float>(place - static_cast<double>(index));
+  return static_cast<double>(spectrum[index] + share * (spectrum[index + 1] - spectrum[index]));
+}
+
+/// Adds the power of a wave between two wave numbers (turns per texel) to a spectrum, spread evenly
+/// over them.
+void SurfaceTexture::Level::addWave(double from, double to, double power, double stretch) {
+  // Band 0 is a third octave around waves of 10^(kShortest / 10) widths.
+  const auto edge = [stretch](std::size_t band) {
+    return stretch * std::pow(10.0, -0.1 * (static_cast<double>(band) + kShortest - 0.5));
+  };
+  for (std::size_t band = 0; band < kBands; ++band) {
+    const double overlap = std::min(to, edge(band)) - std::max(from, edge(band + 1));
+    if (overlap > 0.0) spectrum[band] += static_cast<float>(power * overlap / (to - from));
+  }
+}
+
+/// Measures the spectrum of the slopes along lines of texels, as the spline shows them.
+void SurfaceTexture::measureSpectrum(Level& level, double width) {
+  const std::array<std::size_t, 2> sides = {level.size.width, level.size.height};
+  Eigen::FFT<float> transform;
+  for (const std::size_t axis : {0U, 1U}) {
+    const std::size_t length = sides[axis];
+    const std::size_t across = sides[1 - axis];
+    if (length < 4) continue;
+    const std::size_t stride = std::max<std::size_t>(1, across / kMeasuredLines);
+    std::vector<double> powers(length / 2);
+    std::vector<float> line(length);
+    std::vector<Coefficient> waves;
+    for (std::size_t place = 0; place < across; place += stride) {
+      for (std::size_t i = 0; i < length; ++i)
+        line[i] = level.slopes[axis == 0 ? place * length + i : i * across + place]
+                              [static_cast<Eigen::Index>(axis)];
+      transform.fwd(waves, line);
+      for (std::size_t wave = 1; wave < powers.size(); ++wave)
+        powers[wave] += static_cast<double>(std::norm(waves[wave]));
+    }
+    const auto count = static_cast<double>(length);
+    // Half for each of the two directions.
+    const double scale =
+        1.0 / (count * count * static_cast<double>((across + stride - 1) / stride));
+    const double stretch =
+        width > 0.0 ? 1.0 / (level.perMetre[static_cast<Eigen::Index>(axis)] * width) : 1.0;
+    for (std::size_t wave = 1; wave < powers.size(); ++wave) {
+      const double turns = static_cast<double>(wave) / count;
+      const double half = 0.5 / count;
+      // The spline shows a wave, and its images on both sides of that of the texels.
+      for (const double seen : {turns, 1.0 - turns, 1.0 + turns})
+        level.addWave(seen - half, seen + half, scale * powers[wave] * leftBySpline(seen), stretch);
+    }
+  }
+  for (float& amplitude : level.spectrum)
+    amplitude = std::sqrt(amplitude);
 }
 
 Vec2 SurfaceTexture::slope(const Look& look, const Vec2& at) const {

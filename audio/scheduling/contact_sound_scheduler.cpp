@@ -116,8 +116,21 @@ void ContactSoundScheduler::scheduleImpulse(const ImpulseEvent& event, const Sam
     ++counters_.undersampled;
   const ScheduledSound sound = propagation_.sound();
   if (!sound.excitations.empty()) ++counters_.rings;
-  if (sound.clicks.empty() && sound.excitations.empty()) ++counters_.inaudible;
-  sink.add(sound);
+  if (sound.clicks.empty() && sound.excitations.empty())
+    ++counters_.inaudible;
+  else if (isHeard(source, sound))
+    sink.add(sound);
+}
+
+/// True if a click is heard beside those before it; counts it if it is not.
+bool ContactSoundScheduler::isHeard(const ContactSource& source, const ScheduledSound& sound) {
+  if (!choosesSlides_ || !sound.excitations.empty()) return true;
+  const double across = 2.0 * source.strike.radius / settings_.medium.speedOfSound;
+  const auto fate = heardClicks_.decide(
+      {.time = source.time, .peak = sound.peak, .duration = source.duration + across});
+  if (fate == HeardClicks::Fate::inaudible) ++counters_.inaudible;
+  if (fate == HeardClicks::Fate::masked) ++counters_.masked;
+  return fate == HeardClicks::Fate::heard;
 }
 
 void ContactSoundScheduler::reject(std::uint64_t SynthCounters::*reason) {
@@ -215,7 +228,7 @@ void ContactSoundScheduler::updateSlide(const ContactState& contact, const Sampl
   Slide& slide = slides_.advance(contact, shift.stretch * settings_.sampleRate);
   if (slide.nodes.empty()) return;
   for (const bool first : {true, false})
-    scheduleSlide({contact, shift, slide}, first, sink);
+    scheduleSlide({contact, shift, slide, nullptr}, first, sink);
 }
 
 bool ContactSoundScheduler::rings(const ContactState& contact) const {
@@ -238,17 +251,17 @@ void ContactSoundScheduler::hearSlide(const ContactState& contact, const SampleS
     return;
   }
   rest.steps = 0;
-  const SlideStep step{contact, shift, *slide};
+  const ContactDrive::Step drive = slides_.stepOf(contact, shift.stretch * settings_.sampleRate);
+  const SlideStep step{contact, shift, *slide, &drive};
   if (bodies_.anyModes() && rings(contact)) return hearRinging(step, sink);
-  const double rate = shift.stretch * settings_.sampleRate;
-  const bool wasVoice = slide->voice > 0.0;
-  if (wasVoice)
-    slides_.advance(contact, rate);
-  else if (!slides_.follow(contact, rate, *slide))
-    return;
-  if (wasVoice && slide->nodes.empty()) {
-    slide->voice = 0.0;
-    return;
+  if (slide->voice == 0.0) {
+    if (!SlideTracker::follow(contact, drive, *slide)) return;
+  } else {
+    SlideTracker::advance(contact, drive, *slide, false);
+    if (slide->nodes.empty()) {
+      slide->voice = 0.0;
+      return;
+    }
   }
   estimate(step);
   sound(step, sink);
@@ -261,7 +274,7 @@ void ContactSoundScheduler::hearRinging(const SlideStep& step, SoundSink& sink) 
     ++counters_.slidesLeftOut;
     return slides_.end(step.contact);
   }
-  slides_.advance(step.contact, step.shift.stretch * settings_.sampleRate);
+  SlideTracker::advance(step.contact, *step.drive, step.slide, false);
   if (step.slide.nodes.empty()) return;
   for (const bool first : {true, false})
     scheduleSlide(step, first, sink);
@@ -271,8 +284,7 @@ void ContactSoundScheduler::hearRinging(const SlideStep& step, SoundSink& sink) 
 void ContactSoundScheduler::estimate(const SlideStep& step) {
   const ContactState& contact = step.contact;
   BandPowers force;
-  estimateForce(slides_.contactOf(contact, step.shift.stretch * settings_.sampleRate, step.slide),
-                force);
+  estimateForce(step.slide.drive.contact(contact.duration), force);
   std::array<Strike, 2> strikes;
   std::size_t count = 0;
   for (const bool first : {true, false}) {
@@ -302,8 +314,7 @@ void ContactSoundScheduler::sound(const SlideStep& step, SoundSink& sink) {
   const bool isNew = !slide.isHeard;
   slide.isHeard = true;
   if (before == 0.0 && slide.voice == 0.0) return;
-  if (before == 0.0)
-    slides_.giveVoice(step.contact, step.shift.stretch * settings_.sampleRate, slide);
+  if (before == 0.0) SlideTracker::advance(step.contact, *step.drive, slide, true);
   if (slide.nodes.empty()) return;
   // Powers of train and noise add up to that of the contact.
   const double from = isNew ? 1.0 : before;

@@ -8,6 +8,7 @@
 #include "audio/propagation/sound_paths.h"
 #include "audio/scheduling/contact_duration.h"
 #include "audio/scheduling/contact_propagation.h"
+#include "audio/scheduling/heard_clicks.h"
 #include "audio/scheduling/heard_slides.h"
 #include "audio/scheduling/modal_exciter.h"
 #include "audio/scheduling/noise_propagation.h"
@@ -83,10 +84,13 @@ class ContactSoundScheduler {
     const ContactState& contact;
     const SampleShift& shift;
     Slide& slide;
+    /// As the slide's drive takes it, with LastingDetail::heard.
+    const ContactDrive::Step* drive = nullptr;
   };
 
   void scheduleImpulse(const ImpulseEvent& event, const SampleShift& shift, SoundSink& sink);
   void reject(std::uint64_t SynthCounters::*reason);
+  bool isHeard(const ContactSource& source, const ScheduledSound& sound);
   ContactSource sourceOf(const ImpulseEvent& event, const SoundingBody& body);
   void damp(const ContactState& contact, const SampleShift& shift, SoundSink& sink);
   bool updateModes(const ContactState& contact, bool first, std::int64_t sample);
@@ -110,6 +114,7 @@ class ContactSoundScheduler {
   SlideTracker slides_;
   NoisePropagation noise_;
   HeardSlides heard_;
+  HeardClicks heardClicks_;
   bool choosesSlides_;
   SynthCounters counters_;
 };

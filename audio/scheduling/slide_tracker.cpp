@@ -162,11 +162,16 @@ ContactDrive::Step SlideTracker::stepOf(const ContactState& contact, double samp
 
 Slide& SlideTracker::advance(const ContactState& contact, double sampleRate) {
   Slide& slide = slides_[keyOf(contact)];
-  slide.drive.advance(stepOf(contact, sampleRate), slide.nodes);
-  smooth(contact, slide);
+  advance(contact, stepOf(contact, sampleRate), slide, false);
+  return slide;
+}
+
+void SlideTracker::advance(const ContactState& contact, const ContactDrive::Step& step,
+                           Slide& slide, bool isFollowed) {
+  slide.drive.advance(step, slide.nodes);
+  if (!isFollowed) smooth(contact, slide);
   if (!slide.sounds) fadeIn(slide.nodes, contact.duration);
   slide.sounds = !slide.nodes.empty();
-  return slide;
 }
 
 Slide* SlideTracker::find(const ContactState& contact, double sampleRate) {
@@ -181,23 +186,13 @@ Slide* SlideTracker::find(const ContactState& contact, double sampleRate) {
   return massOf(contact, body->sound, other->sound) > 0.0 ? &slides_[keyOf(contact)] : nullptr;
 }
 
-bool SlideTracker::follow(const ContactState& contact, double sampleRate, Slide& slide) {
+bool SlideTracker::follow(const ContactState& contact, const ContactDrive::Step& step,
+                          Slide& slide) {
   slide.nodes.clear();
   slide.sounds = false;
-  const bool moves = slide.drive.follow(stepOf(contact, sampleRate));
+  const bool moves = slide.drive.follow(step);
   smooth(contact, slide);
   return moves;
-}
-
-void SlideTracker::giveVoice(const ContactState& contact, double sampleRate, Slide& slide) {
-  slide.drive.advance(stepOf(contact, sampleRate), slide.nodes);
-  fadeIn(slide.nodes, contact.duration);
-  slide.sounds = !slide.nodes.empty();
-}
-
-BumpyContact SlideTracker::contactOf(const ContactState& contact, double sampleRate,
-                                     const Slide& slide) const {
-  return slide.drive.contact(stepOf(contact, sampleRate));
 }
 
 void SlideTracker::forget(BodyId body) {

@@ -69,12 +69,13 @@ class SlideTracker {
   /// Returns the slide of a pair whose contact moves, and whose numbers are finite; nullptr, and
   /// the slide has ended, if it does not, or a body is not known.
   Slide* find(const ContactState& contact, double sampleRate);
+  /// Returns a step of a slide as its drive takes it.
+  ContactDrive::Step stepOf(const ContactState& contact, double sampleRate) const;
   /// Follows a step of a slide without computing its nodes; false if nothing moves.
-  bool follow(const ContactState& contact, double sampleRate, Slide& slide);
-  /// Computes the nodes of a step that was followed.
-  void giveVoice(const ContactState& contact, double sampleRate, Slide& slide);
-  /// Returns the contact as it is in the step that was followed last.
-  BumpyContact contactOf(const ContactState& contact, double sampleRate, const Slide& slide) const;
+  static bool follow(const ContactState& contact, const ContactDrive::Step& step, Slide& slide);
+  /// Computes the nodes of a step; of one that was followed already if `isFollowed`.
+  static void advance(const ContactState& contact, const ContactDrive::Step& step, Slide& slide,
+                      bool isFollowed);
 
   bool isSliding(const ContactState& contact) const { return slides_.contains(keyOf(contact)); }
   /// Ends the slide of a pair: if it slides later, that is a new slide.
@@ -96,7 +97,6 @@ class SlideTracker {
                                       (pair.second * 0xBF58476D1CE4E5B9U));
     }
   };
-  ContactDrive::Step stepOf(const ContactState& contact, double sampleRate) const;
   static Pair keyOf(const ContactState& contact) { return {contact.body, contact.other}; }
 
   SoundingBodies& bodies_;

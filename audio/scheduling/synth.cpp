@@ -116,6 +116,7 @@ SynthCounters& operator+=(SynthCounters& sum, const SynthCounters& more) {
                            &SynthCounters::slidesLeftOut,
                            &SynthCounters::slidesInBed,
                            &SynthCounters::maskedSlides,
+                           &SynthCounters::masked,
                            &SynthCounters::rejectedNotFinite,
                            &SynthCounters::rejectedUnknownBody,
                            &SynthCounters::rejectedNoContact,

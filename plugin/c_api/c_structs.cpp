@@ -66,6 +66,7 @@ constexpr std::array kShownCounts = {
                                   &carom_statistics::slides_left_out},
     ShownStatistic<std::uint64_t>{&SoundStatistics::slidesInBed, &carom_statistics::slides_in_bed},
     ShownStatistic<std::uint64_t>{&SoundStatistics::maskedSlides, &carom_statistics::masked_slides},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::masked, &carom_statistics::masked},
     ShownStatistic<std::uint64_t>{&SoundStatistics::stalls, &carom_statistics::stalls},
     ShownStatistic<std::uint64_t>{&SoundStatistics::jumps, &carom_statistics::jumps},
     ShownStatistic<std::uint64_t>{&SoundStatistics::voices, &carom_statistics::voices},

@@ -39,7 +39,7 @@ CAROM_ENDS_WITH(carom_statistics, unsupported_contacts);
 CAROM_ENDS_WITH(carom_statistics, modes);
 CAROM_ENDS_WITH(carom_statistics, undersampled);
 CAROM_ENDS_WITH(carom_collision, listener_count);
-CAROM_ENDS_WITH(carom_statistics, masked_slides);
+CAROM_ENDS_WITH(carom_statistics, masked);
 #undef CAROM_ENDS_WITH
 
 Status checkSize(const void* callers, std::span<const std::size_t> sizes, const std::string& name) {

@@ -108,7 +108,9 @@ Result<std::optional<Limiter>> makeLimiter(const SoundSettings& settings, std::s
 }
 
 Result<std::unique_ptr<SoundEngine>> SoundEngine::create(const SoundSettings& settings) {
-  auto paths = makeSoundPaths(settings.synth, settings.listeners);
+  SynthSettings synth = settings.synth;
+  synth.slideVoices = std::min(synth.slideVoices, settings.budget.slidingContacts);
+  auto paths = makeSoundPaths(synth, settings.listeners);
   if (!paths) return paths.error();
   Result<std::optional<Limiter>> limiter = makeLimiter(settings, (*paths)->channels.size());
   if (!limiter) return limiter.error();

@@ -51,6 +51,7 @@ inline constexpr std::array kStatisticsCounts = {
     StatisticsField<std::uint64_t>{&SoundStatistics::slidesLeftOut},
     StatisticsField<std::uint64_t>{&SoundStatistics::slidesInBed},
     StatisticsField<std::uint64_t>{&SoundStatistics::maskedSlides},
+    StatisticsField<std::uint64_t>{&SoundStatistics::masked},
     StatisticsField<std::uint64_t>{&SoundStatistics::stalls},
     StatisticsField<std::uint64_t>{&SoundStatistics::jumps},
     StatisticsField<std::uint64_t>{&SoundStatistics::voices, Summation::latest},

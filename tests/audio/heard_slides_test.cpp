@@ -62,5 +62,74 @@ TEST(HeardSlides, WhatIsInaudibleIsBelowHearing) {
     EXPECT_LT(powers[band], audio::hearingThreshold()[band]) << band;
 }
 
+/// Largest difference (dB) between the third octaves of two sounds, of those that are heard and
+/// within 40 dB of the loudest.
+double farthestApart(const std::vector<double>& sound, const std::vector<double>& exact) {
+  const std::vector<double> powers = thirdOctavesOf(exact, 12000, exact.size());
+  const std::vector<double> heardPowers = thirdOctavesOf(sound, 12000, sound.size());
+  const double loudest = *std::ranges::max_element(powers);
+  double farthest = 0.0;
+  for (std::size_t band = 0; band < powers.size(); ++band)
+    if (powers[band] > 1e-4 * loudest && powers[band] > audio::hearingThreshold()[band])
+      farthest = std::max(farthest, std::abs(decibels(heardPowers[band], powers[band])));
+  return farthest;
+}
+
+TEST(HeardSlides, FiftyKeepTheirThirdOctaves) {
+  const NoisySlides slides{.count = 50, .duration = 4.0};
+  SynthCounters counters;
+  const auto sound = slides.sound(heard(8), &counters);
+  EXPECT_GT(counters.slidesInBed, counters.slides);
+  const auto exact = slides.sound({}, nullptr);
+  for (std::size_t channel = 0; channel < sound.size(); ++channel)
+    EXPECT_LT(farthestApart(sound[channel], exact[channel]), 1.0);
+}
+
+/// Bandwidth (Hz) of noise with these powers by third octaves: that of white noise whose power over
+/// a time fluctuates as much.
+double bandwidthOf(const std::vector<double>& powers) {
+  double squares = 0.0;
+  double centre = 50.118723;
+  for (const double power : powers) {
+    squares += power * power / (0.23 * centre);
+    centre *= std::pow(10.0, 0.1);
+  }
+  return sumOf(powers) * sumOf(powers) / squares;
+}
+
+/// Checks that the power in windows of 200 ms is that of the exact rendering, within three standard
+/// deviations of the difference of two noises of their bandwidth: sqrt(2 / (B T)).
+void expectSameWindows(const std::vector<double>& sound, const std::vector<double>& exact) {
+  constexpr std::size_t kWindow = 9600;
+  const double bandwidth = bandwidthOf(thirdOctavesOf(exact, 12000, exact.size()));
+  const double deviation = std::sqrt(2.0 / (bandwidth * 0.2));
+  const auto power = [](const std::vector<double>& samples, std::size_t at) {
+    double sum = 0.0;
+    for (std::size_t i = at; i < at + kWindow; ++i)
+      sum += samples[i] * samples[i];
+    return sum;
+  };
+  for (std::size_t at = kWindow; at + kWindow <= exact.size(); at += kWindow)
+    EXPECT_NEAR(power(sound, at) / power(exact, at), 1.0, 3.0 * deviation) << at / kWindow;
+}
+
+TEST(HeardSlides, WindowsOfABedAreAsLoud) {
+  const NoisySlides slides{.count = 50, .duration = 3.0};
+  const auto sound = slides.sound(heard(8), nullptr);
+  const auto exact = slides.sound({}, nullptr);
+  expectSameWindows(sound[0], exact[0]);
+}
+
+// A contact that is pressed less and more by turns loses its voice and has it again.
+TEST(HeardSlides, BetweenVoiceAndBedNothingJumps) {
+  NoisySlides slides{.count = 6, .duration = 3.0};
+  slides.pressed = [](double time) { return std::fmod(time, 1.0) < 0.5 ? 2.0 : 0.3; };
+  SynthCounters counters;
+  const auto sound = slides.sound(heard(1), &counters);
+  EXPECT_GT(counters.slides, 0U);
+  const auto exact = slides.sound({}, nullptr);
+  expectSameWindows(sound[0], exact[0]);
+}
+
 }  // namespace
 }  // namespace carom::test

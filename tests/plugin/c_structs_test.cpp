@@ -476,6 +476,7 @@ TEST(CStructs, EveryNumberOfStatisticsArrives) {
   input.slidesLeftOut = 30;
   input.slidesInBed = 33;
   input.maskedSlides = 34;
+  input.masked = 35;
   input.silenced = 31;
   input.events = 1;
   input.immovable = 2;
@@ -548,6 +549,7 @@ TEST(CStructs, EveryNumberOfStatisticsArrives) {
   EXPECT_EQ(told.slides_left_out, 30u);
   EXPECT_EQ(told.slides_in_bed, 33u);
   EXPECT_EQ(told.masked_slides, 34u);
+  EXPECT_EQ(told.masked, 35u);
   EXPECT_EQ(told.silenced, 31u);
   EXPECT_EQ(told.rejected_not_finite, 33u);
   EXPECT_EQ(told.rejected_unknown_body, 34u);

@@ -25,7 +25,7 @@ TEST(Statistics, ListsHoldEveryMemberOnce) {
   const auto& [events, rings, immovable, inaudible, late, undersampled, rejected, slides,
                inaudibleSlides, stolen, overBudget, noBus, tooLong, modalVoicesExhausted,
                slidesLeftOut, notFinite, unknownBody, noContact, longer, tooFar, slidesInBed,
-               maskedSlides] = base;
+               maskedSlides, masked] = base;
   for (const std::uint64_t* count : {&events,
                                      &rings,
                                      &immovable,
@@ -47,7 +47,8 @@ TEST(Statistics, ListsHoldEveryMemberOnce) {
                                      &longer,
                                      &tooFar,
                                      &slidesInBed,
-                                     &maskedSlides})
+                                     &maskedSlides,
+                                     &masked})
     EXPECT_EQ(timesListed(kStatisticsCounts, statistics, *count), 1)
         << "member " << count - &events << "; add it to plugin/realtime/statistics_fields.h";
   for (const auto& field : kStatisticsCounts)

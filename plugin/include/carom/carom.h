@@ -482,6 +482,7 @@ typedef struct carom_statistics {
   uint64_t shapes_pending;  ///< now: shapes that a thread has yet to solve; Bullet only
   uint64_t slides_in_bed;   ///< steps of contacts heard as noise with others, not one by one
   uint64_t masked_slides;   ///< steps of contacts left out: too quiet beside others
+  uint64_t masked;          ///< events left out: too quiet beside others
 } carom_statistics;
 
 /// A collision of two bodies of a Bullet world, which carom_on_collision tells of.

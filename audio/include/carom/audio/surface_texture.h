@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -51,7 +53,14 @@ class SurfaceTexture {
     double curvature = 0.0;        // 1/m, root of its mean square
     double lost = 0.0;  // m, rms height of the waves that finer levels have and this one lacks
     std::vector<Slope> slopes;
-    double octave = 0.0;  // mean square of the slopes of the waves of 2 to 4 texels
+    /// Mean squares of the slopes along a line, in third octaves of waves: the first around waves
+    /// of 10^(kShortest / 10) texels, each other around longer ones.
+    static constexpr std::size_t kBands = 44;
+    static constexpr double kShortest = -2.0;
+    std::array<float, kBands> spectrum{};
+
+    double around(double place) const;
+    void addWave(double from, double to, double power, double stretch);
 
     Vec2 at(const Vec2& place) const;
   };
@@ -84,10 +93,10 @@ class SurfaceTexture {
   /// Rms height in m of the bumps that a look of that width (m) averages out.
   double heightBelow(double width) const;
 
-  /// Mean square of the slopes along a line that a look shows, of the waves within a third octave
-  /// around a length: `octaves` is its binary logarithm (m). On average over the directions of
-  /// lines.
-  double slopesAround(const Look& look, double octaves) const;
+  /// Adds the mean squares of the slopes along a line that a look shows, times a factor, by third
+  /// octaves of waves: the first around the length `longest` (m), each other around shorter ones.
+  /// On average over lines.
+  void addSlopes(const Look& look, double longest, double factor, std::span<double> powers) const;
 
   /// Slopes along u and v at a point (m), interpolated between texels and between levels.
   Vec2 slope(const Look& look, const Vec2& at) const;
@@ -102,13 +111,13 @@ class SurfaceTexture {
   static std::shared_ptr<const Texels> makeRoughTexels(double hurst, std::uint64_t seed);
   static void addLevels(Texels& texels);
   static void measure(Texels& texels);
+  static void measureSpectrum(Level& level, double width);
   static double curvatureOf(const Level& level);
 
   std::shared_ptr<const Texels> texels_;
-  double scale_ = 1.0;           // factor on lengths
-  double steepness_ = 1.0;       // factor on slopes
-  double octavesOfTexel_ = 0.0;  // binary logarithm of the width of a texel (m)
-  Vec2 axis_ = Vec2::UnitX();    // u axis of the texels, unit
+  double scale_ = 1.0;         // factor on lengths
+  double steepness_ = 1.0;     // factor on slopes
+  Vec2 axis_ = Vec2::UnitX();  // u axis of the texels, unit
 };
 
 /// Refuses a roughness with values out of range. [any thread]

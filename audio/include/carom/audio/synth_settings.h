@@ -132,6 +132,8 @@ struct SynthCounters {
   // are below hearing.
   std::uint64_t slidesInBed = 0;   ///< heard as noise with others, not one by one
   std::uint64_t maskedSlides = 0;  ///< left out: too quiet beside others
+  /// `events` left out where SynthSettings::lasting is `heard`: too quiet beside others.
+  std::uint64_t masked = 0;
 };
 SynthCounters& operator+=(SynthCounters& sum, const SynthCounters& more);
 inline SynthCounters operator+(SynthCounters sum, const SynthCounters& more) {
