@@ -240,20 +240,21 @@ void BodyTracker::readShape(TrackedBody& body) const {
   body.parts = hasParts ? std::make_shared<const ShapeParts>(shape) : nullptr;
 }
 
-void BodyTracker::addTurn(TrackedBody& body, MotionHistory& history) {
+void BodyTracker::addTurn(TrackedBody& body, MotionHistory& history, const btMatrix3x3& basis) {
   if (body.shape != ContactShape::other) return;
-  const btMatrix3x3& basis = body.object->getWorldTransform().getBasis();
   body.turned += body.radius * turnBetween(history.node, basis);
   history.node = basis;
 }
 
 void BodyTracker::beginSubstep(const btCollisionWorld& world, double dt) {
   matchWorld(world);
+  dt_ = dt;
   relativeMargin_ = usesRelativeMargin(world);
   hasOtherShapes_ = hasPlanes_ = hasContinuous_ = hasLinks_ = false;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     TrackedBody& body = bodies_[i];
-    beginBody(body, histories_[i], dt);
+    if (!(mayRest(body) && beginResting(body, histories_[i], dt)))
+      beginBody(body, histories_[i], dt);
     if (body.kind == BodyKind::kinematic) beginKinematic(body, histories_[i], dt);
     hasOtherShapes_ = hasOtherShapes_ || body.shape == ContactShape::other;
     hasPlanes_ = hasPlanes_ || body.shape == ContactShape::plane;
@@ -262,8 +263,64 @@ void BodyTracker::beginSubstep(const btCollisionWorld& world, double dt) {
   }
 }
 
+// True for bodies that have rested for a while, or do not move on their own.
+bool BodyTracker::mayRest(const TrackedBody& body) const {
+  constexpr int kWhile = 3;  // substeps, in which the contacts of new bodies begin
+  const bool isKnown = body.shape == ContactShape::sphere || body.shape == ContactShape::other;
+  return restSpeed_ > 0.0 && isKnown && body.restingFor >= kWhile && !body.continuous;
+}
+
+// Begins the substep of a body that seems to go on resting; does nothing and returns false if it
+// does not.
+bool BodyTracker::beginResting(TrackedBody& body, MotionHistory& history, double dt) const {
+  const btCollisionObject& object = *body.object;
+  const bool isSame = kindOf(object) == body.kind && !touchesNothing(object) &&
+                      object.getCollisionShape() == body.trace.shape &&
+                      !(object.getCcdSquareMotionThreshold() > 0);
+  if (!isSame) return false;
+  SubstepMotion& motion = body.current;
+  if (body.kind == BodyKind::rigid) {
+    const auto& rigid = static_cast<const btRigidBody&>(object);
+    const Vec3 velocity = toVec3(rigid.getLinearVelocity());
+    const Vec3 angular = toVec3(rigid.getAngularVelocity());
+    if (!(velocity.norm() + body.radius * angular.norm() <= restSpeed_)) return false;
+    body.inverseMass = static_cast<double>(rigid.getInvMass());
+    body.awake = object.isActive();
+    motion.acceleration =
+        body.awake ? Vec3(body.inverseMass * toVec3(rigid.getTotalForce())) : Vec3::Zero();
+    motion.velocityBefore = motion.velocityAfter = velocity;
+    motion.velocityFree = velocity + dt * motion.acceleration;
+    motion.angularBefore = motion.angularAfter = motion.angularFree = angular;
+  }
+  motion.known = false;
+  motion.start = positionOf(object);
+  history.start = object.getWorldTransform().getBasis();
+  body.isPartial = body.rests = true;
+  return true;
+}
+
+void BodyTracker::complete(const TrackedBody& body) {
+  if (!body.isPartial) return;
+  const auto index = static_cast<std::size_t>(&body - bodies_.data());
+  completeBody(bodies_[index], histories_[index], dt_);
+}
+
+void BodyTracker::completeBody(TrackedBody& body, MotionHistory& history, double dt) const {
+  body.isPartial = false;
+  readShape(body);
+  addTurn(body, history, history.start);
+  SubstepMotion& motion = body.current;
+  if (body.shape != ContactShape::sphere) motion.orientation = toQuat(history.start);
+  history.previous = motion;
+  history.previous.start -= dt * motion.velocityBefore;
+  history.previous.acceleration.setZero();
+  history.previous.velocityAfter = motion.velocityBefore;
+  history.previous.angularAfter = motion.angularBefore;
+}
+
 void BodyTracker::beginBody(TrackedBody& body, MotionHistory& history, double dt) {
   const btCollisionObject& object = *body.object;
+  body.isPartial = body.rests = false;
   if (body.shape == ContactShape::other) history.previous = body.current;
   body.kind = kindOf(object);
   body.awake = object.isActive() && body.kind != BodyKind::fixed;
@@ -271,7 +328,7 @@ void BodyTracker::beginBody(TrackedBody& body, MotionHistory& history, double dt
   body.inverseMass = 0.0;
   body.arrival = 0.0;
   readShape(body);
-  addTurn(body, history);
+  addTurn(body, history, object.getWorldTransform().getBasis());
 
   SubstepMotion& motion = body.current;
   motion.known = false;
@@ -404,6 +461,14 @@ void BodyTracker::setBounds(TrackedBody& body, double dt) {
   body.turning = body.shape == ContactShape::sphere ? 0.0 : dt * spin;
 }
 
+// A body that has rested but moves now is one of all others again, in this substep already.
+void BodyTracker::countRest(TrackedBody& body) const {
+  const bool moves = body.kind == BodyKind::kinematic || body.kind == BodyKind::link ||
+                     body.fastest > restSpeed_;
+  body.restingFor = moves ? 0 : body.restingFor + 1;
+  body.rests = body.rests && !moves;
+}
+
 void BodyTracker::endBody(TrackedBody& body, MotionHistory& history, double dt) {
   SubstepMotion& motion = body.current;
   if (body.kind == BodyKind::rigid) {
@@ -421,6 +486,7 @@ void BodyTracker::endBody(TrackedBody& body, MotionHistory& history, double dt) 
   }
   motion.known = true;
   setBounds(body, dt);
+  countRest(body);
 }
 
 const TrackedBody* BodyTracker::find(const btCollisionObject& object) const {

@@ -82,6 +82,9 @@ struct TrackedBody {
 
   SubstepMotion current;
 
+  int restingFor = 0;      ///< substeps in which it has moved no faster than rest, up to now
+  bool rests = false;      ///< it has rested for a while and goes on, or does not move at all
+  bool isPartial = false;  ///< not all is known of it: see BodyTracker::complete
   /// m/s, upper bound of the speeds of all its points at both nodes of the substep.
   double fastest = 0.0;
   /// m, upper bound of how far turning takes any of its points on the path of this substep; 0 for
@@ -106,8 +109,15 @@ struct TrackedBody {
 /// its old place at that velocity.
 class BodyTracker {
  public:
+  /// Bodies that move no faster than `speed` (m/s) are followed at less cost: their damping and
+  /// gyroscopic terms are left out. With 0, as at first, none are.
+  void setRest(double speed) { restSpeed_ = speed; }
   void beginSubstep(const btCollisionWorld& world, double dt);
   void endSubstep(const btCollisionWorld& world, double dt);
+  /// Works out what was left out of a body that seemed to rest, or not to move at all: its
+  /// orientation, its motion in the substep before and TrackedBody::turned. Until then, a body that
+  /// is `isPartial` has only its place, its velocities, its force and their bounds.
+  void complete(const TrackedBody& body);
   /// Returns nullptr for an object that was not in the world for the whole substep.
   const TrackedBody* find(const btCollisionObject& object) const;
   /// Returns nullptr if the body is no longer in the world.
@@ -131,7 +141,8 @@ class BodyTracker {
     Vec3 position = Vec3::Zero();
     Quat orientation = Quat::Identity();
     btTransform target = btTransform::getIdentity();  // where Bullet has put the body
-    btMatrix3x3 node = btMatrix3x3::getIdentity();    // basis at the latest node
+    btMatrix3x3 node = btMatrix3x3::getIdentity();    // basis at the node up to which turns count
+    btMatrix3x3 start = btMatrix3x3::getIdentity();   // partial bodies: basis at the start
     // Links, of the latest substep without a push: acceleration (m/s^2), and mean velocity less
     // that at the end (m/s).
     Vec3 acceleration = Vec3::Zero();
@@ -141,8 +152,12 @@ class BodyTracker {
   void matchWorld(const btCollisionWorld& world);
   void beginBody(TrackedBody& body, MotionHistory& history, double dt);
   void readShape(TrackedBody& body) const;
+  bool mayRest(const TrackedBody& body) const;
+  bool beginResting(TrackedBody& body, MotionHistory& history, double dt) const;
+  void completeBody(TrackedBody& body, MotionHistory& history, double dt) const;
+  void countRest(TrackedBody& body) const;
   static void setBounds(TrackedBody& body, double dt);
-  static void addTurn(TrackedBody& body, MotionHistory& history);
+  static void addTurn(TrackedBody& body, MotionHistory& history, const btMatrix3x3& basis);
   struct KinematicMove;
   void beginKinematic(TrackedBody& body, MotionHistory& history, double dt);
   static void advance(MotionHistory& history, const KinematicMove& move, bool arrives, double dt);
@@ -158,6 +173,8 @@ class BodyTracker {
   bool hasOtherShapes_ = false;
   bool hasPlanes_ = false;
   bool hasContinuous_ = false;
+  double restSpeed_ = 0.0;
+  double dt_ = 0.0;  // s, of the current substep
   bool relativeMargin_ = true;  // Bullet takes the contact margin from the shape's size
   bool hasLinks_ = false;
   std::vector<const btMultiBody*> pushed_;  // in this substep; kept for its memory

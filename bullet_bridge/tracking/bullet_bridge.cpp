@@ -25,6 +25,7 @@ class BulletBridge::Impl : public TickHook, public std::enable_shared_from_this<
  public:
   Impl(btDiscreteDynamicsWorld& world, const BulletBridgeSettings& settings)
       : TickHook(world), context_{.world = world, .settings = settings} {
+    if (settings.stillSpeed > 0.0) bodies_.setRest(0.5 * settings.restSpeed);
     bodies_.beginSubstep(world, 1.0);  // assigns the ids, in the world's order
   }
 

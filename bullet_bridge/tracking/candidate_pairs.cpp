@@ -74,11 +74,11 @@ double solverRange(const ContactPair& pair) {
   return (kTouching - 1.0) * (pair.body->radius + pair.other->radius);
 }
 
-std::span<const ContactPair> CandidatePairs::find(const BodyTracker& tracker, double dt) {
+std::span<const ContactPair> CandidatePairs::find(BodyTracker& tracker, double dt) {
   found_.clear();
   gatherBodies(tracker, dt);
   findNear(tracker, dt);
-  findOnPlanes(dt);
+  findOnPlanes(tracker, dt);
   return found_;
 }
 
@@ -96,7 +96,7 @@ void CandidatePairs::gatherBodies(const BodyTracker& tracker, double dt) {
       planes_.push_back(&body);
       continue;
     }
-    boxes_.push_back(sweptBox(body, dt, speculative));
+    boxes_.push_back(body.rests ? boxAtRest(body) : sweptBox(body, dt, speculative));
     boxes_.back().body = static_cast<std::uint32_t>(i);
     if (tracker.hasPlanes())
       balls_.push_back({body.current.start,
@@ -104,22 +104,27 @@ void CandidatePairs::gatherBodies(const BodyTracker& tracker, double dt) {
   }
 }
 
-void CandidatePairs::findNear(const BodyTracker& tracker, double dt) {
+void CandidatePairs::findNear(BodyTracker& tracker, double dt) {
   const std::vector<TrackedBody>& bodies = tracker.bodies();
   for (const auto& [first, second] : grid_.find(boxes_)) {
     if (stayApart(bodies[first], bodies[second], dt)) continue;
+    tracker.complete(bodies[first]);
+    tracker.complete(bodies[second]);
     found_.push_back(ContactPair::of(bodies[first], bodies[second]));
   }
 }
 
-void CandidatePairs::findOnPlanes(double dt) {
+void CandidatePairs::findOnPlanes(BodyTracker& tracker, double dt) {
   for (const TrackedBody* plane : planes_) {
     const double reach = reachOf(plane->current, dt) + plane->planeOffset;
     const bool anywhere = plane->kind == BodyKind::kinematic;
     for (const Ball& ball : balls_) {
       if (!anywhere && ball.centre.dot(plane->planeNormal) > ball.radius + reach) continue;
       if (!ball.body->awake && !plane->awake) continue;
-      if (mayMeetPlane(*ball.body, *plane, dt)) found_.push_back({ball.body, plane});
+      if (ball.body->rests && plane->kind == BodyKind::fixed) continue;
+      if (!mayMeetPlane(*ball.body, *plane, dt)) continue;
+      tracker.complete(*ball.body);
+      found_.push_back({ball.body, plane});
     }
   }
 }

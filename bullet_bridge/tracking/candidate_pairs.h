@@ -21,8 +21,9 @@ double solverRange(const ContactPair& pair);
 /// against every body.
 class CandidatePairs {
  public:
-  /// Returns the pairs of the substep of `dt` (s) that has just ended; valid until the next call.
-  std::span<const ContactPair> find(const BodyTracker& tracker, double dt);
+  /// Returns the pairs of the substep of `dt` (s) that has just ended, without those of which both
+  /// are at rest; valid until the next call. Completes their bodies.
+  std::span<const ContactPair> find(BodyTracker& tracker, double dt);
 
  private:
   // A ball that holds all that a body may reach in this substep.
@@ -33,8 +34,8 @@ class CandidatePairs {
   };
 
   void gatherBodies(const BodyTracker& tracker, double dt);
-  void findNear(const BodyTracker& tracker, double dt);
-  void findOnPlanes(double dt);
+  void findNear(BodyTracker& tracker, double dt);
+  void findOnPlanes(BodyTracker& tracker, double dt);
 
   HierarchicalGrid grid_;
   std::vector<SweptBox> boxes_;  // of this substep, like those that follow; kept for their memory

@@ -283,6 +283,17 @@ void ContactClassifier::endSubstep() {
   log_.endSubstep();
 }
 
+// True for a contact of bodies that both rest, of which Bullet's load need not be looked at in this
+// substep.
+bool ContactClassifier::restsOn(const PairRecord& record, const TrackedBody& body,
+                                const TrackedBody& other) const {
+  constexpr std::uint64_t kEvery = 8;  // substeps in which the load is looked at once
+  if (!record.isInContact() || record.isImpacting() || record.isSuppressed() || !record.isTold)
+    return false;
+  if (!body.rests || !other.rests) return false;
+  return (context_.clock.number() + record.body + record.other) % kEvery != 0;
+}
+
 // Resolves a recorded pair that is not so near that it could touch in this substep; drops it if
 // that is not possible.
 void ContactClassifier::revisit(PairRecord& record) {
@@ -290,7 +301,15 @@ void ContactClassifier::revisit(PairRecord& record) {
   const TrackedBody* other = bodies_.find(record.other);
   const bool there = body != nullptr && other != nullptr && body->current.known &&
                      other->current.known && (body->awake || other->awake);
-  if (there) resolve(ContactPair::of(*body, *other));
+  if (there && restsOn(record, *body, *other)) {
+    record.resolvedIn = context_.clock.number();
+    return;
+  }
+  if (there) {
+    bodies_.complete(*body);
+    bodies_.complete(*other);
+    resolve(ContactPair::of(*body, *other));
+  }
   if (!isResolved(record)) drop(record);
 }
 

@@ -18,7 +18,7 @@ namespace carom::bullet {
 class ContactClassifier {
  public:
   /// Borrows the context and the tracker of bodies, which must outlive the classifier.
-  ContactClassifier(BridgeContext& context, const BodyTracker& bodies)
+  ContactClassifier(BridgeContext& context, BodyTracker& bodies)
       : context_(context), bodies_(bodies), reader_(context.world) {}
 
   /// `pairs` is about the number of candidates.
@@ -56,10 +56,11 @@ class ContactClassifier {
   PairRecord& recordOf(const ContactPair& pair, PairRecord* record);
   bool isResolved(const PairRecord& record) const;
   void revisit(PairRecord& record);
+  bool restsOn(const PairRecord& record, const TrackedBody& body, const TrackedBody& other) const;
   void drop(PairRecord& record);
 
   BridgeContext& context_;
-  const BodyTracker& bodies_;
+  BodyTracker& bodies_;
   ContactReader reader_;
   GapMemory gaps_;
   ImpactFinder finder_;

@@ -73,6 +73,18 @@ void addPlace(const TrackedBody& body, SweptBox& box) {
 
 }  // namespace
 
+SweptBox boxAtRest(const TrackedBody& body) {
+  const btBroadphaseProxy& proxy = *body.object->getBroadphaseHandle();
+  const Vec3 low = toVec3(proxy.m_aabbMin);
+  const Vec3 high = toVec3(proxy.m_aabbMax);
+  SweptBox box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.low[axis] = roundedDown(low[static_cast<Eigen::Index>(axis)] - body.margin);
+    box.high[axis] = roundedUp(high[static_cast<Eigen::Index>(axis)] + body.margin);
+  }
+  return box;
+}
+
 SweptBox sweptBox(const TrackedBody& body, double dt, bool speculative) {
   SweptBox box;
   box.active = body.awake;
