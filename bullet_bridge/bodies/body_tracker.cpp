@@ -463,8 +463,8 @@ void BodyTracker::setBounds(TrackedBody& body, double dt) {
 
 // A body that has rested but moves now is one of all others again, in this substep already.
 void BodyTracker::countRest(TrackedBody& body) const {
-  const bool moves = body.kind == BodyKind::kinematic || body.kind == BodyKind::link ||
-                     body.fastest > restSpeed_;
+  const bool moves =
+      body.kind == BodyKind::kinematic || body.kind == BodyKind::link || body.fastest > restSpeed_;
   body.restingFor = moves ? 0 : body.restingFor + 1;
   body.rests = body.rests && !moves;
 }

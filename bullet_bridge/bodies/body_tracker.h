@@ -174,7 +174,7 @@ class BodyTracker {
   bool hasPlanes_ = false;
   bool hasContinuous_ = false;
   double restSpeed_ = 0.0;
-  double dt_ = 0.0;  // s, of the current substep
+  double dt_ = 0.0;             // s, of the current substep
   bool relativeMargin_ = true;  // Bullet takes the contact margin from the shape's size
   bool hasLinks_ = false;
   std::vector<const btMultiBody*> pushed_;  // in this substep; kept for its memory

@@ -44,11 +44,12 @@ std::string listener(const WorldFacts& facts) {
 }
 
 std::string heard(const SoundStatistics& all) {
-  const std::uint64_t leftOut = all.inaudible + all.stolen + all.overBudget + all.noBus +
-                                all.tooLong + all.queueFaults;
-  std::string text = "Heard: " + counted(all.events - std::min(all.events, leftOut), "click", "clicks") + ", " +
-          counted(all.rings, "ring", "rings") + ", " +
-          counted(all.slides, "step of a slide", "steps of slides") + ".\n";
+  const std::uint64_t leftOut =
+      all.inaudible + all.stolen + all.overBudget + all.noBus + all.tooLong + all.queueFaults;
+  std::string text =
+      "Heard: " + counted(all.events - std::min(all.events, leftOut), "click", "clicks") + ", " +
+      counted(all.rings, "ring", "rings") + ", " +
+      counted(all.slides, "step of a slide", "steps of slides") + ".\n";
   std::string missing;
   addPart(missing, all.inaudible, "too quiet to be heard");
   addPart(missing, all.stolen + all.overBudget + all.noBus, "beyond the budget");
@@ -96,8 +97,9 @@ std::string oddities(const WorldFacts& facts) {
     text += counted(all.shapesPending, "shape is", "shapes are") +
             " yet to be solved: bodies sound as spheres until then.\n";
   if (all.unsupportedContacts > 0)
-    text += "Some contacts cannot be followed: concave shapes against each other, or signed "
-            "distance fields.\n";
+    text +=
+        "Some contacts cannot be followed: concave shapes against each other, or signed "
+        "distance fields.\n";
   if (all.unusedAssignments > 0)
     text += counted(all.unusedAssignments, "assignment is", "assignments are") +
             " to shapes or user indices that no body has.\n";

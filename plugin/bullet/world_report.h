@@ -14,10 +14,10 @@ inline constexpr double kLightestSolid = 20.0;
 
 /// The facts of a world's sound that Sound::report puts into words.
 struct WorldFacts {
-  std::size_t movable = 0;    ///< bodies that can move
-  std::size_t immovable = 0;  ///< bodies that cannot
-  std::size_t silent = 0;     ///< bodies that BodySound::silent silences
-  std::size_t light = 0;      ///< bodies with less than kLightestSolid
+  std::size_t movable = 0;                       ///< bodies that can move
+  std::size_t immovable = 0;                     ///< bodies that cannot
+  std::size_t silent = 0;                        ///< bodies that BodySound::silent silences
+  std::size_t light = 0;                         ///< bodies with less than kLightestSolid
   std::map<std::string, std::size_t> guessed{};  ///< materials of bodies that can move, by name
   std::map<std::string, std::size_t> given{};    ///< the same, of bodies to which one is assigned
   Vec3 listener = Vec3::Zero();                  ///< m, the first
