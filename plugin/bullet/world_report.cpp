@@ -52,6 +52,7 @@ std::string heard(const SoundStatistics& all) {
       counted(all.slides, "step of a slide", "steps of slides") + ".\n";
   std::string missing;
   addPart(missing, all.inaudible, "too quiet to be heard");
+  addPart(missing, all.masked, "too quiet beside louder ones");
   addPart(missing, all.stolen + all.overBudget + all.noBus, "beyond the budget");
   addPart(missing, all.tooLong, "longer than the longest contact");
   addPart(missing, all.skipped + all.queueFaults, "while no samples were taken");

@@ -112,7 +112,7 @@ struct SynthCounters {
   std::uint64_t inaudible = 0;        ///< `events` left out: below the threshold at every listener
   std::uint64_t late = 0;             ///< `events` that began before the next sample to be rendered
   std::uint64_t undersampled = 0;     ///< `events` sampled naively, shorter than 4 samples: aliased
-  std::uint64_t rejected = 0;         ///< never sounded: the sum of the last five, which say why
+  std::uint64_t rejected = 0;         ///< never sounded: the sum of the five below that say why
   std::uint64_t slides = 0;           ///< steps in which a body that slides or rolls is heard
   std::uint64_t inaudibleSlides = 0;  ///< such steps left out: below the threshold everywhere
   std::uint64_t stolen = 0;      ///< events left out: the quietest, where more waited than voices
