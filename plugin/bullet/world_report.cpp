@@ -44,8 +44,8 @@ std::string listener(const WorldFacts& facts) {
 }
 
 std::string heard(const SoundStatistics& all) {
-  const std::uint64_t leftOut =
-      all.inaudible + all.stolen + all.overBudget + all.noBus + all.tooLong + all.queueFaults;
+  const std::uint64_t leftOut = all.masked + all.inaudible + all.stolen + all.overBudget +
+                                all.noBus + all.tooLong + all.queueFaults;
   std::string text =
       "Heard: " + counted(all.events - std::min(all.events, leftOut), "click", "clicks") + ", " +
       counted(all.rings, "ring", "rings") + ", " +

@@ -1,4 +1,4 @@
-#include "tests/plugin/pybullet_stub.h"
+#include "tests/plugin/pybullet/pybullet_stub.h"
 
 #include <algorithm>
 #include <array>

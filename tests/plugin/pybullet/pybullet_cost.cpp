@@ -10,7 +10,7 @@
 
 #include <dlfcn.h>
 
-#include "tests/plugin/pybullet_stub.h"
+#include "tests/plugin/pybullet/pybullet_stub.h"
 
 namespace {
 

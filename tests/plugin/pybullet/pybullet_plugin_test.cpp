@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "plugin/pybullet/server_abi.h"
-#include "tests/plugin/pybullet_stub.h"
+#include "tests/plugin/pybullet/pybullet_stub.h"
 #include "tests/support/onset_detector.h"
 #include "tests/support/recording.h"
 #include "tests/support/temporary_folder.h"
