@@ -263,7 +263,7 @@ TEST_F(ModesCli, WrongUseOfModesIs2WithOneSentenceAndNothingIsWritten) {
     const std::string message = expectRefused(command, 2);
     EXPECT_NE(message.find(says), std::string::npos) << message;
   }
-  EXPECT_EQ(folder_.entries(), 3u);
+  EXPECT_EQ(folder_.entries(), 4u);
   EXPECT_EQ(contents(mesh), before);
 }
 
