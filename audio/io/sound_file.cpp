@@ -319,7 +319,7 @@ Status SoundFileWriter::finish() {
   if (const int code = sf_close(state.file.release()); code != SF_ERR_NO_ERROR)
     return state.fail(std::string("cannot be closed: ") + sf_error_number(code));
   if (!state.settings.normalize) return state.giveName(state.partial);
-  PartialFile louder(state.path);
+  PartialFile louder(state.partial.finalPath());  // absolute: the folder may have changed
   if (Status done = state.normalizeInto(louder); !done) return done;
   return state.giveName(louder);
 }

@@ -21,7 +21,7 @@ struct PlacementSphere {
   double radius = 0.0;         ///< m
 };
 
-/// What surrounds the bodies.
+/// The surroundings of the bodies.
 struct PlacementScene {
   Vec3 up = Vec3::UnitY();  ///< unit
   /// Height (m, along `up`) of the bottom of the lowest immovable body; none: nothing is below.

@@ -10,7 +10,7 @@ class btDynamicsWorld;
 
 namespace carom::plugin {
 
-// What a Bullet world looks like to a listener that is to be placed. [simulation thread]
+// A Bullet world as the placement of a listener sees it. [simulation thread]
 
 struct WorldSurvey {
   std::vector<PlacementBody> movable;

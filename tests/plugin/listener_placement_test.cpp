@@ -66,7 +66,7 @@ TEST(ListenerPlacement, LeavesOutWhatFellOutOfTheWorldOrIsNoNumber) {
   const PlacementSphere after = *sphereAround(bodies, {});
   EXPECT_EQ(after.centre, before.centre);
   EXPECT_EQ(after.radius, before.radius);
-  // Of two bodies neither is far from most; but one is below the floor.
+  // Neither of two bodies is far from most; but one is below the floor.
   const std::vector<PlacementBody> two = {{{0.0, 1.0, 0.0}, 0.3}, {{0.0, -1e6, 0.0}, 0.3}};
   EXPECT_TRUE(sphereAround(two, {.lowest = -2.0})->centre.isApprox(Vec3(0.0, 1.0, 0.0)));
   EXPECT_FALSE(sphereAround({}, {}));

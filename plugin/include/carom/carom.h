@@ -99,7 +99,7 @@ enum {
   CAROM_CLOCK_SIMULATION = 1  ///< sample n is heard at n / sample rate; carom_frames_ready
 };
 
-/// What a sample of 1.0 stands for: carom_settings.level. Automatic: in range with nothing set, and
+/// The meaning of a sample of 1.0: carom_settings.level. Automatic: in range with nothing set, and
 /// never above -1 dB; docs/plugin.md.
 enum {
   CAROM_LEVEL_STANDARD = 0,  ///< automatic on a device and in recordings, unless full_scale is set

@@ -24,7 +24,7 @@ enum class SoundClock : std::uint8_t {
   simulation,
 };
 
-/// What a sample of 1.0 stands for. Pressures are pascals within, whichever it is.
+/// The meaning of a sample of 1.0. Pressures are pascals within, whichever it is.
 enum class Level : std::uint8_t {
   /// Automatic on a device and in recordings, unless SoundSettings::fullScale is given; fixed in
   /// samples that the host pulls.
