@@ -26,6 +26,7 @@ SoundSettings settingsFor(const b3::SimulationParameters& parameters) {
   settings.latency = std::max(kLatency, kSubstepsLate * substepOf(parameters));
   settings.listeners.front().position = {0.0, -1.0, 1.0};
   settings.listeners.front().orientation = uprightOrientation();
+  settings.onMessage = [](const std::string&) {};  // the command's answer says it
   return settings;
 }
 
