@@ -282,7 +282,7 @@ void WorldSession::read(BodyId id, const btCollisionObject& object) {
   // The model of a body that does not move is in the frame of its shape, wherever its centre of
   // mass may be.
   if (object.isStaticOrKinematicObject()) reading.sound.modalOrigin = Vec3::Zero();
-  const Status accepted = setBody(id, reading.sound);
+  const Status accepted = told(setBody(id, reading.sound));
   known.isRefused = !accepted;
   if (!accepted) unsolvedReason_ = accepted.error().message;
 }

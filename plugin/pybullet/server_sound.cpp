@@ -27,6 +27,7 @@ SoundSettings settingsFor(const b3::SimulationParameters& parameters) {
   settings.listeners = {SoundSettings::defaultListener()};
   settings.listeners.front().position = {0.0, -1.0, 1.0};
   settings.listeners.front().orientation = uprightOrientation();
+  settings.onMessage = [](const std::string&) {};  // the command's answer says it
   return settings;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -202,6 +203,22 @@ TEST(Collisions, AreToldToC) {
   EXPECT_EQ(told.peaks[0], told.latest.peak);
   EXPECT_TRUE(Sound::attach(*balls.world));
   EXPECT_EQ(carom_on_collision(nullptr, nullptr, nullptr), CAROM_ERROR_ARGUMENT);
+}
+
+TEST(Bodies, ThatCannotSoundAreCountedAndToldOf) {
+  Balls balls;
+  btRigidBody& broken = balls.add(balls.box({0.1, 0.1, 0.1}), {.position = {0.0, 3.0, 0.0}});
+  const btScalar infinity = std::numeric_limits<btScalar>::infinity();
+  broken.setInvInertiaDiagLocal(btVector3(infinity, infinity, infinity));
+  std::vector<std::string> told;
+  SoundSettings settings;
+  settings.onMessage = [&told](const std::string& sentence) { told.push_back(sentence); };
+  const Result<Sound> sound = Sound::attach(*balls.world, settings);
+  ASSERT_TRUE(sound);
+  EXPECT_EQ(sound->statistics().refusedBodies, 1U);
+  EXPECT_NE(sound->statistics().unsolvedReason.find("inverse inertia"), std::string::npos);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0], sound->statistics().unsolvedReason);
 }
 
 TEST(Assignments, ThatNoBodyUsesAreCounted) {

@@ -28,7 +28,7 @@ struct SoundSession;
 /// - a sound file: `record`. Rendered as the simulation goes on, without a limit on voices: bit for
 ///   bit the output of Synth, as are the others as long as nothing is late or left out.
 ///
-/// What is refused is also told, once for each sentence: on standard error, or to
+/// Refusals are also told, once for each sentence: on standard error, or to
 /// SoundSettings::onMessage. An object that was moved from refuses everything, and is silent.
 ///
 /// Threads: one thread of the simulation calls everything but the functions that are said to be of
