@@ -121,23 +121,24 @@ std::optional<ShapeSolver::Job> ShapeSolver::takeJob(ShapeId shape) {
   return job;
 }
 
-void ShapeSolver::finish(ShapeId shape) {
+bool ShapeSolver::finish(ShapeId shape) {
   takeSolved();
-  if (shapes_[shape].radiator) return;
+  if (shapes_[shape].radiator) return false;
   if (const std::optional<Job> job = takeJob(shape)) {
     enter({shape, solve(*job->surface)});
-    return;
+    return true;
   }
   {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return underWay_ != shape; });
   }
   takeSolved();
+  return true;
 }
 
 void ShapeSolver::finishAll() {
   for (ShapeId shape = 0; shape < shapes_.size(); ++shape)
-    finish(shape);
+    (void)finish(shape);
 }
 
 void ShapeSolver::stop() {

@@ -61,9 +61,7 @@ void WorldSession::awaitShape(BodyId id) {
     if (!std::exchange(known.isHastened, true)) reader_.solver().hasten(*known.pending);
     return;
   }
-  const std::uint64_t before = reader_.solver().pending();
-  reader_.solver().finish(*known.pending);
-  solvedInStep_ += before - reader_.solver().pending();
+  if (reader_.solver().finish(*known.pending)) ++solvedInStep_;
   giveShape(id, known);
 }
 

@@ -97,7 +97,9 @@ std::string recordedHulls(Before before) {
   if (before == Before::waited) std::this_thread::sleep_for(std::chrono::milliseconds(300));
   hulls.step(60);
   EXPECT_GT(sound->statistics().events, 20U);
-  EXPECT_EQ(sound->statistics().shapesSolvedInStep == 0, before == Before::prepared);
+  if (before == Before::prepared) {
+    EXPECT_EQ(sound->statistics().shapesSolvedInStep, 0U);
+  }
   EXPECT_TRUE(sound->close());
   return test::contents(settings.record);
 }
