@@ -218,6 +218,7 @@ void WorldSession::forgetRemoved() {
   std::erase_if(unseen_, [&](const auto& entry) { return !present.contains(entry.first); });
   std::erase_if(known_, [&](const auto& entry) {
     if (presentIds.contains(entry.first)) return false;
+    isPending_[entry.first] = false;
     removeBody(entry.first);
     return true;
   });
