@@ -1,6 +1,7 @@
 #include "plugin/bullet/shape_solver.h"
 
 #include <algorithm>
+#include <new>
 #include <system_error>
 #include <utility>
 
@@ -12,10 +13,15 @@ namespace {
 /// Steps by which the thread is nicer than the others.
 constexpr int kNicer = 10;
 
+/// Lack of memory would end the process, in a thread.
 Result<ShapeSolver::Radiator> solve(const SurfaceMesh& surface) {
-  const Result<RigidRadiator> radiator = panelRadiator(surface, {.quick = true});
-  if (!radiator) return radiator.error();
-  return std::make_shared<const RigidRadiator>(*radiator);
+  try {
+    const Result<RigidRadiator> radiator = panelRadiator(surface, {.quick = true});
+    if (!radiator) return radiator.error();
+    return std::make_shared<const RigidRadiator>(*radiator);
+  } catch (const std::bad_alloc&) {
+    return Error{"shape: there is no memory to solve its added mass, up to 40 MB"};
+  }
 }
 
 /// Linux has a niceness of each thread; elsewhere it would be that of the whole process.
@@ -121,23 +127,24 @@ std::optional<ShapeSolver::Job> ShapeSolver::takeJob(ShapeId shape) {
   return job;
 }
 
-void ShapeSolver::finish(ShapeId shape) {
+bool ShapeSolver::finish(ShapeId shape) {
   takeSolved();
-  if (shapes_[shape].radiator) return;
+  if (shapes_[shape].radiator) return false;
   if (const std::optional<Job> job = takeJob(shape)) {
     enter({shape, solve(*job->surface)});
-    return;
+    return true;
   }
   {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return underWay_ != shape; });
   }
   takeSolved();
+  return true;
 }
 
 void ShapeSolver::finishAll() {
   for (ShapeId shape = 0; shape < shapes_.size(); ++shape)
-    finish(shape);
+    (void)finish(shape);
 }
 
 void ShapeSolver::stop() {

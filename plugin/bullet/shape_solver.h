@@ -47,7 +47,8 @@ class ShapeSolver {
   /// Takes note of what the thread has solved: only then is it known.
   void takeSolved();
   /// Makes the solution known: solves the surface here, or waits if the thread has begun with it.
-  void finish(ShapeId shape);
+  /// Returns false if it was solved already.
+  bool finish(ShapeId shape);
   /// Makes all solutions known.
   void finishAll();
   /// Drops what waits, so that it stays unknown, and waits for the surface that is being solved.
@@ -83,7 +84,7 @@ class ShapeSolver {
   std::optional<Job> takeJob(ShapeId shape);
   void enter(Solution solution);
 
-  // Of the simulation's thread. Elements of ids_ stay where they are.
+  // The simulation's thread has these. Elements of ids_ stay where they are.
   std::unordered_map<SurfaceMesh, ShapeId, RadiatorCache::Hash> ids_;
   std::vector<Shape> shapes_;  // by id
   std::uint64_t known_ = 0;

@@ -104,9 +104,7 @@ void WorldSession::awaitShape(BodyId id) {
     if (!std::exchange(known.isHastened, true)) reader_.solver().hasten(*known.pending);
     return;
   }
-  const std::uint64_t before = reader_.solver().pending();
-  reader_.solver().finish(*known.pending);
-  solvedInStep_ += before - reader_.solver().pending();
+  if (reader_.solver().finish(*known.pending)) ++solvedInStep_;
   giveShape(id, known);
 }
 
@@ -331,6 +329,7 @@ void WorldSession::forgetRemoved() {
   std::erase_if(unseen_, [&](const auto& entry) { return !present.contains(entry.first); });
   std::erase_if(known_, [&](const auto& entry) {
     if (presentIds.contains(entry.first)) return false;
+    isPending_[entry.first] = false;
     removeBody(entry.first);
     return true;
   });

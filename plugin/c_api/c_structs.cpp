@@ -103,13 +103,6 @@ static_assert(showsAll(kStatisticsCounts, kShownCounts),
 static_assert(showsAll(kStatisticsMeasures, kShownMeasures),
               "a measure of SoundStatistics has no field in carom_statistics");
 
-carom_roughness toC(const Roughness& roughness) {
-  return {.size = sizeof(carom_roughness),
-          .rms_height = roughness.rmsHeight,
-          .correlation_length = roughness.correlationLength,
-          .hurst = roughness.hurst};
-}
-
 /// Returns the roughness of a built-in material, which lives for ever; NULL for another one.
 const carom_roughness* builtInRoughness(const std::string& name) {
   static const std::vector<carom_roughness>& all = audio::immortal([] {
@@ -177,6 +170,13 @@ carom_contact defaultContact() {
   made.other_orientation[3] = 1.0;
   made.phase = CAROM_CONTACT_DURING;
   return made;
+}
+
+carom_roughness toC(const Roughness& roughness) {
+  return {.size = sizeof(carom_roughness),
+          .rms_height = roughness.rmsHeight,
+          .correlation_length = roughness.correlationLength,
+          .hurst = roughness.hurst};
 }
 
 carom_roughness defaultRoughness() {

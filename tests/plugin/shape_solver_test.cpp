@@ -121,7 +121,7 @@ TEST(ShapeSolver, EndsWhileShapesWait) {
     (void)stopped.request(someBox(number), 1.0);
   stopped.stop();
   EXPECT_LT(stopped.known(), 50U);
-  stopped.finish(49);
+  (void)stopped.finish(49);
   EXPECT_EQ(stopped.solution(49), nullptr);
   ShapeSolver destroyed;
   for (int number = 0; number < 50; ++number)

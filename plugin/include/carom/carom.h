@@ -146,7 +146,7 @@ enum {
 
 /// The way in which bodies that are not spheres push the air: carom_settings.radiators.
 enum {
-  CAROM_RADIATORS_SOLVED = 0,            ///< by the added mass of their shape, solved once each
+  CAROM_RADIATORS_SOLVED = 0,            ///< by the added mass of their shape, once it is solved
   CAROM_RADIATORS_EQUIVALENT_SPHERE = 1  ///< as the sphere of their volume; costs nothing
 };
 
@@ -452,7 +452,7 @@ typedef struct carom_statistics {
   double gain_reduction;  ///< dB, the most that a limiter has turned down
   // Bullet worlds only:
   uint64_t solved_shapes;         ///< shapes whose added mass is known; equal ones count once
-  uint64_t shapes_solved_late;    ///< shapes solved only when a body of theirs first collided
+  uint64_t shapes_solved_late;    ///< shapes that a recording had to wait for in a step
   uint64_t unsolved_bodies;       ///< their surface is open or no solid: they sound as a sphere
   uint64_t links;                 ///< links of multibodies that can move
   uint64_t unsupported_contacts;  ///< contacts of shapes that the bridge cannot follow
@@ -684,8 +684,9 @@ CAROM_API carom_status carom_on_collision(carom_sound* sound, carom_collision_fu
 CAROM_API carom_status carom_material_of(carom_sound* sound, const btCollisionObject* body,
                                          carom_material* material, int32_t* is_guessed,
                                          double* density) CAROM_NOEXCEPT;
-/// Solves the shapes of bodies that were added since, so that no collision need wait for it, and
-/// takes changed masses and shapes into account.
+/// Waits until all shapes are solved, those of bodies that were added since too, and takes changed
+/// masses and shapes into account. Otherwise a thread solves them: in real time bodies sound as
+/// spheres until then, and a recording waits for each before it first sounds.
 CAROM_API carom_status carom_prepare_bodies(carom_sound* sound) CAROM_NOEXCEPT;
 
 // Both kinds.

@@ -31,8 +31,9 @@ namespace carom {
 
 /// The way in which bodies that are not spheres push the air.
 enum class RadiatorChoice : std::uint8_t {
-  /// By the added mass of their shape, solved once for all bodies of equal shape (panelRadiator):
-  /// a tenth of a second for a box, up to 0.3 s for a fine mesh, and up to 40 MB while it lasts.
+  /// By the added mass of their shape, solved once for all bodies of equal shape (panelRadiator,
+  /// quick): 10 to 30 ms for a hull, up to 0.2 s for a thin, fine mesh, in a thread of its own.
+  /// As the sphere of their volume until then.
   solved,
   /// As the sphere of their volume, equally in all directions: costs next to nothing. A plate is
   /// then far too quiet where it is hit flat, and too loud where it is hit on its edge.
@@ -147,11 +148,15 @@ struct SoundCollision {
 /// shape, about its centre of mass, unless RadiatorChoice says otherwise or its surface cannot be
 /// solved (SoundStatistics::unsolvedBodies).
 ///
-/// Shapes are solved in `attach`, `prepare` and `assign`, and otherwise when a body that came later
-/// first collides; once for all bodies whose surfaces are equal, whichever shape object they use.
-/// Mass, inertia, shape and scaling of a body count as they are at its first collision, at its
-/// `assign` and at the latest `prepare`. Bodies that leave the world are forgotten; their present
-/// sound goes on.
+/// Shapes are solved once for all bodies whose surfaces are equal, whichever shape object they use,
+/// in a thread of low priority that is there only as long as a shape waits: first those of bodies
+/// that have sounded meanwhile, then those of the heaviest and nearest to the first listener. In
+/// real time such a body sounds as a sphere until the end of the substep after its shape is solved.
+/// A recording, and SoundClock::simulation, wait for the shape of each body before it first sounds,
+/// so that what they give does not depend on threads (SoundStatistics::shapesSolvedInStep);
+/// `prepare` waits for all. Mass, inertia, shape and scaling of a body count as they are at its
+/// first collision, at its `assign` and at the latest `prepare`. Bodies that leave the world are
+/// forgotten; their present sound goes on.
 ///
 /// Links of multibodies radiate as the sphere of their shape's volume, with their own mass: what
 /// the joints hand on, and what they keep a link from doing, is not heard.
@@ -166,8 +171,8 @@ struct SoundCollision {
 class Sound : public SoundOutput {
  public:
   /// Refuses what EventSound and BulletBridge refuse, and a world that has a sound already. Where
-  /// SoundSettings::play cannot be met, it attaches nevertheless. Solves
-  /// the shapes of the bodies that are in the world (see RadiatorChoice for how long that takes).
+  /// SoundSettings::play cannot be met, it attaches nevertheless. Reads the bodies that are in the
+  /// world, and does not wait for their shapes.
   static Result<Sound> attach(btDynamicsWorld& world, const SoundSettings& settings = {},
                               const WorldSoundSettings& worldSettings = {});
 
@@ -190,9 +195,9 @@ class Sound : public SoundOutput {
   Status unassign(const btCollisionShape& shape);
   Status unassign(UserIndex userIndex);
 
-  /// Solves the shapes of bodies that were added since, so that no collision need wait for it, and
-  /// takes changed masses and shapes (btCollisionShape::setLocalScaling, setCollisionShape) into
-  /// account; what was assigned stays. To be called at a moment when a pause does not matter.
+  /// Solves all shapes that wait, those of bodies that were added since too, and takes changed
+  /// masses and shapes (btCollisionShape::setLocalScaling, setCollisionShape) into account; what
+  /// was assigned stays. To be called at a moment when a pause does not matter.
   void prepare();
 
   using SoundOutput::setListener;

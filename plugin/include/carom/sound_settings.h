@@ -133,7 +133,7 @@ struct SoundStatistics : SynthCounters {
   double gainReduction = 0.0;  ///< dB that a limiter has turned down
   // Bullet worlds only:
   std::uint64_t solvedShapes = 0;        ///< shapes with a known added mass; equal ones count once
-  std::uint64_t shapesSolvedInStep = 0;  ///< those that held up a step of the world: Sound::prepare
+  std::uint64_t shapesSolvedInStep = 0;  ///< those that held up a step of the world; see Sound
   std::uint64_t shapesPending = 0;       ///< now: shapes that a thread has yet to solve
   /// Bodies so far that can move and whose surface is open, too complicated or no solid. They
   /// sound as the sphere of their volume; of half the volume of the box around them if they have
