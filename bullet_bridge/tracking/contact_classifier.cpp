@@ -282,22 +282,23 @@ void ContactClassifier::endSubstep() {
   log_.endSubstep();
 }
 
-// True for a contact of bodies that both rest, of which Bullet's load need not be looked at in this
-// substep.
-bool ContactClassifier::restsOn(const PairRecord& record, const TrackedBody& body,
-                                const TrackedBody& other) const {
+// Goes on with a contact of bodies that both rest; returns false if there is something to tell.
+bool ContactClassifier::restsOn(PairRecord& record, const TrackedBody& body,
+                                const TrackedBody& other) {
   constexpr std::uint64_t kEvery = 8;  // substeps in which the load is looked at once
   if (!record.isInContact() || record.isImpacting() || record.isSuppressed() || !record.isTold)
     return false;
   if (!body.rests || !other.rests) return false;
-  return (context_.clock.number() + record.body + record.other) % kEvery != 0;
+  if ((context_.clock.number() + record.body + record.other) % kEvery != 0) return true;
+  const ContactPair pair = ContactPair::of(body, other);
+  return contacts_.carryStill(record, pair, reader_.impulseOf(pair));
 }
 
 // Resolves a recorded pair that is not so near that it could touch in this substep; drops it if
 // that is not possible.
 void ContactClassifier::revisit(PairRecord& record) {
-  const TrackedBody* body = bodies_.find(record.body);
-  const TrackedBody* other = bodies_.find(record.other);
+  const TrackedBody* body = bodies_.find(record.body, record.bodyPlace);
+  const TrackedBody* other = bodies_.find(record.other, record.otherPlace);
   const bool there = body != nullptr && other != nullptr && body->current.known &&
                      other->current.known && (body->awake || other->awake);
   if (there && restsOn(record, *body, *other)) {

@@ -57,7 +57,7 @@ class ContactClassifier {
   PairRecord& recordOf(const ContactPair& pair, PairRecord* record);
   bool isResolved(const PairRecord& record) const;
   void revisit(PairRecord& record);
-  bool restsOn(const PairRecord& record, const TrackedBody& body, const TrackedBody& other) const;
+  bool restsOn(PairRecord& record, const TrackedBody& body, const TrackedBody& other);
   void drop(PairRecord& record);
 
   BridgeContext& context_;

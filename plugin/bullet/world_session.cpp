@@ -5,6 +5,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include "audio/contact/contact_drive.h"
 #include "bullet_bridge/bodies/proxy_id.h"
 #include "plugin/bullet/assigned_sound.h"
 
@@ -29,6 +30,7 @@ bool isIn(const btDynamicsWorld& world, const btCollisionObject& object) {
 Status WorldSession::attach() {
   BulletBridgeSettings wanted;
   wanted.restSpeed = worldSettings_.restSpeed;
+  wanted.stillSpeed = audio::ContactDrive::kSlowest;
   wanted.onSubstep = [this] { postSubstep(); };
   if (settings.synth.impulse == ImpulseChoice::physical) wanted.delivery = EventDelivery::prompt;
   Result<BulletBridge> bridge = BulletBridge::attach(world_, wanted);
