@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bullet_bridge/geometry/impact_time.h"
 #include "bullet_bridge/tracking/candidate_pairs.h"
 
 namespace carom::bullet {
@@ -87,6 +88,7 @@ void ContactClassifier::resolve(const ContactPair& pair) {
     if (!reader_.read(pair).points.empty()) ++context_.counters.unsupported;
     return;
   }
+  if (record == nullptr && missesFrom(now)) return;
   const Proximity start = now.proximityAt(0.0);
   if (!pair.isClosedForm()) gaps_.remember(pair, start, now.pieces().leftOut());
   if (record != nullptr || start.gap <= solverRange(pair)) {
@@ -109,6 +111,19 @@ bool ContactClassifier::staysApart(const ContactPair& pair) {
   const bool isSlow =
       isSurelyFollowed(pair) && fastestApproach(pair) <= context_.settings.restSpeed;
   return (gap.least > 0.0 || isSlow) && reader_.impulseOf(pair) < 0.0;
+}
+
+// True for a pair that is known to be beyond the reach of Bullet's solver and does not meet in the
+// substep: its gap need not be known. Leaves the pieces as they were.
+bool ContactClassifier::missesFrom(const PairMotion& now) {
+  const ContactPair& pair = now.pair();
+  const double dt = context_.clock.current().length;
+  if (pair.isClosedForm() || !(gaps_.of(pair, dt).atStart > solverRange(pair))) return false;
+  now.pieces().guess(gaps_.directionOf(pair));
+  const bool misses = now.impactTime(dt) == kNever;
+  if (misses) gaps_.setDirection(pair, now.pieces().direction());
+  now.pieces().guess(Vec3::Zero());
+  return misses;
 }
 
 // Goes on with a lasting contact in which no impact is possible, without the pieces of the pair;

@@ -41,6 +41,7 @@ class ContactClassifier {
   const FoundImpact* search(const PairMotion& now, const Proximity& start,
                             const SolvedContact* solved, const ImpactFinder::Substep& substep);
   bool staysApart(const ContactPair& pair);
+  bool missesFrom(const PairMotion& now);
   bool goesOn(const ContactPair& pair, PairRecord& record);
   bool mayHit(const ContactPair& pair, const PairRecord& record,
                const SolvedContact& solved) const;
