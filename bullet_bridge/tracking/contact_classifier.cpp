@@ -16,6 +16,8 @@ constexpr double kRocking = 2.0;
 // Two impacts of a pair are separate if the cosine of the angle between their normals is below
 // this.
 constexpr double kOtherSide = 0.5;
+// Depth of a point of Bullet, relative to the smaller radius, from which on the bodies surely overlap.
+constexpr double kOverlap = 1e-3;
 
 // Upper bound (m/s) of the speed at which any two points of the pair approach each other at the
 // start of the substep.
@@ -152,7 +154,8 @@ bool ContactClassifier::mayHit(const ContactPair& pair, const PairRecord& record
   if (solved.points.empty()) return true;
   const double least = leastSpeed(pair, &record);
   const double dt = context_.clock.current().length;
-  if (std::ranges::any_of(solved.points, [](const SolvedPoint& point) { return point.gap < 0.0; })) {
+  const double deep = kOverlap * std::min(pair.body->radius, pair.other->radius);
+  if (std::ranges::any_of(solved.points, [&](const SolvedPoint& point) { return point.gap < -deep; })) {
     return std::ranges::any_of(solved.points, [&](const SolvedPoint& point) {
       return approachAtNode(pair, MotionKind::contactFree, point.position, point.normal) > least;
     });
