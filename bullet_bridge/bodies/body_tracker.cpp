@@ -496,9 +496,12 @@ const TrackedBody* BodyTracker::find(const btCollisionObject& object) const {
   return moved == bodies_.end() ? nullptr : &*moved;
 }
 
-const TrackedBody* BodyTracker::find(BodyId id) const {
+const TrackedBody* BodyTracker::find(BodyId id, std::size_t& place) const {
+  if (place < bodies_.size() && bodies_[place].id == id) return &bodies_[place];
   const auto found = indexOf_.find(id);
-  return found == indexOf_.end() ? nullptr : &bodies_[found->second];
+  if (found == indexOf_.end()) return nullptr;
+  place = found->second;
+  return &bodies_[place];
 }
 
 const SubstepMotion& BodyTracker::previous(const TrackedBody& body) const {

@@ -120,8 +120,9 @@ class BodyTracker {
   void complete(const TrackedBody& body);
   /// Returns nullptr for an object that was not in the world for the whole substep.
   const TrackedBody* find(const btCollisionObject& object) const;
-  /// Returns nullptr if the body is no longer in the world.
-  const TrackedBody* find(BodyId id) const;
+  /// Returns nullptr if the body is no longer in the world. `place` is where it was found before,
+  /// and is set to where it is found.
+  const TrackedBody* find(BodyId id, std::size_t& place) const;
   /// All bodies, in the order of the world's own array.
   const std::vector<TrackedBody>& bodies() const { return bodies_; }
   /// Motion in the substep before, if the body was in the world; kept only for shapes other than

@@ -250,6 +250,16 @@ Proximity ShapePair::proximityAt(double s) {
   return nearest;
 }
 
+void ShapePair::guess(const Vec3& direction) {
+  for (Pair& pair : pairs_)
+    pair.axis = pair.flipped ? Vec3(-direction) : direction;
+}
+
+Vec3 ShapePair::direction() const {
+  if (pairs_.empty()) return Vec3::Zero();
+  return pairs_.front().flipped ? Vec3(-pairs_.front().axis) : pairs_.front().axis;
+}
+
 double ShapePair::impactTime() {
   double earliest = kNever;
   for (Pair& pair : pairs_)

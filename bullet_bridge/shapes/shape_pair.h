@@ -55,6 +55,13 @@ class ShapePair {
   /// Returns the least gap over all pieces at time s; it is infinite if none are near.
   Proximity proximityAt(double s);
 
+  /// Tells in which direction (from `other` to `body`, world frame) the shapes may be apart: the
+  /// nearer to their normal, the faster the search.
+  void guess(const Vec3& direction);
+  /// Returns the direction of the pieces that were looked at first, as it is known by now; zero if
+  /// there are none.
+  Vec3 direction() const;
+
   /// Returns a lower bound (m) of the gaps at time 0 of the convex pieces that cannot meet, which
   /// `proximityAt` leaves out; infinity if there are none. It does not know of triangles.
   double leftOut() const { return leftOut_; }

@@ -1,5 +1,7 @@
 #include "bullet_bridge/shapes/shape_parts.h"
 
+#include <algorithm>
+
 #include "bullet_bridge/geometry/to_vec3.h"
 
 namespace carom::bullet {
@@ -16,6 +18,15 @@ Eigen::Matrix3d toMatrix(const btMatrix3x3& m) {
 
 ShapeParts::ShapeParts(const btCollisionShape& shape) {
   collect(shape, Eigen::Matrix3d::Identity(), Vec3::Zero());
+}
+
+bool ShapeParts::isRoundOrFlat() const {
+  return std::ranges::all_of(pieces, [](const ConvexPiece& piece) {
+    using Core = ConvexPiece::Core;
+    const Core core = piece.core();
+    return core == Core::box || core == Core::points || core == Core::triangle ||
+           (core == Core::point && piece.offset().isZero(0.0));
+  });
 }
 
 void ShapeParts::collect(const btCollisionShape& shape, const Eigen::Matrix3d& rotation,

@@ -76,6 +76,8 @@ double solverRange(const ContactPair& pair) {
 
 std::span<const ContactPair> CandidatePairs::find(BodyTracker& tracker, double dt) {
   found_.clear();
+  const auto moves = [](const TrackedBody& body) { return body.awake && !body.rests; };
+  if (std::ranges::none_of(tracker.bodies(), moves)) return found_;
   gatherBodies(tracker, dt);
   findNear(tracker, dt);
   findOnPlanes(tracker, dt);

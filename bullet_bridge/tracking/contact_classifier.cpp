@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bullet_bridge/geometry/impact_time.h"
 #include "bullet_bridge/tracking/candidate_pairs.h"
 
 namespace carom::bullet {
@@ -15,6 +16,9 @@ constexpr double kRocking = 2.0;
 // Two impacts of a pair are separate if the cosine of the angle between their normals is below
 // this.
 constexpr double kOtherSide = 0.5;
+// Depth of a point of Bullet, relative to the smaller radius, from which on the bodies surely
+// overlap.
+constexpr double kOverlap = 1e-3;
 
 // Upper bound (m/s) of the speed at which any two points of the pair approach each other at the
 // start of the substep.
@@ -87,6 +91,7 @@ void ContactClassifier::resolve(const ContactPair& pair) {
     if (!reader_.read(pair).points.empty()) ++context_.counters.unsupported;
     return;
   }
+  if (record == nullptr && missesFrom(now)) return;
   const Proximity start = now.proximityAt(0.0);
   if (!pair.isClosedForm()) gaps_.remember(pair, start, now.pieces().leftOut());
   if (record != nullptr || start.gap <= solverRange(pair)) {
@@ -109,6 +114,19 @@ bool ContactClassifier::staysApart(const ContactPair& pair) {
   const bool isSlow =
       isSurelyFollowed(pair) && fastestApproach(pair) <= context_.settings.restSpeed;
   return (gap.least > 0.0 || isSlow) && reader_.impulseOf(pair) < 0.0;
+}
+
+// True for a pair that is known to be beyond the reach of Bullet's solver and does not meet in the
+// substep: its gap need not be known. Leaves the pieces as they were.
+bool ContactClassifier::missesFrom(const PairMotion& now) {
+  const ContactPair& pair = now.pair();
+  const double dt = context_.clock.current().length;
+  if (pair.isClosedForm() || !(gaps_.of(pair, dt).atStart > solverRange(pair))) return false;
+  now.pieces().guess(gaps_.directionOf(pair));
+  const bool misses = now.impactTime(dt) == kNever;
+  if (misses) gaps_.setDirection(pair, now.pieces().direction());
+  now.pieces().guess(Vec3::Zero());
+  return misses;
 }
 
 // Goes on with a lasting contact in which no impact is possible, without the pieces of the pair;
@@ -137,8 +155,14 @@ bool ContactClassifier::mayHit(const ContactPair& pair, const PairRecord& record
   if (solved.points.empty()) return true;
   const double least = leastSpeed(pair, &record);
   const double dt = context_.clock.current().length;
+<<<<<<< HEAD
   if (std::ranges::any_of(solved.points,
                           [](const SolvedPoint& point) { return point.gap < 0.0; })) {
+=======
+  const double deep = kOverlap * std::min(pair.body->radius, pair.other->radius);
+  if (std::ranges::any_of(solved.points,
+                          [&](const SolvedPoint& point) { return point.gap < -deep; })) {
+>>>>>>> bridge
     return std::ranges::any_of(solved.points, [&](const SolvedPoint& point) {
       return approachAtNode(pair, MotionKind::contactFree, point.position, point.normal) > least;
     });
@@ -283,22 +307,23 @@ void ContactClassifier::endSubstep() {
   log_.endSubstep();
 }
 
-// True for a contact of bodies that both rest, of which Bullet's load need not be looked at in this
-// substep.
-bool ContactClassifier::restsOn(const PairRecord& record, const TrackedBody& body,
-                                const TrackedBody& other) const {
+// Goes on with a contact of bodies that both rest; returns false if there is something to tell.
+bool ContactClassifier::restsOn(PairRecord& record, const TrackedBody& body,
+                                const TrackedBody& other) {
   constexpr std::uint64_t kEvery = 8;  // substeps in which the load is looked at once
   if (!record.isInContact() || record.isImpacting() || record.isSuppressed() || !record.isTold)
     return false;
   if (!body.rests || !other.rests) return false;
-  return (context_.clock.number() + record.body + record.other) % kEvery != 0;
+  if ((context_.clock.number() + record.body + record.other) % kEvery != 0) return true;
+  const ContactPair pair = ContactPair::of(body, other);
+  return contacts_.carryStill(record, pair, reader_.impulseOf(pair));
 }
 
 // Resolves a recorded pair that is not so near that it could touch in this substep; drops it if
 // that is not possible.
 void ContactClassifier::revisit(PairRecord& record) {
-  const TrackedBody* body = bodies_.find(record.body);
-  const TrackedBody* other = bodies_.find(record.other);
+  const TrackedBody* body = bodies_.find(record.body, record.bodyPlace);
+  const TrackedBody* other = bodies_.find(record.other, record.otherPlace);
   const bool there = body != nullptr && other != nullptr && body->current.known &&
                      other->current.known && (body->awake || other->awake);
   if (there && restsOn(record, *body, *other)) {

@@ -41,6 +41,7 @@ class ContactClassifier {
   const FoundImpact* search(const PairMotion& now, const Proximity& start,
                             const SolvedContact* solved, const ImpactFinder::Substep& substep);
   bool staysApart(const ContactPair& pair);
+  bool missesFrom(const PairMotion& now);
   bool goesOn(const ContactPair& pair, PairRecord& record);
   bool mayHit(const ContactPair& pair, const PairRecord& record, const SolvedContact& solved) const;
   double leastSpeed(const ContactPair& pair, const PairRecord* record) const;
@@ -56,7 +57,7 @@ class ContactClassifier {
   PairRecord& recordOf(const ContactPair& pair, PairRecord* record);
   bool isResolved(const PairRecord& record) const;
   void revisit(PairRecord& record);
-  bool restsOn(const PairRecord& record, const TrackedBody& body, const TrackedBody& other) const;
+  bool restsOn(PairRecord& record, const TrackedBody& body, const TrackedBody& other);
   void drop(PairRecord& record);
 
   BridgeContext& context_;

@@ -88,10 +88,8 @@ GapMemory::Gap GapMemory::of(const ContactPair& pair, double dt) const {
 GapMemory::Gap GapMemory::measureAlong(const ContactPair& pair, double dt) {
   if (!hasBody(*pair.body) || !hasBody(*pair.other)) return {};
   const Vec3 apart = apartOf(pair);
-  const Entry& entry = entries_[placeOf(pair.key())];
-  const bool isKnown = entry.key == pair.key() && entry.isAlongNormal;
   Gap best;
-  for (const Vec3& normal : {isKnown ? entry.normal : Vec3::Zero(), Vec3(apart.normalized())}) {
+  for (const Vec3& normal : {directionOf(pair), Vec3(apart.normalized())}) {
     if (!(normal.squaredNorm() > 0.5)) continue;
     const double gap =
         apart.dot(normal) - heightOf(*pair.body, -normal) - heightOf(*pair.other, normal);
@@ -102,6 +100,19 @@ GapMemory::Gap GapMemory::measureAlong(const ContactPair& pair, double dt) {
     if (least > 0.0) break;
   }
   return best;
+}
+
+Vec3 GapMemory::directionOf(const ContactPair& pair) const {
+  const std::uint64_t key = pair.key();
+  const Entry& entry = entries_[placeOf(key)];
+  return entry.key == key && entry.isAlongNormal ? entry.normal : Vec3::Zero();
+}
+
+void GapMemory::setDirection(const ContactPair& pair, const Vec3& direction) {
+  if (!hasBody(*pair.body) || !hasBody(*pair.other) || direction.isZero(0.0)) return;
+  const double gap = apartOf(pair).dot(direction) - heightOf(*pair.body, -direction) -
+                     heightOf(*pair.other, direction);
+  rememberAlong(pair, direction, gap);
 }
 
 void GapMemory::rememberAlong(const ContactPair& pair, const Vec3& normal, double gap) {

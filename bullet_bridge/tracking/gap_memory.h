@@ -32,6 +32,11 @@ class GapMemory {
   /// the centres: a lower bound of it, at a fraction of what the gap itself costs. Returns nothing
   /// for pairs that cannot be remembered.
   Gap measureAlong(const ContactPair& pair, double dt);
+  /// Returns the direction in which the gap of a pair was measured last, from the other body to the
+  /// body; zero if it was in none.
+  Vec3 directionOf(const ContactPair& pair) const;
+  /// Measures the gap along that direction from the next substep on.
+  void setDirection(const ContactPair& pair, const Vec3& direction);
 
  private:
   struct Entry {

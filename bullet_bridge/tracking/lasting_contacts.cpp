@@ -30,10 +30,15 @@ ContactState mirrored(const ContactState& state) {
   return other;
 }
 
-// True if the bodies have hardly moved on each other since a contact's curvature was found.
+// True if the bodies have hardly moved on each other since a contact's curvature was found, or it
+// can change only between faces, edges and corners.
 bool keepsCurvature(const PairCurvature& curvature, const ContactPair& pair) {
   const bool isRim = curvature.body.rimRadius > 0.0 || curvature.other.rimRadius > 0.0;
   if (curvature.turned < 0.0 || isRim) return false;
+  const auto isRoundOrFlat = [](const TrackedBody& body) {
+    return body.parts == nullptr || body.parts->isRoundOrFlat();
+  };
+  if (isRoundOrFlat(*pair.body) && isRoundOrFlat(*pair.other)) return true;
   const Vec3 apart = pair.body->current.start - pair.other->current.start;
   const double gone =
       pair.body->turned + pair.other->turned - curvature.turned + (apart - curvature.apart).norm();

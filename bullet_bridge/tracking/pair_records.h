@@ -68,6 +68,8 @@ class PairRecord {
   /// Number of the substep in which the pair was resolved last (SubstepClock::number). It is no
   /// part of the state: a pair in any state is resolved once in a substep.
   std::uint64_t resolvedIn = 0;
+  std::size_t bodyPlace = 0;  ///< as BodyTracker::find
+  std::size_t otherPlace = 0;
   Impact impact;
   PairCurvature curvature;  ///< of the lasting contact, as it was found last
   ContactState state;       ///< the contact state that was handed out last

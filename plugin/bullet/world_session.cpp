@@ -7,6 +7,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include "audio/contact/contact_drive.h"
 #include "bullet_bridge/bodies/proxy_id.h"
 #include "bullet_bridge/geometry/to_vec3.h"
 #include "plugin/bullet/assigned_sound.h"
@@ -41,7 +42,12 @@ Status WorldSession::attach() {
     return Error{"sound: metresPerUnit is " + std::to_string(metres) +
                  "; expected the length of the world's unit (m), above 0"};
   BulletBridgeSettings wanted;
+<<<<<<< HEAD
   wanted.restSpeed = worldSettings_.restSpeed / metres;
+=======
+  wanted.restSpeed = worldSettings_.restSpeed;
+  wanted.stillSpeed = audio::ContactDrive::kSlowest;
+>>>>>>> bridge
   wanted.onSubstep = [this] { postSubstep(); };
   if (settings.synth.impulse == ImpulseChoice::physical) wanted.delivery = EventDelivery::prompt;
   Result<BulletBridge> bridge = BulletBridge::attach(world_, wanted);

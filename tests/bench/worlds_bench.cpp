@@ -29,6 +29,7 @@
 namespace carom::bench {
 namespace {
 
+constexpr double kStillSpeed = 1e-3;     // m/s, as in a Sound
 constexpr double kSampleRate = 48000.0;  // Hz
 constexpr double kWindow = 0.5;          // s: the worst of these is reported
 
@@ -100,8 +101,8 @@ class WorldRun {
   enum Which : std::size_t { plain, bridged, sounding, recording };
 
   void attach() {
-    Result<BulletBridge> bridge =
-        BulletBridge::attach(worlds_[bridged]->world(), {.delivery = EventDelivery::prompt});
+    Result<BulletBridge> bridge = BulletBridge::attach(
+        worlds_[bridged]->world(), {.delivery = EventDelivery::prompt, .stillSpeed = kStillSpeed});
     if (!bridge) std::abort();
     bridge_.emplace(*std::move(bridge));
     SoundSettings settings;
