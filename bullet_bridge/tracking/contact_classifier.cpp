@@ -155,14 +155,9 @@ bool ContactClassifier::mayHit(const ContactPair& pair, const PairRecord& record
   if (solved.points.empty()) return true;
   const double least = leastSpeed(pair, &record);
   const double dt = context_.clock.current().length;
-<<<<<<< HEAD
-  if (std::ranges::any_of(solved.points,
-                          [](const SolvedPoint& point) { return point.gap < 0.0; })) {
-=======
   const double deep = kOverlap * std::min(pair.body->radius, pair.other->radius);
   if (std::ranges::any_of(solved.points,
                           [&](const SolvedPoint& point) { return point.gap < -deep; })) {
->>>>>>> bridge
     return std::ranges::any_of(solved.points, [&](const SolvedPoint& point) {
       return approachAtNode(pair, MotionKind::contactFree, point.position, point.normal) > least;
     });

@@ -42,12 +42,8 @@ Status WorldSession::attach() {
     return Error{"sound: metresPerUnit is " + std::to_string(metres) +
                  "; expected the length of the world's unit (m), above 0"};
   BulletBridgeSettings wanted;
-<<<<<<< HEAD
   wanted.restSpeed = worldSettings_.restSpeed / metres;
-=======
-  wanted.restSpeed = worldSettings_.restSpeed;
-  wanted.stillSpeed = audio::ContactDrive::kSlowest;
->>>>>>> bridge
+  wanted.stillSpeed = audio::ContactDrive::kSlowest / metres;
   wanted.onSubstep = [this] { postSubstep(); };
   if (settings.synth.impulse == ImpulseChoice::physical) wanted.delivery = EventDelivery::prompt;
   Result<BulletBridge> bridge = BulletBridge::attach(world_, wanted);
