@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "bullet_bridge/tracking/swept_bounds.h"
+#include "bullet_bridge/broad_phase/swept_bounds.h"
 
 namespace carom::bullet {
 namespace {

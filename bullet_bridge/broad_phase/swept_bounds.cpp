@@ -1,4 +1,4 @@
-#include "bullet_bridge/tracking/swept_bounds.h"
+#include "bullet_bridge/broad_phase/swept_bounds.h"
 
 #include <algorithm>
 #include <cmath>
