@@ -348,9 +348,13 @@ static void recording_holds_the_pascals_of_synth_over_20(void) {
   const char* const path = "c_api_recording.wav";
   static float expected[FRAMES];
   static float recorded[2 * 48000];
-  carom_sound* const sound = make_sound(NULL, STRIKE_HEIGHT);
+  carom_settings settings;
+  carom_sound* sound = NULL;
   const carom_event event = strike();
   size_t count = 0;
+  EXPECT_OK(carom_settings_init(&settings, sizeof settings));
+  settings.level = CAROM_LEVEL_FIXED;
+  sound = make_sound(&settings, STRIKE_HEIGHT);
   (void)remove(path);
   set_strike_bodies(sound);
   EXPECT_OK(carom_record(sound, path));
@@ -405,6 +409,36 @@ static void full_scale_divides_pascals(void) {
   support_render_strike(pascals, FRAMES);
   for (size_t frame = 0; frame < FRAMES; ++frame)
     EXPECT(8.0F * samples[frame] == pascals[frame]);
+  EXPECT_OK(carom_destroy(sound));
+}
+
+static void level_that_is_automatic_is_in_range(void) {
+  static float samples[FRAMES];
+  char text[200];
+  carom_settings settings;
+  carom_sound* sound = NULL;
+  EXPECT_OK(carom_settings_init(&settings, sizeof settings));
+  EXPECT(settings.level == CAROM_LEVEL_STANDARD);
+  settings.level = CAROM_LEVEL_AUTOMATIC;
+  sound = make_sound(&settings, STRIKE_HEIGHT);
+  render_strike(sound, samples);
+  EXPECT(peak_of(samples, FRAMES) > 0.126F);    /* -18 dB */
+  EXPECT(peak_of(samples, FRAMES) <= 0.89126F); /* -1 dB */
+  EXPECT(carom_warning(sound, text, sizeof text) == 0 && text[0] == '\0');
+  EXPECT_OK(carom_destroy(sound));
+}
+
+static void peak_above_full_scale_is_warned_of(void) {
+  static float samples[FRAMES];
+  char text[200];
+  carom_settings settings;
+  carom_sound* sound = NULL;
+  EXPECT_OK(carom_settings_init(&settings, sizeof settings));
+  settings.full_scale = 0.001;
+  sound = make_sound(&settings, STRIKE_HEIGHT);
+  render_strike(sound, samples);
+  EXPECT(statistics_of(sound).peak_sample == (double)peak_of(samples, FRAMES));
+  EXPECT(carom_warning(sound, text, sizeof text) > 0 && strstr(text, "above full scale") != NULL);
   EXPECT_OK(carom_destroy(sound));
 }
 
@@ -866,6 +900,7 @@ static void null_handle_is_refused_by_every_call(void) {
   EXPECT(carom_channel_count(NULL) == 0 && carom_frames_ready(NULL) == 0);
   EXPECT(carom_output_delay(NULL) == 0);
   EXPECT(carom_unsolved_reason(NULL, NULL, 0) == 0);
+  EXPECT(carom_warning(NULL, NULL, 0) == 0);
 }
 
 static void null_arguments_are_refused(void) {
@@ -1316,6 +1351,9 @@ static void listeners_out_of_range_are_refused(void) {
   EXPECT_OK(carom_listener_init(&listeners[0], sizeof listeners[0]));
   listeners[1] = listeners[0];
   settings.listener_count = 2;
+  settings.level = 3;
+  EXPECT_REFUSED(create_with(&settings), "carom_settings.level is 3");
+  settings.level = CAROM_LEVEL_STANDARD;
   EXPECT_REFUSED(create_with(&settings), "carom_settings.listeners is NULL");
   settings.listeners = listeners;
   EXPECT_OK(create_with(&settings));
@@ -1531,6 +1569,8 @@ int main(void) {
     CLAIM(destroying_completes_a_recording),
     CLAIM(file_that_cannot_be_is_refused),
     CLAIM(full_scale_divides_pascals),
+    CLAIM(level_that_is_automatic_is_in_range),
+    CLAIM(peak_above_full_scale_is_warned_of),
     CLAIM(limiter_keeps_its_ceiling),
     CLAIM(gain_and_mute_act_on_what_is_rendered),
 #if CAROM_TEST_DEVICE
