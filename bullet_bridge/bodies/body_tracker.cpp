@@ -250,7 +250,7 @@ void BodyTracker::beginSubstep(const btCollisionWorld& world, double dt) {
   matchWorld(world);
   dt_ = dt;
   relativeMargin_ = usesRelativeMargin(world);
-  hasOtherShapes_ = hasPlanes_ = hasContinuous_ = hasLinks_ = false;
+  hasOtherShapes_ = hasPlanes_ = hasContinuous_ = hasSoft_ = hasLinks_ = false;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     TrackedBody& body = bodies_[i];
     if (!(mayRest(body) && beginResting(body, histories_[i], dt)))
@@ -259,6 +259,7 @@ void BodyTracker::beginSubstep(const btCollisionWorld& world, double dt) {
     hasOtherShapes_ = hasOtherShapes_ || body.shape == ContactShape::other;
     hasPlanes_ = hasPlanes_ || body.shape == ContactShape::plane;
     hasContinuous_ = hasContinuous_ || body.continuous;
+    hasSoft_ = hasSoft_ || body.object->getInternalType() == btCollisionObject::CO_SOFT_BODY;
     hasLinks_ = hasLinks_ || body.kind == BodyKind::link;
   }
 }
@@ -463,8 +464,8 @@ void BodyTracker::setBounds(TrackedBody& body, double dt) {
 
 // A body that has rested but moves now is one of all others again, in this substep already.
 void BodyTracker::countRest(TrackedBody& body) const {
-  const bool moves = body.kind == BodyKind::kinematic || body.kind == BodyKind::link ||
-                     body.fastest > restSpeed_;
+  const bool moves =
+      body.kind == BodyKind::kinematic || body.kind == BodyKind::link || body.fastest > restSpeed_;
   body.restingFor = moves ? 0 : body.restingFor + 1;
   body.rests = body.rests && !moves;
 }

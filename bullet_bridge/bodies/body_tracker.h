@@ -69,12 +69,12 @@ struct TrackedBody {
 
   /// m, of the sphere; for other shapes, of a ball around the centre that holds the shape.
   double radius = 0.0;
-  double margin = 0.0;               ///< m, gap below which Bullet may hold a contact
-  ShapeTrace trace;                  ///< of the shape as it was read last
-  std::uint32_t shapeNumber = 0;     ///< number of times that the trace has changed
+  double margin = 0.0;                      ///< m, gap below which Bullet may hold a contact
+  ShapeTrace trace;                         ///< of the shape as it was read last
+  std::uint32_t shapeNumber = 0;            ///< number of times that the trace has changed
   std::shared_ptr<const ShapeParts> parts;  ///< of the shape; none for planes and for `none`
-  Vec3 planeNormal = Vec3::UnitY();  ///< unit, world frame; planes only
-  double planeOffset = 0.0;          ///< m, from the world's origin along planeNormal
+  Vec3 planeNormal = Vec3::UnitY();         ///< unit, world frame; planes only
+  double planeOffset = 0.0;                 ///< m, from the world's origin along planeNormal
 
   /// Time (s, from the start of the substep) until a kinematic body reaches the place where Bullet
   /// has put it already.
@@ -132,6 +132,9 @@ class BodyTracker {
   bool hasOtherShapes() const { return hasOtherShapes_; }
   bool hasPlanes() const { return hasPlanes_; }
   bool hasContinuous() const { return hasContinuous_; }
+  bool hasSoft() const {
+    return hasSoft_;
+  }  ///< true if there are soft bodies, which it does not follow
 
  private:
   // State of earlier substeps, for bodies that Bullet's own node states alone do not suffice to
@@ -174,8 +177,9 @@ class BodyTracker {
   bool hasOtherShapes_ = false;
   bool hasPlanes_ = false;
   bool hasContinuous_ = false;
+  bool hasSoft_ = false;
   double restSpeed_ = 0.0;
-  double dt_ = 0.0;  // s, of the current substep
+  double dt_ = 0.0;             // s, of the current substep
   bool relativeMargin_ = true;  // Bullet takes the contact margin from the shape's size
   bool hasLinks_ = false;
   std::vector<const btMultiBody*> pushed_;  // in this substep; kept for its memory

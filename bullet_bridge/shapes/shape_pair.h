@@ -44,8 +44,8 @@ enum class PairSide { body, other };
 ///
 /// The time is found by conservative advancement (after Mirtich 1996, with the bound of
 /// SeparationBound), which cannot miss an impact however fast the rotation. Shapes are read on
-/// demand: after a change of a shape, a ShapePair needs a new set(), with new parts. Allocates only until its
-/// vectors have grown to what the scene asks for. [any thread]
+/// demand: after a change of a shape, a ShapePair needs a new set(), with new parts. Allocates only
+/// until its vectors have grown to what the scene asks for. [any thread]
 class ShapePair {
  public:
   /// Collects the convex pieces that may come within `reach` (m) of each other in [0, horizon] (s).

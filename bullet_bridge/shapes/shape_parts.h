@@ -27,8 +27,8 @@ struct ShapeParts {
   ShapeParts() = default;
   explicit ShapeParts(const btCollisionShape& shape);
 
-  /// True if the shape is a sphere or has flat faces only, so that turning it changes no more of its
-  /// curvature than which of its faces, edges and corners touch.
+  /// True if the shape is a sphere or has flat faces only, so that turning it changes no more of
+  /// its curvature than which of its faces, edges and corners touch.
   bool isRoundOrFlat() const;
 
   std::vector<ConvexPiece> pieces;

@@ -16,7 +16,8 @@ constexpr double kRocking = 2.0;
 // Two impacts of a pair are separate if the cosine of the angle between their normals is below
 // this.
 constexpr double kOtherSide = 0.5;
-// Depth of a point of Bullet, relative to the smaller radius, from which on the bodies surely overlap.
+// Depth of a point of Bullet, relative to the smaller radius, from which on the bodies surely
+// overlap.
 constexpr double kOverlap = 1e-3;
 
 // Upper bound (m/s) of the speed at which any two points of the pair approach each other at the
@@ -45,10 +46,10 @@ double fastestApproach(const ContactPair& pair) {
 // Upper bound (m/s) of the speed along a normal of their contact, or of what it turns to within the
 // substep, at which any two points of the pair approach each other at its start.
 double approachAnywhere(const ContactPair& pair, const Vec3& normal, MotionKind kind, double dt) {
-  const auto velocity = kind == MotionKind::actual ? &SubstepMotion::velocityAfter
-                                                   : &SubstepMotion::velocityBefore;
-  const auto angular = kind == MotionKind::actual ? &SubstepMotion::angularAfter
-                                                  : &SubstepMotion::angularBefore;
+  const auto velocity =
+      kind == MotionKind::actual ? &SubstepMotion::velocityAfter : &SubstepMotion::velocityBefore;
+  const auto angular =
+      kind == MotionKind::actual ? &SubstepMotion::angularAfter : &SubstepMotion::angularBefore;
   const SubstepMotion& body = pair.body->current;
   const SubstepMotion& other = pair.other->current;
   const Vec3 relative = body.*velocity - other.*velocity;
@@ -78,12 +79,15 @@ bool isImmovable(const TrackedBody& body) {
 void ContactClassifier::beginSubstep(std::size_t pairs) {
   gaps_.beginSubstep(pairs);
   reader_.beginReading(bodies_.hasContinuous());
+  if (bodies_.hasSoft()) context_.counters.softContacts += reader_.softContacts();
   log_.beginSubstep();
 }
 
 void ContactClassifier::resolve(const ContactPair& pair) {
   PairRecord* record = records_.find(pair.key());
-  if (record == nullptr ? staysApart(pair) : goesOn(pair, *record)) return;
+  const bool isCarried = record == nullptr ? staysApart(pair) : goesOn(pair, *record);
+  ++(isCarried ? context_.counters.carried : context_.counters.searched);
+  if (isCarried) return;
   const double dt = context_.clock.current().length;
   const PairMotion now(pair, MotionKind::actual, dt, dt, finder_.pieces());
   if (!now.isFollowed()) {
@@ -100,8 +104,8 @@ void ContactClassifier::resolve(const ContactPair& pair) {
   }
 }
 
-// True for a pair of which there is nothing to tell: it does not meet in the substep, or too slowly,
-// and Bullet's solver has not acted on it.
+// True for a pair of which there is nothing to tell: it does not meet in the substep, or too
+// slowly, and Bullet's solver has not acted on it.
 bool ContactClassifier::staysApart(const ContactPair& pair) {
   const double range = solverRange(pair);
   if (pair.isClosedForm() || std::isinf(range)) return false;
@@ -150,12 +154,13 @@ bool ContactClassifier::goesOn(const ContactPair& pair, PairRecord& record) {
 // they overlap, only those count that Bullet has found; otherwise, along the normal of none of them
 // may the bodies approach that fast anywhere.
 bool ContactClassifier::mayHit(const ContactPair& pair, const PairRecord& record,
-                                const SolvedContact& solved) const {
+                               const SolvedContact& solved) const {
   if (solved.points.empty()) return true;
   const double least = leastSpeed(pair, &record);
   const double dt = context_.clock.current().length;
   const double deep = kOverlap * std::min(pair.body->radius, pair.other->radius);
-  if (std::ranges::any_of(solved.points, [&](const SolvedPoint& point) { return point.gap < -deep; })) {
+  if (std::ranges::any_of(solved.points,
+                          [&](const SolvedPoint& point) { return point.gap < -deep; })) {
     return std::ranges::any_of(solved.points, [&](const SolvedPoint& point) {
       return approachAtNode(pair, MotionKind::contactFree, point.position, point.normal) > least;
     });
@@ -320,6 +325,7 @@ void ContactClassifier::revisit(PairRecord& record) {
   const bool there = body != nullptr && other != nullptr && body->current.known &&
                      other->current.known && (body->awake || other->awake);
   if (there && restsOn(record, *body, *other)) {
+    ++context_.counters.carried;
     record.resolvedIn = context_.clock.number();
     return;
   }

@@ -43,8 +43,7 @@ class ContactClassifier {
   bool staysApart(const ContactPair& pair);
   bool missesFrom(const PairMotion& now);
   bool goesOn(const ContactPair& pair, PairRecord& record);
-  bool mayHit(const ContactPair& pair, const PairRecord& record,
-               const SolvedContact& solved) const;
+  bool mayHit(const ContactPair& pair, const PairRecord& record, const SolvedContact& solved) const;
   double leastSpeed(const ContactPair& pair, const PairRecord* record) const;
   bool mayCollide(const ContactPair& pair) const;
 

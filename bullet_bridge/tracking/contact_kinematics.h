@@ -11,7 +11,7 @@ namespace carom::bullet {
 struct PairCurvature {
   LocalShape body;
   LocalShape other;
-  double turned = -1.0;       ///< m, sum of both bodies' TrackedBody::turned then; negative if unknown
+  double turned = -1.0;  ///< m, sum of both bodies' TrackedBody::turned then; negative if unknown
   Vec3 apart = Vec3::Zero();  ///< m, from the other body's centre to the body's then
 };
 

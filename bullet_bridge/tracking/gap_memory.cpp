@@ -16,8 +16,8 @@ bool hasBody(const TrackedBody& body) {
   return body.parts != nullptr && !body.parts->leaves.empty() && body.parts->concave.empty();
 }
 
-// Height (m) of the highest point of a piece along a unit direction, as it is collided by what takes
-// it for largest; the direction is in the frame of the body.
+// Height (m) of the highest point of a piece along a unit direction, as it is collided by what
+// takes it for largest; the direction is in the frame of the body.
 double heightOf(const ConvexPiece& piece, const Vec3& direction) {
   const Vec3 own = piece.rotation().transpose() * direction;
   const double core = own.dot(piece.support(own)) + direction.dot(piece.offset());

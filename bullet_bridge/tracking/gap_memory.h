@@ -17,9 +17,9 @@ class GapMemory {
  public:
   /// Must be called once per substep; `pairs` is the number of pairs that will be asked for.
   void beginSubstep(std::size_t pairs);
-  /// Remembers the gap of a pair that was measured at the start of the substep, and a lower bound (m)
-  /// of the gaps of pieces that were left out; does nothing if they overlap, or cannot be remembered: planes have no size, and the host may move the corners
-  /// of meshes and terrain.
+  /// Remembers the gap of a pair that was measured at the start of the substep, and a lower bound
+  /// (m) of the gaps of pieces that were left out; does nothing if they overlap, or cannot be
+  /// remembered: planes have no size, and the host may move the corners of meshes and terrain.
   void remember(const ContactPair& pair, const Proximity& start, double leftOut);
 
   /// Lower bounds of the gap (m) of a pair; not positive if nothing is known.
@@ -43,8 +43,8 @@ class GapMemory {
     std::uint64_t key = 0;
     std::uint32_t shapes = 0;  // sum of both bodies' TrackedBody::shapeNumber
     bool isAlongNormal = false;
-    double gap = 0.0;     // m
-    double turned = 0.0;  // m, sum of both bodies' TrackedBody::turned
+    double gap = 0.0;            // m
+    double turned = 0.0;         // m, sum of both bodies' TrackedBody::turned
     Vec3 apart = Vec3::Zero();   // m, from the other body's centre to the body's
     Vec3 normal = Vec3::Zero();  // from the other body to the body
   };

@@ -91,8 +91,8 @@ bool LastingContacts::carry(PairRecord& record, const ContactPair& pair,
   if (!keepsCurvature(record.curvature, pair)) return false;
   const double dt = context_.clock.current().length;
   const PairMotion now(pair, pair.body->actual(dt), pair.other->actual(dt));
-  ContactState state = contactStateOf(now, deepestOf(solved), record.curvature, solved,
-                                      context_.clock.current());
+  ContactState state =
+      contactStateOf(now, deepestOf(solved), record.curvature, solved, context_.clock.current());
   record.idle = solved.impulse > 0.0 ? 0 : record.idle + 1;
   const bool isOver = record.idle >= kIdleSubsteps;
   const bool isStill = liesStill(state);
@@ -111,8 +111,7 @@ void LastingContacts::update(PairRecord& record, const PairMotion& now, const Pr
   if (begins) record.beginContact();
   record.idle = begins || solved.impulse > 0.0 ? 0 : record.idle + 1;
   record.curvature = curvatureOf(now, start);
-  record.state =
-      contactStateOf(now, start, record.curvature, solved, context_.clock.current());
+  record.state = contactStateOf(now, start, record.curvature, solved, context_.clock.current());
   if (record.state.body != record.body) record.state = mirrored(record.state);
   record.state.phase = begins ? ContactPhase::begin : ContactPhase::during;
   if (begins) ++context_.counters.contactsBegun;

@@ -33,9 +33,9 @@ PairMotion::PairMotion(const ContactPair& pair, MotionKind kind, double dt, doub
   body_ = motionOf(*pair.body, kind, dt);
   other_ = motionOf(*pair.other, kind, dt);
   const double reach = std::max(pair.body->margin, pair.other->margin);
-  followed_ = pieces.set(
-      {pair.body->object->getCollisionShape(), body_, pair.body->parts.get()},
-      {pair.other->object->getCollisionShape(), other_, pair.other->parts.get()}, horizon, reach);
+  followed_ = pieces.set({pair.body->object->getCollisionShape(), body_, pair.body->parts.get()},
+                         {pair.other->object->getCollisionShape(), other_, pair.other->parts.get()},
+                         horizon, reach);
 }
 
 double PairMotion::height(double s) const {

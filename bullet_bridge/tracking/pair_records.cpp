@@ -91,7 +91,8 @@ void PairRecords::endSubstep() {
     free_.push_back(entry.second);
     return true;
   });
-  if (!std::is_sorted(entries_.begin(), entries_.end())) std::sort(entries_.begin(), entries_.end());
+  if (!std::is_sorted(entries_.begin(), entries_.end()))
+    std::sort(entries_.begin(), entries_.end());
   known_ = entries_.size();
 }
 

@@ -72,7 +72,7 @@ class PairRecord {
   std::size_t otherPlace = 0;
   Impact impact;
   PairCurvature curvature;  ///< of the lasting contact, as it was found last
-  ContactState state;  ///< the contact state that was handed out last
+  ContactState state;       ///< the contact state that was handed out last
 
   /// Takes the record for another pair, in the state `separate`. Its impact and its contact state
   /// stay as they are, for their memory.
@@ -96,7 +96,6 @@ class PairRecord {
   };
   template <std::size_t count>
   void apply(const Transition (&transitions)[count]);
-
 };
 
 /// The records of all pairs that need one, found by key. Memory is kept; a record stays where it is

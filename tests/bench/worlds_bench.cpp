@@ -101,8 +101,8 @@ class WorldRun {
   enum Which : std::size_t { plain, bridged, sounding, recording };
 
   void attach() {
-    Result<BulletBridge> bridge =
-        BulletBridge::attach(worlds_[bridged]->world(), {.delivery = EventDelivery::prompt, .stillSpeed = kStillSpeed});
+    Result<BulletBridge> bridge = BulletBridge::attach(
+        worlds_[bridged]->world(), {.delivery = EventDelivery::prompt, .stillSpeed = kStillSpeed});
     if (!bridge) std::abort();
     bridge_.emplace(*std::move(bridge));
     SoundSettings settings;
