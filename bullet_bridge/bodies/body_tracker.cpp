@@ -250,7 +250,7 @@ void BodyTracker::beginSubstep(const btCollisionWorld& world, double dt) {
   matchWorld(world);
   dt_ = dt;
   relativeMargin_ = usesRelativeMargin(world);
-  hasOtherShapes_ = hasPlanes_ = hasContinuous_ = hasLinks_ = false;
+  hasOtherShapes_ = hasPlanes_ = hasContinuous_ = hasSoft_ = hasLinks_ = false;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     TrackedBody& body = bodies_[i];
     if (!(mayRest(body) && beginResting(body, histories_[i], dt)))
@@ -259,6 +259,7 @@ void BodyTracker::beginSubstep(const btCollisionWorld& world, double dt) {
     hasOtherShapes_ = hasOtherShapes_ || body.shape == ContactShape::other;
     hasPlanes_ = hasPlanes_ || body.shape == ContactShape::plane;
     hasContinuous_ = hasContinuous_ || body.continuous;
+    hasSoft_ = hasSoft_ || body.object->getInternalType() == btCollisionObject::CO_SOFT_BODY;
     hasLinks_ = hasLinks_ || body.kind == BodyKind::link;
   }
 }

@@ -132,6 +132,9 @@ class BodyTracker {
   bool hasOtherShapes() const { return hasOtherShapes_; }
   bool hasPlanes() const { return hasPlanes_; }
   bool hasContinuous() const { return hasContinuous_; }
+  bool hasSoft() const {
+    return hasSoft_;
+  }  ///< true if there are soft bodies, which it does not follow
 
  private:
   // State of earlier substeps, for bodies that Bullet's own node states alone do not suffice to
@@ -174,6 +177,7 @@ class BodyTracker {
   bool hasOtherShapes_ = false;
   bool hasPlanes_ = false;
   bool hasContinuous_ = false;
+  bool hasSoft_ = false;
   double restSpeed_ = 0.0;
   double dt_ = 0.0;             // s, of the current substep
   bool relativeMargin_ = true;  // Bullet takes the contact margin from the shape's size

@@ -79,12 +79,15 @@ bool isImmovable(const TrackedBody& body) {
 void ContactClassifier::beginSubstep(std::size_t pairs) {
   gaps_.beginSubstep(pairs);
   reader_.beginReading(bodies_.hasContinuous());
+  if (bodies_.hasSoft()) context_.counters.softContacts += reader_.softContacts();
   log_.beginSubstep();
 }
 
 void ContactClassifier::resolve(const ContactPair& pair) {
   PairRecord* record = records_.find(pair.key());
-  if (record == nullptr ? staysApart(pair) : goesOn(pair, *record)) return;
+  const bool isCarried = record == nullptr ? staysApart(pair) : goesOn(pair, *record);
+  ++(isCarried ? context_.counters.carried : context_.counters.searched);
+  if (isCarried) return;
   const double dt = context_.clock.current().length;
   const PairMotion now(pair, MotionKind::actual, dt, dt, finder_.pieces());
   if (!now.isFollowed()) {
@@ -322,6 +325,7 @@ void ContactClassifier::revisit(PairRecord& record) {
   const bool there = body != nullptr && other != nullptr && body->current.known &&
                      other->current.known && (body->awake || other->awake);
   if (there && restsOn(record, *body, *other)) {
+    ++context_.counters.carried;
     record.resolvedIn = context_.clock.number();
     return;
   }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <BulletSoftBody/btSoftBody.h>
+
 namespace carom::bullet {
 namespace {
 
@@ -80,6 +82,17 @@ const SolvedContact& ContactReader::read(const ContactPair& pair) {
     contact_.restitution = combinedRestitution(pair);
   }
   return contact_;
+}
+
+std::uint64_t ContactReader::softContacts() const {
+  int count = 0;
+  const auto& objects = world_.getCollisionObjectArray();
+  for (int i = 0; i < objects.size(); ++i) {
+    if (objects[i]->getInternalType() != btCollisionObject::CO_SOFT_BODY) continue;
+    const auto& soft = static_cast<const btSoftBody&>(*objects[i]);
+    count += soft.m_rcontacts.size() + soft.m_scontacts.size();
+  }
+  return static_cast<std::uint64_t>(count);
 }
 
 void ContactReader::gatherManifolds(const ContactPair& pair) {

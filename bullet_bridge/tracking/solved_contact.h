@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -48,6 +49,8 @@ class ContactReader {
   /// Returns only what `read` would give for SolvedContact::impulse (N s), at a fraction of its
   /// cost; negative if that is zero and nothing else was applied either.
   double impulseOf(const ContactPair& pair);
+  /// Counts the nodes and faces by which soft bodies touch others; no manifold holds them.
+  std::uint64_t softContacts() const;
   /// True if Bullet would let the two collide: groups and masks, ignored pairs, contact response.
   bool collides(const ContactPair& pair) const;
 

@@ -55,6 +55,64 @@ void expectWholeLives(std::span<const ContactState> contacts) {
   }
 }
 
+// --- what lies still ---
+
+/// Boxes that fall onto each other and come to rest, awake.
+class Heap {
+ public:
+  explicit Heap(double stillSpeed)
+      : world_(kGravity), bridge_(world_.attach({.stillSpeed = stillSpeed})) {
+    world_.addGround(world_.box({5, 0.5, 5}), 0.5, -0.5);
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> offset(-0.05, 0.05);
+    for (int i = 0; i < 30; ++i) {
+      btRigidBody& box = world_.add(
+          world_.box({0.1, 0.1, 0.1}),
+          {.position = {offset(random) + 0.25 * (i % 3), 0.2 + 0.23 * (i / 3), offset(random)},
+           .restitution = 0.3,
+           .friction = 0.5});
+      box.setActivationState(DISABLE_DEACTIVATION);
+    }
+  }
+  void run(double time) { world_.stepUntil(bridge_, time, 1.0 / 120.0); }
+  BulletBridge& bridge() { return bridge_; }
+
+ private:
+  AnyWorld world_;
+  BulletBridge bridge_;
+};
+
+TEST(StillSpeed, ChangesNoCollision) {
+  Heap all(0.0);
+  Heap moving(1e-3);
+  all.run(3.0);
+  moving.run(3.0);
+  const auto expected = all.bridge().events();
+  const auto events = moving.bridge().events();
+  ASSERT_GT(expected.size(), 50u);
+  ASSERT_EQ(events.size(), expected.size());
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    EXPECT_EQ(events[i].body, expected[i].body);
+    EXPECT_NEAR(events[i].time, expected[i].time, kTime);
+    EXPECT_NEAR((events[i].impulse - expected[i].impulse).norm(), 0.0,
+                1e-6 * expected[i].impulse.norm());
+  }
+}
+
+TEST(StillSpeed, OfWhatLiesStillOnlyTheBeginningIsTold) {
+  Heap all(0.0);
+  Heap moving(1e-3);
+  for (Heap* heap : {&all, &moving}) {
+    heap->run(6.0);
+    heap->bridge().clear();
+    heap->run(7.0);
+  }
+  EXPECT_GT(all.bridge().contacts().size(), 120u * 30u);
+  EXPECT_LT(moving.bridge().contacts().size(), 0.1 * all.bridge().contacts().size());
+  EXPECT_GT(moving.bridge().counters().contactsBegun, 30u);
+  EXPECT_LT(moving.bridge().counters().searched, all.bridge().counters().searched);
+}
+
 // --- one impact, one event ---
 
 struct Landing {

@@ -85,6 +85,12 @@ struct BulletBridgeCounters {
   std::uint64_t unsupported = 0;
   /// Substeps whose start the bridge missed because the host had taken the pre-tick slot.
   std::uint64_t substepsWithoutStart = 0;
+  /// Pairs near each other or in contact, counted once per substep, whose shapes the bridge looked
+  /// at, and those for which it needed not to.
+  std::uint64_t searched = 0;
+  std::uint64_t carried = 0;
+  /// Contacts of soft bodies' nodes, which make no events, counted once per substep.
+  std::uint64_t softContacts = 0;
 };
 
 /// Turns the contacts of a Bullet world into impulse events and contact states: each collision is
