@@ -124,7 +124,8 @@ void ContactSoundScheduler::scheduleImpulse(const ImpulseEvent& event, const Sam
 
 /// True if a click is heard beside those before it; counts it if it is not.
 bool ContactSoundScheduler::isHeard(const ContactSource& source, const ScheduledSound& sound) {
-  if (!choosesSlides_ || !sound.excitations.empty()) return true;
+  // The tail of a reverberation has more energy than the click, and rings more than it.
+  if (!choosesSlides_ || settings_.reverb || !sound.excitations.empty()) return true;
   const double across = 2.0 * source.strike.radius / settings_.medium.speedOfSound;
   const auto fate = heardClicks_.decide(
       {.time = source.time, .peak = sound.peak, .duration = source.duration + across});
@@ -239,7 +240,7 @@ bool ContactSoundScheduler::rings(const ContactState& contact) const {
 /// Schedules a step of a contact as much as it is heard.
 void ContactSoundScheduler::hearSlide(const ContactState& contact, const SampleShift& shift,
                                       SoundSink& sink) {
-  heard_.begin(contact, shift, sink);
+  if (contact.phase != ContactPhase::end) heard_.begin(contact, shift, sink);
   Slide* const slide = slides_.find(contact, settings_.sampleRate);
   if (slide == nullptr) return;
   const double farthest = std::max((contact.pathEnd - contact.pathStart).squaredNorm(),

@@ -22,7 +22,7 @@ constexpr double kKeeps = 2.0;
 }  // namespace
 
 void HeardSlides::begin(const ContactState& contact, const SampleShift& shift, SoundSink& sink) {
-  if (isOpen_ && contact.time == time_) return;
+  if (isOpen_ && contact.time <= time_) return;
   close(sink);
   isOpen_ = true;
   time_ = contact.time;
@@ -75,6 +75,9 @@ void HeardSlides::close(SoundSink& sink) {
     const auto lasting = static_cast<std::int64_t>(
         std::max(1.0, std::ceil(duration_ * shift_.stretch * sampleRate_)));
     level_.assign(powers_.begin(), powers_.end());
+    // Third octaves that are not heard cost nothing.
+    for (std::size_t i = 0; i < level_.size(); ++i)
+      if (powers_[i] < kBelowHearing * hearingThreshold()[i % kThirdOctaves]) level_[i] = 0.0F;
     sink.add(
         {.noise = {.at = since + lasting, .since = since, .lasting = lasting, .powers = level_}});
   }

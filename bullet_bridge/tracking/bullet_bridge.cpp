@@ -61,7 +61,8 @@ void BulletBridge::Impl::onStepEnd(double dt) {
 
 /// A body may have left the world in this substep, and another have come to its address.
 const btCollisionObject* BulletBridge::Impl::find(BodyId id) const {
-  const TrackedBody* const body = isAttached() ? bodies_.find(id) : nullptr;
+  std::size_t place = 0;
+  const TrackedBody* const body = isAttached() ? bodies_.find(id, place) : nullptr;
   if (body == nullptr) return nullptr;
   const auto& objects = world().getCollisionObjectArray();
   const int index = objects.findLinearSearch(const_cast<btCollisionObject*>(body->object));
