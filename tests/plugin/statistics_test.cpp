@@ -64,30 +64,17 @@ TEST(Statistics, ListsHoldEveryMemberOnce) {
 // The sum of two counters is the sum of every member.
 TEST(Statistics, EveryCounterOfTheSoundLayerIsAdded) {
   SynthCounters some;
-<<<<<<< HEAD
-  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t] = some;
+  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w] = some;
   std::uint64_t next = 1;
   for (std::uint64_t* count :
-       {&a, &b, &c, &d, &e, &f, &g, &h, &i, &j, &k, &l, &m, &n, &o, &p, &q, &r, &s, &t})
+       {&a, &b, &c, &d, &e, &f, &g, &h, &i, &j, &k, &l, &m, &n, &o, &p, &q, &r, &s, &t, &u, &v, &w})
     *count = next++;
   const SynthCounters sum = some + some;
-  const auto& [a2, b2, c2, d2, e2, f2, g2, h2, i2, j2, k2, l2, m2, n2, o2, p2, q2, r2, s2, t2] =
-      sum;
+  const auto& [a2, b2, c2, d2, e2, f2, g2, h2, i2, j2, k2, l2, m2, n2, o2, p2, q2, r2, s2, t2, u2,
+               v2, w2] = sum;
   next = 2;
-  for (const std::uint64_t* count : {&a2, &b2, &c2, &d2, &e2, &f2, &g2, &h2, &i2, &j2,
-                                     &k2, &l2, &m2, &n2, &o2, &p2, &q2, &r2, &s2, &t2}) {
-=======
-  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r] = some;
-  std::uint64_t next = 1;
-  for (std::uint64_t* count :
-       {&a, &b, &c, &d, &e, &f, &g, &h, &i, &j, &k, &l, &m, &n, &o, &p, &q, &r})
-    *count = next++;
-  const SynthCounters sum = some + some;
-  const auto& [a2, b2, c2, d2, e2, f2, g2, h2, i2, j2, k2, l2, m2, n2, o2, p2, q2, r2] = sum;
-  next = 2;
-  for (const std::uint64_t* count :
-       {&a2, &b2, &c2, &d2, &e2, &f2, &g2, &h2, &i2, &j2, &k2, &l2, &m2, &n2, &o2, &p2, &q2, &r2}) {
->>>>>>> rub
+  for (const std::uint64_t* count : {&a2, &b2, &c2, &d2, &e2, &f2, &g2, &h2, &i2, &j2, &k2, &l2,
+                                     &m2, &n2, &o2, &p2, &q2, &r2, &s2, &t2, &u2, &v2, &w2}) {
     EXPECT_EQ(*count, next);
     next += 2;
   }
