@@ -64,8 +64,10 @@ bool ShapePair::set(const MovingShape& body, const MovingShape& other, double ho
   pairs_.clear();
   for (Side* side : {&body_, &other_}) {
     side->moving = side == &body_ ? body : other;
-    static_cast<ShapeParts&>(*side) =
-        side->moving.parts != nullptr ? *side->moving.parts : ShapeParts(*side->moving.shape);
+    if (side->moving.parts != nullptr)
+      static_cast<ShapeParts&>(*side) = *side->moving.parts;
+    else
+      side->read(*side->moving.shape);
   }
   const auto isPlane = [](const Leaf& leaf) { return leaf.type == STATIC_PLANE_PROXYTYPE; };
   const auto hasConvex = [&](const Side& side) {

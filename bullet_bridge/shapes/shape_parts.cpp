@@ -16,7 +16,10 @@ Eigen::Matrix3d toMatrix(const btMatrix3x3& m) {
 
 }  // namespace
 
-ShapeParts::ShapeParts(const btCollisionShape& shape) {
+void ShapeParts::read(const btCollisionShape& shape) {
+  pieces.clear();
+  leaves.clear();
+  concave.clear();
   collect(shape, Eigen::Matrix3d::Identity(), Vec3::Zero());
 }
 

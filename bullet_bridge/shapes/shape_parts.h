@@ -25,7 +25,9 @@ struct ShapeParts {
   };
 
   ShapeParts() = default;
-  explicit ShapeParts(const btCollisionShape& shape);
+  explicit ShapeParts(const btCollisionShape& shape) { read(shape); }
+  /// Takes another shape, in the same memory.
+  void read(const btCollisionShape& shape);
 
   /// True if the shape is a sphere or has flat faces only, so that turning it changes no more of
   /// its curvature than which of its faces, edges and corners touch.
