@@ -60,7 +60,8 @@ Status Sound::placeListener(const btVector3& position, const btQuaternion* orien
                             std::size_t listener) {
   if (session_ == nullptr) return movedFrom();
   const double metres = static_cast<WorldSession&>(*session_).metresPerUnit();
-  const Quat turn = orientation == nullptr ? Quat::Identity() : toQuat(btTransform(*orientation));
+  const Quat turn =
+      toQuat(btTransform(orientation == nullptr ? btQuaternion::getIdentity() : *orientation));
   return setListener(metres * toVec3(position), turn, listener);
 }
 

@@ -445,9 +445,9 @@ std::string WorldSession::describe() const {
     if (body == bodies.end()) continue;
     const bool isMovable = known.density > 0.0;
     ++(isMovable ? facts.movable : facts.immovable);
-    facts.silent += isSilent(id) ? 1 : 0;
+    facts.silent += isSilent(id) ? 1U : 0U;
     if (!isMovable) continue;
-    facts.light += known.density < kLightestSolid ? 1 : 0;
+    facts.light += known.density < kLightestSolid ? 1U : 0U;
     ++(known.isGuessed ? facts.guessed : facts.given)[body->second.material.name];
   }
   return wordsOf(facts);

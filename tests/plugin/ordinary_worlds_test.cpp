@@ -63,7 +63,7 @@ TEST_P(OrdinaryWorlds, MoveAsWithoutSoundAndSoundIsANumber) {
 
 INSTANTIATE_TEST_SUITE_P(Of, OrdinaryWorlds,
                          testing::ValuesIn(ordinaryWorlds().begin(), ordinaryWorlds().end()),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& world) { return std::string(world.param.name); });
 
 }  // namespace
 }  // namespace carom
