@@ -169,7 +169,6 @@ double clickOfDensity(double density) {
   const double mass = density * 4.0 / 3.0 * 3.141592653589793 * 8e-6;
   bullet.addBall({.radius = 0.02, .mass = mass, .position = {0, 0.04, 0}, .restitution = 0.5});
   SoundSettings settings;
-  settings.synth.lasting = LastingDetail::exact;  // the quietest clicks, too
   settings.listeners = {{"near", {0.3, 0.3, 0.2}}};
   Sound sound = test::attachOffline(bullet.world, settings);
   Samples samples(1);
