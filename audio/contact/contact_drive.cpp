@@ -291,9 +291,18 @@ bool ContactDrive::follow(const Step& step) {
   tighten(step, 1.0 / step.sampleRate);
   sounds_ = true;
   swings_ = false;
-  for (Scan& scan : scans_)
+  for (Scan& scan : scans_) {
+    scan.before = scan.at;
     scan.at += scan.along;
+  }
   return true;
+}
+
+void ContactDrive::giveNodes(const Step& step, std::vector<PulseNode>& nodes) {
+  nodes.clear();
+  for (Scan& scan : scans_)
+    scan.at = scan.before;
+  push(step, nodes);
 }
 
 BumpyContact ContactDrive::contact(double duration) const {
@@ -314,7 +323,11 @@ BumpyContact ContactDrive::contact(double duration) const {
 
 void ContactDrive::advance(const Step& step, std::vector<PulseNode>& nodes) {
   nodes.clear();
-  if (!begin(step)) return;
+  if (begin(step)) push(step, nodes);
+}
+
+/// Computes the nodes of a step that has begun.
+void ContactDrive::push(const Step& step, std::vector<PulseNode>& nodes) {
   // Nodes as dense as samples: what repeats at about the rate of the nodes is beyond hearing.
   const double samples = step.duration * step.sampleRate;
   const auto count = static_cast<std::size_t>(std::max(1.0, std::ceil(samples - kRounding)));

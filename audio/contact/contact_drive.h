@@ -83,6 +83,8 @@ class ContactDrive {
   /// Follows the contact over a step as `advance` does, at a small part of its cost, without its
   /// impulses. Returns false if nothing moves. Steps of both may alternate.
   bool follow(const Step& step);
+  /// Computes the nodes of the step that was followed last, as `advance` would have.
+  void giveNodes(const Step& step, std::vector<PulseNode>& nodes);
   /// Returns the contact as it is in the step that was advanced or followed last, which lasted
   /// `duration` (s).
   BumpyContact contact(double duration) const;
@@ -95,6 +97,7 @@ class ContactDrive {
   struct Scan {
     int axis = -1;                // axis of projection; 3: by coordinates; -1: not known yet
     Vec2 at = Vec2::Zero();       // m, on the texture: the present place
+    Vec2 before = Vec2::Zero();   // m, on the texture: the place at the begin of the step
     Vec2 along = Vec2::Zero();    // m, on the texture: displacement in the step
     Vec2 climbed = Vec2::Zero();  // m, on the body: the same along the axes of the slopes
     Vec2 moved = Vec2::Zero();    // m, on the body: displacement since it began to move
@@ -117,6 +120,7 @@ class ContactDrive {
     double yielding = 1.0;    // 1, factor on the force, as the bodies give way within the node
   };
   bool begin(const Step& step);
+  void push(const Step& step, std::vector<PulseNode>& nodes);
   void settle(const Step& step);
   void aim(const Step& step, const ScannedSurface& surface, Scan& scan) const;
   static void project(const ScannedSurface& surface, Scan& scan);

@@ -67,6 +67,9 @@ void inverseTransform(Eigen::MatrixXcf& values) {
     values.row(row) = turn(values.row(row).transpose()).transpose();
 }
 
+/// Correlation between what two levels show of a wave: what the coarser one shows near its texels
+/// is mostly folded from shorter waves.
+constexpr double kAlike = 0.3;
 /// Lines of a level, of each direction, of which the spectrum is the mean; at most.
 constexpr std::size_t kMeasuredLines = 64;
 
@@ -314,11 +317,10 @@ void SurfaceTexture::addSlopes(const Look& look, double longest, double factor,
   const double steep = factor * steepness_ * steepness_;
   for (std::size_t band = 0; band < powers.size(); ++band) {
     const auto shorter = static_cast<double>(band);
-    double amplitude = look.fine->around(fine - shorter);
-    if (look.coarse != nullptr)  // shows the same waves
-      amplitude =
-          (1.0 - look.share) * amplitude + look.share * look.coarse->around(coarse - shorter);
-    powers[band] += steep * amplitude * amplitude;
+    const double finer = (1.0 - look.share) * look.fine->around(fine - shorter);
+    const double coarser =
+        look.coarse != nullptr ? look.share * look.coarse->around(coarse - shorter) : 0.0;
+    powers[band] += steep * (finer * finer + coarser * coarser + 2.0 * kAlike * finer * coarser);
   }
 }
 

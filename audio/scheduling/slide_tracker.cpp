@@ -168,8 +168,12 @@ Slide& SlideTracker::advance(const ContactState& contact, double sampleRate) {
 
 void SlideTracker::advance(const ContactState& contact, const ContactDrive::Step& step,
                            Slide& slide, bool isFollowed) {
-  slide.drive.advance(step, slide.nodes);
-  if (!isFollowed) smooth(contact, slide);
+  if (isFollowed) {
+    slide.drive.giveNodes(step, slide.nodes);
+  } else {
+    slide.drive.advance(step, slide.nodes);
+    smooth(contact, slide);
+  }
   if (!slide.sounds) fadeIn(slide.nodes, contact.duration);
   slide.sounds = !slide.nodes.empty();
 }

@@ -193,13 +193,13 @@ void NoiseBed::mix(std::int64_t position, const Output& to) noexcept {
 
 /// Adds samples within one hop.
 void NoiseBed::mixHop(std::int64_t position, const Output& to) noexcept {
-  const auto from = static_cast<float>(position - hop_ * kHop);
+  const auto from = static_cast<std::size_t>(position - hop_ * kHop);
   for (std::size_t channel = 0; channel < channels_; ++channel) {
     std::array<float, kHop> sum{};
     for (std::size_t band = 0; band < kThirdOctaves; ++band) {
       const std::size_t index = channel * kThirdOctaves + band;
       const float slope = (after_[index] - before_[index]) / static_cast<float>(kHop);
-      const float begin = before_[index] + from * slope;
+      const float begin = before_[index];
       if (begin == 0.0F && slope == 0.0F) continue;
       const std::span<const float> loop = noise_->loop(band);
       std::size_t at = wrapped(position + static_cast<std::int64_t>(channel * kApart), loop.size());
@@ -207,7 +207,7 @@ void NoiseBed::mixHop(std::int64_t position, const Output& to) noexcept {
         const std::size_t part = std::min(to.frames - done, loop.size() - at);
         const float* const noise = &loop[at];
         for (std::size_t i = 0; i < part; ++i)
-          sum[done + i] += (begin + static_cast<float>(done + i) * slope) * noise[i];
+          sum[done + i] += (begin + static_cast<float>(from + done + i) * slope) * noise[i];
         done += part;
         at = 0;
       }

@@ -195,12 +195,14 @@ void SoundEngine::updateContacts() {
 double SoundEngine::rankToSlide(std::span<const ContactState> moment) {
   constexpr double kAny = std::numeric_limits<double>::min();
   const std::size_t most = settings_.budget.slidingContacts;
-  if (most == 0) return std::numeric_limits<double>::infinity();
-  slideRanks_.assign(moment.size(), kAny);
-  if (scheduler_.choosesSlides()) return kAny;
   slideRanks_.clear();
+  if (most > 0 && scheduler_.choosesSlides()) {
+    slideRanks_.resize(moment.size(), kAny);
+    return kAny;
+  }
   for (const ContactState& contact : moment)
     slideRanks_.push_back(scheduler_.slideRank(contact));
+  if (most == 0) return std::numeric_limits<double>::infinity();
   if (slideRanks_.size() <= most) return kAny;
   sortedRanks_ = slideRanks_;
   const auto last = sortedRanks_.begin() + static_cast<std::ptrdiff_t>(most - 1);

@@ -122,10 +122,10 @@ TEST(HeardSlides, WindowsOfABedAreAsLoud) {
 
 // A contact that is pressed less and more by turns loses its voice and has it again.
 TEST(HeardSlides, BetweenVoiceAndBedNothingJumps) {
-  NoisySlides slides{.count = 6, .duration = 3.0};
+  NoisySlides slides{.count = 12, .duration = 3.0};
   slides.pressed = [](double time) { return std::fmod(time, 1.0) < 0.5 ? 2.0 : 0.3; };
   SynthCounters counters;
-  const auto sound = slides.sound(heard(1), &counters);
+  const auto sound = slides.sound(heard(4), &counters);
   EXPECT_GT(counters.slides, 0U);
   const auto exact = slides.sound({}, nullptr);
   expectSameWindows(sound[0], exact[0]);

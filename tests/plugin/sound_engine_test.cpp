@@ -56,6 +56,7 @@ SoundSettings settings(SoundClock clock) {
   SoundSettings wanted;
   wanted.clock = clock;
   wanted.listeners = {SoundSettings::defaultListener()};
+  wanted.synth.lasting = LastingDetail::exact;  // as the offline renderer
   wanted.listeners.front().position = {0.3, 0.2, 1.0};
   wanted.budget.cpuShare = 1e6;  // independent of this machine's load
   return wanted;

@@ -72,13 +72,14 @@ ContactState NoisySlides::state(std::size_t body, std::size_t index) const {
   made.body = static_cast<BodyId>(body + 1);
   made.other = 0;
   made.normal = Vec3::UnitZ();
-  const Vec3 along = Vec3(std::cos(0.3), std::sin(0.3), 0.0);
+  const double turn = 0.3 + 0.7 * static_cast<double>(body);
+  const Vec3 along(std::cos(turn), std::sin(turn), 0.0);
   const Vec3 lane(0.0, 0.37 * static_cast<double>(body), 0.0);
   const double from = wayAt(made.time);
   const double to = wayAt(made.time + step);
   const double now = (to - from) / step;
   const double radius = std::cbrt(3.0 / (4.0 * std::numbers::pi)) * side;
-  // The bodies go in circles of sight: near the listener all of the time.
+  // Only the paths move: all stay as near to the listener as they are.
   made.position = lane;
   made.normalLoad = stuff.density * side * side * side * kGravity;
   if (body == 0 && pressed != nullptr) made.normalLoad *= pressed(made.time);

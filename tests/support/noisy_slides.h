@@ -8,7 +8,7 @@
 
 namespace carom::test {
 
-/// Bodies of one material that slide or roll on a floor of it, side by side, as a mechanics in
+/// Bodies of one material that slide or roll on a floor of it in many directions, as a mechanics in
 /// steps reports them.
 struct NoisySlides {
   std::size_t count = 1;
