@@ -108,7 +108,7 @@ TEST(StillSpeed, OfWhatLiesStillOnlyTheBeginningIsTold) {
     heap->run(7.0);
   }
   EXPECT_GT(all.bridge().contacts().size(), 120u * 30u);
-  EXPECT_LT(10 * moving.bridge().contacts().size(), all.bridge().contacts().size());
+  EXPECT_LT(4 * moving.bridge().contacts().size(), all.bridge().contacts().size());
   EXPECT_GT(moving.bridge().counters().contactsBegun, 30u);
   EXPECT_LT(moving.bridge().counters().searched, all.bridge().counters().searched);
 }

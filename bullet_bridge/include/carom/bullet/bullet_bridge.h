@@ -59,7 +59,7 @@ struct BulletBridgeSettings {
   EventDelivery delivery = EventDelivery::complete;
   /// Speed (m/s) of the surfaces of two bodies up to which their lasting contact lies still. Of a
   /// contact that lies still, only those states are handed out in which it begins, comes to lie
-  /// still, changes its load by half, or ends; the impulses of the others are in no state. With 0,
+  /// still, changes its load twofold, or ends; the impulses of the others are in no state. With 0,
   /// the states of all substeps are handed out.
   double stillSpeed = 0.0;
   /// Callback at the end of each substep, when its events are available: the only place within a
