@@ -133,7 +133,7 @@ void WorldSession::giveShape(BodyId id, KnownBody& known) {
     SoundBody body = found->second;
     body.shape = **radiator;
     body.inverseInertia = known.inverseInertia;
-    (void)setBody(id, body);  // has been accepted as a sphere
+    take(id, known, body);
   }
 }
 
@@ -282,7 +282,12 @@ void WorldSession::read(BodyId id, const btCollisionObject& object) {
   // The model of a body that does not move is in the frame of its shape, wherever its centre of
   // mass may be.
   if (object.isStaticOrKinematicObject()) reading.sound.modalOrigin = Vec3::Zero();
-  const Status accepted = told(setBody(id, reading.sound));
+  take(id, known, reading.sound);
+}
+
+/// Sets a body, and tells if it cannot sound.
+void WorldSession::take(BodyId id, KnownBody& known, const SoundBody& body) {
+  const Status accepted = told(setBody(id, body));
   known.isRefused = !accepted;
   if (!accepted) unsolvedReason_ = accepted.error().message;
 }

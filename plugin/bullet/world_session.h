@@ -103,6 +103,7 @@ class WorldSession final : public SoundSession {
   void readPresent();
   void readNew();
   void read(BodyId id, const btCollisionObject& object);
+  void take(BodyId id, KnownBody& known, const SoundBody& body);
   void mergeUnseen(const btCollisionObject& object, BodySound& assigned);
   BodySound assignedTo(const KnownBody& body, const btCollisionObject& object);
   void forgetRemoved();

@@ -77,10 +77,14 @@ SoundSettings hullSettings() {
   return settings;
 }
 
-// Returns the samples of a WAV file with a header of 80 bytes.
+// Returns the samples of a WAV file of float samples.
 std::vector<float> samplesOf(const std::string& file) {
-  std::vector<float> samples((file.size() - 80) / sizeof(float));
-  std::memcpy(samples.data(), file.data() + 80, samples.size() * sizeof(float));
+  const std::size_t chunk = file.find("data");
+  EXPECT_NE(chunk, std::string::npos);
+  std::uint32_t size = 0;
+  std::memcpy(&size, file.data() + chunk + 4, sizeof size);
+  std::vector<float> samples(size / sizeof(float));
+  std::memcpy(samples.data(), file.data() + chunk + 8, samples.size() * sizeof(float));
   return samples;
 }
 

@@ -105,9 +105,10 @@ TEST_P(OrdinaryLevels, AreInRangeWithNothingSet) {
     ordinary->step(60.0);
     test::takeReady(sound, played);
   }
+  const bool isCalm = sound.statistics().events == 0;  // everything has come to lie without a blow
   ASSERT_TRUE(sound.close());
   const ReadFile file = read(settings.record);
-  if (GetParam().rests && peakOf(file.channels) == 0.0) return;
+  if (isCalm && peakOf(file.channels) == 0.0) return;
   EXPECT_NEAR(decibels(peakOf(file.channels)), -3.0, 0.01);
   EXPECT_TRUE(file.comment.starts_with("full scale ")) << file.comment;
   EXPECT_TRUE(file.comment.ends_with(" Pa")) << file.comment;

@@ -18,7 +18,7 @@
 namespace carom {
 namespace {
 
-constexpr double kRate = 60.0;  // Hz
+constexpr double kFrameRate = 60.0;  // Hz
 constexpr int kFrames = 45;     // until most of what falls has hit something
 
 class OrdinaryWorlds : public testing::TestWithParam<OrdinaryWorldKind> {};
@@ -48,8 +48,8 @@ TEST_P(OrdinaryWorlds, MoveAsWithoutSoundAndSoundIsANumber) {
   Sound sound = test::attachOffline(sounding->world(), {});
   std::vector<std::vector<float>> samples(2);
   for (int frame = 0; frame < kFrames; ++frame) {
-    silent->step(kRate);
-    sounding->step(kRate);
+    silent->step(kFrameRate);
+    sounding->step(kFrameRate);
     test::takeReady(sound, samples);
   }
   EXPECT_EQ(statesOf(*silent), statesOf(*sounding));

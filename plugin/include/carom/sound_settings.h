@@ -46,7 +46,8 @@ enum class Level : std::uint8_t {
 struct VoiceBudget {
   /// Share of one core that rendering may take, above 0: no block costs more than this share of its
   /// own duration, but for sound that has begun already. It goes by measured time: whether it
-  /// intervenes is the only thing here that depends on the machine.
+  /// intervenes is the only thing here that depends on the machine. With SoundClock::simulation it
+  /// never does.
   double cpuShare = 0.5;
   /// Events whose sound has yet to begin at some listener; 1 to 65536.
   std::size_t voices = 2048;
