@@ -35,7 +35,7 @@ struct NoiseLevel {
   std::span<const float> powers = {};
 };
 
-/// What is heard of all the lasting contacts that have no voice of their own: noise on each
+/// The sound of all the lasting contacts that have no voice of their own: noise on each
 /// channel, shaped by the sum of their powers. What it costs does not depend on how many they are.
 ///
 /// The bits of a sample depend on the levels alone, as long as each is added before the clock

@@ -63,7 +63,7 @@ void readOther(TrackedBody& body) {
   body.margin = contactMargin(shape);
 }
 
-// What changes of a shape when the host changes it within its bounds.
+// Numbers of a shape that change when the host changes it within its bounds.
 int revisionOf(const btCollisionShape& shape) {
   if (shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE)
     return static_cast<const btConvexHullShape&>(shape).getNumPoints();

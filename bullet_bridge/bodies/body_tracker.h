@@ -48,7 +48,7 @@ enum class ContactShape { none, sphere, plane, other };
 /// or none (fixed).
 enum class BodyKind { fixed, rigid, link, kinematic };
 
-/// What tells that the host has changed a body's shape.
+/// The numbers that tell that the host has changed a body's shape.
 struct ShapeTrace {
   const btCollisionShape* shape = nullptr;
   double radius = 0.0;  ///< m, as TrackedBody::radius

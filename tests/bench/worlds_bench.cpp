@@ -59,7 +59,7 @@ double peakOf(const std::string& path) {
   return peak;
 }
 
-/// What one world costs, and how loud it is.
+/// The cost of one world's sound, and its loudness.
 struct WorldFigures {
   double bulletPerSecond = 0.0;  // ms
   double bridge = 0.0;           // % of Bullet's step, as are the next five
