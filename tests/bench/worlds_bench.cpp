@@ -209,21 +209,24 @@ struct Shown {
   std::optional<double> bar = std::nullopt;
 };
 
-void addWorld(Figures& figures, const OrdinaryWorldKind& kind, double rate, double duration) {
-  const auto world = std::make_shared<MeasuredWorld>(kind, rate, duration);
+void addWorld(Figures& figures, const OrdinaryWorldKind& kind, double rate, const Scale& scale) {
+  const auto world = std::make_shared<MeasuredWorld>(kind, rate, scale.of(5.0, 0.25));
+  const double share = scale.of(30.0, 300.0);  // %: a short run is all beginning
+  constexpr double kAnything = 1e9;            // figures that say what was measured
   const double bridgeBar = kind.rests ? 5.0 : kind.name == "falling_balls" ? 8.0 : 20.0;
-  const std::array shown{Shown{"bullet_ms_per_s", "ms", &WorldFigures::bulletPerSecond, 1e6},
-                         Shown{"bridge_percent", "%", &WorldFigures::bridge, 30.0, bridgeBar},
-                         Shown{"all_percent", "%", &WorldFigures::all, 60.0, 60.0},
-                         Shown{"recording_percent", "%", &WorldFigures::recording, 60.0},
-                         Shown{"worst_bridge_percent", "%", &WorldFigures::worstBridge, 100.0},
-                         Shown{"worst_all_percent", "%", &WorldFigures::worstAll, 200.0},
-                         Shown{"peak_dbfs", "dB", &WorldFigures::peak, 6.0, -1.0},
-                         Shown{"limiter_db", "dB", &WorldFigures::limiter, 6.0, 6.0},
-                         Shown{"events", "", &WorldFigures::events, 1e9},
-                         Shown{"rejected", "", &WorldFigures::rejected, 10.0},
-                         Shown{"attach_ms", "ms", &WorldFigures::attach, 50.0, 50.0},
-                         Shown{"moved_bodies", "", &WorldFigures::moved, 0.0, 0.0}};
+  const std::array shown{
+      Shown{"bullet_ms_per_s", "ms", &WorldFigures::bulletPerSecond, kAnything},
+      Shown{"bridge_percent", "%", &WorldFigures::bridge, share, bridgeBar},
+      Shown{"all_percent", "%", &WorldFigures::all, 2.0 * share, 60.0},
+      Shown{"recording_percent", "%", &WorldFigures::recording, 2.0 * share},
+      Shown{"worst_bridge_percent", "%", &WorldFigures::worstBridge, 4.0 * share},
+      Shown{"worst_all_percent", "%", &WorldFigures::worstAll, 8.0 * share},
+      Shown{"peak_dbfs", "dB", &WorldFigures::peak, kAnything, -1.0},
+      Shown{"limiter_db", "dB", &WorldFigures::limiter, 6.0, 6.0},
+      Shown{"events", "", &WorldFigures::events, kAnything},
+      Shown{"rejected", "", &WorldFigures::rejected, 10.0},
+      Shown{"attach_ms", "ms", &WorldFigures::attach, scale.of(50.0, 500.0), 50.0},
+      Shown{"moved_bodies", "", &WorldFigures::moved, 0.0, 0.0}};
   const std::string prefix = std::string(kind.name) + "." + std::to_string(std::lround(rate)) + ".";
   for (const Shown& figure : shown) {
     Figure row{.name = prefix + figure.name,
@@ -251,6 +254,6 @@ int main(int argc, char** argv) {
   const Scale scale = scaleOf(argc, argv);
   for (const carom::OrdinaryWorldKind& kind : carom::ordinaryWorlds())
     for (const double rate : {60.0, 240.0})
-      addWorld(figures, kind, rate, scale.of(5.0, 0.25));
+      addWorld(figures, kind, rate, scale);
   return figures.run(argc, argv);
 }
