@@ -27,6 +27,12 @@ Listener SoundSettings::defaultListener() {
   return listener;
 }
 
+SynthSettings SoundSettings::defaultSynth() {
+  SynthSettings synth;
+  synth.lasting = LastingDetail::heard;
+  return synth;
+}
+
 namespace plugin {
 namespace {
 

@@ -75,7 +75,7 @@ struct SoundSettings {
   /// Sample rate, medium, which impulse sounds (the one that Bullet's solver applied is known one
   /// to three substeps later), pulse, sampling, radiation, Doppler effect, room and reverberation.
   /// Lasting contacts are heard as LastingDetail::heard says, unless `lasting` is set.
-  SynthSettings synth = {.lasting = LastingDetail::heard};
+  SynthSettings synth = defaultSynth();
   /// Channels are those of the first listener, then those of the next: see ListenerFormat. None:
   /// defaultListener(), which stands where a camera would over a Bullet world (see Sound), until
   /// the first SoundOutput::setListener; over events, at the origin.
@@ -101,6 +101,8 @@ struct SoundSettings {
   /// Two microphones 17 cm apart, turned outwards, open to the rear: over loudspeakers and over
   /// headphones something comes from where it is, and nothing is silent behind.
   static Listener defaultListener();
+  /// SynthSettings with LastingDetail::heard.
+  static SynthSettings defaultSynth();
 
   using MessageFunction = std::function<void(const std::string&)>;
   /// Takes what there is to be told: each sentence of an Error that a sound returns, once. Not set:
