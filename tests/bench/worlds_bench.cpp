@@ -201,6 +201,9 @@ class MeasuredWorld {
   std::optional<WorldFigures> figures_;
 };
 
+/// Iterations that count as done at once, as all of them give the value that was measured once.
+constexpr benchmark::IterationCount kAtOnce = 1'000'000'000;
+
 struct Shown {
   const char* name;
   const char* unit;
@@ -234,7 +237,7 @@ void addWorld(Figures& figures, const OrdinaryWorldKind& kind, double rate, cons
                .subject =
                    [world, value = figure.value](benchmark::State& state) {
                      double measured = 0.0;
-                     for ([[maybe_unused]] const auto iteration : state)
+                     while (state.KeepRunningBatch(kAtOnce))
                        measured = world->figures().*value;
                      reportValue(state, measured);
                    },
