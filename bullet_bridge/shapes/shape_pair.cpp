@@ -269,30 +269,32 @@ double ShapePair::impactTime() {
   return earliest;
 }
 
-SeparationBound ShapePair::boundFrom(const Pair& pair, const Placed& placed, const Vec3& normal,
-                                     double s, double horizon) const {
+ShapePair::Relative ShapePair::relativeAt(const Pair& pair, const Placed& placed, double s) const {
   const RigidMotion& first = firstOf(pair).moving.motion;
   const RigidMotion& second = secondOf(pair).moving.motion;
-  const Motion relative = first.centre - second.centre;
+  const Motion centres = first.centre - second.centre;
   PlacedPiece own = placed.second;
   own.position += placed.centres;
   return {{placed.first, first.angularVelocity},
           {own, second.angularVelocity},
-          {placed.centres, relative.velocityAt(s), relative.acceleration},
-          normal,
-          horizon};
+          {placed.centres, centres.velocityAt(s), centres.acceleration}};
+}
+
+// The bounds hold along any direction: one that is nearly the normal will do.
+CoreDistance ShapePair::nearDistance(const Pair& pair, const Placed& placed) const {
+  constexpr double kGapTolerance = 0.02;
+  return coreDistance(placed.first, placed.second, pair.axis, kGapTolerance);
 }
 
 double ShapePair::impactTime(Pair& pair, double horizon) {
   constexpr int kMaxSteps = 100;
-  constexpr double kGapTolerance = 0.02;
+  constexpr int kSteadySteps = 2;
   double s = 0.0;
   if (pair.axis.isZero(0.0)) pair.axis = Vec3::UnitY();
   for (int step = 0; step < kMaxSteps; ++step) {
+    if (step == kSteadySteps && missesTurning(pair, s, horizon)) return kNever;
     const Placed placed = place(pair, s);
-    // The bound holds along any direction: one that is nearly the normal will do.
-    const CoreDistance distance =
-        coreDistance(placed.first, placed.second, pair.axis, kGapTolerance);
+    const CoreDistance distance = nearDistance(pair, placed);
     const double gap =
         distance.distance - placed.first.piece->margin() - placed.second.piece->margin();
     if (std::isnan(gap)) return kNever;
@@ -300,12 +302,48 @@ double ShapePair::impactTime(Pair& pair, double horizon) {
     if (gap <= 4.0 * std::numeric_limits<double>::epsilon() * size) return s;
     pair.axis = distance.normal;
     const double left = horizon - s;
-    const auto clear = boundFrom(pair, placed, distance.normal, s, left).clearTime(left);
+    const Relative relative = relativeAt(pair, placed, s);
+    const SeparationBound bound(relative.first, relative.second, relative.centres, pair.axis, left);
+    const auto clear = bound.clearTime(left);
     if (!(clear.until < left)) return kNever;
     if (clear.estimated < kNearEnough) return s + clear.until;
     s += clear.until;
   }
   return searchImpact(pair, s, horizon);
+}
+
+// Advances a pair that slides, rolls or rocks close to contact along directions that turn with one
+// of its bodies, or keep still, whichever stay clear longest. True if the two surely do not meet;
+// false if that takes long to tell.
+bool ShapePair::missesTurning(Pair pair, double from, double horizon) const {
+  constexpr int kMaxSteps = 30;
+  constexpr double kShortest = 0.03;  // step that is worth it, relative to what is left
+  if (secondOf(pair).pieces[pair.second].core() == Core::halfSpace) return false;
+  double s = from;
+  for (int step = 0; step < kMaxSteps; ++step) {
+    const Placed placed = place(pair, s);
+    const CoreDistance distance = nearDistance(pair, placed);
+    pair.axis = distance.normal;
+    const double left = horizon - s;
+    const auto [first, second, centres] = relativeAt(pair, placed, s);
+    const Vec3& normal = pair.axis;
+    const Motion opposite = Motion{} - centres;
+    double until = SeparationBound(first, second, centres, normal, left).clearTime(left).until;
+    if (until < left)
+      until =
+          std::max(until, SeparationBound::turningWithOther(first, second, centres, normal, left)
+                              .clearTime(left)
+                              .until);
+    if (until < left)
+      until =
+          std::max(until, SeparationBound::turningWithOther(second, first, opposite, -normal, left)
+                              .clearTime(left)
+                              .until);
+    if (!(until < left)) return distance.distance > 0.0;
+    if (!(until > kShortest * left)) return false;
+    s += until;
+  }
+  return false;
 }
 
 // Searches for the impact that advancement could not settle, of a pair that slides within rounding

@@ -112,8 +112,13 @@ class ShapePair {
   double gapAt(Pair& pair, double s);
   double impactTime(Pair& pair, double horizon);
   double searchImpact(Pair& pair, double from, double horizon);
-  SeparationBound boundFrom(const Pair& pair, const Placed& placed, const Vec3& normal, double s,
-                            double horizon) const;
+  struct Relative {
+    SeparationBound::Side first, second;
+    Motion centres;  // of first's centre, seen from second's
+  };
+  Relative relativeAt(const Pair& pair, const Placed& placed, double s) const;
+  CoreDistance nearDistance(const Pair& pair, const Placed& placed) const;
+  bool missesTurning(Pair pair, double from, double horizon) const;
   double leastGap(const Pair& pair, const Placed& placed) const;
   Proximity proximityOf(Pair& pair, const Placed& placed) const;
   void appendPatch(const PlacedPiece& of, const PlacedPiece& on, const Vec3& towards, double depth);
