@@ -114,6 +114,10 @@ double SeparationBound::gapAtOnce(double& closingSpeed) const {
   return gap - normal_.dot(highest);
 }
 
+bool SeparationBound::isClear(double horizon) const {
+  return at(horizon) > rounding_ && at(0.0) > rounding_;
+}
+
 SeparationBound::Clear SeparationBound::clearTime(double horizon) const {
   constexpr int kChords = 4;
   double high = horizon;

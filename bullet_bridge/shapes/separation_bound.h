@@ -31,10 +31,15 @@ class SeparationBound {
                                           const Motion& relative, const Vec3& normal,
                                           double horizon);
 
+  /// True if the pieces are surely apart from the instant until `horizon` (s); they need not be
+  /// apart at the instant.
+  bool isClear(double horizon) const;
+
   struct Clear {
     double until = 0.0;      ///< s, the pieces are apart until then
     double estimated = 0.0;  ///< s, an impact is to be expected no later than this
   };
+  /// Expects pieces that are apart at the instant.
   Clear clearTime(double horizon) const;
 
  private:

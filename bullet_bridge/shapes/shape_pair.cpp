@@ -168,7 +168,7 @@ bool ShapePair::mayMeet(const Pair& pair) {
   } else {
     travel += turnOf(second.moving, second.pieces[pair.second].ballCentre(), horizon_);
   }
-  const double gap = leastGap(pair, placed);
+  const double gap = leastGap(placed);
   if (!(gap > travel + reach_)) return true;
   leftOut_ = std::min(leftOut_, gap);
   return false;
@@ -190,23 +190,24 @@ ShapePair::Placed ShapePair::place(const Pair& pair, double s) const {
   return placed;
 }
 
+// Centre of the ball around a piece. place() rotates the piece's own frame, but the ball's centre
+// is in the body's frame: it is taken back first.
+Vec3 ShapePair::ballOf(const PlacedPiece& placed) {
+  const ConvexPiece& piece = *placed.piece;
+  return placed.position +
+         placed.rotation * (piece.rotation().transpose() * (piece.ballCentre() - piece.offset()));
+}
+
 // Lower bound (m) of the gap, from the balls around the pieces.
-double ShapePair::leastGap(const Pair& pair, const Placed& placed) const {
-  const ConvexPiece& piece = firstOf(pair).pieces[pair.first];
-  const ConvexPiece& against = secondOf(pair).pieces[pair.second];
-  // place() rotates the piece's own frame, but the ball's centre is in the body's frame: it is
-  // taken back first.
-  const Vec3 centre = placed.first.position +
-                      placed.first.rotation *
-                          (piece.rotation().transpose() * (piece.ballCentre() - piece.offset()));
+double ShapePair::leastGap(const Placed& placed) {
+  const ConvexPiece& piece = *placed.first.piece;
+  const ConvexPiece& against = *placed.second.piece;
+  const Vec3 centre = ballOf(placed.first);
   if (against.core() == Core::halfSpace) {
     const Vec3 normal = placed.second.rotation * against.planeNormal();
     return normal.dot(centre - placed.second.position) - against.planeConstant() - piece.ball();
   }
-  const Vec3 otherCentre =
-      placed.second.position + placed.second.rotation * (against.rotation().transpose() *
-                                                         (against.ballCentre() - against.offset()));
-  return (centre - otherCentre).norm() - piece.ball() - against.ball();
+  return (centre - ballOf(placed.second)).norm() - piece.ball() - against.ball();
 }
 
 double ShapePair::gapAt(Pair& pair, double s) {
@@ -244,7 +245,7 @@ Proximity ShapePair::proximityAt(double s) {
   nearest.gap = kNever;
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     const Placed placed = place(pairs_[i], s);
-    if (leastGap(pairs_[i], placed) > nearest.gap) continue;
+    if (leastGap(placed) > nearest.gap) continue;
     Proximity proximity = proximityOf(pairs_[i], placed);
     proximity.pair = i;
     if (proximity.gap < nearest.gap) nearest = proximity;
@@ -290,6 +291,7 @@ double ShapePair::impactTime(Pair& pair, double horizon) {
   constexpr int kMaxSteps = 100;
   constexpr int kSteadySteps = 2;
   double s = 0.0;
+  if (clearsAlong(pair, horizon)) return kNever;
   if (pair.axis.isZero(0.0)) pair.axis = Vec3::UnitY();
   for (int step = 0; step < kMaxSteps; ++step) {
     if (step == kSteadySteps && missesTurning(pair, s, horizon)) return kNever;
@@ -310,6 +312,18 @@ double ShapePair::impactTime(Pair& pair, double horizon) {
     s += clear.until;
   }
   return searchImpact(pair, s, horizon);
+}
+
+// True if two pieces surely do not meet, by the direction in which they were apart when that was
+// looked at last, or from centre to centre. A half space's own normal is found at once.
+bool ShapePair::clearsAlong(const Pair& pair, double horizon) const {
+  if (secondOf(pair).pieces[pair.second].core() == Core::halfSpace) return false;
+  const Placed placed = place(pair, 0.0);
+  const Vec3 direction = pair.axis.isZero(0.0)
+                             ? Vec3(ballOf(placed.first) - ballOf(placed.second)).normalized()
+                             : pair.axis;
+  const auto [first, second, centres] = relativeAt(pair, placed, 0.0);
+  return SeparationBound(first, second, centres, direction, horizon).isClear(horizon);
 }
 
 // Advances a pair that slides, rolls or rocks close to contact along directions that turn with one
@@ -404,7 +418,7 @@ std::span<const Vec3> ShapePair::patchAt(double s, const Proximity& around, doub
   patch_.clear();
   for (Pair& pair : pairs_) {
     const Placed placed = place(pair, s);
-    if (leastGap(pair, placed) > depth) continue;
+    if (leastGap(placed) > depth) continue;
     const Vec3 normal = pair.flipped ? Vec3(-around.normal) : around.normal;
     const std::size_t first = patch_.size();
     appendPatch(placed.first, placed.second, -normal, depth);

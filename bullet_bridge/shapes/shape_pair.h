@@ -118,8 +118,10 @@ class ShapePair {
   };
   Relative relativeAt(const Pair& pair, const Placed& placed, double s) const;
   CoreDistance nearDistance(const Pair& pair, const Placed& placed) const;
+  bool clearsAlong(const Pair& pair, double horizon) const;
   bool missesTurning(Pair pair, double from, double horizon) const;
-  double leastGap(const Pair& pair, const Placed& placed) const;
+  static Vec3 ballOf(const PlacedPiece& placed);
+  static double leastGap(const Placed& placed);
   Proximity proximityOf(Pair& pair, const Placed& placed) const;
   void appendPatch(const PlacedPiece& of, const PlacedPiece& on, const Vec3& towards, double depth);
 
