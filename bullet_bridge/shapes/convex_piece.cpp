@@ -212,9 +212,13 @@ void ConvexPiece::findBall() {
       break;
   }
   Vec3 low, high;
-  for (int axis = 0; axis < 3; ++axis) {
+  for (int axis = 0; axis < 3 && core_ != Core::triangle; ++axis) {
     low[axis] = component(support(-unit(axis)), axis);
     high[axis] = component(support(unit(axis)), axis);
+  }
+  if (core_ == Core::triangle) {  // made anew for each search
+    low = corners_[0].cwiseMin(corners_[1]).cwiseMin(corners_[2]);
+    high = corners_[0].cwiseMax(corners_[1]).cwiseMax(corners_[2]);
   }
   ballCentre_ = 0.5 * (low + high);
   ballRadius_ = 0.5 * (high - low).norm();

@@ -127,7 +127,7 @@ void reduce(Simplex& simplex, Nearest& nearest) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < simplex.count; ++i) {
     if (!(nearest.weights[i] > 0.0)) continue;
-    simplex.corners[kept] = simplex.corners[i];
+    if (kept != i) simplex.corners[kept] = simplex.corners[i];
     nearest.weights[kept++] = nearest.weights[i];
   }
   simplex.count = kept;
@@ -209,18 +209,21 @@ CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, con
                   gapTolerance * (nearest.squared - margins * length)});
     if (!(excess > tolerated)) break;
     if (holds(simplex, corner.difference)) break;
-    Simplex grown = simplex;
-    grown.corners[grown.count++] = corner;
-    Nearest better = nearestInSimplex(grown);
+    const std::size_t count = simplex.count;
+    simplex.corners[simplex.count++] = corner;
+    Nearest better = nearestInSimplex(simplex);
     if (!(better.squared < nearest.squared)) {
       // The simplex is too thin for its digits: go on from its nearest point alone.
-      grown.corners = {nearestCorner(simplex, nearest), corner};
-      grown.count = 2;
-      better = nearestInSimplex(grown);
+      simplex.count = count;
+      Simplex line;
+      line.corners[0] = nearestCorner(simplex, nearest);
+      line.corners[1] = corner;
+      line.count = 2;
+      better = nearestInSimplex(line);
       if (!(better.squared < nearest.squared)) break;
+      simplex = line;
     }
-    reduce(grown, better);
-    simplex = grown;
+    reduce(simplex, better);
     nearest = better;
   }
   CoreDistance result = fromSimplex(simplex, nearest, overlap);

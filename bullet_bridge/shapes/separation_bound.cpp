@@ -47,6 +47,40 @@ SeparationBound::SeparationBound(const Side& body, const Side& other, const Moti
   curvature_ = std::max(curvature_ - normal.dot(relative.acceleration), 0.0);
 }
 
+// Seen from the turning body, the height of a point at r over the plane has the acceleration
+//
+//     n.(a + omega' x (omega' x p)) - 2 n.(omega x v) - n.(omega x (omega x r)),    r = c + p,
+//
+// with the other's omega and, of a point p of the body, its omega' and the velocity v that the
+// turning frame sees. |n x omega| is constant, as n turns with omega.
+SeparationBound SeparationBound::turningWithOther(const Side& body, const Side& other,
+                                                  const Motion& relative, const Vec3& normal,
+                                                  double horizon) {
+  const ConvexPiece& piece = *body.piece.piece;
+  const ConvexPiece& against = *other.piece.piece;
+  const double distance = normal.dot(relative.position) - piece.margin() - against.margin();
+  SeparationBound bound(body, other, distance, normal);
+  const Vec3& turning = other.angularVelocity;
+  const Vec3 seen = relative.velocity - turning.cross(relative.position);
+  const Vec3 spin = body.angularVelocity - turning;
+  bound.rate_ = normal.dot(seen);
+  bound.bodyTilt_ = normal.cross(spin);
+  bound.otherTilt_ = Vec3::Zero();
+  bound.rounding_ = kBoundRounding * (piece.coreReach() + std::abs(distance) + against.coreReach());
+  const double tilting = normal.cross(turning).norm();
+  const double acceleration = relative.acceleration.norm();
+  const double fastest = relative.velocity.norm() + acceleration * horizon;
+  const double farthest = relative.position.norm() + fastest * horizon;
+  const double fastestSeen = seen.norm() + horizon * (acceleration + turning.norm() * fastest) +
+                             spin.norm() * piece.coreReach();
+  const double turned = tilting * horizon * acceleration;
+  bound.curvature_ =
+      std::max(turned - normal.dot(relative.acceleration), 0.0) +
+      tilting * (2.0 * fastestSeen + turning.norm() * farthest) +
+      spin.norm() * (body.angularVelocity.norm() + turning.norm()) * piece.coreReach();
+  return bound;
+}
+
 // Seen from a turning plane, points also feel the plane's rotation: the acceleration of their
 // height has a Coriolis and a centrifugal term.
 void SeparationBound::boundHalfSpace(const Vec3& angularVelocity, const Motion& relative,
@@ -78,6 +112,10 @@ double SeparationBound::gapAtOnce(double& closingSpeed) const {
   const Vec3 highest = other_.support(normal_);
   closingSpeed += otherTilt_.dot(highest);
   return gap - normal_.dot(highest);
+}
+
+bool SeparationBound::isClear(double horizon) const {
+  return at(horizon) > rounding_ && at(0.0) > rounding_;
 }
 
 SeparationBound::Clear SeparationBound::clearTime(double horizon) const {

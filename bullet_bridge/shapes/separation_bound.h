@@ -25,14 +25,26 @@ class SeparationBound {
   /// must be `other`; where it turns, b is along its turning normal.
   SeparationBound(const Side& body, const Side& other, const Motion& relative, const Vec3& normal,
                   double horizon);
+  /// Makes a bound of two pieces with a core along the direction n that turns with `other`: it
+  /// lasts where a face of other slides or tilts on body, which no direction that keeps still does.
+  static SeparationBound turningWithOther(const Side& body, const Side& other,
+                                          const Motion& relative, const Vec3& normal,
+                                          double horizon);
+
+  /// True if the pieces are surely apart from the instant until `horizon` (s); they need not be
+  /// apart at the instant.
+  bool isClear(double horizon) const;
 
   struct Clear {
     double until = 0.0;      ///< s, the pieces are apart until then
     double estimated = 0.0;  ///< s, an impact is to be expected no later than this
   };
+  /// Expects pieces that are apart at the instant.
   Clear clearTime(double horizon) const;
 
  private:
+  SeparationBound(const Side& body, const Side& other, double distance, const Vec3& normal)
+      : body_(body.piece), other_(other.piece), normal_(normal), distance_(distance) {}
   double at(double time) const;
   double gapAtOnce(double& closingSpeed) const;
   void boundHalfSpace(const Vec3& angularVelocity, const Motion& relative, double horizon);

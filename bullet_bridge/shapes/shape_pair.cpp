@@ -168,7 +168,7 @@ bool ShapePair::mayMeet(const Pair& pair) {
   } else {
     travel += turnOf(second.moving, second.pieces[pair.second].ballCentre(), horizon_);
   }
-  const double gap = leastGap(pair, placed);
+  const double gap = leastGap(placed);
   if (!(gap > travel + reach_)) return true;
   leftOut_ = std::min(leftOut_, gap);
   return false;
@@ -190,23 +190,24 @@ ShapePair::Placed ShapePair::place(const Pair& pair, double s) const {
   return placed;
 }
 
+// Centre of the ball around a piece. place() rotates the piece's own frame, but the ball's centre
+// is in the body's frame: it is taken back first.
+Vec3 ShapePair::ballOf(const PlacedPiece& placed) {
+  const ConvexPiece& piece = *placed.piece;
+  return placed.position +
+         placed.rotation * (piece.rotation().transpose() * (piece.ballCentre() - piece.offset()));
+}
+
 // Lower bound (m) of the gap, from the balls around the pieces.
-double ShapePair::leastGap(const Pair& pair, const Placed& placed) const {
-  const ConvexPiece& piece = firstOf(pair).pieces[pair.first];
-  const ConvexPiece& against = secondOf(pair).pieces[pair.second];
-  // place() rotates the piece's own frame, but the ball's centre is in the body's frame: it is
-  // taken back first.
-  const Vec3 centre = placed.first.position +
-                      placed.first.rotation *
-                          (piece.rotation().transpose() * (piece.ballCentre() - piece.offset()));
+double ShapePair::leastGap(const Placed& placed) {
+  const ConvexPiece& piece = *placed.first.piece;
+  const ConvexPiece& against = *placed.second.piece;
+  const Vec3 centre = ballOf(placed.first);
   if (against.core() == Core::halfSpace) {
     const Vec3 normal = placed.second.rotation * against.planeNormal();
     return normal.dot(centre - placed.second.position) - against.planeConstant() - piece.ball();
   }
-  const Vec3 otherCentre =
-      placed.second.position + placed.second.rotation * (against.rotation().transpose() *
-                                                         (against.ballCentre() - against.offset()));
-  return (centre - otherCentre).norm() - piece.ball() - against.ball();
+  return (centre - ballOf(placed.second)).norm() - piece.ball() - against.ball();
 }
 
 double ShapePair::gapAt(Pair& pair, double s) {
@@ -244,7 +245,7 @@ Proximity ShapePair::proximityAt(double s) {
   nearest.gap = kNever;
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     const Placed placed = place(pairs_[i], s);
-    if (leastGap(pairs_[i], placed) > nearest.gap) continue;
+    if (leastGap(placed) > nearest.gap) continue;
     Proximity proximity = proximityOf(pairs_[i], placed);
     proximity.pair = i;
     if (proximity.gap < nearest.gap) nearest = proximity;
@@ -269,30 +270,33 @@ double ShapePair::impactTime() {
   return earliest;
 }
 
-SeparationBound ShapePair::boundFrom(const Pair& pair, const Placed& placed, const Vec3& normal,
-                                     double s, double horizon) const {
+ShapePair::Relative ShapePair::relativeAt(const Pair& pair, const Placed& placed, double s) const {
   const RigidMotion& first = firstOf(pair).moving.motion;
   const RigidMotion& second = secondOf(pair).moving.motion;
-  const Motion relative = first.centre - second.centre;
+  const Motion centres = first.centre - second.centre;
   PlacedPiece own = placed.second;
   own.position += placed.centres;
   return {{placed.first, first.angularVelocity},
           {own, second.angularVelocity},
-          {placed.centres, relative.velocityAt(s), relative.acceleration},
-          normal,
-          horizon};
+          {placed.centres, centres.velocityAt(s), centres.acceleration}};
+}
+
+// The bounds hold along any direction: one that is nearly the normal will do.
+CoreDistance ShapePair::nearDistance(const Pair& pair, const Placed& placed) const {
+  constexpr double kGapTolerance = 0.02;
+  return coreDistance(placed.first, placed.second, pair.axis, kGapTolerance);
 }
 
 double ShapePair::impactTime(Pair& pair, double horizon) {
   constexpr int kMaxSteps = 100;
-  constexpr double kGapTolerance = 0.02;
+  constexpr int kSteadySteps = 2;
   double s = 0.0;
+  if (clearsAlong(pair, horizon)) return kNever;
   if (pair.axis.isZero(0.0)) pair.axis = Vec3::UnitY();
   for (int step = 0; step < kMaxSteps; ++step) {
+    if (step == kSteadySteps && missesTurning(pair, s, horizon)) return kNever;
     const Placed placed = place(pair, s);
-    // The bound holds along any direction: one that is nearly the normal will do.
-    const CoreDistance distance =
-        coreDistance(placed.first, placed.second, pair.axis, kGapTolerance);
+    const CoreDistance distance = nearDistance(pair, placed);
     const double gap =
         distance.distance - placed.first.piece->margin() - placed.second.piece->margin();
     if (std::isnan(gap)) return kNever;
@@ -300,12 +304,60 @@ double ShapePair::impactTime(Pair& pair, double horizon) {
     if (gap <= 4.0 * std::numeric_limits<double>::epsilon() * size) return s;
     pair.axis = distance.normal;
     const double left = horizon - s;
-    const auto clear = boundFrom(pair, placed, distance.normal, s, left).clearTime(left);
+    const Relative relative = relativeAt(pair, placed, s);
+    const SeparationBound bound(relative.first, relative.second, relative.centres, pair.axis, left);
+    const auto clear = bound.clearTime(left);
     if (!(clear.until < left)) return kNever;
     if (clear.estimated < kNearEnough) return s + clear.until;
     s += clear.until;
   }
   return searchImpact(pair, s, horizon);
+}
+
+// True if two pieces surely do not meet, by the direction in which they were apart when that was
+// looked at last, or from centre to centre. A half space's own normal is found at once.
+bool ShapePair::clearsAlong(const Pair& pair, double horizon) const {
+  if (secondOf(pair).pieces[pair.second].core() == Core::halfSpace) return false;
+  const Placed placed = place(pair, 0.0);
+  const Vec3 direction = pair.axis.isZero(0.0)
+                             ? Vec3(ballOf(placed.first) - ballOf(placed.second)).normalized()
+                             : pair.axis;
+  const auto [first, second, centres] = relativeAt(pair, placed, 0.0);
+  return SeparationBound(first, second, centres, direction, horizon).isClear(horizon);
+}
+
+// Advances a pair that slides, rolls or rocks close to contact along directions that turn with one
+// of its bodies, or keep still, whichever stay clear longest. True if the two surely do not meet;
+// false if that takes long to tell.
+bool ShapePair::missesTurning(Pair pair, double from, double horizon) const {
+  constexpr int kMaxSteps = 30;
+  constexpr double kShortest = 0.03;  // step that is worth it, relative to what is left
+  if (secondOf(pair).pieces[pair.second].core() == Core::halfSpace) return false;
+  double s = from;
+  for (int step = 0; step < kMaxSteps; ++step) {
+    const Placed placed = place(pair, s);
+    const CoreDistance distance = nearDistance(pair, placed);
+    pair.axis = distance.normal;
+    const double left = horizon - s;
+    const auto [first, second, centres] = relativeAt(pair, placed, s);
+    const Vec3& normal = pair.axis;
+    const Motion opposite = Motion{} - centres;
+    double until = SeparationBound(first, second, centres, normal, left).clearTime(left).until;
+    if (until < left)
+      until =
+          std::max(until, SeparationBound::turningWithOther(first, second, centres, normal, left)
+                              .clearTime(left)
+                              .until);
+    if (until < left)
+      until =
+          std::max(until, SeparationBound::turningWithOther(second, first, opposite, -normal, left)
+                              .clearTime(left)
+                              .until);
+    if (!(until < left)) return distance.distance > 0.0;
+    if (!(until > kShortest * left)) return false;
+    s += until;
+  }
+  return false;
 }
 
 // Searches for the impact that advancement could not settle, of a pair that slides within rounding
@@ -366,7 +418,7 @@ std::span<const Vec3> ShapePair::patchAt(double s, const Proximity& around, doub
   patch_.clear();
   for (Pair& pair : pairs_) {
     const Placed placed = place(pair, s);
-    if (leastGap(pair, placed) > depth) continue;
+    if (leastGap(placed) > depth) continue;
     const Vec3 normal = pair.flipped ? Vec3(-around.normal) : around.normal;
     const std::size_t first = patch_.size();
     appendPatch(placed.first, placed.second, -normal, depth);

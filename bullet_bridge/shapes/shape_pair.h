@@ -112,9 +112,16 @@ class ShapePair {
   double gapAt(Pair& pair, double s);
   double impactTime(Pair& pair, double horizon);
   double searchImpact(Pair& pair, double from, double horizon);
-  SeparationBound boundFrom(const Pair& pair, const Placed& placed, const Vec3& normal, double s,
-                            double horizon) const;
-  double leastGap(const Pair& pair, const Placed& placed) const;
+  struct Relative {
+    SeparationBound::Side first, second;
+    Motion centres;  // of first's centre, seen from second's
+  };
+  Relative relativeAt(const Pair& pair, const Placed& placed, double s) const;
+  CoreDistance nearDistance(const Pair& pair, const Placed& placed) const;
+  bool clearsAlong(const Pair& pair, double horizon) const;
+  bool missesTurning(Pair pair, double from, double horizon) const;
+  static Vec3 ballOf(const PlacedPiece& placed);
+  static double leastGap(const Placed& placed);
   Proximity proximityOf(Pair& pair, const Placed& placed) const;
   void appendPatch(const PlacedPiece& of, const PlacedPiece& on, const Vec3& towards, double depth);
 

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "bullet_bridge/bodies/body_tracker.h"
+#include "bullet_bridge/shapes/separation_bound.h"
 #include "tests/bullet_bridge/nearest_by_hand.h"
 #include "tests/bullet_bridge/random_motion.h"
 #include "tests/bullet_bridge/vectors.h"
@@ -270,6 +271,76 @@ TEST(ShapePair, BoxesAndHullsTouchWhenCornersEdgesOrFacesDo) {
   }
   EXPECT_GT(boxes.touches(), 20);
   EXPECT_GT(hulls.touches(), 20);
+}
+
+struct MovingBox {
+  btBoxShape shape;
+  ConvexPiece piece;
+  RigidMotion motion;
+
+  explicit MovingBox(const Vec3& half)
+      : shape(bt(half)), piece(ConvexPiece::from(shape)->withSharpEdges()) {}
+  PlacedPiece placed() const {
+    return {&piece, motion.poseAt(0.0).rotation, motion.centre.position};
+  }
+  Points cornersAt(double s) const {
+    return by_hand::boxCorners(toVec3(shape.getHalfExtentsWithMargin()), motion.poseAt(s));
+  }
+};
+
+// Times (s) until which two boxes are surely apart along the normal of their distance at the start.
+struct ClearUntil {
+  double still = 0.0;
+  double turning = 0.0;
+
+  ClearUntil(const MovingBox& body, const MovingBox& other, double horizon) {
+    const Vec3 normal = coreDistance(body.placed(), other.placed(), Vec3::UnitY()).normal;
+    const auto sideOf = [](const MovingBox& box) {
+      SeparationBound::Side side{box.placed(), box.motion.angularVelocity};
+      side.piece.position.setZero();
+      return side;
+    };
+    const Motion relative = body.motion.centre - other.motion.centre;
+    const SeparationBound bound(sideOf(body), sideOf(other), relative, normal, horizon);
+    still = bound.clearTime(horizon).until;
+    turning =
+        SeparationBound::turningWithOther(sideOf(body), sideOf(other), relative, normal, horizon)
+            .clearTime(horizon)
+            .until;
+  }
+};
+
+TEST(SeparationBound, ADirectionThatTurnsWithABodyIsClearNoLongerThanTheBoxesAre) {
+  MovingBox body(Vec3(0.02, 0.05, 0.03));
+  MovingBox other(Vec3(0.05, 0.03, 0.08));
+  Random random(25);
+  int compared = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    body.motion = tumbling(random, 0.14, 8.0, 60.0);
+    other.motion.orientation = random.orientation();
+    other.motion.angularVelocity = 60.0 * random.inCube();
+    other.motion.centre.velocity = 2.0 * random.inCube();
+    const auto gap = [&](double s) {
+      return by_hand::hullHullOrOverlap(body.cornersAt(s), other.cornersAt(s));
+    };
+    if (!(gap(0.0) > 0.0)) continue;
+    const double until = ClearUntil(body, other, kSubstep).turning;
+    if (until > 0.0) ++compared;
+    for (int i = 0; i <= 20; ++i)
+      EXPECT_GT(gap(until * i / 20.0), -1e-12);
+  }
+  EXPECT_GT(compared, 100);
+}
+
+TEST(SeparationBound, BoxesThatTurnTogetherAMicrometreApartStayClearTenTimesAsLong) {
+  MovingBox body(Vec3(0.02, 0.05, 0.03));
+  MovingBox other(Vec3(0.05, 0.03, 0.08));
+  other.motion.angularVelocity = Vec3(3.0, 1.0, 0.0);
+  body.motion.angularVelocity = other.motion.angularVelocity;
+  body.motion.centre.position = Vec3(0.01, 0.08 + 1e-6, 0.02);
+  body.motion.centre.velocity = other.motion.angularVelocity.cross(body.motion.centre.position);
+  const ClearUntil clear(body, other, kSubstep);
+  EXPECT_GT(clear.turning, 10.0 * clear.still);
 }
 
 // A cylinder, cone, capsule or box, as a set with a projection and a margin.
