@@ -19,7 +19,7 @@ namespace carom {
 namespace {
 
 constexpr double kFrameRate = 60.0;  // Hz
-constexpr int kFrames = 45;     // until most of what falls has hit something
+constexpr int kFrames = 45;          // until most of what falls has hit something
 
 class OrdinaryWorlds : public testing::TestWithParam<OrdinaryWorldKind> {};
 
