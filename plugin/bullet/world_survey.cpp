@@ -115,8 +115,12 @@ std::vector<const btCollisionObject*> heaviestBodies(const btDynamicsWorld& worl
   const auto& objects = world.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i)
     if (massOf(*objects[i]) > 0.0) bodies.push_back(objects[i]);
-  std::ranges::stable_sort(bodies, std::ranges::greater{},
-                           [](const btCollisionObject* object) { return massOf(*object); });
+  // Equal masses stay in the world's order; a stable sort would take a buffer for that.
+  std::ranges::sort(bodies, [](const btCollisionObject* a, const btCollisionObject* b) {
+    const double mass = massOf(*a);
+    const double other = massOf(*b);
+    return mass != other ? mass > other : a->getWorldArrayIndex() < b->getWorldArrayIndex();
+  });
   bodies.resize(std::min(bodies.size(), count));
   return bodies;
 }

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "audio/model/immortal.h"
 #include "plugin/pybullet/server_abi.h"
 #include "plugin/pybullet/server_api.h"
 #include "plugin/pybullet/server_sound.h"
@@ -29,6 +30,11 @@ struct Plugin {
   std::string text{};
   carom::b3::UserDataValue value{};
 };
+
+/// Frees the tables of the library when the server unloads it.
+struct Unloading {
+  ~Unloading() { carom::audio::deleteImmortals(); }
+} const unloading;
 
 Plugin* pluginOf(const PluginContext* context) {
   return context != nullptr ? static_cast<Plugin*>(context->userPointer) : nullptr;
