@@ -166,7 +166,7 @@ Quat TrackedBody::orientationAtStart(double dt) const {
   if (shape != ContactShape::sphere) return current.orientation;
   // The orientation of a sphere is not kept: it is worked back from the present one.
   const Vec3 turn = -dt * turnedAt(current.angularAfter, dt);
-  const Quat now = toQuat(object->getWorldTransform());
+  Quat now = toQuat(object->getWorldTransform());
   const double angle = turn.norm();
   if (!(angle > 0.0)) return now;
   return Quat(Eigen::AngleAxisd(-angle, -turn / angle)).normalized() * now;
