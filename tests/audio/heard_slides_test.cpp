@@ -45,7 +45,7 @@ TEST(HeardSlides, TheSameBitsTwice) {
   EXPECT_EQ(slides.sound(heard(2), nullptr), slides.sound(heard(2), nullptr));
 }
 
-// What is left out as below hearing is so in every third octave of the exact rendering, all of it
+// A contact that is left out as below hearing is so in every third octave of the exact rendering, all of it
 // together.
 TEST(HeardSlides, WhatIsInaudibleIsBelowHearing) {
   SynthSettings exact;

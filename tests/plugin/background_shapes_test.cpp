@@ -165,7 +165,7 @@ TEST(BackgroundShapes, PrepareWaitsForAll) {
   EXPECT_EQ(sound->statistics().shapesPending, 0U);
 }
 
-// What is solved is a copy: the host may delete body and shape at any time, and close at any time.
+// The thread solves a copy: the host may delete body and shape at any time, and close at any time.
 TEST(BackgroundShapes, BodiesAndShapesMayGoMeanwhile) {
   for (const bool isRecorded : {false, true}) {
     const test::TemporaryFolder folder;

@@ -1,4 +1,4 @@
-// What Sound::onCollision tells, and why events are not heard.
+// Tests Sound::onCollision, and the reasons why events are not heard.
 
 #include <algorithm>
 #include <cmath>
@@ -78,7 +78,7 @@ float peakOf(const std::vector<float>& samples) {
   return peak;
 }
 
-// What is rendered is the oracle: at no listener above the bound, and within 12 dB of it.
+// The rendered samples are the oracle: at no listener above the bound, and within 12 dB of it.
 TEST(Collisions, HaveABoundOfTheirPressureAtEachListener) {
   Balls balls;
   balls.addBall(0.0);
@@ -167,7 +167,7 @@ TEST(Collisions, UnderWayAreToldByClose) {
   EXPECT_EQ(told.size(), 1U);
 }
 
-/// What the C function was told.
+/// The record of what the C function was told.
 struct CTold {
   int calls = 0;
   carom_collision latest = {};

@@ -272,7 +272,7 @@ struct Mover : btDefaultMotionState {
   std::function<void()> move;
 };
 
-/// What lives as long as a test, and what global callbacks call.
+/// The state of a test, which global callbacks call.
 struct Owned {
   std::vector<std::unique_ptr<Acting>> actions;
   std::vector<std::unique_ptr<Mover>> movers;
