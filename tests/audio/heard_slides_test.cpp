@@ -45,8 +45,8 @@ TEST(HeardSlides, TheSameBitsTwice) {
   EXPECT_EQ(slides.sound(heard(2), nullptr), slides.sound(heard(2), nullptr));
 }
 
-// A contact that is left out as below hearing is so in every third octave of the exact rendering, all of it
-// together.
+// A contact that is left out as below hearing is so in every third octave of the exact rendering,
+// all of it together.
 TEST(HeardSlides, WhatIsInaudibleIsBelowHearing) {
   SynthSettings exact;
   exact.audibleThreshold = 0.0;
