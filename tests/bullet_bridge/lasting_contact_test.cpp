@@ -1,8 +1,11 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <random>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -57,20 +60,22 @@ void expectWholeLives(std::span<const ContactState> contacts) {
 
 // --- what lies still ---
 
-/// Boxes that fall onto each other and come to rest, awake.
-class Heap {
+/// Thirty boxes that fall onto each other, awake.
+class Boxes {
  public:
-  explicit Heap(double stillSpeed)
+  /// Columns of boxes, whose centres lie up to `scatter` (m) off their column's.
+  Boxes(int columns, double scatter, double stillSpeed)
       : world_(kGravity), bridge_(world_.attach({.stillSpeed = stillSpeed})) {
     world_.addGround(world_.box({5, 0.5, 5}), 0.5, -0.5);
     std::mt19937 random(4);
-    std::uniform_real_distribution<double> offset(-0.05, 0.05);
+    std::uniform_real_distribution<double> offset(-scatter, scatter);
     for (int i = 0; i < 30; ++i) {
-      btRigidBody& box = world_.add(
-          world_.box({0.1, 0.1, 0.1}),
-          {.position = {offset(random) + 0.25 * (i % 3), 0.2 + 0.23 * (i / 3), offset(random)},
-           .restitution = 0.3,
-           .friction = 0.5});
+      const double height = 0.2 + 0.23 * (i / columns);
+      btRigidBody& box =
+          world_.add(world_.box({0.1, 0.1, 0.1}),
+                     {.position = {offset(random) + 0.25 * (i % columns), height, offset(random)},
+                      .restitution = 0.3,
+                      .friction = 0.5});
       box.setActivationState(DISABLE_DEACTIVATION);
     }
   }
@@ -83,8 +88,8 @@ class Heap {
 };
 
 TEST(StillSpeed, ChangesNoCollision) {
-  Heap all(0.0);
-  Heap moving(1e-3);
+  Boxes all(3, 0.05, 0.0);
+  Boxes moving(3, 0.05, 1e-3);
   all.run(3.0);
   moving.run(3.0);
   const auto expected = all.bridge().events();
@@ -99,17 +104,48 @@ TEST(StillSpeed, ChangesNoCollision) {
   }
 }
 
-TEST(StillSpeed, OfWhatLiesStillOnlyTheBeginningIsTold) {
-  Heap all(0.0);
-  Heap moving(1e-3);
-  for (Heap* heap : {&all, &moving}) {
-    heap->run(6.0);
-    heap->bridge().clear();
-    heap->run(7.0);
+/// What the contact states of one pair say of it.
+struct Course {
+  int states = 0;
+  double fastest = 0.0;  // m/s, by which the surfaces slide, or the contact moves over either
+  double leastLoad = std::numeric_limits<double>::infinity();
+  double greatestLoad = 0.0;
+};
+
+using Courses = std::map<std::pair<BodyId, BodyId>, Course>;
+
+Courses coursesOf(std::span<const ContactState> states) {
+  Courses courses;
+  for (const ContactState& state : states) {
+    Course& course = courses[{state.body, state.other}];
+    ++course.states;
+    course.fastest =
+        std::max({course.fastest, state.slipVelocity.norm(),
+                  (state.pathEnd - state.pathStart).norm() / state.duration,
+                  (state.otherPathEnd - state.otherPathStart).norm() / state.duration});
+    course.leastLoad = std::min(course.leastLoad, state.normalLoad);
+    course.greatestLoad = std::max(course.greatestLoad, state.normalLoad);
   }
-  EXPECT_GT(all.bridge().contacts().size(), 120u * 30u);
-  EXPECT_LT(4 * moving.bridge().contacts().size(), all.bridge().contacts().size());
-  EXPECT_GT(moving.bridge().counters().contactsBegun, 30u);
+  return courses;
+}
+
+TEST(StillSpeed, OfWhatLiesStillNothingIsTold) {
+  Boxes all(30, 0.0, 0.0);  // stacked boxes rock for ever in Bullet, these hardly
+  Boxes moving(30, 0.0, 1e-3);
+  for (Boxes* boxes : {&all, &moving}) {
+    boxes->run(3.0);
+    boxes->bridge().clear();
+    boxes->run(4.0);
+  }
+  Courses told = coursesOf(moving.bridge().contacts());
+  int still = 0;
+  for (const auto& [pair, course] : coursesOf(all.bridge().contacts())) {
+    if (course.fastest > 5e-4 || course.greatestLoad > 1.2 * course.leastLoad) continue;
+    ++still;
+    EXPECT_GE(course.states, 119);
+    EXPECT_EQ(told[pair].states, 0) << pair.first << " on " << pair.second;
+  }
+  EXPECT_GE(still, 20);
   EXPECT_LT(moving.bridge().counters().searched, all.bridge().counters().searched);
 }
 
