@@ -192,15 +192,6 @@ bool ContactDrive::hasLeft(const Step& step) {
   return false;
 }
 
-/// Speed (m/s) at which the bumps push the bodies apart, at that share of the step after its begin.
-double ContactDrive::slopeSpeed(double duration, double share) const {
-  double speed = 0.0;
-  for (const Scan& scan : scans_)
-    if (scan.texture != nullptr)
-      speed += scan.texture->slope(scan.look, scan.at + share * scan.along).dot(scan.climbed);
-  return speed / duration;
-}
-
 /// Returns the mean force (N) between the bodies beyond the load, over a node in which the bumps
 /// push at `pushed` (m/s): by the implicit trapezoidal rule, nearer to Euler's implicit one where
 /// the spring is too stiff for it.
@@ -245,26 +236,30 @@ void ContactDrive::flatten(const Step& step, double taken) {
   flatter_ = std::clamp(flatness_ * change, kFlattest, 1.0);
 }
 
-/// Finds the speed (m/s) at which the bumps push at each node: sampled as densely as the look
-/// resolves, and linear between.
+/// Finds the speed (m/s) at which the bumps push at each node.
 void ContactDrive::scan(const Step& step, std::size_t count) {
-  double fewest = kMostStride;
-  for (const Scan& scan : scans_) {
-    if (scan.texture == nullptr) continue;
-    const double perNode = scan.along.norm() / static_cast<double>(count);
-    fewest = std::min(fewest, scan.texture->widthOf(scan.look) / (kLooksPerWidth * perNode));
-  }
-  const auto stride = static_cast<std::size_t>(std::max(1.0, fewest));
+  pushed_.assign(count, 0.0);
+  for (const Scan& scan : scans_)
+    if (scan.texture != nullptr) addPush(scan, step.duration);
+}
+
+/// Adds the speed (m/s) at which the bumps of one surface push: sampled as densely as the look
+/// resolves, and linear between.
+void ContactDrive::addPush(const Scan& scan, double duration) {
+  const SurfaceTexture::Line line =
+      scan.texture->line(scan.look, scan.at, scan.along, scan.climbed / duration);
+  const std::size_t count = pushed_.size();
   const double each = 1.0 / static_cast<double>(count);
-  pushed_.resize(count);
-  double before = slopeSpeed(step.duration, 0.5 * each);
+  const double perNode = scan.along.norm() * each;
+  const auto stride = static_cast<std::size_t>(
+      std::clamp(scan.texture->widthOf(scan.look) / (kLooksPerWidth * perNode), 1.0, kMostStride));
+  double before = line.at(0.5 * each);
   for (std::size_t first = 0; first < count; first += stride) {
     const std::size_t next = std::min(stride, count - first);
-    const double after =
-        slopeSpeed(step.duration, (static_cast<double>(first + next) + 0.5) * each);
+    const double after = line.at((static_cast<double>(first + next) + 0.5) * each);
     const double rise = (after - before) / static_cast<double>(next);
     for (std::size_t i = 0; i < next; ++i)
-      pushed_[first + i] = before + static_cast<double>(i) * rise;
+      pushed_[first + i] += before + static_cast<double>(i) * rise;
     before = after;
   }
 }

@@ -126,8 +126,8 @@ class ContactDrive {
   static void project(const ScannedSurface& surface, Scan& scan);
   static void unwrap(const ScannedSurface& surface, Scan& scan);
   bool hasLeft(const Step& step);
-  double slopeSpeed(double duration, double share) const;
   void scan(const Step& step, std::size_t count);
+  void addPush(const Scan& scan, double duration);
   void tighten(const Step& step, double dt);
   double swing(double pushed);
   void flatten(const Step& step, double taken);

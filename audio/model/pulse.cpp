@@ -511,7 +511,8 @@ struct Pulse::Model {
 
   double force(double u) const;
   double slope(double u) const;
-  Jet tabulated(double u) const;
+  double hertzForce(double u) const;
+  double hertzSlope(double u) const;
   std::vector<double> breaks() const;
   std::vector<PulseNode> grid() const;
   std::vector<PulseNode> makeRule(std::size_t rung) const;
@@ -520,20 +521,26 @@ struct Pulse::Model {
   std::vector<ForceTable::Cell> makeCells() const;
 };
 
-Jet Pulse::Model::tabulated(double u) const {
+double Pulse::Model::hertzForce(double u) const {
   const bool early = u < 0.5;
   const double distance = early ? u : 1.0 - u;
   const double s = std::sqrt(distance);
+  return distance * s * (early ? rise : fall).at(s).value;
+}
+
+double Pulse::Model::hertzSlope(double u) const {
+  const bool early = u < 0.5;
+  const double s = std::sqrt(early ? u : 1.0 - u);
   const Jet smooth = (early ? rise : fall).at(s);
   const double slope = 0.5 * s * (3.0 * smooth.value + s * smooth.slope);
-  return {distance * s * smooth.value, early ? slope : -slope};
+  return early ? slope : -slope;
 }
 
 double Pulse::Model::force(double u) const {
   if (!(u >= begin && u <= end)) return 0.0;
   switch (shape) {
     case PulseShape::hertz:
-      return tabulated(u).value;
+      return hertzForce(u);
     case PulseShape::halfSine:
       return 0.5 * pi * std::sin(pi * (u < 0.5 ? u : 1.0 - u));
     case PulseShape::gaussian:
@@ -550,7 +557,7 @@ double Pulse::Model::slope(double u) const {
   if (!(u >= begin && u <= end)) return 0.0;
   switch (shape) {
     case PulseShape::hertz:
-      return tabulated(u).slope;
+      return hertzSlope(u);
     case PulseShape::halfSine:
       return 0.5 * pi * pi * std::cos(pi * u);
     case PulseShape::gaussian:

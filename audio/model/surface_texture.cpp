@@ -52,19 +52,18 @@ bool isSide(std::size_t count) {
   return std::has_single_bit(count) && count <= SurfaceTexture::kMostTexels;
 }
 
-/// Transforms columns and rows in place.
+/// Transforms columns and rows of a square in place.
 void inverseTransform(Eigen::MatrixXcf& values) {
   Eigen::FFT<float> transform;
   transform.SetFlag(Eigen::FFT<float>::Unscaled);
-  const auto turn = [&](const Eigen::VectorXcf& line) {
-    Eigen::VectorXcf turned(line.size());
-    transform.inv(turned, line);
-    return turned;
-  };
-  for (Eigen::Index column = 0; column < values.cols(); ++column)
-    values.col(column) = turn(values.col(column));
-  for (Eigen::Index row = 0; row < values.rows(); ++row)
-    values.row(row) = turn(values.row(row).transpose()).transpose();
+  Eigen::VectorXcf turned(values.rows());
+  for ([[maybe_unused]] const int direction : {0, 1}) {
+    for (Eigen::Index column = 0; column < values.cols(); ++column) {
+      transform.inv(turned.data(), values.col(column).data(), values.rows());
+      values.col(column) = turned;
+    }
+    values.transposeInPlace();
+  }
 }
 
 /// Correlation between what two levels show of a wave: what the coarser one shows near its texels
@@ -84,6 +83,31 @@ double waveNumber(Eigen::Index index, Eigen::Index count) {
   const Eigen::Index signedIndex = 2 * index > count ? index - count : index;
   return 2.0 * std::numbers::pi * static_cast<double>(signedIndex) / static_cast<double>(count);
 }
+
+/// Amplitudes of waves by the counts along both sides, of either sign: a power of the wave number
+/// beyond that of the correlation length.
+class WaveAmplitudes {
+ public:
+  WaveAmplitudes(Eigen::Index count, double hurst) : table_(count / 2, count / 2) {
+    for (Eigen::Index j = 0; j < table_.cols(); ++j) {
+      for (Eigen::Index i = 0; i <= j; ++i) {
+        const Vec2 q(waveNumber(i, count), waveNumber(j, count));
+        const double length = q.norm() * kTexelsPerCorrelation;
+        table_(i, j) = table_(j, i) = std::pow(std::max(1.0, length), -(1.0 + hurst));
+      }
+    }
+    table_(0, 0) = 0.0;
+  }
+  /// 0 for the highest waves, which have no sign.
+  double of(Eigen::Index row, Eigen::Index column) const {
+    const Eigen::Index half = table_.rows();
+    if (row == half || column == half) return 0.0;
+    return table_(row < half ? row : 2 * half - row, column < half ? column : 2 * half - column);
+  }
+
+ private:
+  Eigen::MatrixXd table_;
+};
 
 }  // namespace
 
@@ -209,17 +233,21 @@ Result<SurfaceTexture> SurfaceTexture::rough(const Roughness& roughness, std::ui
 }
 
 /// Returns texels of rms height 1 and correlation length 1, which are shared as long as any texture
-/// has them.
+/// has them. Those made last are kept even if none has: the next world most often needs the same.
 std::shared_ptr<const SurfaceTexture::Texels> SurfaceTexture::roughTexels(double hurst,
                                                                           std::uint64_t seed) {
+  struct Known {
+    std::map<std::pair<double, std::uint64_t>, std::weak_ptr<const Texels>> all;
+    std::array<std::shared_ptr<const Texels>, 2> kept;  // 3 MB each, the latest first
+  };
   static audio::Mutex mutex;
-  using Known = std::map<std::pair<double, std::uint64_t>, std::weak_ptr<const Texels>>;
   static Known& known = audio::immortal([] { return Known(); });
   const audio::MutexLock lock(mutex);
-  std::weak_ptr<const Texels>& place = known[{hurst, seed}];
+  std::weak_ptr<const Texels>& place = known.all[{hurst, seed}];
   if (auto texels = place.lock()) return texels;
   std::shared_ptr<const Texels> made = makeRoughTexels(hurst, seed);
   place = made;
+  known.kept = {made, known.kept.front()};
   return made;
 }
 
@@ -228,16 +256,13 @@ std::shared_ptr<const SurfaceTexture::Texels> SurfaceTexture::makeRoughTexels(do
   constexpr auto kCount = static_cast<Eigen::Index>(kRoughTexels);
   // Waves of random phases; the height is the real part of their sum.
   Mixer random(seed);
-  Eigen::MatrixXcf heights = Eigen::MatrixXcf::Zero(kCount, kCount);
+  const WaveAmplitudes amplitudes(kCount, hurst);
+  Eigen::MatrixXcf heights(kCount, kCount);
   double power = 0.0;
   for (Eigen::Index column = 0; column < kCount; ++column) {
     for (Eigen::Index row = 0; row < kCount; ++row) {
       const double phase = 2.0 * std::numbers::pi * random.next();
-      const Vec2 q(waveNumber(row, kCount), waveNumber(column, kCount));
-      const double length = q.norm() * kTexelsPerCorrelation;
-      const bool isHighest = 2 * row == kCount || 2 * column == kCount;
-      if (length == 0.0 || isHighest) continue;
-      const double amplitude = std::pow(std::max(1.0, length), -(1.0 + hurst));
+      const double amplitude = amplitudes.of(row, column);
       heights(row, column) = Coefficient(std::polar(amplitude, phase));
       power += amplitude * amplitude;
     }
@@ -245,18 +270,23 @@ std::shared_ptr<const SurfaceTexture::Texels> SurfaceTexture::makeRoughTexels(do
   // The real part of a sum of waves has half of their power.
   const double scale = 1.0 / std::sqrt(0.5 * power);
   const double texel = 1.0 / kTexelsPerCorrelation;
-  std::vector<Slope> slopes(kRoughTexels * kRoughTexels);
-  for (const Eigen::Index axis : {0, 1}) {
-    Eigen::MatrixXcf waves = heights;
-    for (Eigen::Index column = 0; column < kCount; ++column)
-      for (Eigen::Index row = 0; row < kCount; ++row)
-        waves(row, column) *= Coefficient(
-            0.0F, static_cast<float>(scale / texel * waveNumber(axis == 0 ? row : column, kCount)));
-    inverseTransform(waves);
-    for (Eigen::Index column = 0; column < kCount; ++column)
-      for (Eigen::Index row = 0; row < kCount; ++row)
-        slopes[static_cast<std::size_t>(column * kCount + row)][axis] = waves(row, column).real();
+  // One transform has both slopes: that along u as its real part, that along v as the imaginary.
+  Eigen::MatrixXcf waves(kCount, kCount);
+  Eigen::VectorXf steepness(kCount);
+  for (Eigen::Index index = 0; index < kCount; ++index)
+    steepness[index] = static_cast<float>(0.5 * scale / texel * waveNumber(index, kCount));
+  for (Eigen::Index column = 0; column < kCount; ++column) {
+    const Eigen::Index oppositeColumn = (kCount - column) % kCount;
+    for (Eigen::Index row = 0; row < kCount; ++row) {
+      const Coefficient opposite = std::conj(heights((kCount - row) % kCount, oppositeColumn));
+      waves(row, column) =
+          Coefficient(-steepness[column], steepness[row]) * (heights(row, column) + opposite);
+    }
   }
+  inverseTransform(waves);
+  std::vector<Slope> slopes(kRoughTexels * kRoughTexels);
+  for (std::size_t i = 0; i < slopes.size(); ++i)
+    slopes[i] = {waves.data()[i].real(), waves.data()[i].imag()};
   auto texels = std::make_shared<Texels>();
   texels->texel = {texel, texel};
   texels->width = texel;
@@ -332,17 +362,13 @@ double SurfaceTexture::Level::around(double place) const {
   return static_cast<double>(spectrum[index] + share * (spectrum[index + 1] - spectrum[index]));
 }
 
-/// Adds the power of a wave between two wave numbers (turns per texel) to a spectrum, spread evenly
-/// over them.
-void SurfaceTexture::Level::addWave(double from, double to, double power, double stretch) {
-  // Band 0 is a third octave around waves of 10^(kShortest / 10) widths.
-  const auto edge = [stretch](std::size_t band) {
-    return stretch * std::pow(10.0, -0.1 * (static_cast<double>(band) + kShortest - 0.5));
-  };
-  for (std::size_t band = 0; band < kBands; ++band) {
-    const double overlap = std::min(to, edge(band)) - std::max(from, edge(band + 1));
-    if (overlap > 0.0) spectrum[band] += static_cast<float>(power * overlap / (to - from));
-  }
+/// Wave numbers (turns per texel) between the bands of a level's spectrum, the highest first, where
+/// texels along the lines are `stretch` times as wide as a texel is.
+std::array<double, SurfaceTexture::Level::kBands + 1> SurfaceTexture::Level::edges(double stretch) {
+  std::array<double, kBands + 1> edges{};
+  for (std::size_t band = 0; band < edges.size(); ++band)
+    edges[band] = stretch * std::pow(10.0, -0.1 * (static_cast<double>(band) + kShortest - 0.5));
+  return edges;
 }
 
 /// Measures the spectrum of the slopes along lines of texels, as the spline shows them.
@@ -371,12 +397,21 @@ void SurfaceTexture::measureSpectrum(Level& level, double width) {
         1.0 / (count * count * static_cast<double>((across + stride - 1) / stride));
     const double stretch =
         width > 0.0 ? 1.0 / (level.perMetre[static_cast<Eigen::Index>(axis)] * width) : 1.0;
+    const auto edges = Level::edges(stretch);
+    // Spreads the power of a wave evenly over the wave numbers (turns per texel) around it.
+    const auto addWave = [&](double turns, double power) {
+      const double from = turns - 0.5 / count;
+      const double to = turns + 0.5 / count;
+      for (std::size_t band = 0; band < Level::kBands && edges[band] > from; ++band) {
+        const double overlap = std::min(to, edges[band]) - std::max(from, edges[band + 1]);
+        if (overlap > 0.0) level.spectrum[band] += static_cast<float>(power * overlap * count);
+      }
+    };
     for (std::size_t wave = 1; wave < powers.size(); ++wave) {
       const double turns = static_cast<double>(wave) / count;
-      const double half = 0.5 / count;
       // The spline shows a wave, and its images on both sides of that of the texels.
       for (const double seen : {turns, 1.0 - turns, 1.0 + turns})
-        level.addWave(seen - half, seen + half, scale * powers[wave] * leftBySpline(seen), stretch);
+        addWave(seen, scale * powers[wave] * leftBySpline(seen));
     }
   }
   for (float& amplitude : level.spectrum)
@@ -392,32 +427,58 @@ Vec2 SurfaceTexture::slope(const Look& look, const Vec2& at) const {
                            axis_.y() * slope.x() + axis_.x() * slope.y());
 }
 
+SurfaceTexture::Line SurfaceTexture::line(const Look& look, const Vec2& from, const Vec2& along,
+                                          const Vec2& climb) const {
+  const auto turned = [this](const Vec2& v) {
+    return Vec2(axis_.dot(v), axis_.x() * v.y() - axis_.y() * v.x());
+  };
+  const auto on = [&](const Level* level, double share) {
+    const Vec2 perMetre = level->perMetre / scale_;
+    return Line::OnLevel{.level = level,
+                         .begin = turned(from).cwiseProduct(perMetre),
+                         .along = turned(along).cwiseProduct(perMetre),
+                         .climb = (steepness_ * share * turned(climb)).cast<float>()};
+  };
+  Line line;
+  line.fine_ = on(look.fine, 1.0 - look.share);
+  if (look.coarse != nullptr) line.coarse_ = on(look.coarse, look.share);
+  return line;
+}
+
+double SurfaceTexture::Line::at(double share) const {
+  const auto climbed = [share](const OnLevel& on) {
+    return static_cast<double>(on.level->atTexels(on.begin + share * on.along).dot(on.climb));
+  };
+  return climbed(fine_) + (coarse_.level != nullptr ? climbed(coarse_) : 0.0);
+}
+
 /// Interpolates by quadratic B-splines: the slope is differentiable everywhere, so that a path over
 /// texels has no corners that would sound.
-Vec2 SurfaceTexture::Level::at(const Vec2& place) const {
+SurfaceTexture::Slope SurfaceTexture::Level::atTexels(const Vec2& place) const {
   struct Taps {
     std::array<std::size_t, 3> index;
     std::array<float, 3> weight;
   };
   const auto tapsAt = [](double coordinate, std::size_t count) {
-    const double nearest =
-        std::floor(std::clamp(coordinate, -kFarthestCoordinate, kFarthestCoordinate));
-    const auto t = static_cast<float>(coordinate - nearest) - 0.5F;
+    const double bounded = std::clamp(coordinate, -kFarthestCoordinate, kFarthestCoordinate);
+    auto below = static_cast<std::int64_t>(bounded);  // std::floor is a call where SSE4.1 is not
+    below -= static_cast<double>(below) > bounded ? 1 : 0;
+    const auto t = static_cast<float>(coordinate - static_cast<double>(below)) - 0.5F;
     // Counts are powers of two, so the mask wraps indices below zero, too.
-    const auto middle = static_cast<std::size_t>(static_cast<std::int64_t>(nearest));
+    const auto middle = static_cast<std::size_t>(below);
     const std::size_t mask = count - 1;
     return Taps{{(middle - 1) & mask, middle & mask, (middle + 1) & mask},
                 {0.5F * (0.5F - t) * (0.5F - t), 0.75F - t * t, 0.5F * (0.5F + t) * (0.5F + t)}};
   };
-  const Taps u = tapsAt(place.x() * perMetre.x(), size.width);
-  const Taps v = tapsAt(place.y() * perMetre.y(), size.height);
+  const Taps u = tapsAt(place.x(), size.width);
+  const Taps v = tapsAt(place.y(), size.height);
   Slope sum = Slope::Zero();
   for (std::size_t row = 0; row < 3; ++row) {
     const Slope* line = &slopes[v.index[row] * size.width];
     sum += v.weight[row] * (u.weight[0] * line[u.index[0]] + u.weight[1] * line[u.index[1]] +
                             u.weight[2] * line[u.index[2]]);
   }
-  return sum.cast<double>();
+  return sum;
 }
 
 }  // namespace carom

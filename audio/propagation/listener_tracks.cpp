@@ -19,6 +19,7 @@ void ListenerTracks::restart() {
     tracks_[index].restart({0.0, listener.position, listener.orientation});
   }
   hasMoved_.assign(tracks_.size(), false);
+  ++changes_;
 }
 
 Status ListenerTracks::move(std::size_t listener, const ListenerPose& pose) {
@@ -31,6 +32,7 @@ Status ListenerTracks::move(std::size_t listener, const ListenerPose& pose) {
         " s: expected finite values, a unit quaternion, a later time than the last pose's, "
         "and at most 180 m/s from there"};
   hasMoved_[listener] = true;
+  ++changes_;
   return std::monostate{};
 }
 
@@ -40,6 +42,7 @@ Status ListenerTracks::place(std::size_t listener, const ListenerPose& pose) {
     return Error{"synth: pose of listener " + std::to_string(listener) +
                  ": expected finite values and a unit quaternion"};
   hasMoved_[listener] = true;
+  ++changes_;
   return std::monostate{};
 }
 
@@ -60,6 +63,14 @@ Arrival ListenerTracks::arrivalAt(const SoundPaths::Channel& channel, double tim
   if (arrival.distance > 0.0) arrival.towardsSource = towards / arrival.distance;
   arrival.orientation = paths_->listeners[channel.listener].orientation;
   return arrival;
+}
+
+ListenerTracks::Place ListenerTracks::placeOf(const SoundPaths::Channel& channel,
+                                              double time) const {
+  if (!hasMoved_[channel.listener])
+    return {channel.place, paths_->listeners[channel.listener].orientation};
+  const ListenerPose pose = tracks_[channel.listener].at(time);
+  return {pose.position + pose.orientation * channel.receiver.offset, pose.orientation};
 }
 
 double ListenerTracks::nearestDistance(double time, const Vec3& point) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -24,6 +25,15 @@ class ListenerTracks {
   /// For a listener at rest nothing has to be solved.
   Arrival arrivalAt(const SoundPaths::Channel& channel, double time, const Vec3& from) const;
 
+  /// Where a channel's receiver is.
+  struct Place {
+    Vec3 position = Vec3::Zero();  ///< m, world frame
+    Quat orientation = Quat::Identity();
+  };
+  Place placeOf(const SoundPaths::Channel& channel, double time) const;
+  /// Number of changes so far: as long as it stays, what is known of a moment does.
+  std::uint64_t changes() const { return changes_; }
+
   /// Distance (m) from a point (world frame) to the nearest listener at `time` (s).
   double nearestDistance(double time, const Vec3& point) const;
 
@@ -33,6 +43,7 @@ class ListenerTracks {
   std::shared_ptr<const SoundPaths> paths_;
   std::vector<PoseTrack> tracks_;  // one per listener
   std::vector<bool> hasMoved_;     // one per listener: a pose has come
+  std::uint64_t changes_ = 0;
 };
 
 }  // namespace carom::audio

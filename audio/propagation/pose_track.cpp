@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 namespace carom::audio {
 namespace {
 
 constexpr double kDelayTolerance = 1e-13;  // s: a step below this ends the search
-constexpr int kMaxSteps = 200;             // bisection alone ends in about 100
+constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr int kMaxSteps = 200;  // bisection alone ends in about 100
 
 /// Rotation vector (rad, frame of `from`) from `from` to `to`, the shorter way.
 Vec3 turnBetween(const Quat& from, const Quat& to) {
@@ -71,6 +73,13 @@ class Wave {
   const Vec3& offset_;
 };
 
+/// Delay (s) of the arrival. For a listener who stands nothing has to be searched.
+double delayOf(const PoseTrack& track, const Emission& emission, double speedOfSound,
+               const Vec3& offset) {
+  if (!track.stands(emission.time)) return Wave(track, emission, speedOfSound, offset).delay();
+  return (track.motion(emission.time, offset).position - emission.position).norm() / speedOfSound;
+}
+
 }  // namespace
 
 PoseTrack::PoseTrack(const ListenerPose& pose, const PoseTrackSettings& settings)
@@ -88,6 +97,13 @@ bool PoseTrack::append(const ListenerPose& pose) noexcept {
   // The curve leaves a first pose with the mean velocity to the second.
   if (isFirst_) last.velocity = velocity;
   isFirst_ = false;
+  const bool isSame = pose.position == last.pose.position &&
+                      pose.orientation.coeffs() == last.pose.orientation.coeffs();
+  // The curve comes to rest at the second of two equal poses.
+  if (!isSame)
+    standsSince_ = kNever;
+  else if (standsSince_ == kNever)
+    standsSince_ = pose.time;
   if (count_ == knots_.size()) {
     first_ = (first_ + 1) % knots_.size();
     --count_;
@@ -102,6 +118,7 @@ bool PoseTrack::restart(const ListenerPose& pose) noexcept {
   first_ = 0;
   count_ = 1;
   isFirst_ = true;
+  standsSince_ = -kNever;
   knots_[0] = {pose, Vec3::Zero()};
   return true;
 }
@@ -181,7 +198,7 @@ Arrival arrivalOf(const PoseTrack& track, const Emission& emission, double speed
                   const Vec3& offset) noexcept {
   assert(speedOfSound > 0.0);
   Arrival arrival;
-  arrival.delay = Wave(track, emission, speedOfSound, offset).delay();
+  arrival.delay = delayOf(track, emission, speedOfSound, offset);
   arrival.time = emission.time + arrival.delay;
   const PoseTrack::Motion motion = track.motion(arrival.time, offset);
   const Vec3 path = motion.position - emission.position;
@@ -197,7 +214,7 @@ Arrival arrivalOf(const PoseTrack& track, const Emission& emission, double speed
 double arrivalTime(const PoseTrack& track, double emissionTime, const Vec3& sourcePosition,
                    double speedOfSound, const Vec3& offset) noexcept {
   const Emission emission{emissionTime, sourcePosition, Vec3::Zero()};
-  return emissionTime + Wave(track, emission, speedOfSound, offset).delay();
+  return emissionTime + delayOf(track, emission, speedOfSound, offset);
 }
 
 }  // namespace carom::audio

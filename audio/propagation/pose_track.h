@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "carom/audio/listener.h"
@@ -63,6 +64,8 @@ class PoseTrack {
   /// [one thread; does not allocate; O(log size)]
   Motion motion(double time, const Vec3& offset = Vec3::Zero()) const noexcept;
 
+  /// True if the listener stands at one pose from `time` (s) on, as far as is known.
+  bool stands(double time) const { return time >= standsSince_; }
   std::size_t size() const { return count_; }              ///< poses kept, at least 1
   std::uint64_t droppedPoses() const { return dropped_; }  ///< poses dropped for lack of capacity
   double lastTime() const { return knot(count_ - 1).pose.time; }  ///< s
@@ -87,6 +90,7 @@ class PoseTrack {
   std::uint64_t dropped_ = 0;
   double horizon_ = 0.0;
   bool isFirst_ = true;  // the last pose has none before it, so its velocity is not known yet
+  double standsSince_ = -std::numeric_limits<double>::infinity();  // s; infinite: it moves
 };
 
 /// The arrival at a moving receiver of a wave that leaves a source at one time and place.

@@ -31,7 +31,7 @@ class HeardClicks {
 
   static constexpr std::size_t kKinds = 8;
   std::array<Recent, kKinds> recent_{};  // by duration: clicks of one kind have about the same band
-  double quiet_ = 0.0;                   // Pa^2 s, recently left out as inaudible
+  double quiet_ = 0.0;                   // power over the threshold, recently left out
   double time_ = 0.0;                    // s, of the latest click
 };
 

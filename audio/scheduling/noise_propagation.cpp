@@ -12,8 +12,6 @@
 namespace carom::audio {
 namespace {
 
-using Complex = std::complex<double>;
-
 /// Angular frequencies (rad/s) of the third octaves, and their squares.
 struct Angular {
   BandPowers omega{};
@@ -62,6 +60,7 @@ NoisePropagation::NoisePropagation(std::shared_ptr<const SoundPaths> paths,
 void NoisePropagation::propagate(double time, std::span<const Strike> strikes,
                                  const BandPowers& force) {
   force_ = &force;
+  place(time);
   std::ranges::fill(powers_, 0.0);
   delay_ = 0.0;
   const std::size_t count = std::min<std::size_t>(strikes.size(), 2);
@@ -70,7 +69,7 @@ void NoisePropagation::propagate(double time, std::span<const Strike> strikes,
   for (std::size_t channel = 0; channel < paths_->channels.size(); ++channel) {
     for (const SoundPaths::Path& path : paths_->paths) {
       for (std::size_t i = 0; i < count; ++i)
-        rays[i] = rayOf(time, strikes[i], paths_->channels[channel], path.image);
+        rays[i] = rayOf(strikes[i], channel, path.image);
       if (path.image == nullptr && count > 0) delay_ += rays[0].delay;
       add(std::span(rays).first(count), walls_[path.chain],
           all.subspan(channel * kThirdOctaves, kThirdOctaves));
@@ -84,24 +83,36 @@ void NoisePropagation::propagate(double time, std::span<const Strike> strikes,
   add(std::span(rays).first(count), walls_.front(), all.last(kThirdOctaves));
 }
 
-NoisePropagation::Ray NoisePropagation::rayOf(double time, const Strike& strike,
-                                              const SoundPaths::Channel& channel,
+/// Finds all channels' receivers, once for all contacts of a moment.
+void NoisePropagation::place(double time) {
+  if (!places_.empty() && time == placedAt_ && tracks_.changes() == placedAfter_) return;
+  placedAt_ = time;
+  placedAfter_ = tracks_.changes();
+  places_.clear();
+  for (const SoundPaths::Channel& channel : paths_->channels)
+    places_.push_back(tracks_.placeOf(channel, time));
+}
+
+NoisePropagation::Ray NoisePropagation::rayOf(const Strike& strike, std::size_t channel,
                                               const Image* image) const {
   const double speed = paths_->settings.medium.speedOfSound;
   const Vec3 from = image != nullptr ? image->position(strike.position) : strike.position;
   const Vec3 dipole = image != nullptr ? image->vector(strike.dipole) : strike.dipole;
-  const Arrival arrival = tracks_.arrivalAt(channel, time, from);
-  if (image != nullptr) {
-    const Vec3 ear = from - arrival.distance * arrival.towardsSource;
-    if (!isVisible(paths_->settings.room, *image, strike.position, ear)) return {};
-  }
-  const double distance = std::max(arrival.distance, strike.radius);
-  Ray ray{.gain = -dipole.dot(arrival.towardsSource) / distance,
+  const auto& [ear, orientation] = places_[channel];
+  if (image != nullptr && !isVisible(paths_->settings.room, *image, strike.position, ear))
+    return {};
+  const Vec3 way = from - ear;
+  const double length = way.norm();
+  const Vec3 towards = length > 0.0 ? Vec3(way / length) : Vec3::Zero();
+  const double distance = std::max(length, strike.radius);
+  const double ahead = std::min(strike.radius, kLargestFilteredRadius);
+  Ray ray{.gain = -dipole.dot(towards) / distance,
           .near = speed / distance,
-          .corner = speed / std::min(strike.radius, kLargestFilteredRadius),
-          .delay = (distance - std::min(strike.radius, kLargestFilteredRadius)) / speed};
-  if (!channel.isEar && channel.receiver.pattern != 0.0)
-    ray.gain *= gain(channel.receiver, arrival.orientation, arrival.towardsSource);
+          .corner = speed / ahead,
+          .delay = (distance - ahead) / speed};
+  const SoundPaths::Channel& heard = paths_->channels[channel];
+  if (!heard.isEar && heard.receiver.pattern != 0.0)
+    ray.gain *= gain(heard.receiver, orientation, towards);
   return ray;
 }
 
@@ -126,21 +137,37 @@ void NoisePropagation::add(std::span<const Ray> rays, std::span<const double> wa
           (*force_)[band] * walls[band] * gain * (square + near) / (1.0 + size * square * square);
     }
   }
-  if (rays.size() < 2 || rays[0].gain == 0.0 || rays[1].gain == 0.0) return;
-  const double apart = rays[0].delay - rays[1].delay;
+  if (rays.size() == 2 && rays[0].gain != 0.0 && rays[1].gain != 0.0)
+    addTogether(rays[0], rays[1], walls, powers);
+}
+
+/// Adds what two rays of one force have in common: twice the real part of the product of one
+/// response, gain (near + i w) / D with D = 1 + i w/corner - (w/corner)^2 / 2, and the conjugate of
+/// the other.
+void NoisePropagation::addTogether(const Ray& one, const Ray& other, std::span<const double> walls,
+                                   std::span<double> powers) const {
+  const double apart = one.delay - other.delay;
+  const double gain = 2.0 * one.gain * other.gain;
   for (std::size_t band = 0; band < kThirdOctaves; ++band) {
-    const double omega = angular.omega[band];
+    const double omega = Angular::all().omega[band];
+    const double square = Angular::all().square[band];
     // Within a third octave the phase between the two turns by so much to either side.
     const double turn = 0.5 * kThirdOctaveWidth * omega * apart;
     if (std::abs(turn) > std::numbers::pi) break;
-    const auto response = [omega](const Ray& ray) {
-      const Complex ratio(0.0, omega / ray.corner);
-      return ray.gain * Complex(ray.near, omega) / (1.0 + ratio + 0.5 * ratio * ratio);
-    };
     const double alike = turn == 0.0 ? 1.0 : std::sin(turn) / turn;
-    const double both =
-        (response(rays[0]) * std::conj(response(rays[1])) * std::polar(1.0, -omega * apart)).real();
-    powers[band] += 2.0 * alike * both * (*force_)[band] * walls[band];
+    // Products of the numerators, and of the denominators' conjugates, as real and imaginary part.
+    const double nears = one.near * other.near + square;
+    const double nearsAcross = omega * (other.near - one.near);
+    const double u = omega / one.corner;
+    const double v = omega / other.corner;
+    const double real = 1.0 - 0.5 * u * u;
+    const double otherReal = 1.0 - 0.5 * v * v;
+    const double sizes = real * otherReal + u * v;
+    const double sizesAcross = real * v - u * otherReal;
+    const double both = (nears * sizes - nearsAcross * sizesAcross) * std::cos(omega * apart) +
+                        (nears * sizesAcross + nearsAcross * sizes) * std::sin(omega * apart);
+    const double damped = (real * real + u * u) * (otherReal * otherReal + v * v);
+    powers[band] += gain * alike * both / damped * (*force_)[band] * walls[band];
   }
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -14,7 +16,8 @@ namespace carom::audio {
 /// Carries the noise of a contact's force to all channels, as powers by third octaves: what
 /// ContactPropagation and RadiationFilter do with each impulse of it. The two bodies of a contact
 /// are pushed by the same force, so their sounds add up as pressures; those over different paths as
-/// powers. Heads are not known here. [one thread]
+/// powers. Heads are not known here, and listeners stand while the sound is under way, which moves
+/// them by centimetres. [one thread]
 class NoisePropagation {
  public:
   /// The tracks must outlive it.
@@ -43,16 +46,21 @@ class NoisePropagation {
     double corner = 0.0;  // 1/s: speed of sound over radius
     double delay = 0.0;   // s
   };
-  Ray rayOf(double time, const Strike& strike, const SoundPaths::Channel& channel,
-            const Image* image) const;
+  Ray rayOf(const Strike& strike, std::size_t channel, const Image* image) const;
   Ray sendOf(const Strike& strike) const;
   void add(std::span<const Ray> rays, std::span<const double> walls,
            std::span<double> powers) const;
+  void addTogether(const Ray& one, const Ray& other, std::span<const double> walls,
+                   std::span<double> powers) const;
+  void place(double time);
   void rate();
 
   std::shared_ptr<const SoundPaths> paths_;
   const ListenerTracks& tracks_;
-  std::vector<BandPowers> walls_;  // by chain: squares of what the walls reflect
+  std::vector<BandPowers> walls_;              // by chain: squares of what the walls reflect
+  std::vector<ListenerTracks::Place> places_;  // by channel
+  double placedAt_ = 0.0;                      // s, of places_, if there are any
+  std::uint64_t placedAfter_ = 0;              // ListenerTracks::changes
   const BandPowers* force_ = nullptr;
   std::vector<double> powers_;
   double power_ = 0.0;

@@ -49,6 +49,8 @@ Status SoundingBodies::set(BodyId id, const SoundBody& body) {
   if (body.modal != nullptr) known.modes = &exciter_.sourceOf(body.modal);
   anyModes_ = anyModes_ || known.modes != nullptr;
   anyTexture_ = anyTexture_ || body.texture != nullptr || body.material.roughness.rmsHeight > 0.0;
+  // Making a texture takes some 20 ms, for which the first slide of a live host shall not wait.
+  if (paths_->settings.lasting == LastingDetail::heard) known.texture();
   bodies_.insert_or_assign(id, std::move(known));
   return std::monostate{};
 }

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "audio/dsp/spread_kernel.h"
-#if CAROM_SIMD
 #include "audio/model/immortal.h"
+#if CAROM_SIMD
 #include "audio/synthesis/simd_kernels.h"
 #endif
 

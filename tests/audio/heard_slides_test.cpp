@@ -78,7 +78,7 @@ double farthestApart(const std::vector<double>& sound, const std::vector<double>
 TEST(HeardSlides, FiftyKeepTheirThirdOctaves) {
   const NoisySlides slides{.count = 50, .duration = 4.0};
   SynthCounters counters;
-  const auto sound = slides.sound(heard(8), &counters);
+  const auto sound = slides.sound(heard(4), &counters);
   EXPECT_GT(counters.slidesInBed, counters.slides);
   const auto exact = slides.sound({}, nullptr);
   for (std::size_t channel = 0; channel < sound.size(); ++channel)
@@ -115,7 +115,7 @@ void expectSameWindows(const std::vector<double>& sound, const std::vector<doubl
 
 TEST(HeardSlides, WindowsOfABedAreAsLoud) {
   const NoisySlides slides{.count = 50, .duration = 3.0};
-  const auto sound = slides.sound(heard(8), nullptr);
+  const auto sound = slides.sound(heard(4), nullptr);
   const auto exact = slides.sound({}, nullptr);
   expectSameWindows(sound[0], exact[0]);
 }

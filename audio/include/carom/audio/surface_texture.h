@@ -60,9 +60,11 @@ class SurfaceTexture {
     std::array<float, kBands> spectrum{};
 
     double around(double place) const;
-    void addWave(double from, double to, double power, double stretch);
-
-    Vec2 at(const Vec2& place) const;
+    static std::array<double, kBands + 1> edges(double stretch);
+    Vec2 at(const Vec2& place) const {
+      return atTexels(place.cwiseProduct(perMetre)).cast<double>();
+    }
+    Slope atTexels(const Vec2& place) const;
   };
   /// Levels of slopes that several textures may share, each with its own scale.
   struct Texels {
@@ -97,6 +99,26 @@ class SurfaceTexture {
   /// octaves of waves: the first around the length `longest` (m), each other around shorter ones.
   /// On average over lines.
   void addSlopes(const Look& look, double longest, double factor, std::span<double> powers) const;
+
+  /// A straight line over a look, for lookups at many places of it. Valid as long as the texture.
+  class Line {
+   public:
+    /// The slope at a share of the line's length after its begin, times the line's `climb`.
+    double at(double share) const;
+
+   private:
+    friend class SurfaceTexture;
+    struct OnLevel {
+      const Level* level = nullptr;  // null: none
+      Vec2 begin = Vec2::Zero();     // texels
+      Vec2 along = Vec2::Zero();     // texels
+      Slope climb = Slope::Zero();   // along the axes of the texels
+    };
+    OnLevel fine_, coarse_;
+  };
+  /// Returns the line over a look from a point (m) on, by `along` (m); `climb` is what slopes are
+  /// multiplied by: the way over the surface, in any unit.
+  Line line(const Look& look, const Vec2& from, const Vec2& along, const Vec2& climb) const;
 
   /// Slopes along u and v at a point (m), interpolated between texels and between levels.
   Vec2 slope(const Look& look, const Vec2& at) const;

@@ -99,7 +99,7 @@ struct SynthSettings {
   ComparisonSettings comparison = {};
   LastingDetail lasting = LastingDetail::exact;
   /// Contacts that are exact where LastingDetail is `heard`: the loudest, at each moment.
-  std::size_t slideVoices = 8;
+  std::size_t slideVoices = 4;
 };
 
 /// Counts of what became of events and lasting contacts. A Synth has room for everything, so those
