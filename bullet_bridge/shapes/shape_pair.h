@@ -92,6 +92,7 @@ class ShapePair {
     std::uint32_t first = 0, second = 0;
     bool flipped = false;      // `first` belongs to `other`
     Vec3 axis = Vec3::Zero();  // latest known direction from second to first
+    NearestCorners corners;    // as they were found last
   };
   struct Placed {
     PlacedPiece first, second;  // relative to the centre of first's body
@@ -117,9 +118,10 @@ class ShapePair {
     Motion centres;  // of first's centre, seen from second's
   };
   Relative relativeAt(const Pair& pair, const Placed& placed, double s) const;
-  CoreDistance nearDistance(const Pair& pair, const Placed& placed) const;
+  static CoreDistance nearDistance(Pair& pair, const Placed& placed);
   bool clearsAlong(const Pair& pair, double horizon) const;
-  bool missesTurning(Pair pair, double from, double horizon) const;
+  using Clear = SeparationBound::Clear;
+  static Clear clearTime(const Relative& relative, const Vec3& normal, double left, bool turning);
   static Vec3 ballOf(const PlacedPiece& placed);
   static double leastGap(const Placed& placed);
   Proximity proximityOf(Pair& pair, const Placed& placed) const;
