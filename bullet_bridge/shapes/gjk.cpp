@@ -212,8 +212,8 @@ CoreDistance aboveHalfSpace(const PlacedPiece& body, const PlacedPiece& plane) {
 
 }  // namespace
 
-CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, const Vec3& guess,
-                          double gapTolerance, NearestCorners* corners) {
+CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other,
+                          const DistanceSearch& search) {
   if (other.piece->core() == ConvexPiece::Core::halfSpace) return aboveHalfSpace(body, other);
   if (body.piece->core() == ConvexPiece::Core::halfSpace) {
     CoreDistance result = aboveHalfSpace(other, body);
@@ -223,7 +223,7 @@ CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, con
   }
   const double size = body.piece->coreBall() + other.piece->coreBall();
   Simplex simplex;
-  Nearest nearest = begin(simplex, body, other, guess, corners);
+  Nearest nearest = begin(simplex, body, other, search.guess, search.corners);
   const double overlap = kSimplexRounding * size;
   const double margins = body.piece->margin() + other.piece->margin();
   int iteration = 0;
@@ -233,8 +233,9 @@ CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, con
     const double length = std::sqrt(nearest.squared);
     const double tolerated =
         std::max({kTolerance * nearest.squared, kSimplexRounding * size * length,
-                  gapTolerance * (nearest.squared - margins * length)});
+                  search.gapTolerance * (nearest.squared - margins * length)});
     if (!(excess > tolerated)) break;
+    if (nearest.point.dot(corner.difference) > search.farthest * length) break;
     if (holds(simplex, corner.difference)) break;
     const std::size_t count = simplex.count;
     simplex.corners[simplex.count++] = corner;
@@ -253,7 +254,7 @@ CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, con
     reduce(simplex, better);
     nearest = better;
   }
-  keep(simplex, corners);
+  keep(simplex, search.corners);
   CoreDistance result = fromSimplex(body, other, nearestCorner(simplex, nearest), nearest, overlap);
   result.iterations = iteration;
   return result;

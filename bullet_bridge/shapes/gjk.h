@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 
 #include "bullet_bridge/shapes/convex_piece.h"
 #include "carom/audio/vector.h"
@@ -40,11 +41,23 @@ struct NearestCorners {
 /// simplex is small and far. Stops when distance and lower bound differ by 1e-12 of the distance or
 /// by rounding, or after 100 iterations. `guess` is a direction from other to body, the nearer to
 /// the normal the faster. Overlap of cores is found, not measured.
-/// With a `gapTolerance` the search stops as soon as distance and lower bound differ by no more
-/// than that fraction of the gap, which is the distance less both margins. `corners`, if given, are
-/// where the search begins instead of the guess, and are set to where it ends: those of the same
-/// two pieces a little earlier are mostly found again at once. [any thread]
-CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, const Vec3& guess,
-                          double gapTolerance = 0.0, NearestCorners* corners = nullptr);
+/// [any thread]
+struct DistanceSearch {
+  Vec3 guess;
+  /// The search stops as soon as distance and lower bound differ by no more than this fraction of
+  /// the gap, which is the distance less both margins.
+  double gapTolerance = 0.0;
+  /// If given, these are where the search begins instead of the guess, and are set to where it
+  /// ends: those of the same two pieces a little earlier are mostly found again at once.
+  NearestCorners* corners = nullptr;
+  /// Distance (m) beyond which no more need be known: the search stops once it is surely exceeded.
+  double farthest = std::numeric_limits<double>::infinity();
+};
+CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other,
+                          const DistanceSearch& search);
+inline CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other,
+                                 const Vec3& guess) {
+  return coreDistance(body, other, DistanceSearch{.guess = guess});
+}
 
 }  // namespace carom::bullet

@@ -64,6 +64,7 @@ bool ShapePair::set(const MovingShape& body, const MovingShape& other, double ho
   pairs_.clear();
   for (Side* side : {&body_, &other_}) {
     side->moving = side == &body_ ? body : other;
+    side->posedAt = kNever;
     if (side->moving.parts != nullptr)
       static_cast<ShapeParts&>(*side) = *side->moving.parts;
     else
@@ -174,11 +175,17 @@ bool ShapePair::mayMeet(const Pair& pair) {
   return false;
 }
 
+const Pose& ShapePair::Side::poseAt(double s) const {
+  if (posedAt != s) pose = moving.motion.poseAt(s);
+  posedAt = s;
+  return pose;
+}
+
 ShapePair::Placed ShapePair::place(const Pair& pair, double s) const {
   const Side& first = firstOf(pair);
   const Side& second = secondOf(pair);
-  const Pose pose = first.moving.motion.poseAt(s);
-  const Pose secondPose = second.moving.motion.poseAt(s);
+  const Pose& pose = first.poseAt(s);
+  const Pose& secondPose = second.poseAt(s);
   const ConvexPiece& piece = first.pieces[pair.first];
   const ConvexPiece& against = second.pieces[pair.second];
   Placed placed;
@@ -212,15 +219,17 @@ double ShapePair::leastGap(const Placed& placed) {
 
 double ShapePair::gapAt(Pair& pair, double s) {
   const Placed placed = place(pair, s);
-  return proximityOf(pair, placed).gap;
+  return proximityOf(pair, placed, kNever).gap;
 }
 
-Proximity ShapePair::proximityOf(Pair& pair, const Placed& placed) const {
+Proximity ShapePair::proximityOf(Pair& pair, const Placed& placed, double enough) {
   const double margin = placed.first.piece->margin();
   const double otherMargin = placed.second.piece->margin();
-  if (pair.axis.isZero(0.0)) pair.axis = placed.first.position - placed.second.position;
+  if (pair.axis.isZero(0.0)) pair.axis = ballOf(placed.first) - ballOf(placed.second);
   if (!(pair.axis.squaredNorm() > 0.0)) pair.axis = Vec3::UnitY();
-  CoreDistance found = coreDistance(placed.first, placed.second, pair.axis, 0.0, &pair.corners);
+  CoreDistance found = coreDistance(
+      placed.first, placed.second,
+      {.guess = pair.axis, .corners = &pair.corners, .farthest = enough + margin + otherMargin});
   const double size = sizeOf(placed.first) + sizeOf(placed.second);
   double distance = found.distance;
   if (placed.second.piece->core() != Core::halfSpace && !(distance > 1e-9 * size)) {
@@ -246,7 +255,7 @@ Proximity ShapePair::proximityAt(double s) {
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     const Placed placed = place(pairs_[i], s);
     if (leastGap(placed) > nearest.gap) continue;
-    Proximity proximity = proximityOf(pairs_[i], placed);
+    Proximity proximity = proximityOf(pairs_[i], placed, nearest.gap);
     proximity.pair = i;
     if (proximity.gap < nearest.gap) nearest = proximity;
   }
@@ -284,7 +293,9 @@ ShapePair::Relative ShapePair::relativeAt(const Pair& pair, const Placed& placed
 // The bounds hold along any direction: one that is nearly the normal will do.
 CoreDistance ShapePair::nearDistance(Pair& pair, const Placed& placed) {
   constexpr double kGapTolerance = 0.02;
-  return coreDistance(placed.first, placed.second, pair.axis, kGapTolerance, &pair.corners);
+  return coreDistance(
+      placed.first, placed.second,
+      {.guess = pair.axis, .gapTolerance = kGapTolerance, .corners = &pair.corners});
 }
 
 double ShapePair::impactTime(Pair& pair, double horizon) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -86,6 +87,10 @@ class ShapePair {
   using ConcaveLeaf = ShapeParts::ConcaveLeaf;
   struct Side : ShapeParts {
     MovingShape moving;
+    // The latest pose that was asked for, which many pieces share.
+    mutable Pose pose;
+    mutable double posedAt = std::numeric_limits<double>::infinity();  // s
+    const Pose& poseAt(double s) const;
   };
   // Two convex pieces; a half space is always `second`.
   struct Pair {
@@ -124,7 +129,8 @@ class ShapePair {
   static Clear clearTime(const Relative& relative, const Vec3& normal, double left, bool turning);
   static Vec3 ballOf(const PlacedPiece& placed);
   static double leastGap(const Placed& placed);
-  Proximity proximityOf(Pair& pair, const Placed& placed) const;
+  // A gap of more than `enough` (m) may be found too large.
+  static Proximity proximityOf(Pair& pair, const Placed& placed, double enough);
   void appendPatch(const PlacedPiece& of, const PlacedPiece& on, const Vec3& towards, double depth);
 
   Side body_, other_;

@@ -104,9 +104,13 @@ TEST(Gjk, ASearchThatBeginsWhereAnotherEndedFindsTheSameDistance) {
       if (step % 4 == 3) pose = randomPose(random, random.between(0.1, 3.0));
       pose.position += 1e-3 * random.direction();
       const double expected = by_hand::hullHullOrOverlap(placed(corners, pose), otherCorners);
-      const CoreDistance found = coreDistance({&piece, pose.rotation, pose.position},
-                                              {&other, Eigen::Matrix3d::Identity(), Vec3::Zero()},
-                                              Vec3::UnitX(), 0.0, &kept);
+      const PlacedPiece first{&piece, pose.rotation, pose.position};
+      const PlacedPiece second{&other, Eigen::Matrix3d::Identity(), Vec3::Zero()};
+      const CoreDistance found =
+          coreDistance(first, second, DistanceSearch{.guess = Vec3::UnitX(), .corners = &kept});
+      const CoreDistance enough =
+          coreDistance(first, second, DistanceSearch{.guess = Vec3::UnitX(), .farthest = 0.5});
+      EXPECT_EQ(enough.distance > 0.5, expected > 0.5);
       EXPECT_NEAR(found.distance, std::max(expected, 0.0), 4e-14);
       if (expected <= 0.0) continue;
       ++apart;
