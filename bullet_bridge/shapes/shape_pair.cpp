@@ -300,7 +300,7 @@ CoreDistance ShapePair::nearDistance(Pair& pair, const Placed& placed) {
 
 double ShapePair::impactTime(Pair& pair, double horizon) {
   constexpr int kMaxSteps = 100;
-  constexpr int kSteadySteps = 2;
+  constexpr int kSteadySteps = 1;
   double s = 0.0;
   if (clearsAlong(pair, horizon)) return kNever;
   if (pair.axis.isZero(0.0)) pair.axis = Vec3::UnitY();
@@ -328,6 +328,7 @@ double ShapePair::impactTime(Pair& pair, double horizon) {
 // longest, and lead to an impact in the fewest steps.
 ShapePair::Clear ShapePair::clearTime(const Relative& relative, const Vec3& normal, double left,
                                       bool turning) {
+  constexpr double kGood = 0.7;  // of what the two nearest points would need to meet
   const auto& [first, second, centres] = relative;
   Clear best = SeparationBound(first, second, centres, normal, left).clearTime(left);
   if (!turning || second.piece.piece->core() == Core::halfSpace) return best;
@@ -335,9 +336,9 @@ ShapePair::Clear ShapePair::clearTime(const Relative& relative, const Vec3& norm
     const Clear clear = bound.clearTime(left);
     if (clear.until > best.until) best = clear;
   };
-  if (best.until < left)
+  if (best.until < std::min(left, kGood * best.estimated))
     keepLonger(SeparationBound::turningWithOther(first, second, centres, normal, left));
-  if (best.until < left)
+  if (best.until < std::min(left, kGood * best.estimated))
     keepLonger(SeparationBound::turningWithOther(second, first, Motion{} - centres, -normal, left));
   return best;
 }
