@@ -15,9 +15,9 @@ constexpr double kSimplexRounding = 4.0 * std::numeric_limits<double>::epsilon()
 // A corner of the Minkowski difference of the two cores, and the two points that it is made of, in
 // the frames of their pieces.
 struct Corner {
-  Vec3 difference;
-  Vec3 body;
-  Vec3 other;
+  Vec3 difference = Vec3::Zero();
+  Vec3 body = Vec3::Zero();
+  Vec3 other = Vec3::Zero();
 };
 
 struct Simplex {
@@ -166,7 +166,7 @@ Nearest begin(Simplex& simplex, const PlacedPiece& body, const PlacedPiece& othe
   Nearest nearest;
   simplex.count = corners != nullptr ? corners->count : 0;
   for (std::size_t i = 0; i < simplex.count; ++i)
-    simplex.corners[i] = cornerOf(body, other, corners->body[i], corners->other[i]);
+    simplex.corners[i] = cornerOf(body, other, corners->corners[i].body, corners->corners[i].other);
   if (simplex.count > 1) {
     nearest = nearestInSimplex(simplex);
     reduce(simplex, nearest);
@@ -183,10 +183,8 @@ Nearest begin(Simplex& simplex, const PlacedPiece& body, const PlacedPiece& othe
 void keep(const Simplex& simplex, NearestCorners* corners) {
   if (corners == nullptr) return;
   corners->count = simplex.count;
-  for (std::size_t i = 0; i < simplex.count; ++i) {
-    corners->body[i] = simplex.corners[i].body;
-    corners->other[i] = simplex.corners[i].other;
-  }
+  for (std::size_t i = 0; i < simplex.count; ++i)
+    corners->corners[i] = {simplex.corners[i].body, simplex.corners[i].other};
 }
 
 CoreDistance fromSimplex(const PlacedPiece& body, const PlacedPiece& other, const Corner& corner,

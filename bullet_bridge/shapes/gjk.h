@@ -32,7 +32,11 @@ struct CoreDistance {
 /// The points of two cores that their nearest points lie between, each in the frame of its piece.
 struct NearestCorners {
   std::size_t count = 0;  ///< 0 if not known
-  std::array<Vec3, 4> body, other;
+  struct Corner {
+    Vec3 body = Vec3::Zero();
+    Vec3 other = Vec3::Zero();
+  };
+  std::array<Corner, 4> corners;
 };
 
 /// Distance of two cores by the method of Gilbert, Johnson and Keerthi (1988), in double precision.
