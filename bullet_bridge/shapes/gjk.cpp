@@ -12,7 +12,8 @@ constexpr int kMaxIterations = 100;
 constexpr double kTolerance = 1e-12;
 constexpr double kSimplexRounding = 4.0 * std::numeric_limits<double>::epsilon();
 
-// A corner of the Minkowski difference of the two cores, and the two points that it is made of.
+// A corner of the Minkowski difference of the two cores, and the two points that it is made of, in
+// the frames of their pieces.
 struct Corner {
   Vec3 difference = Vec3::Zero();
   Vec3 body = Vec3::Zero();
@@ -133,12 +134,14 @@ void reduce(Simplex& simplex, Nearest& nearest) {
   simplex.count = kept;
 }
 
+Corner cornerOf(const PlacedPiece& body, const PlacedPiece& other, const Vec3& bodyPoint,
+                const Vec3& otherPoint) {
+  return {body.toWorld(bodyPoint) - other.toWorld(otherPoint), bodyPoint, otherPoint};
+}
+
 Corner cornerAgainst(const PlacedPiece& body, const PlacedPiece& other, const Vec3& direction) {
-  Corner corner;
-  corner.body = body.support(-direction);
-  corner.other = other.support(direction);
-  corner.difference = corner.body - corner.other;
-  return corner;
+  return cornerOf(body, other, body.piece->support(body.rotation.transpose() * -direction),
+                  other.piece->support(other.rotation.transpose() * direction));
 }
 
 bool holds(const Simplex& simplex, const Vec3& difference) {
@@ -157,11 +160,38 @@ Corner nearestCorner(const Simplex& simplex, const Nearest& nearest) {
   return corner;
 }
 
-CoreDistance fromSimplex(const Simplex& simplex, const Nearest& nearest, double overlap) {
-  const Corner corner = nearestCorner(simplex, nearest);
+// Begins with the corners that the nearest point was made of when the pair was looked at last.
+Nearest begin(Simplex& simplex, const PlacedPiece& body, const PlacedPiece& other,
+              const Vec3& guess, const NearestCorners* corners) {
+  Nearest nearest;
+  simplex.count = corners != nullptr ? corners->count : 0;
+  for (std::size_t i = 0; i < simplex.count; ++i)
+    simplex.corners[i] = cornerOf(body, other, corners->corners[i].body, corners->corners[i].other);
+  if (simplex.count > 1) {
+    nearest = nearestInSimplex(simplex);
+    reduce(simplex, nearest);
+  }
+  if (simplex.count > 1) return nearest;
+  if (simplex.count == 0) simplex.corners[0] = cornerAgainst(body, other, guess);
+  simplex.count = 1;
+  nearest.point = simplex.at(0);
+  nearest.weights[0] = 1.0;
+  nearest.squared = nearest.point.squaredNorm();
+  return nearest;
+}
+
+void keep(const Simplex& simplex, NearestCorners* corners) {
+  if (corners == nullptr) return;
+  corners->count = simplex.count;
+  for (std::size_t i = 0; i < simplex.count; ++i)
+    corners->corners[i] = {simplex.corners[i].body, simplex.corners[i].other};
+}
+
+CoreDistance fromSimplex(const PlacedPiece& body, const PlacedPiece& other, const Corner& corner,
+                         const Nearest& nearest, double overlap) {
   CoreDistance result;
-  result.point = corner.body;
-  result.otherPoint = corner.other;
+  result.point = body.toWorld(corner.body);
+  result.otherPoint = other.toWorld(corner.other);
   const double distance = std::sqrt(nearest.squared);
   if (distance <= overlap) return result;  // false for NaN, which stays NaN
   result.distance = distance;
@@ -180,8 +210,8 @@ CoreDistance aboveHalfSpace(const PlacedPiece& body, const PlacedPiece& plane) {
 
 }  // namespace
 
-CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, const Vec3& guess,
-                          double gapTolerance) {
+CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other,
+                          const DistanceSearch& search) {
   if (other.piece->core() == ConvexPiece::Core::halfSpace) return aboveHalfSpace(body, other);
   if (body.piece->core() == ConvexPiece::Core::halfSpace) {
     CoreDistance result = aboveHalfSpace(other, body);
@@ -191,12 +221,7 @@ CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, con
   }
   const double size = body.piece->coreBall() + other.piece->coreBall();
   Simplex simplex;
-  simplex.corners[0] = cornerAgainst(body, other, guess);
-  simplex.count = 1;
-  Nearest nearest;
-  nearest.point = simplex.at(0);
-  nearest.weights[0] = 1.0;
-  nearest.squared = nearest.point.squaredNorm();
+  Nearest nearest = begin(simplex, body, other, search.guess, search.corners);
   const double overlap = kSimplexRounding * size;
   const double margins = body.piece->margin() + other.piece->margin();
   int iteration = 0;
@@ -206,8 +231,9 @@ CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, con
     const double length = std::sqrt(nearest.squared);
     const double tolerated =
         std::max({kTolerance * nearest.squared, kSimplexRounding * size * length,
-                  gapTolerance * (nearest.squared - margins * length)});
+                  search.gapTolerance * (nearest.squared - margins * length)});
     if (!(excess > tolerated)) break;
+    if (nearest.point.dot(corner.difference) > search.farthest * length) break;
     if (holds(simplex, corner.difference)) break;
     const std::size_t count = simplex.count;
     simplex.corners[simplex.count++] = corner;
@@ -226,7 +252,8 @@ CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other, con
     reduce(simplex, better);
     nearest = better;
   }
-  CoreDistance result = fromSimplex(simplex, nearest, overlap);
+  keep(simplex, search.corners);
+  CoreDistance result = fromSimplex(body, other, nearestCorner(simplex, nearest), nearest, overlap);
   result.iterations = iteration;
   return result;
 }

@@ -33,22 +33,22 @@ CoreDistance moved(CoreDistance distance, const Vec3& by) {
 }
 
 // Distance and normal of cores that touch or overlap, taken from a copy of the first that is moved
-// out of the second just far enough; the farther, the less exact.
+// just out of the second; the farther, the less exact. Begins along the given direction.
 CoreDistance backedOff(const PlacedPiece& first, const PlacedPiece& second, Vec3 way) {
+  constexpr int kAttempts = 6;
+  constexpr double kSameWay = 0.999;
   const double size = sizeOf(first) + sizeOf(second);
   CoreDistance found;
   found.normal = way;
-  double step = 1e-6 * size;
-  for (int attempt = 0; attempt < 10 && step < 8.0 * size; ++attempt) {
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    const double depth = way.dot(second.support(way) - first.support(-way));
+    const double step = 1.01 * std::max(depth, 0.0) + 1e-6 * size;
     PlacedPiece away = first;
     away.position += step * way;
     const CoreDistance distance = coreDistance(away, second, way);
-    if (!(distance.distance > 1e-2 * step)) {
-      step *= 8.0;
-      continue;
-    }
+    if (!(distance.distance > 0.0)) break;
     found = moved(distance, step * way);
-    if (found.normal.dot(way) > 0.999) break;
+    if (found.normal.dot(way) > kSameWay) break;
     way = found.normal;
   }
   return found;
@@ -64,6 +64,7 @@ bool ShapePair::set(const MovingShape& body, const MovingShape& other, double ho
   pairs_.clear();
   for (Side* side : {&body_, &other_}) {
     side->moving = side == &body_ ? body : other;
+    side->posedAt = kNever;
     if (side->moving.parts != nullptr)
       static_cast<ShapeParts&>(*side) = *side->moving.parts;
     else
@@ -174,11 +175,17 @@ bool ShapePair::mayMeet(const Pair& pair) {
   return false;
 }
 
+const Pose& ShapePair::Side::poseAt(double s) const {
+  if (posedAt != s) pose = moving.motion.poseAt(s);
+  posedAt = s;
+  return pose;
+}
+
 ShapePair::Placed ShapePair::place(const Pair& pair, double s) const {
   const Side& first = firstOf(pair);
   const Side& second = secondOf(pair);
-  const Pose pose = first.moving.motion.poseAt(s);
-  const Pose secondPose = second.moving.motion.poseAt(s);
+  const Pose& pose = first.poseAt(s);
+  const Pose& secondPose = second.poseAt(s);
   const ConvexPiece& piece = first.pieces[pair.first];
   const ConvexPiece& against = second.pieces[pair.second];
   Placed placed;
@@ -212,15 +219,17 @@ double ShapePair::leastGap(const Placed& placed) {
 
 double ShapePair::gapAt(Pair& pair, double s) {
   const Placed placed = place(pair, s);
-  return proximityOf(pair, placed).gap;
+  return proximityOf(pair, placed, kNever).gap;
 }
 
-Proximity ShapePair::proximityOf(Pair& pair, const Placed& placed) const {
+Proximity ShapePair::proximityOf(Pair& pair, const Placed& placed, double enough) {
   const double margin = placed.first.piece->margin();
   const double otherMargin = placed.second.piece->margin();
-  if (pair.axis.isZero(0.0)) pair.axis = placed.first.position - placed.second.position;
+  if (pair.axis.isZero(0.0)) pair.axis = ballOf(placed.first) - ballOf(placed.second);
   if (!(pair.axis.squaredNorm() > 0.0)) pair.axis = Vec3::UnitY();
-  CoreDistance found = coreDistance(placed.first, placed.second, pair.axis);
+  CoreDistance found = coreDistance(
+      placed.first, placed.second,
+      {.guess = pair.axis, .corners = &pair.corners, .farthest = enough + margin + otherMargin});
   const double size = sizeOf(placed.first) + sizeOf(placed.second);
   double distance = found.distance;
   if (placed.second.piece->core() != Core::halfSpace && !(distance > 1e-9 * size)) {
@@ -246,7 +255,7 @@ Proximity ShapePair::proximityAt(double s) {
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     const Placed placed = place(pairs_[i], s);
     if (leastGap(placed) > nearest.gap) continue;
-    Proximity proximity = proximityOf(pairs_[i], placed);
+    Proximity proximity = proximityOf(pairs_[i], placed, nearest.gap);
     proximity.pair = i;
     if (proximity.gap < nearest.gap) nearest = proximity;
   }
@@ -282,19 +291,20 @@ ShapePair::Relative ShapePair::relativeAt(const Pair& pair, const Placed& placed
 }
 
 // The bounds hold along any direction: one that is nearly the normal will do.
-CoreDistance ShapePair::nearDistance(const Pair& pair, const Placed& placed) const {
+CoreDistance ShapePair::nearDistance(Pair& pair, const Placed& placed) {
   constexpr double kGapTolerance = 0.02;
-  return coreDistance(placed.first, placed.second, pair.axis, kGapTolerance);
+  return coreDistance(
+      placed.first, placed.second,
+      {.guess = pair.axis, .gapTolerance = kGapTolerance, .corners = &pair.corners});
 }
 
 double ShapePair::impactTime(Pair& pair, double horizon) {
   constexpr int kMaxSteps = 100;
-  constexpr int kSteadySteps = 2;
+  constexpr int kSteadySteps = 1;
   double s = 0.0;
   if (clearsAlong(pair, horizon)) return kNever;
   if (pair.axis.isZero(0.0)) pair.axis = Vec3::UnitY();
   for (int step = 0; step < kMaxSteps; ++step) {
-    if (step == kSteadySteps && missesTurning(pair, s, horizon)) return kNever;
     const Placed placed = place(pair, s);
     const CoreDistance distance = nearDistance(pair, placed);
     const double gap =
@@ -304,14 +314,33 @@ double ShapePair::impactTime(Pair& pair, double horizon) {
     if (gap <= 4.0 * std::numeric_limits<double>::epsilon() * size) return s;
     pair.axis = distance.normal;
     const double left = horizon - s;
-    const Relative relative = relativeAt(pair, placed, s);
-    const SeparationBound bound(relative.first, relative.second, relative.centres, pair.axis, left);
-    const auto clear = bound.clearTime(left);
+    const Clear clear =
+        clearTime(relativeAt(pair, placed, s), pair.axis, left, step >= kSteadySteps);
     if (!(clear.until < left)) return kNever;
     if (clear.estimated < kNearEnough) return s + clear.until;
     s += clear.until;
   }
   return searchImpact(pair, s, horizon);
+}
+
+// Returns how long two pieces stay apart. If `turning`, directions are tried that turn with one of
+// the bodies, too: where a face of it slides, rolls or rocks close to contact, they stay clear
+// longest, and lead to an impact in the fewest steps.
+ShapePair::Clear ShapePair::clearTime(const Relative& relative, const Vec3& normal, double left,
+                                      bool turning) {
+  constexpr double kGood = 0.7;  // of what the two nearest points would need to meet
+  const auto& [first, second, centres] = relative;
+  Clear best = SeparationBound(first, second, centres, normal, left).clearTime(left);
+  if (!turning || second.piece.piece->core() == Core::halfSpace) return best;
+  const auto keepLonger = [&](const SeparationBound& bound) {
+    const Clear clear = bound.clearTime(left);
+    if (clear.until > best.until) best = clear;
+  };
+  if (best.until < std::min(left, kGood * best.estimated))
+    keepLonger(SeparationBound::turningWithOther(first, second, centres, normal, left));
+  if (best.until < std::min(left, kGood * best.estimated))
+    keepLonger(SeparationBound::turningWithOther(second, first, Motion{} - centres, -normal, left));
+  return best;
 }
 
 // True if two pieces surely do not meet, by the direction in which they were apart when that was
@@ -324,40 +353,6 @@ bool ShapePair::clearsAlong(const Pair& pair, double horizon) const {
                              : pair.axis;
   const auto [first, second, centres] = relativeAt(pair, placed, 0.0);
   return SeparationBound(first, second, centres, direction, horizon).isClear(horizon);
-}
-
-// Advances a pair that slides, rolls or rocks close to contact along directions that turn with one
-// of its bodies, or keep still, whichever stay clear longest. True if the two surely do not meet;
-// false if that takes long to tell.
-bool ShapePair::missesTurning(Pair pair, double from, double horizon) const {
-  constexpr int kMaxSteps = 30;
-  constexpr double kShortest = 0.03;  // step that is worth it, relative to what is left
-  if (secondOf(pair).pieces[pair.second].core() == Core::halfSpace) return false;
-  double s = from;
-  for (int step = 0; step < kMaxSteps; ++step) {
-    const Placed placed = place(pair, s);
-    const CoreDistance distance = nearDistance(pair, placed);
-    pair.axis = distance.normal;
-    const double left = horizon - s;
-    const auto [first, second, centres] = relativeAt(pair, placed, s);
-    const Vec3& normal = pair.axis;
-    const Motion opposite = Motion{} - centres;
-    double until = SeparationBound(first, second, centres, normal, left).clearTime(left).until;
-    if (until < left)
-      until =
-          std::max(until, SeparationBound::turningWithOther(first, second, centres, normal, left)
-                              .clearTime(left)
-                              .until);
-    if (until < left)
-      until =
-          std::max(until, SeparationBound::turningWithOther(second, first, opposite, -normal, left)
-                              .clearTime(left)
-                              .until);
-    if (!(until < left)) return distance.distance > 0.0;
-    if (!(until > kShortest * left)) return false;
-    s += until;
-  }
-  return false;
 }
 
 // Searches for the impact that advancement could not settle, of a pair that slides within rounding

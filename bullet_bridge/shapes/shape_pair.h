@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -86,12 +87,17 @@ class ShapePair {
   using ConcaveLeaf = ShapeParts::ConcaveLeaf;
   struct Side : ShapeParts {
     MovingShape moving;
+    // The latest pose that was asked for, which many pieces share.
+    mutable Pose pose;
+    mutable double posedAt = std::numeric_limits<double>::infinity();  // s
+    const Pose& poseAt(double s) const;
   };
   // Two convex pieces; a half space is always `second`.
   struct Pair {
     std::uint32_t first = 0, second = 0;
     bool flipped = false;      // `first` belongs to `other`
     Vec3 axis = Vec3::Zero();  // latest known direction from second to first
+    NearestCorners corners;    // as they were found last
   };
   struct Placed {
     PlacedPiece first, second;  // relative to the centre of first's body
@@ -117,12 +123,14 @@ class ShapePair {
     Motion centres;  // of first's centre, seen from second's
   };
   Relative relativeAt(const Pair& pair, const Placed& placed, double s) const;
-  CoreDistance nearDistance(const Pair& pair, const Placed& placed) const;
+  static CoreDistance nearDistance(Pair& pair, const Placed& placed);
   bool clearsAlong(const Pair& pair, double horizon) const;
-  bool missesTurning(Pair pair, double from, double horizon) const;
+  using Clear = SeparationBound::Clear;
+  static Clear clearTime(const Relative& relative, const Vec3& normal, double left, bool turning);
   static Vec3 ballOf(const PlacedPiece& placed);
   static double leastGap(const Placed& placed);
-  Proximity proximityOf(Pair& pair, const Placed& placed) const;
+  // A gap of more than `enough` (m) may be found too large.
+  static Proximity proximityOf(Pair& pair, const Placed& placed, double enough);
   void appendPatch(const PlacedPiece& of, const PlacedPiece& on, const Vec3& towards, double depth);
 
   Side body_, other_;

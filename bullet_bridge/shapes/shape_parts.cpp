@@ -21,10 +21,7 @@ void ShapeParts::read(const btCollisionShape& shape) {
   leaves.clear();
   concave.clear();
   collect(shape, Eigen::Matrix3d::Identity(), Vec3::Zero());
-}
-
-bool ShapeParts::isRoundOrFlat() const {
-  return std::ranges::all_of(pieces, [](const ConvexPiece& piece) {
+  roundOrFlat_ = std::ranges::all_of(pieces, [](const ConvexPiece& piece) {
     using Core = ConvexPiece::Core;
     const Core core = piece.core();
     return core == Core::box || core == Core::points || core == Core::triangle ||

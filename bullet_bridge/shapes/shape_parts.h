@@ -31,7 +31,7 @@ struct ShapeParts {
 
   /// True if the shape is a sphere or has flat faces only, so that turning it changes no more of
   /// its curvature than which of its faces, edges and corners touch.
-  bool isRoundOrFlat() const;
+  bool isRoundOrFlat() const { return roundOrFlat_; }
 
   std::vector<ConvexPiece> pieces;
   std::vector<Leaf> leaves;
@@ -39,6 +39,8 @@ struct ShapeParts {
 
  private:
   void collect(const btCollisionShape& shape, const Eigen::Matrix3d& rotation, const Vec3& offset);
+
+  bool roundOrFlat_ = true;
 };
 
 }  // namespace carom::bullet

@@ -281,7 +281,7 @@ const FoundImpact* ContactClassifier::search(const PairMotion& now, const Proxim
     return found != nullptr ? found : finder_.alongPath(now, start, substep);
   }
   if (pair.isClosedForm()) return finder_.overlapping(now, substep);
-  return finder_.newPoints(now, *solved, substep,
+  return finder_.newPoints(now, start, *solved, substep,
                            {bodies_.previous(*pair.body), bodies_.previous(*pair.other),
                             context_.clock.previous().length});
 }

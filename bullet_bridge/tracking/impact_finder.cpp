@@ -243,8 +243,8 @@ const FoundImpact* ImpactFinder::overlapping(const PairMotion& now, const Subste
   return collectPoints(closest, {}) ? &found_ : nullptr;
 }
 
-const FoundImpact* ImpactFinder::newPoints(const PairMotion& now, const SolvedContact& solved,
-                                           const Substep& substep,
+const FoundImpact* ImpactFinder::newPoints(const PairMotion& now, const Proximity& start,
+                                           const SolvedContact& solved, const Substep& substep,
                                            const PreviousSubstep& previous) {
   points_.clear();
   const SolvedPoint* deepest = nullptr;
@@ -265,7 +265,7 @@ const FoundImpact* ImpactFinder::newPoints(const PairMotion& now, const SolvedCo
       begin(PairMotion(now.pair(), MotionKind::contactFree, substep.dt, 0.0, freePieces_));
   found.nodeSpeed = nodeSpeed;
   found.solved = true;
-  Proximity closest = now.proximityAt(0.0);
+  Proximity closest = start;
   closest.gap = deepest->gap;
   closest.normal = deepest->normal;
   closest.otherPoint = deepest->position;

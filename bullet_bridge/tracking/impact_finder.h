@@ -56,8 +56,9 @@ class ImpactFinder {
   /// Handles other shapes that overlap at the start: new points of a contact that approach there.
   /// The impact is dated when the deepest of them met the other surface in the substep before, as
   /// an offset below zero.
-  const FoundImpact* newPoints(const PairMotion& now, const SolvedContact& solved,
-                               const Substep& substep, const PreviousSubstep& previous);
+  const FoundImpact* newPoints(const PairMotion& now, const Proximity& start,
+                               const SolvedContact& solved, const Substep& substep,
+                               const PreviousSubstep& previous);
 
   /// The pieces to make a PairMotion with.
   ShapePair& pieces() { return pieces_; }

@@ -50,6 +50,7 @@ double combinedRestitution(const ContactPair& pair) {
 
 void ContactReader::beginReading(bool continuous) {
   predicted_.clear();
+  latest_ = {};
   auto* discrete = continuous ? dynamic_cast<btDiscreteDynamicsWorld*>(&world_) : nullptr;
   if (discrete == nullptr) return;
   const auto& manifolds = PredictedAccess::of(*discrete);
@@ -66,6 +67,8 @@ bool ContactReader::collides(const ContactPair& pair) const {
 }
 
 const SolvedContact& ContactReader::read(const ContactPair& pair) {
+  if (pair.body == latest_.body && pair.other == latest_.other) return contact_;
+  latest_ = pair;
   contact_.restitution = kUnknown;
   contact_.impulse = 0.0;
   contact_.applied = Vec3::Zero();

@@ -62,7 +62,8 @@ class ContactReader {
   btDynamicsWorld& world_;
   btManifoldArray manifolds_;  // manifolds of one pair that are not predicted; kept for its memory
   std::vector<const btPersistentManifold*> predicted_;  // CCD manifolds of this substep
-  SolvedContact contact_;
+  ContactPair latest_;     // the pair that was read last in this substep
+  SolvedContact contact_;  // of that pair
 };
 
 }  // namespace carom::bullet

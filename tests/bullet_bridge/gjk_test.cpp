@@ -80,6 +80,46 @@ TEST(Gjk, HullsAreAsFarApartAsTheirNearestCornersEdgesAndFaces) {
   EXPECT_GT(apart, 150);
 }
 
+// A pose that hardly differs from the last, one anywhere else and one in which the cores overlap
+// take turns: what was nearest before is of use, of none, or around the origin.
+TEST(Gjk, ASearchThatBeginsWhereAnotherEndedFindsTheSameDistance) {
+  Random random(29);
+  int apart = 0;
+  for (int trial = 0; trial < 40; ++trial) {
+    Points corners, otherCorners;
+    btConvexHullShape hull;
+    btBoxShape box(btVector3(btScalar(0.5), btScalar(0.25), btScalar(0.125)));
+    box.setMargin(btScalar(0));
+    for (int i = 0; i < 8; ++i) {
+      corners.push_back(rounded(random.inCube()));
+      hull.addPoint(bt(corners.back()));
+      otherCorners.emplace_back((i & 1) != 0 ? 0.5 : -0.5, (i & 2) != 0 ? 0.25 : -0.25,
+                                (i & 4) != 0 ? 0.125 : -0.125);
+    }
+    const ConvexPiece piece = *ConvexPiece::from(hull);
+    const ConvexPiece other = *ConvexPiece::from(box);
+    Pose pose = randomPose(random, 2.0);
+    NearestCorners kept;
+    for (int step = 0; step < 12; ++step) {
+      if (step % 4 == 3) pose = randomPose(random, random.between(0.1, 3.0));
+      pose.position += 1e-3 * random.direction();
+      const double expected = by_hand::hullHullOrOverlap(placed(corners, pose), otherCorners);
+      const PlacedPiece first{&piece, pose.rotation, pose.position};
+      const PlacedPiece second{&other, Eigen::Matrix3d::Identity(), Vec3::Zero()};
+      const CoreDistance found =
+          coreDistance(first, second, DistanceSearch{.guess = Vec3::UnitX(), .corners = &kept});
+      const CoreDistance enough =
+          coreDistance(first, second, DistanceSearch{.guess = Vec3::UnitX(), .farthest = 0.5});
+      EXPECT_EQ(enough.distance > 0.5, expected > 0.5);
+      EXPECT_NEAR(found.distance, std::max(expected, 0.0), 4e-14);
+      if (expected <= 0.0) continue;
+      ++apart;
+      expectConsistent(found, 2.0);
+    }
+  }
+  EXPECT_GT(apart, 200);
+}
+
 struct Round {
   RoundSet set;
   std::unique_ptr<btConvexShape> shape;
