@@ -51,6 +51,27 @@ TEST(PoseTrack, StandingListenerHearsAfterDistanceOverSpeed) {
   EXPECT_EQ(arrivalTime(track, 2.0, Vec3::Zero(), kSpeedOfSound), arrival.time);
 }
 
+// A listener who walks, stops and walks on: the arrival solves its equation wherever it falls.
+TEST(PoseTrack, ListenerWhoStopsAndWalksOnHearsAtTheRoot) {
+  PoseTrack track(poseAt(0.0, Vec3(5.0, 0.0, 0.0)));
+  const Vec3 ear(0.0, 0.1, 0.0);
+  const Vec3 source(1.0, 2.0, 0.5);
+  const auto expectRoot = [&](double emission) {
+    const Arrival arrival = arrivalOf(track, {emission, source, Vec3::Zero()}, kSpeedOfSound, ear);
+    const double distance = (track.motion(arrival.time, ear).position - source).norm();
+    EXPECT_NEAR(arrival.delay, distance / kSpeedOfSound, 1e-12) << emission;
+    EXPECT_NEAR(arrival.distance, distance, 1e-12) << emission;
+  };
+  double x = 5.0;
+  for (int pose = 1; pose <= 60; ++pose) {
+    if (pose <= 20 || pose > 40) x += 0.05;
+    ASSERT_TRUE(track.append(poseAt(pose / 20.0, Vec3(x, 0.0, 0.0))));
+    EXPECT_EQ(track.stands(pose / 20.0), pose > 20 && pose <= 40) << pose;
+    for (const double emission : {0.0, 0.7, 1.0, 1.02, 1.05, 1.5, 1.99, 2.0, 2.5})
+      expectRoot(emission);
+  }
+}
+
 TEST(PoseTrack, SourceAtTheListenerIsHeardAtOnce) {
   const PoseTrack track(poseAt(0.0, Vec3(1.0, 1.0, 1.0)));
   const Arrival arrival =
