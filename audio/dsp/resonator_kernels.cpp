@@ -4,9 +4,9 @@
 #include <utility>
 #include <vector>
 
+#include "audio/model/immortal.h"
 #if CAROM_SIMD
 #include "audio/dsp/simd_resonators.h"
-#include "audio/model/immortal.h"
 #endif
 
 namespace carom::audio {
