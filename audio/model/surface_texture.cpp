@@ -418,20 +418,24 @@ void SurfaceTexture::measureSpectrum(Level& level, double width) {
     amplitude = std::sqrt(amplitude);
 }
 
+/// Returns a vector along the axes of the texels.
+Vec2 SurfaceTexture::turned(const Vec2& v) const {
+  return {axis_.dot(v), axis_.x() * v.y() - axis_.y() * v.x()};
+}
+
 Vec2 SurfaceTexture::slope(const Look& look, const Vec2& at) const {
-  const Vec2 place(axis_.dot(at) / scale_, (axis_.x() * at.y() - axis_.y() * at.x()) / scale_);
-  Vec2 slope = look.fine->at(place);
-  if (look.coarse != nullptr)
-    slope = (1.0 - look.share) * slope + look.share * look.coarse->at(place);
+  const Vec2 place = turned(at) / scale_;
+  const auto on = [&place](const Level& level) {
+    return Vec2(level.atTexels(place.cwiseProduct(level.perMetre)).cast<double>());
+  };
+  Vec2 slope = on(*look.fine);
+  if (look.coarse != nullptr) slope = (1.0 - look.share) * slope + look.share * on(*look.coarse);
   return steepness_ * Vec2(axis_.x() * slope.x() - axis_.y() * slope.y(),
                            axis_.y() * slope.x() + axis_.x() * slope.y());
 }
 
 SurfaceTexture::Line SurfaceTexture::line(const Look& look, const Vec2& from, const Vec2& along,
                                           const Vec2& climb) const {
-  const auto turned = [this](const Vec2& v) {
-    return Vec2(axis_.dot(v), axis_.x() * v.y() - axis_.y() * v.x());
-  };
   const auto on = [&](const Level* level, double share) {
     const Vec2 perMetre = level->perMetre / scale_;
     return Line::OnLevel{.level = level,

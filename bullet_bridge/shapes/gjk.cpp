@@ -162,7 +162,8 @@ Corner nearestCorner(const Simplex& simplex, const Nearest& nearest) {
 
 // Begins with the corners that the nearest point was made of when the pair was looked at last.
 Nearest begin(Simplex& simplex, const PlacedPiece& body, const PlacedPiece& other,
-              const Vec3& guess, const NearestCorners* corners) {
+              const DistanceSearch& search) {
+  const NearestCorners* const corners = search.corners;
   Nearest nearest;
   simplex.count = corners != nullptr ? corners->count : 0;
   for (std::size_t i = 0; i < simplex.count; ++i)
@@ -172,7 +173,7 @@ Nearest begin(Simplex& simplex, const PlacedPiece& body, const PlacedPiece& othe
     reduce(simplex, nearest);
   }
   if (simplex.count > 1) return nearest;
-  if (simplex.count == 0) simplex.corners[0] = cornerAgainst(body, other, guess);
+  if (simplex.count == 0) simplex.corners[0] = cornerAgainst(body, other, search.guess);
   simplex.count = 1;
   nearest.point = simplex.at(0);
   nearest.weights[0] = 1.0;
@@ -221,7 +222,7 @@ CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other,
   }
   const double size = body.piece->coreBall() + other.piece->coreBall();
   Simplex simplex;
-  Nearest nearest = begin(simplex, body, other, search.guess, search.corners);
+  Nearest nearest = begin(simplex, body, other, search);
   const double overlap = kSimplexRounding * size;
   const double margins = body.piece->margin() + other.piece->margin();
   int iteration = 0;

@@ -39,14 +39,9 @@ struct NearestCorners {
   std::array<Corner, 4> corners;
 };
 
-/// Distance of two cores by the method of Gilbert, Johnson and Keerthi (1988), in double precision.
-/// The sub-simplex that holds the nearest point is found by its signed volumes, after Montanari,
-/// Petrinic and Barbieri (2017), but relative to one of its corners: that keeps the digits when a
-/// simplex is small and far. Stops when distance and lower bound differ by 1e-12 of the distance or
-/// by rounding, or after 100 iterations. `guess` is a direction from other to body, the nearer to
-/// the normal the faster. Overlap of cores is found, not measured.
-/// [any thread]
+/// Begin and end of a search for the distance of two cores.
 struct DistanceSearch {
+  /// Direction from other to body, of any length: the nearer to the normal the faster.
   Vec3 guess;
   /// The search stops as soon as distance and lower bound differ by no more than this fraction of
   /// the gap, which is the distance less both margins.
@@ -57,6 +52,12 @@ struct DistanceSearch {
   /// Distance (m) beyond which no more need be known: the search stops once it is surely exceeded.
   double farthest = std::numeric_limits<double>::infinity();
 };
+
+/// Distance of two cores by the method of Gilbert, Johnson and Keerthi (1988), in double precision.
+/// The sub-simplex that holds the nearest point is found by its signed volumes, after Montanari,
+/// Petrinic and Barbieri (2017), but relative to one of its corners: that keeps the digits when a
+/// simplex is small and far. Stops when distance and lower bound differ by 1e-12 of the distance or
+/// by rounding, or after 100 iterations. Overlap of cores is found, not measured. [any thread]
 CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other,
                           const DistanceSearch& search);
 inline CoreDistance coreDistance(const PlacedPiece& body, const PlacedPiece& other,

@@ -104,7 +104,7 @@ TEST(StillSpeed, ChangesNoCollision) {
   }
 }
 
-/// What the contact states of one pair say of it.
+/// The contact states of one pair, summed up.
 struct Course {
   int states = 0;
   double fastest = 0.0;  // m/s, by which the surfaces slide, or the contact moves over either

@@ -71,13 +71,6 @@ TEST(Collisions, AreToldOnceWithWhatHappened) {
   EXPECT_NEAR(collision.impulse, 2.0 * kMass * collision.approachSpeed, 1e-3);
 }
 
-float peakOf(const std::vector<float>& samples) {
-  float peak = 0.0F;
-  for (const float sample : samples)
-    peak = std::max(peak, std::abs(sample));
-  return peak;
-}
-
 // The rendered samples are the oracle: at no listener above the bound, and within 12 dB of it.
 TEST(Collisions, HaveABoundOfTheirPressureAtEachListener) {
   Balls balls;
@@ -92,7 +85,7 @@ TEST(Collisions, HaveABoundOfTheirPressureAtEachListener) {
   ASSERT_EQ(told[0].heard.size(), 2U);
   for (std::size_t listener = 0; listener < 2; ++listener) {
     const HeardCollision& heard = told[0].heard[listener];
-    const auto peak = static_cast<double>(peakOf(samples[listener]));
+    const double peak = test::peakOf(samples[listener]);
     EXPECT_LE(peak, heard.peak) << listener;
     EXPECT_GT(peak, 0.25 * heard.peak) << listener;
     EXPECT_NEAR(heard.level, 20.0 * std::log10(heard.peak / 20e-6), 1e-9);

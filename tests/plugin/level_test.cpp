@@ -32,11 +32,10 @@ double decibels(double ratio) {
 }
 
 double peakOf(const Channels& channels) {
-  float peak = 0.0F;
+  double peak = 0.0;
   for (const std::vector<float>& channel : channels)
-    for (const float sample : channel)
-      peak = std::max(peak, std::abs(sample));
-  return static_cast<double>(peak);
+    peak = std::max(peak, test::peakOf(channel));
+  return peak;
 }
 
 /// A sound file as it was read.

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -34,6 +36,13 @@ inline void takeReady(SoundOutput& sound, std::vector<std::vector<float>>& chann
     }
     sound.render(to, frames);
   }
+}
+
+inline double peakOf(std::span<const float> samples) {
+  float peak = 0.0F;
+  for (const float sample : samples)
+    peak = std::max(peak, std::abs(sample));
+  return static_cast<double>(peak);
 }
 
 }  // namespace carom::test

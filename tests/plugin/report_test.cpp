@@ -41,13 +41,6 @@ struct FallingBall {
   btRigidBody& ball;
 };
 
-double peakOf(const Channels& channels) {
-  double peak = 0.0;
-  for (const float sample : channels.front())
-    peak = std::max(peak, std::abs(static_cast<double>(sample)));
-  return peak;
-}
-
 SoundSettings nearby() {
   SoundSettings settings;
   settings.listeners = {{"near", {0.1, 0.3, 0.2}}};
@@ -130,7 +123,7 @@ TEST(Listener, InBulletsTypesIsThatInCaromsOwn) {
   const Channels turned = heard([&](Sound& sound) { return sound.setListener(place, turn); });
   EXPECT_NE(turned, unturned);
   const auto isNearly = [&](const Channels& channels) {
-    return std::abs(peakOf(channels) / peakOf(turned) - 1.0) < 1e-4;
+    return std::abs(test::peakOf(channels.front()) / test::peakOf(turned.front()) - 1.0) < 1e-4;
   };
   EXPECT_TRUE(
       isNearly(heard([&](Sound& sound) { return sound.setListener(bulletPlace, bulletTurn); })));
@@ -148,7 +141,7 @@ TEST(WorldUnits, AreTurnedIntoMetres) {
     Channels channels(1);
     world.fall(sound, channels);
     EXPECT_EQ(sound.statistics().events, 1U);
-    return peakOf(channels);
+    return test::peakOf(channels.front());
   };
   const double metres = heard(1.0);
   ASSERT_GT(metres, 0.0);

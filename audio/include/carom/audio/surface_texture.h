@@ -61,9 +61,6 @@ class SurfaceTexture {
 
     double around(double place) const;
     static std::array<double, kBands + 1> edges(double stretch);
-    Vec2 at(const Vec2& place) const {
-      return atTexels(place.cwiseProduct(perMetre)).cast<double>();
-    }
     Slope atTexels(const Vec2& place) const;
   };
   /// Levels of slopes that several textures may share, each with its own scale.
@@ -129,6 +126,7 @@ class SurfaceTexture {
 
  private:
   SurfaceTexture() = default;
+  Vec2 turned(const Vec2& v) const;
   static std::shared_ptr<const Texels> roughTexels(double hurst, std::uint64_t seed);
   static std::shared_ptr<const Texels> makeRoughTexels(double hurst, std::uint64_t seed);
   static void addLevels(Texels& texels);

@@ -68,9 +68,9 @@ enum class LastingDetail : std::uint8_t {
   /// this.
   exact,
   /// As much as is heard of them: what is 20 dB below the threshold of hearing in every third
-  /// octave,
-  /// or masked by the others, makes no sound; the loudest SynthSettings::slideVoices are exact, all
-  /// others together are noise of their third octaves. As `exact` with heads or comparison models.
+  /// octave, or masked by the others, makes no sound; the loudest SynthSettings::slideVoices are
+  /// exact, all others together are noise of their third octaves. As `exact` with heads or
+  /// comparison models.
   heard,
 };
 
