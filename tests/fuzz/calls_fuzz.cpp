@@ -1,0 +1,188 @@
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <thread>
+#include <vector>
+
+#include "carom/audio/material.h"
+#include "carom/event_sound.h"
+#include "tests/fuzz/fuzz_numbers.h"
+
+namespace carom::fuzz {
+namespace {
+
+constexpr std::size_t kBodies = 5;
+constexpr std::size_t kMostCalls = 200;
+
+/// Pulls samples on a thread of its own, as a host's audio callback does, until it is told to end.
+class Puller {
+ public:
+  explicit Puller(EventSound& sound) : sound_(sound), thread_([this] { pull(); }) {}
+  Puller(const Puller&) = delete;
+  Puller& operator=(const Puller&) = delete;
+  ~Puller() {
+    ends_ = true;
+    thread_.join();
+  }
+
+ private:
+  void pull() {
+    std::array<std::vector<float>, 2> samples = {std::vector<float>(64), std::vector<float>(64)};
+    const std::array<float*, 2> channels = {samples[0].data(), samples[1].data()};
+    while (!ends_) {
+      sound_.render(channels, samples[0].size());
+      for (const std::vector<float>& channel : samples)
+        for (const float sample : channel)
+          require(std::isfinite(sample));
+      std::this_thread::yield();
+    }
+  }
+
+  EventSound& sound_;
+  std::atomic<bool> ends_ = false;
+  std::thread thread_;
+};
+
+/// A host that calls in any order, with numbers that are mostly sound.
+class Host {
+ public:
+  Host(EventSound& sound, FuzzNumbers& numbers) : sound_(sound), numbers_(numbers) {}
+
+  void run() {
+    for (std::size_t call = 0; call < kMostCalls && !numbers_.isEmpty(); ++call)
+      callOne();
+  }
+
+ private:
+  void callOne() {
+    switch (numbers_.below(16)) {
+      case 0:
+        setBody();
+        break;
+      case 1:
+        sound_.removeBody(body());
+        break;
+      case 2:
+        (void)sound_.setListener(numbers_.wild(numbers_.inCube(3.0)), orientation());
+        break;
+      case 3:
+        sound_.pause();
+        break;
+      case 4:
+        (void)sound_.setTimeScale(numbers_.wild(numbers_.logBetween(0.1, 4.0)));
+        break;
+      case 5:
+        (void)sound_.setGain(numbers_.wild(numbers_.between(0.0, 2.0)));
+        break;
+      case 6:
+        updateContact();
+        break;
+      case 7:
+        time_ = numbers_.wild(time_);
+        sound_.advanceTo(time_);
+        if (!(std::abs(time_) < 1e6)) time_ = 0.0;
+        break;
+      case 8:
+      case 9:
+      case 10:
+        time_ += numbers_.logBetween(1e-4, 0.05);
+        sound_.advanceTo(time_);
+        break;
+      default:
+        post();
+    }
+  }
+  BodyId body() { return static_cast<BodyId>(numbers_.below(kBodies + 1)); }
+  Quat orientation() {
+    const Vec3 axis = numbers_.wild(numbers_.inCube(1.0));
+    return {numbers_.wild(numbers_.between(-1.0, 1.0)), axis.x(), axis.y(), axis.z()};
+  }
+  void setBody() {
+    constexpr std::array kMaterials = {"steel", "glass", "wood", "rubber"};
+    SoundBody set;
+    set.material = *findMaterial(kMaterials[numbers_.below(kMaterials.size())]);
+    set.mass = numbers_.wild(numbers_.logBetween(1e-3, 100.0));
+    set.radius = numbers_.wild(numbers_.logBetween(1e-3, 1.0));
+    (void)sound_.setBody(body(), set);
+  }
+  void post() {
+    ImpulseEvent event;
+    event.time = numbers_.wild(time_ + numbers_.between(-0.01, 0.05));
+    event.body = body();
+    event.other = body();
+    event.normal = numbers_.wild(Vec3(numbers_.inCube(1.0) + Vec3(0.0, 1e-3, 0.0)).normalized());
+    event.approachSpeed = numbers_.wild(numbers_.logBetween(1e-3, 100.0));
+    event.effectiveMass = numbers_.wild(numbers_.logBetween(1e-4, 10.0));
+    event.impulse = numbers_.wild(Vec3(event.effectiveMass * event.approachSpeed * event.normal));
+    event.radius = numbers_.wild(numbers_.logBetween(1e-3, 1.0));
+    event.otherRadius = numbers_.wild(numbers_.logBetween(1e-3, 1.0));
+    event.position = event.bodyPosition = numbers_.wild(numbers_.inCube(3.0));
+    event.bodyVelocity = numbers_.wild(numbers_.inCube(10.0));
+    if (numbers_.chance(64)) event.bodyOrientation = orientation();
+    sound_.post(event);
+  }
+  void updateContact() {
+    ContactState contact;
+    contact.time = numbers_.wild(time_);
+    contact.duration = numbers_.wild(numbers_.logBetween(1e-4, 0.02));
+    contact.phase = static_cast<ContactPhase>(numbers_.below(3));
+    contact.body = body();
+    contact.other = body();
+    contact.normal = Vec3::UnitY();
+    contact.position = numbers_.wild(numbers_.inCube(2.0));
+    contact.normalLoad = numbers_.wild(numbers_.logBetween(1e-3, 1e3));
+    contact.slipVelocity = numbers_.wild(Vec3(numbers_.between(-3.0, 3.0), 0.0, 0.0));
+    contact.pathEnd = contact.otherPathEnd =
+        numbers_.wild(Vec3(contact.duration * contact.slipVelocity));
+    sound_.updateContact(contact);
+  }
+
+  EventSound& sound_;
+  FuzzNumbers& numbers_;
+  double time_ = 0.0;  // s
+};
+
+/// Requires that each share which was posted has one fate; see SoundStatistics.
+void requireOneFateEach(const SoundStatistics& of) {
+  const std::uint64_t leftOut = of.inaudible + of.masked + of.stolen + of.overBudget + of.noBus +
+                                of.tooLong + of.ringsLeftOut + of.queueFaults;
+  require(of.posted == of.silenced + of.skipped + of.immovable + of.rejected + of.heard + leftOut +
+                           of.lost + of.waiting);
+}
+
+void call(FuzzNumbers& numbers) {
+  SoundSettings settings;
+  settings.budget.voices = 1 + numbers.below(64);
+  settings.budget.buses = 1 + numbers.below(16);
+  auto sound = EventSound::create(settings);
+  require(static_cast<bool>(sound));
+  const bool isPulled = numbers.chance(200);
+  if (isPulled) require(static_cast<bool>(sound->prepareRendering(8000.0)));
+  Host host(*sound, numbers);
+  if (isPulled && numbers.chance(128)) {
+    const Puller puller(*sound);
+    host.run();
+  } else {
+    host.run();
+  }
+  requireOneFateEach(sound->statistics());
+  (void)sound->close();
+  const SoundStatistics end = sound->statistics();
+  requireOneFateEach(end);
+  require(end.waiting == 0);
+}
+
+}  // namespace
+}  // namespace carom::fuzz
+
+/// Calls a sound of events in the order and with the numbers that the bytes stand for, beside a
+/// thread that pulls samples: no sample may be anything but finite, and each share that was posted
+/// must have one fate.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  carom::fuzz::FuzzNumbers numbers({data, size});
+  carom::fuzz::call(numbers);
+  return 0;
+}
