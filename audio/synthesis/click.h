@@ -31,6 +31,8 @@ struct alignas(64) Click {
   std::uint32_t chain = 0;               ///< index into SoundPaths::chains, the wall filters
   std::uint32_t channel = 0;             ///< index; the number of channels: the reverberation
   std::uint32_t samples = 0;
+  bool isLeader = false;  ///< the first click of an event, with which the event is heard
 };
+static_assert(sizeof(Click) == 128);
 
 }  // namespace carom::audio

@@ -461,6 +461,7 @@ std::string WorldSession::describe() const {
 SoundStatistics WorldSession::statistics() const {
   SoundStatistics all = SoundSession::statistics();
   all.silenced = silenced_;
+  all.posted += silenced_;
   all.unsupportedContacts = bridge_ ? bridge_->counters().unsupported : unsupported_;
   all.solvedShapes = reader_.solver().solved();
   all.shapesPending = reader_.solver().pending();

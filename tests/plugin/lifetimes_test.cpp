@@ -455,7 +455,7 @@ TEST(ExitDeathTest, WithoutDestructorsFinishesTheRecording) {
   EXPECT_EQ(folder.entries(), 1U);
 }
 
-TEST(ExitDeathTest, OfAKilledProcessLeavesAFileThatTheNextRunRemoves) {
+TEST(ExitDeathTest, OfAKilledProcessLeavesSoundThatTheNextRunGivesAName) {
   const test::TemporaryFolder folder;
   EXPECT_EXIT(die(folder / "drop.wav"), testing::ExitedWithCode(0), "");
   EXPECT_EQ(folder.entries(), 1U);
@@ -463,10 +463,19 @@ TEST(ExitDeathTest, OfAKilledProcessLeavesAFileThatTheNextRunRemoves) {
   std::ofstream(folder / "drop.wav.bak.partial") << "the host's own";
   std::ofstream(folder / "other.wav.12ab.partial") << "of another recording";
   Drop drop;
-  Sound sound = drop.sound(quiet({.record = folder / "drop.wav"}));
-  EXPECT_EQ(folder.entries(), 3U) << "the two above, and the one that is written";
+  std::vector<std::string> told;
+  SoundSettings settings = quiet({.record = folder / "drop.wav"});
+  settings.onMessage = [&told](const std::string& sentence) { told.push_back(sentence); };
+  Sound sound = drop.sound(settings);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_NE(told[0].find("drop.incomplete.wav'"), std::string::npos) << told[0];
+  EXPECT_EQ(folder.entries(), 4U) << "these three, and the one that is written";
+  // What was handed over was 48 steps less the latency; the last 0.1 s may be lost.
+  const test::Recording left = test::readRecording(folder / "drop.incomplete.wav");
+  EXPECT_GT(static_cast<double>(left.info.frames) / 48000.0, 48 * kStep - 0.05 - 0.1);
+  EXPECT_GT(left.peak(), 0.0);
   ASSERT_TRUE(sound.close());
-  EXPECT_EQ(folder.entries(), 3U);
+  EXPECT_EQ(folder.entries(), 4U);
 }
 
 TEST(Recording, OfTheSameNameByAnotherIsLeftAlone) {
