@@ -4,7 +4,6 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <numeric>
 #include <tuple>
 #include <utility>
 
@@ -397,8 +396,14 @@ double ClickRenderer::workOf(const Click& click) const noexcept {
 
 void ClickRenderer::begin(std::uint32_t slot) noexcept {
   const Click& click = clicks_[slot];
-  if (click.isLeader) ++counters_.heard;
   std::span<const double> samples = samplesOf(click);
+  const double near = settings_.comparison.radiation == Radiation::exact ? click.near : 0.0;
+  const bool isSound = canBeSound(samples) && std::isfinite(near);
+  if (click.isLeader) ++(isSound ? counters_.heard : counters_.lost);
+  if (!isSound) {
+    counters_.silencedFrames += click.samples;
+    return leaveBuses(click);
+  }
   if (click.channel < paths_->channels.size() && paths_->channels[click.channel].isEar) {
     const SoundPaths::Channel& channel = paths_->channels[click.channel];
     const HrtfSet& set = *paths_->listeners[channel.listener].hrtf;
@@ -410,7 +415,6 @@ void ClickRenderer::begin(std::uint32_t slot) noexcept {
     kernels_.convolve(response, samples.data(), {heard_.data(), length});
     samples = {heard_.data(), length};
   }
-  const double near = settings_.comparison.radiation == Radiation::exact ? click.near : 0.0;
   for (std::size_t i = 0; i < click.filters->count; ++i) {
     Bus& bus = buses_[click.buses[i]];
     const double weight = click.filters->weights[i];
@@ -446,34 +450,23 @@ void ClickRenderer::mix(std::size_t frames) noexcept {
   position_ += static_cast<std::int64_t>(frames);
 }
 
-/// Replaces samples that no pressure can be by 0, and has filters forget those that they hold. No
-/// event that was scheduled gives such (ContactPropagation): a mistake costs its own instant.
+/// Replaces samples that can be no sound by 0, and has filters forget those that they hold. Clicks
+/// and excitations that would give such are left out before they reach them (`begin`).
 void ClickRenderer::silenceNotFinite(std::size_t frames) noexcept {
-  constexpr double kMost = 1e30;  // Pa
-  const auto total = [frames](const double* samples) {
-    return std::accumulate(samples, samples + frames, 0.0,
-                           [](double sum, double sample) { return sum + std::abs(sample); });
-  };
-  bool isSound = total(send_.data()) <= kMost;
+  bool isSound = canBeSound({send_.data(), frames});
   for (std::size_t channel = 0; channel < paths_->channels.size(); ++channel)
-    isSound = isSound && total(&mix_[channel * kMixFrames]) <= kMost;
+    isSound = isSound && canBeSound({&mix_[channel * kMixFrames], frames});
   if (isSound) return;
-  for (std::size_t frame = 0; frame < frames; ++frame) {
-    bool isSilenced = false;
-    const auto silence = [&](double& sample) {
-      if (std::abs(sample) <= kMost) return;
-      sample = 0.0;
-      isSilenced = true;
-    };
-    for (std::size_t channel = 0; channel < paths_->channels.size(); ++channel)
-      silence(mix_[channel * kMixFrames + frame]);
-    silence(send_[frame]);
-    if (isSilenced) ++counters_.silencedFrames;
-  }
+  const auto forget = [](double& sample) {
+    if (!(std::abs(sample) <= kNoSound)) sample = 0.0;
+  };
+  std::ranges::for_each(mix_, forget);
+  std::ranges::for_each(send_, forget);
   for (Bus& bus : buses_)
-    bus.line.forgetAbove(kMost);
-  modalBank_.forgetAbove(kMost);
+    bus.line.forgetAbove(kNoSound);
+  modalBank_.forgetAbove(kNoSound);
   if (bed_) bed_->clear();
+  counters_.silencedFrames += frames;
 }
 
 void ClickRenderer::addNoise(std::size_t frames) noexcept {

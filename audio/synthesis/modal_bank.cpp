@@ -292,9 +292,10 @@ void ModalBank::drive(std::uint32_t slot) noexcept {
   const std::size_t late =
       click.first < position_ ? static_cast<std::size_t>(position_ - click.first) : std::size_t{0};
   assert(length - late <= ahead_.front().size());
-  const bool isOver = length + 1 > x_.size();  // so late that nothing is left
-  if (excitation.isLeader) ++(isOver ? counters_.lost : counters_.heard);
-  if (isOver) return giveBack(slot);
+  if (length + 1 > x_.size()) {  // so late that it is over
+    counters_.lost += excitation.isLeader ? 1 : 0;
+    return giveBack(slot);
+  }
   x_[0] = 0.0;
   const std::span<double> x(x_.data() + 1, click.samples);
   sampler_.sample(click, Drive::force, x);
@@ -306,10 +307,16 @@ void ModalBank::drive(std::uint32_t slot) noexcept {
                        y_.data(), y_.data() + count, count};
   kernels_.drive(own, {waiting.taps.data(), waiting.taps.data() + count, x_.data() + 1},
                  {out_.data(), length});
+  addRest(excitation.rest, x, {out_.data(), length});
+  const bool isSound = canBeSound({out_.data(), length}) && canBeSound({y_.data(), 2 * count});
+  if (excitation.isLeader) ++(isSound ? counters_.heard : counters_.lost);
+  if (!isSound) {
+    counters_.silencedFrames += click.samples;
+    return giveBack(slot);
+  }
   std::vector<double>& ahead = ahead_[click.channel];
   const std::size_t at =
       click.first < position_ ? 0 : static_cast<std::size_t>(click.first - position_);
-  addRest(excitation.rest, x, {out_.data(), length});
   for (std::size_t n = late; n < length; ++n)
     ahead[at + n - late] += out_[n];
   aheadEnd_ = std::max(aheadEnd_, at + length - late);

@@ -69,8 +69,8 @@ class ModalBank {
   bool isSilent() const { return waiting_.size() == 0 && driven_.empty() && banksInUse() == 0; }
   std::size_t banksInUse() const { return order_.size(); }
   std::size_t resonatorsInUse() const;
-  /// modalVoicesExhausted: excitations left out; of events that only ring: heard, lost, tooLong,
-  /// ringsLeftOut.
+  /// modalVoicesExhausted: excitations left out; silencedFrames; of events that only ring: heard,
+  /// lost, tooLong, ringsLeftOut.
   const SynthCounters& counters() const { return counters_; }
 
  private:

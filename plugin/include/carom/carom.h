@@ -493,7 +493,7 @@ typedef struct carom_statistics {
   uint64_t lost;             ///< events whose output ended before their sound began
   uint64_t rings_left_out;   ///< events that only ring, left out: see modal_voices_exhausted
   uint64_t rejected_slides;  ///< steps of contacts with a number out of range: not heard
-  uint64_t silenced_frames;  ///< frames with a sample that was not finite: it became 0
+  uint64_t silenced_frames;  ///< frames of sounds left out as they were not finite
   uint64_t posted;           ///< shares of collisions that were handed over
   uint64_t waiting;          ///< now: shares that are yet to be heard, or left out
 } carom_statistics;

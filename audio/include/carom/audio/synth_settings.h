@@ -147,11 +147,12 @@ struct SynthCounters {
   /// `events` left out where SynthSettings::lasting is `heard`: too quiet beside others.
   std::uint64_t masked = 0;
   std::uint64_t heard = 0;  ///< `events` whose sound has begun
-  /// `events` whose sound was dropped while it waited, or that came when all of it was over.
+  /// `events` whose sound was dropped while it waited, was not finite, or came when it was over.
   std::uint64_t lost = 0;
   std::uint64_t ringsLeftOut = 0;  ///< `events` that only ring, left out: see modalVoicesExhausted
   std::uint64_t rejectedSlides = 0;  ///< steps of contacts with a number out of range: not heard
-  /// Frames in which a sample was not finite, or beyond 1e30 Pa: that sample became 0.
+  /// Frames of sounds that were not finite, or beyond 1e30 Pa, and so left out as they began. No
+  /// event that is scheduled gives such; it would cost its own instant, and nothing after it.
   std::uint64_t silencedFrames = 0;
 };
 /// Number of `events` whose sound has yet to begin.
