@@ -14,6 +14,7 @@
 #include "audio/synthesis/click_renderer.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/audio/ringing_box.h"
+#include "tests/support/wavy_slide.h"
 
 namespace carom::audio {
 namespace {
@@ -171,29 +172,14 @@ TEST(NotFinite, AndHugeEventsAreRefusedWithAReason) {
   }
 }
 
+// The listener is farther away than samples can count.
 TEST(NotFinite, StepsOfContactsAreNoRejectedEvents) {
-  Hall hall;
-  SoundBody rough = BallDrop{}.ball();
-  rough.texture =
-      std::make_shared<const SurfaceTexture>(*SurfaceTexture::rough({.rmsHeight = 1e-5}, 1));
-  ASSERT_TRUE(hall.scheduler.setBody(7, rough));
-  ASSERT_TRUE(hall.scheduler.setBody(8, rough));
-  ContactState contact;
-  contact.body = 7;
-  contact.other = 8;
-  contact.duration = 0.01;
-  contact.normalLoad = 1e250;
-  contact.slipVelocity = {1.0, 0.0, 0.0};
-  for (int step = 0; step < 10; ++step) {
-    contact.time = 0.01 * step;
-    contact.pathStart = {0.01 * step, 0.0, 0.0};
-    contact.pathEnd = {0.01 * (step + 1), 0.0, 0.0};
-    hall.scheduler.updateContact(contact, {}, hall.renderer);
-  }
-  EXPECT_EQ(hall.scheduler.counters().rejected, 0u);
-  EXPECT_EQ(hall.scheduler.counters().events, 0u);
-  for (const double sample : hall.render(kFrames))
-    ASSERT_TRUE(std::isfinite(sample));
+  const test::WavySlide slide{.listener = {0.25, 1e17, 1.0}};
+  Synth synth = test::synthOf(slide);
+  test::play(synth, slide);
+  EXPECT_GT(synth.counters().rejectedSlides, 0u);
+  EXPECT_EQ(synth.counters().rejected, 0u);
+  EXPECT_EQ(synth.counters().events, 0u);
 }
 
 }  // namespace

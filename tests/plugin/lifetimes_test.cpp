@@ -22,6 +22,7 @@
 #include "carom/event_sound.h"
 #include "carom/sound.h"
 #include "tests/bullet_bridge/any_world.h"
+#include "tests/support/recording.h"
 #include "tests/support/temporary_folder.h"
 
 namespace carom {
