@@ -2,19 +2,18 @@
 
 #include <array>
 #include <cmath>
-#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "audio/io/partial_file.h"
 #include "carom/audio/sound_file.h"
+#include "tests/support/full_disk.h"
 #include "tests/support/recording.h"
 #include "tests/support/temporary_folder.h"
 
@@ -24,29 +23,10 @@ namespace {
 namespace fs = std::filesystem;
 
 using test::contents;
+using test::FullDisk;
 using test::Recording;
 
 constexpr std::size_t kBlock = 1000;  // frames
-
-/// Limits the size of files, as a full disk does, while it lives.
-class FullDisk {
- public:
-  explicit FullDisk(rlim_t bytes) {
-    std::signal(SIGXFSZ, SIG_IGN);
-    getrlimit(RLIMIT_FSIZE, &before_);
-    const rlimit limit = {bytes, before_.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  FullDisk(const FullDisk&) = delete;
-  FullDisk& operator=(const FullDisk&) = delete;
-  ~FullDisk() {
-    setrlimit(RLIMIT_FSIZE, &before_);
-    std::signal(SIGXFSZ, SIG_DFL);
-  }
-
- private:
-  rlimit before_ = {};
-};
 
 class KeptSound : public testing::Test {
  protected:

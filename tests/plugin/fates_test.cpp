@@ -13,6 +13,7 @@
 #include "carom/event_sound.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/audio/ringing_box.h"
+#include "tests/support/full_disk.h"
 #include "tests/support/random.h"
 #include "tests/support/recording.h"
 #include "tests/support/temporary_folder.h"
@@ -413,6 +414,41 @@ TEST(Fates, OfWhatIsPostedBeforeTheClockGoesBackIsThatItIsHeardNow) {
   EXPECT_GT(peak, 0.0);
   EXPECT_EQ(sound.statistics().jumps, 1u);
   EXPECT_EQ(sound.statistics().heard, 1u);
+}
+
+// ---- Recordings that end by an error
+
+TEST(Fates, OfARecordingOnAFullDiskIsThatItIsKeptAndToldAtOnce) {
+  const TemporaryFolder folder;
+  std::vector<std::string> told;
+  SoundSettings settings = fateSettings();
+  settings.fullScale.reset();  // an automatic level, as is the default
+  settings.onMessage = [&told](const std::string& sentence) { told.push_back(sentence); };
+  EventSound sound = fateSound(settings);
+  ASSERT_TRUE(sound.record(folder / "full.wav"));
+  const test::FullDisk disk(200'000);  // a second
+  for (int i = 1; i <= 20; ++i) {
+    sound.post(ballOn(kFateStone, 0.1 * i - 0.05));
+    sound.advanceTo(0.1 * i);
+    const bool isFull = 0.1 * i - settings.latency > 200'000.0 / 4.0 / kFateRate;
+    EXPECT_EQ(told.size(), isFull ? 1u : 0u) << i;
+    EXPECT_EQ(sound.statistics().recordingError.empty(), !isFull) << i;
+  }
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(sound.statistics().recordingError, told[0]);
+  EXPECT_NE(told[0].find("File too large; the 1.04"), std::string::npos) << told[0];
+  const Status finished = sound.finishRecording();
+  ASSERT_FALSE(finished);
+  EXPECT_EQ(finished.error().message, told[0]);
+  EXPECT_EQ(told.size(), 1u);
+  const SoundStatistics after = sound.statistics();
+  EXPECT_EQ(after.recordingError, told[0]);
+  EXPECT_EQ(after.posted, 20u);
+  EXPECT_EQ(fatesOf(after), 20u);
+  EXPECT_EQ(after.heard, 10u);
+  EXPECT_EQ(after.lost, 10u);
+  EXPECT_EQ(onsetsOf(test::readRecording(folder / "full.wav")).size(), 10u);
+  EXPECT_EQ(folder.entries(), 1u);
 }
 
 }  // namespace
