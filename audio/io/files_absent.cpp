@@ -29,7 +29,7 @@ PartialFile::PartialFile(PartialFile&& other) noexcept
     : finalPath_(std::move(other.finalPath_)), path_(std::exchange(other.path_, {})) {}
 PartialFile::~PartialFile() = default;
 
-std::vector<fs::path> PartialFile::settleLeftovers(
+std::vector<fs::path> PartialFile::keepLeftovers(
     const fs::path& /*finalPath*/, const std::function<bool(const fs::path&)>& /*isOfUse*/) {
   return {};
 }

@@ -52,7 +52,7 @@ int createLocked(const fs::path& path) {
   return lockFile(path, O_CREAT | O_EXCL);
 }
 
-/// True if the locked file still has a name: another's `settleLeftovers` may have had the lock
+/// True if the locked file still has a name: another's search for leftovers may have had the lock
 /// first, between creation and lock.
 bool hasName(int lock) {
   struct stat status = {};
@@ -163,6 +163,15 @@ Result<fs::path> giveNameBeside(const fs::path& path, const fs::path& final) {
   return Error{failed.message()};
 }
 
+/// Visits the partial files of one name and ending whose writers are gone.
+template <class Visit>
+void visitLeftovers(const fs::path& final, std::string_view ending, const Visit& visit) {
+  for (const std::string& name : namesIn(final.parent_path())) {
+    const fs::path path = final.parent_path() / name;
+    if (isPartialOf(name, final.filename().string(), ending)) withLock(path, [&] { visit(path); });
+  }
+}
+
 /// The partial files of this process that are removed where it ends.
 struct OpenPartials {
   static OpenPartials& instance() {
@@ -179,6 +188,10 @@ PartialFile::PartialFile(const fs::path& finalPath, Leftover leftover)
     : finalPath_(absolutePath(finalPath)) {
   const std::string ending =
       leftover == Leftover::kept ? keptEnding(finalPath_) : std::string(kEnding);
+  visitLeftovers(finalPath_, kEnding, [](const fs::path& path) {
+    std::error_code ignored;
+    fs::remove(path, ignored);
+  });
   OpenPartials& open = OpenPartials::instance();
   const MutexLock lock(open.mutex);
   for (int tries = 0; tries < kTries; ++tries) {
@@ -235,24 +248,18 @@ Result<fs::path> PartialFile::keepIncomplete() {
   return kept;
 }
 
-std::vector<fs::path> PartialFile::settleLeftovers(
+std::vector<fs::path> PartialFile::keepLeftovers(
     const fs::path& finalPath, const std::function<bool(const fs::path&)>& isOfUse) {
   const fs::path final = absolutePath(finalPath);
-  const std::string name = final.filename().string();
   std::vector<fs::path> kept;
-  for (const std::string& other : namesIn(final.parent_path())) {
-    const fs::path path = final.parent_path() / other;
-    const bool isKept = isPartialOf(other, name, keptEnding(final));
-    if (!isKept && !isPartialOf(other, name, kEnding)) continue;
-    withLock(path, [&] {
-      std::error_code ignored;
-      if (!isKept || !isOfUse(path)) {
-        fs::remove(path, ignored);
-      } else if (const Result<fs::path> given = giveNameBeside(path, final); given) {
-        kept.push_back(*given);
-      }
-    });
-  }
+  visitLeftovers(final, keptEnding(final), [&](const fs::path& path) {
+    std::error_code ignored;
+    if (!isOfUse(path)) {
+      fs::remove(path, ignored);
+    } else if (const Result<fs::path> given = giveNameBeside(path, final); given) {
+      kept.push_back(*given);
+    }
+  });
   return kept;
 }
 

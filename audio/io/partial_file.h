@@ -18,15 +18,18 @@ enum class Leftover {
 /// An output file that appears whole or not at all: it is written beside its final place, brought
 /// to the disk and renamed at the end; if it never is, it is deleted with this object. A file that
 /// had the name before stays until then. Two writers of one name do not meet. A process that ends
-/// without destroying the object leaves the partial file behind: see `settleLeftovers`. [one
-/// thread]
+/// without destroying the object leaves the partial file behind, which the next object of the same
+/// name removes, or `keepLeftovers` keeps: nobody holds a lock on it, as the system drops a lock
+/// when its process ends, in whichever way and on whichever host. Where the system has no such
+/// locks it stays. [one thread]
 ///
 ///     out.wav.4f00ba12.partial       Leftover::removed
 ///     out.wav.4f00ba12.partial.wav   Leftover::kept: the ending says what it is
-///     out.incomplete.wav             once such a file is settled
+///     out.incomplete.wav             such a file, found by `keepLeftovers`
 class PartialFile {
  public:
-  /// Creates the file, if that can be, and holds a lock on it.
+  /// Removes what others have left under the name, Leftover::removed, and creates the file, if that
+  /// can be, with a lock on it.
   explicit PartialFile(const std::filesystem::path& finalPath,
                        Leftover leftover = Leftover::removed);
   PartialFile(PartialFile&& other) noexcept;
@@ -44,11 +47,9 @@ class PartialFile {
   /// one beside it, so that nothing is replaced. Without success the file stays as it is for good.
   Result<std::filesystem::path> keepIncomplete();
 
-  /// Settles the partial files of one name whose writers are gone: nobody holds a lock on them,
-  /// and the system drops a lock when its process ends, in whichever way and on whichever host.
-  /// Removes them, but for those of Leftover::kept that `isOfUse`: they get names beside the final
-  /// one, which are returned. Does nothing where the system has no such locks.
-  static std::vector<std::filesystem::path> settleLeftovers(
+  /// Gives names beside the final one to the files of Leftover::kept that dead programs have left,
+  /// and returns them. Removes those that are not `isOfUse`.
+  static std::vector<std::filesystem::path> keepLeftovers(
       const std::filesystem::path& finalPath,
       const std::function<bool(const std::filesystem::path&)>& isOfUse);
 

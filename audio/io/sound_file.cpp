@@ -280,7 +280,7 @@ Result<SoundFileWriter> SoundFileWriter::create(const fs::path& path,
                                                 const SoundFileSettings& settings) {
   if (const Status valid = validate(settings); !valid) return failure(path, valid.error().message);
   if (const Status valid = checkWritable(path); !valid) return failure(path, valid.error().message);
-  std::vector<fs::path> recovered = PartialFile::settleLeftovers(path, hasSound);
+  std::vector<fs::path> recovered = PartialFile::keepLeftovers(path, hasSound);
   auto state = std::make_unique<State>(path, settings);
   state->recovered = std::move(recovered);
   if (const Status opened = state->open(); !opened) return opened.error();

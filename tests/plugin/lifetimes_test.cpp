@@ -492,6 +492,36 @@ TEST(Recording, OfTheSameNameByAnotherIsLeftAlone) {
   EXPECT_EQ(folder.entries(), 1U);
 }
 
+// An impulse that the solver applied is known one to three substeps after the impact; by then the
+// body, or the world, may be gone.
+TEST(AppliedImpulses, OfABodyThatCameAndWentAreHeard) {
+  for (const bool isWorldDestroyed : {false, true}) {
+    std::uint64_t posted = 0;
+    for (int steps = 1; steps <= 8; ++steps) {
+      SCOPED_TRACE(steps);
+      const test::TemporaryFolder folder;
+      Drop drop;
+      SoundSettings settings = quiet({.record = folder / "drop.wav"});
+      settings.synth.impulse = ImpulseChoice::applied;
+      Sound sound = drop.sound(settings);
+      drop.step(kStep, 2);
+      btRigidBody& late = drop.add(drop.sphere(0.1),
+                                   {.mass = 3.0, .position = {0.5, 0.11, 0.0}, .restitution = 0.0});
+      late.setLinearVelocity(btVector3(0.0, -2.0, 0.0));
+      drop.step(kStep, steps);
+      if (isWorldDestroyed)
+        drop.destroyWorld();
+      else
+        drop.remove(late);
+      ASSERT_TRUE(sound.close());
+      EXPECT_EQ(sound.statistics().rejected, 0U);
+      posted += sound.statistics().posted;
+      EXPECT_EQ(sound.statistics().heard + sound.statistics().immovable, sound.statistics().posted);
+    }
+    EXPECT_GT(posted, 0U);
+  }
+}
+
 // ---- Objects that were moved from
 
 template <class Kind>
