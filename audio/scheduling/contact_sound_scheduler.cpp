@@ -245,7 +245,8 @@ bool ContactSoundScheduler::rings(const ContactState& contact) const {
 /// Schedules a step of a contact as much as it is heard.
 void ContactSoundScheduler::hearSlide(const ContactState& contact, const SampleShift& shift,
                                       SoundSink& sink) {
-  if (contact.phase != ContactPhase::end) heard_.begin(contact, shift, sink);
+  if (contact.phase != ContactPhase::end && isValid(contact, settings_.sampleRate))
+    heard_.begin(contact, shift, sink);
   Slide* const slide = slides_.find(contact, settings_.sampleRate);
   if (slide == nullptr) return;
   const double farthest = std::max((contact.pathEnd - contact.pathStart).squaredNorm(),
