@@ -108,7 +108,6 @@ TEST(HeardClicks, OfATimeFarAheadMaskNothingBefore) {
       ImpulseEvent tap = loud.event();
       tap.time = 0.01 * i;
       tap.impulse *= 3e-3;
-      tap.approachSpeed *= 3e-3;
       synth.schedule(tap);
     }
     return synth.counters().masked;
