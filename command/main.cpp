@@ -1,5 +1,5 @@
 // The carom command: render, info, compare, report, record, replay, modes, strike, jello,
-// stability. Exit codes: 0 done, 1 failed, 2 bad input.
+// stability. Exit codes: 0 done, 1 failed, 2 bad input; by a signal: 130, 143.
 
 #include <algorithm>
 #include <cctype>
@@ -21,6 +21,7 @@
 #include "command/modes_command.h"
 #include "command/progress_bar.h"
 #include "command/report_command.h"
+#include "command/signals.h"
 #include "command/stability_command.h"
 #include "command/strike_command.h"
 #include "command/warnings.h"
@@ -495,6 +496,7 @@ int run(int argc, char** argv) {
 }  // namespace carom::command
 
 int main(int argc, char** argv) {
+  carom::command::endCleanlyOnSignals();
   try {
     return carom::command::run(argc, argv);
   } catch (const std::exception& error) {

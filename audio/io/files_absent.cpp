@@ -23,12 +23,22 @@ Status writeBytes(const fs::path& path, std::span<const std::byte> /*bytes*/) {
   return Error{path.string() + ": cannot be written: " + kNoFiles};
 }
 
-PartialFile::PartialFile(const fs::path& finalPath) : finalPath_(finalPath), path_(finalPath) {}
+PartialFile::PartialFile(const fs::path& finalPath, Leftover /*leftover*/)
+    : finalPath_(finalPath), path_(finalPath) {}
 PartialFile::PartialFile(PartialFile&& other) noexcept
     : finalPath_(std::move(other.finalPath_)), path_(std::exchange(other.path_, {})) {}
 PartialFile::~PartialFile() = default;
 
-void PartialFile::removeLeftovers(const fs::path& /*finalPath*/) {}
+std::vector<fs::path> PartialFile::keepLeftovers(
+    const fs::path& /*finalPath*/, const std::function<bool(const fs::path&)>& /*isOfUse*/) {
+  return {};
+}
+
+void PartialFile::removeAll() {}
+
+Result<fs::path> PartialFile::keepIncomplete() {
+  return Error{kNoFiles};
+}
 
 std::error_code PartialFile::giveName() {
   return std::make_error_code(std::errc::function_not_supported);

@@ -1,7 +1,6 @@
 #include "carom/audio/sound_file.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <sstream>
@@ -13,6 +12,7 @@
 #include <sndfile.h>
 
 #include "audio/io/partial_file.h"
+#include "audio/io/wav_stream.h"
 #include "carom/audio/limiter.h"
 
 namespace carom {
@@ -24,9 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kBlockSamples = 8192;
-constexpr double kShortScale = 32768.0;  // as in libsndfile: a sample of 1.0 reads back as 1.0
-constexpr std::uint64_t kRiffLimit =
-    0xFFFFFFFFu - 4096u;  // 32-bit lengths, less room for the header
 
 struct CloseSound {
   void operator()(SNDFILE* file) const { sf_close(file); }
@@ -43,59 +40,23 @@ std::string numberText(double number) {
   return text.str();
 }
 
-int subtype(SampleFormat format) {
-  return format == SampleFormat::float32 ? SF_FORMAT_FLOAT : SF_FORMAT_PCM_16;
+WavStream::Format formatOf(const SoundFileSettings& settings, double fullScale) {
+  return {.samples = settings.format,
+          .sampleRate = static_cast<int>(std::lround(settings.sampleRate)),
+          .channels = settings.channels,
+          .fullScale = fullScale};
 }
 
-/// Float samples have the extensible header, which other tools expect of them.
-int wavFormat(SampleFormat format) {
-  return (format == SampleFormat::float32 ? SF_FORMAT_WAVEX : SF_FORMAT_WAV) | subtype(format);
-}
-
-std::uint64_t bytesPerSample(SampleFormat format) {
-  return format == SampleFormat::float32 ? sizeof(float) : sizeof(short);
-}
-
-SF_INFO layout(const SoundFileSettings& settings, int format) {
+SoundHandle openToRead(const fs::path& path) {
   SF_INFO info = {};
-  info.samplerate = static_cast<int>(std::lround(settings.sampleRate));
-  info.channels = static_cast<int>(settings.channels);
-  info.format = format;
-  return info;
+  return SoundHandle(sf_open(path.c_str(), SFM_READ, &info));
 }
 
-SoundHandle openToWrite(const fs::path& path, SF_INFO info) {
-  SoundHandle file(sf_open(path.c_str(), SFM_WRITE, &info));
-  // The peak chunk holds the time of day, and the same sound must give the same file.
-  if (file) sf_command(file.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
-  return file;
-}
-
-/// Writes the full scale (Pa) into the file's comment; false if it takes none.
-bool describe(SNDFILE* file, double fullScale) {
-  const std::string comment = "full scale " + numberText(fullScale) + " Pa";
-  return sf_set_string(file, SF_STR_COMMENT, comment.c_str()) == 0;
-}
-
-short toShort(double sample) {
-  const double scaled = std::nearbyint(sample * kShortScale);
-  return static_cast<short>(std::clamp(scaled, -kShortScale, kShortScale - 1.0));
-}
-
-/// Writes interleaved full-scale values in the file's own format; false if the write fails.
-bool writeSamples(SNDFILE* file, SampleFormat format, std::span<const float> samples) {
-  const auto count = static_cast<sf_count_t>(samples.size());
-  if (format == SampleFormat::float32) return sf_write_float(file, samples.data(), count) == count;
-  std::array<short, kBlockSamples> shorts = {};
-  for (std::size_t begin = 0; begin < samples.size(); begin += kBlockSamples) {
-    const std::size_t part = std::min(kBlockSamples, samples.size() - begin);
-    std::transform(samples.begin() + static_cast<std::ptrdiff_t>(begin),
-                   samples.begin() + static_cast<std::ptrdiff_t>(begin + part), shorts.begin(),
-                   toShort);
-    const auto wanted = static_cast<sf_count_t>(part);
-    if (sf_write_short(file, shorts.data(), wanted) != wanted) return false;
-  }
-  return true;
+/// True if there is any sound in a file that a dead program has left.
+bool hasSound(const fs::path& path) {
+  SF_INFO info = {};
+  const SoundHandle file(sf_open(path.c_str(), SFM_READ, &info));
+  return file != nullptr && info.frames > 0;
 }
 
 Status validate(const SoundFileSettings& settings) {
@@ -118,8 +79,8 @@ Status validate(const SoundFileSettings& settings) {
   if (!(settings.leastFullScale >= 0.0 && std::isfinite(settings.leastFullScale)))
     return Error{"least full scale of " + numberText(settings.leastFullScale) +
                  " Pa; expected a pressure of 0 or above"};
-  const SF_INFO info = layout(settings, wavFormat(settings.format));
-  if (sf_format_check(&info) != SF_TRUE) return Error{"libsndfile cannot write this format"};
+  if (!WavStream::canWrite(formatOf(settings, settings.fullScalePressure)))
+    return Error{"libsndfile cannot write this format"};
   return std::monostate{};
 }
 
@@ -127,50 +88,67 @@ Status validate(const SoundFileSettings& settings) {
 
 struct SoundFileWriter::State {
   State(fs::path finalPath, const SoundFileSettings& wanted)
-      : path(std::move(finalPath)), settings(wanted), partial(path) {}
+      : path(std::move(finalPath)),
+        settings(wanted),
+        partial(path, wanted.keepIncomplete ? Leftover::kept : Leftover::removed) {}
 
-  /// Format of the partial file. The loudest sample is known only at the end, so a file to be
-  /// normalised is kept in float first, in a container without a limit of size.
-  SampleFormat streamFormat() const {
-    return settings.normalize ? SampleFormat::float32 : settings.format;
-  }
   Status open();
   Status fail(const std::string& reason);
+  std::string salvage();
   Status append(std::span<const float* const> channels, std::size_t begin, std::size_t frames);
-  bool take(float pressure, float& sample);
+  float take(float pressure);
   Status appendScaled(std::size_t frames);
   Status flushLimiter();
   double fullScale() const;
   float loudestSample() const;
   Status normalizeInto(const PartialFile& target);
+  Status finishNormalized();
   Status giveName(PartialFile& file);
 
   fs::path path;
   SoundFileSettings settings;
   PartialFile partial;  // declared before `file`, which is closed before this is removed
-  SoundHandle file;
+  std::optional<WavStream> file;
+  std::vector<fs::path> recovered;
   std::optional<Limiter> limiter;
   std::size_t delay = 0;  // frames of the limiter's delay that are still to come out
   std::vector<std::vector<float>> scaled;  // by channel, 1.0 is full scale
   std::vector<float*> scaledPointers;
   std::vector<float> block;  // interleaved
-  std::uint64_t framesWritten = 0;
-  double peak = 0.0;  // Pa
+  double peak = 0.0;         // Pa
   std::uint64_t clipped = 0;
+  std::uint64_t notFinite = 0;
   bool failed = false;
 };
 
 Status SoundFileWriter::State::fail(const std::string& reason) {
   failed = true;
-  return failure(path, reason);
+  return failure(path, reason + salvage());
 }
 
+/// Keeps what was written so far, if that is wanted. Returns the end of a sentence that says where.
+std::string SoundFileWriter::State::salvage() {
+  if (!settings.keepIncomplete || !file) return {};
+  const double seconds = static_cast<double>(file->frames()) / settings.sampleRate;
+  (void)file->close();  // its header says what is there
+  file.reset();
+  if (seconds == 0.0) return {};
+  const Result<fs::path> kept = partial.keepIncomplete();
+  const std::string where = kept ? "are in '" + kept->string() + "'" : kept.error().message;
+  return "; the " + numberText(seconds) + " s before " + where;
+}
+
+/// Opens the partial file. The loudest sample is known only at the end, so a file to be normalised
+/// is kept in float first.
 Status SoundFileWriter::State::open() {
-  const int format =
-      settings.normalize ? SF_FORMAT_W64 | subtype(streamFormat()) : wavFormat(settings.format);
-  file = openToWrite(partial.path(), layout(settings, format));
-  if (!file) return fail(std::string("cannot be created: ") + sf_strerror(nullptr));
-  if (!settings.normalize && !describe(file.get(), fullScale())) return fail("takes no comment");
+  WavStream::Format format = formatOf(settings, settings.fullScalePressure);
+  if (settings.normalize) {
+    format.samples = SampleFormat::float32;
+    format.fullScale = kFullScalePressure;
+  }
+  Result<WavStream> opened = WavStream::create(partial.path(), format);
+  if (!opened) return fail(opened.error().message);
+  file = *std::move(opened);
   scaled.resize(settings.channels);
   if (!settings.limit) return std::monostate{};
   Result<Limiter> made =
@@ -181,27 +159,28 @@ Status SoundFileWriter::State::open() {
   return std::monostate{};
 }
 
-/// Scales a pressure to a sample, and updates peak and clipping; false if the sample is not finite.
-bool SoundFileWriter::State::take(float pressure, float& sample) {
+/// Returns the sample of a pressure, and updates peak, clipping and what is not finite.
+float SoundFileWriter::State::take(float pressure) {
   const double fullScale = settings.normalize ? kFullScalePressure : settings.fullScalePressure;
+  const auto sample = static_cast<float>(static_cast<double>(pressure) / fullScale);
+  if (!std::isfinite(sample)) {
+    ++notFinite;
+    return 0.0F;
+  }
   const double magnitude = std::abs(static_cast<double>(pressure));
   peak = std::max(peak, magnitude);
-  if (magnitude > fullScale && streamFormat() == SampleFormat::pcm16 && !limiter) ++clipped;
-  sample = static_cast<float>(static_cast<double>(pressure) / fullScale);
-  return std::isfinite(sample);
+  const bool clips = settings.format == SampleFormat::pcm16 && !settings.normalize && !limiter;
+  if (magnitude > fullScale && clips) ++clipped;
+  return sample;
 }
 
 Status SoundFileWriter::State::append(std::span<const float* const> channels, std::size_t begin,
                                       std::size_t frames) {
   for (std::size_t channel = 0; channel < channels.size(); ++channel) {
     scaled[channel].resize(frames);
-    for (std::size_t frame = 0; frame < frames; ++frame) {
-      if (!take(channels[channel][begin + frame], scaled[channel][frame]))
-        return fail("pressure of channel " + std::to_string(channel) + ", frame " +
-                    std::to_string(framesWritten + frame) + " is not finite");
-    }
+    for (std::size_t frame = 0; frame < frames; ++frame)
+      scaled[channel][frame] = take(channels[channel][begin + frame]);
   }
-  framesWritten += frames;
   return appendScaled(frames);
 }
 
@@ -222,14 +201,13 @@ Status SoundFileWriter::State::appendScaled(std::size_t frames) {
     for (std::size_t frame = first; frame < frames; ++frame)
       block[(frame - first) * channels + channel] = scaled[channel][frame];
   }
-  if (!writeSamples(file.get(), streamFormat(), block))
-    return fail(std::string("cannot be written: ") + sf_strerror(file.get()));
+  if (const Status written = file->append(block); !written) return fail(written.error().message);
   return std::monostate{};
 }
 
 /// Writes the samples that are still inside the limiter.
 Status SoundFileWriter::State::flushLimiter() {
-  if (!limiter || framesWritten == 0) return std::monostate{};
+  if (!limiter || scaled.front().empty()) return std::monostate{};
   for (std::vector<float>& channel : scaled)
     channel.assign(limiter->latency(), 0.0F);
   return appendScaled(limiter->latency());
@@ -247,14 +225,12 @@ float SoundFileWriter::State::loudestSample() const {
   return static_cast<float>(fullScale() / kFullScalePressure);
 }
 
+/// Writes the partial file, scaled, into another. Errors are the second half of a sentence.
 Status SoundFileWriter::State::normalizeInto(const PartialFile& target) {
-  SF_INFO info = {};
-  const SoundHandle source(sf_open(partial.path().c_str(), SFM_READ, &info));
-  if (!source) return fail(std::string("cannot be read back: ") + sf_strerror(nullptr));
-  SoundHandle louder = openToWrite(target.path(), layout(settings, wavFormat(settings.format)));
-  if (!louder) return fail(std::string("cannot be created: ") + sf_strerror(nullptr));
-  if (!describe(louder.get(), fullScale())) return fail("takes no comment");
-
+  const SoundHandle source = openToRead(partial.path());
+  if (!source) return Error{std::string("cannot be read back: ") + sf_strerror(nullptr)};
+  Result<WavStream> louder = WavStream::create(target.path(), formatOf(settings, fullScale()));
+  if (!louder) return louder.error();
   const float loudest = loudestSample();
   block.resize(kBlockSamples / settings.channels * settings.channels);
   for (;;) {
@@ -265,12 +241,22 @@ Status SoundFileWriter::State::normalizeInto(const PartialFile& target) {
     // Divided, not multiplied by a reciprocal: the loudest sample is then 1 exactly.
     for (float& sample : part)
       sample /= loudest;
-    if (!writeSamples(louder.get(), settings.format, part))
-      return fail(std::string("cannot be written: ") + sf_strerror(louder.get()));
+    if (Status written = louder->append(part); !written) return written;
   }
-  if (const int code = sf_close(louder.release()); code != SF_ERR_NO_ERROR)
-    return fail(std::string("cannot be closed: ") + sf_error_number(code));
-  return std::monostate{};
+  return louder->close();
+}
+
+/// Gives the normalised sound the file's name; where there is no room for that, the sound as it
+/// was written, if that is to be kept: it is whole.
+Status SoundFileWriter::State::finishNormalized() {
+  PartialFile louder(partial.finalPath());  // absolute: the folder may have changed
+  const Status done = normalizeInto(louder);
+  if (done) return giveName(louder);
+  if (!settings.keepIncomplete) return fail(done.error().message);
+  if (Status named = giveName(partial); !named) return named;
+  failed = true;
+  return failure(path, done.error().message + "; it is whole, with a full scale of " +
+                           numberText(kFullScalePressure) + " Pa");
 }
 
 Status SoundFileWriter::State::giveName(PartialFile& finished) {
@@ -281,15 +267,22 @@ Status SoundFileWriter::State::giveName(PartialFile& finished) {
 
 SoundFileWriter::SoundFileWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
 SoundFileWriter::SoundFileWriter(SoundFileWriter&&) noexcept = default;
-SoundFileWriter& SoundFileWriter::operator=(SoundFileWriter&&) noexcept = default;
-SoundFileWriter::~SoundFileWriter() = default;
+SoundFileWriter& SoundFileWriter::operator=(SoundFileWriter&& other) noexcept {
+  if (this != &other && state_) (void)state_->salvage();
+  state_ = std::move(other.state_);
+  return *this;
+}
+SoundFileWriter::~SoundFileWriter() {
+  if (state_) (void)state_->salvage();
+}
 
 Result<SoundFileWriter> SoundFileWriter::create(const fs::path& path,
                                                 const SoundFileSettings& settings) {
   if (const Status valid = validate(settings); !valid) return failure(path, valid.error().message);
   if (const Status valid = checkWritable(path); !valid) return failure(path, valid.error().message);
-  PartialFile::removeLeftovers(path);
+  std::vector<fs::path> recovered = PartialFile::keepLeftovers(path, hasSound);
   auto state = std::make_unique<State>(path, settings);
+  state->recovered = std::move(recovered);
   if (const Status opened = state->open(); !opened) return opened.error();
   return SoundFileWriter(std::move(state));
 }
@@ -298,12 +291,8 @@ Status SoundFileWriter::write(std::span<const float* const> channels, std::size_
   State& state = *state_;
   if (!state.file || state.failed) return failure(state.path, "is finished or has failed");
   if (channels.size() != state.settings.channels)
-    return state.fail("got " + std::to_string(channels.size()) + " channels, has " +
-                      std::to_string(state.settings.channels));
-  const std::uint64_t frameBytes = bytesPerSample(state.settings.format) * channels.size();
-  if (frames > kRiffLimit / frameBytes - state.framesWritten)
-    return state.fail("a WAV file holds 4 GiB, here " + std::to_string(kRiffLimit / frameBytes) +
-                      " frames; write a shorter sound, fewer channels or PCM16");
+    return failure(state.path, "got " + std::to_string(channels.size()) + " channels, has " +
+                                   std::to_string(state.settings.channels));
   const std::size_t step = std::max<std::size_t>(1, kBlockSamples / channels.size());
   for (std::size_t begin = 0; begin < frames; begin += step) {
     if (Status part = state.append(channels, begin, std::min(step, frames - begin)); !part)
@@ -316,12 +305,9 @@ Status SoundFileWriter::finish() {
   State& state = *state_;
   if (!state.file || state.failed) return failure(state.path, "is finished or has failed");
   if (Status flushed = state.flushLimiter(); !flushed) return flushed;
-  if (const int code = sf_close(state.file.release()); code != SF_ERR_NO_ERROR)
-    return state.fail(std::string("cannot be closed: ") + sf_error_number(code));
-  if (!state.settings.normalize) return state.giveName(state.partial);
-  PartialFile louder(state.partial.finalPath());  // absolute: the folder may have changed
-  if (Status done = state.normalizeInto(louder); !done) return done;
-  return state.giveName(louder);
+  const Status closed = std::exchange(state.file, std::nullopt)->close();
+  if (!closed) return state.fail(closed.error().message);
+  return state.settings.normalize ? state.finishNormalized() : state.giveName(state.partial);
 }
 
 double SoundFileWriter::fullScale() const {
@@ -332,6 +318,12 @@ double SoundFileWriter::peakPressure() const {
 }
 std::uint64_t SoundFileWriter::clippedSamples() const {
   return state_->clipped;
+}
+std::uint64_t SoundFileWriter::samplesNotFinite() const {
+  return state_->notFinite;
+}
+const std::vector<fs::path>& SoundFileWriter::recovered() const {
+  return state_->recovered;
 }
 double SoundFileWriter::gainReduction() const {
   return state_->limiter ? state_->limiter->largestReduction() : 0.0;

@@ -31,6 +31,13 @@ double SoundFileWriter::peakPressure() const {
 std::uint64_t SoundFileWriter::clippedSamples() const {
   return 0;
 }
+std::uint64_t SoundFileWriter::samplesNotFinite() const {
+  return 0;
+}
+const std::vector<std::filesystem::path>& SoundFileWriter::recovered() const {
+  static const std::vector<std::filesystem::path> none;
+  return none;
+}
 double SoundFileWriter::gainReduction() const {
   return 0.0;
 }

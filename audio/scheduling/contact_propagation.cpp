@@ -15,6 +15,8 @@ namespace {
 
 /// Samples: half the width of the kernel that puts instants on samples.
 constexpr auto kReach = static_cast<std::int64_t>(kSpreadWidth / 2);
+/// Pa: a louder sound is that of a mistake. 1e5 times the pressure of the air.
+constexpr double kLoudest = 1e10;
 /// s: a longer contact has nothing in the audible band, and would take memory without end.
 constexpr double kLongestContact = 20.0;
 /// Upper bound of a head-related response over the free field, at any frequency.
@@ -67,10 +69,11 @@ bool ContactPropagation::propagate(const ContactSource& source) {
     for (const SoundPaths::Path& path : paths_->paths)
       if (!propagateTo(source, {path.chain, channel, path.image})) return false;
   if (settings_.reverb && !propagateToReverb(source)) return false;
-  if (!source.rings) return true;
-  modalPeak_ = source.train.empty() ? exciter_.peak(*source.pulse, source.duration)
-                                    : exciter_.peak(source.train);
-  return true;
+  if (source.rings)
+    modalPeak_ = source.train.empty() ? exciter_.peak(*source.pulse, source.duration)
+                                      : exciter_.peak(source.train);
+  refusal_ = &SynthCounters::rejectedTooFar;
+  return clickPeak_ <= kLoudest && modalPeak_ <= kLoudest;
 }
 
 ScheduledSound ContactPropagation::sound() const {

@@ -37,13 +37,17 @@ void letRest(const ContactState& contact, Slide& slide) {
                 .heaviest = kLouder * contact.normalLoad};
 }
 
+/// Tolerance of the length of an event's orientation: that of a quaternion in float that has been
+/// turned for long. Impulses grow by its square.
+constexpr double kUnitOrientation = 0.01;
+
 bool isFinite(const ImpulseEvent& event) {
   return std::isfinite(event.time) && event.impulse.allFinite() && event.position.allFinite() &&
          event.normal.allFinite() && event.bodyPosition.allFinite() &&
-         event.bodyOrientation.coeffs().allFinite() && event.bodyVelocity.allFinite() &&
-         event.bodyAngularVelocity.allFinite() && std::isfinite(event.approachSpeed) &&
-         std::isfinite(event.effectiveMass) && !std::isnan(event.radius) &&
-         !std::isnan(event.otherRadius);
+         std::abs(event.bodyOrientation.norm() - 1.0) <= kUnitOrientation &&
+         event.bodyVelocity.allFinite() && event.bodyAngularVelocity.allFinite() &&
+         std::isfinite(event.approachSpeed) && std::isfinite(event.effectiveMass) &&
+         !std::isnan(event.radius) && !std::isnan(event.otherRadius);
 }
 
 }  // namespace
@@ -114,7 +118,8 @@ void ContactSoundScheduler::scheduleImpulse(const ImpulseEvent& event, const Sam
   if (settings_.comparison.sampling == Sampling::naive &&
       duration * settings_.sampleRate < kWellSampled)
     ++counters_.undersampled;
-  const ScheduledSound sound = propagation_.sound();
+  ScheduledSound sound = propagation_.sound();
+  sound.isEvent = true;
   if (!sound.excitations.empty()) ++counters_.rings;
   if (sound.clicks.empty() && sound.excitations.empty())
     ++counters_.inaudible;
@@ -240,7 +245,8 @@ bool ContactSoundScheduler::rings(const ContactState& contact) const {
 /// Schedules a step of a contact as much as it is heard.
 void ContactSoundScheduler::hearSlide(const ContactState& contact, const SampleShift& shift,
                                       SoundSink& sink) {
-  if (contact.phase != ContactPhase::end) heard_.begin(contact, shift, sink);
+  if (contact.phase != ContactPhase::end && isValid(contact, settings_.sampleRate))
+    heard_.begin(contact, shift, sink);
   Slide* const slide = slides_.find(contact, settings_.sampleRate);
   if (slide == nullptr) return;
   const double farthest = std::max((contact.pathEnd - contact.pathStart).squaredNorm(),
@@ -343,7 +349,10 @@ void ContactSoundScheduler::scheduleSlide(const SlideStep& step, bool first, Sou
   // The dipole changes gradually from that of the last step: a jump would click.
   source.dipoleBefore = side.dipole.value_or(source.strike.dipole);
   side.dipole = source.strike.dipole;
-  if (!propagation_.propagate(source)) return reject(propagation_.refusal());
+  if (!propagation_.propagate(source)) {
+    ++counters_.rejectedSlides;
+    return;
+  }
   ScheduledSound sound = propagation_.sound();
   const bool isHeard = !sound.clicks.empty() || !sound.excitations.empty();
   ++(isHeard ? counters_.slides : counters_.inaudibleSlides);

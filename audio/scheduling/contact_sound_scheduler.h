@@ -75,6 +75,8 @@ class ContactSoundScheduler {
   double lastPeak() const { return propagation_.peak(); }
   const SoundPaths& paths() const { return *paths_; }
   const SynthCounters& counters() const { return counters_; }
+  /// Sets the counters back to earlier ones: what was scheduled since is counted elsewhere.
+  void setCounters(const SynthCounters& earlier) { counters_ = earlier; }
   double leadTime(double contactDuration) const;            ///< as Synth::leadTime
   double contactDuration(const ImpulseEvent& event) const;  ///< as Synth::contactDuration
 

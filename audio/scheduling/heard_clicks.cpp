@@ -11,6 +11,8 @@ namespace {
 /// s: the ear adds up the energy of what is shorter (ISO 389-7 is for tones that are longer; Moore
 /// 2012, An Introduction to the Psychology of Hearing, section 2.4).
 constexpr double kIntegration = 0.2;
+/// s: clicks of one moment come in any order, but not by so much.
+constexpr double kLeap = 1.0;
 /// Ratio of powers, 10 dB: what is left out, all together, is so far below the threshold.
 constexpr double kBelow = 0.1;
 /// Share of the energy of clicks of one kind that may be left out beside them: 0.004 dB.
@@ -34,6 +36,11 @@ double audibility(double duration) {
 }  // namespace
 
 void HeardClicks::fade(double time) {
+  if (time < time_ - kLeap) {  // the clock has gone back, or was told wrong before
+    recent_ = {};
+    quiet_ = 0.0;
+    time_ = time;
+  }
   if (time <= time_) return;
   const double left = std::exp((time_ - time) / kIntegration);
   for (Recent& recent : recent_)

@@ -7,6 +7,8 @@
 namespace carom::audio {
 namespace {
 
+/// s: a contact that is earlier by so much is of a clock that has gone back.
+constexpr double kEarlierClock = 0.1;
 /// Ratio of powers below the threshold of hearing at which a contact makes no sound: 20 dB, so that
 /// dozens of such contacts together are below it, too.
 constexpr double kBelowHearing = 1e-2;
@@ -22,7 +24,7 @@ constexpr double kKeeps = 2.0;
 }  // namespace
 
 void HeardSlides::begin(const ContactState& contact, const SampleShift& shift, SoundSink& sink) {
-  if (isOpen_ && contact.time <= time_) return;
+  if (isOpen_ && contact.time <= time_ && contact.time > time_ - kEarlierClock) return;
   close(sink);
   isOpen_ = true;
   time_ = contact.time;

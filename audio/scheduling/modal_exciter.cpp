@@ -224,7 +224,8 @@ void ModalExciter::addDamping(BodyId body, const ResonatorSet& set, std::int64_t
       if (at->first.first != body) break;
       if (mode < at->second.rates.size()) decay += at->second.rates[mode];
     }
-    decay = std::min(decay, kMostDamping * set.pole[mode].imag());
+    const double most = kMostDamping * set.pole[mode].imag();
+    if (!(decay < most)) decay = most;  // also where it is no number
     const TwoPole two = TwoPole::of(set.pole[mode].imag(), decay, rate);
     taps_[mode] = two.a1;
     taps_[set.padded + mode] = two.a2;

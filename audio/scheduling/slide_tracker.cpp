@@ -25,24 +25,6 @@ constexpr double kFarthestOffset = 1.0;
 /// Energy that rolling loses, over load times path, where the mechanics knows of no loss.
 constexpr double kRollingLoss = 0.01;
 
-/// True if all numbers of the contact are finite, its step is not too long and its time is on the
-/// clock.
-bool isValid(const ContactState& contact, double sampleRate) {
-  const bool isNumber = std::isfinite(contact.time) && isPositive(contact.duration) &&
-                        contact.normal.allFinite() && contact.position.allFinite() &&
-                        contact.normalLoad >= 0.0 && std::isfinite(contact.normalLoad) &&
-                        contact.radius >= 0.0 && contact.otherRadius >= 0.0 &&
-                        contact.slipVelocity.allFinite() && contact.appliedImpulse.allFinite() &&
-                        contact.bodyPosition.allFinite() && contact.otherPosition.allFinite() &&
-                        contact.bodyVelocity.allFinite() && contact.otherVelocity.allFinite() &&
-                        contact.bodyOrientation.coeffs().allFinite() &&
-                        contact.otherOrientation.coeffs().allFinite() &&
-                        contact.pathStart.allFinite() && contact.pathEnd.allFinite() &&
-                        contact.otherPathStart.allFinite() && contact.otherPathEnd.allFinite();
-  return isNumber && contact.duration <= kLongestStep &&
-         std::abs(contact.time) * sampleRate < kExactSamples;
-}
-
 /// True if the contact point moves over a surface fast enough to sound.
 bool isMoving(const ContactState& contact) {
   const double farthest = std::max((contact.pathEnd - contact.pathStart).squaredNorm(),
@@ -105,6 +87,22 @@ double contactRadius(const ContactState& contact, const SoundingBody& body,
 }
 
 }  // namespace
+
+bool isValid(const ContactState& contact, double sampleRate) {
+  const bool isNumber = std::isfinite(contact.time) && isPositive(contact.duration) &&
+                        contact.normal.allFinite() && contact.position.allFinite() &&
+                        contact.normalLoad >= 0.0 && std::isfinite(contact.normalLoad) &&
+                        contact.radius >= 0.0 && contact.otherRadius >= 0.0 &&
+                        contact.slipVelocity.allFinite() && contact.appliedImpulse.allFinite() &&
+                        contact.bodyPosition.allFinite() && contact.otherPosition.allFinite() &&
+                        contact.bodyVelocity.allFinite() && contact.otherVelocity.allFinite() &&
+                        contact.bodyOrientation.coeffs().allFinite() &&
+                        contact.otherOrientation.coeffs().allFinite() &&
+                        contact.pathStart.allFinite() && contact.pathEnd.allFinite() &&
+                        contact.otherPathStart.allFinite() && contact.otherPathEnd.allFinite();
+  return isNumber && contact.duration <= kLongestStep &&
+         std::abs(contact.time) * sampleRate < kExactSamples;
+}
 
 HertzContact hertzContact(const ContactState& contact, const SoundingBody& body,
                           const SoundingBody& other) {

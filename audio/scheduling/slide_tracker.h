@@ -17,6 +17,10 @@
 
 namespace carom::audio {
 
+/// True if all numbers of the contact are finite, its step is not too long and its time is on the
+/// clock.
+bool isValid(const ContactState& contact, double sampleRate);
+
 /// Returns the two bodies of a contact as Hertz's theory sees them. Edges are blunt, and flat faces
 /// touch where they are not flat, as in an impact; so does an edge on a face, as stepped mechanics
 /// reports the same face now as lying flat and now as standing on its edge. [any thread]

@@ -21,15 +21,22 @@ class Synth::Impl {
 
   Status seek(double seconds);
   double rate() const { return scheduler_.paths().settings.sampleRate; }
+  SynthCounters counters() const {
+    SynthCounters sum = scheduler_.counters() + renderer_.counters();
+    sum.lost += lost_;
+    return sum;
+  }
 
   ContactSoundScheduler scheduler_;
   ClickRenderer renderer_;
+  std::uint64_t lost_ = 0;  // events that were dropped by `seek`
 };
 
 Status Synth::Impl::seek(double seconds) {
   if (!(std::abs(seconds) * rate() < kExactSamples))
     return Error{"synth: cannot seek to " + std::to_string(seconds) +
                  " s; the clock counts up to 2^53 samples"};
+  lost_ += waitingEvents(counters());
   renderer_.seek(std::llround(seconds * rate()));
   scheduler_.restartListeners();
   return std::monostate{};
@@ -92,7 +99,7 @@ double Synth::sampleRate() const {
   return impl_->rate();
 }
 SynthCounters Synth::counters() const {
-  return impl_->scheduler_.counters() + impl_->renderer_.counters();
+  return impl_->counters();
 }
 std::size_t Synth::pendingClicks() const {
   return impl_->renderer_.pendingClicks();
@@ -121,9 +128,20 @@ SynthCounters& operator+=(SynthCounters& sum, const SynthCounters& more) {
                            &SynthCounters::rejectedUnknownBody,
                            &SynthCounters::rejectedNoContact,
                            &SynthCounters::rejectedTooLong,
-                           &SynthCounters::rejectedTooFar})
+                           &SynthCounters::rejectedTooFar,
+                           &SynthCounters::heard,
+                           &SynthCounters::lost,
+                           &SynthCounters::ringsLeftOut,
+                           &SynthCounters::rejectedSlides,
+                           &SynthCounters::silencedFrames})
     sum.*count += more.*count;
   return sum;
+}
+
+std::uint64_t waitingEvents(const SynthCounters& counters) {
+  return counters.events - (counters.heard + counters.inaudible + counters.masked +
+                            counters.stolen + counters.overBudget + counters.noBus +
+                            counters.tooLong + counters.ringsLeftOut + counters.lost);
 }
 
 template <class Sample>

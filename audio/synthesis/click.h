@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -15,6 +16,17 @@ namespace carom::audio {
 /// Largest number of nodes by which a pulse is sampled; one that needs more is sampled as a long
 /// pulse.
 inline constexpr std::size_t kMostNodes = 48;
+
+/// Sum of the magnitudes of a block of samples (Pa) from which on it can be no sound.
+inline constexpr double kNoSound = 1e30;
+
+/// True if these samples can be sound: none is infinite, huge or no number.
+inline bool canBeSound(std::span<const double> samples) noexcept {
+  double sum = 0.0;
+  for (const double sample : samples)
+    sum += std::abs(sample);
+  return sum <= kNoSound;
+}
 
 /// The sound of one contact of one body at one receiver, over one path: scheduled on the samples of
 /// its buses, and independent of bodies, listeners and rooms. The objects that it points to are
@@ -31,6 +43,8 @@ struct alignas(64) Click {
   std::uint32_t chain = 0;               ///< index into SoundPaths::chains, the wall filters
   std::uint32_t channel = 0;             ///< index; the number of channels: the reverberation
   std::uint32_t samples = 0;
+  bool isLeader = false;  ///< the first click of an event, with which the event is heard
 };
+static_assert(sizeof(Click) == 128);
 
 }  // namespace carom::audio

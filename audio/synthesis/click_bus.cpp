@@ -66,6 +66,17 @@ void ClickBus::advance(std::span<double> to) noexcept {
     to[skipped + i] += pressure[i];
 }
 
+void ClickBus::forgetAbove(double most) noexcept {
+  const auto forget = [most](double& value) {
+    if (!(std::abs(value) <= most)) value = 0.0;
+  };
+  std::ranges::for_each(far_, forget);
+  std::ranges::for_each(near_, forget);
+  std::ranges::for_each(reflected_, forget);
+  forget(last_);
+  forget(beforeLast_);
+}
+
 void ClickBus::drive(std::size_t from, std::span<double> pressure) const noexcept {
   if (pressure.empty()) return;
   const std::size_t at = kHistory + from;

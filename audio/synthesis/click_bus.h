@@ -44,6 +44,9 @@ class ClickBus {
   void advance(std::span<double> to) noexcept;
   static constexpr std::size_t kMaxFrames = 256;
 
+  /// Sets to 0 what is not finite, or beyond `most` (Pa), in inputs and filters.
+  void forgetAbove(double most) noexcept;
+
   /// True if the bus holds nothing and its filters have decayed: advancing it adds zeros.
   bool isSilent() const { return held_ == 0 && !ringing_; }
 

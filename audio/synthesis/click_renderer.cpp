@@ -115,18 +115,16 @@ void ClickRenderer::add(const ScheduledSound& sound) {
   }
   ScheduledSound kept = sound;
   if (!sound.train.empty() && !(sound.clicks.empty() && sound.excitations.empty())) {
-    if (capacity_ && sound.train.size() > mostNodes_) {
-      ++counters_.tooLong;
-      return;
-    }
-    kept.train = keptTrain(sound);
-    if (kept.train.empty()) {
+    const bool isTooLong = capacity_ && sound.train.size() > mostNodes_;
+    if (!isTooLong) kept.train = keptTrain(sound);
+    if (isTooLong || kept.train.empty()) {
       ++counters_.slidesLeftOut;
       return;
     }
   }
   if (!kept.clicks.empty()) addClicks(kept);
-  if (!kept.excitations.empty()) modalBank_.add(kept.excitations, kept.taps, kept.train);
+  kept.isEvent = sound.isEvent && sound.clicks.empty();
+  if (!kept.excitations.empty()) modalBank_.add(kept);
 }
 
 /// Returns a copy of the sound's nodes that lives until all clicks and excitations of it have
@@ -147,14 +145,8 @@ std::span<const PulseNode> ClickRenderer::keptTrain(const ScheduledSound& sound)
 void ClickRenderer::addClicks(const ScheduledSound& sound) {
   const auto first = std::ranges::min_element(sound.clicks, {}, &Click::first)->first;
   if (first < position_) ++counters_.late;
-  if (capacity_ && isTooLong(sound)) {
-    ++counters_.tooLong;
-    return;
-  }
-  if (!arrive(sound)) {
-    ++counters_.noBus;
-    return;
-  }
+  if (capacity_ && isTooLong(sound)) return leaveOut(&SynthCounters::tooLong, sound.isEvent);
+  if (!arrive(sound)) return leaveOut(&SynthCounters::noBus, sound.isEvent);
   if (capacity_ && !makePlace(sound)) {
     for (const Click& click : arriving_)
       leaveBuses(click);
@@ -162,15 +154,28 @@ void ClickRenderer::addClicks(const ScheduledSound& sound) {
   }
   spend(kArrivalWork * static_cast<double>(arriving_.size()));
   const std::int64_t delay = capacity_ ? std::max<std::int64_t>(0, position_ - first) : 0;
-  const std::uint32_t voice = capacity_ ? voices_.add(sound.peak) : kNone;
-  for (std::size_t index = 0; index < arriving_.size(); ++index) {
-    Click& click = arriving_[index];
+  const std::uint32_t voice = capacity_ ? voices_.add(sound.peak, sound.isEvent) : kNone;
+  for (Click& click : arriving_)
     click.first += delay;
+  if (sound.isEvent) chooseLeader();
+  for (std::size_t index = 0; index < arriving_.size(); ++index) {
+    const Click& click = arriving_[index];
     if (isOver(click))
       leaveBuses(click);
     else
       enqueue(click, sound.ears.empty() ? nullptr : &sound.ears[index], voice);
   }
+}
+
+/// Marks the first of the event's clicks that can be heard; without one the event is lost.
+void ClickRenderer::chooseLeader() noexcept {
+  Click* leader = nullptr;
+  for (Click& click : arriving_)
+    if (!isOver(click) && (leader == nullptr || click.first < leader->first)) leader = &click;
+  if (leader != nullptr)
+    leader->isLeader = true;
+  else
+    ++counters_.lost;
 }
 
 /// True if no sample of the click can be heard any more.
@@ -187,9 +192,10 @@ bool ClickRenderer::isTooLong(const ScheduledSound& sound) const {
 /// Drops quieter events until the sound has room; false if there is no room and nothing quieter.
 bool ClickRenderer::makePlace(const ScheduledSound& sound) noexcept {
   while (voices_.isFull() || waiting_.size() + sound.clicks.size() > slots_) {
-    ++counters_.stolen;
     const std::uint32_t quietest = voices_.quietest();
-    if (quietest == kNone || voices_.peak(quietest) >= sound.peak) return false;
+    const bool isQuieter = quietest == kNone || voices_.peak(quietest) >= sound.peak;
+    leaveOut(&SynthCounters::stolen, isQuieter ? sound.isEvent : voices_.isEvent(quietest));
+    if (isQuieter) return false;
     dropFrom(quietest, position_);
   }
   return true;
@@ -371,7 +377,7 @@ void ClickRenderer::chooseVoices(std::span<const ClickCalendar::Entry> due,
       spend(voices_.mark(voice));
       voices_.begin(voice);
     } else {
-      ++counters_.overBudget;
+      leaveOut(&SynthCounters::overBudget, voices_.isEvent(voice));
     }
   }
   for (const std::uint32_t voice : chosen_)
@@ -391,6 +397,13 @@ double ClickRenderer::workOf(const Click& click) const noexcept {
 void ClickRenderer::begin(std::uint32_t slot) noexcept {
   const Click& click = clicks_[slot];
   std::span<const double> samples = samplesOf(click);
+  const double near = settings_.comparison.radiation == Radiation::exact ? click.near : 0.0;
+  const bool isSound = canBeSound(samples) && std::isfinite(near);
+  if (click.isLeader) ++(isSound ? counters_.heard : counters_.lost);
+  if (!isSound) {
+    counters_.silencedFrames += click.samples;
+    return leaveBuses(click);
+  }
   if (click.channel < paths_->channels.size() && paths_->channels[click.channel].isEar) {
     const SoundPaths::Channel& channel = paths_->channels[click.channel];
     const HrtfSet& set = *paths_->listeners[channel.listener].hrtf;
@@ -402,7 +415,6 @@ void ClickRenderer::begin(std::uint32_t slot) noexcept {
     kernels_.convolve(response, samples.data(), {heard_.data(), length});
     samples = {heard_.data(), length};
   }
-  const double near = settings_.comparison.radiation == Radiation::exact ? click.near : 0.0;
   for (std::size_t i = 0; i < click.filters->count; ++i) {
     Bus& bus = buses_[click.buses[i]];
     const double weight = click.filters->weights[i];
@@ -433,8 +445,28 @@ void ClickRenderer::mix(std::size_t frames) noexcept {
   spend(kResonatorWork * static_cast<double>(frames * modalBank_.resonatorsInUse()));
   modalBank_.mix({mix_.data(), kMixFrames, send_.data(), frames});
   addNoise(frames);
+  silenceNotFinite(frames);
   reverberate(frames);
   position_ += static_cast<std::int64_t>(frames);
+}
+
+/// Replaces samples that can be no sound by 0, and has filters forget those that they hold. Clicks
+/// and excitations that would give such are left out before they reach them (`begin`).
+void ClickRenderer::silenceNotFinite(std::size_t frames) noexcept {
+  bool isSound = canBeSound({send_.data(), frames});
+  for (std::size_t channel = 0; channel < paths_->channels.size(); ++channel)
+    isSound = isSound && canBeSound({&mix_[channel * kMixFrames], frames});
+  if (isSound) return;
+  const auto forget = [](double& sample) {
+    if (!(std::abs(sample) <= kNoSound)) sample = 0.0;
+  };
+  std::ranges::for_each(mix_, forget);
+  std::ranges::for_each(send_, forget);
+  for (Bus& bus : buses_)
+    bus.line.forgetAbove(kNoSound);
+  modalBank_.forgetAbove(kNoSound);
+  if (bed_) bed_->clear();
+  counters_.silencedFrames += frames;
 }
 
 void ClickRenderer::addNoise(std::size_t frames) noexcept {

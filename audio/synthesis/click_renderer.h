@@ -51,6 +51,7 @@ struct RendererCapacity {
 /// - Too many events waiting: the quietest of them and the newcomer is left out.
 /// - Too much work (`setAllowance`): every kQuantum samples, the loudest of the events that are
 ///   about to begin are taken as far as they can be afforded. Events that have begun go on.
+/// - A sample that is not finite becomes 0, and what it has left in filters is forgotten.
 /// - An event that comes too late begins at the next sample, all of it later by as much. (Without a
 ///   capacity it begins in the middle, as offline there is no reason to be late.)
 ///
@@ -84,8 +85,8 @@ class ClickRenderer final : public SoundSink {
   std::size_t voices() const { return voices_.size(); }  ///< counted with a capacity only
   std::size_t busesInUse() const;
   bool isSilent() const;
-  /// Counters of clicks and excitations: late, tooLong, slidesLeftOut, noBus, stolen, overBudget,
-  /// modalVoicesExhausted.
+  /// Counters of clicks and excitations: heard, lost, late, tooLong, slidesLeftOut, noBus, stolen,
+  /// overBudget, modalVoicesExhausted, ringsLeftOut, silencedFrames.
   SynthCounters counters() const { return counters_ + modalBank_.counters(); }
   const ModalBank& modalBank() const { return modalBank_; }
 
@@ -102,6 +103,10 @@ class ClickRenderer final : public SoundSink {
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
   void addClicks(const ScheduledSound& sound);
+  void chooseLeader() noexcept;
+  void leaveOut(std::uint64_t SynthCounters::*reason, bool isEvent) noexcept {
+    ++(counters_.*(isEvent ? reason : &SynthCounters::slidesLeftOut));
+  }
   std::span<const PulseNode> keptTrain(const ScheduledSound& sound);
   void makeRoom();
   std::size_t roomOf(const Click& click) const;
@@ -131,6 +136,7 @@ class ClickRenderer final : public SoundSink {
   void mix(std::size_t frames) noexcept;
   void addNoise(std::size_t frames) noexcept;
   void reverberate(std::size_t frames) noexcept;
+  void silenceNotFinite(std::size_t frames) noexcept;
 
   std::shared_ptr<const SoundPaths> paths_;
   std::optional<RendererCapacity> capacity_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -76,31 +77,36 @@ void ModalBank::makeRoom() {
   waiting_.reserve(slots_.size());
 }
 
-void ModalBank::add(std::span<const ModalExcitation> excitations, std::span<const double> taps,
-                    std::span<const PulseNode> train) {
-  const auto first =
-      std::ranges::min_element(excitations, {}, [](const ModalExcitation& excitation) {
-        return excitation.drive.first;
-      })->drive.first;
+void ModalBank::add(const ScheduledSound& sound) {
+  std::int64_t first = std::numeric_limits<std::int64_t>::max();
+  for (const ModalExcitation& excitation : sound.excitations)
+    first = std::min(first, excitation.drive.first);
   const std::int64_t delay = capacity_ ? std::max<std::int64_t>(0, position_ - first) : 0;
-  for (const ModalExcitation& excitation : excitations) {
+  bool isLeader = sound.isEvent;
+  for (const ModalExcitation& excitation : sound.excitations) {
     ModalExcitation later = excitation;
     later.drive.first += delay;
-    if (!train.empty()) later.drive.nodes = train;
-    addOne(later, taps.subspan(excitation.taps, 2 * excitation.count));
+    later.isLeader = isLeader;
+    if (!sound.train.empty()) later.drive.nodes = sound.train;
+    if (addOne(later, sound.taps.subspan(excitation.taps, 2 * excitation.count))) isLeader = false;
   }
+  if (!isLeader) return;
+  ++(isTooLong(sound.excitations.front()) ? counters_.tooLong : counters_.ringsLeftOut);
 }
 
-void ModalBank::addOne(ModalExcitation excitation, std::span<const double> taps) {
-  if (capacity_ && excitation.drive.samples > mostSamples_) {
-    ++counters_.tooLong;
-    return;
-  }
-  const std::uint32_t bank = excitation.isDamping() ? kNone : bankOf(excitation);
-  const std::uint32_t slot = bank == kNone && !excitation.isDamping() ? kNone : freeSlot();
+bool ModalBank::isTooLong(const ModalExcitation& excitation) const {
+  return capacity_ && excitation.drive.samples > mostSamples_;
+}
+
+/// Adds an excitation; false if there is no room.
+bool ModalBank::addOne(const ModalExcitation& excitation, std::span<const double> taps) {
+  const bool isFitting = !isTooLong(excitation);
+  const std::uint32_t bank = isFitting && !excitation.isDamping() ? bankOf(excitation) : kNone;
+  const bool hasBank = bank != kNone || (isFitting && excitation.isDamping());
+  const std::uint32_t slot = hasBank ? freeSlot() : kNone;
   if (slot == kNone) {
     ++counters_.modalVoicesExhausted;
-    return;
+    return false;
   }
   const std::size_t count = countOf(excitation);
   Waiting& waiting = slots_[slot];
@@ -113,6 +119,7 @@ void ModalBank::addOne(ModalExcitation excitation, std::span<const double> taps)
   if (bank != kNone) ++banks_[bank].pending;
   if (!capacity_) reserve(excitation.drive, count);
   waiting_.push({excitation.drive.first, excitation.drive.track.start, slot}, position_);
+  return true;
 }
 
 std::size_t ModalBank::countOf(const ModalExcitation& excitation) const {
@@ -285,7 +292,10 @@ void ModalBank::drive(std::uint32_t slot) noexcept {
   const std::size_t late =
       click.first < position_ ? static_cast<std::size_t>(position_ - click.first) : std::size_t{0};
   assert(length - late <= ahead_.front().size());
-  if (length + 1 > x_.size()) return giveBack(slot);  // so late that it is over
+  if (length + 1 > x_.size()) {  // so late that it is over
+    counters_.lost += excitation.isLeader ? 1 : 0;
+    return giveBack(slot);
+  }
   x_[0] = 0.0;
   const std::span<double> x(x_.data() + 1, click.samples);
   sampler_.sample(click, Drive::force, x);
@@ -297,10 +307,16 @@ void ModalBank::drive(std::uint32_t slot) noexcept {
                        y_.data(), y_.data() + count, count};
   kernels_.drive(own, {waiting.taps.data(), waiting.taps.data() + count, x_.data() + 1},
                  {out_.data(), length});
+  addRest(excitation.rest, x, {out_.data(), length});
+  const bool isSound = canBeSound({out_.data(), length}) && canBeSound({y_.data(), 2 * count});
+  if (excitation.isLeader) ++(isSound ? counters_.heard : counters_.lost);
+  if (!isSound) {
+    counters_.silencedFrames += click.samples;
+    return giveBack(slot);
+  }
   std::vector<double>& ahead = ahead_[click.channel];
   const std::size_t at =
       click.first < position_ ? 0 : static_cast<std::size_t>(click.first - position_);
-  addRest(excitation.rest, x, {out_.data(), length});
   for (std::size_t n = late; n < length; ++n)
     ahead[at + n - late] += out_[n];
   aheadEnd_ = std::max(aheadEnd_, at + length - late);
@@ -383,6 +399,20 @@ void ModalBank::addAhead(const Mix& mix) noexcept {
     std::fill(ahead.data() + aheadEnd_ - now, ahead.data() + aheadEnd_, 0.0);
   }
   aheadEnd_ -= now;
+}
+
+void ModalBank::forgetAbove(double most) noexcept {
+  const auto forget = [most](double& value) {
+    if (!(std::abs(value) <= most)) value = 0.0;
+  };
+  for (Bank& bank : banks_) {
+    std::ranges::for_each(bank.y, forget);
+    std::ranges::for_each(bank.damped, forget);
+  }
+  for (const Driven& driven : driven_)
+    std::ranges::for_each(slots_[driven.slot].taps, forget);
+  for (std::vector<double>& ahead : ahead_)
+    std::ranges::for_each(ahead, forget);
 }
 
 std::size_t ModalBank::resonatorsInUse() const {

@@ -13,6 +13,7 @@
 #include "audio/synthesis/click_calendar.h"
 #include "audio/synthesis/click_sampler.h"
 #include "audio/synthesis/modal_excitation.h"
+#include "audio/synthesis/scheduled_sound.h"
 #include "carom/audio/synth_settings.h"
 
 namespace carom::audio {
@@ -42,11 +43,10 @@ class ModalBank {
   ModalBank(std::shared_ptr<const SoundPaths> paths,
             std::optional<ModalCapacity> capacity = std::nullopt);
 
-  /// Adds excitations, whose taps are in `taps`. Without a capacity it takes all of them, and
-  /// allocates. With one, those for which there is no room are left out, and late ones are heard
-  /// later by as much. `train`, if not empty, holds the nodes of all, in place of their own.
-  void add(std::span<const ModalExcitation> excitations, std::span<const double> taps,
-           std::span<const PulseNode> train = {});
+  /// Adds the excitations of a sound. Without a capacity it takes all of them, and allocates. With
+  /// one, those for which there is no room are left out, and late ones are heard later by as much.
+  /// A train, if there is one, holds the nodes of all, in place of their own.
+  void add(const ScheduledSound& sound);
 
   /// The output of `mix`, at most ClickBus::kMaxFrames frames: planar channels, `stride` apart, and
   /// the input of the reverberation.
@@ -62,10 +62,15 @@ class ModalBank {
   /// Drops all sound; the next sample is `position`.
   void seek(std::int64_t position);
 
+  /// Sets to 0 what is not finite, or beyond `most`, in resonators and in what is still to be
+  /// heard.
+  void forgetAbove(double most) noexcept;
+
   bool isSilent() const { return waiting_.size() == 0 && driven_.empty() && banksInUse() == 0; }
   std::size_t banksInUse() const { return order_.size(); }
   std::size_t resonatorsInUse() const;
-  /// tooLong and modalVoicesExhausted: excitations left out.
+  /// modalVoicesExhausted: excitations left out; silencedFrames; of events that only ring: heard,
+  /// lost, tooLong, ringsLeftOut.
   const SynthCounters& counters() const { return counters_; }
 
  private:
@@ -96,7 +101,8 @@ class ModalBank {
   };
 
   void makeRoom();
-  void addOne(ModalExcitation excitation, std::span<const double> taps);
+  bool addOne(const ModalExcitation& excitation, std::span<const double> taps);
+  bool isTooLong(const ModalExcitation& excitation) const;
   std::size_t countOf(const ModalExcitation& excitation) const;
   std::size_t roomOf(const Click& drive) const;
   void reserve(const Click& drive, std::size_t count);

@@ -59,6 +59,7 @@ struct ModalExcitation {
   std::size_t count = 0;    ///< number of resonators: all, or the first ones, padded
   std::size_t taps = 0;     ///< index of its first b0; its b1 begin `count` behind it
   RestTaps<double> rest{};  ///< taps for the pulse itself: ResonatorSet::rest
+  bool isLeader = false;    ///< the first of an event that only rings, with which it is heard
 
   bool isDamping() const { return drive.pulse == nullptr; }
 };

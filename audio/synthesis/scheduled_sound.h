@@ -26,6 +26,9 @@ struct ScheduledSound {
   std::span<const PulseNode> train = {};
   double modalPeak = 0.0;  ///< Pa, estimate for what rings; does not cross to a renderer
   NoiseLevel noise = {};   ///< level of the bed of noise; then there is nothing else
+  /// True for the sound of an event, whose fate is counted (SynthCounters); not for a step of a
+  /// lasting contact, a change of damping, or the ringing of an event whose click comes apart.
+  bool isEvent = false;
 };
 
 /// Takes scheduled sounds: a renderer, or a queue to another thread.

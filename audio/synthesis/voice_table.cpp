@@ -29,11 +29,11 @@ bool VoiceTable::isQuieter(std::uint32_t a, std::uint32_t b) const {
   return va.peak != vb.peak ? va.peak < vb.peak : va.number > vb.number;
 }
 
-std::uint32_t VoiceTable::add(double peak) noexcept {
+std::uint32_t VoiceTable::add(double peak, bool isEvent) noexcept {
   assert(!isFull());
   const std::uint32_t voice = free_.back();
   free_.pop_back();
-  voices_[voice] = {.peak = peak, .number = number_++};
+  voices_[voice] = {.peak = peak, .number = number_++, .isEvent = isEvent};
   heap_.push_back(voice);
   voices_[voice].heapPlace = static_cast<std::uint32_t>(heap_.size() - 1);
   rise(heap_.size() - 1);

@@ -22,8 +22,11 @@ class VoiceTable {
   std::uint32_t quietest() const { return heap_.empty() ? kNone : heap_.front(); }
   double peak(std::uint32_t voice) const { return voices_[voice].peak; }
 
+  /// True for the voice of an event, false for one of a lasting contact.
+  bool isEvent(std::uint32_t voice) const { return voices_[voice].isEvent; }
+
   /// Adds a voice of that peak, in Pa. Requires !isFull().
-  std::uint32_t add(double peak) noexcept;
+  std::uint32_t add(double peak, bool isEvent = true) noexcept;
   /// Gives the voice one more click.
   void attach(std::uint32_t voice, std::uint32_t slot) noexcept;
   std::uint32_t voiceOf(std::uint32_t slot) const { return ofSlot_[slot].voice; }
@@ -46,6 +49,7 @@ class VoiceTable {
     std::uint64_t number = 0;
     std::uint32_t slot = kNone;  // slot of the first click
     std::uint32_t heapPlace = kNone;
+    bool isEvent = false;
   };
   struct Slot {
     std::uint32_t voice = kNone;

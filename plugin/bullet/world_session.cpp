@@ -25,6 +25,8 @@ namespace {
 /// Removed bodies are looked for when this many more bodies are known than twice those in the
 /// world.
 constexpr std::size_t kForgotten = 64;
+/// Substeps after which no event of a body that has left the world comes any more.
+constexpr int kEventsLater = 4;
 /// Bodies whose landing is predicted, at most.
 constexpr std::size_t kPredictedBodies = 16;
 
@@ -84,6 +86,7 @@ void WorldSession::predictFirstBlow(const ListenerPose& listener) {
 void WorldSession::postSubstep() {
   const auto kept = shared_from_this();  // the host's function may end the sound
   placeListener();
+  readColliding();
   postEvents();
   postContacts();
   bridge_->clear();
@@ -309,8 +312,15 @@ void WorldSession::readNew() {
   const auto& objects = world_.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i) {
     const Result<BodyId> id = bridge_->bodyId(*objects[i]);
-    if (id && !known_.contains(*id)) read(*id, *objects[i]);
+    if (id && !isRead(*id)) read(*id, *objects[i]);
   }
+}
+
+/// Reads bodies that have just collided for the first time, as they may have left the world, or the
+/// world be gone, when their events come.
+void WorldSession::readColliding() {
+  if (settings.synth.impulse != ImpulseChoice::applied) return;
+  if (std::exchange(collisions_, bridge_->counters().collisions) != collisions_) readNew();
 }
 
 void WorldSession::readBodies() {
@@ -334,8 +344,10 @@ void WorldSession::forgetRemoved() {
     if (const Result<BodyId> id = bridge_->bodyId(*objects[i])) presentIds.insert(*id);
   }
   std::erase_if(unseen_, [&](const auto& entry) { return !present.contains(entry.first); });
+  for (auto& [id, known] : known_)
+    known.absent = presentIds.contains(id) ? 0 : known.absent + 1;
   std::erase_if(known_, [&](const auto& entry) {
-    if (presentIds.contains(entry.first)) return false;
+    if (entry.second.absent < kEventsLater) return false;
     isPending_[entry.first] = false;
     removeBody(entry.first);
     return true;
@@ -461,6 +473,7 @@ std::string WorldSession::describe() const {
 SoundStatistics WorldSession::statistics() const {
   SoundStatistics all = SoundSession::statistics();
   all.silenced = silenced_;
+  all.posted += silenced_;
   all.unsupportedContacts = bridge_ ? bridge_->counters().unsupported : unsupported_;
   all.solvedShapes = reader_.solver().solved();
   all.shapesPending = reader_.solver().pending();

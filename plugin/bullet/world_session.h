@@ -63,6 +63,7 @@ class WorldSession final : public SoundSession {
     double density = 0.0;                           // kg/m^3; 0 if it cannot move
     std::optional<ShapeSolver::ShapeId> pending{};  // its shape, while the body does without
     bool isHastened = false;                        // that
+    int absent = 0;                                 // substeps since it left the world, if counted
     Eigen::Matrix3d inverseInertia = Eigen::Matrix3d::Zero();  // for when it does not
   };
   /// The sound assigned to a body that no substep has seen yet, and that so has no id. Another body
@@ -102,6 +103,7 @@ class WorldSession final : public SoundSession {
   Status requirePresent(const btCollisionObject& object) const;
   void readPresent();
   void readNew();
+  void readColliding();
   void read(BodyId id, const btCollisionObject& object);
   void take(BodyId id, KnownBody& known, const SoundBody& body);
   void mergeUnseen(const btCollisionObject& object, BodySound& assigned);
@@ -130,7 +132,8 @@ class WorldSession final : public SoundSession {
   std::uint64_t solvedInStep_ = 0;
   std::uint64_t unsupported_ = 0;
   std::uint64_t silenced_ = 0;
-  bool isQuiet_ = true;                 // nothing was posted yet
+  std::uint64_t collisions_ = 0;  // BulletBridgeCounters::collisions, when bodies were last read
+  bool isQuiet_ = true;           // nothing was posted yet
   std::optional<BulletBridge> bridge_;  // destroyed first: it calls postSubstep
 };
 

@@ -422,6 +422,12 @@ size_t carom_warning(const carom_sound* sound, char* text, size_t size) noexcept
                    [](const carom_sound& told) { return told.output().statistics().warning; });
 }
 
+size_t carom_recording_error(const carom_sound* sound, char* text, size_t size) noexcept {
+  return writeText(sound, {text, size}, [](const carom_sound& told) {
+    return told.output().statistics().recordingError;
+  });
+}
+
 size_t carom_channel_count(const carom_sound* sound) noexcept {
   return sound == nullptr ? 0 : sound->output().channelCount();
 }

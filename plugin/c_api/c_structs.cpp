@@ -82,7 +82,17 @@ constexpr std::array kShownCounts = {
                                   &carom_statistics::unsolved_bodies},
     ShownStatistic<std::uint64_t>{&SoundStatistics::links, &carom_statistics::links},
     ShownStatistic<std::uint64_t>{&SoundStatistics::unsupportedContacts,
-                                  &carom_statistics::unsupported_contacts}};
+                                  &carom_statistics::unsupported_contacts},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::heard, &carom_statistics::heard},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::lost, &carom_statistics::lost},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::ringsLeftOut,
+                                  &carom_statistics::rings_left_out},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::rejectedSlides,
+                                  &carom_statistics::rejected_slides},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::silencedFrames,
+                                  &carom_statistics::silenced_frames},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::posted, &carom_statistics::posted},
+    ShownStatistic<std::uint64_t>{&SoundStatistics::waiting, &carom_statistics::waiting}};
 
 constexpr std::array kShownMeasures = {
     ShownStatistic<double>{&SoundStatistics::cpuShare, &carom_statistics::cpu_share},

@@ -40,6 +40,7 @@ CAROM_ENDS_WITH(carom_statistics, modes);
 CAROM_ENDS_WITH(carom_statistics, undersampled);
 CAROM_ENDS_WITH(carom_collision, listener_count);
 CAROM_ENDS_WITH(carom_statistics, masked);
+CAROM_ENDS_WITH(carom_statistics, waiting);
 #undef CAROM_ENDS_WITH
 
 Status checkSize(const void* callers, std::span<const std::size_t> sizes, const std::string& name) {

@@ -41,7 +41,7 @@ inline constexpr std::array kSizes<carom_body> = {offsetof(carom_body, modes), s
 template <>
 inline constexpr std::array kSizes<carom_statistics> = {
     offsetof(carom_statistics, rings), offsetof(carom_statistics, slides),
-    offsetof(carom_statistics, peak), sizeof(carom_statistics)};
+    offsetof(carom_statistics, peak), offsetof(carom_statistics, heard), sizeof(carom_statistics)};
 
 /// Returns the `size` in a caller's struct, whatever its version.
 std::size_t sizeOf(const void* callers);

@@ -135,6 +135,7 @@ SoundEngine::SoundEngine(const SoundSettings& settings,
 }
 
 void SoundEngine::post(const ImpulseEvent& event) {
+  ++counters_.posted;
   events_.push_back(event);
 }
 
@@ -143,22 +144,35 @@ void SoundEngine::updateContact(const ContactState& contact) {
 }
 
 void SoundEngine::advanceTo(double seconds) {
+  const SoundTimeline before = timeline_;
   const TimelineStep step = timeline_.advance(seconds, rendered());
   counters_.stalls += step == TimelineStep::stalled ? 1 : 0;
   counters_.jumps += step == TimelineStep::jumped ? 1 : 0;
   if (step == TimelineStep::skipped) {
     counters_.skipped += events_.size();
   } else {
-    updateContacts();
-    for (const ImpulseEvent& event : events_)
-      scheduler_.schedule(event, timeline_.shiftAt(event.time), step_);
-    scheduler_.finishMoment(step_);
-    step_.send();
+    scheduleStep(seconds, before);
     exposeStep(std::exchange(time_, seconds), seconds);
   }
   time_ = seconds;
   events_.clear();
   contacts_.clear();
+}
+
+/// Schedules the step that ends at `seconds`. Where the clock has leapt in it, what was posted
+/// before is still of the time line before.
+void SoundEngine::scheduleStep(double seconds, const SoundTimeline& before) {
+  const auto isOld = [&](double time) {
+    return seconds < time_ && isBeforeLeap(time, time_, seconds);
+  };
+  std::erase_if(contacts_, [&](const ContactState& contact) { return isOld(contact.time); });
+  updateContacts();
+  for (const ImpulseEvent& event : events_) {
+    const SoundTimeline& timeline = isOld(event.time) ? before : timeline_;
+    scheduler_.schedule(event, timeline.shiftAt(event.time), step_);
+  }
+  scheduler_.finishMoment(step_);
+  step_.send();
 }
 
 void SoundEngine::predict(double pressure) {
@@ -234,9 +248,14 @@ SynthCounters SoundEngine::rendererCounters() const {
 
 SoundStatistics SoundEngine::statistics() const {
   SoundStatistics all = counters_;
-  static_cast<SynthCounters&>(all) += scheduler_.counters() + rendererCounters();
+  // First what the audio thread has counted, so that no more has begun than was scheduled.
+  const SynthCounters rendered = rendererCounters();
+  static_cast<SynthCounters&>(all) += scheduler_.counters() + rendered;
   all.stolen += step_.stolen();
   all.queueFaults += step_.faults();
+  all.slidesLeftOut += step_.slidesLeftOut();
+  all.modalVoicesExhausted += step_.ringsLeftOut();
+  all.waiting = waitingShares(all);
   constexpr auto kRelaxed = std::memory_order_relaxed;
   all.ringing = shared_.banks.load(kRelaxed);
   all.modes = shared_.modes.load(kRelaxed);

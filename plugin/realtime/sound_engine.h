@@ -45,7 +45,8 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   void post(const ImpulseEvent& event);
   void updateContact(const ContactState& contact);
   void advanceTo(double seconds);
-  SoundStatistics statistics() const;  ///< since this engine was made
+  /// Returns the statistics since this engine was made, of the events that were posted to it.
+  SoundStatistics statistics() const;
   const SoundSettings& settings() const { return settings_; }
   std::size_t channelCount() const { return scheduler_.paths().channels.size(); }
   std::size_t outputDelay() const { return limiter_ ? limiter_->latency() : 0; }
@@ -63,9 +64,12 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
  private:
   /// The counters of the audio thread.
   static constexpr std::array kRendererCounts = {
-      &SynthCounters::late,         &SynthCounters::stolen,  &SynthCounters::overBudget,
-      &SynthCounters::noBus,        &SynthCounters::tooLong, &SynthCounters::modalVoicesExhausted,
-      &SynthCounters::slidesLeftOut};
+      &SynthCounters::late,          &SynthCounters::stolen,
+      &SynthCounters::overBudget,    &SynthCounters::noBus,
+      &SynthCounters::tooLong,       &SynthCounters::modalVoicesExhausted,
+      &SynthCounters::slidesLeftOut, &SynthCounters::heard,
+      &SynthCounters::lost,          &SynthCounters::ringsLeftOut,
+      &SynthCounters::silencedFrames};
   /// Statistics that the audio thread writes and the simulation's thread reads.
   struct Shared {
     /// Counters that kRendererCounts names, in its order.
@@ -80,6 +84,7 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   void updateContacts();
   void updateContact(const ContactState& contact, double rank, double least);
   void exposeStep(double from, double to);
+  void scheduleStep(double seconds, const SoundTimeline& before);
   double rankToSlide(std::span<const ContactState> moment);
   SynthCounters rendererCounters() const;
   void receive(std::size_t frames) noexcept;

@@ -55,7 +55,8 @@ bool SoundQueue::put(const ScheduledSound& sound) noexcept {
                       .powers = static_cast<std::uint32_t>(sound.noise.powers.size()),
                       .at = sound.noise.at,
                       .since = sound.noise.since,
-                      .lasting = sound.noise.lasting};
+                      .lasting = sound.noise.lasting,
+                      .isEvent = sound.isEvent};
   const std::size_t lines = linesOf(header);
   if (sound.train.size() > capacity_.nodes || sound.noise.powers.size() > capacity_.powers ||
       lines_.writable(lines) < lines)
@@ -131,7 +132,8 @@ const ScheduledSound* SoundQueue::take() noexcept {
             .noise = {.at = header.at,
                       .since = header.since,
                       .lasting = header.lasting,
-                      .powers = std::span(powers_).first(header.powers)}};
+                      .powers = std::span(powers_).first(header.powers)},
+            .isEvent = header.isEvent};
   return &taken_;
 }
 

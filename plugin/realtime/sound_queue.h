@@ -59,6 +59,7 @@ class SoundQueue {
     std::int64_t at = 0;       // NoiseLevel
     std::int64_t since = 0;    // NoiseLevel
     std::int64_t lasting = 0;  // NoiseLevel
+    bool isEvent = false;
   };
 
   template <class T>

@@ -6,10 +6,15 @@
 #include <string>
 #include <utility>
 
+#include "audio/propagation/sound_paths.h"
 #include "plugin/realtime/exposure.h"
+#include "plugin/realtime/sound_timeline.h"
 #include "plugin/realtime/statistics_fields.h"
 
 namespace carom::plugin {
+
+using namespace audio;
+
 namespace {
 
 constexpr std::size_t kRecordedBlock = 1024;  // frames
@@ -30,6 +35,7 @@ SoundFileSettings fileSettings(const SoundSettings& settings, std::size_t channe
   wanted.leastFullScale = Exposure::kLeastFullScale;
   wanted.fullScalePressure = settings.fullScale.value_or(kFullScalePressure);
   wanted.limit = settings.limiter.has_value() && !wanted.normalize;
+  wanted.keepIncomplete = true;
   return wanted;
 }
 
@@ -43,52 +49,130 @@ Status requireWav(const std::filesystem::path& file) {
                "': recordings are WAV files; expected a name that ends in .wav"};
 }
 
+/// Hands sounds on as those of events that are counted elsewhere.
+class UncountedSink final : public SoundSink {
+ public:
+  explicit UncountedSink(SoundSink& to) : to_(to) {}
+  void add(const ScheduledSound& sound) override {
+    ScheduledSound uncounted = sound;
+    uncounted.isEvent = false;
+    to_.add(uncounted);
+  }
+
+ private:
+  SoundSink& to_;
+};
+
 }  // namespace
 
-Result<SoundRecorder> SoundRecorder::create(const std::filesystem::path& file,
-                                            const SoundSettings& settings) {
+Result<std::unique_ptr<SoundRecorder>> SoundRecorder::create(const std::filesystem::path& file,
+                                                             const SoundSettings& settings) {
   if (const Status named = requireWav(file); !named) return named.error();
-  Result<Synth> synth = Synth::create(settings.synth, settings.listeners);
-  if (!synth) return synth.error();
+  const auto paths = makeSoundPaths(settings.synth, settings.listeners);
+  if (!paths) return Error{"synth: " + paths.error().message};
   Result<SoundFileWriter> writer =
-      SoundFileWriter::create(file, fileSettings(settings, synth->channelCount()));
+      SoundFileWriter::create(file, fileSettings(settings, (*paths)->channels.size()));
   if (!writer) return writer.error();
-  return SoundRecorder(*std::move(synth), *std::move(writer), settings);
+  return std::unique_ptr<SoundRecorder>(new SoundRecorder(*paths, *std::move(writer), settings));
 }
 
-SoundRecorder::SoundRecorder(Synth synth, SoundFileWriter file, const SoundSettings& settings)
-    : synth_(std::move(synth)),
+SoundRecorder::SoundRecorder(const std::shared_ptr<const SoundPaths>& paths, SoundFileWriter file,
+                             const SoundSettings& settings)
+    : scheduler_(paths),
+      renderer_(paths),
       file_(std::move(file)),
+      rate_(paths->settings.sampleRate),
       latency_(settings.latency),
       isAutomatic_(isAutomatic(settings)),
       hasLimiter_(settings.limiter.has_value()),
-      block_(synth_.channelCount(), std::vector<float>(kRecordedBlock)) {
+      block_(paths->channels.size(), std::vector<float>(kRecordedBlock)) {
   for (std::vector<float>& channel : block_) {
     channels_.push_back(channel.data());
     written_.push_back(channel.data());
   }
 }
 
-void SoundRecorder::addLevels(SoundStatistics& statistics) const {
-  statistics.peak = file_.peakPressure();
-  statistics.peakSample = statistics.peak / file_.fullScale();
-  if (!isAutomatic_)
-    statistics.warning = peakWarning(statistics.peakSample, file_.fullScale(), hasLimiter_);
+SoundStatistics SoundRecorder::statistics() const {
+  SoundStatistics all;
+  static_cast<SynthCounters&>(all) = scheduler_.counters() + renderer_.counters();
+  all.posted = posted_;
+  all.waiting = waitingShares(all);
+  all.peak = file_.peakPressure();
+  all.peakSample = all.peak / file_.fullScale();
+  if (!isAutomatic_) all.warning = peakWarning(all.peakSample, file_.fullScale(), hasLimiter_);
+  if (failure_) all.recordingError = failure_->message;
+  return all;
 }
 
 void SoundRecorder::startAt(double seconds) {
-  const Status sought = synth_.seek(seconds);
-  if (!sought && !failure_) failure_ = sought.error();
+  time_ = seconds;
+  renderer_.seek(std::llround(seconds * rate_));
+}
+
+void SoundRecorder::post(const ImpulseEvent& event, bool isCounted) {
+  posted_ += isCounted ? 1 : 0;
+  if (!failure_) events_.push_back({event, isCounted});
+}
+
+void SoundRecorder::updateContact(const ContactState& contact, bool isCounted) {
+  if (!failure_ && scheduler_.hearsContacts()) contacts_.push_back({contact, isCounted});
+}
+
+/// Runs an action on the scheduler, whose counters stay as they are unless it is counted.
+template <class Action>
+void SoundRecorder::counting(bool isCounted, const Action& action) {
+  if (isCounted) return action(renderer_);
+  const SynthCounters before = scheduler_.counters();
+  UncountedSink sink(renderer_);
+  action(sink);
+  scheduler_.setCounters(before);
+}
+
+void SoundRecorder::schedule(const Posted<ImpulseEvent>& event) {
+  counting(event.isCounted,
+           [&](SoundSink& sink) { scheduler_.schedule(event.share, shift_, sink); });
+}
+
+void SoundRecorder::schedule(const Posted<ContactState>& contact) {
+  counting(contact.isCounted,
+           [&](SoundSink& sink) { scheduler_.updateContact(contact.share, shift_, sink); });
+}
+
+void SoundRecorder::schedulePosted() {
+  for (const Posted<ContactState>& contact : contacts_)
+    schedule(contact);
+  for (const Posted<ImpulseEvent>& event : events_)
+    schedule(event);
+  contacts_.clear();
+  events_.clear();
+}
+
+void SoundRecorder::leapTo(double seconds) {
+  const auto scheduleOld = [&](auto& posted) {
+    std::erase_if(posted, [&](const auto& one) {
+      const bool isOld = isBeforeLeap(one.share.time, time_, seconds);
+      if (isOld) schedule(one);
+      return isOld;
+    });
+  };
+  scheduleOld(contacts_);
+  scheduleOld(events_);
+  scheduler_.finishMoment(renderer_);
+  shift_.whole += std::llround(time_ * rate_) - std::llround(seconds * rate_);
+  time_ = seconds;
 }
 
 void SoundRecorder::advanceTo(double seconds) {
+  schedulePosted();
+  time_ = seconds;
   renderTo(seconds - latency_);
 }
 
+/// Renders up to a time of the simulation's clock.
 void SoundRecorder::renderTo(double seconds) {
-  const double rate = synth_.sampleRate();
+  const double end = seconds + static_cast<double>(shift_.whole) / rate_;
   while (!failure_) {
-    const double left = std::floor((seconds - synth_.time()) * rate);
+    const double left = std::floor((end - renderedTime()) * rate_);
     if (!(left >= 1.0)) return;
     if (!renderFrames(
             static_cast<std::size_t>(std::min(left, static_cast<double>(kRecordedBlock)))))
@@ -97,23 +181,27 @@ void SoundRecorder::renderTo(double seconds) {
 }
 
 bool SoundRecorder::renderFrames(std::size_t frames) {
-  synth_.render<float>(channels_, frames);
+  scheduler_.finishMoment(renderer_);
+  renderer_.render<float>(channels_, frames);
   const Status written = file_.write(written_, frames);
   if (!written) failure_ = written.error();
   return !failure_;
 }
 
 void SoundRecorder::renderTail() {
-  const double end = synth_.time() + kLongestTail;
-  while (!failure_ && !synth_.isSilent() && synth_.time() < end)
+  const double end = renderedTime() + kLongestTail;
+  while (!failure_ && !renderer_.isSilent() && renderedTime() < end)
     renderFrames(kRecordedBlock);
 }
 
-Status SoundRecorder::finish(double seconds) {
-  renderTo(seconds);
+Status SoundRecorder::finish() {
+  schedulePosted();
+  renderTo(time_);
   renderTail();
   if (failure_) return *failure_;
-  return file_.finish();
+  Status finished = file_.finish();
+  if (!finished) failure_ = finished.error();
+  return finished;
 }
 
 }  // namespace carom::plugin

@@ -1,20 +1,28 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "audio/scheduling/contact_sound_scheduler.h"
+#include "audio/synthesis/click_renderer.h"
 #include "carom/audio/result.h"
 #include "carom/audio/sound_file.h"
-#include "carom/audio/synth.h"
 #include "carom/sound_settings.h"
 
 namespace carom::plugin {
 
-/// A file that grows with the simulation: the offline renderer, fed as events come. Nothing is left
-/// out for its cost. With an automatic level it gets its full scale at the end. [simulation thread]
+/// A file that grows with the simulation: the offline renderer, fed as events come, with the bits
+/// of Synth. Nothing is left out for its cost. With an automatic level it gets its full scale at
+/// the end.
+///
+/// The file goes on through leaps of the simulation's clock as if they had not been: what was to
+/// sound before is heard, and what comes after follows at once. An error of writing ends the
+/// recording; the sound up to there is kept (SoundFileSettings::keepIncomplete), and what is posted
+/// later is lost. [simulation thread]
 class SoundRecorder {
  public:
   /// Longer leaps of the simulation's clock are left out of the file.
@@ -23,35 +31,66 @@ class SoundRecorder {
   static constexpr double kAutomaticPeak = 0.707945784384138;  ///< -3 dB
 
   /// Refuses what Synth and SoundFileWriter refuse, and names that are not of a WAV file.
-  static Result<SoundRecorder> create(const std::filesystem::path& file,
-                                      const SoundSettings& settings);
+  static Result<std::unique_ptr<SoundRecorder>> create(const std::filesystem::path& file,
+                                                       const SoundSettings& settings);
 
-  /// Sets the peaks so far, and a warning where they exceed a full scale that was set.
-  void addLevels(SoundStatistics& statistics) const;
+  /// The peaks so far, a warning where they exceed a full scale that was set, the error, and the
+  /// fates of the events that were to be counted.
+  SoundStatistics statistics() const;
+  /// The error that has ended the recording.
+  const std::optional<Error>& failure() const { return failure_; }
+  /// See SoundFileWriter::recovered.
+  const std::vector<std::filesystem::path>& recovered() const { return file_.recovered(); }
 
-  Synth& synth() { return synth_; }
-  const Synth& synth() const { return synth_; }
+  audio::ContactSoundScheduler& scheduler() { return scheduler_; }
   static bool isLeap(double from, double to) { return to < from || to > from + kLongestStep; }
-  /// Begins the file at that time of the simulation, or goes on there after a leap. The listeners
-  /// have to be placed anew.
+  /// Begins the file at that time of the simulation.
   void startAt(double seconds);
+  /// An event is scheduled with the step in which it was posted; `isCounted` if no other output
+  /// counts its fate.
+  void post(const ImpulseEvent& event, bool isCounted);
+  void updateContact(const ContactState& contact, bool isCounted);
+  /// Schedules what was posted so far, before a body changes.
+  void schedulePosted();
+  /// Takes note that the clock leaps to `seconds`, and schedules what was posted before that. The
+  /// listeners have to be placed anew.
+  void leapTo(double seconds);
   /// Renders up to the latency before `seconds`.
   void advanceTo(double seconds);
-  /// Renders up to `seconds`, on until all is silent, and completes the file. Returns the first
-  /// error since the beginning.
-  Status finish(double seconds);
+  /// Renders up to the present time, on until all is silent, and completes the file. Returns the
+  /// first error since the beginning.
+  Status finish();
 
  private:
-  SoundRecorder(Synth synth, SoundFileWriter file, const SoundSettings& settings);
+  template <class Share>
+  struct Posted {
+    Share share;
+    bool isCounted = false;
+  };
+
+  SoundRecorder(const std::shared_ptr<const audio::SoundPaths>& paths, SoundFileWriter file,
+                const SoundSettings& settings);
+  template <class Action>
+  void counting(bool isCounted, const Action& action);
+  void schedule(const Posted<ImpulseEvent>& event);
+  void schedule(const Posted<ContactState>& contact);
   void renderTo(double seconds);
   void renderTail();
   bool renderFrames(std::size_t frames);
+  double renderedTime() const { return static_cast<double>(renderer_.position()) / rate_; }
 
-  Synth synth_;
+  audio::ContactSoundScheduler scheduler_;
+  audio::ClickRenderer renderer_;
   SoundFileWriter file_;
-  double latency_;
+  double rate_;     // Hz
+  double latency_;  // s
   bool isAutomatic_;
   bool hasLimiter_;
+  double time_ = 0.0;         // s, clock of the simulation
+  audio::SampleShift shift_;  // from the clock of the simulation to that of the file
+  std::vector<Posted<ImpulseEvent>> events_;    // of the step in hand
+  std::vector<Posted<ContactState>> contacts_;  // lasting ones of the step in hand
+  std::uint64_t posted_ = 0;                    // events that are counted
   std::optional<Error> failure_;
   std::vector<std::vector<float>> block_;
   std::vector<float*> channels_;

@@ -239,8 +239,10 @@ Status SoundSession::setBody(BodyId id, const SoundBody& body) {
     validModels.insert(body.modal);
   }
   bodies.insert_or_assign(id, body);
-  if (recorder)
-    if (Status set = recorder->synth().setBody(id, body); !set) return set;
+  if (recorder) {
+    recorder->schedulePosted();
+    if (Status set = recorder->scheduler().setBody(id, body); !set) return set;
+  }
   if (bounds) (void)bounds->scheduler().setBody(id, body);
   if (engine) return engine->scheduler().setBody(id, body);
   return std::monostate{};
@@ -248,7 +250,10 @@ Status SoundSession::setBody(BodyId id, const SoundBody& body) {
 
 void SoundSession::removeBody(BodyId id) {
   bodies.erase(id);
-  if (recorder) recorder->synth().removeBody(id);
+  if (recorder) {
+    recorder->schedulePosted();
+    recorder->scheduler().removeBody(id);
+  }
   if (engine) engine->scheduler().removeBody(id);
   if (bounds) bounds->scheduler().removeBody(id);
 }
@@ -268,7 +273,7 @@ void SoundSession::moveListeners() {
   for (std::size_t listener = 0; listener < poses.size(); ++listener) {
     KnownPose& known = poses[listener];
     if (!std::exchange(known.isNew, false)) continue;
-    if (recorder) follow(recorder->synth(), listener, known.pose);
+    if (recorder) follow(recorder->scheduler(), listener, known.pose);
     if (engine) follow(engine->scheduler(), listener, known.pose);
     if (bounds) follow(bounds->scheduler(), listener, known.pose);
   }
@@ -290,12 +295,15 @@ void SoundSession::listen() {
 
 void SoundSession::post(const ImpulseEvent& event) {
   moveListeners();
-  if (recorder) recorder->synth().schedule(event);
+  if (recorder) recorder->post(event, engine == nullptr);
   if (engine) engine->post(event);
+  if (recorder || engine) return;
+  ++earlier.posted;
+  ++earlier.skipped;
 }
 
 void SoundSession::updateContact(const ContactState& contact) {
-  if (recorder) recorder->synth().updateContact(contact);
+  if (recorder) recorder->updateContact(contact, engine == nullptr);
   if (engine) engine->updateContact(contact);
 }
 
@@ -309,11 +317,13 @@ void SoundSession::advanceTo(double seconds) {
     if (bounds) bring(bounds->scheduler());
   }
   if (recorder && SoundRecorder::isLeap(time, seconds)) {
-    recorder->startAt(seconds);
-    bring(recorder->synth());
+    if (!engine) ++earlier.jumps;
+    recorder->leapTo(seconds);
+    bring(recorder->scheduler());
   }
   time = seconds;
   if (recorder) recorder->advanceTo(seconds);
+  tellFailure();
   if (engine) engine->advanceTo(seconds);
 }
 
@@ -356,41 +366,47 @@ Status SoundSession::begin() {
 
 void SoundSession::stop() {
   device.reset();
-  if (engine) addEarlier(earlier, engine->statistics());
+  if (!engine) return;
+  SoundStatistics ended = engine->statistics();
+  loseWaiting(ended);
+  addEarlier(earlier, ended);
   engine.reset();
 }
 
 Status SoundSession::record(const std::filesystem::path& file) {
   if (recorder) return Error{file.string() + ": a recording is under way; finish it first"};
-  Result<SoundRecorder> made = SoundRecorder::create(file, settings);
+  Result<std::unique_ptr<SoundRecorder>> made = SoundRecorder::create(file, settings);
   if (!made) return made.error();
   recorder = *std::move(made);
+  hasToldFailure = false;
+  for (const std::filesystem::path& left : recorder->recovered())
+    say("what a program that ended early had recorded is in '" + left.string() + "'");
   OpenRecordings::instance().add(*this);
   recorder->startAt(time);
-  bring(recorder->synth());
+  bring(recorder->scheduler());
   return std::monostate{};
 }
 
 Status SoundSession::finishRecording() {
   if (!recorder) return std::monostate{};
   OpenRecordings::instance().remove(*this);
-  Status finished = recorder->finish(time);
-  addEarlier(earlier, recordingStatistics());
+  Status finished = recorder->finish();
+  SoundStatistics ended = recorder->statistics();
+  loseWaiting(ended);
+  addEarlier(earlier, ended);
   recorder.reset();
   return finished;
 }
 
-SoundStatistics SoundSession::recordingStatistics() const {
-  SoundStatistics all;
-  if (!hasPlayed) static_cast<SynthCounters&>(all) = recorder->synth().counters();
-  recorder->addLevels(all);
-  return all;
+void SoundSession::tellFailure() {
+  if (!recorder || !recorder->failure() || std::exchange(hasToldFailure, true)) return;
+  say(recorder->failure()->message);
 }
 
 SoundStatistics SoundSession::statistics() const {
   SoundStatistics all = engine ? engine->statistics() : SoundStatistics();
   addEarlier(all, earlier);
-  if (recorder) addEarlier(all, recordingStatistics());
+  if (recorder) addEarlier(all, recorder->statistics());
   hasShownWarning = hasShownWarning || !all.warning.empty();
   return all;
 }

@@ -74,9 +74,8 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
   /// Says on stderr what a warning says, if nobody has asked for the statistics since it holds.
   void warnUnseen();
 
-  /// Returns what only the recording tells: peaks and their warning, and the counts if there was
-  /// never an engine, which counts the same events.
-  SoundStatistics recordingStatistics() const;
+  /// Tells of a recording that has just failed.
+  void tellFailure();
   /// Hands the poses that setListener was given last to the outputs, before something is heard
   /// there.
   void moveListeners();
@@ -102,7 +101,8 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
   bool hasPlayed = false;                ///< there was an engine
   std::set<std::string> messages;        ///< those that have been told
   std::unique_ptr<PressureBounds> bounds;
-  std::optional<SoundRecorder> recorder;
+  std::unique_ptr<SoundRecorder> recorder;
+  bool hasToldFailure = false;  ///< of the recording
   std::unique_ptr<SoundEngine> engine;
   std::optional<AudioDevice> device;  ///< destroyed before the engine that it pulls from
 };

@@ -86,6 +86,7 @@ void SoundTimeline::setScale(double scale) {
 
 SampleShift SoundTimeline::shiftAt(double time) const {
   const double samples = clock_ == SoundClock::simulation ? 0.0 : shift(time);
+  if (!(std::abs(samples) < kExactSamples)) return {};
   const double whole = std::floor(samples);
   return {static_cast<std::int64_t>(whole), samples - whole};
 }

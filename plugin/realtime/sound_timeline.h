@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 
 #include "audio/scheduling/sample_time.h"
@@ -16,6 +17,12 @@ enum class TimelineStep : std::uint8_t {
   jumped,   ///< its clock went back: it goes on from there
   skipped,  ///< no samples are taken, or the simulation runs ahead: the step is not heard
 };
+
+/// True if what happened at `time` (s) was before a leap of the clock from `from` to `to`: by which
+/// of the two it is nearer to.
+inline bool isBeforeLeap(double time, double from, double to) {
+  return std::abs(time - from) < std::abs(time - to);
+}
 
 /// Maps the clock of the simulation to that of the samples, which cannot be held up.
 ///
@@ -55,7 +62,8 @@ class SoundTimeline {
   /// Takes note that the simulation has come to `time` (s) and `rendered` samples have been
   /// rendered.
   TimelineStep advance(double time, std::int64_t rendered);
-  /// Returns the shift of events that happen at `time` (s).
+  /// Returns the shift of events that happen at `time` (s); none for a time that no clock has, of
+  /// which the scheduler says why.
   audio::SampleShift shiftAt(double time) const;
 
   void pause() { resting_ = true; }

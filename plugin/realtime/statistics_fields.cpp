@@ -24,6 +24,18 @@ void addEarlier(SoundStatistics& sum, const SoundStatistics& earlier) {
     addField(field, sum, earlier);
   if (sum.unsolvedReason.empty()) sum.unsolvedReason = earlier.unsolvedReason;
   if (sum.warning.empty()) sum.warning = earlier.warning;
+  if (sum.recordingError.empty()) sum.recordingError = earlier.recordingError;
+}
+
+std::uint64_t waitingShares(const SoundStatistics& statistics) {
+  const SoundStatistics& s = statistics;
+  return s.posted - s.silenced - s.skipped - s.immovable - s.rejected - s.queueFaults - s.events +
+         waitingEvents(s);
+}
+
+void loseWaiting(SoundStatistics& statistics) {
+  statistics.lost += waitingShares(statistics);
+  statistics.waiting = 0;
 }
 
 std::string peakWarning(double peakSample, double fullScale, bool isLimited) {

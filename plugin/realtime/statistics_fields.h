@@ -65,7 +65,14 @@ inline constexpr std::array kStatisticsCounts = {
     StatisticsField<std::uint64_t>{&SoundStatistics::links},
     StatisticsField<std::uint64_t>{&SoundStatistics::unsupportedContacts},
     StatisticsField<std::uint64_t>{&SoundStatistics::refusedBodies},
-    StatisticsField<std::uint64_t>{&SoundStatistics::unusedAssignments, Summation::latest}};
+    StatisticsField<std::uint64_t>{&SoundStatistics::unusedAssignments, Summation::latest},
+    StatisticsField<std::uint64_t>{&SoundStatistics::heard},
+    StatisticsField<std::uint64_t>{&SoundStatistics::lost},
+    StatisticsField<std::uint64_t>{&SoundStatistics::ringsLeftOut},
+    StatisticsField<std::uint64_t>{&SoundStatistics::rejectedSlides},
+    StatisticsField<std::uint64_t>{&SoundStatistics::silencedFrames},
+    StatisticsField<std::uint64_t>{&SoundStatistics::posted},
+    StatisticsField<std::uint64_t>{&SoundStatistics::waiting}};
 
 inline constexpr std::array kStatisticsMeasures = {
     StatisticsField<double>{&SoundStatistics::cpuShare, Summation::latest},
@@ -76,6 +83,11 @@ inline constexpr std::array kStatisticsMeasures = {
 
 /// Adds the statistics of an earlier part of the same sound to those of a later part.
 void addEarlier(SoundStatistics& sum, const SoundStatistics& earlier);
+
+/// Number of shares that were posted and have no fate yet.
+std::uint64_t waitingShares(const SoundStatistics& statistics);
+/// Counts those as lost: their output has ended.
+void loseWaiting(SoundStatistics& statistics);
 
 /// Returns the sentence of SoundStatistics::warning for a peak of that many times the full scale
 /// (Pa): empty up to 1, or up to 2 if there is a limiter.

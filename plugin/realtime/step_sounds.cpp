@@ -29,36 +29,48 @@ StepSounds::Loudest StepSounds::takeLoudest() {
   return loudest;
 }
 
+/// Sends what rings on; it has the event's fate where there is no click.
+void StepSounds::addRing(const ScheduledSound& sound) {
+  ScheduledSound modal = sound;
+  modal.clicks = {};
+  modal.ears = {};
+  modal.isEvent = sound.isEvent && sound.clicks.empty();
+  if (queue_.put(modal)) return;
+  if (modal.isEvent)
+    ++faults_;
+  else
+    ++(sound.isEvent ? ringsLeftOut_ : slidesLeftOut_);
+}
+
 void StepSounds::add(const ScheduledSound& sound) {
   noteLoudness(sound);
-  if (!sound.excitations.empty()) {
-    ScheduledSound modal = sound;
-    modal.clicks = {};
-    modal.ears = {};
-    if (!queue_.put(modal)) ++faults_;
-  }
-  if (!sound.noise.powers.empty() && !queue_.put(sound)) ++faults_;
+  if (!sound.excitations.empty()) addRing(sound);
+  if (!sound.noise.powers.empty() && !queue_.put(sound)) ++slidesLeftOut_;
   if (sound.clicks.empty()) return;
-  events_.push_back(
-      {sound.peak, clicks_.size(), sound.clicks.size(), nodes_.size(), sound.train.size()});
+  events_.push_back({.peak = sound.peak,
+                     .first = clicks_.size(),
+                     .count = sound.clicks.size(),
+                     .firstNode = nodes_.size(),
+                     .nodes = sound.train.size(),
+                     .isEvent = sound.isEvent});
   clicks_.insert(clicks_.end(), sound.clicks.begin(), sound.clicks.end());
   ears_.insert(ears_.end(), sound.ears.begin(), sound.ears.end());
   nodes_.insert(nodes_.end(), sound.train.begin(), sound.train.end());
-  if (events_.size() >= 2 * voices_) stolen_ += keepLoudest(voices_);
+  if (events_.size() >= 2 * voices_) keepLoudest(voices_, stolen_);
 }
 
-/// Keeps the loudest of the step's events, in their order; returns how many were dropped.
-std::uint64_t StepSounds::keepLoudest(std::size_t events) {
-  if (events_.size() <= events) return 0;
-  const std::uint64_t gone = events_.size() - events;
+/// Keeps the loudest of the step's sounds, in their order, and counts those that are dropped.
+void StepSounds::keepLoudest(std::size_t events, std::uint64_t& eventsLeftOut) {
+  if (events_.size() <= events) return;
   std::ranges::nth_element(events_, events_.begin() + static_cast<std::ptrdiff_t>(events),
                            [](const Event& a, const Event& b) {
                              return a.peak != b.peak ? a.peak > b.peak : a.first < b.first;
                            });
+  for (const Event& event : std::span(events_).subspan(events))
+    ++(event.isEvent ? eventsLeftOut : slidesLeftOut_);
   events_.resize(events);
   std::ranges::sort(events_, {}, &Event::first);
   compact();
-  return gone;
 }
 
 /// Moves the clicks of the events together; the nodes of the few slides stay where they are.
@@ -77,16 +89,17 @@ void StepSounds::compact() {
 }
 
 void StepSounds::send() {
-  stolen_ += keepLoudest(voices_);
-  if (!events_.empty()) faults_ += keepLoudest(queue_.roomForClicks(nodes_.size()));
+  keepLoudest(voices_, stolen_);
+  if (!events_.empty()) keepLoudest(queue_.roomForClicks(nodes_.size()), faults_);
   for (const Event& event : events_) {
     const bool isPut =
         queue_.put({.peak = event.peak,
                     .clicks = std::span(clicks_).subspan(event.first, event.count),
                     .ears = ears_.empty() ? std::span<const SphereWeights>()
                                           : std::span(ears_).subspan(event.first, event.count),
-                    .train = std::span(nodes_).subspan(event.firstNode, event.nodes)});
-    if (!isPut) ++faults_;
+                    .train = std::span(nodes_).subspan(event.firstNode, event.nodes),
+                    .isEvent = event.isEvent});
+    if (!isPut) ++(event.isEvent ? faults_ : slidesLeftOut_);
   }
   queue_.publish();
   events_.clear();

@@ -33,7 +33,11 @@ class StepSounds final : public audio::SoundSink {
   Loudest takeLoudest();
 
   std::uint64_t stolen() const { return stolen_; }  ///< events left out as others were louder
-  std::uint64_t faults() const { return faults_; }  ///< sounds left out for lack of room
+  std::uint64_t faults() const { return faults_; }  ///< events left out for lack of room
+  /// Steps of lasting contacts left out, for either reason.
+  std::uint64_t slidesLeftOut() const { return slidesLeftOut_; }
+  /// Rings of events that are heard otherwise left out for lack of room.
+  std::uint64_t ringsLeftOut() const { return ringsLeftOut_; }
 
  private:
   /// An event of the step; its arrays lie one behind the other.
@@ -43,9 +47,11 @@ class StepSounds final : public audio::SoundSink {
     std::size_t count = 0;      // number of its clicks
     std::size_t firstNode = 0;  // in nodes_
     std::size_t nodes = 0;      // 0: it is no step of a slide
+    bool isEvent = false;
   };
   void noteLoudness(const audio::ScheduledSound& sound);
-  std::uint64_t keepLoudest(std::size_t events);
+  void keepLoudest(std::size_t events, std::uint64_t& eventsLeftOut);
+  void addRing(const audio::ScheduledSound& sound);
   void compact();
 
   SoundQueue& queue_;
@@ -60,6 +66,8 @@ class StepSounds final : public audio::SoundSink {
   std::int64_t firstImpact_ = std::numeric_limits<std::int64_t>::max();
   std::uint64_t stolen_ = 0;
   std::uint64_t faults_ = 0;
+  std::uint64_t slidesLeftOut_ = 0;
+  std::uint64_t ringsLeftOut_ = 0;
 };
 
 }  // namespace carom::plugin

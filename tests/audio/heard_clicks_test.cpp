@@ -11,6 +11,7 @@
 #include "audio/model/third_octaves.h"
 #include "carom/audio/material.h"
 #include "carom/audio/synth.h"
+#include "tests/audio/ball_drop.h"
 #include "tests/support/noisy_slides.h"
 
 namespace carom::test {
@@ -93,6 +94,25 @@ TEST(HeardClicks, WhatIsMaskedLeavesTheWholeAsItIs) {
     // Left out is 1/1000 of the energy, whose pressure adds up with the rest: by 0.27 dB at most.
     EXPECT_NEAR(10.0 * std::log10(heard[band] / all[band]), 0.0, 0.28) << band;
   }
+}
+
+// A loud event far ahead, as of a clock that was wrong, masks nothing that comes before it.
+TEST(HeardClicks, OfATimeFarAheadMaskNothingBefore) {
+  const auto heardAfter = [](double time) {
+    SynthSettings settings;
+    settings.lasting = LastingDetail::heard;
+    const BallDrop loud{.radius = 0.05, .speed = 10.0, .time = time};
+    Synth synth = makeSynth(loud, {Listener{"ear", {0.0, -2.0, 1.0}}}, settings);
+    synth.schedule(loud.event());
+    for (int i = 0; i < 200; ++i) {
+      ImpulseEvent tap = loud.event();
+      tap.time = 0.01 * i;
+      tap.impulse *= 3e-3;
+      synth.schedule(tap);
+    }
+    return synth.counters().masked;
+  };
+  EXPECT_EQ(heardAfter(1e6), heardAfter(-1e6));
 }
 
 }  // namespace

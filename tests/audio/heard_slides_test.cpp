@@ -7,6 +7,7 @@
 
 #include "audio/model/third_octaves.h"
 #include "carom/audio/synth.h"
+#include "tests/audio/ball_drop.h"
 #include "tests/support/noisy_slides.h"
 
 namespace carom::test {
@@ -129,6 +130,35 @@ TEST(HeardSlides, BetweenVoiceAndBedNothingJumps) {
   EXPECT_GT(counters.slides, 0U);
   const auto exact = slides.sound({}, nullptr);
   expectSameWindows(sound[0], exact[0]);
+}
+
+/// The sound of some slides, with another contact of that time in their midst.
+std::vector<double> soundWith(double time) {
+  const NoisySlides slides{.count = 12, .duration = 0.5};
+  SynthSettings settings;
+  settings.lasting = LastingDetail::heard;
+  Synth synth = slides.synth(settings);
+  std::vector<double> all;
+  for (std::size_t step = 0; step < 30; ++step) {
+    for (std::size_t body = 0; body < slides.count; ++body)
+      synth.updateContact(slides.state(body, step));
+    if (step == 10 && time != 0.0) {
+      ContactState other = slides.state(0, step);
+      other.time = time;
+      other.body = 998;
+      other.other = 999;
+      synth.updateContact(other);
+    }
+    const std::vector<double> part = renderPlanes<double>(synth, 800)[0];
+    all.insert(all.end(), part.begin(), part.end());
+  }
+  return all;
+}
+
+TEST(HeardSlides, AContactAtNoTimeChangesNothing) {
+  const std::vector<double> right = soundWith(0.0);
+  for (const double time : {std::nan(""), HUGE_VAL, -HUGE_VAL, 1e300})
+    EXPECT_TRUE(soundWith(time) == right) << time;
 }
 
 }  // namespace

@@ -350,24 +350,19 @@ TEST_F(SoundFile, RefusesSettingsOutOfRange) {
   EXPECT_EQ(folder_.entries(), 0u);
 }
 
-TEST_F(SoundFile, RefusesMoreThanAWavFileHolds) {
-  auto writer = SoundFileWriter::create(path(), {});
-  ASSERT_TRUE(writer);
-  const float sample = 0.0F;
-  const Status written = writer->write(std::array{&sample}, std::size_t{1} << 30U);
-  ASSERT_FALSE(written);
-  EXPECT_NE(written.error().message.find("4 GiB"), std::string::npos);
-}
-
-TEST_F(SoundFile, RefusesPressureThatIsNotFinite) {
-  auto writer = SoundFileWriter::create(path(), {});
-  ASSERT_TRUE(writer);
-  const std::vector<float> samples = {1.0F, std::numeric_limits<float>::quiet_NaN()};
-  const Status written = writer->write(std::array{samples.data()}, samples.size());
-  ASSERT_FALSE(written);
-  EXPECT_NE(written.error().message.find("frame 1"), std::string::npos);
-  EXPECT_FALSE(writer->finish());
-  EXPECT_FALSE(fs::exists(path()));
+TEST_F(SoundFile, WhatIsNotFiniteBecomesSilenceAndNothingElseDoes) {
+  for (const bool limit : {false, true}) {
+    auto writer = SoundFileWriter::create(path(), {.limit = limit});
+    ASSERT_TRUE(writer);
+    const float infinite = std::numeric_limits<float>::infinity();
+    const std::vector<float> samples = {10.0F, std::numeric_limits<float>::quiet_NaN(), infinite,
+                                        -infinite, 5.0F};
+    ASSERT_TRUE(writer->write(std::array{samples.data()}, samples.size()));
+    EXPECT_EQ(writer->samplesNotFinite(), 3u);
+    EXPECT_EQ(writer->peakPressure(), 10.0);
+    ASSERT_TRUE(writer->finish());
+    EXPECT_EQ(test::readRecording(path()).samples, (std::vector<double>{0.5, 0.0, 0.0, 0.0, 0.25}));
+  }
 }
 
 TEST_F(SoundFile, RefusesTheWrongNumberOfChannels) {
@@ -375,6 +370,9 @@ TEST_F(SoundFile, RefusesTheWrongNumberOfChannels) {
   ASSERT_TRUE(writer);
   const float sample = 0.0F;
   EXPECT_FALSE(writer->write(std::array{&sample}, 1));
+  ASSERT_TRUE(writer->write(std::array{&sample, &sample}, 1));  // nothing else is lost
+  ASSERT_TRUE(writer->finish());
+  EXPECT_EQ(test::readRecording(path()).info.frames, 1);
 }
 
 TEST_F(SoundFile, FinishesOnce) {

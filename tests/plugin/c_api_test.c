@@ -443,6 +443,7 @@ static void peak_above_full_scale_is_warned_of(void) {
   render_strike(sound, samples);
   EXPECT(statistics_of(sound).peak_sample == (double)peak_of(samples, FRAMES));
   EXPECT(carom_warning(sound, text, sizeof text) > 0 && strstr(text, "above full scale") != NULL);
+  EXPECT(carom_recording_error(sound, text, sizeof text) == 0 && text[0] == '\0');
   EXPECT_OK(carom_destroy(sound));
 }
 
@@ -905,6 +906,7 @@ static void null_handle_is_refused_by_every_call(void) {
   EXPECT(carom_output_delay(NULL) == 0);
   EXPECT(carom_unsolved_reason(NULL, NULL, 0) == 0);
   EXPECT(carom_warning(NULL, NULL, 0) == 0);
+  EXPECT(carom_recording_error(NULL, NULL, 0) == 0);
 }
 
 static void null_arguments_are_refused(void) {

@@ -22,6 +22,7 @@
 #include "carom/event_sound.h"
 #include "carom/sound.h"
 #include "tests/bullet_bridge/any_world.h"
+#include "tests/support/recording.h"
 #include "tests/support/temporary_folder.h"
 
 namespace carom {
@@ -455,7 +456,7 @@ TEST(ExitDeathTest, WithoutDestructorsFinishesTheRecording) {
   EXPECT_EQ(folder.entries(), 1U);
 }
 
-TEST(ExitDeathTest, OfAKilledProcessLeavesAFileThatTheNextRunRemoves) {
+TEST(ExitDeathTest, OfAKilledProcessLeavesSoundThatTheNextRunGivesAName) {
   const test::TemporaryFolder folder;
   EXPECT_EXIT(die(folder / "drop.wav"), testing::ExitedWithCode(0), "");
   EXPECT_EQ(folder.entries(), 1U);
@@ -463,10 +464,19 @@ TEST(ExitDeathTest, OfAKilledProcessLeavesAFileThatTheNextRunRemoves) {
   std::ofstream(folder / "drop.wav.bak.partial") << "the host's own";
   std::ofstream(folder / "other.wav.12ab.partial") << "of another recording";
   Drop drop;
-  Sound sound = drop.sound(quiet({.record = folder / "drop.wav"}));
-  EXPECT_EQ(folder.entries(), 3U) << "the two above, and the one that is written";
+  std::vector<std::string> told;
+  SoundSettings settings = quiet({.record = folder / "drop.wav"});
+  settings.onMessage = [&told](const std::string& sentence) { told.push_back(sentence); };
+  Sound sound = drop.sound(settings);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_NE(told[0].find("drop.incomplete.wav'"), std::string::npos) << told[0];
+  EXPECT_EQ(folder.entries(), 4U) << "these three, and the one that is written";
+  // What was handed over was 48 steps less the latency; the last 0.1 s may be lost.
+  const test::Recording left = test::readRecording(folder / "drop.incomplete.wav");
+  EXPECT_GT(static_cast<double>(left.info.frames) / 48000.0, 48 * kStep - 0.05 - 0.1);
+  EXPECT_GT(left.peak(), 0.0);
   ASSERT_TRUE(sound.close());
-  EXPECT_EQ(folder.entries(), 3U);
+  EXPECT_EQ(folder.entries(), 4U);
 }
 
 TEST(Recording, OfTheSameNameByAnotherIsLeftAlone) {
@@ -480,6 +490,36 @@ TEST(Recording, OfTheSameNameByAnotherIsLeftAlone) {
   EXPECT_TRUE(second.close());
   EXPECT_TRUE(sound.close());
   EXPECT_EQ(folder.entries(), 1U);
+}
+
+// An impulse that the solver applied is known one to three substeps after the impact; by then the
+// body, or the world, may be gone.
+TEST(AppliedImpulses, OfABodyThatCameAndWentAreHeard) {
+  for (const bool isWorldDestroyed : {false, true}) {
+    std::uint64_t posted = 0;
+    for (int steps = 1; steps <= 8; ++steps) {
+      SCOPED_TRACE(steps);
+      const test::TemporaryFolder folder;
+      Drop drop;
+      SoundSettings settings = quiet({.record = folder / "drop.wav"});
+      settings.synth.impulse = ImpulseChoice::applied;
+      Sound sound = drop.sound(settings);
+      drop.step(kStep, 2);
+      btRigidBody& late = drop.add(drop.sphere(0.1),
+                                   {.mass = 3.0, .position = {0.5, 0.11, 0.0}, .restitution = 0.0});
+      late.setLinearVelocity(btVector3(0.0, -2.0, 0.0));
+      drop.step(kStep, steps);
+      if (isWorldDestroyed)
+        drop.destroyWorld();
+      else
+        drop.remove(late);
+      ASSERT_TRUE(sound.close());
+      EXPECT_EQ(sound.statistics().rejected, 0U);
+      posted += sound.statistics().posted;
+      EXPECT_EQ(sound.statistics().heard + sound.statistics().immovable, sound.statistics().posted);
+    }
+    EXPECT_GT(posted, 0U);
+  }
 }
 
 // ---- Objects that were moved from

@@ -194,5 +194,16 @@ TEST(SoundTimeline, InSlowMotionEventsAreFartherApart) {
   EXPECT_EQ(player.timeline.shiftAt(player.time).fraction, 0.0);
 }
 
+TEST(SoundTimeline, HasNoShiftForATimeThatNoClockHas) {
+  SoundTimeline timeline(SoundClock::realTime, 48000.0, 0.05);
+  timeline.setScale(1e-3);
+  timeline.advance(1.0, 480);
+  for (const double time : {std::nan(""), HUGE_VAL, -HUGE_VAL, 1e300, -1e18}) {
+    const audio::SampleShift shift = timeline.shiftAt(time);
+    EXPECT_EQ(shift.whole, 0);
+    EXPECT_EQ(shift.fraction, 0.0);
+  }
+}
+
 }  // namespace
 }  // namespace carom

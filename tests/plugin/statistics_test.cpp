@@ -25,7 +25,8 @@ TEST(Statistics, ListsHoldEveryMemberOnce) {
   const auto& [events, rings, immovable, inaudible, late, undersampled, rejected, slides,
                inaudibleSlides, stolen, overBudget, noBus, tooLong, modalVoicesExhausted,
                slidesLeftOut, notFinite, unknownBody, noContact, longer, tooFar, slidesInBed,
-               maskedSlides, masked] = base;
+               maskedSlides, masked, heard, lost, ringsLeftOut, rejectedSlides, silencedFrames] =
+      base;
   for (const std::uint64_t* count : {&events,
                                      &rings,
                                      &immovable,
@@ -48,7 +49,12 @@ TEST(Statistics, ListsHoldEveryMemberOnce) {
                                      &tooFar,
                                      &slidesInBed,
                                      &maskedSlides,
-                                     &masked})
+                                     &masked,
+                                     &heard,
+                                     &lost,
+                                     &ringsLeftOut,
+                                     &rejectedSlides,
+                                     &silencedFrames})
     EXPECT_EQ(timesListed(kStatisticsCounts, statistics, *count), 1)
         << "member " << count - &events << "; add it to plugin/realtime/statistics_fields.h";
   for (const auto& field : kStatisticsCounts)
@@ -57,24 +63,26 @@ TEST(Statistics, ListsHoldEveryMemberOnce) {
     EXPECT_EQ(timesListed(kStatisticsMeasures, statistics, statistics.*field.member), 1);
   EXPECT_EQ(sizeof(SoundStatistics), sizeof(std::uint64_t) * kStatisticsCounts.size() +
                                          sizeof(double) * kStatisticsMeasures.size() +
-                                         2 * sizeof(std::string))
+                                         3 * sizeof(std::string))
       << "a member is not in plugin/realtime/statistics_fields.h";
 }
 
 // The sum of two counters is the sum of every member.
 TEST(Statistics, EveryCounterOfTheSoundLayerIsAdded) {
   SynthCounters some;
-  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w] = some;
+  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb] =
+      some;
   std::uint64_t next = 1;
-  for (std::uint64_t* count :
-       {&a, &b, &c, &d, &e, &f, &g, &h, &i, &j, &k, &l, &m, &n, &o, &p, &q, &r, &s, &t, &u, &v, &w})
+  for (std::uint64_t* count : {&a, &b, &c, &d, &e, &f, &g, &h, &i, &j, &k, &l, &m,  &n,
+                               &o, &p, &q, &r, &s, &t, &u, &v, &w, &x, &y, &z, &aa, &bb})
     *count = next++;
   const SynthCounters sum = some + some;
   const auto& [a2, b2, c2, d2, e2, f2, g2, h2, i2, j2, k2, l2, m2, n2, o2, p2, q2, r2, s2, t2, u2,
-               v2, w2] = sum;
+               v2, w2, x2, y2, z2, aa2, bb2] = sum;
   next = 2;
-  for (const std::uint64_t* count : {&a2, &b2, &c2, &d2, &e2, &f2, &g2, &h2, &i2, &j2, &k2, &l2,
-                                     &m2, &n2, &o2, &p2, &q2, &r2, &s2, &t2, &u2, &v2, &w2}) {
+  for (const std::uint64_t* count :
+       {&a2, &b2, &c2, &d2, &e2, &f2, &g2, &h2, &i2, &j2, &k2, &l2, &m2,  &n2,
+        &o2, &p2, &q2, &r2, &s2, &t2, &u2, &v2, &w2, &x2, &y2, &z2, &aa2, &bb2}) {
     EXPECT_EQ(*count, next);
     next += 2;
   }

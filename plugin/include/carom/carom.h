@@ -469,12 +469,14 @@ typedef struct carom_statistics {
   uint64_t undersampled;       ///< heard aliased: contacts shorter than 4 samples, sampled naively
   double peak;                 ///< Pa, the largest so far in any channel
   double peak_sample;          ///< the largest before a limiter, 1: full scale; 0: none is set
-  uint64_t rejected_not_finite;    ///< a number of the event is not finite
+  /// A number of the event is not finite, or its orientation not of unit length.
+  uint64_t rejected_not_finite;
   uint64_t rejected_unknown_body;  ///< a body was never set, was refused, or is removed
   /// Nothing approaches, or no mass stands against it: a speed or mass not above 0, a radius below.
   uint64_t rejected_no_contact;
   uint64_t rejected_too_long;  ///< the contact would last more than 20 s
-  uint64_t rejected_too_far;   ///< samples or pressures cannot hold its time, place or force
+  /// Samples or pressures cannot hold its time, place or force: it could exceed 1e10 Pa.
+  uint64_t rejected_too_far;
   // Bullet worlds only:
   uint64_t refused_bodies;  ///< bodies that cannot sound: carom_unsolved_reason
   uint64_t
@@ -483,6 +485,17 @@ typedef struct carom_statistics {
   uint64_t slides_in_bed;   ///< steps of contacts heard as noise with others, not one by one
   uint64_t masked_slides;   ///< steps of contacts left out: too quiet beside others
   uint64_t masked;          ///< events left out: too quiet beside others
+  // Each share that is posted has one fate: posted = silenced + skipped + immovable + rejected +
+  // heard
+  // + inaudible + masked + stolen + over_budget + no_bus + too_long + rings_left_out + queue_faults
+  // + lost + waiting; see SoundStatistics.
+  uint64_t heard;            ///< events whose sound has begun
+  uint64_t lost;             ///< events whose output ended before their sound began
+  uint64_t rings_left_out;   ///< events that only ring, left out: see modal_voices_exhausted
+  uint64_t rejected_slides;  ///< steps of contacts with a number out of range: not heard
+  uint64_t silenced_frames;  ///< frames of sounds left out as they were not finite
+  uint64_t posted;           ///< shares of collisions that were handed over
+  uint64_t waiting;          ///< now: shares that are yet to be heard, or left out
 } carom_statistics;
 
 /// A collision of two bodies of a Bullet world, which carom_on_collision tells of.
@@ -715,7 +728,9 @@ CAROM_API carom_status carom_prepare_rendering(carom_sound* sound,
 CAROM_API carom_status carom_stop(carom_sound* sound) CAROM_NOEXCEPT;
 /// Renders into a WAV file of float samples, at carom_settings.sample_rate, from now on; 1.0 in it
 /// is carom_settings.full_scale, or what carom_settings.level says. The file appears under its name
-/// when it is finished. path: UTF-8.
+/// when it is finished; until then what was recorded can be played in NAME.wav.<hex>.partial.wav.
+/// What ends it before is told at once (carom_recording_error), and the sound up to there is kept.
+/// path: UTF-8.
 CAROM_API carom_status carom_record(carom_sound* sound, const char* path) CAROM_NOEXCEPT;
 /// Renders what is still to sound, and completes the file. Without a recording it does nothing.
 CAROM_API carom_status carom_finish_recording(carom_sound* sound) CAROM_NOEXCEPT;
@@ -737,6 +752,10 @@ CAROM_API size_t carom_unsolved_reason(const carom_sound* sound, char* text,
 /// Writes by how much peaks exceed a fixed full scale, and the remedy, as one sentence, or "" if
 /// they do not; as carom_unsolved_reason does.
 CAROM_API size_t carom_warning(const carom_sound* sound, char* text, size_t size) CAROM_NOEXCEPT;
+/// Writes the sentence that ended a recording before it was finished, as of a full disk, and says
+/// where the sound up to there is, or "" if none was; as carom_unsolved_reason does.
+CAROM_API size_t carom_recording_error(const carom_sound* sound, char* text,
+                                       size_t size) CAROM_NOEXCEPT;
 
 /// Writes in some sentences, a line each, what sounds and how loud, and why something is silent,
 /// quiet or loud; as carom_unsolved_reason does. "" for a sound of carom_create.

@@ -35,11 +35,13 @@ class EventSound : public SoundOutput {
   void post(const ImpulseEvent& event);
   /// Posts a lasting contact, over one step: bodies that slide or roll over bumps sound, and what
   /// rings in bodies that press on each other is damped (see Synth::updateContact). One that is not
-  /// finite or between unknown bodies is ignored.
+  /// finite or between unknown bodies is ignored; steps that no sample can hold are counted in
+  /// SoundStatistics::rejectedSlides.
   void updateContact(const ContactState& contact);
   /// Takes note that the simulation has come to `seconds`, and sends off what was posted. Beyond
   /// 1e9 nothing happens. The clock begins at 0: if it begins elsewhere, call this before the first
-  /// `post`. A clock that goes back begins anew there, and is counted as a jump.
+  /// `post`. A clock that goes back begins anew there, and is counted as a jump; what was posted
+  /// before is heard all the same.
   void advanceTo(double seconds);
 
  private:

@@ -78,12 +78,20 @@ class SoundOutput {
 
   /// Renders into a WAV file of float samples (see SoundFileWriter), at the rate of the settings,
   /// from the present time of the simulation; leaps of its clock by more than a minute, or back,
-  /// are left out. See SoundSettings::level for what a sample of 1.0 is; the file's comment says.
-  /// The file appears under its name when it is finished. Refuses: a build without sound files, a
-  /// name that does not end in .wav, a file that cannot be written, a recording under way.
+  /// are left out, with the sounds of before and after. See SoundSettings::level for what a sample
+  /// of 1.0 is; the file's comment says. Beyond 4 GiB the file is RF64.
+  ///
+  /// The file appears under its name when it is finished. Until then the sound is in
+  /// `NAME.wav.<hex>.partial.wav`, which can be played at any moment. A full disk or another error
+  /// of writing ends the recording, and is told at once (SoundStatistics::recordingError); what was
+  /// recorded is kept under the name, if no file has it, or as `NAME.incomplete.wav` beside it. So
+  /// is what a killed program leaves, by the next recording of the same name, which tells of it.
+  ///
+  /// Refuses: a build without sound files, a name that does not end in .wav, a file that cannot be
+  /// written, a recording under way.
   Status record(const std::filesystem::path& file);
   /// Renders what is still to sound, and completes the file. Returns errors from earlier writing,
-  /// too: then there is no file. Without a recording it does nothing.
+  /// too, with where the sound up to there is. Without a recording it does nothing.
   Status finishRecording();
 
   /// Sets a factor on the output, 0 to 1000, changed within 20 ms. Not on recordings.

@@ -115,16 +115,31 @@ struct SoundSettings {
 inline constexpr double kDeviceFullScale = 2.0;
 
 /// Counts of what became of the events, and the cost of the sound. All counts are since the sound
-/// was made; those of a sound that is neither played nor pulled are those of the recording.
+/// was made, whatever was prepared, stopped or closed meanwhile.
+///
+/// Each share of a collision that is posted, by the host or by a Bullet world, has one fate, at one
+/// output: the one that is played or pulled at that time, or else the recording.
+///
+///     posted = silenced + skipped + immovable + rejected                      not among `events`
+///              + heard                                                        among `events`
+///              + inaudible + masked + stolen + overBudget + noBus + tooLong + ringsLeftOut
+///              + queueFaults                                                  left out
+///              + lost + waiting
+///
+/// and `rejected` is the sum of its five reasons. `waiting` is 0 once the sound is closed.
 struct SoundStatistics : SynthCounters {
   // Events that are not among `events`, beside `immovable` and `rejected`:
-  std::uint64_t skipped = 0;   ///< no samples were taken yet, or the simulation ran ahead of time
+  /// Nothing was played, pulled or recorded; no samples were taken yet, or the simulation ran ahead
+  /// of time.
+  std::uint64_t skipped = 0;
   std::uint64_t silenced = 0;  ///< shares in collisions with a body that BodySound::silent silences
   // Events among `events` that were left out, beside those that SynthCounters has:
   std::uint64_t queueFaults = 0;  ///< no room in the queue: samples are not taken, or too rarely
   // Faults of the clock:
   std::uint64_t stalls = 0;  ///< the simulation fell behind by more than the look-ahead
-  std::uint64_t jumps = 0;   ///< the clock of the simulation went back
+  /// The clock of the simulation went back; in a recording, also where it went on by more than a
+  /// minute.
+  std::uint64_t jumps = 0;
   // At this moment:
   std::uint64_t voices = 0;   ///< events that wait for their sound to begin
   std::uint64_t buses = 0;    ///< buses that are not silent
@@ -159,6 +174,11 @@ struct SoundStatistics : SynthCounters {
   std::uint64_t unusedAssignments = 0;
   /// For the latest of the bodies that were not solved, or refused; else empty.
   std::string unsolvedReason;
+  std::uint64_t posted = 0;   ///< shares of collisions that were handed over
+  std::uint64_t waiting = 0;  ///< of them, those that are yet to be heard, or left out
+  /// The sentence that ended a recording before it was finished, as of a full disk, and says where
+  /// the sound up to there is; else empty. Told at once, as all messages are.
+  std::string recordingError;
 };
 
 }  // namespace carom

@@ -105,6 +105,15 @@ struct SynthSettings {
 /// Counts of what became of events and lasting contacts. A Synth has room for everything, so those
 /// from `stolen` to `slidesLeftOut` stay 0 there; they count what a real-time engine (VoiceBudget)
 /// leaves out.
+///
+/// Each event that is scheduled has one fate: it is `immovable`, `rejected`, or one of `events`;
+/// and each of these is heard, left out or lost, or still waits:
+///
+///     events = heard + inaudible + masked + stolen + overBudget + noBus + tooLong + ringsLeftOut
+///              + lost + waitingEvents(counters)
+///
+/// The fate of an event that clicks and rings is that of its click. `late`, `rings`, `undersampled`
+/// and `modalVoicesExhausted` say more of events that are counted elsewhere.
 struct SynthCounters {
   std::uint64_t events = 0;           ///< scheduled events of bodies that can move or ring
   std::uint64_t rings = 0;            ///< `events` that made a body ring audibly
@@ -119,22 +128,35 @@ struct SynthCounters {
   std::uint64_t overBudget = 0;  ///< events left out: the quietest, where they would cost too much
   std::uint64_t noBus = 0;       ///< events left out: more sizes and paths at once than buses
   std::uint64_t tooLong = 0;  ///< events left out: contact longer than VoiceBudget::longestContact
-  std::uint64_t modalVoicesExhausted = 0;  ///< rings left out: more bodies ring than is allowed
-  std::uint64_t slidesLeftOut = 0;         ///< slides left out: more slide at once than is allowed
+  /// Rings left out, by channel and path: more bodies ring than is allowed.
+  std::uint64_t modalVoicesExhausted = 0;
+  std::uint64_t slidesLeftOut = 0;  ///< slides left out: more slide at once than is allowed
   // `rejected`, by reason:
-  std::uint64_t rejectedNotFinite = 0;    ///< a number of the event is not finite
+  /// A number of the event is not finite, or its orientation not of unit length.
+  std::uint64_t rejectedNotFinite = 0;
   std::uint64_t rejectedUnknownBody = 0;  ///< a body was never set, was refused, or is removed
   /// Nothing approaches, or no mass stands against it: a speed or mass not above 0, a radius below.
   std::uint64_t rejectedNoContact = 0;
   std::uint64_t rejectedTooLong = 0;  ///< the contact would last more than 20 s
-  std::uint64_t rejectedTooFar = 0;   ///< samples or pressures cannot hold its time, place or force
+  /// Samples or pressures cannot hold its time, place or force: it could exceed 1e10 Pa.
+  std::uint64_t rejectedTooFar = 0;
   // Steps of contacts, where SynthSettings::lasting is `heard`; `inaudibleSlides` counts such that
   // are below hearing.
   std::uint64_t slidesInBed = 0;   ///< heard as noise with others, not one by one
   std::uint64_t maskedSlides = 0;  ///< left out: too quiet beside others
   /// `events` left out where SynthSettings::lasting is `heard`: too quiet beside others.
   std::uint64_t masked = 0;
+  std::uint64_t heard = 0;  ///< `events` whose sound has begun
+  /// `events` whose sound was dropped while it waited, was not finite, or came when it was over.
+  std::uint64_t lost = 0;
+  std::uint64_t ringsLeftOut = 0;  ///< `events` that only ring, left out: see modalVoicesExhausted
+  std::uint64_t rejectedSlides = 0;  ///< steps of contacts with a number out of range: not heard
+  /// Frames of sounds that were not finite, or beyond 1e30 Pa, and so left out as they began. No
+  /// event that is scheduled gives such; it would cost its own instant, and nothing after it.
+  std::uint64_t silencedFrames = 0;
 };
+/// Number of `events` whose sound has yet to begin.
+std::uint64_t waitingEvents(const SynthCounters& counters);
 SynthCounters& operator+=(SynthCounters& sum, const SynthCounters& more);
 inline SynthCounters operator+(SynthCounters sum, const SynthCounters& more) {
   return sum += more;

@@ -1,0 +1,12 @@
+#pragma once
+
+namespace carom::command {
+
+/// Has the program end cleanly on SIGINT, SIGTERM and SIGHUP, unless they are ignored: partial
+/// files are removed, files that had their names before stay, and the program ends by the signal
+/// (130, 143 and 129 in a shell). A file that would exceed the limit of sizes is an error like a
+/// full disk. To be called first, before there is another thread. Does nothing where the system has
+/// no such signals.
+void endCleanlyOnSignals();
+
+}  // namespace carom::command
