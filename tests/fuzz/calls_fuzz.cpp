@@ -155,6 +155,7 @@ void requireOneFateEach(const SoundStatistics& of) {
 
 void call(FuzzNumbers& numbers) {
   SoundSettings settings;
+  settings.onMessage = [](std::string_view) {};  // there are many
   settings.budget.voices = 1 + numbers.below(64);
   settings.budget.buses = 1 + numbers.below(16);
   auto sound = EventSound::create(settings);

@@ -1,6 +1,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <string>
 #include <vector>
@@ -127,10 +129,11 @@ void run(const scenes::Scene& scene) {
 }  // namespace carom::fuzz
 
 /// Runs a scene that the bytes stand for, on either stepper: what it tells must be finite, and come
-/// to an end.
+/// to an end. With CAROM_FUZZ_PRINT in the environment, the scene is printed first.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   carom::fuzz::FuzzNumbers numbers({data, size});
   const std::string text = carom::fuzz::SceneMaker(numbers).make().dump();
+  if (std::getenv("CAROM_FUZZ_PRINT") != nullptr) std::fprintf(stderr, "%s\n", text.c_str());
   const auto scene = carom::scenes::parseScene(text, "fuzz.json");
   if (scene) carom::fuzz::run(*scene);
   return 0;
