@@ -87,6 +87,15 @@ std::string textOf(const JelloRun& run, const JelloReport& report) {
   return text.str();
 }
 
+/// Refuses a run whose sound would have no sample.
+Status validateHeard(const Scene& scene) {
+  if (scene.duration * scene.sampleRate >= 1.0) return std::monostate{};
+  std::ostringstream text;
+  text << "--seconds: " << scene.duration << " is less than a sample; expected at least "
+       << 1.0 / scene.sampleRate << " s with --output";
+  return Error{text.str()};
+}
+
 /// A scene begins with a brace, a world file with the name of an integrator.
 bool isScene(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
@@ -132,7 +141,7 @@ JelloCommand::JelloCommand(CLI::App& app)
                    "a microphone at x,y,z in metres; default: 0,0,4, or the scene's listeners")
       ->check(positionRange());
   command_->add_option("--sample-rate", sampleRate_, "Hz; default: 48000, or as the scene says")
-      ->check(numberRange(8000, 192000, "Hz"));
+      ->check(wholeNumberRange(8000, 192000));
   addScale(*command_, normalize_, fullScale_);
   command_->add_flag("--json", json_, "print one JSON object instead of text");
   command_->footer(
@@ -202,6 +211,7 @@ Result<Scene> JelloCommand::readScene() const {
   }
   if (seconds_ > 0.0) scene.duration = seconds_;
   if (sampleRate_ > 0.0) scene.sampleRate = sampleRate_;
+  if (const Status valid = validateHeard(scene); !output_.empty() && !valid) return valid.error();
   if (const auto place = threeNumbers(listener_, kFarthestListener)) {
     scene.listeners.assign(1, {.name = "listener", .position = *place});
     scene.paths.clear();

@@ -226,11 +226,12 @@ void applyListeners(const Arguments& arguments, Scene& scene) {
 // Returns why the scene has no such span; empty if it has.
 Status validateSpan(const SoundSpan& span, const Scene& scene) {
   std::ostringstream text;
-  if (span.from >= scene.duration) {
+  if ((scene.duration - span.from) * scene.sampleRate < 1.0) {
     text << "--from: " << span.from << " s; expected less than " << scene.duration
          << " s, where the recording ends";
-  } else if (span.to <= span.from) {
-    text << "--to: " << span.to << " s; expected more than --from, " << span.from << " s";
+  } else if ((std::min(span.to, scene.duration) - span.from) * scene.sampleRate < 1.0) {
+    text << "--to: " << std::min(span.to, scene.duration)
+         << " s; expected at least a sample more than --from, " << span.from << " s";
   }
   if (text.str().empty()) return std::monostate{};
   return Error{text.str()};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,10 @@ constexpr std::array<Method, kJelloIntegrators> kMethods = {{
 /// Largest number of points that a run keeps: lattices of 64^3 and more would not fit into memory
 /// for every run.
 constexpr std::size_t kMostPoints = 32768;
+
+/// Largest number of evaluations of the force on a point that a method's three runs may take: some
+/// minutes on one core.
+constexpr double kMostWork = 1e10;
 
 /// Places of the points at each look, one look after the other.
 using Run = std::vector<Vec3>;
@@ -79,6 +84,7 @@ class Pilot {
   /// it blows up at all steps.
   Result<std::optional<Trial>> tryFrom(const Method& method, double limit, double first,
                                        const Trial* reference) const {
+    if (Status bounded = validateWork(method, first); !bounded) return bounded.error();
     Result<Run> coarse = Error{};
     std::size_t steps = stepsOf(first);
     for (int halving = 0; halving <= kMostHalvings; ++halving, steps *= 2) {
@@ -123,6 +129,20 @@ class Pilot {
   }
 
  private:
+  /// Refuses runs that would not end in a reasonable time, before they begin.
+  Status validateWork(const Method& method, double first) const {
+    constexpr double kThreeRuns = 7.0;  // with twice and four times the steps of the first
+    const double steps = kThreeRuns * seconds_ / first;
+    if (steps * method.evaluations * static_cast<double>(jello_.pointCount()) <= kMostWork)
+      return std::monostate{};
+    std::ostringstream text;
+    text << "jello: to find out which step suits it would take " << steps << " steps of "
+         << nameOf(method.integrator) << " with " << jello_.pointCount()
+         << " points; expected an integrator with a step, fewer points, softer springs or heavier "
+            "points";
+    return Error{text.str()};
+  }
+
   /// Number of steps of about `step` s in the run: a multiple of the looks.
   std::size_t stepsOf(double step) const {
     const double looks = std::ceil(seconds_ / step / static_cast<double>(kLooks));

@@ -95,6 +95,11 @@ double sphereMass(double density, double radius) {
   return density * (4.0 / 3.0 * std::numbers::pi * radius * radius * radius);
 }
 
+/// True if the scene is long enough to be heard.
+bool hasASample(const Scene& scene) {
+  return scene.duration * scene.sampleRate >= 1.0;
+}
+
 /// True if the body's mesh has texture coordinates.
 bool isUnwrapped(const SceneBody& body) {
   const auto* solid = std::get_if<SolidShape>(&body.shape);
@@ -175,6 +180,9 @@ Scene SceneReader::read(const JsonNode& root, std::string_view defaultName) {
   scene_.description = root.text("description", kDescription, "");
   scene_.duration = root.number("duration", kDuration);
   scene_.sampleRate = root.number("sample_rate", kSampleRate, scene_.sampleRate);
+  if (const auto duration = root.find("duration"); duration && ok() && !hasASample(scene_))
+    duration->fail(formatNumber(scene_.duration) + " s is less than a sample; expected at least " +
+                   formatNumber(1.0 / scene_.sampleRate) + " s");
   seed_ = static_cast<std::uint64_t>(root.number("seed", kSeed, 0.0));
   scene_.gravity = root.vector("gravity", kGravity, scene_.gravity);
   if (const auto air = root.find("air")) readAir(*air);
