@@ -106,6 +106,12 @@ CLI::Option* addScale(CLI::App& command, bool& normalize, std::string& fullScale
   return flag;
 }
 
+void addConfine(CLI::App& command, bool& confine) {
+  command.add_flag("--confine", confine,
+                   "refuse files that the scene names outside of its folder, for scenes of "
+                   "strangers");
+}
+
 CLI::Validator positionRange() {
   const auto check = [](const std::string& text) -> std::string {
     if (threeNumbers(text, kFarthestListener)) return {};

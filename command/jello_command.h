@@ -1,6 +1,10 @@
 #pragma once
 
+#include <filesystem>
+#include <optional>
 #include <string>
+
+#include "command/run_options.h"
 
 #include "carom/audio/result.h"
 #include "scenes/format/scene.h"
@@ -24,6 +28,8 @@ class JelloCommand {
 
  private:
   Result<Scene> readScene() const;
+  std::optional<std::filesystem::path> outputOf(const std::string& name) const;
+  Status nameComplete() const;
   Status checkOutputs() const;
   void applyStepping(JelloShape& jello) const;
   Status writeModes(const Scene& scene) const;
@@ -43,6 +49,8 @@ class JelloCommand {
   double sampleRate_ = 0.0;  // Hz; 0: the scene's own
   bool normalize_ = false;
   bool json_ = false;
+  RunOptions run_;
+  bool confine_ = false;
 };
 
 }  // namespace carom::command

@@ -157,6 +157,7 @@ class Pilot {
     const std::size_t stride = (jello_.pointCount() + kMostPoints - 1) / kMostPoints;
     places.reserve(kLooks * (jello_.pointCount() / stride + 1));
     for (std::size_t taken = 1; taken <= steps; ++taken) {
+      if (wish_.goesOn && !wish_.goesOn()) return Error{"jello: the choice of a step was stopped"};
       if (const Status stepped = coupling->advance(); !stepped) return stepped.error();
       if (taken % (steps / kLooks) != 0) continue;
       for (std::size_t point = 0; point < jello_.pointCount(); point += stride)
@@ -198,6 +199,7 @@ Result<JelloChoice> chooseStepping(const JelloWorld& jello, const SphereWorld& s
     const double first = std::isinf(stable) ? kCoarsest : kFirst * stable;
     Result<std::optional<Trial>> trial =
         pilot.tryFrom(method, limit, first, best ? &*best : nullptr);
+    if (wish.goesOn && !wish.goesOn()) return Error{"jello: the choice of a step was stopped"};
     if (!trial) {
       fault = trial.error();
     } else if (*trial && (!best || pilot.choiceOf(**trial).cost < pilot.choiceOf(*best).cost)) {

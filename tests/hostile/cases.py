@@ -200,6 +200,49 @@ def stiff():
     yield scene_case("with 128^3 points at 1e12 N/m", changed(JELLO, "/bodies/0", {**spring, "points": 128}), "expected", FAILED, RENDER)
 
 
+# ---- Runs that a limit ends
+
+def gap(duration=1):
+    """A ball of 100 m/s in a gap of 0.2 um, which nothing slows down: 5e8 collisions in a second."""
+    steel = {"like": "steel", "restitution": 1}
+    return {"duration": duration, "gravity": [0, 0, 0], "listeners": [{"position": [0, 1, 1]}], "bodies": [
+        {"type": "sphere", "name": "ball", "radius": 0.01, "material": steel, "position": [0, 0.0100001, 0], "velocity": [0, 100, 0]},
+        {"type": "plane", "name": "floor", "normal": [0, 1, 0], "offset": 0, "material": steel},
+        {"type": "plane", "name": "lid", "normal": [0, -1, 0], "offset": -0.0200002, "material": steel}]}
+
+
+def sprung(stiffness):
+    scene = changed(BALL, "/mechanics", {"springs": [{"bodies": ["ball"], "anchor": [0, 2, 0], "length": 1, "stiffness": stiffness}]})
+    return changed(changed(scene, "/bodies/0/velocity", [0, 1, 0]), "/duration", 1)
+
+
+def limits():
+    rattle = '"ball" (/bodies/0) rattles without end: 200000 collisions within 0.0004 s, the last with "'
+    for seconds in (1, 0.01, 3600):
+        yield scene_case(f"of an endless rattle for {seconds} s", gap(seconds), rattle[:60], LIMIT, RENDER)
+    yield scene_case("of an endless rattle, recorded", gap(), rattle[:60], LIMIT, ["record", "scene.json", "-o", "run.carom"])
+    yield scene_case("of an endless rattle, as JSON", gap(), '"pointer": "/bodies/0"', LIMIT, [*RENDER, "--json"])
+    yield scene_case("of an endless rattle, whose beginning is kept", gap(), "what came before is in out.incomplete.wav", LIMIT, [*RENDER, "--keep-partial"])
+    yield scene_case("of 1e5 events", gap(), "expected at most 100000 (--max-events)", LIMIT, [*RENDER, "--max-events", "100000"])
+    yield scene_case("of 100 MB", gap(), "expected at most 100 MB (--max-memory)", LIMIT, [*RENDER, "--max-events", "1e12", "--max-memory", "100MB"])
+    yield scene_case("of 300 MB, recorded", gap(), "expected at most 200 MB (--max-memory)", LIMIT,
+                     ["record", "scene.json", "-o", "run.carom", "--max-events", "1e12", "--max-memory", "200MB"])
+    yield scene_case("of a second", sprung(1e12), "it has taken 1 s", LIMIT, [*RENDER, "--max-time", "1"])
+    yield scene_case("of a second, with its cause", sprung(1e12), "steps of springs (/mechanics/springs)", LIMIT, [*RENDER, "--max-time", "1"])
+    jello = {"type": "jello", "name": "cube", "points": 8, "size": [1, 1, 1], "mass": 1e-9, "stiffness": 1e12, "position": [0, 2, 0], "integrator": "auto"}
+    yield scene_case("of a second for the choice of a step", changed(JELLO, "/bodies/0", jello), "the run ends at 0 s of 0.05 s: it has taken 1 s", LIMIT,
+                     [*RENDER, "--max-time", "1"])
+    slow = changed(JELLO, "/bodies/0", {**jello, "points": 20, "mass": 1, "integrator": "rk4", "step": 1e-7, "stiffness": 1})
+    yield scene_case("of a second of jello", slow, '"cube" (/bodies/0)', LIMIT, [*RENDER, "--max-time", "1"])
+    yield scene_case("of a second of jello alone", slow, "it has taken 1 s", LIMIT, ["jello", "scene.json", "--max-time", "1"])
+    yield scene_case("of a second on Bullet", changed(changed(BALL, "/stepper", {"type": "bullet", "step": 1e-5}), "/duration", 3600), "it has taken 1 s", LIMIT,
+                     [*RENDER, "--max-time", "1"])
+    for option, value in (("--max-memory", "1"), ("--max-memory", "-2GB"), ("--max-memory", "much"), ("--max-memory", "1e300GB"), ("--max-time", "0"),
+                          ("--max-time", "nan"), ("--max-events", "0"), ("--max-events", "1.5"), ("--max-events", "1e300"), ("--tail", "-1"), ("--tail", "nan"),
+                          ("--tail", "1e300")):
+        yield scene_case(f"with {option} {value}", BALL, option, BAD, [*RENDER, option, value])
+
+
 # ---- Command lines
 
 def command_lines():
@@ -395,5 +438,40 @@ def heads():
         yield scene_case("with a head " + name, scene, "head.sofa", FAILED, RENDER, **{"head.sofa": data})
 
 
+# ---- Scenes of strangers
+
+def escapes():
+    """Scenes that name files outside of their folder, with --confine; the files are there."""
+    solid = {"type": "solid", "name": "thing", "material": "steel", "position": [0, 1, 1], "movable": True}
+    for kind, pointer, scene, file in (
+            ("mesh", "/bodies/2/shape/file", lambda name: changed(BALL, "/bodies/2", {**solid, "shape": {"type": "mesh", "file": name}}), "a.obj"),
+            ("normal map", "/bodies/1/normal_map/file", lambda name: changed(BALL, "/bodies/1/normal_map", {"file": name, "size": [1, 1]}), "map.png"),
+            ("head", "/listeners/0/sofa", lambda name: changed(BALL, "/listeners/0", {"position": [0, 1, 1], "format": "binaural", "sofa": name}), "head.sofa"),
+            ("model", "/bodies/0/modes", lambda name: changed(BALL, "/bodies/0/modes", name), "bar.carom_modes")):
+        content = {"a.obj": TETRA}.get(file, "something")
+
+        def link(target):
+            return lambda path: path.symlink_to(target)
+
+        for way, name, files in (
+                ("above", f"../{file}", {}),
+                ("above, by a way down", f"below/../../{file}", {"in/below/x": ""}),
+                ("at an absolute path", f"/etc/{file}", {}),
+                ("by a link", "link", {"in/link": link(f"../{file}")}),
+                ("by a link to a folder", f"out/{file}", {"in/out": link("..")}),
+                ("by a link to a link", "one", {"in/two": link(f"../{file}"), "in/one": link("two")})):
+            yield Case(f"stranger's {kind} {way}", ["info", "in/scene.json", "--confine"], f"in/scene.json: {pointer}: \"{name}\" leads out of the folder", BAD,
+                       {file: content, "in/scene.json": json.dumps(scene(name)), **files})
+        yield Case(f"stranger's {kind} in a folder of its own", ["info", "in/scene.json", "--confine"], "", DONE,
+                   {f"in/deep/{file}": content, "in/scene.json": json.dumps(scene(f"deep/{file}"))})
+    for command in (["render", "in/scene.json", "-o", "out.wav"], ["record", "in/scene.json", "-o", "run.carom"], ["compare", "in/scene.json"],
+                    ["report", "in/scene.json", "-o", "report"], ["jello", "in/scene.json"]):
+        yield Case(f"stranger's head by {command[0]}", [*command, "--confine"], "leads out of the folder", BAD, {"head.sofa": "something", "in/scene.json": json.dumps(
+            changed(BALL, "/listeners/0", {"position": [0, 1, 1], "format": "binaural", "sofa": "../head.sofa"}))})
+    outside = gltf(0).replace('"data:application/octet-stream;base64,' + "A" * 48 + '"', '"link.bin"')
+    yield Case("stranger's glTF whose buffer is a link out of its folder", ["modes", "in/a.gltf", "--material", "steel"], "Assimp cannot read it", BAD,
+               {"secret.bin": b"\0" * 36, "in/a.gltf": outside, "in/link.bin": lambda path: path.symlink_to("../secret.bin")})
+
+
 def all_cases(source):
-    return [*wrong_numbers(), *spelt_scenes(), *worlds(), *stiff(), *command_lines(), *recordings(source), *models(source), *meshes(), *pictures(), *heads()]
+    return [*wrong_numbers(), *spelt_scenes(), *worlds(), *stiff(), *limits(), *command_lines(), *recordings(source), *models(source), *meshes(), *pictures(), *heads(), *escapes()]
