@@ -131,9 +131,10 @@ CLI::Validator numberRange(double low, double high, const std::string& unit) {
   return {check, "NUMBER"};
 }
 
-CLI::Validator wholeNumberRange(double low, double high) {
+CLI::Validator wholeNumberRange(double low, double high, const std::string& unit) {
   std::ostringstream range;
-  range << std::fixed << std::setprecision(0) << low << " to " << high;
+  range << std::fixed << std::setprecision(0) << low << " to " << high << (unit.empty() ? "" : " ")
+        << unit;
   const auto check = [low, high, expected = range.str()](const std::string& text) -> std::string {
     double number = 0.0;
     const bool read = CLI::detail::lexical_cast(text, number);

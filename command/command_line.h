@@ -54,6 +54,6 @@ CLI::Validator positionRange();
 /// Accepts a number from low to high. (CLI::Range lets NaN pass.)
 CLI::Validator numberRange(double low, double high, const std::string& unit);
 /// Accepts a whole number from low to high.
-CLI::Validator wholeNumberRange(double low, double high);
+CLI::Validator wholeNumberRange(double low, double high, const std::string& unit = "");
 
 }  // namespace carom::command

@@ -138,7 +138,7 @@ JelloCommand::JelloCommand(CLI::App& app)
                    "a microphone at x,y,z in metres; default: 0,0,4, or the scene's listeners")
       ->check(positionRange());
   command_->add_option("--sample-rate", sampleRate_, "Hz; default: 48000, or as the scene says")
-      ->check(wholeNumberRange(8000, 192000));
+      ->check(wholeNumberRange(8000, 192000, "Hz"));
   addScale(*command_, normalize_, fullScale_);
   addConfine(*command_, confine_);
   addLimits(*command_, run_);
@@ -266,6 +266,20 @@ bool JelloCommand::parsed() const {
   return command_->parsed();
 }
 
+/// Returns what the command line asks for; `guard` and `bar` are borrowed.
+JelloOptions JelloCommand::optionsFor(RunGuard& guard, ProgressBar& bar) const {
+  JelloOptions options;
+  options.guard = &guard;
+  options.keepPartial = run_.keepPartial;
+  options.soundFile = outputOf(output_);
+  options.sound.normalize = normalize_;
+  options.sound.fullScalePressure = fullScalePressure(fullScale_).value_or(kFullScalePressure);
+  options.trajectoryFile = outputOf(trajectory_);
+  options.energyFile = outputOf(energy_);
+  options.progress = [&bar](double share) { bar.show(share); };
+  return options;
+}
+
 int JelloCommand::run() const {
   if (const Status valid = checkOutputs(); !valid) return fail(kBadInput, valid.error().message);
   for (const std::string* name : {&output_, &trajectory_, &energy_, &modes_}) {
@@ -275,26 +289,20 @@ int JelloCommand::run() const {
   }
   const Result<Scene> scene = readScene();
   if (!scene) return fail(kBadInput, scene.error().message);
-
   if (!modes_.empty()) {
     if (const Status written = writeModes(*scene); !written)
       return fail(kFailed, written.error().message);
   }
+  return runScene(*scene);
+}
+
+int JelloCommand::runScene(const Scene& scene) const {
   ProgressBar bar("jello " + std::filesystem::path(world_).filename().string());
-  JelloOptions options;
   capMemory(run_.limits().memory);
-  RunGuard guard(*scene, run_.limits());
-  options.guard = &guard;
-  options.keepPartial = run_.keepPartial;
-  options.soundFile = outputOf(output_);
-  options.sound.normalize = normalize_;
-  options.sound.fullScalePressure = fullScalePressure(fullScale_).value_or(kFullScalePressure);
-  options.trajectoryFile = outputOf(trajectory_);
-  options.energyFile = outputOf(energy_);
-  options.progress = [&](double share) { bar.show(share); };
-  if (const std::string why = lab::longRunWarning(lab::estimateRun(*scene)); !why.empty())
+  RunGuard guard(scene, run_.limits());
+  if (const std::string why = lab::longRunWarning(lab::estimateRun(scene)); !why.empty())
     std::cerr << "carom: " << world_ << ": " << why << '\n';
-  Result<JelloRun> run = JelloRun::create(*scene, options);
+  Result<JelloRun> run = JelloRun::create(scene, optionsFor(guard, bar));
   if (guard.ended()) return endedEarly(world_, *guard.ended(), "");
   if (!run) return fail(kBadInput, world_ + ": " + run.error().message);
   if (const std::string why = instabilityWarning(run->choice().stepping, run->limit());

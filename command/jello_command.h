@@ -4,10 +4,12 @@
 #include <optional>
 #include <string>
 
+#include "command/progress_bar.h"
 #include "command/run_options.h"
 
 #include "carom/audio/result.h"
 #include "scenes/format/scene.h"
+#include "scenes/run/jello_run.h"
 
 namespace CLI {
 class App;
@@ -33,6 +35,8 @@ class JelloCommand {
   Status checkOutputs() const;
   void applyStepping(JelloShape& jello) const;
   Status writeModes(const Scene& scene) const;
+  JelloOptions optionsFor(RunGuard& guard, ProgressBar& bar) const;
+  int runScene(const Scene& scene) const;
 
   CLI::App* command_;
   std::string world_;

@@ -170,6 +170,7 @@ int renderInto(const Arguments& arguments, const Scene& scene, const Recording* 
   RenderOptions options = renderOptions(arguments);
   options.recording = recording;
   options.span = arguments.span;
+  capMemory(arguments.run.limits().memory);
   RunGuard guard(scene, arguments.run.limits());
   options.guard = &guard;
   options.keepPartial = arguments.run.keepPartial;
@@ -232,6 +233,7 @@ int record(const Arguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
   Warnings warnings;
   warnOfLongRun(arguments.scene, *scene, warnings);
+  capMemory(arguments.run.limits().memory);
   RunGuard guard(*scene, arguments.run.limits());
   const Result<Recording> recording = recordScene(
       *scene, *text, arguments.scene, [&](double share) { bar.show(share); }, &guard);
@@ -355,6 +357,18 @@ void addScene(CLI::App& command, Arguments& arguments) {
   addConfine(command, arguments.confine);
 }
 
+// Adds the options that say where a sound ends, and its run.
+void addEnd(CLI::App& command, Arguments& arguments) {
+  command
+      .add_option("--tail", arguments.tail,
+                  "seconds for which the sound may go on after the scene, until it is 60 dB below "
+                  "its peak; what is louder then fades over 50 ms")
+      ->check(numberRange(0, 60, "seconds"))
+      ->capture_default_str();
+  addLimits(command, arguments.run);
+  addKeepPartial(command, arguments.run);
+}
+
 // Adds the options of a WAV file, which are the same for a scene and a recording.
 void addSound(CLI::App& command, Arguments& arguments) {
   command.add_option("-o,--output", arguments.output, "WAV file to write")
@@ -378,14 +392,7 @@ void addSound(CLI::App& command, Arguments& arguments) {
   command.add_option("--format", arguments.format, "sample format")
       ->check(oneOf({"float32", "pcm16"}))
       ->capture_default_str();
-  command
-      .add_option("--tail", arguments.tail,
-                  "seconds for which the sound may go on after the scene, until it is 60 dB below "
-                  "its peak; what is louder then fades over 50 ms")
-      ->check(numberRange(0, 60, "seconds"))
-      ->capture_default_str();
-  addLimits(command, arguments.run);
-  addKeepPartial(command, arguments.run);
+  addEnd(command, arguments);
   CLI::Option* normalize = addScale(command, arguments.normalize, arguments.fullScale);
   CLI::Option* limit =
       command
@@ -529,7 +536,6 @@ int run(int argc, char** argv) {
     return fail(kBadInput, "unknown command '" + app.remaining().front() + "'; expected " +
                                kCommands + " (carom --help)");
   }
-  capMemory(arguments.run.limits().memory);
   if (renderCommand->parsed()) return render(arguments);
   if (infoCommand->parsed()) return info(arguments);
   if (compareCommand->parsed()) return compare(arguments);
@@ -548,6 +554,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
+    carom::command::capMemory(carom::command::RunOptions().limits().memory);
     return carom::command::run(argc, argv);
   } catch (const std::bad_alloc&) {
     return carom::command::fail(carom::command::kLimited,

@@ -128,7 +128,6 @@ class Pilot {
     return choice;
   }
 
- private:
   /// Refuses runs that would not end in a reasonable time, before they begin.
   Status validateWork(const Method& method, double first) const {
     constexpr double kThreeRuns = 7.0;  // with twice and four times the steps of the first
@@ -143,6 +142,7 @@ class Pilot {
     return Error{text.str()};
   }
 
+ private:
   /// Number of steps of about `step` s in the run: a multiple of the looks.
   std::size_t stepsOf(double step) const {
     const double looks = std::ceil(seconds_ / step / static_cast<double>(kLooks));
@@ -171,6 +171,21 @@ class Pilot {
   const JelloWish& wish_;
   double seconds_;
 };
+
+/// Tries steps near the one that the trial leads to, if that is far below those it took.
+Result<JelloChoice> refined(const Pilot& pilot, Trial best) {
+  JelloChoice choice = pilot.choiceOf(best);
+  for (int round = 1; round < kMostRefinements && choice.stepping.step < 0.5 * best.finest;
+       ++round) {
+    const double first = 2.0 * choice.stepping.step;
+    if (!pilot.validateWork(best.method, first)) break;
+    Result<std::optional<Trial>> finer = pilot.tryFrom(best.method, best.limit, first, nullptr);
+    if (!finer) return finer.error();
+    best = **std::move(finer);
+    choice = pilot.choiceOf(best);
+  }
+  return choice;
+}
 
 }  // namespace
 
@@ -207,16 +222,7 @@ Result<JelloChoice> chooseStepping(const JelloWorld& jello, const SphereWorld& s
     }
   }
   if (!best) return fault;
-  JelloChoice choice = pilot.choiceOf(*best);
-  for (int round = 1; round < kMostRefinements && choice.stepping.step < 0.5 * best->finest;
-       ++round) {
-    Result<std::optional<Trial>> finer =
-        pilot.tryFrom(best->method, best->limit, 2.0 * choice.stepping.step, nullptr);
-    if (!finer) return finer.error();
-    best = **std::move(finer);
-    choice = pilot.choiceOf(*best);
-  }
-  return choice;
+  return refined(pilot, *std::move(best));
 }
 
 }  // namespace carom::native

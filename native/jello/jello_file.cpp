@@ -300,7 +300,7 @@ Result<std::string> jelloText(const JelloFile& file) {
   for (const std::vector<Vec3>* list : {&world.field.forces, &world.positions, &world.velocities})
     for (const Vec3& value : *list)
       put(text, value);
-  // What is out of range is found by reading it.
+  // Reading it finds what is out of range.
   if (const Result<JelloFile> read = Reader(text).read(); !read)
     return Error{"world file: " + read.error().message};
   return text;

@@ -39,7 +39,7 @@ struct RenderOptions {
   /// If not null, ends the run at its limits. To be made just before, so that its time is that of
   /// the run.
   RunGuard* guard = nullptr;
-  /// What was rendered up to a limit stays, as NAME.incomplete.EXTENSION; see incompleteName.
+  /// Keeps what was rendered up to a limit, as NAME.incomplete.EXTENSION; see incompleteName.
   bool keepPartial = false;
 };
 

@@ -95,7 +95,7 @@ TEST(RunGuard, TheNumberOfEventsIsALimit) {
   EXPECT_THAT(report.endedEarly->what, HasSubstr("expected at most 1000000 (--max-events)"));
 }
 
-// What a limit cuts off is the beginning of the whole, under another name.
+// A part that a limit cuts off is the beginning of the whole, under another name.
 TEST(RunGuard, APartThatIsKeptIsTheBeginningOfTheWhole) {
   const TemporaryFolder folder;
   const Scene scene = libraryScene("marbles_in_a_box");
@@ -180,7 +180,8 @@ TEST(SoundEnd, AFadeFallsFromAllToNothingOverTheLastFiftyMilliseconds) {
   EXPECT_EQ(channels[0][99], 0.0F);
 }
 
-// What rings at the scene's end rings on until it is quiet, and what comes before is the same.
+// A body that rings at the scene's end rings on until it is quiet, and what comes before is the
+// same.
 TEST(SoundEnd, WhatRingsIsHeardToItsEnd) {
   const TemporaryFolder folder;
   const Scene scene = ringingBall();

@@ -709,6 +709,19 @@ TEST(SceneLoader, SofaFilesAreRelativeToTheScene) {
   std::filesystem::remove_all(folder);
 }
 
+// Such a scene ran no step, made an empty file, and said nothing.
+TEST(SceneLoader, ADurationOfLessThanASampleIsRefused) {
+  json document = with("/sample_rate", 8000);
+  document["duration"] = 1.25e-4;
+  EXPECT_TRUE(parseScene(document.dump(), "short.json"));
+  document["duration"] = 1.24e-4;
+  const auto scene = parseScene(document.dump(), "short.json");
+  ASSERT_FALSE(scene);
+  EXPECT_EQ(
+      scene.error().message,
+      "short.json: /duration: 0.000124 s is less than a sample; expected at least 0.000125 s");
+}
+
 TEST(SceneLoader, AConfinedSceneNamesFilesInItsFolderOnly) {
   namespace fs = std::filesystem;
   const test::TemporaryFolder folder;
@@ -1848,7 +1861,7 @@ std::vector<json> goodDocuments() {
       with("/name", "ball"),
       with("/description", ""),
       with("/duration", 3600),
-      with("/duration", 1e-300),
+      with("/duration", 2.1e-5),
       with("/sample_rate", 8000),
       with("/sample_rate", 192000),
       with("/seed", 9007199254740992),
