@@ -84,6 +84,16 @@ std::string textOf(const JelloRun& run, const JelloReport& report) {
   return text.str();
 }
 
+/// Returns a warning if the error that is asked for (m) is not to be had; else an empty text.
+std::string errorWarning(const JelloChoice& choice, double asked) {
+  if (choice.error <= 1.5 * asked) return {};
+  std::ostringstream text;
+  text << "its places will be off by " << choice.error << " m, where " << asked
+       << " m is asked for: no step that was tried is fine enough, as where it touches a wall; "
+          "--integrator and --dt take others";
+  return text.str();
+}
+
 /// Refuses a run whose sound would have no sample.
 Status validateHeard(const Scene& scene) {
   if (scene.duration * scene.sampleRate >= 1.0) return std::monostate{};
@@ -308,6 +318,8 @@ int JelloCommand::runScene(const Scene& scene) const {
   if (const std::string why = instabilityWarning(run->choice().stepping, run->limit());
       !why.empty())
     std::cerr << "carom: " << world_ << ": " << why << "; --dt and --integrator take others\n";
+  if (const std::string why = errorWarning(run->choice(), jelloOf(scene)->error); !why.empty())
+    std::cerr << "carom: " << world_ << ": " << why << '\n';
   const Result<JelloReport> report = run->run();
   bar.clear();
   if (!report) return fail(kFailed, report.error().message);

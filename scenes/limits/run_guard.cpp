@@ -1,5 +1,6 @@
 #include "scenes/limits/run_guard.h"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <fstream>
@@ -56,7 +57,14 @@ std::uint64_t machineMemory() {
   const long pages = sysconf(_SC_PHYS_PAGES);
   const long size = sysconf(_SC_PAGESIZE);
   if (pages <= 0 || size <= 0) return 0;
-  return static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(size);
+  std::uint64_t memory = static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(size);
+  // A container may have less than the machine.
+  for (const char* file :
+       {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"}) {
+    std::ifstream stream(file);
+    if (std::uint64_t limit = 0; stream >> limit) memory = std::min(memory, limit);
+  }
+  return memory;
 }
 
 RunGuard::RunGuard(const Scene& scene, const RunLimits& limits)

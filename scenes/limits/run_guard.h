@@ -80,7 +80,8 @@ std::uint64_t residentMemory();
 /// Returns the bytes that this process may write to, in memory or not yet; 0 where that is not
 /// known. [any thread]
 std::uint64_t mappedMemory();
-/// Returns the bytes of memory that the machine has; 0 where that is not known. [any thread]
+/// Returns the bytes of memory that the machine, or this container, has; 0 where that is not known.
+/// [any thread]
 std::uint64_t machineMemory();
 
 /// Returns "1.5 GB", "200 kB" and so on. [any thread]
