@@ -60,7 +60,10 @@ nlohmann::ordered_json jsonOf(const JelloRun& run, const JelloReport& report) {
   else
     object["dt_limit_s"] = run.limit();
   if (choice.error > 0.0) object["expected_error_m"] = choice.error;
+  object["first_contact_s"] = nullptr;  // of a jello that is not followed, or meets nothing
+  if (std::isfinite(report.metAt)) object["first_contact_s"] = report.metAt;
   object["steps"] = report.steps;
+  object["evaluations"] = report.evaluations;
   object["steps_per_s"] = report.stepsPerSecond;
   object["energy_start_J"] = report.start.total();
   object["energy_end_J"] = report.end.total();
@@ -77,20 +80,15 @@ std::string textOf(const JelloRun& run, const JelloReport& report) {
   text << nameOf(stepping.integrator) << ", " << report.steps << " steps of " << 1e3 * stepping.step
        << " ms (stable " << stableText(run.limit()) << "), " << report.stepsPerSecond
        << " a second\n";
-  if (run.choice().error > 0.0) text << "error expected " << run.choice().error << " m\n";
+  if (run.choice().error > 0.0) {
+    text << "error expected " << run.choice().error << " m";
+    if (std::isfinite(report.metAt))
+      text << " up to the first contact, at " << report.metAt << " s";
+    text << '\n';
+  }
   text << "energy " << report.start.total() << " J at first, " << report.end.total()
        << " J at last; momentum " << report.momentum.norm() << " N s\n";
   if (report.touches > 0) text << report.touches << " touches of spheres\n";
-  return text.str();
-}
-
-/// Returns a warning if the error that is asked for (m) is not to be had; else an empty text.
-std::string errorWarning(const JelloChoice& choice, double asked) {
-  if (choice.error <= 1.5 * asked) return {};
-  std::ostringstream text;
-  text << "its places will be off by " << choice.error << " m, where " << asked
-       << " m is asked for: no step that was tried is fine enough, as where it touches a wall; "
-          "--integrator and --dt take others";
   return text.str();
 }
 
@@ -318,8 +316,11 @@ int JelloCommand::runScene(const Scene& scene) const {
   if (const std::string why = instabilityWarning(run->choice().stepping, run->limit());
       !why.empty())
     std::cerr << "carom: " << world_ << ": " << why << "; --dt and --integrator take others\n";
-  if (const std::string why = errorWarning(run->choice(), jelloOf(scene)->error); !why.empty())
-    std::cerr << "carom: " << world_ << ": " << why << '\n';
+  const double wished = jelloOf(scene)->error;
+  if (run->choice().error > 1.01 * wished)
+    std::cerr << "carom: " << world_ << ": an error of " << wished
+              << " m cannot be had; expected is " << run->choice().error
+              << " m: a larger --error would cost less\n";
   const Result<JelloReport> report = run->run();
   bar.clear();
   if (!report) return fail(kFailed, report.error().message);

@@ -114,17 +114,20 @@ bool ContactClassifier::staysApart(const ContactPair& pair) {
   if (gap.least > 0.0 && gap.atStart > range) return true;
   if (!(gap.least > 0.0)) gap = gaps_.measureAlong(pair, dt);
   if (gap.least > 0.0 && gap.atStart > range) return true;
-  const bool isSlow =
-      isSurelyFollowed(pair) && fastestApproach(pair) <= context_.settings.restSpeed;
-  return (gap.least > 0.0 || isSlow) && reader_.impulseOf(pair) < 0.0;
+  const bool isFollowed = isSurelyFollowed(pair);
+  const bool isSlow = isFollowed && fastestApproach(pair) <= context_.settings.restSpeed;
+  if (gap.least > 0.0 || isSlow) return reader_.impulseOf(pair) < 0.0;
+  return isFollowed && !mayCollide(pair);
 }
 
-// True for a pair that is known to be beyond the reach of Bullet's solver and does not meet in the
-// substep: its gap need not be known. Leaves the pieces as they were.
+// True for a pair that Bullet's solver has not acted on, or cannot have reached, and that does not
+// meet in the substep: its gap need not be known. Leaves the pieces as they were.
 bool ContactClassifier::missesFrom(const PairMotion& now) {
   const ContactPair& pair = now.pair();
   const double dt = context_.clock.current().length;
-  if (pair.isClosedForm() || !(gaps_.of(pair, dt).atStart > solverRange(pair))) return false;
+  if (pair.isClosedForm()) return false;
+  const bool isBeyond = gaps_.of(pair, dt).atStart > solverRange(pair);
+  if (!isBeyond && reader_.impulseOf(pair) >= 0.0) return false;
   now.pieces().guess(gaps_.directionOf(pair));
   const bool misses = now.impactTime(dt) == kNever;
   if (misses) gaps_.setDirection(pair, now.pieces().direction());

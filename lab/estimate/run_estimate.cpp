@@ -66,13 +66,13 @@ std::string bodyText(const SceneBody& body) {
   return '"' + body.name + '"' + (body.pointer.empty() ? "" : " (" + body.pointer + ")");
 }
 
-/// Returns the step of a jello whose scene leaves it open: that of the stable ones near which the
-/// choice looks, or a tenth of it where only exactness counts.
+/// Returns the step of a jello whose scene leaves it open: half of the longest that is
+/// stable, as steps may be divided.
 JelloStepping steppingOf(const JelloShape& jello, const JelloWorld& world) {
-  const JelloIntegrator integrator = jello.integrator.value_or(JelloIntegrator::symplecticEuler);
+  const JelloIntegrator integrator = jello.integrator.value_or(JelloIntegrator::leapfrog);
   if (jello.step > 0.0) return {integrator, jello.step};
   const double stable = jelloLimits(world).touching[static_cast<std::size_t>(integrator)];
-  return {integrator, std::min(1e-3, 0.1 * std::max(stable, 1e-30))};
+  return {integrator, std::min(5e-3, 0.45 * std::max(stable, 1e-30))};
 }
 
 void addJello(const Scene& scene, Sum& sum) {

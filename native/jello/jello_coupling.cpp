@@ -9,7 +9,8 @@ namespace carom::native {
 namespace {
 
 bool isOfSecondOrder(JelloIntegrator integrator) {
-  return integrator == JelloIntegrator::midpoint || integrator == JelloIntegrator::rungeKutta4;
+  return integrator == JelloIntegrator::midpoint || integrator == JelloIntegrator::rungeKutta4 ||
+         integrator == JelloIntegrator::leapfrog;
 }
 
 }  // namespace
@@ -29,6 +30,7 @@ Result<JelloCoupling> JelloCoupling::create(JelloWorld jello, const SphereWorld&
   Result<JelloStepper> stepper = JelloStepper::create(withSpheres(std::move(jello), spheres),
                                                       stepping.integrator, stepping.step);
   if (!stepper) return stepper.error();
+  if (stepping.promise.error > 0.0) stepper->follow(stepping.promise);
   Result<SphereStepper> rigid = SphereStepper::create(spheres);
   if (!rigid) return rigid.error();
   JelloCoupling coupling(*std::move(stepper), *std::move(rigid), spheres.restSpeed);

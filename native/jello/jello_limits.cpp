@@ -108,15 +108,10 @@ double growth(std::complex<double> rate, double step, int order) {
   return std::abs(sum);
 }
 
-double largestOfRungeKutta(double frequency, double damping, int order) {
-  const std::complex<double> root =
-      std::sqrt(std::complex<double>(0.25 * damping * damping - frequency * frequency));
-  const std::complex<double> first = -0.5 * damping - root;
-  const std::complex<double> second = -0.5 * damping + root;
-  const auto grows = [&](double step) {
-    return std::max(growth(first, step, order), growth(second, step, order)) > 1.0;
-  };
-  const double fastest = std::max(std::abs(first), std::abs(second));
+/// Returns the largest step (s) at which `grows(step)` is false, up to where it first is true;
+/// `fastest` is the fastest rate of the motion in 1/s.
+template <typename Grows>
+double largestBefore(double fastest, Grows grows) {
   double step = 1e-4 / fastest;
   if (grows(step)) return kNoStep;
   while (!grows(1.01 * step))
@@ -128,6 +123,35 @@ double largestOfRungeKutta(double frequency, double damping, int order) {
     (grows(middle) ? high : low) = middle;
   }
   return low;
+}
+
+/// A step of leapfrog leads from place x, h v and h^2 a of the step before to new ones; with W =
+/// w^2 h^2 and C = c h the characteristic polynomial of its matrix is z^3 + (W + 3 C / 2 - 2) z^2 +
+/// (1 - 2 C) z + C / 2. It is stable while Jury's conditions hold.
+double largestOfLeapfrog(double frequency, double damping) {
+  const auto grows = [&](double step) {
+    const double stretch = std::pow(frequency * step, 2);
+    const double loss = damping * step;
+    const double a2 = stretch + 1.5 * loss - 2.0;
+    const double a1 = 1.0 - 2.0 * loss;
+    const double a0 = 0.5 * loss;
+    const bool isStable =
+        1.0 - a2 + a1 - a0 >= 0.0 && a0 < 1.0 && std::abs(a1 - a0 * a2) <= 1.0 - a0 * a0;
+    return !isStable;
+  };
+  return largestBefore(std::max(frequency, damping), grows);
+}
+
+double largestOfRungeKutta(double frequency, double damping, int order) {
+  const std::complex<double> root =
+      std::sqrt(std::complex<double>(0.25 * damping * damping - frequency * frequency));
+  const std::complex<double> first = -0.5 * damping - root;
+  const std::complex<double> second = -0.5 * damping + root;
+  const auto grows = [&](double step) {
+    return std::max(growth(first, step, order), growth(second, step, order)) > 1.0;
+  };
+  const double fastest = std::max(std::abs(first), std::abs(second));
+  return largestBefore(fastest, grows);
 }
 
 /// Smallest of the largest steps over all oscillations up to the highest, w^2 = `largest`;
@@ -173,6 +197,8 @@ double largestStep(JelloIntegrator integrator, double frequency, double damping)
       return largestOfRungeKutta(frequency, damping, 4);
     case JelloIntegrator::backwardEuler:
       return kAlways;
+    case JelloIntegrator::leapfrog:
+      return largestOfLeapfrog(frequency, damping);
   }
   return kNoStep;
 }

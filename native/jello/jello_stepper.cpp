@@ -77,6 +77,7 @@ JelloStepper::JelloStepper(JelloWorld world, JelloIntegrator integrator, double 
     : world_(std::move(world)),
       integrator_(integrator),
       step_(step),
+      part_(step),
       springs_(world_.lattice),
       skin_(world_.lattice.count),
       walls_(wallsOf(world_)),
@@ -191,7 +192,7 @@ void JelloStepper::pushBySkin(std::size_t ball, const JelloArrays& arrays, doubl
     push(arrays, contact->points[corner], -(size * contact->weights[corner]) * contact->normal);
   JelloTouch& touch = touches_[ball];
   touch.isThere = true;
-  touch.impulse += (share * step_ * size) * contact->normal;
+  touch.impulse += (share * part_ * size) * contact->normal;
   touch.point += share * size * contact->place;
   touch.velocity += share * size * velocity;
   touchSizes_[ball] += share * size;
@@ -286,6 +287,7 @@ void JelloStepper::addSprings(const JelloArrays& arrays) {
 
 /// Computes the accelerations (m/s^2) of points and balls.
 void JelloStepper::accelerate(const Values& values, double share, Values& accelerations) {
+  ++evaluations_;
   std::ranges::fill(accelerations, 0.0);
   const JelloArrays arrays = arraysOf(values, accelerations);
   addSprings(arrays);
@@ -339,7 +341,7 @@ void JelloStepper::combine(const Terms& places, const Terms& speeds, Values& out
 void JelloStepper::explicitStep() {
   const double* speeds = now_.data() + 3 * stride();
   accelerate(now_, 1.0, accelerations_[0]);
-  combine({{step_, speeds}}, {{step_, accelerations_[0].data()}}, before_);
+  combine({{part_, speeds}}, {{part_, accelerations_[0].data()}}, before_);
   std::swap(now_, before_);
 }
 
@@ -347,7 +349,7 @@ void JelloStepper::symplecticStep() {
   const double* speeds = now_.data() + 3 * stride();
   const double* pushes = accelerations_[0].data();
   accelerate(now_, 1.0, accelerations_[0]);
-  combine({{step_, speeds}, {step_ * step_, pushes}}, {{step_, pushes}}, before_);
+  combine({{part_, speeds}, {part_ * part_, pushes}}, {{part_, pushes}}, before_);
   std::swap(now_, before_);
 }
 
@@ -355,16 +357,16 @@ void JelloStepper::midpointStep() {
   const double* speeds = now_.data() + 3 * stride();
   const double* middleSpeeds = stage_.data() + 3 * stride();
   accelerate(now_, 0.0, accelerations_[0]);
-  combine({{0.5 * step_, speeds}}, {{0.5 * step_, accelerations_[0].data()}}, stage_);
+  combine({{0.5 * part_, speeds}}, {{0.5 * part_, accelerations_[0].data()}}, stage_);
   accelerate(stage_, 1.0, accelerations_[1]);
-  combine({{step_, middleSpeeds}}, {{step_, accelerations_[1].data()}}, before_);
+  combine({{part_, middleSpeeds}}, {{part_, accelerations_[1].data()}}, before_);
   std::swap(now_, before_);
 }
 
 /// The classic Runge-Kutta method, with the velocities of its stages inserted: x + h v + h^2 (a1 +
 /// a2 + a3) / 6.
 void JelloStepper::rungeKuttaStep() {
-  const double h = step_;
+  const double h = part_;
   const double* v = now_.data() + 3 * stride();
   std::array<const double*, 4> a{};
   for (std::size_t stage = 0; stage < 4; ++stage)
@@ -388,7 +390,7 @@ void JelloStepper::rungeKuttaStep() {
 void JelloStepper::implicitStep() {
   before_ = now_;
   accelerate(now_, 1.0, accelerations_[0]);
-  const JelloImplicit system({world_, springs_, skin_, walls_, step_});
+  const JelloImplicit system({world_, springs_, skin_, walls_, part_});
   const std::size_t count = bodies();
   Eigen::VectorXd forces(static_cast<Eigen::Index>(3 * count));
   std::vector<Vec3> positions(count);
@@ -405,8 +407,39 @@ void JelloStepper::implicitStep() {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::size_t place = axis * stride() + kJelloSlack + index;
       now_[place + 3 * stride()] += change[static_cast<Eigen::Index>(3 * index + axis)];
-      now_[place] += step_ * now_[place + 3 * stride()];
+      now_[place] += part_ * now_[place + 3 * stride()];
     }
+  }
+}
+
+/// Moves by half of the way, changes the velocities by the forces there, and moves on by the other
+/// half. The velocities there, which dampers need, are extrapolated by the acceleration of the part
+/// before.
+void JelloStepper::leapfrogStep() {
+  const double h = part_;
+  const double* v = now_.data() + 3 * stride();
+  std::swap(accelerations_[0], accelerations_[1]);
+  combine({{0.5 * h, v}}, {{0.5 * h, accelerations_[1].data()}}, stage_);
+  accelerate(stage_, 1.0, accelerations_[0]);
+  const double* push = accelerations_[0].data();
+  combine({{h, v}, {0.5 * h * h, push}}, {{h, push}}, before_);
+  std::swap(now_, before_);
+}
+
+void JelloStepper::stepOnce() {
+  switch (integrator_) {
+    case JelloIntegrator::explicitEuler:
+      return explicitStep();
+    case JelloIntegrator::symplecticEuler:
+      return symplecticStep();
+    case JelloIntegrator::midpoint:
+      return midpointStep();
+    case JelloIntegrator::rungeKutta4:
+      return rungeKuttaStep();
+    case JelloIntegrator::backwardEuler:
+      return implicitStep();
+    case JelloIntegrator::leapfrog:
+      return leapfrogStep();
   }
 }
 
@@ -426,25 +459,127 @@ bool JelloStepper::hasBlownUp() const {
   return false;
 }
 
-Status JelloStepper::advance() {
+void JelloStepper::follow(const JelloPromise& promise) {
+  promise_ = promise;
+  start_ = now_;
+  if (integrator_ != JelloIntegrator::leapfrog) return;
+  // The first part compares its accelerations with those at the begin, half a part before.
+  accelerate(now_, 0.0, accelerations_[0]);
+  startPush_ = accelerations_[0];
+}
+
+void JelloStepper::beginTouches() {
   std::ranges::fill(touches_, JelloTouch{});
   std::ranges::fill(touchSizes_, 0.0);
-  switch (integrator_) {
-    case JelloIntegrator::explicitEuler:
-      explicitStep();
-      break;
-    case JelloIntegrator::symplecticEuler:
-      symplecticStep();
-      break;
-    case JelloIntegrator::midpoint:
-      midpointStep();
-      break;
-    case JelloIntegrator::rungeKutta4:
-      rungeKuttaStep();
-      break;
-    case JelloIntegrator::backwardEuler:
-      implicitStep();
-      break;
+}
+
+/// Root mean square over the points of one - two - share x third: for accelerations, or with an
+/// offset of half the values for velocities.
+double JelloStepper::rootMeanSquare(const double* one, const double* two, double share,
+                                    const double* third) const {
+  std::array<double, 3> sums{};
+  for (std::size_t point = kJelloSlack; point < kJelloSlack + world_.pointCount(); ++point) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::size_t at = axis * stride() + point;
+      const double apart = one[at] - two[at] - share * third[at];
+      sums[axis] += apart * apart;
+    }
+  }
+  return std::sqrt((sums[0] + sums[1] + sums[2]) / static_cast<double>(world_.pointCount()));
+}
+
+/// Error (m, root mean square over the points) that the last part has added, estimated without
+/// another evaluation. Leapfrog: h^3 / 12 of the third derivative of a place, taken from two
+/// accelerations. Runge-Kutta: the distance from the method of third order whose last stage is
+/// taken at the end of the part, h / 6 of the difference of two velocities, times w h / 4, where w
+/// is the frequency by which accelerations and velocities change.
+double JelloStepper::partError() const {
+  const double* push = accelerations_[0].data();
+  if (integrator_ == JelloIntegrator::leapfrog) {
+    const double change = rootMeanSquare(push, accelerations_[1].data(), 0.0, push);
+    return part_ * part_ * part_ / 12.0 * change / lastPart_;
+  }
+  const double* after = now_.data() + 3 * stride();
+  const double* before = before_.data() + 3 * stride();
+  const double apart = rootMeanSquare(after, before, part_, accelerations_[2].data());
+  const double speedUp = rootMeanSquare(after, before, 0.0, push);
+  const double change = rootMeanSquare(accelerations_[3].data(), push, 0.0, push);
+  const double swing = speedUp > 0.0 ? std::min(1.0, 0.25 * part_ * change / speedUp) : 0.0;
+  return part_ / 6.0 * apart * swing;
+}
+
+/// Error (m) that the next step may add.
+double JelloStepper::allowedError() const {
+  constexpr double kAtOnce = 0.05;
+  const double evenly = 0.5 * promise_.error * step_ / promise_.seconds;
+  return std::max(evenly, kAtOnce * (0.5 * promise_.error - spent_));
+}
+
+/// Runs the parts of a step; returns the error (m) that they add.
+double JelloStepper::runParts() {
+  beginTouches();
+  part_ = step_ / static_cast<double>(parts_);
+  double error = 0.0;
+  for (std::size_t part = 0; part < parts_; ++part) {
+    const double before = steps_ == 0 && part == 0 ? 0.0 : lastPart_;
+    stepOnce();
+    lastPart_ = 0.5 * (before + part_);
+    error += partError();
+    lastPart_ = part_;
+  }
+  return error;
+}
+
+/// Runs a step in as many parts as its error asks for.
+void JelloStepper::followStep() {
+  const bool isLeapfrog = integrator_ == JelloIntegrator::leapfrog;
+  const double order = isLeapfrog ? 2.0 : 4.0;
+  const double allowed = allowedError();
+  const double lastPart = lastPart_;
+  start_ = now_;
+  if (isLeapfrog) startPush_ = accelerations_[0];
+  double error = runParts();
+  while (error > allowed && parts_ < kMostParts) {
+    const double wanted = std::ceil(std::log2(error / allowed) / order);
+    const double most = static_cast<double>(kMostParts / parts_);
+    parts_ *= static_cast<std::size_t>(std::min(std::exp2(std::min(wanted, 10.0)), most));
+    now_ = start_;
+    lastPart_ = lastPart;
+    if (isLeapfrog) accelerations_[0] = startPush_;
+    error = runParts();
+  }
+  before_ = start_;
+  followedError_ += error;
+  isKept_ = isKept_ && error <= allowed;
+  spent_ += std::max(0.0, error - 0.5 * promise_.error * step_ / promise_.seconds);
+  if (parts_ > 1 && error < 0.5 * allowed * std::exp2(-order)) parts_ /= 2;
+  if (!hasMet()) return;
+  metAt_ = time() + step_;
+  integrator_ = JelloIntegrator::leapfrog;  // it keeps energy, at a quarter of the work
+}
+
+/// True if a wall or a ball pushes the jello.
+bool JelloStepper::hasMet() const {
+  if (std::ranges::any_of(touches_, &JelloTouch::isThere)) return true;
+  const JelloSkin::Places at = places();
+  return std::ranges::any_of(walls_, [&](const JelloWall& wall) {
+    bool isBehind = false;
+    for (std::size_t point = 0; point < world_.pointCount(); ++point) {
+      const double height = wall.normal[0] * at[0][point] + wall.normal[1] * at[1][point] +
+                            wall.normal[2] * at[2][point];
+      isBehind = isBehind || height < wall.offset;
+    }
+    return isBehind;
+  });
+}
+
+Status JelloStepper::advance() {
+  if (promise_.error > 0.0 && std::isinf(metAt_)) {
+    followStep();
+  } else {
+    beginTouches();
+    part_ = step_;
+    stepOnce();
   }
   if (hasBlownUp()) {
     std::swap(now_, before_);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -15,10 +16,17 @@
 
 namespace carom::native {
 
+/// The error that a run may have by its end; see JelloStepper::follow.
+struct JelloPromise {
+  double error = 0.0;    ///< m, >= 0, root mean square over the points; 0: nothing is promised
+  double seconds = 0.0;  ///< s, duration of the run
+};
+
 /// The integrator and step (s, > 0) of a jello; jelloLimits tells which steps are stable.
 struct JelloStepping {
   JelloIntegrator integrator = JelloIntegrator::rungeKutta4;
   double step = 0.0;
+  JelloPromise promise = {};
 };
 
 /// Energies in J. `total` is constant if nothing damps, and falls otherwise.
@@ -51,6 +59,11 @@ struct JelloTouch {
 ///        |
 ///     places and velocities a step later
 ///
+/// follow() lets leapfrog and rungeKutta4 divide each step into equal parts, as many as an estimate
+/// of their own error asks for, until the jello first meets something: a way after a contact cannot
+/// be followed for long, since contacts multiply what differs. From then on steps are whole, and by
+/// leapfrog.
+///
 /// Too long a step makes the motion grow without bound: jelloLimits tells which steps are stable,
 /// chooseStepping which of them is exact enough, and advance() fails when the jello has blown up.
 /// JelloCoupling puts a jello among the spheres of a SphereStepper.
@@ -62,10 +75,17 @@ struct JelloTouch {
 class JelloStepper {
  public:
   static constexpr std::size_t kSplitFrom = 24;
+  static constexpr std::size_t kMostParts = 64;  ///< of a step, see follow()
 
   /// Creates a stepper; `step` in s. Errors: those of validate(JelloWorld), or a step that is not
   /// positive. The stability of the step is not checked here: see jelloLimits.
   static Result<JelloStepper> create(JelloWorld world, JelloIntegrator integrator, double step);
+
+  /// Divides steps into up to kMostParts parts, so that the error stays as promised as long as the
+  /// jello has met nothing: half of it may be spent evenly over time, the other half where it is
+  /// needed, by a twentieth of what is left of it in a step. Only for leapfrog and rungeKutta4; to
+  /// be called before the first step.
+  void follow(const JelloPromise& promise);
 
   /// Advances by one step. Error: it has blown up, with the time and what to change; the state is
   /// that before the step, and stays so.
@@ -77,6 +97,15 @@ class JelloStepper {
   double time() const { return static_cast<double>(steps_) * step_; }  ///< s
   double step() const { return step_; }
   std::size_t steps() const { return steps_; }
+  std::size_t evaluations() const { return evaluations_; }  ///< of all forces, so far
+  /// Error (m) that is expected by now, or at the first contact if that is behind; only if the
+  /// jello is followed, and 0 otherwise.
+  double followedError() const { return followedError_; }
+  /// False if a step could not be divided finely enough for the promise.
+  bool isKept() const { return isKept_; }
+  /// Time (s) at the end of the step in which a jello that is followed first met something;
+  /// infinite if it has not.
+  double metAt() const { return metAt_; }
   const JelloWorld& world() const { return world_; }  ///< the world at time 0
 
   Vec3 position(std::size_t point) const { return at(0, point); }  ///< m
@@ -121,17 +150,38 @@ class JelloStepper {
   void midpointStep();
   void rungeKuttaStep();
   void implicitStep();
+  void leapfrogStep();
+  void stepOnce();
+  void beginTouches();
+  double allowedError() const;
+  double runParts();
+  void followStep();
+  double rootMeanSquare(const double* one, const double* two, double share,
+                        const double* third) const;
+  double partError() const;
+  bool hasMet() const;
   bool hasBlownUp() const;
 
   JelloWorld world_;
   JelloIntegrator integrator_;
   double step_;
+  double part_;  // s, step_ or a part of it
   std::size_t steps_ = 0;
+  std::size_t evaluations_ = 0;
+  JelloPromise promise_;
+  double spent_ = 0.0;  // m, of the half of the promise that is not spent evenly
+  std::size_t parts_ = 1;
+  double followedError_ = 0.0;  // m
+  bool isKept_ = true;
+  double metAt_ = std::numeric_limits<double>::infinity();  // s
+  double lastPart_ = 0.0;  // s, what lies between the last two accelerations of leapfrog
   JelloSprings springs_;
   JelloSkin skin_;
   std::vector<JelloWall> walls_;
-  Values now_;                           // state at time()
-  Values before_;                        // state before the last step
+  Values now_;        // state at time()
+  Values before_;     // state before the last step, or part of it
+  Values start_;      // state before the last step, if it is followed
+  Values startPush_;  // accelerations before the last step, of leapfrog that is followed
   std::array<Values, 4> accelerations_;  // x, y and z in m/s^2, by stage
   Values stage_;                         // state at which an inner stage takes the forces
   Values upperForces_;                   // N, by the second half of the springs, if split

@@ -56,7 +56,7 @@ Status validatePlaces(const std::vector<Vec3>& points, const std::string& what,
 
 const char* nameOf(JelloIntegrator integrator) {
   constexpr std::array<const char*, kJelloIntegrators> kNames = {
-      "explicit_euler", "symplectic_euler", "midpoint", "rk4", "backward_euler"};
+      "explicit_euler", "symplectic_euler", "midpoint", "rk4", "backward_euler", "leapfrog"};
   return kNames[static_cast<std::size_t>(integrator)];
 }
 

@@ -19,12 +19,14 @@ enum class JelloIntegrator {
   symplecticEuler,  ///< velocities first, then places by the new ones: first order, keeps energy
   midpoint,         ///< second-order Runge-Kutta method
   rungeKutta4,      ///< classic fourth-order Runge-Kutta method
-  backwardEuler     ///< one step of Newton's method: first order, stable, loses energy
+  backwardEuler,    ///< one step of Newton's method: first order, stable, loses energy
+  leapfrog          ///< half of the way, velocities, half of the way: second order, keeps energy
 };
 
-inline constexpr std::size_t kJelloIntegrators = 5;
+inline constexpr std::size_t kJelloIntegrators = 6;
 
-/// "explicit_euler", "symplectic_euler", "midpoint", "rk4" or "backward_euler". [any thread]
+/// "explicit_euler", "symplectic_euler", "midpoint", "rk4", "backward_euler" or "leapfrog". [any
+/// thread]
 const char* nameOf(JelloIntegrator integrator);
 
 /// A lattice of mass points at the corners of boxes, each of the same mass, joined by springs: to

@@ -112,9 +112,9 @@ void readField(const JsonNode& node, JelloField& field) {
 void readStepping(const JsonNode& entry, JelloShape& jello) {
   if (const auto integrator = entry.find("integrator")) {
     // The words are in the order of JelloIntegrator.
-    const std::size_t choice = integrator->choice(
-        "an integrator",
-        {"explicit_euler", "symplectic_euler", "midpoint", "rk4", "backward_euler", "auto"});
+    const std::size_t choice =
+        integrator->choice("an integrator", {"explicit_euler", "symplectic_euler", "midpoint",
+                                             "rk4", "backward_euler", "leapfrog", "auto"});
     if (choice < kJelloIntegrators) jello.integrator = static_cast<JelloIntegrator>(choice);
   }
   jello.step = entry.number("step", kJelloStep, 0.0);

@@ -32,6 +32,10 @@ std::uint64_t memoryField(int field) {
   return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
+std::string residentText() {
+  return bytesText(static_cast<double>(residentMemory()));
+}
+
 }  // namespace
 
 std::string bytesText(double bytes) {
@@ -140,13 +144,13 @@ bool RunGuard::add(std::span<const ImpulseEvent> events, double time) {
 }
 
 void RunGuard::runOut() {
-  endForMemory(residentMemory());
+  endForMemory("it can have no more memory than " + residentText());
 }
 
-void RunGuard::endForMemory(std::uint64_t memory) {
+void RunGuard::endForMemory(const std::string& why) {
   end("memory",
-      "its memory has grown to " + bytesText(static_cast<double>(memory)) + ", with " + busiest() +
-          "; expected at most " + bytesText(static_cast<double>(limits_.memory)) +
+      why + ", with " + busiest() + "; expected at most " +
+          bytesText(static_cast<double>(limits_.memory)) +
           " (--max-memory), fewer collisions, points or images, or a shorter duration",
       time_);
 }
@@ -165,9 +169,8 @@ bool RunGuard::mayGoOn(double time) {
   }
   if (limits_.memory == 0 || now - lookedAt_ < kMemoryPeriod) return true;
   lookedAt_ = now;
-  const std::uint64_t memory = residentMemory();
-  if (memory <= limits_.memory) return true;
-  endForMemory(memory);
+  if (residentMemory() <= limits_.memory) return true;
+  endForMemory("its memory has grown to " + residentText());
   return false;
 }
 

@@ -60,7 +60,7 @@ class RunGuard {
   };
   bool addOne(const ImpulseEvent& event);
   void end(std::string limit, const std::string& why, double time);
-  void endForMemory(std::uint64_t memory);
+  void endForMemory(const std::string& why);
   std::string busiest() const;
   std::string nameOf(BodyId body) const;
   std::optional<BodyId> busiestBody() const;

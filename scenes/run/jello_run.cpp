@@ -152,6 +152,8 @@ class JelloRun::Tables {
   }
   void finish(const JelloCoupling& coupling) {
     report_.steps = coupling.jello().steps();
+    report_.evaluations = coupling.jello().evaluations();
+    report_.metAt = coupling.jello().metAt();
     report_.end = coupling.jello().energy();
     report_.momentum = coupling.jello().momentum();
   }

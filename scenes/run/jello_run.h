@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -28,6 +29,10 @@ struct JelloOptions {
 
 struct JelloReport {
   std::size_t steps = 0;
+  std::size_t evaluations = 0;  ///< of all forces
+  /// s, when a jello whose steps are divided first met something, see JelloStepper::follow;
+  /// infinite if it has not
+  double metAt = std::numeric_limits<double>::infinity();
   double stepsPerSecond = 0.0;  ///< per second of processor time
   native::JelloEnergy start;
   native::JelloEnergy end;

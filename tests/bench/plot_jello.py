@@ -14,7 +14,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-NAMES = ["explicit_euler", "symplectic_euler", "midpoint", "rk4", "backward_euler"]
+NAMES = ["explicit_euler", "symplectic_euler", "midpoint", "rk4", "backward_euler", "leapfrog"]
 COLOURS = dict(zip(NAMES, ["#c44e52", "#4c72b0", "#dd8452", "#55a868", "#8172b3"]))
 
 

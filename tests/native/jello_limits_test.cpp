@@ -20,7 +20,7 @@ namespace {
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 // The limits of h w without damping, in the integrators' order, are: none stable, 2, none stable, 2
-// sqrt 2, infinite.
+// sqrt 2, infinite, 2.
 TEST(JelloLimits, AnUndampedOscillatorIsThatOfTheBooks) {
   using enum JelloIntegrator;
   for (const double w : {0.1, 7.0, 1e5}) {
@@ -29,11 +29,27 @@ TEST(JelloLimits, AnUndampedOscillatorIsThatOfTheBooks) {
     EXPECT_EQ(largestStep(midpoint, w, 0.0), 0.0);
     EXPECT_NEAR(w * largestStep(rungeKutta4, w, 0.0), 2.0 * std::numbers::sqrt2, 1e-9);
     EXPECT_EQ(largestStep(backwardEuler, w, 0.0), kInfinite);
+    EXPECT_NEAR(w * largestStep(leapfrog, w, 0.0), 2.0, 1e-9);
   }
+}
+
+/// The matrix of a step of leapfrog, from its definition: place, velocity and the acceleration that
+/// the velocity in the middle is extrapolated by.
+Eigen::Matrix3d leapfrogStep(double w, double c, double h) {
+  const Eigen::RowVector3d middle(1.0, 0.5 * h, 0.0);
+  const Eigen::RowVector3d speed(0.0, 1.0, 0.5 * h);
+  const Eigen::RowVector3d push = -w * w * middle - c * speed;
+  Eigen::Matrix3d step;
+  step.row(2) = push;
+  step.row(1) = Eigen::RowVector3d::UnitY() + h * push;
+  step.row(0) = middle + 0.5 * h * step.row(1);
+  return step;
 }
 
 /// Largest eigenvalue of a step's matrix, from the definition of the step.
 double growthOf(JelloIntegrator integrator, double w, double c, double h) {
+  if (integrator == JelloIntegrator::leapfrog)
+    return leapfrogStep(w, c, h).eigenvalues().cwiseAbs().maxCoeff();
   Eigen::Matrix2d rates;
   rates << 0.0, 1.0, -w * w, -c;
   const Eigen::Matrix2d one = Eigen::Matrix2d::Identity();
@@ -50,7 +66,8 @@ double growthOf(JelloIntegrator integrator, double w, double c, double h) {
 
 TEST(JelloLimits, ADampedOscillatorGrowsJustBeyondItsLimit) {
   using enum JelloIntegrator;
-  for (const JelloIntegrator integrator : {explicitEuler, symplecticEuler, midpoint, rungeKutta4}) {
+  for (const JelloIntegrator integrator :
+       {explicitEuler, symplecticEuler, midpoint, rungeKutta4, leapfrog}) {
     for (const double damping : {0.01, 0.5, 1.9, 2.1, 30.0}) {
       const double limit = largestStep(integrator, 3.0, 3.0 * damping);
       EXPECT_LE(growthOf(integrator, 3.0, 3.0 * damping, 0.999 * limit), 1.0 + 1e-12)
@@ -99,9 +116,9 @@ TEST(JelloLimits, RunsBlowUpJustBeyondTheirLimit) {
     JelloIntegrator integrator;
     double damping;  // N s/m
   };
-  for (const Case& one :
-       {Case{symplecticEuler, 0.0}, Case{rungeKutta4, 0.0}, Case{symplecticEuler, 0.03},
-        Case{rungeKutta4, 0.03}, Case{explicitEuler, 0.3}, Case{midpoint, 0.3}}) {
+  for (const Case& one : {Case{symplecticEuler, 0.0}, Case{rungeKutta4, 0.0},
+                          Case{symplecticEuler, 0.03}, Case{rungeKutta4, 0.03}, Case{leapfrog, 0.0},
+                          Case{leapfrog, 0.03}, Case{explicitEuler, 0.3}, Case{midpoint, 0.3}}) {
     JelloWorld world;
     world.lattice = {.count = 4,
                      .size = Vec3::Ones(),
