@@ -106,6 +106,12 @@ CLI::Option* addScale(CLI::App& command, bool& normalize, std::string& fullScale
   return flag;
 }
 
+void addConfine(CLI::App& command, bool& confine) {
+  command.add_flag("--confine", confine,
+                   "refuse files that the scene names outside of its folder, for scenes of "
+                   "strangers");
+}
+
 CLI::Validator positionRange() {
   const auto check = [](const std::string& text) -> std::string {
     if (threeNumbers(text, kFarthestListener)) return {};
@@ -125,9 +131,10 @@ CLI::Validator numberRange(double low, double high, const std::string& unit) {
   return {check, "NUMBER"};
 }
 
-CLI::Validator wholeNumberRange(double low, double high) {
+CLI::Validator wholeNumberRange(double low, double high, const std::string& unit) {
   std::ostringstream range;
-  range << std::fixed << std::setprecision(0) << low << " to " << high;
+  range << std::fixed << std::setprecision(0) << low << " to " << high << (unit.empty() ? "" : " ")
+        << unit;
   const auto check = [low, high, expected = range.str()](const std::string& text) -> std::string {
     double number = 0.0;
     const bool read = CLI::detail::lexical_cast(text, number);

@@ -48,10 +48,12 @@ CLI::Validator fullScaleRange();
 /// Adds the options --normalize and --full-scale, which set what a sample of 1.0 in a sound file
 /// stands for. Returns --normalize. `normalize` and `fullScale` must outlive the parsing.
 CLI::Option* addScale(CLI::App& command, bool& normalize, std::string& fullScale);
+/// Adds --confine, for commands that read scenes. `confine` must outlive the parsing.
+void addConfine(CLI::App& command, bool& confine);
 CLI::Validator positionRange();
 /// Accepts a number from low to high. (CLI::Range lets NaN pass.)
 CLI::Validator numberRange(double low, double high, const std::string& unit);
 /// Accepts a whole number from low to high.
-CLI::Validator wholeNumberRange(double low, double high);
+CLI::Validator wholeNumberRange(double low, double high, const std::string& unit = "");
 
 }  // namespace carom::command

@@ -11,6 +11,7 @@
 
 #include "command/command_line.h"
 #include "command/progress_bar.h"
+#include "lab/estimate/run_estimate.h"
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
@@ -21,6 +22,7 @@
 #include "scenes/format/scene_loader.h"
 #include "scenes/run/jello_modes.h"
 #include "scenes/run/jello_run.h"
+#include "scenes/run/render.h"
 
 namespace carom::command {
 
@@ -43,11 +45,6 @@ struct OutputName {
   const char* option;
   const std::string& name;
 };
-
-std::optional<std::filesystem::path> fileOf(const std::string& name) {
-  if (name.empty()) return std::nullopt;
-  return std::filesystem::path(name);
-}
 
 constexpr double kSeconds = 5.0;      // s, duration for a world file, which has none
 const Vec3 kListener(0.0, 0.0, 4.0);  // m, for a world file, which has no listener
@@ -95,6 +92,15 @@ std::string textOf(const JelloRun& run, const JelloReport& report) {
   return text.str();
 }
 
+/// Refuses a run whose sound would have no sample.
+Status validateHeard(const Scene& scene) {
+  if (scene.duration * scene.sampleRate >= 1.0) return std::monostate{};
+  std::ostringstream text;
+  text << "--seconds: " << scene.duration << " is less than a sample; expected at least "
+       << 1.0 / scene.sampleRate << " s with --output";
+  return Error{text.str()};
+}
+
 /// A scene begins with a brace, a world file with the name of an integrator.
 bool isScene(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
@@ -140,8 +146,11 @@ JelloCommand::JelloCommand(CLI::App& app)
                    "a microphone at x,y,z in metres; default: 0,0,4, or the scene's listeners")
       ->check(positionRange());
   command_->add_option("--sample-rate", sampleRate_, "Hz; default: 48000, or as the scene says")
-      ->check(numberRange(8000, 192000, "Hz"));
+      ->check(wholeNumberRange(8000, 192000, "Hz"));
   addScale(*command_, normalize_, fullScale_);
+  addConfine(*command_, confine_);
+  addLimits(*command_, run_);
+  addKeepPartial(*command_, run_);
   command_->add_flag("--json", json_, "print one JSON object instead of text");
   command_->footer(
       "Examples:\n"
@@ -200,7 +209,7 @@ Result<Scene> JelloCommand::readScene() const {
   const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
   Scene scene;
   if (isScene(text)) {
-    Result<Scene> read = parseScene(text, world_);
+    Result<Scene> read = parseScene(text, world_, {.confined = confine_});
     if (!read) return read;
     scene = *std::move(read);
   } else {
@@ -210,6 +219,7 @@ Result<Scene> JelloCommand::readScene() const {
   }
   if (seconds_ > 0.0) scene.duration = seconds_;
   if (sampleRate_ > 0.0) scene.sampleRate = sampleRate_;
+  if (const Status valid = validateHeard(scene); !output_.empty() && !valid) return valid.error();
   if (const auto place = threeNumbers(listener_, kFarthestListener)) {
     scene.listeners.assign(1, {.name = "listener", .position = *place});
     scene.paths.clear();
@@ -242,8 +252,40 @@ Status JelloCommand::writeModes(const Scene& scene) const {
   return writeModel(modes_, *model);
 }
 
+/// Returns the name that a file has until the run is complete; nothing if the name is empty.
+std::optional<std::filesystem::path> JelloCommand::outputOf(const std::string& name) const {
+  if (name.empty()) return std::nullopt;
+  return run_.keepPartial ? incompleteName(name) : std::filesystem::path(name);
+}
+
+/// Gives the files of a complete run their names.
+Status JelloCommand::nameComplete() const {
+  if (!run_.keepPartial) return std::monostate{};
+  for (const std::string* name : {&output_, &trajectory_, &energy_}) {
+    if (name->empty()) continue;
+    std::error_code failed;
+    std::filesystem::rename(incompleteName(*name), *name, failed);
+    if (failed) return Error{*name + ": cannot be written: " + failed.message()};
+  }
+  return std::monostate{};
+}
+
 bool JelloCommand::parsed() const {
   return command_->parsed();
+}
+
+/// Returns what the command line asks for; `guard` and `bar` are borrowed.
+JelloOptions JelloCommand::optionsFor(RunGuard& guard, ProgressBar& bar) const {
+  JelloOptions options;
+  options.guard = &guard;
+  options.keepPartial = run_.keepPartial;
+  options.soundFile = outputOf(output_);
+  options.sound.normalize = normalize_;
+  options.sound.fullScalePressure = fullScalePressure(fullScale_).value_or(kFullScalePressure);
+  options.trajectoryFile = outputOf(trajectory_);
+  options.energyFile = outputOf(energy_);
+  options.progress = [&bar](double share) { bar.show(share); };
+  return options;
 }
 
 int JelloCommand::run() const {
@@ -255,25 +297,26 @@ int JelloCommand::run() const {
   }
   const Result<Scene> scene = readScene();
   if (!scene) return fail(kBadInput, scene.error().message);
-
   if (!modes_.empty()) {
     if (const Status written = writeModes(*scene); !written)
       return fail(kFailed, written.error().message);
   }
+  return runScene(*scene);
+}
+
+int JelloCommand::runScene(const Scene& scene) const {
   ProgressBar bar("jello " + std::filesystem::path(world_).filename().string());
-  JelloOptions options;
-  options.soundFile = fileOf(output_);
-  options.sound.normalize = normalize_;
-  options.sound.fullScalePressure = fullScalePressure(fullScale_).value_or(kFullScalePressure);
-  options.trajectoryFile = fileOf(trajectory_);
-  options.energyFile = fileOf(energy_);
-  options.progress = [&](double share) { bar.show(share); };
-  Result<JelloRun> run = JelloRun::create(*scene, options);
+  capMemory(run_.limits().memory);
+  RunGuard guard(scene, run_.limits());
+  if (const std::string why = lab::longRunWarning(lab::estimateRun(scene)); !why.empty())
+    std::cerr << "carom: " << world_ << ": " << why << '\n';
+  Result<JelloRun> run = JelloRun::create(scene, optionsFor(guard, bar));
+  if (guard.ended()) return endedEarly(world_, *guard.ended(), "");
   if (!run) return fail(kBadInput, world_ + ": " + run.error().message);
   if (const std::string why = instabilityWarning(run->choice().stepping, run->limit());
       !why.empty())
     std::cerr << "carom: " << world_ << ": " << why << "; --dt and --integrator take others\n";
-  const double wished = jelloOf(*scene)->error;
+  const double wished = jelloOf(scene)->error;
   if (run->choice().error > 1.01 * wished)
     std::cerr << "carom: " << world_ << ": an error of " << wished
               << " m cannot be had; expected is " << run->choice().error
@@ -281,6 +324,10 @@ int JelloCommand::run() const {
   const Result<JelloReport> report = run->run();
   bar.clear();
   if (!report) return fail(kFailed, report.error().message);
+  if (report->endedEarly)
+    return endedEarly(world_, *report->endedEarly,
+                      run_.keepPartial ? "the files called .incomplete" : "");
+  if (const Status named = nameComplete(); !named) return fail(kFailed, named.error().message);
   const int answered = answer(json_ ? jsonText(jsonOf(*run, *report)) : textOf(*run, *report));
   if (!report->blowUp.empty())
     return fail(kFailed, world_ + ": " + report->blowUp + "; what came before is written");

@@ -1,9 +1,15 @@
 #pragma once
 
+#include <filesystem>
+#include <optional>
 #include <string>
+
+#include "command/progress_bar.h"
+#include "command/run_options.h"
 
 #include "carom/audio/result.h"
 #include "scenes/format/scene.h"
+#include "scenes/run/jello_run.h"
 
 namespace CLI {
 class App;
@@ -24,9 +30,13 @@ class JelloCommand {
 
  private:
   Result<Scene> readScene() const;
+  std::optional<std::filesystem::path> outputOf(const std::string& name) const;
+  Status nameComplete() const;
   Status checkOutputs() const;
   void applyStepping(JelloShape& jello) const;
   Status writeModes(const Scene& scene) const;
+  JelloOptions optionsFor(RunGuard& guard, ProgressBar& bar) const;
+  int runScene(const Scene& scene) const;
 
   CLI::App* command_;
   std::string world_;
@@ -43,6 +53,8 @@ class JelloCommand {
   double sampleRate_ = 0.0;  // Hz; 0: the scene's own
   bool normalize_ = false;
   bool json_ = false;
+  RunOptions run_;
+  bool confine_ = false;
 };
 
 }  // namespace carom::command

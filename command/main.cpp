@@ -1,5 +1,6 @@
 // The carom command: render, info, compare, report, record, replay, modes, strike, jello,
-// stability. Exit codes: 0 done, 1 failed, 2 bad input; by a signal: 130, 143.
+// stability. Exit codes: 0 done, 1 failed, 2 bad input, 3 ended by a limit; by a signal: 129, 130,
+// 143.
 
 #include <algorithm>
 #include <cctype>
@@ -10,6 +11,7 @@
 #include <filesystem>
 #include <iostream>
 #include <map>
+#include <new>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -21,11 +23,13 @@
 #include "command/modes_command.h"
 #include "command/progress_bar.h"
 #include "command/report_command.h"
+#include "command/run_options.h"
 #include "command/signals.h"
 #include "command/stability_command.h"
 #include "command/strike_command.h"
 #include "command/warnings.h"
 #include "lab/compare/compare.h"
+#include "lab/estimate/run_estimate.h"
 #include "lab/report/report_text.h"
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -73,6 +77,9 @@ struct Arguments {
   // replay
   std::vector<std::string> listeners;  // empty: the scene's
   SoundSpan span;
+  RunOptions run;
+  double tail = 10.0;  // s
+  bool confine = false;
 };
 
 void applyStepper(const Arguments& arguments, Scene& scene) {
@@ -139,16 +146,38 @@ nlohmann::ordered_json withWarnings(nlohmann::ordered_json object, const Warning
   return object;
 }
 
+// Renders; an allocation that fails ends the run as the guard's limit of memory does.
+Result<RenderReport> renderBounded(const Scene& scene, const RenderOptions& options) {
+  try {
+    return renderScene(scene, options);
+  } catch (const std::bad_alloc&) {
+    options.guard->runOut();
+    return Error{scene.name + ": " + options.guard->ended()->what};
+  }
+}
+
+void warnOfLongRun(const std::string& file, const Scene& scene, Warnings& warnings) {
+  if (const std::string why = longRunWarning(estimateRun(scene)); !why.empty())
+    warnings.add(file + ": " + why);
+}
+
 // Renders a scene to which the options of the command line have been applied already.
 int renderInto(const Arguments& arguments, const Scene& scene, const Recording* recording) {
   Warnings warnings;
   if (const std::string why = instabilityWarning(scene); !why.empty())
     warnings.add(arguments.scene + ": " + why);
   warnings.add(sceneWarnings(scene));
+  if (recording == nullptr) warnOfLongRun(arguments.scene, scene, warnings);
   ProgressBar bar("rendering " + scene.name);
   RenderOptions options = renderOptions(arguments);
   options.recording = recording;
   options.span = arguments.span;
+  capMemory(arguments.run.limits().memory);
+  RunGuard guard(scene, arguments.run.limits());
+  options.guard = &guard;
+  options.keepPartial = arguments.run.keepPartial;
+  // A part of a recording is as it is in the whole.
+  if (arguments.span.to >= scene.duration) options.tail = arguments.tail;
   options.progress = [&](double share) { bar.show(share); };
   ProgressBar modes("modes of " + scene.name);
   options.analysis = [&modes](std::string_view, double share) {
@@ -156,12 +185,17 @@ int renderInto(const Arguments& arguments, const Scene& scene, const Recording* 
     if (share >= 1.0) modes.clear();
     return true;
   };
-  const Result<RenderReport> report = renderScene(scene, options);
+  const Result<RenderReport> report = renderBounded(scene, options);
   bar.clear();
+  if (!report && guard.ended()) return endedEarly(arguments.scene, *guard.ended(), "");
   if (!report) return fail(kFailed, report.error().message);
   warnings.add(renderWarnings(*report, options));
-  return answer(arguments.json ? jsonText(withWarnings(renderJson(*report), warnings))
-                               : renderText(*report));
+  if (report->endedEarly && !arguments.json)
+    return endedEarly(arguments.scene, *report->endedEarly, report->file.string());
+  const int answered = answer(arguments.json ? jsonText(withWarnings(renderJson(*report), warnings))
+                                             : renderText(*report));
+  if (!report->endedEarly) return answered;
+  return endedEarly(arguments.scene, *report->endedEarly, report->file.string());
 }
 
 // Refuses a scene that its stepper cannot run.
@@ -173,7 +207,7 @@ Status validateRun(const Scene& scene) {
 int render(const Arguments& arguments) {
   if (const Status valid = checkOutputs(arguments); !valid)
     return fail(kBadInput, valid.error().message);
-  Result<Scene> scene = loadScene(arguments.scene);
+  Result<Scene> scene = loadScene(arguments.scene, {.confined = arguments.confine});
   if (!scene) return fail(kBadInput, scene.error().message);
   applyStepper(arguments, *scene);
   applySound(arguments, scene->sound);
@@ -192,16 +226,21 @@ int record(const Arguments& arguments) {
                 "--output: " + arguments.output + " is the scene itself; expected another name");
   Result<std::string> text = readSceneText(arguments.scene);
   if (!text) return fail(kBadInput, text.error().message);
-  Result<Scene> scene = parseScene(*text, arguments.scene);
+  Result<Scene> scene = parseScene(*text, arguments.scene, {.confined = arguments.confine});
   if (!scene) return fail(kBadInput, scene.error().message);
   applyStepper(arguments, *scene);
   if (const Status valid = validateForRecording(*scene); !valid)
     return fail(kBadInput, arguments.scene + ": " + valid.error().message);
   ProgressBar bar("recording " + scene->name);
   const auto start = std::chrono::steady_clock::now();
-  const Result<Recording> recording =
-      recordScene(*scene, *text, arguments.scene, [&](double share) { bar.show(share); });
+  Warnings warnings;
+  warnOfLongRun(arguments.scene, *scene, warnings);
+  capMemory(arguments.run.limits().memory);
+  RunGuard guard(*scene, arguments.run.limits());
+  const Result<Recording> recording = recordScene(
+      *scene, *text, arguments.scene, [&](double share) { bar.show(share); }, &guard);
   bar.clear();
+  if (guard.ended()) return endedEarly(arguments.scene, *guard.ended(), "");
   if (!recording) return fail(kBadInput, recording.error().message);
   const Result<std::uintmax_t> bytes = saveRecording(*recording, arguments.output);
   if (!bytes) return fail(kFailed, bytes.error().message);
@@ -227,11 +266,12 @@ void applyListeners(const Arguments& arguments, Scene& scene) {
 // Returns why the scene has no such span; empty if it has.
 Status validateSpan(const SoundSpan& span, const Scene& scene) {
   std::ostringstream text;
-  if (span.from >= scene.duration) {
+  if ((scene.duration - span.from) * scene.sampleRate < 1.0) {
     text << "--from: " << span.from << " s; expected less than " << scene.duration
          << " s, where the recording ends";
-  } else if (span.to <= span.from) {
-    text << "--to: " << span.to << " s; expected more than --from, " << span.from << " s";
+  } else if ((std::min(span.to, scene.duration) - span.from) * scene.sampleRate < 1.0) {
+    text << "--to: " << std::min(span.to, scene.duration)
+         << " s; expected at least a sample more than --from, " << span.from << " s";
   }
   if (text.str().empty()) return std::monostate{};
   return Error{text.str()};
@@ -240,7 +280,7 @@ Status validateSpan(const SoundSpan& span, const Scene& scene) {
 int replay(Arguments& arguments) {
   if (const Status valid = checkOutputs(arguments, "recording"); !valid)
     return fail(kBadInput, valid.error().message);
-  Result<RecordedScene> recorded = loadRecordedScene(arguments.scene);
+  Result<RecordedScene> recorded = loadRecordedScene(arguments.scene, arguments.confine);
   if (!recorded) return fail(kBadInput, recorded.error().message);
   Scene& scene = recorded->scene;
   if (const Status valid = validateSpan(arguments.span, scene); !valid)
@@ -251,7 +291,7 @@ int replay(Arguments& arguments) {
 }
 
 int infoOfRecording(const Arguments& arguments) {
-  const Result<RecordedScene> recorded = loadRecordedScene(arguments.scene);
+  const Result<RecordedScene> recorded = loadRecordedScene(arguments.scene, arguments.confine);
   if (!recorded) return fail(kBadInput, recorded.error().message);
   const RecordReport report{arguments.scene, recorded->bytes};
   Warnings warnings;
@@ -265,16 +305,19 @@ int infoOfRecording(const Arguments& arguments) {
 
 int info(const Arguments& arguments) {
   if (isRecording(arguments.scene)) return infoOfRecording(arguments);
-  const Result<Scene> scene = loadScene(arguments.scene);
+  const Result<Scene> scene = loadScene(arguments.scene, {.confined = arguments.confine});
   if (!scene) return fail(kBadInput, scene.error().message);
   Warnings warnings;
   warnings.add(sceneWarnings(*scene));
-  return answer(arguments.json ? jsonText(withWarnings(infoJson(*scene), warnings))
-                               : infoText(*scene));
+  const RunEstimate estimate = estimateRun(*scene);
+  if (!arguments.json) return answer(infoText(*scene) + estimateText(estimate));
+  nlohmann::ordered_json object = infoJson(*scene);
+  object["estimate"] = estimateJson(estimate);
+  return answer(jsonText(withWarnings(object, warnings)));
 }
 
 int compare(const Arguments& arguments) {
-  const Result<Scene> scene = loadScene(arguments.scene);
+  const Result<Scene> scene = loadScene(arguments.scene, {.confined = arguments.confine});
   if (!scene) return fail(kBadInput, scene.error().message);
   std::vector<double> steps = arguments.steps;
   if (steps.empty()) steps = {1.0 / 60.0, 1.0 / 240.0, 1.0 / 1000.0};
@@ -313,6 +356,19 @@ CLI::Validator onePulse() {
 void addScene(CLI::App& command, Arguments& arguments) {
   command.add_option("SCENE", arguments.scene, "scene file (JSON, docs/scenes.md)")->required();
   command.add_flag("--json", arguments.json, "print one JSON object instead of text");
+  addConfine(command, arguments.confine);
+}
+
+// Adds the options that say where a sound ends, and its run.
+void addEnd(CLI::App& command, Arguments& arguments) {
+  command
+      .add_option("--tail", arguments.tail,
+                  "seconds for which the sound may go on after the scene, until it is 60 dB below "
+                  "its peak; what is louder then fades over 50 ms")
+      ->check(numberRange(0, 60, "seconds"))
+      ->capture_default_str();
+  addLimits(command, arguments.run);
+  addKeepPartial(command, arguments.run);
 }
 
 // Adds the options of a WAV file, which are the same for a scene and a recording.
@@ -338,6 +394,7 @@ void addSound(CLI::App& command, Arguments& arguments) {
   command.add_option("--format", arguments.format, "sample format")
       ->check(oneOf({"float32", "pcm16"}))
       ->capture_default_str();
+  addEnd(command, arguments);
   CLI::Option* normalize = addScale(command, arguments.normalize, arguments.fullScale);
   CLI::Option* limit =
       command
@@ -405,6 +462,7 @@ CLI::App* addRecord(CLI::App& app, Arguments& arguments) {
       ->add_option("--stepper", arguments.stepper,
                    "native: record a scene so that is for Bullet; no other can be recorded")
       ->check(oneOf({"native"}));
+  addLimits(*command, arguments.run);
   command->footer(
       "Example:\n  carom record scenes/library/marbles_in_a_box.json -o marbles.carom\n"
       "  carom replay marbles.carom -o marbles.wav");
@@ -425,6 +483,7 @@ CLI::App* addReplay(CLI::App& app, Arguments& arguments) {
       app.add_subcommand("replay", "Render a recorded run into a WAV file, without stepping again");
   command->add_option("FILE", arguments.scene, "file that 'carom record' wrote")->required();
   command->add_flag("--json", arguments.json, "print one JSON object instead of text");
+  addConfine(*command, arguments.confine);
   addSound(*command, arguments);
   command
       ->add_option("--listener", arguments.listeners,
@@ -498,7 +557,13 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   carom::command::endCleanlyOnSignals();
   try {
+    carom::command::capMemory(carom::command::RunOptions().limits().memory);
     return carom::command::run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    return carom::command::fail(carom::command::kLimited,
+                                "the memory has run out before the run was over; expected a "
+                                "smaller input, or more (--max-memory, by default half of the "
+                                "machine's)");
   } catch (const std::exception& error) {
     std::cerr << "carom: " << error.what() << '\n';
   }

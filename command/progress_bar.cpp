@@ -1,6 +1,7 @@
 #include "command/progress_bar.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <utility>
 
@@ -25,12 +26,22 @@ void ProgressBar::clear() {
 void ProgressBar::show(double share) {
   constexpr int kWidth = 30;
   const int percent = static_cast<int>(100.0 * std::clamp(share, 0.0, 1.0));
+  if (!terminal_) showLine(percent);
   if (!terminal_ || percent == shown_) return;
   shown_ = percent;
   const auto done = static_cast<std::size_t>(kWidth * percent / 100);
   const std::string bar = std::string(done, '#') + std::string(kWidth - done, '.');
   std::fprintf(stderr, "\r%s [%s] %3d %%", label_.c_str(), bar.c_str(), percent);
   std::fflush(stderr);
+}
+
+/// Writes a line now and then, for who reads a log: none in a run of less than kLinePeriod.
+void ProgressBar::showLine(int percent) {
+  constexpr std::chrono::seconds kLinePeriod(30);
+  const auto now = std::chrono::steady_clock::now();
+  if (now - lineAt_ < kLinePeriod) return;
+  lineAt_ = now;
+  std::fprintf(stderr, "%s: %d %%\n", label_.c_str(), percent);
 }
 
 }  // namespace carom::command

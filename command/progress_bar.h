@@ -1,11 +1,12 @@
 #pragma once
 
+#include <chrono>
 #include <string>
 
 namespace carom::command {
 
-/// A line on stderr that grows with the work done, on a terminal only: in a pipe or a log it is
-/// silent.
+/// A line on stderr that grows with the work done, on a terminal; in a pipe or a log one line every
+/// 30 s, so that short runs are silent there.
 class ProgressBar {
  public:
   explicit ProgressBar(std::string label);
@@ -17,9 +18,12 @@ class ProgressBar {
   void clear();
 
  private:
+  void showLine(int percent);
+
   std::string label_;
   bool terminal_;
   int shown_ = -1;  // percent
+  std::chrono::steady_clock::time_point lineAt_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace carom::command

@@ -26,11 +26,11 @@ namespace {
 constexpr double kMostRuns = 1000;
 
 // Reads the scenes. Refuses two of one name, which could not be told apart in the report.
-Result<std::vector<Scene>> readScenes(const std::vector<std::string>& files) {
+Result<std::vector<Scene>> readScenes(const std::vector<std::string>& files, bool confine) {
   std::vector<Scene> scenes;
   std::set<std::string> names;
   for (const std::string& file : files) {
-    Result<Scene> scene = loadScene(file);
+    Result<Scene> scene = loadScene(file, {.confined = confine});
     if (!scene) return scene.error();
     if (!names.insert(scene->name).second)
       return Error{file + ": a second scene of the name '" + scene->name +
@@ -89,6 +89,7 @@ ReportCommand::ReportCommand(CLI::App& app)
                    "seconds: variants whose mechanics would take longer are left out")
       ->check(numberRange(0.001, 1e6, "seconds"))
       ->capture_default_str();
+  addConfine(*command_, confine_);
   command_->add_flag("--json", json_, "print what is in report.json instead of text");
   command_->footer(
       "Example:\n"
@@ -103,7 +104,7 @@ int ReportCommand::run() const {
   const std::filesystem::path folder = output_;
   if (const Status valid = checkReportFolder(folder); !valid)
     return fail(kBadInput, "--output: " + valid.error().message);
-  Result<std::vector<Scene>> scenes = readScenes(scenes_);
+  Result<std::vector<Scene>> scenes = readScenes(scenes_, confine_);
   if (!scenes) return fail(kBadInput, scenes.error().message);
 
   std::vector<SceneReport> reports;

@@ -27,6 +27,7 @@ class ReportCommand {
   std::size_t runs_ = 3;
   double budget_ = 10.0;  // s
   bool json_ = false;
+  bool confine_ = false;
 };
 
 }  // namespace carom::command

@@ -154,7 +154,7 @@ StrikeCommand::StrikeCommand(CLI::App& app)
   command_->add_option("--duration", duration_, "seconds; default: until it is silent, at most 60")
       ->check(numberRange(0.01, 3600.0, "seconds"));
   command_->add_option("--sample-rate", sampleRate_, "Hz")
-      ->check(numberRange(8000, 192000, "Hz"))
+      ->check(wholeNumberRange(8000, 192000, "Hz"))
       ->capture_default_str();
   addScale(*command_, normalize_, fullScale_);
   command_->add_flag("--json", json_, "print one JSON object instead of text");

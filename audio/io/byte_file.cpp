@@ -33,6 +33,17 @@ Result<std::vector<std::byte>> readBytes(const fs::path& path) {
   return bytes;
 }
 
+bool isBelow(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  std::error_code failed;
+  const fs::path root = fs::weakly_canonical(fs::absolute(folder.empty() ? "." : folder), failed);
+  if (failed) return false;
+  const fs::path target = fs::weakly_canonical(fs::absolute(file), failed);
+  if (failed) return false;
+  const fs::path way = target.lexically_relative(root);
+  return !way.empty() && *way.begin() != "..";
+}
+
 Status writeBytes(const fs::path& path, std::span<const std::byte> bytes) {
   const auto refuse = [&path](const std::string& why) { return Error{path.string() + ": " + why}; };
   if (const Status valid = checkWritable(path); !valid)

@@ -14,6 +14,10 @@ namespace carom::audio {
 /// [any thread; blocks on the disk]
 Result<std::vector<std::byte>> readBytes(const std::filesystem::path& path);
 
+/// True if the file, once all symbolic links are followed, is in the folder or below it, whether it
+/// is there or not. [any thread; blocks on the disk]
+bool isBelow(const std::filesystem::path& file, const std::filesystem::path& folder);
+
 /// Writes a file that appears whole or not at all, and replaces a file of that name: see
 /// PartialFile. [any thread; blocks on the disk]
 Status writeBytes(const std::filesystem::path& path, std::span<const std::byte> bytes);

@@ -303,6 +303,18 @@ Json reverbJson(const std::optional<ReverbSettings>& reverb) {
 
 }  // namespace
 
+namespace {
+
+Json endedJson(const std::optional<EndedEarly>& ended) {
+  if (!ended) return nullptr;
+  return {{"limit", ended->limit},
+          {"what", ended->what},
+          {"pointer", ended->pointer},
+          {"time_s", ended->time}};
+}
+
+}  // namespace
+
 Json numberJson(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
@@ -423,6 +435,7 @@ Json renderJson(const RenderReport& report) {
           {"peak_pa", report.peak},
           {"full_scale_pa", report.fullScale},
           {"clipped_samples", report.clippedSamples},
+          {"level_at_end_db", numberJson(report.levelAtEnd)},
           {"limiter", report.limiter},
           {"largest_gain_reduction_db", numberJson(report.gainReduction)},
           {"rings", report.synth.rings},
@@ -433,7 +446,22 @@ Json renderJson(const RenderReport& report) {
           {"clicks_late", report.synth.late},
           {"wall_s", report.wallTime},
           {"realtime_factor", report.realtimeFactor()},
+          {"ended_early", endedJson(report.endedEarly)},
           {"plan", planJson(report.plan)}};
+}
+
+std::string estimateText(const RunEstimate& estimate) {
+  return format("estimate  %.2g s, %.2g steps, %.2g events, ", estimate.wall, estimate.steps,
+                estimate.events) +
+         bytesText(estimate.memory) + "\n          most of it for " + estimate.longest + '\n';
+}
+
+Json estimateJson(const RunEstimate& estimate) {
+  return {{"steps", estimate.steps},
+          {"events", estimate.events},
+          {"memory_bytes", estimate.memory},
+          {"wall_s", estimate.wall},
+          {"longest", estimate.longest}};
 }
 
 std::string recordText(const Recording& recording, const RecordReport& report) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "lab/compare/compare.h"
+#include "lab/estimate/run_estimate.h"
 #include <nlohmann/json_fwd.hpp>
 
 #include "carom/native/recording.h"
@@ -25,6 +26,9 @@ nlohmann::ordered_json planJson(const Plan& plan);
 
 std::string infoText(const Scene& scene);
 nlohmann::ordered_json infoJson(const Scene& scene);
+
+std::string estimateText(const RunEstimate& estimate);
+nlohmann::ordered_json estimateJson(const RunEstimate& estimate);
 
 std::string renderText(const RenderReport& report);
 nlohmann::ordered_json renderJson(const RenderReport& report);

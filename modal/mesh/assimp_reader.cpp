@@ -69,7 +69,8 @@ class FilesOfMesh : public Assimp::IOSystem {
   /// The materials (.mtl) that an .obj names are not needed.
   bool mayOpen(const fs::path& file) const {
     return folder_ && file.extension() != ".mtl" && file.is_relative() &&
-           std::ranges::find(file, fs::path("..")) == file.end();
+           std::ranges::find(file, fs::path("..")) == file.end() &&
+           isBelow(*folder_ / file, *folder_);
   }
 
   std::string name_;

@@ -58,6 +58,9 @@ double extentOfPoints(const std::vector<Vec3>& points) {
   return (high - low).maxCoeff();
 }
 
+/// Largest coordinate of a vertex, m.
+constexpr double kFarthest = 1e9;
+
 Status validate(const PolygonMesh& mesh) {
   std::size_t triangles = 0;
   for (std::size_t index = 0; index < mesh.polygons(); ++index) {
@@ -84,8 +87,10 @@ Result<LoadedMesh> surfaceOf(const PolygonMesh& mesh, const MeshImport& import) 
   SurfaceMesh loose;
   for (const Vec3& vertex : mesh.vertices) {
     loose.vertices.emplace_back(import.scale * vertex);
-    if (!loose.vertices.back().allFinite())
-      return Error{"vertex " + std::to_string(loose.vertices.size() - 1) + " is not finite"};
+    if (!(loose.vertices.back().cwiseAbs().maxCoeff() <= kFarthest))
+      return Error{
+          "vertex " + std::to_string(loose.vertices.size() - 1) +
+          " is not finite or too far away; expected coordinates from -1e9 to 1e9 (metres)"};
   }
   for (std::size_t index = 0; index < mesh.polygons(); ++index)
     triangulate(mesh.polygon(index), loose.vertices, loose.triangles);
@@ -117,8 +122,11 @@ Result<LoadedMesh> read(std::span<const std::byte> bytes, const fs::path& name,
   return surfaceOf(*mesh, import);
 }
 
+/// Names the file, and what would be accepted where the reader of its format does not.
 Error refused(const fs::path& name, const Error& error) {
-  return Error{"mesh file '" + name.string() + "': " + error.message};
+  const bool isTold = error.message.find("expected ") != std::string::npos;
+  return Error{"mesh file '" + name.string() + "': " + error.message +
+               (isTold ? "" : "; expected a whole OBJ, PLY, STL or glTF file with triangles")};
 }
 
 }  // namespace

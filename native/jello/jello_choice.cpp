@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -50,9 +51,34 @@ double evaluationsOf(JelloIntegrator integrator) {
   }
 }
 
+/// Largest number of evaluations of the force on a point that the three runs at whole steps may
+/// take: some minutes on one core.
+constexpr double kMostWork = 1e10;
+
 /// Largest number of points that a run keeps: lattices of 64^3 and more would not fit into memory
 /// for every run.
 constexpr std::size_t kMostPoints = 32768;
+
+bool isStopped(const JelloWish& wish) {
+  return wish.goesOn && !wish.goesOn();
+}
+Error stopped() {
+  return Error{"jello: the choice of a step was stopped"};
+}
+
+/// Refuses runs at whole steps from `first` (s) on that would not end in a reasonable time.
+Status validateWork(const JelloWorld& jello, JelloIntegrator integrator, double seconds,
+                    double first) {
+  constexpr double kThreeRuns = 7.0;  // with twice and four times the steps of the first
+  const double steps = kThreeRuns * seconds / first;
+  if (steps * evaluationsOf(integrator) * static_cast<double>(jello.pointCount()) <= kMostWork)
+    return std::monostate{};
+  std::ostringstream text;
+  text << "jello: to find out which step suits it would take " << steps << " steps of "
+       << nameOf(integrator) << " with " << jello.pointCount()
+       << " points; expected a step of its own, fewer points, softer springs or heavier points";
+  return Error{text.str()};
+}
 
 /// Places of the points at each look, one look after the other.
 using Run = std::vector<Vec3>;
@@ -138,6 +164,7 @@ class Pilot {
     const std::size_t stride = (jello_.pointCount() + kMostPoints - 1) / kMostPoints;
     places.reserve(kLooks * (jello_.pointCount() / stride + 1));
     for (std::size_t taken = 1; taken <= steps; ++taken) {
+      if (isStopped(wish_)) return stopped();
       if (const Status stepped = coupling->advance(); !stepped) return stepped.error();
       if (taken % (steps / kLooks) != 0) continue;
       for (std::size_t point = 0; point < jello_.pointCount(); point += stride)
@@ -164,8 +191,10 @@ Result<JelloChoice> tryFollowed(const JelloWorld& jello, const SphereWorld& sphe
   if (!coupling) return coupling.error();
   const JelloStepper& stepper = coupling->jello();
   const auto run = [&](std::size_t steps) -> Status {
-    for (std::size_t taken = 0; taken < steps && coupling->time() < wish.seconds; ++taken)
+    for (std::size_t taken = 0; taken < steps && coupling->time() < wish.seconds; ++taken) {
+      if (isStopped(wish)) return stopped();
       if (const Status stepped = coupling->advance(); !stepped) return stepped;
+    }
     return std::monostate{};
   };
   // What was let go swings into its motion first: the cost is that of the second half.
@@ -214,7 +243,7 @@ double comparableTime(const JelloWorld& jello, const SphereWorld& spheres, const
                                         {JelloIntegrator::leapfrog, step, {kAnyError, longest}});
   if (!coupling) return longest;
   while (coupling->time() < longest && std::isinf(coupling->jello().metAt()))
-    if (!coupling->advance()) return longest;
+    if (isStopped(wish) || !coupling->advance()) return longest;
   return std::min(longest, std::max(kShortest, coupling->time()));
 }
 
@@ -224,15 +253,20 @@ Result<JelloChoice> chooseWhole(const JelloWorld& jello, const SphereWorld& sphe
   if (stable == 0.0)
     return Error{std::string("jello: ") + nameOf(*wish.integrator) +
                  " is stable at no step without damping; expected another integrator"};
-  const Pilot pilot(jello, spheres, wish, comparableTime(jello, spheres, wish, limits));
   const double limit = std::isinf(stable) ? kCoarsest : kOfLimit * stable;
   const double first = std::isinf(stable) ? kCoarsest : kFirst * stable;
+  const double longest = std::min(wish.seconds, kPilotSeconds);
+  if (const Status bounded = validateWork(jello, *wish.integrator, longest, first); !bounded)
+    return bounded.error();
+  const Pilot pilot(jello, spheres, wish, comparableTime(jello, spheres, wish, limits));
   Result<Trial> trial = pilot.tryFrom(first);
   if (!trial) return trial.error();
   JelloChoice choice = pilot.choiceOf(*trial, limit);
   for (int round = 1; round < kMostRefinements && choice.stepping.step < 0.5 * trial->finest;
        ++round) {
-    trial = pilot.tryFrom(2.0 * choice.stepping.step);
+    const double next = 2.0 * choice.stepping.step;
+    if (!validateWork(jello, *wish.integrator, longest, next)) break;
+    trial = pilot.tryFrom(next);
     if (!trial) return trial.error();
     choice = pilot.choiceOf(*trial, limit);
   }

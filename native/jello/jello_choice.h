@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include "carom/audio/result.h"
@@ -15,6 +16,7 @@ struct JelloWish {
   double error = 1e-4;
   double seconds = 1.0;                                      ///< s, > 0, duration of the run
   std::optional<JelloIntegrator> integrator = std::nullopt;  ///< if set, its steps are whole
+  std::function<bool()> goesOn = {};  ///< asked at each step; false ends the choice with an error
 };
 
 struct JelloChoice {

@@ -19,6 +19,31 @@ constexpr double kRoom = 2.0;
 constexpr std::size_t kMostForces = 256;  // along each axis of the field
 constexpr double kMostFileSteps = 1e9;
 
+/// The numbers that a field accepts. docs/jello.md repeats them.
+struct Range {
+  const char* what;  ///< with its unit
+  double least;
+  double most;
+};
+
+constexpr Range kStep{"the step dt (s)", 1e-8, 1.0};
+constexpr Range kElastic{"kElastic (N/m)", 0.0, 1e12};
+constexpr Range kElasticDamping{"dElastic (N s/m)", 0.0, 1e9};
+constexpr Range kCollision{"kCollision (N/m)", 0.0, 1e12};
+constexpr Range kCollisionDamping{"dCollision (N s/m)", 0.0, 1e9};
+constexpr Range kPointMass{"the mass of a point (kg)", 1e-21, 1e18};
+constexpr double kMostNormal = 1e6;  // component of the plane's normal
+constexpr double kFarthest = 1e6;    // m
+constexpr double kMostSpeed = 1e4;   // m/s, along each axis
+constexpr double kMostForce = 1e12;  // N, along each axis
+
+/// Returns the shortest decimal that reads back as the same number.
+std::string shortest(double value) {
+  std::array<char, 32> digits{};
+  const auto [end, code] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
+  return {digits.data(), end};
+}
+
 /// Splits a text into words, and counts its lines.
 class Words {
  public:
@@ -79,16 +104,16 @@ class Reader {
   Result<JelloFile> read() {
     readStepping();
     JelloWorld& world = file_.world;
-    world.lattice.stiffness = atLeastZero("kElastic (N/m)");
-    world.lattice.damping = atLeastZero("dElastic (N s/m)");
-    world.contact.stiffness = atLeastZero("kCollision (N/m)");
-    world.contact.damping = atLeastZero("dCollision (N s/m)");
-    world.lattice.pointMass = positive("the mass of a point (kg)");
+    world.lattice.stiffness = number(kElastic);
+    world.lattice.damping = number(kElasticDamping);
+    world.contact.stiffness = number(kCollision);
+    world.contact.damping = number(kCollisionDamping);
+    world.lattice.pointMass = number(kPointMass);
     world.room = JelloBox{Vec3::Constant(-kRoom), Vec3::Constant(kRoom)};
     const std::optional<std::array<double, 4>> plane = readPlane();
     readField();
-    readPoints(world.positions, "positions");
-    readPoints(world.velocities, "velocities");
+    readPoints(world.positions, "positions", kFarthest);
+    readPoints(world.velocities, "velocities", kMostSpeed);
     if (error_.empty()) {
       if (const std::string_view word = words_.next(); !word.empty())
         fail("after the last velocity there is " + quoted(word) + "; expected the end");
@@ -118,16 +143,14 @@ class Reader {
       fail(quoted(whole) + " is no number; expected " + what);
     return value;
   }
-  double atLeastZero(const std::string& what) {
+  double number(const std::string& what, double least, double most) {
     const double value = number(what);
-    if (!(value >= 0.0)) fail(what + " is below 0; expected at least that");
-    return value;
+    if (!(value >= least && value <= most))
+      fail(what + " is " + shortest(value) + "; expected a number from " + shortest(least) +
+           " to " + shortest(most));
+    return error_.empty() ? value : 0.0;
   }
-  double positive(const std::string& what) {
-    const double value = number(what);
-    if (!(value > 0.0)) fail(what + " is not above 0; expected more");
-    return value;
-  }
+  double number(const Range& range) { return number(range.what, range.least, range.most); }
   std::size_t count(const std::string& what, double least, double most) {
     const double value = number(what);
     if (!(value >= least && value <= most && value == std::floor(value)))
@@ -135,10 +158,10 @@ class Reader {
            std::to_string(static_cast<long>(most)));
     return error_.empty() ? static_cast<std::size_t>(value) : 0;
   }
-  Vec3 vector(const std::string& what) {
-    const double x = number(what);
-    const double y = number(what);
-    return {x, y, number(what)};
+  Vec3 vector(const std::string& what, double most) {
+    const double x = number(what, -most, most);
+    const double y = number(what, -most, most);
+    return {x, y, number(what, -most, most)};
   }
 
   void readStepping() {
@@ -149,7 +172,7 @@ class Reader {
     else
       fail(quoted(word) +
            " is no integrator; expected Euler, RK4, symplectic_euler, midpoint or backward_euler");
-    file_.step = positive("the step dt (s)");
+    file_.step = number(kStep);
     file_.stepsPerFrame = count("the number of steps to a picture", 1.0, kMostFileSteps);
   }
 
@@ -158,13 +181,14 @@ class Reader {
     std::array<double, 4> plane{};
     constexpr std::array<const char*, 4> kNames = {"a", "b", "c", "d"};
     for (std::size_t index = 0; index < plane.size(); ++index)
-      plane[index] = number(std::string(kNames[index]) + " of the inclined plane");
+      plane[index] =
+          number(std::string(kNames[index]) + " of the inclined plane", -kMostNormal, kMostNormal);
     const double length = std::hypot(plane[0], plane[1], plane[2]);
-    if (!(length > 0.0 && std::isfinite(length)))
-      fail("the normal of the inclined plane is 0 or too long; expected a direction a b c");
+    if (!(length > 0.0)) fail("the normal of the inclined plane is 0; expected a direction a b c");
     for (double& part : plane)
       part /= length;
-    if (!std::isfinite(plane[3])) fail("the inclined plane is too far away; expected a smaller d");
+    if (!(std::abs(plane[3]) <= kFarthest))
+      fail("the inclined plane is farther than 1e6 m away; expected a smaller d");
     return plane;
   }
 
@@ -176,14 +200,16 @@ class Reader {
     const std::size_t total = field.count * field.count * field.count;
     for (std::size_t index = 0; index < total && error_.empty(); ++index)
       field.forces.push_back(
-          vector("force " + std::to_string(index + 1) + " of " + std::to_string(total) + " (N)"));
+          vector("force " + std::to_string(index + 1) + " of " + std::to_string(total) + " (N)",
+                 kMostForce));
   }
 
-  void readPoints(std::vector<Vec3>& points, const std::string& what) {
+  void readPoints(std::vector<Vec3>& points, const std::string& what, double most) {
     const std::size_t total = file_.world.pointCount();
     for (std::size_t index = 0; index < total && error_.empty(); ++index)
-      points.push_back(vector("number " + std::to_string(index + 1) + " of the " +
-                              std::to_string(total) + " " + what));
+      points.push_back(vector(
+          "number " + std::to_string(index + 1) + " of the " + std::to_string(total) + " " + what,
+          most));
   }
 
   void addPlane(const std::array<double, 4>& plane) {
@@ -203,7 +229,6 @@ class Reader {
 Status validateWritable(const JelloFile& file) {
   const JelloWorld& world = file.world;
   if (Status valid = validate(world); !valid) return valid;
-  if (!(std::isfinite(file.step) && file.step > 0.0)) return Error{"the step must be positive (s)"};
   if (file.stepsPerFrame < 1 || static_cast<double>(file.stepsPerFrame) > kMostFileSteps)
     return Error{"there must be 1 to 10^9 steps to a picture"};
   if (world.lattice.count != kPoints || world.lattice.size != Vec3::Ones())
@@ -225,9 +250,7 @@ Status validateWritable(const JelloFile& file) {
 
 /// Appends the shortest decimal that reads back as the same number, followed by `after`.
 void put(std::string& text, double value, char after) {
-  std::array<char, 32> digits{};
-  const auto [end, code] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
-  text.append(digits.data(), end);
+  text += shortest(value);
   text += after;
 }
 
@@ -277,6 +300,9 @@ Result<std::string> jelloText(const JelloFile& file) {
   for (const std::vector<Vec3>* list : {&world.field.forces, &world.positions, &world.velocities})
     for (const Vec3& value : *list)
       put(text, value);
+  // Reading it finds what is out of range.
+  if (const Result<JelloFile> read = Reader(text).read(); !read)
+    return Error{"world file: " + read.error().message};
   return text;
 }
 

@@ -14,7 +14,7 @@ namespace carom::native {
 /// with a force field over it and perhaps an inclined plane.
 struct JelloFile {
   JelloIntegrator integrator = JelloIntegrator::rungeKutta4;
-  double step = 0.0;              ///< s, > 0
+  double step = 0.0;              ///< s, 1e-8 to 1
   std::size_t stepsPerFrame = 1;  ///< steps for each picture, >= 1
   JelloWorld world;
 };
@@ -27,7 +27,8 @@ struct JelloFile {
 Result<JelloFile> jelloFromText(std::string_view text, const std::string& name);
 
 /// Writes a world file; reading it gives the same numbers. Error: a property that such a file
-/// cannot express, such as another lattice or room, gravity, balls or a second plane. [any thread]
+/// cannot express, such as another lattice or room, gravity, balls, a second plane, or a number
+/// that is out of its range. [any thread]
 Result<std::string> jelloText(const JelloFile& file);
 
 }  // namespace carom::native

@@ -363,7 +363,7 @@ class Parts {
       *radius = 0.0;  // the radius may be infinite
     }
     for (const double number : numbersOf(copy))
-      archive_.check(std::isfinite(number), "a number of an event is not finite");
+      archive_.check(bounded(number), kOutOfRange);
     archive_.check(event.approachSpeed >= 0.0 && event.effectiveMass >= 0.0,
                    "an approach speed or effective mass is below 0");
   }

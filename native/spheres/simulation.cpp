@@ -56,12 +56,16 @@ Simulation::Simulation(const SphereWorld& world, std::vector<std::uint32_t> list
   trajectories_.begin();
 }
 
-void Simulation::advanceTo(double time) {
+void Simulation::advanceTo(double time, std::size_t mostEvents) {
   reporter_.clear();
   for (std::uint32_t first = scheduler_.first();
        first != EventScheduler::kNobody && scheduler_.time(first).seconds <= time;
-       first = scheduler_.first())
+       first = scheduler_.first()) {
     step(first);
+    if (reporter_.events().size() < mostEvents) continue;
+    time_ = trajectories_.now().seconds;
+    return;
+  }
   time_ = time;
 }
 

@@ -46,7 +46,7 @@ class Simulation {
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
 
-  void advanceTo(double time);
+  void advanceTo(double time, std::size_t mostEvents);
   /// Applies an impulse (N s) at time(). Here and below, `listed` is a position in
   /// SphereWorld::spheres.
   void push(std::size_t listed, const Vec3& impulse);

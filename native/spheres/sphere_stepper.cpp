@@ -24,11 +24,11 @@ SphereStepper::SphereStepper(SphereStepper&& other) noexcept = default;
 SphereStepper& SphereStepper::operator=(SphereStepper&& other) noexcept = default;
 SphereStepper::~SphereStepper() = default;
 
-std::span<const ImpulseEvent> SphereStepper::advanceTo(double time) {
+std::span<const ImpulseEvent> SphereStepper::advanceTo(double time, std::size_t mostEvents) {
   const bool ahead = std::isfinite(time) && time >= simulation_->time();
   assert(ahead && "SphereStepper::advanceTo: time must be finite and not before time()");
   if (!ahead) return {};
-  simulation_->advanceTo(time);
+  simulation_->advanceTo(time, mostEvents);
   return simulation_->events();
 }
 

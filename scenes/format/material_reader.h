@@ -14,6 +14,7 @@
 #include "carom/native/restitution.h"
 #include "modal/json/json_reader.h"
 #include "scenes/format/scene.h"
+#include "scenes/format/scene_folder.h"
 
 namespace carom::scenes {
 
@@ -38,7 +39,7 @@ struct SurfaceMaterial {
 class MaterialReader {
  public:
   /// Names of normal maps are relative to `folder`.
-  explicit MaterialReader(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  explicit MaterialReader(SceneFolder folder) : folder_(std::move(folder)) {}
 
   /// Reads "materials", the scene's own ones.
   void readMaterials(const modal::JsonNode& materials);
@@ -70,7 +71,7 @@ class MaterialReader {
   SurfaceId assignSurface(const std::string& material);
   SurfaceId findSurface(const modal::JsonNode& material) const;
 
-  std::filesystem::path folder_;
+  SceneFolder folder_;
   std::map<std::string, modal::JsonNode, std::less<>> ownNodes_;
   std::map<std::string, SurfaceMaterial, std::less<>> ownMaterials_;  // their `surface` is not set
   std::vector<std::string> chain_;  // own materials being read, each of which is like the next

@@ -54,12 +54,12 @@ void readAnalysis(const JsonNode& node, MeshAnalysisSettings& analysis) {
 
 }  // namespace
 
-std::optional<Ringing> readRinging(const JsonNode& entry, const std::filesystem::path& folder) {
+std::optional<Ringing> readRinging(const JsonNode& entry, const SceneFolder& folder) {
   const auto node = entry.find("modes");
   if (!node) return std::nullopt;
   Ringing ringing;
   if (node->isString())
-    ringing.model = folder / node->text(kFileName);
+    ringing.model = folder.fileOf(*node);
   else if (node->isObject())
     readAnalysis(*node, ringing.analysis);
   else

@@ -93,6 +93,7 @@ struct SceneBody {
   std::optional<Ringing> ringing = std::nullopt;  ///< spheres and solids only
   /// If empty, the bumps are those of the material's roughness.
   std::optional<NormalMapFile> normalMap = std::nullopt;
+  std::string pointer = {};  ///< JSON pointer to its entry in the file; empty if it is of no scene
 };
 
 inline bool isSolid(const SceneBody& body) {

@@ -22,6 +22,7 @@
 #include "scenes/format/material_reader.h"
 #include "scenes/format/mechanics_reader.h"
 #include "scenes/format/ringing_reader.h"
+#include "scenes/format/scene_folder.h"
 #include "scenes/format/scene_ranges.h"
 #include "scenes/format/solid_reader.h"
 #include "scenes/format/sound_reader.h"
@@ -95,6 +96,11 @@ double sphereMass(double density, double radius) {
   return density * (4.0 / 3.0 * std::numbers::pi * radius * radius * radius);
 }
 
+/// True if the scene is long enough to be heard.
+bool hasASample(const Scene& scene) {
+  return scene.duration * scene.sampleRate >= 1.0;
+}
+
 /// True if the body's mesh has texture coordinates.
 bool isUnwrapped(const SceneBody& body) {
   const auto* solid = std::get_if<SolidShape>(&body.shape);
@@ -106,7 +112,7 @@ bool isUnwrapped(const SceneBody& body) {
 class SceneReader {
  public:
   /// Names of files in the scene are relative to `folder`.
-  SceneReader(FirstError& error, std::filesystem::path folder)
+  SceneReader(FirstError& error, SceneFolder folder)
       : error_(error), folder_(std::move(folder)), materials_(folder_), solids_(folder_) {}
 
   Scene read(const JsonNode& root, std::string_view defaultName);
@@ -146,7 +152,7 @@ class SceneReader {
   bool ok() const { return !error_; }
 
   FirstError& error_;
-  std::filesystem::path folder_;
+  SceneFolder folder_;
   MaterialReader materials_;
   SolidReader solids_;
   Scene scene_;
@@ -175,6 +181,9 @@ Scene SceneReader::read(const JsonNode& root, std::string_view defaultName) {
   scene_.description = root.text("description", kDescription, "");
   scene_.duration = root.number("duration", kDuration);
   scene_.sampleRate = root.number("sample_rate", kSampleRate, scene_.sampleRate);
+  if (const auto duration = root.find("duration"); duration && ok() && !hasASample(scene_))
+    duration->fail(formatNumber(scene_.duration) + " s is less than a sample; expected at least " +
+                   formatNumber(1.0 / scene_.sampleRate) + " s");
   seed_ = static_cast<std::uint64_t>(root.number("seed", kSeed, 0.0));
   scene_.gravity = root.vector("gravity", kGravity, scene_.gravity);
   if (const auto air = root.find("air")) readAir(*air);
@@ -521,6 +530,7 @@ void SceneReader::addBody(const JsonNode& entry, SceneBody body) {
     return;
   }
   entries_.push_back(entry);
+  body.pointer = entry.pointer();
   scene_.bodies.push_back(std::move(body));
 }
 
@@ -577,13 +587,13 @@ Result<std::string> readSceneText(const std::filesystem::path& file) {
   return *std::move(text);
 }
 
-Result<Scene> loadScene(const std::filesystem::path& file) {
+Result<Scene> loadScene(const std::filesystem::path& file, const FileAccess& access) {
   const Result<std::string> text = readSceneText(file);
   if (!text) return text.error();
-  return parseScene(*text, file.string());
+  return parseScene(*text, file.string(), access);
 }
 
-Result<Scene> parseScene(std::string_view text, std::string_view name) {
+Result<Scene> parseScene(std::string_view text, std::string_view name, const FileAccess& access) {
   FirstError error(name);
   if (text.size() > SceneLimits::kFileSize) {
     error.record({}, "larger than " + std::to_string(SceneLimits::kFileSize >> 20U) +
@@ -592,7 +602,9 @@ Result<Scene> parseScene(std::string_view text, std::string_view name) {
   }
   const std::optional<nlohmann::json> document = parseJson(text, error);
   if (!document) return error.error();
-  SceneReader reader(error, std::filesystem::path(name).parent_path());
+  SceneFolder folder{std::filesystem::path(name).parent_path(), access.confined};
+  if (access.folder) folder.path = *access.folder;
+  SceneReader reader(error, std::move(folder));
   Scene scene = reader.read(JsonNode(*document, "", error), defaultSceneName(name));
   if (error) return error.error();
   return scene;

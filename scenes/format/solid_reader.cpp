@@ -103,9 +103,9 @@ void SolidReader::readMesh(const JsonNode& node, bool canMove, SolidShape& solid
   MeshShelf::Request request;
   const auto file = node.require("file", "the name of a mesh file");
   if (!file) return;
-  request.file = folder_ / file->text(kFileName);
+  request.file = folder_.fileOf(*file);
   if (const auto pieces = node.find("pieces")) {
-    request.pieces = folder_ / pieces->text(kFileName);
+    request.pieces = folder_.fileOf(*pieces);
     if (!canMove)
       pieces->fail(
           "a mesh that cannot move collides as it is; expected none, or \"movable\": true");

@@ -4,6 +4,7 @@
 
 #include "modal/json/json_reader.h"
 #include "scenes/format/mesh_shape.h"
+#include "scenes/format/scene_folder.h"
 #include "scenes/format/solid_shape.h"
 
 namespace carom::scenes {
@@ -15,7 +16,7 @@ namespace carom::scenes {
 /// [one thread]
 class SolidReader {
  public:
-  explicit SolidReader(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  explicit SolidReader(SceneFolder folder) : folder_(std::move(folder)) {}
 
   /// True if `entry` is an object with no key but a solid's.
   static bool expectSolid(const modal::JsonNode& entry);
@@ -27,7 +28,7 @@ class SolidReader {
   void readShape(const modal::JsonNode& node, bool canMove, SolidShape& solid);
   void readMesh(const modal::JsonNode& node, bool canMove, SolidShape& solid);
 
-  std::filesystem::path folder_;
+  SceneFolder folder_;
   MeshShelf meshes_;
 };
 

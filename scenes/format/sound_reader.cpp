@@ -334,10 +334,9 @@ void readMicrophones(const JsonNode& entry, Listener& listener) {
   if (const auto pattern = entry.find("pattern")) listener.pattern = pattern->number(kPattern);
 }
 
-std::filesystem::path readSofa(const JsonNode& node, const std::filesystem::path& folder) {
-  const std::string name = node.text(kFileName);
+std::filesystem::path readSofa(const JsonNode& node, const SceneFolder& folder) {
+  std::filesystem::path file = folder.fileOf(node);
   if (node.failed()) return {};
-  std::filesystem::path file = folder / name;
   std::error_code code;
   if (!std::filesystem::is_regular_file(file, code))
     node.fail("there is no file " + inQuotes(file.string()) +
@@ -433,7 +432,7 @@ bool expectListener(const JsonNode& entry) {
                              "half_angle", "pattern", "sofa", "path"});
 }
 
-ListenerEntry readListener(const JsonNode& entry, const std::filesystem::path& folder) {
+ListenerEntry readListener(const JsonNode& entry, const SceneFolder& folder) {
   ListenerEntry read;
   Listener& listener = read.listener;
   listener.position = entry.vector("position", kPlace);

@@ -48,6 +48,6 @@ void readRoom(const modal::JsonNode& node, const std::vector<RoomPlane>& planes,
 bool expectListener(const modal::JsonNode& entry);
 
 /// Reads a listener. File names are relative to `folder`.
-ListenerEntry readListener(const modal::JsonNode& entry, const std::filesystem::path& folder);
+ListenerEntry readListener(const modal::JsonNode& entry, const SceneFolder& folder);
 
 }  // namespace carom::scenes

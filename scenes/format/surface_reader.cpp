@@ -45,15 +45,14 @@ Roughness readRoughness(const JsonNode& node, const Roughness& absent) {
   return roughness;
 }
 
-std::optional<NormalMapFile> readNormalMapEntry(const JsonNode& entry,
-                                                const std::filesystem::path& folder) {
+std::optional<NormalMapFile> readNormalMapEntry(const JsonNode& entry, const SceneFolder& folder) {
   const auto node = entry.find("normal_map");
   if (!node || !node->expectObject("a normal map", {"file", "size", "green", "strength"}))
     return std::nullopt;
   const auto file = node->require("file", "the name of a PNG file");
   if (!file) return std::nullopt;
   NormalMapFile map;
-  map.file = folder / file->text(kFileName);
+  map.file = folder.fileOf(*file);
   if (const auto size = node->find("size"))
     map.settings.size = readSize(*size);
   else

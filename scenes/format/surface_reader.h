@@ -5,6 +5,7 @@
 
 #include "modal/json/json_reader.h"
 #include "scenes/format/scene.h"
+#include "scenes/format/scene_folder.h"
 
 namespace carom::scenes {
 
@@ -15,6 +16,6 @@ Roughness readRoughness(const modal::JsonNode& node, const Roughness& absent);
 /// "size", it lies by the texture coordinates of a mesh; that the body has them is not checked
 /// here. [any thread]
 std::optional<NormalMapFile> readNormalMapEntry(const modal::JsonNode& entry,
-                                                const std::filesystem::path& folder);
+                                                const SceneFolder& folder);
 
 }  // namespace carom::scenes

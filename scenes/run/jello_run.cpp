@@ -181,7 +181,8 @@ Result<JelloRun> JelloRun::create(const Scene& scene, const JelloOptions& option
   if (!tables) return tables.error();
   run.tables_ = *std::move(tables);
   auto stepper = JelloSceneStepper::create(
-      scene, [kept = run.tables_.get()](const JelloCoupling& coupling) { kept->look(coupling); });
+      scene, [kept = run.tables_.get()](const JelloCoupling& coupling) { kept->look(coupling); },
+      options.guard);
   if (!stepper) return stepper.error();
   run.stepper_ = *std::move(stepper);
   const JelloCoupling& coupling = run.stepper_->coupling();
@@ -202,11 +203,17 @@ Result<JelloReport> JelloRun::run() {
   for (int part = 1; part <= kParts && stepper.failure().empty(); ++part) {
     const double share = static_cast<double>(part) / kParts;
     stepper.advanceTo(share * scene_.duration);
+    if (isEnded()) break;
     if (options_.progress) options_.progress(share);
   }
   JelloReport report = reportOf(stepper);
+  if (report.endedEarly && !options_.keepPartial) return report;
   if (Status named = tables_->name(); !named) return named.error();
   return report;
+}
+
+bool JelloRun::isEnded() const {
+  return options_.guard != nullptr && options_.guard->ended();
 }
 
 JelloReport JelloRun::reportOf(const JelloSceneStepper& stepper) const {
@@ -215,6 +222,7 @@ JelloReport JelloRun::reportOf(const JelloSceneStepper& stepper) const {
   if (spent > 0.0)
     report.stepsPerSecond = static_cast<double>(stepper.coupling().jello().steps()) / spent;
   if (stepper.coupling().time() < scene_.duration) report.blowUp = stepper.failure();
+  if (isEnded()) report.endedEarly = options_.guard->ended();
   return report;
 }
 
@@ -222,6 +230,7 @@ Status JelloRun::hear(JelloReport& report) {
   const JelloSceneStepper& stepper = *stepper_;
   Result<SceneSound> sound = SceneSound::create(scene_, std::move(stepper_), {});
   if (!sound) return sound.error();
+  if (options_.guard != nullptr) sound->watch(*options_.guard);
   options_.sound.sampleRate = scene_.sampleRate;
   options_.sound.channels = channelsOf(scene_);
   Result<SoundFileWriter> writer = SoundFileWriter::create(*options_.soundFile, options_.sound);
@@ -240,6 +249,7 @@ Status JelloRun::hear(JelloReport& report) {
   }
   report = reportOf(stepper);
   report.peak = writer->peakPressure();
+  if (report.endedEarly && !options_.keepPartial) return std::monostate{};
   if (Status named = tables_->name(); !named) return named;
   return writer->finish();
 }

@@ -23,6 +23,8 @@ struct JelloOptions {
   std::optional<std::filesystem::path> trajectoryFile;  ///< see docs/jello.md
   std::optional<std::filesystem::path> energyFile;      ///< CSV, a row for each picture (frame)
   std::function<void(double share)> progress = {};      ///< 0 to 1
+  RunGuard* guard = nullptr;                            ///< if not null, ends the run at its limits
+  bool keepPartial = false;  ///< a run that the guard has ended writes its files all the same
 };
 
 struct JelloReport {
@@ -38,6 +40,7 @@ struct JelloReport {
   std::size_t touches = 0;       ///< contacts of spheres with the jello that were events
   double peak = 0.0;             ///< Pa
   std::string blowUp;            ///< when and why the run blew up; empty if it did not
+  std::optional<EndedEarly> endedEarly = {};  ///< set if the guard ended the run
 };
 
 /// A run of a scene with a jello. [one thread]
@@ -63,6 +66,7 @@ class JelloRun {
   class Tables;
 
   JelloRun(const Scene& scene, const JelloOptions& options);
+  bool isEnded() const;
   Status hear(JelloReport& report);
   JelloReport reportOf(const JelloSceneStepper& stepper) const;
 

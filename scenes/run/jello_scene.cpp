@@ -33,12 +33,14 @@ double movedVolume(const JelloLattice& lattice) {
 }
 
 Result<JelloChoice> choiceOf(const Scene& scene, const JelloShape& jello, const JelloWorld& world,
-                             const SphereWorld& spheres) {
+                             const SphereWorld& spheres, RunGuard* guard) {
   if (jello.integrator && jello.step > 0.0)
     return JelloChoice{.stepping = {*jello.integrator, jello.step}};
-  return chooseStepping(
-      world, spheres,
-      {.error = jello.error, .seconds = scene.duration, .integrator = jello.integrator});
+  return chooseStepping(world, spheres,
+                        {.error = jello.error,
+                         .seconds = scene.duration,
+                         .integrator = jello.integrator,
+                         .goesOn = [guard] { return guard == nullptr || guard->mayGoOn(0.0); }});
 }
 
 }  // namespace
@@ -104,17 +106,19 @@ JelloWorld jelloWorld(const Scene& scene) {
 }
 
 Result<std::unique_ptr<JelloSceneStepper>> JelloSceneStepper::create(const Scene& scene,
-                                                                     Watch watch) {
+                                                                     Watch watch, RunGuard* guard) {
   if (const Status valid = validateJello(scene); !valid)
     return Error{scene.name + ": " + valid.error().message};
   const JelloWorld world = jelloWorld(scene);
   const SphereWorld spheres = sphereWorld(scene);
-  const Result<JelloChoice> choice = choiceOf(scene, *jelloOf(scene), world, spheres);
+  const Result<JelloChoice> choice = choiceOf(scene, *jelloOf(scene), world, spheres, guard);
   if (!choice) return Error{scene.name + ": " + choice.error().message};
   Result<JelloCoupling> coupling = JelloCoupling::create(world, spheres, choice->stepping);
   if (!coupling) return Error{scene.name + ": " + coupling.error().message};
-  return std::unique_ptr<JelloSceneStepper>(
+  std::unique_ptr<JelloSceneStepper> stepper(
       new JelloSceneStepper(scene, *std::move(coupling), *choice, std::move(watch)));
+  stepper->SceneStepper::watch(guard);
+  return stepper;
 }
 
 JelloSceneStepper::JelloSceneStepper(const Scene& scene, JelloCoupling coupling,
@@ -150,12 +154,13 @@ std::span<const ImpulseEvent> JelloSceneStepper::advanceTo(double time) {
   events_.clear();
   if (coupling_.time() > 0.0) states_.clear();  // the first state is kept before the first call
   const std::clock_t begin = std::clock();
-  while (failure_.empty() && coupling_.settledTime() < time) {
+  while (failure_.empty() && coupling_.settledTime() < time && mayGoOn(coupling_.settledTime())) {
     if (const Status stepped = coupling_.advance(); !stepped) {
       failure_ = stepped.error().message;
       break;
     }
     events_.insert(events_.end(), coupling_.events().begin(), coupling_.events().end());
+    count(coupling_.events(), coupling_.settledTime());
     look();
   }
   processorTime_ += static_cast<double>(std::clock() - begin) / static_cast<double>(CLOCKS_PER_SEC);

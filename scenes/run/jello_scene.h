@@ -22,8 +22,10 @@ class JelloSceneStepper : public SceneStepper {
   using Watch = std::function<void(const native::JelloCoupling&)>;
 
   /// Chooses integrator and step where the scene leaves them open. Errors: bodies that cannot be
-  /// beside a jello (see validateJello), and worlds that cannot be run.
-  static Result<std::unique_ptr<JelloSceneStepper>> create(const Scene& scene, Watch watch = {});
+  /// beside a jello (see validateJello), worlds that cannot be run, and a choice that the guard, if
+  /// any, has ended.
+  static Result<std::unique_ptr<JelloSceneStepper>> create(const Scene& scene, Watch watch = {},
+                                                           RunGuard* guard = nullptr);
 
   /// Runs to `time` as SceneStepper says. An event of a contact with the jello becomes known when
   /// the contact is over.

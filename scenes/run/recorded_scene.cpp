@@ -38,11 +38,13 @@ class ReplayStepper : public SceneStepper {
 
   std::span<const ImpulseEvent> advanceTo(double time) override {
     events_.clear();
-    for (const std::size_t end = recording_.collisionsUntil(time); next_ < end; ++next_) {
+    const std::size_t end = recording_.collisionsUntil(time);
+    for (; next_ < end && events_.size() < kEventsAtATime; ++next_) {
       const Recording::Events both = recording_.events(next_);
       events_.insert(events_.end(), both.begin(), both.end());
     }
-    time_ = std::max(time_, time);
+    time_ = std::max(time_, next_ < end ? events_.back().time : time);
+    count(events_, time_);
     return events_;
   }
   double settledTime() const override { return time_; }
@@ -53,6 +55,20 @@ class ReplayStepper : public SceneStepper {
   std::size_t next_;  // index of the next collision
   std::vector<ImpulseEvent> events_;
 };
+
+/// Advances in parts that a guard may look at between. False if it ends the run.
+bool advance(SphereStepper& stepper, double time, RunGuard* guard) {
+  constexpr double kPart = 1e-3;  // s
+  if (guard == nullptr) {
+    stepper.advanceTo(time);
+    return true;
+  }
+  while (stepper.time() < time) {
+    const auto events = stepper.advanceTo(std::min(time, stepper.time() + kPart), kEventsAtATime);
+    if (!guard->add(events, stepper.time())) return false;
+  }
+  return true;
+}
 
 bool isBody(const Scene& scene, BodyId id) {
   return id < scene.bodies.size();
@@ -85,13 +101,17 @@ bool fits(const Recording& recording, const Scene& scene) {
          });
 }
 
-Result<Scene> sceneOf(const Recording& recording, const std::string& file) {
+Result<Scene> sceneOf(const Recording& recording, const fs::path& path, bool confined) {
+  const std::string file = path.string();
   const std::string& payload = recording.payload();
   const std::size_t end = payload.find(kEndOfName);
   if (end == std::string::npos)
     return Error{file + ": holds no scene; expected a file that 'carom record' wrote"};
+  // The name of the scene in it is a stranger's, too.
+  FileAccess access{.confined = confined};
+  if (confined) access.folder = path.parent_path();
   const std::string_view text = std::string_view(payload).substr(end + 1);
-  Result<Scene> scene = parseScene(text, payload.substr(0, end));
+  Result<Scene> scene = parseScene(text, payload.substr(0, end), access);
   if (!scene) return Error{file + ": the scene in it is refused: " + scene.error().message};
   scene->stepper.type = StepperType::native;
   return scene;
@@ -110,7 +130,7 @@ Status validateForRecording(const Scene& scene) {
 }
 
 Result<Recording> recordScene(const Scene& scene, std::string_view text, std::string_view name,
-                              const std::function<void(double share)>& progress) {
+                              const std::function<void(double share)>& progress, RunGuard* guard) {
   if (const Status valid = validateForRecording(scene); !valid)
     return Error{scene.name + ": " + valid.error().message};
   Result<SphereStepper> stepper = nativeStepper(scene);
@@ -118,7 +138,8 @@ Result<Recording> recordScene(const Scene& scene, std::string_view text, std::st
   stepper->startRecording();
   for (int step = 1; step <= kProgressSteps; ++step) {
     const double share = static_cast<double>(step) / kProgressSteps;
-    stepper->advanceTo(step < kProgressSteps ? share * scene.duration : scene.duration);
+    const double end = step < kProgressSteps ? share * scene.duration : scene.duration;
+    if (!advance(*stepper, end, guard)) return Error{scene.name + ": " + guard->ended()->what};
     if (progress) progress(share);
   }
   Recording recording = stepper->takeRecording();
@@ -136,14 +157,14 @@ Result<std::uintmax_t> saveRecording(const Recording& recording, const fs::path&
   return std::uintmax_t{bytes->size()};
 }
 
-Result<RecordedScene> loadRecordedScene(const fs::path& file) {
+Result<RecordedScene> loadRecordedScene(const fs::path& file, bool confined) {
   const Result<std::vector<std::byte>> bytes = readBytes(file);
   if (!bytes)
     return Error{file.string() + ": " + bytes.error().message +
                  " (of one that 'carom record' wrote)"};
   Result<Recording> recording = decoded(*bytes, file.string());
   if (!recording) return recording.error();
-  Result<Scene> scene = sceneOf(*recording, file.string());
+  Result<Scene> scene = sceneOf(*recording, file, confined);
   if (!scene) return scene.error();
   if (!fits(*recording, *scene)) {
     return Error{file.string() +

@@ -27,16 +27,18 @@ struct RecordedScene {
 Status validateForRecording(const Scene& scene);
 
 /// Runs the scene from its start to its end. `text` is that of the scene's file, `name` the file's
-/// name. Refuses scenes on Bullet, and those that the native stepper refuses. [one thread]
+/// name. Refuses scenes on Bullet, and those that the native stepper refuses; a run that the guard,
+/// if any, ends is an error, too. [one thread]
 Result<Recording> recordScene(const Scene& scene, std::string_view text, std::string_view name,
-                              const std::function<void(double share)>& progress = {});
+                              const std::function<void(double share)>& progress = {},
+                              RunGuard* guard = nullptr);
 
 /// Writes a file, which appears whole or not at all, and returns its size in bytes.
 Result<std::uintmax_t> saveRecording(const Recording& recording, const std::filesystem::path& file);
 
 /// Reads a recording. Refuses whatever `decoded` refuses, and a run that does not belong to the
 /// scene in it: one with other bodies, or of another length. Never throws for bad input.
-Result<RecordedScene> loadRecordedScene(const std::filesystem::path& file);
+Result<RecordedScene> loadRecordedScene(const std::filesystem::path& file, bool confined = false);
 
 /// True if the file begins as a recording does.
 bool isRecording(const std::filesystem::path& file);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "audio/io/partial_file.h"
+#include "scenes/limits/sound_end.h"
 #include "scenes/run/events_file.h"
 #include "scenes/run/recorded_scene.h"
 #include "scenes/run/stopwatch.h"
@@ -17,6 +18,8 @@ using namespace audio;
 
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr std::size_t kBlockFrames = 4096;
 
 struct Files {
@@ -26,6 +29,10 @@ struct Files {
 
 bool isLimited(const RenderOptions& options) {
   return options.limit.value_or(options.format == SampleFormat::pcm16 && !options.normalize);
+}
+
+fs::path nameWhileIncomplete(const fs::path& file, const RenderOptions& options) {
+  return options.keepPartial ? incompleteName(file) : file;
 }
 
 Result<Files> openFiles(const Scene& scene, const RenderOptions& options) {
@@ -40,11 +47,13 @@ Result<Files> openFiles(const Scene& scene, const RenderOptions& options) {
   settings.fullScalePressure = options.fullScale;
   settings.limit = isLimited(options);
   settings.normalize = options.normalize;
-  Result<SoundFileWriter> sound = SoundFileWriter::create(options.soundFile, settings);
+  Result<SoundFileWriter> sound =
+      SoundFileWriter::create(nameWhileIncomplete(options.soundFile, options), settings);
   if (!sound) return sound.error();
   Files files{*std::move(sound), std::nullopt};
   if (options.eventsFile) {
-    Result<EventsFileWriter> events = EventsFileWriter::create(*options.eventsFile);
+    Result<EventsFileWriter> events =
+        EventsFileWriter::create(nameWhileIncomplete(*options.eventsFile, options));
     if (!events) return events.error();
     files.events.emplace(*std::move(events));
   }
@@ -60,32 +69,105 @@ Status nameFiles(Files& files) {
   return files.events->finish();
 }
 
-Status renderInto(Files& files, const Scene& scene, SceneSound& sound, RenderReport& report,
-                  const RenderOptions& options) {
-  std::vector<std::vector<float>> channels(channelsOf(scene), std::vector<float>(kBlockFrames));
-  std::vector<const float*> pointers;
-  pointers.reserve(channels.size());
-  for (const auto& channel : channels)
-    pointers.push_back(channel.data());
-  while (const std::size_t frames = sound.render(channels)) {
-    if (Status written = files.sound.write(pointers, frames); !written) return written;
-    for (const auto& [event, peak] : sound.settledEvents()) {
-      ++report.events;
-      if (!files.events) continue;
-      files.events->write(event, scene,
-                          {.duration = sound.synth().contactDuration(event),
-                           .peak = peak,
-                           .isHeard = peak > 0.0 && peak >= scene.sound.audibleThreshold});
-    }
-    if (options.progress) {
-      options.progress(static_cast<double>(sound.framesDone()) /
-                       static_cast<double>(sound.frames()));
-    }
-  }
-  if (const std::string failure = sound.stepper().failure(); !failure.empty())
-    return Error{scene.name + ": " + failure};
-  return nameFiles(files);
+/// Gives files that are complete the names that were asked for.
+Status nameComplete(const RenderOptions& options) {
+  if (!options.keepPartial) return std::monostate{};
+  std::error_code failed;
+  fs::rename(incompleteName(options.soundFile), options.soundFile, failed);
+  if (!failed && options.eventsFile)
+    fs::rename(incompleteName(*options.eventsFile), *options.eventsFile, failed);
+  if (!failed) return std::monostate{};
+  return Error{options.soundFile.string() + ": cannot be written: " + failed.message() +
+               "; expected a name that is free, or a file that may be replaced"};
 }
+
+/// Finishes files after the last sample; those of a run that a guard ended only if they are kept.
+Status finishFiles(Files& files, const RenderReport& report, const RenderOptions& options) {
+  if (report.endedEarly && !options.keepPartial) return std::monostate{};
+  if (Status named = nameFiles(files); !named || report.endedEarly) return named;
+  return nameComplete(options);
+}
+
+/// Renders a sound into its files, block by block.
+class Rendering {
+ public:
+  Rendering(Files& files, const Scene& scene, SceneSound& sound, const RenderOptions& options)
+      : files_(files),
+        scene_(scene),
+        sound_(sound),
+        options_(options),
+        end_(scene.sampleRate),
+        channels_(channelsOf(scene), std::vector<float>(kBlockFrames)) {
+    if (options.tail) tail_ = std::llround(tailOf(scene, *options.tail) * scene.sampleRate);
+  }
+
+  Status run(RenderReport& report) {
+    sound_.sendEventsTo([&](const ScheduledEvent& settled) { keep(settled, report); });
+    while (const std::size_t frames = sound_.render(channels_)) {
+      if (Status written = write(frames); !written) return written;
+      if (options_.progress)
+        options_.progress(static_cast<double>(sound_.framesDone()) /
+                          static_cast<double>(sound_.frames()));
+    }
+    if (const std::string failure = sound_.stepper().failure(); !failure.empty())
+      return Error{scene_.name + ": " + failure};
+    if (options_.guard != nullptr) report.endedEarly = options_.guard->ended();
+    if (!report.endedEarly)
+      if (Status written = addTail(); !written) return written;
+    report.levelAtEnd = end_.level();
+    report.duration = static_cast<double>(written_) / scene_.sampleRate;
+    return finishFiles(files_, report, options_);
+  }
+
+ private:
+  static double tailOf(const Scene& scene, double wished) {
+    return jelloOf(scene) == nullptr ? wished : 0.0;
+  }
+
+  void keep(const ScheduledEvent& settled, RenderReport& report) {
+    const auto& [event, peak] = settled;
+    ++report.events;
+    if (!files_.events) return;
+    files_.events->write(event, scene_,
+                         {.duration = sound_.synth().contactDuration(event),
+                          .peak = peak,
+                          .isHeard = peak > 0.0 && peak >= scene_.sound.audibleThreshold});
+  }
+
+  /// Goes on until nothing is to come and what sounds is quiet, or to the longest end.
+  Status addTail() {
+    for (std::vector<float>& channel : channels_)
+      channel.resize(kTailFrames);
+    const std::int64_t last = sound_.frames() + tail_.value_or(0);
+    while (written_ < last && !(end_.isQuiet() && sound_.synth().pendingClicks() == 0)) {
+      sound_.renderTail(channels_);
+      const auto frames = std::min<std::int64_t>(kTailFrames, last - written_);
+      if (Status written = write(static_cast<std::size_t>(frames)); !written) return written;
+    }
+    return std::monostate{};
+  }
+
+  Status write(std::size_t frames) {
+    if (tail_) end_.fade(channels_, frames, written_, sound_.frames() + *tail_);
+    end_.add(channels_, frames);
+    written_ += static_cast<std::int64_t>(frames);
+    std::vector<const float*> pointers;
+    for (const std::vector<float>& channel : channels_)
+      pointers.push_back(channel.data());
+    return files_.sound.write(pointers, frames);
+  }
+
+  static constexpr std::int64_t kTailFrames = 512;
+
+  Files& files_;
+  const Scene& scene_;
+  SceneSound& sound_;
+  const RenderOptions& options_;
+  SoundEnd end_;
+  std::vector<std::vector<float>> channels_;
+  std::optional<std::int64_t> tail_;  // samples after the scene's end, at most
+  std::int64_t written_ = 0;          // samples
+};
 
 void leaveOutCounted(Plan& plan, std::uint64_t count, const std::string& stage,
                      const std::string& why) {
@@ -93,7 +175,11 @@ void leaveOutCounted(Plan& plan, std::uint64_t count, const std::string& stage,
 }
 
 Result<SceneSound> soundOf(const Scene& scene, const RenderOptions& options) {
-  if (options.recording == nullptr) return SceneSound::create(scene, options.analysis);
+  if (options.recording == nullptr) {
+    Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene, options.guard);
+    if (!stepper) return stepper.error();
+    return SceneSound::create(scene, *std::move(stepper), {}, options.analysis);
+  }
   return SceneSound::create(scene,
                             replayStepper(*options.recording, firstEventTime(scene, options.span)),
                             options.span, options.analysis);
@@ -107,22 +193,29 @@ void replaceStepper(Plan& plan) {
 
 }  // namespace
 
+fs::path incompleteName(const fs::path& file) {
+  fs::path name = file.stem();
+  name += ".incomplete";
+  name += file.extension();
+  return file.parent_path() / name;
+}
+
 Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& options) {
   const Stopwatch stopwatch;
   Result<SceneSound> sound = soundOf(scene, options);
   if (!sound) return sound.error();
+  if (options.guard != nullptr) sound->watch(*options.guard);
   Result<Files> files = openFiles(scene, options);
   if (!files) return files.error();
 
   RenderReport report;
-  report.file = options.soundFile;
   report.plan = makePlan(scene);
   if (options.recording != nullptr) replaceStepper(report.plan);
-  if (Status done = renderInto(*files, scene, *sound, report, options); !done) {
+  if (Status done = Rendering(*files, scene, *sound, options).run(report); !done)
     return done.error();
-  }
+  report.file = options.soundFile;
+  if (report.endedEarly) report.file = options.keepPartial ? incompleteName(options.soundFile) : "";
   report.sampleRate = scene.sampleRate;
-  report.duration = static_cast<double>(sound->frames()) / scene.sampleRate;
   report.channels = channelsOf(scene);
   report.listeners = listenerChannels(scene);
   report.images = imageCount(scene);

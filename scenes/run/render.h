@@ -32,6 +32,15 @@ struct RenderOptions {
   /// Called now and then with the share of the scene that is done, 0 to 1.
   std::function<void(double share)> progress = {};
   Progress analysis = {};  ///< progress of modes that have to be computed first
+  /// If set, the sound goes on after the scene's end for at most so many seconds, until its last 50
+  /// ms are 60 dB below its peak; what sounds longer fades over the last 50 ms. A jello, which
+  /// sounds only while it is stepped, fades at the scene's end. If not set, the sound stops there.
+  std::optional<double> tail = {};
+  /// If not null, ends the run at its limits. To be made just before, so that its time is that of
+  /// the run.
+  RunGuard* guard = nullptr;
+  /// Keeps what was rendered up to a limit, as NAME.incomplete.EXTENSION; see incompleteName.
+  bool keepPartial = false;
 };
 
 struct RenderReport {
@@ -46,17 +55,24 @@ struct RenderReport {
   double peak = 0.0;                      ///< Pa, before any normalisation
   double fullScale = kFullScalePressure;  ///< Pa that a sample of 1.0 in the file stands for
   std::uint64_t clippedSamples = 0;
+  double levelAtEnd = 0.0;     ///< dB, of the last 50 ms over the peak; -infinity if silent
   bool limiter = false;        ///< true if the limiter was on
   double gainReduction = 0.0;  ///< dB, the most that the limiter turned down
   double wallTime = 0.0;       ///< s, mechanics, synthesis and writing
   Plan plan;                   ///< with what was left out at run time
+  std::optional<EndedEarly> endedEarly = {};  ///< set if a guard ended the run
   SynthCounters synth;
 
   double realtimeFactor() const { return wallTime > 0.0 ? duration / wallTime : 0.0; }
 };
 
+/// Returns "out.incomplete.wav" for "out.wav": the name of a file while it is not complete, and for
+/// good if a limit ends the run and `keepPartial` is set. [any thread]
+std::filesystem::path incompleteName(const std::filesystem::path& file);
+
 /// Renders a scene into a sound file, the channels of its first listener first, in pascals over the
-/// full scale. No file appears, and none is replaced, unless all of it succeeds. [one thread]
+/// full scale. No file appears, and none is replaced, unless all of it succeeds, but for the one
+/// that keepPartial keeps. A run that a guard ends is no error. [one thread]
 Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& options);
 
 }  // namespace carom::scenes

@@ -254,7 +254,9 @@ void SceneSound::skipTo(std::int64_t frame) {
 }
 
 std::size_t SceneSound::render(std::span<std::vector<float>> channels) {
-  settled_ = std::exchange(early_, {});
+  settled_.clear();
+  for (const ScheduledEvent& event : std::exchange(early_, {}))
+    settle(event);
   const auto room = static_cast<std::int64_t>(channels.front().size());
   std::int64_t count = std::min(room, frames_ - framesDone_);
   if (count <= 0) return 0;
@@ -270,18 +272,38 @@ std::size_t SceneSound::render(std::span<std::vector<float>> channels) {
   return static_cast<std::size_t>(count);
 }
 
+void SceneSound::renderTail(std::span<std::vector<float>> channels) {
+  std::vector<float*> pointers;
+  for (std::vector<float>& channel : channels)
+    pointers.push_back(channel.data());
+  synth_.render<float>(pointers, channels.front().size());
+}
+
+void SceneSound::watch(RunGuard& guard) {
+  guard_ = &guard;
+  stepper_->watch(guard_);
+}
+
 void SceneSound::runAhead(double time) {
   const double ahead = voice_ ? voice_->lookahead() : 0.0;
   const double target = std::min(time + ahead, duration_ + ahead);
-  while (stepper_->settledTime() < target && stepper_->failure().empty()) {
+  const auto mayGoOn = [&] {
+    return stepper_->failure().empty() && (guard_ == nullptr || !guard_->ended());
+  };
+  while (stepper_->settledTime() < target && mayGoOn()) {
     const auto events = stepper_->advanceTo(target);
     known_.insert(known_.end(), events.begin(), events.end());
     for (const ContactState& contact : stepper_->contacts())
       synth_.updateContact(contact);
     if (voice_) voice_->add(stepper_->deformations());
+    if (stepper_->settledTime() < target) scheduleSettled();
   }
-  if (!stepper_->failure().empty())
+  if (!mayGoOn())
     frames_ = std::min(frames_, static_cast<std::int64_t>(stepper_->settledTime() * sampleRate_));
+  scheduleSettled();
+}
+
+void SceneSound::scheduleSettled() {
   std::stable_sort(known_.begin(), known_.end(), earlier);
   const double settledTime = stepper_->settledTime();
   const auto open = std::find_if(known_.begin(), known_.end(), [&](const ImpulseEvent& event) {
@@ -290,9 +312,16 @@ void SceneSound::runAhead(double time) {
   for (auto event = known_.begin(); event != open; ++event) {
     if (event->time > duration_) continue;
     const double peak = synth_.schedule(*event);
-    if (event->time >= span_.from && event->time <= span_.to) settled_.push_back({*event, peak});
+    if (event->time >= span_.from && event->time <= span_.to) settle({*event, peak});
   }
   known_.erase(known_.begin(), open);
+}
+
+void SceneSound::settle(const ScheduledEvent& event) {
+  if (sink_)
+    sink_(event);
+  else
+    settled_.push_back(event);
 }
 
 }  // namespace carom::scenes

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -79,9 +80,20 @@ class SceneSound {
   /// number: 0 at the end of the scene, or where the mechanics failed (SceneStepper::failure).
   std::size_t render(std::span<std::vector<float>> channels);
 
+  /// Renders samples after the end, where nothing happens any more: what still sounds of the
+  /// bodies, but not the jello.
+  void renderTail(std::span<std::vector<float>> channels);
+
   /// Returns the events that were settled by the last `render`, in order of time over the whole
   /// scene, up to its duration; for a part of the scene, only those in it.
   std::span<const ScheduledEvent> settledEvents() const { return settled_; }
+
+  /// Has `sink` get these events as they are settled; settledEvents is empty then, and there may be
+  /// any number without memory for them.
+  void sendEventsTo(std::function<void(const ScheduledEvent&)> sink) { sink_ = std::move(sink); }
+
+  /// Has a guard look on, which outlives this; the sound ends where it ends the run.
+  void watch(RunGuard& guard);
 
   const Synth& synth() const { return synth_; }
   const SceneStepper& stepper() const { return *stepper_; }
@@ -93,6 +105,8 @@ class SceneSound {
              const SoundSpan& span);
   void skipTo(std::int64_t frame);
   void runAhead(double time);
+  void scheduleSettled();
+  void settle(const ScheduledEvent& event);
 
   SoundSpan span_;
   double duration_;
@@ -106,6 +120,8 @@ class SceneSound {
   std::vector<ImpulseEvent> known_;      // events not settled yet
   std::vector<ScheduledEvent> settled_;  // events settled by the last render
   std::vector<ScheduledEvent> early_;    // events settled before the first wanted sample
+  std::function<void(const ScheduledEvent&)> sink_;
+  RunGuard* guard_ = nullptr;
 };
 
 }  // namespace carom::scenes

@@ -67,12 +67,25 @@ class NativeSceneStepper : public SceneStepper {
  public:
   explicit NativeSceneStepper(SphereStepper stepper) : stepper_(std::move(stepper)) {}
 
-  std::span<const ImpulseEvent> advanceTo(double time) override { return stepper_.advanceTo(time); }
+  std::span<const ImpulseEvent> advanceTo(double time) override {
+    events_.clear();
+    // Where forces are stepped, a long way without events may take long, too.
+    while (stepper_.time() < time && events_.size() < kEventsAtATime && mayGoOn(stepper_.time())) {
+      const auto events =
+          stepper_.advanceTo(std::min(time, stepper_.time() + kSlice), kEventsAtATime);
+      events_.insert(events_.end(), events.begin(), events.end());
+    }
+    count(events_, stepper_.time());
+    return events_;
+  }
   double settledTime() const override { return stepper_.time(); }
   std::uint64_t jammed() const override { return stepper_.counters().jammed; }
 
  private:
+  static constexpr double kSlice = 1e-3;  // s
+
   SphereStepper stepper_;
+  std::vector<ImpulseEvent> events_;  // of the last advanceTo
 };
 
 class BulletSceneStepper : public SceneStepper {
@@ -82,8 +95,10 @@ class BulletSceneStepper : public SceneStepper {
 
   std::span<const ImpulseEvent> advanceTo(double time) override {
     bridge_.clear();
-    while (bridge_.settledTime() < time)  // with blocks, a substep behind the clock
+    while (bridge_.settledTime() < time &&
+           mayGoOn(bridge_.settledTime()))  // with blocks, a substep behind the clock
       scene_->world().stepSimulation(static_cast<btScalar>(step_), 0);
+    count(bridge_.events(), bridge_.settledTime());
     contacts_.assign(bridge_.contacts().begin(), bridge_.contacts().end());
     if (!scene_->hasTurnedFrames()) return bridge_.events();
     for (ContactState& contact : contacts_)
@@ -148,9 +163,9 @@ SphereWorld sphereWorld(const Scene& scene) {
   return world;
 }
 
-Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene) {
+Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene, RunGuard* guard) {
   if (scene.stepper.type == StepperType::native && jelloOf(scene) != nullptr) {
-    auto stepper = JelloSceneStepper::create(scene);
+    auto stepper = JelloSceneStepper::create(scene, {}, guard);
     if (!stepper) return stepper.error();
     return std::unique_ptr<SceneStepper>(*std::move(stepper));
   }

@@ -252,8 +252,31 @@ TEST(ModalModelFile, WritesNoModelThatCannotBeUsed) {
   model.mass = std::numeric_limits<double>::quiet_NaN();
   const auto written = writeModalModel(folder / "m", model);
   ASSERT_FALSE(written);
-  EXPECT_THAT(written.error().message, HasSubstr("mass must be positive"));
+  EXPECT_THAT(written.error().message, HasSubstr("mass must be from 1e-21 to 1e18 (kg)"));
   EXPECT_EQ(folder.entries(), 0u);
+}
+
+TEST(ModalModelFile, EveryNumberHasARange) {
+  const auto refusalOf = [](auto spoil) {
+    ModalModel model = chime();
+    spoil(model);
+    const auto bytes = encodedModalModel(model);
+    return bytes ? std::string() : bytes.error().message;
+  };
+  EXPECT_EQ(refusalOf([](ModalModel&) {}), "");
+  for (const double bad : {-1.0, 0.0, 1e-300, 1e300}) {
+    EXPECT_THAT(refusalOf([&](ModalModel& m) { m.mass = bad; }), HasSubstr("mass must be from"));
+    EXPECT_THAT(refusalOf([&](ModalModel& m) { m.medium.density = bad; }),
+                HasSubstr("density of the medium must be from 1e-3 to 1e4"));
+    EXPECT_THAT(refusalOf([&](ModalModel& m) { m.medium.speedOfSound = bad; }),
+                HasSubstr("speed of sound must be from 1 to 1e4"));
+  }
+  EXPECT_THAT(refusalOf([](ModalModel& m) { m.centreOfMass.x() = 1e300; }),
+              HasSubstr("centre of mass must be from -1e9 to 1e9"));
+  EXPECT_THAT(refusalOf([](ModalModel& m) { m.inertia(0, 0) = 1e300; }), HasSubstr("inertia must"));
+  EXPECT_THAT(refusalOf([](ModalModel& m) { m.surface.vertices[0].x() = 1e300; }),
+              HasSubstr("surface has a vertex out of range"));
+  EXPECT_THAT(refusalOf([](ModalModel& m) { m.shapes[0] = 1e38F; }), HasSubstr("shapes must be"));
 }
 
 TEST(ModalModelFile, NamesTheFileThatCannotBeReadOrWritten) {

@@ -421,7 +421,8 @@ TEST(MeshFile, SaysWhatIsWrongWithThePath) {
   EXPECT_THAT(refusalOf("/dev/null"), HasSubstr("it is not a regular file"));
   EXPECT_THAT(refusalOf(folder / "box.fbx"),
               HasSubstr("its name ends in '.fbx'; expected .obj, .ply, .stl, .gltf or .glb"));
-  EXPECT_THAT(refusalOf(folder / "none.obj"), HasSubstr("none.obj': it is empty"));
+  EXPECT_THAT(refusalOf(folder / "none.obj"),
+              HasSubstr("none.obj': it is empty; expected a whole OBJ, PLY, STL or glTF file"));
 }
 
 TEST(MeshFile, SaysWhatIsWrongInside) {
@@ -450,12 +451,14 @@ TEST(MeshFile, AGltfLosesTrianglesWhoseIndicesAreOutOfRange) {
   EXPECT_FALSE(closedSurface(mesh->surface));
 }
 
-TEST(MeshFile, RefusesNumbersThatAreNotFinite) {
-  for (const float bad :
-       {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
+TEST(MeshFile, RefusesNumbersOutOfRange) {
+  for (const float bad : {std::numeric_limits<float>::infinity(),
+                          std::numeric_limits<float>::quiet_NaN(), 1.1e9F, -1e30F}) {
     std::string stl = boxStlBinary();
     std::memcpy(&stl[84 + 12], &bad, sizeof bad);  // first coordinate of the first vertex
-    EXPECT_THAT(refusal(stl, "bad.stl"), HasSubstr("vertex 0 is not finite"));
+    EXPECT_THAT(
+        refusal(stl, "bad.stl"),
+        HasSubstr("vertex 0 is not finite or too far away; expected coordinates from -1e9 to 1e9"));
   }
 }
 

@@ -109,13 +109,15 @@ TEST(JelloFile, WhatIsWrittenIsReadTheSame) {
 TEST(JelloFile, SaysWhatIsWrongAndOnWhichLine) {
   EXPECT_THAT(refusal(""), HasSubstr("my.w: line 1: '' is no integrator; expected Euler"));
   EXPECT_THAT(refusal("RK5\n"), HasSubstr("line 1: 'RK5' is no integrator"));
-  EXPECT_THAT(refusal("RK4\n\n-1 25"), HasSubstr("line 3: the step dt (s) is not above 0"));
+  EXPECT_THAT(refusal("RK4\n\n-1 25"),
+              HasSubstr("line 3: the step dt (s) is -1; expected a number from 1e-08 to 1"));
   EXPECT_THAT(refusal("RK4\n1e-3 2.5"), HasSubstr("line 2: the number of steps to a picture"));
   EXPECT_THAT(refusal("RK4\n1e-3 2\n200 abc"),
               HasSubstr("line 3: 'abc' is no number; expected dE"));
   EXPECT_THAT(refusal("RK4\n1e-3 2\n200 nan"), HasSubstr("'nan' is no number"));
   EXPECT_THAT(refusal("RK4\n1e-3 2\n200 1e999"), HasSubstr("'1e999' is no number"));
-  EXPECT_THAT(refusal("RK4\n1e-3 2\n200 .1 -4"), HasSubstr("kCollision (N/m) is below 0"));
+  EXPECT_THAT(refusal("RK4\n1e-3 2\n200 .1 -4"),
+              HasSubstr("kCollision (N/m) is -4; expected a number from 0 to 1e+12"));
   EXPECT_THAT(refusal("RK4\n1e-3 2\n200 .1 4 0\n1\n2\n"), HasSubstr("line 5: the flag"));
   EXPECT_THAT(refusal("RK4\n1e-3 2\n200 .1 4 0\n1\n1 0 0 0 3\n"),
               HasSubstr("line 5: the normal of"));
@@ -127,6 +129,24 @@ TEST(JelloFile, SaysWhatIsWrongAndOnWhichLine) {
   EXPECT_THAT(tooMany, HasSubstr("line 1032: after the last velocity there is '7'"));
 }
 
+// A step of 1e-30 s ended in a division by zero, one of 1e-12 s never.
+TEST(JelloFile, EveryNumberHasARange) {
+  for (const char* step : {"0", "-0.0", "1e-30", "1e-12", "9.9e-9", "1.1", "1e300"})
+    EXPECT_THAT(refusal("RK4\n" + std::string(step) + " 25"),
+                HasSubstr("expected a number from 1e-08 to 1"));
+  for (const char* mass : {"0", "-1", "1e-300", "1e-22", "1e19"})
+    EXPECT_THAT(refusal("RK4 1e-3 2 200 .1 4 0\n" + std::string(mass)),
+                HasSubstr("line 2: the mass of a point (kg) is "));
+  EXPECT_THAT(refusal("RK4 1e-3 2 1.1e12"), HasSubstr("kElastic (N/m) is 1.1e+12"));
+  EXPECT_THAT(refusal("RK4 1e-3 2 1 1.1e9"), HasSubstr("dElastic (N s/m) is "));
+  EXPECT_THAT(refusal("RK4 1e-3 2 1 1 1e13"), HasSubstr("kCollision (N/m) is "));
+  EXPECT_THAT(refusal("RK4 1e-3 2 1 1 1 1e10"), HasSubstr("dCollision (N s/m) is "));
+  EXPECT_THAT(refusal("RK4 1e-3 2 1 1 1 1 1 1 1e7"), HasSubstr("a of the inclined plane is "));
+  EXPECT_THAT(refusal("RK4 1e-3 2 1 1 1 1 1 1 1e-7 0 0 1"), HasSubstr("farther than 1e6 m away"));
+  EXPECT_THAT(refusal("RK4 1e-3 2 1 1 1 1 1 0 1 1e13 0 0"), HasSubstr("force 1 of 1 (N) is "));
+  EXPECT_THAT(refusal("RK4 1e-3 2 1 1 1 1 1 0 0 0 1e7 0"), HasSubstr("512 positions is "));
+}
+
 TEST(JelloFile, WhatItHasNoWordsForIsNotWritten) {
   const auto reason = [](auto change) {
     JelloFile file = *jelloFromText(worldText(), "my.w");
@@ -135,6 +155,8 @@ TEST(JelloFile, WhatItHasNoWordsForIsNotWritten) {
     return text ? std::string() : text.error().message;
   };
   EXPECT_EQ(reason([](JelloWorld&) {}), "");
+  EXPECT_THAT(reason([](JelloWorld& w) { w.lattice.pointMass = 1e-300; }),
+              HasSubstr("the mass of a point (kg) is 1e-300; expected a number from 1e-21"));
   EXPECT_THAT(reason([](JelloWorld& w) { w.gravity.y() = -9.81; }), HasSubstr("no gravity"));
   EXPECT_THAT(reason([](JelloWorld& w) { w.room.reset(); }), HasSubstr("room from -2 m"));
   EXPECT_THAT(reason([](JelloWorld& w) { w.lattice.size.x() = 2.0; }), HasSubstr("cube of 1 m"));

@@ -304,4 +304,24 @@ TEST(ForceFields, WhereAdvanceToStopsChangesNoBit) {
   }
 }
 
+// The caller may take as many events at a time as suit it.
+TEST(SphereStepper, TakingFewEventsAtATimeChangesNoBit) {
+  SphereStepper whole = stepperOf(gasInBox(4, 1.0, 7));
+  SphereStepper pieces = stepperOf(gasInBox(4, 1.0, 7));
+  const auto all = whole.advanceTo(2.0);
+  std::vector<ImpulseEvent> found;
+  while (pieces.time() < 2.0) {
+    const auto some = pieces.advanceTo(2.0, 6);
+    EXPECT_TRUE(some.size() >= 6 || pieces.time() == 2.0);
+    found.insert(found.end(), some.begin(), some.end());
+  }
+  ASSERT_GT(all.size(), 100U);
+  ASSERT_EQ(found.size(), all.size());
+  for (std::size_t event = 0; event < all.size(); ++event) {
+    EXPECT_EQ(found[event].time, all[event].time);
+    EXPECT_EQ(found[event].impulse, all[event].impulse);
+  }
+  EXPECT_EQ(whole.state(0).position, pieces.state(0).position);
+}
+
 }  // namespace carom::test

@@ -283,6 +283,8 @@ TEST_F(Cli, RenderJsonIsOneObjectWithTheDocumentedKeys) {
     EXPECT_NEAR(report.at("peak_pa").get<double>() / (20.0 * recording.peak()), 1.0, 1e-7);
     EXPECT_NEAR(report.at("realtime_factor").get<double>() * report.at("wall_s").get<double>(),
                 report.at("duration_s").get<double>(), 1e-9);
+    EXPECT_TRUE(report.at("ended_early").is_null());
+    EXPECT_TRUE(report.at("level_at_end_db").is_null() || report.at("level_at_end_db") <= -60.0);
     const json& plan = report.at("plan");
     ASSERT_TRUE(plan.at("needed").is_array());
     EXPECT_TRUE(std::ranges::all_of(plan.at("needed"), &json::is_string));
@@ -459,6 +461,11 @@ TEST_F(Cli, InfoOfEveryLibrarySceneSaysWhatIsInIt) {
     }
     EXPECT_EQ(report.at("spheres"), spheres);
     EXPECT_FALSE(report.at("plan").at("needed").empty());
+    const json& estimate = report.at("estimate");
+    for (const std::string key : {"steps", "events", "memory_bytes", "wall_s"})
+      EXPECT_TRUE(estimate.at(key).is_number()) << key;
+    EXPECT_LT(estimate.at("wall_s"), 60.0) << name;
+    EXPECT_TRUE(estimate.at("longest").is_string());
   }
 }
 

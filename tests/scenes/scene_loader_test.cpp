@@ -709,6 +709,47 @@ TEST(SceneLoader, SofaFilesAreRelativeToTheScene) {
   std::filesystem::remove_all(folder);
 }
 
+// Such a scene ran no step, made an empty file, and said nothing.
+TEST(SceneLoader, ADurationOfLessThanASampleIsRefused) {
+  json document = with("/sample_rate", 8000);
+  document["duration"] = 1.25e-4;
+  EXPECT_TRUE(parseScene(document.dump(), "short.json"));
+  document["duration"] = 1.24e-4;
+  const auto scene = parseScene(document.dump(), "short.json");
+  ASSERT_FALSE(scene);
+  EXPECT_EQ(
+      scene.error().message,
+      "short.json: /duration: 0.000124 s is less than a sample; expected at least 0.000125 s");
+}
+
+TEST(SceneLoader, AConfinedSceneNamesFilesInItsFolderOnly) {
+  namespace fs = std::filesystem;
+  const test::TemporaryFolder folder;
+  fs::create_directories(folder / "in/below");
+  for (const char* name : {"head.sofa", "in/head.sofa", "in/below/head.sofa"})
+    std::ofstream(folder / name) << "something";
+  fs::create_symlink("../head.sofa", folder / "in/out.sofa");
+  fs::create_symlink("below/head.sofa", folder / "in/link.sofa");
+  fs::create_directory_symlink("..", folder / "in/up");
+  const auto refusal = [&](const std::string& name, const FileAccess& access) {
+    const json listener = {{"position", {0, 1, 1}}, {"format", "binaural"}, {"sofa", name}};
+    const auto scene = parseScene(with("/listeners/0", listener).dump(),
+                                  (folder / "in/scene.json").string(), access);
+    return scene ? std::string() : scene.error().message;
+  };
+  for (const char* name : {"head.sofa", "below/head.sofa", "below/../head.sofa", "link.sofa"})
+    EXPECT_EQ(refusal(name, {.confined = true}), "") << name;
+  const std::string absolute = (folder / "head.sofa").string();
+  for (const std::string name : {"../head.sofa", "below/../../head.sofa", "out.sofa",
+                                 "up/head.sofa", "up/in/../head.sofa", absolute.c_str()}) {
+    EXPECT_EQ(refusal(name, {}), "") << name;
+    const std::string why = refusal(name, {.confined = true});
+    EXPECT_NE(why.find("/listeners/0/sofa: "), std::string::npos) << why;
+    EXPECT_NE(why.find("leads out of the folder of the scene"), std::string::npos) << why;
+  }
+  EXPECT_NE(refusal("below/head.sofa", {.confined = true, .folder = folder / "in/below"}), "");
+}
+
 TEST(SceneLoader, MassIsDensityTimesVolumeUnlessGiven) {
   // Mass of a steel ball of 1 cm radius: 8940 kg/m^3 * 4.18879 cm^3 = 37.448 g, by hand.
   EXPECT_NEAR(sphereOf(accepted(oneBall()).bodies.at(0)).mass, 0.037448, 5e-7);
@@ -1820,7 +1861,7 @@ std::vector<json> goodDocuments() {
       with("/name", "ball"),
       with("/description", ""),
       with("/duration", 3600),
-      with("/duration", 1e-300),
+      with("/duration", 2.1e-5),
       with("/sample_rate", 8000),
       with("/sample_rate", 192000),
       with("/seed", 9007199254740992),

@@ -154,7 +154,11 @@ class SphereStepper {
   /// the way, in order of time, valid until the next call. The two shares of a collision follow
   /// each other; of two spheres the lower id comes first, of sphere and plane the sphere. Any other
   /// `time` is an error of the caller: asserted, and without assertions nothing moves.
-  std::span<const ImpulseEvent> advanceTo(double time);
+  ///
+  /// Stops earlier, at the time of a collision, once there are `mostEvents` or more: time() is then
+  /// before `time`, and further collisions at that instant may follow in the next call.
+  std::span<const ImpulseEvent> advanceTo(double time,
+                                          std::size_t mostEvents = static_cast<std::size_t>(-1));
 
   /// Applies an impulse (N s, finite) through the centre of a sphere, given by its position in
   /// SphereWorld::spheres, at time(). It is no collision and makes no event. It wakes a sleeping

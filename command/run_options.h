@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+
+#include "scenes/limits/run_guard.h"
+
+namespace CLI {
+class App;
+}
+
+namespace carom::command {
+
+// The options that bound what a run may take, and the answer where a bound ends it.
+
+/// Exit code of a run that a limit has ended.
+inline constexpr int kLimited = 3;
+
+struct RunOptions {
+  std::string memory;   ///< empty: half of the machine's
+  double time = 0.0;    ///< s; 0: any
+  double events = 0.0;  ///< 0: any
+  bool keepPartial = false;
+
+  scenes::RunLimits limits() const;
+};
+
+/// Adds --max-memory, --max-time and --max-events; `options` must outlive the parsing.
+void addLimits(CLI::App& command, RunOptions& options);
+/// Adds --keep-partial.
+void addKeepPartial(CLI::App& command, RunOptions& options);
+
+/// Says on stderr why a run has ended, and what is left of it. Returns kLimited.
+int endedEarly(const std::string& file, const scenes::EndedEarly& ended, const std::string& kept);
+
+/// Keeps this process from more than twice as much memory as `bytes`, for what no guard watches, or
+/// what grows faster than it looks: allocations beyond fail.
+void capMemory(std::uint64_t bytes);
+
+}  // namespace carom::command

@@ -1,0 +1,188 @@
+#include "lab/estimate/run_estimate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "carom/native/sphere_stepper.h"
+#include "native/jello/jello_coupling.h"
+#include "native/jello/jello_limits.h"
+#include "native/mechanics/linkage.h"
+#include "scenes/limits/run_guard.h"
+#include "scenes/run/jello_scene.h"
+#include "scenes/run/scene_sound.h"
+#include "scenes/run/scene_stepper.h"
+
+namespace carom::lab {
+
+using namespace native;
+
+namespace {
+
+// Times on one core of 2020, in s.
+constexpr double kPointTime = 27e-9;     // forces on a point of a jello
+constexpr double kImplicitTime = 27e-6;  // a point in a step of backward Euler
+constexpr double kBulletTime = 20e-6;    // a step of a Bullet world
+constexpr double kBodyTime = 3e-6;       // a body in it
+constexpr double kForceStepTime = 1e-6;  // a step of springs, rods, fields and drag
+constexpr double kEventTime = 2e-6;      // an event's mechanics
+constexpr double kClickTime = 2e-6;      // an event's sound over one path
+constexpr double kFrameTime = 100e-9;    // a sample of a channel
+constexpr double kMinute = 60.0;         // s
+
+// Memory in bytes.
+constexpr double kProgram = 50e6;
+constexpr double kPointSize = 500.0;
+constexpr double kImplicitSize = 100e3;  // a point with its share of the factors
+constexpr double kBodySize = 4000.0;
+constexpr double kEventSize = 200.0;  // an event that waits, for one path
+constexpr double kWait = 0.2;         // s, for which an event waits at most
+
+constexpr std::size_t kPilotEvents = 4000;
+constexpr double kPilotTime = 0.25;  // s, of the scene
+
+/// Evaluations of all forces in a step.
+double evaluationsOf(JelloIntegrator integrator) {
+  if (integrator == JelloIntegrator::rungeKutta4) return 4.0;
+  return integrator == JelloIntegrator::midpoint ? 2.0 : 1.0;
+}
+
+/// Adds up what a run takes, and remembers what takes most of it.
+class Sum {
+ public:
+  void add(double seconds, const std::string& what) {
+    estimate.wall += seconds;
+    if (seconds <= longest_) return;
+    longest_ = seconds;
+    estimate.longest = what;
+  }
+  RunEstimate estimate = {.memory = kProgram, .longest = {}};
+
+ private:
+  double longest_ = 0.0;  // s
+};
+
+std::string bodyText(const SceneBody& body) {
+  return '"' + body.name + '"' + (body.pointer.empty() ? "" : " (" + body.pointer + ")");
+}
+
+/// Returns the step of a jello whose scene leaves it open: half of the longest that is
+/// stable, as steps may be divided.
+JelloStepping steppingOf(const JelloShape& jello, const JelloWorld& world) {
+  const JelloIntegrator integrator = jello.integrator.value_or(JelloIntegrator::leapfrog);
+  if (jello.step > 0.0) return {integrator, jello.step};
+  const double stable = jelloLimits(world).touching[static_cast<std::size_t>(integrator)];
+  return {integrator, std::min(5e-3, 0.45 * std::max(stable, 1e-30))};
+}
+
+void addJello(const Scene& scene, Sum& sum) {
+  const auto* jello = jelloOf(scene);
+  const JelloWorld world = withSpheres(jelloWorld(scene), sphereWorld(scene));
+  if (!validate(world)) return;
+  const JelloStepping stepping = steppingOf(*jello, world);
+  const bool implicit = stepping.integrator == JelloIntegrator::backwardEuler;
+  const auto points = static_cast<double>(world.pointCount());
+  const double steps = std::ceil(scene.duration / stepping.step);
+  sum.estimate.steps += steps;
+  sum.estimate.memory += points * (implicit ? kImplicitSize : kPointSize);
+  const auto body = std::ranges::find_if(scene.bodies, [](const SceneBody& of) {
+    return std::holds_alternative<std::shared_ptr<const JelloShape>>(of.shape);
+  });
+  std::ostringstream text;
+  text << "the jello " << bodyText(*body) << ", " << steps << " steps of " << points << " points";
+  sum.add(
+      steps * points * (implicit ? kImplicitTime : kPointTime * evaluationsOf(stepping.integrator)),
+      text.str());
+}
+
+void addBullet(const Scene& scene, Sum& sum) {
+  const double steps = std::ceil(scene.duration / scene.stepper.step);
+  sum.estimate.steps += steps;
+  std::ostringstream text;
+  text << steps << " steps of Bullet with " << scene.bodies.size() << " bodies (/stepper/step)";
+  sum.add(steps * (kBulletTime + kBodyTime * static_cast<double>(scene.bodies.size())), text.str());
+}
+
+/// Returns the steps of springs in a second: see Linkage.
+double springRate(const Scene& scene) {
+  double fastest = 0.0;  // rad/s
+  for (const Spring& spring : scene.mechanics.springs) {
+    double inverse = 0.0;  // 1/kg
+    for (const BodyId end : {spring.sphere, spring.other}) {
+      if (end >= scene.bodies.size()) continue;
+      if (const auto* sphere = std::get_if<SphereShape>(&scene.bodies[end].shape))
+        inverse += 1.0 / sphere->mass;
+    }
+    fastest = std::max(fastest, std::sqrt(spring.stiffness * inverse));
+  }
+  if (scene.mechanics.forceStep > 0.0) return 1.0 / scene.mechanics.forceStep;
+  return fastest / kForceStepAngle;
+}
+
+/// Runs the first collisions. Returns the events in a second; of whom most are is told in `sum`.
+void addCollisions(const Scene& scene, double mostTime, Sum& sum, double paths) {
+  Result<SphereStepper> stepper = nativeStepper(scene);
+  if (!stepper) return;
+  const double end = std::min({scene.duration, kPilotTime, mostTime});
+  std::size_t events = 0;
+  while (stepper->time() < end && events < kPilotEvents)
+    events +=
+        stepper->advanceTo(std::min(end, stepper->time() + 1e-3), kPilotEvents - events).size();
+  if (stepper->time() <= 0.0 && events == 0) return;
+  const double rate = static_cast<double>(events) / std::max(stepper->time(), 1e-12);
+  sum.estimate.events = std::round(rate * scene.duration);
+  sum.estimate.memory += kEventSize * rate * std::min(kWait, scene.duration) * paths;
+  std::ostringstream text;
+  text << sum.estimate.events << " events, as many as in the first " << stepper->time() << " s";
+  sum.add(sum.estimate.events * (kEventTime + kClickTime * paths), text.str());
+}
+
+void addNative(const Scene& scene, double paths, Sum& sum) {
+  const double rate = springRate(scene);
+  if (rate > 0.0) {
+    const double steps = std::ceil(rate * scene.duration);
+    sum.estimate.steps += steps;
+    std::ostringstream text;
+    text << steps << " steps of springs (/mechanics/springs)";
+    sum.add(steps * kForceStepTime * static_cast<double>(scene.mechanics.springs.size()),
+            text.str());
+  }
+  // So many steps of springs take 10 ms.
+  addCollisions(scene, rate > 0.0 ? 1e4 / rate : kPilotTime, sum, paths);
+}
+
+}  // namespace
+
+RunEstimate estimateRun(const Scene& scene) {
+  Sum sum;
+  const auto channels = static_cast<double>(channelsOf(scene));
+  const double paths = channels * (1.0 + static_cast<double>(imageCount(scene)));
+  if (jelloOf(scene) != nullptr)
+    addJello(scene, sum);
+  else if (scene.stepper.type == StepperType::bullet)
+    addBullet(scene, sum);
+  else
+    addNative(scene, paths, sum);
+  sum.estimate.memory += kBodySize * static_cast<double>(scene.bodies.size()) * (1.0 + channels);
+  std::ostringstream text;
+  text << scene.duration << " s of sound in " << channels << " channels (/duration)";
+  sum.add(scene.duration * scene.sampleRate * channels * kFrameTime, text.str());
+  return sum.estimate;
+}
+
+std::string longRunWarning(const RunEstimate& estimate) {
+  if (estimate.wall <= kMinute) return {};
+  std::ostringstream text;
+  text.precision(2);
+  text << "this may take ";
+  if (estimate.wall < 120.0 * kMinute)
+    text << estimate.wall / kMinute << " minutes";
+  else if (estimate.wall < 48.0 * 3600.0)
+    text << estimate.wall / 3600.0 << " hours";
+  else
+    text << estimate.wall / 86400.0 << " days";
+  text << ", most of it for " << estimate.longest << "; --max-time ends it";
+  return text.str();
+}
+
+}  // namespace carom::lab

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "scenes/format/scene.h"
+
+namespace carom::lab {
+
+using namespace scenes;
+
+/// The steps, events, memory and time of a run, in their order of magnitude: the mechanics from the
+/// scene and, for collisions, from the first thousands of them; times from what a step of each kind
+/// takes on a machine of 2020. The modes of meshes are not in it.
+struct RunEstimate {
+  double steps = 0.0;   ///< of Bullet, of a jello, or of springs, rods, fields and drag; 0: none
+  double events = 0.0;  ///< two of each collision
+  double memory = 0.0;  ///< bytes
+  double wall = 0.0;    ///< s, mechanics and sound
+  /// The part that takes most of it: "the jello "cube" (/bodies/0), 5e+11 steps of 512 points".
+  std::string longest;
+};
+
+/// Estimates a run. The same scene gives the same numbers; takes milliseconds. [any thread]
+RunEstimate estimateRun(const Scene& scene);
+
+/// Returns a warning of one sentence if the run takes more than a minute, else an empty text.
+/// [any thread]
+std::string longRunWarning(const RunEstimate& estimate);
+
+}  // namespace carom::lab

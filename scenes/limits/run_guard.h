@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "carom/audio/impulse_event.h"
+#include "scenes/format/scene.h"
+
+namespace carom::scenes {
+
+/// The most that a run may take. Zero: no limit.
+struct RunLimits {
+  std::uint64_t memory = 0;  ///< bytes, resident in the whole process
+  double time = 0.0;         ///< s, wall time since the guard was made
+  std::uint64_t events = 0;  ///< of all bodies; if 0, an endless rattle ends the run
+};
+
+/// Why a run has ended before the scene has.
+struct EndedEarly {
+  std::string limit;    ///< "memory", "time", "events" or "rattle"
+  std::string what;     ///< one sentence: what grew, where, how far the run came, what to change
+  std::string pointer;  ///< JSON pointer to the body that most of it is of; empty if there is none
+  double time = 0.0;    ///< s, of the scene, up to which the run is complete
+};
+
+/// Watches a run of a scene, and ends it at a limit or where it rattles without end. Only `time`
+/// and `memory` depend on the machine. [one thread]
+class RunGuard {
+ public:
+  /// A rattle is this many collisions of one body in a row, less than 1 us apart in the mean.
+  static constexpr std::uint32_t kRattle = 200'000;
+  static constexpr double kRattlePeriod = 1e-6;  ///< s
+
+  /// `scene` is borrowed.
+  RunGuard(const Scene& scene, const RunLimits& limits);
+
+  /// Counts events that the mechanics reports. False if the run has to end.
+  bool add(std::span<const ImpulseEvent> events, double time);
+  /// Looks at clock and memory; `time` is how far the mechanics is, in s. False if the run has to
+  /// end. To be called at least every 0.1 s or so.
+  bool mayGoOn(double time);
+
+  /// Ends the run because an allocation has failed.
+  void runOut();
+
+  const std::optional<EndedEarly>& ended() const { return ended_; }
+  std::uint64_t events() const { return events_; }
+
+ private:
+  struct Body {
+    std::uint64_t events = 0;
+    std::uint32_t streak = 0;  // collisions since `since`
+    double since = 0.0;        // s
+    BodyId other = 0;          // partner of the last collision
+  };
+  bool addOne(const ImpulseEvent& event);
+  void end(std::string limit, const std::string& why, double time);
+  void endForMemory(const std::string& why);
+  std::string busiest() const;
+  std::string nameOf(BodyId body) const;
+  std::optional<BodyId> busiestBody() const;
+
+  const Scene& scene_;
+  RunLimits limits_;
+  std::uint64_t events_ = 0;
+  double begin_;         // s, of the clock
+  double lookedAt_ = 0;  // s, of the clock, when memory was looked at
+  double time_ = 0.0;    // s, of the scene, at the last look
+  std::vector<Body> bodies_;
+  std::optional<EndedEarly> ended_;
+};
+
+/// Returns the bytes of this process that are in memory; 0 where that is not known. [any thread]
+std::uint64_t residentMemory();
+/// Returns the bytes that this process may write to, in memory or not yet; 0 where that is not
+/// known. [any thread]
+std::uint64_t mappedMemory();
+/// Returns the bytes of memory that the machine, or this container, has; 0 where that is not known.
+/// [any thread]
+std::uint64_t machineMemory();
+
+/// Returns "1.5 GB", "200 kB" and so on. [any thread]
+std::string bytesText(double bytes);
+
+}  // namespace carom::scenes
