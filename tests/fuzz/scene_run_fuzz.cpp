@@ -81,19 +81,12 @@ class SceneMaker {
     bodies_.push_back(body);
   }
   void addMechanics(json& scene, std::size_t count) {
-    json rods = json::array();
     json springs = json::array();
-    for (std::size_t index = 0; index + 1 < count && numbers_.chance(64); ++index) {
-      const std::string one = "body" + std::to_string(index);
-      const std::string other = "body" + std::to_string(index + 1);
-      if (numbers_.chance(128))
-        springs.push_back({{"bodies", {one, other}},
-                           {"stiffness", numbers_.logBetween(1.0, 1e9)},
-                           {"damping", numbers_.logBetween(1e-3, 1e3)}});
-      else
-        rods.push_back({{"bodies", {one, other}}});
-    }
-    if (!rods.empty()) scene["mechanics"]["rods"] = rods;
+    for (std::size_t index = 0; index + 1 < count && numbers_.chance(64); ++index)
+      springs.push_back(
+          {{"bodies", {"body" + std::to_string(index), "body" + std::to_string(index + 1)}},
+           {"stiffness", numbers_.logBetween(1.0, 1e9)},
+           {"damping", numbers_.logBetween(1e-3, 1e3)}});
     if (!springs.empty()) scene["mechanics"]["springs"] = springs;
   }
 
