@@ -8,6 +8,7 @@
 #include "audio/propagation/pose_track.h"
 #include "carom/audio/synth.h"
 #include "modal/json/json_reader.h"
+#include "scenes/format/scene_folder.h"
 
 namespace carom::scenes {
 
