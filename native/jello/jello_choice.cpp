@@ -193,7 +193,7 @@ Result<JelloChoice> tryFollowed(const JelloWorld& jello, const SphereWorld& sphe
   const auto run = [&](std::size_t steps) -> Status {
     for (std::size_t taken = 0; taken < steps && coupling->time() < wish.seconds; ++taken) {
       if (isStopped(wish)) return stopped();
-      if (const Status stepped = coupling->advance(); !stepped) return stepped;
+      if (Status stepped = coupling->advance(); !stepped) return stepped;
     }
     return std::monostate{};
   };

@@ -541,8 +541,8 @@ void JelloStepper::followStep() {
   double error = runParts();
   while (error > allowed && parts_ < kMostParts) {
     const double wanted = std::ceil(std::log2(error / allowed) / order);
-    const double most = static_cast<double>(kMostParts / parts_);
-    parts_ *= static_cast<std::size_t>(std::min(std::exp2(std::min(wanted, 10.0)), most));
+    const auto factor = static_cast<std::size_t>(std::exp2(std::min(wanted, 10.0)));
+    parts_ = std::min(parts_ * factor, kMostParts);
     now_ = start_;
     lastPart_ = lastPart;
     if (isLeapfrog) accelerations_[0] = startPush_;
