@@ -24,18 +24,6 @@ constexpr double kLeastOrder = 0.5;  ///< least order that is believed
 constexpr std::size_t kTrial = 64;   ///< steps in which a method that is followed is tried
 constexpr double kShortest = 0.02;   ///< s, shortest run from which an error is taken
 
-double orderOf(JelloIntegrator integrator) {
-  switch (integrator) {
-    case JelloIntegrator::midpoint:
-    case JelloIntegrator::leapfrog:
-      return 2.0;
-    case JelloIntegrator::rungeKutta4:
-      return 4.0;
-    default:
-      return 1.0;
-  }
-}
-
 /// Cost of a step in evaluations of all forces; that of backward Euler is measured by `bench
 /// jello_accuracy`, with 8 x 8 x 8 points: 14 ms a step, beside 11 us for the forces.
 double evaluationsOf(JelloIntegrator integrator) {
@@ -129,7 +117,8 @@ class Pilot {
     if (!fine) return fine.error();
     const double before = apart(*coarse, *middle);
     const double after = apart(*middle, *fine);
-    Trial trial{.finest = seconds_ / static_cast<double>(4 * steps), .order = orderOf(integrator_)};
+    Trial trial{.finest = seconds_ / static_cast<double>(4 * steps),
+                .order = static_cast<double>(orderOf(integrator_))};
     if (before > 0.0 && after > 0.0)
       trial.order = std::clamp(std::log2(before / after), kLeastOrder, trial.order);
     trial.error = after / (std::exp2(trial.order) - 1.0);
@@ -197,7 +186,7 @@ Result<JelloChoice> tryFollowed(const JelloWorld& jello, const SphereWorld& sphe
     }
     return std::monostate{};
   };
-  // What was let go swings into its motion first: the cost is that of the second half.
+  // A jello that is let go is at its stiffest first: the cost is that of the second half.
   if (const Status begun = run(kTrial / 2); !begun) return begun.error();
   const double begin = std::min(stepper.time(), wish.seconds - stepper.step());
   const auto before = static_cast<double>(stepper.evaluations());

@@ -6,15 +6,6 @@
 #include "native/spheres/event_pair.h"
 
 namespace carom::native {
-namespace {
-
-bool isOfSecondOrder(JelloIntegrator integrator) {
-  return integrator == JelloIntegrator::midpoint || integrator == JelloIntegrator::rungeKutta4 ||
-         integrator == JelloIntegrator::leapfrog;
-}
-
-}  // namespace
-
 JelloWorld withSpheres(JelloWorld jello, const SphereWorld& spheres) {
   for (const Sphere& sphere : spheres.spheres)
     jello.balls.push_back(
@@ -34,7 +25,7 @@ Result<JelloCoupling> JelloCoupling::create(JelloWorld jello, const SphereWorld&
   Result<SphereStepper> rigid = SphereStepper::create(spheres);
   if (!rigid) return rigid.error();
   JelloCoupling coupling(*std::move(stepper), *std::move(rigid), spheres.restSpeed);
-  coupling.firstShare_ = isOfSecondOrder(stepping.integrator) ? 0.5 : 1.0;
+  coupling.firstShare_ = orderOf(stepping.integrator) > 1 ? 0.5 : 1.0;
   return coupling;
 }
 

@@ -533,7 +533,7 @@ double JelloStepper::runParts() {
 /// Runs a step in as many parts as its error asks for.
 void JelloStepper::followStep() {
   const bool isLeapfrog = integrator_ == JelloIntegrator::leapfrog;
-  const double order = isLeapfrog ? 2.0 : 4.0;
+  const double order = orderOf(integrator_);
   const double allowed = allowedError();
   const double lastPart = lastPart_;
   start_ = now_;

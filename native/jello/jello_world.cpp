@@ -60,6 +60,18 @@ const char* nameOf(JelloIntegrator integrator) {
   return kNames[static_cast<std::size_t>(integrator)];
 }
 
+int orderOf(JelloIntegrator integrator) {
+  switch (integrator) {
+    case JelloIntegrator::midpoint:
+    case JelloIntegrator::leapfrog:
+      return 2;
+    case JelloIntegrator::rungeKutta4:
+      return 4;
+    default:
+      return 1;
+  }
+}
+
 const std::array<JelloSpring, kJelloSprings>& jelloSprings() {
   static const std::array<JelloSpring, kJelloSprings> springs = [] {
     std::array<JelloSpring, kJelloSprings> made;

@@ -29,6 +29,9 @@ inline constexpr std::size_t kJelloIntegrators = 6;
 /// thread]
 const char* nameOf(JelloIntegrator integrator);
 
+/// Order of convergence. [any thread]
+int orderOf(JelloIntegrator integrator);
+
 /// A lattice of mass points at the corners of boxes, each of the same mass, joined by springs: to
 /// the next along each axis (structural), along the diagonals of faces and boxes (shear), and to
 /// the next but one along each axis (bend). F = -k (|L| - R) L / |L| - d ((v . L) / |L|) L / |L|,

@@ -64,7 +64,7 @@ std::vector<Case> library(const Scale& scale) {
 
 constexpr std::size_t kLooks = 256;  ///< of a run, at equal intervals
 
-/// What a run was at each look.
+/// Places and energies of a run at each look, and what the run has cost.
 struct Run {
   std::vector<std::vector<Vec3>> places;
   std::vector<double> energies;
