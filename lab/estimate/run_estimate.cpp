@@ -124,10 +124,8 @@ void addCollisions(const Scene& scene, double mostTime, Sum& sum, double paths) 
   Result<SphereStepper> stepper = nativeStepper(scene);
   if (!stepper) return;
   const double end = std::min({scene.duration, kPilotTime, mostTime});
-  std::size_t events = 0;
-  while (stepper->time() < end && events < kPilotEvents)
-    events +=
-        stepper->advanceTo(std::min(end, stepper->time() + 1e-3), kPilotEvents - events).size();
+  // It stops at the events, or where steps of rods become too many to go on.
+  const std::size_t events = stepper->advanceTo(end, kPilotEvents).size();
   if (stepper->time() <= 0.0 && events == 0) return;
   const double rate = static_cast<double>(events) / std::max(stepper->time(), 1e-12);
   sum.estimate.events = std::round(rate * scene.duration);

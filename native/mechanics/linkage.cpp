@@ -13,6 +13,8 @@ namespace {
 
 constexpr int kMostRodIterations = 12;   ///< of Newton's method, which takes three or four
 constexpr double kRodTolerance = 1e-15;  ///< of a squared length, relative to it
+constexpr double kRodRounding = 1e-9;    ///< of a squared length: more is no solution
+constexpr int kMostHalvings = 40;        ///< of one step
 
 Vec3 directionOf(const Vec3& vector) {
   const double length = lengthOf(vector);
@@ -141,8 +143,8 @@ double Linkage::turningRate(const Bar& rod, std::span<const Motion> motions) {
   return lengthOf(velocity) / std::sqrt(rod.square);
 }
 
-double Linkage::step(std::uint32_t index, std::span<const Motion> motions) const {
-  const Group& group = groups_[index];
+/// Returns the length in s of a step in which no rod turns too far at its present speed.
+double Linkage::longestStep(const Group& group, std::span<const Motion> motions) const {
   if (stepGiven_) return group.step;
   double fastest = 0.0;
   for (const Bar& rod : group.rods)
@@ -172,9 +174,49 @@ Vec3 Linkage::fieldAt(const Vec3& position) const {
   return pull;
 }
 
-std::vector<Vec3> Linkage::accelerations(std::uint32_t index, std::span<const Motion> motions,
-                                         double step) const {
+Linkage::Step Linkage::step(std::uint32_t index, std::span<const Motion> motions) const {
   const Group& group = groups_[index];
+  double duration = longestStep(group, motions);
+  Step longest{duration, accelerations(group, motions, duration)};
+  if (group.rods.empty() || holdRods(group, motions, longest)) return longest;
+  for (int halvings = 1; halvings <= kMostHalvings; ++halvings) {
+    duration *= 0.5;
+    Step step{duration, accelerations(group, motions, duration)};
+    if (holdRods(group, motions, step)) return step;
+  }
+  return longest;  // rods that contradict each other hold in no step, however short
+}
+
+/// Adds the pull of the rods to the step. False if the step is too long for them.
+bool Linkage::holdRods(const Group& group, std::span<const Motion> motions, Step& step) const {
+  const RodPull pull = pullByRods(group, step.duration, motions, step.accelerations);
+  double farthest = 0.0;  // m, of a coordinate, for its rounding
+  for (const Motion& motion : motions)
+    farthest = std::max(farthest, motion.position.cwiseAbs().maxCoeff());
+  double shortest = kNever;
+  for (const Bar& rod : group.rods)
+    shortest = std::min(shortest, rod.square);
+  if (pull.error > kRodRounding + 8.0 * kRodTolerance * farthest / std::sqrt(shortest))
+    return false;
+  return stepGiven_ || step.duration * tautness(group, pull.forces) <= kTautStepAngle;
+}
+
+/// Returns the largest rate (rad/s) at which the rods' forces (N) swing a member across them.
+double Linkage::tautness(const Group& group, std::span<const double> tensions) {
+  std::vector<double> squares(group.spheres.size(), 0.0);
+  for (std::size_t k = 0; k < tensions.size(); ++k) {
+    const Bar& rod = group.rods[k];
+    const double stiffness = std::abs(tensions[k]) / std::sqrt(rod.square);
+    squares[rod.ends.one] += stiffness / group.masses[rod.ends.one];
+    if (rod.ends.other != kFixed)
+      squares[rod.ends.other] += stiffness / group.masses[rod.ends.other];
+  }
+  return std::sqrt(*std::ranges::max_element(squares));
+}
+
+/// Returns the accelerations of the group's members, but for the pull of its rods, over a step.
+std::vector<Vec3> Linkage::accelerations(const Group& group, std::span<const Motion> motions,
+                                         double step) const {
   const double half = 0.5 * step;
   std::vector<Vec3> middles;
   std::vector<Vec3> pulls;
@@ -196,7 +238,6 @@ std::vector<Vec3> Linkage::accelerations(std::uint32_t index, std::span<const Mo
       pulls[i] =
           (pulls[i] - drag_.rate * (motions[i].velocity - drag_.wind)) / (1.0 + drag_.rate * half);
   }
-  if (!group.rods.empty()) pullByRods(group, step, middles, motions, pulls);
   return pulls;
 }
 
@@ -217,17 +258,20 @@ void Linkage::damp(const Group& group, double step, std::span<const Vec3> middle
 
 /// Adds the accelerations by which every rod has its length at the end of the step: Newton's method
 /// for the forces.
-void Linkage::pullByRods(const Group& group, double step, std::span<const Vec3> middles,
-                         std::span<const Motion> motions, std::vector<Vec3>& pulls) {
+Linkage::RodPull Linkage::pullByRods(const Group& group, double step,
+                                     std::span<const Motion> motions, std::vector<Vec3>& pulls) {
   const double lever = 0.5 * step * step;  // m for each m/s^2
   const std::size_t count = group.rods.size();
+  std::vector<Vec3> middles;
+  for (const Motion& motion : motions)
+    middles.push_back(motion.position + 0.5 * step * motion.velocity);
   std::vector<Vec3> directions;
   for (const Bar& rod : group.rods)
     directions.push_back(directionOf(between(rod.ends, middles)));
+  RodPull pull{std::vector<double>(count, 0.0), kNever};
   std::vector<Vec3> ends(motions.size());
   std::vector<Vec3> along(count);
   std::vector<double> errors(count);
-  double worst = kNever;
   for (int iteration = 0; iteration < kMostRodIterations; ++iteration) {
     for (std::size_t i = 0; i < motions.size(); ++i)
       ends[i] = motions[i].position + step * motions[i].velocity + lever * pulls[i];
@@ -237,12 +281,16 @@ void Linkage::pullByRods(const Group& group, double step, std::span<const Vec3> 
       errors[k] = 0.5 * (group.rods[k].square - dotInOrder(rod, rod));
       largest = std::max(largest, std::abs(errors[k]) / group.rods[k].square);
     }
-    if (largest >= worst || largest <= kRodTolerance) return;
-    worst = largest;
+    const bool over = largest >= pull.error || largest <= kRodTolerance;
+    pull.error = largest;
+    if (over) return pull;
     for (std::size_t k = 0; k < count; ++k)
       along[k] = lever * between(group.rods[k].ends, ends);
     pushRods(group, {along, directions}, errors, pulls);
+    for (std::size_t k = 0; k < count; ++k)
+      pull.forces[k] += errors[k];
   }
+  return pull;
 }
 
 /// Adds the effect of pushes along the rods' directions that change each rod, as measured along

@@ -16,6 +16,10 @@ namespace carom::native {
 /// shorten their steps.
 inline constexpr double kForceStepAngle = 0.005;
 
+/// Angle (rad) by which what a taut rod holds may swing across it in one step, at most: its
+/// frequency is then off by 1.7e-5.
+inline constexpr double kTautStepAngle = 0.02;
+
 /// Springs, rods, fields and drag, which bend the paths of spheres between their contacts. Spheres
 /// that springs and rods connect form a group, which is stepped together; where there are fields or
 /// drag, every other sphere is a group of its own. Spheres without any of these are in no group.
@@ -29,6 +33,12 @@ inline constexpr double kForceStepAngle = 0.005;
 /// at the end: a position Verlet with the constraints of SHAKE (Ryckaert, Ciccotti, Berendsen 1977,
 /// J. Comput. Phys. 23, 327). Within the step a rod that turns at w is off its length by (w h)^4 /
 /// 32 of it. Drag and dampers act at the velocity at the middle.
+///
+/// Taut rods. A sphere of mass m on rods of length L under a tension T moves across them as a bead
+/// on a string, at w = sqrt(sum T / (m L)), which no rate above foresees: a light sphere between
+/// two heavy ones that pull its rods straight is thrown across within a moment. So the tensions are
+/// solved for first, and the step is halved until w h is at most kTautStepAngle for each sphere and
+/// every rod has its length. (Position Verlet is unstable from w h = 2 on.)
 ///
 /// Internal to native/. [any thread]
 class Linkage {
@@ -49,12 +59,12 @@ class Linkage {
   std::span<const std::uint32_t> members(std::uint32_t group) const {
     return groups_[group].spheres;
   }
-  /// Length in s of the group's step that begins with `motions` (all at one instant).
-  double step(std::uint32_t group, std::span<const Motion> motions) const;
-  /// Accelerations (m/s^2) of the group's members over a step of `step` s that begins with
-  /// `motions`.
-  std::vector<Vec3> accelerations(std::uint32_t group, std::span<const Motion> motions,
-                                  double step) const;
+  struct Step {
+    double duration = 0.0;            ///< s
+    std::vector<Vec3> accelerations;  ///< m/s^2, of the group's members
+  };
+  /// Returns the group's step that begins with `motions` (all at one instant).
+  Step step(std::uint32_t group, std::span<const Motion> motions) const;
   /// Changes (m/s) of the members' velocities by impulses (N s, one per member): rods cancel any
   /// rate of change of their lengths. Only the positions of `motions` matter.
   std::vector<Vec3> response(std::uint32_t group, std::span<const Motion> motions,
@@ -87,6 +97,12 @@ class Linkage {
     double step = 0.0;  ///< s, the longest step
   };
 
+  /// The forces of a group's rods over a step, and how far these are from the truth.
+  struct RodPull {
+    std::vector<double> forces;  ///< N, by rod; positive drives its ends apart
+    double error = 0.0;          ///< largest of a squared length at the end, relative to it
+  };
+
   /// Vector in m from the other end to the first.
   static Vec3 between(const Ends& ends, std::span<const Vec3> positions);
   static double inverseMass(const Group& group, const Ends& ends);
@@ -105,11 +121,16 @@ class Linkage {
                 std::span<const Motion> motions) const;
   Vec3 fieldAt(const Vec3& position) const;
   static double turningRate(const Bar& rod, std::span<const Motion> motions);
+  double longestStep(const Group& group, std::span<const Motion> motions) const;
+  std::vector<Vec3> accelerations(const Group& group, std::span<const Motion> motions,
+                                  double step) const;
+  bool holdRods(const Group& group, std::span<const Motion> motions, Step& step) const;
+  static double tautness(const Group& group, std::span<const double> tensions);
   /// Both act over a step of `step` s.
   static void damp(const Group& group, double step, std::span<const Vec3> middles,
                    std::span<const Vec3> velocities, std::vector<Vec3>& pulls);
-  static void pullByRods(const Group& group, double step, std::span<const Vec3> middles,
-                         std::span<const Motion> motions, std::vector<Vec3>& pulls);
+  static RodPull pullByRods(const Group& group, double step, std::span<const Motion> motions,
+                            std::vector<Vec3>& pulls);
 
   std::vector<std::uint32_t> groupOf_;  ///< by sphere; empty if there are no groups
   std::vector<Group> groups_;

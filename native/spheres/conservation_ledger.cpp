@@ -9,6 +9,9 @@ namespace {
 
 constexpr double kTurnoverRounding = 1e-12;  ///< allowed error, relative to the turnover
 constexpr double kStateRounding = 1e-11;     ///< allowed error, relative to momentum or energy
+/// Rounding of a coordinate over kTurnoverRounding: a way is the difference of two coordinates, so
+/// its error may exceed its size where a stiff force has short steps.
+constexpr double kCoordinateRounding = 0x1p-52 / kTurnoverRounding;
 
 double sizeOf(const Vec3& vector) {
   return std::abs(vector.x()) + std::abs(vector.y()) + std::abs(vector.z());
@@ -45,7 +48,7 @@ void ConservationLedger::addForces(std::uint32_t sphere, const Motion& now, Sums
   sums.momentum += impulse;
   sums.energy += dotInOrder(force, way);
   sums.momentumTurnover += sizeOf(impulse);
-  sums.energyTurnover += sizeOf(force) * sizeOf(way);
+  sums.energyTurnover += sizeOf(force) * (sizeOf(way) + kCoordinateRounding * sizeOf(now.position));
 }
 
 void ConservationLedger::recordCollision(const PairCollision& collision) {

@@ -15,9 +15,12 @@ namespace carom::native {
 inline constexpr double kHopTime = 0.5e-3;        ///< s, of a hop that is paid for
 inline constexpr double kLeastHopTime = 20e-6;    ///< s, of an unpaid hop
 inline constexpr double kDampedHopTime = 0.1e-3;  ///< s, of an unpaid hop that forces damp
-inline constexpr double kWakeSpeed = 4.0;         ///< in rest speeds, below which spheres sleep on
-inline constexpr double kRestingTime = 0.02;      ///< s, of rest in one place before sleep
-inline constexpr double kLeastRebound = 1e-15;    ///< relative to the speed: above its rounding
+/// m/s: no unpaid hop is faster, and faster than its approach. Springs and rods may press at any
+/// acceleration.
+inline constexpr double kFastestUnpaidHop = 0.002;
+inline constexpr double kWakeSpeed = 4.0;       ///< in rest speeds, below which spheres sleep on
+inline constexpr double kRestingTime = 0.02;    ///< s, of rest in one place before sleep
+inline constexpr double kLeastRebound = 1e-15;  ///< relative to the speed: above its rounding
 
 /// Which spheres come to rest: their rest speeds, the energy that they may still spend on hops, how
 /// long each has stayed in one place, and which have collapsed. SphereStepper documents the rules

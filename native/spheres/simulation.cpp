@@ -57,12 +57,14 @@ Simulation::Simulation(const SphereWorld& world, std::vector<std::uint32_t> list
 }
 
 void Simulation::advanceTo(double time, std::size_t mostEvents) {
+  constexpr std::size_t kPerEvent = SphereStepper::kWorkPerEvent;
   reporter_.clear();
+  std::size_t done = 0;
   for (std::uint32_t first = scheduler_.first();
        first != EventScheduler::kNobody && scheduler_.time(first).seconds <= time;
        first = scheduler_.first()) {
     step(first);
-    if (reporter_.events().size() < mostEvents) continue;
+    if (reporter_.events().size() < mostEvents && ++done / kPerEvent < mostEvents) continue;
     time_ = trajectories_.now().seconds;
     return;
   }

@@ -200,7 +200,8 @@ double SphereContacts::restingRebound(const ContactPair& pair, double effectiveM
   const double speed = pair.approachSpeed;
   if (drawn <= 0.0) return speed;
   const bool damped = hopsAreDamped(pair.sphere) || hopsAreDamped(pair.other);
-  const double least = 0.5 * (damped ? kDampedHopTime : kLeastHopTime) * drawn;
+  const double least =
+      std::min(0.5 * (damped ? kDampedHopTime : kLeastHopTime) * drawn, kFastestUnpaidHop);
   const double longest = 0.5 * rest_.restSpeed(pair.sphere, pair.other);
   for (const double hop : {std::min(longest, 0.5 * kHopTime * drawn), least}) {
     if (speed >= hop) return speed;

@@ -198,12 +198,11 @@ void Trajectories::restartGroups() {
 void Trajectories::restartGroup(std::uint32_t group) {
   const std::span<const std::uint32_t> members = linkage_.members(group);
   const std::vector<Motion> motions = groupMotions(group, now_);
-  const double step = linkage_.step(group, motions);
-  const std::vector<Vec3> pulls = linkage_.accelerations(group, motions, step);
+  const Linkage::Step step = linkage_.step(group, motions);
   for (std::size_t i = 0; i < members.size(); ++i) {
-    freeAccelerations_[members[i]] = pulls[i];
+    freeAccelerations_[members[i]] = step.accelerations[i];
     rebase(members[i], motions[i]);
-    scheduler_.setTurn(members[i], after(now_, step));
+    scheduler_.setTurn(members[i], after(now_, step.duration));
   }
 }
 

@@ -114,7 +114,8 @@ double WallContacts::rebound(const Arrival& arrival) {
       pressed > 0.0 &&
       bodies_.alongNormal(plane.normal, trajectories_.freeAcceleration(sphere)) >= 0.0;
   if (linkage_.hasRods(sphere) || byFriction)
-    return std::max(slow ? speed : rebound, 0.5 * kDampedHopTime * lengthOf(acceleration));
+    return std::max(slow ? speed : rebound,
+                    std::min(0.5 * kDampedHopTime * lengthOf(acceleration), kFastestUnpaidHop));
   if (2.0 * rebound < kLeastFlight * pressed) return 0.0;
   if (rebound <= kLeastRebound * lengthOf(bodies_.motions[sphere].velocity)) return 0.0;
   return rebound;

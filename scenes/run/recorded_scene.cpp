@@ -58,13 +58,12 @@ class ReplayStepper : public SceneStepper {
 
 /// Advances in parts that a guard may look at between. False if it ends the run.
 bool advance(SphereStepper& stepper, double time, RunGuard* guard) {
-  constexpr double kPart = 1e-3;  // s
   if (guard == nullptr) {
     stepper.advanceTo(time);
     return true;
   }
   while (stepper.time() < time) {
-    const auto events = stepper.advanceTo(std::min(time, stepper.time() + kPart), kEventsAtATime);
+    const auto events = stepper.advanceTo(time, kEventsAtATime);
     if (!guard->add(events, stepper.time())) return false;
   }
   return true;

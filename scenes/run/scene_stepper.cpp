@@ -69,10 +69,8 @@ class NativeSceneStepper : public SceneStepper {
 
   std::span<const ImpulseEvent> advanceTo(double time) override {
     events_.clear();
-    // Where forces are stepped, a long way without events may take long, too.
     while (stepper_.time() < time && events_.size() < kEventsAtATime && mayGoOn(stepper_.time())) {
-      const auto events =
-          stepper_.advanceTo(std::min(time, stepper_.time() + kSlice), kEventsAtATime);
+      const auto events = stepper_.advanceTo(time, kEventsAtATime);
       events_.insert(events_.end(), events.begin(), events.end());
     }
     count(events_, stepper_.time());
@@ -82,8 +80,6 @@ class NativeSceneStepper : public SceneStepper {
   std::uint64_t jammed() const override { return stepper_.counters().jammed; }
 
  private:
-  static constexpr double kSlice = 1e-3;  // s
-
   SphereStepper stepper_;
   std::vector<ImpulseEvent> events_;  // of the last advanceTo
 };

@@ -88,6 +88,11 @@ class SceneMaker {
            {"stiffness", numbers_.logBetween(1.0, 1e9)},
            {"damping", numbers_.logBetween(1e-3, 1e3)}});
     if (!springs.empty()) scene["mechanics"]["springs"] = springs;
+    json rods = json::array();
+    for (std::size_t index = 0; index + 1 < count && numbers_.chance(64); ++index)
+      rods.push_back(
+          {{"bodies", {"body" + std::to_string(index), "body" + std::to_string(index + 1)}}});
+    if (!rods.empty()) scene["mechanics"]["rods"] = rods;
   }
 
   FuzzNumbers& numbers_;

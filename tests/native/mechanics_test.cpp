@@ -204,6 +204,91 @@ TEST(Rods, SwingingCradlePassesItsSwingOnAndBack) {
   }
 }
 
+namespace {
+
+/// Two spheres of 1 kg that fly apart and pull two rods of 1 m straight, with a bead of 1 mg where
+/// the rods meet. With D the distance of the two and y the height of the bead, D^2 / 4 + y^2 = 1.
+struct BeadOnRods {
+  static constexpr double kBead = 1e-6;  // kg
+  static constexpr double kSpeed = 1.0;  // m/s, of each, at the start, where D is 1 m
+
+  static SphereWorld world() {
+    const double height = std::sqrt(0.75);
+    SphereWorld world;
+    world.spheres = {sphereAt(1, {-0.5, 0.0, 0.0}, {-kSpeed, 0.0, 0.0}),
+                     sphereAt(2, {0.0, height, 0.0}, {0.0, -0.5 * kSpeed / height, 0.0}),
+                     sphereAt(3, {0.5, 0.0, 0.0}, {kSpeed, 0.0, 0.0})};
+    for (Sphere& sphere : world.spheres)
+      sphere.mass = sphere.id == 2 ? kBead : 1.0;
+    world.rods = {{1, 2}, {2, 3}};
+    return world;
+  }
+
+  /// Energy for D = 2 sin(angle) and D' = 1 m/s.
+  static double inertia(double angle) {
+    const double across = std::tan(angle);
+    return 0.25 + kBead * across * across / 8.0;
+  }
+
+  /// Time (s) until the rods are straight: the integral of dD / D', where the energy is constant,
+  /// by Simpson's rule.
+  static double timeUntilStraight() {
+    constexpr int kSteps = 20000;
+    const double begin = std::numbers::pi / 6.0;  // D = 1
+    const double step = (0.5 * std::numbers::pi - begin) / kSteps;
+    const double energy = inertia(begin) * 4.0 * kSpeed * kSpeed;
+    double sum = 0.0;
+    for (int k = 0; k <= kSteps; ++k) {
+      const double angle = begin + k * step;
+      const double cosine = std::cos(angle);
+      const double sine = std::sin(angle);
+      const double weight = k == 0 || k == kSteps ? 1.0 : 2.0 + 2.0 * (k % 2);
+      sum +=
+          weight * 2.0 * std::sqrt((0.25 * cosine * cosine + kBead * sine * sine / 8.0) / energy);
+    }
+    return sum * step / 3.0;
+  }
+};
+
+}  // namespace
+
+// The bead is thrown across at up to 1400 m/s when the rods become straight, and the two heavy
+// spheres come back as fast as they went: the motion is symmetric about that moment.
+TEST(Rods, ALightBeadBetweenHeavySpheresIsThrownAcross) {
+  SphereStepper stepper = stepperOf(BeadOnRods::world());
+  const double energy = energyOf(stepper);
+  const double straight = BeadOnRods::timeUntilStraight();
+  stepper.advanceTo(straight);
+  EXPECT_NEAR(energyOf(stepper), energy, 1e-3 * energy);
+  stepper.advanceTo(2.0 * straight);
+  expectValid(stepper);
+  EXPECT_NEAR(energyOf(stepper), energy, 1e-4 * energy);
+  EXPECT_NEAR(stepper.state(0).velocity.x(), BeadOnRods::kSpeed, 1e-4);
+  EXPECT_NEAR(stepper.state(2).velocity.x(), -BeadOnRods::kSpeed, 1e-4);
+  EXPECT_NEAR(stepper.state(0).position.x(), -0.5, 1e-4);
+  EXPECT_NEAR(stepper.state(1).position.y(), -std::sqrt(0.75), 1e-4);
+}
+
+// A heavy pendulum on two rods with a bead between them: the bead's own swing, 1000 times as fast,
+// must neither grow nor change the slow one, which is a pendulum's of 2 m.
+TEST(Rods, AHeavyPendulumBelowALightBeadSwingsAsIfItWereNotThere) {
+  constexpr double kAngle = 0.3;
+  SphereWorld world;
+  world.gravity = kEarthGravity;
+  const Vec3 along(std::sin(kAngle), -std::cos(kAngle), 0.0);
+  world.spheres = {sphereAt(1, along), sphereAt(2, 2.0 * along)};
+  world.spheres[0].mass = 1e-6;
+  world.spheres[1].mass = 1.0;
+  world.rods = {{1, kAnchor, Vec3::Zero()}, {1, 2}};
+  SphereStepper stepper = stepperOf(world);
+  const double energy = energyOf(stepper);
+  stepper.advanceTo(0.5 * pendulumPeriod(2.0, 9.81, kAngle));
+  expectValid(stepper);
+  EXPECT_NEAR(energyOf(stepper), energy, 1e-5);
+  EXPECT_NEAR(stepper.state(1).position.x(), -2.0 * std::sin(kAngle), 1e-4);
+  EXPECT_NEAR(stepper.state(0).position.x(), -std::sin(kAngle), 1e-4);
+}
+
 // ---- Springs
 
 TEST(Springs, MoveAsTheLeapfrogOfAnOscillatorDoes) {
@@ -258,6 +343,22 @@ TEST(Springs, BallsOnASpringStillCollideExactly) {
   // method is of second order: (w h)^2 is 2.5e-5.
   EXPECT_NEAR(events[0].time, 0.5 * std::asin(0.8), 2.5e-5 * 0.46);
   EXPECT_NEAR(events[0].approachSpeed, 0.6, 2.5e-5 * 0.6);
+}
+
+// A spring that draws a ball onto the floor at 7.5e7 m/s^2: a hop that would last as long as under
+// gravity would throw it off at 3.7 km/s.
+TEST(Springs, HopsOfABallThatIsDrawnDownGiveItNoEnergy) {
+  SphereWorld world;
+  world.planes = {floorPlane(0.5)};
+  world.spheres = {sphereAt(1, {0.0, 0.05, 0.0})};
+  world.springs = {{1, kAnchor, {0.0, -0.1, 0.0}, 0.0, 1e8, 0.0}};
+  SphereStepper stepper = stepperOf(world);
+  const double energy = energyOf(stepper);
+  for (int millisecond = 1; millisecond <= 3; ++millisecond) {
+    stepper.advanceTo(1e-3 * millisecond);
+    EXPECT_LT(energyOf(stepper), energy + 1e-6 * energy);
+    expectValid(stepper);
+  }
 }
 
 // ---- Fields and drag
@@ -321,6 +422,21 @@ TEST(SphereStepper, TakingFewEventsAtATimeChangesNoBit) {
     EXPECT_EQ(found[event].time, all[event].time);
     EXPECT_EQ(found[event].impulse, all[event].impulse);
   }
+  EXPECT_EQ(whole.state(0).position, pieces.state(0).position);
+}
+
+// A pendulum has many steps, and no event at which a caller could look at the clock.
+TEST(SphereStepper, ReturnsWhereThereIsMuchWorkWithoutEvents) {
+  SphereStepper whole = stepperOf(pendulum(1.0));
+  SphereStepper pieces = stepperOf(pendulum(1.0));
+  whole.advanceTo(1.0);
+  int calls = 0;
+  for (double before = -1.0; pieces.time() < 1.0; ++calls) {
+    ASSERT_GT(pieces.time(), before);
+    before = pieces.time();
+    EXPECT_TRUE(pieces.advanceTo(1.0, 2).empty());
+  }
+  EXPECT_GT(calls, 10);
   EXPECT_EQ(whole.state(0).position, pieces.state(0).position);
 }
 

@@ -139,6 +139,8 @@ struct SphereStepperCounters {
 /// at a time; [physics thread] throughout.
 class SphereStepper {
  public:
+  static constexpr std::size_t kWorkPerEvent = 16;  ///< see advanceTo
+
   /// Creates a stepper at time 0. Refuses values that the fields of SphereWorld exclude, anything
   /// not finite, equal ids, joints with unknown ends, and overlaps at time 0 of more than 1e-9 of
   /// the smaller radius. Spheres may touch at the start. O(N) for N spheres of about one size.
@@ -156,7 +158,9 @@ class SphereStepper {
   /// `time` is an error of the caller: asserted, and without assertions nothing moves.
   ///
   /// Stops earlier, at the time of a collision, once there are `mostEvents` or more: time() is then
-  /// before `time`, and further collisions at that instant may follow in the next call.
+  /// before `time`, and further collisions at that instant may follow in the next call. It stops,
+  /// too, once it has done kWorkPerEvent * mostEvents pieces of work, such as the steps of rods, of
+  /// which there may be any number without an event.
   std::span<const ImpulseEvent> advanceTo(double time,
                                           std::size_t mostEvents = static_cast<std::size_t>(-1));
 
