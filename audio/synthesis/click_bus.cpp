@@ -8,7 +8,8 @@
 namespace carom::audio {
 namespace {
 
-/// Pa: a filter's state below it becomes 0. It is 206 dB below the threshold of hearing (20 uPa).
+/// Pa: a filter's state below it becomes 0 where nothing drives the filter. It is 206 dB below the
+/// threshold of hearing (20 uPa).
 constexpr double kSilence = 1e-15;
 
 }  // namespace
@@ -110,7 +111,7 @@ void ClickBus::ring(std::span<double> pressure) noexcept {
     const double b2 = chain_.radiation->b2();
     for (double& sample : pressure) {
       double now = sample + b1 * last_ + b2 * beforeLast_;
-      if (std::abs(now) < kSilence) now = 0.0;
+      if (sample == 0.0 && std::abs(now) < kSilence) now = 0.0;
       beforeLast_ = last_;
       last_ = sample = now;
     }
@@ -122,7 +123,7 @@ void ClickBus::ring(std::span<double> pressure) noexcept {
     for (double& sample : pressure) {
       const double now = wall.b0 * sample + state;
       state = wall.b1 * sample - wall.a1 * now;
-      if (std::abs(state) < kSilence) state = 0.0;
+      if (sample == 0.0 && std::abs(state) < kSilence) state = 0.0;
       sample = now;
     }
     reflected_[i] = state;
