@@ -40,6 +40,13 @@ Result<std::vector<Scene>> readScenes(const std::vector<std::string>& files, boo
   return scenes;
 }
 
+/// Returns the limits of a scene after others, which have taken a part of the time.
+RunLimits leftOf(RunLimits limits, const ResourceWatch& watch) {
+  constexpr double kLeast = 1e-6;  // s; none would be no limit
+  if (limits.time > 0.0) limits.time = std::max(kLeast, limits.time - watch.seconds());
+  return limits;
+}
+
 std::string errorText(const VariantReport& variant) {
   std::ostringstream text;
   text.precision(3);
@@ -89,7 +96,9 @@ ReportCommand::ReportCommand(CLI::App& app)
                    "seconds: variants whose mechanics would take longer are left out")
       ->check(numberRange(0.001, 1e6, "seconds"))
       ->capture_default_str();
-  addConfine(*command_, confine_);
+  command_->add_flag("--confine,!--no-confine", confine_,
+                     "refuse files that a scene names outside of its folder; on by default");
+  addLimits(*command_, run_);
   command_->add_flag("--json", json_, "print what is in report.json instead of text");
   command_->footer(
       "Example:\n"
@@ -107,15 +116,22 @@ int ReportCommand::run() const {
   Result<std::vector<Scene>> scenes = readScenes(scenes_, confine_);
   if (!scenes) return fail(kBadInput, scenes.error().message);
 
+  const RunLimits limits = run_.limits();
+  capMemory(limits.memory);
+  const ResourceWatch watch(limits);
   std::vector<SceneReport> reports;
-  for (const Scene& scene : *scenes) {
+  for (std::size_t index = 0; index < scenes->size(); ++index) {
+    const Scene& scene = (*scenes)[index];
     ProgressBar bar("measuring " + scene.name);
+    RunGuard guard(scene, leftOf(limits, watch));
     ReportOptions options;
+    options.guard = &guard;
     options.runs = runs_;
     options.budget = budget_;
     options.progress = [&bar](double share, const std::string&) { bar.show(share); };
     Result<SceneReport> report = reportScene(scene, options);
     bar.clear();
+    if (guard.ended()) return endedEarly(scenes_[index], *guard.ended(), "");
     if (!report) return fail(kFailed, report.error().message);
     reports.push_back(*std::move(report));
   }
