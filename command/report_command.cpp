@@ -40,13 +40,6 @@ Result<std::vector<Scene>> readScenes(const std::vector<std::string>& files, boo
   return scenes;
 }
 
-/// Returns the limits of a scene after others, which have taken a part of the time.
-RunLimits leftOf(RunLimits limits, const ResourceWatch& watch) {
-  constexpr double kLeast = 1e-6;  // s; none would be no limit
-  if (limits.time > 0.0) limits.time = std::max(kLeast, limits.time - watch.seconds());
-  return limits;
-}
-
 std::string errorText(const VariantReport& variant) {
   std::ostringstream text;
   text.precision(3);
@@ -116,14 +109,15 @@ int ReportCommand::run() const {
   Result<std::vector<Scene>> scenes = readScenes(scenes_, confine_);
   if (!scenes) return fail(kBadInput, scenes.error().message);
 
-  const RunLimits limits = run_.limits();
+  RunLimits limits = run_.limits();
   capMemory(limits.memory);
   const ResourceWatch watch(limits);
   std::vector<SceneReport> reports;
   for (std::size_t index = 0; index < scenes->size(); ++index) {
     const Scene& scene = (*scenes)[index];
     ProgressBar bar("measuring " + scene.name);
-    RunGuard guard(scene, leftOf(limits, watch));
+    limits.spent = watch.seconds();
+    RunGuard guard(scene, limits);
     ReportOptions options;
     options.guard = &guard;
     options.runs = runs_;

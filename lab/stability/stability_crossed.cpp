@@ -86,16 +86,12 @@ void forEachOf(Source source, double time, const Event& event, const Contact& co
   }
 }
 
-/// Returns which of the sources are looked at where each takes long: every second or fifth.
-std::size_t stepOf(StabilityForm form) {
-  return form == StabilityForm::full ? 2 : 5;
-}
-
-/// Returns every `step`th source, of which few are alike.
-std::vector<Source> someOf(const std::vector<Source>& sources, std::size_t step) {
+/// Returns one or two of five sources, where each takes long. Neighbours differ in one extreme.
+std::vector<Source> someOf(const std::vector<Source>& sources, StabilityForm form) {
+  const std::size_t taken = form == StabilityForm::full ? 2 : 1;
   std::vector<Source> some;
-  for (std::size_t index = 0; index < sources.size(); index += step)
-    some.push_back(sources[index]);
+  for (std::size_t index = 0; index < sources.size(); ++index)
+    if (index % 5 < taken) some.push_back(sources[index]);
   return some;
 }
 
@@ -286,7 +282,7 @@ std::vector<Listener> mirrorImages(const Vec3& place, int order) {
 
 /// Returns sources of each kind that are, and stay, in the box.
 std::vector<Source> boxedSources(double rate, StabilityForm form) {
-  std::vector<Source> sources = someOf(extremeSources(rate), stepOf(form));
+  std::vector<Source> sources = someOf(extremeSources(rate), form);
   std::erase_if(sources, [](const Source& source) {
     const auto* slide = std::get_if<Slide>(&source);
     return slide != nullptr && (slide->speed > 1.0 || slide->radius > 1.0);

@@ -8,7 +8,8 @@ namespace carom::scenes {
 /// The most that a run may take. Zero: no limit.
 struct RunLimits {
   std::uint64_t memory = 0;  ///< bytes, resident in the whole process
-  double time = 0.0;         ///< s, wall time since the guard was made
+  double time = 0.0;         ///< s, wall time since the watch or guard was made, and `spent`
+  double spent = 0.0;        ///< s, of `time`, by what came before
   std::uint64_t events = 0;  ///< of all bodies; if 0, an endless rattle ends the run
 };
 

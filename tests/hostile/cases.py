@@ -488,7 +488,7 @@ def escapes():
         changed(BALL, "/listeners/0", {"position": [0, 1, 1], "format": "binaural", "sofa": "../head.sofa"}))}
     report = ["report", "in/scene.json", "-o", "report"]
     yield Case("stranger's head by report, which is confined by itself", report, "leads out of the folder", BAD, head)
-    yield Case("stranger's head by report that is not confined", [*report, "--no-confine"], "head.sofa: is no SOFA file", FAILED, head)
+    yield Case("stranger's head by report that is not confined", [*report, "--no-confine"], "it is not a SOFA file", FAILED, head)
     outside = gltf(0).replace('"data:application/octet-stream;base64,' + "A" * 48 + '"', '"link.bin"')
     yield Case("stranger's glTF whose buffer is a link out of its folder", ["modes", "in/a.gltf", "--material", "steel"], "Assimp cannot read it", BAD,
                {"secret.bin": b"\0" * 36, "in/a.gltf": outside, "in/link.bin": lambda path: path.symlink_to("../secret.bin")})

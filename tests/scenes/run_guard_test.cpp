@@ -100,19 +100,19 @@ TEST(RunGuard, TheNumberOfEventsIsALimit) {
 
 TEST(RunGuard, CountsTheEventsOfAnotherRunAnew) {
   const Scene scene = ballInGap(1e-3, 0.1);
-  RunGuard guard(scene, {.events = 1500});  // a run has 2000
+  RunGuard guard(scene, {.events = 15'000});  // a run of 0.1 s has 20,000
   for (int run = 0; run < 3; ++run) {
     guard.restart();
     const auto stepper = makeStepper(scene, &guard);
     ASSERT_TRUE(stepper);
     EXPECT_TRUE(recordTape(**stepper, 0.05, &guard));
-    EXPECT_NEAR(static_cast<double>(guard.events()), 1000.0, 10.0);
+    EXPECT_NEAR(static_cast<double>(guard.events()), 10'000.0, 10.0);
   }
   const auto stepper = makeStepper(scene, &guard);
   ASSERT_TRUE(stepper);
   const auto tape = recordTape(**stepper, 0.1, &guard);
   ASSERT_FALSE(tape);
-  EXPECT_THAT(tape.error().message, HasSubstr("expected at most 1500 (--max-events)"));
+  EXPECT_THAT(tape.error().message, HasSubstr("expected at most 15000 (--max-events)"));
 }
 
 // A part that a limit cuts off is the beginning of the whole, under another name.
