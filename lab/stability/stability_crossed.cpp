@@ -585,7 +585,7 @@ Measurements everything(StabilityForm form) {
   double sounds = 0.0;
   for (const double rate : ratesOf(form)) {
     const Hall hall = fullHall(rate, orThrow(loadHrtf("", rate)));
-    for (const Source& source : someOf(extremeSources(rate), form == StabilityForm::full ? 1 : 5)) {
+    for (const Source& source : someOf(extremeSources(rate), form)) {
       Synth synth = synthIn(hall, source, {});
       play(synth, source);
       // A jump to the end of the world and back, in the middle of the sound.
