@@ -61,7 +61,8 @@ std::uint64_t machineMemory() {
   return memory;
 }
 
-ResourceWatch::ResourceWatch(const RunLimits& limits) : limits_(limits), begin_(clockSeconds() - limits.spent) {}
+ResourceWatch::ResourceWatch(const RunLimits& limits)
+    : limits_(limits), begin_(clockSeconds() - limits.spent) {}
 
 double ResourceWatch::seconds() const {
   return clockSeconds() - begin_;
