@@ -12,6 +12,7 @@
 #include "command/command_line.h"
 #include "command/progress_bar.h"
 #include "lab/estimate/run_estimate.h"
+#include "lab/report/report_text.h"
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
@@ -71,6 +72,7 @@ nlohmann::ordered_json jsonOf(const JelloRun& run, const JelloReport& report) {
   object["touches"] = report.touches;
   object["peak_pa"] = report.peak;
   object["stable"] = report.blowUp.empty();
+  object["ended_early"] = lab::endedJson(report.endedEarly);
   return object;
 }
 
@@ -324,9 +326,11 @@ int JelloCommand::runScene(const Scene& scene) const {
   const Result<JelloReport> report = run->run();
   bar.clear();
   if (!report) return fail(kFailed, report.error().message);
-  if (report->endedEarly)
+  if (report->endedEarly) {
+    if (json_) answer(jsonText(jsonOf(*run, *report)));
     return endedEarly(world_, *report->endedEarly,
                       run_.keepPartial ? "the files called .incomplete" : "");
+  }
   if (const Status named = nameComplete(); !named) return fail(kFailed, named.error().message);
   const int answered = answer(json_ ? jsonText(jsonOf(*run, *report)) : textOf(*run, *report));
   if (!report->blowUp.empty())

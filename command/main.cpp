@@ -325,9 +325,12 @@ int compare(const Arguments& arguments) {
     if (!valid) return fail(kBadInput, arguments.scene + ": " + valid.error().message);
   }
   ProgressBar bar("comparing " + scene->name);
-  const Result<CompareReport> report =
-      compareScene(*scene, steps, [&](double share) { bar.show(share); });
+  capMemory(arguments.run.limits().memory);
+  RunGuard guard(*scene, arguments.run.limits());
+  const Result<CompareReport> report = compareScene(
+      *scene, steps, {.progress = [&](double share) { bar.show(share); }, .guard = &guard});
   bar.clear();
+  if (guard.ended()) return endedEarly(arguments.scene, *guard.ended(), "");
   if (!report) return fail(kFailed, report.error().message);
   return answer(arguments.json ? jsonText(compareJson(*scene, *report))
                                : compareText(*scene, *report));
@@ -444,6 +447,7 @@ CLI::App* addCompare(CLI::App& app, Arguments& arguments) {
                    "a Bullet step in seconds; may be repeated; default: 1/60, 1/240 and 1/1000")
       ->check(stepRange())
       ->allow_extra_args(false);
+  addLimits(*command, arguments.run);
   command->footer(
       "Examples:\n"
       "  carom compare scenes/library/two_balls.json --step 0.016667 --json\n"

@@ -154,6 +154,7 @@ ModesCommand::ModesCommand(CLI::App& app)
   command_->add_option("--cache", cacheFolder_, "folder of models computed before")
       ->check(fileName());
   command_->add_flag("--no-cache", noCache_, "compute it in any case");
+  addResourceLimits(*command_, run_);
   command_->add_flag("--json", json_, "print one JSON object instead of text");
   command_->footer(
       "Examples:\n"
@@ -194,14 +195,19 @@ int ModesCommand::run() const {
 
   ModelCache cache =
       cacheFolder_.empty() ? ModelCache() : ModelCache(std::filesystem::path(cacheFolder_));
+  capMemory(run_.limits().memory);
+  ResourceWatch watch(run_.limits());
+  std::string limit;
   ProgressBar bar("modes of " + std::filesystem::path(mesh_).filename().string());
   Result<MeshAnalysis> analysis =
       analyseMesh(mesh->surface, *material, settings, noCache_ ? nullptr : &cache,
                   [&](std::string_view, double share) {
                     bar.show(share);
-                    return true;
+                    limit = watch.exceeded();
+                    return limit.empty();
                   });
   bar.clear();
+  if (!limit.empty()) return endedEarly(mesh_, watch, limit);
   if (!analysis) return fail(kBadInput, mesh_ + ": " + analysis.error().message);
   analysis->model.name = std::filesystem::path(mesh_).stem().string();
   warn(mesh_, *analysis);

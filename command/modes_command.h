@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "command/run_options.h"
+
 namespace CLI {
 class App;
 }
@@ -34,6 +36,7 @@ class ModesCommand {
   bool noRadiation_ = false;
   bool noCache_ = false;
   bool json_ = false;
+  RunOptions run_;
 };
 
 }  // namespace carom::command

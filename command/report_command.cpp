@@ -89,7 +89,9 @@ ReportCommand::ReportCommand(CLI::App& app)
                    "seconds: variants whose mechanics would take longer are left out")
       ->check(numberRange(0.001, 1e6, "seconds"))
       ->capture_default_str();
-  addConfine(*command_, confine_);
+  command_->add_flag("--confine,!--no-confine", confine_,
+                     "refuse files that a scene names outside of its folder; on by default");
+  addLimits(*command_, run_);
   command_->add_flag("--json", json_, "print what is in report.json instead of text");
   command_->footer(
       "Example:\n"
@@ -107,15 +109,23 @@ int ReportCommand::run() const {
   Result<std::vector<Scene>> scenes = readScenes(scenes_, confine_);
   if (!scenes) return fail(kBadInput, scenes.error().message);
 
+  RunLimits limits = run_.limits();
+  capMemory(limits.memory);
+  const ResourceWatch watch(limits);
   std::vector<SceneReport> reports;
-  for (const Scene& scene : *scenes) {
+  for (std::size_t index = 0; index < scenes->size(); ++index) {
+    const Scene& scene = (*scenes)[index];
     ProgressBar bar("measuring " + scene.name);
+    limits.spent = watch.seconds();
+    RunGuard guard(scene, limits);
     ReportOptions options;
+    options.guard = &guard;
     options.runs = runs_;
     options.budget = budget_;
     options.progress = [&bar](double share, const std::string&) { bar.show(share); };
     Result<SceneReport> report = reportScene(scene, options);
     bar.clear();
+    if (guard.ended()) return endedEarly(scenes_[index], *guard.ended(), "");
     if (!report) return fail(kFailed, report.error().message);
     reports.push_back(*std::move(report));
   }

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "command/run_options.h"
+
 namespace CLI {
 class App;
 }
@@ -27,7 +29,8 @@ class ReportCommand {
   std::size_t runs_ = 3;
   double budget_ = 10.0;  // s
   bool json_ = false;
-  bool confine_ = false;
+  bool confine_ = true;
+  RunOptions run_;
 };
 
 }  // namespace carom::command

@@ -51,7 +51,7 @@ scenes::RunLimits RunOptions::limits() const {
   return limits;
 }
 
-void addLimits(CLI::App& command, RunOptions& options) {
+void addResourceLimits(CLI::App& command, RunOptions& options) {
   command
       .add_option("--max-memory", options.memory,
                   "end the run beyond it, with exit code 3; default: half of the machine's")
@@ -59,6 +59,10 @@ void addLimits(CLI::App& command, RunOptions& options) {
   command
       .add_option("--max-time", options.time, "end the run after so many seconds; default: never")
       ->check(numberRange(1e-3, 1e9, "seconds"));
+}
+
+void addLimits(CLI::App& command, RunOptions& options) {
+  addResourceLimits(command, options);
   command
       .add_option("--max-events", options.events,
                   "end the run after so many events; default: any number, but no endless rattle")
@@ -73,6 +77,11 @@ void addKeepPartial(CLI::App& command, RunOptions& options) {
 int endedEarly(const std::string& file, const scenes::EndedEarly& ended, const std::string& kept) {
   return fail(kLimited,
               file + ": " + ended.what + (kept.empty() ? "" : "; what came before is in " + kept));
+}
+
+int endedEarly(const std::string& file, const scenes::ResourceWatch& watch,
+               const std::string& limit) {
+  return fail(kLimited, file + ": the run ends: " + watch.why(limit));
 }
 
 void capMemory(std::uint64_t bytes) {

@@ -24,13 +24,19 @@ struct RunOptions {
   scenes::RunLimits limits() const;
 };
 
-/// Adds --max-memory, --max-time and --max-events; `options` must outlive the parsing.
+/// Adds --max-memory and --max-time; `options` must outlive the parsing.
+void addResourceLimits(CLI::App& command, RunOptions& options);
+/// Adds these and --max-events; `options` must outlive the parsing.
 void addLimits(CLI::App& command, RunOptions& options);
 /// Adds --keep-partial.
 void addKeepPartial(CLI::App& command, RunOptions& options);
 
 /// Says on stderr why a run has ended, and what is left of it. Returns kLimited.
 int endedEarly(const std::string& file, const scenes::EndedEarly& ended, const std::string& kept);
+
+/// Says on stderr that a limit of `watch` has ended what was done with `file`. Returns kLimited.
+int endedEarly(const std::string& file, const scenes::ResourceWatch& watch,
+               const std::string& limit);
 
 /// Keeps this process from more than twice as much memory as `bytes`, for what no guard watches, or
 /// what grows faster than it looks: allocations beyond fail.

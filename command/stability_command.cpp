@@ -35,12 +35,26 @@ Status writeText(const std::string& file, const std::string& text) {
   return writeBytes(file, std::as_bytes(std::span(text)));
 }
 
-StabilityReport runWithBar(const std::vector<StabilityCase>& cases, StabilityForm form) {
+/// A run, and why it has ended before its last case.
+struct BoundedRun {
+  StabilityReport report;
+  std::string limit;  // empty if it has not
+  std::string next;   // id of the case that was not run
+};
+
+BoundedRun runWithBar(const std::vector<StabilityCase>& cases, StabilityForm form,
+                      scenes::ResourceWatch& watch) {
   std::optional<ProgressBar> bar;
-  return runStability(cases, form, [&](std::string_view id, double share) {
+  BoundedRun run;
+  run.report = runStability(cases, form, [&](std::string_view id, double share) {
     bar.reset();  // each case has its own label, in place of the last one's
-    if (share < 1.0) bar.emplace("stability " + std::string(id)).show(share);
+    if (share >= 1.0) return true;
+    run.limit = watch.exceeded();
+    run.next = id;
+    if (run.limit.empty()) bar.emplace("stability " + std::string(id)).show(share);
+    return run.limit.empty();
   });
+  return run;
 }
 
 }  // namespace
@@ -57,6 +71,7 @@ StabilityCommand::StabilityCommand(CLI::App& app)
       ->check(fileName())
       ->excludes(list);
   command_->add_flag("--json", json_, "print one JSON object instead of text");
+  addResourceLimits(*command_, run_);
   command_->footer(
       "Examples:\n"
       "  carom stability --short\n"
@@ -81,7 +96,10 @@ int StabilityCommand::run() const {
     if (const Status valid = checkWritable(output_); !valid)
       return fail(kFailed, output_ + ": " + valid.error().message);
 
-  const StabilityReport report = runWithBar(cases, form());
+  capMemory(run_.limits().memory);
+  scenes::ResourceWatch watch(run_.limits());
+  const auto [report, limit, next] = runWithBar(cases, form(), watch);
+  if (!limit.empty()) return endedEarly("stability, before " + next, watch, limit);
   const nlohmann::ordered_json object = stabilityJson(report);
   if (!output_.empty())
     if (const Status written = writeText(output_, jsonText(object)); !written)

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "command/run_options.h"
 #include "lab/stability/stability.h"
 
 namespace CLI {
@@ -31,6 +32,7 @@ class StabilityCommand {
   bool short_ = false;
   bool list_ = false;
   bool json_ = false;
+  RunOptions run_;
 };
 
 }  // namespace carom::command

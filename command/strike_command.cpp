@@ -78,26 +78,36 @@ SoundBody struckBody(std::shared_ptr<const ModalModel> model, bool click) {
   return body;
 }
 
+/// What a strike is rendered into, and how far.
+struct StrikeOutput {
+  std::string file;
+  SoundFileSettings settings;
+  double seconds = 0.0;  // s; 0: until it is silent
+};
+
 struct StrikeReport {
+  std::string limit;      // that has ended it; empty if none has
   double peak = 0.0;      // Pa
   double duration = 0.0;  // s
   double contact = 0.0;   // s
   std::size_t modes = 0;
 };
 
-Result<StrikeReport> renderStrike(Synth& synth, const ImpulseEvent& event, double seconds,
-                                  const std::string& output, const SoundFileSettings& settings) {
-  Result<SoundFileWriter> writer = SoundFileWriter::create(output, settings);
+Result<StrikeReport> renderStrike(Synth& synth, const ImpulseEvent& event,
+                                  const StrikeOutput& output, ResourceWatch& watch) {
+  Result<SoundFileWriter> writer = SoundFileWriter::create(output.file, output.settings);
   if (!writer) return writer.error();
   StrikeReport report;
   report.contact = synth.contactDuration(event);
   synth.schedule(event);
-  const double limit = seconds > 0.0 ? seconds : kLongest;
+  const double limit = output.seconds > 0.0 ? output.seconds : kLongest;
   std::vector<double> samples(kStrikeBlock);
   std::vector<float> rounded(kStrikeBlock);
-  const auto most = static_cast<std::size_t>(std::llround(limit * settings.sampleRate));
+  const auto most = static_cast<std::size_t>(std::llround(limit * output.settings.sampleRate));
   std::size_t left = most;
-  while (left > 0 && (seconds > 0.0 || !synth.isSilent())) {
+  while (left > 0 && (output.seconds > 0.0 || !synth.isSilent())) {
+    report.limit = watch.exceeded();
+    if (!report.limit.empty()) return report;
     const std::size_t frames = std::min(left, kStrikeBlock);
     double* const channel = samples.data();
     synth.render<double>(std::span(&channel, 1), frames);
@@ -107,7 +117,7 @@ Result<StrikeReport> renderStrike(Synth& synth, const ImpulseEvent& event, doubl
       return written.error();
     left -= frames;
   }
-  report.duration = static_cast<double>(most - left) / settings.sampleRate;
+  report.duration = static_cast<double>(most - left) / output.settings.sampleRate;
   if (const Status finished = writer->finish(); !finished) return finished.error();
   report.peak = writer->peakPressure();
   return report;
@@ -157,6 +167,7 @@ StrikeCommand::StrikeCommand(CLI::App& app)
       ->check(wholeNumberRange(8000, 192000, "Hz"))
       ->capture_default_str();
   addScale(*command_, normalize_, fullScale_);
+  addResourceLimits(*command_, run_);
   command_->add_flag("--json", json_, "print one JSON object instead of text");
   command_->footer(
       "Example:\n"
@@ -180,6 +191,8 @@ int StrikeCommand::run() const {
   if (listener.norm() < kNearest)
     return fail(kBadInput,
                 "--listener: it is in the centre of mass; expected at least 1 mm away from it");
+  capMemory(run_.limits().memory);
+  ResourceWatch watch(run_.limits());
   Result<ModalModel> loaded = loadModel(model_);
   if (!loaded) return fail(kBadInput, loaded.error().message);
   const auto model = std::make_shared<const ModalModel>(*std::move(loaded));
@@ -202,8 +215,10 @@ int StrikeCommand::run() const {
   file.sampleRate = sampleRate_;
   file.normalize = normalize_;
   file.fullScalePressure = fullScalePressure(fullScale_).value_or(kFullScalePressure);
-  const Result<StrikeReport> report = renderStrike(*synth, event, duration_, output_, file);
+  const Result<StrikeReport> report =
+      renderStrike(*synth, event, {.file = output_, .settings = file, .seconds = duration_}, watch);
   if (!report) return fail(kFailed, report.error().message);
+  if (!report->limit.empty()) return endedEarly(model_, watch, report->limit);
   if (json_) {
     nlohmann::ordered_json object;
     object["file"] = output_;

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "command/run_options.h"
+
 namespace CLI {
 class App;
 }
@@ -34,6 +36,7 @@ class StrikeCommand {
   bool normalize_ = false;
   bool noClick_ = false;
   bool json_ = false;
+  RunOptions run_;
 };
 
 }  // namespace carom::command

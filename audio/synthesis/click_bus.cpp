@@ -8,7 +8,8 @@
 namespace carom::audio {
 namespace {
 
-/// Pa: a filter's state below it becomes 0. It is 206 dB below the threshold of hearing (20 uPa).
+/// Pa: a filter's state that gives no more becomes 0. It is 206 dB below the threshold of hearing
+/// (20 uPa).
 constexpr double kSilence = 1e-15;
 
 }  // namespace
@@ -108,9 +109,11 @@ void ClickBus::ring(std::span<double> pressure) noexcept {
   if (chain_.radiation != nullptr && chain_.radiation->b2() != 0.0) {
     const double b1 = chain_.radiation->b1();
     const double b2 = chain_.radiation->b2();
+    // The recursion of a large body takes up little in a sample, and gives 1 / (1 - b1 - b2) of it.
+    const double silence = kSilence * (1.0 - b1 - b2);
     for (double& sample : pressure) {
       double now = sample + b1 * last_ + b2 * beforeLast_;
-      if (std::abs(now) < kSilence) now = 0.0;
+      if (std::abs(now) < silence) now = 0.0;
       beforeLast_ = last_;
       last_ = sample = now;
     }

@@ -1,12 +1,14 @@
 #include "lab/compare/compare.h"
 
 #include <cmath>
+#include <memory>
 #include <vector>
 
 #include "lab/compare/local_reference.h"
 
 #include "carom/bullet/bullet_bridge.h"
 #include "scenes/run/bullet_scene.h"
+#include "scenes/run/event_tape.h"
 #include "scenes/run/native_only.h"
 #include "scenes/run/scene_sound.h"
 #include "scenes/run/scene_stepper.h"
@@ -23,13 +25,15 @@ struct BulletRun {
   double wallTime = 0.0;
 };
 
-Result<BulletRun> runBullet(const Scene& scene) {
+Result<BulletRun> runBullet(const Scene& scene, RunGuard* guard) {
+  if (guard != nullptr) guard->restart();
   BulletScene world(scene);
   Result<BulletBridge> bridge = BulletBridge::attach(
       world.world(), {.restSpeed = scene.stepper.restSpeed, .delivery = EventDelivery::prompt});
   if (!bridge) return bridge.error();
   LocalReference reference(scene);
   BulletRun run;
+  std::size_t counted = 0;  // events that the guard knows of
   const auto step = static_cast<btScalar>(scene.stepper.step);
   while (bridge->settledTime() < scene.duration) {
     reference.beforeStep(world);
@@ -37,6 +41,10 @@ Result<BulletRun> runBullet(const Scene& scene) {
     world.world().stepSimulation(step, 0);
     run.wallTime += stopwatch.seconds();
     reference.afterStep(world, static_cast<double>(step));
+    const auto more = bridge->events().subspan(counted);
+    counted += more.size();
+    if (guard != nullptr) guard->add(more, bridge->settledTime());
+    if (Status ended = checkEnded(guard); !ended) return ended.error();
   }
   const auto late = [&](const Collision& c) { return c.time > scene.duration; };
   run.reported = collisionsOf(bridge->events());
@@ -47,9 +55,13 @@ Result<BulletRun> runBullet(const Scene& scene) {
 }
 
 // Returns the root mean square of a scene's pressure over all channels, Pa.
-Result<double> soundLevel(const Scene& scene) {
+Result<double> soundLevel(const Scene& scene, RunGuard* guard) {
   Result<SceneSound> sound = SceneSound::create(scene);
   if (!sound) return sound.error();
+  if (guard != nullptr) {
+    guard->restart();
+    sound->watch(*guard);
+  }
   std::vector<std::vector<float>> channels(sound->synth().channelCount(), std::vector<float>(4096));
   double sum = 0.0;
   while (const std::size_t frames = sound->render(channels)) {
@@ -59,6 +71,7 @@ Result<double> soundLevel(const Scene& scene) {
       }
     }
   }
+  if (Status ended = checkEnded(guard); !ended) return ended.error();
   return std::sqrt(sum / static_cast<double>(sound->frames()) /
                    static_cast<double>(channels.size()));
 }
@@ -73,26 +86,28 @@ Scene onBullet(const Scene& scene, double step) {
 }  // namespace
 
 Result<CompareReport> compareScene(const Scene& scene, std::span<const double> steps,
-                                   const std::function<void(double share)>& progress) {
+                                   const CompareOptions& options) {
   if (const Status valid = validateForBullet(scene); !valid)
     return Error{scene.name + ": " + valid.error().message};
   Scene native = scene;
   native.stepper.type = StepperType::native;
   CompareReport report;
   const Stopwatch stopwatch;
-  const Result<std::vector<ImpulseEvent>> events = sceneEvents(native);
-  if (!events) return events.error();
+  const Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(native);
+  if (!stepper) return stepper.error();
+  const Result<EventTape> tape = recordTape(**stepper, native.duration, options.guard);
+  if (!tape) return tape.error();
   report.nativeWallTime = stopwatch.seconds();
-  const std::vector<Collision> nativeCollisions = collisionsOf(*events);
+  const std::vector<Collision> nativeCollisions = collisionsOf(eventsOf(*tape));
   report.nativeCollisions = nativeCollisions.size();
-  const Result<double> nativeLevel = soundLevel(native);
+  const Result<double> nativeLevel = soundLevel(native, options.guard);
   if (!nativeLevel) return nativeLevel.error();
 
   for (const double step : steps) {
     const Scene bullet = onBullet(scene, step);
-    const Result<BulletRun> run = runBullet(bullet);
+    const Result<BulletRun> run = runBullet(bullet, options.guard);
     if (!run) return run.error();
-    const Result<double> level = soundLevel(bullet);
+    const Result<double> level = soundLevel(bullet, options.guard);
     if (!level) return level.error();
     CompareRun& result = report.runs.emplace_back();
     result.step = step;
@@ -100,9 +115,8 @@ Result<CompareReport> compareScene(const Scene& scene, std::span<const double> s
     result.local = matchCollisions(run->reported, run->reference, step);
     result.global = commonRun(run->reported, nativeCollisions, 4.0 * step + 0.01);
     result.levelDifference = 20.0 * std::log10(*level / *nativeLevel);
-    if (progress) {
-      progress(static_cast<double>(report.runs.size()) / static_cast<double>(steps.size()));
-    }
+    if (options.progress)
+      options.progress(static_cast<double>(report.runs.size()) / static_cast<double>(steps.size()));
   }
   return report;
 }

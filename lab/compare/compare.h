@@ -10,6 +10,7 @@
 
 #include "carom/audio/result.h"
 #include "scenes/format/scene.h"
+#include "scenes/limits/run_guard.h"
 
 namespace carom::lab {
 
@@ -32,9 +33,14 @@ struct CompareReport {
   std::vector<CompareRun> runs;
 };
 
+struct CompareOptions {
+  std::function<void(double share)> progress = {};
+  RunGuard* guard = nullptr;  ///< if not null, ends each run at its limits, which is an error
+};
+
 /// Runs the scene on the native stepper and on Bullet at each of the steps (s). Refuses scenes that
 /// Bullet cannot run (validateForBullet). [one thread]
 Result<CompareReport> compareScene(const Scene& scene, std::span<const double> steps,
-                                   const std::function<void(double share)>& progress = {});
+                                   const CompareOptions& options = {});
 
 }  // namespace carom::lab

@@ -10,6 +10,7 @@
 #include "native/mechanics/linkage.h"
 #include "scenes/limits/run_guard.h"
 #include "scenes/run/jello_scene.h"
+#include "scenes/run/scene_modes.h"
 #include "scenes/run/scene_sound.h"
 #include "scenes/run/scene_stepper.h"
 
@@ -38,6 +39,22 @@ constexpr double kBodySize = 4000.0;
 constexpr double kEventSize = 200.0;  // an event that waits, for one path
 constexpr double kWait = 0.2;         // s, for which an event waits at most
 
+// The modes of a cube (./bench modal): 60 of 20,000 degrees of freedom take 3.9 s and 345 MB, of
+// 60,000 27 s and 1820 MB. The exponents are those of the line through the two on logarithmic
+// scales; a factor of a three-dimensional grid has the power 4/3 of its unknowns, and takes their
+// square to make. Radiation solves a full system of complex numbers for each mode: 22 s and 20 MB
+// for 60 modes and 800 panels. (At 5,000 and 40,000 degrees of freedom memory is right to 15 %,
+// time within a factor of three; at 400 panels time within two.)
+constexpr double kSolidTime = 3.9 / 60.0;           // s, for a mode of kSolidFreedom
+constexpr double kSolidSize = 345e6;                // bytes, at kSolidFreedom
+constexpr double kSolidFreedom = 20'000.0;          // degrees of freedom
+constexpr double kSolidTimePower = 1.77;            // of the degrees of freedom
+constexpr double kSolidSizePower = 1.5;             // of the degrees of freedom
+constexpr double kShellTime = 4.0;                  // s, all modes of kShellFreedom: a full matrix
+constexpr double kShellFreedom = 1000.0;            // degrees of freedom
+constexpr double kPanelTime = 22.0 / 60.0 / 512e6;  // s, for a mode, over the panels' cube
+constexpr double kPanelSize = 32.0;                 // bytes, over the panels' square
+
 constexpr std::size_t kPilotEvents = 4000;
 constexpr double kPilotTime = 0.25;  // s, of the scene
 
@@ -64,6 +81,43 @@ class Sum {
 
 std::string bodyText(const SceneBody& body) {
   return '"' + body.name + '"' + (body.pointer.empty() ? "" : " (" + body.pointer + ")");
+}
+
+/// Returns the degrees of freedom of a body's analysis.
+double freedomOf(const MeshAnalysisSettings& settings, const SurfaceMesh& surface) {
+  if (settings.body == BodyModel::shell) {
+    const auto vertices = static_cast<double>(std::clamp(
+        surface.vertices.size(), settings.shell.minVertices, settings.shell.maxVertices));
+    return settings.shell.springs == ShellSprings::axial ? 3.0 * vertices : vertices;
+  }
+  const VoxelSettings& grid = settings.solid.grid;
+  if (!grid.cellSize) return static_cast<double>(grid.degreesOfFreedom);
+  const double cells = std::cbrt(std::abs(signedVolume(surface))) / *grid.cellSize;
+  return 3.0 * std::pow(cells + 1.0, 3.0);
+}
+
+void addModes(const ModesToCompute& one, Sum& sum) {
+  const MeshAnalysisSettings& settings = one.body->ringing->analysis;
+  const double freedom = freedomOf(settings, one.surface);
+  const bool isShell = settings.body == BodyModel::shell;
+  const double modes = isShell ? static_cast<double>(settings.shell.maxModes)
+                               : static_cast<double>(settings.solid.maxModes);
+  const double share = freedom / (isShell ? kShellFreedom : kSolidFreedom);
+  double seconds = isShell ? kShellTime * std::pow(share, 3.0)
+                           : kSolidTime * modes * std::pow(share, kSolidTimePower);
+  double size = isShell ? 3.0 * sizeof(double) * freedom * freedom
+                        : kSolidSize * std::pow(share, kSolidSizePower);
+  if (settings.radiation) {
+    const auto panels = static_cast<double>(settings.radiation->panels);
+    seconds += kPanelTime * modes * panels * panels * panels;
+    size = std::max(size, kPanelSize * panels * panels);
+  }
+  sum.estimate.degreesOfFreedom += freedom;
+  sum.estimate.memory = std::max(sum.estimate.memory, kProgram + size);
+  std::ostringstream text;
+  text << "the modes of " << bodyText(*one.body) << ", of " << freedom
+       << " degrees of freedom, unless they are in the cache";
+  sum.add(seconds, text.str());
 }
 
 /// Returns the step of a jello whose scene leaves it open: half of the longest that is
@@ -161,6 +215,9 @@ RunEstimate estimateRun(const Scene& scene) {
     addBullet(scene, sum);
   else
     addNative(scene, paths, sum);
+  // Models are computed one after the other, before the run.
+  for (const ModesToCompute& one : modesToCompute(scene))
+    addModes(one, sum);
   sum.estimate.memory += kBodySize * static_cast<double>(scene.bodies.size()) * (1.0 + channels);
   std::ostringstream text;
   text << scene.duration << " s of sound in " << channels << " channels (/duration)";

@@ -11,12 +11,14 @@ using namespace scenes;
 
 /// The steps, events, memory and time of a run, in their order of magnitude: the mechanics from the
 /// scene and, for collisions, from the first thousands of them; times from what a step of each kind
-/// takes on a machine of 2020. The modes of meshes are not in it.
+/// takes on a machine of 2020. Modes that have to be computed count as if none were in the cache,
+/// and as if each body had as many as it may have.
 struct RunEstimate {
   double steps = 0.0;   ///< of Bullet, of a jello, or of springs, rods, fields and drag; 0: none
   double events = 0.0;  ///< two of each collision
-  double memory = 0.0;  ///< bytes
-  double wall = 0.0;    ///< s, mechanics and sound
+  double degreesOfFreedom = 0.0;  ///< of the bodies whose modes are computed
+  double memory = 0.0;            ///< bytes
+  double wall = 0.0;              ///< s, mechanics and sound
   /// The part that takes most of it: "the jello "cube" (/bodies/0), 5e+11 steps of 512 points".
   std::string longest;
 };

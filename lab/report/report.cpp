@@ -96,7 +96,8 @@ class SceneReporter {
     for (const double fineness : {8.0, 4.0}) {
       Result<ReportGrid> grid = reportGrid(scene_, fineness);
       if (!grid) return grid;
-      const Result<double> seconds = expectedSeconds(sceneOf(scene_, grid->reference));
+      const Result<double> seconds =
+          expectedSeconds(sceneOf(scene_, grid->reference), options_.guard);
       if (!seconds) return seconds.error();
       if (*seconds <= options_.budget) return grid;
     }
@@ -106,6 +107,7 @@ class SceneReporter {
   Status add(const ReportChoice& choice) {
     const Scene scene = sceneOf(scene_, choice);
     const std::string why = reasonToSkip(choice, scene);
+    if (Status ended = checkEnded(options_.guard); !ended) return ended;
     if (!why.empty()) {
       report_.leftOut.push_back({choice.label, why});
       return std::monostate{};
@@ -115,7 +117,7 @@ class SceneReporter {
       Result<Mechanics> made = makeMechanics(scene);
       if (!made) {
         // The reference has to run; that another variant cannot is a finding.
-        if (report_.variants.empty()) return made.error();
+        if (report_.variants.empty() || !checkEnded(options_.guard)) return made.error();
         report_.leftOut.push_back({choice.label, made.error().message});
         return std::monostate{};
       }
@@ -128,7 +130,7 @@ class SceneReporter {
   /// it can. Bullet's time is estimated from how long coarser steps took.
   std::string reasonToSkip(const ReportChoice& choice, const Scene& scene) const {
     if (report_.variants.empty() || mechanics_.contains(keyOf(choice))) return {};
-    Result<double> seconds = expectedSeconds(scene);
+    Result<double> seconds = expectedSeconds(scene, options_.guard);
     if (!seconds) return seconds.error().message;
     if (choice.stepper.type == StepperType::bullet) {
       for (const auto& [key, mechanics] : mechanics_) {
@@ -142,7 +144,7 @@ class SceneReporter {
   }
 
   Result<Mechanics> makeMechanics(const Scene& scene) const {
-    Result<MechanicsRun> run = runMechanics(scene, options_.runs);
+    Result<MechanicsRun> run = runMechanics(scene, runs(options_.runs));
     if (!run) return run.error();
     Mechanics mechanics{*std::move(run), {}, {}, {}};
     mechanics.found = heardCollisions(*mechanics.run.tape, reference_, scene.duration);
@@ -156,7 +158,7 @@ class SceneReporter {
     VariantReport variant;
     variant.choice = choice;
     const auto tape = std::make_shared<const EventTape>(chosenTape(mechanics.run, choice));
-    Result<SoundRun> sound = runSound(scene, tape, options_.runs);
+    Result<SoundRun> sound = runSound(scene, tape, runs(options_.runs));
     if (!sound) return sound.error();
     variant.signal = std::move(sound->signal);
     variant.runTime = runTimeOf(mechanics.run.seconds, sound->seconds, scene.duration);
@@ -194,7 +196,7 @@ class SceneReporter {
     if (!mechanics.exactSignal) {
       ReportChoice exactChoice = reference_;
       exactChoice.stepper = choice.stepper;
-      Result<SoundRun> exact = runSound(sceneOf(scene_, exactChoice), mechanics.exactTape, 1);
+      Result<SoundRun> exact = runSound(sceneOf(scene_, exactChoice), mechanics.exactTape, runs(1));
       if (!exact) return exact.error();
       mechanics.exactSignal = std::move(exact->signal);
     }
@@ -202,6 +204,8 @@ class SceneReporter {
     if (std::isfinite(error)) variant.localWaveformError = error;
     return std::monostate{};
   }
+
+  RunsOptions runs(std::size_t count) const { return {.runs = count, .guard = options_.guard}; }
 
   std::size_t frames() const {
     return static_cast<std::size_t>(std::llround(scene_.duration * scene_.sampleRate));

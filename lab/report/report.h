@@ -14,6 +14,7 @@
 
 #include "carom/audio/result.h"
 #include "scenes/format/scene.h"
+#include "scenes/limits/run_guard.h"
 #include "scenes/run/plan.h"
 
 namespace carom::lab {
@@ -84,6 +85,9 @@ struct ReportOptions {
   double budget = 10.0;  ///< s, > 0: a variant whose mechanics would take longer is left out
   /// Called before each variant with the share of the scene that is done, and its label.
   std::function<void(double share, const std::string& label)> progress = {};
+  /// If not null, ends the report at its limits, which is an error; those of events and rattles are
+  /// of each run.
+  RunGuard* guard = nullptr;
 };
 
 /// Runs a scene in all ways that reportGrid has for it, and measures them. Errors: a scene that the

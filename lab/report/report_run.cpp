@@ -44,6 +44,12 @@ double toDouble(btScalar value) {
   return static_cast<double>(value);
 }
 
+/// Has a guard, if any, look at the run, which is at `time` (s).
+Status look(RunGuard* guard, double time) {
+  if (guard != nullptr) guard->mayGoOn(time);
+  return checkEnded(guard);
+}
+
 MechanicsRun::Energy energyOf(const BulletScene& world, std::size_t bodies, double time) {
   MechanicsRun::Energy energy = {time, 0.0, 0.0};
   for (std::size_t index = 0; index < bodies; ++index) {
@@ -61,7 +67,7 @@ MechanicsRun::Energy energyOf(const BulletScene& world, std::size_t bodies, doub
   return energy;
 }
 
-void watchBullet(const Scene& scene, MechanicsRun& run) {
+Status watchBullet(const Scene& scene, MechanicsRun& run, RunGuard* guard) {
   run.world = std::make_unique<BulletScene>(scene);
   run.poller = std::make_unique<ContactPoller>(*run.world);
   const bool exact = hasExactPath(scene);
@@ -70,6 +76,7 @@ void watchBullet(const Scene& scene, MechanicsRun& run) {
   double time = 0.0;
   run.energies.push_back(energyOf(*run.world, scene.bodies.size(), time));
   while (time < scene.duration) {
+    if (Status ended = look(guard, time); !ended) return ended;
     run.poller->beforeStep();
     if (exact) reference.beforeStep(*run.world);
     run.world->world().stepSimulation(step, 0);
@@ -79,21 +86,23 @@ void watchBullet(const Scene& scene, MechanicsRun& run) {
     run.energies.push_back(energyOf(*run.world, scene.bodies.size(), time));
   }
   if (exact) run.exact = reference.events();
+  return std::monostate{};
 }
 
-Status watchSpheres(const Scene& scene, MechanicsRun& run) {
+Status watchSpheres(const Scene& scene, MechanicsRun& run, RunGuard* guard) {
   Result<SphereStepper> stepper = nativeStepper(scene);
   if (!stepper) return stepper.error();
   const auto pictures = static_cast<std::size_t>(scene.duration / kReportFrame);
   for (std::size_t picture = 0; picture <= pictures; ++picture) {
     const double time = kReportFrame * static_cast<double>(picture);
     static_cast<void>(stepper->advanceTo(time));
+    if (Status ended = look(guard, time); !ended) return ended;
     run.energies.push_back({time, stepper->kineticEnergy(), stepper->potentialEnergy()});
   }
   return std::monostate{};
 }
 
-Status watchJello(const Scene& scene, MechanicsRun& run) {
+Status watchJello(const Scene& scene, MechanicsRun& run, RunGuard* guard) {
   double next = 0.0;
   const auto watch = [&](const JelloCoupling& coupling) {
     // Steps divide a picture into whole parts: a difference is rounding.
@@ -109,19 +118,21 @@ Status watchJello(const Scene& scene, MechanicsRun& run) {
     for (std::size_t point = 0; point < jello.world().pointCount(); ++point)
       places.push_back(jello.position(point));
   };
-  auto stepper = JelloSceneStepper::create(scene, watch);
+  auto stepper = JelloSceneStepper::create(scene, watch, guard);
   if (!stepper) return stepper.error();
-  while ((*stepper)->settledTime() < scene.duration && (*stepper)->failure().empty())
+  (*stepper)->watch(guard);
+  while ((*stepper)->settledTime() < scene.duration && (*stepper)->failure().empty()) {
     static_cast<void>((*stepper)->advanceTo(scene.duration));
+    if (Status ended = checkEnded(guard); !ended) return ended;
+  }
   return std::monostate{};
 }
 
-Status watch(const Scene& scene, MechanicsRun& run) {
-  if (scene.stepper.type == StepperType::bullet) {
-    watchBullet(scene, run);
-    return std::monostate{};
-  }
-  return jelloOf(scene) != nullptr ? watchJello(scene, run) : watchSpheres(scene, run);
+Status watch(const Scene& scene, MechanicsRun& run, RunGuard* guard) {
+  if (guard != nullptr) guard->restart();
+  if (scene.stepper.type == StepperType::bullet) return watchBullet(scene, run, guard);
+  return jelloOf(scene) != nullptr ? watchJello(scene, run, guard)
+                                   : watchSpheres(scene, run, guard);
 }
 
 /// Measures the heap that is used beyond what was in use when it was constructed.
@@ -138,13 +149,16 @@ class HeapWatch {
   std::size_t most_ = 0;
 };
 
-Status measureMemory(const Scene& scene, MechanicsRun& run) {
+Status measureMemory(const Scene& scene, MechanicsRun& run, RunGuard* guard) {
   HeapWatch heap;
-  Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene);
+  if (guard != nullptr) guard->restart();
+  Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene, guard);
   if (!stepper) return stepper.error();
+  (*stepper)->watch(guard);
   while ((*stepper)->settledTime() < scene.duration && (*stepper)->failure().empty()) {
     static_cast<void>((*stepper)->advanceTo((*stepper)->settledTime() + kReportFrame));
     heap.look();
+    if (Status ended = checkEnded(guard); !ended) return ended;
   }
   run.memory = heap.most();
   return std::monostate{};
@@ -162,9 +176,9 @@ double timeOf(const ImpulseEvent& event, const MechanicsRun& run, const ReportCh
 
 }  // namespace
 
-Result<double> expectedSeconds(const Scene& scene) {
+Result<double> expectedSeconds(const Scene& scene, RunGuard* guard) {
   if (jelloOf(scene) == nullptr) return 0.0;
-  Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene);
+  Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene, guard);
   if (!stepper) return stepper.error();
   constexpr double kTrial = 0.05;  // s of wall time
   const Stopwatch stopwatch;
@@ -174,23 +188,24 @@ Result<double> expectedSeconds(const Scene& scene) {
   return stopwatch.seconds() * scene.duration / std::max((*stepper)->settledTime(), 1e-9);
 }
 
-Result<MechanicsRun> runMechanics(const Scene& scene, std::size_t runs) {
+Result<MechanicsRun> runMechanics(const Scene& scene, const RunsOptions& options) {
   MechanicsRun run;
   // Events with applied impulses serve all variants: those that use them and those that do not.
   Scene complete = scene;
   complete.sound.impulse = ImpulseChoice::applied;
   const Stopwatch stopwatch;
-  if (Status measured = measureMemory(complete, run); !measured) return measured.error();
-  const std::size_t timed = stopwatch.seconds() > kLongRun ? 1 : runs;
+  if (Status measured = measureMemory(complete, run, options.guard); !measured)
+    return measured.error();
+  const std::size_t timed = stopwatch.seconds() > kLongRun ? 1 : options.runs;
   for (std::size_t i = 0; i < timed; ++i) {
-    Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(complete);
+    Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(complete, options.guard);
     if (!stepper) return stepper.error();
-    Result<EventTape> tape = recordTape(**stepper, scene.duration);
+    Result<EventTape> tape = recordTape(**stepper, scene.duration, options.guard);
     if (!tape) return tape.error();
     run.seconds.push_back(tape->seconds);
     if (run.tape == nullptr) run.tape = std::make_shared<const EventTape>(*std::move(tape));
   }
-  if (Status watched = watch(scene, run); !watched) return watched.error();
+  if (Status watched = watch(scene, run, options.guard); !watched) return watched.error();
   return run;
 }
 
@@ -219,7 +234,7 @@ EventTape withEvents(const EventTape& tape, const std::vector<ImpulseEvent>& eve
 }
 
 Result<SoundRun> runSound(const Scene& scene, const std::shared_ptr<const EventTape>& tape,
-                          std::size_t runs) {
+                          const RunsOptions& options) {
   SoundRun run;
   const auto frames = static_cast<std::size_t>(std::llround(scene.duration * scene.sampleRate));
   std::vector<std::vector<float>> block(channelsOf(scene), std::vector<float>(kReportBlock));
@@ -227,10 +242,11 @@ Result<SoundRun> runSound(const Scene& scene, const std::shared_ptr<const EventT
   for (std::vector<float>& channel : run.signal)
     channel.reserve(frames);
   // The first run is not counted: it finds caches cold and tables still to be made.
-  for (std::size_t i = 0; i <= runs; ++i) {
+  for (std::size_t i = 0; i <= options.runs; ++i) {
     HeapWatch heap;
     Result<SceneSound> sound = SceneSound::create(scene, tapeStepper(tape), {});
     if (!sound) return sound.error();
+    if (options.guard != nullptr) sound->watch(*options.guard);
     for (std::vector<float>& channel : run.signal)
       channel.clear();
     const Stopwatch stopwatch;
@@ -240,6 +256,7 @@ Result<SoundRun> runSound(const Scene& scene, const std::shared_ptr<const EventT
                                    block[channel].begin() + static_cast<std::ptrdiff_t>(count));
       if (i == 0) heap.look();
     }
+    if (Status ended = checkEnded(options.guard); !ended) return ended.error();
     if (i == 0) run.memory = heap.most();
     if (i > 0) run.seconds.push_back(stopwatch.seconds());
   }

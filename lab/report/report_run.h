@@ -41,13 +41,19 @@ struct MechanicsRun {
   std::optional<std::vector<ImpulseEvent>> exact;
 };
 
-/// Estimates the time that a run of a scene with a jello takes, in s, from its first steps; 0 for
-/// other scenes. [one thread]
-Result<double> expectedSeconds(const Scene& scene);
+/// How often something is run.
+struct RunsOptions {
+  std::size_t runs = 1;
+  RunGuard* guard = nullptr;  ///< if not null, looks on: a run that it ends is an error
+};
 
-/// Runs the scene `runs` times, but only once if a run takes longer than kLongRun. Before these
+/// Estimates the time that a run of a scene with a jello takes, in s, from its first steps; 0 for
+/// other scenes. A guard, if any, looks on. [one thread]
+Result<double> expectedSeconds(const Scene& scene, RunGuard* guard);
+
+/// Runs the scene so many times, but only once if a run takes longer than kLongRun. Before these
 /// comes a run that is not timed, after them one that observes the bodies. [one thread]
-Result<MechanicsRun> runMechanics(const Scene& scene, std::size_t runs);
+Result<MechanicsRun> runMechanics(const Scene& scene, const RunsOptions& options);
 
 inline constexpr double kLongRun = 1.0;  ///< s, wall time
 
@@ -64,8 +70,8 @@ struct SoundRun {
   std::optional<std::size_t> memory;  ///< bytes, peak heap, as of MechanicsRun
 };
 
-/// Renders the sound of the tape `runs` times. [one thread]
+/// Renders the sound of the tape so many times. [one thread]
 Result<SoundRun> runSound(const Scene& scene, const std::shared_ptr<const EventTape>& tape,
-                          std::size_t runs);
+                          const RunsOptions& options);
 
 }  // namespace carom::lab

@@ -303,8 +303,6 @@ Json reverbJson(const std::optional<ReverbSettings>& reverb) {
 
 }  // namespace
 
-namespace {
-
 Json endedJson(const std::optional<EndedEarly>& ended) {
   if (!ended) return nullptr;
   return {{"limit", ended->limit},
@@ -312,8 +310,6 @@ Json endedJson(const std::optional<EndedEarly>& ended) {
           {"pointer", ended->pointer},
           {"time_s", ended->time}};
 }
-
-}  // namespace
 
 Json numberJson(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
@@ -459,6 +455,7 @@ std::string estimateText(const RunEstimate& estimate) {
 Json estimateJson(const RunEstimate& estimate) {
   return {{"steps", estimate.steps},
           {"events", estimate.events},
+          {"degrees_of_freedom", estimate.degreesOfFreedom},
           {"memory_bytes", estimate.memory},
           {"wall_s", estimate.wall},
           {"longest", estimate.longest}};

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "lab/compare/compare.h"
@@ -10,6 +11,7 @@
 
 #include "carom/native/recording.h"
 #include "scenes/format/scene.h"
+#include "scenes/limits/run_guard.h"
 #include "scenes/run/plan.h"
 #include "scenes/run/render.h"
 
@@ -21,6 +23,9 @@ using namespace scenes;
 
 /// Returns a number, or null for infinity and NaN, which JSON has no number for.
 nlohmann::ordered_json numberJson(double value);
+
+/// Returns why a run has ended before its scene, or null if it has not.
+nlohmann::ordered_json endedJson(const std::optional<EndedEarly>& ended);
 
 nlohmann::ordered_json planJson(const Plan& plan);
 

@@ -198,6 +198,10 @@ const std::vector<std::string>& stabilityTopics() {
                                                   "distance",
                                                   "jello steps",
                                                   "modes",
+                                                  "rooms",
+                                                  "heads",
+                                                  "moving listeners",
+                                                  "limits of runs",
                                                   "24 hours",
                                                   "nonsense"};
   return topics;
@@ -211,6 +215,8 @@ std::vector<StabilityCase> stabilityCases() {
   addModalCases(cases);
   addContactCases(cases);
   addJelloCases(cases);
+  addCrossedCases(cases);
+  addRunCases(cases);
   return cases;
 }
 
@@ -231,9 +237,8 @@ StabilityReport runStability(const std::vector<StabilityCase>& cases, StabilityF
   report.verdicts.reserve(cases.size());
   const Stopwatch stopwatch;
   for (const StabilityCase& item : cases) {
-    if (progress)
-      progress(item.id,
-               static_cast<double>(report.verdicts.size()) / static_cast<double>(cases.size()));
+    const auto done = static_cast<double>(report.verdicts.size());
+    if (progress && !progress(item.id, done / static_cast<double>(cases.size()))) return report;
     report.verdicts.push_back(verdictOf(item, form));
   }
   if (progress) progress("", 1.0);

@@ -78,8 +78,8 @@ struct StabilityReport {
   int exitCode() const { return failed() > 0 ? 1 : 0; }
 };
 
-/// A callback before each case, and after the last one.
-using StabilityProgress = std::function<void(std::string_view id, double share)>;
+/// A callback before each case, and after the last one. False ends the run before that case.
+using StabilityProgress = std::function<bool(std::string_view id, double share)>;
 
 /// Runs the cases one after the other. A case that throws is
 /// a failed verdict, and the others still run.

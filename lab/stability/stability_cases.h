@@ -23,6 +23,8 @@ void addModalCases(std::vector<StabilityCase>& cases);
 void addContactCases(std::vector<StabilityCase>& cases);
 void addJelloCases(std::vector<StabilityCase>& cases);
 void addBulletCases(std::vector<StabilityCase>& cases);
+void addCrossedCases(std::vector<StabilityCase>& cases);
+void addRunCases(std::vector<StabilityCase>& cases);
 
 /// Returns the value of a result that a case needs; throws its error, which makes a failed verdict.
 template <class T>

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "lab/stability/stability_cases.h"
+#include "lab/stability/stability_sources.h"
 
-#include "carom/audio/surface_texture.h"
 #include "carom/audio/synth.h"
 
 namespace carom::lab {
@@ -22,66 +22,6 @@ namespace {
 using Measurements = std::vector<Measurement>;
 
 constexpr double kPi = std::numbers::pi;
-constexpr BodyId kBall = 1;
-constexpr BodyId kFloor = 2;
-constexpr double kWave = 0.002;      // m, length of the floor's waves
-constexpr float kSteepness = 0.02F;  // largest slope of the waves
-
-/// A ball that slides without turning over a floor of waves along x.
-struct Slide {
-  double sampleRate = 48000.0;  // Hz
-  double radius = 0.005;        // m
-  double modulus = 2e11;        // Pa
-  double speed = 1.0;           // m/s
-  double load = 5.0;            // N
-  double step = 1.0 / 240.0;    // s, of one ContactState
-  double begin = 0.0;           // s
-  double duration = 0.5;        // s
-  double distance = 3.0;        // m, height of the listener
-
-  Material material() const {
-    return {.name = "any",
-            .density = 8000.0,
-            .youngsModulus = modulus,
-            .poissonsRatio = 0.3,
-            .restitution = 0.5};
-  }
-  double mass() const { return 4.0 / 3.0 * kPi * radius * radius * radius * 8000.0; }
-  double length() const { return duration * speed; }
-
-  ContactState stateAt(double time) const {
-    ContactState state;
-    state.time = begin + time;
-    state.duration = step;
-    state.phase = time == 0.0 ? ContactPhase::begin : ContactPhase::during;
-    state.body = kBall;
-    state.other = kFloor;
-    state.normal = Vec3::UnitZ();
-    state.position = {speed * time, 0.0, 0.0};
-    state.normalLoad = load;
-    state.appliedImpulse = load * step * Vec3::UnitZ();
-    state.radius = radius;
-    state.slipVelocity = speed * Vec3::UnitX();
-    state.rollingVelocity = 0.5 * speed * Vec3::UnitX();
-    state.bodyPosition = state.position + radius * Vec3::UnitZ();
-    state.bodyVelocity = speed * Vec3::UnitX();
-    state.pathStart = state.pathEnd = -radius * Vec3::UnitZ();
-    state.otherPathStart = state.position;
-    state.otherPathEnd = state.position + speed * step * Vec3::UnitX();
-    return state;
-  }
-};
-
-std::shared_ptr<const SurfaceTexture> wavyFloor() {
-  std::vector<SurfaceTexture::Slope> slopes;
-  slopes.reserve(16);
-  for (int texel = 0; texel < 16; ++texel)
-    slopes.emplace_back(kSteepness * static_cast<float>(std::cos(2.0 * kPi * (texel + 0.5) / 16.0)),
-                        0.0F);
-  return std::make_shared<const SurfaceTexture>(
-      orThrow(SurfaceTexture::ofSlopes({16, 1}, {kWave / 16.0, kWave / 16.0}, slopes)));
-}
-
 Synth synthOf(const Slide& slide) {
   SynthSettings settings;
   settings.sampleRate = slide.sampleRate;
@@ -89,20 +29,15 @@ Synth synthOf(const Slide& slide) {
   settings.doppler = false;
   const Vec3 seat(0.5 * slide.length(), 0.0, slide.distance);
   Synth synth = orThrow(Synth::create(settings, {{.name = "seat", .position = seat}}));
-  SoundBody floor{.material = slide.material()};
-  floor.texture = wavyFloor();
-  orThrow(synth.setBody(
-      kBall, {.material = slide.material(), .mass = slide.mass(), .radius = slide.radius}));
-  orThrow(synth.setBody(kFloor, floor));
+  setBodies(synth, slide);
   orThrow(synth.seek(slide.begin));
   return synth;
 }
 
 std::vector<double> soundOf(const Slide& slide) {
   Synth synth = synthOf(slide);
-  const auto steps = std::lround(slide.duration / slide.step);
-  for (long step = 0; step < steps; ++step)
-    synth.updateContact(slide.stateAt(static_cast<double>(step) * slide.step));
+  for (const ContactState& state : statesOf(slide))
+    synth.updateContact(state);
   return rendered(synth, static_cast<std::size_t>(slide.duration * slide.sampleRate));
 }
 
@@ -133,14 +68,14 @@ double amplitudeAt(const std::vector<double>& sound, double sampleRate, double f
 // the speed v its acceleration is 2 pi v^2 s / wave. The far field of this dipole is that times w
 // rho a^3 / (2 c r); `near` replaces w to include the near field.
 double wantedAmplitude(const Slide& slide) {
-  const double w = 2.0 * kPi * slide.speed / kWave;
-  const double acceleration = w * slide.speed * static_cast<double>(kSteepness);
+  const double w = 2.0 * kPi * slide.speed / kWaveLength;
+  const double acceleration = w * slide.speed * static_cast<double>(kWaveSteepness);
   const double a = slide.radius;
   const double near = std::hypot(w, 343.0 / slide.distance);
   return 1.20 * a * a * a / (2.0 * 343.0 * slide.distance) * near * acceleration;
 }
 
-constexpr double kTone = 1.0 / kWave;  // Hz, at 1 m/s
+constexpr double kTone = 1.0 / kWaveLength;  // Hz, at 1 m/s
 
 Measurements rates(StabilityForm /*form*/) {
   Worst level;

@@ -16,7 +16,9 @@
 #include "lab/stability/stability_cases.h"
 #include <Eigen/Eigenvalues>
 
+#include "native/jello/jello_choice.h"
 #include "native/jello/jello_coupling.h"
+#include "native/jello/jello_file.h"
 #include "native/jello/jello_limits.h"
 #include "native/jello/jello_stepper.h"
 
@@ -235,6 +237,184 @@ Measurements lattices(StabilityForm form) {
           atLeast("energy_at_1.02_of_the_limit", above, 1e6)};
 }
 
+/// Returns the largest and the least total energy in so many steps, over that at the start;
+/// infinite if the jello blows up.
+std::pair<double, double> energyRange(const JelloWorld& world, JelloIntegrator integrator,
+                                      double step) {
+  JelloStepper stepper = orThrow(JelloStepper::create(world, integrator, step));
+  const double first = stepper.energy().total();
+  Worst most;
+  double least = 1.0;
+  for (int index = 0; index < 500; ++index) {
+    if (!stepper.advance()) return {std::numeric_limits<double>::infinity(), 0.0};
+    most.add(stepper.energy().total() / first);
+    least = std::min(least, stepper.energy().total() / first);
+  }
+  return {most.value(), least};
+}
+
+// Masses of points and stiffnesses at the ends of their ranges: w from 1e-12 to 3e17 rad/s.
+Measurements rangeEnds(StabilityForm /*form*/) {
+  Worst grown;
+  Worst lost;
+  Worst damped;
+  Worst promised;
+  double refused = 0.0;
+  for (const double mass : {1e-21, 1.0, 1e18})
+    for (const double stiffness : {1e-6, 1.0, 1e12}) {
+      JelloWorld world = breathing(stiffness);
+      world.lattice.pointMass = mass;
+      const double w = std::sqrt(8.0 * stiffness / mass);
+      for (const JelloIntegrator integrator :
+           {JelloIntegrator::symplecticEuler, JelloIntegrator::leapfrog}) {
+        const auto [most, least] = energyRange(world, integrator, 0.2 / w);
+        grown.add(most - 1.0);
+        lost.add(1.0 - least);
+      }
+      grown.add(energyRange(world, JelloIntegrator::rungeKutta4, 0.2 / w).first - 1.0);
+      world.lattice.damping = std::min(1e9, 0.1 * std::sqrt(8.0 * stiffness * mass) / 8.0);
+      damped.add(energyRange(world, JelloIntegrator::backwardEuler, 1.0 / w).first);
+      const auto choice =
+          chooseStepping(world, {}, {.error = 1e-9, .seconds = std::min(3600.0, 100.0 / w)});
+      if (!choice) refused += 1.0;
+      if (choice) promised.add(choice->error);
+    }
+  // By symplectic Euler x^2 + y^2 varies by (1 + s) / (1 - s), s = w h / 2.
+  return {atMost("energy_grown", grown.value(), 1.1 / 0.9 - 1.0),
+          atMost("energy_lost", lost.value(), 1.1 / 0.9 - 1.0),
+          atMost("largest_energy_of_backward_euler", damped.value(), 1.0),
+          exactly("choices_refused", refused, 0.0),
+          atMost("error_promised", promised.value(), 1e-9, "m")};
+}
+
+/// Returns a world file with another time step.
+std::string fileWithStep(const std::string& step) {
+  JelloFile file;
+  file.step = 1e-3;
+  file.world = breathing(200.0, 0.0, 8);
+  file.world.room = JelloBox{Vec3::Constant(-2.0), Vec3::Constant(2.0)};
+  std::string text = orThrow(jelloText(file));
+  const std::size_t line = text.find('\n') + 1;
+  return text.replace(line, text.find(' ', line) - line, step);
+}
+
+Measurements fileSteps(StabilityForm /*form*/) {
+  double taken = 0.0;
+  double unnamed = 0.0;
+  for (const char* step : {"1e-30", "1e-18", "1e-9", "9.999e-9", "1.001", "1e300", "nan", "-1e-3",
+                           "0", "1e-400", "1e999"}) {
+    const auto file = jelloFromText(fileWithStep(step), "odd.w");
+    if (file) taken += 1.0;
+    if (!file && file.error().message.find("the step dt (s)") == std::string::npos) unnamed += 1.0;
+  }
+  double odd = 0.0;
+  Worst moved;
+  for (const char* step : {"1e-8", "1"}) {
+    const JelloFile file = orThrow(jelloFromText(fileWithStep(step), "even.w"));
+    for (std::size_t which = 0; which < kJelloIntegrators; ++which) {
+      JelloStepper stepper =
+          orThrow(JelloStepper::create(file.world, static_cast<JelloIntegrator>(which), file.step));
+      for (int count = 0; count < 20 && stepper.advance(); ++count) {
+      }
+      for (std::size_t point = 0; point < file.world.pointCount(); ++point) {
+        if (!stepper.position(point).allFinite()) odd += 1.0;
+        if (file.step == 1e-8)
+          moved.add((stepper.position(point) - file.world.positions[point]).norm());
+      }
+    }
+  }
+  // In 0.2 us the points, which are stretched by 1e-6, are drawn by a part of that.
+  return {exactly("steps_out_of_range_taken", taken, 0.0),
+          exactly("refused_without_their_name", unnamed, 0.0),
+          exactly("points_that_are_not_finite", odd, 0.0),
+          atMost("moved_in_20_steps_of_1e-8_s", moved.value(), kStretched, "m")};
+}
+
+// ---- The choice of a step
+
+/// A cube that comes at 2 m/s, turned, and meets a wall.
+JelloWorld meetingAWall() {
+  JelloWorld world = breathing(2000.0, 0.05, 5);
+  world.positions =
+      restingPoints(world.lattice, Vec3::Zero(), Quat(Eigen::AngleAxisd(0.4, Vec3(0.6, 0.0, 0.8))));
+  for (Vec3& position : world.positions)
+    position *= 1.1;
+  world.velocities.assign(world.pointCount(), {0.0, -2.0, 0.0});
+  world.contact = {.stiffness = 4000.0, .damping = 0.1};
+  double lowest = 0.0;
+  for (const Vec3& position : world.positions)
+    lowest = std::min(lowest, position.y());
+  world.planes = {{9, Vec3::UnitY(), lowest - 0.1}};
+  return world;
+}
+
+struct Way {
+  double error = 0.0;   // m, root mean square, the worst up to the first contact
+  double energy = 0.0;  // J, at the end
+  double evaluations = 0.0;
+};
+
+/// Runs the cube for `seconds`, and compares it with small steps of Runge and Kutta up to `met`.
+Way wayOf(const JelloStepping& stepping, double met, double seconds) {
+  const JelloWorld world = meetingAWall();
+  JelloStepper run = orThrow(JelloStepper::create(world, stepping.integrator, stepping.step));
+  // The reference takes whole parts of each step.
+  const int parts = static_cast<int>(std::ceil(stepping.step / 2e-5));
+  JelloStepper fine =
+      orThrow(JelloStepper::create(world, JelloIntegrator::rungeKutta4, stepping.step / parts));
+  if (stepping.promise.error > 0.0) run.follow(stepping.promise);
+  Worst worst;
+  while (run.time() + run.step() <= seconds) {
+    if (!run.advance()) return {.error = std::numeric_limits<double>::infinity()};
+    if (run.time() > met) continue;
+    for (int part = 0; part < parts; ++part)
+      orThrow(fine.advance());
+    double sum = 0.0;
+    for (std::size_t point = 0; point < world.pointCount(); ++point)
+      sum += (fine.position(point) - run.position(point)).squaredNorm();
+    worst.add(std::sqrt(sum / static_cast<double>(world.pointCount())));
+  }
+  return {worst.value(), run.energy().total(), static_cast<double>(run.evaluations())};
+}
+
+Measurements choiceAtAWall(StabilityForm form) {
+  constexpr double kSeconds = 0.3;
+  constexpr double kMet = 0.02;  // s, before the first contact
+  const JelloLimits limits = jelloLimits(meetingAWall());
+  const Way reference = wayOf({JelloIntegrator::rungeKutta4, 1e-4}, 0.0, kSeconds);
+  const double first =
+      orThrow(JelloStepper::create(meetingAWall(), JelloIntegrator::rungeKutta4, 1e-4))
+          .energy()
+          .total();
+  std::vector<Way> fixed;
+  for (const JelloIntegrator integrator :
+       {JelloIntegrator::symplecticEuler, JelloIntegrator::midpoint, JelloIntegrator::rungeKutta4,
+        JelloIntegrator::leapfrog})
+    for (const double share : {0.9, 0.6, 0.3, 0.1}) {
+      const double step = share * limits.touching[static_cast<std::size_t>(integrator)];
+      if (step > 0.0) fixed.push_back(wayOf({integrator, step}, kMet, kSeconds));
+    }
+  Worst error;
+  Worst work;
+  Worst energy;
+  std::vector<double> wishes = {1e-4};
+  if (form == StabilityForm::full) wishes.insert(wishes.end(), {1e-3, 1e-6});
+  for (const double wish : wishes) {
+    const JelloChoice choice =
+        orThrow(chooseStepping(meetingAWall(), {}, {.error = wish, .seconds = kSeconds}));
+    const Way way = wayOf(choice.stepping, kMet, kSeconds);
+    error.add(way.error / wish);
+    energy.add(std::abs(way.energy - reference.energy) / (first - reference.energy));
+    double best = std::numeric_limits<double>::infinity();
+    for (const Way& other : fixed)
+      if (other.error <= wish) best = std::min(best, other.evaluations);
+    work.add(way.evaluations / best);
+  }
+  return {atMost("error_over_that_promised", error.value(), 1.0),
+          atMost("work_over_that_of_the_best_fixed_choice", work.value(), 3.0),
+          atMost("energy_after_the_contact_over_what_is_lost", energy.value(), 0.05)};
+}
+
 // A long run near the limit: the energy of symplectic Euler oscillates, but does not drift.
 Measurements longRun(StabilityForm form) {
   const std::size_t steps = form == StabilityForm::brief ? 100'000 : 10'000'000;
@@ -400,6 +580,20 @@ void addJelloCases(std::vector<StabilityCase>& cases) {
        "never grows (A-stable)", implicitSteps},
       {"jello.lattices", "jello steps", "3^3 and 5^3 points (full: 8^3), 2 % below and above",
        "the largest eigenvalue of the whole stiffness matrix", lattices},
+      {"jello.range_ends", "jello steps",
+       "points of 1e-21 to 1e18 kg on springs of 1e-6 to 1e12 N/m, w h = 0.2, and what auto "
+       "chooses",
+       "the energy stays within (1 + s) / (1 - s), s = w h / 2; backward Euler never gains any",
+       rangeEnds},
+      {"jello.file_steps", "jello steps",
+       "world files with steps of 1e-400 to 1e999 s, and 20 steps of 1e-8 and 1 s",
+       "from 1e-8 to 1 s; beyond, each is refused by its name; finite, or an error", fileSteps},
+      {"jello.choice_at_a_wall", "jello steps",
+       "what auto chooses for a cube that hits a wall at 2 m/s",
+       "right as promised up to the contact, at most three times the work of the best fixed "
+       "choice; "
+       "the same energy after it",
+       choiceAtAWall},
       {"jello.long_run", "jello steps", "1e5 (full: 1e7) steps at 0.95 of the limit",
        "symplectic: bounded, by 1 / sqrt(1 - w h / 2)", longRun},
       {"jello.day", "24 hours", "an hour (full: a day) of breathing at w h = 1/2",

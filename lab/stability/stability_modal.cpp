@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "lab/stability/stability_cases.h"
+#include "lab/stability/stability_sources.h"
 
 #include "audio/dsp/resonator_kernels.h"
 #include "audio/dsp/spread_kernel.h"
@@ -27,62 +28,8 @@ using Measurements = std::vector<Measurement>;
 using Complex = std::complex<double>;
 
 constexpr double kPi = std::numbers::pi;
-constexpr BodyId kBall = 1;
-constexpr BodyId kBell = 2;
-constexpr double kShape = 5.0;          // 1/sqrt(kg), displacement of every point along z
-constexpr double kVolume = 1e-3;        // m^2/sqrt(kg)
-constexpr double kImpulse = 0.01;       // N s
 constexpr double kAudibleError = 1e-4;  // relative: -80 dB
 constexpr double kDistance = 2.0;       // m
-
-struct Tone {
-  double frequency = 0.0;  // Hz
-  double decayRate = 0.0;  // 1/s
-
-  /// Returns the angular frequency of the damped tone, rad/s.
-  double damped() const {
-    const double w = 2.0 * kPi * frequency;
-    return std::sqrt(w * w - decayRate * decayRate);
-  }
-};
-
-/// A tetrahedron that moves along z as a whole, in its one mode.
-std::shared_ptr<const ModalModel> bellOf(const Tone& tone) {
-  ModalModel model;
-  model.name = "bell";
-  model.material = *findMaterial("steel");
-  model.mass = 1.0;
-  model.inertia.setIdentity();
-  model.surface.vertices = {Vec3(0.1, 0.0, -0.1), Vec3(-0.1, 0.1, -0.1), Vec3(-0.1, -0.1, -0.1),
-                            Vec3(0.0, 0.0, 0.1)};
-  model.surface.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  Mode mode;
-  mode.frequency = tone.frequency;
-  mode.decayRate = tone.decayRate;
-  mode.radiation.volume = kVolume;
-  model.modes = {mode};
-  const auto shape = static_cast<float>(kShape);
-  for (std::size_t vertex = 0; vertex < model.surface.vertices.size(); ++vertex)
-    model.shapes.insert(model.shapes.end(), {0.0F, 0.0F, shape});
-  return std::make_shared<const ModalModel>(std::move(model));
-}
-
-/// The impact of a grain on the bell: its contact is far shorter than a sample, and the grain
-/// itself is silent.
-ImpulseEvent blow(double time) {
-  ImpulseEvent event;
-  event.time = time;
-  event.body = kBell;
-  event.other = kBall;
-  event.normal = Vec3::UnitZ();
-  event.impulse = kImpulse * Vec3::UnitZ();
-  event.approachSpeed = 100.0;
-  event.effectiveMass = 1e-9;
-  event.otherRadius = 1e-6;
-  event.radius = 1e-6;
-  event.position = Vec3(0.0, 0.0, 0.1);
-  return event;
-}
 
 Synth synthOf(const Tone& tone, double sampleRate) {
   SynthSettings settings;
@@ -90,10 +37,7 @@ Synth synthOf(const Tone& tone, double sampleRate) {
   settings.audibleThreshold = 0.0;
   Synth synth =
       orThrow(Synth::create(settings, {{.name = "seat", .position = {0.0, 0.0, kDistance}}}));
-  SoundBody bell{.material = *findMaterial("steel")};
-  bell.modal = bellOf(tone);
-  orThrow(synth.setBody(kBell, bell));
-  orThrow(synth.setBody(kBall, {.material = *findMaterial("steel")}));
+  setBodies(synth, Blow{.tone = tone});
   return synth;
 }
 
@@ -133,7 +77,8 @@ Complex amplitudeAt(Synth& synth, const Tone& tone, double begin) {
 /// impulse sets off, q'' = shape j (...) exp(-decay t), at its begin.
 double loudness(const Tone& tone) {
   const double w = 2.0 * kPi * tone.frequency;
-  return 1.20 * kVolume / (4.0 * kPi * kDistance) * kShape * kImpulse * w * w / tone.damped();
+  return 1.20 * kBellVolume / (4.0 * kPi * kDistance) * kBellShape * kBlowImpulse * w * w /
+         tone.damped();
 }
 
 struct Ringing {
@@ -145,7 +90,7 @@ Ringing ringing(const Tone& tone, double sampleRate, double seconds, double begi
   Synth synth = synthOf(tone, sampleRate);
   orThrow(synth.seek(begin));
   const double blowTime = begin + 0.01;
-  synth.schedule(blow(blowTime));
+  synth.schedule(Blow{.time = blowTime}.event());
   renderUntil(synth, begin + 0.1);
   const double arrival = blowTime + kDistance / 343.0;
   const Complex early = amplitudeAt(synth, tone, arrival);
@@ -195,7 +140,7 @@ Measurements nyquist(StabilityForm /*form*/) {
     loud.add(std::abs(ring.loudness - 1.0));
     if (0.999 * rate / 2.0 > kHighestMode) continue;
     Synth synth = synthOf({0.999 * rate / 2.0, decayOf60dB(60.0)}, rate);
-    synth.schedule(blow(0.01));
+    synth.schedule(Blow{.time = 0.01}.event());
     for (const double sample : rendered(synth, 8000))
       beyond.add(std::abs(sample));
   }
@@ -284,7 +229,7 @@ double freeResponse(const Tone& tone, double time) {
   const double w = tone.damped();
   const double decay = tone.decayRate;
   const double sine = w * time > 1e-9 ? std::sin(w * time) / w : time;
-  const double gain = 1.20 * kVolume / (4.0 * kPi * kDistance) * kShape * kImpulse;
+  const double gain = 1.20 * kBellVolume / (4.0 * kPi * kDistance) * kBellShape * kBlowImpulse;
   return gain * std::exp(-decay * time) *
          ((decay * decay - w * w) * sine - 2.0 * decay * std::cos(w * time));
 }
@@ -297,8 +242,9 @@ Measurements damping(StabilityForm /*form*/) {
     for (const double frequency : {20.0, 200.0, 1000.0}) {
       const Tone tone{frequency, share * 2.0 * kPi * frequency};
       Synth synth = synthOf(tone, 48000.0);
-      synth.schedule(blow(0.01));
-      const double arrival = 0.01 + 0.5 * synth.contactDuration(blow(0.01)) + kDistance / 343.0;
+      synth.schedule(Blow{.time = 0.01}.event());
+      const double arrival =
+          0.01 + 0.5 * synth.contactDuration(Blow{.time = 0.01}.event()) + kDistance / 343.0;
       renderUntil(synth, arrival + 50.0 / 48000.0);  // the impact itself is over
       const double begin = synth.time();
       const std::vector<double> samples = rendered(synth, 48000);

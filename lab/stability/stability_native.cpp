@@ -247,6 +247,41 @@ Measurements speedsApart(StabilityForm /*form*/) {
           nearly("slow_speed_handed_over", stepper.state(1).velocity.x(), 1e-9, 2e-3, "m/s")};
 }
 
+// Bodies and speeds at the ends of what scene files take: the ball, on its own, meets another one.
+Measurements ends(StabilityForm /*form*/) {
+  Worst times;
+  Worst slow;
+  Worst fast;
+  Worst events;
+  for (const double size : {1e-6, 1.0, 1e4})
+    for (const double otherSize : {1e-6, 1e4})
+      for (const double mass : {1e-21, 1e18})
+        for (const double other : {1e-21, 1e18})
+          for (const double speed : {1e-9, 1e4}) {
+            SphereWorld world = pairOf(mass, other, speed, 1.0);
+            const double gap = size;
+            world.spheres[0].radius = size;
+            world.spheres[1].radius = otherSize;
+            world.spheres[0].position.x() = -(size + otherSize + gap);
+            SphereStepper stepper = stepperOf(world);
+            const auto heard = stepper.advanceTo(2.0 * gap / speed);
+            events.add(std::abs(static_cast<double>(heard.size()) - 2.0));
+            if (heard.empty()) continue;
+            // The place of the first ball is rounded by half a bit of the sum of the radii.
+            const double rounding = 0x1p-52 * (size + otherSize + gap) / gap;
+            times.add(std::abs(heard.front().time * speed / gap - 1.0) / rounding);
+            const Outcome expected = headOn(mass, other, speed, 1.0L);
+            const auto first = static_cast<double>(expected.first);
+            const auto second = static_cast<double>(expected.second);
+            slow.add(std::abs(stepper.state(0).velocity.x() - first) / speed);
+            fast.addShare(stepper.state(1).velocity.x(), second);
+          }
+  return {exactly("events_beside_one_collision", events.value(), 0.0),
+          atMost("time_error_in_bits_of_the_place", times.value(), 2.0),
+          atMost("first_one_share_of_its_speed", slow.value(), 4e-16),
+          atMost("second_one_share", fast.value(), 4e-16)};
+}
+
 // ---- Restitution
 
 Measurements restitutionOne(StabilityForm form) {
@@ -716,6 +751,9 @@ void addNativeCases(std::vector<StabilityCase>& cases) {
        "with times scaled by a power of two, the same bits, scaled", speed},
       {"native.speeds_apart", "speed", "1e-9 m/s against 1e4 m/s, head-on",
        "equal elastic balls swap their speeds, at 1 s", speedsApart},
+      {"native.range_ends", "radius",
+       "pairs of balls of 1 um to 10 km, 1e-21 to 1e18 kg, at 1e-9 and 1e4 m/s",
+       "they meet after gap over speed, and part by momentum and energy", ends},
       {"native.restitution_one", "restitution", "216 elastic balls in a box",
        "energy stays, but for half a bit of rounding a collision", restitutionOne},
       {"native.restitution_zero", "restitution",

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "lab/stability/stability_cases.h"
+#include "lab/stability/stability_sources.h"
 
 #include "audio/model/hertz.h"
 #include "carom/audio/synth.h"
@@ -26,70 +27,8 @@ namespace {
 
 using Measurements = std::vector<Measurement>;
 
-constexpr BodyId kBall = 1;
-constexpr BodyId kOther = 2;
 constexpr double kAir = 1.20;     // kg/m^3
 constexpr double kSound = 343.0;  // m/s
-
-/// A ball that hits an immovable floor of its material, or another ball, at the origin.
-struct Impact {
-  double radius = 0.01;     // m
-  double density = 8000.0;  // kg/m^3
-  double modulus = 2e11;    // Pa
-  double speed = 1.0;       // m/s
-  double restitution = 1.0;
-  double time = 0.0;         // s
-  double otherRadius = 0.0;  // m; 0: the floor
-
-  double massOf(double size) const {
-    return 4.0 / 3.0 * std::numbers::pi * size * size * size * density;
-  }
-  Material material() const {
-    return {.name = "any",
-            .density = density,
-            .youngsModulus = modulus,
-            .poissonsRatio = 0.3,
-            .restitution = restitution};
-  }
-  SoundBody ball() const {
-    return {.material = material(), .mass = massOf(radius), .radius = radius};
-  }
-  SoundBody other() const {
-    if (otherRadius == 0.0) return {.material = material()};
-    return {.material = material(), .mass = massOf(otherRadius), .radius = otherRadius};
-  }
-  double effectiveMass() const {
-    if (otherRadius == 0.0) return massOf(radius);
-    return 1.0 / (1.0 / massOf(radius) + 1.0 / massOf(otherRadius));
-  }
-  double impulse() const { return (1.0 + restitution) * effectiveMass() * speed; }  // N s
-
-  ImpulseEvent event() const {
-    ImpulseEvent event;
-    event.time = time;
-    event.body = kBall;
-    event.other = kOther;
-    event.normal = Vec3::UnitZ();
-    event.impulse = impulse() * Vec3::UnitZ();
-    event.approachSpeed = speed;
-    event.effectiveMass = effectiveMass();
-    event.radius = radius;
-    if (otherRadius > 0.0) event.otherRadius = otherRadius;
-    event.position = -radius * Vec3::UnitZ();
-    event.bodyVelocity = -speed * Vec3::UnitZ();
-    return event;
-  }
-  ImpulseEvent otherEvent() const {
-    ImpulseEvent share = event();
-    std::swap(share.body, share.other);
-    std::swap(share.radius, share.otherRadius);
-    share.normal = -share.normal;
-    share.impulse = -share.impulse;
-    share.bodyPosition = -(radius + otherRadius) * Vec3::UnitZ();
-    share.bodyVelocity = Vec3::Zero();
-    return share;
-  }
-};
 
 // ---- Durations of contacts
 
@@ -227,8 +166,7 @@ Synth synthOf(const Impact& impact, const Seat& seat) {
   settings.dissipative = seat.dissipative;
   Synth synth =
       orThrow(Synth::create(settings, {{.name = "seat", .position = {0.0, 0.0, seat.distance}}}));
-  orThrow(synth.setBody(kBall, impact.ball()));
-  orThrow(synth.setBody(kOther, impact.other()));
+  setBodies(synth, impact);
   return synth;
 }
 
@@ -477,8 +415,7 @@ double loudestOf(const Impact& impact, const Seat& seat) {
   coincident.format = ListenerFormat::coincidentPair;
   Synth synth =
       orThrow(Synth::create(settings, {{.name = "mono", .position = place}, spaced, coincident}));
-  orThrow(synth.setBody(kBall, impact.ball()));
-  orThrow(synth.setBody(kOther, impact.other()));
+  setBodies(synth, impact);
   orThrow(synth.seek(seat.distance / kSound));
   synth.schedule(impact.event());
   synth.schedule(impact.otherEvent());

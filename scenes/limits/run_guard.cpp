@@ -1,35 +1,14 @@
 #include "scenes/limits/run_guard.h"
 
-#include <algorithm>
-#include <array>
-#include <chrono>
-#include <fstream>
 #include <sstream>
-
-#include <unistd.h>
 
 namespace carom::scenes {
 namespace {
-
-constexpr double kMemoryPeriod = 0.02;  // s, between looks at the memory
-
-double clockSeconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 std::string quantity(double value, const char* unit) {
   std::ostringstream text;
   text << value << ' ' << unit;
   return text.str();
-}
-
-/// Returns a field of Linux's /proc/self/statm, in bytes; 0 elsewhere.
-std::uint64_t memoryField(int field) {
-  std::ifstream stream("/proc/self/statm");
-  std::uint64_t pages = 0;
-  for (int index = 0; index <= field; ++index)
-    if (!(stream >> pages)) return 0;
-  return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
 std::string residentText() {
@@ -38,41 +17,14 @@ std::string residentText() {
 
 }  // namespace
 
-std::string bytesText(double bytes) {
-  constexpr std::array<const char*, 5> kUnits = {"bytes", "kB", "MB", "GB", "TB"};
-  std::size_t unit = 0;
-  for (; bytes >= 1000.0 && unit + 1 < kUnits.size(); ++unit)
-    bytes /= 1000.0;
-  std::ostringstream text;
-  text.precision(3);
-  text << bytes << ' ' << kUnits[unit];
-  return text.str();
-}
-
-std::uint64_t residentMemory() {
-  return memoryField(1);
-}
-
-std::uint64_t mappedMemory() {
-  return memoryField(5);
-}
-
-std::uint64_t machineMemory() {
-  const long pages = sysconf(_SC_PHYS_PAGES);
-  const long size = sysconf(_SC_PAGESIZE);
-  if (pages <= 0 || size <= 0) return 0;
-  std::uint64_t memory = static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(size);
-  // A container may have less than the machine.
-  for (const char* file :
-       {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"}) {
-    std::ifstream stream(file);
-    if (std::uint64_t limit = 0; stream >> limit) memory = std::min(memory, limit);
-  }
-  return memory;
-}
-
 RunGuard::RunGuard(const Scene& scene, const RunLimits& limits)
-    : scene_(scene), limits_(limits), begin_(clockSeconds()), bodies_(scene.bodies.size()) {}
+    : scene_(scene), limits_(limits), watch_(limits), bodies_(scene.bodies.size()) {}
+
+void RunGuard::restart() {
+  events_ = 0;
+  time_ = 0.0;
+  bodies_.assign(scene_.bodies.size(), {});
+}
 
 std::string RunGuard::nameOf(BodyId body) const {
   if (body >= scene_.bodies.size()) return "a body";
@@ -158,8 +110,9 @@ void RunGuard::endForMemory(const std::string& why) {
 bool RunGuard::mayGoOn(double time) {
   if (ended_) return false;
   time_ = time;
-  const double now = clockSeconds();
-  if (limits_.time > 0.0 && now - begin_ > limits_.time) {
+  const std::string limit = watch_.exceeded();
+  if (limit.empty()) return true;
+  if (limit == "time") {
     end("time",
         "it has taken " + quantity(limits_.time, "s") + ", with " + busiest() +
             "; expected a shorter duration, coarser steps, fewer or softer bodies, or more "
@@ -167,11 +120,13 @@ bool RunGuard::mayGoOn(double time) {
         time);
     return false;
   }
-  if (limits_.memory == 0 || now - lookedAt_ < kMemoryPeriod) return true;
-  lookedAt_ = now;
-  if (residentMemory() <= limits_.memory) return true;
   endForMemory("its memory has grown to " + residentText());
   return false;
+}
+
+Status checkEnded(const RunGuard* guard) {
+  if (guard != nullptr && guard->ended()) return Error{guard->ended()->what};
+  return std::monostate{};
 }
 
 }  // namespace carom::scenes

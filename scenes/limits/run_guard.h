@@ -9,16 +9,11 @@
 #include <vector>
 
 #include "carom/audio/impulse_event.h"
+#include "carom/audio/result.h"
 #include "scenes/format/scene.h"
+#include "scenes/limits/resource_watch.h"
 
 namespace carom::scenes {
-
-/// The most that a run may take. Zero: no limit.
-struct RunLimits {
-  std::uint64_t memory = 0;  ///< bytes, resident in the whole process
-  double time = 0.0;         ///< s, wall time since the guard was made
-  std::uint64_t events = 0;  ///< of all bodies; if 0, an endless rattle ends the run
-};
 
 /// Why a run has ended before the scene has.
 struct EndedEarly {
@@ -45,6 +40,9 @@ class RunGuard {
   /// end. To be called at least every 0.1 s or so.
   bool mayGoOn(double time);
 
+  /// Begins another run of the scene, whose events are counted anew; clock and limits go on.
+  void restart();
+
   /// Ends the run because an allocation has failed.
   void runOut();
 
@@ -68,23 +66,13 @@ class RunGuard {
   const Scene& scene_;
   RunLimits limits_;
   std::uint64_t events_ = 0;
-  double begin_;         // s, of the clock
-  double lookedAt_ = 0;  // s, of the clock, when memory was looked at
-  double time_ = 0.0;    // s, of the scene, at the last look
+  ResourceWatch watch_;
+  double time_ = 0.0;  // s, of the scene, at the last look
   std::vector<Body> bodies_;
   std::optional<EndedEarly> ended_;
 };
 
-/// Returns the bytes of this process that are in memory; 0 where that is not known. [any thread]
-std::uint64_t residentMemory();
-/// Returns the bytes that this process may write to, in memory or not yet; 0 where that is not
-/// known. [any thread]
-std::uint64_t mappedMemory();
-/// Returns the bytes of memory that the machine, or this container, has; 0 where that is not known.
-/// [any thread]
-std::uint64_t machineMemory();
-
-/// Returns "1.5 GB", "200 kB" and so on. [any thread]
-std::string bytesText(double bytes);
+/// Returns the guard's sentence as an error if it has ended the run; null: no guard.
+Status checkEnded(const RunGuard* guard);
 
 }  // namespace carom::scenes

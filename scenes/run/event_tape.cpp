@@ -52,8 +52,10 @@ class TapeStepper : public SceneStepper {
 
 }  // namespace
 
-Result<EventTape> recordTape(SceneStepper& stepper, double duration) {
+Result<EventTape> recordTape(SceneStepper& stepper, double duration, RunGuard* guard) {
   EventTape tape;
+  if (guard != nullptr) guard->restart();
+  stepper.watch(guard);
   tape.deformationStep = stepper.hearDeformations();
   const double end = tape.deformationStep > 0.0 ? duration + kTail : duration;
   for (double target = 0.0; stepper.settledTime() < end;) {
@@ -68,6 +70,7 @@ Result<EventTape> recordTape(SceneStepper& stepper, double duration) {
     const auto deformations = stepper.deformations();
     portion.deformations.assign(deformations.begin(), deformations.end());
     portion.settledTime = stepper.settledTime();
+    if (Status ended = checkEnded(guard); !ended) return ended.error();
     if (const std::string failure = stepper.failure(); !failure.empty()) return Error{failure};
   }
   tape.jammed = stepper.jammed();

@@ -33,8 +33,9 @@ struct EventTape {
 };
 
 /// Runs `stepper` from its start to `duration` (s), in portions as SceneSound asks for them.
-/// Errors: the stepper's failure. [one thread]
-Result<EventTape> recordTape(SceneStepper& stepper, double duration);
+/// Errors: the stepper's failure, and a run that the guard, if any, ends: it begins with no events.
+/// [one thread]
+Result<EventTape> recordTape(SceneStepper& stepper, double duration, RunGuard* guard = nullptr);
 
 /// Returns every event on the tape, in order of time. [any thread]
 std::vector<ImpulseEvent> eventsOf(const EventTape& tape);

@@ -130,6 +130,20 @@ class ModesOfBodies {
 
 }  // namespace
 
+std::vector<ModesToCompute> modesToCompute(const Scene& scene) {
+  std::vector<ModesToCompute> all;
+  for (const SceneBody& body : scene.bodies) {
+    if (!body.ringing || !body.ringing->model.empty()) continue;
+    ModesToCompute one{.body = &body, .surface = surfaceOf(body)};
+    const bool known = std::ranges::any_of(all, [&](const ModesToCompute& other) {
+      return other.surface == one.surface && other.body->material == body.material &&
+             other.body->ringing->analysis == body.ringing->analysis;
+    });
+    if (!known) all.push_back(std::move(one));
+  }
+  return all;
+}
+
 Result<std::vector<BodyModes>> sceneModes(const Scene& scene, const Progress& progress) {
   ModesOfBodies modes;
   std::vector<BodyModes> all;

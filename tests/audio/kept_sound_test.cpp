@@ -1,4 +1,4 @@
-// What was recorded stays: on a disk that is full, and after a program that has died.
+// A recording keeps what it holds: on a disk that is full, and after a program that has died.
 
 #include <array>
 #include <cmath>

@@ -31,11 +31,9 @@ class SoundFile : public testing::Test {
   const test::TemporaryFolder folder_;
 };
 
-std::vector<float> ramp(std::size_t frames, float scale) {
-  std::vector<float> samples(frames);
-  for (std::size_t frame = 0; frame < frames; ++frame)
-    samples[frame] = scale * std::sin(0.01F * static_cast<float>(frame));
-  return samples;
+/// Returns samples that turn slowly, in Pa.
+std::vector<float> slowWave(std::size_t frames, float amplitude) {
+  return test::sineWave(frames, amplitude, 0.01F);
 }
 
 void writeMono(const fs::path& path, const SoundFileSettings& settings,
@@ -46,15 +44,6 @@ void writeMono(const fs::path& path, const SoundFileSettings& settings,
   ASSERT_TRUE(writer->write(channels, samples.size()));
   const Status finished = writer->finish();
   ASSERT_TRUE(finished) << finished.error().message;
-}
-
-std::string commentOf(const fs::path& path) {
-  SF_INFO info = {};
-  SNDFILE* const file = sf_open(path.c_str(), SFM_READ, &info);
-  const char* const comment = file != nullptr ? sf_get_string(file, SF_STR_COMMENT) : nullptr;
-  const std::string text = comment != nullptr ? comment : "";
-  sf_close(file);
-  return text;
 }
 
 TEST_F(SoundFile, TwentyPascalsAreFullScale) {
@@ -165,8 +154,8 @@ TEST_F(SoundFile, LimitedFilesShorterThanTheLookAheadAreWhole) {
 }
 
 TEST_F(SoundFile, ChannelsAreInterleavedInOrder) {
-  const std::vector<float> left = ramp(20001, 5.0F);  // longer than one block of the writer
-  const std::vector<float> right = ramp(20001, -3.0F);
+  const std::vector<float> left = slowWave(20001, 5.0F);  // longer than one block of the writer
+  const std::vector<float> right = slowWave(20001, -3.0F);
   SoundFileSettings settings;
   settings.channels = 2;
   settings.sampleRate = 44100.0;
@@ -210,7 +199,7 @@ TEST_F(SoundFile, Pcm16ClipsAndCounts) {
 TEST_F(SoundFile, NormalisedPeakIsOne) {
   SoundFileSettings settings;
   settings.normalize = true;
-  std::vector<float> samples = ramp(30000, 0.003F);
+  std::vector<float> samples = slowWave(30000, 0.003F);
   samples[12345] = -0.0371F;
   writeMono(path(), settings, samples);
   const Recording recording = test::readRecording(path());
@@ -240,17 +229,17 @@ TEST_F(SoundFile, NormalisedPeakIsWhatIsAskedForButNotOfWhatIsTooQuiet) {
       .normalize = true, .normalizedPeak = 0.5, .leastFullScale = 0.02};
   writeMono(path(), settings, {1.0F, -4.0F});
   EXPECT_EQ(test::readRecording(path()).samples, (std::vector<double>{0.125, -0.5}));
-  EXPECT_EQ(commentOf(path()), "full scale 8 Pa");
+  EXPECT_EQ(test::readRecording(path()).comment, "full scale 8 Pa");
   writeMono(path(), settings, {1e-3F, -2e-3F});
   EXPECT_NEAR(test::readRecording(path()).samples[1], -0.1, 1e-7);
-  EXPECT_EQ(commentOf(path()), "full scale 0.02 Pa");
+  EXPECT_EQ(test::readRecording(path()).comment, "full scale 0.02 Pa");
 }
 
 TEST_F(SoundFile, CommentHasTheFullScale) {
   writeMono(path(), {}, {1.0F});
-  EXPECT_EQ(commentOf(path()), "full scale 20 Pa");
+  EXPECT_EQ(test::readRecording(path()).comment, "full scale 20 Pa");
   writeMono(path(), {.format = SampleFormat::pcm16, .fullScalePressure = 1.25}, {1.0F});
-  EXPECT_EQ(commentOf(path()), "full scale 1.25 Pa");
+  EXPECT_EQ(test::readRecording(path()).comment, "full scale 1.25 Pa");
 }
 
 // RIFF (Microsoft, 1994): formats other than PCM have an extension, and a chunk "fact".
@@ -279,7 +268,7 @@ TEST_F(SoundFile, UnfinishedFileLeavesWhatWasThereAndNothingElse) {
     settings.normalize = normalize;
     auto writer = SoundFileWriter::create(path(), settings);
     ASSERT_TRUE(writer);
-    const std::vector<float> samples = ramp(50000, 1.0F);
+    const std::vector<float> samples = slowWave(50000, 1.0F);
     ASSERT_TRUE(writer->write(std::array{samples.data()}, samples.size()));
     EXPECT_EQ(contents(path()), "old");
   }
@@ -295,8 +284,8 @@ TEST_F(SoundFile, FinishedFileReplacesWhatWasThere) {
 }
 
 TEST_F(SoundFile, SameSoundGivesTheSameBytes) {
-  writeMono(folder_ / "one.wav", {}, ramp(1000, 1.0F));
-  writeMono(folder_ / "two.wav", {}, ramp(1000, 1.0F));
+  writeMono(folder_ / "one.wav", {}, slowWave(1000, 1.0F));
+  writeMono(folder_ / "two.wav", {}, slowWave(1000, 1.0F));
   EXPECT_EQ(contents(folder_ / "one.wav"), contents(folder_ / "two.wav"));
 }
 

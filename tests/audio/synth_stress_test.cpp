@@ -456,6 +456,31 @@ TEST(SynthExtremes, AContactOf10SecondsIsRenderedAndOneOfADayIsRefused) {
   }
 }
 
+/// Returns the sound of a slow impact on a ball of 10 m, whose force is scaled.
+Samples slowImpact(double scale) {
+  const BallDrop drop{.radius = 10.0, .speed = 1e-3, .time = 0.01};
+  SynthSettings settings;
+  settings.audibleThreshold = 0.0;
+  Synth synth = makeSynth(drop, {{"seat", {0, 0, 20}}}, settings);
+  ImpulseEvent event = drop.event();
+  event.impulse *= scale;
+  synth.schedule(event);
+  return renderMono(synth, 24000);
+}
+
+// Sound is linear. The filter of a large body takes up little in a sample: what it holds was
+// dropped, again and again, where it was below 1e-15 Pa at first.
+TEST(SynthExtremes, TheQuietestSoundOfALargeBodyIsALoudOneScaled) {
+  constexpr double kScale = 1e-9;
+  const Samples loud = slowImpact(1.0);
+  const Samples quiet = slowImpact(kScale);
+  const double peak = peakOf(loud);
+  ASSERT_GT(peak, 0.0);
+  ASSERT_GT(kScale * peak, 1e-12);
+  for (std::size_t sample = 0; sample < loud.size(); ++sample)
+    ASSERT_NEAR(quiet[sample], kScale * loud[sample], 1e-15) << sample;
+}
+
 // One long contact must not make the lines of all others as long.
 TEST(SynthExtremes, AnEventTakesRoomForItselfAlone) {
   SynthSettings settings;

@@ -238,6 +238,19 @@ def limits():
     yield scene_case("of a second of jello alone", slow, "it has taken 1 s", LIMIT, ["jello", "scene.json", "--max-time", "1"])
     yield scene_case("of a second on Bullet", changed(changed(BALL, "/stepper", {"type": "bullet", "step": 1e-5}), "/duration", 3600), "it has taken 1 s", LIMIT,
                      [*RENDER, "--max-time", "1"])
+    yield scene_case("of an endless rattle, compared", gap(), rattle[:60], LIMIT, ["compare", "scene.json"])
+    yield scene_case("of an endless rattle, reported", gap(), rattle[:60], LIMIT, ["report", "scene.json", "-o", "report"])
+    yield scene_case("of 1e5 events, compared", gap(), "expected at most 100000 (--max-events)", LIMIT, ["compare", "scene.json", "--max-events", "100000"])
+    yield scene_case("of 1e5 events, reported", gap(), "expected at most 100000 (--max-events)", LIMIT,
+                     ["report", "scene.json", "-o", "report", "--max-events", "100000"])
+    yield scene_case("of a second, compared", changed(BALL, "/duration", 3600), "it has taken 1 s", LIMIT,
+                     ["compare", "scene.json", "--step", "1e-5", "--max-time", "1"])
+    yield scene_case("of a second, reported", changed(changed(BALL, "/stepper", {"type": "bullet", "step": 1e-5}), "/duration", 3600), "it has taken 1 s", LIMIT,
+                     ["report", "scene.json", "-o", "report", "--max-time", "1"])
+    yield scene_case("of a second of jello, as JSON", slow, '"ended_early": {', LIMIT, ["jello", "scene.json", "--max-time", "1", "--json"])
+    yield Case("a mesh whose modes take longer than 0.1 s", ["modes", "a.obj", "--material", "rubber", "--dofs", "100000", "--max-time", "0.1"],
+               "a.obj: the run ends: it has taken 0.1 s", LIMIT, {"a.obj": TETRA})
+    yield Case("cases that take longer than 1 ms", ["stability", "--short", "--only", "native.g", "--max-time", "0.001"], "the run ends: it has taken 0.001 s", LIMIT)
     for option, value in (("--max-memory", "1"), ("--max-memory", "-2GB"), ("--max-memory", "much"), ("--max-memory", "1e300GB"), ("--max-time", "0"),
                           ("--max-time", "nan"), ("--max-events", "0"), ("--max-events", "1.5"), ("--max-events", "1e300"), ("--tail", "-1"), ("--tail", "nan"),
                           ("--tail", "1e300")):
@@ -315,6 +328,8 @@ def recordings(source):
 def models(source):
     good = (source / "tests/fuzz/corpus/modal_model/bar.carom_modes").read_bytes()
     strike = ["strike", "bar.carom_modes", "--at", "0,0,0", "--impulse", "0,0,-1", "-o", "out.wav"]
+    yield Case("a strike of an hour that may take 10 ms", [*strike, "--duration", "3600", "--max-time", "0.01"],
+               "bar.carom_modes: the run ends: it has taken 0.01 s", LIMIT, {"bar.carom_modes": good})
     for name, data, sentence in (
             ("empty", b"", "is no modal model"),
             ("cut off", good[:100], "damaged or cut off"),
@@ -469,6 +484,11 @@ def escapes():
                     ["report", "in/scene.json", "-o", "report"], ["jello", "in/scene.json"]):
         yield Case(f"stranger's head by {command[0]}", [*command, "--confine"], "leads out of the folder", BAD, {"head.sofa": "something", "in/scene.json": json.dumps(
             changed(BALL, "/listeners/0", {"position": [0, 1, 1], "format": "binaural", "sofa": "../head.sofa"}))})
+    head = {"head.sofa": "something", "in/scene.json": json.dumps(
+        changed(BALL, "/listeners/0", {"position": [0, 1, 1], "format": "binaural", "sofa": "../head.sofa"}))}
+    report = ["report", "in/scene.json", "-o", "report"]
+    yield Case("stranger's head by report, which is confined by itself", report, "leads out of the folder", BAD, head)
+    yield Case("stranger's head by report that is not confined", [*report, "--no-confine"], "it is not a SOFA file", FAILED, head)
     outside = gltf(0).replace('"data:application/octet-stream;base64,' + "A" * 48 + '"', '"link.bin"')
     yield Case("stranger's glTF whose buffer is a link out of its folder", ["modes", "in/a.gltf", "--material", "steel"], "Assimp cannot read it", BAD,
                {"secret.bin": b"\0" * 36, "in/a.gltf": outside, "in/link.bin": lambda path: path.symlink_to("../secret.bin")})

@@ -65,7 +65,7 @@ int recordFor(const fs::path& file, double seconds) {
   return sound->close() ? 0 : 1;
 }
 
-// ---- What is left
+// ---- The files that a kill leaves
 
 /// Counts what did not hold, and says it.
 class Verdict {
@@ -79,9 +79,9 @@ class Verdict {
 
   std::string where;
   int atWork = 0;      // kills that found the program at work
-  int left = 0;        // of them, those that left a partial file
+  int left = 0;        // kills at work that left a partial file
   int kept = 0;        // recordings that were found by the next run
-  double longest = 0;  // s, of what was handed over and is not there
+  double longest = 0;  // s, the most that was handed over and is not there
 
  private:
   int broken_ = 0;
@@ -121,7 +121,7 @@ std::vector<fs::path> filesWith(const fs::path& folder, const std::string& part)
 
 // ---- The programs
 
-/// A program that runs; what it writes to standard output can be read.
+/// A program that runs, and whose standard output can be read.
 class Running {
  public:
   explicit Running(const std::vector<std::string>& command) {
@@ -242,7 +242,7 @@ std::vector<Victim> victimsOf(const std::string& self, const std::string& carom,
   return victims;
 }
 
-/// Kills a victim once, and looks at what is left.
+/// Kills a victim once, and looks at the files that are left.
 void killOnce(Victim& victim, int signal, double moment, Verdict& verdict) {
   const fs::path folder = victim.output.parent_path();
   Running running(victim.command);

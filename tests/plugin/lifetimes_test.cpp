@@ -471,7 +471,7 @@ TEST(ExitDeathTest, OfAKilledProcessLeavesSoundThatTheNextRunGivesAName) {
   ASSERT_EQ(told.size(), 1U);
   EXPECT_NE(told[0].find("drop.incomplete.wav'"), std::string::npos) << told[0];
   EXPECT_EQ(folder.entries(), 4U) << "these three, and the one that is written";
-  // What was handed over was 48 steps less the latency; the last 0.1 s may be lost.
+  // The host handed over 48 steps less the latency; the last 0.1 s of them may be lost.
   const test::Recording left = test::readRecording(folder / "drop.incomplete.wav");
   EXPECT_GT(static_cast<double>(left.info.frames) / 48000.0, 48 * kStep - 0.05 - 0.1);
   EXPECT_GT(left.peak(), 0.0);

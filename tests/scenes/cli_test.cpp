@@ -462,7 +462,8 @@ TEST_F(Cli, InfoOfEveryLibrarySceneSaysWhatIsInIt) {
     EXPECT_EQ(report.at("spheres"), spheres);
     EXPECT_FALSE(report.at("plan").at("needed").empty());
     const json& estimate = report.at("estimate");
-    for (const std::string key : {"steps", "events", "memory_bytes", "wall_s"})
+    for (const std::string key :
+         {"steps", "events", "degrees_of_freedom", "memory_bytes", "wall_s"})
       EXPECT_TRUE(estimate.at(key).is_number()) << key;
     EXPECT_LT(estimate.at("wall_s"), 60.0) << name;
     EXPECT_TRUE(estimate.at("longest").is_string());

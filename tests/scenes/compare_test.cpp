@@ -109,7 +109,7 @@ TEST(Compare, TellsItsProgressUpToTheEnd) {
   std::vector<double> shares;
   const std::array steps = {0.02, 0.01};
   ASSERT_TRUE(compareScene(libraryScene("two_balls"), steps,
-                           [&](double share) { shares.push_back(share); }));
+                           {.progress = [&](double share) { shares.push_back(share); }}));
   ASSERT_FALSE(shares.empty());
   EXPECT_TRUE(std::ranges::is_sorted(shares));
   EXPECT_EQ(shares.back(), 1.0);

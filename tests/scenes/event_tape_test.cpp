@@ -35,7 +35,7 @@ Signal taped(const Scene& scene) {
   EXPECT_TRUE(stepper) << stepper.error().message;
   Result<EventTape> tape = recordTape(**stepper, scene.duration);
   EXPECT_TRUE(tape) << tape.error().message;
-  Result<SoundRun> run = runSound(scene, std::make_shared<const EventTape>(*tape), 1);
+  Result<SoundRun> run = runSound(scene, std::make_shared<const EventTape>(*tape), {.runs = 1});
   EXPECT_TRUE(run) << run.error().message;
   return run->signal;
 }

@@ -57,6 +57,25 @@ std::vector<std::vector<double>> rowsOf(const fs::path& file) {
   return rows;
 }
 
+// An hour of steps of 10 ns would take years.
+TEST(JelloCli, TellsWhichLimitHasEndedItAsJsonToo) {
+  const TemporaryFolder folder;
+  const fs::path world = written(folder / "my.w", stretchedWorld());
+  for (const bool isHeard : {false, true}) {
+    std::vector<std::string> arguments = {"jello",      world,  "--integrator", "rk4",
+                                          "--dt",       "1e-8", "--seconds",    "3600",
+                                          "--max-time", "0.2",  "--json"};
+    if (isHeard) arguments.insert(arguments.end(), {"-o", folder / "my.wav"});
+    const Outcome run = carom(arguments);
+    EXPECT_EQ(run.code, 3);
+    const json ended = json::parse(run.out).at("ended_early");
+    EXPECT_EQ(ended.at("limit"), "time");
+    EXPECT_THAT(run.err, HasSubstr(ended.at("what").get<std::string>()));
+    EXPECT_LT(ended.at("time_s"), 3600.0);
+  }
+  EXPECT_FALSE(fs::exists(folder / "my.wav"));
+}
+
 TEST(JelloCli, TellsWhatItDidAndWritesSoundWayAndEnergies) {
   const TemporaryFolder folder;
   const fs::path world = written(folder / "my.w", stretchedWorld());
@@ -72,6 +91,7 @@ TEST(JelloCli, TellsWhatItDidAndWritesSoundWayAndEnergies) {
   EXPECT_EQ(report["dt_s"], 0.0005);
   EXPECT_EQ(report["steps"], 1000);
   EXPECT_EQ(report["stable"], true);
+  EXPECT_TRUE(report["ended_early"].is_null());
   EXPECT_GT(report["dt_limit_s"], 0.0005);
   EXPECT_GT(report["steps_per_s"], 0.0);
   EXPECT_LT(report["energy_end_J"], report["energy_start_J"]);

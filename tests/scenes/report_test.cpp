@@ -166,9 +166,9 @@ TEST(Report, RunTimesAreOfBothStages) {
 }
 
 std::size_t memoryOf(const Scene& scene) {
-  const Result<MechanicsRun> run = runMechanics(scene, 1);
+  const Result<MechanicsRun> run = runMechanics(scene, {.runs = 1});
   EXPECT_TRUE(run) << run.error().message;
-  const Result<SoundRun> sound = runSound(scene, run->tape, 1);
+  const Result<SoundRun> sound = runSound(scene, run->tape, {.runs = 1});
   EXPECT_TRUE(sound) << sound.error().message;
   return run->memory.value_or(0) + sound->memory.value_or(0);
 }

@@ -9,9 +9,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "carom/modal/mesh_analysis.h"
 #include "scenes/format/scene_loader.h"
 #include "scenes/limits/sound_end.h"
+#include "scenes/run/event_tape.h"
 #include "scenes/run/render.h"
+#include "scenes/run/scene_modes.h"
 #include "tests/scenes/library.h"
 #include "tests/support/recording.h"
 #include "tests/support/temporary_folder.h"
@@ -95,6 +98,23 @@ TEST(RunGuard, TheNumberOfEventsIsALimit) {
   EXPECT_THAT(report.endedEarly->what, HasSubstr("expected at most 1000000 (--max-events)"));
 }
 
+TEST(RunGuard, CountsTheEventsOfAnotherRunAnew) {
+  const Scene scene = ballInGap(1e-3, 0.1);
+  RunGuard guard(scene, {.events = 15'000});  // a run of 0.1 s has 20,000
+  for (int run = 0; run < 3; ++run) {
+    guard.restart();
+    const auto stepper = makeStepper(scene, &guard);
+    ASSERT_TRUE(stepper);
+    EXPECT_TRUE(recordTape(**stepper, 0.05, &guard));
+    EXPECT_NEAR(static_cast<double>(guard.events()), 10'000.0, 10.0);
+  }
+  const auto stepper = makeStepper(scene, &guard);
+  ASSERT_TRUE(stepper);
+  const auto tape = recordTape(**stepper, 0.1, &guard);
+  ASSERT_FALSE(tape);
+  EXPECT_THAT(tape.error().message, HasSubstr("expected at most 15000 (--max-events)"));
+}
+
 // A part that a limit cuts off is the beginning of the whole, under another name.
 TEST(RunGuard, APartThatIsKeptIsTheBeginningOfTheWhole) {
   const TemporaryFolder folder;
@@ -141,6 +161,62 @@ TEST(RunEstimate, StepsAreDurationOverStep) {
 TEST(RunEstimate, CollisionsGoOnAsTheyBegin) {
   const lab::RunEstimate estimate = lab::estimateRun(ballInGap(1e-3, 10.0));
   EXPECT_NEAR(estimate.events, 2.0 * 10.0 * 100.0 / 1e-3, 0.02 * 2e6);  // two of each collision
+}
+
+/// A box that rings, by an analysis of about so many degrees of freedom.
+Scene ringingBox(std::size_t degreesOfFreedom, int count = 1) {
+  std::string bodies;
+  for (int box = 0; box < count; ++box)
+    bodies += R"({"type": "solid", "name": "box)" + std::to_string(box) +
+              R"(", "material": "glass", "position": [0, )" + std::to_string(1 + box) +
+              R"(, 0], "shape": {"type": "box", "half_extents": [0.1, 0.05, 0.02]},
+               "modes": {"dofs": )" +
+              std::to_string(degreesOfFreedom) + R"(, "count": 5, "panels": 100}},)";
+  const std::string text = R"({"duration": 0.1, "listeners": [{"position": [0, 1, 1]}],
+      "stepper": {"type": "bullet"}, "bodies": [)" +
+                           bodies +
+                           R"({"type": "plane", "normal": [0, 1, 0], "offset": 0,
+                               "material": "steel"}]})";
+  Result<Scene> scene = parseScene(text, "ringing_box.json");
+  EXPECT_TRUE(scene) << scene.error().message;
+  return *scene;
+}
+
+// The analysis itself counts what it solves; it makes its grid as fine as comes near the number
+// from below.
+TEST(RunEstimate, DegreesOfFreedomAreThoseOfTheAnalysis) {
+  for (const std::size_t wished : {500U, 3000U}) {
+    const Scene scene = ringingBox(wished);
+    const std::vector<ModesToCompute> models = modesToCompute(scene);
+    ASSERT_EQ(models.size(), 1U);
+    const auto analysis =
+        analyseMesh(models[0].surface, scene.bodies[0].material, scene.bodies[0].ringing->analysis);
+    ASSERT_TRUE(analysis) << analysis.error().message;
+    const double counted = static_cast<double>(analysis->degreesOfFreedom.value());
+    const double told = lab::estimateRun(scene).degreesOfFreedom;
+    EXPECT_GE(told, counted);
+    EXPECT_LE(told, 2.0 * counted);
+  }
+}
+
+TEST(RunEstimate, AModelThatBodiesShareIsComputedOnce) {
+  const double one = lab::estimateRun(ringingBox(3000)).degreesOfFreedom;
+  EXPECT_EQ(lab::estimateRun(ringingBox(3000, 4)).degreesOfFreedom, one);
+}
+
+// A sparse factor of a grid has more numbers than it has unknowns, and fewer than a full one.
+TEST(RunEstimate, ModesTakeMemoryBetweenThatOfADiagonalAndOfAFullMatrix) {
+  constexpr double kMany = 100'000.0;
+  const double more =
+      lab::estimateRun(ringingBox(100'000)).memory - lab::estimateRun(ringingBox(500)).memory;
+  EXPECT_GT(more, 100.0 * sizeof(double) * kMany);
+  EXPECT_LT(more, 0.1 * sizeof(double) * kMany * kMany);
+}
+
+TEST(RunEstimate, ModesThatTakeLongAreToldBefore) {
+  EXPECT_EQ(lab::longRunWarning(lab::estimateRun(ringingBox(3000))), "");
+  EXPECT_THAT(lab::longRunWarning(lab::estimateRun(ringingBox(1'000'000))),
+              HasSubstr("the modes of \"box0\" (/bodies/0), of 1e+06 degrees of freedom"));
 }
 
 TEST(RunEstimate, NoSceneOfTheLibraryTakesAMinute) {

@@ -103,9 +103,18 @@ TEST(Stability, ProgressNamesEachCaseAndEndsAtOne) {
                [&](std::string_view id, double share) {
                  names.emplace_back(id);
                  shares.push_back(share);
+                 return true;
                });
   EXPECT_EQ(names, (std::vector<std::string>{"m.one", "m.two", ""}));
   EXPECT_EQ(shares, (std::vector<double>{0.0, 0.5, 1.0}));
+}
+
+TEST(Stability, ProgressEndsTheRunBeforeACase) {
+  const StabilityReport report =
+      runStability({caseOf("m.one", {}), caseOf("m.two", {})}, StabilityForm::full,
+                   [](std::string_view id, double /*share*/) { return id != "m.two"; });
+  ASSERT_EQ(report.verdicts.size(), 1U);
+  EXPECT_EQ(report.verdicts[0].of.id, "m.one");
 }
 
 std::vector<std::string> idsOf(const std::vector<StabilityCase>& cases) {
@@ -173,7 +182,8 @@ TEST(StabilityCases, HaveUniqueIdsOfAModuleAndSayWhatTheyDoAndExpect) {
     EXPECT_TRUE(ids.insert(item.id).second) << item.id;
     EXPECT_EQ(std::ranges::count(item.id, '.'), 1) << item.id;
     EXPECT_THAT(item.module(),
-                testing::AnyOf("native", "bullet", "hertz", "click", "modal", "contact", "jello"));
+                testing::AnyOf("native", "bullet", "hertz", "click", "modal", "contact", "jello",
+                               "room", "head", "moving", "crossed", "run"));
     EXPECT_THAT(stabilityTopics(), Contains(item.topic)) << item.id;
     EXPECT_FALSE(item.summary.empty()) << item.id;
     EXPECT_FALSE(item.expectation.empty()) << item.id;
@@ -221,6 +231,11 @@ TEST(StabilityCases, CoverEachTopicInTheModulesThatHaveIt) {
                                                {"distance", "click"},
                                                {"jello steps", "jello"},
                                                {"modes", "modal"},
+                                               {"rooms", "room"},
+                                               {"heads", "head"},
+                                               {"moving listeners", "moving"},
+                                               {"limits of runs", "run"},
+                                               {"nonsense", "crossed"},
                                                {"24 hours", "native"},
                                                {"24 hours", "bullet"},
                                                {"24 hours", "click"},

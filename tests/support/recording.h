@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -15,6 +16,7 @@ namespace carom::test {
 struct Recording {
   SF_INFO info = {};
   std::vector<double> samples;  ///< interleaved, 1.0 is full scale
+  std::string comment;          ///< empty if the file has none
 
   std::size_t channels() const { return static_cast<std::size_t>(info.channels); }
 
@@ -42,8 +44,17 @@ inline Recording readRecording(const std::filesystem::path& path) {
   recording.samples.resize(
       static_cast<std::size_t>(recording.info.frames * recording.info.channels));
   sf_readf_double(file, recording.samples.data(), recording.info.frames);
+  if (const char* const comment = sf_get_string(file, SF_STR_COMMENT)) recording.comment = comment;
   sf_close(file);
   return recording;
+}
+
+/// Returns samples to write: a sine that turns by `step` radians a sample.
+inline std::vector<float> sineWave(std::size_t samples, float amplitude, float step) {
+  std::vector<float> wave(samples);
+  for (std::size_t sample = 0; sample < samples; ++sample)
+    wave[sample] = amplitude * std::sin(step * static_cast<float>(sample));
+  return wave;
 }
 
 }  // namespace carom::test

@@ -729,8 +729,8 @@ CAROM_API carom_status carom_stop(carom_sound* sound) CAROM_NOEXCEPT;
 /// Renders into a WAV file of float samples, at carom_settings.sample_rate, from now on; 1.0 in it
 /// is carom_settings.full_scale, or what carom_settings.level says. The file appears under its name
 /// when it is finished; until then what was recorded can be played in NAME.wav.<hex>.partial.wav.
-/// What ends it before is told at once (carom_recording_error), and the sound up to there is kept.
-/// path: UTF-8.
+/// A recording that ends before, as on a full disk, says so at once (carom_recording_error), and
+/// its sound up to there is kept. path: UTF-8.
 CAROM_API carom_status carom_record(carom_sound* sound, const char* path) CAROM_NOEXCEPT;
 /// Renders what is still to sound, and completes the file. Without a recording it does nothing.
 CAROM_API carom_status carom_finish_recording(carom_sound* sound) CAROM_NOEXCEPT;
