@@ -49,6 +49,15 @@ void take(png_structp png, png_bytep to, std::size_t count) {
 
 void overlook(png_structp, png_const_charp) {}
 
+/// True if so many bytes can hold the picture whose header was read: the compression of PNG makes
+/// at most 1032 bytes of one. So a small file that states 8192 x 8192 texels takes no memory for
+/// them.
+bool canHold(std::size_t bytes, png_structp png, png_infop info) {
+  constexpr std::size_t kBestCompression = 1032;
+  return png_get_rowbytes(png, info) * std::size_t{png_get_image_height(png, info)} <=
+         kBestCompression * bytes;
+}
+
 /// Calls libpng, which returns from errors by longjmp: so no variable in here may have a
 /// destructor.
 bool decode(png_structp png, png_infop info, Source& source, Picture& picture, std::string& why) {
@@ -58,6 +67,10 @@ bool decode(png_structp png, png_infop info, Source& source, Picture& picture, s
   png_read_info(png, info);
   if ((png_get_color_type(png, info) & PNG_COLOR_MASK_COLOR) == 0) {
     why = "it is grey, and a normal map has colours; expected red, green and blue";
+    return false;
+  }
+  if (!canHold(source.bytes.size(), png, info)) {
+    why = "it ends too early";
     return false;
   }
   png_set_expand(png);
