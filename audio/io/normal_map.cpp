@@ -13,7 +13,6 @@
 #include <png.h>
 
 #include "audio/io/byte_file.h"
-#include "audio/model/positive.h"
 
 namespace carom {
 
@@ -22,6 +21,12 @@ using namespace audio;
 namespace {
 
 using Slope = SurfaceTexture::Slope;
+
+constexpr double kMostStrength = 1e6;
+
+bool isPictureSize(double size) {
+  return size >= 1e-6 && size <= 1e6;
+}
 
 struct Source {
   std::span<const std::byte> bytes;
@@ -182,10 +187,10 @@ Result<SurfaceTexture> normalMapFromBytes(std::span<const std::byte> bytes, std:
   const auto refuse = [name](const std::string& why) {
     return Error{"normal map '" + std::string(name) + "': " + why};
   };
-  if (!isPositive(settings.size.x()) || !isPositive(settings.size.y()))
-    return refuse("its size must be positive (m)");
-  if (!(settings.strength >= 0.0) || std::isinf(settings.strength))
-    return refuse("its strength must be at least 0");
+  if (!isPictureSize(settings.size.x()) || !isPictureSize(settings.size.y()))
+    return refuse("its size must be positive, from 1e-6 to 1e6 (m)");
+  if (!(settings.strength >= 0.0 && settings.strength <= kMostStrength))
+    return refuse("its strength must be at least 0, and at most 1e6");
   const Result<Picture> picture = pictureOf(bytes);
   if (!picture) return refuse(picture.error().message);
   if (pointsInwards(*picture))

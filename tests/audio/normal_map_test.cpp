@@ -171,7 +171,10 @@ TEST(NormalMap, SaysWhatItCannotRead) {
   EXPECT_THAT(refusal(pngOf(PNG_FORMAT_RGB, 1, 1, {10, 10, 10})),
               HasSubstr("no normal points outwards"));
   EXPECT_THAT(refusal(png, {.size = {0.0, 1.0}}), HasSubstr("size must be positive"));
+  EXPECT_THAT(refusal(png, {.size = {1.0, 1e-300}}), HasSubstr("from 1e-6 to 1e6 (m)"));
+  EXPECT_THAT(refusal(png, {.size = {1e300, 1.0}}), HasSubstr("from 1e-6 to 1e6 (m)"));
   EXPECT_THAT(refusal(png, {.strength = -1.0}), HasSubstr("strength"));
+  EXPECT_THAT(refusal(png, {.strength = 1e300}), HasSubstr("at most 1e6"));
   const auto missing = readNormalMap("/nowhere/bumps.png", {});
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().message, "normal map '/nowhere/bumps.png': there is no such file");

@@ -38,7 +38,7 @@ class Versioned {
  public:
   Versioned(carom_status (*init)(Struct*, std::size_t), FuzzNumbers& numbers) {
     require(init(&value(), sizeof(Struct)) == CAROM_OK);
-    if (numbers.chance(8)) resize(numbers);
+    if (numbers.rarely(8)) resize(numbers);
   }
   Struct& operator*() { return value(); }
   Struct* operator->() { return &value(); }
@@ -53,7 +53,7 @@ class Versioned {
                                               sizeof(Struct) + kBehind,
                                               numbers.below(sizeof(Struct))};
     value().size = sizes[numbers.below(sizes.size())];
-    if (numbers.chance(32)) room_[sizeof(Struct) + 4] = 1;
+    if (numbers.rarely(32)) room_[sizeof(Struct) + 4] = 1;
   }
 
   static constexpr std::size_t kBehind = 64;
@@ -161,7 +161,7 @@ class Library {
     for (double& number : vertices)
       number = numbers_.wild(number);
     std::array<std::uint32_t, 12> triangles = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
-    if (numbers_.chance(8)) triangles[numbers_.below(12)] = 0xffffffffU;
+    if (numbers_.rarely(8)) triangles[numbers_.below(12)] = 0xffffffffU;
     std::array<double, 24> corners = {};
     for (double& corner : corners)
       corner = numbers_.wild(numbers_.share());
@@ -258,7 +258,7 @@ class Host {
     std::copy_n(number.data(), 3, to);
   }
   void giveTurn(double (&to)[4]) {
-    if (!numbers_.chance(32)) return;
+    if (!numbers_.rarely(32)) return;
     for (double& number : to)
       number = numbers_.wild(0.5);
   }
@@ -270,12 +270,12 @@ class Host {
     set->radius = numbers_.wild(numbers_.logBetween(1e-3, 1.0));
     set->edge_radius = numbers_.wild(1e-3);
     set->texture = library_.texture();
-    set->texture_coordinates = numbers_.chance(16) ? library_.coordinates() : nullptr;
+    set->texture_coordinates = numbers_.rarely(16) ? library_.coordinates() : nullptr;
     set->shape = static_cast<std::int32_t>(numbers_.chance(250) ? 0 : numbers_.below(5));
     for (double& half : set->half_extents)
       half = numbers_.wild(0.05);
     carom_material own = {};
-    if (numbers_.chance(64)) {
+    if (numbers_.rarely(64)) {
       own = {sizeof own,
              nullptr,
              numbers_.wild(1000.0),
@@ -313,10 +313,10 @@ class Host {
         succeeded(carom_set_muted(sound_, static_cast<std::int32_t>(numbers_.below(3))));
         break;
       case 4:
-        if (numbers_.chance(64)) succeeded(carom_stop(sound_));
+        if (numbers_.rarely(64)) succeeded(carom_stop(sound_));
         break;
       default:
-        succeeded(carom_prepare_rendering(sound_, numbers_.wild(8000.0)));
+        succeeded(carom_prepare_rendering(sound_, numbers_.wild(kRate)));
     }
   }
   void record() {
@@ -353,13 +353,13 @@ class Host {
     const btCollisionObject* object = world_ != nullptr ? &world_->ball : nullptr;
     succeeded(carom_assign_user_index(sound_, static_cast<int>(numbers_.below(3)) - 1, &*set));
     succeeded(carom_assign_body(sound_, object, &*set));
-    if (numbers_.chance(64)) succeeded(carom_unassign_body(sound_, object));
-    if (numbers_.chance(64)) succeeded(carom_unassign_user_index(sound_, -1));
+    if (numbers_.rarely(64)) succeeded(carom_unassign_body(sound_, object));
+    if (numbers_.rarely(64)) succeeded(carom_unassign_user_index(sound_, -1));
   }
   void advance() {
     if (world_ != nullptr) {
       world_->ball.activate(true);
-      if (numbers_.chance(16))
+      if (numbers_.rarely(16))
         world_->ball.setLinearVelocity({0, static_cast<btScalar>(numbers_.wild(-3.0)), 0});
       world_->bullet.stepSimulation(btScalar(1.0 / 60.0), 4, btScalar(1.0 / 240.0));
       return;
@@ -390,7 +390,7 @@ class Host {
     give(event->body_position, numbers_.inCube(3.0));
     give(event->body_velocity, numbers_.inCube(10.0));
     giveTurn(event->body_orientation);
-    if (numbers_.chance(4)) event->reserved = 1;
+    if (numbers_.rarely(4)) event->reserved = 1;
     succeeded(carom_post(sound_, &*event));
   }
   void updateContact() {
@@ -429,12 +429,15 @@ void requireOneFateEach(const carom_sound* sound) {
 /// Settings of which some may be wild, and which two listeners of one channel each hear.
 carom_sound* made(World* world, FuzzNumbers& numbers) {
   Versioned<carom_settings> settings(carom_settings_init, numbers);
-  settings->sample_rate = numbers.wild(8000.0);
+  settings->sample_rate = numbers.wild(kRate);
   settings->voices = numbers.chance(250) ? 1 + numbers.below(64) : ~std::size_t{0};
   settings->buses = numbers.chance(250) ? 1 + numbers.below(16) : 0;
+  settings->ringing_bodies = 2;
+  settings->modes = 4;
+  settings->sliding_contacts = numbers.chance(250) ? 2 : ~std::size_t{0};
   settings->radiators = CAROM_RADIATORS_EQUIVALENT_SPHERE;
   settings->on_message = [](void*, const char*) {};
-  if (numbers.chance(64)) {
+  if (numbers.rarely(64)) {
     settings->clock = static_cast<std::int32_t>(numbers.below(3));
     settings->level = static_cast<std::int32_t>(numbers.below(4));
     settings->pulse = static_cast<std::int32_t>(numbers.below(6));
@@ -454,10 +457,10 @@ carom_sound* made(World* world, FuzzNumbers& numbers) {
 
 void call(FuzzNumbers& numbers) {
   std::optional<World> world;
-  if (numbers.chance(64)) world.emplace();
+  if (numbers.rarely(64)) world.emplace();
   carom_sound* sound = made(world ? &*world : nullptr, numbers);
   if (sound == nullptr) return;
-  if (numbers.chance(200)) succeeded(carom_prepare_rendering(sound, 8000.0));
+  if (numbers.chance(200)) succeeded(carom_prepare_rendering(sound, kRate));
   Host(sound, world ? &*world : nullptr, numbers).run();
   requireOneFateEach(sound);
   succeeded(carom_destroy(sound));
@@ -470,6 +473,7 @@ void call(FuzzNumbers& numbers) {
 /// other versions among them: each refusal must have a sentence, no sample may be anything but
 /// finite, and each share that was posted must have one fate.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  carom::fuzz::keepTables();
   carom::fuzz::FuzzNumbers numbers({data, size});
   carom::fuzz::call(numbers);
   return 0;

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string_view>
 
 #include "carom/audio/material.h"
 #include "carom/event_sound.h"
@@ -116,14 +115,10 @@ class Host {
 };
 
 void call(FuzzNumbers& numbers) {
-  SoundSettings settings;
-  settings.onMessage = [](std::string_view) {};  // there are many
-  settings.budget.voices = 1 + numbers.below(64);
-  settings.budget.buses = 1 + numbers.below(16);
-  auto sound = EventSound::create(settings);
+  auto sound = EventSound::create(smallSettings(numbers));
   require(static_cast<bool>(sound));
   const bool isPulled = numbers.chance(200);
-  if (isPulled) require(static_cast<bool>(sound->prepareRendering(8000.0)));
+  if (isPulled) require(static_cast<bool>(sound->prepareRendering(kRate)));
   Host host(*sound, numbers);
   if (isPulled && numbers.chance(128)) {
     const Puller puller([&](std::span<float* const> channels, std::size_t frames) {
@@ -147,6 +142,7 @@ void call(FuzzNumbers& numbers) {
 /// thread that pulls samples: no sample may be anything but finite, and each share that was posted
 /// must have one fate.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  carom::fuzz::keepTables();
   carom::fuzz::FuzzNumbers numbers({data, size});
   carom::fuzz::call(numbers);
   return 0;

@@ -5,13 +5,44 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <string>
 #include <thread>
-#include <vector>
+#include <utility>
 
-#include "carom/sound_output.h"
+#include "carom/event_sound.h"
 #include "tests/fuzz/fuzz_numbers.h"
 
 namespace carom::fuzz {
+
+/// A sample rate (Hz) at which there is little to render.
+constexpr double kRate = 8000.0;
+
+/// Settings of a sound that takes little memory, and so little time to make: limits are reached
+/// soon.
+inline SoundSettings smallSettings(FuzzNumbers& numbers) {
+  SoundSettings settings;
+  settings.onMessage = [](const std::string&) {};  // there are many
+  settings.synth.sampleRate = kRate;
+  settings.budget.voices = 1 + numbers.below(64);
+  settings.budget.buses = 1 + numbers.below(16);
+  settings.budget.ringingBodies = 2;
+  settings.budget.modes = 4;
+  settings.budget.slidingContacts = 2;
+  return settings;
+}
+
+/// Keeps one sound for as long as the process runs, and with it the tables that all sounds share,
+/// which take longer to make than all else.
+inline void keepTables() {
+  static const auto keeper = [] {
+    FuzzNumbers none({});
+    auto sound = EventSound::create(smallSettings(none));
+    require(sound && sound->prepareRendering(kRate));
+    return std::make_unique<EventSound>(*std::move(sound));
+  }();
+  require(keeper != nullptr);
+}
 
 /// Takes two channels of samples in small blocks, each of which must be finite.
 template <class Render>

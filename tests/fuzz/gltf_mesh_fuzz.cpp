@@ -68,15 +68,15 @@ class GltfMaker {
   std::size_t addView(std::size_t at, std::size_t length) {
     json view = {
         {"buffer", wildCount(0)}, {"byteOffset", wildCount(at)}, {"byteLength", wildCount(length)}};
-    if (numbers_.chance(24)) view["byteStride"] = wildCount(4 * numbers_.below(16));
+    if (numbers_.rarely(24)) view["byteStride"] = wildCount(4 * numbers_.below(16));
     file_["bufferViews"].push_back(view);
     return file_["bufferViews"].size() - 1;
   }
   /// An accessor of what lies in a view, perhaps with some elements replaced (sparse).
   json addAccessor(json accessor) {
-    if (numbers_.chance(24)) accessor["byteOffset"] = wildCount(4 * numbers_.below(4));
-    if (numbers_.chance(24)) addSparse(accessor);
-    if (numbers_.chance(4)) accessor.erase("bufferView");
+    if (numbers_.rarely(24)) accessor["byteOffset"] = wildCount(4 * numbers_.below(4));
+    if (numbers_.rarely(24)) addSparse(accessor);
+    if (numbers_.rarely(4)) accessor.erase("bufferView");
     file_["accessors"].push_back(accessor);
     return wildCount(file_["accessors"].size() - 1);
   }
@@ -99,13 +99,13 @@ class GltfMaker {
       values.push_back(std::abs(number) < 3e38 ? static_cast<float>(number) : HUGE_VALF);
     }
     return addAccessor({{"bufferView", wildCount(addView(append(values), 12 * count))},
-                        {"componentType", numbers_.chance(8) ? 5120 + numbers_.byte() % 8 : kFloat},
+                        {"componentType", numbers_.rarely(8) ? 5120 + numbers_.byte() % 8 : kFloat},
                         {"count", wildCount(count)},
                         {"type", typeOr("VEC3")}});
   }
   std::string typeOr(const char* sound) {
     constexpr std::array kTypes = {"SCALAR", "VEC2", "VEC3", "VEC4", "MAT4", "none"};
-    return numbers_.chance(8) ? kTypes[numbers_.below(kTypes.size())] : sound;
+    return numbers_.rarely(8) ? kTypes[numbers_.below(kTypes.size())] : sound;
   }
   template <class Index>
   json addIndices(std::size_t triangles, std::size_t vertices, int type) {
@@ -116,7 +116,7 @@ class GltfMaker {
     }
     return addAccessor(
         {{"bufferView", wildCount(addView(append(values), sizeof(Index) * values.size()))},
-         {"componentType", numbers_.chance(8) ? 5120 + numbers_.byte() % 8 : type},
+         {"componentType", numbers_.rarely(8) ? 5120 + numbers_.byte() % 8 : type},
          {"count", wildCount(values.size())},
          {"type", typeOr("SCALAR")}});
   }
@@ -134,13 +134,13 @@ class GltfMaker {
     const std::size_t vertices = 3 + numbers_.below(12);
     json primitive = {{"attributes", {{"POSITION", addPositions(vertices)}}}};
     if (numbers_.chance(200)) primitive["indices"] = addIndices(1 + numbers_.below(8), vertices);
-    if (numbers_.chance(48)) primitive["mode"] = wildCount(numbers_.below(7));
-    if (numbers_.chance(32)) primitive["attributes"]["NORMAL"] = addPositions(vertices);
-    if (numbers_.chance(32)) primitive["attributes"]["TEXCOORD_0"] = addPositions(vertices);
-    if (numbers_.chance(16)) primitive["attributes"]["JOINTS_0"] = addPositions(vertices);
-    if (numbers_.chance(32))
+    if (numbers_.rarely(48)) primitive["mode"] = wildCount(numbers_.below(7));
+    if (numbers_.rarely(32)) primitive["attributes"]["NORMAL"] = addPositions(vertices);
+    if (numbers_.rarely(32)) primitive["attributes"]["TEXCOORD_0"] = addPositions(vertices);
+    if (numbers_.rarely(16)) primitive["attributes"]["JOINTS_0"] = addPositions(vertices);
+    if (numbers_.rarely(32))
       primitive["targets"] = json::array({{{"POSITION", addPositions(vertices)}}});
-    if (numbers_.chance(16)) primitive["material"] = wildCount(0);
+    if (numbers_.rarely(16)) primitive["material"] = wildCount(0);
     file_["meshes"].push_back({{"primitives", json::array({primitive})}});
   }
   void addNodes(std::size_t meshes) {
@@ -149,19 +149,19 @@ class GltfMaker {
       json node = {{"mesh", wildCount(index % meshes)}};
       switch (numbers_.below(4)) {
         case 0:
-          node["matrix"] = wildNumbers(numbers_.chance(8) ? 3 : 16, 0.0);
+          node["matrix"] = wildNumbers(numbers_.rarely(8) ? 3 : 16, 0.0);
           break;
         case 1:
           node["translation"] = wildNumbers(3, 0.0);
-          node["rotation"] = wildNumbers(numbers_.chance(8) ? 2 : 4, 0.0);
+          node["rotation"] = wildNumbers(numbers_.rarely(8) ? 2 : 4, 0.0);
           node["scale"] = wildNumbers(3, 1.0);
           break;
         default:
           break;
       }
       if (index + 1 < count && numbers_.chance(192)) node["children"] = {wildCount(index + 1)};
-      if (numbers_.chance(4)) node["children"] = {numbers_.below(count)};
-      if (numbers_.chance(8)) node["skin"] = wildCount(0);
+      if (numbers_.rarely(4)) node["children"] = {numbers_.below(count)};
+      if (numbers_.rarely(8)) node["skin"] = wildCount(0);
       file_["nodes"].push_back(node);
     }
     file_["scenes"] = json::array({{{"nodes", json::array({wildCount(0)})}}});
@@ -193,9 +193,9 @@ class GltfMaker {
     std::string whole = "glTF";
     appendLittleEndian(whole, 2);
     appendLittleEndian(whole, 28 + text.size() + data.size());
-    appendLittleEndian(whole, numbers_.chance(2) ? 0x7fffffffU : text.size());
+    appendLittleEndian(whole, numbers_.rarely(2) ? 0x7fffffffU : text.size());
     whole += "JSON" + text;
-    appendLittleEndian(whole, numbers_.chance(2) ? 0x7fffffffU : data.size());
+    appendLittleEndian(whole, numbers_.rarely(2) ? 0x7fffffffU : data.size());
     whole += std::string("BIN\0", 4) + data;
     return whole;
   }

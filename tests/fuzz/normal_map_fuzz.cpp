@@ -55,10 +55,10 @@ class PngMaker {
   std::string make() {
     file_.assign(kPng.begin(), kPng.end());
     addHeader();
-    if (colour_ == 3 || numbers_.chance(16)) add("PLTE", some(3 * numbers_.below(20)));
-    if (numbers_.chance(48)) add("tRNS", some(numbers_.below(8)));
-    if (numbers_.chance(32)) add("gAMA", some(4));
-    if (numbers_.chance(16)) add("sBIT", some(numbers_.below(5)));
+    if (colour_ == 3 || numbers_.rarely(16)) add("PLTE", some(3 * numbers_.below(20)));
+    if (numbers_.rarely(48)) add("tRNS", some(numbers_.below(8)));
+    if (numbers_.rarely(32)) add("gAMA", some(4));
+    if (numbers_.rarely(16)) add("sBIT", some(numbers_.below(5)));
     addPicture();
     if (numbers_.chance(250)) add("IEND", {});
     return file_;
@@ -99,7 +99,7 @@ class PngMaker {
     header += static_cast<char>(numbers_.chance(250) ? depth_ : numbers_.byte());
     header += static_cast<char>(numbers_.chance(250) ? colour_ : numbers_.byte());
     header += std::string(2, '\0');
-    isInterlaced_ = numbers_.chance(64);
+    isInterlaced_ = numbers_.rarely(64);
     header += static_cast<char>(isInterlaced_);
     add("IHDR", header);
   }
@@ -114,7 +114,7 @@ class PngMaker {
       rows += some(row);
     }
     if (isInterlaced_) rows.resize(rows.size() + 8 * height_ + 16, '\0');
-    if (numbers_.chance(6)) rows.resize(rows.size() / 2);
+    if (numbers_.rarely(6)) rows.resize(rows.size() / 2);
     const std::size_t size = rows.size();
     std::string block = {'\x78', '\x01', '\x01'};
     for (const std::size_t number : {size, ~size})
@@ -160,7 +160,7 @@ void read(std::span<const std::byte> bytes, const NormalMapSettings& settings) {
 /// Makes a picture of the bytes, and perhaps settings that are wild.
 void readMade(FuzzNumbers& numbers) {
   NormalMapSettings settings{.size = {0.1, 0.2}};
-  if (numbers.chance(32)) {
+  if (numbers.rarely(32)) {
     settings.size = {numbers.wild(0.1), numbers.wild(0.2)};
     settings.strength = numbers.wild(1.0);
     settings.greenIsDown = numbers.chance(128);

@@ -50,10 +50,10 @@ class FileMaker {
     return std::abs(number) <= 3e38 ? static_cast<float>(number) : std::copysign(HUGE_VALF, 1.0F);
   }
   char* text(const char* sound) {
-    if (sound == nullptr || numbers_.chance(2)) return nullptr;
+    if (sound == nullptr || numbers_.rarely(2)) return nullptr;
     std::string made = sound;
-    if (numbers_.chance(2)) made = "cartesian";
-    if (numbers_.chance(2)) made.assign(100, '\n');
+    if (numbers_.rarely(2)) made = "cartesian";
+    if (numbers_.rarely(2)) made.assign(100, '\n');
     return texts_.emplace_back(made).data();
   }
   MYSOFA_ATTRIBUTE* attribute(const char* name, const char* value, MYSOFA_ATTRIBUTE* next) {
@@ -61,10 +61,10 @@ class FileMaker {
   }
   /// Hands over values, sometimes more or fewer of them, or none at all.
   void give(MYSOFA_ARRAY& array, std::vector<float> values, const char* type) {
-    if (numbers_.chance(4)) values.resize(numbers_.below(8), 1.0F);
+    if (numbers_.rarely(4)) values.resize(numbers_.below(8), 1.0F);
     std::vector<float>& kept = values_.emplace_back(std::move(values));
     array.elements = static_cast<unsigned>(kept.size());
-    array.values = numbers_.chance(2) || kept.empty() ? nullptr : kept.data();
+    array.values = numbers_.rarely(2) || kept.empty() ? nullptr : kept.data();
     if (type != nullptr) array.attributes = attribute("Type", type, nullptr);
   }
   /// The six axes first, so that the listener is surrounded, then anything; some are there twice.
@@ -75,7 +75,7 @@ class FileMaker {
     for (std::size_t index = 0; index < measurements_; ++index) {
       const double azimuth = numbers_.between(-360.0, 360.0);
       const double elevation = numbers_.between(-90.0, 90.0);
-      const bool isAxis = index < kAxes.size() || numbers_.chance(32);
+      const bool isAxis = index < kAxes.size() || numbers_.rarely(32);
       const auto& axis = kAxes[index % kAxes.size()];
       values.push_back(wildNumber(isAxis ? axis[0] : azimuth));
       values.push_back(wildNumber(isAxis ? axis[1] : elevation));
@@ -86,7 +86,7 @@ class FileMaker {
   void addResponses() {
     std::vector<float> values;
     std::vector<float> delays;
-    const bool isWild = numbers_.chance(64);
+    const bool isWild = numbers_.rarely(64);
     for (std::size_t index = 0; index < 2 * measurements_; ++index) {
       for (std::size_t sample = 0; sample < samples_; ++sample) {
         const double sound = numbers_.between(-1.0, 1.0) + 1e-3;
@@ -109,7 +109,7 @@ class FileMaker {
       give(file_.ListenerUp, {wildNumber(0.0), wildNumber(0.0), wildNumber(1.0)}, "cartesian");
     }
     if (!numbers_.chance(128)) return;
-    const double left = numbers_.chance(64) ? -0.09 : 0.09;
+    const double left = numbers_.rarely(64) ? -0.09 : 0.09;
     give(file_.ReceiverPosition, {0.0F, wildNumber(left), 0.0F, 0.0F, wildNumber(-left), 0.0F},
          "cartesian");
   }

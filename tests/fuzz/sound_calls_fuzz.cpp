@@ -130,13 +130,13 @@ class Host {
         (void)sound_.onCollision(hear);
         break;
       case 10:
-        if (isPulled_ && numbers_.chance(32)) sound_.prepare();
+        if (isPulled_ && numbers_.rarely(32)) sound_.prepare();
         break;
       case 11:
         moveBody();
         break;
       case 12:
-        if (numbers_.chance(8)) (void)sound_.close();
+        if (numbers_.rarely(8)) (void)sound_.close();
         break;
       default:
         step();
@@ -145,7 +145,7 @@ class Host {
   btRigidBody& body() { return world_.body(numbers_.below(kMostBodies + 1)); }
   void addBody() {
     const double mass = numbers_.logBetween(1e-3, 10.0);
-    world_.add(world_.shape(numbers_.below(3)), numbers_.chance(16) ? numbers_.wild(mass) : mass,
+    world_.add(world_.shape(numbers_.below(3)), numbers_.rarely(16) ? numbers_.wild(mass) : mass,
                numbers_.inCube(0.5) + Vec3(0.0, 0.6, 0.0));
   }
   void kick() {
@@ -164,14 +164,14 @@ class Host {
     constexpr std::array kMaterials = {"steel", "glass", "rubber", "no such material"};
     BodySound sound;
     if (numbers_.chance(128)) sound.material = kMaterials[numbers_.below(kMaterials.size())];
-    if (numbers_.chance(64)) {
+    if (numbers_.rarely(64)) {
       Material own = *findMaterial("wood");
       own.density = numbers_.wild(own.density);
       own.youngsModulus = numbers_.wild(own.youngsModulus);
       own.restitution = numbers_.wild(own.restitution);
       sound.material = own;
     }
-    if (numbers_.chance(48)) sound.silent = numbers_.chance(128);
+    if (numbers_.rarely(48)) sound.silent = numbers_.chance(128);
     return sound;
   }
   void assign() {
@@ -225,7 +225,7 @@ class Host {
         sound_.setMuted(numbers_.chance(128));
         break;
       default:
-        if (!isPulled_) (void)sound_.prepareRendering(numbers_.wild(8000.0));
+        if (!isPulled_) (void)sound_.prepareRendering(numbers_.wild(kRate));
     }
   }
   void record() {
@@ -234,7 +234,7 @@ class Host {
   }
   void ask() {
     requireOneFateEach(sound_.statistics());
-    if (numbers_.chance(64)) require(sound_.report().size() < 10000);
+    if (numbers_.rarely(64)) require(sound_.report().size() < 10000);
     const Result<BodyMaterial> material = sound_.materialOf(body());
     if (material) require(!material->material.name.empty());
   }
@@ -262,19 +262,15 @@ class Host {
 };
 
 SoundSettings settingsOf(FuzzNumbers& numbers) {
-  SoundSettings settings;
-  settings.onMessage = [](const std::string&) {};  // there are many
-  settings.synth.sampleRate = 8000.0;
-  settings.budget.voices = 1 + numbers.below(64);
-  settings.budget.buses = 1 + numbers.below(16);
+  SoundSettings settings = smallSettings(numbers);
   settings.level = static_cast<Level>(numbers.below(3));
-  if (numbers.chance(64)) settings.clock = SoundClock::simulation;
-  if (numbers.chance(32)) settings.latency = numbers.wild(0.05);
+  if (numbers.rarely(64)) settings.clock = SoundClock::simulation;
+  if (numbers.rarely(32)) settings.latency = numbers.wild(0.05);
   return settings;
 }
 
 void runHost(World& world, Sound& sound, FuzzNumbers& numbers) {
-  const bool isPulled = numbers.chance(64) && sound.prepareRendering(8000.0);
+  const bool isPulled = numbers.rarely(64) && sound.prepareRendering(kRate);
   Host host(world, sound, numbers);
   if (!isPulled) return host.run(false);
   const Puller puller([&](std::span<float* const> channels, std::size_t frames) {
@@ -286,13 +282,13 @@ void runHost(World& world, Sound& sound, FuzzNumbers& numbers) {
 void call(FuzzNumbers& numbers) {
   auto world = std::make_unique<World>();
   WorldSoundSettings worldSettings{.radiators = RadiatorChoice::equivalentSphere};
-  if (numbers.chance(2)) worldSettings.radiators = RadiatorChoice::solved;
-  if (numbers.chance(16)) worldSettings.metresPerUnit = numbers.wild(1.0);
-  if (numbers.chance(16)) worldSettings.restSpeed = numbers.wild(0.005);
+  if (numbers.rarely(2)) worldSettings.radiators = RadiatorChoice::solved;
+  if (numbers.rarely(16)) worldSettings.metresPerUnit = numbers.wild(1.0);
+  if (numbers.rarely(16)) worldSettings.restSpeed = numbers.wild(0.005);
   Result<Sound> sound = Sound::attach(world->bullet(), settingsOf(numbers), worldSettings);
   if (!sound) return require(!sound.error().message.empty());
   runHost(*world, *sound, numbers);
-  if (numbers.chance(32)) world.reset();
+  if (numbers.rarely(32)) world.reset();
   requireOneFateEach(sound->statistics());
   (void)sound->close();
   const SoundStatistics end = sound->statistics();
@@ -307,6 +303,7 @@ void call(FuzzNumbers& numbers) {
 /// for, while its bodies come, go and lose their numbers, beside a thread that pulls samples or
 /// not: no sample may be anything but finite, and each share that was posted must have one fate.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  carom::fuzz::keepTables();
   carom::fuzz::FuzzNumbers numbers({data, size});
   carom::fuzz::call(numbers);
   return 0;
