@@ -11,6 +11,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include "carom/carom.h"
+#include "tests/fuzz/fuzz_bullet.h"
 #include "tests/fuzz/fuzz_files.h"
 #include "tests/fuzz/fuzz_host.h"
 #include "tests/fuzz/fuzz_numbers.h"
@@ -76,7 +77,7 @@ struct World {
     bullet.removeRigidBody(&floor);
   }
 
-  btDefaultCollisionConfiguration configuration;
+  btDefaultCollisionConfiguration configuration{smallPools()};
   btCollisionDispatcher dispatcher{&configuration};
   btDbvtBroadphase broadphase;
   btSequentialImpulseConstraintSolver solver;

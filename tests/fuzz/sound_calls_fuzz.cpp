@@ -14,6 +14,7 @@
 
 #include "carom/audio/material.h"
 #include "carom/sound.h"
+#include "tests/fuzz/fuzz_bullet.h"
 #include "tests/fuzz/fuzz_files.h"
 #include "tests/fuzz/fuzz_host.h"
 #include "tests/fuzz/fuzz_numbers.h"
@@ -71,7 +72,7 @@ class World {
   }
 
  private:
-  btDefaultCollisionConfiguration configuration_;
+  btDefaultCollisionConfiguration configuration_{smallPools()};
   btCollisionDispatcher dispatcher_{&configuration_};
   btDbvtBroadphase broadphase_;
   btSequentialImpulseConstraintSolver solver_;
