@@ -251,7 +251,8 @@ std::vector<std::byte> GltfDocument::loadBuffer(std::size_t which, const JsonNod
   if (folder_.empty()) return refused("is of another file, and none is read here");
   const std::optional<fs::path> path = localPath(uri);
   if (!path || !audio::isBelow(folder_ / *path, folder_))
-    return refused("must be base64, or the path of a file below the folder of this one");
+    return refused("must be base64, or the path of a file below the folder of this one, not " +
+                   inQuotes(uri));
   Result<std::vector<std::byte>> bytes = readBytes(folder_ / *path);
   return bytes ? *std::move(bytes) : refused("'" + path->string() + "': " + bytes.error().message);
 }
