@@ -466,6 +466,15 @@ TEST(MeshFile, AGltfWhoseNumbersContradictEachOtherIsRefusedWithItsPlace) {
   EXPECT_THAT(with(R"("VEC3")", R"("VEC9")"), HasSubstr("must be \"VEC3\""));
 }
 
+TEST(MeshFile, AGltfThatShowsNothingOrIsCompressedIsRefused) {
+  EXPECT_THAT(refusal(R"({"asset": {"version": "2.0"}})", "a.gltf"),
+              HasSubstr("/scenes: is missing: without a scene nothing is shown"));
+  EXPECT_THAT(refusal(R"({"asset": {"version": "2.0"}, "scenes": [{}],
+                          "extensionsRequired": ["KHR_draco_mesh_compression"]})",
+                      "a.gltf"),
+              HasSubstr("/extensionsRequired/0: is not read here; write the file without"));
+}
+
 TEST(MeshFile, AGltfWhoseNodesAreNoTreeIsRefused) {
   for (const auto* nodes :
        {R"({"mesh": 0, "children": [0]})", R"({"children": [1, 1]}, {"mesh": 0})",
