@@ -88,7 +88,9 @@ Result<LoadedMesh> surfaceOf(const PolygonMesh& mesh, const MeshImport& import) 
   SurfaceMesh loose;
   for (const Vec3& vertex : mesh.vertices) {
     loose.vertices.emplace_back(import.scale * vertex);
-    if (!(loose.vertices.back().cwiseAbs().maxCoeff() <= kFarthest))
+    // The largest of numbers of which one is no number may be any other.
+    if (!loose.vertices.back().allFinite() ||
+        loose.vertices.back().cwiseAbs().maxCoeff() > kFarthest)
       return Error{
           "vertex " + std::to_string(loose.vertices.size() - 1) +
           " is not finite or too far away; expected coordinates from -1e9 to 1e9 (metres)"};

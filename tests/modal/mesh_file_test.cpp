@@ -526,15 +526,25 @@ TEST(MeshFile, AGltfHasTrianglesStripsAndFans) {
   EXPECT_EQ(trianglesOf("6", std::string("\0\1\3\2", 4)), 2u);
 }
 
+// In any coordinate: the largest of three numbers may be one although another is none.
 TEST(MeshFile, RefusesNumbersOutOfRange) {
-  for (const float bad : {std::numeric_limits<float>::infinity(),
-                          std::numeric_limits<float>::quiet_NaN(), 1.1e9F, -1e30F}) {
-    std::string stl = boxStlBinary();
-    std::memcpy(&stl[84 + 12], &bad, sizeof bad);  // first coordinate of the first vertex
-    EXPECT_THAT(
-        refusal(stl, "bad.stl"),
-        HasSubstr("vertex 0 is not finite or too far away; expected coordinates from -1e9 to 1e9"));
-  }
+  const std::string ply = boxPlyBinary();  // doubles
+  const std::string stl = boxStlBinary();  // floats
+  const std::size_t inPly = ply.find("end_header\n") + 11;
+  const std::size_t inStl = 84 + 12;
+  const auto changed = [](std::string bytes, std::size_t at, auto number) {
+    std::memcpy(&bytes[at], &number, sizeof number);
+    return bytes;
+  };
+  for (const std::size_t coordinate : {0U, 1U, 2U})
+    for (const double bad : {std::numeric_limits<double>::infinity(),
+                             std::numeric_limits<double>::quiet_NaN(), 1.1e9, -1e30}) {
+      const auto expected = HasSubstr(
+          "vertex 0 is not finite or too far away; expected coordinates from -1e9 to 1e9");
+      EXPECT_THAT(refusal(changed(ply, inPly + 8 * coordinate, bad), "bad.ply"), expected);
+      EXPECT_THAT(refusal(changed(stl, inStl + 4 * coordinate, static_cast<float>(bad)), "bad.stl"),
+                  expected);
+    }
 }
 
 TEST(MeshFile, RefusesSettingsOutOfRange) {
