@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -30,7 +31,7 @@ std::vector<std::byte> damaged(FuzzNumbers& numbers) {
   for (int change = 0; change < 32 && !numbers.isEmpty(); ++change) {
     const std::size_t kind = numbers.below(4);
     const std::size_t place = numbers.byte() * 65536U + numbers.byte() * 256U + numbers.byte();
-    const std::size_t near = place % 16384U;
+    const std::size_t near = place % std::min<std::size_t>(16384, bytes.size());
     const std::size_t at = kind == 0   ? place % bytes.size()
                            : kind == 1 ? bytes.size() - 1 - near
                                        : near;
