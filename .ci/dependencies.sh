@@ -9,6 +9,8 @@ carom_test_packages="libgtest-dev libgmock-dev libvalijson-dev dpkg-dev file pyt
 carom_page_packages="chromium python3"
 carom_bench_packages="libbenchmark-dev"
 carom_lint_packages="clang clang-format clang-tidy libclang-rt-14-dev"
+# For tests/fuzz/run: llvm reads what regions were reached.
+carom_fuzz_packages="clang libclang-rt-14-dev llvm python3"
 # A second standard library, for what other platforms have: compiled, not run.
 carom_libcxx_packages="clang-19 libc++-19-dev libc++abi-19-dev"
 

@@ -13,7 +13,6 @@
 #include <png.h>
 
 #include "audio/io/byte_file.h"
-#include "audio/model/positive.h"
 
 namespace carom {
 
@@ -22,6 +21,12 @@ using namespace audio;
 namespace {
 
 using Slope = SurfaceTexture::Slope;
+
+constexpr double kMostStrength = 1e6;
+
+bool isPictureSize(double size) {
+  return size >= 1e-6 && size <= 1e6;
+}
 
 struct Source {
   std::span<const std::byte> bytes;
@@ -49,6 +54,15 @@ void take(png_structp png, png_bytep to, std::size_t count) {
 
 void overlook(png_structp, png_const_charp) {}
 
+/// True if so many bytes can hold the picture whose header was read: the compression of PNG makes
+/// at most 1032 bytes of one. So a small file that states 8192 x 8192 texels takes no memory for
+/// them.
+bool canHold(std::size_t bytes, png_structp png, png_infop info) {
+  constexpr std::size_t kBestCompression = 1032;
+  return png_get_rowbytes(png, info) * std::size_t{png_get_image_height(png, info)} <=
+         kBestCompression * bytes;
+}
+
 /// Calls libpng, which returns from errors by longjmp: so no variable in here may have a
 /// destructor.
 bool decode(png_structp png, png_infop info, Source& source, Picture& picture, std::string& why) {
@@ -58,6 +72,10 @@ bool decode(png_structp png, png_infop info, Source& source, Picture& picture, s
   png_read_info(png, info);
   if ((png_get_color_type(png, info) & PNG_COLOR_MASK_COLOR) == 0) {
     why = "it is grey, and a normal map has colours; expected red, green and blue";
+    return false;
+  }
+  if (!canHold(source.bytes.size(), png, info)) {
+    why = "it ends too early";
     return false;
   }
   png_set_expand(png);
@@ -169,10 +187,10 @@ Result<SurfaceTexture> normalMapFromBytes(std::span<const std::byte> bytes, std:
   const auto refuse = [name](const std::string& why) {
     return Error{"normal map '" + std::string(name) + "': " + why};
   };
-  if (!isPositive(settings.size.x()) || !isPositive(settings.size.y()))
-    return refuse("its size must be positive (m)");
-  if (!(settings.strength >= 0.0) || std::isinf(settings.strength))
-    return refuse("its strength must be at least 0");
+  if (!isPictureSize(settings.size.x()) || !isPictureSize(settings.size.y()))
+    return refuse("its size must be positive, from 1e-6 to 1e6 (m)");
+  if (!(settings.strength >= 0.0 && settings.strength <= kMostStrength))
+    return refuse("its strength must be at least 0, and at most 1e6");
   const Result<Picture> picture = pictureOf(bytes);
   if (!picture) return refuse(picture.error().message);
   if (pointsInwards(*picture))

@@ -52,6 +52,11 @@ bool isSide(std::size_t count) {
   return std::has_single_bit(count) && count <= SurfaceTexture::kMostTexels;
 }
 
+/// True for sizes (m) that can be divided by and multiplied with, for areas and slopes alike.
+bool isTexel(double size) {
+  return size >= 1e-12 && size <= 1e6;
+}
+
 /// Transforms columns and rows of a square in place.
 void inverseTransform(Eigen::MatrixXcf& values) {
   Eigen::FFT<float> transform;
@@ -117,8 +122,8 @@ Result<SurfaceTexture> SurfaceTexture::ofSlopes(Size size, const Vec2& texel,
     return Error{"surface texture: " + std::to_string(size.width) + " x " +
                  std::to_string(size.height) +
                  " texels; expected powers of two, at most 8192 along each side"};
-  if (!isPositive(texel.x()) || !isPositive(texel.y()))
-    return Error{"surface texture: the texel must be positive (m)"};
+  if (!isTexel(texel.x()) || !isTexel(texel.y()))
+    return Error{"surface texture: the texel must be positive, from 1e-12 to 1e6 (m)"};
   if (slopes.size() != size.width * size.height)
     return Error{"surface texture: expected one slope for each texel"};
   Vec2 mean = Vec2::Zero();

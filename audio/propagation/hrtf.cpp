@@ -28,10 +28,11 @@ constexpr double kMinSampleRate = 8000.0;    // Hz
 constexpr double kMaxSampleRate = 384000.0;  // Hz
 constexpr std::size_t kMaxSamples = 16384;
 constexpr std::size_t kMaxDirections = 20000;
-constexpr double kSameDirection = 1e-3;  // rad
-constexpr double kOnsetLevel = 0.1;      // share of the peak
-constexpr std::size_t kLead = 16;        // samples before the onset: half of the blending kernel
-constexpr std::size_t kFade = 16;        // samples
+constexpr double kMostSamples = 1U << 25U;  // of all responses together
+constexpr double kSameDirection = 1e-3;     // rad
+constexpr double kOnsetLevel = 0.1;         // share of the peak
+constexpr std::size_t kLead = 16;           // samples before the onset: half of the blending kernel
+constexpr std::size_t kFade = 16;           // samples
 constexpr double kPoleGap = 30.0 * pi / 180.0;
 constexpr double kRingWidth = 5.0 * pi / 180.0;
 constexpr double kKaiserBeta = 8.0;
@@ -62,6 +63,18 @@ Status validate(const HrtfMeasurement& item, std::size_t samples) {
   return std::monostate{};
 }
 
+/// Refuses sets whose responses, at the wanted rate or their own, would take minutes and gigabytes:
+/// the largest sets that are published have a fifth of this.
+Status validateSize(const HrtfMeasurements& measurements, double sampleRate) {
+  const double responses = 2.0 * static_cast<double>(measurements.items.size());
+  const double samples = static_cast<double>(measurements.items.front().response[0].size());
+  const double all = responses * samples * std::max(1.0, sampleRate / measurements.sampleRate);
+  if (all <= kMostSamples) return std::monostate{};
+  return Error{"responses of " + std::to_string(std::llround(all)) +
+               " samples together at the wanted rate; it takes " +
+               std::to_string(std::llround(kMostSamples))};
+}
+
 bool isSampleRate(double rate) {
   return rate >= kMinSampleRate && rate <= kMaxSampleRate;
 }
@@ -81,6 +94,7 @@ Status validate(const HrtfMeasurements& measurements, double sampleRate) {
   if (samples < 1 || samples > kMaxSamples)
     return Error{"responses of " + std::to_string(samples) + " samples; it takes 1 to " +
                  std::to_string(kMaxSamples)};
+  if (const Status valid = validateSize(measurements, sampleRate); !valid) return valid;
   for (std::size_t index = 0; index < items.size(); ++index)
     if (const Status valid = validate(items[index], samples); !valid)
       return Error{"measurement " + std::to_string(index) + ": " + valid.error().message};

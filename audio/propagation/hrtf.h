@@ -77,9 +77,10 @@ class HrtfSet {
 
   /// Makes a set from measurements in memory. Refuses: sample rates outside 8000 to 384000 Hz,
   /// values that are not finite, a silent response, lengths that differ or exceed 16384, delays
-  /// outside 0 to 16384 samples, more than 20000 directions, directions that do not surround the
-  /// listener, a tail energy outside 0 to 1. If a direction was measured several times, the
-  /// farthest measurement counts (by length of the direction).
+  /// outside 0 to 16384 samples, more than 20000 directions, more than 33.5 million samples of all
+  /// responses together (at the wanted rate, if that is the higher one), directions that do not
+  /// surround the listener, a tail energy outside 0 to 1. If a direction was measured several
+  /// times, the farthest measurement counts (by length of the direction).
   static Result<HrtfSet> create(const HrtfMeasurements& measurements, double sampleRate,
                                 const HrtfSettings& settings = {});
 

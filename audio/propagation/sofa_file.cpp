@@ -203,6 +203,14 @@ Status checkReadable(const fs::path& path) {
 
 }  // namespace
 
+Result<HrtfMeasurements> measurementsOf(const MYSOFA_HRTF& file) {
+  const SofaFile sofa(file);
+  if (const Status valid = sofa.validate(); !valid) return valid.error();
+  return sofa.measurements();
+}
+
+/// Leaves the reading to libmysofa: its reader of bytes in memory (mysofa_load_data of 1.3.1)
+/// follows addresses out of them, where that of files comes to the end of the file.
 Result<HrtfMeasurements> readSofaFile(const fs::path& path) {
   const auto failure = [&](const std::string& reason) {
     return Error{"SOFA file '" + path.string() + "': " + reason};
@@ -211,9 +219,9 @@ Result<HrtfMeasurements> readSofaFile(const fs::path& path) {
   int code = MYSOFA_OK;
   const SofaHandle file(mysofa_load(path.c_str(), &code));
   if (!file) return failure(reasonOf(code));
-  const SofaFile sofa(*file);
-  if (const Status valid = sofa.validate(); !valid) return failure(valid.error().message);
-  return sofa.measurements();
+  Result<HrtfMeasurements> measurements = measurementsOf(*file);
+  if (!measurements) return failure(measurements.error().message);
+  return measurements;
 }
 
 fs::path defaultSofaFile() {

@@ -5,6 +5,8 @@
 #include "audio/propagation/hrtf.h"
 #include "carom/audio/result.h"
 
+struct MYSOFA_HRTF;
+
 namespace carom::audio {
 
 /// Reads the measurements in a SOFA file (AES69) of convention SimpleFreeFieldHRIR, turned into the
@@ -17,6 +19,11 @@ namespace carom::audio {
 /// other, values that are not finite, a listener that does not look along x with z up. A build
 /// without libmysofa always returns an error. [any thread but the audio thread]
 Result<HrtfMeasurements> readSofaFile(const std::filesystem::path& path);
+
+/// Checks what libmysofa found in a file, and turns it into the listener's frame. Errors, without
+/// the name of the file, as those of `readSofaFile` behind libmysofa. A build without libmysofa has
+/// no such function. [any thread but the audio thread]
+Result<HrtfMeasurements> measurementsOf(const MYSOFA_HRTF& file);
 
 /// Returns the path of libmysofa's default set; if there is none, its path when Carom was built.
 std::filesystem::path defaultSofaFile();

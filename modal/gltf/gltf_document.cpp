@@ -75,6 +75,14 @@ std::optional<fs::path> localPath(std::string_view uri) {
   return path;
 }
 
+std::size_t sizeOfComponent(std::size_t type) {
+  return type == kUnsignedByte ? 1 : type == kUnsignedShort ? 2 : 4;
+}
+
+std::size_t componentsOf(std::string_view type) {
+  return type == "VEC3" ? 3 : type == "VEC2" ? 2 : 1;
+}
+
 struct GlbChunks {
   std::span<const std::byte> json;
   std::optional<std::span<const std::byte>> binary;
@@ -157,10 +165,11 @@ void GltfDocument::checkKind(const JsonNode& accessor, std::string_view type,
   if (std::ranges::find(componentTypes, componentType) == componentTypes.end())
     accessor.member("componentType")
         .fail(componentTypes.front() == kFloat
-                  ? "must be 5126, floats; the extension has no normalised integers"
-                  : "must be 5125 or 5123, unsigned integers");
+                  ? "must be 5126, floats; normalised integers are not read here"
+              : componentTypes.size() == 2 ? "must be 5125 or 5123, unsigned integers"
+                                           : "must be 5125, 5123 or 5121, unsigned integers");
   if (accessor.isTrue("normalized"))
-    accessor.member("normalized").fail("must be false: the extension has no normalised integers");
+    accessor.member("normalized").fail("must be false: normalised integers are not read here");
   if (accessor.has("sparse"))
     accessor.member("sparse").fail("is not read here; write the accessor out in full");
   if (!accessor.has("bufferView"))
@@ -180,8 +189,7 @@ GltfDocument::Elements GltfDocument::elementsOf(const JsonNode& reference, std::
   Elements elements;
   elements.count = accessor.index("count", 0);
   elements.componentType = accessor.index("componentType", 0);
-  const std::size_t component = elements.componentType == kUnsignedShort ? 2 : 4;
-  const std::size_t size = component * (type == "VEC3" ? 3 : 1);
+  const std::size_t size = sizeOfComponent(elements.componentType) * componentsOf(type);
   elements.stride = view.index("byteStride", size);
   const std::size_t offset = accessor.index("byteOffset", 0);
   if (elements.stride < size) view.member("byteStride").fail("is less than one element takes");
@@ -243,7 +251,8 @@ std::vector<std::byte> GltfDocument::loadBuffer(std::size_t which, const JsonNod
   if (folder_.empty()) return refused("is of another file, and none is read here");
   const std::optional<fs::path> path = localPath(uri);
   if (!path || !audio::isBelow(folder_ / *path, folder_))
-    return refused("must be base64, or the path of a file below the folder of this one");
+    return refused("must be base64, or the path of a file below the folder of this one, not " +
+                   inQuotes(uri));
   Result<std::vector<std::byte>> bytes = readBytes(folder_ / *path);
   return bytes ? *std::move(bytes) : refused("'" + path->string() + "': " + bytes.error().message);
 }
@@ -256,6 +265,14 @@ std::vector<float> GltfDocument::scalars(const JsonNode& reference) {
   return values;
 }
 
+std::vector<Eigen::Vector2f> GltfDocument::pairs(const JsonNode& reference) {
+  const Elements elements = elementsOf(reference, "VEC2", std::array{kFloat});
+  std::vector<Eigen::Vector2f> values(elements.count);
+  for (std::size_t at = 0; at < values.size(); ++at)
+    values[at] = {elements.number<float>(at, 0), elements.number<float>(at, 1)};
+  return values;
+}
+
 std::vector<Eigen::Vector3f> GltfDocument::vectors(const JsonNode& reference) {
   const Elements elements = elementsOf(reference, "VEC3", std::array{kFloat});
   std::vector<Eigen::Vector3f> values(elements.count);
@@ -265,14 +282,23 @@ std::vector<Eigen::Vector3f> GltfDocument::vectors(const JsonNode& reference) {
   return values;
 }
 
-std::vector<std::uint32_t> GltfDocument::indices(const JsonNode& reference) {
-  const Elements elements =
-      elementsOf(reference, "SCALAR", std::array{kUnsignedInt, kUnsignedShort});
+std::vector<std::uint32_t> GltfDocument::indicesOf(const JsonNode& reference,
+                                                   std::span<const std::size_t> componentTypes) {
+  const Elements elements = elementsOf(reference, "SCALAR", componentTypes);
   std::vector<std::uint32_t> values(elements.count);
   for (std::size_t at = 0; at < values.size(); ++at)
-    values[at] = elements.componentType == kUnsignedInt ? elements.number<std::uint32_t>(at, 0)
-                                                        : elements.number<std::uint16_t>(at, 0);
+    values[at] = elements.componentType == kUnsignedInt     ? elements.number<std::uint32_t>(at, 0)
+                 : elements.componentType == kUnsignedShort ? elements.number<std::uint16_t>(at, 0)
+                                                            : elements.number<std::uint8_t>(at, 0);
   return values;
+}
+
+std::vector<std::uint32_t> GltfDocument::indices(const JsonNode& reference) {
+  return indicesOf(reference, std::array{kUnsignedInt, kUnsignedShort});
+}
+
+std::vector<std::uint32_t> GltfDocument::meshIndices(const JsonNode& reference) {
+  return indicesOf(reference, std::array{kUnsignedInt, kUnsignedShort, kUnsignedByte});
 }
 
 }  // namespace carom::modal

@@ -35,14 +35,19 @@ class GltfDocument {
 
   /// Returns the numbers of an accessor; `reference` is the member with its index, for messages.
   std::vector<float> scalars(const JsonNode& reference);
+  std::vector<Eigen::Vector2f> pairs(const JsonNode& reference);
   std::vector<Eigen::Vector3f> vectors(const JsonNode& reference);
   std::vector<std::uint32_t> indices(const JsonNode& reference);
+  /// Returns indices as `indices` does, which may also be bytes.
+  std::vector<std::uint32_t> meshIndices(const JsonNode& reference);
 
  private:
   struct Elements;
 
   Elements elementsOf(const JsonNode& reference, std::string_view type,
                       std::span<const std::size_t> componentTypes);
+  std::vector<std::uint32_t> indicesOf(const JsonNode& reference,
+                                       std::span<const std::size_t> componentTypes);
   void checkKind(const JsonNode& accessor, std::string_view type,
                  std::span<const std::size_t> componentTypes);
   std::span<const std::byte> bytesOf(const JsonNode& bufferView);

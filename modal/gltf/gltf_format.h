@@ -14,6 +14,7 @@ namespace carom::modal {
 // integer are copied as they are.
 static_assert(std::endian::native == std::endian::little);
 
+inline constexpr std::size_t kUnsignedByte = 5121;
 inline constexpr std::size_t kUnsignedShort = 5123;
 inline constexpr std::size_t kUnsignedInt = 5125;
 inline constexpr std::size_t kFloat = 5126;

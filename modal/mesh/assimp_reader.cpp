@@ -21,62 +21,37 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
-#include "audio/io/byte_file.h"
 #include "modal/mesh/printable.h"
 
 namespace carom::modal {
 
-using namespace audio;
-
 namespace {
 
-namespace fs = std::filesystem;
-
 std::string_view importerOf(std::string_view extension) {
-  if (extension == ".obj") return "Wavefront Object Importer";
-  if (extension == ".stl") return "Stereolithography (STL) Importer";
-  return "glTF2 Importer";
+  return extension == ".obj" ? "Wavefront Object Importer" : "Stereolithography (STL) Importer";
 }
 
-/// The files that Assimp may open: the mesh file itself, and those beside or below it.
-class FilesOfMesh : public Assimp::IOSystem {
+/// Lets Assimp open the mesh file and nothing else: the materials (.mtl) that an .obj names are not
+/// needed.
+class MeshFileAlone : public Assimp::IOSystem {
  public:
-  FilesOfMesh(std::string name, std::span<const std::byte> bytes, std::optional<fs::path> folder)
-      : name_(std::move(name)), bytes_(bytes), folder_(std::move(folder)) {}
+  MeshFileAlone(std::string name, std::span<const std::byte> bytes)
+      : name_(std::move(name)), bytes_(bytes) {}
 
-  bool Exists(const char* file) const override {
-    std::error_code ignored;
-    return file == name_ || (mayOpen(file) && fs::is_regular_file(*folder_ / file, ignored));
-  }
+  bool Exists(const char* file) const override { return file == name_; }
   char getOsSeparator() const override { return '/'; }
 
   Assimp::IOStream* Open(const char* file, const char* mode) override {
-    if (mode == nullptr || *mode != 'r') return nullptr;
-    if (file == name_) return streamOf(bytes_).release();
-    if (!mayOpen(file)) return nullptr;
-    Result<std::vector<std::byte>> found = readBytes(*folder_ / file);
-    if (!found) return nullptr;
-    beside_.push_back(*std::move(found));
-    return streamOf(beside_.back()).release();
+    if (mode == nullptr || *mode != 'r' || file != name_) return nullptr;
+    return std::make_unique<Assimp::MemoryIOStream>(
+               reinterpret_cast<const std::uint8_t*>(bytes_.data()), bytes_.size())
+        .release();
   }
   void Close(Assimp::IOStream* stream) override { std::unique_ptr<Assimp::IOStream> gone(stream); }
 
  private:
-  static std::unique_ptr<Assimp::IOStream> streamOf(std::span<const std::byte> bytes) {
-    return std::make_unique<Assimp::MemoryIOStream>(
-        reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
-  }
-  /// The materials (.mtl) that an .obj names are not needed.
-  bool mayOpen(const fs::path& file) const {
-    return folder_ && file.extension() != ".mtl" && file.is_relative() &&
-           std::ranges::find(file, fs::path("..")) == file.end() &&
-           isBelow(*folder_ / file, *folder_);
-  }
-
   std::string name_;
   std::span<const std::byte> bytes_;
-  std::optional<fs::path> folder_;
-  std::vector<std::vector<std::byte>> beside_;
 };
 
 void keepOnly(Assimp::Importer& importer, std::string_view name) {
@@ -160,34 +135,12 @@ std::string add(const Placed& placed, PolygonMesh& all) {
   return "";
 }
 
-std::uint32_t littleEndianAt(std::span<const std::byte> bytes, std::size_t at) {
-  std::uint32_t value = 0;
-  for (std::size_t index = 4; index-- > 0;)
-    value = value << 8U | std::to_integer<std::uint32_t>(bytes[at + index]);
-  return value;
-}
-
-/// True if the chunks of a .glb lie within it: Assimp 5.2.5 sets memory aside for the sizes that
-/// they state.
-bool hasItsChunks(std::span<const std::byte> bytes) {
-  constexpr std::size_t kHeader = 12;
-  constexpr std::size_t kChunkHeader = 8;
-  for (std::size_t at = kHeader; bytes.size() >= at + kChunkHeader;) {
-    const std::size_t length = littleEndianAt(bytes, at);
-    if (length > bytes.size() - at - kChunkHeader) return false;
-    at += kChunkHeader + length;
-  }
-  return true;
-}
-
-Result<PolygonMesh> read(std::span<const std::byte> bytes, const std::string& extension,
-                         const std::optional<fs::path>& folder) {
-  if (extension == ".glb" && !hasItsChunks(bytes)) return Error{"it ends too early"};
+Result<PolygonMesh> read(std::span<const std::byte> bytes, const std::string& extension) {
   const std::string name = "mesh" + extension;
   Assimp::Importer importer;
   keepOnly(importer, importerOf(extension));
   // The importer owns its handler.
-  importer.SetIOHandler(std::make_unique<FilesOfMesh>(name, bytes, folder).release());
+  importer.SetIOHandler(std::make_unique<MeshFileAlone>(name, bytes).release());
   const aiScene* scene = importer.ReadFile(name, aiProcess_ValidateDataStructure);
   if (scene == nullptr)
     return Error{"Assimp cannot read it: " + printable(importer.GetErrorString())};
@@ -202,10 +155,9 @@ Result<PolygonMesh> read(std::span<const std::byte> bytes, const std::string& ex
 
 /// Catches the exceptions of Assimp, not least for memory that a file asks for and that is not
 /// there.
-Result<PolygonMesh> readByAssimp(std::span<const std::byte> bytes, const std::string& extension,
-                                 const std::optional<fs::path>& folder) {
+Result<PolygonMesh> readByAssimp(std::span<const std::byte> bytes, const std::string& extension) {
   try {
-    return read(bytes, extension, folder);
+    return read(bytes, extension);
   } catch (const std::bad_alloc&) {
     return Error{"it asks for more memory than there is"};
   } catch (const std::exception& exception) {

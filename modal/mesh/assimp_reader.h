@@ -1,8 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
-#include <optional>
 #include <span>
 #include <string>
 
@@ -11,14 +9,10 @@
 
 namespace carom::modal {
 
-/// Returns the polygons of an OBJ, STL or glTF 2 file as Assimp finds them, all meshes where their
-/// nodes place them; a mesh that a node mirrors is turned, so that its outside stays outside.
-/// @param extension ".obj", ".stl", ".gltf" or ".glb": nothing else is tried
-/// @param folder of the other files that a .gltf names; only files in or below it are opened, and
-///   none if it is absent
+/// Returns the polygons of an OBJ or STL file as Assimp finds them, all its meshes.
+/// @param extension ".obj" or ".stl": nothing else is tried, and no other file is opened
 /// Errors, without the name of the file: the message of Assimp. In a build without Assimp: always.
 /// [any thread but the audio thread]
-Result<PolygonMesh> readByAssimp(std::span<const std::byte> bytes, const std::string& extension,
-                                 const std::optional<std::filesystem::path>& folder);
+Result<PolygonMesh> readByAssimp(std::span<const std::byte> bytes, const std::string& extension);
 
 }  // namespace carom::modal

@@ -4,10 +4,9 @@
 
 namespace carom::modal {
 
-Result<PolygonMesh> readByAssimp(std::span<const std::byte>, const std::string& extension,
-                                 const std::optional<std::filesystem::path>&) {
+Result<PolygonMesh> readByAssimp(std::span<const std::byte>, const std::string& extension) {
   return Error{"this build of Carom reads no " + extension +
-               "; build it with CAROM_MESHES=ON, or give it a .ply"};
+               "; build it with CAROM_MESHES=ON, or give it a .ply or a .glb"};
 }
 
 }  // namespace carom::modal

@@ -12,6 +12,7 @@
 #include "audio/io/byte_file.h"
 #include "audio/model/positive.h"
 #include "modal/mesh/assimp_reader.h"
+#include "modal/mesh/gltf_reader.h"
 #include "modal/mesh/ply_reader.h"
 #include "modal/mesh/polygon_mesh.h"
 #include "modal/mesh/printable.h"
@@ -87,7 +88,9 @@ Result<LoadedMesh> surfaceOf(const PolygonMesh& mesh, const MeshImport& import) 
   SurfaceMesh loose;
   for (const Vec3& vertex : mesh.vertices) {
     loose.vertices.emplace_back(import.scale * vertex);
-    if (!(loose.vertices.back().cwiseAbs().maxCoeff() <= kFarthest))
+    // The largest of numbers of which one is no number may be any other.
+    if (!loose.vertices.back().allFinite() ||
+        loose.vertices.back().cwiseAbs().maxCoeff() > kFarthest)
       return Error{
           "vertex " + std::to_string(loose.vertices.size() - 1) +
           " is not finite or too far away; expected coordinates from -1e9 to 1e9 (metres)"};
@@ -108,6 +111,13 @@ Result<LoadedMesh> surfaceOf(const PolygonMesh& mesh, const MeshImport& import) 
   return result;
 }
 
+Result<PolygonMesh> readPolygons(std::span<const std::byte> bytes, const std::string& format,
+                                 const std::optional<fs::path>& folder) {
+  if (format == ".ply") return readPly(bytes);
+  if (format == ".gltf" || format == ".glb") return readGltf(bytes, folder);
+  return readByAssimp(bytes, format);
+}
+
 Result<LoadedMesh> read(std::span<const std::byte> bytes, const fs::path& name,
                         const std::optional<fs::path>& folder, const MeshImport& import) {
   if (const Status valid = validate(import); !valid) return Error{valid.error().message};
@@ -116,8 +126,7 @@ Result<LoadedMesh> read(std::span<const std::byte> bytes, const fs::path& name,
     return Error{"its name ends in '" + printable(name.extension().string()) +
                  "'; expected .obj, .ply, .stl, .gltf or .glb"};
   if (bytes.empty()) return Error{"it is empty"};
-  const Result<PolygonMesh> mesh =
-      format == ".ply" ? readPly(bytes) : readByAssimp(bytes, format, folder);
+  const Result<PolygonMesh> mesh = readPolygons(bytes, format, folder);
   if (!mesh) return mesh.error();
   return surfaceOf(*mesh, import);
 }

@@ -14,7 +14,7 @@ namespace {
 constexpr BodyId kFaller = 0;
 constexpr BodyId kFloor = 1;
 
-struct PeakSink final : SoundSink {
+struct FirstBlowPeak final : SoundSink {
   double peak = 0.0;
   void add(const ScheduledSound& sound) override {
     peak = std::max({peak, sound.peak, sound.modalPeak});
@@ -46,7 +46,7 @@ double peakOfFirstBlow(const SoundSettings& settings, const ListenerPose& listen
   pose.time = 0.0;
   (void)scheduler.placeListener(0, pose);
   (void)scheduler.setBody(kFloor, {.material = *findMaterial("concrete")});
-  PeakSink sink;
+  FirstBlowPeak sink;
   for (const FallingBody& body : bodies)
     if (scheduler.setBody(kFaller, body.sound)) scheduler.schedule(landing(body, up), {}, sink);
   return sink.peak;

@@ -272,6 +272,13 @@ TEST(Hrtf, RefusesWhatIsNoSet) {
   bad.items[7].delay[1] = 1e9;
   EXPECT_THAT(reason(bad), HasSubstr("measurement 7: its delay"));
   EXPECT_THAT(reason(twoPoints(std::vector<Vec3>(9, Vec3::UnitX()), kRate)), HasSubstr("surround"));
+  // 25 directions of two ears, 16384 samples at 8 kHz each, are 48 times as many at 384 kHz.
+  bad = twoPoints(spiral(25), kRate);
+  bad.sampleRate = 8000.0;
+  for (HrtfMeasurement& item : bad.items)
+    for (std::vector<float>& response : item.response)
+      response.resize(16384);
+  EXPECT_THAT(reason(bad, 384000.0), HasSubstr("39321600 samples"));
 }
 
 }  // namespace

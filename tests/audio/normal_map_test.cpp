@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <png.h>
+#include <sys/resource.h>
 
 #include "tests/support/temporary_folder.h"
 
@@ -60,6 +61,20 @@ struct Patch {
     return pngOf(PNG_FORMAT_RGB, 4, 2, pixels);
   }
 };
+
+/// Gives the header of a PNG file the checksum that fits: the CRC-32 of its name and content.
+void mendHeaderChecksum(std::vector<std::byte>& png) {
+  constexpr std::size_t kNamed = 12;
+  constexpr std::size_t kLength = 17;
+  std::uint32_t sum = ~0U;
+  for (std::size_t at = kNamed; at < kNamed + kLength; ++at) {
+    sum ^= std::to_integer<std::uint32_t>(png[at]);
+    for (int bit = 0; bit < 8; ++bit)
+      sum = sum >> 1U ^ (0xedb88320U & (0U - (sum & 1U)));
+  }
+  for (std::size_t index = 0; index < 4; ++index)
+    png[kNamed + kLength + index] = std::byte(~sum >> (24 - 8 * index) & 255U);
+}
 
 /// Mean slope from `from` to `to`. The spline smooths the texels' slopes, so that means over whole
 /// rows and columns are compared with what the spline keeps of them.
@@ -156,10 +171,32 @@ TEST(NormalMap, SaysWhatItCannotRead) {
   EXPECT_THAT(refusal(pngOf(PNG_FORMAT_RGB, 1, 1, {10, 10, 10})),
               HasSubstr("no normal points outwards"));
   EXPECT_THAT(refusal(png, {.size = {0.0, 1.0}}), HasSubstr("size must be positive"));
+  EXPECT_THAT(refusal(png, {.size = {1.0, 1e-300}}), HasSubstr("from 1e-6 to 1e6 (m)"));
+  EXPECT_THAT(refusal(png, {.size = {1e300, 1.0}}), HasSubstr("from 1e-6 to 1e6 (m)"));
   EXPECT_THAT(refusal(png, {.strength = -1.0}), HasSubstr("strength"));
+  EXPECT_THAT(refusal(png, {.strength = 1e300}), HasSubstr("at most 1e6"));
   const auto missing = readNormalMap("/nowhere/bumps.png", {});
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().message, "normal map '/nowhere/bumps.png': there is no such file");
+}
+
+// 400 MB, which a build that sets them aside first touches all of.
+TEST(NormalMap, ASmallFileThatStatesALargePictureTakesNoMemory) {
+  const auto residentAtMost = [] {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_maxrss;  // kB
+  };
+  std::vector<std::byte> png = Patch().png();
+  constexpr std::size_t kHeader = 16;  // width, height, and behind 5 more bytes their checksum
+  for (const std::size_t at : {kHeader, kHeader + 4})
+    png[at + 2] = std::byte{8192 / 256}, png[at + 3] = std::byte{0};
+  mendHeaderChecksum(png);
+  const auto before = residentAtMost();
+  const auto made = normalMapFromBytes(png, "bumps.png", {});
+  ASSERT_FALSE(made);
+  EXPECT_EQ(made.error().message, "normal map 'bumps.png': it ends too early");
+  EXPECT_LT(residentAtMost() - before, 100'000);
 }
 
 }  // namespace

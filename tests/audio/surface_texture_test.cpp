@@ -129,6 +129,8 @@ TEST(SurfaceTexture, SaysWhatItCannotBeMadeOf) {
               HasSubstr("powers of two"));
   EXPECT_THAT(refusal({0, 0}, 1e-3, {}), HasSubstr("powers of two"));
   EXPECT_THAT(refusal({2, 2}, 0.0, four), HasSubstr("texel must be positive"));
+  EXPECT_THAT(refusal({2, 2}, 1e-300, four), HasSubstr("from 1e-12 to 1e6 (m)"));
+  EXPECT_THAT(refusal({2, 2}, 1e300, four), HasSubstr("from 1e-12 to 1e6 (m)"));
   EXPECT_THAT(refusal({2, 2}, 1e-3, {}), HasSubstr("one slope for each"));
   std::vector<Slope> bad = four;
   bad[2].y() = std::numeric_limits<float>::quiet_NaN();

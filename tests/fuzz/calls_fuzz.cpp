@@ -1,14 +1,12 @@
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
-#include <thread>
-#include <vector>
+#include <span>
 
 #include "carom/audio/material.h"
 #include "carom/event_sound.h"
+#include "tests/fuzz/fuzz_host.h"
 #include "tests/fuzz/fuzz_numbers.h"
 
 namespace carom::fuzz {
@@ -16,35 +14,6 @@ namespace {
 
 constexpr std::size_t kBodies = 5;
 constexpr std::size_t kMostCalls = 200;
-
-/// Pulls samples on a thread of its own, as a host's audio callback does, until it is told to end.
-class Puller {
- public:
-  explicit Puller(EventSound& sound) : sound_(sound), thread_([this] { pull(); }) {}
-  Puller(const Puller&) = delete;
-  Puller& operator=(const Puller&) = delete;
-  ~Puller() {
-    ends_ = true;
-    thread_.join();
-  }
-
- private:
-  void pull() {
-    std::array<std::vector<float>, 2> samples = {std::vector<float>(64), std::vector<float>(64)};
-    const std::array<float*, 2> channels = {samples[0].data(), samples[1].data()};
-    while (!ends_) {
-      sound_.render(channels, samples[0].size());
-      for (const std::vector<float>& channel : samples)
-        for (const float sample : channel)
-          require(std::isfinite(sample));
-      std::this_thread::yield();
-    }
-  }
-
-  EventSound& sound_;
-  std::atomic<bool> ends_ = false;
-  std::thread thread_;
-};
 
 /// A host that calls in any order, with numbers that are mostly sound.
 class Host {
@@ -145,26 +114,16 @@ class Host {
   double time_ = 0.0;  // s
 };
 
-/// Requires that each share which was posted has one fate; see SoundStatistics.
-void requireOneFateEach(const SoundStatistics& of) {
-  const std::uint64_t leftOut = of.inaudible + of.masked + of.stolen + of.overBudget + of.noBus +
-                                of.tooLong + of.ringsLeftOut + of.queueFaults;
-  require(of.posted == of.silenced + of.skipped + of.immovable + of.rejected + of.heard + leftOut +
-                           of.lost + of.waiting);
-}
-
 void call(FuzzNumbers& numbers) {
-  SoundSettings settings;
-  settings.onMessage = [](std::string_view) {};  // there are many
-  settings.budget.voices = 1 + numbers.below(64);
-  settings.budget.buses = 1 + numbers.below(16);
-  auto sound = EventSound::create(settings);
+  auto sound = EventSound::create(smallSettings(numbers));
   require(static_cast<bool>(sound));
   const bool isPulled = numbers.chance(200);
-  if (isPulled) require(static_cast<bool>(sound->prepareRendering(8000.0)));
+  if (isPulled) require(static_cast<bool>(sound->prepareRendering(kRate)));
   Host host(*sound, numbers);
   if (isPulled && numbers.chance(128)) {
-    const Puller puller(*sound);
+    const Puller puller([&](std::span<float* const> channels, std::size_t frames) {
+      sound->render(channels, frames);
+    });
     host.run();
   } else {
     host.run();
@@ -183,6 +142,7 @@ void call(FuzzNumbers& numbers) {
 /// thread that pulls samples: no sample may be anything but finite, and each share that was posted
 /// must have one fate.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  carom::fuzz::keepTables();
   carom::fuzz::FuzzNumbers numbers({data, size});
   carom::fuzz::call(numbers);
   return 0;

@@ -21,6 +21,8 @@ class FuzzNumbers {
   std::uint8_t byte() { return at_ < bytes_.size() ? bytes_[at_++] : std::uint8_t{0}; }
   std::size_t below(std::size_t limit) { return byte() % limit; }
   bool chance(unsigned of256) { return byte() < of256; }
+  /// As `chance`, but false behind the last byte: for what is no usual case.
+  bool rarely(unsigned of256) { return byte() >= 256U - of256; }
 
   double share() { return static_cast<double>(byte() * 256U + byte()) / 65535.0; }
   double between(double low, double high) { return low + (high - low) * share(); }

@@ -430,7 +430,7 @@ TEST(MeshFile, SaysWhatIsWrongInside) {
   EXPECT_THAT(refusal("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 1 2\n", "flat.obj"),
               HasSubstr("it has no triangles"));
   EXPECT_THAT(refusal("hello", "text.stl"), HasSubstr("text.stl': Assimp cannot read it: "));
-  EXPECT_THAT(refusal("<html></html>", "page.gltf"), HasSubstr("Assimp cannot read it: "));
+  EXPECT_THAT(refusal("<html></html>", "page.gltf"), HasSubstr("its glTF: is no glTF"));
   EXPECT_THAT(refusal("v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n", "nan.obj"),
               HasSubstr("nan.obj': "));
 }
@@ -443,23 +443,108 @@ TEST(MeshFile, RefusesIndicesThatAreOutOfRange) {
   EXPECT_THAT(refusal(ply, "range.ply"), HasSubstr("range.ply': polygon 11 names vertex 9 of 8"));
 }
 
-TEST(MeshFile, AGltfLosesTrianglesWhoseIndicesAreOutOfRange) {
-  std::string glb = boxGlb();
-  glb.replace(glb.size() - 2, 2, "\x09\x00", 2);
-  const auto mesh = loaded(glb, "range.glb");
-  ASSERT_TRUE(mesh) << mesh.error().message;
-  EXPECT_FALSE(closedSurface(mesh->surface));
+// Assimp read beyond the ends of its memory where a buffer has less than its accessors state.
+TEST(MeshFile, AGltfWhoseNumbersContradictEachOtherIsRefusedWithItsPlace) {
+  std::string range = boxGlb();
+  range.replace(range.size() - 2, 2, "\x09\x00", 2);
+  EXPECT_THAT(refusal(range, "a.glb"),
+              HasSubstr("/meshes/0/primitives/0/indices: names vertex 9 of 8"));
+  const auto with = [](const std::string& old, const std::string& wild) {
+    std::string bytes = boxGlb();
+    // A change of the same length leaves the chunks as they are.
+    EXPECT_EQ(old.size(), wild.size());
+    bytes.replace(bytes.find(old), old.size(), wild);
+    return refusal(bytes, "a.glb");
+  };
+  EXPECT_THAT(with(R"("count": 8)", R"("count": 9)"),
+              HasSubstr("/accessors/0: reaches beyond its buffer view"));
+  EXPECT_THAT(with(R"("byteLength": 72)", R"("byteLength": 99)"),
+              HasSubstr("/bufferViews/1: reaches beyond its buffer"));
+  EXPECT_THAT(with(R"("byteLength": 168)", R"("byteLength": 999)"),
+              HasSubstr("/buffers/0/byteLength: is 999, and there are 168 bytes"));
+  EXPECT_THAT(with(R"("byteOffset": 96)", R"("byteOffset": -1)"), HasSubstr("byteOffset"));
+  EXPECT_THAT(with(R"("VEC3")", R"("VEC9")"), HasSubstr("must be \"VEC3\""));
 }
 
+TEST(MeshFile, AGltfThatShowsNothingOrIsCompressedIsRefused) {
+  EXPECT_THAT(refusal(R"({"asset": {"version": "2.0"}})", "a.gltf"),
+              HasSubstr("/scenes: is missing: without a scene nothing is shown"));
+  EXPECT_THAT(refusal(R"({"asset": {"version": "2.0"}, "scenes": [{}],
+                          "extensionsRequired": ["KHR_draco_mesh_compression"]})",
+                      "a.gltf"),
+              HasSubstr("/extensionsRequired/0: is not read here; write the file without"));
+}
+
+TEST(MeshFile, AGltfWhoseNodesAreNoTreeIsRefused) {
+  for (const auto* nodes :
+       {R"({"mesh": 0, "children": [0]})", R"({"children": [1, 1]}, {"mesh": 0})",
+        R"({"children": [1]}, {"mesh": 0, "children": [0]})"})
+    EXPECT_THAT(refusal(boxGlb(nodes), "a.glb"),
+                HasSubstr("names a node that is in the tree already"));
+  EXPECT_THAT(refusal(boxGlb(R"({"mesh": 3})"), "a.glb"), HasSubstr("is mesh 3, and there are 1"));
+  EXPECT_THAT(refusal(boxGlb(R"({"mesh": 0, "rotation": [0, 0, 0, 0]})"), "a.glb"),
+              HasSubstr("/nodes/0/rotation: must be a quaternion of length 1"));
+}
+
+// The unit square by two triangles, as each kind of primitive makes them.
+TEST(MeshFile, AGltfHasTrianglesStripsAndFans) {
+  const auto trianglesOf = [](const std::string& mode, const std::string& corners) {
+    std::string json =
+        R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "mode": )" +
+        mode + R"(}]}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+                          {"bufferView": 1, "componentType": 5121, "count": )" +
+        std::to_string(corners.size()) + R"(, "type": "SCALAR"}],
+            "bufferViews": [{"buffer": 0, "byteLength": 48},
+                            {"buffer": 0, "byteOffset": 48, "byteLength": )" +
+        std::to_string(corners.size()) + R"(}], "buffers": [{"byteLength": )" +
+        std::to_string(48 + corners.size()) + "}]}";
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    Bytes binary;
+    for (const Vec3& vertex : {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 0)})
+      binary.put(vertex);
+    const std::string data =
+        binary.string() + corners + std::string((4 - corners.size() % 4) % 4, '\0');
+    const auto length = [](std::size_t size) { return static_cast<std::uint32_t>(size); };
+    Bytes bytes;
+    bytes.text("glTF").put(std::uint32_t{2}).put(length(28 + json.size() + data.size()));
+    bytes.put(length(json.size())).text("JSON").text(json);
+    bytes.put(length(data.size())).text(std::string("BIN\0", 4)).text(data);
+    const auto mesh = loaded(bytes.string(), "square.glb");
+    EXPECT_TRUE(mesh) << mesh.error().message;
+    // All look upwards, and cover the square once.
+    EXPECT_NEAR(surfaceArea(mesh->surface), 1.0, 1e-6) << mode;
+    for (const auto& [a, b, c] : mesh->surface.triangles) {
+      const auto& at = mesh->surface.vertices;
+      EXPECT_GT((at[b] - at[a]).cross(at[c] - at[a]).z(), 0.0) << mode;
+    }
+    return mesh->surface.triangles.size();
+  };
+  EXPECT_EQ(trianglesOf("4", std::string("\0\1\2\1\3\2", 6)), 2u);
+  EXPECT_EQ(trianglesOf("5", std::string("\0\1\2\3", 4)), 2u);
+  EXPECT_EQ(trianglesOf("6", std::string("\0\1\3\2", 4)), 2u);
+}
+
+// In any coordinate: the largest of three numbers may be one although another is none.
 TEST(MeshFile, RefusesNumbersOutOfRange) {
-  for (const float bad : {std::numeric_limits<float>::infinity(),
-                          std::numeric_limits<float>::quiet_NaN(), 1.1e9F, -1e30F}) {
-    std::string stl = boxStlBinary();
-    std::memcpy(&stl[84 + 12], &bad, sizeof bad);  // first coordinate of the first vertex
-    EXPECT_THAT(
-        refusal(stl, "bad.stl"),
-        HasSubstr("vertex 0 is not finite or too far away; expected coordinates from -1e9 to 1e9"));
-  }
+  const std::string ply = boxPlyBinary();  // doubles
+  const std::string stl = boxStlBinary();  // floats
+  const std::size_t inPly = ply.find("end_header\n") + 11;
+  const std::size_t inStl = 84 + 12;
+  const auto changed = [](std::string bytes, std::size_t at, auto number) {
+    std::memcpy(&bytes[at], &number, sizeof number);
+    return bytes;
+  };
+  for (const std::size_t coordinate : {0U, 1U, 2U})
+    for (const double bad : {std::numeric_limits<double>::infinity(),
+                             std::numeric_limits<double>::quiet_NaN(), 1.1e9, -1e30}) {
+      const auto expected = HasSubstr(
+          "vertex 0 is not finite or too far away; expected coordinates from -1e9 to 1e9");
+      EXPECT_THAT(refusal(changed(ply, inPly + 8 * coordinate, bad), "bad.ply"), expected);
+      EXPECT_THAT(refusal(changed(stl, inStl + 4 * coordinate, static_cast<float>(bad)), "bad.stl"),
+                  expected);
+    }
 }
 
 TEST(MeshFile, RefusesSettingsOutOfRange) {

@@ -319,8 +319,8 @@ typedef struct carom_mesh {
 /// The interpretation of a normal map's colours.
 typedef struct carom_normal_map {
   size_t size;             ///< bytes, of this struct
-  double picture_size[2];  ///< m, > 0, width and height of the whole picture
-  double strength;         ///< >= 0, on the slopes
+  double picture_size[2];  ///< m, 1e-6 to 1e6, width and height of the whole picture
+  double strength;         ///< 0 to 1e6, on the slopes
   int32_t green_is_down;   ///< 1: green grows downwards (Direct3D); 0: up (OpenGL)
   int32_t reserved;        ///< 0
 } carom_normal_map;

@@ -14,9 +14,9 @@ namespace carom {
 
 /// The interpretation of a normal map's colours.
 struct NormalMapSettings {
-  Vec2 size = Vec2::Ones();  ///< m, > 0, of the whole picture: width, height
+  Vec2 size = Vec2::Ones();  ///< m, 1e-6 to 1e6, of the whole picture: width, height
   bool greenIsDown = false;  ///< green grows downwards in the picture (Direct3D), not up (OpenGL)
-  double strength = 1.0;     ///< 1, >= 0: factor on the slopes
+  double strength = 1.0;     ///< 1, 0 to 1e6: factor on the slopes
 
   bool operator==(const NormalMapSettings&) const = default;
 };

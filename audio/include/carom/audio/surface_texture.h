@@ -33,9 +33,9 @@ class SurfaceTexture {
   static constexpr float kSteepest = 10.0F;
 
   /// Makes a texture from slopes at the middles of texels, row by row from v = 0 on; `texel` is the
-  /// size of a texel in m, > 0, along u and v. The mean slope is subtracted: a surface that repeats
-  /// has none. Errors: sizes, texel, a number of slopes other than that of texels, a slope that is
-  /// no number.
+  /// size of a texel in m, 1e-12 to 1e6, along u and v. The mean slope is subtracted: a surface
+  /// that repeats has none. Errors: sizes, texel, a number of slopes other than that of texels, a
+  /// slope that is no number.
   static Result<SurfaceTexture> ofSlopes(Size size, const Vec2& texel, std::vector<Slope> slopes);
 
   /// Makes a random surface of that roughness, the same one for each seed: 512 x 512 texels of an

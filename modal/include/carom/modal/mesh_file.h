@@ -37,12 +37,11 @@ struct LoadedMesh {
 /// the format that its extension says. glTF is in metres, the other formats in any unit of their
 /// author: only `import.scale` converts. The shape is not checked: checkMesh does that.
 ///
-/// Assimp parses all formats but PLY, in single precision; its results are checked here. It leaves
-/// out triangles of a glTF whose indices are out of range, which opens the surface. A .gltf may
-/// name files beside or below it, nothing else is opened. Errors, each one sentence with the name
+/// Assimp parses OBJ and STL, in single precision; its results are checked here. A .gltf may name
+/// files beside or below it, nothing else is opened. Errors, each one sentence with the name
 /// of the file: it is missing, a folder or larger than 1 GiB; another extension; a file that its
 /// reader refuses; no triangles, or more than 10 million; polygons of more than 4096 corners;
-/// indices out of range; coordinates that are not finite. In a build without Assimp: all but PLY.
+/// indices out of range; coordinates that are not finite. In a build without Assimp: OBJ and STL.
 /// [any thread but the audio thread]
 Result<LoadedMesh> loadMesh(const std::filesystem::path& path, const MeshImport& import = {});
 
