@@ -69,9 +69,10 @@ struct Arguments {
   std::string fullScale;  // empty: kFullScalePressure
   std::string stepper;
   double step = 0.0;  // 0: the scene's own
-  std::string pulse;  // this and the next two are empty for the scene's own
+  std::string pulse;  // this and the next three are empty for the scene's own
   std::string sampling;
   std::string radiation;
+  std::string ringing;
   // compare
   std::vector<double> steps;
   // replay
@@ -109,6 +110,8 @@ void applySound(const Arguments& arguments, SynthSettings& sound) {
   }
   if (arguments.sampling == "band_limited") sound.comparison.sampling = Sampling::bandLimited;
   if (arguments.sampling == "naive") sound.comparison.sampling = Sampling::naive;
+  if (arguments.ringing == "coupled") sound.ringingContact = RingingContact::coupled;
+  if (arguments.ringing == "pressed") sound.ringingContact = RingingContact::pressed;
   if (arguments.radiation == "exact") sound.comparison.radiation = Radiation::exact;
   if (arguments.radiation == "compact") sound.comparison.radiation = Radiation::compact;
 }
@@ -391,6 +394,10 @@ void addSound(CLI::App& command, Arguments& arguments) {
       .add_option("--radiation", arguments.radiation,
                   "of a rigid sphere, or of one that is small; default: the scene's choice")
       ->check(oneOf({"exact", "compact"}));
+  command
+      .add_option("--ringing", arguments.ringing,
+                  "whether modes give way in a contact; default: the scene's choice")
+      ->check(oneOf({"coupled", "pressed"}));
   command
       .add_option("--events", arguments.events, "also write every impulse event to this CSV file")
       ->check(fileName());

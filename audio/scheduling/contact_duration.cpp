@@ -44,6 +44,13 @@ double ContactDurations::durationOf(const ImpulseEvent& event, const SoundBody& 
   return settings_.dissipative ? elastic * lossyOf(event).stretch : elastic;
 }
 
+double ContactDurations::stiffnessOf(const ImpulseEvent& event, const SoundBody& body,
+                                     const SoundBody& other) {
+  const ImpulseEvent blunt = blunted(event, body, other);
+  const double curvature = 1.0 / blunt.radius + 1.0 / blunt.otherRadius;
+  return 4.0 / 3.0 * contactModulus(body.material, other.material) / std::sqrt(curvature);
+}
+
 const Pulse& ContactDurations::pulseOf(const ImpulseEvent& event) const {
   return settings_.dissipative ? lossyOf(event).pulse : Pulse::of(settings_.comparison.pulse);
 }

@@ -19,6 +19,10 @@ class ContactDurations {
   /// Duration in s of the contact of two bodies; 0 if the event has none (nothing approaches, a
   /// radius or the effective mass is out of range).
   double durationOf(const ImpulseEvent& event, const SoundBody& body, const SoundBody& other) const;
+  /// Stiffness in N/m^(3/2) of an event's contact: K of F = K d^(3/2) (Johnson 1985, eq. 4.23). The
+  /// event has a duration above 0.
+  static double stiffnessOf(const ImpulseEvent& event, const SoundBody& body,
+                            const SoundBody& other);
   /// The pulse of an event, which lives as long as this object.
   const Pulse& pulseOf(const ImpulseEvent& event) const;
 

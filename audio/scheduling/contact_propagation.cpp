@@ -44,6 +44,10 @@ struct Parabola {
         curve(2.0 * (begin - 2.0 * middle + end)) {}
 };
 
+double touchOf(const ContactSource& source) {
+  return source.touch > 0.0 ? source.touch : source.duration;
+}
+
 Vec3 mirrored(const Image* image, const Vec3& vector) {
   return image != nullptr ? image->vector(vector) : vector;
 }
@@ -70,8 +74,8 @@ bool ContactPropagation::propagate(const ContactSource& source) {
       if (!propagateTo(source, {path.chain, channel, path.image})) return false;
   if (settings_.reverb && !propagateToReverb(source)) return false;
   if (source.rings)
-    modalPeak_ = source.train.empty() ? exciter_.peak(*source.pulse, source.duration)
-                                      : exciter_.peak(source.train);
+    modalPeak_ = source.loudest == 0.0 ? exciter_.peak(*source.pulse, touchOf(source))
+                                       : exciter_.peak(source.train);
   refusal_ = &SynthCounters::rejectedTooFar;
   return clickPeak_ <= kLoudest && modalPeak_ <= kLoudest;
 }
@@ -195,10 +199,10 @@ double ContactPropagation::boundOf(const ContactSource& source, const Propagatio
   const double rate = settings_.sampleRate;
   const bool naive = settings_.comparison.sampling == Sampling::naive;
   const double inBand = std::numbers::pi * (naive ? 1e6 : 0.5);
-  double force = std::min(source.pulse->peakForce() / source.duration, inBand * rate);
-  double slope = std::min(source.pulse->peakSlope() / (source.duration * source.duration),
-                          inBand * rate * rate);
-  if (!source.train.empty()) {
+  const double touch = touchOf(source);
+  double force = std::min(source.pulse->peakForce() / touch, inBand * rate);
+  double slope = std::min(source.pulse->peakSlope() / (touch * touch), inBand * rate * rate);
+  if (source.loudest > 0.0) {
     force = source.loudest * rate;
     slope = source.loudest * 0.5 * std::numbers::pi * rate * rate;
   }

@@ -34,7 +34,9 @@ struct ContactSource {
   SampleShift shift = {};
   bool rings = false;                     ///< the ModalExciter holds the strike's excitation
   std::span<const PulseNode> train = {};  ///< nodes in place of the pulse
-  double loudest = 0.0;  ///< N s, sum of the nodes that come at about the same time
+  /// N s, sum of the nodes that come at about the same time; 0 if the pulse bounds their loudness.
+  double loudest = 0.0;
+  double touch = 0.0;  ///< s, duration of the pulse that bounds the loudness; 0: `duration`
 };
 
 /// Carries a contact's sound along all propagation paths to all channels, and puts it on their

@@ -109,10 +109,13 @@ void ContactSoundScheduler::scheduleImpulse(const ImpulseEvent& event, const Sam
     ++counters_.immovable;
     return;
   }
-  ContactSource source = sourceOf(event, body);
-  source.duration = duration;
+  const CoupledImpacts::Course* course = courseOf(event);
+  ContactSource source = sourceOf(event, body, course != nullptr ? course->rings : 1.0);
+  source.duration = course != nullptr ? course->duration : duration;
+  source.touch = duration;
   source.shift = shift;
   source.pulse = &durations_.pulseOf(event);
+  if (course != nullptr) source.train = course->nodes;
   if (!propagation_.propagate(source)) return reject(propagation_.refusal());
   ++counters_.events;
   if (settings_.comparison.sampling == Sampling::naive &&
@@ -120,6 +123,7 @@ void ContactSoundScheduler::scheduleImpulse(const ImpulseEvent& event, const Sam
     ++counters_.undersampled;
   ScheduledSound sound = propagation_.sound();
   sound.isEvent = true;
+  sound.train = source.train;
   if (!sound.excitations.empty()) ++counters_.rings;
   if (sound.clicks.empty() && sound.excitations.empty())
     ++counters_.inaudible;
@@ -144,16 +148,28 @@ void ContactSoundScheduler::reject(std::uint64_t SynthCounters::*reason) {
   ++(counters_.*reason);
 }
 
+/// Returns the course of an impact in which modes take part; null for one of rigid bodies.
+const CoupledImpacts::Course* ContactSoundScheduler::courseOf(const ImpulseEvent& event) {
+  const bool isCoupled =
+      settings_.ringingContact == RingingContact::coupled && paths_->isFiltered();
+  if (!isCoupled || settings_.comparison.sampling == Sampling::naive) return nullptr;
+  return coupled_.courseOf(event, *bodies_.find(event.body), *bodies_.find(event.other));
+}
+
 /// Returns the source of an impulse, without its duration, pulse and shift, and begins the
-/// excitation of the body's modes.
-ContactSource ContactSoundScheduler::sourceOf(const ImpulseEvent& event, const SoundingBody& body) {
+/// excitation of the body's modes by a share `rings` of it.
+ContactSource ContactSoundScheduler::sourceOf(const ImpulseEvent& event, const SoundingBody& body,
+                                              double rings) {
   ContactSource source{.time = event.time,
                        .strike = makeStrike(event, body.sound, settings_.medium),
                        .filters = body.filters};
   source.dipoleBefore = source.strike.dipole;
   if (settings_.comparison.radiation == Radiation::exact)
     source.ahead = std::min(source.strike.radius, kLargestFilteredRadius);
-  if (body.modes == nullptr || !exciter_.strike(event, body.sound, *body.modes)) return source;
+  if (body.modes == nullptr) return source;
+  ImpulseEvent ringing = event;
+  ringing.impulse *= rings;
+  if (!exciter_.strike(ringing, body.sound, *body.modes)) return source;
   source.rings = true;
   if (body.filters == nullptr) {
     source.strike.position = exciter_.position();

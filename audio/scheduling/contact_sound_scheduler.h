@@ -8,6 +8,7 @@
 #include "audio/propagation/sound_paths.h"
 #include "audio/scheduling/contact_duration.h"
 #include "audio/scheduling/contact_propagation.h"
+#include "audio/scheduling/coupled_impacts.h"
 #include "audio/scheduling/heard_clicks.h"
 #include "audio/scheduling/heard_slides.h"
 #include "audio/scheduling/modal_exciter.h"
@@ -75,6 +76,7 @@ class ContactSoundScheduler {
   double lastPeak() const { return propagation_.peak(); }
   const SoundPaths& paths() const { return *paths_; }
   const SynthCounters& counters() const { return counters_; }
+  const ContactEnergy& contactEnergy() const { return coupled_.energy(); }
   /// Sets the counters back to earlier ones: what was scheduled since is counted elsewhere.
   void setCounters(const SynthCounters& earlier) { counters_ = earlier; }
   double leadTime(double contactDuration) const;            ///< as Synth::leadTime
@@ -93,7 +95,8 @@ class ContactSoundScheduler {
   void scheduleImpulse(const ImpulseEvent& event, const SampleShift& shift, SoundSink& sink);
   void reject(std::uint64_t SynthCounters::*reason);
   bool isHeard(const ContactSource& source, const ScheduledSound& sound);
-  ContactSource sourceOf(const ImpulseEvent& event, const SoundingBody& body);
+  ContactSource sourceOf(const ImpulseEvent& event, const SoundingBody& body, double rings = 1.0);
+  const CoupledImpacts::Course* courseOf(const ImpulseEvent& event);
   void damp(const ContactState& contact, const SampleShift& shift, SoundSink& sink);
   bool updateModes(const ContactState& contact, bool first, std::int64_t sample);
   void updateSlide(const ContactState& contact, const SampleShift& shift, SoundSink& sink);
@@ -112,6 +115,7 @@ class ContactSoundScheduler {
   ModalExciter exciter_;
   SoundingBodies bodies_;
   ContactDurations durations_;
+  CoupledImpacts coupled_;
   ContactPropagation propagation_;
   SlideTracker slides_;
   NoisePropagation noise_;

@@ -91,6 +91,22 @@ const ModalExciter::Source& ModalExciter::sourceOf(const std::shared_ptr<const M
   return *source;
 }
 
+void ModalExciter::addModes(const Push& push, const SoundBody& body, const Source& source,
+                            std::vector<ContactMode>& modes) {
+  const ResonatorSet& set = *source.resonators;
+  const ModalModel& model = *set.model;
+  const Quat toBody = push.orientation.conjugate();
+  const Vec3 origin = body.modalOrigin.value_or(model.centreOfMass);
+  const SurfacePoint point = source.locator.nearest(toBody * (push.point - push.position) + origin);
+  const Vec3 direction = toBody * push.direction;
+  for (std::size_t mode = 0; mode < set.modes; ++mode) {
+    ContactMode met{.frequency = set.pole[mode].imag(), .decay = -set.pole[mode].real()};
+    for (std::size_t corner = 0; corner < point.vertices.size(); ++corner)
+      met.shape += point.weights[corner] * model.shape(mode, point.vertices[corner]).dot(direction);
+    modes.push_back(met);
+  }
+}
+
 bool ModalExciter::strike(const ImpulseEvent& event, const SoundBody& body, const Source& source) {
   const ModalModel& model = *source.resonators->model;
   body_ = event.body;

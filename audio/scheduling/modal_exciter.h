@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "audio/contact/coupled_contact.h"
 #include "audio/model/pulse_spectrum.h"
 #include "audio/model/surface_locator.h"
 #include "audio/propagation/sound_paths.h"
@@ -66,6 +67,16 @@ class ModalExciter {
   const Source& sourceOf(const std::shared_ptr<const ModalModel>& model);
 
   bool knows(const ModalModel& model) const { return sources_.contains(&model); }
+
+  /// Adds the modes of a body as a push (unit, world frame) at the event's contact meets them.
+  struct Push {
+    Vec3 point = Vec3::Zero();            ///< m, world frame
+    Vec3 direction = Vec3::UnitX();       ///< unit, world frame, onto the body
+    Vec3 position = Vec3::Zero();         ///< m, world frame: the body's origin
+    Quat orientation = Quat::Identity();  ///< body to world
+  };
+  static void addModes(const Push& push, const SoundBody& body, const Source& source,
+                       std::vector<ContactMode>& modes);
 
   /// Begins the excitations of an event; those of the event before are dropped. Returns false if it
   /// excites nothing.

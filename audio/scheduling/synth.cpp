@@ -101,6 +101,9 @@ double Synth::sampleRate() const {
 SynthCounters Synth::counters() const {
   return impl_->counters();
 }
+ContactEnergy Synth::contactEnergy() const {
+  return impl_->scheduler_.contactEnergy();
+}
 std::size_t Synth::pendingClicks() const {
   return impl_->renderer_.pendingClicks();
 }

@@ -60,6 +60,7 @@ ImpactPoint pointOf(const Source& source, const ImpactSolution& solution, double
   };
   setOrientation(point.body, *found.motion.pair().body);
   setOrientation(point.other, *found.motion.pair().other);
+  exchangePoses(point.body, point.other);
   return point;
 }
 

@@ -412,6 +412,15 @@ std::string renderText(const RenderReport& report) {
   return text + planText(report.plan);
 }
 
+Json energyJson(const ContactEnergy& energy) {
+  const double parts = energy.parting + energy.modes + energy.damped + energy.contacts;
+  const double error = energy.approach > 0.0 ? parts / energy.approach - 1.0 : 0.0;
+  return {{"impacts", energy.impacts},         {"bound", energy.bound},
+          {"approach_J", energy.approach},     {"parting_J", energy.parting},
+          {"contacts_J", energy.contacts},     {"modes_J", energy.modes},
+          {"damped_J", energy.damped},         {"balance_error", error}};
+}
+
 Json renderJson(const RenderReport& report) {
   Json listeners = Json::array();
   for (const ListenerChannels& channels : report.listeners) {
@@ -435,6 +444,7 @@ Json renderJson(const RenderReport& report) {
           {"limiter", report.limiter},
           {"largest_gain_reduction_db", numberJson(report.gainReduction)},
           {"rings", report.synth.rings},
+          {"energy", energyJson(report.energy)},
           {"clicks_inaudible", report.synth.inaudible},
           {"slides", report.synth.slides},
           {"slides_inaudible", report.synth.inaudibleSlides},

@@ -151,6 +151,7 @@ Result<SynthSettings> synthFrom(const carom_settings& input) {
   synth.comparison.sampling = static_cast<Sampling>(input.sampling);
   synth.comparison.radiation = static_cast<Radiation>(input.radiation);
   synth.modalRadiation = static_cast<ModalRadiation>(input.modal_radiation);
+  synth.ringingContact = static_cast<RingingContact>(input.ringing_contact);
   synth.dissipative = input.dissipative != 0;
   synth.contactLoss = input.contact_loss;
   synth.lasting = static_cast<LastingDetail>(input.lasting);
@@ -181,7 +182,7 @@ Status checkSettings(const carom_settings& input) {
                        {"carom_settings.dissipative", input.dissipative, 2},
                        {"carom_settings.level", input.level, 3},
                        {"carom_settings.lasting", input.lasting, 2},
-                       {"carom_settings.reserved_three", input.reserved_three, 1}});
+                       {"carom_settings.ringing_contact", input.ringing_contact, 2}});
 }
 
 Result<SoundSettings> soundFrom(const carom_settings& input) {
@@ -215,6 +216,7 @@ void writeSynth(const SynthSettings& synth, carom_settings& made) {
   made.sampling = static_cast<std::int32_t>(synth.comparison.sampling);
   made.radiation = static_cast<std::int32_t>(synth.comparison.radiation);
   made.modal_radiation = static_cast<std::int32_t>(synth.modalRadiation);
+  made.ringing_contact = static_cast<std::int32_t>(synth.ringingContact);
   made.dissipative = synth.dissipative ? 1 : 0;
   made.contact_loss = synth.contactLoss;
   made.lasting = static_cast<std::int32_t>(synth.lasting);

@@ -168,6 +168,7 @@ carom_event defaultEvent() {
   made.radius = kInfinity;
   made.other_radius = kInfinity;
   made.body_orientation[3] = 1.0;
+  made.other_orientation[3] = 1.0;
   return made;
 }
 
@@ -207,7 +208,7 @@ Result<ImpulseEvent> eventFrom(const carom_event* input) {
   if (!read) return read.error();
   const Status checked =
       checkChoices({{"carom_event.has_applied_impulse", read->has_applied_impulse, 2},
-                    {"carom_event.reserved", read->reserved, 1}});
+                    {"carom_event.has_other_pose", read->has_other_pose, 2}});
   if (!checked) return checked.error();
   return ImpulseEvent{.time = read->time,
                       .body = read->body,
@@ -215,6 +216,7 @@ Result<ImpulseEvent> eventFrom(const carom_event* input) {
                       .impulse = vectorFrom(read->impulse),
                       .appliedImpulse = vectorFrom(read->applied_impulse),
                       .hasAppliedImpulse = read->has_applied_impulse != 0,
+                      .hasOtherPose = read->has_other_pose != 0,
                       .position = vectorFrom(read->position),
                       .normal = vectorFrom(read->normal),
                       .approachSpeed = read->approach_speed,
@@ -224,7 +226,9 @@ Result<ImpulseEvent> eventFrom(const carom_event* input) {
                       .bodyPosition = vectorFrom(read->body_position),
                       .bodyOrientation = quaternionFrom(read->body_orientation),
                       .bodyVelocity = vectorFrom(read->body_velocity),
-                      .bodyAngularVelocity = vectorFrom(read->body_angular_velocity)};
+                      .bodyAngularVelocity = vectorFrom(read->body_angular_velocity),
+                      .otherPosition = vectorFrom(read->other_position),
+                      .otherOrientation = quaternionFrom(read->other_orientation)};
 }
 
 Result<ContactState> contactFrom(const carom_contact* input) {

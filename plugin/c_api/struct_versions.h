@@ -39,6 +39,9 @@ inline constexpr std::array kSizes<carom_material> = {offsetof(carom_material, d
 template <>
 inline constexpr std::array kSizes<carom_body> = {offsetof(carom_body, modes), sizeof(carom_body)};
 template <>
+inline constexpr std::array kSizes<carom_event> = {offsetof(carom_event, other_position),
+                                                   sizeof(carom_event)};
+template <>
 inline constexpr std::array kSizes<carom_statistics> = {
     offsetof(carom_statistics, rings), offsetof(carom_statistics, slides),
     offsetof(carom_statistics, peak), offsetof(carom_statistics, heard), sizeof(carom_statistics)};

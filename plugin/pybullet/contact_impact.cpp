@@ -225,6 +225,7 @@ std::array<ImpulseEvent, 2> sharesOf(const ContactSide& body, const ContactSide&
   reaction.impulse = -event.impulse;
   reaction.appliedImpulse = -event.appliedImpulse;
   fillIn(reaction, other, body, other.way(duration), touch.s);
+  exchangePoses(event, reaction);
   return {event, reaction};
 }
 

@@ -383,7 +383,7 @@ std::vector<ListenerPose> readPath(const JsonNode& path, const Listener& listene
 void readSound(const JsonNode& node, SynthSettings& settings) {
   if (!node.expectObject("a description of the sound",
                          {"pulse", "dissipative", "sampling", "radiation", "modal_radiation",
-                          "doppler", "audible_threshold", "impulse"})) {
+                          "ringing", "doppler", "audible_threshold", "impulse"})) {
     return;
   }
   const auto pulse = node.find("pulse");
@@ -411,6 +411,11 @@ void readSound(const JsonNode& node, SynthSettings& settings) {
         ModalRadiation::directional, ModalRadiation::monopole, ModalRadiation::constant};
     settings.modalRadiation =
         kModels.at(radiation->choice("how modes radiate", {"directional", "monopole", "constant"}));
+  }
+  if (const auto ringing = node.find("ringing")) {
+    const bool pressed =
+        ringing->choice("how impacts make bodies ring", {"coupled", "pressed"}) == 1;
+    settings.ringingContact = pressed ? RingingContact::pressed : RingingContact::coupled;
   }
   settings.doppler = node.boolean("doppler", settings.doppler);
   settings.audibleThreshold =

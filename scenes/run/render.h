@@ -62,6 +62,7 @@ struct RenderReport {
   Plan plan;                   ///< with what was left out at run time
   std::optional<EndedEarly> endedEarly = {};  ///< set if a guard ended the run
   SynthCounters synth;
+  ContactEnergy energy;  ///< of impacts of bodies that ring
 
   double realtimeFactor() const { return wallTime > 0.0 ? duration / wallTime : 0.0; }
 };

@@ -82,6 +82,7 @@ void printSound() {
   LAYOUT(ReverbSettings);
   LAYOUT(ComparisonSettings);
   LAYOUT(SynthSettings);
+  LAYOUT(ContactEnergy);
   LAYOUT(SynthCounters);
   LAYOUT(Synth);
   LAYOUT(LimiterSettings);

@@ -41,6 +41,9 @@ TEST(CStructs, EveryFieldOfAnEventArrives) {
   set(input.body_orientation, {23, 24, 25, 26});
   set(input.body_velocity, {27, 28, 29});
   set(input.body_angular_velocity, {30, 31, 32});
+  input.has_other_pose = 1;
+  set(input.other_position, {33, 34, 35});
+  set(input.other_orientation, {36, 37, 38, 39});
   const Result<ImpulseEvent> event = eventFrom(&input);
   ASSERT_TRUE(event);
   EXPECT_EQ(event->time, 1.5);
@@ -60,6 +63,10 @@ TEST(CStructs, EveryFieldOfAnEventArrives) {
   EXPECT_EQ(event->bodyOrientation.w(), 26);
   EXPECT_EQ(event->bodyVelocity, Vec3(27, 28, 29));
   EXPECT_EQ(event->bodyAngularVelocity, Vec3(30, 31, 32));
+  EXPECT_TRUE(event->hasOtherPose);
+  EXPECT_EQ(event->otherPosition, Vec3(33, 34, 35));
+  EXPECT_EQ(event->otherOrientation.vec(), Vec3(36, 37, 38));
+  EXPECT_EQ(event->otherOrientation.w(), 39);
 }
 
 TEST(CStructs, EveryFieldOfAContactArrives) {
@@ -346,6 +353,7 @@ TEST(CStructs, EverySettingArrives) {
   input.sampling = CAROM_SAMPLING_NAIVE;
   input.radiation = CAROM_RADIATION_COMPACT;
   input.modal_radiation = CAROM_MODAL_RADIATION_CONSTANT;
+  input.ringing_contact = CAROM_RINGING_PRESSED;
   input.dissipative = 1;
   input.level = CAROM_LEVEL_AUTOMATIC;
   const carom_reflector floor = defaultReflector();

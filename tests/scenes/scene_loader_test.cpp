@@ -508,6 +508,7 @@ TEST(SceneLoader, SoundIsTheSynthsDefaultUnlessTheSceneSaysOtherwise) {
                                                        {"sampling", "naive"},
                                                        {"radiation", "compact"},
                                                        {"modal_radiation", "monopole"},
+                                                       {"ringing", "pressed"},
                                                        {"doppler", false},
                                                        {"audible_threshold", 0.25},
                                                        {"impulse", "applied"}}))
@@ -516,6 +517,7 @@ TEST(SceneLoader, SoundIsTheSynthsDefaultUnlessTheSceneSaysOtherwise) {
   EXPECT_EQ(sound.comparison.sampling, Sampling::naive);
   EXPECT_EQ(sound.comparison.radiation, Radiation::compact);
   EXPECT_EQ(sound.modalRadiation, ModalRadiation::monopole);
+  EXPECT_EQ(sound.ringingContact, RingingContact::pressed);
   EXPECT_FALSE(sound.doppler);
   EXPECT_EQ(sound.audibleThreshold, 0.25);
   EXPECT_EQ(sound.impulse, ImpulseChoice::applied);
@@ -1539,6 +1541,7 @@ std::vector<Refusal> shapeRefusals() {
   for (const double damping : {-1.0, 1.1})
     add(withOak({{"damping_beta", damping}}), "/bodies/0/material/damping_beta",
         {"in proportion to stiffness"});
+  add(with("/sound", {{"ringing", "loud"}}), "/sound/ringing", {"\"coupled\", \"pressed\""});
   add(with("/sound", {{"modal_radiation", "loud"}}), "/sound/modal_radiation",
       {"\"directional\", \"monopole\", \"constant\""});
   add(with("/bodies", json::array()), "/bodies", {"empty scene"});

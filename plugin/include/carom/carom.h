@@ -116,6 +116,13 @@ enum {
   CAROM_LASTING_HEARD = 1   ///< as much as is heard: the loudest exactly, the others as noise
 };
 
+/// The way in which an impact makes a body ring: carom_settings.ringing_contact.
+enum {
+  CAROM_RINGING_COUPLED = 0,  ///< both bodies' modes give way: none gets more energy than there is
+  CAROM_RINGING_PRESSED = 1   ///< modes take the force of rigid bodies: too loud where these are
+                              ///< light beside what hits them
+};
+
 /// The course of a contact force over time: carom_settings.pulse.
 enum {
   CAROM_PULSE_HERTZ = 0,               ///< the elastic contact of Hertz: the default
@@ -277,9 +284,9 @@ typedef struct carom_settings {
   void* message_user;  ///< handed to `on_message`
   /// CAROM_LASTING_...: how contacts that slide or roll become sound.
   int32_t lasting;
-  int32_t reserved_three;  ///< 0
-  size_t slide_voices;     ///< contacts that are exact with CAROM_LASTING_HEARD: the loudest
-  double metres_per_unit;  ///< m, > 0: length of the unit of a Bullet world, if not 1
+  int32_t ringing_contact;  ///< CAROM_RINGING_...: how an impact makes a body ring
+  size_t slide_voices;      ///< contacts that are exact with CAROM_LASTING_HEARD: the loudest
+  double metres_per_unit;   ///< m, > 0: length of the unit of a Bullet world, if not 1
 } carom_settings;
 
 /// The statistics of a rough surface.
@@ -395,7 +402,10 @@ typedef struct carom_event {
   double body_velocity[3];     ///< m/s, centre of mass, just before
   double body_angular_velocity[3];  ///< rad/s, just before
   int32_t has_applied_impulse;      ///< 1: `applied_impulse` is known
-  int32_t reserved;                 ///< 0
+  /// 1: the next two are known, with which the modes of both bodies take part in the contact.
+  int32_t has_other_pose;
+  double other_position[3];     ///< m, centre of mass of the other body
+  double other_orientation[4];  ///< other body's frame to world frame
 } carom_event;
 
 /// A lasting contact of two bodies (sliding, rolling or resting) over one step: one for each pair

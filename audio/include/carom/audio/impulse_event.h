@@ -29,6 +29,7 @@ struct ImpulseEvent {
   /// penetration, and loses some of the bounce). Meaningful only if `hasAppliedImpulse`.
   Vec3 appliedImpulse = Vec3::Zero();
   bool hasAppliedImpulse = false;  ///< `appliedImpulse` is known and differs from `impulse`
+  bool hasOtherPose = false;       ///< `otherPosition` and `otherOrientation` are known
   Vec3 position = Vec3::Zero();    ///< m, world frame, the contact point at `time`
   Vec3 normal = Vec3::UnitX();     ///< 1, world frame, unit, from the other body towards `body`
 
@@ -46,9 +47,26 @@ struct ImpulseEvent {
   Quat bodyOrientation = Quat::Identity();  ///< body to world, at `time`
   Vec3 bodyVelocity = Vec3::Zero();         ///< m/s, world frame, centre of mass, just before touch
   Vec3 bodyAngularVelocity = Vec3::Zero();  ///< rad/s, world frame, just before touch
+
+  /// m, world frame, centre of mass of the other body at `time`. With its orientation it tells
+  /// where on the other body the contact is, so that the modes of both take part in the contact.
+  /// Without it, those of the other body do not. Meaningful only if `hasOtherPose`.
+  Vec3 otherPosition = Vec3::Zero();
+  Quat otherOrientation = Quat::Identity();  ///< other body to world, at `time`
 };
 
+/// Sets the pose of the other body in both shares of a collision, each from the other share.
+inline void exchangePoses(ImpulseEvent& share, ImpulseEvent& reaction) {
+  const auto take = [](ImpulseEvent& event, const ImpulseEvent& from) {
+    event.hasOtherPose = true;
+    event.otherPosition = from.bodyPosition;
+    event.otherOrientation = from.bodyOrientation;
+  };
+  take(share, reaction);
+  take(reaction, share);
+}
+
 // The layout is the same for every host, whatever vector instructions it is compiled with.
-static_assert(sizeof(ImpulseEvent) == 256 && alignof(ImpulseEvent) == alignof(double));
+static_assert(sizeof(ImpulseEvent) == 312 && alignof(ImpulseEvent) == alignof(double));
 
 }  // namespace carom

@@ -113,7 +113,8 @@ class Synth {
 
   const std::vector<Listener>& listeners() const;
   std::size_t channelCount() const;
-  double sampleRate() const;  ///< Hz
+  double sampleRate() const;            ///< Hz
+  ContactEnergy contactEnergy() const;  ///< of all events so far
   SynthCounters counters() const;
 
   /// Number of clicks still to begin: one per event, channel and path.

@@ -33,6 +33,17 @@ enum class ModalRadiation : std::uint8_t {
   constant,
 };
 
+/// The way in which an impact makes a body ring.
+enum class RingingContact : std::uint8_t {
+  /// Both bodies' modes give way while the contact's force acts: the force, its duration and what
+  /// the modes take follow from the contact's stiffness, the bodies' mass and their modes together.
+  /// No impact gives modes more energy than approaches.
+  coupled,
+  /// The modes take the force of a contact between rigid bodies, as if they did not give way: too
+  /// loud where a body is light and lithe beside what hits it.
+  pressed,
+};
+
 /// The course of a contact force over time. See Pulse.
 enum class PulseShape : std::uint8_t {
   hertz,              ///< the elastic contact of Hertz itself
@@ -86,6 +97,7 @@ struct SynthSettings {
   /// own restitution, instead of `comparison.pulse`.
   bool dissipative = false;
   ModalRadiation modalRadiation = ModalRadiation::directional;
+  RingingContact ringingContact = RingingContact::coupled;
   /// Loss factor, dimensionless, of the contact between two bodies that press on each other: how
   /// much of a mode's energy at the contact it absorbs (ModalExciter). 0: lasting contacts damp
   /// nothing.
@@ -154,6 +166,19 @@ struct SynthCounters {
   /// Frames of sounds that were not finite, or beyond 1e30 Pa, and so left out as they began. No
   /// event that is scheduled gives such; it would cost its own instant, and nothing after it.
   std::uint64_t silencedFrames = 0;
+};
+/// Energy in J of the impacts that were solved together with modes (RingingContact::coupled). What
+/// approaches is what parts again, what the modes have got, and what the contacts have lost.
+struct ContactEnergy {
+  std::uint64_t impacts = 0;
+  /// `impacts` in which the mechanics' impulse would take more energy than the modes leave: what
+  /// rings gets no more than there is.
+  std::uint64_t bound = 0;
+  double approach = 0.0;  ///< of the bodies' relative motion along the normal, before
+  double parting = 0.0;   ///< of the same, after
+  double modes = 0.0;     ///< in the modes of both bodies when they part
+  double damped = 0.0;    ///< taken from the modes by their damping until they part
+  double contacts = 0.0;  ///< lost in the contacts
 };
 /// Number of `events` whose sound has yet to begin.
 std::uint64_t waitingEvents(const SynthCounters& counters);

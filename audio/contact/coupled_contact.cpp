@@ -1,0 +1,247 @@
+#include "audio/contact/coupled_contact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+
+namespace carom::audio {
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr double kFewestSteps = 48.0;       ///< in the duration without modes
+constexpr double kMostSteps = 1024.0;       ///< in the duration without modes
+constexpr double kStepAngle = 1.0;          ///< rad by which the fastest mode turns, at most
+constexpr std::size_t kLongestRun = 2048;   ///< steps until a run counts as over
+constexpr double kLongestTime = 0.02;       ///< s of a run, or four elastic durations
+constexpr std::size_t kLookEvery = 8;       ///< steps between looks whether the bodies have parted
+constexpr double kImpulseTolerance = 1e-2;  ///< of the impulse, relative
+constexpr int kMostRuns = 6;                ///< of one impact, to find its damping
+constexpr int kMostIterations = 40;         ///< of Newton's method, which takes three
+constexpr double kDepthTolerance = 1e-14;   ///< of a depth, relative
+
+/// The mean force over a change of depth: the discrete gradient of the potential 2/5 K d^(5/2).
+struct MeanForce {
+  double value = 0.0;
+  double slope = 0.0;  ///< by the depth at the end
+
+  static MeanForce between(double begin, double end, double stiffness) {
+    if (end <= 0.0) return begin <= 0.0 ? MeanForce{} : leaving(begin, end, stiffness);
+    const double b = std::sqrt(end);
+    if (begin <= 0.0) {
+      const double change = end - begin;
+      const double potential = 0.4 * stiffness * end * end * b;
+      return {potential / change, (stiffness * end * b - potential / change) / change};
+    }
+    const double a = std::sqrt(begin);
+    const double sum = a + b;
+    const double above = (((b + a) * b + a * a) * b + a * a * a) * b + a * a * a * a;
+    const double slope = ((4.0 * b + 3.0 * a) * b + 2.0 * a * a) * b + a * a * a;
+    const double value = 0.4 * stiffness * above / sum;
+    return {value, (0.4 * stiffness * slope - value) / (2.0 * b * sum)};
+  }
+
+ private:
+  static MeanForce leaving(double begin, double end, double stiffness) {
+    const double potential = 0.4 * stiffness * begin * begin * std::sqrt(begin);
+    const double change = begin - end;
+    return {potential / change, potential / (change * change)};
+  }
+};
+
+double potentialOf(double depth, double stiffness) {
+  return depth > 0.0 ? 0.4 * stiffness * depth * depth * std::sqrt(depth) : 0.0;
+}
+
+/// Returns chi V of a contact without modes that has this restitution: see Pulse::dissipativeHertz.
+double lossOf(double restitution) {
+  const double e = std::clamp(restitution, kLowestRestitution, 1.0);
+  if (e == 1.0) return 0.0;
+  double low = 0.0;
+  double high = 1.0 / e;
+  for (int halving = 0; halving < 50; ++halving) {
+    const double x = 0.5 * (low + high);
+    (x * (1.0 + e) > std::log((1.0 + x) / (1.0 - e * x)) ? low : high) = x;
+  }
+  return 0.5 * (low + high);
+}
+
+}  // namespace
+
+double elasticDuration(const CoupledImpact& impact) {
+  const double deepest =
+      std::pow(1.25 * impact.mass * impact.speed * impact.speed / impact.stiffness, 0.4);
+  return 2.9432 * deepest / impact.speed;
+}
+
+const ContactCourse& CoupledContact::solve(const CoupledImpact& impact) {
+  begin(impact);
+  fit(impact);
+  const double wanted = impact.impulse;
+  course_.energyBound = wanted > course_.impulse * (1.0 + kImpulseTolerance);
+  return course_;
+}
+
+/// Runs the impact with such a damping that its impulse is the wanted one, or with none if that
+/// gives no more. The impulse falls as the damping grows.
+void CoupledContact::fit(const CoupledImpact& impact) {
+  const double momentum = impact.mass * impact.speed;
+  const double restitution = impact.impulse / momentum - 1.0;
+  double low = 0.0;  // damping with which there is too much impulse
+  double lowExcess = 0.0;
+  double high = 0.0;  // damping with which there is too little
+  double highExcess = 0.0;
+  double aim = restitution;  // what a contact without modes would be given
+  for (int runs = 0; runs < kMostRuns; ++runs) {
+    double damping = lossOf(aim) / impact.speed;
+    if (lowExcess > 0.0 && highExcess < 0.0)
+      damping = low + (high - low) * lowExcess / (lowExcess - highExcess);
+    run(impact, damping);
+    const double excess = course_.impulse - impact.impulse;
+    const bool isMost = damping == 0.0 && excess <= 0.0;
+    if (isMost || std::abs(excess) <= kImpulseTolerance * impact.impulse) return;
+    (excess > 0.0 ? low : high) = damping;
+    (excess > 0.0 ? lowExcess : highExcess) = excess;
+    aim -= excess / momentum;
+  }
+}
+
+void CoupledContact::begin(const CoupledImpact& impact) {
+  double fastest = 0.0;
+  for (const ContactMode& mode : impact.modes)
+    fastest = std::max(fastest, mode.frequency);
+  const double duration = elasticDuration(impact);
+  step_ = duration / kFewestSteps;
+  if (fastest * step_ > kStepAngle) step_ = std::max(kStepAngle / fastest, duration / kMostSteps);
+  compliance_ = 0.5 * step_ * step_ / impact.mass;
+  const auto count = static_cast<Eigen::Index>(impact.modes.size());
+  for (Numbers* numbers :
+       {&inverse_, &turnRe_, &turnIm_, &pushRe_, &pushIm_, &re_, &im_, &nextRe_, &nextIm_})
+    numbers->resize(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const ContactMode& mode = impact.modes[static_cast<std::size_t>(i)];
+    const Complex pole(-mode.decay, mode.frequency);
+    const Complex turn = std::exp(pole * step_);
+    const Complex push = mode.shape * mode.shape * (turn - 1.0) / pole;
+    inverse_[i] = 1.0 / mode.frequency;
+    turnRe_[i] = turn.real();
+    turnIm_[i] = turn.imag();
+    pushRe_[i] = push.real();
+    pushIm_[i] = push.imag();
+    compliance_ += push.imag() * inverse_[i];
+  }
+  giveRe_ = turnRe_ * inverse_;
+  giveIm_ = turnIm_ * inverse_;
+}
+
+void CoupledContact::run(const CoupledImpact& impact, double damping) {
+  re_.setZero();
+  im_.setZero();
+  state_ = {0.0, impact.speed, 0.0};
+  course_.nodes.clear();
+  course_.damping = damping;
+  course_.touches = 0;
+  course_.energy = {.approach = 0.5 * impact.mass * impact.speed * impact.speed};
+  double retreat = 0.0;  // m: how far the modes will have given way after a step without a force
+  double end = 0.0;      // s, of the last step in which they touched
+  double lastForce = 0.0;
+  bool isOpen = false;  // they have touched since the ledger was closed
+  work_ = 0.0;
+  const double longest = std::max(kLongestTime, 4.0 * elasticDuration(impact));
+  const auto most =
+      static_cast<std::size_t>(std::min(longest / step_, static_cast<double>(kLongestRun)));
+  for (std::size_t n = 0; n < most; ++n) {
+    const double begin = static_cast<double>(n) * step_;
+    const double freeDepth = state_.approach + step_ * state_.speed - retreat;
+    const double force = forceTo(freeDepth, impact.stiffness, damping);
+    const State before = state_;
+    state_.depth = freeDepth - compliance_ * force;
+    state_.approach += step_ * (state_.speed - 0.5 * step_ * force / impact.mass);
+    state_.speed -= step_ * force / impact.mass;
+    retreat = advanceModes(force);
+    const double change = state_.depth - before.depth;
+    const double gaveWay = (state_.approach - before.approach) - change;
+    work_ += force * gaveWay;
+    course_.energy.lost += force * change - potentialOf(state_.depth, impact.stiffness) +
+                           potentialOf(before.depth, impact.stiffness);
+    if (force > 0.0) {
+      const bool parts = before.depth > 0.0 && state_.depth < 0.0;  // within the step
+      end = begin + step_ * (parts ? before.depth / (before.depth - state_.depth) : 1.0);
+      course_.nodes.push_back({0.5 * (begin + end), force * step_});
+      if (lastForce == 0.0) ++course_.touches;
+      isOpen = true;
+    } else {
+      if (isOpen) close(impact, end);
+      isOpen = false;
+      if (n % kLookEvery == 0 && hasParted()) break;
+    }
+    lastForce = force;
+  }
+  if (isOpen) close(impact, end);
+  course_.energy.lost += potentialOf(state_.depth, impact.stiffness);  // where they never part
+  for (PulseNode& node : course_.nodes)
+    node.u /= course_.duration;
+}
+
+/// Returns the force over the step that ends at `freeDepth` (m), less what the force takes from it.
+double CoupledContact::forceTo(double freeDepth, double stiffness, double damping) const {
+  const double begin = state_.depth;
+  if (begin <= 0.0 && freeDepth <= 0.0) return 0.0;
+  const double rate = damping / step_;
+  const auto forceAt = [&](double depth) {
+    const MeanForce elastic = MeanForce::between(begin, depth, stiffness);
+    const double loss = std::max(1.0 + rate * (depth - begin), 0.0);
+    return MeanForce{elastic.value * loss,
+                     elastic.slope * loss + (loss > 0.0 ? elastic.value * rate : 0.0)};
+  };
+  // The end is where depth + compliance * force is freeDepth; both terms grow with the depth.
+  double high = freeDepth;
+  double low = freeDepth - compliance_ * forceAt(freeDepth).value;
+  double depth = std::clamp(begin + (freeDepth - begin), low, high);
+  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+    const MeanForce mean = forceAt(depth);
+    const double error = depth + compliance_ * mean.value - freeDepth;
+    (error > 0.0 ? high : low) = depth;
+    double next = depth - error / (1.0 + compliance_ * mean.slope);
+    if (!(next >= low && next <= high)) next = 0.5 * (low + high);
+    const double moved = std::abs(next - depth);
+    depth = next;
+    if (moved <= kDepthTolerance * (std::abs(begin) + std::abs(depth))) break;
+  }
+  return forceAt(depth).value;
+}
+
+/// Moves the modes on by a step under a force. Returns by how much (m) they will have given way
+/// after one more step, if that has no force.
+double CoupledContact::advanceModes(double force) {
+  nextRe_ = turnRe_ * re_ - turnIm_ * im_ + force * pushRe_;
+  nextIm_ = turnRe_ * im_ + turnIm_ * re_ + force * pushIm_;
+  re_.swap(nextRe_);
+  im_.swap(nextIm_);
+  return (giveRe_ * im_ + giveIm_ * re_).sum();
+}
+
+/// True if the surface cannot swing back as far as the bodies have parted.
+bool CoupledContact::hasParted() const {
+  if (state_.speed > 0.0) return false;
+  return -state_.approach > ((re_.square() + im_.square()).sqrt() * inverse_).sum();
+}
+
+/// Enters what the touches so far have come to, of which the last one ends at `end` (s).
+void CoupledContact::close(const CoupledImpact& impact, double end) {
+  course_.duration = end;
+  course_.impulse = impact.mass * (impact.speed - state_.speed);
+  ContactLedger& energy = course_.energy;
+  energy.rigid = 0.5 * impact.mass * state_.speed * state_.speed;
+  energy.modes = 0.0;
+  for (Eigen::Index i = 0; i < re_.size(); ++i) {
+    const ContactMode& mode = impact.modes[static_cast<std::size_t>(i)];
+    if (mode.shape == 0.0) continue;
+    const double rate = re_[i] - mode.decay * im_[i] * inverse_[i];
+    const double stretched = im_[i] * std::hypot(1.0, mode.decay * inverse_[i]);
+    energy.modes += 0.5 * (rate * rate + stretched * stretched) / (mode.shape * mode.shape);
+  }
+  energy.damped = work_ - energy.modes;
+}
+
+}  // namespace carom::audio

@@ -1,0 +1,115 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "audio/model/pulse.h"
+
+namespace carom::audio {
+
+/// A mode of either body, as a contact feels it.
+struct ContactMode {
+  double frequency = 0.0;  ///< rad/s, damped, > 0
+  double decay = 0.0;      ///< 1/s, >= 0
+  /// 1/sqrt(kg): how far the surface gives way along the push, for a modal coordinate of 1.
+  double shape = 0.0;
+};
+
+/// An impact of two bodies that may ring.
+struct CoupledImpact {
+  double stiffness = 0.0;              ///< N/m^(3/2): K = 4/3 sqrt(R) E*, > 0
+  double mass = 0.0;                   ///< kg, effective mass of the rigid bodies, > 0
+  double speed = 0.0;                  ///< m/s, approach speed, > 0
+  double impulse = 0.0;                ///< N s, the impulse that the mechanics gives, >= 0
+  std::span<const ContactMode> modes;  ///< of both bodies
+};
+
+/// Duration in s of the impact without modes (Johnson 1985, section 11.4). [any thread]
+double elasticDuration(const CoupledImpact& impact);
+
+/// The energy of an impact in J. What approaches is what is left, rigid, in the modes, damped in
+/// them, and lost in the contact.
+struct ContactLedger {
+  double approach = 0.0;  ///< m V^2 / 2
+  double rigid = 0.0;     ///< of the rigid bodies' relative motion, once they part
+  double modes = 0.0;     ///< in the modes, once they part
+  double damped = 0.0;    ///< taken from the modes by their damping, until they part
+  double lost = 0.0;      ///< taken by the contact itself
+  double balance() const { return approach - rigid - modes - damped - lost; }
+};
+
+/// The course of an impact. Times count from first touch.
+struct ContactCourse {
+  double duration = 0.0;         ///< s, until the last touch ends
+  std::vector<PulseNode> nodes;  ///< u: share of the duration; weight: N s. Ascending in u
+  double impulse = 0.0;          ///< N s, sum of the nodes
+  double damping = 0.0;          ///< s/m: chi of the law
+  std::size_t touches = 0;       ///< runs of contact: more than one if the surface swings back
+  ContactLedger energy;
+  /// True if the wanted impulse would take more energy than the modes leave: `impulse` is then the
+  /// most that there is.
+  bool energyBound = false;
+};
+
+/// Integrates an impact of two bodies together with the modes of both:
+///
+///     m x'' = -F,   q_i'' + 2 d_i q_i' + w_i^2 q_i = s_i F,   d = x - sum s_i q_i
+///     F = K d^(3/2) (1 + chi d')   while d > 0,   else 0
+///
+/// with x the approach of the rigid bodies. The law is that of Hertz, with the loss of Hunt and
+/// Crossley (1975, J. Appl. Mech. 42, 440), as in Pulse::dissipativeHertz; chi is found such that
+/// the impulse is the wanted one. A plate that gives way in this manner is Zener's (1941, Phys.
+/// Rev. 59, 669) if its modes are those of a large plate.
+///
+/// Method. In a step the force is constant, so rigid motion and modes are stepped exactly. Its
+/// value is the difference of the contact's potential over the change of d (the discrete gradient
+/// of Gonzalez 1996, J. Nonlinear Sci. 6, 449), times the loss. So the force does as much work as
+/// the contact gives, to rounding, whatever the step: no impact has more energy than approaches.
+/// Second order in the step. [one thread]
+class CoupledContact {
+ public:
+  /// Returns the course of an impact, valid until the next call.
+  const ContactCourse& solve(const CoupledImpact& impact);
+
+ private:
+  /// The relative motion of the two bodies where they touch.
+  struct State {
+    double approach = 0.0;  // m, of the rigid bodies
+    double speed = 0.0;     // m/s, of the same
+    double depth = 0.0;     // m: approach, less what the modes give way
+  };
+
+  void begin(const CoupledImpact& impact);
+  void run(const CoupledImpact& impact, double damping);
+  void fit(const CoupledImpact& impact);
+  double forceTo(double freeDepth, double stiffness, double damping) const;
+  double advanceModes(double force);
+  bool hasParted() const;
+  void close(const CoupledImpact& impact, double end);
+
+  double step_ = 0.0;        // s
+  double compliance_ = 0.0;  // m/N: by how much less deep a step ends for each newton
+
+  // By mode. A state is s (q' + d q + i w q), which turns as exp((-d + i w) t).
+  using Numbers = Eigen::ArrayXd;
+  Numbers inverse_;  // 1/w
+  Numbers turnRe_;   // of a step
+  Numbers turnIm_;
+  Numbers giveRe_;  // the same over w
+  Numbers giveIm_;
+  Numbers pushRe_;  // what a newton adds in a step
+  Numbers pushIm_;
+  Numbers re_;
+  Numbers im_;
+  Numbers nextRe_;
+  Numbers nextIm_;
+
+  State state_;
+  double work_ = 0.0;  // J, done on the modes
+  ContactCourse course_;
+};
+
+}  // namespace carom::audio

@@ -1,0 +1,95 @@
+#include "audio/scheduling/coupled_impacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "audio/scheduling/modal_exciter.h"
+
+namespace carom::audio {
+namespace {
+
+/// Share of the energy of approach below which what modes would take, if they did not give way, is
+/// nothing to the contact: it changes the force by about as much.
+constexpr double kFewModes = 1e-3;
+/// Radians in a contact's duration beyond which a mode follows its force as a spring does.
+constexpr double kStiff = 12.0;
+
+/// True if the modes take part in the contact: by what they would take of the energy as its force
+/// is without them.
+bool modesMatter(const CoupledImpact& impact) {
+  const double duration = elasticDuration(impact);
+  double mobility = 0.0;  // 1/kg
+  for (const ContactMode& mode : impact.modes) {
+    const double turn = mode.frequency * duration;
+    const double follows = turn > kStiff ? kStiff / turn : 1.0;
+    mobility += mode.shape * mode.shape * follows * follows;
+  }
+  return mobility * impact.mass > kFewModes;
+}
+
+}  // namespace
+
+const CoupledImpacts::Course* CoupledImpacts::courseOf(const ImpulseEvent& event,
+                                                       const SoundingBody& body,
+                                                       const SoundingBody& other) {
+  if (body.modes == nullptr && other.modes == nullptr) return nullptr;
+  if (!isSameImpact(event)) solve(event, body, other);
+  return isCoupled_ ? &course_ : nullptr;
+}
+
+/// True if the event is a share of the impact that was solved last.
+bool CoupledImpacts::isSameImpact(const ImpulseEvent& event) const {
+  const bool isOther = event.body == solvedFor_.other && event.other == solvedFor_.body;
+  const bool isSame = event.body == solvedFor_.body && event.other == solvedFor_.other;
+  const Vec3& impulse = solvedFor_.impulse;
+  return (isOther || isSame) && event.time == solvedFor_.time &&
+         event.position == solvedFor_.position &&
+         event.impulse == (isSame ? impulse : Vec3(-impulse)) &&
+         event.approachSpeed == solvedFor_.approachSpeed &&
+         event.hasOtherPose == solvedFor_.hasOtherPose;
+}
+
+void CoupledImpacts::solve(const ImpulseEvent& event, const SoundingBody& body,
+                           const SoundingBody& other) {
+  solvedFor_ = event;
+  isCoupled_ = false;
+  const double impulse = event.impulse.norm();
+  if (!(impulse > 0.0)) return;
+  const Vec3 direction = event.impulse / impulse;
+  modes_.clear();
+  if (body.modes != nullptr)
+    ModalExciter::addModes({.point = event.position,
+                            .direction = direction,
+                            .position = event.bodyPosition,
+                            .orientation = event.bodyOrientation},
+                           body.sound, *body.modes, modes_);
+  if (other.modes != nullptr && event.hasOtherPose)
+    ModalExciter::addModes({.point = event.position,
+                            .direction = -direction,
+                            .position = event.otherPosition,
+                            .orientation = event.otherOrientation},
+                           other.sound, *other.modes, modes_);
+  const CoupledImpact impact{
+      .stiffness = ContactDurations::stiffnessOf(event, body.sound, other.sound),
+      .mass = event.effectiveMass,
+      .speed = event.approachSpeed,
+      .impulse = impulse,
+      .modes = modes_};
+  if (!modesMatter(impact)) return;
+  const ContactCourse& course = contact_.solve(impact);
+  if (!(course.impulse > 0.0)) return;
+  nodes_.assign(course.nodes.begin(), course.nodes.end());
+  for (PulseNode& node : nodes_)
+    node.weight /= course.impulse;
+  course_ = {nodes_, course.duration, std::min(course.impulse / impulse, 1.0)};
+  isCoupled_ = true;
+  ++energy_.impacts;
+  energy_.bound += course.energyBound ? 1 : 0;
+  energy_.approach += course.energy.approach;
+  energy_.parting += course.energy.rigid;
+  energy_.modes += course.energy.modes;
+  energy_.damped += course.energy.damped;
+  energy_.contacts += course.energy.lost;
+}
+
+}  // namespace carom::audio
