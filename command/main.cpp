@@ -395,8 +395,9 @@ void addSound(CLI::App& command, Arguments& arguments) {
                   "of a rigid sphere, or of one that is small; default: the scene's choice")
       ->check(oneOf({"exact", "compact"}));
   command
-      .add_option("--ringing", arguments.ringing,
-                  "whether modes give way in a contact; default: the scene's choice")
+      .add_option(
+          "--ringing", arguments.ringing,
+          "whether modes give way in a contact (coupled) or not; default: the scene's choice")
       ->check(oneOf({"coupled", "pressed"}));
   command
       .add_option("--events", arguments.events, "also write every impulse event to this CSV file")

@@ -413,9 +413,9 @@ void readSound(const JsonNode& node, SynthSettings& settings) {
         kModels.at(radiation->choice("how modes radiate", {"directional", "monopole", "constant"}));
   }
   if (const auto ringing = node.find("ringing")) {
-    const bool pressed =
-        ringing->choice("how impacts make bodies ring", {"coupled", "pressed"}) == 1;
-    settings.ringingContact = pressed ? RingingContact::pressed : RingingContact::coupled;
+    const bool coupled =
+        ringing->choice("how impacts make bodies ring", {"pressed", "coupled"}) == 1;
+    settings.ringingContact = coupled ? RingingContact::coupled : RingingContact::pressed;
   }
   settings.doppler = node.boolean("doppler", settings.doppler);
   settings.audibleThreshold =

@@ -141,10 +141,10 @@ TEST(CoupledContact, LosesInTheContactWhatTheImpulseAsksFor) {
 TEST(CoupledContact, AgreesWithDirectIntegration) {
   std::mt19937 random(25);
   CoupledContact contact;
-  for (int blow = 0; blow < 24; ++blow) {
+  for (std::size_t blow = 0; blow < 24; ++blow) {
     const std::vector<ContactMode> modes = randomModes(random, 1 + blow % 8 * 4, 0.5);
     CoupledImpact impact = impactOf(modes);
-    impact.mass = 0.003 * std::pow(10.0, blow % 3);
+    impact.mass = 0.003 * std::pow(10.0, static_cast<double>(blow % 3));
     impact.impulse = impact.mass * impact.speed * (blow % 2 == 0 ? 2.0 : 1.6);
     const ContactCourse course = contact.solve(impact);
     if (course.touches != 1) continue;
@@ -173,7 +173,7 @@ TEST(CoupledContact, GivesModesNoMoreThanApproaches) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> share(0.0, 1.0);
   CoupledContact contact;
-  for (int blow = 0; blow < 3000; ++blow) {
+  for (std::size_t blow = 0; blow < 3000; ++blow) {
     const double body = std::pow(10.0, 4.0 * share(random) - 3.0);
     const std::vector<ContactMode> modes = randomModes(random, 1 + blow % 24, body);
     CoupledImpact impact = impactOf(modes);

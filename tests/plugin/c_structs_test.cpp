@@ -353,7 +353,7 @@ TEST(CStructs, EverySettingArrives) {
   input.sampling = CAROM_SAMPLING_NAIVE;
   input.radiation = CAROM_RADIATION_COMPACT;
   input.modal_radiation = CAROM_MODAL_RADIATION_CONSTANT;
-  input.ringing_contact = CAROM_RINGING_PRESSED;
+  input.ringing_contact = CAROM_RINGING_COUPLED;
   input.dissipative = 1;
   input.level = CAROM_LEVEL_AUTOMATIC;
   const carom_reflector floor = defaultReflector();

@@ -508,7 +508,7 @@ TEST(SceneLoader, SoundIsTheSynthsDefaultUnlessTheSceneSaysOtherwise) {
                                                        {"sampling", "naive"},
                                                        {"radiation", "compact"},
                                                        {"modal_radiation", "monopole"},
-                                                       {"ringing", "pressed"},
+                                                       {"ringing", "coupled"},
                                                        {"doppler", false},
                                                        {"audible_threshold", 0.25},
                                                        {"impulse", "applied"}}))
@@ -517,7 +517,7 @@ TEST(SceneLoader, SoundIsTheSynthsDefaultUnlessTheSceneSaysOtherwise) {
   EXPECT_EQ(sound.comparison.sampling, Sampling::naive);
   EXPECT_EQ(sound.comparison.radiation, Radiation::compact);
   EXPECT_EQ(sound.modalRadiation, ModalRadiation::monopole);
-  EXPECT_EQ(sound.ringingContact, RingingContact::pressed);
+  EXPECT_EQ(sound.ringingContact, RingingContact::coupled);
   EXPECT_FALSE(sound.doppler);
   EXPECT_EQ(sound.audibleThreshold, 0.25);
   EXPECT_EQ(sound.impulse, ImpulseChoice::applied);
@@ -1541,7 +1541,7 @@ std::vector<Refusal> shapeRefusals() {
   for (const double damping : {-1.0, 1.1})
     add(withOak({{"damping_beta", damping}}), "/bodies/0/material/damping_beta",
         {"in proportion to stiffness"});
-  add(with("/sound", {{"ringing", "loud"}}), "/sound/ringing", {"\"coupled\", \"pressed\""});
+  add(with("/sound", {{"ringing", "loud"}}), "/sound/ringing", {"\"pressed\", \"coupled\""});
   add(with("/sound", {{"modal_radiation", "loud"}}), "/sound/modal_radiation",
       {"\"directional\", \"monopole\", \"constant\""});
   add(with("/bodies", json::array()), "/bodies", {"empty scene"});
@@ -1934,6 +1934,8 @@ std::vector<json> goodDocuments() {
     documents.push_back(withSolid({{"modes", modes}, {"movable", false}}));
   }
   documents.push_back(withOak({{"damping_alpha", 1e6}, {"damping_beta", 1}}));
+  for (const char* ringing : {"pressed", "coupled"})
+    documents.push_back(with("/sound", {{"ringing", ringing}}));
   for (const char* radiation : {"directional", "monopole", "constant"})
     documents.push_back(with("/sound", {{"modal_radiation", radiation}}));
   documents.push_back(withShape({{"type", "cylinder"}, {"radius", 1e-6}, {"height", 2e4}}));

@@ -118,9 +118,9 @@ enum {
 
 /// The way in which an impact makes a body ring: carom_settings.ringing_contact.
 enum {
-  CAROM_RINGING_COUPLED = 0,  ///< both bodies' modes give way: none gets more energy than there is
-  CAROM_RINGING_PRESSED = 1   ///< modes take the force of rigid bodies: too loud where these are
+  CAROM_RINGING_PRESSED = 0,  ///< modes take the force of rigid bodies: too loud where these are
                               ///< light beside what hits them
+  CAROM_RINGING_COUPLED = 1   ///< both bodies' modes give way: none gets more energy than there is
 };
 
 /// The course of a contact force over time: carom_settings.pulse.

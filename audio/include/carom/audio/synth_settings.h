@@ -35,13 +35,14 @@ enum class ModalRadiation : std::uint8_t {
 
 /// The way in which an impact makes a body ring.
 enum class RingingContact : std::uint8_t {
-  /// Both bodies' modes give way while the contact's force acts: the force, its duration and what
-  /// the modes take follow from the contact's stiffness, the bodies' mass and their modes together.
-  /// No impact gives modes more energy than approaches.
-  coupled,
   /// The modes take the force of a contact between rigid bodies, as if they did not give way: too
   /// loud where a body is light and lithe beside what hits it.
   pressed,
+  /// Both bodies' modes give way while the contact's force acts: the force, its duration and what
+  /// the modes take follow from the contact's stiffness, the bodies' mass and their modes together.
+  /// No impact gives modes more energy than approaches. Impacts without ImpulseEvent::hasOtherPose
+  /// leave out the modes of the other body.
+  coupled,
 };
 
 /// The course of a contact force over time. See Pulse.
@@ -97,7 +98,7 @@ struct SynthSettings {
   /// own restitution, instead of `comparison.pulse`.
   bool dissipative = false;
   ModalRadiation modalRadiation = ModalRadiation::directional;
-  RingingContact ringingContact = RingingContact::coupled;
+  RingingContact ringingContact = RingingContact::pressed;
   /// Loss factor, dimensionless, of the contact between two bodies that press on each other: how
   /// much of a mode's energy at the contact it absorbs (ModalExciter). 0: lasting contacts damp
   /// nothing.
