@@ -415,10 +415,10 @@ std::string renderText(const RenderReport& report) {
 Json energyJson(const ContactEnergy& energy) {
   const double parts = energy.parting + energy.modes + energy.damped + energy.contacts;
   const double error = energy.approach > 0.0 ? parts / energy.approach - 1.0 : 0.0;
-  return {{"impacts", energy.impacts},         {"bound", energy.bound},
-          {"approach_J", energy.approach},     {"parting_J", energy.parting},
-          {"contacts_J", energy.contacts},     {"modes_J", energy.modes},
-          {"damped_J", energy.damped},         {"balance_error", error}};
+  return {{"impacts", energy.impacts},     {"bound", energy.bound},
+          {"approach_J", energy.approach}, {"parting_J", energy.parting},
+          {"contacts_J", energy.contacts}, {"modes_J", energy.modes},
+          {"damped_J", energy.damped},     {"balance_error", error}};
 }
 
 Json renderJson(const RenderReport& report) {
