@@ -41,13 +41,19 @@ void letRest(const ContactState& contact, Slide& slide) {
 /// turned for long. Impulses grow by its square.
 constexpr double kUnitOrientation = 0.01;
 
+bool isUnit(const Quat& orientation) {
+  return std::abs(orientation.norm() - 1.0) <= kUnitOrientation;
+}
+
 bool isFinite(const ImpulseEvent& event) {
-  return std::isfinite(event.time) && event.impulse.allFinite() && event.position.allFinite() &&
-         event.normal.allFinite() && event.bodyPosition.allFinite() &&
-         std::abs(event.bodyOrientation.norm() - 1.0) <= kUnitOrientation &&
-         event.bodyVelocity.allFinite() && event.bodyAngularVelocity.allFinite() &&
-         std::isfinite(event.approachSpeed) && std::isfinite(event.effectiveMass) &&
-         !std::isnan(event.radius) && !std::isnan(event.otherRadius);
+  const bool hasOther =
+      !event.hasOtherPose || (event.otherPosition.allFinite() && isUnit(event.otherOrientation));
+  return hasOther && std::isfinite(event.time) && event.impulse.allFinite() &&
+         event.position.allFinite() && event.normal.allFinite() && event.bodyPosition.allFinite() &&
+         isUnit(event.bodyOrientation) && event.bodyVelocity.allFinite() &&
+         event.bodyAngularVelocity.allFinite() && std::isfinite(event.approachSpeed) &&
+         std::isfinite(event.effectiveMass) && !std::isnan(event.radius) &&
+         !std::isnan(event.otherRadius);
 }
 
 }  // namespace

@@ -14,10 +14,16 @@ constexpr double kFewModes = 1e-3;
 /// Radians in a contact's duration beyond which a mode follows its force as a spring does.
 constexpr double kStiff = 12.0;
 
+/// Durations (s) within which an impact is solved; others have nothing that modes could be heard
+/// by.
+constexpr double kShortest = 1e-9;
+constexpr double kLongest = 1.0;
+
 /// True if the modes take part in the contact: by what they would take of the energy as its force
 /// is without them.
 bool modesMatter(const CoupledImpact& impact) {
   const double duration = elasticDuration(impact);
+  if (!(duration >= kShortest && duration <= kLongest)) return false;
   double mobility = 0.0;  // 1/kg
   for (const ContactMode& mode : impact.modes) {
     const double turn = mode.frequency * duration;
@@ -77,7 +83,7 @@ void CoupledImpacts::solve(const ImpulseEvent& event, const SoundingBody& body,
       .modes = modes_};
   if (!modesMatter(impact)) return;
   const ContactCourse& course = contact_.solve(impact);
-  if (!(course.impulse > 0.0)) return;
+  if (!(course.impulse > 0.0 && course.duration > 0.0 && std::isfinite(course.impulse))) return;
   nodes_.assign(course.nodes.begin(), course.nodes.end());
   for (PulseNode& node : nodes_)
     node.weight /= course.impulse;

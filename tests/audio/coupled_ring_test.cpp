@@ -123,6 +123,25 @@ TEST(CoupledRing, BothSharesAreOneImpactInTheBooks) {
               1e-9 * energy.approach);
 }
 
+// Whatever an event says, what is heard is a number.
+TEST(CoupledRing, OfImpactsBeyondAllMeasureIsFinite) {
+  const BallDrop drop = dropOnBox(0.01);
+  for (const double speed : {1e-12, 1e-3, 1e3, 1e6})
+    for (const double mass : {1e-15, 1e-6, 1.0, 1e6})
+      for (const double share : {0.0, 1e-3, 1.0, 1e3}) {
+        Synth synth = floorThatRings(drop, {{800.0, 10.0}, {15000.0, 20.0}}, coupled());
+        ImpulseEvent event = floorShare(drop);
+        event.approachSpeed = speed;
+        event.effectiveMass = mass;
+        event.impulse = Vec3(0.0, 0.0, -share * mass * speed);
+        synth.schedule(event);
+        for (const double sample : renderMono(synth, 960))
+          ASSERT_TRUE(std::isfinite(sample)) << speed << " m/s, " << mass << " kg, " << share;
+        const ContactEnergy energy = synth.contactEnergy();
+        ASSERT_LE(energy.modes, energy.approach * (1.0 + 1e-9));
+      }
+}
+
 // An impact on which modes have no effect has the bits that it has without them.
 TEST(CoupledRing, OfSomethingTinyIsThatOfARigidContact) {
   BallDrop drop = dropOnBox(0.01);

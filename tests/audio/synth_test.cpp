@@ -480,6 +480,14 @@ std::vector<ImpulseEvent> brokenEvents() {
   add([](ImpulseEvent& e) { e.bodyOrientation.w() = kNaN; });
   add([](ImpulseEvent& e) { e.bodyVelocity.x() = kNaN; });
   add([](ImpulseEvent& e) { e.bodyAngularVelocity.x() = kInfinity; });
+  add([](ImpulseEvent& e) {
+    e.hasOtherPose = true;
+    e.otherPosition.x() = kNaN;
+  });
+  add([](ImpulseEvent& e) {
+    e.hasOtherPose = true;
+    e.otherOrientation.w() = 1e20;
+  });
   add([](ImpulseEvent& e) { e.approachSpeed = kNaN; });
   add([](ImpulseEvent& e) { e.approachSpeed = 0.0; });
   add([](ImpulseEvent& e) { e.approachSpeed = -1.0; });
