@@ -391,7 +391,8 @@ class Host {
     give(event->body_position, numbers_.inCube(3.0));
     give(event->body_velocity, numbers_.inCube(10.0));
     giveTurn(event->body_orientation);
-    if (numbers_.rarely(4)) event->reserved = 1;
+    if (numbers_.rarely(4)) event->has_other_pose = 1;
+    if (numbers_.rarely(4)) event->has_other_pose = 2;
     succeeded(carom_post(sound_, &*event));
   }
   void updateContact() {
