@@ -78,7 +78,7 @@ SoundBody struckBody(std::shared_ptr<const ModalModel> model, bool click) {
   return body;
 }
 
-/// What a strike is rendered into, and how far.
+/// The file that a strike is rendered into, its settings and its length.
 struct StrikeOutput {
   std::string file;
   SoundFileSettings settings;

@@ -12,7 +12,7 @@ using Complex = std::complex<double>;
 constexpr double kFewestSteps = 48.0;       ///< in the duration without modes
 constexpr double kMostSteps = 1024.0;       ///< in the duration without modes
 constexpr double kStepAngle = 1.0;          ///< rad by which the fastest mode turns, at most
-constexpr std::size_t kLongestRun = 2048;   ///< steps until a run counts as over
+constexpr double kLongestRun = 2048.0;      ///< steps until a run counts as over
 constexpr double kLongestTime = 0.02;       ///< s of a run, or four elastic durations
 constexpr std::size_t kLookEvery = 8;       ///< steps between looks whether the bodies have parted
 constexpr double kImpulseTolerance = 1e-2;  ///< of the impulse, relative
@@ -20,51 +20,34 @@ constexpr int kMostRuns = 6;                ///< of one impact, to find its damp
 constexpr int kMostIterations = 40;         ///< of Newton's method, which takes three
 constexpr double kDepthTolerance = 1e-14;   ///< of a depth, relative
 
-/// The mean force over a change of depth: the discrete gradient of the potential 2/5 K d^(5/2).
+/// Potential (J) of the contact at a depth (m).
+double potentialOf(double depth, double stiffness) {
+  return depth > 0.0 ? 0.4 * stiffness * depth * depth * std::sqrt(depth) : 0.0;
+}
+
+/// The mean force over a change of depth: the discrete gradient of the potential.
 struct MeanForce {
   double value = 0.0;
   double slope = 0.0;  ///< by the depth at the end
 
   static MeanForce between(double begin, double end, double stiffness) {
-    if (end <= 0.0) return begin <= 0.0 ? MeanForce{} : leaving(begin, end, stiffness);
-    const double b = std::sqrt(end);
-    if (begin <= 0.0) {
+    if (begin <= 0.0 && end <= 0.0) return {};
+    if (begin <= 0.0 || end <= 0.0) {
       const double change = end - begin;
-      const double potential = 0.4 * stiffness * end * end * b;
-      return {potential / change, (stiffness * end * b - potential / change) / change};
+      const double atEnd = end > 0.0 ? stiffness * end * std::sqrt(end) : 0.0;
+      const double value = (potentialOf(end, stiffness) - potentialOf(begin, stiffness)) / change;
+      return {value, (atEnd - value) / change};
     }
+    // The quotient of differences, without the factor in which both vanish.
     const double a = std::sqrt(begin);
+    const double b = std::sqrt(end);
     const double sum = a + b;
     const double above = (((b + a) * b + a * a) * b + a * a * a) * b + a * a * a * a;
     const double slope = ((4.0 * b + 3.0 * a) * b + 2.0 * a * a) * b + a * a * a;
     const double value = 0.4 * stiffness * above / sum;
     return {value, (0.4 * stiffness * slope - value) / (2.0 * b * sum)};
   }
-
- private:
-  static MeanForce leaving(double begin, double end, double stiffness) {
-    const double potential = 0.4 * stiffness * begin * begin * std::sqrt(begin);
-    const double change = begin - end;
-    return {potential / change, potential / (change * change)};
-  }
 };
-
-double potentialOf(double depth, double stiffness) {
-  return depth > 0.0 ? 0.4 * stiffness * depth * depth * std::sqrt(depth) : 0.0;
-}
-
-/// Returns chi V of a contact without modes that has this restitution: see Pulse::dissipativeHertz.
-double lossOf(double restitution) {
-  const double e = std::clamp(restitution, kLowestRestitution, 1.0);
-  if (e == 1.0) return 0.0;
-  double low = 0.0;
-  double high = 1.0 / e;
-  for (int halving = 0; halving < 50; ++halving) {
-    const double x = 0.5 * (low + high);
-    (x * (1.0 + e) > std::log((1.0 + x) / (1.0 - e * x)) ? low : high) = x;
-  }
-  return 0.5 * (low + high);
-}
 
 }  // namespace
 
@@ -77,8 +60,7 @@ double elasticDuration(const CoupledImpact& impact) {
 const ContactCourse& CoupledContact::solve(const CoupledImpact& impact) {
   begin(impact);
   fit(impact);
-  const double wanted = impact.impulse;
-  course_.energyBound = wanted > course_.impulse * (1.0 + kImpulseTolerance);
+  course_.energyBound = impact.impulse > course_.impulse * (1.0 + kImpulseTolerance);
   return course_;
 }
 
@@ -93,7 +75,7 @@ void CoupledContact::fit(const CoupledImpact& impact) {
   double highExcess = 0.0;
   double aim = restitution;  // what a contact without modes would be given
   for (int runs = 0; runs < kMostRuns; ++runs) {
-    double damping = lossOf(aim) / impact.speed;
+    double damping = dissipativeLoss(aim) / impact.speed;
     if (lowExcess > 0.0 && highExcess < 0.0)
       damping = low + (high - low) * lowExcess / (lowExcess - highExcess);
     run(impact, damping);
@@ -113,6 +95,8 @@ void CoupledContact::begin(const CoupledImpact& impact) {
   const double duration = elasticDuration(impact);
   step_ = duration / kFewestSteps;
   if (fastest * step_ > kStepAngle) step_ = std::max(kStepAngle / fastest, duration / kMostSteps);
+  const double longest = std::max(kLongestTime, 4.0 * duration);
+  mostSteps_ = static_cast<std::size_t>(std::min(longest / step_, kLongestRun));
   compliance_ = 0.5 * step_ * step_ / impact.mass;
   const auto count = static_cast<Eigen::Index>(impact.modes.size());
   for (Numbers* numbers :
@@ -147,10 +131,7 @@ void CoupledContact::run(const CoupledImpact& impact, double damping) {
   double lastForce = 0.0;
   bool isOpen = false;  // they have touched since the ledger was closed
   work_ = 0.0;
-  const double longest = std::max(kLongestTime, 4.0 * elasticDuration(impact));
-  const auto most =
-      static_cast<std::size_t>(std::min(longest / step_, static_cast<double>(kLongestRun)));
-  for (std::size_t n = 0; n < most; ++n) {
+  for (std::size_t n = 0; n < mostSteps_; ++n) {
     const double begin = static_cast<double>(n) * step_;
     const double freeDepth = state_.approach + step_ * state_.speed - retreat;
     const double force = forceTo(freeDepth, impact.stiffness, damping);
@@ -197,7 +178,7 @@ double CoupledContact::forceTo(double freeDepth, double stiffness, double dampin
   // The end is where depth + compliance * force is freeDepth; both terms grow with the depth.
   double high = freeDepth;
   double low = freeDepth - compliance_ * forceAt(freeDepth).value;
-  double depth = std::clamp(begin + (freeDepth - begin), low, high);
+  double depth = freeDepth;
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
     const MeanForce mean = forceAt(depth);
     const double error = depth + compliance_ * mean.value - freeDepth;

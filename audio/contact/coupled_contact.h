@@ -90,8 +90,9 @@ class CoupledContact {
   bool hasParted() const;
   void close(const CoupledImpact& impact, double end);
 
-  double step_ = 0.0;        // s
-  double compliance_ = 0.0;  // m/N: by how much less deep a step ends for each newton
+  double step_ = 0.0;          // s
+  std::size_t mostSteps_ = 0;  // until a run counts as over
+  double compliance_ = 0.0;    // m/N: by how much less deep a step ends for each newton
 
   // By mode. A state is s (q' + d q + i w q), which turns as exp((-d + i w) t).
   using Numbers = Eigen::ArrayXd;

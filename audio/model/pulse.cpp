@@ -771,6 +771,10 @@ double ruleTolerance(double bandwidth) {
   return 1e-7 * std::pow(std::min(1.0, 30.0 / bandwidth), 1.5);
 }
 
+double dissipativeLoss(double restitution) {
+  return makeContact(restitution).x;
+}
+
 double dissipativeDuration(double restitution) {
   static const double elastic = contactDuration(Contact{});
   return contactDuration(makeContact(restitution)) / elastic;

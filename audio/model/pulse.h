@@ -147,6 +147,10 @@ inline constexpr double kLowestRestitution = 0.05;
 /// 30 rad per contact duration, 3e-4 at 430. [any thread]
 double ruleTolerance(double bandwidth);
 
+/// The loss chi v0 of a contact of the given restitution: 0 at restitution 1, and the greater the
+/// less it is. See Pulse::dissipativeHertz(). [any thread]
+double dissipativeLoss(double restitution);
+
 /// Duration of a contact of the given restitution, as a multiple of the elastic one's at the same
 /// approach speed: >= 1, and 1 at restitution 1. See Pulse::dissipativeHertz(). [any thread]
 double dissipativeDuration(double restitution);

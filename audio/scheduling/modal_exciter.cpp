@@ -35,6 +35,16 @@ Vec3 normalAt(const SurfaceMesh& surface, const SurfacePoint& point) {
   return (b - a).cross(c - a).normalized();
 }
 
+/// Returns the displacement of a mode at the point, for a coordinate of 1, along a vector: the mean
+/// of its triangle's corners.
+double shapeAlong(const ModalModel& model, std::size_t mode, const SurfacePoint& point,
+                  const Vec3& vector) {
+  double along = 0.0;
+  for (std::size_t corner = 0; corner < point.vertices.size(); ++corner)
+    along += point.weights[corner] * model.shape(mode, point.vertices[corner]).dot(vector);
+  return along;
+}
+
 /// Returns what a contact adds to the decay rate (1/s) of each mode.
 std::vector<double> ratesOf(const ModalExciter::DampingContact& contact,
                             const ModalExciter::Source& source, double loss) {
@@ -43,9 +53,7 @@ std::vector<double> ratesOf(const ModalExciter::DampingContact& contact,
   const Vec3 normal = normalAt(set.model->surface, point);
   std::vector<double> rates(set.modes);
   for (std::size_t mode = 0; mode < set.modes; ++mode) {
-    double along = 0.0;
-    for (std::size_t corner = 0; corner < point.vertices.size(); ++corner)
-      along += point.weights[corner] * set.model->shape(mode, point.vertices[corner]).dot(normal);
+    const double along = shapeAlong(*set.model, mode, point, normal);
     rates[mode] = loss * contact.stiffness * along * along / (2.0 * set.pole[mode].imag());
   }
   return rates;
@@ -100,10 +108,9 @@ void ModalExciter::addModes(const Push& push, const SoundBody& body, const Sourc
   const SurfacePoint point = source.locator.nearest(toBody * (push.point - push.position) + origin);
   const Vec3 direction = toBody * push.direction;
   for (std::size_t mode = 0; mode < set.modes; ++mode) {
-    ContactMode met{.frequency = set.pole[mode].imag(), .decay = -set.pole[mode].real()};
-    for (std::size_t corner = 0; corner < point.vertices.size(); ++corner)
-      met.shape += point.weights[corner] * model.shape(mode, point.vertices[corner]).dot(direction);
-    modes.push_back(met);
+    modes.push_back({.frequency = set.pole[mode].imag(),
+                     .decay = -set.pole[mode].real(),
+                     .shape = shapeAlong(model, mode, point, direction)});
   }
 }
 
@@ -124,9 +131,7 @@ bool ModalExciter::strike(const ImpulseEvent& event, const SoundBody& body, cons
   excitation_.assign(source.resonators->modes, 0.0);
   bool any = false;
   for (std::size_t mode = 0; mode < excitation_.size(); ++mode) {
-    for (std::size_t corner = 0; corner < point.vertices.size(); ++corner)
-      excitation_[mode] +=
-          point.weights[corner] * model.shape(mode, point.vertices[corner]).dot(impulse);
+    excitation_[mode] = shapeAlong(model, mode, point, impulse);
     any = any || excitation_[mode] != 0.0;
   }
   return any;

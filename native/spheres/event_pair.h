@@ -47,12 +47,11 @@ inline std::array<ImpulseEvent, 2> eventsOf(const Side& first, const Side& secon
     event.bodyOrientation = body.orientation;
     event.bodyVelocity = body.velocity;
     event.bodyAngularVelocity = body.spin;
-    event.hasOtherPose = true;
-    event.otherPosition = other.position;
-    event.otherOrientation = other.orientation;
     return event;
   };
-  return {shareOf(first, second, 1.0), shareOf(second, first, -1.0)};
+  std::array shares = {shareOf(first, second, 1.0), shareOf(second, first, -1.0)};
+  exchangePoses(shares[0], shares[1]);
+  return shares;
 }
 
 }  // namespace carom::native

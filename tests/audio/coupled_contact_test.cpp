@@ -195,7 +195,7 @@ TEST(CoupledContact, GivesModesNoMoreThanApproaches) {
   }
 }
 
-// What modes without damping have taken is what the force has done on them.
+// Modes without damping keep all the work that the force has done on them.
 TEST(CoupledContact, ModesWithoutDampingKeepWhatTheyGet) {
   std::mt19937 random(3);
   std::vector<ContactMode> modes = randomModes(random, 20, 0.05);

@@ -16,7 +16,7 @@
 namespace carom::fuzz {
 namespace {
 
-/// What libmysofa finds in a file: mostly a set of measurements all around, of which any number,
+/// A file as libmysofa hands it over: mostly a set of measurements all around, of which any number,
 /// size or attribute may be wild. Owns what the file points to.
 class FileMaker {
  public:
