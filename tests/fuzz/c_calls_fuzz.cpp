@@ -208,8 +208,7 @@ class Host {
       : sound_(sound), world_(world), numbers_(numbers), library_(numbers) {}
 
   void run() {
-    for (std::size_t call = 0; call < kMostCalls && !numbers_.isEmpty(); ++call)
-      callOne();
+    callInAnyOrder(numbers_, kMostCalls, [this] { callOne(); });
   }
 
  private:

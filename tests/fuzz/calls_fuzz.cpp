@@ -21,8 +21,7 @@ class Host {
   Host(EventSound& sound, FuzzNumbers& numbers) : sound_(sound), numbers_(numbers) {}
 
   void run() {
-    for (std::size_t call = 0; call < kMostCalls && !numbers_.isEmpty(); ++call)
-      callOne();
+    callInAnyOrder(numbers_, kMostCalls, [this] { callOne(); });
   }
 
  private:
@@ -128,11 +127,7 @@ void call(FuzzNumbers& numbers) {
   } else {
     host.run();
   }
-  requireOneFateEach(sound->statistics());
-  (void)sound->close();
-  const SoundStatistics end = sound->statistics();
-  requireOneFateEach(end);
-  require(end.waiting == 0);
+  closeWithFates(*sound);
 }
 
 }  // namespace

@@ -81,12 +81,29 @@ class Puller {
   std::thread thread_;
 };
 
+/// Calls as long as the bytes last, `most` times at most.
+template <class Call>
+void callInAnyOrder(FuzzNumbers& numbers, std::size_t most, const Call& call) {
+  for (std::size_t made = 0; made < most && !numbers.isEmpty(); ++made)
+    call();
+}
+
 /// Requires that each share which was posted has one fate; see SoundStatistics.
 inline void requireOneFateEach(const SoundStatistics& of) {
   const std::uint64_t leftOut = of.inaudible + of.masked + of.stolen + of.overBudget + of.noBus +
                                 of.tooLong + of.ringsLeftOut + of.queueFaults;
   require(of.posted == of.silenced + of.skipped + of.immovable + of.rejected + of.heard + leftOut +
                            of.lost + of.waiting);
+}
+
+/// Closes a sound, and requires one fate of each share before and after: none waits any more.
+template <class AnySound>
+void closeWithFates(AnySound& sound) {
+  requireOneFateEach(sound.statistics());
+  (void)sound.close();
+  const SoundStatistics end = sound.statistics();
+  requireOneFateEach(end);
+  require(end.waiting == 0);
 }
 
 }  // namespace carom::fuzz

@@ -93,8 +93,7 @@ class Host {
 
   void run(bool isPulled) {
     isPulled_ = isPulled;
-    for (std::size_t call = 0; call < kMostCalls && !numbers_.isEmpty(); ++call)
-      callOne();
+    callInAnyOrder(numbers_, kMostCalls, [this] { callOne(); });
   }
 
  private:
@@ -290,11 +289,7 @@ void call(FuzzNumbers& numbers) {
   if (!sound) return require(!sound.error().message.empty());
   runHost(*world, *sound, numbers);
   if (numbers.rarely(32)) world.reset();
-  requireOneFateEach(sound->statistics());
-  (void)sound->close();
-  const SoundStatistics end = sound->statistics();
-  requireOneFateEach(end);
-  require(end.waiting == 0);
+  closeWithFates(*sound);
 }
 
 }  // namespace
