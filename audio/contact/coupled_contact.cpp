@@ -1,8 +1,10 @@
 #include "audio/contact/coupled_contact.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <complex>
+#include <limits>
 
 namespace carom::audio {
 namespace {
@@ -14,7 +16,7 @@ constexpr double kMostSteps = 1024.0;       ///< in the duration without modes
 constexpr double kStepAngle = 1.0;          ///< rad by which the fastest mode turns, at most
 constexpr double kLongestRun = 2048.0;      ///< steps until a run counts as over
 constexpr double kLongestTime = 0.02;       ///< s of a run, or four elastic durations
-constexpr std::size_t kLookEvery = 8;       ///< steps between looks whether the bodies have parted
+constexpr std::size_t kMostLeaps = 11;      ///< lengths of leaps: 2^0 to 2^10 steps
 constexpr double kImpulseTolerance = 1e-2;  ///< of the impulse, relative
 constexpr int kMostRuns = 6;                ///< of one impact, to find its damping
 constexpr int kMostIterations = 40;         ///< of Newton's method, which takes three
@@ -102,6 +104,8 @@ void CoupledContact::begin(const CoupledImpact& impact) {
   for (Numbers* numbers :
        {&inverse_, &turnRe_, &turnIm_, &pushRe_, &pushIm_, &re_, &im_, &nextRe_, &nextIm_})
     numbers->resize(count);
+  leaps_.clear();
+  slack_ = 1.0;
   for (Eigen::Index i = 0; i < count; ++i) {
     const ContactMode& mode = impact.modes[static_cast<std::size_t>(i)];
     const Complex pole(-mode.decay, mode.frequency);
@@ -113,6 +117,7 @@ void CoupledContact::begin(const CoupledImpact& impact) {
     pushRe_[i] = push.real();
     pushIm_[i] = push.imag();
     compliance_ += push.imag() * inverse_[i];
+    slack_ = std::max(slack_, std::hypot(1.0, mode.decay * inverse_[i]));
   }
   giveRe_ = turnRe_ * inverse_;
   giveIm_ = turnIm_ * inverse_;
@@ -154,7 +159,13 @@ void CoupledContact::run(const CoupledImpact& impact, double damping) {
     } else {
       if (isOpen) close(impact, end);
       isOpen = false;
-      if (n % kLookEvery == 0 && hasParted()) break;
+      const double idle = idleSteps();
+      if (idle >= static_cast<double>(mostSteps_ - n)) break;
+      if (idle >= 2.0) {
+        const std::size_t leap = leapBy(static_cast<std::size_t>(idle));
+        n += leap;
+        retreat = retreatOfModes();
+      }
     }
     lastForce = force;
   }
@@ -199,13 +210,44 @@ double CoupledContact::advanceModes(double force) {
   nextIm_ = turnRe_ * im_ + turnIm_ * re_ + force * pushIm_;
   re_.swap(nextRe_);
   im_.swap(nextIm_);
+  return retreatOfModes();
+}
+
+double CoupledContact::retreatOfModes() const {
   return (giveRe_ * im_ + giveIm_ * re_).sum();
 }
 
-/// True if the surface cannot swing back as far as the bodies have parted.
-bool CoupledContact::hasParted() const {
-  if (state_.speed > 0.0) return false;
-  return -state_.approach > ((re_.square() + im_.square()).sqrt() * inverse_).sum();
+/// Returns in how many steps from now the bodies, which are apart, cannot touch, whatever the
+/// phases of the modes: by how fast the surface may come, or how far. Infinity if they have parted
+/// for good.
+double CoupledContact::idleSteps() {
+  nextRe_ = (re_.square() + im_.square()).sqrt();
+  const double fastest = nextRe_.sum() * slack_ + state_.speed;       // m/s, towards each other
+  const double room = -state_.approach - (nextRe_ * inverse_).sum();  // m, beyond the modes' reach
+  if (fastest <= 0.0 || (room > 0.0 && state_.speed <= 0.0))
+    return std::numeric_limits<double>::infinity();
+  const double byReach = state_.speed > 0.0 ? room / state_.speed : 0.0;
+  return std::max(-state_.depth / fastest, byReach) / step_;
+}
+
+/// Moves bodies that are apart on by as many steps as the longest leap has that is not longer than
+/// `steps`, of at least 2. Returns how many.
+std::size_t CoupledContact::leapBy(std::size_t steps) {
+  const auto length = std::min<std::size_t>(std::bit_width(steps) - 1, kMostLeaps - 1);
+  if (leaps_.empty()) leaps_.push_back({turnRe_, turnIm_});
+  while (leaps_.size() <= length) {
+    const auto& [re, im] = leaps_.back();
+    leaps_.push_back({re.square() - im.square(), 2.0 * re * im});
+  }
+  const auto& [turnRe, turnIm] = leaps_[length];
+  nextRe_ = turnRe * re_ - turnIm * im_;
+  nextIm_ = turnRe * im_ + turnIm * re_;
+  re_.swap(nextRe_);
+  im_.swap(nextIm_);
+  const std::size_t taken = std::size_t{1} << length;
+  state_.approach += static_cast<double>(taken) * step_ * state_.speed;
+  state_.depth = state_.approach - (im_ * inverse_).sum();
+  return taken;
 }
 
 /// Enters what the touches so far have come to, of which the last one ends at `end` (s).

@@ -87,7 +87,9 @@ class CoupledContact {
   void fit(const CoupledImpact& impact);
   double forceTo(double freeDepth, double stiffness, double damping) const;
   double advanceModes(double force);
-  bool hasParted() const;
+  double retreatOfModes() const;
+  double idleSteps();
+  std::size_t leapBy(std::size_t steps);
   void close(const CoupledImpact& impact, double end);
 
   double step_ = 0.0;          // s
@@ -96,6 +98,10 @@ class CoupledContact {
 
   // By mode. A state is s (q' + d q + i w q), which turns as exp((-d + i w) t).
   using Numbers = Eigen::ArrayXd;
+  struct Turn {
+    Numbers re;
+    Numbers im;
+  };
   Numbers inverse_;  // 1/w
   Numbers turnRe_;   // of a step
   Numbers turnIm_;
@@ -107,6 +113,8 @@ class CoupledContact {
   Numbers im_;
   Numbers nextRe_;
   Numbers nextIm_;
+  std::vector<Turn> leaps_;  // of 2^n steps, as far as they were needed
+  double slack_ = 1.0;       // by how much a mode's speed may exceed its state
 
   State state_;
   double work_ = 0.0;  // J, done on the modes
