@@ -217,10 +217,11 @@ double CoupledContact::retreatOfModes() const {
   return (giveRe_ * im_ + giveIm_ * re_).sum();
 }
 
-/// Returns in how many steps from now the bodies, which are apart, cannot touch, whatever the
-/// phases of the modes: by how fast the surface may come, or how far. Infinity if they have parted
-/// for good.
+/// Returns in how many steps from now the bodies cannot touch, whatever the phases of the modes: by
+/// how fast the surface may come, or how far. 0 while there is a dent, of which a lossy contact may
+/// have let go; infinity if the bodies have parted for good.
 double CoupledContact::idleSteps() {
+  if (state_.depth > 0.0) return 0.0;
   nextRe_ = (re_.square() + im_.square()).sqrt();
   const double fastest = nextRe_.sum() * slack_ + state_.speed;       // m/s, towards each other
   const double room = -state_.approach - (nextRe_ * inverse_).sum();  // m, beyond the modes' reach

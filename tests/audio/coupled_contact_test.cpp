@@ -155,6 +155,20 @@ TEST(CoupledContact, AgreesWithDirectIntegration) {
   }
 }
 
+// A lossy contact lets go of a surface that recedes faster than its force can follow, while there
+// is still a dent, and takes hold again as the modes swing back.
+TEST(CoupledContact, TakesHoldAgainWhereALossyContactHasLetGo) {
+  const std::vector<ContactMode> modes = {{.frequency = 22610.0, .decay = 5.5, .shape = -0.438},
+                                          {.frequency = 40698.0, .decay = 396.0, .shape = -0.669}};
+  const CoupledImpact impact{
+      .stiffness = 5.6e9, .mass = 3.56, .speed = 0.2728, .impulse = 1.12, .modes = modes};
+  CoupledContact contact;
+  const ContactCourse course = contact.solve(impact);
+  DirectIntegration direct(impact, course.damping);
+  direct.run(4e-3, 2e-8);
+  EXPECT_NEAR(course.impulse, direct.impulse(), 2e-3 * direct.impulse());
+}
+
 // A heavy body on a light and lithe one touches several times.
 TEST(CoupledContact, TouchesAgainWhereTheSurfaceSwingsBack) {
   const std::vector<ContactMode> modes = {{.frequency = 6000.0, .decay = 10.0, .shape = 10.0}};
