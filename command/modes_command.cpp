@@ -51,6 +51,7 @@ nlohmann::ordered_json modesJson(const MeshAnalysis& analysis) {
     nlohmann::ordered_json entry;
     entry["frequency_hz"] = mode.frequency;
     entry["decay_rate_per_s"] = mode.decayRate;
+    entry["radiation_decay_rate_per_s"] = mode.radiation.decayRate;
     entry["volume_m2_per_sqrt_kg"] = mode.radiation.volume;
     entry["multipoles"] = mode.radiation.multipoles.size();
     object["modes"].push_back(std::move(entry));
@@ -72,8 +73,8 @@ std::string modesText(const MeshAnalysis& analysis) {
   text << model.name << ": " << model.material.name << ", " << std::setprecision(4) << model.mass
        << " kg, " << model.modes.size() << (model.modes.size() == 1 ? " mode" : " modes")
        << (analysis.isFromCache ? ", from the cache" : "") << "\n\n"
-       << "  mode   frequency    decay rate   60 dB in   radiates as\n"
-       << "                Hz           1/s          s\n";
+       << "  mode   frequency    decay rate   by sound   60 dB in   radiates as\n"
+       << "                Hz           1/s        1/s          s\n";
   text << std::fixed;
   for (std::size_t index = 0; index < model.modes.size(); ++index) {
     const Mode& mode = model.modes[index];
@@ -81,7 +82,7 @@ std::string modesText(const MeshAnalysis& analysis) {
     const auto order = static_cast<int>(std::lround(std::sqrt(static_cast<double>(count)))) - 1;
     text << std::setw(6) << index + 1 << std::setw(12) << std::setprecision(2) << mode.frequency
          << std::setw(14) << std::setprecision(3) << mode.decayRate << std::setw(11)
-         << decayTime(mode) << "   "
+         << mode.radiation.decayRate << std::setw(11) << decayTime(mode) << "   "
          << (count == 0 ? "monopole" : "multipoles to order " + std::to_string(order)) << '\n';
   }
   text << "\nleft out: " << model.leftOut.rigid << " rigid, " << model.leftOut.below

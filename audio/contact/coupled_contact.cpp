@@ -5,50 +5,69 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <optional>
 
 namespace carom::audio {
 namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double kFewestSteps = 48.0;       ///< in the duration without modes
+constexpr double kFewestSteps = 32.0;       ///< in the duration without modes
 constexpr double kMostSteps = 1024.0;       ///< in the duration without modes
-constexpr double kStepAngle = 1.0;          ///< rad by which the fastest mode turns, at most
-constexpr double kLongestRun = 2048.0;      ///< steps until a run counts as over
+constexpr double kStepAngle = 2.5;          ///< rad by which the fastest mode turns, at most
+constexpr double kLongestRun = 16384.0;     ///< steps until a run counts as over
 constexpr double kLongestTime = 0.02;       ///< s of a run, or four elastic durations
 constexpr std::size_t kMostLeaps = 11;      ///< lengths of leaps: 2^0 to 2^10 steps
 constexpr double kImpulseTolerance = 1e-2;  ///< of the impulse, relative
 constexpr int kMostRuns = 6;                ///< of one impact, to find its damping
 constexpr int kMostIterations = 40;         ///< of Newton's method, which takes three
-constexpr double kDepthTolerance = 1e-14;   ///< of a depth, relative
+/// Of a depth, relative: how far Newton's method may have moved last. It squares that.
+constexpr double kDepthTolerance = 1e-8;
+/// By how much more than rigid bodies would need the restitution is lowered, to come below the
+/// wanted one.
+constexpr double kReach = 1.2;
 
 /// Potential (J) of the contact at a depth (m).
 double potentialOf(double depth, double stiffness) {
   return depth > 0.0 ? 0.4 * stiffness * depth * depth * std::sqrt(depth) : 0.0;
 }
 
-/// The mean force over a change of depth: the discrete gradient of the potential.
-struct MeanForce {
+/// A force, and how it grows with the depth (m).
+struct Growing {
   double value = 0.0;
-  double slope = 0.0;  ///< by the depth at the end
+  double slope = 0.0;
+};
 
-  static MeanForce between(double begin, double end, double stiffness) {
-    if (begin <= 0.0 && end <= 0.0) return {};
-    if (begin <= 0.0 || end <= 0.0) {
-      const double change = end - begin;
-      const double atEnd = end > 0.0 ? stiffness * end * std::sqrt(end) : 0.0;
-      const double value = (potentialOf(end, stiffness) - potentialOf(begin, stiffness)) / change;
+/// The mean of the elastic force over a change of depth that begins at `begin`: the discrete
+/// gradient of the potential.
+class MeanForce {
+ public:
+  MeanForce(double begin, double stiffness)
+      : begin_(begin), root_(std::sqrt(std::max(begin, 0.0))), stiffness_(stiffness) {}
+
+  Growing to(double end) const {
+    if (begin_ <= 0.0 && end <= 0.0) return {};
+    if (begin_ <= 0.0 || end <= 0.0) {
+      const double change = end - begin_;
+      const double atEnd = end > 0.0 ? stiffness_ * end * std::sqrt(end) : 0.0;
+      const double value =
+          (potentialOf(end, stiffness_) - potentialOf(begin_, stiffness_)) / change;
       return {value, (atEnd - value) / change};
     }
     // The quotient of differences, without the factor in which both vanish.
-    const double a = std::sqrt(begin);
+    const double a = root_;
     const double b = std::sqrt(end);
-    const double sum = a + b;
-    const double above = (((b + a) * b + a * a) * b + a * a * a) * b + a * a * a * a;
-    const double slope = ((4.0 * b + 3.0 * a) * b + 2.0 * a * a) * b + a * a * a;
-    const double value = 0.4 * stiffness * above / sum;
-    return {value, (0.4 * stiffness * slope - value) / (2.0 * b * sum)};
+    const double above = (((b + a) * b + begin_) * b + begin_ * a) * b + begin_ * begin_;
+    const double slope = ((4.0 * b + 3.0 * a) * b + 2.0 * begin_) * b + begin_ * a;
+    const double inverse = 1.0 / (a + b);
+    const double value = 0.4 * stiffness_ * above * inverse;
+    return {value, (0.4 * stiffness_ * slope - value) * inverse / (2.0 * b)};
   }
+
+ private:
+  double begin_;
+  double root_;  // of begin_
+  double stiffness_;
 };
 
 }  // namespace
@@ -67,26 +86,34 @@ const ContactCourse& CoupledContact::solve(const CoupledImpact& impact) {
 }
 
 /// Runs the impact with such a damping that its impulse is the wanted one, or with none if that
-/// gives no more. The impulse falls as the damping grows.
+/// gives no more. The impulse falls as the damping grows, and about as the restitution does that
+/// the same damping leaves rigid bodies: it is that restitution that is looked for, by the rule of
+/// false position (Illinois).
 void CoupledContact::fit(const CoupledImpact& impact) {
+  struct Aim {
+    double restitution = 0.0;
+    double excess = 0.0;  // N s, of the impulse
+  };
+  std::optional<Aim> less;  // gives too little
+  std::optional<Aim> more;  // gives too much
   const double momentum = impact.mass * impact.speed;
-  const double restitution = impact.impulse / momentum - 1.0;
-  double low = 0.0;  // damping with which there is too much impulse
-  double lowExcess = 0.0;
-  double high = 0.0;  // damping with which there is too little
-  double highExcess = 0.0;
-  double aim = restitution;  // what a contact without modes would be given
+  double aim = std::min(impact.impulse / momentum - 1.0, 1.0);
   for (int runs = 0; runs < kMostRuns; ++runs) {
-    double damping = dissipativeLoss(aim) / impact.speed;
-    if (lowExcess > 0.0 && highExcess < 0.0)
-      damping = low + (high - low) * lowExcess / (lowExcess - highExcess);
-    run(impact, damping);
+    run(impact, aim < 1.0 ? dissipativeLoss(aim) / impact.speed : 0.0);
     const double excess = course_.impulse - impact.impulse;
-    const bool isMost = damping == 0.0 && excess <= 0.0;
-    if (isMost || std::abs(excess) <= kImpulseTolerance * impact.impulse) return;
-    (excess > 0.0 ? low : high) = damping;
-    (excess > 0.0 ? lowExcess : highExcess) = excess;
-    aim -= excess / momentum;
+    const bool isEnd = excess < 0.0 ? aim >= 1.0 : aim <= 0.0;
+    if (isEnd || std::abs(excess) <= kImpulseTolerance * impact.impulse) return;
+    std::optional<Aim>& side = excess < 0.0 ? less : more;
+    std::optional<Aim>& across = excess < 0.0 ? more : less;
+    if (side && across) across->excess *= 0.5;
+    side = {aim, excess};
+    if (!more)
+      aim = 1.0;
+    else if (!less)
+      aim = std::max(aim - kReach * excess / momentum, 0.0);
+    else
+      aim = less->restitution +
+            (more->restitution - less->restitution) * less->excess / (less->excess - more->excess);
   }
 }
 
@@ -130,16 +157,19 @@ void CoupledContact::run(const CoupledImpact& impact, double damping) {
   course_.nodes.clear();
   course_.damping = damping;
   course_.touches = 0;
+  course_.modes.assign(impact.modes.size(), 0.0);
   course_.energy = {.approach = 0.5 * impact.mass * impact.speed * impact.speed};
   double retreat = 0.0;  // m: how far the modes will have given way after a step without a force
   double end = 0.0;      // s, of the last step in which they touched
+  double forceBefore = 0.0;  // N, of the step before the last
   double lastForce = 0.0;
   bool isOpen = false;  // they have touched since the ledger was closed
   work_ = 0.0;
   for (std::size_t n = 0; n < mostSteps_; ++n) {
     const double begin = static_cast<double>(n) * step_;
     const double freeDepth = state_.approach + step_ * state_.speed - retreat;
-    const double force = forceTo(freeDepth, impact.stiffness, damping);
+    const double guess = std::max(2.0 * lastForce - forceBefore, 0.0);
+    const double force = forceTo(freeDepth, {impact.stiffness, damping}, guess);
     const State before = state_;
     state_.depth = freeDepth - compliance_ * force;
     state_.approach += step_ * (state_.speed - 0.5 * step_ * force / impact.mass);
@@ -167,6 +197,7 @@ void CoupledContact::run(const CoupledImpact& impact, double damping) {
         retreat = retreatOfModes();
       }
     }
+    forceBefore = lastForce;
     lastForce = force;
   }
   if (isOpen) close(impact, end);
@@ -176,26 +207,29 @@ void CoupledContact::run(const CoupledImpact& impact, double damping) {
 }
 
 /// Returns the force over the step that ends at `freeDepth` (m), less what the force takes from it.
-double CoupledContact::forceTo(double freeDepth, double stiffness, double damping) const {
+/// `guess` (N) is where to look first.
+double CoupledContact::forceTo(double freeDepth, const Law& law, double guess) const {
   const double begin = state_.depth;
   if (begin <= 0.0 && freeDepth <= 0.0) return 0.0;
-  const double rate = damping / step_;
+  const MeanForce mean(begin, law.stiffness);
+  const double rate = law.damping / step_;
   const auto forceAt = [&](double depth) {
-    const MeanForce elastic = MeanForce::between(begin, depth, stiffness);
-    const double loss = std::max(1.0 + rate * (depth - begin), 0.0);
-    return MeanForce{elastic.value * loss,
-                     elastic.slope * loss + (loss > 0.0 ? elastic.value * rate : 0.0)};
+    const Growing elastic = mean.to(depth);
+    const double loss = 1.0 + rate * (depth - begin);
+    if (loss <= 0.0) return Growing{};
+    return Growing{elastic.value * loss, elastic.slope * loss + elastic.value * rate};
   };
   // The end is where depth + compliance * force is freeDepth; both terms grow with the depth.
   double high = freeDepth;
-  double low = freeDepth - compliance_ * forceAt(freeDepth).value;
-  double depth = freeDepth;
+  double low = -std::numeric_limits<double>::infinity();
+  double depth = freeDepth - compliance_ * guess;
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
-    const MeanForce mean = forceAt(depth);
-    const double error = depth + compliance_ * mean.value - freeDepth;
+    const Growing force = forceAt(depth);
+    const double error = depth + compliance_ * force.value - freeDepth;
     (error > 0.0 ? high : low) = depth;
-    double next = depth - error / (1.0 + compliance_ * mean.slope);
-    if (!(next >= low && next <= high)) next = 0.5 * (low + high);
+    const double newton = depth - error / (1.0 + compliance_ * force.slope);
+    const double middle = std::isinf(low) ? high : 0.5 * (low + high);
+    const double next = newton >= low && newton <= high ? newton : middle;
     const double moved = std::abs(next - depth);
     depth = next;
     if (moved <= kDepthTolerance * (std::abs(begin) + std::abs(depth))) break;
@@ -258,12 +292,15 @@ void CoupledContact::close(const CoupledImpact& impact, double end) {
   ContactLedger& energy = course_.energy;
   energy.rigid = 0.5 * impact.mass * state_.speed * state_.speed;
   energy.modes = 0.0;
+  course_.modes.assign(impact.modes.size(), 0.0);
   for (Eigen::Index i = 0; i < re_.size(); ++i) {
     const ContactMode& mode = impact.modes[static_cast<std::size_t>(i)];
     if (mode.shape == 0.0) continue;
     const double rate = re_[i] - mode.decay * im_[i] * inverse_[i];
     const double stretched = im_[i] * std::hypot(1.0, mode.decay * inverse_[i]);
-    energy.modes += 0.5 * (rate * rate + stretched * stretched) / (mode.shape * mode.shape);
+    const double own = 0.5 * (rate * rate + stretched * stretched) / (mode.shape * mode.shape);
+    course_.modes[static_cast<std::size_t>(i)] = own;
+    energy.modes += own;
   }
   energy.damped = work_ - energy.modes;
 }

@@ -49,6 +49,7 @@ struct ContactCourse {
   double damping = 0.0;          ///< s/m: chi of the law
   std::size_t touches = 0;       ///< runs of contact: more than one if the surface swings back
   ContactLedger energy;
+  std::vector<double> modes;  ///< J, the parts of energy.modes
   /// True if the wanted impulse would take more energy than the modes leave: `impulse` is then the
   /// most that there is.
   bool energyBound = false;
@@ -82,10 +83,15 @@ class CoupledContact {
     double depth = 0.0;     // m: approach, less what the modes give way
   };
 
+  struct Law {
+    double stiffness = 0.0;  // N/m^(3/2)
+    double damping = 0.0;    // s/m
+  };
+
   void begin(const CoupledImpact& impact);
   void run(const CoupledImpact& impact, double damping);
   void fit(const CoupledImpact& impact);
-  double forceTo(double freeDepth, double stiffness, double damping) const;
+  double forceTo(double freeDepth, const Law& law, double guess) const;
   double advanceModes(double force);
   double retreatOfModes() const;
   double idleSteps();

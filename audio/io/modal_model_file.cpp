@@ -18,6 +18,8 @@ namespace {
 constexpr std::size_t kHeaderSize = kModalModelMagic.size() + sizeof(std::uint32_t);
 constexpr std::size_t kChecksumSize = sizeof(std::uint64_t);
 constexpr std::size_t kByteBits = 8;
+/// The version of the first files that say which part of a mode's decay is radiation.
+constexpr std::uint64_t kFirstWithRadiationDecay = 2;
 
 // ModelWriter and ModelReader have the same functions, so that one function for each structure
 // (codeBody and so on) both writes and reads it: each call codes its argument, or sets it.
@@ -183,11 +185,13 @@ void codeMultipole(ModelReader& archive, std::complex<double>& multipole) {
   multipole = {real, imaginary};
 }
 
-void codeModes(auto& archive, auto& modes) {
-  archive.count(modes, 3 * sizeof(double) + sizeof(std::uint64_t));
+void codeModes(auto& archive, auto& modes, std::uint64_t version) {
+  const bool hasRadiationDecay = version >= kFirstWithRadiationDecay;
+  archive.count(modes, (hasRadiationDecay ? 4 : 3) * sizeof(double) + sizeof(std::uint64_t));
   for (auto& mode : modes) {
     archive.number(mode.frequency);
     archive.number(mode.decayRate);
+    if (hasRadiationDecay) archive.number(mode.radiation.decayRate);
     archive.number(mode.radiation.volume);
     archive.count(mode.radiation.multipoles, 2 * sizeof(double));
     for (auto& multipole : mode.radiation.multipoles)
@@ -201,10 +205,10 @@ void codeShapes(auto& archive, auto& shapes) {
     archive.number(value);
 }
 
-void codeModel(auto& archive, auto& model) {
+void codeModel(auto& archive, auto& model, std::uint64_t version) {
   archive.section("body", [&](auto& inside) { codeBody(inside, model); });
   archive.section("surf", [&](auto& inside) { codeSurface(inside, model.surface); });
-  archive.section("mode", [&](auto& inside) { codeModes(inside, model.modes); });
+  archive.section("mode", [&](auto& inside) { codeModes(inside, model.modes, version); });
   archive.section("shap", [&](auto& inside) { codeShapes(inside, model.shapes); });
 }
 
@@ -215,8 +219,8 @@ std::uint64_t unsignedAt(std::span<const std::byte> bytes, std::size_t at, std::
   return value;
 }
 
-/// Returns why the frame around the sections is invalid; empty if it is valid.
-Status validateFrame(std::span<const std::byte> bytes) {
+/// Returns the version of a file whose frame around the sections is valid.
+Result<std::uint64_t> versionOf(std::span<const std::byte> bytes) {
   const auto begins = [&](std::string_view magic) {
     return bytes.size() >= magic.size() &&
            std::ranges::equal(bytes.first(magic.size()), magic, {}, {},
@@ -228,14 +232,14 @@ Status validateFrame(std::span<const std::byte> bytes) {
     return Error{"ends after " + std::to_string(bytes.size()) + " bytes; expected a whole model"};
   const std::uint64_t version =
       unsignedAt(bytes, kModalModelMagic.size(), sizeof kModalModelVersion);
-  if (version != kModalModelVersion) {
-    return Error{"is a modal model of version " + std::to_string(version) + "; expected version " +
-                 std::to_string(kModalModelVersion)};
+  if (version < 1 || version > kModalModelVersion) {
+    return Error{"is a modal model of version " + std::to_string(version) +
+                 "; expected version 1 to " + std::to_string(kModalModelVersion)};
   }
   const std::size_t content = bytes.size() - kChecksumSize;
   if (unsignedAt(bytes, content, kChecksumSize) != modalModelChecksum(bytes.first(content)))
     return Error{"is damaged or cut off: its checksum does not fit; expected it as it was written"};
-  return std::monostate{};
+  return version;
 }
 
 }  // namespace
@@ -248,7 +252,7 @@ Result<std::vector<std::byte>> encodedModalModel(const ModalModel& model) {
     bytes.push_back(static_cast<std::byte>(letter));
   ModelWriter writer(bytes);
   writer.number(kModalModelVersion);
-  codeModel(writer, model);
+  codeModel(writer, model, kModalModelVersion);
   writer.number(modalModelChecksum(bytes));
   return bytes;
 }
@@ -257,11 +261,12 @@ Result<ModalModel> decodedModalModel(std::span<const std::byte> bytes, std::stri
   const auto refuse = [name](const std::string& why) {
     return Error{std::string(name) + ": " + why};
   };
-  if (const Status valid = validateFrame(bytes); !valid) return refuse(valid.error().message);
+  const Result<std::uint64_t> version = versionOf(bytes);
+  if (!version) return refuse(version.error().message);
   ModelReader reader(bytes.subspan(kHeaderSize, bytes.size() - kHeaderSize - kChecksumSize),
                      kHeaderSize);
   ModalModel model;
-  codeModel(reader, model);
+  codeModel(reader, model, *version);
   reader.end();
   if (!reader.fault().empty()) return refuse(reader.fault());
   if (const Status valid = validate(model); !valid) return refuse(valid.error().message);

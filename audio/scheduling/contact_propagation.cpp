@@ -77,7 +77,7 @@ bool ContactPropagation::propagate(const ContactSource& source) {
     modalPeak_ = source.loudest == 0.0 ? exciter_.peak(*source.pulse, touchOf(source))
                                        : exciter_.peak(source.train);
   refusal_ = &SynthCounters::rejectedTooFar;
-  return clickPeak_ <= kLoudest && modalPeak_ <= kLoudest;
+  return clickPeak_ <= kLoudest && modalPeak_ <= kLoudest * source.ringShare;
 }
 
 ScheduledSound ContactPropagation::sound() const {

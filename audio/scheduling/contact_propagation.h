@@ -32,7 +32,8 @@ struct ContactSource {
   double ahead = 0.0;
   const RadiationBank::Mix* filters = nullptr;  ///< null: no click
   SampleShift shift = {};
-  bool rings = false;                     ///< the ModalExciter holds the strike's excitation
+  bool rings = false;      ///< the ModalExciter holds the strike's excitation
+  double ringShare = 1.0;  ///< of the impulse that the event has: what makes modes ring
   std::span<const PulseNode> train = {};  ///< nodes in place of the pulse
   /// N s, sum of the nodes that come at about the same time; 0 if the pulse bounds their loudness.
   double loudest = 0.0;

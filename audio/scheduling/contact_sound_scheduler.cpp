@@ -65,6 +65,7 @@ ContactSoundScheduler::ContactSoundScheduler(std::shared_ptr<const SoundPaths> p
       exciter_(paths_),
       bodies_(paths_, exciter_),
       durations_(settings_),
+      coupled_(settings_.sampleRate),
       propagation_(paths_, listeners_, exciter_),
       slides_(bodies_),
       noise_(paths_, listeners_),
@@ -77,6 +78,7 @@ void ContactSoundScheduler::removeBody(BodyId id) {
   bodies_.remove(id);
   exciter_.forgetContacts(id);
   slides_.forget(id);
+  coupled_.forget(id);
 }
 
 double ContactSoundScheduler::contactDuration(const ImpulseEvent& event) const {
@@ -116,7 +118,9 @@ void ContactSoundScheduler::scheduleImpulse(const ImpulseEvent& event, const Sam
     return;
   }
   const CoupledImpacts::Course* course = courseOf(event);
-  ContactSource source = sourceOf(event, body, course != nullptr ? course->rings : 1.0);
+  const double rings = course != nullptr ? course->rings : 1.0;
+  ContactSource source = sourceOf(event, body, rings);
+  source.ringShare = rings;
   source.duration = course != nullptr ? course->duration : duration;
   source.touch = duration;
   source.shift = shift;
@@ -207,8 +211,11 @@ void ContactSoundScheduler::damp(const ContactState& contact, const SampleShift&
     return;
   const std::int64_t sample = shifted(samplesOf(contact.time, 0.0, rate), shift).whole;
   for (const bool first : {true, false})
-    if (updateModes(contact, first, sample))
+    if (updateModes(contact, first, sample)) {
+      const BodyId body = first ? contact.body : contact.other;
+      coupled_.damp(body, contact.time, exciter_.addedDamping(body));
       sink.add({.excitations = exciter_.excitations(), .taps = exciter_.taps()});
+    }
 }
 
 /// Makes the change of damping of the contact's first body, or of the other one, the exciter's only

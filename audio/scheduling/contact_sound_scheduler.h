@@ -76,7 +76,7 @@ class ContactSoundScheduler {
   double lastPeak() const { return propagation_.peak(); }
   const SoundPaths& paths() const { return *paths_; }
   const SynthCounters& counters() const { return counters_; }
-  const ContactEnergy& contactEnergy() const { return coupled_.energy(); }
+  ContactEnergy contactEnergy(double time) const { return coupled_.energyAt(time); }
   /// Sets the counters back to earlier ones: what was scheduled since is counted elsewhere.
   void setCounters(const SynthCounters& earlier) { counters_ = earlier; }
   double leadTime(double contactDuration) const;            ///< as Synth::leadTime

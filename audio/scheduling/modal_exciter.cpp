@@ -231,6 +231,18 @@ void ModalExciter::forgetContacts(BodyId body) {
   });
 }
 
+std::span<const double> ModalExciter::addedDamping(BodyId body) {
+  added_.clear();
+  for (auto at = dampers_.lower_bound({body, 0}); at != dampers_.end(); ++at) {
+    if (at->first.first != body) break;
+    const std::vector<double>& rates = at->second.rates;
+    added_.resize(std::max(added_.size(), rates.size()), 0.0);
+    for (std::size_t mode = 0; mode < rates.size(); ++mode)
+      added_[mode] += rates[mode];
+  }
+  return added_;
+}
+
 void ModalExciter::addDamping(BodyId body, const ResonatorSet& set, std::int64_t first) {
   ModalExcitation excitation;
   excitation.drive.first = first;
@@ -239,12 +251,9 @@ void ModalExciter::addDamping(BodyId body, const ResonatorSet& set, std::int64_t
   excitation.count = set.padded;
   taps_.assign(2 * set.padded, 0.0);
   const double rate = paths_->settings.sampleRate;
+  const std::span<const double> added = addedDamping(body);
   for (std::size_t mode = 0; mode < set.modes; ++mode) {
-    double decay = -set.pole[mode].real();
-    for (auto at = dampers_.lower_bound({body, 0}); at != dampers_.end(); ++at) {
-      if (at->first.first != body) break;
-      if (mode < at->second.rates.size()) decay += at->second.rates[mode];
-    }
+    double decay = -set.pole[mode].real() + (mode < added.size() ? added[mode] : 0.0);
     const double most = kMostDamping * set.pole[mode].imag();
     if (!(decay < most)) decay = most;  // also where it is no number
     const TwoPole two = TwoPole::of(set.pole[mode].imag(), decay, rate);

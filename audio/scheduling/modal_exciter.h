@@ -101,6 +101,9 @@ class ModalExciter {
   /// excitation. Returns false if there is no change that counts.
   bool updateContact(const DampingContact& contact, const Source& source, std::int64_t first);
   void forgetContacts(BodyId body);
+  /// What all lasting contacts of a body add to the decay rates (1/s) of its modes, as of the last
+  /// change.
+  std::span<const double> addedDamping(BodyId body);
 
   /// Upper bound in Pa of the excitations so far, for a contact of that pulse and duration (s).
   double peak(const Pulse& pulse, double duration);
@@ -126,6 +129,7 @@ class ModalExciter {
     std::vector<double> rates;  // 1/s, one for each mode
   };
   std::map<std::pair<BodyId, BodyId>, Damper> dampers_;
+  std::vector<double> added_;     // 1/s, by mode: addedDamping
   std::vector<double> response_;  // response of an ear
 
   // The state of the current event.

@@ -101,8 +101,8 @@ double Synth::sampleRate() const {
 SynthCounters Synth::counters() const {
   return impl_->counters();
 }
-ContactEnergy Synth::contactEnergy() const {
-  return impl_->scheduler_.contactEnergy();
+ContactEnergy Synth::contactEnergy(double time) const {
+  return impl_->scheduler_.contactEnergy(time);
 }
 std::size_t Synth::pendingClicks() const {
   return impl_->renderer_.pendingClicks();

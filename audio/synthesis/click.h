@@ -16,6 +16,8 @@ namespace carom::audio {
 /// Largest number of nodes by which a pulse is sampled; one that needs more is sampled as a long
 /// pulse.
 inline constexpr std::size_t kMostNodes = 48;
+/// Largest number of nodes of an impact that has a course of its own.
+inline constexpr std::size_t kMostImpactNodes = 256;
 
 /// Sum of the magnitudes of a block of samples (Pa) from which on it can be no sound.
 inline constexpr double kNoSound = 1e30;

@@ -88,7 +88,8 @@ void ClickRenderer::makeRoom() {
   Click longestClick;
   longestClick.samples = static_cast<std::uint32_t>(longest) + 2 * kSpreadWidth;
   reserveScratch(longestClick);
-  mostNodes_ = std::min(capacity_->nodes, std::size_t{longestClick.samples});
+  const std::size_t longestTrain = std::max<std::size_t>(longestClick.samples, kMostImpactNodes);
+  mostNodes_ = std::min(capacity_->nodes, longestTrain);
   sampler_.reserve(std::max(kMostNodes, mostNodes_), longestClick.samples);
   const auto& longestChain =
       *std::ranges::max_element(paths_->chains, {}, [](const auto& chain) { return chain.size(); });
@@ -117,10 +118,9 @@ void ClickRenderer::add(const ScheduledSound& sound) {
   if (!sound.train.empty() && !(sound.clicks.empty() && sound.excitations.empty())) {
     const bool isTooLong = capacity_ && sound.train.size() > mostNodes_;
     if (!isTooLong) kept.train = keptTrain(sound);
-    if (isTooLong || kept.train.empty()) {
-      ++counters_.slidesLeftOut;
-      return;
-    }
+    if (isTooLong || kept.train.empty())
+      return leaveOut(isTooLong ? &SynthCounters::tooLong : &SynthCounters::overBudget,
+                      sound.isEvent);
   }
   if (!kept.clicks.empty()) addClicks(kept);
   kept.isEvent = sound.isEvent && sound.clicks.empty();

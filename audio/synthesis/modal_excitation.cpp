@@ -103,13 +103,17 @@ ResonatorSet::ResonatorSet(std::shared_ptr<const ModalModel> ofModel, const Synt
       a1(padded),
       a2(padded),
       pole(modes),
+      radiated(modes),
       dimming(modes, 1.0),
       rest(modes) {
   const RestFit& fit = restFit(settings.comparison.sampling);
+  const double thinner = settings.medium.density / model->medium.density;
   for (std::size_t mode = 0; mode < modes; ++mode) {
     const double omega = 2.0 * std::numbers::pi * model->modes[mode].frequency;
     const double sampleRate = settings.sampleRate;
-    const double decay = model->modes[mode].decayRate;
+    const double inModelsMedium = model->modes[mode].radiation.decayRate;
+    const double decay = model->modes[mode].decayRate + (thinner - 1.0) * inModelsMedium;
+    radiated[mode] = thinner * inModelsMedium;
     pole[mode] = {-decay, std::sqrt((omega - decay) * (omega + decay))};
     const TwoPole two = TwoPole::of(pole[mode].imag(), decay, sampleRate);
     a1[mode] = two.a1;

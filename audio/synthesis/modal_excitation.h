@@ -36,6 +36,7 @@ struct ResonatorSet {
   std::vector<double> a1;
   std::vector<double> a2;
   std::vector<std::complex<double>> pole;  ///< rad/s: -decay + i w damped, one for each mode
+  std::vector<double> radiated;            ///< 1/s: the part of the decay that is sound
   /// Factor by which spreading the pulse on the samples (spreadKernel) attenuates each mode.
   std::vector<std::complex<double>> dimming;
   /// Correction for the errors that a mode's resonator, while it is driven, has below and above its

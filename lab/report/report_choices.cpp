@@ -194,6 +194,9 @@ class Grid {
   }
 
   void addModes() {
+    ReportChoice pressed = variant(VariantGroup::modes, "pressed", "modes do not give way");
+    pressed.ringing = RingingContact::pressed;
+    add(pressed);
     for (const std::size_t most : kModes) {
       const std::string number = std::to_string(most);
       ReportChoice choice = variant(VariantGroup::modes, "modes_" + number,
@@ -299,6 +302,7 @@ Scene sceneOf(const Scene& scene, const ReportChoice& choice) {
   result.sound.comparison.sampling = choice.sampling;
   result.sound.comparison.radiation = choice.radiation;
   result.sound.doppler = choice.doppler;
+  result.sound.ringingContact = choice.ringing;
   result.mostModes = choice.mostModes;
   if (!choice.jello) return result;
   for (SceneBody& body : result.bodies)
@@ -330,6 +334,7 @@ std::vector<std::pair<std::string, std::variant<std::string, double, bool>>> nam
   word("sampling", samplingName(choice.sampling));
   word("radiation", radiationName(choice.radiation));
   names.emplace_back("doppler", choice.doppler);
+  word("ringing", ringingName(choice.ringing));
   if (choice.mostModes) names.emplace_back("modes", static_cast<double>(*choice.mostModes));
   return names;
 }

@@ -379,7 +379,8 @@ Json infoJson(const Scene& scene) {
           {"sound",
            {{"pulse", pulseName(scene.sound.comparison.pulse, scene.sound.dissipative)},
             {"sampling", samplingName(scene.sound.comparison.sampling)},
-            {"radiation", radiationName(scene.sound.comparison.radiation)}}},
+            {"radiation", radiationName(scene.sound.comparison.radiation)},
+            {"ringing", ringingName(scene.sound.ringingContact)}}},
           {"stepper", stepper},
           {"plan", planJson(makePlan(scene))}};
 }
@@ -413,12 +414,32 @@ std::string renderText(const RenderReport& report) {
 }
 
 Json energyJson(const ContactEnergy& energy) {
-  const double parts = energy.parting + energy.modes + energy.damped + energy.contacts;
+  RingEnergy all = energy.removed;
+  Json bodies = Json::array();
+  for (const RingEnergy& body : energy.bodies) {
+    bodies.push_back({{"body", body.body},
+                      {"modes_J", body.given},
+                      {"damped_J", body.absorbed},
+                      {"radiated_J", body.radiated},
+                      {"remaining_J", body.remaining}});
+    all.absorbed += body.absorbed;
+    all.radiated += body.radiated;
+    all.remaining += body.remaining;
+  }
+  const double damped = energy.damped + all.absorbed;
+  const double parts = energy.parting + energy.contacts + damped + all.radiated + all.remaining;
   const double error = energy.approach > 0.0 ? parts / energy.approach - 1.0 : 0.0;
-  return {{"impacts", energy.impacts},     {"bound", energy.bound},
-          {"approach_J", energy.approach}, {"parting_J", energy.parting},
-          {"contacts_J", energy.contacts}, {"modes_J", energy.modes},
-          {"damped_J", energy.damped},     {"balance_error", error}};
+  return {{"impacts", energy.impacts},
+          {"bound", energy.bound},
+          {"approach_J", energy.approach},
+          {"parting_J", energy.parting},
+          {"contacts_J", energy.contacts},
+          {"modes_J", energy.modes},
+          {"damped_J", damped},
+          {"radiated_J", all.radiated},
+          {"remaining_J", all.remaining},
+          {"balance_error", error},
+          {"bodies", bodies}};
 }
 
 Json renderJson(const RenderReport& report) {

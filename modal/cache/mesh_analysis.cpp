@@ -18,7 +18,7 @@ using namespace modal;
 namespace {
 
 /// Raised whenever anything in modal/ gives other numbers than before.
-constexpr std::uint64_t kAnalysisVersion = 1;
+constexpr std::uint64_t kAnalysisVersion = 2;
 
 /// Rough share of the modes in the time of an analysis; radiation takes the rest.
 constexpr double kOfModes = 0.3;
@@ -115,6 +115,7 @@ Result<MeshAnalysis> analysed(const SurfaceMesh& mesh, const Material& material,
       computeRadiation(model, *settings.radiation, partOf(progress, kOfModes, 1.0));
   if (!radiation) return radiation.error();
   analysis->radiation = *radiation;
+  addRadiationDamping(model);
   return analysis;
 }
 

@@ -274,9 +274,26 @@ Result<RadiationReport> computeRadiation(ModalModel& model, const RadiationSetti
     if (progress && !progress("radiation", done)) return Error{kCancelled};
     radiation.compute(mode, settings.maxOrder, found[mode], report);
   }
-  for (std::size_t mode = 0; mode < found.size(); ++mode)
+  for (std::size_t mode = 0; mode < found.size(); ++mode) {
+    model.modes[mode].decayRate -= model.modes[mode].radiation.decayRate;
     model.modes[mode].radiation = std::move(found[mode]);
+  }
   return report;
+}
+
+double radiatedDecay(const Mode& mode, const Medium& medium) {
+  const double omega = 2.0 * std::numbers::pi * mode.frequency;
+  return omega * omega * powerOf(mode.radiation.multipoles) /
+         (2.0 * medium.density * medium.speedOfSound);
+}
+
+void addRadiationDamping(ModalModel& model) {
+  for (Mode& mode : model.modes) {
+    const double most = std::numbers::pi * mode.frequency;
+    const double radiated = radiatedDecay(mode, model.medium);
+    mode.radiation.decayRate = std::clamp(most - mode.decayRate, 0.0, radiated);
+    mode.decayRate += mode.radiation.decayRate;
+  }
 }
 
 }  // namespace carom::modal

@@ -12,7 +12,8 @@ namespace carom::modal {
 /// the mean of each triangle's corners. [any thread]
 void findVolumes(ModalModel& model);
 
-/// Fills in `radiation` (defined at ModeRadiation) of every mode, for the air (or other fluid) of
+/// Fills in `radiation` (defined at ModeRadiation) of every mode but its decay rate, of which the
+/// mode's own then has no part, for the air (or other fluid) of
 /// `model.medium` around a body that is alone and at rest. Each mode takes one steady solution
 /// outside, at its own frequency (ExteriorSolver), then
 ///
@@ -36,5 +37,15 @@ void findVolumes(ModalModel& model);
 /// allocates; 800 panels and 60 modes take 25 s.
 Result<RadiationReport> computeRadiation(ModalModel& model, const RadiationSettings& settings = {},
                                          const Progress& progress = {});
+
+/// Returns the rate (1/s) at which a mode's amplitude falls by the sound it radiates into `medium`,
+/// from its multipoles; 0 without. Its power w^4 Q^2 / (2 rho0 c) sum |c_lm|^2 is taken from its
+/// energy w^2 Q^2 / 2: first order of perturbation, for losses that are small in a period.
+/// [any thread]
+double radiatedDecay(const Mode& mode, const Medium& medium);
+
+/// Adds what a model's modes radiate to their decay rates, which have none of it yet, up to half of
+/// critical damping. [any thread]
+void addRadiationDamping(ModalModel& model);
 
 }  // namespace carom::modal

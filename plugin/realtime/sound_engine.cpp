@@ -35,10 +35,12 @@ constexpr double kTrainsQueued = 0.06;
 /// Levels of noise that can cross at once: a step of the world may be many of its mechanics.
 constexpr std::size_t kLevelsQueued = 64;
 
-/// Number of nodes in so many seconds, of both bodies of each sliding contact.
+/// Number of nodes in so many seconds, of both bodies of each sliding contact, and of impacts on as
+/// many bodies as may ring.
 std::size_t nodesOf(const SoundSettings& settings, double seconds) {
   const auto bodies = 2.0 * static_cast<double>(settings.budget.slidingContacts);
-  return static_cast<std::size_t>(std::ceil(bodies * settings.synth.sampleRate * seconds));
+  const double ofSlides = std::ceil(bodies * settings.synth.sampleRate * seconds);
+  return static_cast<std::size_t>(ofSlides) + kMostImpactNodes * settings.budget.ringingBodies;
 }
 
 RendererCapacity rendererCapacity(const SoundSettings& settings) {

@@ -10,7 +10,7 @@ using namespace audio;
 
 void StepSounds::noteLoudness(const ScheduledSound& sound) {
   const double peak = std::max(sound.peak, sound.modalPeak);
-  if (!sound.train.empty() || !(peak > 0.0)) return;
+  if (!sound.isEvent || !(peak > 0.0)) return;
   std::int64_t first = std::numeric_limits<std::int64_t>::max();
   for (const Click& click : sound.clicks)
     first = std::min(first, click.first);
@@ -73,17 +73,23 @@ void StepSounds::keepLoudest(std::size_t events, std::uint64_t& eventsLeftOut) {
   compact();
 }
 
-/// Moves the clicks of the events together; the nodes of the few slides stay where they are.
+/// Moves the clicks and nodes of the events together.
 void StepSounds::compact() {
   std::size_t end = 0;
+  std::size_t endOfNodes = 0;
   for (Event& event : events_) {
     const auto first = static_cast<std::ptrdiff_t>(event.first);
     const auto to = static_cast<std::ptrdiff_t>(end);
     std::copy_n(clicks_.begin() + first, event.count, clicks_.begin() + to);
     if (!ears_.empty()) std::copy_n(ears_.begin() + first, event.count, ears_.begin() + to);
+    std::copy_n(nodes_.begin() + static_cast<std::ptrdiff_t>(event.firstNode), event.nodes,
+                nodes_.begin() + static_cast<std::ptrdiff_t>(endOfNodes));
     event.first = end;
     end += event.count;
+    event.firstNode = endOfNodes;
+    endOfNodes += event.nodes;
   }
+  nodes_.resize(endOfNodes);
   clicks_.resize(end);
   if (!ears_.empty()) ears_.resize(end);
 }

@@ -46,7 +46,7 @@ class StepSounds final : public audio::SoundSink {
     std::size_t first = 0;      // its first click in clicks_
     std::size_t count = 0;      // number of its clicks
     std::size_t firstNode = 0;  // in nodes_
-    std::size_t nodes = 0;      // 0: it is no step of a slide
+    std::size_t nodes = 0;      // 0: its clicks have a pulse
     bool isEvent = false;
   };
   void noteLoudness(const audio::ScheduledSound& sound);

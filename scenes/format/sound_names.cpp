@@ -30,4 +30,8 @@ const char* radiationName(Radiation radiation) {
   return radiation == Radiation::compact ? "compact" : "exact";
 }
 
+const char* ringingName(RingingContact ringing) {
+  return ringing == RingingContact::coupled ? "coupled" : "pressed";
+}
+
 }  // namespace carom::scenes

@@ -11,5 +11,6 @@ const char* nameOf(PulseShape shape);
 const char* pulseName(PulseShape pulse, bool dissipative);
 const char* samplingName(Sampling sampling);
 const char* radiationName(Radiation radiation);
+const char* ringingName(RingingContact ringing);
 
 }  // namespace carom::scenes

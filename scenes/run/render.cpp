@@ -227,7 +227,7 @@ Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& option
   report.limiter = isLimited(options);
   report.gainReduction = files->sound.gainReduction();
   report.synth = sound->synth().counters();
-  report.energy = sound->synth().contactEnergy();
+  report.energy = sound->synth().contactEnergy(sound->synth().time());
   leaveOutCounted(report.plan, report.synth.inaudible, "inaudible_clicks",
                   "clicks stay below the threshold of hearing at every listener");
   leaveOutCounted(report.plan, report.synth.inaudibleSlides, "inaudible_slides",

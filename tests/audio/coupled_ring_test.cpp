@@ -113,7 +113,7 @@ TEST(CoupledRing, BothSharesAreOneImpactInTheBooks) {
   exchangePoses(ball, floor);
   synth.schedule(ball);
   synth.schedule(floor);
-  const ContactEnergy energy = synth.contactEnergy();
+  const ContactEnergy energy = synth.contactEnergy(1.0);
   EXPECT_EQ(energy.impacts, 1U);
   EXPECT_EQ(energy.bound, 1U) << "an elastic impulse leaves the modes nothing";
   EXPECT_NEAR(energy.approach, 0.5 * drop.mass() * drop.speed * drop.speed, 1e-12);
@@ -137,7 +137,7 @@ TEST(CoupledRing, OfImpactsBeyondAllMeasureIsFinite) {
         synth.schedule(event);
         for (const double sample : renderMono(synth, 960))
           ASSERT_TRUE(std::isfinite(sample)) << speed << " m/s, " << mass << " kg, " << share;
-        const ContactEnergy energy = synth.contactEnergy();
+        const ContactEnergy energy = synth.contactEnergy(1.0);
         ASSERT_LE(energy.modes, energy.approach * (1.0 + 1e-9));
       }
 }
@@ -155,7 +155,7 @@ TEST(CoupledRing, OfSomethingTinyIsThatOfARigidContact) {
   one.schedule(floorShare(drop));
   other.schedule(floorShare(drop));
   EXPECT_EQ(renderMono(one, 2400), renderMono(other, 2400));
-  EXPECT_EQ(one.contactEnergy().impacts, 0U);
+  EXPECT_EQ(one.contactEnergy(1.0).impacts, 0U);
 }
 
 }  // namespace carom::test

@@ -31,8 +31,9 @@ ModalModel chime() {
   model.surface.vertices = {Vec3(0.1, 0.2, 0.3), Vec3(-0.1, 0.0, 1e-300), Vec3(0.0, 0.4, -0.0),
                             Vec3(5e-324, -0.2, 0.1)};
   model.surface.triangles = {{0, 1, 2}, {3, 2, 1}};
-  model.modes = {{20.0, 0.0, {}},
-                 {440.0 / 3.0, 0.7, {-1e-3, {{1.0, -2.0}, {0.5, 0.25}, {-0.0, 3.0}, {4.0, 1e-9}}}}};
+  model.modes = {
+      {20.0, 0.0, {}},
+      {440.0 / 3.0, 0.7, {-1e-3, {{1.0, -2.0}, {0.5, 0.25}, {-0.0, 3.0}, {4.0, 1e-9}}, 0.3}}};
   for (int value = 0; value < 24; ++value)
     model.shapes.push_back(static_cast<float>(value - 11) / 7.0F);
   model.medium = {1.19, 344.5};
@@ -78,6 +79,7 @@ void expectSame(const ModalModel& one, const ModalModel& other) {
   for (std::size_t mode = 0; mode < one.modes.size(); ++mode) {
     EXPECT_TRUE(same(one.modes[mode].frequency, other.modes[mode].frequency));
     EXPECT_TRUE(same(one.modes[mode].decayRate, other.modes[mode].decayRate));
+    EXPECT_TRUE(same(one.modes[mode].radiation.decayRate, other.modes[mode].radiation.decayRate));
     EXPECT_TRUE(same(one.modes[mode].radiation.volume, other.modes[mode].radiation.volume));
     EXPECT_TRUE(std::ranges::equal(one.modes[mode].radiation.multipoles,
                                    other.modes[mode].radiation.multipoles,
@@ -136,6 +138,26 @@ TEST(ModalModelFile, TakesAModelWithoutModes) {
   expectSame(*read, silent);
 }
 
+// A file of version 1 has no part of the decay that is sound: the third number of each mode.
+TEST(ModalModelFile, ReadsVersion1) {
+  ModalModel model = chime();
+  model.modes[1].radiation.decayRate = 0.0;
+  std::vector<std::byte> bytes = *encodedModalModel(model);
+  bytes[8] = std::byte{1};
+  const std::size_t length = lengthAt(bytes, "mode");
+  const auto third = [&](std::size_t mode) {
+    return bytes.begin() + static_cast<std::ptrdiff_t>(mode + 2 * sizeof(double));
+  };
+  const std::size_t first = length + 2 * sizeof(std::uint64_t);
+  const std::size_t second = first + 5 * sizeof(double);
+  for (const std::size_t mode : {second, first})
+    bytes.erase(third(mode), third(mode) + sizeof(double));
+  bytes[length] = std::byte(std::to_integer<unsigned>(bytes[length]) - 2U * sizeof(double));
+  const auto read = decodedModalModel(sealed(bytes), "old");
+  ASSERT_TRUE(read) << read.error().message;
+  expectSame(*read, model);
+}
+
 // The expected bytes are typed by hand from docs/model_file.md.
 TEST(ModalModelFile, IsLaidOutAsDocumented) {
   ModalModel model;
@@ -155,7 +177,7 @@ TEST(ModalModelFile, IsLaidOutAsDocumented) {
                            tall('\xE0', '\x3F') + zeros(16) + one + zeros(3 * 8 + 9 * 8) + one +
                            two + '\x06' + zeros(15);
   ASSERT_EQ(body.size(), 0xC9u);
-  const std::string content = "caromode" + ('\x01' + zeros(3)) + "body" + ('\xC9' + zeros(7)) +
+  const std::string content = "caromode" + ('\x02' + zeros(3)) + "body" + ('\xC9' + zeros(7)) +
                               body + "surf" + ('\x28' + zeros(7)) + ('\x01' + zeros(7)) +
                               zeros(24) + zeros(8) + "mode" + ('\x08' + zeros(7)) + zeros(8) +
                               "shap" + ('\x08' + zeros(7)) + zeros(8);
@@ -201,8 +223,8 @@ TEST(ModalModelFile, SaysWhatIsWrong) {
   EXPECT_THAT(refusal({}), HasSubstr("is no modal model; expected a file that begins with"));
 
   std::vector<std::byte> newer = bytes;
-  newer[8] = std::byte{2};
-  EXPECT_THAT(refusal(newer), HasSubstr("is a modal model of version 2; expected version 1"));
+  newer[8] = std::byte{3};
+  EXPECT_THAT(refusal(newer), HasSubstr("is a modal model of version 3; expected version 1 to 2"));
 
   std::vector<std::byte> damaged = bytes;
   damaged[40] ^= std::byte{1};

@@ -23,9 +23,16 @@ namespace {
 
 const Listener kSeat{"seat", {0.0, 0.0, 1.0}};
 
+/// The ring of a force that the modes do not change.
+SynthSettings pressed() {
+  SynthSettings settings;
+  settings.ringingContact = RingingContact::pressed;
+  return settings;
+}
+
 /// Returns a synth in which the floor rings and the ball is silent, since its click is left out.
 Synth floorRings(const BallDrop& drop, const std::vector<Tone>& tones,
-                 const SynthSettings& settings = {}, const Listener& listener = kSeat) {
+                 const SynthSettings& settings = pressed(), const Listener& listener = kSeat) {
   Synth synth = *Synth::create(settings, {listener});
   SoundBody floor = drop.floor();
   floor.modal = boxOf(tones);

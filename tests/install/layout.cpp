@@ -83,6 +83,7 @@ void printSound() {
   LAYOUT(ComparisonSettings);
   LAYOUT(SynthSettings);
   LAYOUT(ContactEnergy);
+  LAYOUT(RingEnergy);
   LAYOUT(SynthCounters);
   LAYOUT(Synth);
   LAYOUT(LimiterSettings);

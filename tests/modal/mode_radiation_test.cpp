@@ -103,6 +103,52 @@ TEST(ModeRadiation, SphereThatBreathesSwingsAndFlattensIsTheClosedForm) {
   }
 }
 
+// The resistance of a sphere's surface for a velocity P_n is rho0 c / ((k a)^2 |h_n'(k a)|^2), by
+// the Wronskian (Morse and Ingard, Theoretical Acoustics, section 7.2). It takes half of its square
+// velocity as power, twice its rate of the mode's energy.
+TEST(ModeRadiation, SphereLosesWhatTheResistanceOfTheAirTakes) {
+  const double radius = 0.05;
+  const double material = 0.5;  // 1/s
+  for (const double ka : {0.3, 1.0, kPi}) {
+    ModalModel model = modelOf(ellipsoidMesh(Vec3::Constant(radius), 4));
+    const double k = ka / radius;
+    addMode(model, frequencyOf(model, k), [](const Vec3& at) { return Vec3(at.normalized()); });
+    addMode(model, frequencyOf(model, k), [](const Vec3&) { return Vec3(Vec3::UnitZ()); });
+    addMode(model, frequencyOf(model, k), [](const Vec3& at) {
+      return Vec3(at.normalized() * test::legendrePolynomial(2u, at.normalized().z()));
+    });
+    for (Mode& mode : model.modes)
+      mode.decayRate = material;
+    radiate(model);
+    addRadiationDamping(model);
+    for (int n = 0; n <= 2; ++n) {
+      const auto order = static_cast<unsigned>(n);
+      const Complex here(test::sphericalBessel(order, ka), -test::sphericalNeumann(order, ka));
+      const Complex above(test::sphericalBessel(order + 1, ka),
+                          -test::sphericalNeumann(order + 1, ka));
+      const double slope = std::abs(n / ka * here - above);
+      const double square = 4.0 * kPi * radius * radius / (2.0 * n + 1.0);
+      const double lost = 0.5 * kAir * 343.0 * square / (ka * ka * slope * slope);
+      const Mode& mode = model.modes[static_cast<std::size_t>(n)];
+      EXPECT_NEAR(mode.radiation.decayRate, lost, 0.02 * (n + 1) * lost) << n << " at " << ka;
+      EXPECT_DOUBLE_EQ(mode.decayRate, material + mode.radiation.decayRate);
+    }
+    radiate(model);
+    EXPECT_NEAR(model.modes[0].decayRate, material, 1e-9) << "computed anew, it has none of it yet";
+  }
+}
+
+// Modes that would lose more than perturbation allows keep half of critical damping.
+TEST(ModeRadiation, DampingByRadiationStaysBelowCritical) {
+  ModalModel model = modelOf(ellipsoidMesh(Vec3::Constant(0.05), 2));
+  addMode(model, 500.0, [](const Vec3& at) { return Vec3(100.0 * at.normalized()); });
+  radiate(model);
+  addRadiationDamping(model);
+  EXPECT_GT(radiatedDecay(model.modes[0], model.medium), 2.0 * kPi * 500.0);
+  EXPECT_NEAR(model.modes[0].decayRate, kPi * 500.0, 1e-9);
+  EXPECT_TRUE(validate(model));
+}
+
 // Real and imaginary part of the source's velocity are two modes; far away they sum to exp(i k
 // d.y), with y from the centre of mass, which is neither the origin nor the middle.
 TEST(ModeRadiation, PointSourceInABoxIsHeardWhereItIs) {

@@ -43,6 +43,7 @@ T valueOf(Result<T> result) {
 std::vector<double> heard(const StruckBar& bar, const SoundBody& body, const Vec3& listener,
                           std::size_t ahead, std::size_t frames) {
   SynthSettings settings;
+  settings.ringingContact = RingingContact::pressed;  // by a force that is given
   settings.audibleThreshold = 0.0;
   const double delay = listener.norm() / settings.medium.speedOfSound;
   Synth synth = valueOf(Synth::create(settings, {{.name = "seat", .position = listener}}));

@@ -172,6 +172,7 @@ BallStrike strikeOf(const StruckModel& body) {
 std::vector<double> modalSound(const StruckModel& body, std::size_t frames) {
   const BallStrike strike = strikeOf(body);
   SynthSettings settings;
+  settings.ringingContact = RingingContact::pressed;  // by a force that is given
   settings.modalRadiation = ModalRadiation::monopole;
   settings.audibleThreshold = 0.0;
   Synth synth =

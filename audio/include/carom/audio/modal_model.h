@@ -35,12 +35,17 @@ struct ModeRadiation {
   double volume = 0.0;
   /// kg / (m^3) m^2 / sqrt(kg) = sqrt(kg) / m: c_lm, (order + 1)^2 of them. Empty: not computed.
   std::vector<std::complex<double>> multipoles;
+  /// 1/s, the part of Mode::decayRate by which the mode loses its energy as sound, in the model's
+  /// medium. 0: not known, or left out.
+  double decayRate = 0.0;
 };
 
 /// One mode of vibration of a free body.
 struct Mode {
   double frequency = 0.0;  ///< Hz, undamped: sqrt(lambda) / (2 pi)
-  double decayRate = 0.0;  ///< 1/s, amplitude falls as exp(-decayRate t): (alpha + beta lambda) / 2
+  /// 1/s, amplitude falls as exp(-decayRate t): what the material takes, (alpha + beta lambda) / 2,
+  /// and ModeRadiation::decayRate.
+  double decayRate = 0.0;
   ModeRadiation radiation;
 };
 

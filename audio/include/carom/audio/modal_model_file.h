@@ -16,7 +16,8 @@ namespace carom {
 /// IEEE 754, no padding; docs/model_file.md has it byte by byte:
 ///
 ///     8 bytes   "caromode"
-///     4 bytes   version, 1
+///     4 bytes   version, 2; files of version 1, which do not say what of a decay is
+///               sound, are read too
 ///     ...       the sections "body", "surf", "mode" and "shap", once each and in this order:
 ///               4 bytes tag, 8 bytes length of what follows, content
 ///     8 bytes   checksum of all before: FNV-1a with 64 bits, which no change of a single byte
@@ -27,7 +28,7 @@ namespace carom {
 /// where; memory is at most some 10 times the number of bytes. [any thread]
 
 inline constexpr std::string_view kModalModelMagic = "caromode";
-inline constexpr std::uint32_t kModalModelVersion = 1;
+inline constexpr std::uint32_t kModalModelVersion = 2;
 inline constexpr std::string_view kModalModelExtension = ".carom_modes";
 
 /// Returns the bytes of a model file. Error only if the model cannot be used.

@@ -113,8 +113,10 @@ class Synth {
 
   const std::vector<Listener>& listeners() const;
   std::size_t channelCount() const;
-  double sampleRate() const;            ///< Hz
-  ContactEnergy contactEnergy() const;  ///< of all events so far
+  double sampleRate() const;  ///< Hz
+  /// Energy of all impacts so far, as of `time` (s, simulation clock): infinity for when all has
+  /// died away.
+  ContactEnergy contactEnergy(double time) const;
   SynthCounters counters() const;
 
   /// Number of clicks still to begin: one per event, channel and path.

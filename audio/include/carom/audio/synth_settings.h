@@ -3,7 +3,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
+#include <carom/audio/impulse_event.h>
 #include <carom/audio/material.h>
 #include <carom/audio/room.h>
 
@@ -98,7 +100,7 @@ struct SynthSettings {
   /// own restitution, instead of `comparison.pulse`.
   bool dissipative = false;
   ModalRadiation modalRadiation = ModalRadiation::directional;
-  RingingContact ringingContact = RingingContact::pressed;
+  RingingContact ringingContact = RingingContact::coupled;
   /// Loss factor, dimensionless, of the contact between two bodies that press on each other: how
   /// much of a mode's energy at the contact it absorbs (ModalExciter). 0: lasting contacts damp
   /// nothing.
@@ -168,18 +170,31 @@ struct SynthCounters {
   /// event that is scheduled gives such; it would cost its own instant, and nothing after it.
   std::uint64_t silencedFrames = 0;
 };
+/// Energy in J that impacts have given to the modes of one body, and what has become of it, each
+/// impact by itself: given = radiated + absorbed + remaining.
+struct RingEnergy {
+  BodyId body = 0;
+  double given = 0.0;
+  double radiated = 0.0;   ///< away as sound, by ModeRadiation::decayRate
+  double absorbed = 0.0;   ///< by the body itself, and by what lay on it
+  double remaining = 0.0;  ///< rings still
+};
+
 /// Energy in J of the impacts that were solved together with modes (RingingContact::coupled). What
-/// approaches is what parts again, what the modes have got, and what the contacts have lost.
+/// approaches is what parts again, what the modes have got, what was damped meanwhile and what the
+/// contacts have lost.
 struct ContactEnergy {
   std::uint64_t impacts = 0;
   /// `impacts` in which the mechanics' impulse would take more energy than the modes leave: what
   /// rings gets no more than there is.
   std::uint64_t bound = 0;
-  double approach = 0.0;  ///< of the bodies' relative motion along the normal, before
-  double parting = 0.0;   ///< of the same, after
-  double modes = 0.0;     ///< in the modes of both bodies when they part
-  double damped = 0.0;    ///< taken from the modes by their damping until they part
-  double contacts = 0.0;  ///< lost in the contacts
+  double approach = 0.0;                ///< of the bodies' relative motion along the normal, before
+  double parting = 0.0;                 ///< of the same, after
+  double modes = 0.0;                   ///< in the modes of both bodies when they part
+  double damped = 0.0;                  ///< taken from the modes by their damping until they part
+  double contacts = 0.0;                ///< lost in the contacts
+  std::vector<RingEnergy> bodies = {};  ///< what has become of `modes`, by body
+  RingEnergy removed;                   ///< the same, of all bodies that were removed; `body` is 0
 };
 /// Number of `events` whose sound has yet to begin.
 std::uint64_t waitingEvents(const SynthCounters& counters);
