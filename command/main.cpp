@@ -73,6 +73,7 @@ struct Arguments {
   std::string sampling;
   std::string radiation;
   std::string ringing;
+  std::string air;
   // compare
   std::vector<double> steps;
   // replay
@@ -112,6 +113,7 @@ void applySound(const Arguments& arguments, SynthSettings& sound) {
   if (arguments.sampling == "naive") sound.comparison.sampling = Sampling::naive;
   if (arguments.ringing == "coupled") sound.ringingContact = RingingContact::coupled;
   if (arguments.ringing == "pressed") sound.ringingContact = RingingContact::pressed;
+  if (!arguments.air.empty()) sound.airAbsorption = arguments.air == "on";
   if (arguments.radiation == "exact") sound.comparison.radiation = Radiation::exact;
   if (arguments.radiation == "compact") sound.comparison.radiation = Radiation::compact;
 }
@@ -399,6 +401,10 @@ void addSound(CLI::App& command, Arguments& arguments) {
           "--ringing", arguments.ringing,
           "whether modes give way in a contact (coupled) or not; default: the scene's choice")
       ->check(oneOf({"coupled", "pressed"}));
+  command
+      .add_option("--air", arguments.air,
+                  "whether the air absorbs sound on its way; default: the scene's choice")
+      ->check(oneOf({"on", "off"}));
   command
       .add_option("--events", arguments.events, "also write every impulse event to this CSV file")
       ->check(fileName());

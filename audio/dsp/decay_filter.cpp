@@ -23,6 +23,10 @@ constexpr double kSteepest = 60.0;     // dB per shelf: keeps its pole away from
 constexpr double kSlowest = 0.6;       // see decayCascade
 constexpr int kIterations = 30;
 constexpr double kSmoothest = 1e3;  // largest smoothing: beyond it, one gain for all bands
+constexpr double kLeastPart = 0.1;  // of a band's decay: what is left to the shelves at least
+constexpr std::size_t kMostTopSections = 4;
+constexpr double kFullSection = 0.9;  // share of what a section can take that one is asked for
+constexpr int kTopIterations = 6;
 
 double warped(double frequency, double sampleRate) {
   return std::tan(std::numbers::pi * frequency / sampleRate);
@@ -48,8 +52,32 @@ class CascadeDesign {
     linearise();
   }
 
-  std::vector<ReflectionFilter> make() const {
-    const Vector gains = solve();
+  /// Has the shelves leave to `decibel`, what others take at a frequency, their part of the bands.
+  template <class Decibel>
+  void leaveTo(const Decibel& decibel, const Vector& all) {
+    for (Eigen::Index band = 0; band < bands_; ++band)
+      targets_[band] = std::min(all[band] - decibel(centre(band)), kLeastPart * all[band]);
+  }
+  const Vector& targets() const { return targets_; }
+
+  Vector solve() const {
+    double smoothing = 0.0;
+    while (smoothing <= kSmoothest) {
+      Vector gains = fit(smoothing);
+      if (isModerate(gains) && decaysEverywhere(gains)) return gains;
+      smoothing = std::max(1e-4, 2.0 * smoothing);
+    }
+    Vector flat = Vector::Zero(bands_);
+    flat[0] = targets_.maxCoeff();
+    return flat;
+  }
+
+  /// dB that shelves with these gains leave at a frequency (Hz).
+  double leaves(const Vector& gains, double frequency) const {
+    return gainAt(gains, warped(frequency, sampleRate_));
+  }
+
+  std::vector<ReflectionFilter> make(const Vector& gains) const {
     std::vector<ReflectionFilter> cascade;
     for (Eigen::Index shelf = 1; shelf < bands_; ++shelf) {
       cascade.push_back(makeShelf(edge(shelf), gains[shelf]));
@@ -101,18 +129,6 @@ class CascadeDesign {
     }
   }
 
-  Vector solve() const {
-    double smoothing = 0.0;
-    while (smoothing <= kSmoothest) {
-      Vector gains = fit(smoothing);
-      if (isModerate(gains) && decaysEverywhere(gains)) return gains;
-      smoothing = std::max(1e-4, 2.0 * smoothing);
-    }
-    Vector flat = Vector::Zero(bands_);
-    flat[0] = targets_.maxCoeff();
-    return flat;
-  }
-
   Vector fit(double smoothing) const {
     Matrix penalty = smoothing * Matrix::Identity(bands_, bands_);
     penalty(0, 0) = 0.0;
@@ -156,12 +172,64 @@ class CascadeDesign {
   Matrix slope_;    // band by gain
 };
 
+/// dB that one section (1 + r z^-1) / (1 + r) leaves at a frequency (Hz).
+double topGain(double r, double frequency, double sampleRate) {
+  const double cosine = std::cos(2.0 * std::numbers::pi * frequency / sampleRate);
+  return 10.0 * std::log10((1.0 + 2.0 * r * cosine + r * r) / ((1.0 + r) * (1.0 + r)));
+}
+
+/// Returns the r with which a section leaves `decibel` at kTopBand; 1 if none leaves so little.
+double topZero(double decibel, double sampleRate) {
+  double low = 0.0;
+  double high = 1.0;
+  for (int halving = 0; halving < 40; ++halving) {
+    const double middle = 0.5 * (low + high);
+    (topGain(middle, kTopBand, sampleRate) > decibel ? low : high) = middle;
+  }
+  return high;
+}
+
+double topTarget(double samples, const TopDecay& decay, double sampleRate) {
+  return std::max(-60.0 * samples / (sampleRate * decay.timeAt16kHz), kLeastGain);
+}
+
 }  // namespace
 
 std::vector<ReflectionFilter> decayCascade(double samples, const DecayTimes& times,
                                            double sampleRate) {
   assert(samples > 0.0 && sampleRate >= 8000.0 && std::ranges::min(times) > 0.0);
-  return CascadeDesign(samples, times, sampleRate).make();
+  const CascadeDesign design(samples, times, sampleRate);
+  return design.make(design.solve());
+}
+
+std::vector<ReflectionFilter> decayCascade(double samples, const TopDecay& decay,
+                                           double sampleRate) {
+  if (decay.topSections == 0) return decayCascade(samples, decay.times, sampleRate);
+  CascadeDesign design(samples, decay.times, sampleRate);
+  const Vector all = design.targets();
+  const auto sections = static_cast<double>(decay.topSections);
+  double r = 0.0;
+  Vector gains = design.solve();
+  for (int iteration = 0; iteration < kTopIterations; ++iteration) {
+    const double rest =
+        topTarget(samples, decay, sampleRate) - design.leaves(gains, kTopBand);  // dB
+    r = topZero(std::min(rest, 0.0) / sections, sampleRate);
+    design.leaveTo([&](double f) { return sections * topGain(r, f, sampleRate); }, all);
+    gains = design.solve();
+  }
+  std::vector<ReflectionFilter> cascade = design.make(gains);
+  cascade.insert(cascade.end(), decay.topSections, {1.0 / (1.0 + r), r / (1.0 + r), 0.0});
+  return cascade;
+}
+
+std::size_t topSectionsFor(double samples, const TopDecay& decay, double sampleRate) {
+  if (kTopBand > kHighestBand * sampleRate) return 0;
+  const CascadeDesign design(samples, decay.times, sampleRate);
+  const double rest =
+      topTarget(samples, decay, sampleRate) - design.leaves(design.solve(), kTopBand);
+  const double most = kFullSection * topGain(1.0, kTopBand, sampleRate);
+  const double needed = std::ceil(std::max(0.0, rest / most));
+  return std::min(static_cast<std::size_t>(needed), kMostTopSections);
 }
 
 double decayTimeOf(const std::vector<ReflectionFilter>& cascade, double samples, double frequency,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "carom/audio/absorption.h"
@@ -24,6 +25,26 @@ namespace carom::audio {
 /// Requires samples > 0, a sample rate (Hz) of at least 8000 and times > 0, all or none infinite.
 std::vector<ReflectionFilter> decayCascade(double samples, const DecayTimes& times,
                                            double sampleRate);
+
+/// Hz: the octave above kOctaveBands.
+inline constexpr double kTopBand = 16000.0;
+
+/// A decay that is given in the octave above kOctaveBands too, where the air makes it fall so
+/// steeply that no shelf follows.
+struct TopDecay {
+  DecayTimes times{};           ///< s
+  double timeAt16kHz = 0.0;     ///< s, > 0
+  std::size_t topSections = 0;  ///< see topSectionsFor
+};
+
+/// As decayCascade, with `topSections` sections (1 + r z^-1) / (1 + r) more, 0 <= r <= 1, which
+/// take from the octave above what the shelves leave too much; the shelves make up for what they
+/// take from the bands. Nothing else than |H| at most 1 is warranted where they are too few.
+std::vector<ReflectionFilter> decayCascade(double samples, const TopDecay& decay,
+                                           double sampleRate);
+/// Number of sections that `samples` of delay need, at most 4: 0 where the octave above is not in
+/// the band, or falls as steeply without.
+std::size_t topSectionsFor(double samples, const TopDecay& decay, double sampleRate);
 
 /// Time in s in which a cascade that is passed once every `samples` lets `frequency` (Hz) decay by
 /// 60 dB; infinity for a gain of 1.

@@ -68,7 +68,11 @@ bool isBetween(double value, double low, double high) {
   return value >= low && value <= high;
 }
 
-Status checkDecayTimes(const DecayTimes& times) {
+Status checkDecayTimes(const ReverbSettings& settings) {
+  const DecayTimes& times = settings.decayTimes;
+  const double top = settings.decayTimeAt16kHz;
+  if (top != 0.0 && !(top >= kShortestDecay && std::isinf(top) == std::isinf(times[0])))
+    return outOfRange("decayTimeAt16kHz", top, "0 or at least 0.05 s, infinite as decayTimes are");
   for (std::size_t band = 0; band < kBandCount; ++band) {
     if (!(times[band] >= kShortestDecay)) {
       return outOfRange("decayTimes[" + std::to_string(band) + "]", times[band], "at least 0.05 s");
@@ -86,6 +90,13 @@ double longestFinite(const DecayTimes& times) {
     if (std::isfinite(time)) longest = std::max(longest, time);
   }
   return longest;
+}
+
+/// Returns the decay, with as many sections as `longest` samples of delay need.
+TopDecay decayOf(const ReverbSettings& settings, double longest, double sampleRate) {
+  TopDecay decay{.times = settings.decayTimes, .timeAt16kHz = settings.decayTimeAt16kHz};
+  if (decay.timeAt16kHz != 0.0) decay.topSections = topSectionsFor(longest, decay, sampleRate);
+  return decay;
 }
 
 /// Returns the sum of kLines numbers from `first` to `last`, evenly spaced in the logarithm.
@@ -126,7 +137,7 @@ Status checkSettings(const ReverbSettings& settings) {
   if (!isBetween(settings.silence, 1e-15, 1.0)) {
     return outOfRange("silence", settings.silence, "1e-15 to 1 Pa");
   }
-  return checkDecayTimes(settings.decayTimes);
+  return checkDecayTimes(settings);
 }
 
 Result<Reverb> Reverb::create(const ReverbSettings& settings, double sampleRate,
@@ -147,8 +158,8 @@ Reverb::Reverb(const ReverbSettings& settings, double sampleRate, std::size_t ch
   const double meanTime =
       4.0 * settings.volume / (settings.surface * settings.speedOfSound);  // s, between walls
   makeLines(meanTime * sampleRate, longestFinite(settings.decayTimes) * sampleRate);
-  makeFilters(settings.decayTimes);
-  makeOnset(settings.onset, settings.decayTimes);
+  makeFilters(settings);
+  makeOnset(settings);
   const double total = static_cast<double>(buffer_.size());
   const double density = 4.0 * std::numbers::pi * settings.speedOfSound / settings.volume;  // 1/s
   outputGain_ = settings.gain * std::sqrt(total * density / sampleRate);
@@ -173,9 +184,10 @@ void Reverb::makeLines(double meanLength, double longestDecay) {
   buffer_.assign(begin, 0.0);
 }
 
-void Reverb::makeFilters(const DecayTimes& times) {
+void Reverb::makeFilters(const ReverbSettings& settings) {
+  const TopDecay decay = decayOf(settings, lengths_.back(), sampleRate_);
   for (std::size_t line = 0; line < kLines; ++line) {
-    const auto cascade = decayCascade(lengths_[line], times, sampleRate_);
+    const auto cascade = decayCascade(lengths_[line], decay, sampleRate_);
     sections_.resize(cascade.size());
     for (std::size_t section = 0; section < cascade.size(); ++section) {
       sections_[section].b0[line] = cascade[section].b0;
@@ -189,7 +201,7 @@ void Reverb::makeFilters(const DecayTimes& times) {
 /// passes form a renewal process, so what they give out adds up as if it had begun at full density
 /// (mean^2 - variance) / (2 mean) after the input. The rest is a delay with the decay of its
 /// length.
-void Reverb::makeOnset(double onset, const DecayTimes& times) {
+void Reverb::makeOnset(const ReverbSettings& settings) {
   double sum = 0.0;
   double squares = 0.0;
   for (const double length : lengths_) {
@@ -198,10 +210,11 @@ void Reverb::makeOnset(double onset, const DecayTimes& times) {
   }
   const double mean = sum / kLines;
   const double start = mean - squares / (2.0 * sum);
-  const double rest = std::round(onset * sampleRate_ - std::max(0.0, start));
+  const double rest = std::round(settings.onset * sampleRate_ - std::max(0.0, start));
   if (rest < 1.0) return;
   onset_.assign(static_cast<std::size_t>(rest), 0.0);
-  for (const ReflectionFilter& filter : decayCascade(rest, times, sampleRate_)) {
+  const TopDecay decay = decayOf(settings, rest, sampleRate_);
+  for (const ReflectionFilter& filter : decayCascade(rest, decay, sampleRate_)) {
     onsetSections_.push_back({filter});
   }
 }

@@ -25,7 +25,8 @@ Status checkSettings(const ReverbSettings& settings);
 /// about the mean free time 4 V / (S c), from 0.55 to 1.7 times it; where the longest decay asks
 /// for a greater modal density than that (total length below 0.15 T60: Schroeder 1962) the longest
 /// grow, to at most 8 times it. Mixed by the Hadamard matrix of order 16 over 4: orthogonal, exact
-/// in binary arithmetic. Each line ends in a decayCascade for its length.
+/// in binary arithmetic. Each line ends in a decayCascade for its length, of TopDecay where the
+/// decay at 16 kHz is given.
 ///
 /// Level. With the input as the pressure that the source would have at 1 m in the free field, on
 /// average over all directions (root of the mean square; of a dipole: its axis over sqrt(3)), and
@@ -95,8 +96,8 @@ class Reverb {
   Reverb(const ReverbSettings& settings, double sampleRate, std::size_t channels);
 
   void makeLines(double meanLength, double longestDecay);
-  void makeFilters(const DecayTimes& times);
-  void makeOnset(double onset, const DecayTimes& times);
+  void makeFilters(const ReverbSettings& settings);
+  void makeOnset(const ReverbSettings& settings);
   double delayInput(double sample) noexcept;
   void readLines(Lines& values) const noexcept;
   void filterLines(Lines& values) noexcept;

@@ -16,12 +16,12 @@ namespace {
 constexpr double kSixtyDecibel = 6.0 * std::numbers::ln10;  // logarithm of a ratio of energies
 
 DecayTimes decayTimesOf(const RoomMeasures& room, double speedOfSound,
-                        const std::array<double, kBandCount>& airAttenuation,
+                        const std::array<double, kBandCount>& attenuation,
                         double (*exponent)(double)) {
   DecayTimes times{};
   for (std::size_t band = 0; band < kBandCount; ++band) {
     const double area = room.surface * exponent(room.meanAbsorption.coefficients[band]) +
-                        4.0 * airAttenuation[band] * room.volume;
+                        4.0 * attenuation[band] * room.volume;
     times[band] = 4.0 * kSixtyDecibel * room.volume / (speedOfSound * area);
   }
   return times;
@@ -30,13 +30,13 @@ DecayTimes decayTimesOf(const RoomMeasures& room, double speedOfSound,
 }  // namespace
 
 DecayTimes sabineDecayTimes(const RoomMeasures& room, double speedOfSound,
-                            const std::array<double, kBandCount>& airAttenuation) {
-  return decayTimesOf(room, speedOfSound, airAttenuation, [](double alpha) { return alpha; });
+                            const std::array<double, kBandCount>& attenuation) {
+  return decayTimesOf(room, speedOfSound, attenuation, [](double alpha) { return alpha; });
 }
 
 DecayTimes eyringDecayTimes(const RoomMeasures& room, double speedOfSound,
-                            const std::array<double, kBandCount>& airAttenuation) {
-  return decayTimesOf(room, speedOfSound, airAttenuation,
+                            const std::array<double, kBandCount>& attenuation) {
+  return decayTimesOf(room, speedOfSound, attenuation,
                       [](double alpha) { return -std::log1p(-alpha); });
 }
 
@@ -52,6 +52,7 @@ Result<ReverbSettings> reverbOfBox(const Room& room, double speedOfSound) {
   settings.surface = measures->surface;
   settings.speedOfSound = speedOfSound;
   settings.decayTimes = eyringDecayTimes(*measures, speedOfSound);
+  settings.includesAir = false;
   for (double& time : settings.decayTimes) {
     if (std::isinf(time)) {
       return Error{

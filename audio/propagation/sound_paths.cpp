@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <tuple>
 #include <utility>
 
+#include "audio/dsp/decay_filter.h"
+#include "audio/model/air.h"
 #include "audio/model/positive.h"
 #include "audio/propagation/reverb.h"
 
@@ -21,6 +24,7 @@ Status validate(const SynthSettings& settings, const std::vector<Listener>& list
                  " Hz is out of range: 8000 to 192000 Hz"};
   if (!isPositive(settings.medium.density)) return Error{"density of the medium must be positive"};
   if (!isPositive(settings.medium.speedOfSound)) return Error{"speed of sound must be positive"};
+  if (const Status valid = validateAir(settings.medium); !valid) return valid;
   if (!(std::isfinite(settings.audibleThreshold) && settings.audibleThreshold >= 0.0))
     return Error{"audible threshold must be a finite pressure of at least 0 Pa"};
   if (listeners.empty()) return Error{"there is no listener: at least one is needed"};
@@ -63,6 +67,29 @@ Status prepareListeners(SoundPaths& paths) {
   return std::monostate{};
 }
 
+/// Adds what the air absorbs to decay times that are the walls' alone; and at 16 kHz, where none is
+/// given, what it absorbs more than at 8 kHz. By Sabine's formula as by Eyring's, the rates of
+/// decay of walls and air are added.
+void addAir(ReverbSettings& reverb, const Medium& medium) {
+  const auto withAir = [&](double time, double attenuation) {
+    const double rate =
+        1.0 / time + reverb.speedOfSound * attenuation / (6.0 * std::numbers::ln10);  // 1/s
+    return std::min(time, std::max(1.0 / rate, kShortestDecay));
+  };
+  const bool ringsForEver = reverb.includesAir && std::isinf(reverb.decayTimes.back());
+  const double known = reverb.includesAir ? airAttenuation(medium, kOctaveBands.back()) : 0.0;
+  if (reverb.decayTimeAt16kHz == 0.0 && !ringsForEver)
+    reverb.decayTimeAt16kHz =
+        withAir(reverb.decayTimes.back(), airAttenuation(medium, kTopBand) - known);
+  else if (!reverb.includesAir)
+    reverb.decayTimeAt16kHz = withAir(reverb.decayTimeAt16kHz, airAttenuation(medium, kTopBand));
+  if (reverb.includesAir) return;
+  for (std::size_t band = 0; band < kBandCount; ++band)
+    reverb.decayTimes[band] =
+        withAir(reverb.decayTimes[band], airAttenuation(medium, kOctaveBands[band]));
+  reverb.includesAir = true;
+}
+
 Status prepareRoom(SoundPaths& paths) {
   paths.chains.emplace_back();
   paths.paths.emplace_back();
@@ -86,6 +113,10 @@ Status prepareRoom(SoundPaths& paths) {
     });
     paths.paths.push_back({&image, static_cast<std::uint32_t>(same - paths.chains.begin())});
     if (same == paths.chains.end()) paths.chains.push_back(std::move(chain));
+  }
+  if (paths.settings.airAbsorption) {
+    paths.air.emplace(paths.settings.medium, paths.settings.sampleRate);
+    if (paths.settings.reverb) addAir(*paths.settings.reverb, paths.settings.medium);
   }
   if (!paths.settings.reverb) return std::monostate{};
   for (const Listener& listener : paths.listeners) {

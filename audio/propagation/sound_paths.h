@@ -3,8 +3,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "audio/propagation/air_filter.h"
 #include "audio/propagation/hrtf.h"
 #include "audio/propagation/receiver.h"
 #include "carom/audio/absorption.h"
@@ -31,12 +33,13 @@ struct SoundPaths {
     std::uint32_t chain = 0;       ///< index into `chains`, the wall filters
   };
 
-  SynthSettings settings;
+  SynthSettings settings;           ///< the reverberation with the air's share above 8 kHz
   std::vector<Listener> listeners;  ///< each head with its responses
   std::vector<Channel> channels;
   std::vector<Image> images;
   std::vector<std::vector<ReflectionFilter>> chains;  ///< the first is empty: the direct path
   std::vector<Path> paths;                            ///< the first is direct
+  std::optional<AirFilter> air;                       ///< none: the air absorbs nothing
   bool hasHeads = false;
   /// s: no ear hears a sound earlier than that before the middle of its head.
   double earliestEar = 0.0;

@@ -241,11 +241,24 @@ bool ContactPropagation::fitsOnClock(const ContactSource& source, const Propagat
   return !isFar && !isLong && std::isfinite(loudness);
 }
 
+/// Code of the distance over which the air absorbs the sound; 0 where it is left out, as in what is
+/// sent into the reverberation, which has the air's part in its decay.
+std::uint16_t ContactPropagation::airOf(const PropagationPath& path) const {
+  return paths_->air && std::isfinite(path.distance) ? paths_->air->codeOf(path.distance)
+                                                     : std::uint16_t{0};
+}
+
 void ContactPropagation::addClick(const ContactSource& source, const PropagationPath& path,
                                   const Route& route) {
   const double rate = settings_.sampleRate;
   if (std::abs(path.gains[0]) + std::abs(path.gains[2]) == 0.0 && path.gains[1] == 0.0) return;
-  Click click = onSamples(source, path);
+  const std::uint16_t air = airOf(path);
+  PropagationPath earlier = path;
+  if (air != 0)
+    for (double& delay : earlier.delays)
+      delay -= AirFilter::heardDistanceOf(air) * paths_->air->slowness();
+  Click click = onSamples(source, earlier);
+  click.air = air;
   const Parabola gain(path.gains[0], path.gains[1], path.gains[2]);
   click.track.gain = gain.at0 * rate * rate;
   click.track.slope = gain.slope * rate * rate;

@@ -89,6 +89,7 @@ class ContactPropagation {
   bool fitsOnClock(const ContactSource& source, const PropagationPath& path);
   Click onSamples(const ContactSource& source, const PropagationPath& path) const;
   void chooseRule(Click& click) const;
+  std::uint16_t airOf(const PropagationPath& path) const;
   void addClick(const ContactSource& source, const PropagationPath& path, const Route& route);
   void addExcitation(const ContactSource& source, const PropagationPath& path, const Route& route);
   Click modalDrive(const ContactSource& source, PropagationPath path, const Route& route) const;

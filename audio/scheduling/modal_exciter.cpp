@@ -87,6 +87,10 @@ const ModalExciter::Source& ModalExciter::sourceOf(const std::shared_ptr<const M
   ResonatorSet& set = *sets_.back();
   set.order = static_cast<std::uint32_t>(sets_.size());
   source = std::make_unique<Source>(set);
+  if (paths_->air)
+    for (const Complex& pole : set.pole)
+      source->air.push_back(
+          0.5 * airAttenuation(settings.medium, pole.imag() / (2.0 * std::numbers::pi)));
   for (const auto& chain : paths_->chains) {
     for (const Complex& pole : set.pole) {
       const double frequency = pole.imag() / (2.0 * std::numbers::pi);
@@ -151,6 +155,10 @@ void ModalExciter::excite(const Click& drive, const ModalRoute& route) {
       std::span(source_->walls).subspan(route.chain * set.modes, set.modes);
   for (std::size_t mode = 0; mode < set.modes; ++mode)
     amplitudes_[mode] *= route.gain * walls[mode];
+  const double air = paths_->air ? paths_->air->heardDistance(distance) : 0.0;
+  if (air != 0.0)
+    for (std::size_t mode = 0; mode < set.modes; ++mode)
+      amplitudes_[mode] *= std::exp(-air * source_->air[mode]);
   if (route.head != nullptr) {
     const std::span<double> response = std::span(response_).first(route.head->alignedLength());
     route.head->blendAligned(route.ears, route.ear, response);

@@ -62,6 +62,7 @@ class ModalExciter {
     double radius = 0.0;  ///< m, about the centre of mass, of a sphere that holds the model
     /// Responses of the walls of each chain at the modes' frequencies, chain by chain.
     std::vector<std::complex<double>> walls;
+    std::vector<double> air;  ///< 1/m, of the modes' pressure; empty where the air absorbs nothing
   };
   /// Returns the source of a model, which validate must accept.
   const Source& sourceOf(const std::shared_ptr<const ModalModel>& model);

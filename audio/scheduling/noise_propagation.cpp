@@ -53,6 +53,9 @@ NoisePropagation::NoisePropagation(std::shared_ptr<const SoundPaths> paths,
     for (std::size_t band = 0; band < kThirdOctaves; ++band)
       if (thirdOctaves()[band] > kBand * rate) walls_.back()[band] = 0.0;
   }
+  if (paths_->air)
+    for (std::size_t band = 0; band < kThirdOctaves; ++band)
+      air_[band] = airAttenuation(paths_->settings.medium, thirdOctaves()[band]);
   const std::size_t channels = paths_->channels.size() + (paths_->settings.reverb ? 1 : 0);
   powers_.resize(channels * kThirdOctaves);
 }
@@ -71,7 +74,7 @@ void NoisePropagation::propagate(double time, std::span<const Strike> strikes,
       for (std::size_t i = 0; i < count; ++i)
         rays[i] = rayOf(strikes[i], channel, path.image);
       if (path.image == nullptr && count > 0) delay_ += rays[0].delay;
-      add(std::span(rays).first(count), walls_[path.chain],
+      add(std::span(rays).first(count), withAir(walls_[path.chain], rays[0].air),
           all.subspan(channel * kThirdOctaves, kThirdOctaves));
     }
   }
@@ -109,7 +112,8 @@ NoisePropagation::Ray NoisePropagation::rayOf(const Strike& strike, std::size_t 
   Ray ray{.gain = -dipole.dot(towards) / distance,
           .near = speed / distance,
           .corner = speed / ahead,
-          .delay = (distance - ahead) / speed};
+          .delay = (distance - ahead) / speed,
+          .air = paths_->air ? paths_->air->heardDistance(distance) : 0.0};
   const SoundPaths::Channel& heard = paths_->channels[channel];
   if (!heard.isEar && heard.receiver.pattern != 0.0)
     ray.gain *= gain(heard.receiver, orientation, towards);
@@ -121,6 +125,14 @@ NoisePropagation::Ray NoisePropagation::sendOf(const Strike& strike) const {
   return {.gain = strike.dipole.norm() / std::numbers::sqrt3,
           .corner = paths_->settings.medium.speedOfSound /
                     std::min(strike.radius, kLargestFilteredRadius)};
+}
+
+/// Returns what walls and the air leave of each third octave over a path.
+BandPowers NoisePropagation::withAir(BandPowers walls, double distance) const {
+  if (distance != 0.0)
+    for (std::size_t band = 0; band < kThirdOctaves; ++band)
+      walls[band] *= std::exp(-distance * air_[band]);
+  return walls;
 }
 
 void NoisePropagation::add(std::span<const Ray> rays, std::span<const double> walls,

@@ -45,11 +45,13 @@ class NoisePropagation {
     double near = 0.0;    // 1/s: speed of sound over distance
     double corner = 0.0;  // 1/s: speed of sound over radius
     double delay = 0.0;   // s
+    double air = 0.0;     // m, over which the air absorbs
   };
   Ray rayOf(const Strike& strike, std::size_t channel, const Image* image) const;
   Ray sendOf(const Strike& strike) const;
   void add(std::span<const Ray> rays, std::span<const double> walls,
            std::span<double> powers) const;
+  BandPowers withAir(BandPowers walls, double distance) const;
   void addTogether(const Ray& one, const Ray& other, std::span<const double> walls,
                    std::span<double> powers) const;
   void place(double time);
@@ -57,6 +59,7 @@ class NoisePropagation {
 
   std::shared_ptr<const SoundPaths> paths_;
   const ListenerTracks& tracks_;
+  BandPowers air_{};                           // 1/m, attenuation of the energy in the air
   std::vector<BandPowers> walls_;              // by chain: squares of what the walls reflect
   std::vector<ListenerTracks::Place> places_;  // by channel
   double placedAt_ = 0.0;                      // s, of places_, if there are any

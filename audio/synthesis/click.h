@@ -45,6 +45,7 @@ struct alignas(64) Click {
   std::uint32_t chain = 0;               ///< index into SoundPaths::chains, the wall filters
   std::uint32_t channel = 0;             ///< index; the number of channels: the reverberation
   std::uint32_t samples = 0;
+  std::uint16_t air = 0;  ///< AirFilter::codeOf its distance; 0: the air is left out
   bool isLeader = false;  ///< the first click of an event, with which the event is heard
 };
 static_assert(sizeof(Click) == 128);

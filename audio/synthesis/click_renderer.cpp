@@ -21,7 +21,8 @@ constexpr double kArrivalWork = 100.0;
 constexpr double kClickWork = 120.0;
 constexpr double kSampleWork = 0.7;     // per sample and filter
 constexpr double kNodeWork = 6.0;       // per node, or per sample of a long one
-constexpr double kResponseWork = 0.1;   // per sample and tap of an ear
+constexpr double kResponseWork = 0.1;   // per sample and tap of an ear, or of the air
+constexpr double kAirWork = 0.3;        // per square of the air's taps
 constexpr double kBusWork = 8.0;        // per sample and bus that is not silent
 constexpr double kResonatorWork = 0.2;  // per sample and mode
 constexpr double kReverbWork = 60.0;    // per sample and channel
@@ -52,7 +53,9 @@ ClickRenderer::ClickRenderer(std::shared_ptr<const SoundPaths> paths,
       modalBank_(paths_, capacity_ ? std::optional(capacity_->modes) : std::nullopt),
       trains_(capacity_ ? std::optional(capacity_->nodes) : std::nullopt),
       sampler_(settings_.comparison.sampling, kernels_),
-      response_(paths_->longestResponse),
+      ear_(paths_->longestResponse),
+      air_(paths_->air ? paths_->air->mostTaps() : 0),
+      response_(ear_.size() + air_.size()),
       mix_(kMixFrames * paths_->channels.size()),
       send_(kMixFrames) {
   SpreadTable::instance();  // made now, not while rendering
@@ -87,6 +90,7 @@ void ClickRenderer::makeRoom() {
   buses_.reserve(capacity_->buses);
   Click longestClick;
   longestClick.samples = static_cast<std::uint32_t>(longest) + 2 * kSpreadWidth;
+  longestClick.air = paths_->air ? 1 : 0;
   reserveScratch(longestClick);
   const std::size_t longestTrain = std::max<std::size_t>(longestClick.samples, kMostImpactNodes);
   mostNodes_ = std::min(capacity_->nodes, longestTrain);
@@ -104,9 +108,9 @@ std::size_t ClickRenderer::clicksPerEvent() const {
   return paths_->channels.size() * paths_->paths.size() + (reverbs_.empty() ? 0 : 1);
 }
 
-/// Samples that a click may need on a bus, an ear's response included.
+/// Samples that a click may need on a bus, the responses of an ear and the air included.
 std::size_t ClickRenderer::roomOf(const Click& click) const {
-  return click.samples + response_.size();
+  return click.samples + ear_.size() + (click.air != 0 ? air_.size() : 0);
 }
 
 void ClickRenderer::add(const ScheduledSound& sound) {
@@ -185,8 +189,10 @@ bool ClickRenderer::isOver(const Click& click) const {
 }
 
 bool ClickRenderer::isTooLong(const ScheduledSound& sound) const {
-  return std::ranges::any_of(sound.clicks,
-                             [this](const Click& click) { return roomOf(click) > mostSamples_; });
+  // The contact's length decides, and not what its clicks pass.
+  return std::ranges::any_of(sound.clicks, [this](const Click& click) {
+    return click.samples + response_.size() > mostSamples_;
+  });
 }
 
 /// Drops quieter events until the sound has room; false if there is no room and nothing quieter.
@@ -331,7 +337,7 @@ bool ClickRenderer::isEarlier(const ClickCalendar::Entry& a, const ClickCalendar
     const ClickTrack& t = click.track;
     const SphereWeights ears = paths_->hasHeads ? ears_[slot] : SphereWeights{};
     return std::tuple(click.filters->corner, click.chain, click.channel, t.length, t.bend, t.gain,
-                      t.slope, t.curve, click.near, click.pulse->peakForce(), ears.index,
+                      t.slope, t.curve, click.near, click.pulse->peakForce(), click.air, ears.index,
                       ears.weight);
   };
   return contentOf(a.slot) < contentOf(b.slot);
@@ -389,9 +395,12 @@ double ClickRenderer::workOf(const Click& click) const noexcept {
   const auto nodes = static_cast<double>(click.nodes.empty() ? click.samples : click.nodes.size());
   const bool isEar =
       click.channel < paths_->channels.size() && paths_->channels[click.channel].isEar;
-  const double ear = isEar ? kResponseWork * static_cast<double>(response_.size()) : 0.0;
-  return kClickWork + kNodeWork * nodes +
-         samples * (kSampleWork * static_cast<double>(click.filters->count) + ear);
+  const double ear = isEar ? kResponseWork * static_cast<double>(ear_.size()) : 0.0;
+  const double taps =
+      click.air != 0 ? paths_->air->tapsAbout(AirFilter::heardDistanceOf(click.air)) : 0.0;
+  return kClickWork + kNodeWork * nodes + kAirWork * taps * taps +
+         samples *
+             (kSampleWork * static_cast<double>(click.filters->count) + ear + kResponseWork * taps);
 }
 
 void ClickRenderer::begin(std::uint32_t slot) noexcept {
@@ -404,11 +413,7 @@ void ClickRenderer::begin(std::uint32_t slot) noexcept {
     counters_.silencedFrames += click.samples;
     return leaveBuses(click);
   }
-  if (click.channel < paths_->channels.size() && paths_->channels[click.channel].isEar) {
-    const SoundPaths::Channel& channel = paths_->channels[click.channel];
-    const HrtfSet& set = *paths_->listeners[channel.listener].hrtf;
-    const std::span<double> response(response_.data(), set.alignedLength());
-    set.blendAligned(ears_[slot], channel.ear, response);
+  if (const std::span<const double> response = responseOf(slot); !response.empty()) {
     const std::size_t length = samples.size() + response.size() - 1;
     std::fill_n(x_.begin() + std::ssize(response_) + std::ssize(samples),
                 ClickKernels::kRoom + response.size(), 0.0);
@@ -423,7 +428,33 @@ void ClickRenderer::begin(std::uint32_t slot) noexcept {
   }
 }
 
-/// Returns the samples of a click, in x_ behind as many zeros as an ear's response needs.
+/// Returns the response of the ear that hears a click; none for a microphone.
+std::span<const double> ClickRenderer::earOf(std::uint32_t slot) noexcept {
+  const Click& click = clicks_[slot];
+  if (click.channel >= paths_->channels.size() || !paths_->channels[click.channel].isEar) return {};
+  const SoundPaths::Channel& channel = paths_->channels[click.channel];
+  const HrtfSet& set = *paths_->listeners[channel.listener].hrtf;
+  const std::span<double> response(ear_.data(), set.alignedLength());
+  set.blendAligned(ears_[slot], channel.ear, response);
+  return response;
+}
+
+/// Returns the response of what a click passes before its buses: the air, an ear, or both.
+std::span<const double> ClickRenderer::responseOf(std::uint32_t slot) noexcept {
+  const std::span<const double> ear = earOf(slot);
+  if (clicks_[slot].air == 0) return ear;
+  const std::span<const double> air =
+      paths_->air->taps(AirFilter::heardDistanceOf(clicks_[slot].air), air_);
+  if (ear.empty()) return air;
+  const std::span<double> both(response_.data(), ear.size() + air.size() - 1);
+  std::ranges::fill(both, 0.0);
+  for (std::size_t later = 0; later < air.size(); ++later)
+    for (std::size_t tap = 0; tap < ear.size(); ++tap)
+      both[later + tap] += air[later] * ear[tap];
+  return both;
+}
+
+/// Returns the samples of a click, in x_ behind as many zeros as the longest response needs.
 std::span<const double> ClickRenderer::samplesOf(const Click& click) noexcept {
   const std::span<double> x(x_.data() + response_.size(), click.samples);
   sampler_.sample(click, paths_->isFiltered() ? Drive::force : Drive::pressure, x);

@@ -133,6 +133,8 @@ class ClickRenderer final : public SoundSink {
   double workOf(const Click& click) const noexcept;
   void begin(std::uint32_t slot) noexcept;
   std::span<const double> samplesOf(const Click& click) noexcept;
+  std::span<const double> earOf(std::uint32_t slot) noexcept;
+  std::span<const double> responseOf(std::uint32_t slot) noexcept;
   void mix(std::size_t frames) noexcept;
   void addNoise(std::size_t frames) noexcept;
   void reverberate(std::size_t frames) noexcept;
@@ -170,7 +172,9 @@ class ClickRenderer final : public SoundSink {
 
   ClickSampler sampler_;
   std::vector<double> x_;         // a click's samples, zeros in front for the response
-  std::vector<double> response_;  // response of an ear
+  std::vector<double> ear_;       // response of an ear
+  std::vector<double> air_;       // of the air
+  std::vector<double> response_;  // of both
   std::vector<double> heard_;     // the click's samples through that response
   std::vector<double> mix_;       // Pa, kMixFrames per channel, planar
   std::vector<double> send_;      // Pa at 1 m, into the reverberation

@@ -179,6 +179,9 @@ class Grid {
     ReportChoice still = variant(VariantGroup::sound, "no_doppler", "distances stand still");
     still.doppler = false;
     add(still);
+    ReportChoice clear = variant(VariantGroup::sound, "no_air", "the air absorbs nothing");
+    clear.air = false;
+    add(clear);
     ReportChoice courseGaussian =
         variant(VariantGroup::sound, "course_gaussian", "all of the hand-out's sound");
     asInTheHandOut(courseGaussian);
@@ -191,6 +194,7 @@ class Grid {
     choice.sampling = Sampling::naive;
     choice.radiation = Radiation::compact;
     choice.doppler = false;
+    choice.air = false;
   }
 
   void addModes() {
@@ -302,6 +306,7 @@ Scene sceneOf(const Scene& scene, const ReportChoice& choice) {
   result.sound.comparison.sampling = choice.sampling;
   result.sound.comparison.radiation = choice.radiation;
   result.sound.doppler = choice.doppler;
+  result.sound.airAbsorption = choice.air;
   result.sound.ringingContact = choice.ringing;
   result.mostModes = choice.mostModes;
   if (!choice.jello) return result;
@@ -334,6 +339,7 @@ std::vector<std::pair<std::string, std::variant<std::string, double, bool>>> nam
   word("sampling", samplingName(choice.sampling));
   word("radiation", radiationName(choice.radiation));
   names.emplace_back("doppler", choice.doppler);
+  names.emplace_back("air", choice.air);
   word("ringing", ringingName(choice.ringing));
   if (choice.mostModes) names.emplace_back("modes", static_cast<double>(*choice.mostModes));
   return names;

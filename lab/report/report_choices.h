@@ -38,6 +38,7 @@ struct ReportChoice {
   Sampling sampling = Sampling::bandLimited;
   Radiation radiation = Radiation::exact;
   bool doppler = true;
+  bool air = true;  ///< the air absorbs
   RingingContact ringing = RingingContact::coupled;
   std::optional<std::size_t> mostModes;        ///< most modes of each body; empty: all
   std::optional<native::JelloStepping> jello;  ///< with a jello only

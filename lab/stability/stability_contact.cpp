@@ -27,6 +27,7 @@ Synth synthOf(const Slide& slide) {
   settings.sampleRate = slide.sampleRate;
   settings.audibleThreshold = 0.0;
   settings.doppler = false;
+  settings.airAbsorption = false;  // the references have none
   const Vec3 seat(0.5 * slide.length(), 0.0, slide.distance);
   Synth synth = orThrow(Synth::create(settings, {{.name = "seat", .position = seat}}));
   setBodies(synth, slide);

@@ -455,6 +455,7 @@ Measurements farHead(StabilityForm form) {
         Hall hall{
             .listeners = {microphoneAt(distance * kAside), headAt(responses, distance * kAside)}};
         hall.settings.sampleRate = rate;
+        hall.settings.airAbsorption = false;  // not the distance, but the direction
         const std::vector<Samples> sound = heardIn(hall, source, spanAt(distance));
         const auto frames = static_cast<double>(sound[0].size());
         for (std::size_t ear = 0; ear < 2; ++ear)
@@ -493,6 +494,7 @@ struct Passing {
   double amplitude() const {
     Hall hall{.listeners = {microphoneAt(kFar * kAside)}, .velocities = {-closing * kAside}};
     hall.settings.sampleRate = sampleRate;
+    hall.settings.airAbsorption = false;  // the distance alone, and the Doppler shift
     const double end = (kFar + 0.45 * kSound) / (kSound + closing);  // s, of emissions up to 0.45 s
     const Samples sound =
         heardIn(hall, Slide{.speed = slide, .duration = 0.5}, {.seconds = end})[0];

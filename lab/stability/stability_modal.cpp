@@ -35,6 +35,7 @@ Synth synthOf(const Tone& tone, double sampleRate) {
   SynthSettings settings;
   settings.sampleRate = sampleRate;
   settings.audibleThreshold = 0.0;
+  settings.airAbsorption = false;  // the references have none
   Synth synth =
       orThrow(Synth::create(settings, {{.name = "seat", .position = {0.0, 0.0, kDistance}}}));
   setBodies(synth, Blow{.tone = tone});

@@ -164,6 +164,7 @@ Synth synthOf(const Impact& impact, const Seat& seat) {
   settings.audibleThreshold = 0.0;
   settings.doppler = seat.doppler;
   settings.dissipative = seat.dissipative;
+  settings.airAbsorption = false;  // the references have none
   Synth synth =
       orThrow(Synth::create(settings, {{.name = "seat", .position = {0.0, 0.0, seat.distance}}}));
   setBodies(synth, impact);

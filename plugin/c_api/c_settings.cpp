@@ -140,13 +140,22 @@ Status readRoom(const carom_settings& input, SynthSettings& synth) {
   return std::monostate{};
 }
 
+Medium mediumFrom(const carom_settings& input) {
+  return {.density = input.air_density,
+          .speedOfSound = input.speed_of_sound,
+          .temperature = input.air_temperature,
+          .humidity = input.air_humidity,
+          .pressure = input.air_pressure};
+}
+
 Result<SynthSettings> synthFrom(const carom_settings& input) {
   SynthSettings synth;
   synth.sampleRate = input.sample_rate;
   synth.impulse = static_cast<ImpulseChoice>(input.impulse);
-  synth.medium = {input.air_density, input.speed_of_sound};
+  synth.medium = mediumFrom(input);
   synth.audibleThreshold = input.audible_threshold;
   synth.doppler = input.doppler != 0;
+  synth.airAbsorption = input.air_absorption != 0;
   synth.comparison.pulse = static_cast<PulseShape>(input.pulse);
   synth.comparison.sampling = static_cast<Sampling>(input.sampling);
   synth.comparison.radiation = static_cast<Radiation>(input.radiation);
@@ -182,7 +191,9 @@ Status checkSettings(const carom_settings& input) {
                        {"carom_settings.dissipative", input.dissipative, 2},
                        {"carom_settings.level", input.level, 3},
                        {"carom_settings.lasting", input.lasting, 2},
-                       {"carom_settings.ringing_contact", input.ringing_contact, 2}});
+                       {"carom_settings.ringing_contact", input.ringing_contact, 2},
+                       {"carom_settings.air_absorption", input.air_absorption, 2},
+                       {"carom_settings.air_reserved", input.air_reserved, 1}});
 }
 
 Result<SoundSettings> soundFrom(const carom_settings& input) {
@@ -209,6 +220,10 @@ void writeSynth(const SynthSettings& synth, carom_settings& made) {
   made.sample_rate = synth.sampleRate;
   made.air_density = synth.medium.density;
   made.speed_of_sound = synth.medium.speedOfSound;
+  made.air_temperature = synth.medium.temperature;
+  made.air_humidity = synth.medium.humidity;
+  made.air_pressure = synth.medium.pressure;
+  made.air_absorption = synth.airAbsorption ? 1 : 0;
   made.audible_threshold = synth.audibleThreshold;
   made.impulse = static_cast<std::int32_t>(synth.impulse);
   made.doppler = synth.doppler ? 1 : 0;
@@ -308,8 +323,13 @@ Result<Room> roomFrom(const carom_room* input) {
 Result<ReverbSettings> reverbFrom(const carom_reverb* input) {
   const Result<carom_reverb> read = readStruct(input, defaultReverb(), "carom_reverb");
   if (!read) return read.error();
+  const Status checked = checkChoices({{"carom_reverb.includes_air", read->includes_air, 2},
+                                       {"carom_reverb.reserved", read->reserved, 1}});
+  if (!checked) return checked.error();
   ReverbSettings reverb{.volume = read->volume,
                         .surface = read->surface,
+                        .decayTimeAt16kHz = read->decay_time_16khz,
+                        .includesAir = read->includes_air != 0,
                         .onset = read->onset,
                         .gain = read->gain,
                         .speedOfSound = read->speed_of_sound,
@@ -323,6 +343,8 @@ carom_reverb toC(const ReverbSettings& reverb) {
   made.volume = reverb.volume;
   made.surface = reverb.surface;
   std::ranges::copy(reverb.decayTimes, made.decay_times);
+  made.decay_time_16khz = reverb.decayTimeAt16kHz;
+  made.includes_air = reverb.includesAir ? 1 : 0;
   made.onset = reverb.onset;
   made.gain = reverb.gain;
   made.speed_of_sound = reverb.speedOfSound;

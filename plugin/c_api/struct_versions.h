@@ -31,7 +31,11 @@ inline constexpr std::array kSizes<carom_listener> = {offsetof(carom_listener, s
 template <>
 inline constexpr std::array kSizes<carom_settings> = {
     offsetof(carom_settings, ringing_bodies), offsetof(carom_settings, sliding_contacts),
-    offsetof(carom_settings, on_message), sizeof(carom_settings)};
+    offsetof(carom_settings, on_message), offsetof(carom_settings, air_temperature),
+    sizeof(carom_settings)};
+template <>
+inline constexpr std::array kSizes<carom_reverb> = {offsetof(carom_reverb, decay_time_16khz),
+                                                    sizeof(carom_reverb)};
 template <>
 inline constexpr std::array kSizes<carom_material> = {offsetof(carom_material, damping_alpha),
                                                       offsetof(carom_material, roughness),

@@ -50,6 +50,14 @@ constexpr NumberRange kAirDensity{
     .noun = "a density of air", .min = 1e-3, .max = 1e4, .unit = "kg/m^3"};
 constexpr NumberRange kSpeedOfSound{
     .noun = "a speed of sound", .min = 1.0, .max = 1e4, .unit = "m/s"};
+constexpr NumberRange kAirTemperature{.noun = "a temperature of air",
+                                      .min = 200.0,
+                                      .max = 350.0,
+                                      .unit = "kelvin; 293.15 is 20 degrees C"};
+constexpr NumberRange kAirHumidity{
+    .noun = "a relative humidity", .min = 0.0, .max = 1.0, .unit = "(1: 100 %)"};
+constexpr NumberRange kAirPressure{
+    .noun = "a pressure of air", .min = 1e3, .max = 2e5, .unit = "pascals"};
 constexpr NumberRange kStep{.noun = "a step", .min = 1e-5, .max = 0.1, .unit = "seconds"};
 constexpr NumberRange kRestSpeed{.noun = "a rest speed", .min = 0.0, .max = 1e4, .unit = "m/s"};
 constexpr NumberRange kSpeed{.noun = "a speed", .min = 0.0, .max = 1e4, .unit = "m/s"};
@@ -203,10 +211,15 @@ Scene SceneReader::read(const JsonNode& root, std::string_view defaultName) {
 }
 
 void SceneReader::readAir(const JsonNode& air) {
-  if (!air.expectObject("a description of the air", {"density", "speed_of_sound"})) return;
+  if (!air.expectObject("a description of the air",
+                        {"density", "speed_of_sound", "temperature", "humidity", "pressure"}))
+    return;
   Medium& medium = scene_.medium;
   medium.density = air.number("density", kAirDensity, medium.density);
   medium.speedOfSound = air.number("speed_of_sound", kSpeedOfSound, medium.speedOfSound);
+  medium.temperature = air.number("temperature", kAirTemperature, medium.temperature);
+  medium.humidity = air.number("humidity", kAirHumidity, medium.humidity);
+  medium.pressure = air.number("pressure", kAirPressure, medium.pressure);
 }
 
 void SceneReader::readStepper(const JsonNode& stepper) {

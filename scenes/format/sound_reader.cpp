@@ -381,9 +381,10 @@ std::vector<ListenerPose> readPath(const JsonNode& path, const Listener& listene
 }  // namespace
 
 void readSound(const JsonNode& node, SynthSettings& settings) {
-  if (!node.expectObject("a description of the sound",
-                         {"pulse", "dissipative", "sampling", "radiation", "modal_radiation",
-                          "ringing", "doppler", "audible_threshold", "impulse"})) {
+  if (!node.expectObject(
+          "a description of the sound",
+          {"pulse", "dissipative", "sampling", "radiation", "modal_radiation", "ringing", "doppler",
+           "air_absorption", "audible_threshold", "impulse"})) {
     return;
   }
   const auto pulse = node.find("pulse");
@@ -418,6 +419,7 @@ void readSound(const JsonNode& node, SynthSettings& settings) {
     settings.ringingContact = coupled ? RingingContact::coupled : RingingContact::pressed;
   }
   settings.doppler = node.boolean("doppler", settings.doppler);
+  settings.airAbsorption = node.boolean("air_absorption", settings.airAbsorption);
   settings.audibleThreshold =
       node.number("audible_threshold", kThreshold, settings.audibleThreshold);
   if (const auto impulse = node.find("impulse")) {

@@ -56,6 +56,7 @@ ImpulseEvent hitAlong(const Vec3& axis, const Vec3& velocity, double time = kTim
 /// Returns a synth whose material is so stiff that contacts last `duration` s.
 Synth synthFor(double duration, const std::vector<Listener>& listeners, SynthSettings settings) {
   settings.audibleThreshold = 0.0;
+  settings.airAbsorption = false;
   Material material = *findMaterial("steel");
   const double made = hertzDuration(hitAlong(Vec3::UnitX(), Vec3::Zero()), material, material);
   material.youngsModulus *= std::pow(made / duration, 2.5);

@@ -93,6 +93,7 @@ TEST_P(SeedEquations, AreReproducedToDoublePrecision) {
   settings.comparison.sampling = Sampling::naive;
   settings.comparison.radiation = Radiation::compact;
   settings.doppler = false;
+  settings.airAbsorption = false;
   Synth synth = makeSynth(drop, {{"seat", given.listener}}, settings);
   ASSERT_TRUE(synth.setBody(kFloor, {.material = plastic}));
   synth.schedule(event);
@@ -159,6 +160,7 @@ TEST(Synth, DelayIsThatOfTheWayThroughTheAirToAThousandthOfASample) {
   settings.sampleRate = 192000.0;
   settings.comparison.radiation = Radiation::compact;
   settings.doppler = false;
+  settings.airAbsorption = false;
   const double tau = makeSynth(drop, {kAbove}, settings).contactDuration(drop.event());
   for (const double distance : {0.3, 1.0, 1.7321, 3.14159}) {
     Synth synth = makeSynth(drop, {{"", {0, 0, distance}}}, settings);

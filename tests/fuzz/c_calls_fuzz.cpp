@@ -445,6 +445,10 @@ carom_sound* made(World* world, FuzzNumbers& numbers) {
     settings->limiter = static_cast<std::int32_t>(numbers.below(3));
     settings->latency = numbers.wild(0.05);
     settings->speed_of_sound = numbers.wild(343.0);
+    settings->air_temperature = numbers.wild(293.15);
+    settings->air_humidity = numbers.wild(0.5);
+    settings->air_pressure = numbers.wild(101325.0);
+    settings->air_absorption = static_cast<std::int32_t>(numbers.below(3));
     settings->longest_contact = numbers.wild(0.05);
     settings->full_scale = numbers.wild(1.0);
     settings->metres_per_unit = numbers.wild(1.0);

@@ -1180,9 +1180,19 @@ static void reverberation_of_a_box_is_eyrings(void) {
   EXPECT(fabs(reverb.volume - 60.0) < 1e-9 && fabs(reverb.surface - 94.0) < 1e-9);
   EXPECT(fabs(reverb.decay_times[2] - 24.0 * log(10.0) * 60.0 / (343.0 * 94.0 * -log(1.0 - 0.25))) <
          1e-9);
+  EXPECT(reverb.includes_air == 0);
+  settings.air_humidity = 50.0;
+  EXPECT_REFUSED(create_with(&settings), "relative humidity");
+  settings.air_humidity = 0.5;
+  settings.air_absorption = 2;
+  EXPECT_REFUSED(create_with(&settings), "carom_settings.air_absorption");
+  settings.air_absorption = 1;
   settings.room = &room;
   settings.reverb = &reverb;
   EXPECT_OK(create_with(&settings));
+  reverb.includes_air = 2;
+  EXPECT_REFUSED(create_with(&settings), "carom_reverb.includes_air");
+  reverb.includes_air = 1;
   reverb.gain = NAN;
   EXPECT(create_with(&settings) == CAROM_ERROR_ARGUMENT);
   room.reflector_count = 5;

@@ -173,6 +173,8 @@ TEST(CStructs, EveryFieldOfAReverberationArrivesAndComesBack) {
   input.gain = 11;
   input.speed_of_sound = 12;
   input.silence = 13;
+  input.decay_time_16khz = 14;
+  input.includes_air = 0;
   const Result<ReverbSettings> reverb = reverbFrom(&input);
   ASSERT_TRUE(reverb);
   EXPECT_EQ(reverb->volume, 1);
@@ -182,6 +184,8 @@ TEST(CStructs, EveryFieldOfAReverberationArrivesAndComesBack) {
   EXPECT_EQ(reverb->gain, 11);
   EXPECT_EQ(reverb->speedOfSound, 12);
   EXPECT_EQ(reverb->silence, 13);
+  EXPECT_EQ(reverb->decayTimeAt16kHz, 14);
+  EXPECT_FALSE(reverb->includesAir);
   const carom_reverb back = toC(*reverb);
   EXPECT_EQ(back.size, input.size);
   EXPECT_EQ(back.volume, 1);
@@ -191,6 +195,8 @@ TEST(CStructs, EveryFieldOfAReverberationArrivesAndComesBack) {
   EXPECT_EQ(back.gain, 11);
   EXPECT_EQ(back.speed_of_sound, 12);
   EXPECT_EQ(back.silence, 13);
+  EXPECT_EQ(back.decay_time_16khz, 14);
+  EXPECT_EQ(back.includes_air, 0);
 }
 
 TEST(CStructs, EveryFieldOfASurfaceComesBack) {
@@ -356,6 +362,10 @@ TEST(CStructs, EverySettingArrives) {
   input.ringing_contact = CAROM_RINGING_COUPLED;
   input.dissipative = 1;
   input.level = CAROM_LEVEL_AUTOMATIC;
+  input.air_temperature = 280;
+  input.air_humidity = 0.75;
+  input.air_pressure = 9e4;
+  input.air_absorption = 0;
   const carom_reflector floor = defaultReflector();
   carom_room room = defaultRoom();
   room.reflectors = &floor;
@@ -370,6 +380,10 @@ TEST(CStructs, EverySettingArrives) {
   EXPECT_EQ(settings->sound.latency, 0.1);
   EXPECT_EQ(settings->sound.synth.medium.density, 1.1);
   EXPECT_EQ(settings->sound.synth.medium.speedOfSound, 330);
+  EXPECT_EQ(settings->sound.synth.medium.temperature, 280);
+  EXPECT_EQ(settings->sound.synth.medium.humidity, 0.75);
+  EXPECT_EQ(settings->sound.synth.medium.pressure, 9e4);
+  EXPECT_FALSE(settings->sound.synth.airAbsorption);
   EXPECT_EQ(settings->sound.synth.audibleThreshold, 1e-3);
   EXPECT_EQ(settings->sound.budget.cpuShare, 0.25);
   EXPECT_EQ(settings->sound.budget.voices, 100u);

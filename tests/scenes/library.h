@@ -70,6 +70,7 @@ inline scenes::Scene asInTheHandOut(scenes::Scene scene) {
   scene.sound.comparison.sampling = Sampling::naive;
   scene.sound.comparison.radiation = Radiation::compact;
   scene.sound.doppler = false;
+  scene.sound.airAbsorption = false;
   return scene;
 }
 

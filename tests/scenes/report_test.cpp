@@ -138,7 +138,10 @@ TEST(Report, VariantsOfSoundAreComparedToTheEnd) {
     EXPECT_EQ(one.comparedUntil, bouncing().scene.duration);
     EXPECT_EQ(one.local, LocalKind::none);
     ASSERT_TRUE(one.waveformError) << one.choice.id;
-    EXPECT_GT(*one.waveformError, 0.0) << one.choice.id;
+    if (one.choice.id != "no_air")
+      EXPECT_GT(*one.waveformError, 0.0) << one.choice.id;
+    else  // the listener is so near that the air takes nothing
+      EXPECT_EQ(*one.waveformError, 0.0);
     EXPECT_FALSE(one.energyDrift);
   }
 }

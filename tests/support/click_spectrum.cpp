@@ -60,6 +60,7 @@ Synth makeClickSynth(const ClickCase& click) {
   settings.comparison.radiation = click.radiation;
   settings.audibleThreshold = 0.0;
   settings.doppler = false;
+  settings.airAbsorption = false;
   const Material material = materialFor(click);
   Synth synth = *Synth::create(settings, {{"ahead", {0.0, 0.0, click.distance}}});
   const SoundBody ball{.material = material, .mass = kMass, .radius = click.radius};

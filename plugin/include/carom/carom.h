@@ -225,6 +225,12 @@ typedef struct carom_reverb {
   double gain;                           ///< >= 0, on the level of the diffuse field
   double speed_of_sound;                 ///< m/s
   double silence;                        ///< Pa, >= 1e-15: below it the tail is cut off
+  /// s, T60 at 16 kHz, at least 0.05; 0: it follows from that at 8 kHz and what the air absorbs.
+  double decay_time_16khz;
+  /// 1: the decay times are those of walls and air together, as one measures them; 0: the air's
+  /// part is still to come, if carom_settings.air_absorption is 1.
+  int32_t includes_air;
+  int32_t reserved;  ///< 0
 } carom_reverb;
 
 /// A kind of surface with its published absorption.
@@ -287,6 +293,13 @@ typedef struct carom_settings {
   int32_t ringing_contact;  ///< CAROM_RINGING_...: how an impact makes a body ring
   size_t slide_voices;      ///< contacts that are exact with CAROM_LASTING_HEARD: the loudest
   double metres_per_unit;   ///< m, > 0: length of the unit of a Bullet world, if not 1
+  /// Temperature in K, 200 to 350, relative humidity, 0 to 1, and pressure in Pa, 1e3 to 2e5, of
+  /// the air: they decide what it absorbs, and neither its density nor the speed of sound.
+  double air_temperature;
+  double air_humidity;
+  double air_pressure;
+  int32_t air_absorption;  ///< 1: the air absorbs sound on its way; 0: not
+  int32_t air_reserved;    ///< 0
 } carom_settings;
 
 /// The statistics of a rough surface.
@@ -576,8 +589,8 @@ CAROM_API carom_status carom_find_surface(const char* name, carom_surface* surfa
 CAROM_API carom_status carom_default_surface(const char* material,
                                              carom_surface* surface) CAROM_NOEXCEPT;
 /// Gives the reverberation of a box by Eyring's formula, with its onset after the room's own
-/// reflections. `reverb->size` must be set. Refuses a room that is no box of six walls, and one in
-/// which a band is never absorbed.
+/// reflections, without the air in it (`includes_air` is 0). `reverb->size` must be set. Refuses a
+/// room that is no box of six walls, and one whose walls absorb nothing in some band.
 CAROM_API carom_status carom_reverb_of_box(const carom_room* room, double speed_of_sound,
                                            carom_reverb* reverb) CAROM_NOEXCEPT;
 

@@ -6,10 +6,12 @@
 #include <span>
 #include <string_view>
 
+#include <carom/audio/material.h>
+
 namespace carom {
 
-// Absorption of sound by a surface that reflects it: as data, and as a filter of first order. All
-// of this file: [any thread], no allocation.
+// Absorption of sound by a surface that reflects it, as data, and as a filter of first order; and
+// by the air. All of this file: [any thread], no allocation.
 
 inline constexpr std::size_t kBandCount = 7;
 
@@ -89,5 +91,21 @@ std::complex<double> frequencyResponse(const ReflectionFilter& filter, double fr
 /// sample rate, with |H| and |R| taken as at least 0.1 (-20 dB).
 double reflectionFitError(const Absorption& absorption, const ReflectionFilter& filter,
                           double sampleRate);
+
+/// Attenuation m of the energy of a plane wave in air, in 1/m: after x metres exp(-m x) of the
+/// energy, exp(-m x / 2) of the pressure is left, which is m 10 / ln(10) dB for each metre.
+///
+/// ISO 9613-1:1993, equations (3) to (5) and annex B: viscosity and heat conduction, and the
+/// relaxation of oxygen and nitrogen, whose frequencies depend on the water in the air. The
+/// standard is sure of it to 10 % from 253.15 to 323.15 K where 0.05 to 5 % of the molecules are
+/// water, and frequency over pressure is from 4e-4 to 10 Hz/Pa. Density and speed of sound of the
+/// medium play no part.
+///
+/// Requires a frequency (Hz) of at least 0, and temperature, humidity and pressure in the ranges of
+/// Medium.
+double airAttenuation(const Medium& medium, double frequency);
+
+/// The attenuation in the bands of kOctaveBands, as sabineDecayTimes takes it.
+std::array<double, kBandCount> airAttenuation(const Medium& medium);
 
 }  // namespace carom

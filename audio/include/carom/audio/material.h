@@ -60,10 +60,15 @@ inline double combinedRestitution(double restitution, double otherRestitution) {
 /// [any thread]
 double contactModulus(const Material& material, const Material& other);
 
-/// The fluid that carries the sound: dry air at 20 degrees C and 101.325 kPa unless set.
+/// The fluid that carries the sound: air at 20 degrees C and 101.325 kPa unless set. Its density
+/// and speed of sound are as given; they do not follow temperature, humidity and pressure, of which
+/// the absorption alone is a function (airAttenuation).
 struct Medium {
   double density = 1.20;        ///< kg/m^3, rho0
   double speedOfSound = 343.0;  ///< m/s, c; the seed document computes with 330
+  double temperature = 293.15;  ///< K, 200 to 350; the standard is sure from 253.15 to 323.15
+  double humidity = 0.5;        ///< relative humidity, 0 to 1 (100 %)
+  double pressure = 101325.0;   ///< Pa, 1e3 to 2e5: of the atmosphere
 
   bool operator==(const Medium&) const = default;
 };

@@ -84,6 +84,12 @@ struct ReverbSettings {
   double volume = 0.0;   ///< m^3, 0.1 to 1e6; sets the level
   double surface = 0.0;  ///< m^2, at least that of a sphere; the mean free path is 4 V / S
   DecayTimes decayTimes = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0};  ///< s, T60 per band, >= 0.05
+  /// s, T60 at 16 kHz, >= 0.05; 0: the decay goes on as at 8 kHz, but for what the air absorbs more
+  /// if SynthSettings::airAbsorption has it absorb.
+  double decayTimeAt16kHz = 0.0;
+  /// True if the decay times are those of walls and air together, as one measures them; false if
+  /// the air's part is still to come, by SynthSettings::airAbsorption.
+  bool includesAir = true;
   double onset = 0.0;           ///< s after the input, 0 to 1: when the tail begins; see onsetAfter
   double gain = 1.0;            ///< 1, >= 0: factor on the level of the diffuse field
   double speedOfSound = 343.0;  ///< m/s
@@ -93,15 +99,15 @@ struct ReverbSettings {
 };
 
 /// Sabine's decay times in s: T60 = 24 ln(10) V / (c (S alpha + 4 m V)) (Kuttruff, Room Acoustics,
-/// 5th ed. 2009, chapter 5). Infinity where nothing absorbs. `airAttenuation` is m, the attenuation
-/// of the energy in air in 1/m, in the bands. [any thread]
+/// 5th ed. 2009, chapter 5). Infinity where nothing absorbs. `attenuation` is m, that of the energy
+/// in air in 1/m, in the bands: airAttenuation. [any thread]
 DecayTimes sabineDecayTimes(const RoomMeasures& room, double speedOfSound,
-                            const std::array<double, kBandCount>& airAttenuation = {});
+                            const std::array<double, kBandCount>& attenuation = {});
 
 /// Eyring's decay times in s (1930): Sabine's formula with -ln(1 - alpha) in place of alpha; 0
 /// where alpha is 1. [any thread]
 DecayTimes eyringDecayTimes(const RoomMeasures& room, double speedOfSound,
-                            const std::array<double, kBandCount>& airAttenuation = {});
+                            const std::array<double, kBandCount>& attenuation = {});
 
 /// Time in s after emission at which, on average, the reflection after the `order`th is due, which
 /// is (order + 1) 4 V / (S c). A tail begins there if images up to that order come before it.
@@ -109,8 +115,8 @@ DecayTimes eyringDecayTimes(const RoomMeasures& room, double speedOfSound,
 double onsetAfter(int order, double volume, double surface, double speedOfSound);
 
 /// Returns the settings for the tail of a box: Eyring's decay times (at least 0.05 s), with the
-/// onset after the images of `room.order`. Refuses a room that is not a box, and a box in which a
-/// band is never absorbed. [any thread]
+/// onset after the images of `room.order`, without the air in it. Refuses a room that is not a box,
+/// and a box whose walls absorb nothing in some band. [any thread]
 Result<ReverbSettings> reverbOfBox(const Room& room, double speedOfSound);
 
 }  // namespace carom
