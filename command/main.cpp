@@ -69,11 +69,12 @@ struct Arguments {
   std::string fullScale;  // empty: kFullScalePressure
   std::string stepper;
   double step = 0.0;  // 0: the scene's own
-  std::string pulse;  // this and the next three are empty for the scene's own
+  std::string pulse;  // this and the next four are empty for the scene's own
   std::string sampling;
   std::string radiation;
   std::string ringing;
   std::string air;
+  std::string recoil;
   // compare
   std::vector<double> steps;
   // replay
@@ -103,7 +104,8 @@ const std::map<std::string, PulseShape>& pulseShapes() {
   return shapes;
 }
 
-void applySound(const Arguments& arguments, SynthSettings& sound) {
+void applySound(const Arguments& arguments, Scene& scene) {
+  SynthSettings& sound = scene.sound;
   if (!arguments.pulse.empty()) {
     sound.dissipative = arguments.pulse == kDissipative;
     sound.comparison.pulse =
@@ -116,6 +118,8 @@ void applySound(const Arguments& arguments, SynthSettings& sound) {
   if (!arguments.air.empty()) sound.airAbsorption = arguments.air == "on";
   if (arguments.radiation == "exact") sound.comparison.radiation = Radiation::exact;
   if (arguments.radiation == "compact") sound.comparison.radiation = Radiation::compact;
+  if (arguments.recoil == "sphere") scene.recoil = RecoilModel::sphere;
+  if (arguments.recoil == "shape") scene.recoil = RecoilModel::shape;
 }
 
 // Returns why the output files cannot be written, before anything is read; empty if they can.
@@ -215,7 +219,7 @@ int render(const Arguments& arguments) {
   Result<Scene> scene = loadScene(arguments.scene, {.confined = arguments.confine});
   if (!scene) return fail(kBadInput, scene.error().message);
   applyStepper(arguments, *scene);
-  applySound(arguments, scene->sound);
+  applySound(arguments, *scene);
   if (arguments.step > 0.0 && scene->stepper.type == StepperType::native) {
     return fail(kBadInput,
                 "--step: the native stepper has no step; expected --stepper bullet with it");
@@ -290,7 +294,7 @@ int replay(Arguments& arguments) {
   Scene& scene = recorded->scene;
   if (const Status valid = validateSpan(arguments.span, scene); !valid)
     return fail(kBadInput, valid.error().message);
-  applySound(arguments, scene.sound);
+  applySound(arguments, scene);
   applyListeners(arguments, scene);
   return renderInto(arguments, scene, &recorded->recording);
 }
@@ -405,6 +409,11 @@ void addSound(CLI::App& command, Arguments& arguments) {
       .add_option("--air", arguments.air,
                   "whether the air absorbs sound on its way; default: the scene's choice")
       ->check(oneOf({"on", "off"}));
+  command
+      .add_option("--recoil", arguments.recoil,
+                  "of bodies that are no spheres: by their shape, or as a sphere of equal dipole; "
+                  "default: the scene's choice")
+      ->check(oneOf({"shape", "sphere"}));
   command
       .add_option("--events", arguments.events, "also write every impulse event to this CSV file")
       ->check(fileName());

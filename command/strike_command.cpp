@@ -2,14 +2,18 @@
 
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <span>
 #include <sstream>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "command/command_line.h"
+#include "command/progress_bar.h"
 #include <CLI/CLI.hpp>
 #include <Eigen/Dense>
 #include <nlohmann/json.hpp>
@@ -19,6 +23,7 @@
 #include "carom/audio/panel_radiator.h"
 #include "carom/audio/sound_file.h"
 #include "carom/audio/synth.h"
+#include "carom/modal/mesh_analysis.h"
 #include "scenes/format/model_file.h"
 
 namespace carom::command {
@@ -128,6 +133,7 @@ Result<StrikeReport> renderStrike(Synth& synth, const ImpulseEvent& event,
 StrikeCommand::StrikeCommand(CLI::App& app)
     : command_(app.add_subcommand("strike", "Hit a body once, and hear it ring")) {
   command_->add_option("MODEL", model_, "model file that 'carom modes' wrote, or glTF")->required();
+  command_->add_option("--node", node_, "of a glTF file with several models: whose model");
   const auto three = [](double limit, const char* unit) {
     const auto check = [limit, unit](const std::string& text) -> std::string {
       if (threeNumbers(text, limit)) return {};
@@ -193,8 +199,19 @@ int StrikeCommand::run() const {
                 "--listener: it is in the centre of mass; expected at least 1 mm away from it");
   capMemory(run_.limits().memory);
   ResourceWatch watch(run_.limits());
-  Result<ModalModel> loaded = loadModel(model_);
+  Result<ModalModel> loaded = loadModel({model_, node_});
   if (!loaded) return fail(kBadInput, loaded.error().message);
+  std::string limit;
+  ProgressBar bar("radiation of " + std::filesystem::path(model_).filename().string());
+  ModelCache cache;
+  const Status heard = addRadiation(*loaded, {}, &cache, [&](std::string_view, double share) {
+    bar.show(share);
+    limit = watch.exceeded();
+    return limit.empty();
+  });
+  bar.clear();
+  if (!limit.empty()) return endedEarly(model_, watch, limit);
+  if (!heard) return fail(kBadInput, model_ + ": " + heard.error().message);
   const auto model = std::make_shared<const ModalModel>(*std::move(loaded));
 
   SynthSettings settings;

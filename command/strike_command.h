@@ -22,6 +22,7 @@ class StrikeCommand {
  private:
   CLI::App* command_;
   std::string model_;
+  std::string node_;
   std::string at_;
   std::string impulse_;
   std::string listener_ = "0,0,1";

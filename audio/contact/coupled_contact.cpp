@@ -22,7 +22,7 @@ constexpr double kImpulseTolerance = 1e-2;  ///< of the impulse, relative
 constexpr int kMostRuns = 6;                ///< of one impact, to find its damping
 constexpr int kMostIterations = 40;         ///< of Newton's method, which takes three
 /// Of a depth, relative: how far Newton's method may have moved last. It squares that.
-constexpr double kDepthTolerance = 1e-8;
+constexpr double kDepthTolerance = 1e-6;
 /// By how much more than rigid bodies would need the restitution is lowered, to come below the
 /// wanted one.
 constexpr double kReach = 1.2;
@@ -230,9 +230,10 @@ double CoupledContact::forceTo(double freeDepth, const Law& law, double guess) c
     const double newton = depth - error / (1.0 + compliance_ * force.slope);
     const double middle = std::isinf(low) ? high : 0.5 * (low + high);
     const double next = newton >= low && newton <= high ? newton : middle;
-    const double moved = std::abs(next - depth);
+    const double moved = next - depth;
     depth = next;
-    if (moved <= kDepthTolerance * (std::abs(begin) + std::abs(depth))) break;
+    if (std::abs(moved) <= kDepthTolerance * (std::abs(begin) + std::abs(depth)))
+      return std::max(force.value + force.slope * moved, 0.0);
   }
   return forceAt(depth).value;
 }

@@ -15,11 +15,8 @@ double slopeAround(double fromCentre) {
 // Volume and added volume of the body times its change of velocity by the impact (m^3 m/s, world
 // frame).
 Vec3 pushedVolume(const ImpulseEvent& event, const SoundBody& body) {
-  const Quat& toWorld = event.bodyOrientation;
-  const Vec3 impulse = toWorld.conjugate() * event.impulse;
-  const Vec3 arm = toWorld.conjugate() * (event.position - event.bodyPosition);
-  return toWorld *
-         body.shape->dipole(impulse / body.mass, body.inverseInertia * arm.cross(impulse));
+  const ImpactMotion motion = impactMotion(event, body);
+  return event.bodyOrientation * body.shape->dipole(motion.linear, motion.angular);
 }
 
 }  // namespace
@@ -30,6 +27,13 @@ double gaussianPulse(double u) {
 
 double gaussianPulseSlope(double u) {
   return slopeAround(u - 0.5);
+}
+
+ImpactMotion impactMotion(const ImpulseEvent& event, const SoundBody& body) {
+  const Quat toBody = event.bodyOrientation.conjugate();
+  const Vec3 impulse = toBody * event.impulse;
+  const Vec3 arm = toBody * (event.position - event.bodyPosition);
+  return {impulse / body.mass, body.inverseInertia * arm.cross(impulse)};
 }
 
 Strike makeStrike(const ImpulseEvent& event, const SoundBody& body, const Medium& medium) {

@@ -35,6 +35,15 @@ struct Strike {
   double radius = 0.0;           ///< m, of the sphere with the same dipole; see SoundBody::shape
 };
 
+/// The change of a body's motion by an impact, body frame.
+struct ImpactMotion {
+  Vec3 linear = Vec3::Zero();   ///< m/s
+  Vec3 angular = Vec3::Zero();  ///< rad/s
+};
+
+/// Returns the change of motion of a body that can move.
+ImpactMotion impactMotion(const ImpulseEvent& event, const SoundBody& body);
+
 /// Returns the Strike of an event. For a sphere, dipole = rho0 a^3 / (2 c) j/m, which is Howe 2002,
 /// eq. 3.8.5 (the hand-out's eq. 1). For any other shape, it is rho0 (Vol I + M)(j/m) / (4 pi c)
 /// with the added volume M and the rotation that the impact starts (Landau & Lifshitz, Fluid

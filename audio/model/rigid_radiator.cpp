@@ -1,8 +1,13 @@
 #include "carom/audio/rigid_radiator.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <complex>
+#include <cstdint>
 #include <numbers>
+#include <string>
+#include <variant>
 
 namespace carom {
 namespace {
@@ -97,6 +102,31 @@ RigidRadiator RigidRadiator::turned(const Eigen::Matrix3d& rotation) const {
   result.centroid = rotation * centroid;
   result.addedVolume = both * addedVolume * both.transpose();
   return result;
+}
+
+Status validate(const RigidRecoil& recoil) {
+  const auto isGrowing = [](const std::complex<double>& pole) {
+    return !(pole.real() < 0.0 && pole.imag() > 0.0 && std::isfinite(std::norm(pole)));
+  };
+  constexpr std::uint32_t kHarmonics =
+      (RigidRecoil::kHighestOrder + 1) * (RigidRecoil::kHighestOrder + 1);
+  if (!(recoil.radius > 0.0 && std::isfinite(recoil.radius)))
+    return Error{"recoil: radius is not a finite number above 0"};
+  if (recoil.poles.empty() || recoil.poles.size() > RigidRecoil::kMostPoles)
+    return Error{"recoil: " + std::to_string(recoil.poles.size()) + " poles; expected 1 to " +
+                 std::to_string(RigidRecoil::kMostPoles)};
+  if (std::ranges::any_of(recoil.poles, isGrowing))
+    return Error{"recoil: a pole does not decay, or is not above the real axis"};
+  if (recoil.residues.size() != recoil.terms.size() * recoil.poles.size())
+    return Error{"recoil: expected a residue for each term and pole"};
+  for (const RigidRecoil::Term& term : recoil.terms)
+    if (term.motion > 5 || term.harmonic >= kHarmonics)
+      return Error{"recoil: a term's motion is above 5, or its order above " +
+                   std::to_string(RigidRecoil::kHighestOrder)};
+  for (const std::complex<float>& residue : recoil.residues)
+    if (!std::isfinite(residue.real()) || !std::isfinite(residue.imag()))
+      return Error{"recoil: a residue is not finite"};
+  return std::monostate{};
 }
 
 RigidRadiator sphereRadiator(double radius) {

@@ -35,6 +35,8 @@ Status validate(const SoundBody& body) {
   if (!isPositive(body.edgeRadius)) return Error{"edge radius must be positive (m)"};
   if (body.modalOrigin && !body.modalOrigin->allFinite())
     return Error{"modal origin must be finite (m)"};
+  if (body.recoil != nullptr)
+    if (const Status valid = validate(*body.recoil); !valid) return valid.error();
   return std::monostate{};
 }
 

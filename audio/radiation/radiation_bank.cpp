@@ -1,6 +1,7 @@
 #include "audio/radiation/radiation_bank.h"
 
 #include <cmath>
+#include <complex>
 
 namespace carom::audio {
 
@@ -17,8 +18,19 @@ const RadiationBank::Mix& RadiationBank::mixOf(double corner) {
   return mixes_.emplace(corner, mix).first->second;
 }
 
-std::uint32_t RadiationBank::make(double corner) {
-  filters_.push_back(std::make_unique<RadiationFilter>(corner, input_));
+const RadiationBank::Mix& RadiationBank::ofPole(std::complex<double> pole) {
+  const auto [known, isNew] = poles_.try_emplace({pole.real(), pole.imag()});
+  Mix& mix = known->second;
+  if (!isNew) return mix;
+  mix = {.corner = std::abs(pole), .count = 1, .weights = {1.0}};
+  mix.filters[0] = make(pole);
+  mix.responses[0] = filters_[mix.filters[0]].get();
+  return mix;
+}
+
+template <class Kind>
+std::uint32_t RadiationBank::make(Kind kind) {
+  filters_.push_back(std::make_unique<RadiationFilter>(kind, input_));
   return static_cast<std::uint32_t>(filters_.size() - 1);
 }
 

@@ -1,10 +1,13 @@
 #pragma once
 
 #include <array>
+#include <complex>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "audio/radiation/radiation_filter.h"
@@ -37,16 +40,22 @@ class RadiationBank {
   /// give the same object, which lives as long as the bank. Makes the filters that are missing.
   const Mix& mixOf(double corner);
 
+  /// Returns the filter of a pair of poles (RadiationFilter), by itself: a mix of one, its corner
+  /// the pole's magnitude. Equal poles give the same object.
+  const Mix& ofPole(std::complex<double> pole);
+
   const RadiationFilter& operator[](std::uint32_t filter) const { return *filters_[filter]; }
 
  private:
-  std::uint32_t make(double corner);
+  template <class Kind>
+  std::uint32_t make(Kind kind);
   Mix interpolated(double corner);
 
   RadiationFilter::Input input_;
   std::vector<std::unique_ptr<const RadiationFilter>> filters_;
-  std::unordered_map<double, Mix> mixes_;          // by corner
-  std::unordered_map<int, std::uint32_t> ofRung_;  // filters of the ladder, by rung
+  std::unordered_map<double, Mix> mixes_;           // by corner
+  std::map<std::pair<double, double>, Mix> poles_;  // by real and imaginary part
+  std::unordered_map<int, std::uint32_t> ofRung_;   // filters of the ladder, by rung
 };
 
 }  // namespace carom::audio

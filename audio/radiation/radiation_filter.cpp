@@ -96,26 +96,33 @@ RadiationResponse radiationResponse(double omega, double corner) {
 }
 
 RadiationFilter::RadiationFilter(double corner, Input input) {
-  const bool recursive = corner < kInstant;
-  if (recursive) {
-    b1_ = 2.0 * std::exp(-corner) * std::cos(corner);
-    b2_ = -std::exp(-2.0 * corner);
+  if (corner < kInstant) {
+    *this = RadiationFilter(Complex(-corner, corner), input);
+    return;
   }
-
-  // The part of the response that the recursion does not have: the two poles' exponentials over
-  // one sample each, one after the other.
-  const auto numerator = [&](double omega) -> Complex {
-    if (!recursive) {
-      const Complex ratio = Complex{0.0, omega} / corner;
-      return 1.0 / (1.0 + ratio + 0.5 * ratio * ratio);
-    }
-    const Complex s{0.0, omega};
-    const Complex pole{-corner, corner};
-    return 2.0 * corner * corner * boxTransform(s - pole) * boxTransform(s - std::conj(pole));
+  const auto lowPass = [corner](double omega) -> Complex {
+    const Complex ratio = Complex{0.0, omega} / corner;
+    return 1.0 / (1.0 + ratio + 0.5 * ratio * ratio);
   };
-  // The far part is s times the numerator. It is fitted over the transform of a difference between
-  // samples, which is applied afterwards and exact: so a long pulse, all of it at low frequencies,
-  // is as exact as a short one.
+  fit(lowPass, input, !std::isinf(corner));
+}
+
+// The taps have the part of the response that the recursion does not have: the two poles'
+// exponentials over one sample each, one after the other.
+RadiationFilter::RadiationFilter(Complex pole, Input input)
+    : b1_(2.0 * std::exp(pole.real()) * std::cos(pole.imag())), b2_(-std::exp(2.0 * pole.real())) {
+  const auto numerator = [pole](double omega) -> Complex {
+    const Complex s{0.0, omega};
+    return std::norm(pole) * boxTransform(s - pole) * boxTransform(s - std::conj(pole));
+  };
+  fit(numerator, input, true);
+}
+
+// The far part is s times the numerator. It is fitted over the transform of a difference between
+// samples, which is applied afterwards and exact: so a long pulse, all of it at low frequencies, is
+// as exact as a short one.
+template <class Numerator>
+void RadiationFilter::fit(const Numerator& numerator, Input input, bool hasNear) {
   const auto slope = [&](double omega) -> Complex {
     return numerator(omega) / boxTransform(Complex{0.0, omega});
   };
@@ -125,7 +132,7 @@ RadiationFilter::RadiationFilter(double corner, Input input) {
     far_.first()[tap] += value;
     far_.first()[tap + 1] -= value;
   }
-  if (std::isinf(corner)) return;
+  if (!hasNear) return;
   const Eigen::VectorXd near = fitOf(input, kTaps).taps(numerator);
   std::copy(near.begin(), near.end(), near_.first());
 }

@@ -59,12 +59,20 @@ class RadiationFilter {
   /// `corner` in 1 / samples: c / (a * sample rate); infinite for the compact model.
   RadiationFilter(double corner, Input input);
 
+  /// The filter of a pair of poles p and p*, 1 / samples, its real part below 0, the imaginary
+  /// above: far is s |p|^2 / ((s - p) (s - p*)), near the same without s. It is as exact as long as
+  /// the poles are not far beyond the band.
+  RadiationFilter(std::complex<double> pole, Input input);
+
   const PaddedTaps& far() const { return far_; }
   const PaddedTaps& near() const { return near_; }
   double b1() const { return b1_; }  ///< 0 where there is no recursion
   double b2() const { return b2_; }
 
  private:
+  template <class Numerator>
+  void fit(const Numerator& numerator, Input input, bool hasNear);
+
   PaddedTaps far_;
   PaddedTaps near_;
   double b1_ = 0.0;

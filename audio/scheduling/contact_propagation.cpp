@@ -21,6 +21,8 @@ constexpr double kLoudest = 1e10;
 constexpr double kLongestContact = 20.0;
 /// Upper bound of a head-related response over the free field, at any frequency.
 constexpr double kLoudestEar = 4.0;
+/// The weight of a filter's far part over its near part, at least: any, that rounding forgives.
+constexpr double kLeastFar = 1e-6;
 /// Peaks of a diffuse field over the root of its mean square.
 constexpr double kTailPeaks = 4.0;
 
@@ -44,12 +46,21 @@ struct Parabola {
         curve(2.0 * (begin - 2.0 * middle + end)) {}
 };
 
+double largest(const std::array<double, 3>& gains) {
+  return std::max({std::abs(gains[0]), std::abs(gains[1]), std::abs(gains[2])});
+}
+
 double touchOf(const ContactSource& source) {
   return source.touch > 0.0 ? source.touch : source.duration;
 }
 
 Vec3 mirrored(const Image* image, const Vec3& vector) {
   return image != nullptr ? image->vector(vector) : vector;
+}
+
+/// m: a receiver that is nearer counts as so far away.
+double nearestOf(const ContactSource& source) {
+  return source.recoil != nullptr ? source.recoil->radius() : source.strike.radius;
 }
 
 /// Dipole at the begin, middle or end of the contact, for `part` 0, 1 or 2.
@@ -69,6 +80,8 @@ bool ContactPropagation::propagate(const ContactSource& source) {
   ears_.clear();
   peaks_.assign(paths_->channels.size(), 0.0);
   clickPeak_ = modalPeak_ = 0.0;
+  if (source.recoil != nullptr)
+    source.recoil->combine(source.motion.linear, source.motion.angular, recoil_);
   for (std::uint32_t channel = 0; channel < paths_->channels.size(); ++channel)
     for (const SoundPaths::Path& path : paths_->paths)
       if (!propagateTo(source, {path.chain, channel, path.image})) return false;
@@ -101,7 +114,9 @@ bool ContactPropagation::propagateTo(const ContactSource& source, const Route& r
   PropagationPath path;
   if (!findPath(source, route, path)) return true;
   if (!fitsOnClock(source, path)) return false;
-  if (source.filters != nullptr) {
+  if (source.recoil != nullptr) {
+    addRecoil(source, path, route);
+  } else if (source.filters != nullptr) {
     const double ear = paths_->channels[route.channel].isEar ? kLoudestEar : 1.0;
     const double peak = ear * boundOf(source, path);
     peaks_[route.channel] = std::max(peaks_[route.channel], peak);
@@ -159,8 +174,11 @@ bool ContactPropagation::findPath(const ContactSource& source, const Route& rout
 void ContactPropagation::keepAsAtBegin(const ContactSource& source, const Route& route,
                                        std::size_t part, PropagationPath& path) const {
   path.delays[part] = path.delays[0];
-  path.gains[part] = -mirrored(route.image, dipoleAt(source, part)).dot(path.towardsSource) *
-                     path.receiverGain / std::max(path.distance, source.strike.radius);
+  const double strength =
+      source.recoil != nullptr
+          ? 1.0
+          : -mirrored(route.image, dipoleAt(source, part)).dot(path.towardsSource);
+  path.gains[part] = strength * path.receiverGain / std::max(path.distance, nearestOf(source));
 }
 
 /// Sets the delay and gain of the begin, middle or end as its wave arrives.
@@ -169,9 +187,10 @@ void ContactPropagation::hear(const ContactSource& source, const Route& route,
                               PropagationPath& path) const {
   const SoundPaths::Channel& channel = paths_->channels[route.channel];
   const Vec3 dipole = mirrored(route.image, dipoleAt(source, part));
-  const double distance = std::max(arrival.distance, source.strike.radius);
+  const double distance = std::max(arrival.distance, nearestOf(source));
   if (part < 2) path.distance = distance;
-  path.gains[part] = -dipole.dot(arrival.towardsSource) / distance;
+  path.gains[part] =
+      (source.recoil != nullptr ? 1.0 : -dipole.dot(arrival.towardsSource)) / distance;
   if (part == 0) path.towardsSource = arrival.towardsSource;
   path.delays[part] = (distance - source.ahead) / settings_.medium.speedOfSound;
   if (channel.isEar) {
@@ -211,9 +230,7 @@ double ContactPropagation::boundOf(const ContactSource& source, const Propagatio
     slope = std::min(1.1 * slope, 1.35 * corner * force);
     slope += 1.1 * force * settings_.medium.speedOfSound / path.distance;
   }
-  const double gain =
-      std::max({std::abs(path.gains[0]), std::abs(path.gains[1]), std::abs(path.gains[2])});
-  return gain * slope;
+  return largest(path.gains) * slope;
 }
 
 /// Peak of the reverberation's tail over that of the sound sent into it: the diffuse field's level
@@ -248,17 +265,22 @@ std::uint16_t ContactPropagation::airOf(const PropagationPath& path) const {
                                                      : std::uint16_t{0};
 }
 
+/// Returns the click of a path on samples, through the air, whose delay it makes up for.
+Click ContactPropagation::throughAir(const ContactSource& source, PropagationPath path) const {
+  const std::uint16_t air = airOf(path);
+  if (air != 0)
+    for (double& delay : path.delays)
+      delay -= AirFilter::heardDistanceOf(air) * paths_->air->slowness();
+  Click click = onSamples(source, path);
+  click.air = air;
+  return click;
+}
+
 void ContactPropagation::addClick(const ContactSource& source, const PropagationPath& path,
                                   const Route& route) {
   const double rate = settings_.sampleRate;
   if (std::abs(path.gains[0]) + std::abs(path.gains[2]) == 0.0 && path.gains[1] == 0.0) return;
-  const std::uint16_t air = airOf(path);
-  PropagationPath earlier = path;
-  if (air != 0)
-    for (double& delay : earlier.delays)
-      delay -= AirFilter::heardDistanceOf(air) * paths_->air->slowness();
-  Click click = onSamples(source, earlier);
-  click.air = air;
+  Click click = throughAir(source, path);
   const Parabola gain(path.gains[0], path.gains[1], path.gains[2]);
   click.track.gain = gain.at0 * rate * rate;
   click.track.slope = gain.slope * rate * rate;
@@ -270,6 +292,43 @@ void ContactPropagation::addClick(const ContactSource& source, const Propagation
   click.chain = route.chain;
   clicks_.push_back(click);
   if (paths_->hasHeads) ears_.push_back(path.ears);
+}
+
+/// Adds the click of a recoil: one on the filter of each of its poles.
+void ContactPropagation::addRecoil(const ContactSource& source, const PropagationPath& path,
+                                   const Route& route) {
+  Vec3 toReceiver = -path.distance * path.towardsSource;
+  if (route.image != nullptr) toReceiver = route.image->linear.transpose() * toReceiver;
+  RecoilFilters::Weights weights;
+  source.recoil->weigh(recoil_, source.orientation.conjugate() * toReceiver, weights);
+  const double rate = settings_.sampleRate;
+  const double strength = settings_.medium.density * rate;
+  const double touch = touchOf(source) * rate;
+  const double ear = paths_->channels[route.channel].isEar ? kLoudestEar : 1.0;
+  const double peak = ear * largest(path.gains) * strength *
+                      source.recoil->bound(weights, source.pulse->peakForce() / touch,
+                                           source.pulse->peakSlope() / (touch * touch));
+  peaks_[route.channel] = std::max(peaks_[route.channel], peak);
+  clickPeak_ = std::max(clickPeak_, peak);
+  Click click = throughAir(source, path);
+  click.first += RadiationFilter::kFirstTap;
+  click.channel = route.channel;
+  click.chain = route.chain;
+  const Parabola along(path.gains[0], path.gains[1], path.gains[2]);
+  for (std::size_t index = 0; index < source.recoil->size(); ++index) {
+    // A click has its far part's weight, and that of the near part over it.
+    const double least = kLeastFar * std::abs(weights.near[index]);
+    const double far = std::max(std::abs(weights.far[index]), least);
+    if (far == 0.0) continue;
+    const double scale = std::copysign(far, weights.far[index]) * strength;
+    click.track.gain = along.at0 * scale;
+    click.track.slope = along.slope * scale;
+    click.track.curve = along.curve * scale;
+    click.near = weights.near[index] / std::copysign(far, weights.far[index]);
+    click.filters = &source.recoil->filter(index);
+    clicks_.push_back(click);
+    if (paths_->hasHeads) ears_.push_back(path.ears);
+  }
 }
 
 /// Returns the contact's pulse on the samples with gain 1: a click without filters.

@@ -13,6 +13,7 @@
 #include "audio/propagation/listener_tracks.h"
 #include "audio/propagation/sound_paths.h"
 #include "audio/radiation/radiation_bank.h"
+#include "audio/radiation/recoil_filters.h"
 #include "audio/scheduling/modal_exciter.h"
 #include "audio/scheduling/sample_time.h"
 #include "audio/synthesis/scheduled_sound.h"
@@ -31,6 +32,10 @@ struct ContactSource {
   /// m, subtracted from the distance: sound starts at the surface, and the filter delays it
   double ahead = 0.0;
   const RadiationBank::Mix* filters = nullptr;  ///< null: no click
+  /// The recoil by which listeners hear the click, in place of `filters`; null: none.
+  const RecoilFilters* recoil = nullptr;
+  ImpactMotion motion = {};             ///< that the recoil answers to, body frame
+  Quat orientation = Quat::Identity();  ///< of the body, to the world frame
   SampleShift shift = {};
   bool rings = false;      ///< the ModalExciter holds the strike's excitation
   double ringShare = 1.0;  ///< of the impulse that the event has: what makes modes ring
@@ -64,11 +69,11 @@ class ContactPropagation {
  private:
   /// The propagation path of a contact's sound to one receiver, at its begin, middle and end.
   struct PropagationPath {
-    std::array<double, 3> delays{};     // s
-    std::array<double, 3> gains{};      // Pa s^2, per slope of a force of integral 1
-    double distance = 0.0;              // m, in the middle, not below the body's radius
-    double stretch = 1.0;               // time stretch by the receiver's own motion, in the middle
-    SphereWeights ears;                 // direction from which a binaural channel hears it
+    std::array<double, 3> delays{};  // s
+    std::array<double, 3> gains{};   // Pa s^2, per slope of a force of integral 1; 1/m for a recoil
+    double distance = 0.0;           // m, in the middle, not below the body's radius
+    double stretch = 1.0;            // time stretch by the receiver's own motion, in the middle
+    SphereWeights ears;              // direction from which a binaural channel hears it
     Vec3 towardsSource = Vec3::Zero();  // unit, world frame, at the begin
     double receiverGain = 1.0;          // at the begin
   };
@@ -90,6 +95,8 @@ class ContactPropagation {
   Click onSamples(const ContactSource& source, const PropagationPath& path) const;
   void chooseRule(Click& click) const;
   std::uint16_t airOf(const PropagationPath& path) const;
+  Click throughAir(const ContactSource& source, PropagationPath path) const;
+  void addRecoil(const ContactSource& source, const PropagationPath& path, const Route& route);
   void addClick(const ContactSource& source, const PropagationPath& path, const Route& route);
   void addExcitation(const ContactSource& source, const PropagationPath& path, const Route& route);
   Click modalDrive(const ContactSource& source, PropagationPath path, const Route& route) const;
@@ -102,6 +109,7 @@ class ContactPropagation {
   ModalExciter& exciter_;
   std::vector<Click> clicks_;        // of the current contact
   std::vector<SphereWeights> ears_;  // directions of clicks_, if there is a head
+  RecoilFilters::Motion recoil_;     // of the current contact
   std::vector<double> peaks_;        // Pa, upper bounds of clicks_ by channel
   double clickPeak_ = 0.0;           // Pa, upper bound of clicks_
   double modalPeak_ = 0.0;           // Pa, upper bound of the excitations

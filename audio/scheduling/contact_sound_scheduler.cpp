@@ -126,6 +126,12 @@ void ContactSoundScheduler::scheduleImpulse(const ImpulseEvent& event, const Sam
   source.shift = shift;
   source.pulse = &durations_.pulseOf(event);
   if (course != nullptr) source.train = course->nodes;
+  if (body.recoil != nullptr) {
+    source.recoil = body.recoil.get();
+    source.motion = impactMotion(event, body.sound);
+    source.orientation = event.bodyOrientation;
+    source.ahead = body.recoil->radius();
+  }
   if (!propagation_.propagate(source)) return reject(propagation_.refusal());
   ++counters_.events;
   if (settings_.comparison.sampling == Sampling::naive &&

@@ -46,6 +46,7 @@ Status SoundingBodies::set(BodyId id, const SoundBody& body) {
   SoundingBody known{.sound = body};
   if (std::isfinite(body.mass))
     known.filters = &filtersOf(body.shape ? body.shape->radius() : body.radius);
+  if (known.filters != nullptr) known.recoil = recoilOf(body);
   if (body.modal != nullptr) known.modes = &exciter_.sourceOf(body.modal);
   anyModes_ = anyModes_ || known.modes != nullptr;
   anyTexture_ = anyTexture_ || body.texture != nullptr || body.material.roughness.rmsHeight > 0.0;
@@ -72,6 +73,22 @@ const RadiationBank::Mix& SoundingBodies::filtersOf(double radius) {
     return filters_.mixOf(std::numeric_limits<double>::infinity());
   return filters_.mixOf(settings.medium.speedOfSound /
                         (std::min(radius, kLargestFilteredRadius) * settings.sampleRate));
+}
+
+/// Returns the recoil's filters, made once for all bodies that share it; null without one, for
+/// comparisons, and for bodies larger than those that are filtered.
+std::shared_ptr<const RecoilFilters> SoundingBodies::recoilOf(const SoundBody& body) {
+  const SynthSettings& settings = paths_->settings;
+  const bool isCompared = settings.comparison.radiation != Radiation::exact ||
+                          settings.comparison.sampling != Sampling::bandLimited;
+  if (body.recoil == nullptr || body.shape == nullptr || isCompared) return nullptr;
+  if (body.recoil->radius > kLargestFilteredRadius) return nullptr;
+  std::shared_ptr<const RecoilFilters>& known = recoils_[body.recoil];
+  if (known == nullptr)
+    known = std::make_shared<const RecoilFilters>(
+        body.recoil, settings.medium.speedOfSound / (body.recoil->radius * settings.sampleRate),
+        filters_);
+  return known;
 }
 
 }  // namespace carom::audio

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <unordered_map>
 
 #include "audio/propagation/sound_paths.h"
 #include "audio/radiation/radiation_bank.h"
+#include "audio/radiation/recoil_filters.h"
 #include "audio/scheduling/modal_exciter.h"
 #include "carom/audio/impulse_event.h"
 #include "carom/audio/result.h"
@@ -16,6 +18,8 @@ namespace carom::audio {
 struct SoundingBody {
   SoundBody sound;
   const RadiationBank::Mix* filters = nullptr;  ///< null: it does not click
+  /// The recoil of a body that is no sphere; null: as the sphere of `filters`.
+  std::shared_ptr<const RecoilFilters> recoil = nullptr;
   const ModalExciter::Source* modes = nullptr;  ///< null: it does not ring
   /// Texture made of the material's roughness when it is first asked for.
   std::shared_ptr<const SurfaceTexture> roughTexture = nullptr;
@@ -46,10 +50,12 @@ class SoundingBodies {
 
  private:
   const RadiationBank::Mix& filtersOf(double radius);
+  std::shared_ptr<const RecoilFilters> recoilOf(const SoundBody& body);
 
   std::shared_ptr<const SoundPaths> paths_;
   ModalExciter& exciter_;
   RadiationBank filters_;
+  std::map<std::shared_ptr<const RigidRecoil>, std::shared_ptr<const RecoilFilters>> recoils_;
   std::unordered_map<BodyId, SoundingBody> bodies_;
   bool anyModes_ = false;
   bool anyTexture_ = false;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 namespace carom::audio {
 namespace {
@@ -112,10 +113,11 @@ void ClickBus::ring(std::span<double> pressure) noexcept {
     // The recursion of a large body takes up little in a sample, and gives 1 / (1 - b1 - b2) of it.
     const double silence = kSilence * (1.0 - b1 - b2);
     for (double& sample : pressure) {
-      double now = sample + b1 * last_ + b2 * beforeLast_;
-      if (std::abs(now) < silence) now = 0.0;
-      beforeLast_ = last_;
-      last_ = sample = now;
+      const double before = std::exchange(beforeLast_, last_);
+      last_ = sample + b1 * last_ + b2 * before;
+      // Both samples end together: an oscillation that loses one of them alone may go on for ever.
+      if (std::abs(last_) < silence && std::abs(beforeLast_) < silence) last_ = beforeLast_ = 0.0;
+      sample = last_;
     }
     ringing_ = last_ != 0.0 || beforeLast_ != 0.0;
   }

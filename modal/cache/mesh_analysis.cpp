@@ -1,5 +1,6 @@
 #include "carom/modal/mesh_analysis.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -54,6 +55,19 @@ ModelKey keyOf(const SurfaceMesh& mesh, const Material& material,
     key.add(std::uint64_t{settings.radiation->panels});
     key.add(static_cast<std::uint64_t>(settings.radiation->maxOrder));
   }
+  return key;
+}
+
+/// Returns the key of a model's radiation.
+ModelKey keyOf(const ModalModel& model, const RadiationSettings& settings) {
+  ModelKey key;
+  key.add("radiation").add(kAnalysisVersion).add(model.surface).add(model.material);
+  key.add(model.medium.density).add(model.medium.speedOfSound).add(model.mass);
+  for (const Mode& mode : model.modes)
+    key.add(mode.frequency).add(mode.decayRate);
+  for (const float component : model.shapes)
+    key.add(static_cast<double>(component));
+  key.add(std::uint64_t{settings.panels}).add(static_cast<std::uint64_t>(settings.maxOrder));
   return key;
 }
 
@@ -142,6 +156,34 @@ Result<MeshAnalysis> analyseMesh(const SurfaceMesh& mesh, const Material& materi
   analysis->findings = std::move(report.findings);
   if (cache != nullptr) (void)cache->store(key, analysis->model);
   return analysis;
+}
+
+bool hasRadiation(const ModalModel& model) {
+  return std::ranges::any_of(model.modes, [](const Mode& mode) {
+    return mode.radiation.volume != 0.0 || !mode.radiation.multipoles.empty();
+  });
+}
+
+Status addRadiation(ModalModel& model, const RadiationSettings& settings, ModelCache* cache,
+                    const Progress& progress) {
+  if (model.modes.empty() || hasRadiation(model)) return std::monostate{};
+  if (model.surface.triangles.empty())
+    return Error{
+        "the model does not say how its modes radiate, and has no triangles to compute it from, so "
+        "they would not be heard; expected triangles of its positions (\"indices\")"};
+  const ModelKey key = keyOf(model, settings);
+  if (cache != nullptr) {
+    if (std::optional<ModalModel> known = cache->find(key)) {
+      model.modes = std::move(known->modes);
+      return std::monostate{};
+    }
+  }
+  const Result<RadiationReport> radiation = computeRadiation(model, settings, progress);
+  if (!radiation) return radiation.error();
+  for (Mode& mode : model.modes)
+    mode.radiation.decayRate = std::min(radiatedDecay(mode, model.medium), mode.decayRate);
+  if (cache != nullptr) (void)cache->store(key, model);
+  return std::monostate{};
 }
 
 }  // namespace carom

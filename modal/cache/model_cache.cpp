@@ -7,6 +7,7 @@
 
 #include "carom/audio/modal_model_file.h"
 #include "modal/cache/model_key.h"
+#include "modal/cache/recoil_file.h"
 
 namespace carom {
 
@@ -27,29 +28,45 @@ fs::path ModelCache::defaultFolder() {
   return {};
 }
 
-fs::path ModelCache::fileOf(const ModelKey& key) const {
-  return folder_ / (key.text() + std::string(kModalModelExtension));
+fs::path ModelCache::fileOf(const ModelKey& key, std::string_view extension) const {
+  return folder_ / (key.text() + std::string(extension));
 }
 
 std::optional<ModalModel> ModelCache::find(const ModelKey& key) const {
   if (folder_.empty()) return std::nullopt;
-  Result<ModalModel> model = readModalModel(fileOf(key));
+  Result<ModalModel> model = readModalModel(fileOf(key, kModalModelExtension));
   if (!model) return std::nullopt;
   return *std::move(model);
 }
 
-Status ModelCache::store(const ModelKey& key, const ModalModel& model) {
-  const auto complain = [this](std::string why) -> Status {
-    if (std::exchange(complained_, true)) return std::monostate{};
-    return Error{"the model is not cached: " + std::move(why)};
-  };
-  if (folder_.empty()) return complain("neither XDG_CACHE_HOME nor HOME names a folder");
+std::optional<RigidRecoil> ModelCache::findRecoil(const ModelKey& key) const {
+  if (folder_.empty()) return std::nullopt;
+  return readRecoil(fileOf(key, kRecoilExtension));
+}
+
+Status ModelCache::complain(std::string why) {
+  if (std::exchange(complained_, true)) return std::monostate{};
+  return Error{"the model is not cached: " + std::move(why)};
+}
+
+Status ModelCache::makeFolder() {
+  if (folder_.empty()) return Error{"neither XDG_CACHE_HOME nor HOME names a folder"};
   std::error_code failed;
   fs::create_directories(folder_, failed);
-  if (failed) return complain(folder_.string() + ": " + failed.message());
-  if (const Status written = writeModalModel(fileOf(key), model); !written)
-    return complain(written.error().message);
+  if (failed) return Error{folder_.string() + ": " + failed.message()};
   return std::monostate{};
+}
+
+Status ModelCache::store(const ModelKey& key, const ModalModel& model) {
+  Status stored = makeFolder();
+  if (stored) stored = writeModalModel(fileOf(key, kModalModelExtension), model);
+  return stored ? stored : complain(stored.error().message);
+}
+
+Status ModelCache::storeRecoil(const ModelKey& key, const RigidRecoil& recoil) {
+  Status stored = makeFolder();
+  if (stored) stored = writeRecoil(fileOf(key, kRecoilExtension), recoil);
+  return stored ? stored : complain(stored.error().message);
 }
 
 }  // namespace carom

@@ -6,6 +6,7 @@
 #include <complex>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include <Eigen/LU>
 #include <Eigen/QR>
@@ -52,13 +53,38 @@ bool isInside(const std::vector<SourcePanel>& panels, const Vec3& point) {
   return solidAngle > 2.0 * std::numbers::pi;
 }
 
-double distanceTo(const SurfaceMesh& surface, const Vec3& point) {
+double distanceTo(const std::vector<SourcePanel>& panels, const Vec3& point) {
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t triangle = 0; triangle < surface.triangles.size(); ++triangle) {
-    const std::array<Vec3, 3> corners = cornersOf(surface, triangle);
-    least = std::min(least, (pointOf(corners, closestOnTriangle(corners, point)) - point).norm());
-  }
+  for (const SourcePanel& panel : panels)
+    least = std::min(
+        least,
+        (pointOf(panel.corners(), closestOnTriangle(panel.corners(), point)) - point).norm());
   return least;
+}
+
+/// Returns the images of a part, itself first: the axes that each turns round.
+std::vector<ExteriorSolver::Mirrors> imagesOf(const ExteriorSolver::Mirrors& mirrors) {
+  std::vector<ExteriorSolver::Mirrors> images = {{}};
+  for (std::size_t axis = 0; axis < mirrors.size(); ++axis) {
+    if (!mirrors[axis]) continue;
+    const std::size_t known = images.size();
+    for (std::size_t image = 0; image < known; ++image) {
+      images.push_back(images[image]);
+      images.back()[axis] = true;
+    }
+  }
+  return images;
+}
+
+/// Returns a triangle in mirrors, its normal outwards again.
+std::array<Vec3, 3> mirrored(std::array<Vec3, 3> corners, const ExteriorSolver::Mirrors& image) {
+  for (std::size_t axis = 0; axis < image.size(); ++axis) {
+    if (!image[axis]) continue;
+    for (Vec3& corner : corners)
+      corner[static_cast<Eigen::Index>(axis)] *= -1.0;
+    std::swap(corners[1], corners[2]);
+  }
+  return corners;
 }
 
 // The rest of exp(-i k r) / r without 1 / r - k^2 r / 2, and of its derivative by r.
@@ -78,30 +104,48 @@ Remainder remainderAt(double waveNumber, double distance) {
 
 }  // namespace
 
+const Eigen::Matrix3d ExteriorSolver::kPoint = Eigen::Matrix3d::Zero();
+
 std::array<Vec3, 3> ExteriorSolver::nodesOf(const std::array<Vec3, 3>& corners) {
   const Vec3 sixth = (corners[0] + corners[1] + corners[2]) / 6.0;
   return {sixth + 0.5 * corners[0], sixth + 0.5 * corners[1], sixth + 0.5 * corners[2]};
 }
 
-ExteriorSolver::ExteriorSolver(const SurfaceMesh& surface) {
-  for (std::size_t triangle = 0; triangle < surface.triangles.size(); ++triangle) {
-    const std::array<Vec3, 3> corners = cornersOf(surface, triangle);
-    panels_.emplace_back(corners);
-    nodes_.push_back(nodesOf(corners));
-    equations_.push_back({nodes_.back().begin(), nodes_.back().end()});
-    equations_.back().push_back(panels_.back().centroid());
-    spread_.emplace_back(Eigen::Matrix3d::Zero());
-    for (const Vec3& node : nodes_.back()) {
-      const Vec3 out = node - panels_.back().centroid();
-      spread_.back() += out * out.transpose() / 3.0;
-    }
-  }
-  findInteriorPoints(surface);
+ExteriorSolver::ExteriorSolver(const SurfaceMesh& surface, const Mirrors& mirrors)
+    : part_(surface.triangles.size()), images_(imagesOf(mirrors)) {
+  for (const Mirrors& image : images_)
+    for (std::size_t triangle = 0; triangle < surface.triangles.size(); ++triangle)
+      addPanel(mirrored(cornersOf(surface, triangle), image), &image == &images_.front());
+  findInteriorPoints();
   integrateClosedForms();
 }
 
+void ExteriorSolver::addPanel(const std::array<Vec3, 3>& corners, bool hasEquation) {
+  panels_.emplace_back(corners);
+  nodes_.push_back(nodesOf(corners));
+  spread_.emplace_back(Eigen::Matrix3d::Zero());
+  for (const Vec3& node : nodes_.back()) {
+    const Vec3 out = node - panels_.back().centroid();
+    spread_.back() += out * out.transpose() / 3.0;
+  }
+  if (!hasEquation) return;
+  equations_.push_back({nodes_.back().begin(), nodes_.back().end()});
+  equations_.back().push_back(panels_.back().centroid());
+}
+
+std::vector<double> ExteriorSolver::signsOf(const Parity& parity) const {
+  std::vector<double> signs;
+  for (const Mirrors& image : images_) {
+    double sign = 1.0;
+    for (std::size_t axis = 0; axis < image.size(); ++axis)
+      if (image[axis]) sign *= parity[axis];
+    signs.insert(signs.end(), partSize(), sign);
+  }
+  return signs;
+}
+
 // Takes the first points of a fixed sequence that lie at least a third as deep as the deepest.
-void ExteriorSolver::findInteriorPoints(const SurfaceMesh& surface) {
+void ExteriorSolver::findInteriorPoints() {
   Vec3 low = panels_.front().centroid();
   Vec3 high = low;
   for (const SourcePanel& panel : panels_) {
@@ -114,14 +158,12 @@ void ExteriorSolver::findInteriorPoints(const SurfaceMesh& surface) {
                      radicalInverse(number, 5));
     const Vec3 point = low + share.cwiseProduct(high - low);
     if (!isInside(panels_, point)) continue;
-    inside.push_back({point, distanceTo(surface, point)});
+    inside.push_back({point, distanceTo(panels_, point)});
     depth_ = std::max(depth_, inside.back().depth);
   }
   std::erase_if(inside, [this](const Deep& deep) { return deep.depth < depth_ / 3.0; });
-  for (std::size_t point = 0; point < std::min(inside.size(), kInteriorPoints); ++point) {
+  for (std::size_t point = 0; point < std::min(inside.size(), kInteriorPoints); ++point)
     equations_.push_back({inside[point].point});
-    spread_.emplace_back(Eigen::Matrix3d::Zero());
-  }
 }
 
 void ExteriorSolver::integrateClosedForms() {
@@ -138,7 +180,8 @@ void ExteriorSolver::integrateClosedForms() {
         const SourceField field = panel.fieldAt(point);
         potential_(row, column) += share * field.potential;
         distance_(row, column) += share * field.distance;
-        if (row == column) continue;  // the others vanish in a panel's own plane
+        if (isOwn(static_cast<std::size_t>(row), static_cast<std::size_t>(column)))
+          continue;  // the others vanish in a panel's own plane
         solidAngle_(row, column) += share * field.gradient.dot(panel.normal());
         climb_(row, column) +=
             share * (panel.centroid() - point).dot(panel.normal()) * field.potential;
@@ -148,7 +191,7 @@ void ExteriorSolver::integrateClosedForms() {
 }
 
 bool ExteriorSolver::usesInteriorPoints(double waveNumber) const {
-  return equations_.size() > panels_.size() && waveNumber * depth_ > 0.75 * kFirstResonance;
+  return equations_.size() > partSize() && waveNumber * depth_ > 0.75 * kFirstResonance;
 }
 
 // The influence of a panel on an equation: the integrals of exp(-i k r) / r and of its derivative
@@ -173,7 +216,7 @@ ExteriorSolver::Influence ExteriorSolver::influenceNear(double waveNumber, std::
       const double distance = (node - point).norm();
       const Remainder rest = remainderAt(waveNumber, distance);
       result.layer += share * rest.value;
-      if (equation != panel) result.dipoles += share * height / distance * rest.slope;
+      if (!isOwn(equation, panel)) result.dipoles += share * height / distance * rest.slope;
     }
   }
   return result;
@@ -188,7 +231,7 @@ ExteriorSolver::Influence ExteriorSolver::influenceFar(double waveNumber, std::s
   const Vec3 to = source.centroid() - equations_[equation].back();
   const double reciprocal = 1.0 / to.norm();
   const Vec3 direction = to * reciprocal;
-  const Eigen::Matrix3d scatter = spread_[panel] + kPointsSpread * spread_[equation];
+  const Eigen::Matrix3d scatter = spread_[panel] + kPointsSpread * spreadOf(equation);
   const double along = direction.dot(scatter * direction);
   const Complex mean(1.0 - 0.5 * waveNumber * waveNumber * along,
                      0.5 * waveNumber * reciprocal * (3.0 * along - scatter.trace()));
@@ -203,34 +246,70 @@ ExteriorSolver::Influence ExteriorSolver::influenceFar(double waveNumber, std::s
               share * climb * (reciprocal - Complex(reciprocal, waveNumber) * wave)};
 }
 
-Eigen::VectorXcd ExteriorSolver::solve(double waveNumber, const Eigen::VectorXcd& slope) const {
-  const auto count = std::ssize(panels_);
-  assert(waveNumber >= 0.0 && slope.size() == count);
-  const bool least = usesInteriorPoints(waveNumber);
-  const auto rows = least ? std::ssize(equations_) : count;
-  Eigen::MatrixXcd matrix(rows, count);
-  Eigen::VectorXcd right = Eigen::VectorXcd::Zero(rows);
-  for (Eigen::Index column = 0; column < count; ++column) {
-    for (Eigen::Index row = 0; row < rows; ++row) {
-      const auto equation = static_cast<std::size_t>(row);
-      const auto panel = static_cast<std::size_t>(column);
-      const Vec3 apart = panels_[panel].centroid() - equations_[equation].back();
-      const double reach =
-          kNear * std::sqrt(std::max(spread_[panel].trace(), spread_[equation].trace()));
-      const Influence here = apart.squaredNorm() < reach * reach
-                                 ? influenceNear(waveNumber, equation, panel)
-                                 : influenceFar(waveNumber, equation, panel);
-      matrix(row, column) = -here.dipoles / (4.0 * std::numbers::pi);
-      right[row] -= here.layer / (4.0 * std::numbers::pi) * slope[column];
-    }
-    matrix(column, column) += 0.5;
+// The equations of one parity.
+struct ExteriorSolver::Equations {
+  const Slopes& slopes;
+  std::vector<double> signs;  // of each panel
+  Eigen::MatrixXcd matrix;
+  Eigen::MatrixXcd right;
+
+  Equations(const Slopes& given, std::vector<double> signsOfPanels, Eigen::Index rows)
+      : slopes(given), signs(std::move(signsOfPanels)) {
+    matrix.setZero(rows, given.values.rows());
+    right.setZero(rows, given.values.cols());
   }
-  if (!least) return matrix.partialPivLu().solve(right);
-  // All points inside together get as much weight as all panels.
-  const double weight = std::sqrt(static_cast<double>(count) / static_cast<double>(rows - count));
-  matrix.bottomRows(rows - count) *= weight;
-  right.tail(rows - count) *= weight;
-  return matrix.householderQr().solve(right);
+
+  void add(Eigen::Index row, std::size_t panel, const Influence& here) {
+    const double share = signs[panel] / (4.0 * std::numbers::pi);
+    const auto column = static_cast<Eigen::Index>(panel) % matrix.cols();
+    matrix(row, column) -= share * here.dipoles;
+    const Complex layer = share * here.layer;
+    for (Eigen::Index field = 0; field < right.cols(); ++field)
+      right(row, field) -= layer * slopes.values(column, field);
+  }
+
+  Eigen::MatrixXcd solved() {
+    const Eigen::Index count = matrix.cols();
+    const Eigen::Index inside = matrix.rows() - count;
+    matrix.diagonal().array() += 0.5;
+    if (inside == 0) return matrix.partialPivLu().solve(right);
+    // All points inside together get as much weight as all panels.
+    const double weight = std::sqrt(static_cast<double>(count) / static_cast<double>(inside));
+    matrix.bottomRows(inside) *= weight;
+    right.bottomRows(inside) *= weight;
+    return matrix.householderQr().solve(right);
+  }
+};
+
+Eigen::VectorXcd ExteriorSolver::solve(double waveNumber, const Eigen::VectorXcd& slope) const {
+  assert(images_.size() == 1);
+  const Slopes slopes{.parity = {1.0, 1.0, 1.0}, .values = slope};
+  return solve(waveNumber, std::span(&slopes, 1)).front();
+}
+
+std::vector<Eigen::MatrixXcd> ExteriorSolver::solve(double waveNumber,
+                                                    std::span<const Slopes> slopes) const {
+  assert(waveNumber >= 0.0);
+  const std::size_t rows = usesInteriorPoints(waveNumber) ? equations_.size() : part_;
+  std::vector<Equations> equations;
+  for (const Slopes& one : slopes)
+    equations.emplace_back(one, signsOf(one.parity), static_cast<Eigen::Index>(rows));
+  for (std::size_t panel = 0; panel < panels_.size(); ++panel) {
+    for (std::size_t row = 0; row < rows; ++row) {
+      const Vec3 apart = panels_[panel].centroid() - equations_[row].back();
+      const double reach =
+          kNear * std::sqrt(std::max(spread_[panel].trace(), spreadOf(row).trace()));
+      const Influence here = apart.squaredNorm() < reach * reach
+                                 ? influenceNear(waveNumber, row, panel)
+                                 : influenceFar(waveNumber, row, panel);
+      for (Equations& one : equations)
+        one.add(static_cast<Eigen::Index>(row), panel, here);
+    }
+  }
+  std::vector<Eigen::MatrixXcd> fields;
+  for (Equations& one : equations)
+    fields.push_back(one.solved());
+  return fields;
 }
 
 }  // namespace carom::modal

@@ -1,18 +1,18 @@
 #include "modal/radiation/mode_radiation.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "audio/radiation/multipole.h"
 #include "modal/mesh/triangle_points.h"
 #include "modal/radiation/exterior_solver.h"
 #include "modal/radiation/radiating_panels.h"
+#include "modal/radiation/surface_waves.h"
 
 namespace carom::modal {
 
@@ -30,109 +30,6 @@ constexpr double kResolved = 0.954;
 constexpr double kNegligible = 1e-4;  // relative to the mean square pressure
 constexpr int kOrdersBeyond = 8;      // orders computed above k times the enclosing radius
 constexpr int kMostOrders = 64;
-
-// A number and its derivative in one direction.
-struct Slope {
-  double value = 0.0;
-  double slope = 0.0;
-  Slope() = default;
-  explicit Slope(double number) : value(number) {}
-  Slope(double number, double change) : value(number), slope(change) {}
-};
-Slope operator+(const Slope& a, const Slope& b) {
-  return {a.value + b.value, a.slope + b.slope};
-}
-Slope operator-(const Slope& a, const Slope& b) {
-  return {a.value - b.value, a.slope - b.slope};
-}
-Slope operator*(const Slope& a, const Slope& b) {
-  return {a.value * b.value, a.slope * b.value + a.value * b.slope};
-}
-Slope operator*(double a, const Slope& b) {
-  return {a * b.value, a * b.slope};
-}
-
-// Returns j_0 to j_order at z >= 0, by the recurrence downwards from where they vanish (Miller).
-std::vector<double> sphericalBessels(int order, double z) {
-  std::vector<double> values(static_cast<std::size_t>(order) + 1, 0.0);
-  values[0] = 1.0;
-  if (z < 1e-12) return values;
-  const int start =
-      std::max(order, static_cast<int>(z)) + 20 + static_cast<int>(std::sqrt(40.0 * (order + z)));
-  double above = 0.0;
-  double here = 1e-280;
-  double first = 0.0;
-  for (int l = start; l >= 0; --l) {
-    if (l <= order) values[static_cast<std::size_t>(l)] = here;
-    first = l == 1 ? here : first;
-    if (l > 0) above = std::exchange(here, (2.0 * l + 1.0) / z * here - above);
-    if (std::abs(here) > 1e200) {
-      for (double& value : values)
-        value *= 1e-300;
-      above *= 1e-300;
-      here *= 1e-300;
-      first *= 1e-300;
-    }
-  }
-  const double j0 = std::sin(z) / z;
-  const double j1 = (j0 - std::cos(z)) / z;
-  const double scale = std::abs(j0) > std::abs(j1) ? j0 / here : j1 / first;
-  for (double& value : values)
-    value *= scale;
-  return values;
-}
-
-// Sums the contributions of points of the surface: each a share times j_l Y_lm and its derivative
-// along `normal`.
-class Expansion {
- public:
-  Expansion(double waveNumber, int order, double smallest)
-      : waveNumber_(waveNumber),
-        order_(order),
-        smallest_(smallest),
-        harmonics_(harmonicCount(order)),
-        sums_(harmonicCount(order), 0.0) {}
-
-  // Adds a point `at` (m, from the centre); `pressure` multiplies the derivative, `source` the
-  // function.
-  void add(const Vec3& at, const Vec3& normal, const Complex& pressure, double source) {
-    const double distance = std::max(at.norm(), smallest_);
-    const Vec3 unit = at / distance;
-    const double outward = unit.dot(normal);
-    const Vec3 turn = (normal - outward * unit) / distance;
-    sphericalHarmonics<Slope>({unit.x(), turn.x()}, {unit.y(), turn.y()}, {unit.z(), turn.z()},
-                              order_, harmonics_);
-    const double z = waveNumber_ * distance;
-    const std::vector<double> bessel = sphericalBessels(order_ + 1, z);
-    std::size_t index = 0;
-    for (int l = 0; l <= order_; ++l) {
-      const auto degree = static_cast<std::size_t>(l);
-      const Slope radial(bessel[degree],
-                         waveNumber_ * outward * (l / z * bessel[degree] - bessel[degree + 1]));
-      for (int m = -l; m <= l; ++m, ++index) {
-        const Slope wave = radial * harmonics_[index];
-        sums_[index] += pressure * wave.slope + source * wave.value;
-      }
-    }
-  }
-
-  std::vector<Complex> multipoles() const {
-    std::vector<Complex> result = sums_;
-    const std::array<Complex, 4> powers = {Complex(1, 0), {0, 1}, {-1, 0}, {0, -1}};
-    std::size_t index = 0;
-    for (std::size_t l = 0; index < result.size(); ++l)
-      for (std::size_t m = 0; m <= 2 * l; ++m)
-        result[index++] *= powers[l % 4];
-    return result;
-  }
-
- private:
-  double waveNumber_;
-  int order_;
-  double smallest_;
-  std::vector<Slope> harmonics_;
-  std::vector<Complex> sums_;
-};
 
 double powerOf(std::span<const Complex> multipoles) {
   double sum = 0.0;
@@ -227,15 +124,22 @@ class Radiation {
                                   const Eigen::VectorXcd& pressure) const {
     const int order =
         std::min(static_cast<int>(std::ceil(waveNumber * radius_)) + kOrdersBeyond, kMostOrders);
-    Expansion expansion(waveNumber, order, 1e-9 * radius_);
+    SurfaceWaves waves(waveNumber, order, 1e-9 * radius_);
+    std::vector<Complex> sums(harmonicCount(order), 0.0);
     for (std::size_t panel = 0; panel < solver_.panels().size(); ++panel) {
       const auto row = static_cast<Eigen::Index>(panel);
       const double third = solver_.panels()[panel].area() / 3.0;
-      for (const Vec3& node : ExteriorSolver::nodesOf(cornersOf(panels_.surface, panel)))
-        expansion.add(node - model_.centreOfMass, solver_.panels()[panel].normal(),
-                      third * pressure[row], third * model_.medium.density * normal[row]);
+      const Complex dipoles = third * pressure[row];
+      const double source = third * model_.medium.density * normal[row];
+      for (const Vec3& node : ExteriorSolver::nodesOf(cornersOf(panels_.surface, panel))) {
+        const std::span<const Slope> here =
+            waves.at(node - model_.centreOfMass, solver_.panels()[panel].normal());
+        for (std::size_t index = 0; index < sums.size(); ++index)
+          sums[index] += dipoles * here[index].slope + source * here[index].value;
+      }
     }
-    return expansion.multipoles();
+    SurfaceWaves::turnPhases(sums);
+    return sums;
   }
 
   const ModalModel& model_;

@@ -16,6 +16,7 @@ constexpr NumberRange kThickness{.noun = "a thickness", .min = 1e-6, .max = 1e3,
 constexpr NumberRange kDegreesOfFreedom{
     .noun = "a number of degrees of freedom", .min = 100, .max = 1e6, .whole = true};
 constexpr NumberRange kModeCount{.noun = "a number of modes", .min = 1, .max = 2000, .whole = true};
+constexpr TextRange kNodeName{.noun = "the name of a node", .minLength = 1, .maxLength = 1000};
 constexpr NumberRange kPanels{.noun = "a number of panels", .min = 100, .max = 5000, .whole = true};
 
 void readShell(const JsonNode& node, MeshAnalysisSettings& analysis) {
@@ -52,6 +53,12 @@ void readAnalysis(const JsonNode& node, MeshAnalysisSettings& analysis) {
   analysis.radiation->panels = static_cast<std::size_t>(node.number("panels", kPanels, 800.0));
 }
 
+void readFile(const JsonNode& node, const SceneFolder& folder, ModelFile& model) {
+  if (!node.expectObject("modes from a file", {"file", "node"})) return;
+  model.path = folder.fileOf(node.member("file"));
+  if (const auto name = node.find("node")) model.node = name->text(kNodeName);
+}
+
 }  // namespace
 
 std::optional<Ringing> readRinging(const JsonNode& entry, const SceneFolder& folder) {
@@ -59,11 +66,15 @@ std::optional<Ringing> readRinging(const JsonNode& entry, const SceneFolder& fol
   if (!node) return std::nullopt;
   Ringing ringing;
   if (node->isString())
-    ringing.model = folder.fileOf(*node);
+    ringing.model.path = folder.fileOf(*node);
+  else if (node->isObject() && node->has("file"))
+    readFile(*node, folder, ringing.model);
   else if (node->isObject())
     readAnalysis(*node, ringing.analysis);
   else
-    node->failAs("modes", "the name of a model file, or an object that says what to compute");
+    node->failAs("modes",
+                 "the name of a model file, or an object that says what to compute, or with "
+                 "\"file\" and \"node\"");
   return ringing;
 }
 

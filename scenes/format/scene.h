@@ -19,6 +19,7 @@
 #include "carom/native/restitution.h"
 #include "carom/native/sphere_world.h"
 #include "native/jello/jello_world.h"
+#include "scenes/format/model_file.h"
 #include "scenes/format/solid_shape.h"
 
 namespace carom::scenes {
@@ -72,7 +73,7 @@ struct ContactTraits {
 
 /// The source of a body's modes.
 struct Ringing {
-  std::filesystem::path model;    ///< file that can be opened; empty: computed from the shape
+  ModelFile model;                ///< empty: computed from the shape
   MeshAnalysisSettings analysis;  ///< settings of the computation
 };
 
@@ -126,6 +127,12 @@ struct StepperSettings {
   bool tuned = false;         ///< applies `tune` to Bullet; with solids it always is
 };
 
+/// The way in which a body that is no sphere recoils in the air from an impact.
+enum class RecoilModel {
+  sphere,  ///< as the sphere of equal dipole: exact for long waves
+  shape,   ///< by its own shape at every frequency (RigidRecoil), solved once
+};
+
 /// The path of a listener. At time 0 and before, the listener stands as Scene::listeners has it.
 struct ListenerPath {
   std::size_t listener = 0;         ///< index in Scene::listeners
@@ -149,6 +156,7 @@ struct Scene {
   Medium medium;
   StepperSettings stepper;
   SynthSettings sound;  ///< with the room; its sample rate and medium are not used
+  RecoilModel recoil = RecoilModel::sphere;
   std::vector<SceneBody> bodies;
   RestitutionTable restitutions;  ///< restitutions of certain pairs of materials
   SceneMechanics mechanics;

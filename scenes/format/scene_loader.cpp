@@ -196,7 +196,7 @@ Scene SceneReader::read(const JsonNode& root, std::string_view defaultName) {
   scene_.gravity = root.vector("gravity", kGravity, scene_.gravity);
   if (const auto air = root.find("air")) readAir(*air);
   if (const auto stepper = root.find("stepper")) readStepper(*stepper);
-  if (const auto sound = root.find("sound")) readSound(*sound, scene_.sound);
+  if (const auto sound = root.find("sound")) readSound(*sound, scene_);
   if (const auto materials = root.find("materials")) materials_.readMaterials(*materials);
   if (const auto restitutions = root.find("restitutions"); restitutions && ok())
     materials_.readRestitutions(*restitutions, scene_.restitutions);

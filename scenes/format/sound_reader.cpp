@@ -380,11 +380,12 @@ std::vector<ListenerPose> readPath(const JsonNode& path, const Listener& listene
 
 }  // namespace
 
-void readSound(const JsonNode& node, SynthSettings& settings) {
+void readSound(const JsonNode& node, Scene& scene) {
+  SynthSettings& settings = scene.sound;
   if (!node.expectObject(
           "a description of the sound",
-          {"pulse", "dissipative", "sampling", "radiation", "modal_radiation", "ringing", "doppler",
-           "air_absorption", "audible_threshold", "impulse"})) {
+          {"pulse", "dissipative", "sampling", "radiation", "modal_radiation", "ringing", "recoil",
+           "doppler", "air_absorption", "audible_threshold", "impulse"})) {
     return;
   }
   const auto pulse = node.find("pulse");
@@ -417,6 +418,10 @@ void readSound(const JsonNode& node, SynthSettings& settings) {
     const bool coupled =
         ringing->choice("how impacts make bodies ring", {"pressed", "coupled"}) == 1;
     settings.ringingContact = coupled ? RingingContact::coupled : RingingContact::pressed;
+  }
+  if (const auto recoil = node.find("recoil")) {
+    const bool ofShape = recoil->choice("a model of recoil", {"sphere", "shape"}) == 1;
+    scene.recoil = ofShape ? RecoilModel::shape : RecoilModel::sphere;
   }
   settings.doppler = node.boolean("doppler", settings.doppler);
   settings.airAbsorption = node.boolean("air_absorption", settings.airAbsorption);

@@ -8,6 +8,7 @@
 #include "audio/propagation/pose_track.h"
 #include "carom/audio/synth.h"
 #include "modal/json/json_reader.h"
+#include "scenes/format/scene.h"
 #include "scenes/format/scene_folder.h"
 
 namespace carom::scenes {
@@ -39,7 +40,7 @@ struct ListenerEntry {
 };
 
 /// Reads "sound".
-void readSound(const modal::JsonNode& node, SynthSettings& settings);
+void readSound(const modal::JsonNode& node, Scene& scene);
 
 /// Reads "room" into `settings.room` and `settings.reverb`; its walls are the planes of the scene.
 void readRoom(const modal::JsonNode& node, const std::vector<RoomPlane>& planes,

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cstddef>
-#include <filesystem>
 #include <map>
 #include <string>
 #include <tuple>
@@ -69,7 +68,7 @@ class ModesOfBodies {
     BodyModes modes;
     if (!body.ringing) return modes;
     const Ringing& ringing = *body.ringing;
-    const auto model = ringing.model.empty() ? computed(body, progress) : read(ringing.model);
+    const auto model = ringing.model.empty() ? computed(body, progress) : read(ringing, progress);
     if (!model) return model.error();
     if (!(*model)->modes.empty()) modes.model = *model;
     if (!ringing.model.empty()) modes.origin = originInFile(body);
@@ -98,11 +97,13 @@ class ModesOfBodies {
     Model model;
   };
 
-  Result<Model> read(const std::filesystem::path& file) {
-    Model& model = files_[file];
+  Result<Model> read(const Ringing& ringing, const Progress& progress) {
+    Model& model = files_[ringing.model];
     if (model != nullptr) return model;
-    Result<ModalModel> loaded = loadModel(file);
+    Result<ModalModel> loaded = loadModel(ringing.model);
     if (!loaded) return loaded.error();
+    if (const Status heard = addRadiation(*loaded, {}, &cache_, progress); !heard)
+      return Error{ringing.model.path.string() + ": " + heard.error().message};
     model = std::make_shared<const ModalModel>(*std::move(loaded));
     return model;
   }
@@ -123,7 +124,7 @@ class ModesOfBodies {
   }
 
   ModelCache cache_;
-  std::map<std::filesystem::path, Model> files_;
+  std::map<ModelFile, Model> files_;
   std::vector<Computed> computed_;
   std::map<Model, Model> cut_;
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <unordered_map>
 #include <utility>
 
 #include <Eigen/Dense>
@@ -11,6 +12,7 @@
 #include "carom/audio/listener.h"
 #include "carom/audio/panel_radiator.h"
 #include "carom/audio/room.h"
+#include "carom/modal/mesh_analysis.h"
 #include "scenes/run/bullet_solid.h"
 #include "scenes/run/scene_modes.h"
 
@@ -27,10 +29,14 @@ constexpr double kLookahead = 0.1;  // s
 constexpr double kDecays = 2.0;             // number of reverberation times: 60 dB each
 constexpr std::int64_t kSkipFrames = 4096;  // rendered at a time
 
-/// Makes SoundBodies of a scene's bodies. The added mass of solids of equal shape is solved once,
-/// and a normal map is read once for all bodies that have it with the same settings.
+/// Makes SoundBodies of a scene's bodies. The added mass and the recoil of solids of equal shape
+/// are solved once, and a normal map is read once for all bodies that have it with the same
+/// settings.
 class SoundBodies {
  public:
+  SoundBodies(const Scene& scene, const Progress& progress)
+      : hasRecoils_(scene.recoil == RecoilModel::shape), progress_(progress) {}
+
   Result<SoundBody> make(const SceneBody& body, const BodyModes& modes) {
     SoundBody sound;
     if (body.normalMap) {
@@ -49,11 +55,25 @@ class SoundBodies {
       sound.mass = solid->mass;
       sound.shape = std::shared_ptr<const RigidRadiator>(radiators_, &*radiator);
       sound.inverseInertia = solid->inertia.inverse();
+      if (hasRecoils_) {
+        auto recoil = recoilOf(surfaceOf(*solid));
+        if (!recoil) return Error{"recoil: " + recoil.error().message};
+        sound.recoil = *std::move(recoil);
+      }
     }
     return sound;
   }
 
  private:
+  Result<std::shared_ptr<const RigidRecoil>> recoilOf(const SurfaceMesh& surface) {
+    std::shared_ptr<const RigidRecoil>& known = recoils_[surface];
+    if (known != nullptr) return known;
+    Result<RigidRecoil> recoil = analyseRecoil(surface, &cache_, progress_);
+    if (!recoil) return recoil.error();
+    known = std::make_shared<const RigidRecoil>(*std::move(recoil));
+    return known;
+  }
+
   Status layTexture(const SceneBody& body, SoundBody& sound) {
     NormalMapFile map = *body.normalMap;
     if (map.byCoordinates) {
@@ -92,12 +112,16 @@ class SoundBodies {
   std::map<std::pair<const SolidMesh*, bool>, std::shared_ptr<const TextureCoordinates>>
       coordinates_;
   std::shared_ptr<RadiatorCache> radiators_ = std::make_shared<RadiatorCache>();
+  bool hasRecoils_;
+  const Progress& progress_;
+  ModelCache cache_;
+  std::unordered_map<SurfaceMesh, std::shared_ptr<const RigidRecoil>, RadiatorCache::Hash> recoils_;
 };
 
 Status setBodies(const Scene& scene, Synth& synth, const Progress& progress) {
   const Result<std::vector<BodyModes>> modes = sceneModes(scene, progress);
   if (!modes) return modes.error();
-  SoundBodies bodies;
+  SoundBodies bodies(scene, progress);
   for (std::size_t index = 0; index < scene.bodies.size(); ++index) {
     const Result<SoundBody> sound = bodies.make(scene.bodies[index], (*modes)[index]);
     Status set = sound ? synth.setBody(static_cast<BodyId>(index), *sound) : sound.error();

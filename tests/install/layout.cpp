@@ -61,6 +61,8 @@ void printVocabulary() {
   LAYOUT(ListenerPose);
   LAYOUT(SoundBody);
   LAYOUT(RigidRadiator);
+  LAYOUT(RigidRecoil);
+  LAYOUT(RigidRecoil::Term);
   LAYOUT(SurfaceMesh);
   LAYOUT(ModalModel);
   LAYOUT(Mode);

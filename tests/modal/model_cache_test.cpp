@@ -1,6 +1,8 @@
 #include "carom/modal/model_cache.h"
 
+#include <cstdint>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <optional>
 #include <string>
@@ -63,6 +65,42 @@ TEST(ModelCache, FindsWhatWasStoredUnderItsKeyAlone) {
   ASSERT_TRUE(cache.find(key));
   EXPECT_EQ(cache.find(key)->name, "bell");
   EXPECT_FALSE(cache.find(ModelKey().add("Bell")));
+}
+
+TEST(ModelCache, KeepsRecoilsAndFindsNoneThatIsDamaged) {
+  const TemporaryFolder folder;
+  ModelCache cache(folder.path());
+  RigidRecoil recoil;
+  recoil.radius = 0.25;
+  recoil.poles = {{-0.5, 1.5}, {-1.0, 4.0}};
+  recoil.terms = {{0, 3}, {4, 11}};
+  recoil.residues = {{1.0F, 2.0F}, {-3.0F, 0.5F}, {0.0F, 1.0F}, {7.0F, -1.0F}};
+  const ModelKey key = ModelKey().add("spoon");
+  EXPECT_FALSE(cache.findRecoil(key));
+  ASSERT_TRUE(cache.storeRecoil(key, recoil));
+  const std::optional<RigidRecoil> found = cache.findRecoil(key);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->radius, recoil.radius);
+  EXPECT_EQ(found->poles, recoil.poles);
+  EXPECT_EQ(found->residues, recoil.residues);
+  ASSERT_EQ(found->terms.size(), 2U);
+  EXPECT_EQ(found->terms[1].motion, 4);
+  EXPECT_EQ(found->terms[1].harmonic, 11);
+  EXPECT_FALSE(cache.find(key)) << "a recoil is no model";
+
+  const std::filesystem::path file = std::filesystem::directory_iterator(folder.path())->path();
+  const auto size = std::filesystem::file_size(file);
+  for (const std::uintmax_t cut : {size - 1, size / 2, std::uintmax_t{10}, std::uintmax_t{0}}) {
+    std::filesystem::resize_file(file, cut);
+    EXPECT_FALSE(cache.findRecoil(key)) << cut;
+  }
+  ASSERT_TRUE(cache.storeRecoil(key, recoil));
+  {
+    std::fstream damaged(file, std::ios::binary | std::ios::in | std::ios::out);
+    damaged.seekp(20);
+    damaged.put('x');
+  }
+  EXPECT_FALSE(cache.findRecoil(key));
 }
 
 TEST(ModelCache, OverwritesADamagedFile) {

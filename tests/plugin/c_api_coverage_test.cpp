@@ -286,6 +286,7 @@ std::vector<CoveredType> coveredTypes() {
         {"radius", "carom_body.radius"},
         {"edgeRadius", "carom_body.edge_radius"},
         {"shape", "carom_body.shape"},
+        {"recoil", "(solved where there is time for it)"},
         {"inverseInertia", "carom_body.inertia"},
         {"texture", "carom_body.texture"},
         {"textureCoordinates", "carom_body.texture_coordinates"},

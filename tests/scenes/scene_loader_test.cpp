@@ -515,6 +515,9 @@ TEST(SceneLoader, SoundIsTheSynthsDefaultUnlessTheSceneSaysOtherwise) {
     EXPECT_TRUE(sound.room.reflectors.empty());
     EXPECT_FALSE(sound.reverb);
   }
+  EXPECT_EQ(accepted(oneBall()).recoil, RecoilModel::sphere);
+  EXPECT_EQ(accepted(with("/sound", {{"recoil", "sphere"}})).recoil, RecoilModel::sphere);
+  EXPECT_EQ(accepted(with("/sound", {{"recoil", "shape"}})).recoil, RecoilModel::shape);
   const SynthSettings sound = accepted(with("/sound", {{"pulse", "gaussian"},
                                                        {"sampling", "naive"},
                                                        {"radiation", "compact"},
@@ -551,8 +554,12 @@ TEST(SceneLoader, BodiesRingAsTheirModesSayAndNotAtAllWithoutThem) {
   EXPECT_FALSE(ringing(oneBall(), 0));
   const auto file = ringing(withModes("models/ball.carom_modes"), 0);
   ASSERT_TRUE(file);
-  EXPECT_EQ(file->model.filename(), "ball.carom_modes");
-  EXPECT_EQ(file->model.parent_path().filename(), "models");
+  EXPECT_EQ(file->model.path.filename(), "ball.carom_modes");
+  EXPECT_EQ(file->model.path.parent_path().filename(), "models");
+  const auto chosen = ringing(withModes({{"file", "bells.glb"}, {"node", "tenor"}}), 0);
+  ASSERT_TRUE(chosen);
+  EXPECT_EQ(chosen->model.path.filename(), "bells.glb");
+  EXPECT_EQ(chosen->model.node, "tenor");
   const auto plain = ringing(withModes(json::object()), 0);
   ASSERT_TRUE(plain);
   EXPECT_TRUE(plain->model.empty());
@@ -581,7 +588,7 @@ TEST(SceneLoader, ModelFilesAreRelativeToTheSceneAndNotOpenedYet) {
   const Result<Scene> scene =
       parseScene(withModes("ball.carom_modes").dump(), "/some/folder/test.json");
   ASSERT_TRUE(scene) << messageOf(scene);
-  EXPECT_EQ(scene->bodies[0].ringing->model, "/some/folder/ball.carom_modes");
+  EXPECT_EQ(scene->bodies[0].ringing->model.path, "/some/folder/ball.carom_modes");
 }
 
 TEST(SceneLoader, DampingBelongsToTheMaterial) {
@@ -1522,6 +1529,11 @@ std::vector<Refusal> shapeRefusals() {
     add(withModes(wrong), modes, {"modes", "a model file, or an object"});
   add(withModes(""), modes, {"the name of a file"});
   add(withModes(std::string(1001, 'x')), modes, {"the name of a file"});
+  add(withModes({{"file", ""}}), modes + "/file", {"the name of a file"});
+  add(withModes({{"file", "bells.glb"}, {"node", ""}}), modes + "/node", {"the name of a node"});
+  add(withModes({{"file", "bells.glb"}, {"dofs", 3000}}), modes + "/dofs",
+      {"unknown key", "\"node\""});
+  add(withModes({{"node", "tenor"}}), modes + "/node", {"unknown key", "\"dofs\""});
   add(withModes({{"material", "steel"}}), modes + "/material", {"unknown key", "\"dofs\""});
   add(withModes({{"body", "beam"}}), modes + "/body", {"\"solid\", \"shell\""});
   add(withModes({{"body", "shell"}}), modes + "/thickness", {"missing", "metres"});
@@ -1559,6 +1571,7 @@ std::vector<Refusal> shapeRefusals() {
     add(withOak({{"damping_beta", damping}}), "/bodies/0/material/damping_beta",
         {"in proportion to stiffness"});
   add(with("/sound", {{"ringing", "loud"}}), "/sound/ringing", {"\"pressed\", \"coupled\""});
+  add(with("/sound", {{"recoil", "round"}}), "/sound/recoil", {"\"sphere\", \"shape\""});
   add(with("/sound", {{"modal_radiation", "loud"}}), "/sound/modal_radiation",
       {"\"directional\", \"monopole\", \"constant\""});
   add(with("/bodies", json::array()), "/bodies", {"empty scene"});
@@ -1945,7 +1958,8 @@ std::vector<json> goodDocuments() {
     documents.push_back(withSolid(keys));
   }
   for (const json& modes :
-       {json("x"), json(std::string(1000, 'x')), json::object(), json{{"body", "solid"}},
+       {json("x"), json(std::string(1000, 'x')), json::object(), json{{"file", "x"}},
+        json{{"file", "x"}, {"node", "y"}}, json{{"body", "solid"}},
         json{{"dofs", 100}, {"count", 1}, {"panels", 100}},
         json{{"dofs", 1000000}, {"count", 2000}, {"panels", 5000}},
         json{{"body", "shell"}, {"thickness", 1e-6}},
@@ -1956,6 +1970,8 @@ std::vector<json> goodDocuments() {
   documents.push_back(withOak({{"damping_alpha", 1e6}, {"damping_beta", 1}}));
   for (const char* ringing : {"pressed", "coupled"})
     documents.push_back(with("/sound", {{"ringing", ringing}}));
+  for (const char* recoil : {"sphere", "shape"})
+    documents.push_back(with("/sound", {{"recoil", recoil}}));
   for (const char* radiation : {"directional", "monopole", "constant"})
     documents.push_back(with("/sound", {{"modal_radiation", radiation}}));
   documents.push_back(withShape({{"type", "cylinder"}, {"radius", 1e-6}, {"height", 2e4}}));

@@ -7,11 +7,13 @@
 #include <fstream>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "carom/audio/modal_model_file.h"
+#include "carom/modal/gltf_audio.h"
 #include "scenes/run/scene_sound.h"
 #include "tests/scenes/library.h"
 #include "tests/support/temporary_folder.h"
@@ -93,6 +95,89 @@ TEST_F(SceneModes, BodiesThatNameOneFileShareOneModelInTheFrameOfTheirShape) {
   EXPECT_EQ((*modes)[1].model, (*modes)[2].model);
   EXPECT_EQ((*modes)[1].origin, Vec3(0.01, 0.02, 0.03));
   EXPECT_EQ((*modes)[2].origin, Vec3::Zero());
+}
+
+/// Returns the model as another program would write it: without a word on how its modes radiate.
+GltfAudio foreign(const std::vector<const ModalModel*>& models) {
+  GltfAudio audio;
+  for (const ModalModel* model : models) {
+    addModalModel(audio, *model);
+    audio.models.back().volumes.clear();
+    audio.nodes.back().name = "bar " + std::to_string(audio.nodes.size());
+  }
+  return audio;
+}
+
+TEST_F(SceneModes, AModelThatDoesNotSayHowItRadiatesIsHeardLikeOneThatDoes) {
+  const auto computed = sceneModes(fallingBars({R"({"dofs": 600, "count": 4})"}));
+  ASSERT_TRUE(computed);
+  const ModalModel& own = *(*computed)[1].model;
+  const std::filesystem::path file = folder_ / "bar.glb";
+  ASSERT_TRUE(writeGltfAudio(file, foreign({&own})));
+  const auto modes = sceneModes(fallingBars({'"' + file.string() + '"'}));
+  ASSERT_TRUE(modes) << modes.error().message;
+  const ModalModel& read = *(*modes)[1].model;
+  ASSERT_EQ(read.modes.size(), own.modes.size());
+  for (std::size_t mode = 0; mode < own.modes.size(); ++mode) {
+    const auto& wanted = own.modes[mode].radiation.multipoles;
+    const auto& found = read.modes[mode].radiation.multipoles;
+    ASSERT_EQ(found.size(), wanted.size()) << mode;
+    double error = 0.0;
+    double power = 0.0;
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      error += std::norm(found[i] - wanted[i]);
+      power += std::norm(wanted[i]);
+    }
+    // A mesh in floats is clustered into other panels, of which each set is right to a per cent.
+    EXPECT_LT(error, 1e-4 * power) << mode;
+    EXPECT_NEAR(read.modes[mode].decayRate, own.modes[mode].decayRate,
+                1e-6 * own.modes[mode].decayRate);
+    EXPECT_NEAR(read.modes[mode].radiation.decayRate, own.modes[mode].radiation.decayRate,
+                1e-2 * own.modes[mode].radiation.decayRate);
+  }
+}
+
+TEST_F(SceneModes, ANodeSaysWhichModelOfAFileItIs) {
+  Scene scene = fallingBars({kCoarse, kCoarse});
+  scene.bodies.back().material = *findMaterial("brass");
+  const auto computed = sceneModes(scene);
+  ASSERT_TRUE(computed);
+  const std::filesystem::path file = folder_ / "bars.gltf";
+  GltfAudio both = foreign({(*computed)[1].model.get(), (*computed)[2].model.get()});
+  both.nodes.back().globalTransform.topLeftCorner<3, 3>() *= 2.0;
+  ASSERT_TRUE(writeGltfAudio(file, both));
+  const std::string name = "\"file\": \"" + file.string() + "\"";
+  const auto modes = sceneModes(
+      fallingBars({"{" + name + R"(, "node": "bar 1"})", "{" + name + R"(, "node": "bar 2"})"}));
+  ASSERT_TRUE(modes) << modes.error().message;
+  EXPECT_EQ((*modes)[1].model->material.name, "carbon_steel");
+  EXPECT_EQ((*modes)[2].model->material.name, "brass");
+  const double once = (*modes)[1].model->surface.vertices.front().norm();
+  EXPECT_NEAR((*modes)[2].model->surface.vertices.front().norm(), 2.0 * once, 1e-6 * once);
+
+  for (const auto& [wrong, says] : {std::pair{"{" + name + "}", "\"bar 1\", \"bar 2\""},
+                                    std::pair{"{" + name + R"(, "node": "bar"})",
+                                              "no node that has a modal model is called"}}) {
+    const auto refused = sceneModes(fallingBars({wrong}));
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find(says), std::string::npos) << refused.error().message;
+  }
+}
+
+TEST_F(SceneModes, AModelThatWouldNotBeHeardIsRefused) {
+  const auto computed = sceneModes(fallingBars({kCoarse}));
+  ASSERT_TRUE(computed);
+  GltfAudio points = foreign({(*computed)[1].model.get()});
+  points.models.back().indices.clear();
+  const std::filesystem::path file = folder_ / "points.glb";
+  ASSERT_TRUE(writeGltfAudio(file, points));
+  const auto refused = sceneModes(fallingBars({'"' + file.string() + '"'}));
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("would not be heard"), std::string::npos);
+  ASSERT_TRUE(writeGltfAudio(file, GltfAudio{}));
+  const auto none = sceneModes(fallingBars({'"' + file.string() + '"'}));
+  ASSERT_FALSE(none);
+  EXPECT_NE(none.error().message.find("no modal model"), std::string::npos);
 }
 
 TEST_F(SceneModes, TheSecondTimeTheyComeFromTheCache) {

@@ -1,7 +1,13 @@
 #pragma once
 
+#include <complex>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
 #include <Eigen/Core>
 
+#include <carom/audio/result.h>
 #include <carom/audio/vector.h>
 
 namespace carom {
@@ -42,6 +48,38 @@ struct RigidRadiator {
 
 // The layout is the same for every host, whatever vector instructions it is compiled with.
 static_assert(sizeof(RigidRadiator) == 320 && alignof(RigidRadiator) == alignof(double));
+
+/// The way in which a rigid body of any shape pushes the air at every frequency: its six motions,
+/// each as multipoles, each of these a sum of decaying oscillations that all have in common. Body
+/// frame, about the body's origin, its centre of mass. Immutable in use. [any thread]
+///
+/// A body whose acceleration has the spectrum A_j(s), m/s^2 along x, y, z for j = 0 to 2 and
+/// rad/s^2 about them for j = 3 to 5, is heard far away in the direction d with, s' = s radius / c,
+///
+///     p = rho0 radius^2 / r * e^(-s (r - radius)/c) * sum_j radius^[j > 2] A_j(s) h_j(d, s')
+///     h_j(d, s') = sum over terms of motion j, Y_lm(d) sum_n  R_n / (s' - P_n) + its conjugate
+///
+/// with Y_lm real and orthonormal, by l^2 + l + m. It holds for any size and any medium.
+struct RigidRecoil {
+  /// A multipole of a motion.
+  struct Term {
+    std::uint16_t motion = 0;    ///< 0 to 5: along x, y, z, about x, y, z
+    std::uint16_t harmonic = 0;  ///< l^2 + l + m
+  };
+  static constexpr std::size_t kMostPoles = 24;
+  static constexpr int kHighestOrder = 24;  ///< l of a term, at most
+
+  double radius = 0.0;  ///< m, of the sphere about the origin that holds the body
+  /// One of each conjugate pair, c / radius, its real part below 0, the imaginary above.
+  std::vector<std::complex<double>> poles;
+  std::vector<Term> terms;  ///< in order of motion, then of harmonic
+  /// R_n of each term: poles.size() in a row.
+  std::vector<std::complex<float>> residues;
+};
+
+/// Refuses a recoil whose sizes do not fit together, that grows instead of decaying, or that has a
+/// value out of range; the message begins with the field. [any thread]
+Status validate(const RigidRecoil& recoil);
 
 /// Radiator of a sphere (radius in m): the added volume is half the displaced one in each
 /// direction, and none in rotation. [any thread]

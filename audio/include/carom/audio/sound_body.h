@@ -31,7 +31,7 @@ struct SoundBody {
   double edgeRadius = 1e-3;
   /// The radiator of a body that is no sphere, about its centre of mass, in the body frame. Shared
   /// between bodies of one shape. Exact for long wavelengths; shorter ones are filtered like those
-  /// of the sphere of RigidRadiator::radius, which is an approximation.
+  /// of the sphere of RigidRadiator::radius, which is an approximation, unless there is `recoil`.
   std::shared_ptr<const RigidRadiator> shape = nullptr;
   /// Inverse inertia in 1/(kg m^2), body frame, about the centre of mass: decides how the body
   /// starts to turn when it is hit. Only used with `shape`; zero for a body that does not turn.
@@ -49,6 +49,10 @@ struct SoundBody {
   std::shared_ptr<const ModalModel> modal = nullptr;
   /// Position of the body's origin in m, model frame. Empty: the model's centre of mass.
   std::optional<Vec3> modalOrigin = std::nullopt;
+  /// The recoil of a body with `shape` at every frequency and in every direction; null: as at
+  /// `shape`. Impacts sound by it at listeners; what slides or rolls, and what goes into
+  /// reverberation, by `shape`. Has no effect with ComparisonSettings other than their defaults.
+  std::shared_ptr<const RigidRecoil> recoil = nullptr;
 };
 
 /// Refuses a material with values out of range; the message begins with the field. [any thread]

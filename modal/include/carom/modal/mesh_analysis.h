@@ -7,6 +7,7 @@
 #include <carom/audio/material.h>
 #include <carom/audio/modal_model.h>
 #include <carom/audio/result.h>
+#include <carom/audio/rigid_radiator.h>
 #include <carom/audio/surface_mesh.h>
 #include <carom/modal/analysis_settings.h>
 #include <carom/modal/mesh_check.h>
@@ -38,5 +39,31 @@ struct MeshAnalysis {
 Result<MeshAnalysis> analyseMesh(const SurfaceMesh& mesh, const Material& material,
                                  const MeshAnalysisSettings& settings = {},
                                  ModelCache* cache = nullptr, const Progress& progress = {});
+
+/// True if a model says how its modes radiate: by the volume that one of them moves, or more.
+bool hasRadiation(const ModalModel& model);
+
+/// Fills in how the modes of a model radiate if it does not say so, as models of other programs
+/// do not (hasRadiation): from its surface, by computeRadiation, unless the cache has it. Decay
+/// rates stay, as a model that was measured or computed elsewhere has all of them; what the modes
+/// radiate becomes known as a part of that.
+///
+/// Errors: there are no triangles to compute it from; those of computeRadiation; kCancelled. The
+/// model is as it was then. A cache that cannot be written is no error. [any thread but the audio
+/// thread]
+Status addRadiation(ModalModel& model, const RadiationSettings& settings = {},
+                    ModelCache* cache = nullptr, const Progress& progress = {});
+
+/// Solves how a rigid body pushes the air at every frequency (RigidRecoil): by boundary elements at
+/// some 30 frequencies up to where the wave is 0.6 of its enclosing radius, then by the power of
+/// plane waves from its surface; long waves are those of panelRadiator. `surface` is in m, body
+/// frame, about the centre of mass. A recoil that is in the cache is not solved again.
+///
+/// Each coordinate plane that is a mirror plane of the surface makes it more exact in equal time, 3
+/// to 15 s. Errors: those of panelRadiator, a mesh that loses its volume where it is simplified to
+/// 450 panels, and kCancelled. A cache that cannot be written is no error. [any thread but the
+/// audio thread]
+Result<RigidRecoil> analyseRecoil(const SurfaceMesh& surface, ModelCache* cache = nullptr,
+                                  const Progress& progress = {});
 
 }  // namespace carom

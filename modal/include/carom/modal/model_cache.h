@@ -2,9 +2,12 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
+#include <string_view>
 
 #include <carom/audio/modal_model.h>
 #include <carom/audio/result.h>
+#include <carom/audio/rigid_radiator.h>
 
 namespace carom {
 
@@ -12,9 +15,9 @@ namespace modal {
 class ModelKey;
 }
 
-/// A store of models that were computed before, one file each (audio/modal_model_file.h) in one
-/// folder, which is made when the first is stored. Nothing is ever deleted; the folder may be, at
-/// any time.
+/// A store of models, and of the recoils of shapes, that were computed before, one file each
+/// (audio/modal_model_file.h, modal/cache/recoil_file.h) in one folder, which is made when the
+/// first is stored. Nothing is ever deleted; the folder may be, at any time.
 ///
 /// Several caches, threads and processes may share a folder: a file appears whole or not at all,
 /// and two that store under one key store the same. A ModelCache itself is for one thread at a
@@ -38,8 +41,14 @@ class ModelCache {
   /// failure is reported, for later ones would say the same. Blocks on the disk.
   Status store(const modal::ModelKey& key, const ModalModel& model);
 
+  /// The same for the recoil of a shape.
+  std::optional<RigidRecoil> findRecoil(const modal::ModelKey& key) const;
+  Status storeRecoil(const modal::ModelKey& key, const RigidRecoil& recoil);
+
  private:
-  std::filesystem::path fileOf(const modal::ModelKey& key) const;
+  std::filesystem::path fileOf(const modal::ModelKey& key, std::string_view extension) const;
+  Status complain(std::string why);
+  Status makeFolder();
 
   std::filesystem::path folder_;
   bool complained_ = false;

@@ -1,0 +1,36 @@
+#include <cstdint>
+#include <optional>
+
+#include "carom/audio/panel_radiator.h"
+#include "carom/modal/mesh_analysis.h"
+#include "modal/cache/model_key.h"
+#include "modal/radiation/recoil_fit.h"
+#include "modal/radiation/recoil_samples.h"
+
+namespace carom {
+
+using namespace modal;
+
+namespace {
+
+/// Raised whenever a recoil gets other numbers than before.
+constexpr std::uint64_t kRecoilVersion = 1;
+
+}  // namespace
+
+Result<RigidRecoil> analyseRecoil(const SurfaceMesh& surface, ModelCache* cache,
+                                  const Progress& progress) {
+  ModelKey key;
+  key.add("recoil").add(kRecoilVersion).add(surface);
+  if (cache != nullptr)
+    if (std::optional<RigidRecoil> known = cache->findRecoil(key)) return *std::move(known);
+  const Result<RigidRadiator> low = panelRadiator(surface);
+  if (!low) return low.error();
+  const Result<RecoilSamples> samples = sampleRecoil(surface, {}, progress);
+  if (!samples) return samples.error();
+  RigidRecoil recoil = fitRecoil(*samples, *low);
+  if (cache != nullptr) (void)cache->storeRecoil(key, recoil);
+  return recoil;
+}
+
+}  // namespace carom
