@@ -99,6 +99,13 @@ class HrtfSet {
 
   /// Delay in s, at least 0, of the response of one direction over its aligned response.
   double delay(std::size_t index, Ear ear) const { return delays_[slot(index, ear)]; }
+  /// Returns the delay in s of an ear between directions, against that of the middle of the head.
+  double delayBetween(const audio::SphereWeights& where, Ear ear) const noexcept {
+    double delay = -latency_;
+    for (std::size_t i = 0; i < where.index.size(); ++i)
+      delay += where.weight[i] * this->delay(where.index[i], ear);
+    return delay;
+  }
   /// The aligned response of one direction: dimensionless, `alignedLength` samples.
   std::span<const float> aligned(std::size_t index, Ear ear) const;
 

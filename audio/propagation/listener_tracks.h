@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -31,6 +32,7 @@ class ListenerTracks {
     Quat orientation = Quat::Identity();
   };
   Place placeOf(const SoundPaths::Channel& channel, double time) const;
+  bool anyMoves() const { return std::ranges::find(hasMoved_, true) != hasMoved_.end(); }
   /// Number of changes so far: as long as it stays, what is known of a moment does.
   std::uint64_t changes() const { return changes_; }
 

@@ -27,6 +27,10 @@ Quat turnedBy(const Vec3& turn) {
   return Quat(Eigen::AngleAxisd(angle, turn / angle));
 }
 
+bool isSamePlace(const ListenerPose& a, const ListenerPose& b) {
+  return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
+}
+
 /// The residual t - t_e - |x(t) - x_S| / c and its slope, over the delay t - t_e.
 struct Residual {
   double value = 0.0;
@@ -97,10 +101,8 @@ bool PoseTrack::append(const ListenerPose& pose) noexcept {
   // The curve leaves a first pose with the mean velocity to the second.
   if (isFirst_) last.velocity = velocity;
   isFirst_ = false;
-  const bool isSame = pose.position == last.pose.position &&
-                      pose.orientation.coeffs() == last.pose.orientation.coeffs();
   // The curve comes to rest at the second of two equal poses.
-  if (!isSame)
+  if (!isSamePlace(pose, last.pose))
     standsSince_ = kNever;
   else if (standsSince_ == kNever)
     standsSince_ = pose.time;
@@ -128,6 +130,12 @@ void PoseTrack::forgetBefore(double time) noexcept {
     first_ = (first_ + 1) % knots_.size();
     --count_;
   }
+}
+
+bool PoseTrack::moves(double time) const noexcept {
+  if (count_ < 2) return false;
+  const std::size_t before = std::min(knotBefore(time), count_ - 2);
+  return !isSamePlace(knot(before).pose, knot(before + 1).pose);
 }
 
 /// Returns the last knot at or before `time`, or the first knot if there is none.

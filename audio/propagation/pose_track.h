@@ -66,6 +66,8 @@ class PoseTrack {
 
   /// True if the listener stands at one pose from `time` (s) on, as far as is known.
   bool stands(double time) const { return time >= standsSince_; }
+  /// True if the poses before and after `time` (s) differ, or the last two if there is none after.
+  bool moves(double time) const noexcept;
   std::size_t size() const { return count_; }              ///< poses kept, at least 1
   std::uint64_t droppedPoses() const { return dropped_; }  ///< poses dropped for lack of capacity
   double lastTime() const { return knot(count_ - 1).pose.time; }  ///< s

@@ -26,14 +26,6 @@ constexpr double kLeastFar = 1e-6;
 /// Peaks of a diffuse field over the root of its mean square.
 constexpr double kTailPeaks = 4.0;
 
-/// Delay (s) of an ear's response against that of the middle of the head.
-double earDelay(const HrtfSet& set, const SphereWeights& where, Ear ear) {
-  double delay = -set.latency();
-  for (std::size_t i = 0; i < where.index.size(); ++i)
-    delay += where.weight[i] * set.delay(where.index[i], ear);
-  return delay;
-}
-
 /// A quantity at the begin, the middle and the end of a contact, as a parabola in u.
 struct Parabola {
   double at0 = 0.0;
@@ -83,8 +75,10 @@ bool ContactPropagation::propagate(const ContactSource& source) {
   if (source.recoil != nullptr)
     source.recoil->combine(source.motion.linear, source.motion.angular, recoil_);
   for (std::uint32_t channel = 0; channel < paths_->channels.size(); ++channel)
-    for (const SoundPaths::Path& path : paths_->paths)
-      if (!propagateTo(source, {path.chain, channel, path.image})) return false;
+    for (std::uint32_t path = 0; path < paths_->paths.size(); ++path) {
+      const auto& [image, chain] = paths_->paths[path];
+      if (!propagateTo(source, {chain, channel, image, path})) return false;
+    }
   if (settings_.reverb && !propagateToReverb(source)) return false;
   if (source.rings)
     modalPeak_ = source.loudest == 0.0 ? exciter_.peak(*source.pulse, touchOf(source))
@@ -140,7 +134,7 @@ bool ContactPropagation::propagateToReverb(const ContactSource& source) {
     clickPeak_ = std::max(clickPeak_, boundOf(source, send) * tailOverClick(source));
     addClick(source, send, route);
   }
-  if (source.rings) exciter_.exciteReverb(modalDrive(source, send, route));
+  if (source.rings) exciter_.exciteReverb(modalDrive(source, send, route), source.isFollowed);
   return true;
 }
 
@@ -197,7 +191,7 @@ void ContactPropagation::hear(const ContactSource& source, const Route& route,
     const HrtfSet& set = *paths_->listeners[channel.listener].hrtf;
     const SphereWeights ears = set.lookup(arrival.orientation.conjugate() * arrival.towardsSource);
     if (part == 0) path.ears = ears;
-    path.delays[part] += earDelay(set, ears, channel.ear);
+    path.delays[part] += set.delayBetween(ears, channel.ear);
   } else if (channel.receiver.pattern != 0.0) {
     const double heard = gain(channel.receiver, arrival.orientation, arrival.towardsSource);
     path.gains[part] *= heard;
@@ -350,7 +344,13 @@ void ContactPropagation::addExcitation(const ContactSource& source, const Propag
                    .gain = path.receiverGain,
                    .ears = path.ears,
                    .ear = channel.ear,
-                   .chain = route.chain};
+                   .chain = route.chain,
+                   .isFollowed = source.isFollowed};
+  if (source.isFollowed) {
+    modal.path = route.path + 1;
+    const double stretch = 1.0 + (path.delays[2] - path.delays[0]) / source.duration;
+    if (stretch > kLeastStretch && stretch < kMostStretch) modal.rate = 1.0 / stretch;
+  }
   if (route.image != nullptr) modal.toReceiver = route.image->linear.transpose() * modal.toReceiver;
   if (channel.isEar) modal.head = paths_->listeners[channel.listener].hrtf.get();
   exciter_.excite(modalDrive(source, path, route), modal);

@@ -37,8 +37,9 @@ struct ContactSource {
   ImpactMotion motion = {};             ///< that the recoil answers to, body frame
   Quat orientation = Quat::Identity();  ///< of the body, to the world frame
   SampleShift shift = {};
-  bool rings = false;      ///< the ModalExciter holds the strike's excitation
-  double ringShare = 1.0;  ///< of the impulse that the event has: what makes modes ring
+  bool rings = false;       ///< the ModalExciter holds the strike's excitation
+  bool isFollowed = false;  ///< its ring, in the motion of body and listeners
+  double ringShare = 1.0;   ///< of the impulse that the event has: what makes modes ring
   std::span<const PulseNode> train = {};  ///< nodes in place of the pulse
   /// N s, sum of the nodes that come at about the same time; 0 if the pulse bounds their loudness.
   double loudest = 0.0;
@@ -82,6 +83,7 @@ class ContactPropagation {
     std::uint32_t chain = 0;
     std::uint32_t channel = 0;
     const Image* image = nullptr;
+    std::uint32_t path = 0;  // index into SoundPaths::paths
   };
 
   bool propagateTo(const ContactSource& source, const Route& route);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "audio/dsp/spread_kernel.h"
@@ -68,6 +69,7 @@ ContactSoundScheduler::ContactSoundScheduler(std::shared_ptr<const SoundPaths> p
       coupled_(settings_.sampleRate),
       propagation_(paths_, listeners_, exciter_),
       slides_(bodies_),
+      rings_(paths_, listeners_, exciter_),
       noise_(paths_, listeners_),
       heard_(settings_.slideVoices, settings_.sampleRate),
       choosesSlides_(settings_.lasting == LastingDetail::heard && !paths_->hasHeads &&
@@ -79,6 +81,16 @@ void ContactSoundScheduler::removeBody(BodyId id) {
   exciter_.forgetContacts(id);
   slides_.forget(id);
   coupled_.forget(id);
+  rings_.forget(id);
+}
+
+Status ContactSoundScheduler::moveBody(BodyId id, const ListenerPose& pose) {
+  const SoundingBody* body = bodies_.find(id);
+  if (body == nullptr) return Error{"synth: there is no body " + std::to_string(id)};
+  if (body->modes == nullptr || rings_.move(id, pose)) return std::monostate{};
+  return Error{
+      "synth: pose of body " + std::to_string(id) + " at " + std::to_string(pose.time) +
+      " s: expected finite values, a unit quaternion and a later time than the last pose's"};
 }
 
 double ContactSoundScheduler::contactDuration(const ImpulseEvent& event) const {
@@ -119,6 +131,7 @@ void ContactSoundScheduler::scheduleImpulse(const ImpulseEvent& event, const Sam
   }
   const CoupledImpacts::Course* course = courseOf(event);
   const double rings = course != nullptr ? course->rings : 1.0;
+  if (body.modes != nullptr) rings_.advance(event.body, {event.time, shift, sink});
   ContactSource source = sourceOf(event, body, rings);
   source.ringShare = rings;
   source.duration = course != nullptr ? course->duration : duration;
@@ -132,6 +145,7 @@ void ContactSoundScheduler::scheduleImpulse(const ImpulseEvent& event, const Sam
     source.orientation = event.bodyOrientation;
     source.ahead = body.recoil->radius();
   }
+  source.isFollowed = source.rings && rings_.follows(event);
   if (!propagation_.propagate(source)) return reject(propagation_.refusal());
   ++counters_.events;
   if (settings_.comparison.sampling == Sampling::naive &&
@@ -141,6 +155,12 @@ void ContactSoundScheduler::scheduleImpulse(const ImpulseEvent& event, const Sam
   sound.isEvent = true;
   sound.train = source.train;
   if (!sound.excitations.empty()) ++counters_.rings;
+  if (source.isFollowed && !sound.excitations.empty())
+    rings_.add({.event = event,
+                .sound = body.sound,
+                .source = *body.modes,
+                .middle = source.time + 0.5 * source.duration / shift.stretch,
+                .until = source.time + source.duration + exciter_.longestRing()});
   if (sound.clicks.empty() && sound.excitations.empty())
     ++counters_.inaudible;
   else if (isHeard(source, sound))

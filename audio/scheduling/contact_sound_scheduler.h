@@ -13,6 +13,7 @@
 #include "audio/scheduling/heard_slides.h"
 #include "audio/scheduling/modal_exciter.h"
 #include "audio/scheduling/noise_propagation.h"
+#include "audio/scheduling/ring_tracks.h"
 #include "audio/scheduling/sample_time.h"
 #include "audio/scheduling/slide_tracker.h"
 #include "audio/scheduling/sounding_bodies.h"
@@ -47,8 +48,17 @@ class ContactSoundScheduler {
   Status placeListener(std::size_t listener, const ListenerPose& pose) {
     return listeners_.place(listener, pose);
   }
-  /// Returns the listeners to where they were created, to await their first pose.
-  void restartListeners() { listeners_.restart(); }
+  /// Returns the listeners to where they were created, to await their first pose, and forgets what
+  /// rings and moves.
+  void restart() {
+    listeners_.restart();
+    rings_.clear();
+  }
+  Status moveBody(BodyId id, const ListenerPose& pose);  ///< as Synth::moveBody
+  /// Schedules how rings are heard of which all is known at `time` (s), as Synth::advanceTo.
+  void advanceTo(double time, const SampleShift& shift, SoundSink& sink) {
+    rings_.advance({time, shift, sink});
+  }
 
   /// Schedules one event. Nothing comes, and the event is counted, if it is inaudible or invalid.
   void schedule(const ImpulseEvent& event, const SampleShift& shift, SoundSink& sink);
@@ -118,6 +128,7 @@ class ContactSoundScheduler {
   CoupledImpacts coupled_;
   ContactPropagation propagation_;
   SlideTracker slides_;
+  RingTracks rings_;
   NoisePropagation noise_;
   HeardSlides heard_;
   HeardClicks heardClicks_;

@@ -8,10 +8,12 @@
 #include <utility>
 
 #include "audio/dsp/resonator_kernels.h"
+#include "audio/dsp/spread_kernel.h"
 #include "audio/model/pulse.h"
 #include "audio/propagation/hrtf.h"
 #include "audio/radiation/mode_transfer.h"
 #include "audio/radiation/multipole.h"
+#include "audio/synthesis/modal_bank.h"
 #include "carom/audio/absorption.h"
 
 namespace carom::audio {
@@ -26,6 +28,10 @@ constexpr double kNewStiffness = 1.25;  // factor on its stiffness
 constexpr double kMoved = 0.05;         // distance, as a share of the body's radius
 /// Bound of a mode's decay rate over its frequency in rad/s: beyond, perturbation is not valid.
 constexpr double kMostDamping = 0.5;
+/// Share of the mean over directions at 1 m with which a blow is heard at least if its ring is
+/// followed, so that the oscillation of a mode at a node of its pattern is not lost in a 0.
+constexpr double kNode = 1e-12;
+constexpr double kForever = 1e9;  ///< s, for modes that nothing damps
 
 /// Unit normal of the triangle that the point is in.
 Vec3 normalAt(const SurfaceMesh& surface, const SurfacePoint& point) {
@@ -100,6 +106,10 @@ const ModalExciter::Source& ModalExciter::sourceOf(const std::shared_ptr<const M
       source->walls.push_back(response);
     }
   }
+  amplitudes_.resize(set.modes);
+  meanTransfers(*model, settings.modalRadiation, settings.medium, amplitudes_);
+  for (const Complex& mean : amplitudes_)
+    source->means.push_back(std::abs(mean) > 0.0 ? std::abs(mean) : 1.0);
   return *source;
 }
 
@@ -142,23 +152,38 @@ bool ModalExciter::strike(const ImpulseEvent& event, const SoundBody& body, cons
 }
 
 void ModalExciter::excite(const Click& drive, const ModalRoute& route) {
-  const ResonatorSet& set = *source_->resonators;
+  findTransfers(route, *source_, orientation_);
+  if (route.isFollowed) {
+    const double distance = std::max(route.toReceiver.norm(), source_->radius);
+    for (std::size_t mode = 0; mode < amplitudes_.size(); ++mode) {
+      const double mean = source_->means[mode];
+      if (std::abs(amplitudes_[mode]) < kNode * mean) amplitudes_[mode] = kNode * mean;
+      boundRing(mode, mean / distance);
+    }
+  }
+  addExcitation(drive, route);
+}
+
+/// Finds how each mode is heard over a route, as amplitudes_.
+void ModalExciter::findTransfers(const ModalRoute& route, const Source& source,
+                                 const Quat& orientation) {
+  const ResonatorSet& set = *source.resonators;
   // A receiver within the sphere around the body is put onto it; one in its very middle, on top.
   const bool isCentre = route.toReceiver.isZero(0.0);
-  const Vec3 leaving = isCentre ? Vec3::UnitZ() : Vec3(orientation_.conjugate() * route.toReceiver);
+  const Vec3 leaving = isCentre ? Vec3::UnitZ() : Vec3(orientation.conjugate() * route.toReceiver);
   const double distance =
-      std::max({isCentre ? 0.0 : leaving.norm(), source_->radius, kNearestListener});
+      std::max({isCentre ? 0.0 : leaving.norm(), source.radius, kNearestListener});
   amplitudes_.resize(set.modes);
   modeTransfers(*set.model, paths_->settings.modalRadiation, paths_->settings.medium,
                 leaving.normalized() * distance, amplitudes_);
   const std::span<const Complex> walls =
-      std::span(source_->walls).subspan(route.chain * set.modes, set.modes);
+      std::span(source.walls).subspan(route.chain * set.modes, set.modes);
   for (std::size_t mode = 0; mode < set.modes; ++mode)
     amplitudes_[mode] *= route.gain * walls[mode];
   const double air = paths_->air ? paths_->air->heardDistance(distance) : 0.0;
   if (air != 0.0)
     for (std::size_t mode = 0; mode < set.modes; ++mode)
-      amplitudes_[mode] *= std::exp(-air * source_->air[mode]);
+      amplitudes_[mode] *= std::exp(-air * source.air[mode]);
   if (route.head != nullptr) {
     const std::span<double> response = std::span(response_).first(route.head->alignedLength());
     route.head->blendAligned(route.ears, route.ear, response);
@@ -166,14 +191,68 @@ void ModalExciter::excite(const Click& drive, const ModalRoute& route) {
       amplitudes_[mode] *=
           earResponse(response, set.pole[mode].imag() / paths_->settings.sampleRate);
   }
-  addExcitation(drive);
 }
 
-void ModalExciter::exciteReverb(const Click& drive) {
+/// Enters how loud a mode of the event may be heard: through a transfer, in any direction.
+void ModalExciter::boundRing(std::size_t mode, double transfer) {
+  const Complex pole = source_->resonators->pole[mode];
+  loudest_[mode] = std::max(loudest_[mode],
+                            std::norm(pole) * std::abs(excitation_[mode] * transfer) / pole.imag());
+}
+
+void ModalExciter::exciteReverb(const Click& drive, bool isFollowed) {
   amplitudes_.resize(source_->resonators->modes);
   meanTransfers(*source_->resonators->model, paths_->settings.modalRadiation,
                 paths_->settings.medium, amplitudes_);
-  addExcitation(drive);
+  ModalRoute everywhere;
+  everywhere.isFollowed = isFollowed;
+  addExcitation(drive, everywhere);
+}
+
+void ModalExciter::move(const Motion& motion, const ModalRoute& route, const Source& source) {
+  findTransfers(route, source, motion.orientation);
+  const ResonatorSet& set = *source.resonators;
+  ModalExcitation excitation;
+  excitation.drive.first = motion.first;
+  excitation.drive.channel = motion.channel;
+  excitation.body = motion.body;
+  excitation.resonators = &set;
+  excitation.count = set.padded;
+  excitation.path = route.path;
+  excitation.length = motion.length;
+  excitation.rate = route.rate;
+  taps_.assign(2 * set.padded, 0.0);
+  putFactors(source, taps_);
+  excitations_.assign(1, excitation);
+}
+
+/// Puts amplitudes_ against the means, real parts before imaginary ones.
+void ModalExciter::putFactors(const Source& source, std::span<double> taps) const {
+  for (std::size_t mode = 0; mode < amplitudes_.size(); ++mode) {
+    const Complex factor = amplitudes_[mode] / source.means[mode];
+    taps[mode] = factor.real();
+    taps[taps.size() / 2 + mode] = factor.imag();
+  }
+}
+
+double ModalExciter::longestRing() const {
+  const double silence = ModalBank::silence(paths_->settings);
+  double longest = 0.0;
+  for (std::size_t mode = 0; mode < loudest_.size(); ++mode) {
+    const double decay = -source_->resonators->pole[mode].real();
+    longest = std::max(longest, std::log(std::max(loudest_[mode] / silence, 1.0)) / decay);
+  }
+  return std::isfinite(longest) ? longest : kForever;
+}
+
+/// Returns how a mode of the event is tuned while it is driven, at a rate of the body's time.
+ModalExciter::Tuning ModalExciter::tuningOf(std::size_t mode, double rate) const {
+  const ResonatorSet& set = *source_->resonators;
+  const Complex pole = set.pole[mode] * rate / paths_->settings.sampleRate;
+  const Complex step = std::exp(pole);
+  if (rate == 1.0) return {step, set.a1[mode], set.dimming[mode]};
+  const bool isSpread = paths_->settings.comparison.sampling == Sampling::bandLimited;
+  return {step, 2.0 * step.real(), isSpread ? spreadTransform(pole) : 1.0};
 }
 
 /// Turns amplitudes_, transfers so far, into the taps of resonators.
@@ -181,9 +260,8 @@ void ModalExciter::exciteReverb(const Click& drive) {
 /// After a unit impulse at time 0, q'' = delta(t) e + Re(-i s^2 e / w exp(s t)), where s is the
 /// pole, w its imaginary part and e the excitation. Each resonator is the second term's samples;
 /// the first, which keeps q'' still where the pulse is much longer than the period, is in the rest.
-void ModalExciter::addExcitation(const Click& drive) {
+void ModalExciter::addExcitation(const Click& drive, const ModalRoute& route) {
   const ResonatorSet& set = *source_->resonators;
-  const double rate = paths_->settings.sampleRate;
   ModalExcitation excitation;
   excitation.drive = drive;
   excitation.drive.first -= static_cast<std::int64_t>(kRestReach);
@@ -193,19 +271,25 @@ void ModalExciter::addExcitation(const Click& drive) {
   excitation.resonators = &set;
   excitation.count = set.padded;
   excitation.taps = taps_.size();
-  taps_.resize(taps_.size() + 2 * set.padded, 0.0);
+  excitation.isFollowed = route.isFollowed;
+  excitation.path = route.path;
+  excitation.rate = route.rate;
+  taps_.resize(taps_.size() + excitation.arrays() * set.padded, 0.0);
   const std::span<double> b0 = std::span(taps_).subspan(excitation.taps, set.padded);
   const std::span<double> b1 = std::span(taps_).subspan(excitation.taps + set.padded, set.padded);
+  if (excitation.isFollowed)
+    putFactors(*source_, std::span(taps_).subspan(excitation.taps + 2 * set.padded));
   for (std::size_t mode = 0; mode < set.modes; ++mode) {
     const Complex pole = set.pole[mode];
     const Complex heard =
         Complex(0.0, -1.0) * pole * pole * excitation_[mode] / pole.imag() * amplitudes_[mode];
     loudest_[mode] = std::max(loudest_[mode], std::abs(heard));
-    const Complex amplitude = heard / set.dimming[mode];
+    const Tuning tuning = tuningOf(mode, route.rate);
+    const Complex amplitude = heard / tuning.dimming;
     b0[mode] = amplitude.real();
-    b1[mode] = (amplitude * std::exp(pole / rate)).real() - set.a1[mode] * b0[mode];
+    b1[mode] = (amplitude * tuning.step).real() - tuning.a1 * b0[mode];
     for (std::size_t tap = 0; tap < excitation.rest.size(); ++tap)
-      excitation.rest[tap] += (heard * set.rest[mode][tap]).real();
+      excitation.rest[tap] += (heard * set.rest[mode][tap]).real() / route.rate;
   }
   excitations_.push_back(excitation);
 }

@@ -30,6 +30,9 @@ struct ModalRoute {
   SphereWeights ears;
   Ear ear = Ear::left;
   std::uint32_t chain = 0;  ///< index into SoundPaths::chains, the wall filters
+  bool isFollowed = false;  ///< in its motion: ModalExcitation::isFollowed and what follows there
+  std::uint32_t path = 0;
+  double rate = 1.0;
 };
 
 /// Turns events into modal excitations: decides which modes a contact excites, and how they are
@@ -39,8 +42,8 @@ struct ModalRoute {
 /// the model's surface, phi_i there the mean of its triangle's corners. The pulse of the contact,
 /// which drives the resonators, shapes their gains. The path from the mode to the ear (radiation,
 /// walls, an ear's response) is evaluated at the mode's own frequency, as one complex factor; so it
-/// is exact for modes that ring long, and blurs the first period. Motion after the contact is not
-/// heard in the ringing: neither Doppler shift nor a rotation of the body.
+/// is exact for modes that ring long, and blurs the first period. Motion after the contact changes
+/// how the ring is heard, where it is followed (RingTracks).
 ///
 /// A lasting contact damps the modes of both bodies. It is modelled as a spring between them, of
 /// Hertz's stiffness at its load, that loses energy by a loss factor eta: a dashpot of eta k / w at
@@ -63,6 +66,9 @@ class ModalExciter {
     /// Responses of the walls of each chain at the modes' frequencies, chain by chain.
     std::vector<std::complex<double>> walls;
     std::vector<double> air;  ///< 1/m, of the modes' pressure; empty where the air absorbs nothing
+    /// Pa s^2 / (m sqrt(kg)): transfers in the mean over directions at 1 m, against which those of
+    /// a ring in motion count; 1 for modes that do not radiate.
+    std::vector<double> means;
   };
   /// Returns the source of a model, which validate must accept.
   const Source& sourceOf(const std::shared_ptr<const ModalModel>& model);
@@ -88,8 +94,21 @@ class ModalExciter {
   /// Adds the excitation with this drive over a route.
   void excite(const Click& drive, const ModalRoute& route);
   /// Adds the excitation with this drive into the reverberation: the mean over all directions, at 1
-  /// m.
-  void exciteReverb(const Click& drive);
+  /// m. All excitations of a blow are followed in their motion, or none.
+  void exciteReverb(const Click& drive, bool isFollowed);
+
+  /// How a ring's motion over a stretch of time changes what is heard at a receiver.
+  struct Motion {
+    BodyId body = 0;
+    Quat orientation = Quat::Identity();  ///< of the body, at its end
+    std::int64_t first = 0;               ///< sample at which it begins
+    std::uint32_t length = 0;             ///< samples
+    std::uint32_t channel = 0;
+  };
+  /// Makes a motion, which ends with this route, the only excitation.
+  void move(const Motion& motion, const ModalRoute& route, const Source& source);
+  /// s: time in which the excitations so far fall to where ModalBank ends them.
+  double longestRing() const;
 
   /// A lasting contact, as it damps one of its bodies.
   struct DampingContact {
@@ -115,7 +134,17 @@ class ModalExciter {
   std::span<const double> taps() const { return taps_; }
 
  private:
-  void addExcitation(const Click& drive);
+  /// A mode's resonator.
+  struct Tuning {
+    std::complex<double> step;  // what its oscillation is multiplied by in a sample
+    double a1 = 0.0;
+    std::complex<double> dimming;  // as ResonatorSet::dimming
+  };
+  Tuning tuningOf(std::size_t mode, double rate) const;
+  void findTransfers(const ModalRoute& route, const Source& source, const Quat& orientation);
+  void boundRing(std::size_t mode, double transfer);
+  void putFactors(const Source& source, std::span<double> taps) const;
+  void addExcitation(const Click& drive, const ModalRoute& route);
   void addDamping(BodyId body, const ResonatorSet& set, std::int64_t first);
 
   std::shared_ptr<const SoundPaths> paths_;

@@ -38,7 +38,7 @@ Status Synth::Impl::seek(double seconds) {
                  " s; the clock counts up to 2^53 samples"};
   lost_ += waitingEvents(counters());
   renderer_.seek(std::llround(seconds * rate()));
-  scheduler_.restartListeners();
+  scheduler_.restart();
   return std::monostate{};
 }
 
@@ -71,6 +71,14 @@ double Synth::schedule(const ImpulseEvent& event) {
   const bool sounds = impl_->scheduler_.counters().events > before;
   return sounds ? impl_->scheduler_.lastPeak() : 0.0;
 }
+Status Synth::moveBody(BodyId id, const ListenerPose& pose) {
+  return impl_->scheduler_.moveBody(id, pose);
+}
+
+void Synth::advanceTo(double time) {
+  impl_->scheduler_.advanceTo(time, {}, impl_->renderer_);
+}
+
 void Synth::updateContact(const ContactState& contact) {
   impl_->scheduler_.updateContact(contact, {}, impl_->renderer_);
 }

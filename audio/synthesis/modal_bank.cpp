@@ -20,11 +20,8 @@ constexpr double kInaudible = 1e-3;
 /// Pa: amplitude at which a resonator is over in any case, also with a threshold of 0.
 constexpr double kInaudibleRing = 1e-15;
 
-std::int64_t gridFrom(std::int64_t sample) {
-  const std::int64_t past = sample & (ModalBank::kGrid - 1);
-  return past == 0 ? sample : sample + ModalBank::kGrid - past;
-}
 static_assert((ModalBank::kGrid & (ModalBank::kGrid - 1)) == 0);
+static_assert(ModalBank::kGrid <= MovingRing::kMostSamples);
 
 /// Adds the drive through the taps; it has as many zeros at its ends as they reach.
 void addRest(const RestTaps<double>& rest, std::span<const double> x, std::span<double> out) {
@@ -42,9 +39,13 @@ ModalBank::ModalBank(std::shared_ptr<const SoundPaths> paths, std::optional<Moda
     : paths_(std::move(paths)),
       capacity_(capacity),
       sampler_(paths_->settings.comparison.sampling, fastestKernels()),
-      silence_(std::max(kInaudible * paths_->settings.audibleThreshold, kInaudibleRing)),
+      silence_(silence(paths_->settings)),
       ahead_(paths_->channels.size() + 1) {
   if (capacity_) makeRoom();
+}
+
+double ModalBank::silence(const SynthSettings& settings) {
+  return std::max(kInaudible * settings.audibleThreshold, kInaudibleRing);
 }
 
 /// Allocates all the memory that a bank with a capacity ever has.
@@ -88,7 +89,9 @@ void ModalBank::add(const ScheduledSound& sound) {
     later.drive.first += delay;
     later.isLeader = isLeader;
     if (!sound.train.empty()) later.drive.nodes = sound.train;
-    if (addOne(later, sound.taps.subspan(excitation.taps, 2 * excitation.count))) isLeader = false;
+    const std::size_t size = excitation.arrays() * excitation.count;
+    const bool isAdded = addOne(later, sound.taps.subspan(excitation.taps, size));
+    if (isAdded) isLeader = false;
   }
   if (!isLeader) return;
   ++(isTooLong(sound.excitations.front()) ? counters_.tooLong : counters_.ringsLeftOut);
@@ -100,9 +103,11 @@ bool ModalBank::isTooLong(const ModalExcitation& excitation) const {
 
 /// Adds an excitation; false if there is no room.
 bool ModalBank::addOne(const ModalExcitation& excitation, std::span<const double> taps) {
+  assert(!capacity_ || (!excitation.isFollowed && !excitation.isMotion()));
   const bool isFitting = !isTooLong(excitation);
-  const std::uint32_t bank = isFitting && !excitation.isDamping() ? bankOf(excitation) : kNone;
-  const bool hasBank = bank != kNone || (isFitting && excitation.isDamping());
+  const bool isChange = excitation.isDamping() || excitation.isMotion();
+  const std::uint32_t bank = isFitting && !isChange ? bankOf(excitation, taps) : kNone;
+  const bool hasBank = bank != kNone || (isFitting && isChange);
   const std::uint32_t slot = hasBank ? freeSlot() : kNone;
   if (slot == kNone) {
     ++counters_.modalVoicesExhausted;
@@ -112,10 +117,10 @@ bool ModalBank::addOne(const ModalExcitation& excitation, std::span<const double
   Waiting& waiting = slots_[slot];
   waiting.excitation = excitation;
   waiting.bank = bank;
-  if (!capacity_) waiting.taps.resize(2 * count);
-  std::ranges::copy(taps.first(count), waiting.taps.begin());
-  std::ranges::copy(taps.subspan(excitation.count, count),
-                    waiting.taps.begin() + static_cast<std::ptrdiff_t>(count));
+  if (!capacity_) waiting.taps.resize(excitation.arrays() * count);
+  auto to = waiting.taps.begin();
+  for (std::size_t array = 0; array < excitation.arrays(); ++array)
+    to = std::ranges::copy(taps.subspan(array * excitation.count, count), to).out;
   if (bank != kNone) ++banks_[bank].pending;
   if (!capacity_) reserve(excitation.drive, count);
   waiting_.push({excitation.drive.first, excitation.drive.track.start, slot}, position_);
@@ -144,33 +149,59 @@ void ModalBank::reserve(const Click& drive, std::size_t count) {
   for (std::vector<double>& ahead : ahead_)
     atLeast(ahead, room);
   atLeast(y_, 2 * (count + ResonatorKernels::kWidth));
+  if (!capacity_) atLeast(own_, 2 * (count + ResonatorKernels::kWidth));
   sampler_.reserve(drive.nodes.size(), drive.samples);
 }
 
-/// Returns the bank of the excited body and channel, or a new one; kNone if there may be no more.
-std::uint32_t ModalBank::bankOf(const ModalExcitation& excitation) {
-  const auto keyOf = [this](std::uint32_t bank) {
-    return std::tuple(banks_[bank].body, banks_[bank].channel, banks_[bank].resonators->order);
-  };
-  const auto key =
-      std::tuple(excitation.body, excitation.drive.channel, excitation.resonators->order);
-  const auto place = std::ranges::lower_bound(order_, key, {}, keyOf);
-  if (place != order_.end() && keyOf(*place) == key) return *place;
+/// Returns the bank of the excited body, channel and path, or a new one, which hears the excitation
+/// as it is; kNone if there may be no more.
+std::uint32_t ModalBank::bankOf(const ModalExcitation& excitation, std::span<const double> taps) {
+  const auto place = placeOf(excitation);
+  if (place != order_.end() && isBankOf(*place, excitation)) return *place;
   const std::uint32_t index = freeBank();
   if (index == kNone) return kNone;
   Bank& bank = banks_[index];
   bank.body = excitation.body;
   bank.channel = excitation.drive.channel;
+  bank.path = excitation.path;
   bank.resonators = excitation.resonators;
   bank.count = countOf(excitation);
   if (bank.y.size() < 2 * bank.count) bank.y.resize(2 * bank.count);
   std::ranges::fill(bank.y, 0.0);
   bank.isDamped = false;
   if (bank.damped.size() < 2 * bank.count) bank.damped.resize(2 * bank.count);
+  if (bank.path != 0) {
+    bank.moving.reserve(bank.count);
+    bank.moving.begin(*bank.resonators, bank.count,
+                      motionOf(excitation, taps.subspan(2 * excitation.count)));
+  }
   for (const std::uint32_t slot : dampings_)
     dampBank(bank, slots_[slot]);
   order_.insert(place, index);
   return index;
+}
+
+/// Returns where in order_ the bank of an excitation or motion is, or would be.
+std::vector<std::uint32_t>::iterator ModalBank::placeOf(
+    const ModalExcitation& excitation) noexcept {
+  const auto keyOf = [this](std::uint32_t index) {
+    const Bank& bank = banks_[index];
+    return std::tuple(bank.body, bank.channel, bank.path, bank.resonators->order);
+  };
+  const auto key = std::tuple(excitation.body, excitation.drive.channel, excitation.path,
+                              excitation.resonators->order);
+  return std::ranges::lower_bound(order_, key, {}, keyOf);
+}
+
+bool ModalBank::isBankOf(std::uint32_t index, const ModalExcitation& excitation) const noexcept {
+  const Bank& bank = banks_[index];
+  return bank.body == excitation.body && bank.channel == excitation.drive.channel &&
+         bank.path == excitation.path && bank.resonators == excitation.resonators;
+}
+
+/// Returns how an excitation or motion is heard, with its factors.
+RingMotion ModalBank::motionOf(const ModalExcitation& excitation, std::span<const double> factors) {
+  return {factors, excitation.length, excitation.rate};
 }
 
 std::uint32_t ModalBank::freeBank() {
@@ -206,12 +237,14 @@ bool ModalBank::isEarlier(const ClickCalendar::Entry& a, const ClickCalendar::En
   const auto contentOf = [this](std::uint32_t slot) {
     const ModalExcitation& excitation = slots_[slot].excitation;
     const ClickTrack& track = excitation.drive.track;
-    return std::tuple(excitation.isDamping(), excitation.body, excitation.drive.channel,
-                      excitation.drive.chain, track.length, track.bend, excitation.rest);
+    return std::tuple(excitation.isDamping(), excitation.isMotion(), excitation.body,
+                      excitation.drive.channel, excitation.drive.chain, excitation.path,
+                      track.length, track.bend, excitation.rest);
   };
   if (contentOf(a.slot) != contentOf(b.slot)) return contentOf(a.slot) < contentOf(b.slot);
   const auto tapsOf = [this](std::uint32_t slot) {
-    return std::span(slots_[slot].taps).first(2 * countOf(slots_[slot].excitation));
+    const ModalExcitation& excitation = slots_[slot].excitation;
+    return std::span(slots_[slot].taps).first(excitation.arrays() * countOf(excitation));
   };
   return std::ranges::lexicographical_compare(tapsOf(a.slot), tapsOf(b.slot));
 }
@@ -237,7 +270,7 @@ void ModalBank::beginUntil(std::int64_t end) noexcept {
   const std::span<ClickCalendar::Entry> due = waiting_.takeUntil(position_, end);
   std::ranges::sort(due, [this](const auto& a, const auto& b) { return isEarlier(a, b); });
   for (const ClickCalendar::Entry& entry : due) {
-    if (slots_[entry.slot].excitation.isDamping())
+    if (slots_[entry.slot].bank == kNone)
       joinLater(gridFrom(std::max(entry.first, position_)), entry.slot);
     else
       drive(entry.slot);
@@ -277,6 +310,18 @@ void ModalBank::dampBank(Bank& bank, const Waiting& waiting) noexcept {
     return;
   std::copy_n(waiting.taps.begin(), 2 * bank.count, bank.damped.begin());
   bank.isDamped = true;
+  if (bank.path != 0) bank.moving.damp(std::span(bank.damped).first(2 * bank.count), position_);
+}
+
+/// Moves the bank of a path from now on; one that is silent by now is left alone.
+void ModalBank::move(std::uint32_t slot) noexcept {
+  const Waiting& waiting = slots_[slot];
+  freeSlots_.push_back(slot);
+  const auto place = placeOf(waiting.excitation);
+  if (place == order_.end() || !isBankOf(*place, waiting.excitation)) return;
+  Bank& bank = banks_[*place];
+  bank.moving.move(motionOf(waiting.excitation, std::span(waiting.taps).first(2 * bank.count)),
+                   position_);
 }
 
 /// Drives an excitation's own resonators over its pulse, adds their sound to ahead_, and keeps the
@@ -303,9 +348,8 @@ void ModalBank::drive(std::uint32_t slot) noexcept {
             0.0);
   std::fill_n(y_.begin(), 2 * count, 0.0);
   std::fill_n(out_.begin(), length, 0.0);
-  const Resonators own{excitation.resonators->a1.data(), excitation.resonators->a2.data(),
-                       y_.data(), y_.data() + count, count};
-  kernels_.drive(own, {waiting.taps.data(), waiting.taps.data() + count, x_.data() + 1},
+  kernels_.drive(ownOf(excitation, count),
+                 {waiting.taps.data(), waiting.taps.data() + count, x_.data() + 1},
                  {out_.data(), length});
   addRest(excitation.rest, x, {out_.data(), length});
   const bool isSound = canBeSound({out_.data(), length}) && canBeSound({y_.data(), 2 * count});
@@ -324,21 +368,50 @@ void ModalBank::drive(std::uint32_t slot) noexcept {
   joinLater(joins, slot);
 }
 
+/// Returns the resonators that an excitation drives: at the rate at which its body's time goes by.
+Resonators ModalBank::ownOf(const ModalExcitation& excitation, std::size_t count) noexcept {
+  const ResonatorSet& set = *excitation.resonators;
+  if (excitation.rate == 1.0)
+    return {set.a1.data(), set.a2.data(), y_.data(), y_.data() + count, count};
+  const double sampleRate = paths_->settings.sampleRate / excitation.rate;
+  std::fill_n(own_.begin(), 2 * count, 0.0);
+  for (std::size_t mode = 0; mode < std::min(count, set.modes); ++mode) {
+    const TwoPole two = TwoPole::of(set.pole[mode].imag(), -set.pole[mode].real(), sampleRate);
+    own_[mode] = two.a1;
+    own_[count + mode] = two.a2;
+  }
+  return {own_.data(), own_.data() + count, y_.data(), y_.data() + count, count};
+}
+
 void ModalBank::joinAt(std::int64_t position) noexcept {
   std::size_t joined = 0;
   for (; joined < driven_.size() && driven_[joined].joins <= position; ++joined) {
     const Waiting& waiting = slots_[driven_[joined].slot];
     if (waiting.excitation.isDamping()) {
       damp(driven_[joined].slot);
-      continue;
+    } else if (waiting.excitation.isMotion()) {
+      move(driven_[joined].slot);
+    } else {
+      join(waiting);
+      giveBack(driven_[joined].slot);
     }
-    Bank& bank = banks_[waiting.bank];
-    for (std::size_t i = 0; i < 2 * bank.count; ++i)
-      bank.y[i] += waiting.taps[i];
-    bank.active = bank.count;
-    giveBack(driven_[joined].slot);
   }
   driven_.erase(driven_.begin(), driven_.begin() + static_cast<std::ptrdiff_t>(joined));
+}
+
+/// Adds what an excitation's own resonators have left to its bank.
+void ModalBank::join(const Waiting& waiting) noexcept {
+  Bank& bank = banks_[waiting.bank];
+  bank.active = bank.count;
+  const std::span<const double> taps(waiting.taps);
+  if (bank.path != 0) {
+    const RingMotion motion =
+        motionOf(waiting.excitation, taps.subspan(2 * bank.count, 2 * bank.count));
+    bank.moving.join(taps.first(2 * bank.count), motion, position_);
+    return;
+  }
+  for (std::size_t i = 0; i < 2 * bank.count; ++i)
+    bank.y[i] += waiting.taps[i];
 }
 
 void ModalBank::giveBack(std::uint32_t slot) noexcept {
@@ -350,17 +423,23 @@ void ModalBank::giveBack(std::uint32_t slot) noexcept {
 void ModalBank::retire() noexcept {
   const auto isOver = [this](std::uint32_t index) {
     Bank& bank = banks_[index];
-    if (bank.active > 0) {
-      const Resonators resonators = resonatorsOf(bank);
-      if (kernels_.flush(resonators, silence_) == 0) bank.active = 0;
-      while (bank.active > 0 && isZero(bank, bank.active - ResonatorKernels::kWidth))
-        bank.active -= ResonatorKernels::kWidth;
-    }
+    if (bank.active > 0) settle(bank);
     if (bank.active > 0 || bank.pending > 0) return false;
     freeBanks_.push_back(index);
     return true;
   };
   order_.erase(std::remove_if(order_.begin(), order_.end(), isOver), order_.end());
+}
+
+/// Silences the resonators of a bank that are no longer heard.
+void ModalBank::settle(Bank& bank) noexcept {
+  if (bank.path != 0) {
+    bank.active = bank.moving.settle(kernels_, silence_, position_) ? bank.moving.active() : 0;
+    return;
+  }
+  if (kernels_.flush(resonatorsOf(bank), silence_) == 0) bank.active = 0;
+  while (bank.active > 0 && isZero(bank, bank.active - ResonatorKernels::kWidth))
+    bank.active -= ResonatorKernels::kWidth;
 }
 
 /// True if the kWidth resonators from `first` on are silent.
@@ -382,7 +461,10 @@ void ModalBank::ringFreely(const Mix& mix, std::size_t from, std::size_t frames)
     if (bank.active == 0) continue;
     const bool isSend = bank.channel == paths_->channels.size();
     double* const to = isSend ? mix.send : mix.channels + bank.channel * mix.stride;
-    kernels_.ring(resonatorsOf(bank), {to + from, frames});
+    if (bank.path != 0)
+      bank.moving.ring(kernels_, position_, {to + from, frames});
+    else
+      kernels_.ring(resonatorsOf(bank), {to + from, frames});
   }
 }
 
@@ -408,6 +490,7 @@ void ModalBank::forgetAbove(double most) noexcept {
   for (Bank& bank : banks_) {
     std::ranges::for_each(bank.y, forget);
     std::ranges::for_each(bank.damped, forget);
+    bank.moving.forgetAbove(most);
   }
   for (const Driven& driven : driven_)
     std::ranges::for_each(slots_[driven.slot].taps, forget);

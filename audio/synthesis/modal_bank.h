@@ -13,13 +13,14 @@
 #include "audio/synthesis/click_calendar.h"
 #include "audio/synthesis/click_sampler.h"
 #include "audio/synthesis/modal_excitation.h"
+#include "audio/synthesis/moving_ring.h"
 #include "audio/synthesis/scheduled_sound.h"
 #include "carom/audio/synth_settings.h"
 
 namespace carom::audio {
 
 /// The most that a ModalBank may hold, allocated in advance: with a capacity, nothing allocates
-/// later.
+/// later. It has no room for rings that are followed in their motion.
 struct ModalCapacity {
   std::size_t banks = 128;  ///< banks that sound or wait: one for each body and channel
   std::size_t modes = 128;  ///< modes of a body; higher ones are left out
@@ -30,7 +31,8 @@ struct ModalCapacity {
 };
 
 /// Turns modal excitations into samples, with banks of resonators, one for each body and channel:
-/// excitations that reach a receiver over several paths sound in the same bank.
+/// excitations that reach a receiver over several paths sound in the same bank. Only if a ring is
+/// followed in its motion (ModalExcitation::isFollowed), each path has a bank of its own.
 ///
 /// An excitation drives resonators of its own from its first sample to the end of its pulse, and on
 /// to the next multiple of kGrid; their state is then added to that of the bank, where it decays
@@ -39,6 +41,13 @@ struct ModalCapacity {
 class ModalBank {
  public:
   static constexpr std::int64_t kGrid = 64;  ///< samples
+  /// Returns the first sample of the grid that is not before `sample`.
+  static constexpr std::int64_t gridFrom(std::int64_t sample) {
+    return (sample + kGrid - 1) & ~(kGrid - 1);
+  }
+
+  /// Pa: amplitude at which a resonator is over.
+  static double silence(const SynthSettings& settings);
 
   ModalBank(std::shared_ptr<const SoundPaths> paths,
             std::optional<ModalCapacity> capacity = std::nullopt);
@@ -76,10 +85,11 @@ class ModalBank {
  private:
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-  /// The resonators of one body at one channel.
+  /// The resonators of one body at one channel, and on one path if they are followed.
   struct Bank {
     BodyId body = 0;
     std::uint32_t channel = 0;
+    std::uint32_t path = 0;  // ModalExcitation::path: if it is not 0, `moving` rings, and not y
     const ResonatorSet* resonators = nullptr;
     std::size_t count = 0;      // number of resonators, padded
     std::size_t active = 0;     // only the first so many of `count` may sound
@@ -87,12 +97,13 @@ class ModalBank {
     std::vector<double> y;      // y1, and y2 `count` behind them
     bool isDamped = false;
     std::vector<double> damped;  // if isDamped: a1, and a2 `count` behind them
+    MovingRing moving;
   };
   /// An excitation in a slot, which waits or is driven.
   struct Waiting {
     ModalExcitation excitation;
-    std::uint32_t bank = 0;    // kNone for a change of damping
-    std::vector<double> taps;  // b0 and b1; once driven y1 and y2
+    std::uint32_t bank = 0;    // kNone for a change of what rings
+    std::vector<double> taps;  // b0 and b1; once driven y1 and y2; then the factors, if followed
   };
   /// An excitation whose resonators are added to their bank at the sample `joins`.
   struct Driven {
@@ -106,7 +117,10 @@ class ModalBank {
   std::size_t countOf(const ModalExcitation& excitation) const;
   std::size_t roomOf(const Click& drive) const;
   void reserve(const Click& drive, std::size_t count);
-  std::uint32_t bankOf(const ModalExcitation& excitation);
+  std::uint32_t bankOf(const ModalExcitation& excitation, std::span<const double> taps);
+  std::vector<std::uint32_t>::iterator placeOf(const ModalExcitation& excitation) noexcept;
+  bool isBankOf(std::uint32_t bank, const ModalExcitation& excitation) const noexcept;
+  static RingMotion motionOf(const ModalExcitation& excitation, std::span<const double> factors);
   std::uint32_t freeBank();
   std::uint32_t freeSlot();
   bool isEarlier(const ClickCalendar::Entry& a, const ClickCalendar::Entry& b) const;
@@ -114,12 +128,16 @@ class ModalBank {
   void drive(std::uint32_t slot) noexcept;
   void joinLater(std::int64_t joins, std::uint32_t slot) noexcept;
   void joinAt(std::int64_t position) noexcept;
+  void join(const Waiting& waiting) noexcept;
   void retire() noexcept;
   void giveBack(std::uint32_t slot) noexcept;
   void damp(std::uint32_t slot) noexcept;
+  void move(std::uint32_t slot) noexcept;
   void dampBank(Bank& bank, const Waiting& waiting) noexcept;
+  void settle(Bank& bank) noexcept;
   bool isZero(const Bank& bank, std::size_t first) const noexcept;
   Resonators resonatorsOf(Bank& bank) const noexcept;
+  Resonators ownOf(const ModalExcitation& excitation, std::size_t count) noexcept;
   void ringFreely(const Mix& mix, std::size_t from, std::size_t frames) noexcept;
   void addAhead(const Mix& mix) noexcept;
 
@@ -138,10 +156,11 @@ class ModalBank {
   std::vector<std::uint32_t> dampings_;  // slots of the changes of damping in force, one per body
   std::vector<Bank> banks_;
   std::vector<std::uint32_t> freeBanks_;
-  std::vector<std::uint32_t> order_;  // banks in use, by body and channel, as they are summed
+  std::vector<std::uint32_t> order_;  // banks in use, by body, channel and path, as they are summed
 
   std::vector<double> x_;    // samples of a drive, one zero in front
   std::vector<double> y_;    // state of the excitation that is being driven
+  std::vector<double> own_;  // a1 and a2 of that excitation, if it is followed
   std::vector<double> out_;  // sound of that excitation
   std::vector<std::vector<double>>
       ahead_;                    // by channel: sound of driven excitations that is due later

@@ -51,8 +51,9 @@ struct ResonatorSet {
 /// The excitation of a body's modes by one contact, as heard at one receiver, over one path. Like a
 /// Click, it is made on the simulation's side and is independent of bodies, listeners and rooms.
 ///
-/// Without a pulse, it is a change of damping: from its time on, all resonators of the body have
-/// the taps as their a1 and a2.
+/// Without a pulse, it is a change of what rings already. A change of damping: from its time on,
+/// all resonators of the body have the taps as their a1 and a2. Or a motion of one path
+/// (MovingRing): over `length` samples, the factors by which the modes are heard become the taps.
 struct ModalExcitation {
   Click drive;  ///< the force's pulse and its time; no filters, no buses
   BodyId body = 0;
@@ -61,8 +62,18 @@ struct ModalExcitation {
   std::size_t taps = 0;     ///< index of its first b0; its b1 begin `count` behind it
   RestTaps<double> rest{};  ///< taps for the pulse itself: ResonatorSet::rest
   bool isLeader = false;    ///< the first of an event that only rings, with which it is heard
+  /// True if the ring is followed in its motion: behind its b1, the taps have the factors by which
+  /// the modes are heard against the mean over all directions at 1 m, the real parts and then the
+  /// imaginary ones. A blow's excitations are followed all, or none.
+  bool isFollowed = false;
+  std::uint32_t path = 0;    ///< if it is followed: 1 and its index in SoundPaths::paths
+  std::uint32_t length = 0;  ///< samples of a motion
+  double rate = 1.0;         ///< if it is followed: seconds of the body in a second of the receiver
 
-  bool isDamping() const { return drive.pulse == nullptr; }
+  bool isMotion() const { return length > 0; }
+  bool isDamping() const { return drive.pulse == nullptr && !isMotion(); }
+  /// Number of arrays of `count` taps.
+  std::size_t arrays() const { return isFollowed ? 4 : 2; }
 };
 
 }  // namespace carom::audio

@@ -23,6 +23,15 @@ inline btTransform toBullet(const Quat& turn, const Vec3& place) {
   return btTransform(rotation, toBullet(place));
 }
 
+inline Vec3 fromBullet(const btVector3& v) {
+  return {static_cast<double>(v.x()), static_cast<double>(v.y()), static_cast<double>(v.z())};
+}
+inline Quat fromBullet(const btQuaternion& turn) {
+  return Quat(static_cast<double>(turn.w()), static_cast<double>(turn.x()),
+              static_cast<double>(turn.y()), static_cast<double>(turn.z()))
+      .normalized();
+}
+
 /// The collision shape that a solid has in Bullet, with the parts that it is made of.
 class BulletSolid {
  public:

@@ -23,11 +23,13 @@ class TapeStepper : public SceneStepper {
   std::span<const ImpulseEvent> advanceTo(double time) override {
     now_.events.clear();
     now_.contacts.clear();
+    now_.poses.clear();
     now_.deformations.clear();
     while (next_ < tape_->portions.size() && settledTime_ < time) {
       const TapePortion& portion = tape_->portions[next_++];
       now_.events.insert(now_.events.end(), portion.events.begin(), portion.events.end());
       now_.contacts.insert(now_.contacts.end(), portion.contacts.begin(), portion.contacts.end());
+      now_.poses.insert(now_.poses.end(), portion.poses.begin(), portion.poses.end());
       now_.deformations.insert(now_.deformations.end(), portion.deformations.begin(),
                                portion.deformations.end());
       settledTime_ = portion.settledTime;
@@ -38,6 +40,7 @@ class TapeStepper : public SceneStepper {
     return now_.events;
   }
   std::span<const ContactState> contacts() const override { return now_.contacts; }
+  std::span<const BodyPose> poses() const override { return now_.poses; }
   double settledTime() const override { return settledTime_; }
   double hearDeformations() override { return tape_->deformationStep; }
   std::span<const DeformingState> deformations() const override { return now_.deformations; }
@@ -67,6 +70,8 @@ Result<EventTape> recordTape(SceneStepper& stepper, double duration, RunGuard* g
     portion.events.assign(events.begin(), events.end());
     const auto contacts = stepper.contacts();
     portion.contacts.assign(contacts.begin(), contacts.end());
+    const auto poses = stepper.poses();
+    portion.poses.assign(poses.begin(), poses.end());
     const auto deformations = stepper.deformations();
     portion.deformations.assign(deformations.begin(), deformations.end());
     portion.settledTime = stepper.settledTime();

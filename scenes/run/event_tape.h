@@ -19,6 +19,7 @@ struct TapePortion {
   double settledTime = 0.0;  ///< s, after the call
   std::vector<ImpulseEvent> events;
   std::vector<ContactState> contacts;
+  std::vector<BodyPose> poses;
   std::vector<audio::DeformingState> deformations;
 };
 

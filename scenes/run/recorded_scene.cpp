@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <fstream>
 #include <limits>
+#include <optional>
 #include <span>
 #include <system_error>
 #include <utility>
@@ -30,14 +31,18 @@ constexpr char kEndOfName = '\0';  // ends the scene's file name in the payload;
 
 class ReplayStepper : public SceneStepper {
  public:
-  ReplayStepper(const Recording& recording, double begin)
+  ReplayStepper(const Recording& recording, std::vector<BodyId> rings, double begin)
       : recording_(recording),
+        rings_(std::move(rings)),
+        instants_(begin),
         time_(begin),
         next_(recording.collisionsUntil(
             std::nextafter(begin, -std::numeric_limits<double>::infinity()))) {}
 
-  std::span<const ImpulseEvent> advanceTo(double time) override {
+  std::span<const ImpulseEvent> advanceTo(double target) override {
     events_.clear();
+    poses_.clear();
+    const double time = rings_.empty() ? target : PoseInstants::from(target);
     const std::size_t end = recording_.collisionsUntil(time);
     for (; next_ < end && events_.size() < kEventsAtATime; ++next_) {
       const Recording::Events both = recording_.events(next_);
@@ -45,15 +50,27 @@ class ReplayStepper : public SceneStepper {
     }
     time_ = std::max(time_, next_ < end ? events_.back().time : time);
     count(events_, time_);
+    for (; instants_.next() <= std::min(time_, recording_.end()); instants_.pass())
+      keepPoses(std::max(instants_.next(), recording_.begin()));
     return events_;
   }
+  std::span<const BodyPose> poses() const override { return poses_; }
   double settledTime() const override { return time_; }
 
  private:
+  void keepPoses(double time) {
+    for (const BodyId id : rings_)
+      if (const std::optional<std::size_t> sphere = recording_.sphereOf(id))
+        poses_.push_back({id, {time, recording_.state(*sphere, time).position}});
+  }
+
   const Recording& recording_;
+  std::vector<BodyId> rings_;
+  PoseInstants instants_;
   double time_;
   std::size_t next_;  // index of the next collision
   std::vector<ImpulseEvent> events_;
+  std::vector<BodyPose> poses_;
 };
 
 /// Advances in parts that a guard may look at between. False if it ends the run.
@@ -181,8 +198,9 @@ bool isRecording(const fs::path& file) {
   return stream && std::ranges::equal(beginning, kRecordingMagic);
 }
 
-std::unique_ptr<SceneStepper> replayStepper(const Recording& recording, double begin) {
-  return std::make_unique<ReplayStepper>(recording, begin);
+std::unique_ptr<SceneStepper> replayStepper(const Recording& recording, const Scene& scene,
+                                            double begin) {
+  return std::make_unique<ReplayStepper>(recording, movingRings(scene), begin);
 }
 
 }  // namespace carom::scenes

@@ -43,8 +43,9 @@ Result<RecordedScene> loadRecordedScene(const std::filesystem::path& file, bool 
 /// True if the file begins as a recording does.
 bool isRecording(const std::filesystem::path& file);
 
-/// Returns a stepper that replays a recorded run from `begin` (s) on. The recording must outlive
-/// it.
-std::unique_ptr<SceneStepper> replayStepper(const Recording& recording, double begin);
+/// Returns a stepper that replays a recorded run of the scene from `begin` (s) on. The recording
+/// must outlive it.
+std::unique_ptr<SceneStepper> replayStepper(const Recording& recording, const Scene& scene,
+                                            double begin);
 
 }  // namespace carom::scenes

@@ -180,9 +180,9 @@ Result<SceneSound> soundOf(const Scene& scene, const RenderOptions& options) {
     if (!stepper) return stepper.error();
     return SceneSound::create(scene, *std::move(stepper), {}, options.analysis);
   }
-  return SceneSound::create(scene,
-                            replayStepper(*options.recording, firstEventTime(scene, options.span)),
-                            options.span, options.analysis);
+  const double begin = firstEventTime(scene, options.span);
+  return SceneSound::create(scene, replayStepper(*options.recording, scene, begin), options.span,
+                            options.analysis);
 }
 
 /// Replaces the native stepper by the recording in the plan.

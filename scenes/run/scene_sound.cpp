@@ -248,6 +248,7 @@ Result<SceneSound> SceneSound::create(const Scene& scene, std::unique_ptr<SceneS
     if (!made) return Error{scene.name + ": " + made.error().message};
     voice = *std::move(made);
   }
+  synth->advanceTo(start);  // rings are followed
   SceneSound sound(scene, std::move(stepper), *std::move(synth), span);
   sound.voice_ = std::move(voice);
   sound.skipTo(sound.firstFrame_);
@@ -319,6 +320,10 @@ void SceneSound::runAhead(double time) {
     known_.insert(known_.end(), events.begin(), events.end());
     for (const ContactState& contact : stepper_->contacts())
       synth_.updateContact(contact);
+    // No stepper knows poses after the end, but some go beyond it. A pose is of a body of the
+    // synth, and valid unless the mechanics have failed.
+    for (const auto& [body, pose] : stepper_->poses())
+      if (pose.time <= duration_) static_cast<void>(synth_.moveBody(body, pose));
     if (voice_) voice_->add(stepper_->deformations());
     if (stepper_->settledTime() < target) scheduleSettled();
   }
@@ -339,6 +344,7 @@ void SceneSound::scheduleSettled() {
     if (event->time >= span_.from && event->time <= span_.to) settle({*event, peak});
   }
   known_.erase(known_.begin(), open);
+  synth_.advanceTo(std::min(settledTime, duration_));
 }
 
 void SceneSound::settle(const ScheduledEvent& event) {

@@ -1,6 +1,8 @@
 #include "scenes/run/scene_stepper.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -65,35 +67,70 @@ Box nativeBox(BodyId id, const SceneBody& body, const BlockShape& shape) {
 
 class NativeSceneStepper : public SceneStepper {
  public:
-  explicit NativeSceneStepper(SphereStepper stepper) : stepper_(std::move(stepper)) {}
+  NativeSceneStepper(const Scene& scene, SphereStepper stepper) : stepper_(std::move(stepper)) {
+    const std::vector<BodyId> rings = movingRings(scene);
+    const SphereWorld world = sphereWorld(scene);
+    for (std::size_t sphere = 0; sphere < world.spheres.size(); ++sphere)
+      if (std::ranges::find(rings, world.spheres[sphere].id) != rings.end())
+        rings_.push_back({sphere, world.spheres[sphere].id});
+  }
 
   std::span<const ImpulseEvent> advanceTo(double time) override {
     events_.clear();
-    while (stepper_.time() < time && events_.size() < kEventsAtATime && mayGoOn(stepper_.time())) {
-      const auto events = stepper_.advanceTo(time, kEventsAtATime);
+    poses_.clear();
+    // It goes on to a pose, so that what is known does not depend on `time`.
+    const double end = rings_.empty() ? time : PoseInstants::from(time);
+    while (stepper_.time() < end && events_.size() < kEventsAtATime && mayGoOn(stepper_.time())) {
+      const double next = rings_.empty() ? end : std::min(end, instants_.next());
+      const auto events = stepper_.advanceTo(next, kEventsAtATime);
       events_.insert(events_.end(), events.begin(), events.end());
+      if (stepper_.time() >= instants_.next()) keepPoses();
     }
     count(events_, stepper_.time());
     return events_;
   }
+  std::span<const BodyPose> poses() const override { return poses_; }
   double settledTime() const override { return stepper_.time(); }
   std::uint64_t jammed() const override { return stepper_.counters().jammed; }
 
  private:
+  struct RingingSphere {
+    std::size_t sphere = 0;  // in SphereWorld::spheres
+    BodyId id = 0;
+  };
+  void keepPoses() {
+    for (const auto& [sphere, id] : rings_)
+      poses_.push_back({id, {instants_.next(), stepper_.state(sphere).position}});
+    instants_.pass();
+  }
+
   SphereStepper stepper_;
+  std::vector<RingingSphere> rings_;
+  PoseInstants instants_;
   std::vector<ImpulseEvent> events_;  // of the last advanceTo
+  std::vector<BodyPose> poses_;       // of the last advanceTo
 };
 
 class BulletSceneStepper : public SceneStepper {
  public:
-  BulletSceneStepper(std::unique_ptr<BulletScene> scene, BulletBridge bridge, double step)
-      : scene_(std::move(scene)), bridge_(std::move(bridge)), step_(step) {}
+  BulletSceneStepper(std::unique_ptr<BulletScene> scene, BulletBridge bridge,
+                     const StepperSettings& settings, std::vector<BodyId> rings)
+      : scene_(std::move(scene)),
+        bridge_(std::move(bridge)),
+        step_(settings.step),
+        rings_(std::move(rings)),
+        stepsPerPose_(static_cast<std::int64_t>(std::ceil(kLeastPoseStep / step_))) {
+    keepPoses();
+  }
 
   std::span<const ImpulseEvent> advanceTo(double time) override {
     bridge_.clear();
+    if (steps_ > 0) poses_.clear();  // the first ones are of the start
     while (bridge_.settledTime() < time &&
-           mayGoOn(bridge_.settledTime()))  // with blocks, a substep behind the clock
+           mayGoOn(bridge_.settledTime())) {  // with blocks, a substep behind the clock
       scene_->world().stepSimulation(static_cast<btScalar>(step_), 0);
+      if (++steps_ % stepsPerPose_ == 0) keepPoses();
+    }
     count(bridge_.events(), bridge_.settledTime());
     contacts_.assign(bridge_.contacts().begin(), bridge_.contacts().end());
     if (!scene_->hasTurnedFrames()) return bridge_.events();
@@ -102,9 +139,20 @@ class BulletSceneStepper : public SceneStepper {
     return inFramesOfTheScene(bridge_.events());
   }
   std::span<const ContactState> contacts() const override { return contacts_; }
+  std::span<const BodyPose> poses() const override { return poses_; }
   double settledTime() const override { return bridge_.settledTime(); }
 
  private:
+  void keepPoses() {
+    for (const BodyId id : rings_) {
+      const btTransform& transform = scene_->body(id).getCenterOfMassTransform();
+      const Quat bullet = fromBullet(transform.getRotation());
+      poses_.push_back({id,
+                        {static_cast<double>(steps_) * step_, fromBullet(transform.getOrigin()),
+                         scene_->orientation(id, bullet)}});
+    }
+  }
+
   // Turns a contact from Bullet's frames of the bodies to the scene's: orientations by
   // `orientation`, points of paths, which are in these frames, by its inverse.
   void turn(ContactState& contact) const {
@@ -130,9 +178,24 @@ class BulletSceneStepper : public SceneStepper {
   std::vector<ContactState> contacts_;  // of the last advanceTo
   std::vector<ImpulseEvent> events_;    // of the last advanceTo, if turned
   double step_;
+  std::vector<BodyId> rings_;
+  std::int64_t stepsPerPose_;
+  std::int64_t steps_ = 0;
+  std::vector<BodyPose> poses_;  // of the last advanceTo
 };
 
 }  // namespace
+
+std::vector<BodyId> movingRings(const Scene& scene) {
+  std::vector<BodyId> rings;
+  for (std::size_t index = 0; index < scene.bodies.size(); ++index) {
+    const SceneBody& body = scene.bodies[index];
+    const auto* solid = std::get_if<SolidShape>(&body.shape);
+    const bool canMove = isSphere(body) || (solid != nullptr && solid->canMove());
+    if (body.ringing && canMove) rings.push_back(static_cast<BodyId>(index));
+  }
+  return rings;
+}
 
 SphereWorld sphereWorld(const Scene& scene) {
   SphereWorld world;
@@ -168,7 +231,7 @@ Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene, RunGuard* 
   if (scene.stepper.type == StepperType::native) {
     Result<SphereStepper> stepper = nativeStepper(scene);
     if (!stepper) return stepper.error();
-    return std::unique_ptr<SceneStepper>(new NativeSceneStepper(*std::move(stepper)));
+    return std::unique_ptr<SceneStepper>(new NativeSceneStepper(scene, *std::move(stepper)));
   }
   if (const Status valid = validateForBullet(scene); !valid)
     return Error{scene.name + ": " + valid.error().message};
@@ -181,8 +244,8 @@ Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene, RunGuard* 
   Result<BulletBridge> bridge = BulletBridge::attach(
       bulletScene->world(), {.restSpeed = scene.stepper.restSpeed, .delivery = delivery});
   if (!bridge) return Error{scene.name + ": " + bridge.error().message};
-  return std::unique_ptr<SceneStepper>(
-      new BulletSceneStepper(std::move(bulletScene), *std::move(bridge), scene.stepper.step));
+  return std::unique_ptr<SceneStepper>(new BulletSceneStepper(
+      std::move(bulletScene), *std::move(bridge), scene.stepper, movingRings(scene)));
 }
 
 Result<SphereStepper> nativeStepper(const Scene& scene) {

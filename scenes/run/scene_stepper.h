@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -8,6 +9,7 @@
 
 #include "audio/radiation/deforming_source.h"
 #include "carom/audio/impulse_event.h"
+#include "carom/audio/listener.h"
 #include "carom/audio/result.h"
 #include "carom/native/sphere_stepper.h"
 #include "scenes/format/scene.h"
@@ -18,6 +20,20 @@ namespace carom::scenes {
 /// Events after which the native stepper and replays return, so that these are heard and forgotten
 /// before more come.
 inline constexpr std::size_t kEventsAtATime = 1U << 14U;
+
+/// s: time between the poses that are read from steppers which know all times, and the least time
+/// between those of others.
+inline constexpr double kPoseStep = 1.0 / 240.0;
+inline constexpr double kLeastPoseStep = 1e-3;
+
+/// The pose of a body that rings, as Synth::moveBody takes it.
+struct BodyPose {
+  BodyId body = 0;
+  ListenerPose pose;
+};
+
+/// Returns the bodies of a scene that ring and can move. [any thread]
+std::vector<BodyId> movingRings(const Scene& scene);
 
 /// The mechanics of a scene, on either stepper. [one thread]
 class SceneStepper {
@@ -36,6 +52,10 @@ class SceneStepper {
   /// Returns the lasting contacts over the steps of the last advanceTo on Bullet; the native
   /// stepper reports none.
   virtual std::span<const ContactState> contacts() const { return {}; }
+
+  /// Returns the poses of the scene's movingRings over the last advanceTo, in order of time, from
+  /// the start on; none beside a jello.
+  virtual std::span<const BodyPose> poses() const { return {}; }
 
   /// Time (s) before which every event has been returned.
   virtual double settledTime() const = 0;
@@ -70,6 +90,22 @@ class SceneStepper {
 /// stepper cannot run. A guard, which outlives it, looks on from the start, as while a step is
 /// chosen for a jello. (If it ends the run then, that is an error.)
 Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene, RunGuard* guard = nullptr);
+
+/// The instants at which a stepper that knows all times is asked for poses, from the last one at or
+/// before `begin` (s) on.
+class PoseInstants {
+ public:
+  explicit PoseInstants(double begin = 0.0)
+      : next_(static_cast<std::int64_t>(std::floor(begin / kPoseStep))) {}
+
+  double next() const { return static_cast<double>(next_) * kPoseStep; }  ///< s
+  void pass() { ++next_; }
+  /// Returns the first instant (s) that is not before `time`.
+  static double from(double time) { return std::ceil(time / kPoseStep) * kPoseStep; }
+
+ private:
+  std::int64_t next_;
+};
 
 /// Makes the native stepper at the scene's start, whatever scene.stepper asks for.
 Result<SphereStepper> nativeStepper(const Scene& scene);

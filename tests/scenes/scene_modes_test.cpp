@@ -5,8 +5,10 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <numbers>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -14,7 +16,10 @@
 
 #include "carom/audio/modal_model_file.h"
 #include "carom/modal/gltf_audio.h"
+#include "scenes/run/event_tape.h"
+#include "scenes/run/recorded_scene.h"
 #include "scenes/run/scene_sound.h"
+#include "scenes/run/scene_stepper.h"
 #include "tests/scenes/library.h"
 #include "tests/support/temporary_folder.h"
 
@@ -42,19 +47,38 @@ Scene fallingBars(const std::vector<std::string>& modes) {
                             "bars.json"));
 }
 
-/// Energy of the sound's second half, when all bounces are over: the sum of squares in Pa^2.
-double tailOf(const Scene& scene) {
-  Result<SceneSound> sound = SceneSound::create(scene);
+/// A scene's first channel, rendered in blocks of `frames`.
+std::vector<float> samplesOf(Result<SceneSound> sound, std::size_t frames = 1024) {
   EXPECT_TRUE(sound) << sound.error().message;
   std::vector<float> all;
-  std::vector<std::vector<float>> block(1, std::vector<float>(1024));
+  std::vector<std::vector<float>> block(1, std::vector<float>(frames));
   while (const std::size_t count = sound->render(block))
     all.insert(all.end(), block[0].begin(), block[0].begin() + static_cast<std::ptrdiff_t>(count));
+  return all;
+}
+
+/// Energy of the sound from a share of its duration on: the sum of squares in Pa^2.
+double energyFrom(double share, const std::vector<float>& all) {
   double sum = 0.0;
-  for (std::size_t sample = all.size() / 2; sample < all.size(); ++sample)
+  const auto begin = static_cast<std::size_t>(share * static_cast<double>(all.size()));
+  for (std::size_t sample = begin; sample < all.size(); ++sample)
     sum += static_cast<double>(all[sample]) * static_cast<double>(all[sample]);
   return sum;
 }
+
+/// Energy of the sound's second half, when all bounces are over.
+double tailOf(const Scene& scene) {
+  return energyFrom(0.5, samplesOf(SceneSound::create(scene)));
+}
+
+/// A steel ball that flies past the listener, from one wall to another.
+constexpr std::string_view kFlyingBall = R"({"duration": 0.6, "gravity": [0, 0, 0],
+    "listeners": [{"position": [0, 1, 0]}],
+    "bodies": [{"type": "plane", "normal": [1, 0, 0], "offset": -1.5, "material": "concrete"},
+               {"type": "plane", "normal": [-1, 0, 0], "offset": -2, "material": "concrete"},
+               {"type": "sphere", "radius": 0.2, "material": "carbon_steel",
+                "position": [-1.2, 0, 0], "velocity": [-9, 0, 0.5],
+                "modes": {"dofs": 600, "count": 4, "panels": 120}}]})";
 
 /// Computed models are cached in a folder of the test's own.
 class SceneModes : public testing::Test {
@@ -233,6 +257,78 @@ TEST_F(SceneModes, WhatRingsIsHeardLongerThanWhatDoesNot) {
   const double dry = tailOf(fallingBars({""}));
   const double ringing = tailOf(fallingBars({kCoarse}));
   EXPECT_GT(ringing, 10.0 * dry);
+}
+
+// The poses are those that the events have, in the same frame of the body.
+TEST_F(SceneModes, PosesOfWhatRingsAgreeWithItsEvents) {
+  const Scene bars = fallingBars({kCoarse, ""});
+  for (const Scene& scene : {bars, orAbort(parseScene(kFlyingBall, "ball.json"))}) {
+    const BodyId ringing = movingRings(scene).at(0);
+    ASSERT_EQ(movingRings(scene).size(), 1U);
+    auto stepper = makeStepper(scene);
+    ASSERT_TRUE(stepper);
+    std::vector<ImpulseEvent> events;
+    std::vector<BodyPose> poses;
+    for (double time = 0.05; time < 0.5; time += 0.05) {
+      const auto more = (*stepper)->advanceTo(time);
+      events.insert(events.end(), more.begin(), more.end());
+      poses.insert(poses.end(), (*stepper)->poses().begin(), (*stepper)->poses().end());
+    }
+    EXPECT_EQ(poses.front().pose.time, 0.0);
+    int compared = 0;
+    for (const ImpulseEvent& event : events) {
+      if (event.body != ringing) continue;
+      const auto after = std::ranges::lower_bound(
+          poses, event.time, {}, [](const BodyPose& pose) { return pose.pose.time; });
+      if (after == poses.begin() || after == poses.end()) continue;
+      const ListenerPose& last = std::prev(after)->pose;
+      EXPECT_EQ(after->body, ringing);
+      const double since = event.time - last.time;
+      EXPECT_LE(since, kPoseStep * 1.001);
+      EXPECT_LT((last.position - event.bodyPosition).norm(),
+                1e-4 + since * 1.5 * event.bodyVelocity.norm());
+      EXPECT_LT(last.orientation.angularDistance(event.bodyOrientation),
+                1e-3 + since * 1.5 * event.bodyAngularVelocity.norm());
+      ++compared;
+    }
+    EXPECT_GT(compared, 0);
+  }
+}
+
+TEST_F(SceneModes, AListenerWhoWalksAwayHearsARingFainter) {
+  Scene scene = fallingBars({kCoarse});
+  const Vec3 from(0.0, 0.0, 1.0);
+  scene.listeners[0].position = from;
+  const std::vector<float> standing = samplesOf(SceneSound::create(scene));
+  // The bar has come down by 0.3 s; then the listener leaves.
+  ListenerPath path;
+  path.poses = {{0.3, from, Quat::Identity()}, {0.45, 8.0 * from, Quat::Identity()}};
+  scene.paths = {path};
+  const std::vector<float> walking = samplesOf(SceneSound::create(scene));
+  const double level = 10.0 * std::log10(energyFrom(0.96, walking) / energyFrom(0.96, standing));
+  EXPECT_NEAR(level, -20.0 * std::log10(8.0), 1.5);
+}
+
+// Neither the blocks nor a replay, which steps otherwise, can be heard while bodies ring and move.
+TEST_F(SceneModes, BitsOfRingsInMotionDoNotDependOnHowTheyAreRendered) {
+  const Scene bars = fallingBars({kCoarse, kCoarse});
+  const std::vector<float> wanted = samplesOf(SceneSound::create(bars));
+  EXPECT_EQ(samplesOf(SceneSound::create(bars), 333), wanted);
+  EXPECT_EQ(samplesOf(SceneSound::create(bars), 9999), wanted);
+  auto stepper = makeStepper(bars);
+  ASSERT_TRUE(stepper);
+  const Result<EventTape> tape = recordTape(**stepper, bars.duration);
+  ASSERT_TRUE(tape);
+  const auto shared = std::make_shared<const EventTape>(*tape);
+  EXPECT_EQ(samplesOf(SceneSound::create(bars, tapeStepper(shared), {})), wanted);
+
+  const Scene ball = orAbort(parseScene(kFlyingBall, "ball.json"));
+  const std::vector<float> flying = samplesOf(SceneSound::create(ball));
+  EXPECT_GT(energyFrom(0.5, flying), 0.0);
+  EXPECT_EQ(samplesOf(SceneSound::create(ball), 77), flying);
+  const Result<carom::Recording> run = recordScene(ball, kFlyingBall, "ball.json");
+  ASSERT_TRUE(run) << run.error().message;
+  EXPECT_EQ(samplesOf(SceneSound::create(ball, replayStepper(*run, ball, 0.0), {})), flying);
 }
 
 TEST_F(SceneModes, ErrorsNameTheBody) {

@@ -20,6 +20,8 @@ namespace carom {
 ///     schedule         when known: one body's share of a collision  --+
 ///     updateContact    each step: a lasting contact                  --+--> clicks, excited modes,
 ///     moveListener     each frame, for a listener that moves               on exact sample times
+///     moveBody         each step, for a body that rings and moves
+///     advanceTo        each step: rings follow what has moved
 ///     render           block by block                                 <--  their sum, in Pa
 ///
 /// An event is decided when it is scheduled: which paths its sound takes to which listener, when it
@@ -74,6 +76,20 @@ class Synth {
   /// is heard is decided when it is scheduled. Refuses: no such listener, a pose that PoseTrack
   /// refuses.
   Status moveListener(std::size_t listener, const ListenerPose& pose);
+
+  /// Appends the next pose of a body that rings: its origin and axes, as ImpulseEvent has them. The
+  /// ring is followed as the body flies and turns (see advanceTo), with motion between poses as for
+  /// a listener; above 180 m/s the body is in its new place at once. For a body that does not ring
+  /// nothing comes of it. Refuses: no such body, a pose that is not finite or not of unit length,
+  /// or is not later than the last one.
+  Status moveBody(BodyId id, const ListenerPose& pose);
+
+  /// Lets rings follow the bodies and listeners that move: all poses and events up to `time` (s,
+  /// simulation clock) have been handed over. Rings are followed from the first call on, if the
+  /// body moves as it is struck, or a listener has poses; hand over the first pose after an event
+  /// before the event itself. Call it at least 512 samples ahead of `render`: a ring of which no
+  /// more is known goes on as it did. May allocate.
+  void advanceTo(double time);
 
   /// Teleports the listener and discards the history of its motion: for a place too far away to
   /// have travelled to. Refuses: no such listener, a pose that is not finite or not of unit length.
