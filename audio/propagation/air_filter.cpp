@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 #include <Eigen/Core>
+#include <unsupported/Eigen/FFT>
 
 #include "carom/audio/absorption.h"
 
@@ -37,16 +39,14 @@ double heldBack(double frequency, double half) {
 /// to half the rate.
 std::vector<double> cosineSeries(const std::vector<double>& values, std::size_t count) {
   const std::size_t steps = values.size() - 1;
-  std::vector<double> cosines(2 * steps);
-  for (std::size_t at = 0; at < cosines.size(); ++at)
-    cosines[at] = std::cos(std::numbers::pi * static_cast<double>(at) / static_cast<double>(steps));
+  std::vector<double> wholeCircle = values;
+  wholeCircle.insert(wholeCircle.end(), values.rbegin() + 1, values.rend() - 1);
+  Eigen::FFT<double> transform;
+  std::vector<std::complex<double>> spectrum;
+  transform.fwd(spectrum, wholeCircle);
   std::vector<double> series(count);
-  for (std::size_t n = 0; n < count; ++n) {
-    double sum = 0.5 * (values.front() + values.back() * cosines[n * steps % cosines.size()]);
-    for (std::size_t step = 1; step < steps; ++step)
-      sum += values[step] * cosines[n * step % cosines.size()];
-    series[n] = (n == 0 ? 1.0 : 2.0) * sum / static_cast<double>(steps);
-  }
+  for (std::size_t n = 0; n < count; ++n)
+    series[n] = (n == 0 ? 0.5 : 1.0) * spectrum[n].real() / static_cast<double>(steps);
   return series;
 }
 
