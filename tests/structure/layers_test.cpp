@@ -66,6 +66,7 @@ const std::vector<Layer>& exceptions() {
       {"audio/io/wav_stream.cpp", "sndfile\\.h"},
       {"audio/io/partial_file.cpp", "(dirent|fcntl|unistd)\\.h|sys/(file|stat)\\.h"},
       {"audio/synthesis/noise_bed.cpp", "unsupported/Eigen/FFT"},
+      {"audio/propagation/air_filter.cpp", "unsupported/Eigen/FFT"},
       {"audio/propagation/sofa_file.cpp", "mysofa\\.h"},
       {"audio/io/normal_map.cpp", "png\\.h"},
       {"audio/model/surface_texture.cpp", "unsupported/Eigen/FFT"},
