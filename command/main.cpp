@@ -188,10 +188,10 @@ int renderInto(const Arguments& arguments, const Scene& scene, const Recording* 
   // A part of a recording is as it is in the whole.
   if (arguments.span.to >= scene.duration) options.tail = arguments.tail;
   options.progress = [&](double share) { bar.show(share); };
-  ProgressBar modes("modes of " + scene.name);
-  options.analysis = [&modes](std::string_view, double share) {
-    modes.show(share);
-    if (share >= 1.0) modes.clear();
+  ProgressBar analysis("modes and recoils of " + scene.name);
+  options.analysis = [&analysis](std::string_view, double share) {
+    analysis.show(share);
+    if (share >= 1.0) analysis.clear();
     return true;
   };
   const Result<RenderReport> report = renderBounded(scene, options);

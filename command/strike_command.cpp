@@ -68,19 +68,30 @@ ImpulseEvent strikeEvent(const ModalModel& model, const Vec3& place, const Vec3&
   return event;
 }
 
-/// Makes the body that is hit; `click` adds the click of its recoil if its surface is closed.
-SoundBody struckBody(std::shared_ptr<const ModalModel> model, bool click) {
+/// Makes the body that is hit.
+SoundBody struckBody(std::shared_ptr<const ModalModel> model) {
   SoundBody body;
   body.material = model->material;
-  if (click && closedSurface(model->surface) && model->inertia.determinant() > 0.0) {
-    if (const auto radiator = panelRadiator(model->surface)) {
-      body.mass = model->mass;
-      body.shape = std::make_shared<const RigidRadiator>(radiator->about(model->centreOfMass));
-      body.inverseInertia = model->inertia.inverse();
-    }
-  }
   body.modal = std::move(model);
   return body;
+}
+
+/// Adds the click of the recoil of a body that rings, if its surface is closed; by its shape where
+/// that can be solved. False if `progress` has cancelled it.
+bool addClick(SoundBody& body, ModelCache& cache, const Progress& progress) {
+  const ModalModel& model = *body.modal;
+  if (!closedSurface(model.surface) || !(model.inertia.determinant() > 0.0)) return true;
+  SurfaceMesh surface = model.surface;
+  for (Vec3& vertex : surface.vertices)
+    vertex -= model.centreOfMass;
+  const Result<RigidRadiator> radiator = panelRadiator(surface);
+  if (!radiator) return true;
+  body.mass = model.mass;
+  body.shape = std::make_shared<const RigidRadiator>(*radiator);
+  body.inverseInertia = model.inertia.inverse();
+  Result<RigidRecoil> recoil = analyseRecoil(surface, &cache, progress);
+  if (recoil) body.recoil = std::make_shared<const RigidRecoil>(*std::move(recoil));
+  return recoil || recoil.error().message != kCancelled;
 }
 
 /// The file that a strike is rendered into, its settings and its length.
@@ -204,15 +215,18 @@ int StrikeCommand::run() const {
   std::string limit;
   ProgressBar bar("radiation of " + std::filesystem::path(model_).filename().string());
   ModelCache cache;
-  const Status heard = addRadiation(*loaded, {}, &cache, [&](std::string_view, double share) {
+  const Progress progress = [&](std::string_view, double share) {
     bar.show(share);
     limit = watch.exceeded();
     return limit.empty();
-  });
-  bar.clear();
+  };
+  const Status heard = addRadiation(*loaded, {}, &cache, progress);
   if (!limit.empty()) return endedEarly(model_, watch, limit);
   if (!heard) return fail(kBadInput, model_ + ": " + heard.error().message);
   const auto model = std::make_shared<const ModalModel>(*std::move(loaded));
+  SoundBody body = struckBody(model);
+  if (!noClick_ && !addClick(body, cache, progress)) return endedEarly(model_, watch, limit);
+  bar.clear();
 
   SynthSettings settings;
   settings.sampleRate = sampleRate_;
@@ -221,7 +235,7 @@ int StrikeCommand::run() const {
   if (radiation_ == "constant") settings.modalRadiation = ModalRadiation::constant;
   Result<Synth> synth = Synth::create(settings, {{"listener", listener}});
   if (!synth) return fail(kBadInput, synth.error().message);
-  if (const Status set = synth->setBody(kBody, struckBody(model, !noClick_)); !set)
+  if (const Status set = synth->setBody(kBody, body); !set)
     return fail(kBadInput, model_ + ": " + set.error().message);
   if (const Status set = synth->setBody(kHammer, {.material = *findMaterial(hammerMaterial_)});
       !set)

@@ -134,7 +134,7 @@ std::vector<std::string> sceneWarnings(const Scene& scene) {
 }
 
 std::vector<std::string> renderWarnings(const RenderReport& report, const RenderOptions& options) {
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings = report.notes;
   if (std::string peak = peakWarning(report, options); !peak.empty())
     warnings.push_back(std::move(peak));
   if (report.synth.late > 0)

@@ -214,6 +214,10 @@ Result<PanelSolution> solvePanels(const SurfaceMesh& surface, const PanelSetting
   solution.radiator.volume = volume;
   solution.radiator = solution.radiator.about(-centroid);
   added = symmetricPart(added);
+  if (!(solution.radiator.radius() > 0.0) || !added.allFinite())
+    return Error{
+        "surface: the flow of air around it has no solution on its triangles; expected a simpler "
+        "mesh, or one whose parts are thicker beside their triangles"};
   return solution;
 }
 

@@ -3,12 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <unordered_set>
+#include <variant>
 
+#include "carom/audio/panel_radiator.h"
 #include "carom/native/sphere_stepper.h"
 #include "native/jello/jello_coupling.h"
 #include "native/jello/jello_limits.h"
 #include "native/mechanics/linkage.h"
 #include "scenes/limits/run_guard.h"
+#include "scenes/run/bullet_solid.h"
 #include "scenes/run/jello_scene.h"
 #include "scenes/run/scene_modes.h"
 #include "scenes/run/scene_sound.h"
@@ -54,6 +58,9 @@ constexpr double kShellTime = 4.0;                  // s, all modes of kShellFre
 constexpr double kShellFreedom = 1000.0;            // degrees of freedom
 constexpr double kPanelTime = 22.0 / 60.0 / 512e6;  // s, for a mode, over the panels' cube
 constexpr double kPanelSize = 32.0;                 // bytes, over the panels' square
+
+// The recoil of a shape, solved at 30 frequencies with up to 450 panels: 3 to 15 s.
+constexpr double kRecoilTime = 8.0;  // s
 
 constexpr std::size_t kPilotEvents = 4000;
 constexpr double kPilotTime = 0.25;  // s, of the scene
@@ -118,6 +125,17 @@ void addModes(const ModesToCompute& one, Sum& sum) {
   text << "the modes of " << bodyText(*one.body) << ", of " << freedom
        << " degrees of freedom, unless they are in the cache";
   sum.add(seconds, text.str());
+}
+
+void addRecoils(const Scene& scene, Sum& sum) {
+  std::unordered_set<SurfaceMesh, RadiatorCache::Hash> shapes;
+  for (const SceneBody& body : scene.bodies)
+    if (const auto* solid = std::get_if<SolidShape>(&body.shape); solid && solid->canMove())
+      shapes.insert(surfaceOf(*solid));
+  std::ostringstream text;
+  text << "the recoil of " << shapes.size() << (shapes.size() == 1 ? " shape" : " shapes")
+       << " (/sound/recoil), unless they are in the cache";
+  sum.add(kRecoilTime * static_cast<double>(shapes.size()), text.str());
 }
 
 /// Returns the step of a jello whose scene leaves it open: half of the longest that is
@@ -218,6 +236,7 @@ RunEstimate estimateRun(const Scene& scene) {
   // Models are computed one after the other, before the run.
   for (const ModesToCompute& one : modesToCompute(scene))
     addModes(one, sum);
+  if (hearsRecoils(scene)) addRecoils(scene, sum);
   sum.estimate.memory += kBodySize * static_cast<double>(scene.bodies.size()) * (1.0 + channels);
   std::ostringstream text;
   text << scene.duration << " s of sound in " << channels << " channels (/duration)";

@@ -11,8 +11,8 @@ using namespace scenes;
 
 /// The steps, events, memory and time of a run, in their order of magnitude: the mechanics from the
 /// scene and, for collisions, from the first thousands of them; times from what a step of each kind
-/// takes on a machine of 2020. Modes that have to be computed count as if none were in the cache,
-/// and as if each body had as many as it may have.
+/// takes on a machine of 2020. Modes and recoils that have to be computed count as if none were in
+/// the cache, and modes as if each body had as many as it may have.
 struct RunEstimate {
   double steps = 0.0;   ///< of Bullet, of a jello, or of springs, rods, fields and drag; 0: none
   double events = 0.0;  ///< two of each collision

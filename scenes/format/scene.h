@@ -156,7 +156,7 @@ struct Scene {
   Medium medium;
   StepperSettings stepper;
   SynthSettings sound;  ///< with the room; its sample rate and medium are not used
-  RecoilModel recoil = RecoilModel::sphere;
+  RecoilModel recoil = RecoilModel::shape;
   std::vector<SceneBody> bodies;
   RestitutionTable restitutions;  ///< restitutions of certain pairs of materials
   SceneMechanics mechanics;

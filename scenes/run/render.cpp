@@ -175,14 +175,18 @@ void leaveOutCounted(Plan& plan, std::uint64_t count, const std::string& stage,
 }
 
 Result<SceneSound> soundOf(const Scene& scene, const RenderOptions& options) {
+  const Progress analysis = [&options](std::string_view stage, double share) {
+    if (options.guard != nullptr && !options.guard->mayGoOn(0.0)) return false;
+    return !options.analysis || options.analysis(stage, share);
+  };
   if (options.recording == nullptr) {
     Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene, options.guard);
     if (!stepper) return stepper.error();
-    return SceneSound::create(scene, *std::move(stepper), {}, options.analysis);
+    return SceneSound::create(scene, *std::move(stepper), {}, analysis);
   }
   const double begin = firstEventTime(scene, options.span);
   return SceneSound::create(scene, replayStepper(*options.recording, scene, begin), options.span,
-                            options.analysis);
+                            analysis);
 }
 
 /// Replaces the native stepper by the recording in the plan.
@@ -226,6 +230,7 @@ Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& option
   report.clippedSamples = files->sound.clippedSamples();
   report.limiter = isLimited(options);
   report.gainReduction = files->sound.gainReduction();
+  report.notes = sound->notes();
   report.synth = sound->synth().counters();
   report.energy = sound->synth().contactEnergy(sound->synth().time());
   leaveOutCounted(report.plan, report.synth.inaudible, "inaudible_clicks",

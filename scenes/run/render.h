@@ -31,7 +31,7 @@ struct RenderOptions {
   SoundSpan span = {};  ///< part to render; of a recording only
   /// Called now and then with the share of the scene that is done, 0 to 1.
   std::function<void(double share)> progress = {};
-  Progress analysis = {};  ///< progress of modes that have to be computed first
+  Progress analysis = {};  ///< progress of modes and recoils that have to be computed first
   /// If set, the sound goes on after the scene's end for at most so many seconds, until its last 50
   /// ms are 60 dB below its peak; what sounds longer fades over the last 50 ms. A jello, which
   /// sounds only while it is stepped, fades at the scene's end. If not set, the sound stops there.
@@ -61,6 +61,7 @@ struct RenderReport {
   double wallTime = 0.0;       ///< s, mechanics, synthesis and writing
   Plan plan;                   ///< with what was left out at run time
   std::optional<EndedEarly> endedEarly = {};  ///< set if a guard ended the run
+  std::vector<std::string> notes;             ///< SceneSound::notes
   SynthCounters synth;
   ContactEnergy energy;  ///< of impacts of bodies that ring
 

@@ -35,7 +35,7 @@ constexpr std::int64_t kSkipFrames = 4096;  // rendered at a time
 class SoundBodies {
  public:
   SoundBodies(const Scene& scene, const Progress& progress)
-      : hasRecoils_(scene.recoil == RecoilModel::shape), progress_(progress) {}
+      : hasRecoils_(hearsRecoils(scene)), progress_(progress) {}
 
   Result<SoundBody> make(const SceneBody& body, const BodyModes& modes) {
     SoundBody sound;
@@ -56,22 +56,33 @@ class SoundBodies {
       sound.shape = std::shared_ptr<const RigidRadiator>(radiators_, &*radiator);
       sound.inverseInertia = solid->inertia.inverse();
       if (hasRecoils_) {
-        auto recoil = recoilOf(surfaceOf(*solid));
-        if (!recoil) return Error{"recoil: " + recoil.error().message};
+        auto recoil = recoilOf(body.name, surfaceOf(*solid));
+        if (!recoil) return recoil.error();
         sound.recoil = *std::move(recoil);
       }
     }
     return sound;
   }
 
+  /// A sentence for each shape whose recoil cannot be solved.
+  std::vector<std::string> takeNotes() { return std::move(notes_); }
+
  private:
-  Result<std::shared_ptr<const RigidRecoil>> recoilOf(const SurfaceMesh& surface) {
-    std::shared_ptr<const RigidRecoil>& known = recoils_[surface];
-    if (known != nullptr) return known;
+  /// Returns the recoil of a body's shape; null, with a note, if it cannot be solved. An error is
+  /// that of a run that was cancelled.
+  Result<std::shared_ptr<const RigidRecoil>> recoilOf(const std::string& name,
+                                                      const SurfaceMesh& surface) {
+    const auto [known, isNew] = recoils_.try_emplace(surface);
+    if (!isNew) return known->second;
     Result<RigidRecoil> recoil = analyseRecoil(surface, &cache_, progress_);
-    if (!recoil) return recoil.error();
-    known = std::make_shared<const RigidRecoil>(*std::move(recoil));
-    return known;
+    if (recoil)
+      known->second = std::make_shared<const RigidRecoil>(*std::move(recoil));
+    else if (recoil.error().message == kCancelled)
+      return recoil.error();
+    else
+      notes_.push_back(name + ": clicks as the sphere of equal dipole, as its recoil has none: " +
+                       recoil.error().message);
+    return known->second;
   }
 
   Status layTexture(const SceneBody& body, SoundBody& sound) {
@@ -116,9 +127,12 @@ class SoundBodies {
   const Progress& progress_;
   ModelCache cache_;
   std::unordered_map<SurfaceMesh, std::shared_ptr<const RigidRecoil>, RadiatorCache::Hash> recoils_;
+  std::vector<std::string> notes_;
 };
 
-Status setBodies(const Scene& scene, Synth& synth, const Progress& progress) {
+/// Sets the bodies of a scene, and returns what is to be said about them.
+Result<std::vector<std::string>> setBodies(const Scene& scene, Synth& synth,
+                                           const Progress& progress) {
   const Result<std::vector<BodyModes>> modes = sceneModes(scene, progress);
   if (!modes) return modes.error();
   SoundBodies bodies(scene, progress);
@@ -127,7 +141,7 @@ Status setBodies(const Scene& scene, Synth& synth, const Progress& progress) {
     Status set = sound ? synth.setBody(static_cast<BodyId>(index), *sound) : sound.error();
     if (!set) return Error{scene.bodies[index].name + ": " + set.error().message};
   }
-  return std::monostate{};
+  return bodies.takeNotes();
 }
 
 /// Time in s within which a listener at the end of its path comes to rest: PoseTrack would go on
@@ -194,6 +208,12 @@ std::size_t channelsOf(const Scene& scene) {
   return channels;
 }
 
+bool hearsRecoils(const Scene& scene) {
+  const auto& comparison = scene.sound.comparison;
+  return scene.recoil == RecoilModel::shape && comparison.radiation == Radiation::exact &&
+         comparison.sampling == Sampling::bandLimited;
+}
+
 std::size_t imageCount(const Scene& scene) {
   if (scene.sound.room.reflectors.empty()) return 0;
   const Result<std::vector<Image>> images = makeImages(scene.sound.room);
@@ -240,8 +260,8 @@ Result<SceneSound> SceneSound::create(const Scene& scene, std::unique_ptr<SceneS
     if (const Status followed = follow(path, *synth); !followed)
       return Error{scene.name + ": " + followed.error().message};
   }
-  if (const Status set = setBodies(scene, *synth, progress); !set)
-    return Error{scene.name + ": " + set.error().message};
+  Result<std::vector<std::string>> notes = setBodies(scene, *synth, progress);
+  if (!notes) return Error{scene.name + ": " + notes.error().message};
   std::optional<JelloVoice> voice;
   if (const double step = stepper->hearDeformations(); step > 0.0) {
     Result<JelloVoice> made = JelloVoice::create(scene, step);
@@ -251,6 +271,7 @@ Result<SceneSound> SceneSound::create(const Scene& scene, std::unique_ptr<SceneS
   synth->advanceTo(start);  // rings are followed
   SceneSound sound(scene, std::move(stepper), *std::move(synth), span);
   sound.voice_ = std::move(voice);
+  sound.notes_ = *std::move(notes);
   sound.skipTo(sound.firstFrame_);
   return sound;
 }

@@ -40,6 +40,10 @@ std::size_t channelsOf(const Scene& scene);
 /// [any thread]
 std::size_t imageCount(const Scene& scene);
 
+/// Returns whether bodies that are no spheres click by the recoil of their shape: where the scene
+/// asks for it, and not for a comparison with less exact clicks. [any thread]
+bool hearsRecoils(const Scene& scene);
+
 /// Longest travel time of sound through the air that is still heard, s; see firstEventTime.
 inline constexpr double kLongestWay = 1.0;
 
@@ -68,8 +72,9 @@ struct ScheduledEvent {
 /// with the length of the scene. [one thread]
 class SceneSound {
  public:
-  /// Loads the heads and models that the scene names, and computes the modes that it asks for, with
-  /// `progress` told of these. An error names the scene, and the file or other cause.
+  /// Loads the heads and models that the scene names, and computes the modes and recoils that it
+  /// asks for, with `progress` told of these. An error names the scene, and the file or other
+  /// cause.
   static Result<SceneSound> create(const Scene& scene, const Progress& progress = {});
   /// Makes the sound of a stepper that exists already, and of a part of the scene: its samples are
   /// those of the whole scene in that span. Events before firstEventTime need not come.
@@ -94,6 +99,10 @@ class SceneSound {
 
   /// Has a guard look on, which outlives this; the sound ends where it ends the run.
   void watch(RunGuard& guard);
+
+  /// Sentences about what is heard otherwise than the scene asks for: one for each shape whose
+  /// recoil cannot be solved.
+  const std::vector<std::string>& notes() const { return notes_; }
 
   const Synth& synth() const { return synth_; }
   const SceneStepper& stepper() const { return *stepper_; }
@@ -121,6 +130,7 @@ class SceneSound {
   std::vector<ScheduledEvent> settled_;  // events settled by the last render
   std::vector<ScheduledEvent> early_;    // events settled before the first wanted sample
   std::function<void(const ScheduledEvent&)> sink_;
+  std::vector<std::string> notes_;
   RunGuard* guard_ = nullptr;
 };
 

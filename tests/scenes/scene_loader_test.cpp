@@ -515,7 +515,7 @@ TEST(SceneLoader, SoundIsTheSynthsDefaultUnlessTheSceneSaysOtherwise) {
     EXPECT_TRUE(sound.room.reflectors.empty());
     EXPECT_FALSE(sound.reverb);
   }
-  EXPECT_EQ(accepted(oneBall()).recoil, RecoilModel::sphere);
+  EXPECT_EQ(accepted(oneBall()).recoil, RecoilModel::shape);
   EXPECT_EQ(accepted(with("/sound", {{"recoil", "sphere"}})).recoil, RecoilModel::sphere);
   EXPECT_EQ(accepted(with("/sound", {{"recoil", "shape"}})).recoil, RecoilModel::shape);
   const SynthSettings sound = accepted(with("/sound", {{"pulse", "gaussian"},
