@@ -14,6 +14,8 @@ using Complex = std::complex<double>;
 
 constexpr double kFewestSteps = 32.0;       ///< in the duration without modes
 constexpr double kMostSteps = 1024.0;       ///< in the duration without modes
+/// s. The force is heard as impulses, one for each step: their rhythm must be no sound.
+constexpr double kLongestStep = 25e-6;
 constexpr double kStepAngle = 2.5;          ///< rad by which the fastest mode turns, at most
 constexpr double kLongestRun = 16384.0;     ///< steps until a run counts as over
 constexpr double kLongestTime = 0.02;       ///< s of a run, or four elastic durations
@@ -123,7 +125,8 @@ void CoupledContact::begin(const CoupledImpact& impact) {
     fastest = std::max(fastest, mode.frequency);
   const double duration = elasticDuration(impact);
   step_ = duration / kFewestSteps;
-  if (fastest * step_ > kStepAngle) step_ = std::max(kStepAngle / fastest, duration / kMostSteps);
+  if (fastest * step_ > kStepAngle) step_ = kStepAngle / fastest;
+  step_ = std::max(std::min(step_, kLongestStep), duration / kMostSteps);
   const double longest = std::max(kLongestTime, 4.0 * duration);
   mostSteps_ = static_cast<std::size_t>(std::min(longest / step_, kLongestRun));
   compliance_ = 0.5 * step_ * step_ / impact.mass;

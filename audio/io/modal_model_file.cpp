@@ -20,6 +20,8 @@ constexpr std::size_t kChecksumSize = sizeof(std::uint64_t);
 constexpr std::size_t kByteBits = 8;
 /// The version of the first files that say which part of a mode's decay is radiation.
 constexpr std::uint64_t kFirstWithRadiationDecay = 2;
+/// The version of the first files that have what is left of the series of modes.
+constexpr std::uint64_t kFirstWithResidual = 3;
 
 // ModelWriter and ModelReader have the same functions, so that one function for each structure
 // (codeBody and so on) both writes and reads it: each call codes its argument, or sets it.
@@ -205,11 +207,18 @@ void codeShapes(auto& archive, auto& shapes) {
     archive.number(value);
 }
 
+void codeResidual(auto& archive, auto& model) {
+  archive.number(model.residualFrequency);
+  codeShapes(archive, model.residualVolumes);
+}
+
 void codeModel(auto& archive, auto& model, std::uint64_t version) {
   archive.section("body", [&](auto& inside) { codeBody(inside, model); });
   archive.section("surf", [&](auto& inside) { codeSurface(inside, model.surface); });
   archive.section("mode", [&](auto& inside) { codeModes(inside, model.modes, version); });
   archive.section("shap", [&](auto& inside) { codeShapes(inside, model.shapes); });
+  if (version >= kFirstWithResidual)
+    archive.section("resi", [&](auto& inside) { codeResidual(inside, model); });
 }
 
 std::uint64_t unsignedAt(std::span<const std::byte> bytes, std::size_t at, std::size_t size) {

@@ -85,6 +85,17 @@ Status validate(const ModalModel& model) {
     return Error{"shapes must have three numbers for each mode and vertex"};
   if (!std::ranges::all_of(model.shapes, [](float value) { return isWithin(value, kLargest); }))
     return Error{"shapes must be from -1e30 to 1e30 (kg^(-1/2))"};
+  if (!model.residualVolumes.empty()) {
+    if (model.residualVolumes.size() != 3 * model.surface.vertices.size())
+      return Error{"residual volumes must be three numbers for each vertex, or none"};
+    if (!std::ranges::all_of(model.residualVolumes,
+                             [](float value) { return isWithin(value, kLargest); }))
+      return Error{"residual volumes must be from -1e30 to 1e30 (m^3/N)"};
+    if (!(model.residualFrequency > 0.0 && model.residualFrequency <= kLargest))
+      return Error{"residual frequency must be above 0 and up to 1e30 (Hz)"};
+  } else if (model.residualFrequency != 0.0) {
+    return Error{"residual frequency must be 0 without residual volumes (Hz)"};
+  }
   for (std::size_t index = 0; index < model.modes.size(); ++index) {
     if (const Status valid = validate(model.modes[index]); !valid)
       return Error{"mode " + std::to_string(index) + ": " + valid.error().message};

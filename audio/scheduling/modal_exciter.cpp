@@ -148,6 +148,10 @@ bool ModalExciter::strike(const ImpulseEvent& event, const SoundBody& body, cons
     excitation_[mode] = shapeAlong(model, mode, point, impulse);
     any = any || excitation_[mode] != 0.0;
   }
+  residual_ = 0.0;
+  loudestRest_ = 0.0;
+  for (std::size_t corner = 0; corner < point.vertices.size(); ++corner)
+    residual_ += point.weights[corner] * model.residualVolume(point.vertices[corner]).dot(impulse);
   return any;
 }
 
@@ -184,13 +188,35 @@ void ModalExciter::findTransfers(const ModalRoute& route, const Source& source,
   if (air != 0.0)
     for (std::size_t mode = 0; mode < set.modes; ++mode)
       amplitudes_[mode] *= std::exp(-air * source.air[mode]);
+  hears_ = route.gain / distance;
+  if (set.modes > 0) {
+    hears_ *= std::abs(walls.back());
+    if (air != 0.0) hears_ *= std::exp(-air * source.air.back());
+  }
   if (route.head != nullptr) {
     const std::span<double> response = std::span(response_).first(route.head->alignedLength());
     route.head->blendAligned(route.ears, route.ear, response);
-    for (std::size_t mode = 0; mode < set.modes; ++mode)
-      amplitudes_[mode] *=
-          earResponse(response, set.pole[mode].imag() / paths_->settings.sampleRate);
+    Complex ear = 1.0;
+    for (std::size_t mode = 0; mode < set.modes; ++mode) {
+      ear = earResponse(response, set.pole[mode].imag() / paths_->settings.sampleRate);
+      amplitudes_[mode] *= ear;
+    }
+    hears_ *= std::abs(ear);
   }
+}
+
+/// Adds what the modes that the model leaves out do to the pulse.
+void ModalExciter::addResidual(RestTaps<double>& rest) {
+  if (residual_ == 0.0) return;
+  const double level =
+      paths_->settings.medium.density / (4.0 * std::numbers::pi) * residual_ * hears_;
+  double sum = 0.0;
+  for (std::size_t tap = 0; tap < rest.size(); ++tap) {
+    const double pressure = level * source_->resonators->residual[tap];
+    rest[tap] += pressure;
+    sum += std::abs(pressure);
+  }
+  loudestRest_ = std::max(loudestRest_, sum);
 }
 
 /// Enters how loud a mode of the event may be heard: through a transfer, in any direction.
@@ -206,6 +232,7 @@ void ModalExciter::exciteReverb(const Click& drive, bool isFollowed) {
                 paths_->settings.medium, amplitudes_);
   ModalRoute everywhere;
   everywhere.isFollowed = isFollowed;
+  hears_ = 1.0;
   addExcitation(drive, everywhere);
 }
 
@@ -291,6 +318,7 @@ void ModalExciter::addExcitation(const Click& drive, const ModalRoute& route) {
     for (std::size_t tap = 0; tap < excitation.rest.size(); ++tap)
       excitation.rest[tap] += (heard * set.rest[mode][tap]).real() / route.rate;
   }
+  addResidual(excitation.rest);
   excitations_.push_back(excitation);
 }
 
@@ -357,7 +385,8 @@ void ModalExciter::addDamping(BodyId body, const ResonatorSet& set, std::int64_t
 
 double ModalExciter::peak(const Pulse& pulse, double duration) {
   const PulseSpectrum& spectrum = spectra_.try_emplace(&pulse, pulse).first->second;
-  double sum = 0.0;
+  const double mostInASample = pulse.peakForce() / (duration * paths_->settings.sampleRate);
+  double sum = loudestRest_ * std::min(mostInASample, 1.0);
   for (std::size_t mode = 0; mode < loudest_.size(); ++mode)
     sum += loudest_[mode] * spectrum.bound(source_->resonators->pole[mode].imag() * duration);
   return sum;
@@ -367,7 +396,7 @@ double ModalExciter::peak(std::span<const PulseNode> train) const {
   double impulses = 0.0;
   for (const PulseNode& node : train)
     impulses += std::abs(node.weight);
-  return impulses * std::accumulate(loudest_.begin(), loudest_.end(), 0.0);
+  return impulses * std::accumulate(loudest_.begin(), loudest_.end(), loudestRest_);
 }
 
 }  // namespace carom::audio

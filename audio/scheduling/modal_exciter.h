@@ -145,6 +145,7 @@ class ModalExciter {
   void boundRing(std::size_t mode, double transfer);
   void putFactors(const Source& source, std::span<double> taps) const;
   void addExcitation(const Click& drive, const ModalRoute& route);
+  void addResidual(RestTaps<double>& rest);
   void addDamping(BodyId body, const ResonatorSet& set, std::int64_t first);
 
   std::shared_ptr<const SoundPaths> paths_;
@@ -167,7 +168,12 @@ class ModalExciter {
   const Source* source_ = nullptr;
   Vec3 position_ = Vec3::Zero();
   Quat orientation_ = Quat::Identity();
-  std::vector<double> excitation_;                // N s / sqrt(kg), one for each mode
+  std::vector<double> excitation_;  // N s / sqrt(kg), one for each mode
+  double residual_ = 0.0;           // m^3 s: the residual volume times the impulse
+  /// 1/m: by how much the current excitation hears a source without direction, walls, air and ears
+  /// as at the highest mode's frequency.
+  double hears_ = 1.0;
+  double loudestRest_ = 0.0;  // Pa, for the whole impulse within a sample, over all excitations
   std::vector<std::complex<double>> amplitudes_;  // Pa, of the current excitation
   std::vector<double> loudest_;                   // Pa, of each mode over all excitations
   std::vector<ModalExcitation> excitations_;

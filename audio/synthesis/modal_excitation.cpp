@@ -41,6 +41,33 @@ class RestFit {
     inverse_ = waves.completeOrthogonalDecomposition().pseudoInverse();
   }
 
+  struct Residual {
+    double frequency = 0.0;  // rad per sample
+    double beta = 0.0;       // samples: Material::dampingBeta
+    double delay = 0.0;      // samples, of the low-pass behind it
+  };
+  /// Taps for the second derivative of the pulse, as an oscillator follows it, behind a low-pass.
+  RestTaps<double> of(const Residual& modes) const {
+    // Within the band, many modes stand for one, and blur it; from well beyond, none is in phase
+    // with anything but the force.
+    const double beyond = modes.frequency / (2.0 * std::numbers::pi * kBand) - 1.0;
+    const double damping = kResidualDamping * std::clamp(1.0 - beyond / kFarBeyond, 0.0, 1.0);
+    Eigen::VectorXd wanted(2 * kFrequencies);
+    for (Eigen::Index row = 0; row < kFrequencies; ++row) {
+      const Complex s(0.0, omega(row));
+      const Complex share = s / modes.frequency;
+      const Complex yields = share * share + 2.0 * damping * share + modes.beta * s + 1.0;
+      const Complex follows = s * s / (yields * (1.0 + modes.delay * s));
+      const Complex tap = weight_[row] * follows / dimming_[row];
+      wanted[row] = tap.real();
+      wanted[kFrequencies + row] = tap.imag();
+    }
+    const Eigen::VectorXd taps = inverse_ * wanted;
+    RestTaps<double> residual;
+    std::ranges::copy(taps, residual.begin());
+    return residual;
+  }
+
   RestTaps<Complex> of(Complex pole, Complex dimming) const {
     // A pole on the imaginary axis is moved aside: the limit is finite, the terms are not.
     pole -= kAside;
@@ -60,6 +87,8 @@ class RestFit {
   static constexpr Eigen::Index kTaps = 2 * kMiddle + 1;
   static constexpr double kStill = 1000.0;  // weight of 0 Hz, where no error is to be left
   static constexpr double kAside = 1e-7;
+  static constexpr double kResidualDamping = 0.7;  // of critical, within the band
+  static constexpr double kFarBeyond = 0.3;        // of the band, from where there is none
 
   static double omega(Eigen::Index row) {
     return 2.0 * std::numbers::pi * kBand * static_cast<double>(row) / (kFrequencies - 1);
@@ -122,6 +151,16 @@ ResonatorSet::ResonatorSet(std::shared_ptr<const ModalModel> ofModel, const Synt
       dimming[mode] = spreadTransform(pole[mode] / sampleRate);
     rest[mode] = fit.of(pole[mode] / sampleRate, dimming[mode]);
   }
+  if (model->residualVolumes.empty() || settings.modalRadiation == ModalRadiation::constant) return;
+  const double rate = settings.sampleRate;
+  const double radius = settings.modalRadiation == ModalRadiation::directional
+                            ? std::sqrt(surfaceArea(model->surface) / (4.0 * std::numbers::pi))
+                            : 0.0;
+  residual = fit.of({.frequency = 2.0 * std::numbers::pi * model->residualFrequency / rate,
+                     .beta = model->material.dampingBeta * rate,
+                     .delay = radius / settings.medium.speedOfSound * rate});
+  for (double& tap : residual)
+    tap *= rate * rate * rate;  // of a force in N, which is the impulse's samples times the rate
 }
 
 }  // namespace carom::audio

@@ -46,6 +46,11 @@ struct ResonatorSet {
   /// it differs by the part that the samples fold back, and by how much more its own frequency is
   /// dimmed than others.
   std::vector<RestTaps<std::complex<double>>> rest;
+  /// Taps for the pulse itself, 1/s^3: how the volume of the model's residual modes accelerates
+  /// after a unit impulse, over the volume that a steady force of 1 displaces. The modes follow the
+  /// force as one damped oscillator at ModalModel::residualFrequency does, and radiate as a sphere
+  /// that breathes, of the surface's area. 0 where the model has none.
+  RestTaps<double> residual{};
 };
 
 /// The excitation of a body's modes by one contact, as heard at one receiver, over one path. Like a

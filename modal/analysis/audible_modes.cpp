@@ -2,10 +2,53 @@
 
 #include <cassert>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <utility>
 
 namespace carom::modal {
+
+namespace {
+
+/// Least share of the whole response that counts as more than rounding.
+constexpr double kLeastResidual = 1e-9;
+
+}  // namespace
+
+Eigen::VectorXd outwardLoad(const SurfaceMesh& surface) {
+  Eigen::VectorXd load = Eigen::VectorXd::Zero(3 * std::ssize(surface.vertices));
+  for (const auto& [first, second, third] : surface.triangles) {
+    const Vec3& corner = surface.vertices[first];
+    const Vec3 share =
+        (surface.vertices[second] - corner).cross(surface.vertices[third] - corner) / 6.0;
+    for (const std::uint32_t vertex : {first, second, third})
+      load.segment<3>(3 * static_cast<Eigen::Index>(vertex)) += share;
+  }
+  return load;
+}
+
+void keepResidual(ModalModel& model, const EigenModes& found, const StaticResponse& response,
+                  double rigidBelow) {
+  assert(found.shapes.rows() == response.displacement.size());
+  const Eigen::VectorXd load = outwardLoad(model.surface);
+  const double highest = std::pow(2.0 * std::numbers::pi * kHighestMode, 2);
+  Eigen::VectorXd left = response.displacement;
+  double massMoment = response.massMoment;
+  for (Eigen::Index mode = 0; mode < found.lambda.size(); ++mode) {
+    const bool isRigid = found.lambda[mode] < rigidBelow;
+    if (found.lambda[mode] > highest || (isRigid && !response.hasRigidModes)) continue;
+    const double moved = found.shapes.col(mode).dot(load) / (found.lambda[mode] - response.shift);
+    left -= moved * found.shapes.col(mode);
+    massMoment -= moved * moved;
+  }
+  const double volume = load.dot(left);  // m^3/Pa
+  if (!(volume > kLeastResidual * std::abs(load.dot(response.displacement)) && massMoment > 0.0))
+    return;
+  model.residualFrequency = std::sqrt(volume / massMoment) / (2.0 * std::numbers::pi);
+  model.residualVolumes.reserve(static_cast<std::size_t>(left.size()));
+  for (const double component : left)
+    model.residualVolumes.push_back(static_cast<float>(component));
+}
 
 void keepAudibleModes(ModalModel& model, const EigenModes& found, double rigidBelow) {
   assert(found.shapes.cols() == found.lambda.size());

@@ -14,6 +14,24 @@ struct EigenModes {
   Eigen::MatrixXd shapes;
 };
 
+/// How a surface gives way to a load that pulls each of its triangles outwards by 1 Pa.
+struct StaticResponse {
+  /// m, three rows for each vertex: (K - shift M)^-1 load, or that less its rigid modes.
+  Eigen::VectorXd displacement;
+  double shift = 0.0;          ///< rad^2/s^2, 0 or less
+  double massMoment = 0.0;     ///< kg m^2: u^T M u of the whole body's displacement u
+  bool hasRigidModes = false;  ///< they are in the displacement
+};
+
+/// Returns the forces (N) of that load on the vertices, three rows for each.
+Eigen::VectorXd outwardLoad(const SurfaceMesh& surface);
+
+/// Gives the model what the modes that were not found, or lie above the band, displace
+/// (ModalModel::residualVolumes): by reciprocity, the volume that a force on a vertex displaces is
+/// how far the load of outwardLoad moves that vertex. Nothing, where rounding leaves nothing.
+void keepResidual(ModalModel& model, const EigenModes& found, const StaticResponse& response,
+                  double rigidBelow);
+
 /// Gives the model the modes that can be heard, with the damping of its material, and counts the
 /// others. `model.surface` and `model.material` must be set. A mode is rigid if its lambda is below
 /// `rigidBelow` (rad^2/s^2), which belongs to the solver's accuracy. [any thread]

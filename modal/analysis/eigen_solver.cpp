@@ -164,6 +164,12 @@ class Search {
     if (!report("factorisation", 0.1)) return Error{kCancelled};
     const Result<SparseFactor> factor = factorOf(shift_, Definiteness::kPositive);
     if (!factor) return factor.error();
+    if (settings_.load.size() > 0) {
+      MatrixXd moved = settings_.load;
+      factor->solve(moved);
+      solution_.displacement = moved.col(0);
+      solution_.shift = shift_;
+    }
     KrylovSpace space(*factor, mass_);
     space.extend(kBlock);
     Index least = 2 * sought();

@@ -23,6 +23,8 @@ struct EigenSettings {
   /// Shift in rad^2/s^2, negative; best about as large as the lowest lambda that is not 0. If
   /// absent: -1e-7 times the median of K_ii / M_ii.
   std::optional<double> shift;
+  /// Forces (N), of which EigenSolution::displacement is to be found; empty: none.
+  Eigen::VectorXd load = {};
   /// If true, Sylvester's law of inertia proves that no mode is missing: one factorisation more.
   bool count = true;
 };
@@ -36,6 +38,9 @@ struct EigenSolution {
   /// True if the inertia says that no lower mode than the last was missed; false, too, if not asked
   /// for.
   bool counted = false;
+  /// m: (K - shift M)^-1 load, and that shift (rad^2/s^2).
+  Eigen::VectorXd displacement;
+  double shift = 0.0;
   double residual = 0.0;    ///< worst |K v - lambda M v| / (max(lambda, -shift) |M v|)
   Eigen::Index solves = 0;  ///< number of right-hand sides
   Eigen::Index factorisations = 0;

@@ -154,19 +154,41 @@ double eigenvalueBound(const SparseMatrix& stiffness, const Eigen::VectorXd& mas
   return bound;
 }
 
-/// Returns the eigenvalues below `rigidBelow` and the next `count`, ascending, with vectors of
+struct SoughtModes {
+  double rigidBelow = 0.0;      // rad^2/s^2
+  std::size_t count = 0;        // of elastic ones
+  const Eigen::VectorXd& load;  // N
+};
+
+/// Returns the rigid eigenvalues and those sought, ascending, with vectors of
 /// which phi^T M phi = 1. All eigenvalues are computed: this is the one place to change for a
-/// solver that finds only some.
+/// solver that finds only some. `response` gets the displacement under the load, rigid modes left
+/// out.
 EigenModes shellEigenModes(const SparseMatrix& stiffness, const Eigen::VectorXd& masses,
-                           double rigidBelow, std::size_t count) {
+                           const SoughtModes& sought, StaticResponse& response) {
   const Eigen::VectorXd scale = masses.cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled =
       scale.asDiagonal() * Eigen::MatrixXd(stiffness) * scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled);
   const Eigen::VectorXd& lambda = solver.eigenvalues();
-  const auto rigid = std::ranges::lower_bound(lambda, rigidBelow) - lambda.begin();
-  const Eigen::Index kept = std::min(lambda.size(), rigid + static_cast<Eigen::Index>(count));
+  const auto rigid = std::ranges::lower_bound(lambda, sought.rigidBelow) - lambda.begin();
+  const Eigen::Index elastic = lambda.size() - rigid;
+  const Eigen::MatrixXd vectors = scale.asDiagonal() * solver.eigenvectors().rightCols(elastic);
+  const Eigen::VectorXd moved =
+      (vectors.transpose() * sought.load).cwiseQuotient(lambda.tail(elastic));
+  response.displacement = vectors * moved;
+  response.massMoment = moved.squaredNorm();
+  const Eigen::Index kept =
+      std::min(lambda.size(), rigid + static_cast<Eigen::Index>(sought.count));
   return {lambda.head(kept), scale.asDiagonal() * solver.eigenvectors().leftCols(kept)};
+}
+
+/// Returns the components of forces along the normals.
+Eigen::VectorXd onNormals(const Eigen::VectorXd& forces, const std::vector<Vec3>& normals) {
+  Eigen::VectorXd along(std::ssize(normals));
+  for (Eigen::Index vertex = 0; vertex < along.size(); ++vertex)
+    along[vertex] = normals[static_cast<std::size_t>(vertex)].dot(forces.segment<3>(3 * vertex));
+  return along;
 }
 
 /// Turns displacements along the normals into displacements in space.
@@ -239,15 +261,23 @@ Result<ModalModel> shellModalModel(const SurfaceMesh& mesh, const Material& mate
   if (cancelled("modes", 0.1)) return Error{kCancelled};
   const Eigen::VectorXd masses = spreadMasses(*network);
   const double rigidBelow = kRigid * eigenvalueBound(network->stiffness, masses);
-  EigenModes modes = shellEigenModes(network->stiffness, masses, rigidBelow, settings.maxModes);
-  if (settings.springs == ShellSprings::transverse)
+  const bool isTransverse = settings.springs == ShellSprings::transverse;
+  Eigen::VectorXd load = outwardLoad(network->surface);
+  if (isTransverse) load = onNormals(load, network->normals);
+  StaticResponse response;
+  EigenModes modes =
+      shellEigenModes(network->stiffness, masses, {rigidBelow, settings.maxModes, load}, response);
+  if (isTransverse) {
     modes.shapes = alongNormals(modes.shapes, network->normals);
+    response.displacement = alongNormals(response.displacement, network->normals);
+  }
   ModalModel model;
   model.material = material;
   model.material.roughness = {};  // roughness is of the surface, not of what rings
   model.surface = network->surface;
   setMass(model, material.density * settings.thickness);
   keepAudibleModes(model, modes, rigidBelow);
+  keepResidual(model, modes, response, rigidBelow);
   if (cancelled("modes", 1.0)) return Error{kCancelled};
   return model;
 }

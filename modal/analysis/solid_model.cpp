@@ -176,6 +176,22 @@ Eigen::MatrixXd shapesAtVertices(const VoxelMesh& grid, const std::vector<Vec3>&
   return shapes;
 }
 
+/// Returns the forces on the nodes of forces on the vertices.
+Eigen::VectorXd loadOnNodes(const VoxelMesh& grid, const std::vector<Vec3>& vertices,
+                            const Eigen::VectorXd& load) {
+  Eigen::VectorXd onNodes = Eigen::VectorXd::Zero(3 * std::ssize(grid.nodes));
+  Eigen::Index row = 0;
+  for (const Vec3& vertex : vertices) {
+    const CellPoint point = locate(grid, vertex);
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+      const Eigen::Index node = grid.cells[point.cell].nodes[corner];
+      onNodes.segment<3>(3 * node) += point.weights[corner] * load.segment<3>(row);
+    }
+    row += 3;
+  }
+  return onNodes;
+}
+
 }  // namespace
 
 Result<SolidSystem> solidSystem(const SurfaceMesh& surface, const Material& material,
@@ -203,6 +219,7 @@ Result<SolidAnalysis> analyseSolid(const SurfaceMesh& surface, const Material& m
   EigenSettings sought;
   sought.modes = kRigidModes + settings.maxModes;
   sought.highest = highest * highest;
+  sought.load = loadOnNodes(system->grid, surface.vertices, outwardLoad(surface));
   const Result<EigenSolution> solution =
       lowestModes(system->stiffness, system->mass, sought, progress);
   if (!solution) return solution.error();
@@ -211,10 +228,18 @@ Result<SolidAnalysis> analyseSolid(const SurfaceMesh& surface, const Material& m
   const Eigen::Index found = solution->lambda.size();
   const double rigidBelow = found > kRigidModes ? kRigidShare * solution->lambda[kRigidModes]
                                                 : std::numeric_limits<double>::infinity();
-  keepAudibleModes(
-      analysis.model,
-      {solution->lambda, shapesAtVertices(system->grid, surface.vertices, solution->vectors)},
-      rigidBelow);
+  const EigenModes modes{solution->lambda,
+                         shapesAtVertices(system->grid, surface.vertices, solution->vectors)};
+  keepAudibleModes(analysis.model, modes, rigidBelow);
+  if (solution->displacement.size() > 0) {
+    const Eigen::VectorXd& moved = solution->displacement;
+    keepResidual(analysis.model, modes,
+                 {.displacement = shapesAtVertices(system->grid, surface.vertices, moved),
+                  .shift = solution->shift,
+                  .massMoment = moved.dot(system->mass * moved),
+                  .hasRigidModes = true},
+                 rigidBelow);
+  }
   analysis.degreesOfFreedom = 3 * system->grid.nodes.size();
   analysis.cellSize = system->grid.cellSize;
   analysis.modesBeyond = solution->below.value_or(found) - found;

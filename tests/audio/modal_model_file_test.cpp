@@ -36,6 +36,9 @@ ModalModel chime() {
       {440.0 / 3.0, 0.7, {-1e-3, {{1.0, -2.0}, {0.5, 0.25}, {-0.0, 3.0}, {4.0, 1e-9}}, 0.3}}};
   for (int value = 0; value < 24; ++value)
     model.shapes.push_back(static_cast<float>(value - 11) / 7.0F);
+  for (int value = 0; value < 12; ++value)
+    model.residualVolumes.push_back(static_cast<float>(5 - value) / 3.0F);
+  model.residualFrequency = 2e5 / 3.0;
   model.medium = {1.19, 344.5};
   model.leftOut = {6, 1, 70000, 3};
   return model;
@@ -71,6 +74,8 @@ void expectSame(const ModalModel& one, const ModalModel& other) {
   EXPECT_TRUE(std::ranges::equal(one.surface.vertices, other.surface.vertices, sameMatrix<Vec3>));
   EXPECT_EQ(one.surface.triangles, other.surface.triangles);
   EXPECT_TRUE(std::ranges::equal(one.shapes, other.shapes, same<float>));
+  EXPECT_TRUE(std::ranges::equal(one.residualVolumes, other.residualVolumes, same<float>));
+  EXPECT_TRUE(same(one.residualFrequency, other.residualFrequency));
   EXPECT_EQ(one.leftOut.rigid, other.leftOut.rigid);
   EXPECT_EQ(one.leftOut.below, other.leftOut.below);
   EXPECT_EQ(one.leftOut.above, other.leftOut.above);
@@ -138,11 +143,32 @@ TEST(ModalModelFile, TakesAModelWithoutModes) {
   expectSame(*read, silent);
 }
 
+/// Returns a file of version 2, which has no section 'resi'.
+std::vector<std::byte> withoutResidual(std::vector<std::byte> bytes) {
+  bytes[8] = std::byte{2};
+  const auto tag = static_cast<std::ptrdiff_t>(lengthAt(bytes, "resi")) - 4;
+  bytes.erase(bytes.begin() + tag, bytes.end() - 8);
+  return bytes;
+}
+
+ModalModel chimeWithoutResidual() {
+  ModalModel model = chime();
+  model.residualVolumes.clear();
+  model.residualFrequency = 0.0;
+  return model;
+}
+
+TEST(ModalModelFile, ReadsVersion2) {
+  const auto read = decodedModalModel(sealed(withoutResidual(chimeBytes())), "old");
+  ASSERT_TRUE(read) << read.error().message;
+  expectSame(*read, chimeWithoutResidual());
+}
+
 // A file of version 1 has no part of the decay that is sound: the third number of each mode.
 TEST(ModalModelFile, ReadsVersion1) {
-  ModalModel model = chime();
+  ModalModel model = chimeWithoutResidual();
   model.modes[1].radiation.decayRate = 0.0;
-  std::vector<std::byte> bytes = *encodedModalModel(model);
+  std::vector<std::byte> bytes = withoutResidual(*encodedModalModel(model));
   bytes[8] = std::byte{1};
   const std::size_t length = lengthAt(bytes, "mode");
   const auto third = [&](std::size_t mode) {
@@ -177,10 +203,11 @@ TEST(ModalModelFile, IsLaidOutAsDocumented) {
                            tall('\xE0', '\x3F') + zeros(16) + one + zeros(3 * 8 + 9 * 8) + one +
                            two + '\x06' + zeros(15);
   ASSERT_EQ(body.size(), 0xC9u);
-  const std::string content = "caromode" + ('\x02' + zeros(3)) + "body" + ('\xC9' + zeros(7)) +
+  const std::string content = "caromode" + ('\x03' + zeros(3)) + "body" + ('\xC9' + zeros(7)) +
                               body + "surf" + ('\x28' + zeros(7)) + ('\x01' + zeros(7)) +
                               zeros(24) + zeros(8) + "mode" + ('\x08' + zeros(7)) + zeros(8) +
-                              "shap" + ('\x08' + zeros(7)) + zeros(8);
+                              "shap" + ('\x08' + zeros(7)) + zeros(8) + "resi" +
+                              ('\x10' + zeros(7)) + zeros(8) + zeros(8);
   const auto bytes = encodedModalModel(model);
   ASSERT_TRUE(bytes) << bytes.error().message;
   ASSERT_EQ(bytes->size(), content.size() + 8);
@@ -223,8 +250,8 @@ TEST(ModalModelFile, SaysWhatIsWrong) {
   EXPECT_THAT(refusal({}), HasSubstr("is no modal model; expected a file that begins with"));
 
   std::vector<std::byte> newer = bytes;
-  newer[8] = std::byte{3};
-  EXPECT_THAT(refusal(newer), HasSubstr("is a modal model of version 3; expected version 1 to 2"));
+  newer[8] = std::byte{4};
+  EXPECT_THAT(refusal(newer), HasSubstr("is a modal model of version 4; expected version 1 to 3"));
 
   std::vector<std::byte> damaged = bytes;
   damaged[40] ^= std::byte{1};

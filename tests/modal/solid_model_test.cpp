@@ -12,6 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "modal/analysis/audible_modes.h"
 #include "tests/audio/meshes.h"
 #include "tests/support/constants.h"
 
@@ -326,6 +327,58 @@ TEST(SolidModel, ShapesAreOfUnitModalMass) {
     EXPECT_NEAR(std::abs(inBeam.z()), end, 0.01 * end);
     EXPECT_LT(inBeam.head<2>().norm(), 0.1 * end);
   }
+}
+
+/// Returns the volume (m^3/N) that a steady force on each vertex displaces, along each axis: by the
+/// modes with these frequencies and by the residual.
+Eigen::VectorXd displacedVolumes(const ModalModel& model) {
+  const Eigen::VectorXd load = outwardLoad(model.surface);
+  Eigen::VectorXd volumes = Eigen::VectorXd::Zero(load.size());
+  for (std::size_t vertex = 0; vertex < model.surface.vertices.size(); ++vertex)
+    volumes.segment<3>(3 * static_cast<Index>(vertex)) = model.residualVolume(vertex);
+  for (std::size_t mode = 0; mode < model.modes.size(); ++mode) {
+    const Eigen::VectorXd shape =
+        Eigen::Map<const Eigen::VectorXf>(
+            &model.shapes[mode * static_cast<std::size_t>(load.size())], load.size())
+            .cast<double>();
+    volumes += shape * (shape.dot(load) / std::pow(2.0 * kPi * model.modes[mode].frequency, 2.0));
+  }
+  return volumes;
+}
+
+// By reciprocity, the volume that a force displaces is how far a pull of 1 Pa on the whole surface
+// moves the point along that force: a body of bulk modulus K swells by x / (3 K).
+TEST(SolidModel, ResidualAndModesTogetherSwellAsABodyUnderTension) {
+  SurfaceMesh plate = boxMesh({0.2, 0.15, 0.03});
+  for (int split = 0; split < 4; ++split)
+    plate = splitMesh(plate);
+  const Material material = metal(0.3);
+  const double modulus = material.youngsModulus / (3.0 * (1.0 - 2.0 * 0.3));
+  for (const int modes : {4, 30}) {
+    const ModalModel model = *solidModalModel(plate, material, coarse(2500, modes));
+    ASSERT_FALSE(model.residualVolumes.empty());
+    EXPECT_GT(model.residualFrequency, model.modes.back().frequency);
+    const Eigen::VectorXd volumes = displacedVolumes(model);
+    double error = 0.0;
+    double sum = 0.0;
+    for (std::size_t vertex = 0; vertex < plate.vertices.size(); ++vertex) {
+      const Vec3 swells = (plate.vertices[vertex] - model.centreOfMass) / (3.0 * modulus);
+      error += (volumes.segment<3>(3 * static_cast<Index>(vertex)) - swells).squaredNorm();
+      sum += swells.squaredNorm();
+    }
+    EXPECT_LT(std::sqrt(error / sum), 0.05) << modes;
+  }
+}
+
+// What is left beyond few modes is what is left beyond more, and what those in between displace.
+TEST(SolidModel, ResidualOfFewModesHasTheOthersInIt) {
+  const SurfaceMesh bar = splitMesh(splitMesh(boxMesh({0.25, 0.03, 0.02})));
+  const ModalModel few = *solidModalModel(bar, metal(0.3), coarse(1500, 3));
+  const ModalModel many = *solidModalModel(bar, metal(0.3), coarse(1500, 20));
+  ASSERT_GT(many.modes.size(), few.modes.size() + 5);
+  const Eigen::VectorXd one = displacedVolumes(few);
+  EXPECT_LT((one - displacedVolumes(many)).norm(), 1e-4 * one.norm());
+  EXPECT_LT(few.residualFrequency, many.residualFrequency);
 }
 
 TEST(SolidModel, SaysHowManyAudibleModesItLeftOut) {

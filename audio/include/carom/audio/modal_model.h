@@ -76,11 +76,23 @@ struct ModalModel {
   /// 1/sqrt(kg), model frame: the displacement of vertex v in mode i is shape(i, v) times q_i. Mode
   /// by mode, three numbers for each vertex of `surface`.
   std::vector<float> shapes;
+  /// m^3/N, model frame: the volume that the modes which are not among `modes` displace outwards
+  /// under a steady force of 1 N on vertex v (residual flexibility, the static correction of a
+  /// truncated series of modes), three numbers for each vertex of `surface`. Empty: not known.
+  std::vector<float> residualVolumes;
+  /// Hz, above 0 where there are residualVolumes: where those modes lie, in the mean weighted by
+  /// what they displace.
+  double residualFrequency = 0.0;
   Medium medium;  ///< the medium that the radiation was computed for
   ModesLeftOut leftOut;
 
   Vec3 shape(std::size_t mode, std::size_t vertex) const {
     const float* at = &shapes[3 * (mode * surface.vertices.size() + vertex)];
+    return Vec3(at[0], at[1], at[2]);
+  }
+  Vec3 residualVolume(std::size_t vertex) const {
+    if (residualVolumes.empty()) return Vec3::Zero();
+    const float* at = &residualVolumes[3 * vertex];
     return Vec3(at[0], at[1], at[2]);
   }
 };
