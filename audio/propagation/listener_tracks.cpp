@@ -8,7 +8,9 @@
 namespace carom::audio {
 
 ListenerTracks::ListenerTracks(std::shared_ptr<const SoundPaths> paths)
-    : paths_(std::move(paths)), hasMoved_(paths_->listeners.size(), false) {
+    : paths_(std::move(paths)),
+      hasMoved_(paths_->listeners.size(), false),
+      jumps_(paths_->listeners.size(), 0) {
   for (const Listener& listener : paths_->listeners)
     tracks_.emplace_back(ListenerPose{0.0, listener.position, listener.orientation});
 }
@@ -31,6 +33,7 @@ Status ListenerTracks::move(std::size_t listener, const ListenerPose& pose) {
         "synth: pose of listener " + std::to_string(listener) + " at " + std::to_string(pose.time) +
         " s: expected finite values, a unit quaternion, a later time than the last pose's, "
         "and at most 180 m/s from there"};
+  if (!hasMoved_[listener]) ++jumps_[listener];
   hasMoved_[listener] = true;
   ++changes_;
   return std::monostate{};
@@ -42,6 +45,7 @@ Status ListenerTracks::place(std::size_t listener, const ListenerPose& pose) {
     return Error{"synth: pose of listener " + std::to_string(listener) +
                  ": expected finite values and a unit quaternion"};
   hasMoved_[listener] = true;
+  ++jumps_[listener];
   ++changes_;
   return std::monostate{};
 }

@@ -33,6 +33,8 @@ class ListenerTracks {
   };
   Place placeOf(const SoundPaths::Channel& channel, double time) const;
   bool anyMoves() const { return std::ranges::find(hasMoved_, true) != hasMoved_.end(); }
+  /// Number of times at which a listener was put somewhere, with no way to there.
+  std::uint64_t jumps(std::size_t listener) const { return jumps_[listener]; }
   /// Number of changes so far: as long as it stays, what is known of a moment does.
   std::uint64_t changes() const { return changes_; }
 
@@ -43,8 +45,9 @@ class ListenerTracks {
   Error noListener(std::size_t listener) const;
 
   std::shared_ptr<const SoundPaths> paths_;
-  std::vector<PoseTrack> tracks_;  // one per listener
-  std::vector<bool> hasMoved_;     // one per listener: a pose has come
+  std::vector<PoseTrack> tracks_;     // one per listener
+  std::vector<bool> hasMoved_;        // one per listener: a pose has come
+  std::vector<std::uint64_t> jumps_;  // one per listener
   std::uint64_t changes_ = 0;
 };
 

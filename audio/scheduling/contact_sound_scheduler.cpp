@@ -155,12 +155,16 @@ void ContactSoundScheduler::scheduleImpulse(const ImpulseEvent& event, const Sam
   sound.isEvent = true;
   sound.train = source.train;
   if (!sound.excitations.empty()) ++counters_.rings;
-  if (source.isFollowed && !sound.excitations.empty())
+  const bool isLive = rings_.isLive();
+  if ((source.isFollowed || isLive) && !sound.excitations.empty())
     rings_.add({.event = event,
                 .sound = body.sound,
                 .source = *body.modes,
                 .middle = source.time + 0.5 * source.duration / shift.stretch,
-                .until = source.time + source.duration + exciter_.longestRing()});
+                .until = source.time + source.duration +
+                         (isLive ? exciter_.longestRingAnywhere() : exciter_.longestRing()),
+                .peak = sound.modalPeak,
+                .shift = shift});
   if (sound.clicks.empty() && sound.excitations.empty())
     ++counters_.inaudible;
   else if (isHeard(source, sound))

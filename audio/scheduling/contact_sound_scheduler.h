@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "audio/propagation/listener_tracks.h"
 #include "audio/propagation/sound_paths.h"
@@ -54,7 +55,13 @@ class ContactSoundScheduler {
     listeners_.restart();
     rings_.clear();
   }
+  /// Has rings followed as those of a live sound: see RingTracks::followLive.
+  void followLive(std::size_t ways) { rings_.followLive(ways); }
   Status moveBody(BodyId id, const ListenerPose& pose);  ///< as Synth::moveBody
+  /// Adds the bodies whose motion is of use, as they ring.
+  void addRinging(std::vector<BodyId>& bodies) const { rings_.addRinging(bodies); }
+  /// The clock of the simulation leaps by so much (s); what rings goes on.
+  void leap(double seconds) { rings_.leap(seconds); }
   /// Schedules how rings are heard of which all is known at `time` (s), as Synth::advanceTo.
   void advanceTo(double time, const SampleShift& shift, SoundSink& sink) {
     rings_.advance({time, shift, sink});

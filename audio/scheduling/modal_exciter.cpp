@@ -236,18 +236,26 @@ void ModalExciter::exciteReverb(const Click& drive, bool isFollowed) {
   addExcitation(drive, everywhere);
 }
 
-void ModalExciter::move(const Motion& motion, const ModalRoute& route, const Source& source) {
-  findTransfers(route, source, motion.orientation);
+void ModalExciter::move(const Motion& motion, std::span<const View> views, const Source& source) {
   const ResonatorSet& set = *source.resonators;
+  powers_.assign(set.modes, 0.0);
+  for (const View& view : views) {
+    findTransfers(view.route, source, view.orientation);
+    for (std::size_t mode = 0; mode < set.modes; ++mode)
+      powers_[mode] += std::norm(amplitudes_[mode]);
+  }
+  if (views.size() > 1)
+    for (std::size_t mode = 0; mode < set.modes; ++mode)
+      amplitudes_[mode] = std::sqrt(powers_[mode]);
   ModalExcitation excitation;
   excitation.drive.first = motion.first;
   excitation.drive.channel = motion.channel;
   excitation.body = motion.body;
   excitation.resonators = &set;
   excitation.count = set.padded;
-  excitation.path = route.path;
+  excitation.path = motion.path;
   excitation.length = motion.length;
-  excitation.rate = route.rate;
+  excitation.rate = motion.rate;
   taps_.assign(2 * set.padded, 0.0);
   putFactors(source, taps_);
   excitations_.assign(1, excitation);
@@ -270,6 +278,15 @@ double ModalExciter::longestRing() const {
     longest = std::max(longest, std::log(std::max(loudest_[mode] / silence, 1.0)) / decay);
   }
   return std::isfinite(longest) ? longest : kForever;
+}
+
+double ModalExciter::longestRingAnywhere() {
+  const std::vector<double> heard = loudest_;
+  for (std::size_t mode = 0; mode < loudest_.size(); ++mode)
+    boundRing(mode, source_->means[mode]);
+  const double longest = longestRing();
+  loudest_ = heard;
+  return longest;
 }
 
 /// Returns how a mode of the event is tuned while it is driven, at a rate of the body's time.

@@ -100,15 +100,24 @@ class ModalExciter {
   /// How a ring's motion over a stretch of time changes what is heard at a receiver.
   struct Motion {
     BodyId body = 0;
-    Quat orientation = Quat::Identity();  ///< of the body, at its end
-    std::int64_t first = 0;               ///< sample at which it begins
-    std::uint32_t length = 0;             ///< samples
+    std::int64_t first = 0;    ///< sample at which it begins
+    std::uint32_t length = 0;  ///< samples
     std::uint32_t channel = 0;
+    std::uint32_t path = 0;  ///< ModalExcitation::path
+    double rate = 1.0;       ///< seconds of the body in a second of the receiver
   };
-  /// Makes a motion, which ends with this route, the only excitation.
-  void move(const Motion& motion, const ModalRoute& route, const Source& source);
+  /// A route, and how the body is turned when the sound leaves it.
+  struct View {
+    ModalRoute route;
+    Quat orientation = Quat::Identity();
+  };
+  /// Makes a motion the only excitation. It ends with this view; with several, which sound in one
+  /// bank, with the root of the sum of their squares.
+  void move(const Motion& motion, std::span<const View> views, const Source& source);
   /// s: time in which the excitations so far fall to where ModalBank ends them.
   double longestRing() const;
+  /// s: time in which they would at the loudest of where they are heard, and 1 m away.
+  double longestRingAnywhere();
 
   /// A lasting contact, as it damps one of its bodies.
   struct DampingContact {
@@ -176,6 +185,7 @@ class ModalExciter {
   double loudestRest_ = 0.0;  // Pa, for the whole impulse within a sample, over all excitations
   std::vector<std::complex<double>> amplitudes_;  // Pa, of the current excitation
   std::vector<double> loudest_;                   // Pa, of each mode over all excitations
+  std::vector<double> powers_;                    // Pa^2, by mode, of the views so far
   std::vector<ModalExcitation> excitations_;
   std::vector<double> taps_;
 };

@@ -61,7 +61,7 @@ void ModalBank::makeRoom() {
   const auto room = [this](std::vector<double>& values) {
     values.resize(2 * (capacity_->modes + ResonatorKernels::kWidth));
   };
-  slots_.resize(capacity_->excitations);
+  slots_.resize(capacity_->excitations + capacity_->motions);
   for (std::size_t slot = slots_.size(); slot-- > 0;) {
     room(slots_[slot].taps);
     freeSlots_.push_back(static_cast<std::uint32_t>(slot));
@@ -70,6 +70,7 @@ void ModalBank::makeRoom() {
   for (std::size_t bank = banks_.size(); bank-- > 0;) {
     room(banks_[bank].y);
     room(banks_[bank].damped);
+    banks_[bank].moving.reserve(capacity_->modes + ResonatorKernels::kWidth);
     freeBanks_.push_back(static_cast<std::uint32_t>(bank));
   }
   order_.reserve(banks_.size());
@@ -103,12 +104,12 @@ bool ModalBank::isTooLong(const ModalExcitation& excitation) const {
 
 /// Adds an excitation; false if there is no room.
 bool ModalBank::addOne(const ModalExcitation& excitation, std::span<const double> taps) {
-  assert(!capacity_ || (!excitation.isFollowed && !excitation.isMotion()));
+  assert(!capacity_ || !excitation.isFollowed);
   const bool isFitting = !isTooLong(excitation);
   const bool isChange = excitation.isDamping() || excitation.isMotion();
   const std::uint32_t bank = isFitting && !isChange ? bankOf(excitation, taps) : kNone;
   const bool hasBank = bank != kNone || (isFitting && isChange);
-  const std::uint32_t slot = hasBank ? freeSlot() : kNone;
+  const std::uint32_t slot = hasBank && hasRoom(excitation) ? freeSlot() : kNone;
   if (slot == kNone) {
     ++counters_.modalVoicesExhausted;
     return false;
@@ -117,6 +118,7 @@ bool ModalBank::addOne(const ModalExcitation& excitation, std::span<const double
   Waiting& waiting = slots_[slot];
   waiting.excitation = excitation;
   waiting.bank = bank;
+  if (excitation.isMotion()) ++motions_;
   if (!capacity_) waiting.taps.resize(excitation.arrays() * count);
   auto to = waiting.taps.begin();
   for (std::size_t array = 0; array < excitation.arrays(); ++array)
@@ -169,12 +171,10 @@ std::uint32_t ModalBank::bankOf(const ModalExcitation& excitation, std::span<con
   if (bank.y.size() < 2 * bank.count) bank.y.resize(2 * bank.count);
   std::ranges::fill(bank.y, 0.0);
   bank.isDamped = false;
+  bank.isMoving = false;
   if (bank.damped.size() < 2 * bank.count) bank.damped.resize(2 * bank.count);
-  if (bank.path != 0) {
-    bank.moving.reserve(bank.count);
-    bank.moving.begin(*bank.resonators, bank.count,
-                      motionOf(excitation, taps.subspan(2 * excitation.count)));
-  }
+  if (!capacity_) bank.moving.reserve(bank.count);
+  if (bank.path != 0) beginMoving(bank, motionOf(excitation, taps.subspan(2 * excitation.count)));
   for (const std::uint32_t slot : dampings_)
     dampBank(bank, slots_[slot]);
   order_.insert(place, index);
@@ -214,6 +214,13 @@ std::uint32_t ModalBank::freeBank() {
   banks_.emplace_back();
   freeBanks_.reserve(banks_.capacity());
   return static_cast<std::uint32_t>(banks_.size() - 1);
+}
+
+/// True if there may be one more; motions and all else leave each other's slots alone.
+bool ModalBank::hasRoom(const ModalExcitation& excitation) const {
+  if (!capacity_) return true;
+  if (excitation.isMotion()) return motions_ < capacity_->motions;
+  return freeSlots_.size() + motions_ > capacity_->motions;
 }
 
 std::uint32_t ModalBank::freeSlot() {
@@ -310,18 +317,31 @@ void ModalBank::dampBank(Bank& bank, const Waiting& waiting) noexcept {
     return;
   std::copy_n(waiting.taps.begin(), 2 * bank.count, bank.damped.begin());
   bank.isDamped = true;
-  if (bank.path != 0) bank.moving.damp(std::span(bank.damped).first(2 * bank.count), position_);
+  if (bank.isMoving) bank.moving.damp(std::span(bank.damped).first(2 * bank.count), position_);
 }
 
 /// Moves the bank of a path from now on; one that is silent by now is left alone.
 void ModalBank::move(std::uint32_t slot) noexcept {
   const Waiting& waiting = slots_[slot];
   freeSlots_.push_back(slot);
+  --motions_;
   const auto place = placeOf(waiting.excitation);
   if (place == order_.end() || !isBankOf(*place, waiting.excitation)) return;
   Bank& bank = banks_[*place];
-  bank.moving.move(motionOf(waiting.excitation, std::span(waiting.taps).first(2 * bank.count)),
-                   position_);
+  const RingMotion motion =
+      motionOf(waiting.excitation, std::span(waiting.taps).first(2 * bank.count));
+  if (!bank.isMoving) {
+    beginMoving(bank, motion);
+    if (bank.isDamped) bank.moving.damp(std::span(bank.damped).first(2 * bank.count), position_);
+    bank.moving.adopt(bank.y, position_);
+    std::ranges::fill(bank.y, 0.0);
+  }
+  bank.moving.move(motion, position_);
+}
+
+void ModalBank::beginMoving(Bank& bank, const RingMotion& motion) noexcept {
+  bank.isMoving = true;
+  bank.moving.begin(*bank.resonators, bank.count, motion);
 }
 
 /// Drives an excitation's own resonators over its pulse, adds their sound to ahead_, and keeps the
@@ -410,6 +430,7 @@ void ModalBank::join(const Waiting& waiting) noexcept {
     bank.moving.join(taps.first(2 * bank.count), motion, position_);
     return;
   }
+  if (bank.isMoving) return bank.moving.join(taps.first(2 * bank.count), position_);
   for (std::size_t i = 0; i < 2 * bank.count; ++i)
     bank.y[i] += waiting.taps[i];
 }
@@ -433,7 +454,7 @@ void ModalBank::retire() noexcept {
 
 /// Silences the resonators of a bank that are no longer heard.
 void ModalBank::settle(Bank& bank) noexcept {
-  if (bank.path != 0) {
+  if (bank.isMoving) {
     bank.active = bank.moving.settle(kernels_, silence_, position_) ? bank.moving.active() : 0;
     return;
   }
@@ -461,7 +482,7 @@ void ModalBank::ringFreely(const Mix& mix, std::size_t from, std::size_t frames)
     if (bank.active == 0) continue;
     const bool isSend = bank.channel == paths_->channels.size();
     double* const to = isSend ? mix.send : mix.channels + bank.channel * mix.stride;
-    if (bank.path != 0)
+    if (bank.isMoving)
       bank.moving.ring(kernels_, position_, {to + from, frames});
     else
       kernels_.ring(resonatorsOf(bank), {to + from, frames});
@@ -512,6 +533,7 @@ void ModalBank::seek(std::int64_t position) {
   freeSlots_.clear();
   driven_.clear();
   dampings_.clear();
+  motions_ = 0;
   banks_.clear();
   freeBanks_.clear();
   order_.clear();

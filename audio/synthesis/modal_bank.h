@@ -20,19 +20,21 @@
 namespace carom::audio {
 
 /// The most that a ModalBank may hold, allocated in advance: with a capacity, nothing allocates
-/// later. It has no room for rings that are followed in their motion.
+/// later. Then all paths of a ring in motion sound in one bank.
 struct ModalCapacity {
   std::size_t banks = 128;  ///< banks that sound or wait: one for each body and channel
   std::size_t modes = 128;  ///< modes of a body; higher ones are left out
   std::size_t excitations =
       512;  ///< excitations that wait for their sample: one for each channel and path
+  std::size_t motions = 512;  ///< motions that wait beside them; a ring skips further ones
   /// s. Longer contacts are left out.
   double longestContact = 0.05;
 };
 
 /// Turns modal excitations into samples, with banks of resonators, one for each body and channel:
 /// excitations that reach a receiver over several paths sound in the same bank. Only if a ring is
-/// followed in its motion (ModalExcitation::isFollowed), each path has a bank of its own.
+/// followed in its motion from its blow on (ModalExcitation::isFollowed), each path has a bank of
+/// its own. A motion of the path 0 takes over a bank of all paths as it sounds.
 ///
 /// An excitation drives resonators of its own from its first sample to the end of its pulse, and on
 /// to the next multiple of kGrid; their state is then added to that of the bank, where it decays
@@ -89,7 +91,7 @@ class ModalBank {
   struct Bank {
     BodyId body = 0;
     std::uint32_t channel = 0;
-    std::uint32_t path = 0;  // ModalExcitation::path: if it is not 0, `moving` rings, and not y
+    std::uint32_t path = 0;  // ModalExcitation::path
     const ResonatorSet* resonators = nullptr;
     std::size_t count = 0;      // number of resonators, padded
     std::size_t active = 0;     // only the first so many of `count` may sound
@@ -97,6 +99,7 @@ class ModalBank {
     std::vector<double> y;      // y1, and y2 `count` behind them
     bool isDamped = false;
     std::vector<double> damped;  // if isDamped: a1, and a2 `count` behind them
+    bool isMoving = false;       // `moving` rings, and not y: always if the path is not 0
     MovingRing moving;
   };
   /// An excitation in a slot, which waits or is driven.
@@ -123,6 +126,7 @@ class ModalBank {
   static RingMotion motionOf(const ModalExcitation& excitation, std::span<const double> factors);
   std::uint32_t freeBank();
   std::uint32_t freeSlot();
+  bool hasRoom(const ModalExcitation& excitation) const;
   bool isEarlier(const ClickCalendar::Entry& a, const ClickCalendar::Entry& b) const;
   void beginUntil(std::int64_t end) noexcept;
   void drive(std::uint32_t slot) noexcept;
@@ -133,6 +137,7 @@ class ModalBank {
   void giveBack(std::uint32_t slot) noexcept;
   void damp(std::uint32_t slot) noexcept;
   void move(std::uint32_t slot) noexcept;
+  void beginMoving(Bank& bank, const RingMotion& motion) noexcept;
   void dampBank(Bank& bank, const Waiting& waiting) noexcept;
   void settle(Bank& bank) noexcept;
   bool isZero(const Bank& bank, std::size_t first) const noexcept;
@@ -151,6 +156,7 @@ class ModalBank {
   std::int64_t position_ = 0;
   std::vector<Waiting> slots_;
   std::vector<std::uint32_t> freeSlots_;
+  std::size_t motions_ = 0;  // slots of motions that wait
   ClickCalendar waiting_;
   std::vector<Driven> driven_;           // sorted by the time they join
   std::vector<std::uint32_t> dampings_;  // slots of the changes of damping in force, one per body

@@ -57,8 +57,9 @@ struct ResonatorSet {
 /// Click, it is made on the simulation's side and is independent of bodies, listeners and rooms.
 ///
 /// Without a pulse, it is a change of what rings already. A change of damping: from its time on,
-/// all resonators of the body have the taps as their a1 and a2. Or a motion of one path
-/// (MovingRing): over `length` samples, the factors by which the modes are heard become the taps.
+/// all resonators of the body have the taps as their a1 and a2. Or a motion of a bank (MovingRing):
+/// over `length` samples, the factors by which the modes are heard become the taps; `path` is 0 for
+/// a bank of all paths.
 struct ModalExcitation {
   Click drive;  ///< the force's pulse and its time; no filters, no buses
   BodyId body = 0;

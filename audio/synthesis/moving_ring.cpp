@@ -9,6 +9,8 @@ namespace {
 
 /// Square of the least angle (rad) of a pole: one that does not oscillate would have no phase.
 constexpr double kLeastTurn = 1e-24;
+/// Share of the mean over directions at 1 m below which a mode cannot be told from one at rest.
+constexpr double kLeastHeard = 1e-9;
 
 /// Returns the pole of a resonator: what its oscillation is multiplied by in a sample.
 std::complex<double> poleOf(double a1, double a2) {
@@ -67,16 +69,39 @@ void MovingRing::join(std::span<const double> y, const RingMotion& motion,
                       std::int64_t now) noexcept {
   advance(now);
   for (std::size_t mode = 0; mode < modes_; ++mode) {
-    // Until now it has been that of the free body: y1 = Re(A H / pole) and y2 = Re(A H / pole^2).
+    // Until now it has been that of the free body.
     const Complex pole = std::pow(poleOf(set_->a1[mode], set_->a2[mode]), motion.rate);
-    const double y1 = y[mode];
-    const double y2 = y[count_ + mode];
-    const Complex last(y1, (y2 * std::norm(pole) - y1 * pole.real()) / pole.imag());
-    const Complex heard(motion.transfers[mode], motion.transfers[count_ + mode]);
-    oscillation_[mode] += last * pole / heard;
+    add(mode, pole, y, {motion.transfers[mode], motion.transfers[count_ + mode]});
   }
   active_ = count_;
   restart();
+}
+
+void MovingRing::join(std::span<const double> y, std::int64_t now) noexcept {
+  advance(now);
+  for (std::size_t mode = 0; mode < modes_; ++mode)
+    if (std::abs(heard_[mode]) > kLeastHeard)
+      add(mode, poleOf(set_->a1[mode], set_->a2[mode]), y, heard_[mode]);
+  active_ = count_;
+  restart();
+}
+
+void MovingRing::adopt(std::span<const double> y, std::int64_t now) noexcept {
+  advance(now);
+  for (std::size_t mode = 0; mode < modes_; ++mode)
+    if (std::abs(heard_[mode]) > kLeastHeard) add(mode, std::exp(logPole_[mode]), y, heard_[mode]);
+  active_ = count_;
+  restart();
+}
+
+/// Adds an oscillation A with a pole that has been heard by a factor H: y1 = Re(A H / pole) and
+/// y2 = Re(A H / pole^2).
+void MovingRing::add(std::size_t mode, const Complex& pole, std::span<const double> y,
+                     const Complex& heard) noexcept {
+  const double y1 = y[mode];
+  const double y2 = y[count_ + mode];
+  const Complex last(y1, (y2 * std::norm(pole) - y1 * pole.real()) / pole.imag());
+  oscillation_[mode] += last * pole / heard;
 }
 
 /// Makes `now` the sample from which the state counts.

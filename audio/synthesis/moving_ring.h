@@ -45,6 +45,11 @@ class MovingRing {
   /// Adds the oscillations of resonators of the set's own, of which the last two samples were y
   /// (those of now - 1, then those of now - 2), heard and tuned as `motion` says.
   void join(std::span<const double> y, const RingMotion& motion, std::int64_t now) noexcept;
+  /// The same of what is heard as the ring is now, and not tuned.
+  void join(std::span<const double> y, std::int64_t now) noexcept;
+  /// Goes on, in place of silence, with the sound of resonators with its own coefficients, of which
+  /// the last two samples were y, heard as the ring is now.
+  void adopt(std::span<const double> y, std::int64_t now) noexcept;
 
   /// Silences what is below the threshold (Pa); to be called at least once in 128 samples. Returns
   /// false if nothing is left, now or for the motion to come.
@@ -60,6 +65,8 @@ class MovingRing {
  private:
   using Complex = std::complex<double>;
 
+  void add(std::size_t mode, const Complex& pole, std::span<const double> y,
+           const Complex& heard) noexcept;
   void setPoles(std::span<const double> a1, std::span<const double> a2) noexcept;
   void advance(std::int64_t now) noexcept;
   void restart() noexcept;

@@ -90,6 +90,7 @@ void WorldSession::postSubstep() {
   postEvents();
   postContacts();
   bridge_->clear();
+  moveRinging();
   advanceTo(bridge_->time());
   forgetRemoved();
   takeShapes();
@@ -221,6 +222,17 @@ void WorldSession::postContacts() {
     awaitShape(contact.body);
     awaitShape(contact.other);
     updateContact(inMetres(contact, metresPerUnit()));
+  }
+}
+
+/// Says where what rings is at the end of a substep.
+void WorldSession::moveRinging() {
+  for (const BodyId id : ringing()) {
+    const btCollisionObject* const object = bridge_->bodyOf(id);
+    if (object == nullptr) continue;
+    const btTransform& transform = object->getWorldTransform();
+    (void)moveBody(
+        id, {bridge_->time(), metresPerUnit() * toVec3(transform.getOrigin()), toQuat(transform)});
   }
 }
 

@@ -86,6 +86,7 @@ class WorldSession final : public SoundSession {
   void predictFirstBlow(const ListenerPose& listener);
   void postEvents();
   void postContacts();
+  void moveRinging();
   void note(const ImpulseEvent& share, bool isFirst);
   void report();
   void tell(Report& report);

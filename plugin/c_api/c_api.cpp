@@ -135,6 +135,12 @@ carom_status unassign(carom_sound* handle, const Object* target) noexcept {
   });
 }
 
+/// Returns the quaternion x, y, z, w of a caller; that of the world for NULL.
+carom::Quat orientationFrom(const double* numbers) {
+  if (numbers == nullptr) return carom::Quat::Identity();
+  return carom::Quat(numbers[3], numbers[0], numbers[1], numbers[2]);
+}
+
 Status done() {
   return std::monostate{};
 }
@@ -250,6 +256,15 @@ carom_status carom_update_contact(carom_sound* sound, const carom_contact* conta
   });
 }
 
+carom_status carom_move_body(carom_sound* sound, uint32_t id, double seconds,
+                             const double position[3], const double orientation[4]) noexcept {
+  return onKind<EventSound>(sound, [&](EventSound& events) -> Status {
+    if (position == nullptr) return Error{"the position of the body is NULL"};
+    const carom::Vec3 place(position[0], position[1], position[2]);
+    return events.moveBody(id, {seconds, place, orientationFrom(orientation)});
+  });
+}
+
 carom_status carom_advance(carom_sound* sound, double seconds) noexcept {
   return onKind<EventSound>(sound, [&](EventSound& events) -> Status {
     if (!(std::abs(seconds) <= 1e9))
@@ -339,9 +354,7 @@ carom_status carom_set_listener(carom_sound* sound, size_t listener, const doubl
                                 const double orientation[4]) noexcept {
   if (position == nullptr) return isNull("the position of the listener is NULL");
   const carom::Vec3 place(position[0], position[1], position[2]);
-  carom::Quat turn = carom::Quat::Identity();
-  if (orientation != nullptr)
-    turn = carom::Quat(orientation[3], orientation[0], orientation[1], orientation[2]);
+  const carom::Quat turn = orientationFrom(orientation);
   return onAny(sound, CAROM_ERROR_ARGUMENT,
                [&](SoundOutput& output) { return output.setListener(place, turn, listener); });
 }

@@ -34,6 +34,10 @@ void EventSound::updateContact(const ContactState& contact) {
   if (session_) session_->updateContact(contact);
 }
 
+Status EventSound::moveBody(BodyId id, const ListenerPose& pose) {
+  return onOpen(session_, [&](SoundSession& session) { return session.moveBody(id, pose); });
+}
+
 void EventSound::advanceTo(double seconds) {
   if (session_) session_->advanceTo(seconds);
 }

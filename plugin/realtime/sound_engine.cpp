@@ -43,6 +43,14 @@ std::size_t nodesOf(const SoundSettings& settings, double seconds) {
   return static_cast<std::size_t>(ofSlides) + kMostImpactNodes * settings.budget.ringingBodies;
 }
 
+/// Ways of rings, from a body to a channel, that are followed as they move: a motion costs as much
+/// as the mode's resonators in some hundred samples.
+std::size_t followedWays(const SoundSettings& settings) {
+  return std::max<std::size_t>(settings.budget.ringingBodies / 4, 1);
+}
+/// Motions of a way that may wait: most are of 512 samples.
+constexpr std::size_t kMotionsPerWay = 16;
+
 RendererCapacity rendererCapacity(const SoundSettings& settings) {
   const VoiceBudget& budget = settings.budget;
   return {.voices = budget.voices,
@@ -53,6 +61,7 @@ RendererCapacity rendererCapacity(const SoundSettings& settings) {
           .modes = {.banks = budget.ringingBodies,
                     .modes = budget.modes,
                     .excitations = 4 * budget.ringingBodies,
+                    .motions = kMotionsPerWay * followedWays(settings),
                     .longestContact = budget.longestContact}};
 }
 
@@ -73,7 +82,7 @@ SoundQueue::Capacity queueCapacity(const SoundSettings& settings, const SoundPat
           .modes = padded(settings.budget.modes),
           .nodes = nodes,
           .waitingClicks = 2 * clicks,
-          .waitingExcitations = 2 * renderer.modes.excitations,
+          .waitingExcitations = 2 * renderer.modes.excitations + renderer.modes.motions,
           .waitingNodes = 2 * nodes,
           .hasEars = paths.hasHeads,
           .powers = (paths.channels.size() + 1) * kThirdOctaves,
@@ -131,6 +140,9 @@ SoundEngine::SoundEngine(const SoundSettings& settings,
       renderer_(paths, rendererCapacity(settings)),
       limiter_(std::move(limiter)),
       planar_(kInterleavedFrames * paths->channels.size()) {
+  // Each path of a way has to be looked at.
+  const std::size_t ways = 8 * followedWays(settings) / (7 + paths->paths.size());
+  scheduler_.followLive(std::max(ways, paths->channels.size()));
   if (settings_.level == Level::automatic) exposure_.emplace(settings_.synth.sampleRate);
   for (std::size_t channel = 0; channel < paths->channels.size(); ++channel)
     planarChannels_.push_back(&planar_[channel * kInterleavedFrames]);
@@ -174,7 +186,25 @@ void SoundEngine::scheduleStep(double seconds, const SoundTimeline& before) {
     scheduler_.schedule(event, timeline.shiftAt(event.time), step_);
   }
   scheduler_.finishMoment(step_);
+  followRings(seconds);
   step_.send();
+}
+
+/// Sends how rings are heard, up to the step before: poses of listeners are known up to there.
+void SoundEngine::followRings(double seconds) {
+  const double known = std::min(time_, seconds);
+  SampleShift shift = timeline_.shiftAt(known);
+  if (known < seconds) shift.stretch = stretchOver(known, seconds);
+  scheduler_.advanceTo(known, shift, step_);
+}
+
+/// Returns how long a time of the simulation lasts on the samples, over its own length.
+double SoundEngine::stretchOver(double from, double to) const {
+  const SampleShift begin = timeline_.shiftAt(from);
+  const SampleShift end = timeline_.shiftAt(to);
+  const double longer =
+      static_cast<double>(end.whole - begin.whole) + end.fraction - begin.fraction;
+  return 1.0 + longer / ((to - from) * settings_.synth.sampleRate);
 }
 
 void SoundEngine::predict(double pressure) {
@@ -233,10 +263,7 @@ void SoundEngine::updateContact(const ContactState& contact, double rank, double
     counters_.slidesLeftOut += rank > 0.0 ? 1 : 0;
     return;
   }
-  const SampleShift end = timeline_.shiftAt(contact.time + contact.duration);
-  const double longer =
-      static_cast<double>(end.whole - shift.whole) + end.fraction - shift.fraction;
-  shift.stretch += longer / (contact.duration * settings_.synth.sampleRate);
+  shift.stretch = stretchOver(contact.time, contact.time + contact.duration);
   scheduler_.updateContact(contact, shift, step_);
 }
 

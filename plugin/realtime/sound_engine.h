@@ -85,6 +85,8 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   void updateContact(const ContactState& contact, double rank, double least);
   void exposeStep(double from, double to);
   void scheduleStep(double seconds, const SoundTimeline& before);
+  void followRings(double seconds);
+  double stretchOver(double from, double to) const;
   double rankToSlide(std::span<const ContactState> moment);
   SynthCounters rendererCounters() const;
   void receive(std::size_t frames) noexcept;

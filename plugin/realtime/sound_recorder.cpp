@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -86,6 +87,7 @@ SoundRecorder::SoundRecorder(const std::shared_ptr<const SoundPaths>& paths, Sou
       isAutomatic_(isAutomatic(settings)),
       hasLimiter_(settings.limiter.has_value()),
       block_(paths->channels.size(), std::vector<float>(kRecordedBlock)) {
+  scheduler_.followLive(std::numeric_limits<std::size_t>::max());
   for (std::vector<float>& channel : block_) {
     channels_.push_back(channel.data());
     written_.push_back(channel.data());
@@ -158,12 +160,14 @@ void SoundRecorder::leapTo(double seconds) {
   scheduleOld(contacts_);
   scheduleOld(events_);
   scheduler_.finishMoment(renderer_);
+  scheduler_.leap(seconds - time_);
   shift_.whole += std::llround(time_ * rate_) - std::llround(seconds * rate_);
   time_ = seconds;
 }
 
 void SoundRecorder::advanceTo(double seconds) {
   schedulePosted();
+  scheduler_.advanceTo(time_, shift_, renderer_);
   time_ = seconds;
   renderTo(seconds - latency_);
 }
@@ -196,6 +200,7 @@ void SoundRecorder::renderTail() {
 
 Status SoundRecorder::finish() {
   schedulePosted();
+  scheduler_.advanceTo(time_, shift_, renderer_);
   renderTo(time_);
   renderTail();
   if (failure_) return *failure_;

@@ -11,6 +11,7 @@
 
 #include "audio/model/immortal.h"
 #include "audio/model/mutex.h"
+#include "audio/scheduling/ring_tracks.h"
 #include "plugin/realtime/statistics_fields.h"
 
 namespace carom {
@@ -73,11 +74,29 @@ Status validate(const SoundSettings& settings) {
   return validate(settings.budget);
 }
 
-/// Moves a listener of a ContactSoundScheduler or a Synth, or places it there if it cannot have
+/// Moves a listener of a ContactSoundScheduler, or places it there if it has jumped, or cannot have
 /// moved so.
-template <class Synthesis>
-void follow(Synthesis& synthesis, std::size_t listener, const ListenerPose& pose) {
-  if (!synthesis.moveListener(listener, pose)) (void)synthesis.placeListener(listener, pose);
+struct Follower {
+  std::size_t listener;
+  const ListenerPose& pose;
+  bool hasJumped;
+
+  void operator()(ContactSoundScheduler& scheduler) const {
+    if (hasJumped || !scheduler.moveListener(listener, pose))
+      (void)scheduler.placeListener(listener, pose);
+  }
+};
+
+/// Takes note that the outputs get to know a pose. Returns true if the listener has not come there
+/// by moving, but has jumped.
+bool takeOver(SoundSession::KnownPose& known) {
+  const double passed = known.pose.time - known.before.time;
+  const Vec3 before = std::exchange(known.velocity, Vec3::Zero());
+  const bool isFirst = !std::exchange(known.isTold, true);
+  const Vec3 way = known.pose.position - std::exchange(known.before, known.pose).position;
+  if (isFirst || !(passed > 0.0)) return false;
+  known.velocity = way / passed;
+  return (known.velocity - before).norm() > RingTracks::kJump;
 }
 
 /// Ceiling of the limiter behind an automatic level: -1 dB.
@@ -264,7 +283,9 @@ void SoundSession::predict(double pressure) {
 }
 
 void SoundSession::setPose(std::size_t listener, const Vec3& position, const Quat& orientation) {
-  poses[listener] = {.pose = {time, position, orientation}, .isKnown = true, .isNew = true};
+  KnownPose& known = poses[listener];
+  known.pose = {time, position, orientation};
+  known.isKnown = known.isNew = true;
   havePosesChanged = true;
 }
 
@@ -273,9 +294,10 @@ void SoundSession::moveListeners() {
   for (std::size_t listener = 0; listener < poses.size(); ++listener) {
     KnownPose& known = poses[listener];
     if (!std::exchange(known.isNew, false)) continue;
-    if (recorder) follow(recorder->scheduler(), listener, known.pose);
-    if (engine) follow(engine->scheduler(), listener, known.pose);
-    if (bounds) follow(bounds->scheduler(), listener, known.pose);
+    const Follower follow{listener, known.pose, takeOver(known)};
+    if (recorder) follow(recorder->scheduler());
+    if (engine) follow(engine->scheduler());
+    if (bounds) follow(bounds->scheduler());
   }
 }
 
@@ -307,13 +329,35 @@ void SoundSession::updateContact(const ContactState& contact) {
   if (engine) engine->updateContact(contact);
 }
 
+Status SoundSession::moveBody(BodyId id, const ListenerPose& pose) {
+  if (!bodies.contains(id)) return Error{"sound: there is no body " + std::to_string(id)};
+  if (!isPose(pose) || !(std::abs(pose.time) <= kLongestClock))
+    return Error{"sound: pose of body " + std::to_string(id) +
+                 ": expected finite values and a quaternion of unit length"};
+  if (recorder) (void)recorder->scheduler().moveBody(id, pose);
+  if (engine) (void)engine->scheduler().moveBody(id, pose);
+  return std::monostate{};
+}
+
+const std::vector<BodyId>& SoundSession::ringing() {
+  ringingBodies.clear();
+  if (recorder) recorder->scheduler().addRinging(ringingBodies);
+  if (engine) engine->scheduler().addRinging(ringingBodies);
+  std::ranges::sort(ringingBodies);
+  ringingBodies.erase(std::unique(ringingBodies.begin(), ringingBodies.end()), ringingBodies.end());
+  return ringingBodies;
+}
+
 void SoundSession::advanceTo(double seconds) {
   if (isClosed || !(std::abs(seconds) <= kLongestClock)) return;
   moveListeners();
   if (seconds < time) {
     for (KnownPose& known : poses)
-      known.pose.time = seconds;
-    if (engine) bring(engine->scheduler());
+      known.pose.time = known.before.time = seconds;
+    if (engine) {
+      engine->scheduler().leap(seconds - time);
+      bring(engine->scheduler());
+    }
     if (bounds) bring(bounds->scheduler());
   }
   if (recorder && SoundRecorder::isLeap(time, seconds)) {

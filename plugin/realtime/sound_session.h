@@ -31,7 +31,10 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
   struct KnownPose {
     ListenerPose pose;
     bool isKnown = false;
-    bool isNew = false;  ///< the outputs do not know it yet
+    bool isNew = false;            ///< the outputs do not know it yet
+    bool isTold = false;           ///< they know of one before
+    ListenerPose before;           ///< that one
+    Vec3 velocity = Vec3::Zero();  ///< m/s, as they do
   };
 
   explicit SoundSession(const SoundSettings& soundSettings);
@@ -56,6 +59,10 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
   void listen();
   void post(const ImpulseEvent& event);
   void updateContact(const ContactState& contact);
+  /// Says where a body is at a time: as Synth::moveBody, for what rings.
+  Status moveBody(BodyId id, const ListenerPose& pose);
+  /// Returns the bodies that ring, each once.
+  const std::vector<BodyId>& ringing();
   void advanceTo(double seconds);
   /// Predicts the peak (Pa) of the first blow, for an automatic level.
   void predict(double pressure);
@@ -94,6 +101,7 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
   std::set<std::shared_ptr<const ModalModel>> validModels;
   std::vector<KnownPose> poses;  ///< by listener
   bool havePosesChanged = false;
+  std::vector<BodyId> ringingBodies;     ///< scratch
   bool hasAutomaticListener = false;     ///< none was set, and setListener was not called yet
   double predicted = 0.0;                ///< Pa, peak of the first blow; 0 if nothing is predicted
   mutable bool hasShownWarning = false;  ///< to the host, or on stderr

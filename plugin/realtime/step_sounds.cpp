@@ -36,10 +36,11 @@ void StepSounds::addRing(const ScheduledSound& sound) {
   modal.ears = {};
   modal.isEvent = sound.isEvent && sound.clicks.empty();
   if (queue_.put(modal)) return;
+  const bool isMotion = sound.excitations.front().isMotion();
   if (modal.isEvent)
     ++faults_;
   else
-    ++(sound.isEvent ? ringsLeftOut_ : slidesLeftOut_);
+    ++(sound.isEvent || isMotion ? ringsLeftOut_ : slidesLeftOut_);
 }
 
 void StepSounds::add(const ScheduledSound& sound) {

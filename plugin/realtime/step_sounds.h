@@ -36,7 +36,7 @@ class StepSounds final : public audio::SoundSink {
   std::uint64_t faults() const { return faults_; }  ///< events left out for lack of room
   /// Steps of lasting contacts left out, for either reason.
   std::uint64_t slidesLeftOut() const { return slidesLeftOut_; }
-  /// Rings of events that are heard otherwise left out for lack of room.
+  /// Rings of events that are heard otherwise, and motions of rings, left out for lack of room.
   std::uint64_t ringsLeftOut() const { return ringsLeftOut_; }
 
  private:

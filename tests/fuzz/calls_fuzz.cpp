@@ -6,6 +6,7 @@
 
 #include "carom/audio/material.h"
 #include "carom/event_sound.h"
+#include "tests/audio/ringing_box.h"
 #include "tests/fuzz/fuzz_host.h"
 #include "tests/fuzz/fuzz_numbers.h"
 
@@ -35,6 +36,8 @@ class Host {
         break;
       case 2:
         (void)sound_.setListener(numbers_.wild(numbers_.inCube(3.0)), orientation());
+        (void)sound_.moveBody(
+            body(), {numbers_.wild(time_), numbers_.wild(numbers_.inCube(3.0)), Quat::Identity()});
         break;
       case 3:
         sound_.pause();
@@ -74,6 +77,7 @@ class Host {
     set.material = *findMaterial(kMaterials[numbers_.below(kMaterials.size())]);
     set.mass = numbers_.wild(numbers_.logBetween(1e-3, 100.0));
     set.radius = numbers_.wild(numbers_.logBetween(1e-3, 1.0));
+    if (numbers_.chance(64)) set.modal = test::boxOf({{700.0, 3.0, 1e-3}});
     (void)sound_.setBody(body(), set);
   }
   void post() {

@@ -64,6 +64,7 @@ std::vector<CoveredType> coveredTypes() {
         {"removeBody", "carom_remove_body"},
         {"post", "carom_post"},
         {"updateContact", "carom_update_contact"},
+        {"moveBody", "carom_move_body"},
         {"advanceTo", "carom_advance"}}},
       {plugin + "sound.h",
        "Sound",

@@ -854,6 +854,7 @@ static void calls_of_the_other_kind_of_sound_are_refused(void) {
   EXPECT_OK(carom_contact_init(&contact, sizeof contact));
   EXPECT(carom_update_contact(of_world, &contact) == CAROM_ERROR_KIND);
   EXPECT(carom_advance(of_world, 1.0) == CAROM_ERROR_KIND);
+  EXPECT(carom_move_body(of_world, 0, 0.0, event.position, NULL) == CAROM_ERROR_KIND);
   EXPECT(carom_set_body(of_world, 0, &body) == CAROM_ERROR_KIND);
   EXPECT(carom_remove_body(of_world, 0) == CAROM_ERROR_KIND);
   EXPECT(strstr(carom_last_message(), "carom_create") != NULL);
@@ -880,6 +881,7 @@ static void null_handle_is_refused_by_every_call(void) {
   EXPECT_REFUSED(carom_post(NULL, NULL), "carom_sound is NULL");
   EXPECT_REFUSED(carom_advance(NULL, 0.0), "carom_sound is NULL");
   EXPECT_REFUSED(carom_update_contact(NULL, NULL), "carom_sound is NULL");
+  EXPECT_REFUSED(carom_move_body(NULL, 0, 0.0, place, NULL), "carom_sound is NULL");
   EXPECT_REFUSED(carom_assign_body(NULL, NULL, NULL), "carom_sound is NULL");
   EXPECT_REFUSED(carom_assign_shape(NULL, NULL, NULL), "carom_sound is NULL");
   EXPECT_REFUSED(carom_assign_user_index(NULL, 0, NULL), "carom_sound is NULL");
@@ -910,6 +912,7 @@ static void null_handle_is_refused_by_every_call(void) {
 }
 
 static void null_arguments_are_refused(void) {
+  const double place[3] = {0.0, 0.0, 0.0};
   carom_sound* sound = make_sound(NULL, 1.0);
   carom_sound* none = sound;
   carom_material steel;
@@ -940,6 +943,8 @@ static void null_arguments_are_refused(void) {
   EXPECT_REFUSED(carom_find_material(NULL, &steel), "NULL");
   EXPECT_REFUSED(carom_set_body(sound, 0, NULL), "carom_body is NULL");
   EXPECT_REFUSED(carom_post(sound, NULL), "carom_event is NULL");
+  EXPECT_REFUSED(carom_move_body(sound, 0, 0.0, NULL, NULL), "position of the body is NULL");
+  EXPECT_REFUSED(carom_move_body(sound, 77, 0.0, place, NULL), "no body 77");
   EXPECT_REFUSED(carom_set_listener(sound, 0, NULL, NULL), "NULL");
   EXPECT_REFUSED(carom_get_statistics(sound, NULL), "carom_statistics is NULL");
   EXPECT(carom_render(sound, NULL, 1, 1) == CAROM_ERROR_ARGUMENT);

@@ -681,6 +681,16 @@ CAROM_API carom_status carom_post(carom_sound* sound, const carom_event* event) 
 /// unknown bodies is no error: it is ignored.
 CAROM_API carom_status carom_update_contact(carom_sound* sound,
                                             const carom_contact* contact) CAROM_NOEXCEPT;
+/// Says where a body is at `seconds` of the simulation's clock: its origin and axes, as carom_event
+/// has them. What rings is followed by that: distance, delay with Doppler effect and direction. To
+/// be called after each step, before carom_advance, for bodies that move and may ring; a body for
+/// which it is not called stands where it was struck. A time not after the last one begins anew, as
+/// does a jump (a change of velocity by more than 15 m/s from one call to the next). Refused with
+/// CAROM_ERROR_ARGUMENT: no such body, numbers that are not finite.
+/// orientation: unit quaternion x, y, z, w; NULL for that of the world.
+CAROM_API carom_status carom_move_body(carom_sound* sound, uint32_t id, double seconds,
+                                       const double position[3],
+                                       const double orientation[4]) CAROM_NOEXCEPT;
 /// Takes note that the simulation has come to `seconds` (at most 1e9), and sends off what was
 /// posted. The clock begins at 0: if it begins elsewhere, call this before the first carom_post. A
 /// clock that goes back begins anew there.

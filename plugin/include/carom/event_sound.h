@@ -4,6 +4,7 @@
 
 #include <carom/audio/contact_state.h>
 #include <carom/audio/impulse_event.h>
+#include <carom/audio/listener.h>
 #include <carom/audio/result.h>
 #include <carom/audio/sound_body.h>
 #include <carom/sound_output.h>
@@ -38,6 +39,15 @@ class EventSound : public SoundOutput {
   /// finite or between unknown bodies is ignored; steps that no sample can hold are counted in
   /// SoundStatistics::rejectedSlides.
   void updateContact(const ContactState& contact);
+  /// Says where a body is at `pose.time` (s, clock of the simulation): its origin and axes, as
+  /// ImpulseEvent has them. What rings is followed by that: distance, delay with Doppler effect and
+  /// direction. To be called after each step, before `advanceTo`, for bodies that move and may
+  /// ring; of others nothing comes of it, and a body of which no pose comes stands where it was
+  /// struck. A time not after the last one begins anew; so does a jump, by which the body's
+  /// velocity changes by more than 15 m/s from one pose to the next: it is heard at its new place
+  /// within 10 ms, without Doppler effect. Refuses: no such body, a pose that is not finite or not
+  /// of unit length, a time beyond 1e9.
+  Status moveBody(BodyId id, const ListenerPose& pose);
   /// Takes note that the simulation has come to `seconds`, and sends off what was posted. Beyond
   /// 1e9 nothing happens. The clock begins at 0: if it begins elsewhere, call this before the first
   /// `post`. A clock that goes back begins anew there, and is counted as a jump; what was posted
