@@ -12,8 +12,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double kFewestSteps = 32.0;       ///< in the duration without modes
-constexpr double kMostSteps = 1024.0;       ///< in the duration without modes
+constexpr double kFewestSteps = 32.0;  ///< in the duration without modes
+constexpr double kMostSteps = 1024.0;  ///< in the duration without modes
 /// s. The force is heard as impulses, one for each step: their rhythm must be no sound.
 constexpr double kLongestStep = 25e-6;
 constexpr double kStepAngle = 2.5;          ///< rad by which the fastest mode turns, at most
