@@ -16,7 +16,7 @@ constexpr double kFewestSteps = 32.0;  ///< in the duration without modes
 constexpr double kMostSteps = 1024.0;  ///< in the duration without modes
 /// s. The force is heard as impulses, one for each step: their rhythm must be no sound.
 constexpr double kLongestStep = 25e-6;
-constexpr double kStepAngle = 2.5;          ///< rad by which the fastest mode turns, at most
+constexpr double kStepAngle = 0.5;          ///< rad by which the fastest mode turns, at most
 constexpr double kLongestRun = 16384.0;     ///< steps until a run counts as over
 constexpr double kLongestTime = 0.02;       ///< s of a run, or four elastic durations
 constexpr std::size_t kMostLeaps = 11;      ///< lengths of leaps: 2^0 to 2^10 steps
