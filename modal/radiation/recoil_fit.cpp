@@ -32,9 +32,12 @@ constexpr double kStill = 1e-6;   // of the loudest motion: one that moves no ai
 
 std::vector<Complex> commonPoles() {
   std::vector<Complex> poles;
-  for (double frequency = 0.5 * kSpacing; frequency < kDense; frequency += kSpacing)
+  double frequency = 0.5 * kSpacing;
+  while (frequency < kDense) {
     poles.emplace_back(-kDamping, frequency);
-  double frequency = kDense;
+    frequency += kSpacing;
+  }
+  frequency = kDense;
   for (int pole = 0; pole < kWidePoles; ++pole) {
     frequency *= kWiden;
     poles.emplace_back(-kWideDamping * frequency, frequency);
@@ -146,10 +149,12 @@ class MotionFit {
                                  std::max(levelAt(half) * samples_.frequencies[half], 1e-300)) /
                         std::log(octave);
     const double most = std::sqrt(beam);
-    for (double frequency = last * kTailStep; frequency < 60.0 * last; frequency *= kTailStep) {
+    double frequency = last * kTailStep;
+    while (frequency < 60.0 * last) {
       const double onwards = top * std::pow(frequency / last, std::clamp(rise, 0.0, 1.0));
       const double level = rise > 0.0 && onwards < most ? onwards : most;
       tail_.push_back({frequency, level / frequency});
+      frequency *= kTailStep;
     }
   }
 
