@@ -90,8 +90,9 @@ bool addClick(SoundBody& body, ModelCache& cache, const Progress& progress) {
   body.shape = std::make_shared<const RigidRadiator>(*radiator);
   body.inverseInertia = model.inertia.inverse();
   Result<RigidRecoil> recoil = analyseRecoil(surface, &cache, progress);
-  if (recoil) body.recoil = std::make_shared<const RigidRecoil>(*std::move(recoil));
-  return recoil || recoil.error().message != kCancelled;
+  if (!recoil) return recoil.error().message != kCancelled;
+  body.recoil = std::make_shared<const RigidRecoil>(*std::move(recoil));
+  return true;
 }
 
 /// The file that a strike is rendered into, its settings and its length.

@@ -307,6 +307,7 @@ std::vector<Eigen::MatrixXcd> ExteriorSolver::solve(double waveNumber,
     }
   }
   std::vector<Eigen::MatrixXcd> fields;
+  fields.reserve(equations.size());
   for (Equations& one : equations)
     fields.push_back(one.solved());
   return fields;

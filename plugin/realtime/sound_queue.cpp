@@ -28,8 +28,8 @@ std::size_t SoundQueue::linesFor(const Capacity& capacity) {
 }
 
 SoundQueue::SoundQueue(const Capacity& capacity)
-    : capacity_(capacity),
-      lines_(linesFor(capacity)),
+    : lines_(linesFor(capacity)),
+      capacity_(capacity),
       compact_(2 * capacity.modes * capacity.clicks),
       clicks_(capacity.clicks),
       ears_(capacity.hasEars ? capacity.clicks : 0),

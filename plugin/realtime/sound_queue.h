@@ -75,8 +75,8 @@ class SoundQueue {
   template <class T>
   void takeArray(std::vector<T>& items, std::size_t count) noexcept;
 
-  Capacity capacity_;
   SpscQueue<Line> lines_;
+  Capacity capacity_;
   std::vector<double> compact_;  // taps of the modes that cross; of the simulation's thread
 
   // The sound that was taken last; of the audio thread.
