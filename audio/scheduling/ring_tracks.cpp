@@ -18,7 +18,7 @@ namespace {
 constexpr double kMostTurn = 0.06;
 constexpr double kMostBend = 0.05;
 constexpr double kCoarser = 0.25;
-/// What moves less than this share of its distance, and turns by less (rad), is at rest.
+/// A ring that moves by less than this share of its distance, and turns by less (rad), is at rest.
 constexpr double kStill = 1e-7;
 constexpr int kMostLooks = 30;            ///< in which a time of emission is found
 constexpr double kTimeTolerance = 1e-11;  ///< s
@@ -68,7 +68,7 @@ bool RingTracks::move(BodyId body, const ListenerPose& pose) {
     bodies_.emplace(body, Body{std::move(track), pose});
     return true;
   }
-  // What is put somewhere else, or thrown faster than a track goes, is there at once.
+  // A body that is put somewhere else, or thrown faster than a track goes, is there at once.
   PoseTrack& track = known->second.track;
   return track.append(pose) || (pose.time > track.lastTime() && track.restart(pose));
 }
@@ -474,7 +474,7 @@ bool RingTracks::sendStretch(const Ring& ring, Way& way, const Target& target) {
     if (isSent) send(ring, way, rate, target.sink);
     if (live_ && isSent)
       way.seen = {poseOf(ring, then_.front().emitted), listeners_.placeOf(channel, time)};
-    // What is not live goes on as the bank has it.
+    // A ring that is not live goes on as the bank has it.
     const double emitted = way.last.front().emitted + way.rate * seconds;
     if (isSent) way.last = then_;
     for (std::size_t path = 0; path < then_.size(); ++path)
@@ -493,7 +493,7 @@ bool RingTracks::sendStretch(const Ring& ring, Way& way, const Target& target) {
 double RingTracks::rateOf(const Way& way, double seconds) const {
   const auto rateOfPath = [&](std::size_t path) {
     const Heard& lead = way.last.front();
-    // What is heard at one sample has left the earlier, the farther it comes.
+    // Sound that is heard at one sample has left the body the earlier, the longer its path.
     const double before = lead.emitted + (lead.delay - way.last[path].delay);
     const double rate = (then_[path].emitted - before) / seconds;
     return std::clamp(rate, kLeastRate, kMostRate);

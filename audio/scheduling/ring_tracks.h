@@ -95,7 +95,7 @@ class RingTracks {
   void addRinging(std::vector<BodyId>& bodies) const;
 
  private:
-  /// What arrives at a time of the receiver over one path.
+  /// The sound that arrives over one path at a time of the receiver.
   struct Heard {
     double emitted = 0.0;  // s, when it left the body
     double delay = 0.0;    // s
@@ -150,7 +150,7 @@ class RingTracks {
     ListenerPose last;
     std::optional<Vec3> velocity{};  // m/s, from the pose before the last; none after a blow
   };
-  /// What only a live sound has.
+  /// The state that only a live sound has.
   struct Live {
     std::size_t ways = 0;
     bool havePosesCome = false;

@@ -77,7 +77,7 @@ class MovingRing {
   std::size_t count_ = 0;
   std::size_t modes_ = 0;
   std::size_t active_ = 0;  // only the first so many of the resonators may sound
-  // Of each mode, as of the sample `since_`:
+  // The modes' state, one number for each, as of the sample `since_`:
   std::vector<Complex> oscillation_;  // A
   std::vector<Complex> heard_;        // H
   std::vector<Complex> next_;         // H at the end of the stretch
@@ -85,7 +85,7 @@ class MovingRing {
   std::int64_t since_ = 0;
   double length_ = 0.0;  // samples of the stretch from since_ on; 0: nothing changes
   double rate_ = 1.0;
-  // Of each resonator, one array behind the other:
+  // The resonators' numbers, one array behind the other:
   std::vector<double> tuned_;   // a1, a2
   std::vector<double> y_;       // y1, y2
   std::vector<double> change_;  // y1, y2

@@ -160,19 +160,26 @@ ModalModel rigidPart(const SurfaceMesh& surface, const Material& material,
   return model;
 }
 
-Eigen::MatrixXd shapesAtVertices(const VoxelMesh& grid, const std::vector<Vec3>& vertices,
-                                 const Eigen::MatrixXd& vectors) {
-  Eigen::MatrixXd shapes =
-      Eigen::MatrixXd::Zero(3 * static_cast<Eigen::Index>(vertices.size()), vectors.cols());
+/// Calls share(row of the vertex, row of the node, weight) for the nodes that a vertex moves with.
+template <class Share>
+void eachShare(const VoxelMesh& grid, const std::vector<Vec3>& vertices, const Share& share) {
   Eigen::Index row = 0;
   for (const Vec3& vertex : vertices) {
     const CellPoint point = locate(grid, vertex);
     for (std::size_t corner = 0; corner < 8; ++corner) {
       const Eigen::Index node = grid.cells[point.cell].nodes[corner];
-      shapes.middleRows<3>(row) += point.weights[corner] * vectors.middleRows<3>(3 * node);
+      share(row, 3 * node, point.weights[corner]);
     }
     row += 3;
   }
+}
+
+Eigen::MatrixXd shapesAtVertices(const VoxelMesh& grid, const std::vector<Vec3>& vertices,
+                                 const Eigen::MatrixXd& vectors) {
+  Eigen::MatrixXd shapes = Eigen::MatrixXd::Zero(3 * std::ssize(vertices), vectors.cols());
+  eachShare(grid, vertices, [&](Eigen::Index vertex, Eigen::Index node, double weight) {
+    shapes.middleRows<3>(vertex) += weight * vectors.middleRows<3>(node);
+  });
   return shapes;
 }
 
@@ -180,15 +187,9 @@ Eigen::MatrixXd shapesAtVertices(const VoxelMesh& grid, const std::vector<Vec3>&
 Eigen::VectorXd loadOnNodes(const VoxelMesh& grid, const std::vector<Vec3>& vertices,
                             const Eigen::VectorXd& load) {
   Eigen::VectorXd onNodes = Eigen::VectorXd::Zero(3 * std::ssize(grid.nodes));
-  Eigen::Index row = 0;
-  for (const Vec3& vertex : vertices) {
-    const CellPoint point = locate(grid, vertex);
-    for (std::size_t corner = 0; corner < 8; ++corner) {
-      const Eigen::Index node = grid.cells[point.cell].nodes[corner];
-      onNodes.segment<3>(3 * node) += point.weights[corner] * load.segment<3>(row);
-    }
-    row += 3;
-  }
+  eachShare(grid, vertices, [&](Eigen::Index vertex, Eigen::Index node, double weight) {
+    onNodes.segment<3>(node) += weight * load.segment<3>(vertex);
+  });
   return onNodes;
 }
 

@@ -50,13 +50,14 @@ class SoundBodies {
       sound.radius = sphere->radius;
     }
     if (const auto* solid = std::get_if<SolidShape>(&body.shape); solid && solid->canMove()) {
-      const Result<RigidRadiator>& radiator = radiators_->radiatorOf(surfaceOf(*solid));
+      const SurfaceMesh surface = surfaceOf(*solid);
+      const Result<RigidRadiator>& radiator = radiators_->radiatorOf(surface);
       if (!radiator) return radiator.error();
       sound.mass = solid->mass;
       sound.shape = std::shared_ptr<const RigidRadiator>(radiators_, &*radiator);
       sound.inverseInertia = solid->inertia.inverse();
       if (hasRecoils_) {
-        auto recoil = recoilOf(body.name, surfaceOf(*solid));
+        auto recoil = recoilOf(body.name, surface);
         if (!recoil) return recoil.error();
         sound.recoil = *std::move(recoil);
       }

@@ -198,7 +198,8 @@ Forces forcesOf(const DirectCourse& direct, const ContactCourse& coupled) {
   return forces;
 }
 
-/// What a force does to an oscillator: its transform at a pole (1/s), without the phase.
+/// The response of an oscillator to a force: the force's transform at a pole (1/s), without the
+/// phase.
 double transformOf(const std::vector<double>& force, double step, std::complex<double> pole) {
   const std::complex<double> turn = std::exp(-pole * step);
   std::complex<double> phase = 1.0;

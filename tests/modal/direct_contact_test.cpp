@@ -26,7 +26,8 @@ class BlowOnAPlate : public testing::TestWithParam<double> {
   }
 };
 
-// What lies above the modes is a spring, here one more mode, of no less than twice the frequency.
+// A spring stands for all that lies above the modes: one more mode, of no less than twice the
+// highest frequency.
 TEST_P(BlowOnAPlate, IsThatOfTheMeshIntegratedDirectly) {
   const PatchedBody body = plate();
   PatchModes patch = modesOf(body, kHighest);

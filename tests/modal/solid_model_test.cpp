@@ -370,7 +370,7 @@ TEST(SolidModel, ResidualAndModesTogetherSwellAsABodyUnderTension) {
   }
 }
 
-// What is left beyond few modes is what is left beyond more, and what those in between displace.
+// The residual of few modes is that of more modes, and the volumes that those in between displace.
 TEST(SolidModel, ResidualOfFewModesHasTheOthersInIt) {
   const SurfaceMesh bar = splitMesh(splitMesh(boxMesh({0.25, 0.03, 0.02})));
   const ModalModel few = *solidModalModel(bar, metal(0.3), coarse(1500, 3));

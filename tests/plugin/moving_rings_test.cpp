@@ -446,7 +446,7 @@ TEST_F(BellInAWorld, IsHeardFainterByAListenerWhoWalksAway) {
     ASSERT_TRUE(sound.setListener(Vec3(0.0, 1.0 + 3.5 * time, 0.0), Quat::Identity(), 0));
   });
   EXPECT_GT(levelAt(walking, 0.3), -100.0);
-  // What it loses by itself, and by the distance.
+  // The ring loses by its decay, and by the distance.
   const double fading = 1.7 * kFading * 20.0 / std::log(10.0);
   EXPECT_NEAR(levelAt(walking, 2.0) - levelAt(walking, 0.3),
               20.0 * std::log10((1.0 + 3.5 * 0.3) / 8.0) - fading, 0.3);

@@ -39,7 +39,7 @@ PatchedBody patchedSolid(const SurfaceMesh& surface, const Material& material,
 /// radius; all that it gives way is its own.
 PatchedBody patchedShell(const SurfaceMesh& surface, const Material& material, const Patch& patch);
 
-/// What a contact feels of a body's modes.
+/// The modes of a body as a contact feels them.
 struct PatchModes {
   Eigen::MatrixXd rigid = {};                  ///< 1/sqrt(kg), a column for each
   double mobility = 0.0;                       ///< 1/kg, of the rigid ones
