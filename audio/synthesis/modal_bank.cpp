@@ -48,6 +48,11 @@ double ModalBank::silence(const SynthSettings& settings) {
   return std::max(kInaudible * settings.audibleThreshold, kInaudibleRing);
 }
 
+std::pmr::memory_resource* ModalBank::memory() noexcept {
+  if (capacity_) return &arena_;
+  return std::pmr::new_delete_resource();
+}
+
 /// Allocates all the memory that a bank with a capacity ever has.
 void ModalBank::makeRoom() {
   const Pulse& pulse = Pulse::of(paths_->settings.comparison.pulse);
@@ -58,19 +63,21 @@ void ModalBank::makeRoom() {
   mostSamples_ = drive.samples;
   reserve(drive, capacity_->modes);
   sampler_.reserve(std::max<std::size_t>(kMostNodes, drive.samples), drive.samples);
-  const auto room = [this](std::vector<double>& values) {
-    values.resize(2 * (capacity_->modes + ResonatorKernels::kWidth));
-  };
-  slots_.resize(capacity_->excitations + capacity_->motions);
-  for (std::size_t slot = slots_.size(); slot-- > 0;) {
-    room(slots_[slot].taps);
+  const std::size_t resonators = capacity_->modes + ResonatorKernels::kWidth;
+  const std::size_t slots = capacity_->excitations + capacity_->motions;
+  slots_.reserve(slots);
+  freeSlots_.reserve(slots);
+  for (std::size_t slot = slots; slot-- > 0;) {
+    slots_.emplace_back(memory()).taps.resize(2 * resonators);
     freeSlots_.push_back(static_cast<std::uint32_t>(slot));
   }
-  banks_.resize(capacity_->banks);
-  for (std::size_t bank = banks_.size(); bank-- > 0;) {
-    room(banks_[bank].y);
-    room(banks_[bank].damped);
-    banks_[bank].moving.reserve(capacity_->modes + ResonatorKernels::kWidth);
+  banks_.reserve(capacity_->banks);
+  freeBanks_.reserve(capacity_->banks);
+  for (std::size_t bank = capacity_->banks; bank-- > 0;) {
+    Bank& added = banks_.emplace_back(memory());
+    added.y.resize(2 * resonators);
+    added.damped.resize(2 * resonators);
+    added.moving.reserve(resonators);
     freeBanks_.push_back(static_cast<std::uint32_t>(bank));
   }
   order_.reserve(banks_.size());
@@ -211,7 +218,7 @@ std::uint32_t ModalBank::freeBank() {
     return bank;
   }
   if (capacity_) return kNone;
-  banks_.emplace_back();
+  banks_.emplace_back(memory());
   freeBanks_.reserve(banks_.capacity());
   return static_cast<std::uint32_t>(banks_.size() - 1);
 }
@@ -230,7 +237,7 @@ std::uint32_t ModalBank::freeSlot() {
     return slot;
   }
   if (capacity_) return kNone;
-  slots_.emplace_back();
+  slots_.emplace_back(memory());
   freeSlots_.reserve(slots_.capacity());
   driven_.reserve(slots_.capacity());
   dampings_.reserve(slots_.capacity());
@@ -540,6 +547,7 @@ void ModalBank::seek(std::int64_t position) {
   for (std::vector<double>& ahead : ahead_)
     std::ranges::fill(ahead, 0.0);
   aheadEnd_ = 0;
+  arena_.release();
   if (capacity_) makeRoom();
 }
 

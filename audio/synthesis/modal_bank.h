@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <memory_resource>
 #include <optional>
 #include <span>
 #include <vector>
@@ -89,24 +90,28 @@ class ModalBank {
 
   /// The resonators of one body at one channel, and on one path if they are followed.
   struct Bank {
+    explicit Bank(std::pmr::memory_resource* memory) : y(memory), damped(memory), moving(memory) {}
+
     BodyId body = 0;
     std::uint32_t channel = 0;
     std::uint32_t path = 0;  // ModalExcitation::path
     const ResonatorSet* resonators = nullptr;
-    std::size_t count = 0;      // number of resonators, padded
-    std::size_t active = 0;     // only the first so many of `count` may sound
-    std::uint32_t pending = 0;  // excitations that wait for it or are driven
-    std::vector<double> y;      // y1, and y2 `count` behind them
+    std::size_t count = 0;       // number of resonators, padded
+    std::size_t active = 0;      // only the first so many of `count` may sound
+    std::uint32_t pending = 0;   // excitations that wait for it or are driven
+    std::pmr::vector<double> y;  // y1, and y2 `count` behind them
     bool isDamped = false;
-    std::vector<double> damped;  // if isDamped: a1, and a2 `count` behind them
-    bool isMoving = false;       // `moving` rings, and not y: always if the path is not 0
+    std::pmr::vector<double> damped;  // if isDamped: a1, and a2 `count` behind them
+    bool isMoving = false;            // `moving` rings, and not y: always if the path is not 0
     MovingRing moving;
   };
   /// An excitation in a slot, which waits or is driven.
   struct Waiting {
+    explicit Waiting(std::pmr::memory_resource* memory) : taps(memory) {}
+
     ModalExcitation excitation;
-    std::uint32_t bank = 0;    // kNone for a change of what rings
-    std::vector<double> taps;  // b0 and b1; once driven y1 and y2; then the factors, if followed
+    std::uint32_t bank = 0;         // kNone for a change of what rings
+    std::pmr::vector<double> taps;  // b0, b1; once driven y1, y2; then the factors, if followed
   };
   /// An excitation whose resonators are added to their bank at the sample `joins`.
   struct Driven {
@@ -114,6 +119,7 @@ class ModalBank {
     std::uint32_t slot = 0;
   };
 
+  std::pmr::memory_resource* memory() noexcept;
   void makeRoom();
   bool addOne(const ModalExcitation& excitation, std::span<const double> taps);
   bool isTooLong(const ModalExcitation& excitation) const;
@@ -154,6 +160,8 @@ class ModalBank {
   double silence_;  // Pa
 
   std::int64_t position_ = 0;
+  // Thousands of small arrays: with a capacity, a few pieces of memory hold all of them.
+  std::pmr::monotonic_buffer_resource arena_;
   std::vector<Waiting> slots_;
   std::vector<std::uint32_t> freeSlots_;
   std::size_t motions_ = 0;  // slots of motions that wait

@@ -21,33 +21,35 @@ std::complex<double> poleOf(double a1, double a2) {
 }  // namespace
 
 void MovingRing::reserve(std::size_t count) {
-  for (std::vector<Complex>* values : {&oscillation_, &heard_, &next_, &logPole_})
-    if (values->size() < count) values->resize(count);
-  for (std::vector<double>* values : {&tuned_, &y_, &change_})
-    if (values->size() < 2 * count) values->resize(2 * count);
+  if (states_.size() >= count) return;
+  states_.resize(count);
+  numbers_.resize(6 * count);
+  tuned_ = std::span(numbers_).first(2 * count);
+  y_ = std::span(numbers_).subspan(2 * count, 2 * count);
+  change_ = std::span(numbers_).last(2 * count);
 }
 
 void MovingRing::begin(const ResonatorSet& set, std::size_t count,
                        const RingMotion& motion) noexcept {
-  assert(count <= oscillation_.size());
+  assert(count <= states_.size());
   set_ = &set;
   count_ = count;
   modes_ = std::min(set.modes, count);
   active_ = 0;
   length_ = 0.0;
   rate_ = motion.rate;
-  for (std::vector<double>* values : {&tuned_, &y_, &change_})
-    std::fill_n(values->begin(), 2 * count, 0.0);
+  for (const std::span<double> values : {tuned_, y_, change_})
+    std::fill_n(values.begin(), 2 * count, 0.0);
   for (std::size_t mode = 0; mode < modes_; ++mode) {
-    oscillation_[mode] = 0.0;
-    heard_[mode] = {motion.transfers[mode], motion.transfers[count + mode]};
+    states_[mode].oscillation = 0.0;
+    states_[mode].heard = {motion.transfers[mode], motion.transfers[count + mode]};
   }
   setPoles(set.a1, set.a2);
 }
 
 void MovingRing::setPoles(std::span<const double> a1, std::span<const double> a2) noexcept {
   for (std::size_t mode = 0; mode < modes_; ++mode)
-    logPole_[mode] = std::log(poleOf(a1[mode], a2[mode]));
+    states_[mode].logPole = std::log(poleOf(a1[mode], a2[mode]));
 }
 
 void MovingRing::damp(std::span<const double> taps, std::int64_t now) noexcept {
@@ -59,7 +61,7 @@ void MovingRing::damp(std::span<const double> taps, std::int64_t now) noexcept {
 void MovingRing::move(const RingMotion& motion, std::int64_t now) noexcept {
   advance(now);
   for (std::size_t mode = 0; mode < modes_; ++mode)
-    next_[mode] = {motion.transfers[mode], motion.transfers[count_ + mode]};
+    states_[mode].next = {motion.transfers[mode], motion.transfers[count_ + mode]};
   length_ = motion.length;
   rate_ = motion.rate;
   restart();
@@ -80,8 +82,8 @@ void MovingRing::join(std::span<const double> y, const RingMotion& motion,
 void MovingRing::join(std::span<const double> y, std::int64_t now) noexcept {
   advance(now);
   for (std::size_t mode = 0; mode < modes_; ++mode)
-    if (std::abs(heard_[mode]) > kLeastHeard)
-      add(mode, poleOf(set_->a1[mode], set_->a2[mode]), y, heard_[mode]);
+    if (std::abs(states_[mode].heard) > kLeastHeard)
+      add(mode, poleOf(set_->a1[mode], set_->a2[mode]), y, states_[mode].heard);
   active_ = count_;
   restart();
 }
@@ -89,7 +91,8 @@ void MovingRing::join(std::span<const double> y, std::int64_t now) noexcept {
 void MovingRing::adopt(std::span<const double> y, std::int64_t now) noexcept {
   advance(now);
   for (std::size_t mode = 0; mode < modes_; ++mode)
-    if (std::abs(heard_[mode]) > kLeastHeard) add(mode, std::exp(logPole_[mode]), y, heard_[mode]);
+    if (std::abs(states_[mode].heard) > kLeastHeard)
+      add(mode, std::exp(states_[mode].logPole), y, states_[mode].heard);
   active_ = count_;
   restart();
 }
@@ -101,7 +104,7 @@ void MovingRing::add(std::size_t mode, const Complex& pole, std::span<const doub
   const double y1 = y[mode];
   const double y2 = y[count_ + mode];
   const Complex last(y1, (y2 * std::norm(pole) - y1 * pole.real()) / pole.imag());
-  oscillation_[mode] += last * pole / heard;
+  states_[mode].oscillation += last * pole / heard;
 }
 
 /// Makes `now` the sample from which the state counts.
@@ -110,12 +113,13 @@ void MovingRing::advance(std::int64_t now) noexcept {
   const double share = length_ > 0.0 ? std::min(passed / length_, 1.0) : 0.0;
   const std::size_t modes = std::min(modes_, active_);
   for (std::size_t mode = 0; mode < modes; ++mode)
-    oscillation_[mode] *= std::exp(passed * rate_ * logPole_[mode]);
+    states_[mode].oscillation *= std::exp(passed * rate_ * states_[mode].logPole);
   if (share == 1.0)
-    std::copy_n(next_.begin(), modes_, heard_.begin());
+    for (std::size_t mode = 0; mode < modes_; ++mode)
+      states_[mode].heard = states_[mode].next;
   else if (share > 0.0)
     for (std::size_t mode = 0; mode < modes_; ++mode)
-      heard_[mode] += share * (next_[mode] - heard_[mode]);
+      states_[mode].heard += share * (states_[mode].next - states_[mode].heard);
   length_ = std::max(length_ - passed, 0.0);
   since_ = now;
 }
@@ -124,15 +128,15 @@ void MovingRing::advance(std::int64_t now) noexcept {
 void MovingRing::restart() noexcept {
   const std::size_t modes = std::min(modes_, active_);
   for (std::size_t mode = 0; mode < modes; ++mode) {
-    const Complex pole = std::exp(rate_ * logPole_[mode]);
+    const Complex pole = std::exp(rate_ * states_[mode].logPole);
     tuned_[mode] = 2.0 * pole.real();
     tuned_[count_ + mode] = -std::norm(pole);
-    const Complex last = oscillation_[mode] / pole;
+    const Complex last = states_[mode].oscillation / pole;
     const Complex beforeLast = last / pole;
-    y_[mode] = (heard_[mode] * last).real();
-    y_[count_ + mode] = (heard_[mode] * beforeLast).real();
+    y_[mode] = (states_[mode].heard * last).real();
+    y_[count_ + mode] = (states_[mode].heard * beforeLast).real();
     if (length_ == 0.0) continue;
-    const Complex change = next_[mode] - heard_[mode];
+    const Complex change = states_[mode].next - states_[mode].heard;
     change_[mode] = (change * last).real();
     change_[count_ + mode] = (change * beforeLast).real();
   }
@@ -159,16 +163,16 @@ bool MovingRing::forgetBelow(double threshold) noexcept {
   const std::size_t modes = std::min(modes_, active_);
   std::size_t left = 0;
   for (std::size_t mode = 0; mode < modes; ++mode) {
-    if (std::abs(oscillation_[mode]) > threshold)
+    if (std::abs(states_[mode].oscillation) > threshold)
       left = mode + 1;
     else
-      oscillation_[mode] = 0.0;
+      states_[mode].oscillation = 0.0;
   }
   active_ = (left + kWidth - 1) / kWidth * kWidth;
   return left > 0;
 }
 
-Resonators MovingRing::resonators(std::vector<double>& y) const noexcept {
+Resonators MovingRing::resonators(std::span<double> y) const noexcept {
   return {tuned_.data(), tuned_.data() + count_, y.data(), y.data() + count_, active_};
 }
 
@@ -189,7 +193,8 @@ void MovingRing::forgetAbove(double most) noexcept {
   const auto forget = [most](auto& value) {
     if (!(std::abs(value) <= most)) value = 0.0;
   };
-  std::ranges::for_each(oscillation_, forget);
+  for (State& state : states_)
+    forget(state.oscillation);
   std::ranges::for_each(y_, forget);
   std::ranges::for_each(change_, forget);
 }

@@ -4,6 +4,7 @@
 #include <complex>
 #include <cstddef>
 #include <cstdint>
+#include <memory_resource>
 #include <span>
 #include <vector>
 
@@ -34,6 +35,9 @@ struct RingMotion {
 /// [one thread; only `reserve` allocates]
 class MovingRing {
  public:
+  explicit MovingRing(std::pmr::memory_resource* memory) : states_(memory), numbers_(memory) {}
+  MovingRing(MovingRing&&) noexcept = default;
+
   /// Makes room for that many resonators.
   void reserve(std::size_t count);
 
@@ -71,24 +75,27 @@ class MovingRing {
   void advance(std::int64_t now) noexcept;
   void restart() noexcept;
   bool forgetBelow(double threshold) noexcept;
-  Resonators resonators(std::vector<double>& y) const noexcept;
+  Resonators resonators(std::span<double> y) const noexcept;
 
   const ResonatorSet* set_ = nullptr;
   std::size_t count_ = 0;
   std::size_t modes_ = 0;
   std::size_t active_ = 0;  // only the first so many of the resonators may sound
-  // The modes' state, one number for each, as of the sample `since_`:
-  std::vector<Complex> oscillation_;  // A
-  std::vector<Complex> heard_;        // H
-  std::vector<Complex> next_;         // H at the end of the stretch
-  std::vector<Complex> logPole_;      // logarithm of its pole in a sample, at a rate of 1
+  /// The state of a mode at the sample since_.
+  struct State {
+    Complex oscillation;  // A
+    Complex heard;        // H
+    Complex next;         // H at the end of the stretch
+    Complex logPole;      // logarithm of its pole in a sample, at a rate of 1
+  };
+  std::pmr::vector<State> states_;
   std::int64_t since_ = 0;
   double length_ = 0.0;  // samples of the stretch from since_ on; 0: nothing changes
   double rate_ = 1.0;
-  // The resonators' numbers, one array behind the other:
-  std::vector<double> tuned_;   // a1, a2
-  std::vector<double> y_;       // y1, y2
-  std::vector<double> change_;  // y1, y2
+  std::pmr::vector<double> numbers_;  // of which these are thirds, one array behind the other:
+  std::span<double> tuned_;           // a1, a2
+  std::span<double> y_;               // y1, y2
+  std::span<double> change_;          // y1, y2
   std::array<double, kMostSamples> growing_{};
 };
 
