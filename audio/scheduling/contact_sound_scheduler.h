@@ -57,6 +57,8 @@ class ContactSoundScheduler {
   }
   /// Has rings followed as those of a live sound: see RingTracks::followLive.
   void followLive(std::size_t ways) { rings_.followLive(ways); }
+  /// Limits how many recoils are heard: see SoundingBodies::limitRecoils.
+  void limitRecoils(std::size_t most) { bodies_.limitRecoils(most); }
   Status moveBody(BodyId id, const ListenerPose& pose);  ///< as Synth::moveBody
   /// Adds the bodies whose motion is of use, as they ring.
   void addRinging(std::vector<BodyId>& bodies) const { rings_.addRinging(bodies); }

@@ -76,19 +76,23 @@ const RadiationBank::Mix& SoundingBodies::filtersOf(double radius) {
 }
 
 /// Returns the recoil's filters, made once for all bodies that share it; null without one, for
-/// comparisons, and for bodies larger than those that are filtered.
+/// comparisons, for bodies larger than those that are filtered, and beyond the limit.
 std::shared_ptr<const RecoilFilters> SoundingBodies::recoilOf(const SoundBody& body) {
   const SynthSettings& settings = paths_->settings;
   const bool isCompared = settings.comparison.radiation != Radiation::exact ||
                           settings.comparison.sampling != Sampling::bandLimited;
   if (body.recoil == nullptr || body.shape == nullptr || isCompared) return nullptr;
   if (body.recoil->radius > kLargestFilteredRadius) return nullptr;
-  std::shared_ptr<const RecoilFilters>& known = recoils_[body.recoil];
-  if (known == nullptr)
-    known = std::make_shared<const RecoilFilters>(
-        body.recoil, settings.medium.speedOfSound / (body.recoil->radius * settings.sampleRate),
-        filters_);
-  return known;
+  if (const auto known = recoils_.find(body.recoil); known != recoils_.end()) return known->second;
+  if (recoils_.size() >= mostRecoils_) {
+    // Those of bodies that are gone make room.
+    std::erase_if(recoils_, [](const auto& entry) { return entry.second.use_count() == 1; });
+    if (recoils_.size() >= mostRecoils_) return nullptr;
+  }
+  const double corner = settings.medium.speedOfSound / (body.recoil->radius * settings.sampleRate);
+  return recoils_
+      .emplace(body.recoil, std::make_shared<const RecoilFilters>(body.recoil, corner, filters_))
+      .first->second;
 }
 
 }  // namespace carom::audio

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <limits>
 #include <map>
 #include <memory>
 #include <unordered_map>
@@ -39,6 +41,10 @@ class SoundingBodies {
   /// The exciter, which must outlive the bodies, makes the sources of their modes.
   SoundingBodies(std::shared_ptr<const SoundPaths> paths, ModalExciter& exciter);
 
+  /// Lets that many recoils be heard at a time, of the bodies that are set first; those of further
+  /// shapes are heard as their spheres. Without limit unless called.
+  void limitRecoils(std::size_t most) { mostRecoils_ = most; }
+
   Status set(BodyId id, const SoundBody& body);  ///< as Synth::setBody
   void remove(BodyId id) { bodies_.erase(id); }
   /// Returns nullptr if there is no such body.
@@ -56,6 +62,7 @@ class SoundingBodies {
   ModalExciter& exciter_;
   RadiationBank filters_;
   std::map<std::shared_ptr<const RigidRecoil>, std::shared_ptr<const RecoilFilters>> recoils_;
+  std::size_t mostRecoils_ = std::numeric_limits<std::size_t>::max();
   std::unordered_map<BodyId, SoundingBody> bodies_;
   bool anyModes_ = false;
   bool anyTexture_ = false;

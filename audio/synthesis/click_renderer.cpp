@@ -78,10 +78,12 @@ void ClickRenderer::makeRoom() {
   const double longest =
       (pulse.end() - pulse.begin()) * capacity_->longestContact * settings_.sampleRate;
   const std::size_t perEvent = clicksPerEvent();
+  const std::size_t most = capacity_->clicksPerWay * perEvent;
   slots_ = std::min(capacity_->voices * perEvent, std::max(capacity_->clicks, perEvent));
+  slots_ = std::max(slots_, most);
   voices_.reserve(capacity_->voices, slots_);
   chosen_.reserve(capacity_->voices);
-  arriving_.reserve(perEvent);
+  arriving_.reserve(most);
   clicks_.reserve(slots_);
   freeSlots_.reserve(slots_);
   if (paths_->hasHeads) ears_.resize(slots_);

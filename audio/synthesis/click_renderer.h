@@ -31,6 +31,7 @@ struct RendererCapacity {
   /// Clicks of these events: one for each channel and path. Raised to the clicks of one event, and
   /// limited to those that all voices can have.
   std::size_t clicks = 65536;
+  std::size_t clicksPerWay = 1;  ///< of an event, over a path to a channel: more for recoils
   /// Filters that run at the same time: one for each size of body, channel and kind of path.
   std::size_t buses = 256;
   /// Nodes of lasting contacts whose sound has still to begin; beyond it, steps of contacts are
@@ -78,7 +79,7 @@ class ClickRenderer final : public SoundSink {
   /// Returns the work done since the last call. The unit is about a nanosecond on some machine:
   /// operations that take longer count more.
   double takeWork() noexcept { return std::exchange(work_, 0.0); }
-  std::size_t clicksPerEvent() const;  ///< the most that an event can have
+  std::size_t clicksPerEvent() const;  ///< the most that an event without a recoil can have
 
   std::int64_t position() const { return position_; }  ///< the next sample to be rendered
   std::size_t pendingClicks() const { return waiting_.size(); }

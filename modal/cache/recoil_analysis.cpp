@@ -1,5 +1,10 @@
 #include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
 #include <optional>
+#include <string_view>
+#include <utility>
 
 #include "carom/audio/panel_radiator.h"
 #include "carom/modal/mesh_analysis.h"
@@ -31,6 +36,13 @@ Result<RigidRecoil> analyseRecoil(const SurfaceMesh& surface, ModelCache* cache,
   RigidRecoil recoil = fitRecoil(*samples, *low);
   if (cache != nullptr) (void)cache->storeRecoil(key, recoil);
   return recoil;
+}
+
+RecoilSolver recoilSolver(std::filesystem::path cacheFolder) {
+  const auto cache = std::make_shared<ModelCache>(std::move(cacheFolder));
+  return [cache](const SurfaceMesh& surface, const std::function<bool()>& goesOn) {
+    return analyseRecoil(surface, cache.get(), [&](std::string_view, double) { return goesOn(); });
+  };
 }
 
 }  // namespace carom

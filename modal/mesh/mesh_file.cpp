@@ -27,10 +27,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxTriangles = 10'000'000;
-constexpr std::size_t kMaxCorners = 4096;
 constexpr double kMaxWeld = 0.1;
 
-constexpr std::array<std::string_view, 5> kExtensions = {".obj", ".ply", ".stl", ".gltf", ".glb"};
+constexpr std::array<std::string_view, 5> kMeshExtensions = {".obj", ".ply", ".stl", ".gltf",
+                                                             ".glb"};
 
 Status validate(const MeshImport& import) {
   if (!isPositive(import.scale))
@@ -45,7 +45,7 @@ std::string formatOf(const fs::path& name) {
   std::string extension = name.extension().string();
   for (char& letter : extension)
     letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
-  return std::ranges::find(kExtensions, extension) != kExtensions.end() ? extension : "";
+  return std::ranges::find(kMeshExtensions, extension) != kMeshExtensions.end() ? extension : "";
 }
 
 double extentOfPoints(const std::vector<Vec3>& points) {
@@ -70,9 +70,9 @@ Status validate(const PolygonMesh& mesh) {
       if (vertex >= mesh.vertices.size())
         return Error{"polygon " + std::to_string(index) + " names vertex " +
                      std::to_string(vertex) + " of " + std::to_string(mesh.vertices.size())};
-    if (polygon.size() > kMaxCorners)
+    if (polygon.size() > kMostCorners)
       return Error{"polygon " + std::to_string(index) + " has " + std::to_string(polygon.size()) +
-                   " corners; expected at most " + std::to_string(kMaxCorners)};
+                   " corners; expected at most " + std::to_string(kMostCorners)};
     triangles += polygon.size() < 3 ? 0 : polygon.size() - 2;
   }
   if (triangles > kMaxTriangles)

@@ -19,7 +19,6 @@ namespace carom::modal {
 namespace {
 
 constexpr std::size_t kMaxHeader = 1U << 16;  // bytes
-constexpr std::size_t kMaxCorners = 4096;
 
 enum class Number { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
@@ -335,9 +334,9 @@ class Reader {
     if (!stated) return kEnd;
     const std::optional<std::size_t> count = whole(*stated);
     if (!count) return "has a list whose length is no whole number from 0 on";
-    if (role == Role::corners && *count > kMaxCorners)
+    if (role == Role::corners && *count > kMostCorners)
       return "has " + std::to_string(*count) + " corners; expected at most " +
-             std::to_string(kMaxCorners);
+             std::to_string(kMostCorners);
     for (std::size_t item = 0; item < *count; ++item) {
       const std::optional<double> value = numbers_.next(property.type);
       if (!value) return kEnd;

@@ -17,7 +17,6 @@ using namespace audio;
 
 namespace {
 
-constexpr double kVolumeLost = 0.3;           // largest relative loss or gain by clustering
 constexpr std::size_t kSamplesPerPanel = 12;  // least number, on a surface that was clustered
 
 using Shares = std::vector<Eigen::Triplet<double>>;
@@ -200,7 +199,7 @@ Result<RadiatingPanels> radiatingPanels(const ModalModel& model, std::size_t mos
   panels.surface = given > most ? clusteredSurface(solid->surface, most)
                                 : halvedSurface(solid->surface, most / 2);
   const double kept = signedVolume(panels.surface) / signedVolume(solid->surface);
-  if (!(kept > 1.0 - kVolumeLost && kept < 1.0 + kVolumeLost)) {
+  if (!(kept > 1.0 - kMostVolumeLost && kept < 1.0 + kMostVolumeLost)) {
     return Error{"surface: simplified from " + std::to_string(given) + " to " +
                  std::to_string(panels.surface.triangles.size()) + " panels it has " +
                  std::to_string(kept) + " of its volume; expected a simpler mesh, or more panels"};

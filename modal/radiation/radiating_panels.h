@@ -7,6 +7,9 @@
 
 namespace carom::modal {
 
+/// Largest share of its volume that a surface may lose or gain where it is clustered.
+inline constexpr double kMostVolumeLost = 0.3;
+
 /// The surface of a model as the panels from which its sound is computed, and their motion.
 struct RadiatingPanels {
   SurfaceMesh surface;  ///< m, model frame, closed, normals outwards; neighbours need not fit

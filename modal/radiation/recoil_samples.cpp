@@ -13,6 +13,7 @@
 #include "modal/mesh/triangle_points.h"
 #include "modal/radiation/exterior_solver.h"
 #include "modal/radiation/mirror_part.h"
+#include "modal/radiation/radiating_panels.h"
 #include "modal/radiation/surface_waves.h"
 
 namespace carom::modal {
@@ -26,8 +27,7 @@ using Parity = ExteriorSolver::Parity;
 
 constexpr std::size_t kMostTriangles = 4000;  // of a surface: finer ones are clustered at once
 constexpr double kMostMirrored = 2.7;         // times the panels, of a surface with three mirrors
-constexpr double kVolumeLost = 0.3;           // largest relative loss or gain by clustering
-constexpr int kOrdersBeyond = 5;              // orders computed above k times the radius
+constexpr int kOrdersBeyondRadius = 5;        // orders computed above k times the radius
 
 /// Parity of a rigid motion's normal component across each axis: 1 or -1.
 Parity parityOf(std::size_t motion) {
@@ -209,7 +209,7 @@ Result<MirrorPart> shapeOf(const SurfaceMesh& surface, double radius, std::size_
   const auto mirrored = static_cast<std::size_t>(kMostMirrored * static_cast<double>(panels));
   for (const std::size_t most : {kMostTriangles, mirrored, panels}) {
     const SurfaceMesh coarse = clusteredSurface(*clean, most);
-    if (std::abs(signedVolume(coarse) - volume) > kVolumeLost * volume) break;
+    if (std::abs(signedVolume(coarse) - volume) > kMostVolumeLost * volume) break;
     MirrorPart shape = mirrorPart(coarse);
     if (shape.part.triangles.size() <= panels) return shape;
   }
@@ -238,7 +238,7 @@ Result<RecoilSamples> sampleRecoil(const SurfaceMesh& surface, const RecoilSetti
       if (upTo < 1.0 && frequency > upTo * settings.highest) break;
       const double done = frequency * frequency / (settings.highest * settings.highest);
       if (progress && !progress("recoil", std::min(done, 1.0))) return Error{kCancelled};
-      const int order = std::min(static_cast<int>(std::ceil(frequency)) + kOrdersBeyond,
+      const int order = std::min(static_cast<int>(std::ceil(frequency)) + kOrdersBeyondRadius,
                                  RigidRecoil::kHighestOrder);
       auto motions = panels.solve(frequency, order);
       for (std::size_t motion = 0; motion < 6; ++motion)

@@ -97,13 +97,12 @@ void BodyReader::readShape(const btCollisionShape& shape, double urgency, BodyRe
   body.radius = surface.radius;
   reading.unsolved = surface.fault;
   if (!isSolved || !surface.id) return;
+  if (!solver_.isComplete(*surface.id)) reading.pending = surface.id;
   const auto* const radiator = solver_.solution(*surface.id);
-  if (radiator == nullptr)
-    reading.pending = surface.id;
-  else if (*radiator)
-    body.shape = **radiator;
-  else
-    reading.unsolved = radiator->error();
+  const auto* const recoil = solver_.recoil(*surface.id);
+  if (radiator != nullptr && *radiator) body.shape = **radiator;
+  if (radiator != nullptr && !*radiator) reading.unsolved = radiator->error();
+  if (recoil != nullptr && *recoil) body.recoil = **recoil;
 }
 
 BodyReading BodyReader::read(const btCollisionObject& object, const Vec3& listener) {

@@ -20,7 +20,8 @@ struct BodyReading {
   double density = 0.0;             ///< kg/m^3; 0 for a body that cannot move
   bool isLink = false;              ///< it is a link of a multibody, and can move
   std::optional<Error> unsolved{};  ///< why a movable body does not radiate by its shape
-  /// Its shape, while that is not solved: the body radiates as a sphere.
+  /// Its shape, while that is not solved: the body radiates as a sphere, of its volume or then of
+  /// its dipole.
   std::optional<ShapeSolver::ShapeId> pending{};
   /// As SoundBody::inverseInertia, for when the shape is solved.
   Eigen::Matrix3d inverseInertia = Eigen::Matrix3d::Zero();
@@ -33,8 +34,8 @@ struct BodyReading {
 /// their addresses, but between two calls of beginReading. [one thread]
 class BodyReader {
  public:
-  /// metres: length (m) of the unit of the world that bodies are read from.
-  BodyReader(RadiatorChoice choice, double metres) : choice_(choice), metres_(metres) {}
+  explicit BodyReader(const WorldSoundSettings& settings)
+      : choice_(settings.radiators), metres_(settings.metresPerUnit), solver_(settings.recoil) {}
 
   /// Forgets which shape is where: a host may have changed it since.
   void beginReading() { surfaces_.clear(); }

@@ -14,7 +14,7 @@ namespace {
 constexpr int kNicer = 10;
 
 /// Lack of memory would end the process, in a thread.
-Result<ShapeSolver::Radiator> solve(const SurfaceMesh& surface) {
+Result<ShapeSolver::Radiator> solveRadiator(const SurfaceMesh& surface) {
   try {
     const Result<RigidRadiator> radiator = panelRadiator(surface, {.quick = true});
     if (!radiator) return radiator.error();
@@ -33,6 +33,34 @@ void giveWay() {
 
 }  // namespace
 
+ShapeSolver::Solution ShapeSolver::solve(const Job& job,
+                                         const std::function<bool()>& goesOn) const {
+  if (!job.isRecoil) return {.shape = job.shape, .radiator = solveRadiator(*job.surface)};
+  Solution solution{.shape = job.shape};
+  try {
+    const std::lock_guard lock(recoilMutex_);
+    Result<RigidRecoil> recoil = solveRecoil_(*job.surface, goesOn);
+    const Status valid = recoil ? validate(*recoil) : Status(recoil.error());
+    if (valid)
+      solution.recoil = std::make_shared<const RigidRecoil>(*std::move(recoil));
+    else
+      solution.recoil = valid.error();
+  } catch (const std::bad_alloc&) {
+    solution.recoil = Error{"shape: there is no memory to solve its recoil"};
+  }
+  return solution;
+}
+
+/// Returns what is to be solved of a shape after this.
+std::optional<ShapeSolver::Job> ShapeSolver::nextOf(const Job& job,
+                                                    const Solution& solution) const {
+  const bool isWanted = solveRecoil_ != nullptr && !job.isRecoil && bool(*solution.radiator);
+  if (!isWanted) return std::nullopt;
+  Job next = job;
+  next.isRecoil = true;
+  return next;
+}
+
 ShapeSolver::~ShapeSolver() {
   if (!thread_.joinable()) return;
   if (process_ == getpid())
@@ -44,8 +72,8 @@ ShapeSolver::~ShapeSolver() {
 ShapeSolver::ShapeId ShapeSolver::request(const SurfaceMesh& surface, double urgency) {
   const auto [entry, isNew] = ids_.try_emplace(surface, shapes_.size());
   const ShapeId shape = entry->second;
-  if (isNew) shapes_.push_back({&entry->first, std::nullopt});
-  if (shapes_[shape].radiator) return shape;
+  if (isNew) shapes_.push_back({&entry->first});
+  if (isComplete(shape)) return shape;
   bool isIdle = false;
   {
     const std::lock_guard lock(mutex_);
@@ -85,10 +113,13 @@ void ShapeSolver::work() {
     waiting_.erase(next);
     underWay_ = job.shape;
     lock.unlock();
-    Result<Radiator> radiator = solve(*job.surface);
+    Solution solution = solve(job, [this] { return !isStopping_.load(); });
     lock.lock();
-    done_.push_back({job.shape, std::move(radiator)});
-    hasSolved_.store(true, std::memory_order_release);
+    if (!isStopping_.load()) {
+      if (const std::optional<Job> then = nextOf(job, solution)) waiting_.push_back(*then);
+      done_.push_back(std::move(solution));
+      hasSolved_.store(true, std::memory_order_release);
+    }
     underWay_.reset();
     changed_.notify_all();
   }
@@ -100,10 +131,26 @@ const Result<ShapeSolver::Radiator>* ShapeSolver::solution(ShapeId shape) const 
   return radiator ? &*radiator : nullptr;
 }
 
+const Result<ShapeSolver::Recoil>* ShapeSolver::recoil(ShapeId shape) const {
+  const auto& recoil = shapes_[shape].recoil;
+  return recoil ? &*recoil : nullptr;
+}
+
+bool ShapeSolver::isComplete(ShapeId shape) const {
+  const auto& [surface, radiator, recoil] = shapes_[shape];
+  return radiator && (solveRecoil_ == nullptr || !*radiator || recoil);
+}
+
 void ShapeSolver::enter(Solution solution) {
+  Shape& shape = shapes_[solution.shape];
   ++known_;
-  if (solution.radiator) ++solved_;
-  shapes_[solution.shape].radiator = std::move(solution.radiator);
+  if (solution.radiator) {
+    if (*solution.radiator) ++solved_;
+    shape.radiator = std::move(solution.radiator);
+  } else {
+    shape.recoil = std::move(solution.recoil);
+  }
+  if (isComplete(solution.shape)) ++complete_;
 }
 
 void ShapeSolver::takeSolved() {
@@ -129,16 +176,24 @@ std::optional<ShapeSolver::Job> ShapeSolver::takeJob(ShapeId shape) {
 
 bool ShapeSolver::finish(ShapeId shape) {
   takeSolved();
-  if (shapes_[shape].radiator) return false;
-  if (const std::optional<Job> job = takeJob(shape)) {
-    enter({shape, solve(*job->surface)});
-    return true;
+  if (isComplete(shape)) return false;
+  while (!isComplete(shape)) {
+    if (const std::optional<Job> job = takeJob(shape)) {
+      Solution solution = solve(*job, [] { return true; });
+      if (const std::optional<Job> then = nextOf(*job, solution)) {
+        const std::lock_guard lock(mutex_);
+        waiting_.push_back(*then);
+      }
+      enter(std::move(solution));
+      continue;
+    }
+    {
+      std::unique_lock lock(mutex_);
+      if (underWay_ != shape && done_.empty()) break;  // `stop` has dropped it
+      changed_.wait(lock, [&] { return underWay_ != shape; });
+    }
+    takeSolved();
   }
-  {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return underWay_ != shape; });
-  }
-  takeSolved();
   return true;
 }
 
@@ -151,8 +206,10 @@ void ShapeSolver::stop() {
   {
     const std::lock_guard lock(mutex_);
     waiting_.clear();
+    isStopping_ = true;
   }
   if (thread_.joinable()) thread_.join();
+  isStopping_ = false;
 }
 
 }  // namespace carom::plugin

@@ -4,11 +4,13 @@
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <thread>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "carom/audio/panel_radiator.h"
@@ -19,8 +21,9 @@
 namespace carom::plugin {
 
 /// Solves the added mass of surfaces in a thread of its own, of low priority, the most urgent
-/// first. The thread is there only as long as a surface waits. Which surfaces are equal is told by
-/// their content, which is copied: nothing of the host is looked at later.
+/// first, and then their recoil, if there is a function that does. The thread is there only as long
+/// as a surface waits. Which surfaces are equal is told by their content, which is copied: nothing
+/// of the host is looked at later.
 ///
 /// One thread, that of the simulation, calls everything. In the child of a fork, only the
 /// destructor may be called.
@@ -28,8 +31,10 @@ class ShapeSolver {
  public:
   using ShapeId = std::size_t;
   using Radiator = std::shared_ptr<const RigidRadiator>;
+  using Recoil = std::shared_ptr<const RigidRecoil>;
 
-  ShapeSolver() = default;
+  /// `recoil`: null if no recoils are wanted.
+  explicit ShapeSolver(RecoilSolver recoil = nullptr) : solveRecoil_(std::move(recoil)) {}
   /// Waits for the surface that is being solved, if any.
   ~ShapeSolver();
   ShapeSolver(const ShapeSolver&) = delete;
@@ -44,51 +49,66 @@ class ShapeSolver {
   /// Returns a radiator, or why there is none; null while that is not known. Valid as long as the
   /// solver lives.
   const Result<Radiator>* solution(ShapeId shape) const;
+  /// The same for its recoil; null as well where none is wanted, or the radiator is not solved.
+  const Result<Recoil>* recoil(ShapeId shape) const;
+  /// True if nothing of the shape is to be solved any more.
+  bool isComplete(ShapeId shape) const;
   /// Takes note of what the thread has solved: only then is it known.
   void takeSolved();
-  /// Makes the solution known: solves the surface here, or waits if the thread has begun with it.
-  /// Returns false if it was solved already.
+  /// Makes the shape complete: solves it here, or waits if the thread has begun with it. Returns
+  /// false if it was complete already.
   bool finish(ShapeId shape);
   /// Makes all solutions known.
   void finishAll();
-  /// Drops what waits, so that it stays unknown, and waits for the surface that is being solved.
+  /// Drops what waits, so that it stays unknown, and waits for the surface that is being solved; a
+  /// recoil is ended early.
   void stop();
 
-  // Numbers of shapes.
-  std::uint64_t known() const { return known_; }
-  std::uint64_t solved() const { return solved_; }  ///< known, and with a radiator
-  std::uint64_t pending() const { return shapes_.size() - known_; }
+  std::uint64_t known() const { return known_; }    ///< solutions, of radiators and recoils
+  std::uint64_t solved() const { return solved_; }  ///< shapes with a radiator
+  std::uint64_t pending() const { return shapes_.size() - complete_; }  ///< shapes
 
  private:
   struct Shape {
     const SurfaceMesh* surface;  // in ids_
-    std::optional<Result<Radiator>> radiator;
+    std::optional<Result<Radiator>> radiator{};
+    std::optional<Result<Recoil>> recoil{};
   };
   struct Job {
     ShapeId shape;
     const SurfaceMesh* surface;
     double urgency;
     bool isInUse = false;
+    bool isRecoil = false;
 
     bool operator<(const Job& other) const {
+      if (isRecoil != other.isRecoil) return isRecoil;
       return isInUse != other.isInUse ? other.isInUse : urgency < other.urgency;
     }
   };
+  /// One of the two.
   struct Solution {
     ShapeId shape;
-    Result<Radiator> radiator;
+    std::optional<Result<Radiator>> radiator{};
+    std::optional<Result<Recoil>> recoil{};
   };
 
   void startThread();
   void work();
+  Solution solve(const Job& job, const std::function<bool()>& goesOn) const;
+  std::optional<Job> nextOf(const Job& job, const Solution& solution) const;
   std::optional<Job> takeJob(ShapeId shape);
   void enter(Solution solution);
+
+  RecoilSolver solveRecoil_;  // called by one thread at a time, the one that has
+  mutable std::mutex recoilMutex_;
 
   // The simulation's thread has these. Elements of ids_ stay where they are.
   std::unordered_map<SurfaceMesh, ShapeId, RadiatorCache::Hash> ids_;
   std::vector<Shape> shapes_;  // by id
   std::uint64_t known_ = 0;
   std::uint64_t solved_ = 0;
+  std::uint64_t complete_ = 0;
   std::thread thread_;
   std::int64_t process_ = 0;  // that has the thread
 
@@ -100,7 +120,8 @@ class ShapeSolver {
   std::optional<ShapeId> underWay_;
   bool isWorking_ = false;
 
-  std::atomic<bool> hasSolved_ = false;  // done_ is not empty
+  std::atomic<bool> hasSolved_ = false;   // done_ is not empty
+  std::atomic<bool> isStopping_ = false;  // what is solved is not wanted any more
 };
 
 }  // namespace carom::plugin

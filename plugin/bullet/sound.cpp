@@ -1,5 +1,7 @@
 #include "carom/sound.h"
 
+#include <algorithm>
+#include <cstddef>
 #include <utility>
 
 #include <btBulletDynamicsCommon.h>
@@ -14,6 +16,9 @@ using namespace bullet;
 
 namespace {
 
+/// VoiceBudget::buses of a world whose bodies click by recoils: see WorldSoundSettings::recoil.
+constexpr std::size_t kBusesForRecoils = 1024;
+
 /// Runs `action` on the session of a Sound, which attach makes, as onOpen does.
 template <class Action>
 Status onWorld(const std::shared_ptr<SoundSession>& session, const Action& action) {
@@ -27,7 +32,9 @@ Sound::Sound(std::shared_ptr<SoundSession> session) : SoundOutput(std::move(sess
 
 Result<Sound> Sound::attach(btDynamicsWorld& world, const SoundSettings& settings,
                             const WorldSoundSettings& worldSettings) {
-  const auto session = std::make_shared<WorldSession>(world, settings, worldSettings);
+  SoundSettings own = settings;
+  if (worldSettings.recoil) own.budget.buses = std::max(own.budget.buses, kBusesForRecoils);
+  const auto session = std::make_shared<WorldSession>(world, own, worldSettings);
   if (const Status prepared = session->told(session->prepare()); !prepared) return prepared.error();
   if (const Status following = session->told(session->attach()); !following)
     return following.error();

@@ -125,18 +125,29 @@ void WorldSession::takeShapes() {
 }
 
 void WorldSession::giveShape(BodyId id, KnownBody& known) {
-  const auto* const radiator = reader_.solver().solution(*known.pending);
+  const ShapeSolver& solver = reader_.solver();
+  const auto* const radiator = solver.solution(*known.pending);
+  const auto* const recoil = solver.recoil(*known.pending);
   if (radiator == nullptr) return;
-  known.pending.reset();
-  isPending_[id] = false;
+  if (solver.isComplete(*known.pending)) {
+    known.pending.reset();
+    isPending_[id] = false;
+  }
+  if (recoil != nullptr && !*recoil)
+    say("sound: the recoil of a shape cannot be solved, its bodies click as spheres of equal "
+        "dipole: " +
+        recoil->error().message);
   const auto found = bodies.find(id);
   if (!*radiator) {
     known.isUnsolved = true;
     unsolvedReason_ = radiator->error().message;
   } else if (found != bodies.end()) {
     SoundBody body = found->second;
+    const bool isRecoilNew = recoil != nullptr && *recoil && body.recoil == nullptr;
+    if (body.shape != nullptr && !isRecoilNew) return;
     body.shape = **radiator;
     body.inverseInertia = known.inverseInertia;
+    if (isRecoilNew) body.recoil = **recoil;
     take(id, known, body);
   }
 }

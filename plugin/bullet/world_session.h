@@ -27,7 +27,7 @@ class WorldSession final : public SoundSession {
       : SoundSession(soundSettings),
         world_(world),
         worldSettings_(worldSettings),
-        reader_(worldSettings.radiators, worldSettings.metresPerUnit) {}
+        reader_(worldSettings) {}
 
   /// Follows the world's substeps from now on. Refuses what BulletBridge refuses.
   Status attach();
@@ -61,7 +61,7 @@ class WorldSession final : public SoundSession {
     bool isLink = false;
     bool isGuessed = false;                         // its material is
     double density = 0.0;                           // kg/m^3; 0 if it cannot move
-    std::optional<ShapeSolver::ShapeId> pending{};  // its shape, while the body does without
+    std::optional<ShapeSolver::ShapeId> pending{};  // its shape, while that is not solved whole
     bool isHastened = false;                        // that
     int absent = 0;                                 // substeps since it left the world, if counted
     Eigen::Matrix3d inverseInertia = Eigen::Matrix3d::Zero();  // for when it does not
@@ -118,7 +118,7 @@ class WorldSession final : public SoundSession {
   std::vector<bool> isRead_;       // by id: it was in known_ at some time; asked for every event
   std::vector<bool> isSilent_;     // by id; as long as isRead_
   std::vector<bool> isPending_;    // by id; as long as isRead_: it waits for its shape
-  std::uint64_t givenShapes_ = 0;  // shapes that were known when bodies got theirs
+  std::uint64_t givenShapes_ = 0;  // solutions that were known when bodies got theirs
   std::unordered_map<const btCollisionObject*, UnseenBody> unseen_;
   std::unordered_map<const btCollisionShape*, BodySound> ofShape_;
   std::unordered_map<int, BodySound> ofUserIndex_;

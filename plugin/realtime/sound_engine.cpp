@@ -51,9 +51,21 @@ std::size_t followedWays(const SoundSettings& settings) {
 /// Motions of a way that may wait: most are of 512 samples.
 constexpr std::size_t kMotionsPerWay = 16;
 
-RendererCapacity rendererCapacity(const SoundSettings& settings) {
+/// Returns the number of recoils that can be heard at a time: as many as half of the buses suffice
+/// for, as each of its poles has a bus for each channel and chain of walls.
+std::size_t recoilsOf(const SoundSettings& settings, const SoundPaths& paths) {
+  const std::size_t each = RecoilFilters::kMost * paths.channels.size() * paths.chains.size();
+  return settings.budget.buses / 2 / each;
+}
+
+std::size_t clicksPerWay(const SoundSettings& settings, const SoundPaths& paths) {
+  return recoilsOf(settings, paths) > 0 ? RecoilFilters::kMost : 1;
+}
+
+RendererCapacity rendererCapacity(const SoundSettings& settings, const SoundPaths& paths) {
   const VoiceBudget& budget = settings.budget;
   return {.voices = budget.voices,
+          .clicksPerWay = clicksPerWay(settings, paths),
           .buses = budget.buses,
           // A body that clicks and rings needs its nodes twice.
           .nodes = 2 * nodesOf(settings, settings.latency + kTrainsHeld),
@@ -73,12 +85,13 @@ std::size_t padded(std::size_t modes) {
 
 /// Returns twice of what may wait in the renderer.
 SoundQueue::Capacity queueCapacity(const SoundSettings& settings, const SoundPaths& paths) {
-  const RendererCapacity renderer = rendererCapacity(settings);
+  const RendererCapacity renderer = rendererCapacity(settings, paths);
   const std::size_t perEvent = paths.channels.size() * paths.paths.size() + 1;
   const std::size_t clicks =
       std::clamp(renderer.voices * perEvent, perEvent, std::max(renderer.clicks, perEvent));
   const std::size_t nodes = nodesOf(settings, kTrainsQueued);
-  return {.clicks = perEvent,
+  return {.clicks = renderer.clicksPerWay * perEvent,
+          .excitations = perEvent,
           .modes = padded(settings.budget.modes),
           .nodes = nodes,
           .waitingClicks = 2 * clicks,
@@ -137,12 +150,13 @@ SoundEngine::SoundEngine(const SoundSettings& settings,
       queue_(queueCapacity(settings, *paths)),
       step_(queue_, settings.budget.voices),
       gain_(settings.synth.sampleRate),
-      renderer_(paths, rendererCapacity(settings)),
+      renderer_(paths, rendererCapacity(settings, *paths)),
       limiter_(std::move(limiter)),
       planar_(kInterleavedFrames * paths->channels.size()) {
   // Each path of a way has to be looked at.
   const std::size_t ways = 8 * followedWays(settings) / (7 + paths->paths.size());
   scheduler_.followLive(std::max(ways, paths->channels.size()));
+  scheduler_.limitRecoils(recoilsOf(settings, *paths));
   if (settings_.level == Level::automatic) exposure_.emplace(settings_.synth.sampleRate);
   for (std::size_t channel = 0; channel < paths->channels.size(); ++channel)
     planarChannels_.push_back(&planar_[channel * kInterleavedFrames]);

@@ -30,11 +30,11 @@ std::size_t SoundQueue::linesFor(const Capacity& capacity) {
 SoundQueue::SoundQueue(const Capacity& capacity)
     : lines_(linesFor(capacity)),
       capacity_(capacity),
-      compact_(2 * capacity.modes * capacity.clicks),
+      compact_(2 * capacity.modes * capacity.excitations),
       clicks_(capacity.clicks),
       ears_(capacity.hasEars ? capacity.clicks : 0),
-      excitations_(capacity.clicks),
-      taps_(2 * capacity.modes * capacity.clicks),
+      excitations_(capacity.excitations),
+      taps_(2 * capacity.modes * capacity.excitations),
       nodes_(capacity.nodes),
       powers_(capacity.powers) {}
 
@@ -58,9 +58,10 @@ bool SoundQueue::put(const ScheduledSound& sound) noexcept {
                       .lasting = sound.noise.lasting,
                       .isEvent = sound.isEvent};
   const std::size_t lines = linesOf(header);
-  if (sound.train.size() > capacity_.nodes || sound.noise.powers.size() > capacity_.powers ||
-      lines_.writable(lines) < lines)
-    return false;
+  const bool isTooLarge =
+      sound.clicks.size() > capacity_.clicks || sound.excitations.size() > capacity_.excitations ||
+      sound.train.size() > capacity_.nodes || sound.noise.powers.size() > capacity_.powers;
+  if (isTooLarge || lines_.writable(lines) < lines) return false;
   putArray(&header, 1);
   putArray(sound.clicks.data(), sound.clicks.size());
   putArray(sound.ears.data(), sound.ears.size());
@@ -97,9 +98,15 @@ void SoundQueue::putArray(const T* items, std::size_t count) noexcept {
   }
 }
 
-std::size_t SoundQueue::roomForClicks(std::size_t nodes) noexcept {
-  const auto most = static_cast<std::uint32_t>(capacity_.clicks);
-  const std::size_t lines = linesOf(Header{.clicks = most, .ears = capacity_.hasEars ? most : 0});
+std::size_t SoundQueue::linesOfClicks(std::size_t clicks, std::size_t nodes) const {
+  const auto count = static_cast<std::uint32_t>(clicks);
+  return linesOf(Header{.clicks = count,
+                        .ears = capacity_.hasEars ? count : 0,
+                        .nodes = static_cast<std::uint32_t>(nodes)});
+}
+
+std::size_t SoundQueue::roomForClicks(std::size_t clicks, std::size_t nodes) noexcept {
+  const std::size_t lines = linesOfClicks(clicks, 0);
   const std::size_t free = lines_.writable(lines_.capacity());
   const std::size_t taken = std::min(free, linesOf<PulseNode>(nodes));
   return (free - taken) / (lines + 1);  // one more, as each array of nodes begins a line

@@ -17,9 +17,10 @@ class SoundQueue {
  public:
   /// The most that a sound can have, and how much of it may wait.
   struct Capacity {
-    std::size_t clicks = 0;  ///< and modal excitations, of one sound
-    std::size_t modes = 0;   ///< of one excitation: higher ones do not cross
-    std::size_t nodes = 0;   ///< of one sound
+    std::size_t clicks = 0;       ///< of one sound
+    std::size_t excitations = 0;  ///< of one sound
+    std::size_t modes = 0;        ///< of one excitation: higher ones do not cross
+    std::size_t nodes = 0;        ///< of one sound
     std::size_t waitingClicks = 0;
     std::size_t waitingExcitations = 0;
     std::size_t waitingNodes = 0;
@@ -34,8 +35,12 @@ class SoundQueue {
   /// false and puts nothing if there is no room.
   bool put(const audio::ScheduledSound& sound) noexcept;
   void publish() noexcept { lines_.publish(); }
-  /// Returns how many sounds as large as the capacity allows, without excitations, can be put.
-  std::size_t roomForClicks(std::size_t nodes) noexcept;
+  /// Returns true if sounds that take so many lines together (linesOfClicks) can be put.
+  bool hasRoom(std::size_t lines) noexcept { return lines_.writable(lines) >= lines; }
+  /// Returns how many lines a sound takes that has no excitations.
+  std::size_t linesOfClicks(std::size_t clicks, std::size_t nodes) const;
+  /// Returns how many sounds of that many clicks, with so many nodes in all, can be put.
+  std::size_t roomForClicks(std::size_t clicks, std::size_t nodes) noexcept;
 
   // [audio thread]
   /// Returns the oldest sound, or nullptr if there is none. It counts as taken; its arrays are

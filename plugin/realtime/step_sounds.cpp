@@ -95,9 +95,20 @@ void StepSounds::compact() {
   if (!ears_.empty()) ears_.resize(end);
 }
 
+/// Returns how many of the step's sounds the queue has room for.
+std::size_t StepSounds::room() const {
+  std::size_t lines = 0;
+  std::size_t largest = 0;
+  for (const Event& event : events_) {
+    lines += queue_.linesOfClicks(event.count, event.nodes);
+    largest = std::max(largest, event.count);
+  }
+  return queue_.hasRoom(lines) ? events_.size() : queue_.roomForClicks(largest, nodes_.size());
+}
+
 void StepSounds::send() {
   keepLoudest(voices_, stolen_);
-  if (!events_.empty()) keepLoudest(queue_.roomForClicks(nodes_.size()), faults_);
+  if (!events_.empty()) keepLoudest(room(), faults_);
   for (const Event& event : events_) {
     const bool isPut =
         queue_.put({.peak = event.peak,

@@ -53,6 +53,7 @@ class StepSounds final : public audio::SoundSink {
   void keepLoudest(std::size_t events, std::uint64_t& eventsLeftOut);
   void addRing(const audio::ScheduledSound& sound);
   void compact();
+  std::size_t room() const;
 
   SoundQueue& queue_;
   std::size_t voices_;

@@ -18,8 +18,8 @@
 #include "carom/audio/absorption.h"
 #include "carom/audio/synth.h"
 #include "tests/audio/ball_drop.h"
+#include "tests/audio/recoils.h"
 #include "tests/support/click_spectrum.h"
-#include "tests/support/random.h"
 
 namespace carom {
 
@@ -34,44 +34,6 @@ using testing::HasSubstr;
 
 constexpr double kAir = 1.2;      // kg/m^3
 constexpr double kSpeed = 343.0;  // m/s
-
-/// The recoil of a rigid sphere: cos(theta) s / (s^2 + 2 s + 2) along each axis, in units of its
-/// radius (Morse and Ingard 1968, section 7.1), taken apart by hand.
-RigidRecoil recoilOfSphere(double radius) {
-  RigidRecoil recoil;
-  recoil.radius = radius;
-  recoil.poles = {{-1.0, 1.0}};
-  const auto share = static_cast<float>(0.5 * std::sqrt(4.0 * pi / 3.0));
-  recoil.terms = {{0, 3}, {1, 1}, {2, 2}};  // x, y, z
-  recoil.residues.assign(3, {share, share});
-  return recoil;
-}
-
-/// A recoil like that of a shape: twenty poles, six motions, multipoles up to the third order, at
-/// rest at the frequency 0.
-RigidRecoil someRecoil(double radius) {
-  Random random(5);
-  RigidRecoil recoil;
-  recoil.radius = radius;
-  for (int pole = 0; pole < 20; ++pole)
-    recoil.poles.emplace_back(-0.8, 0.4 + 0.8 * pole);
-  for (std::uint16_t motion = 0; motion < 6; ++motion) {
-    for (std::uint16_t harmonic = 0; harmonic < 16; ++harmonic) {
-      recoil.terms.push_back({motion, harmonic});
-      std::vector<Complex> residues;
-      double atRest = 0.0;
-      for (std::size_t pole = 0; pole + 1 < recoil.poles.size(); ++pole) {
-        const double real = random.between(-1.0, 1.0);
-        residues.emplace_back(real, random.between(-1.0, 1.0));
-        atRest += 2.0 * (-residues.back() / recoil.poles[pole]).real();
-      }
-      residues.emplace_back(0.5 * atRest * recoil.poles.back());  // 2 Re(-R / P) is -atRest
-      for (const Complex& residue : residues)
-        recoil.residues.emplace_back(residue);
-    }
-  }
-  return recoil;
-}
 
 struct Case {
   double radius = 0.05;
@@ -201,7 +163,7 @@ Complex transfer(const RigidRecoil& recoil, const Vec3& listener, double frequen
 TEST(RecoilFilters, SoundIsThatOfAllPolesHoweverManyLieAboveTheBand) {
   for (const double radius : {0.002, 0.01, 0.05, 0.5}) {
     const Case setup{.radius = radius, .listener = kPlace + 8.0 * radius * Vec3(0.36, 0.48, -0.8)};
-    const RigidRecoil recoil = someRecoil(radius);
+    const RigidRecoil recoil = someRecoil(radius, 5);
     const Heard heard = hear(setup, shapedBody(setup, recoil));
     std::vector<double> frequencies;
     for (double frequency = 60.0; frequency < 19500.0; frequency *= 1.03)
@@ -227,7 +189,7 @@ TEST(RecoilFilters, SoundIsThatOfAllPolesHoweverManyLieAboveTheBand) {
 // AirFilter is within 0.5 dB of the formula, and does not delay low frequencies.
 TEST(RecoilFilters, TheAirAbsorbsOnTheWay) {
   Case setup{.listener = kPlace + 40.0 * Vec3(0.36, 0.48, -0.8)};
-  const SoundBody body = shapedBody(setup, someRecoil(setup.radius));
+  const SoundBody body = shapedBody(setup, someRecoil(setup.radius, 5));
   const std::vector<double> frequencies = {200.0, 1000.0, 4000.0, 8000.0, 16000.0};
   const auto spectrum = [&] {
     return spectrumOf(hear(setup, body).samples, setup.sampleRate, frequencies);
@@ -244,7 +206,7 @@ TEST(RecoilFilters, TheAirAbsorbsOnTheWay) {
 
 TEST(RecoilFilters, WallsMirrorTheDirectionInWhichABodyIsHeard) {
   const Case setup{.radius = 0.05};
-  const SoundBody body = shapedBody(setup, someRecoil(setup.radius));
+  const SoundBody body = shapedBody(setup, someRecoil(setup.radius, 5));
   SynthSettings settings;
   settings.audibleThreshold = 0.0;
   settings.doppler = false;
@@ -272,7 +234,7 @@ TEST(RecoilFilters, WallsMirrorTheDirectionInWhichABodyIsHeard) {
 // The back of a figure of eight turns the sign of what it hears.
 TEST(RecoilFilters, MicrophonesHearAsMuchFromBehindWithTheOtherSign) {
   const Case setup{.radius = 0.05};
-  const SoundBody body = shapedBody(setup, someRecoil(setup.radius));
+  const SoundBody body = shapedBody(setup, someRecoil(setup.radius, 5));
   std::array<std::vector<double>, 2> heard;
   std::array<double, 2> bounds{};
   for (const bool fromBehind : {false, true}) {

@@ -99,6 +99,7 @@ std::vector<CoveredType> coveredTypes() {
        "WorldSoundSettings",
        {{"restSpeed", "carom_settings.rest_speed"},
         {"radiators", "carom_settings.radiators"},
+        {"recoil", "(carom::modal is C++ alone)"},
         {"metresPerUnit", "carom_settings.metres_per_unit"}}},
       {plugin + "sound.h",
        "BodySound",

@@ -62,6 +62,7 @@ OwnedSound randomSound(Random& random, std::size_t modesOfBody) {
 
 SoundQueue::Capacity smallCapacity() {
   return {.clicks = 8,
+          .excitations = 8,
           .modes = kModes,
           .nodes = 32,
           .waitingClicks = 16,
@@ -149,14 +150,26 @@ TEST(SoundQueue, HasRoomForWhatItsCapacityPromises) {
   OwnedSound sound;
   sound.clicks.resize(8);
   sound.ears.resize(8);
-  EXPECT_GE(queue.roomForClicks(0), 2U);
+  EXPECT_GE(queue.roomForClicks(8, 0), 2U);
   std::size_t put = 0;
-  while (queue.roomForClicks(0) > 0 && put < 1000) {
+  while (queue.roomForClicks(8, 0) > 0 && put < 1000) {
     ASSERT_TRUE(queue.put(sound.view()));
     ++put;
   }
   EXPECT_GE(put, 2U);
   EXPECT_LT(put, 1000U);
+}
+
+TEST(SoundQueue, RefusesMoreClicksAndExcitationsThanItsCapacityAndTakesTheNextSound) {
+  SoundQueue queue(smallCapacity());
+  OwnedSound clicks;
+  clicks.clicks.resize(9);
+  EXPECT_FALSE(queue.put(clicks.view()));
+  OwnedSound rings;
+  rings.excitations.resize(9);
+  EXPECT_FALSE(queue.put(rings.view()));
+  clicks.clicks.resize(8);
+  EXPECT_TRUE(queue.put(clicks.view()));
 }
 
 TEST(SoundQueue, RefusesATrainLongerThanItsCapacityAndTakesTheNextSound) {

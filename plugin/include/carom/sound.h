@@ -14,6 +14,7 @@
 #include <carom/audio/material.h>
 #include <carom/audio/modal_model.h>
 #include <carom/audio/result.h>
+#include <carom/audio/rigid_radiator.h>
 #include <carom/audio/surface_texture.h>
 #include <carom/audio/texture_coordinates.h>
 #include <carom/audio/vector.h>
@@ -44,6 +45,16 @@ enum class RadiatorChoice : std::uint8_t {
 struct WorldSoundSettings {
   double restSpeed = 0.005;  ///< m/s, >= 0: slower contacts are rest, and make no click
   RadiatorChoice radiators = RadiatorChoice::solved;
+  /// Solves how each shape recoils at every frequency and in every direction (RigidRecoil), after
+  /// its added mass is solved, with RadiatorChoice::solved; recoilSolver of carom::modal does, in 3
+  /// to 15 s for a shape that is not in its cache. A body clicks as the sphere of equal dipole
+  /// until then, and for good where it cannot be solved, which is told. None: all bodies do.
+  ///
+  /// Called in the thread that solves shapes, or in a step where that has to wait, by one thread at
+  /// a time. In real time a recoil takes up to 24 buses for each channel and kind of path; as many
+  /// shapes are heard by theirs as half of VoiceBudget::buses suffice for, those that were solved
+  /// first. That budget is raised to 1024, which are 46 MB: 10 shapes for two channels in the open.
+  RecoilSolver recoil = nullptr;
   /// m, > 0: length of the world's unit, where that is not the metre. All that Sound is told and
   /// tells is in metres nevertheless, but for setListener with Bullet's own types.
   double metresPerUnit = 1.0;

@@ -3,6 +3,7 @@
 #include <complex>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -11,6 +12,8 @@
 #include <carom/audio/vector.h>
 
 namespace carom {
+
+struct SurfaceMesh;
 
 /// The quantities by which a rigid body of any shape pushes the air while it is small against the
 /// wavelength: its volume, and the added mass of the potential flow around it. Body frame, about
@@ -80,6 +83,12 @@ struct RigidRecoil {
 /// Refuses a recoil whose sizes do not fit together, that grows instead of decaying, or that has a
 /// value out of range; the message begins with the field. [any thread]
 Status validate(const RigidRecoil& recoil);
+
+/// Solves the recoil of a surface (m, body frame, about the centre of mass), as recoilSolver of
+/// carom::modal does. It may ask `goesOn` now and then: once that is false, the result is not
+/// wanted any more. It must not throw.
+using RecoilSolver = std::function<Result<RigidRecoil>(const SurfaceMesh& surface,
+                                                       const std::function<bool()>& goesOn)>;
 
 /// Radiator of a sphere (radius in m): the added volume is half the displaced one in each
 /// direction, and none in rotation. [any thread]

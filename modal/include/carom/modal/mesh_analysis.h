@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <optional>
 #include <vector>
 
@@ -65,5 +66,9 @@ Status addRadiation(ModalModel& model, const RadiationSettings& settings = {},
 /// audio thread]
 Result<RigidRecoil> analyseRecoil(const SurfaceMesh& surface, ModelCache* cache = nullptr,
                                   const Progress& progress = {});
+
+/// Returns a function for WorldSoundSettings::recoil: analyseRecoil with a cache of its own in
+/// that folder, so that each shape is solved once on a machine. One thread at a time calls it.
+RecoilSolver recoilSolver(std::filesystem::path cacheFolder = ModelCache::defaultFolder());
 
 }  // namespace carom
