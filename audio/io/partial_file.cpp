@@ -154,7 +154,7 @@ Result<fs::path> giveNameBeside(const fs::path& path, const fs::path& final) {
   for (int number = 1; number <= kTries; ++number) {
     fs::path name = final.parent_path() / final.stem();
     name += ".incomplete";
-    if (number > 1) name += "-" + std::to_string(number);
+    if (number > 1) (name += "-") += std::to_string(number);
     name += final.extension();
     failed = giveFreeName(path, name);
     if (!failed) return name;
