@@ -23,56 +23,92 @@ constexpr std::size_t kMostLeaps = 11;      ///< lengths of leaps: 2^0 to 2^10 s
 constexpr double kImpulseTolerance = 1e-2;  ///< of the impulse, relative
 constexpr int kMostRuns = 6;                ///< of one impact, to find its damping
 constexpr int kMostIterations = 40;         ///< of Newton's method, which takes three
+constexpr double kRootPrecision = 1e-13;    ///< of a root for a depth, relative
+constexpr int kFewIterations = 8;           ///< of the quick one, which takes one or two
 /// Of a depth, relative: how far Newton's method may have moved last. It squares that.
 constexpr double kDepthTolerance = 1e-6;
+constexpr double kRootTolerance = 1e-5;  ///< the same of the root of a depth
+/// What modes above the known ones give, over what the octave below does: see giveBeyond.
+constexpr double kShareBeyond = 0.5;
 /// By how much more than rigid bodies would need the restitution is lowered, to come below the
 /// wanted one.
 constexpr double kReach = 1.2;
 
-/// Potential (J) of the contact at a depth (m).
-double potentialOf(double depth, double stiffness) {
-  return depth > 0.0 ? 0.4 * stiffness * depth * depth * std::sqrt(depth) : 0.0;
-}
-
-/// A force, and how it grows with the depth (m).
+/// A force, and how it grows with what it is a function of.
 struct Growing {
   double value = 0.0;
   double slope = 0.0;
 };
 
-/// The mean of the elastic force over a change of depth that begins at `begin`: the discrete
-/// gradient of the potential.
-class MeanForce {
- public:
-  MeanForce(double begin, double stiffness)
-      : begin_(begin), root_(std::sqrt(std::max(begin, 0.0))), stiffness_(stiffness) {}
+}  // namespace
 
-  Growing to(double end) const {
-    if (begin_ <= 0.0 && end <= 0.0) return {};
-    if (begin_ <= 0.0 || end <= 0.0) {
-      const double change = end - begin_;
-      const double atEnd = end > 0.0 ? stiffness_ * end * std::sqrt(end) : 0.0;
-      const double value =
-          (potentialOf(end, stiffness_) - potentialOf(begin_, stiffness_)) / change;
-      return {value, (atEnd - value) / change};
+/// Hertz's spring and one that gives way in proportion, in series: at a root b (m^(1/2)) of Hertz's
+/// depth the force is K b^3 and the depth of both b^2 + c b^3.
+class CoupledContact::SpringInSeries {
+ public:
+  SpringInSeries(double stiffness, double give) : stiffness_(stiffness), c_(stiffness * give) {}
+
+  double depth(double root) const { return root * root * (1.0 + c_ * root); }
+  double force(double root) const { return stiffness_ * root * root * root; }
+  double potential(double root) const {
+    const double square = root * root;
+    return stiffness_ * square * square * root * (0.4 + 0.5 * c_ * root);
+  }
+  /// Returns the root at a depth (m); 0 for none.
+  double rootOf(double depth) const {
+    if (depth <= 0.0) return 0.0;
+    double root = std::sqrt(depth);
+    if (c_ == 0.0) return root;
+    // From above, Newton's method falls towards it.
+    root = std::min(root, std::cbrt(depth / c_));
+    for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+      const double moved = (depth - this->depth(root)) / slopeOfDepth(root);
+      root += moved;
+      if (std::abs(moved) <= kRootPrecision * root) break;
     }
-    // The quotient of differences, without the factor in which both vanish.
-    const double a = root_;
-    const double b = std::sqrt(end);
-    const double above = (((b + a) * b + begin_) * b + begin_ * a) * b + begin_ * begin_;
-    const double slope = ((4.0 * b + 3.0 * a) * b + 2.0 * begin_) * b + begin_ * a;
-    const double inverse = 1.0 / (a + b);
-    const double value = 0.4 * stiffness_ * above * inverse;
-    return {value, (0.4 * stiffness_ * slope - value) * inverse / (2.0 * b)};
+    return root;
+  }
+  /// Returns how the depth grows with the root.
+  double slopeOfDepth(double root) const { return root * (2.0 + 3.0 * c_ * root); }
+  /// Returns the mean force over a change of depth from that of the root `a` to that of `b`, both
+  /// above 0, which is that of the potential over it, and its slope by b.
+  Growing meanOver(double a, double b) const {
+    // Quotients of differences by b - a: of the depth's parts, and of the potential's.
+    const double two = a + b;
+    const double three = two * b + a * a;
+    const double five = (b * b + a * a) * b * two + a * a * a * a;
+    const double six = two * three * ((b - a) * b + a * a);
+    const double slopeOfFive = 4.0 * b * b * b + a * (3.0 * b * b + a * (2.0 * b + a));
+    const double slopeOfSix = 5.0 * b * b * b * b + a * slopeOfFive;
+    const double inverse = 1.0 / (two + c_ * three);
+    const double value = stiffness_ * (0.4 * five + 0.5 * c_ * six) * inverse;
+    const double ofPotential = stiffness_ * (0.4 * slopeOfFive + 0.5 * c_ * slopeOfSix);
+    return {value, (ofPotential - value * (1.0 + c_ * (two + b))) * inverse};
   }
 
  private:
-  double begin_;
-  double root_;  // of begin_
-  double stiffness_;
+  double stiffness_;  // N/m^(3/2)
+  double c_;          // m^(-1/2)
 };
 
-}  // namespace
+struct CoupledContact::Law {
+  SpringInSeries spring;
+  double damping = 0.0;  // s/m
+};
+
+double giveBeyond(std::span<const ContactMode> modes) {
+  double highest = 0.0;
+  for (const ContactMode& mode : modes)
+    highest = std::max(highest, mode.frequency);
+  double octave = 0.0;
+  double count = 0.0;
+  for (const ContactMode& mode : modes) {
+    if (mode.frequency <= 0.5 * highest) continue;
+    octave += mode.shape * mode.shape / (mode.frequency * mode.frequency);
+    count += 1.0;
+  }
+  return kShareBeyond * octave * count / (count + 1.0);
+}
 
 double elasticDuration(const CoupledImpact& impact) {
   const double deepest =
@@ -131,9 +167,11 @@ void CoupledContact::begin(const CoupledImpact& impact) {
   mostSteps_ = static_cast<std::size_t>(std::min(longest / step_, kLongestRun));
   compliance_ = 0.5 * step_ * step_ / impact.mass;
   const auto count = static_cast<Eigen::Index>(impact.modes.size());
+  constexpr auto kWidth = static_cast<Eigen::Index>(ResonatorKernels::kWidth);
+  const Eigen::Index padded = (count + kWidth - 1) / kWidth * kWidth;
   for (Numbers* numbers :
        {&inverse_, &turnRe_, &turnIm_, &pushRe_, &pushIm_, &re_, &im_, &nextRe_, &nextIm_})
-    numbers->resize(count);
+    numbers->setZero(padded);
   leaps_.clear();
   slack_ = 1.0;
   for (Eigen::Index i = 0; i < count; ++i) {
@@ -156,7 +194,7 @@ void CoupledContact::begin(const CoupledImpact& impact) {
 void CoupledContact::run(const CoupledImpact& impact, double damping) {
   re_.setZero();
   im_.setZero();
-  state_ = {0.0, impact.speed, 0.0};
+  state_ = {.approach = 0.0, .speed = impact.speed, .depth = 0.0, .root = 0.0};
   course_.nodes.clear();
   course_.damping = damping;
   course_.touches = 0;
@@ -164,30 +202,31 @@ void CoupledContact::run(const CoupledImpact& impact, double damping) {
   course_.energy = {.approach = 0.5 * impact.mass * impact.speed * impact.speed};
   double retreat = 0.0;  // m: how far the modes will have given way after a step without a force
   double end = 0.0;      // s, of the last step in which they touched
-  double forceBefore = 0.0;  // N, of the step before the last
-  double lastForce = 0.0;
-  bool isOpen = false;  // they have touched since the ledger was closed
+  const TurningModes modes = turning();
+  const Law law{{impact.stiffness, impact.give}, damping};
+  double forces[3] = {};  // N, of the last steps, the latest first
+  bool isOpen = false;    // they have touched since the ledger was closed
   work_ = 0.0;
   for (std::size_t n = 0; n < mostSteps_; ++n) {
     const double begin = static_cast<double>(n) * step_;
     const double freeDepth = state_.approach + step_ * state_.speed - retreat;
-    const double guess = std::max(2.0 * lastForce - forceBefore, 0.0);
-    const double force = forceTo(freeDepth, {impact.stiffness, damping}, guess);
+    const double guess = std::max(3.0 * (forces[0] - forces[1]) + forces[2], 0.0);
+    const double force = forceTo(freeDepth, law, guess);
     const State before = state_;
     state_.depth = freeDepth - compliance_ * force;
     state_.approach += step_ * (state_.speed - 0.5 * step_ * force / impact.mass);
     state_.speed -= step_ * force / impact.mass;
-    retreat = advanceModes(force);
+    retreat = kernels_.turn(modes, force);
     const double change = state_.depth - before.depth;
     const double gaveWay = (state_.approach - before.approach) - change;
     work_ += force * gaveWay;
-    course_.energy.lost += force * change - potentialOf(state_.depth, impact.stiffness) +
-                           potentialOf(before.depth, impact.stiffness);
+    // A dent that is left when they part, or at the end, is lost with what made it.
+    course_.energy.lost += force * change;
     if (force > 0.0) {
       const bool parts = before.depth > 0.0 && state_.depth < 0.0;  // within the step
       end = begin + step_ * (parts ? before.depth / (before.depth - state_.depth) : 1.0);
       course_.nodes.push_back({0.5 * (begin + end), force * step_});
-      if (lastForce == 0.0) ++course_.touches;
+      if (forces[0] == 0.0) ++course_.touches;
       isOpen = true;
     } else {
       if (isOpen) close(impact, end);
@@ -200,26 +239,68 @@ void CoupledContact::run(const CoupledImpact& impact, double damping) {
         retreat = retreatOfModes();
       }
     }
-    forceBefore = lastForce;
-    lastForce = force;
+    forces[2] = forces[1];
+    forces[1] = forces[0];
+    forces[0] = force;
   }
   if (isOpen) close(impact, end);
-  course_.energy.lost += potentialOf(state_.depth, impact.stiffness);  // where they never part
   for (PulseNode& node : course_.nodes)
     node.u /= course_.duration;
 }
 
-/// Returns the force over the step that ends at `freeDepth` (m), less what the force takes from it.
-/// `guess` (N) is where to look first.
-double CoupledContact::forceTo(double freeDepth, const Law& law, double guess) const {
+/// Returns the force over the step that ends at `freeDepth` (m), less what the force takes from it,
+/// and moves the root of the depth on. `guess` (N) is where to look first.
+double CoupledContact::forceTo(double freeDepth, const Law& law, double guess) {
+  if (state_.depth <= 0.0 && freeDepth <= 0.0) return 0.0;
+  if (state_.root > 0.0)
+    if (const std::optional<double> force = forceWithin(freeDepth, law, guess)) return *force;
+  const double force = forceAcross(freeDepth, law, guess);
+  state_.root = law.spring.rootOf(freeDepth - compliance_ * force);
+  return force;
+}
+
+/// The same for a step that begins and ends with a dent, as nearly all do, if it is found at once:
+/// by Newton's method for the root at its end.
+std::optional<double> CoupledContact::forceWithin(double freeDepth, const Law& law, double guess) {
+  const double a = state_.root;
+  const double rate = law.damping / step_;
+  double b = a + (freeDepth - compliance_ * guess - state_.depth) / law.spring.slopeOfDepth(a);
+  for (int iteration = 0; iteration < kFewIterations; ++iteration) {
+    if (!(b > 0.0)) return std::nullopt;
+    const double depth = law.spring.depth(b);
+    const double loss = 1.0 + rate * (depth - state_.depth);
+    if (loss <= 0.0) return std::nullopt;
+    const Growing elastic = law.spring.meanOver(a, b);
+    const double slopeOfDepth = law.spring.slopeOfDepth(b);
+    const double force = elastic.value * loss;
+    const double growth = elastic.slope * loss + elastic.value * rate * slopeOfDepth;
+    const double moved =
+        (freeDepth - depth - compliance_ * force) / (slopeOfDepth + compliance_ * growth);
+    b += moved;
+    if (std::abs(moved) > kRootTolerance * (a + b)) continue;
+    state_.root = std::max(b, 0.0);
+    return std::max(force + growth * moved, 0.0);
+  }
+  return std::nullopt;
+}
+
+/// The same for any step: by Newton's method for the depth at its end, between bounds.
+double CoupledContact::forceAcross(double freeDepth, const Law& law, double guess) const {
   const double begin = state_.depth;
-  if (begin <= 0.0 && freeDepth <= 0.0) return 0.0;
-  const MeanForce mean(begin, law.stiffness);
+  const double potential = law.spring.potential(state_.root);
   const double rate = law.damping / step_;
   const auto forceAt = [&](double depth) {
-    const Growing elastic = mean.to(depth);
     const double loss = 1.0 + rate * (depth - begin);
-    if (loss <= 0.0) return Growing{};
+    if (loss <= 0.0 || (begin <= 0.0 && depth <= 0.0)) return Growing{};
+    const double root = law.spring.rootOf(depth);
+    Growing elastic;
+    if (state_.root > 0.0 && root > 0.0) {
+      elastic = law.spring.meanOver(state_.root, root);
+      elastic.slope /= law.spring.slopeOfDepth(root);
+    } else {
+      elastic.value = (law.spring.potential(root) - potential) / (depth - begin);
+      elastic.slope = (law.spring.force(root) - elastic.value) / (depth - begin);
+    }
     return Growing{elastic.value * loss, elastic.slope * loss + elastic.value * rate};
   };
   // The end is where depth + compliance * force is freeDepth; both terms grow with the depth.
@@ -241,16 +322,19 @@ double CoupledContact::forceTo(double freeDepth, const Law& law, double guess) c
   return forceAt(depth).value;
 }
 
-/// Moves the modes on by a step under a force. Returns by how much (m) they will have given way
-/// after one more step, if that has no force.
-double CoupledContact::advanceModes(double force) {
-  nextRe_ = turnRe_ * re_ - turnIm_ * im_ + force * pushRe_;
-  nextIm_ = turnRe_ * im_ + turnIm_ * re_ + force * pushIm_;
-  re_.swap(nextRe_);
-  im_.swap(nextIm_);
-  return retreatOfModes();
+TurningModes CoupledContact::turning() {
+  return {.turnRe = turnRe_.data(),
+          .turnIm = turnIm_.data(),
+          .pushRe = pushRe_.data(),
+          .pushIm = pushIm_.data(),
+          .giveRe = giveRe_.data(),
+          .giveIm = giveIm_.data(),
+          .re = re_.data(),
+          .im = im_.data(),
+          .count = static_cast<std::size_t>(re_.size())};
 }
 
+/// Returns by how much (m) the modes will have given way after a step without a force.
 double CoupledContact::retreatOfModes() const {
   return (giveRe_ * im_ + giveIm_ * re_).sum();
 }
@@ -281,11 +365,12 @@ std::size_t CoupledContact::leapBy(std::size_t steps) {
   const auto& [turnRe, turnIm] = leaps_[length];
   nextRe_ = turnRe * re_ - turnIm * im_;
   nextIm_ = turnRe * im_ + turnIm * re_;
-  re_.swap(nextRe_);
-  im_.swap(nextIm_);
+  re_ = nextRe_;  // where they are, as the kernels know them
+  im_ = nextIm_;
   const std::size_t taken = std::size_t{1} << length;
   state_.approach += static_cast<double>(taken) * step_ * state_.speed;
   state_.depth = state_.approach - (im_ * inverse_).sum();
+  state_.root = 0.0;
   return taken;
 }
 
@@ -297,7 +382,7 @@ void CoupledContact::close(const CoupledImpact& impact, double end) {
   energy.rigid = 0.5 * impact.mass * state_.speed * state_.speed;
   energy.modes = 0.0;
   course_.modes.assign(impact.modes.size(), 0.0);
-  for (Eigen::Index i = 0; i < re_.size(); ++i) {
+  for (Eigen::Index i = 0; i < std::ssize(impact.modes); ++i) {
     const ContactMode& mode = impact.modes[static_cast<std::size_t>(i)];
     if (mode.shape == 0.0) continue;
     const double rate = re_[i] - mode.decay * im_[i] * inverse_[i];

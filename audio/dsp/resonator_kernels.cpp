@@ -63,12 +63,25 @@ std::size_t flush(const Resonators& r, double threshold) {
   return ringing;
 }
 
+double turn(const TurningModes& m, double push) {
+  assert(m.count % kWidth == 0);
+  double sums[kWidth] = {};
+  for (std::size_t i = 0; i < m.count; ++i) {
+    const double re = m.turnRe[i] * m.re[i] - m.turnIm[i] * m.im[i] + push * m.pushRe[i];
+    const double im = m.turnRe[i] * m.im[i] + m.turnIm[i] * m.re[i] + push * m.pushIm[i];
+    m.re[i] = re;
+    m.im[i] = im;
+    sums[i % kWidth] += m.giveRe[i] * im + m.giveIm[i] * re;
+  }
+  return ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]));
+}
+
 std::vector<ResonatorKernels> makeAll() {
   std::vector<ResonatorKernels> all;
 #if CAROM_SIMD
   all = simdResonators();
 #endif
-  all.push_back({"plain", ring, drive, flush});
+  all.push_back({"plain", ring, drive, flush, turn});
   return all;
 }
 

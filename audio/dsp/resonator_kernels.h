@@ -40,8 +40,22 @@ struct ResonatorInput {
   const double* x = nullptr;   ///< one for each sample of output, and one more in front: x[-1]
 };
 
-/// The loops of a modal bank, written once in plain C++ and once for each instruction set that the
-/// compiler knows (Highway). [any thread] Nothing allocates.
+/// Oscillations as complex numbers, each of which turns by a factor of its own in a step, borrowed.
+/// Arrays as those of Resonators.
+struct TurningModes {
+  const double* turnRe = nullptr;  ///< the factor of a step
+  const double* turnIm = nullptr;
+  const double* pushRe = nullptr;  ///< what a push of 1 adds in a step
+  const double* pushIm = nullptr;
+  const double* giveRe = nullptr;  ///< with what factor one counts in the sum
+  const double* giveIm = nullptr;
+  double* re = nullptr;
+  double* im = nullptr;
+  std::size_t count = 0;  ///< a multiple of kWidth
+};
+
+/// The loops of a modal bank and of a contact, written once in plain C++ and once for each
+/// instruction set that the compiler knows (Highway). [any thread] Nothing allocates.
 ///
 /// A sample is the sum of kWidth partial sums, each of every kWidth-th resonator in their order,
 /// whatever the instruction set. So it has the same bits however a run of samples is cut into
@@ -66,6 +80,10 @@ struct ResonatorKernels {
   /// output, and those that are not finite; returns how many still ring. The amplitude is the A of
   /// y[n-1-k] = A exp(decayRate k / rate) cos(w k / rate + phase): what a free decay stays below.
   std::size_t (*flush)(const Resonators& resonators, double threshold);
+
+  /// Moves the modes on by a step under a push. Returns the imaginary part of the sum of all of
+  /// them, each times its factor `give`.
+  double (*turn)(const TurningModes& modes, double push);
 };
 
 /// The kernels in plain C++: the reference.

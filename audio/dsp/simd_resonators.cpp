@@ -222,8 +222,43 @@ std::size_t flush(const Resonators& r, double threshold) {
   return ringing;
 }
 
+double turn(const TurningModes& modes, double push) {
+  assert(modes.count % kWidth == 0);
+  const TurningModes m = modes;  // where the compiler sees that stores leave it alone
+  const Doubles d;
+  const auto pushed = hn::Set(d, push);
+  Vector sum[kParts];
+  HWY_UNROLL(16)
+  for (std::size_t part = 0; part < kParts; ++part)
+    sum[part] = hn::Zero(d);
+  for (std::size_t first = 0; first < m.count; first += kWidth) {
+    HWY_UNROLL(16)
+    for (std::size_t part = 0; part < kParts; ++part) {
+      const std::size_t i = first + part * kLanes;
+      const auto turnRe = hn::LoadU(d, m.turnRe + i);
+      const auto turnIm = hn::LoadU(d, m.turnIm + i);
+      const auto oldRe = hn::LoadU(d, m.re + i);
+      const auto oldIm = hn::LoadU(d, m.im + i);
+      // The push comes last, as the force is known last.
+      const auto freeRe = hn::NegMulAdd(turnIm, oldIm, hn::Mul(turnRe, oldRe));
+      const auto freeIm = hn::MulAdd(turnIm, oldRe, hn::Mul(turnRe, oldIm));
+      const auto re = hn::MulAdd(pushed, hn::LoadU(d, m.pushRe + i), freeRe);
+      const auto im = hn::MulAdd(pushed, hn::LoadU(d, m.pushIm + i), freeIm);
+      hn::StoreU(re, d, m.re + i);
+      hn::StoreU(im, d, m.im + i);
+      sum[part] = hn::MulAdd(hn::LoadU(d, m.giveRe + i), im, sum[part]);
+      sum[part] = hn::MulAdd(hn::LoadU(d, m.giveIm + i), re, sum[part]);
+    }
+  }
+  double sums[kWidth];
+  HWY_UNROLL(16)
+  for (std::size_t part = 0; part < kParts; ++part)
+    hn::StoreU(sum[part], d, sums + part * kLanes);
+  return total(sums);
+}
+
 ResonatorKernels resonatorKernels() {
-  return {hwy::TargetName(HWY_TARGET), ring, drive, flush};
+  return {hwy::TargetName(HWY_TARGET), ring, drive, flush, turn};
 }
 
 }  // namespace carom::audio::HWY_NAMESPACE

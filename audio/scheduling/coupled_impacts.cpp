@@ -22,6 +22,12 @@ constexpr double kFinestNodes = 1.0 / 16.0;
 constexpr double kShortest = 1e-9;
 constexpr double kLongest = 1.0;
 
+/// True if a body is known to have more modes than its model: one that says nothing of others may
+/// be all that there is.
+bool hasMore(const SoundingBody& body) {
+  return body.modes != nullptr && !body.modes->resonators->model->residualVolumes.empty();
+}
+
 /// True if the modes take part in the contact: by what they would take of the energy as its force
 /// is without them.
 bool modesMatter(const CoupledImpact& impact) {
@@ -78,12 +84,17 @@ void CoupledImpacts::solve(const ImpulseEvent& event, const SoundingBody& body,
                             .position = event.otherPosition,
                             .orientation = event.otherOrientation},
                            other.sound, *other.modes, modes_);
+  const std::span<const ContactMode> modes(modes_);
+  const std::size_t own = body.modes != nullptr ? body.modes->resonators->modes : 0;
+  const double give = (hasMore(body) ? giveBeyond(modes.first(own)) : 0.0) +
+                      (hasMore(other) ? giveBeyond(modes.subspan(own)) : 0.0);
   const CoupledImpact impact{
       .stiffness = ContactDurations::stiffnessOf(event, body.sound, other.sound),
       .mass = event.effectiveMass,
       .speed = event.approachSpeed,
       .impulse = impulse,
-      .modes = modes_};
+      .modes = modes,
+      .give = give};
   if (!modesMatter(impact)) return;
   const ContactCourse& course = contact_.solve(impact);
   if (!(course.impulse > 0.0 && course.duration > 0.0 && std::isfinite(course.impulse))) return;

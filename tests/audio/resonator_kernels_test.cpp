@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <cstddef>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -270,6 +272,40 @@ TEST_P(ResonatorBank, GivesTheBitsOfTheFastestOrOfThePlainKernels) {
   };
   const std::vector<double> out = rendered(kernels());
   EXPECT_TRUE(out == rendered(fastestResonators()) || out == rendered(plainResonators()));
+}
+
+TEST_P(ResonatorBank, TurnsModesAsComplexNumbers) {
+  constexpr std::size_t kCount = 24;
+  using Numbers = std::vector<double>;
+  using Number = std::complex<double>;
+  Random random(4);
+  const auto numbers = [&] {
+    Numbers some(kCount);
+    for (double& number : some)
+      number = random.between(-0.7, 0.7);
+    return some;
+  };
+  const Numbers turnRe = numbers(), turnIm = numbers(), pushRe = numbers(), pushIm = numbers();
+  const Numbers giveRe = numbers(), giveIm = numbers();
+  Numbers re = numbers(), im = numbers();
+  std::vector<Number> states;
+  for (std::size_t i = 0; i < kCount; ++i)
+    states.emplace_back(re[i], im[i]);
+  const TurningModes modes{turnRe.data(), turnIm.data(), pushRe.data(),
+                           pushIm.data(), giveRe.data(), giveIm.data(),
+                           re.data(),     im.data(),     kCount};
+  for (const double push : {1.0, -0.3, 0.0, 2.5}) {
+    Number sum;
+    for (std::size_t i = 0; i < kCount; ++i) {
+      states[i] = states[i] * Number(turnRe[i], turnIm[i]) + push * Number(pushRe[i], pushIm[i]);
+      sum += states[i] * Number(giveRe[i], giveIm[i]);
+    }
+    EXPECT_NEAR(kernels().turn(modes, push), sum.imag(), 1e-13);
+  }
+  for (std::size_t i = 0; i < kCount; ++i) {
+    EXPECT_NEAR(re[i], states[i].real(), 1e-13);
+    EXPECT_NEAR(im[i], states[i].imag(), 1e-13);
+  }
 }
 
 TEST_P(ResonatorBank, FlushesWhatIsNotAboveTheThreshold) {
