@@ -180,7 +180,8 @@ void WorldSession::onCollision(std::function<void(const SoundCollision&)> functi
   onCollision_ = nullptr;
   if (!function) return;
   listen();
-  onCollision_ = std::make_shared<const std::function<void(const SoundCollision&)>>(function);
+  onCollision_ =
+      std::make_shared<const std::function<void(const SoundCollision&)>>(std::move(function));
 }
 
 /// Notes a share for `report`: the first one of a collision, or the other one of the latest.
