@@ -28,7 +28,8 @@ constexpr int kFewIterations = 8;           ///< of the quick one, which takes o
 /// Of a depth, relative: how far Newton's method may have moved last. It squares that.
 constexpr double kDepthTolerance = 1e-6;
 constexpr double kRootTolerance = 1e-5;  ///< the same of the root of a depth
-/// What modes above the known ones give, over what the octave below does: see giveBeyond.
+/// The modes above the known ones are taken to give this share of what the octave below gives: see
+/// giveBeyond.
 constexpr double kShareBeyond = 0.5;
 /// By how much more than rigid bodies would need the restitution is lowered, to come below the
 /// wanted one.
@@ -167,8 +168,7 @@ void CoupledContact::begin(const CoupledImpact& impact) {
   mostSteps_ = static_cast<std::size_t>(std::min(longest / step_, kLongestRun));
   compliance_ = 0.5 * step_ * step_ / impact.mass;
   const auto count = static_cast<Eigen::Index>(impact.modes.size());
-  constexpr auto kWidth = static_cast<Eigen::Index>(ResonatorKernels::kWidth);
-  const Eigen::Index padded = (count + kWidth - 1) / kWidth * kWidth;
+  const auto padded = static_cast<Eigen::Index>(ResonatorKernels::padded(impact.modes.size()));
   for (Numbers* numbers :
        {&inverse_, &turnRe_, &turnIm_, &pushRe_, &pushIm_, &re_, &im_, &nextRe_, &nextIm_})
     numbers->setZero(padded);

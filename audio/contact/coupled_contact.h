@@ -33,11 +33,10 @@ struct CoupledImpact {
 };
 
 /// Estimates what the modes of a body above those that are known give way to a force that lasts, in
-/// m/N, from those of the highest octave of them. What N modes there do falls off above as in
-/// plates, whose modes come at an even rate: all beyond would give as much once more. Where they
-/// meet the wall's own thickness it is less; half of it is what meshes of a plate, a bar and a bell
-/// show (`./bench contact_direct`), and less where few modes are known. Not the dent of Hertz's
-/// law, to which modes add nothing that is not in it. [any thread]
+/// m/N. In a thin plate modes come at an even rate, and all beyond an octave give as much as the
+/// octave does. Thick walls give less: half as much in meshes of a plate, a bar and a bell
+/// (`./bench contact_direct`). That half is the estimate, lowered by N / (N + 1) where the highest
+/// octave has few modes, N. The dent of Hertz's law is not in it. [any thread]
 double giveBeyond(std::span<const ContactMode> modes);
 
 /// Duration in s of the impact without modes (Johnson 1985, section 11.4). [any thread]

@@ -14,6 +14,12 @@ namespace {
 
 constexpr std::size_t kWidth = ResonatorKernels::kWidth;
 
+/// Adds up the partial sums of every kWidth-th resonator, in the order of all kernels.
+double total(const double (&sums)[kWidth]) {
+  static_assert(kWidth == 8);
+  return ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]));
+}
+
 /// Advances all resonators by one sample and returns their sum; `input` gives the input of each.
 template <class Input>
 double advance(const Resonators& r, Input input) {
@@ -23,8 +29,7 @@ double advance(const Resonators& r, Input input) {
     r.y2[i] = std::exchange(r.y1[i], y);
     sums[i % kWidth] += y;
   }
-  static_assert(kWidth == 8);
-  return ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]));
+  return total(sums);
 }
 
 void ring(const Resonators& r, std::span<double> out) {
@@ -73,7 +78,7 @@ double turn(const TurningModes& m, double push) {
     m.im[i] = im;
     sums[i % kWidth] += m.giveRe[i] * im + m.giveIm[i] * re;
   }
-  return ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]));
+  return total(sums);
 }
 
 std::vector<ResonatorKernels> makeAll() {

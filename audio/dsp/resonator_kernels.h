@@ -66,6 +66,10 @@ struct TurningModes {
 /// least once in 128 samples keeps it from them, if the threshold is 1e-100 or more.
 struct ResonatorKernels {
   static constexpr std::size_t kWidth = 8;
+  /// Rounds a number of resonators up to the length of their arrays.
+  static constexpr std::size_t padded(std::size_t count) {
+    return (count + kWidth - 1) / kWidth * kWidth;
+  }
 
   std::string_view name;  ///< name of the instruction set
 

@@ -85,7 +85,7 @@ std::shared_ptr<const RecoilFilters> SoundingBodies::recoilOf(const SoundBody& b
   if (body.recoil->radius > kLargestFilteredRadius) return nullptr;
   if (const auto known = recoils_.find(body.recoil); known != recoils_.end()) return known->second;
   if (recoils_.size() >= mostRecoils_) {
-    // Those of bodies that are gone make room.
+    // Recoils that no body has any more make room for others.
     std::erase_if(recoils_, [](const auto& entry) { return entry.second.use_count() == 1; });
     if (recoils_.size() >= mostRecoils_) return nullptr;
   }

@@ -138,8 +138,7 @@ bool ModalBank::addOne(const ModalExcitation& excitation, std::span<const double
 
 std::size_t ModalBank::countOf(const ModalExcitation& excitation) const {
   if (!capacity_) return excitation.count;
-  constexpr std::size_t kWidth = ResonatorKernels::kWidth;
-  return std::min(excitation.count, (capacity_->modes + kWidth - 1) / kWidth * kWidth);
+  return std::min(excitation.count, ResonatorKernels::padded(capacity_->modes));
 }
 
 /// Returns the samples that a drive may need from the clock on, in any of the buffers.

@@ -127,8 +127,7 @@ const RestFit& restFit(Sampling sampling) {
 ResonatorSet::ResonatorSet(std::shared_ptr<const ModalModel> ofModel, const SynthSettings& settings)
     : model(std::move(ofModel)),
       modes(modesInBand(*model, settings.sampleRate)),
-      padded((modes + ResonatorKernels::kWidth - 1) / ResonatorKernels::kWidth *
-             ResonatorKernels::kWidth),
+      padded(ResonatorKernels::padded(modes)),
       a1(padded),
       a2(padded),
       pole(modes),

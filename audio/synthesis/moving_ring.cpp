@@ -159,7 +159,6 @@ bool MovingRing::settle(const ResonatorKernels& kernels, double threshold,
 
 /// Forgets the oscillations below a threshold (Pa); false if none is left.
 bool MovingRing::forgetBelow(double threshold) noexcept {
-  constexpr std::size_t kWidth = ResonatorKernels::kWidth;
   const std::size_t modes = std::min(modes_, active_);
   std::size_t left = 0;
   for (std::size_t mode = 0; mode < modes; ++mode) {
@@ -168,7 +167,7 @@ bool MovingRing::forgetBelow(double threshold) noexcept {
     else
       states_[mode].oscillation = 0.0;
   }
-  active_ = (left + kWidth - 1) / kWidth * kWidth;
+  active_ = ResonatorKernels::padded(left);
   return left > 0;
 }
 

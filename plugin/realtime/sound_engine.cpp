@@ -77,12 +77,6 @@ RendererCapacity rendererCapacity(const SoundSettings& settings, const SoundPath
                     .longestContact = budget.longestContact}};
 }
 
-/// Rounds a number of modes up to whole vectors of resonators, as their taps are.
-std::size_t padded(std::size_t modes) {
-  constexpr std::size_t kWidth = ResonatorKernels::kWidth;
-  return (modes + kWidth - 1) / kWidth * kWidth;
-}
-
 /// Returns twice of what may wait in the renderer.
 SoundQueue::Capacity queueCapacity(const SoundSettings& settings, const SoundPaths& paths) {
   const RendererCapacity renderer = rendererCapacity(settings, paths);
@@ -92,7 +86,7 @@ SoundQueue::Capacity queueCapacity(const SoundSettings& settings, const SoundPat
   const std::size_t nodes = nodesOf(settings, kTrainsQueued);
   return {.clicks = renderer.clicksPerWay * perEvent,
           .excitations = perEvent,
-          .modes = padded(settings.budget.modes),
+          .modes = ResonatorKernels::padded(settings.budget.modes),
           .nodes = nodes,
           .waitingClicks = 2 * clicks,
           .waitingExcitations = 2 * renderer.modes.excitations + renderer.modes.motions,
