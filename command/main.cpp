@@ -1,4 +1,4 @@
-// The carom command: render, info, compare, report, record, replay, modes, strike, jello,
+// The carom command: render, info, compare, report, record, replay, batch, modes, strike, jello,
 // stability. Exit codes: 0 done, 1 failed, 2 bad input, 3 ended by a limit; by a signal: 129, 130,
 // 143.
 
@@ -18,6 +18,7 @@
 #include <variant>
 #include <vector>
 
+#include "command/batch_command.h"
 #include "command/command_line.h"
 #include "command/jello_command.h"
 #include "command/modes_command.h"
@@ -54,7 +55,7 @@ using namespace audio;
 namespace {
 
 constexpr const char* kCommands =
-    "render, info, compare, report, record, replay, modes, strike, jello or stability";
+    "render, info, compare, report, record, replay, batch, modes, strike, jello or stability";
 
 struct Arguments {
   std::string scene;  // for replay: the recording
@@ -551,6 +552,7 @@ int run(int argc, char** argv) {
   const ReportCommand report(app);
   const CLI::App* recordCommand = addRecord(app, arguments);
   const CLI::App* replayCommand = addReplay(app, arguments);
+  const BatchCommand batch(app);
   const ModesCommand modes(app);
   const StrikeCommand strike(app);
   const JelloCommand jello(app);
@@ -571,6 +573,7 @@ int run(int argc, char** argv) {
   if (report.parsed()) return report.run();
   if (recordCommand->parsed()) return record(arguments);
   if (replayCommand->parsed()) return replay(arguments);
+  if (batch.parsed()) return batch.run();
   if (modes.parsed()) return modes.run();
   if (strike.parsed()) return strike.run();
   if (jello.parsed()) return jello.run();

@@ -14,15 +14,17 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  void show(double share);
+  /// Shows a share of the work, from 0 to 1, and a few words after it.
+  void show(double share, const std::string& note = {});
   void clear();
 
  private:
-  void showLine(int percent);
+  void showLine(int percent, const std::string& note);
 
   std::string label_;
   bool terminal_;
   int shown_ = -1;  // percent
+  std::string note_;
   std::chrono::steady_clock::time_point lineAt_ = std::chrono::steady_clock::now();
 };
 

@@ -27,29 +27,38 @@ bool isIgnored(int signal) {
   return sigaction(signal, nullptr, &now) == 0 && now.sa_handler == SIG_IGN;
 }
 
-}  // namespace
-
 // The signals are blocked in all threads, and one waits for them: unlike a handler, it may do
 // anything.
-void endCleanlyOnSignals() {
+void endOnSignals(const char* words) {
   std::signal(SIGXFSZ, SIG_IGN);
   sigset_t ending;
   sigemptyset(&ending);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP})
     if (!isIgnored(signal)) sigaddset(&ending, signal);
   pthread_sigmask(SIG_BLOCK, &ending, nullptr);
-  std::thread([ending] {
+  std::thread([ending, words] {
     int signal = 0;
     if (sigwait(&ending, &signal) != 0) return;
     audio::PartialFile::removeAll();
-    std::fputs("carom: interrupted; what was under way is not written\n", stderr);
+    std::fputs(words, stderr);
     endBy(signal);
   }).detach();
+}
+
+}  // namespace
+
+void endCleanlyOnSignals() {
+  endOnSignals("carom: interrupted; what was under way is not written\n");
+}
+
+void endSilentlyOnSignals() {
+  endOnSignals("");
 }
 
 }  // namespace carom::command
 #else
 namespace carom::command {
 void endCleanlyOnSignals() {}
+void endSilentlyOnSignals() {}
 }  // namespace carom::command
 #endif

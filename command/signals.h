@@ -9,4 +9,7 @@ namespace carom::command {
 /// no such signals.
 void endCleanlyOnSignals();
 
+/// The same without a word, for a process that another has begun, and that was a copy of it.
+void endSilentlyOnSignals();
+
 }  // namespace carom::command

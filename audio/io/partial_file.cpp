@@ -222,8 +222,10 @@ PartialFile::~PartialFile() {
   unlock(lock_);
 }
 
-std::error_code PartialFile::giveName() {
-  if (const std::error_code failed = bringFileToDisk(path_); failed) return failed;
+std::error_code PartialFile::giveName(Sync sync) {
+  const bool toDisk = sync == Sync::disk;
+  if (const std::error_code failed = toDisk ? bringFileToDisk(path_) : std::error_code(); failed)
+    return failed;
   OpenPartials& open = OpenPartials::instance();
   const MutexLock lock(open.mutex);
   std::error_code reason;
@@ -231,7 +233,7 @@ std::error_code PartialFile::giveName() {
   if (reason) return reason;
   open.paths.erase(path_);
   path_.clear();
-  bringNamesToDisk(finalPath_.parent_path());
+  if (toDisk) bringNamesToDisk(finalPath_.parent_path());
   return {};
 }
 

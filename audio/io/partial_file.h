@@ -15,6 +15,10 @@ enum class Leftover {
   kept      ///< it can be used as it is, and nobody can make it again: a recording
 };
 
+/// The moment by which a file is on the disk: before it gets its name, which takes some ms, or when
+/// the system likes. Where the machine fails before, a file has its name then and may not be whole.
+enum class Sync { disk, none };
+
 /// An output file that appears whole or not at all: it is written beside its final place, brought
 /// to the disk and renamed at the end; if it never is, it is deleted with this object. A file that
 /// had the name before stays until then. Two writers of one name do not meet. A process that ends
@@ -40,8 +44,9 @@ class PartialFile {
   const std::filesystem::path& path() const { return path_; }
   const std::filesystem::path& finalPath() const { return finalPath_; }
 
-  /// Brings what was written to the disk and gives the file its name, in place of one that had it.
-  std::error_code giveName();
+  /// Gives the file its name, in place of one that had it. By default what was written is brought
+  /// to the disk first.
+  std::error_code giveName(Sync sync = Sync::disk);
 
   /// Gives a file that is not whole a name, and returns it: the final one if that is free, or else
   /// one beside it, so that nothing is replaced. Without success the file stays as it is for good.

@@ -12,6 +12,7 @@
 #include <utility>
 #include <variant>
 
+#include "lab/report/csv_cell.h"
 #include "lab/report/report_media.h"
 #include "lab/report/report_page.h"
 #include "lab/report/report_text.h"
@@ -162,21 +163,6 @@ Json sceneJson(const SceneReport& report) {
           {"variants_left_out", leftOut}};
 }
 
-std::string quoted(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string cell = "\"";
-  for (const char letter : text) {
-    if (letter == '"') cell += '"';
-    cell += letter;
-  }
-  return cell + '"';
-}
-
-std::string cellOf(const Json& value) {
-  if (value.is_null()) return {};
-  return value.is_string() ? quoted(value.get<std::string>()) : value.dump();
-}
-
 /// A column of the CSV: a JSON pointer into a variant's object, and the column's name.
 struct Column {
   const char* pointer;
@@ -273,10 +259,10 @@ std::string reportCsv(std::span<const SceneReport> scenes) {
   for (const SceneReport& scene : scenes) {
     for (const VariantReport& variant : scene.variants) {
       const Json object = variantJson(variant);
-      text += quoted(scene.scene.name);
+      text += csvCell(scene.scene.name);
       for (const Column& column : kColumns) {
         const Json::json_pointer pointer(column.pointer);
-        text.append(",").append(object.contains(pointer) ? cellOf(object.at(pointer)) : "");
+        text.append(",").append(object.contains(pointer) ? csvCell(object.at(pointer)) : "");
       }
       text += "\r\n";
     }

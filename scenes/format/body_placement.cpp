@@ -70,8 +70,8 @@ void BodyPlacement::checkOverlaps() {
     const SphereShape& shape = sphere(body);
     checkWalls(body);
     if (isInJello(shape.position, (1.0 - kOverlapTolerance) * shape.radius))
-      entries_[body].fail(inQuotes(scene_.bodies[body].name) +
-                          " reaches into the jello at the start; expected it outside");
+      entries_[body].fail(inQuotes(scene_.bodies[body].name) + " reaches into the jello" +
+                          kAtTheStart + "it outside");
     checkSpheres(body);
     if (entries_[body].failed()) return;
     grid_.insert({shape.position, shape.radius, body});
@@ -91,8 +91,8 @@ void BodyPlacement::checkJello() const {
     if (least >= -allowed) continue;
     entries_[*jello_].fail(inQuotes(scene_.bodies[*jello_].name) + " reaches " +
                            formatNumber(-least) + " metres into " +
-                           inQuotes(scene_.bodies[wall].name) +
-                           " at the start; expected it on the side the normal points to");
+                           inQuotes(scene_.bodies[wall].name) + kAtTheStart +
+                           "it on the side the normal points to");
     return;
   }
 }
@@ -107,7 +107,7 @@ void BodyPlacement::checkWalls(std::size_t body) const {
                              : " reaches " + formatNumber(-gap) + " metres into ";
     fault += inQuotes(scene_.bodies[wall].name);
     entries_[body].fail(
-        fault + " at the start; expected it " +
+        fault + kAtTheStart + "it " +
         (isPlane(scene_.bodies[wall]) ? "on the side the normal points to" : "outside"));
     return;
   }
@@ -123,7 +123,7 @@ void BodyPlacement::checkSpheres(std::size_t body) {
   const double depth = hit->radius + shape.radius - (hit->centre - shape.position).norm();
   entries_[last].fail(inQuotes(scene_.bodies[last].name) + " overlaps " +
                       inQuotes(scene_.bodies[first].name) + " by " + formatNumber(depth) +
-                      " metres at the start; expected spheres that touch at most");
+                      " metres" + kAtTheStart + "spheres that touch at most");
 }
 
 void BodyPlacement::placeGroups() {

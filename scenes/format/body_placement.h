@@ -16,6 +16,9 @@
 
 namespace carom::scenes {
 
+/// Part of each message about bodies that overlap, and of no other.
+inline constexpr const char* kAtTheStart = " at the start; expected ";
+
 /// A group of spheres whose positions are still to be found.
 struct PendingGroup {
   std::size_t firstBody = 0;  ///< index in Scene::bodies; the others follow

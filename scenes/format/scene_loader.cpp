@@ -593,6 +593,10 @@ std::string defaultSceneName(std::string_view document) {
 
 }  // namespace
 
+bool isOverlap(const Error& error) {
+  return error.message.find(kAtTheStart) != std::string::npos;
+}
+
 Result<std::string> readSceneText(const std::filesystem::path& file) {
   FirstError error(file.string());
   std::optional<std::string> text = readText(file, error);

@@ -47,4 +47,7 @@ Result<std::string> readSceneText(const std::filesystem::path& file);
 Result<Scene> parseScene(std::string_view text, std::string_view name,
                          const FileAccess& access = {});
 
+/// True for the error of a scene that was refused because bodies overlap at its start. [any thread]
+bool isOverlap(const Error& error);
+
 }  // namespace carom::scenes

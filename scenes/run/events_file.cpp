@@ -49,25 +49,12 @@ bool areShares(const ImpulseEvent& event, const ImpulseEvent& other) {
 
 }  // namespace
 
-EventsFileWriter::EventsFileWriter(PartialFile file, std::ofstream stream)
-    : file_(std::move(file)), stream_(std::move(stream)) {}
-
-Error EventsFileWriter::failure(const std::string& reason) const {
-  return Error{"events file '" + file_.finalPath().string() + "': " + reason};
-}
-
-Result<EventsFileWriter> EventsFileWriter::create(const std::filesystem::path& path) {
-  EventsFileWriter writer(PartialFile{path}, std::ofstream{});
-  if (const Status valid = checkWritable(path); !valid)
-    return writer.failure(valid.error().message);
-  writer.stream_.open(writer.file_.path(), std::ios::binary | std::ios::trunc);
-  if (!writer.stream_) return writer.failure("cannot be created; is its folder writable?");
-  writer.stream_ << kHeader;
-  return writer;
+std::string_view EventRows::header() {
+  return kHeader;
 }
 
 /// Returns the number of the event's collision: that of its other share if that has come.
-std::uint64_t EventsFileWriter::collisionOf(const ImpulseEvent& event) {
+std::uint64_t EventRows::collisionOf(const ImpulseEvent& event) {
   if (!open_.empty() && open_.front().share.time != event.time) open_.clear();
   const auto other = std::ranges::find_if(
       open_, [&event](const OpenCollision& open) { return areShares(open.share, event); });
@@ -80,8 +67,7 @@ std::uint64_t EventsFileWriter::collisionOf(const ImpulseEvent& event) {
   return number;
 }
 
-void EventsFileWriter::write(const ImpulseEvent& event, const Scene& scene,
-                             const EventSound& sound) {
+std::string EventRows::row(const ImpulseEvent& event, const Scene& scene, const EventSound& sound) {
   std::string row;
   append(row, event.time);
   row += ',';
@@ -99,7 +85,29 @@ void EventsFileWriter::write(const ImpulseEvent& event, const Scene& scene,
   row += ',' + std::to_string(collisionOf(event)) + ',';
   append(row, sound.peak);
   row += sound.isHeard ? ",1\n" : ",0\n";
-  stream_ << row;
+  return row;
+}
+
+EventsFileWriter::EventsFileWriter(PartialFile file, std::ofstream stream)
+    : file_(std::move(file)), stream_(std::move(stream)) {}
+
+Error EventsFileWriter::failure(const std::string& reason) const {
+  return Error{"events file '" + file_.finalPath().string() + "': " + reason};
+}
+
+Result<EventsFileWriter> EventsFileWriter::create(const std::filesystem::path& path) {
+  EventsFileWriter writer(PartialFile{path}, std::ofstream{});
+  if (const Status valid = checkWritable(path); !valid)
+    return writer.failure(valid.error().message);
+  writer.stream_.open(writer.file_.path(), std::ios::binary | std::ios::trunc);
+  if (!writer.stream_) return writer.failure("cannot be created; is its folder writable?");
+  writer.stream_ << EventRows::header();
+  return writer;
+}
+
+void EventsFileWriter::write(const ImpulseEvent& event, const Scene& scene,
+                             const EventSound& sound) {
+  stream_ << rows_.row(event, scene, sound);
 }
 
 Status EventsFileWriter::close() {

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "audio/io/partial_file.h"
@@ -19,11 +21,30 @@ struct EventSound {
   bool isHeard = false;   ///< not left out as inaudible
 };
 
-/// Writes impulse events as CSV (RFC 4180, header row, SI units in the column names, numbers with
-/// all their digits: reading them back gives the same bits). One row per event, so two per
-/// collision, which have its number: collisions count from 1 in the order of the rows. The file
-/// appears under its name, whole, when `finish` succeeds; until then, and if it never does, a file
-/// that had the name before stays. [one thread]
+/// Makes the rows of impulse events as CSV (RFC 4180, header row, SI units in the column names,
+/// numbers with all their digits: reading them back gives the same bits). One row per event, so two
+/// per collision, which have its number: collisions count from 1 in the order of the rows.
+/// [one thread]
+class EventRows {
+ public:
+  static std::string_view header();  ///< with its line end
+  /// Returns the row of the next event, with its line end. Events come in order of time.
+  std::string row(const ImpulseEvent& event, const Scene& scene, const EventSound& sound);
+
+ private:
+  /// The first share of a collision whose other share has not come yet.
+  struct OpenCollision {
+    ImpulseEvent share;
+    std::uint64_t number;
+  };
+  std::uint64_t collisionOf(const ImpulseEvent& event);
+
+  std::vector<OpenCollision> open_;  // of the time of the last event
+  std::uint64_t collisions_ = 0;
+};
+
+/// Writes EventRows into a file. The file appears under its name, whole, when `finish` succeeds;
+/// until then, and if it never does, a file that had the name before stays. [one thread]
 class EventsFileWriter {
  public:
   static Result<EventsFileWriter> create(const std::filesystem::path& path);
@@ -37,20 +58,12 @@ class EventsFileWriter {
   Status finish();
 
  private:
-  /// The first share of a collision whose other share has not come yet.
-  struct OpenCollision {
-    ImpulseEvent share;
-    std::uint64_t number;
-  };
-
   EventsFileWriter(audio::PartialFile file, std::ofstream stream);
   Error failure(const std::string& reason) const;
-  std::uint64_t collisionOf(const ImpulseEvent& event);
 
   audio::PartialFile file_;  // before the stream, which is closed first; then this is removed
   std::ofstream stream_;
-  std::vector<OpenCollision> open_;  // of the time of the last event
-  std::uint64_t collisions_ = 0;
+  EventRows rows_;
 };
 
 }  // namespace carom::scenes

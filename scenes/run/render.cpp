@@ -88,11 +88,27 @@ Status finishFiles(Files& files, const RenderReport& report, const RenderOptions
   return nameComplete(options);
 }
 
-/// Renders a sound into its files, block by block.
+class FileSink : public RenderSink {
+ public:
+  FileSink(Files& files, const Scene& scene) : files_(files), scene_(scene) {}
+
+  Status write(std::span<const float* const> channels, std::size_t frames) override {
+    return files_.sound.write(channels, frames);
+  }
+  void add(const ImpulseEvent& event, const EventSound& sound) override {
+    if (files_.events) files_.events->write(event, scene_, sound);
+  }
+
+ private:
+  Files& files_;
+  const Scene& scene_;
+};
+
+/// Renders a sound into a sink, block by block.
 class Rendering {
  public:
-  Rendering(Files& files, const Scene& scene, SceneSound& sound, const RenderOptions& options)
-      : files_(files),
+  Rendering(RenderSink& sink, const Scene& scene, SceneSound& sound, const RenderOptions& options)
+      : sink_(sink),
         scene_(scene),
         sound_(sound),
         options_(options),
@@ -116,7 +132,7 @@ class Rendering {
       if (Status written = addTail(); !written) return written;
     report.levelAtEnd = end_.level();
     report.duration = static_cast<double>(written_) / scene_.sampleRate;
-    return finishFiles(files_, report, options_);
+    return std::monostate{};
   }
 
  private:
@@ -127,11 +143,9 @@ class Rendering {
   void keep(const ScheduledEvent& settled, RenderReport& report) {
     const auto& [event, peak] = settled;
     ++report.events;
-    if (!files_.events) return;
-    files_.events->write(event, scene_,
-                         {.duration = sound_.synth().contactDuration(event),
-                          .peak = peak,
-                          .isHeard = peak > 0.0 && peak >= scene_.sound.audibleThreshold});
+    sink_.add(event, {.duration = sound_.synth().contactDuration(event),
+                      .peak = peak,
+                      .isHeard = peak > 0.0 && peak >= scene_.sound.audibleThreshold});
   }
 
   /// Goes on until nothing is to come and what sounds is quiet, or to the longest end.
@@ -154,12 +168,12 @@ class Rendering {
     std::vector<const float*> pointers;
     for (const std::vector<float>& channel : channels_)
       pointers.push_back(channel.data());
-    return files_.sound.write(pointers, frames);
+    return sink_.write(pointers, frames);
   }
 
   static constexpr std::int64_t kTailFrames = 512;
 
-  Files& files_;
+  RenderSink& sink_;
   const Scene& scene_;
   SceneSound& sound_;
   const RenderOptions& options_;
@@ -204,32 +218,22 @@ fs::path incompleteName(const fs::path& file) {
   return file.parent_path() / name;
 }
 
-Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& options) {
+Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& options,
+                                 RenderSink& sink) {
   const Stopwatch stopwatch;
   Result<SceneSound> sound = soundOf(scene, options);
   if (!sound) return sound.error();
   if (options.guard != nullptr) sound->watch(*options.guard);
-  Result<Files> files = openFiles(scene, options);
-  if (!files) return files.error();
 
   RenderReport report;
   report.plan = makePlan(scene);
   if (options.recording != nullptr) replaceStepper(report.plan);
-  if (Status done = Rendering(*files, scene, *sound, options).run(report); !done)
-    return done.error();
-  report.file = options.soundFile;
-  if (report.endedEarly) report.file = options.keepPartial ? incompleteName(options.soundFile) : "";
+  if (Status done = Rendering(sink, scene, *sound, options).run(report); !done) return done.error();
   report.sampleRate = scene.sampleRate;
   report.channels = channelsOf(scene);
   report.listeners = listenerChannels(scene);
   report.images = imageCount(scene);
   report.reverb = scene.sound.reverb;
-  report.peak = files->sound.peakPressure();
-  report.fullScale = options.fullScale;
-  if (options.normalize) report.fullScale = report.peak > 0.0 ? report.peak : kFullScalePressure;
-  report.clippedSamples = files->sound.clippedSamples();
-  report.limiter = isLimited(options);
-  report.gainReduction = files->sound.gainReduction();
   report.notes = sound->notes();
   report.synth = sound->synth().counters();
   report.energy = sound->synth().contactEnergy(sound->synth().time());
@@ -240,6 +244,27 @@ Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& option
   leaveOutCounted(report.plan, sound->stepper().jammed(), "jammed_spheres",
                   "spheres were left no room by what moves, and touch nothing any more");
   report.wallTime = stopwatch.seconds();
+  return report;
+}
+
+Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& options) {
+  const Stopwatch stopwatch;
+  Result<Files> files = openFiles(scene, options);
+  if (!files) return files.error();
+  FileSink sink(*files, scene);
+  Result<RenderReport> report = renderScene(scene, options, sink);
+  if (!report) return report;
+  if (Status finished = finishFiles(*files, *report, options); !finished) return finished.error();
+  report->file = options.soundFile;
+  if (report->endedEarly)
+    report->file = options.keepPartial ? incompleteName(options.soundFile) : "";
+  report->peak = files->sound.peakPressure();
+  report->fullScale = options.fullScale;
+  if (options.normalize) report->fullScale = report->peak > 0.0 ? report->peak : kFullScalePressure;
+  report->clippedSamples = files->sound.clippedSamples();
+  report->limiter = isLimited(options);
+  report->gainReduction = files->sound.gainReduction();
+  report->wallTime = stopwatch.seconds();
   return report;
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "carom/audio/result.h"
@@ -12,6 +13,7 @@
 #include "carom/modal/analysis_settings.h"
 #include "carom/native/recording.h"
 #include "scenes/format/scene.h"
+#include "scenes/run/events_file.h"
 #include "scenes/run/plan.h"
 #include "scenes/run/scene_sound.h"
 
@@ -71,6 +73,22 @@ struct RenderReport {
 /// Returns "out.incomplete.wav" for "out.wav": the name of a file while it is not complete, and for
 /// good if a limit ends the run and `keepPartial` is set. [any thread]
 std::filesystem::path incompleteName(const std::filesystem::path& file);
+
+/// Takes what a rendering makes, in order of time. [one thread]
+class RenderSink {
+ public:
+  virtual ~RenderSink() = default;
+  /// Takes the next `frames` samples of each channel, in Pa. An error ends the rendering.
+  virtual Status write(std::span<const float* const> channels, std::size_t frames) = 0;
+  /// Takes an event, once the synthesis has it: after the samples before it, and before its own.
+  virtual void add(const ImpulseEvent& event, const EventSound& sound) = 0;
+};
+
+/// Renders a scene into a sink, the channels of its first listener first. Of the options, those
+/// about files are not used; the report says nothing about files, full scale and limiter. A run
+/// that a guard ends is no error. [one thread]
+Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& options,
+                                 RenderSink& sink);
 
 /// Renders a scene into a sound file, the channels of its first listener first, in pascals over the
 /// full scale. No file appears, and none is replaced, unless all of it succeeds, but for the one

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace carom::command {
+
+/// `carom batch`: plans, makes and verifies batches of samples.
+class BatchCommand {
+ public:
+  /// Adds the command to `app`; must outlive the parsing.
+  explicit BatchCommand(CLI::App& app);
+  bool parsed() const;
+  /// Returns the program's exit code: 1 if a sample fails, or a file is missing or damaged.
+  int run() const;
+
+ private:
+  CLI::App* add(const char* name, const char* description);
+  void addPlan();
+  void addRun();
+  void addVerify();
+  void addRepeat();
+  int plan() const;
+  int runAll() const;
+  int verify() const;
+  int repeat() const;
+
+  CLI::App* command_;
+  CLI::App* plan_ = nullptr;
+  CLI::App* run_ = nullptr;
+  CLI::App* verify_ = nullptr;
+  CLI::App* repeat_ = nullptr;
+  std::string input_;   // batch file, or the folder of a plan
+  std::string output_;  // folder, or a sound file
+  std::string shard_;   // "I/N"; empty: all
+  std::string branch_;
+  double count_ = 0.0;  // 0: the batch's own
+  double index_ = 0.0;
+  double processes_ = 0.0;  // 0: one for each processor
+  bool retry_ = false;
+  bool thorough_ = false;
+  bool json_ = false;
+};
+
+}  // namespace carom::command

@@ -1,0 +1,132 @@
+#include "lab/batch/batch_rows.h"
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+#include <system_error>
+
+#include "lab/batch/sha256.h"
+#include <unistd.h>
+
+namespace carom::lab {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+constexpr const char* kRowFolder = "rows";
+
+std::string hostName() {
+  char name[256] = {};
+  if (::gethostname(name, sizeof name - 1) != 0) return "host";
+  std::string host = name;
+  std::ranges::replace_if(
+      host,
+      [](char c) {
+        return (c < 'a' || c > 'z') && (c < 'A' || c > 'Z') && (c < '0' || c > '9') && c != '-';
+      },
+      '_');
+  return host;
+}
+
+/// Returns the branch that a line tells of; nothing if it tells of none.
+std::optional<BranchId> idOf(const ordered_json& line) {
+  const auto index = line.find("index");
+  if (index == line.end() || !index->is_number_unsigned()) return std::nullopt;
+  const auto branch = line.find("branch");
+  const bool isNamed = branch != line.end() && branch->is_string();
+  return BranchId{index->get<std::uint64_t>(), isNamed ? branch->get<std::string>() : ""};
+}
+
+void add(const std::string& text, BatchRows& rows) {
+  ordered_json line = ordered_json::parse(text, nullptr, false);
+  if (!line.is_object()) return;
+  const auto id = idOf(line);
+  if (!id) return;
+  if (line.contains("failure")) {
+    rows.failures[*id] = std::move(line);
+  } else if (line.contains("sha256") && line.contains("file") && line.contains("bytes")) {
+    rows.rows[*id] = std::move(line);
+  }
+}
+
+bool hasFile(const BatchPlan& plan, const ordered_json& row, const RowFile& keys, bool hashed) {
+  if (!row.contains(keys.name)) return true;
+  const ordered_json& name = row.at(keys.name);
+  const auto size = row.find(keys.bytes);
+  if (!name.is_string() || size == row.end() || !size->is_number_unsigned()) return false;
+  const fs::path file = plan.folder / name.get_ref<const std::string&>();
+  std::error_code failed;
+  const auto there = fs::file_size(file, failed);
+  if (failed || there != size->get<std::uintmax_t>()) return false;
+  if (!hashed) return true;
+  const Result<std::string> hash = sha256OfFile(file);
+  return hash && row.value(keys.hash, "") == *hash;
+}
+
+}  // namespace
+
+Result<BatchRows> readRows(const BatchPlan& plan) {
+  const fs::path folder = plan.folder / kRowFolder;
+  std::vector<fs::path> files;
+  std::error_code failed;
+  for (fs::directory_iterator entry(folder, failed), none; !failed && entry != none;
+       entry.increment(failed))
+    if (entry->path().extension() == ".jsonl") files.push_back(entry->path());
+  if (failed)
+    return Error{folder.string() + ": cannot be read: " + failed.message() +
+                 "; expected the folder of a batch"};
+  std::ranges::sort(files);
+  BatchRows rows;
+  for (const fs::path& file : files) {
+    std::ifstream stream(file, std::ios::binary);
+    for (std::string line; std::getline(stream, line);)
+      add(line, rows);
+  }
+  const auto isBeyond = [&](const auto& entry) { return entry.first.first >= plan.spec.count; };
+  std::erase_if(rows.rows, isBeyond);
+  std::erase_if(rows.failures, isBeyond);
+  // A branch that failed once and succeeded later is whole.
+  std::erase_if(rows.failures, [&](const auto& entry) { return rows.rows.contains(entry.first); });
+  return rows;
+}
+
+std::vector<bool> doneSamples(const BatchPlan& plan, const BatchRows& rows,
+                              const DoneRules& rules) {
+  std::vector<std::size_t> settled(plan.spec.count);
+  const std::size_t branches = plan.spec.branches.size();
+  for (const auto& [id, row] : rows.rows)
+    if (std::ranges::all_of(
+            kRowFiles, [&](const RowFile& keys) { return hasFile(plan, row, keys, rules.hashes); }))
+      ++settled[id.first];
+  if (rules.failuresCount)
+    for (const auto& [id, failure] : rows.failures)
+      settled[id.first] += id.second.empty() ? branches : 1;
+  std::vector<bool> done;
+  for (const std::size_t number : settled)
+    done.push_back(number >= branches);
+  return done;
+}
+
+Result<RowLog> RowLog::create(const BatchPlan& plan) {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  const auto name = hostName() + '.' + std::to_string(::getpid()) + '.' +
+                    std::to_string(std::chrono::nanoseconds(now).count()) + ".jsonl";
+  const fs::path path = plan.folder / kRowFolder / name;
+  std::ofstream stream(path, std::ios::binary | std::ios::app);
+  if (!stream)
+    return Error{path.string() +
+                 ": cannot be created; expected the folder of a batch that may be "
+                 "written"};
+  return RowLog(path, std::move(stream));
+}
+
+Status RowLog::add(const ordered_json& line) {
+  stream_ << line.dump() << '\n' << std::flush;
+  std::error_code ignored;
+  if (stream_ && fs::exists(path_, ignored)) return std::monostate{};
+  return Error{path_.string() + ": cannot be written; is it still there, and is there room?"};
+}
+
+}  // namespace carom::lab

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "lab/batch/batch_plan.h"
+#include <nlohmann/json.hpp>
+
+#include "carom/audio/result.h"
+
+namespace carom::lab {
+
+/// A sample and the name of its branch; empty where there is one only.
+using BranchId = std::pair<std::uint64_t, std::string>;
+
+/// The keys that a row has for one of its files; it need not have all files.
+struct RowFile {
+  const char* name;
+  const char* bytes;
+  const char* hash;
+};
+inline constexpr std::array kRowFiles = {RowFile{"file", "bytes", "sha256"},
+                                         RowFile{"events_file", "events_bytes", "events_sha256"}};
+
+/// All that the runs of a batch have told so far: rows of branches that are whole, and failures of
+/// those that are not. A failure of a whole sample has an empty branch.
+struct BatchRows {
+  std::map<BranchId, nlohmann::ordered_json> rows;
+  std::map<BranchId, nlohmann::ordered_json> failures;
+};
+
+/// Reads what all runs have told. Lines that a run was killed in are left out. [any thread]
+Result<BatchRows> readRows(const BatchPlan& plan);
+
+/// How a sample is found to be done.
+struct DoneRules {
+  bool failuresCount = true;  ///< a branch that failed is done
+  bool hashes = false;        ///< hashes every file, instead of looking at its size
+};
+
+/// Returns for each sample below the plan's count true if it has nothing more to do: each branch
+/// has a row and its files, or has failed. [any thread]
+std::vector<bool> doneSamples(const BatchPlan& plan, const BatchRows& rows, const DoneRules& rules);
+
+/// The file into which one run tells of its samples, line by line: nobody else writes it, so runs
+/// on many machines share a folder without locks. [one thread]
+class RowLog {
+ public:
+  /// Creates a file of a name that no other run has.
+  static Result<RowLog> create(const BatchPlan& plan);
+
+  /// Adds a line, which is the system's when this returns.
+  Status add(const nlohmann::ordered_json& line);
+
+ private:
+  RowLog(std::filesystem::path path, std::ofstream stream)
+      : path_(std::move(path)), stream_(std::move(stream)) {}
+
+  std::filesystem::path path_;
+  std::ofstream stream_;
+};
+
+}  // namespace carom::lab

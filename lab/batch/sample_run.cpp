@@ -1,0 +1,346 @@
+#include "lab/batch/sample_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <fstream>
+#include <memory>
+#include <new>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "lab/batch/sha256.h"
+#include <gnu/libc-version.h>
+
+#include "audio/io/byte_file.h"
+#include "audio/io/partial_file.h"
+#include "audio/io/wav_stream.h"
+#include "audio/synthesis/click_kernels.h"
+#include "carom/audio/sound_file.h"
+#include "scenes/format/scene_loader.h"
+#include "scenes/limits/run_guard.h"
+#include "scenes/run/events_file.h"
+#include "scenes/run/render.h"
+
+namespace carom::lab {
+
+using namespace scenes;
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+constexpr double kTail = 10.0;  // s, as `carom render` has it
+
+/// Keeps what a rendering makes in memory.
+class MemorySink : public RenderSink {
+ public:
+  MemorySink(const Scene& scene, bool events) : scene_(scene), hasRows_(events) {
+    if (hasRows_) rows_ = EventRows::header();
+  }
+
+  Status write(std::span<const float* const> channels, std::size_t frames) override {
+    for (std::size_t frame = 0; frame < frames; ++frame)
+      for (const float* const channel : channels) {
+        peak_ = std::max(peak_, std::abs(channel[frame]));
+        samples_.push_back(channel[frame]);
+      }
+    return std::monostate{};
+  }
+  void add(const ImpulseEvent& event, const EventSound& sound) override {
+    if (hasRows_) rows_ += maker_.row(event, scene_, sound);
+  }
+
+  double peak() const { return static_cast<double>(peak_); }  ///< Pa
+  std::vector<float>& samples() { return samples_; }          ///< Pa, interleaved
+  const std::string& rows() const { return rows_; }           ///< of the events, as CSV
+
+ private:
+  const Scene& scene_;
+  bool hasRows_;
+  EventRows maker_;
+  std::string rows_;
+  std::vector<float> samples_;
+  float peak_ = 0.0F;
+};
+
+Error cannotWrite(const fs::path& file, const std::string& why) {
+  return Error{file.string() + ": cannot be written: " + why};
+}
+
+/// Writes a file under a temporary name by `write`, and gives it its name.
+template <class Write>
+Status writeFile(const fs::path& file, const Write& write) {
+  // The folder of the samples is never made anew: it goes only if somebody removes the batch.
+  std::error_code failed;
+  fs::create_directory(file.parent_path(), failed);
+  audio::PartialFile partial(file);
+  if (const Status written = write(partial.path()); !written)
+    return cannotWrite(file, written.error().message);
+  if (const std::error_code named = partial.giveName(audio::Sync::none); named)
+    return cannotWrite(file, named.message());
+  return std::monostate{};
+}
+
+Status writeSound(const fs::path& file, const Scene& scene, std::vector<float>& samples) {
+  const auto fullScale = static_cast<float>(kFullScalePressure);
+  for (float& sample : samples)
+    sample /= fullScale;
+  return writeFile(file, [&](const fs::path& path) -> Status {
+    Result<audio::WavStream> stream =
+        audio::WavStream::create(path, {.sampleRate = static_cast<int>(scene.sampleRate),
+                                        .channels = channelsOf(scene),
+                                        .fullScale = kFullScalePressure});
+    if (!stream) return stream.error();
+    if (Status appended = stream->append(samples); !appended) return appended;
+    return stream->close();
+  });
+}
+
+/// A file of a sample as its row tells of it.
+struct WrittenFile {
+  std::string name;  ///< relative to the plan's folder
+  std::uintmax_t bytes = 0;
+  std::string sha256;
+};
+
+Result<WrittenFile> described(const fs::path& folder, const std::string& name) {
+  const fs::path file = folder / name;
+  const Result<std::vector<std::byte>> bytes = audio::readBytes(file);
+  if (!bytes) return cannotWrite(file, bytes.error().message);
+  return WrittenFile{name, bytes->size(), sha256(*bytes)};
+}
+
+ordered_json valuesJson(const SampleValues& values) {
+  ordered_json object = ordered_json::object();
+  for (const auto& [name, value] : values)
+    object[name] = value;
+  return object;
+}
+
+}  // namespace
+
+/// A branch of a sample in memory, or why there is none.
+struct SampleRunner::Rendered {
+  json document;
+  std::unique_ptr<Scene> scene;  // which the sink borrows
+  std::unique_ptr<MemorySink> sink;
+  RenderReport report;
+  std::optional<SampleFailure> failure;
+  bool overlaps = false;  // failed, as bodies overlap
+};
+
+struct SampleRunner::Accepted {
+  Sample sample;
+  Rendered first;
+};
+
+std::string machineKind() {
+  return std::string(audio::fastestKernels().name) + ", glibc " + gnu_get_libc_version();
+}
+
+Status writeSampleFile(const fs::path& file, std::string_view bytes) {
+  return writeFile(file, [&](const fs::path& path) -> Status {
+    std::ofstream stream(path, std::ios::binary | std::ios::trunc);
+    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    stream.close();
+    if (!stream) return Error{"is there room on the disk, and may it be written?"};
+    return std::monostate{};
+  });
+}
+
+/// Returns the values of the first attempt, from `from` on, that no rule about values rejects; the
+/// attempt is beyond the last one if there is none.
+Result<Sample> SampleRunner::draw(std::uint64_t index, std::size_t from) const {
+  const std::size_t attempts = plan_.spec.rejections.attempts;
+  for (std::size_t attempt = from; attempt < attempts; ++attempt) {
+    Result<SampleValues> values = drawValues(plan_.spec, index, attempt);
+    if (!values) return values.error();
+    const Result<bool> rejected = isRejected(plan_.spec, *values);
+    if (!rejected) return rejected.error();
+    if (!*rejected) return Sample{index, attempt, *std::move(values)};
+  }
+  return Sample{index, attempts, {}};
+}
+
+Result<SampleRunner::Rendered> SampleRunner::render(const Sample& sample,
+                                                    const BatchBranch& branch) const {
+  Rendered rendered;
+  const auto fails = [&](const char* kind, const std::string& message) {
+    rendered.failure = SampleFailure{kind, branch.name, message};
+  };
+  const std::string& file = sceneOf(plan_.spec, sample.values);
+  Result<json> document = applied(plan_.spec, sample.values, branch, plan_.scenes.at(file));
+  if (!document) return document.error();
+  rendered.document = *std::move(document);
+  Result<Scene> scene = parseScene(rendered.document.dump(), file,
+                                   {.confined = true, .folder = (plan_.home / file).parent_path()});
+  if (!scene) {
+    rendered.overlaps = isOverlap(scene.error());
+    fails("refused", scene.error().message);
+    return rendered;
+  }
+  rendered.scene = std::make_unique<Scene>(*std::move(scene));
+  rendered.sink = std::make_unique<MemorySink>(*rendered.scene, plan_.spec.outputs.events);
+  RunGuard guard(*rendered.scene, plan_.spec.limits);
+  RenderOptions options;
+  options.tail = kTail;
+  options.guard = &guard;
+  Result<RenderReport> report = Error{};
+  try {
+    report = renderScene(*rendered.scene, options, *rendered.sink);
+  } catch (const std::bad_alloc&) {
+    guard.runOut();
+  }
+  if (const auto& ended = guard.ended()) {
+    fails("limit", ended->what);
+  } else if (!report) {
+    fails("failed", report.error().message);
+  } else {
+    rendered.report = *std::move(report);
+  }
+  return rendered;
+}
+
+/// Draws a sample until its first branch is neither refused for overlaps nor silent, where the
+/// batch asks for that.
+Result<SampleRunner::Accepted> SampleRunner::accept(std::uint64_t index) const {
+  const BatchRejections& rules = plan_.spec.rejections;
+  std::string why = "\"expression\"";
+  std::size_t from = 0;
+  while (true) {
+    Result<Sample> sample = draw(index, from);
+    if (!sample) return sample.error();
+    if (sample->attempt >= rules.attempts) {
+      Accepted none{*std::move(sample), {}};
+      none.first.failure = SampleFailure{
+          "rejected", "",
+          "each of " + std::to_string(rules.attempts) + " attempts was rejected, the last by " +
+              why + "; expected ranges in which more can be, or more \"attempts\""};
+      return none;
+    }
+    Result<Rendered> first = render(*sample, plan_.spec.branches.front());
+    if (!first) return first.error();
+    const bool overlaps = rules.overlap && first->overlaps;
+    const bool isSilent = !first->failure && rules.silent && !(first->sink->peak() > *rules.silent);
+    if (!overlaps && !isSilent) return Accepted{*std::move(sample), *std::move(first)};
+    why = overlaps ? "\"overlap\"" : "\"silent\"";
+    from = sample->attempt + 1;
+  }
+}
+
+/// Writes the files of a branch, and returns its row.
+Result<ordered_json> SampleRunner::write(const Sample& sample, const BatchBranch& branch,
+                                         Rendered& rendered) const {
+  const auto nameOf = [&](const char* ending) {
+    return sampleFile(sample.index, branch.name, ending);
+  };
+  const RenderReport& report = rendered.report;
+  const std::string sound = nameOf(".wav");
+  if (Status written = writeSound(plan_.folder / sound, *rendered.scene, rendered.sink->samples());
+      !written)
+    return written.error();
+  const Result<WrittenFile> soundFile = described(plan_.folder, sound);
+  if (!soundFile) return soundFile.error();
+  ordered_json row = {{"index", sample.index}};
+  if (!branch.name.empty()) row["branch"] = branch.name;
+  row["split"] = splitOf(plan_.spec, sample.index, sample.values);
+  row["file"] = soundFile->name;
+  row["bytes"] = soundFile->bytes;
+  row["sha256"] = soundFile->sha256;
+  if (plan_.spec.outputs.events) {
+    const std::string events = nameOf(".events.csv");
+    if (Status written = writeSampleFile(plan_.folder / events, rendered.sink->rows()); !written)
+      return written.error();
+    row["events_file"] = events;
+    row["events_bytes"] = rendered.sink->rows().size();
+    row["events_sha256"] = sha256(rendered.sink->rows());
+  }
+  row["parameters"] = valuesJson(sample.values);
+  row["attempt"] = sample.attempt;
+  row["duration_s"] = report.duration;
+  row["sample_rate_hz"] = report.sampleRate;
+  row["channels"] = report.channels;
+  row["peak_pa"] = rendered.sink->peak();
+  row["full_scale_pa"] = kFullScalePressure;
+  row["events"] = report.events;
+  row["version"] = CAROM_VERSION;
+  row["cpu_features"] = machineKind();
+  ordered_json record = row;
+  record["seed"] = plan_.spec.seed;
+  record["plan_hash"] = plan_.hash;
+  record["scene"] = rendered.document;
+  if (Status written = writeSampleFile(plan_.folder / nameOf(".json"), record.dump(1) + "\n");
+      !written)
+    return written.error();
+  row["wall_s"] = report.wallTime;
+  return row;
+}
+
+Result<SampleRunner::Outcome> SampleRunner::run(std::uint64_t index) {
+  Outcome outcome;
+  Result<Accepted> accepted = accept(index);
+  if (!accepted) {
+    outcome.failures.push_back({"refused", "", accepted.error().message});
+    return outcome;
+  }
+  const Sample& sample = accepted->sample;
+  const bool isRejected = sample.values.empty();
+  for (std::size_t at = 0; at < plan_.spec.branches.size(); ++at) {
+    const BatchBranch& branch = plan_.spec.branches[at];
+    Result<Rendered> rendered = at == 0 ? std::move(accepted->first) : render(sample, branch);
+    if (!rendered) {
+      outcome.failures.push_back({"refused", branch.name, rendered.error().message});
+    } else if (rendered->failure) {
+      outcome.failures.push_back(*rendered->failure);
+      if (isRejected) break;
+    } else {
+      Result<ordered_json> row = write(sample, branch, *rendered);
+      if (!row) return row.error();
+      outcome.rows.push_back(*std::move(row));
+    }
+  }
+  return outcome;
+}
+
+Result<SampleRunner::Outcome> SampleRunner::repeat(std::uint64_t index, const std::string& branch,
+                                                   const fs::path& soundFile) {
+  const auto& branches = plan_.spec.branches;
+  const auto wanted = std::ranges::find(branches, branch, &BatchBranch::name);
+  if (wanted == branches.end())
+    return Error{"there is no branch \"" + branch + "\" in the batch; expected one of its own"};
+  Outcome outcome;
+  Result<Accepted> accepted = accept(index);
+  if (!accepted) {
+    outcome.failures.push_back({"refused", branch, accepted.error().message});
+    return outcome;
+  }
+  const bool isFirst = wanted == branches.begin() || accepted->sample.values.empty();
+  Result<Rendered> rendered =
+      isFirst ? std::move(accepted->first) : render(accepted->sample, *wanted);
+  if (!rendered) {
+    outcome.failures.push_back({"refused", branch, rendered.error().message});
+    return outcome;
+  }
+  if (rendered->failure) {
+    outcome.failures.push_back(*rendered->failure);
+    return outcome;
+  }
+  if (Status written = writeSound(soundFile, *rendered->scene, rendered->sink->samples()); !written)
+    return written.error();
+  const Result<std::string> hash = sha256OfFile(soundFile);
+  if (!hash) return cannotWrite(soundFile, hash.error().message);
+  outcome.rows.push_back({{"index", index},
+                          {"branch", branch},
+                          {"file", soundFile.string()},
+                          {"sha256", *hash},
+                          {"parameters", valuesJson(accepted->sample.values)},
+                          {"attempt", accepted->sample.attempt},
+                          {"peak_pa", rendered->sink->peak()}});
+  return outcome;
+}
+
+}  // namespace carom::lab
