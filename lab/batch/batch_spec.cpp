@@ -170,8 +170,10 @@ class BatchReader {
     if (!name->failed() && !isWord(parameter.name))
       name->fail(inQuotes(parameter.name) +
                  " is no name; expected small letters, digits and _, no digit first");
-    if (parameter.name == kSceneParameter)
-      name->fail("\"scene\" is the choice among scenes; expected another name");
+    if (parameter.name == kSceneParameter || parameter.name == "pi")
+      name->fail(inQuotes(parameter.name) +
+                 " has a meaning of its own (the choice among scenes, a number); expected another "
+                 "name");
     if (!names_.insert(parameter.name).second)
       name->fail("the name " + inQuotes(parameter.name) + " is taken; expected names that differ");
     readKind(entry, parameter);

@@ -1,6 +1,7 @@
 #include "lab/batch/expression.h"
 
 #include <cmath>
+#include <numbers>
 
 #include <muParser.h>
 
@@ -9,6 +10,8 @@ namespace carom::lab {
 Result<double> valueOf(const std::string& expression, const NamedNumbers& numbers) {
   try {
     mu::Parser parser;
+    parser.ClearConst();  // its own pi has twelve digits
+    parser.DefineConst("pi", std::numbers::pi);
     for (const auto& [name, number] : numbers)
       parser.DefineConst(name, number);
     parser.SetExpr(expression);

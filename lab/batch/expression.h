@@ -11,7 +11,7 @@ namespace carom::lab {
 using NamedNumbers = std::map<std::string, double>;
 
 /// Returns the value of an expression in the language of muParser: + - * / ^, comparisons (1 or 0),
-/// && || ?:, and its functions (sin, sqrt, min, log10, exp, ...), `_pi` and `_e`. The error, the
+/// && || ?:, and its functions (sin, sqrt, min, log10, exp, ...), and pi. The error, the
 /// second half of a sentence, names an unknown word or the place of a mistake, or a value that is
 /// no finite number. [any thread]
 Result<double> valueOf(const std::string& expression, const NamedNumbers& numbers);

@@ -1,0 +1,257 @@
+#include <chrono>
+#include <filesystem>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/batch/batch_files.h"
+#include "tests/scenes/command.h"
+
+namespace carom::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+/// Plans a batch into FOLDER/NAME; returns that folder.
+std::string planned(const TemporaryFolder& folder, const json& batch,
+                    const std::string& name = "out", const json& scene = ballScene()) {
+  const std::string out = (folder / name).string();
+  const Outcome outcome =
+      carom({"batch", "plan", writeBatch(folder, batch, scene).string(), "-o", out, "--json"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  return out;
+}
+
+json made(const std::vector<std::string>& options, int code = 0) {
+  std::vector<std::string> arguments = {"batch", "run", "--json"};
+  arguments.insert(arguments.end(), options.begin(), options.end());
+  const Outcome outcome = carom(arguments);
+  EXPECT_EQ(outcome.code, code) << outcome.err;
+  const json report = json::parse(outcome.out, nullptr, false);
+  EXPECT_TRUE(report.is_object()) << outcome.out;
+  return report;
+}
+
+std::string hashOf(const std::string& out, int code = 0) {
+  const Outcome outcome = carom({"batch", "verify", out, "--json"});
+  EXPECT_EQ(outcome.code, code) << outcome.err;
+  return json::parse(outcome.out).value("content_hash", "");
+}
+
+std::vector<json> linesOf(const fs::path& file) {
+  std::vector<json> lines;
+  std::istringstream stream(contents(file));
+  for (std::string line; std::getline(stream, line);)
+    lines.push_back(json::parse(line));
+  return lines;
+}
+
+TEST(BatchCommand, IsTheSameForAnyProcessesShardsAndRuns) {
+  const TemporaryFolder folder;
+  json batch = ballBatch(24);
+  batch["branches"] = {{{"name", "steel"}},
+                       {{"name", "wood"}, {"set", {{"/bodies/1/material", "wood"}}}}};
+  const std::string one = planned(folder, batch, "one");
+  const json report = made({one, "-j", "1"});
+  EXPECT_EQ(report["done"], 24);
+  EXPECT_EQ(report["failed"], 0);
+  EXPECT_EQ(report["remaining"], 0);
+  const std::string hash = report["content_hash"];
+  EXPECT_EQ(hashOf(one), hash);
+  EXPECT_EQ(made({planned(folder, batch, "two"), "-j", "2"})["content_hash"], hash);
+  const std::string shards = planned(folder, batch, "shards");
+  for (int shard = 0; shard < 7; ++shard)
+    made({shards, "--shard", std::to_string(shard) + "/7"});
+  EXPECT_EQ(hashOf(shards), hash);
+  EXPECT_EQ(contents(fs::path(one) / "manifest.csv"), contents(fs::path(shards) / "manifest.csv"));
+}
+
+TEST(BatchCommand, GoesOnWhereItWasKilled) {
+  const TemporaryFolder folder;
+  const json batch = ballBatch(120);
+  const std::string whole = planned(folder, batch, "whole");
+  const std::string hash = made({whole})["content_hash"];
+  const std::string out = planned(folder, batch, "killed");
+  for (int kill = 0; kill < 10; ++kill) {
+    const pid_t child = fork();
+    if (child == 0) {
+      const int null = openForWriting("/dev/null");
+      become({"batch", "run", out, "-j", "2"}, null, null, RLIM_INFINITY);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(10 + 7 * kill));
+    ::kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+  }
+  const json report = made({out});
+  EXPECT_EQ(report["done"], 120);
+  EXPECT_EQ(report["content_hash"], hash);
+  EXPECT_EQ(hashOf(out), hash);
+  for (const auto& entry : fs::recursive_directory_iterator(fs::path(out) / "samples"))
+    EXPECT_EQ(entry.path().string().find(".partial"), std::string::npos) << entry.path();
+}
+
+TEST(BatchCommand, SamplesAreWhatRenderMakesOfTheirScene) {
+  const TemporaryFolder folder;
+  const std::string out = planned(folder, ballBatch(3));
+  made({out});
+  const fs::path sample = fs::path(out) / "samples/0000/000001";
+  const json record = json::parse(contents(sample.string() + ".json"));
+  write(folder / "scene.json", record["scene"].dump());
+  const std::string wav = (folder / "scene.wav").string();
+  const std::string csv = (folder / "scene.csv").string();
+  ASSERT_EQ(carom({"render", (folder / "scene.json").string(), "-o", wav, "--events", csv}).code,
+            0);
+  EXPECT_EQ(contents(wav), contents(sample.string() + ".wav"));
+  EXPECT_EQ(contents(csv), contents(sample.string() + ".events.csv"));
+  EXPECT_EQ(record["parameters"]["height"], record["scene"]["bodies"][1]["position"][1]);
+}
+
+TEST(BatchCommand, ASampleIsTheSameWhateverTheCount) {
+  const TemporaryFolder folder;
+  const std::string few = planned(folder, ballBatch(3), "few");
+  const std::string many = planned(folder, ballBatch(9), "many");
+  made({few});
+  made({many});
+  for (const char* const name : {"000000.wav", "000002.wav", "000002.json"})
+    EXPECT_EQ(contents(fs::path(few) / "samples/0000" / name),
+              contents(fs::path(many) / "samples/0000" / name));
+}
+
+TEST(BatchCommand, RepeatMakesTheBytesOfASampleAgain) {
+  const TemporaryFolder folder;
+  json batch = ballBatch(3);
+  batch["branches"] = {{{"name", "a"}},
+                       {{"name", "b"}, {"set", {{"/bodies/1/material", "glass"}}}}};
+  const std::string out = planned(folder, batch);
+  made({out});
+  const std::string again = (folder / "again.wav").string();
+  ASSERT_EQ(carom({"batch", "repeat", out, "2", "--branch", "b", "-o", again}).code, 0);
+  EXPECT_EQ(contents(again), contents(fs::path(out) / "samples/0000/000002.b.wav"));
+  EXPECT_THAT(expectRefused({"batch", "repeat", out, "3", "-o", again}, 2), HasSubstr("below 3"));
+  expectRefused({"batch", "repeat", out, "0", "--branch", "c", "-o", again}, 1);
+}
+
+TEST(BatchCommand, SamplesThatFailAreRowsOfTheirOwn) {
+  const TemporaryFolder folder;
+  json batch = {
+      {"parameters",
+       {{{"name", "height"}, {"grid", {0.2, 0.1, -1, 0.3}}, {"at", "/bodies/1/position/1"}}}}};
+  const std::string out = planned(folder, batch);
+  const json report = made({out}, 1);
+  EXPECT_EQ(report["done"], 3);
+  EXPECT_EQ(report["failed"], 1);
+  const std::vector<json> failures = linesOf(fs::path(out) / "failures.jsonl");
+  ASSERT_EQ(failures.size(), 1U);
+  EXPECT_EQ(failures[0]["index"], 2);
+  EXPECT_EQ(failures[0]["failure"], "refused");
+  EXPECT_THAT(failures[0]["message"].get<std::string>(), HasSubstr("at the start"));
+  EXPECT_THAT(failures[0]["repeat"].get<std::string>(), HasSubstr("carom batch repeat"));
+  EXPECT_EQ(linesOf(fs::path(out) / "manifest.jsonl").size(), 3U);
+  hashOf(out, 1);
+}
+
+TEST(BatchCommand, OneThatNeverEndsIsEnded) {
+  const TemporaryFolder folder;
+  json batch = ballBatch(2);
+  batch["parameters"] = {
+      {{"name", "height"}, {"grid", {0.01, 0.2}}, {"at", "/bodies/1/position/1"}}};
+  batch["limits"] = {{"events", 1}};  // the ball that falls has more
+  const std::string out = planned(folder, batch);
+  const json report = made({out}, 1);
+  EXPECT_EQ(report["done"], 1);
+  EXPECT_EQ(linesOf(fs::path(out) / "failures.jsonl").at(0)["failure"], "limit");
+}
+
+TEST(BatchCommand, DrawsAnewWhatIsRejected) {
+  const TemporaryFolder folder;
+  json batch = ballBatch(20);
+  batch["parameters"][0]["uniform"] = {-0.5, 0.5};
+  batch["reject_if"] = {{"overlap", true}, {"expression", "height > 0.4"}};
+  const std::string out = planned(folder, batch);
+  EXPECT_EQ(made({out})["done"], 20);
+  int rejected = 0;
+  for (const json& row : linesOf(fs::path(out) / "manifest.jsonl")) {
+    const double height = row["parameters"]["height"];
+    EXPECT_TRUE(height >= 0.01 && height <= 0.4);
+    rejected += row["attempt"].get<int>();
+  }
+  EXPECT_GT(rejected, 5);
+  batch["reject_if"] = {{"silent", 1e5}, {"attempts", 3}};
+  batch["parameters"][0]["uniform"] = {0.1, 0.2};
+  batch["count"] = 1;
+  const std::string silent = planned(folder, batch, "silent");
+  made({silent}, 1);
+  const json failure = linesOf(fs::path(silent) / "failures.jsonl").at(0);
+  EXPECT_EQ(failure["failure"], "rejected");
+  EXPECT_THAT(failure["message"].get<std::string>(), HasSubstr("3 attempts"));
+}
+
+TEST(BatchCommand, DamagedFilesAreFoundAndMadeAnew) {
+  const TemporaryFolder folder;
+  const std::string out = planned(folder, ballBatch(4));
+  const std::string hash = made({out})["content_hash"];
+  const fs::path file = fs::path(out) / "samples/0000/000002.wav";
+  std::string bytes = contents(file);
+  bytes[bytes.size() / 2] ^= 1;
+  write(file, bytes);
+  fs::remove(fs::path(out) / "samples/0000/000001.events.csv");
+  const json check = json::parse(carom({"batch", "verify", out, "--json"}).out);
+  EXPECT_EQ(check["damaged"], 1);
+  EXPECT_EQ(check["missing"], 1);
+  EXPECT_EQ(check["whole"], 2);
+  made({out, "--repair"});
+  EXPECT_EQ(hashOf(out), hash);
+}
+
+TEST(BatchCommand, AFullDiskEndsTheRunAndLosesNothing) {
+  const TemporaryFolder folder;
+  const std::string out = planned(folder, ballBatch(6));
+  // Sounds are of 96 kB, rows and events smaller.
+  const Outcome full = carom({"batch", "run", out}, {.largestFile = 50'000});
+  EXPECT_EQ(full.code, 1);
+  EXPECT_THAT(full.err, HasSubstr("cannot be written"));
+  const json report = made({out});
+  EXPECT_EQ(report["done"], 6);
+  EXPECT_EQ(report["failed"], 0);
+}
+
+TEST(BatchCommand, AFolderThatGoesEndsTheRun) {
+  const TemporaryFolder folder;
+  const std::string out = planned(folder, ballBatch(2000));
+  const int err = openForWriting(folder / "err");
+  const pid_t child = fork();
+  if (child == 0) become({"batch", "run", out, "-j", "2"}, err, err, RLIM_INFINITY);
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  fs::rename(out, folder / "gone");
+  int status = 0;
+  waitpid(child, &status, 0);
+  ::close(err);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 1);
+  EXPECT_THAT(contents(folder / "err"), HasSubstr("cannot be written"));
+  EXPECT_FALSE(fs::exists(out));
+}
+
+TEST(BatchCommand, RefusesWhatIsNoPlan) {
+  const TemporaryFolder folder;
+  EXPECT_THAT(expectRefused({"batch", "run", folder.path().string()}, 2), HasSubstr("plan.json"));
+  write(folder / "plan.json", "{}");
+  expectRefused({"batch", "verify", folder.path().string()}, 2);
+  write(folder / "bad.json", "{");
+  EXPECT_THAT(
+      expectRefused(
+          {"batch", "plan", (folder / "bad.json").string(), "-o", (folder / "out").string()}, 2),
+      HasSubstr("bad.json"));
+  EXPECT_FALSE(fs::exists(folder / "out"));
+  expectRefused({"batch"}, 2);
+  const std::string out = planned(folder, ballBatch(2));
+  expectRefused({"batch", "run", out, "--shard", "2/2"}, 2);
+  expectRefused({"batch", "run", out, "-j", "0"}, 2);
+}
+
+}  // namespace
+}  // namespace carom::test
