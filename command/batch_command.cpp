@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
 #include <sstream>
 #include <thread>
+#include <vector>
 
 #include "command/command_line.h"
 #include "command/progress_bar.h"
@@ -19,6 +21,9 @@
 #include "lab/batch/sample_run.h"
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "audio/io/partial_file.h"
 #include "scenes/limits/resource_watch.h"
@@ -72,6 +77,30 @@ std::string durationText(double seconds) {
   return text.str();
 }
 
+/// Runs a program that is looked for in PATH, and waits for it. Returns its exit code; 1 if there
+/// is none.
+int runProgram(std::vector<std::string> words) {
+  std::vector<char*> pointers;
+  for (std::string& word : words)
+    pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  // This program's threads block the signals that end it.
+  sigset_t none;
+  sigemptyset(&none);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setsigmask(&attributes, &none);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
+  pid_t process = -1;
+  const int failed =
+      posix_spawnp(&process, pointers[0], nullptr, &attributes, pointers.data(), environ);
+  posix_spawnattr_destroy(&attributes);
+  if (failed != 0) return kFailed;
+  int status = 0;
+  waitpid(process, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : kFailed;
+}
+
 std::string noteOf(const BatchProgress& progress) {
   std::ostringstream text;
   text << progress.done << " of " << progress.samples;
@@ -97,12 +126,14 @@ BatchCommand::BatchCommand(CLI::App& app)
   addRun();
   addVerify();
   addRepeat();
+  addSchedulers();
   command_->footer(
       "Examples:\n"
       "  carom batch plan scenes/batches/bouncing_balls.json -o balls --count 100\n"
       "  carom batch run balls\n"
       "  carom batch verify balls\n"
-      "  carom batch repeat balls 12 -o twelve.wav");
+      "  carom batch repeat balls 12 -o twelve.wav\n"
+      "  carom batch slurm balls");
 }
 
 CLI::App* BatchCommand::add(const char* name, const char* description) {
@@ -149,6 +180,20 @@ void BatchCommand::addRepeat() {
   repeat_->add_option("-o,--output", output_, "WAV file to write")->required()->check(fileName());
 }
 
+void BatchCommand::addSchedulers() {
+  slurm_ = add("slurm", "Write an array job of Slurm, and submit it");
+  parallel_ = add("parallel", "Write a script that runs all shares by GNU parallel");
+  snakemake_ = add("snakemake", "Write a Snakefile that runs all shares");
+  for (CLI::App* const command : {slurm_, parallel_, snakemake_}) {
+    command->add_option("FOLDER", input_, "folder that 'carom batch plan' made")->required();
+    command
+        ->add_option("--shards", shards_,
+                     "number of shares; default: as many as take a minute each, at most 1000")
+        ->check(wholeNumberRange(1, 1e6));
+  }
+  slurm_->add_flag("--dry-run", dryRun_, "only write it");
+}
+
 bool BatchCommand::parsed() const {
   return command_->parsed();
 }
@@ -157,6 +202,9 @@ int BatchCommand::run() const {
   if (plan_->parsed()) return plan();
   if (run_->parsed()) return runAll();
   if (verify_->parsed()) return verify();
+  if (slurm_->parsed()) return slurm();
+  if (parallel_->parsed()) return writeJobs("parallel.sh", parallelScript);
+  if (snakemake_->parsed()) return writeJobs("Snakefile", snakefile);
   return repeat();
 }
 
@@ -170,6 +218,8 @@ int BatchCommand::plan() const {
   const Result<BatchTrial> trial = tryBatch(*plan, [&bar](double share) { bar.show(share); });
   bar.clear();
   if (!trial) return fail(kFailed, trial.error().message);
+  if (const Status kept = keepTrialSeconds(*plan, trial->seconds); !kept)
+    return fail(kFailed, kept.error().message);
   for (const std::string& warning : trial->warnings)
     std::fprintf(stderr, "carom: %s: %s\n", input_.c_str(), warning.c_str());
   if (json_)
@@ -269,6 +319,35 @@ int BatchCommand::verify() const {
     text << "'carom batch run " << input_ << " --repair' makes damaged ones anew\n";
   const int said = answer(text.str());
   return said == kDone ? code : said;
+}
+
+int BatchCommand::writeJobs(const char* file, std::string (*text)(const JobSet&)) const {
+  const Result<BatchPlan> plan = loadPlan(input_);
+  if (!plan) return fail(kBadInput, plan.error().message);
+  std::error_code failed;
+  JobSet jobs{.name = plan->spec.name,
+              .program = std::filesystem::read_symlink("/proc/self/exe", failed),
+              .folder = std::filesystem::canonical(input_, failed)};
+  if (jobs.program.empty()) jobs.program = "carom";
+  jobs.shards = shards_ > 0.0 ? static_cast<std::uint64_t>(shards_)
+                              : shardsFor(trialSeconds(*plan).value_or(1.0), plan->spec.count);
+  const std::filesystem::path path = std::filesystem::path(input_) / file;
+  if (const Status written = writeSampleFile(path, text(jobs)); !written)
+    return fail(kFailed, written.error().message);
+  if (json_) return answer(jsonText({{"file", path.string()}, {"shards", jobs.shards}}));
+  return answer(path.string() + ": " + std::to_string(jobs.shards) + " shares\n");
+}
+
+int BatchCommand::slurm() const {
+  constexpr const char* kFile = "slurm.sh";
+  const int written = writeJobs(kFile, slurmScript);
+  if (written != kDone || dryRun_) return written;
+  const std::string output = (std::filesystem::path(input_) / "slurm-%A_%a.log").string();
+  const std::string script = (std::filesystem::path(input_) / kFile).string();
+  const int code = runProgram({"sbatch", "--output", output, script});
+  if (code == kDone) return code;
+  return fail(kFailed, "sbatch did not take " + script +
+                           "; expected Slurm on this machine, or --dry-run to write it only");
 }
 
 int BatchCommand::repeat() const {

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <string>
 
+#include "lab/batch/job_files.h"
+
 namespace CLI {
 class App;
 }
@@ -24,16 +26,22 @@ class BatchCommand {
   void addRun();
   void addVerify();
   void addRepeat();
+  void addSchedulers();
   int plan() const;
   int runAll() const;
   int verify() const;
   int repeat() const;
+  int slurm() const;
+  int writeJobs(const char* file, std::string (*text)(const lab::JobSet&)) const;
 
   CLI::App* command_;
   CLI::App* plan_ = nullptr;
   CLI::App* run_ = nullptr;
   CLI::App* verify_ = nullptr;
   CLI::App* repeat_ = nullptr;
+  CLI::App* slurm_ = nullptr;
+  CLI::App* parallel_ = nullptr;
+  CLI::App* snakemake_ = nullptr;
   std::string input_;   // batch file, or the folder of a plan
   std::string output_;  // folder, or a sound file
   std::string shard_;   // "I/N"; empty: all
@@ -41,6 +49,8 @@ class BatchCommand {
   double count_ = 0.0;  // 0: the batch's own
   double index_ = 0.0;
   double processes_ = 0.0;  // 0: one for each processor
+  double shards_ = 0.0;     // 0: as many as take a minute each
+  bool dryRun_ = false;
   bool retry_ = false;
   bool thorough_ = false;
   bool json_ = false;
