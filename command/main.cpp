@@ -38,11 +38,12 @@
 #include "audio/io/partial_file.h"
 #include "carom/audio/synth.h"
 #include "scenes/format/scene_loader.h"
+#include "scenes/recording/recorded_run.h"
+#include "scenes/recording/recorded_scene.h"
 #include "scenes/run/bullet_only.h"
 #include "scenes/run/jello_scene.h"
 #include "scenes/run/native_only.h"
 #include "scenes/run/plan.h"
-#include "scenes/run/recorded_scene.h"
 #include "scenes/run/render.h"
 
 namespace carom::command {
@@ -172,15 +173,15 @@ void warnOfLongRun(const std::string& file, const Scene& scene, Warnings& warnin
 }
 
 // Renders a scene to which the options of the command line have been applied already.
-int renderInto(const Arguments& arguments, const Scene& scene, const Recording* recording) {
+int renderInto(const Arguments& arguments, const Scene& scene, const Replay& replay) {
   Warnings warnings;
   if (const std::string why = instabilityWarning(scene); !why.empty())
     warnings.add(arguments.scene + ": " + why);
   warnings.add(sceneWarnings(scene));
-  if (recording == nullptr) warnOfLongRun(arguments.scene, scene, warnings);
+  if (!replay) warnOfLongRun(arguments.scene, scene, warnings);
   ProgressBar bar("rendering " + scene.name);
   RenderOptions options = renderOptions(arguments);
-  options.recording = recording;
+  options.replay = replay;
   options.span = arguments.span;
   capMemory(arguments.run.limits().memory);
   RunGuard guard(scene, arguments.run.limits());
@@ -227,7 +228,41 @@ int render(const Arguments& arguments) {
   }
   if (const Status valid = validateRun(*scene); !valid)
     return fail(kBadInput, arguments.scene + ": " + valid.error().message);
-  return renderInto(arguments, *scene, nullptr);
+  return renderInto(arguments, *scene, {});
+}
+
+// Records the whole motion of spheres on the native stepper.
+int recordMotion(const Arguments& arguments, const Scene& scene, const std::string& text) {
+  ProgressBar bar("recording " + scene.name);
+  const auto start = std::chrono::steady_clock::now();
+  RunGuard guard(scene, arguments.run.limits());
+  const Result<Recording> recording = recordScene(
+      scene, text, arguments.scene, [&](double share) { bar.show(share); }, &guard);
+  bar.clear();
+  if (guard.ended()) return endedEarly(arguments.scene, *guard.ended(), "");
+  if (!recording) return fail(kBadInput, recording.error().message);
+  const Result<std::uintmax_t> bytes = saveRecording(*recording, arguments.output);
+  if (!bytes) return fail(kFailed, bytes.error().message);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  const RecordReport report{arguments.output, *bytes, took.count()};
+  return answer(arguments.json ? jsonText(recordJson(*recording, report))
+                               : recordText(*recording, report));
+}
+
+// Records what a stepper tells: Bullet, or a jello.
+int recordStepper(const Arguments& arguments, const Scene& scene, const std::string& text) {
+  ProgressBar bar("recording " + scene.name);
+  const auto start = std::chrono::steady_clock::now();
+  RunGuard guard(scene, arguments.run.limits());
+  const Result<RunReport> run = recordRun(
+      {&scene, text, arguments.scene, arguments.output}, [&](double share) { bar.show(share); },
+      &guard);
+  bar.clear();
+  if (guard.ended()) return endedEarly(arguments.scene, *guard.ended(), "");
+  if (!run) return fail(kFailed, run.error().message);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  const RunFileReport report{arguments.output, scene.duration, took.count(), *run};
+  return answer(arguments.json ? jsonText(runJson(report)) : runText(report));
 }
 
 int record(const Arguments& arguments) {
@@ -239,25 +274,14 @@ int record(const Arguments& arguments) {
   Result<Scene> scene = parseScene(*text, arguments.scene, {.confined = arguments.confine});
   if (!scene) return fail(kBadInput, scene.error().message);
   applyStepper(arguments, *scene);
-  if (const Status valid = validateForRecording(*scene); !valid)
+  if (const Status valid = validateRun(*scene); !valid)
     return fail(kBadInput, arguments.scene + ": " + valid.error().message);
-  ProgressBar bar("recording " + scene->name);
-  const auto start = std::chrono::steady_clock::now();
   Warnings warnings;
   warnOfLongRun(arguments.scene, *scene, warnings);
   capMemory(arguments.run.limits().memory);
-  RunGuard guard(*scene, arguments.run.limits());
-  const Result<Recording> recording = recordScene(
-      *scene, *text, arguments.scene, [&](double share) { bar.show(share); }, &guard);
-  bar.clear();
-  if (guard.ended()) return endedEarly(arguments.scene, *guard.ended(), "");
-  if (!recording) return fail(kBadInput, recording.error().message);
-  const Result<std::uintmax_t> bytes = saveRecording(*recording, arguments.output);
-  if (!bytes) return fail(kFailed, bytes.error().message);
-  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-  const RecordReport report{arguments.output, *bytes, took.count()};
-  return answer(arguments.json ? jsonText(recordJson(*recording, report))
-                               : recordText(*recording, report));
+  // Spheres on the native stepper have motion between events that a formula knows.
+  return validateForRecording(*scene) ? recordMotion(arguments, *scene, *text)
+                                      : recordStepper(arguments, *scene, *text);
 }
 
 // Replaces the scene's listeners by microphones at the places given on the command line, if any.
@@ -287,17 +311,48 @@ Status validateSpan(const SoundSpan& span, const Scene& scene) {
   return Error{text.str()};
 }
 
-int replay(Arguments& arguments) {
-  if (const Status valid = checkOutputs(arguments, "recording"); !valid)
-    return fail(kBadInput, valid.error().message);
-  Result<RecordedScene> recorded = loadRecordedScene(arguments.scene, arguments.confine);
-  if (!recorded) return fail(kBadInput, recorded.error().message);
-  Scene& scene = recorded->scene;
+// Renders a run of a scene that was recorded.
+int replayScene(const Arguments& arguments, Scene& scene, const Replay& replay) {
   if (const Status valid = validateSpan(arguments.span, scene); !valid)
     return fail(kBadInput, valid.error().message);
   applySound(arguments, scene);
   applyListeners(arguments, scene);
-  return renderInto(arguments, scene, &recorded->recording);
+  return renderInto(arguments, scene, replay);
+}
+
+int replay(Arguments& arguments) {
+  if (const Status valid = checkOutputs(arguments, "recording"); !valid)
+    return fail(kBadInput, valid.error().message);
+  if (isRunFile(arguments.scene)) {
+    Result<RecordedRun> run = openRun(arguments.scene, arguments.confine);
+    if (!run) return fail(kBadInput, run.error().message);
+    return replayScene(arguments, run->scene, [&run](double) { return runStepper(run->reader); });
+  }
+  Result<RecordedScene> recorded = loadRecordedScene(arguments.scene, arguments.confine);
+  if (!recorded) return fail(kBadInput, recorded.error().message);
+  return replayScene(arguments, recorded->scene, replayOf(recorded->recording, recorded->scene));
+}
+
+int infoOfRun(const Arguments& arguments) {
+  const Result<RecordedRun> run = openRun(arguments.scene, arguments.confine);
+  if (!run) return fail(kBadInput, run.error().message);
+  Warnings warnings;
+  warnings.add(sceneWarnings(run->scene));
+  std::error_code ignored;
+  const std::uintmax_t bytes = std::filesystem::file_size(arguments.scene, ignored);
+  const RunHeader& header = run->reader->header();
+  if (!arguments.json) {
+    std::ostringstream text;
+    text << arguments.scene << ": a run of " << header.duration << " s on the " << header.stepper
+         << " stepper, " << bytes << " bytes\n";
+    return answer(text.str() + infoText(run->scene));
+  }
+  nlohmann::ordered_json object = withWarnings(infoJson(run->scene), warnings);
+  object["recording"] = {{"file", arguments.scene},
+                         {"bytes", bytes},
+                         {"duration_s", header.duration},
+                         {"stepper", header.stepper}};
+  return answer(jsonText(object));
 }
 
 int infoOfRecording(const Arguments& arguments) {
@@ -314,6 +369,7 @@ int infoOfRecording(const Arguments& arguments) {
 }
 
 int info(const Arguments& arguments) {
+  if (isRunFile(arguments.scene)) return infoOfRun(arguments);
   if (isRecording(arguments.scene)) return infoOfRecording(arguments);
   const Result<Scene> scene = loadScene(arguments.scene, {.confined = arguments.confine});
   if (!scene) return fail(kBadInput, scene.error().message);
@@ -480,16 +536,13 @@ CLI::App* addCompare(CLI::App& app, Arguments& arguments) {
 }
 
 CLI::App* addRecord(CLI::App& app, Arguments& arguments) {
-  CLI::App* command =
-      app.add_subcommand("record", "Run a scene natively, and keep the run in a file");
+  CLI::App* command = app.add_subcommand("record", "Run a scene, and keep the run in a file");
   addScene(*command, arguments);
   command->add_option("-o,--output", arguments.output, "recording to write")
       ->required()
       ->check(fileName());
-  command
-      ->add_option("--stepper", arguments.stepper,
-                   "native: record a scene so that is for Bullet; no other can be recorded")
-      ->check(oneOf({"native"}));
+  command->add_option("--stepper", arguments.stepper, "mechanics; default: the scene's choice")
+      ->check(oneOf({"native", "bullet"}));
   addLimits(*command, arguments.run);
   command->footer(
       "Example:\n  carom record scenes/library/marbles_in_a_box.json -o marbles.carom\n"

@@ -12,7 +12,7 @@
 #include "lab/report/signal_error.h"
 
 #include "carom/audio/result.h"
-#include "scenes/run/event_tape.h"
+#include "scenes/recording/event_tape.h"
 
 namespace carom::lab {
 

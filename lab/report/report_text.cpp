@@ -517,6 +517,25 @@ Json recordJson(const Recording& recording, const RecordReport& report) {
   return object;
 }
 
+std::string runText(const RunFileReport& report) {
+  const RunReport& run = report.run;
+  std::string text = report.file.string();
+  text += format(": a run of %g s, %llu bytes (%.3g kB/s)\n", report.duration,
+                 static_cast<unsigned long long>(run.bytes),
+                 1e-3 * static_cast<double>(run.bytes) / report.duration);
+  text += "holds     " + counted(run.events / 2, "collision") + ", " +
+          counted(run.contacts, "state") + " of lasting contacts, " + counted(run.poses, "pose");
+  if (run.pictures > 0) text += ", " + counted(run.pictures, "picture") + " of the jello";
+  return text + format("\ntook      %.3g s\n", report.wallTime);
+}
+
+Json runJson(const RunFileReport& report) {
+  return {{"file", report.file.string()},          {"bytes", report.run.bytes},
+          {"duration_s", report.duration},         {"events", report.run.events},
+          {"contact_states", report.run.contacts}, {"poses", report.run.poses},
+          {"pictures", report.run.pictures},       {"wall_s", report.wallTime}};
+}
+
 std::string compareText(const Scene& scene, const CompareReport& report) {
   std::string text =
       scene.name + ": " + counted(report.nativeCollisions, "collision") +

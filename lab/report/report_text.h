@@ -12,6 +12,7 @@
 #include "carom/native/recording.h"
 #include "scenes/format/scene.h"
 #include "scenes/limits/run_guard.h"
+#include "scenes/recording/recorded_run.h"
 #include "scenes/run/plan.h"
 #include "scenes/run/render.h"
 
@@ -47,6 +48,17 @@ struct RecordReport {
 
 std::string recordText(const Recording& recording, const RecordReport& report);
 nlohmann::ordered_json recordJson(const Recording& recording, const RecordReport& report);
+
+/// The file of a run on any stepper, as it was written.
+struct RunFileReport {
+  std::filesystem::path file;
+  double duration = 0.0;  ///< s
+  double wallTime = 0.0;  ///< s, mechanics and writing
+  RunReport run;
+};
+
+std::string runText(const RunFileReport& report);
+nlohmann::ordered_json runJson(const RunFileReport& report);
 
 std::string compareText(const Scene& scene, const CompareReport& report);
 nlohmann::ordered_json compareJson(const Scene& scene, const CompareReport& report);

@@ -128,6 +128,8 @@ JelloSceneStepper::JelloSceneStepper(const Scene& scene, JelloCoupling coupling,
       watch_(std::move(watch)),
       stride_(static_cast<std::size_t>(std::max(
           1.0, std::floor(1.0 / (choice.stepping.step * scene.sampleRate) / kMostStates)))) {
+  for (const Sphere& sphere : sphereWorld(scene).spheres)
+    spheres_.push_back(sphere.id);
   look();
 }
 
@@ -137,9 +139,30 @@ double JelloSceneStepper::hearDeformations() {
   return coupling_.jello().step() * static_cast<double>(stride_);
 }
 
+void JelloSceneStepper::showAll() {
+  isShown_ = true;
+  keepPicture();
+}
+
 void JelloSceneStepper::look() {
   if (watch_) watch_(coupling_);
   if (movedVolume_ > 0.0) keepState();
+  if (isShown_ && coupling_.time() >= nextPicture_) keepPicture();
+}
+
+void JelloSceneStepper::keepPicture() {
+  const double time = coupling_.time();
+  const JelloStepper& jello = coupling_.jello();
+  JelloPicture& picture = pictures_.emplace_back();
+  picture.time = time;
+  for (std::size_t point = 0; point < jello.world().pointCount(); ++point) {
+    const Vec3 position = jello.position(point);
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+      picture.points.push_back(static_cast<float>(position[axis]));
+  }
+  for (std::size_t sphere = 0; sphere < spheres_.size(); ++sphere)
+    poses_.push_back({spheres_[sphere], {time, coupling_.spheres().state(sphere).position}});
+  nextPicture_ = (std::floor(time / kPictureStep) + 1.0) * kPictureStep;
 }
 
 void JelloSceneStepper::keepState() {
@@ -152,7 +175,11 @@ void JelloSceneStepper::keepState() {
 
 std::span<const ImpulseEvent> JelloSceneStepper::advanceTo(double time) {
   events_.clear();
-  if (coupling_.time() > 0.0) states_.clear();  // the first state is kept before the first call
+  if (coupling_.time() > 0.0) {  // the first ones are kept before the first call
+    states_.clear();
+    poses_.clear();
+    pictures_.clear();
+  }
   const std::clock_t begin = std::clock();
   while (failure_.empty() && coupling_.settledTime() < time && mayGoOn(coupling_.settledTime())) {
     if (const Status stepped = coupling_.advance(); !stepped) {

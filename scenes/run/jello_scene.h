@@ -35,6 +35,9 @@ class JelloSceneStepper : public SceneStepper {
   std::string failure() const override { return failure_; }
   std::span<const audio::DeformingState> deformations() const override { return states_; }
   double hearDeformations() override;
+  void showAll() override;
+  std::span<const BodyPose> poses() const override { return poses_; }
+  std::span<const JelloPicture> pictures() const override { return pictures_; }
 
   const native::JelloCoupling& coupling() const { return coupling_; }
   const native::JelloChoice& choice() const { return choice_; }
@@ -45,6 +48,7 @@ class JelloSceneStepper : public SceneStepper {
                     const native::JelloChoice& choice, Watch watch);
   void look();
   void keepState();
+  void keepPicture();
 
   native::JelloCoupling coupling_;
   native::JelloChoice choice_;
@@ -53,6 +57,11 @@ class JelloSceneStepper : public SceneStepper {
   std::size_t stride_;        // steps from one kept state to the next
   std::vector<ImpulseEvent> events_;
   std::vector<audio::DeformingState> states_;
+  bool isShown_ = false;
+  double nextPicture_ = 0.0;  // s
+  std::vector<BodyId> spheres_;
+  std::vector<BodyPose> poses_;  // this and the next of the last advanceTo, if it is shown
+  std::vector<JelloPicture> pictures_;
   std::string failure_;
   double processorTime_ = 0.0;
 };

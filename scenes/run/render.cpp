@@ -9,7 +9,6 @@
 #include "audio/io/partial_file.h"
 #include "scenes/limits/sound_end.h"
 #include "scenes/run/events_file.h"
-#include "scenes/run/recorded_scene.h"
 #include "scenes/run/stopwatch.h"
 
 namespace carom::scenes {
@@ -193,20 +192,23 @@ Result<SceneSound> soundOf(const Scene& scene, const RenderOptions& options) {
     if (options.guard != nullptr && !options.guard->mayGoOn(0.0)) return false;
     return !options.analysis || options.analysis(stage, share);
   };
-  if (options.recording == nullptr) {
+  if (!options.replay) {
     Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene, options.guard);
     if (!stepper) return stepper.error();
     return SceneSound::create(scene, *std::move(stepper), {}, analysis);
   }
   const double begin = firstEventTime(scene, options.span);
-  return SceneSound::create(scene, replayStepper(*options.recording, scene, begin), options.span,
-                            analysis);
+  return SceneSound::create(scene, options.replay(begin), options.span, analysis);
 }
 
-/// Replaces the native stepper by the recording in the plan.
+/// Replaces the stepper by the recording in the plan.
 void replaceStepper(Plan& plan) {
-  std::ranges::replace(plan.needed, "native_stepper", "recording");
-  plan.leftOut.insert(plan.leftOut.begin(), {"native_stepper", "the run has been recorded"});
+  const auto stage = std::ranges::find_if(plan.needed, [](const std::string& needed) {
+    return needed == "native_stepper" || needed == "bullet_world";
+  });
+  if (stage == plan.needed.end()) return;
+  plan.leftOut.insert(plan.leftOut.begin(), {*stage, "the run has been recorded"});
+  *stage = "recording";
 }
 
 }  // namespace
@@ -227,7 +229,7 @@ Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& option
 
   RenderReport report;
   report.plan = makePlan(scene);
-  if (options.recording != nullptr) replaceStepper(report.plan);
+  if (options.replay) replaceStepper(report.plan);
   if (Status done = Rendering(sink, scene, *sound, options).run(report); !done) return done.error();
   report.sampleRate = scene.sampleRate;
   report.channels = channelsOf(scene);

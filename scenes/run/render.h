@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -11,13 +12,15 @@
 #include "carom/audio/sound_file.h"
 #include "carom/audio/synth.h"
 #include "carom/modal/analysis_settings.h"
-#include "carom/native/recording.h"
 #include "scenes/format/scene.h"
 #include "scenes/run/events_file.h"
 #include "scenes/run/plan.h"
 #include "scenes/run/scene_sound.h"
 
 namespace carom::scenes {
+
+/// Makes the stepper that plays a recorded run, from `begin` (s) on or from before.
+using Replay = std::function<std::unique_ptr<SceneStepper>(double begin)>;
 
 struct RenderOptions {
   std::filesystem::path soundFile;
@@ -28,8 +31,8 @@ struct RenderOptions {
   /// which could only clip, is limited unless it is normalised; float32, which keeps them, is not.
   std::optional<bool> limit = {};
   std::optional<std::filesystem::path> eventsFile = {};  ///< not the same as soundFile
-  /// If not null, the scene's recorded run, which replaces its mechanics.
-  const Recording* recording = nullptr;
+  /// If set, plays the scene's recorded run, in place of its mechanics.
+  Replay replay = {};
   SoundSpan span = {};  ///< part to render; of a recording only
   /// Called now and then with the share of the scene that is done, 0 to 1.
   std::function<void(double share)> progress = {};

@@ -252,7 +252,7 @@ Result<SceneSound> SceneSound::create(const Scene& scene, std::unique_ptr<SceneS
   Result<Synth> synth = Synth::create(settings, *std::move(listeners));
   if (!synth) return Error{scene.name + ": " + synth.error().message};
   // The synth starts ahead of the first event, by at least as much as within a whole scene.
-  const double start = std::max(0.0, firstEventTime(scene, span) - 2.0 * kLookahead);
+  const double start = std::max(0.0, stepper->settledTime() - 2.0 * kLookahead);
   if (start > 0.0) {
     if (const Status sought = synth->seek(start); !sought)
       return Error{scene.name + ": " + sought.error().message};

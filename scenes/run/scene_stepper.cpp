@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include <Eigen/Geometry>
+
 #include "carom/bullet/bullet_bridge.h"
 #include "scenes/run/bullet_only.h"
 #include "scenes/run/bullet_scene.h"
@@ -65,23 +67,36 @@ Box nativeBox(BodyId id, const SceneBody& body, const BlockShape& shape) {
           .stiffness = stiffnessOf(body.material)};
 }
 
+/// Turns by a constant spin (rad/s, world frame) for a while (s).
+Quat turned(const Quat& orientation, const Vec3& spin, double seconds) {
+  const double angle = spin.norm() * seconds;
+  if (!(angle > 0.0)) return orientation;
+  return (Quat(Eigen::AngleAxisd(angle, spin.normalized())) * orientation).normalized();
+}
+
 class NativeSceneStepper : public SceneStepper {
  public:
   NativeSceneStepper(const Scene& scene, SphereStepper stepper) : stepper_(std::move(stepper)) {
     const std::vector<BodyId> rings = movingRings(scene);
     const SphereWorld world = sphereWorld(scene);
-    for (std::size_t sphere = 0; sphere < world.spheres.size(); ++sphere)
-      if (std::ranges::find(rings, world.spheres[sphere].id) != rings.end())
-        rings_.push_back({sphere, world.spheres[sphere].id});
+    for (std::size_t sphere = 0; sphere < world.spheres.size(); ++sphere) {
+      const BodyId id = world.spheres[sphere].id;
+      // A sphere that rings has the axes of the world, whatever its spin.
+      const bool isRing = std::ranges::find(rings, id) != rings.end();
+      all_.push_back({sphere, id, !isRing});
+      if (isRing) followed_.push_back(all_.back());
+    }
   }
+
+  void showAll() override { followed_ = all_; }
 
   std::span<const ImpulseEvent> advanceTo(double time) override {
     events_.clear();
     poses_.clear();
     // It goes on to a pose, so that what is known does not depend on `time`.
-    const double end = rings_.empty() ? time : PoseInstants::from(time);
+    const double end = followed_.empty() ? time : PoseInstants::from(time);
     while (stepper_.time() < end && events_.size() < kEventsAtATime && mayGoOn(stepper_.time())) {
-      const double next = rings_.empty() ? end : std::min(end, instants_.next());
+      const double next = followed_.empty() ? end : std::min(end, instants_.next());
       const auto events = stepper_.advanceTo(next, kEventsAtATime);
       events_.insert(events_.end(), events.begin(), events.end());
       if (stepper_.time() >= instants_.next()) keepPoses();
@@ -94,18 +109,30 @@ class NativeSceneStepper : public SceneStepper {
   std::uint64_t jammed() const override { return stepper_.counters().jammed; }
 
  private:
-  struct RingingSphere {
+  struct FollowedSphere {
     std::size_t sphere = 0;  // in SphereWorld::spheres
     BodyId id = 0;
+    bool isTurned = false;                // its orientation is followed too, for pictures
+    Quat orientation = Quat::Identity();  // at the last pose
+    Vec3 spin = Vec3::Zero();             // rad/s, at the last pose
   };
+
   void keepPoses() {
-    for (const auto& [sphere, id] : rings_)
-      poses_.push_back({id, {instants_.next(), stepper_.state(sphere).position}});
+    const double since = instants_.next() > 0.0 ? kPoseStep : 0.0;  // s, the last poses
+    for (FollowedSphere& one : followed_) {
+      const SphereState state = stepper_.state(one.sphere);
+      if (one.isTurned) {
+        one.orientation = turned(one.orientation, 0.5 * (one.spin + state.spin), since);
+        one.spin = state.spin;
+      }
+      poses_.push_back({one.id, {instants_.next(), state.position, one.orientation}});
+    }
     instants_.pass();
   }
 
   SphereStepper stepper_;
-  std::vector<RingingSphere> rings_;
+  std::vector<FollowedSphere> all_;
+  std::vector<FollowedSphere> followed_;  // whose poses are kept
   PoseInstants instants_;
   std::vector<ImpulseEvent> events_;  // of the last advanceTo
   std::vector<BodyPose> poses_;       // of the last advanceTo
@@ -114,11 +141,12 @@ class NativeSceneStepper : public SceneStepper {
 class BulletSceneStepper : public SceneStepper {
  public:
   BulletSceneStepper(std::unique_ptr<BulletScene> scene, BulletBridge bridge,
-                     const StepperSettings& settings, std::vector<BodyId> rings)
+                     const Scene& described)
       : scene_(std::move(scene)),
         bridge_(std::move(bridge)),
-        step_(settings.step),
-        rings_(std::move(rings)),
+        step_(described.stepper.step),
+        bodies_(movingBodies(described)),
+        followed_(movingRings(described)),
         stepsPerPose_(static_cast<std::int64_t>(std::ceil(kLeastPoseStep / step_))) {
     keepPoses();
   }
@@ -139,12 +167,18 @@ class BulletSceneStepper : public SceneStepper {
     return inFramesOfTheScene(bridge_.events());
   }
   std::span<const ContactState> contacts() const override { return contacts_; }
+  bool reportsContacts() const override { return true; }
   std::span<const BodyPose> poses() const override { return poses_; }
+  void showAll() override {
+    followed_ = std::move(bodies_);
+    poses_.clear();
+    keepPoses();
+  }
   double settledTime() const override { return bridge_.settledTime(); }
 
  private:
   void keepPoses() {
-    for (const BodyId id : rings_) {
+    for (const BodyId id : followed_) {
       const btTransform& transform = scene_->body(id).getCenterOfMassTransform();
       const Quat bullet = fromBullet(transform.getRotation());
       poses_.push_back({id,
@@ -178,7 +212,8 @@ class BulletSceneStepper : public SceneStepper {
   std::vector<ContactState> contacts_;  // of the last advanceTo
   std::vector<ImpulseEvent> events_;    // of the last advanceTo, if turned
   double step_;
-  std::vector<BodyId> rings_;
+  std::vector<BodyId> bodies_;
+  std::vector<BodyId> followed_;  // whose poses are kept
   std::int64_t stepsPerPose_;
   std::int64_t steps_ = 0;
   std::vector<BodyPose> poses_;  // of the last advanceTo
@@ -186,14 +221,19 @@ class BulletSceneStepper : public SceneStepper {
 
 }  // namespace
 
-std::vector<BodyId> movingRings(const Scene& scene) {
-  std::vector<BodyId> rings;
+std::vector<BodyId> movingBodies(const Scene& scene) {
+  std::vector<BodyId> bodies;
   for (std::size_t index = 0; index < scene.bodies.size(); ++index) {
-    const SceneBody& body = scene.bodies[index];
-    const auto* solid = std::get_if<SolidShape>(&body.shape);
-    const bool canMove = isSphere(body) || (solid != nullptr && solid->canMove());
-    if (body.ringing && canMove) rings.push_back(static_cast<BodyId>(index));
+    const auto* solid = std::get_if<SolidShape>(&scene.bodies[index].shape);
+    if (isSphere(scene.bodies[index]) || (solid != nullptr && solid->canMove()))
+      bodies.push_back(static_cast<BodyId>(index));
   }
+  return bodies;
+}
+
+std::vector<BodyId> movingRings(const Scene& scene) {
+  std::vector<BodyId> rings = movingBodies(scene);
+  std::erase_if(rings, [&](BodyId id) { return !scene.bodies[id].ringing; });
   return rings;
 }
 
@@ -244,8 +284,8 @@ Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene, RunGuard* 
   Result<BulletBridge> bridge = BulletBridge::attach(
       bulletScene->world(), {.restSpeed = scene.stepper.restSpeed, .delivery = delivery});
   if (!bridge) return Error{scene.name + ": " + bridge.error().message};
-  return std::unique_ptr<SceneStepper>(new BulletSceneStepper(
-      std::move(bulletScene), *std::move(bridge), scene.stepper, movingRings(scene)));
+  return std::unique_ptr<SceneStepper>(
+      new BulletSceneStepper(std::move(bulletScene), *std::move(bridge), scene));
 }
 
 Result<SphereStepper> nativeStepper(const Scene& scene) {

@@ -25,6 +25,8 @@ inline constexpr std::size_t kEventsAtATime = 1U << 14U;
 /// between those of others.
 inline constexpr double kPoseStep = 1.0 / 240.0;
 inline constexpr double kLeastPoseStep = 1e-3;
+/// s: time between pictures of a jello.
+inline constexpr double kPictureStep = 1.0 / 60.0;
 
 /// The pose of a body that rings, as Synth::moveBody takes it.
 struct BodyPose {
@@ -32,8 +34,16 @@ struct BodyPose {
   ListenerPose pose;
 };
 
+/// The points of a jello at an instant, for pictures.
+struct JelloPicture {
+  double time = 0.0;          ///< s
+  std::vector<float> points;  ///< m, world frame: x, y, z of each, as the lattice counts them
+};
+
 /// Returns the bodies of a scene that ring and can move. [any thread]
 std::vector<BodyId> movingRings(const Scene& scene);
+/// Returns the bodies of a scene that can move, but for its jello. [any thread]
+std::vector<BodyId> movingBodies(const Scene& scene);
 
 /// The mechanics of a scene, on either stepper. [one thread]
 class SceneStepper {
@@ -52,10 +62,19 @@ class SceneStepper {
   /// Returns the lasting contacts over the steps of the last advanceTo on Bullet; the native
   /// stepper reports none.
   virtual std::span<const ContactState> contacts() const { return {}; }
+  /// True if there may be some.
+  virtual bool reportsContacts() const { return false; }
 
   /// Returns the poses of the scene's movingRings over the last advanceTo, in order of time, from
-  /// the start on; none beside a jello.
+  /// the start on; none beside a jello, unless showAll was called.
   virtual std::span<const BodyPose> poses() const { return {}; }
+
+  /// Asks for the poses of all movingBodies, and for pictures; to be called before the first
+  /// advanceTo. Nothing else changes.
+  virtual void showAll() {}
+  /// Returns pictures of the jello over the last advanceTo, one in kPictureStep, from the start on;
+  /// none unless showAll was called.
+  virtual std::span<const JelloPicture> pictures() const { return {}; }
 
   /// Time (s) before which every event has been returned.
   virtual double settledTime() const = 0;

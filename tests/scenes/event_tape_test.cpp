@@ -1,4 +1,4 @@
-#include "scenes/run/event_tape.h"
+#include "scenes/recording/event_tape.h"
 
 #include <memory>
 #include <string>

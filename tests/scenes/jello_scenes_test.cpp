@@ -18,7 +18,7 @@
 #include "scenes/run/jello_scene.h"
 #include "scenes/run/native_only.h"
 #include "scenes/run/plan.h"
-#include "scenes/run/recorded_scene.h"
+#include "scenes/recording/recorded_scene.h"
 #include "scenes/run/render.h"
 #include "tests/scenes/library.h"
 #include "tests/support/temporary_folder.h"

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "carom/native/recording_format.h"
-#include "scenes/run/recorded_scene.h"
+#include "scenes/recording/recorded_scene.h"
 #include "scenes/run/render.h"
 #include "tests/scenes/library.h"
 #include "tests/support/recording.h"
@@ -56,7 +56,7 @@ class Replay : public testing::Test {
     RenderOptions options;
     options.soundFile = folder_ / (name + ".wav");
     options.eventsFile = folder_ / (name + ".csv");
-    options.recording = run;
+    if (run != nullptr) options.replay = replayOf(*run, scene);
     options.span = span;
     const Result<RenderReport> report = renderScene(scene, options);
     EXPECT_TRUE(report) << report.error().message;

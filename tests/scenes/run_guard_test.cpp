@@ -12,7 +12,7 @@
 #include "carom/modal/mesh_analysis.h"
 #include "scenes/format/scene_loader.h"
 #include "scenes/limits/sound_end.h"
-#include "scenes/run/event_tape.h"
+#include "scenes/recording/event_tape.h"
 #include "scenes/run/render.h"
 #include "scenes/run/scene_modes.h"
 #include "tests/scenes/library.h"

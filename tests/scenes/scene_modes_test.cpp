@@ -16,8 +16,8 @@
 
 #include "carom/audio/modal_model_file.h"
 #include "carom/modal/gltf_audio.h"
-#include "scenes/run/event_tape.h"
-#include "scenes/run/recorded_scene.h"
+#include "scenes/recording/event_tape.h"
+#include "scenes/recording/recorded_scene.h"
 #include "scenes/run/scene_sound.h"
 #include "scenes/run/scene_stepper.h"
 #include "tests/scenes/library.h"

@@ -10,6 +10,7 @@
 #include "carom/audio/result.h"
 #include "carom/native/recording.h"
 #include "scenes/format/scene.h"
+#include "scenes/run/render.h"
 #include "scenes/run/scene_stepper.h"
 
 namespace carom::scenes {
@@ -47,5 +48,7 @@ bool isRecording(const std::filesystem::path& file);
 /// must outlive it.
 std::unique_ptr<SceneStepper> replayStepper(const Recording& recording, const Scene& scene,
                                             double begin);
+/// Returns what makes these; recording and scene must outlive it.
+Replay replayOf(const Recording& recording, const Scene& scene);
 
 }  // namespace carom::scenes

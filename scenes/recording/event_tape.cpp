@@ -1,6 +1,7 @@
-#include "scenes/run/event_tape.h"
+#include "scenes/recording/event_tape.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -13,6 +14,7 @@ using namespace audio;
 namespace {
 
 constexpr double kPortion = 4096.0 / 48000.0;  // s
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // s: a deforming body is heard a few states late, so the tape goes on for so long after the end.
 constexpr double kTail = 0.1;
 
@@ -55,18 +57,21 @@ class TapeStepper : public SceneStepper {
 
 }  // namespace
 
-Result<EventTape> recordTape(SceneStepper& stepper, double duration, RunGuard* guard) {
-  EventTape tape;
+Status runInPortions(SceneStepper& stepper, double duration, double deformationStep,
+                     RunGuard* guard, const std::function<Status(TapePortion)>& take) {
   if (guard != nullptr) guard->restart();
   stepper.watch(guard);
-  tape.deformationStep = stepper.hearDeformations();
-  const double end = tape.deformationStep > 0.0 ? duration + kTail : duration;
+  const double end = deformationStep > 0.0 ? duration + kTail : duration;
   for (double target = 0.0; stepper.settledTime() < end;) {
-    target = std::min(std::max(target, stepper.settledTime()) + kPortion, end);
+    const double begin = std::max(target, stepper.settledTime());
+    // Where contacts last, what is heard depends on how many of their steps are handed over before
+    // an event is: with a portion for each step, a replay does as its stepper did.
+    target = stepper.reportsContacts() ? std::nextafter(begin, kInfinity) : begin + kPortion;
+    target = std::min(target, end);
     const Stopwatch stopwatch;
     const auto events = stepper.advanceTo(target);
-    tape.seconds += stopwatch.seconds();
-    TapePortion& portion = tape.portions.emplace_back();
+    TapePortion portion;
+    portion.seconds = stopwatch.seconds();
     portion.events.assign(events.begin(), events.end());
     const auto contacts = stepper.contacts();
     portion.contacts.assign(contacts.begin(), contacts.end());
@@ -74,10 +79,26 @@ Result<EventTape> recordTape(SceneStepper& stepper, double duration, RunGuard* g
     portion.poses.assign(poses.begin(), poses.end());
     const auto deformations = stepper.deformations();
     portion.deformations.assign(deformations.begin(), deformations.end());
+    const auto pictures = stepper.pictures();
+    portion.pictures.assign(pictures.begin(), pictures.end());
     portion.settledTime = stepper.settledTime();
-    if (Status ended = checkEnded(guard); !ended) return ended.error();
+    if (Status ended = checkEnded(guard); !ended) return ended;
     if (const std::string failure = stepper.failure(); !failure.empty()) return Error{failure};
+    if (Status taken = take(std::move(portion)); !taken) return taken;
   }
+  return std::monostate{};
+}
+
+Result<EventTape> recordTape(SceneStepper& stepper, double duration, RunGuard* guard) {
+  EventTape tape;
+  tape.deformationStep = stepper.hearDeformations();
+  const Status run = runInPortions(stepper, duration, tape.deformationStep, guard,
+                                   [&tape](TapePortion portion) -> Status {
+                                     tape.seconds += portion.seconds;
+                                     tape.portions.push_back(std::move(portion));
+                                     return std::monostate{};
+                                   });
+  if (!run) return run.error();
   tape.jammed = stepper.jammed();
   return tape;
 }

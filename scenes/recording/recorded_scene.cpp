@@ -1,4 +1,4 @@
-#include "scenes/run/recorded_scene.h"
+#include "scenes/recording/recorded_scene.h"
 
 #include <algorithm>
 #include <array>
@@ -201,6 +201,10 @@ bool isRecording(const fs::path& file) {
 std::unique_ptr<SceneStepper> replayStepper(const Recording& recording, const Scene& scene,
                                             double begin) {
   return std::make_unique<ReplayStepper>(recording, movingRings(scene), begin);
+}
+
+Replay replayOf(const Recording& recording, const Scene& scene) {
+  return [&recording, &scene](double begin) { return replayStepper(recording, scene, begin); };
 }
 
 }  // namespace carom::scenes

@@ -21,7 +21,16 @@ struct TapePortion {
   std::vector<ContactState> contacts;
   std::vector<BodyPose> poses;
   std::vector<audio::DeformingState> deformations;
+  std::vector<JelloPicture> pictures;
+  double seconds = 0.0;  ///< s, wall time in the stepper
 };
+
+/// Runs `stepper` from its start to `duration` (s), in portions as SceneSound asks for them, and
+/// hands each over. `deformationStep` is what SceneStepper::hearDeformations has returned. Errors:
+/// the stepper's failure, what `take` returns, and a run that the guard, if any, ends: it begins
+/// with no events. [one thread]
+Status runInPortions(SceneStepper& stepper, double duration, double deformationStep,
+                     RunGuard* guard, const std::function<Status(TapePortion)>& take);
 
 /// The whole output of a stepper for a run, to be heard again without stepping: for comparisons of
 /// different sounds of the same events. Unlike a Recording it can be of any stepper, holds no

@@ -1,0 +1,360 @@
+#include "scenes/recording/run_tables.h"
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+namespace carom::scenes {
+
+using namespace audio;
+
+namespace {
+
+constexpr double kLargest = 1e100;       // in SI units, of any number that is not infinite
+constexpr double kUnitTolerance = 1e-3;  // of the length of an orientation
+
+// Each of these names the columns of a table, for whoever writes and whoever reads.
+
+template <class Archive>
+void describe(Archive& archive, ImpulseEvent& event) {
+  archive.number(event.time);
+  archive.body(event.body);
+  archive.body(event.other);
+  archive.vector(event.impulse);
+  archive.vector(event.appliedImpulse);
+  archive.flag(event.hasAppliedImpulse);
+  archive.flag(event.hasOtherPose);
+  archive.vector(event.position);
+  archive.vector(event.normal);
+  archive.number(event.approachSpeed);
+  archive.number(event.effectiveMass);
+  archive.radius(event.radius);
+  archive.radius(event.otherRadius);
+  archive.vector(event.bodyPosition);
+  archive.rotation(event.bodyOrientation);
+  archive.vector(event.bodyVelocity);
+  archive.vector(event.bodyAngularVelocity);
+  archive.vector(event.otherPosition);
+  archive.rotation(event.otherOrientation);
+}
+
+template <class Archive>
+void describe(Archive& archive, ContactState& contact) {
+  archive.number(contact.time);
+  archive.number(contact.duration);
+  archive.phase(contact.phase);
+  archive.body(contact.body);
+  archive.body(contact.other);
+  archive.vector(contact.normal);
+  archive.vector(contact.position);
+  archive.number(contact.normalLoad);
+  archive.vector(contact.appliedImpulse);
+  archive.radius(contact.radius);
+  archive.radius(contact.otherRadius);
+  archive.vector(contact.slipVelocity);
+  archive.vector(contact.rollingVelocity);
+  archive.vector(contact.bodyPosition);
+  archive.rotation(contact.bodyOrientation);
+  archive.vector(contact.bodyVelocity);
+  archive.vector(contact.otherPosition);
+  archive.rotation(contact.otherOrientation);
+  archive.vector(contact.otherVelocity);
+  archive.vector(contact.pathStart);
+  archive.vector(contact.pathEnd);
+  archive.vector(contact.otherPathStart);
+  archive.vector(contact.otherPathEnd);
+}
+
+template <class Archive>
+void describe(Archive& archive, BodyPose& pose) {
+  archive.body(pose.body);
+  archive.number(pose.pose.time);
+  archive.vector(pose.pose.position);
+  archive.rotation(pose.pose.orientation);
+}
+
+template <class Archive>
+void describe(Archive& archive, DeformingState& state) {
+  archive.number(state.volume);
+  archive.vector(state.position);
+  archive.vector(state.dipole);
+}
+
+template <class Archive>
+void describe(Archive& archive, JelloPicture& picture) {
+  archive.number(picture.time);
+  archive.points(picture.points);
+}
+
+/// The numbers of records in a portion, and when it ends.
+struct PortionRow {
+  double settledTime = 0.0;
+  std::array<std::uint32_t, 5> counts{};  // events, contacts, poses, states, pictures
+};
+
+template <class Archive>
+void describe(Archive& archive, PortionRow& row) {
+  archive.moment(row.settledTime);
+  for (std::uint32_t& count : row.counts)
+    archive.count(count);
+}
+
+/// Collects the numbers of records, one record after the other.
+class Writer {
+ public:
+  void number(double value) { values_.push_back(value); }
+  void radius(double value) { values_.push_back(value); }
+  void moment(double value) { values_.push_back(value); }
+  void body(BodyId id) { values_.push_back(id); }
+  void count(std::uint32_t value) { values_.push_back(value); }
+  void flag(bool value) { values_.push_back(value ? 1.0 : 0.0); }
+  void phase(ContactPhase value) { values_.push_back(static_cast<double>(value)); }
+  void vector(const Vec3& v) { values_.insert(values_.end(), v.data(), v.data() + 3); }
+  void rotation(const Quat& q) {
+    values_.insert(values_.end(), q.coeffs().data(), q.coeffs().data() + 4);
+  }
+  void points(const std::vector<float>& all) {
+    values_.insert(values_.end(), all.begin(), all.end());
+  }
+
+  const std::vector<double>& values() const { return values_; }
+
+ private:
+  std::vector<double> values_;
+};
+
+/// Reads the numbers of records, in the order in which they were collected. What cannot be is
+/// remembered, and 0 in its place.
+class Reader {
+ public:
+  Reader(std::span<const double> values, const RunShape& shape) : values_(values), shape_(shape) {}
+
+  void number(double& value) {
+    value = next();
+    require(std::abs(value) <= kLargest, "a number that is none, or too large");
+  }
+  void radius(double& value) {
+    value = next();
+    require(value >= 0.0, "a radius below 0, or none");
+  }
+  void moment(double& value) {
+    value = next();
+    require(value >= -kLargest, "a time that is none");  // infinite where nothing is to come
+  }
+  void body(BodyId& id) { id = whole(shape_.bodies, "a body that the scene has not"); }
+  void count(std::uint32_t& value) {
+    value = whole(std::numeric_limits<std::uint32_t>::max(), "a number of records that is none");
+  }
+  void flag(bool& value) { value = whole(2, "a flag that is neither 0 nor 1") == 1; }
+  void phase(ContactPhase& value) {
+    value = static_cast<ContactPhase>(whole(3, "a phase of a contact that there is not"));
+  }
+  void vector(Vec3& v) {
+    for (double& component : v)
+      number(component);
+  }
+  void rotation(Quat& q) {
+    for (double& component : q.coeffs())
+      number(component);
+    if (!require(std::abs(q.norm() - 1.0) < kUnitTolerance, "an orientation not of unit length"))
+      q = Quat::Identity();
+  }
+  void points(std::vector<float>& all) {
+    all.resize(std::size_t{3} * shape_.points);
+    for (float& coordinate : all) {
+      double value = 0.0;
+      number(value);
+      coordinate = static_cast<float>(value);
+    }
+  }
+
+  const char* fault() const { return fault_; }  ///< null if all was well
+
+ private:
+  double next() { return values_[at_++]; }
+  bool require(bool isSound, const char* fault) {
+    if (!isSound && fault_ == nullptr) fault_ = fault;
+    return isSound;
+  }
+  std::uint32_t whole(std::uint32_t below, const char* fault) {
+    const double value = next();
+    const bool isSound = value >= 0.0 && value < below && value == std::floor(value);
+    return require(isSound, fault) ? static_cast<std::uint32_t>(value) : 0;
+  }
+
+  std::span<const double> values_;
+  RunShape shape_;
+  std::size_t at_ = 0;
+  const char* fault_ = nullptr;
+};
+
+/// Returns the number of columns that records of a kind have.
+template <class Record>
+std::size_t columnsOf(const RunShape& shape) {
+  Record record{};
+  if constexpr (std::is_same_v<Record, JelloPicture>)
+    record.points.resize(std::size_t{3} * shape.points);
+  Writer writer;
+  describe(writer, record);
+  return writer.values().size();
+}
+
+constexpr std::size_t kWord = sizeof(double);
+
+void putCount(std::vector<std::byte>& bytes, std::size_t count) {
+  for (unsigned shift = 0; shift < 32; shift += 8)
+    bytes.push_back(static_cast<std::byte>((count >> shift) & 0xffU));
+}
+
+/// Adds a table of numbers in rows: the number of rows, then all lowest bytes of the first column's
+/// differences, and so on.
+void putTable(std::vector<std::byte>& bytes, std::span<const double> values, std::size_t rows) {
+  putCount(bytes, rows);
+  if (rows == 0) return;
+  const std::size_t columns = values.size() / rows;
+  std::vector<std::uint64_t> column(rows);
+  for (std::size_t at = 0; at < columns; ++at) {
+    std::uint64_t before = 0;
+    for (std::size_t row = 0; row < rows; ++row) {
+      const auto now = std::bit_cast<std::uint64_t>(values[row * columns + at]);
+      column[row] = now ^ before;
+      before = now;
+    }
+    for (unsigned shift = 0; shift < 64; shift += 8)
+      for (const std::uint64_t word : column)
+        bytes.push_back(static_cast<std::byte>((word >> shift) & 0xffU));
+  }
+}
+
+template <class Record>
+void putRecords(std::vector<std::byte>& bytes, std::span<const TapePortion> portions,
+                std::vector<Record> TapePortion::*member) {
+  Writer writer;
+  std::size_t rows = 0;
+  for (const TapePortion& portion : portions)
+    for (Record record : portion.*member) {
+      describe(writer, record);
+      ++rows;
+    }
+  putTable(bytes, writer.values(), rows);
+}
+
+/// Takes tables off the front of bytes.
+class Tables {
+ public:
+  Tables(std::span<const std::byte> bytes, const RunShape& shape) : bytes_(bytes), shape_(shape) {}
+
+  template <class Record>
+  Result<std::vector<Record>> take() {
+    const std::size_t columns = columnsOf<Record>(shape_);
+    if (bytes_.size() < sizeof(std::uint32_t)) return tooFew();
+    std::size_t rows = 0;
+    for (std::size_t at = 0; at < sizeof(std::uint32_t); ++at)
+      rows |= std::to_integer<std::size_t>(bytes_[at]) << (8 * at);
+    bytes_ = bytes_.subspan(sizeof(std::uint32_t));
+    if (rows > bytes_.size() / (kWord * columns)) return tooFew();
+    std::vector<double> values(rows * columns);
+    for (std::size_t column = 0; column < columns; ++column)
+      fill(values, column, columns, rows);
+    bytes_ = bytes_.subspan(rows * columns * kWord);
+    Reader reader(values, shape_);
+    std::vector<Record> records(rows);
+    for (Record& record : records)
+      describe(reader, record);
+    if (reader.fault() != nullptr) return Error{std::string("has ") + reader.fault()};
+    return records;
+  }
+
+  bool isEmpty() const { return bytes_.empty(); }
+
+ private:
+  static Error tooFew() { return Error{"has fewer bytes than its tables say"}; }
+
+  void fill(std::vector<double>& values, std::size_t column, std::size_t columns,
+            std::size_t rows) const {
+    const std::byte* const first = bytes_.data() + column * rows * kWord;
+    std::uint64_t word = 0;
+    for (std::size_t row = 0; row < rows; ++row) {
+      for (std::size_t at = 0; at < kWord; ++at)
+        word ^= std::to_integer<std::uint64_t>(first[at * rows + row]) << (8 * at);
+      values[row * columns + column] = std::bit_cast<double>(word);
+    }
+  }
+
+  std::span<const std::byte> bytes_;
+  RunShape shape_;
+};
+
+/// Moves the next `count` records from `from` into a portion. False if there are fewer.
+template <class Record>
+bool deal(std::vector<Record>& from, std::size_t& at, std::size_t count, std::vector<Record>& to) {
+  if (count > from.size() - at) return false;
+  to.reserve(count);
+  for (std::size_t record = 0; record < count; ++record)
+    to.push_back(std::move(from[at++]));
+  return true;
+}
+
+}  // namespace
+
+std::vector<std::byte> encodedPortions(std::span<const TapePortion> portions, const RunShape&) {
+  std::vector<std::byte> bytes;
+  Writer writer;
+  for (const TapePortion& portion : portions) {
+    const auto count = [](const auto& records) {
+      return static_cast<std::uint32_t>(records.size());
+    };
+    PortionRow row{portion.settledTime,
+                   {count(portion.events), count(portion.contacts), count(portion.poses),
+                    count(portion.deformations), count(portion.pictures)}};
+    describe(writer, row);
+  }
+  putTable(bytes, writer.values(), portions.size());
+  putRecords(bytes, portions, &TapePortion::events);
+  putRecords(bytes, portions, &TapePortion::contacts);
+  putRecords(bytes, portions, &TapePortion::poses);
+  putRecords(bytes, portions, &TapePortion::deformations);
+  putRecords(bytes, portions, &TapePortion::pictures);
+  return bytes;
+}
+
+Result<std::vector<TapePortion>> decodedPortions(std::span<const std::byte> bytes,
+                                                 const RunShape& shape) {
+  Tables tables(bytes, shape);
+  auto rows = tables.take<PortionRow>();
+  if (!rows) return rows.error();
+  auto events = tables.take<ImpulseEvent>();
+  if (!events) return events.error();
+  auto contacts = tables.take<ContactState>();
+  if (!contacts) return contacts.error();
+  auto poses = tables.take<BodyPose>();
+  if (!poses) return poses.error();
+  auto states = tables.take<DeformingState>();
+  if (!states) return states.error();
+  auto pictures = tables.take<JelloPicture>();
+  if (!pictures) return pictures.error();
+  if (!tables.isEmpty()) return Error{"has more bytes than its tables say"};
+  std::array<std::size_t, 5> at{};
+  std::vector<TapePortion> portions(rows->size());
+  for (std::size_t index = 0; index < portions.size(); ++index) {
+    TapePortion& portion = portions[index];
+    const auto& [settledTime, counts] = (*rows)[index];
+    portion.settledTime = settledTime;
+    if (!deal(*events, at[0], counts[0], portion.events) ||
+        !deal(*contacts, at[1], counts[1], portion.contacts) ||
+        !deal(*poses, at[2], counts[2], portion.poses) ||
+        !deal(*states, at[3], counts[3], portion.deformations) ||
+        !deal(*pictures, at[4], counts[4], portion.pictures))
+      return Error{"has fewer records than its portions say"};
+  }
+  if (at !=
+      std::array{events->size(), contacts->size(), poses->size(), states->size(), pictures->size()})
+    return Error{"has more records than its portions say"};
+  return portions;
+}
+
+}  // namespace carom::scenes
