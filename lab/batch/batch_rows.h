@@ -25,8 +25,11 @@ struct RowFile {
   const char* bytes;
   const char* hash;
 };
-inline constexpr std::array kRowFiles = {RowFile{"file", "bytes", "sha256"},
-                                         RowFile{"events_file", "events_bytes", "events_sha256"}};
+inline constexpr std::array<RowFile, 4> kRowFiles = {
+    {{"file", "bytes", "sha256"},
+     {"events_file", "events_bytes", "events_sha256"},
+     {"contacts_file", "contacts_bytes", "contacts_sha256"},
+     {"poses_file", "poses_bytes", "poses_sha256"}}};
 
 /// All that the runs of a batch have told so far: rows of branches that are whole, and failures of
 /// those that are not. A failure of a whole sample has an empty branch.

@@ -36,6 +36,7 @@ constexpr NumberRange kSeed{"a seed", 0, kMostSeed, "", false, false, true};
 constexpr NumberRange kValue{"a value", -1e300, 1e300};
 constexpr NumberRange kDeviation{"a deviation", 0, 1e300, "", true};
 constexpr NumberRange kWeight{"a weight", 0, 1e9};
+constexpr NumberRange kRate{"a rate", 0, 10'000, "Hz"};
 constexpr NumberRange kShare{"a share", 0, 1};
 constexpr NumberRange kPressure{"a pressure", 0, 1e6, "Pa"};
 constexpr NumberRange kAttempts{"a number of attempts", 1, 10'000, "", false, false, true};
@@ -375,8 +376,14 @@ class BatchReader {
 
   void readOutputs(const JsonNode& root) {
     const auto node = root.find("outputs");
-    if (!node || !node->expectObject("a list of outputs", {"events"})) return;
+    if (!node ||
+        !node->expectObject("a list of outputs", {"format", "events", "contacts", "poses"}))
+      return;
+    if (const auto format = node->find("format"))
+      spec_.outputs.form = static_cast<SampleForm>(format->choice("a format", {"float32", "flac"}));
     spec_.outputs.events = node->boolean("events", true);
+    spec_.outputs.contacts = node->boolean("contacts", false);
+    spec_.outputs.poses = node->number("poses", kRate, 0.0);
   }
 
   void readSplit(const JsonNode& root) {

@@ -49,8 +49,17 @@ struct BatchRejections {
   std::size_t attempts = 100;    ///< after which the sample fails
 };
 
+/// The form of a sample's sound.
+enum class SampleForm {
+  float32,  ///< WAV of 32-bit floating-point numbers, 1.0 for kFullScalePressure
+  flac,     ///< FLAC of 24 bits, 1.0 for the sample's own peak
+};
+
 struct BatchOutputs {
-  bool events = true;  ///< a CSV file of every impulse event
+  SampleForm form = SampleForm::float32;
+  bool events = true;     ///< a CSV file of every impulse event
+  bool contacts = false;  ///< a CSV file of every step of lasting contacts
+  double poses = 0.0;     ///< Hz, of a CSV file of the poses of all bodies that move; 0: none
 };
 
 /// Shares of the samples, which are told apart by a hash of the parameters `by`: samples that agree

@@ -1,26 +1,32 @@
 #include "lab/batch/sample_run.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <fstream>
 #include <memory>
 #include <new>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "lab/batch/batch_rows.h"
 #include "lab/batch/sha256.h"
 #include <gnu/libc-version.h>
+#include <sndfile.h>
 
 #include "audio/io/byte_file.h"
 #include "audio/io/partial_file.h"
 #include "audio/io/wav_stream.h"
 #include "audio/synthesis/click_kernels.h"
 #include "carom/audio/sound_file.h"
+#include "modal/json/json_reader.h"
 #include "scenes/format/scene_loader.h"
 #include "scenes/limits/run_guard.h"
 #include "scenes/run/events_file.h"
+#include "scenes/run/motion_rows.h"
 #include "scenes/run/render.h"
 
 namespace carom::lab {
@@ -36,10 +42,15 @@ using nlohmann::ordered_json;
 constexpr double kTail = 10.0;  // s, as `carom render` has it
 
 /// Keeps what a rendering makes in memory.
-class MemorySink : public RenderSink {
+class MemorySink : public RenderSink, private MotionSink {
  public:
-  MemorySink(const Scene& scene, bool events) : scene_(scene), hasRows_(events) {
-    if (hasRows_) rows_ = EventRows::header();
+  MemorySink(const Scene& scene, const BatchOutputs& outputs) : scene_(scene), outputs_(outputs) {
+    if (outputs_.events) events_ = EventRows::header();
+    if (outputs_.contacts) contacts_ = ContactRows::header();
+    if (outputs_.poses > 0.0) {
+      poses_ = PoseRows::header();
+      poseRows_.emplace(outputs_.poses);
+    }
   }
 
   Status write(std::span<const float* const> channels, std::size_t frames) override {
@@ -51,18 +62,34 @@ class MemorySink : public RenderSink {
     return std::monostate{};
   }
   void add(const ImpulseEvent& event, const EventSound& sound) override {
-    if (hasRows_) rows_ += maker_.row(event, scene_, sound);
+    if (outputs_.events) events_ += eventRows_.row(event, scene_, sound);
+  }
+  MotionSink* motion() override {
+    return outputs_.contacts || outputs_.poses > 0.0 ? this : nullptr;
   }
 
   double peak() const { return static_cast<double>(peak_); }  ///< Pa
   std::vector<float>& samples() { return samples_; }          ///< Pa, interleaved
-  const std::string& rows() const { return rows_; }           ///< of the events, as CSV
+  // CSV files; empty if they are not asked for.
+  const std::string& events() const { return events_; }
+  const std::string& contacts() const { return contacts_; }
+  const std::string& poses() const { return poses_; }
 
  private:
+  void add(const ContactState& contact) override {
+    if (outputs_.contacts) contacts_ += ContactRows().row(contact, scene_);
+  }
+  void add(const BodyPose& pose) override {
+    if (poseRows_) poses_ += poseRows_->rows(pose, scene_);
+  }
+
   const Scene& scene_;
-  bool hasRows_;
-  EventRows maker_;
-  std::string rows_;
+  const BatchOutputs& outputs_;
+  EventRows eventRows_;
+  std::optional<PoseRows> poseRows_;
+  std::string events_;
+  std::string contacts_;
+  std::string poses_;
   std::vector<float> samples_;
   float peak_ = 0.0F;
 };
@@ -85,18 +112,61 @@ Status writeFile(const fs::path& file, const Write& write) {
   return std::monostate{};
 }
 
-Status writeSound(const fs::path& file, const Scene& scene, std::vector<float>& samples) {
-  const auto fullScale = static_cast<float>(kFullScalePressure);
-  for (float& sample : samples)
-    sample /= fullScale;
-  return writeFile(file, [&](const fs::path& path) -> Status {
-    Result<audio::WavStream> stream =
-        audio::WavStream::create(path, {.sampleRate = static_cast<int>(scene.sampleRate),
-                                        .channels = channelsOf(scene),
-                                        .fullScale = kFullScalePressure});
-    if (!stream) return stream.error();
-    if (Status appended = stream->append(samples); !appended) return appended;
-    return stream->close();
+/// Returns what 1.0 stands for in a sample's sound, in Pa.
+double fullScaleOf(SampleForm form, double peak) {
+  return form == SampleForm::flac && peak > 0.0 ? peak : kFullScalePressure;
+}
+
+const char* endingOf(SampleForm form) {
+  return form == SampleForm::flac ? ".flac" : ".wav";
+}
+
+/// The samples of a sound, and what they are written as.
+struct SoundToWrite {
+  std::span<const float> samples;  ///< interleaved, 1.0 for full scale
+  SampleForm form = SampleForm::float32;
+  std::size_t channels = 1;
+  int sampleRate = 48000;
+  double fullScale = kFullScalePressure;  ///< Pa
+};
+
+Status writeFlac(const fs::path& path, const SoundToWrite& sound) {
+  SF_INFO info = {};
+  info.samplerate = sound.sampleRate;
+  info.channels = static_cast<int>(sound.channels);
+  info.format = SF_FORMAT_FLAC | SF_FORMAT_PCM_24;
+  if (sf_format_check(&info) != SF_TRUE)
+    return Error{"FLAC holds up to 8 channels; expected fewer listeners, or \"float32\""};
+  SNDFILE* const file = sf_open(path.c_str(), SFM_WRITE, &info);
+  if (file == nullptr) return Error{sf_strerror(nullptr)};
+  const std::string comment = "full scale " + modal::formatNumber(sound.fullScale) + " Pa";
+  sf_set_string(file, SF_STR_COMMENT, comment.c_str());
+  const auto count = static_cast<sf_count_t>(sound.samples.size());
+  const bool isWritten = sf_write_float(file, sound.samples.data(), count) == count;
+  const int closed = sf_close(file);
+  if (isWritten && closed == 0) return std::monostate{};
+  return Error{"is there room on the disk?"};
+}
+
+Status writeWav(const fs::path& path, const SoundToWrite& sound) {
+  Result<audio::WavStream> stream = audio::WavStream::create(
+      path,
+      {.sampleRate = sound.sampleRate, .channels = sound.channels, .fullScale = sound.fullScale});
+  if (!stream) return stream.error();
+  if (Status appended = stream->append(sound.samples); !appended) return appended;
+  return stream->close();
+}
+
+/// Writes a sample's sound, and leaves its samples in units of the full scale.
+Status writeSound(const fs::path& file, const Scene& scene, MemorySink& sink, SampleForm form) {
+  const double fullScale = fullScaleOf(form, sink.peak());
+  const auto divisor = static_cast<float>(fullScale);
+  for (float& sample : sink.samples())
+    sample /= divisor;
+  const SoundToWrite sound{sink.samples(), form, channelsOf(scene),
+                           static_cast<int>(scene.sampleRate), fullScale};
+  return writeFile(file, [&](const fs::path& path) {
+    return form == SampleForm::flac ? writeFlac(path, sound) : writeWav(path, sound);
   });
 }
 
@@ -184,7 +254,7 @@ Result<SampleRunner::Rendered> SampleRunner::render(const Sample& sample,
     return rendered;
   }
   rendered.scene = std::make_unique<Scene>(*std::move(scene));
-  rendered.sink = std::make_unique<MemorySink>(*rendered.scene, plan_.spec.outputs.events);
+  rendered.sink = std::make_unique<MemorySink>(*rendered.scene, plan_.spec.outputs);
   RunGuard guard(*rendered.scene, plan_.spec.limits);
   RenderOptions options;
   options.tail = kTail;
@@ -239,9 +309,10 @@ Result<ordered_json> SampleRunner::write(const Sample& sample, const BatchBranch
     return sampleFile(sample.index, branch.name, ending);
   };
   const RenderReport& report = rendered.report;
-  const std::string sound = nameOf(".wav");
-  if (Status written = writeSound(plan_.folder / sound, *rendered.scene, rendered.sink->samples());
-      !written)
+  MemorySink& sink = *rendered.sink;
+  const SampleForm form = plan_.spec.outputs.form;
+  const std::string sound = nameOf(endingOf(form));
+  if (Status written = writeSound(plan_.folder / sound, *rendered.scene, sink, form); !written)
     return written.error();
   const Result<WrittenFile> soundFile = described(plan_.folder, sound);
   if (!soundFile) return soundFile.error();
@@ -251,21 +322,27 @@ Result<ordered_json> SampleRunner::write(const Sample& sample, const BatchBranch
   row["file"] = soundFile->name;
   row["bytes"] = soundFile->bytes;
   row["sha256"] = soundFile->sha256;
-  if (plan_.spec.outputs.events) {
-    const std::string events = nameOf(".events.csv");
-    if (Status written = writeSampleFile(plan_.folder / events, rendered.sink->rows()); !written)
+  const std::array tables = {&sink.events(), &sink.contacts(), &sink.poses()};
+  constexpr std::array kEndings = {".events.csv", ".contacts.csv", ".poses.csv"};
+  for (std::size_t at = 0; at < tables.size(); ++at) {
+    const std::string& table = *tables[at];
+    if (table.empty()) continue;
+    const std::string name = nameOf(kEndings[at]);
+    if (Status written = writeSampleFile(plan_.folder / name, table); !written)
       return written.error();
-    row["events_file"] = events;
-    row["events_bytes"] = rendered.sink->rows().size();
-    row["events_sha256"] = sha256(rendered.sink->rows());
+    const RowFile& keys = kRowFiles.at(at + 1);  // the first is the sound
+
+    row[keys.name] = name;
+    row[keys.bytes] = table.size();
+    row[keys.hash] = sha256(table);
   }
   row["parameters"] = valuesJson(sample.values);
   row["attempt"] = sample.attempt;
   row["duration_s"] = report.duration;
   row["sample_rate_hz"] = report.sampleRate;
   row["channels"] = report.channels;
-  row["peak_pa"] = rendered.sink->peak();
-  row["full_scale_pa"] = kFullScalePressure;
+  row["peak_pa"] = sink.peak();
+  row["full_scale_pa"] = fullScaleOf(form, sink.peak());
   row["events"] = report.events;
   row["version"] = CAROM_VERSION;
   row["cpu_features"] = machineKind();
@@ -329,7 +406,8 @@ Result<SampleRunner::Outcome> SampleRunner::repeat(std::uint64_t index, const st
     outcome.failures.push_back(*rendered->failure);
     return outcome;
   }
-  if (Status written = writeSound(soundFile, *rendered->scene, rendered->sink->samples()); !written)
+  const SampleForm form = plan_.spec.outputs.form;
+  if (Status written = writeSound(soundFile, *rendered->scene, *rendered->sink, form); !written)
     return written.error();
   const Result<std::string> hash = sha256OfFile(soundFile);
   if (!hash) return cannotWrite(soundFile, hash.error().message);

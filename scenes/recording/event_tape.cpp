@@ -42,6 +42,7 @@ class TapeStepper : public SceneStepper {
     return now_.events;
   }
   std::span<const ContactState> contacts() const override { return now_.contacts; }
+  bool reportsContacts() const override { return tape_->hasContacts; }
   std::span<const BodyPose> poses() const override { return now_.poses; }
   double settledTime() const override { return settledTime_; }
   double hearDeformations() override { return tape_->deformationStep; }
@@ -64,8 +65,7 @@ Status runInPortions(SceneStepper& stepper, double duration, double deformationS
   const double end = deformationStep > 0.0 ? duration + kTail : duration;
   for (double target = 0.0; stepper.settledTime() < end;) {
     const double begin = std::max(target, stepper.settledTime());
-    // Where contacts last, what is heard depends on how many of their steps are handed over before
-    // an event is: with a portion for each step, a replay does as its stepper did.
+    // Where contacts last, their steps are handed over one by one, as SceneSound asks for them.
     target = stepper.reportsContacts() ? std::nextafter(begin, kInfinity) : begin + kPortion;
     target = std::min(target, end);
     const Stopwatch stopwatch;
@@ -92,6 +92,7 @@ Status runInPortions(SceneStepper& stepper, double duration, double deformationS
 Result<EventTape> recordTape(SceneStepper& stepper, double duration, RunGuard* guard) {
   EventTape tape;
   tape.deformationStep = stepper.hearDeformations();
+  tape.hasContacts = stepper.reportsContacts();
   const Status run = runInPortions(stepper, duration, tape.deformationStep, guard,
                                    [&tape](TapePortion portion) -> Status {
                                      tape.seconds += portion.seconds;

@@ -38,6 +38,7 @@ Status runInPortions(SceneStepper& stepper, double duration, double deformationS
 struct EventTape {
   std::vector<TapePortion> portions;
   double deformationStep = 0.0;  ///< s, see SceneStepper::hearDeformations
+  bool hasContacts = false;      ///< see SceneStepper::reportsContacts
   std::uint64_t jammed = 0;
   double seconds = 0.0;  ///< s, wall time in the stepper
 };

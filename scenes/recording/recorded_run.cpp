@@ -37,6 +37,7 @@ class RunStepper : public SceneStepper {
     return now_.events;
   }
   std::span<const ContactState> contacts() const override { return now_.contacts; }
+  bool reportsContacts() const override { return reader_->header().stepper == "bullet"; }
   std::span<const BodyPose> poses() const override { return now_.poses; }
   std::span<const JelloPicture> pictures() const override { return now_.pictures; }
   std::span<const DeformingState> deformations() const override { return now_.deformations; }

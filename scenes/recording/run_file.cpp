@@ -148,7 +148,7 @@ Result<std::uintmax_t> RunWriter::finish() {
 }
 
 Error RunReader::fault(const std::string& what) const {
-  return Error{file_.string() + ": part " + std::to_string(parts_) + ": " + what +
+  return Error{name_ + ": part " + std::to_string(parts_) + ": " + what +
                "; expected a run as 'carom record' wrote it"};
 }
 
@@ -156,14 +156,18 @@ Result<RunReader> RunReader::open(const fs::path& file) {
   auto stream = std::make_unique<std::ifstream>(file, std::ios::binary);
   if (!*stream)
     return Error{file.string() + ": cannot be opened; expected a file of 'carom record'"};
-  RunReader reader(file, std::move(stream));
+  return read(std::move(stream), file.string());
+}
+
+Result<RunReader> RunReader::read(std::unique_ptr<std::istream> stream, std::string name) {
+  RunReader reader(std::move(name), std::move(stream));
   std::array<char, kMagic.size()> beginning{};
   reader.stream_->read(beginning.data(), beginning.size());
   std::uint32_t version = 0;
   if (!std::ranges::equal(beginning, kMagic) || !getNumber(*reader.stream_, version))
-    return Error{file.string() + ": is no run; expected a file of 'carom record'"};
+    return Error{reader.name_ + ": is no run; expected a file of 'carom record'"};
   if (version != kVersion)
-    return Error{file.string() + ": is of version " + std::to_string(version) + "; expected " +
+    return Error{reader.name_ + ": is of version " + std::to_string(version) + "; expected " +
                  std::to_string(kVersion) + ", the only one"};
   if (Status read = reader.readHeader(); !read) return read.error();
   return reader;
@@ -205,7 +209,7 @@ Status RunReader::readHeader() {
   const Result<Part> part = take();
   if (!part) return part.error();
   if (part->kind != 'h') return fault("it is no header");
-  modal::FirstError error(file_.string() + ": header");
+  modal::FirstError error(name_ + ": header");
   const std::optional<json> document = modal::parseJson(textOf(part->bytes), error);
   if (!document) return error.error();
   using modal::NumberRange;

@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <istream>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -69,6 +71,8 @@ class RunWriter {
 class RunReader {
  public:
   static Result<RunReader> open(const std::filesystem::path& file);
+  /// Reads a run from anywhere; `name` stands for it in messages.
+  static Result<RunReader> read(std::unique_ptr<std::istream> stream, std::string name);
 
   const RunHeader& header() const { return header_; }
   /// Reads the next portions; none at the end. An error names file and part.
@@ -79,13 +83,13 @@ class RunReader {
     char kind = 'e';
     std::vector<std::byte> bytes;
   };
-  RunReader(std::filesystem::path file, std::unique_ptr<std::istream> stream)
-      : file_(std::move(file)), stream_(std::move(stream)) {}
+  RunReader(std::string name, std::unique_ptr<std::istream> stream)
+      : name_(std::move(name)), stream_(std::move(stream)) {}
   Result<Part> take();
   Status readHeader();
   Error fault(const std::string& what) const;
 
-  std::filesystem::path file_;
+  std::string name_;
   std::unique_ptr<std::istream> stream_;
   RunHeader header_;
   std::uint64_t parts_ = 0;

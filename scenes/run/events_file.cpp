@@ -1,12 +1,13 @@
 #include "scenes/run/events_file.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cstdint>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
+
+#include "scenes/run/csv_row.h"
 
 namespace carom::scenes {
 
@@ -17,30 +18,6 @@ namespace {
 constexpr std::string_view kHeader =
     "time_s,body,other,jx_Ns,jy_Ns,jz_Ns,px_m,py_m,pz_m,nx,ny,nz,approach_speed_m_s,"
     "effective_mass_kg,duration_s,collision,peak_pa,heard\n";
-
-void append(std::string& row, double value) {
-  char text[32];
-  const auto [end, error] = std::to_chars(std::begin(text), std::end(text), value);
-  row.append(text, end);
-}
-
-void append(std::string& row, const Vec3& v) {
-  for (int axis = 0; axis < 3; ++axis) {
-    if (axis > 0) row += ',';
-    append(row, v[axis]);
-  }
-}
-
-void append(std::string& row, const std::string& name) {
-  if (name.find_first_of(",\"\r\n") == std::string::npos) {
-    row += name;
-    return;
-  }
-  row += '"';
-  for (const char c : name)
-    row.append(c == '"' ? 2 : 1, c);
-  row += '"';
-}
 
 /// True if these are the shares of one collision.
 bool areShares(const ImpulseEvent& event, const ImpulseEvent& other) {
@@ -68,24 +45,20 @@ std::uint64_t EventRows::collisionOf(const ImpulseEvent& event) {
 }
 
 std::string EventRows::row(const ImpulseEvent& event, const Scene& scene, const EventSound& sound) {
-  std::string row;
-  append(row, event.time);
-  row += ',';
-  append(row, scene.bodies[event.body].name);
-  row += ',';
-  append(row, scene.bodies[event.other].name);
-  for (const Vec3& v : {event.impulse, event.position, event.normal}) {
-    row += ',';
-    append(row, v);
-  }
-  for (const double value : {event.approachSpeed, event.effectiveMass, sound.duration}) {
-    row += ',';
-    append(row, value);
-  }
-  row += ',' + std::to_string(collisionOf(event)) + ',';
-  append(row, sound.peak);
-  row += sound.isHeard ? ",1\n" : ",0\n";
-  return row;
+  return CsvRow()
+      .add(event.time)
+      .add(scene.bodies[event.body].name)
+      .add(scene.bodies[event.other].name)
+      .add(event.impulse)
+      .add(event.position)
+      .add(event.normal)
+      .add(event.approachSpeed)
+      .add(event.effectiveMass)
+      .add(sound.duration)
+      .add(std::to_string(collisionOf(event)))
+      .add(sound.peak)
+      .add(std::string(sound.isHeard ? "1" : "0"))
+      .line();
 }
 
 EventsFileWriter::EventsFileWriter(PartialFile file, std::ofstream stream)

@@ -187,7 +187,7 @@ void leaveOutCounted(Plan& plan, std::uint64_t count, const std::string& stage,
   if (count > 0) plan.leftOut.push_back({stage, std::to_string(count) + " " + why});
 }
 
-Result<SceneSound> soundOf(const Scene& scene, const RenderOptions& options) {
+Result<SceneSound> soundOf(const Scene& scene, const RenderOptions& options, bool shown) {
   const Progress analysis = [&options](std::string_view stage, double share) {
     if (options.guard != nullptr && !options.guard->mayGoOn(0.0)) return false;
     return !options.analysis || options.analysis(stage, share);
@@ -195,6 +195,7 @@ Result<SceneSound> soundOf(const Scene& scene, const RenderOptions& options) {
   if (!options.replay) {
     Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene, options.guard);
     if (!stepper) return stepper.error();
+    if (shown) (*stepper)->showAll();
     return SceneSound::create(scene, *std::move(stepper), {}, analysis);
   }
   const double begin = firstEventTime(scene, options.span);
@@ -223,8 +224,9 @@ fs::path incompleteName(const fs::path& file) {
 Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& options,
                                  RenderSink& sink) {
   const Stopwatch stopwatch;
-  Result<SceneSound> sound = soundOf(scene, options);
+  Result<SceneSound> sound = soundOf(scene, options, sink.motion() != nullptr);
   if (!sound) return sound.error();
+  sound->sendMotionTo(sink.motion());
   if (options.guard != nullptr) sound->watch(*options.guard);
 
   RenderReport report;

@@ -85,6 +85,8 @@ class RenderSink {
   virtual Status write(std::span<const float* const> channels, std::size_t frames) = 0;
   /// Takes an event, once the synthesis has it: after the samples before it, and before its own.
   virtual void add(const ImpulseEvent& event, const EventSound& sound) = 0;
+  /// Returns what takes contacts and the poses of all bodies that move; null if nothing does.
+  virtual MotionSink* motion() { return nullptr; }
 };
 
 /// Renders a scene into a sink, the channels of its first listener first. Of the options, those

@@ -331,6 +331,13 @@ void SceneSound::watch(RunGuard& guard) {
   stepper_->watch(guard_);
 }
 
+void SceneSound::tellMotion() {
+  for (const ContactState& contact : stepper_->contacts())
+    if (contact.time < duration_) motion_->add(contact);
+  for (const BodyPose& pose : stepper_->poses())
+    if (pose.pose.time <= duration_) motion_->add(pose);
+}
+
 void SceneSound::runAhead(double time) {
   const double ahead = voice_ ? voice_->lookahead() : 0.0;
   const double target = std::min(time + ahead, duration_ + ahead);
@@ -338,7 +345,12 @@ void SceneSound::runAhead(double time) {
     return stepper_->failure().empty() && (guard_ == nullptr || !guard_->ended());
   };
   while (stepper_->settledTime() < target && mayGoOn()) {
-    const auto events = stepper_->advanceTo(target);
+    // Contacts that last are handed over step by step: what is heard then depends neither on the
+    // blocks that are rendered, nor on the part.
+    const double next = stepper_->reportsContacts()
+                            ? std::nextafter(stepper_->settledTime(), target)
+                            : target;
+    const auto events = stepper_->advanceTo(next);
     known_.insert(known_.end(), events.begin(), events.end());
     for (const ContactState& contact : stepper_->contacts())
       synth_.updateContact(contact);
@@ -347,6 +359,7 @@ void SceneSound::runAhead(double time) {
     for (const auto& [body, pose] : stepper_->poses())
       if (pose.time <= duration_) static_cast<void>(synth_.moveBody(body, pose));
     if (voice_) voice_->add(stepper_->deformations());
+    if (motion_ != nullptr) tellMotion();
     if (stepper_->settledTime() < target) scheduleSettled();
   }
   if (!mayGoOn())

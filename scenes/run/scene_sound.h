@@ -68,6 +68,14 @@ struct ScheduledEvent {
   double peak = 0.0;  ///< Pa, as Synth::schedule returns it
 };
 
+/// Takes what the mechanics of a sound tells beside events. [one thread]
+class MotionSink {
+ public:
+  virtual ~MotionSink() = default;
+  virtual void add(const ContactState& contact) = 0;
+  virtual void add(const BodyPose& pose) = 0;
+};
+
 /// The sound of a scene: its mechanics run just ahead of its synthesis, so memory does not grow
 /// with the length of the scene. [one thread]
 class SceneSound {
@@ -97,6 +105,9 @@ class SceneSound {
   /// any number without memory for them.
   void sendEventsTo(std::function<void(const ScheduledEvent&)> sink) { sink_ = std::move(sink); }
 
+  /// Has `sink` get the output of the mechanics, as it comes.
+  void sendMotionTo(MotionSink* sink) { motion_ = sink; }
+
   /// Has a guard look on, which outlives this; the sound ends where it ends the run.
   void watch(RunGuard& guard);
 
@@ -114,6 +125,7 @@ class SceneSound {
              const SoundSpan& span);
   void skipTo(std::int64_t frame);
   void runAhead(double time);
+  void tellMotion();
   void scheduleSettled();
   void settle(const ScheduledEvent& event);
 
@@ -130,6 +142,7 @@ class SceneSound {
   std::vector<ScheduledEvent> settled_;  // events settled by the last render
   std::vector<ScheduledEvent> early_;    // events settled before the first wanted sample
   std::function<void(const ScheduledEvent&)> sink_;
+  MotionSink* motion_ = nullptr;
   std::vector<std::string> notes_;
   RunGuard* guard_ = nullptr;
 };

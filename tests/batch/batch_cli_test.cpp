@@ -1,4 +1,5 @@
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <sstream>
 #include <string>
@@ -7,6 +8,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sndfile.h>
 
 #include "tests/batch/batch_files.h"
 #include "tests/scenes/command.h"
@@ -189,6 +191,69 @@ TEST(BatchCommand, DrawsAnewWhatIsRejected) {
   const json failure = linesOf(fs::path(silent) / "failures.jsonl").at(0);
   EXPECT_EQ(failure["failure"], "rejected");
   EXPECT_THAT(failure["message"].get<std::string>(), HasSubstr("3 attempts"));
+}
+
+TEST(BatchCommand, PosesAndContactsDoNotChangeTheSound) {
+  const TemporaryFolder folder;
+  json batch = ballBatch(2);
+  const std::string plain = planned(folder, batch, "plain");
+  batch["outputs"] = {{"poses", 100}, {"contacts", true}};
+  const std::string shown = planned(folder, batch, "shown");
+  made({plain});
+  made({shown});
+  const fs::path sample = fs::path("samples/0000/000001");
+  EXPECT_EQ(contents(fs::path(plain) / (sample.string() + ".wav")),
+            contents(fs::path(shown) / (sample.string() + ".wav")));
+  // The ball falls freely at first: y = h - g t^2 / 2.
+  const double height =
+      json::parse(contents(fs::path(shown) / (sample.string() + ".json")))["parameters"]["height"];
+  std::istringstream poses(contents(fs::path(shown) / (sample.string() + ".poses.csv")));
+  std::string line;
+  std::getline(poses, line);
+  EXPECT_EQ(line, "time_s,body,x_m,y_m,z_m,qw,qx,qy,qz");
+  for (int row = 0; row < 8; ++row) {
+    std::getline(poses, line);
+    std::istringstream cells(line);
+    std::vector<std::string> values;
+    for (std::string cell; std::getline(cells, cell, ',');)
+      values.push_back(cell);
+    const double time = 0.01 * row;
+    EXPECT_NEAR(std::stod(values[0]), time, 1e-12);
+    EXPECT_EQ(values[1], "ball");
+    if (height - 0.5 * 9.81 * time * time < 0.011) break;
+    // Between poses 1/240 s apart a chord lies g / 8 / 240^2 off the parabola at most.
+    EXPECT_NEAR(std::stod(values[3]), height - 0.5 * 9.81 * time * time, 2.2e-5);
+  }
+}
+
+TEST(BatchCommand, FlacHoldsTheSamplesToTheLastOf24Bits) {
+  const TemporaryFolder folder;
+  json batch = ballBatch(1);
+  const std::string wav = planned(folder, batch, "wav");
+  batch["outputs"] = {{"format", "flac"}};
+  const std::string flac = planned(folder, batch, "flac");
+  made({wav});
+  made({flac});
+  const json row = linesOf(fs::path(flac) / "manifest.jsonl").at(0);
+  EXPECT_EQ(row["full_scale_pa"], row["peak_pa"]);
+  const auto samplesOf = [](const fs::path& file, double fullScale) {
+    SF_INFO info = {};
+    SNDFILE* const sound = sf_open(file.c_str(), SFM_READ, &info);
+    EXPECT_NE(sound, nullptr) << file;
+    std::vector<double> samples(static_cast<std::size_t>(info.frames * info.channels));
+    sf_read_double(sound, samples.data(), info.frames * info.channels);
+    sf_close(sound);
+    for (double& sample : samples)
+      sample *= fullScale;
+    return samples;
+  };
+  const auto exact = samplesOf(fs::path(wav) / "samples/0000/000000.wav", 20.0);
+  const auto packed = samplesOf(fs::path(flac) / "samples/0000/000000.flac", row["full_scale_pa"]);
+  ASSERT_EQ(exact.size(), packed.size());
+  // One step, as what is below is cut off, and the rounding of a float to it.
+  const double step = row["peak_pa"].get<double>() / 8388607.0;
+  for (std::size_t at = 0; at < exact.size(); ++at)
+    ASSERT_NEAR(exact[at], packed[at], 1.01 * step + 6e-8 * std::abs(exact[at])) << at;
 }
 
 TEST(BatchCommand, DamagedFilesAreFoundAndMadeAnew) {
