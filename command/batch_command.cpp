@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -14,16 +13,16 @@
 #include "command/progress_bar.h"
 #include "command/run_options.h"
 #include "command/signals.h"
+#include "lab/batch/batch_page.h"
 #include "lab/batch/batch_plan.h"
 #include "lab/batch/batch_run.h"
 #include "lab/batch/batch_trial.h"
 #include "lab/batch/manifest.h"
+#include "lab/batch/run_program.h"
 #include "lab/batch/sample_run.h"
+#include "lab/batch/tar_shards.h"
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include "audio/io/partial_file.h"
 #include "scenes/limits/resource_watch.h"
@@ -77,30 +76,6 @@ std::string durationText(double seconds) {
   return text.str();
 }
 
-/// Runs a program that is looked for in PATH, and waits for it. Returns its exit code; 1 if there
-/// is none.
-int runProgram(std::vector<std::string> words) {
-  std::vector<char*> pointers;
-  for (std::string& word : words)
-    pointers.push_back(word.data());
-  pointers.push_back(nullptr);
-  // This program's threads block the signals that end it.
-  sigset_t none;
-  sigemptyset(&none);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-  pid_t process = -1;
-  const int failed =
-      posix_spawnp(&process, pointers[0], nullptr, &attributes, pointers.data(), environ);
-  posix_spawnattr_destroy(&attributes);
-  if (failed != 0) return kFailed;
-  int status = 0;
-  waitpid(process, &status, 0);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : kFailed;
-}
-
 std::string noteOf(const BatchProgress& progress) {
   std::ostringstream text;
   text << progress.done << " of " << progress.samples;
@@ -126,6 +101,8 @@ BatchCommand::BatchCommand(CLI::App& app)
   addRun();
   addVerify();
   addRepeat();
+  addReport();
+  addPack();
   addSchedulers();
   command_->footer(
       "Examples:\n"
@@ -180,6 +157,19 @@ void BatchCommand::addRepeat() {
   repeat_->add_option("-o,--output", output_, "WAV file to write")->required()->check(fileName());
 }
 
+void BatchCommand::addReport() {
+  report_ = add("report", "Write a page: what was drawn, what came out, players, failures");
+  report_->add_option("FOLDER", input_, "folder that 'carom batch run' filled")->required();
+}
+
+void BatchCommand::addPack() {
+  pack_ = add("pack", "Pack the samples into tar files, as WebDataset reads them");
+  pack_->add_option("FOLDER", input_, "folder that 'carom batch run' filled")->required();
+  pack_->add_option("--samples", samples_, "most samples in a file")
+      ->check(wholeNumberRange(1, kMostSamples))
+      ->capture_default_str();
+}
+
 void BatchCommand::addSchedulers() {
   slurm_ = add("slurm", "Write an array job of Slurm, and submit it");
   parallel_ = add("parallel", "Write a script that runs all shares by GNU parallel");
@@ -204,6 +194,8 @@ int BatchCommand::run() const {
   if (verify_->parsed()) return verify();
   if (slurm_->parsed()) return slurm();
   if (parallel_->parsed()) return writeJobs("parallel.sh", parallelScript);
+  if (report_->parsed()) return report();
+  if (pack_->parsed()) return pack();
   if (snakemake_->parsed()) return writeJobs("Snakefile", snakefile);
   return repeat();
 }
@@ -319,6 +311,32 @@ int BatchCommand::verify() const {
     text << "'carom batch run " << input_ << " --repair' makes damaged ones anew\n";
   const int said = answer(text.str());
   return said == kDone ? code : said;
+}
+
+int BatchCommand::report() const {
+  const Result<BatchPlan> plan = loadPlan(input_);
+  if (!plan) return fail(kBadInput, plan.error().message);
+  const Result<BatchRows> rows = readRows(*plan);
+  if (!rows) return fail(kFailed, rows.error().message);
+  const std::filesystem::path page = std::filesystem::path(input_) / "report.html";
+  if (const Status written = writeSampleFile(page, batchPage(*plan, *rows)); !written)
+    return fail(kFailed, written.error().message);
+  if (json_) return answer(jsonText({{"file", page.string()}, {"sounds", rows->rows.size()}}));
+  return answer("wrote " + page.string() + "\n");
+}
+
+int BatchCommand::pack() const {
+  const Result<BatchPlan> plan = loadPlan(input_);
+  if (!plan) return fail(kBadInput, plan.error().message);
+  const Result<BatchRows> rows = readRows(*plan);
+  if (!rows) return fail(kFailed, rows.error().message);
+  const auto shards = packBatch(*plan, *rows, static_cast<std::uint64_t>(samples_));
+  if (!shards) return fail(kFailed, shards.error().message);
+  if (json_) return answer(jsonText({{"files", *shards}}));
+  std::string text;
+  for (const std::string& shard : *shards)
+    text += (std::filesystem::path(input_) / shard).string() + '\n';
+  return answer(text);
 }
 
 int BatchCommand::writeJobs(const char* file, std::string (*text)(const JobSet&)) const {

@@ -26,11 +26,15 @@ class BatchCommand {
   void addRun();
   void addVerify();
   void addRepeat();
+  void addReport();
+  void addPack();
   void addSchedulers();
   int plan() const;
   int runAll() const;
   int verify() const;
   int repeat() const;
+  int report() const;
+  int pack() const;
   int slurm() const;
   int writeJobs(const char* file, std::string (*text)(const lab::JobSet&)) const;
 
@@ -39,6 +43,8 @@ class BatchCommand {
   CLI::App* run_ = nullptr;
   CLI::App* verify_ = nullptr;
   CLI::App* repeat_ = nullptr;
+  CLI::App* report_ = nullptr;
+  CLI::App* pack_ = nullptr;
   CLI::App* slurm_ = nullptr;
   CLI::App* parallel_ = nullptr;
   CLI::App* snakemake_ = nullptr;
@@ -48,8 +54,9 @@ class BatchCommand {
   std::string branch_;
   double count_ = 0.0;  // 0: the batch's own
   double index_ = 0.0;
-  double processes_ = 0.0;  // 0: one for each processor
-  double shards_ = 0.0;     // 0: as many as take a minute each
+  double processes_ = 0.0;   // 0: one for each processor
+  double shards_ = 0.0;      // 0: as many as take a minute each
+  double samples_ = 1000.0;  // in a tar file
   bool dryRun_ = false;
   bool retry_ = false;
   bool thorough_ = false;

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "lab/batch/batch_page.h"
 #include "lab/batch/manifest.h"
 #include "lab/batch/sample_run.h"
 #include "lab/batch/worker_pool.h"
@@ -180,6 +181,7 @@ Result<BatchRunReport> runBatch(const BatchPlan& plan, const BatchRunOptions& op
   const Result<BatchRows> after = readRows(plan);
   if (!after) return after.error();
   if (Status written = writeManifest(plan, *after); !written) return written.error();
+  if (Status written = writeDataCard(plan, *after); !written) return written.error();
   count(plan, *after, options.shard, report);
   report.contentHash = contentHash(*after);
   report.wallTime = run.seconds();

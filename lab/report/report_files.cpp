@@ -13,6 +13,7 @@
 #include <variant>
 
 #include "lab/report/csv_cell.h"
+#include "lab/report/page_text.h"
 #include "lab/report/report_media.h"
 #include "lab/report/report_page.h"
 #include "lab/report/report_text.h"
@@ -210,27 +211,6 @@ constexpr std::array kColumns = {Column{"/id", "id"},
                                  Column{"/energy_drift", "energy_drift"},
                                  Column{"/position_error", "position_error_m"}};
 
-// Returns the object as JSON with every '<' escaped, so that it cannot end the script element
-// around it.
-std::string inScript(const Json& object) {
-  const std::string text = object.dump(-1, ' ', false, Json::error_handler_t::replace);
-  std::string safe;
-  safe.reserve(text.size());
-  for (const char letter : text) {
-    if (letter == '<') {
-      safe += "\\u003c";
-    } else {
-      safe += letter;
-    }
-  }
-  return safe;
-}
-
-void fill(std::string& page, std::string_view mark, std::string_view text) {
-  const std::size_t at = page.find(mark);
-  if (at != std::string::npos) page.replace(at, mark.size(), text);
-}
-
 Status writeText(const PartialFile& file, const std::string& text) {
   std::ofstream stream(file.path(), std::ios::binary);
   stream << text;
@@ -279,14 +259,14 @@ std::string reportHtml(std::span<const SceneReport> scenes) {
   }
   std::string page(embedded_page_html);
   std::string data = R"(<script type="application/json" id="carom-report">)";
-  data += inScript(reportJson(scenes));
+  data += jsonInScript(reportJson(scenes));
   data += "</script>\n<script type=\"application/json\" id=\"carom-media\">";
-  data += inScript(media);
+  data += jsonInScript(media);
   data += "</script>";
-  fill(page, "<!--carom:style-->", embedded_page_css);
-  fill(page, "<!--carom:chart-->", embedded_chart_umd_min_js);
-  fill(page, "<!--carom:script-->", embedded_page_js);
-  fill(page, "<!--carom:data-->", data);
+  fillPage(page, "<!--carom:style-->", embedded_page_css);
+  fillPage(page, "<!--carom:chart-->", embedded_chart_umd_min_js);
+  fillPage(page, "<!--carom:script-->", embedded_page_js);
+  fillPage(page, "<!--carom:data-->", data);
   return page;
 }
 
