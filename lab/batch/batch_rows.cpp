@@ -96,10 +96,12 @@ std::vector<bool> doneSamples(const BatchPlan& plan, const BatchRows& rows,
                               const DoneRules& rules) {
   std::vector<std::size_t> settled(plan.spec.count);
   const std::size_t branches = plan.spec.branches.size();
-  for (const auto& [id, row] : rows.rows)
-    if (std::ranges::all_of(
-            kRowFiles, [&](const RowFile& keys) { return hasFile(plan, row, keys, rules.hashes); }))
-      ++settled[id.first];
+  for (const auto& [id, row] : rows.rows) {
+    bool isWhole = true;
+    for (const RowFile& keys : kRowFiles)
+      isWhole = isWhole && hasFile(plan, row, keys, rules.hashes);
+    if (isWhole) ++settled[id.first];
+  }
   if (rules.failuresCount)
     for (const auto& [id, failure] : rows.failures)
       settled[id.first] += id.second.empty() ? branches : 1;
