@@ -9,6 +9,7 @@
 #include <new>
 #include <optional>
 #include <span>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -17,7 +18,6 @@
 #include <gnu/libc-version.h>
 #include <sndfile.h>
 
-#include "audio/io/byte_file.h"
 #include "audio/io/partial_file.h"
 #include "audio/io/wav_stream.h"
 #include "audio/synthesis/click_kernels.h"
@@ -45,6 +45,8 @@ constexpr double kTail = 10.0;  // s, as `carom render` has it
 class MemorySink : public RenderSink, private MotionSink {
  public:
   MemorySink(const Scene& scene, const BatchOutputs& outputs) : scene_(scene), outputs_(outputs) {
+    samples_.reserve(static_cast<std::size_t>((scene.duration + 1.0) * scene.sampleRate) *
+                     channelsOf(scene));
     if (outputs_.events) events_ = EventRows::header();
     if (outputs_.contacts) contacts_ = ContactRows::header();
     if (outputs_.poses > 0.0) {
@@ -54,11 +56,16 @@ class MemorySink : public RenderSink, private MotionSink {
   }
 
   Status write(std::span<const float* const> channels, std::size_t frames) override {
-    for (std::size_t frame = 0; frame < frames; ++frame)
-      for (const float* const channel : channels) {
-        peak_ = std::max(peak_, std::abs(channel[frame]));
-        samples_.push_back(channel[frame]);
-      }
+    const std::size_t before = samples_.size();
+    samples_.resize(before + frames * channels.size());
+    for (std::size_t channel = 0; channel < channels.size(); ++channel) {
+      const float* const from = channels[channel];
+      float* const to = samples_.data() + before + channel;
+      for (std::size_t frame = 0; frame < frames; ++frame)
+        to[frame * channels.size()] = from[frame];
+      for (std::size_t frame = 0; frame < frames; ++frame)
+        peak_ = std::max(peak_, std::abs(from[frame]));
+    }
     return std::monostate{};
   }
   void add(const ImpulseEvent& event, const EventSound& sound) override {
@@ -162,7 +169,7 @@ Status writeSound(const fs::path& file, const Scene& scene, MemorySink& sink, Sa
   const double fullScale = fullScaleOf(form, sink.peak());
   const auto divisor = static_cast<float>(fullScale);
   for (float& sample : sink.samples())
-    sample /= divisor;
+    sample /= divisor;  // as the file of `carom render` has it, bit for bit
   const SoundToWrite sound{sink.samples(), form, channelsOf(scene),
                            static_cast<int>(scene.sampleRate), fullScale};
   return writeFile(file, [&](const fs::path& path) {
@@ -179,9 +186,12 @@ struct WrittenFile {
 
 Result<WrittenFile> described(const fs::path& folder, const std::string& name) {
   const fs::path file = folder / name;
-  const Result<std::vector<std::byte>> bytes = audio::readBytes(file);
-  if (!bytes) return cannotWrite(file, bytes.error().message);
-  return WrittenFile{name, bytes->size(), sha256(*bytes)};
+  const Result<std::string> hash = sha256OfFile(file);
+  if (!hash) return cannotWrite(file, hash.error().message);
+  std::error_code failed;
+  const std::uintmax_t bytes = fs::file_size(file, failed);
+  if (failed) return cannotWrite(file, failed.message());
+  return WrittenFile{name, bytes, *hash};
 }
 
 ordered_json valuesJson(const SampleValues& values) {

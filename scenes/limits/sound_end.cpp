@@ -16,7 +16,7 @@ void SoundEnd::add(std::span<const std::vector<float>> channels, std::size_t fra
     for (const std::vector<float>& channel : channels)
       largest = std::max(largest, std::abs(channel[frame]));
     recent_[next_] = largest;
-    next_ = (next_ + 1) % recent_.size();
+    if (++next_ == recent_.size()) next_ = 0;  // a remainder would take longer than all else here
     peak_ = std::max(peak_, static_cast<double>(largest));
   }
 }

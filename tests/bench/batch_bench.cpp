@@ -108,8 +108,9 @@ void batch(const BatchPlan& plan, std::size_t processes) {
 }
 
 int run(const Scale& scale) {
-  const std::uint64_t samples = scale.isShort ? 20 : 600;
+  const std::uint64_t samples = scale.isShort ? 20 : 200;
   const int rounds = scale.isShort ? 1 : 5;
+  const Folder folder;  // emptied at the end: a file system may be slow where much was just deleted
   constexpr std::size_t kWays = 5;
   constexpr std::array<const char*, kWays> kNames = {"rendered into nothing", "bare loop",
                                                      "batch, one process", "two bare loops",
@@ -117,8 +118,7 @@ int run(const Scale& scale) {
   std::array<std::vector<double>, kWays> times;
   for (int round = 0; round < rounds; ++round)
     for (std::size_t way = 0; way < kWays; ++way) {
-      const Folder folder;
-      const BatchPlan plan = planOf(folder.path / "plan", samples);
+      const BatchPlan plan = planOf(folder.path / (std::to_string(round) + kNames[way]), samples);
       const Stopwatch stopwatch;
       if (way == 0) renderOnly(plan);
       if (way == 1) loopOver(plan, 0, 1);
