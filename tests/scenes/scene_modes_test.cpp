@@ -41,10 +41,13 @@ Scene fallingBars(const std::vector<std::string>& modes) {
                    "position": [0, 0.1, )" +
               std::to_string(bar) + "]" + (modes[bar].empty() ? "" : ", \"modes\": " + modes[bar]) +
               "}";
-  return orAbort(parseScene(R"({"duration": 0.5, "stepper": {"type": "bullet", "step": 0.001},
+  Scene scene =
+      orAbort(parseScene(R"({"duration": 0.5, "stepper": {"type": "bullet", "step": 0.001},
       "listeners": [{"position": [0, 0.5, 0.5]}], "bodies": [)" +
-                                bodies + "]}",
-                            "bars.json"));
+                             bodies + "]}",
+                         "bars.json"));
+  scene.recoil = RecoilModel::sphere;  // their click takes seconds to solve by its shape
+  return scene;
 }
 
 /// A scene's first channel, rendered in blocks of `frames`.
