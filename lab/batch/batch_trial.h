@@ -11,7 +11,7 @@
 
 namespace carom::lab {
 
-/// What some samples of a batch took, and how they fared.
+/// The cost of some samples of a batch, and how they fared.
 struct BatchTrial {
   std::size_t tried = 0;
   double seconds = 0.0;  ///< s of one processor, for all branches of a sample, in the median

@@ -11,7 +11,7 @@
 
 namespace carom::lab {
 
-/// What a scheduler is to run: shards of a plan, each by `carom batch run --shard`.
+/// The jobs for a scheduler: shards of a plan, each by `carom batch run --shard`.
 struct JobSet {
   std::string name;
   std::filesystem::path program;  ///< absolute path of the carom command

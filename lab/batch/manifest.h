@@ -19,7 +19,7 @@ std::string contentHash(const BatchRows& rows);
 /// at all, in the order of samples and branches. [any thread]
 Status writeManifest(const BatchPlan& plan, const BatchRows& rows);
 
-/// What `carom batch verify` finds: branches of samples, by their files.
+/// The findings of `carom batch verify`: branches of samples, by their files.
 struct BatchCheck {
   std::uint64_t whole = 0;
   std::uint64_t missing = 0;          ///< no row, no file, or failed

@@ -18,7 +18,7 @@ struct JobEnd {
   bool isHung = false;  ///< its process was ended for its time
 };
 
-/// What a pool of processes does.
+/// The work of a pool of processes.
 struct PoolWork {
   /// Returns the next job, or nothing if there is none left.
   std::function<std::optional<std::uint64_t>()> next;

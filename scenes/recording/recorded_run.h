@@ -13,7 +13,7 @@
 
 namespace carom::scenes {
 
-/// What recordRun has written.
+/// The size of a run that recordRun has written.
 struct RunReport {
   std::uintmax_t bytes = 0;
   std::uint64_t events = 0;

@@ -17,7 +17,7 @@
 
 namespace carom::scenes {
 
-/// What stands at the beginning of a run file.
+/// The beginning of a run file.
 struct RunHeader {
   std::string sceneFile;         ///< its name, which files that the scene names are relative to
   std::string sceneText;         ///< JSON

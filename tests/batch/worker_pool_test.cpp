@@ -57,7 +57,7 @@ TEST(WorkerPool, JobsRunInOtherProcesses) {
 
 TEST(WorkerPool, OneThatCrashesCostsItself) {
   const auto answer = [](std::uint64_t job) {
-    if (job == 3) ::kill(::getpid(), SIGSEGV);
+    if (job == 3) ::kill(::getpid(), SIGKILL);  // which no sanitizer turns into an exit
     if (job == 5) ::_exit(7);
     return std::string("well");
   };
@@ -65,7 +65,7 @@ TEST(WorkerPool, OneThatCrashesCostsItself) {
   ASSERT_EQ(ends.size(), 10U);
   for (const auto& [job, end] : ends)
     EXPECT_EQ(end.hasAnswer, job != 3 && job != 5) << job;
-  EXPECT_THAT(ends.at(3).text, HasSubstr("signal 11"));
+  EXPECT_THAT(ends.at(3).text, HasSubstr("signal 9"));
   EXPECT_THAT(ends.at(5).text, HasSubstr("exit code 7"));
 }
 

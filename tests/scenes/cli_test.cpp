@@ -53,7 +53,7 @@ TEST_F(Cli, UsageErrorsAre2) {
   expectRefused({"record"}, 2);
   expectRefused({"record", scene}, 2);
   expectRefused({"record", library("bouncing_ball"), "-o", ""}, 2);
-  expectRefused({"record", library("bouncing_ball"), "-o", at("run.carom"), "--stepper", "bullet"},
+  expectRefused({"record", library("bouncing_ball"), "-o", at("run.carom"), "--stepper", "mujoco"},
                 2);
   expectRefused({"replay"}, 2);
   expectRefused({"replay", scene}, 2);
@@ -209,8 +209,8 @@ TEST_F(Cli, UsageErrorsNameTheWrongWord) {
   EXPECT_NE(carom({"info", library("two_balls"), "--verbose"}).err.find("--verbose"),
             std::string::npos);
   EXPECT_NE(carom({}).err.find(
-                "expected render, info, compare, report, record, replay, modes, strike, jello or "
-                "stability"),
+                "expected render, info, compare, report, record, replay, batch, modes, strike, "
+                "jello or stability"),
             std::string::npos);
 }
 
@@ -379,12 +379,17 @@ TEST_F(Cli, ReplayRefusesTimesAndPlacesThatAreNone) {
   EXPECT_EQ(folder_.entries(), 1U);
 }
 
-TEST_F(Cli, ABulletSceneIsRecordedOnlyOnTheNativeStepper) {
+TEST_F(Cli, ASceneIsRecordedAndReplayedOnEitherStepper) {
   const std::string scene = library("two_balls");
-  const std::string message = expectRefused({"record", scene, "-o", at("run.carom")}, 2);
-  EXPECT_NE(message.find("--stepper native"), std::string::npos) << message;
-  EXPECT_EQ(folder_.entries(), 0U);
-  EXPECT_EQ(carom({"record", scene, "-o", at("run.carom"), "--stepper", "native"}).code, 0);
+  for (const std::string stepper : {"native", "bullet"}) {
+    const Outcome recorded =
+        carom({"record", scene, "-o", at("run.carom"), "--stepper", stepper, "--json"});
+    EXPECT_EQ(parsed(recorded).at("duration_s"), 1.0) << stepper;
+    EXPECT_EQ(carom({"render", scene, "-o", at("a.wav"), "--stepper", stepper}).code, 0);
+    EXPECT_EQ(carom({"replay", at("run.carom"), "-o", at("b.wav")}).code, 0);
+    EXPECT_TRUE(contents(at("a.wav")) == contents(at("b.wav"))) << stepper;
+    EXPECT_TRUE(parsed(carom({"info", at("run.carom"), "--json"})).contains("recording"));
+  }
 }
 
 TEST_F(Cli, ARecordingThatCannotBeWrittenIs1AndNothingIsLeft) {
