@@ -3,8 +3,8 @@
 #include <span>
 #include <system_error>
 
+#include "lab/batch/file_hash.h"
 #include "lab/batch/sample_values.h"
-#include "lab/batch/sha256.h"
 
 #include "audio/io/byte_file.h"
 #include "modal/json/json_reader.h"

@@ -5,7 +5,7 @@
 #include <optional>
 #include <system_error>
 
-#include "lab/batch/sha256.h"
+#include "lab/batch/file_hash.h"
 #include <unistd.h>
 
 namespace carom::lab {

@@ -6,8 +6,8 @@
 #include <set>
 #include <utility>
 
+#include "lab/batch/file_hash.h"
 #include "lab/batch/sample_run.h"
-#include "lab/batch/sha256.h"
 #include "lab/report/csv_cell.h"
 
 namespace carom::lab {
@@ -81,7 +81,7 @@ class ContentHash {
   std::string digits() { return hash_.digits(); }
 
  private:
-  Sha256 hash_;
+  FileHash hash_;
 };
 
 }  // namespace

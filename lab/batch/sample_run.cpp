@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "lab/batch/batch_rows.h"
-#include "lab/batch/sha256.h"
+#include "lab/batch/file_hash.h"
 #include <gnu/libc-version.h>
 #include <sndfile.h>
 

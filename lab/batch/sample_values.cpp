@@ -5,8 +5,8 @@
 #include <numeric>
 
 #include "lab/batch/expression.h"
+#include "lab/batch/file_hash.h"
 #include "lab/batch/philox.h"
-#include "lab/batch/sha256.h"
 
 #include "modal/json/json_reader.h"
 

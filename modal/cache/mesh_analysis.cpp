@@ -8,6 +8,7 @@
 
 #include "modal/analysis/shell_model.h"
 #include "modal/analysis/solid_model.h"
+#include "modal/cache/model_claim.h"
 #include "modal/cache/model_key.h"
 #include "modal/mesh/mesh_detail.h"
 #include "modal/radiation/mode_radiation.h"
@@ -133,6 +134,10 @@ Result<MeshAnalysis> analysed(const SurfaceMesh& mesh, const Material& material,
   return analysis;
 }
 
+std::filesystem::path folderOf(const ModelCache* cache) {
+  return cache == nullptr ? std::filesystem::path() : cache->folder();
+}
+
 }  // namespace
 
 Result<MeshAnalysis> analyseMesh(const SurfaceMesh& mesh, const Material& material,
@@ -142,15 +147,19 @@ Result<MeshAnalysis> analyseMesh(const SurfaceMesh& mesh, const Material& materi
   for (const MeshFault fault : {MeshFault::empty, MeshFault::badIndex, MeshFault::notFinite})
     if (const MeshFinding* finding = report.find(fault)) return Error{finding->text};
   const ModelKey key = keyOf(mesh, material, settings);
-  if (cache != nullptr) {
-    if (std::optional<ModalModel> known = cache->find(key)) {
-      MeshAnalysis analysis;
-      analysis.model = *std::move(known);
-      analysis.findings = std::move(report.findings);
-      analysis.isFromCache = true;
-      return analysis;
-    }
-  }
+  const auto fromCache = [&]() -> std::optional<MeshAnalysis> {
+    std::optional<ModalModel> known = cache == nullptr ? std::nullopt : cache->find(key);
+    if (!known) return std::nullopt;
+    MeshAnalysis analysis;
+    analysis.model = *std::move(known);
+    analysis.findings = std::move(report.findings);
+    analysis.isFromCache = true;
+    return analysis;
+  };
+  if (auto known = fromCache()) return *std::move(known);
+  const ModelClaim claim(folderOf(cache), key, progress);
+  if (claim.isCancelled()) return Error{kCancelled};
+  if (auto known = fromCache()) return *std::move(known);
   Result<MeshAnalysis> analysis = analysed(mesh, material, settings, progress);
   if (!analysis) return analysis;
   analysis->findings = std::move(report.findings);
@@ -172,12 +181,15 @@ Status addRadiation(ModalModel& model, const RadiationSettings& settings, ModelC
         "the model does not say how its modes radiate, and has no triangles to compute it from, so "
         "they would not be heard; expected triangles of its positions (\"indices\")"};
   const ModelKey key = keyOf(model, settings);
-  if (cache != nullptr) {
-    if (std::optional<ModalModel> known = cache->find(key)) {
-      model.modes = std::move(known->modes);
-      return std::monostate{};
-    }
-  }
+  const auto isKnown = [&] {
+    std::optional<ModalModel> known = cache == nullptr ? std::nullopt : cache->find(key);
+    if (known) model.modes = std::move(known->modes);
+    return known.has_value();
+  };
+  if (isKnown()) return std::monostate{};
+  const ModelClaim claim(folderOf(cache), key, progress);
+  if (claim.isCancelled()) return Error{kCancelled};
+  if (isKnown()) return std::monostate{};
   const Result<RadiationReport> radiation = computeRadiation(model, settings, progress);
   if (!radiation) return radiation.error();
   for (Mode& mode : model.modes)

@@ -8,6 +8,7 @@
 
 #include "carom/audio/panel_radiator.h"
 #include "carom/modal/mesh_analysis.h"
+#include "modal/cache/model_claim.h"
 #include "modal/cache/model_key.h"
 #include "modal/radiation/recoil_fit.h"
 #include "modal/radiation/recoil_samples.h"
@@ -27,6 +28,11 @@ Result<RigidRecoil> analyseRecoil(const SurfaceMesh& surface, ModelCache* cache,
                                   const Progress& progress) {
   ModelKey key;
   key.add("recoil").add(kRecoilVersion).add(surface);
+  if (cache != nullptr)
+    if (std::optional<RigidRecoil> known = cache->findRecoil(key)) return *std::move(known);
+  const ModelClaim claim(cache == nullptr ? std::filesystem::path() : cache->folder(), key,
+                         progress);
+  if (claim.isCancelled()) return Error{kCancelled};
   if (cache != nullptr)
     if (std::optional<RigidRecoil> known = cache->findRecoil(key)) return *std::move(known);
   const Result<RigidRadiator> low = panelRadiator(surface);

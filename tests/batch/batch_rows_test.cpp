@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "lab/batch/manifest.h"
-#include "lab/batch/sha256.h"
+#include "lab/batch/file_hash.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

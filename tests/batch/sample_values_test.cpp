@@ -8,7 +8,7 @@
 
 #include "lab/batch/batch_spec.h"
 #include "lab/batch/expression.h"
-#include "lab/batch/sha256.h"
+#include "lab/batch/file_hash.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

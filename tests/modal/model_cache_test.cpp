@@ -1,5 +1,7 @@
 #include "carom/modal/model_cache.h"
 
+#include <chrono>
+#include <csignal>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
@@ -11,7 +13,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include "modal/cache/model_claim.h"
 #include "modal/cache/model_key.h"
 #include "tests/support/temporary_folder.h"
 
@@ -190,6 +195,71 @@ TEST(ModelKey, TellsApartWhateverDiffers) {
   for (std::size_t one = 0; one < keys.size(); ++one)
     for (std::size_t other = 0; other < keys.size(); ++other)
       EXPECT_EQ(keys[one] == keys[other], one == other) << one << ' ' << other;
+}
+
+/// A key that no other test has.
+ModelKey someKey() {
+  ModelKey key;
+  key.add("claimed");
+  return key;
+}
+
+/// True if this process was the one to compute a model.
+bool computesOne(const std::filesystem::path& folder) {
+  ModelCache cache(folder);
+  const ModelClaim claim(folder, someKey(), {});
+  if (cache.find(someKey())) return false;
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // as if it took long
+  (void)cache.store(someKey(), named("computed"));
+  return true;
+}
+
+TEST(ModelClaim, OfSeveralProcessesOneComputes) {
+  const TemporaryFolder folder;
+  const int processes = 4;
+  std::vector<pid_t> children;
+  for (int child = 0; child < processes; ++child) {
+    const pid_t process = fork();
+    if (process == 0) _exit(computesOne(folder.path()) ? 1 : 0);
+    children.push_back(process);
+  }
+  int computed = 0;
+  for (const pid_t child : children) {
+    int status = 0;
+    waitpid(child, &status, 0);
+    EXPECT_TRUE(WIFEXITED(status));
+    computed += WEXITSTATUS(status);
+  }
+  EXPECT_EQ(computed, 1);
+  EXPECT_EQ(folder.entries(), 1U);  // the model, and no lock
+}
+
+TEST(ModelClaim, ADeadProcessClaimsNothing) {
+  const TemporaryFolder folder;
+  const pid_t process = fork();
+  if (process == 0) {
+    const ModelClaim claim(folder.path(), someKey(), {});
+    ::kill(::getpid(), SIGKILL);
+  }
+  waitpid(process, nullptr, 0);
+  const ModelClaim claim(folder.path(), someKey(), [](std::string_view, double) { return false; });
+  EXPECT_FALSE(claim.isCancelled());  // it did not wait
+}
+
+TEST(ModelClaim, WaitingCanBeCancelled) {
+  const TemporaryFolder folder;
+  const ModelClaim claim(folder.path(), someKey(), {});
+  int asked = 0;
+  const ModelClaim second(folder.path(), someKey(),
+                          [&](std::string_view, double) { return ++asked < 3; });
+  EXPECT_TRUE(second.isCancelled());
+  EXPECT_EQ(asked, 3);
+}
+
+TEST(ModelClaim, WithoutAFolderThereIsNothingToWaitFor) {
+  const ModelClaim claim({}, someKey(), {});
+  const ModelClaim second({}, someKey(), [](std::string_view, double) { return false; });
+  EXPECT_FALSE(second.isCancelled());
 }
 
 }  // namespace

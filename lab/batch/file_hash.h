@@ -11,10 +11,11 @@
 
 namespace carom::lab {
 
-/// The hash SHA-256 (FIPS 180-4) of what is added, in hexadecimal digits. [one thread]
-class Sha256 {
+/// The hash SHA-256 (FIPS 180-4) of what is added, in hexadecimal digits, by the processor's own
+/// instructions where it has them. [one thread]
+class FileHash {
  public:
-  Sha256();
+  FileHash();
 
   void add(std::span<const std::byte> bytes);
   void add(std::string_view text);

@@ -1,4 +1,4 @@
-#include "lab/batch/sha256.h"
+#include "lab/batch/file_hash.h"
 
 #include <array>
 #include <cstddef>
@@ -23,25 +23,25 @@ const EVP_MD* method() {
 
 }  // namespace
 
-void Sha256::Free::operator()(void* context) const {
+void FileHash::Free::operator()(void* context) const {
   EVP_MD_CTX_free(contextOf(context));
 }
 
 // OpenSSL fails here where memory lacks, and nowhere else.
-Sha256::Sha256() : context_(EVP_MD_CTX_new()) {
+FileHash::FileHash() : context_(EVP_MD_CTX_new()) {
   if (context_ == nullptr || EVP_DigestInit_ex2(contextOf(context_.get()), method(), nullptr) != 1)
     throw std::bad_alloc();
 }
 
-void Sha256::add(std::span<const std::byte> bytes) {
+void FileHash::add(std::span<const std::byte> bytes) {
   EVP_DigestUpdate(contextOf(context_.get()), bytes.data(), bytes.size());
 }
 
-void Sha256::add(std::string_view text) {
+void FileHash::add(std::string_view text) {
   add(std::as_bytes(std::span(text)));
 }
 
-std::string Sha256::digits() {
+std::string FileHash::digits() {
   std::array<unsigned char, EVP_MAX_MD_SIZE> hash{};
   unsigned int size = 0;
   EVP_DigestFinal_ex(contextOf(context_.get()), hash.data(), &size);
@@ -58,7 +58,7 @@ std::string sha256(std::string_view text) {
 }
 
 std::string sha256(std::span<const std::byte> bytes) {
-  Sha256 hash;
+  FileHash hash;
   hash.add(bytes);
   return hash.digits();
 }
@@ -66,7 +66,7 @@ std::string sha256(std::span<const std::byte> bytes) {
 Result<std::string> sha256OfFile(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) return Error{"cannot be opened; expected a file that may be read"};
-  Sha256 hash;
+  FileHash hash;
   std::vector<char> buffer(std::size_t{1} << 16U);
   while (stream) {
     stream.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));

@@ -1,0 +1,48 @@
+#include "modal/cache/model_claim.h"
+
+#include <cerrno>
+#include <chrono>
+#include <system_error>
+#include <thread>
+
+#if __has_include(<sys/file.h>)
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+#define CAROM_MODEL_LOCKS 1
+#else
+#define CAROM_MODEL_LOCKS 0
+#endif
+
+namespace carom::modal {
+
+#if CAROM_MODEL_LOCKS
+ModelClaim::ModelClaim(const std::filesystem::path& folder, const ModelKey& key,
+                       const Progress& progress) {
+  if (folder.empty()) return;
+  std::error_code ignored;
+  std::filesystem::create_directories(folder, ignored);
+  path_ = folder / (key.text() + ".lock");
+  lock_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  while (lock_ >= 0 && ::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
+    if (errno != EWOULDBLOCK && errno != EINTR) return;
+    if (progress && !progress("another process computes it", 0.0)) {
+      cancelled_ = true;
+      return;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+}
+
+ModelClaim::~ModelClaim() {
+  if (lock_ < 0) return;
+  // Whoever waits for the file without a name gets the lock, and finds the model.
+  if (!cancelled_) ::unlink(path_.c_str());
+  ::close(lock_);
+}
+#else
+ModelClaim::ModelClaim(const std::filesystem::path&, const ModelKey&, const Progress&) {}
+ModelClaim::~ModelClaim() = default;
+#endif
+
+}  // namespace carom::modal
