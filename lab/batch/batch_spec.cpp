@@ -36,6 +36,7 @@ constexpr NumberRange kSeed{"a seed", 0, kMostSeed, "", false, false, true};
 constexpr NumberRange kValue{"a value", -1e300, 1e300};
 constexpr NumberRange kDeviation{"a deviation", 0, 1e300, "", true};
 constexpr NumberRange kWeight{"a weight", 0, 1e9};
+constexpr NumberRange kReach{"a distance", 0, 1e6, "metres", true};
 constexpr NumberRange kRate{"a rate", 0, 10'000, "Hz"};
 constexpr NumberRange kShare{"a share", 0, 1};
 constexpr NumberRange kPressure{"a pressure", 0, 1e6, "Pa"};
@@ -363,12 +364,14 @@ class BatchReader {
 
   void readRejections(const JsonNode& root) {
     const auto node = root.find("reject_if");
-    if (!node || !node->expectObject("a list of rejections",
-                                     {"overlap", "silent", "expression", "attempts"}))
+    if (!node || !node->expectObject("a list of rejections", {"overlap", "silent", "out_of_reach",
+                                                              "expression", "attempts"}))
       return;
     BatchRejections& rejections = spec_.rejections;
     rejections.overlap = node->boolean("overlap", false);
     rejections.attempts = static_cast<std::size_t>(node->number("attempts", kAttempts, 100));
+    if (const auto reach = node->find("out_of_reach"))
+      rejections.outOfReach = reach->number(kReach);
     if (const auto silent = node->find("silent")) rejections.silent = silent->number(kPressure);
     if (const auto expression = node->find("expression"))
       rejections.expression = expression->text(kExpression);

@@ -43,10 +43,11 @@ struct BatchBranch {
 
 /// The samples that are drawn anew.
 struct BatchRejections {
-  bool overlap = false;          ///< bodies overlap at the start
-  std::optional<double> silent;  ///< Pa: no channel of the first branch has a sample that large
-  std::string expression = {};   ///< a value other than 0 rejects; empty: none
-  std::size_t attempts = 100;    ///< after which the sample fails
+  bool overlap = false;              ///< bodies overlap at the start
+  std::optional<double> outOfReach;  ///< m: at the end a body that moves is farther from all ears
+  std::optional<double> silent;      ///< Pa: no channel of the first branch has a sample that large
+  std::string expression = {};       ///< a value other than 0 rejects; empty: none
+  std::size_t attempts = 100;        ///< after which the sample fails
 };
 
 /// The form of a sample's sound.

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstddef>
 #include <fstream>
+#include <limits>
+#include <map>
 #include <memory>
 #include <new>
 #include <optional>
@@ -25,8 +27,10 @@
 #include "modal/json/json_reader.h"
 #include "scenes/format/scene_loader.h"
 #include "scenes/limits/run_guard.h"
+#include "scenes/run/bullet_scene.h"
 #include "scenes/run/events_file.h"
 #include "scenes/run/motion_rows.h"
+#include "scenes/run/native_only.h"
 #include "scenes/run/render.h"
 
 namespace carom::lab {
@@ -44,7 +48,8 @@ constexpr double kTail = 10.0;  // s, as `carom render` has it
 /// Keeps what a rendering makes in memory.
 class MemorySink : public RenderSink, private MotionSink {
  public:
-  MemorySink(const Scene& scene, const BatchOutputs& outputs) : scene_(scene), outputs_(outputs) {
+  MemorySink(const Scene& scene, const BatchOutputs& outputs, bool places)
+      : scene_(scene), outputs_(outputs), keepsPlaces_(places) {
     samples_.reserve(static_cast<std::size_t>((scene.duration + 1.0) * scene.sampleRate) *
                      channelsOf(scene));
     if (outputs_.events) events_ = EventRows::header();
@@ -72,7 +77,18 @@ class MemorySink : public RenderSink, private MotionSink {
     if (outputs_.events) events_ += eventRows_.row(event, scene_, sound);
   }
   MotionSink* motion() override {
-    return outputs_.contacts || outputs_.poses > 0.0 ? this : nullptr;
+    return outputs_.contacts || outputs_.poses > 0.0 || keepsPlaces_ ? this : nullptr;
+  }
+  /// Returns the largest distance of a body that moves to the nearest listener, at the end, in m.
+  double reach() const {
+    double farthest = 0.0;
+    for (const auto& [body, place] : places_) {
+      double nearest = std::numeric_limits<double>::infinity();
+      for (const Listener& listener : scene_.listeners)
+        nearest = std::min(nearest, (place - listener.position).norm());
+      farthest = std::max(farthest, nearest);
+    }
+    return farthest;
   }
 
   double peak() const { return static_cast<double>(peak_); }  ///< Pa
@@ -88,10 +104,13 @@ class MemorySink : public RenderSink, private MotionSink {
   }
   void add(const BodyPose& pose) override {
     if (poseRows_) poses_ += poseRows_->rows(pose, scene_);
+    if (keepsPlaces_) places_[pose.body] = pose.pose.position;
   }
 
   const Scene& scene_;
   const BatchOutputs& outputs_;
+  bool keepsPlaces_;
+  std::map<BodyId, Vec3> places_;  // last ones
   EventRows eventRows_;
   std::optional<PoseRows> poseRows_;
   std::string events_;
@@ -264,7 +283,17 @@ Result<SampleRunner::Rendered> SampleRunner::render(const Sample& sample,
     return rendered;
   }
   rendered.scene = std::make_unique<Scene>(*std::move(scene));
-  rendered.sink = std::make_unique<MemorySink>(*rendered.scene, plan_.spec.outputs);
+  if (plan_.spec.rejections.overlap && rendered.scene->stepper.type == StepperType::bullet &&
+      validateForBullet(*rendered.scene)) {
+    const auto [one, other] = overlapAtStart(*rendered.scene);
+    rendered.overlaps = !one.empty();
+    if (rendered.overlaps) {
+      fails("refused", one + " and " + other + " overlap at the start");
+      return rendered;
+    }
+  }
+  rendered.sink = std::make_unique<MemorySink>(*rendered.scene, plan_.spec.outputs,
+                                               plan_.spec.rejections.outOfReach.has_value());
   RunGuard guard(*rendered.scene, plan_.spec.limits);
   RenderOptions options;
   options.tail = kTail;
@@ -306,8 +335,10 @@ Result<SampleRunner::Accepted> SampleRunner::accept(std::uint64_t index) const {
     if (!first) return first.error();
     const bool overlaps = rules.overlap && first->overlaps;
     const bool isSilent = !first->failure && rules.silent && !(first->sink->peak() > *rules.silent);
-    if (!overlaps && !isSilent) return Accepted{*std::move(sample), *std::move(first)};
-    why = overlaps ? "\"overlap\"" : "\"silent\"";
+    const bool isFar =
+        !first->failure && rules.outOfReach && first->sink->reach() > *rules.outOfReach;
+    if (!overlaps && !isSilent && !isFar) return Accepted{*std::move(sample), *std::move(first)};
+    why = overlaps ? "\"overlap\"" : isSilent ? "\"silent\"" : "\"out_of_reach\"";
     from = sample->attempt + 1;
   }
 }

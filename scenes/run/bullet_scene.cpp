@@ -264,4 +264,31 @@ std::unique_ptr<btRigidBody> BulletScene::makeSolid(const SceneBody& body,
   return rigid;
 }
 
+std::pair<std::string, std::string> overlapAtStart(const Scene& scene, double depth) {
+  BulletScene bullet(scene);
+  bullet.world().performDiscreteCollisionDetection();
+  const auto radiusOf = [](const btCollisionObject& body) {
+    btVector3 centre;
+    btScalar radius = 0;
+    body.getCollisionShape()->getBoundingSphere(centre, radius);
+    return static_cast<double>(radius);
+  };
+  const auto nameOf = [&](const btCollisionObject* wanted) {
+    for (std::size_t index = 0; index < scene.bodies.size(); ++index)
+      if (&bullet.body(index) == wanted) return scene.bodies[index].name;
+    return std::string("a body");
+  };
+  btDispatcher& dispatcher = *bullet.world().getDispatcher();
+  for (int at = 0; at < dispatcher.getNumManifolds(); ++at) {
+    const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(at);
+    const btCollisionObject& one = *manifold.getBody0();
+    const btCollisionObject& other = *manifold.getBody1();
+    const double allowed = depth * std::min(radiusOf(one), radiusOf(other));
+    for (int point = 0; point < manifold.getNumContacts(); ++point)
+      if (static_cast<double>(manifold.getContactPoint(point).getDistance()) < -allowed)
+        return {nameOf(&one), nameOf(&other)};
+  }
+  return {};
+}
+
 }  // namespace carom::scenes

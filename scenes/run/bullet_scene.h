@@ -1,6 +1,8 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <btBulletDynamicsCommon.h>
@@ -69,6 +71,11 @@ class BulletScene {
   std::vector<Quat> frames_;  // by body: from Bullet's frame to the scene's
   bool hasTurnedFrames_ = false;
 };
+
+/// Returns the names of two bodies that overlap at the start, of which one can move, by more than
+/// `depth` of the smaller one's bounding radius; empty if none do. Bullet finds them, so it is for
+/// scenes that Bullet can run. [any thread, with the caution above]
+std::pair<std::string, std::string> overlapAtStart(const Scene& scene, double depth = 0.02);
 
 /// True if Bullet's solver pushed two bodies apart at this point in the last step. Points beyond
 /// the distance that the solver works on keep the impulse of an earlier step (see tune).

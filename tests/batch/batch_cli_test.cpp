@@ -193,6 +193,40 @@ TEST(BatchCommand, DrawsAnewWhatIsRejected) {
   EXPECT_THAT(failure["message"].get<std::string>(), HasSubstr("3 attempts"));
 }
 
+TEST(BatchCommand, BodiesThatOverlapOrFlyAwayAreDrawnAnew) {
+  const TemporaryFolder folder;
+  // A box of 10 cm beside another: they overlap where they are less than 10 cm apart.
+  json scene = ballScene();
+  scene["stepper"] = {{"type", "bullet"}};
+  const json box = {{"type", "solid"},
+                    {"shape", {{"type", "box"}, {"half_extents", {0.05, 0.05, 0.05}}}},
+                    {"material", "wood"},
+                    {"position", {0, 0.5, 0}},
+                    {"velocity", {0, 0, 0}}};
+  scene["bodies"][1] = box;
+  scene["bodies"].push_back(box);
+  scene["sound"] = {{"recoil", "sphere"}};
+  json batch = {
+      {"count", 12},
+      {"parameters", {{{"name", "apart"}, {"uniform", {0, 0.3}}, {"at", "/bodies/2/position/0"}}}},
+      {"reject_if", {{"overlap", true}}}};
+  const auto rowsOf = [&](const std::string& name) {
+    const std::string out = planned(folder, batch, name, scene);
+    EXPECT_EQ(made({out})["done"], 12);
+    return linesOf(fs::path(out) / "manifest.jsonl");
+  };
+  for (const json& row : rowsOf("apart"))
+    EXPECT_GT(row["parameters"]["apart"].get<double>(), 0.098);
+  batch = {
+      {"count", 12},
+      {"parameters", {{{"name", "speed"}, {"uniform", {0, 20}}, {"at", "/bodies/1/velocity/2"}}}},
+      {"reject_if", {{"out_of_reach", 4}}}};
+  scene["bodies"].erase(2);
+  // It is 1 m away at most at first, and flies for half a second.
+  for (const json& row : rowsOf("fast"))
+    EXPECT_LT(row["parameters"]["speed"].get<double>(), 10.0);
+}
+
 TEST(BatchCommand, PosesAndContactsDoNotChangeTheSound) {
   const TemporaryFolder folder;
   json batch = ballBatch(2);

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "lab/batch/manifest.h"
 #include "lab/batch/file_hash.h"
+#include "lab/batch/manifest.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

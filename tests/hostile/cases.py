@@ -494,5 +494,34 @@ def escapes():
                {"secret.bin": b"\0" * 36, "in/a.gltf": outside, "in/link.bin": lambda path: path.symlink_to("../secret.bin")})
 
 
+# ---- Batches
+
+BATCH = {"scene": "scene.json", "count": 3, "parameters": [{"name": "a", "uniform": [0, 1], "at": "/bodies/0/position/1"}]}
+
+
+def batch_case(name, batch, sentence, code=BAD):
+    text = batch if isinstance(batch, str) else json.dumps(batch)
+    return Case("batch " + name, ["batch", "plan", "batch.json", "-o", "out"], sentence, code, {"batch.json": text, "scene.json": json.dumps(BALL)}, False)
+
+
+def batches():
+    yield batch_case("that is empty", "", "batch.json: ")
+    yield batch_case("of nothing", {}, "scene")
+    yield batch_case("of a scene that is not there", {**BATCH, "scene": "none.json"}, "no such file")
+    yield batch_case("of a folder as its scene", {**BATCH, "scene": "."}, "a directory")
+    yield batch_case("of a billion billion", {**BATCH, "count": 1e18}, "a number of samples")
+    yield batch_case("with a pointer to nowhere", {**BATCH, "parameters": [{"name": "a", "uniform": [0, 1], "at": "/bodies/99/radius"}]}, "there is no place")
+    yield batch_case("with a pointer to the end of an array", {**BATCH, "parameters": [{"name": "a", "uniform": [0, 1], "at": "/bodies/-"}]}, "there is no place")
+    yield batch_case("with an expression without end", {**BATCH, "parameters": [{"name": "a", "expression": "(" * 900}]}, "expected")
+    yield batch_case("with a division by zero", {**BATCH, "parameters": [{"name": "a", "expression": "1/0"}]}, "no finite number")
+    yield batch_case("that names a parameter twice", {**BATCH, "parameters": 2 * BATCH["parameters"]}, "is taken")
+    yield batch_case("of grids without end", {"scene": "scene.json", "parameters": [{"name": f"p{at}", "grid": list(range(100))} for at in range(12)]}, "expected fewer")
+    yield batch_case("of values that are no JSON", '{"scene": "scene.json", "count": 1e999}', "batch.json: ")
+    yield Case("batch run of no folder", ["batch", "run", "nowhere"], "plan.json", BAD, {}, False)
+    yield Case("batch run of a plan of nothing", ["batch", "run", "."], "plan.json", BAD, {"plan.json": "[]"}, False)
+    yield Case("batch verify of a plan that was changed", ["batch", "verify", "."], "plan.json", BAD,
+               {"plan.json": json.dumps({"carom_batch_plan": 1, "count": 1, "home": ".", "plan_hash": "0", "batch": BATCH, "scenes": {"scene.json": {}}})}, False)
+
+
 def all_cases(source):
-    return [*wrong_numbers(), *spelt_scenes(), *worlds(), *stiff(), *limits(), *command_lines(), *recordings(source), *models(source), *meshes(), *pictures(), *heads(), *escapes()]
+    return [*wrong_numbers(), *spelt_scenes(), *worlds(), *stiff(), *limits(), *command_lines(), *recordings(source), *models(source), *meshes(), *pictures(), *heads(), *escapes(), *batches()]
