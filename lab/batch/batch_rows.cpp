@@ -105,9 +105,9 @@ std::vector<bool> doneSamples(const BatchPlan& plan, const BatchRows& rows,
   if (rules.failuresCount)
     for (const auto& [id, failure] : rows.failures)
       settled[id.first] += id.second.empty() ? branches : 1;
-  std::vector<bool> done;
-  for (const std::size_t number : settled)
-    done.push_back(number >= branches);
+  std::vector<bool> done(settled.size());
+  for (std::size_t index = 0; index < settled.size(); ++index)
+    done[index] = settled[index] >= branches;
   return done;
 }
 

@@ -66,8 +66,9 @@ Result<std::vector<std::string>> packBatch(const BatchPlan& plan, const BatchRow
       if (number % samples != 0 && number != all.size()) continue;
       std::string digits = std::to_string(written++);
       digits.insert(0, 6 - std::min<std::size_t>(6, digits.size()), '0');
-      shards.push_back("shards/" + split + '-' + digits + ".tar");
-      if (Status packed = pack(plan, shards.back(), list); !packed) return packed.error();
+      std::string& shard = shards.emplace_back("shards/");
+      shard.append(split).append("-").append(digits).append(".tar");
+      if (Status packed = pack(plan, shard, list); !packed) return packed.error();
       list.clear();
     }
   }

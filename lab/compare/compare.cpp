@@ -7,8 +7,8 @@
 #include "lab/compare/local_reference.h"
 
 #include "carom/bullet/bullet_bridge.h"
-#include "scenes/run/bullet_scene.h"
 #include "scenes/recording/event_tape.h"
+#include "scenes/run/bullet_scene.h"
 #include "scenes/run/native_only.h"
 #include "scenes/run/scene_sound.h"
 #include "scenes/run/scene_stepper.h"

@@ -347,9 +347,8 @@ void SceneSound::runAhead(double time) {
   while (stepper_->settledTime() < target && mayGoOn()) {
     // Contacts that last are handed over step by step: what is heard then depends neither on the
     // blocks that are rendered, nor on the part.
-    const double next = stepper_->reportsContacts()
-                            ? std::nextafter(stepper_->settledTime(), target)
-                            : target;
+    const double next =
+        stepper_->reportsContacts() ? std::nextafter(stepper_->settledTime(), target) : target;
     const auto events = stepper_->advanceTo(next);
     known_.insert(known_.end(), events.begin(), events.end());
     for (const ContactState& contact : stepper_->contacts())

@@ -43,9 +43,8 @@ void requireSound(const std::vector<TapePortion>& portions, const RunShape& shap
   }
 }
 
-void readFile(std::string bytes) {
-  auto reader =
-      RunReader::read(std::make_unique<std::istringstream>(std::move(bytes)), "fuzz.carom");
+void readFile(const std::string& bytes) {
+  auto reader = RunReader::read(std::make_unique<std::istringstream>(bytes), "fuzz.carom");
   while (reader) {
     const auto portions = reader->next();
     if (!portions) {

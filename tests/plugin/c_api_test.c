@@ -1531,8 +1531,8 @@ static carom_status live(carom_sound** sound) {
   return status;
 }
 
-// Allocations from one that fails to the next: all fail in turn, but where each run takes ten times as
-// long.
+// Allocations from one that fails to the next: all fail in turn, but where each run takes ten times
+// as long.
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
 #define FAILURE_STRIDE 5

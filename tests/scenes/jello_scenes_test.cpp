@@ -14,11 +14,11 @@
 
 #include "audio/io/byte_file.h"
 #include "scenes/format/jello_reader.h"
+#include "scenes/recording/recorded_scene.h"
 #include "scenes/run/jello_modes.h"
 #include "scenes/run/jello_scene.h"
 #include "scenes/run/native_only.h"
 #include "scenes/run/plan.h"
-#include "scenes/recording/recorded_scene.h"
 #include "scenes/run/render.h"
 #include "tests/scenes/library.h"
 #include "tests/support/temporary_folder.h"
