@@ -40,7 +40,7 @@ Result<fs::path> PartialFile::keepIncomplete() {
   return Error{kNoFiles};
 }
 
-std::error_code PartialFile::giveName() {
+std::error_code PartialFile::giveName(Sync) {
   return std::make_error_code(std::errc::function_not_supported);
 }
 

@@ -1,9 +1,7 @@
 #include "modal/cache/model_claim.h"
 
 #include <cerrno>
-#include <chrono>
 #include <system_error>
-#include <thread>
 
 #if __has_include(<sys/file.h>)
 #include <fcntl.h>
@@ -17,6 +15,12 @@
 namespace carom::modal {
 
 #if CAROM_MODEL_LOCKS
+namespace {
+
+constexpr unsigned kPatience = 20'000;  // us, between two looks at a lock
+
+}  // namespace
+
 ModelClaim::ModelClaim(const std::filesystem::path& folder, const ModelKey& key,
                        const Progress& progress) {
   if (folder.empty()) return;
@@ -30,7 +34,7 @@ ModelClaim::ModelClaim(const std::filesystem::path& folder, const ModelKey& key,
       cancelled_ = true;
       return;
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    ::usleep(kPatience);
   }
 }
 
