@@ -17,6 +17,7 @@ for scene in scenes/library/*.json; do
   cmp -s "$work/a.wav" "$work/b.wav" && cmp -s "$work/a.csv" "$work/b.csv" || { verdict=DIFFERENT; failed=1; }
   python3 -c 'import json, sys
 run = json.loads(sys.argv[1])
-print(f"{sys.argv[2]:24} {sys.argv[3]:10} {run["bytes"] / run["duration_s"] / 1e3:9.2f} kB/s")' "$report" "$name" "$verdict"
+rate = run["bytes"] / run["duration_s"] / 1e3
+print(f"{sys.argv[2]:24} {sys.argv[3]:10} {rate:9.2f} kB/s")' "$report" "$name" "$verdict"
 done
 exit $failed
