@@ -75,26 +75,6 @@ def samples(split=None, folder=pathlib.Path(__file__).parent):
             yield sound * row["full_scale_pa"], rate, row
 )PY";
 
-const char* nameOf(ParameterKind kind) {
-  switch (kind) {
-    case ParameterKind::grid:
-      return "grid";
-    case ParameterKind::choice:
-      return "choice";
-    case ParameterKind::uniform:
-      return "uniform";
-    case ParameterKind::logUniform:
-      return "log_uniform";
-    case ParameterKind::normal:
-      return "normal";
-    case ParameterKind::permutation:
-      return "permutation";
-    case ParameterKind::expression:
-      break;
-  }
-  return "expression";
-}
-
 /// Sums over all rows.
 struct BatchTotals {
   double sound = 0.0;  ///< s
@@ -114,8 +94,7 @@ BatchTotals totalsOf(const BatchRows& rows) {
     totals.wall += row.value("wall_s", 0.0);
     for (const RowFile& keys : kRowFiles)
       totals.bytes += row.value(keys.bytes, 0.0);
-    totals.machines.insert("carom " + row.value("version", "") + ", " +
-                           row.value("cpu_features", ""));
+    totals.machines.insert(machineOf(row));
     ++totals.splits[row.value("split", "")];
     if (const double peak = row.value("peak_pa", 0.0); peak > 0.0)
       totals.levels.push_back(20.0 * std::log10(peak / 20e-6));

@@ -67,6 +67,10 @@ bool hasFile(const BatchPlan& plan, const ordered_json& row, const RowFile& keys
 
 }  // namespace
 
+std::string machineOf(const ordered_json& row) {
+  return "carom " + row.value("version", "") + ", " + row.value("cpu_features", "");
+}
+
 Result<BatchRows> readRows(const BatchPlan& plan) {
   const fs::path folder = plan.folder / kRowFolder;
   std::vector<fs::path> files;

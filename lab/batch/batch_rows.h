@@ -38,6 +38,9 @@ struct BatchRows {
   std::map<BranchId, nlohmann::ordered_json> failures;
 };
 
+/// Returns what the row's files were made on: version, instruction set and C library.
+std::string machineOf(const nlohmann::ordered_json& row);
+
 /// Reads what all runs have told. Lines that a run was killed in are left out. [any thread]
 Result<BatchRows> readRows(const BatchPlan& plan);
 

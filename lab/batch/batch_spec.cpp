@@ -197,7 +197,7 @@ class BatchReader {
       return;
     }
     parameter.whole = entry.boolean("whole", false);
-    const JsonNode drawn = *entry.find(kKindNames[static_cast<std::size_t>(parameter.kind)]);
+    const JsonNode drawn = *entry.find(nameOf(parameter.kind));
     switch (parameter.kind) {
       case ParameterKind::grid:
       case ParameterKind::choice:
@@ -447,6 +447,10 @@ class BatchReader {
 };
 
 }  // namespace
+
+const char* nameOf(ParameterKind kind) {
+  return kKindNames[static_cast<std::size_t>(kind)];
+}
 
 std::uint64_t gridPoints(const BatchSpec& spec) {
   std::uint64_t points = 1;

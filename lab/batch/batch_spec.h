@@ -92,6 +92,9 @@ struct BatchSpec {
   scenes::RunLimits limits;  ///< of each branch of a sample
 };
 
+/// Returns the key that a parameter of this kind has in the file.
+const char* nameOf(ParameterKind kind);
+
 /// Returns the number of points of all grids together; 1 without any.
 std::uint64_t gridPoints(const BatchSpec& spec);
 

@@ -127,7 +127,7 @@ Result<BatchCheck> verifyBatch(const BatchPlan& plan) {
         blame(id, name + " has another hash than when it was made");
       }
     }
-    machines.insert("carom " + textOf(row, "version") + ", " + textOf(row, "cpu_features"));
+    machines.insert(machineOf(row));
     if (isMissing) {
       ++check.missing;
     } else if (isDamaged) {

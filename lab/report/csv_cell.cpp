@@ -4,16 +4,6 @@
 
 namespace carom::lab {
 
-std::string csvCell(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string cell = "\"";
-  for (const char letter : text) {
-    if (letter == '"') cell += '"';
-    cell += letter;
-  }
-  return cell + '"';
-}
-
 std::string csvCell(const nlohmann::ordered_json& value) {
   if (value.is_null()) return {};
   return csvCell(value.is_string() ? value.get<std::string>() : value.dump());

@@ -4,10 +4,12 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "scenes/run/csv_row.h"
+
 namespace carom::lab {
 
-/// Returns a text as a cell of a CSV file (RFC 4180).
-std::string csvCell(const std::string& text);
+using scenes::csvCell;
+
 /// Returns a value as a cell: null is empty, a text stands as it is, all else as in JSON.
 std::string csvCell(const nlohmann::ordered_json& value);
 

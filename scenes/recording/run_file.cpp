@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <zstd.h>
 
+#include "carom/native/recording_format.h"
 #include "modal/json/json_reader.h"
 
 namespace carom::scenes {
@@ -30,13 +31,6 @@ constexpr int kLevel = 6;         // of Zstandard: higher ones take longer and s
 constexpr double kLongest = 1e7;  // s
 constexpr std::uint32_t kMostBodies = 200'000;
 constexpr std::uint32_t kMostPoints = 20'000'000;
-
-std::uint64_t checksumOf(std::span<const std::byte> bytes) {
-  std::uint64_t hash = 14695981039346656037U;
-  for (const std::byte byte : bytes)
-    hash = (hash ^ std::to_integer<std::uint64_t>(byte)) * 1099511628211U;
-  return hash;
-}
 
 template <class Number>
 void putNumber(std::string& to, Number number) {
@@ -110,7 +104,7 @@ Status RunWriter::put(char kind, std::span<const std::byte> bytes) {
   std::string head(1, kind);
   putNumber(head, static_cast<std::uint32_t>(size));
   putNumber(head, static_cast<std::uint32_t>(bytes.size()));
-  putNumber(head, checksumOf(packed));
+  putNumber(head, recordingChecksum(packed));
   stream_ << head;
   stream_.write(reinterpret_cast<const char*>(packed.data()),
                 static_cast<std::streamsize>(packed.size()));
@@ -195,7 +189,7 @@ Result<RunReader::Part> RunReader::take() {
                        static_cast<std::streamsize>(size)))
       return fault("the file ends before the run does");
   }
-  if (checksumOf(packed) != checksum) return fault("it was changed: its checksum differs");
+  if (recordingChecksum(packed) != checksum) return fault("it was changed: its checksum differs");
   if (ZSTD_getFrameContentSize(packed.data(), packed.size()) != unpacked)
     return fault("its size is not the one it states");
   Part part{kind, std::vector<std::byte>(unpacked)};

@@ -4,6 +4,14 @@
 
 namespace carom::scenes {
 
+std::string csvCell(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string cell = "\"";
+  for (const char c : text)
+    cell.append(c == '"' ? 2 : 1, c);
+  return cell + '"';
+}
+
 void CsvRow::separate() {
   if (!isEmpty_) text_ += ',';
   isEmpty_ = false;
@@ -23,14 +31,7 @@ CsvRow& CsvRow::add(const Vec3& v) {
 
 CsvRow& CsvRow::add(const std::string& text) {
   separate();
-  if (text.find_first_of(",\"\r\n") == std::string::npos) {
-    text_ += text;
-    return *this;
-  }
-  text_ += '"';
-  for (const char c : text)
-    text_.append(c == '"' ? 2 : 1, c);
-  text_ += '"';
+  text_ += csvCell(text);
   return *this;
 }
 

@@ -6,6 +6,9 @@
 
 namespace carom::scenes {
 
+/// Returns a text as a cell of a CSV file (RFC 4180). [any thread]
+std::string csvCell(const std::string& text);
+
 /// A row of a CSV file (RFC 4180), cell by cell. Numbers have all their digits: reading them back
 /// gives the same bits. [one thread]
 class CsvRow {
