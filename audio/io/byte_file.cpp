@@ -44,7 +44,7 @@ bool isBelow(const std::filesystem::path& file, const std::filesystem::path& fol
   return !way.empty() && *way.begin() != "..";
 }
 
-Status writeBytes(const fs::path& path, std::span<const std::byte> bytes) {
+Status writeBytes(const fs::path& path, std::span<const std::byte> bytes, Sync sync) {
   const auto refuse = [&path](const std::string& why) { return Error{path.string() + ": " + why}; };
   if (const Status valid = checkWritable(path); !valid)
     return refuse("cannot be written: " + valid.error().message);
@@ -53,7 +53,7 @@ Status writeBytes(const fs::path& path, std::span<const std::byte> bytes) {
   stream.write(reinterpret_cast<const char*>(bytes.data()), std::ssize(bytes));
   stream.close();
   if (!stream) return refuse("cannot be written; is there room, and may this folder be written?");
-  if (const std::error_code failed = partial.giveName(); failed)
+  if (const std::error_code failed = partial.giveName(sync); failed)
     return refuse("cannot be given its name: " + failed.message());
   return std::monostate{};
 }

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "audio/io/partial_file.h"
 #include "carom/audio/result.h"
 
 namespace carom::audio {
@@ -20,6 +21,7 @@ bool isBelow(const std::filesystem::path& file, const std::filesystem::path& fol
 
 /// Writes a file that appears whole or not at all, and replaces a file of that name: see
 /// PartialFile. [any thread; blocks on the disk]
-Status writeBytes(const std::filesystem::path& path, std::span<const std::byte> bytes);
+Status writeBytes(const std::filesystem::path& path, std::span<const std::byte> bytes,
+                  Sync sync = Sync::disk);
 
 }  // namespace carom::audio

@@ -19,7 +19,7 @@ Result<std::vector<std::byte>> readBytes(const fs::path& /*path*/) {
   return Error{kNoFiles};
 }
 
-Status writeBytes(const fs::path& path, std::span<const std::byte> /*bytes*/) {
+Status writeBytes(const fs::path& path, std::span<const std::byte> /*bytes*/, Sync /*sync*/) {
   return Error{path.string() + ": cannot be written: " + kNoFiles};
 }
 

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <memory>
@@ -20,6 +19,7 @@
 #include <gnu/libc-version.h>
 #include <sndfile.h>
 
+#include "audio/io/byte_file.h"
 #include "audio/io/partial_file.h"
 #include "audio/io/wav_stream.h"
 #include "audio/synthesis/click_kernels.h"
@@ -124,12 +124,17 @@ Error cannotWrite(const fs::path& file, const std::string& why) {
   return Error{file.string() + ": cannot be written: " + why};
 }
 
+/// Makes the folder that a file is to lie in. The folder above is never made anew: it goes only if
+/// somebody removes the batch.
+void makeFolderOf(const fs::path& file) {
+  std::error_code ignored;
+  fs::create_directory(file.parent_path(), ignored);
+}
+
 /// Writes a file under a temporary name by `write`, and gives it its name.
 template <class Write>
 Status writeFile(const fs::path& file, const Write& write) {
-  // The folder of the samples is never made anew: it goes only if somebody removes the batch.
-  std::error_code failed;
-  fs::create_directory(file.parent_path(), failed);
+  makeFolderOf(file);
   audio::PartialFile partial(file);
   if (const Status written = write(partial.path()); !written)
     return cannotWrite(file, written.error().message);
@@ -242,13 +247,8 @@ std::string machineKind() {
 }
 
 Status writeSampleFile(const fs::path& file, std::string_view bytes) {
-  return writeFile(file, [&](const fs::path& path) -> Status {
-    std::ofstream stream(path, std::ios::binary | std::ios::trunc);
-    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    stream.close();
-    if (!stream) return Error{"is there room on the disk, and may it be written?"};
-    return std::monostate{};
-  });
+  makeFolderOf(file);
+  return audio::writeBytes(file, std::as_bytes(std::span(bytes)), audio::Sync::none);
 }
 
 /// Returns the values of the first attempt, from `from` on, that no rule about values rejects; the
