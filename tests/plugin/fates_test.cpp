@@ -16,6 +16,7 @@
 #include "tests/support/full_disk.h"
 #include "tests/support/random.h"
 #include "tests/support/recording.h"
+#include "tests/support/sanitizers.h"
 #include "tests/support/temporary_folder.h"
 
 namespace carom {
@@ -285,7 +286,7 @@ class FateHost {
 
 TEST(Fates, AddUpWhateverAHostDoes) {
   SoundStatistics all;
-  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+  for (std::uint64_t seed = 0; seed < (kSanitized ? 8 : 20); ++seed) {
     SCOPED_TRACE(seed);
     const TemporaryFolder folder;
     FateHost host(seed, folder);

@@ -13,6 +13,7 @@
 #include "plugin/realtime/sound_engine.h"
 #include "tests/audio/ball_drop.h"
 #include "tests/audio/ringing_box.h"
+#include "tests/support/sanitizers.h"
 
 namespace carom {
 
@@ -79,20 +80,6 @@ int endOfChild(SoundEngine& engine, bool asksTheSystem) {
   waitpid(child, &status, 0);
   return status;
 }
-
-// Sanitizers make system calls of their own at any place. GCC tells of them by macros, Clang by
-// features.
-#if defined(__has_feature)
-#define CAROM_HAS_FEATURE(name) __has_feature(name)
-#else
-#define CAROM_HAS_FEATURE(name) 0
-#endif
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || \
-    CAROM_HAS_FEATURE(address_sanitizer) || CAROM_HAS_FEATURE(thread_sanitizer)
-constexpr bool kSanitized = true;
-#else
-constexpr bool kSanitized = false;
-#endif
 
 // With SECCOMP_RET_KILL_PROCESS the kernel itself checks: a single call ends the child.
 TEST(SystemCalls, RenderingMakesNone) {

@@ -46,6 +46,14 @@ using nlohmann::json;
 const std::filesystem::path kScenes = std::filesystem::path(CAROM_SOURCE_DIR) / "scenes";
 
 /// A valid document, in which the tests spoil one place at a time.
+// Functions of hundreds of temporaries that run once: compilers take minutes to optimise them, and
+// to have them sanitized.
+#ifdef __clang__
+#define CAROM_LIST __attribute__((optnone, noinline, no_sanitize("address")))
+#else
+#define CAROM_LIST __attribute__((optimize("O0")))
+#endif
+
 constexpr const char* kOneBall = R"({
   "duration": 1,
   "bodies": [
@@ -1143,7 +1151,7 @@ Refusal refusal(std::string name, const json& document, std::string place,
 }
 
 /// Documents that the schema refuses as well.
-std::vector<Refusal> shapeRefusals() {
+CAROM_LIST std::vector<Refusal> shapeRefusals() {
   std::vector<Refusal> list;
   const auto add = [&list](const json& document, const std::string& place,
                            const std::vector<std::string>& words) {
@@ -1580,7 +1588,7 @@ std::vector<Refusal> shapeRefusals() {
 }
 
 /// Documents that only the loader refuses.
-std::vector<Refusal> meaningRefusals() {
+CAROM_LIST std::vector<Refusal> meaningRefusals() {
   std::vector<Refusal> list;
   const auto add = [&list](const json& document, const std::string& place,
                            const std::vector<std::string>& words) {
@@ -1790,7 +1798,7 @@ std::vector<Refusal> meaningRefusals() {
 }
 
 /// Texts that are refused before the loader has a document.
-std::vector<Refusal> syntaxRefusals() {
+CAROM_LIST std::vector<Refusal> syntaxRefusals() {
   std::string deep = R"({"bodies": )" + std::string(100, '[') + std::string(100, ']') + "}";
   return {
       {"empty", "", "the document is empty", {"expected a JSON object"}},
@@ -1887,7 +1895,7 @@ class SceneSchema : public testing::Test {
   valijson::Schema schema_;
 };
 
-std::vector<json> goodDocuments() {
+CAROM_LIST std::vector<json> goodDocuments() {
   std::vector<json> documents = {
       oneBall(),
       with("/$schema", "x"),

@@ -1,5 +1,5 @@
 // Links all layers whole in one program: types with one name meet here, where -flto -Werror=odr
-// (preset "odr") looks at every type of every source.
+// (.ci/one_meaning) looks at every type of every source.
 #include <cstdio>
 
 int main() {
