@@ -84,6 +84,7 @@ struct Arguments {
   SoundSpan span;
   RunOptions run;
   double tail = 10.0;  // s
+  bool stems = false;
   bool confine = false;
 };
 
@@ -120,6 +121,7 @@ void applySound(const Arguments& arguments, Scene& scene) {
   if (!arguments.air.empty()) sound.airAbsorption = arguments.air == "on";
   if (arguments.radiation == "exact") sound.comparison.radiation = Radiation::exact;
   if (arguments.radiation == "compact") sound.comparison.radiation = Radiation::compact;
+  sound.stems = arguments.stems;
   if (arguments.recoil == "sphere") scene.recoil = RecoilModel::sphere;
   if (arguments.recoil == "shape") scene.recoil = RecoilModel::shape;
 }
@@ -474,6 +476,9 @@ void addSound(CLI::App& command, Arguments& arguments) {
   command
       .add_option("--events", arguments.events, "also write every impulse event to this CSV file")
       ->check(fileName());
+  command.add_flag("--stems", arguments.stems,
+                   "also write FILE.clicks.wav, FILE.rings.wav and FILE.contacts.wav, whose sum is "
+                   "FILE.wav: recoil from impacts, vibration from impacts, lasting contacts");
   command.add_option("--format", arguments.format, "sample format")
       ->check(oneOf({"float32", "pcm16"}))
       ->capture_default_str();
@@ -484,6 +489,7 @@ void addSound(CLI::App& command, Arguments& arguments) {
           .add_flag("--limit", arguments.limit,
                     "turn down what exceeds full scale; the default with --format pcm16")
           ->excludes(normalize);
+  command.get_option("--stems")->excludes(normalize);
   command
       .add_flag("--no-limit", arguments.noLimit,
                 "let it stand (float32) or clip it (pcm16); the default with --format float32")

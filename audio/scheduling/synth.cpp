@@ -8,7 +8,7 @@
 
 #include "audio/propagation/sound_paths.h"
 #include "audio/scheduling/contact_sound_scheduler.h"
-#include "audio/synthesis/click_renderer.h"
+#include "audio/scheduling/stem_renderers.h"
 
 namespace carom {
 
@@ -17,18 +17,18 @@ using namespace audio;
 class Synth::Impl {
  public:
   explicit Impl(const std::shared_ptr<const SoundPaths>& paths)
-      : scheduler_(paths), renderer_(paths) {}
+      : scheduler_(paths), renderers_(paths) {}
 
   Status seek(double seconds);
   double rate() const { return scheduler_.paths().settings.sampleRate; }
   SynthCounters counters() const {
-    SynthCounters sum = scheduler_.counters() + renderer_.counters();
+    SynthCounters sum = scheduler_.counters() + renderers_.whole().counters();
     sum.lost += lost_;
     return sum;
   }
 
   ContactSoundScheduler scheduler_;
-  ClickRenderer renderer_;
+  StemRenderers renderers_;
   std::uint64_t lost_ = 0;  // events that were dropped by `seek`
 };
 
@@ -37,7 +37,7 @@ Status Synth::Impl::seek(double seconds) {
     return Error{"synth: cannot seek to " + std::to_string(seconds) +
                  " s; the clock counts up to 2^53 samples"};
   lost_ += waitingEvents(counters());
-  renderer_.seek(std::llround(seconds * rate()));
+  renderers_.seek(std::llround(seconds * rate()));
   scheduler_.restart();
   return std::monostate{};
 }
@@ -67,7 +67,7 @@ Status Synth::placeListener(std::size_t listener, const ListenerPose& pose) {
 }
 double Synth::schedule(const ImpulseEvent& event) {
   const std::uint64_t before = impl_->scheduler_.counters().events;
-  impl_->scheduler_.schedule(event, {}, impl_->renderer_);
+  impl_->scheduler_.schedule(event, {}, impl_->renderers_);
   const bool sounds = impl_->scheduler_.counters().events > before;
   return sounds ? impl_->scheduler_.lastPeak() : 0.0;
 }
@@ -76,17 +76,17 @@ Status Synth::moveBody(BodyId id, const ListenerPose& pose) {
 }
 
 void Synth::advanceTo(double time) {
-  impl_->scheduler_.advanceTo(time, {}, impl_->renderer_);
+  impl_->scheduler_.advanceTo(time, {}, impl_->renderers_);
 }
 
 void Synth::updateContact(const ContactState& contact) {
-  impl_->scheduler_.updateContact(contact, {}, impl_->renderer_);
+  impl_->scheduler_.updateContact(contact, {}, impl_->renderers_);
 }
 Status Synth::seek(double seconds) {
   return impl_->seek(seconds);
 }
 double Synth::time() const {
-  return static_cast<double>(impl_->renderer_.position()) / impl_->rate();
+  return static_cast<double>(impl_->renderers_.whole().position()) / impl_->rate();
 }
 double Synth::leadTime(double contactDuration) const {
   return impl_->scheduler_.leadTime(contactDuration);
@@ -95,13 +95,13 @@ double Synth::contactDuration(const ImpulseEvent& event) const {
   return impl_->scheduler_.contactDuration(event);
 }
 bool Synth::isSilent() const {
-  return impl_->renderer_.isSilent();
+  return impl_->renderers_.whole().isSilent();
 }
 const std::vector<Listener>& Synth::listeners() const {
   return impl_->scheduler_.paths().listeners;
 }
 std::size_t Synth::channelCount() const {
-  return impl_->scheduler_.paths().channels.size();
+  return impl_->renderers_.channelCount();
 }
 double Synth::sampleRate() const {
   return impl_->rate();
@@ -113,7 +113,7 @@ ContactEnergy Synth::contactEnergy(double time) const {
   return impl_->scheduler_.contactEnergy(time);
 }
 std::size_t Synth::pendingClicks() const {
-  return impl_->renderer_.pendingClicks();
+  return impl_->renderers_.whole().pendingClicks();
 }
 
 SynthCounters& operator+=(SynthCounters& sum, const SynthCounters& more) {
@@ -157,8 +157,8 @@ std::uint64_t waitingEvents(const SynthCounters& counters) {
 
 template <class Sample>
 void Synth::render(std::span<Sample* const> channels, std::size_t frames) noexcept {
-  impl_->scheduler_.finishMoment(impl_->renderer_);
-  impl_->renderer_.render<Sample>(channels, frames);
+  impl_->scheduler_.finishMoment(impl_->renderers_);
+  impl_->renderers_.render<Sample>(channels, frames);
 }
 
 template void Synth::render<float>(std::span<float* const>, std::size_t) noexcept;

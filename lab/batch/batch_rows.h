@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -25,11 +26,16 @@ struct RowFile {
   const char* bytes;
   const char* hash;
 };
-inline constexpr std::array<RowFile, 4> kRowFiles = {
+inline constexpr std::array<RowFile, 7> kRowFiles = {
     {{"file", "bytes", "sha256"},
      {"events_file", "events_bytes", "events_sha256"},
      {"contacts_file", "contacts_bytes", "contacts_sha256"},
-     {"poses_file", "poses_bytes", "poses_sha256"}}};
+     {"poses_file", "poses_bytes", "poses_sha256"},
+     {"clicks_file", "clicks_bytes", "clicks_sha256"},
+     {"rings_file", "rings_bytes", "rings_sha256"},
+     {"contacts_sound_file", "contacts_sound_bytes", "contacts_sound_sha256"}}};
+/// Index in kRowFiles of the first Stem.
+inline constexpr std::size_t kStemFiles = 4;
 
 /// All that the runs of a batch have told so far: rows of branches that are whole, and failures of
 /// those that are not. A failure of a whole sample has an empty branch.

@@ -379,14 +379,15 @@ class BatchReader {
 
   void readOutputs(const JsonNode& root) {
     const auto node = root.find("outputs");
-    if (!node ||
-        !node->expectObject("a list of outputs", {"format", "events", "contacts", "poses"}))
+    if (!node || !node->expectObject("a list of outputs",
+                                     {"format", "events", "contacts", "poses", "stems"}))
       return;
     if (const auto format = node->find("format"))
       spec_.outputs.form = static_cast<SampleForm>(format->choice("a format", {"float32", "flac"}));
     spec_.outputs.events = node->boolean("events", true);
     spec_.outputs.contacts = node->boolean("contacts", false);
     spec_.outputs.poses = node->number("poses", kRate, 0.0);
+    spec_.outputs.stems = node->boolean("stems", false);
   }
 
   void readSplit(const JsonNode& root) {

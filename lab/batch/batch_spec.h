@@ -61,6 +61,7 @@ struct BatchOutputs {
   bool events = true;     ///< a CSV file of every impulse event
   bool contacts = false;  ///< a CSV file of every step of lasting contacts
   double poses = 0.0;     ///< Hz, of a CSV file of the poses of all bodies that move; 0: none
+  bool stems = false;     ///< a sound of each Stem beside the whole
 };
 
 /// Shares of the samples, which are told apart by a hash of the parameters `by`: samples that agree

@@ -75,7 +75,8 @@ class ContentHash {
   void add(const BranchId& id, const ordered_json& row) {
     hash_.add(nameOf(id));
     for (const RowFile& keys : kRowFiles)
-      hash_.add(' ' + textOf(row, keys.hash));
+      if (const std::string hash = textOf(row, keys.hash); !hash.empty())
+        hash_.add(std::string(" ") + keys.name + ' ' + hash);
     hash_.add("\n");
   }
   std::string digits() { return hash_.digits(); }

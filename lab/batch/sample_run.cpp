@@ -45,13 +45,32 @@ using nlohmann::ordered_json;
 
 constexpr double kTail = 10.0;  // s, as `carom render` has it
 
+/// A sound in memory.
+struct KeptSound {
+  std::vector<float> samples;  ///< Pa, interleaved
+  float peak = 0.0F;           ///< Pa
+
+  void add(std::span<const float* const> channels, std::size_t frames) {
+    const std::size_t before = samples.size();
+    samples.resize(before + frames * channels.size());
+    for (std::size_t channel = 0; channel < channels.size(); ++channel) {
+      const float* const from = channels[channel];
+      float* const to = samples.data() + before + channel;
+      for (std::size_t frame = 0; frame < frames; ++frame)
+        to[frame * channels.size()] = from[frame];
+      for (std::size_t frame = 0; frame < frames; ++frame)
+        peak = std::max(peak, std::abs(from[frame]));
+    }
+  }
+};
+
 /// Keeps what a rendering makes in memory.
 class MemorySink : public RenderSink, private MotionSink {
  public:
   MemorySink(const Scene& scene, const BatchOutputs& outputs, bool places)
       : scene_(scene), outputs_(outputs), keepsPlaces_(places) {
-    samples_.reserve(static_cast<std::size_t>((scene.duration + 1.0) * scene.sampleRate) *
-                     channelsOf(scene));
+    sound_.samples.reserve(static_cast<std::size_t>((scene.duration + 1.0) * scene.sampleRate) *
+                           channelsOf(scene));
     if (outputs_.events) events_ = EventRows::header();
     if (outputs_.contacts) contacts_ = ContactRows::header();
     if (outputs_.poses > 0.0) {
@@ -61,16 +80,11 @@ class MemorySink : public RenderSink, private MotionSink {
   }
 
   Status write(std::span<const float* const> channels, std::size_t frames) override {
-    const std::size_t before = samples_.size();
-    samples_.resize(before + frames * channels.size());
-    for (std::size_t channel = 0; channel < channels.size(); ++channel) {
-      const float* const from = channels[channel];
-      float* const to = samples_.data() + before + channel;
-      for (std::size_t frame = 0; frame < frames; ++frame)
-        to[frame * channels.size()] = from[frame];
-      for (std::size_t frame = 0; frame < frames; ++frame)
-        peak_ = std::max(peak_, std::abs(from[frame]));
-    }
+    sound_.add(channels, frames);
+    return std::monostate{};
+  }
+  Status writeStem(Stem stem, std::span<const float* const> channels, std::size_t frames) override {
+    stems_.at(static_cast<std::size_t>(stem)).add(channels, frames);
     return std::monostate{};
   }
   void add(const ImpulseEvent& event, const EventSound& sound) override {
@@ -91,8 +105,18 @@ class MemorySink : public RenderSink, private MotionSink {
     return farthest;
   }
 
-  double peak() const { return static_cast<double>(peak_); }  ///< Pa
-  std::vector<float>& samples() { return samples_; }          ///< Pa, interleaved
+  double peak() const { return static_cast<double>(sound_.peak); }  ///< Pa
+  /// Returns the peak of the sound and all stems, in Pa.
+  double highestPeak() const {
+    float highest = sound_.peak;
+    for (const KeptSound& stem : stems_)
+      highest = std::max(highest, stem.peak);
+    return static_cast<double>(highest);
+  }
+  std::vector<float>& samples() { return sound_.samples; }  ///< Pa, interleaved
+  std::vector<float>& samples(Stem stem) {
+    return stems_.at(static_cast<std::size_t>(stem)).samples;
+  }
   // CSV files; empty if they are not asked for.
   const std::string& events() const { return events_; }
   const std::string& contacts() const { return contacts_; }
@@ -116,8 +140,8 @@ class MemorySink : public RenderSink, private MotionSink {
   std::string events_;
   std::string contacts_;
   std::string poses_;
-  std::vector<float> samples_;
-  float peak_ = 0.0F;
+  KeptSound sound_;
+  std::array<KeptSound, kStems> stems_;  // empty if they are not asked for
 };
 
 Error cannotWrite(const fs::path& file, const std::string& why) {
@@ -143,9 +167,15 @@ Status writeFile(const fs::path& file, const Write& write) {
   return std::monostate{};
 }
 
-/// Returns what 1.0 stands for in a sample's sound, in Pa.
-double fullScaleOf(SampleForm form, double peak) {
-  return form == SampleForm::flac && peak > 0.0 ? peak : kFullScalePressure;
+/// The form of a sample's sounds, and what 1.0 stands for in them.
+struct SoundUnit {
+  SampleForm form = SampleForm::float32;
+  double fullScale = kFullScalePressure;  ///< Pa
+};
+
+SoundUnit unitOf(SampleForm form, const MemorySink& sink) {
+  const double peak = sink.highestPeak();
+  return {form, form == SampleForm::flac && peak > 0.0 ? peak : kFullScalePressure};
 }
 
 const char* endingOf(SampleForm form) {
@@ -188,14 +218,15 @@ Status writeWav(const fs::path& path, const SoundToWrite& sound) {
   return stream->close();
 }
 
-/// Writes a sample's sound, and leaves its samples in units of the full scale.
-Status writeSound(const fs::path& file, const Scene& scene, MemorySink& sink, SampleForm form) {
-  const double fullScale = fullScaleOf(form, sink.peak());
-  const auto divisor = static_cast<float>(fullScale);
-  for (float& sample : sink.samples())
+/// Writes a sample's sound or a stem of it, and leaves its samples in units of the full scale.
+Status writeSound(const fs::path& file, const Scene& scene, std::vector<float>& samples,
+                  const SoundUnit& unit) {
+  const auto divisor = static_cast<float>(unit.fullScale);
+  for (float& sample : samples)
     sample /= divisor;  // as the file of `carom render` has it, bit for bit
-  const SoundToWrite sound{sink.samples(), form, channelsOf(scene),
-                           static_cast<int>(scene.sampleRate), fullScale};
+  const SampleForm form = unit.form;
+  const SoundToWrite sound{samples, form, channelsOf(scene), static_cast<int>(scene.sampleRate),
+                           unit.fullScale};
   return writeFile(file, [&](const fs::path& path) {
     return form == SampleForm::flac ? writeFlac(path, sound) : writeWav(path, sound);
   });
@@ -283,6 +314,7 @@ Result<SampleRunner::Rendered> SampleRunner::render(const Sample& sample,
     return rendered;
   }
   rendered.scene = std::make_unique<Scene>(*std::move(scene));
+  rendered.scene->sound.stems = plan_.spec.outputs.stems;
   if (plan_.spec.rejections.overlap && rendered.scene->stepper.type == StepperType::bullet &&
       validateForBullet(*rendered.scene)) {
     const auto [one, other] = overlapAtStart(*rendered.scene);
@@ -292,14 +324,14 @@ Result<SampleRunner::Rendered> SampleRunner::render(const Sample& sample,
       return rendered;
     }
   }
-  rendered.sink = std::make_unique<MemorySink>(*rendered.scene, plan_.spec.outputs,
-                                               plan_.spec.rejections.outOfReach.has_value());
   RunGuard guard(*rendered.scene, plan_.spec.limits);
   RenderOptions options;
   options.tail = kTail;
   options.guard = &guard;
   Result<RenderReport> report = Error{};
   try {
+    rendered.sink = std::make_unique<MemorySink>(*rendered.scene, plan_.spec.outputs,
+                                                 plan_.spec.rejections.outOfReach.has_value());
     report = renderScene(*rendered.scene, options, *rendered.sink);
   } catch (const std::bad_alloc&) {
     guard.runOut();
@@ -351,9 +383,10 @@ Result<ordered_json> SampleRunner::write(const Sample& sample, const BatchBranch
   };
   const RenderReport& report = rendered.report;
   MemorySink& sink = *rendered.sink;
-  const SampleForm form = plan_.spec.outputs.form;
-  const std::string sound = nameOf(endingOf(form));
-  if (Status written = writeSound(plan_.folder / sound, *rendered.scene, sink, form); !written)
+  const SoundUnit unit = unitOf(plan_.spec.outputs.form, sink);
+  const std::string sound = nameOf(endingOf(unit.form));
+  if (Status written = writeSound(plan_.folder / sound, *rendered.scene, sink.samples(), unit);
+      !written)
     return written.error();
   const Result<WrittenFile> soundFile = described(plan_.folder, sound);
   if (!soundFile) return soundFile.error();
@@ -372,10 +405,23 @@ Result<ordered_json> SampleRunner::write(const Sample& sample, const BatchBranch
     if (Status written = writeSampleFile(plan_.folder / name, table); !written)
       return written.error();
     const RowFile& keys = kRowFiles.at(at + 1);  // the first is the sound
-
     row[keys.name] = name;
     row[keys.bytes] = table.size();
     row[keys.hash] = sha256(table);
+  }
+  for (std::size_t at = 0; plan_.spec.outputs.stems && at < kStems; ++at) {
+    const auto stem = static_cast<Stem>(at);
+    const std::string name =
+        nameOf(("." + std::string(scenes::nameOf(stem)) + endingOf(unit.form)).c_str());
+    if (Status written = writeSound(plan_.folder / name, *rendered.scene, sink.samples(stem), unit);
+        !written)
+      return written.error();
+    const Result<WrittenFile> file = described(plan_.folder, name);
+    if (!file) return file.error();
+    const RowFile& keys = kRowFiles.at(kStemFiles + at);
+    row[keys.name] = file->name;
+    row[keys.bytes] = file->bytes;
+    row[keys.hash] = file->sha256;
   }
   row["parameters"] = valuesJson(sample.values);
   row["attempt"] = sample.attempt;
@@ -383,7 +429,7 @@ Result<ordered_json> SampleRunner::write(const Sample& sample, const BatchBranch
   row["sample_rate_hz"] = report.sampleRate;
   row["channels"] = report.channels;
   row["peak_pa"] = sink.peak();
-  row["full_scale_pa"] = fullScaleOf(form, sink.peak());
+  row["full_scale_pa"] = unit.fullScale;
   row["events"] = report.events;
   row["version"] = CAROM_VERSION;
   row["cpu_features"] = machineKind();
@@ -447,8 +493,9 @@ Result<SampleRunner::Outcome> SampleRunner::repeat(std::uint64_t index, const st
     outcome.failures.push_back(*rendered->failure);
     return outcome;
   }
-  const SampleForm form = plan_.spec.outputs.form;
-  if (Status written = writeSound(soundFile, *rendered->scene, *rendered->sink, form); !written)
+  const SoundUnit unit = unitOf(plan_.spec.outputs.form, *rendered->sink);
+  if (Status written = writeSound(soundFile, *rendered->scene, rendered->sink->samples(), unit);
+      !written)
     return written.error();
   const Result<std::string> hash = sha256OfFile(soundFile);
   if (!hash) return cannotWrite(soundFile, hash.error().message);

@@ -450,7 +450,11 @@ Json renderJson(const RenderReport& report) {
                          {"channels", channelsJson(channels)},
                          {"moves", channels.moves}});
   }
+  Json stems = Json::array();
+  for (const std::filesystem::path& stem : report.stems)
+    stems.push_back(stem.string());
   return {{"file", report.file.string()},
+          {"stems", stems},
           {"duration_s", report.duration},
           {"sample_rate_hz", report.sampleRate},
           {"channels", report.channels},

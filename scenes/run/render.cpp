@@ -1,6 +1,7 @@
 #include "scenes/run/render.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -20,9 +21,12 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kBlockFrames = 4096;
+constexpr std::array kAllStems = {Stem::clicks, Stem::rings, Stem::contacts};
+static_assert(kAllStems.size() == kStems);
 
 struct Files {
   SoundFileWriter sound;
+  std::vector<SoundFileWriter> stems;  // one for each Stem, or none
   std::optional<EventsFileWriter> events;
 };
 
@@ -32,6 +36,25 @@ bool isLimited(const RenderOptions& options) {
 
 fs::path nameWhileIncomplete(const fs::path& file, const RenderOptions& options) {
   return options.keepPartial ? incompleteName(file) : file;
+}
+
+/// Opens a file for each stem, as loud as the whole; they may be louder than full scale.
+Status openStems(const RenderOptions& options, SoundFileSettings settings, Files& files) {
+  if (options.normalize)
+    return Error{options.soundFile.string() +
+                 ": stems of a normalised sound have no unit of their own; expected a full scale"};
+  settings.format = SampleFormat::float32;
+  settings.limit = false;
+  for (const Stem stem : kAllStems) {
+    const fs::path name = stemName(options.soundFile, stem);
+    if (options.eventsFile && isSameFile(name, *options.eventsFile))
+      return Error{name.string() + ": is to hold both a stem and the events; expected two names"};
+    Result<SoundFileWriter> file =
+        SoundFileWriter::create(nameWhileIncomplete(name, options), settings);
+    if (!file) return file.error();
+    files.stems.push_back(*std::move(file));
+  }
+  return std::monostate{};
 }
 
 Result<Files> openFiles(const Scene& scene, const RenderOptions& options) {
@@ -49,7 +72,9 @@ Result<Files> openFiles(const Scene& scene, const RenderOptions& options) {
   Result<SoundFileWriter> sound =
       SoundFileWriter::create(nameWhileIncomplete(options.soundFile, options), settings);
   if (!sound) return sound.error();
-  Files files{*std::move(sound), std::nullopt};
+  Files files{*std::move(sound), {}, std::nullopt};
+  if (scene.sound.stems)
+    if (Status opened = openStems(options, settings, files); !opened) return opened.error();
   if (options.eventsFile) {
     Result<EventsFileWriter> events =
         EventsFileWriter::create(nameWhileIncomplete(*options.eventsFile, options));
@@ -59,9 +84,11 @@ Result<Files> openFiles(const Scene& scene, const RenderOptions& options) {
   return files;
 }
 
-// Gives both files their names, or neither: all that can go
-// wrong comes before the first is renamed.
+// Gives all files their names, the sound's after its stems', or both of sound and events neither:
+// all that can go wrong there comes before the first is renamed.
 Status nameFiles(Files& files) {
+  for (SoundFileWriter& stem : files.stems)
+    if (Status finished = stem.finish(); !finished) return finished;
   if (!files.events) return files.sound.finish();
   if (Status closed = files.events->close(); !closed) return closed;
   if (Status finished = files.sound.finish(); !finished) return finished;
@@ -69,12 +96,17 @@ Status nameFiles(Files& files) {
 }
 
 /// Gives files that are complete the names that were asked for.
-Status nameComplete(const RenderOptions& options) {
+Status nameComplete(const RenderOptions& options, bool stems) {
   if (!options.keepPartial) return std::monostate{};
+  std::vector<fs::path> names;
+  if (stems)
+    for (const Stem stem : kAllStems)
+      names.push_back(stemName(options.soundFile, stem));
+  names.push_back(options.soundFile);
+  if (options.eventsFile) names.push_back(*options.eventsFile);
   std::error_code failed;
-  fs::rename(incompleteName(options.soundFile), options.soundFile, failed);
-  if (!failed && options.eventsFile)
-    fs::rename(incompleteName(*options.eventsFile), *options.eventsFile, failed);
+  for (const fs::path& name : names)
+    if (!failed) fs::rename(incompleteName(name), name, failed);
   if (!failed) return std::monostate{};
   return Error{options.soundFile.string() + ": cannot be written: " + failed.message() +
                "; expected a name that is free, or a file that may be replaced"};
@@ -84,7 +116,7 @@ Status nameComplete(const RenderOptions& options) {
 Status finishFiles(Files& files, const RenderReport& report, const RenderOptions& options) {
   if (report.endedEarly && !options.keepPartial) return std::monostate{};
   if (Status named = nameFiles(files); !named || report.endedEarly) return named;
-  return nameComplete(options);
+  return nameComplete(options, !files.stems.empty());
 }
 
 class FileSink : public RenderSink {
@@ -93,6 +125,9 @@ class FileSink : public RenderSink {
 
   Status write(std::span<const float* const> channels, std::size_t frames) override {
     return files_.sound.write(channels, frames);
+  }
+  Status writeStem(Stem stem, std::span<const float* const> channels, std::size_t frames) override {
+    return files_.stems[static_cast<std::size_t>(stem)].write(channels, frames);
   }
   void add(const ImpulseEvent& event, const EventSound& sound) override {
     if (files_.events) files_.events->write(event, scene_, sound);
@@ -112,7 +147,8 @@ class Rendering {
         sound_(sound),
         options_(options),
         end_(scene.sampleRate),
-        channels_(channelsOf(scene), std::vector<float>(kBlockFrames)) {
+        count_(channelsOf(scene)),
+        channels_(sound.synth().channelCount(), std::vector<float>(kBlockFrames)) {
     if (options.tail) tail_ = std::llround(tailOf(scene, *options.tail) * scene.sampleRate);
   }
 
@@ -162,12 +198,19 @@ class Rendering {
 
   Status write(std::size_t frames) {
     if (tail_) end_.fade(channels_, frames, written_, sound_.frames() + *tail_);
-    end_.add(channels_, frames);
+    end_.add(std::span(channels_).first(count_), frames);
     written_ += static_cast<std::int64_t>(frames);
     std::vector<const float*> pointers;
     for (const std::vector<float>& channel : channels_)
       pointers.push_back(channel.data());
-    return sink_.write(pointers, frames);
+    const std::span<const float* const> all(pointers);
+    if (Status written = sink_.write(all.first(count_), frames); !written) return written;
+    for (std::size_t index = 0; (index + 1) * count_ < all.size(); ++index) {
+      const auto stem = all.subspan((index + 1) * count_, count_);
+      if (Status written = sink_.writeStem(kAllStems.at(index), stem, frames); !written)
+        return written;
+    }
+    return std::monostate{};
   }
 
   static constexpr std::int64_t kTailFrames = 512;
@@ -177,9 +220,10 @@ class Rendering {
   SceneSound& sound_;
   const RenderOptions& options_;
   SoundEnd end_;
-  std::vector<std::vector<float>> channels_;
-  std::optional<std::int64_t> tail_;  // samples after the scene's end, at most
-  std::int64_t written_ = 0;          // samples
+  std::size_t count_;                         // channels of the whole
+  std::vector<std::vector<float>> channels_;  // behind them those of the stems
+  std::optional<std::int64_t> tail_;          // samples after the scene's end, at most
+  std::int64_t written_ = 0;                  // samples
 };
 
 void leaveOutCounted(Plan& plan, std::uint64_t count, const std::string& stage,
@@ -217,6 +261,18 @@ void replaceStepper(Plan& plan) {
 fs::path incompleteName(const fs::path& file) {
   fs::path name = file.stem();
   name += ".incomplete";
+  name += file.extension();
+  return file.parent_path() / name;
+}
+
+const char* nameOf(Stem stem) {
+  constexpr std::array kNames = {"clicks", "rings", "contacts"};
+  return kNames.at(static_cast<std::size_t>(stem));
+}
+
+fs::path stemName(const fs::path& file, Stem stem) {
+  fs::path name = file.stem();
+  name += std::string(".") + nameOf(stem);
   name += file.extension();
   return file.parent_path() / name;
 }
@@ -262,6 +318,11 @@ Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& option
   report->file = options.soundFile;
   if (report->endedEarly)
     report->file = options.keepPartial ? incompleteName(options.soundFile) : "";
+  if (scene.sound.stems && !report->file.empty())
+    for (const Stem stem : kAllStems) {
+      const fs::path name = stemName(options.soundFile, stem);
+      report->stems.push_back(report->endedEarly ? incompleteName(name) : name);
+    }
   report->peak = files->sound.peakPressure();
   report->fullScale = options.fullScale;
   if (options.normalize) report->fullScale = report->peak > 0.0 ? report->peak : kFullScalePressure;

@@ -50,8 +50,9 @@ struct RenderOptions {
 
 struct RenderReport {
   std::filesystem::path file;
-  double duration = 0.0;    ///< s
-  double sampleRate = 0.0;  ///< Hz
+  std::vector<std::filesystem::path> stems = {};  ///< files of all stems, if there are any
+  double duration = 0.0;                          ///< s
+  double sampleRate = 0.0;                        ///< Hz
   std::size_t channels = 0;
   std::vector<ListenerChannels> listeners;  ///< listeners of these channels
   std::size_t images = 0;                   ///< mirror images of each source; 0 without a room
@@ -77,12 +78,24 @@ struct RenderReport {
 /// good if a limit ends the run and `keepPartial` is set. [any thread]
 std::filesystem::path incompleteName(const std::filesystem::path& file);
 
+/// Returns "clicks", "rings" or "contacts". [any thread]
+const char* nameOf(Stem stem);
+
+/// Returns "out.clicks.wav" for "out.wav": the name of the file of a stem. [any thread]
+std::filesystem::path stemName(const std::filesystem::path& file, Stem stem);
+
 /// Takes what a rendering makes, in order of time. [one thread]
 class RenderSink {
  public:
   virtual ~RenderSink() = default;
   /// Takes the next `frames` samples of each channel, in Pa. An error ends the rendering.
   virtual Status write(std::span<const float* const> channels, std::size_t frames) = 0;
+  /// Takes the same samples of a stem, behind those of the whole, if the scene has
+  /// SynthSettings::stems.
+  virtual Status writeStem(Stem /*stem*/, std::span<const float* const> /*channels*/,
+                           std::size_t /*frames*/) {
+    return std::monostate{};
+  }
   /// Takes an event, once the synthesis has it: after the samples before it, and before its own.
   virtual void add(const ImpulseEvent& event, const EventSound& sound) = 0;
   /// Returns what takes contacts and the poses of all bodies that move; null if nothing does.
@@ -96,8 +109,10 @@ Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& option
                                  RenderSink& sink);
 
 /// Renders a scene into a sound file, the channels of its first listener first, in pascals over the
-/// full scale. No file appears, and none is replaced, unless all of it succeeds, but for the one
-/// that keepPartial keeps. A run that a guard ends is no error. [one thread]
+/// full scale; stems, if the scene has SynthSettings::stems, into floating-point files beside it,
+/// in the same unit. No file appears, and none is replaced, unless all of it succeeds, but for the
+/// one that keepPartial keeps. A run that a guard ends is no error. Refuses stems of a normalised
+/// file, whose unit is known only at its end. [one thread]
 Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& options);
 
 }  // namespace carom::scenes

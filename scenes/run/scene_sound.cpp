@@ -286,7 +286,8 @@ SceneSound::SceneSound(const Scene& scene, std::unique_ptr<SceneStepper> stepper
       frames_(std::llround(std::min(span.to, scene.duration) * scene.sampleRate)),
       framesDone_(std::llround(synth.time() * scene.sampleRate)),
       stepper_(std::move(stepper)),
-      synth_(std::move(synth)) {}
+      synth_(std::move(synth)),
+      hasStems_(scene.sound.stems) {}
 
 /// Renders and drops the sound before `frame`, which the state of the synth depends on.
 void SceneSound::skipTo(std::int64_t frame) {
@@ -314,9 +315,18 @@ std::size_t SceneSound::render(std::span<std::vector<float>> channels) {
   for (std::vector<float>& channel : channels)
     pointers.push_back(channel.data());
   synth_.render<float>(pointers, static_cast<std::size_t>(count));
-  if (voice_) voice_->addTo(pointers, framesDone_, static_cast<std::size_t>(count));
+  if (voice_) addVoice(pointers, static_cast<std::size_t>(count));
   framesDone_ += count;
   return static_cast<std::size_t>(count);
+}
+
+/// Adds what a jello's vibration sounds like, with stems to that of vibration too.
+void SceneSound::addVoice(std::span<float* const> channels, std::size_t frames) {
+  const std::size_t parts = hasStems_ ? 1 + kStems : 1;
+  const std::size_t count = channels.size() / parts;
+  voice_->addTo(channels.first(count), framesDone_, frames);
+  const std::size_t rings = 1 + static_cast<std::size_t>(Stem::rings);
+  if (hasStems_) voice_->addTo(channels.subspan(rings * count, count), framesDone_, frames);
 }
 
 void SceneSound::renderTail(std::span<std::vector<float>> channels) {

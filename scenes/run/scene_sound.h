@@ -89,8 +89,9 @@ class SceneSound {
   static Result<SceneSound> create(const Scene& scene, std::unique_ptr<SceneStepper> stepper,
                                    const SoundSpan& span, const Progress& progress = {});
 
-  /// Renders the next samples, at most channels[i].size() of each channel, and returns their
-  /// number: 0 at the end of the scene, or where the mechanics failed (SceneStepper::failure).
+  /// Renders the next samples, at most channels[i].size() of each channel of the synth, and returns
+  /// their number: 0 at the end of the scene, or where the mechanics failed
+  /// (SceneStepper::failure).
   std::size_t render(std::span<std::vector<float>> channels);
 
   /// Renders samples after the end, where nothing happens any more: what still sounds of the
@@ -124,6 +125,7 @@ class SceneSound {
   SceneSound(const Scene& scene, std::unique_ptr<SceneStepper> stepper, Synth synth,
              const SoundSpan& span);
   void skipTo(std::int64_t frame);
+  void addVoice(std::span<float* const> channels, std::size_t frames);
   void runAhead(double time);
   void tellMotion();
   void scheduleSettled();
@@ -137,6 +139,7 @@ class SceneSound {
   std::int64_t framesDone_;
   std::unique_ptr<SceneStepper> stepper_;
   Synth synth_;
+  bool hasStems_;
   std::optional<JelloVoice> voice_;
   std::vector<ImpulseEvent> known_;      // events not settled yet
   std::vector<ScheduledEvent> settled_;  // events settled by the last render

@@ -227,6 +227,58 @@ TEST(BatchCommand, BodiesThatOverlapOrFlyAwayAreDrawnAnew) {
     EXPECT_LT(row["parameters"]["speed"].get<double>(), 10.0);
 }
 
+TEST(BatchCommand, ASampleThatEatsMemoryIsLostAlone) {
+  const TemporaryFolder folder;
+  json scene = ballScene();
+  const json ear = scene["listeners"][0];
+  scene["listeners"] = json::array();
+  for (int listener = 0; listener < 256; ++listener) {
+    scene["listeners"].push_back(ear);
+    scene["listeners"].back()["name"] = "ear " + std::to_string(listener);
+  }
+  // A minute at 256 places has 2.9 GB.
+  const json batch = {
+      {"count", 3},
+      {"parameters", {{{"name", "duration"}, {"grid", {0.2, 60, 0.1}}, {"at", "/duration"}}}},
+      {"limits", {{"memory", 600e6}}}};
+  const std::string out = planned(folder, batch, "out", scene);
+  const json report = made({out}, 1);
+  EXPECT_EQ(report["done"], 2);
+  EXPECT_EQ(report["failed"], 1);
+  const std::vector<json> failures = linesOf(fs::path(out) / "failures.jsonl");
+  ASSERT_EQ(failures.size(), 1U);
+  EXPECT_EQ(failures[0]["index"], 1);
+  EXPECT_EQ(failures[0]["failure"], "limit");
+  EXPECT_THAT(failures[0]["message"].get<std::string>(), HasSubstr("memory"));
+}
+
+TEST(BatchCommand, StemsLieBesideTheSoundWhichStaysAsItIs) {
+  const TemporaryFolder folder;
+  json batch = ballBatch(2);
+  const std::string plain = planned(folder, batch, "plain");
+  batch["outputs"] = {{"stems", true}};
+  const std::string parted = planned(folder, batch, "parted");
+  made({plain});
+  const std::string hash = made({parted})["content_hash"];
+  EXPECT_EQ(hashOf(parted), hash);
+  const fs::path sample = fs::path("samples/0000/000001");
+  const auto fileOf = [&](const std::string& out, const std::string& ending) {
+    return contents(fs::path(out) / (sample.string() + ending));
+  };
+  EXPECT_EQ(fileOf(plain, ".wav"), fileOf(parted, ".wav"));
+  // A ball that neither rings nor slides is its clicks.
+  EXPECT_EQ(fileOf(parted, ".clicks.wav"), fileOf(parted, ".wav"));
+  EXPECT_EQ(fileOf(parted, ".rings.wav"), fileOf(parted, ".contacts.wav"));
+  EXPECT_NE(fileOf(parted, ".rings.wav"), fileOf(parted, ".wav"));
+  const std::vector<json> rows = linesOf(fs::path(parted) / "manifest.jsonl");
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[1]["clicks_file"], sample.string() + ".clicks.wav");
+  EXPECT_EQ(rows[1]["clicks_sha256"], rows[1]["sha256"]);
+  // Damage to a stem is found.
+  write(fs::path(parted) / (sample.string() + ".rings.wav"), "x");
+  EXPECT_NE(hashOf(parted, 1), hash);
+}
+
 TEST(BatchCommand, PosesAndContactsDoNotChangeTheSound) {
   const TemporaryFolder folder;
   json batch = ballBatch(2);

@@ -209,6 +209,7 @@ std::vector<CoveredType> coveredTypes() {
         {"contactLoss", "carom_settings.contact_loss"},
         {"lasting", "carom_settings.lasting"},
         {"slideVoices", "carom_settings.slide_voices"},
+        {"stems", "(of a Synth alone)"},
         {"doppler", "carom_settings.doppler"},
         {"airAbsorption", "carom_settings.air_absorption"},
         {"room", "carom_settings.room"},

@@ -110,8 +110,9 @@ class Synth {
   void updateContact(const ContactState& contact);
 
   /// Overwrites `frames` samples of each channel, in pascals, and advances the clock by frames /
-  /// sampleRate. The channels are those of the first listener, then those of the next. Requires
-  /// channels.size() == channelCount(). Defined for float and double.
+  /// sampleRate. The channels are those of the first listener, then those of the next; with
+  /// SynthSettings::stems, the same again for each Stem. Requires channels.size() ==
+  /// channelCount(). Defined for float and double.
   template <class Sample>
   void render(std::span<Sample* const> channels, std::size_t frames) noexcept;
 

@@ -88,6 +88,14 @@ enum class LastingDetail : std::uint8_t {
   heard,
 };
 
+/// The parts that a sound is the sum of.
+enum class Stem : std::uint8_t {
+  clicks,    ///< the recoil of bodies from impacts
+  rings,     ///< vibration that impacts have caused
+  contacts,  ///< all that lasting contacts give: recoil, and vibration that they have caused
+};
+inline constexpr std::size_t kStems = 3;  ///< number of stems
+
 struct SynthSettings {
   double sampleRate = 48000.0;  ///< Hz, 8000 to 192000
   ImpulseChoice impulse = ImpulseChoice::physical;
@@ -118,6 +126,9 @@ struct SynthSettings {
   LastingDetail lasting = LastingDetail::exact;
   /// Contacts that are exact where LastingDetail is `heard`: the loudest, at each moment.
   std::size_t slideVoices = 4;
+  /// Renders each Stem beside the whole, which stays the same to the bit; their sum is the whole to
+  /// rounding. Of a Synth alone: engines that play do without.
+  bool stems = false;
 };
 
 /// Counts of what became of events and lasting contacts. A Synth has room for everything, so those
