@@ -200,16 +200,29 @@ std::optional<Touch> touchOf(const ContactSide& body, const ContactSide& other,
   return touch;
 }
 
+double restitutionFrom(const ContactSide& body, const ContactSide& other, const TouchPoint& point,
+                       double parting, double duration, const ContactSolver& solver) {
+  const bool areRigid = body.body.isRigid() && other.body.isRigid();
+  const double pull = (body.acceleration - other.acceleration).dot(point.normal);
+  const double approach =
+      approachAt(point, body.state, other.state) - (areRigid ? 0.0 : pull * duration);
+  const double distance = point.distance + solver.slop;
+  const double pushed = -distance / duration * (distance > 0.0 ? 1.0 : solver.erp);
+  return std::clamp((parting - pushed) / approach, 0.0, 1.0);
+}
+
 std::array<ImpulseEvent, 2> sharesOf(const ContactSide& body, const ContactSide& other,
-                                     const TouchPoint& point, const Touch& touch, double duration,
-                                     double restitutionSpeed) {
+                                     const Impact& impact, const ContactSolver& solver) {
+  const TouchPoint& point = impact.point;
+  const Touch& touch = impact.touch;
+  const double duration = impact.duration;
   const double mass =
       1.0 / (inverseMass(body, leverOf(body, point.positionOnBody, -touch.normal), touch.normal) +
              inverseMass(other, leverOf(other, point.positionOnOther, touch.normal), touch.normal));
   const double momentum = mass * touch.approachSpeed;
-  const double e = touch.approachSpeed < restitutionSpeed
-                       ? 0.0
-                       : restitutionOf(body, other, point.impulse / momentum - 1.0);
+  const double solved = impact.restitution.value_or(point.impulse / momentum - 1.0);
+  const double e =
+      touch.approachSpeed < solver.restitutionSpeed ? 0.0 : restitutionOf(body, other, solved);
   ImpulseEvent event;
   event.time = touch.s;
   event.effectiveMass = mass;

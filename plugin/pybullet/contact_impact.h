@@ -32,6 +32,8 @@ struct ContactBody {
   /// m: radius of a sphere, of a cylinder and of a capsule, whose axes are z.
   double radius = 0.0;
 
+  /// True for a rigid body, of which the server does not tell the restitution.
+  bool isRigid() const { return !restitution; }
   bool isMovable() const { return mass < std::numeric_limits<double>::infinity(); }
 };
 
@@ -94,11 +96,31 @@ struct ContactDurations {
 std::optional<Touch> touchOf(const ContactSide& body, const ContactSide& other,
                              const TouchPoint& point, const ContactDurations& durations);
 
+/// The solver of a physics server, as far as contacts depend on it.
+struct ContactSolver {
+  double restitutionSpeed = 0.0;  ///< m/s, slower impacts do not bounce
+  double erp = 0.0;               ///< 1: share of an overlap that a substep takes away
+  double slop = 0.0;              ///< m, added to the distance of contacts
+};
+
+/// Finds the restitution of a pair, 0 to 1, from its motion over the substep: `parting` is the
+/// speed (m/s) at which it parts at the point afterwards. The solver makes that e times the
+/// approach, less what is left of a gap, or plus its share of an overlap. The approach has the pull
+/// of the substep in it unless both bodies are rigid. [any thread]
+double restitutionFrom(const ContactSide& body, const ContactSide& other, const TouchPoint& point,
+                       double parting, double duration, const ContactSolver& solver);
+
+/// An impact of which the time is known.
+struct Impact {
+  TouchPoint point{};
+  Touch touch{};
+  double duration = 0.0;              ///< s, of the substep
+  std::optional<double> restitution;  ///< where the bodies have none; none: from the impulse
+};
+
 /// Returns the shares of both bodies in an impact, at the time `touch.s` after the start of the
-/// substep. Slower approaches than `restitutionSpeed` (m/s) do not bounce. One of the two has to be
-/// movable. [any thread]
+/// substep. One of the two has to be movable. [any thread]
 std::array<ImpulseEvent, 2> sharesOf(const ContactSide& body, const ContactSide& other,
-                                     const TouchPoint& point, const Touch& touch, double duration,
-                                     double restitutionSpeed);
+                                     const Impact& impact, const ContactSolver& solver);
 
 }  // namespace carom::plugin

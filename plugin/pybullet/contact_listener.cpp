@@ -59,7 +59,8 @@ void ContactListener::state(BodyId id, const BodyState& state) {
   track.seenBefore = std::exchange(track.seen, count_);
 }
 
-std::span<const ImpulseEvent> ContactListener::finish(std::span<const TouchPoint> points) {
+std::span<const ImpulseEvent> ContactListener::finish(std::span<const TouchPoint> points,
+                                                      const StateAfter& after) {
   events_.clear();
   points_.clear();
   for (const TouchPoint& point : points)
@@ -70,7 +71,7 @@ std::span<const ImpulseEvent> ContactListener::finish(std::span<const TouchPoint
     std::size_t last = first;
     while (last < all.size() && !isBefore(all[first], all[last]))
       ++last;
-    hearPair(all.subspan(first, last - first));
+    hearPair(all.subspan(first, last - first), after);
     first = last;
   }
   for (const TouchPoint& point : points)
@@ -137,7 +138,26 @@ ContactSide ContactListener::sideOf(BodyId id) const {
   return side;
 }
 
-void ContactListener::hearPair(Points points) {
+std::optional<double> ContactListener::restitutionOf(const ContactSide& body,
+                                                     const ContactSide& other,
+                                                     const TouchPoint& mean,
+                                                     const StateAfter& after) const {
+  const bool isKnown = !body.body.isRigid() && !other.body.isRigid();
+  if (isKnown || !after) return std::nullopt;
+  const auto stateOf = [&](const ContactSide& side) -> std::optional<BodyState> {
+    if (!side.body.isMovable()) return side.state;
+    std::optional<BodyState> state = after(side.id);
+    if (state) state->position = side.state.position;  // the lever is that of the solver
+    return state;
+  };
+  const std::optional<BodyState> bodyAfter = stateOf(body);
+  const std::optional<BodyState> otherAfter = stateOf(other);
+  if (!bodyAfter || !otherAfter) return std::nullopt;
+  return restitutionFrom(body, other, mean, -approachAt(mean, *bodyAfter, *otherAfter),
+                         substep_.duration, substep_.solver);
+}
+
+void ContactListener::hearPair(Points points, const StateAfter& after) {
   const ContactSide body = sideOf(points.front().body);
   const ContactSide other = sideOf(points.front().other);
   const TouchPoint mean = meanOf(points);
@@ -147,8 +167,8 @@ void ContactListener::hearPair(Points points) {
   if (!begun) return;
   const std::optional<Touch> touch = firstTouch(body, other, mean, points);
   if (!touch || touch->approachSpeed <= restSpeed_ || touch->onset <= restSpeed_) return;
-  for (ImpulseEvent share :
-       sharesOf(body, other, mean, *touch, substep_.duration, substep_.restitutionSpeed)) {
+  const Impact impact{mean, *touch, substep_.duration, restitutionOf(body, other, mean, after)};
+  for (ImpulseEvent share : sharesOf(body, other, impact, substep_.solver)) {
     share.time += substep_.time;
     events_.push_back(share);
   }

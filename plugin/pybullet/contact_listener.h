@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <unordered_map>
@@ -13,11 +14,14 @@
 namespace carom::plugin {
 
 struct ContactSubstep {
-  double time = 0.0;              ///< s, of its start
-  double duration = 0.0;          ///< s, > 0
-  Vec3 gravity = Vec3::Zero();    ///< m/s^2
-  double restitutionSpeed = 0.0;  ///< m/s, slower impacts do not bounce
+  double time = 0.0;            ///< s, of its start
+  double duration = 0.0;        ///< s, > 0
+  Vec3 gravity = Vec3::Zero();  ///< m/s^2
+  ContactSolver solver{};
 };
+
+/// Tells the state of a body after the substep, if it is known.
+using StateAfter = std::function<std::optional<BodyState>(BodyId)>;
 
 /// Finds impacts in what a physics server tells of each substep: states at its start, contact
 /// points with impulses at its end. It knows no solver, no shapes and no world.
@@ -36,8 +40,9 @@ struct ContactSubstep {
 ///   substep. Exact for spheres on planes.
 /// - Impulse: (1 + e) m_eff times the approach speed at that time. e is the product of the two
 ///   restitutions, 0 below the speed under which the solver lets nothing bounce. Where one is not
-///   known, e follows from the solver's impulse, which is some percent too much where bodies
-///   overlap and too little where they do not yet.
+///   known, e follows from the motion over the substep (restitutionFrom), or else from the solver's
+///   impulse, which is some percent too much where bodies overlap and too little where they do not
+///   yet.
 ///
 /// Not modelled: joints (the mass and inertia of a link are its own), friction, a second
 /// impact of a pair within one substep, and of pairs that were in contact within the last four
@@ -56,8 +61,10 @@ class ContactListener {
   void begin(const ContactSubstep& substep);
   /// Takes the state of a body that may move; one without a state rests where it is.
   void state(BodyId id, const BodyState& state);
-  /// Ends the substep. Returns two events for each impact, valid until the next call.
-  std::span<const ImpulseEvent> finish(std::span<const TouchPoint> points);
+  /// Ends the substep. Returns two events for each impact, valid until the next call. `after` is
+  /// asked for bodies without a restitution that have an impact; it may be empty.
+  std::span<const ImpulseEvent> finish(std::span<const TouchPoint> points,
+                                       const StateAfter& after = {});
 
   /// True if the body hangs in the air at rest, as none does that gravity can move: a fixed base
   /// whose mass is not 0.
@@ -78,7 +85,9 @@ class ContactListener {
   };
   using Points = std::span<const TouchPoint>;
 
-  void hearPair(Points points);
+  void hearPair(Points points, const StateAfter& after);
+  std::optional<double> restitutionOf(const ContactSide& body, const ContactSide& other,
+                                      const TouchPoint& mean, const StateAfter& after) const;
   void stayOpen(const TouchPoint& point);
   bool begins(const ContactSide& body, const ContactSide& other, const TouchPoint& mean,
               Pair& pair) const;

@@ -86,7 +86,9 @@ struct SimulationParameters {
   int filterMode;
   int fileCaching;
   double restitutionSpeed;  ///< m/s, below it nothing bounces
-  std::array<double, 13> rest;
+  std::array<double, 8> friction;
+  double contactSlop;  ///< m, added to the distance of contacts
+  std::array<double, 4> rest;
 };
 
 struct ContactPoint {
@@ -119,7 +121,7 @@ struct DynamicsInfo {
   int bodyType;
   std::array<double, 4> unused;
   int frictionAnchor;
-  double margin;
+  double margin;    ///< m: the radius of a sphere and of a capsule
   int dynamicType;  ///< 0: the body moves by itself
 };
 inline constexpr int kRigidBody = 1;
@@ -134,31 +136,6 @@ struct LinkState {
   std::array<double, 6> bounds;
 };
 
-enum Geometry : int {
-  kSphere = 2,
-  kBox = 3,
-  kCylinder = 4,
-  kMesh = 5,
-  kPlane = 6,
-  kCapsule = 7,
-};
-
-struct CollisionShape {
-  int body;  ///< set in the first of several only, like `link`
-  int link;
-  int geometry;
-  /// m: radius of a sphere; edges of a box; length along z, radius of a cylinder and of a capsule,
-  /// whose length leaves out the caps.
-  std::array<double, 3> dimensions;
-  std::array<double, 7> frame;  ///< in the body's: position, x, y, z, w
-  std::array<char, 1024> meshFile;
-};
-
-struct CollisionShapes {
-  int count;
-  const CollisionShape* shapes;
-};
-
 static_assert(sizeof(void*) == 8, "the layouts below are those of 64-bit systems");
 static_assert(sizeof(UserDataValue) == 16 && offsetof(UserDataValue, data) == 8);
 static_assert(sizeof(PluginArguments) == 2568 && offsetof(PluginArguments, floats) == 1544);
@@ -169,7 +146,9 @@ static_assert(offsetof(PluginContext, remoteProcessor) == 88);
 static_assert(sizeof(SimulationParameters) == 224);
 static_assert(offsetof(SimulationParameters, gravity) == 16);
 static_assert(offsetof(SimulationParameters, substeps) == 40);
+static_assert(offsetof(SimulationParameters, contactErp) == 96);
 static_assert(offsetof(SimulationParameters, restitutionSpeed) == 112);
+static_assert(offsetof(SimulationParameters, contactSlop) == 184);
 static_assert(sizeof(ContactPoint) == 176 && offsetof(ContactPoint, bodyA) == 4);
 static_assert(offsetof(ContactPoint, linkB) == 16 && offsetof(ContactPoint, positionOnA) == 24);
 static_assert(offsetof(ContactPoint, distance) == 96);
@@ -177,13 +156,10 @@ static_assert(offsetof(ContactPoint, normalForce) == 104);
 static_assert(sizeof(ContactInformation) == 16);
 static_assert(sizeof(DynamicsInfo) == 200 && offsetof(DynamicsInfo, inertia) == 8);
 static_assert(offsetof(DynamicsInfo, restitution) == 112);
-static_assert(offsetof(DynamicsInfo, bodyType) == 140);
+static_assert(offsetof(DynamicsInfo, bodyType) == 140 && offsetof(DynamicsInfo, margin) == 184);
 static_assert(offsetof(DynamicsInfo, dynamicType) == 192);
 static_assert(sizeof(LinkState) == 264 && offsetof(LinkState, orientation) == 24);
 static_assert(offsetof(LinkState, velocity) == 168 && offsetof(LinkState, bounds) == 216);
-static_assert(sizeof(CollisionShape) == 1120 && offsetof(CollisionShape, geometry) == 8);
-static_assert(offsetof(CollisionShape, dimensions) == 16 && offsetof(CollisionShape, frame) == 40);
-static_assert(sizeof(CollisionShapes) == 16);
 static_assert(std::is_standard_layout_v<PluginContext> && std::is_trivial_v<ContactPoint>);
 
 }  // namespace carom::b3

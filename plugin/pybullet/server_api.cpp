@@ -55,8 +55,8 @@ void findAll(Finder& finder, ServerFunctions& server) {
   finder.find(server.linkState, "b3GetLinkState");
   finder.find(server.requestDynamics, "b3GetDynamicsInfoCommandInit");
   finder.find(server.dynamics, "b3GetDynamicsInfo");
-  finder.find(server.requestShapes, "b3InitRequestCollisionShapeInformation");
-  finder.find(server.shapes, "b3GetCollisionShapeInformation");
+  finder.find(server.requestBounds, "b3RequestCollisionInfoCommandInit");
+  finder.find(server.bounds, "b3GetStatusAABB");
   finder.find(server.requestContacts, "b3InitRequestContactPointInformation");
   finder.find(server.contacts, "b3GetContactPointInformation");
 }

@@ -33,8 +33,8 @@ struct ServerFunctions {
   Command (*requestDynamics)(Client, int body, int link) = nullptr;
   int (*dynamics)(Answer, DynamicsInfo*) = nullptr;
 
-  Command (*requestShapes)(Client, int body, int link) = nullptr;
-  void (*shapes)(Client, CollisionShapes*) = nullptr;
+  Command (*requestBounds)(Client, int body) = nullptr;
+  int (*bounds)(Answer, int link, double least[3], double most[3]) = nullptr;
 
   Command (*requestContacts)(Client) = nullptr;
   void (*contacts)(Client, ContactInformation*) = nullptr;

@@ -72,15 +72,15 @@ std::optional<b3::DynamicsInfo> ServerClient::dynamics(Key key) {
   return info;
 }
 
-std::vector<b3::CollisionShape> ServerClient::shapes(Key key) {
-  server_.submit(client_, server_.requestShapes(client_, key.body, key.link));
-  b3::CollisionShapes found{};
-  server_.shapes(client_, &found);
-  // If the server could not tell, its last answer is still there.
-  const bool isAnswer =
-      found.count > 0 && found.shapes->body == key.body && found.shapes->link == key.link;
-  if (!isAnswer) return {};
-  return {found.shapes, found.shapes + found.count};
+std::optional<Vec3> ServerClient::halfBounds(Key key) {
+  const b3::Answer answer = server_.submit(client_, server_.requestBounds(client_, key.body));
+  Vec3 least = Vec3::Zero();
+  Vec3 most = Vec3::Zero();
+  if (answer == nullptr || server_.bounds(answer, key.link, least.data(), most.data()) == 0)
+    return std::nullopt;
+  const Vec3 half = 0.5 * (most - least);
+  if (!half.allFinite() || !(half.array() >= 0.0).all()) return std::nullopt;
+  return half;
 }
 
 }  // namespace carom::plugin

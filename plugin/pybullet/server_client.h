@@ -38,7 +38,10 @@ class ServerClient {
   /// Returns the dynamics of a body that was seen in a contact: for a base without a collider the
   /// server cannot tell them.
   std::optional<b3::DynamicsInfo> dynamics(Key key);
-  std::vector<b3::CollisionShape> shapes(Key key);
+  /// Returns half the edges (m) of the box, in world axes, around a body or link; nothing without a
+  /// collider. Its shape itself must not be asked for: the server takes any set of spheres for a
+  /// capsule, and reads beyond it.
+  std::optional<Vec3> halfBounds(Key key);
 
  private:
   b3::ServerFunctions server_;

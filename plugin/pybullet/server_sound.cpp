@@ -71,7 +71,12 @@ void ServerSound::beginSubstep() {
   duration_ = parameters ? substepOf(*parameters) : 0.0;
   if (!(duration_ > 0.0)) return;
   outer_ = parameters->deltaTime;
-  listener_.begin({time_, duration_, vectorOf(parameters->gravity), parameters->restitutionSpeed});
+  listener_.begin({time_,
+                   duration_,
+                   vectorOf(parameters->gravity),
+                   {.restitutionSpeed = parameters->restitutionSpeed,
+                    .erp = parameters->contactErp,
+                    .slop = parameters->contactSlop}});
   for (const auto& [body, mayMove] : bodies_) {
     if (!mayMove) continue;
     int link = kBase;
@@ -83,7 +88,8 @@ void ServerSound::beginSubstep() {
 void ServerSound::endSubstep() {
   if (!(duration_ > 0.0)) return;
   readContacts();
-  const std::span<const ImpulseEvent> events = listener_.finish(points_);
+  const std::span<const ImpulseEvent> events =
+      listener_.finish(points_, [this](BodyId id) { return stateOf(id); });
   for (const ImpulseEvent& event : events)
     sound_.post(event);
   impacts_ += events.size() / 2;
@@ -101,6 +107,17 @@ void ServerSound::readContacts() {
                        vectorOf(contact.positionOnB), vectorOf(contact.normalOnB), contact.distance,
                        contact.normalForce * outer_});
   }
+}
+
+/// Returns the present state of a body or link.
+std::optional<BodyState> ServerSound::stateOf(BodyId id) {
+  const auto known =
+      std::ranges::find_if(known_, [id](const auto& entry) { return entry.second.id == id; });
+  if (known == known_.end()) return std::nullopt;
+  const auto part = static_cast<std::size_t>(known->first.link - kBase);
+  const std::span<const BodyState> states = client_.states(known->first.body);
+  if (part >= states.size()) return std::nullopt;
+  return states[part];
 }
 
 void ServerSound::hear(std::span<const b3::Notification> notifications) {
@@ -159,10 +176,12 @@ void ServerSound::describe(Key key, Known& known) {
   bodies_.try_emplace(key.body, true);  // if no notification has come yet
   const std::optional<b3::DynamicsInfo> dynamics = client_.dynamics(key);
   if (!dynamics) return;
-  std::vector<b3::CollisionShape> shapes;
-  if (dynamics->bodyType == b3::kMultiBody) shapes = client_.shapes(key);
+  ShapeSigns signs{.dynamics = *dynamics, .halfBounds = client_.halfBounds(key)};
+  const auto part = static_cast<std::size_t>(key.link - kBase);
+  if (const auto states = client_.states(key.body); part < states.size())
+    signs.orientation = states[part].orientation;
   const BodyDescription body =
-      describeBody(*dynamics, shapes, listener_.isHeld(known.id), key.link != kBase, radiators_);
+      describeBody(signs, listener_.isHeld(known.id), key.link != kBase, radiators_);
   listener_.setBody(known.id, body.contact);
   known.sound = body.sound;
   (void)tell(key, known);  // refused: its events are counted as rejected

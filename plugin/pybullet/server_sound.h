@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -67,6 +68,7 @@ class ServerSound {
   void describe(Key key, Known& known);
   Status tell(Key key, const Known& known);
   BodyId idOf(Key key);
+  std::optional<BodyState> stateOf(BodyId id);
   void readContacts();
 
   ServerClient client_;

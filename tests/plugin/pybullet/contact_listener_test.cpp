@@ -71,8 +71,10 @@ class Told {
   }
 
   void begin() {
-    listener.begin(
-        {.time = time, .duration = kSubstep, .gravity = -gravity_ * kUp, .restitutionSpeed = 0.2});
+    listener.begin({.time = time,
+                    .duration = kSubstep,
+                    .gravity = -gravity_ * kUp,
+                    .solver = {.restitutionSpeed = 0.2}});
   }
   std::vector<ImpulseEvent> finish(const std::vector<TouchPoint>& points = {}) {
     const auto events = listener.finish(points);

@@ -107,6 +107,14 @@ std::vector<double> leftChannel(const Recording& recording) {
   return recording.channel(0);
 }
 
+/// Pressure in Pa of a sample of 1.0.
+double fullScaleOf(const Recording& recording) {
+  double pressure = 0.0;
+  EXPECT_EQ(std::sscanf(recording.comment.c_str(), "full scale %lf Pa", &pressure), 1)
+      << recording.comment;
+  return pressure;
+}
+
 /// Tests with a ball that is free, or the link of another body.
 class PybulletBall : public PybulletPlugin, public testing::WithParamInterface<bool> {};
 
@@ -172,6 +180,58 @@ TEST_F(PybulletPlugin, RestingAndSlidingBoxesAreSilent) {
   load();
   run(2.0);
   EXPECT_EQ(statistic("impacts"), 0U);
+}
+
+// Each shape is told by what can be asked: nobody asks for it, whatever its coordinates.
+TEST_F(PybulletPlugin, EveryShapeIsHeard) {
+  for (const Form form :
+       {Form::ball, Form::box, Form::cylinder, Form::capsule, Form::hull, Form::ballPair})
+    for (const bool isRigid : {false, true}) {
+      server = library.make();
+      server->add({.form = Form::floor, .mass = 0.0});
+      server->add({.form = form,
+                   .halfEdges = {0.05, 0.05, 0.1},
+                   .position = {0.0, 0.0, 0.4},
+                   .hasMaximalCoordinates = isRigid});
+      load();
+      run(0.5);
+      EXPECT_GE(statistic("impacts"), 1U) << static_cast<int>(form) << isRigid;
+      EXPECT_EQ(statistic("rejected"), 0U);
+    }
+}
+
+// The same ball on the same floor: the server tells the restitution of the one, that of the other
+// follows from its motion.
+TEST_F(PybulletPlugin, MaximalCoordinatesSoundAsAnyOthers) {
+  struct Pair {
+    bool isBallRigid = false;
+    bool isFloorRigid = false;
+  };
+  for (const double step : {1.0 / 60.0, 1.0 / 240.0, 1.0 / 1000.0}) {
+    std::vector<double> peaks;
+    for (const Pair pair : {Pair{}, Pair{true, false}, Pair{true, true}}) {
+      server = library.make();
+      server->add({.form = Form::floor,
+                   .mass = 0.0,
+                   .restitution = 0.8,
+                   .hasMaximalCoordinates = pair.isFloorRigid});
+      server->add(
+          {.position = {0.0, 0.0, kRadius + kHeight}, .hasMaximalCoordinates = pair.isBallRigid});
+      server->setTimeStep(step, 0);
+      load();
+      done("listener 0 0 " + std::to_string(kListener));
+      done("record " + file("ball.wav"));
+      run(0.4, step);
+      done("stop");
+      EXPECT_EQ(statistic("impacts"), 1U);
+      const Recording recording = readRecording(file("ball.wav"));
+      peaks.push_back(fullScaleOf(recording) * recording.peak());
+    }
+    std::printf("step %.5f s: %.6f %.6f of the peak with known restitution\n", step,
+                peaks[1] / peaks[0], peaks[2] / peaks[0]);
+    EXPECT_NEAR(peaks[1] / peaks[0], 1.0, 1e-3) << step;
+    EXPECT_NEAR(peaks[2] / peaks[0], 1.0, 1e-3) << step;
+  }
 }
 
 TEST_F(PybulletPlugin, BodyWithMaximalCoordinatesIsHeardToo) {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <utility>
 
+#include <BulletCollision/CollisionShapes/btMultiSphereShape.h>
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
@@ -84,7 +85,52 @@ State baseState(const Held& body) {
                  body.multi->getBaseVel(), body.multi->getBaseOmega());
 }
 
-enum class Asked { nothing, parameters, bodies, state, dynamics, shapes, contacts };
+enum class Asked { nothing, parameters, bodies, state, dynamics, bounds, contacts };
+
+using Form = ServerStub::Body::Form;
+
+/// Half the edges of the box around a shape where it stands.
+btVector3 halfBounds(const Held& body) {
+  btVector3 least;
+  btVector3 most;
+  const btTransform& pose =
+      body.rigid ? body.rigid->getWorldTransform() : body.collider->getWorldTransform();
+  body.shape->getAabb(pose, least, most);
+  return btScalar(0.5) * (most - least);
+}
+
+std::unique_ptr<btCollisionShape> shapeOf(const ServerStub::Body& body) {
+  const btVector3 half = toBullet(body.halfEdges);
+  switch (body.form) {
+    case Form::ball:
+      return std::make_unique<btSphereShape>(half.x());
+    case Form::box:
+      return std::make_unique<btBoxShape>(half);
+    case Form::cylinder:
+      return std::make_unique<btCylinderShapeZ>(half);
+    case Form::capsule:
+      return std::make_unique<btCapsuleShapeZ>(half.x(), btScalar(2) * (half.z() - half.x()));
+    case Form::hull: {
+      auto hull = std::make_unique<btConvexHullShape>();
+      for (unsigned corner = 0; corner < 8; ++corner) {
+        const btVector3 sides(btScalar(corner & 1U ? 1 : -1), btScalar(corner & 2U ? 1 : -1),
+                              btScalar(corner & 4U ? 1 : -1));
+        hull->addPoint(half * sides);
+      }
+      hull->setMargin(btScalar(0.001));
+      return hull;
+    }
+    case Form::ballPair: {
+      const btVector3 end(0, 0, half.z() - half.x());
+      const std::array<btVector3, 2> centres = {end, -end};
+      const std::array<btScalar, 2> radii = {half.x(), half.x()};
+      return std::make_unique<btMultiSphereShape>(centres.data(), radii.data(), 2);
+    }
+    case Form::floor:
+      break;
+  }
+  return std::make_unique<btStaticPlaneShape>(btVector3(0, 0, 1), btScalar(0));
+}
 
 /// The server, which is also the client that it hands to plugins: it holds one command and one
 /// answer at a time, whose memory the next ones reuse.
@@ -138,7 +184,7 @@ class Server final : public ServerStub {
   int linkCount() const { return linkCount_; }
   const State& link() const { return linkState_; }
   const b3::DynamicsInfo& dynamics() const { return dynamics_; }
-  b3::CollisionShapes shapes() const { return {static_cast<int>(shapes_.size()), shapes_.data()}; }
+  const btVector3& bounds() const { return bounds_; }
   b3::ContactInformation contacts() const {
     return {static_cast<int>(contacts_.size()), contacts_.data()};
   }
@@ -165,7 +211,7 @@ class Server final : public ServerStub {
   void reportNotifications();
   bool readState();
   bool readDynamics();
-  bool readShapes();
+  bool readBounds();
   void readContacts();
   int numberOf(const btCollisionObject& object) const;
 
@@ -200,7 +246,7 @@ class Server final : public ServerStub {
   std::array<double, 3840> stateCopy_{};
   int linkCount_ = 0;
   b3::DynamicsInfo dynamics_{};
-  std::vector<b3::CollisionShape> shapes_;
+  btVector3 bounds_{0, 0, 0};
   std::vector<b3::ContactPoint> contacts_;
 };
 
@@ -210,14 +256,9 @@ int Server::add(const Body& body) {
     ++number;
   Held& held = bodies_[number];
   held.what = body;
-  if (body.form == Body::Form::ball)
-    held.shape = std::make_unique<btSphereShape>(btScalar(body.halfEdges.x()));
-  else if (body.form == Body::Form::box)
-    held.shape = std::make_unique<btBoxShape>(toBullet(body.halfEdges));
-  else
-    held.shape = std::make_unique<btStaticPlaneShape>(btVector3(0, 0, 1), btScalar(0));
+  held.shape = shapeOf(body);
   btVector3 inertia(0, 0, 0);
-  if (body.form != Body::Form::floor && body.mass > 0.0)
+  if (body.form != Form::floor && body.mass > 0.0)
     held.shape->calculateLocalInertia(btScalar(body.mass), inertia);
   if (body.hasMaximalCoordinates)
     makeRigid(number, held, inertia);
@@ -398,7 +439,7 @@ void Server::submit() {
   if (asked_ == Asked::contacts) readContacts();
   const bool isDone = (asked_ != Asked::state || readState()) &&
                       (asked_ != Asked::dynamics || readDynamics()) &&
-                      (asked_ != Asked::shapes || readShapes());
+                      (asked_ != Asked::bounds || readBounds());
   if (!isDone) answered_ = Asked::nothing;
 }
 
@@ -407,6 +448,8 @@ b3::SimulationParameters Server::parameters() const {
   parameters.deltaTime = static_cast<double>(btScalar(deltaTime_));
   parameters.substeps = substeps_;
   parameters.gravity = {0.0, 0.0, static_cast<double>(world_.getGravity().z())};
+  parameters.contactErp = static_cast<double>(world_.getSolverInfo().m_erp2);
+  parameters.contactSlop = static_cast<double>(world_.getSolverInfo().m_linearSlop);
   parameters.restitutionSpeed =
       static_cast<double>(world_.getSolverInfo().m_restitutionVelocityThreshold);
   return parameters;
@@ -446,31 +489,16 @@ bool Server::readDynamics() {
     flags = body.rigid->getCollisionFlags();
   }
   copy(inertia, dynamics_.inertia);
+  dynamics_.margin = static_cast<double>(body.shape->getMargin());
   dynamics_.dynamicType =
       flags & (btCollisionObject::CF_STATIC_OBJECT | btCollisionObject::CF_KINEMATIC_OBJECT);
   return true;
 }
 
-bool Server::readShapes() {
+bool Server::readBounds() {
   const auto found = bodies_.find(body_);
-  if (found == bodies_.end() || !found->second.multi || link_ != found->second.link()) return false;
-  const Body& what = found->second.what;
-  b3::CollisionShape shape{};
-  shape.body = body_;
-  shape.link = link_;
-  shape.frame = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0};
-  const Vec3& half = what.halfEdges;
-  if (what.form == Body::Form::ball) {
-    shape.geometry = b3::kSphere;
-    shape.dimensions = {half.x(), half.x(), half.x()};
-  } else if (what.form == Body::Form::box) {
-    shape.geometry = b3::kBox;
-    shape.dimensions = {2.0 * half.x(), 2.0 * half.y(), 2.0 * half.z()};
-  } else {
-    shape.geometry = b3::kPlane;
-    shape.dimensions = {0.0, 0.0, 1.0};
-  }
-  shapes_ = {shape};
+  if (found == bodies_.end()) return false;
+  bounds_ = halfBounds(found->second);
   return true;
 }
 
@@ -596,11 +624,22 @@ CAROM_EXPORT int b3GetDynamicsInfo(void* answer, b3::DynamicsInfo* info) {
   return 1;
 }
 
-CAROM_EXPORT void* b3InitRequestCollisionShapeInformation(void* client, int body, int link) {
-  return asked(client, Asked::shapes, body, link);
+CAROM_EXPORT void* b3RequestCollisionInfoCommandInit(void* client, int body) {
+  return asked(client, Asked::bounds, body);
 }
-CAROM_EXPORT void b3GetCollisionShapeInformation(void* client, b3::CollisionShapes* shapes) {
-  *shapes = serverOf(client).shapes();
+CAROM_EXPORT int b3GetStatusAABB(void* answer, int, double* least, double* most) {
+  if (!answers(answer, Asked::bounds)) return 0;
+  const btVector3& half = serverOf(answer).bounds();
+  for (int axis = 0; axis < 3; ++axis) {
+    most[axis] = static_cast<double>(half[axis]);
+    least[axis] = -most[axis];
+  }
+  return 1;
+}
+
+// The server takes a set of spheres for a capsule, and reads beyond its end: nobody may ask.
+CAROM_EXPORT void* b3InitRequestCollisionShapeInformation(void*, int, int) {
+  std::abort();
 }
 
 CAROM_EXPORT void* b3InitRequestContactPointInformation(void* client) {

@@ -14,10 +14,13 @@ namespace carom::test {
 class ServerStub {
  public:
   struct Body {
-    enum class Form { ball, box, floor };
+    enum class Form { ball, box, floor, cylinder, capsule, hull, ballPair };
     Form form = Form::ball;
-    Vec3 halfEdges = Vec3::Constant(0.05);  ///< m; x is the radius of a ball
-    double mass = 1.0;                      ///< kg
+    /// m; x is the radius of a ball, of a cylinder and of a capsule along z, whose whole length is
+    /// twice z; a hull has the corners of the box; a pair of balls, as MJCF files have it for
+    /// capsules from point to point, ends where such a capsule does.
+    Vec3 halfEdges = Vec3::Constant(0.05);
+    double mass = 1.0;  ///< kg
     Vec3 position = Vec3::Zero();
     Vec3 velocity = Vec3::Zero();
     double restitution = 0.9;
