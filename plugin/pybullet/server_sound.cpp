@@ -11,10 +11,11 @@ namespace {
 
 constexpr int kBase = -1;
 constexpr int kAllLinks = -2;
+constexpr double kMoves = 1e-3;  // m/s: in a substep, more than the rounding of places
 
-// Least latency in substeps: contacts become known two substeps late; the rest is for the device's
-// blocks.
-constexpr double kSubstepsLate = 3.0;
+// Least latency in substeps: contacts become known two substeps late, three where the solver runs
+// late; the rest is for the device's blocks.
+constexpr double kSubstepsLate = 4.0;
 constexpr double kLatency = 0.05;  // s, at least
 
 double substepOf(const b3::SimulationParameters& parameters) {
@@ -67,6 +68,7 @@ Result<std::unique_ptr<ServerSound>> ServerSound::create(b3::ServerFunctions ser
 }
 
 void ServerSound::beginSubstep() {
+  finishSubstep();
   const std::optional<b3::SimulationParameters> parameters = client_.parameters();
   duration_ = parameters ? substepOf(*parameters) : 0.0;
   if (!(duration_ > 0.0)) return;
@@ -80,21 +82,40 @@ void ServerSound::beginSubstep() {
   for (const auto& [body, mayMove] : bodies_) {
     if (!mayMove) continue;
     int link = kBase;
-    for (const BodyState& state : client_.states(body))
+    const std::span<const BodyState> states = client_.states(body);
+    for (const BodyState& state : states)
       listener_.state(idOf({body, link++}), state);
+    const bool moves = !states.empty() && states.front().velocity.norm() > kMoves;
+    if (!solverComesLater_ && !probe_ && moves) probe_ = {body, states.front().position};
   }
+}
+
+/// Finds out, at the end of a substep as the server tells it, whether bodies have moved yet.
+void ServerSound::lookForSolver() {
+  if (solverComesLater_ || !probe_) return;
+  const std::span<const BodyState> states = client_.states(probe_->body);
+  if (!states.empty()) solverComesLater_ = states.front().position == probe_->position;
+  probe_.reset();
 }
 
 void ServerSound::endSubstep() {
   if (!(duration_ > 0.0)) return;
+  lookForSolver();
+  isOpen_ = true;
+  if (!solverComesLater_.value_or(false)) finishSubstep();
+  time_ += duration_;
+  sound_.advanceTo(time_);
+}
+
+/// Hears the impacts of the substep, once the solver has run.
+void ServerSound::finishSubstep() {
+  if (!std::exchange(isOpen_, false)) return;
   readContacts();
   const std::span<const ImpulseEvent> events =
       listener_.finish(points_, [this](BodyId id) { return stateOf(id); });
   for (const ImpulseEvent& event : events)
     sound_.post(event);
   impacts_ += events.size() / 2;
-  time_ += duration_;
-  sound_.advanceTo(time_);
 }
 
 void ServerSound::readContacts() {
@@ -123,6 +144,9 @@ std::optional<BodyState> ServerSound::stateOf(BodyId id) {
 void ServerSound::hear(std::span<const b3::Notification> notifications) {
   for (const b3::Notification& each : notifications) {
     if (each.type == b3::kSimulationReset) {
+      solverComesLater_.reset();  // the world may be another one
+      probe_.reset();
+      isOpen_ = false;
       while (!bodies_.empty())
         removeBody(bodies_.begin()->first);
     } else if (each.type == b3::kBodyAdded) {

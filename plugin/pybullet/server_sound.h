@@ -23,7 +23,9 @@ namespace carom::plugin {
 ///
 /// Bodies and links are described (describeBody) when they are first in a contact; later changes of
 /// their dynamics count from the next contact on. The server is asked before each substep for the
-/// parameters and the states of all bodies that may move, and after it for the contacts. Simulation
+/// parameters and the states of all bodies that may move, and after it for the contacts; in a world
+/// with deformable bodies, where the solver runs after the server has told the end of a substep,
+/// before the next one. Simulation
 /// time is the sum of the substeps since the plugin was loaded; a reset of the simulation does not
 /// turn it back. [physics thread]
 class ServerSound {
@@ -70,6 +72,8 @@ class ServerSound {
   BodyId idOf(Key key);
   std::optional<BodyState> stateOf(BodyId id);
   void readContacts();
+  void finishSubstep();
+  void lookForSolver();
 
   ServerClient client_;
   EventSound sound_;
@@ -83,6 +87,15 @@ class ServerSound {
   double duration_ = 0.0;  // s, of the present substep; 0 where the server did not tell
   double outer_ = 0.0;     // s, of the whole step
   std::uint64_t impacts_ = 0;
+  // A place (m) at the start of the substep, of a body that moves, by which it is found whether the
+  // server tells the end of a substep before its solver has run: worlds with deformable bodies do.
+  struct Probe {
+    int body = -1;
+    Vec3 position = Vec3::Zero();
+  };
+  std::optional<Probe> probe_;
+  std::optional<bool> solverComesLater_;  // not known before something has moved
+  bool isOpen_ = false;                   // the substep before is still to be finished
   std::vector<TouchPoint> points_;
 };
 

@@ -23,8 +23,8 @@ namespace {
 
 using Form = ContactBody::Form;
 
-constexpr double kBodyMass = 1.7;    // kg
-constexpr double kShare = 3e-4;  // of sizes, that what is told may be off
+constexpr double kBodyMass = 1.7;  // kg
+constexpr double kShare = 3e-4;    // of sizes, that what is told may be off
 
 /// The signs of one of Bullet's own shapes, where its body stands.
 ShapeSigns signsOf(const btCollisionShape& shape, double mass, const Quat& orientation,

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
 #include <map>
 #include <memory>
 #include <utility>
@@ -85,6 +86,19 @@ State baseState(const Held& body) {
                  body.multi->getBaseVel(), body.multi->getBaseOmega());
 }
 
+/// A world that can say when its solver is about to run.
+class World : public btMultiBodyDynamicsWorld {
+ public:
+  using btMultiBodyDynamicsWorld::btMultiBodyDynamicsWorld;
+  std::function<void()> beforeSolver;
+
+ protected:
+  void solveConstraints(btContactSolverInfo& info) override {
+    if (beforeSolver) beforeSolver();
+    btMultiBodyDynamicsWorld::solveConstraints(info);
+  }
+};
+
 enum class Asked { nothing, parameters, bodies, state, dynamics, bounds, contacts };
 
 using Form = ServerStub::Body::Form;
@@ -161,6 +175,9 @@ class Server final : public ServerStub {
     deltaTime_ = seconds;
     substeps_ = substeps;
   }
+  void tellBeforeSolver() override {
+    world_.beforeSolver = [this] { call(afterTick_); };
+  }
   void step() override;
   int load(const std::string& path, const std::string& postFix) override;
   Reply execute(const std::string& text) override;
@@ -200,7 +217,7 @@ class Server final : public ServerStub {
     auto* const server = static_cast<Server*>(world->getWorldUserInfo());
     for (auto& [number, body] : server->bodies_)
       body.rising.push_back(static_cast<double>(body.velocity().z()));
-    server->call(server->afterTick_);
+    if (!server->world_.beforeSolver) server->call(server->afterTick_);
   }
 
   void makeMulti(int number, Held& held, const btVector3& inertia);
@@ -219,7 +236,7 @@ class Server final : public ServerStub {
   btCollisionDispatcher dispatcher_{&configuration_};
   btDbvtBroadphase broadphase_;
   btMultiBodyConstraintSolver solver_;
-  btMultiBodyDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
+  World world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
   std::map<int, Held> bodies_;
   double deltaTime_ = 1.0 / 240.0;
   int substeps_ = 0;

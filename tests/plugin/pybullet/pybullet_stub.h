@@ -44,6 +44,8 @@ class ServerStub {
   virtual int add(const Body& body) = 0;
   virtual void remove(int body) = 0;
   virtual void setTimeStep(double seconds, int substeps) = 0;
+  /// Has the end of each substep told before the solver runs, as worlds with deformable bodies do.
+  virtual void tellBeforeSolver() = 0;
   virtual void step() = 0;
   /// Loads a plugin; returns 0, or -1 if it was refused.
   virtual int load(const std::string& path, const std::string& postFix) = 0;
