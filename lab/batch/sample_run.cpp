@@ -296,8 +296,18 @@ Result<Sample> SampleRunner::draw(std::uint64_t index, std::size_t from) const {
   return Sample{index, attempts, {}};
 }
 
+void SampleRunner::keepHead(const Scene& scene) {
+  const bool isHeard = std::ranges::any_of(scene.listeners, [](const Listener& listener) {
+    return listener.format == ListenerFormat::binaural && listener.hrtf == nullptr;
+  });
+  if (!isHeard || heads_.contains(scene.sampleRate)) return;
+  // Where it cannot be read, the rendering says so.
+  if (auto head = loadHrtf({}, scene.sampleRate))
+    heads_.emplace(scene.sampleRate, *std::move(head));
+}
+
 Result<SampleRunner::Rendered> SampleRunner::render(const Sample& sample,
-                                                    const BatchBranch& branch) const {
+                                                    const BatchBranch& branch) {
   Rendered rendered;
   const auto fails = [&](const char* kind, const std::string& message) {
     rendered.failure = SampleFailure{kind, branch.name, message};
@@ -330,6 +340,7 @@ Result<SampleRunner::Rendered> SampleRunner::render(const Sample& sample,
   options.guard = &guard;
   Result<RenderReport> report = Error{};
   try {
+    keepHead(*rendered.scene);
     rendered.sink = std::make_unique<MemorySink>(*rendered.scene, plan_.spec.outputs,
                                                  plan_.spec.rejections.outOfReach.has_value());
     report = renderScene(*rendered.scene, options, *rendered.sink);
@@ -348,7 +359,7 @@ Result<SampleRunner::Rendered> SampleRunner::render(const Sample& sample,
 
 /// Draws a sample until its first branch is neither refused for overlaps nor silent, where the
 /// batch asks for that.
-Result<SampleRunner::Accepted> SampleRunner::accept(std::uint64_t index) const {
+Result<SampleRunner::Accepted> SampleRunner::accept(std::uint64_t index) {
   const BatchRejections& rules = plan_.spec.rejections;
   std::string why = "\"expression\"";
   std::size_t from = 0;

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,6 +13,7 @@
 #include "lab/batch/sample_values.h"
 #include <nlohmann/json.hpp>
 
+#include "carom/audio/listener.h"
 #include "carom/audio/result.h"
 #include "scenes/format/scene.h"
 
@@ -57,12 +60,17 @@ class SampleRunner {
   /// A sample whose first branch no rule rejects, or why there is none.
   struct Accepted;
   Result<Sample> draw(std::uint64_t index, std::size_t from) const;
-  Result<Rendered> render(const Sample& sample, const BatchBranch& branch) const;
-  Result<Accepted> accept(std::uint64_t index) const;
+  Result<Rendered> render(const Sample& sample, const BatchBranch& branch);
+  Result<Accepted> accept(std::uint64_t index);
   Result<nlohmann::ordered_json> write(const Sample& sample, const BatchBranch& branch,
                                        Rendered& rendered) const;
 
+  void keepHead(const scenes::Scene& scene);
+
   const BatchPlan& plan_;
+  // The head that listeners without a file of their own have, by sample rate: a quarter of a second
+  // to read, which the next sample needs too.
+  std::map<double, std::shared_ptr<const HrtfSet>> heads_;
 };
 
 /// Returns the instruction set and the C library that a sample's bits depend on, beside the build.
