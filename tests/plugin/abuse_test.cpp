@@ -66,7 +66,7 @@ TEST(GlitchDetector, HearsALevelThatJumps) {
 }
 
 TEST(Plugin, SurvivesAHostThatDoesEverythingWrong) {
-  for (const std::uint64_t seed : {1U, 2U}) {
+  for (const std::uint64_t seed : {5U, 7U}) {  // in which there are stalls within 5 s
     const AbuseReport report = abuse({.seconds = kSanitized ? 5.0 : 20.0, .seed = seed});
     SCOPED_TRACE(report.text());
     EXPECT_EQ(report.notFinite, 0U);
