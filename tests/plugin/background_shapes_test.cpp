@@ -148,7 +148,7 @@ TEST(BackgroundShapes, RealTimeDoesNotWait) {
   ASSERT_TRUE(sound);
   ASSERT_TRUE(sound->prepareRendering(48000.0));
   EXPECT_EQ(sound->statistics().solvedShapes + sound->statistics().shapesPending, 12U);
-  for (int turn = 0; turn < 6000 && sound->statistics().shapesPending > 0; ++turn) {
+  for (int turn = 0; turn < 24000 && sound->statistics().shapesPending > 0; ++turn) {
     hulls.step(1);
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
