@@ -186,9 +186,9 @@ std::string cardOf(const BatchPlan& plan, const BatchRows& rows) {
     text << "| `samples/*/*.poses.csv` | poses of all bodies that move, " << spec.outputs.poses
          << " times a second |\n";
   if (spec.outputs.stems)
-    text << "| `samples/*/*.clicks.*`, `.rings.*`, `.contacts.*` | the parts that a sound is the "
-            "sum "
-            "of, in its unit: recoil from impacts, vibration from impacts, lasting contacts |\n";
+    text
+        << "| `samples/*/*.clicks.*`, `.rings.*`, `.contacts.*` | the parts that a sound is the "
+           "sum of, in its unit: recoil from impacts, vibration from impacts, lasting contacts |\n";
   text << "| `failures.jsonl` | samples that have none, with the reason |\n"
        << "| `read.py` | reads the samples in Python |\n\n## Parameters\n\n"
        << "| parameter | drawn | from |\n|---|---|---|\n";

@@ -395,18 +395,22 @@ Result<ordered_json> SampleRunner::write(const Sample& sample, const BatchBranch
   const RenderReport& report = rendered.report;
   MemorySink& sink = *rendered.sink;
   const SoundUnit unit = unitOf(plan_.spec.outputs.form, sink);
-  const std::string sound = nameOf(endingOf(unit.form));
-  if (Status written = writeSound(plan_.folder / sound, *rendered.scene, sink.samples(), unit);
-      !written)
-    return written.error();
-  const Result<WrittenFile> soundFile = described(plan_.folder, sound);
-  if (!soundFile) return soundFile.error();
   ordered_json row = {{"index", sample.index}};
+  const auto addSound = [&](const RowFile& keys, const std::string& part,
+                            std::vector<float>& samples) -> Status {
+    const std::string name = nameOf((part + endingOf(unit.form)).c_str());
+    if (Status written = writeSound(plan_.folder / name, *rendered.scene, samples, unit); !written)
+      return written;
+    const Result<WrittenFile> file = described(plan_.folder, name);
+    if (!file) return file.error();
+    row[keys.name] = file->name;
+    row[keys.bytes] = file->bytes;
+    row[keys.hash] = file->sha256;
+    return std::monostate{};
+  };
   if (!branch.name.empty()) row["branch"] = branch.name;
   row["split"] = splitOf(plan_.spec, sample.index, sample.values);
-  row["file"] = soundFile->name;
-  row["bytes"] = soundFile->bytes;
-  row["sha256"] = soundFile->sha256;
+  if (Status added = addSound(kRowFiles.front(), "", sink.samples()); !added) return added.error();
   const std::array tables = {&sink.events(), &sink.contacts(), &sink.poses()};
   constexpr std::array kEndings = {".events.csv", ".contacts.csv", ".poses.csv"};
   for (std::size_t at = 0; at < tables.size(); ++at) {
@@ -422,17 +426,9 @@ Result<ordered_json> SampleRunner::write(const Sample& sample, const BatchBranch
   }
   for (std::size_t at = 0; plan_.spec.outputs.stems && at < kStems; ++at) {
     const auto stem = static_cast<Stem>(at);
-    const std::string name =
-        nameOf(("." + std::string(scenes::nameOf(stem)) + endingOf(unit.form)).c_str());
-    if (Status written = writeSound(plan_.folder / name, *rendered.scene, sink.samples(stem), unit);
-        !written)
-      return written.error();
-    const Result<WrittenFile> file = described(plan_.folder, name);
-    if (!file) return file.error();
-    const RowFile& keys = kRowFiles.at(kStemFiles + at);
-    row[keys.name] = file->name;
-    row[keys.bytes] = file->bytes;
-    row[keys.hash] = file->sha256;
+    const std::string part = "." + std::string(scenes::nameOf(stem));
+    if (Status added = addSound(kRowFiles.at(kStemFiles + at), part, sink.samples(stem)); !added)
+      return added.error();
   }
   row["parameters"] = valuesJson(sample.values);
   row["attempt"] = sample.attempt;

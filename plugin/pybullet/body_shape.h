@@ -17,7 +17,8 @@ struct BodyShape {
   double volume = 0.0;  ///< m^3; 0 for what does not move, or has none
 };
 
-/// What the server can be asked about a body without danger.
+/// The answers of the server from which a shape is found: it gives them of any body, without
+/// danger.
 struct ShapeSigns {
   b3::DynamicsInfo dynamics{};
   Quat orientation = Quat::Identity();  ///< axes of inertia to world

@@ -135,8 +135,12 @@ std::optional<BodyState> ServerSound::stateOf(BodyId id) {
   const auto known =
       std::ranges::find_if(known_, [id](const auto& entry) { return entry.second.id == id; });
   if (known == known_.end()) return std::nullopt;
-  const auto part = static_cast<std::size_t>(known->first.link - kBase);
-  const std::span<const BodyState> states = client_.states(known->first.body);
+  return stateOf(known->first);
+}
+
+std::optional<BodyState> ServerSound::stateOf(Key key) {
+  const auto part = static_cast<std::size_t>(key.link - kBase);
+  const std::span<const BodyState> states = client_.states(key.body);
   if (part >= states.size()) return std::nullopt;
   return states[part];
 }
@@ -201,9 +205,7 @@ void ServerSound::describe(Key key, Known& known) {
   const std::optional<b3::DynamicsInfo> dynamics = client_.dynamics(key);
   if (!dynamics) return;
   ShapeSigns signs{.dynamics = *dynamics, .halfBounds = client_.halfBounds(key)};
-  const auto part = static_cast<std::size_t>(key.link - kBase);
-  if (const auto states = client_.states(key.body); part < states.size())
-    signs.orientation = states[part].orientation;
+  if (const auto state = stateOf(key)) signs.orientation = state->orientation;
   const BodyDescription body =
       describeBody(signs, listener_.isHeld(known.id), key.link != kBase, radiators_);
   listener_.setBody(known.id, body.contact);

@@ -25,9 +25,8 @@ namespace carom::plugin {
 /// their dynamics count from the next contact on. The server is asked before each substep for the
 /// parameters and the states of all bodies that may move, and after it for the contacts; in a world
 /// with deformable bodies, where the solver runs after the server has told the end of a substep,
-/// before the next one. Simulation
-/// time is the sum of the substeps since the plugin was loaded; a reset of the simulation does not
-/// turn it back. [physics thread]
+/// before the next one. Simulation time is the sum of the substeps since the plugin was loaded; a
+/// reset of the simulation does not turn it back. [physics thread]
 class ServerSound {
  public:
   /// Refuses what EventSound refuses, and a server that does not tell its parameters.
@@ -71,6 +70,7 @@ class ServerSound {
   Status tell(Key key, const Known& known);
   BodyId idOf(Key key);
   std::optional<BodyState> stateOf(BodyId id);
+  std::optional<BodyState> stateOf(Key key);
   void readContacts();
   void finishSubstep();
   void lookForSolver();

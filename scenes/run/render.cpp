@@ -30,6 +30,14 @@ struct Files {
   std::optional<EventsFileWriter> events;
 };
 
+/// Returns "out.WORD.wav" for "out.wav".
+fs::path withWord(const fs::path& file, const std::string& word) {
+  fs::path name = file.stem();
+  name += "." + word;
+  name += file.extension();
+  return file.parent_path() / name;
+}
+
 bool isLimited(const RenderOptions& options) {
   return options.limit.value_or(options.format == SampleFormat::pcm16 && !options.normalize);
 }
@@ -259,10 +267,7 @@ void replaceStepper(Plan& plan) {
 }  // namespace
 
 fs::path incompleteName(const fs::path& file) {
-  fs::path name = file.stem();
-  name += ".incomplete";
-  name += file.extension();
-  return file.parent_path() / name;
+  return withWord(file, "incomplete");
 }
 
 const char* nameOf(Stem stem) {
@@ -271,10 +276,7 @@ const char* nameOf(Stem stem) {
 }
 
 fs::path stemName(const fs::path& file, Stem stem) {
-  fs::path name = file.stem();
-  name += std::string(".") + nameOf(stem);
-  name += file.extension();
-  return file.parent_path() / name;
+  return withWord(file, nameOf(stem));
 }
 
 Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& options,

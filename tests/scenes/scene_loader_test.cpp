@@ -45,7 +45,6 @@ using nlohmann::json;
 
 const std::filesystem::path kScenes = std::filesystem::path(CAROM_SOURCE_DIR) / "scenes";
 
-/// A valid document, in which the tests spoil one place at a time.
 // Functions of hundreds of temporaries that run once: compilers take minutes to optimise them, and
 // to have them sanitized.
 #ifdef __clang__
@@ -54,6 +53,7 @@ const std::filesystem::path kScenes = std::filesystem::path(CAROM_SOURCE_DIR) / 
 #define CAROM_LIST __attribute__((optimize("O0")))
 #endif
 
+/// A valid document, in which the tests spoil one place at a time.
 constexpr const char* kOneBall = R"({
   "duration": 1,
   "bodies": [
