@@ -99,7 +99,7 @@ void WorldSession::postSubstep() {
 
 /// True if what is heard must not depend on when a thread has solved a shape.
 bool WorldSession::isRepeatable() const {
-  return recorder || settings.clock == SoundClock::simulation;
+  return recorder || capturer || settings.clock == SoundClock::simulation;
 }
 
 /// Has a body that is about to sound get its shape: now where that has to be, or soon.
@@ -477,7 +477,7 @@ Result<BodyMaterial> WorldSession::materialOf(const btCollisionObject& object) c
 std::string WorldSession::describe() const {
   WorldFacts facts{.listener = listener(),
                    .isListenerAutomatic = hasAutomaticListener,
-                   .isHeard = engine != nullptr || recorder || hasPlayed,
+                   .isHeard = engine != nullptr || recorder || capturer || hasPlayed,
                    .hasWorld = hasWorld(),
                    .restSpeed = worldSettings_.restSpeed,
                    .statistics = statistics()};

@@ -453,6 +453,19 @@ size_t carom_frames_ready(const carom_sound* sound) noexcept {
   return sound == nullptr ? 0 : sound->output().framesReady();
 }
 
+carom_status carom_capture(carom_sound* sound) noexcept {
+  return onAny(sound, CAROM_ERROR_ARGUMENT, [](SoundOutput& output) { return output.capture(); });
+}
+
+size_t carom_captured_frames(const carom_sound* sound) noexcept {
+  return sound == nullptr ? 0 : sound->output().capturedFrames();
+}
+
+size_t carom_take_captured(carom_sound* sound, float* samples, size_t count) noexcept {
+  if (sound == nullptr || samples == nullptr) return 0;
+  return sound->output().takeCaptured({samples, count});
+}
+
 size_t carom_output_delay(const carom_sound* sound) noexcept {
   return sound == nullptr ? 0 : sound->output().outputDelay();
 }

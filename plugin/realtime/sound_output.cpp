@@ -103,6 +103,18 @@ Status SoundOutput::finishRecording() {
   return session_->told(session_->finishRecording());
 }
 
+Status SoundOutput::capture() {
+  return onOpen(session_, [](SoundSession& session) { return session.capture(); });
+}
+
+std::size_t SoundOutput::capturedFrames() const {
+  return session_ && session_->captured ? session_->captured->ready() : 0;
+}
+
+std::size_t SoundOutput::takeCaptured(std::span<float> samples) {
+  return session_ && session_->captured ? session_->captured->take(samples) : 0;
+}
+
 void SoundOutput::setGain(double gain) noexcept {
   if (!session_) return;
   session_->gain = gain;

@@ -1,14 +1,11 @@
 #include "plugin/realtime/sound_recorder.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <limits>
-#include <string>
 #include <utility>
 
 #include "audio/propagation/sound_paths.h"
-#include "plugin/realtime/exposure.h"
 #include "plugin/realtime/sound_timeline.h"
 #include "plugin/realtime/statistics_fields.h"
 
@@ -19,36 +16,10 @@ using namespace audio;
 namespace {
 
 constexpr std::size_t kRecordedBlock = 1024;  // frames
+/// Samples: a sum of steps that falls short of a sample by less than this has come to it.
+constexpr double kRounding = 1e-3;
 /// s: a tail is cut after this time; a church has less.
 constexpr double kLongestTail = 20.0;
-
-bool isAutomatic(const SoundSettings& settings) {
-  return settings.level == Level::automatic ||
-         (settings.level == Level::standard && !settings.fullScale);
-}
-
-SoundFileSettings fileSettings(const SoundSettings& settings, std::size_t channels) {
-  SoundFileSettings wanted;
-  wanted.sampleRate = settings.synth.sampleRate;
-  wanted.channels = channels;
-  wanted.normalize = isAutomatic(settings);
-  wanted.normalizedPeak = SoundRecorder::kAutomaticPeak;
-  wanted.leastFullScale = Exposure::kLeastFullScale;
-  wanted.fullScalePressure = settings.fullScale.value_or(kFullScalePressure);
-  wanted.limit = settings.limiter.has_value() && !wanted.normalize;
-  wanted.keepIncomplete = true;
-  return wanted;
-}
-
-/// Refuses names of other formats, which would not be understood.
-Status requireWav(const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  std::ranges::transform(ending, ending.begin(),
-                         [](unsigned char letter) { return std::tolower(letter); });
-  if (ending == ".wav" || ending == ".wave") return std::monostate{};
-  return Error{"sound file '" + file.string() +
-               "': recordings are WAV files; expected a name that ends in .wav"};
-}
 
 /// Hands sounds on as those of events that are counted elsewhere.
 class UncountedSink final : public SoundSink {
@@ -66,25 +37,15 @@ class UncountedSink final : public SoundSink {
 
 }  // namespace
 
-Result<std::unique_ptr<SoundRecorder>> SoundRecorder::create(const std::filesystem::path& file,
-                                                             const SoundSettings& settings) {
-  if (const Status named = requireWav(file); !named) return named.error();
-  const auto paths = makeSoundPaths(settings.synth, settings.listeners);
-  if (!paths) return Error{"synth: " + paths.error().message};
-  Result<SoundFileWriter> writer =
-      SoundFileWriter::create(file, fileSettings(settings, (*paths)->channels.size()));
-  if (!writer) return writer.error();
-  return std::unique_ptr<SoundRecorder>(new SoundRecorder(*paths, *std::move(writer), settings));
-}
-
-SoundRecorder::SoundRecorder(const std::shared_ptr<const SoundPaths>& paths, SoundFileWriter file,
+SoundRecorder::SoundRecorder(const std::shared_ptr<const SoundPaths>& paths,
+                             std::unique_ptr<RecordedSamples> samples,
                              const SoundSettings& settings)
     : scheduler_(paths),
       renderer_(paths),
-      file_(std::move(file)),
+      samples_(std::move(samples)),
       rate_(paths->settings.sampleRate),
       latency_(settings.latency),
-      isAutomatic_(isAutomatic(settings)),
+      isAutomatic_(hasAutomaticFile(settings)),
       hasLimiter_(settings.limiter.has_value()),
       block_(paths->channels.size(), std::vector<float>(kRecordedBlock)) {
   scheduler_.followLive(std::numeric_limits<std::size_t>::max());
@@ -99,16 +60,16 @@ SoundStatistics SoundRecorder::statistics() const {
   static_cast<SynthCounters&>(all) = scheduler_.counters() + renderer_.counters();
   all.posted = posted_;
   all.waiting = waitingShares(all);
-  all.peak = file_.peakPressure();
-  all.peakSample = all.peak / file_.fullScale();
-  if (!isAutomatic_) all.warning = peakWarning(all.peakSample, file_.fullScale(), hasLimiter_);
+  all.peak = samples_->peakPressure();
+  all.peakSample = all.peak / samples_->fullScale();
+  if (!isAutomatic_) all.warning = peakWarning(all.peakSample, samples_->fullScale(), hasLimiter_);
   if (failure_) all.recordingError = failure_->message;
   return all;
 }
 
-void SoundRecorder::startAt(double seconds) {
+void SoundRecorder::startAt(double seconds, double silence) {
   time_ = seconds;
-  renderer_.seek(std::llround(seconds * rate_));
+  renderer_.seek(std::llround((seconds - silence) * rate_));
 }
 
 void SoundRecorder::post(const ImpulseEvent& event, bool isCounted) {
@@ -174,9 +135,9 @@ void SoundRecorder::advanceTo(double seconds) {
 
 /// Renders up to a time of the simulation's clock.
 void SoundRecorder::renderTo(double seconds) {
-  const double end = seconds + static_cast<double>(shift_.whole) / rate_;
+  const double end = seconds * rate_ + static_cast<double>(shift_.whole) + kRounding;
   while (!failure_) {
-    const double left = std::floor((end - renderedTime()) * rate_);
+    const double left = std::floor(end - static_cast<double>(renderer_.position()));
     if (!(left >= 1.0)) return;
     if (!renderFrames(
             static_cast<std::size_t>(std::min(left, static_cast<double>(kRecordedBlock)))))
@@ -187,7 +148,7 @@ void SoundRecorder::renderTo(double seconds) {
 bool SoundRecorder::renderFrames(std::size_t frames) {
   scheduler_.finishMoment(renderer_);
   renderer_.render<float>(channels_, frames);
-  const Status written = file_.write(written_, frames);
+  const Status written = samples_->write(written_, frames);
   if (!written) failure_ = written.error();
   return !failure_;
 }
@@ -204,7 +165,7 @@ Status SoundRecorder::finish() {
   renderTo(time_);
   renderTail();
   if (failure_) return *failure_;
-  Status finished = file_.finish();
+  Status finished = samples_->finish();
   if (!finished) failure_ = finished.error();
   return finished;
 }

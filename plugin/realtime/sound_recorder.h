@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -10,42 +9,38 @@
 #include "audio/scheduling/contact_sound_scheduler.h"
 #include "audio/synthesis/click_renderer.h"
 #include "carom/audio/result.h"
-#include "carom/audio/sound_file.h"
 #include "carom/sound_settings.h"
+#include "plugin/realtime/recorded_samples.h"
 
 namespace carom::plugin {
 
-/// A file that grows with the simulation: the offline renderer, fed as events come, with the bits
-/// of Synth. Nothing is left out for its cost. With an automatic level it gets its full scale at
-/// the end.
+/// A recording that grows with the simulation, in a file or in memory: the offline renderer, fed as
+/// events come, with the bits of Synth. Nothing is left out for its cost.
 ///
-/// The file goes on through leaps of the simulation's clock as if they had not been: what was to
-/// sound before is heard, and what comes after follows at once. An error of writing ends the
-/// recording; the sound up to there is kept (SoundFileSettings::keepIncomplete), and what is posted
-/// later is lost. [simulation thread]
+/// It goes on through leaps of the simulation's clock as if they had not been: what was to sound
+/// before is heard, and what comes after follows at once. An error of writing ends the recording;
+/// the sound up to there is kept (SoundFileSettings::keepIncomplete), and what is posted later is
+/// lost. [simulation thread]
 class SoundRecorder {
  public:
   /// Longer leaps of the simulation's clock are left out of the file.
   static constexpr double kLongestStep = 60.0;  ///< s
 
-  static constexpr double kAutomaticPeak = 0.707945784384138;  ///< -3 dB
-
-  /// Refuses what Synth and SoundFileWriter refuse, and names that are not of a WAV file.
-  static Result<std::unique_ptr<SoundRecorder>> create(const std::filesystem::path& file,
-                                                       const SoundSettings& settings);
+  /// Records to `samples`, which is for as many channels as `paths` has. The sample rate and the
+  /// latency are those of the settings, the rest of which the paths have.
+  SoundRecorder(const std::shared_ptr<const audio::SoundPaths>& paths,
+                std::unique_ptr<RecordedSamples> samples, const SoundSettings& settings);
 
   /// The peaks so far, a warning where they exceed a full scale that was set, the error, and the
   /// fates of the events that were to be counted.
   SoundStatistics statistics() const;
   /// The error that has ended the recording.
   const std::optional<Error>& failure() const { return failure_; }
-  /// See SoundFileWriter::recovered.
-  const std::vector<std::filesystem::path>& recovered() const { return file_.recovered(); }
 
   audio::ContactSoundScheduler& scheduler() { return scheduler_; }
   static bool isLeap(double from, double to) { return to < from || to > from + kLongestStep; }
-  /// Begins the file at that time of the simulation.
-  void startAt(double seconds);
+  /// Begins at that time of the simulation, after `silence` (s).
+  void startAt(double seconds, double silence = 0.0);
   /// An event is scheduled with the step in which it was posted; `isCounted` if no other output
   /// counts its fate.
   void post(const ImpulseEvent& event, bool isCounted);
@@ -57,7 +52,7 @@ class SoundRecorder {
   void leapTo(double seconds);
   /// Renders up to the latency before `seconds`.
   void advanceTo(double seconds);
-  /// Renders up to the present time, on until all is silent, and completes the file. Returns the
+  /// Renders up to the present time, on until all is silent, and finishes the samples. Returns the
   /// first error since the beginning.
   Status finish();
 
@@ -68,8 +63,6 @@ class SoundRecorder {
     bool isCounted = false;
   };
 
-  SoundRecorder(const std::shared_ptr<const audio::SoundPaths>& paths, SoundFileWriter file,
-                const SoundSettings& settings);
   template <class Action>
   void counting(bool isCounted, const Action& action);
   void schedule(const Posted<ImpulseEvent>& event);
@@ -81,13 +74,13 @@ class SoundRecorder {
 
   audio::ContactSoundScheduler scheduler_;
   audio::ClickRenderer renderer_;
-  SoundFileWriter file_;
+  std::unique_ptr<RecordedSamples> samples_;
   double rate_;     // Hz
   double latency_;  // s
   bool isAutomatic_;
   bool hasLimiter_;
   double time_ = 0.0;         // s, clock of the simulation
-  audio::SampleShift shift_;  // from the clock of the simulation to that of the file
+  audio::SampleShift shift_;  // from the clock of the simulation to that of the samples
   std::vector<Posted<ImpulseEvent>> events_;    // of the step in hand
   std::vector<Posted<ContactState>> contacts_;  // lasting ones of the step in hand
   std::uint64_t posted_ = 0;                    // events that are counted

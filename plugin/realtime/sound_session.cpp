@@ -242,6 +242,8 @@ Status SoundSession::requireOpen() const {
 Status SoundSession::close() {
   isClosed = true;
   stop();
+  if (capturer) release(capturer);
+  captured = nullptr;
   Status finished = finishRecording();
   warnUnseen();
   return finished;
@@ -258,10 +260,12 @@ Status SoundSession::setBody(BodyId id, const SoundBody& body) {
     validModels.insert(body.modal);
   }
   bodies.insert_or_assign(id, body);
-  if (recorder) {
-    recorder->schedulePosted();
-    if (Status set = recorder->scheduler().setBody(id, body); !set) return set;
-  }
+  Status set = std::monostate{};
+  forEachRecorder([&](SoundRecorder& each) {
+    each.schedulePosted();
+    if (Status taken = each.scheduler().setBody(id, body); !taken) set = std::move(taken);
+  });
+  if (!set) return set;
   if (bounds) (void)bounds->scheduler().setBody(id, body);
   if (engine) return engine->scheduler().setBody(id, body);
   return std::monostate{};
@@ -269,10 +273,10 @@ Status SoundSession::setBody(BodyId id, const SoundBody& body) {
 
 void SoundSession::removeBody(BodyId id) {
   bodies.erase(id);
-  if (recorder) {
-    recorder->schedulePosted();
-    recorder->scheduler().removeBody(id);
-  }
+  forEachRecorder([id](SoundRecorder& each) {
+    each.schedulePosted();
+    each.scheduler().removeBody(id);
+  });
   if (engine) engine->scheduler().removeBody(id);
   if (bounds) bounds->scheduler().removeBody(id);
 }
@@ -295,7 +299,7 @@ void SoundSession::moveListeners() {
     KnownPose& known = poses[listener];
     if (!std::exchange(known.isNew, false)) continue;
     const Follower follow{listener, known.pose, takeOver(known)};
-    if (recorder) follow(recorder->scheduler());
+    forEachRecorder([&](SoundRecorder& each) { follow(each.scheduler()); });
     if (engine) follow(engine->scheduler());
     if (bounds) follow(bounds->scheduler());
   }
@@ -318,14 +322,16 @@ void SoundSession::listen() {
 void SoundSession::post(const ImpulseEvent& event) {
   moveListeners();
   if (recorder) recorder->post(event, engine == nullptr);
+  if (capturer) capturer->post(event, engine == nullptr && recorder == nullptr);
   if (engine) engine->post(event);
-  if (recorder || engine) return;
+  if (recorder || capturer || engine) return;
   ++earlier.posted;
   ++earlier.skipped;
 }
 
 void SoundSession::updateContact(const ContactState& contact) {
   if (recorder) recorder->updateContact(contact, engine == nullptr);
+  if (capturer) capturer->updateContact(contact, engine == nullptr && recorder == nullptr);
   if (engine) engine->updateContact(contact);
 }
 
@@ -334,14 +340,14 @@ Status SoundSession::moveBody(BodyId id, const ListenerPose& pose) {
   if (!isPose(pose) || !(std::abs(pose.time) <= kLongestClock))
     return Error{"sound: pose of body " + std::to_string(id) +
                  ": expected finite values and a quaternion of unit length"};
-  if (recorder) (void)recorder->scheduler().moveBody(id, pose);
+  forEachRecorder([&](SoundRecorder& each) { (void)each.scheduler().moveBody(id, pose); });
   if (engine) (void)engine->scheduler().moveBody(id, pose);
   return std::monostate{};
 }
 
 const std::vector<BodyId>& SoundSession::ringing() {
   ringingBodies.clear();
-  if (recorder) recorder->scheduler().addRinging(ringingBodies);
+  forEachRecorder([this](SoundRecorder& each) { each.scheduler().addRinging(ringingBodies); });
   if (engine) engine->scheduler().addRinging(ringingBodies);
   std::ranges::sort(ringingBodies);
   ringingBodies.erase(std::unique(ringingBodies.begin(), ringingBodies.end()), ringingBodies.end());
@@ -360,13 +366,15 @@ void SoundSession::advanceTo(double seconds) {
     }
     if (bounds) bring(bounds->scheduler());
   }
-  if (recorder && SoundRecorder::isLeap(time, seconds)) {
-    if (!engine) ++earlier.jumps;
-    recorder->leapTo(seconds);
-    bring(recorder->scheduler());
+  if (SoundRecorder::isLeap(time, seconds)) {
+    if (!engine && (recorder || capturer)) ++earlier.jumps;
+    forEachRecorder([&](SoundRecorder& each) {
+      each.leapTo(seconds);
+      bring(each.scheduler());
+    });
   }
   time = seconds;
-  if (recorder) recorder->advanceTo(seconds);
+  forEachRecorder([seconds](SoundRecorder& each) { each.advanceTo(seconds); });
   tellFailure();
   if (engine) engine->advanceTo(seconds);
 }
@@ -419,12 +427,13 @@ void SoundSession::stop() {
 
 Status SoundSession::record(const std::filesystem::path& file) {
   if (recorder) return Error{file.string() + ": a recording is under way; finish it first"};
-  Result<std::unique_ptr<SoundRecorder>> made = SoundRecorder::create(file, settings);
-  if (!made) return made.error();
-  recorder = *std::move(made);
-  hasToldFailure = false;
-  for (const std::filesystem::path& left : recorder->recovered())
+  Result<std::unique_ptr<SamplesInFile>> samples = SamplesInFile::create(file, settings, channels);
+  if (!samples) return samples.error();
+  for (const std::filesystem::path& left : (*samples)->recovered())
     say("what a program that ended early had recorded is in '" + left.string() + "'");
+  recorder = std::make_unique<SoundRecorder>(*makeSoundPaths(settings.synth, settings.listeners),
+                                             *std::move(samples), settings);
+  hasToldFailure = false;
   OpenRecordings::instance().add(*this);
   recorder->startAt(time);
   bring(recorder->scheduler());
@@ -435,11 +444,26 @@ Status SoundSession::finishRecording() {
   if (!recorder) return std::monostate{};
   OpenRecordings::instance().remove(*this);
   Status finished = recorder->finish();
-  SoundStatistics ended = recorder->statistics();
+  release(recorder);
+  return finished;
+}
+
+void SoundSession::release(std::unique_ptr<SoundRecorder>& over) {
+  SoundStatistics ended = over->statistics();
   loseWaiting(ended);
   addEarlier(earlier, ended);
-  recorder.reset();
-  return finished;
+  over.reset();
+}
+
+Status SoundSession::capture() {
+  if (capturer) release(capturer);
+  auto samples = std::make_unique<SamplesInMemory>(channels);
+  captured = samples.get();
+  capturer = std::make_unique<SoundRecorder>(*makeSoundPaths(settings.synth, settings.listeners),
+                                             std::move(samples), settings);
+  capturer->startAt(time, settings.latency);
+  bring(capturer->scheduler());
+  return std::monostate{};
 }
 
 void SoundSession::tellFailure() {
@@ -450,7 +474,7 @@ void SoundSession::tellFailure() {
 SoundStatistics SoundSession::statistics() const {
   SoundStatistics all = engine ? engine->statistics() : SoundStatistics();
   addEarlier(all, earlier);
-  if (recorder) addEarlier(all, recorder->statistics());
+  forEachRecorder([&all](const SoundRecorder& each) { addEarlier(all, each.statistics()); });
   hasShownWarning = hasShownWarning || !all.warning.empty();
   return all;
 }

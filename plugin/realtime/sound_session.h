@@ -18,6 +18,7 @@
 #include "carom/sound_settings.h"
 #include "plugin/realtime/audio_device.h"
 #include "plugin/realtime/pressure_bounds.h"
+#include "plugin/realtime/recorded_samples.h"
 #include "plugin/realtime/sound_engine.h"
 #include "plugin/realtime/sound_recorder.h"
 
@@ -77,10 +78,18 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
   void stop();
   Status record(const std::filesystem::path& file);
   Status finishRecording();
+  Status capture();
   virtual SoundStatistics statistics() const;
   /// Says on stderr what a warning says, if nobody has asked for the statistics since it holds.
   void warnUnseen();
 
+  template <class Action>
+  void forEachRecorder(const Action& action) const {
+    if (recorder) action(*recorder);
+    if (capturer) action(*capturer);
+  }
+  /// Adds what became of the events of a recorder that is over, and lets it go.
+  void release(std::unique_ptr<SoundRecorder>& over);
   /// Tells of a recording that has just failed.
   void tellFailure();
   /// Hands the poses that setListener was given last to the outputs, before something is heard
@@ -109,8 +118,10 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
   bool hasPlayed = false;                ///< there was an engine
   std::set<std::string> messages;        ///< those that have been told
   std::unique_ptr<PressureBounds> bounds;
-  std::unique_ptr<SoundRecorder> recorder;
-  bool hasToldFailure = false;  ///< of the recording
+  std::unique_ptr<SoundRecorder> recorder;  ///< to a file
+  std::unique_ptr<SoundRecorder> capturer;  ///< to memory
+  SamplesInMemory* captured = nullptr;      ///< those of `capturer`
+  bool hasToldFailure = false;              ///< of the recording
   std::unique_ptr<SoundEngine> engine;
   std::optional<AudioDevice> device;  ///< destroyed before the engine that it pulls from
 };

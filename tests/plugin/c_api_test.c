@@ -100,6 +100,24 @@ static void pull(carom_sound* sound, float* samples) {
   }
 }
 
+// Takes FRAMES of the strike out of memory, after the latency's silence, in reads of 480.
+static void capture_strike(carom_sound* sound, double latency, float* samples) {
+  const carom_event event = strike();
+  size_t silent = (size_t)(latency * STRIKE_SAMPLE_RATE + 0.5);
+  float sample = 0.0F;
+  set_strike_bodies(sound);
+  EXPECT(carom_captured_frames(sound) == 0);
+  EXPECT_OK(carom_capture(sound));
+  EXPECT_OK(carom_post(sound, &event));
+  EXPECT_OK(carom_advance(sound, 1.0));
+  EXPECT(carom_captured_frames(sound) == (size_t)STRIKE_SAMPLE_RATE);
+  EXPECT(carom_take_captured(sound, NULL, 480) == 0);
+  for (; silent > 0; --silent)
+    EXPECT(carom_take_captured(sound, &sample, 1) == 1 && sample == 0);
+  for (size_t frame = 0; frame < FRAMES; frame += 480)
+    EXPECT(carom_take_captured(sound, samples + frame, 480) == 480);
+}
+
 // Renders the strike from the first sample on.
 static void render_strike(carom_sound* sound, float* samples) {
   const carom_event event = strike();
@@ -217,6 +235,18 @@ static void samples_are_those_of_synth_bit_for_bit(void) {
   static float expected[FRAMES];
   carom_sound* const sound = make_sound(NULL, STRIKE_HEIGHT);
   render_strike(sound, samples);
+  support_render_strike(expected, FRAMES);
+  EXPECT(memcmp(samples, expected, sizeof samples) == 0);
+  EXPECT_OK(carom_destroy(sound));
+}
+
+static void captured_samples_are_those_of_synth_a_latency_later(void) {
+  static float samples[FRAMES];
+  static float expected[FRAMES];
+  carom_sound* const sound = make_sound(NULL, STRIKE_HEIGHT);
+  carom_settings settings;
+  EXPECT_OK(carom_settings_init(&settings, sizeof settings));
+  capture_strike(sound, settings.latency, samples);
   support_render_strike(expected, FRAMES);
   EXPECT(memcmp(samples, expected, sizeof samples) == 0);
   EXPECT_OK(carom_destroy(sound));
@@ -906,6 +936,8 @@ static void null_handle_is_refused_by_every_call(void) {
   EXPECT(carom_time(NULL) == 0.0 && carom_sample_rate(NULL) == 0.0);
   EXPECT(carom_channel_count(NULL) == 0 && carom_frames_ready(NULL) == 0);
   EXPECT(carom_output_delay(NULL) == 0);
+  EXPECT_REFUSED(carom_capture(NULL), "carom_sound is NULL");
+  EXPECT(carom_captured_frames(NULL) == 0 && carom_take_captured(NULL, channel, 1) == 0);
   EXPECT(carom_unsolved_reason(NULL, NULL, 0) == 0);
   EXPECT(carom_warning(NULL, NULL, 0) == 0);
   EXPECT(carom_recording_error(NULL, NULL, 0) == 0);
@@ -1595,6 +1627,7 @@ int main(void) {
     CLAIM(steel_is_that_of_the_paper),
     CLAIM(click_begins_when_sound_has_come_from_the_ball),
     CLAIM(samples_are_those_of_synth_bit_for_bit),
+    CLAIM(captured_samples_are_those_of_synth_a_latency_later),
     CLAIM(interleaved_samples_are_the_planar_ones),
     CLAIM(cube_sounds_as_the_sphere_that_moves_as_much_air),
     CLAIM(recording_holds_the_pascals_of_synth_over_20),

@@ -105,6 +105,66 @@ TEST(EventSound, PreparedAgainAtAnotherRateItGoesOnAtThatRate) {
   EXPECT_EQ(sound.statistics().events, 3U);
 }
 
+/// Takes all that waits, in reads of odd sizes.
+std::vector<float> taken(EventSound& sound) {
+  std::vector<float> all;
+  std::vector<float> some(97);
+  while (const std::size_t frames = sound.takeCaptured(some))
+    all.insert(all.end(), some.begin(), some.begin() + static_cast<std::ptrdiff_t>(frames));
+  return all;
+}
+
+TEST(EventSound, CapturesWhatTheOfflineRendererGivesAsManyFramesAsTimeSays) {
+  for (const double step : {1.0 / 240.0, 1.0 / 60.0, 0.001, 0.0123}) {
+    const SoundSettings settings = near();
+    EventSound sound = made(settings);
+    EXPECT_EQ(sound.capturedFrames(), 0U);
+    ASSERT_TRUE(sound.capture());
+    const std::vector<double> times = {0.1, 0.105, 0.3};
+    std::vector<float> samples;
+    double time = 0.0;  // sums up roundings, as a simulation's does
+    for (int count = 1; time < 10.0; ++count) {
+      for (const double event : times)
+        if (event > time && event <= time + step) sound.post(drop(event).event());
+      time += step;
+      sound.advanceTo(time);
+      const auto due = static_cast<std::size_t>(std::floor(count * step * kRate + 0.01));
+      ASSERT_EQ(samples.size() + sound.capturedFrames(), due) << step << " s, step " << count;
+      const std::vector<float> more = taken(sound);
+      samples.insert(samples.end(), more.begin(), more.end());
+    }
+    const auto late = static_cast<std::ptrdiff_t>(settings.latency * kRate);
+    EXPECT_TRUE(std::all_of(samples.begin(), samples.begin() + late,
+                            [](float sample) { return sample == 0.0F; }));
+    samples.erase(samples.begin(), samples.begin() + late);
+    EXPECT_EQ(samples, offline(near(), times, samples.size())) << step;
+    EXPECT_EQ(sound.statistics().heard, 3U);
+  }
+}
+
+TEST(EventSound, CapturesAnewBesideARecordingThatGoesOn) {
+  const TemporaryFolder folder;
+  EventSound sound = made(near());
+  ASSERT_TRUE(sound.record(folder.path() / "whole.wav"));
+  ASSERT_TRUE(sound.capture());
+  sound.post(drop(0.01).event());
+  sound.advanceTo(0.1);
+  EXPECT_EQ(sound.capturedFrames(), 4800U);
+  ASSERT_TRUE(sound.capture());
+  EXPECT_EQ(sound.capturedFrames(), 0U);
+  sound.advanceTo(0.2);
+  for (const float sample : taken(sound))
+    ASSERT_EQ(sample, 0.0F);  // the click of before belongs to the capture of before
+  EXPECT_EQ(sound.statistics().posted, 1U);
+  EXPECT_EQ(sound.statistics().heard, 1U);
+  EXPECT_TRUE(sound.close());
+  EXPECT_EQ(sound.capturedFrames(), 0U);
+  EXPECT_FALSE(sound.capture());
+  const Recording recording = readRecording(folder.path() / "whole.wav");
+  EXPECT_GE(recording.samples.size(), 9600U);
+  EXPECT_GT(std::abs(*std::ranges::max_element(recording.samples)), 0.0F);
+}
+
 TEST(EventSound, RecordsWhatTheOfflineRendererGives) {
   const TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "clicks.wav";

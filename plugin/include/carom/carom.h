@@ -800,6 +800,16 @@ CAROM_API size_t carom_channel_count(const carom_sound* sound) CAROM_NOEXCEPT;
 CAROM_API double carom_sample_rate(const carom_sound* sound) CAROM_NOEXCEPT;
 /// Frames that can be rendered with nothing in them late, with CAROM_CLOCK_SIMULATION; 0 for NULL.
 CAROM_API size_t carom_frames_ready(const carom_sound* sound) CAROM_NOEXCEPT;
+/// Renders into memory from now on, as carom_record does but in Pa and carom_settings.latency
+/// later: as many frames as the simulation's time says, whatever its steps, the first of them
+/// silent. Called once more it begins anew, silent, and drops what waits to be taken.
+CAROM_API carom_status carom_capture(carom_sound* sound) CAROM_NOEXCEPT;
+/// Frames that wait to be taken; 0 before carom_capture, and for NULL.
+CAROM_API size_t carom_captured_frames(const carom_sound* sound) CAROM_NOEXCEPT;
+/// Moves the oldest frames that wait to `samples`, an array of `count`: as many frames of
+/// carom_channel_count samples as fit. Returns the number of frames; 0 for NULL.
+CAROM_API size_t carom_take_captured(carom_sound* sound, float* samples,
+                                     size_t count) CAROM_NOEXCEPT;
 /// Frames by which a limiter delays the rendered samples; 0 without one, and for NULL.
 CAROM_API size_t carom_output_delay(const carom_sound* sound) CAROM_NOEXCEPT;
 

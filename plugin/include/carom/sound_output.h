@@ -27,6 +27,7 @@ struct SoundSession;
 /// - the host's own callback: `prepareRendering`, then `render`.
 /// - a sound file: `record`. Rendered as the simulation goes on, without a limit on voices: bit for
 ///   bit the output of Synth, as are the others as long as nothing is late or left out.
+/// - memory: `capture`, then `takeCaptured` after each step. Rendered as a recording is.
 ///
 /// Refusals are also told, once for each sentence: on standard error, or to
 /// SoundSettings::onMessage. An object that was moved from refuses everything, and is silent.
@@ -93,6 +94,18 @@ class SoundOutput {
   /// Renders what is still to sound, and completes the file. Returns errors from earlier writing,
   /// too, with where the sound up to there is. Without a recording it does nothing.
   Status finishRecording();
+
+  /// Renders into memory, from the present time of the simulation on, at the rate of the settings:
+  /// the samples of `record`, but in Pa, and SoundSettings::latency later. When t seconds of the
+  /// simulation have gone by there have been t times the sample rate frames, to the frame, whatever
+  /// the steps, beginning with the latency's silence. Leaps of the clock by more than a minute, or
+  /// back, add no frames. Begun once more, it begins anew: frames that wait, and what sounds, go.
+  Status capture();
+  /// Frames that wait to be taken; 0 before `capture`.
+  std::size_t capturedFrames() const;
+  /// Moves the oldest frames that wait to `samples`, as many as fit: channelCount() samples for
+  /// each. Returns the number of frames.
+  std::size_t takeCaptured(std::span<float> samples);
 
   /// Sets a factor on the output, 0 to 1000, changed within 20 ms. Not on recordings.
   void setGain(double gain) noexcept;
