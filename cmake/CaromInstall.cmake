@@ -124,6 +124,8 @@ endif()
 if(TARGET carom_pybullet)
   install(TARGETS carom_pybullet
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/carom COMPONENT Runtime)
+  install(FILES ${PROJECT_SOURCE_DIR}/plugin/pybullet/python/carom.py
+    DESTINATION ${CMAKE_INSTALL_LIBDIR}/carom COMPONENT Runtime)
 endif()
 
 # ---- find_package

@@ -1,9 +1,12 @@
 // The functions that the physics server looks up, by the names of p.loadPlugin(path, "_carom"): see
-// bulletphysics/bullet3, examples/SharedMemory/b3PluginManager.cpp.
+// bulletphysics/bullet3, examples/SharedMemory/b3PluginManager.cpp; and two by which a program in
+// the same process takes samples and events, such as carom.py.
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdio>
 #include <exception>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -11,6 +14,7 @@
 #include <utility>
 
 #include "audio/model/immortal.h"
+#include "audio/model/mutex.h"
 #include "plugin/pybullet/server_abi.h"
 #include "plugin/pybullet/server_api.h"
 #include "plugin/pybullet/server_sound.h"
@@ -22,9 +26,12 @@ namespace {
 using carom::b3::PluginArguments;
 using carom::b3::PluginContext;
 
-/// The object behind the server's pointer, from initPlugin to exitPlugin.
+/// The object behind the server's pointer, from initPlugin to exitPlugin. Those who take samples
+/// may be in another thread than the physics.
 struct Plugin {
-  std::unique_ptr<carom::plugin::ServerSound> sound;
+  carom::audio::Mutex mutex{};
+  int name = 0;  // among those there are
+  std::unique_ptr<carom::plugin::ServerSound> sound{};
   // The answer to the latest command; the server reads it after the command, and again for the rest
   // of a long one.
   std::string text{};
@@ -35,6 +42,23 @@ struct Plugin {
 struct Unloading {
   ~Unloading() { carom::audio::deleteImmortals(); }
 } const unloading;
+
+/// The plugins there are, by their names.
+struct Instances {
+  carom::audio::Mutex mutex;
+  std::map<int, std::shared_ptr<Plugin>> plugins;
+  int latest = 0;
+
+  static Instances& all() {
+    static Instances& instances = carom::audio::immortal([] { return Instances(); });
+    return instances;
+  }
+  std::shared_ptr<Plugin> find(int name) {
+    const carom::audio::MutexLock lock(mutex);
+    const auto found = plugins.find(name);
+    return found == plugins.end() ? nullptr : found->second;
+  }
+};
 
 Plugin* pluginOf(const PluginContext* context) {
   return context != nullptr ? static_cast<Plugin*>(context->userPointer) : nullptr;
@@ -77,13 +101,46 @@ int start(PluginContext& context, const void* caller) {
     complain(server.error().message.c_str());
     return -1;
   }
-  auto sound = carom::plugin::ServerSound::create(*std::move(server), context.client);
+  Instances& instances = Instances::all();
+  const carom::audio::MutexLock lock(instances.mutex);
+  const int name = instances.latest + 1;
+  auto sound = carom::plugin::ServerSound::create(*std::move(server), context.client, name);
   if (!sound) {
     complain(sound.error().message.c_str());
     return -1;
   }
-  context.userPointer = std::make_unique<Plugin>(Plugin{*std::move(sound)}).release();
+  const auto plugin = std::make_shared<Plugin>();
+  plugin->name = instances.latest = name;
+  plugin->sound = *std::move(sound);
+  instances.plugins[name] = plugin;
+  context.userPointer = plugin.get();
   return carom::b3::kMagicNumber;
+}
+
+/// Runs `work` on the sound of a plugin, as `guarded` does, while nobody else is at it.
+template <class Work>
+int working(const PluginContext* context, Work work) noexcept {
+  Plugin* const plugin = pluginOf(context);
+  if (plugin == nullptr) return -1;
+  return guarded([&] {
+    const carom::audio::MutexLock lock(plugin->mutex);
+    return work(*plugin);
+  });
+}
+
+/// Takes what waits of a plugin by `take`, or without a place for it says how much does.
+template <class Number, class Take>
+long long taken(int instance, Number* to, long long count, const Take& take) noexcept {
+  long long numbers = -1;
+  (void)guarded([&] {
+    const std::shared_ptr<Plugin> plugin = Instances::all().find(instance);
+    if (!plugin || count < 0) return -1;
+    const carom::audio::MutexLock lock(plugin->mutex);
+    const std::span<Number> place(to, to == nullptr ? 0 : static_cast<std::size_t>(count));
+    numbers = static_cast<long long>(take(*plugin->sound, place, to == nullptr));
+    return 0;
+  });
+  return numbers;
 }
 
 int execute(Plugin& plugin, PluginContext& context, const PluginArguments& arguments) {
@@ -109,43 +166,70 @@ CAROM_EXPORT int initPlugin_carom(PluginContext* context) {
 }
 
 CAROM_EXPORT void exitPlugin_carom(PluginContext* context) {
-  if (context == nullptr) return;
-  const std::unique_ptr<Plugin> plugin(pluginOf(context));
+  const Plugin* const plugin = pluginOf(context);
+  if (plugin == nullptr) return;
   context->userPointer = nullptr;
+  (void)guarded([&] {
+    Instances& instances = Instances::all();
+    std::shared_ptr<Plugin> last;
+    const carom::audio::MutexLock lock(instances.mutex);
+    if (const auto found = instances.plugins.find(plugin->name); found != instances.plugins.end()) {
+      last = std::move(found->second);
+      instances.plugins.erase(found);
+    }
+    return 0;
+  });
 }
 
 /// Returns 0 if the command was done, -1 if it was refused; a sentence or more as return data.
 CAROM_EXPORT int executePluginCommand_carom(PluginContext* context,
                                             const PluginArguments* arguments) {
-  Plugin* const plugin = pluginOf(context);
-  if (plugin == nullptr || arguments == nullptr) return -1;
-  return guarded([&] { return execute(*plugin, *context, *arguments); });
+  if (arguments == nullptr) return -1;
+  return working(context, [&](Plugin& plugin) { return execute(plugin, *context, *arguments); });
 }
 
 CAROM_EXPORT int preTickPluginCallback_carom(PluginContext* context) {
-  Plugin* const plugin = pluginOf(context);
-  if (plugin == nullptr) return -1;
-  return guarded([&] {
-    plugin->sound->beginSubstep();
+  return working(context, [](Plugin& plugin) {
+    plugin.sound->beginSubstep();
     return 0;
   });
 }
 
 CAROM_EXPORT int postTickPluginCallback_carom(PluginContext* context) {
-  Plugin* const plugin = pluginOf(context);
-  if (plugin == nullptr) return -1;
-  return guarded([&] {
-    plugin->sound->endSubstep();
+  return working(context, [](Plugin& plugin) {
+    plugin.sound->endSubstep();
     return 0;
   });
 }
 
 CAROM_EXPORT int processNotifications_carom(PluginContext* context) {
-  Plugin* const plugin = pluginOf(context);
-  if (plugin == nullptr || context->notifications == nullptr) return -1;
-  return guarded([&] {
-    plugin->sound->hear(
+  if (context == nullptr || context->notifications == nullptr) return -1;
+  return working(context, [context](Plugin& plugin) {
+    plugin.sound->hear(
         {context->notifications, static_cast<std::size_t>(context->notificationCount)});
     return 0;
   });
+}
+
+/// Moves the oldest captured samples, in Pa, to `samples`, which has room for `count`: whole frames
+/// of all channels. Returns how many, or if `samples` is null how many wait; -1 if there is no such
+/// instance (the command `describe` says which it is). [any thread]
+CAROM_EXPORT long long takeSamples_carom(int instance, float* samples, long long count) {
+  return taken(instance, samples, count,
+               [](carom::plugin::ServerSound& sound, std::span<float> place, bool onlyCounts) {
+                 const std::size_t frames =
+                     onlyCounts ? sound.framesReady() : sound.takeFrames(place);
+                 return frames * sound.channels();
+               });
+}
+
+/// Moves the oldest rows of events to `numbers`: see takeSamples_carom, and EventTable for the
+/// columns. [any thread]
+CAROM_EXPORT long long takeEvents_carom(int instance, double* numbers, long long count) {
+  return taken(instance, numbers, count,
+               [](carom::plugin::ServerSound& sound, std::span<double> place, bool onlyCounts) {
+                 const std::size_t rows =
+                     onlyCounts ? sound.eventsReady() : sound.takeEvents(place);
+                 return rows * sound.eventColumns();
+               });
 }

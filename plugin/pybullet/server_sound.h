@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -15,6 +16,8 @@
 #include "carom/event_sound.h"
 #include "plugin/pybullet/command.h"
 #include "plugin/pybullet/contact_listener.h"
+#include "plugin/pybullet/event_table.h"
+#include "plugin/pybullet/server_body.h"
 #include "plugin/pybullet/server_client.h"
 
 namespace carom::plugin {
@@ -25,34 +28,44 @@ namespace carom::plugin {
 /// their dynamics count from the next contact on. The server is asked before each substep for the
 /// parameters and the states of all bodies that may move, and after it for the contacts; in a world
 /// with deformable bodies, where the solver runs after the server has told the end of a substep,
-/// before the next one. Simulation time is the sum of the substeps since the plugin was loaded; a
-/// reset of the simulation does not turn it back. [physics thread]
+/// before the next one. Simulation time is the sum of the substeps since the plugin was loaded, or
+/// the simulation was reset. [physics thread]
 class ServerSound {
  public:
-  /// Refuses what EventSound refuses, and a server that does not tell its parameters.
-  static Result<std::unique_ptr<ServerSound>> create(b3::ServerFunctions server, b3::Client client);
+  /// Refuses what EventSound refuses, and a server that does not tell its parameters. `name` is
+  /// what the `describe` command gives for it.
+  static Result<std::unique_ptr<ServerSound>> create(b3::ServerFunctions server, b3::Client client,
+                                                     int name);
 
   void beginSubstep();
   void endSubstep();
   void hear(std::span<const b3::Notification> notifications);
-  /// Runs a command; returns the text to be shown for it.
+  /// Runs a command; returns the text to be given back for it.
   Result<std::string> execute(std::string_view text);
+
+  /// Frames and events that were captured and wait, and the floats or doubles of each.
+  std::size_t framesReady() const { return sound_->capturedFrames(); }
+  std::size_t channels() const { return sound_->channelCount(); }
+  std::size_t takeFrames(std::span<float> samples) { return sound_->takeCaptured(samples); }
+  std::size_t eventsReady() const { return events_ ? events_->ready() : 0; }
+  std::size_t eventColumns() const { return EventTable::kColumns + settings_.listeners.size(); }
+  std::size_t takeEvents(std::span<double> numbers) { return events_ ? events_->take(numbers) : 0; }
 
  private:
   using Key = ServerClient::Key;
 
-  /// A body or a link of the server.
-  struct Known {
-    BodyId id = 0;
-    bool isDescribed = false;  // as its dynamics are now
-    SoundBody sound{};         // with the material that was guessed
-  };
-
-  ServerSound(ServerClient client, EventSound sound)
-      : client_(std::move(client)), sound_(std::move(sound)) {}
+  ServerSound(ServerClient client, int name, SoundSettings settings)
+      : client_(std::move(client)), name_(name), settings_(std::move(settings)) {}
 
   Result<std::string> run(const command::PlaceListener& place);
   Result<std::string> run(const command::SetMaterial& set);
+  Result<std::string> run(const command::SetModes& set);
+  Result<std::string> run(const command::SetTexture& set);
+  Result<std::string> run(const command::SetRoom& set);
+  Result<std::string> run(const command::SetLevel& set);
+  Result<std::string> run(const command::SetLatency& set);
+  Result<std::string> run(const command::Capture& capture);
+  Result<std::string> run(const command::Reset& reset);
   Result<std::string> run(const command::Record& record);
   Result<std::string> run(const command::SetGain& set);
   Result<std::string> run(const command::Mute& mute);
@@ -60,32 +73,53 @@ class ServerSound {
   Result<std::string> run(const command::Stop&);
   Result<std::string> run(const command::Pause&);
   Result<std::string> run(const command::Stats&);
+  Result<std::string> run(const command::Describe&);
+  Result<std::string> run(const command::TakeSamples&);
+  Result<std::string> run(const command::TakeEvents&);
   Result<std::string> run(const command::Help&);
 
+  Status configure(const SoundSettings& settings);
+  Status startCapture();
+  void resetTo(double seconds);
   void addBody(int body);
   void removeBody(int body);
-  Known& entry(Key key);
-  Known& knownAs(Key key);
-  void describe(Key key, Known& known);
-  Status tell(Key key, const Known& known);
-  BodyId idOf(Key key);
+  ServerPart& partOf(Key key);
+  const ServerPart& described(Key key);
+  void describe(Key key, ServerPart& part);
+  Status tell(const ServerBody& body, ServerPart& part);
+  Status tellAll();
+  template <class Part>
+  Status assign(std::string_view command, const command::Target& target,
+                std::optional<Part> AssignedParts::*part, const Part& value);
   std::optional<BodyState> stateOf(BodyId id);
   std::optional<BodyState> stateOf(Key key);
   void readContacts();
   void finishSubstep();
+  void post(const ImpulseEvent& event);
   void lookForSolver();
+  void suitLatency();
 
   ServerClient client_;
-  EventSound sound_;
+  int name_;
+  SoundSettings settings_;
+  std::optional<EventSound> sound_;
+  std::optional<EventTable> events_;  // while capturing
+  bool isCapturing_ = false;
+  bool isRecording_ = false;
+  bool hasLatency_ = false;  // a command has set it
+  double gain_ = 1.0;
+  bool isMuted_ = false;
   ContactListener listener_;
   RadiatorCache radiators_{PanelSettings{.quick = true}};
-  std::map<int, bool> bodies_;  // by number: true if any part of it may move
-  std::map<Key, Known> known_;
-  std::map<Key, std::string> materials_;  // names, as they were set
+  std::map<int, ServerBody> bodies_;      // by number
+  std::unordered_map<BodyId, Key> keys_;  // of all parts
   BodyId nextId_ = 0;
-  double time_ = 0.0;      // s
-  double duration_ = 0.0;  // s, of the present substep; 0 where the server did not tell
-  double outer_ = 0.0;     // s, of the whole step
+  double epoch_ = 0.0;       // s, time at which substeps of the present duration began
+  std::uint64_t steps_ = 0;  // substeps since then
+  double counted_ = 0.0;     // s, their duration
+  double time_ = 0.0;        // s
+  double duration_ = 0.0;    // s, of the present substep; 0 where the server did not tell
+  double outer_ = 0.0;       // s, of the whole step
   std::uint64_t impacts_ = 0;
   // A place (m) at the start of the substep, of a body that moves, by which it is found whether the
   // server tells the end of a substep before its solver has run: worlds with deformable bodies do.

@@ -47,11 +47,64 @@ TEST(PybulletCommand, ListenerTakesPyBulletsQuaternion) {
 
 TEST(PybulletCommand, MaterialIsOfABodyOrOfALink) {
   const auto body = parsed<command::SetMaterial>("  material 3 steel ");
-  EXPECT_EQ(body.body, 3);
-  EXPECT_FALSE(body.link);
+  EXPECT_EQ(body.target.body, 3);
+  EXPECT_FALSE(body.target.link);
   EXPECT_EQ(body.name, "steel");
-  EXPECT_EQ(parsed<command::SetMaterial>("material 3 -1 glass").link, -1);
-  EXPECT_EQ(parsed<command::SetMaterial>("material 3 4 glass").link, 4);
+  EXPECT_EQ(parsed<command::SetMaterial>("material 3 -1 glass").target.link, -1);
+  EXPECT_EQ(parsed<command::SetMaterial>("material 3 4 glass").target.link, 4);
+}
+
+TEST(PybulletCommand, ListenerIsMadeAnotherReceiver) {
+  const auto moved = parsed<command::PlaceListener>("listener 1 2 3 index=2");
+  EXPECT_EQ(moved.index, 2U);
+  EXPECT_TRUE(moved.isOnlyMoved());
+  const auto pair = parsed<command::PlaceListener>(
+      "listener 1 2 3 0 0 0 1 format=coincident_pair angle=0.5 pattern=1 spacing=0.2");
+  EXPECT_FALSE(pair.isOnlyMoved());
+  EXPECT_EQ(pair.format, ListenerFormat::coincidentPair);
+  EXPECT_EQ(pair.halfAngle, 0.5);
+  EXPECT_EQ(pair.pattern, 1.0);
+  EXPECT_EQ(pair.spacing, 0.2);
+  const auto head = parsed<command::PlaceListener>("listener 1 2 3 index=1 head=my heads/a b.sofa");
+  EXPECT_EQ(head.head, "my heads/a b.sofa");
+  EXPECT_EQ(head.format, ListenerFormat::binaural);
+  EXPECT_EQ(head.index, 1U);
+}
+
+TEST(PybulletCommand, ModesAndTexturesAreOfABodyOrALink) {
+  const auto modes = parsed<command::SetModes>("modes 3 a bell.carom_modes");
+  EXPECT_EQ(modes.target.body, 3);
+  EXPECT_FALSE(modes.target.link);
+  EXPECT_EQ(modes.file, "a bell.carom_modes");
+  EXPECT_EQ(parsed<command::SetModes>("modes 3 link=-1 bell").target.link, -1);
+  EXPECT_TRUE(parsed<command::SetModes>("modes 3 none").file.empty());
+  const auto texture = parsed<command::SetTexture>("texture 4 link=2 0.5 0.25 a map.png");
+  EXPECT_EQ(texture.target.body, 4);
+  EXPECT_EQ(texture.target.link, 2);
+  EXPECT_EQ(texture.size, Vec2(0.5, 0.25));
+  EXPECT_EQ(texture.file, "a map.png");
+  EXPECT_TRUE(parsed<command::SetTexture>("texture 4 none").file.empty());
+}
+
+TEST(PybulletCommand, RoomIsABoxOfOneSurface) {
+  const auto room = parsed<command::SetRoom>("room -1 -2 0 1 2 3 surface=0.25 order=3 reverb=off");
+  EXPECT_TRUE(room.isBox);
+  EXPECT_EQ(room.least, Vec3(-1.0, -2.0, 0.0));
+  EXPECT_EQ(room.most, Vec3(1.0, 2.0, 3.0));
+  EXPECT_EQ(room.absorption.coefficients.front(), 0.25);
+  EXPECT_EQ(room.order, 3);
+  EXPECT_FALSE(room.hasReverb);
+  EXPECT_EQ(parsed<command::SetRoom>("room 0 0 0 1 1 1 surface=carpet").absorption.coefficients,
+            findSurface("carpet")->absorption.coefficients);
+  EXPECT_FALSE(parsed<command::SetRoom>("room none").isBox);
+}
+
+TEST(PybulletCommand, ClockAndLevelTakeNumbers) {
+  EXPECT_EQ(parsed<command::SetLevel>("level 20").fullScale, 20.0);
+  EXPECT_FALSE(parsed<command::SetLevel>("level automatic").fullScale);
+  EXPECT_EQ(parsed<command::SetLatency>("latency 0.1").seconds, 0.1);
+  EXPECT_EQ(parsed<command::Reset>("reset").time, 0.0);
+  EXPECT_EQ(parsed<command::Reset>("reset 2.5").time, 2.5);
 }
 
 TEST(PybulletCommand, FileNameMayHoldBlanks) {
@@ -65,6 +118,10 @@ TEST(PybulletCommand, PlainOnesTakeNothing) {
   parsed<command::Pause>("pause");
   parsed<command::Stats>("stats");
   parsed<command::Help>("help");
+  parsed<command::Capture>("capture");
+  parsed<command::Describe>("describe");
+  parsed<command::TakeSamples>("samples");
+  parsed<command::TakeEvents>("events");
   EXPECT_THAT(refusal("stop it"), HasSubstr("takes nothing, not 'it'"));
 }
 
@@ -90,6 +147,30 @@ TEST(PybulletCommand, RefusalSaysWhatIsWrongAndWhatIsTaken) {
   EXPECT_THAT(refusal("gain loud"), HasSubstr("0 to 1000"));
   EXPECT_THAT(refusal("gain -1"), HasSubstr("0 to 1000"));
   EXPECT_THAT(refusal("mute maybe"), HasSubstr("on or off"));
+  EXPECT_THAT(refusal("listener 1 2 3 index=-1"), HasSubstr("index=-1; expected 0 to 63"));
+  EXPECT_THAT(refusal("listener 1 2 3 index=0.5"), HasSubstr("whole number"));
+  EXPECT_THAT(refusal("listener 1 2 3 format=quad"), HasSubstr("mono, spaced_pair"));
+  EXPECT_THAT(refusal("listener 1 2 3 format=mono head=a.sofa"), HasSubstr("only a binaural one"));
+  EXPECT_THAT(refusal("listener 1 2 3 pattern=2"), HasSubstr("pattern=2; expected 0 to 1"));
+  EXPECT_THAT(refusal("listener 1 2 3 pattern=nan"), HasSubstr("expected 0 to 1"));
+  EXPECT_THAT(refusal("listener 1 2 3 colour=red"), HasSubstr("no 'colour'; expected index"));
+  EXPECT_THAT(refusal("listener 1 2 3 head="), HasSubstr("SOFA"));
+  EXPECT_THAT(refusal("modes"), HasSubstr("body ''"));
+  EXPECT_THAT(refusal("modes 3"), HasSubstr("BODY FILE"));
+  EXPECT_THAT(refusal("modes 3 link=x bell"), HasSubstr("link 'x'"));
+  EXPECT_THAT(refusal("texture 3 0.1 bumps.png"), HasSubstr("WIDTH HEIGHT FILE"));
+  EXPECT_THAT(refusal("texture 3 0 1 bumps.png"), HasSubstr("above 0"));
+  EXPECT_THAT(refusal("room"), HasSubstr("corners"));
+  EXPECT_THAT(refusal("room 0 0 0 1 1"), HasSubstr("corners"));
+  EXPECT_THAT(refusal("room 0 0 0 1 1 0"), HasSubstr("below"));
+  EXPECT_THAT(refusal("room 0 0 0 1 1 1 surface=slime"), HasSubstr("0 to 1, "));
+  EXPECT_THAT(refusal("room 0 0 0 1 1 1 order=33"), HasSubstr("0 to 32"));
+  EXPECT_THAT(refusal("room 0 0 0 1 1 1 reverb=maybe"), HasSubstr("on or off"));
+  EXPECT_THAT(refusal("level loud"), HasSubstr("automatic"));
+  EXPECT_THAT(refusal("level 0"), HasSubstr("above 0"));
+  EXPECT_THAT(refusal("latency 11"), HasSubstr("0 to 10"));
+  EXPECT_THAT(refusal("reset -1"), HasSubstr("0 to 1e9"));
+  EXPECT_THAT(refusal("capture off"), HasSubstr("takes nothing"));
 }
 
 }  // namespace

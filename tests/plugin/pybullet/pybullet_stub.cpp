@@ -171,6 +171,12 @@ class Server final : public ServerStub {
 
   int add(const Body& body) override;
   void remove(int body) override;
+  void reset() override;
+  int saveState() override;
+  void restoreState(int state) override;
+  void place(int body, const Vec3& position) override;
+  void throwAt(int body, const Vec3& velocity) override;
+  Vec3 positionOf(int body) const override;
   void setTimeStep(double seconds, int substeps) override {
     deltaTime_ = seconds;
     substeps_ = substeps;
@@ -220,6 +226,8 @@ class Server final : public ServerStub {
     if (!server->world_.beforeSolver) server->call(server->afterTick_);
   }
 
+  void takeOut(int body);
+  static void put(Held& body, const State& state);
   void makeMulti(int number, Held& held, const btVector3& inertia);
   void makeRigid(int number, Held& held, const btVector3& inertia);
   PluginContext context();
@@ -238,6 +246,7 @@ class Server final : public ServerStub {
   btMultiBodyConstraintSolver solver_;
   World world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
   std::map<int, Held> bodies_;
+  std::vector<std::map<int, State>> saved_;
   double deltaTime_ = 1.0 / 240.0;
   int substeps_ = 0;
 
@@ -348,6 +357,12 @@ void Server::makeRigid(int number, Held& held, const btVector3& inertia) {
 }
 
 void Server::remove(int body) {
+  takeOut(body);
+  notify(b3::kBodyRemoved, body);
+  reportNotifications();
+}
+
+void Server::takeOut(int body) {
   const auto found = bodies_.find(body);
   if (found->second.multi) {
     world_.removeMultiBody(found->second.multi.get());
@@ -356,8 +371,64 @@ void Server::remove(int body) {
     world_.removeRigidBody(found->second.rigid.get());
   }
   bodies_.erase(found);
-  notify(b3::kBodyRemoved, body);
+}
+
+// The server tells of the reset alone, and of no body.
+void Server::reset() {
+  while (!bodies_.empty())
+    takeOut(bodies_.begin()->first);
+  notify(b3::kSimulationReset, 0);
   reportNotifications();
+}
+
+int Server::saveState() {
+  std::map<int, State>& states = saved_.emplace_back();
+  for (const auto& [number, body] : bodies_)
+    states[number] = baseState(body);
+  return static_cast<int>(saved_.size()) - 1;
+}
+
+void Server::restoreState(int state) {
+  for (const auto& [number, saved] : saved_.at(static_cast<std::size_t>(state)))
+    put(bodies_.at(number), saved);
+}
+
+// Puts a body somewhere. Nobody is told, as in the server.
+void Server::put(Held& body, const State& state) {
+  const auto vector = [](const auto& from, std::size_t at) {
+    return btVector3(btScalar(from[at]), btScalar(from[at + 1]), btScalar(from[at + 2]));
+  };
+  const btTransform pose(btQuaternion(btScalar(state.pose[3]), btScalar(state.pose[4]),
+                                      btScalar(state.pose[5]), btScalar(state.pose[6])),
+                         vector(state.pose, 0));
+  if (body.rigid) {
+    body.rigid->setCenterOfMassTransform(pose);
+    body.rigid->setLinearVelocity(vector(state.speeds, 0));
+    body.rigid->setAngularVelocity(vector(state.speeds, 3));
+    return;
+  }
+  body.multi->setBaseWorldTransform(pose);
+  body.multi->setBaseVel(vector(state.speeds, 0));
+  body.multi->setBaseOmega(vector(state.speeds, 3));
+  body.collider->setWorldTransform(pose);
+}
+
+void Server::place(int body, const Vec3& position) {
+  State state;
+  state.pose = {position.x(), position.y(), position.z(), 0.0, 0.0, 0.0, 1.0};
+  put(bodies_.at(body), state);
+}
+
+void Server::throwAt(int body, const Vec3& velocity) {
+  Held& held = bodies_.at(body);
+  State state = baseState(held);
+  state.speeds = {velocity.x(), velocity.y(), velocity.z(), 0.0, 0.0, 0.0};
+  put(held, state);
+}
+
+Vec3 Server::positionOf(int body) const {
+  const State state = baseState(bodies_.at(body));
+  return {state.pose[0], state.pose[1], state.pose[2]};
 }
 
 void Server::step() {
@@ -574,6 +645,80 @@ namespace b3 = carom::b3;
 
 CAROM_EXPORT carom::test::ServerStub* makeServerStub() {
   return std::make_unique<carom::test::Server>().release();
+}
+
+// The stub for programs in other languages: see stub_client.py.
+
+namespace {
+
+carom::Vec3 vectorAt(const double* values) {
+  return {values[0], values[1], values[2]};
+}
+
+/// The latest answer to a command, of any server.
+carom::test::ServerStub::Reply& latestReply() {
+  static carom::test::ServerStub::Reply reply;
+  return reply;
+}
+
+}  // namespace
+
+CAROM_EXPORT void destroyServerStub(carom::test::ServerStub* server) {
+  const std::unique_ptr<carom::test::ServerStub> ended(server);
+}
+CAROM_EXPORT int stubAdd(carom::test::ServerStub* server, int form, const double* numbers,
+                         int isRigid) {
+  return server->add({.form = static_cast<carom::test::ServerStub::Body::Form>(form),
+                      .halfEdges = vectorAt(numbers),
+                      .mass = numbers[3],
+                      .position = vectorAt(numbers + 4),
+                      .velocity = vectorAt(numbers + 7),
+                      .restitution = numbers[10],
+                      .hasMaximalCoordinates = isRigid != 0});
+}
+CAROM_EXPORT void stubRemove(carom::test::ServerStub* server, int body) {
+  server->remove(body);
+}
+CAROM_EXPORT void stubReset(carom::test::ServerStub* server) {
+  server->reset();
+}
+CAROM_EXPORT int stubSaveState(carom::test::ServerStub* server) {
+  return server->saveState();
+}
+CAROM_EXPORT void stubRestoreState(carom::test::ServerStub* server, int state) {
+  server->restoreState(state);
+}
+CAROM_EXPORT void stubPlace(carom::test::ServerStub* server, int body, const double* position) {
+  server->place(body, vectorAt(position));
+}
+CAROM_EXPORT void stubThrow(carom::test::ServerStub* server, int body, const double* velocity) {
+  server->throwAt(body, vectorAt(velocity));
+}
+CAROM_EXPORT void stubPosition(carom::test::ServerStub* server, int body, double* position) {
+  const carom::Vec3 at = server->positionOf(body);
+  std::copy_n(at.data(), 3, position);
+}
+CAROM_EXPORT void stubSetTimeStep(carom::test::ServerStub* server, double seconds, int substeps) {
+  server->setTimeStep(seconds, substeps);
+}
+CAROM_EXPORT void stubStep(carom::test::ServerStub* server) {
+  server->step();
+}
+CAROM_EXPORT int stubLoad(carom::test::ServerStub* server, const char* path, const char* postFix) {
+  return server->load(path, postFix);
+}
+CAROM_EXPORT void stubUnload(carom::test::ServerStub* server) {
+  server->unload();
+}
+CAROM_EXPORT int stubExecute(carom::test::ServerStub* server, const char* text) {
+  latestReply() = server->execute(text);
+  return latestReply().result;
+}
+CAROM_EXPORT int stubReplyLength() {
+  return static_cast<int>(latestReply().text.size());
+}
+CAROM_EXPORT void stubReplyText(char* to) {
+  latestReply().text.copy(to, latestReply().text.size());
 }
 
 // Clients, commands and answers are all the server itself here.

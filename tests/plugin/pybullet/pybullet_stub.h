@@ -43,6 +43,16 @@ class ServerStub {
   /// Adds a body; returns its number, the lowest free one.
   virtual int add(const Body& body) = 0;
   virtual void remove(int body) = 0;
+  /// Removes all bodies, as p.resetSimulation.
+  virtual void reset() = 0;
+  /// Keeps where all bodies are and how they move; returns the number of that state. Not of links.
+  virtual int saveState() = 0;
+  virtual void restoreState(int state) = 0;
+  /// Puts a body to rest somewhere, as p.resetBasePositionAndOrientation.
+  virtual void place(int body, const Vec3& position) = 0;
+  /// As p.resetBaseVelocity.
+  virtual void throwAt(int body, const Vec3& velocity) = 0;
+  virtual Vec3 positionOf(int body) const = 0;
   virtual void setTimeStep(double seconds, int substeps) = 0;
   /// Has the end of each substep told before the solver runs, as worlds with deformable bodies do.
   virtual void tellBeforeSolver() = 0;
