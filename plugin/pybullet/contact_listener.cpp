@@ -29,19 +29,14 @@ TouchPoint ordered(TouchPoint point) {
   return point;
 }
 
-bool isBefore(const TouchPoint& first, const TouchPoint& second) {
-  return pairKey(first.body, first.other) < pairKey(second.body, second.other);
-}
-
 }  // namespace
 
 void ContactListener::setBody(BodyId id, const ContactBody& body) {
-  bodies_[id] = body;
+  entries_[id].body = body;
 }
 
 void ContactListener::removeBody(BodyId id) {
-  bodies_.erase(id);
-  tracks_.erase(id);
+  entries_.erase(id);
   std::erase_if(pairs_, [id](const auto& entry) {
     return entry.first >> 32U == id || (entry.first & 0xFFFFFFFFU) == id;
   });
@@ -54,36 +49,54 @@ void ContactListener::begin(const ContactSubstep& substep) {
 }
 
 void ContactListener::state(BodyId id, const BodyState& state) {
-  Track& track = tracks_[id];
+  Track& track = entries_[id].track;
   track.before = std::exchange(track.now, state);
   track.seenBefore = std::exchange(track.seen, count_);
+}
+
+void ContactListener::correct(BodyId id, const BodyState& state) {
+  Track& track = entries_[id].track;
+  track.now = track.before = state;
+  track.seen = count_;
+  track.seenBefore = 0;
 }
 
 std::span<const ImpulseEvent> ContactListener::finish(std::span<const TouchPoint> points,
                                                       const StateAfter& after) {
   events_.clear();
   points_.clear();
-  for (const TouchPoint& point : points)
-    if (point.impulse > 0.0) points_.push_back(ordered(point));
-  std::ranges::stable_sort(points_, isBefore);
-  const Points all = points_;
-  for (std::size_t first = 0; first < all.size();) {
-    std::size_t last = first;
-    while (last < all.size() && !isBefore(all[first], all[last]))
-      ++last;
-    hearPair(all.subspan(first, last - first), after);
-    first = last;
+  loads_.clear();
+  for (const TouchPoint& point : points) {
+    if (!(point.impulse > 0.0)) continue;
+    loads_.push_back({pairKey(std::min(point.body, point.other), std::max(point.body, point.other)),
+                      points_.size()});
+    points_.push_back(ordered(point));
+  }
+  std::ranges::sort(loads_, [](const Load& first, const Load& second) {
+    return std::pair(first.pair, first.point) < std::pair(second.pair, second.point);
+  });
+  for (std::size_t first = 0; first < loads_.size();) {
+    const std::uint64_t key = loads_[first].pair;
+    pairPoints_.clear();
+    for (; first < loads_.size() && loads_[first].pair == key; ++first)
+      pairPoints_.push_back(points_[loads_[first].point]);
+    hearPair(key, pairPoints_, after);
   }
   for (const TouchPoint& point : points)
     if (!(point.impulse > 0.0)) stayOpen(ordered(point));
-  for (const TouchPoint& point : points_)
-    for (const BodyId id : {point.body, point.other})
-      if (const auto track = tracks_.find(id); track != tracks_.end())
-        track->second.loaded = count_;
+  for (const Load& each : loads_) {
+    load(static_cast<BodyId>(each.pair >> 32U));
+    load(static_cast<BodyId>(each.pair & 0xFFFFFFFFU));
+  }
   std::erase_if(pairs_, [this](const auto& entry) {
     return std::max(entry.second.touched, entry.second.approached) + kHop <= count_;
   });
   return events_;
+}
+
+void ContactListener::load(BodyId id) {
+  const auto entry = entries_.find(id);
+  if (entry != entries_.end() && entry->second.track.seen != 0) entry->second.track.loaded = count_;
 }
 
 // Keeps an approach open without an impulse in this substep: a solver may slow a pair down ahead of
@@ -93,14 +106,14 @@ void ContactListener::stayOpen(const TouchPoint& point) {
   if (found == pairs_.end() || found->second.touched == count_) return;
   Pair& pair = found->second;
   if (!isOpen(pair)) return;
-  if (approachAt(point, sideOf(point.body).state, sideOf(point.other).state) > restSpeed_)
+  if (approachAt(point, stateOf(point.body), stateOf(point.other)) > restSpeed_)
     pair.approached = count_;
 }
 
 bool ContactListener::isHeld(BodyId id) const {
-  const auto found = tracks_.find(id);
-  if (found == tracks_.end() || substep_.gravity.isZero()) return false;
-  const Track& track = found->second;
+  const auto found = entries_.find(id);
+  if (found == entries_.end() || substep_.gravity.isZero()) return false;
+  const Track& track = found->second.track;
   return isFollowed(track) && track.loaded == 0 && track.now.velocity.isZero(0.0) &&
          track.before.velocity.isZero(0.0);
 }
@@ -123,14 +136,20 @@ Vec3 ContactListener::accelerationOf(const Track& track, const ContactBody& body
   return (track.now.velocity - track.before.velocity) / durationBefore_;
 }
 
+const BodyState& ContactListener::stateOf(BodyId id) const {
+  static const BodyState kRest;
+  const auto found = entries_.find(id);
+  return found == entries_.end() ? kRest : found->second.track.now;
+}
+
 ContactSide ContactListener::sideOf(BodyId id) const {
   ContactSide side;
   side.id = id;
-  if (const auto body = bodies_.find(id); body != bodies_.end()) side.body = body->second;
-  const auto found = tracks_.find(id);
+  const auto found = entries_.find(id);
+  if (found != entries_.end()) side.body = found->second.body;
   side.hasPast = !side.body.isMovable();
-  if (found == tracks_.end()) return side;
-  const Track& track = found->second;
+  if (found == entries_.end() || found->second.track.seen == 0) return side;
+  const Track& track = found->second.track;
   side.state = track.now;
   side.hasPast = side.hasPast || hasPast(track);
   side.acceleration = accelerationOf(track, side.body);
@@ -157,11 +176,16 @@ std::optional<double> ContactListener::restitutionOf(const ContactSide& body,
                          substep_.duration, substep_.solver);
 }
 
-void ContactListener::hearPair(Points points, const StateAfter& after) {
-  const ContactSide body = sideOf(points.front().body);
-  const ContactSide other = sideOf(points.front().other);
-  const TouchPoint mean = meanOf(points);
-  Pair& pair = pairs_[pairKey(body.id, other.id)];
+void ContactListener::hearPair(std::uint64_t key, Points points, const StateAfter& after) {
+  const TouchPoint mean = points.size() == 1 ? points.front() : meanOf(points);
+  Pair& pair = pairs_[key];
+  // Most pairs rest, and need not be looked at more closely.
+  if (approachAt(mean, stateOf(mean.body), stateOf(mean.other)) <= restSpeed_) {
+    pair.touched = count_;
+    return;
+  }
+  const ContactSide body = sideOf(mean.body);
+  const ContactSide other = sideOf(mean.other);
   const bool begun = begins(body, other, mean, pair);
   pair.touched = count_;
   if (!begun) return;

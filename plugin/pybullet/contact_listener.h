@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -61,6 +62,8 @@ class ContactListener {
   void begin(const ContactSubstep& substep);
   /// Takes the state of a body that may move; one without a state rests where it is.
   void state(BodyId id, const BodyState& state);
+  /// Replaces the state of this substep, of a body that the host has put there: it has no past.
+  void correct(BodyId id, const BodyState& state);
   /// Ends the substep. Returns two events for each impact, valid until the next call. `after` is
   /// asked for bodies without a restitution that have an impact; it may be empty.
   std::span<const ImpulseEvent> finish(std::span<const TouchPoint> points,
@@ -79,13 +82,24 @@ class ContactListener {
     std::uint64_t seenBefore = 0;  // number of the substep of `before`
     std::uint64_t loaded = 0;      // the latest substep in which the solver pushed it
   };
+  /// A body, and its motion if a state of it has come.
+  struct Entry {
+    ContactBody body;
+    Track track;
+  };
   struct Pair {
     std::uint64_t touched = 0;     // the latest substep in which the solver acted on it
     std::uint64_t approached = 0;  // the latest in which it approached faster than rest
   };
+  /// A point of this substep that the solver acted on, of the pair with that key.
+  struct Load {
+    std::uint64_t pair = 0;
+    std::size_t point = 0;  // in points_
+  };
   using Points = std::span<const TouchPoint>;
 
-  void hearPair(Points points, const StateAfter& after);
+  void hearPair(std::uint64_t key, Points points, const StateAfter& after);
+  void load(BodyId id);
   std::optional<double> restitutionOf(const ContactSide& body, const ContactSide& other,
                                       const TouchPoint& mean, const StateAfter& after) const;
   void stayOpen(const TouchPoint& point);
@@ -94,6 +108,7 @@ class ContactListener {
   std::optional<Touch> firstTouch(const ContactSide& body, const ContactSide& other,
                                   const TouchPoint& mean, Points points) const;
   bool isOpen(const Pair& pair) const;
+  const BodyState& stateOf(BodyId id) const;
   ContactSide sideOf(BodyId id) const;
   Vec3 accelerationOf(const Track& track, const ContactBody& body) const;
   bool isFollowed(const Track& track) const;
@@ -103,10 +118,11 @@ class ContactListener {
   ContactSubstep substep_;
   double durationBefore_ = 0.0;  // s
   std::uint64_t count_ = 0;
-  std::unordered_map<BodyId, ContactBody> bodies_;
-  std::unordered_map<BodyId, Track> tracks_;
+  std::unordered_map<BodyId, Entry> entries_;
   std::unordered_map<std::uint64_t, Pair> pairs_;  // by both ids, the smaller one first
   std::vector<TouchPoint> points_;                 // those of this substep that the solver acted on
+  std::vector<Load> loads_;                        // the same, by pair
+  std::vector<TouchPoint> pairPoints_;             // scratch, those of one pair
   std::vector<ImpulseEvent> events_;
 };
 

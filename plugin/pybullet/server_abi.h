@@ -43,17 +43,23 @@ enum NotificationType : int {
   kBodyAdded = 1,
   kBodyRemoved = 2,
   kLinkDynamicsChanged = 5,
+  kTransformChanged = 7,  ///< of each body and link that does not sleep, after kSimulationStepped
+  kSimulationStepped = 8,
+  kSoftBodyChanged = 9,
 };
 
 /// A change of a body since the last notifications. The fields depend on the type; every type that
 /// concerns a body begins with `body` and `link`, but those that concern whole bodies end after
-/// `body`.
+/// `body`. kTransformChanged goes on with the place of the collider (m) and its orientation (x, y,
+/// z, w).
 struct Notification {
   int type;
   int padding;
   int body;
   int link;
-  std::array<double, 33> rest;
+  std::array<double, 3> position;
+  std::array<double, 4> orientation;
+  std::array<double, 26> rest;
 };
 
 struct PluginContext {
@@ -99,10 +105,12 @@ struct ContactPoint {
   int linkB;
   std::array<double, 3> positionOnA;
   std::array<double, 3> positionOnB;
-  std::array<double, 3> normalOnB;  ///< from B towards A
-  double distance;                  ///< m, below 0 where they overlap
-  double normalForce;               ///< N: impulse / deltaTime, whatever the substep
-  std::array<double, 8> friction;
+  std::array<double, 3> normalOnB;       ///< from B towards A
+  double distance;                       ///< m, below 0 where they overlap
+  double normalForce;                    ///< N: impulse / deltaTime, whatever the substep
+  std::array<double, 2> frictionForces;  ///< N, as normalForce
+  std::array<double, 3> frictionDirection;
+  std::array<double, 3> secondFrictionDirection;
 };
 
 struct ContactInformation {
@@ -126,6 +134,7 @@ struct DynamicsInfo {
 };
 inline constexpr int kRigidBody = 1;
 inline constexpr int kMultiBody = 2;
+inline constexpr int kSoftBody = 3;
 
 struct LinkState {
   std::array<double, 3> position;     ///< centre of mass
@@ -140,6 +149,7 @@ static_assert(sizeof(void*) == 8, "the layouts below are those of 64-bit systems
 static_assert(sizeof(UserDataValue) == 16 && offsetof(UserDataValue, data) == 8);
 static_assert(sizeof(PluginArguments) == 2568 && offsetof(PluginArguments, floats) == 1544);
 static_assert(sizeof(Notification) == 280 && offsetof(Notification, body) == 8);
+static_assert(offsetof(Notification, position) == 16 && offsetof(Notification, orientation) == 40);
 static_assert(sizeof(PluginContext) == 96 && offsetof(PluginContext, returnData) == 16);
 static_assert(offsetof(PluginContext, notifications) == 72);
 static_assert(offsetof(PluginContext, remoteProcessor) == 88);

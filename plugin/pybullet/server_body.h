@@ -9,6 +9,8 @@
 #include "carom/audio/modal_model.h"
 #include "carom/audio/sound_body.h"
 #include "carom/audio/surface_texture.h"
+#include "plugin/pybullet/body_motion.h"
+#include "plugin/pybullet/contact_impact.h"
 
 namespace carom::plugin {
 
@@ -26,12 +28,16 @@ struct ServerPart {
   bool isDescribed = false;  ///< as its dynamics are now
   bool rings = false;        ///< it has modes
   SoundBody sound{};         ///< with the material that was guessed
+  ContactBody contact{};     ///< for mechanics
   AssignedParts assigned{};
 };
 
 /// A body of the server.
 struct ServerBody {
-  bool mayMove = true;              ///< any part of it
+  bool isThere = false;
+  bool mayMove = true;  ///< any part of it
+  bool isSoft = false;  ///< no rigid body: it is silent
+  BodyMotion motion{};
   AssignedParts assigned{};         ///< to the base and all links
   std::vector<ServerPart> parts{};  ///< the base, then the links, as far as they are known
 

@@ -57,11 +57,11 @@ std::span<const BodyState> ServerClient::states(int body) {
   return states_;
 }
 
-std::vector<b3::ContactPoint> ServerClient::contacts() {
+std::span<const b3::ContactPoint> ServerClient::contacts() {
   server_.submit(client_, server_.requestContacts(client_));
   b3::ContactInformation found{};
   server_.contacts(client_, &found);
-  return {found.points, found.points + found.count};
+  return {found.points, static_cast<std::size_t>(std::max(0, found.count))};
 }
 
 std::optional<b3::DynamicsInfo> ServerClient::dynamics(Key key) {

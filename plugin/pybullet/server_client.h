@@ -34,7 +34,8 @@ class ServerClient {
   /// Returns the states of a body: base first, then the links. Empty if there is no such body.
   /// Valid until the next call.
   std::span<const BodyState> states(int body);
-  std::vector<b3::ContactPoint> contacts();
+  /// Returns all contacts. Valid until the next call.
+  std::span<const b3::ContactPoint> contacts();
   /// Returns the dynamics of a body that was seen in a contact: for a base without a collider the
   /// server cannot tell them.
   std::optional<b3::DynamicsInfo> dynamics(Key key);

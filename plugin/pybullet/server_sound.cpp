@@ -1,6 +1,7 @@
 #include "plugin/pybullet/server_sound.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdio>
 #include <sstream>
@@ -18,7 +19,11 @@ namespace carom::plugin {
 namespace {
 
 constexpr int kBase = -1;
-constexpr double kMoves = 1e-3;  // m/s: in a substep, more than the rounding of places
+constexpr int kMostBodies = 10'000'000;  // a number beyond is none
+
+// Tolerances (share of the way, and m) within which a body is where its velocity has brought it.
+constexpr double kStrayShare = 0.1;
+constexpr double kStray = 1e-5;  // m
 
 // Least latency in substeps: contacts become known two substeps late, three where the solver runs
 // late; the rest is for the device's blocks.
@@ -45,6 +50,25 @@ SoundSettings settingsFor(const b3::SimulationParameters& parameters) {
 
 Vec3 vectorOf(const std::array<double, 3>& values) {
   return {values[0], values[1], values[2]};
+}
+
+Quat orientationOf(const std::array<double, 4>& values) {
+  return Quat(values[3], values[0], values[1], values[2]).normalized();
+}
+
+/// True if a state is there, but for rounding.
+bool isPlaceOf(const BodyState& state, const Vec3& position, const Quat& orientation) {
+  constexpr double kRounding = 1e-5;
+  return (state.position - position).norm() <= kRounding * (1.0 + position.norm()) &&
+         state.orientation.angularDistance(orientation) <= 1e-3;
+}
+
+/// Has a body end the substep at rest.
+void rest(BodyMotion& motion) {
+  motion.ends = motion.starts;
+  for (BodyState& state : motion.ends)
+    state.velocity = state.angularVelocity = Vec3::Zero();
+  motion.end = BodyMotion::Source::told;
 }
 
 void write(std::ostream& out, const SoundStatistics& statistics) {
@@ -156,11 +180,13 @@ void ServerSound::resetTo(double seconds) {
 }
 
 void ServerSound::beginSubstep() {
+  takeStates();
   finishSubstep();
   const std::optional<b3::SimulationParameters> parameters = client_.parameters();
   duration_ = parameters ? substepOf(*parameters) : 0.0;
   if (!(duration_ > 0.0)) return;
   outer_ = parameters->deltaTime;
+  gravity_ = vectorOf(parameters->gravity);
   if (duration_ != counted_) {
     epoch_ = time_;
     steps_ = 0;
@@ -169,22 +195,11 @@ void ServerSound::beginSubstep() {
   suitLatency();
   listener_.begin({time_,
                    duration_,
-                   vectorOf(parameters->gravity),
+                   gravity_,
                    {.restitutionSpeed = parameters->restitutionSpeed,
                     .erp = parameters->contactErp,
                     .slop = parameters->contactSlop}});
-  for (auto& [number, body] : bodies_) {
-    if (!body.mayMove) continue;
-    int link = kBase;
-    const std::span<const BodyState> states = client_.states(number);
-    for (const BodyState& state : states) {
-      const ServerPart& part = partOf({number, link++});
-      listener_.state(part.id, state);
-      if (part.rings) (void)sound_->moveBody(part.id, {time_, state.position, state.orientation});
-    }
-    const bool moves = !states.empty() && states.front().velocity.norm() > kMoves;
-    if (!solverComesLater_ && !probe_ && moves) probe_ = {number, states.front().position};
-  }
+  beginMotions();
 }
 
 /// Has the latency cover the substeps, unless it was given, as long as nothing has been heard yet.
@@ -196,32 +211,109 @@ void ServerSound::suitLatency() {
   (void)configure(settings);  // differs in nothing else from what there is
 }
 
-/// Finds out, at the end of a substep as the server tells it, whether bodies have moved yet.
-void ServerSound::lookForSolver() {
-  if (solverComesLater_ || !probe_) return;
-  const std::span<const BodyState> states = client_.states(probe_->body);
-  if (!states.empty()) solverComesLater_ = states.front().position == probe_->position;
-  probe_.reset();
+/// Finds the states at the end of the last substep, which are those at the start of the next one.
+void ServerSound::takeStates() {
+  for (std::size_t number = 0; number < bodies_.size(); ++number) {
+    ServerBody& body = bodies_[number];
+    if (!body.isThere || !body.mayMove || body.motion.end != BodyMotion::Source::unknown) continue;
+    if (body.motion.isAwake || body.motion.start == BodyMotion::Source::unknown)
+      askFor(static_cast<int>(number), body.motion, BodyMotion::Source::asked);
+    else
+      rest(body.motion);
+  }
+}
+
+/// Asks how a body has ended the last substep; `source` is `told` if the host may still change that
+/// before the next one begins.
+void ServerSound::askFor(int body, BodyMotion& motion, BodyMotion::Source source) {
+  const std::span<const BodyState> states = client_.states(body);
+  motion.ends.assign(states.begin(), states.end());
+  motion.end = source;
+}
+
+/// Begins a substep with the states in which the last one has ended.
+void ServerSound::beginMotions() {
+  ++substep_;
+  for (std::size_t number = 0; number < bodies_.size(); ++number) {
+    ServerBody& body = bodies_[number];
+    if (!body.isThere || !body.mayMove) continue;
+    BodyMotion& motion = body.motion;
+    std::swap(motion.starts, motion.ends);
+    motion.start = std::exchange(motion.end, BodyMotion::Source::unknown);
+    int link = kBase;
+    for (const BodyState& state : motion.starts) {
+      const ServerPart& part = partOf({static_cast<int>(number), link++});
+      listener_.state(part.id, state);
+      if (part.rings) (void)sound_->moveBody(part.id, {time_, state.position, state.orientation});
+    }
+  }
 }
 
 void ServerSound::endSubstep() {
   if (!(duration_ > 0.0)) return;
-  lookForSolver();
   isOpen_ = true;
-  if (!solverComesLater_.value_or(false)) finishSubstep();
   time_ = epoch_ + static_cast<double>(++steps_) * duration_;
-  sound_->advanceTo(time_);
+  if (!isTold_) sound_->advanceTo(time_);
 }
 
-/// Hears the impacts of the substep, once the solver has run.
+/// Hears the impacts of the substep, once its solver has run.
 void ServerSound::finishSubstep() {
   if (!std::exchange(isOpen_, false)) return;
   readContacts();
+  correctMotions();
   const std::span<const ImpulseEvent> events =
-      listener_.finish(points_, [this](BodyId id) { return stateOf(id); });
+      listener_.finish(points_, [this](BodyId id) { return stateAfter(id); });
   for (const ImpulseEvent& event : events)
     post(event);
   impacts_ += events.size() / 2;
+  sound_->advanceTo(time_);
+}
+
+/// Looks at how bodies have moved that should follow gravity and their contacts.
+void ServerSound::correctMotions() {
+  for (std::size_t number = 0; number < bodies_.size(); ++number) {
+    ServerBody& body = bodies_[number];
+    if (!body.isThere || !body.mayMove || !body.motion.isAwake || body.motion.hasLinks()) continue;
+    if (body.motion.start == BodyMotion::Source::unknown ||
+        body.motion.end == BodyMotion::Source::unknown || body.motion.ends.empty())
+      continue;
+    correct(static_cast<int>(number), body);
+  }
+}
+
+/// Finds out why a body has moved otherwise than free bodies do: the host has put it elsewhere, has
+/// thrown it, or something pulls at it all the time.
+void ServerSound::correct(int number, ServerBody& body) {
+  BodyMotion& motion = body.motion;
+  const ServerPart& part = body.part(kBase);
+  const FreeMotion free{duration_, gravity_};
+  if (motion.loaded != substep_) motion.impulse = motion.angularImpulse = Vec3::Zero();
+  const bool wasFree =
+      std::exchange(motion.isFree, isFreeMotion(motion.starts.front(), motion.ends.front(),
+                                                motion.impulse, part.contact.mass, free));
+  if (motion.isFree) return;
+  if (motion.end == BodyMotion::Source::told) askFor(number, motion, motion.end);
+  if (motion.ends.size() != 1 || motion.start != BodyMotion::Source::told) return;
+  const BodyState& end = motion.ends.front();
+  const Vec3 way = duration_ * end.velocity;
+  const bool wasPut = (end.position - motion.starts.front().position - way).norm() >
+                      kStray + kStrayShare * way.norm();
+  if (!wasPut && !wasFree) return;  // something pulls at it
+  motion.isFree = true;
+  motion.starts.front() = startOf(end, motion, part.contact, free);
+  listener_.correct(part.id, motion.starts.front());
+}
+
+/// Returns the state of a body at the end of the substep.
+std::optional<BodyState> ServerSound::stateAfter(BodyId id) {
+  const auto key = keys_.find(id);
+  if (key == keys_.end()) return std::nullopt;
+  const ServerBody* const body = find(key->second.body);
+  const auto part = static_cast<std::size_t>(key->second.link - kBase);
+  if (body != nullptr && body->motion.end != BodyMotion::Source::unknown &&
+      part < body->motion.ends.size())
+    return body->motion.ends[part];
+  return stateOf(key->second);
 }
 
 void ServerSound::post(const ImpulseEvent& event) {
@@ -238,19 +330,37 @@ void ServerSound::readContacts() {
     const Key body{contact.bodyA, contact.linkA};
     const Key other{contact.bodyB, contact.linkB};
     if (body.body < 0 || other.body < 0 || body == other) continue;
-    points_.push_back({described(body).id, described(other).id, vectorOf(contact.positionOnA),
-                       vectorOf(contact.positionOnB), vectorOf(contact.normalOnB), contact.distance,
+    const BodyId id = described(body).id;
+    const BodyId otherId = described(other).id;
+    if (find(body.body)->isSoft || find(other.body)->isSoft) {
+      ++softContacts_;
+      continue;
+    }
+    points_.push_back({id, otherId, vectorOf(contact.positionOnA), vectorOf(contact.positionOnB),
+                       vectorOf(contact.normalOnB), contact.distance,
                        contact.normalForce * outer_});
+    addImpulse(contact, body, 1.0);
+    addImpulse(contact, other, -1.0);
   }
 }
 
-/// Returns the present state of a body or link.
-std::optional<BodyState> ServerSound::stateOf(BodyId id) {
-  const auto key = keys_.find(id);
-  if (key == keys_.end()) return std::nullopt;
-  return stateOf(key->second);
+/// Adds what a contact has given to one of its bodies in this substep: +1 for A, -1 for B.
+void ServerSound::addImpulse(const b3::ContactPoint& contact, Key key, double sign) {
+  ServerBody& body = *find(key.body);
+  BodyMotion& motion = body.motion;
+  if (!body.mayMove || motion.starts.size() != 1) return;
+  if (std::exchange(motion.loaded, substep_) != substep_)
+    motion.impulse = motion.angularImpulse = Vec3::Zero();
+  const Vec3 force = contact.normalForce * vectorOf(contact.normalOnB) +
+                     contact.frictionForces[0] * vectorOf(contact.frictionDirection) +
+                     contact.frictionForces[1] * vectorOf(contact.secondFrictionDirection);
+  const Vec3 impulse = sign * outer_ * force;
+  const Vec3 place = vectorOf(sign > 0.0 ? contact.positionOnA : contact.positionOnB);
+  motion.impulse += impulse;
+  motion.angularImpulse += (place - motion.starts.front().position).cross(impulse);
 }
 
+/// Returns the present state of a body or link.
 std::optional<BodyState> ServerSound::stateOf(Key key) {
   const auto part = static_cast<std::size_t>(key.link - kBase);
   const std::span<const BodyState> states = client_.states(key.body);
@@ -259,47 +369,99 @@ std::optional<BodyState> ServerSound::stateOf(Key key) {
 }
 
 void ServerSound::hear(std::span<const b3::Notification> notifications) {
-  for (const b3::Notification& each : notifications) {
+  // Of several steps only the last has left bodies where they are.
+  std::size_t stepped = notifications.size();
+  for (std::size_t index = 0; index < notifications.size(); ++index) {
+    const b3::Notification& each = notifications[index];
+    ServerBody* const body = find(each.body);
     if (each.type == b3::kSimulationReset) {
-      solverComesLater_.reset();  // the world may be another one
-      probe_.reset();
-      while (!bodies_.empty())
-        removeBody(bodies_.begin()->first);
+      for (std::size_t number = 0; number < bodies_.size(); ++number)
+        removeBody(static_cast<int>(number));
       resetTo(0.0);
     } else if (each.type == b3::kBodyAdded) {
       addBody(each.body);
     } else if (each.type == b3::kBodyRemoved) {
       removeBody(each.body);
-    } else if (each.type == b3::kLinkDynamicsChanged) {
-      const auto body = bodies_.find(each.body);
-      if (body == bodies_.end() || each.link < kBase) continue;
-      body->second.mayMove = true;
+    } else if (each.type == b3::kSimulationStepped) {
+      stepped = index;
+    } else if (each.type == b3::kSoftBodyChanged && body != nullptr) {
+      body->isSoft = true;
+      body->mayMove = false;
+    } else if (each.type == b3::kLinkDynamicsChanged && body != nullptr && each.link >= kBase) {
+      body->mayMove = !body->isSoft;
       partOf({each.body, each.link}).isDescribed = false;
     }
   }
+  if (stepped < notifications.size()) hearStep(notifications.subspan(stepped));
+}
+
+/// Takes note of where bodies are after a step; those that are not among them sleep.
+void ServerSound::hearStep(std::span<const b3::Notification> told) {
+  isTold_ = true;
+  if (!isOpen_) return;
+  for (ServerBody& body : bodies_)
+    body.motion.isAwake = false;
+  for (const b3::Notification& each : told)
+    if (each.type == b3::kTransformChanged) hearPlace(each);
+  for (ServerBody& body : bodies_) {
+    BodyMotion& motion = body.motion;
+    if (body.isThere && body.mayMove && !motion.isAwake &&
+        motion.start != BodyMotion::Source::unknown)
+      rest(motion);
+  }
+  finishSubstep();
+}
+
+void ServerSound::hearPlace(const b3::Notification& told) {
+  ServerBody* const body = find(told.body);
+  if (body == nullptr || !body->mayMove) return;
+  BodyMotion& motion = body->motion;
+  motion.isAwake = true;
+  if (told.link != kBase || motion.starts.size() != 1) return;
+  const Vec3 position = vectorOf(told.position);
+  const Quat orientation = orientationOf(told.orientation);
+  if (!motion.isTold) {
+    // The first time, the place is compared with the state that is asked for.
+    askFor(told.body, motion, BodyMotion::Source::told);
+    motion.isTold =
+        motion.ends.size() == 1 && isPlaceOf(motion.ends.front(), position, orientation);
+    return;
+  }
+  motion.ends.assign(1, endOf(motion.starts.front(), position, orientation, duration_));
+  motion.end = BodyMotion::Source::told;
+}
+
+ServerBody* ServerSound::find(int body) {
+  if (body < 0 || static_cast<std::size_t>(body) >= bodies_.size()) return nullptr;
+  ServerBody& found = bodies_[static_cast<std::size_t>(body)];
+  return found.isThere ? &found : nullptr;
 }
 
 void ServerSound::addBody(int body) {
+  if (body < 0 || body > kMostBodies) return;
   removeBody(body);  // the number may have been that of another body
-  bodies_[body] = {};
+  const auto at = static_cast<std::size_t>(body);
+  if (at >= bodies_.size()) bodies_.resize(at + 1);
+  bodies_[at].isThere = true;
 }
 
 void ServerSound::removeBody(int body) {
-  const auto found = bodies_.find(body);
-  if (found == bodies_.end()) return;
-  for (const ServerPart& part : found->second.parts) {
+  ServerBody* const found = find(body);
+  if (found == nullptr) return;
+  for (const ServerPart& part : found->parts) {
     if (!part.isKnown) continue;
     sound_->removeBody(part.id);
     listener_.removeBody(part.id);
     if (events_) events_->scheduler().removeBody(part.id);
     keys_.erase(part.id);
   }
-  bodies_.erase(found);
+  *found = {};
 }
 
 /// Returns the part of a body or link, which gets its id if it has none.
 ServerPart& ServerSound::partOf(Key key) {
-  ServerPart& part = bodies_[key.body].part(key.link);
+  if (find(key.body) == nullptr) addBody(key.body);  // no notification has come yet
+  ServerPart& part = bodies_[static_cast<std::size_t>(key.body)].part(key.link);
   if (!std::exchange(part.isKnown, true)) {
     part.id = nextId_++;
     keys_[part.id] = key;
@@ -318,13 +480,19 @@ void ServerSound::describe(Key key, ServerPart& part) {
   part.isDescribed = true;
   const std::optional<b3::DynamicsInfo> dynamics = client_.dynamics(key);
   if (!dynamics) return;
+  ServerBody& body = *find(key.body);
+  if (dynamics->bodyType == b3::kSoftBody) {
+    body.isSoft = true;
+    body.mayMove = false;
+    return;
+  }
   ShapeSigns signs{.dynamics = *dynamics, .halfBounds = client_.halfBounds(key)};
   if (const auto state = stateOf(key)) signs.orientation = state->orientation;
   const BodyDescription description =
       describeBody(signs, listener_.isHeld(part.id), key.link != kBase, radiators_);
   listener_.setBody(part.id, description.contact);
   part.sound = description.sound;
-  ServerBody& body = bodies_[key.body];
+  part.contact = description.contact;
   // Refused, its events are counted as rejected; nobody waits for an answer here.
   if (const Status told = tell(body, part); !told)
     (void)std::fprintf(stderr, "carom: body %d, link %d: %s\n", key.body, key.link,
@@ -342,7 +510,7 @@ Status ServerSound::tell(const ServerBody& body, ServerPart& part) {
 }
 
 Status ServerSound::tellAll() {
-  for (auto& [number, body] : bodies_)
+  for (ServerBody& body : bodies_)
     for (ServerPart& part : body.parts)
       if (part.isDescribed)
         if (const Status told = tell(body, part); !told) return told;
@@ -397,7 +565,8 @@ Status ServerSound::assign(std::string_view command, const command::Target& targ
                  std::to_string(*target.link) + "; its links are -1 to " +
                  std::to_string(links - 1)};
   }
-  ServerBody& body = bodies_[target.body];
+  if (find(target.body) == nullptr) addBody(target.body);
+  ServerBody& body = *find(target.body);
   if (target.link) {
     partOf({target.body, *target.link}).assigned.*part = value;
   } else {
@@ -511,7 +680,8 @@ Result<std::string> ServerSound::run(const command::Pause&) {
 
 Result<std::string> ServerSound::run(const command::Stats&) {
   std::ostringstream text;
-  text << "time=" << time_ << " bodies=" << bodies_.size() << " impacts=" << impacts_;
+  text << "time=" << time_ << " bodies=" << std::ranges::count(bodies_, true, &ServerBody::isThere)
+       << " impacts=" << impacts_ << " soft_contacts=" << softContacts_;
   write(text, sound_->statistics());
   return text.str();
 }

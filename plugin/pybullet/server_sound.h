@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -25,11 +24,12 @@ namespace carom::plugin {
 /// The sound of a physics server: asks it in every substep, and takes commands.
 ///
 /// Bodies and links are described (describeBody) when they are first in a contact; later changes of
-/// their dynamics count from the next contact on. The server is asked before each substep for the
-/// parameters and the states of all bodies that may move, and after it for the contacts; in a world
-/// with deformable bodies, where the solver runs after the server has told the end of a substep,
-/// before the next one. Simulation time is the sum of the substeps since the plugin was loaded, or
-/// the simulation was reset. [physics thread]
+/// their dynamics count from the next contact on. Before each substep the server is asked for its
+/// parameters and for the states that it has not told (BodyMotion), after it for the contacts: once
+/// it has told that it has stepped, or before the next substep within a step. Its solver has run
+/// then in any world; one with deformable bodies tells the end of a substep before that. Simulation
+/// time is the sum of the substeps since the plugin was loaded, or the simulation was reset.
+/// [physics thread]
 class ServerSound {
  public:
   /// Refuses what EventSound refuses, and a server that does not tell its parameters. `name` is
@@ -83,6 +83,7 @@ class ServerSound {
   void resetTo(double seconds);
   void addBody(int body);
   void removeBody(int body);
+  ServerBody* find(int body);
   ServerPart& partOf(Key key);
   const ServerPart& described(Key key);
   void describe(Key key, ServerPart& part);
@@ -91,12 +92,19 @@ class ServerSound {
   template <class Part>
   Status assign(std::string_view command, const command::Target& target,
                 std::optional<Part> AssignedParts::*part, const Part& value);
-  std::optional<BodyState> stateOf(BodyId id);
+  std::optional<BodyState> stateAfter(BodyId id);
   std::optional<BodyState> stateOf(Key key);
+  void takeStates();
+  void askFor(int body, BodyMotion& motion, BodyMotion::Source source);
+  void beginMotions();
+  void hearStep(std::span<const b3::Notification> told);
+  void hearPlace(const b3::Notification& told);
   void readContacts();
+  void addImpulse(const b3::ContactPoint& contact, Key key, double sign);
+  void correctMotions();
+  void correct(int number, ServerBody& body);
   void finishSubstep();
   void post(const ImpulseEvent& event);
-  void lookForSolver();
   void suitLatency();
 
   ServerClient client_;
@@ -111,7 +119,7 @@ class ServerSound {
   bool isMuted_ = false;
   ContactListener listener_;
   RadiatorCache radiators_{PanelSettings{.quick = true}};
-  std::map<int, ServerBody> bodies_;      // by number
+  std::vector<ServerBody> bodies_;        // by number
   std::unordered_map<BodyId, Key> keys_;  // of all parts
   BodyId nextId_ = 0;
   double epoch_ = 0.0;       // s, time at which substeps of the present duration began
@@ -121,15 +129,11 @@ class ServerSound {
   double duration_ = 0.0;    // s, of the present substep; 0 where the server did not tell
   double outer_ = 0.0;       // s, of the whole step
   std::uint64_t impacts_ = 0;
-  // A place (m) at the start of the substep, of a body that moves, by which it is found whether the
-  // server tells the end of a substep before its solver has run: worlds with deformable bodies do.
-  struct Probe {
-    int body = -1;
-    Vec3 position = Vec3::Zero();
-  };
-  std::optional<Probe> probe_;
-  std::optional<bool> solverComesLater_;  // not known before something has moved
-  bool isOpen_ = false;                   // the substep before is still to be finished
+  std::uint64_t softContacts_ = 0;  // contacts of soft bodies, in substeps
+  Vec3 gravity_ = Vec3::Zero();     // m/s^2
+  std::uint64_t substep_ = 0;       // number of the present one, from 1
+  bool isOpen_ = false;             // the substep is still to be finished
+  bool isTold_ = false;             // the server tells of its steps
   std::vector<TouchPoint> points_;
 };
 

@@ -328,6 +328,111 @@ class Settings(WithABall):
             client.disconnect()
 
 
+class Motion(unittest.TestCase):
+    """The states of bodies follow from what the server tells, or are asked for."""
+
+    STEP = 1 / 240
+
+    def setUp(self):
+        self.clients = []
+
+    def tearDown(self):
+        for client in self.clients:
+            client.disconnect()
+
+    def world(self, maximal=False, height=1.0, told=True):
+        client = StubClient()
+        self.clients.append(client)
+        client.add("floor", mass=0.0, restitution=0.8, maximal=maximal)
+        ball = client.add("ball", position=(0, 0, RADIUS + height), maximal=maximal)
+        if not told:
+            client.tell_nothing()
+        return client, ball
+
+    def speeds(self, sound, ball):
+        return [event.approach_speed_m_s for event in sound.events() if event.body == ball]
+
+    def kinds(self):
+        return [(maximal, told) for maximal in (False, True) for told in (True, False)]
+
+    def test_a_ball_that_is_thrown_hits_as_fast_as_it_was_thrown(self):
+        for maximal, told in self.kinds():
+            for height in (0.8, 0.012):  # some steps later, and within the first step
+                client, ball = self.world(maximal, told=told)
+                with plain.attach(client) as sound:
+                    for _ in range(10):
+                        client.stepSimulation()
+                    client.place(ball, (0, 0, RADIUS + height))
+                    client.stepSimulation()
+                    fallen = RADIUS + height - client.position(ball)[2]
+                    client.resetBaseVelocity(ball, (0, 0, -5))
+                    for _ in range(60):
+                        client.stepSimulation()
+                    speeds = self.speeds(sound, ball)
+                first = 5 + 0.5 * GRAVITY * self.STEP
+                exact = math.sqrt(first ** 2 + 2 * GRAVITY * (height - fallen))
+                self.assertAlmostEqual(speeds[0], exact, delta=0.025, msg=(maximal, told, height))
+
+    def test_a_ball_that_is_put_elsewhere_has_not_moved_there(self):
+        for maximal, told in self.kinds():
+            client, ball = self.world(maximal, height=3.0, told=told)
+            with plain.attach(client) as sound:
+                for _ in range(100):
+                    client.stepSimulation()
+                client.place(ball, (0.5, 0, RADIUS + 0.001))
+                for _ in range(12):
+                    client.stepSimulation()
+                self.assertLess(max(self.speeds(sound, ball) + [0.0]), 0.2)
+                client.place(ball, (0.5, 0, RADIUS + 0.5))
+                for _ in range(96):
+                    client.stepSimulation()
+                speeds = self.speeds(sound, ball)
+            self.assertAlmostEqual(speeds[0], math.sqrt(2 * GRAVITY * 0.5), delta=0.03,
+                                   msg=(maximal, told))
+
+    def test_a_ball_that_is_led_hits_as_fast_as_it_is_led(self):
+        for maximal, told in self.kinds():
+            client, ball = self.world(maximal, height=0.2, told=told)
+            with plain.attach(client) as sound:
+                for _ in range(60):
+                    client.resetBaseVelocity(ball, (0, 0, -1))
+                    client.stepSimulation()
+                speeds = self.speeds(sound, ball)
+            self.assertAlmostEqual(speeds[0], 1.0, delta=0.06, msg=(maximal, told))
+
+    def test_a_server_that_tells_nothing_is_asked(self):
+        heard = []
+        for told in (True, False):
+            client, ball = self.world(height=0.3, told=told)
+            with plain.attach(client) as sound:
+                for _ in range(240):
+                    client.stepSimulation()
+                self.assertEqual(sound.statistics()["late"], 0)
+                heard.append([(event.time_s, event.jz_Ns) for event in sound.events()
+                              if event.body == ball])
+        self.assertGreaterEqual(len(heard[1]), 3)
+        for (time, impulse), (asked_time, asked_impulse) in zip(*heard):
+            self.assertAlmostEqual(time, asked_time, delta=1e-6)
+            self.assertAlmostEqual(impulse, asked_impulse, delta=1e-4)
+
+    def test_free_and_sleeping_bodies_are_not_asked_for(self):
+        for maximal in (False, True):
+            client, _ = self.world(maximal)
+            for ball in range(50):
+                client.add("ball", position=(0.3 * ball + 1, 0, RADIUS + 0.01 * ball + 0.1),
+                           restitution=0.5, maximal=maximal)
+            with plain.attach(client, samples=False) as sound:
+                client.stepSimulation()
+                client.stepSimulation()
+                begun = client.states_asked()
+                for _ in range(600):
+                    client.stepSimulation()
+                self.assertGreaterEqual(sound.statistics()["impacts"], 100)
+            # Each is asked for twice when it is described at its first touch; 600 steps of 51
+            # bodies would be 30,600.
+            self.assertLess(client.states_asked() - begun, 51 * 4)
+
+
 class Clients(WithABall):
     def test_share_nothing(self):
         other = self.world()

@@ -312,7 +312,7 @@ TEST_F(PybulletPlugin, CommandsAnswer) {
   done("mute off");
   done("pause");
   done("stop");
-  EXPECT_THAT(done("stats"), StartsWith("time=0 bodies=2 impacts=0 events=0"));
+  EXPECT_THAT(done("stats"), StartsWith("time=0 bodies=2 impacts=0 soft_contacts=0 events=0"));
 }
 
 TEST_F(PybulletPlugin, MaterialChangesWhatIsHeard) {

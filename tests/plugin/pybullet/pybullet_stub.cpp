@@ -184,6 +184,8 @@ class Server final : public ServerStub {
   void tellBeforeSolver() override {
     world_.beforeSolver = [this] { call(afterTick_); };
   }
+  void tellNothing() override { isSecretive_ = true; }
+  int statesAsked() const override { return statesAsked_; }
   void step() override;
   int load(const std::string& path, const std::string& postFix) override;
   Reply execute(const std::string& text) override;
@@ -233,6 +235,7 @@ class Server final : public ServerStub {
   PluginContext context();
   void call(Call function);
   void notify(b3::NotificationType type, int body);
+  void addBodyChanges();
   void reportNotifications();
   bool readState();
   bool readDynamics();
@@ -249,6 +252,8 @@ class Server final : public ServerStub {
   std::vector<std::map<int, State>> saved_;
   double deltaTime_ = 1.0 / 240.0;
   int substeps_ = 0;
+  bool isSecretive_ = false;
+  int statesAsked_ = 0;
 
   void* library_ = nullptr;
   void* userPointer_ = nullptr;
@@ -437,7 +442,28 @@ void Server::step() {
                           btScalar(deltaTime_) / btScalar(substeps_));
   else
     world_.stepSimulation(btScalar(deltaTime_), 0);
+  addBodyChanges();
   reportNotifications();
+}
+
+// Tells where the colliders are that do not sleep.
+void Server::addBodyChanges() {
+  if (isSecretive_) return;
+  notify(b3::kSimulationStepped, 0);
+  for (const auto& [number, body] : bodies_) {
+    const btCollisionObject* const collider =
+        body.rigid ? static_cast<const btCollisionObject*>(body.rigid.get()) : body.collider.get();
+    if (!collider->isActive()) continue;
+    notify(b3::kTransformChanged, number);
+    if (library_ == nullptr) continue;
+    b3::Notification& told = pending_.back();
+    told.link = body.link();
+    const btTransform& pose = collider->getWorldTransform();
+    copy(pose.getOrigin(), told.position);
+    const btQuaternion turn = pose.getRotation();
+    for (int part = 0; part < 4; ++part)
+      told.orientation[static_cast<std::size_t>(part)] = static_cast<double>(turn[part]);
+  }
 }
 
 PluginContext Server::context() {
@@ -544,6 +570,7 @@ b3::SimulationParameters Server::parameters() const {
 }
 
 bool Server::readState() {
+  ++statesAsked_;
   const auto found = bodies_.find(body_);
   if (found == bodies_.end()) return false;
   const Held& body = found->second;
@@ -612,6 +639,10 @@ void Server::readContacts() {
       copy(found.m_normalWorldOnB, contact.normalOnB);
       contact.distance = static_cast<double>(found.getDistance());
       contact.normalForce = static_cast<double>(found.getAppliedImpulse()) / deltaTime_;
+      contact.frictionForces = {static_cast<double>(found.m_appliedImpulseLateral1) / deltaTime_,
+                                static_cast<double>(found.m_appliedImpulseLateral2) / deltaTime_};
+      copy(found.m_lateralFrictionDir1, contact.frictionDirection);
+      copy(found.m_lateralFrictionDir2, contact.secondFrictionDirection);
       contacts_.push_back(contact);
     }
   }
@@ -700,6 +731,12 @@ CAROM_EXPORT void stubPosition(carom::test::ServerStub* server, int body, double
 }
 CAROM_EXPORT void stubSetTimeStep(carom::test::ServerStub* server, double seconds, int substeps) {
   server->setTimeStep(seconds, substeps);
+}
+CAROM_EXPORT void stubTellNothing(carom::test::ServerStub* server) {
+  server->tellNothing();
+}
+CAROM_EXPORT int stubStatesAsked(carom::test::ServerStub* server) {
+  return server->statesAsked();
 }
 CAROM_EXPORT void stubStep(carom::test::ServerStub* server) {
   server->step();

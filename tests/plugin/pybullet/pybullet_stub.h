@@ -56,6 +56,10 @@ class ServerStub {
   virtual void setTimeStep(double seconds, int substeps) = 0;
   /// Has the end of each substep told before the solver runs, as worlds with deformable bodies do.
   virtual void tellBeforeSolver() = 0;
+  /// Tells nothing of steps any more, as some servers might not.
+  virtual void tellNothing() = 0;
+  /// How often the state of a body was asked for.
+  virtual int statesAsked() const = 0;
   virtual void step() = 0;
   /// Loads a plugin; returns 0, or -1 if it was refused.
   virtual int load(const std::string& path, const std::string& postFix) = 0;

@@ -20,7 +20,8 @@ def _stub():
             ("stubThrow", [pointer, ctypes.c_int, vector], None),
             ("stubPosition", [pointer, ctypes.c_int, vector], None),
             ("stubSetTimeStep", [pointer, ctypes.c_double, ctypes.c_int], None),
-            ("stubStep", [pointer], None),
+            ("stubTellNothing", [pointer], None),
+            ("stubStatesAsked", [pointer], ctypes.c_int), ("stubStep", [pointer], None),
             ("stubLoad", [pointer, ctypes.c_char_p, ctypes.c_char_p], ctypes.c_int),
             ("stubUnload", [pointer], None),
             ("stubExecute", [pointer, ctypes.c_char_p], ctypes.c_int),
@@ -87,6 +88,12 @@ class StubClient:
 
     def setTimeStep(self, seconds, substeps=0):
         STUB.stubSetTimeStep(self._connected(), seconds, substeps)
+
+    def tell_nothing(self):
+        STUB.stubTellNothing(self._connected())
+
+    def states_asked(self):
+        return STUB.stubStatesAsked(self._connected())
 
     def stepSimulation(self):
         STUB.stubStep(self._connected())
