@@ -1,6 +1,8 @@
 #include "plugin/pybullet/body_motion.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace carom::plugin {
 namespace {
@@ -9,13 +11,20 @@ namespace {
 constexpr double kDisagreement = 0.02;
 constexpr double kDisagreementShare = 0.05;
 
-/// Angular velocity (rad/s) that turns one orientation into another.
+/// rad: Bullet turns a body that would turn further than this within a substep, by an angle a, less
+/// far: by an angle b with tan(b / 2) = a / kLargestTurn * tan(kLargestTurn / 2)
+/// (btTransformUtil::integrateTransform).
+constexpr double kLargestTurn = 0.25 * std::numbers::pi;
+
+/// Angular velocity (rad/s) with which Bullet turns one orientation into another.
 Vec3 turningFrom(const Quat& from, const Quat& to, double duration) {
   Quat turn = to * from.conjugate();
   if (turn.w() < 0.0) turn.coeffs() = -turn.coeffs();
   const double sine = turn.vec().norm();
   if (!(sine > 0.0)) return Vec3::Zero();
-  return turn.vec() * (2.0 * std::atan2(sine, turn.w()) / (sine * duration));
+  double angle = 2.0 * std::atan2(sine, turn.w());
+  if (angle > kLargestTurn) angle = kLargestTurn * (sine / turn.w()) / std::tan(0.5 * kLargestTurn);
+  return turn.vec() * (angle / (sine * duration));
 }
 
 /// Orientation after turning for so long (s); below 0: before.

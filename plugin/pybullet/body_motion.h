@@ -14,7 +14,8 @@ namespace carom::plugin {
 /// follows from that: Bullet's solver is symplectic, so that a substep's displacement is the speed
 /// at its end, times its duration. Only what does not follow is asked for, as a state costs some
 /// microseconds each: of bodies with links, of new ones, between the substeps of one step, and of
-/// bodies that have moved otherwise than gravity and contacts have them.
+/// bodies that have moved otherwise than gravity and contacts have them, or that the solver has
+/// pushed out of deep overlaps.
 struct BodyMotion {
   /// Where a state is known from: asked for as a substep begins; or before that, so that the host
   /// may have put or thrown the body since.
@@ -33,6 +34,8 @@ struct BodyMotion {
   Vec3 impulse = Vec3::Zero();         ///< N s, of the contacts of this substep
   Vec3 angularImpulse = Vec3::Zero();  ///< N m s, about the centre of mass
   std::uint64_t loaded = 0;            ///< the substep to which `impulse` belongs
+  /// The solver has moved it out of an overlap, in that substep, without giving it that speed.
+  bool isPushed = false;
 
   bool hasLinks() const { return starts.size() > 1; }
 };

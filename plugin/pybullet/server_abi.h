@@ -85,8 +85,9 @@ struct SimulationParameters {
   int iterations;
   std::array<double, 2> warmStarting;
   int realTime;
-  int splitImpulse;
-  std::array<double, 2> thresholds;
+  int splitImpulse;                ///< 1: on
+  double splitImpulseDistance;     ///< m, below 0: rigid bodies that overlap more are pushed
+  double contactBreakingDistance;  ///< m
   int flags;
   double contactErp;
   int filterMode;

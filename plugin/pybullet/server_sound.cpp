@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdio>
+#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -187,6 +188,8 @@ void ServerSound::beginSubstep() {
   if (!(duration_ > 0.0)) return;
   outer_ = parameters->deltaTime;
   gravity_ = vectorOf(parameters->gravity);
+  pushDistance_ = parameters->splitImpulse != 0 ? parameters->splitImpulseDistance
+                                                : -std::numeric_limits<double>::infinity();
   if (duration_ != counted_) {
     epoch_ = time_;
     steps_ = 0;
@@ -287,7 +290,12 @@ void ServerSound::correct(int number, ServerBody& body) {
   BodyMotion& motion = body.motion;
   const ServerPart& part = body.part(kBase);
   const FreeMotion free{duration_, gravity_};
-  if (motion.loaded != substep_) motion.impulse = motion.angularImpulse = Vec3::Zero();
+  if (motion.loaded != substep_) {
+    motion.impulse = motion.angularImpulse = Vec3::Zero();
+    motion.isPushed = false;
+  }
+  if (motion.isPushed && motion.end == BodyMotion::Source::told && part.contact.isRigid())
+    askFor(number, motion, motion.end);
   const bool wasFree =
       std::exchange(motion.isFree, isFreeMotion(motion.starts.front(), motion.ends.front(),
                                                 motion.impulse, part.contact.mass, free));
@@ -349,8 +357,11 @@ void ServerSound::addImpulse(const b3::ContactPoint& contact, Key key, double si
   ServerBody& body = *find(key.body);
   BodyMotion& motion = body.motion;
   if (!body.mayMove || motion.starts.size() != 1) return;
-  if (std::exchange(motion.loaded, substep_) != substep_)
+  if (std::exchange(motion.loaded, substep_) != substep_) {
     motion.impulse = motion.angularImpulse = Vec3::Zero();
+    motion.isPushed = false;
+  }
+  motion.isPushed = motion.isPushed || contact.distance <= pushDistance_;
   const Vec3 force = contact.normalForce * vectorOf(contact.normalOnB) +
                      contact.frictionForces[0] * vectorOf(contact.frictionDirection) +
                      contact.frictionForces[1] * vectorOf(contact.secondFrictionDirection);

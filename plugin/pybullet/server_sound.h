@@ -131,6 +131,7 @@ class ServerSound {
   std::uint64_t impacts_ = 0;
   std::uint64_t softContacts_ = 0;  // contacts of soft bodies, in substeps
   Vec3 gravity_ = Vec3::Zero();     // m/s^2
+  double pushDistance_ = 0.0;       // m, see splitImpulseDistance
   std::uint64_t substep_ = 0;       // number of the present one, from 1
   bool isOpen_ = false;             // the substep is still to be finished
   bool isTold_ = false;             // the server tells of its steps

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include <Eigen/Geometry>
+#include <LinearMath/btTransformUtil.h>
 #include <gtest/gtest.h>
 
 namespace carom {
@@ -42,6 +43,26 @@ TEST(BodyMotion, VelocitiesFollowFromPlaces) {
   const BodyState still = endOf(start, start.position, start.orientation, kTick);
   EXPECT_EQ(still.velocity, Vec3::Zero());
   EXPECT_EQ(still.angularVelocity, Vec3::Zero());
+}
+
+// Bullet limits how far a body turns within a substep.
+TEST(BodyMotion, FastTurnsFollowFromPlacesAsBulletMakesThem) {
+  for (const double speed : {10.0, 40.0, 47.0, 48.0, 60.0, 90.0}) {
+    constexpr double kLongTick = 1.0 / 60.0;
+    const Vec3 angularVelocity = speed * Vec3(0.6, -0.8, 0.0);
+    const btVector3 turning(btScalar(angularVelocity.x()), btScalar(angularVelocity.y()), 0);
+    btTransform from = btTransform::getIdentity();
+    from.setRotation(btQuaternion(btScalar(0), btScalar(0.8), btScalar(0), btScalar(0.6)));
+    btTransform to;
+    btTransformUtil::integrateTransform(from, btVector3(0, 0, 0), turning, btScalar(kLongTick), to);
+    const btQuaternion turned = to.getRotation();
+    const Quat end(static_cast<double>(turned.w()), static_cast<double>(turned.x()),
+                   static_cast<double>(turned.y()), static_cast<double>(turned.z()));
+    BodyState start;
+    start.orientation = Quat(0.6, 0.0, 0.8, 0.0);
+    const BodyState found = endOf(start, Vec3::Zero(), end.normalized(), kLongTick);
+    EXPECT_LT((found.angularVelocity - angularVelocity).norm(), 2e-4) << speed;
+  }
 }
 
 TEST(BodyMotion, StartOfASubstepIsThatBeforeItsImpulses) {

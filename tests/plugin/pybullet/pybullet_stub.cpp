@@ -564,6 +564,9 @@ b3::SimulationParameters Server::parameters() const {
   parameters.gravity = {0.0, 0.0, static_cast<double>(world_.getGravity().z())};
   parameters.contactErp = static_cast<double>(world_.getSolverInfo().m_erp2);
   parameters.contactSlop = static_cast<double>(world_.getSolverInfo().m_linearSlop);
+  parameters.splitImpulse = world_.getSolverInfo().m_splitImpulse;
+  parameters.splitImpulseDistance =
+      static_cast<double>(world_.getSolverInfo().m_splitImpulsePenetrationThreshold);
   parameters.restitutionSpeed =
       static_cast<double>(world_.getSolverInfo().m_restitutionVelocityThreshold);
   return parameters;
