@@ -6,7 +6,7 @@
 #   include/carom/<layer>/*.h    what these include, and the other layers' own: <carom/audio/synth.h>
 #   lib/libcarom_<layer>.a, lib/cmake/carom/, lib/pkgconfig/carom*.pc
 #   lib/libcarom.so*             the C interface, if it is built as a shared library
-#   lib/carom/                   plugins that others load
+#   lib/carom/                   plugins that others load, and what `carom listen` brings to a program
 #   bin/carom, share/carom/scenes/
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
@@ -126,6 +126,10 @@ if(TARGET carom_pybullet)
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/carom COMPONENT Runtime)
   install(FILES ${PROJECT_SOURCE_DIR}/plugin/pybullet/python/carom.py
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/carom COMPONENT Runtime)
+endif()
+if(TARGET carom_listen_preload)
+  install(TARGETS carom_listen_preload carom_listen_float carom_listen_double
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/carom COMPONENT Runtime)
 endif()
 
 # ---- find_package

@@ -1,6 +1,6 @@
 // The carom command: render, info, compare, report, record, replay, batch, modes, strike, jello,
-// stability. Exit codes: 0 done, 1 failed, 2 bad input, 3 ended by a limit; by a signal: 129, 130,
-// 143.
+// stability, listen. Exit codes: 0 done, 1 failed, 2 bad input, 3 ended by a limit; by a signal:
+// 129, 130, 143.
 
 #include <algorithm>
 #include <cctype>
@@ -21,6 +21,7 @@
 #include "command/batch_command.h"
 #include "command/command_line.h"
 #include "command/jello_command.h"
+#include "command/listen_command.h"
 #include "command/modes_command.h"
 #include "command/progress_bar.h"
 #include "command/report_command.h"
@@ -56,7 +57,8 @@ using namespace audio;
 namespace {
 
 constexpr const char* kCommands =
-    "render, info, compare, report, record, replay, batch, modes, strike, jello or stability";
+    "render, info, compare, report, record, replay, batch, modes, strike, jello, stability or "
+    "listen";
 
 struct Arguments {
   std::string scene;  // for replay: the recording
@@ -598,6 +600,7 @@ std::string usageError(const CLI::App* app, const CLI::Error& error) {
 }
 
 int run(int argc, char** argv) {
+  const std::vector<std::string> program = takeProgram(argc, argv);
   CLI::App app("Carom: physically based contact sound");
   app.name("carom");
   app.set_version_flag("--version", CAROM_VERSION);
@@ -616,6 +619,7 @@ int run(int argc, char** argv) {
   const StrikeCommand strike(app);
   const JelloCommand jello(app);
   const StabilityCommand stability(app);
+  const ListenCommand listen(app, program);
   app.allow_extras();  // after the commands, which do not inherit it then
   try {
     app.parse(argc, argv);
@@ -637,6 +641,7 @@ int run(int argc, char** argv) {
   if (strike.parsed()) return strike.run();
   if (jello.parsed()) return jello.run();
   if (stability.parsed()) return stability.run();
+  if (listen.parsed()) return listen.run();
   return fail(kBadInput, std::string("no command; expected ") + kCommands + " (carom --help)");
 }
 

@@ -14,6 +14,9 @@ namespace {
 constexpr double kLeastMemory = 50e6;  // bytes
 constexpr double kMostMemory = 1e18;   // bytes
 
+/// The limit of memory before capMemory.
+std::optional<rlimit> limitBefore;
+
 /// Parses "2GB", "500MB" or a number of bytes; nothing if the text is neither, or out of range.
 std::optional<double> memoryOf(const std::string& text) {
   double unit = 1.0;
@@ -90,8 +93,13 @@ void capMemory(std::uint64_t bytes) {
   constexpr rlim_t kRoom = rlim_t{200} << 20U;  // for the program itself
   rlimit limit{};
   if (getrlimit(RLIMIT_DATA, &limit) != 0) return;
+  if (!limitBefore) limitBefore = limit;
   limit.rlim_cur = std::min<rlim_t>(limit.rlim_max, 2 * bytes + kRoom);
   setrlimit(RLIMIT_DATA, &limit);
+}
+
+void liftMemoryCap() {
+  if (limitBefore) setrlimit(RLIMIT_DATA, &*limitBefore);
 }
 
 }  // namespace carom::command

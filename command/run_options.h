@@ -42,4 +42,8 @@ int endedEarly(const std::string& file, const scenes::ResourceWatch& watch,
 /// what grows faster than it looks: allocations beyond fail.
 void capMemory(std::uint64_t bytes);
 
+/// Gives the process back the limit with which it was started, for a program that it is about to
+/// become. [in the child of a fork]
+void liftMemoryCap();
+
 }  // namespace carom::command

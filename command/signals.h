@@ -12,4 +12,12 @@ void endCleanlyOnSignals();
 /// The same without a word, for a process that another has begun, and that was a copy of it.
 void endSilentlyOnSignals();
 
+/// Hands those signals on to a process that this one waits for, from now on, instead of ending by
+/// them; 0: ends by them again.
+void handSignalsTo(int process);
+
+/// Gives the process back the signals with which it was started, for a program that it is about to
+/// become. [in the child of a fork]
+void restoreSignals();
+
 }  // namespace carom::command

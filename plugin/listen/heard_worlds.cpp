@@ -1,0 +1,176 @@
+#include "plugin/listen/heard_worlds.h"
+
+#include <array>
+#include <chrono>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <btBulletDynamicsCommon.h>
+
+#include "audio/model/decimal.h"
+#include "plugin/listen/listen_protocol.h"
+#include "plugin/listen/listen_report.h"
+
+namespace carom::listen {
+namespace {
+
+/// The end of a program waits so long for a step under way.
+constexpr std::chrono::seconds kLongestWait{2};
+
+std::string_view variable(const char* name) {
+  const char* const value = std::getenv(name);
+  return value != nullptr ? value : std::string_view();
+}
+
+/// Reads as many numbers as there are, with spaces between them. The command has looked at them.
+std::vector<double> numbersIn(std::string_view text) {
+  std::vector<double> numbers;
+  while (!text.empty()) {
+    double number = 0.0;
+    const auto [end, fault] = audio::readDecimal(text.data(), text.data() + text.size(), number);
+    if (fault != std::errc()) break;
+    numbers.push_back(number);
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    if (!text.empty()) text.remove_prefix(1);
+  }
+  return numbers;
+}
+
+/// The listener at the place that the user has chosen, of the same kind as the automatic one.
+Listener listenerAt(const std::vector<double>& pose) {
+  constexpr std::size_t kNumbers = 7;
+  Listener listener = SoundSettings::defaultListener();
+  if (pose.size() != kNumbers) return listener;
+  listener.position = Vec3(pose[0], pose[1], pose[2]);
+  listener.orientation = Quat(pose[6], pose[3], pose[4], pose[5]);
+  return listener;
+}
+
+SoundSettings settingsFor(int world) {
+  SoundSettings settings;
+  settings.record = fileOfWorld(std::string(variable(kFileVariable)), world).string();
+  settings.play = variable(kPlayVariable) == "1";
+  settings.onMessage = [](const std::string& sentence) { tellUser(sentence); };
+  if (const auto scale = numbersIn(variable(kFullScaleVariable)); !scale.empty())
+    settings.fullScale = scale.front();
+  if (const auto pose = numbersIn(variable(kListenerVariable)); !pose.empty())
+    settings.listeners = {listenerAt(pose)};
+  return settings;
+}
+
+WorldSoundSettings worldSettings() {
+  WorldSoundSettings settings;
+  if (const auto units = numbersIn(variable(kUnitsVariable)); !units.empty())
+    settings.metresPerUnit = units.front();
+  return settings;
+}
+
+/// Takes the next number of a world, of all in this process. Both libraries with the sound may be
+/// at work in it. 0 if there are too many.
+int nextWorld() {
+  for (int world = 1; world <= kMostWorlds; ++world)
+    if (claim("world-" + std::to_string(world))) return world;
+  if (claim("too-many"))
+    tellUser("only the first " + std::to_string(kMostWorlds) + " of its worlds are heard");
+  return 0;
+}
+
+std::string decimal(double number) {
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
+  return {text.data(), end};
+}
+
+constexpr const char* precision() {
+  return sizeof(btScalar) == sizeof(double) ? "double" : "float";
+}
+
+}  // namespace
+
+HeardWorlds& HeardWorlds::instance() {
+  static HeardWorlds& worlds = *new HeardWorlds;
+  return worlds;
+}
+
+std::shared_ptr<HeardWorlds::HeardWorld> HeardWorlds::find(const void* world) {
+  const std::lock_guard lock(mutex_);
+  const auto found = worlds_.find(world);
+  return found == worlds_.end() ? nullptr : found->second;
+}
+
+std::shared_ptr<HeardWorlds::HeardWorld> HeardWorlds::add(btDiscreteDynamicsWorld& world) {
+  auto heard = std::make_shared<HeardWorld>();
+  heard->mutex.lock();
+  {
+    const std::lock_guard lock(mutex_);
+    worlds_.emplace(&world, heard);
+  }
+  attach(*heard, world);
+  return heard;
+}
+
+void HeardWorlds::attach(HeardWorld& heard, btDiscreteDynamicsWorld& world) {
+  heard.number = nextWorld();
+  if (heard.number == 0) return;
+  Result<Sound> sound = Sound::attach(world, settingsFor(heard.number), worldSettings());
+  if (!sound) return;  // onMessage was told why
+  heard.sound.emplace(*std::move(sound));
+  addToReport("begin " + std::to_string(heard.number) + " " + precision());
+  // After the sound has registered what completes its recording at exit, so as to come before.
+  static const int registered = std::atexit([] { instance().endAll(); });
+  (void)registered;
+}
+
+void HeardWorlds::beforeStep(btDiscreteDynamicsWorld& world) {
+  if (const auto known = find(&world))
+    known->mutex.lock();
+  else
+    add(world);
+}
+
+void HeardWorlds::afterStep(const void* world) {
+  if (const auto heard = find(world)) heard->mutex.unlock();
+}
+
+void HeardWorlds::close(HeardWorld& heard) {
+  if (!heard.sound) return;
+  const Status closed = heard.sound->close();
+  const SoundStatistics statistics = heard.sound->statistics();
+  if (closed)
+    addToReport("end " + std::to_string(heard.number) + " " + std::to_string(statistics.posted) +
+                " " + decimal(statistics.peak));
+  else
+    tellUser(closed.error().message);
+  heard.sound.reset();
+}
+
+void HeardWorlds::end(const void* world) {
+  std::shared_ptr<HeardWorld> heard;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = worlds_.find(world);
+    if (found == worlds_.end()) return;
+    heard = found->second;
+    worlds_.erase(found);
+  }
+  const std::lock_guard lock(heard->mutex);
+  close(*heard);
+}
+
+void HeardWorlds::endAll() {
+  std::vector<std::shared_ptr<HeardWorld>> all;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [world, heard] : worlds_)
+      all.push_back(heard);
+  }
+  for (const auto& heard : all) {
+    const std::unique_lock lock(heard->mutex, kLongestWait);
+    if (lock) close(*heard);
+  }
+}
+
+}  // namespace carom::listen

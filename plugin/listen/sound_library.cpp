@@ -1,0 +1,101 @@
+#include "plugin/listen/sound_library.h"
+
+#include <atomic>
+#include <filesystem>
+#include <mutex>
+#include <utility>
+
+#include <dlfcn.h>
+#include <unistd.h>
+
+#include "plugin/listen/bullet_function.h"
+#include "plugin/listen/listen_report.h"
+
+namespace carom::listen {
+namespace {
+
+std::filesystem::path folderOfThis() {
+  static const char mark = 0;
+  Dl_info info{};
+  if (dladdr(&mark, &info) == 0 || info.dli_fname == nullptr) return {};
+  return std::filesystem::path(info.dli_fname).parent_path();
+}
+
+std::string lastError() {
+  const char* const error = dlerror();
+  return error != nullptr ? error : "unknown error";
+}
+
+/// Returns "3.24".
+std::string versionText(int version) {
+  constexpr int kPerMajor = 100;
+  const std::string minor = std::to_string(version % kPerMajor);
+  return std::to_string(version / kPerMajor) + (minor.size() < 2 ? ".0" : ".") + minor;
+}
+
+/// Lets what is opened later be linked to a library that was opened for another one alone.
+void makeReachable(const BulletLibrary& library) {
+  if (library.isReachable || library.file.empty()) return;
+  dlopen(library.file.c_str(), RTLD_LAZY | RTLD_NOLOAD | RTLD_GLOBAL);
+}
+
+}  // namespace
+
+bool isHeardProcess() {
+  static std::atomic<pid_t> asked{0};
+  static std::atomic<bool> isHeard{false};
+  static std::mutex& mutex = *new std::mutex;
+  const pid_t process = getpid();
+  if (asked.load() == process) return isHeard.load();
+  const std::lock_guard lock(mutex);
+  if (asked.load() == process) return isHeard.load();
+  isHeard = claim(kProcessFile);
+  asked = process;
+  return isHeard.load();
+}
+
+const SoundFunctions* SoundLibrary::opened() const {
+  return isOpen_ && isHeardProcess() ? &functions_ : nullptr;
+}
+
+const SoundFunctions* SoundLibrary::open(const void* step, const char* name) {
+  static std::mutex& mutex = *new std::mutex;
+  if (!isHeardProcess()) return nullptr;
+  const std::lock_guard lock(mutex);
+  if (!std::exchange(hasTried_, true)) load(step, name);
+  return opened();
+}
+
+void SoundLibrary::load(const void* step, const char* name) {
+  const std::string why = fault(step, name);
+  if (!why.empty()) tellUser(why);
+}
+
+/// Opens the library; returns why it is of no use.
+std::string SoundLibrary::fault(const void* step, const char* name) {
+  const std::string file = (folderOfThis() / kind_.library).string();
+  const BulletLibrary bullet = libraryOf(step, name);
+  makeReachable(bullet);
+  void* const handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (handle == nullptr)
+    return "its Bullet (" + std::string(kind_.scalar) + ", " + bullet.file +
+           ") cannot be heard: " + lastError();
+  const auto version = reinterpret_cast<VersionFunction>(dlsym(handle, kBulletVersion));
+  const int expected = version != nullptr ? version() : 0;
+  if (bullet.version != expected)
+    return "its Bullet is " +
+           (bullet.version == 0 ? "of unknown version" : versionText(bullet.version)) + " (" +
+           (bullet.file.empty() ? "in the program itself" : bullet.file) +
+           ") and is not heard; expected the shared libraries of Bullet " + versionText(expected);
+  SoundFunctions found;
+  found.beforeStep = reinterpret_cast<WorldFunction>(dlsym(handle, kBeforeStep));
+  found.afterStep = reinterpret_cast<WorldFunction>(dlsym(handle, kAfterStep));
+  found.worldEnds = reinterpret_cast<WorldFunction>(dlsym(handle, kWorldEnds));
+  if (found.beforeStep == nullptr || found.afterStep == nullptr || found.worldEnds == nullptr)
+    return file + " is of another version of Carom; install both anew";
+  functions_ = found;
+  isOpen_ = true;
+  return {};
+}
+
+}  // namespace carom::listen
