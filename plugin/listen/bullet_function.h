@@ -4,6 +4,9 @@
 
 namespace carom::listen {
 
+/// Version of the Bullet for which Carom was compiled, such as 324.
+extern const int kCompiledVersion;
+
 /// The library in which a function of Bullet is.
 struct BulletLibrary {
   std::string file;          ///< empty for the program itself

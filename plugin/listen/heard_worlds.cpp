@@ -2,6 +2,7 @@
 
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <string>
 #include <string_view>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include <btBulletDynamicsCommon.h>
+#include <unistd.h>
 
 #include "audio/model/decimal.h"
 #include "plugin/listen/listen_protocol.h"
@@ -53,7 +55,9 @@ SoundSettings settingsFor(int world) {
   SoundSettings settings;
   settings.record = fileOfWorld(std::string(variable(kFileVariable)), world).string();
   settings.play = variable(kPlayVariable) == "1";
-  settings.onMessage = [](const std::string& sentence) { tellUser(sentence); };
+  settings.onMessage = [](const std::string& sentence) {
+    if (sentence.find("SoundSettings::fullScale") == std::string::npos) tellUser(sentence);
+  };
   if (const auto scale = numbersIn(variable(kFullScaleVariable)); !scale.empty())
     settings.fullScale = scale.front();
   if (const auto pose = numbersIn(variable(kListenerVariable)); !pose.empty())
@@ -106,6 +110,7 @@ std::shared_ptr<HeardWorlds::HeardWorld> HeardWorlds::add(btDiscreteDynamicsWorl
   heard->mutex.lock();
   {
     const std::lock_guard lock(mutex_);
+    process_ = getpid();
     worlds_.emplace(&world, heard);
   }
   attach(*heard, world);
@@ -139,6 +144,9 @@ void HeardWorlds::close(HeardWorld& heard) {
   if (!heard.sound) return;
   const Status closed = heard.sound->close();
   const SoundStatistics statistics = heard.sound->statistics();
+  if (closed && statistics.peakSample > 1.0)  // as the sound has said, with another remedy
+    tellUser("the peak of " + decimal(statistics.peak) + " Pa is above the full scale; expected " +
+             "--full-scale " + decimal(std::ceil(statistics.peak)) + " or more");
   if (closed)
     addToReport("end " + std::to_string(heard.number) + " " + std::to_string(statistics.posted) +
                 " " + decimal(statistics.peak));
@@ -160,7 +168,12 @@ void HeardWorlds::end(const void* world) {
   close(*heard);
 }
 
+bool HeardWorlds::isOwnProcess() const {
+  return process_ == getpid();
+}
+
 void HeardWorlds::endAll() {
+  if (!isOwnProcess()) return;
   std::vector<std::shared_ptr<HeardWorld>> all;
   {
     const std::lock_guard lock(mutex_);

@@ -44,7 +44,11 @@ class HeardWorlds {
   static void attach(HeardWorld& heard, btDiscreteDynamicsWorld& world);
   static void close(HeardWorld& heard);
 
+  /// True in the process that was listened to, false in its forks, which have a copy of it.
+  bool isOwnProcess() const;
+
   std::mutex mutex_;
+  int process_ = -1;  // in which a sound was first attached
   std::unordered_map<const void*, std::shared_ptr<HeardWorld>> worlds_;
 };
 

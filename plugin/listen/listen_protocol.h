@@ -60,8 +60,4 @@ inline constexpr const char* kAfterStep = "carom_listen_after_step";
 inline constexpr const char* kWorldEnds = "carom_listen_world_ends";
 using WorldFunction = void (*)(void* world);
 
-/// Returns the version of Bullet that the library was compiled for, such as 324.
-inline constexpr const char* kBulletVersion = "carom_listen_bullet_version";
-using VersionFunction = int (*)();
-
 }  // namespace carom::listen

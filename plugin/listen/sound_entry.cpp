@@ -20,7 +20,3 @@ CAROM_LISTEN_EXPORT void carom_listen_after_step(void* world) {
 CAROM_LISTEN_EXPORT void carom_listen_world_ends(void* world) {
   HeardWorlds::instance().end(world);
 }
-
-CAROM_LISTEN_EXPORT int carom_listen_bullet_version() {
-  return btGetVersion();
-}

@@ -71,22 +71,22 @@ void SoundLibrary::load(const void* step, const char* name) {
   if (!why.empty()) tellUser(why);
 }
 
-/// Opens the library; returns why it is of no use.
+/// Opens the library; returns why it is of no use. Another version of Bullet has other classes: its
+/// worlds must not be touched.
 std::string SoundLibrary::fault(const void* step, const char* name) {
-  const std::string file = (folderOfThis() / kind_.library).string();
   const BulletLibrary bullet = libraryOf(step, name);
+  const std::string place = bullet.file.empty() ? "in the program itself" : bullet.file;
+  if (bullet.version != kCompiledVersion)
+    return "its Bullet is " +
+           (bullet.version == 0 ? "of unknown version" : versionText(bullet.version)) + " (" +
+           place + ") and is not heard; expected the shared libraries of Bullet " +
+           versionText(kCompiledVersion);
+  const std::string file = (folderOfThis() / kind_.library).string();
   makeReachable(bullet);
   void* const handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr)
-    return "its Bullet (" + std::string(kind_.scalar) + ", " + bullet.file +
+    return "its Bullet in " + std::string(kind_.scalar) + " (" + place +
            ") cannot be heard: " + lastError();
-  const auto version = reinterpret_cast<VersionFunction>(dlsym(handle, kBulletVersion));
-  const int expected = version != nullptr ? version() : 0;
-  if (bullet.version != expected)
-    return "its Bullet is " +
-           (bullet.version == 0 ? "of unknown version" : versionText(bullet.version)) + " (" +
-           (bullet.file.empty() ? "in the program itself" : bullet.file) +
-           ") and is not heard; expected the shared libraries of Bullet " + versionText(expected);
   SoundFunctions found;
   found.beforeStep = reinterpret_cast<WorldFunction>(dlsym(handle, kBeforeStep));
   found.afterStep = reinterpret_cast<WorldFunction>(dlsym(handle, kAfterStep));

@@ -9,6 +9,10 @@
 #include <string>
 #include <utility>
 
+#if __has_include(<pthread.h>)
+#include <pthread.h>
+#endif
+
 #include "audio/model/immortal.h"
 #include "audio/model/mutex.h"
 #include "audio/scheduling/ring_tracks.h"
@@ -164,8 +168,10 @@ class OpenRecordings {
   }
   void add(SoundSession& session) {
     const MutexLock lock(mutex_);
-    if (!std::exchange(isAwaitingExit_, true))
+    if (!std::exchange(isAwaitingExit_, true)) {
       std::atexit([] { OpenRecordings::instance().finish(); });
+      leaveForksAlone();
+    }
     threads_[&session] = presentThread();
   }
   void remove(SoundSession& session) {
@@ -174,6 +180,22 @@ class OpenRecordings {
   }
 
  private:
+  /// A fork has the recordings of its parent, which goes on with them: it must neither write into
+  /// their files nor give them names, whether it steps the world, or ends by exit.
+  static void leaveForksAlone() {
+#if __has_include(<pthread.h>)
+    pthread_atfork([] { instance().mutex_.lock(); }, [] { instance().mutex_.unlock(); },
+                   [] {
+                     instance().abandon();
+                     instance().mutex_.unlock();
+                   });
+#endif
+  }
+  void abandon() {
+    for (const auto& [session, thread] : threads_)
+      session->abandonRecording();
+    threads_.clear();
+  }
   /// Finishes those of this thread: others may still be at work.
   void finish() {
     for (;;) {
@@ -438,6 +460,10 @@ Status SoundSession::record(const std::filesystem::path& file) {
   recorder->startAt(time);
   bring(recorder->scheduler());
   return std::monostate{};
+}
+
+void SoundSession::abandonRecording() {
+  (void)recorder.release();  // what destroys it would complete the file
 }
 
 Status SoundSession::finishRecording() {

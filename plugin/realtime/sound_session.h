@@ -79,6 +79,8 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
   Status record(const std::filesystem::path& file);
   Status finishRecording();
   Status capture();
+  /// Forgets the recording, in a fork: its file is the parent's.
+  void abandonRecording();
   virtual SoundStatistics statistics() const;
   /// Says on stderr what a warning says, if nobody has asked for the statistics since it holds.
   void warnUnseen();
