@@ -57,7 +57,8 @@ bool hasSamples(const std::filesystem::path& path) {
 /// more.
 void keepPart(ListenedWorld& world) {
   const auto kept = audio::PartialFile::keepLeftovers(world.file, hasSamples);
-  world.file = kept.empty() ? std::string() : kept.back().lexically_normal().string();
+  const std::filesystem::path folder = std::filesystem::path(world.file).parent_path();
+  world.file = kept.empty() ? std::string() : (folder / kept.back().filename()).string();
 }
 
 void readLine(const std::string& line, ListenOutcome& outcome, std::vector<int>& numbers) {
@@ -97,10 +98,12 @@ std::string numberText(double number) {
 
 std::string lineFor(const ListenedWorld& world) {
   if (!world.isComplete)
-    return world.file.empty() ? "the program ended before anything of a world was recorded\n"
-                              : world.file + ": " + numberText(world.duration) +
-                                    " s; the program ended without an exit, and this is what was "
-                                    "recorded before\n";
+    return world.file.empty()
+               ? "the recording of a world is not complete, and has no file; its process may still "
+                 "run\n"
+               : world.file + ": " + numberText(world.duration) +
+                     " s; the program ended without an exit, and this is what was "
+                     "recorded before\n";
   std::string text = world.file + ": " + numberText(world.duration) + " s, Bullet in " +
                      world.precision + ", " + std::to_string(world.events.value_or(0)) +
                      " events, peak " + numberText(world.peak.value_or(0.0)) + " Pa";

@@ -44,5 +44,9 @@ expect_field(${development} Version "^${VERSION}-")
 
 file(GLOB command ${FOLDER}/carom_*.deb)
 expect_files(${command} bin/carom share/carom/scenes/bouncing_ball.json share/doc/carom/copyright)
+if(LISTEN)
+  expect_files(${command} ${LIBDIR}/carom/libcarom_listen.so ${LIBDIR}/carom/libcarom_listen_float.so
+    ${LIBDIR}/carom/libcarom_listen_double.so)
+endif()
 expect_field(${command} Depends "libsndfile1")  # found by dpkg-shlibdeps
 expect_field(${command} Section sound)
