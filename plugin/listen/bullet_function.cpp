@@ -70,7 +70,8 @@ std::string_view sonameOf(const link_map& map) {
     if (entry->d_tag == DT_SONAME) place = entry->d_un.d_val;
   }
   if (strings == 0 || place == 0) return {};
-  return reinterpret_cast<const char*>(strings + place);
+  // The loader's table has addresses as numbers.
+  return reinterpret_cast<const char*>(strings + place);  // NOLINT(performance-no-int-to-ptr)
 }
 
 /// Reads 324 from "libBulletDynamics.so.3.24"; 0 if there is no such number.

@@ -294,6 +294,15 @@ TEST_F(Listen, FullScaleListenerAndUnitsAreThoseOfTheOptions) {
   EXPECT_THAT(loud["messages"].dump(), HasSubstr("--full-scale"));
 }
 
+TEST_F(Listen, WithoutADeviceToPlayOnAMessageSaysSoAndTheFileIsWritten) {
+  setenv("SDL_AUDIODRIVER", "none-such", 1);
+  const Outcome outcome = listen({host("listen_host_float"), "discrete", "destroy"}, {"--play"});
+  unsetenv("SDL_AUDIODRIVER");
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("device"));
+  EXPECT_GT(readRecording(folder_ / "heard.wav").peak(), 0.5);
+}
+
 TEST_F(Listen, ProgramHasTheSignalsTheLimitsAndThePreloadedLibrariesOfItsUser) {
   const std::string print = "ulimit -d; grep SigBlk /proc/self/status";
   ASSERT_EQ(shell("sh -c \"" + print + "\""), 0);
