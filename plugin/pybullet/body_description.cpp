@@ -12,6 +12,9 @@ namespace {
 
 using Form = ContactBody::Form;
 
+/// For what slides, where the server does not tell it: what bodies have unless it is set.
+constexpr double kUnknownRestitution = 0.0;
+
 SurfaceMesh boxSurface(const Vec3& edges) {
   SurfaceMesh mesh;
   for (unsigned corner = 0; corner < 8; ++corner) {
@@ -65,7 +68,8 @@ BodyDescription describeBody(const ShapeSigns& signs, bool held, bool isLink,
   } else {
     body.sound.material = *findMaterial("concrete");
   }
-  body.sound.material.restitution = std::clamp(body.contact.restitution.value_or(0.5), 0.0, 1.0);
+  body.sound.material.restitution =
+      std::clamp(body.contact.restitution.value_or(kUnknownRestitution), 0.0, 1.0);
   return body;
 }
 

@@ -19,10 +19,6 @@ constexpr double kSubstepsAhead = 2.0;
 constexpr double kUpright = 0.999;
 constexpr double kSideways = 0.045;
 
-Vec3 velocityAt(const BodyState& state, const Vec3& point) {
-  return state.velocity + state.angularVelocity.cross(point - state.position);
-}
-
 bool isSphere(const ContactSide& side) {
   return side.body.form == ContactBody::Form::sphere;
 }
@@ -31,33 +27,10 @@ Motion earlier(const Motion& motion, double seconds) {
   return {motion.positionAt(-seconds), motion.velocityAt(-seconds), motion.acceleration};
 }
 
-// Local radius of curvature (m), as ImpulseEvent::radius.
-double curvature(const ContactSide& side, const Vec3& normal) {
-  constexpr double flat = std::numeric_limits<double>::infinity();
-  const Vec3 local = (side.state.orientation.conjugate() * normal).cwiseAbs();
-  const double radius = side.body.radius;
-  switch (side.body.form) {
-    case ContactBody::Form::sphere:
-      return radius;
-    case ContactBody::Form::box:
-      return local.maxCoeff() > kUpright ? flat : 0.0;
-    case ContactBody::Form::cylinder:
-      if (local.z() > kUpright) return flat;
-      return local.z() < kSideways ? 2.0 * radius : 0.0;
-    case ContactBody::Form::capsule:
-      return local.z() < kSideways ? 2.0 * radius : radius;
-    case ContactBody::Form::plane:
-      return flat;
-    case ContactBody::Form::other:
-      break;
-  }
-  return side.body.isMovable() ? 0.0 : flat;
-}
-
 // Acceleration (m/s^2) of a corner or an edge on its path around the centre; 0 for other surfaces,
 // which have no point that goes on touching.
 Vec3 turningAcceleration(const ContactSide& side, const Vec3& point, const Vec3& normal) {
-  if (curvature(side, normal) > 0.0) return Vec3::Zero();
+  if (curvatureOf(side.body, side.state.orientation, normal) > 0.0) return Vec3::Zero();
   const Vec3& spin = side.state.angularVelocity;
   return spin.cross(spin.cross(point - side.state.position));
 }
@@ -147,8 +120,8 @@ void fillIn(ImpulseEvent& event, const ContactSide& body, const ContactSide& oth
             const Motion& way, double s) {
   event.body = body.id;
   event.other = other.id;
-  event.radius = curvature(body, event.normal);
-  event.otherRadius = curvature(other, event.normal);
+  event.radius = curvatureOf(body.body, body.state.orientation, event.normal);
+  event.otherRadius = curvatureOf(other.body, other.state.orientation, event.normal);
   event.bodyPosition = way.positionAt(s);
   event.bodyVelocity = way.velocityAt(s);
   event.bodyOrientation = body.state.orientation;
@@ -156,6 +129,32 @@ void fillIn(ImpulseEvent& event, const ContactSide& body, const ContactSide& oth
 }
 
 }  // namespace
+
+Vec3 velocityAt(const BodyState& state, const Vec3& place) {
+  return state.velocity + state.angularVelocity.cross(place - state.position);
+}
+
+double curvatureOf(const ContactBody& body, const Quat& orientation, const Vec3& normal) {
+  constexpr double flat = std::numeric_limits<double>::infinity();
+  const Vec3 local = (orientation.conjugate() * normal).cwiseAbs();
+  const double radius = body.radius;
+  switch (body.form) {
+    case ContactBody::Form::sphere:
+      return radius;
+    case ContactBody::Form::box:
+      return local.maxCoeff() > kUpright ? flat : 0.0;
+    case ContactBody::Form::cylinder:
+      if (local.z() > kUpright) return flat;
+      return local.z() < kSideways ? 2.0 * radius : 0.0;
+    case ContactBody::Form::capsule:
+      return local.z() < kSideways ? 2.0 * radius : radius;
+    case ContactBody::Form::plane:
+      return flat;
+    case ContactBody::Form::other:
+      break;
+  }
+  return body.isMovable() ? 0.0 : flat;
+}
 
 double approachAt(const TouchPoint& point, const BodyState& body, const BodyState& other) {
   const Vec3 velocity =
@@ -170,8 +169,10 @@ TouchPoint meanOf(std::span<const TouchPoint> points) {
   Vec3 normal = Vec3::Zero();
   mean.impulse = 0.0;
   mean.distance = 0.0;
+  mean.friction = Vec3::Zero();
   for (const TouchPoint& point : points) {
     mean.impulse += point.impulse;
+    mean.friction += point.friction;
     mean.distance += point.impulse * point.distance;
     onBody += point.impulse * point.positionOnBody;
     onOther += point.impulse * point.positionOnOther;

@@ -46,6 +46,7 @@ struct TouchPoint {
   Vec3 normal = Vec3::UnitX();          ///< 1, world frame, unit, from `other` towards `body`
   double distance = 0.0;                ///< m, below 0 where they overlap
   double impulse = 0.0;                 ///< N s, >= 0, along the normal, on `body`
+  Vec3 friction = Vec3::Zero();         ///< N s, world frame, on `body`
 };
 
 /// One body of a pair, at the start of a substep.
@@ -65,6 +66,13 @@ struct ContactSide {
     return {state.position, state.velocity + 0.5 * dt * acceleration, acceleration};
   }
 };
+
+/// Velocity (m/s, world frame) of a body's point at a place.
+Vec3 velocityAt(const BodyState& state, const Vec3& place);
+
+/// Local radius of curvature (m) of a body that is touched along `normal` (world frame), as
+/// ImpulseEvent::radius.
+double curvatureOf(const ContactBody& body, const Quat& orientation, const Vec3& normal);
 
 /// Speed (m/s) at which the two approach at a point, at the start of the substep.
 double approachAt(const TouchPoint& point, const BodyState& body, const BodyState& other);

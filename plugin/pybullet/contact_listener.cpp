@@ -25,6 +25,7 @@ TouchPoint ordered(TouchPoint point) {
     std::swap(point.body, point.other);
     std::swap(point.positionOnBody, point.positionOnOther);
     point.normal = -point.normal;
+    point.friction = -point.friction;
   }
   return point;
 }
@@ -66,6 +67,7 @@ std::span<const ImpulseEvent> ContactListener::finish(std::span<const TouchPoint
   events_.clear();
   points_.clear();
   loads_.clear();
+  contacts_.clear();
   for (const TouchPoint& point : points) {
     if (!(point.impulse > 0.0)) continue;
     loads_.push_back({pairKey(std::min(point.body, point.other), std::max(point.body, point.other)),
@@ -179,6 +181,7 @@ std::optional<double> ContactListener::restitutionOf(const ContactSide& body,
 void ContactListener::hearPair(std::uint64_t key, Points points, const StateAfter& after) {
   const TouchPoint mean = points.size() == 1 ? points.front() : meanOf(points);
   Pair& pair = pairs_[key];
+  PairContact& contact = contacts_.emplace_back(PairContact{.mean = mean});
   // Most pairs rest, and need not be looked at more closely.
   if (approachAt(mean, stateOf(mean.body), stateOf(mean.other)) <= restSpeed_) {
     pair.touched = count_;
@@ -188,6 +191,7 @@ void ContactListener::hearPair(std::uint64_t key, Points points, const StateAfte
   const ContactSide other = sideOf(mean.other);
   const bool begun = begins(body, other, mean, pair);
   pair.touched = count_;
+  contact.isImpact = pair.approached == count_;
   if (!begun) return;
   const std::optional<Touch> touch = firstTouch(body, other, mean, points);
   if (!touch || touch->approachSpeed <= restSpeed_ || touch->onset <= restSpeed_) return;

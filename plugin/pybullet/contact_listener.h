@@ -24,6 +24,12 @@ struct ContactSubstep {
 /// Tells the state of a body after the substep, if it is known.
 using StateAfter = std::function<std::optional<BodyState>(BodyId)>;
 
+/// A pair that the solver has acted on in a substep.
+struct PairContact {
+  TouchPoint mean{};      ///< its points taken for one
+  bool isImpact = false;  ///< the impulse belongs to an impact
+};
+
 /// Finds impacts in what a physics server tells of each substep: states at its start, contact
 /// points with impulses at its end. It knows no solver, no shapes and no world.
 ///
@@ -68,6 +74,10 @@ class ContactListener {
   /// asked for bodies without a restitution that have an impact; it may be empty.
   std::span<const ImpulseEvent> finish(std::span<const TouchPoint> points,
                                        const StateAfter& after = {});
+
+  /// Returns all pairs that the solver has acted on in the substep that was ended last, those of
+  /// the smaller id first in TouchPoint. Valid until the next one is ended.
+  std::span<const PairContact> contacts() const { return contacts_; }
 
   /// True if the body hangs in the air at rest, as none does that gravity can move: a fixed base
   /// whose mass is not 0.
@@ -122,7 +132,8 @@ class ContactListener {
   std::unordered_map<std::uint64_t, Pair> pairs_;  // by both ids, the smaller one first
   std::vector<TouchPoint> points_;                 // those of this substep that the solver acted on
   std::vector<Load> loads_;                        // the same, by pair
-  std::vector<TouchPoint> pairPoints_;             // scratch, those of one pair
+  std::vector<PairContact> contacts_;
+  std::vector<TouchPoint> pairPoints_;  // scratch, those of one pair
   std::vector<ImpulseEvent> events_;
 };
 

@@ -57,6 +57,12 @@ Quat orientationOf(const std::array<double, 4>& values) {
   return Quat(values[3], values[0], values[1], values[2]).normalized();
 }
 
+/// Returns the force (N) of friction on the body A.
+Vec3 frictionOf(const b3::ContactPoint& contact) {
+  return contact.frictionForces[0] * vectorOf(contact.frictionDirection) +
+         contact.frictionForces[1] * vectorOf(contact.secondFrictionDirection);
+}
+
 /// True if a state is there, but for rounding.
 bool isPlaceOf(const BodyState& state, const Vec3& position, const Quat& orientation) {
   constexpr double kRounding = 1e-5;
@@ -269,7 +275,44 @@ void ServerSound::finishSubstep() {
   for (const ImpulseEvent& event : events)
     post(event);
   impacts_ += events.size() / 2;
+  hearLasting();
   sound_->advanceTo(time_);
+}
+
+/// Hears what slides, rolls or rests.
+void ServerSound::hearLasting() {
+  for (const ContactState& contact :
+       lasting_.finish(time_ - duration_, duration_, listener_.contacts(), *this))
+    sound_->updateContact(contact);
+}
+
+/// Returns how a body has moved over the substep; one that nothing moves rests where it is.
+std::optional<SubstepMotion> ServerSound::motionOf(BodyId id) const {
+  const ServerBody* const body = bodyOf(id);
+  if (body == nullptr) return std::nullopt;
+  const auto at = static_cast<std::size_t>(keys_[id].link - kBase);
+  const BodyMotion& motion = body->motion;
+  SubstepMotion found;
+  if (at < body->parts.size()) found.body = body->parts[at].contact;
+  if (!body->mayMove) return found;
+  if (at >= motion.starts.size()) return std::nullopt;
+  found.start = motion.starts[at];
+  if (at < motion.ends.size() && motion.end != BodyMotion::Source::unknown) {
+    found.end = motion.ends[at];
+  } else {  // of links, which are asked for as the next substep begins
+    found.end = found.start;
+    found.end.position += duration_ * found.start.velocity;
+  }
+  return found;
+}
+
+const BodyState* ServerSound::endStateOf(BodyId id) const {
+  const ServerBody* const body = bodyOf(id);
+  if (body == nullptr || !body->mayMove) return nullptr;
+  const BodyMotion& motion = body->motion;
+  const auto at = static_cast<std::size_t>(keys_[id].link - kBase);
+  if (motion.end != BodyMotion::Source::unknown && at < motion.ends.size()) return &motion.ends[at];
+  return at < motion.starts.size() ? &motion.starts[at] : nullptr;
 }
 
 /// Looks at how bodies have moved that should follow gravity and their contacts.
@@ -314,47 +357,48 @@ void ServerSound::correct(int number, ServerBody& body) {
 
 /// Returns the state of a body at the end of the substep.
 std::optional<BodyState> ServerSound::stateAfter(BodyId id) {
-  const auto key = keys_.find(id);
-  if (key == keys_.end()) return std::nullopt;
-  const ServerBody* const body = find(key->second.body);
-  const auto part = static_cast<std::size_t>(key->second.link - kBase);
-  if (body != nullptr && body->motion.end != BodyMotion::Source::unknown &&
-      part < body->motion.ends.size())
+  const ServerBody* const body = bodyOf(id);
+  if (body == nullptr) return std::nullopt;
+  const auto part = static_cast<std::size_t>(keys_[id].link - kBase);
+  if (body->motion.end != BodyMotion::Source::unknown && part < body->motion.ends.size())
     return body->motion.ends[part];
-  return stateOf(key->second);
+  return stateOf(keys_[id]);
 }
 
 void ServerSound::post(const ImpulseEvent& event) {
   sound_->post(event);
   if (!events_) return;
-  const Key body = keys_.at(event.body);
-  const Key other = keys_.at(event.other);
+  const Key body = keys_[event.body];
+  const Key other = keys_[event.other];
   events_->add(event, {body.body, body.link}, {other.body, other.link});
 }
 
 void ServerSound::readContacts() {
+  const auto sleeps = [](const ServerBody& body) { return !(body.mayMove && body.motion.isAwake); };
   points_.clear();
   for (const b3::ContactPoint& contact : client_.contacts()) {
-    const Key body{contact.bodyA, contact.linkA};
-    const Key other{contact.bodyB, contact.linkB};
-    if (body.body < 0 || other.body < 0 || body == other) continue;
-    const BodyId id = described(body).id;
-    const BodyId otherId = described(other).id;
-    if (find(body.body)->isSoft || find(other.body)->isSoft) {
+    const Key key{contact.bodyA, contact.linkA};
+    const Key otherKey{contact.bodyB, contact.linkB};
+    if (key.body < 0 || otherKey.body < 0 || key == otherKey) continue;
+    const BodyId id = described(key).id;
+    const BodyId otherId = described(otherKey).id;
+    ServerBody& body = bodies_[static_cast<std::size_t>(key.body)];
+    ServerBody& other = bodies_[static_cast<std::size_t>(otherKey.body)];
+    if (body.isSoft || other.isSoft) {
       ++softContacts_;
       continue;
     }
+    if (sleeps(body) && sleeps(other)) continue;
     points_.push_back({id, otherId, vectorOf(contact.positionOnA), vectorOf(contact.positionOnB),
-                       vectorOf(contact.normalOnB), contact.distance,
-                       contact.normalForce * outer_});
+                       vectorOf(contact.normalOnB), contact.distance, contact.normalForce * outer_,
+                       outer_ * frictionOf(contact)});
     addImpulse(contact, body, 1.0);
     addImpulse(contact, other, -1.0);
   }
 }
 
 /// Adds what a contact has given to one of its bodies in this substep: +1 for A, -1 for B.
-void ServerSound::addImpulse(const b3::ContactPoint& contact, Key key, double sign) {
-  ServerBody& body = *find(key.body);
+void ServerSound::addImpulse(const b3::ContactPoint& contact, ServerBody& body, double sign) {
   BodyMotion& motion = body.motion;
   if (!body.mayMove || motion.starts.size() != 1) return;
   if (std::exchange(motion.loaded, substep_) != substep_) {
@@ -442,10 +486,19 @@ void ServerSound::hearPlace(const b3::Notification& told) {
   motion.end = BodyMotion::Source::told;
 }
 
-ServerBody* ServerSound::find(int body) {
+const ServerBody* ServerSound::find(int body) const {
   if (body < 0 || static_cast<std::size_t>(body) >= bodies_.size()) return nullptr;
-  ServerBody& found = bodies_[static_cast<std::size_t>(body)];
+  const ServerBody& found = bodies_[static_cast<std::size_t>(body)];
   return found.isThere ? &found : nullptr;
+}
+
+const ServerBody* ServerSound::bodyOf(BodyId id) const {
+  return id < keys_.size() ? find(keys_[id].body) : nullptr;
+}
+
+ServerBody* ServerSound::find(int body) {
+  const auto at = static_cast<std::size_t>(body);
+  return std::as_const(*this).find(body) != nullptr ? &bodies_[at] : nullptr;
 }
 
 void ServerSound::addBody(int body) {
@@ -463,8 +516,9 @@ void ServerSound::removeBody(int body) {
     if (!part.isKnown) continue;
     sound_->removeBody(part.id);
     listener_.removeBody(part.id);
+    lasting_.removeBody(part.id);
     if (events_) events_->scheduler().removeBody(part.id);
-    keys_.erase(part.id);
+    keys_[part.id] = {};
   }
   *found = {};
 }
@@ -474,8 +528,8 @@ ServerPart& ServerSound::partOf(Key key) {
   if (find(key.body) == nullptr) addBody(key.body);  // no notification has come yet
   ServerPart& part = bodies_[static_cast<std::size_t>(key.body)].part(key.link);
   if (!std::exchange(part.isKnown, true)) {
-    part.id = nextId_++;
-    keys_[part.id] = key;
+    part.id = static_cast<BodyId>(keys_.size());
+    keys_.push_back(key);
   }
   return part;
 }

@@ -7,7 +7,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <vector>
 
 #include "carom/audio/panel_radiator.h"
@@ -16,6 +15,7 @@
 #include "plugin/pybullet/command.h"
 #include "plugin/pybullet/contact_listener.h"
 #include "plugin/pybullet/event_table.h"
+#include "plugin/pybullet/lasting_pairs.h"
 #include "plugin/pybullet/server_body.h"
 #include "plugin/pybullet/server_client.h"
 
@@ -30,7 +30,7 @@ namespace carom::plugin {
 /// then in any world; one with deformable bodies tells the end of a substep before that. Simulation
 /// time is the sum of the substeps since the plugin was loaded, or the simulation was reset.
 /// [physics thread]
-class ServerSound {
+class ServerSound final : private SubstepMotions {
  public:
   /// Refuses what EventSound refuses, and a server that does not tell its parameters. `name` is
   /// what the `describe` command gives for it.
@@ -84,6 +84,8 @@ class ServerSound {
   void addBody(int body);
   void removeBody(int body);
   ServerBody* find(int body);
+  const ServerBody* find(int body) const;
+  const ServerBody* bodyOf(BodyId id) const;
   ServerPart& partOf(Key key);
   const ServerPart& described(Key key);
   void describe(Key key, ServerPart& part);
@@ -100,11 +102,14 @@ class ServerSound {
   void hearStep(std::span<const b3::Notification> told);
   void hearPlace(const b3::Notification& told);
   void readContacts();
-  void addImpulse(const b3::ContactPoint& contact, Key key, double sign);
+  void addImpulse(const b3::ContactPoint& contact, ServerBody& body, double sign);
   void correctMotions();
   void correct(int number, ServerBody& body);
   void finishSubstep();
   void post(const ImpulseEvent& event);
+  void hearLasting();
+  std::optional<SubstepMotion> motionOf(BodyId id) const override;
+  const BodyState* endStateOf(BodyId id) const override;
   void suitLatency();
 
   ServerClient client_;
@@ -118,16 +123,16 @@ class ServerSound {
   double gain_ = 1.0;
   bool isMuted_ = false;
   ContactListener listener_;
+  LastingPairs lasting_;
   RadiatorCache radiators_{PanelSettings{.quick = true}};
-  std::vector<ServerBody> bodies_;        // by number
-  std::unordered_map<BodyId, Key> keys_;  // of all parts
-  BodyId nextId_ = 0;
-  double epoch_ = 0.0;       // s, time at which substeps of the present duration began
-  std::uint64_t steps_ = 0;  // substeps since then
-  double counted_ = 0.0;     // s, their duration
-  double time_ = 0.0;        // s
-  double duration_ = 0.0;    // s, of the present substep; 0 where the server did not tell
-  double outer_ = 0.0;       // s, of the whole step
+  std::vector<ServerBody> bodies_;  // by number
+  std::vector<Key> keys_;           // by id, of all parts that were; without a body, of gone ones
+  double epoch_ = 0.0;              // s, time at which substeps of the present duration began
+  std::uint64_t steps_ = 0;         // substeps since then
+  double counted_ = 0.0;            // s, their duration
+  double time_ = 0.0;               // s
+  double duration_ = 0.0;           // s, of the present substep; 0 where the server did not tell
+  double outer_ = 0.0;              // s, of the whole step
   std::uint64_t impacts_ = 0;
   std::uint64_t softContacts_ = 0;  // contacts of soft bodies, in substeps
   Vec3 gravity_ = Vec3::Zero();     // m/s^2

@@ -99,6 +99,9 @@ class Sound:
             if samples:
                 self._do("capture")
             self._captures = samples
+            # Elsewhere another thread or process steps, and answers before it is through.
+            method = getattr(client, "getConnectionInfo", dict)(**self._id).get("connectionMethod")
+            self._is_direct = method == getattr(client, "DIRECT", None)
             self._describe()
         except BaseException:
             self.close()
@@ -131,7 +134,7 @@ class Sound:
         k / 48000 - `latency`. With NumPy an array; without it a memoryview of that shape, which of
         no frames has the shape (0,).
         """
-        self._require_capture()
+        self._await_step()
         if self._library is not None:
             data = self._taken(self._library.takeSamples_carom, ctypes.c_float)
         else:
@@ -145,7 +148,7 @@ class Sound:
         columns of EVENT_COLUMNS each has `peaks_pa`, an upper bound of its sound at each listener.
         With NumPy a structured array; without it a list of `Event`.
         """
-        self._require_capture()
+        self._await_step()
         if self._library is not None:
             data = self._taken(self._library.takeEvents_carom, ctypes.c_double)
         else:
@@ -338,10 +341,13 @@ class Sound:
         if self._plugin is None:
             raise CaromError("the sound is closed; attach another")
 
-    def _require_capture(self) -> None:
+    def _await_step(self) -> None:
+        """Has the server finish the latest step, of which it may have told too early."""
         self._require_open()
         if not self._captures:
             raise CaromError("samples and events are not kept; attach(..., samples=True) keeps them")
+        if not self._is_direct:
+            self._do("describe")
 
     def _taken(self, take, number_type) -> memoryview:
         waiting = take(self._instance, None, 0)

@@ -1,7 +1,8 @@
 """Tests of carom.py over the server stub. Where there is NumPy the tests of arrays run, too."""
 
 import builtins
-import importlib
+import importlib.util
+import json
 import math
 import os
 import resource
@@ -433,6 +434,59 @@ class Motion(unittest.TestCase):
             self.assertLess(client.states_asked() - begun, 51 * 4)
 
 
+class Sliding(unittest.TestCase):
+    """What lasts is heard: a body that slides or rolls, and not one that rests."""
+
+    def loudness(self, form, velocity, prepare=lambda sound, body: None, maximal=False):
+        """Root mean squares of the samples in tenths of a second, after the body lies there."""
+        client = StubClient()
+        client.add("box", half_edges=(5, 5, 0.5), mass=0.0, position=(0, 0, -0.5), maximal=maximal)
+        half = (0.05, 0.05, 0.05) if form == "ball" else (0.05, 0.05, 0.03)
+        body = client.add(form, half_edges=half, mass=0.5, position=(0, 0, half[2]),
+                          maximal=maximal)
+        with plain.attach(client) as sound:
+            sound.listener([0, -0.5, 0.5], format="mono")
+            sound.material(0, "wood")
+            sound.material(body, "wood")
+            prepare(sound, body)
+            for _ in range(48):
+                client.stepSimulation()
+            sound.samples()
+            client.resetBaseVelocity(body, velocity)
+            tenths = []
+            for _ in range(10):
+                samples = []
+                for _ in range(24):
+                    client.stepSimulation()
+                    samples += floats(sound.samples())
+                tenths.append(math.sqrt(sum(x * x for x in samples) / len(samples)))
+            self.assertEqual(len([event for event in sound.events() if event.body == body]), 0)
+        client.disconnect()
+        return tenths
+
+    def test_is_heard_until_the_body_rests(self):
+        for maximal in (False, True):
+            slides = self.loudness("box", (1.5, 0, 0), maximal=maximal)
+            self.assertGreater(slides[1], 1e-3)
+            # Friction stops it after v / (mu g), the stub's mu being 0.25: 0.6 s.
+            self.assertLess(slides[9], 1e-2 * slides[1])
+            self.assertGreater(slides[1], slides[5])
+            rests = self.loudness("box", (0, 0, 0), maximal=maximal)
+            self.assertLess(max(rests), 1e-6)
+            rolls = self.loudness("ball", (1.5, 0, 0), maximal=maximal)
+            self.assertGreater(min(rolls[1:]), 1e-4)
+
+    def test_is_by_the_bumps_of_the_texture(self):
+        bumps = os.environ["CAROM_TEXTURE"]
+        usual = self.loudness("box", (1.5, 0, 0))
+        bumpy = self.loudness("box", (1.5, 0, 0),
+                              lambda sound, body: sound.texture(body, bumps, (0.1, 0.1)))
+        self.assertGreater(bumpy[1], 0)
+        self.assertNotEqual(bumpy[1], usual[1])
+        self.assertEqual(self.loudness("box", (1.5, 0, 0),
+                                       lambda sound, body: sound.texture(body, None)), usual)
+
+
 class Clients(WithABall):
     def test_share_nothing(self):
         other = self.world()
@@ -474,6 +528,41 @@ class Clients(WithABall):
         if rounds > 20 and "CAROM_SANITIZED" not in os.environ:
             grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
             self.assertLess(grown, 2000 + 20 * (rounds - 20))  # kB
+
+
+class Examples(unittest.TestCase):
+    """The examples run as they stand, over the stub in place of PyBullet."""
+
+    def run_example(self, name, *arguments):
+        here = os.path.dirname(os.path.abspath(__file__))
+        example = os.path.join(os.environ["CAROM_EXAMPLES"], name)
+        environment = dict(os.environ, PYTHONPATH=os.path.join(here, "stub_modules"),
+                           CAROM_PYBULLET_PLUGIN=os.path.join(os.environ["CAROM_PYTHON"],
+                                                              "libcarom_pybullet.so"))
+        return subprocess.run([sys.executable, example, *arguments], env=environment, check=True,
+                              capture_output=True, text=True).stdout
+
+    def test_the_agent_hears_on_which_side_the_ball_fell(self):
+        self.assertEqual(self.run_example("agent_with_ears.py", "12"), "12 of 12 by ear\n")
+
+    def test_the_data_set_is_the_same_each_time(self):
+        with tempfile.TemporaryDirectory() as folder:
+            sets = []
+            for name in ("one", "two"):
+                self.run_example("data_set.py", os.path.join(folder, name), "4")
+                files = sorted(os.listdir(os.path.join(folder, name)))
+                self.assertEqual(len(files), 5)
+                contents = []
+                for file in files:
+                    with open(os.path.join(folder, name, file), "rb") as opened:
+                        contents.append(opened.read())
+                sets.append(contents)
+            self.assertEqual(sets[0], sets[1])
+            rows = [json.loads(line) for line in sets[0][-1].splitlines()]
+            self.assertEqual(len(rows), 4)
+            for row in rows:
+                self.assertGreaterEqual(len(row["collisions"]), 1)
+                self.assertGreater(row["collisions"][0]["peak_pa"], 0)
 
 
 class Nonsense(WithABall):

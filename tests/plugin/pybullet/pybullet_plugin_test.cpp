@@ -1,6 +1,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <regex>
 #include <set>
@@ -354,6 +355,40 @@ TEST_F(PybulletPlugin, UnloadingFinishesTheRecordingAndLeavesNothing) {
   run(0.1);
   load();
   EXPECT_EQ(statistic("impacts"), 0U);
+}
+
+// How many rounds, CAROM_ROUNDS says: rounds.sh runs 1000, and 10 under valgrind.
+TEST_F(PybulletPlugin, ComesAndGoes) {
+  const char* const wanted = std::getenv("CAROM_ROUNDS");
+  const int rounds = wanted != nullptr ? std::atoi(wanted) : 10;
+  const int ball = addBall();
+  for (int round = 0; round < rounds; ++round) {
+    load();
+    done("capture");
+    done("listener 0 0 1 index=1 format=mono");
+    done("record " + file("round.wav"));
+    run(0.1);
+    const int state = server->saveState();
+    run(0.2);
+    server->restoreState(state);
+    done("reset 0.1");
+    run(0.2);
+    EXPECT_THAT(done("samples"), StartsWith("samples=0"));
+    EXPECT_THAT(done("events"), StartsWith("events="));
+    const int other = addBall(0.1);
+    run(0.2);
+    server->remove(other);
+    run(0.05);
+    if (round % 2 == 0) done("stop");
+    server->reset();
+    EXPECT_THAT(done("describe"), HasSubstr(" time=0"));
+    server->add({.form = Form::floor, .mass = 0.0, .restitution = 0.8});
+    ASSERT_EQ(addBall(), ball);
+    run(0.3);
+    EXPECT_GE(statistic("impacts"), 3U);
+    server->unload();
+    run(0.05);
+  }
 }
 
 // This program itself is the server here, and exports none of a server's functions.

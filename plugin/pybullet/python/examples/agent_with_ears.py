@@ -1,0 +1,98 @@
+"""An environment for agents that hear: a ball falls somewhere around, and which side was it?
+
+    python agent_with_ears.py [EPISODES]
+
+The interface is Gymnasium's, whose spaces are used where it is installed. What the agent gets is
+what its two microphones hear in a second of the simulation, from `sound.samples()`.
+"""
+
+import os
+import random
+import sys
+
+import pybullet
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+import carom
+
+try:
+    import gymnasium
+except ImportError:
+    gymnasium = None
+
+STEPS = 240  # of 1/240 s
+LEFT, RIGHT = 0, 1
+
+
+class SideByEar(gymnasium.Env if gymnasium else object):
+    """One step is an episode: the agent hears a second of a falling ball, and says LEFT or RIGHT.
+
+    The observation has the shape (48000, 2), in Pa: left and right.
+    """
+
+    metadata = {"render_modes": []}
+
+    def __init__(self):
+        self.client = pybullet.connect(pybullet.DIRECT)
+        pybullet.setGravity(0, 0, -9.81)
+        self.sound = carom.attach(pybullet)
+        self.sound.listener([0, 0, 1], format="coincident_pair")  # looks along +y, z is up
+        frames = STEPS * self.sound.sample_rate // 240
+        if gymnasium:
+            self.observation_space = gymnasium.spaces.Box(-float("inf"), float("inf"),
+                                                          (frames, self.sound.channels))
+            self.action_space = gymnasium.spaces.Discrete(2)
+        self.side = LEFT
+
+    def reset(self, *, seed=None, options=None):
+        """Lets a ball fall at a random place; returns what is heard of it."""
+        if seed is not None:
+            random.seed(seed)
+        pybullet.resetSimulation()  # the sound's clock is at 0 again, and all is silent
+        pybullet.setGravity(0, 0, -9.81)
+        floor = pybullet.createCollisionShape(pybullet.GEOM_PLANE)
+        pybullet.createMultiBody(0, floor)
+        self.side = random.choice((LEFT, RIGHT))
+        across = random.uniform(0.3, 2.0) * (1 if self.side == RIGHT else -1)
+        radius = random.uniform(0.02, 0.05)
+        shape = pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=radius)
+        ball = pybullet.createMultiBody(0.2, shape,
+                                        basePosition=[across, random.uniform(0.5, 2.0), 1.0])
+        pybullet.changeDynamics(ball, -1, restitution=0.8)
+        for _ in range(STEPS):
+            pybullet.stepSimulation()
+        return self.sound.samples(), {"collisions": len(self.sound.events()) // 2}
+
+    def step(self, action):
+        """Takes LEFT or RIGHT. The episode is over; the observation is no new one."""
+        reward = 1.0 if action == self.side else 0.0
+        return self.sound.samples(), reward, True, False, {}
+
+    def close(self):
+        self.sound.close()
+        pybullet.disconnect(self.client)
+
+
+def louder_side(samples):
+    """The side on which there is more energy."""
+    energies = [0.0, 0.0]
+    for left, right in samples.tolist():
+        energies[LEFT] += left * left
+        energies[RIGHT] += right * right
+    return max((LEFT, RIGHT), key=lambda side: energies[side])
+
+
+def main():
+    episodes = int(sys.argv[1]) if len(sys.argv) > 1 else 20
+    environment = SideByEar()
+    right = 0.0
+    for episode in range(episodes):
+        samples, _ = environment.reset(seed=episode)
+        _, reward, *_ = environment.step(louder_side(samples))
+        right += reward
+    environment.close()
+    print(f"{right:.0f} of {episodes} by ear")
+
+
+if __name__ == "__main__":
+    main()
