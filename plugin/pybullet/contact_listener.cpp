@@ -1,6 +1,7 @@
 #include "plugin/pybullet/contact_listener.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace carom::plugin {
@@ -18,6 +19,13 @@ constexpr std::uint64_t kHop = 4;
 
 std::uint64_t pairKey(BodyId body, BodyId other) {
   return (static_cast<std::uint64_t>(body) << 32U) | other;
+}
+
+/// The state of a body; that of one that is not known is rest.
+template <class Entry>
+const BodyState& stateOf(const Entry* entry) {
+  static const BodyState kRest;
+  return entry == nullptr ? kRest : entry->track.now;
 }
 
 TouchPoint ordered(TouchPoint point) {
@@ -38,8 +46,8 @@ void ContactListener::setBody(BodyId id, const ContactBody& body) {
 
 void ContactListener::removeBody(BodyId id) {
   entries_.erase(id);
-  std::erase_if(pairs_, [id](const auto& entry) {
-    return entry.first >> 32U == id || (entry.first & 0xFFFFFFFFU) == id;
+  std::erase_if(pairs_, [id](const Pair& pair) {
+    return pair.key >> 32U == id || (pair.key & 0xFFFFFFFFU) == id;
   });
 }
 
@@ -77,39 +85,48 @@ std::span<const ImpulseEvent> ContactListener::finish(std::span<const TouchPoint
   std::ranges::sort(loads_, [](const Load& first, const Load& second) {
     return std::pair(first.pair, first.point) < std::pair(second.pair, second.point);
   });
+  // Both the pairs that are known and the loads are in the order of their keys.
+  const auto lives = [this](const Pair& pair) {
+    return std::max(pair.touched, pair.approached) + kHop > count_;
+  };
+  nextPairs_.clear();
+  auto known = pairs_.begin();
   for (std::size_t first = 0; first < loads_.size();) {
-    const std::uint64_t key = loads_[first].pair;
+    Pair pair{.key = loads_[first].pair};
+    for (; known != pairs_.end() && known->key < pair.key; ++known)
+      if (lives(*known)) nextPairs_.push_back(*known);
+    if (known != pairs_.end() && known->key == pair.key) pair = *known++;
     pairPoints_.clear();
-    for (; first < loads_.size() && loads_[first].pair == key; ++first)
+    for (; first < loads_.size() && loads_[first].pair == pair.key; ++first)
       pairPoints_.push_back(points_[loads_[first].point]);
-    hearPair(key, pairPoints_, after);
+    hearPair(pair, pairPoints_, after);
+    nextPairs_.push_back(pair);
   }
+  std::copy_if(known, pairs_.end(), std::back_inserter(nextPairs_), lives);
+  std::swap(pairs_, nextPairs_);
   for (const TouchPoint& point : points)
     if (!(point.impulse > 0.0)) stayOpen(ordered(point));
-  for (const Load& each : loads_) {
-    load(static_cast<BodyId>(each.pair >> 32U));
-    load(static_cast<BodyId>(each.pair & 0xFFFFFFFFU));
-  }
-  std::erase_if(pairs_, [this](const auto& entry) {
-    return std::max(entry.second.touched, entry.second.approached) + kHop <= count_;
-  });
   return events_;
 }
 
-void ContactListener::load(BodyId id) {
+ContactListener::Entry* ContactListener::find(BodyId id) {
   const auto entry = entries_.find(id);
-  if (entry != entries_.end() && entry->second.track.seen != 0) entry->second.track.loaded = count_;
+  return entry == entries_.end() ? nullptr : &entry->second;
+}
+
+void ContactListener::load(Entry* entry) const {
+  if (entry == nullptr || entry->track.seen == 0 || entry->track.loaded == count_) return;
+  entry->track.loadedBefore = std::exchange(entry->track.loaded, count_);
 }
 
 // Keeps an approach open without an impulse in this substep: a solver may slow a pair down ahead of
 // its touch, and leave it alone for a substep in between.
 void ContactListener::stayOpen(const TouchPoint& point) {
-  const auto found = pairs_.find(pairKey(point.body, point.other));
-  if (found == pairs_.end() || found->second.touched == count_) return;
-  Pair& pair = found->second;
-  if (!isOpen(pair)) return;
-  if (approachAt(point, stateOf(point.body), stateOf(point.other)) > restSpeed_)
-    pair.approached = count_;
+  const std::uint64_t key = pairKey(point.body, point.other);
+  const auto pair = std::ranges::lower_bound(pairs_, key, {}, &Pair::key);
+  if (pair == pairs_.end() || pair->key != key || pair->touched == count_ || !isOpen(*pair)) return;
+  if (approachAt(point, stateOf(find(point.body)), stateOf(find(point.other))) > restSpeed_)
+    pair->approached = count_;
 }
 
 bool ContactListener::isHeld(BodyId id) const {
@@ -134,14 +151,9 @@ bool ContactListener::hasPast(const Track& track) const {
 
 Vec3 ContactListener::accelerationOf(const Track& track, const ContactBody& body) const {
   if (!body.isMovable()) return Vec3::Zero();
-  if (!hasPast(track) || track.loaded + 1 == count_) return substep_.gravity;
+  const std::uint64_t loaded = track.loaded == count_ ? track.loadedBefore : track.loaded;
+  if (!hasPast(track) || loaded + 1 == count_) return substep_.gravity;
   return (track.now.velocity - track.before.velocity) / durationBefore_;
-}
-
-const BodyState& ContactListener::stateOf(BodyId id) const {
-  static const BodyState kRest;
-  const auto found = entries_.find(id);
-  return found == entries_.end() ? kRest : found->second.track.now;
 }
 
 ContactSide ContactListener::sideOf(BodyId id) const {
@@ -178,12 +190,15 @@ std::optional<double> ContactListener::restitutionOf(const ContactSide& body,
                          substep_.duration, substep_.solver);
 }
 
-void ContactListener::hearPair(std::uint64_t key, Points points, const StateAfter& after) {
+void ContactListener::hearPair(Pair& pair, Points points, const StateAfter& after) {
   const TouchPoint mean = points.size() == 1 ? points.front() : meanOf(points);
-  Pair& pair = pairs_[key];
   PairContact& contact = contacts_.emplace_back(PairContact{.mean = mean});
+  Entry* const entry = find(mean.body);
+  Entry* const otherEntry = find(mean.other);
+  load(entry);
+  load(otherEntry);
   // Most pairs rest, and need not be looked at more closely.
-  if (approachAt(mean, stateOf(mean.body), stateOf(mean.other)) <= restSpeed_) {
+  if (approachAt(mean, stateOf(entry), stateOf(otherEntry)) <= restSpeed_) {
     pair.touched = count_;
     return;
   }

@@ -88,9 +88,10 @@ class ContactListener {
   struct Track {
     BodyState now;
     BodyState before;
-    std::uint64_t seen = 0;        // number of the substep of `now`, from 1
-    std::uint64_t seenBefore = 0;  // number of the substep of `before`
-    std::uint64_t loaded = 0;      // the latest substep in which the solver pushed it
+    std::uint64_t seen = 0;          // number of the substep of `now`, from 1
+    std::uint64_t seenBefore = 0;    // number of the substep of `before`
+    std::uint64_t loaded = 0;        // the latest substep in which the solver pushed it
+    std::uint64_t loadedBefore = 0;  // the one before that
   };
   /// A body, and its motion if a state of it has come.
   struct Entry {
@@ -98,6 +99,7 @@ class ContactListener {
     Track track;
   };
   struct Pair {
+    std::uint64_t key = 0;         // both ids, the smaller one first
     std::uint64_t touched = 0;     // the latest substep in which the solver acted on it
     std::uint64_t approached = 0;  // the latest in which it approached faster than rest
   };
@@ -108,8 +110,9 @@ class ContactListener {
   };
   using Points = std::span<const TouchPoint>;
 
-  void hearPair(std::uint64_t key, Points points, const StateAfter& after);
-  void load(BodyId id);
+  void hearPair(Pair& pair, Points points, const StateAfter& after);
+  void load(Entry* entry) const;
+  Entry* find(BodyId id);
   std::optional<double> restitutionOf(const ContactSide& body, const ContactSide& other,
                                       const TouchPoint& mean, const StateAfter& after) const;
   void stayOpen(const TouchPoint& point);
@@ -118,7 +121,6 @@ class ContactListener {
   std::optional<Touch> firstTouch(const ContactSide& body, const ContactSide& other,
                                   const TouchPoint& mean, Points points) const;
   bool isOpen(const Pair& pair) const;
-  const BodyState& stateOf(BodyId id) const;
   ContactSide sideOf(BodyId id) const;
   Vec3 accelerationOf(const Track& track, const ContactBody& body) const;
   bool isFollowed(const Track& track) const;
@@ -129,9 +131,10 @@ class ContactListener {
   double durationBefore_ = 0.0;  // s
   std::uint64_t count_ = 0;
   std::unordered_map<BodyId, Entry> entries_;
-  std::unordered_map<std::uint64_t, Pair> pairs_;  // by both ids, the smaller one first
-  std::vector<TouchPoint> points_;                 // those of this substep that the solver acted on
-  std::vector<Load> loads_;                        // the same, by pair
+  std::vector<Pair> pairs_;         // by key
+  std::vector<Pair> nextPairs_;     // scratch
+  std::vector<TouchPoint> points_;  // those of this substep that the solver acted on
+  std::vector<Load> loads_;         // the same, by pair
   std::vector<PairContact> contacts_;
   std::vector<TouchPoint> pairPoints_;  // scratch, those of one pair
   std::vector<ImpulseEvent> events_;

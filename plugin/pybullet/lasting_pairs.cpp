@@ -124,20 +124,38 @@ std::span<const ContactState> LastingPairs::finish(double time, double duration,
   duration_ = duration;
   ++count_;
   states_.clear();
-  for (const PairContact& contact : contacts)
-    if (!contact.isImpact) tell(contact.mean, motions);
-  endIdle();
+  nextPairs_.clear();
+  auto known = pairs_.begin();
+  for (const PairContact& contact : contacts) {
+    const std::uint64_t key =
+        (static_cast<std::uint64_t>(contact.mean.body) << 32U) | contact.mean.other;
+    for (; known != pairs_.end() && known->key < key; ++known)
+      keep(*known);
+    if (contact.isImpact) continue;
+    Pair pair{.key = key};
+    if (known != pairs_.end() && known->key == key) pair = std::move(*known++);
+    tell(pair, contact.mean, motions);
+    nextPairs_.push_back(std::move(pair));
+  }
+  for (; known != pairs_.end(); ++known)
+    keep(*known);
+  std::swap(pairs_, nextPairs_);
   return states_;
 }
 
-void LastingPairs::tell(const TouchPoint& contact, const SubstepMotions& motions) {
-  const auto [found, begins] =
-      pairs_.try_emplace((static_cast<std::uint64_t>(contact.body) << 32U) | contact.other);
-  Record& record = found->second;
-  record.loaded = count_;
+/// Keeps a pair without load, or ends it.
+void LastingPairs::keep(Pair& pair) {
+  if (pair.loaded + kIdleSubsteps > count_)
+    nextPairs_.push_back(std::move(pair));
+  else if (pair.state != nullptr)
+    states_.push_back(ended(*pair.state, time_, duration_));
+}
+
+void LastingPairs::tell(Pair& pair, const TouchPoint& contact, const SubstepMotions& motions) {
+  pair.loaded = count_;
   const double load = contact.impulse / duration_;
-  const bool isNews = load > kNewLoad * record.load || kNewLoad * load < record.load;
-  const bool isTold = !begins && record.isStill && !isNews;
+  const bool isNews = load > kNewLoad * pair.load || kNewLoad * load < pair.load;
+  const bool isTold = pair.state != nullptr && pair.isStill && !isNews;
   // Most pairs that rest are told from others by their bodies' speeds.
   if (isTold && speedAt(contact, motions.endStateOf(contact.body)) +
                         speedAt(contact, motions.endStateOf(contact.other)) <=
@@ -154,26 +172,16 @@ void LastingPairs::tell(const TouchPoint& contact, const SubstepMotions& motions
   state.time = time_;
   const bool isStill = liesStill(state);
   if (isStill && isTold) return;
-  state.phase = record.isBegun ? ContactPhase::during : ContactPhase::begin;
-  record.isBegun = true;
-  record.isStill = isStill;
-  record.load = load;
-  record.state = state;
+  state.phase = pair.state != nullptr ? ContactPhase::during : ContactPhase::begin;
+  pair.isStill = isStill;
+  pair.load = load;
+  pair.state = std::make_unique<ContactState>(state);
   states_.push_back(state);
 }
 
-void LastingPairs::endIdle() {
-  std::erase_if(pairs_, [this](const auto& entry) {
-    const Record& record = entry.second;
-    const bool isOver = record.loaded + kIdleSubsteps <= count_;
-    if (isOver && record.isBegun) states_.push_back(ended(record.state, time_, duration_));
-    return isOver;
-  });
-}
-
 void LastingPairs::removeBody(BodyId id) {
-  std::erase_if(pairs_, [id](const auto& entry) {
-    return entry.first >> 32U == id || (entry.first & 0xFFFFFFFFU) == id;
+  std::erase_if(pairs_, [id](const Pair& pair) {
+    return pair.key >> 32U == id || (pair.key & 0xFFFFFFFFU) == id;
   });
 }
 

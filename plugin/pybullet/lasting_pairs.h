@@ -1,9 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "carom/audio/contact_state.h"
@@ -40,7 +40,8 @@ class SubstepMotions {
 /// changes its load twofold, or ends, which is three substeps after its last load. [physics thread]
 class LastingPairs {
  public:
-  /// Takes the contacts of a substep from `time` (s) on, `duration` (s) long. Returns the states of
+  /// Takes the contacts of a substep from `time` (s) on, `duration` (s) long, as
+  /// ContactListener::contacts returns them. Returns the states of
   /// those that last, valid until the next call.
   std::span<const ContactState> finish(double time, double duration,
                                        std::span<const PairContact> contacts,
@@ -51,21 +52,21 @@ class LastingPairs {
   void clear() { pairs_.clear(); }
 
  private:
-  /// A pair, with what is looked at in each substep first.
-  struct Record {
-    std::uint64_t loaded = 0;  // the latest substep with load
-    double load = 0.0;         // N, as it was told last
-    bool isBegun = false;      // its begin was told
-    bool isStill = false;      // as it was told last
-    ContactState state;        // as it was told last
+  struct Pair {
+    std::uint64_t key = 0;                  // both ids, the smaller one first
+    std::uint64_t loaded = 0;               // the latest substep with load
+    double load = 0.0;                      // N, as it was told last
+    bool isStill = false;                   // as it was told last
+    std::unique_ptr<ContactState> state{};  // as it was told last; null before that
   };
-  void tell(const TouchPoint& contact, const SubstepMotions& motions);
-  void endIdle();
+  void tell(Pair& pair, const TouchPoint& contact, const SubstepMotions& motions);
+  void keep(Pair& pair);
 
   double time_ = 0.0;      // s
   double duration_ = 0.0;  // s
   std::uint64_t count_ = 0;
-  std::unordered_map<std::uint64_t, Record> pairs_;  // by both ids, the smaller one first
+  std::vector<Pair> pairs_;      // by key
+  std::vector<Pair> nextPairs_;  // scratch
   std::vector<ContactState> states_;
 };
 

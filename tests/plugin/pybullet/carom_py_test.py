@@ -5,6 +5,7 @@ import importlib.util
 import json
 import math
 import os
+import re
 import resource
 import struct
 import subprocess
@@ -563,6 +564,30 @@ class Examples(unittest.TestCase):
             for row in rows:
                 self.assertGreaterEqual(len(row["collisions"]), 1)
                 self.assertGreater(row["collisions"][0]["peak_pa"], 0)
+
+
+@unittest.skipIf(carom.numpy is None, "the page's examples have arrays")
+class Page(unittest.TestCase):
+    """The examples in docs/pybullet.md run as they stand, over the stub in place of PyBullet."""
+
+    def test_its_examples_run(self):
+        here = os.path.dirname(os.path.abspath(__file__))
+        with open(os.environ["CAROM_PAGE"], encoding="utf-8") as page:
+            examples = re.findall("```python\n(.*?)```", page.read(), re.DOTALL)
+        self.assertEqual(len(examples), 3)
+        plugin = os.path.join(os.environ["CAROM_PYTHON"], "libcarom_pybullet.so")
+        begin = "import pybullet as p\np.connect(p.DIRECT)\n"
+        with_plugin = begin + "\n".join(examples[1:]).replace(
+            "/path/to/libcarom_pybullet.so", plugin)
+        environment = dict(os.environ, PYTHONPATH=os.pathsep.join(
+            (os.path.join(here, "stub_modules"), os.environ["CAROM_PYTHON"])))
+        with tempfile.TemporaryDirectory() as folder:
+            outputs = [subprocess.run([sys.executable, "-c", code], env=environment, cwd=folder,
+                                      check=True, capture_output=True, text=True).stdout
+                       for code in (examples[0], with_plugin)]
+            self.assertEqual(os.listdir(folder), ["out.wav"])
+        self.assertRegex(outputs[0], r"^0\.3\d+ 0 3\.0\d+ 0\.0\n0\.3\d+ 1 3\.0\d+ \d+")
+        self.assertRegex(outputs[1], "^time=2 bodies=0 ")
 
 
 class Nonsense(WithABall):
