@@ -155,7 +155,7 @@ Status readReceiver(Arguments& arguments, command::PlaceListener& place) {
   constexpr double kMostIndex = 63.0;
   constexpr double kHalfTurn = std::numbers::pi;
   std::optional<double> index;
-  if (const Status read = readNumber(arguments, "listener", "index", 0.0, kMostIndex, index); !read)
+  if (Status read = readNumber(arguments, "listener", "index", 0.0, kMostIndex, index); !read)
     return read;
   if (index && *index != std::floor(*index))
     return Error{"listener: the index is not a whole number"};

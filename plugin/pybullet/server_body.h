@@ -43,7 +43,7 @@ struct ServerBody {
 
   /// Returns the part of a link, -1 for the base.
   ServerPart& part(int link) {
-    const auto at = static_cast<std::size_t>(link + 1);
+    const auto at = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(link) + 1);
     if (at >= parts.size()) parts.resize(at + 1);
     return parts[at];
   }

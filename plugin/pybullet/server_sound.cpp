@@ -163,9 +163,9 @@ Status ServerSound::configure(const SoundSettings& settings) {
   sound_->advanceTo(time_);
   sound_->setGain(gain_);
   sound_->setMuted(isMuted_);
-  if (const Status told = tellAll(); !told) return told;
+  if (Status told = tellAll(); !told) return told;
   if (isCapturing_)
-    if (const Status begun = startCapture(); !begun) return begun;
+    if (Status begun = startCapture(); !begun) return begun;
   return wasPlaying ? sound_->play() : std::monostate{};
 }
 
@@ -174,7 +174,7 @@ Status ServerSound::startCapture() {
   const auto paths = audio::makeSoundPaths(settings_.synth, settings_.listeners);
   if (!paths) return paths.error();
   events_.emplace(*paths);
-  if (const Status told = tellAll(); !told) return told;
+  if (Status told = tellAll(); !told) return told;
   return sound_->capture();
 }
 
@@ -578,7 +578,7 @@ Status ServerSound::tellAll() {
   for (ServerBody& body : bodies_)
     for (ServerPart& part : body.parts)
       if (part.isDescribed)
-        if (const Status told = tell(body, part); !told) return told;
+        if (Status told = tell(body, part); !told) return told;
   return std::monostate{};
 }
 
@@ -641,7 +641,7 @@ Status ServerSound::assign(std::string_view command, const command::Target& targ
   }
   for (ServerPart& each : body.parts)
     if (each.isDescribed)
-      if (const Status told = tell(body, each); !told) return told;
+      if (Status told = tell(body, each); !told) return told;
   return std::monostate{};
 }
 
