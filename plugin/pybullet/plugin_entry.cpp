@@ -190,14 +190,14 @@ CAROM_EXPORT int executePluginCommand_carom(PluginContext* context,
 
 CAROM_EXPORT int preTickPluginCallback_carom(PluginContext* context) {
   return working(context, [](Plugin& plugin) {
-    plugin.sound->beginSubstep();
+    plugin.sound->world().beginSubstep();
     return 0;
   });
 }
 
 CAROM_EXPORT int postTickPluginCallback_carom(PluginContext* context) {
   return working(context, [](Plugin& plugin) {
-    plugin.sound->endSubstep();
+    plugin.sound->world().endSubstep();
     return 0;
   });
 }
@@ -205,7 +205,7 @@ CAROM_EXPORT int postTickPluginCallback_carom(PluginContext* context) {
 CAROM_EXPORT int processNotifications_carom(PluginContext* context) {
   if (context == nullptr || context->notifications == nullptr) return -1;
   return working(context, [context](Plugin& plugin) {
-    plugin.sound->hear(
+    plugin.sound->world().hear(
         {context->notifications, static_cast<std::size_t>(context->notificationCount)});
     return 0;
   });

@@ -14,6 +14,8 @@
 
 namespace carom::plugin {
 
+inline constexpr int kBaseLink = -1;  ///< number of a base among the links of its body
+
 /// What a host has assigned to a body or to one link of it. A part that is not set says nothing.
 struct AssignedParts {
   std::optional<std::string> material{};  ///< one of builtInMaterials
