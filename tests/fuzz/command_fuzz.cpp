@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <optional>
 #include <string_view>
 
 #include "carom/audio/material.h"
@@ -13,20 +14,52 @@ void require(bool promise) {
   if (!promise) std::abort();
 }
 
+namespace command = carom::plugin::command;
+
+void requireTarget(const command::Target& target) {
+  require(target.body >= 0 && target.link.value_or(-1) >= -1);
+}
+
+void requireWithin(const std::optional<double>& value, double most) {
+  require(!value || (*value >= 0.0 && *value <= most));
+}
+
 // Properties of commands that the plugin relies on without checking them again.
 struct Promises {
-  void operator()(const carom::plugin::command::PlaceListener& listener) const {
+  void operator()(const command::PlaceListener& listener) const {
     require(listener.position.allFinite());
     require(std::abs(listener.orientation.norm() - 1.0) < 1e-6);
+    require(listener.index < 64);
+    require(listener.head.empty() || listener.format == carom::ListenerFormat::binaural);
+    requireWithin(listener.spacing, 100.0);
+    requireWithin(listener.halfAngle, 4.0);
+    requireWithin(listener.pattern, 1.0);
   }
-  void operator()(const carom::plugin::command::SetMaterial& set) const {
-    require(set.body >= 0);
+  void operator()(const command::SetMaterial& set) const {
+    requireTarget(set.target);
     require(carom::findMaterial(set.name) != nullptr);
   }
-  void operator()(const carom::plugin::command::Record& record) const {
-    require(!record.file.empty());
+  void operator()(const command::SetModes& set) const { requireTarget(set.target); }
+  void operator()(const command::SetTexture& set) const {
+    requireTarget(set.target);
+    require(set.file.empty() || (set.size.allFinite() && (set.size.array() > 0.0).all()));
   }
-  void operator()(const carom::plugin::command::SetGain& set) const {
+  void operator()(const command::SetRoom& set) const {
+    require(!set.isBox || (set.least.allFinite() && set.most.allFinite() &&
+                           (set.least.array() < set.most.array()).all()));
+    require(isValid(set.absorption) && set.order >= 0 && set.order <= 32);
+  }
+  void operator()(const command::SetLevel& set) const {
+    require(!set.fullScale || (*set.fullScale > 0.0 && std::isfinite(*set.fullScale)));
+  }
+  void operator()(const command::SetLatency& set) const {
+    require(set.seconds >= 0.0 && set.seconds <= 10.0);
+  }
+  void operator()(const command::Reset& reset) const {
+    require(reset.time >= 0.0 && reset.time <= 1e9);
+  }
+  void operator()(const command::Record& record) const { require(!record.file.empty()); }
+  void operator()(const command::SetGain& set) const {
     require(set.gain >= 0.0 && set.gain <= 1000.0);
   }
   template <class Other>
