@@ -3,14 +3,17 @@
 // the same process takes samples and events, such as carom.py.
 
 #include <algorithm>
+#include <charconv>
 #include <cstddef>
 #include <cstdio>
 #include <exception>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "audio/model/immortal.h"
@@ -28,10 +31,16 @@ using carom::b3::PluginContext;
 
 /// The object behind the server's pointer, from initPlugin to exitPlugin. Those who take samples
 /// may be in another thread than the physics.
+///
+/// A server must not load any plugin once one was unloaded: the slot of the old one is reused as if
+/// it had no library, which ends the program. So a program that is through with its sound closes it
+/// and leaves the plugin loaded, and one that begins opens another.
 struct Plugin {
   carom::audio::Mutex mutex{};
-  int name = 0;  // among those there are
-  std::unique_ptr<carom::plugin::ServerSound> sound{};
+  carom::b3::ServerFunctions server{};
+  carom::b3::Client client = nullptr;
+  int name = 0;                                         // of the sound, among all that were
+  std::unique_ptr<carom::plugin::ServerSound> sound{};  // null once it is closed
   // The answer to the latest command; the server reads it after the command, and again for the rest
   // of a long one.
   std::string text{};
@@ -43,10 +52,11 @@ struct Unloading {
   ~Unloading() { carom::audio::deleteImmortals(); }
 } const unloading;
 
-/// The plugins there are, by their names.
+/// The plugins with a sound, by the names of those.
 struct Instances {
   carom::audio::Mutex mutex;
   std::map<int, std::shared_ptr<Plugin>> plugins;
+  std::map<Plugin*, std::shared_ptr<Plugin>> loaded;
   int latest = 0;
 
   static Instances& all() {
@@ -57,6 +67,23 @@ struct Instances {
     const carom::audio::MutexLock lock(mutex);
     const auto found = plugins.find(name);
     return found == plugins.end() ? nullptr : found->second;
+  }
+  /// Gives a plugin's sound another name, that nobody has had; 0 for none.
+  void rename(Plugin& plugin, bool hasSound) {
+    const carom::audio::MutexLock lock(mutex);
+    plugins.erase(plugin.name);
+    plugin.name = hasSound ? ++latest : 0;
+    if (hasSound) plugins[plugin.name] = loaded.at(&plugin);
+  }
+  void add(const std::shared_ptr<Plugin>& plugin) {
+    const carom::audio::MutexLock lock(mutex);
+    loaded[plugin.get()] = plugin;
+  }
+  std::shared_ptr<Plugin> remove(Plugin& plugin) {
+    const carom::audio::MutexLock lock(mutex);
+    plugins.erase(plugin.name);
+    const auto node = loaded.extract(&plugin);
+    return node.empty() ? nullptr : node.mapped();
   }
 };
 
@@ -95,24 +122,66 @@ int guarded(Work work) noexcept {
   return -1;
 }
 
+/// Makes a plugin's sound anew, in place of one that there may be.
+carom::Status open(Plugin& plugin) {
+  plugin.sound.reset();
+  auto sound = carom::plugin::ServerSound::create(plugin.server, plugin.client);
+  if (!sound) return sound.error();
+  plugin.sound = *std::move(sound);
+  Instances::all().rename(plugin, true);
+  plugin.sound->setName(plugin.name);
+  return std::monostate{};
+}
+
+void close(Plugin& plugin) {
+  plugin.sound.reset();
+  Instances::all().rename(plugin, false);
+}
+
+/// Takes "as NAME" from the front of a command: the sound that it is for.
+std::optional<int> takeName(std::string_view& text) {
+  constexpr std::string_view kAs = "as ";
+  if (!text.starts_with(kAs)) return std::nullopt;
+  int name = 0;
+  const auto [end, fault] =
+      std::from_chars(text.data() + kAs.size(), text.data() + text.size(), name);
+  if (fault != std::errc()) return std::nullopt;
+  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+  return name;
+}
+
+/// Runs a command: `open` and `close` here, all others in the sound.
+carom::Result<std::string> run(Plugin& plugin, std::string_view text) {
+  if (text == "open") {
+    if (const carom::Status opened = open(plugin); !opened) return opened.error();
+    return plugin.sound->execute("describe");
+  }
+  const std::optional<int> name = takeName(text);
+  if (plugin.sound == nullptr) return carom::Error{"the sound is closed; open another"};
+  if (name && *name != plugin.name)
+    return carom::Error{"this sound was closed, or another one was opened in its place"};
+  if (name && text.starts_with(' ')) text.remove_prefix(1);
+  if (text != "close") return plugin.sound->execute(text);
+  carom::Result<std::string> stopped = plugin.sound->execute("stop");
+  close(plugin);
+  return stopped;
+}
+
 int start(PluginContext& context, const void* caller) {
   carom::Result<carom::b3::ServerFunctions> server = carom::b3::findServerFunctions(caller);
   if (!server) {
     complain(server.error().message.c_str());
     return -1;
   }
-  Instances& instances = Instances::all();
-  const carom::audio::MutexLock lock(instances.mutex);
-  const int name = instances.latest + 1;
-  auto sound = carom::plugin::ServerSound::create(*std::move(server), context.client, name);
-  if (!sound) {
-    complain(sound.error().message.c_str());
+  const auto plugin = std::make_shared<Plugin>();
+  plugin->server = *std::move(server);
+  plugin->client = context.client;
+  Instances::all().add(plugin);
+  if (const carom::Status opened = open(*plugin); !opened) {
+    complain(opened.error().message.c_str());
+    (void)Instances::all().remove(*plugin);
     return -1;
   }
-  const auto plugin = std::make_shared<Plugin>();
-  plugin->name = instances.latest = name;
-  plugin->sound = *std::move(sound);
-  instances.plugins[name] = plugin;
   context.userPointer = plugin.get();
   return carom::b3::kMagicNumber;
 }
@@ -137,6 +206,7 @@ long long taken(int instance, Number* to, long long count, const Take& take) noe
     if (!plugin || count < 0) return -1;
     const carom::audio::MutexLock lock(plugin->mutex);
     const std::span<Number> place(to, to == nullptr ? 0 : static_cast<std::size_t>(count));
+    if (plugin->sound == nullptr || plugin->name != instance) return -1;
     numbers = static_cast<long long>(take(*plugin->sound, place, to == nullptr));
     return 0;
   });
@@ -147,7 +217,7 @@ int execute(Plugin& plugin, PluginContext& context, const PluginArguments& argum
   const auto end = std::ranges::find(arguments.text, '\0');
   const std::string_view text(arguments.text.data(),
                               static_cast<std::size_t>(end - arguments.text.begin()));
-  const carom::Result<std::string> done = plugin.sound->execute(text);
+  const carom::Result<std::string> done = run(plugin, text);
   giveBack(plugin, context, done ? *done : done.error().message);
   if (done) return 0;
   complain(plugin.text.c_str());  // the result of executePluginCommand is rarely looked at
@@ -166,17 +236,11 @@ CAROM_EXPORT int initPlugin_carom(PluginContext* context) {
 }
 
 CAROM_EXPORT void exitPlugin_carom(PluginContext* context) {
-  const Plugin* const plugin = pluginOf(context);
+  Plugin* const plugin = pluginOf(context);
   if (plugin == nullptr) return;
   context->userPointer = nullptr;
-  (void)guarded([&] {
-    Instances& instances = Instances::all();
-    std::shared_ptr<Plugin> last;
-    const carom::audio::MutexLock lock(instances.mutex);
-    if (const auto found = instances.plugins.find(plugin->name); found != instances.plugins.end()) {
-      last = std::move(found->second);
-      instances.plugins.erase(found);
-    }
+  (void)guarded([plugin] {
+    (void)Instances::all().remove(*plugin);  // somebody may still be taking samples
     return 0;
   });
 }
@@ -190,14 +254,14 @@ CAROM_EXPORT int executePluginCommand_carom(PluginContext* context,
 
 CAROM_EXPORT int preTickPluginCallback_carom(PluginContext* context) {
   return working(context, [](Plugin& plugin) {
-    plugin.sound->world().beginSubstep();
+    if (plugin.sound) plugin.sound->world().beginSubstep();
     return 0;
   });
 }
 
 CAROM_EXPORT int postTickPluginCallback_carom(PluginContext* context) {
   return working(context, [](Plugin& plugin) {
-    plugin.sound->world().endSubstep();
+    if (plugin.sound) plugin.sound->world().endSubstep();
     return 0;
   });
 }
@@ -205,8 +269,9 @@ CAROM_EXPORT int postTickPluginCallback_carom(PluginContext* context) {
 CAROM_EXPORT int processNotifications_carom(PluginContext* context) {
   if (context == nullptr || context->notifications == nullptr) return -1;
   return working(context, [context](Plugin& plugin) {
-    plugin.sound->world().hear(
-        {context->notifications, static_cast<std::size_t>(context->notificationCount)});
+    if (plugin.sound)
+      plugin.sound->world().hear(
+          {context->notifications, static_cast<std::size_t>(context->notificationCount)});
     return 0;
   });
 }

@@ -29,6 +29,7 @@ struct ServerPart {
   bool isKnown = false;      ///< it has an id
   bool isDescribed = false;  ///< as its dynamics are now
   bool rings = false;        ///< it has modes
+  bool isHeld = false;       ///< it has a mass, but hung in the air at rest when it was described
   SoundBody sound{};         ///< with the material that was guessed
   ContactBody contact{};     ///< for mechanics
   AssignedParts assigned{};

@@ -95,12 +95,11 @@ Result<std::string> answer(const Status& status, std::string text) {
 }  // namespace
 
 Result<std::unique_ptr<ServerSound>> ServerSound::create(b3::ServerFunctions server,
-                                                         b3::Client client, int name) {
+                                                         b3::Client client) {
   ServerClient asking(std::move(server), client);
   const std::optional<b3::SimulationParameters> parameters = asking.parameters();
   if (!parameters) return Error{"the physics server does not tell its time step"};
-  std::unique_ptr<ServerSound> made(
-      new ServerSound(std::move(asking), name, settingsFor(*parameters)));
+  std::unique_ptr<ServerSound> made(new ServerSound(std::move(asking), settingsFor(*parameters)));
   if (const Status configured = made->configure(made->settings_); !configured)
     return configured.error();
   made->world_.begin();
@@ -142,8 +141,15 @@ void ServerSound::followClock() {
 
 /// Has the latency cover the substeps, unless it was given, as long as nothing has been heard yet.
 void ServerSound::beginSubstep(double duration) {
-  if (hasLatency_ || !world_.isAtStart() || isRecording_) return;
-  if (latencyFor(duration) == settings_.latency) return;
+  if (hasLatency_ || latencyFor(duration) == settings_.latency) return;
+  if (!world_.isAtStart() || isRecording_) {
+    if (latencyFor(duration) > settings_.latency && !std::exchange(hasWarned_, true))
+      (void)std::fprintf(stderr,
+                         "carom: the time step has grown: contacts become known too late for the "
+                         "latency of %g s; set the time step before the first step\n",
+                         settings_.latency);
+    return;
+  }
   SoundSettings settings = settings_;
   settings.latency = latencyFor(duration);
   (void)configure(settings);  // differs in nothing else from what there is

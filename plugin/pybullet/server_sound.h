@@ -22,10 +22,10 @@ namespace carom::plugin {
 /// simulation sets the clock to 0. [physics thread]
 class ServerSound final : private ServerEars {
  public:
-  /// Refuses what EventSound refuses, and a server that does not tell its parameters. `name` is
-  /// what the `describe` command gives for it.
-  static Result<std::unique_ptr<ServerSound>> create(b3::ServerFunctions server, b3::Client client,
-                                                     int name);
+  /// Refuses what EventSound refuses, and a server that does not tell its parameters.
+  static Result<std::unique_ptr<ServerSound>> create(b3::ServerFunctions server, b3::Client client);
+  /// Sets what the `describe` command gives for the instance.
+  void setName(int name) { name_ = name; }
 
   ServerWorld& world() { return world_; }
   /// Runs a command; returns the text to be given back for it.
@@ -42,8 +42,8 @@ class ServerSound final : private ServerEars {
  private:
   using Key = ServerWorld::Key;
 
-  ServerSound(ServerClient client, int name, SoundSettings settings)
-      : world_(std::move(client), *this), name_(name), settings_(std::move(settings)) {}
+  ServerSound(ServerClient client, SoundSettings settings)
+      : world_(std::move(client), *this), settings_(std::move(settings)) {}
 
   void beginSubstep(double duration) override;
   void takePart(const ServerBody& body, ServerPart& part) override;
@@ -84,13 +84,14 @@ class ServerSound final : private ServerEars {
                 std::optional<Part> AssignedParts::*part, const Part& value);
 
   ServerWorld world_;
-  int name_;
+  int name_ = 0;
   SoundSettings settings_;
   std::optional<EventSound> sound_;
   std::optional<EventTable> events_;  // while capturing
   bool isCapturing_ = false;
   bool isRecording_ = false;
   bool hasLatency_ = false;  // a command has set it
+  bool hasWarned_ = false;   // of a latency that does not suffice
   double gain_ = 1.0;
   bool isMuted_ = false;
 };

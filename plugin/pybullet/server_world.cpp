@@ -60,6 +60,7 @@ void ServerWorld::setTime(double seconds) {
   time_ = epoch_ = seconds;
   steps_ = 0;
   isOpen_ = false;
+  lasting_.clear();
 }
 
 std::size_t ServerWorld::bodyCount() const {
@@ -76,6 +77,7 @@ ServerBody& ServerWorld::body(int number) {
 }
 
 void ServerWorld::tellParts() {
+  lasting_.clear();  // who hears of the parts has not heard of what they lie on
   for (ServerBody& each : bodies_)
     for (ServerPart& part : each.parts)
       if (part.isDescribed) ears_.takePart(each, part);
@@ -175,7 +177,10 @@ std::optional<SubstepMotion> ServerWorld::motionOf(BodyId id) const {
   const BodyMotion& motion = body->motion;
   SubstepMotion found;
   if (at < body->parts.size()) found.body = body->parts[at].contact;
-  if (!body->mayMove) return found;
+  if (!body->mayMove) {
+    if (motion.starts.size() == 1) found.start = found.end = motion.starts.front();
+    return found;
+  }
   if (at >= motion.starts.size()) return std::nullopt;
   found.start = motion.starts[at];
   if (at < motion.ends.size() && motion.end != BodyMotion::Source::unknown) {
@@ -202,7 +207,8 @@ void ServerWorld::correctMotions() {
     ServerBody& body = bodies_[number];
     if (!body.isThere || !body.mayMove || !body.motion.isAwake || body.motion.hasLinks()) continue;
     if (body.motion.start == BodyMotion::Source::unknown ||
-        body.motion.end == BodyMotion::Source::unknown || body.motion.ends.empty())
+        body.motion.end == BodyMotion::Source::unknown || body.motion.starts.empty() ||
+        body.motion.ends.empty())
       continue;
     correct(static_cast<int>(number), body);
   }
@@ -318,7 +324,8 @@ void ServerWorld::hear(std::span<const b3::Notification> notifications) {
       body->mayMove = false;
     } else if (each.type == b3::kLinkDynamicsChanged && body != nullptr && each.link >= kBaseLink) {
       body->mayMove = !body->isSoft;
-      partOf({each.body, each.link}).isDescribed = false;
+      const auto at = static_cast<std::size_t>(each.link - kBaseLink);
+      if (at < body->parts.size()) body->parts[at].isDescribed = false;
     }
   }
   if (stepped < notifications.size()) hearStep(notifications.subspan(stepped));
@@ -343,7 +350,7 @@ void ServerWorld::hearStep(std::span<const b3::Notification> told) {
 
 void ServerWorld::hearPlace(const b3::Notification& told) {
   ServerBody* const body = find(told.body);
-  if (body == nullptr || !body->mayMove) return;
+  if (body == nullptr || body->isSoft) return;
   BodyMotion& motion = body->motion;
   motion.isAwake = true;
   if (told.link != kBaseLink || motion.starts.size() != 1) return;
@@ -354,10 +361,30 @@ void ServerWorld::hearPlace(const b3::Notification& told) {
     askFor(told.body, motion, BodyMotion::Source::told);
     motion.isTold =
         motion.ends.size() == 1 && isPlaceOf(motion.ends.front(), position, orientation);
+    if (!body->mayMove && motion.isTold) place(*body, motion.ends.front());
     return;
   }
+  if (!body->mayMove) return place(*body, {position, orientation});
   motion.ends.assign(1, endOf(motion.starts.front(), position, orientation, duration_));
   motion.end = BodyMotion::Source::told;
+}
+
+/// Takes note of where a body is that only the host moves. One that was held is free if it has
+/// moved.
+void ServerWorld::place(ServerBody& body, BodyState state) {
+  const BodyState& before = body.motion.starts.front();
+  if (state.position == before.position && state.orientation.isApprox(before.orientation, 0.0))
+    return;
+  state.velocity = state.angularVelocity = Vec3::Zero();
+  ServerPart& part = body.part(kBaseLink);
+  if (part.isHeld) {
+    body.mayMove = true;
+    part.isDescribed = false;
+    body.motion = {};
+    return;
+  }
+  body.motion.starts.front() = state;
+  listener_.correct(part.id, state);
 }
 
 const ServerBody* ServerWorld::find(int body) const {
@@ -425,8 +452,9 @@ void ServerWorld::describe(Key key, ServerPart& part) {
   }
   ShapeSigns signs{.dynamics = *dynamics, .halfBounds = client_.halfBounds(key)};
   if (const auto state = stateOf(key)) signs.orientation = state->orientation;
+  part.isHeld = listener_.isHeld(part.id) && dynamics->mass > 0.0;
   const BodyDescription description =
-      describeBody(signs, listener_.isHeld(part.id), key.link != kBaseLink, radiators_);
+      describeBody(signs, part.isHeld, key.link != kBaseLink, radiators_);
   listener_.setBody(part.id, description.contact);
   part.sound = description.sound;
   part.contact = description.contact;

@@ -90,6 +90,7 @@ class ServerWorld final : private SubstepMotions {
   void beginMotions();
   void hearStep(std::span<const b3::Notification> told);
   void hearPlace(const b3::Notification& told);
+  void place(ServerBody& body, BodyState state);
   void readContacts();
   void addImpulse(const b3::ContactPoint& contact, ServerBody& body, double sign);
   void correctMotions();

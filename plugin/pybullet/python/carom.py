@@ -68,10 +68,12 @@ def attach(client, plugin: "str | os.PathLike | None" = None, *, samples: bool =
     samples: keeps samples and events from now on, for `samples()` and `events()`. They cost memory
         until they are taken, and some time; without them the sound can be recorded and played.
     latency: s by which samples are behind the simulation, at least four of its substeps; contacts
-        become known that late. By default the larger of four substeps and 0.05 s.
+        become known that late. By default the larger of 0.05 s and four substeps, as they are at
+        the first step.
     physics_client_id: which of the module's clients, where it has several.
 
-    The sound ends with `close()`, with the block of a `with` statement, or with the connection.
+    The sound ends with `close()`, with the block of a `with` statement, with the connection, or
+    when another one is attached to the same client.
     """
     return Sound(client, plugin, samples=samples, latency=latency,
                  physics_client_id=physics_client_id)
@@ -93,15 +95,17 @@ class Sound:
             raise CaromError(f"{self._file}: the physics server does not take this plugin; why is "
                              "on the standard error output")
         self._plugin = number
+        # A plugin that is loaded already gives its number again: its sound is another one now.
+        self._take(self._ask("open"))
+        self._captures = samples
+        # Elsewhere another thread or process steps, and answers before it is through.
+        method = getattr(client, "getConnectionInfo", dict)(**self._id).get("connectionMethod")
+        self._is_direct = method == getattr(client, "DIRECT", None)
         try:
             if latency is not None:
                 self._do(f"latency {_number(latency)}")
             if samples:
                 self._do("capture")
-            self._captures = samples
-            # Elsewhere another thread or process steps, and answers before it is through.
-            method = getattr(client, "getConnectionInfo", dict)(**self._id).get("connectionMethod")
-            self._is_direct = method == getattr(client, "DIRECT", None)
             self._describe()
         except BaseException:
             self.close()
@@ -114,15 +118,20 @@ class Sound:
         self.close()
 
     def close(self) -> None:
-        """Finishes a recording and unloads the plugin. The second time it does nothing, nor where
-        the client has disconnected, which unloads the plugin by itself."""
-        plugin, self._plugin = self._plugin, None
+        """Finishes a recording, and ends the sound. The second time it does nothing, nor where the
+        client has disconnected, or another sound has taken this one's place.
+
+        The plugin stays loaded, silent: PyBullet ends the program where a plugin is loaded after
+        one was unloaded.
+        """
+        if self._plugin is None:
+            return
+        try:
+            self._do("close")
+        except (CaromError, getattr(self._client, "error", CaromError)):
+            pass  # it is gone
+        self._plugin = None
         self._library = None
-        if plugin is not None:
-            try:
-                self._client.unloadPlugin(plugin, **self._id)
-            except getattr(self._client, "error", CaromError):
-                pass  # not connected any more
 
     # What is heard
 
@@ -312,7 +321,11 @@ class Sound:
     # The plugin
 
     def _do(self, command: str) -> str:
+        """Runs a command in this sound, and in no other that has taken its place."""
         self._require_open()
+        return self._ask(f"as {self._instance} {command}")
+
+    def _ask(self, command: str) -> str:
         if "\0" in command or "\n" in command:
             raise ValueError(f"a line break or a zero in {command!r}")
         if len(command.encode()) > _LONGEST_COMMAND:
@@ -327,7 +340,10 @@ class Sound:
         return text
 
     def _describe(self) -> None:
-        told = dict(word.split("=", 1) for word in self._do("describe").split())
+        self._take(self._do("describe"))
+
+    def _take(self, description: str) -> None:
+        told = dict(word.split("=", 1) for word in description.split())
         self._instance = int(told["instance"])
         self._rate = int(float(told["rate"]))
         self._channels = int(told["channels"])

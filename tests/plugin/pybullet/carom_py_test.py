@@ -501,6 +501,37 @@ class Clients(WithABall):
             self.assertEqual((len(one.events()), len(two.events())), (2, 0))
         other.disconnect()
 
+    def test_have_one_sound_after_another(self):
+        for _ in range(3):
+            with self.carom.attach(self.client) as sound:
+                self.client.stepSimulation()
+                self.assertEqual(len(sound.samples()), 200)
+        with self.assertRaisesRegex(self.carom.CaromError, "0 to 10"):
+            self.carom.attach(self.client, latency=20)
+        first = self.carom.attach(self.client)
+        first.listener([0, 0, 1], index=1)
+        self.client.stepSimulation()
+        second = self.carom.attach(self.client)  # takes its place, as it is at first
+        self.client.stepSimulation()
+        self.assertEqual(second.channels, 2)
+        for call in (first.samples, first.events, first.statistics, lambda: first.gain(1)):
+            with self.assertRaisesRegex(self.carom.CaromError, "in its place|not there any more"):
+                call()
+        first.close()  # and nothing else
+        self.assertEqual(len(second.samples()), 200)
+        second.close()
+
+    def test_that_have_disconnected_are_not_mistaken_for_others(self):
+        stale = self.carom.attach(self.client)
+        self.client.disconnect()
+        self.client = self.world()
+        stale._client = self.client  # a module connects again under the same number
+        sound = self.carom.attach(self.client)
+        stale.close()
+        self.client.stepSimulation()
+        self.assertEqual(len(sound.samples()), 200)
+        sound.close()
+
     def test_come_and_go_without_a_leak(self):
         def round():
             client = self.world()
@@ -631,6 +662,8 @@ class Nonsense(WithABall):
             pass
         with self.assertRaisesRegex(error, "does not take"):
             self.carom.attach(self.client, self.file("empty.so"))
+        with self.assertRaisesRegex(error, "does not take"):
+            self.carom.attach(self.world(), self.file("empty.so"))
         with self.assertRaisesRegex(error, "0 to 10"):
             self.carom.attach(self.client, latency=20)
 

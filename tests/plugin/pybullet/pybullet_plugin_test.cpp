@@ -1,7 +1,9 @@
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <memory>
 #include <regex>
 #include <set>
@@ -353,8 +355,91 @@ TEST_F(PybulletPlugin, UnloadingFinishesTheRecordingAndLeavesNothing) {
   EXPECT_GT(readRecording(file("cut.wav")).peak(), 0.0);
   EXPECT_EQ(dlopen(CAROM_PYBULLET_PLUGIN, RTLD_NOW | RTLD_NOLOAD), nullptr);
   run(0.1);
+}
+
+// A server must not load a plugin once one was unloaded: see Plugin in plugin_entry.cpp.
+TEST_F(PybulletPlugin, SoundsAreOpenedAndClosedInOnePlugin) {
+  addBall();
   load();
+  const std::string first = done("describe");
+  done("listener 0 0 1 index=1 format=mono");
+  done("record " + file("first.wav"));
+  run(0.4);
+  EXPECT_GE(statistic("impacts"), 1U);
+  EXPECT_EQ(done("close"), "stopped");
+  EXPECT_GT(readRecording(file("first.wav")).peak(), 0.0);
+  run(0.1);
+  EXPECT_THAT(refused("stats"), HasSubstr("open another"));
+  EXPECT_THAT(refused("close"), HasSubstr("open another"));
+  const std::string second = done("open");
+  EXPECT_THAT(second, HasSubstr("channels=2 listeners=1"));  // as it is at first
   EXPECT_EQ(statistic("impacts"), 0U);
+  const auto instanceOf = [](const std::string& text) {
+    std::smatch found;
+    std::regex_search(text, found, std::regex("instance=([0-9]+)"));
+    return found[1].str();
+  };
+  EXPECT_NE(instanceOf(first), instanceOf(second));
+  EXPECT_EQ(done("as " + instanceOf(second) + " describe"), second);
+  EXPECT_THAT(refused("as " + instanceOf(first) + " stats"), HasSubstr("in its place"));
+  EXPECT_THAT(refused("as " + instanceOf(first) + " close"), HasSubstr("in its place"));
+  EXPECT_THAT(refused("as x stats"), HasSubstr("no command 'as'"));
+  done("open");  // takes the place of the one that there is
+  EXPECT_THAT(refused("as " + instanceOf(second) + " stats"), HasSubstr("in its place"));
+  addBall();
+  run(0.4);
+  EXPECT_GE(statistic("impacts"), 1U);
+}
+
+// A ball that hangs on something is struck, and let go: it is heard when it lands.
+TEST_F(PybulletPlugin, WhatWasHeldIsHeardOnceItMoves) {
+  for (const bool isRigid : {false, true}) {
+    server = library.make();
+    server->setTimeStep(0.001, 0);
+    server->add({.form = Form::floor, .mass = 0.0, .restitution = 0.8});
+    const int held = server->add({.position = {0.0, 0.0, 0.4}, .hasMaximalCoordinates = isRigid});
+    const int ball = server->add({.position = {0.0, 0.0, 0.6}, .hasMaximalCoordinates = isRigid});
+    load();
+    for (int step = 0; step < 200; ++step) {
+      server->place(held, {0.0, 0.0, 0.4});
+      server->step();
+    }
+    EXPECT_GE(statistic("impacts"), 1U);
+    server->place(ball, {1.0, 0.0, 5.0});
+    const std::size_t before = statistic("impacts");
+    run(0.35, 0.001);
+    EXPECT_GT(statistic("impacts"), before);
+    EXPECT_EQ(statistic("rejected"), 0U);
+  }
+}
+
+// A body that nothing but the host moves is struck where it is now.
+TEST_F(PybulletPlugin, AnImmovableBodyIsStruckWhereItWasPut) {
+  const int post = server->add({.mass = 0.0, .position = {0.0, 0.0, 1.0}});
+  const int ball = server->add({.position = {0.0, 0.0, 1.3}});
+  load();
+  done("capture");
+  const auto lastApproach = [&] {
+    const std::string text = done("events");
+    constexpr std::size_t kColumn = 14;  // approach_speed_m_s
+    const std::string hex = text.substr(std::string("events=").size());
+    double value = 0.0;
+    std::array<unsigned char, sizeof(double)> bytes{};
+    for (std::size_t byte = 0; byte < bytes.size(); ++byte)
+      bytes.at(byte) = static_cast<unsigned char>(
+          std::stoul(hex.substr(2 * (kColumn * sizeof(double) + byte), 2), nullptr, 16));
+    std::memcpy(&value, bytes.data(), sizeof(value));
+    return value;
+  };
+  run(0.3);
+  const double speed = std::sqrt(2.0 * kGravity * 0.2);
+  EXPECT_NEAR(lastApproach(), speed, 0.03);
+  server->place(post, {2.0, 0.0, 1.0});
+  run(0.1);
+  done("events");
+  server->place(ball, {2.0, 0.0, 1.3});
+  run(0.3);
+  EXPECT_NEAR(lastApproach(), speed, 0.03);
 }
 
 // How many rounds, CAROM_ROUNDS says: rounds.sh runs 1000, and 10 under valgrind.
@@ -364,6 +449,7 @@ TEST_F(PybulletPlugin, ComesAndGoes) {
   const int ball = addBall();
   for (int round = 0; round < rounds; ++round) {
     load();
+    if (round > 0) done("open");
     done("capture");
     done("listener 0 0 1 index=1 format=mono");
     done("record " + file("round.wav"));
@@ -386,8 +472,12 @@ TEST_F(PybulletPlugin, ComesAndGoes) {
     ASSERT_EQ(addBall(), ball);
     run(0.3);
     EXPECT_GE(statistic("impacts"), 3U);
-    server->unload();
+    if (round % 3 != 0) done("close");
     run(0.05);
+    if (round % 10 != 9) continue;
+    server = library.make();  // unloads
+    server->add({.form = Form::floor, .mass = 0.0, .restitution = 0.8});
+    ASSERT_EQ(addBall(), ball);
   }
 }
 

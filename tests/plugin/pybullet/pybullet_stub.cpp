@@ -256,6 +256,8 @@ class Server final : public ServerStub {
   int statesAsked_ = 0;
 
   void* library_ = nullptr;
+  std::string path_;
+  bool hasUnloaded_ = false;
   void* userPointer_ = nullptr;
   Call beforeTick_ = nullptr;
   Call afterTick_ = nullptr;
@@ -497,6 +499,8 @@ void Server::reportNotifications() {
 }
 
 int Server::load(const std::string& path, const std::string& postFix) {
+  if (hasUnloaded_) std::abort();  // the server closes the library of the free slot, which is null
+  if (library_ != nullptr) return path == path_ ? 0 : -1;  // it has one, known by its path
   void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_GLOBAL);
   if (library == nullptr) return -1;
   const auto find = [&](const char* name) { return dlsym(library, (name + postFix).c_str()); };
@@ -514,6 +518,7 @@ int Server::load(const std::string& path, const std::string& postFix) {
     return -1;
   }
   library_ = library;
+  path_ = path;
   userPointer_ = now.userPointer;
   beforeTick_ = reinterpret_cast<Call>(find("preTickPluginCallback"));
   afterTick_ = reinterpret_cast<Call>(find("postTickPluginCallback"));
@@ -525,6 +530,7 @@ void Server::unload() {
   if (library_ == nullptr) return;
   PluginContext now = context();
   exit_(&now);
+  hasUnloaded_ = true;
   dlclose(std::exchange(library_, nullptr));
   beforeTick_ = afterTick_ = notifications_ = nullptr;
   userPointer_ = nullptr;

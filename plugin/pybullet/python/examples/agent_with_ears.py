@@ -11,6 +11,7 @@ import random
 import sys
 
 import pybullet
+from pybullet_utils.bullet_client import BulletClient
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 import carom
@@ -33,9 +34,8 @@ class SideByEar(gymnasium.Env if gymnasium else object):
     metadata = {"render_modes": []}
 
     def __init__(self):
-        self.client = pybullet.connect(pybullet.DIRECT)
-        pybullet.setGravity(0, 0, -9.81)
-        self.sound = carom.attach(pybullet)
+        self.world = BulletClient(pybullet.DIRECT)  # a world of its own for each environment
+        self.sound = carom.attach(self.world)
         self.sound.listener([0, 0, 1], format="coincident_pair")  # looks along +y, z is up
         frames = STEPS * self.sound.sample_rate // 240
         if gymnasium:
@@ -48,19 +48,19 @@ class SideByEar(gymnasium.Env if gymnasium else object):
         """Lets a ball fall at a random place; returns what is heard of it."""
         if seed is not None:
             random.seed(seed)
-        pybullet.resetSimulation()  # the sound's clock is at 0 again, and all is silent
-        pybullet.setGravity(0, 0, -9.81)
-        floor = pybullet.createCollisionShape(pybullet.GEOM_PLANE)
-        pybullet.createMultiBody(0, floor)
+        world = self.world
+        world.resetSimulation()  # the sound's clock is at 0 again, and all is silent
+        world.setGravity(0, 0, -9.81)
+        world.createMultiBody(0, world.createCollisionShape(pybullet.GEOM_PLANE))
         self.side = random.choice((LEFT, RIGHT))
         across = random.uniform(0.3, 2.0) * (1 if self.side == RIGHT else -1)
         radius = random.uniform(0.02, 0.05)
-        shape = pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=radius)
-        ball = pybullet.createMultiBody(0.2, shape,
-                                        basePosition=[across, random.uniform(0.5, 2.0), 1.0])
-        pybullet.changeDynamics(ball, -1, restitution=0.8)
+        shape = world.createCollisionShape(pybullet.GEOM_SPHERE, radius=radius)
+        ball = world.createMultiBody(0.2, shape,
+                                     basePosition=[across, random.uniform(0.5, 2.0), 1.0])
+        world.changeDynamics(ball, -1, restitution=0.8)
         for _ in range(STEPS):
-            pybullet.stepSimulation()
+            world.stepSimulation()
         return self.sound.samples(), {"collisions": len(self.sound.events()) // 2}
 
     def step(self, action):
@@ -70,7 +70,7 @@ class SideByEar(gymnasium.Env if gymnasium else object):
 
     def close(self):
         self.sound.close()
-        pybullet.disconnect(self.client)
+        self.world.disconnect()
 
 
 def louder_side(samples):

@@ -9,42 +9,43 @@ from stub_client import StubClient
 DIRECT, GEOM_SPHERE, GEOM_PLANE = 2, 2, 6
 error = StubClient.error
 
+
+class Client(StubClient):
+    """A connection, with PyBullet's names for what the stub has."""
+
+    DIRECT, GEOM_SPHERE, GEOM_PLANE = DIRECT, GEOM_SPHERE, GEOM_PLANE
+
+    def __init__(self, connection_mode=DIRECT):
+        super().__init__()
+        assert connection_mode == DIRECT
+        self._shapes = []
+
+    def getConnectionInfo(self):
+        return {"isConnected": 1, "connectionMethod": DIRECT}
+
+    def setGravity(self, x, y, z):
+        assert (x, y, z) == (0, 0, -9.81)  # the stub has no other
+
+    def createCollisionShape(self, form, radius=0.5):
+        self._shapes.append((form, radius))
+        return len(self._shapes) - 1
+
+    def createMultiBody(self, mass, shape, basePosition=(0, 0, 0)):
+        form, radius = self._shapes[shape]
+        return self.add("floor" if form == GEOM_PLANE else "ball", half_edges=(radius,) * 3,
+                        mass=mass, position=basePosition, restitution=0.8)
+
+    def changeDynamics(self, body, link, restitution):
+        assert link == -1 and 0 <= restitution <= 1
+
+
 _client = None
-_shapes = []
 
 
 def connect(method):
     global _client
-    assert method == DIRECT
-    _client = StubClient()
+    _client = Client(method)
     return 0
-
-
-def disconnect(_=0):
-    _client.disconnect()
-
-
-def getConnectionInfo():
-    return {"isConnected": 1, "connectionMethod": DIRECT}
-
-
-def setGravity(x, y, z):
-    assert (x, y, z) == (0, 0, -9.81)  # the stub has no other
-
-
-def createCollisionShape(form, radius=0.5):
-    _shapes.append((form, radius))
-    return len(_shapes) - 1
-
-
-def createMultiBody(mass, shape, basePosition=(0, 0, 0)):
-    form, radius = _shapes[shape]
-    return _client.add("floor" if form == GEOM_PLANE else "ball", half_edges=(radius,) * 3,
-                       mass=mass, position=basePosition, restitution=0.8)
-
-
-def changeDynamics(body, link, restitution):
-    assert link == -1 and 0 <= restitution <= 1
 
 
 def __getattr__(name):
