@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <btBulletDynamicsCommon.h>
+#include <sys/uio.h>
 #include <unistd.h>
 
 #include "audio/model/decimal.h"
@@ -25,6 +26,16 @@ constexpr std::chrono::seconds kLongestWait{2};
 std::string_view variable(const char* name) {
   const char* const value = std::getenv(name);
   return value != nullptr ? value : std::string_view();
+}
+
+/// Returns the table of an object's class, which its memory begins with; null where there is no
+/// memory any more. The system reads it, as the program may have unmapped it.
+const void* tableOf(const void* object) {
+  const void* table = nullptr;
+  iovec to{.iov_base = static_cast<void*>(&table), .iov_len = sizeof(table)};
+  iovec from{.iov_base = const_cast<void*>(object), .iov_len = sizeof(table)};
+  const ssize_t read = process_vm_readv(getpid(), &to, 1, &from, 1, 0);
+  return read == static_cast<ssize_t>(sizeof(table)) ? table : nullptr;
 }
 
 /// Reads as many numbers as there are, with spaces between them. The command has looked at them.
@@ -123,6 +134,7 @@ void HeardWorlds::attach(HeardWorld& heard, btDiscreteDynamicsWorld& world) {
   Result<Sound> sound = Sound::attach(world, settingsFor(heard.number), worldSettings());
   if (!sound) return;  // onMessage was told why
   heard.sound.emplace(*std::move(sound));
+  heard.table = tableOf(&world);
   addToReport("begin " + std::to_string(heard.number) + " " + precision());
   // After the sound has registered what completes its recording at exit, so as to come before.
   static const int registered = std::atexit([] { instance().endAll(); });
@@ -155,6 +167,21 @@ void HeardWorlds::close(HeardWorld& heard) {
   heard.sound.reset();
 }
 
+/// Completes the recording of a world whose memory has gone without a destructor: nothing of it may
+/// be touched, so that its sound stays attached for good.
+void HeardWorlds::abandon(HeardWorld& heard) {
+  if (!heard.sound) return;
+  Sound& sound = *new Sound(*std::move(heard.sound));  // NOLINT(*-owning-memory): see above
+  heard.sound.reset();
+  const Status finished = sound.finishRecording();
+  const SoundStatistics statistics = sound.statistics();
+  if (finished)
+    addToReport("end " + std::to_string(heard.number) + " " + std::to_string(statistics.posted) +
+                " " + decimal(statistics.peak));
+  else
+    tellUser(finished.error().message);
+}
+
 void HeardWorlds::end(const void* world) {
   std::shared_ptr<HeardWorld> heard;
   {
@@ -174,15 +201,18 @@ bool HeardWorlds::isOwnProcess() const {
 
 void HeardWorlds::endAll() {
   if (!isOwnProcess()) return;
-  std::vector<std::shared_ptr<HeardWorld>> all;
+  std::vector<std::pair<const void*, std::shared_ptr<HeardWorld>>> all;
   {
     const std::lock_guard lock(mutex_);
-    for (const auto& [world, heard] : worlds_)
-      all.push_back(heard);
+    all.assign(worlds_.begin(), worlds_.end());
   }
-  for (const auto& heard : all) {
+  for (const auto& [world, heard] : all) {
     const std::unique_lock lock(heard->mutex, kLongestWait);
-    if (lock) close(*heard);
+    if (!lock) continue;
+    if (tableOf(world) == heard->table)
+      close(*heard);
+    else
+      abandon(*heard);
   }
 }
 

@@ -34,7 +34,8 @@ class HeardWorlds {
  private:
   struct HeardWorld {
     std::recursive_timed_mutex mutex;
-    int number = 0;  // of its file
+    int number = 0;               // of its file
+    const void* table = nullptr;  // of the world's class, when its sound was attached
     std::optional<Sound> sound;
   };
 
@@ -43,6 +44,7 @@ class HeardWorlds {
   std::shared_ptr<HeardWorld> add(btDiscreteDynamicsWorld& world);
   static void attach(HeardWorld& heard, btDiscreteDynamicsWorld& world);
   static void close(HeardWorld& heard);
+  static void abandon(HeardWorld& heard);
 
   /// True in the process that was listened to, false in its forks, which have a copy of it.
   bool isOwnProcess() const;

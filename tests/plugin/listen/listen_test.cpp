@@ -173,6 +173,12 @@ TEST_F(Listen, ExitWithoutAnEndOfTheWorldCompletesTheRecording) {
   expectSameSound(folder_ / "heard.wav", folder_ / "attached.wav");
 }
 
+TEST_F(Listen, AWorldWhoseMemoryGoesIsNotTouched) {
+  const json object = heard({host("listen_host_float"), "discrete", "scrub"}, 3);
+  EXPECT_TRUE(object["complete"]);
+  EXPECT_GE(object["events"], 2);
+}
+
 TEST_F(Listen, ExitWhileAnotherThreadStepsCompletesTheRecording) {
   const json object = heard({host("listen_host_float"), "discrete", "thread"}, 3);
   EXPECT_EQ(object["complete"], true);
