@@ -208,7 +208,9 @@ double restitutionFrom(const ContactSide& body, const ContactSide& other, const 
   const double approach =
       approachAt(point, body.state, other.state) - (areRigid ? 0.0 : pull * duration);
   const double distance = point.distance + solver.slop;
-  const double pushed = -distance / duration * (distance > 0.0 ? 1.0 : solver.erp);
+  const bool isPushed = areRigid && distance <= solver.pushDistance;
+  const double share = distance > 0.0 ? 1.0 : solver.erp;
+  const double pushed = isPushed ? 0.0 : -distance / duration * share;
   return std::clamp((parting - pushed) / approach, 0.0, 1.0);
 }
 

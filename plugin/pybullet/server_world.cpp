@@ -104,7 +104,8 @@ void ServerWorld::beginSubstep() {
                    gravity_,
                    {.restitutionSpeed = parameters->restitutionSpeed,
                     .erp = parameters->contactErp,
-                    .slop = parameters->contactSlop}});
+                    .slop = parameters->contactSlop,
+                    .pushDistance = pushDistance_}});
   beginMotions();
 }
 

@@ -4,7 +4,7 @@
 
 CAROM_FOLDER has carom.py and libcarom_pybullet.so, as build/check/plugin/pybullet; the Python is one
 that can import pybullet. Prints: impacts of four shapes on a plane in both kinds of coordinates and
-at three steps; what slides; frames of 10,000 steps; stock models, if their folder is given; what
+at three steps; two balls; a stack; what slides; frames of 10,000 steps; stock models, if their folder is given; what
 recording costs. Nothing of PyBullet is in this repository.
 """
 
@@ -60,6 +60,55 @@ def impacts():
                 print(f"  {name:9} 1/{round(1 / step):<5} {kind} {first['approach_speed_m_s']:.6f} "
                       f"{first['jz_Ns']:.6f} {first['time_s']:.7f} {first['peak_pa']:.5f}")
                 p.disconnect()
+
+
+def two_balls():
+    print("two balls of 0.5 and 0.3 kg meet at 3 m/s, without gravity: time, impulse, over the closed forms")
+    for step in STEPS:
+        for maximal in (False, True):
+            p.connect(p.DIRECT)
+            p.setTimeStep(step)
+            balls = []
+            for mass, place, speed in ((0.5, 0.0, 2.0), (0.3, 0.5, -1.0)):
+                ball = p.createMultiBody(mass, shapes()["ball"], basePosition=[place, 0, 1],
+                                         useMaximalCoordinates=maximal)
+                p.changeDynamics(ball, -1, restitution=0.9, linearDamping=0, angularDamping=0)
+                p.resetBaseVelocity(ball, [speed, 0, 0])
+                balls.append(ball)
+            with carom.attach(p) as sound:
+                for _ in range(round(0.3 / step)):
+                    p.stepSimulation()
+                events = [event for event in sound.events() if event["body"] == balls[1]]
+            touch = (0.5 - 0.1) / 3.0
+            impulse = (1 + 0.81) * 3.0 * (0.5 * 0.3 / 0.8)
+            first = events[0]
+            print(f"  1/{round(1 / step):<5} {'maximal' if maximal else 'reduced'} {len(events)} event, "
+                  f"{1e6 * (first['time_s'] - touch):+.3f} us, {first['jx_Ns'] / impulse:.8f}")
+            p.disconnect()
+
+
+def stack():
+    print("a stack of 8 boxes let down by 2 mm: events that are heard within 1 s, and in the second after")
+    for step in STEPS:
+        for maximal in (False, True):
+            p.connect(p.DIRECT)
+            p.setGravity(0, 0, -9.81)
+            p.setTimeStep(step)
+            plane(maximal)
+            shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.05])
+            for number in range(8):
+                p.createMultiBody(1.0, shape, basePosition=[0, 0, 0.052 + 0.102 * number],
+                                  useMaximalCoordinates=maximal)
+            with carom.attach(p) as sound:
+                counts = []
+                for _ in range(2):
+                    for _ in range(round(1 / step)):
+                        p.stepSimulation()
+                    events = sound.events()
+                    loudest = max((event["peak_pa"] for event in events), default=0.0)
+                    counts.append(f"{sum(event['heard'] for event in events)} ({loudest:.3g} Pa)")
+            print(f"  1/{round(1 / step):<5} {'maximal' if maximal else 'reduced'} " + ", ".join(counts))
+            p.disconnect()
 
 
 def slides():
@@ -177,6 +226,8 @@ if __name__ == "__main__":
     import carom
 
     impacts()
+    two_balls()
+    stack()
     slides()
     frames()
     if options.models:
