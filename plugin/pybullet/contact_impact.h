@@ -108,7 +108,7 @@ std::optional<Touch> touchOf(const ContactSide& body, const ContactSide& other,
 struct ContactSolver {
   double restitutionSpeed = 0.0;  ///< m/s, slower impacts do not bounce
   double erp = 0.0;               ///< 1: share of an overlap that a substep takes away
-  double slop = 0.0;  ///< m, added to the distance of contacts
+  double slop = 0.0;              ///< m, added to the distance of contacts
   /// m, below 0: two rigid bodies that overlap more are moved apart, and get no speed by that.
   double pushDistance = -std::numeric_limits<double>::infinity();
 };
