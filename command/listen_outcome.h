@@ -21,7 +21,7 @@ struct ListenedWorld {
   std::optional<double> fullScale;      ///< Pa for a sample of 1.0
 };
 
-/// What became of a program that was listened to.
+/// The outcome of a program that was listened to.
 struct ListenOutcome {
   int exitCode = 0;
   std::vector<ListenedWorld> worlds;  ///< in the order of their first steps

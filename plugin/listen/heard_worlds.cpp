@@ -103,6 +103,15 @@ constexpr const char* precision() {
   return sizeof(btScalar) == sizeof(double) ? "double" : "float";
 }
 
+/// Tells the command what became of a world's recording.
+void reportEnd(int number, const Status& finished, const SoundStatistics& statistics) {
+  if (finished)
+    addToReport("end " + std::to_string(number) + " " + std::to_string(statistics.posted) + " " +
+                decimal(statistics.peak));
+  else
+    tellUser(finished.error().message);
+}
+
 }  // namespace
 
 HeardWorlds& HeardWorlds::instance() {
@@ -159,11 +168,7 @@ void HeardWorlds::close(HeardWorld& heard) {
   if (closed && statistics.peakSample > 1.0)  // as the sound has said, with another remedy
     tellUser("the peak of " + decimal(statistics.peak) + " Pa is above the full scale; expected " +
              "--full-scale " + decimal(std::ceil(statistics.peak)) + " or more");
-  if (closed)
-    addToReport("end " + std::to_string(heard.number) + " " + std::to_string(statistics.posted) +
-                " " + decimal(statistics.peak));
-  else
-    tellUser(closed.error().message);
+  reportEnd(heard.number, closed, statistics);
   heard.sound.reset();
 }
 
@@ -175,11 +180,7 @@ void HeardWorlds::abandon(HeardWorld& heard) {
   heard.sound.reset();
   const Status finished = sound.finishRecording();
   const SoundStatistics statistics = sound.statistics();
-  if (finished)
-    addToReport("end " + std::to_string(heard.number) + " " + std::to_string(statistics.posted) +
-                " " + decimal(statistics.peak));
-  else
-    tellUser(finished.error().message);
+  reportEnd(heard.number, finished, statistics);
 }
 
 void HeardWorlds::end(const void* world) {

@@ -38,6 +38,13 @@ struct BodyMotion {
   bool isPushed = false;
 
   bool hasLinks() const { return starts.size() > 1; }
+  /// Has `impulse`, `angularImpulse` and `isPushed` be those of that substep: none at first.
+  void loadIn(std::uint64_t substep) {
+    if (loaded == substep) return;
+    loaded = substep;
+    impulse = angularImpulse = Vec3::Zero();
+    isPushed = false;
+  }
 };
 
 /// Returns the state at the end of a substep of that duration (s) that begins with `start`, by

@@ -11,7 +11,7 @@ EventTable::EventTable(const std::shared_ptr<const audio::SoundPaths>& paths)
       threshold_(paths->settings.audibleThreshold),
       bounds_(paths) {}
 
-void EventTable::add(const ImpulseEvent& share, TableBody body, TableBody other) {
+void EventTable::add(const ImpulseEvent& share, ServerClient::Key body, ServerClient::Key other) {
   peaks_.assign(listeners_, 0.0);
   bounds_.add(share, peaks_);
   const double peak = *std::ranges::max_element(peaks_);

@@ -8,15 +8,10 @@
 
 #include "audio/propagation/sound_paths.h"
 #include "carom/audio/impulse_event.h"
+#include "plugin/pybullet/server_client.h"
 #include "plugin/realtime/pressure_bounds.h"
 
 namespace carom::plugin {
-
-/// A body of the server and its link, -1 for the base.
-struct TableBody {
-  int body = -1;
-  int link = -1;
-};
 
 /// The impulse events of a simulation as rows of numbers, until they are taken: the columns of the
 /// events CSV (docs/cli.md), with bodies and links as the server numbers them, and the bound of the
@@ -35,7 +30,7 @@ class EventTable {
   /// Takes bodies and the poses of listeners, as the scheduler of an output does.
   audio::ContactSoundScheduler& scheduler() { return bounds_.scheduler(); }
   /// Adds a share of a collision; the other one comes next, or came before.
-  void add(const ImpulseEvent& share, TableBody body, TableBody other);
+  void add(const ImpulseEvent& share, ServerClient::Key body, ServerClient::Key other);
 
   std::size_t ready() const { return rows_.size() / columns(); }  ///< rows that wait
   /// Moves the oldest rows to `numbers`, as many as fit. Returns how many.

@@ -77,7 +77,7 @@ ContactState ended(ContactState state, double time, double duration) {
 
 ContactState contactStateOf(const TouchPoint& contact, const SubstepMotion& body,
                             const SubstepMotion& other, double duration) {
-  // What is at the contact as the substep begins moves by the velocities with which it ends.
+  // The points at the contact move by the velocities with which the substep ends.
   const auto movingFrom = [](const SubstepMotion& of) {
     return BodyState{of.start.position, of.start.orientation, of.end.velocity,
                      of.end.angularVelocity};

@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <cstdio>
 #include <exception>
-#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -15,6 +14,7 @@
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "audio/model/immortal.h"
 #include "audio/model/mutex.h"
@@ -52,11 +52,10 @@ struct Unloading {
   ~Unloading() { carom::audio::deleteImmortals(); }
 } const unloading;
 
-/// The plugins with a sound, by the names of those.
+/// The plugins that are loaded.
 struct Instances {
   carom::audio::Mutex mutex;
-  std::map<int, std::shared_ptr<Plugin>> plugins;
-  std::map<Plugin*, std::shared_ptr<Plugin>> loaded;
+  std::vector<std::shared_ptr<Plugin>> plugins;
   int latest = 0;
 
   static Instances& all() {
@@ -65,25 +64,25 @@ struct Instances {
   }
   std::shared_ptr<Plugin> find(int name) {
     const carom::audio::MutexLock lock(mutex);
-    const auto found = plugins.find(name);
-    return found == plugins.end() ? nullptr : found->second;
+    const auto found = std::ranges::find(plugins, name, &Plugin::name);
+    return found == plugins.end() || name == 0 ? nullptr : *found;
   }
   /// Gives a plugin's sound another name, that nobody has had; 0 for none.
   void rename(Plugin& plugin, bool hasSound) {
     const carom::audio::MutexLock lock(mutex);
-    plugins.erase(plugin.name);
     plugin.name = hasSound ? ++latest : 0;
-    if (hasSound) plugins[plugin.name] = loaded.at(&plugin);
   }
   void add(const std::shared_ptr<Plugin>& plugin) {
     const carom::audio::MutexLock lock(mutex);
-    loaded[plugin.get()] = plugin;
+    plugins.push_back(plugin);
   }
-  std::shared_ptr<Plugin> remove(Plugin& plugin) {
+  std::shared_ptr<Plugin> remove(const Plugin& plugin) {
     const carom::audio::MutexLock lock(mutex);
-    plugins.erase(plugin.name);
-    const auto node = loaded.extract(&plugin);
-    return node.empty() ? nullptr : node.mapped();
+    const auto found = std::ranges::find(plugins, &plugin, &std::shared_ptr<Plugin>::get);
+    if (found == plugins.end()) return nullptr;
+    std::shared_ptr<Plugin> removed = std::move(*found);
+    plugins.erase(found);
+    return removed;
   }
 };
 

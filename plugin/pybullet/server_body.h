@@ -16,7 +16,7 @@ namespace carom::plugin {
 
 inline constexpr int kBaseLink = -1;  ///< number of a base among the links of its body
 
-/// What a host has assigned to a body or to one link of it. A part that is not set says nothing.
+/// The assignments of a host to a body or to one link of it. A part that is not set says nothing.
 struct AssignedParts {
   std::optional<std::string> material{};  ///< one of builtInMaterials
   std::optional<std::shared_ptr<const ModalModel>> modes{};

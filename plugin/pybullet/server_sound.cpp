@@ -176,9 +176,7 @@ void ServerSound::movePart(BodyId id, const ListenerPose& pose) {
 void ServerSound::hear(const ImpulseEvent& share) {
   sound_->post(share);
   if (!events_) return;
-  const Key body = world_.keyOf(share.body);
-  const Key other = world_.keyOf(share.other);
-  events_->add(share, {body.body, body.link}, {other.body, other.link});
+  events_->add(share, world_.keyOf(share.body), world_.keyOf(share.other));
 }
 
 void ServerSound::hear(const ContactState& contact) {

@@ -221,10 +221,7 @@ void ServerWorld::correct(int number, ServerBody& body) {
   BodyMotion& motion = body.motion;
   const ServerPart& part = body.part(kBaseLink);
   const FreeMotion free{duration_, gravity_};
-  if (motion.loaded != substep_) {
-    motion.impulse = motion.angularImpulse = Vec3::Zero();
-    motion.isPushed = false;
-  }
+  motion.loadIn(substep_);
   if (motion.isPushed && motion.end == BodyMotion::Source::told && part.contact.isRigid())
     askFor(number, motion, motion.end);
   const bool wasFree =
@@ -281,14 +278,9 @@ void ServerWorld::readContacts() {
 void ServerWorld::addImpulse(const b3::ContactPoint& contact, ServerBody& body, double sign) {
   BodyMotion& motion = body.motion;
   if (!body.mayMove || motion.starts.size() != 1) return;
-  if (std::exchange(motion.loaded, substep_) != substep_) {
-    motion.impulse = motion.angularImpulse = Vec3::Zero();
-    motion.isPushed = false;
-  }
+  motion.loadIn(substep_);
   motion.isPushed = motion.isPushed || contact.distance <= pushDistance_;
-  const Vec3 force = contact.normalForce * vectorOf(contact.normalOnB) +
-                     contact.frictionForces[0] * vectorOf(contact.frictionDirection) +
-                     contact.frictionForces[1] * vectorOf(contact.secondFrictionDirection);
+  const Vec3 force = contact.normalForce * vectorOf(contact.normalOnB) + frictionOf(contact);
   const Vec3 impulse = sign * outer_ * force;
   const Vec3 place = vectorOf(sign > 0.0 ? contact.positionOnA : contact.positionOnB);
   motion.impulse += impulse;
@@ -304,7 +296,7 @@ std::optional<BodyState> ServerWorld::stateOf(Key key) {
 }
 
 void ServerWorld::hear(std::span<const b3::Notification> notifications) {
-  // Of several steps only the last has left bodies where they are.
+  // If there were several steps, only the last has left bodies where they are.
   std::size_t stepped = notifications.size();
   for (std::size_t index = 0; index < notifications.size(); ++index) {
     const b3::Notification& each = notifications[index];

@@ -18,7 +18,8 @@
 
 namespace carom::plugin {
 
-/// What hears a ServerWorld. Bodies go by their ids, which no two have had. [physics thread]
+/// The receiver of all that a ServerWorld tells. Bodies go by their ids, which no two have had.
+/// [physics thread]
 class ServerEars {
  public:
   virtual ~ServerEars() = default;

@@ -63,8 +63,8 @@ std::size_t SamplesInMemory::take(std::span<float> samples) {
 }
 
 Status SamplesInMemory::write(std::span<const float* const> channels, std::size_t frames) {
-  // What was taken makes room for as much, such that a reader who never quite catches up does not
-  // fill the memory.
+  // Samples that were taken make room for as many, such that a reader who never quite catches up
+  // does not fill the memory.
   if (taken_ > samples_.size() / 2) {
     samples_.erase(samples_.begin(), samples_.begin() + static_cast<std::ptrdiff_t>(taken_));
     taken_ = 0;

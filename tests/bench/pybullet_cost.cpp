@@ -1,4 +1,4 @@
-// What the PyBullet plugin costs: steps of the server stub with and without it, by turns, with
+// The cost of the PyBullet plugin: steps of the server stub with and without it, by turns, with
 // balls that drop on a floor and come to rest. Medians of steps after all have been described. The
 // stub's own step is Bullet's alone; PyBullet's server does more besides.
 //     ./bench pybullet [--short]

@@ -233,7 +233,7 @@ TEST_F(Listen, SignalsGoToTheProgram) {
   }
 }
 
-// What is not heard
+// Programs that are not heard
 
 TEST_F(Listen, ProgramWithoutBulletGetsASentenceAndNoFile) {
   const Outcome outcome = listen({"sh", "-c", "echo one; echo two >&2; exit 3"});
