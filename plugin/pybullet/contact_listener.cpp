@@ -206,10 +206,15 @@ void ContactListener::hearPair(Pair& pair, Points points, const StateAfter& afte
   const ContactSide other = sideOf(mean.other);
   const bool begun = begins(body, other, mean, pair);
   pair.touched = count_;
-  contact.isImpact = pair.approached == count_;
+  // An approach that goes on for longer than an impact is that of a body that trembles as it
+  // slides.
+  const bool goesOn = pair.impact != 0 && pair.impact + kHop > count_;
+  contact.isImpact = !begun && goesOn && pair.approached == count_;
   if (!begun) return;
   const std::optional<Touch> touch = firstTouch(body, other, mean, points);
   if (!touch || touch->approachSpeed <= restSpeed_ || touch->onset <= restSpeed_) return;
+  contact.isImpact = true;
+  pair.impact = count_;
   const Impact impact{mean, *touch, substep_.duration, restitutionOf(body, other, mean, after)};
   for (ImpulseEvent share : sharesOf(body, other, impact, substep_.solver)) {
     share.time += substep_.time;

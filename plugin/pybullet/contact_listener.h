@@ -100,6 +100,7 @@ class ContactListener {
   };
   struct Pair {
     std::uint64_t key = 0;         // both ids, the smaller one first
+    std::uint64_t impact = 0;      // the latest substep in which an impact of it began; 0: none
     std::uint64_t touched = 0;     // the latest substep in which the solver acted on it
     std::uint64_t approached = 0;  // the latest in which it approached faster than rest
   };

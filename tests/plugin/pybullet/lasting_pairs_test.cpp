@@ -170,5 +170,21 @@ TEST_F(LastingPair, OfARemovedBodyIsForgotten) {
     EXPECT_EQ(phases({}), Phases{});
 }
 
+// A body that trembles as it slides approaches in each substep: only its first touch is an impact.
+TEST(LastingPairs, ApproachThatGoesOnIsNoImpact) {
+  ContactListener listener;
+  listener.setBody(kMover, slidingBox().body);
+  for (int substep = 0; substep < 12; ++substep) {
+    listener.begin({substep * kStepTime, kStepTime, {0.0, 0.0, -9.81}, {}});
+    BodyState state = slidingBox().start;
+    state.velocity.z() = -0.2;
+    listener.state(kMover, state);
+    const std::vector<TouchPoint> points = {pressed()};
+    listener.finish(points);
+    ASSERT_EQ(listener.contacts().size(), 1U);
+    EXPECT_TRUE(substep < 6 || !listener.contacts().front().isImpact) << substep;
+  }
+}
+
 }  // namespace
 }  // namespace carom
