@@ -25,6 +25,7 @@ set(carom_dependency_table
   "PkgConfig::carom_sndfile|pkg|sndfile|libsndfile1-dev"
   "PkgConfig::carom_mysofa|pkg|libmysofa|libmysofa-dev"
   "PkgConfig::carom_png|pkg|libpng|libpng-dev"
+  "PkgConfig::carom_zstd|pkg|libzstd|libzstd-dev"
   "PkgConfig::carom_highway|pkg|libhwy|libhwy-dev"
   "PkgConfig::carom_assimp|pkg|assimp|libassimp-dev"
   "meshoptimizer::meshoptimizer|package meshoptimizer|-lmeshoptimizer|libmeshoptimizer-dev"

@@ -212,7 +212,7 @@ Result<MechanicsRun> runMechanics(const Scene& scene, const RunsOptions& options
 EventTape chosenTape(const MechanicsRun& run, const ReportChoice& choice) {
   EventTape tape = *run.tape;
   if (choice.stepper.type != StepperType::bullet) return tape;
-  for (TapePortion& portion : tape.portions) {
+  for (audio::RunPortion& portion : tape.portions) {
     for (ImpulseEvent& event : portion.events) {
       if (choice.eventTime != EventTime::exact) event.time = timeOf(event, run, choice);
     }
@@ -222,10 +222,10 @@ EventTape chosenTape(const MechanicsRun& run, const ReportChoice& choice) {
 
 EventTape withEvents(const EventTape& tape, const std::vector<ImpulseEvent>& events) {
   EventTape changed = tape;
-  for (TapePortion& portion : changed.portions)
+  for (audio::RunPortion& portion : changed.portions)
     portion.events.clear();
   for (const ImpulseEvent& event : events) {
-    const auto portion = std::ranges::find_if(changed.portions, [&event](const TapePortion& one) {
+    const auto portion = std::ranges::find_if(changed.portions, [&event](const audio::RunPortion& one) {
       return one.settledTime >= event.time;
     });
     if (portion != changed.portions.end()) portion->events.push_back(event);

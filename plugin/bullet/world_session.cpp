@@ -11,6 +11,7 @@
 #include "bullet_bridge/bodies/proxy_id.h"
 #include "bullet_bridge/geometry/to_vec3.h"
 #include "plugin/bullet/assigned_sound.h"
+#include "plugin/bullet/body_form.h"
 #include "plugin/bullet/first_blow.h"
 #include "plugin/bullet/world_report.h"
 #include "plugin/bullet/world_survey.h"
@@ -91,6 +92,7 @@ void WorldSession::postSubstep() {
   postContacts();
   bridge_->clear();
   moveRinging();
+  tellPoses();
   advanceTo(bridge_->time());
   forgetRemoved();
   takeShapes();
@@ -99,7 +101,7 @@ void WorldSession::postSubstep() {
 
 /// True if what is heard must not depend on when a thread has solved a shape.
 bool WorldSession::isRepeatable() const {
-  return recorder || capturer || settings.clock == SoundClock::simulation;
+  return recorder || capturer || runWriter || settings.clock == SoundClock::simulation;
 }
 
 /// Has a body that is about to sound get its shape: now where that has to be, or soon.
@@ -248,6 +250,40 @@ void WorldSession::moveRinging() {
   }
 }
 
+void WorldSession::describe(RunRecorder& run, BodyId id, const btCollisionObject& object) {
+  const auto [entry, isNew] = forms_.try_emplace(object.getCollisionShape());
+  if (isNew) entry->second = formOf(*object.getCollisionShape(), metresPerUnit());
+  run.describe(id, {}, entry->second);
+}
+
+void WorldSession::describeBodies(RunRecorder& run) {
+  toldPoses_.clear();
+  forms_.clear();
+  for (int i = 0; hasWorld() && i < world_.getNumCollisionObjects(); ++i) {
+    const btCollisionObject& object = *world_.getCollisionObjectArray()[i];
+    const Result<BodyId> id = bridge_->bodyId(object);
+    if (id && isRead(*id)) describe(run, *id, object);
+  }
+  tellPoses();
+}
+
+/// Tells runs where bodies are that have moved, but for those that ring, whose poses all know.
+void WorldSession::tellPoses() {
+  if (!keepsRuns()) return;
+  for (int i = 0; i < world_.getNumCollisionObjects(); ++i) {
+    const btCollisionObject& object = *world_.getCollisionObjectArray()[i];
+    const Result<BodyId> id = bridge_->bodyId(object);
+    if (!id || !isRead(*id) || std::ranges::binary_search(ringingBodies, *id)) continue;
+    const btTransform& transform = object.getWorldTransform();
+    const auto [told, isNew] = toldPoses_.try_emplace(*id, transform);
+    if (!isNew && told->second == transform) continue;
+    told->second = transform;
+    const ListenerPose pose = {bridge_->time(), metresPerUnit() * toVec3(transform.getOrigin()),
+                               toQuat(transform)};
+    if (isPose(pose)) forEachRun([&](RunRecorder& run) { run.moveBody(*id, pose); });
+  }
+}
+
 Status WorldSession::close() {
   const auto kept = shared_from_this();  // the host's function may end the sound
   if (bridge_) {
@@ -310,6 +346,7 @@ void WorldSession::read(BodyId id, const btCollisionObject& object) {
   // mass may be.
   if (object.isStaticOrKinematicObject()) reading.sound.modalOrigin = Vec3::Zero();
   take(id, known, reading.sound);
+  if (keepsRuns()) forEachRun([&](RunRecorder& run) { describe(run, id, object); });
 }
 
 /// Sets a body, and tells if it cannot sound.
@@ -325,6 +362,7 @@ Vec3 WorldSession::listener() const {
 
 void WorldSession::readPresent() {
   reader_.beginReading();
+  forms_.clear();
   const auto& objects = world_.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i)
     if (const Result<BodyId> id = bridge_->bodyId(*objects[i])) read(*id, *objects[i]);
@@ -333,6 +371,7 @@ void WorldSession::readPresent() {
 void WorldSession::readNew() {
   if (!hasWorld()) return;
   reader_.beginReading();
+  forms_.clear();
   const auto& objects = world_.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i) {
     const Result<BodyId> id = bridge_->bodyId(*objects[i]);
@@ -374,6 +413,7 @@ void WorldSession::forgetRemoved() {
     if (entry.second.absent < kEventsLater) return false;
     isPending_[entry.first] = false;
     removeBody(entry.first);
+    toldPoses_.erase(entry.first);
     return true;
   });
 }

@@ -10,6 +10,8 @@
 #include <unordered_set>
 #include <vector>
 
+#include <LinearMath/btTransform.h>
+
 #include "carom/bullet/bullet_bridge.h"
 #include "carom/sound.h"
 #include "plugin/bullet/automatic_listener.h"
@@ -87,6 +89,9 @@ class WorldSession final : public SoundSession {
   void postEvents();
   void postContacts();
   void moveRinging();
+  void describeBodies(RunRecorder& run) override;
+  void describe(RunRecorder& run, BodyId id, const btCollisionObject& object);
+  void tellPoses();
   void note(const ImpulseEvent& share, bool isFirst);
   void report();
   void tell(Report& report);
@@ -123,6 +128,8 @@ class WorldSession final : public SoundSession {
   std::unordered_map<const btCollisionShape*, BodySound> ofShape_;
   std::unordered_map<int, BodySound> ofUserIndex_;
   AutomaticListener listener_;
+  std::unordered_map<BodyId, btTransform> toldPoses_;              // to runs
+  std::unordered_map<const btCollisionShape*, audio::BodyForm> forms_;  // of the reading in hand
   std::unordered_set<const btCollisionShape*> usedShapes_;  // of ofShape_, by a body that was read
   std::unordered_set<int> usedIndices_;                     // of ofUserIndex_
   std::string unsolvedReason_;

@@ -115,6 +115,23 @@ std::size_t SoundOutput::takeCaptured(std::span<float> samples) {
   return session_ && session_->captured ? session_->captured->take(samples) : 0;
 }
 
+Status SoundOutput::recordRun(const std::filesystem::path& file) {
+  return onOpen(session_, [&](SoundSession& session) { return session.recordRun(file); });
+}
+
+Status SoundOutput::finishRun() {
+  if (!session_) return movedFrom();
+  return session_->told(session_->finishRun());
+}
+
+Status SoundOutput::keepRun(double seconds) {
+  return onOpen(session_, [&](SoundSession& session) { return session.keepRun(seconds); });
+}
+
+Status SoundOutput::saveRun(const std::filesystem::path& file) {
+  return onOpen(session_, [&](SoundSession& session) { return session.saveRun(file); });
+}
+
 void SoundOutput::setGain(double gain) noexcept {
   if (!session_) return;
   session_->gain = gain;

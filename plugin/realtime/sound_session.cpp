@@ -150,6 +150,9 @@ class StereoFold {
   std::vector<float> block_;
 };
 
+/// s: a day.
+constexpr double kLongestKept = 86400.0;
+
 /// Most sentences that one sound tells: a host that refuses nothing else need not read more.
 constexpr std::size_t kMostMessages = 100;
 
@@ -201,8 +204,8 @@ class OpenRecordings {
     for (;;) {
       SoundSession* const session = take();
       if (session == nullptr) return;
-      if (const Status finished = session->finishRecording(); !finished)
-        std::fprintf(stderr, "carom: %s\n", finished.error().message.c_str());
+      for (const Status& finished : {session->finishRecording(), session->finishRun()})
+        if (!finished) std::fprintf(stderr, "carom: %s\n", finished.error().message.c_str());
     }
   }
   SoundSession* take() {
@@ -230,6 +233,7 @@ SoundSession::SoundSession(const SoundSettings& soundSettings)
 
 SoundSession::~SoundSession() {
   (void)told(finishRecording());
+  (void)told(finishRun());
 }
 
 Status SoundSession::told(Status outcome) {
@@ -267,8 +271,10 @@ Status SoundSession::close() {
   if (capturer) release(capturer);
   captured = nullptr;
   Status finished = finishRecording();
+  Status run = finishRun();
+  runKeeper.reset();
   warnUnseen();
-  return finished;
+  return finished ? run : finished;
 }
 
 Status SoundSession::setBody(BodyId id, const SoundBody& body) {
@@ -282,6 +288,7 @@ Status SoundSession::setBody(BodyId id, const SoundBody& body) {
     validModels.insert(body.modal);
   }
   bodies.insert_or_assign(id, body);
+  forEachRun([&](RunRecorder& run) { run.setBody(id, body); });
   Status set = std::monostate{};
   forEachRecorder([&](SoundRecorder& each) {
     each.schedulePosted();
@@ -295,6 +302,7 @@ Status SoundSession::setBody(BodyId id, const SoundBody& body) {
 
 void SoundSession::removeBody(BodyId id) {
   bodies.erase(id);
+  forEachRun([id](RunRecorder& run) { run.removeBody(id); });
   forEachRecorder([id](SoundRecorder& each) {
     each.schedulePosted();
     each.scheduler().removeBody(id);
@@ -321,6 +329,7 @@ void SoundSession::moveListeners() {
     KnownPose& known = poses[listener];
     if (!std::exchange(known.isNew, false)) continue;
     const Follower follow{listener, known.pose, takeOver(known)};
+    forEachRun([&](RunRecorder& run) { run.moveListener(listener, known.pose); });
     forEachRecorder([&](SoundRecorder& each) { follow(each.scheduler()); });
     if (engine) follow(engine->scheduler());
     if (bounds) follow(bounds->scheduler());
@@ -343,6 +352,7 @@ void SoundSession::listen() {
 
 void SoundSession::post(const ImpulseEvent& event) {
   moveListeners();
+  forEachRun([&](RunRecorder& run) { run.post(event); });
   if (recorder) recorder->post(event, engine == nullptr);
   if (capturer) capturer->post(event, engine == nullptr && recorder == nullptr);
   if (engine) engine->post(event);
@@ -352,6 +362,8 @@ void SoundSession::post(const ImpulseEvent& event) {
 }
 
 void SoundSession::updateContact(const ContactState& contact) {
+  moveListeners();
+  forEachRun([&](RunRecorder& run) { run.updateContact(contact); });
   if (recorder) recorder->updateContact(contact, engine == nullptr);
   if (capturer) capturer->updateContact(contact, engine == nullptr && recorder == nullptr);
   if (engine) engine->updateContact(contact);
@@ -362,6 +374,7 @@ Status SoundSession::moveBody(BodyId id, const ListenerPose& pose) {
   if (!isPose(pose) || !(std::abs(pose.time) <= kLongestClock))
     return Error{"sound: pose of body " + std::to_string(id) +
                  ": expected finite values and a quaternion of unit length"};
+  forEachRun([&](RunRecorder& run) { run.moveBody(id, pose); });
   forEachRecorder([&](SoundRecorder& each) { (void)each.scheduler().moveBody(id, pose); });
   if (engine) (void)engine->scheduler().moveBody(id, pose);
   return std::monostate{};
@@ -394,8 +407,10 @@ void SoundSession::advanceTo(double seconds) {
       each.leapTo(seconds);
       bring(each.scheduler());
     });
+    forEachRun([seconds](RunRecorder& run) { run.leapTo(seconds); });
   }
   time = seconds;
+  forEachRun([seconds](RunRecorder& run) { run.advanceTo(seconds); });
   forEachRecorder([seconds](SoundRecorder& each) { each.advanceTo(seconds); });
   tellFailure();
   if (engine) engine->advanceTo(seconds);
@@ -464,11 +479,12 @@ Status SoundSession::record(const std::filesystem::path& file) {
 
 void SoundSession::abandonRecording() {
   (void)recorder.release();  // what destroys it would complete the file
+  (void)runWriter.release();
 }
 
 Status SoundSession::finishRecording() {
   if (!recorder) return std::monostate{};
-  OpenRecordings::instance().remove(*this);
+  if (!runWriter) OpenRecordings::instance().remove(*this);
   Status finished = recorder->finish();
   release(recorder);
   return finished;
@@ -492,7 +508,51 @@ Status SoundSession::capture() {
   return std::monostate{};
 }
 
+void SoundSession::bringTo(RunRecorder& run) {
+  run.startAt(time);
+  for (const auto& [id, body] : bodies)
+    run.setBody(id, body);
+  for (std::size_t listener = 0; listener < poses.size(); ++listener)
+    if (poses[listener].isKnown) run.moveListener(listener, poses[listener].pose);
+  describeBodies(run);
+}
+
+Status SoundSession::recordRun(const std::filesystem::path& file) {
+  if (runWriter) return Error{file.string() + ": a run is being written; finish it first"};
+  Result<std::unique_ptr<RunRecorder>> run = RunRecorder::toFile(file, settings);
+  if (!run) return run.error();
+  runWriter = *std::move(run);
+  OpenRecordings::instance().add(*this);
+  bringTo(*runWriter);
+  return std::monostate{};
+}
+
+Status SoundSession::finishRun() {
+  if (!runWriter) return std::monostate{};
+  if (!recorder) OpenRecordings::instance().remove(*this);
+  Status finished = runWriter->finish();
+  runWriter.reset();
+  return finished;
+}
+
+Status SoundSession::keepRun(double seconds) {
+  if (!(seconds >= 0.0 && seconds <= kLongestKept))
+    return Error{"sound: a run of " + std::to_string(seconds) +
+                 " s cannot be kept in memory; expected 0 to 86400 s"};
+  runKeeper = seconds > 0.0 ? RunRecorder::inMemory(seconds, settings) : nullptr;
+  if (runKeeper) bringTo(*runKeeper);
+  return std::monostate{};
+}
+
+Status SoundSession::saveRun(const std::filesystem::path& file) {
+  if (!runKeeper) return Error{file.string() + ": no run is kept in memory; call keepRun before"};
+  return runKeeper->save(file);
+}
+
 void SoundSession::tellFailure() {
+  forEachRun([this](const RunRecorder& run) {
+    if (run.failure()) say(run.failure()->message);
+  });
   if (!recorder || !recorder->failure() || std::exchange(hasToldFailure, true)) return;
   say(recorder->failure()->message);
 }

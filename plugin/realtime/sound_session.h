@@ -19,6 +19,7 @@
 #include "plugin/realtime/audio_device.h"
 #include "plugin/realtime/pressure_bounds.h"
 #include "plugin/realtime/recorded_samples.h"
+#include "plugin/realtime/run_recorder.h"
 #include "plugin/realtime/sound_engine.h"
 #include "plugin/realtime/sound_recorder.h"
 
@@ -79,6 +80,12 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
   Status record(const std::filesystem::path& file);
   Status finishRecording();
   Status capture();
+  /// Begins to write the run, from its present state on.
+  Status recordRun(const std::filesystem::path& file);
+  Status finishRun();
+  /// Begins to keep the last seconds of the run in memory; 0 ends it.
+  Status keepRun(double seconds);
+  Status saveRun(const std::filesystem::path& file);
   /// Forgets the recording, in a fork: its file is the parent's.
   void abandonRecording();
   virtual SoundStatistics statistics() const;
@@ -90,6 +97,16 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
     if (recorder) action(*recorder);
     if (capturer) action(*capturer);
   }
+  template <class Action>
+  void forEachRun(const Action& action) const {
+    if (runWriter) action(*runWriter);
+    if (runKeeper) action(*runKeeper);
+  }
+  bool keepsRuns() const { return runWriter != nullptr || runKeeper != nullptr; }
+  /// Tells a run of all that there is.
+  void bringTo(RunRecorder& run);
+  /// Tells a run how bodies are called, drawn and where they are, as far as that is known.
+  virtual void describeBodies(RunRecorder& run) { (void)run; }
   /// Adds what became of the events of a recorder that is over, and lets it go.
   void release(std::unique_ptr<SoundRecorder>& over);
   /// Tells of a recording that has just failed.
@@ -120,6 +137,8 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
   bool hasPlayed = false;                ///< there was an engine
   std::set<std::string> messages;        ///< those that have been told
   std::unique_ptr<PressureBounds> bounds;
+  std::unique_ptr<RunRecorder> runWriter;   ///< to a file
+  std::unique_ptr<RunRecorder> runKeeper;   ///< in memory
   std::unique_ptr<SoundRecorder> recorder;  ///< to a file
   std::unique_ptr<SoundRecorder> capturer;  ///< to memory
   SamplesInMemory* captured = nullptr;      ///< those of `capturer`

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "audio/propagation/pose_track.h"
+#include "audio/run/host_run.h"
 #include "carom/audio/impulse_event.h"
 #include "carom/audio/listener.h"
 #include "carom/audio/material.h"
@@ -84,10 +85,16 @@ struct NormalMapFile {
   bool byCoordinates = false;  ///< lies by the texture coordinates of the body's mesh
 };
 
+/// A body of a host's run, as the host has told of it. No stepper takes it, and no file names it.
+struct GivenShape {
+  std::shared_ptr<const audio::HostBody> body;
+};
+
 struct SceneBody {
   std::string name;  ///< unique in the scene
   Material material;
-  std::variant<SphereShape, PlaneShape, BlockShape, SolidShape, std::shared_ptr<const JelloShape>>
+  std::variant<SphereShape, PlaneShape, BlockShape, SolidShape, std::shared_ptr<const JelloShape>,
+               GivenShape>
       shape;
   SurfaceId surface = 0;  ///< its material in Scene::restitutions; 0: none there
   ContactTraits contact = {};

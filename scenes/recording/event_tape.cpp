@@ -28,7 +28,7 @@ class TapeStepper : public SceneStepper {
     now_.poses.clear();
     now_.deformations.clear();
     while (next_ < tape_->portions.size() && settledTime_ < time) {
-      const TapePortion& portion = tape_->portions[next_++];
+      const RunPortion& portion = tape_->portions[next_++];
       now_.events.insert(now_.events.end(), portion.events.begin(), portion.events.end());
       now_.contacts.insert(now_.contacts.end(), portion.contacts.begin(), portion.contacts.end());
       now_.poses.insert(now_.poses.end(), portion.poses.begin(), portion.poses.end());
@@ -53,13 +53,13 @@ class TapeStepper : public SceneStepper {
   std::shared_ptr<const EventTape> tape_;
   std::size_t next_ = 0;
   double settledTime_ = 0.0;
-  TapePortion now_;
+  RunPortion now_;
 };
 
 }  // namespace
 
 Status runInPortions(SceneStepper& stepper, double duration, double deformationStep,
-                     RunGuard* guard, const std::function<Status(TapePortion)>& take) {
+                     RunGuard* guard, const std::function<Status(RunPortion)>& take) {
   if (guard != nullptr) guard->restart();
   stepper.watch(guard);
   const double end = deformationStep > 0.0 ? duration + kTail : duration;
@@ -70,7 +70,7 @@ Status runInPortions(SceneStepper& stepper, double duration, double deformationS
     target = std::min(target, end);
     const Stopwatch stopwatch;
     const auto events = stepper.advanceTo(target);
-    TapePortion portion;
+    RunPortion portion;
     portion.seconds = stopwatch.seconds();
     portion.events.assign(events.begin(), events.end());
     const auto contacts = stepper.contacts();
@@ -94,7 +94,7 @@ Result<EventTape> recordTape(SceneStepper& stepper, double duration, RunGuard* g
   tape.deformationStep = stepper.hearDeformations();
   tape.hasContacts = stepper.reportsContacts();
   const Status run = runInPortions(stepper, duration, tape.deformationStep, guard,
-                                   [&tape](TapePortion portion) -> Status {
+                                   [&tape](RunPortion portion) -> Status {
                                      tape.seconds += portion.seconds;
                                      tape.portions.push_back(std::move(portion));
                                      return std::monostate{};
@@ -106,7 +106,7 @@ Result<EventTape> recordTape(SceneStepper& stepper, double duration, RunGuard* g
 
 std::vector<ImpulseEvent> eventsOf(const EventTape& tape) {
   std::vector<ImpulseEvent> events;
-  for (const TapePortion& portion : tape.portions)
+  for (const RunPortion& portion : tape.portions)
     events.insert(events.end(), portion.events.begin(), portion.events.end());
   std::stable_sort(events.begin(), events.end(),
                    [](const ImpulseEvent& a, const ImpulseEvent& b) { return a.time < b.time; });

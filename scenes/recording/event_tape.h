@@ -6,37 +6,25 @@
 #include <string>
 #include <vector>
 
-#include "audio/radiation/deforming_source.h"
-#include "carom/audio/contact_state.h"
+#include "audio/run/run_portion.h"
 #include "carom/audio/impulse_event.h"
 #include "carom/audio/result.h"
 #include "scenes/run/scene_stepper.h"
 
 namespace carom::scenes {
 
-/// The output of one call of a stepper.
-struct TapePortion {
-  double settledTime = 0.0;  ///< s, after the call
-  std::vector<ImpulseEvent> events;
-  std::vector<ContactState> contacts;
-  std::vector<BodyPose> poses;
-  std::vector<audio::DeformingState> deformations;
-  std::vector<JelloPicture> pictures;
-  double seconds = 0.0;  ///< s, wall time in the stepper
-};
-
 /// Runs `stepper` from its start to `duration` (s), in portions as SceneSound asks for them, and
 /// hands each over. `deformationStep` is what SceneStepper::hearDeformations has returned. Errors:
 /// the stepper's failure, what `take` returns, and a run that the guard, if any, ends: it begins
 /// with no events. [one thread]
 Status runInPortions(SceneStepper& stepper, double duration, double deformationStep,
-                     RunGuard* guard, const std::function<Status(TapePortion)>& take);
+                     RunGuard* guard, const std::function<Status(audio::RunPortion)>& take);
 
 /// The whole output of a stepper for a run, to be heard again without stepping: for comparisons of
 /// different sounds of the same events. Unlike a Recording it can be of any stepper, holds no
 /// states between events, and stays in memory.
 struct EventTape {
-  std::vector<TapePortion> portions;
+  std::vector<audio::RunPortion> portions;
   double deformationStep = 0.0;  ///< s, see SceneStepper::hearDeformations
   bool hasContacts = false;      ///< see SceneStepper::reportsContacts
   std::uint64_t jammed = 0;

@@ -23,9 +23,17 @@ class RunStepper : public SceneStepper {
 
   std::span<const ImpulseEvent> advanceTo(double time) override {
     now_ = {};
+    changes_.clear();
+    bool isFirst = true;
     while (settledTime_ < time && failure_.empty() && mayGoOn(settledTime_)) {
       if (next_ == portions_.size() && !readMore()) break;
-      TapePortion& portion = portions_[next_++];
+      // What comes before a change is heard as it was before.
+      if (next_ == 0 && !isFirst && !reader_->changes().empty()) break;
+      if (next_ == 0)
+        for (const std::size_t body : reader_->changes())
+          changes_.push_back(&reader_->host()->bodies[body]);
+      isFirst = false;
+      RunPortion& portion = portions_[next_++];
       count(portion.events, portion.settledTime);
       move(portion.events, now_.events);
       move(portion.contacts, now_.contacts);
@@ -37,13 +45,15 @@ class RunStepper : public SceneStepper {
     return now_.events;
   }
   std::span<const ContactState> contacts() const override { return now_.contacts; }
-  bool reportsContacts() const override { return reader_->header().stepper == "bullet"; }
+  bool reportsContacts() const override { return reader_->header().stepper != "native"; }
   std::span<const BodyPose> poses() const override { return now_.poses; }
   std::span<const JelloPicture> pictures() const override { return now_.pictures; }
   std::span<const DeformingState> deformations() const override { return now_.deformations; }
   double settledTime() const override { return settledTime_; }
   std::string failure() const override { return failure_; }
   double hearDeformations() override { return reader_->header().deformationStep; }
+  std::span<const HostBody* const> bodyChanges() const override { return changes_; }
+  bool keepsOrder() const override { return reader_->host() != nullptr; }
 
  private:
   template <class Record>
@@ -53,7 +63,7 @@ class RunStepper : public SceneStepper {
 
   /// False if nothing is to come: the run has ended, or cannot be read.
   bool readMore() {
-    Result<std::vector<TapePortion>> more = reader_->next();
+    Result<std::vector<RunPortion>> more = reader_->next();
     portions_.clear();
     next_ = 0;
     if (!more) {
@@ -66,10 +76,11 @@ class RunStepper : public SceneStepper {
   }
 
   std::shared_ptr<RunReader> reader_;
-  std::vector<TapePortion> portions_;  // that were read together
+  std::vector<RunPortion> portions_;  // that were read together
   std::size_t next_ = 0;               // of these, not played yet
   double settledTime_ = 0.0;
-  TapePortion now_;
+  RunPortion now_;
+  std::vector<const HostBody*> changes_;
   std::string failure_;
 };
 
@@ -80,6 +91,32 @@ std::uint32_t pointsOf(const Scene& scene) {
 
 RunShape shapeOf(const Scene& scene) {
   return {static_cast<std::uint32_t>(scene.bodies.size()), pointsOf(scene)};
+}
+
+/// Returns the scene of a host's run.
+Scene sceneOfHost(const HostRun& run, const fs::path& file) {
+  Scene scene;
+  scene.name = file.stem().string();
+  scene.duration = run.world.duration;
+  scene.sampleRate = run.world.synth.sampleRate;
+  scene.medium = run.world.synth.medium;
+  scene.stepper.type = StepperType::bullet;
+  scene.sound = run.world.synth;
+  scene.bodies.resize(run.world.bodies);
+  for (const HostBody& body : run.bodies) {
+    SceneBody& entry = scene.bodies[body.id];
+    if (!entry.name.empty()) continue;  // the first counts
+    entry.name = body.name.empty() ? "body" + std::to_string(body.id + 1) : body.name;
+    entry.material = body.sound.material;
+    entry.shape = GivenShape{std::make_shared<const HostBody>(body)};
+  }
+  scene.listeners = run.world.listeners;
+  for (std::size_t index = 0; index < scene.listeners.size(); ++index) {
+    Listener& listener = scene.listeners[index];
+    if (listener.name.empty()) listener.name = "listener" + std::to_string(index + 1);
+    if (!run.world.paths[index].empty()) scene.paths.push_back({index, run.world.paths[index]});
+  }
+  return scene;
 }
 
 }  // namespace
@@ -96,10 +133,10 @@ Result<RunReport> recordRun(const RunToRecord& run,
                          .duration = scene.duration,
                          .deformationStep = (*stepper)->hearDeformations(),
                          .shape = shapeOf(scene)};
-  Result<RunWriter> writer = RunWriter::create(run.file, header);
+  Result<RunWriter> writer = beginRun(run.file, header);
   if (!writer) return writer.error();
   RunReport report;
-  const auto take = [&](TapePortion portion) -> Status {
+  const auto take = [&](RunPortion portion) -> Status {
     report.events += portion.events.size();
     report.contacts += portion.contacts.size();
     report.poses += portion.poses.size();
@@ -121,6 +158,10 @@ Result<RecordedRun> openRun(const fs::path& file, bool confined) {
   Result<RunReader> reader = RunReader::open(file);
   if (!reader) return reader.error();
   const RunHeader& header = reader->header();
+  if (const HostRun* host = reader->host()) {
+    Scene scene = sceneOfHost(*host, file);
+    return RecordedRun{std::move(scene), std::make_shared<RunReader>(*std::move(reader))};
+  }
   FileAccess access{.confined = confined};
   if (confined) access.folder = file.parent_path();  // the name in the header is a stranger's, too
   Result<Scene> scene = parseScene(header.sceneText, header.sceneFile, access);

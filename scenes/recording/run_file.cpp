@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
+#include <functional>
+#include <iterator>
 #include <limits>
+#include <span>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -11,7 +15,7 @@
 #include <nlohmann/json.hpp>
 #include <zstd.h>
 
-#include "carom/native/recording_format.h"
+#include "carom/audio/modal_model_file.h"
 #include "modal/json/json_reader.h"
 
 namespace carom::scenes {
@@ -23,20 +27,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr std::string_view kMagic = "caromrun";
-constexpr std::uint32_t kVersion = 1;
-constexpr std::size_t kMostUnpacked = std::size_t{1} << 28U;  // bytes of a part
-constexpr std::size_t kPartSize = std::size_t{1} << 20U;  // bytes, about, from which it is written
-constexpr int kLevel = 6;         // of Zstandard: higher ones take longer and save a percent
 constexpr double kLongest = 1e7;  // s
-constexpr std::uint32_t kMostBodies = 200'000;
 constexpr std::uint32_t kMostPoints = 20'000'000;
-
-template <class Number>
-void putNumber(std::string& to, Number number) {
-  for (std::size_t at = 0; at < sizeof(Number); ++at)
-    to += static_cast<char>((static_cast<std::uint64_t>(number) >> (8 * at)) & 0xffU);
-}
 
 /// Reads a little-endian number. False if there are too few bytes.
 template <class Number>
@@ -62,83 +54,18 @@ std::string headerText(const RunHeader& header) {
   return object.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
-std::span<const std::byte> bytesOf(const std::string& text) {
-  return std::as_bytes(std::span(text));
-}
-
 std::string textOf(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-std::size_t sizeOf(const TapePortion& portion) {
-  std::size_t points = 0;
-  for (const JelloPicture& picture : portion.pictures)
-    points += picture.points.size();
-  return sizeof(portion) + portion.events.size() * sizeof(ImpulseEvent) +
-         portion.contacts.size() * sizeof(ContactState) + portion.poses.size() * sizeof(BodyPose) +
-         portion.deformations.size() * sizeof(DeformingState) + points * sizeof(double);
-}
-
 }  // namespace
 
-Result<RunWriter> RunWriter::create(const fs::path& file, const RunHeader& header) {
-  if (const Status valid = checkWritable(file); !valid)
-    return Error{file.string() + ": " + valid.error().message};
-  PartialFile partial(file);
-  std::ofstream stream(partial.path(), std::ios::binary | std::ios::trunc);
-  RunWriter writer(std::move(partial), std::move(stream), header.shape);
-  std::string beginning(kMagic);
-  putNumber(beginning, kVersion);
-  writer.stream_ << beginning;
-  if (Status put = writer.put('h', bytesOf(headerText(header))); !put) return put.error();
+Result<RunWriter> beginRun(const fs::path& file, const RunHeader& header) {
+  Result<RunWriter> writer = RunWriter::create(file, kSceneRun);
+  if (!writer) return writer.error();
+  const std::string text = headerText(header);
+  if (Status put = writer->put('h', std::as_bytes(std::span(text))); !put) return put.error();
   return writer;
-}
-
-Status RunWriter::put(char kind, std::span<const std::byte> bytes) {
-  std::vector<std::byte> packed(ZSTD_compressBound(bytes.size()));
-  const std::size_t size =
-      ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), kLevel);
-  if (ZSTD_isError(size) != 0 || bytes.size() > kMostUnpacked)
-    return Error{file_.finalPath().string() + ": a part of the run cannot be packed"};
-  packed.resize(size);
-  std::string head(1, kind);
-  putNumber(head, static_cast<std::uint32_t>(size));
-  putNumber(head, static_cast<std::uint32_t>(bytes.size()));
-  putNumber(head, recordingChecksum(packed));
-  stream_ << head;
-  stream_.write(reinterpret_cast<const char*>(packed.data()),
-                static_cast<std::streamsize>(packed.size()));
-  if (stream_) return std::monostate{};
-  return Error{file_.finalPath().string() + ": cannot be written; is there room on the disk?"};
-}
-
-Status RunWriter::flush() {
-  if (portions_.empty()) return std::monostate{};
-  const std::vector<std::byte> bytes = encodedPortions(portions_, shape_);
-  written_ += portions_.size();
-  portions_.clear();
-  pending_ = 0;
-  return put('p', bytes);
-}
-
-Status RunWriter::add(TapePortion portion) {
-  pending_ += sizeOf(portion);
-  portions_.push_back(std::move(portion));
-  if (pending_ < kPartSize) return std::monostate{};
-  return flush();
-}
-
-Result<std::uintmax_t> RunWriter::finish() {
-  if (Status flushed = flush(); !flushed) return flushed.error();
-  const std::string end = json{{"portions", written_}}.dump();
-  if (Status put = this->put('e', bytesOf(end)); !put) return put.error();
-  stream_.close();
-  const std::string name = file_.finalPath().string();
-  if (!stream_) return Error{name + ": cannot be written; is there room on the disk?"};
-  if (const std::error_code failed = file_.giveName(); failed)
-    return Error{name + ": cannot be given its name: " + failed.message()};
-  std::error_code ignored;
-  return fs::file_size(name, ignored);
 }
 
 Error RunReader::fault(const std::string& what) const {
@@ -155,48 +82,112 @@ Result<RunReader> RunReader::open(const fs::path& file) {
 
 Result<RunReader> RunReader::read(std::unique_ptr<std::istream> stream, std::string name) {
   RunReader reader(std::move(name), std::move(stream));
-  std::array<char, kMagic.size()> beginning{};
+  std::array<char, kRunMagic.size()> beginning{};
   reader.stream_->read(beginning.data(), beginning.size());
   std::uint32_t version = 0;
-  if (!std::ranges::equal(beginning, kMagic) || !getNumber(*reader.stream_, version))
+  if (!std::ranges::equal(beginning, kRunMagic) || !getNumber(*reader.stream_, version))
     return Error{reader.name_ + ": is no run; expected a file of 'carom record'"};
-  if (version != kVersion)
+  if (version != kSceneRun && version != kHostRun)
     return Error{reader.name_ + ": is of version " + std::to_string(version) + "; expected " +
-                 std::to_string(kVersion) + ", the only one"};
-  if (Status read = reader.readHeader(); !read) return read.error();
+                 std::to_string(kSceneRun) + " or " + std::to_string(kHostRun)};
+  const Status read = version == kHostRun ? reader.readHost() : reader.readHeader();
+  if (!read) return read.error();
   return reader;
 }
 
-Result<RunReader::Part> RunReader::take() {
+Result<RunReader::PartHead> RunReader::takeHead() {
   ++parts_;
-  char kind = 0;
-  std::uint32_t stored = 0;
-  std::uint32_t unpacked = 0;
-  std::uint64_t checksum = 0;
-  if (!stream_->get(kind) || !getNumber(*stream_, stored) || !getNumber(*stream_, unpacked) ||
-      !getNumber(*stream_, checksum))
+  PartHead head;
+  if (!stream_->get(head.kind) || !getNumber(*stream_, head.stored) ||
+      !getNumber(*stream_, head.unpacked) || !getNumber(*stream_, head.checksum))
     return fault("the file ends before the run does");
-  if (unpacked > kMostUnpacked || stored > ZSTD_compressBound(kMostUnpacked))
+  if (head.unpacked > kMostUnpacked || head.stored > ZSTD_compressBound(kMostUnpacked))
     return fault("it is larger than any part can be");
+  return head;
+}
+
+Result<RunReader::Part> RunReader::takeBody(const PartHead& head) {
   // Memory grows with what is there, whatever the numbers say.
   std::vector<std::byte> packed;
   constexpr std::size_t kPiece = std::size_t{1} << 20U;
-  while (packed.size() < stored) {
+  while (packed.size() < head.stored) {
     const std::size_t before = packed.size();
-    const std::size_t size = std::min<std::size_t>(kPiece, stored - before);
+    const std::size_t size = std::min<std::size_t>(kPiece, head.stored - before);
     packed.resize(before + size);
     if (!stream_->read(reinterpret_cast<char*>(packed.data() + before),
                        static_cast<std::streamsize>(size)))
       return fault("the file ends before the run does");
   }
-  if (recordingChecksum(packed) != checksum) return fault("it was changed: its checksum differs");
-  if (ZSTD_getFrameContentSize(packed.data(), packed.size()) != unpacked)
+  if (modalModelChecksum(packed) != head.checksum)
+    return fault("it was changed: its checksum differs");
+  if (ZSTD_getFrameContentSize(packed.data(), packed.size()) != head.unpacked)
     return fault("its size is not the one it states");
-  Part part{kind, std::vector<std::byte>(unpacked)};
+  Part part{head.kind, std::vector<std::byte>(head.unpacked)};
   const std::size_t size =
       ZSTD_decompress(part.bytes.data(), part.bytes.size(), packed.data(), packed.size());
-  if (ZSTD_isError(size) != 0 || size != unpacked) return fault("it cannot be unpacked");
+  if (ZSTD_isError(size) != 0 || size != head.unpacked) return fault("it cannot be unpacked");
   return part;
+}
+
+Result<RunReader::Part> RunReader::take() {
+  const Result<PartHead> head = takeHead();
+  if (!head) return head.error();
+  return takeBody(*head);
+}
+
+/// Reads what a host's run has beside portions, and goes back to the first part.
+Status RunReader::readHost() {
+  const std::istream::pos_type first = stream_->tellg();
+  host_.emplace();
+  if (Status read = readHostParts(); !read) return read;
+  if (Status checked = checkBodies(); !checked) return checked;
+  stream_->clear();
+  stream_->seekg(first);
+  parts_ = 0;
+  header_.stepper = "host";
+  header_.duration = host_->world.duration;
+  header_.shape.bodies = host_->world.bodies;
+  isKnown_.resize(host_->world.bodies);
+  return std::monostate{};
+}
+
+Status RunReader::readHostParts() {
+  HostDecoder decoder;
+  for (;;) {
+    const Result<PartHead> head = takeHead();
+    if (!head) return head.error();
+    if (head->kind == 'p') {
+      stream_->seekg(static_cast<std::istream::off_type>(head->stored), std::ios::cur);
+      continue;
+    }
+    const Result<Part> part = takeBody(*head);
+    if (!part) return part.error();
+    if (part->kind == 'w') {
+      Result<HostWorld> world = decodedWorld(part->bytes);
+      if (!world) return fault("it " + world.error().message);
+      host_->world = *std::move(world);
+      return std::monostate{};
+    }
+    if (part->kind != 'b') return fault("it is none of a host's run");
+    Result<std::vector<HostBody>> bodies = decoder.take(part->bytes);
+    if (!bodies) return fault("it " + bodies.error().message);
+    counts_.push_back(bodies->size());
+    std::ranges::move(*bodies, std::back_inserter(host_->bodies));
+  }
+}
+
+/// Refuses bodies that the run has not, and a run with bodies that were never told of.
+Status RunReader::checkBodies() const {
+  const std::uint32_t count = host_->world.bodies;
+  if (count > kMostRunBodies) return fault("the run has more bodies than there can be");
+  std::vector<bool> isTold(count);
+  for (const HostBody& body : host_->bodies) {
+    if (body.id >= count) return fault("the run has a body that it does not count");
+    isTold[body.id] = true;
+  }
+  if (!std::ranges::all_of(isTold, std::identity()))
+    return fault("the run counts a body that it does not have");
+  return std::monostate{};
 }
 
 Status RunReader::readHeader() {
@@ -211,7 +202,7 @@ Status RunReader::readHeader() {
   constexpr TextRange kText{"a text", 0, std::numeric_limits<std::size_t>::max(), true};
   constexpr NumberRange kDuration{"a duration", 0, kLongest, "seconds", true};
   constexpr NumberRange kStep{"a step", 0, 1, "seconds"};
-  constexpr NumberRange kBodies{"a number of bodies", 0, kMostBodies, "", false, false, true};
+  constexpr NumberRange kBodies{"a number of bodies", 0, kMostRunBodies, "", false, false, true};
   constexpr NumberRange kPoints{"a number of points", 0, kMostPoints, "", false, false, true};
   const modal::JsonNode root(*document, "", error);
   root.expectObject("a header", {"scene_file", "scene", "stepper", "duration_s",
@@ -228,32 +219,76 @@ Status RunReader::readHeader() {
   return std::monostate{};
 }
 
-Result<std::vector<TapePortion>> RunReader::next() {
-  if (ended_) return std::vector<TapePortion>{};
-  Result<Part> part = take();
-  if (!part) return part.error();
-  if (part->kind == 'e') {
-    ended_ = true;
-    const json end = json::parse(textOf(part->bytes), nullptr, false);
-    if (!end.is_object() || end.value("portions", json()) != portions_)
-      return fault("the run has another number of portions than its end says");
-    return std::vector<TapePortion>{};
+/// Takes note of the next bodies of a host's run, which are known already.
+void RunReader::noteBodies() {
+  const std::size_t end = body_ + counts_.at(count_++);
+  for (; body_ < end; ++body_) {
+    const BodyId id = host_->bodies[body_].id;
+    if (isKnown_[id]) changes_.push_back(body_);
+    isKnown_[id] = true;
   }
-  if (part->kind != 'p') return fault("its kind is unknown");
-  Result<std::vector<TapePortion>> portions = decodedPortions(part->bytes, header_.shape);
-  if (!portions) return fault("it " + portions.error().message);
-  if (portions->empty()) return fault("it has no portions");
-  portions_ += portions->size();
-  return portions;
+}
+
+/// Has the times of a host's run begin at 0.
+void RunReader::shift(std::vector<RunPortion>& portions) const {
+  const double begin = host_ ? host_->world.begin : 0.0;
+  if (begin == 0.0) return;
+  for (RunPortion& portion : portions) {
+    portion.settledTime -= begin;
+    for (ImpulseEvent& event : portion.events)
+      event.time -= begin;
+    for (ContactState& contact : portion.contacts)
+      contact.time -= begin;
+    for (BodyPose& pose : portion.poses)
+      pose.pose.time -= begin;
+    // The mechanics tell of what was before the begin until shortly after it.
+    const auto isEarlier = [](const auto& record) { return record.time < 0.0; };
+    std::erase_if(portion.events, isEarlier);
+    std::erase_if(portion.contacts, isEarlier);
+  }
+}
+
+Result<std::vector<RunPortion>> RunReader::next() {
+  if (ended_) return std::vector<RunPortion>{};
+  changes_.clear();
+  for (;;) {
+    const Result<PartHead> head = takeHead();
+    if (!head) return head.error();
+    if (host_ && (head->kind == 'b' || head->kind == 'w')) {
+      stream_->seekg(static_cast<std::istream::off_type>(head->stored), std::ios::cur);
+      if (head->kind == 'b' && count_ == counts_.size()) return fault("it is behind the run's end");
+      if (head->kind == 'b') noteBodies();
+      continue;
+    }
+    const Result<Part> part = takeBody(*head);
+    if (!part) return part.error();
+    if (part->kind == 'e') return end(part->bytes);
+    if (part->kind != 'p') return fault("its kind is unknown");
+    Result<std::vector<RunPortion>> portions = decodedPortions(part->bytes, header_.shape);
+    if (!portions) return fault("it " + portions.error().message);
+    if (portions->empty()) return fault("it has no portions");
+    portions_ += portions->size();
+    shift(*portions);
+    return portions;
+  }
+}
+
+/// Takes note of the end.
+Result<std::vector<RunPortion>> RunReader::end(const std::vector<std::byte>& bytes) {
+  ended_ = true;
+  const json end = json::parse(textOf(bytes), nullptr, false);
+  if (!end.is_object() || end.value("portions", json()) != portions_)
+    return fault("the run has another number of portions than its end says");
+  return std::vector<RunPortion>{};
 }
 
 bool isRunFile(const fs::path& file) {
   std::error_code ignored;
   if (!fs::is_regular_file(file, ignored)) return false;
-  std::array<char, kMagic.size()> beginning{};
+  std::array<char, kRunMagic.size()> beginning{};
   std::ifstream stream(file, std::ios::binary);
   stream.read(beginning.data(), beginning.size());
-  return stream && std::ranges::equal(beginning, kMagic);
+  return stream && std::ranges::equal(beginning, kRunMagic);
 }
 
 }  // namespace carom::scenes

@@ -38,6 +38,7 @@ class SoundBodies {
       : hasRecoils_(hearsRecoils(scene)), progress_(progress) {}
 
   Result<SoundBody> make(const SceneBody& body, const BodyModes& modes) {
+    if (const auto* given = std::get_if<GivenShape>(&body.shape)) return given->body->sound;
     SoundBody sound;
     if (body.normalMap) {
       if (Status laid = layTexture(body, sound); !laid) return laid.error();
@@ -360,6 +361,8 @@ void SceneSound::runAhead(double time) {
     const double next =
         stepper_->reportsContacts() ? std::nextafter(stepper_->settledTime(), target) : target;
     const auto events = stepper_->advanceTo(next);
+    for (const HostBody* const body : stepper_->bodyChanges())
+      static_cast<void>(synth_.setBody(body->id, body->sound));  // has been validated
     known_.insert(known_.end(), events.begin(), events.end());
     for (const ContactState& contact : stepper_->contacts())
       synth_.updateContact(contact);
@@ -377,10 +380,11 @@ void SceneSound::runAhead(double time) {
 }
 
 void SceneSound::scheduleSettled() {
-  std::stable_sort(known_.begin(), known_.end(), earlier);
   const double settledTime = stepper_->settledTime();
+  const bool keepsOrder = stepper_->keepsOrder();
+  if (!keepsOrder) std::stable_sort(known_.begin(), known_.end(), earlier);
   const auto open = std::find_if(known_.begin(), known_.end(), [&](const ImpulseEvent& event) {
-    return event.time >= settledTime && settledTime < duration_;
+    return !keepsOrder && event.time >= settledTime && settledTime < duration_;
   });
   for (auto event = known_.begin(); event != open; ++event) {
     if (event->time > duration_) continue;

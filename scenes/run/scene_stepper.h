@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "audio/radiation/deforming_source.h"
+#include "audio/run/host_run.h"
+#include "audio/run/run_portion.h"
 #include "carom/audio/impulse_event.h"
 #include "carom/audio/listener.h"
 #include "carom/audio/result.h"
@@ -28,17 +30,8 @@ inline constexpr double kLeastPoseStep = 1e-3;
 /// s: time between pictures of a jello.
 inline constexpr double kPictureStep = 1.0 / 60.0;
 
-/// The pose of a body that rings, as Synth::moveBody takes it.
-struct BodyPose {
-  BodyId body = 0;
-  ListenerPose pose;
-};
-
-/// The points of a jello at an instant, for pictures.
-struct JelloPicture {
-  double time = 0.0;          ///< s
-  std::vector<float> points;  ///< m, world frame: x, y, z of each, as the lattice counts them
-};
+using audio::BodyPose;
+using audio::JelloPicture;
 
 /// Returns the bodies of a scene that ring and can move. [any thread]
 std::vector<BodyId> movingRings(const Scene& scene);
@@ -88,6 +81,13 @@ class SceneStepper {
   virtual double hearDeformations() { return 0.0; }
   /// Returns the jello's states as a source of sound over the last advanceTo, from time 0 on.
   virtual std::span<const audio::DeformingState> deformations() const { return {}; }
+
+  /// True if the sound is to take events in the order in which they are told, as a host's sound has
+  /// taken them, and not in order of time: what it leaves out as masked depends on it.
+  virtual bool keepsOrder() const { return false; }
+
+  /// Returns bodies that sound otherwise from the last advanceTo on, of a host's run.
+  virtual std::span<const audio::HostBody* const> bodyChanges() const { return {}; }
 
   /// Returns the number of jammed spheres, which take no
   /// part in contacts any more; see SphereStepperCounters.

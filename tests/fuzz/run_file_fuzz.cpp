@@ -16,15 +16,15 @@ namespace {
 
 using carom::scenes::RunReader;
 using carom::scenes::RunShape;
-using carom::scenes::TapePortion;
+using carom::scenes::RunPortion;
 
 void require(bool promise) {
   if (!promise) std::abort();
 }
 
 /// Requires what is handed to the synthesis without another look at its ids.
-void requireSound(const std::vector<TapePortion>& portions, const RunShape& shape) {
-  for (const TapePortion& portion : portions) {
+void requireSound(const std::vector<RunPortion>& portions, const RunShape& shape) {
+  for (const RunPortion& portion : portions) {
     require(!std::isnan(portion.settledTime));
     for (const carom::ImpulseEvent& event : portion.events) {
       require(event.body < shape.bodies && event.other < shape.bodies);
@@ -65,9 +65,9 @@ void readTables(std::span<const std::byte> bytes, const RunShape& shape) {
     return;
   }
   requireSound(*portions, shape);
-  const auto again = carom::scenes::encodedPortions(*portions, shape);
+  const auto again = carom::scenes::encodedPortions(*portions);
   const auto twice = carom::scenes::decodedPortions(again, shape);
-  require(twice && carom::scenes::encodedPortions(*twice, shape) == again);
+  require(twice && carom::scenes::encodedPortions(*twice) == again);
 }
 
 }  // namespace

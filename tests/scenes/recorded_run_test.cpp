@@ -161,14 +161,14 @@ TEST_F(RecordedRuns, ThatAreNotOfTheirSceneAreRefused) {
 }
 
 /// Records of all kinds with numbers that have all their bits.
-TapePortion portionOf(unsigned seed, const RunShape& shape) {
+RunPortion portionOf(unsigned seed, const RunShape& shape) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> number(0.0, 1e3);
   const auto vector = [&] { return Vec3(number(random), number(random), number(random)); };
   const auto turn = [&] {
     return Quat(number(random), number(random), number(random), number(random)).normalized();
   };
-  TapePortion portion;
+  RunPortion portion;
   portion.settledTime = number(random);
   for (std::size_t at = 0; at < seed % 4; ++at) {
     ImpulseEvent event{.time = number(random), .body = 1, .other = 2, .impulse = vector()};
@@ -201,11 +201,11 @@ std::string bitsOf(const std::vector<Record>& records) {
 
 TEST(RunTables, ComeBackWithTheSameBits) {
   const RunShape shape{.bodies = 3, .points = 5};
-  std::vector<TapePortion> portions;
+  std::vector<RunPortion> portions;
   for (unsigned seed = 0; seed < 12; ++seed)
     portions.push_back(portionOf(seed, shape));
   portions.back().settledTime = std::numeric_limits<double>::infinity();
-  const auto read = decodedPortions(encodedPortions(portions, shape), shape);
+  const auto read = decodedPortions(encodedPortions(portions), shape);
   ASSERT_TRUE(read) << read.error().message;
   ASSERT_EQ(read->size(), portions.size());
   for (std::size_t at = 0; at < portions.size(); ++at) {
@@ -220,28 +220,28 @@ TEST(RunTables, ComeBackWithTheSameBits) {
     EXPECT_EQ((*read)[at].pictures.size(), portions[at].pictures.size());
   }
   // Whatever was not compared above is in the bytes, which are the same again.
-  EXPECT_EQ(encodedPortions(*read, shape), encodedPortions(portions, shape));
+  EXPECT_EQ(encodedPortions(*read), encodedPortions(portions));
 }
 
 TEST(RunTables, RefuseWhatNoRunHas) {
   const RunShape shape{.bodies = 3, .points = 2};
-  const auto refusal = [&](TapePortion portion) {
+  const auto refusal = [&](RunPortion portion) {
     const auto read =
-        decodedPortions(encodedPortions(std::vector{std::move(portion)}, shape), shape);
+        decodedPortions(encodedPortions(std::vector{std::move(portion)}), shape);
     return read ? std::string("none") : read.error().message;
   };
-  TapePortion portion = portionOf(3, shape);
+  RunPortion portion = portionOf(3, shape);
   EXPECT_EQ(refusal(portion), "none");
-  TapePortion stranger = portion;
+  RunPortion stranger = portion;
   stranger.events[0].other = 3;
   EXPECT_THAT(refusal(stranger), HasSubstr("a body that the scene has not"));
-  TapePortion broken = portion;
+  RunPortion broken = portion;
   broken.contacts[1].normalLoad = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(refusal(broken), HasSubstr("a number that is none"));
-  TapePortion turned = portion;
+  RunPortion turned = portion;
   turned.poses[0].pose.orientation.coeffs() *= 1e20;
   EXPECT_THAT(refusal(turned), HasSubstr("not of unit length"));
-  std::vector<std::byte> bytes = encodedPortions(std::vector{portion}, shape);
+  std::vector<std::byte> bytes = encodedPortions(std::vector{portion});
   for (const std::size_t size :
        {std::size_t{0}, std::size_t{3}, bytes.size() / 2, bytes.size() - 1})
     EXPECT_FALSE(decodedPortions(std::span(bytes).first(size), shape)) << size;

@@ -28,6 +28,7 @@ struct SoundSession;
 /// - a sound file: `record`. Rendered as the simulation goes on, without a limit on voices: bit for
 ///   bit the output of Synth, as are the others as long as nothing is late or left out.
 /// - memory: `capture`, then `takeCaptured` after each step. Rendered as a recording is.
+/// - a file of what happens, to be heard later: `recordRun`, or `keepRun` and `saveRun`.
 ///
 /// Refusals are also told, once for each sentence: on standard error, or to
 /// SoundSettings::onMessage. An object that was moved from refuses everything, and is silent.
@@ -38,8 +39,9 @@ struct SoundSession;
 class SoundOutput {
  public:
   /// Ends the sound: detaches it from its world if it has one, closes the device, finishes the
-  /// recording. Afterwards all other functions do nothing, and those that can refuse do. Returns
-  /// the errors of finishRecording, which are only told where the destructor closes.
+  /// recording and the run. Afterwards all other functions do nothing, and those that can refuse do.
+  /// Returns the errors of finishRecording and finishRun, which are only told where the destructor
+  /// closes.
   ///
   /// A sound may be closed, or destroyed, in any callback of its world and in its own
   /// (Sound::onCollision). A recording that nobody has closed when the process exits, on the thread
@@ -106,6 +108,25 @@ class SoundOutput {
   /// Moves the oldest frames that wait to `samples`, as many as fit: channelCount() samples for
   /// each. Returns the number of frames.
   std::size_t takeCaptured(std::span<float> samples);
+
+  /// Writes all that happens from now on, instead of its sound, into a file: bodies as they sound,
+  /// impulses, lasting contacts, where bodies and listeners are. `carom replay` makes the sound of
+  /// it, from any seat and as long as one likes; from the listeners of this sound it is that of
+  /// `record`. 50 to 500 bytes for each collision. Leaps of the clock are left out, as in `record`.
+  /// A binaural listener has the default head there, and one that jumps goes there at 170 m/s.
+  ///
+  /// The file appears under its name when it is finished. Refuses: a build without Zstandard, a
+  /// file that cannot be written, a run that is being written already.
+  Status recordRun(const std::filesystem::path& file);
+  /// Completes the file of the run. Returns errors from earlier writing, too, and refuses a run
+  /// without a step. Without a run it does nothing.
+  Status finishRun();
+  /// Keeps the last `seconds` of the run in memory, up to a day, from now on, for `saveRun` when
+  /// something has happened; 0 ends it. Begun once more, it begins anew.
+  Status keepRun(double seconds);
+  /// Writes the run that is kept in memory: at most a second more than keepRun was asked for. What
+  /// rang or slid before it begins is not heard. It goes on being kept.
+  Status saveRun(const std::filesystem::path& file);
 
   /// Sets a factor on the output, 0 to 1000, changed within 20 ms. Not on recordings.
   void setGain(double gain) noexcept;

@@ -16,6 +16,10 @@
 
 namespace carom {
 
+namespace audio {
+struct TextureRecord;
+}
+
 /// The bumps of a surface as slopes of its height over a plane, on a grid of texels that repeats
 /// without end in both directions; with coarser copies, so that smoothing to any width takes one
 /// lookup. Immutable, to be shared. [any thread]
@@ -125,6 +129,7 @@ class SurfaceTexture {
   double steepest() const { return steepness_ * texels_->steepest; }
 
  private:
+  friend struct audio::TextureRecord;  // takes a texture apart for a file, and puts it together
   SurfaceTexture() = default;
   Vec2 turned(const Vec2& v) const;
   static std::shared_ptr<const Texels> roughTexels(double hurst, std::uint64_t seed);

@@ -40,6 +40,8 @@ class TextureCoordinates {
   /// Width and height in m of the whole picture as it lies on the mesh, averaged over the mesh's
   /// area: to be the NormalMapSettings::size of a texture for it.
   const Vec2& size() const { return size_; }
+  const SurfaceMesh& mesh() const { return *mesh_; }                ///< m, body frame
+  const std::vector<Corners>& corners() const { return corners_; }  ///< of each triangle
 
   /// The picture around a point of the surface.
   struct Patch {

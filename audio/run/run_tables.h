@@ -5,10 +5,10 @@
 #include <span>
 #include <vector>
 
+#include "audio/run/run_portion.h"
 #include "carom/audio/result.h"
-#include "scenes/recording/event_tape.h"
 
-namespace carom::scenes {
+namespace carom::audio {
 
 /// The sizes that a run's numbers are read with.
 struct RunShape {
@@ -20,14 +20,13 @@ struct RunShape {
 /// poses, states of what deforms and pictures each, column by column, each number as its difference
 /// in bits from the one above, and of these first all lowest bytes, then the next. Reading them
 /// back gives the same bits. [any thread]
-std::vector<std::byte> encodedPortions(std::span<const TapePortion> portions,
-                                       const RunShape& shape);
+std::vector<std::byte> encodedPortions(std::span<const RunPortion> portions);
 
 /// Returns the portions of such bytes. An error, the second half of a sentence, is that of bytes
 /// which no run has: too few or too many, a body that is not there, a number that is none, an
 /// orientation that is not of unit length. Never throws for bad input but for lack of memory, of
 /// which it takes at most some ten times as much as there are bytes. [any thread]
-Result<std::vector<TapePortion>> decodedPortions(std::span<const std::byte> bytes,
+Result<std::vector<RunPortion>> decodedPortions(std::span<const std::byte> bytes,
                                                  const RunShape& shape);
 
-}  // namespace carom::scenes
+}  // namespace carom::audio

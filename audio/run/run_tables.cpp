@@ -1,4 +1,4 @@
-#include "scenes/recording/run_tables.h"
+#include "audio/run/run_tables.h"
 
 #include <array>
 #include <bit>
@@ -8,9 +8,8 @@
 #include <type_traits>
 #include <utility>
 
-namespace carom::scenes {
+namespace carom::audio {
 
-using namespace audio;
 
 namespace {
 
@@ -231,11 +230,11 @@ void putTable(std::vector<std::byte>& bytes, std::span<const double> values, std
 }
 
 template <class Record>
-void putRecords(std::vector<std::byte>& bytes, std::span<const TapePortion> portions,
-                std::vector<Record> TapePortion::*member) {
+void putRecords(std::vector<std::byte>& bytes, std::span<const RunPortion> portions,
+                std::vector<Record> RunPortion::*member) {
   Writer writer;
   std::size_t rows = 0;
-  for (const TapePortion& portion : portions)
+  for (const RunPortion& portion : portions)
     for (Record record : portion.*member) {
       describe(writer, record);
       ++rows;
@@ -301,10 +300,10 @@ bool deal(std::vector<Record>& from, std::size_t& at, std::size_t count, std::ve
 
 }  // namespace
 
-std::vector<std::byte> encodedPortions(std::span<const TapePortion> portions, const RunShape&) {
+std::vector<std::byte> encodedPortions(std::span<const RunPortion> portions) {
   std::vector<std::byte> bytes;
   Writer writer;
-  for (const TapePortion& portion : portions) {
+  for (const RunPortion& portion : portions) {
     const auto count = [](const auto& records) {
       return static_cast<std::uint32_t>(records.size());
     };
@@ -314,15 +313,15 @@ std::vector<std::byte> encodedPortions(std::span<const TapePortion> portions, co
     describe(writer, row);
   }
   putTable(bytes, writer.values(), portions.size());
-  putRecords(bytes, portions, &TapePortion::events);
-  putRecords(bytes, portions, &TapePortion::contacts);
-  putRecords(bytes, portions, &TapePortion::poses);
-  putRecords(bytes, portions, &TapePortion::deformations);
-  putRecords(bytes, portions, &TapePortion::pictures);
+  putRecords(bytes, portions, &RunPortion::events);
+  putRecords(bytes, portions, &RunPortion::contacts);
+  putRecords(bytes, portions, &RunPortion::poses);
+  putRecords(bytes, portions, &RunPortion::deformations);
+  putRecords(bytes, portions, &RunPortion::pictures);
   return bytes;
 }
 
-Result<std::vector<TapePortion>> decodedPortions(std::span<const std::byte> bytes,
+Result<std::vector<RunPortion>> decodedPortions(std::span<const std::byte> bytes,
                                                  const RunShape& shape) {
   Tables tables(bytes, shape);
   auto rows = tables.take<PortionRow>();
@@ -339,9 +338,9 @@ Result<std::vector<TapePortion>> decodedPortions(std::span<const std::byte> byte
   if (!pictures) return pictures.error();
   if (!tables.isEmpty()) return Error{"has more bytes than its tables say"};
   std::array<std::size_t, 5> at{};
-  std::vector<TapePortion> portions(rows->size());
+  std::vector<RunPortion> portions(rows->size());
   for (std::size_t index = 0; index < portions.size(); ++index) {
-    TapePortion& portion = portions[index];
+    RunPortion& portion = portions[index];
     const auto& [settledTime, counts] = (*rows)[index];
     portion.settledTime = settledTime;
     if (!deal(*events, at[0], counts[0], portion.events) ||
@@ -357,4 +356,4 @@ Result<std::vector<TapePortion>> decodedPortions(std::span<const std::byte> byte
   return portions;
 }
 
-}  // namespace carom::scenes
+}  // namespace carom::audio

@@ -1,0 +1,334 @@
+#include "plugin/realtime/run_recorder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "plugin/realtime/sound_timeline.h"
+
+namespace carom::plugin {
+
+using namespace audio;
+
+namespace {
+
+/// Bytes, about, of portions in memory that are packed together.
+constexpr std::size_t kPieceSize = std::size_t{1} << 20U;
+/// m/s at which a listener that has jumped goes there in the run: a little less than paths allow.
+constexpr double kWaySpeed = 170.0;
+
+bool isSame(const SoundBody& a, const SoundBody& b) {
+  return a.material == b.material && a.mass == b.mass && a.radius == b.radius &&
+         a.edgeRadius == b.edgeRadius && a.shape == b.shape &&
+         a.inverseInertia == b.inverseInertia && a.texture == b.texture &&
+         a.textureCoordinates == b.textureCoordinates && a.modal == b.modal &&
+         a.modalOrigin == b.modalOrigin && a.recoil == b.recoil;
+}
+
+bool isSame(const ListenerPose& a, const ListenerPose& b) {
+  return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
+}
+
+/// Adds bodies to a file.
+Status putBodies(RunWriter& writer, HostEncoder& encoder, const std::vector<HostBody>& bodies) {
+  std::vector<std::byte> bytes;
+  for (const HostBody& body : bodies) {
+    if (Status added = encoder.add(body, bytes); !added) return added;
+    if (bytes.size() < kPieceSize && &body != &bodies.back()) continue;
+    if (Status put = writer.put('b', bytes); !put) return put;
+    bytes.clear();
+  }
+  return std::monostate{};
+}
+
+bool isEmpty(const RunPortion& portion) {
+  return portion.events.empty() && portion.contacts.empty() && portion.poses.empty();
+}
+
+}  // namespace
+
+RunRecorder::RunRecorder(const SoundSettings& settings, std::optional<double> kept)
+    : synth_(settings.synth), listeners_(settings.listeners), kept_(kept) {
+  for (Listener& listener : listeners_) {
+    hasOwnHeads_ = hasOwnHeads_ || listener.hrtf != nullptr;
+    listener.hrtf = nullptr;
+  }
+  paths_.resize(listeners_.size());
+  isOnItsWay_.resize(listeners_.size());
+}
+
+Result<std::unique_ptr<RunRecorder>> RunRecorder::toFile(const std::filesystem::path& file,
+                                                         const SoundSettings& settings) {
+  Result<RunWriter> writer = RunWriter::create(file, kHostRun);
+  if (!writer) return writer.error();
+  std::unique_ptr<RunRecorder> recorder(new RunRecorder(settings, std::nullopt));
+  recorder->writer_.emplace(*std::move(writer));
+  return recorder;
+}
+
+std::unique_ptr<RunRecorder> RunRecorder::inMemory(double seconds, const SoundSettings& settings) {
+  return std::unique_ptr<RunRecorder>(new RunRecorder(settings, seconds));
+}
+
+void RunRecorder::fail(Error error) {
+  if (!failure_) failure_ = std::move(error);
+}
+
+void RunRecorder::startAt(double seconds) {
+  time_ = seconds;
+  shift_ = -seconds;
+}
+
+void RunRecorder::setBody(BodyId id, const SoundBody& body) {
+  const auto [entry, isNew] = bodies_.try_emplace(id);
+  Body& known = entry->second;
+  if (!isNew && isSame(known.record.sound, body)) return;
+  // What was told before is heard as the body was then.
+  if (known.isNumbered && !isEmpty(portion_)) closePortion(time_);
+  known.record.sound = body;
+  known.isWritten = false;
+  if (isNew) fresh_.push_back(id);
+}
+
+void RunRecorder::describe(BodyId id, std::string name, const BodyForm& form) {
+  const auto found = bodies_.find(id);
+  if (found == bodies_.end()) return;
+  found->second.record.name = std::move(name);
+  found->second.record.form = form;
+}
+
+void RunRecorder::removeBody(BodyId id) {
+  const auto found = bodies_.find(id);
+  if (found == bodies_.end()) return;
+  if (found->second.isNumbered) removed_.push_back(found->second.record.id);
+  bodies_.erase(found);
+}
+
+/// Numbers a body and has it written as it is now, if it is not.
+void RunRecorder::require(Body& body) {
+  if (!std::exchange(body.isNumbered, true)) body.record.id = count_++;
+  if (std::exchange(body.isWritten, true)) return;
+  changes_.push_back(body.record);
+  if (count_ > kMostRunBodies)
+    fail({"the run has more than " + std::to_string(kMostRunBodies) + " bodies"});
+}
+
+/// Returns a body's number in the run; none if it was not set.
+std::optional<BodyId> RunRecorder::numberOf(BodyId id) {
+  const auto found = bodies_.find(id);
+  if (found == bodies_.end()) return std::nullopt;
+  require(found->second);
+  return found->second.record.id;
+}
+
+void RunRecorder::post(const ImpulseEvent& event) {
+  ImpulseEvent numbered = event;
+  numbered.time += shift_;
+  const std::optional<BodyId> body = numberOf(event.body);
+  const std::optional<BodyId> other = numberOf(event.other);
+  if (!body || !other || !(numbered.time >= 0.0)) return;
+  numbered.body = *body;
+  numbered.other = *other;
+  portion_.events.push_back(numbered);
+}
+
+void RunRecorder::updateContact(const ContactState& contact) {
+  ContactState numbered = contact;
+  numbered.time += shift_;
+  const std::optional<BodyId> body = numberOf(contact.body);
+  const std::optional<BodyId> other = numberOf(contact.other);
+  if (!body || !other || !(numbered.time >= 0.0)) return;
+  numbered.body = *body;
+  numbered.other = *other;
+  portion_.contacts.push_back(numbered);
+}
+
+void RunRecorder::moveBody(BodyId id, const ListenerPose& pose) {
+  const std::optional<BodyId> number = numberOf(id);
+  if (!number) return;
+  ListenerPose shifted = pose;
+  shifted.time += shift_;
+  bodies_[id].pose = shifted;
+  portion_.poses.push_back({*number, shifted});
+}
+
+void RunRecorder::moveListener(std::size_t listener, const ListenerPose& pose) {
+  std::vector<ListenerPose>& path = paths_[listener];
+  Listener& start = listeners_[listener];
+  ListenerPose now = pose;
+  now.time += shift_;
+  const ListenerPose before =
+      path.empty() ? ListenerPose{0.0, start.position, start.orientation} : path.back();
+  if (!(now.time > 0.0)) {
+    start.position = now.position;
+    start.orientation = now.orientation;
+    return;
+  }
+  if (isSame(before, now)) return;
+  if (!(now.time > before.time)) {
+    path.back() = now;
+    return;
+  }
+  // A path leads from pose to pose. A listener that has jumped stays until the time that is left
+  // is as long as the way there takes: it comes late.
+  const double way = (now.position - before.position).norm() / kWaySpeed;
+  isOnItsWay_[listener] = isOnItsWay_[listener] || now.time - before.time < way;
+  if (now.time - before.time < way) return;
+  if (isOnItsWay_[listener] && now.time - way > before.time)
+    path.push_back({now.time - way, before.position, before.orientation});
+  isOnItsWay_[listener] = false;
+  path.push_back(now);
+}
+
+void RunRecorder::leapTo(double seconds) {
+  closePortion(time_);
+  shift_ += time_ - seconds;
+  time_ = seconds;
+}
+
+void RunRecorder::advanceTo(double seconds) {
+  for (const BodyId id : std::exchange(fresh_, {})) (void)numberOf(id);
+  time_ = seconds;
+  closePortion(seconds);
+}
+
+/// Ends what was told up to that time of the simulation.
+void RunRecorder::closePortion(double seconds) {
+  RunPortion portion = std::exchange(portion_, {});
+  portion.settledTime = seconds + shift_;
+  if (failure_) {
+    changes_.clear();
+  } else if (writer_) {
+    write(std::move(portion));
+  } else {
+    keep(std::move(portion));
+  }
+}
+
+void RunRecorder::write(RunPortion portion) {
+  if (const Status put = putBodies(*writer_, encoder_, changes_); !put) return fail(put.error());
+  changes_.clear();
+  if (const Status added = writer_->add(std::move(portion)); !added) fail(added.error());
+}
+
+void RunRecorder::keep(RunPortion portion) {
+  const double begin = pieces_.empty() ? 0.0 : pieces_.back().begin;
+  const bool isLong = portion.settledTime > begin + kPiece || openSize_ > kPieceSize;
+  if (pieces_.empty() || !changes_.empty() || isLong) {
+    closePiece();
+    Piece& piece = pieces_.emplace_back();
+    piece.begin = open_.empty() ? 0.0 : open_.back().settledTime;
+    piece.changes = std::exchange(changes_, {});
+    open_.clear();
+  }
+  openSize_ += sizeOf(portion);
+  open_.push_back(std::move(portion));
+  dropOld();
+}
+
+/// Packs the portions of the latest piece.
+void RunRecorder::closePiece() {
+  openSize_ = 0;
+  if (pieces_.empty()) return;
+  Result<std::vector<std::byte>> packed = packedPortions(open_);
+  if (!packed) return fail(packed.error());
+  Piece& piece = pieces_.back();
+  piece.portions = *std::move(packed);
+  piece.count = open_.size();
+  std::map<BodyId, ListenerPose> ends;
+  for (const RunPortion& portion : open_)
+    for (const BodyPose& pose : portion.poses)
+      ends.insert_or_assign(pose.body, pose.pose);
+  for (const auto& [body, pose] : ends)
+    piece.ends.push_back({body, pose});
+}
+
+/// Drops pieces that have become too old, but for how they leave bodies and listeners.
+void RunRecorder::dropOld() {
+  const double begin = seconds() - *kept_;
+  while (pieces_.size() > 1 && pieces_[1].begin <= begin) {
+    Piece& old = pieces_.front();
+    for (HostBody& body : old.changes)
+      before_.insert_or_assign(body.id, std::move(body));
+    for (const BodyPose& pose : old.ends)
+      poses_.insert_or_assign(pose.body, pose.pose);
+    pieces_.pop_front();
+  }
+  const double first = pieces_.front().begin;
+  for (std::size_t listener = 0; listener < paths_.size(); ++listener) {
+    std::vector<ListenerPose>& path = paths_[listener];
+    const auto next = std::ranges::find_if(
+        path, [first](const ListenerPose& pose) { return pose.time > first; });
+    if (next == path.begin()) continue;
+    listeners_[listener].position = std::prev(next)->position;
+    listeners_[listener].orientation = std::prev(next)->orientation;
+    path.erase(path.begin(), next);
+  }
+  // What is gone keeps its number, and nothing else.
+  std::erase_if(removed_, [this](BodyId number) {
+    const auto found = before_.find(number);
+    if (found == before_.end()) return false;
+    SoundBody silent;
+    silent.material = found->second.sound.material;
+    found->second.sound = silent;
+    found->second.form = {};
+    return true;
+  });
+}
+
+HostWorld RunRecorder::world(double begin) const {
+  HostWorld world{.synth = synth_,
+                  .listeners = listeners_,
+                  .paths = paths_,
+                  .hasOwnHeads = hasOwnHeads_,
+                  .begin = begin,
+                  .duration = seconds() - begin,
+                  .bodies = count_};
+  for (std::vector<ListenerPose>& path : world.paths)
+    for (ListenerPose& pose : path)
+      pose.time -= begin;
+  return world;
+}
+
+Status RunRecorder::finish() {
+  closePortion(time_);
+  if (failure_) return Error{writer_->file().string() + ": " + failure_->message};
+  if (!(seconds() > 0.0))
+    return Error{writer_->file().string() + ": no step was made, so there is no run to write"};
+  if (Status put = writer_->put('w', encodedWorld(world(0.0))); !put) return put;
+  const Result<std::uintmax_t> size = writer_->finish();
+  if (!size) return size.error();
+  return std::monostate{};
+}
+
+Status RunRecorder::save(const std::filesystem::path& file) {
+  if (failure_) return Error{file.string() + ": " + failure_->message};
+  if (pieces_.empty() || !(seconds() > pieces_.front().begin))
+    return Error{file.string() + ": no step was made, so there is no run to write"};
+  Result<RunWriter> writer = RunWriter::create(file, kHostRun);
+  if (!writer) return writer.error();
+  HostEncoder encoder;
+  std::vector<HostBody> before;
+  for (const auto& [number, body] : before_)
+    before.push_back(body);
+  if (Status put = putBodies(*writer, encoder, before); !put) return put;
+  const double begin = pieces_.front().begin;
+  RunPortion first;
+  first.settledTime = begin;
+  for (const auto& [body, pose] : poses_)
+    first.poses.push_back({body, {begin, pose.position, pose.orientation}});
+  if (Status added = writer->add(std::move(first)); !added) return added;
+  for (const Piece& piece : pieces_) {
+    if (Status put = putBodies(*writer, encoder, piece.changes); !put) return put;
+    if (&piece == &pieces_.back()) break;
+    if (Status put = writer->putPacked(piece.portions, piece.count); !put) return put;
+  }
+  for (const RunPortion& portion : open_)
+    if (Status added = writer->add(portion); !added) return added;
+  if (Status put = writer->put('w', encodedWorld(world(begin))); !put) return put;
+  const Result<std::uintmax_t> size = writer->finish();
+  if (!size) return size.error();
+  return std::monostate{};
+}
+
+}  // namespace carom::plugin

@@ -1,0 +1,423 @@
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <random>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <btBulletDynamicsCommon.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "audio/run/run_writer.h"
+#include "carom/event_sound.h"
+#include "carom/sound.h"
+#include "scenes/recording/recorded_run.h"
+#include "scenes/run/render.h"
+#include "tests/audio/ringing_box.h"
+#include "tests/bullet_bridge/sphere_world.h"
+#include "tests/support/ordinary_worlds.h"
+#include "tests/support/recording.h"
+#include "tests/support/temporary_folder.h"
+
+// A host's run beside the recording that the same sound has made meanwhile: two ways from the same
+// events to samples, one of them through a file.
+
+namespace carom::test {
+namespace {
+
+using scenes::openRun;
+using scenes::RecordedRun;
+using scenes::RenderOptions;
+using scenes::renderScene;
+using scenes::runStepper;
+using testing::HasSubstr;
+using testing::SizeIs;
+
+constexpr double kFrame = 1.0 / 60.0;
+
+class HostRuns : public testing::Test {
+ protected:
+  SoundSettings settings() const {
+    SoundSettings chosen;
+    chosen.fullScale = 1.0;
+    chosen.latency = 0.2;
+    chosen.record = (folder_ / "sound.wav").string();
+    chosen.onMessage = [](const std::string&) {};
+    return chosen;
+  }
+
+  RecordedRun opened(const std::string& name = "host.run") const {
+    Result<RecordedRun> run = openRun(folder_ / name);
+    EXPECT_TRUE(run) << run.error().message;
+    return run ? *std::move(run) : RecordedRun{};
+  }
+
+  /// Returns the samples (Pa) of a run, interleaved.
+  std::vector<double> replayed(const RecordedRun& run) const {
+    RenderOptions options;
+    options.soundFile = folder_ / "replayed.wav";
+    options.fullScale = 1.0;
+    options.tail = 10.0;
+    options.replay = [&run](double) { return runStepper(run.reader); };
+    const auto report = renderScene(run.scene, options);
+    EXPECT_TRUE(report) << report.error().message;
+    return readRecording(folder_ / "replayed.wav").samples;
+  }
+
+  std::vector<double> recorded() const { return readRecording(folder_ / "sound.wav").samples; }
+
+  const TemporaryFolder folder_;
+};
+
+/// Returns the largest difference of samples over the largest sample, in dB, over as many as both
+/// have from `first` and `second` on.
+double differenceOf(const std::vector<double>& samples, const std::vector<double>& others,
+                    std::size_t first = 0, std::size_t second = 0) {
+  double difference = 0.0;
+  double peak = 0.0;
+  for (std::size_t at = 0; first + at < samples.size() && second + at < others.size(); ++at) {
+    difference = std::max(difference, std::abs(samples[first + at] - others[second + at]));
+    peak = std::max(peak, std::abs(samples[first + at]));
+  }
+  EXPECT_GT(peak, 0.0);
+  return 20.0 * std::log10(difference / peak);
+}
+
+TEST_F(HostRuns, OfOrdinaryWorldsSoundAsTheirRecordings) {
+  constexpr double kSeconds = 0.5;
+  for (const OrdinaryWorldKind& kind : ordinaryWorlds()) {
+    if (kind.name == "falling_boxes") continue;  // 3000 of them: as falling_cubes, and long
+    const std::unique_ptr<OrdinaryWorld> world = kind.make();
+    Result<Sound> sound = Sound::attach(world->world(), settings());
+    ASSERT_TRUE(sound) << sound.error().message;
+    ASSERT_TRUE(sound->setListener({0.0, 4.0, 12.0}));
+    ASSERT_TRUE(sound->recordRun(folder_ / "host.run"));
+    while (world->time() < kSeconds)
+      world->step(60.0);
+    const bool isHeard = sound->statistics().peak > 0.0;
+    ASSERT_TRUE(sound->close());
+    const RecordedRun run = opened();
+    EXPECT_NEAR(run.scene.duration, kSeconds, 0.02);
+    const std::vector<double> samples = replayed(run);
+    if (isHeard) {
+      EXPECT_LT(differenceOf(recorded(), samples), -120.0) << kind.name;
+    }
+  }
+}
+
+/// A ball on a plane: the ball rings, and is called a marble.
+class BallOnPlane {
+ public:
+  BallOnPlane() : ball(bullet.addBall({.position = {0.0, 0.3, 0.0}, .restitution = 0.8})) {
+    bullet.addPlane(Vec3::UnitY(), 0.0, 0.8);
+  }
+  void stepTo(double time) {
+    for (; time_ < time - 1e-9; time_ += kFrame)
+      bullet.world.stepSimulation(btScalar(kFrame), 10, btScalar(kFrame));
+  }
+
+  SphereBulletWorld bullet{9.81};
+  btRigidBody& ball;
+
+ private:
+  double time_ = 0.0;
+};
+
+TEST_F(HostRuns, HaveRingsMaterialsThatChangeAndListenersThatMove) {
+  BallOnPlane world;
+  Result<Sound> sound = Sound::attach(world.bullet.world, settings());
+  ASSERT_TRUE(sound);
+  ASSERT_TRUE(sound->assign(world.ball, {.modes = boxOf({{900.0, 30.0}, {2300.0, 60.0}})}));
+  ASSERT_TRUE(sound->recordRun(folder_ / "host.run"));
+  for (int frame = 1; frame <= 120; ++frame) {
+    if (frame == 60) {
+      ASSERT_TRUE(sound->assign(world.ball, {.material = "steel", .modes = boxOf({{500.0, 20.0}})}));
+    }
+    ASSERT_TRUE(sound->setListener({0.02 * frame, 0.5, 1.0}));
+    world.stepTo(frame * kFrame);
+  }
+  ASSERT_TRUE(sound->close());
+  const RecordedRun run = opened();
+  ASSERT_THAT(run.scene.paths, SizeIs(1));
+  EXPECT_GT(run.scene.paths.front().poses.size(), 100U);
+  // The recording heard each event with what was known of the listener's path then, the replay
+  // knows all of it.
+  EXPECT_LT(differenceOf(recorded(), replayed(run)), -60.0);
+}
+
+TEST_F(HostRuns, OfBodiesThatComeAndGoSoundAsTheirRecordings) {
+  SphereBulletWorld bullet{9.81};
+  bullet.addPlane(Vec3::UnitY(), 0.0, 0.8);
+  Result<Sound> sound = Sound::attach(bullet.world, settings());
+  ASSERT_TRUE(sound && sound->setListener({0.0, 1.0, 1.0}));
+  ASSERT_TRUE(sound->recordRun(folder_ / "host.run"));
+  for (int frame = 0; frame < 180; ++frame) {
+    if (frame % 4 == 0)
+      bullet.addBall({.radius = 0.02 + 0.001 * (frame % 7),
+                      .position = {0.3 * (frame % 5), 0.2, 0.0},
+                      .restitution = 0.7});
+    if (frame % 4 == 2 && bullet.bodies.size() > 20) bullet.remove(*bullet.bodies[1]);
+    bullet.world.stepSimulation(btScalar(kFrame), 10, btScalar(kFrame));
+  }
+  ASSERT_TRUE(sound->close());
+  const RecordedRun run = opened();
+  EXPECT_GT(run.scene.bodies.size(), 40U);
+  EXPECT_LT(differenceOf(recorded(), replayed(run)), -120.0);
+}
+
+TEST_F(HostRuns, AreHeardFromAnotherSeat) {
+  BallOnPlane world;
+  Result<Sound> sound = Sound::attach(world.bullet.world, settings());
+  ASSERT_TRUE(sound && sound->setListener({0.0, 1.0, 0.0}));
+  ASSERT_TRUE(sound->recordRun(folder_ / "host.run"));
+  world.stepTo(0.4);
+  ASSERT_TRUE(sound->close());
+  RecordedRun run = opened();
+  run.scene.listeners = {{"near", {0.0, 1.05, 0.0}}, {"far", {0.0, 4.05, 0.0}}};
+  run.scene.paths.clear();
+  const std::vector<double> both = replayed(run);
+  double near = 0.0;
+  double far = 0.0;
+  for (std::size_t at = 0; at + 1 < both.size(); at += 2) {
+    near = std::max(near, std::abs(both[at]));
+    far = std::max(far, std::abs(both[at + 1]));
+  }
+  // The ball's middle is 5 cm above the plane when it clicks, 1 m and 4 m below them. Nearby there is
+  // a little more, by the near field.
+  EXPECT_NEAR(near / far, 4.0, 0.3);
+}
+
+TEST_F(HostRuns, TellHowBodiesLookAndWhereTheyAre) {
+  SphereBulletWorld bullet{9.81};
+  bullet.addPlane(Vec3::UnitY(), -0.5, 0.5);
+  btRigidBody& ball = bullet.addBall({.position = {0.0, 2.0, 0.0}});
+  bullet.shapes.push_back(std::make_unique<btBoxShape>(btVector3(1, 2, 3)));
+  btRigidBody box(0, nullptr, bullet.shapes.back().get());
+  btConvexHullShape hull;
+  for (int corner = 0; corner < 8; ++corner)
+    hull.addPoint(btVector3(btScalar(corner & 1), btScalar(corner >> 1 & 1), btScalar(corner >> 2)));
+  btRigidBody shard(1, nullptr, &hull, btVector3(1, 1, 1));
+  shard.setCenterOfMassTransform(btTransform(btQuaternion::getIdentity(), btVector3(50, 0, 0)));
+  bullet.world.addRigidBody(&box);
+  bullet.world.addRigidBody(&shard);
+  {
+    Result<Sound> sound = Sound::attach(bullet.world, {});
+    ASSERT_TRUE(sound && sound->recordRun(folder_ / "host.run"));
+    for (int frame = 0; frame < 12; ++frame)
+      bullet.world.stepSimulation(btScalar(kFrame), 10, btScalar(kFrame));
+    ASSERT_TRUE(sound->close());
+  }
+  bullet.world.removeRigidBody(&box);
+  bullet.world.removeRigidBody(&shard);
+
+  using Kind = audio::BodyForm::Kind;
+  const RecordedRun run = opened();
+  ASSERT_NE(run.reader->host(), nullptr);
+  std::vector<Kind> kinds;
+  std::optional<BodyId> ballId;
+  for (const audio::HostBody& body : run.reader->host()->bodies) {
+    kinds.push_back(body.form.kind);
+    if (body.form.kind == Kind::sphere) {
+      ballId = body.id;
+      EXPECT_NEAR(body.form.size.x(), 0.05, 1e-7);
+    }
+    if (body.form.kind == Kind::box) {
+      EXPECT_LT((body.form.size - Vec3(1.0, 2.0, 3.0)).norm(), 1e-6);
+    }
+    if (body.form.kind == Kind::plane) {
+      EXPECT_EQ(body.form.size, Vec3(0.0, 1.0, 0.0));
+      EXPECT_NEAR(body.form.offset, -0.5, 1e-7);
+    }
+    if (body.form.kind == Kind::mesh) {
+      EXPECT_NEAR(signedVolume(*body.form.mesh), 1.0, 1e-5);
+    }
+  }
+  for (const Kind kind : {Kind::sphere, Kind::box, Kind::plane, Kind::mesh})
+    EXPECT_THAT(kinds, testing::Contains(kind));
+  ASSERT_TRUE(ballId);
+  std::vector<ListenerPose> path;
+  for (;;) {
+    const auto portions = run.reader->next();
+    ASSERT_TRUE(portions) << portions.error().message;
+    if (portions->empty()) break;
+    for (const audio::RunPortion& portion : *portions)
+      for (const audio::BodyPose& pose : portion.poses)
+        if (pose.body == *ballId) path.push_back(pose.pose);
+  }
+  ASSERT_THAT(path, SizeIs(13));
+  EXPECT_LT((path.front().position - Vec3(0.0, 2.0, 0.0)).norm(), 1e-6);
+  EXPECT_NEAR(path.back().time, 12 * kFrame, 1e-6);
+  EXPECT_LT((path.back().position -
+             SphereBulletWorld::fromBullet(ball.getWorldTransform().getOrigin())).norm(),
+            1e-6);
+}
+
+TEST_F(HostRuns, ThatAreKeptInMemoryEndLikeTheWholeRecording) {
+  SphereBulletWorld bullet{9.81};
+  bullet.addPlane(Vec3::UnitY(), 0.0, 0.8);
+  for (int ball = 0; ball < 12; ++ball)
+    bullet.addBall({.radius = 0.02 + 0.002 * ball,
+                    .position = {0.5 * ball, 0.4 + 0.1 * ball, 0.0},
+                    .restitution = 1.0});
+  Result<Sound> sound = Sound::attach(bullet.world, settings());
+  ASSERT_TRUE(sound && sound->setListener({2.0, 1.0, 2.0}) && sound->keepRun(2.0));
+  for (int frame = 0; frame < 480; ++frame) {
+    bullet.world.stepSimulation(btScalar(kFrame), 10, btScalar(kFrame));
+    if (frame == 200) {
+      ASSERT_TRUE(sound->saveRun(folder_ / "early.run"));
+    }
+  }
+  ASSERT_TRUE(sound->saveRun(folder_ / "host.run"));
+  ASSERT_TRUE(sound->close());
+  for (const auto& [name, end] : {std::pair("early.run", 201 * kFrame), std::pair("host.run", 8.0)}) {
+    const RecordedRun run = opened(name);
+    EXPECT_GE(run.scene.duration, 2.0);
+    EXPECT_LE(run.scene.duration, 3.1);
+    std::vector<double> whole = recorded();
+    const auto rate = static_cast<double>(48'000 * 2);
+    whole.resize(std::min(whole.size(), static_cast<std::size_t>(end * rate)));
+    const std::vector<double> part = replayed(run);
+    // The clicks of the first tenth of a second may have begun before, and the time from which
+    // samples count is between two samples in general.
+    const auto from = static_cast<std::size_t>(
+        2 * std::llround((end - run.scene.duration) * 48'000.0));
+    constexpr std::size_t kBegin = 9600;
+    EXPECT_LT(differenceOf(whole, part, from + kBegin, kBegin), -40.0) << name;
+  }
+}
+
+TEST_F(HostRuns, OfPostedEventsSoundAsTheirRecordings) {
+  Result<EventSound> sound = EventSound::create(settings());
+  ASSERT_TRUE(sound);
+  BallDrop drop = dropOnBox(0.45);
+  SoundBody floor = drop.floor();
+  floor.modal = boxOf({{1000.0, 20.0}});
+  constexpr BodyId kFar = 4'000'000'000;  // the host's ids are its own
+  ASSERT_TRUE(sound->setBody(kBall, drop.ball()) && sound->setBody(kFar, floor));
+  sound->advanceTo(100.0);  // what was before is not in the run
+  ASSERT_TRUE(sound->finishRecording() && sound->record(folder_ / "sound.wav"));
+  ASSERT_TRUE(sound->recordRun(folder_ / "host.run"));
+  for (int frame = 1; frame <= 60; ++frame) {
+    const double time = 100.0 + frame * kFrame;
+    if (frame == 30) {
+      for (ImpulseEvent event : {drop.event(), floorShare(drop)}) {
+        event.time += 100.0;
+        for (BodyId* const id : {&event.body, &event.other})
+          if (*id == kFloor) *id = kFar;
+        sound->post(event);
+      }
+    }
+    sound->advanceTo(time);
+  }
+  ASSERT_TRUE(sound->close());
+  const RecordedRun run = opened();
+  EXPECT_NEAR(run.scene.duration, 1.0, 1e-9);
+  EXPECT_LT(differenceOf(recorded(), replayed(run)), -120.0);
+}
+
+TEST_F(HostRuns, LeaveOutLeapsOfTheClock) {
+  Result<EventSound> sound = EventSound::create(settings());
+  ASSERT_TRUE(sound);
+  const BallDrop drop = dropOnBox(0.0);
+  ASSERT_TRUE(sound->setBody(kBall, drop.ball()) && sound->setBody(kFloor, drop.floor()));
+  ASSERT_TRUE(sound->recordRun(folder_ / "host.run"));
+  double now = 0.0;
+  for (const double leap : {0.0, 1000.0, -500.0}) {
+    now += leap;
+    sound->advanceTo(now);
+    for (int frame = 0; frame < 30; ++frame) {
+      now += kFrame;
+      if (frame == 15) {
+        ImpulseEvent event = drop.event();
+        event.time = now;
+        sound->post(event);
+      }
+      sound->advanceTo(now);
+    }
+  }
+  ASSERT_TRUE(sound->close());
+  const RecordedRun run = opened();
+  EXPECT_NEAR(run.scene.duration, 1.5, 1e-9);
+  EXPECT_LT(differenceOf(recorded(), replayed(run)), -120.0);
+}
+
+TEST_F(HostRuns, OfOneWorldHaveTheSameBytes) {
+  std::string first;
+  for (int time = 0; time < 2; ++time) {
+    BallOnPlane world;
+    Result<Sound> sound = Sound::attach(world.bullet.world, {});
+    ASSERT_TRUE(sound && sound->recordRun(folder_ / "host.run"));
+    world.stepTo(1.0);
+    ASSERT_TRUE(sound->close());
+    std::string bytes = contents(folder_ / "host.run");
+    if (time == 0) first = std::move(bytes);
+    else EXPECT_TRUE(bytes == first);
+  }
+}
+
+TEST_F(HostRuns, RefuseWhatCannotBe) {
+  SphereBulletWorld bullet{9.81};
+  std::vector<std::string> told;
+  SoundSettings silent;
+  silent.onMessage = [&told](const std::string& message) { told.push_back(message); };
+  Result<Sound> sound = Sound::attach(bullet.world, silent);
+  ASSERT_TRUE(sound);
+  const auto refusal = [](const Status& status) {
+    return status ? std::string("none") : status.error().message;
+  };
+  EXPECT_THAT(refusal(sound->recordRun(folder_ / "no" / "such" / "folder.run")),
+              HasSubstr("folder.run: "));
+  EXPECT_THAT(refusal(sound->saveRun(folder_ / "kept.run")), HasSubstr("call keepRun before"));
+  for (const double seconds : {-1.0, 1e6, std::nan("")})
+    EXPECT_THAT(refusal(sound->keepRun(seconds)), HasSubstr("expected 0 to 86400 s"));
+  ASSERT_TRUE(sound->keepRun(1.0));
+  EXPECT_THAT(refusal(sound->saveRun(folder_ / "kept.run")), HasSubstr("no step was made"));
+  ASSERT_TRUE(sound->recordRun(folder_ / "host.run"));
+  EXPECT_THAT(refusal(sound->recordRun(folder_ / "other.run")), HasSubstr("is being written"));
+  EXPECT_THAT(refusal(sound->finishRun()), HasSubstr("no step was made"));
+  EXPECT_TRUE(sound->finishRun());
+  EXPECT_TRUE(sound->keepRun(0.0));
+  EXPECT_THAT(refusal(sound->saveRun(folder_ / "kept.run")), HasSubstr("call keepRun before"));
+  ASSERT_TRUE(sound->close());
+  EXPECT_FALSE(sound->recordRun(folder_ / "host.run"));
+  EXPECT_TRUE(std::filesystem::is_empty(folder_ / "."));
+  EXPECT_THAT(told, testing::Not(testing::IsEmpty()));
+}
+
+TEST_F(HostRuns, ThatWereCutOrChangedAreRefused) {
+  BallOnPlane world;
+  Result<Sound> sound = Sound::attach(world.bullet.world, {});
+  ASSERT_TRUE(sound && sound->assign(world.ball, {.modes = boxOf({{900.0, 30.0}})}));
+  ASSERT_TRUE(sound->recordRun(folder_ / "host.run"));
+  world.stepTo(1.0);
+  ASSERT_TRUE(sound->close());
+  const std::string whole = contents(folder_ / "host.run");
+  const auto verdict = [](const std::string& bytes) {
+    Result<scenes::RunReader> reader =
+        scenes::RunReader::read(std::make_unique<std::istringstream>(bytes), "host.run");
+    while (reader) {
+      const auto portions = reader->next();
+      if (!portions) return portions.error().message;
+      if (portions->empty()) return std::string("whole");
+    }
+    return reader.error().message;
+  };
+  EXPECT_EQ(verdict(whole), "whole");
+  std::minstd_rand random(1);
+  for (int trial = 0; trial < 200; ++trial) {
+    std::string changed = whole;
+    changed[random() % changed.size()] ^= static_cast<char>(1U << (random() % 8));
+    EXPECT_THAT(verdict(changed), HasSubstr("xpected"));
+    EXPECT_THAT(verdict(whole.substr(0, random() % whole.size())), HasSubstr("xpected"));
+  }
+}
+
+}  // namespace
+}  // namespace carom::test
