@@ -40,9 +40,9 @@ struct TextureRecord {
     // It refuses what is wrong with the rest. The mean slope, which it subtracts, is 0 but for
     // rounding: the slopes stay as they were.
     std::vector<SurfaceTexture::Slope> exact = slopes;
-    Result<SurfaceTexture> made =
-        SurfaceTexture::ofSlopes({static_cast<std::size_t>(width), static_cast<std::size_t>(height)},
-                                 texel, std::move(slopes));
+    Result<SurfaceTexture> made = SurfaceTexture::ofSlopes(
+        {static_cast<std::size_t>(width), static_cast<std::size_t>(height)}, texel,
+        std::move(slopes));
     if (!made) return made.error();
     auto texels = std::make_shared<SurfaceTexture::Texels>();
     texels->texel = made->texels_->texel;
@@ -181,9 +181,8 @@ void codeSynth(auto& archive, auto& record) {
   auto& synth = record.synth;
   archive.number(synth.sampleRate);
   archive.choice(synth.impulse, ImpulseChoice::applied);
-  for (auto* value :
-       {&synth.medium.density, &synth.medium.speedOfSound, &synth.medium.temperature,
-        &synth.medium.humidity, &synth.medium.pressure, &synth.audibleThreshold})
+  for (auto* value : {&synth.medium.density, &synth.medium.speedOfSound, &synth.medium.temperature,
+                      &synth.medium.humidity, &synth.medium.pressure, &synth.audibleThreshold})
     archive.number(*value);
   archive.flag(synth.dissipative);
   archive.choice(synth.modalRadiation, ModalRadiation::constant);
@@ -512,13 +511,20 @@ Result<std::optional<HostBody>> HostDecoder::takeRecord(std::span<const std::byt
     return std::optional<HostBody>();
   };
   switch (static_cast<RecordKind>(bytes.front())) {
-    case RecordKind::radiator: return keepOne(radiatorOf(content));
-    case RecordKind::recoil: return keepOne(hostRecoil(content));
-    case RecordKind::modal: return keepOne(modalOf(content));
-    case RecordKind::texture: return keepOne(textureOf(content));
-    case RecordKind::coordinates: return keepOne(coordinatesOf(content));
-    case RecordKind::mesh: return keepOne(meshOf(content));
-    case RecordKind::body: return bodyOf(content);
+    case RecordKind::radiator:
+      return keepOne(radiatorOf(content));
+    case RecordKind::recoil:
+      return keepOne(hostRecoil(content));
+    case RecordKind::modal:
+      return keepOne(modalOf(content));
+    case RecordKind::texture:
+      return keepOne(textureOf(content));
+    case RecordKind::coordinates:
+      return keepOne(coordinatesOf(content));
+    case RecordKind::mesh:
+      return keepOne(meshOf(content));
+    case RecordKind::body:
+      return bodyOf(content);
   }
   return Error{"has a record of a kind that there is not"};
 }

@@ -10,7 +10,6 @@
 
 namespace carom::audio {
 
-
 namespace {
 
 constexpr double kLargest = 1e100;       // in SI units, of any number that is not infinite
@@ -322,7 +321,7 @@ std::vector<std::byte> encodedPortions(std::span<const RunPortion> portions) {
 }
 
 Result<std::vector<RunPortion>> decodedPortions(std::span<const std::byte> bytes,
-                                                 const RunShape& shape) {
+                                                const RunShape& shape) {
   Tables tables(bytes, shape);
   auto rows = tables.take<PortionRow>();
   if (!rows) return rows.error();

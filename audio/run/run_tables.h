@@ -27,6 +27,6 @@ std::vector<std::byte> encodedPortions(std::span<const RunPortion> portions);
 /// orientation that is not of unit length. Never throws for bad input but for lack of memory, of
 /// which it takes at most some ten times as much as there are bytes. [any thread]
 Result<std::vector<RunPortion>> decodedPortions(std::span<const std::byte> bytes,
-                                                 const RunShape& shape);
+                                                const RunShape& shape);
 
 }  // namespace carom::audio

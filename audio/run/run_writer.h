@@ -28,9 +28,9 @@ namespace carom::audio {
 ///         ...       the bytes, packed by Zstandard (RFC 8878)
 ///
 /// The parts of a scene's run: one 'h' (scenes/recording/run_file.h), any number of 'p', each
-/// portions as encodedPortions says, and 'e'. Those of a host's run: 'b' and 'p' as they come, a 'b'
-/// being bodies as HostEncoder has them, from the portions behind it on; 'w', as encodedWorld says;
-/// and 'e'. In 'e' is a JSON object with the number of portions. A file that was cut has no
+/// portions as encodedPortions says, and 'e'. Those of a host's run: 'b' and 'p' as they come, a
+/// 'b' being bodies as HostEncoder has them, from the portions behind it on; 'w', as encodedWorld
+/// says; and 'e'. In 'e' is a JSON object with the number of portions. A file that was cut has no
 /// end, and is refused there.
 inline constexpr std::string_view kRunMagic = "caromrun";
 inline constexpr std::size_t kMostUnpacked = std::size_t{1} << 28U;  ///< bytes of a part

@@ -225,9 +225,9 @@ EventTape withEvents(const EventTape& tape, const std::vector<ImpulseEvent>& eve
   for (audio::RunPortion& portion : changed.portions)
     portion.events.clear();
   for (const ImpulseEvent& event : events) {
-    const auto portion = std::ranges::find_if(changed.portions, [&event](const audio::RunPortion& one) {
-      return one.settledTime >= event.time;
-    });
+    const auto portion = std::ranges::find_if(
+        changed.portions,
+        [&event](const audio::RunPortion& one) { return one.settledTime >= event.time; });
     if (portion != changed.portions.end()) portion->events.push_back(event);
   }
   return changed;

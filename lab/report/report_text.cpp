@@ -85,6 +85,9 @@ struct Contents {
   std::size_t solids = 0;
   double solidMass = 0.0;  // kg, of the solids that move
   const JelloShape* jello = nullptr;
+  std::size_t given = 0;  // bodies of a host's run
+  std::size_t givenMovable = 0;
+  std::size_t givenRinging = 0;
   std::map<std::string, std::size_t> spheresByMaterial;
   std::size_t spheres = 0;
   double smallest = std::numeric_limits<double>::infinity();  // m
@@ -103,6 +106,13 @@ Contents contentsOf(const Scene& scene) {
     }
     if (const auto* jello = std::get_if<std::shared_ptr<const JelloShape>>(&body.shape)) {
       contents.jello = jello->get();
+      continue;
+    }
+    if (const auto* given = std::get_if<GivenShape>(&body.shape)) {
+      const SoundBody& sound = given->body->sound;
+      ++contents.given;
+      contents.givenMovable += std::isfinite(sound.mass) ? 1U : 0U;
+      contents.givenRinging += sound.modal != nullptr ? 1U : 0U;
       continue;
     }
     if (sphere == nullptr) {
@@ -127,6 +137,13 @@ std::string rangeText(double smallest, double largest) {
   const std::string low = format("%.3g", smallest);
   const std::string high = format("%.3g", largest);
   return low == high ? low : low + " to " + high;
+}
+
+Json givenJson(const Contents& contents) {
+  if (contents.given == 0) return nullptr;
+  return {{"count", contents.given},
+          {"movable", contents.givenMovable},
+          {"ringing", contents.givenRinging}};
 }
 
 // Describes the spheres; empty if there are none.
@@ -332,11 +349,15 @@ std::string infoText(const Scene& scene) {
   if (contents.blocks > 0) text += format("blocks    %zu\n", contents.blocks);
   if (contents.solids > 0)
     text += format("solids    %zu, %.3g kg in all\n", contents.solids, contents.solidMass);
+  if (contents.given > 0)
+    text += format("bodies    %zu of the host, %zu can move, %zu ring\n", contents.given,
+                   contents.givenMovable, contents.givenRinging);
   text += jelloText(contents.jello);
   text += roomText(imageCount(scene), scene.sound.reverb);
   const std::vector<ListenerChannels> channels = listenerChannels(scene);
   for (std::size_t index = 0; index < channels.size(); ++index)
     text += listenerText(scene.listeners[index], channels[index]);
+  if (contents.given > 0) return text + planText(makePlan(scene));
   text += std::string("stepper   ") + stepperName(scene.stepper.type);
   if (scene.stepper.type == StepperType::bullet)
     text += format(", step %.4g s%s", scene.stepper.step, scene.stepper.tuned ? ", tuned" : "");
@@ -373,6 +394,7 @@ Json infoJson(const Scene& scene) {
           {"blocks", contents.blocks},
           {"solids", solidsJson(scene)},
           {"jello", jelloJson(contents.jello)},
+          {"host_bodies", givenJson(contents)},
           {"listeners", listeners},
           {"images", imageCount(scene)},
           {"reverb", reverbJson(scene.sound.reverb)},

@@ -74,7 +74,8 @@ BodyForm anyForm(const btCollisionShape& shape, double metres) {
                       toVec3(static_cast<const btBoxShape&>(shape).getHalfExtentsWithMargin())};
     case STATIC_PLANE_PROXYTYPE:
       return formOfPlane(static_cast<const btStaticPlaneShape&>(shape), metres);
-    default: break;
+    default:
+      break;
   }
   if (Result<SurfaceMesh> surface = shapeSurface(shape)) {
     for (Vec3& vertex : surface->vertices)

@@ -128,7 +128,7 @@ class WorldSession final : public SoundSession {
   std::unordered_map<const btCollisionShape*, BodySound> ofShape_;
   std::unordered_map<int, BodySound> ofUserIndex_;
   AutomaticListener listener_;
-  std::unordered_map<BodyId, btTransform> toldPoses_;              // to runs
+  std::unordered_map<BodyId, btTransform> toldPoses_;                   // to runs
   std::unordered_map<const btCollisionShape*, audio::BodyForm> forms_;  // of the reading in hand
   std::unordered_set<const btCollisionShape*> usedShapes_;  // of ofShape_, by a body that was read
   std::unordered_set<int> usedIndices_;                     // of ofUserIndex_

@@ -21,6 +21,7 @@ namespace {
 constexpr std::string_view kBlank = " \t\r\n";
 constexpr double kLargestGain = 1000.0;
 constexpr double kLongestClock = 1e9;      // s
+constexpr double kLongestKept = 86400.0;   // s
 constexpr double kLengthTolerance = 1e-3;  // for a quaternion, as its text is rounded
 
 std::string_view trimmed(std::string_view text) {
@@ -365,6 +366,21 @@ Result<Command> record(std::string_view file) {
   return Command(command::Record{file});
 }
 
+template <class Kind>
+Result<Command> runFile(std::string_view name, std::string_view file) {
+  if (file.empty())
+    return Error{std::string(name) + " takes the name of a file, such as: " + std::string(name) +
+                 " out.carom"};
+  return Command(Kind{file});
+}
+
+Result<Command> keepRun(const Words& arguments) {
+  const auto value = arguments.size() == 1 ? number<double>(arguments.front()) : std::nullopt;
+  if (!value || !(*value >= 0.0 && *value <= kLongestKept))
+    return Error{"keep-run takes one number from 0 to 86400 (s)"};
+  return Command(command::KeepRun{*value});
+}
+
 Result<Command> bare(std::string_view name, const Words& arguments) {
   static const std::map<std::string_view, Command> kBare = {{"play", command::Play{}},
                                                             {"stop", command::Stop{}},
@@ -379,7 +395,8 @@ Result<Command> bare(std::string_view name, const Words& arguments) {
   if (found == kBare.end()) {
     return Error{"there is no command " + inQuotes(name) +
                  "; expected listener, material, modes, texture, room, level, latency, record, "
-                 "play, stop, gain, mute, pause, capture, reset, samples, events, describe, stats "
+                 "record-run, keep-run, save-run, play, stop, gain, mute, pause, capture, reset, "
+                 "samples, events, describe, stats "
                  "or help"};
   }
   if (!arguments.empty())
@@ -411,6 +428,9 @@ Result<Command> parseCommand(std::string_view text) {
   if (name == "mute") return mute(arguments);
   if (name == "reset") return reset(arguments);
   if (name == "record") return record(rest);
+  if (name == "record-run") return runFile<command::RecordRun>(name, rest);
+  if (name == "save-run") return runFile<command::SaveRun>(name, rest);
+  if (name == "keep-run") return keepRun(arguments);
   return bare(name, arguments);
 }
 

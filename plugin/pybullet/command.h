@@ -71,6 +71,15 @@ struct Reset {
 struct Record {
   std::filesystem::path file;
 };
+struct RecordRun {
+  std::filesystem::path file;
+};
+struct KeepRun {
+  double seconds = 0.0;
+};
+struct SaveRun {
+  std::filesystem::path file;
+};
 struct SetGain {
   double gain = 1.0;
 };
@@ -91,8 +100,9 @@ struct Help {};
 using Command =
     std::variant<command::PlaceListener, command::SetMaterial, command::SetModes,
                  command::SetTexture, command::SetRoom, command::SetLevel, command::SetLatency,
-                 command::Capture, command::Reset, command::Record, command::SetGain, command::Mute,
-                 command::Play, command::Stop, command::Pause, command::Stats, command::Describe,
+                 command::Capture, command::Reset, command::Record, command::RecordRun,
+                 command::KeepRun, command::SaveRun, command::SetGain, command::Mute, command::Play,
+                 command::Stop, command::Pause, command::Stats, command::Describe,
                  command::TakeSamples, command::TakeEvents, command::Help>;
 
 inline constexpr std::string_view kCommandHelp =
@@ -111,7 +121,10 @@ inline constexpr std::string_view kCommandHelp =
     "latency S                      s that played and taken samples are behind\n"
     "record FILE                    a WAV file, from now until stop\n"
     "play                           on the default audio device\n"
-    "stop                           ends both\n"
+    "record-run FILE                what happens, for 'carom replay', from now until stop\n"
+    "keep-run S                     keeps the last S seconds of it in memory; 0: no more\n"
+    "save-run FILE                  writes what is kept\n"
+    "stop                           ends playing and both recordings\n"
     "gain G                         factor on what is played, 0 to 1000\n"
     "mute on|off\n"
     "pause                          the simulation rests; its next step goes on\n"

@@ -119,6 +119,8 @@ Status ServerSound::configure(const SoundSettings& settings) {
   sound_->setGain(gain_);
   sound_->setMuted(isMuted_);
   world_.tellParts();
+  if (keptRun_ > 0.0)
+    if (Status kept = sound_->keepRun(keptRun_); !kept) return kept;
   if (isCapturing_)
     if (Status begun = startCapture(); !begun) return begun;
   return wasPlaying ? sound_->play() : std::monostate{};
@@ -333,6 +335,22 @@ Result<std::string> ServerSound::run(const command::Record& record) {
   return answer(begun, "recording to " + record.file.string());
 }
 
+Result<std::string> ServerSound::run(const command::RecordRun& record) {
+  const Status begun = sound_->recordRun(record.file);
+  isRecording_ = isRecording_ || begun;
+  return answer(begun, "recording the run to " + record.file.string());
+}
+
+Result<std::string> ServerSound::run(const command::KeepRun& keep) {
+  const Status begun = sound_->keepRun(keep.seconds);
+  if (begun) keptRun_ = keep.seconds;
+  return answer(begun, "the run is kept");
+}
+
+Result<std::string> ServerSound::run(const command::SaveRun& save) {
+  return answer(sound_->saveRun(save.file), "saved to " + save.file.string());
+}
+
 Result<std::string> ServerSound::run(const command::SetGain& set) {
   gain_ = set.gain;
   sound_->setGain(gain_);
@@ -352,7 +370,9 @@ Result<std::string> ServerSound::run(const command::Play&) {
 Result<std::string> ServerSound::run(const command::Stop&) {
   sound_->stop();
   isRecording_ = false;
-  return answer(sound_->finishRecording(), "stopped");
+  const Status run = sound_->finishRun();
+  const Status recording = sound_->finishRecording();
+  return answer(recording ? run : recording, "stopped");
 }
 
 Result<std::string> ServerSound::run(const command::Pause&) {

@@ -64,6 +64,9 @@ class ServerSound final : private ServerEars {
   Result<std::string> run(const command::Capture& capture);
   Result<std::string> run(const command::Reset& reset);
   Result<std::string> run(const command::Record& record);
+  Result<std::string> run(const command::RecordRun& record);
+  Result<std::string> run(const command::KeepRun& keep);
+  Result<std::string> run(const command::SaveRun& save);
   Result<std::string> run(const command::SetGain& set);
   Result<std::string> run(const command::Mute& mute);
   Result<std::string> run(const command::Play&);
@@ -89,9 +92,10 @@ class ServerSound final : private ServerEars {
   std::optional<EventSound> sound_;
   std::optional<EventTable> events_;  // while capturing
   bool isCapturing_ = false;
-  bool isRecording_ = false;
-  bool hasLatency_ = false;  // a command has set it
-  bool hasWarned_ = false;   // of a latency that does not suffice
+  bool isRecording_ = false;  // sound or run
+  double keptRun_ = 0.0;      // s
+  bool hasLatency_ = false;   // a command has set it
+  bool hasWarned_ = false;    // of a latency that does not suffice
   double gain_ = 1.0;
   bool isMuted_ = false;
 };

@@ -187,7 +187,8 @@ void RunRecorder::leapTo(double seconds) {
 }
 
 void RunRecorder::advanceTo(double seconds) {
-  for (const BodyId id : std::exchange(fresh_, {})) (void)numberOf(id);
+  for (const BodyId id : std::exchange(fresh_, {}))
+    (void)numberOf(id);
   time_ = seconds;
   closePortion(seconds);
 }
@@ -257,8 +258,8 @@ void RunRecorder::dropOld() {
   const double first = pieces_.front().begin;
   for (std::size_t listener = 0; listener < paths_.size(); ++listener) {
     std::vector<ListenerPose>& path = paths_[listener];
-    const auto next = std::ranges::find_if(
-        path, [first](const ListenerPose& pose) { return pose.time > first; });
+    const auto next =
+        std::ranges::find_if(path, [first](const ListenerPose& pose) { return pose.time > first; });
     if (next == path.begin()) continue;
     listeners_[listener].position = std::prev(next)->position;
     listeners_[listener].orientation = std::prev(next)->orientation;

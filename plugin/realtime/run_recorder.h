@@ -94,7 +94,7 @@ class RunRecorder {
   std::vector<BodyId> fresh_;      // of these, not numbered yet
   std::uint32_t count_ = 0;        // of numbered bodies
   std::vector<std::vector<ListenerPose>> paths_;
-  std::vector<bool> isOnItsWay_;  // by listener: it has jumped, and is not there yet
+  std::vector<bool> isOnItsWay_;          // by listener: it has jumped, and is not there yet
   double time_ = 0.0;                     // s, the host's clock
   double shift_ = 0.0;                    // s, from it to the run's
   audio::RunPortion portion_;             // of the step in hand

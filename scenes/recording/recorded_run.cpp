@@ -77,7 +77,7 @@ class RunStepper : public SceneStepper {
 
   std::shared_ptr<RunReader> reader_;
   std::vector<RunPortion> portions_;  // that were read together
-  std::size_t next_ = 0;               // of these, not played yet
+  std::size_t next_ = 0;              // of these, not played yet
   double settledTime_ = 0.0;
   RunPortion now_;
   std::vector<const HostBody*> changes_;

@@ -84,10 +84,10 @@ class RunReader {
   std::unique_ptr<std::istream> stream_;
   RunHeader header_;
   std::optional<HostRun> host_;
-  std::vector<std::size_t> counts_;       // of bodies in each 'b' of a host's run
-  std::size_t count_ = 0;                 // of these, the next one
-  std::size_t body_ = 0;                  // in HostRun::bodies, the next one
-  std::vector<bool> isKnown_;             // by id: the body has come up to here
+  std::vector<std::size_t> counts_;  // of bodies in each 'b' of a host's run
+  std::size_t count_ = 0;            // of these, the next one
+  std::size_t body_ = 0;             // in HostRun::bodies, the next one
+  std::vector<bool> isKnown_;        // by id: the body has come up to here
   std::vector<std::size_t> changes_;
   std::uint64_t parts_ = 0;
   std::uint64_t portions_ = 0;

@@ -1,12 +1,13 @@
-// Cost and level of sound over ordinary worlds, with nothing set: WORLD.HZ.FIGURE. Four equal
-// worlds take turns frame by frame: Bullet alone, with a bridge, with sound that is pulled, and
-// with a recording.
+// Cost and level of sound over ordinary worlds, with nothing set: WORLD.HZ.FIGURE. Five equal
+// worlds take turns frame by frame: Bullet alone, with a bridge, with sound that is pulled, with a
+// recording, and with the run kept in memory.
 
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
@@ -32,6 +33,7 @@ namespace {
 constexpr double kStillSpeed = 1e-3;     // m/s, as in a Sound
 constexpr double kSampleRate = 48000.0;  // Hz
 constexpr double kWindow = 0.5;          // s: the worst of these is reported
+constexpr double kKept = 3600.0;         // s: the whole run
 
 /// CPU time (s) of frames: the sum of all, and that of each window.
 struct Cost {
@@ -62,17 +64,19 @@ double peakOf(const std::string& path) {
 /// The cost of one world's sound, and its loudness.
 struct WorldFigures {
   double bulletPerSecond = 0.0;  // ms
-  double bridge = 0.0;           // % of Bullet's step, as are the next five
+  double bridge = 0.0;           // % of Bullet's step, as are the next six
   double all = 0.0;
   double recording = 0.0;
+  double keeping = 0.0;
   double worstBridge = 0.0;  // in the worst half second
   double worstAll = 0.0;
   double peak = 0.0;     // dB of full scale, of the recording
   double limiter = 0.0;  // dB
   double events = 0.0;
   double rejected = 0.0;
-  double attach = 0.0;  // ms by the clock
-  double moved = 0.0;   // bodies whose pose is another one with sound
+  double attach = 0.0;   // ms by the clock
+  double runSize = 0.0;  // kB of the run for each second
+  double moved = 0.0;    // bodies whose pose is another one with sound
 };
 
 class WorldRun {
@@ -98,7 +102,7 @@ class WorldRun {
   }
 
  private:
-  enum Which : std::size_t { plain, bridged, sounding, recording };
+  enum Which : std::size_t { plain, bridged, sounding, recording, keeping };
 
   void attach() {
     Result<BulletBridge> bridge = BulletBridge::attach(
@@ -115,6 +119,8 @@ class WorldRun {
     if (!sound_->prepareRendering(kSampleRate)) std::abort();
     sound_->renderInterleaved(block_.data(), 64);  // starts the clock
     recorded_.emplace(attached(recording, {.record = file_}));
+    kept_.emplace(attached(keeping, {}));
+    if (!kept_->keepRun(kKept)) std::abort();
   }
 
   Sound attached(Which which, const SoundSettings& settings) {
@@ -151,6 +157,11 @@ class WorldRun {
     return count;
   }
 
+  double runSize() {
+    if (!kept_->saveRun(file_)) std::abort();
+    return 1e-3 * static_cast<double>(std::filesystem::file_size(file_)) / kept_->time();
+  }
+
   WorldFigures figures() {
     const SoundStatistics heard = sound_->statistics();
     if (!recorded_->close()) std::abort();
@@ -159,6 +170,7 @@ class WorldRun {
         .bridge = percent(bridged),
         .all = percent(sounding),
         .recording = percent(recording),
+        .keeping = percent(keeping),
         .worstBridge = worstPercent(bridged),
         .worstAll = worstPercent(sounding),
         .peak = 20.0 * std::log10(std::max(peakOf(file_), 1e-10)),
@@ -166,6 +178,7 @@ class WorldRun {
         .events = static_cast<double>(heard.events),
         .rejected = static_cast<double>(heard.rejected),
         .attach = attach_,
+        .runSize = runSize(),
         .moved = moved()};
     std::remove(file_.c_str());
     return all;
@@ -173,12 +186,13 @@ class WorldRun {
 
   double rate_;  // Hz, of frames
   std::size_t frames_;
-  std::array<std::unique_ptr<OrdinaryWorld>, 4> worlds_;
-  std::array<Cost, 4> costs_;
+  std::array<std::unique_ptr<OrdinaryWorld>, 5> worlds_;
+  std::array<Cost, 5> costs_;
   std::string file_ = "/tmp/carom_worlds_bench_" + std::to_string(getpid()) + ".wav";
   std::optional<BulletBridge> bridge_;
   std::optional<Sound> sound_;
   std::optional<Sound> recorded_;
+  std::optional<Sound> kept_;
   std::vector<float> block_ = std::vector<float>(128);
   std::size_t rendered_ = 0;
   double attach_ = 0.0;
@@ -222,6 +236,7 @@ void addWorld(Figures& figures, const OrdinaryWorldKind& kind, double rate, cons
       Shown{"bridge_percent", "%", &WorldFigures::bridge, share, bridgeBar},
       Shown{"all_percent", "%", &WorldFigures::all, 2.0 * share, 60.0},
       Shown{"recording_percent", "%", &WorldFigures::recording, 2.0 * share},
+      Shown{"kept_run_percent", "%", &WorldFigures::keeping, 2.0 * share},
       Shown{"worst_bridge_percent", "%", &WorldFigures::worstBridge, 4.0 * share},
       Shown{"worst_all_percent", "%", &WorldFigures::worstAll, 8.0 * share},
       Shown{"peak_dbfs", "dB", &WorldFigures::peak, kAnything, -1.0},
@@ -229,6 +244,7 @@ void addWorld(Figures& figures, const OrdinaryWorldKind& kind, double rate, cons
       Shown{"events", "", &WorldFigures::events, kAnything},
       Shown{"rejected", "", &WorldFigures::rejected, 10.0},
       Shown{"attach_ms", "ms", &WorldFigures::attach, scale.of(50.0, 500.0), 50.0},
+      Shown{"kept_run_kb_per_s", "kB", &WorldFigures::runSize, kAnything},
       Shown{"moved_bodies", "", &WorldFigures::moved, 0.0, 0.0}};
   const std::string prefix = std::string(kind.name) + "." + std::to_string(std::lround(rate)) + ".";
   for (const Shown& figure : shown) {

@@ -59,6 +59,11 @@ struct Promises {
     require(reset.time >= 0.0 && reset.time <= 1e9);
   }
   void operator()(const command::Record& record) const { require(!record.file.empty()); }
+  void operator()(const command::RecordRun& record) const { require(!record.file.empty()); }
+  void operator()(const command::SaveRun& save) const { require(!save.file.empty()); }
+  void operator()(const command::KeepRun& keep) const {
+    require(keep.seconds >= 0.0 && keep.seconds <= 86400.0);
+  }
   void operator()(const command::SetGain& set) const {
     require(set.gain >= 0.0 && set.gain <= 1000.0);
   }

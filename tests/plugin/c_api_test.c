@@ -423,6 +423,41 @@ static void destroying_completes_a_recording(void) {
   EXPECT(peak_of(recorded, read_wav(path, recorded, 48000)) > 0.0F);
 }
 
+static long size_of(const char* path) {
+  FILE* const file = fopen(path, "rb");
+  long size = -1;
+  if (file == NULL) return -1;
+  if (fseek(file, 0, SEEK_END) == 0) size = ftell(file);
+  (void)fclose(file);
+  return size;
+}
+
+static void run_is_written_and_kept(void) {
+  const char* const path = "c_api_whole.carom";
+  const char* const kept = "c_api_kept.carom";
+  carom_sound* const sound = make_sound(NULL, STRIKE_HEIGHT);
+  const carom_event event = strike();
+  (void)remove(path);
+  (void)remove(kept);
+  set_strike_bodies(sound);
+  EXPECT(carom_save_run(sound, kept) == CAROM_ERROR_FILE);
+  EXPECT_REFUSED(carom_keep_run(sound, -1.0), "0 to 86400");
+  EXPECT_OK(carom_keep_run(sound, 10.0));
+  EXPECT_OK(carom_record_run(sound, path));
+  EXPECT(carom_record_run(sound, path) == CAROM_ERROR_FILE);
+  EXPECT_OK(carom_advance(sound, 0.0));
+  EXPECT_OK(carom_post(sound, &event));
+  EXPECT_OK(carom_advance(sound, 0.3));
+  EXPECT_OK(carom_save_run(sound, kept));
+  EXPECT(size_of(path) == -1);
+  EXPECT_OK(carom_finish_run(sound));
+  EXPECT_OK(carom_finish_run(sound));
+  EXPECT(size_of(path) > 300 && size_of(kept) > 300);
+  EXPECT_REFUSED(carom_record_run(sound, NULL), "NULL");
+  EXPECT_REFUSED(carom_save_run(sound, NULL), "NULL");
+  EXPECT_OK(carom_destroy(sound));
+}
+
 static void file_that_cannot_be_is_refused(void) {
   carom_sound* const sound = make_sound(NULL, STRIKE_HEIGHT);
   EXPECT(carom_record(sound, "no/such/folder/sound.wav") == CAROM_ERROR_FILE);
@@ -1632,6 +1667,7 @@ int main(void) {
     CLAIM(cube_sounds_as_the_sphere_that_moves_as_much_air),
     CLAIM(recording_holds_the_pascals_of_synth_over_20),
     CLAIM(destroying_completes_a_recording),
+    CLAIM(run_is_written_and_kept),
     CLAIM(file_that_cannot_be_is_refused),
     CLAIM(full_scale_divides_pascals),
     CLAIM(level_that_is_automatic_is_in_range),

@@ -138,7 +138,8 @@ TEST_F(HostRuns, HaveRingsMaterialsThatChangeAndListenersThatMove) {
   ASSERT_TRUE(sound->recordRun(folder_ / "host.run"));
   for (int frame = 1; frame <= 120; ++frame) {
     if (frame == 60) {
-      ASSERT_TRUE(sound->assign(world.ball, {.material = "steel", .modes = boxOf({{500.0, 20.0}})}));
+      ASSERT_TRUE(
+          sound->assign(world.ball, {.material = "steel", .modes = boxOf({{500.0, 20.0}})}));
     }
     ASSERT_TRUE(sound->setListener({0.02 * frame, 0.5, 1.0}));
     world.stepTo(frame * kFrame);
@@ -189,8 +190,8 @@ TEST_F(HostRuns, AreHeardFromAnotherSeat) {
     near = std::max(near, std::abs(both[at]));
     far = std::max(far, std::abs(both[at + 1]));
   }
-  // The ball's middle is 5 cm above the plane when it clicks, 1 m and 4 m below them. Nearby there is
-  // a little more, by the near field.
+  // The ball's middle is 5 cm above the plane when it clicks, 1 m and 4 m below them. Nearby there
+  // is a little more, by the near field.
   EXPECT_NEAR(near / far, 4.0, 0.3);
 }
 
@@ -202,7 +203,8 @@ TEST_F(HostRuns, TellHowBodiesLookAndWhereTheyAre) {
   btRigidBody box(0, nullptr, bullet.shapes.back().get());
   btConvexHullShape hull;
   for (int corner = 0; corner < 8; ++corner)
-    hull.addPoint(btVector3(btScalar(corner & 1), btScalar(corner >> 1 & 1), btScalar(corner >> 2)));
+    hull.addPoint(
+        btVector3(btScalar(corner & 1), btScalar(corner >> 1 & 1), btScalar(corner >> 2)));
   btRigidBody shard(1, nullptr, &hull, btVector3(1, 1, 1));
   shard.setCenterOfMassTransform(btTransform(btQuaternion::getIdentity(), btVector3(50, 0, 0)));
   bullet.world.addRigidBody(&box);
@@ -254,9 +256,10 @@ TEST_F(HostRuns, TellHowBodiesLookAndWhereTheyAre) {
   ASSERT_THAT(path, SizeIs(13));
   EXPECT_LT((path.front().position - Vec3(0.0, 2.0, 0.0)).norm(), 1e-6);
   EXPECT_NEAR(path.back().time, 12 * kFrame, 1e-6);
-  EXPECT_LT((path.back().position -
-             SphereBulletWorld::fromBullet(ball.getWorldTransform().getOrigin())).norm(),
-            1e-6);
+  EXPECT_LT(
+      (path.back().position - SphereBulletWorld::fromBullet(ball.getWorldTransform().getOrigin()))
+          .norm(),
+      1e-6);
 }
 
 TEST_F(HostRuns, ThatAreKeptInMemoryEndLikeTheWholeRecording) {
@@ -276,7 +279,8 @@ TEST_F(HostRuns, ThatAreKeptInMemoryEndLikeTheWholeRecording) {
   }
   ASSERT_TRUE(sound->saveRun(folder_ / "host.run"));
   ASSERT_TRUE(sound->close());
-  for (const auto& [name, end] : {std::pair("early.run", 201 * kFrame), std::pair("host.run", 8.0)}) {
+  for (const auto& [name, end] :
+       {std::pair("early.run", 201 * kFrame), std::pair("host.run", 8.0)}) {
     const RecordedRun run = opened(name);
     EXPECT_GE(run.scene.duration, 2.0);
     EXPECT_LE(run.scene.duration, 3.1);
@@ -286,8 +290,8 @@ TEST_F(HostRuns, ThatAreKeptInMemoryEndLikeTheWholeRecording) {
     const std::vector<double> part = replayed(run);
     // The clicks of the first tenth of a second may have begun before, and the time from which
     // samples count is between two samples in general.
-    const auto from = static_cast<std::size_t>(
-        2 * std::llround((end - run.scene.duration) * 48'000.0));
+    const auto from =
+        static_cast<std::size_t>(2 * std::llround((end - run.scene.duration) * 48'000.0));
     constexpr std::size_t kBegin = 9600;
     EXPECT_LT(differenceOf(whole, part, from + kBegin, kBegin), -40.0) << name;
   }
@@ -357,8 +361,10 @@ TEST_F(HostRuns, OfOneWorldHaveTheSameBytes) {
     world.stepTo(1.0);
     ASSERT_TRUE(sound->close());
     std::string bytes = contents(folder_ / "host.run");
-    if (time == 0) first = std::move(bytes);
-    else EXPECT_TRUE(bytes == first);
+    if (time == 0)
+      first = std::move(bytes);
+    else
+      EXPECT_TRUE(bytes == first);
   }
 }
 

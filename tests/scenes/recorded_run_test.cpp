@@ -18,9 +18,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "audio/run/run_tables.h"
 #include "scenes/format/scene_loader.h"
 #include "scenes/recording/run_file.h"
-#include "scenes/recording/run_tables.h"
 #include "scenes/run/render.h"
 #include "tests/scenes/library.h"
 #include "tests/support/recording.h"
@@ -28,6 +28,7 @@
 
 namespace carom::test {
 
+using namespace audio;
 using namespace scenes;
 
 namespace {
@@ -153,7 +154,7 @@ TEST_F(RecordedRuns, ThatAreNotOfTheirSceneAreRefused) {
                    .stepper = "bullet",
                    .duration = 0.5,
                    .shape = {.bodies = 99}};
-  Result<RunWriter> writer = RunWriter::create(folder_ / "run.carom", header);
+  Result<RunWriter> writer = beginRun(folder_ / "run.carom", header);
   ASSERT_TRUE(writer && writer->finish());
   const Result<RecordedRun> run = openRun(folder_ / "run.carom");
   ASSERT_FALSE(run);
@@ -226,8 +227,7 @@ TEST(RunTables, ComeBackWithTheSameBits) {
 TEST(RunTables, RefuseWhatNoRunHas) {
   const RunShape shape{.bodies = 3, .points = 2};
   const auto refusal = [&](RunPortion portion) {
-    const auto read =
-        decodedPortions(encodedPortions(std::vector{std::move(portion)}), shape);
+    const auto read = decodedPortions(encodedPortions(std::vector{std::move(portion)}), shape);
     return read ? std::string("none") : read.error().message;
   };
   RunPortion portion = portionOf(3, shape);

@@ -68,6 +68,7 @@ const std::vector<Layer>& exceptions() {
       {"audio/synthesis/noise_bed.cpp", "unsupported/Eigen/FFT"},
       {"audio/propagation/air_filter.cpp", "unsupported/Eigen/FFT"},
       {"audio/propagation/sofa_file.cpp", "mysofa\\.h"},
+      {"audio/run/run_writer.cpp", "zstd\\.h"},
       {"audio/io/normal_map.cpp", "png\\.h"},
       {"audio/model/surface_texture.cpp", "unsupported/Eigen/FFT"},
       {"audio/synthesis/simd_kernels.cpp", "hwy/[a-z_]+\\.h"},

@@ -767,6 +767,18 @@ CAROM_API carom_status carom_stop(carom_sound* sound) CAROM_NOEXCEPT;
 CAROM_API carom_status carom_record(carom_sound* sound, const char* path) CAROM_NOEXCEPT;
 /// Renders what is still to sound, and completes the file. Without a recording it does nothing.
 CAROM_API carom_status carom_finish_recording(carom_sound* sound) CAROM_NOEXCEPT;
+/// Writes all that happens from now on, instead of its sound, into a file, which appears under its
+/// name when it is finished: `carom replay` makes the sound of it, from any seat. See
+/// SoundOutput::recordRun of carom/sound_output.h for what is in it. path: UTF-8.
+CAROM_API carom_status carom_record_run(carom_sound* sound, const char* path) CAROM_NOEXCEPT;
+/// Completes the file of the run; refuses one without a step. Without a run it does nothing.
+CAROM_API carom_status carom_finish_run(carom_sound* sound) CAROM_NOEXCEPT;
+/// Keeps the last `seconds` (0 to 86400) of the run in memory, from now on, for carom_save_run; 0
+/// ends it.
+CAROM_API carom_status carom_keep_run(carom_sound* sound, double seconds) CAROM_NOEXCEPT;
+/// Writes the run that is kept in memory, at most a second more of it than was asked for. It goes
+/// on being kept. path: UTF-8.
+CAROM_API carom_status carom_save_run(carom_sound* sound, const char* path) CAROM_NOEXCEPT;
 /// Sets a factor on the output, 0 to 1000, changed within 20 ms; not on recordings.
 CAROM_API carom_status carom_set_gain(carom_sound* sound, double gain) CAROM_NOEXCEPT;
 /// Mutes the output (1), or unmutes it (0); not on recordings.

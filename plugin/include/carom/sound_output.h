@@ -39,9 +39,9 @@ struct SoundSession;
 class SoundOutput {
  public:
   /// Ends the sound: detaches it from its world if it has one, closes the device, finishes the
-  /// recording and the run. Afterwards all other functions do nothing, and those that can refuse do.
-  /// Returns the errors of finishRecording and finishRun, which are only told where the destructor
-  /// closes.
+  /// recording and the run. Afterwards all other functions do nothing, and those that can refuse
+  /// do. Returns the errors of finishRecording and finishRun, which are only told where the
+  /// destructor closes.
   ///
   /// A sound may be closed, or destroyed, in any callback of its world and in its own
   /// (Sound::onCollision). A recording that nobody has closed when the process exits, on the thread

@@ -271,12 +271,27 @@ class Sound:
         """Records to a WAV file from now on; it is complete after `stop()`."""
         self._do(f"record {os.path.abspath(os.fspath(file))}")
 
+    def record_run(self, file: "str | os.PathLike") -> None:
+        """Writes what happens from now on, for `carom replay`; complete after `stop()`."""
+        self._do(f"record-run {os.path.abspath(os.fspath(file))}")
+
+    def keep_run(self, seconds: float) -> None:
+        """Keeps the last seconds of what happens in memory, for `save_run`; 0 ends it.
+
+        It begins anew where the listeners, the room, level or latency are set.
+        """
+        self._do(f"keep-run {_number(seconds)}")
+
+    def save_run(self, file: "str | os.PathLike") -> None:
+        """Writes what is kept, for `carom replay`."""
+        self._do(f"save-run {os.path.abspath(os.fspath(file))}")
+
     def play(self) -> None:
         """Plays on the default audio device, for simulations that step in real time."""
         self._do("play")
 
     def stop(self) -> None:
-        """Ends playing, and finishes the recording."""
+        """Ends playing, and finishes the recordings."""
         self._do("stop")
 
     def gain(self, factor: float) -> None:

@@ -92,6 +92,38 @@ class WithABall(unittest.TestCase):
         return os.path.join(self.folder.name, name)
 
 
+class Runs(WithABall):
+    def test_sound_as_their_recordings(self):
+        with self.carom.attach(self.client) as sound:
+            sound.level(1.0)
+            sound.keep_run(1.0)
+            sound.record(self.file("ball.wav"))
+            sound.record_run(self.file("ball.carom"))
+            for _ in range(480):
+                self.client.stepSimulation()
+            sound.save_run(self.file("kept.carom"))
+            sound.stop()
+        for name in ("ball", "kept"):
+            subprocess.run([os.environ["CAROM"], "replay", self.file(f"{name}.carom"), "-o",
+                            self.file(f"{name}_again.wav"), "--full-scale", "1"], check=True,
+                           stdout=subprocess.DEVNULL)
+        recorded, channels = read_wav(self.file("ball.wav"))
+        again, replayed = read_wav(self.file("ball_again.wav"))
+        self.assertEqual(channels, replayed)
+        peak = max(map(abs, recorded))
+        self.assertGreater(peak, 0.01)
+        self.assertLess(max(abs(a - b) for a, b in zip(recorded, again)), 1e-6 * peak)
+        kept, _ = read_wav(self.file("kept_again.wav"))
+        self.assertGreater(max(map(abs, kept)), 0.0)
+
+    def test_refuse_what_cannot_be(self):
+        with self.carom.attach(self.client) as sound:
+            for wrong in (lambda: sound.save_run(self.file("kept.carom")),
+                          lambda: sound.keep_run(-1),
+                          lambda: sound.record_run("/no/such/folder/a.carom")):
+                self.assertRaises(self.carom.CaromError, wrong)
+
+
 class Samples(WithABall):
     def test_are_as_many_as_time_says_and_those_of_a_recording(self):
         # 10,000 steps of 1/240 s, of which a ball bounces for the first seconds.

@@ -103,6 +103,7 @@ TEST(PybulletCommand, ClockAndLevelTakeNumbers) {
   EXPECT_EQ(parsed<command::SetLevel>("level 20").fullScale, 20.0);
   EXPECT_FALSE(parsed<command::SetLevel>("level automatic").fullScale);
   EXPECT_EQ(parsed<command::SetLatency>("latency 0.1").seconds, 0.1);
+  EXPECT_EQ(parsed<command::KeepRun>("keep-run 30").seconds, 30.0);
   EXPECT_EQ(parsed<command::Reset>("reset").time, 0.0);
   EXPECT_EQ(parsed<command::Reset>("reset 2.5").time, 2.5);
 }
@@ -110,6 +111,8 @@ TEST(PybulletCommand, ClockAndLevelTakeNumbers) {
 TEST(PybulletCommand, FileNameMayHoldBlanks) {
   EXPECT_EQ(parsed<command::Record>("record a take/of the ball.wav\n").file,
             "a take/of the ball.wav");
+  EXPECT_EQ(parsed<command::RecordRun>("record-run a take.carom\n").file, "a take.carom");
+  EXPECT_EQ(parsed<command::SaveRun>("save-run a take.carom").file, "a take.carom");
 }
 
 TEST(PybulletCommand, PlainOnesTakeNothing) {
@@ -143,7 +146,10 @@ TEST(PybulletCommand, RefusalSaysWhatIsWrongAndWhatIsTaken) {
   EXPECT_THAT(refusal("material ball steel"), HasSubstr("body 'ball'"));
   EXPECT_THAT(refusal("material 3 -2 steel"), HasSubstr("link '-2'"));
   EXPECT_THAT(refusal("material 3 unobtainium"), HasSubstr("expected one of"));
-  EXPECT_THAT(refusal("record"), HasSubstr("name of a file"));
+  for (const char* name : {"record", "record-run", "save-run"})
+    EXPECT_THAT(refusal(name), HasSubstr("name of a file"));
+  for (const char* text : {"keep-run", "keep-run -1", "keep-run 1e9", "keep-run long"})
+    EXPECT_THAT(refusal(text), HasSubstr("0 to 86400"));
   EXPECT_THAT(refusal("gain loud"), HasSubstr("0 to 1000"));
   EXPECT_THAT(refusal("gain -1"), HasSubstr("0 to 1000"));
   EXPECT_THAT(refusal("mute maybe"), HasSubstr("on or off"));
