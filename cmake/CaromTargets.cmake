@@ -59,13 +59,19 @@ function(carom_public_headers name)
     BASE_DIRS ${CMAKE_CURRENT_SOURCE_DIR}/include FILES ${headers})
 endfunction()
 
+# A WebAssembly module is at one place for ever.
+set(carom_position_independent ON)
+if(CMAKE_SYSTEM_PROCESSOR STREQUAL "wasm32")
+  set(carom_position_independent OFF)
+endif()
+
 # -ffp-contract=off everywhere: the same source gives the same bits at every optimisation level,
 # and where a fused multiply-add is wanted it is written as one.
 function(carom_host_options target)
   target_compile_features(${target} PUBLIC cxx_std_20)
   set_target_properties(${target} PROPERTIES
     CXX_EXTENSIONS OFF CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
-    POSITION_INDEPENDENT_CODE ON)
+    POSITION_INDEPENDENT_CODE ${carom_position_independent})
   target_compile_options(${target} PRIVATE
     -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor
     -Wold-style-cast -Woverloaded-virtual -ffp-contract=off -fno-math-errno

@@ -356,7 +356,7 @@ double CoupledContact::idleSteps() {
 /// Moves bodies that are apart on by as many steps as the longest leap has that is not longer than
 /// `steps`, of at least 2. Returns how many.
 std::size_t CoupledContact::leapBy(std::size_t steps) {
-  const auto length = std::min<std::size_t>(std::bit_width(steps) - 1, kMostLeaps - 1);
+  const auto length = std::min(static_cast<std::size_t>(std::bit_width(steps)) - 1, kMostLeaps - 1);
   if (leaps_.empty()) leaps_.push_back({turnRe_, turnIm_});
   while (leaps_.size() <= length) {
     const auto& [re, im] = leaps_.back();

@@ -65,7 +65,7 @@ class PartialFile {
  private:
   std::filesystem::path finalPath_;
   std::filesystem::path path_;
-  int lock_ = -1;  // descriptor that holds the lock, or -1
+  [[maybe_unused]] int lock_ = -1;  // descriptor that holds the lock, or -1
 };
 
 /// Refuses a name that no file can be given, as far as can be told without trying; the message is

@@ -747,7 +747,7 @@ std::span<const std::size_t> Pulse::ruleCounts() {
 }
 
 std::span<const PulseNode> Pulse::rule(std::size_t count) const {
-  const auto* const found = std::ranges::find(kRuleCounts, count);
+  const auto found = std::ranges::find(kRuleCounts, count);
   assert(found != kRuleCounts.end());
   if (found == kRuleCounts.end()) return {};
   const auto rung = static_cast<std::size_t>(found - kRuleCounts.begin());

@@ -61,7 +61,7 @@ class PointGrid {
     std::uint32_t found = kNone;
     for (unsigned corner = 0; corner < 8; ++corner) {
       Vec3 cell = low;
-      for (unsigned axis = 0; axis < 3; ++axis)
+      for (int axis = 0; axis < 3; ++axis)
         if ((corner >> axis & 1U) != 0) cell[axis] = high[axis];
       found = later(found, lastNear(point, listOf(cell)));
       if (low == high) break;

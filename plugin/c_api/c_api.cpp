@@ -14,7 +14,9 @@
 #include <variant>
 #include <vector>
 
+#if CAROM_BULLET
 #include <LinearMath/btScalar.h>
+#endif
 
 #include "carom/carom.h"
 #include "carom/event_sound.h"
@@ -180,7 +182,11 @@ int32_t carom_version(void) noexcept {
 }
 
 size_t carom_bullet_scalar_size(void) noexcept {
+#if CAROM_BULLET
   return sizeof(btScalar);
+#else
+  return 0;
+#endif
 }
 
 const char* carom_status_text(carom_status status) noexcept {

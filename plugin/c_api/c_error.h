@@ -23,9 +23,11 @@ inline carom_status outcome(const Status& status,
   return status ? CAROM_OK : failed(refused, status.error().message);
 }
 
-/// Runs `action`, which returns a carom_status; its exceptions become one, too.
+/// Runs `action`, which returns a carom_status; its exceptions become one, too. In a build without
+/// exceptions a lack of memory ends the program.
 template <class Action>
 carom_status guarded(Action&& action) noexcept {
+#if __cpp_exceptions
   try {
     return action();
   } catch (const std::bad_alloc&) {
@@ -35,6 +37,9 @@ carom_status guarded(Action&& action) noexcept {
   } catch (...) {
     return failed(CAROM_ERROR_INTERNAL, "an exception of unknown kind");
   }
+#else
+  return action();
+#endif
 }
 
 }  // namespace carom::plugin

@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#if __has_include(<pthread.h>)
+#if CAROM_THREADS && __has_include(<pthread.h>)
 #include <pthread.h>
 #endif
 
@@ -186,7 +186,7 @@ class OpenRecordings {
   /// A fork has the recordings of its parent, which goes on with them: it must neither write into
   /// their files nor give them names, whether it steps the world, or ends by exit.
   static void leaveForksAlone() {
-#if __has_include(<pthread.h>)
+#if CAROM_THREADS && __has_include(<pthread.h>)
     pthread_atfork([] { instance().mutex_.lock(); }, [] { instance().mutex_.unlock(); },
                    [] {
                      instance().abandon();
