@@ -26,9 +26,9 @@ using std::numbers::pi;
 constexpr std::array<Ear, 2> kEars = {Ear::left, Ear::right};
 constexpr double kMinSampleRate = 8000.0;    // Hz
 constexpr double kMaxSampleRate = 384000.0;  // Hz
-constexpr std::size_t kMaxSamples = 16384;
-constexpr std::size_t kMaxDirections = 20000;
-constexpr double kMostSamples = 1U << 25U;  // of all responses together
+constexpr std::size_t kMaxSamples = HrtfMeasurements::kMostSamples;
+constexpr std::size_t kMaxDirections = HrtfMeasurements::kMostDirections;
+constexpr double kMostSamples = HrtfMeasurements::kMostTogether;
 constexpr double kSameDirection = 1e-3;     // rad
 constexpr double kOnsetLevel = 0.1;         // share of the peak
 constexpr std::size_t kLead = 16;           // samples before the onset: half of the blending kernel

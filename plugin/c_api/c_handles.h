@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "carom/audio/listener.h"
 #include "carom/audio/modal_model.h"
 #include "carom/audio/surface_texture.h"
 #include "carom/audio/texture_coordinates.h"
@@ -12,6 +13,10 @@
 
 struct carom_modes {
   std::shared_ptr<const carom::ModalModel> model;
+};
+
+struct carom_head {
+  std::shared_ptr<const carom::HrtfSet> set;
 };
 
 struct carom_texture {

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "audio/propagation/hrtf.h"
 #include "carom/audio/modal_model_file.h"
 #include "carom/audio/normal_map.h"
 #include "carom/carom.h"
@@ -86,6 +87,51 @@ Result<SurfaceTexture> textureOfSlopes(SurfaceTexture::Size size, const double* 
   for (std::size_t index = 0; index < size.width * size.height; ++index)
     read.emplace_back(slopes[2 * index], slopes[2 * index + 1]);
   return SurfaceTexture::ofSlopes(size, {texel[0], texel[1]}, std::move(read));
+}
+
+/// Makes the handle of a model that `read` reads; `refused` is the status of its errors.
+template <class Read>
+carom_status makeModes(carom_modes** modes, carom_status refused, Read&& read) noexcept {
+  return guarded([&] {
+    Result<carom::ModalModel> model = read();
+    if (!model) return outcome(model.error(), refused);
+    auto handle = std::make_unique<carom_modes>();
+    handle->model = std::make_shared<const carom::ModalModel>(*std::move(model));
+    return handOver(std::move(handle), modes);
+  });
+}
+
+/// Returns the measurements of a struct whose arrays and counts are in order.
+carom::HrtfMeasurements measurementsFrom(const carom_head_responses& input) {
+  carom::HrtfMeasurements measurements;
+  measurements.sampleRate = input.sample_rate;
+  for (std::size_t index = 0; index < input.direction_count; ++index) {
+    const double* const direction = input.directions + 3 * index;
+    const float* const left = input.samples + 2 * index * input.length;
+    carom::HrtfMeasurement& item = measurements.items.emplace_back();
+    item.direction = {direction[0], direction[1], direction[2]};
+    item.response[0].assign(left, left + input.length);
+    item.response[1].assign(left + input.length, left + 2 * input.length);
+    if (input.delays != nullptr) item.delay = {input.delays[2 * index], input.delays[2 * index + 1]};
+  }
+  return measurements;
+}
+
+Result<carom::HrtfSet> headFrom(const carom_head_responses* input, double sampleRate) {
+  const auto read = readStruct(input, zeroed<carom_head_responses>(), "carom_head_responses");
+  if (!read) return read.error();
+  if (read->directions == nullptr || read->samples == nullptr)
+    return Error{"the directions or the samples of carom_head_responses are NULL"};
+  // Arrays of a size that is refused are not read: there may be less.
+  using Limits = carom::HrtfMeasurements;
+  if (read->direction_count > Limits::kMostDirections || read->length > Limits::kMostSamples ||
+      2 * read->direction_count * read->length > Limits::kMostTogether)
+    return Error{"carom_head_responses has " + std::to_string(read->direction_count) +
+                 " directions of " + std::to_string(read->length) + " samples; expected up to " +
+                 std::to_string(Limits::kMostDirections) + " of up to " +
+                 std::to_string(Limits::kMostSamples) + ", and up to " +
+                 std::to_string(Limits::kMostTogether) + " samples together"};
+  return carom::HrtfSet::create(measurementsFrom(*read), sampleRate);
 }
 
 Result<carom::TextureCoordinates> coordinatesOf(const carom_mesh* input, const double* corners) {
@@ -215,12 +261,18 @@ carom_status carom_load_modes(const char* path, carom_modes** modes) noexcept {
   if (modes == nullptr) return failed(CAROM_ERROR_ARGUMENT, "the carom_modes** is NULL");
   *modes = nullptr;
   if (path == nullptr) return failed(CAROM_ERROR_ARGUMENT, "the path of the modes is NULL");
-  return guarded([&] {
-    Result<carom::ModalModel> model = carom::readModalModel(filePath(path));
-    if (!model) return outcome(model.error(), CAROM_ERROR_FILE);
-    auto handle = std::make_unique<carom_modes>();
-    handle->model = std::make_shared<const carom::ModalModel>(*std::move(model));
-    return handOver(std::move(handle), modes);
+  return makeModes(modes, CAROM_ERROR_FILE,
+                   [&] { return carom::readModalModel(filePath(path)); });
+}
+
+carom_status carom_read_modes(const void* bytes, size_t byte_count, const char* name,
+                              carom_modes** modes) noexcept {
+  if (modes == nullptr) return failed(CAROM_ERROR_ARGUMENT, "the carom_modes** is NULL");
+  *modes = nullptr;
+  if (bytes == nullptr) return failed(CAROM_ERROR_ARGUMENT, "the bytes of the modes are NULL");
+  return makeModes(modes, CAROM_ERROR_ARGUMENT, [&] {
+    const std::span<const std::byte> model(static_cast<const std::byte*>(bytes), byte_count);
+    return carom::decodedModalModel(model, name == nullptr ? "modal model" : name);
   });
 }
 
@@ -243,6 +295,23 @@ carom_status carom_mode_at(const carom_modes* modes, size_t index, double* frequ
     if (decay_rate != nullptr) *decay_rate = mode.decayRate;
     return static_cast<carom_status>(CAROM_OK);
   });
+}
+
+carom_status carom_make_head(const carom_head_responses* responses, double sample_rate,
+                             carom_head** head) noexcept {
+  if (head == nullptr) return failed(CAROM_ERROR_ARGUMENT, "the carom_head** is NULL");
+  *head = nullptr;
+  return guarded([&] {
+    Result<carom::HrtfSet> made = headFrom(responses, sample_rate);
+    if (!made) return outcome(made.error());
+    auto handle = std::make_unique<carom_head>();
+    handle->set = std::make_shared<const carom::HrtfSet>(*std::move(made));
+    return handOver(std::move(handle), head);
+  });
+}
+
+void carom_free_head(carom_head* head) noexcept {
+  const std::unique_ptr<carom_head> owner(head);
 }
 
 carom_status carom_make_rough_texture(const carom_roughness* roughness, uint64_t seed,

@@ -9,6 +9,7 @@
 
 #include "carom/audio/limiter.h"
 #include "carom/audio/listener.h"
+#include "plugin/c_api/c_handles.h"
 
 namespace carom::plugin {
 namespace {
@@ -43,14 +44,28 @@ class ListenerReader {
     if (!known) return known.error();
     if (const Status checked = checkListener(*known); !checked) return checked.error();
     Listener listener = listenerFrom(*known);
-    if (known->sofa_file == nullptr) return listener;
-    if (listener.format != ListenerFormat::binaural)
-      return Error{"carom_listener.sofa_file is for CAROM_LISTENER_BINAURAL only"};
-    if (const Status loaded = loadHead(known->sofa_file, listener); !loaded) return loaded.error();
+    if (const Status head = readHead(*known, listener); !head) return head.error();
     return listener;
   }
 
  private:
+  Status readHead(const carom_listener& input, Listener& listener) {
+    const auto refused = [](const std::string& field) {
+      return Error{"carom_listener." + field + " is for CAROM_LISTENER_BINAURAL only"};
+    };
+    const bool isBinaural = listener.format == ListenerFormat::binaural;
+    if (input.head != nullptr) {
+      if (!isBinaural) return refused("head");
+      if (input.sofa_file != nullptr)
+        return Error{"carom_listener has both head and sofa_file; expected one of them"};
+      listener.hrtf = input.head->set;
+      return std::monostate{};
+    }
+    if (input.sofa_file == nullptr) return std::monostate{};
+    if (!isBinaural) return refused("sofa_file");
+    return loadHead(input.sofa_file, listener);
+  }
+
   Status loadHead(const std::string& file, Listener& listener) {
     if (!heads_.contains(file)) {
       const auto* const utf8 = reinterpret_cast<const char8_t*>(file.c_str());

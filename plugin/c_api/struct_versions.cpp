@@ -18,6 +18,8 @@ constexpr bool endsWith(Field Struct::*, std::size_t offset) {
   static_assert(endsWith(&Struct::field, offsetof(Struct, field)))
 CAROM_ENDS_WITH(carom_listener, reserved);
 CAROM_ENDS_WITH(carom_listener, sofa_file);
+CAROM_ENDS_WITH(carom_listener, head);
+CAROM_ENDS_WITH(carom_head_responses, length);
 CAROM_ENDS_WITH(carom_reflector, surface);
 CAROM_ENDS_WITH(carom_room, reserved);
 CAROM_ENDS_WITH(carom_reverb, silence);

@@ -27,6 +27,7 @@ template <class Struct>
 inline constexpr std::array kSizes = {sizeof(Struct)};
 template <>
 inline constexpr std::array kSizes<carom_listener> = {offsetof(carom_listener, sofa_file),
+                                                      offsetof(carom_listener, head),
                                                       sizeof(carom_listener)};
 template <>
 inline constexpr std::array kSizes<carom_settings> = {

@@ -244,7 +244,7 @@ std::vector<CoveredType> coveredTypes() {
         {"spacing", "carom_listener.spacing"},
         {"halfAngle", "carom_listener.half_angle"},
         {"pattern", "carom_listener.pattern"},
-        {"hrtf", "carom_listener.sofa_file"}}},
+        {"hrtf", "carom_listener.head"}}},
       {audio + "room.h",
        "Room",
        {{"reflectors", "carom_room.reflectors"}, {"order", "carom_room.order"}}},

@@ -739,6 +739,31 @@ static void modes_are_those_of_the_file(void) {
   carom_free_modes(NULL);
 }
 
+// Reads a whole file of at most `most` bytes; returns the number of bytes.
+static size_t read_file(const char* path, unsigned char* bytes, size_t most) {
+  FILE* const file = fopen(path, "rb");
+  const size_t count = file == NULL ? 0 : fread(bytes, 1, most, file);
+  if (file != NULL) fclose(file);
+  return count;
+}
+
+static void modes_are_read_from_memory(void) {
+  static unsigned char bytes[1U << 16U];
+  carom_modes* modes = load(440.5, 3.25);
+  const size_t count = read_file(modes_path, bytes, sizeof bytes);
+  double frequency = 0.0;
+  carom_free_modes(modes);
+  EXPECT(count > 0 && count < sizeof bytes);
+  EXPECT_OK(carom_read_modes(bytes, count, NULL, &modes));
+  EXPECT_OK(carom_mode_at(modes, 0, &frequency, NULL));
+  EXPECT(frequency == 440.5);
+  carom_free_modes(modes);
+  EXPECT_REFUSED(carom_read_modes(bytes, count - 1, "a bell", &modes), "a bell");
+  EXPECT(modes == NULL);
+  EXPECT_REFUSED(carom_read_modes(NULL, count, NULL, &modes), "NULL");
+  EXPECT_REFUSED(carom_read_modes(bytes, count, NULL, NULL), "NULL");
+}
+
 static void modes_that_cannot_be_read_are_refused(void) {
   carom_modes* modes = load(440.0, 1.0);
   FILE* file = NULL;
@@ -1283,6 +1308,88 @@ static void head_that_cannot_be_read_is_refused(void) {
   EXPECT_REFUSED(create_with(&settings), "carom_listener.sofa_file");
 }
 
+// The eight corners of a cube are directions that surround a listener. In this head, the ear that is
+// turned towards a source hears it twice as loud.
+enum { CORNERS = 8, HEAD_SAMPLES = 4 };
+static carom_head_responses cube_head(double* directions, float* samples) {
+  carom_head_responses responses = {sizeof responses, 48000.0, NULL, NULL, NULL, CORNERS,
+                                    HEAD_SAMPLES};
+  size_t corner = 0;
+  memset(samples, 0, 2 * CORNERS * HEAD_SAMPLES * sizeof *samples);
+  for (corner = 0; corner < CORNERS; ++corner) {
+    const int is_right = (corner & 1U) != 0;
+    directions[3 * corner] = is_right ? 1.0 : -1.0;
+    directions[3 * corner + 1] = (corner & 2U) != 0 ? 1.0 : -1.0;
+    directions[3 * corner + 2] = (corner & 4U) != 0 ? 1.0 : -1.0;
+    samples[2 * corner * HEAD_SAMPLES + 1] = is_right ? 0.5F : 1.0F;
+    samples[(2 * corner + 1) * HEAD_SAMPLES + 1] = is_right ? 1.0F : 0.5F;
+  }
+  responses.directions = directions;
+  responses.samples = samples;
+  return responses;
+}
+
+static void head_of_responses_turns_the_nearer_ear_louder(void) {
+  static float block[2 * FRAMES];
+  double directions[3 * CORNERS];
+  float samples[2 * CORNERS * HEAD_SAMPLES];
+  const carom_head_responses responses = cube_head(directions, samples);
+  carom_head* head = NULL;
+  carom_listener ears;
+  carom_settings settings = defaults();
+  carom_sound* sound = NULL;
+  carom_event event = strike();
+  float left = 0.0F;
+  float right = 0.0F;
+  size_t frame = 0;
+  EXPECT_OK(carom_make_head(&responses, 48000.0, &head));
+  EXPECT_OK(carom_listener_init(&ears, sizeof ears));
+  ears.head = head;
+  settings.listeners = &ears;
+  settings.listener_count = 1;
+  EXPECT_REFUSED(create_with(&settings), "CAROM_LISTENER_BINAURAL");
+  ears.format = CAROM_LISTENER_BINAURAL;
+  ears.sofa_file = "head.sofa";
+  EXPECT_REFUSED(create_with(&settings), "both head and sofa_file");
+  ears.sofa_file = NULL;
+  settings.sample_rate = 48000.0;
+  settings.clock = CAROM_CLOCK_SIMULATION;
+  EXPECT_OK(carom_create(&settings, &sound));
+  carom_free_head(head);
+  carom_free_head(NULL);
+  set_strike_bodies(sound);
+  event.position[0] = event.body_position[0] = 1.0;
+  event.position[1] = event.body_position[1] = -1.0;
+  EXPECT_OK(carom_prepare_rendering(sound, 48000.0));
+  EXPECT_OK(carom_post(sound, &event));
+  EXPECT_OK(carom_advance(sound, 0.2));
+  EXPECT_OK(carom_render_interleaved(sound, block, 2, FRAMES));
+  for (frame = 0; frame < FRAMES; ++frame) {
+    left = fmaxf(left, fabsf(block[2 * frame]));
+    right = fmaxf(right, fabsf(block[2 * frame + 1]));
+  }
+  EXPECT(left > 0.0F && right > 1.5F * left && right < 2.5F * left);
+  EXPECT_OK(carom_destroy(sound));
+}
+
+static void head_of_responses_that_are_wrong_is_refused(void) {
+  double directions[3 * CORNERS];
+  float samples[2 * CORNERS * HEAD_SAMPLES];
+  carom_head_responses responses = cube_head(directions, samples);
+  carom_head* head = NULL;
+  EXPECT_REFUSED(carom_make_head(NULL, 48000.0, &head), "carom_head_responses is NULL");
+  EXPECT_REFUSED(carom_make_head(&responses, 48000.0, NULL), "NULL");
+  EXPECT_REFUSED(carom_make_head(&responses, 0.0, &head), "sample rate is 0");
+  EXPECT(head == NULL);
+  responses.direction_count = (size_t)-1;
+  EXPECT_REFUSED(carom_make_head(&responses, 48000.0, &head), "directions of 4 samples");
+  responses.direction_count = 3;
+  EXPECT_REFUSED(carom_make_head(&responses, 48000.0, &head), "3 directions");
+  responses.direction_count = CORNERS;
+  responses.samples = NULL;
+  EXPECT_REFUSED(carom_make_head(&responses, 48000.0, &head), "NULL");
+}
+
 // A body of some modes that slides over a floor of these bumps, at 0.5 m/s under 1 N for 0.4 s;
 // returns the statistics.
 static carom_statistics slide_over(const carom_body* floor_body, size_t contacts) {
@@ -1683,6 +1790,7 @@ int main(void) {
     CLAIM(ball_of_a_bullet_world_is_heard_when_it_lands),
     CLAIM(materials_are_assigned_to_bodies_shapes_and_user_indices),
     CLAIM(modes_are_those_of_the_file),
+    CLAIM(modes_are_read_from_memory),
     CLAIM(modes_that_cannot_be_read_are_refused),
     CLAIM(struck_body_rings_at_its_frequency_and_falls_at_its_rate),
     CLAIM(body_rings_as_it_was_set_last),
@@ -1699,6 +1807,8 @@ int main(void) {
     CLAIM(surfaces_are_found_by_index_name_and_material),
     CLAIM(reverberation_of_a_box_is_eyrings),
     CLAIM(head_that_cannot_be_read_is_refused),
+    CLAIM(head_of_responses_turns_the_nearer_ear_louder),
+    CLAIM(head_of_responses_that_are_wrong_is_refused),
     CLAIM(body_that_slides_over_bumps_is_heard),
     CLAIM(roughness_is_that_of_the_material),
     CLAIM(textures_out_of_range_are_refused),

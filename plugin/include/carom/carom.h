@@ -70,6 +70,9 @@ typedef struct btCollisionShape btCollisionShape;
 typedef struct btDynamicsWorld btDynamicsWorld;
 #endif
 
+/// The measured responses of a head, which a binaural listener hears by.
+typedef struct carom_head carom_head;
+
 /// Sound over a Bullet world or over posted events.
 typedef struct carom_sound carom_sound;
 
@@ -195,7 +198,22 @@ typedef struct carom_listener {
   /// Path, UTF-8, of a SOFA file with the responses of the head of CAROM_LISTENER_BINAURAL; NULL:
   /// the default head. Read at creation for carom_settings.sample_rate, and for no other rate.
   const char* sofa_file;
+  const carom_head* head;  ///< the head of CAROM_LISTENER_BINAURAL, in place of `sofa_file`; NULL
 } carom_listener;
+
+/// The impulse responses that were measured at the ears of a head, all around it.
+typedef struct carom_head_responses {
+  size_t size;         ///< bytes, of this struct
+  double sample_rate;  ///< Hz, 8000 to 384000, of the responses
+  /// Three numbers for each direction: to the source, in the listener's frame, of any length.
+  const double* directions;
+  /// Samples of each direction before its responses begin, left and right; NULL: none.
+  const double* delays;
+  /// The responses of each direction, the whole left one before the right one, in any unit.
+  const float* samples;
+  size_t direction_count;
+  size_t length;  ///< samples of each response
+} carom_head_responses;
 
 /// An infinite plane wall. The air is where the normal points.
 typedef struct carom_reflector {
@@ -544,7 +562,8 @@ typedef void (*carom_collision_function)(void* user, const carom_collision* coll
 
 /// CAROM_VERSION of the library that runs. [any thread]
 CAROM_API int32_t carom_version(void) CAROM_NOEXCEPT;
-/// sizeof(btScalar) of the Bullet that the library was built with: 4 or 8. [any thread]
+/// sizeof(btScalar) of the Bullet that the library was built with: 4 or 8; 0 for a library without
+/// Bullet, which refuses all that is for Bullet worlds. [any thread]
 CAROM_API size_t carom_bullet_scalar_size(void) CAROM_NOEXCEPT;
 /// A status in a few words; never NULL. [any thread]
 CAROM_API const char* carom_status_text(carom_status status) CAROM_NOEXCEPT;
@@ -600,6 +619,9 @@ CAROM_API carom_status carom_reverb_of_box(const carom_room* room, double speed_
 /// `*modes` becomes NULL on an error: CAROM_ERROR_FILE if there is no such file, or no model in it.
 /// path: UTF-8. Blocks on the disk. [any thread]
 CAROM_API carom_status carom_load_modes(const char* path, carom_modes** modes) CAROM_NOEXCEPT;
+/// Reads a model from the bytes of such a file. name: for messages; may be NULL. [any thread]
+CAROM_API carom_status carom_read_modes(const void* bytes, size_t byte_count, const char* name,
+                                        carom_modes** modes) CAROM_NOEXCEPT;
 /// Frees the handle; bodies that were given the modes keep them and ring on. NULL is fine.
 /// [any thread]
 CAROM_API void carom_free_modes(carom_modes* modes) CAROM_NOEXCEPT;
@@ -610,6 +632,16 @@ CAROM_API size_t carom_mode_count(const carom_modes* modes) CAROM_NOEXCEPT;
 /// NULL. [any thread]
 CAROM_API carom_status carom_mode_at(const carom_modes* modes, size_t index, double* frequency,
                                      double* decay_rate) CAROM_NOEXCEPT;
+
+// Heads of binaural listeners.
+
+/// Makes a head of measured responses, for sounds of that sample rate (Hz) and of no other.
+/// `*head` becomes NULL on an error: too few directions, responses that are silent or not finite.
+/// [any thread]
+CAROM_API carom_status carom_make_head(const carom_head_responses* responses, double sample_rate,
+                                       carom_head** head) CAROM_NOEXCEPT;
+/// Frees the handle; sounds that were created with the head keep it. NULL is fine. [any thread]
+CAROM_API void carom_free_head(carom_head* head) CAROM_NOEXCEPT;
 
 // Textures of bodies that slide and roll. A texture that cannot be made is NULL on return. [any
 // thread]
