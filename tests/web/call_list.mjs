@@ -21,7 +21,7 @@ export class CallList {
     for (const [field, value] of Object.entries(fields)) this.add('set', name, field, ...[value].flat());
   }
   numbers(name, kind, values) {
-    this.add('numbers', name, kind, ...values);
+    this.steps.push(['numbers', name, kind].concat(values));
   }
   call(name, ...values) {
     this.add('call', name, ...values);
