@@ -270,6 +270,9 @@ namespace carom::audio {
 HWY_EXPORT(resonatorKernels);
 
 std::vector<ResonatorKernels> simdResonators() {
+#if (HWY_TARGETS & (HWY_TARGETS - 1)) == 0  // one, so that Highway's library has nothing to choose
+  return {HWY_STATIC_DISPATCH(resonatorKernels)()};
+#else
   std::vector<ResonatorKernels> all;
   for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::GetChosenTarget().Update(target);
@@ -277,6 +280,7 @@ std::vector<ResonatorKernels> simdResonators() {
   }
   hwy::GetChosenTarget().DeInit();
   return all;
+#endif
 }
 
 }  // namespace carom::audio

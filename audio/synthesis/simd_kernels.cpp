@@ -263,6 +263,9 @@ namespace carom::audio {
 HWY_EXPORT(kernels);
 
 std::vector<ClickKernels> simdKernels() {
+#if (HWY_TARGETS & (HWY_TARGETS - 1)) == 0  // one, so that Highway's library has nothing to choose
+  return {HWY_STATIC_DISPATCH(kernels)()};
+#else
   std::vector<ClickKernels> all;
   for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::GetChosenTarget().Update(target);
@@ -270,6 +273,7 @@ std::vector<ClickKernels> simdKernels() {
   }
   hwy::GetChosenTarget().DeInit();
   return all;
+#endif
 }
 
 }  // namespace carom::audio
