@@ -1,4 +1,4 @@
-// What a page has to know of the C API's structs, told by the module itself.
+// The module tells a page where in memory the fields of the C API's structs lie.
 
 #include <string>
 

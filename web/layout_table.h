@@ -9,8 +9,9 @@
 
 namespace carom::web {
 
-// The places of the C API's fields in memory, by the compiler of whoever includes this: a machine of
-// 64 bits has others than WebAssembly. carom_h_tables.inc is made of carom.h (CHeaderTables.cmake).
+// The places of the C API's fields in memory, by the compiler of whoever includes this: a machine
+// of 64 bits has others than WebAssembly. carom_h_tables.inc is made of carom.h
+// (CHeaderTables.cmake).
 
 /// The place of a field, or of an array of `count` elements.
 struct PlacedField {

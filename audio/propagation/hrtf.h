@@ -28,7 +28,7 @@ struct HrtfMeasurement {
 /// A set of measurements as a file holds them.
 struct HrtfMeasurements {
   static constexpr std::size_t kMostDirections = 20000;
-  static constexpr std::size_t kMostSamples = 16384;         ///< of a response
+  static constexpr std::size_t kMostSamples = 16384;       ///< of a response
   static constexpr std::size_t kMostTogether = 1U << 25U;  ///< samples of all responses
 
   double sampleRate = 48000.0;  ///< Hz

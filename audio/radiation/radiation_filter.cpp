@@ -50,8 +50,8 @@ class Fit {
       }
     }
     matrix.bottomRows(taps).diagonal().setConstant(std::sqrt(kDamping * kFrequencies));
-    inverse_ = matrix.householderQr().solve(
-        Eigen::MatrixXd::Identity(matrix.rows(), 2 * kFrequencies));
+    inverse_ =
+        matrix.householderQr().solve(Eigen::MatrixXd::Identity(matrix.rows(), 2 * kFrequencies));
   }
 
   template <class Function>

@@ -112,7 +112,8 @@ carom::HrtfMeasurements measurementsFrom(const carom_head_responses& input) {
     item.direction = {direction[0], direction[1], direction[2]};
     item.response[0].assign(left, left + input.length);
     item.response[1].assign(left + input.length, left + 2 * input.length);
-    if (input.delays != nullptr) item.delay = {input.delays[2 * index], input.delays[2 * index + 1]};
+    if (input.delays != nullptr)
+      item.delay = {input.delays[2 * index], input.delays[2 * index + 1]};
   }
   return measurements;
 }
@@ -261,8 +262,7 @@ carom_status carom_load_modes(const char* path, carom_modes** modes) noexcept {
   if (modes == nullptr) return failed(CAROM_ERROR_ARGUMENT, "the carom_modes** is NULL");
   *modes = nullptr;
   if (path == nullptr) return failed(CAROM_ERROR_ARGUMENT, "the path of the modes is NULL");
-  return makeModes(modes, CAROM_ERROR_FILE,
-                   [&] { return carom::readModalModel(filePath(path)); });
+  return makeModes(modes, CAROM_ERROR_FILE, [&] { return carom::readModalModel(filePath(path)); });
 }
 
 carom_status carom_read_modes(const void* bytes, size_t byte_count, const char* name,

@@ -26,9 +26,8 @@ inline constexpr std::size_t kMostGrowth = 4096;
 template <class Struct>
 inline constexpr std::array kSizes = {sizeof(Struct)};
 template <>
-inline constexpr std::array kSizes<carom_listener> = {offsetof(carom_listener, sofa_file),
-                                                      offsetof(carom_listener, head),
-                                                      sizeof(carom_listener)};
+inline constexpr std::array kSizes<carom_listener> = {
+    offsetof(carom_listener, sofa_file), offsetof(carom_listener, head), sizeof(carom_listener)};
 template <>
 inline constexpr std::array kSizes<carom_settings> = {
     offsetof(carom_settings, ringing_bodies), offsetof(carom_settings, sliding_contacts),

@@ -1308,12 +1308,12 @@ static void head_that_cannot_be_read_is_refused(void) {
   EXPECT_REFUSED(create_with(&settings), "carom_listener.sofa_file");
 }
 
-// The eight corners of a cube are directions that surround a listener. In this head, the ear that is
-// turned towards a source hears it twice as loud.
+// The eight corners of a cube are directions that surround a listener. In this head, the ear that
+// is turned towards a source hears it twice as loud.
 enum { CORNERS = 8, HEAD_SAMPLES = 4 };
 static carom_head_responses cube_head(double* directions, float* samples) {
-  carom_head_responses responses = {sizeof responses, 48000.0, NULL, NULL, NULL, CORNERS,
-                                    HEAD_SAMPLES};
+  carom_head_responses responses = {sizeof responses, 48000.0,     NULL, NULL, NULL,
+                                    CORNERS,          HEAD_SAMPLES};
   size_t corner = 0;
   memset(samples, 0, 2 * CORNERS * HEAD_SAMPLES * sizeof *samples);
   for (corner = 0; corner < CORNERS; ++corner) {

@@ -13,7 +13,7 @@ import re
 import subprocess
 import sys
 
-LAYERS = ["audio", "native", "modal", "bullet_bridge", "plugin", "scenes", "lab", "command"]
+LAYERS = ["audio", "native", "modal", "bullet_bridge", "plugin", "web", "scenes", "lab", "command"]
 LONG = 40
 SUBJECTLESS = re.compile(r"^\s*//+<? *(Of|Likewise|As above|What|Whether)\b")
 

@@ -80,7 +80,7 @@ std::map<std::string, std::string> sources() {
   const fs::path root = CAROM_SOURCE_DIR;
   std::map<std::string, std::string> files;
   for (const char* layer :
-       {"audio", "native", "modal", "bullet_bridge", "plugin", "scenes", "lab", "command"}) {
+       {"audio", "native", "modal", "bullet_bridge", "plugin", "web", "scenes", "lab", "command"}) {
     for (const auto& entry : fs::recursive_directory_iterator(root / layer)) {
       const std::string extension = entry.path().extension().string();
       if (extension != ".h" && extension != ".cpp") continue;

@@ -43,8 +43,8 @@ TEST(TypeNames, AreDefinedOnceInTheWholeRepository) {
   const fs::path root = CAROM_SOURCE_DIR;
   TypeNames names;
   std::size_t files = 0;
-  for (const char* folder : {"audio", "native", "modal", "bullet_bridge", "plugin", "scenes", "lab",
-                             "command", "tests"}) {
+  for (const char* folder : {"audio", "native", "modal", "bullet_bridge", "plugin", "web", "scenes",
+                             "lab", "command", "tests"}) {
     for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
       const std::string extension = entry.path().extension().string();
       const std::string place = entry.path().lexically_relative(root).generic_string();

@@ -103,7 +103,7 @@ class ModulePlayer {
     const handle = this.valueOf(sound);
     const channels = this.carom.exports.carom_channel_count(handle);
     const size = 4 * channels * frames;
-    const address = this.carom.exports.malloc(size);
+    const address = this.carom.exports.malloc(size) >>> 0;
     const begin = performance.now();
     const status = this.carom.exports.carom_render_interleaved(handle, address, channels, frames);
     this.rendering += (performance.now() - begin) / 1e3;

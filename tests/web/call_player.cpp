@@ -129,8 +129,7 @@ class CallPlayer {
     const std::string name = element.substr(0, element.find(':'));
     const std::string& type = typeOf_.at(name);
     const PlacedField& field = fieldNamed(type, values.at(0));
-    const std::size_t index =
-        name == element ? 0 : std::stoul(element.substr(name.size() + 1));
+    const std::size_t index = name == element ? 0 : std::stoul(element.substr(name.size() + 1));
     std::vector<std::byte> bytes;
     for (std::size_t at = 1; at < values.size(); ++at) {
       const std::string& value = values[at];

@@ -3,7 +3,7 @@ import {readFileSync} from 'node:fs';
 
 const kBadDescriptor = 8;  // errno of WASI
 
-/// What the module asks of its host. `tell` gets each line that it writes on standard error.
+/// The functions that the module imports. `tell` gets each line that it writes on standard error.
 export function wasiImports(memoryOf, tell) {
   const view = () => new DataView(memoryOf().buffer);
   let line = '';
@@ -68,7 +68,7 @@ export class CaromModule {
   }
   /// Allocates a copy of bytes; freed with `exports.free`.
   copy(bytes) {
-    const address = this.exports.malloc(Math.max(bytes.length, 1));
+    const address = this.exports.malloc(Math.max(bytes.length, 1)) >>> 0;
     this.bytes().set(bytes, address);
     return address;
   }
@@ -76,7 +76,7 @@ export class CaromModule {
     return this.copy(new TextEncoder().encode(text + '\0'));
   }
   lastMessage() {
-    return this.text(this.exports.carom_last_message());
+    return this.text(this.exports.carom_last_message() >>> 0);
   }
 
   /// Allocates structs with their defaults, or zeros where they have none.

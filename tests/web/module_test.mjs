@@ -88,7 +88,7 @@ function importsAndExports() {
     assert.equal(typeof exports[name], 'function', name);
 }
 
-/// What needs Bullet, files, a device or a library that is not in the module.
+/// Calls that need Bullet, files, a device or a library are refused: the module has none of them.
 function refusals() {
   const carom = new CaromModule(modulePath);
   const {exports, layout} = carom;
@@ -123,11 +123,25 @@ function refusals() {
   assert.equal(exports.carom_destroy(sound), 0);
 }
 
+/// An instance without memory ends in a trap, and can still tell why.
+function lackOfMemory() {
+  const carom = new CaromModule(modulePath);
+  for (let size = 2 ** 31; size >= 2 ** 16; size /= 2)
+    while (carom.exports.malloc(size) !== 0);
+  const handle = carom.copy(new Uint8Array(4));
+  const settings = carom.makeStructs('carom_settings');
+  assert.throws(() => {
+    for (;;) assert.equal(carom.exports.carom_create(settings, handle), 0);
+  }, WebAssembly.RuntimeError);
+  assert.equal(carom.lastMessage(), 'there is no memory left');
+}
+
 execFileSync(player, ['model', files.model]);
 execFileSync(player, ['head', files.head]);
 check('imports are those of docs/web.md, and all of carom.h is exported', importsAndExports);
 check('the layout of structs has no gaps', layoutHasNoGaps);
 check('what is not in the module is refused', refusals);
+check('a lack of memory ends the instance', lackOfMemory);
 check('two instances give equal bits', playsAlikeTwice);
 for (const [name, scene] of Object.entries(kScenes)) check(name, () => compare(name, scene));
 process.exit(failures === 0 ? 0 : 1);
