@@ -17,7 +17,7 @@ carom_libcxx_packages="clang-19 libc++-19-dev libc++abi-19-dev"
 
 # The WebAssembly module, and its tests, which are left out where these are missing (docs/web.md).
 carom_web_packages="clang-19 lld-19 libc++-19-dev-wasm32 libc++abi-19-dev-wasm32 libclang-rt-19-dev-wasm32 wasi-libc
-  libhwy-dev libeigen3-dev nodejs"
+  binaryen libhwy-dev libeigen3-dev nodejs"
 
 carom_require() {
   local package missing=""
