@@ -1,5 +1,6 @@
 #include "audio/run/run_writer.h"
 
+#include <fstream>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -53,7 +54,7 @@ Result<RunWriter> RunWriter::create(const std::filesystem::path& file, std::uint
   if (const Status valid = checkWritable(file); !valid)
     return Error{file.string() + ": " + valid.error().message};
   PartialFile partial(file);
-  std::ofstream stream(partial.path(), std::ios::binary | std::ios::trunc);
+  auto stream = std::make_shared<std::ofstream>(partial.path(), std::ios::binary | std::ios::trunc);
   RunWriter writer(std::move(partial), std::move(stream));
   std::vector<std::byte> beginning;
   FieldWriter fields(beginning);
@@ -69,9 +70,9 @@ Error RunWriter::cannotWrite() const {
 }
 
 Status RunWriter::writeBytes(std::span<const std::byte> bytes) {
-  stream_.write(reinterpret_cast<const char*>(bytes.data()),
-                static_cast<std::streamsize>(bytes.size()));
-  if (!stream_) return cannotWrite();
+  stream_->write(reinterpret_cast<const char*>(bytes.data()),
+                 static_cast<std::streamsize>(bytes.size()));
+  if (!*stream_) return cannotWrite();
   return std::monostate{};
 }
 
@@ -110,8 +111,8 @@ Result<std::uintmax_t> RunWriter::finish() {
   if (Status flushed = flush(); !flushed) return flushed.error();
   const std::string end = "{\"portions\":" + std::to_string(written_) + "}";
   if (Status put = this->put('e', std::as_bytes(std::span(end))); !put) return put.error();
-  stream_.close();
-  if (!stream_) return cannotWrite();
+  stream_->close();
+  if (!*stream_) return cannotWrite();
   if (const std::error_code failed = file_.giveName(); failed)
     return Error{file().string() + ": cannot be given its name: " + failed.message()};
   std::error_code ignored;

@@ -3,7 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
+#include <iosfwd>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -65,14 +66,16 @@ class RunWriter {
   const std::filesystem::path& file() const { return file_.finalPath(); }
 
  private:
-  RunWriter(PartialFile file, std::ofstream stream)
+  RunWriter(PartialFile file, std::shared_ptr<std::ofstream> stream)
       : file_(std::move(file)), stream_(std::move(stream)) {}
   Status flush();
   Status writeBytes(std::span<const std::byte> bytes);
   Error cannotWrite() const;
 
   PartialFile file_;  // before the stream, which is closed first
-  std::ofstream stream_;
+  /// Shared with nobody, but a library without files has a mere name of its type, which this
+  /// pointer allows.
+  std::shared_ptr<std::ofstream> stream_;
   std::vector<RunPortion> portions_;  // not written yet
   std::size_t pending_ = 0;           // bytes of these, about
   std::uint64_t written_ = 0;         // portions
