@@ -16,14 +16,15 @@ namespace carom::audio {
 namespace {
 
 constexpr std::size_t kPartSize = std::size_t{1} << 20U;  // bytes, about, from which it is written
-constexpr int kLevel = 6;  // of Zstandard: higher ones take longer and save a percent
+constexpr int kSmall = 6;  // level of Zstandard: higher ones take longer and save a percent
+constexpr int kQuick = 1;  // the same
 
-}  // namespace
-
-Result<std::vector<std::byte>> packedPart(char kind, std::span<const std::byte> bytes) {
+/// Returns a part as it stands in the file.
+Result<std::vector<std::byte>> packedPart(char kind, std::span<const std::byte> bytes,
+                                          int level = kSmall) {
   std::vector<std::byte> packed(ZSTD_compressBound(bytes.size()));
   const std::size_t size =
-      ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), kLevel);
+      ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), level);
   if (ZSTD_isError(size) != 0 || bytes.size() > kMostUnpacked)
     return Error{"a part of the run cannot be packed"};
   packed.resize(size);
@@ -37,8 +38,11 @@ Result<std::vector<std::byte>> packedPart(char kind, std::span<const std::byte> 
   return part;
 }
 
-Result<std::vector<std::byte>> packedPortions(std::span<const RunPortion> portions) {
-  return packedPart('p', encodedPortions(portions));
+}  // namespace
+
+Result<std::vector<std::byte>> packedPortions(std::span<const RunPortion> portions,
+                                              Packing packing) {
+  return packedPart('p', encodedPortions(portions), packing == Packing::small ? kSmall : kQuick);
 }
 
 std::size_t sizeOf(const RunPortion& portion) {
@@ -91,7 +95,7 @@ Status RunWriter::put(char kind, std::span<const std::byte> bytes) {
 
 Status RunWriter::flush() {
   if (portions_.empty()) return std::monostate{};
-  const Result<std::vector<std::byte>> part = packedPortions(portions_);
+  const Result<std::vector<std::byte>> part = packedPortions(portions_, Packing::small);
   if (!part) return Error{file().string() + ": " + part.error().message};
   const std::size_t count = portions_.size();
   portions_.clear();

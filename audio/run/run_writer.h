@@ -40,11 +40,16 @@ inline constexpr std::uint32_t kHostRun = 2;
 /// Most bodies of a run.
 inline constexpr std::uint32_t kMostRunBodies = 200'000;
 
-/// Returns a part as it stands in the file. Refuses more than kMostUnpacked bytes, and everything
-/// in a build without Zstandard. [any thread]
-Result<std::vector<std::byte>> packedPart(char kind, std::span<const std::byte> bytes);
-/// Returns the 'p' of some portions. [any thread]
-Result<std::vector<std::byte>> packedPortions(std::span<const RunPortion> portions);
+/// The time that packing may take.
+enum class Packing : std::uint8_t {
+  small,  ///< for files that are kept
+  quick,  ///< a quarter of the time, for what mostly is thrown away
+};
+
+/// Returns the 'p' of some portions as it stands in the file. Refuses more than kMostUnpacked
+/// bytes, and everything in a build without Zstandard. [any thread]
+Result<std::vector<std::byte>> packedPortions(std::span<const RunPortion> portions,
+                                              Packing packing);
 /// Returns about how much memory a portion takes. [any thread]
 std::size_t sizeOf(const RunPortion& portion);
 

@@ -12,11 +12,7 @@ Error withoutRuns() {
 
 }  // namespace
 
-Result<std::vector<std::byte>> packedPart(char, std::span<const std::byte>) {
-  return withoutRuns();
-}
-
-Result<std::vector<std::byte>> packedPortions(std::span<const RunPortion>) {
+Result<std::vector<std::byte>> packedPortions(std::span<const RunPortion>, Packing) {
   return withoutRuns();
 }
 

@@ -25,14 +25,6 @@ constexpr double kFarthestOffset = 1.0;
 /// Energy that rolling loses, over load times path, where the mechanics knows of no loss.
 constexpr double kRollingLoss = 0.01;
 
-/// True if the contact point moves over a surface fast enough to sound.
-bool isMoving(const ContactState& contact) {
-  const double farthest = std::max((contact.pathEnd - contact.pathStart).squaredNorm(),
-                                   (contact.otherPathEnd - contact.otherPathStart).squaredNorm());
-  const double least = 0.5 * ContactDrive::kSlowest * contact.duration;
-  return farthest >= least * least;
-}
-
 /// Effective mass (kg) of the pair along the normal; 0 if neither body can move.
 double massOf(const ContactState& contact, const SoundBody& body, const SoundBody& other) {
   const auto inverseMass = [&contact](const SoundBody& sound, const Vec3& at, const Quat& turn) {
@@ -87,6 +79,13 @@ double contactRadius(const ContactState& contact, const SoundingBody& body,
 }
 
 }  // namespace
+
+bool isMoving(const ContactState& contact) {
+  const double farthest = std::max((contact.pathEnd - contact.pathStart).squaredNorm(),
+                                   (contact.otherPathEnd - contact.otherPathStart).squaredNorm());
+  const double least = 0.5 * ContactDrive::kSlowest * contact.duration;
+  return farthest >= least * least;
+}
 
 bool isValid(const ContactState& contact, double sampleRate) {
   const bool isNumber = std::isfinite(contact.time) && isPositive(contact.duration) &&

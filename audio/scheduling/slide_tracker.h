@@ -17,6 +17,9 @@
 
 namespace carom::audio {
 
+/// True if the contact point moves over a surface fast enough to sound. [any thread]
+bool isMoving(const ContactState& contact);
+
 /// True if all numbers of the contact are finite, its step is not too long and its time is on the
 /// clock.
 bool isValid(const ContactState& contact, double sampleRate);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "audio/scheduling/slide_tracker.h"
 #include "plugin/realtime/sound_timeline.h"
 
 namespace carom::plugin {
@@ -132,7 +133,23 @@ void RunRecorder::post(const ImpulseEvent& event) {
   portion_.events.push_back(numbered);
 }
 
+/// True if a step of a contact is heard, or may damp what rings. What lies still makes no sound:
+/// only that it has come to lie is told.
+bool RunRecorder::isOfUse(const ContactState& contact) {
+  const std::pair<BodyId, BodyId> pair(contact.body, contact.other);
+  if (contact.phase != ContactPhase::end && isMoving(contact)) {
+    moving_.insert(pair);
+    return true;
+  }
+  const auto rings = [this](BodyId id) {
+    const auto found = bodies_.find(id);
+    return found != bodies_.end() && found->second.record.sound.modal != nullptr;
+  };
+  return moving_.erase(pair) > 0 || rings(contact.body) || rings(contact.other);
+}
+
 void RunRecorder::updateContact(const ContactState& contact) {
+  if (!isOfUse(contact)) return;
   ContactState numbered = contact;
   numbered.time += shift_;
   const std::optional<BodyId> body = numberOf(contact.body);
@@ -148,7 +165,6 @@ void RunRecorder::moveBody(BodyId id, const ListenerPose& pose) {
   if (!number) return;
   ListenerPose shifted = pose;
   shifted.time += shift_;
-  bodies_[id].pose = shifted;
   portion_.poses.push_back({*number, shifted});
 }
 
@@ -231,7 +247,7 @@ void RunRecorder::keep(RunPortion portion) {
 void RunRecorder::closePiece() {
   openSize_ = 0;
   if (pieces_.empty()) return;
-  Result<std::vector<std::byte>> packed = packedPortions(open_);
+  Result<std::vector<std::byte>> packed = packedPortions(open_, Packing::quick);
   if (!packed) return fail(packed.error());
   Piece& piece = pieces_.back();
   piece.portions = *std::move(packed);
@@ -304,6 +320,7 @@ Status RunRecorder::finish() {
 
 Status RunRecorder::save(const std::filesystem::path& file) {
   if (failure_) return Error{file.string() + ": " + failure_->message};
+  closePortion(time_);
   if (pieces_.empty() || !(seconds() > pieces_.front().begin))
     return Error{file.string() + ": no step was made, so there is no run to write"};
   Result<RunWriter> writer = RunWriter::create(file, kHostRun);

@@ -7,7 +7,9 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "audio/run/host_run.h"
@@ -62,8 +64,7 @@ class RunRecorder {
   struct Body {
     audio::HostBody record;
     bool isNumbered = false;
-    bool isWritten = false;                           // as it is now
-    std::optional<ListenerPose> pose = std::nullopt;  // the last one
+    bool isWritten = false;  // as it is now
   };
   /// Portions in memory, packed, with what begins and ends with them.
   struct Piece {
@@ -76,6 +77,7 @@ class RunRecorder {
 
   RunRecorder(const SoundSettings& settings, std::optional<double> kept);
   std::optional<BodyId> numberOf(BodyId id);
+  bool isOfUse(const ContactState& contact);
   void require(Body& body);
   void closePortion(double seconds);
   void write(audio::RunPortion portion);
@@ -90,9 +92,10 @@ class RunRecorder {
   bool hasOwnHeads_ = false;
   std::optional<double> kept_;  // s, in memory
   std::optional<Error> failure_;
-  std::map<BodyId, Body> bodies_;  // by the host's id
-  std::vector<BodyId> fresh_;      // of these, not numbered yet
-  std::uint32_t count_ = 0;        // of numbered bodies
+  std::map<BodyId, Body> bodies_;               // by the host's id
+  std::vector<BodyId> fresh_;                   // of these, not numbered yet
+  std::uint32_t count_ = 0;                     // of numbered bodies
+  std::set<std::pair<BodyId, BodyId>> moving_;  // the host's ids: their contact slides or rolls
   std::vector<std::vector<ListenerPose>> paths_;
   std::vector<bool> isOnItsWay_;          // by listener: it has jumped, and is not there yet
   double time_ = 0.0;                     // s, the host's clock

@@ -326,6 +326,19 @@ TEST_F(HostRuns, OfPostedEventsSoundAsTheirRecordings) {
   EXPECT_LT(differenceOf(recorded(), replayed(run)), -120.0);
 }
 
+TEST_F(HostRuns, AreWholeWhereTheyAreSavedInTheMidstOfAStep) {
+  Result<EventSound> sound = EventSound::create({});
+  ASSERT_TRUE(sound && sound->keepRun(5.0));
+  sound->advanceTo(0.5);
+  const BallDrop drop = dropOnBox(0.5);
+  ASSERT_TRUE(sound->setBody(kBall, drop.ball()) && sound->setBody(kFloor, drop.floor()));
+  sound->post(drop.event());
+  ASSERT_TRUE(sound->saveRun(folder_ / "host.run"));
+  const RecordedRun run = opened();
+  EXPECT_THAT(run.scene.bodies, SizeIs(2));
+  EXPECT_FALSE(replayed(run).empty());
+}
+
 TEST_F(HostRuns, LeaveOutLeapsOfTheClock) {
   Result<EventSound> sound = EventSound::create(settings());
   ASSERT_TRUE(sound);

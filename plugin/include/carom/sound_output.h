@@ -112,8 +112,9 @@ class SoundOutput {
   /// Writes all that happens from now on, instead of its sound, into a file: bodies as they sound,
   /// impulses, lasting contacts, where bodies and listeners are. `carom replay` makes the sound of
   /// it, from any seat and as long as one likes; from the listeners of this sound it is that of
-  /// `record`. 50 to 500 bytes for each collision. Leaps of the clock are left out, as in `record`.
-  /// A binaural listener has the default head there, and one that jumps goes there at 170 m/s.
+  /// `record`. Some 250 bytes for each step of what slides or rolls, and 180 for each event. Leaps
+  /// of the clock are left out, as in `record`. A binaural listener has the default head there, and
+  /// one that jumps goes there at 170 m/s.
   ///
   /// The file appears under its name when it is finished. Refuses: a build without Zstandard, a
   /// file that cannot be written, a run that is being written already.
