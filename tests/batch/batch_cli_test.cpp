@@ -336,8 +336,8 @@ TEST(BatchCommand, FlacHoldsTheSamplesToTheLastOf24Bits) {
   const auto exact = samplesOf(fs::path(wav) / "samples/0000/000000.wav", 20.0);
   const auto packed = samplesOf(fs::path(flac) / "samples/0000/000000.flac", row["full_scale_pa"]);
   ASSERT_EQ(exact.size(), packed.size());
-  // One step, as what is below is cut off, and the roundings of two floats, each of half of its last
-  // digit: the sample over the one full scale, and over the other.
+  // One step, as what is below is cut off, and the roundings of two floats, each of half of its
+  // last digit: the sample over the one full scale, and over the other.
   const double step = row["peak_pa"].get<double>() / 8388607.0;
   for (std::size_t at = 0; at < exact.size(); ++at)
     ASSERT_NEAR(exact[at], packed[at], 1.01 * step + 1.2e-7 * std::abs(exact[at])) << at;
