@@ -94,7 +94,7 @@ Status validate(const HrtfMeasurements& measurements, double sampleRate) {
   if (samples < 1 || samples > kMaxSamples)
     return Error{"responses of " + std::to_string(samples) + " samples; it takes 1 to " +
                  std::to_string(kMaxSamples)};
-  if (const Status valid = validateSize(measurements, sampleRate); !valid) return valid;
+  if (Status valid = validateSize(measurements, sampleRate); !valid) return valid;
   for (std::size_t index = 0; index < items.size(); ++index)
     if (const Status valid = validate(items[index], samples); !valid)
       return Error{"measurement " + std::to_string(index) + ": " + valid.error().message};

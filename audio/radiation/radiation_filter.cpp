@@ -15,7 +15,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr int kFrequencies = 160;  // in the fit, evenly over the band
+constexpr int kFrequencies = 160;                               // in the fit, evenly over the band
+constexpr Eigen::Index kRows = Eigen::Index{2} * kFrequencies;  // real and imaginary parts
 // Weight of the taps' squares against those of the error: keeps the response beyond the band
 // bounded.
 constexpr double kDamping = 1e-13;
@@ -36,7 +37,7 @@ double omegaOf(Eigen::Index row) {
 class Fit {
  public:
   Fit(RadiationFilter::Input input, Eigen::Index taps) {
-    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(2 * kFrequencies + taps, taps);
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(kRows + taps, taps);
     for (Eigen::Index row = 0; row < kFrequencies; ++row) {
       const double omega = omegaOf(row);
       const double dimming = input == RadiationFilter::Input::spread
@@ -50,13 +51,12 @@ class Fit {
       }
     }
     matrix.bottomRows(taps).diagonal().setConstant(std::sqrt(kDamping * kFrequencies));
-    inverse_ =
-        matrix.householderQr().solve(Eigen::MatrixXd::Identity(matrix.rows(), 2 * kFrequencies));
+    inverse_ = matrix.householderQr().solve(Eigen::MatrixXd::Identity(matrix.rows(), kRows));
   }
 
   template <class Function>
   Eigen::VectorXd taps(const Function& wanted) const {
-    Eigen::VectorXd values(2 * kFrequencies);
+    Eigen::VectorXd values(kRows);
     for (Eigen::Index row = 0; row < kFrequencies; ++row) {
       const Complex value = wanted(omegaOf(row));
       values(2 * row) = value.real();

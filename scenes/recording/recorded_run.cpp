@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "scenes/format/scene_loader.h"
+#include "scenes/recording/event_tape.h"
 
 namespace carom::scenes {
 
