@@ -116,8 +116,7 @@ class WaveAmplitudes {
 
 }  // namespace
 
-Result<SurfaceTexture> SurfaceTexture::ofSlopes(Size size, const Vec2& texel,
-                                                std::vector<Slope> slopes) {
+Status SurfaceTexture::check(Size size, const Vec2& texel, std::span<const Slope> slopes) {
   if (!isSide(size.width) || !isSide(size.height))
     return Error{"surface texture: " + std::to_string(size.width) + " x " +
                  std::to_string(size.height) +
@@ -126,15 +125,12 @@ Result<SurfaceTexture> SurfaceTexture::ofSlopes(Size size, const Vec2& texel,
     return Error{"surface texture: the texel must be positive, from 1e-12 to 1e6 (m)"};
   if (slopes.size() != size.width * size.height)
     return Error{"surface texture: expected one slope for each texel"};
-  Vec2 mean = Vec2::Zero();
-  for (Slope& slope : slopes) {
+  for (const Slope& slope : slopes)
     if (!slope.allFinite()) return Error{"surface texture: a slope is no number"};
-    slope = slope.cwiseMax(-kSteepest).cwiseMin(kSteepest);
-    mean += slope.cast<double>();
-  }
-  mean /= static_cast<double>(slopes.size());
-  for (Slope& slope : slopes)
-    slope -= mean.cast<float>();
+  return std::monostate{};
+}
+
+SurfaceTexture SurfaceTexture::ofCentred(Size size, const Vec2& texel, std::vector<Slope> slopes) {
   auto texels = std::make_shared<Texels>();
   texels->texel = texel;
   texels->width = std::sqrt(texel.x() * texel.y());
@@ -143,6 +139,20 @@ Result<SurfaceTexture> SurfaceTexture::ofSlopes(Size size, const Vec2& texel,
   SurfaceTexture texture;
   texture.texels_ = std::move(texels);
   return texture;
+}
+
+Result<SurfaceTexture> SurfaceTexture::ofSlopes(Size size, const Vec2& texel,
+                                                std::vector<Slope> slopes) {
+  if (const Status valid = check(size, texel, slopes); !valid) return valid.error();
+  Vec2 mean = Vec2::Zero();
+  for (Slope& slope : slopes) {
+    slope = slope.cwiseMax(-kSteepest).cwiseMin(kSteepest);
+    mean += slope.cast<double>();
+  }
+  mean /= static_cast<double>(slopes.size());
+  for (Slope& slope : slopes)
+    slope -= mean.cast<float>();
+  return ofCentred(size, texel, std::move(slopes));
 }
 
 void SurfaceTexture::addLevels(Texels& texels) {

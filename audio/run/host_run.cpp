@@ -1,5 +1,6 @@
 #include "audio/run/host_run.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -37,22 +38,20 @@ struct TextureRecord {
     if (!isFactor(scale) || !(scale > 0.0) || !isFactor(steepness) ||
         !(std::abs(axis.norm() - 1.0) < 1e-6))
       return Error{"surface texture: its scale, steepness or axis is out of range"};
-    // It refuses what is wrong with the rest. The mean slope, which it subtracts, is 0 but for
-    // rounding: the slopes stay as they were.
-    std::vector<SurfaceTexture::Slope> exact = slopes;
-    Result<SurfaceTexture> made = SurfaceTexture::ofSlopes(
-        {static_cast<std::size_t>(width), static_cast<std::size_t>(height)}, texel,
-        std::move(slopes));
-    if (!made) return made.error();
-    auto texels = std::make_shared<SurfaceTexture::Texels>();
-    texels->texel = made->texels_->texel;
-    texels->width = made->texels_->width;
-    texels->levels.push_back({made->size(), texel.cwiseInverse(), 0.0, 0.0, std::move(exact)});
-    SurfaceTexture::addLevels(*texels);
-    made->texels_ = std::move(texels);
-    made->scale_ = scale;
-    made->steepness_ = steepness;
-    made->axis_ = axis;
+    const SurfaceTexture::Size size{static_cast<std::size_t>(width),
+                                    static_cast<std::size_t>(height)};
+    if (const Status valid = SurfaceTexture::check(size, texel, slopes); !valid)
+      return valid.error();
+    // Their mean was subtracted once: subtracted again it would change their last digits.
+    const auto isSteep = [](const SurfaceTexture::Slope& slope) {
+      return slope.cwiseAbs().maxCoeff() > 2.0F * SurfaceTexture::kSteepest;
+    };
+    if (std::ranges::any_of(slopes, isSteep))
+      return Error{"surface texture: a slope is steeper than any texture has"};
+    SurfaceTexture made = SurfaceTexture::ofCentred(size, texel, std::move(slopes));
+    made.scale_ = scale;
+    made.steepness_ = steepness;
+    made.axis_ = axis;
     return made;
   }
 };
@@ -424,45 +423,15 @@ Result<std::shared_ptr<const SurfaceMesh>> meshOf(std::span<const std::byte> byt
   return mesh;
 }
 
-/// The member of HostDecoder::Shared for an object.
-template <class Shared>
-auto& memberOf(Shared& shared, const RigidRadiator*) {
-  return shared.radiator;
-}
-template <class Shared>
-auto& memberOf(Shared& shared, const RigidRecoil*) {
-  return shared.recoil;
-}
-template <class Shared>
-auto& memberOf(Shared& shared, const ModalModel*) {
-  return shared.modal;
-}
-template <class Shared>
-auto& memberOf(Shared& shared, const SurfaceTexture*) {
-  return shared.texture;
-}
-template <class Shared>
-auto& memberOf(Shared& shared, const TextureCoordinates*) {
-  return shared.coordinates;
-}
-template <class Shared>
-auto& memberOf(Shared& shared, const SurfaceMesh*) {
-  return shared.mesh;
-}
-
 }  // namespace
 
 template <class Object>
 bool HostDecoder::find(std::uint32_t number, std::shared_ptr<const Object>& object) const {
   if (number == 0) return true;
   if (number > shared_.size()) return false;
-  object = memberOf(shared_[number - 1], static_cast<const Object*>(nullptr));
-  return object != nullptr;
-}
-
-template <class Object>
-void HostDecoder::keep(std::shared_ptr<const Object> object) {
-  memberOf(shared_.emplace_back(), static_cast<const Object*>(nullptr)) = std::move(object);
+  const auto* const known = std::get_if<std::shared_ptr<const Object>>(&shared_[number - 1]);
+  if (known != nullptr) object = *known;
+  return known != nullptr;
 }
 
 Result<std::optional<HostBody>> HostDecoder::bodyOf(std::span<const std::byte> bytes) const {
@@ -507,7 +476,7 @@ Result<std::optional<HostBody>> HostDecoder::takeRecord(std::span<const std::byt
   const auto content = bytes.subspan(1);
   const auto keepOne = [this](auto object) -> Result<std::optional<HostBody>> {
     if (!object) return object.error();
-    keep(*std::move(object));
+    shared_.emplace_back(*std::move(object));
     return std::optional<HostBody>();
   };
   switch (static_cast<RecordKind>(bytes.front())) {

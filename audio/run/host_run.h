@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "carom/audio/impulse_event.h"
@@ -18,8 +19,8 @@
 
 namespace carom::audio {
 
-// What a host's run has beside portions: its bodies, as the host has told of them, and all that
-// does not change while it goes on. A scene's run has the scene's text instead.
+// A host's run has more than portions: its bodies, as the host has told of them, and the settings
+// that stay while it goes on. A scene's run has the scene's text instead.
 
 /// The form of a body for pictures, in the body's frame.
 struct BodyForm {
@@ -84,20 +85,14 @@ class HostDecoder {
  private:
   Result<std::optional<HostBody>> takeRecord(std::span<const std::byte> bytes);
   template <class Object>
-  void keep(std::shared_ptr<const Object> object);
-  template <class Object>
   bool find(std::uint32_t number, std::shared_ptr<const Object>& object) const;
   Result<std::optional<HostBody>> bodyOf(std::span<const std::byte> bytes) const;
 
-  struct Shared {
-    std::shared_ptr<const RigidRadiator> radiator;
-    std::shared_ptr<const RigidRecoil> recoil;
-    std::shared_ptr<const ModalModel> modal;
-    std::shared_ptr<const SurfaceTexture> texture;
-    std::shared_ptr<const TextureCoordinates> coordinates;
-    std::shared_ptr<const SurfaceMesh> mesh;
-  };
-  std::vector<Shared> shared_;  // one member of each is set; by number - 1
+  using Shared =
+      std::variant<std::shared_ptr<const RigidRadiator>, std::shared_ptr<const RigidRecoil>,
+                   std::shared_ptr<const ModalModel>, std::shared_ptr<const SurfaceTexture>,
+                   std::shared_ptr<const TextureCoordinates>, std::shared_ptr<const SurfaceMesh>>;
+  std::vector<Shared> shared_;  // by number - 1
 };
 
 std::vector<std::byte> encodedWorld(const HostWorld& world);

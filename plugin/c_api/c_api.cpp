@@ -169,10 +169,6 @@ std::string reportOf(const carom_sound& sound) {
   return world != nullptr ? world->report() : std::string();
 }
 
-std::filesystem::path fileOf(const char* utf8) {
-  return reinterpret_cast<const char8_t*>(utf8);
-}
-
 }  // namespace
 
 extern "C" {
@@ -402,13 +398,13 @@ carom_status carom_stop(carom_sound* sound) noexcept {
 carom_status carom_record(carom_sound* sound, const char* path) noexcept {
   if (path == nullptr) return isNull("the path of the recording is NULL");
   return onAny(sound, CAROM_ERROR_FILE,
-               [&](SoundOutput& output) { return output.record(fileOf(path)); });
+               [&](SoundOutput& output) { return output.record(filePath(path)); });
 }
 
 carom_status carom_record_run(carom_sound* sound, const char* path) noexcept {
   if (path == nullptr) return isNull("the path of the run is NULL");
   return onAny(sound, CAROM_ERROR_FILE,
-               [&](SoundOutput& output) { return output.recordRun(fileOf(path)); });
+               [&](SoundOutput& output) { return output.recordRun(filePath(path)); });
 }
 
 carom_status carom_finish_run(carom_sound* sound) noexcept {
@@ -423,7 +419,7 @@ carom_status carom_keep_run(carom_sound* sound, double seconds) noexcept {
 carom_status carom_save_run(carom_sound* sound, const char* path) noexcept {
   if (path == nullptr) return isNull("the path of the run is NULL");
   return onAny(sound, CAROM_ERROR_FILE,
-               [&](SoundOutput& output) { return output.saveRun(fileOf(path)); });
+               [&](SoundOutput& output) { return output.saveRun(filePath(path)); });
 }
 
 carom_status carom_finish_recording(carom_sound* sound) noexcept {

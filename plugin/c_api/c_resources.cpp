@@ -41,10 +41,6 @@ Error noSuch(const char* kind, std::size_t index, std::size_t count) {
                std::to_string(count)};
 }
 
-std::filesystem::path filePath(const char* utf8) {
-  return {reinterpret_cast<const char8_t*>(utf8)};
-}
-
 /// Hands a new handle to the caller.
 template <class Handle>
 carom_status handOver(std::unique_ptr<Handle> made, Handle** handle) noexcept {

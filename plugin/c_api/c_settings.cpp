@@ -10,6 +10,7 @@
 #include "carom/audio/limiter.h"
 #include "carom/audio/listener.h"
 #include "plugin/c_api/c_handles.h"
+#include "plugin/c_api/c_structs.h"
 
 namespace carom::plugin {
 namespace {
@@ -68,8 +69,7 @@ class ListenerReader {
 
   Status loadHead(const std::string& file, Listener& listener) {
     if (!heads_.contains(file)) {
-      const auto* const utf8 = reinterpret_cast<const char8_t*>(file.c_str());
-      auto loaded = loadHrtf(std::filesystem::path(utf8), sampleRate_);
+      auto loaded = loadHrtf(filePath(file.c_str()), sampleRate_);
       if (!loaded) return Error{"carom_listener.sofa_file: " + loaded.error().message};
       heads_.emplace(file, *std::move(loaded));
     }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <filesystem>
+
 #include "carom/audio/contact_state.h"
 #include "carom/audio/impulse_event.h"
 #include "carom/audio/material.h"
@@ -13,6 +15,11 @@ namespace carom::plugin {
 
 // Converts the structs of carom.h into those of the library, and back, but for settings
 // (c_settings.h) and bodies of posted events (c_body.h). Errors name the field. [any thread]
+
+/// Returns the path that a text of the C API names.
+inline std::filesystem::path filePath(const char* utf8) {
+  return {reinterpret_cast<const char8_t*>(utf8)};
+}
 
 carom_body defaultBody();
 carom_body_sound defaultBodySound();

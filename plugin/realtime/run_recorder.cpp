@@ -1,11 +1,9 @@
 #include "plugin/realtime/run_recorder.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "audio/scheduling/slide_tracker.h"
-#include "plugin/realtime/sound_timeline.h"
 
 namespace carom::plugin {
 
@@ -34,12 +32,25 @@ bool isSame(const ListenerPose& a, const ListenerPose& b) {
 Status putBodies(RunWriter& writer, HostEncoder& encoder, const std::vector<HostBody>& bodies) {
   std::vector<std::byte> bytes;
   for (const HostBody& body : bodies) {
-    if (Status added = encoder.add(body, bytes); !added) return added;
+    if (const Status added = encoder.add(body, bytes); !added)
+      return Error{writer.file().string() + ": " + added.error().message};
     if (bytes.size() < kPieceSize && &body != &bodies.back()) continue;
     if (Status put = writer.put('b', bytes); !put) return put;
     bytes.clear();
   }
   return std::monostate{};
+}
+
+/// Ends a file.
+Status complete(RunWriter& writer, const HostWorld& world) {
+  if (Status put = writer.put('w', encodedWorld(world)); !put) return put;
+  const Result<std::uintmax_t> size = writer.finish();
+  if (!size) return size.error();
+  return std::monostate{};
+}
+
+Error withoutStep(const std::filesystem::path& file) {
+  return Error{file.string() + ": no step was made, so there is no run to write"};
 }
 
 bool isEmpty(const RunPortion& portion) {
@@ -84,7 +95,7 @@ void RunRecorder::setBody(BodyId id, const SoundBody& body) {
   const auto [entry, isNew] = bodies_.try_emplace(id);
   Body& known = entry->second;
   if (!isNew && isSame(known.record.sound, body)) return;
-  // What was told before is heard as the body was then.
+  // The portion so far is heard with the body as it was then.
   if (known.isNumbered && !isEmpty(portion_)) closePortion(time_);
   known.record.sound = body;
   known.isWritten = false;
@@ -111,7 +122,8 @@ void RunRecorder::require(Body& body) {
   if (std::exchange(body.isWritten, true)) return;
   changes_.push_back(body.record);
   if (count_ > kMostRunBodies)
-    fail({"the run has more than " + std::to_string(kMostRunBodies) + " bodies"});
+    fail({(writer_ ? writer_->file().string() : "the run in memory") + ": it has more than " +
+          std::to_string(kMostRunBodies) + " bodies"});
 }
 
 /// Returns a body's number in the run; none if it was not set.
@@ -122,15 +134,20 @@ std::optional<BodyId> RunRecorder::numberOf(BodyId id) {
   return found->second.record.id;
 }
 
+/// Adds an event or contact to the step in hand, by the numbers of its bodies.
+template <class Record>
+void RunRecorder::add(Record record, std::vector<Record>& records) {
+  record.time += shift_;
+  const std::optional<BodyId> body = numberOf(record.body);
+  const std::optional<BodyId> other = numberOf(record.other);
+  if (!body || !other || !(record.time >= 0.0)) return;
+  record.body = *body;
+  record.other = *other;
+  records.push_back(record);
+}
+
 void RunRecorder::post(const ImpulseEvent& event) {
-  ImpulseEvent numbered = event;
-  numbered.time += shift_;
-  const std::optional<BodyId> body = numberOf(event.body);
-  const std::optional<BodyId> other = numberOf(event.other);
-  if (!body || !other || !(numbered.time >= 0.0)) return;
-  numbered.body = *body;
-  numbered.other = *other;
-  portion_.events.push_back(numbered);
+  add(event, portion_.events);
 }
 
 /// True if a step of a contact is heard, or may damp what rings. What lies still makes no sound:
@@ -149,15 +166,7 @@ bool RunRecorder::isOfUse(const ContactState& contact) {
 }
 
 void RunRecorder::updateContact(const ContactState& contact) {
-  if (!isOfUse(contact)) return;
-  ContactState numbered = contact;
-  numbered.time += shift_;
-  const std::optional<BodyId> body = numberOf(contact.body);
-  const std::optional<BodyId> other = numberOf(contact.other);
-  if (!body || !other || !(numbered.time >= 0.0)) return;
-  numbered.body = *body;
-  numbered.other = *other;
-  portion_.contacts.push_back(numbered);
+  if (isOfUse(contact)) add(contact, portion_.contacts);
 }
 
 void RunRecorder::moveBody(BodyId id, const ListenerPose& pose) {
@@ -262,8 +271,11 @@ void RunRecorder::closePiece() {
 
 /// Drops pieces that have become too old, but for how they leave bodies and listeners.
 void RunRecorder::dropOld() {
-  const double begin = seconds() - *kept_;
-  while (pieces_.size() > 1 && pieces_[1].begin <= begin) {
+  const auto isOld = [this] {
+    return pieces_.size() > 1 && pieces_[1].begin <= seconds() - *kept_;
+  };
+  if (!isOld()) return;
+  while (isOld()) {
     Piece& old = pieces_.front();
     for (HostBody& body : old.changes)
       before_.insert_or_assign(body.id, std::move(body));
@@ -281,7 +293,7 @@ void RunRecorder::dropOld() {
     listeners_[listener].orientation = std::prev(next)->orientation;
     path.erase(path.begin(), next);
   }
-  // What is gone keeps its number, and nothing else.
+  // A body that is gone keeps its number, and nothing else.
   std::erase_if(removed_, [this](BodyId number) {
     const auto found = before_.find(number);
     if (found == before_.end()) return false;
@@ -309,20 +321,15 @@ HostWorld RunRecorder::world(double begin) const {
 
 Status RunRecorder::finish() {
   closePortion(time_);
-  if (failure_) return Error{writer_->file().string() + ": " + failure_->message};
-  if (!(seconds() > 0.0))
-    return Error{writer_->file().string() + ": no step was made, so there is no run to write"};
-  if (Status put = writer_->put('w', encodedWorld(world(0.0))); !put) return put;
-  const Result<std::uintmax_t> size = writer_->finish();
-  if (!size) return size.error();
-  return std::monostate{};
+  if (failure_) return *failure_;
+  if (!(seconds() > 0.0)) return withoutStep(writer_->file());
+  return complete(*writer_, world(0.0));
 }
 
 Status RunRecorder::save(const std::filesystem::path& file) {
   if (failure_) return Error{file.string() + ": " + failure_->message};
   closePortion(time_);
-  if (pieces_.empty() || !(seconds() > pieces_.front().begin))
-    return Error{file.string() + ": no step was made, so there is no run to write"};
+  if (pieces_.empty() || !(seconds() > pieces_.front().begin)) return withoutStep(file);
   Result<RunWriter> writer = RunWriter::create(file, kHostRun);
   if (!writer) return writer.error();
   HostEncoder encoder;
@@ -343,10 +350,7 @@ Status RunRecorder::save(const std::filesystem::path& file) {
   }
   for (const RunPortion& portion : open_)
     if (Status added = writer->add(portion); !added) return added;
-  if (Status put = writer->put('w', encodedWorld(world(begin))); !put) return put;
-  const Result<std::uintmax_t> size = writer->finish();
-  if (!size) return size.error();
-  return std::monostate{};
+  return complete(*writer, world(begin));
 }
 
 }  // namespace carom::plugin

@@ -77,6 +77,8 @@ class RunRecorder {
 
   RunRecorder(const SoundSettings& settings, std::optional<double> kept);
   std::optional<BodyId> numberOf(BodyId id);
+  template <class Record>
+  void add(Record record, std::vector<Record>& records);
   bool isOfUse(const ContactState& contact);
   void require(Body& body);
   void closePortion(double seconds);

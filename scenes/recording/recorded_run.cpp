@@ -28,7 +28,7 @@ class RunStepper : public SceneStepper {
     bool isFirst = true;
     while (settledTime_ < time && failure_.empty() && mayGoOn(settledTime_)) {
       if (next_ == portions_.size() && !readMore()) break;
-      // What comes before a change is heard as it was before.
+      // The portions before a change are heard with the bodies as they were.
       if (next_ == 0 && !isFirst && !reader_->changes().empty()) break;
       if (next_ == 0)
         for (const std::size_t body : reader_->changes())

@@ -30,7 +30,7 @@ struct RunHeader {
 /// Begins the file of a scene's run.
 Result<audio::RunWriter> beginRun(const std::filesystem::path& file, const RunHeader& header);
 
-/// What there is in a host's run beside portions.
+/// The bodies and settings of a host's run.
 struct HostRun {
   audio::HostWorld world;
   /// In order: the first with an id is how the run begins, another one how it goes on.
@@ -55,7 +55,7 @@ class RunReader {
   const std::vector<std::size_t>& changes() const { return changes_; }
 
  private:
-  /// What stands before the bytes of a part.
+  /// The numbers that stand before the bytes of a part.
   struct PartHead {
     char kind = 'e';
     std::uint32_t stored = 0;

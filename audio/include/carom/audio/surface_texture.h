@@ -131,6 +131,10 @@ class SurfaceTexture {
  private:
   friend struct audio::TextureRecord;  // takes a texture apart for a file, and puts it together
   SurfaceTexture() = default;
+  /// Refuses what ofSlopes refuses.
+  static Status check(Size size, const Vec2& texel, std::span<const Slope> slopes);
+  /// Makes a texture from slopes that pass `check`, without a mean.
+  static SurfaceTexture ofCentred(Size size, const Vec2& texel, std::vector<Slope> slopes);
   Vec2 turned(const Vec2& v) const;
   static std::shared_ptr<const Texels> roughTexels(double hurst, std::uint64_t seed);
   static std::shared_ptr<const Texels> makeRoughTexels(double hurst, std::uint64_t seed);
