@@ -47,14 +47,15 @@ SF_INFO infoOf(const WavStream::Format& format) {
 
 /// Writes a file without samples, with the full scale (Pa) in its comment.
 Status writeEmpty(const fs::path& path, const WavStream::Format& format) {
+  std::ostringstream comment;  // first, as no file may be left open where memory lacks
+  comment << "full scale " << format.fullScale << " Pa";
+  const std::string text = comment.str();
   SF_INFO info = infoOf(format);
   SNDFILE* const file = sf_open(path.c_str(), SFM_WRITE, &info);
   if (file == nullptr) return Error{std::string("cannot be created: ") + sf_strerror(nullptr)};
   // The peak chunk holds the time of day, and the same sound must give the same file.
   sf_command(file, SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
-  std::ostringstream comment;
-  comment << "full scale " << format.fullScale << " Pa";
-  const bool isDescribed = sf_set_string(file, SF_STR_COMMENT, comment.str().c_str()) == 0;
+  const bool isDescribed = sf_set_string(file, SF_STR_COMMENT, text.c_str()) == 0;
   const int code = sf_close(file);
   if (!isDescribed) return Error{"takes no comment"};
   if (code != SF_ERR_NO_ERROR)

@@ -30,8 +30,9 @@ void ClickBus::restart(const BusChain& chain, std::int64_t position) {
 void ClickBus::reserve(std::size_t frames, std::size_t samples) {
   const std::size_t needed = kHistory + frames + samples + 2 * ClickKernels::kRoom;
   if (far_.size() >= needed) return;
-  far_.resize(std::max(needed, 2 * far_.size()), 0.0);
-  near_.resize(far_.size(), 0.0);
+  const std::size_t room = std::max(needed, 2 * far_.size());
+  near_.resize(room, 0.0);
+  far_.resize(room, 0.0);  // last, as its size tells that there is room in both
 }
 
 void ClickBus::add(std::int64_t first, std::span<const double> x, double far,

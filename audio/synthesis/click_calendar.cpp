@@ -18,8 +18,8 @@ std::size_t ClickCalendar::dayOf(std::int64_t sample) {
 
 void ClickCalendar::reserve(std::size_t slots) {
   if (slots <= nodes_.size()) return;
-  nodes_.resize(slots);
   taken_.reserve(slots);
+  nodes_.resize(slots);  // last, as its size tells that there is room in both
 }
 
 void ClickCalendar::push(const Entry& entry, std::int64_t now) {

@@ -114,8 +114,8 @@ void PlacedNodes::reserve(std::size_t nodes, std::size_t samples) {
   if (weight.size() < room) {
     first.resize(room);
     row.resize(room);
-    weight.resize(room);
     nextWeight.resize(room);
+    weight.resize(room);  // last, as its size tells that there is room in all
   }
   const std::size_t parts =
       ClickKernels::kMostLanes * (samples + kSpreadWidth + 2 * ClickKernels::kRoom);

@@ -241,6 +241,7 @@ bool ClickRenderer::arrive(const ScheduledSound& sound) {
 }
 
 void ClickRenderer::enqueue(const Click& click, const SphereWeights* ears, std::uint32_t voice) {
+  if (!capacity_) reserveScratch(click);  // before the click waits, as memory may lack
   std::uint32_t slot = static_cast<std::uint32_t>(clicks_.size());
   if (freeSlots_.empty()) {
     clicks_.push_back(click);
@@ -256,7 +257,6 @@ void ClickRenderer::enqueue(const Click& click, const SphereWeights* ears, std::
   }
   if (voice != kNone) voices_.attach(voice, slot);
   waiting_.push({click.first, click.track.start, slot}, position_);
-  if (!capacity_) reserveScratch(click);
 }
 
 /// Finds the buses of a click that will wait; false, with none taken, if there is not one for each

@@ -22,11 +22,11 @@ std::complex<double> poleOf(double a1, double a2) {
 
 void MovingRing::reserve(std::size_t count) {
   if (states_.size() >= count) return;
-  states_.resize(count);
   numbers_.resize(6 * count);
   tuned_ = std::span(numbers_).first(2 * count);
   y_ = std::span(numbers_).subspan(2 * count, 2 * count);
   change_ = std::span(numbers_).last(2 * count);
+  states_.resize(count);  // last, as its size tells that there is room in all
 }
 
 void MovingRing::begin(const ResonatorSet& set, std::size_t count,

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <new>
 #include <random>
 #include <utility>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "audio/model/hertz.h"
 #include "audio/propagation/hrtf.h"
 #include "tests/audio/ball_drop.h"
+#include "tests/audio/ringing_box.h"
 #include "tests/support/click_spectrum.h"
 #include "tests/support/no_alloc_scope.h"
 #include "tests/support/random.h"
@@ -522,6 +524,48 @@ TEST(SynthExtremes, OutputsDecayToZeroWithoutSubnormals) {
         })) << block;
     EXPECT_TRUE(synth.isSilent());
   }
+}
+
+// --- Lack of memory --------------------------------------------------------------------------------
+
+struct BoxUnderBall {
+  BallDrop drop = test::dropOnBox(0.01);
+  Synth synth = *Synth::create({}, {{"seat", {0.0, 0.0, 1.0}}});
+
+  BoxUnderBall() {
+    SoundBody box = drop.floor();
+    box.modal = test::boxOf({{1000.0, 20.0, 1e-3}, {3000.0, 40.0, 1e-3}});
+    EXPECT_TRUE(synth.setBody(kBall, drop.ball()));
+    EXPECT_TRUE(synth.setBody(kFloor, box));
+  }
+  /// The box moves and is struck.
+  void post(double now) {
+    EXPECT_TRUE(synth.moveBody(kFloor, {now, {0.0, 0.0, 0.01}, Quat::Identity()}));
+    synth.schedule(drop.event());
+    synth.schedule(test::floorShare(drop));
+  }
+};
+
+TEST(SynthStress, WhicheverAllocationFailsTheRestIsRendered) {
+  BoxUnderBall whole;
+  whole.post(0.0);
+  const double loudest = peakOf(renderMono(whole.synth, 4800));
+  ASSERT_GT(loudest, 0.0);
+  std::size_t pieces = 0;
+  for (bool hasFailed = true; hasFailed; ++pieces) {
+    BoxUnderBall lacking;
+    try {
+      const test::FailingAllocation failing(pieces);
+      lacking.post(0.0);
+      hasFailed = failing.hasFailed();
+    } catch (const std::bad_alloc&) {
+      lacking.post(0.001);  // once more, with memory; part of it may be heard twice
+    }
+    const double peak = peakOf(renderMono(lacking.synth, 4800));
+    EXPECT_GT(peak, 0.99 * loudest) << "after " << pieces << " pieces";
+    EXPECT_LT(peak, 2.01 * loudest) << "after " << pieces << " pieces";
+  }
+  EXPECT_GT(pieces, 20u);
 }
 
 }  // namespace

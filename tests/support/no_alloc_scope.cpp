@@ -7,16 +7,23 @@ namespace {
 
 thread_local constinit std::size_t allocationsOfThread = 0;
 thread_local constinit std::size_t bytesOfThread = 0;
+thread_local constinit std::size_t piecesUntilFailure = 0;  // the last of them is not given; 0: none
+
+bool isToFail() {
+  return piecesUntilFailure > 0 && --piecesUntilFailure == 0;
+}
 
 void* countedAllocation(std::size_t size) {
   ++allocationsOfThread;
   bytesOfThread += size;
+  if (isToFail()) return nullptr;
   return std::malloc(size == 0 ? 1 : size);  // NOLINT: this is `new`
 }
 
 void* countedAllocation(std::size_t size, std::align_val_t alignment) {
   ++allocationsOfThread;
   bytesOfThread += size;
+  if (isToFail()) return nullptr;
   const auto step = static_cast<std::size_t>(alignment);
   return std::aligned_alloc(step, (size + step - 1) / step * step);  // NOLINT: as above
 }
@@ -85,6 +92,18 @@ std::size_t NoAllocScope::allocations() const {
 
 std::size_t NoAllocScope::bytes() const {
   return bytesOfThread - bytesBefore_;
+}
+
+FailingAllocation::FailingAllocation(std::size_t piecesBefore) {
+  piecesUntilFailure = piecesBefore + 1;
+}
+
+FailingAllocation::~FailingAllocation() {
+  piecesUntilFailure = 0;
+}
+
+bool FailingAllocation::hasFailed() const {
+  return piecesUntilFailure == 0;
 }
 
 }  // namespace carom::test

@@ -22,4 +22,15 @@ class NoAllocScope {
   std::size_t bytesBefore_;
 };
 
+/// While it lives, `operator new` gives this thread so many pieces of memory more, and fails then,
+/// once.
+class FailingAllocation {
+ public:
+  explicit FailingAllocation(std::size_t piecesBefore);
+  ~FailingAllocation();
+  FailingAllocation(const FailingAllocation&) = delete;
+  FailingAllocation& operator=(const FailingAllocation&) = delete;
+  bool hasFailed() const;
+};
+
 }  // namespace carom::test
