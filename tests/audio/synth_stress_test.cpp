@@ -526,7 +526,8 @@ TEST(SynthExtremes, OutputsDecayToZeroWithoutSubnormals) {
   }
 }
 
-// --- Lack of memory --------------------------------------------------------------------------------
+// --- Lack of memory
+// --------------------------------------------------------------------------------
 
 struct BoxUnderBall {
   BallDrop drop = test::dropOnBox(0.01);

@@ -7,7 +7,8 @@ namespace {
 
 thread_local constinit std::size_t allocationsOfThread = 0;
 thread_local constinit std::size_t bytesOfThread = 0;
-thread_local constinit std::size_t piecesUntilFailure = 0;  // the last of them is not given; 0: none
+thread_local constinit std::size_t piecesUntilFailure =
+    0;  // the last of them is not given; 0: none
 
 bool isToFail() {
   return piecesUntilFailure > 0 && --piecesUntilFailure == 0;
