@@ -1,0 +1,138 @@
+// A run as the page draws it: bodies, tracks of their poses, events, contacts, from the manifest's blobs.
+import {Tracks} from './tracks.js';
+
+export const kQuietest = 20e-6;  // Pa: the reference of sound pressure levels
+
+export function decibels(pressure) {
+  return pressure > 0 ? 20 * Math.log10(pressure / kQuietest) : -Infinity;
+}
+
+const kEventWidth = 14, kContactWidth = 6, kListenerWidth = 8;
+
+function doubles(bytes) {
+  return bytes ? new Float64Array(bytes.buffer, bytes.byteOffset, bytes.byteLength >> 3) : new Float64Array(0);
+}
+
+function eventOf(table, row) {
+  const at = row * kEventWidth;
+  return {
+    time: table[at], body: table[at + 1], other: table[at + 2], impulse: table[at + 3],
+    approachSpeed: table[at + 4], duration: table[at + 5], peak: table[at + 6],
+    position: [table[at + 7], table[at + 8], table[at + 9]],
+    impulseVector: [table[at + 10], table[at + 11], table[at + 12]],
+    kind: table[at + 13], row, rows: [row],
+  };
+}
+
+/// Takes a second share of the same collision into `event`: its sound adds to the first's.
+function join(event, share) {
+  const louder = share.peak > event.peak;
+  event.rows.push(share.row);
+  if (louder) event.row = share.row;
+  event.peak += share.peak;
+}
+
+/// Events in order of time, with the two rows of one collision as one event.
+export function readEvents(bytes) {
+  const table = doubles(bytes);
+  const events = [];
+  let open = [];  // events of the latest time, which may still find their other share
+  for (let row = 0; row < Math.floor(table.length / kEventWidth); ++row) {
+    const share = eventOf(table, row);
+    if (open.length && open[0].time !== share.time) open = [];
+    const twin = open.find((event) => event.rows.length === 1 && event.kind === share.kind &&
+                                      event.body === share.other && event.other === share.body);
+    if (twin) {
+      join(twin, share);
+      continue;
+    }
+    open.push(share);
+    events.push(share);
+  }
+  events.forEach((event, index) => {
+    event.index = index;
+    event.level = decibels(event.peak);
+  });
+  return events;
+}
+
+function readContacts(bytes) {
+  const table = doubles(bytes);
+  const contacts = [];
+  for (let at = 0; at + kContactWidth <= table.length; at += kContactWidth) {
+    contacts.push({body: table[at], other: table[at + 1], begin: table[at + 2], end: table[at + 3],
+                   slides: table[at + 4] === 1, force: table[at + 5]});
+  }
+  return contacts;
+}
+
+function readMesh(mesh, bytes) {
+  return {points: new Float32Array(bytes.buffer, bytes.byteOffset, 3 * mesh.vertices),
+          triangles: new Uint32Array(bytes.buffer, bytes.byteOffset + 12 * mesh.vertices, 3 * mesh.triangles)};
+}
+
+/// A copy, as doubles inside the blob need not lie at a multiple of eight bytes.
+function cut(bytes, Type, offset, count) {
+  const size = count * Type.BYTES_PER_ELEMENT;
+  return new Type(bytes.slice(offset, offset + size).buffer);
+}
+
+function readJello(jello, bytes) {
+  const edgeEnd = 8 * jello.edges, triangleEnd = edgeEnd + 12 * jello.triangles;
+  const timeEnd = triangleEnd + 8 * jello.pictures;
+  return {
+    body: jello.body, points: jello.points,
+    edges: cut(bytes, Uint32Array, 0, 2 * jello.edges),
+    triangles: cut(bytes, Uint32Array, edgeEnd, 3 * jello.triangles),
+    times: cut(bytes, Float64Array, triangleEnd, jello.pictures),
+    positions: cut(bytes, Float32Array, timeEnd, 3 * jello.points * jello.pictures),
+  };
+}
+
+/// The pose of a listener, from its path if it has one: x y z, w x y z.
+export function listenerPose(listener, time) {
+  const path = listener.track;
+  if (!path?.length) return [...listener.position, ...(listener.orientation ?? [1, 0, 0, 0])];
+  let low = 0, high = path.length / kListenerWidth - 1;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (path[middle * kListenerWidth] <= time) low = middle; else high = middle;
+  }
+  const begin = path[low * kListenerWidth], end = path[high * kListenerWidth];
+  const part = end > begin ? Math.min(1, Math.max(0, (time - begin) / (end - begin))) : 0;
+  const pose = new Array(7);
+  for (let item = 0; item < 7; ++item) {
+    const from = path[low * kListenerWidth + 1 + item], to = path[high * kListenerWidth + 1 + item];
+    pose[item] = from + part * (to - from);
+  }
+  const length = Math.hypot(...pose.slice(3)) || 1;
+  for (let item = 3; item < 7; ++item) pose[item] /= length;
+  return pose;
+}
+
+async function readListeners(listeners, blobs) {
+  return Promise.all((listeners ?? []).map(async (listener, index) => ({
+    ...listener, index, name: listener.name || `listener ${index + 1}`, track: doubles(await blobs.get(listener.path)),
+  })));
+}
+
+/// Everything of one run that is drawn. The sound's blob is left packed until it is wanted.
+export async function readRun(run, index, blobs) {
+  const [events, poses, contacts, jello] = await Promise.all(
+      [run.events?.blob, run.poses?.blob, run.contacts?.blob, run.jello?.blob].map((blob) => blobs.get(blob)));
+  const meshes = await Promise.all((run.meshes ?? []).map(async (mesh) => readMesh(mesh, await blobs.get(mesh.blob))));
+  const bodies = run.bodies.map((body) => ({...body, name: body.name || `body ${body.id}`}));
+  return {
+    ...run, index, bodies, meshes, events: readEvents(events), contacts: readContacts(contacts),
+    tracks: new Tracks(bodies, poses), byId: new Map(bodies.map((body) => [body.id, body])),
+    jello: run.jello && jello ? readJello(run.jello, jello) : null, listeners: await readListeners(run.listeners, blobs),
+    links: run.links ?? [], gravity: run.gravity ?? [0, -9.81, 0],
+    soundBytes: () => blobs.get(run.sound), hasSound: run.sound !== undefined && run.sound !== null,
+  };
+}
+
+/// The names of an event's bodies: "marble 3", "floor".
+export function namesOf(run, event) {
+  const name = (id) => run.byId.get(id)?.name ?? (id < 0 ? 'the world' : `body ${id}`);
+  return [name(event.body), event.other < 0 ? null : name(event.other)];
+}

@@ -1,0 +1,150 @@
+// Live sound in the page: the audio context, the worklet with its engine, and the clock that it tells.
+import workletText from 'carom:worklet';
+import {playsRuns} from './engine.js';
+import {unpack} from '../run/blobs.js';
+
+/// Emits `at` with each report of the worklet, and `state` when sound begins, fails, or is not to be had.
+export class Sound extends EventTarget {
+  module = null;
+  reason = '';         // why there is no sound; empty if there is, or may be
+  late = 0;
+  #context = null;
+  #node = null;
+  #opened = -1;        // the run that the worklet has
+  #opening = null;
+  #anchor = null;      // the worklet's latest report
+  #lastId = 0;
+  #gain = 1;
+  #muted = false;
+
+  /// Compiles the engine. Afterwards `reason` is empty if the page can sound.
+  async prepare(runs) {
+    try {
+      if (!runs.some((run) => run.hasSound)) return this.#silent('it was made without sound');
+      const bytes = await unpack('carom-engine');
+      if (!bytes) return this.#silent('the engine is not in it');
+      this.module = await WebAssembly.compile(bytes);
+      if (!playsRuns(this.module)) return this.#silent('its engine cannot play runs');
+      if (!globalThis.AudioContext || !globalThis.AudioWorkletNode) this.#silent('this browser has no AudioWorklet');
+    } catch (error) {
+      this.#silent(error.message);
+    }
+  }
+  #silent(reason) {
+    this.reason = reason;
+    this.dispatchEvent(new Event('state'));
+  }
+
+  get on() {
+    return this.#node !== null && this.#context.state === 'running';
+  }
+  get sampleRate() {
+    return this.#context?.sampleRate ?? 48000;
+  }
+  /// True if engines can be made, so that offline renders work, even where no live sound does.
+  get renders() {
+    return this.module !== null && playsRuns(this.module);
+  }
+
+  /// Has to be called within a press, which browsers ask for before they let a page sound.
+  async start(run, head) {
+    if (this.reason) return false;
+    try {
+      if (!this.#context) await this.#make(run);
+      if (this.#context.state !== 'running') await this.#context.resume();
+      if (run.hasSound) await this.open(run, head);
+    } catch (error) {
+      this.#silent(error.message);
+      return false;
+    }
+    this.dispatchEvent(new Event('state'));
+    return true;
+  }
+  async #make(run) {
+    this.#context = new AudioContext({sampleRate: run.sampleRate || 48000, latencyHint: 'interactive'});
+    this.#context.resume();
+    // Chromium refuses blob: for worklets of a page from file://, and takes data:.
+    await this.#context.audioWorklet.addModule('data:text/javascript;charset=utf-8,' + encodeURIComponent(workletText));
+    const node = new AudioWorkletNode(this.#context, 'carom', {
+      numberOfInputs: 0, outputChannelCount: [2], processorOptions: {module: this.module},
+    });
+    node.port.onmessage = ({data}) => this.#take(data);
+    node.onprocessorerror = () => this.#silent('the engine has failed');
+    node.connect(this.#context.destination);
+    this.#node = node;
+    this.#sendVolume();
+  }
+
+  /// Gives the worklet a run, unless it has it already.
+  async open(run, head) {
+    if (this.#opened === run.index || !this.#node) return;
+    const bytes = await run.soundBytes();
+    await new Promise((resolve, reject) => {
+      this.#opening = {resolve, reject};
+      this.#node.port.postMessage({type: 'open', run: run.index, bytes, head});
+    });
+    this.#opened = run.index;
+  }
+  has(run) {
+    return this.on && this.#opened === run.index;
+  }
+
+  #take(message) {
+    if (message.type === 'opened') return this.#opening?.resolve();
+    if (message.type === 'failed') {
+      this.#opening?.reject(new Error(message.message));
+      return this.#silent(message.message);
+    }
+    this.late = message.late;
+    if (message.id === this.#lastId) this.#anchor = message;
+    this.dispatchEvent(Object.assign(new Event('at'), {report: message}));
+  }
+
+  /// Sounds from `order.time` on. The clock stands there until the first report.
+  go(order) {
+    this.#anchor = null;
+    this.#node.port.postMessage({type: 'go', ...order, id: ++this.#lastId});
+  }
+  rest() {
+    this.#anchor = null;
+    ++this.#lastId;
+    this.#node?.port.postMessage({type: 'rest'});
+  }
+  ear(pose) {
+    this.#node?.port.postMessage({type: 'ear', pose});
+  }
+  /// True if `report` is of the present sound.
+  isPresent(report) {
+    return report.id === this.#lastId;
+  }
+
+  /// Where the simulation is of what is heard now; null until the worklet has told.
+  heardTime(speed) {
+    if (!this.#anchor) return null;
+    return this.#anchor.end + speed * (this.#heardAt() - this.#anchor.at);
+  }
+  /// The context's time of the sample that leaves the loudspeaker now.
+  #heardAt() {
+    const stamp = this.#context.getOutputTimestamp?.();
+    if (stamp?.performanceTime > 0 && stamp.contextTime > 0) {
+      const now = stamp.contextTime + (performance.now() - stamp.performanceTime) / 1000;
+      if (Math.abs(now - this.#context.currentTime) < 0.5) return now;
+    }
+    return this.#context.currentTime - (this.#context.baseLatency || 0);
+  }
+
+  set gain(value) {
+    this.#gain = value;
+    this.#sendVolume();
+  }
+  set muted(value) {
+    this.#muted = value;
+    this.#sendVolume();
+  }
+  get muted() {
+    return this.#muted;
+  }
+  #sendVolume() {
+    this.#node?.port.postMessage({type: 'volume', value: this.#muted ? 0 : this.#gain});
+  }
+}

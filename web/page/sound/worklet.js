@@ -1,0 +1,152 @@
+// Live sound: an engine in the audio thread, driven by messages of the page (sound.js).
+//   open {bytes, head}             takes a run; answered by opened or failed
+//   go {id, time, speed, until, loop, hear}   sounds from `time` on; all that is heard is in it, so that no order matters
+//   rest                           fades out and stops
+//   ear {pose}                     moves the ear, smoothly
+//   volume {value}                 full scale per Pa
+import {Engine} from './engine.js';
+
+const kReport = 8;          // quanta between two reports to the page
+const kSeekBudget = 20;     // ms that the prelude of a seek may take, of the 60 within which it has to sound
+const kPrelude = 1.0;       // s at most: what rang before that is mostly gone
+
+/// Keeps peaks below full scale without a corner: straight up to 0.7, then ever flatter.
+function limit(value) {
+  const size = Math.abs(value);
+  if (size <= 0.7) return value;
+  return Math.sign(value) * (0.7 + 0.3 * Math.tanh((size - 0.7) / 0.3));
+}
+
+class CaromProcessor extends AudioWorkletProcessor {
+  constructor({processorOptions}) {
+    super();
+    this.engine = new Engine(processorOptions.module);
+    this.gain = 1;
+    this.aim = 1;         // what `gain` moves towards, so that the volume has no steps
+    this.cost = 0.05;     // s of work for a second of sound, measured at each seek
+    this.playing = false;
+    this.fades = true;    // the next quantum fades in
+    this.next = null;     // a `go` that waits for the end of the present quantum
+    this.now = null;      // the `go` that sounds
+    this.heard = new Float32Array(kReport * 128);
+    this.filled = 0;
+    this.begin = 0;
+    this.port.onmessage = ({data}) => this.take(data);
+  }
+
+  take(message) {
+    try {
+      this[message.type](message);
+    } catch (error) {
+      this.fail(error);
+    }
+  }
+  fail(error) {
+    this.playing = false;
+    this.next = null;
+    this.port.postMessage({type: 'failed', message: error.message});
+  }
+
+  open({bytes, head, run}) {
+    this.playing = false;
+    this.next = null;
+    this.engine.open(bytes, sampleRate, head);
+    this.port.postMessage({type: 'opened', run, duration: this.engine.duration});
+  }
+  go(message) {
+    this.next = message;
+  }
+  rest() {
+    this.next = this.playing ? {type: 'rest'} : null;
+  }
+  ear({pose}) {
+    if (this.playing) this.engine.moveEar(pose);
+  }
+  volume({value}) {
+    this.aim = value;
+  }
+
+  /// Begins to sound at a time. The prelude is as long as this machine renders within the budget.
+  start(go) {
+    const prelude = Math.min(kPrelude, go.time / go.speed, kSeekBudget / 1000 / this.cost);
+    const before = Date.now();
+    this.engine.hear(go.hear);
+    this.engine.seek(go.time, go.speed, prelude);
+    const took = (Date.now() - before) / 1000;
+    if (prelude > 0.01) this.cost = Math.max(0.002, 0.7 * this.cost + 0.3 * took / prelude, took > 0.04 ? took / prelude : 0);
+    this.now = go;
+    this.playing = true;
+    this.fades = true;
+    this.filled = 0;
+    this.begin = go.time;
+  }
+
+  process(inputs, outputs) {
+    try {
+      this.quantum(outputs[0]);
+    } catch (error) {
+      this.fail(error);
+    }
+    return true;
+  }
+
+  quantum(output) {
+    if (!this.playing && this.next) this.turn();
+    if (!this.playing) return;
+    const frames = output[0].length;
+    const planes = this.engine.render(frames);
+    const rate = this.next ? -1 / frames : this.fades ? 1 / frames : 0;
+    this.write(planes, output, frames, rate);
+    this.fades = false;
+    this.keep(planes, frames);
+    if (this.next) this.turn();
+    else this.watchEnds();
+  }
+
+  /// Takes the order that waited, now that the sound has faded.
+  turn() {
+    const next = this.next;
+    this.next = null;
+    this.playing = false;
+    if (next.type === 'go') this.start(next);
+    else this.report(false);
+  }
+  watchEnds() {
+    const time = this.engine.time, {loop, until} = this.now;
+    if (loop && time >= loop[1]) this.next = {...this.now, time: loop[0]};
+    else if (time >= until) this.next = {type: 'rest'};
+  }
+
+  write(planes, output, frames, rate) {
+    let fade = rate > 0 ? 0 : 1;
+    for (let frame = 0; frame < frames; ++frame) {
+      this.gain += 0.002 * (this.aim - this.gain);
+      fade += rate;
+      for (let channel = 0; channel < output.length; ++channel) {
+        const plane = planes[Math.min(channel, planes.length - 1)];
+        output[channel][frame] = limit(plane[frame] * this.gain * fade);
+      }
+    }
+  }
+
+  /// Collects what is heard, as one channel, for the spectrogram.
+  keep(planes, frames) {
+    const share = 1 / planes.length;
+    for (let frame = 0; frame < frames; ++frame) {
+      let sum = 0;
+      for (const plane of planes) sum += plane[frame];
+      this.heard[this.filled + frame] = share * sum;
+    }
+    this.filled += frames;
+    if (this.filled >= this.heard.length) this.report(true);
+  }
+  report(playing) {
+    const samples = this.heard.slice(0, this.filled);
+    const end = this.engine.time;
+    this.port.postMessage({type: 'at', id: this.now?.id ?? 0, begin: this.begin, end, playing, samples,
+                           at: currentTime + 128 / sampleRate, late: this.engine.late}, [samples.buffer]);
+    this.begin = end;
+    this.filled = 0;
+  }
+}
+registerProcessor('carom', CaromProcessor);
