@@ -12,7 +12,7 @@ const kRuns = '<!-- carom: runs -->';
 async function bundle(entry, plugins = []) {
   const {outputFiles} = await build({
     entryPoints: [join(kFolder, entry)], bundle: true, minify: true, write: false, format: 'iife',
-    target: ['chrome107', 'firefox113', 'safari16.4'], legalComments: 'none', charset: 'utf8', plugins,
+    target: ['chrome107', 'firefox113', 'safari16.4'], legalComments: 'none', charset: 'utf8', loader: {'.txt': 'text'}, plugins,
   });
   return outputFiles[0].text;
 }

@@ -8,12 +8,15 @@ export class Sound extends EventTarget {
   module = null;
   reason = '';         // why there is no sound; empty if there is, or may be
   late = 0;
+  seekDelay = null;    // ms from the latest seek to its first sound
+  #asked = 0;
   #context = null;
   #node = null;
   #opened = -1;        // the run that the worklet has
   #opening = null;
   #anchor = null;      // the worklet's latest report
   #lastId = 0;
+  #least = 0;          // no earlier time than this is heard
   #gain = 1;
   #muted = false;
 
@@ -91,6 +94,7 @@ export class Sound extends EventTarget {
 
   #take(message) {
     if (message.type === 'opened') return this.#opening?.resolve();
+    if (message.type === 'sounds') return this.#tellDelay(message.id);
     if (message.type === 'failed') {
       this.#opening?.reject(new Error(message.message));
       return this.#silent(message.message);
@@ -103,7 +107,12 @@ export class Sound extends EventTarget {
   /// Sounds from `order.time` on. The clock stands there until the first report.
   go(order) {
     this.#anchor = null;
+    this.#least = order.loop ? Math.min(order.time, order.loop[0]) : order.time;
+    this.#asked = performance.now();
     this.#node.port.postMessage({type: 'go', ...order, id: ++this.#lastId});
+  }
+  #tellDelay(id) {
+    if (id === this.#lastId) this.seekDelay = performance.now() - this.#asked;
   }
   rest() {
     this.#anchor = null;
@@ -121,7 +130,7 @@ export class Sound extends EventTarget {
   /// Where the simulation is of what is heard now; null until the worklet has told.
   heardTime(speed) {
     if (!this.#anchor) return null;
-    return this.#anchor.end + speed * (this.#heardAt() - this.#anchor.at);
+    return Math.max(this.#least, this.#anchor.end + speed * (this.#heardAt() - this.#anchor.at));
   }
   /// The context's time of the sample that leaves the loudspeaker now.
   #heardAt() {

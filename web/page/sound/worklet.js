@@ -97,6 +97,7 @@ class CaromProcessor extends AudioWorkletProcessor {
     const planes = this.engine.render(frames);
     const rate = this.next ? -1 / frames : this.fades ? 1 / frames : 0;
     this.write(planes, output, frames, rate);
+    if (this.fades) this.port.postMessage({type: 'sounds', id: this.now.id});
     this.fades = false;
     this.keep(planes, frames);
     if (this.next) this.turn();

@@ -1,0 +1,114 @@
+// Endless planes: a fine grid that fades, and the shadows that fall on it. Rooms: the edges where walls meet.
+import * as THREE from 'three';
+
+const kReach = 14;   // radii of the scene that a plane is drawn for
+
+const kVertex = `
+  varying vec2 place;
+  void main() {
+    place = position.xy;
+    gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+  }`;
+const kFragment = `
+  varying vec2 place;
+  uniform float cell, reach, strength;
+  uniform vec3 ink, paper;
+  float lines(vec2 at, float size) {
+    vec2 grid = at / size;
+    vec2 width = fwidth(grid);
+    vec2 near = abs(fract(grid - 0.5) - 0.5) / max(width, 1e-6);
+    float line = 1.0 - min(min(near.x, near.y), 1.0);
+    return line * clamp(0.7 - 1.4 * max(width.x, width.y), 0.0, 1.0);
+  }
+  void main() {
+    float far = length(place) / reach;
+    float fade = 1.0 - smoothstep(0.05, 1.0, far);
+    float line = max(0.45 * lines(place, cell), lines(place, 5.0 * cell));
+    float glow = 0.5 * exp(-60.0 * far * far);
+    gl_FragColor = vec4(mix(paper, ink, line), fade * max(strength * line, glow));
+    #include <colorspace_fragment>
+  }`;
+
+/// 1, 2 or 5 times a power of ten, near `size`.
+export function roundLength(size) {
+  const power = 10 ** Math.floor(Math.log10(size));
+  return [1, 2, 5, 10].map((step) => step * power).find((step) => step >= size) ?? 10 * power;
+}
+
+export class Planes {
+  group = new THREE.Group();
+  #grids = [];
+
+  constructor(run, bounds) {
+    this.reach = kReach * bounds.radius;
+    this.cell = roundLength(bounds.radius / 5);
+    const up = new THREE.Vector3(...run.gravity).negate().normalize();
+    for (const body of run.bodies.filter((item) => item.form.kind === 'plane')) this.#add(body, bounds, up);
+  }
+
+  #add(body, bounds, up) {
+    const [x, y, z, qw, qx, qy, qz] = body.pose;
+    const normal = new THREE.Vector3(...body.form.normal).applyQuaternion(new THREE.Quaternion(qx, qy, qz, qw)).normalize();
+    const offset = body.form.offset + normal.dot(new THREE.Vector3(x, y, z));
+    const centre = bounds.centre.clone().addScaledVector(normal, offset - normal.dot(bounds.centre));
+    const level = normal.dot(up) > 0.5;
+    const shape = new THREE.PlaneGeometry(2 * this.reach, 2 * this.reach);
+    const grid = new THREE.Mesh(shape, new THREE.ShaderMaterial({
+      vertexShader: kVertex, fragmentShader: kFragment, transparent: true, depthWrite: false,
+      uniforms: {cell: {value: this.cell}, reach: {value: this.reach * (level ? 1 : 0.35)}, strength: {value: level ? 0.5 : 0.22},
+                 ink: {value: new THREE.Color()}, paper: {value: new THREE.Color()}},
+    }));
+    const shade = new THREE.Mesh(shape, new THREE.ShadowMaterial({opacity: 0.3, depthWrite: false}));
+    shade.receiveShadow = true;
+    for (const mesh of [grid, shade]) {
+      mesh.position.copy(centre);
+      mesh.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), normal);
+      this.group.add(mesh);
+    }
+    grid.renderOrder = -2;
+    shade.renderOrder = -1;
+    this.#grids.push({grid, shade});
+  }
+
+  paint(theme) {
+    for (const {grid, shade} of this.#grids) {
+      grid.material.uniforms.ink.value.set(theme.grid);
+      grid.material.uniforms.paper.value.set(theme.ground);
+      shade.material.opacity = theme.shadow;
+    }
+  }
+}
+
+/// The part of the line through `point` along `way` that is inside of all walls: [from, to], or null.
+function inside(walls, point, way, left) {
+  let from = -1e3, to = 1e3;
+  for (const wall of walls) {
+    if (left.includes(wall)) continue;
+    const slope = wall.normal.dot(way), gap = wall.normal.dot(point) - wall.offset;
+    if (Math.abs(slope) < 1e-9) {
+      if (gap < -1e-6) return null;
+    } else if (slope > 0) from = Math.max(from, -gap / slope);
+    else to = Math.min(to, -gap / slope);
+  }
+  return to - from > 1e-6 ? [from, to] : null;
+}
+
+/// The edges of the space in front of all walls, as points of line segments; those of walls that do not meet are left out.
+export function roomEdges(room) {
+  const walls = room.walls.map((wall) => ({normal: new THREE.Vector3(...wall.normal).normalize(), offset: wall.offset}));
+  const points = [];
+  for (let one = 0; one < walls.length; ++one) {
+    for (let two = one + 1; two < walls.length; ++two) {
+      const a = walls[one], b = walls[two];
+      const way = a.normal.clone().cross(b.normal);
+      if (way.lengthSq() < 1e-9) continue;
+      const square = way.lengthSq();
+      const point = b.normal.clone().cross(way).multiplyScalar(a.offset)
+          .add(way.clone().cross(a.normal).multiplyScalar(b.offset)).divideScalar(square);
+      way.normalize();
+      const part = inside(walls, point, way, [a, b]);
+      if (part && part[1] - part[0] < 1e3) points.push(...part.map((along) => point.clone().addScaledVector(way, along)));
+    }
+  }
+  return points;
+}

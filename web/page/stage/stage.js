@@ -1,0 +1,199 @@
+// The picture: a renderer, a camera that orbits and flies, light, and what one run shows.
+import * as THREE from 'three';
+import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
+import {RoomEnvironment} from 'three/examples/jsm/environments/RoomEnvironment.js';
+import {boundsOf, frame, upOf} from './bounds.js';
+import {Bodies} from './bodies.js';
+import {looksOf, rgbOfLch} from './colours.js';
+import {Impacts} from './impacts.js';
+import {Jello, Links, Listeners, Room} from './extras.js';
+import {Planes} from './planes.js';
+
+const kFieldOfView = 36;       // degrees, along the shorter side of the picture
+const kMostPixels = 2;         // device pixels for a pixel of the page
+
+export class Stage {
+  camera = new THREE.PerspectiveCamera(kFieldOfView, 1, 0.01, 100);
+  #scene = new THREE.Scene();
+  #ray = new THREE.Raycaster();
+  #looked = 0;
+  touched = false;               // true once the reader has moved the camera
+
+  constructor(canvas, labels) {
+    this.canvas = canvas;
+    this.labels = labels;
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, powerPreference: 'high-performance'});
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = THREE.PCFShadowMap;
+    this.renderer.toneMapping = THREE.NeutralToneMapping;
+    const maker = new THREE.PMREMGenerator(this.renderer);
+    this.#scene.environment = maker.fromScene(new RoomEnvironment(), 0.04).texture;
+    maker.dispose();
+    this.sun = new THREE.DirectionalLight(0xffffff, 1.6);
+    this.sun.castShadow = true;
+    this.sun.shadow.mapSize.set(2048, 2048);
+    this.sun.shadow.radius = 4;
+    this.#scene.add(this.sun, this.sun.target);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = !matchMedia('(prefers-reduced-motion: reduce)').matches;
+    this.controls.dampingFactor = 0.12;
+    this.controls.zoomToCursor = true;
+  }
+
+  /// Shows a run; the camera stays where it is unless it is the first.
+  show(run) {
+    const first = !this.run;
+    this.run = run;
+    if (this.content) this.#drop();
+    this.bounds = boundsOf(run);
+    this.up = upOf(run);
+    this.looks = looksOf(run.bodies);
+    this.bodies = new Bodies(run, this.looks);
+    this.planes = new Planes(run, this.bounds);
+    this.links = new Links(run, this.bounds);
+    this.jello = run.jello ? new Jello(run.jello, this.looks.get(run.jello.body) ?? {lch: [0.68, 0.17, 20]}) : null;
+    this.room = new Room(run.room);
+    this.listeners = new Listeners(run, this.bounds, this.labels);
+    this.impacts = new Impacts(run, this.bounds, this.looks);
+    this.content = new THREE.Group();
+    this.content.add(this.planes.group, this.bodies.group, this.links.group, this.room.group, this.listeners.group, this.impacts.group);
+    if (this.jello) this.content.add(this.jello.group);
+    this.#scene.add(this.content);
+    this.#light();
+    if (this.theme) this.paint(this.theme);
+    if (first) this.reset();
+  }
+  #drop() {
+    this.#scene.remove(this.content);
+    this.content.traverse((item) => item.geometry?.dispose());
+    this.bodies.dispose();
+  }
+  #light() {
+    const {centre, radius} = this.bounds, aside = new THREE.Vector3(0.5, 0.2, 0.35);
+    aside.addScaledVector(this.up, -aside.dot(this.up));
+    this.sun.position.copy(centre).addScaledVector(this.up, 3 * radius).addScaledVector(aside, 2.2 * radius);
+    this.sun.target.position.copy(centre);
+    const reach = 1.9 * radius;
+    Object.assign(this.sun.shadow.camera, {left: -reach, right: reach, top: reach, bottom: -reach, near: 0.1 * radius, far: 9 * radius});
+    this.sun.shadow.camera.updateProjectionMatrix();
+    this.sun.shadow.normalBias = 0.004 * radius;
+    this.sun.shadow.bias = -0.0004;
+  }
+
+  paint(theme) {
+    this.theme = theme;
+    this.#scene.background = this.#backdrop(theme);
+    this.#scene.environmentIntensity = theme.ambient;
+    this.sun.intensity = theme.sun;
+    for (const part of [this.planes, this.links, this.room, this.listeners, this.impacts]) part?.paint(theme);
+  }
+  #backdrop(theme) {
+    const canvas = document.createElement('canvas');
+    canvas.width = 2;
+    canvas.height = 256;
+    const pen = canvas.getContext('2d'), fill = pen.createLinearGradient(0, 0, 0, 256);
+    theme.backdrop.forEach((colour, index) => fill.addColorStop(index / (theme.backdrop.length - 1), colour));
+    pen.fillStyle = fill;
+    pen.fillRect(0, 0, 2, 256);
+    const texture = new THREE.CanvasTexture(canvas);
+    texture.colorSpace = THREE.SRGBColorSpace;
+    return texture;
+  }
+
+  /// The part of the picture that bars cover is left out when the view is centred.
+  resize(width, height, insets) {
+    this.width = width;
+    this.height = height;
+    this.renderer.setPixelRatio(Math.min(kMostPixels, devicePixelRatio));
+    this.renderer.setSize(width, height, false);
+    const open = Math.max(60, height - insets.top - insets.bottom);
+    // The field of view is that of the open part, whose shorter side counts.
+    const half = Math.tan(kFieldOfView * Math.PI / 360) * Math.max(1, Math.min(2.2, open / width));
+    this.camera.userData.aspect = width / open;
+    this.camera.userData.open = open / height;
+    this.camera.fov = 360 / Math.PI * Math.atan(half * height / open);
+    this.camera.aspect = width / height;
+    this.camera.setViewOffset(width, height, 0, (insets.bottom - insets.top) / 2, width, height);
+    this.camera.updateProjectionMatrix();
+  }
+
+  reset() {
+    const whole = this.camera.fov;
+    this.camera.fov = 360 / Math.PI * Math.atan(Math.tan(whole * Math.PI / 360) * (this.camera.userData.open ?? 1));
+    frame(this.camera, this.bounds, this.up);
+    this.camera.fov = whole;
+    this.camera.updateProjectionMatrix();
+    this.controls.dispose();
+    const {enableDamping, dampingFactor} = this.controls;
+    this.controls = new OrbitControls(this.camera, this.canvas);   // takes `up` when it is made
+    Object.assign(this.controls, {enableDamping, dampingFactor, zoomToCursor: true, minDistance: 0.02 * this.bounds.radius,
+                                  maxDistance: 30 * this.bounds.radius});
+    this.controls.target.copy(this.bounds.centre);
+    this.controls.addEventListener('start', () => this.touched = true);
+    this.controls.update();
+    this.touched = false;
+  }
+
+  /// Moves the camera and what it looks at; right, up and ahead in radii of the scene.
+  fly(right, up, ahead) {
+    const step = new THREE.Vector3(right, 0, -ahead).applyQuaternion(this.camera.quaternion).addScaledVector(this.up, up);
+    step.multiplyScalar(this.bounds.radius);
+    this.touched = true;
+    this.camera.position.add(step);
+    this.controls.target.add(step);
+  }
+  /// Turns about what is looked at; radians.
+  orbit(aside, above) {
+    this.touched = true;
+    const from = this.camera.position.clone().sub(this.controls.target).applyAxisAngle(this.up, aside);
+    const axis = this.up.clone().cross(from).normalize();
+    const tilted = from.clone().applyAxisAngle(axis, -above);
+    const angle = tilted.angleTo(this.up);
+    this.camera.position.copy(this.controls.target).add(angle > 0.05 && angle < Math.PI - 0.05 ? tilted : from);
+  }
+
+  draw(time, speed, ear) {
+    this.controls.update();
+    this.bodies.update(time);
+    this.links.update(time);
+    this.jello?.update(time);
+    this.impacts.update(time, speed, this.height * Math.min(kMostPixels, devicePixelRatio));
+    this.listeners.update(time, this, ear);
+    if (this.#looked++ % 12 === 0) {
+      this.#ray.set(this.camera.position, this.bounds.centre.clone().sub(this.camera.position).normalize());
+      this.#ray.far = Math.max(0, this.camera.position.distanceTo(this.bounds.centre) - 0.2 * this.bounds.radius);
+      this.bodies.lookThrough(this.#ray);
+    }
+    this.renderer.render(this.#scene, this.camera);
+  }
+
+  /// The body at a place of the picture, or null.
+  pick(x, y) {
+    const shown = new THREE.Vector2(2 * x / this.width - 1, 1 - 2 * y / this.height);
+    this.#ray.far = Infinity;
+    this.#ray.setFromCamera(shown, this.camera);
+    const hit = this.bodies.pick(this.#ray);
+    const [soft] = this.jello ? this.#ray.intersectObject(this.jello.mesh, false) : [];
+    if (soft && (!hit || soft.distance < hit.distance)) return this.run.jello.body;
+    return hit ? hit.body : null;
+  }
+
+  /// A body's colour, 0 to 255 each, before light falls on it.
+  colourOf(body) {
+    return rgbOfLch(this.looks.get(body).lch);
+  }
+
+  /// Pixels of the page, and the depth, which is above 1 behind the camera.
+  project([x, y, z]) {
+    this.camera.updateMatrixWorld();
+    const behind = new THREE.Vector3(x, y, z).applyMatrix4(this.camera.matrixWorldInverse).z > 0;
+    const at = new THREE.Vector3(x, y, z).project(this.camera);
+    return [(at.x + 1) / 2 * this.width, (1 - at.y) / 2 * this.height, behind ? 2 : at.z];
+  }
+
+  /// The camera's pose as an ear: x y z, w x y z.
+  cameraPose() {
+    const {position, quaternion} = this.camera;
+    return [position.x, position.y, position.z, quaternion.w, quaternion.x, quaternion.y, quaternion.z];
+  }
+}
