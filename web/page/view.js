@@ -9,11 +9,14 @@ import {byId, decibelWords, make, microseconds, setIcon} from './text/dom.js';
 import {keysOf} from './text/key_table.js';
 
 const kStill = 5;      // pixels that a click may move
+const kTooSlow = 0.06, kSlowPictures = 12;   // s from picture to picture, and how many in a row
 const kStep = 0.02;    // of the shown stretch of time, for an arrow key
 
 export class View {
   selected = null;
   body = null;
+  stale = true;         // the picture has to be drawn
+  slow = 0;
   #last = performance.now();
   #sentEar = '';
   #turn = (now) => this.#draw(now);
@@ -40,6 +43,7 @@ export class View {
     this.#layout();
     this.#show();
     followTheme((theme) => {
+      this.touch();
       this.stage.paint(theme);
       this.bar.paint(theme);
     });
@@ -53,9 +57,11 @@ export class View {
     new ResizeObserver(() => this.#layout()).observe(byId('bar'));
     player.addEventListener('change', () => this.#changed());
     ear.addEventListener('change', () => this.#tellEar());
+    player.addEventListener('jump', () => this.touch());
+    this.bar.window.addEventListener('change', () => this.touch());
     this.sound.addEventListener('state', () => this.soundIsKnown());
     byId('begin-button').onclick = () => player.play();
-    byId('show-all').onclick = () => stage.reset();
+    byId('show-all').onclick = () => this.showAll();
     byId('open-help').onclick = () => toggleSheet('help');
     byId('open-about').onclick = () => toggleSheet('about');
     byId('open-mixer').onclick = () => this.mixer.toggle();
@@ -104,6 +110,7 @@ export class View {
     });
   }
   #changed() {
+    this.touch();
     this.#show();
     if (this.player.playing) document.body.classList.add('begun');
   }
@@ -118,10 +125,11 @@ export class View {
   }
 
   #layout() {
+    this.touch();
     const {clientWidth: width, clientHeight: height} = byId('main');
     const bar = byId('bar').offsetHeight;
     byId('main').style.setProperty('--bar', `${bar}px`);
-    this.stage.resize(width, height, {top: 40, bottom: bar});
+    this.stage.resize(width, height, {top: 58, bottom: bar + 34});
     this.bar.resize();
     if (this.stage.run && !this.stage.touched) this.stage.reset();
   }
@@ -141,6 +149,10 @@ export class View {
     this.bar.select(null);
     this.panel.showBody(this.player.run, this.stage.looks, id);
     byId('note').textContent = this.player.run.byId.get(id)?.name ?? '';
+  }
+  showAll() {
+    this.stage.reset();
+    this.touch();
   }
   nextBody(way = 1) {
     const {bodies} = this.player.run;
@@ -194,6 +206,7 @@ export class View {
     this.ear.setFormat(formats[(formats.indexOf(this.ear.format) + 1) % formats.length]);
   }
   #tellEar() {
+    this.touch();
     const {ear} = this;
     const place = {camera: 'Camera', stay: 'Stays', listener: this.player.run.listeners[ear.listener]?.name ?? 'Listener'}[ear.mode];
     const words = ear.mode === 'listener' ? place : `${place} · ${ear.format}`;
@@ -216,11 +229,24 @@ export class View {
     const seconds = (now - this.#last) / 1000;
     this.#last = now;
     this.player.tick(now);
-    this.keys.fly(this.stage, seconds);
-    this.drawNow();
+    const flies = this.keys.fly(this.stage, seconds), settles = this.stage.settle();
+    if (this.player.playing) this.#watchPace(seconds);
+    if (this.player.playing || flies || settles || this.stale) this.drawNow();
     requestAnimationFrame(this.#turn);
   }
+  /// Pictures that come too slowly, one after another, get fewer pixels.
+  #watchPace(seconds) {
+    this.slow = seconds > kTooSlow ? this.slow + 1 : 0;
+    if (this.slow < kSlowPictures) return;
+    this.slow = 0;
+    this.stage.coarsen();
+  }
+  /// Has the picture drawn once more although nothing plays.
+  touch() {
+    this.stale = true;
+  }
   drawNow() {
+    this.stale = false;
     const {time, speed} = this.player;
     this.stage.draw(time, speed, this.ear);
     this.#moveEar();

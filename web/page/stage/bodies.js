@@ -2,6 +2,7 @@
 import * as THREE from 'three';
 import {bandTexture, geometryOf, seamTexture, sharedForm} from './forms.js';
 import {rgbOfLch} from './colours.js';
+import {studioMaterial} from './studio.js';
 
 const textures = {};
 function markings(kind) {
@@ -12,11 +13,9 @@ function markings(kind) {
 
 function surfaceOf(look, form) {
   const clear = look.opacity < 1;
-  return new THREE.MeshPhysicalMaterial({
-    color: 0xffffff, roughness: look.rough, metalness: look.metal, map: markings(form.kind),
+  return studioMaterial({
+    clear, color: 0xffffff, roughness: look.rough, metalness: look.metal, map: markings(form.kind),
     transparent: clear, opacity: look.opacity, side: form.kind === 'mesh' ? THREE.DoubleSide : THREE.FrontSide,
-    clearcoat: !clear && look.rough < 0.3 && !look.metal ? 0.8 : 0, clearcoatRoughness: 0.15,
-    envMapIntensity: look.metal ? 1.1 : 0.7,
   });
 }
 

@@ -2,6 +2,7 @@
 import * as THREE from 'three';
 
 const kSamples = 64;      // times of each body
+const kFill = 0.8;         // of the open part of the picture
 const kOutliers = 0.01;   // share of places at either end that may be out of the picture
 
 function largest(body) {
@@ -23,6 +24,9 @@ function* placesOf(run) {
       yield [pose.slice(0, 3), largest(body)];
     }
   }
+  for (const link of run.links) {
+    for (const end of link.ends) if (end.body < 0) yield [end.at, 0];
+  }
   const {jello} = run;
   if (!jello) return;
   const pictures = Math.max(1, Math.floor(jello.times.length / kSamples)), points = Math.max(1, Math.floor(jello.points / 64));
@@ -41,10 +45,9 @@ function allPlaces(run) {
   return still.length ? still : [[[0, 0, 0], 0.5]];
 }
 
-/// The ball that holds what moves, over the whole run: {centre, radius, box}.
+/// The ball that holds what moves, over the whole run: {centre, radius, box, places: [[x, y, z], radius] ...}.
 export function boundsOf(run) {
   const places = allPlaces(run);
-  const box = new THREE.Box3();
   const low = [0, 0, 0], high = [0, 0, 0];
   const size = Math.max(...places.map(([, radius]) => radius));
   for (let axis = 0; axis < 3; ++axis) {
@@ -52,9 +55,9 @@ export function boundsOf(run) {
     low[axis] = sorted[Math.floor(kOutliers * (sorted.length - 1))] - size;
     high[axis] = sorted[Math.ceil((1 - kOutliers) * (sorted.length - 1))] + size;
   }
-  box.set(new THREE.Vector3(...low), new THREE.Vector3(...high));
-  const centre = box.getCenter(new THREE.Vector3());
-  return {centre, box, radius: Math.max(1e-4, 0.5 * box.getSize(new THREE.Vector3()).length())};
+  const box = new THREE.Box3(new THREE.Vector3(...low), new THREE.Vector3(...high));
+  const within = places.filter(([place]) => box.containsPoint(new THREE.Vector3(...place)));
+  return {centre: box.getCenter(new THREE.Vector3()), box, places: within, radius: Math.max(1e-4, 0.5 * box.getSize(new THREE.Vector3()).length())};
 }
 
 /// Away from gravity; without any, +y.
@@ -63,36 +66,42 @@ export function upOf(run) {
   return up.lengthSq() > 1e-12 ? up.normalize() : new THREE.Vector3(0, 1, 0);
 }
 
-/// Points the camera so that the box fills the picture, seen from slightly above, along its shorter level side.
-export function frame(camera, bounds, up) {
+/// The side from which the scene looks widest, turned a little, and slightly from above.
+function wayTo(bounds, up) {
   const size = bounds.box.getSize(new THREE.Vector3());
   const sides = [new THREE.Vector3(1, 0, 0), new THREE.Vector3(0, 1, 0), new THREE.Vector3(0, 0, 1)]
       .filter((side) => Math.abs(side.dot(up)) < 0.7);
   const extent = (side) => Math.abs(side.dot(size));
-  let ahead = sides.reduce((best, side) => extent(side) < 0.8 * extent(best) ? side : best, sides[sides.length - 1]).clone();
+  const ahead = sides.reduce((best, side) => extent(side) < 0.8 * extent(best) ? side : best, sides[sides.length - 1]).clone();
   ahead.addScaledVector(up, -ahead.dot(up)).normalize();
   const aside = up.clone().cross(ahead);
-  const way = ahead.addScaledVector(aside, 0.42).addScaledVector(up, 0.42).normalize();
-  camera.up.copy(up);
-  camera.position.copy(bounds.centre).addScaledVector(way, bounds.radius);
-  camera.lookAt(bounds.centre);
-  camera.updateMatrixWorld();
-  const distance = fittingDistance(camera, bounds, way);
-  camera.position.copy(bounds.centre).addScaledVector(way, distance);
-  camera.near = 0.01 * bounds.radius;
-  camera.far = 60 * bounds.radius + 2 * distance;
+  return ahead.addScaledVector(aside, 0.36).addScaledVector(up, 0.36).normalize();
 }
 
-/// How far from the centre, along `way`, every corner of the box is within the picture with a margin.
-function fittingDistance(camera, bounds, way) {
-  const tall = Math.tan(camera.fov * Math.PI / 360) * 0.8, wide = tall * camera.userData.aspect;
-  const right = new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, 0);
-  const above = new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, 1);
-  let distance = 0;
-  for (let corner = 0; corner < 8; ++corner) {
-    const {min, max} = bounds.box;
-    const at = new THREE.Vector3(corner & 1 ? max.x : min.x, corner & 2 ? max.y : min.y, corner & 4 ? max.z : min.z).sub(bounds.centre);
-    distance = Math.max(distance, at.dot(way) + Math.max(Math.abs(at.dot(right)) / wide, Math.abs(at.dot(above)) / tall));
+/// Points the camera so that what moves fills the open part of the picture. Returns what it looks at.
+export function frame(camera, bounds, up) {
+  const way = wayTo(bounds, up), target = bounds.centre.clone();
+  const right = up.clone().cross(way).normalize(), above = way.clone().cross(right);
+  const tall = Math.tan(camera.fov * Math.PI / 360) * kFill, wide = tall * camera.userData.aspect;
+  let distance = 3 * bounds.radius;
+  for (let round = 0; round < 6; ++round) {
+    const spread = {left: 0, right: 0, low: 0, high: 0, least: 0};
+    for (const [place, radius] of bounds.places) {
+      const from = new THREE.Vector3(...place).sub(target), depth = Math.max(0.05 * distance, distance - from.dot(way));
+      const x = from.dot(right), y = from.dot(above);
+      spread.left = Math.min(spread.left, (x - radius) / depth);
+      spread.right = Math.max(spread.right, (x + radius) / depth);
+      spread.low = Math.min(spread.low, (y - radius) / depth);
+      spread.high = Math.max(spread.high, (y + radius) / depth);
+    }
+    const {left, low} = spread;
+    target.addScaledVector(right, (left + spread.right) / 2 * distance).addScaledVector(above, (low + spread.high) / 2 * distance);
+    distance *= Math.max((spread.right - left) / 2 / wide, (spread.high - low) / 2 / tall);
+    distance = Math.max(distance, 0.4 * bounds.radius);
   }
-  return distance;
+  camera.up.copy(up);
+  camera.position.copy(target).addScaledVector(way, distance);
+  camera.near = 0.01 * distance;
+  camera.far = 60 * bounds.radius + 2 * distance;
+  return target;
 }

@@ -2,11 +2,12 @@
 import * as THREE from 'three';
 import {coilGeometry} from './forms.js';
 import {rgbOfLch} from './colours.js';
+import {studioMaterial} from './studio.js';
 import {roomEdges} from './planes.js';
 import {listenerPose} from '../run/data.js';
 
 const kUp = new THREE.Vector3(0, 1, 0);
-const kTurns = 14;
+const kTurns = 12, kCoil = 6, kWire = 1.1;   // of a spring; its radii in those of a rod
 
 /// Rods as thin cylinders, springs as coils, between ends that move with their bodies.
 export class Links {
@@ -17,16 +18,21 @@ export class Links {
   constructor(run, bounds) {
     this.run = run;
     const rod = new THREE.CylinderGeometry(1, 1, 1, 12).translate(0, 0.5, 0);
-    this.material = new THREE.MeshStandardMaterial({roughness: 0.4, metalness: 0.6});
-    for (const link of run.links) {
-      const spring = link.kind === 'spring';
-      const ends = link.ends.map((end) => ({...end, radius: run.byId.get(end.body)?.radius ?? 0}));
+    this.material = studioMaterial({roughness: 0.4, metalness: 0.6});
+    for (const item of run.links) {
+      const spring = item.kind === 'spring';
+      const ends = item.ends.map((end) => ({...end, radius: run.byId.get(end.body)?.radius ?? 0}));
       const thick = Math.max(0.0025 * bounds.radius, 0.06 * Math.max(...ends.map((end) => end.radius)));
-      const mesh = new THREE.Mesh(spring ? coilGeometry(kTurns, 1, 0.16) : rod, this.material);
-      mesh.castShadow = true;
-      this.group.add(mesh);
-      this.#links.push({mesh, ends, thick: spring ? 4 * thick : thick});
+      const link = {ends, thick, length: 1};
+      if (spring) Object.assign(link, {thick: 1, length: this.#way(link, 0).length() || 1});
+      link.mesh = new THREE.Mesh(spring ? coilGeometry(kTurns, link.length, kCoil * thick, kWire * thick) : rod, this.material);
+      link.mesh.castShadow = true;
+      this.group.add(link.mesh);
+      this.#links.push(link);
     }
+  }
+  #way({ends}, time) {
+    return this.#endAt(ends[1], time).sub(this.#endAt(ends[0], time));
   }
   #endAt(end, time) {
     const at = new THREE.Vector3(...end.at);
@@ -35,12 +41,12 @@ export class Links {
     return at.applyQuaternion(new THREE.Quaternion(qx, qy, qz, qw)).add(new THREE.Vector3(x, y, z));
   }
   update(time) {
-    for (const {mesh, ends, thick} of this.#links) {
-      const from = this.#endAt(ends[0], time), way = this.#endAt(ends[1], time).sub(from);
+    for (const link of this.#links) {
+      const {mesh, ends, thick} = link, way = this.#way(link, time);
       const length = way.length() || 1e-9;
-      mesh.position.copy(from);
+      mesh.position.copy(this.#endAt(ends[0], time));
       mesh.quaternion.setFromUnitVectors(kUp, way.divideScalar(length));
-      mesh.scale.set(thick, length, thick);
+      mesh.scale.set(thick, length / link.length, thick);
     }
   }
   paint(theme) {
@@ -60,8 +66,8 @@ export class Jello {
     this.surface = new THREE.BufferGeometry();
     this.surface.setAttribute('position', this.points);
     this.surface.setIndex(new THREE.BufferAttribute(jello.triangles, 1));
-    const mesh = new THREE.Mesh(this.surface, new THREE.MeshPhysicalMaterial({
-      color: colour, roughness: 0.15, transparent: true, opacity: 0.72, side: THREE.DoubleSide, clearcoat: 0.6}));
+    const mesh = new THREE.Mesh(this.surface, studioMaterial({
+      clear: true, color: colour, roughness: 0.15, transparent: true, opacity: 0.7, side: THREE.DoubleSide}));
     mesh.castShadow = true;
     mesh.frustumCulled = false;
     mesh.userData.body = jello.body;
@@ -138,8 +144,8 @@ export class Listeners {
     this.run = run;
     this.labels = labels;
     this.size = 0.035 * bounds.radius;
-    this.material = new THREE.MeshStandardMaterial({roughness: 0.6});
-    this.earMaterial = new THREE.MeshStandardMaterial({roughness: 0.6});
+    this.material = studioMaterial({roughness: 0.6});
+    this.earMaterial = studioMaterial({roughness: 0.6});
     labels.replaceChildren();
     this.items = run.listeners.map((listener) => this.#item(listener.name, listener.format, this.material));
     this.ear = this.#item('ear', 'head', this.earMaterial);
@@ -158,13 +164,13 @@ export class Listeners {
     const [x, y, z, qw, qx, qy, qz] = pose;
     model.position.set(x, y, z);
     model.quaternion.set(qx, qy, qz, qw);
-    const at = shown && stage.project([x, y, z]);
+    const at = shown && stage.project(stage.above([x, y, z], 1.3 * this.size));
     // An ear at the eye itself would fill the picture.
     const near = shown && stage.camera.position.distanceTo(model.position) < 3 * this.size;
     if (near) model.visible = false;
     label.hidden = !at || at[2] > 1 || near;
     label.classList.toggle('heard', heard);
-    if (!label.hidden) label.style.transform = `translate(${at[0].toFixed(1)}px, ${(at[1] - 14).toFixed(1)}px) translate(-50%, -100%)`;
+    if (!label.hidden) label.style.transform = `translate(${at[0].toFixed(1)}px, ${(at[1] - 3).toFixed(1)}px) translate(-50%, -100%)`;
   }
   update(time, stage, ear) {
     this.items.forEach((item, index) => {

@@ -85,13 +85,13 @@ export function bandTexture() {
   return texture;
 }
 
-/// A coil along +y from 0 to 1, whose wire is `wire` wide at a length of one.
-export function coilGeometry(turns, radius, wire) {
+/// A coil along +y, `length` long at rest.
+export function coilGeometry(turns, length, radius, wire) {
   class Coil extends THREE.Curve {
     getPoint(part, target = new THREE.Vector3()) {
       const taper = Math.min(1, 12 * part, 12 * (1 - part));
       const angle = 2 * Math.PI * turns * part;
-      return target.set(radius * taper * Math.cos(angle), part, radius * taper * Math.sin(angle));
+      return target.set(radius * taper * Math.cos(angle), length * part, radius * taper * Math.sin(angle));
     }
   }
   return new THREE.TubeGeometry(new Coil(), turns * 20, wire, 6);

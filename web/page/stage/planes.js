@@ -3,13 +3,7 @@ import * as THREE from 'three';
 
 const kReach = 14;   // radii of the scene that a plane is drawn for
 
-const kVertex = `
-  varying vec2 place;
-  void main() {
-    place = position.xy;
-    gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
-  }`;
-const kFragment = `
+const kUniforms = `
   varying vec2 place;
   uniform float cell, reach, strength;
   uniform vec3 ink, paper;
@@ -19,15 +13,29 @@ const kFragment = `
     vec2 near = abs(fract(grid - 0.5) - 0.5) / max(width, 1e-6);
     float line = 1.0 - min(min(near.x, near.y), 1.0);
     return line * clamp(0.7 - 1.4 * max(width.x, width.y), 0.0, 1.0);
-  }
-  void main() {
-    float far = length(place) / reach;
-    float fade = 1.0 - smoothstep(0.05, 1.0, far);
-    float line = max(0.45 * lines(place, cell), lines(place, 5.0 * cell));
-    float glow = 0.5 * exp(-60.0 * far * far);
-    gl_FragColor = vec4(mix(paper, ink, line), fade * max(strength * line, glow));
-    #include <colorspace_fragment>
   }`;
+/// The shadow lies over the grid, in one pass for both.
+const kBlend = `
+  float far = length(place) / reach;
+  float line = max(0.45 * lines(place, cell), lines(place, 5.0 * cell));
+  float glow = 0.5 * exp(-60.0 * far * far);
+  float drawn = (1.0 - smoothstep(0.05, 1.0, far)) * max(strength * line, glow);
+  float shaded = gl_FragColor.a;
+  float covered = shaded + drawn * (1.0 - shaded);
+  gl_FragColor = vec4(mix(paper, ink, line) * drawn * (1.0 - shaded) / max(covered, 1e-4), covered);
+  #include <colorspace_fragment>`;
+
+function planeMaterial(uniforms) {
+  const material = new THREE.ShadowMaterial({depthWrite: false});
+  material.uniforms = uniforms;
+  material.onBeforeCompile = (shader) => {
+    Object.assign(shader.uniforms, uniforms);
+    shader.vertexShader = shader.vertexShader.replace('void main() {', 'varying vec2 place;\nvoid main() {\n  place = position.xy;');
+    shader.fragmentShader = shader.fragmentShader.replace('void main() {', `${kUniforms}\nvoid main() {`)
+        .replace('#include <tonemapping_fragment>', '').replace('#include <colorspace_fragment>', kBlend);
+  };
+  return material;
+}
 
 /// 1, 2 or 5 times a power of ten, near `size`.
 export function roundLength(size) {
@@ -52,29 +60,23 @@ export class Planes {
     const offset = body.form.offset + normal.dot(new THREE.Vector3(x, y, z));
     const centre = bounds.centre.clone().addScaledVector(normal, offset - normal.dot(bounds.centre));
     const level = normal.dot(up) > 0.5;
-    const shape = new THREE.PlaneGeometry(2 * this.reach, 2 * this.reach);
-    const grid = new THREE.Mesh(shape, new THREE.ShaderMaterial({
-      vertexShader: kVertex, fragmentShader: kFragment, transparent: true, depthWrite: false,
-      uniforms: {cell: {value: this.cell}, reach: {value: this.reach * (level ? 1 : 0.35)}, strength: {value: level ? 0.5 : 0.22},
-                 ink: {value: new THREE.Color()}, paper: {value: new THREE.Color()}},
+    const grid = new THREE.Mesh(new THREE.PlaneGeometry(2 * this.reach, 2 * this.reach), planeMaterial({
+      cell: {value: this.cell}, reach: {value: this.reach * (level ? 1 : 0.35)}, strength: {value: level ? 0.36 : 0.18},
+      ink: {value: new THREE.Color()}, paper: {value: new THREE.Color()},
     }));
-    const shade = new THREE.Mesh(shape, new THREE.ShadowMaterial({opacity: 0.3, depthWrite: false}));
-    shade.receiveShadow = true;
-    for (const mesh of [grid, shade]) {
-      mesh.position.copy(centre);
-      mesh.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), normal);
-      this.group.add(mesh);
-    }
-    grid.renderOrder = -2;
-    shade.renderOrder = -1;
-    this.#grids.push({grid, shade});
+    grid.receiveShadow = true;
+    grid.position.copy(centre);
+    grid.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), normal);
+    grid.renderOrder = -1;
+    this.group.add(grid);
+    this.#grids.push(grid);
   }
 
   paint(theme) {
-    for (const {grid, shade} of this.#grids) {
-      grid.material.uniforms.ink.value.set(theme.grid);
-      grid.material.uniforms.paper.value.set(theme.ground);
-      shade.material.opacity = theme.shadow;
+    for (const {material} of this.#grids) {
+      material.uniforms.ink.value.set(theme.grid);
+      material.uniforms.paper.value.set(theme.ground);
+      material.opacity = theme.shadow;
     }
   }
 }

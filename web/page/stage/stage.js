@@ -1,13 +1,13 @@
 // The picture: a renderer, a camera that orbits and flies, light, and what one run shows.
 import * as THREE from 'three';
 import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
-import {RoomEnvironment} from 'three/examples/jsm/environments/RoomEnvironment.js';
 import {boundsOf, frame, upOf} from './bounds.js';
 import {Bodies} from './bodies.js';
 import {looksOf, rgbOfLch} from './colours.js';
 import {Impacts} from './impacts.js';
 import {Jello, Links, Listeners, Room} from './extras.js';
 import {Planes} from './planes.js';
+import {setStudio} from './studio.js';
 
 const kFieldOfView = 36;       // degrees, along the shorter side of the picture
 const kMostPixels = 2;         // device pixels for a pixel of the page
@@ -17,27 +17,41 @@ export class Stage {
   #scene = new THREE.Scene();
   #ray = new THREE.Raycaster();
   #looked = 0;
+  fineness = 1;
   touched = false;               // true once the reader has moved the camera
 
   constructor(canvas, labels) {
     this.canvas = canvas;
     this.labels = labels;
-    this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, powerPreference: 'high-performance'});
-    this.renderer.shadowMap.enabled = true;
-    this.renderer.shadowMap.type = THREE.PCFShadowMap;
-    this.renderer.toneMapping = THREE.NeutralToneMapping;
-    const maker = new THREE.PMREMGenerator(this.renderer);
-    this.#scene.environment = maker.fromScene(new RoomEnvironment(), 0.04).texture;
-    maker.dispose();
+    this.renderer = this.#makeRenderer(canvas);
+    this.sky = new THREE.HemisphereLight(0xffffff, 0x808080, 1);
     this.sun = new THREE.DirectionalLight(0xffffff, 1.6);
     this.sun.castShadow = true;
-    this.sun.shadow.mapSize.set(2048, 2048);
-    this.sun.shadow.radius = 4;
-    this.#scene.add(this.sun, this.sun.target);
+    this.sun.shadow.mapSize.setScalar(this.soft ? 1024 : 2048);
+    this.sun.shadow.radius = 3;
+    this.#scene.add(this.sky, this.sun, this.sun.target);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = !matchMedia('(prefers-reduced-motion: reduce)').matches;
     this.controls.dampingFactor = 0.12;
     this.controls.zoomToCursor = true;
+  }
+
+  #makeRenderer(canvas) {
+    const options = {canvas, powerPreference: 'high-performance', alpha: false};
+    const context = canvas.getContext('webgl2', {...options, antialias: !this.#drawsInSoftware()});
+    const renderer = new THREE.WebGLRenderer({...options, context});
+    renderer.shadowMap.enabled = true;
+    renderer.shadowMap.type = THREE.PCFShadowMap;
+    renderer.toneMapping = THREE.NeutralToneMapping;
+    return renderer;
+  }
+  /// Without graphics hardware every pixel counts.
+  #drawsInSoftware() {
+    const context = document.createElement('canvas').getContext('webgl2');
+    const names = context?.getExtension('WEBGL_debug_renderer_info');
+    this.soft = names !== null && /swiftshader|llvmpipe|software|basic render/i.test(context?.getParameter(names.UNMASKED_RENDERER_WEBGL) ?? '');
+    context?.getExtension('WEBGL_lose_context')?.loseContext();
+    return this.soft;
   }
 
   /// Shows a run; the camera stays where it is unless it is the first.
@@ -73,6 +87,8 @@ export class Stage {
     aside.addScaledVector(this.up, -aside.dot(this.up));
     this.sun.position.copy(centre).addScaledVector(this.up, 3 * radius).addScaledVector(aside, 2.2 * radius);
     this.sun.target.position.copy(centre);
+    this.sky.position.copy(this.up);
+    setStudio({up: this.up, key: this.sun.position.clone().sub(centre)});
     const reach = 1.9 * radius;
     Object.assign(this.sun.shadow.camera, {left: -reach, right: reach, top: reach, bottom: -reach, near: 0.1 * radius, far: 9 * radius});
     this.sun.shadow.camera.updateProjectionMatrix();
@@ -83,7 +99,10 @@ export class Stage {
   paint(theme) {
     this.theme = theme;
     this.#scene.background = this.#backdrop(theme);
-    this.#scene.environmentIntensity = theme.ambient;
+    this.sky.color.set(theme.sky);
+    this.sky.groundColor.set(theme.bounce);
+    this.sky.intensity = theme.ambient;
+    setStudio({theme});
     this.sun.intensity = theme.sun;
     for (const part of [this.planes, this.links, this.room, this.listeners, this.impacts]) part?.paint(theme);
   }
@@ -104,7 +123,7 @@ export class Stage {
   resize(width, height, insets) {
     this.width = width;
     this.height = height;
-    this.renderer.setPixelRatio(Math.min(kMostPixels, devicePixelRatio));
+    this.renderer.setPixelRatio(this.#pixelRatio());
     this.renderer.setSize(width, height, false);
     const open = Math.max(60, height - insets.top - insets.bottom);
     // The field of view is that of the open part, whose shorter side counts.
@@ -120,7 +139,7 @@ export class Stage {
   reset() {
     const whole = this.camera.fov;
     this.camera.fov = 360 / Math.PI * Math.atan(Math.tan(whole * Math.PI / 360) * (this.camera.userData.open ?? 1));
-    frame(this.camera, this.bounds, this.up);
+    const target = frame(this.camera, this.bounds, this.up);
     this.camera.fov = whole;
     this.camera.updateProjectionMatrix();
     this.controls.dispose();
@@ -128,7 +147,7 @@ export class Stage {
     this.controls = new OrbitControls(this.camera, this.canvas);   // takes `up` when it is made
     Object.assign(this.controls, {enableDamping, dampingFactor, zoomToCursor: true, minDistance: 0.02 * this.bounds.radius,
                                   maxDistance: 30 * this.bounds.radius});
-    this.controls.target.copy(this.bounds.centre);
+    this.controls.target.copy(target);
     this.controls.addEventListener('start', () => this.touched = true);
     this.controls.update();
     this.touched = false;
@@ -152,12 +171,26 @@ export class Stage {
     this.camera.position.copy(this.controls.target).add(angle > 0.05 && angle < Math.PI - 0.05 ? tilted : from);
   }
 
+  /// True if the camera has moved by itself, as it does for a while after a drag.
+  settle() {
+    return this.controls.update();
+  }
+  /// Fewer pixels, for a machine that is too slow for all of them.
+  coarsen() {
+    if (this.fineness < 0.5) return;
+    this.fineness *= 0.75;
+    this.renderer.setPixelRatio(this.#pixelRatio());
+    this.renderer.setSize(this.width, this.height, false);
+  }
+  #pixelRatio() {
+    return this.fineness * Math.min(kMostPixels, devicePixelRatio);
+  }
+
   draw(time, speed, ear) {
-    this.controls.update();
     this.bodies.update(time);
     this.links.update(time);
     this.jello?.update(time);
-    this.impacts.update(time, speed, this.height * Math.min(kMostPixels, devicePixelRatio));
+    this.impacts.update(time, speed, this.height * this.#pixelRatio());
     this.listeners.update(time, this, ear);
     if (this.#looked++ % 12 === 0) {
       this.#ray.set(this.camera.position, this.bounds.centre.clone().sub(this.camera.position).normalize());
@@ -181,6 +214,11 @@ export class Stage {
   /// A body's colour, 0 to 255 each, before light falls on it.
   colourOf(body) {
     return rgbOfLch(this.looks.get(body).lch);
+  }
+
+  /// A place `height` m above another, as the picture is held.
+  above(place, height) {
+    return new THREE.Vector3(...place).addScaledVector(this.up, height).toArray();
   }
 
   /// Pixels of the page, and the depth, which is above 1 behind the camera.

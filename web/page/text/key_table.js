@@ -29,7 +29,7 @@ export function keysOf(view) {
     'c': () => view.selected && !view.sound.reason && player.alone(view.selected),
     'v': () => view.nextRun(1),
     'n': ({shiftKey}) => view.nextBody(shiftKey ? -1 : 1),
-    '0': () => view.stage.reset(),
+    '0': () => view.showAll(),
     'Escape': () => view.mixer.element.hidden ? view.close() : view.mixer.toggle(false),
     '?': () => toggleSheet('help'),
   };

@@ -39,13 +39,14 @@ export class Keys {
     act(event);
   }
 
-  /// Moves the view by the keys that are held, for one picture of `seconds`.
+  /// Moves the view by the keys that are held, for one picture of `seconds`; true if any are.
   fly(stage, seconds) {
-    if (!this.#held.size) return;
+    if (!this.#held.size) return false;
     const way = [0, 0, 0];
     for (const code of this.#held) kFly[code].forEach((step, axis) => way[axis] += step);
     const step = Math.min(0.1, seconds);
     if (this.shift) stage.orbit(kOrbitSpeed * step * way[0], kOrbitSpeed * step * (way[2] + way[1]));
     else stage.fly(...way.map((part) => kFlySpeed * step * part));
+    return true;
   }
 }

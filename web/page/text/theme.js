@@ -11,14 +11,14 @@ function ramp(stops) {
 }
 
 const kDark = {
-  dark: true, backdrop: ['#0d1117', '#141b24', '#1d2732', '#1a222c'], ground: '#2a3743', grid: '#8fa6bb', shadow: 0.5,
-  link: '#aab4bf', room: '#7f93a8', listener: '#d5d9de', accent: '#ffc163', glow: '#ffe0a8', ambient: 0.62, sun: 2.3,
+  dark: true, backdrop: ['#0d1117', '#141b24', '#1d2732', '#1a222c'], ground: '#2c3a48', grid: '#8fa6bb', shadow: 0.5,
+  link: '#aab4bf', room: '#7f93a8', listener: '#d5d9de', accent: '#ffc163', glow: '#ffe0a8', ambient: 1.9, sun: 2.3, sky: '#cfdcec', bounce: '#6b7078', lamp: 1,
   soft: '#9aa7b4', line: 'rgb(140 160 180 / .16)', paper: '#12171d',
   ramp: ramp([[0.2, 0.03, 260], [0.36, 0.11, 280], [0.52, 0.17, 330], [0.68, 0.17, 25], [0.83, 0.14, 75], [0.97, 0.06, 100]]),
 };
 const kLight = {
   dark: false, backdrop: ['#e9eef2', '#f1f3f3', '#f6f4ef', '#ece8e0'], ground: '#fffdf8', grid: '#6d7c8a', shadow: 0.26,
-  link: '#69737d', room: '#7b8a98', listener: '#4a545e', accent: '#9a4f00', glow: '#ff8a1f', ambient: 0.85, sun: 2.1,
+  link: '#69737d', room: '#7b8a98', listener: '#4a545e', accent: '#9a4f00', glow: '#ff8a1f', ambient: 2, sun: 2.1, sky: '#ffffff', bounce: '#b5ada0', lamp: 0.9,
   soft: '#55606b', line: 'rgb(60 80 100 / .16)', paper: '#fcfbf8',
   ramp: ramp([[0.96, 0.02, 240], [0.84, 0.08, 230], [0.68, 0.13, 250], [0.52, 0.18, 285], [0.4, 0.17, 320], [0.28, 0.11, 350]]),
 };
