@@ -10,6 +10,7 @@ import {keysOf} from './text/key_table.js';
 
 const kStill = 5;      // pixels that a click may move
 const kTooSlow = 0.06, kSlowPictures = 12;   // s from picture to picture, and how many in a row
+const kBegin = 62;     // pixels above the bar, where the button to begin is
 const kStep = 0.02;    // of the shown stretch of time, for an arrow key
 
 export class View {
@@ -129,7 +130,7 @@ export class View {
     const {clientWidth: width, clientHeight: height} = byId('main');
     const bar = byId('bar').offsetHeight;
     byId('main').style.setProperty('--bar', `${bar}px`);
-    this.stage.resize(width, height, {top: 58, bottom: bar + 34});
+    this.stage.resize(width, height, {top: 58, bottom: bar + kBegin});
     this.bar.resize();
     if (this.stage.run && !this.stage.touched) this.stage.reset();
   }

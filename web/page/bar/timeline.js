@@ -1,4 +1,5 @@
 // The time line: a mark for every collision by its loudness, lasting contacts as bars, and the scale of time.
+import {sidesOf} from '../run/data.js';
 import {markColour} from '../stage/colours.js';
 
 const kRange = 66;        // dB from the loudest mark to none
@@ -61,8 +62,7 @@ export class Timeline {
   }
   /// The colour of a mark is that of the body that moves.
   #colourOf(event) {
-    const moves = this.run.byId.get(event.body)?.moves || event.other < 0;
-    return this.colours.get(moves ? event.body : event.other) ?? this.theme.soft;
+    return this.colours.get(sidesOf(this.run, event)[0]) ?? this.theme.soft;
   }
 
   draw() {

@@ -131,8 +131,15 @@ export async function readRun(run, index, blobs) {
   };
 }
 
-/// The names of an event's bodies: "marble 3", "floor".
+/// The two bodies of an event, the one that moves first; -1 for none.
+export function sidesOf(run, event) {
+  const stays = (id) => id < 0 || !run.byId.get(id)?.moves;
+  return stays(event.body) && !stays(event.other) ? [event.other, event.body] : [event.body, event.other];
+}
+
+/// Their names: "marble 3", "floor"; null for a second that is not known.
 export function namesOf(run, event) {
+  const [one, two] = sidesOf(run, event);
   const name = (id) => run.byId.get(id)?.name ?? (id < 0 ? 'the world' : `body ${id}`);
-  return [name(event.body), event.other < 0 ? null : name(event.other)];
+  return [name(one), two < 0 ? null : name(two)];
 }

@@ -24,9 +24,6 @@ function* placesOf(run) {
       yield [pose.slice(0, 3), largest(body)];
     }
   }
-  for (const link of run.links) {
-    for (const end of link.ends) if (end.body < 0) yield [end.at, 0];
-  }
   const {jello} = run;
   if (!jello) return;
   const pictures = Math.max(1, Math.floor(jello.times.length / kSamples)), points = Math.max(1, Math.floor(jello.points / 64));
@@ -56,7 +53,9 @@ export function boundsOf(run) {
     high[axis] = sorted[Math.ceil((1 - kOutliers) * (sorted.length - 1))] + size;
   }
   const box = new THREE.Box3(new THREE.Vector3(...low), new THREE.Vector3(...high));
-  const within = places.filter(([place]) => box.containsPoint(new THREE.Vector3(...place)));
+  const anchors = run.links.flatMap((link) => link.ends).filter((end) => end.body < 0).map((end) => [end.at, 0]);
+  anchors.forEach(([place]) => box.expandByPoint(new THREE.Vector3(...place)));
+  const within = [...places, ...anchors].filter(([place]) => box.containsPoint(new THREE.Vector3(...place)));
   return {centre: box.getCenter(new THREE.Vector3()), box, places: within, radius: Math.max(1e-4, 0.5 * box.getSize(new THREE.Vector3()).length())};
 }
 

@@ -8,7 +8,7 @@ const kMaterials = [
   [/brass|gold|bronze/, {lch: [0.76, 0.11, 85], rough: 0.3, metal: 0.75, spread: 20}],
   [/copper/, {lch: [0.66, 0.12, 48], rough: 0.3, metal: 0.75, spread: 20}],
   [/steel|iron|titan|nickel|zinc|tin\b|lead|tungsten|magnesium|silver|platinum|alumin|metal|coin|shot/,
-   {lch: [0.74, 0.035, 245], rough: 0.28, metal: 0.75, spread: 360, chroma: 0.042}],
+   {lch: [0.74, 0.035, 245], rough: 0.28, metal: 0.75, spread: 360, chroma: 0.03}],
   [/glass|silica|ice|crystal/, {lch: [0.77, 0.1, 185], rough: 0.06, opacity: 0.62, spread: 360, chroma: 0.11}],
   [/wood|oak|spruce|maple|pine|balsa|cork|board|pen\b/, {lch: [0.6, 0.075, 62], rough: 0.75, spread: 40}],
   [/brick|clay|terra/, {lch: [0.55, 0.11, 38], rough: 1, spread: 20}],

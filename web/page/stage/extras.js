@@ -67,14 +67,16 @@ export class Jello {
     this.surface.setAttribute('position', this.points);
     this.surface.setIndex(new THREE.BufferAttribute(jello.triangles, 1));
     const mesh = new THREE.Mesh(this.surface, studioMaterial({
-      clear: true, color: colour, roughness: 0.15, transparent: true, opacity: 0.7, side: THREE.DoubleSide}));
+      clear: true, color: colour, roughness: 0.15, transparent: true, opacity: 0.7, side: THREE.DoubleSide,
+      polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1}));
     mesh.castShadow = true;
     mesh.frustumCulled = false;
     mesh.userData.body = jello.body;
     const lattice = new THREE.BufferGeometry();
     lattice.setAttribute('position', this.points);
     lattice.setIndex(new THREE.BufferAttribute(jello.edges, 1));
-    const lines = new THREE.LineSegments(lattice, new THREE.LineBasicMaterial({color: colour, transparent: true, opacity: 0.22}));
+    const lines = new THREE.LineSegments(lattice, new THREE.LineBasicMaterial({
+      color: colour.clone().lerp(new THREE.Color(1, 1, 1), 0.45), transparent: true, opacity: 0.25}));
     lines.frustumCulled = false;
     this.mesh = mesh;
     this.group.add(mesh, lines);

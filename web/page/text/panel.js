@@ -1,6 +1,6 @@
 // What is selected: an event, who hit whom and how; or a body, and its events.
 import {cssOf} from '../stage/colours.js';
-import {namesOf} from '../run/data.js';
+import {sidesOf} from '../run/data.js';
 import {byId, decibelWords, icon, make, microseconds, quantity, setIcon} from './dom.js';
 
 const kListed = 6;   // events of a body that are shown
@@ -35,7 +35,8 @@ export class Panel {
 
   showEvent(run, looks, event, sounds) {
     this.body = undefined;
-    const title = [this.#chip(run, looks, event.body), make('span', {class: 'quiet'}, ' hits '), this.#chip(run, looks, event.other)];
+    const [one, two] = sidesOf(run, event);
+    const title = [this.#chip(run, looks, one), make('span', {class: 'quiet'}, ' hits '), this.#chip(run, looks, two)];
     const alone = make('button', {type: 'button', class: 'strong', disabled: !sounds, onclick: () => this.does.alone(event)}, 'Its sound alone');
     alone.prepend(icon('play'));
     this.#fill(title, this.#facts([
@@ -75,9 +76,9 @@ export class Panel {
   #loudest(run, events, id) {
     const loud = [...events].sort((a, b) => b.level - a.level).slice(0, kListed).sort((a, b) => a.time - b.time);
     const rows = loud.map((event) => {
-      const [one, two] = namesOf(run, event);
+      const other = event.body === id ? event.other : event.body;
       return make('li', {}, make('button', {type: 'button', class: 'row', onclick: () => this.does.select(event)},
-                  make('span', {}, microseconds(event.time)), make('span', {class: 'grow'}, event.body === id ? two ?? 'the world' : one),
+                  make('span', {}, microseconds(event.time)), make('span', {class: 'grow'}, run.byId.get(other)?.name ?? 'the world'),
                   make('span', {}, decibelWords(event.level))));
     });
     return make('div', {class: 'list'}, make('h3', {}, events.length > kListed ? 'Its loudest events' : 'Its events'), make('ul', {}, ...rows));
