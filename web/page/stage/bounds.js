@@ -2,7 +2,7 @@
 import * as THREE from 'three';
 
 const kSamples = 64;      // times of each body
-const kFill = 0.8;         // of the open part of the picture
+const kFill = 0.9;         // of the open part of the picture
 const kOutliers = 0.01;   // share of places at either end that may be out of the picture
 
 function largest(body) {
