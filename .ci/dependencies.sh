@@ -4,7 +4,7 @@
 carom_build_packages="g++ cmake ninja-build pkg-config libbullet-dev libeigen3-dev libsndfile1-dev
   libmysofa-dev libpng-dev libhwy-dev libsdl2-dev libassimp-dev libmeshoptimizer-dev libmumps-seq-dev
   libopenblas0-serial nlohmann-json3-dev libcli11-dev libssl-dev libmuparser-dev
-  libzstd-dev"
+  libzstd-dev zlib1g-dev"
 carom_test_packages="libgtest-dev libgmock-dev libvalijson-dev dpkg-dev file python3 python3-numpy"
 # For a test that is left out where they are missing: what `carom report` writes, in a browser.
 carom_page_packages="chromium python3"

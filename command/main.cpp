@@ -1,6 +1,6 @@
 // The carom command: render, info, compare, report, record, replay, batch, modes, strike, jello,
-// stability, listen. Exit codes: 0 done, 1 failed, 2 bad input, 3 ended by a limit; by a signal:
-// 129, 130, 143.
+// stability, listen, view. Exit codes: 0 done, 1 failed, 2 bad input, 3 ended by a limit; by a
+// signal: 129, 130, 143.
 
 #include <algorithm>
 #include <cctype>
@@ -29,6 +29,7 @@
 #include "command/signals.h"
 #include "command/stability_command.h"
 #include "command/strike_command.h"
+#include "command/view_command.h"
 #include "command/warnings.h"
 #include "lab/compare/compare.h"
 #include "lab/estimate/run_estimate.h"
@@ -57,8 +58,8 @@ using namespace audio;
 namespace {
 
 constexpr const char* kCommands =
-    "render, info, compare, report, record, replay, batch, modes, strike, jello, stability or "
-    "listen";
+    "render, info, compare, report, record, replay, batch, modes, strike, jello, stability, "
+    "listen or view";
 
 struct Arguments {
   std::string scene;  // for replay: the recording
@@ -620,6 +621,7 @@ int run(int argc, char** argv) {
   const JelloCommand jello(app);
   const StabilityCommand stability(app);
   const ListenCommand listen(app, program);
+  const ViewCommand view(app);
   app.allow_extras();  // after the commands, which do not inherit it then
   try {
     app.parse(argc, argv);
@@ -642,6 +644,7 @@ int run(int argc, char** argv) {
   if (jello.parsed()) return jello.run();
   if (stability.parsed()) return stability.run();
   if (listen.parsed()) return listen.run();
+  if (view.parsed()) return view.run();
   return fail(kBadInput, std::string("no command; expected ") + kCommands + " (carom --help)");
 }
 

@@ -135,15 +135,13 @@ class SoundBodies {
 /// Sets the bodies of a scene, and returns what is to be said about them.
 Result<std::vector<std::string>> setBodies(const Scene& scene, Synth& synth,
                                            const Progress& progress) {
-  const Result<std::vector<BodyModes>> modes = sceneModes(scene, progress);
-  if (!modes) return modes.error();
-  SoundBodies bodies(scene, progress);
+  Result<SceneSoundBodies> sounds = soundBodies(scene, progress);
+  if (!sounds) return sounds.error();
   for (std::size_t index = 0; index < scene.bodies.size(); ++index) {
-    const Result<SoundBody> sound = bodies.make(scene.bodies[index], (*modes)[index]);
-    Status set = sound ? synth.setBody(static_cast<BodyId>(index), *sound) : sound.error();
+    const Status set = synth.setBody(static_cast<BodyId>(index), sounds->bodies[index]);
     if (!set) return Error{scene.bodies[index].name + ": " + set.error().message};
   }
-  return bodies.takeNotes();
+  return std::move(sounds->notes);
 }
 
 /// Time in s within which a listener at the end of its path comes to rest: PoseTrack would go on
@@ -216,6 +214,20 @@ bool hearsRecoils(const Scene& scene) {
          comparison.sampling == Sampling::bandLimited;
 }
 
+Result<SceneSoundBodies> soundBodies(const Scene& scene, const Progress& progress) {
+  const Result<std::vector<BodyModes>> modes = sceneModes(scene, progress);
+  if (!modes) return modes.error();
+  SoundBodies bodies(scene, progress);
+  SceneSoundBodies sounds;
+  for (std::size_t index = 0; index < scene.bodies.size(); ++index) {
+    Result<SoundBody> sound = bodies.make(scene.bodies[index], (*modes)[index]);
+    if (!sound) return Error{scene.bodies[index].name + ": " + sound.error().message};
+    sounds.bodies.push_back(*std::move(sound));
+  }
+  sounds.notes = bodies.takeNotes();
+  return sounds;
+}
+
 std::size_t imageCount(const Scene& scene) {
   if (scene.sound.room.reflectors.empty()) return 0;
   const Result<std::vector<Image>> images = makeImages(scene.sound.room);
@@ -264,11 +276,14 @@ Result<SceneSound> SceneSound::create(const Scene& scene, std::unique_ptr<SceneS
   }
   Result<std::vector<std::string>> notes = setBodies(scene, *synth, progress);
   if (!notes) return Error{scene.name + ": " + notes.error().message};
-  std::optional<JelloVoice> voice;
+  std::optional<DeformingVoice> voice;
   if (const double step = stepper->hearDeformations(); step > 0.0) {
-    Result<JelloVoice> made = JelloVoice::create(scene, step);
+    Result<DeformingVoice> made = DeformingVoice::create(
+        {.step = step, .sampleRate = scene.sampleRate, .medium = scene.medium}, scene.listeners);
     if (!made) return Error{scene.name + ": " + made.error().message};
     voice = *std::move(made);
+    for (const ListenerPath& path : scene.paths)
+      voice->follow(path.listener, trackOf(path, scene.listeners[path.listener]));
   }
   synth->advanceTo(start);  // rings are followed
   SceneSound sound(scene, std::move(stepper), *std::move(synth), span);

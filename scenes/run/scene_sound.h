@@ -10,13 +10,13 @@
 #include <string>
 #include <vector>
 
+#include "audio/propagation/deforming_voice.h"
 #include "audio/propagation/pose_track.h"
 #include "carom/audio/impulse_event.h"
 #include "carom/audio/result.h"
 #include "carom/audio/synth.h"
 #include "carom/modal/analysis_settings.h"
 #include "scenes/format/scene.h"
-#include "scenes/run/jello_voice.h"
 #include "scenes/run/scene_stepper.h"
 
 namespace carom::scenes {
@@ -44,8 +44,18 @@ std::size_t imageCount(const Scene& scene);
 /// asks for it, and not for a comparison with less exact clicks. [any thread]
 bool hearsRecoils(const Scene& scene);
 
+/// How the bodies of a scene sound, in their order.
+struct SceneSoundBodies {
+  std::vector<SoundBody> bodies;
+  std::vector<std::string> notes;  ///< see SceneSound::notes
+};
+
+/// Loads the models and textures that the scene names, and computes the modes and recoils that it
+/// asks for, with `progress` told of these. An error names the body. [one thread]
+Result<SceneSoundBodies> soundBodies(const Scene& scene, const Progress& progress = {});
+
 /// Longest travel time of sound through the air that is still heard, s; see firstEventTime.
-inline constexpr double kLongestWay = 1.0;
+inline constexpr double kLongestWay = audio::DeformingVoice::kLongestWay;
 
 /// Returns the track of a listener's path: it begins at the scene's place, and stays at the last
 /// pose. [any thread]
@@ -140,7 +150,7 @@ class SceneSound {
   std::unique_ptr<SceneStepper> stepper_;
   Synth synth_;
   bool hasStems_;
-  std::optional<JelloVoice> voice_;
+  std::optional<audio::DeformingVoice> voice_;
   std::vector<ImpulseEvent> known_;      // events not settled yet
   std::vector<ScheduledEvent> settled_;  // events settled by the last render
   std::vector<ScheduledEvent> early_;    // events settled before the first wanted sample

@@ -53,7 +53,9 @@ std::vector<Layer> layers() {
       {"bullet_bridge", "bullet_bridge/.*|carom/bullet/.*|" + vocabulary + "|" + bullet},
       {"plugin",
        "plugin/.*|carom/[a-z_]+\\.h|(carom/)?audio/.*|bullet_bridge/.*|carom/bullet/.*|" + bullet},
-      {"web", "web/.*|carom/carom\\.h|plugin/c_api/.*|carom_h_tables\\.inc"},
+      {"web",
+       "web/.*|carom/carom\\.h|plugin/c_api/.*|audio/run/.*|audio/propagation/hrtf\\.h|"
+       "carom_h_tables\\.inc"},
       {"scenes", "(?!(tests|lab|command)/).*"},
       {"lab", "(?!(tests|command)/).*"},
       {"command", "(?!tests/).*"},

@@ -1,14 +1,11 @@
-#include "scenes/run/jello_voice.h"
+#include "audio/propagation/deforming_voice.h"
 
 #include <array>
 #include <utility>
 
 #include "audio/propagation/receiver.h"
-#include "scenes/run/scene_sound.h"
 
-namespace carom::scenes {
-
-using namespace audio;
+namespace carom::audio {
 
 namespace {
 
@@ -26,28 +23,27 @@ Receivers earsOf(const Listener& listener) {
 
 }  // namespace
 
-Result<JelloVoice> JelloVoice::create(const Scene& scene, double step) {
-  Result<DeformingSource> source = DeformingSource::create(
-      {.step = step, .sampleRate = scene.sampleRate, .medium = scene.medium});
+Result<DeformingVoice> DeformingVoice::create(const DeformingSettings& settings,
+                                              const std::vector<Listener>& listeners) {
+  Result<DeformingSource> source = DeformingSource::create(settings);
   if (!source) return source.error();
-  return JelloVoice(scene, *std::move(source));
+  return DeformingVoice(*std::move(source), settings.sampleRate, listeners);
 }
 
-JelloVoice::JelloVoice(const Scene& scene, DeformingSource source)
-    : source_(std::move(source)), sampleRate_(scene.sampleRate), listeners_(scene.listeners) {
+DeformingVoice::DeformingVoice(DeformingSource source, double sampleRate,
+                               const std::vector<Listener>& listeners)
+    : source_(std::move(source)), sampleRate_(sampleRate), listeners_(listeners) {
   for (const Listener& listener : listeners_)
     tracks_.emplace_back(ListenerPose{0.0, listener.position, listener.orientation});
-  for (const ListenerPath& path : scene.paths)
-    tracks_[path.listener] = trackOf(path, listeners_[path.listener]);
 }
 
-void JelloVoice::add(std::span<const DeformingState> states) {
+void DeformingVoice::add(std::span<const DeformingState> states) {
   for (const DeformingState& state : states)
     source_.add(state);
 }
 
-void JelloVoice::addTo(std::span<float* const> channels, std::int64_t firstFrame,
-                       std::size_t frames) {
+void DeformingVoice::addTo(std::span<float* const> channels, std::int64_t firstFrame,
+                           std::size_t frames) {
   source_.forgetBefore(static_cast<double>(firstFrame) / sampleRate_ - kLongestWay);
   std::size_t channel = 0;
   for (std::size_t index = 0; index < listeners_.size(); ++index) {
@@ -65,4 +61,4 @@ void JelloVoice::addTo(std::span<float* const> channels, std::int64_t firstFrame
   }
 }
 
-}  // namespace carom::scenes
+}  // namespace carom::audio

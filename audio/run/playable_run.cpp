@@ -1,0 +1,127 @@
+#include "audio/run/playable_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "audio/io/field_code.h"
+#include "audio/run/run_tables.h"
+#include "audio/run/run_writer.h"
+
+namespace carom::audio {
+namespace {
+
+constexpr std::uint32_t kRunBytesMagic = 0x6E757263;  // "crun"
+
+struct EncodedBodies {
+  std::uint64_t portion = 0;
+  std::vector<std::byte> records;
+};
+
+/// A PlayableRun whose parts are encoded.
+struct EncodedRun {
+  std::uint32_t magic = kRunBytesMagic;
+  std::vector<std::byte> world;
+  std::vector<EncodedBodies> bodies;
+  std::vector<std::byte> portions;
+  bool keepsOrder = false;
+  double deformationStep = 0.0;
+};
+
+void codeBytes(auto& archive, auto& bytes) {
+  archive.count(bytes, 1);
+  for (auto& byte : bytes) {
+    auto number = std::to_integer<std::uint8_t>(byte);
+    archive.number(number);
+    if constexpr (!std::is_const_v<std::remove_reference_t<decltype(byte)>>)
+      byte = static_cast<std::byte>(number);
+  }
+}
+
+void codeRun(auto& archive, auto& run) {
+  archive.number(run.magic);
+  codeBytes(archive, run.world);
+  archive.count(run.bodies, 2 * sizeof(std::uint64_t));
+  for (auto& bodies : run.bodies) {
+    archive.number(bodies.portion);
+    codeBytes(archive, bodies.records);
+  }
+  codeBytes(archive, run.portions);
+  archive.flag(run.keepsOrder);
+  archive.number(run.deformationStep);
+}
+
+/// Decodes bodies, of which each has to be one of the world's.
+Status takeBodies(const EncodedRun& encoded, PlayableRun& run) {
+  HostDecoder decoder;
+  for (const EncodedBodies& bodies : encoded.bodies) {
+    Result<std::vector<HostBody>> taken = decoder.take(bodies.records);
+    if (!taken) return taken.error();
+    const auto isStrange = [&run](const HostBody& body) { return body.id >= run.world.bodies; };
+    if (std::ranges::any_of(*taken, isStrange)) return Error{"has a body with too high a number"};
+    if (!run.bodies.empty() && run.bodies.back().portion > bodies.portion)
+      return Error{"has bodies that are not in order"};
+    run.bodies.push_back({bodies.portion, *std::move(taken)});
+  }
+  return std::monostate{};
+}
+
+}  // namespace
+
+std::vector<EventPlace> eventsInOrder(const PlayableRun& run) {
+  std::vector<EventPlace> places;
+  const auto timeOf = [&run](const EventPlace& place) {
+    return run.portions[place.portion].events[place.event].time;
+  };
+  for (std::size_t portion = 0; portion < run.portions.size(); ++portion)
+    for (std::size_t event = 0; event < run.portions[portion].events.size(); ++event)
+      if (run.portions[portion].events[event].time <= run.world.duration)
+        places.push_back({portion, event});
+  std::ranges::stable_sort(places, {}, timeOf);
+  return places;
+}
+
+Result<std::vector<std::byte>> encodedRun(const PlayableRun& run) {
+  EncodedRun encoded;
+  encoded.world = encodedWorld(run.world);
+  HostEncoder encoder;
+  for (const PlayableRun::Bodies& bodies : run.bodies) {
+    EncodedBodies& records = encoded.bodies.emplace_back(EncodedBodies{bodies.portion, {}});
+    for (const HostBody& body : bodies.bodies)
+      if (Status added = encoder.add(body, records.records); !added) return added.error();
+  }
+  encoded.portions = encodedPortions(run.portions);
+  encoded.keepsOrder = run.keepsOrder;
+  encoded.deformationStep = run.deformationStep;
+  std::vector<std::byte> bytes;
+  FieldWriter writer(bytes);
+  codeRun(writer, std::as_const(encoded));
+  return bytes;
+}
+
+Result<PlayableRun> decodedRun(std::span<const std::byte> bytes) {
+  EncodedRun encoded;
+  FieldReader reader(bytes, 0);
+  codeRun(reader, encoded);
+  reader.end();
+  if (!reader.fault().empty()) return Error{reader.fault()};
+  if (encoded.magic != kRunBytesMagic) return Error{"does not begin as a run does"};
+  if (!(encoded.deformationStep >= 0.0) || !std::isfinite(encoded.deformationStep))
+    return Error{"has a step of deformations that is none"};
+  Result<HostWorld> world = decodedWorld(encoded.world);
+  if (!world) return world.error();
+  if (world->bodies > kMostRunBodies) return Error{"has too many bodies"};
+  PlayableRun run;
+  run.world = *std::move(world);
+  run.keepsOrder = encoded.keepsOrder;
+  run.deformationStep = encoded.deformationStep;
+  if (Status taken = takeBodies(encoded, run); !taken) return taken.error();
+  Result<std::vector<RunPortion>> portions =
+      decodedPortions(encoded.portions, {.bodies = run.world.bodies, .points = 0});
+  if (!portions) return portions.error();
+  run.portions = *std::move(portions);
+  return run;
+}
+
+}  // namespace carom::audio

@@ -1,0 +1,351 @@
+#include "audio/run/run_player.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace carom::audio {
+namespace {
+
+constexpr std::size_t kBlock = 1024;  // frames that are rendered at a time
+/// s, within which a listener at the end of its path comes to rest: PoseTrack would go on longer.
+constexpr double kStop = 1e-3;
+
+}  // namespace
+
+RunPlayer::RunPlayer(PlayableRun run, double sampleRate)
+    : run_(std::move(run)), sampleRate_(sampleRate), isMuted_(run_.world.bodies) {
+  std::size_t events = 0;
+  for (const RunPortion& portion : run_.portions) {
+    firstEvents_.push_back(events);
+    events += portion.events.size();
+  }
+  order_ = eventsInOrder(run_);
+  run_.world.synth.sampleRate = sampleRate;
+  ear_.position = run_.world.listeners.front().position;
+  ear_.orientation = run_.world.listeners.front().orientation;
+}
+
+Result<RunPlayer> RunPlayer::create(PlayableRun run, double sampleRate) {
+  RunPlayer player(std::move(run), sampleRate);
+  if (const Status begun = player.seek({}); !begun) return begun.error();
+  return player;
+}
+
+void RunPlayer::setAudible(BodyId body, bool isAudible) {
+  if (body < isMuted_.size()) isMuted_[body] = !isAudible;
+}
+
+Status RunPlayer::placeEar(const ListenerPose& pose) {
+  if (!isPose(pose))
+    return Error{"the ear's pose is not finite, or its orientation of unit length"};
+  ear_ = pose;
+  isMoved_ = false;
+  if (followed_ || !synth_) return std::monostate{};
+  if (voice_) voice_->track(0).restart(pose);
+  return synth_->placeListener(0, pose);
+}
+
+Status RunPlayer::moveEar(const ListenerPose& pose) {
+  if (!isPose(pose))
+    return Error{"the ear's pose is not finite, or its orientation of unit length"};
+  ear_ = pose;
+  isMoved_ = true;
+  return std::monostate{};
+}
+
+/// Returns the listeners of the next sound.
+Result<std::vector<Listener>> RunPlayer::chosenListeners() const {
+  std::vector<Listener> listeners;
+  if (followed_) {
+    if (*followed_ >= run_.world.listeners.size()) return Error{"the run has no such listener"};
+    listeners = run_.world.listeners;
+  } else {
+    listeners.push_back({"ear", ear_.position});
+    listeners.front().orientation = ear_.orientation;
+    listeners.front().format = format_;
+  }
+  for (std::size_t index = 0; index < listeners.size(); ++index) {
+    Listener& listener = listeners[index];
+    if (listener.format != ListenerFormat::binaural) continue;
+    listener.hrtf = head_;
+    if (head_ != nullptr) continue;
+    if (index == followed_.value_or(0)) return Error{"a binaural listener needs a head"};
+    listener.format = ListenerFormat::spacedPair;  // beside the one that is heard
+  }
+  return listeners;
+}
+
+Status RunPlayer::chooseListeners() {
+  Result<std::vector<Listener>> listeners = chosenListeners();
+  if (!listeners) return listeners.error();
+  listeners_ = *std::move(listeners);
+  firstChannel_ = 0;
+  for (std::size_t index = 0; index < followed_.value_or(0); ++index)
+    firstChannel_ += channelCount(listeners_[index]);
+  channelCount_ = channelCount(listeners_[followed_.value_or(0)]);
+  return std::monostate{};
+}
+
+/// Makes the synthesis of the next sound, with its listeners but without bodies.
+Status RunPlayer::makeSynth() {
+  SynthSettings settings = run_.world.synth;
+  isWhole_ = std::ranges::all_of(stems_, [](bool isHeard) { return isHeard; });
+  settings.stems = !isWhole_;
+  Result<Synth> synth = Synth::create(settings, listeners_);
+  if (!synth) return synth.error();
+  synth_ = *std::move(synth);
+  planes_.assign(synth_->channelCount(), std::vector<float>(kBlock));
+  voice_.reset();
+  if (!(run_.deformationStep > 0.0) || only_ || !stems_[static_cast<std::size_t>(Stem::rings)])
+    return std::monostate{};
+  Result<DeformingVoice> voice =
+      DeformingVoice::create({.step = run_.deformationStep / start_.speed,
+                              .sampleRate = sampleRate_,
+                              .medium = settings.medium},
+                             listeners_);
+  if (!voice) return voice.error();
+  voice_ = *std::move(voice);
+  return std::monostate{};
+}
+
+Status RunPlayer::seek(const Start& start) {
+  if (!(start.speed >= kSlowest && start.speed <= kFastest)) return Error{"no such speed"};
+  if (!std::isfinite(start.time) || !(start.prelude >= 0.0 && start.prelude < 1e6))
+    return Error{"no such time"};
+  if (only_ && *only_ >= order_.size()) return Error{"the run has no such event"};
+  start_ = start;
+  if (only_) onlyIndex_ = firstEvents_[order_[*only_].portion] + order_[*only_].event;
+  if (Status chosen = chooseListeners(); !chosen) return chosen;
+  if (Status made = makeSynth(); !made) return made;
+  const double begin = std::max(start.time - start.prelude, heardAt(0.0));
+  if (begin > 0.0)
+    if (Status sought = synth_->seek(begin); !sought) return sought;
+  if (followed_) {
+    for (std::size_t index = 0; index < run_.world.paths.size(); ++index)
+      if (Status moved = followPath(index); !moved) return moved;
+  }
+  isMoved_ = !followed_;
+  known_.clear();
+  next_ = nextBodies_ = 0;
+  settled_ = 0.0;
+  firstEvent_ = start_.time + (begin - start_.time) * start_.speed;
+  bringBodies(firstEvent_);
+  synth_->advanceTo(begin);
+  const auto frameOf = [this](double time) { return std::llround(time * sampleRate_); };
+  for (std::int64_t left = frameOf(start.time) - frameOf(synth_->time()); left > 0;) {
+    const auto frames = static_cast<std::size_t>(std::min<std::int64_t>(left, kBlock));
+    renderBlock(frames);
+    left -= static_cast<std::int64_t>(frames);
+  }
+  return std::monostate{};
+}
+
+/// Gives the synthesis the whole path of a listener of the run.
+Status RunPlayer::followPath(std::size_t listener) {
+  const std::vector<ListenerPose>& path = run_.world.paths[listener];
+  if (path.empty()) return std::monostate{};
+  const Listener& from = run_.world.listeners[listener];
+  std::vector<ListenerPose> poses = {{0.0, from.position, from.orientation}};
+  poses.insert(poses.end(), path.begin(), path.end());
+  poses.push_back(path.back());
+  poses.back().time += kStop;
+  PoseTrack track({0.0, from.position, from.orientation}, {.capacity = poses.size() + 1});
+  for (ListenerPose& pose : poses) {
+    pose.time = heardAt(pose.time);
+    if (Status moved = synth_->moveListener(listener, pose); !moved) return moved;
+    pose.time -= heardAt(0.0);
+    track.append(pose);
+  }
+  if (voice_) voice_->follow(listener, std::move(track));
+  return std::monostate{};
+}
+
+/// Tells the synthesis where the ear is now.
+void RunPlayer::tellEar() {
+  if (!std::exchange(isMoved_, false)) return;
+  ListenerPose pose = ear_;
+  pose.time = synth_->time();
+  // One that comes too soon after the last, or that is too far away to have moved there, jumps.
+  const bool isOnItsWay = static_cast<bool>(synth_->moveListener(0, pose));
+  if (!isOnItsWay) static_cast<void>(synth_->placeListener(0, pose));
+  if (!voice_) return;
+  pose.time -= heardAt(0.0);
+  if (!voice_->track(0).append(pose)) voice_->track(0).restart(pose);
+}
+
+/// Sets bodies, those that are muted as such that make no sound.
+void RunPlayer::setBodies(const PlayableRun::Bodies& bodies) {
+  for (const HostBody& body : bodies.bodies) {
+    SoundBody sound = body.sound;
+    if (isMuted_[body.id]) sound = {.material = sound.material};
+    static_cast<void>(synth_->setBody(body.id, sound));  // has been validated
+  }
+}
+
+/// Sets the bodies as they are at a time (s) of the run, and takes the portions before it, of which
+/// only places, deformations and the events behind that time are used.
+void RunPlayer::bringBodies(double time) {
+  std::vector<const BodyPose*> last(run_.world.bodies, nullptr);
+  for (; next_ < run_.portions.size() && run_.portions[next_].settledTime <= time; ++next_) {
+    const RunPortion& portion = run_.portions[next_];
+    for (const BodyPose& pose : portion.poses)
+      last[pose.body] = &pose;
+    if (voice_) voice_->add(portion.deformations);
+    settled_ = portion.settledTime;
+  }
+  for (; nextBodies_ < run_.bodies.size() && run_.bodies[nextBodies_].portion <= next_;
+       ++nextBodies_)
+    setBodies(run_.bodies[nextBodies_]);
+  for (const BodyPose* const pose : last) {
+    if (pose == nullptr) continue;
+    ListenerPose heard = pose->pose;
+    heard.time = heardAt(heard.time);
+    static_cast<void>(synth_->moveBody(pose->body, heard));
+  }
+}
+
+ImpulseEvent RunPlayer::atSpeed(const ImpulseEvent& event) const {
+  ImpulseEvent heard = event;
+  heard.time = heardAt(event.time);
+  return heard;
+}
+
+/// Returns a step of a contact that lasts longer at the same forces and speeds.
+ContactState RunPlayer::atSpeed(const ContactState& contact) const {
+  ContactState heard = contact;
+  heard.time = heardAt(contact.time);
+  if (start_.speed == 1.0) return heard;
+  heard.duration /= start_.speed;
+  heard.appliedImpulse /= start_.speed;
+  heard.pathEnd = contact.pathStart + (contact.pathEnd - contact.pathStart) / start_.speed;
+  heard.otherPathEnd =
+      contact.otherPathStart + (contact.otherPathEnd - contact.otherPathStart) / start_.speed;
+  return heard;
+}
+
+/// Hands over a portion, but for its events.
+void RunPlayer::take(std::size_t index) {
+  for (; nextBodies_ < run_.bodies.size() && run_.bodies[nextBodies_].portion <= index;
+       ++nextBodies_)
+    setBodies(run_.bodies[nextBodies_]);
+  const RunPortion& portion = run_.portions[index];
+  for (std::size_t event = 0; event < portion.events.size(); ++event) {
+    const std::size_t number = firstEvents_[index] + event;
+    const ImpulseEvent& told = portion.events[event];
+    if (told.time < firstEvent_ || (only_ && number != onlyIndex_)) continue;
+    known_.push_back({atSpeed(told), number});
+  }
+  if (!only_)
+    for (const ContactState& contact : portion.contacts)
+      if (contact.time >= firstEvent_) synth_->updateContact(atSpeed(contact));
+  for (const auto& [body, pose] : portion.poses) {
+    if (pose.time > run_.world.duration) continue;
+    ListenerPose heard = pose;
+    heard.time = heardAt(pose.time);
+    static_cast<void>(synth_->moveBody(body, heard));
+  }
+  if (voice_) voice_->add(portion.deformations);
+  settled_ = portion.settledTime;
+}
+
+void RunPlayer::scheduleSettled() {
+  const double duration = run_.world.duration;
+  const double settled = heardAt(settled_);
+  const bool isOver = settled_ >= duration;
+  const bool keepsOrder = run_.keepsOrder;
+  if (!keepsOrder)
+    std::ranges::stable_sort(known_, {}, [](const Known& known) { return known.event.time; });
+  const auto open = std::ranges::find_if(known_, [&](const Known& known) {
+    return !keepsOrder && !isOver && known.event.time >= settled;
+  });
+  for (auto known = known_.begin(); known != open; ++known)
+    if (known->event.time <= heardAt(duration)) synth_->schedule(known->event);
+  known_.erase(known_.begin(), open);
+  synth_->advanceTo(std::min(settled, heardAt(duration)));
+}
+
+/// Hands over what is known up to a time (s) on the synthesis' clock.
+void RunPlayer::runAhead(double heard) {
+  const double ahead = voice_ ? voice_->lookahead() : 0.0;
+  const double time = start_.time + (heard - start_.time) * start_.speed;
+  const double target = std::min(time, run_.world.duration) + ahead * start_.speed;
+  while (settled_ < target && next_ < run_.portions.size()) {
+    take(next_++);
+    if (settled_ < target) scheduleSettled();
+  }
+  if (next_ == run_.portions.size()) settled_ = std::numeric_limits<double>::infinity();
+  scheduleSettled();
+}
+
+/// Renders the next frames, at most kBlock, into planes_.
+void RunPlayer::renderBlock(std::size_t frames) {
+  if (!followed_) tellEar();
+  const double now = synth_->time();
+  runAhead(now + static_cast<double>(frames) / sampleRate_ + kLookahead);
+  std::vector<float*> all;
+  for (std::vector<float>& plane : planes_)
+    all.push_back(plane.data());
+  synth_->render<float>(all, frames);
+  if (!isWhole_) mixStems(frames);
+  if (voice_)
+    voice_->addTo(std::span(all).first(planes_.size() / parts()),
+                  std::llround((now - heardAt(0.0)) * sampleRate_), frames);
+}
+
+/// Puts the sum of the stems that are heard in the place of the whole.
+void RunPlayer::mixStems(std::size_t frames) {
+  const std::size_t count = planes_.size() / parts();
+  for (std::size_t channel = 0; channel < count; ++channel)
+    for (std::size_t frame = 0; frame < frames; ++frame) {
+      float sum = 0.0F;
+      for (std::size_t stem = 0; stem < kStems; ++stem)
+        if (stems_[stem]) sum += planes_[(1 + stem) * count + channel][frame];
+      planes_[channel][frame] = sum;
+    }
+}
+
+void RunPlayer::render(std::span<float* const> channels, std::size_t frames) {
+  for (std::size_t done = 0; done < frames;) {
+    const std::size_t part = std::min(kBlock, frames - done);
+    renderBlock(part);
+    for (std::size_t channel = 0; channel < channelCount_; ++channel)
+      std::copy_n(planes_[firstChannel_ + channel].begin(), part, channels[channel] + done);
+    done += part;
+  }
+}
+
+double RunPlayer::time() const {
+  return start_.time + (synth_->time() - start_.time) * start_.speed;
+}
+
+Result<std::vector<RunPlayer::EventMeasure>> RunPlayer::measureEvents() {
+  const std::optional<std::size_t> followed = std::exchange(followed_, 0);
+  const Status chosen = chooseListeners();
+  followed_ = followed;
+  if (!chosen) return chosen.error();
+  start_ = {};
+  if (Status made = makeSynth(); !made) return made.error();
+  std::vector<EventMeasure> measures(order_.size());
+  std::vector<std::pair<std::size_t, std::size_t>> rows;  // number and row
+  nextBodies_ = 0;
+  std::size_t row = 0;
+  for (const EventPlace& place : order_)
+    rows.emplace_back(firstEvents_[place.portion] + place.event, row++);
+  std::ranges::sort(rows);
+  auto at = rows.begin();
+  for (std::size_t index = 0; index < run_.portions.size(); ++index) {
+    for (; nextBodies_ < run_.bodies.size() && run_.bodies[nextBodies_].portion <= index;
+         ++nextBodies_)
+      setBodies(run_.bodies[nextBodies_]);
+    for (std::size_t event = 0; event < run_.portions[index].events.size(); ++event) {
+      if (at == rows.end() || at->first != firstEvents_[index] + event) continue;
+      const ImpulseEvent& told = run_.portions[index].events[event];
+      measures[at->second] = {synth_->contactDuration(told), synth_->schedule(told)};
+      ++at;
+    }
+  }
+  return measures;
+}
+
+}  // namespace carom::audio

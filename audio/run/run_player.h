@@ -1,0 +1,146 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "audio/propagation/deforming_voice.h"
+#include "audio/run/playable_run.h"
+#include "carom/audio/listener.h"
+#include "carom/audio/result.h"
+#include "carom/audio/synth.h"
+
+namespace carom::audio {
+
+/// Plays a run that is in memory, from any time of it on, at any speed, with any part left out, for
+/// an ear that moves as it plays or for a listener of the run.
+///
+///     seek      begins a new sound, with the choices made before
+///     moveEar   at any time
+///     render    the next samples, in Pa
+///
+/// From time 0 on, for the run's own listeners, the samples are those of SceneSound. At another
+/// speed, what happens comes later or earlier and lasts longer or shorter, but nothing changes its
+/// pitch, except that of what deforms. [one thread]
+class RunPlayer {
+ public:
+  /// Speeds at which a run can be played.
+  static constexpr double kSlowest = 1e-3;
+  static constexpr double kFastest = 10.0;
+  /// s: the mechanics are handed over so long ahead of the sound.
+  static constexpr double kLookahead = 0.1;
+
+  /// Errors: settings of the run that the synthesis refuses, such as the rate (Hz).
+  static Result<RunPlayer> create(PlayableRun run, double sampleRate);
+
+  const PlayableRun& run() const { return run_; }
+  /// Sets the head of all binaural ears and listeners, at the player's rate.
+  void setHead(std::shared_ptr<const HrtfSet> head) { head_ = std::move(head); }
+  /// Sets the format of the ear. A binaural one needs a head.
+  void setFormat(ListenerFormat format) { format_ = format; }
+  /// Has a listener of the run be heard in place of the ear; empty: the ear.
+  void follow(std::optional<std::size_t> listener) { followed_ = listener; }
+  /// Sets which stems are heard.
+  void setStems(const std::array<bool, kStems>& stems) { stems_ = stems; }
+  /// Sets whether a body is heard.
+  void setAudible(BodyId body, bool isAudible);
+  /// Has nothing be heard but one event, by its place in eventsInOrder; empty: everything.
+  void setOnly(std::optional<std::size_t> event) { only_ = event; }
+
+  /// Puts the ear somewhere at once; a pose's time is not used. Refuses what is no pose.
+  Status placeEar(const ListenerPose& pose);
+  /// Moves the ear from where it is, from the next sample on. Refuses what is no pose.
+  Status moveEar(const ListenerPose& pose);
+
+  /// A place in the run to play from.
+  struct Start {
+    double time = 0.0;     ///< s
+    double speed = 1.0;    ///< of the run's time over that of the sound
+    double prelude = 0.0;  ///< s of sound before, which is made and dropped, so that it rings on
+  };
+  /// Begins a new sound. Refuses: a speed out of range, no head where one is needed, no such
+  /// listener or event.
+  Status seek(const Start& start);
+
+  std::size_t channels() const { return channelCount_; }
+  /// Renders the next samples of each channel; all after the end is what rings on. Requires
+  /// channels.size() == channels(), and a seek before.
+  void render(std::span<float* const> channels, std::size_t frames);
+
+  /// Time in s of the run, of the next sample.
+  double time() const;
+  /// Number of events that were handed over too late to be heard whole, since the seek.
+  std::uint64_t late() const { return synth_ ? synth_->counters().late : 0; }
+  /// The sound since the last seek; null before one.
+  const Synth* synth() const { return synth_ ? &*synth_ : nullptr; }
+
+  /// What an event gives, as it would be heard by all listeners of the run.
+  struct EventMeasure {
+    double duration = 0.0;  ///< s, of the contact
+    double peak = 0.0;      ///< Pa, as Synth::schedule returns it
+  };
+  /// Measures all events, in their order. Nothing is rendered; a new seek is needed afterwards.
+  Result<std::vector<EventMeasure>> measureEvents();
+
+ private:
+  /// An event that is not settled yet, with its number in the order in which they stand.
+  struct Known {
+    ImpulseEvent event;
+    std::size_t index = 0;
+  };
+
+  RunPlayer(PlayableRun run, double sampleRate);
+  /// Returns when, on the synthesis' clock, a time (s) of the run is heard.
+  double heardAt(double time) const { return start_.time + (time - start_.time) / start_.speed; }
+  Result<std::vector<Listener>> chosenListeners() const;
+  Status chooseListeners();
+  Status makeSynth();
+  Status followPath(std::size_t listener);
+  void tellEar();
+  void setBodies(const PlayableRun::Bodies& bodies);
+  void bringBodies(double time);
+  void runAhead(double heard);
+  void take(std::size_t portion);
+  void scheduleSettled();
+  void renderBlock(std::size_t frames);
+  void mixStems(std::size_t frames);
+  /// Number of parts that the synthesis renders: the whole, and stems if some are left out.
+  std::size_t parts() const { return isWhole_ ? 1 : 1 + kStems; }
+  ImpulseEvent atSpeed(const ImpulseEvent& event) const;
+  ContactState atSpeed(const ContactState& contact) const;
+
+  PlayableRun run_;
+  double sampleRate_;
+  std::vector<std::size_t> firstEvents_;  // of each portion: the number of events before it
+  std::vector<EventPlace> order_;
+  std::shared_ptr<const HrtfSet> head_;
+  ListenerFormat format_ = ListenerFormat::mono;
+  std::optional<std::size_t> followed_;
+  std::array<bool, kStems> stems_ = {true, true, true};
+  std::vector<bool> isMuted_;  // by body
+  std::optional<std::size_t> only_;
+  ListenerPose ear_;
+
+  Start start_;
+  std::vector<Listener> listeners_;  // that the synth has
+  std::size_t firstChannel_ = 0;     // of the one that is heard
+  std::size_t channelCount_ = 1;
+  std::optional<Synth> synth_;
+  std::optional<DeformingVoice> voice_;
+  double firstEvent_ = 0.0;    // s of the run: events before are not heard
+  std::size_t onlyIndex_ = 0;  // of the only event, as Known has it
+  std::size_t next_ = 0;       // portion
+  std::size_t nextBodies_ = 0;
+  double settled_ = 0.0;  // s
+  bool isWhole_ = true;   // all stems are heard
+  bool isMoved_ = false;  // ear_ has not been told to the synth yet
+  std::vector<Known> known_;
+  std::vector<std::vector<float>> planes_;  // of all channels of the synth
+};
+
+}  // namespace carom::audio

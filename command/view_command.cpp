@@ -1,0 +1,236 @@
+#include "command/view_command.h"
+
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <sstream>
+#include <utility>
+
+#include "command/command_line.h"
+#include "command/progress_bar.h"
+#include "lab/view/view_page.h"
+#include "lab/view/view_run.h"
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+#include <spawn.h>
+#include <unistd.h>
+
+#include "audio/io/partial_file.h"
+#include "audio/propagation/sofa_file.h"
+#include "scenes/format/scene_loader.h"
+#include "scenes/limits/run_guard.h"
+#include "scenes/recording/recorded_run.h"
+#include "scenes/recording/recorded_scene.h"
+#include "scenes/run/bullet_only.h"
+#include "scenes/run/native_only.h"
+
+namespace carom::command {
+
+namespace fs = std::filesystem;
+using namespace scenes;
+using namespace lab;
+
+namespace {
+
+/// A run that the page is to show.
+struct Wanted {
+  std::string file;
+  std::string label;
+  std::optional<StepperType> stepper = {};  // in place of the scene's own
+  double step = 0.0;                        // s; 0: the scene's own
+  bool asTold = false;
+};
+
+/// A run that could not be made: the exit code, after the message has been said.
+struct Failed {
+  int code = kFailed;
+};
+
+/// Returns the folders in which the page's template may be, by the place of this program.
+std::vector<fs::path> templateFolders() {
+  std::error_code ignored;
+  const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
+  std::vector<fs::path> folders;
+  std::istringstream names(CAROM_VIEW_FOLDERS);
+  for (std::string name; std::getline(names, name, ':');)
+    folders.push_back((program.parent_path() / name).lexically_normal());
+  return folders;
+}
+
+/// Shows the page in a browser, where there is a display; nothing comes of it otherwise.
+void open(const std::string& file) {
+  const auto isSet = [](const char* name) {
+    return std::getenv(name) != nullptr;  // NOLINT(concurrency-mt-unsafe): there is one thread
+  };
+  if (isatty(STDOUT_FILENO) == 0 || !(isSet("DISPLAY") || isSet("WAYLAND_DISPLAY"))) return;
+  std::string program = "xdg-open";
+  std::string argument = file;
+  std::array<char*, 3> words = {program.data(), argument.data(), nullptr};
+  pid_t child = 0;
+  (void)posix_spawnp(&child, program.c_str(), nullptr, nullptr, words.data(), environ);
+}
+
+/// Runs or reads what is wanted.
+class Maker {
+ public:
+  Maker(const RunOptions& options, bool confined) : options_(options), confined_(confined) {}
+
+  /// Returns the run, or the exit code of what was said about it.
+  std::variant<ViewRun, Failed> make(const Wanted& wanted) {
+    return isRunFile(wanted.file) || isRecording(wanted.file) ? read(wanted) : runScene(wanted);
+  }
+
+ private:
+  ViewOptions optionsWith(ProgressBar& bar) const {
+    ViewOptions options;
+    options.progress = [&bar](double share) { bar.show(share); };
+    options.analysis = [&bar](std::string_view stage, double share) {
+      bar.show(share, std::string(stage));
+      return true;
+    };
+    return options;
+  }
+
+  std::variant<ViewRun, Failed> read(const Wanted& wanted) const {
+    ProgressBar bar("reading " + wanted.file);
+    Result<ViewRun> view = viewRecorded(wanted.file, confined_, optionsWith(bar));
+    bar.clear();
+    if (!view) return Failed{fail(kBadInput, view.error().message)};
+    view->label = wanted.label;
+    return *std::move(view);
+  }
+
+  std::variant<ViewRun, Failed> runScene(const Wanted& wanted) const {
+    Result<Scene> scene = loadScene(wanted.file, {.confined = confined_});
+    if (!scene) return Failed{fail(kBadInput, scene.error().message)};
+    if (wanted.stepper) scene->stepper.type = *wanted.stepper;
+    if (wanted.step > 0.0) scene->stepper.step = wanted.step;
+    const Status valid = scene->stepper.type == StepperType::bullet ? validateForBullet(*scene)
+                                                                    : validateForNative(*scene);
+    if (!valid) return Failed{fail(kBadInput, wanted.file + ": " + valid.error().message)};
+    ProgressBar bar("running " + scene->name);
+    RunGuard guard(*scene, options_.limits());
+    ViewOptions options = optionsWith(bar);
+    options.asTold = wanted.asTold;
+    options.guard = &guard;
+    Result<ViewRun> view = viewScene(*scene, options);
+    bar.clear();
+    if (guard.ended()) return Failed{endedEarly(wanted.file, *guard.ended(), "")};
+    if (!view) return Failed{fail(kFailed, view.error().message)};
+    view->label = wanted.label;
+    return *std::move(view);
+  }
+
+  const RunOptions& options_;
+  bool confined_;
+};
+
+}  // namespace
+
+ViewCommand::ViewCommand(CLI::App& app)
+    : command_(app.add_subcommand(
+          "view", "Write a page in which scenes and recorded runs are seen and heard")) {
+  command_
+      ->add_option("FILE", inputs_,
+                   "scenes, or files of 'carom record' and of hosts; with several, the page "
+                   "switches between them")
+      ->required();
+  command_->add_option("-o,--output", output_, "page to write; default: FILE's name with .html")
+      ->check(fileName());
+  command_->add_option("--label", labels_, "name of a run in the page, one for each FILE in turn")
+      ->allow_extra_args(false);
+  command_->add_flag("--compare", compare_,
+                     "show a scene twice: exact, and as Bullet tells it to its host");
+  command_->add_option("--stepper", stepper_, "mechanics of scenes; default: their own choice")
+      ->check(oneOf({"native", "bullet"}));
+  command_->add_option("--step", step_, "Bullet's step in s; default: the scene's own")
+      ->check(numberRange(kShortestStep, kLongestStep, "s"));
+  command_->add_option("--template", template_,
+                       "page without runs, as 'cmake --preset web' makes it; default: the one that "
+                       "was built or installed with this program");
+  command_->add_flag("--no-open", noOpen_, "do not open the page in a browser");
+  addConfine(*command_, confine_);
+  command_->add_flag("--json", json_, "print one JSON object instead of text");
+  addLimits(*command_, run_);
+  command_->footer(
+      "Examples:\n"
+      "  carom view scenes/library/marbles_in_a_box.json -o marbles.html\n"
+      "  carom view scenes/library/billiard_break.json --compare\n"
+      "  carom view quiet.carom loud.carom --label quiet --label loud -o both.html");
+}
+
+bool ViewCommand::parsed() const {
+  return command_->parsed();
+}
+
+int ViewCommand::run() const {
+  const std::string output =
+      output_.empty() ? fs::path(inputs_.front()).filename().replace_extension(".html").string()
+                      : output_;
+  for (const std::string& input : inputs_)
+    if (audio::isSameFile(output, input))
+      return fail(kBadInput,
+                  "--output: " + output + " is what is to be shown; expected another name");
+  if (const Status writable = audio::checkWritable(output); !writable)
+    return fail(kBadInput, "--output: " + output + " " + writable.error().message);
+  if (labels_.size() > inputs_.size())
+    return fail(kBadInput, "--label: there are more labels than files");
+  if (compare_ && inputs_.size() != 1)
+    return fail(kBadInput, "--compare: expected one scene; several files are compared as they are");
+  const auto pageTemplate = findTemplate(template_, templateFolders());
+  if (!pageTemplate) return fail(kFailed, pageTemplate.error().message);
+  capMemory(run_.limits().memory);
+
+  std::vector<Wanted> wanted;
+  for (std::size_t index = 0; index < inputs_.size(); ++index) {
+    Wanted& one = wanted.emplace_back();
+    one.file = inputs_[index];
+    one.label = index < labels_.size() ? labels_[index] : fs::path(one.file).stem().string();
+    if (stepper_ == "native") one.stepper = StepperType::native;
+    if (stepper_ == "bullet") one.stepper = StepperType::bullet;
+    one.step = step_;
+  }
+  if (compare_) {
+    if (isRunFile(inputs_.front()) || isRecording(inputs_.front()))
+      return fail(kBadInput, "--compare: " + inputs_.front() +
+                                 " is a recorded run; expected a scene, which can be run twice");
+    Wanted& exact = wanted.front();
+    exact.label = "exact";
+    exact.step = 0.0;
+    wanted.push_back({.file = inputs_.front(),
+                      .label = "as Bullet tells it",
+                      .stepper = StepperType::bullet,
+                      .step = step_,
+                      .asTold = true});
+  }
+
+  ViewPage page;
+  page.title = fs::path(inputs_.front()).stem().string();
+  Maker maker(run_, confine_);
+  for (const Wanted& one : wanted) {
+    auto made = maker.make(one);
+    if (const auto* failed = std::get_if<Failed>(&made)) return failed->code;
+    page.runs.push_back(std::get<ViewRun>(std::move(made)));
+  }
+  // Without the set, the page is without binaural ears.
+  if (auto head = audio::readSofaFile(audio::defaultSofaFile())) page.head = *std::move(head);
+  const auto report = writeViewPage(page, *pageTemplate, output);
+  if (!report) return fail(kFailed, report.error().message);
+  if (!noOpen_ && !json_) open(output);
+  if (json_) {
+    nlohmann::ordered_json object;
+    object["file"] = report->file.string();
+    object["bytes"] = report->bytes;
+    object["scenes"] = page.runs.size();
+    object["live"] = report->isLive;
+    return answer(jsonText(object));
+  }
+  std::ostringstream text;
+  text << output << ": " << page.runs.size() << (page.runs.size() == 1 ? " run, " : " runs, ")
+       << report->bytes / 1000 << " kB" << (report->isLive ? "" : ", without sound")
+       << "; open it in a browser\n";
+  return answer(text.str());
+}
+
+}  // namespace carom::command

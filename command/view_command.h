@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "command/run_options.h"
+
+namespace CLI {
+class App;
+}
+
+namespace carom::command {
+
+/// `carom view`: writes a page in which scenes and recorded runs are seen and heard.
+class ViewCommand {
+ public:
+  /// Adds the command to `app`; must outlive the parsing.
+  explicit ViewCommand(CLI::App& app);
+  bool parsed() const;
+  /// Returns the program's exit code.
+  int run() const;
+
+ private:
+  CLI::App* command_;
+  std::vector<std::string> inputs_;
+  std::vector<std::string> labels_;
+  std::string output_;  // empty: the first input's name with .html
+  std::string template_;
+  std::string stepper_;
+  double step_ = 0.0;  // s; 0: the scene's own
+  bool compare_ = false;
+  bool noOpen_ = false;
+  bool confine_ = false;
+  bool json_ = false;
+  RunOptions run_;
+};
+
+}  // namespace carom::command

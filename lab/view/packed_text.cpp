@@ -1,0 +1,53 @@
+#include "lab/view/packed_text.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <string_view>
+#include <vector>
+
+#include <zlib.h>
+
+namespace carom::lab {
+namespace {
+
+constexpr int kGzip = 15 + 16;  // window bits, and gzip's header about them
+
+std::string base64(std::span<const unsigned char> bytes) {
+  constexpr std::string_view kLetters =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t at = 0; at < bytes.size(); at += 3) {
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - at);
+    std::uint32_t bits = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+      bits = bits << 8U | (i < count ? bytes[at + i] : 0U);
+    for (std::size_t i = 0; i < 4; ++i)
+      text += i <= count ? kLetters[bits >> (18 - 6 * i) & 63U] : '=';
+  }
+  return text;
+}
+
+}  // namespace
+
+Result<std::string> packedText(std::span<const std::byte> bytes) {
+  if (bytes.size() > std::numeric_limits<uInt>::max() / 2)
+    return Error{"more than 2 GB cannot be packed at once"};
+  z_stream stream = {};
+  if (deflateInit2(&stream, Z_BEST_COMPRESSION, Z_DEFLATED, kGzip, 9, Z_DEFAULT_STRATEGY) != Z_OK)
+    return Error{"zlib cannot begin: is there no memory?"};
+  std::vector<unsigned char> packed(deflateBound(&stream, bytes.size()));
+  const auto* const first = reinterpret_cast<const Bytef*>(bytes.data());
+  stream.next_in = const_cast<Bytef*>(first);  // NOLINT: it is not written to
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = packed.data();
+  stream.avail_out = static_cast<uInt>(packed.size());
+  const int ended = deflate(&stream, Z_FINISH);
+  const std::size_t size = packed.size() - stream.avail_out;
+  deflateEnd(&stream);
+  if (ended != Z_STREAM_END) return Error{"zlib cannot pack: its error " + std::to_string(ended)};
+  return base64(std::span(packed).first(size));
+}
+
+}  // namespace carom::lab

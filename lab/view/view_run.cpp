@@ -1,0 +1,292 @@
+#include "lab/view/view_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "audio/propagation/pose_track.h"
+#include "scenes/recording/event_tape.h"
+#include "scenes/recording/recorded_run.h"
+#include "scenes/recording/recorded_scene.h"
+#include "scenes/run/scene_sound.h"
+#include "scenes/run/scene_stepper.h"
+
+namespace carom::lab {
+
+using namespace scenes;
+using namespace audio;
+
+namespace {
+
+/// m/s: what is slower does not slide.
+constexpr double kSlides = 1e-3;
+/// Poses that may be left out one after another.
+constexpr std::size_t kLongestGap = 64;
+
+/// Returns a scene's run, still without bodies and portions.
+ViewRun emptyRun(const Scene& scene, double deformationStep) {
+  ViewRun view;
+  view.scene = scene;
+  HostWorld& world = view.run.world;
+  world.synth = scene.sound;
+  world.synth.sampleRate = scene.sampleRate;
+  world.synth.medium = scene.medium;
+  world.synth.stems = false;
+  world.listeners = scene.listeners;
+  world.paths.resize(scene.listeners.size());
+  for (const ListenerPath& path : scene.paths)
+    world.paths[path.listener] = path.poses;
+  world.hasOwnHeads = !scene.headFiles.empty();
+  world.duration = scene.duration;
+  world.bodies = static_cast<std::uint32_t>(scene.bodies.size());
+  view.run.deformationStep = deformationStep;
+  return view;
+}
+
+/// Adds how the bodies of a scene sound.
+Status addSounds(ViewRun& view, const Progress& progress) {
+  Result<SceneSoundBodies> sounds = soundBodies(view.scene, progress);
+  if (!sounds) return sounds.error();
+  PlayableRun::Bodies bodies;
+  for (std::size_t index = 0; index < sounds->bodies.size(); ++index) {
+    HostBody& body = bodies.bodies.emplace_back();
+    body.id = static_cast<BodyId>(index);
+    body.name = view.scene.bodies[index].name;
+    body.sound = std::move(sounds->bodies[index]);
+  }
+  view.run.bodies.insert(view.run.bodies.begin(), std::move(bodies));
+  return std::monostate{};
+}
+
+/// True if a body between two poses is where a third says, to what can be seen: a thousandth of a
+/// radian, and of the way in `scale` (m).
+bool isBetween(const ListenerPose& pose, const ListenerPose& before, const ListenerPose& after,
+               double scale) {
+  const double share = (pose.time - before.time) / (after.time - before.time);
+  const Vec3 place = before.position + share * (after.position - before.position);
+  return (place - pose.position).norm() < 1e-3 * scale &&
+         before.orientation.slerp(share, after.orientation).angularDistance(pose.orientation) <
+             2e-3;
+}
+
+/// Leaves out the poses that lie between the others.
+void thin(std::vector<ListenerPose>& poses, double scale) {
+  if (poses.size() < 3) return;
+  std::vector<ListenerPose> kept = {poses.front()};
+  std::size_t last = 0;
+  for (std::size_t next = 2; next < poses.size(); ++next) {
+    bool isStraight = next - last <= kLongestGap;
+    for (std::size_t between = last + 1; isStraight && between < next; ++between)
+      isStraight = isBetween(poses[between], poses[last], poses[next], scale);
+    if (isStraight) continue;
+    last = next - 1;
+    kept.push_back(poses[last]);
+  }
+  kept.push_back(poses.back());
+  poses = std::move(kept);
+}
+
+/// Returns a length by which an error of a body's place is seen, m.
+double scaleOf(const SceneBody& body) {
+  if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) return 4.0 * sphere->radius;
+  if (const auto* given = std::get_if<GivenShape>(&body.shape)) {
+    const BodyForm& form = given->body->form;
+    if (form.kind == BodyForm::Kind::sphere) return 4.0 * form.size.x();
+    if (form.kind == BodyForm::Kind::box) return 2.0 * form.size.minCoeff();
+  }
+  if (const auto* solid = std::get_if<SolidShape>(&body.shape))
+    if (const auto* box = std::get_if<BoxForm>(&solid->form))
+      return 2.0 * box->halfExtents.minCoeff();
+  return 0.1;
+}
+
+/// Joins the steps of lasting contacts.
+std::vector<ContactBar> barsOf(const std::vector<RunPortion>& portions) {
+  struct Open {
+    ContactBar bar;
+    double impulse = 0.0;  // N s
+  };
+  std::map<std::pair<BodyId, BodyId>, Open> open;
+  std::vector<ContactBar> bars;
+  const auto close = [&bars](Open& contact) {
+    const double lasts = contact.bar.end - contact.bar.begin;
+    contact.bar.meanForce = lasts > 0.0 ? contact.impulse / lasts : 0.0;
+    if (lasts > 0.0) bars.push_back(contact.bar);
+  };
+  for (const RunPortion& portion : portions)
+    for (const ContactState& state : portion.contacts) {
+      const auto [found, isNew] = open.try_emplace(std::pair(state.body, state.other));
+      Open& contact = found->second;
+      if (isNew) contact.bar = {state.body, state.other, state.time, state.time};
+      if (state.phase == ContactPhase::end) {
+        close(contact);
+        open.erase(found);
+        continue;
+      }
+      contact.bar.end = state.time + state.duration;
+      contact.bar.slides = contact.bar.slides || state.slipVelocity.norm() > kSlides;
+      contact.impulse += state.normalLoad * state.duration;
+    }
+  for (auto& [pair, contact] : open)
+    close(contact);
+  std::ranges::stable_sort(bars, {}, &ContactBar::begin);
+  return bars;
+}
+
+/// Returns a number with so many binary digits, so that a page takes fewer bytes.
+double rounded(double number, int digits) {
+  if (!std::isfinite(number) || number == 0.0) return number;
+  int exponent = 0;
+  const double scaled = std::ldexp(std::frexp(number, &exponent), digits);
+  return std::ldexp(std::nearbyint(scaled), exponent - digits);
+}
+
+// A place to 32 digits is 1e-10 of its distance from the origin: at 10 m a delay of 3e-12 s. Sizes
+// to 26 digits are within -156 dB.
+constexpr int kPlaceDigits = 32;
+constexpr int kSizeDigits = 26;
+
+void round(Vec3& vector, int digits) {
+  for (double& number : vector)
+    number = rounded(number, digits);
+}
+void round(Quat& turn) {
+  for (double& number : turn.coeffs())
+    number = rounded(number, kPlaceDigits);
+}
+
+/// Rounds all but times. States of what deforms stay as they are, as their second differences
+/// count; so do contacts, whose bumps bounce on one another: a tenth digit is another sound of
+/// them.
+void round(RunPortion& portion) {
+  for (ImpulseEvent& event : portion.events) {
+    for (Vec3* const place : {&event.position, &event.bodyPosition, &event.otherPosition})
+      round(*place, kPlaceDigits);
+    for (Vec3* const size : {&event.impulse, &event.appliedImpulse, &event.normal,
+                             &event.bodyVelocity, &event.bodyAngularVelocity})
+      round(*size, kSizeDigits);
+    for (double* const size :
+         {&event.approachSpeed, &event.effectiveMass, &event.radius, &event.otherRadius})
+      *size = rounded(*size, kSizeDigits);
+    round(event.bodyOrientation);
+    round(event.otherOrientation);
+  }
+  for (BodyPose& pose : portion.poses) {
+    round(pose.pose.position, kPlaceDigits);
+    round(pose.pose.orientation);
+  }
+}
+
+/// Moves what is only drawn out of the run, and measures its events.
+Status finish(ViewRun& view) {
+  std::vector<bool> rings(view.scene.bodies.size());
+  for (const PlayableRun::Bodies& bodies : view.run.bodies)
+    for (const HostBody& body : bodies.bodies)
+      rings[body.id] = rings[body.id] || body.sound.modal != nullptr;
+  view.poses.resize(view.scene.bodies.size());
+  for (RunPortion& portion : view.run.portions) {
+    for (const BodyPose& pose : portion.poses)
+      if (pose.pose.time <= view.scene.duration) view.poses[pose.body].push_back(pose.pose);
+    std::erase_if(portion.poses, [&rings](const BodyPose& pose) { return !rings[pose.body]; });
+    std::ranges::move(portion.pictures, std::back_inserter(view.pictures));
+    portion.pictures.clear();
+    round(portion);
+  }
+  for (std::size_t body = 0; body < view.poses.size(); ++body)
+    thin(view.poses[body], scaleOf(view.scene.bodies[body]));
+  view.contacts = barsOf(view.run.portions);
+  PlayableRun copy = view.run;
+  for (Listener& listener : copy.world.listeners)  // a head is as loud as a pair about it
+    if (listener.format == ListenerFormat::binaural) listener.format = ListenerFormat::spacedPair;
+  Result<RunPlayer> player = RunPlayer::create(std::move(copy), view.scene.sampleRate);
+  if (!player) return player.error();
+  auto events = player->measureEvents();
+  if (!events) return events.error();
+  view.events = *std::move(events);
+  return std::monostate{};
+}
+
+/// Turns a run on Bullet into one of polled contacts.
+void hearAsTold(ViewRun& view) {
+  const double step = view.scene.stepper.step;
+  view.run.world.synth.impulse = ImpulseChoice::applied;
+  view.run.world.synth.comparison.sampling = Sampling::naive;
+  view.run.world.synth.comparison.radiation = Radiation::compact;
+  for (RunPortion& portion : view.run.portions)
+    for (ImpulseEvent& event : portion.events)
+      event.time = std::min(step * std::ceil(event.time / step), view.scene.duration);
+}
+
+/// Runs a stepper to its end.
+Status addPortions(ViewRun& view, SceneStepper& stepper, const ViewOptions& options) {
+  const double duration = view.scene.duration;
+  return runInPortions(stepper, duration, view.run.deformationStep, options.guard,
+                       [&](RunPortion portion) -> Status {
+                         if (options.progress) options.progress(portion.settledTime / duration);
+                         view.run.portions.push_back(std::move(portion));
+                         return std::monostate{};
+                       });
+}
+
+Result<ViewRun> viewStepper(const Scene& scene, SceneStepper& stepper, const ViewOptions& options) {
+  stepper.showAll();
+  ViewRun view = emptyRun(scene, stepper.hearDeformations());
+  view.stepper = scene.stepper.type == StepperType::bullet ? "bullet" : "native";
+  view.run.keepsOrder = stepper.keepsOrder();
+  if (Status ran = addPortions(view, stepper, options); !ran) return ran.error();
+  if (options.asTold) hearAsTold(view);
+  if (Status sounds = addSounds(view, options.analysis); !sounds) return sounds.error();
+  if (Status finished = finish(view); !finished) return finished.error();
+  return view;
+}
+
+/// Reads all portions of a run file, and the bodies of a host that change on the way.
+Status readPortions(RunReader& reader, ViewRun& view) {
+  while (true) {
+    Result<std::vector<RunPortion>> portions = reader.next();
+    if (!portions) return portions.error();
+    if (portions->empty()) return std::monostate{};
+    if (!reader.changes().empty()) {
+      PlayableRun::Bodies& bodies =
+          view.run.bodies.emplace_back(PlayableRun::Bodies{view.run.portions.size(), {}});
+      for (const std::size_t body : reader.changes())
+        bodies.bodies.push_back(reader.host()->bodies[body]);
+    }
+    std::ranges::move(*portions, std::back_inserter(view.run.portions));
+  }
+}
+
+}  // namespace
+
+Result<ViewRun> viewScene(const Scene& scene, const ViewOptions& options) {
+  Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene, options.guard);
+  if (!stepper) return stepper.error();
+  Result<ViewRun> view = viewStepper(scene, **stepper, options);
+  if (!view) return Error{scene.name + ": " + view.error().message};
+  return view;
+}
+
+Result<ViewRun> viewRecorded(const std::filesystem::path& file, bool confined,
+                             const ViewOptions& options) {
+  if (!isRunFile(file)) {
+    const Result<RecordedScene> recorded = loadRecordedScene(file, confined);
+    if (!recorded) return recorded.error();
+    const auto stepper = replayStepper(recorded->recording, recorded->scene, 0.0);
+    return viewStepper(recorded->scene, *stepper, options);
+  }
+  Result<RecordedRun> recorded = openRun(file, confined);
+  if (!recorded) return recorded.error();
+  ViewRun view = emptyRun(recorded->scene, recorded->reader->header().deformationStep);
+  view.stepper = recorded->reader->header().stepper;
+  view.run.keepsOrder = recorded->reader->host() != nullptr;
+  if (Status read = readPortions(*recorded->reader, view); !read) return read.error();
+  if (Status sounds = addSounds(view, options.analysis); !sounds)
+    return Error{file.string() + ": " + sounds.error().message};
+  if (Status finished = finish(view); !finished)
+    return Error{file.string() + ": " + finished.error().message};
+  return view;
+}
+
+}  // namespace carom::lab

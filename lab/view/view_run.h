@@ -1,0 +1,58 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "audio/run/playable_run.h"
+#include "audio/run/run_player.h"
+#include "carom/audio/result.h"
+#include "carom/modal/analysis_settings.h"
+#include "scenes/format/scene.h"
+#include "scenes/limits/run_guard.h"
+
+namespace carom::lab {
+
+/// A lasting contact from its begin to its end.
+struct ContactBar {
+  BodyId body = 0;
+  BodyId other = 0;
+  double begin = 0.0;      ///< s
+  double end = 0.0;        ///< s
+  bool slides = false;     ///< over some of the time
+  double meanForce = 0.0;  ///< N, normal
+};
+
+/// A run as a page shows it: what is drawn, and what is heard.
+struct ViewRun {
+  std::string label;
+  std::string stepper;  ///< "native", "bullet", or "host" of a host's run
+  scenes::Scene scene;
+  audio::PlayableRun run;                        ///< without the poses of bodies that do not ring
+  std::vector<std::vector<ListenerPose>> poses;  ///< of each body, in order of time
+  std::vector<audio::JelloPicture> pictures;
+  std::vector<ContactBar> contacts;
+  std::vector<audio::RunPlayer::EventMeasure> events;  ///< in the order of eventsInOrder
+};
+
+struct ViewOptions {
+  /// Has a scene on Bullet be heard as its host is told of it without Carom: each collision at the
+  /// end of its step, with the impulse that was applied; pulses as they fall on the samples, and
+  /// radiation as that of a point.
+  bool asTold = false;
+  std::function<void(double share)> progress = {};
+  Progress analysis = {};  ///< of modes and recoils
+  scenes::RunGuard* guard = nullptr;
+};
+
+/// Runs a scene on its stepper, and keeps what it tells. Errors: those of the stepper and of
+/// soundBodies, and a run that the guard ends.
+Result<ViewRun> viewScene(const scenes::Scene& scene, const ViewOptions& options = {});
+
+/// Reads a run that was recorded, of any kind: by `carom record`, or by a host. With `confined`,
+/// files that its scene names have to be below its folder.
+Result<ViewRun> viewRecorded(const std::filesystem::path& file, bool confined,
+                             const ViewOptions& options = {});
+
+}  // namespace carom::lab

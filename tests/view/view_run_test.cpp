@@ -1,0 +1,119 @@
+#include "lab/view/view_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "lab/view/view_page.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "scenes/format/scene_loader.h"
+#include "tests/support/temporary_folder.h"
+
+namespace carom::lab {
+
+using namespace audio;
+using namespace scenes;
+
+namespace {
+
+using test::TemporaryFolder;
+using testing::HasSubstr;
+
+std::filesystem::path fileOf(const std::string& scene) {
+  return std::filesystem::path(CAROM_SOURCE_DIR) / "scenes/library" / (scene + ".json");
+}
+
+TEST(ViewRuns, HoldTheFallOfABall) {
+  // The poses that are left out lie between the others: z = h - g t^2 / 2 within what is seen.
+  Result<Scene> scene = loadScene(fileOf("bouncing_ball"));
+  ASSERT_TRUE(scene);
+  const auto isBall = [](const SceneBody& body) { return isSphere(body); };
+  const auto body = std::ranges::find_if(scene->bodies, isBall) - scene->bodies.begin();
+  const auto& ball = std::get<SphereShape>(scene->bodies[static_cast<std::size_t>(body)].shape);
+  const Result<ViewRun> view = viewScene(*scene);
+  ASSERT_TRUE(view) << view.error().message;
+  const std::vector<ListenerPose>& poses = view->poses[static_cast<std::size_t>(body)];
+  ASSERT_GT(poses.size(), 10u);
+  double firstHit = scene->duration;
+  for (const RunPortion& portion : view->run.portions)
+    for (const ImpulseEvent& event : portion.events)
+      firstHit = std::min(firstHit, event.time);
+  std::size_t between = 0;
+  for (double time = 0.0; time < firstHit; time += 1e-3, ++between) {
+    const auto after = std::ranges::lower_bound(poses, time, {}, &ListenerPose::time);
+    ASSERT_NE(after, poses.end());
+    if (after == poses.begin()) continue;
+    const ListenerPose& before = *std::prev(after);
+    const double share = (time - before.time) / (after->time - before.time);
+    const Vec3 drawn = before.position + share * (after->position - before.position);
+    const Vec3 exact = ball.position + time * ball.velocity + 0.5 * time * time * scene->gravity;
+    if (after->time < firstHit) {
+      EXPECT_LT((drawn - exact).norm(), 5e-3 * ball.radius) << time;
+    }
+  }
+  EXPECT_GT(between, 100u);
+}
+
+TEST(ViewRuns, AsToldAreAtTheEndsOfSteps) {
+  Result<Scene> scene = loadScene(fileOf("two_balls"));
+  ASSERT_TRUE(scene);
+  scene->stepper.type = StepperType::bullet;
+  scene->stepper.step = 1.0 / 60.0;
+  const Result<ViewRun> exact = viewScene(*scene);
+  const Result<ViewRun> told = viewScene(*scene, {.asTold = true});
+  ASSERT_TRUE(exact && told);
+  const auto order = eventsInOrder(told->run);
+  ASSERT_FALSE(order.empty());
+  ASSERT_EQ(order.size(), told->events.size());
+  ASSERT_EQ(order.size(), exact->events.size());
+  for (const EventPlace& place : order) {
+    const ImpulseEvent& event = told->run.portions[place.portion].events[place.event];
+    const ImpulseEvent& known = exact->run.portions[place.portion].events[place.event];
+    EXPECT_NEAR(std::remainder(event.time, 1.0 / 60.0), 0.0, 1e-9);
+    EXPECT_GE(event.time, known.time);
+    EXPECT_LE(event.time, known.time + 1.0 / 60.0);
+  }
+}
+
+TEST(ViewRuns, SlidesAreBars) {
+  Result<Scene> scene = loadScene(fileOf("box_slides_to_rest"));
+  ASSERT_TRUE(scene);
+  const Result<ViewRun> view = viewScene(*scene);
+  ASSERT_TRUE(view) << view.error().message;
+  ASSERT_FALSE(view->contacts.empty());
+  const auto longest = std::ranges::max_element(
+      view->contacts, {}, [](const ContactBar& bar) { return bar.end - bar.begin; });
+  EXPECT_TRUE(longest->slides);
+  EXPECT_GT(longest->end - longest->begin, 0.2);
+  // It carries the box's weight: m g on a level floor.
+  double mass = 0.0;
+  for (const HostBody& body : view->run.bodies.front().bodies)
+    if (std::isfinite(body.sound.mass)) mass = body.sound.mass;
+  EXPECT_NEAR(longest->meanForce, mass * 9.81, 0.1 * mass * 9.81);
+}
+
+TEST(ViewPages, AreRefusedOnesTemplate) {
+  const TemporaryFolder folder;
+  const Result<Scene> scene = loadScene(fileOf("two_balls"));
+  ASSERT_TRUE(scene);
+  Result<ViewRun> view = viewScene(*scene);
+  ASSERT_TRUE(view);
+  ViewPage page;
+  page.title = "two";
+  page.runs.push_back(*std::move(view));
+  std::ofstream(folder / "wrong.html") << "<html></html>";
+  const auto refused = writeViewPage(page, folder / "wrong.html", folder / "page.html");
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("no template"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "page.html"));
+  EXPECT_FALSE(findTemplate("", {folder / "nowhere"}));
+  EXPECT_FALSE(findTemplate(folder / "missing.html", {}));
+}
+
+}  // namespace
+}  // namespace carom::lab
