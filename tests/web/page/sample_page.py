@@ -29,6 +29,16 @@ class Blobs:
         self.items.append(base64.b64encode(gzip.compress(data, 6, mtime=0)).decode())
         return len(self.items) - 1
 
+    def table(self, rows, kind):
+        """Rows as planes: byte after byte of them, each XOR that of the row above."""
+        data = b"".join(struct.pack(f"<{len(row)}{kind}", *row) for row in rows)
+        width = len(data) // len(rows) if rows else 0
+        planes = bytearray()
+        for place in range(width):
+            column = data[place::width]
+            planes += bytes(one ^ two for one, two in zip(column, b"\0" + column[:-1]))
+        return self.add(bytes(planes))
+
     def doubles(self, rows):
         return self.add(b"".join(struct.pack(f"<{len(row)}d", *row) for row in rows))
 
@@ -186,9 +196,9 @@ def make_run(label, blobs, arguments, late):
                       {"name": "walker", "format": "mono", "position": [0, 0.55, 0.9], "orientation": [1, 0, 0, 0], "path": blobs.doubles(path), "poses": len(path)}],
         "room": {"walls": [{"normal": [0, 1, 0], "offset": 0}, {"normal": [0, -1, 0], "offset": -1.4}, {"normal": [1, 0, 0], "offset": -1.2},
                            {"normal": [-1, 0, 0], "offset": -1.2}, {"normal": [0, 0, 1], "offset": -0.9}, {"normal": [0, 0, -1], "offset": -1.3}]},
-        "events": {"rows": len(events), "blob": blobs.doubles(events)},
-        "poses": {"rows": len(poses), "blob": blobs.add(b"".join(struct.pack("<9f", *row) for row in poses))},
-        "contacts": {"rows": len(run.contacts), "blob": blobs.doubles(run.contacts)},
+        "events": {"rows": len(events), "blob": blobs.table(events, "d")},
+        "poses": {"rows": len(poses), "blob": blobs.table(poses, "f")},
+        "contacts": {"rows": len(run.contacts), "blob": blobs.table(run.contacts, "d")},
     }
     if lattice:
         made["jello"] = lattice

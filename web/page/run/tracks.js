@@ -1,18 +1,18 @@
 // Poses of bodies at any time, between the rows of the table of poses.
 
-const kWidth = 9;
+export const kPoseWidth = 9;   // time, body, x y z, w x y z
+const kWidth = kPoseWidth;
 
 /// Rows of one body are found once; within them the row before a time by bisection, which begins
 /// at the row of the last call, as time mostly goes on.
 export class Tracks {
-  constructor(bodies, bytes) {
-    const size = bytes ? bytes.byteLength >> 2 : 0;
-    this.table = size ? new Float32Array(bytes.buffer, bytes.byteOffset, size) : new Float32Array(0);
+  constructor(bodies, table) {
+    this.table = table;
     this.first = new Map();
     this.last = new Map();
     this.hint = new Map();
     this.still = new Map(bodies.map((body) => [body.id, body.pose]));
-    for (let row = 0; row < Math.floor(size / kWidth); ++row) {
+    for (let row = 0; row < Math.floor(table.length / kWidth); ++row) {
       const body = this.table[row * kWidth + 1];
       if (!this.first.has(body)) this.first.set(body, row);
       this.last.set(body, row);
