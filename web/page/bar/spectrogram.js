@@ -2,11 +2,11 @@
 import {Fourier} from './fourier.js';
 import {kQuietest} from '../run/data.js';
 
-const kSize = 1024, kHop = 256;
+const kSize = 1024, kHop = 128;
 const kRows = 88;
 const kLow = 60, kHigh = 20000;   // Hz
 const kRange = 66;                // dB
-const kKept = 24000;              // columns: two minutes of listening
+const kKept = 48000;              // columns: two minutes of listening
 
 /// Row by row, the bins whose greatest amplitude it shows.
 function rowsOf(sampleRate) {

@@ -51,6 +51,10 @@ class CaromProcessor extends AudioWorkletProcessor {
     this.playing = false;
     this.next = null;
     this.engine.open(bytes, sampleRate, head);
+    // The first sound of an instance takes longer, as its code is compiled when it is used.
+    this.engine.hear({});
+    this.engine.seek(0, 1, 0);
+    this.engine.render(512);
     this.port.postMessage({type: 'opened', run, duration: this.engine.duration});
   }
   go(message) {

@@ -5,23 +5,40 @@ const kSamples = 64;      // times of each body
 const kFill = 0.9;         // of the open part of the picture
 const kOutliers = 0.01;   // share of places at either end that may be out of the picture
 
-function largest(body) {
+function meshRadius(points) {
+  let square = 0;
+  for (let at = 0; at < points.length; at += 3) square = Math.max(square, points[at] ** 2 + points[at + 1] ** 2 + points[at + 2] ** 2);
+  return Math.sqrt(square);
+}
+
+function largest(body, run) {
   const {form} = body;
+  if (form.kind === 'mesh') return meshRadius(run.meshes[form.mesh].points);
   if (form.kind === 'box') return Math.hypot(...form.half);
   if (form.kind === 'cylinder') return Math.hypot(form.radius, form.height / 2);
   if (form.kind === 'capsule') return form.radius + form.height / 2;
   return form.radius ?? body.radius ?? 0;
 }
 
+/// Until when a body counts: what flies away after its last contact would make all else small.
+function activeUntil(run) {
+  const last = new Map(), margin = 0.06 * run.duration;
+  const note = (body, time) => last.set(body, Math.max(time, last.get(body) ?? 0));
+  for (const event of run.events) [event.body, event.other].forEach((body) => note(body, event.time));
+  for (const contact of run.contacts) [contact.body, contact.other].forEach((body) => note(body, contact.end));
+  const whole = Math.max(0, ...last.values()) || run.duration;
+  return (body) => Math.min(run.duration, (last.get(body) ?? whole) + margin);
+}
+
 function* placesOf(run) {
-  const pose = new Array(7);
+  const pose = new Array(7), ends = activeUntil(run);
   const step = Math.max(1, Math.ceil(run.bodies.length / 200));   // a thousand marbles need not all be asked
   const moving = run.bodies.filter((body) => body.form.kind !== 'plane' && run.tracks.moves(body.id) && body.id !== run.jello?.body);
   for (let index = 0; index < moving.length; index += step) {
     const body = moving[index];
     for (let sample = 0; sample <= kSamples; ++sample) {
-      run.tracks.pose(body.id, sample / kSamples * run.duration, pose);
-      yield [pose.slice(0, 3), largest(body)];
+      run.tracks.pose(body.id, sample / kSamples * ends(body.id), pose);
+      yield [pose.slice(0, 3), largest(body, run)];
     }
   }
   const {jello} = run;
@@ -38,8 +55,15 @@ function* placesOf(run) {
 function allPlaces(run) {
   const places = [...placesOf(run)];
   if (places.length) return places;
-  const still = run.bodies.filter((body) => body.form.kind !== 'plane').map((body) => [body.pose.slice(0, 3), largest(body)]);
+  const still = run.bodies.filter((body) => body.form.kind !== 'plane').map((body) => [body.pose.slice(0, 3), largest(body, run)]);
   return still.length ? still : [[[0, 0, 0], 0.5]];
+}
+
+/// Small things that stay, near those that move, belong into the picture: a plate, not a table.
+function stillNear(run, centre, radius) {
+  return run.bodies.filter((body) => body.form.kind !== 'plane' && !run.tracks.moves(body.id) && body.id !== run.jello?.body)
+      .map((body) => [body.pose.slice(0, 3), largest(body, run)])
+      .filter(([place, size]) => size < 1.2 * radius && new THREE.Vector3(...place).distanceTo(centre) < 2 * radius);
 }
 
 /// The ball that holds what moves, over the whole run: {centre, radius, box, places: [[x, y, z], radius] ...}.
@@ -56,7 +80,9 @@ export function boundsOf(run) {
   const anchors = run.links.flatMap((link) => link.ends).filter((end) => end.body < 0).map((end) => [end.at, 0]);
   anchors.forEach(([place]) => box.expandByPoint(new THREE.Vector3(...place)));
   const within = [...places, ...anchors].filter(([place]) => box.containsPoint(new THREE.Vector3(...place)));
-  return {centre: box.getCenter(new THREE.Vector3()), box, places: within, radius: Math.max(1e-4, 0.5 * box.getSize(new THREE.Vector3()).length())};
+  const around = box.getSize(new THREE.Vector3()).length() / 2;
+  within.push(...stillNear(run, box.getCenter(new THREE.Vector3()), around));
+  return {centre: box.getCenter(new THREE.Vector3()), box, places: within, radius: Math.max(1e-4, around)};
 }
 
 /// Away from gravity; without any, +y.

@@ -2,7 +2,7 @@
 import * as THREE from 'three';
 
 const kGlows = 48;
-const kLasts = 0.22;   // s of the watch, at any speed
+const kLasts = 0.16;   // s of the watch, at any speed
 
 const kVertex = `
   attribute float size;
@@ -27,7 +27,7 @@ const kFragment = `
     float from = length(gl_PointCoord - 0.5) * 2.0;
     float ring = exp(-pow((from - 0.72 * (1.0 - 0.6 * shine)) * 9.0, 2.0));
     float core = exp(-from * from * 9.0);
-    float light = shine * (0.55 * ring + 0.8 * core) * smoothstep(1.0, 0.85, from);
+    float light = shine * (0.4 * ring + 0.9 * core) * smoothstep(1.0, 0.85, from);
     gl_FragColor = vec4(mix(colour, glowTint, 0.6), light);
     #include <colorspace_fragment>
   }`;
@@ -36,7 +36,7 @@ export class Impacts {
   constructor(run, bounds, looks) {
     this.run = run;
     this.loudest = run.events.reduce((most, event) => Math.max(most, event.level), -Infinity);
-    this.reach = 0.11 * bounds.radius;
+    this.reach = 0.09 * bounds.radius;
     this.geometry = new THREE.BufferGeometry();
     for (const [name, width] of [['position', 3], ['size', 1], ['glow', 1], ['tint', 3]]) {
       this.geometry.setAttribute(name, new THREE.BufferAttribute(new Float32Array(width * kGlows), width).setUsage(THREE.DynamicDrawUsage));

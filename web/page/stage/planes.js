@@ -1,10 +1,19 @@
 // Endless planes: a fine grid that fades, and the shadows that fall on it. Rooms: the edges where walls meet.
 import * as THREE from 'three';
 
+const kMostCuts = 12;
 const kReach = 14;   // radii of the scene that a plane is drawn for
 
+const kVertex = `
+  varying vec2 place;
+  varying vec3 worldPlace;
+  void main() {
+    place = position.xy;
+    worldPlace = (modelMatrix * vec4(position, 1.0)).xyz;`;
 const kUniforms = `
   varying vec2 place;
+  varying vec3 worldPlace;
+  uniform vec4 walls[WALLS];
   uniform float cell, reach, strength;
   uniform vec3 ink, paper;
   float lines(vec2 at, float size) {
@@ -13,6 +22,10 @@ const kUniforms = `
     vec2 near = abs(fract(grid - 0.5) - 0.5) / max(width, 1e-6);
     float line = 1.0 - min(min(near.x, near.y), 1.0);
     return line * clamp(0.7 - 1.4 * max(width.x, width.y), 0.0, 1.0);
+  }`;
+const kCut = `
+  for (int wall = 0; wall < WALLS; ++wall) {
+    if (dot(worldPlace, walls[wall].xyz) < walls[wall].w) discard;
   }`;
 /// The shadow lies over the grid, in one pass for both.
 const kBlend = `
@@ -28,13 +41,21 @@ const kBlend = `
 function planeMaterial(uniforms) {
   const material = new THREE.ShadowMaterial({depthWrite: false});
   material.uniforms = uniforms;
+  material.defines = {WALLS: uniforms.walls.value.length};
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, uniforms);
-    shader.vertexShader = shader.vertexShader.replace('void main() {', 'varying vec2 place;\nvoid main() {\n  place = position.xy;');
-    shader.fragmentShader = shader.fragmentShader.replace('void main() {', `${kUniforms}\nvoid main() {`)
+    shader.vertexShader = shader.vertexShader.replace('void main() {', kVertex);
+    shader.fragmentShader = shader.fragmentShader.replace('void main() {', `${kUniforms}\nvoid main() {${kCut}`)
         .replace('#include <tonemapping_fragment>', '').replace('#include <colorspace_fragment>', kBlend);
   };
   return material;
+}
+
+/// A plane in the world: all x with normal.x = offset.
+function wallOf(body) {
+  const [x, y, z, qw, qx, qy, qz] = body.pose;
+  const normal = new THREE.Vector3(...body.form.normal).applyQuaternion(new THREE.Quaternion(qx, qy, qz, qw)).normalize();
+  return {normal, offset: body.form.offset + normal.dot(new THREE.Vector3(x, y, z))};
 }
 
 /// 1, 2 or 5 times a power of ten, near `size`.
@@ -51,19 +72,22 @@ export class Planes {
     this.reach = kReach * bounds.radius;
     this.cell = roundLength(bounds.radius / 5);
     const up = new THREE.Vector3(...run.gravity).negate().normalize();
-    for (const body of run.bodies.filter((item) => item.form.kind === 'plane')) this.#add(body, bounds, up);
+    const planes = run.bodies.filter((item) => item.form.kind === 'plane').map((body) => wallOf(body));
+    planes.forEach((wall) => this.#add(wall, planes.filter((other) => other !== wall), bounds, up));
+    this.edges = new THREE.LineBasicMaterial({transparent: true, opacity: 0.4});
+    const edges = edgesOf(planes);
+    if (edges.length) this.group.add(new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(edges), this.edges));
   }
 
-  #add(body, bounds, up) {
-    const [x, y, z, qw, qx, qy, qz] = body.pose;
-    const normal = new THREE.Vector3(...body.form.normal).applyQuaternion(new THREE.Quaternion(qx, qy, qz, qw)).normalize();
-    const offset = body.form.offset + normal.dot(new THREE.Vector3(x, y, z));
+  /// What is behind other planes is not drawn, so that six of them look like a box.
+  #add({normal, offset}, others, bounds, up) {
     const centre = bounds.centre.clone().addScaledVector(normal, offset - normal.dot(bounds.centre));
     const level = normal.dot(up) > 0.5;
     const grid = new THREE.Mesh(new THREE.PlaneGeometry(2 * this.reach, 2 * this.reach), planeMaterial({
       cell: {value: this.cell}, reach: {value: this.reach * (level ? 1 : 0.35)}, strength: {value: level ? 0.36 : 0.18},
-      ink: {value: new THREE.Color()}, paper: {value: new THREE.Color()},
+      ink: {value: new THREE.Color()}, paper: {value: new THREE.Color()}, walls: {value: this.#cuts(normal, others, bounds)},
     }));
+    grid.userData.level = level;
     grid.receiveShadow = true;
     grid.position.copy(centre);
     grid.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), normal);
@@ -72,11 +96,19 @@ export class Planes {
     this.#grids.push(grid);
   }
 
+  /// Planes that cut this one, as normal and offset; one that cuts nothing stands for none.
+  #cuts(normal, others, bounds) {
+    const cuts = others.filter((other) => other.normal.dot(normal) < 0.99).slice(0, kMostCuts)
+        .map((other) => new THREE.Vector4(...other.normal, other.offset - 1e-4 * bounds.radius));
+    return cuts.length ? cuts : [new THREE.Vector4(0, 0, 0, -1)];
+  }
+
   paint(theme) {
-    for (const {material} of this.#grids) {
+    this.edges.color.set(theme.room);
+    for (const {material, userData} of this.#grids) {
       material.uniforms.ink.value.set(theme.grid);
       material.uniforms.paper.value.set(theme.ground);
-      material.opacity = theme.shadow;
+      material.opacity = userData.level ? theme.shadow : 0.4 * theme.shadow;
     }
   }
 }
@@ -96,8 +128,7 @@ function inside(walls, point, way, left) {
 }
 
 /// The edges of the space in front of all walls, as points of line segments; those of walls that do not meet are left out.
-export function roomEdges(room) {
-  const walls = room.walls.map((wall) => ({normal: new THREE.Vector3(...wall.normal).normalize(), offset: wall.offset}));
+function edgesOf(walls) {
   const points = [];
   for (let one = 0; one < walls.length; ++one) {
     for (let two = one + 1; two < walls.length; ++two) {
@@ -113,4 +144,8 @@ export function roomEdges(room) {
     }
   }
   return points;
+}
+
+export function roomEdges(room) {
+  return edgesOf(room.walls.map((wall) => ({normal: new THREE.Vector3(...wall.normal).normalize(), offset: wall.offset})));
 }

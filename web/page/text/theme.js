@@ -12,7 +12,7 @@ function ramp(stops) {
 
 const kDark = {
   dark: true, backdrop: ['#0d1117', '#141b24', '#1d2732', '#1a222c'], ground: '#2c3a48', grid: '#8fa6bb', shadow: 0.5,
-  link: '#aab4bf', room: '#7f93a8', listener: '#d5d9de', accent: '#ffc163', glow: '#ffe0a8', ambient: 1.9, sun: 2.3, sky: '#cfdcec', bounce: '#6b7078', lamp: 1,
+  link: '#aab4bf', room: '#7f93a8', listener: '#d5d9de', accent: '#ffc163', glow: '#ffe0a8', ambient: 2.2, sun: 2.5, sky: '#d6e2f0', bounce: '#858b94', lamp: 1,
   soft: '#9aa7b4', line: 'rgb(140 160 180 / .16)', paper: '#12171d',
   ramp: ramp([[0.2, 0.03, 260], [0.36, 0.11, 280], [0.52, 0.17, 330], [0.68, 0.17, 385], [0.83, 0.14, 435], [0.97, 0.06, 460]]),
 };
