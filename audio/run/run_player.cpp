@@ -24,6 +24,7 @@ RunPlayer::RunPlayer(PlayableRun run, double sampleRate)
   run_.world.synth.sampleRate = sampleRate;
   ear_.position = run_.world.listeners.front().position;
   ear_.orientation = run_.world.listeners.front().orientation;
+  placed_ = ear_;
 }
 
 Result<RunPlayer> RunPlayer::create(PlayableRun run, double sampleRate) {
@@ -39,7 +40,7 @@ void RunPlayer::setAudible(BodyId body, bool isAudible) {
 Status RunPlayer::placeEar(const ListenerPose& pose) {
   if (!isPose(pose))
     return Error{"the ear's pose is not finite, or its orientation of unit length"};
-  ear_ = pose;
+  ear_ = placed_ = pose;
   isMoved_ = false;
   if (followed_ || !synth_) return std::monostate{};
   if (voice_) voice_->track(0).restart(pose);
@@ -115,6 +116,7 @@ Status RunPlayer::seek(const Start& start) {
     return Error{"no such time"};
   if (only_ && *only_ >= order_.size()) return Error{"the run has no such event"};
   start_ = start;
+  placed_ = ear_;
   if (only_) onlyIndex_ = firstEvents_[order_[*only_].portion] + order_[*only_].event;
   if (Status chosen = chooseListeners(); !chosen) return chosen;
   if (Status made = makeSynth(); !made) return made;
@@ -125,7 +127,7 @@ Status RunPlayer::seek(const Start& start) {
     for (std::size_t index = 0; index < run_.world.paths.size(); ++index)
       if (Status moved = followPath(index); !moved) return moved;
   }
-  isMoved_ = !followed_;
+  isMoved_ = hasMoved_ = false;
   known_.clear();
   next_ = nextBodies_ = 0;
   settled_ = 0.0;
@@ -163,12 +165,16 @@ Status RunPlayer::followPath(std::size_t listener) {
 
 /// Tells the synthesis where the ear is now.
 void RunPlayer::tellEar() {
-  if (!std::exchange(isMoved_, false)) return;
-  ListenerPose pose = ear_;
+  if (!isMoved_) return;
+  // The first pose is where the ear was, so that it is on its way from there. While it stands, it
+  // has none, and rings are heard as by a microphone.
+  ListenerPose pose = std::exchange(hasMoved_, true) ? ear_ : placed_;
   pose.time = synth_->time();
   // One that comes too soon after the last, or that is too far away to have moved there, jumps.
   const bool isOnItsWay = static_cast<bool>(synth_->moveListener(0, pose));
   if (!isOnItsWay) static_cast<void>(synth_->placeListener(0, pose));
+  isMoved_ = (pose.position - ear_.position).norm() > 0.0 ||
+             pose.orientation.angularDistance(ear_.orientation) > 0.0;
   if (!voice_) return;
   pose.time -= heardAt(0.0);
   if (!voice_->track(0).append(pose)) voice_->track(0).restart(pose);

@@ -124,7 +124,8 @@ class RunPlayer {
   std::array<bool, kStems> stems_ = {true, true, true};
   std::vector<bool> isMuted_;  // by body
   std::optional<std::size_t> only_;
-  ListenerPose ear_;
+  ListenerPose ear_;     // where it is to be
+  ListenerPose placed_;  // where it was before it moved
 
   Start start_;
   std::vector<Listener> listeners_;  // that the synth has
@@ -136,9 +137,10 @@ class RunPlayer {
   std::size_t onlyIndex_ = 0;  // of the only event, as Known has it
   std::size_t next_ = 0;       // portion
   std::size_t nextBodies_ = 0;
-  double settled_ = 0.0;  // s
-  bool isWhole_ = true;   // all stems are heard
-  bool isMoved_ = false;  // ear_ has not been told to the synth yet
+  double settled_ = 0.0;   // s
+  bool isWhole_ = true;    // all stems are heard
+  bool isMoved_ = false;   // ear_ has not been told to the synth yet
+  bool hasMoved_ = false;  // since the seek
   std::vector<Known> known_;
   std::vector<std::vector<float>> planes_;  // of all channels of the synth
 };

@@ -144,6 +144,18 @@ TEST_P(PlayedRuns, SoundAsTheirScenes) {
   EXPECT_EQ(first, whole.size());
 }
 
+TEST_P(PlayedRuns, SoundSoToAnEar) {
+  Scene scene = sceneOf(GetParam().scene, GetParam().duration);
+  scene.listeners = {{"ear", {0.3, 0.4, 0.9}}};
+  scene.paths.clear();
+  const Planes whole = rendered(scene);
+  const ViewRun view = viewOf(sceneOf(GetParam().scene, GetParam().duration));
+  RunPlayer player = playerOf(view.run, scene.sampleRate);
+  ASSERT_TRUE(player.placeEar({0.0, scene.listeners[0].position, Quat::Identity()}));
+  ASSERT_TRUE(player.seek({}));
+  EXPECT_LT(difference(played(player, whole.front().size()), whole), -120.0);
+}
+
 INSTANTIATE_TEST_SUITE_P(Library, PlayedRuns,
                          testing::Values(Case{"two_balls", 1.0}, Case{"newtons_cradle", 1.0},
                                          Case{"marbles_in_a_room", 1.5},

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "scenes/format/scene_loader.h"
+#include "scenes/recording/recorded_run.h"
 #include "tests/support/temporary_folder.h"
 
 namespace carom::lab {
@@ -95,6 +96,24 @@ TEST(ViewRuns, SlidesAreBars) {
   for (const HostBody& body : view->run.bodies.front().bodies)
     if (std::isfinite(body.sound.mass)) mass = body.sound.mass;
   EXPECT_NEAR(longest->meanForce, mass * 9.81, 0.1 * mass * 9.81);
+}
+
+TEST(ViewRuns, ThatWereRecordedAreThoseOfTheirScenes) {
+  const TemporaryFolder folder;
+  for (const std::string name : {"jello_drop", "coin_spin", "two_balls", "dropped_wrench"}) {
+    Result<Scene> scene = loadScene(fileOf(name));
+    ASSERT_TRUE(scene);
+    const std::string text = *readSceneText(fileOf(name));
+    const auto file = folder / (name + ".carom");
+    ASSERT_TRUE(recordRun({&*scene, text, fileOf(name).string(), file}, {}, nullptr));
+    const Result<ViewRun> recorded = viewRecorded(file, false);
+    const Result<ViewRun> run = viewScene(*scene);
+    ASSERT_TRUE(recorded && run);
+    EXPECT_TRUE(*encodedRun(recorded->run) == *encodedRun(run->run)) << name;
+    EXPECT_EQ(recorded->stepper, run->stepper);
+    EXPECT_EQ(recorded->pictures.size(), run->pictures.size());
+    EXPECT_EQ(recorded->contacts.size(), run->contacts.size());
+  }
 }
 
 TEST(ViewPages, AreRefusedOnesTemplate) {
