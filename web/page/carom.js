@@ -15,7 +15,10 @@ export function caromOf(opened) {
   return {
     ready,
     get version() { return page?.manifest.version ?? ''; },
-    get time() { return view().player.time; },
+    get time() {
+      view().player.tick(performance.now());   // pictures may come slower than scripts ask
+      return view().player.time;
+    },
     get duration() { return view().player.duration; },
     get playing() { return view().player.playing; },
     get late() { return view().sound.late; },

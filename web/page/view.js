@@ -9,7 +9,7 @@ import {byId, decibelWords, make, microseconds, setIcon} from './text/dom.js';
 import {keysOf} from './text/key_table.js';
 
 const kStill = 5;      // pixels that a click may move
-const kTooSlow = 0.06, kSlowPictures = 12;   // s from picture to picture, and how many in a row
+const kTooSlow = 0.06, kSlowPictures = 4;   // s from picture to picture, and how many in a row
 const kBegin = 62;     // pixels above the bar, where the button to begin is
 const kStep = 0.02;    // of the shown stretch of time, for an arrow key
 
@@ -114,6 +114,7 @@ export class View {
     this.touch();
     this.#show();
     if (this.player.playing) document.body.classList.add('begun');
+    else this.stage.refine();
   }
 
   /// Says what the page sounds like, once that is known: with sound, or why not.

@@ -58,7 +58,7 @@ export class Player extends EventTarget {
   #resound() {
     if (!this.playing || !this.#sounds()) return;
     const loops = this.loop && this.#time < this.loop[1] && this.only < 0;
-    this.sound.go({time: this.#time, speed: this.speed, until: this.end, loop: loops ? this.loop : null,
+    this.sound.go({run: this.#run, time: this.#time, speed: this.speed, until: this.end, loop: loops ? this.loop : null,
                    hear: this.ear.order(this.run, this.only)});
   }
 
@@ -102,8 +102,7 @@ export class Player extends EventTarget {
     this.#time = Math.min(this.#time, this.duration);
     this.#changed();
     if (this.sound.on) await this.sound.start(this.run, await this.head());
-    this.#last = performance.now();
-    if (plays) this.#resound();
+    if (plays && index === this.#run) this.#resound();
   }
   get runIndex() {
     return this.#run;

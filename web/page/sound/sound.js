@@ -12,7 +12,8 @@ export class Sound extends EventTarget {
   #asked = 0;
   #context = null;
   #node = null;
-  #opened = -1;        // the run that the worklet has
+  #opened = new Set(); // runs that the worklet has
+  #line = Promise.resolve();
   #opening = null;
   #anchor = null;      // the worklet's latest report
   #lastId = 0;
@@ -78,18 +79,23 @@ export class Sound extends EventTarget {
     this.#sendVolume();
   }
 
-  /// Gives the worklet a run, unless it has it already.
-  async open(run, head) {
-    if (this.#opened === run.index || !this.#node) return;
+  /// Gives the worklet a run, unless it has it already. One after another, as each waits for an answer.
+  open(run, head) {
+    const opened = this.#line.then(() => this.#open(run, head));
+    this.#line = opened.catch(() => {});
+    return opened;
+  }
+  async #open(run, head) {
+    if (this.#opened.has(run.index)) return;
     const bytes = await run.soundBytes();
     await new Promise((resolve, reject) => {
       this.#opening = {resolve, reject};
       this.#node.port.postMessage({type: 'open', run: run.index, bytes, head});
     });
-    this.#opened = run.index;
+    this.#opened.add(run.index);
   }
   has(run) {
-    return this.on && this.#opened === run.index;
+    return this.on && this.#opened.has(run.index);
   }
 
   #take(message) {

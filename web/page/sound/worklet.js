@@ -1,6 +1,6 @@
 // Live sound: an engine in the audio thread, driven by messages of the page (sound.js).
-//   open {bytes, head}             takes a run; answered by opened or failed
-//   go {id, time, speed, until, loop, hear}   sounds from `time` on; all that is heard is in it, so that no order matters
+//   open {run, bytes, head}        takes a run; answered by opened or failed
+//   go {id, run, time, speed, until, loop, hear}   sounds from `time` on; all that is heard is in it, so that no order matters
 //   rest                           fades out and stops
 //   ear {pose}                     moves the ear, smoothly
 //   volume {value}                 full scale per Pa
@@ -20,7 +20,9 @@ function limit(value) {
 class CaromProcessor extends AudioWorkletProcessor {
   constructor({processorOptions}) {
     super();
-    this.engine = new Engine(processorOptions.module);
+    this.module = processorOptions.module;
+    this.engines = new Map();   // by run, each an instance, so that a switch between runs needs no opening
+    this.engine = null;         // the one that sounds
     this.gain = 1;
     this.aim = 1;         // what `gain` moves towards, so that the volume has no steps
     this.cost = 0.05;     // s of work for a second of sound, measured at each seek
@@ -48,14 +50,14 @@ class CaromProcessor extends AudioWorkletProcessor {
   }
 
   open({bytes, head, run}) {
-    this.playing = false;
-    this.next = null;
-    this.engine.open(bytes, sampleRate, head);
+    const engine = new Engine(this.module);
+    engine.open(bytes, sampleRate, head);
     // The first sound of an instance takes longer, as its code is compiled when it is used.
-    this.engine.hear({});
-    this.engine.seek(0, 1, 0);
-    this.engine.render(512);
-    this.port.postMessage({type: 'opened', run, duration: this.engine.duration});
+    engine.hear({});
+    engine.seek(0, 1, 0);
+    engine.render(512);
+    this.engines.set(run, engine);
+    this.port.postMessage({type: 'opened', run});
   }
   go(message) {
     this.next = message;
@@ -74,6 +76,7 @@ class CaromProcessor extends AudioWorkletProcessor {
   start(go) {
     const prelude = Math.min(kPrelude, go.time / go.speed, kSeekBudget / 1000 / this.cost);
     const before = Date.now();
+    this.engine = this.engines.get(go.run);
     this.engine.hear(go.hear);
     this.engine.seek(go.time, go.speed, prelude);
     const took = (Date.now() - before) / 1000;

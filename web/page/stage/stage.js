@@ -10,6 +10,7 @@ import {Planes} from './planes.js';
 import {setStudio} from './studio.js';
 
 const kFieldOfView = 36;       // degrees, along the shorter side of the picture
+const kCoarsest = 0.42;        // least share of the pixels, along each side
 const kMostPixels = 2;         // device pixels for a pixel of the page
 
 export class Stage {
@@ -177,8 +178,15 @@ export class Stage {
   }
   /// Fewer pixels, for a machine that is too slow for all of them.
   coarsen() {
-    if (this.fineness < 0.5) return;
-    this.fineness *= 0.75;
+    this.#setFineness(Math.max(kCoarsest, 0.75 * this.fineness));
+  }
+  /// All pixels again, for a picture that stands.
+  refine() {
+    this.#setFineness(1);
+  }
+  #setFineness(fineness) {
+    if (fineness === this.fineness) return;
+    this.fineness = fineness;
     this.renderer.setPixelRatio(this.#pixelRatio());
     this.renderer.setSize(this.width, this.height, false);
   }
