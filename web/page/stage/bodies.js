@@ -4,6 +4,9 @@ import {bandTexture, geometryOf, seamTexture, sharedForm} from './forms.js';
 import {rgbOfLch} from './colours.js';
 import {studioMaterial} from './studio.js';
 
+const kMany = 40;   // bodies, of which each is drawn with fewer triangles
+// One material for all shadows, as each is compiled by itself.
+const shadowOnly = new THREE.MeshDepthMaterial({side: THREE.DoubleSide});
 const textures = {};
 function markings(kind) {
   if (kind === 'sphere') return textures.seam ??= seamTexture();
@@ -51,10 +54,11 @@ export class Bodies {
   #add(members) {
     const [{body}] = members;
     const material = surfaceOf(this.looks.get(body.id), body.form);
-    const mesh = new THREE.InstancedMesh(geometryOf(body.form, this.run.meshes, members.length > 60), material, members.length);
+    const mesh = new THREE.InstancedMesh(geometryOf(body.form, this.run.meshes, this.run.bodies.length < kMany), material, members.length);
     mesh.instanceMatrix.setUsage(THREE.DynamicDrawUsage);
     mesh.frustumCulled = false;
     mesh.castShadow = true;
+    mesh.customDepthMaterial = shadowOnly;
     mesh.receiveShadow = true;
     mesh.userData.bodies = members.map((member) => member.body.id);
     mesh.userData.stays = !body.moves;

@@ -119,7 +119,6 @@ function earModel(format, material) {
     const mesh = new THREE.Mesh(geometry, material);
     mesh.position.set(x, y, z);
     mesh.scale.set(...scale);
-    mesh.castShadow = true;
     model.add(mesh);
   };
   const ball = new THREE.SphereGeometry(1, 24, 16);

@@ -32,9 +32,9 @@ export function sharedForm(form, radius) {
   return null;
 }
 
-export function geometryOf(form, meshes, many) {
+export function geometryOf(form, meshes, fine) {
   switch (form.kind) {
-    case 'sphere': return new THREE.SphereGeometry(1, many ? 24 : 48, many ? 16 : 32);
+    case 'sphere': return new THREE.SphereGeometry(1, fine ? 48 : 20, fine ? 32 : 14);
     case 'box': return new THREE.BoxGeometry(2, 2, 2);
     case 'cylinder': return alongAxis(new THREE.CylinderGeometry(1, 1, 1, 48), form.axis ?? 1);
     case 'capsule': return alongAxis(new THREE.CapsuleGeometry(form.radius, form.height, 12, 32), form.axis ?? 1);

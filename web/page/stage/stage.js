@@ -13,6 +13,11 @@ const kFieldOfView = 36;       // degrees, along the shorter side of the picture
 const kCoarsest = 0.42;        // least share of the pixels, along each side
 const kMostPixels = 2;         // device pixels for a pixel of the page
 
+function drawsInSoftware(context) {
+  const names = context.getExtension('WEBGL_debug_renderer_info');
+  return names !== null && /swiftshader|llvmpipe|software|basic render/i.test(context.getParameter(names.UNMASKED_RENDERER_WEBGL));
+}
+
 export class Stage {
   camera = new THREE.PerspectiveCamera(kFieldOfView, 1, 0.01, 100);
   #scene = new THREE.Scene();
@@ -24,35 +29,37 @@ export class Stage {
   constructor(canvas, labels) {
     this.canvas = canvas;
     this.labels = labels;
-    this.renderer = this.#makeRenderer(canvas);
+    this.renderer = this.#makeRenderer();
     this.sky = new THREE.HemisphereLight(0xffffff, 0x808080, 1);
     this.sun = new THREE.DirectionalLight(0xffffff, 1.6);
     this.sun.castShadow = true;
     this.sun.shadow.mapSize.setScalar(this.soft ? 1024 : 2048);
     this.sun.shadow.radius = 3;
     this.#scene.add(this.sky, this.sun, this.sun.target);
-    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.enableDamping = !matchMedia('(prefers-reduced-motion: reduce)').matches;
     this.controls.dampingFactor = 0.12;
     this.controls.zoomToCursor = true;
   }
 
-  #makeRenderer(canvas) {
-    const options = {canvas, powerPreference: 'high-performance', alpha: false};
-    const context = canvas.getContext('webgl2', {...options, antialias: !this.#drawsInSoftware()});
-    const renderer = new THREE.WebGLRenderer({...options, context});
+  /// Without graphics hardware every pixel counts, so edges are smoothed only where there is some.
+  #makeRenderer() {
+    const options = {powerPreference: 'high-performance', alpha: false};
+    let context = this.canvas.getContext('webgl2', {...options, antialias: false});
+    this.soft = drawsInSoftware(context);
+    if (!this.soft) {
+      // What a canvas was asked for first it keeps, so that another takes its place.
+      const other = this.canvas.cloneNode();
+      context.getExtension('WEBGL_lose_context')?.loseContext();
+      this.canvas.replaceWith(other);
+      this.canvas = other;
+      context = other.getContext('webgl2', {...options, antialias: true});
+    }
+    const renderer = new THREE.WebGLRenderer({canvas: this.canvas, context, ...options});
     renderer.shadowMap.enabled = true;
     renderer.shadowMap.type = THREE.PCFShadowMap;
     renderer.toneMapping = THREE.NeutralToneMapping;
     return renderer;
-  }
-  /// Without graphics hardware every pixel counts.
-  #drawsInSoftware() {
-    const context = document.createElement('canvas').getContext('webgl2');
-    const names = context?.getExtension('WEBGL_debug_renderer_info');
-    this.soft = names !== null && /swiftshader|llvmpipe|software|basic render/i.test(context?.getParameter(names.UNMASKED_RENDERER_WEBGL) ?? '');
-    context?.getExtension('WEBGL_lose_context')?.loseContext();
-    return this.soft;
   }
 
   /// Shows a run; the camera stays where it is unless it is the first.

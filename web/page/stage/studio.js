@@ -9,7 +9,7 @@ const shared = {
 
 const kUniforms = `
   uniform vec3 studioUp, studioKey, studioSky, studioFloor;
-  uniform float studioLamp;
+  uniform float studioLamp, studioRough, studioMetal;
   vec3 studioLight(vec3 way, float rough) {
     float high = dot(way, studioUp);
     float soft = 0.12 + 0.75 * rough;
@@ -24,23 +24,26 @@ const kMirror = `
   {
     vec3 studioWay = inverseTransformDirection(reflect(-geometryViewDir, geometryNormal), viewMatrix);
     float studioFacing = saturate(dot(geometryNormal, geometryViewDir));
-    float studioRim = pow(1.0 - studioFacing, 5.0) * (1.0 - 0.85 * material.roughness);
-    vec3 studioShare = mix(vec3(0.045), diffuseColor.rgb, metalnessFactor) * (1.0 - 0.5 * material.roughness * (1.0 - metalnessFactor));
+    float studioRim = pow(1.0 - studioFacing, 5.0) * (1.0 - 0.85 * studioRough);
+    vec3 studioShare = mix(vec3(0.045), diffuseColor.rgb, studioMetal) * (1.0 - 0.5 * studioRough * (1.0 - studioMetal));
     studioShare += (vec3(1.0) - studioShare) * 0.6 * studioRim;
-    reflectedLight.indirectSpecular += studioShare * studioLight(studioWay, material.roughness);
+    totalEmissiveRadiance += studioShare * studioLight(studioWay, studioRough);
     #ifdef STUDIO_CLEAR
       diffuseColor.a = mix(diffuseColor.a, 1.0, 0.75 * pow(1.0 - studioFacing, 2.5));
     #endif
   }
 `;
 
-/// A surface that mirrors the studio; `clear` ones are denser at their rim, as glass is.
-export function studioMaterial({clear = false, ...options}) {
-  const material = new THREE.MeshStandardMaterial(options);
-  if (clear) material.defines = {...material.defines, STUDIO_CLEAR: ''};
+/// A surface that mirrors the studio: dull by Lambert's law, and a mirror of its roughness above that. `clear` ones are
+/// denser at their rim, as glass is. Three's own physical material would take twice as long to compile.
+export function studioMaterial({clear = false, roughness = 0.5, metalness = 0, ...options}) {
+  const material = new THREE.MeshLambertMaterial(options);
+  if (clear) material.defines = {STUDIO_CLEAR: ''};
+  const own = {studioRough: {value: roughness}, studioMetal: {value: metalness}};
   material.onBeforeCompile = (shader) => {
-    Object.assign(shader.uniforms, shared);
+    Object.assign(shader.uniforms, shared, own);
     shader.fragmentShader = shader.fragmentShader.replace('void main() {', `${kUniforms}\nvoid main() {`)
+        .replace('#include <lights_lambert_fragment>', '#include <lights_lambert_fragment>\nmaterial.diffuseColor *= 1.0 - studioMetal;')
         .replace('#include <lights_fragment_end>', `#include <lights_fragment_end>\n${kMirror}`);
   };
   material.customProgramCacheKey = () => 'studio';
