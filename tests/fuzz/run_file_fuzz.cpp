@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -7,9 +8,13 @@
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "audio/run/head_code.h"
 #include "audio/run/host_run.h"
+#include "audio/run/playable_run.h"
+#include "audio/run/run_player.h"
 #include "audio/run/run_tables.h"
 #include "scenes/recording/run_file.h"
 
@@ -105,15 +110,58 @@ void readWorld(std::span<const std::byte> bytes) {
   require(twice && carom::audio::encodedWorld(*twice) == again);
 }
 
+/// Requires that a run in memory which is read can be written, and have the same bytes then; and
+/// plays its begin.
+void readRun(std::span<const std::byte> bytes) {
+  auto run = carom::audio::decodedRun(bytes);
+  if (!run) {
+    require(!run.error().message.empty());
+    return;
+  }
+  requireSound(run->portions, {.bodies = run->world.bodies, .points = 0});
+  const auto again = carom::audio::encodedRun(*run);
+  require(bool(again));
+  const auto twice = carom::audio::decodedRun(*again);
+  require(twice && *carom::audio::encodedRun(*twice) == *again);
+  constexpr std::size_t kFrames = 256;
+  auto player = carom::audio::RunPlayer::create(*std::move(run), 48000.0);
+  if (!player) return;
+  player->follow(0);
+  if (!player->seek({.time = 0.1, .prelude = 0.005})) return;
+  std::vector<float> samples(player->channels() * kFrames);
+  std::vector<float*> channels;
+  for (std::size_t channel = 0; channel < player->channels(); ++channel)
+    channels.push_back(&samples[channel * kFrames]);
+  player->render(channels, kFrames);
+  for (const float sample : samples)
+    require(std::isfinite(sample));
+}
+
+/// Requires that a head which is read can be written, and have the same bytes then.
+void readHead(std::span<const std::byte> bytes) {
+  const auto head = carom::audio::decodedHead(bytes);
+  if (!head) {
+    require(!head.error().message.empty());
+    return;
+  }
+  const auto again = carom::audio::encodedHead(*head, bytes.size());
+  require(std::ranges::equal(again, bytes));
+}
+
 }  // namespace
 
 /// The first byte says what the others are: 0 a file, any other tables of a scene of some bodies,
-/// which stand unpacked and without a checksum; 254 and 255 the bodies and the world of a host.
+/// which stand unpacked and without a checksum; 254 and 255 the bodies and the world of a host; 253
+/// a whole run as a page has it, 252 a head.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const auto bytes = std::as_bytes(std::span(data + 1, size - 1));
   if (data[0] == 0)
     readFile(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  else if (data[0] == 252)
+    readHead(bytes);
+  else if (data[0] == 253)
+    readRun(bytes);
   else if (data[0] == 254)
     readBodies(bytes);
   else if (data[0] == 255)
