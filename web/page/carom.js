@@ -38,7 +38,10 @@ export function caromOf(opened) {
     select(event) { view().select(view().player.run.events[typeof event === 'number' ? event : event.index]); },
     project(place) { return view().stage.project(place).slice(0, 2); },
     pose(body) { return [...view().player.run.tracks.pose(body, view().player.time, new Array(7))]; },
-    pick(x, y) { return view().stage.pick(x, y); },
+    pick(x, y) {
+      if (view().stale) view().drawNow();   // bodies are where the latest picture has them
+      return view().stage.pick(x, y);
+    },
     colour(body) { return view().stage.colourOf(body); },
     screenshot() { return view().screenshot(); },
     async renderOffline(from, seconds, {listener = -1, run} = {}) {
