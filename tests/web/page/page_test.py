@@ -173,7 +173,7 @@ def check_picture(browser, claims, run, least):
           const pose = carom.pose({body['id']}), [x, y] = carom.project(pose.slice(0, 3));
           return {{x, y, picked: carom.pick(x, y), colour: carom.colour({body['id']})}};
         }})()""")
-        if asked["picked"] != body["id"]:
+        if asked["picked"] != body["id"] or not (8 < asked["x"] < 1272 and 8 < asked["y"] < 560):
             continue
         # The marking is darker than the rest: the nearest of several places counts.
         spread = [(asked["x"] + dx, asked["y"] + dy) for dx in (-3, 0, 3) for dy in (-3, 0, 3)]

@@ -8,6 +8,7 @@ import {Engine} from './engine.js';
 
 const kReport = 8;          // quanta between two reports to the page
 const kSeekBudget = 20;     // ms that the prelude of a seek may take, of the 60 within which it has to sound
+const kMeasured = 0.25;     // s of sound that the cost of rendering is measured over
 const kPrelude = 1.0;       // s at most: what rang before that is mostly gone
 
 /// Keeps peaks below full scale without a corner: straight up to 0.7, then ever flatter.
@@ -25,7 +26,9 @@ class CaromProcessor extends AudioWorkletProcessor {
     this.engine = null;         // the one that sounds
     this.gain = 1;
     this.aim = 1;         // what `gain` moves towards, so that the volume has no steps
-    this.cost = 0.05;     // s of work for a second of sound, measured at each seek
+    this.cost = 0.25;     // s of work for a second of sound, measured at seeks and while it plays
+    this.work = 0;        // ms of rendering since `cost` was last measured
+    this.made = 0;        // s of sound since then
     this.playing = false;
     this.fades = true;    // the next quantum fades in
     this.next = null;     // a `go` that waits for the end of the present quantum
@@ -80,7 +83,7 @@ class CaromProcessor extends AudioWorkletProcessor {
     this.engine.hear(go.hear);
     this.engine.seek(go.time, go.speed, prelude);
     const took = (Date.now() - before) / 1000;
-    if (prelude > 0.01) this.cost = Math.max(0.002, 0.7 * this.cost + 0.3 * took / prelude, took > 0.04 ? took / prelude : 0);
+    if (prelude > 0.02) this.learn(took / prelude);
     this.now = go;
     this.playing = true;
     this.fades = true;
@@ -101,7 +104,7 @@ class CaromProcessor extends AudioWorkletProcessor {
     if (!this.playing && this.next) this.turn();
     if (!this.playing) return;
     const frames = output[0].length;
-    const planes = this.engine.render(frames);
+    const planes = this.render(frames);
     const rate = this.next ? -1 / frames : this.fades ? 1 / frames : 0;
     this.write(planes, output, frames, rate);
     if (this.fades) this.port.postMessage({type: 'sounds', id: this.now.id});
@@ -109,6 +112,23 @@ class CaromProcessor extends AudioWorkletProcessor {
     this.keep(planes, frames);
     if (this.next) this.turn();
     else this.watchEnds();
+  }
+
+  /// The clock has steps of 1 ms, so that the work of many quanta tells more than that of one.
+  render(frames) {
+    const before = Date.now();
+    const planes = this.engine.render(frames);
+    this.work += Date.now() - before;
+    this.made += frames / sampleRate;
+    if (this.made > kMeasured) {
+      this.learn(this.work / 1000 / this.made);
+      this.work = this.made = 0;
+    }
+    return planes;
+  }
+  /// Dearer than thought counts at once, cheaper by and by.
+  learn(cost) {
+    this.cost = Math.max(0.004, cost, 0.6 * this.cost + 0.4 * cost);
   }
 
   /// Takes the order that waited, now that the sound has faded.

@@ -3,6 +3,7 @@ import * as THREE from 'three';
 
 const kSamples = 64;      // times of each body
 const kFill = 0.9;         // of the open part of the picture
+const kLoud = 24;         // dB below the loudest event: what is quieter does not have to be seen
 const kOutliers = 0.01;   // share of places at either end that may be out of the picture
 
 function meshRadius(points) {
@@ -20,12 +21,13 @@ function largest(body, run) {
   return form.radius ?? body.radius ?? 0;
 }
 
-/// Until when a body counts: what flies away after its last contact would make all else small.
+/// Until when a body counts: what flies or rolls away after its last loud contact would make all else small.
 function activeUntil(run) {
   const last = new Map(), margin = 0.06 * run.duration;
   const note = (body, time) => last.set(body, Math.max(time, last.get(body) ?? 0));
-  for (const event of run.events) [event.body, event.other].forEach((body) => note(body, event.time));
-  for (const contact of run.contacts) [contact.body, contact.other].forEach((body) => note(body, contact.end));
+  const loud = run.events.reduce((most, event) => Math.max(most, event.level), -Infinity) - kLoud;
+  for (const event of run.events) if (event.level > loud) [event.body, event.other].forEach((body) => note(body, event.time));
+  for (const contact of run.contacts.filter((item) => item.slides)) [contact.body, contact.other].forEach((body) => note(body, contact.end));
   const whole = Math.max(0, ...last.values()) || run.duration;
   return (body) => Math.min(run.duration, (last.get(body) ?? whole) + margin);
 }
@@ -77,6 +79,11 @@ export function boundsOf(run) {
     high[axis] = sorted[Math.ceil((1 - kOutliers) * (sorted.length - 1))] + size;
   }
   const box = new THREE.Box3(new THREE.Vector3(...low), new THREE.Vector3(...high));
+  // Where everything begins has to be seen.
+  for (const body of run.bodies.filter((item) => run.tracks.moves(item.id) && item.form.kind !== 'plane')) {
+    const place = new THREE.Vector3(...run.tracks.pose(body.id, 0, new Array(7)).slice(0, 3)), radius = largest(body, run);
+    box.expandByPoint(place.clone().addScalar(radius)).expandByPoint(place.addScalar(-radius));
+  }
   const anchors = run.links.flatMap((link) => link.ends).filter((end) => end.body < 0).map((end) => [end.at, 0]);
   anchors.forEach(([place]) => box.expandByPoint(new THREE.Vector3(...place)));
   const within = [...places, ...anchors].filter(([place]) => box.containsPoint(new THREE.Vector3(...place)));
