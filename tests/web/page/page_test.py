@@ -238,6 +238,7 @@ def check_sound(browser, claims, run):
     browser.run("carom.pause()")
     print(f"a seek sounds after {', '.join(f'{delay:.0f}' for delay in delays)} ms; late: {late}")
     claims.that(late == 0, f"{late} events were late")
+    # A machine with other work delays single seeks, so the second best of four counts.
     claims.that(sorted(delays)[1] < 60, f"a seek sounds after {delays} ms")
 
 
