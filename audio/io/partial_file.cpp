@@ -41,19 +41,28 @@ void unlock(int lock) {
 }
 
 /// Opens a file and locks it; -1 if that cannot be, or if another holds the lock.
-int lockFile(const fs::path& path, int flags) {
-  const int file = ::open(path.c_str(), O_RDWR | O_CLOEXEC | flags, 0666);
+int lockFile(const fs::path& path) {
+  const int file = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
   if (file < 0 || ::flock(file, LOCK_EX | LOCK_NB) == 0) return file;
   unlock(file);
   return -1;
 }
 
+/// Creates a file and locks it; -1 if that cannot be. Another's search for leftovers may have the
+/// lock first, but only for a moment, so it is waited for.
 int createLocked(const fs::path& path) {
-  return lockFile(path, O_CREAT | O_EXCL);
+  const int file = ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_CREAT | O_EXCL, 0666);
+  if (file < 0) return -1;
+  while (::flock(file, LOCK_EX) != 0) {
+    if (errno == EINTR) continue;
+    unlock(file);
+    return -1;
+  }
+  return file;
 }
 
-/// True if the locked file still has a name: another's search for leftovers may have had the lock
-/// first, between creation and lock.
+/// True if the locked file still has a name: another's search for leftovers may have removed it
+/// between creation and lock.
 bool hasName(int lock) {
   struct stat status = {};
   return ::fstat(lock, &status) == 0 && status.st_nlink > 0;
@@ -91,7 +100,7 @@ std::vector<std::string> namesIn(const fs::path& folder) {
 /// Runs an action on a file while it is locked, unless another holds its lock.
 template <class Action>
 void withLock(const fs::path& path, const Action& action) {
-  const int lock = lockFile(path, 0);
+  const int lock = lockFile(path);
   if (lock < 0) return;
   action();
   unlock(lock);
