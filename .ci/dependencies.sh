@@ -18,6 +18,8 @@ carom_libcxx_packages="clang-19 libc++-19-dev libc++abi-19-dev"
 # The WebAssembly module, and its tests, which are left out where these are missing (docs/web.md).
 carom_web_packages="clang-19 lld-19 libc++-19-dev-wasm32 libc++abi-19-dev-wasm32 libclang-rt-19-dev-wasm32 wasi-libc
   binaryen libhwy-dev libeigen3-dev nodejs"
+# Packages of nodejs from elsewhere bring npm along, and conflict with Debian's.
+command -v npm >/dev/null || carom_web_packages="$carom_web_packages npm"
 
 carom_require() {
   local package missing=""

@@ -1,4 +1,4 @@
-# Builds the WebAssembly module of SOURCE in BUILD, one file at a time: other tests run beside it.
+# Builds TARGET of the WebAssembly preset of SOURCE in BUILD, one file at a time: other tests run beside it.
 execute_process(COMMAND ${CMAKE_COMMAND} --preset web -B ${BUILD}
   WORKING_DIRECTORY ${SOURCE} COMMAND_ERROR_IS_FATAL ANY)
-execute_process(COMMAND ${CMAKE_COMMAND} --build ${BUILD} -j 1 COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${CMAKE_COMMAND} --build ${BUILD} --target ${TARGET} -j 1 COMMAND_ERROR_IS_FATAL ANY)
