@@ -114,7 +114,8 @@ CAROM_API void carom_run_set_audible(carom_run* run, BodyNumber body, std::int32
   run->player.setAudible(body, isAudible != 0);
 }
 
-/// Has one event alone be heard from the next seek on, by its place in order of time; below 0: all.
+/// Has one collision alone be heard from the next seek on, by the place of one of its events in
+/// order of time; below 0: all.
 CAROM_API void carom_run_set_only(carom_run* run, std::int32_t event) {
   std::optional<std::size_t> only;
   if (event >= 0) only = static_cast<std::size_t>(event);

@@ -10,6 +10,17 @@ namespace {
 constexpr std::size_t kBlock = 1024;  // frames that are rendered at a time
 /// s, within which a listener at the end of its path comes to rest: PoseTrack would go on longer.
 constexpr double kStop = 1e-3;
+/// s: the sound of a contact begins so long before it, or less, see Synth::leadTime; of contacts
+/// above 10 ms a part is cut where a sound begins.
+constexpr double kLead = 0.02;
+/// s: what deforms is known so long before it is heard, so that its beginning is no sound.
+constexpr double kDeformed = 0.1;
+
+/// True for both shares of one collision.
+bool isOfOne(const ImpulseEvent& event, const ImpulseEvent& share) {
+  return event.time == share.time && ((event.body == share.body && event.other == share.other) ||
+                                      (event.body == share.other && event.other == share.body));
+}
 
 }  // namespace
 
@@ -117,12 +128,15 @@ Status RunPlayer::seek(const Start& start) {
   if (only_ && *only_ >= order_.size()) return Error{"the run has no such event"};
   start_ = start;
   placed_ = ear_;
-  if (only_) onlyIndex_ = firstEvents_[order_[*only_].portion] + order_[*only_].event;
+  if (only_) onlyEvent_ = run_.portions[order_[*only_].portion].events[order_[*only_].event];
   if (Status chosen = chooseListeners(); !chosen) return chosen;
   if (Status made = makeSynth(); !made) return made;
   const double begin = std::max(start.time - start.prelude, heardAt(0.0));
-  if (begin > 0.0)
-    if (Status sought = synth_->seek(begin); !sought) return sought;
+  const double clock = begin > 0.0 ? std::max(0.0, begin - kLead) : begin;
+  if (clock > 0.0)
+    if (Status sought = synth_->seek(clock); !sought) return sought;
+  firstEvent_ = start_.time + (begin - start_.time) * start_.speed;
+  voiceBegin_ = voice_ ? voiceBegin(firstEvent_) : 0.0;
   if (followed_) {
     for (std::size_t index = 0; index < run_.world.paths.size(); ++index)
       if (Status moved = followPath(index); !moved) return moved;
@@ -131,9 +145,8 @@ Status RunPlayer::seek(const Start& start) {
   known_.clear();
   next_ = nextBodies_ = 0;
   settled_ = 0.0;
-  firstEvent_ = start_.time + (begin - start_.time) * start_.speed;
   bringBodies(firstEvent_);
-  synth_->advanceTo(begin);
+  synth_->advanceTo(clock);
   const auto frameOf = [this](double time) { return std::llround(time * sampleRate_); };
   for (std::int64_t left = frameOf(start.time) - frameOf(synth_->time()); left > 0;) {
     const auto frames = static_cast<std::size_t>(std::min<std::int64_t>(left, kBlock));
@@ -156,7 +169,7 @@ Status RunPlayer::followPath(std::size_t listener) {
   for (ListenerPose& pose : poses) {
     pose.time = heardAt(pose.time);
     if (Status moved = synth_->moveListener(listener, pose); !moved) return moved;
-    pose.time -= heardAt(0.0);
+    pose.time -= heardAt(voiceBegin_);
     track.append(pose);
   }
   if (voice_) voice_->follow(listener, std::move(track));
@@ -176,8 +189,32 @@ void RunPlayer::tellEar() {
   isMoved_ = (pose.position - ear_.position).norm() > 0.0 ||
              pose.orientation.angularDistance(ear_.orientation) > 0.0;
   if (!voice_) return;
-  pose.time -= heardAt(0.0);
+  pose.time -= heardAt(voiceBegin_);
   if (!voice_->track(0).append(pose)) voice_->track(0).restart(pose);
+}
+
+/// Returns the time (s) of the run from which on the states of what deforms are needed for a sound
+/// that begins at `time`.
+double RunPlayer::voiceBegin(double time) const {
+  double farthest = 0.0;  // m, the way of the sound
+  for (const RunPortion& portion : run_.portions)
+    for (const Listener& listener : listeners_)
+      if (!portion.deformations.empty())
+        farthest =
+            std::max(farthest, (portion.deformations.front().position - listener.position).norm());
+  const double way =
+      std::min(farthest / run_.world.synth.medium.speedOfSound, DeformingVoice::kLongestWay);
+  const double begin = time - (way + kDeformed) * start_.speed;
+  return run_.deformationStep * std::max(0.0, std::floor(begin / run_.deformationStep));
+}
+
+/// Gives the voice of what deforms the states of a portion, from voiceBegin_ on.
+void RunPlayer::addStates(const RunPortion& portion) {
+  const auto first = static_cast<std::size_t>(std::llround(voiceBegin_ / run_.deformationStep));
+  const std::size_t skipped = first - std::min(first, states_);
+  states_ += portion.deformations.size();
+  if (skipped < portion.deformations.size())
+    voice_->add(std::span(portion.deformations).subspan(skipped));
 }
 
 /// Sets bodies, those that are muted as such that make no sound.
@@ -192,12 +229,13 @@ void RunPlayer::setBodies(const PlayableRun::Bodies& bodies) {
 /// Sets the bodies as they are at a time (s) of the run, and takes the portions before it, of which
 /// only places, deformations and the events behind that time are used.
 void RunPlayer::bringBodies(double time) {
+  states_ = 0;
   std::vector<const BodyPose*> last(run_.world.bodies, nullptr);
   for (; next_ < run_.portions.size() && run_.portions[next_].settledTime <= time; ++next_) {
     const RunPortion& portion = run_.portions[next_];
     for (const BodyPose& pose : portion.poses)
       last[pose.body] = &pose;
-    if (voice_) voice_->add(portion.deformations);
+    if (voice_) addStates(portion);
     settled_ = portion.settledTime;
   }
   for (; nextBodies_ < run_.bodies.size() && run_.bodies[nextBodies_].portion <= next_;
@@ -236,12 +274,9 @@ void RunPlayer::take(std::size_t index) {
        ++nextBodies_)
     setBodies(run_.bodies[nextBodies_]);
   const RunPortion& portion = run_.portions[index];
-  for (std::size_t event = 0; event < portion.events.size(); ++event) {
-    const std::size_t number = firstEvents_[index] + event;
-    const ImpulseEvent& told = portion.events[event];
-    if (told.time < firstEvent_ || (only_ && number != onlyIndex_)) continue;
-    known_.push_back({atSpeed(told), number});
-  }
+  for (const ImpulseEvent& told : portion.events)
+    if (told.time >= firstEvent_ && (!only_ || isOfOne(told, onlyEvent_)))
+      known_.push_back(atSpeed(told));
   if (!only_)
     for (const ContactState& contact : portion.contacts)
       if (contact.time >= firstEvent_) synth_->updateContact(atSpeed(contact));
@@ -251,7 +286,7 @@ void RunPlayer::take(std::size_t index) {
     heard.time = heardAt(pose.time);
     static_cast<void>(synth_->moveBody(body, heard));
   }
-  if (voice_) voice_->add(portion.deformations);
+  if (voice_) addStates(portion);
   settled_ = portion.settledTime;
 }
 
@@ -260,13 +295,12 @@ void RunPlayer::scheduleSettled() {
   const double settled = heardAt(settled_);
   const bool isOver = settled_ >= duration;
   const bool keepsOrder = run_.keepsOrder;
-  if (!keepsOrder)
-    std::ranges::stable_sort(known_, {}, [](const Known& known) { return known.event.time; });
-  const auto open = std::ranges::find_if(known_, [&](const Known& known) {
-    return !keepsOrder && !isOver && known.event.time >= settled;
+  if (!keepsOrder) std::ranges::stable_sort(known_, {}, &ImpulseEvent::time);
+  const auto open = std::ranges::find_if(known_, [&](const ImpulseEvent& event) {
+    return !keepsOrder && !isOver && event.time >= settled;
   });
-  for (auto known = known_.begin(); known != open; ++known)
-    if (known->event.time <= heardAt(duration)) synth_->schedule(known->event);
+  for (auto event = known_.begin(); event != open; ++event)
+    if (event->time <= heardAt(duration)) synth_->schedule(*event);
   known_.erase(known_.begin(), open);
   synth_->advanceTo(std::min(settled, heardAt(duration)));
 }
@@ -296,7 +330,7 @@ void RunPlayer::renderBlock(std::size_t frames) {
   if (!isWhole_) mixStems(frames);
   if (voice_)
     voice_->addTo(std::span(all).first(planes_.size() / parts()),
-                  std::llround((now - heardAt(0.0)) * sampleRate_), frames);
+                  std::llround((now - heardAt(voiceBegin_)) * sampleRate_), frames);
 }
 
 /// Puts the sum of the stems that are heard in the place of the whole.

@@ -49,7 +49,8 @@ class RunPlayer {
   void setStems(const std::array<bool, kStems>& stems) { stems_ = stems; }
   /// Sets whether a body is heard.
   void setAudible(BodyId body, bool isAudible);
-  /// Has nothing be heard but one event, by its place in eventsInOrder; empty: everything.
+  /// Has nothing be heard but one collision, by the place of one of its events in eventsInOrder;
+  /// empty: everything.
   void setOnly(std::optional<std::size_t> event) { only_ = event; }
 
   /// Puts the ear somewhere at once; a pose's time is not used. Refuses what is no pose.
@@ -88,12 +89,6 @@ class RunPlayer {
   Result<std::vector<EventMeasure>> measureEvents();
 
  private:
-  /// An event that is not settled yet, with its number in the order in which they stand.
-  struct Known {
-    ImpulseEvent event;
-    std::size_t index = 0;
-  };
-
   RunPlayer(PlayableRun run, double sampleRate);
   /// Returns when, on the synthesis' clock, a time (s) of the run is heard.
   double heardAt(double time) const { return start_.time + (time - start_.time) / start_.speed; }
@@ -102,6 +97,8 @@ class RunPlayer {
   Status makeSynth();
   Status followPath(std::size_t listener);
   void tellEar();
+  double voiceBegin(double time) const;
+  void addStates(const RunPortion& portion);
   void setBodies(const PlayableRun::Bodies& bodies);
   void bringBodies(double time);
   void runAhead(double heard);
@@ -133,15 +130,17 @@ class RunPlayer {
   std::size_t channelCount_ = 1;
   std::optional<Synth> synth_;
   std::optional<DeformingVoice> voice_;
-  double firstEvent_ = 0.0;    // s of the run: events before are not heard
-  std::size_t onlyIndex_ = 0;  // of the only event, as Known has it
-  std::size_t next_ = 0;       // portion
+  double firstEvent_ = 0.0;  // s of the run: events before are not heard
+  ImpulseEvent onlyEvent_;   // a share of the only collision
+  std::size_t next_ = 0;     // portion
   std::size_t nextBodies_ = 0;
-  double settled_ = 0.0;   // s
-  bool isWhole_ = true;    // all stems are heard
-  bool isMoved_ = false;   // ear_ has not been told to the synth yet
-  bool hasMoved_ = false;  // since the seek
-  std::vector<Known> known_;
+  double settled_ = 0.0;                    // s
+  bool isWhole_ = true;                     // all stems are heard
+  bool isMoved_ = false;                    // ear_ has not been told to the synth yet
+  bool hasMoved_ = false;                   // since the seek
+  double voiceBegin_ = 0.0;                 // s of the run: time 0 of voice_
+  std::size_t states_ = 0;                  // of what deforms, that have been passed
+  std::vector<ImpulseEvent> known_;         // not settled yet
   std::vector<std::vector<float>> planes_;  // of all channels of the synth
 };
 
