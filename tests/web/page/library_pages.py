@@ -3,7 +3,7 @@
 
     library_pages.py --carom build/demo/carom --template build/web/web/carom_view.html --out FOLDER [SCENE...] [--light] [--phone]
 
-A line for each scene: bytes; ms until it is ready; the slowest of five seeks, ms; events that came late; s to render all of it without drawing;
+A line for each scene: bytes; ms until it is ready; five seeks, ms; events that came late; s to render all of it without drawing;
 requests and messages, of which there may be none. FOLDER gets a picture of each, where most is to be seen.
 """
 import argparse
@@ -43,7 +43,7 @@ def look(page, picture, chosen):
         shot = browser.call("Page.captureScreenshot", format="png")
         picture.write_bytes(base64.b64decode(shot["data"]))
         outside = [address for address in browser.requests if not address.startswith(("file:", "data:", "blob:"))]
-        return {"ready": ready, "seek": max(seeks, default=float("nan")), "late": late, "render": took, "of": duration,
+        return {"ready": ready, "seeks": seeks, "late": late, "render": took, "of": duration,
                 "wrong": [f"request {address[:60]}" for address in outside] + [f"console: {text[:120]}" for text in browser.messages]}
 
 
@@ -70,7 +70,8 @@ def main():
             continue
         told = look(page, chosen.out / f"{scene}.png", chosen)
         failed = failed or bool(told["wrong"]) or told["late"] > 0
-        print(f"{scene}: {page.stat().st_size / 1e6:.2f} MB, ready {told['ready']:.0f} ms, seek {told['seek']:.0f} ms, {told['late']} late, "
+        seeks = " ".join(f"{ms:.0f}" for ms in told["seeks"])
+        print(f"{scene}: {page.stat().st_size / 1e6:.2f} MB, ready {told['ready']:.0f} ms, seeks {seeks} ms, {told['late']} late, "
               f"{told['render']:.2f} s to render {told['of']:.1f} s{''.join('; ' + text for text in told['wrong'])}", flush=True)
     sys.exit(1 if failed else 0)
 

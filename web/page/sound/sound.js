@@ -4,6 +4,12 @@ import {playsRuns} from './engine.js';
 import {unpack} from '../run/blobs.js';
 
 /// Emits `at` with each report of the worklet, and `state` when sound begins, fails, or is not to be had.
+/// Times of a run (s) at which there is much to render: its loudest collisions, and its middle.
+function busyTimes(run) {
+  const loud = [...run.events].sort((one, other) => other.peak - one.peak).slice(0, 2).map((event) => event.time);
+  return [...loud, run.duration / 2];
+}
+
 export class Sound extends EventTarget {
   module = null;
   reason = '';         // why there is no sound; empty if there is, or may be
@@ -90,7 +96,7 @@ export class Sound extends EventTarget {
     const bytes = await run.soundBytes();
     await new Promise((resolve, reject) => {
       this.#opening = {resolve, reject};
-      this.#node.port.postMessage({type: 'open', run: run.index, bytes, head});
+      this.#node.port.postMessage({type: 'open', run: run.index, bytes, head, busy: busyTimes(run)});
     });
     this.#opened.add(run.index);
   }

@@ -1,5 +1,5 @@
 // Live sound: an engine in the audio thread, driven by messages of the page (sound.js).
-//   open {run, bytes, head}        takes a run; answered by opened or failed
+//   open {run, bytes, head, busy}  takes a run, at some of whose times much happens; answered by opened or failed
 //   go {id, run, time, speed, until, loop, hear}   sounds from `time` on; all that is heard is in it, so that no order matters
 //   rest                           fades out and stops
 //   ear {pose}                     moves the ear, smoothly
@@ -9,6 +9,7 @@ import {Engine} from './engine.js';
 const kReport = 8;          // quanta between two reports to the page
 const kSeekBudget = 20;     // ms that the prelude of a seek may take, of the 60 within which it has to sound
 const kMeasured = 0.25;     // s of sound that the cost of rendering is measured over
+const kWarming = 10;        // blocks of 512 samples that are rendered and dropped before the first sound
 const kPrelude = 1.0;       // s at most: what rang before that is mostly gone
 
 /// Keeps peaks below full scale without a corner: straight up to 0.7, then ever flatter.
@@ -52,13 +53,16 @@ class CaromProcessor extends AudioWorkletProcessor {
     this.port.postMessage({type: 'failed', message: error.message});
   }
 
-  open({bytes, head, run}) {
+  open({bytes, head, run, busy}) {
     const engine = new Engine(this.module);
     engine.open(bytes, sampleRate, head);
-    // The first sound of an instance takes longer, as its code is compiled when it is used.
-    engine.hear({});
-    engine.seek(0, 1, 0);
-    engine.render(512);
+    // The first sound of an instance takes longer, as its code is compiled when it is used, and filters
+    // are made for the bodies that are heard first.
+    engine.hear({format: head ? 'head' : 'pair'});
+    for (const time of busy) {
+      engine.seek(time, 1, 0);
+      for (let block = 0; block < kWarming; ++block) engine.render(512);
+    }
     this.engines.set(run, engine);
     this.port.postMessage({type: 'opened', run});
   }
