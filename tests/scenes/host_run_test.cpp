@@ -9,10 +9,12 @@
 #include <utility>
 #include <vector>
 
+#include "lab/view/view_run.h"
 #include <btBulletDynamicsCommon.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "audio/run/run_player.h"
 #include "audio/run/run_writer.h"
 #include "carom/event_sound.h"
 #include "carom/sound.h"
@@ -417,6 +419,56 @@ TEST_F(HostRuns, ThatWereCutOrChangedAreRefused) {
   world.stepTo(1.0);
   ASSERT_TRUE(sound->close());
   expectRefusedIfDamaged(contents(folder_ / "host.run"));
+}
+
+/// Plays the run of a page for its own listener.
+std::vector<double> played(const lab::ViewRun& view, std::size_t frames) {
+  auto player = audio::RunPlayer::create(view.run, view.scene.sampleRate);
+  EXPECT_TRUE(player) << player.error().message;
+  player->follow(0);
+  EXPECT_TRUE(player->seek({}));
+  std::vector<float> samples(frames);
+  float* const channel = samples.data();
+  player->render({&channel, 1}, frames);
+  EXPECT_EQ(player->late(), 0u);
+  return {samples.begin(), samples.end()};
+}
+
+TEST_F(HostRuns, AreSeenAndHeardInAPage) {
+  for (const OrdinaryWorldKind& kind : ordinaryWorlds()) {
+    if (kind.name != "hull_stack" && kind.name != "ragdolls") continue;
+    const std::unique_ptr<OrdinaryWorld> world = kind.make();
+    Result<Sound> sound = Sound::attach(world->world(), settings());
+    ASSERT_TRUE(sound) << sound.error().message;
+    ASSERT_TRUE(sound->setListener({0.0, 4.0, 12.0}));
+    ASSERT_TRUE(sound->recordRun(folder_ / "host.run"));
+    while (world->time() < 0.6)
+      world->step(60.0);
+    ASSERT_TRUE(sound->close());
+    const auto view = lab::viewRecorded(folder_ / "host.run", false);
+    ASSERT_TRUE(view) << view.error().message;
+    EXPECT_EQ(view->stepper, "host");
+    const std::vector<double> samples = recorded();
+    EXPECT_LT(differenceOf(samples, played(*view, samples.size())), -120.0) << kind.name;
+    // Where the bodies are drawn at the end is where Bullet has them.
+    std::size_t moving = 0;
+    const btCollisionObjectArray& objects = world->world().getCollisionObjectArray();
+    std::vector<Vec3> places;
+    for (int index = 0; index < objects.size(); ++index) {
+      const btVector3& at = objects[index]->getWorldTransform().getOrigin();
+      places.emplace_back(at.x(), at.y(), at.z());
+    }
+    for (const auto& poses : view->poses) {
+      if (poses.size() < 2) continue;
+      ++moving;
+      const auto distance = [&](const Vec3& place) {
+        return (place - poses.back().position).norm();
+      };
+      EXPECT_LT(distance(*std::ranges::min_element(places, {}, distance)), 0.01);
+    }
+    EXPECT_GT(moving, 5u) << kind.name;
+    EXPECT_FALSE(view->events.empty());
+  }
 }
 
 }  // namespace
