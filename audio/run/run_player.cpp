@@ -268,6 +268,10 @@ ContactState RunPlayer::atSpeed(const ContactState& contact) const {
   return heard;
 }
 
+bool RunPlayer::bodiesChange() const {
+  return nextBodies_ < run_.bodies.size() && run_.bodies[nextBodies_].portion <= next_;
+}
+
 /// Hands over a portion, but for its events.
 void RunPlayer::take(std::size_t index) {
   for (; nextBodies_ < run_.bodies.size() && run_.bodies[nextBodies_].portion <= index;
@@ -311,7 +315,11 @@ void RunPlayer::runAhead(double heard) {
   const double time = start_.time + (heard - start_.time) * start_.speed;
   const double target = std::min(time, run_.world.duration) + ahead * start_.speed;
   while (settled_ < target && next_ < run_.portions.size()) {
+    // Portions of one time are one step: all of its contacts come before its events are heard.
+    const double before = settled_;
     take(next_++);
+    while (settled_ <= before && next_ < run_.portions.size() && !bodiesChange())
+      take(next_++);
     if (settled_ < target) scheduleSettled();
   }
   if (next_ == run_.portions.size()) settled_ = std::numeric_limits<double>::infinity();

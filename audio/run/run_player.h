@@ -102,6 +102,7 @@ class RunPlayer {
   void setBodies(const PlayableRun::Bodies& bodies);
   void bringBodies(double time);
   void runAhead(double heard);
+  bool bodiesChange() const;  // before the next portion
   void take(std::size_t portion);
   void scheduleSettled();
   void renderBlock(std::size_t frames);

@@ -421,17 +421,25 @@ TEST_F(HostRuns, ThatWereCutOrChangedAreRefused) {
   expectRefusedIfDamaged(contents(folder_ / "host.run"));
 }
 
-/// Plays the run of a page for its own listener.
-std::vector<double> played(const lab::ViewRun& view, std::size_t frames) {
+/// Plays the run of a page for its own listener. Returns so many samples, interleaved.
+std::vector<double> played(const lab::ViewRun& view, std::size_t count) {
   auto player = audio::RunPlayer::create(view.run, view.scene.sampleRate);
   EXPECT_TRUE(player) << player.error().message;
   player->follow(0);
   EXPECT_TRUE(player->seek({}));
-  std::vector<float> samples(frames);
-  float* const channel = samples.data();
-  player->render({&channel, 1}, frames);
+  const std::size_t channels = player->channels();
+  const std::size_t frames = count / channels;
+  std::vector<std::vector<float>> planes(channels, std::vector<float>(frames));
+  std::vector<float*> to;
+  for (std::vector<float>& plane : planes)
+    to.push_back(plane.data());
+  player->render(to, frames);
   EXPECT_EQ(player->late(), 0u);
-  return {samples.begin(), samples.end()};
+  std::vector<double> samples;
+  for (std::size_t frame = 0; frame < frames; ++frame)
+    for (const std::vector<float>& plane : planes)
+      samples.push_back(plane[frame]);
+  return samples;
 }
 
 TEST_F(HostRuns, AreSeenAndHeardInAPage) {
@@ -448,7 +456,8 @@ TEST_F(HostRuns, AreSeenAndHeardInAPage) {
     const auto view = lab::viewRecorded(folder_ / "host.run", false);
     ASSERT_TRUE(view) << view.error().message;
     EXPECT_EQ(view->stepper, "host");
-    const std::vector<double> samples = recorded();
+    std::vector<double> samples = recorded();
+    samples.resize(std::min(samples.size(), 2 * static_cast<std::size_t>(0.6 * 48000.0)));
     EXPECT_LT(differenceOf(samples, played(*view, samples.size())), -120.0) << kind.name;
     // Where the bodies are drawn at the end is where Bullet has them.
     std::size_t moving = 0;
