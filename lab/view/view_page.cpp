@@ -374,7 +374,8 @@ class PageMaker {
 
   void addPoses(const ViewRun& view) {
     Table table;
-    for (std::size_t body = 0; body < view.poses.size(); ++body)
+    for (std::size_t body = 0; body < view.poses.size(); ++body) {
+      if (view.poses[body].size() < 2) continue;  // it stays where the manifest has it
       for (const ListenerPose& pose : view.poses[body]) {
         const Quat& turn = pose.orientation;
         for (const double number :
@@ -382,6 +383,7 @@ class PageMaker {
               pose.position.z(), turn.w(), turn.x(), turn.y(), turn.z()})
           table.add(static_cast<float>(number));
       }
+    }
     addTable<float>("poses", 9, table);
   }
 
