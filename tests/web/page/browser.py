@@ -115,7 +115,7 @@ class Browser:
             raise RuntimeError(details.get("exception", {}).get("description", details["text"]))
         return result["result"].get("value")
 
-    def wait(self, script, seconds=15):
+    def wait(self, script, seconds=60):
         """True once a condition holds; False if it does not in time."""
         deadline = time.monotonic() + seconds
         while time.monotonic() < deadline:
