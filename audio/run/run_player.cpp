@@ -226,6 +226,19 @@ void RunPlayer::setBodies(const PlayableRun::Bodies& bodies) {
   }
 }
 
+/// Sets all bodies that are others from a portion on, or from one before it.
+void RunPlayer::setBodiesUpTo(std::size_t portion) {
+  for (; bodiesChange(portion); ++nextBodies_)
+    setBodies(run_.bodies[nextBodies_]);
+}
+
+/// Tells the synthesis where a body is, at its time on the synthesis' clock.
+void RunPlayer::moveBody(const BodyPose& pose) {
+  ListenerPose heard = pose.pose;
+  heard.time = heardAt(heard.time);
+  static_cast<void>(synth_->moveBody(pose.body, heard));
+}
+
 /// Sets the bodies as they are at a time (s) of the run, and takes the portions before it, of which
 /// only places, deformations and the events behind that time are used.
 void RunPlayer::bringBodies(double time) {
@@ -238,15 +251,9 @@ void RunPlayer::bringBodies(double time) {
     if (voice_) addStates(portion);
     settled_ = portion.settledTime;
   }
-  for (; nextBodies_ < run_.bodies.size() && run_.bodies[nextBodies_].portion <= next_;
-       ++nextBodies_)
-    setBodies(run_.bodies[nextBodies_]);
-  for (const BodyPose* const pose : last) {
-    if (pose == nullptr) continue;
-    ListenerPose heard = pose->pose;
-    heard.time = heardAt(heard.time);
-    static_cast<void>(synth_->moveBody(pose->body, heard));
-  }
+  setBodiesUpTo(next_);
+  for (const BodyPose* const pose : last)
+    if (pose != nullptr) moveBody(*pose);
 }
 
 ImpulseEvent RunPlayer::atSpeed(const ImpulseEvent& event) const {
@@ -268,15 +275,14 @@ ContactState RunPlayer::atSpeed(const ContactState& contact) const {
   return heard;
 }
 
-bool RunPlayer::bodiesChange() const {
-  return nextBodies_ < run_.bodies.size() && run_.bodies[nextBodies_].portion <= next_;
+/// True if there are bodies to be set before a portion.
+bool RunPlayer::bodiesChange(std::size_t portion) const {
+  return nextBodies_ < run_.bodies.size() && run_.bodies[nextBodies_].portion <= portion;
 }
 
 /// Hands over a portion, but for its events.
 void RunPlayer::take(std::size_t index) {
-  for (; nextBodies_ < run_.bodies.size() && run_.bodies[nextBodies_].portion <= index;
-       ++nextBodies_)
-    setBodies(run_.bodies[nextBodies_]);
+  setBodiesUpTo(index);
   const RunPortion& portion = run_.portions[index];
   for (const ImpulseEvent& told : portion.events)
     if (told.time >= firstEvent_ && (!only_ || isOfOne(told, onlyEvent_)))
@@ -284,12 +290,8 @@ void RunPlayer::take(std::size_t index) {
   if (!only_)
     for (const ContactState& contact : portion.contacts)
       if (contact.time >= firstEvent_) synth_->updateContact(atSpeed(contact));
-  for (const auto& [body, pose] : portion.poses) {
-    if (pose.time > run_.world.duration) continue;
-    ListenerPose heard = pose;
-    heard.time = heardAt(pose.time);
-    static_cast<void>(synth_->moveBody(body, heard));
-  }
+  for (const BodyPose& pose : portion.poses)
+    if (pose.pose.time <= run_.world.duration) moveBody(pose);
   if (voice_) addStates(portion);
   settled_ = portion.settledTime;
 }
@@ -318,7 +320,7 @@ void RunPlayer::runAhead(double heard) {
     // Portions of one time are one step: all of its contacts come before its events are heard.
     const double before = settled_;
     take(next_++);
-    while (settled_ <= before && next_ < run_.portions.size() && !bodiesChange())
+    while (settled_ <= before && next_ < run_.portions.size() && !bodiesChange(next_))
       take(next_++);
     if (settled_ < target) scheduleSettled();
   }
@@ -383,9 +385,7 @@ Result<std::vector<RunPlayer::EventMeasure>> RunPlayer::measureEvents() {
   std::ranges::sort(rows);
   auto at = rows.begin();
   for (std::size_t index = 0; index < run_.portions.size(); ++index) {
-    for (; nextBodies_ < run_.bodies.size() && run_.bodies[nextBodies_].portion <= index;
-         ++nextBodies_)
-      setBodies(run_.bodies[nextBodies_]);
+    setBodiesUpTo(index);
     for (std::size_t event = 0; event < run_.portions[index].events.size(); ++event) {
       if (at == rows.end() || at->first != firstEvents_[index] + event) continue;
       const ImpulseEvent& told = run_.portions[index].events[event];

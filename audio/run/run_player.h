@@ -80,7 +80,7 @@ class RunPlayer {
   /// The sound since the last seek; null before one.
   const Synth* synth() const { return synth_ ? &*synth_ : nullptr; }
 
-  /// What an event gives, as it would be heard by all listeners of the run.
+  /// The contact and the loudness of an event, as all listeners of the run would hear it.
   struct EventMeasure {
     double duration = 0.0;  ///< s, of the contact
     double peak = 0.0;      ///< Pa, as Synth::schedule returns it
@@ -102,7 +102,9 @@ class RunPlayer {
   void setBodies(const PlayableRun::Bodies& bodies);
   void bringBodies(double time);
   void runAhead(double heard);
-  bool bodiesChange() const;  // before the next portion
+  bool bodiesChange(std::size_t portion) const;
+  void setBodiesUpTo(std::size_t portion);
+  void moveBody(const BodyPose& pose);
   void take(std::size_t portion);
   void scheduleSettled();
   void renderBlock(std::size_t frames);

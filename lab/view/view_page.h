@@ -13,7 +13,7 @@
 
 namespace carom::lab {
 
-/// What a page shows.
+/// The content of a page.
 struct ViewPage {
   std::string title;
   std::vector<ViewRun> runs;                  ///< at least one
