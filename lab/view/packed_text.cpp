@@ -1,33 +1,16 @@
 #include "lab/view/packed_text.h"
 
-#include <algorithm>
-#include <cstdint>
 #include <limits>
-#include <string_view>
 #include <vector>
 
 #include <zlib.h>
+
+#include "modal/gltf/gltf_format.h"
 
 namespace carom::lab {
 namespace {
 
 constexpr int kGzip = 15 + 16;  // window bits, and gzip's header about them
-
-std::string base64(std::span<const unsigned char> bytes) {
-  constexpr std::string_view kLetters =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t at = 0; at < bytes.size(); at += 3) {
-    const std::size_t count = std::min<std::size_t>(3, bytes.size() - at);
-    std::uint32_t bits = 0;
-    for (std::size_t i = 0; i < 3; ++i)
-      bits = bits << 8U | (i < count ? bytes[at + i] : 0U);
-    for (std::size_t i = 0; i < 4; ++i)
-      text += i <= count ? kLetters[bits >> (18 - 6 * i) & 63U] : '=';
-  }
-  return text;
-}
 
 }  // namespace
 
@@ -47,7 +30,7 @@ Result<std::string> packedText(std::span<const std::byte> bytes) {
   const std::size_t size = packed.size() - stream.avail_out;
   deflateEnd(&stream);
   if (ended != Z_STREAM_END) return Error{"zlib cannot pack: its error " + std::to_string(ended)};
-  return base64(std::span(packed).first(size));
+  return modal::toBase64(std::as_bytes(std::span(packed).first(size)));
 }
 
 }  // namespace carom::lab

@@ -6,7 +6,6 @@
 #include "modal/gltf/gltf_format.h"
 
 namespace carom::modal {
-namespace {
 
 std::string toBase64(std::span<const std::byte> bytes) {
   std::string text;
@@ -21,8 +20,6 @@ std::string toBase64(std::span<const std::byte> bytes) {
   }
   return text;
 }
-
-}  // namespace
 
 std::size_t GltfBuilder::scalars(std::span<const float> values) {
   return accessor(std::as_bytes(values), values.size(), "SCALAR", kFloat);

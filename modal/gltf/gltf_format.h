@@ -3,6 +3,8 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <string>
 #include <string_view>
 
 namespace carom::modal {
@@ -29,5 +31,7 @@ inline constexpr std::size_t kWord = 4;  ///< bytes; the alignment of glTF
 /// Digits of base64 (RFC 4648, section 4).
 inline constexpr std::string_view kBase64 =
     "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+/// Returns bytes as text in base64, with its padding. [any thread]
+std::string toBase64(std::span<const std::byte> bytes);
 
 }  // namespace carom::modal
