@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "command/command_line.h"
+#include "command/page_parts.h"
 #include "command/progress_bar.h"
 #include "lab/report/report.h"
 #include "lab/report/report_files.h"
@@ -24,6 +25,15 @@ using namespace lab;
 namespace {
 
 constexpr double kMostRuns = 1000;
+constexpr std::uintmax_t kLargestPage =
+    20'000'000;                                   // bytes of a page that shows a scene's variants
+constexpr std::uintmax_t kFullPage = 18'000'000;  // bytes from which on little more would fit
+
+/// A page in which a scene's variants are seen and heard.
+struct ShownScene {
+  std::string name;
+  ViewPage page;
+};
 
 // Reads the scenes. Refuses two of one name, which could not be told apart in the report.
 Result<std::vector<Scene>> readScenes(const std::vector<std::string>& files, bool confine) {
@@ -77,8 +87,8 @@ ReportCommand::ReportCommand(CLI::App& app)
   command_->add_option("SCENE", scenes_, "scene files (JSON, docs/scenes.md)")->required();
   command_
       ->add_option("-o,--output", output_,
-                   "folder to write index.html, report.json and report.csv to; is made if it is "
-                   "not there")
+                   "folder to write index.html, report.json, report.csv and a page for each scene "
+                   "to; is made if it is not there")
       ->required()
       ->check(fileName());
   command_->add_option("--runs", runs_, "of each variant, of whose times the median counts")
@@ -91,6 +101,11 @@ ReportCommand::ReportCommand(CLI::App& app)
       ->capture_default_str();
   command_->add_flag("--confine,!--no-confine", confine_,
                      "refuse files that a scene names outside of its folder; on by default");
+  command_->add_flag("--no-view", noView_,
+                     "leave out the pages in which the variants are seen and heard");
+  command_->add_option("--template", template_,
+                       "page without runs, as 'cmake --preset web' makes it; default: the one that "
+                       "was built or installed with this program");
   addLimits(*command_, run_);
   command_->add_flag("--json", json_, "print what is in report.json instead of text");
   command_->footer(
@@ -109,10 +124,20 @@ int ReportCommand::run() const {
   Result<std::vector<Scene>> scenes = readScenes(scenes_, confine_);
   if (!scenes) return fail(kBadInput, scenes.error().message);
 
+  std::optional<std::filesystem::path> pageTemplate;
+  std::string whyNoPages = "left out";
+  if (!noView_) {
+    const auto found = findTemplate(template_, pageFolders());
+    if (!found && !template_.empty()) return fail(kBadInput, found.error().message);
+    if (found) pageTemplate = *found;
+    if (!found) whyNoPages = found.error().message;
+  }
+
   RunLimits limits = run_.limits();
   capMemory(limits.memory);
   const ResourceWatch watch(limits);
   std::vector<SceneReport> reports;
+  std::vector<ShownScene> shown;
   for (std::size_t index = 0; index < scenes->size(); ++index) {
     const Scene& scene = (*scenes)[index];
     ProgressBar bar("measuring " + scene.name);
@@ -123,19 +148,38 @@ int ReportCommand::run() const {
     options.runs = runs_;
     options.budget = budget_;
     options.progress = [&bar](double share, const std::string&) { bar.show(share); };
+    if (pageTemplate) {
+      Result<ViewPage> page = ViewPage::create(*pageTemplate, scene.name);
+      if (!page) return fail(kBadInput, page.error().message);
+      if (const Status head = addDefaultHead(*page); !head)
+        return fail(kFailed, head.error().message);
+      shown.push_back({viewName(scene.name, index), *std::move(page)});
+      ViewPage& filled = shown.back().page;
+      options.show = [&filled](const ViewRun& run) { return filled.add(run, kLargestPage); };
+      options.isFull = [&filled] { return filled.bytes() > kFullPage; };
+    }
     Result<SceneReport> report = reportScene(scene, options);
     bar.clear();
     if (guard.ended()) return endedEarly(scenes_[index], *guard.ended(), "");
     if (!report) return fail(kFailed, report.error().message);
+    if (!report->shown.empty()) report->page = shown.back().name;
     reports.push_back(*std::move(report));
   }
+  std::erase_if(shown, [](const ShownScene& scene) { return scene.page.runs() == 0; });
+  if (const Status made = makeReportFolder(folder); !made)
+    return fail(kFailed, made.error().message);
+  for (const ShownScene& scene : shown)
+    if (const auto written = scene.page.write(folder / scene.name); !written)
+      return fail(kFailed, written.error().message);
   if (const Status written = writeReport(reports, folder); !written)
     return fail(kFailed, written.error().message);
   if (json_) return answer(jsonText(reportJson(reports)));
   std::string text;
   for (const SceneReport& report : reports)
     text += textOf(report);
-  return answer(text + "wrote " + reportFilesIn(folder).html.string() + "\n");
+  text += "wrote " + reportFilesIn(folder).html.string() + "\n";
+  if (!pageTemplate) text += "without pages to see the variants in: " + whyNoPages + "\n";
+  return answer(text);
 }
 
 }  // namespace carom::command

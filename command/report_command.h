@@ -26,10 +26,12 @@ class ReportCommand {
   CLI::App* command_;
   std::vector<std::string> scenes_;
   std::string output_;
+  std::string template_;
   std::size_t runs_ = 3;
   double budget_ = 10.0;  // s
   bool json_ = false;
   bool confine_ = true;
+  bool noView_ = false;
   RunOptions run_;
 };
 

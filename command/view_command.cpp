@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "command/command_line.h"
+#include "command/page_parts.h"
 #include "command/progress_bar.h"
 #include "lab/view/view_page.h"
 #include "lab/view/view_run.h"
@@ -17,7 +18,6 @@
 #include <unistd.h>
 
 #include "audio/io/partial_file.h"
-#include "audio/propagation/sofa_file.h"
 #include "scenes/format/scene_loader.h"
 #include "scenes/limits/run_guard.h"
 #include "scenes/recording/recorded_run.h"
@@ -36,6 +36,7 @@ namespace {
 /// A run that the page is to show.
 struct Wanted {
   std::string file;
+  std::string id;
   std::string label;
   std::optional<StepperType> stepper = {};  // in place of the scene's own
   double step = 0.0;                        // s; 0: the scene's own
@@ -46,17 +47,6 @@ struct Wanted {
 struct Failed {
   int code = kFailed;
 };
-
-/// Returns the folders in which the page's template may be, by the place of this program.
-std::vector<fs::path> templateFolders() {
-  std::error_code ignored;
-  const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
-  std::vector<fs::path> folders;
-  std::istringstream names(CAROM_VIEW_FOLDERS);
-  for (std::string name; std::getline(names, name, ':');)
-    folders.push_back((program.parent_path() / name).lexically_normal());
-  return folders;
-}
 
 /// Shows the page in a browser, where there is a display; nothing comes of it otherwise.
 void open(const std::string& file) {
@@ -82,6 +72,10 @@ class Maker {
   }
 
  private:
+  static void name(ViewRun& view, const Wanted& wanted) {
+    view.id = wanted.id;
+    view.label = wanted.label;
+  }
   ViewOptions optionsWith(ProgressBar& bar) const {
     ViewOptions options;
     options.progress = [&bar](double share) { bar.show(share); };
@@ -97,7 +91,7 @@ class Maker {
     Result<ViewRun> view = viewRecorded(wanted.file, confined_, optionsWith(bar));
     bar.clear();
     if (!view) return Failed{fail(kBadInput, view.error().message)};
-    view->label = wanted.label;
+    name(*view, wanted);
     return *std::move(view);
   }
 
@@ -112,13 +106,18 @@ class Maker {
     ProgressBar bar("running " + scene->name);
     RunGuard guard(*scene, options_.limits());
     ViewOptions options = optionsWith(bar);
-    options.asTold = wanted.asTold;
     options.guard = &guard;
+    if (wanted.asTold) {
+      hearAsTold(*scene);
+      options.heardAt = [step = scene->stepper.step](const ImpulseEvent& event) {
+        return endOfStep(event, step);
+      };
+    }
     Result<ViewRun> view = viewScene(*scene, options);
     bar.clear();
     if (guard.ended()) return Failed{endedEarly(wanted.file, *guard.ended(), "")};
     if (!view) return Failed{fail(kFailed, view.error().message)};
-    view->label = wanted.label;
+    name(*view, wanted);
     return *std::move(view);
   }
 
@@ -178,7 +177,7 @@ int ViewCommand::run() const {
     return fail(kBadInput, "--label: there are more labels than files");
   if (compare_ && inputs_.size() != 1)
     return fail(kBadInput, "--compare: expected one scene; several files are compared as they are");
-  const auto pageTemplate = findTemplate(template_, templateFolders());
+  const auto pageTemplate = findTemplate(template_, pageFolders());
   if (!pageTemplate) return fail(kFailed, pageTemplate.error().message);
   capMemory(run_.limits().memory);
 
@@ -186,6 +185,7 @@ int ViewCommand::run() const {
   for (std::size_t index = 0; index < inputs_.size(); ++index) {
     Wanted& one = wanted.emplace_back();
     one.file = inputs_[index];
+    one.id = "run" + std::to_string(index + 1);
     one.label = index < labels_.size() ? labels_[index] : fs::path(one.file).stem().string();
     if (stepper_ == "native") one.stepper = StepperType::native;
     if (stepper_ == "bullet") one.stepper = StepperType::bullet;
@@ -196,38 +196,40 @@ int ViewCommand::run() const {
       return fail(kBadInput, "--compare: " + inputs_.front() +
                                  " is a recorded run; expected a scene, which can be run twice");
     Wanted& exact = wanted.front();
-    exact.label = "exact";
+    exact.id = exact.label = "exact";
     exact.step = 0.0;
     wanted.push_back({.file = inputs_.front(),
+                      .id = "as_told",
                       .label = "as Bullet tells it",
                       .stepper = StepperType::bullet,
                       .step = step_,
                       .asTold = true});
   }
 
-  ViewPage page;
-  page.title = fs::path(inputs_.front()).stem().string();
+  Result<ViewPage> page =
+      ViewPage::create(*pageTemplate, fs::path(inputs_.front()).stem().string());
+  if (!page) return fail(kFailed, page.error().message);
+  if (const Status head = addDefaultHead(*page); !head) return fail(kFailed, head.error().message);
   Maker maker(run_, confine_);
   for (const Wanted& one : wanted) {
     auto made = maker.make(one);
     if (const auto* failed = std::get_if<Failed>(&made)) return failed->code;
-    page.runs.push_back(std::get<ViewRun>(std::move(made)));
+    const Result<bool> added = page->add(std::get<ViewRun>(made));
+    if (!added) return fail(kFailed, added.error().message);
   }
-  // Without the set, the page is without binaural ears.
-  if (auto head = audio::readSofaFile(audio::defaultSofaFile())) page.head = *std::move(head);
-  const auto report = writeViewPage(page, *pageTemplate, output);
+  const auto report = page->write(output);
   if (!report) return fail(kFailed, report.error().message);
   if (!noOpen_ && !json_) open(output);
   if (json_) {
     nlohmann::ordered_json object;
     object["file"] = report->file.string();
     object["bytes"] = report->bytes;
-    object["scenes"] = page.runs.size();
+    object["scenes"] = page->runs();
     object["live"] = report->isLive;
     return answer(jsonText(object));
   }
   std::ostringstream text;
-  text << output << ": " << page.runs.size() << (page.runs.size() == 1 ? " run, " : " runs, ")
+  text << output << ": " << page->runs() << (page->runs() == 1 ? " run, " : " runs, ")
        << report->bytes / 1000 << " kB" << (report->isLive ? "" : ", without sound")
        << "; open it in a browser\n";
   return answer(text.str());

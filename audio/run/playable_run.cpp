@@ -19,14 +19,13 @@ struct EncodedBodies {
   std::vector<std::byte> records;
 };
 
-/// A PlayableRun whose parts are encoded.
+/// A PlayableRun whose parts are encoded, without its portions.
 struct EncodedRun {
   std::uint32_t magic = kRunBytesMagic;
-  std::vector<std::byte> world;
-  std::vector<EncodedBodies> bodies;
-  std::vector<std::byte> portions;
   bool keepsOrder = false;
   double deformationStep = 0.0;
+  std::vector<std::byte> world;
+  std::vector<EncodedBodies> bodies;
 };
 
 void codeBytes(auto& archive, auto& bytes) {
@@ -41,15 +40,14 @@ void codeBytes(auto& archive, auto& bytes) {
 
 void codeRun(auto& archive, auto& run) {
   archive.number(run.magic);
+  archive.flag(run.keepsOrder);
+  archive.number(run.deformationStep);
   codeBytes(archive, run.world);
   archive.count(run.bodies, 2 * sizeof(std::uint64_t));
   for (auto& bodies : run.bodies) {
     archive.number(bodies.portion);
     codeBytes(archive, bodies.records);
   }
-  codeBytes(archive, run.portions);
-  archive.flag(run.keepsOrder);
-  archive.number(run.deformationStep);
 }
 
 /// Decodes bodies, of which each has to be one of the world's.
@@ -82,7 +80,7 @@ std::vector<EventPlace> eventsInOrder(const PlayableRun& run) {
   return places;
 }
 
-Result<std::vector<std::byte>> encodedRun(const PlayableRun& run) {
+Result<EncodedRunParts> encodedRunParts(const PlayableRun& run) {
   EncodedRun encoded;
   encoded.world = encodedWorld(run.world);
   HostEncoder encoder;
@@ -91,12 +89,22 @@ Result<std::vector<std::byte>> encodedRun(const PlayableRun& run) {
     for (const HostBody& body : bodies.bodies)
       if (Status added = encoder.add(body, records.records); !added) return added.error();
   }
-  encoded.portions = encodedPortions(run.portions);
   encoded.keepsOrder = run.keepsOrder;
   encoded.deformationStep = run.deformationStep;
-  std::vector<std::byte> bytes;
-  FieldWriter writer(bytes);
-  codeRun(writer, std::as_const(encoded));
+  const std::vector<std::byte> portions = encodedPortions(run.portions);
+  EncodedRunParts parts;
+  FieldWriter head(parts.sound);
+  codeRun(head, std::as_const(encoded));
+  FieldWriter tail(parts.portions);
+  codeBytes(tail, std::as_const(portions));
+  return parts;
+}
+
+Result<std::vector<std::byte>> encodedRun(const PlayableRun& run) {
+  Result<EncodedRunParts> parts = encodedRunParts(run);
+  if (!parts) return parts.error();
+  std::vector<std::byte> bytes = std::move(parts->sound);
+  bytes.insert(bytes.end(), parts->portions.begin(), parts->portions.end());
   return bytes;
 }
 
@@ -104,6 +112,8 @@ Result<PlayableRun> decodedRun(std::span<const std::byte> bytes) {
   EncodedRun encoded;
   FieldReader reader(bytes, 0);
   codeRun(reader, encoded);
+  std::vector<std::byte> told;
+  codeBytes(reader, told);
   reader.end();
   if (!reader.fault().empty()) return Error{reader.fault()};
   if (encoded.magic != kRunBytesMagic) return Error{"does not begin as a run does"};
@@ -118,7 +128,7 @@ Result<PlayableRun> decodedRun(std::span<const std::byte> bytes) {
   run.deformationStep = encoded.deformationStep;
   if (Status taken = takeBodies(encoded, run); !taken) return taken.error();
   Result<std::vector<RunPortion>> portions =
-      decodedPortions(encoded.portions, {.bodies = run.world.bodies, .points = 0});
+      decodedPortions(told, {.bodies = run.world.bodies, .points = 0});
   if (!portions) return portions.error();
   run.portions = *std::move(portions);
   return run;

@@ -39,6 +39,14 @@ std::vector<EventPlace> eventsInOrder(const PlayableRun& run);
 /// Returns a run as bytes without compression: for a player that has no file, such as a page.
 /// Refuses a model that cannot be encoded. [any thread]
 Result<std::vector<std::byte>> encodedRun(const PlayableRun& run);
+/// The bytes of encodedRun in two parts, one after the other.
+struct EncodedRunParts {
+  std::vector<std::byte> sound;     ///< the world, and how its bodies sound
+  std::vector<std::byte> portions;  ///< the same for all sounds of the same mechanics
+};
+/// Returns them. Refuses a model that cannot be encoded. [any thread]
+Result<EncodedRunParts> encodedRunParts(const PlayableRun& run);
+
 /// Returns the run of such bytes. An error, the second half of a sentence, is that of bytes which
 /// no run has. Never throws for bad input but for lack of memory. [any thread]
 Result<PlayableRun> decodedRun(std::span<const std::byte> bytes);

@@ -10,7 +10,7 @@
 
 #include "lab/batch/manifest.h"
 #include "lab/batch/sample_run.h"
-#include "lab/report/page_text.h"
+#include "lab/page/page_text.h"
 #include "lab/report/report_page.h"
 
 #include "modal/json/json_reader.h"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -79,6 +80,8 @@ class SceneReporter {
       }
       if (Status done = add(choices[index]); !done) return done.error();
     }
+    if (options_.show)
+      if (Status shown = showAll(); !shown) return shown.error();
     return std::move(report_);
   }
 
@@ -205,6 +208,45 @@ class SceneReporter {
     return std::monostate{};
   }
 
+  /// Hands the variants over to be seen and heard: the reference first, then presets, which differ
+  /// most from it.
+  Status showAll() {
+    std::vector<const ReportChoice*> choices;
+    for (const VariantReport& variant : report_.variants)
+      choices.push_back(&variant.choice);
+    std::stable_partition(choices.begin() + 1, choices.end(), [](const ReportChoice* choice) {
+      return choice->group == VariantGroup::presets;
+    });
+    for (const ReportChoice* choice : choices) {
+      if (options_.isFull && options_.isFull()) return std::monostate{};
+      if (Status shown = show(*choice); !shown) return shown;
+    }
+    return std::monostate{};
+  }
+
+  Status show(const ReportChoice& choice) {
+    const Scene scene = sceneOf(scene_, choice);
+    const MechanicsKey key = keyOf(choice);
+    ViewOptions options;
+    options.guard = options_.guard;
+    if (!viewTape_ || viewTape_->first != key) {
+      if (options_.guard != nullptr) options_.guard->restart();
+      Result<ViewTape> tape = recordView(withAllImpulses(scene), options);
+      if (!tape) return tape.error();
+      viewTape_ = {key, *std::move(tape)};
+    }
+    const MechanicsRun& run = mechanics_.at(key).run;
+    options.heardAt = [&](const ImpulseEvent& event) { return heardTime(event, run, choice); };
+    Result<ViewRun> view = viewTape(scene, viewTape_->second, options);
+    if (!view) return view.error();
+    view->id = choice.id;
+    view->label = choice.label;
+    const Result<bool> taken = options_.show(*view);
+    if (!taken) return taken.error();
+    if (*taken) report_.shown.push_back(choice.id);
+    return std::monostate{};
+  }
+
   RunsOptions runs(std::size_t count) const { return {.runs = count, .guard = options_.guard}; }
 
   std::size_t frames() const {
@@ -271,6 +313,7 @@ class SceneReporter {
   ReportChoice reference_;
   SceneReport report_;
   std::map<MechanicsKey, Mechanics> mechanics_;
+  std::optional<std::pair<MechanicsKey, ViewTape>> viewTape_;  // the latest one
   std::vector<ThirdOctave> referenceBands_;
 };
 

@@ -11,6 +11,7 @@
 #include "lab/compare/collision_match.h"
 #include "lab/report/report_choices.h"
 #include "lab/report/signal_error.h"
+#include "lab/view/view_run.h"
 
 #include "carom/audio/result.h"
 #include "scenes/format/scene.h"
@@ -78,6 +79,8 @@ struct SceneReport {
   std::string referenceWhy;
   std::vector<VariantReport> variants;  ///< the reference is the first
   std::vector<VariantLeftOut> leftOut;
+  std::vector<std::string> shown;  ///< ids of those that ReportOptions::show has taken
+  std::string page;                ///< name of the file that shows them; empty: there is none
 };
 
 struct ReportOptions {
@@ -88,6 +91,11 @@ struct ReportOptions {
   /// If not null, ends the report at its limits, which is an error; those of events and rattles are
   /// of each run.
   RunGuard* guard = nullptr;
+  /// Is handed each variant to be seen and heard, its id and label set, the reference first;
+  /// returns whether it has taken it, and is asked for no more once `isFull` says so. An error ends
+  /// the report. Empty: nothing is shown.
+  std::function<Result<bool>(const ViewRun&)> show = {};
+  std::function<bool()> isFull = {};
 };
 
 /// Runs a scene in all ways that reportGrid has for it, and measures them. Errors: a scene that the

@@ -1,5 +1,6 @@
 #include "lab/report/report_files.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -12,8 +13,8 @@
 #include <utility>
 #include <variant>
 
+#include "lab/page/page_text.h"
 #include "lab/report/csv_cell.h"
-#include "lab/report/page_text.h"
 #include "lab/report/report_media.h"
 #include "lab/report/report_page.h"
 #include "lab/report/report_text.h"
@@ -160,6 +161,8 @@ Json sceneJson(const SceneReport& report) {
           {"plan", planJson(report.plan)},
           {"reference", report.variants.front().choice.id},
           {"reference_why", report.referenceWhy},
+          {"page", report.page.empty() ? Json(nullptr) : Json(report.page)},
+          {"shown", report.shown},
           {"variants", variants},
           {"variants_left_out", leftOut}};
 }
@@ -274,6 +277,15 @@ ReportFiles reportFilesIn(const fs::path& folder) {
   return {folder / "report.json", folder / "report.csv", folder / "index.html"};
 }
 
+std::string viewName(const std::string& scene, std::size_t index) {
+  const bool isPlain =
+      !scene.empty() && scene.size() < 100 && std::ranges::all_of(scene, [](char letter) {
+        return (letter >= 'a' && letter <= 'z') || (letter >= '0' && letter <= '9') ||
+               letter == '_' || letter == '-';
+      });
+  return "view_" + (isPlain ? scene : std::to_string(index + 1)) + ".html";
+}
+
 Status checkReportFolder(const fs::path& folder) {
   std::error_code ignored;
   if (fs::exists(folder, ignored)) {
@@ -291,10 +303,15 @@ Status checkReportFolder(const fs::path& folder) {
   return std::monostate{};
 }
 
-Status writeReport(std::span<const SceneReport> scenes, const fs::path& folder) {
+Status makeReportFolder(const fs::path& folder) {
   std::error_code error;
   fs::create_directory(folder, error);
   if (error) return Error{folder.string() + ": " + error.message()};
+  return std::monostate{};
+}
+
+Status writeReport(std::span<const SceneReport> scenes, const fs::path& folder) {
+  if (Status made = makeReportFolder(folder); !made) return made;
   const ReportFiles names = reportFilesIn(folder);
   PartialFile json(names.json);
   PartialFile csv(names.csv);

@@ -32,9 +32,16 @@ struct ReportFiles {
 
 ReportFiles reportFilesIn(const std::filesystem::path& folder);
 
+/// Returns the name of the page in which a scene of the report is seen and heard, the `index`th:
+/// view_NAME.html, or view_NUMBER.html where no file could have the scene's name.
+std::string viewName(const std::string& scene, std::size_t index);
+
 /// Refuses a folder in which the files cannot be written, before anything is run. A folder that
 /// does not exist needs an existing one above it.
 Status checkReportFolder(const std::filesystem::path& folder);
+
+/// Creates the folder if it does not exist.
+Status makeReportFolder(const std::filesystem::path& folder);
 
 /// Writes all three files or none; creates the folder if it does not exist.
 Status writeReport(std::span<const SceneReport> scenes, const std::filesystem::path& folder);

@@ -164,17 +164,13 @@ Status measureMemory(const Scene& scene, MechanicsRun& run, RunGuard* guard) {
   return std::monostate{};
 }
 
-double timeOf(const ImpulseEvent& event, const MechanicsRun& run, const ReportChoice& choice) {
-  const double step = choice.stepper.step;
-  const auto polled = run.poller->nearest(event.body, event.other, event.time, 2.0 * step);
-  // A contact that Bullet did not push, but that the bridge
-  // knows of, is seen at the end of its step.
-  const PolledContact contact =
-      polled.value_or(PolledContact{std::ceil(event.time / step) * step, event.time});
-  return choice.eventTime == EventTime::step ? contact.seen : std::max(0.0, contact.backDated);
-}
-
 }  // namespace
+
+Scene withAllImpulses(const Scene& scene) {
+  Scene complete = scene;
+  complete.sound.impulse = ImpulseChoice::applied;
+  return complete;
+}
 
 Result<double> expectedSeconds(const Scene& scene, RunGuard* guard) {
   if (jelloOf(scene) == nullptr) return 0.0;
@@ -190,9 +186,7 @@ Result<double> expectedSeconds(const Scene& scene, RunGuard* guard) {
 
 Result<MechanicsRun> runMechanics(const Scene& scene, const RunsOptions& options) {
   MechanicsRun run;
-  // Events with applied impulses serve all variants: those that use them and those that do not.
-  Scene complete = scene;
-  complete.sound.impulse = ImpulseChoice::applied;
+  const Scene complete = withAllImpulses(scene);
   const Stopwatch stopwatch;
   if (Status measured = measureMemory(complete, run, options.guard); !measured)
     return measured.error();
@@ -209,14 +203,23 @@ Result<MechanicsRun> runMechanics(const Scene& scene, const RunsOptions& options
   return run;
 }
 
+double heardTime(const ImpulseEvent& event, const MechanicsRun& run, const ReportChoice& choice) {
+  if (choice.stepper.type != StepperType::bullet || choice.eventTime == EventTime::exact)
+    return event.time;
+  const double step = choice.stepper.step;
+  const auto polled = run.poller->nearest(event.body, event.other, event.time, 2.0 * step);
+  // A contact that Bullet did not push, but that the bridge
+  // knows of, is seen at the end of its step.
+  const PolledContact contact =
+      polled.value_or(PolledContact{std::ceil(event.time / step) * step, event.time});
+  return choice.eventTime == EventTime::step ? contact.seen : std::max(0.0, contact.backDated);
+}
+
 EventTape chosenTape(const MechanicsRun& run, const ReportChoice& choice) {
   EventTape tape = *run.tape;
-  if (choice.stepper.type != StepperType::bullet) return tape;
-  for (audio::RunPortion& portion : tape.portions) {
-    for (ImpulseEvent& event : portion.events) {
-      if (choice.eventTime != EventTime::exact) event.time = timeOf(event, run, choice);
-    }
-  }
+  for (audio::RunPortion& portion : tape.portions)
+    for (ImpulseEvent& event : portion.events)
+      event.time = heardTime(event, run, choice);
   return tape;
 }
 

@@ -51,12 +51,18 @@ struct RunsOptions {
 /// other scenes. A guard, if any, looks on. [one thread]
 Result<double> expectedSeconds(const Scene& scene, RunGuard* guard);
 
+/// Returns the scene with a sound for which events have the applied impulses too: they serve all
+/// variants, those that use these and those that do not. [any thread]
+Scene withAllImpulses(const Scene& scene);
+
 /// Runs the scene so many times, but only once if a run takes longer than kLongRun. Before these
 /// comes a run that is not timed, after them one that observes the bodies. [one thread]
 Result<MechanicsRun> runMechanics(const Scene& scene, const RunsOptions& options);
 
 inline constexpr double kLongRun = 1.0;  ///< s, wall time
 
+/// Returns the time (s) at which the choice has an event of the run be heard. [any thread]
+double heardTime(const ImpulseEvent& event, const MechanicsRun& run, const ReportChoice& choice);
 /// Returns the run's tape with the event times of the choice. [any thread]
 EventTape chosenTape(const MechanicsRun& run, const ReportChoice& choice);
 

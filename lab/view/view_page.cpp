@@ -3,15 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
+#include <unordered_map>
 #include <utility>
 #include <variant>
 
-#include "lab/report/page_text.h"
-#include "lab/view/packed_text.h"
+#include "lab/page/packed_text.h"
+#include "lab/page/page_text.h"
 #include <nlohmann/json.hpp>
 
 #include "audio/io/byte_file.h"
@@ -33,6 +34,7 @@ constexpr const char* kTemplateName = "carom_view.html";
 constexpr std::string_view kMark = "<!-- carom: runs -->";
 constexpr std::string_view kEngine = "id=\"carom-engine\"";
 constexpr int kFormat = 1;
+constexpr std::size_t kAroundBlob = 80;  // bytes of a blob's element, at most
 /// Samples of a head's responses: what HrtfSet keeps of KEMAR's at their rate, and room.
 constexpr std::size_t kHeadSamples = 256;
 
@@ -79,17 +81,40 @@ std::vector<std::byte> inPlanes(std::span<const std::byte> rows, std::size_t col
   return planes;
 }
 
+}  // namespace
+
 /// Makes the manifest and the blobs of a page.
-class PageMaker {
+class ViewPage::Maker {
  public:
-  Status add(const ViewPage& page) {
+  Maker(std::string pageTemplate, const std::string& title) : template_(std::move(pageTemplate)) {
     manifest_["format"] = kFormat;
     manifest_["version"] = CAROM_VERSION;
-    manifest_["title"] = page.title;
-    if (page.head) manifest_["head"] = blob(encodedHead(*page.head, kHeadSamples));
-    for (const ViewRun& run : page.runs)
-      if (Status added = add(run); !added) return added;
-    return fault_.empty() ? Status(std::monostate{}) : Status(Error{fault_});
+    manifest_["title"] = title;
+    manifest_["runs"] = ordered_json::array();
+  }
+
+  Status setHead(const HrtfMeasurements& head) {
+    manifest_["head"] = blob(encodedHead(head, kHeadSamples));
+    return fault();
+  }
+
+  Result<bool> add(const ViewRun& view, std::uintmax_t most) {
+    const std::size_t blobs = blobs_.size();
+    if (Status added = addRun(view); !added) return added.error();
+    if (bytes() <= most) return true;
+    while (blobs_.size() > blobs) {
+      blobBytes_ -= blobs_.back().size();
+      blobs_.pop_back();
+    }
+    std::erase_if(numbers_, [blobs](const auto& known) { return known.second >= blobs; });
+    manifest_["runs"].erase(manifest_["runs"].size() - 1);
+    return false;
+  }
+
+  std::size_t runs() const { return manifest_["runs"].size(); }
+  std::uintmax_t bytes() const {
+    return template_.size() + blobBytes_ + blobs_.size() * kAroundBlob +
+           jsonInScript(manifest_).size();
   }
 
   std::string text() const {
@@ -98,23 +123,35 @@ class PageMaker {
     for (std::size_t index = 0; index < blobs_.size(); ++index)
       text += "<script type=\"application/octet-stream\" id=\"carom-blob-" + std::to_string(index) +
               "\">" + blobs_[index] + "</script>\n";
-    return text;
+    std::string page = template_;
+    fillPage(page, kMark, text);
+    return page;
   }
 
  private:
-  /// Keeps bytes, and returns the number of their blob.
+  /// Keeps bytes, and returns the number of their blob, which may be that of the same ones before.
   std::size_t blob(std::span<const std::byte> bytes) {
     Result<std::string> packed = packedText(bytes);
-    if (!packed) fault_ = packed.error().message;
-    blobs_.push_back(packed ? *std::move(packed) : std::string());
+    if (!packed) {
+      fault_ = packed.error().message;
+      return 0;
+    }
+    const auto [first, last] = numbers_.equal_range(std::hash<std::string>()(*packed));
+    for (auto known = first; known != last; ++known)
+      if (blobs_[known->second] == *packed) return known->second;
+    numbers_.emplace(std::hash<std::string>()(*packed), blobs_.size());
+    blobBytes_ += packed->size();
+    blobs_.push_back(*std::move(packed));
     return blobs_.size() - 1;
   }
+  Status fault() const { return fault_.empty() ? Status(std::monostate{}) : Status(Error{fault_}); }
 
-  Status add(const ViewRun& view) {
-    const Result<std::vector<std::byte>> sound = encodedRun(view.run);
+  Status addRun(const ViewRun& view) {
+    const Result<EncodedRunParts> sound = encodedRunParts(view.run);
     if (!sound) return Error{view.scene.name + ": " + sound.error().message};
     meshes_.clear();
     run_ = ordered_json::object();
+    run_["id"] = view.id;
     run_["label"] = view.label;
     run_["name"] = view.scene.name;
     run_["stepper"] = view.stepper;
@@ -122,7 +159,7 @@ class PageMaker {
     run_["sampleRate"] = view.scene.sampleRate;
     run_["description"] = view.scene.description;
     run_["gravity"] = jsonOf(view.scene.gravity);
-    run_["sound"] = blob(*sound);
+    run_["sound"] = {blob(sound->sound), blob(sound->portions)};
     run_["meshes"] = ordered_json::array();
     addBodies(view);
     addLinks(view.scene);
@@ -133,7 +170,7 @@ class PageMaker {
     addPoses(view);
     addContacts(view);
     manifest_["runs"].push_back(std::move(run_));
-    return std::monostate{};
+    return fault();
   }
 
   // --- What is drawn ---
@@ -396,14 +433,57 @@ class PageMaker {
     addTable<double>("contacts", 6, table);
   }
 
+  std::string template_;
   ordered_json manifest_;
   ordered_json run_;
   std::map<const void*, std::size_t> meshes_;
   std::vector<std::string> blobs_;
+  std::uintmax_t blobBytes_ = 0;
+  std::unordered_multimap<std::size_t, std::size_t> numbers_;  // of blobs, by their hashes
   std::string fault_;
 };
 
-}  // namespace
+Result<ViewPage> ViewPage::create(const std::filesystem::path& pageTemplate,
+                                  const std::string& title) {
+  const Result<std::vector<std::byte>> read = readBytes(pageTemplate);
+  if (!read) return Error{pageTemplate.string() + ": " + read.error().message};
+  std::string text(reinterpret_cast<const char*>(read->data()), read->size());
+  if (text.find(kMark) == std::string::npos)
+    return Error{pageTemplate.string() + ": this is no template of Carom's page"};
+  return ViewPage(std::make_unique<Maker>(std::move(text), title));
+}
+
+ViewPage::ViewPage(std::unique_ptr<Maker> maker) : maker_(std::move(maker)) {}
+ViewPage::ViewPage(ViewPage&&) noexcept = default;
+ViewPage& ViewPage::operator=(ViewPage&&) noexcept = default;
+ViewPage::~ViewPage() = default;
+
+Status ViewPage::setHead(const HrtfMeasurements& head) {
+  return maker_->setHead(head);
+}
+
+Result<bool> ViewPage::add(const ViewRun& run, std::uintmax_t most) {
+  return maker_->add(run, most);
+}
+
+std::size_t ViewPage::runs() const {
+  return maker_->runs();
+}
+
+std::uintmax_t ViewPage::bytes() const {
+  return maker_->bytes();
+}
+
+Result<ViewReport> ViewPage::write(const std::filesystem::path& file) const {
+  const std::string text = maker_->text();
+  ViewReport report;
+  report.file = file;
+  report.bytes = text.size();
+  report.isLive = text.find(kEngine) != std::string::npos;
+  if (const Status written = writeBytes(file, std::as_bytes(std::span(text))); !written)
+    return Error{file.string() + ": " + written.error().message};
+  return report;
+}
 
 Result<std::filesystem::path> findTemplate(const std::filesystem::path& asked,
                                            const std::vector<std::filesystem::path>& folders) {
@@ -418,25 +498,6 @@ Result<std::filesystem::path> findTemplate(const std::filesystem::path& asked,
   return Error{
       "the page's parts are not built: 'cmake --preset web && cmake --build --preset web' makes "
       "carom_view.html (docs/view.md says what to install for it)"};
-}
-
-Result<ViewReport> writeViewPage(const ViewPage& page, const std::filesystem::path& pageTemplate,
-                                 const std::filesystem::path& file) {
-  const Result<std::vector<std::byte>> read = readBytes(pageTemplate);
-  if (!read) return Error{pageTemplate.string() + ": " + read.error().message};
-  std::string text(reinterpret_cast<const char*>(read->data()), read->size());
-  if (text.find(kMark) == std::string::npos)
-    return Error{pageTemplate.string() + ": this is no template of Carom's page"};
-  PageMaker maker;
-  if (const Status added = maker.add(page); !added) return added.error();
-  fillPage(text, kMark, maker.text());
-  ViewReport report;
-  report.file = file;
-  report.bytes = text.size();
-  report.isLive = text.find(kEngine) != std::string::npos;
-  if (const Status written = writeBytes(file, std::as_bytes(std::span(text))); !written)
-    return Error{file.string() + ": " + written.error().message};
-  return report;
 }
 
 }  // namespace carom::lab

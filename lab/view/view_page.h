@@ -2,7 +2,8 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
+#include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -12,13 +13,6 @@
 #include "carom/audio/result.h"
 
 namespace carom::lab {
-
-/// The content of a page.
-struct ViewPage {
-  std::string title;
-  std::vector<ViewRun> runs;                  ///< at least one
-  std::optional<HrtfMeasurements> head = {};  ///< of binaural ears
-};
 
 /// A page that has been written.
 struct ViewReport {
@@ -33,9 +27,34 @@ struct ViewReport {
 Result<std::filesystem::path> findTemplate(const std::filesystem::path& asked,
                                            const std::vector<std::filesystem::path>& folders);
 
-/// Writes the page: the template with the runs in it. It appears whole or not at all. Errors: a
-/// template that is none, a model that cannot be encoded, the disk.
-Result<ViewReport> writeViewPage(const ViewPage& page, const std::filesystem::path& pageTemplate,
-                                 const std::filesystem::path& file);
+/// A page in the making: a template, and the runs that are added to it. What several runs share is
+/// in it once. [one thread]
+class ViewPage {
+ public:
+  /// Reads a template. Refuses a file that is none.
+  static Result<ViewPage> create(const std::filesystem::path& pageTemplate,
+                                 const std::string& title);
+  ViewPage(ViewPage&&) noexcept;
+  ViewPage& operator=(ViewPage&&) noexcept;
+  ~ViewPage();
+
+  /// Sets the head of binaural ears, without which there are none. Refuses what cannot be packed.
+  Status setHead(const audio::HrtfMeasurements& head);
+
+  /// Adds a run, unless the page has more than `most` bytes with it: returns whether it was added.
+  /// Refuses a model that cannot be encoded.
+  Result<bool> add(const ViewRun& run,
+                   std::uintmax_t most = std::numeric_limits<std::uintmax_t>::max());
+  std::size_t runs() const;
+  std::uintmax_t bytes() const;
+
+  /// Writes the page, which appears whole or not at all. Requires a run. Errors: the disk.
+  Result<ViewReport> write(const std::filesystem::path& file) const;
+
+ private:
+  class Maker;
+  explicit ViewPage(std::unique_ptr<Maker> maker);
+  std::unique_ptr<Maker> maker_;
+};
 
 }  // namespace carom::lab

@@ -208,38 +208,22 @@ Status finish(ViewRun& view) {
   return std::monostate{};
 }
 
-/// Turns a run on Bullet into one of polled contacts.
-void hearAsTold(ViewRun& view) {
-  const double step = view.scene.stepper.step;
-  view.run.world.synth.impulse = ImpulseChoice::applied;
-  view.run.world.synth.comparison.sampling = Sampling::naive;
-  view.run.world.synth.comparison.radiation = Radiation::compact;
-  for (RunPortion& portion : view.run.portions)
-    for (ImpulseEvent& event : portion.events)
-      event.time = std::min(step * std::ceil(event.time / step), view.scene.duration);
-}
-
-/// Runs a stepper to its end.
-Status addPortions(ViewRun& view, SceneStepper& stepper, const ViewOptions& options) {
-  const double duration = view.scene.duration;
-  return runInPortions(stepper, duration, view.run.deformationStep, options.guard,
-                       [&](RunPortion portion) -> Status {
-                         if (options.progress) options.progress(portion.settledTime / duration);
-                         view.run.portions.push_back(std::move(portion));
-                         return std::monostate{};
-                       });
-}
-
-Result<ViewRun> viewStepper(const Scene& scene, SceneStepper& stepper, const ViewOptions& options) {
+/// Returns what a stepper tells up to its end.
+Result<ViewTape> tapeOf(const Scene& scene, SceneStepper& stepper, const ViewOptions& options) {
   stepper.showAll();
-  ViewRun view = emptyRun(scene, stepper.hearDeformations());
-  view.stepper = scene.stepper.type == StepperType::bullet ? "bullet" : "native";
-  view.run.keepsOrder = stepper.keepsOrder();
-  if (Status ran = addPortions(view, stepper, options); !ran) return ran.error();
-  if (options.asTold) hearAsTold(view);
-  if (Status sounds = addSounds(view, options.analysis); !sounds) return sounds.error();
-  if (Status finished = finish(view); !finished) return finished.error();
-  return view;
+  ViewTape tape;
+  tape.stepper = scene.stepper.type == StepperType::bullet ? "bullet" : "native";
+  tape.deformationStep = stepper.hearDeformations();
+  tape.keepsOrder = stepper.keepsOrder();
+  const Status ran = runInPortions(stepper, scene.duration, tape.deformationStep, options.guard,
+                                   [&](RunPortion portion) -> Status {
+                                     if (options.progress)
+                                       options.progress(portion.settledTime / scene.duration);
+                                     tape.portions.push_back(std::move(portion));
+                                     return std::monostate{};
+                                   });
+  if (!ran) return ran.error();
+  return tape;
 }
 
 /// Reads all portions of a run file, and the bodies of a host that change on the way.
@@ -260,12 +244,44 @@ Status readPortions(RunReader& reader, ViewRun& view) {
 
 }  // namespace
 
-Result<ViewRun> viewScene(const Scene& scene, const ViewOptions& options) {
+Result<ViewTape> recordView(const Scene& scene, const ViewOptions& options) {
   Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene, options.guard);
   if (!stepper) return stepper.error();
-  Result<ViewRun> view = viewStepper(scene, **stepper, options);
-  if (!view) return Error{scene.name + ": " + view.error().message};
+  Result<ViewTape> tape = tapeOf(scene, **stepper, options);
+  if (!tape) return Error{scene.name + ": " + tape.error().message};
+  return tape;
+}
+
+Result<ViewRun> viewTape(const Scene& scene, ViewTape tape, const ViewOptions& options) {
+  ViewRun view = emptyRun(scene, tape.deformationStep);
+  view.stepper = std::move(tape.stepper);
+  view.run.keepsOrder = tape.keepsOrder;
+  view.run.portions = std::move(tape.portions);
+  if (options.heardAt)
+    for (RunPortion& portion : view.run.portions)
+      for (ImpulseEvent& event : portion.events)
+        event.time = std::min(options.heardAt(event), scene.duration);
+  if (Status sounds = addSounds(view, options.analysis); !sounds)
+    return Error{scene.name + ": " + sounds.error().message};
+  if (Status finished = finish(view); !finished)
+    return Error{scene.name + ": " + finished.error().message};
   return view;
+}
+
+Result<ViewRun> viewScene(const Scene& scene, const ViewOptions& options) {
+  Result<ViewTape> tape = recordView(scene, options);
+  if (!tape) return tape.error();
+  return viewTape(scene, *std::move(tape), options);
+}
+
+void hearAsTold(Scene& scene) {
+  scene.sound.impulse = ImpulseChoice::applied;
+  scene.sound.comparison.sampling = Sampling::naive;
+  scene.sound.comparison.radiation = Radiation::compact;
+}
+
+double endOfStep(const ImpulseEvent& event, double step) {
+  return step * std::ceil(event.time / step);
 }
 
 Result<ViewRun> viewRecorded(const std::filesystem::path& file, bool confined,
@@ -274,7 +290,9 @@ Result<ViewRun> viewRecorded(const std::filesystem::path& file, bool confined,
     const Result<RecordedScene> recorded = loadRecordedScene(file, confined);
     if (!recorded) return recorded.error();
     const auto stepper = replayStepper(recorded->recording, recorded->scene, 0.0);
-    return viewStepper(recorded->scene, *stepper, options);
+    Result<ViewTape> tape = tapeOf(recorded->scene, *stepper, options);
+    if (!tape) return Error{file.string() + ": " + tape.error().message};
+    return viewTape(recorded->scene, *std::move(tape), options);
   }
   Result<RecordedRun> recorded = openRun(file, confined);
   if (!recorded) return recorded.error();

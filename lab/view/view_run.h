@@ -26,6 +26,7 @@ struct ContactBar {
 
 /// A run as a page shows it: what is drawn, and what is heard.
 struct ViewRun {
+  std::string id;  ///< by which a page's address may choose it: of a-z, 0-9, _ and -
   std::string label;
   std::string stepper;  ///< "native", "bullet", or "host" of a host's run
   scenes::Scene scene;
@@ -37,18 +38,36 @@ struct ViewRun {
 };
 
 struct ViewOptions {
-  /// Has a scene on Bullet be heard as its host is told of it without Carom: each collision at the
-  /// end of its step, with the impulse that was applied; pulses as they fall on the samples, and
-  /// radiation as that of a point.
-  bool asTold = false;
+  /// Returns when (s) an event of the mechanics is heard; empty: at its own time.
+  std::function<double(const ImpulseEvent&)> heardAt = {};
   std::function<void(double share)> progress = {};
   Progress analysis = {};  ///< of modes and recoils
   scenes::RunGuard* guard = nullptr;
 };
 
-/// Runs a scene on its stepper, and keeps what it tells. Errors: those of the stepper and of
-/// soundBodies, and a run that the guard ends.
+/// The mechanics of a run, as a stepper tells it: all that any sound of it needs.
+struct ViewTape {
+  std::string stepper;  ///< as in ViewRun
+  bool keepsOrder = false;
+  double deformationStep = 0.0;  ///< s, see SceneStepper::hearDeformations
+  std::vector<audio::RunPortion> portions;
+};
+
+/// Runs a scene on its stepper, and keeps what it tells. Errors: those of the stepper, and a run
+/// that the guard ends.
+Result<ViewTape> recordView(const scenes::Scene& scene, const ViewOptions& options = {});
+/// Returns a tape with a scene's sound: of the one that was run, or of one that differs in its
+/// sound only. Errors: those of soundBodies.
+Result<ViewRun> viewTape(const scenes::Scene& scene, ViewTape tape,
+                         const ViewOptions& options = {});
+/// Does both.
 Result<ViewRun> viewScene(const scenes::Scene& scene, const ViewOptions& options = {});
+
+/// Has a scene on Bullet be heard as its host is told of it without Carom: with the impulses that
+/// were applied, pulses as they fall on the samples, and radiation as that of a point.
+void hearAsTold(scenes::Scene& scene);
+/// Returns the end of the step, of so many s, in which an event is: when Bullet tells it.
+double endOfStep(const ImpulseEvent& event, double step);
 
 /// Reads a run that was recorded, of any kind: by `carom record`, or by a host. With `confined`,
 /// files that its scene names have to be below its folder.

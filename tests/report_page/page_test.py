@@ -56,7 +56,7 @@ class Page(html.parser.HTMLParser):
     def look_for_network(self, tag, at):
         for name in ("src", "href", "srcset", "data", "poster", "action", "background"):
             value = at.get(name) or ""
-            if value and not value.startswith(("data:", "#")):
+            if value and not value.startswith(("data:", "#", "view_")):  # view_: the pages beside it
                 self.reaching.append(f"<{tag} {name}={value[:80]!r}>")
         self.reaching += [f"<{tag} {name}> (a handler in an attribute)" for name in at if name.startswith("on")]
 

@@ -1,4 +1,4 @@
-#include "lab/view/packed_text.h"
+#include "lab/page/packed_text.h"
 
 #include <array>
 #include <cstddef>

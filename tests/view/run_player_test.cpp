@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "lab/report/report.h"
 #include "lab/view/view_run.h"
 #include <gtest/gtest.h>
 
@@ -350,6 +351,31 @@ TEST(EncodedRuns, ThatAreDamagedAreRefusedOrPlayed) {
     if (player) played(*player, 4800);
   }
   EXPECT_GT(refused, 0u);
+}
+
+TEST(ShownVariants, SoundAsTheReportHasMeasuredThem) {
+  const Scene scene = sceneOf("two_balls", 1.0);
+  std::map<std::string, ViewRun> shown;
+  ReportOptions options;
+  options.runs = 1;
+  options.show = [&shown](const ViewRun& view) -> Result<bool> {
+    shown.emplace(view.id, view);
+    return true;
+  };
+  const Result<SceneReport> report = reportScene(scene, options);
+  ASSERT_TRUE(report) << report.error().message;
+  ASSERT_EQ(report->shown.size(), report->variants.size());
+  ASSERT_EQ(shown.size(), report->variants.size());
+  ASSERT_GT(shown.size(), 20u);
+  for (const VariantReport& variant : report->variants) {
+    const ViewRun& view = shown.at(variant.choice.id);
+    EXPECT_EQ(view.label, variant.choice.label);
+    RunPlayer player = playerOf(view.run, scene.sampleRate);
+    player.follow(0);
+    ASSERT_TRUE(player.seek({}));
+    const Planes planes = played(player, variant.signal.front().size());
+    EXPECT_LT(difference(planes, variant.signal), -120.0) << variant.choice.id;
+  }
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "audio/io/byte_file.h"
 #include "scenes/format/scene_loader.h"
 #include "scenes/recording/recorded_run.h"
 #include "tests/support/temporary_folder.h"
@@ -66,7 +67,10 @@ TEST(ViewRuns, AsToldAreAtTheEndsOfSteps) {
   scene->stepper.type = StepperType::bullet;
   scene->stepper.step = 1.0 / 60.0;
   const Result<ViewRun> exact = viewScene(*scene);
-  const Result<ViewRun> told = viewScene(*scene, {.asTold = true});
+  hearAsTold(*scene);
+  const double step = scene->stepper.step;
+  const Result<ViewRun> told = viewScene(
+      *scene, {.heardAt = [step](const ImpulseEvent& event) { return endOfStep(event, step); }});
   ASSERT_TRUE(exact && told);
   const auto order = eventsInOrder(told->run);
   ASSERT_FALSE(order.empty());
@@ -116,22 +120,68 @@ TEST(ViewRuns, ThatWereRecordedAreThoseOfTheirScenes) {
   }
 }
 
-TEST(ViewPages, AreRefusedOnesTemplate) {
-  const TemporaryFolder folder;
-  const Result<Scene> scene = loadScene(fileOf("two_balls"));
-  ASSERT_TRUE(scene);
-  Result<ViewRun> view = viewScene(*scene);
-  ASSERT_TRUE(view);
-  ViewPage page;
-  page.title = "two";
-  page.runs.push_back(*std::move(view));
-  std::ofstream(folder / "wrong.html") << "<html></html>";
-  const auto refused = writeViewPage(page, folder / "wrong.html", folder / "page.html");
+class ViewPages : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::ofstream(folder_ / "right.html") << "<html><!-- carom: runs --></html>";
+    std::ofstream(folder_ / "wrong.html") << "<html></html>";
+    const Result<Scene> scene = loadScene(fileOf("two_balls"));
+    ASSERT_TRUE(scene);
+    Result<ViewRun> view = viewScene(*scene);
+    ASSERT_TRUE(view);
+    view_ = *std::move(view);
+  }
+  ViewPage page() const {
+    Result<ViewPage> page = ViewPage::create(folder_ / "right.html", "two");
+    EXPECT_TRUE(page);
+    return *std::move(page);
+  }
+
+  const TemporaryFolder folder_;
+  ViewRun view_;
+};
+
+TEST_F(ViewPages, AreRefusedOnesTemplate) {
+  const auto refused = ViewPage::create(folder_ / "wrong.html", "two");
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().message, HasSubstr("no template"));
-  EXPECT_FALSE(std::filesystem::exists(folder / "page.html"));
-  EXPECT_FALSE(findTemplate("", {folder / "nowhere"}));
-  EXPECT_FALSE(findTemplate(folder / "missing.html", {}));
+  EXPECT_FALSE(findTemplate("", {folder_ / "nowhere"}));
+  EXPECT_FALSE(findTemplate(folder_ / "missing.html", {}));
+}
+
+TEST_F(ViewPages, HoldOnceWhatRunsShare) {
+  ViewPage one = page();
+  ASSERT_TRUE(one.add(view_));
+  ViewPage three = page();
+  for (const char* const id : {"a", "b", "c"}) {
+    view_.id = id;
+    ASSERT_TRUE(three.add(view_));
+  }
+  EXPECT_EQ(three.runs(), 3u);
+  EXPECT_LT(three.bytes(), one.bytes() + 10'000);
+  const Result<ViewReport> written = three.write(folder_ / "page.html");
+  ASSERT_TRUE(written);
+  EXPECT_EQ(written->bytes, std::filesystem::file_size(folder_ / "page.html"));
+  EXPECT_GE(three.bytes(), written->bytes);
+  EXPECT_LT(three.bytes(), written->bytes + 2'000);
+}
+
+TEST_F(ViewPages, LeaveOutARunThatWouldBeTooMuch) {
+  ViewPage alone = page();
+  ASSERT_TRUE(alone.add(view_));
+  ASSERT_TRUE(alone.write(folder_ / "alone.html"));
+  ViewPage full = page();
+  ASSERT_TRUE(*full.add(view_));
+  ViewRun other = view_;
+  for (RunPortion& portion : other.run.portions)
+    for (ImpulseEvent& event : portion.events)
+      event.time += 1e-3;
+  EXPECT_FALSE(*full.add(other, full.bytes() + 100));
+  EXPECT_EQ(full.runs(), 1u);
+  ASSERT_TRUE(full.write(folder_ / "full.html"));
+  EXPECT_EQ(*readBytes(folder_ / "full.html"), *readBytes(folder_ / "alone.html"));
+  EXPECT_TRUE(*full.add(other));
+  EXPECT_EQ(full.runs(), 2u);
 }
 
 }  // namespace

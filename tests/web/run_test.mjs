@@ -42,7 +42,7 @@ function runOfPage() {
   const page = readFileSync(fileIn('page.html'), 'latin1');
   const inside = (id) => new RegExp(`id="${id}">([^<]*)<`).exec(page)[1];
   const manifest = JSON.parse(inside('carom-page'));
-  return gunzipSync(Buffer.from(inside(`carom-blob-${manifest.runs[0].sound}`), 'base64'));
+  return Buffer.concat(manifest.runs[0].sound.map((blob) => gunzipSync(Buffer.from(inside(`carom-blob-${blob}`), 'base64'))));
 }
 
 class Player {

@@ -23,6 +23,7 @@ export function caromOf(opened) {
     get playing() { return view().player.playing; },
     get late() { return view().sound.late; },
     get sounds() { return view().sound.renders && view().player.run.hasSound; },
+    get runs() { return view().player.runs.map(({id, label}) => ({id, label})); },
     get run() { return view().player.runIndex; },
     set run(index) { view().player.setRun(index); },
     get speed() { return view().player.speed; },

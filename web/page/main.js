@@ -1,5 +1,6 @@
 // The page of a run: reads what is in it, and joins picture, sound, time line and sheets. docs/view.md describes it.
 import {Blobs, readManifest} from './run/blobs.js';
+import {chosenRuns, chosenTime} from './run/choice.js';
 import {readRun} from './run/data.js';
 import {Player} from './run/player.js';
 import {Ear} from './sound/ear.js';
@@ -34,7 +35,7 @@ async function open() {
   const blobs = new Blobs();
   const head = () => blobs.get(manifest.head);
   const stage = makeStage();
-  const runs = await Promise.all(manifest.runs.map((run, index) => readRun(run, index, blobs)));
+  const runs = await Promise.all(chosenRuns(manifest).map((run, index) => readRun(run, index, blobs)));
   const sound = new Sound(), ear = new Ear();
   const prepared = sound.prepare(runs);
   const player = new Player(runs, sound, ear, head);
@@ -42,6 +43,7 @@ async function open() {
   const bar = new Bar(player, sound, ear);
   const view = new View({manifest, runs, stage, sound, ear, player, bar, hasHead: manifest.head !== undefined && manifest.head !== null});
   view.begin();
+  if (chosenTime()) player.seek(chosenTime());
   await prepared;
   sound.gain = startVolume(runs[0], ear.pose);
   view.gain = sound.gain;

@@ -1,4 +1,5 @@
 // The page as a whole: what is shown, selected and heard, and what keys do.
+import {otherRuns} from './run/choice.js';
 import {namesOf} from './run/data.js';
 import {Keys} from './text/keys.js';
 import {Mixer} from './text/mixer.js';
@@ -76,11 +77,11 @@ export class View {
   }
 
   #offerRuns() {
-    const runs = byId('runs');
-    runs.hidden = this.runs.length < 2;
-    if (runs.hidden) return;
+    const runs = byId('runs'), others = otherRuns(this.manifest, this.runs, this.player);
+    byId('choice').hidden = this.runs.length < 2 && !others;
+    if (others) runs.after(others);
     runs.replaceChildren(...this.runs.map((run, index) => make('button', {type: 'button', role: 'radio', 'aria-checked': 'false', onclick: () => this.player.setRun(index),
-      title: `${run.description ?? run.label} (${index + 1})`}, run.label)));
+      title: `${run.label} (${index + 1})`}, run.label)));
     runs.addEventListener('keydown', (event) => {
       const way = {ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1}[event.key];
       if (!way) return;

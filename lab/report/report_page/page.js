@@ -649,8 +649,24 @@ function drawPanes(view) {
   if (!same) view.panes.push(makePane(view, view.selected, 'Selected'));
   const other = same ? make('p', {class: 'note'}, 'The selected variant is the reference itself. Pick another one in the plot or in the table.') : view.panes[1].box;
   view.pair.replaceChildren(view.panes[0].box, other);
+  drawPlayerLink(view);
   view.switchButton.disabled = same || !view.panes.every((pane) => pane.player);
   redrawPanes(view);
+}
+
+/** The address of the page in which these variants are seen and heard; null if one of them is not in it. */
+function playerAddress(view, ids) {
+  const shown = view.scene.shown || [];
+  if (!view.scene.page || !ids.every((id) => shown.includes(id))) return null;
+  return `${encodeURIComponent(view.scene.page)}#runs=${ids.map(encodeURIComponent).join(',')}`;
+}
+
+function drawPlayerLink(view) {
+  const ids = [...new Set([view.reference.id, view.selected.id])];
+  const address = playerAddress(view, ids);
+  const words = ids.length > 1 ? 'See and hear both in the player' : 'See and hear it in the player';
+  const reason = view.scene.page ? 'The player’s page was full before this variant.' : 'This report was made without the player.';
+  view.playerLink.replaceChildren(address ? make('a', {class: 'button', href: address, target: '_blank', rel: 'noopener'}, words) : make('span', {class: 'hint'}, reason));
 }
 
 function redrawPanes(view) {
@@ -838,6 +854,7 @@ function makeView(scene, media) {
   view.card = make('div', {class: 'card', 'aria-live': 'polite'});
   view.pair = make('div', {class: 'pair'});
   view.switchButton = make('button', {type: 'button', class: 'button', click: () => switchPlayers(view)}, 'Play, then switch A/B');
+  view.playerLink = make('span', {class: 'player'});
   view.scaleBar = make('span', {class: 'scale'});
   view.bandCanvas = make('canvas', {role: 'img'});
   view.bandBox = make('div', {class: 'bands'}, view.bandCanvas);
@@ -853,7 +870,7 @@ function assemble(view) {
     make('h3', {}, 'Error against run time'), makeControls(view), view.measureNote,
     make('div', {class: 'trade'}, make('div', {}, view.plotBox, view.beneath), view.card),
     make('h3', {}, 'Heard and seen'), view.pair,
-    make('div', {class: 'listen'}, view.switchButton, make('span', {class: 'hint'}, 'Each press goes to the other sound at the same moment. A click in a picture goes there.'), view.scaleBar),
+    make('div', {class: 'listen'}, view.switchButton, view.playerLink, make('span', {class: 'hint'}, 'Each press goes to the other sound at the same moment. A click in a picture goes there.'), view.scaleBar),
     make('h3', {}, 'Third-octave levels'), view.bandNote, view.bandBox,
     make('h3', {}, 'All variants'), makeTable(view));
   return view.section;

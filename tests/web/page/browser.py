@@ -102,7 +102,11 @@ class Browser:
                 return answer["result"]
 
     def open(self, page):
-        self.call("Page.navigate", url=page.resolve().as_uri())
+        self.open_address(page.resolve().as_uri())
+
+    def open_address(self, address):
+        self.events = [event for event in self.events if event != "Page.loadEventFired"]
+        self.call("Page.navigate", url=address)
         deadline = time.monotonic() + self.seconds
         while "Page.loadEventFired" not in self.events:
             self._receive(deadline)

@@ -28,6 +28,18 @@ export class Blobs {
     if (!this.#known.has(number)) this.#known.set(number, unpack(`carom-blob-${number}`));
     return this.#known.get(number);
   }
+  /// The bytes of several blobs, one after the other; null if there are none.
+  async joined(numbers) {
+    if (numbers === undefined || numbers === null) return null;
+    const parts = await Promise.all([numbers].flat().map((number) => this.get(number)));
+    if (parts.length === 1) return parts[0];
+    const bytes = new Uint8Array(parts.reduce((size, part) => size + part.length, 0));
+    parts.reduce((at, part) => {
+      bytes.set(part, at);
+      return at + part.length;
+    }, 0);
+    return bytes;
+  }
 }
 
 /// The manifest; throws a sentence for the reader if the page has none, or one of another format.

@@ -141,7 +141,7 @@ export async function readRun(run, index, blobs) {
     tracks: new Tracks(bodies, tableOf(poses, kPoseWidth, Float32Array)), byId: new Map(bodies.map((body) => [body.id, body])),
     jello: run.jello && jello ? readJello(run.jello, jello) : null, listeners: await readListeners(run.listeners, blobs),
     links: run.links ?? [], gravity: run.gravity ?? [0, -9.81, 0],
-    soundBytes: () => blobs.get(run.sound), hasSound: run.sound !== undefined && run.sound !== null,
+    soundBytes: () => blobs.joined(run.sound), hasSound: run.sound !== undefined && run.sound !== null,
   };
 }
 

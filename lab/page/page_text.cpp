@@ -1,4 +1,4 @@
-#include "lab/report/page_text.h"
+#include "lab/page/page_text.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,0 +1,39 @@
+// Which runs of a page are shown: those that its address asks for, "#runs=exact,as_told", by their ids.
+// A page of many runs, such as that of a report, would take long to unpack, so it shows two at a time.
+import {make} from '../text/dom.js';
+
+const kMost = 4;  // runs that are shown where the address asks for none
+
+function parametersOf(hash) {
+  return new URLSearchParams(hash.replace(/^#/, ''));
+}
+
+/// The manifest's runs that are to be shown, in the order of the address.
+export function chosenRuns(manifest, hash = location.hash) {
+  const wanted = (parametersOf(hash).get('runs') ?? '').split(',');
+  const chosen = wanted.map((id) => manifest.runs.find((run) => run.id === id)).filter(Boolean);
+  if (chosen.length) return [...new Set(chosen)];
+  return manifest.runs.length > kMost ? manifest.runs.slice(0, 2) : manifest.runs;
+}
+
+/// The time at which the address has the page begin, in s.
+export function chosenTime(hash = location.hash) {
+  const time = Number(parametersOf(hash).get('t'));
+  return Number.isFinite(time) && time > 0 ? time : 0;
+}
+
+/// A list of the runs that are not shown, to put one in the place of the run that is heard; null if all are.
+export function otherRuns(manifest, runs, player) {
+  const shown = runs.map((run) => run.id);
+  const others = manifest.runs.filter((run) => !shown.includes(run.id));
+  if (!others.length) return null;
+  const list = make('select', {id: 'other-runs', 'aria-label': 'Another run in the place of this one', title: 'Another run in the place of this one'},
+      make('option', {value: ''}, 'Other…'), ...others.map((run) => make('option', {value: run.id}, run.label)));
+  list.addEventListener('change', () => {
+    if (!list.value) return;
+    const ids = shown.map((id, index) => (index === player.runIndex ? list.value : id));
+    location.hash = `runs=${ids.join(',')}&t=${player.time.toFixed(4)}`;
+    location.reload();
+  });
+  return list;
+}
