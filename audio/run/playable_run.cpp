@@ -12,7 +12,8 @@
 namespace carom::audio {
 namespace {
 
-constexpr std::uint32_t kRunBytesMagic = 0x6E757263;  // "crun"
+constexpr std::uint32_t kRunBytesMagic = 0x6E757263;   // "crun"
+constexpr std::uint32_t kMoreBytesMagic = 0x726F6D63;  // "cmor"
 
 struct EncodedBodies {
   std::uint64_t portion = 0;
@@ -38,31 +39,49 @@ void codeBytes(auto& archive, auto& bytes) {
   }
 }
 
-void codeRun(auto& archive, auto& run) {
-  archive.number(run.magic);
-  archive.flag(run.keepsOrder);
-  archive.number(run.deformationStep);
-  codeBytes(archive, run.world);
-  archive.count(run.bodies, 2 * sizeof(std::uint64_t));
-  for (auto& bodies : run.bodies) {
+void codeBodies(auto& archive, auto& list) {
+  archive.count(list, 2 * sizeof(std::uint64_t));
+  for (auto& bodies : list) {
     archive.number(bodies.portion);
     codeBytes(archive, bodies.records);
   }
 }
 
-/// Decodes bodies, of which each has to be one of the world's.
-Status takeBodies(const EncodedRun& encoded, PlayableRun& run) {
+void codeRun(auto& archive, auto& run) {
+  archive.number(run.magic);
+  archive.flag(run.keepsOrder);
+  archive.number(run.deformationStep);
+  codeBytes(archive, run.world);
+  codeBodies(archive, run.bodies);
+}
+
+/// Encodes bodies, with what they share once.
+Result<std::vector<EncodedBodies>> encodedBodies(const std::vector<PlayableRun::Bodies>& list) {
+  HostEncoder encoder;
+  std::vector<EncodedBodies> encoded;
+  for (const PlayableRun::Bodies& bodies : list) {
+    EncodedBodies& records = encoded.emplace_back(EncodedBodies{bodies.portion, {}});
+    for (const HostBody& body : bodies.bodies)
+      if (Status added = encoder.add(body, records.records); !added) return added.error();
+  }
+  return encoded;
+}
+
+/// Decodes bodies, of which each has to be one of so many.
+Result<std::vector<PlayableRun::Bodies>> decodedBodies(const std::vector<EncodedBodies>& encoded,
+                                                       std::uint32_t mostBodies) {
   HostDecoder decoder;
-  for (const EncodedBodies& bodies : encoded.bodies) {
+  std::vector<PlayableRun::Bodies> list;
+  for (const EncodedBodies& bodies : encoded) {
     Result<std::vector<HostBody>> taken = decoder.take(bodies.records);
     if (!taken) return taken.error();
-    const auto isStrange = [&run](const HostBody& body) { return body.id >= run.world.bodies; };
+    const auto isStrange = [mostBodies](const HostBody& body) { return body.id >= mostBodies; };
     if (std::ranges::any_of(*taken, isStrange)) return Error{"has a body with too high a number"};
-    if (!run.bodies.empty() && run.bodies.back().portion > bodies.portion)
+    if (!list.empty() && list.back().portion > bodies.portion)
       return Error{"has bodies that are not in order"};
-    run.bodies.push_back({bodies.portion, *std::move(taken)});
+    list.push_back({bodies.portion, *std::move(taken)});
   }
-  return std::monostate{};
+  return list;
 }
 
 }  // namespace
@@ -83,12 +102,9 @@ std::vector<EventPlace> eventsInOrder(const PlayableRun& run) {
 Result<EncodedRunParts> encodedRunParts(const PlayableRun& run) {
   EncodedRun encoded;
   encoded.world = encodedWorld(run.world);
-  HostEncoder encoder;
-  for (const PlayableRun::Bodies& bodies : run.bodies) {
-    EncodedBodies& records = encoded.bodies.emplace_back(EncodedBodies{bodies.portion, {}});
-    for (const HostBody& body : bodies.bodies)
-      if (Status added = encoder.add(body, records.records); !added) return added.error();
-  }
+  Result<std::vector<EncodedBodies>> bodies = encodedBodies(run.bodies);
+  if (!bodies) return bodies.error();
+  encoded.bodies = *std::move(bodies);
   encoded.keepsOrder = run.keepsOrder;
   encoded.deformationStep = run.deformationStep;
   const std::vector<std::byte> portions = encodedPortions(run.portions);
@@ -126,12 +142,49 @@ Result<PlayableRun> decodedRun(std::span<const std::byte> bytes) {
   run.world = *std::move(world);
   run.keepsOrder = encoded.keepsOrder;
   run.deformationStep = encoded.deformationStep;
-  if (Status taken = takeBodies(encoded, run); !taken) return taken.error();
+  Result<std::vector<PlayableRun::Bodies>> bodies = decodedBodies(encoded.bodies, run.world.bodies);
+  if (!bodies) return bodies.error();
+  run.bodies = *std::move(bodies);
   Result<std::vector<RunPortion>> portions =
       decodedPortions(told, {.bodies = run.world.bodies, .points = 0});
   if (!portions) return portions.error();
   run.portions = *std::move(portions);
   return run;
+}
+
+Result<std::vector<std::byte>> encodedMore(const RunMore& more) {
+  const Result<std::vector<EncodedBodies>> bodies = encodedBodies(more.bodies);
+  if (!bodies) return bodies.error();
+  const std::vector<std::byte> portions = encodedPortions(more.portions);
+  std::vector<std::byte> bytes;
+  FieldWriter writer(bytes);
+  std::uint32_t magic = kMoreBytesMagic;
+  writer.number(magic);
+  codeBodies(writer, *bodies);
+  codeBytes(writer, portions);
+  return bytes;
+}
+
+Result<RunMore> decodedMore(std::span<const std::byte> bytes, std::uint32_t mostBodies) {
+  FieldReader reader(bytes, 0);
+  std::uint32_t magic = 0;
+  std::vector<EncodedBodies> encoded;
+  std::vector<std::byte> told;
+  reader.number(magic);
+  codeBodies(reader, encoded);
+  codeBytes(reader, told);
+  reader.end();
+  if (!reader.fault().empty()) return Error{reader.fault()};
+  if (magic != kMoreBytesMagic) return Error{"does not begin as what comes to a run does"};
+  RunMore more;
+  Result<std::vector<PlayableRun::Bodies>> bodies = decodedBodies(encoded, mostBodies);
+  if (!bodies) return bodies.error();
+  more.bodies = *std::move(bodies);
+  Result<std::vector<RunPortion>> portions =
+      decodedPortions(told, {.bodies = mostBodies, .points = 0});
+  if (!portions) return portions.error();
+  more.portions = *std::move(portions);
+  return more;
 }
 
 }  // namespace carom::audio

@@ -51,4 +51,14 @@ Result<EncodedRunParts> encodedRunParts(const PlayableRun& run);
 /// no run has. Never throws for bad input but for lack of memory. [any thread]
 Result<PlayableRun> decodedRun(std::span<const std::byte> bytes);
 
+/// What comes to a run that goes on.
+struct RunMore {
+  std::vector<PlayableRun::Bodies> bodies;  ///< by the indices that portions will have
+  std::vector<RunPortion> portions;         ///< without pictures
+};
+/// Returns it as bytes, and what such bytes are, as encodedRun and decodedRun do. A body that is
+/// not one of `mostBodies` is refused. [any thread]
+Result<std::vector<std::byte>> encodedMore(const RunMore& more);
+Result<RunMore> decodedMore(std::span<const std::byte> bytes, std::uint32_t mostBodies);
+
 }  // namespace carom::audio

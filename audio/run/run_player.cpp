@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 namespace carom::audio {
@@ -26,16 +27,40 @@ bool isOfOne(const ImpulseEvent& event, const ImpulseEvent& share) {
 
 RunPlayer::RunPlayer(PlayableRun run, double sampleRate)
     : run_(std::move(run)), sampleRate_(sampleRate), isMuted_(run_.world.bodies) {
+  run_.world.synth.sampleRate = sampleRate;
+  ear_.position = run_.world.listeners.front().position;
+  ear_.orientation = run_.world.listeners.front().orientation;
+  placed_ = ear_;
+}
+
+/// Brings the order of events up to date.
+void RunPlayer::orderEvents() {
+  if (isOrdered_) return;
+  isOrdered_ = true;
+  firstEvents_.clear();
   std::size_t events = 0;
   for (const RunPortion& portion : run_.portions) {
     firstEvents_.push_back(events);
     events += portion.events.size();
   }
   order_ = eventsInOrder(run_);
-  run_.world.synth.sampleRate = sampleRate;
-  ear_.position = run_.world.listeners.front().position;
-  ear_.orientation = run_.world.listeners.front().orientation;
-  placed_ = ear_;
+}
+
+Status RunPlayer::append(RunMore more) {
+  for (const PlayableRun::Bodies& bodies : more.bodies)
+    for (const HostBody& body : bodies.bodies)
+      if (body.id >= run_.world.bodies) return Error{"the run has no room for another body"};
+  isOrdered_ = false;
+  std::ranges::move(more.bodies, std::back_inserter(run_.bodies));
+  std::ranges::move(more.portions, std::back_inserter(run_.portions));
+  return std::monostate{};
+}
+
+void RunPlayer::cut(std::size_t portions) {
+  isOrdered_ = false;
+  run_.portions.resize(std::min(portions, run_.portions.size()));
+  std::erase_if(run_.bodies,
+                [portions](const PlayableRun::Bodies& added) { return added.portion > portions; });
 }
 
 Result<RunPlayer> RunPlayer::create(PlayableRun run, double sampleRate) {
@@ -125,6 +150,7 @@ Status RunPlayer::seek(const Start& start) {
   if (!(start.speed >= kSlowest && start.speed <= kFastest)) return Error{"no such speed"};
   if (!std::isfinite(start.time) || !(start.prelude >= 0.0 && start.prelude < 1e6))
     return Error{"no such time"};
+  orderEvents();
   if (only_ && *only_ >= order_.size()) return Error{"the run has no such event"};
   start_ = start;
   placed_ = ear_;
@@ -324,7 +350,7 @@ void RunPlayer::runAhead(double heard) {
       take(next_++);
     if (settled_ < target) scheduleSettled();
   }
-  if (next_ == run_.portions.size()) settled_ = std::numeric_limits<double>::infinity();
+  if (next_ == run_.portions.size() && !isOpen_) settled_ = std::numeric_limits<double>::infinity();
   scheduleSettled();
 }
 
@@ -375,6 +401,7 @@ Result<std::vector<RunPlayer::EventMeasure>> RunPlayer::measureEvents() {
   followed_ = followed;
   if (!chosen) return chosen.error();
   start_ = {};
+  orderEvents();
   if (Status made = makeSynth(); !made) return made.error();
   std::vector<EventMeasure> measures(order_.size());
   std::vector<std::pair<std::size_t, std::size_t>> rows;  // number and row

@@ -39,6 +39,18 @@ class RunPlayer {
   static Result<RunPlayer> create(PlayableRun run, double sampleRate);
 
   const PlayableRun& run() const { return run_; }
+
+  /// Has the run go on: it has no end until its duration, and portions are still to come. To be
+  /// called before the first seek that plays such a run; without it, all is known.
+  void setOpen(bool isOpen) { isOpen_ = isOpen; }
+  /// Adds what has come. A sound that plays goes on into it, if it comes early enough: kLookahead
+  /// and the time of a block before. Refuses bodies that the run has no room for.
+  Status append(RunMore more);
+  /// Takes back all portions from one on, and the bodies that came with them. A seek is needed.
+  void cut(std::size_t portions);
+  /// s of the run: all before it is known.
+  double known() const { return run_.portions.empty() ? 0.0 : run_.portions.back().settledTime; }
+
   /// Sets the head of all binaural ears and listeners, at the player's rate.
   void setHead(std::shared_ptr<const HrtfSet> head) { head_ = std::move(head); }
   /// Sets the format of the ear. A binaural one needs a head.
@@ -97,6 +109,7 @@ class RunPlayer {
   Status makeSynth();
   Status followPath(std::size_t listener);
   void tellEar();
+  void orderEvents();
   double voiceBegin(double time) const;
   void addStates(const RunPortion& portion);
   void setBodies(const PlayableRun::Bodies& bodies);
@@ -118,6 +131,8 @@ class RunPlayer {
   double sampleRate_;
   std::vector<std::size_t> firstEvents_;  // of each portion: the number of events before it
   std::vector<EventPlace> order_;
+  bool isOrdered_ = false;  // order_ is that of the run
+  bool isOpen_ = false;
   std::shared_ptr<const HrtfSet> head_;
   ListenerFormat format_ = ListenerFormat::mono;
   std::optional<std::size_t> followed_;

@@ -39,7 +39,7 @@ class ViewPage {
   ~ViewPage();
 
   /// Sets the head of binaural ears, without which there are none. Refuses what cannot be packed.
-  Status setHead(const audio::HrtfMeasurements& head);
+  Status setHead(const HrtfMeasurements& head);
 
   /// Adds a run, unless the page has more than `most` bytes with it: returns whether it was added.
   /// Refuses a model that cannot be encoded.

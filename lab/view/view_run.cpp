@@ -29,18 +29,7 @@ constexpr std::size_t kLongestGap = 64;
 ViewRun emptyRun(const Scene& scene, double deformationStep) {
   ViewRun view;
   view.scene = scene;
-  HostWorld& world = view.run.world;
-  world.synth = scene.sound;
-  world.synth.sampleRate = scene.sampleRate;
-  world.synth.medium = scene.medium;
-  world.synth.stems = false;
-  world.listeners = scene.listeners;
-  world.paths.resize(scene.listeners.size());
-  for (const ListenerPath& path : scene.paths)
-    world.paths[path.listener] = path.poses;
-  world.hasOwnHeads = !scene.headFiles.empty();
-  world.duration = scene.duration;
-  world.bodies = static_cast<std::uint32_t>(scene.bodies.size());
+  view.run.world = hostWorldOf(scene);
   view.run.deformationStep = deformationStep;
   return view;
 }

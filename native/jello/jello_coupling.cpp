@@ -64,6 +64,11 @@ Status JelloCoupling::advance() {
   return std::monostate{};
 }
 
+void JelloCoupling::pushSphere(std::size_t sphere, const Vec3& velocityChange) {
+  spheres_.push(sphere, jello_.world().balls[sphere].mass * velocityChange);
+  placeBalls();
+}
+
 /// Moves the jello's balls to the places of the spheres.
 void JelloCoupling::placeBalls() {
   for (std::size_t ball = 0; ball < touches_.size(); ++ball) {

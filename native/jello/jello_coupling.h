@@ -46,6 +46,12 @@ class JelloCoupling {
   /// Time in s before which all events have been returned.
   double settledTime() const;
 
+  /// Changes the velocity (m/s) of a point of the jello's lattice, or of a sphere.
+  void pushPoint(std::size_t point, const Vec3& velocityChange) {
+    jello_.push(point, velocityChange);
+  }
+  void pushSphere(std::size_t sphere, const Vec3& velocityChange);
+
   double time() const { return jello_.time(); }  ///< s
   const JelloStepper& jello() const { return jello_; }
   const SphereStepper& spheres() const { return spheres_; }

@@ -94,6 +94,11 @@ class JelloStepper {
   /// Sets place (m) and velocity (m/s) of a ball.
   void setBall(std::size_t ball, const Vec3& position, const Vec3& velocity);
 
+  /// Changes the velocity (m/s) of a point of the lattice.
+  void push(std::size_t point, const Vec3& velocityChange) {
+    put(3, point, at(3, point) + velocityChange);
+  }
+
   double time() const { return static_cast<double>(steps_) * step_; }  ///< s
   double step() const { return step_; }
   std::size_t steps() const { return steps_; }

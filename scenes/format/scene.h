@@ -26,11 +26,12 @@
 namespace carom::scenes {
 
 struct SphereShape {
-  double radius = 0.0;           ///< m
-  double mass = 0.0;             ///< kg
-  Vec3 position = Vec3::Zero();  ///< m, world frame, centre, at time 0
-  Vec3 velocity = Vec3::Zero();  ///< m/s, world frame, at time 0
-  Vec3 spin = Vec3::Zero();      ///< rad/s, world frame, at time 0
+  double radius = 0.0;                  ///< m
+  double mass = 0.0;                    ///< kg
+  Vec3 position = Vec3::Zero();         ///< m, world frame, centre, at time 0
+  Vec3 velocity = Vec3::Zero();         ///< m/s, world frame, at time 0
+  Vec3 spin = Vec3::Zero();             ///< rad/s, world frame, at time 0
+  Quat orientation = Quat::Identity();  ///< body to world, at time 0, for pictures; in no file
 };
 
 /// Half-space { x : normal . x <= offset } that nothing can

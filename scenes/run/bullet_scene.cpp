@@ -219,7 +219,7 @@ std::unique_ptr<btRigidBody> BulletScene::makeSphere(const SceneBody& body,
   shape->calculateLocalInertia(toBullet(sphere.mass), inertia);
   btRigidBody::btRigidBodyConstructionInfo info(toBullet(sphere.mass), nullptr, shape.get(),
                                                 inertia);
-  info.m_startWorldTransform.setOrigin(toBullet(sphere.position));
+  info.m_startWorldTransform = toBullet(sphere.orientation, sphere.position);
   auto rigid = std::make_unique<SurfaceBody>(info, body, table());
   rigid->setLinearVelocity(toBullet(sphere.velocity));
   rigid->setAngularVelocity(toBullet(sphere.spin));

@@ -40,6 +40,7 @@ class BulletScene {
 
   btDiscreteDynamicsWorld& world() { return world_; }
   const btRigidBody& body(std::size_t index) const { return *bodies_[index]; }
+  btRigidBody& body(std::size_t index) { return *bodies_[index]; }
 
   /// Orientation, body to world, of the frame in which the scene describes the body (SolidShape),
   /// if Bullet's own frame of the body has the orientation `bullet`. The two differ for a solid

@@ -20,6 +20,8 @@ namespace {
 
 /// States per sample of the sound that suffice: more than these are thinned out.
 constexpr double kMostStates = 8.0;
+/// Share of the jello's size within which a hand holds its points.
+constexpr double kReach = 0.3;
 
 /// Returns the volume of the resting box and of the air that moves with it, in the mean over
 /// directions, m^3.
@@ -173,6 +175,58 @@ void JelloSceneStepper::keepState() {
   states_.push_back({jello.volume(), jello.centre(), movedVolume_ / mass * jello.jelloMomentum()});
 }
 
+void JelloSceneStepper::putState(Scene& scene) const {
+  const JelloStepper& jello = coupling_.jello();
+  for (SceneBody& body : scene.bodies) {
+    auto* const shape = std::get_if<std::shared_ptr<const JelloShape>>(&body.shape);
+    if (shape == nullptr) continue;
+    auto moved = std::make_shared<JelloShape>(**shape);
+    for (std::size_t point = 0; point < jello.world().pointCount(); ++point) {
+      moved->positions[point] = jello.position(point);
+      moved->velocities[point] = jello.velocity(point);
+    }
+    // What has been chosen stays: a choice takes some tenths of a second.
+    moved->integrator = choice_.stepping.integrator;
+    moved->step = choice_.stepping.step;
+    *shape = std::move(moved);
+  }
+  for (std::size_t sphere = 0; sphere < spheres_.size(); ++sphere) {
+    const SphereState state = coupling_.spheres().state(sphere);
+    auto& shape = std::get<SphereShape>(scene.bodies[spheres_[sphere]].shape);
+    shape.position = state.position;
+    shape.velocity = state.velocity;
+    shape.spin = state.spin;
+  }
+}
+
+void JelloSceneStepper::push(BodyId body, const Vec3& velocityChange) {
+  for (std::size_t sphere = 0; sphere < spheres_.size(); ++sphere)
+    if (spheres_[sphere] == body) coupling_.pushSphere(sphere, velocityChange);
+  if (coupling_.jello().world().id != body) return;
+  for (std::size_t point = 0; point < coupling_.jello().world().pointCount(); ++point)
+    coupling_.pushPoint(point, velocityChange);
+}
+
+/// Draws the sphere, or the points of the jello about the one that is held, through one step.
+void JelloSceneStepper::draw() {
+  const JelloStepper& jello = coupling_.jello();
+  const double step = jello.step();
+  const Vec3& gravity = jello.world().gravity;
+  for (std::size_t sphere = 0; sphere < spheres_.size(); ++sphere) {
+    if (spheres_[sphere] != pull_->body) continue;
+    const SphereState state = coupling_.spheres().state(sphere);
+    coupling_.pushSphere(sphere, pullOf(*pull_, {state.position, state.velocity}, gravity, step));
+  }
+  if (jello.world().id != pull_->body || pull_->point >= jello.world().pointCount()) return;
+  const Vec3 held = jello.position(pull_->point);
+  const Vec3 change = pullOf(*pull_, {held, jello.velocity(pull_->point)}, gravity, step);
+  const double reach = kReach * jello.world().lattice.size.maxCoeff();
+  for (std::size_t point = 0; point < jello.world().pointCount(); ++point) {
+    const double share = 1.0 - (jello.position(point) - held).norm() / reach;
+    if (share > 0.0) coupling_.pushPoint(point, share * change);
+  }
+}
+
 std::span<const ImpulseEvent> JelloSceneStepper::advanceTo(double time) {
   events_.clear();
   if (coupling_.time() > 0.0) {  // the first ones are kept before the first call
@@ -182,6 +236,7 @@ std::span<const ImpulseEvent> JelloSceneStepper::advanceTo(double time) {
   }
   const std::clock_t begin = std::clock();
   while (failure_.empty() && coupling_.settledTime() < time && mayGoOn(coupling_.settledTime())) {
+    if (pull_) draw();
     if (const Status stepped = coupling_.advance(); !stepped) {
       failure_ = stepped.error().message;
       break;

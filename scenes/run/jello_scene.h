@@ -16,7 +16,7 @@ namespace carom::scenes {
 
 /// The native stepper of a scene with a jello: spheres among planes, and the jello in contact with
 /// both. [one thread]
-class JelloSceneStepper : public SceneStepper {
+class JelloSceneStepper : public LiveStepper {
  public:
   /// A callback that receives the state at time 0 and after each step.
   using Watch = std::function<void(const native::JelloCoupling&)>;
@@ -39,6 +39,11 @@ class JelloSceneStepper : public SceneStepper {
   std::span<const BodyPose> poses() const override { return poses_; }
   std::span<const JelloPicture> pictures() const override { return pictures_; }
 
+  double headTime() const override { return coupling_.time(); }
+  void putState(Scene& scene) const override;
+  void push(BodyId body, const Vec3& velocityChange) override;
+  void pull(const std::optional<Pull>& pull) override { pull_ = pull; }
+
   const native::JelloCoupling& coupling() const { return coupling_; }
   const native::JelloChoice& choice() const { return choice_; }
   double processorTime() const { return processorTime_; }  ///< s, of all threads, in advanceTo
@@ -49,8 +54,10 @@ class JelloSceneStepper : public SceneStepper {
   void look();
   void keepState();
   void keepPicture();
+  void draw();
 
   native::JelloCoupling coupling_;
+  std::optional<Pull> pull_;
   native::JelloChoice choice_;
   Watch watch_;
   double movedVolume_ = 0.0;  // m^3, of the jello and the air that moves with it; 0: no sound

@@ -228,6 +228,22 @@ Result<SceneSoundBodies> soundBodies(const Scene& scene, const Progress& progres
   return sounds;
 }
 
+HostWorld hostWorldOf(const Scene& scene) {
+  HostWorld world;
+  world.synth = scene.sound;
+  world.synth.sampleRate = scene.sampleRate;
+  world.synth.medium = scene.medium;
+  world.synth.stems = false;
+  world.listeners = scene.listeners;
+  world.paths.resize(scene.listeners.size());
+  for (const ListenerPath& path : scene.paths)
+    world.paths[path.listener] = path.poses;
+  world.hasOwnHeads = !scene.headFiles.empty();
+  world.duration = scene.duration;
+  world.bodies = static_cast<std::uint32_t>(scene.bodies.size());
+  return world;
+}
+
 std::size_t imageCount(const Scene& scene) {
   if (scene.sound.room.reflectors.empty()) return 0;
   const Result<std::vector<Image>> images = makeImages(scene.sound.room);

@@ -54,6 +54,10 @@ struct SceneSoundBodies {
 /// asks for, with `progress` told of these. An error names the body. [one thread]
 Result<SceneSoundBodies> soundBodies(const Scene& scene, const Progress& progress = {});
 
+/// Returns the settings with which a scene is heard, as those of a host: without its heads.
+/// [any thread]
+audio::HostWorld hostWorldOf(const Scene& scene);
+
 /// Longest travel time of sound through the air that is still heard, s; see firstEventTime.
 inline constexpr double kLongestWay = audio::DeformingVoice::kLongestWay;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -74,9 +75,10 @@ Quat turned(const Quat& orientation, const Vec3& spin, double seconds) {
   return (Quat(Eigen::AngleAxisd(angle, spin.normalized())) * orientation).normalized();
 }
 
-class NativeSceneStepper : public SceneStepper {
+class NativeSceneStepper : public LiveStepper {
  public:
-  NativeSceneStepper(const Scene& scene, SphereStepper stepper) : stepper_(std::move(stepper)) {
+  NativeSceneStepper(const Scene& scene, SphereStepper stepper)
+      : stepper_(std::move(stepper)), gravity_(scene.gravity) {
     const std::vector<BodyId> rings = movingRings(scene);
     const SphereWorld world = sphereWorld(scene);
     for (std::size_t sphere = 0; sphere < world.spheres.size(); ++sphere) {
@@ -84,6 +86,9 @@ class NativeSceneStepper : public SceneStepper {
       // A sphere that rings has the axes of the world, whatever its spin.
       const bool isRing = std::ranges::find(rings, id) != rings.end();
       all_.push_back({sphere, id, !isRing});
+      all_.back().orientation = std::get<SphereShape>(scene.bodies[id].shape).orientation;
+      all_.back().mass = world.spheres[sphere].mass;
+      all_.back().spin = world.spheres[sphere].friction.spin;
       if (isRing) followed_.push_back(all_.back());
     }
   }
@@ -108,6 +113,24 @@ class NativeSceneStepper : public SceneStepper {
   double settledTime() const override { return stepper_.time(); }
   std::uint64_t jammed() const override { return stepper_.counters().jammed; }
 
+  double headTime() const override { return stepper_.time(); }
+  void putState(Scene& scene) const override {
+    for (const FollowedSphere& one : followed_) {
+      auto& shape = std::get<SphereShape>(scene.bodies[one.id].shape);
+      const SphereState state = stepper_.state(one.sphere);
+      shape.position = state.position;
+      shape.velocity = state.velocity;
+      shape.spin = state.spin;
+      shape.orientation = one.orientation;
+    }
+    moveSurfaces(scene, stepper_.time());
+  }
+  void push(BodyId body, const Vec3& velocityChange) override {
+    for (const FollowedSphere& one : all_)
+      if (one.id == body) stepper_.push(one.sphere, one.mass * velocityChange);
+  }
+  void pull(const std::optional<Pull>& pull) override { pull_ = pull; }
+
  private:
   struct FollowedSphere {
     std::size_t sphere = 0;  // in SphereWorld::spheres
@@ -115,6 +138,7 @@ class NativeSceneStepper : public SceneStepper {
     bool isTurned = false;                // its orientation is followed too, for pictures
     Quat orientation = Quat::Identity();  // at the last pose
     Vec3 spin = Vec3::Zero();             // rad/s, at the last pose
+    double mass = 0.0;                    // kg
   };
 
   void keepPoses() {
@@ -128,9 +152,21 @@ class NativeSceneStepper : public SceneStepper {
       poses_.push_back({one.id, {instants_.next(), state.position, one.orientation}});
     }
     instants_.pass();
+    if (pull_) draw();
+  }
+
+  /// Draws the body that is pulled until the next poses.
+  void draw() {
+    for (const FollowedSphere& one : all_) {
+      if (one.id != pull_->body) continue;
+      const SphereState state = stepper_.state(one.sphere);
+      push(one.id, pullOf(*pull_, {state.position, state.velocity}, gravity_, kPoseStep));
+    }
   }
 
   SphereStepper stepper_;
+  Vec3 gravity_;
+  std::optional<Pull> pull_;
   std::vector<FollowedSphere> all_;
   std::vector<FollowedSphere> followed_;  // whose poses are kept
   PoseInstants instants_;
@@ -138,13 +174,14 @@ class NativeSceneStepper : public SceneStepper {
   std::vector<BodyPose> poses_;       // of the last advanceTo
 };
 
-class BulletSceneStepper : public SceneStepper {
+class BulletSceneStepper : public LiveStepper {
  public:
   BulletSceneStepper(std::unique_ptr<BulletScene> scene, BulletBridge bridge,
                      const Scene& described)
       : scene_(std::move(scene)),
         bridge_(std::move(bridge)),
         step_(described.stepper.step),
+        gravity_(described.gravity),
         bodies_(movingBodies(described)),
         followed_(movingRings(described)),
         stepsPerPose_(static_cast<std::int64_t>(std::ceil(kLeastPoseStep / step_))) {
@@ -156,6 +193,7 @@ class BulletSceneStepper : public SceneStepper {
     if (steps_ > 0) poses_.clear();  // the first ones are of the start
     while (bridge_.settledTime() < time &&
            mayGoOn(bridge_.settledTime())) {  // with blocks, a substep behind the clock
+      if (pull_) draw();
       scene_->world().stepSimulation(static_cast<btScalar>(step_), 0);
       if (++steps_ % stepsPerPose_ == 0) keepPoses();
     }
@@ -176,7 +214,41 @@ class BulletSceneStepper : public SceneStepper {
   }
   double settledTime() const override { return bridge_.settledTime(); }
 
+  double headTime() const override { return static_cast<double>(steps_) * step_; }
+  void putState(Scene& scene) const override {
+    for (const BodyId id : movingBodies(scene)) {
+      const btRigidBody& body = scene_->body(id);
+      const Vec3 position = fromBullet(body.getCenterOfMassPosition());
+      const Quat orientation =
+          scene_->orientation(id, fromBullet(body.getCenterOfMassTransform().getRotation()));
+      const auto put = [&](auto& shape) {
+        shape.position = position;
+        shape.orientation = orientation;
+        shape.velocity = fromBullet(body.getLinearVelocity());
+        shape.spin = fromBullet(body.getAngularVelocity());
+      };
+      if (auto* sphere = std::get_if<SphereShape>(&scene.bodies[id].shape)) put(*sphere);
+      if (auto* solid = std::get_if<SolidShape>(&scene.bodies[id].shape)) put(*solid);
+    }
+    moveSurfaces(scene, headTime());
+  }
+  void push(BodyId id, const Vec3& velocityChange) override {
+    btRigidBody& body = scene_->body(id);
+    if (body.getInvMass() <= 0) return;
+    body.activate(true);
+    body.setLinearVelocity(body.getLinearVelocity() + toBullet(velocityChange));
+  }
+  void pull(const std::optional<Pull>& pull) override { pull_ = pull; }
+
  private:
+  void draw() {
+    const btRigidBody& body = scene_->body(pull_->body);
+    push(pull_->body,
+         pullOf(*pull_,
+                {fromBullet(body.getCenterOfMassPosition()), fromBullet(body.getLinearVelocity())},
+                gravity_, step_));
+  }
+
   void keepPoses() {
     for (const BodyId id : followed_) {
       const btTransform& transform = scene_->body(id).getCenterOfMassTransform();
@@ -212,6 +284,8 @@ class BulletSceneStepper : public SceneStepper {
   std::vector<ContactState> contacts_;  // of the last advanceTo
   std::vector<ImpulseEvent> events_;    // of the last advanceTo, if turned
   double step_;
+  Vec3 gravity_;
+  std::optional<Pull> pull_;
   std::vector<BodyId> bodies_;
   std::vector<BodyId> followed_;  // whose poses are kept
   std::int64_t stepsPerPose_;
@@ -262,16 +336,40 @@ SphereWorld sphereWorld(const Scene& scene) {
   return world;
 }
 
+Vec3 pullOf(const Pull& pull, const BodyMotion& motion, const Vec3& gravity, double step) {
+  // By the implicit rule, which is stable for any step: v' = v + h (w^2 (p - x - h v') - 2 w v').
+  const double rate = pull.rate;
+  const Vec3 wanted = rate * rate * (pull.place - motion.position) * step + motion.velocity;
+  const Vec3 velocity = wanted / (1.0 + 2.0 * rate * step + rate * rate * step * step);
+  return velocity - motion.velocity - step * gravity;
+}
+
+void moveSurfaces(Scene& scene, double time) {
+  for (SceneBody& body : scene.bodies) {
+    if (auto* plane = std::get_if<PlaneShape>(&body.shape)) {
+      plane->offset += time * plane->velocity.dot(plane->normal);
+      plane->oscillation.phase += 2.0 * std::numbers::pi * plane->oscillation.frequency * time;
+    }
+    if (auto* block = std::get_if<BlockShape>(&body.shape)) block->centre += time * block->velocity;
+  }
+}
+
 Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene, RunGuard* guard) {
+  Result<std::unique_ptr<LiveStepper>> stepper = makeLiveStepper(scene, guard);
+  if (!stepper) return stepper.error();
+  return std::unique_ptr<SceneStepper>(*std::move(stepper));
+}
+
+Result<std::unique_ptr<LiveStepper>> makeLiveStepper(const Scene& scene, RunGuard* guard) {
   if (scene.stepper.type == StepperType::native && jelloOf(scene) != nullptr) {
     auto stepper = JelloSceneStepper::create(scene, {}, guard);
     if (!stepper) return stepper.error();
-    return std::unique_ptr<SceneStepper>(*std::move(stepper));
+    return std::unique_ptr<LiveStepper>(*std::move(stepper));
   }
   if (scene.stepper.type == StepperType::native) {
     Result<SphereStepper> stepper = nativeStepper(scene);
     if (!stepper) return stepper.error();
-    return std::unique_ptr<SceneStepper>(new NativeSceneStepper(scene, *std::move(stepper)));
+    return std::unique_ptr<LiveStepper>(new NativeSceneStepper(scene, *std::move(stepper)));
   }
   if (const Status valid = validateForBullet(scene); !valid)
     return Error{scene.name + ": " + valid.error().message};
@@ -284,7 +382,7 @@ Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene, RunGuard* 
   Result<BulletBridge> bridge = BulletBridge::attach(
       bulletScene->world(), {.restSpeed = scene.stepper.restSpeed, .delivery = delivery});
   if (!bridge) return Error{scene.name + ": " + bridge.error().message};
-  return std::unique_ptr<SceneStepper>(
+  return std::unique_ptr<LiveStepper>(
       new BulletSceneStepper(std::move(bulletScene), *std::move(bridge), scene));
 }
 

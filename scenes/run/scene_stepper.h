@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -105,10 +106,47 @@ class SceneStepper {
   RunGuard* guard_ = nullptr;
 };
 
+/// Where a body is, and how it moves there.
+struct BodyMotion {
+  Vec3 position = Vec3::Zero();  ///< m, world frame
+  Vec3 velocity = Vec3::Zero();  ///< m/s, world frame
+};
+
+/// A hand that draws a body towards a place: as a spring that is damped critically, on its centre.
+struct Pull {
+  BodyId body = 0;
+  std::size_t point = 0;      ///< of a jello, as its lattice counts them
+  Vec3 place = Vec3::Zero();  ///< m, world frame
+  double rate = 15.0;         ///< 1/s, > 0: the root of stiffness over mass
+};
+
+/// The mechanics of a scene that may be meddled with, and whose state can be taken over by another
+/// one. [one thread]
+class LiveStepper : public SceneStepper {
+ public:
+  /// Time (s) of the state: settledTime() or a little later.
+  virtual double headTime() const = 0;
+  /// Puts places and motions at headTime() into a scene of the same bodies.
+  virtual void putState(Scene& scene) const = 0;
+  /// Changes the velocity (m/s) of a body that moves; of a jello, of all its points.
+  virtual void push(BodyId body, const Vec3& velocityChange) = 0;
+  /// Draws a body from now on; empty: none.
+  virtual void pull(const std::optional<Pull>& pull) = 0;
+};
+
 /// Makes the stepper that scene.stepper asks for, at the scene's start. Refuses scenes that this
 /// stepper cannot run. A guard, which outlives it, looks on from the start, as while a step is
 /// chosen for a jello. (If it ends the run then, that is an error.)
 Result<std::unique_ptr<SceneStepper>> makeStepper(const Scene& scene, RunGuard* guard = nullptr);
+/// The same stepper, to be meddled with.
+Result<std::unique_ptr<LiveStepper>> makeLiveStepper(const Scene& scene, RunGuard* guard = nullptr);
+
+/// Returns the change of velocity (m/s) that a pull gives in `step` (s) to a body at a place (m),
+/// with a velocity (m/s), whose weight it carries. [any thread]
+Vec3 pullOf(const Pull& pull, const BodyMotion& motion, const Vec3& gravity, double step);
+
+/// Moves the planes and blocks of a scene, which nothing can push, by `time` (s). [any thread]
+void moveSurfaces(Scene& scene, double time);
 
 /// The instants at which a stepper that knows all times is asked for poses, from the last one at or
 /// before `begin` (s) on.
