@@ -140,6 +140,28 @@ CAROM_API carom_status carom_run_render(carom_run* run, float* planes, std::size
   return CAROM_OK;
 }
 
+/// Has a run go on: portions are still to come.
+CAROM_API void carom_run_set_open(carom_run* run, std::int32_t isOpen) {
+  run->player.setOpen(isOpen != 0);
+}
+
+/// Adds what has come to a run that goes on, the bytes of encodedMore. The sound goes on into it.
+CAROM_API carom_status carom_run_append(carom_run* run, const std::byte* bytes, std::size_t size) {
+  Result<RunMore> more = decodedMore({bytes, size}, run->player.run().world.bodies);
+  if (!more) return failed(CAROM_ERROR_ARGUMENT, "what comes to the run " + more.error().message);
+  return outcome(run->player.append(*std::move(more)));
+}
+
+/// Takes back all portions from one on; a seek is needed then.
+CAROM_API void carom_run_cut(carom_run* run, std::size_t portions) {
+  run->player.cut(portions);
+}
+
+/// Returns the time (s) of the run before which all is known.
+CAROM_API double carom_run_known(const carom_run* run) {
+  return run->player.known();
+}
+
 /// Returns the time (s) of the run, of the next sample.
 CAROM_API double carom_run_time(const carom_run* run) {
   return run->player.time();

@@ -1,10 +1,7 @@
 #include "lab/view/view_page.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <functional>
-#include <map>
 #include <memory>
 #include <span>
 #include <unordered_map>
@@ -18,9 +15,7 @@
 #include "audio/io/byte_file.h"
 #include "audio/io/partial_file.h"
 #include "audio/run/head_code.h"
-#include "native/jello/jello_skin.h"
-#include "scenes/run/bullet_solid.h"
-#include "scenes/run/scene_sound.h"
+#include "scenes/live/scene_drawing.h"
 
 namespace carom::lab {
 
@@ -37,36 +32,6 @@ constexpr int kFormat = 1;
 constexpr std::size_t kAroundBlob = 80;  // bytes of a blob's element, at most
 /// Samples of a head's responses: what HrtfSet keeps of KEMAR's at their rate, and room.
 constexpr std::size_t kHeadSamples = 256;
-
-ordered_json jsonOf(const Vec3& vector) {
-  return {vector.x(), vector.y(), vector.z()};
-}
-ordered_json jsonOf(const Quat& turn) {
-  return {turn.w(), turn.x(), turn.y(), turn.z()};
-}
-ordered_json jsonOf(const ListenerPose& pose) {
-  const Vec3& at = pose.position;
-  const Quat& turn = pose.orientation;
-  return {at.x(), at.y(), at.z(), turn.w(), turn.x(), turn.y(), turn.z()};
-}
-
-/// Numbers in the order in which a page reads them.
-class Table {
- public:
-  template <class Number>
-  void add(Number number) {
-    const auto bytes = std::as_bytes(std::span(&number, 1));
-    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
-  }
-  void add(const Vec3& vector) {
-    for (const double number : vector)
-      add(number);
-  }
-  std::span<const std::byte> bytes() const { return bytes_; }
-
- private:
-  std::vector<std::byte> bytes_;
-};
 
 /// Returns the numbers of a table as bytes that pack well: of each column in turn all lowest bytes,
 /// then the next, each number as its difference in bits from the one above.
@@ -149,23 +114,20 @@ class ViewPage::Maker {
   Status addRun(const ViewRun& view) {
     const Result<EncodedRunParts> sound = encodedRunParts(view.run);
     if (!sound) return Error{view.scene.name + ": " + sound.error().message};
-    meshes_.clear();
-    run_ = ordered_json::object();
+    std::vector<DrawnBody> bodies;
+    for (const HostBody& body : view.run.bodies.front().bodies) {
+      DrawnBody& drawn = bodies.emplace_back(drawnBody(view.scene, body));
+      const std::vector<ListenerPose>& poses = view.poses[body.id];
+      drawn.moves = poses.size() > 1;
+      if (!poses.empty()) drawn.pose = poses.front();
+    }
+    run_ = sceneDrawing(view.scene, bodies,
+                        [this](std::span<const std::byte> bytes) { return blob(bytes); });
     run_["id"] = view.id;
     run_["label"] = view.label;
-    run_["name"] = view.scene.name;
     run_["stepper"] = view.stepper;
-    run_["duration"] = view.scene.duration;
-    run_["sampleRate"] = view.scene.sampleRate;
-    run_["description"] = view.scene.description;
-    run_["gravity"] = jsonOf(view.scene.gravity);
     run_["sound"] = {blob(sound->sound), blob(sound->portions)};
-    run_["meshes"] = ordered_json::array();
-    addBodies(view);
-    addLinks(view.scene);
     addJello(view);
-    addListeners(view.scene);
-    addRoom(view.scene);
     addEvents(view);
     addPoses(view);
     addContacts(view);
@@ -173,220 +135,39 @@ class ViewPage::Maker {
     return fault();
   }
 
-  // --- What is drawn ---
-
-  std::size_t meshOf(const SurfaceMesh& surface) {
-    Table table;
-    for (const Vec3& vertex : surface.vertices)
-      for (const double number : vertex)
-        table.add(static_cast<float>(number));
-    for (const auto& triangle : surface.triangles)
-      for (const std::uint32_t vertex : triangle)
-        table.add(vertex);
-    run_["meshes"].push_back({{"vertices", surface.vertices.size()},
-                              {"triangles", surface.triangles.size()},
-                              {"blob", blob(table.bytes())}});
-    return run_["meshes"].size() - 1;
-  }
-
-  /// Returns the number of a mesh that several bodies may share.
-  template <class Surface>
-  std::size_t sharedMesh(const void* key, const Surface& surface) {
-    const auto [known, isNew] = meshes_.try_emplace(key, 0);
-    if (isNew) known->second = meshOf(surface());
-    return known->second;
-  }
-
-  ordered_json formOf(const SphereShape& sphere) {
-    return {{"kind", "sphere"}, {"radius", sphere.radius}};
-  }
-  ordered_json formOf(const PlaneShape& plane) {
-    return {{"kind", "plane"}, {"normal", jsonOf(plane.normal)}, {"offset", plane.offset}};
-  }
-  ordered_json formOf(const BlockShape& block) {
-    return {{"kind", "box"}, {"half", jsonOf(block.halfExtents)}};
-  }
-  ordered_json formOf(const SolidShape& solid) {
-    const bool isCentred = solid.centreOfMass.norm() == 0.0;
-    if (const auto* box = std::get_if<BoxForm>(&solid.form); box && isCentred)
-      return {{"kind", "box"}, {"half", jsonOf(box->halfExtents)}};
-    if (const auto* cylinder = std::get_if<CylinderForm>(&solid.form); cylinder && isCentred)
-      return {{"kind", "cylinder"},
-              {"radius", cylinder->radius},
-              {"height", cylinder->height},
-              {"axis", 1}};
-    const auto* const mesh = std::get_if<std::shared_ptr<const SolidMesh>>(&solid.form);
-    // Bodies that move have another origin than those that do not.
-    const void* const key = mesh == nullptr   ? static_cast<const void*>(&solid)
-                            : solid.canMove() ? static_cast<const void*>(mesh->get())
-                                              : static_cast<const void*>(&(*mesh)->surface);
-    return {{"kind", "mesh"}, {"mesh", sharedMesh(key, [&] { return surfaceOf(solid); })}};
-  }
-  ordered_json formOf(const std::shared_ptr<const JelloShape>&) { return {{"kind", "jello"}}; }
-  ordered_json formOf(const GivenShape& given) {
-    const BodyForm& form = given.body->form;
-    switch (form.kind) {
-      case BodyForm::Kind::sphere:
-        return {{"kind", "sphere"}, {"radius", form.size.x()}};
-      case BodyForm::Kind::plane:
-        return {{"kind", "plane"}, {"normal", jsonOf(form.size)}, {"offset", form.offset}};
-      case BodyForm::Kind::box:
-        return {{"kind", "box"}, {"half", jsonOf(form.size)}};
-      case BodyForm::Kind::mesh:
-        return {{"kind", "mesh"},
-                {"mesh", sharedMesh(form.mesh.get(), [&] { return *form.mesh; })}};
-      case BodyForm::Kind::unknown:
-        break;
-    }
-    return {{"kind", "unknown"}};
-  }
-
-  static ListenerPose poseOf(const SceneBody& body) {
-    ListenerPose pose;
-    if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) {
-      pose.position = sphere->position;
-    } else if (const auto* block = std::get_if<BlockShape>(&body.shape)) {
-      pose.position = block->centre;
-      pose.orientation = block->orientation;
-    } else if (const auto* solid = std::get_if<SolidShape>(&body.shape)) {
-      pose.position = solid->position;
-      pose.orientation = solid->orientation;
-    }
-    return pose;
-  }
-
-  void addBodies(const ViewRun& view) {
-    run_["bodies"] = ordered_json::array();
-    for (const HostBody& body : view.run.bodies.front().bodies) {
-      const SceneBody& entry = view.scene.bodies[body.id];
-      const std::vector<ListenerPose>& poses = view.poses[body.id];
-      ordered_json object;
-      object["id"] = body.id;
-      object["name"] = body.name;
-      object["material"] = body.sound.material.name;
-      if (std::isfinite(body.sound.mass))
-        object["mass"] = body.sound.mass;
-      else
-        object["mass"] = nullptr;
-      object["moves"] = poses.size() > 1;
-      object["rings"] = body.sound.modal != nullptr;
-      object["textured"] = body.sound.texture != nullptr;
-      object["pose"] = jsonOf(poses.empty() ? poseOf(entry) : poses.front());
-      object["form"] = std::visit([this](const auto& shape) { return formOf(shape); }, entry.shape);
-      run_["bodies"].push_back(std::move(object));
-    }
-  }
-
-  static ordered_json endOf(BodyId body, const Vec3& anchor) {
-    const bool isFixed = body == kAnchor;
-    return {{"body", isFixed ? std::int64_t{-1} : std::int64_t{body}},
-            {"at", jsonOf(isFixed ? anchor : Vec3(0.0, 0.0, 0.0))}};
-  }
-  void addLinks(const Scene& scene) {
-    run_["links"] = ordered_json::array();
-    for (const Rod& rod : scene.mechanics.rods)
-      run_["links"].push_back(
-          {{"kind", "rod"},
-           {"ends", {endOf(rod.sphere, rod.anchor), endOf(rod.other, rod.anchor)}}});
-    for (const Spring& spring : scene.mechanics.springs)
-      run_["links"].push_back(
-          {{"kind", "spring"},
-           {"ends", {endOf(spring.sphere, spring.anchor), endOf(spring.other, spring.anchor)}}});
-  }
-
-  /// Adds what is drawn of a jello: its outermost points, their squares, and all pictures.
+  /// Adds all pictures of a jello, behind its shape.
   void addJello(const ViewRun& view) {
     const JelloShape* const jello = jelloOf(view.scene);
     if (jello == nullptr || view.pictures.empty()) return;
-    const native::JelloSkin skin(jello->lattice.count);
-    std::map<std::size_t, std::uint32_t> points;  // of the lattice, by their numbers here
-    for (const auto& square : skin.squares())
-      for (const std::size_t point : square)
-        points.emplace(point, 0);
-    std::uint32_t count = 0;
-    for (auto& [point, number] : points)
-      number = count++;
-    Table table;
-    std::map<std::pair<std::uint32_t, std::uint32_t>, bool> edges;
-    for (const auto& square : skin.squares())
-      for (std::size_t side = 0; side < square.size(); ++side)
-        edges[std::minmax(points.at(square[side]), points.at(square[(side + 1) % 4]))] = true;
-    for (const auto& [edge, isThere] : edges) {
-      table.add(edge.first);
-      table.add(edge.second);
-    }
-    for (const auto& square : skin.squares())
-      for (const std::size_t corner : std::array<std::size_t, 6>{0, 1, 2, 0, 2, 3})
-        table.add(points.at(square[corner]));
+    const JelloOutline outline(*jello);
+    NumberTable table;
+    outline.addShape(table);
     for (const JelloPicture& picture : view.pictures)
       table.add(picture.time);
     for (const JelloPicture& picture : view.pictures)
-      for (const auto& [point, number] : points)
-        for (std::size_t axis = 0; axis < 3; ++axis)
-          table.add(picture.points.at(3 * point + axis));
+      outline.addPoints(picture, table);
     const auto isJello = [](const SceneBody& body) {
       return std::holds_alternative<std::shared_ptr<const JelloShape>>(body.shape);
     };
     const auto body = std::ranges::find_if(view.scene.bodies, isJello);
     run_["jello"] = {{"body", body - view.scene.bodies.begin()},
-                     {"points", points.size()},
-                     {"edges", edges.size()},
-                     {"triangles", 2 * skin.squares().size()},
+                     {"points", outline.points()},
+                     {"edges", outline.edges()},
+                     {"triangles", outline.triangles()},
                      {"pictures", view.pictures.size()},
                      {"blob", blob(table.bytes())}};
-  }
-
-  void addListeners(const Scene& scene) {
-    run_["listeners"] = ordered_json::array();
-    for (std::size_t index = 0; index < scene.listeners.size(); ++index) {
-      const Listener& listener = scene.listeners[index];
-      ordered_json object;
-      object["name"] = listener.name;
-      object["format"] = listener.format == ListenerFormat::mono       ? "mono"
-                         : listener.format == ListenerFormat::binaural ? "head"
-                                                                       : "pair";
-      object["position"] = jsonOf(listener.position);
-      object["orientation"] = jsonOf(listener.orientation);
-      for (const ListenerPath& path : scene.paths) {
-        if (path.listener != index || path.poses.empty()) continue;
-        Table table;
-        table.add(0.0);
-        table.add(listener.position);
-        addTurn(table, listener.orientation);
-        for (const ListenerPose& pose : path.poses) {
-          table.add(pose.time);
-          table.add(pose.position);
-          addTurn(table, pose.orientation);
-        }
-        object["path"] = blob(table.bytes());
-        object["poses"] = path.poses.size() + 1;
-      }
-      run_["listeners"].push_back(std::move(object));
-    }
-  }
-  static void addTurn(Table& table, const Quat& turn) {
-    for (const double number : {turn.w(), turn.x(), turn.y(), turn.z()})
-      table.add(number);
-  }
-
-  void addRoom(const Scene& scene) {
-    if (scene.sound.room.reflectors.empty()) return;
-    ordered_json walls = ordered_json::array();
-    for (const Reflector& wall : scene.sound.room.reflectors)
-      walls.push_back({{"normal", jsonOf(wall.normal)}, {"offset", wall.offset}});
-    run_["room"] = {{"walls", std::move(walls)}};
   }
 
   // --- What happens ---
 
   template <class Number>
-  void addTable(const char* name, std::size_t columns, const Table& table) {
+  void addTable(const char* name, std::size_t columns, const NumberTable& table) {
     run_[name] = {{"rows", table.bytes().size() / (columns * sizeof(Number))},
                   {"blob", blob(inPlanes<Number>(table.bytes(), columns))}};
   }
 
   void addEvents(const ViewRun& view) {
-    Table table;
+    NumberTable table;
     const std::vector<EventPlace> order = eventsInOrder(view.run);
     for (std::size_t row = 0; row < order.size(); ++row) {
       const ImpulseEvent& event = view.run.portions[order[row].portion].events[order[row].event];
@@ -410,7 +191,7 @@ class ViewPage::Maker {
   }
 
   void addPoses(const ViewRun& view) {
-    Table table;
+    NumberTable table;
     for (std::size_t body = 0; body < view.poses.size(); ++body) {
       if (view.poses[body].size() < 2) continue;  // it stays where the manifest has it
       for (const ListenerPose& pose : view.poses[body]) {
@@ -425,7 +206,7 @@ class ViewPage::Maker {
   }
 
   void addContacts(const ViewRun& view) {
-    Table table;
+    NumberTable table;
     for (const ContactBar& bar : view.contacts)
       for (const double number : {static_cast<double>(bar.body), static_cast<double>(bar.other),
                                   bar.begin, bar.end, bar.slides ? 1.0 : 0.0, bar.meanForce})
@@ -436,7 +217,6 @@ class ViewPage::Maker {
   std::string template_;
   ordered_json manifest_;
   ordered_json run_;
-  std::map<const void*, std::size_t> meshes_;
   std::vector<std::string> blobs_;
   std::uintmax_t blobBytes_ = 0;
   std::unordered_multimap<std::size_t, std::size_t> numbers_;  // of blobs, by their hashes
