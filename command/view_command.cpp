@@ -96,7 +96,9 @@ class Maker {
   }
 
   std::variant<ViewRun, Failed> runScene(const Wanted& wanted) const {
-    Result<Scene> scene = loadScene(wanted.file, {.confined = confined_});
+    const Result<std::string> text = readSceneText(wanted.file);
+    if (!text) return Failed{fail(kBadInput, text.error().message)};
+    Result<Scene> scene = parseScene(*text, wanted.file, {.confined = confined_});
     if (!scene) return Failed{fail(kBadInput, scene.error().message)};
     if (wanted.stepper) scene->stepper.type = *wanted.stepper;
     if (wanted.step > 0.0) scene->stepper.step = wanted.step;
@@ -118,6 +120,7 @@ class Maker {
     if (guard.ended()) return Failed{endedEarly(wanted.file, *guard.ended(), "")};
     if (!view) return Failed{fail(kFailed, view.error().message)};
     name(*view, wanted);
+    setSceneText(*view, *text);
     return *std::move(view);
   }
 

@@ -126,6 +126,10 @@ class ViewPage::Maker {
     run_["id"] = view.id;
     run_["label"] = view.label;
     run_["stepper"] = view.stepper;
+    if (!view.sceneText.empty())
+      run_["scene"] = blob(std::as_bytes(std::span(view.sceneText)));
+    else if (!view.notLive.empty())
+      run_["notLive"] = view.notLive;
     run_["sound"] = {blob(sound->sound), blob(sound->portions)};
     addJello(view);
     addEvents(view);

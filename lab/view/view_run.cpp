@@ -269,6 +269,19 @@ void hearAsTold(Scene& scene) {
   scene.sound.comparison.radiation = Radiation::compact;
 }
 
+void setSceneText(ViewRun& run, const std::string& text) {
+  const bool namesFiles = std::ranges::any_of(run.scene.bodies, [](const SceneBody& body) {
+    const auto* const solid = std::get_if<SolidShape>(&body.shape);
+    const bool isMesh =
+        solid != nullptr && std::holds_alternative<std::shared_ptr<const SolidMesh>>(solid->form);
+    return isMesh || body.normalMap || (body.ringing && !body.ringing->model.empty());
+  });
+  if (namesFiles)
+    run.notLive = "Its meshes, models or textures are files, which a page does not have.";
+  else
+    run.sceneText = text;
+}
+
 double endOfStep(const ImpulseEvent& event, double step) {
   return step * std::ceil(event.time / step);
 }
@@ -289,6 +302,8 @@ Result<ViewRun> viewRecorded(const std::filesystem::path& file, bool confined,
   view.stepper = recorded->reader->header().stepper;
   view.run.keepsOrder = recorded->reader->host() != nullptr;
   if (Status read = readPortions(*recorded->reader, view); !read) return read.error();
+  if (const std::string& text = recorded->reader->header().sceneText; !text.empty())
+    setSceneText(view, text);
   if (Status sounds = addSounds(view, options.analysis); !sounds)
     return Error{file.string() + ": " + sounds.error().message};
   if (Status finished = finish(view); !finished)

@@ -30,7 +30,9 @@ struct ViewRun {
   std::string label;
   std::string stepper;  ///< "native", "bullet", or "host" of a host's run
   scenes::Scene scene;
-  audio::PlayableRun run;                        ///< without the poses of bodies that do not ring
+  std::string sceneText;   ///< JSON, with which a page can run the scene itself; empty: it cannot
+  std::string notLive;     ///< a sentence: why not
+  audio::PlayableRun run;  ///< without the poses of bodies that do not ring
   std::vector<std::vector<ListenerPose>> poses;  ///< of each body, in order of time
   std::vector<audio::JelloPicture> pictures;
   std::vector<ContactBar> contacts;
@@ -66,6 +68,9 @@ Result<ViewRun> viewScene(const scenes::Scene& scene, const ViewOptions& options
 /// Has a scene on Bullet be heard as its host is told of it without Carom: with the impulses that
 /// were applied, pulses as they fall on the samples, and radiation as that of a point.
 void hearAsTold(scenes::Scene& scene);
+/// Gives a run its scene's text, if a page can run the scene: one that names no files.
+void setSceneText(ViewRun& run, const std::string& text);
+
 /// Returns the end of the step, of so many s, in which an event is: when Bullet tells it.
 double endOfStep(const ImpulseEvent& event, double step);
 
