@@ -124,14 +124,34 @@ Status RunPlayer::chooseListeners() {
   return std::monostate{};
 }
 
+/// True if the synthesis was made for the listeners of the next sound, of which the run's own are
+/// always the same.
+bool RunPlayer::isHeardSo() const {
+  const std::vector<Listener>& made = synth_->listeners();
+  if (made.size() != listeners_.size()) return false;
+  for (std::size_t index = 0; index < made.size(); ++index) {
+    const Listener& one = made[index];
+    const Listener& other = listeners_[index];
+    if (one.name != other.name || one.format != other.format || one.hrtf != other.hrtf ||
+        one.position != other.position || one.orientation.coeffs() != other.orientation.coeffs())
+      return false;
+  }
+  return true;
+}
+
 /// Makes the synthesis of the next sound, with its listeners but without bodies.
 Status RunPlayer::makeSynth() {
   SynthSettings settings = run_.world.synth;
   isWhole_ = std::ranges::all_of(stems_, [](bool isHeard) { return isHeard; });
   settings.stems = !isWhole_;
-  Result<Synth> synth = Synth::create(settings, listeners_);
-  if (!synth) return synth.error();
-  synth_ = *std::move(synth);
+  if (synth_ && settings.stems == hasStems_ && isHeardSo()) {
+    synth_ = synth_->fresh();
+  } else {
+    Result<Synth> synth = Synth::create(settings, listeners_);
+    if (!synth) return synth.error();
+    synth_ = *std::move(synth);
+    hasStems_ = settings.stems;
+  }
   planes_.assign(synth_->channelCount(), std::vector<float>(kBlock));
   voice_.reset();
   if (!(run_.deformationStep > 0.0) || only_ || !stems_[static_cast<std::size_t>(Stem::rings)])

@@ -106,6 +106,7 @@ class RunPlayer {
   double heardAt(double time) const { return start_.time + (time - start_.time) / start_.speed; }
   Result<std::vector<Listener>> chosenListeners() const;
   Status chooseListeners();
+  bool isHeardSo() const;
   Status makeSynth();
   Status followPath(std::size_t listener);
   void tellEar();
@@ -147,6 +148,7 @@ class RunPlayer {
   std::size_t firstChannel_ = 0;     // of the one that is heard
   std::size_t channelCount_ = 1;
   std::optional<Synth> synth_;
+  bool hasStems_ = false;  // of the synth
   std::optional<DeformingVoice> voice_;
   double firstEvent_ = 0.0;  // s of the run: events before are not heard
   ImpulseEvent onlyEvent_;   // a share of the only collision

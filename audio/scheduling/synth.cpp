@@ -17,7 +17,7 @@ using namespace audio;
 class Synth::Impl {
  public:
   explicit Impl(const std::shared_ptr<const SoundPaths>& paths)
-      : scheduler_(paths), renderers_(paths) {}
+      : paths_(paths), scheduler_(paths), renderers_(paths) {}
 
   Status seek(double seconds);
   double rate() const { return scheduler_.paths().settings.sampleRate; }
@@ -27,6 +27,7 @@ class Synth::Impl {
     return sum;
   }
 
+  std::shared_ptr<const SoundPaths> paths_;
   ContactSoundScheduler scheduler_;
   StemRenderers renderers_;
   std::uint64_t lost_ = 0;  // events that were dropped by `seek`
@@ -46,6 +47,10 @@ Result<Synth> Synth::create(const SynthSettings& settings, std::vector<Listener>
   auto paths = makeSoundPaths(settings, std::move(listeners));
   if (!paths) return Error{"synth: " + paths.error().message};
   return Synth(std::make_unique<Impl>(*paths));
+}
+
+Synth Synth::fresh() const {
+  return Synth(std::make_unique<Impl>(impl_->paths_));
 }
 
 Synth::Synth(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -353,6 +353,19 @@ TEST(EncodedRuns, ThatAreDamagedAreRefusedOrPlayed) {
   EXPECT_GT(refused, 0u);
 }
 
+TEST(PlayedAgain, ARoomHasTheSameBits) {
+  const Scene scene = sceneOf("marbles_in_a_room", 0.7);
+  RunPlayer player = playerOf(viewOf(scene).run);
+  std::vector<Planes> takes;
+  for (std::size_t take = 0; take < 3; ++take) {
+    ASSERT_TRUE(player.seek({.time = 0.3, .prelude = 0.2}));
+    takes.push_back(played(player, 9600));
+  }
+  EXPECT_GT(peakOf(takes[0]), 0.0);
+  EXPECT_EQ(takes[0], takes[1]);
+  EXPECT_EQ(takes[0], takes[2]);
+}
+
 TEST(ShownVariants, SoundAsTheReportHasMeasuredThem) {
   const Scene scene = sceneOf("two_balls", 1.0);
   std::map<std::string, ViewRun> shown;

@@ -58,6 +58,9 @@ class Synth {
   /// Refuses: sample rate or medium out of range, no listener, a listener or a room that is not
   /// valid (see Listener and Room), a binaural listener whose responses cannot be loaded.
   static Result<Synth> create(const SynthSettings& settings, std::vector<Listener> listeners);
+  /// Returns a synth of the same settings and listeners that has heard nothing: with the bits of a
+  /// new one, but without designing rooms, heads and filters again.
+  Synth fresh() const;
   Synth(Synth&&) noexcept;
   Synth& operator=(Synth&&) noexcept;
   ~Synth();
