@@ -16,6 +16,7 @@ export function liveOf(view) {
     get slow() { return live().slow; },
     get late() { return view().sound.late; },
     get settings() { return live().settings; },
+    middle: (body) => desk().middleOf(body),
     throw: (body) => live().throw(body),
     push: (body, velocity) => live().push(body, velocity),
     pull: (body, place, grip) => live().pull(body, place, grip),

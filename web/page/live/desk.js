@@ -27,7 +27,7 @@ export class Desk {
     Object.assign(this, {view, blobs, stage, player, sound, live: new Live(player, sound)});
     this.gestures = new Gestures(stage, this.live, {
       press: (x, y) => this.#press(x, y), pullable: (body) => this.#isPullable(body), select: (body) => view.selectBody(body),
-      middle: (body) => player.run.tracks.pose(body, player.time, new Array(7)).slice(0, 3),
+      middle: (body) => this.middleOf(body),
       pull: (body, place, grip, to) => this.try(() => this.#pull(body, place, grip, to)), release: () => this.#release(),
     });
     this.keep = new Keep(this);
@@ -132,6 +132,13 @@ export class Desk {
     const {run} = this.player;
     return run.byId.get(body)?.moves || body === run.jello?.body;
   }
+  /// The place of a body now; of a jello that of its drawn points in the mean.
+  middleOf(body) {
+    const {run, time} = this.player;
+    if (body !== run.jello?.body) return run.tracks.pose(body, time, new Array(7)).slice(0, 3);
+    this.stage.jello.update(time);
+    return this.stage.jello.middle();
+  }
   #pull(body, place, grip, to) {
     if (!this.player.playing && this.live.pulled === null) this.player.play();
     this.live.pull(body, place, grip);
@@ -206,9 +213,9 @@ export class Desk {
     this.live.pump(now);
     const {held, stage, player} = this;
     if (!held || !this.live.running) return stage.hand.show(null);
-    const [x, y, z] = player.run.tracks.pose(held.body, player.time, new Array(7));
     const soft = held.body === player.run.jello?.body;
-    return stage.hand.show(soft ? stage.jello.nearest(held.to) : [x + held.offset[0], y + held.offset[1], z + held.offset[2]], held.to);
+    const from = soft ? stage.jello.nearest(held.to) : this.middleOf(held.body).map((part, axis) => part + held.offset[axis]);
+    return stage.hand.show(from, held.to);
   }
   #showGrowth() {
     if (!this.live.running || this.view.shown !== this.live.run) return;

@@ -81,6 +81,12 @@ export class Jello {
     this.mesh = mesh;
     this.group.add(mesh, lines);
   }
+  /// The mean of the drawn points.
+  middle() {
+    const {array, count} = this.points, sum = [0, 0, 0];
+    for (let at = 0; at < array.length; ++at) sum[at % 3] += array[at] / count;
+    return sum;
+  }
   /// The drawn point that is nearest to a place.
   nearest(place) {
     const {array} = this.points;
