@@ -23,6 +23,10 @@ export class Mechanics extends Instance {
         : this.carom.carom_live_open(at, size, 0, 0))) >>> 0;
     if (!this.live) throw new Error(this.message());
   }
+  /// The text has no file's name in a page.
+  message() {
+    return super.message().replace(/^(body|scene)\.json: /, '').replace(/^./, (letter) => letter.toUpperCase());
+  }
   close() {
     if (this.live) this.carom.carom_live_close(this.live);
     this.live = 0;
