@@ -48,7 +48,7 @@ class JelloCoupling {
 
   /// Changes the velocity (m/s) of a point of the jello's lattice, or of a sphere.
   void pushPoint(std::size_t point, const Vec3& velocityChange) {
-    jello_.push(point, velocityChange);
+    jello_.kick(point, velocityChange);
   }
   void pushSphere(std::size_t sphere, const Vec3& velocityChange);
 

@@ -95,7 +95,7 @@ class JelloStepper {
   void setBall(std::size_t ball, const Vec3& position, const Vec3& velocity);
 
   /// Changes the velocity (m/s) of a point of the lattice.
-  void push(std::size_t point, const Vec3& velocityChange) {
+  void kick(std::size_t point, const Vec3& velocityChange) {
     put(3, point, at(3, point) + velocityChange);
   }
 

@@ -137,7 +137,8 @@ Scene LiveRun::now() const {
 Status LiveRun::advanceTo(double time) {
   while (this->time() < time) {
     if (this->time() >= kLongest) return Error{"a live run ends after 10 minutes"};
-    const double next = stepper_->settledTime() + kFrame;
+    // A little less, so that rounding does not ask for one more step, nor end short of one.
+    const double next = stepper_->settledTime() + kFrame - 1e-6;
     while (stepper_->settledTime() < next) {
       keepPortion(stepper_->advanceTo(next));
       if (const std::string failure = stepper_->failure(); !failure.empty()) return Error{failure};
