@@ -18,8 +18,8 @@
 #include "audio/io/partial_file.h"
 #include "audio/run/head_code.h"
 #include "native/jello/jello_skin.h"
-#include "scenes/run/bullet_solid.h"
 #include "scenes/run/scene_sound.h"
+#include "scenes/run/solid_surface.h"
 
 namespace carom::lab {
 
