@@ -25,6 +25,7 @@
 #include <nlohmann/json.hpp>
 
 #include "audio/io/partial_file.h"
+#include "scenes/limits/machine_memory.h"
 #include "scenes/limits/resource_watch.h"
 
 namespace carom::command {

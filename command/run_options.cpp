@@ -7,6 +7,8 @@
 #include <CLI/CLI.hpp>
 #include <sys/resource.h>
 
+#include "scenes/limits/machine_memory.h"
+
 namespace carom::command {
 
 namespace {

@@ -46,8 +46,9 @@ enum class Part : std::uint32_t {
   bodies,    // JSON: a list of bodies
   states,    // rows of 14 doubles: body, place, orientation, velocity, spin
   file,      // the run as a file, see RunWriter
+  jello,     // places of all its points, then their velocities: rows of 3 doubles
 };
-constexpr std::size_t kParts = 10;
+constexpr std::size_t kParts = 11;
 
 /// m/s: what is slower does not slide.
 constexpr double kLiveSlides = 1e-3;
@@ -175,7 +176,8 @@ struct carom_live {
       }
     }
     more.bodies.assign(all.bodies.begin() + static_cast<std::ptrdiff_t>(bodies), all.bodies.end());
-    part(Part::bodies) = bytesOf(drawing(drawnFrom(bodies))["bodies"].dump());
+    const std::vector<DrawnBody> drawn = drawnFrom(bodies);
+    part(Part::bodies) = bytesOf(drawn.empty() ? "[]" : drawing(drawn)["bodies"].dump());
     bodies = all.bodies.size();
     Result<std::vector<std::byte>> sound = encodedMore(more);
     if (!sound) return sound.error();
@@ -204,6 +206,16 @@ struct carom_live {
         add(*solid);
     }
     part(Part::states) = bytesOf(table);
+  }
+
+  void makeJello() {
+    const Scene now = run.now();
+    NumberTable table;
+    if (const JelloShape* const jello = jelloOf(now))
+      for (const std::vector<Vec3>* const vectors : {&jello->positions, &jello->velocities})
+        for (const Vec3& vector : *vectors)
+          table.add(vector);
+    part(Part::jello) = bytesOf(table);
   }
 
   Status makeFile() {
@@ -293,7 +305,7 @@ CAROM_API carom_status carom_live_take(carom_live* live) {
   return outcome(live->take());
 }
 
-/// Puts together the drawing, the opening, states or the file.
+/// Puts together the drawing, the opening, states, the file or the jello.
 CAROM_API carom_status carom_live_make(carom_live* live, std::uint32_t part) {
   switch (static_cast<Part>(part)) {
     case Part::drawing:
@@ -306,6 +318,9 @@ CAROM_API carom_status carom_live_make(carom_live* live, std::uint32_t part) {
       return CAROM_OK;
     case Part::file:
       return outcome(live->makeFile());
+    case Part::jello:
+      live->makeJello();
+      return CAROM_OK;
     default:
       return failed(CAROM_ERROR_ARGUMENT, "no such part can be made");
   }

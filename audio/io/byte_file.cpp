@@ -33,6 +33,17 @@ Result<std::vector<std::byte>> readBytes(const fs::path& path) {
   return bytes;
 }
 
+bool isRegularFile(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored);
+}
+
+std::error_code makeFolder(const fs::path& folder) {
+  std::error_code failed;
+  fs::create_directories(folder, failed);
+  return failed;
+}
+
 bool isBelow(const std::filesystem::path& file, const std::filesystem::path& folder) {
   namespace fs = std::filesystem;
   std::error_code failed;

@@ -16,10 +16,6 @@ Result<std::vector<std::byte>> packedPortions(std::span<const RunPortion>, Packi
   return withoutRuns();
 }
 
-std::size_t sizeOf(const RunPortion&) {
-  return 0;
-}
-
 Result<RunWriter> RunWriter::create(const std::filesystem::path& file, std::uint32_t) {
   return Error{file.string() + ": " + withoutRuns().message};
 }

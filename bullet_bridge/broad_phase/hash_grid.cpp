@@ -44,11 +44,11 @@ constexpr std::uint32_t latticeStep(double part, std::uint64_t cells) {
 // True if a cell and its neighbours all have different numbers, so that no pair is found twice.
 constexpr bool neighboursDiffer(std::uint64_t cells) {
   std::array<std::uint64_t, 27> numbers{};
-  for (std::uint64_t i = 0; i < numbers.size(); ++i) {
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
     numbers[i] = (i % 3 + i / 3 % 3 * latticeStep(kLatticeY, cells) +
                   i / 9 * latticeStep(kLatticeZ, cells)) &
                  (cells - 1);
-    for (std::uint64_t j = 0; j < i; ++j) {
+    for (std::size_t j = 0; j < i; ++j) {
       if (numbers[j] == numbers[i]) return false;
     }
   }
@@ -176,7 +176,8 @@ void HashGrid::setStrides() {
 void HashGrid::countBoxes(std::span<const SweptBox> boxes) {
   // Reserves for as many cells as there can be at this count, so that boxes that spread later cost
   // no memory.
-  starts_.reserve(std::bit_ceil(std::max(kMostCellsPerBox * boxes.size(), kFewestCells)) + 4);
+  const std::uint64_t most = std::max(kMostCellsPerBox * boxes.size(), kFewestCells);
+  starts_.reserve(static_cast<std::size_t>(std::bit_ceil(most)) + 4);
   starts_.assign(std::size_t{mask_} + 4, 0);
   unsorted_.resize(boxes.size());
   for (std::size_t i = 0; i < boxes.size(); ++i) {
@@ -211,9 +212,9 @@ void HashGrid::repeatFirstCells() {
   boxes_.reserve(std::size_t{2} * count_);
   codes_.reserve(std::size_t{2} * count_);
   boxes_.resize(count_ + repeated);
-  std::copy_n(boxes_.begin(), repeated, boxes_.begin() + count_);
+  std::copy_n(boxes_.begin(), repeated, boxes_.begin() + static_cast<std::ptrdiff_t>(count_));
   codes_.resize(count_ + repeated);
-  std::copy_n(codes_.begin(), repeated, codes_.begin() + count_);
+  std::copy_n(codes_.begin(), repeated, codes_.begin() + static_cast<std::ptrdiff_t>(count_));
 }
 
 // Gathers the boxes in the rest of a box's cell, in the next cell, and in three cells of each of
@@ -300,7 +301,8 @@ std::size_t HashGrid::costOf(const CellRange& reach) const {
   };
   if (cells(0) == 0) return 0;
   const std::uint64_t rows = cells(1) * cells(2);  // at most 2^40
-  return std::min<std::uint64_t>(rows * (kCostOfRow + cells(0)), count_);
+  const std::uint64_t cost = rows * (kCostOfRow + cells(0));
+  return static_cast<std::size_t>(std::min<std::uint64_t>(cost, count_));
 }
 
 void HashGrid::findAround(const SweptBox& box, PairList& found) const {

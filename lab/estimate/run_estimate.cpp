@@ -12,11 +12,11 @@
 #include "native/jello/jello_limits.h"
 #include "native/mechanics/linkage.h"
 #include "scenes/limits/run_guard.h"
-#include "scenes/run/bullet_solid.h"
 #include "scenes/run/jello_scene.h"
 #include "scenes/run/scene_modes.h"
 #include "scenes/run/scene_sound.h"
 #include "scenes/run/scene_stepper.h"
+#include "scenes/run/solid_surface.h"
 
 namespace carom::lab {
 

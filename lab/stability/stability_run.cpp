@@ -14,6 +14,7 @@
 #include "lab/estimate/run_estimate.h"
 #include "lab/stability/stability_cases.h"
 
+#include "scenes/limits/machine_memory.h"
 #include "scenes/limits/run_guard.h"
 #include "scenes/run/scene_stepper.h"
 

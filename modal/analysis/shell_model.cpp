@@ -97,7 +97,8 @@ Eigen::VectorXd massesOf(const SurfaceMesh& mesh, double perArea) {
   Eigen::VectorXd masses = Eigen::VectorXd::Zero(std::ssize(mesh.vertices));
   for (const Triangle& triangle : mesh.triangles)
     for (const std::uint32_t corner : triangle)
-      masses[corner] += perArea * areaVector(mesh, triangle).norm() / 3.0;
+      masses[static_cast<Eigen::Index>(corner)] +=
+          perArea * areaVector(mesh, triangle).norm() / 3.0;
   return masses;
 }
 
@@ -106,9 +107,10 @@ template <class Block>
 void addSpring(std::vector<Eigen::Triplet<double>>& entries, const EdgeUse& edge,
                const Block& block) {
   const Eigen::Index size = block.rows();
-  for (const auto& [row, column, sign] :
-       {std::tuple(edge.low, edge.low, 1.0), std::tuple(edge.low, edge.high, -1.0),
-        std::tuple(edge.high, edge.low, -1.0), std::tuple(edge.high, edge.high, 1.0)})
+  const auto low = static_cast<Eigen::Index>(edge.low);
+  const auto high = static_cast<Eigen::Index>(edge.high);
+  for (const auto& [row, column, sign] : {std::tuple(low, low, 1.0), std::tuple(low, high, -1.0),
+                                          std::tuple(high, low, -1.0), std::tuple(high, high, 1.0)})
     for (Eigen::Index i = 0; i < size; ++i)
       for (Eigen::Index j = 0; j < size; ++j)
         entries.emplace_back(static_cast<int>(row * size + i), static_cast<int>(column * size + j),

@@ -167,7 +167,7 @@ void eachShare(const VoxelMesh& grid, const std::vector<Vec3>& vertices, const S
   for (const Vec3& vertex : vertices) {
     const CellPoint point = locate(grid, vertex);
     for (std::size_t corner = 0; corner < 8; ++corner) {
-      const Eigen::Index node = grid.cells[point.cell].nodes[corner];
+      const auto node = static_cast<Eigen::Index>(grid.cells[point.cell].nodes[corner]);
       share(row, 3 * node, point.weights[corner]);
     }
     row += 3;

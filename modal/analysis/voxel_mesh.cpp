@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -354,8 +355,8 @@ class Voxeliser {
 
 // True if the inside part of the cell reaches its face at the near or far end of an axis.
 bool reaches(const VoxelMesh& mesh, const VoxelCell& cell, Eigen::Index axis, bool far) {
-  const auto begin = mesh.boxes.begin() + cell.firstBox;
-  return cell.boxCount == 0 || std::any_of(begin, begin + cell.boxCount, [&](const CellBox& box) {
+  const auto boxes = std::span(mesh.boxes).subspan(cell.firstBox, cell.boxCount);
+  return boxes.empty() || std::ranges::any_of(boxes, [&](const CellBox& box) {
            return far ? box.high[axis] >= 1.0 - kSnap : box.low[axis] <= kSnap;
          });
 }

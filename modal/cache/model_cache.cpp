@@ -5,6 +5,7 @@
 #include <utility>
 #include <variant>
 
+#include "audio/io/byte_file.h"
 #include "carom/audio/modal_model_file.h"
 #include "modal/cache/model_key.h"
 #include "modal/cache/recoil_file.h"
@@ -51,9 +52,8 @@ Status ModelCache::complain(std::string why) {
 
 Status ModelCache::makeFolder() {
   if (folder_.empty()) return Error{"neither XDG_CACHE_HOME nor HOME names a folder"};
-  std::error_code failed;
-  fs::create_directories(folder_, failed);
-  if (failed) return Error{folder_.string() + ": " + failed.message()};
+  if (const std::error_code failed = audio::makeFolder(folder_); failed)
+    return Error{folder_.string() + ": " + failed.message()};
   return std::monostate{};
 }
 

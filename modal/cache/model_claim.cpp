@@ -1,9 +1,11 @@
 #include "modal/cache/model_claim.h"
 
 #include <cerrno>
-#include <system_error>
 
-#if __has_include(<sys/file.h>)
+#include "audio/io/byte_file.h"
+
+// WebAssembly has the header, but neither files nor locks.
+#if __has_include(<sys/file.h>) && !defined(__wasm__)
 #include <fcntl.h>
 #include <sys/file.h>
 #include <unistd.h>
@@ -24,8 +26,7 @@ constexpr unsigned kPatience = 20'000;  // us, between two looks at a lock
 ModelClaim::ModelClaim(const std::filesystem::path& folder, const ModelKey& key,
                        const Progress& progress) {
   if (folder.empty()) return;
-  std::error_code ignored;
-  std::filesystem::create_directories(folder, ignored);
+  (void)audio::makeFolder(folder);
   path_ = folder / (key.text() + ".lock");
   lock_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   while (lock_ >= 0 && ::flock(lock_, LOCK_EX | LOCK_NB) != 0) {

@@ -61,14 +61,17 @@ std::optional<RigidRecoil> readRecoil(const std::filesystem::path& file) {
   if (header.magic != kMagic) return std::nullopt;
   if (header.poles > RigidRecoil::kMostPoles || header.terms > left.size()) return std::nullopt;
   constexpr std::size_t kResidue = sizeof(std::complex<float>);
-  const std::size_t expected = header.poles * sizeof(std::complex<double>) +
-                               header.terms * (sizeof(RigidRecoil::Term) + header.poles * kResidue);
+  const std::uint64_t expected =
+      header.poles * sizeof(std::complex<double>) +
+      header.terms * (sizeof(RigidRecoil::Term) + header.poles * kResidue);
   if (left.size() != expected) return std::nullopt;
+  const auto poles = static_cast<std::size_t>(header.poles);
+  const auto terms = static_cast<std::size_t>(header.terms);
   RigidRecoil recoil;
   recoil.radius = header.radius;
-  recoil.poles.resize(header.poles);
-  recoil.terms.resize(header.terms);
-  recoil.residues.resize(header.terms * header.poles);
+  recoil.poles.resize(poles);
+  recoil.terms.resize(terms);
+  recoil.residues.resize(terms * poles);
   take(left, std::span(recoil.poles));
   take(left, std::span(recoil.terms));
   take(left, std::span(recoil.residues));

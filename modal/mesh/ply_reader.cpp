@@ -251,7 +251,8 @@ Role roleOfVertex(std::string_view name) {
                                                                         {"t", Role::v},
                                                                         {"texture_u", Role::u},
                                                                         {"texture_v", Role::v}}};
-  const auto* found = std::ranges::find(kNames, name, [](const auto& one) { return one.first; });
+  const auto isNamed = [name](const auto& one) { return one.first == name; };
+  const auto found = std::ranges::find_if(kNames, isNamed);
   return found == kNames.end() ? Role::none : found->second;
 }
 

@@ -6,7 +6,6 @@
 #include <limits>
 #include <span>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include "native/jello/jello_implicit.h"
@@ -89,7 +88,7 @@ JelloStepper::JelloStepper(JelloWorld world, JelloIntegrator integrator, double 
   stage_ = now_;
   if (parts() > 1) {
     upperForces_.assign(3 * stride(), 0.0);
-    if (std::thread::hardware_concurrency() > 1) worker_ = std::make_unique<JelloWorker>();
+    if (JelloWorker::isOfUse()) worker_ = std::make_unique<JelloWorker>();
   }
   for (std::size_t point = 0; point < world_.pointCount(); ++point) {
     put(0, point, world_.positions[point]);

@@ -4,6 +4,10 @@ namespace carom::native {
 
 #if CAROM_THREADS
 
+bool JelloWorker::isOfUse() {
+  return std::thread::hardware_concurrency() > 1;
+}
+
 JelloWorker::JelloWorker() : thread_([this] { work(); }) {}
 
 JelloWorker::~JelloWorker() {
@@ -35,6 +39,10 @@ void JelloWorker::work() {
 }
 
 #else
+
+bool JelloWorker::isOfUse() {
+  return false;
+}
 
 void JelloWorker::run(const std::function<void(std::size_t)>& half) {
   half(0);

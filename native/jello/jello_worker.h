@@ -22,6 +22,9 @@ class JelloWorker {
   JelloWorker& operator=(const JelloWorker&) = delete;
 #endif
 
+  /// True if two threads would run at once.
+  static bool isOfUse();
+
   /// Calls half(0) in this thread and half(1) in the second one, and returns when both have
   /// finished. Neither throws.
   void run(const std::function<void(std::size_t)>& half);

@@ -109,7 +109,7 @@ class ByteReader {
     std::uint64_t size = 0;
     count(size);
     if (!check(size <= bytes_.size() - at_, "the text is longer than what is left")) return;
-    value.resize(size);
+    value.resize(static_cast<std::size_t>(size));
     for (char& letter : value)
       letter = static_cast<char>(bytes_[at_++]);
   }

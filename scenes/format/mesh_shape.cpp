@@ -9,10 +9,11 @@
 #include <set>
 #include <sstream>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include <Eigen/Dense>
+
+#include "audio/io/byte_file.h"
 
 namespace carom::scenes {
 namespace {
@@ -29,8 +30,7 @@ std::string number(double value) {
 }
 
 Status validateFile(const std::filesystem::path& file) {
-  std::error_code code;
-  if (!std::filesystem::is_regular_file(file, code))
+  if (!audio::isRegularFile(file))
     return Error{"there is no file \"" + file.string() +
                  "\"; expected a mesh, its name relative to the scene's folder"};
   return std::monostate{};

@@ -7,9 +7,9 @@
 #include <numbers>
 #include <optional>
 #include <string_view>
-#include <system_error>
 #include <utility>
 
+#include "audio/io/byte_file.h"
 #include "audio/propagation/reverb.h"
 #include "scenes/format/scene_ranges.h"
 namespace carom::scenes {
@@ -337,8 +337,7 @@ void readMicrophones(const JsonNode& entry, Listener& listener) {
 std::filesystem::path readSofa(const JsonNode& node, const SceneFolder& folder) {
   std::filesystem::path file = folder.fileOf(node);
   if (node.failed()) return {};
-  std::error_code code;
-  if (!std::filesystem::is_regular_file(file, code))
+  if (!audio::isRegularFile(file))
     node.fail("there is no file " + inQuotes(file.string()) +
               "; expected a SOFA file, its name relative to the scene's folder");
   return file;

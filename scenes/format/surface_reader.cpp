@@ -2,8 +2,8 @@
 
 #include <cstddef>
 #include <string>
-#include <system_error>
 
+#include "audio/io/byte_file.h"
 #include "scenes/format/scene_ranges.h"
 
 namespace carom::scenes {
@@ -60,8 +60,7 @@ std::optional<NormalMapFile> readNormalMapEntry(const JsonNode& entry, const Sce
   if (const auto green = node->find("green"))
     map.settings.greenIsDown = green->choice("where green points", {"up", "down"}) == 1;
   map.settings.strength = node->number("strength", kStrength, map.settings.strength);
-  std::error_code code;
-  if (!node->failed() && !std::filesystem::is_regular_file(map.file, code))
+  if (!node->failed() && !audio::isRegularFile(map.file))
     file->fail("there is no file " + inQuotes(map.file.string()) +
                "; expected a PNG file, its name relative to the scene's folder");
   return map;

@@ -32,15 +32,6 @@ class ResourceWatch {
   double lookedAt_ = 0;  // s, of the clock, when memory was looked at
 };
 
-/// Returns the bytes of this process that are in memory; 0 where that is not known. [any thread]
-std::uint64_t residentMemory();
-/// Returns the bytes that this process may write to, in memory or not yet; 0 where that is not
-/// known. [any thread]
-std::uint64_t mappedMemory();
-/// Returns the bytes of memory that the machine, or this container, has; 0 where that is not known.
-/// [any thread]
-std::uint64_t machineMemory();
-
 /// Returns "1.5 GB", "200 kB" and so on. [any thread]
 std::string bytesText(double bytes);
 

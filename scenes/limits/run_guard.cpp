@@ -2,6 +2,8 @@
 
 #include <sstream>
 
+#include "scenes/limits/machine_memory.h"
+
 namespace carom::scenes {
 namespace {
 

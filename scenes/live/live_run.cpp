@@ -7,8 +7,8 @@
 #include <utility>
 #include <variant>
 
-#include "scenes/run/bullet_solid.h"
 #include "scenes/run/scene_sound.h"
+#include "scenes/run/solid_surface.h"
 
 namespace carom::scenes {
 

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "native/jello/jello_skin.h"
-#include "scenes/run/bullet_solid.h"
+#include "scenes/run/solid_surface.h"
 
 namespace carom::scenes {
 

@@ -85,15 +85,6 @@ class RunStepper : public SceneStepper {
   std::string failure_;
 };
 
-std::uint32_t pointsOf(const Scene& scene) {
-  const JelloShape* const jello = jelloOf(scene);
-  return jello == nullptr ? 0 : static_cast<std::uint32_t>(jello->positions.size());
-}
-
-RunShape shapeOf(const Scene& scene) {
-  return {static_cast<std::uint32_t>(scene.bodies.size()), pointsOf(scene)};
-}
-
 /// Returns the scene of a host's run.
 Scene sceneOfHost(const HostRun& run, const fs::path& file) {
   Scene scene;
@@ -128,12 +119,7 @@ Result<RunReport> recordRun(const RunToRecord& run,
   Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene, guard);
   if (!stepper) return stepper.error();
   (*stepper)->showAll();
-  const RunHeader header{.sceneFile = std::string(run.name),
-                         .sceneText = std::string(run.text),
-                         .stepper = scene.stepper.type == StepperType::bullet ? "bullet" : "native",
-                         .duration = scene.duration,
-                         .deformationStep = (*stepper)->hearDeformations(),
-                         .shape = shapeOf(scene)};
+  const RunHeader header = runHeader(scene, run.text, run.name, (*stepper)->hearDeformations());
   Result<RunWriter> writer = beginRun(run.file, header);
   if (!writer) return writer.error();
   RunReport report;
@@ -169,8 +155,8 @@ Result<RecordedRun> openRun(const fs::path& file, bool confined) {
   if (!scene)
     return Error{file.string() + ": the scene in it is refused: " + scene.error().message};
   scene->stepper.type = header.stepper == "bullet" ? StepperType::bullet : StepperType::native;
-  if (scene->duration != header.duration || shapeOf(*scene).bodies != header.shape.bodies ||
-      shapeOf(*scene).points != header.shape.points)
+  if (scene->duration != header.duration || runShape(*scene).bodies != header.shape.bodies ||
+      runShape(*scene).points != header.shape.points)
     return Error{file.string() +
                  ": the run is not of the scene in the file; expected the same bodies and length"};
   auto shared = std::make_shared<RunReader>(*std::move(reader));

@@ -42,18 +42,6 @@ bool getNumber(std::istream& from, Number& number) {
   return static_cast<bool>(from);
 }
 
-std::string headerText(const RunHeader& header) {
-  const json object = {{"scene_file", header.sceneFile},
-                       {"scene", header.sceneText},
-                       {"stepper", header.stepper},
-                       {"duration_s", header.duration},
-                       {"deformation_step_s", header.deformationStep},
-                       {"bodies", header.shape.bodies},
-                       {"points", header.shape.points}};
-  // Names of files need not be UTF-8.
-  return object.dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
 std::string textOf(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
@@ -64,7 +52,8 @@ Result<RunWriter> beginRun(const fs::path& file, const RunHeader& header) {
   Result<RunWriter> writer = RunWriter::create(file, kSceneRun);
   if (!writer) return writer.error();
   const std::string text = headerText(header);
-  if (Status put = writer->put('h', std::as_bytes(std::span(text))); !put) return put.error();
+  const Status put = writer->put(kHeaderPart, std::as_bytes(std::span(text)));
+  if (!put) return put.error();
   return writer;
 }
 
@@ -193,7 +182,7 @@ Status RunReader::checkBodies() const {
 Status RunReader::readHeader() {
   const Result<Part> part = take();
   if (!part) return part.error();
-  if (part->kind != 'h') return fault("it is no header");
+  if (part->kind != kHeaderPart) return fault("it is no header");
   modal::FirstError error(name_ + ": header");
   const std::optional<json> document = modal::parseJson(textOf(part->bytes), error);
   if (!document) return error.error();

@@ -11,21 +11,11 @@
 
 #include "audio/run/host_run.h"
 #include "audio/run/run_portion.h"
-#include "audio/run/run_tables.h"
 #include "audio/run/run_writer.h"
 #include "carom/audio/result.h"
+#include "scenes/recording/run_header.h"
 
 namespace carom::scenes {
-
-/// The beginning of the file of a scene's run: a JSON object, in a part of kind 'h'.
-struct RunHeader {
-  std::string sceneFile;         ///< its name, which files that the scene names are relative to
-  std::string sceneText;         ///< JSON
-  std::string stepper;           ///< "native" or "bullet"; "host" of a host's run, without a scene
-  double duration = 0.0;         ///< s, > 0
-  double deformationStep = 0.0;  ///< s, see SceneStepper::hearDeformations; 0: nothing deforms
-  audio::RunShape shape;
-};
 
 /// Begins the file of a scene's run.
 Result<audio::RunWriter> beginRun(const std::filesystem::path& file, const RunHeader& header);

@@ -1,15 +1,11 @@
 #include "scenes/run/bullet_solid.h"
 
-#include <cassert>
 #include <cstddef>
 #include <utility>
 
-#include "bullet_bridge/shapes/shape_surface.h"
 #include "scenes/run/collision_corners.h"
 
 namespace carom::scenes {
-
-using namespace bullet;
 
 namespace {
 
@@ -82,19 +78,6 @@ struct BulletSolid::Builder {
 
 BulletSolid::BulletSolid(const SolidShape& solid, const Quat& axes) {
   std::visit(Builder{*this, solid, axes}, solid.form);
-}
-
-SurfaceMesh surfaceOf(const SolidShape& solid) {
-  if (const auto* mesh = std::get_if<std::shared_ptr<const SolidMesh>>(&solid.form)) {
-    SurfaceMesh surface = (*mesh)->surface;
-    for (Vec3& vertex : surface.vertices)
-      vertex -= solid.centreOfMass;
-    return surface;
-  }
-  const BulletSolid bullet(solid, Quat::Identity());
-  Result<SurfaceMesh> surface = shapeSurface(bullet.shape());
-  assert(surface);  // a box or a cylinder has one
-  return *std::move(surface);
 }
 
 }  // namespace carom::scenes

@@ -5,8 +5,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
-#include "carom/audio/result.h"
-#include "carom/audio/surface_mesh.h"
+#include "carom/audio/vector.h"
 #include "scenes/format/solid_shape.h"
 
 namespace carom::scenes {
@@ -53,9 +52,5 @@ class BulletSolid {
   std::vector<std::unique_ptr<btStridingMeshInterface>> meshes_;
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;  // parts before their compound
 };
-
-/// Returns the surface of a solid in m, body frame. A cylinder becomes a polyhedron of equal
-/// volume, as shapeSurface makes it. [any thread], allocates.
-SurfaceMesh surfaceOf(const SolidShape& solid);
 
 }  // namespace carom::scenes

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -10,7 +9,8 @@
 #include "carom/audio/panel_radiator.h"
 #include "native/jello/jello_limits.h"
 #include "scenes/format/jello_reader.h"
-#include "scenes/run/bullet_solid.h"
+#include "scenes/run/processor_time.h"
+#include "scenes/run/solid_surface.h"
 
 namespace carom::scenes {
 
@@ -234,7 +234,7 @@ std::span<const ImpulseEvent> JelloSceneStepper::advanceTo(double time) {
     poses_.clear();
     pictures_.clear();
   }
-  const std::clock_t begin = std::clock();
+  const double begin = processorSeconds();
   while (failure_.empty() && coupling_.settledTime() < time && mayGoOn(coupling_.settledTime())) {
     if (pull_) draw();
     if (const Status stepped = coupling_.advance(); !stepped) {
@@ -245,7 +245,7 @@ std::span<const ImpulseEvent> JelloSceneStepper::advanceTo(double time) {
     count(coupling_.events(), coupling_.settledTime());
     look();
   }
-  processorTime_ += static_cast<double>(std::clock() - begin) / static_cast<double>(CLOCKS_PER_SEC);
+  processorTime_ += processorSeconds() - begin;
   return events_;
 }
 

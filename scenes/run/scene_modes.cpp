@@ -11,7 +11,7 @@
 #include "audio/model/sphere_mesh.h"
 #include "carom/modal/mesh_analysis.h"
 #include "scenes/format/model_file.h"
-#include "scenes/run/bullet_solid.h"
+#include "scenes/run/solid_surface.h"
 
 namespace carom::scenes {
 

@@ -13,8 +13,8 @@
 #include "carom/audio/panel_radiator.h"
 #include "carom/audio/room.h"
 #include "carom/modal/mesh_analysis.h"
-#include "scenes/run/bullet_solid.h"
 #include "scenes/run/scene_modes.h"
+#include "scenes/run/solid_surface.h"
 
 namespace carom::scenes {
 

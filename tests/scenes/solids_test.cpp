@@ -26,6 +26,7 @@
 #include "scenes/run/collision_corners.h"
 #include "scenes/run/scene_sound.h"
 #include "scenes/run/scene_stepper.h"
+#include "scenes/run/solid_surface.h"
 #include "tests/scenes/library.h"
 #include "tests/support/temporary_folder.h"
 

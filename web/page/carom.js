@@ -1,4 +1,5 @@
 // window.carom: what the page offers to scripts and tests (docs/view.md).
+import {liveOf} from './live/carom_live.js';
 
 /// `opened` is a promise of {view, offline, manifest}; until it is kept only `ready` and `version` tell anything.
 export function caromOf(opened) {
@@ -14,6 +15,7 @@ export function caromOf(opened) {
   };
   return {
     ready,
+    live: liveOf(view),
     get version() { return page?.manifest.version ?? ''; },
     get time() {
       view().player.tick(performance.now());   // pictures may come slower than scripts ask

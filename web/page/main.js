@@ -41,12 +41,14 @@ async function open() {
   const player = new Player(runs, sound, ear, head);
   const offline = new Offline(sound, runs, head);
   const bar = new Bar(player, sound, ear);
-  const view = new View({manifest, runs, stage, sound, ear, player, bar, hasHead: manifest.head !== undefined && manifest.head !== null});
+  const view = new View({manifest, runs, blobs, stage, sound, ear, player, bar, hasHead: manifest.head !== undefined && manifest.head !== null});
   view.begin();
   if (chosenTime()) player.seek(chosenTime());
   await prepared;
   sound.gain = startVolume(runs[0], ear.pose);
   view.gain = sound.gain;
+  await view.live.startLinked().catch((error) => view.live.bar.say(error.message));
+  view.live.offer();
   view.soundIsKnown();
   return {view, offline, manifest};
 }

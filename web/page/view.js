@@ -1,4 +1,5 @@
 // The page as a whole: what is shown, selected and heard, and what keys do.
+import {Desk} from './live/desk.js';
 import {otherRuns} from './run/choice.js';
 import {namesOf} from './run/data.js';
 import {Keys} from './text/keys.js';
@@ -21,6 +22,7 @@ export class View {
   slow = 0;
   #last = performance.now();
   #sentEar = '';
+  #others = null;       // a list of runs that are not shown
   #turn = (now) => this.#draw(now);
 
   constructor(parts) {
@@ -32,6 +34,7 @@ export class View {
     this.panel = new Panel(this.ear, does);
     this.mixer = new Mixer(this.ear, this.hasHead, does);
     this.bar.serve(does);
+    this.live = new Desk(this, this.blobs);
     this.keys = new Keys(keysOf(this));
     this.ear.format = this.hasHead ? 'head' : 'pair';
   }
@@ -39,8 +42,10 @@ export class View {
   begin() {
     document.querySelectorAll('[data-icon]').forEach((element) => setIcon(element, element.dataset.icon));
     fillSheets(this.manifest.version);
-    byId('title').textContent = this.manifest.title.replaceAll('_', ' ');
-    this.#offerRuns();
+    this.setTitle(this.manifest.title);
+    this.#others = otherRuns(this.manifest, this.runs, this.player);
+    if (this.#others) byId('runs').after(this.#others);
+    this.offerRuns();
     this.#listen();
     this.#layout();
     this.#show();
@@ -63,6 +68,13 @@ export class View {
     this.bar.window.addEventListener('change', () => this.touch());
     this.sound.addEventListener('state', () => this.soundIsKnown());
     byId('begin-button').onclick = () => player.play();
+    byId('runs').addEventListener('keydown', (event) => {
+      const way = {ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1}[event.key];
+      if (!way) return;
+      event.preventDefault();
+      this.nextRun(way);
+      byId('runs').children[this.player.runIndex].focus();
+    });
     byId('show-all').onclick = () => this.showAll();
     byId('open-help').onclick = () => toggleSheet('help');
     byId('open-about').onclick = () => toggleSheet('about');
@@ -70,24 +82,29 @@ export class View {
     let down = null;
     stage.canvas.addEventListener('pointerdown', (event) => down = [event.clientX, event.clientY]);
     stage.canvas.addEventListener('pointerup', (event) => {
-      if (!down || Math.hypot(event.clientX - down[0], event.clientY - down[1]) > kStill) return;
+      if (event.defaultPrevented || !down || Math.hypot(event.clientX - down[0], event.clientY - down[1]) > kStill) return;
       const body = stage.pick(event.clientX, event.clientY);
       if (body === null) this.close(); else this.selectBody(body);
     });
   }
 
-  #offerRuns() {
-    const runs = byId('runs'), others = otherRuns(this.manifest, this.runs, this.player);
-    byId('choice').hidden = this.runs.length < 2 && !others;
-    if (others) runs.after(others);
+  setTitle(title) {
+    byId('title').textContent = title.replaceAll('_', ' ');
+  }
+  /// Shows which runs there are; again when a live one has come.
+  offerRuns() {
+    const runs = byId('runs');
+    byId('choice').hidden = this.runs.length < 2 && !this.#others && !this.live.offers;
+    runs.hidden = this.runs.length < 2;
     runs.replaceChildren(...this.runs.map((run, index) => make('button', {type: 'button', role: 'radio', 'aria-checked': 'false', onclick: () => this.player.setRun(index),
       title: `${run.label} (${index + 1})`}, run.label)));
-    runs.addEventListener('keydown', (event) => {
-      const way = {ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1}[event.key];
-      if (!way) return;
-      event.preventDefault();
-      this.nextRun(way);
-      runs.children[this.player.runIndex].focus();
+    this.#checkRun();
+  }
+  #checkRun() {
+    [...byId('runs').children].forEach((button, index) => {
+      const checked = index === this.player.runIndex;
+      button.setAttribute('aria-checked', String(checked));
+      button.tabIndex = checked ? 0 : -1;
     });
   }
   nextRun(way) {
@@ -105,11 +122,7 @@ export class View {
     this.close();
     byId('about-scene').hidden = !run.description;
     byId('description').textContent = run.description ?? '';
-    [...byId('runs').children].forEach((button, index) => {
-      const checked = index === run.index;
-      button.setAttribute('aria-checked', String(checked));
-      button.tabIndex = checked ? 0 : -1;
-    });
+    this.#checkRun();
   }
   #changed() {
     this.touch();
@@ -231,6 +244,7 @@ export class View {
   #draw(now) {
     const seconds = (now - this.#last) / 1000;
     this.#last = now;
+    this.live.pump(now);
     this.player.tick(now);
     const flies = this.keys.fly(this.stage, seconds), settles = this.stage.settle();
     if (this.player.playing) this.#watchPace(seconds);

@@ -7,6 +7,14 @@ import {Spectrogram} from './spectrogram.js';
 import {Timeline} from './timeline.js';
 import {Window} from './window.js';
 
+const kFirst = 5, kLonger = 1.6;   // s that a run which goes on has room for at first, and by how much more each time
+
+function roomFor(duration) {
+  let room = kFirst;
+  while (room < duration) room *= kLonger;
+  return room;
+}
+
 export class Bar {
   constructor(player, sound, ear) {
     Object.assign(this, {player, sound, ear});
@@ -46,12 +54,27 @@ export class Bar {
   show(run, looks) {
     this.run = run;
     const whole = !this.window.zoomed;
-    this.window.duration = run.duration;
+    const length = run.open ? roomFor(run.duration) : run.duration;
+    this.window.duration = length;
     this.timeline.show(run, looks);
-    this.window.set(this.window.begin, whole ? run.duration : this.window.end);
+    this.window.set(this.window.begin, whole ? length : this.window.end);
     this.line.setAttribute('aria-valuemax', run.duration.toFixed(6));
     this.spectrogram.forget();
     this.tell();
+  }
+  /// Shows more of a run that goes on. The line gets longer in steps, as all of it moves then.
+  grow() {
+    const {run, window} = this, length = Math.max(roomFor(run.duration), run.duration);
+    this.timeline.measure();
+    this.line.setAttribute('aria-valuemax', run.duration.toFixed(6));
+    if (length === window.duration) return this.timeline.draw();
+    const whole = !window.zoomed;
+    window.duration = length;
+    return window.set(whole ? 0 : window.begin, whole ? length : window.end);
+  }
+  /// Bodies have come or gone.
+  recolour() {
+    this.timeline.paint(this.timeline.theme);
   }
   paint(theme) {
     this.timeline.paint(theme);

@@ -1,6 +1,6 @@
 // What has been heard, over the simulation's time: frequency upwards, on a scale of octaves, loudness as colour.
 import {Fourier} from './fourier.js';
-import {kQuietest} from '../run/data.js';
+import {kQuietest} from '../run/events.js';
 
 const kSize = 1024, kHop = 128;
 const kRows = 88;
@@ -68,8 +68,9 @@ export class Spectrogram {
     });
     this.#columns.push({begin, end, levels});
   }
-  forget() {
-    this.#columns = [];
+  /// Forgets what was heard of all after a time (s).
+  forget(after = -Infinity) {
+    this.#columns = this.#columns.filter((column) => column.end <= after);
     this.redraw();
   }
   get empty() {

@@ -24,6 +24,12 @@ export class Timeline {
   show(run, looks) {
     this.run = run;
     this.looks = looks;
+    this.measure();
+    this.paint(this.theme);
+  }
+  /// Looks for the loudest event and places the bars; again when the run has gone on.
+  measure() {
+    const {run} = this;
     this.loudest = run.events.reduce((most, event) => Math.max(most, event.level), -Infinity);
     const ends = [0, 0];
     this.bars = run.contacts.map((contact) => {
@@ -31,7 +37,6 @@ export class Timeline {
       ends[lane] = Math.max(ends[lane], contact.end);
       return {...contact, lane};
     });
-    this.paint(this.theme);
   }
   paint(theme) {
     this.theme = theme;

@@ -1,13 +1,9 @@
 // A run as the page draws it: bodies, tracks of their poses, events, contacts, from the manifest's blobs.
+import {contactOf, kContactWidth} from './contacts.js';
+import {EventList, kEventWidth} from './events.js';
 import {kPoseWidth, Tracks} from './tracks.js';
 
-export const kQuietest = 20e-6;  // Pa: the reference of sound pressure levels
-
-export function decibels(pressure) {
-  return pressure > 0 ? 20 * Math.log10(pressure / kQuietest) : -Infinity;
-}
-
-const kEventWidth = 14, kContactWidth = 6, kListenerWidth = 8;
+const kListenerWidth = 8;
 
 function doubles(bytes) {
   return bytes ? new Float64Array(bytes.buffer, bytes.byteOffset, bytes.byteLength >> 3) : new Float64Array(0);
@@ -27,57 +23,16 @@ function tableOf(bytes, columns, Type) {
   return new Type(out.buffer);
 }
 
-function eventOf(table, row) {
-  const at = row * kEventWidth;
-  return {
-    time: table[at], body: table[at + 1], other: table[at + 2], impulse: table[at + 3],
-    approachSpeed: table[at + 4], duration: table[at + 5], peak: table[at + 6],
-    position: [table[at + 7], table[at + 8], table[at + 9]],
-    impulseVector: [table[at + 10], table[at + 11], table[at + 12]],
-    kind: table[at + 13], row, rows: [row],
-  };
-}
-
-/// Takes a second share of the same collision into `event`: its sound adds to the first's.
-function join(event, share) {
-  const louder = share.peak > event.peak;
-  event.rows.push(share.row);
-  if (louder) event.row = share.row;
-  event.peak += share.peak;
-}
-
 /// Events in order of time, with the two rows of one collision as one event.
 export function readEvents(bytes) {
-  const table = tableOf(bytes, kEventWidth, Float64Array);
-  const events = [];
-  let open = [];  // events of the latest time, which may still find their other share
-  for (let row = 0; row < Math.floor(table.length / kEventWidth); ++row) {
-    const share = eventOf(table, row);
-    if (open.length && open[0].time !== share.time) open = [];
-    const twin = open.find((event) => event.rows.length === 1 && event.kind === share.kind &&
-                                      event.body === share.other && event.other === share.body);
-    if (twin) {
-      join(twin, share);
-      continue;
-    }
-    open.push(share);
-    events.push(share);
-  }
-  events.forEach((event, index) => {
-    event.index = index;
-    event.level = decibels(event.peak);
-  });
-  return events;
+  const list = new EventList();
+  list.add(tableOf(bytes, kEventWidth, Float64Array));
+  return list.events;
 }
 
 function readContacts(bytes) {
   const table = tableOf(bytes, kContactWidth, Float64Array);
-  const contacts = [];
-  for (let at = 0; at + kContactWidth <= table.length; at += kContactWidth) {
-    contacts.push({body: table[at], other: table[at + 1], begin: table[at + 2], end: table[at + 3],
-                   slides: table[at + 4] === 1, force: table[at + 5]});
-  }
-  return contacts;
+  return Array.from({length: Math.floor(table.length / kContactWidth)}, (none, row) => contactOf(table, row * kContactWidth));
 }
 
 function readMesh(mesh, bytes) {

@@ -35,14 +35,19 @@ export class Player extends EventTarget {
   get duration() {
     return this.run.duration;
   }
+  /// A run that is open goes on.
   get end() {
-    return Math.min(this.duration, this.#until);
+    return Math.min(this.run.open ? Infinity : this.duration, this.#until);
   }
   #changed() {
     this.dispatchEvent(new Event('change'));
   }
   #sounds() {
     return this.sound.has(this.run);
+  }
+  /// True if the sound's clock leads.
+  get hasSound() {
+    return this.#sounds();
   }
 
   seek(time) {
@@ -101,8 +106,18 @@ export class Player extends EventTarget {
     this.#run = index;
     this.#time = Math.min(this.#time, this.duration);
     this.#changed();
-    if (this.sound.on) await this.sound.start(this.run, await this.head());
-    if (plays && index === this.#run) this.#resound();
+    await this.#openRun(plays);
+  }
+  /// The run that is shown has become another one, in the same place.
+  renewRun() {
+    this.#release();
+    this.#changed();
+    return this.#openRun(this.playing);
+  }
+  async #openRun(plays) {
+    const {run} = this;
+    if (this.sound.on) await this.sound.start(run, await this.head());
+    if (plays && run === this.run) this.#resound();
   }
   get runIndex() {
     return this.#run;
@@ -150,6 +165,7 @@ export class Player extends EventTarget {
     this.#time = Math.max(0, next);
     if (heard === undefined) this.#watchEnds();
     this.#time = Math.min(this.#time, this.loop && this.only < 0 && this.#time > this.loop[1] && heard !== undefined ? this.loop[1] : this.end);
+    if (this.run.open) this.#time = Math.min(this.#time, this.duration);
   }
   #watchEnds() {
     if (this.loop && this.only < 0 && this.#time >= this.loop[1]) this.#time = this.loop[0];

@@ -3,57 +3,65 @@
 export const kPoseWidth = 9;   // time, body, x y z, w x y z
 const kWidth = kPoseWidth;
 
-/// Rows of one body are found once; within them the row before a time by bisection, which begins
-/// at the row of the last call, as time mostly goes on.
-export class Tracks {
-  constructor(bodies, table) {
-    this.table = table;
-    this.first = new Map();
-    this.last = new Map();
-    this.hint = new Map();
-    this.still = new Map(bodies.map((body) => [body.id, body.pose]));
-    for (let row = 0; row < Math.floor(table.length / kWidth); ++row) {
-      const body = this.table[row * kWidth + 1];
-      if (!this.first.has(body)) this.first.set(body, row);
-      this.last.set(body, row);
-    }
+/// The rows of one body in a table, of which the one before a time is found by bisection. It begins at the row of the
+/// last call, as time mostly goes on.
+export class Track {
+  constructor(table, first) {
+    Object.assign(this, {table, first, last: first, hint: first});
   }
-
-  moves(body) {
-    return this.first.has(body);
+  get rows() {
+    return this.last - this.first + 1;
   }
-  rows(body) {
-    return this.first.has(body) ? this.last.get(body) - this.first.get(body) + 1 : 0;
+  #time(row) {
+    return this.table[row * kWidth];
   }
-
-  #rowBefore(body, time) {
-    const first = this.first.get(body), last = this.last.get(body);
-    const timeOf = (row) => this.table[row * kWidth];
-    let low = this.hint.get(body) ?? first;
-    if (timeOf(low) > time || (low + 2 <= last && timeOf(low + 2) <= time)) {
+  rowBefore(time) {
+    const {first, last} = this;
+    let low = this.hint;
+    if (this.#time(low) > time || (low + 2 <= last && this.#time(low + 2) <= time)) {
       low = first;
       let high = last;
       while (high - low > 1) {
         const middle = (low + high) >> 1;
-        if (timeOf(middle) <= time) low = middle; else high = middle;
+        if (this.#time(middle) <= time) low = middle; else high = middle;
       }
-    } else if (low + 1 <= last && timeOf(low + 1) <= time) {
+    } else if (low + 1 <= last && this.#time(low + 1) <= time) {
       ++low;
     }
-    this.hint.set(body, low);
+    this.hint = low;
     return low;
+  }
+}
+
+/// The tracks of all bodies, in a table that is sorted by body.
+export class Tracks {
+  tracks = new Map();
+
+  constructor(bodies, table) {
+    this.still = new Map(bodies.map((body) => [body.id, body.pose]));
+    for (let row = 0; row < Math.floor(table.length / kWidth); ++row) {
+      const body = table[row * kWidth + 1], track = this.tracks.get(body);
+      if (track) track.last = row; else this.tracks.set(body, new Track(table, row));
+    }
+  }
+
+  moves(body) {
+    return this.tracks.has(body);
+  }
+  rows(body) {
+    return this.tracks.get(body)?.rows ?? 0;
   }
 
   /// Writes x y z, w x y z of a body at a time to `out`.
   pose(body, time, out) {
-    if (!this.first.has(body)) {
+    const track = this.tracks.get(body);
+    if (!track) {
       const still = this.still.get(body);
       for (let item = 0; item < 7; ++item) out[item] = still[item];
       return out;
     }
-    const row = this.#rowBefore(body, time);
-    const next = Math.min(row + 1, this.last.get(body));
-    const from = row * kWidth, to = next * kWidth, table = this.table;
+    const row = track.rowBefore(time), {table} = track;
+    const from = row * kWidth, to = Math.min(row + 1, track.last) * kWidth;
     const span = table[to] - table[from];
     const part = span > 0 ? Math.min(1, Math.max(0, (time - table[from]) / span)) : 0;
     for (let item = 0; item < 3; ++item) out[item] = table[from + 2 + item] + part * (table[to + 2 + item] - table[from + 2 + item]);

@@ -10,7 +10,9 @@ const breathe = () => new Promise((resolve) => setTimeout(resolve));
 /// Renders runs one after another; two calls at a time wait for each other, as they share an engine.
 export class Offline {
   #engine = null;
-  #opened = -1;
+  #run = null;      // that is open,
+  #cuts = 0;        // and how often it had been cut then,
+  #pieces = 0;      // and how much of it has come
   #line = Promise.resolve();
 
   constructor(sound, runs, head) {
@@ -45,10 +47,15 @@ export class Offline {
     return channels;
   }
   async #open(run) {
-    if (this.#opened === run.index) return;
-    this.#engine ??= new Engine(this.sound.module);
-    this.#opened = -1;
-    this.#engine.open(await run.soundBytes(), run.sampleRate || 48000, await this.head());
-    this.#opened = run.index;
+    const {growth} = run;
+    if (this.#run !== run || this.#cuts !== growth?.cuts) {
+      this.#engine ??= new Engine(this.sound.module);
+      this.#run = null;
+      this.#engine.open(await run.soundBytes(), run.sampleRate || 48000, await this.head());
+      if (growth) this.#engine.setOpen();
+      [this.#run, this.#cuts, this.#pieces] = [run, growth?.cuts, 0];
+    }
+    // What has come since, of a run that goes on.
+    for (; growth && this.#pieces < growth.pieces.length; ++this.#pieces) this.#engine.append(growth.pieces[this.#pieces].sound);
   }
 }

@@ -19,6 +19,7 @@ export class Sound extends EventTarget {
   #context = null;
   #node = null;
   #opened = new Set(); // runs that the worklet has
+  #fed = new Map();    // pieces that it has, of runs that go on
   #line = Promise.resolve();
   #opening = null;
   #anchor = null;      // the worklet's latest report
@@ -94,11 +95,35 @@ export class Sound extends EventTarget {
   async #open(run, head) {
     if (this.#opened.has(run.index)) return;
     const bytes = await run.soundBytes();
-    await new Promise((resolve, reject) => {
+    const answer = new Promise((resolve, reject) => {
       this.#opening = {resolve, reject};
-      this.#node.port.postMessage({type: 'open', run: run.index, bytes, head, busy: busyTimes(run)});
+      this.#node.port.postMessage({type: 'open', run: run.index, bytes, head, busy: busyTimes(run), ahead: run.growth?.ahead});
     });
+    this.#fed.set(run.index, 0);
+    this.feed(run);
+    await answer;
     this.#opened.add(run.index);
+  }
+  /// Hands over what has come to a run that goes on (live/growth.js).
+  feed(run) {
+    if (!this.#fed.has(run.index) || !run.growth) return;
+    const {pieces} = run.growth;
+    for (let piece = this.#fed.get(run.index); piece < pieces.length; ++piece) {
+      this.#node.port.postMessage({type: 'append', run: run.index, bytes: pieces[piece].sound});
+    }
+    this.#fed.set(run.index, pieces.length);
+  }
+  /// Takes back all but some portions of a run that goes on; a `go` has to follow.
+  cut(run, portions) {
+    if (!this.#fed.has(run.index)) return;
+    this.#anchor = null;
+    this.#fed.set(run.index, run.growth.pieces.length);
+    this.#node.port.postMessage({type: 'cut', run: run.index, portions});
+  }
+  /// Has another run take a run's place.
+  forget(run) {
+    this.#fed.delete(run.index);
+    this.#opened.delete(run.index);
   }
   has(run) {
     return this.on && this.#opened.has(run.index);
@@ -142,7 +167,16 @@ export class Sound extends EventTarget {
   /// Where the simulation is of what is heard now; null until the worklet has told.
   heardTime(speed) {
     if (!this.#anchor) return null;
+    if (this.#anchor.held) return Math.max(this.#least, this.#anchor.end);
     return Math.max(this.#least, this.#anchor.end + speed * (this.#heardAt() - this.#anchor.at));
+  }
+  /// Where the simulation is of what is rendered now, which is heard a little later; null until the worklet has told.
+  renderedTime(speed) {
+    if (!this.#anchor) return null;
+    return this.#anchor.end + (this.#anchor.held ? 0 : speed * Math.max(0, this.#context.currentTime - this.#anchor.at));
+  }
+  get held() {
+    return this.#anchor?.held ?? false;
   }
   /// The context's time of the sample that leaves the loudspeaker now.
   #heardAt() {

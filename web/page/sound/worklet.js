@@ -1,5 +1,7 @@
 // Live sound: an engine in the audio thread, driven by messages of the page (sound.js).
-//   open {run, bytes, head, busy}  takes a run, at some of whose times much happens; answered by opened or failed
+//   open {run, bytes, head, busy, ahead}   takes a run, at some of whose times much happens; answered by opened or failed.
+//                                  One that goes on has `ahead`, s that it has to be known before it sounds
+//   append {run, bytes}, cut {run, portions}       more of a run that goes on; some of it taken back, before a `go`
 //   go {id, run, time, speed, until, loop, hear}   sounds from `time` on; all that is heard is in it, so that no order matters
 //   rest                           fades out and stops
 //   ear {pose}                     moves the ear, smoothly
@@ -33,6 +35,8 @@ class CaromProcessor extends AudioWorkletProcessor {
     this.playing = false;
     this.fades = true;    // the next quantum fades in
     this.next = null;     // a `go` that waits for the end of the present quantum
+    this.held = false;    // a run that goes on is not known far enough: silence, and its time stands
+    this.tail = null;     // the last samples before a cut, which fade out
     this.now = null;      // the `go` that sounds
     this.heard = new Float32Array(kReport * 128);
     this.filled = 0;
@@ -53,9 +57,11 @@ class CaromProcessor extends AudioWorkletProcessor {
     this.port.postMessage({type: 'failed', message: error.message});
   }
 
-  open({bytes, head, run, busy}) {
+  open({bytes, head, run, busy, ahead}) {
     const engine = new Engine(this.module);
     engine.open(bytes, sampleRate, head);
+    engine.ahead = ahead;
+    if (ahead) engine.setOpen();
     // The first sound of an instance takes longer, as its code is compiled when it is used, and filters
     // are made for the bodies that are heard first.
     engine.hear({format: head ? 'head' : 'pair'});
@@ -63,8 +69,19 @@ class CaromProcessor extends AudioWorkletProcessor {
       engine.seek(time, 1, 0);
       for (let block = 0; block < kWarming; ++block) engine.render(512);
     }
+    if (this.engine === this.engines.get(run)) this.playing = false;
     this.engines.set(run, engine);
     this.port.postMessage({type: 'opened', run});
+  }
+  append({run, bytes}) {
+    this.engines.get(run)?.append(bytes);
+  }
+  /// What sounds of a run that is cut fades out, in samples that were made before.
+  cut({run, portions}) {
+    const engine = this.engines.get(run);
+    if (this.playing && this.engine === engine && !this.held) this.tail = engine.render(128).map((plane) => plane.slice());
+    if (this.engine === engine) this.playing = this.held = false;
+    engine?.cut(portions);
   }
   go(message) {
     this.next = message;
@@ -79,6 +96,11 @@ class CaromProcessor extends AudioWorkletProcessor {
     this.aim = value;
   }
 
+  /// True if all that is needed to render on from `time` is known. What is not would come too late to be heard.
+  knows(engine, time, speed, frames) {
+    return !engine.ahead || engine.known >= time + speed * (engine.ahead + frames / sampleRate);
+  }
+
   /// Begins to sound at a time. The prelude is as long as this machine renders within the budget.
   start(go) {
     const prelude = Math.min(kPrelude, go.time / go.speed, kSeekBudget / 1000 / this.cost);
@@ -90,6 +112,7 @@ class CaromProcessor extends AudioWorkletProcessor {
     if (prelude > 0.02) this.learn(took / prelude);
     this.now = go;
     this.playing = true;
+    this.held = false;
     this.fades = true;
     this.filled = 0;
     this.begin = go.time;
@@ -105,17 +128,41 @@ class CaromProcessor extends AudioWorkletProcessor {
   }
 
   quantum(output) {
-    if (!this.playing && this.next) this.turn();
-    if (!this.playing) return;
     const frames = output[0].length;
+    if (this.tail) {
+      this.write(this.tail, output, frames, -1 / frames);
+      this.tail = null;
+      return;
+    }
+    if (!this.playing && this.next) this.turn(frames);
+    if (!this.playing || (this.held && !this.goesOn(frames))) return;
     const planes = this.render(frames);
-    const rate = this.next ? -1 / frames : this.fades ? 1 / frames : 0;
+    const held = !this.next && !this.knows(this.engine, this.engine.time, this.now.speed, frames);
+    const rate = this.next || held ? -1 / frames : this.fades ? 1 / frames : 0;
     this.write(planes, output, frames, rate);
     if (this.fades) this.port.postMessage({type: 'sounds', id: this.now.id});
+    const began = this.fades;
     this.fades = false;
     this.keep(planes, frames);
-    if (this.next) this.turn();
+    if (held) this.hold();
+    else if (began && this.engine.ahead) this.report(true);
+    if (this.next) this.turn(frames);
     else this.watchEnds();
+  }
+  hold() {
+    this.held = true;
+    this.fades = true;
+    this.report(true);
+  }
+  /// True once a sound that was held may go on; at once if something else is to sound.
+  goesOn(frames) {
+    if (this.next) {
+      this.playing = false;
+      this.turn(frames);
+      return this.playing;
+    }
+    this.held = !this.knows(this.engine, this.engine.time, this.now.speed, frames);
+    return !this.held;
   }
 
   /// The clock has steps of 1 ms, so that the work of many quanta tells more than that of one.
@@ -135,11 +182,12 @@ class CaromProcessor extends AudioWorkletProcessor {
     this.cost = Math.max(0.004, cost, 0.6 * this.cost + 0.4 * cost);
   }
 
-  /// Takes the order that waited, now that the sound has faded.
-  turn() {
+  /// Takes the order that waited, now that the sound has faded. One for what is not known yet waits on.
+  turn(frames) {
     const next = this.next;
-    this.next = null;
     this.playing = false;
+    if (next.type === 'go' && !this.knows(this.engines.get(next.run), next.time, next.speed, 8 * frames)) return;
+    this.next = null;
     if (next.type === 'go') this.start(next);
     else this.report(false);
   }
@@ -175,7 +223,7 @@ class CaromProcessor extends AudioWorkletProcessor {
   report(playing) {
     const samples = this.heard.slice(0, this.filled);
     const end = this.engine.time;
-    this.port.postMessage({type: 'at', id: this.now?.id ?? 0, begin: this.begin, end, playing, samples,
+    this.port.postMessage({type: 'at', id: this.now?.id ?? 0, begin: this.begin, end, playing, held: this.held, samples,
                            at: currentTime + 128 / sampleRate, late: this.engine.late}, [samples.buffer]);
     this.begin = end;
     this.filled = 0;

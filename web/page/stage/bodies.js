@@ -66,7 +66,7 @@ export class Bodies {
     members.forEach((member, index) => {
       const [red, green, blue] = rgbOfLch(this.looks.get(member.body.id).lch);
       mesh.setColorAt(index, colour.setRGB(red / 255, green / 255, blue / 255, THREE.SRGBColorSpace));
-      this.#places.set(member.body.id, {mesh, index, scale: member.scale});
+      this.#places.set(member.body.id, {mesh, index, scale: member.scale, born: member.body.born ?? -1});
     });
     this.#groups.push(mesh);
     this.group.add(mesh);
@@ -82,9 +82,11 @@ export class Bodies {
   }
   #move(id, time) {
     const place = this.#places.get(id);
+    // A body that was added is not there before.
+    if (time < place.born) return place.mesh.setMatrixAt(place.index, this.#matrix.makeScale(0, 0, 0));
     const [x, y, z, qw, qx, qy, qz] = this.run.tracks.pose(id, time, this.#pose);
     this.#matrix.compose(this.#place.set(x, y, z), this.#turn.set(qx, qy, qz, qw), place.scale);
-    place.mesh.setMatrixAt(place.index, this.#matrix);
+    return place.mesh.setMatrixAt(place.index, this.#matrix);
   }
 
   /// The body under a ray, and how far; bodies that are dimmed are looked through.

@@ -59,18 +59,20 @@ function varied(base, order, count) {
   return [lightness + 0.16 * ((order * 0.381966) % 1 - 0.5), base.chroma ?? chroma, hue + base.spread * place];
 }
 
-/// A body's look: {lch, rough, metal, opacity}. Bodies that never move are calmer than those that do.
-export function looksOf(bodies) {
-  const groups = new Map();
-  const looks = new Map();
+/// A body's look: {lch, rough, metal, opacity}. Bodies that never move are calmer than those that do. Those that are
+/// in `looks` already stay as they are; of what comes later, there may be more.
+export function looksOf(bodies, looks = new Map()) {
+  const groups = new Map(), more = looks.size > 0;
   const keyOf = (body) => `${kMaterials.indexOf(kMaterials.find(([, base]) => base === materialOf(body)))} ${body.moves}`;
   for (const body of bodies) groups.set(keyOf(body), (groups.get(keyOf(body)) ?? 0) + 1);
-  const orders = new Map();
+  const orders = new Map(), ids = new Set(bodies.map((body) => body.id));
+  for (const id of looks.keys()) if (!ids.has(id)) looks.delete(id);
   for (const body of bodies) {
     const key = keyOf(body), base = materialOf(body), order = orders.get(key) ?? 0;
     orders.set(key, order + 1);
-    const lch = body.moves ? varied(base, order, groups.get(key)) : base.lch;
-    looks.set(body.id, {lch, rough: base.rough, metal: base.metal ?? 0, opacity: base.opacity ?? 1});
+    if (looks.get(body.id)?.name === body.name) continue;
+    const lch = body.moves ? varied(base, order, more ? Math.max(2, groups.get(key)) : groups.get(key)) : base.lch;
+    looks.set(body.id, {name: body.name, lch, rough: base.rough, metal: base.metal ?? 0, opacity: base.opacity ?? 1});
   }
   return looks;
 }

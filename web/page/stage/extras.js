@@ -81,6 +81,22 @@ export class Jello {
     this.mesh = mesh;
     this.group.add(mesh, lines);
   }
+  /// The mean of the drawn points.
+  middle() {
+    const {array, count} = this.points, sum = [0, 0, 0];
+    for (let at = 0; at < array.length; ++at) sum[at % 3] += array[at] / count;
+    return sum;
+  }
+  /// The drawn point that is nearest to a place.
+  nearest(place) {
+    const {array} = this.points;
+    let best = 0, least = Infinity;
+    for (let at = 0; at < array.length; at += 3) {
+      const far = Math.hypot(array[at] - place[0], array[at + 1] - place[1], array[at + 2] - place[2]);
+      if (far < least) [best, least] = [at, far];
+    }
+    return Array.from(array.subarray(best, best + 3));
+  }
   update(time) {
     const {times, positions, points} = this.jello;
     let low = 0, high = times.length - 1;

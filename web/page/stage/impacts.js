@@ -35,7 +35,7 @@ const kFragment = `
 export class Impacts {
   constructor(run, bounds, looks) {
     this.run = run;
-    this.loudest = run.events.reduce((most, event) => Math.max(most, event.level), -Infinity);
+    this.measure();
     this.reach = 0.09 * bounds.radius;
     this.geometry = new THREE.BufferGeometry();
     for (const [name, width] of [['position', 3], ['size', 1], ['glow', 1], ['tint', 3]]) {
@@ -51,6 +51,10 @@ export class Impacts {
     this.looks = looks;
   }
 
+  /// Looks for the loudest event, beside which the others are drawn; again when there are more.
+  measure() {
+    this.loudest = this.run.events.reduce((most, event) => Math.max(most, event.level), -Infinity);
+  }
   /// The index of the first event after a time.
   #after(time) {
     let low = 0, high = this.run.events.length;

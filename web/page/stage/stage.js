@@ -4,6 +4,7 @@ import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
 import {boundsOf, frame, upOf} from './bounds.js';
 import {Bodies} from './bodies.js';
 import {looksOf, rgbOfLch} from './colours.js';
+import {Hand} from './hand.js';
 import {Impacts} from './impacts.js';
 import {Jello, Links, Listeners, Room} from './extras.js';
 import {Planes} from './planes.js';
@@ -67,7 +68,7 @@ export class Stage {
     const first = !this.run;
     this.run = run;
     if (this.content) this.#drop();
-    this.bounds = boundsOf(run);
+    this.bounds = this.boundsFor(run);
     this.up = upOf(run);
     this.looks = looksOf(run.bodies);
     this.bodies = new Bodies(run, this.looks);
@@ -77,13 +78,27 @@ export class Stage {
     this.room = new Room(run.room);
     this.listeners = new Listeners(run, this.bounds, this.labels);
     this.impacts = new Impacts(run, this.bounds, this.looks);
+    this.hand = new Hand(this.bounds);
     this.content = new THREE.Group();
-    this.content.add(this.planes.group, this.bodies.group, this.links.group, this.room.group, this.listeners.group, this.impacts.group);
+    this.content.add(this.hand.group, this.planes.group, this.bodies.group, this.links.group, this.room.group, this.listeners.group, this.impacts.group);
     if (this.jello) this.content.add(this.jello.group);
     this.#scene.add(this.content);
     this.#light();
     if (this.theme) this.paint(this.theme);
     if (first) this.reset();
+  }
+  /// A run that goes on takes place where the run does that it began as.
+  boundsFor(run) {
+    return run.bounds ??= boundsOf(run);
+  }
+  /// Shows other bodies of the same run; those that stay keep their colours.
+  showBodies() {
+    const {run, bodies} = this;
+    looksOf(run.bodies, this.looks);
+    this.content.remove(bodies.group);
+    this.bodies = new Bodies(run, this.looks);
+    this.content.add(this.bodies.group);
+    bodies.dispose();
   }
   #drop() {
     this.#scene.remove(this.content);
@@ -112,7 +127,7 @@ export class Stage {
     this.sky.intensity = theme.ambient;
     setStudio({theme});
     this.sun.intensity = theme.sun;
-    for (const part of [this.planes, this.links, this.room, this.listeners, this.impacts]) part?.paint(theme);
+    for (const part of [this.planes, this.links, this.room, this.listeners, this.impacts, this.hand]) part?.paint(theme);
   }
   #backdrop(theme) {
     const canvas = document.createElement('canvas');
@@ -217,13 +232,25 @@ export class Stage {
 
   /// The body at a place of the picture, or null.
   pick(x, y) {
-    const shown = new THREE.Vector2(2 * x / this.width - 1, 1 - 2 * y / this.height);
-    this.#ray.far = Infinity;
-    this.#ray.setFromCamera(shown, this.camera);
+    return this.pickPoint(x, y)?.body ?? null;
+  }
+  /// The body at a place of the picture, and the point of it that is seen; or null.
+  pickPoint(x, y) {
+    this.#aim(x, y);
     const hit = this.bodies.pick(this.#ray);
     const [soft] = this.jello ? this.#ray.intersectObject(this.jello.mesh, false) : [];
-    if (soft && (!hit || soft.distance < hit.distance)) return this.run.jello.body;
-    return hit ? hit.body : null;
+    if (soft && (!hit || soft.distance < hit.distance)) return {body: this.run.jello.body, point: soft.point};
+    return hit;
+  }
+  /// The ray from the eye through a place of the picture.
+  ray(x, y) {
+    this.#aim(x, y);
+    return this.#ray.ray.clone();
+  }
+  #aim(x, y) {
+    this.camera.updateMatrixWorld();
+    this.#ray.far = Infinity;
+    this.#ray.setFromCamera(new THREE.Vector2(2 * x / this.width - 1, 1 - 2 * y / this.height), this.camera);
   }
 
   /// A body's colour, 0 to 255 each, before light falls on it.

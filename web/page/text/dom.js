@@ -27,6 +27,9 @@ const kIcons = {
   keys: '<circle cx="12" cy="12" r="8.5"/><path d="M9.5 9.5a2.5 2.5 0 1 1 3.700 2.200c-.8.5-1.200 1-1.200 1.900"/><path d="M12 16.700v.1" stroke-width="2.200"/>',
   about: '<circle cx="12" cy="12" r="8.5"/><path d="M12 11v5.5"/><path d="M12 7.600v.1" stroke-width="2.200"/>',
   close: '<path d="M6 6l12 12M18 6L6 18"/>',
+  hand: '<path d="M8 12.5V6.200a1.500 1.500 0 0 1 3 0V11m0-.5V4.700a1.500 1.500 0 0 1 3 0V11m0-.5V6.700a1.500 1.500 0 0 1 3 0v7.300a6 6 0 0 1-6 6c-2.500 0-4-1-5.200-3L4 13.200a1.500 1.500 0 0 1 2.500-1.600L8 13.500"/>',
+  throw: '<circle cx="17" cy="7" r="3.500" fill="currentColor" stroke="none"/><path d="M4 20l7-7M4 14l4.500-4.500M10 20l4.500-4.500"/>',
+  drop: '<circle cx="12" cy="6.500" r="3.500" fill="currentColor" stroke="none"/><path d="M12 12.500v5m-2.500-2l2.500 2.500 2.500-2.500M5 21h14"/>',
   ear: '<path d="M7 10a5 5 0 0 1 10 0c0 3.5-3.5 4-3.5 7a2.5 2.5 0 0 1-4.800 1"/><path d="M9.800 10a2.200 2.200 0 0 1 4.400 0c0 1.300-1.200 1.700-1.200 2.800"/>',
 };
 export function icon(name) {

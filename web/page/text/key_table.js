@@ -5,7 +5,7 @@ const kFaster = 10 ** 0.25;
 const kZoom = 0.8;
 
 export function keysOf(view) {
-  const {player, bar, ear} = view;
+  const {player, bar, ear, live} = view;
   const acts = {
     ' ': () => player.toggle(),
     'ArrowLeft': ({shiftKey}) => view.move(shiftKey ? -10 : -1),
@@ -28,9 +28,16 @@ export function keysOf(view) {
     'b': () => view.mixer.toggle(),
     'c': () => view.selected && !view.sound.reason && player.alone(view.selected),
     'v': () => view.nextRun(1),
+    'g': () => live.play(),
+    'r': () => live.throwAt(),
+    'x': () => live.dropAt(),
+    'k': () => live.push(),
+    'j': () => live.nextTool(),
+    'p': () => live.live.running && live.sheet.toggle(),
+    'z': () => live.live.running && live.try(() => live.live.takeBack()),
     'n': ({shiftKey}) => view.nextBody(shiftKey ? -1 : 1),
     '0': () => view.showAll(),
-    'Escape': () => view.mixer.element.hidden ? view.close() : view.mixer.toggle(false),
+    'Escape': () => !live.sheet.element.hidden ? live.sheet.toggle(false) : view.mixer.element.hidden ? view.close() : view.mixer.toggle(false),
     '?': () => toggleSheet('help'),
   };
   for (let number = 1; number <= 9; ++number) acts[number] = () => player.setRun(number - 1);

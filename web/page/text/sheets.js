@@ -12,12 +12,17 @@ const kKeys = [
     ['M', 'mute'], ['H', 'ear: with the camera, stays, the run’s listeners'], ['T', 'mono, pair, head'], ['B', 'sheet of sound and bodies'],
     ['C', 'the selected event’s sound alone'], ['1 to 9', 'switch between runs'], ['V', 'next run'],
   ]],
+  ['Live', [
+    ['G', 'play with it; go on from here'], ['R', 'throw where the pointer is'], ['X', 'drop where the pointer is'], ['K', 'push the selected body'],
+    ['J', 'next tool: hand, throw, drop'], ['P', 'sheet of bodies to throw, and of the world'], ['Z', 'take back the latest change'],
+  ]],
   ['View', [
     ['W A S D', 'fly ahead, left, back, right'], ['Q E', 'fly down, up'], ['Shift W A S D', 'orbit'], ['0', 'show all'],
     ['N', 'select the next body'], ['Esc', 'close'], ['?', 'this sheet'],
   ]],
   ['Mouse and touch', [
     ['Drag, one finger', 'orbit'], ['Right drag, two fingers', 'move'], ['Wheel, pinch', 'nearer, further'], ['Click, tap', 'select a body, or a mark'],
+    ['Drag a body', 'pull it, in a live run'],
     ['On the time line', 'drag to scrub, shift and drag to loop, wheel or pinch to zoom, alt and drag to move, double click for all'],
   ]],
 ];
@@ -32,7 +37,7 @@ function fill(dialog, title, id, ...content) {
 export function fillSheets(version) {
   fill(byId('help'), 'Keys and gestures', 'help-title', make('div', {class: 'columns'}, ...kKeys.map(([name, keys]) =>
       make('section', {}, make('h3', {}, name), make('dl', {class: 'keys'},
-          ...keys.flatMap(([key, words]) => [make('dt', {}, ...key.split(' ').map((part) => /^(to|and|finger|fingers|one|two|drag|On|the|time|line|Click,|tap|Wheel,|pinch|Drag,|Right|drag,)$/.test(part)
+          ...keys.flatMap(([key, words]) => [make('dt', {}, ...key.split(' ').map((part) => /^(to|and|finger|fingers|one|two|drag|On|the|time|line|Click,|a|body|tap|Wheel,|pinch|Drag,|Right|drag,)$/.test(part)
               ? ` ${part} ` : make('kbd', {}, part))), make('dd', {}, words)]))))));
   fill(byId('about'), 'About this page', 'about-title',
        make('p', {}, `The picture and the sound are made in this page, by Carom${version ? ` ${version}` : ''}: the sound of every contact is computed from what the simulation recorded, while you listen. `
