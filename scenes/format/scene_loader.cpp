@@ -17,6 +17,7 @@
 
 #include "modal/json/json_reader.h"
 #include "scenes/format/body_placement.h"
+#include "scenes/format/camera_reader.h"
 #include "scenes/format/group_random.h"
 #include "scenes/format/jello_reader.h"
 #include "scenes/format/material_reader.h"
@@ -181,7 +182,8 @@ class SceneReader {
 Scene SceneReader::read(const JsonNode& root, std::string_view defaultName) {
   if (!root.expectObject("a scene", {"$schema", "name", "description", "duration", "sample_rate",
                                      "seed", "gravity", "air", "stepper", "mechanics", "sound",
-                                     "materials", "restitutions", "bodies", "room", "listeners"})) {
+                                     "materials", "restitutions", "bodies", "room", "listeners",
+                                     "camera"})) {
     return {};
   }
   root.text("$schema", kSchemaAddress, "");
@@ -204,6 +206,8 @@ Scene SceneReader::read(const JsonNode& root, std::string_view defaultName) {
   if (const auto room = root.find("room"); room && ok())
     readRoom(*room, roomPlanes(), scene_.medium.speedOfSound, scene_.sound);
   if (ok()) readListeners(root);
+  if (const auto camera = root.find("camera"); camera && ok())
+    scene_.camera = readCamera(*camera, scene_.gravity);
   if (ok()) placeBodies();
   if (const auto mechanics = root.find("mechanics"); mechanics && ok())
     readMechanics(*mechanics, scene_);

@@ -28,6 +28,7 @@ export function keysOf(view) {
     'b': () => view.mixer.toggle(),
     'c': () => view.selected && !view.sound.reason && player.alone(view.selected),
     'v': () => view.nextRun(1),
+    'f': () => view.recorder.toggle(),
     'n': ({shiftKey}) => view.nextBody(shiftKey ? -1 : 1),
     '0': () => view.showAll(),
     'Escape': () => view.mixer.element.hidden ? view.close() : view.mixer.toggle(false),
