@@ -116,9 +116,9 @@ Result<FilmTools> findTools(const std::string& browser, const std::string& encod
   auto ffmpeg = toolOf(encoder, {"ffmpeg"}, "ffmpeg", "--ffmpeg FILE");
   if (!ffmpeg) return ffmpeg.error();
   tools.encoder = *std::move(ffmpeg);
-  auto chromium = toolOf(browser,
-                         {"chromium", "chromium-browser", "google-chrome-stable", "google-chrome"},
-                         "chromium", "--browser FILE");
+  auto chromium =
+      toolOf(browser, {"chromium", "chromium-browser", "google-chrome-stable", "google-chrome"},
+             "chromium", "--browser FILE");
   if (!chromium) return chromium.error();
   tools.browser = *std::move(chromium);
   auto page = findTemplate(pageTemplate, pageFolders());
@@ -182,8 +182,8 @@ nlohmann::ordered_json filmJson(const FilmReport& report, const FilmSettings& se
   object["duration_s"] = report.duration;
   object["width"] = settings.width;
   object["height"] = settings.height;
-  object["codecs"] = isMp4 ? nlohmann::ordered_json{"h264", "aac"}
-                           : nlohmann::ordered_json{"vp9", "opus"};
+  object["codecs"] =
+      isMp4 ? nlohmann::ordered_json{"h264", "aac"} : nlohmann::ordered_json{"vp9", "opus"};
   object["from_s"] = settings.from;
   object["speed"] = settings.speed;
   object["channels"] = report.channels;
@@ -237,7 +237,8 @@ VideoCommand::VideoCommand(CLI::App& app)
                        "scene's, or else the first view of its page");
   command_->add_option("--listener", listener_,
                        "what a listener of the scene hears; default: what the camera hears");
-  command_->add_option("--ear", ear_, "of the camera: one microphone, two, or a head for headphones")
+  command_
+      ->add_option("--ear", ear_, "of the camera: one microphone, two, or a head for headphones")
       ->check(oneOf({"mono", "pair", "head"}))
       ->capture_default_str();
   command_

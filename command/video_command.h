@@ -44,14 +44,14 @@ class VideoCommand {
   double from_ = 0.0;  // s
   double to_ = 0.0;    // s; 0: the end
   double speed_ = 1.0;
-  double tail_ = 0.0;      // s
-  std::string camera_;     // file; empty: the scene's
-  std::string listener_;   // name; empty: the camera's ear
+  double tail_ = 0.0;     // s
+  std::string camera_;    // file; empty: the scene's
+  std::string listener_;  // name; empty: the camera's ear
   std::string ear_ = "pair";
   std::string fullScale_;  // empty: automatic
   std::string theme_ = "dark";
-  std::string stepper_;    // empty: the scene's
-  double step_ = 0.0;      // s; 0: the scene's
+  std::string stepper_;  // empty: the scene's
+  double step_ = 0.0;    // s; 0: the scene's
   bool captions_ = false;
   bool meter_ = false;
   bool lossless_ = false;

@@ -20,8 +20,8 @@ CameraPath::CameraPath(std::vector<CameraKey> keys) : keys_(std::move(keys)) {
   const auto axis = [](const Vec3& vector, std::size_t part) {
     return vector[static_cast<Eigen::Index>(part)];
   };
-  position_ = curvesOf(
-      3, [&](const CameraKey& key, std::size_t part) { return axis(key.position, part); });
+  position_ =
+      curvesOf(3, [&](const CameraKey& key, std::size_t part) { return axis(key.position, part); });
   target_ = curvesOf(3, [&](const CameraKey& key, std::size_t part) {
     return axis(key.target.value_or(key.position), part);
   });

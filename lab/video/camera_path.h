@@ -18,13 +18,13 @@ struct CameraPose {
 /// at rest at the first and the last.
 ///
 /// Model. Each number (position, the point that is looked at, up, the field of view, the parts of
-/// the quaternion, of unit length afterwards) is a cubic Hermite curve in time, whose slope at a key
-/// frame is the harmonic mean of the slopes on both sides, weighted by the lengths of the stretches
-/// (Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5, 1984, 300-304), and 0 where they differ in
-/// sign, and at both ends: so a number that has one value in two key frames keeps it between them.
-/// Between two key frames that both look at a point, the point moves, and the camera looks at it;
-/// otherwise its orientation turns. Velocities are continuous, but where the one changes to the
-/// other. Immutable. [any thread]
+/// the quaternion, of unit length afterwards) is a cubic Hermite curve in time, whose slope at a
+/// key frame is the harmonic mean of the slopes on both sides, weighted by the lengths of the
+/// stretches (Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5, 1984, 300-304), and 0 where they
+/// differ in sign, and at both ends: so a number that has one value in two key frames keeps it
+/// between them. Between two key frames that both look at a point, the point moves, and the camera
+/// looks at it; otherwise its orientation turns. Velocities are continuous, but where the one
+/// changes to the other. Immutable. [any thread]
 class CameraPath {
  public:
   /// Requires at least one key frame; times ascend.

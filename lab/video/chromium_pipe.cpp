@@ -18,10 +18,10 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int kPatience = 300'000;                     // ms for an answer, of a slow machine too
-constexpr std::chrono::milliseconds kLeaves(5000);     // for an orderly end
+constexpr int kPatience = 300'000;                       // ms for an answer, of a slow machine too
+constexpr std::chrono::milliseconds kLeaves(5000);       // for an orderly end
 constexpr std::size_t kPortion = std::size_t{1} << 18U;  // bytes that are received at a time
-constexpr int kReads = 3;                              // descriptors of the browser
+constexpr int kReads = 3;                                // descriptors of the browser
 constexpr int kWrites = 4;
 
 std::vector<std::string> launchWords(const fs::path& program, const fs::path& folder) {
@@ -88,9 +88,9 @@ Result<ChromiumPipe> ChromiumPipe::start(const fs::path& program, const fs::path
   ChromiumPipe browser(std::move(ours), std::move(process), messages);
   const Result<json> target = browser.call("Target.createTarget", {{"url", "about:blank"}});
   if (!target) return target.error();
-  const Result<json> attached = browser.call(
-      "Target.attachToTarget",
-      {{"targetId", target->value("targetId", std::string())}, {"flatten", true}});
+  const Result<json> attached =
+      browser.call("Target.attachToTarget",
+                   {{"targetId", target->value("targetId", std::string())}, {"flatten", true}});
   if (!attached) return attached.error();
   browser.session_ = attached->value("sessionId", std::string());
   return browser;
@@ -105,11 +105,9 @@ ChromiumPipe::~ChromiumPipe() {
 Status ChromiumPipe::open(const fs::path& page, const std::string& query, bool isLight) {
   const Result<json> themed = call(
       "Emulation.setEmulatedMedia",
-      {{"features",
-        {{{"name", "prefers-color-scheme"}, {"value", isLight ? "light" : "dark"}}}}});
+      {{"features", {{{"name", "prefers-color-scheme"}, {"value", isLight ? "light" : "dark"}}}}});
   if (!themed) return themed.error();
-  const Result<json> went =
-      call("Page.navigate", {{"url", addressOf(page) + "?" + query}});
+  const Result<json> went = call("Page.navigate", {{"url", addressOf(page) + "?" + query}});
   if (!went) return went.error();
   if (const std::string failure = went->value("errorText", std::string()); !failure.empty())
     return Error{"cannot open the page: " + failure};
@@ -183,8 +181,8 @@ Result<json> ChromiumPipe::nextMessage() {
     rest_.resize(looked + static_cast<std::size_t>(got > 0 ? got : 0));
     if (got <= 0 && !(got < 0 && errno == EINTR)) return ended();
   }
-  json message = json::parse(rest_.begin(), rest_.begin() + static_cast<std::ptrdiff_t>(end),
-                             nullptr, false);
+  json message =
+      json::parse(rest_.begin(), rest_.begin() + static_cast<std::ptrdiff_t>(end), nullptr, false);
   rest_.erase(0, end + 1);
   if (!message.is_object()) return Error{"answers what is no JSON"};
   return message;

@@ -9,7 +9,6 @@
 #include <thread>
 #include <utility>
 
-#include "audio/io/partial_file.h"
 #include "lab/video/camera_path.h"
 #include "lab/video/chromium_pipe.h"
 #include "lab/video/film_sound.h"
@@ -17,6 +16,8 @@
 #include "lab/view/view_page.h"
 #include <nlohmann/json.hpp>
 #include <openssl/evp.h>
+
+#include "audio/io/partial_file.h"
 
 namespace carom::lab {
 
@@ -123,9 +124,10 @@ class FilmMaker {
 
   /// Gives the page's picture its size, and finds the way of the camera.
   Status beginStage() {
-    const json order = {{"width", settings_.width},
-                        {"height", settings_.height},
-                        {"listener", settings_.listener ? static_cast<int>(*settings_.listener) : -1}};
+    const json order = {
+        {"width", settings_.width},
+        {"height", settings_.height},
+        {"listener", settings_.listener ? static_cast<int>(*settings_.listener) : -1}};
     const Result<json> view = browser_->run("carom.film.begin(" + order.dump() + ")");
     if (!view) return aboutBrowser(view.error());
     std::vector<scenes::CameraKey> keys = settings_.camera;

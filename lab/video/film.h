@@ -10,11 +10,12 @@
 #include <string_view>
 #include <vector>
 
+#include "lab/video/film_encoder.h"
+#include "lab/view/view_run.h"
+
 #include "audio/propagation/hrtf.h"
 #include "carom/audio/listener.h"
 #include "carom/audio/result.h"
-#include "lab/video/film_encoder.h"
-#include "lab/view/view_run.h"
 #include "scenes/format/camera_key.h"
 
 namespace carom::lab {
@@ -32,18 +33,18 @@ struct FilmSettings {
   FilmTools tools;
   std::filesystem::path output;
   FilmFormat format = FilmFormat::mp4;
-  int width = 1280;   ///< pixels, even
-  int height = 720;   ///< pixels, even
-  int rate = 60;      ///< pictures in a second
-  double from = 0.0;  ///< s, of the run
+  int width = 1280;                                     ///< pixels, even
+  int height = 720;                                     ///< pixels, even
+  int rate = 60;                                        ///< pictures in a second
+  double from = 0.0;                                    ///< s, of the run
   double to = std::numeric_limits<double>::infinity();  ///< s, of the run; at most its end
-  double speed = 1.0;  ///< of the run's time over that of the film
-  double tail = 0.0;   ///< s, of the film, behind the end of the stretch
-  std::vector<scenes::CameraKey> camera;           ///< empty: the first view of the page
-  std::optional<std::size_t> listener;             ///< of the run; empty: the ear is at the camera
+  double speed = 1.0;                                   ///< of the run's time over that of the film
+  double tail = 0.0;                      ///< s, of the film, behind the end of the stretch
+  std::vector<scenes::CameraKey> camera;  ///< empty: the first view of the page
+  std::optional<std::size_t> listener;    ///< of the run; empty: the ear is at the camera
   ListenerFormat ear = ListenerFormat::spacedPair;  ///< of the camera
-  std::optional<HrtfMeasurements> head = {};       ///< of binaural ears
-  std::optional<double> fullScale = {};            ///< Pa; empty: see FilmSoundSettings
+  std::optional<HrtfMeasurements> head = {};        ///< of binaural ears
+  std::optional<double> fullScale = {};             ///< Pa; empty: see FilmSoundSettings
   bool hasCaptions = false;  ///< the title, the time, and who has just met whom
   bool hasMeter = false;     ///< the level of the sound
   bool isLight = false;      ///< the page's light colours

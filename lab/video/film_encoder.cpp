@@ -19,8 +19,8 @@ constexpr const char* kColours =
     "scale=in_color_matrix=bt601:in_range=pc:out_color_matrix=bt709:out_range=tv";
 
 std::vector<std::string> encoderWords(const EncoderSettings& settings) {
-  std::vector<std::string> words = {settings.program.string(), "-hide_banner", "-nostdin",
-                                    "-loglevel", "error", "-y"};
+  std::vector<std::string> words = {
+      settings.program.string(), "-hide_banner", "-nostdin", "-loglevel", "error", "-y"};
   const auto add = [&words](std::initializer_list<std::string> more) {
     words.insert(words.end(), more);
   };

@@ -16,14 +16,14 @@ using namespace audio;
 
 namespace {
 
-constexpr std::size_t kSoundBlock = 4096;     // frames
-constexpr double kFilmPrelude = 3.0;          // s, of the film, before its begin
-constexpr double kMostEarPoses = 900.0;       // of the camera's ear: a track holds some more
-constexpr double kQuietestPressure = 20e-6;   // Pa, 0 dB
-constexpr double kSilentFullScale = 20.0;     // Pa, of a film in which nothing is heard
-constexpr double kMeterFalls = 26.0;          // dB in a second
-constexpr double kPeakStays = 1.2;            // s
-constexpr double kMeterFloor = -200.0;        // dB
+constexpr std::size_t kSoundBlock = 4096;    // frames
+constexpr double kFilmPrelude = 3.0;         // s, of the film, before its begin
+constexpr double kMostEarPoses = 900.0;      // of the camera's ear: a track holds some more
+constexpr double kQuietestPressure = 20e-6;  // Pa, 0 dB
+constexpr double kSilentFullScale = 20.0;    // Pa, of a film in which nothing is heard
+constexpr double kMeterFalls = 26.0;         // dB in a second
+constexpr double kPeakStays = 1.2;           // s
+constexpr double kMeterFloor = -200.0;       // dB
 
 double decibelsOf(double pressure) {
   return pressure > 0.0 ? std::max(kMeterFloor, 20.0 * std::log10(pressure / kQuietestPressure))
@@ -141,8 +141,8 @@ void measureLevels(const FilmTime& time, FilmSound& sound) {
 
 /// Turns pressures into shares of full scale.
 void scale(FilmSound& sound, std::optional<double> fullScale) {
-  const double automatic = sound.peak > 0.0 ? sound.peak * std::pow(10.0, -kFilmPeak / 20.0)
-                                            : kSilentFullScale;
+  const double automatic =
+      sound.peak > 0.0 ? sound.peak * std::pow(10.0, -kFilmPeak / 20.0) : kSilentFullScale;
   sound.fullScale = fullScale.value_or(automatic);
   for (float& sample : sound.samples)
     sample = static_cast<float>(static_cast<double>(sample) / sound.fullScale);
@@ -192,13 +192,11 @@ Result<FilmSound> renderFilmSound(PlayableRun run, const CameraPath& camera, con
   player->setHead(settings.head);
   player->follow(settings.listener.value_or(0));
   const double before = std::min(kFilmPrelude, time.from / time.speed);
-  if (Status sought =
-          player->seek({.time = time.from, .speed = time.speed, .prelude = before});
+  if (Status sought = player->seek({.time = time.from, .speed = time.speed, .prelude = before});
       !sought)
     return sought.error();
   FilmSound sound;
-  if (Status rendered =
-          renderPressure(*player, frameOf(time, time.pictures), settings, sound);
+  if (Status rendered = renderPressure(*player, frameOf(time, time.pictures), settings, sound);
       !rendered)
     return rendered.error();
   measureLevels(time, sound);

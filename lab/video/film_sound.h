@@ -6,11 +6,12 @@
 #include <optional>
 #include <vector>
 
+#include "lab/video/camera_path.h"
+
 #include "audio/propagation/hrtf.h"
 #include "audio/run/playable_run.h"
 #include "carom/audio/listener.h"
 #include "carom/audio/result.h"
-#include "lab/video/camera_path.h"
 
 namespace carom::lab {
 
@@ -53,9 +54,9 @@ struct MeterLevel {
 /// The sound of a film: sample k is heard at k / kFilmSampleRate.
 struct FilmSound {
   std::size_t channels = 1;
-  std::vector<float> samples;  ///< interleaved, 1.0 for full scale
-  double peak = 0.0;           ///< Pa, before it is limited
-  double fullScale = 0.0;      ///< Pa
+  std::vector<float> samples;                   ///< interleaved, 1.0 for full scale
+  double peak = 0.0;                            ///< Pa, before it is limited
+  double fullScale = 0.0;                       ///< Pa
   std::vector<std::vector<MeterLevel>> levels;  ///< of each picture, of each channel
 };
 

@@ -7,8 +7,8 @@
 namespace carom::lab {
 
 /// A new folder for files that nobody needs afterwards, removed with the object, and when this
-/// process ends in any other way: by a signal, SIGKILL too, or a crash. For the latter a shell waits
-/// beside this process until it has gone. [one thread]
+/// process ends in any other way: by a signal, SIGKILL too, or a crash. For the latter a shell
+/// waits beside this process until it has gone. [one thread]
 class ScratchFolder {
  public:
   /// `prepare` is that of ProgramStart.

@@ -51,8 +51,7 @@ std::vector<CameraKey> readCamera(const JsonNode& node, const Vec3& gravity) {
     if (!entry.failed() && !keys.empty() && !(key.time > keys.back().time))
       entry.find("time")->fail(formatNumber(key.time) +
                                " s is not after the key frame before, at " +
-                               formatNumber(keys.back().time) +
-                               " s; expected times that ascend");
+                               formatNumber(keys.back().time) + " s; expected times that ascend");
     if (entry.failed()) break;
     keys.push_back(key);
   }

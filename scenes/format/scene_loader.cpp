@@ -180,10 +180,10 @@ class SceneReader {
 };
 
 Scene SceneReader::read(const JsonNode& root, std::string_view defaultName) {
-  if (!root.expectObject("a scene", {"$schema", "name", "description", "duration", "sample_rate",
-                                     "seed", "gravity", "air", "stepper", "mechanics", "sound",
-                                     "materials", "restitutions", "bodies", "room", "listeners",
-                                     "camera"})) {
+  if (!root.expectObject("a scene",
+                         {"$schema", "name", "description", "duration", "sample_rate", "seed",
+                          "gravity", "air", "stepper", "mechanics", "sound", "materials",
+                          "restitutions", "bodies", "room", "listeners", "camera"})) {
     return {};
   }
   root.text("$schema", kSchemaAddress, "");
